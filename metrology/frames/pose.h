@@ -1,0 +1,45 @@
+// Rigid transforms and their covariance.
+//
+// Frames: sensor, machine (the bed's X, Y, Z), zero (the part where it stands at A = B = 0, machine coordinates), part
+// (CAD). A transform is named for what it maps: x_in_machine = machine_from_sensor * x_in_sensor. Units: mm and radians.
+// Kernels use Eigen::Isometry3d; absence is std::optional, never identity.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+namespace sixpoint::metrology {
+
+using Points = std::vector<Eigen::Vector3d>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+// The skew-symmetric matrix of v: cross(v, x) = Skew(v) * x.
+Eigen::Matrix3d Skew(const Eigen::Vector3d& v);
+
+// Rotation by |v| radians about v, and its inverse (angle in [0, pi]).
+Eigen::Matrix3d RotationFromVector(const Eigen::Vector3d& rotation_vector);
+Eigen::Vector3d VectorFromRotation(const Eigen::Matrix3d& rotation);
+
+// R = Rz(gamma) Ry(beta) Rx(alpha), the paper's order (CONF 3.4); radians. Inverse for |beta| < pi/2.
+struct CardanAngles {
+  double alpha = 0, beta = 0, gamma = 0;
+};
+Eigen::Matrix3d RotationFromCardan(const CardanAngles& angles);
+CardanAngles CardanFromRotation(const Eigen::Matrix3d& rotation);
+
+// Covariance of a target_from_source. The perturbation w = (rotation vector, translation) moves a point p of the target
+// frame to exp(w_r) (p - reference) + reference + w_t. Order of values: rotation x, y, z (rad), translation x, y, z (mm).
+struct PoseCovariance {
+  Matrix6d values = Matrix6d::Zero();
+  Eigen::Vector3d reference_mm = Eigen::Vector3d::Zero();
+};
+
+// 3 x 6 Jacobian of a point (target frame) with respect to the perturbation above.
+Eigen::Matrix<double, 3, 6> PointJacobian(const Eigen::Vector3d& point_mm, const Eigen::Vector3d& reference_mm);
+
+// target_from_source after the perturbation.
+Eigen::Isometry3d Perturbed(const Eigen::Isometry3d& target_from_source, const Vector6d& perturbation,
+                            const Eigen::Vector3d& reference_mm);
+
+}  // namespace sixpoint::metrology

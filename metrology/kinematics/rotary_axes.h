@@ -1,0 +1,43 @@
+// The rotary axes that carry the part, as identified lines in the machine frame at A = B = 0 (METHODS 1, 4).
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "metrology/frames/pose.h"
+
+namespace sixpoint::metrology {
+
+struct AxisLine {
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  // unit
+  Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();
+};
+
+// Two fixed unit vectors e1, e2 across a direction: a line's direction is perturbed along (e1, e2) and its point too.
+Eigen::Matrix<double, 3, 2> TangentBasis(const Eigen::Vector3d& direction);
+
+// Rotation by angle_rad about the line.
+Eigen::Isometry3d AboutLine(const AxisLine& axis, double angle_rad);
+
+using Matrix8d = Eigen::Matrix<double, 8, 8>;
+
+// A carries B. On the SARIX A turns about Y, B about X, nominally; the lines need not meet.
+struct RotaryAxes {
+  AxisLine a{Eigen::Vector3d::UnitY(), Eigen::Vector3d::Zero()};
+  AxisLine b{Eigen::Vector3d::UnitX(), Eigen::Vector3d::Zero()};
+
+  // A part point at `zero` stands at machine_from_zero * p when the axes read (a, b).
+  Eigen::Isometry3d MachineFromZero(double a_rad, double b_rad) const;
+
+  // 3 x 8: change of the machine position of a zero point per axis parameter. Order: A direction e1, e2 (rad), A point
+  // e1, e2 (mm), then B likewise.
+  Eigen::Matrix<double, 3, 8> ParameterJacobian(const Eigen::Vector3d& point_in_zero_mm, double a_rad,
+                                                double b_rad) const;
+
+  // The axes after a perturbation in those parameters.
+  RotaryAxes Perturbed(const Eigen::Matrix<double, 8, 1>& perturbation) const;
+
+  // The point of the A axis nearest to the B axis.
+  Eigen::Vector3d PointC() const;
+};
+
+}  // namespace sixpoint::metrology

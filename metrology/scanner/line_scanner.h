@@ -1,0 +1,45 @@
+// The line scanner's model: sensor frame x = encoder reading of the profile, (y, z) in the laser plane (METHODS 2, 3).
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "metrology/frames/pose.h"
+#include "metrology/kinematics/rotary_axes.h"
+
+namespace sixpoint::metrology {
+
+// One decoded scan; points in the sensor frame, mm, in the order measured.
+struct LineScan {
+  std::string id;
+  Points points_mm;
+  Eigen::Vector3d v0_mm = Eigen::Vector3d::Zero();  // machine position at the start of the scan
+  double a_rad = 0;
+  double b_rad = 0;
+  double profile_pitch_mm = 0;
+};
+
+// p_machine = rotation (0, y, z) + (x, 0, 0) - V0 + t_sm_mm  (CONF 12: the encoder moves along machine X, so a scan of a
+// turned sensor is sheared, not only turned).
+struct SensorPose {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // R_sm
+  Eigen::Vector3d t_sm_mm = Eigen::Vector3d::Zero();
+  // Order: rotation vector in machine axes (rad), t_sm (mm).
+  Matrix6d covariance = Matrix6d::Zero();
+
+  Eigen::Vector3d MachineFromSensor(const Eigen::Vector3d& p, const Eigen::Vector3d& v0_mm) const {
+    return rotation.col(1) * p.y() + rotation.col(2) * p.z() + Eigen::Vector3d(p.x(), 0, 0) - v0_mm + t_sm_mm;
+  }
+  // 3 x 6: change of the machine point per (rotation vector, t_sm).
+  Eigen::Matrix<double, 3, 6> ParameterJacobian(const Eigen::Vector3d& p) const {
+    Eigen::Matrix<double, 3, 6> jacobian;
+    jacobian << -Skew(rotation.col(1) * p.y() + rotation.col(2) * p.z()), Eigen::Matrix3d::Identity();
+    return jacobian;
+  }
+};
+
+// The scan in machine coordinates, and carried back to A = B = 0.
+Points MachineFromSensor(const LineScan& scan, const SensorPose& sensor);
+Points ZeroFromSensor(const LineScan& scan, const SensorPose& sensor, const RotaryAxes& axes);
+
+}  // namespace sixpoint::metrology

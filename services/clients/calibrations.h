@@ -1,0 +1,46 @@
+// Calibrations as kernels want them, fetched from the calibration service.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "metrology/kinematics/rotary_axes.h"
+#include "metrology/scanner/line_scanner.h"
+#include "sixpoint/calibration/v1/calibration.grpc.pb.h"
+
+namespace sixpoint::clients {
+
+struct FetchedSensorCalibration {
+  std::string name;  // calibrations/{uuid}
+  std::chrono::system_clock::time_point valid_until;
+  metrology::SensorPose sensor;
+};
+struct FetchedRotationCalibration {
+  std::string name;
+  std::chrono::system_clock::time_point valid_until;
+  metrology::RotaryAxes axes;
+  metrology::Matrix8d covariance;  // order of RotaryAxes::ParameterJacobian
+};
+
+// Thread-safe. FAILED_PRECONDITION (reason CALIBRATION_MISSING or CALIBRATION_EXPIRED) where none is in force.
+class CalibrationClient {
+ public:
+  explicit CalibrationClient(std::shared_ptr<grpc::Channel> calibration);
+  absl::StatusOr<FetchedSensorCalibration> SensorInForce(const std::string& machine,
+                                                         std::unique_ptr<grpc::ClientContext> context) const;
+  absl::StatusOr<FetchedRotationCalibration> RotationInForce(const std::string& machine,
+                                                             std::unique_ptr<grpc::ClientContext> context) const;
+  // A calibration by name, whether in force or not.
+  absl::StatusOr<FetchedSensorCalibration> Sensor(const std::string& name,
+                                                  std::unique_ptr<grpc::ClientContext> context) const;
+  absl::StatusOr<FetchedRotationCalibration> Rotation(const std::string& name,
+                                                      std::unique_ptr<grpc::ClientContext> context) const;
+
+ private:
+  std::unique_ptr<calibration::v1::CalibrationService::Stub> stub_;
+};
+
+}  // namespace sixpoint::clients

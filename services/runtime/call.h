@@ -1,0 +1,25 @@
+// One call inside a server: its deadline and cancellation, passed down to the database, the kernels and other services.
+#pragma once
+
+#include <absl/status/status.h>
+#include <grpcpp/grpcpp.h>
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace sixpoint::runtime {
+
+// The client's deadline, or now + 120 s where it gave none.
+std::chrono::system_clock::time_point DeadlineOf(const grpc::ServerContext& context);
+// For kernels: false once the client is gone or its time is over. Valid while the call lasts.
+std::function<bool()> KeepGoing(const grpc::ServerContext& context);
+// A context for a call to another service: remaining time less a margin, the same traceparent.
+std::unique_ptr<grpc::ClientContext> ContextFor(const grpc::ServerContext& context);
+// The same for programs (cli, simulator): a deadline that many seconds from now.
+std::unique_ptr<grpc::ClientContext> ContextFor(double seconds);
+// A channel with keepalive, message limits and retry of UNAVAILABLE.
+std::shared_ptr<grpc::Channel> ConnectTo(const std::string& address);
+
+}  // namespace sixpoint::runtime

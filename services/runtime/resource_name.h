@@ -1,0 +1,20 @@
+// Resource names (AIP-122): machines/{id}, artefacts/{id}, parts/{id}, blades/{serial}, scans/{id}, calibrations/{uuid},
+// registrations/{uuid}, corrections/{uuid}, inspections/{uuid}.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <string>
+
+namespace sixpoint::runtime {
+
+// "scans", "s1" -> "scans/s1".
+std::string NameOf(const std::string& collection, const std::string& id);
+// The id of a name of that collection; refuses others, naming the field. Ids: [A-Za-z0-9._-], 1 to 64 characters.
+absl::StatusOr<std::string> IdOf(const std::string& field, const std::string& collection, const std::string& name);
+// Validates an id that a client chose.
+absl::Status CheckId(const std::string& field, const std::string& id);
+// Validates a UUID (request_id, ids of results); an empty one passes.
+absl::Status CheckUuid(const std::string& field, const std::string& uuid);
+
+}  // namespace sixpoint::runtime

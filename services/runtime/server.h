@@ -1,0 +1,39 @@
+// What every server needs once: flags, limits, health, reflection, graceful stop.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "storage/database.h"
+
+namespace sixpoint::runtime {
+
+// Read from the command line by ParseServerOptions; every server has the same flags.
+struct ServerOptions {
+  std::string area;                          // ingest, calibration, ...
+  std::string listen_address;                // --listen 127.0.0.1:7401
+  std::string database;                      // --database 'host=/... dbname=sixpoint'
+  std::map<std::string, std::string> peers;  // --peer plant=127.0.0.1:7400 (repeated): the other services
+  std::string worker_folder;                 // --workers DIR: where sixpoint-cad-worker and sixpoint-decode-worker are
+  int database_connections = 8;              // --database-connections
+  int max_message_mb = 8;                    // greatest message received
+  int threads = 2;                           // --threads: compute threads of kernels
+};
+
+ServerOptions ParseServerOptions(int argc, char** argv, const std::string& area);
+
+// Builds the service from its options, serves until SIGTERM or SIGINT, then: NOT_SERVING, drain, stop. Health ("" and the
+// service's name) turns SERVING once the database is reachable and its schema is the one this binary knows.
+using ServiceFactory =
+    std::function<std::vector<std::unique_ptr<grpc::Service>>(const ServerOptions&, storage::Database*)>;
+int Serve(const ServerOptions& options, const ServiceFactory& factory);
+
+// version+git hash, as stored with every result.
+const std::string& SoftwareVersion();
+
+}  // namespace sixpoint::runtime

@@ -1,0 +1,112 @@
+// PostgreSQL by libpq: a bounded pool and transactions that roll back unless committed.
+//
+// SQL lives beside its aggregate (storage/scans.cc, ...) as named constants; values travel as $n parameters only.
+// Statuses: UNAVAILABLE (no connection, server restarting), DEADLINE_EXCEEDED, ALREADY_EXISTS (unique violation),
+// FAILED_PRECONDITION (foreign key, check or serialization), RESOURCE_EXHAUSTED (pool or disk full), else INTERNAL.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+struct pg_conn;
+struct pg_result;
+
+namespace sixpoint::storage {
+
+using Deadline = std::chrono::system_clock::time_point;
+using Instant = std::chrono::system_clock::time_point;  // a timestamptz, microseconds kept
+
+// Parameters of one statement, in the order $1, $2, ...
+class Params {
+ public:
+  Params& Text(std::string_view value);
+  Params& Int(std::int64_t value);
+  Params& Real(double value);  // exact: shortest text that reads back to the same bits
+  Params& Bool(bool value);
+  Params& Time(Instant value);
+  Params& Bytes(std::string_view value);
+  Params& Reals(const std::vector<double>& values);             // double precision[]
+  Params& Texts(const std::vector<std::string>& values);        // text[]
+  Params& Json(std::string_view value) { return Text(value); }  // cast in the SQL: $n::jsonb
+  Params& Null();
+
+ private:
+  friend class Transaction;
+  struct Value {
+    std::optional<std::string> bytes;
+    bool binary = false;
+  };
+  std::vector<Value> values_;
+};
+
+// Rows of one result. Column numbers start at 0; asking for the wrong type of a value is a programming error (aborts).
+class Rows {
+ public:
+  Rows() = default;
+  explicit Rows(pg_result* result);
+  int count() const;
+  bool IsNull(int row, int column) const;
+  std::string Text(int row, int column) const;
+  std::int64_t Int(int row, int column) const;
+  double Real(int row, int column) const;
+  bool Bool(int row, int column) const;
+  Instant Time(int row, int column) const;
+  std::string Bytes(int row, int column) const;
+  std::vector<double> Reals(int row, int column) const;
+  std::vector<std::string> Texts(int row, int column) const;
+  int affected() const;
+
+ private:
+  std::shared_ptr<pg_result> result_;
+};
+
+class Database;
+
+// Not committed = rolled back. Not thread-safe; one thread at a time.
+class Transaction {
+ public:
+  Transaction(Transaction&&) noexcept;
+  Transaction& operator=(Transaction&&) = delete;
+  ~Transaction();
+  absl::StatusOr<Rows> Execute(std::string_view sql, const Params& params = {});
+  // After a failed Commit nothing may be acknowledged.
+  absl::Status Commit();
+
+ private:
+  friend class Database;
+  Transaction(Database* database, pg_conn* connection);
+  Database* database_;
+  pg_conn* connection_;
+};
+
+// Thread-safe.
+class Database {
+ public:
+  // Connects lazily: a server that is still starting is not an error here.
+  static std::unique_ptr<Database> Open(std::string conninfo, int pool_size);
+  ~Database();
+  // Waits for a free connection until the deadline; the server-side statement_timeout is set from it.
+  absl::StatusOr<Transaction> Begin(Deadline deadline);
+  // Schema version as the migration runner left it; used by readiness.
+  absl::StatusOr<int> SchemaVersion(Deadline deadline);
+
+ private:
+  friend class Transaction;
+  struct Pool;
+  explicit Database(std::unique_ptr<Pool> pool);
+  void Return(pg_conn* connection, bool broken);
+  std::unique_ptr<Pool> pool_;
+};
+
+// A new UUIDv7 in text form: ids of results, ordered by time.
+std::string NewUuid();
+
+}  // namespace sixpoint::storage

@@ -1,0 +1,42 @@
+// The journal of everything the plant recorded: one entry per stored thing, with edges to its inputs. Written in the same
+// transaction as the result itself; the sequence orders all events of the plant.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "storage/database.h"
+
+namespace sixpoint::storage {
+
+struct RecordEntry {
+  std::string kind;                     // machine, artefact, part, blade, scan, calibration, registration, correction, inspection
+  std::string name;                     // resource name; unique
+  std::vector<std::string> inputs;      // resource names it was made from (parts and machines with @revision)
+  std::optional<std::string> blade;     // serial, where it concerns one
+  std::optional<std::string> machine;   // id, where it concerns one
+  std::string method;                   // empty where there is none
+  std::string software_version;
+  std::string requested_by;
+  std::optional<Instant> measured_at;   // the device's clock, where there is one
+  std::string summary_json = "{}";      // a few figures a reader wants at once
+};
+struct Recorded {
+  std::int64_t sequence = 0;
+  Instant recorded_at;  // the database's clock
+};
+struct JournalEntry {
+  RecordEntry entry;
+  Recorded recorded;
+};
+
+absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const RecordEntry& entry);
+// Everything that concerns a blade, in order.
+absl::StatusOr<std::vector<JournalEntry>> RecordOfBlade(Transaction& transaction, const std::string& serial);
+// Everything made, directly or not, from a thing (recall), in order.
+absl::StatusOr<std::vector<JournalEntry>> DerivedFrom(Transaction& transaction, const std::string& name);
+
+}  // namespace sixpoint::storage
