@@ -1,8 +1,8 @@
 // Rigid transforms and their covariance.
 //
 // Frames: sensor, machine (the bed's X, Y, Z), zero (the part where it stands at A = B = 0, machine coordinates), part
-// (CAD). A transform is named for what it maps: x_in_machine = machine_from_sensor * x_in_sensor. Units: mm and radians.
-// Kernels use Eigen::Isometry3d; absence is std::optional, never identity.
+// (CAD). A transform is named for what it maps: x_in_machine = machine_from_sensor * x_in_sensor. Units: mm and
+// radians. Kernels use Eigen::Isometry3d; absence is std::optional, never identity.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -29,7 +29,8 @@ Eigen::Matrix3d RotationFromCardan(const CardanAngles& angles);
 CardanAngles CardanFromRotation(const Eigen::Matrix3d& rotation);
 
 // Covariance of a target_from_source. The perturbation w = (rotation vector, translation) moves a point p of the target
-// frame to exp(w_r) (p - reference) + reference + w_t. Order of values: rotation x, y, z (rad), translation x, y, z (mm).
+// frame to exp(w_r) (p - reference) + reference + w_t. Order of values: rotation x, y, z (rad), translation x, y, z
+// (mm).
 struct PoseCovariance {
   Matrix6d values = Matrix6d::Zero();
   Eigen::Vector3d reference_mm = Eigen::Vector3d::Zero();

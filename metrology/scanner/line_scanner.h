@@ -19,8 +19,8 @@ struct LineScan {
   double profile_pitch_mm = 0;
 };
 
-// p_machine = rotation (0, y, z) + (x, 0, 0) - V0 + t_sm_mm  (CONF 12: the encoder moves along machine X, so a scan of a
-// turned sensor is sheared, not only turned).
+// p_machine = rotation (0, y, z) + (x, 0, 0) - V0 + t_sm_mm  (CONF 12: the encoder moves along machine X, so a scan of
+// a turned sensor is sheared, not only turned).
 struct SensorPose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // R_sm
   Eigen::Vector3d t_sm_mm = Eigen::Vector3d::Zero();
