@@ -1,0 +1,187 @@
+#include "metrology/cloud/draco_codec.h"
+
+#include <draco/compression/decode.h>
+#include <draco/compression/expert_encode.h>
+#include <draco/point_cloud/point_cloud.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <exception>
+#include <limits>
+#include <memory>
+
+namespace sixpoint::metrology {
+namespace {
+
+constexpr int kHeaderBytes = 15;
+constexpr int kLatestMinorVersion = 3;
+constexpr int kGreatestQuantizationBits = 30;  // of Draco
+constexpr int kGreatestAttempts = 4;
+// Draco's own scale 0 (smallest) .. 10 (fastest): 5 turns prediction on and costs little.
+constexpr int kSpeed = 5;
+
+absl::Status Invalid(const std::string& message) { return absl::InvalidArgumentError(message); }
+
+// The block's box, for the quantiser.
+struct Extent {
+  Eigen::Vector3d minimum_mm;
+  double range_mm = 0;      // longest side
+  double magnitude_mm = 0;  // greatest |coordinate|
+};
+
+absl::StatusOr<Extent> ExtentOf(const Points& points_mm, double error_bound_mm) {
+  Extent extent;
+  extent.minimum_mm = points_mm.front();
+  Eigen::Vector3d maximum_mm = points_mm.front();
+  for (std::size_t i = 0; i < points_mm.size(); ++i) {
+    const Eigen::Vector3d& p = points_mm[i];
+    if (!p.allFinite()) return Invalid("point " + std::to_string(i) + " is not finite");
+    const double rounding_mm = (p.cast<float>().cast<double>() - p).cwiseAbs().maxCoeff();
+    if (!(rounding_mm <= error_bound_mm)) {
+      return Invalid("point " + std::to_string(i) + ": rounding to float32 costs " + std::to_string(rounding_mm) +
+                     " mm, want at most the error bound of " + std::to_string(error_bound_mm) + " mm");
+    }
+    extent.minimum_mm = extent.minimum_mm.cwiseMin(p);
+    maximum_mm = maximum_mm.cwiseMax(p);
+  }
+  extent.range_mm = (maximum_mm - extent.minimum_mm).maxCoeff();
+  extent.magnitude_mm = std::max(extent.minimum_mm.cwiseAbs().maxCoeff(), maximum_mm.cwiseAbs().maxCoeff());
+  return extent;
+}
+
+std::unique_ptr<draco::PointCloud> CloudOf(const Points& points_mm) {
+  auto cloud = std::make_unique<draco::PointCloud>();
+  cloud->set_num_points(static_cast<draco::PointIndex::ValueType>(points_mm.size()));
+  draco::GeometryAttribute position;
+  position.Init(draco::GeometryAttribute::POSITION, nullptr, 3, draco::DT_FLOAT32, false, 3 * sizeof(float), 0);
+  const int id =
+      cloud->AddAttribute(position, true, static_cast<draco::AttributeValueIndex::ValueType>(points_mm.size()));
+  draco::PointAttribute* attribute = cloud->attribute(id);
+  for (std::size_t i = 0; i < points_mm.size(); ++i) {
+    const Eigen::Vector3f p = points_mm[i].cast<float>();
+    attribute->SetAttributeValue(draco::AttributeValueIndex(static_cast<std::uint32_t>(i)), p.data());
+  }
+  return cloud;
+}
+
+absl::StatusOr<std::string> EncodeWithStep(const draco::PointCloud& cloud, const Extent& extent, double step_mm) {
+  const double cells = std::max(1.0, std::ceil(extent.range_mm / step_mm));
+  const int bits = std::max(1, static_cast<int>(std::ceil(std::log2(cells + 1.0))));
+  if (bits > kGreatestQuantizationBits) return Invalid("the error bound needs more than 30 bits a coordinate");
+  const Eigen::Vector3f origin = extent.minimum_mm.cast<float>();
+  // The quantiser's range is chosen so that one cell is one step, whatever the block's extent.
+  const auto range = static_cast<float>(step_mm * (std::ldexp(1.0, bits) - 1.0));
+  draco::ExpertEncoder encoder(cloud);
+  encoder.SetEncodingMethod(draco::POINT_CLOUD_SEQUENTIAL_ENCODING);
+  encoder.SetSpeedOptions(kSpeed, kSpeed);
+  encoder.SetAttributeExplicitQuantization(0, bits, 3, origin.data(), range);
+  draco::EncoderBuffer buffer;
+  const draco::Status status = encoder.EncodeToBuffer(&buffer);
+  if (!status.ok()) return absl::InternalError("Draco encoder: " + status.error_msg_string());
+  return std::string(buffer.data(), buffer.size());
+}
+
+double GreatestDifferenceMm(const Points& a, const Points& b) {
+  double greatest_mm = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) greatest_mm = std::max(greatest_mm, (a[i] - b[i]).cwiseAbs().maxCoeff());
+  return greatest_mm;
+}
+
+}  // namespace
+
+absl::StatusOr<EncodedBlock> EncodeBlock(const Points& points_mm, double error_bound_mm) try {
+  if (points_mm.empty()) return Invalid("a block without points");
+  if (points_mm.size() > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max())) {
+    return Invalid("too many points for one block");
+  }
+  if (!std::isfinite(error_bound_mm) || error_bound_mm <= 0) return Invalid("error bound: want > 0 mm");
+  const absl::StatusOr<Extent> extent = ExtentOf(points_mm, error_bound_mm);
+  if (!extent.ok()) return extent.status();
+  // float32 on both sides of the quantiser takes its share of the bound first.
+  const double float_rounding_mm = 2.0 * std::numeric_limits<float>::epsilon() * extent->magnitude_mm;
+  double step_mm = 2.0 * (error_bound_mm - float_rounding_mm);
+  if (step_mm < error_bound_mm) step_mm = error_bound_mm;
+  const std::unique_ptr<draco::PointCloud> cloud = CloudOf(points_mm);
+  for (int attempt = 0; attempt < kGreatestAttempts; ++attempt, step_mm /= 2) {
+    absl::StatusOr<std::string> bytes = EncodeWithStep(*cloud, *extent, step_mm);
+    if (!bytes.ok()) return bytes.status();
+    const absl::StatusOr<Points> decoded = DecodeBlock(*bytes, static_cast<std::int64_t>(points_mm.size()));
+    if (!decoded.ok()) return absl::InternalError("own block: " + std::string(decoded.status().message()));
+    const double proven_error_mm = GreatestDifferenceMm(points_mm, *decoded);
+    if (proven_error_mm <= error_bound_mm) return EncodedBlock{*std::move(bytes), proven_error_mm};
+  }
+  return Invalid("coordinates up to " + std::to_string(extent->magnitude_mm) + " mm cannot be kept within " +
+                 std::to_string(error_bound_mm) + " mm in float32");
+} catch (const std::exception& error) {
+  return absl::ResourceExhaustedError(std::string("Draco encoder: ") + error.what());
+}
+
+absl::StatusOr<DracoHeader> InspectHeader(std::string_view bytes, std::int64_t point_count_limit, bool any_method) {
+  if (bytes.size() < kHeaderBytes) {
+    return Invalid(std::to_string(bytes.size()) + " bytes, want a Draco header of 15");
+  }
+  if (bytes.substr(0, 5) != "DRACO") return Invalid("does not begin with DRACO");
+  const auto byte_at = [&](std::size_t i) { return static_cast<int>(static_cast<unsigned char>(bytes[i])); };
+  DracoHeader header;
+  header.minor_version = byte_at(6);
+  if (byte_at(5) != 2 || header.minor_version > kLatestMinorVersion) {
+    return Invalid("Draco version " + std::to_string(byte_at(5)) + "." + std::to_string(byte_at(6)) +
+                   ", want 2.0 to 2.3");
+  }
+  if (byte_at(7) != 0) return Invalid("Draco geometry type " + std::to_string(byte_at(7)) + ", want 0 (point cloud)");
+  if (byte_at(8) != 0 && !(any_method && byte_at(8) == 1)) {
+    return Invalid("Draco method " + std::to_string(byte_at(8)) + ", want 0 (sequential, which keeps the order)");
+  }
+  header.method = byte_at(8) == 0 ? DracoMethod::kSequential : DracoMethod::kKdTree;
+  if (byte_at(9) != 0 || byte_at(10) != 0) return Invalid("Draco flags are set (metadata), want none");
+  std::uint32_t count = 0;
+  for (int i = 3; i >= 0; --i)
+    count = count << 8 | static_cast<std::uint32_t>(byte_at(11 + static_cast<std::size_t>(i)));
+  header.point_count = static_cast<std::int32_t>(count);
+  if (header.point_count < 1 || header.point_count > point_count_limit) {
+    return Invalid("the Draco header declares " + std::to_string(header.point_count) + " points, want 1 to " +
+                   std::to_string(point_count_limit));
+  }
+  return header;
+}
+
+absl::StatusOr<Points> DecodeBlock(std::string_view bytes, std::int64_t expected_point_count) try {
+  const absl::StatusOr<DracoHeader> header = InspectHeader(bytes, expected_point_count);
+  if (!header.ok()) return header.status();
+  if (header->point_count != expected_point_count) {
+    return Invalid("the Draco header declares " + std::to_string(header->point_count) + " points, want " +
+                   std::to_string(expected_point_count));
+  }
+  draco::DecoderBuffer buffer;
+  buffer.Init(bytes.data(), bytes.size());
+  draco::Decoder decoder;
+  draco::StatusOr<std::unique_ptr<draco::PointCloud>> decoded = decoder.DecodePointCloudFromBuffer(&buffer);
+  if (!decoded.ok()) return Invalid("Draco: " + decoded.status().error_msg_string());
+  const std::unique_ptr<draco::PointCloud> cloud = std::move(decoded).value();
+  if (cloud == nullptr || cloud->num_points() != static_cast<std::uint64_t>(expected_point_count)) {
+    return Invalid("decoded to another number of points than its header declares");
+  }
+  if (cloud->num_attributes() != 1) {
+    return Invalid(std::to_string(cloud->num_attributes()) + " attributes, want POSITION alone");
+  }
+  const draco::PointAttribute* position = cloud->attribute(0);
+  if (position->attribute_type() != draco::GeometryAttribute::POSITION || position->num_components() != 3 ||
+      position->data_type() != draco::DT_FLOAT32) {
+    return Invalid("the attribute is not a POSITION of three float32");
+  }
+  Points points_mm(static_cast<std::size_t>(expected_point_count));
+  for (std::uint32_t i = 0; i < points_mm.size(); ++i) {
+    const draco::AttributeValueIndex value = position->mapped_index(draco::PointIndex(i));
+    if (value.value() >= position->size()) return Invalid("point " + std::to_string(i) + " has no position");
+    Eigen::Vector3f p;
+    position->GetValue(value, p.data());
+    if (!p.allFinite()) return Invalid("point " + std::to_string(i) + " is not finite");
+    points_mm[i] = p.cast<double>();
+  }
+  return points_mm;
+} catch (const std::exception& error) {
+  return Invalid(std::string("Draco: ") + error.what());
+}
+
+}  // namespace sixpoint::metrology
