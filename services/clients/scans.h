@@ -1,4 +1,4 @@
-// Scans as kernels want them, fetched from ingest.
+// Scans as kernels want them, fetched from ingest, and sent to it.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -24,6 +24,12 @@ class ScanClient {
  public:
   explicit ScanClient(std::shared_ptr<grpc::Channel> ingest);
   absl::StatusOr<FetchedScan> Fetch(const std::string& name, std::unique_ptr<grpc::ClientContext> context) const;
+  // Cuts the points into blocks and uploads them with this header; point_count is set here, and for ENCODING_DRACO (the
+  // default) the blocks are encoded here within error_bound_um (0: 0.25 um) and sender_error_um grows by what that
+  // cost. Returns when the scan is durable. The same call again, with the same input, is the same scan.
+  absl::StatusOr<ingest::v1::UploadScanResponse> Upload(ingest::v1::ScanHeader header,
+                                                        const metrology::Points& points_mm,
+                                                        std::unique_ptr<grpc::ClientContext> context) const;
 
  private:
   std::unique_ptr<ingest::v1::ScanService::Stub> stub_;
