@@ -2,7 +2,8 @@
 //
 // SQL lives beside its aggregate (storage/scans.cc, ...) as named constants; values travel as $n parameters only.
 // Statuses: UNAVAILABLE (no connection, server restarting), DEADLINE_EXCEEDED, ALREADY_EXISTS (unique violation),
-// FAILED_PRECONDITION (foreign key, check or serialization), RESOURCE_EXHAUSTED (pool or disk full), else INTERNAL.
+// FAILED_PRECONDITION (foreign key, check, append-only or serialization), RESOURCE_EXHAUSTED (pool or disk full),
+// INVALID_ARGUMENT (a value the type cannot hold, a NUL byte in a text), else INTERNAL.
 #pragma once
 
 #include <absl/status/status.h>
@@ -76,15 +77,17 @@ class Transaction {
   Transaction(Transaction&&) noexcept;
   Transaction& operator=(Transaction&&) = delete;
   ~Transaction();
+  // One statement. Ends at Begin's deadline even when the server is frozen or unreachable.
   absl::StatusOr<Rows> Execute(std::string_view sql, const Params& params = {});
-  // After a failed Commit nothing may be acknowledged.
+  // After a failed Commit nothing may be acknowledged: where the connection broke, the outcome is not known.
   absl::Status Commit();
 
  private:
   friend class Database;
-  Transaction(Database* database, pg_conn* connection);
+  Transaction(Database* database, pg_conn* connection, Deadline deadline);
   Database* database_;
   pg_conn* connection_;
+  Deadline deadline_;
 };
 
 // Thread-safe.
@@ -93,9 +96,9 @@ class Database {
   // Connects lazily: a server that is still starting is not an error here.
   static std::unique_ptr<Database> Open(std::string conninfo, int pool_size);
   ~Database();
-  // Waits for a free connection until the deadline; the server-side statement_timeout is set from it.
+  // Waits for a free connection until the deadline, then RESOURCE_EXHAUSTED; statement_timeout is set from it.
   absl::StatusOr<Transaction> Begin(Deadline deadline);
-  // Schema version as the migration runner left it; used by readiness.
+  // Schema version as the migration runner left it, 0 where it never ran; used by readiness.
   absl::StatusOr<int> SchemaVersion(Deadline deadline);
 
  private:

@@ -1,0 +1,148 @@
+#include "storage/connection.h"
+
+#include <libpq-fe.h>
+#include <poll.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+
+namespace sixpoint::storage {
+namespace {
+
+// How long after the deadline the server's own statement_timeout may still answer, before the connection is given up.
+constexpr std::chrono::milliseconds kGrace{300};
+
+// client_connection_check_interval: a statement whose client is gone stops by itself.
+constexpr char kSession[] =
+    "SET timezone = 'UTC'; SET datestyle = 'ISO, YMD'; SET extra_float_digits = 1; SET bytea_output = 'hex'; "
+    "SET client_encoding = 'UTF8'; SET client_min_messages = 'warning'; SET standard_conforming_strings = on; "
+    "SET client_connection_check_interval = '2s'";
+
+absl::Status WaitForSocket(int socket, short events, Deadline deadline) {
+  for (;;) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::system_clock::now()).count();
+    if (left <= 0) return absl::DeadlineExceededError("database: no answer before the deadline");
+    pollfd waiting{socket, events, 0};
+    const int ready = poll(&waiting, 1, static_cast<int>(std::min<long>(left, 60'000)));
+    if (ready > 0) return absl::OkStatus();
+    if (ready < 0 && errno != EINTR) return absl::UnavailableError("database: the connection cannot be waited for");
+  }
+}
+
+// libpq's messages end in a newline and may have several lines.
+std::string OneLine(const char* message) {
+  std::string text = message == nullptr ? "" : message;
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+absl::Status BrokenConnection(pg_conn* connection) { return StatusOfSqlstate("", OneLine(PQerrorMessage(connection))); }
+
+absl::Status StatusOfResult(const pg_result* result) {
+  const char* sqlstate = PQresultErrorField(result, PG_DIAG_SQLSTATE);
+  std::string message = OneLine(PQresultErrorField(result, PG_DIAG_MESSAGE_PRIMARY));
+  if (const char* constraint = PQresultErrorField(result, PG_DIAG_CONSTRAINT_NAME)) {
+    message += " (" + std::string(constraint) + ")";
+  }
+  return StatusOfSqlstate(sqlstate == nullptr ? "" : sqlstate, message);
+}
+
+absl::Status Flush(pg_conn* connection, Deadline deadline) {
+  for (;;) {
+    const int flushed = PQflush(connection);
+    if (flushed == 0) return absl::OkStatus();
+    if (flushed < 0) return BrokenConnection(connection);
+    // Readable too: a server that answers before it has read everything would otherwise block us for ever.
+    const absl::Status ready = WaitForSocket(PQsocket(connection), POLLIN | POLLOUT, deadline);
+    if (!ready.ok()) return ready;
+    if (PQconsumeInput(connection) == 0) return BrokenConnection(connection);
+  }
+}
+
+}  // namespace
+
+void CloseConnection::operator()(pg_conn* connection) const { PQfinish(connection); }
+void ClearResult::operator()(pg_result* result) const { PQclear(result); }
+
+absl::Status StatusOfSqlstate(const std::string& sqlstate, const std::string& message) {
+  const std::string text = "database: " + message + (sqlstate.empty() ? "" : " [" + sqlstate + "]");
+  const std::string state_class = sqlstate.substr(0, 2);
+  if (sqlstate.empty() || state_class == "08") return absl::UnavailableError(text);
+  if (sqlstate == "57014") return absl::DeadlineExceededError(text);  // query_canceled: our statement_timeout
+  if (sqlstate == "57P01" || sqlstate == "57P02" || sqlstate == "57P03") return absl::UnavailableError(text);
+  if (sqlstate == "55P03" || sqlstate == "25006") return absl::UnavailableError(text);  // lock timeout; a standby
+  if (sqlstate == "23505") return absl::AlreadyExistsError(text);
+  if (state_class == "23" || state_class == "40") return absl::FailedPreconditionError(text);
+  if (state_class == "53" || sqlstate == "54000") return absl::ResourceExhaustedError(text);
+  if (state_class == "22") return absl::InvalidArgumentError(text);
+  return absl::InternalError(text);
+}
+
+absl::StatusOr<Connection> Connect(const std::string& conninfo, Deadline deadline) {
+  const char* keywords[] = {"dbname", "fallback_application_name", nullptr};
+  const char* values[] = {conninfo.c_str(), "sixpoint", nullptr};
+  Connection connection(PQconnectStartParams(keywords, values, /*expand_dbname=*/1));
+  if (connection == nullptr) return absl::ResourceExhaustedError("database: no memory for a connection");
+  PostgresPollingStatusType polling = PGRES_POLLING_WRITING;
+  while (polling != PGRES_POLLING_OK) {
+    if (polling == PGRES_POLLING_FAILED || PQstatus(connection.get()) == CONNECTION_BAD) {
+      return absl::UnavailableError("database: not reachable: " + OneLine(PQerrorMessage(connection.get())));
+    }
+    const absl::Status ready =
+        WaitForSocket(PQsocket(connection.get()), polling == PGRES_POLLING_READING ? POLLIN : POLLOUT, deadline);
+    if (!ready.ok()) return ready;
+    polling = PQconnectPoll(connection.get());
+  }
+  if (PQsetnonblocking(connection.get(), 1) != 0) return BrokenConnection(connection.get());
+  const absl::StatusOr<Result> session = Query(connection.get(), kSession, nullptr, deadline);
+  if (!session.ok()) return session.status();
+  return connection;
+}
+
+absl::StatusOr<Result> Query(pg_conn* connection, const std::string& sql, const WireParams* params, Deadline deadline) {
+  const int sent = params == nullptr
+                       ? PQsendQuery(connection, sql.c_str())
+                       : PQsendQueryParams(connection, sql.c_str(), static_cast<int>(params->values.size()), nullptr,
+                                           params->values.data(), params->lengths.data(), params->formats.data(), 0);
+  if (sent == 0) return BrokenConnection(connection);
+  const Deadline give_up = deadline + kGrace;
+  absl::Status progress = Flush(connection, give_up);
+  if (!progress.ok()) return progress;
+
+  absl::Status failure;
+  Result last;
+  for (;;) {
+    while (PQisBusy(connection) != 0) {
+      progress = WaitForSocket(PQsocket(connection), POLLIN, give_up);
+      if (!progress.ok()) return progress;
+      if (PQconsumeInput(connection) == 0) return BrokenConnection(connection);
+    }
+    Result result(PQgetResult(connection));
+    if (result == nullptr) break;
+    switch (PQresultStatus(result.get())) {
+      case PGRES_COMMAND_OK:
+      case PGRES_TUPLES_OK:
+      case PGRES_EMPTY_QUERY:
+        break;
+      case PGRES_COPY_IN:
+      case PGRES_COPY_OUT:
+      case PGRES_COPY_BOTH:
+        std::abort();  // COPY is not a statement of ours
+      default:
+        if (failure.ok()) failure = StatusOfResult(result.get());
+    }
+    last = std::move(result);
+  }
+  if (!failure.ok()) return failure;
+  if (last == nullptr) return BrokenConnection(connection);
+  return last;
+}
+
+bool IsUsable(pg_conn* connection) {
+  return PQstatus(connection) == CONNECTION_OK && PQtransactionStatus(connection) != PQTRANS_ACTIVE &&
+         PQtransactionStatus(connection) != PQTRANS_UNKNOWN;
+}
+
+}  // namespace sixpoint::storage

@@ -1,0 +1,45 @@
+// One libpq connection whose every wait ends at a deadline. Private to storage.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <memory>
+#include <string>
+
+#include "storage/database.h"
+
+namespace sixpoint::storage {
+
+struct CloseConnection {
+  void operator()(pg_conn* connection) const;
+};
+using Connection = std::unique_ptr<pg_conn, CloseConnection>;
+
+struct ClearResult {
+  void operator()(pg_result* result) const;
+};
+using Result = std::unique_ptr<pg_result, ClearResult>;
+
+// The one map from SQLSTATE to a status. An empty SQLSTATE is a connection that broke.
+absl::Status StatusOfSqlstate(const std::string& sqlstate, const std::string& message);
+
+// UNAVAILABLE when the server cannot be reached; DEADLINE_EXCEEDED when it does not answer. The session speaks UTC, ISO
+// dates, UTF-8 and shortest exact doubles, whatever the server's own settings are.
+absl::StatusOr<Connection> Connect(const std::string& conninfo, Deadline deadline);
+
+// Parameters as libpq takes them; empty for the simple protocol, which allows several statements.
+struct WireParams {
+  std::vector<const char*> values;
+  std::vector<int> lengths;
+  std::vector<int> formats;
+};
+
+// The last result of the text. When it returns DEADLINE_EXCEEDED or UNAVAILABLE the connection may be out of step: see
+// IsUsable.
+absl::StatusOr<Result> Query(pg_conn* connection, const std::string& sql, const WireParams* params, Deadline deadline);
+
+// False for a connection that broke or that still waits for an answer.
+bool IsUsable(pg_conn* connection);
+
+}  // namespace sixpoint::storage

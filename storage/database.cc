@@ -1,0 +1,198 @@
+#include "storage/database.h"
+
+#include <libpq-fe.h>
+#include <openssl/rand.h>
+
+#include <algorithm>
+#include <condition_variable>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <mutex>
+
+#include "storage/connection.h"
+
+namespace sixpoint::storage {
+namespace {
+
+// A roll-back that takes longer than this costs the connection instead.
+constexpr std::chrono::seconds kRollbackPatience{2};
+// statement_timeout may not be 0 (which means none) nor beyond its type.
+constexpr std::int64_t kLongestTimeout_ms = 24 * 3600 * 1000;
+
+absl::Status DeadlineOver() { return absl::DeadlineExceededError("database: the deadline is over"); }
+
+std::int64_t MillisecondsUntil(Deadline deadline) {
+  const Deadline now = std::chrono::system_clock::now();
+  if (deadline <= now) return 0;
+  // Deadline::max() less now would overflow in nothing here, but its milliseconds are beyond the server's type.
+  return std::min<std::int64_t>(std::chrono::ceil<std::chrono::milliseconds>(deadline - now).count(),
+                                kLongestTimeout_ms);
+}
+
+// Leaves room for the grace of a wait: a deadline of "never" must not overflow when it is added to.
+Deadline Bounded(Deadline deadline) {
+  return std::min(deadline, std::chrono::system_clock::now() + std::chrono::milliseconds(kLongestTimeout_ms));
+}
+
+}  // namespace
+
+struct Database::Pool {
+  std::string conninfo;
+  int size = 0;
+  std::mutex mutex;
+  std::condition_variable freed;
+  std::vector<Connection> idle;
+  int in_use_count = 0;  // handed out, or being connected
+};
+
+std::unique_ptr<Database> Database::Open(std::string conninfo, int pool_size) {
+  auto pool = std::make_unique<Pool>();
+  pool->conninfo = std::move(conninfo);
+  pool->size = std::max(1, pool_size);
+  return std::unique_ptr<Database>(new Database(std::move(pool)));
+}
+
+Database::Database(std::unique_ptr<Pool> pool) : pool_(std::move(pool)) {}
+Database::~Database() = default;
+
+absl::StatusOr<Transaction> Database::Begin(Deadline deadline) {
+  deadline = Bounded(deadline);
+  Connection connection;
+  {
+    std::unique_lock lock(pool_->mutex);
+    if (!pool_->freed.wait_until(lock, deadline, [this] { return pool_->in_use_count < pool_->size; })) {
+      return absl::ResourceExhaustedError("database: all " + std::to_string(pool_->size) +
+                                          " connections are in use, want a free one before the deadline");
+    }
+    ++pool_->in_use_count;
+    if (!pool_->idle.empty()) {
+      connection = std::move(pool_->idle.back());
+      pool_->idle.pop_back();
+    }
+  }
+  const std::string begin = "BEGIN; SET LOCAL statement_timeout = " + std::to_string(MillisecondsUntil(deadline) + 1);
+  if (connection != nullptr) {
+    const absl::StatusOr<Result> begun = Query(connection.get(), begin, nullptr, deadline);
+    if (begun.ok()) return Transaction(this, connection.release(), deadline);
+    if (IsUsable(connection.get())) {
+      Return(connection.release(), /*broken=*/true);
+      return begun.status();
+    }
+    // The server went away while this one was idle, so the others are stale too; the call itself goes on with a new
+    // one.
+    std::vector<Connection> stale;
+    std::lock_guard lock(pool_->mutex);
+    stale.swap(pool_->idle);
+  }
+  absl::Status failure = DeadlineOver();
+  if (MillisecondsUntil(deadline) > 0) {
+    absl::StatusOr<Connection> fresh = Connect(pool_->conninfo, deadline);
+    if (fresh.ok()) {
+      connection = *std::move(fresh);
+      const absl::StatusOr<Result> begun = Query(connection.get(), begin, nullptr, deadline);
+      if (begun.ok()) return Transaction(this, connection.release(), deadline);
+      failure = begun.status();
+    } else {
+      failure = fresh.status();
+    }
+  }
+  Return(connection.release(), /*broken=*/true);
+  return failure;
+}
+
+void Database::Return(pg_conn* connection, bool broken) {
+  Connection owned(connection);
+  {
+    std::lock_guard lock(pool_->mutex);
+    --pool_->in_use_count;
+    if (!broken && owned != nullptr) pool_->idle.push_back(std::move(owned));
+  }
+  pool_->freed.notify_one();
+}
+
+absl::StatusOr<int> Database::SchemaVersion(Deadline deadline) {
+  absl::StatusOr<Transaction> transaction = Begin(deadline);
+  if (!transaction.ok()) return transaction.status();
+  const absl::StatusOr<Rows> known = transaction->Execute("SELECT to_regclass('schema_migrations') IS NOT NULL");
+  if (!known.ok()) return known.status();
+  if (!known->Bool(0, 0)) return 0;
+  const absl::StatusOr<Rows> rows = transaction->Execute("SELECT coalesce(max(version), 0) FROM schema_migrations");
+  if (!rows.ok()) return rows.status();
+  return static_cast<int>(rows->Int(0, 0));
+}
+
+Transaction::Transaction(Database* database, pg_conn* connection, Deadline deadline)
+    : database_(database), connection_(connection), deadline_(deadline) {}
+
+Transaction::Transaction(Transaction&& other) noexcept
+    : database_(other.database_), connection_(other.connection_), deadline_(other.deadline_) {
+  other.connection_ = nullptr;
+}
+
+Transaction::~Transaction() {
+  if (connection_ == nullptr) return;
+  bool broken = !IsUsable(connection_);
+  if (!broken && PQtransactionStatus(connection_) != PQTRANS_IDLE) {
+    broken = !Query(connection_, "ROLLBACK", nullptr, std::chrono::system_clock::now() + kRollbackPatience).ok() ||
+             !IsUsable(connection_);
+  }
+  database_->Return(connection_, broken);
+}
+
+absl::StatusOr<Rows> Transaction::Execute(std::string_view sql, const Params& params) {
+  if (connection_ == nullptr) return absl::FailedPreconditionError("database: the transaction has ended");
+  if (MillisecondsUntil(deadline_) == 0) return DeadlineOver();
+  WireParams wire;
+  for (const Params::Value& value : params.values_) {
+    // A text parameter ends at its first NUL: storing the rest silently away is not an option.
+    if (value.bytes && !value.binary && value.bytes->find('\0') != std::string::npos) {
+      return absl::InvalidArgumentError("database: a text holds a NUL byte, want none");
+    }
+    wire.values.push_back(value.bytes ? value.bytes->data() : nullptr);
+    wire.lengths.push_back(value.bytes ? static_cast<int>(value.bytes->size()) : 0);
+    wire.formats.push_back(value.binary ? 1 : 0);
+  }
+  absl::StatusOr<Result> result = Query(connection_, std::string(sql), &wire, deadline_);
+  if (!result.ok()) return result.status();
+  return Rows(result->release());
+}
+
+absl::Status Transaction::Commit() {
+  if (connection_ == nullptr) return absl::FailedPreconditionError("database: the transaction has ended");
+  if (MillisecondsUntil(deadline_) == 0) return DeadlineOver();
+  const absl::StatusOr<Result> result = Query(connection_, "COMMIT", nullptr, deadline_);
+  if (!result.ok()) return result.status();
+  // COMMIT of a transaction in which a statement failed succeeds, and says ROLLBACK.
+  if (std::strcmp(PQcmdStatus(result->get()), "COMMIT") != 0) {
+    return absl::FailedPreconditionError("database: an earlier statement failed, so the transaction was rolled back");
+  }
+  database_->Return(connection_, !IsUsable(connection_));
+  connection_ = nullptr;
+  return absl::OkStatus();
+}
+
+// RFC 9562 section 5.7; rand_a holds the fraction of the millisecond, so that ids made in turn sort in turn.
+std::string NewUuid() {
+  unsigned char bytes[16];
+  if (RAND_bytes(bytes, sizeof bytes) != 1) std::abort();  // an id that is not random would collide silently
+  const auto now_us =
+      std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch())
+          .count();
+  const std::uint64_t now_ms = static_cast<std::uint64_t>(now_us) / 1000;
+  for (int i = 0; i < 6; ++i) bytes[i] = static_cast<unsigned char>(now_ms >> (40 - 8 * i));
+  const auto fraction = static_cast<unsigned>(now_us % 1000) * 4096 / 1000;
+  bytes[6] = static_cast<unsigned char>(0x70 | fraction >> 8);
+  bytes[7] = static_cast<unsigned char>(fraction);
+  bytes[8] = static_cast<unsigned char>((bytes[8] & 0x3f) | 0x80);
+  std::string text;
+  for (int i = 0; i < 16; ++i) {
+    char pair[3];
+    std::snprintf(pair, sizeof pair, "%02x", bytes[i]);
+    if (i == 4 || i == 6 || i == 8 || i == 10) text += '-';
+    text += pair;
+  }
+  return text;
+}
+
+}  // namespace sixpoint::storage

@@ -1,0 +1,99 @@
+#include "storage/record.h"
+
+#include <algorithm>
+
+namespace sixpoint::storage {
+namespace {
+
+// Numbers of a sequence are drawn in one order and committed in another: a reader that has seen 8 would never look for
+// the 7 that commits later. This lock is held from the draw to the end of the transaction, which makes the orders the
+// same. Append last in a transaction, for the lock makes writers wait for each other.
+constexpr char kLockJournal[] = "SELECT pg_advisory_xact_lock(6021, 1)";
+constexpr char kInsertEntry[] =
+    "INSERT INTO record_entries (kind, name, blade_serial, machine_id, method, software_version, requested_by, "
+    "measured_at, summary) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9::jsonb) RETURNING record_sequence, recorded_at";
+constexpr char kInsertInputs[] =
+    "INSERT INTO record_inputs (record_sequence, position_index, input_name) "
+    "SELECT $1, (position - 1)::integer, name FROM unnest($2::text[]) WITH ORDINALITY AS input (name, position)";
+
+#define SIXPOINT_ENTRY_COLUMNS                                                                        \
+  "SELECT e.record_sequence, e.recorded_at, e.kind, e.name, e.blade_serial, e.machine_id, e.method, " \
+  "e.software_version, e.requested_by, e.measured_at, e.summary::text, "                              \
+  "ARRAY(SELECT i.input_name FROM record_inputs i WHERE i.record_sequence = e.record_sequence "       \
+  "ORDER BY i.position_index) FROM record_entries e "
+constexpr char kSelectBlade[] = SIXPOINT_ENTRY_COLUMNS "WHERE e.blade_serial = $1 ORDER BY e.record_sequence";
+// The thing itself or, for a name without @revision, any of its revisions ('A' follows '@').
+constexpr char kSelectDerived[] =
+    "WITH RECURSIVE derived (record_sequence) AS ("
+    "SELECT i.record_sequence FROM record_inputs i "
+    "WHERE i.input_name = $1 OR (i.input_name >= $1 || '@' AND i.input_name < $1 || 'A') "
+    "UNION SELECT i.record_sequence FROM derived d JOIN record_entries e ON e.record_sequence = d.record_sequence "
+    "JOIN record_inputs i ON i.input_name = e.name) " SIXPOINT_ENTRY_COLUMNS
+    "JOIN derived d ON d.record_sequence = e.record_sequence ORDER BY e.record_sequence";
+#undef SIXPOINT_ENTRY_COLUMNS
+
+void AddOptional(Params& params, const std::optional<std::string>& value) {
+  value ? params.Text(*value) : params.Null();
+}
+
+std::optional<std::string> OptionalText(const Rows& rows, int row, int column) {
+  if (rows.IsNull(row, column)) return std::nullopt;
+  return rows.Text(row, column);
+}
+
+absl::StatusOr<std::vector<JournalEntry>> ReadEntries(Transaction& transaction, const char* sql,
+                                                      const std::string& key) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(sql, Params().Text(key));
+  if (!rows.ok()) return rows.status();
+  std::vector<JournalEntry> entries;
+  for (int row = 0; row < rows->count(); ++row) {
+    JournalEntry& read = entries.emplace_back();
+    read.recorded = {rows->Int(row, 0), rows->Time(row, 1)};
+    read.entry.kind = rows->Text(row, 2);
+    read.entry.name = rows->Text(row, 3);
+    read.entry.blade = OptionalText(*rows, row, 4);
+    read.entry.machine = OptionalText(*rows, row, 5);
+    read.entry.method = rows->Text(row, 6);
+    read.entry.software_version = rows->Text(row, 7);
+    read.entry.requested_by = rows->Text(row, 8);
+    if (!rows->IsNull(row, 9)) read.entry.measured_at = rows->Time(row, 9);
+    read.entry.summary_json = rows->Text(row, 10);
+    read.entry.inputs = rows->Texts(row, 11);
+  }
+  return entries;
+}
+
+}  // namespace
+
+absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const RecordEntry& entry) {
+  const absl::StatusOr<Rows> locked = transaction.Execute(kLockJournal);
+  if (!locked.ok()) return locked.status();
+  Params params;
+  params.Text(entry.kind).Text(entry.name);
+  AddOptional(params, entry.blade);
+  AddOptional(params, entry.machine);
+  params.Text(entry.method).Text(entry.software_version).Text(entry.requested_by);
+  entry.measured_at ? params.Time(*entry.measured_at) : params.Null();
+  const absl::StatusOr<Rows> rows = transaction.Execute(kInsertEntry, params.Json(entry.summary_json));
+  if (!rows.ok()) return rows.status();
+  const Recorded recorded{rows->Int(0, 0), rows->Time(0, 1)};
+
+  std::vector<std::string> inputs;  // each once, in the order given
+  for (const std::string& input : entry.inputs) {
+    if (std::find(inputs.begin(), inputs.end(), input) == inputs.end()) inputs.push_back(input);
+  }
+  if (inputs.empty()) return recorded;
+  const absl::StatusOr<Rows> edges = transaction.Execute(kInsertInputs, Params().Int(recorded.sequence).Texts(inputs));
+  if (!edges.ok()) return edges.status();
+  return recorded;
+}
+
+absl::StatusOr<std::vector<JournalEntry>> RecordOfBlade(Transaction& transaction, const std::string& serial) {
+  return ReadEntries(transaction, kSelectBlade, serial);
+}
+
+absl::StatusOr<std::vector<JournalEntry>> DerivedFrom(Transaction& transaction, const std::string& name) {
+  return ReadEntries(transaction, kSelectDerived, name);
+}
+
+}  // namespace sixpoint::storage

@@ -1,0 +1,40 @@
+#include "storage/requests.h"
+
+#include "storage/blobs.h"
+
+namespace sixpoint::storage {
+namespace {
+
+// A lock on (method, id) until the transaction ends: of two retries at once the second waits and then finds the answer.
+constexpr char kLockRequest[] = "SELECT pg_advisory_xact_lock(hashtextextended($1 || ' ' || $2, 0))";
+constexpr char kSelectAnswer[] = "SELECT request_sha256, response FROM requests WHERE method = $1 AND request_id = $2";
+constexpr char kInsertAnswer[] =
+    "INSERT INTO requests (method, request_id, request_sha256, response) VALUES ($1, $2, $3, $4)";
+
+}  // namespace
+
+absl::StatusOr<std::optional<std::string>> FindAnswer(Transaction& transaction, std::string_view method,
+                                                      const std::string& request_id, std::string_view request_bytes) {
+  if (request_id.empty()) return std::nullopt;
+  const Params key = Params().Text(method).Text(request_id);
+  const absl::StatusOr<Rows> locked = transaction.Execute(kLockRequest, key);
+  if (!locked.ok()) return locked.status();
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectAnswer, key);
+  if (!rows.ok()) return rows.status();
+  if (rows->count() == 0) return std::nullopt;
+  if (rows->Text(0, 0) != Sha256Hex(request_bytes)) {
+    return absl::AlreadyExistsError("request_id: " + request_id + " was used for another request, want a new id");
+  }
+  return rows->Bytes(0, 1);
+}
+
+absl::Status KeepAnswer(Transaction& transaction, std::string_view method, const std::string& request_id,
+                        std::string_view request_bytes, std::string_view response_bytes) {
+  if (request_id.empty()) return absl::OkStatus();
+  return transaction
+      .Execute(kInsertAnswer,
+               Params().Text(method).Text(request_id).Text(Sha256Hex(request_bytes)).Bytes(response_bytes))
+      .status();
+}
+
+}  // namespace sixpoint::storage
