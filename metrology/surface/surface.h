@@ -1,9 +1,16 @@
 // Closest points on a part's surface: prepared once, then read by any number of threads.
+//
+// A bounding-volume tree over the triangles finds the nearest triangle exactly (double precision, coordinates centred, so
+// that CAD far from its origin loses nothing). Signs come from angle-weighted pseudo-normals (Baerentzen and Aanaes 2005)
+// and are right at edges, corners and thin trailing edges. Where the mesh carries the true surface's corner normals, each
+// triangle is a cubic height field that meets its three corners with those normals (as PN triangles, Vlachos et al. 2001),
+// which takes the tessellation's chordal error away; sharp edges between faces stay sharp.
 #pragma once
 
 #include <absl/status/statusor.h>
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <memory>
 
 #include "metrology/frames/pose.h"
@@ -11,27 +18,42 @@
 
 namespace sixpoint::metrology {
 
+// Where on the surface a closest point lies.
+enum class SurfaceFeature : std::uint8_t {
+  kFace,    // inside a face of the part: the surface is smooth there
+  kEdge,    // on a sharp edge or corner
+  kBorder,  // on the rim of an open surface: the query may be beyond its end
+};
+
 struct SurfacePoint {
-  Eigen::Vector3d point_mm;     // part frame
-  Eigen::Vector3d normal;       // outward unit normal of the surface there
+  Eigen::Vector3d point_mm;       // part frame
+  Eigen::Vector3d normal;         // outward unit normal of the surface there
   double signed_distance_mm = 0;  // of the query point; positive outside
   std::uint32_t triangle = 0;
+  SurfaceFeature feature = SurfaceFeature::kFace;
 };
 
 class Surface {
  public:
+  static constexpr std::uint32_t kNoTriangle = 0xffffffff;
+
   // Refuses a mesh without triangles, with indices or coordinates out of range, or degenerate throughout.
   static absl::StatusOr<std::shared_ptr<const Surface>> Prepare(TriangleMesh mesh);
   ~Surface();
 
-  // Nearest surface point. Ties are broken by triangle index, so results do not depend on threads.
-  SurfacePoint Closest(const Eigen::Vector3d& point_mm) const;
+  // Nearest surface point. Ties are broken by triangle index, so results do not depend on threads. A hint (a triangle
+  // thought near, such as the neighbouring point's) changes the time, never the result. A query that is not finite has
+  // the distance NaN.
+  SurfacePoint Closest(const Eigen::Vector3d& point_mm, std::uint32_t hint = kNoTriangle) const;
   // The same, searching only within a distance; signed_distance_mm is NaN when there is none.
-  SurfacePoint ClosestWithin(const Eigen::Vector3d& point_mm, double limit_mm) const;
+  SurfacePoint ClosestWithin(const Eigen::Vector3d& point_mm, double limit_mm, std::uint32_t hint = kNoTriangle) const;
 
   const TriangleMesh& mesh() const;
   Eigen::Vector3d minimum_mm() const;
   Eigen::Vector3d maximum_mm() const;
+  // Of the surface, by area; and the root mean square distance from it.
+  Eigen::Vector3d centroid_mm() const;
+  double radius_of_gyration_mm() const;
 
  private:
   struct Tree;

@@ -1,0 +1,58 @@
+// A four-way bounding-volume tree over triangles that answers nearest-triangle queries exactly.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "metrology/frames/pose.h"
+
+namespace sixpoint::metrology {
+
+// Which part of a triangle is nearest: its inside, edge i (opposite corner i) or corner i.
+enum class TrianglePart : std::uint8_t { kInside, kEdge0, kEdge1, kEdge2, kCorner0, kCorner1, kCorner2 };
+
+class TriangleTree {
+ public:
+  static constexpr std::uint32_t kNone = 0xffffffff;
+  struct Nearest {
+    std::uint32_t triangle = kNone;  // index in the list it was built from
+    double distance_squared = std::numeric_limits<double>::infinity();
+    Eigen::Vector3d barycentric = Eigen::Vector3d::Zero();
+    TrianglePart part = TrianglePart::kInside;
+  };
+
+  // Triangles without area are left out. Vertices should be near their origin (boxes are kept in float, conservatively).
+  TriangleTree(const Points& vertices, const std::vector<std::array<std::uint32_t, 3>>& triangles);
+
+  // The nearest triangle within a distance; equal distances go to the smaller index. The hint only saves time.
+  Nearest Find(const Eigen::Vector3d& query, double limit_squared, std::uint32_t hint) const;
+
+  bool empty() const { return items_.empty(); }
+
+ private:
+  // One triangle: a corner, two edges from it and their inner products.
+  struct Item {
+    Eigen::Vector3d a, ab, ac;
+    double abab, abac, acac;
+    std::uint32_t triangle;
+  };
+  // Bounds of four children, by coordinate; a child is a node, or a run of items where its count is not 0.
+  struct alignas(16) Node {
+    Eigen::Array4f low[3], high[3];
+    std::uint32_t first[4];
+    std::uint32_t count[4];
+    EIGEN_MAKE_ALIGNED_OPERATOR_NEW
+  };
+  struct Builder;
+
+  static void Test(const Item& item, const Eigen::Vector3d& query, Nearest* best);
+
+  std::vector<Item> items_;
+  std::vector<std::uint32_t> item_of_triangle_;
+  std::vector<Node, Eigen::aligned_allocator<Node>> nodes_;
+};
+
+}  // namespace sixpoint::metrology

@@ -1,0 +1,81 @@
+// Meshes of shapes whose true surface is known, with and without corner normals.
+#pragma once
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "metrology/surface/triangle_mesh.h"
+
+namespace sixpoint::metrology::shapes {
+
+// A grid over (u, v) in [0, 1)^2 (u closed on itself; v closed too, or open at its ends), as triangles with true normals.
+inline TriangleMesh Grid(const std::function<Eigen::Vector3d(double, double)>& point, int around, int along,
+                         bool v_closed) {
+  TriangleMesh mesh;
+  const int rows = v_closed ? along : along + 1;
+  const auto normal = [&](int i, int j) -> Eigen::Vector3f {
+    const double u = static_cast<double>(i) / around, v = static_cast<double>(j) / along, h = 1e-5;
+    const Eigen::Vector3d du = point(u + h, v) - point(u - h, v), dv = point(u, v + h) - point(u, v - h);
+    return du.cross(dv).normalized().cast<float>();
+  };
+  std::vector<Eigen::Vector3f> normals;
+  for (int j = 0; j < rows; ++j)
+    for (int i = 0; i < around; ++i) {
+      mesh.vertices_mm.push_back(point(static_cast<double>(i) / around, static_cast<double>(j) / along));
+      normals.push_back(normal(i, j));
+    }
+  const auto index = [&](int i, int j) { return static_cast<std::uint32_t>((j % rows) * around + i % around); };
+  for (int j = 0; j < along; ++j)
+    for (int i = 0; i < around; ++i) {
+      const std::uint32_t a = index(i, j), b = index(i + 1, j), c = index(i + 1, j + 1), d = index(i, j + 1);
+      for (const std::array<std::uint32_t, 3>& t : {std::array<std::uint32_t, 3>{a, b, c}, {a, c, d}}) {
+        mesh.triangles.push_back(t);
+        mesh.corner_normals.push_back({normals[t[0]], normals[t[1]], normals[t[2]]});
+      }
+    }
+  mesh.closed = v_closed;
+  return mesh;
+}
+
+inline TriangleMesh Torus(double major_mm, double minor_mm, int around, int along, const Eigen::Vector3d& centre_mm) {
+  return Grid(
+      [=](double u, double v) {
+        const double a = 2 * M_PI * v, b = 2 * M_PI * u;
+        return Eigen::Vector3d(centre_mm + Eigen::Vector3d((major_mm + minor_mm * std::cos(b)) * std::sin(a),
+                                                           (major_mm + minor_mm * std::cos(b)) * std::cos(a),
+                                                           minor_mm * std::sin(b)));
+      },
+      around, along, true);
+}
+
+// A twisted, tapering blade along z (span 40 mm, chord about 24 mm, elliptic sections), with a flat cap at either end.
+inline TriangleMesh Blade(int around, int along, const Eigen::Vector3d& centre_mm) {
+  const auto point = [=](double u, double v) {
+    const double twist = 0.6 * (v - 0.5), scale = 1 - 0.25 * v, a = 2 * M_PI * u;
+    const double x = 12 * scale * std::cos(a), y = 2.5 * scale * std::sin(a) + 0.012 * x * x;
+    return Eigen::Vector3d(centre_mm + Eigen::Vector3d(std::cos(twist) * x - std::sin(twist) * y,
+                                                       std::sin(twist) * x + std::cos(twist) * y, 40 * (v - 0.5)));
+  };
+  TriangleMesh mesh = Grid(point, around, along, false);
+  for (const int end : {0, along}) {
+    const auto middle = static_cast<std::uint32_t>(mesh.vertices_mm.size());
+    const Eigen::Vector3f up(0, 0, end == 0 ? -1.f : 1.f);
+    mesh.vertices_mm.push_back(point(0, static_cast<double>(end) / along) * 0.5 +
+                               point(0.5, static_cast<double>(end) / along) * 0.5);
+    mesh.vertices_mm.back() += 0.4 * (point(0.25, static_cast<double>(end) / along) - mesh.vertices_mm.back());
+    for (int i = 0; i < around; ++i) {
+      const auto p = static_cast<std::uint32_t>(end * around + i),
+                 q = static_cast<std::uint32_t>(end * around + (i + 1) % around);
+      if (end == 0)
+        mesh.triangles.push_back({middle, q, p});
+      else
+        mesh.triangles.push_back({middle, p, q});
+      mesh.corner_normals.push_back({up, up, up});
+    }
+  }
+  mesh.closed = true;
+  return mesh;
+}
+
+}  // namespace sixpoint::metrology::shapes

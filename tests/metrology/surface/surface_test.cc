@@ -1,0 +1,165 @@
+#include "metrology/surface/surface.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <random>
+
+#include "tests/metrology/surface/shapes.h"
+
+namespace sixpoint::metrology {
+namespace {
+
+using Eigen::Vector3d;
+
+const Vector3d kFarOrigin(6350.123, -12.7, 331.6);  // real CAD stands metres from its origin
+
+Vector3d RandomPoint(std::mt19937_64& random, const Vector3d& low, const Vector3d& high) {
+  std::uniform_real_distribution<double> unit(0, 1);
+  return low + Vector3d(unit(random), unit(random), unit(random)).cwiseProduct(high - low);
+}
+
+std::shared_ptr<const Surface> Prepared(TriangleMesh mesh) {
+  auto surface = Surface::Prepare(std::move(mesh));
+  EXPECT_TRUE(surface.ok()) << surface.status();
+  return *surface;
+}
+
+// The oracle: distance to a triangle by minimising over its plane, edges and corners one by one.
+double DistanceToTriangle(const Vector3d& q, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+  const auto to_segment = [&q](const Vector3d& s, const Vector3d& e) {
+    const double t = std::clamp((q - s).dot(e - s) / (e - s).squaredNorm(), 0.0, 1.0);
+    return (s + t * (e - s) - q).norm();
+  };
+  double best = std::min({to_segment(a, b), to_segment(b, c), to_segment(c, a)});
+  const Vector3d n = (b - a).cross(c - a).normalized();
+  const Vector3d foot = q - (q - a).dot(n) * n;
+  if ((b - a).cross(foot - a).dot(n) >= 0 && (c - b).cross(foot - b).dot(n) >= 0 && (a - c).cross(foot - c).dot(n) >= 0)
+    best = std::min(best, std::abs((q - a).dot(n)));
+  return best;
+}
+
+TEST(Surface, AgreesWithBruteForce) {
+  TriangleMesh mesh = shapes::Blade(40, 30, kFarOrigin);
+  mesh.corner_normals.clear();
+  const auto surface = Prepared(mesh);
+  std::mt19937_64 random(1);
+  for (int i = 0; i < 400; ++i) {
+    const Vector3d q = RandomPoint(random, kFarOrigin - Vector3d::Constant(i % 2 ? 15 : 60),
+                                   kFarOrigin + Vector3d::Constant(i % 2 ? 15 : 60));
+    double best = std::numeric_limits<double>::infinity();
+    for (const auto& t : mesh.triangles)
+      best =
+          std::min(best, DistanceToTriangle(q, mesh.vertices_mm[t[0]], mesh.vertices_mm[t[1]], mesh.vertices_mm[t[2]]));
+    const SurfacePoint found = surface->Closest(q);
+    EXPECT_NEAR(std::abs(found.signed_distance_mm), best, 1e-9);
+    EXPECT_NEAR((found.point_mm - q).norm(), best, 1e-9);
+    EXPECT_NEAR(found.normal.norm(), 1, 1e-12);
+  }
+}
+
+TEST(Surface, HintChangesNothing) {
+  const auto surface = Prepared(shapes::Blade(60, 50, kFarOrigin));
+  std::mt19937_64 random(2);
+  for (int i = 0; i < 2000; ++i) {
+    const Vector3d q = RandomPoint(random, kFarOrigin - Vector3d::Constant(20), kFarOrigin + Vector3d::Constant(20));
+    const SurfacePoint plain = surface->Closest(q);
+    const auto hint = static_cast<std::uint32_t>(random() % surface->mesh().triangles.size());
+    const SurfacePoint hinted = surface->Closest(q, hint);
+    EXPECT_EQ(plain.triangle, hinted.triangle);
+    EXPECT_EQ(plain.signed_distance_mm, hinted.signed_distance_mm);
+  }
+}
+
+// The chord of a torus of this mesh is 0.8 um; the true distance must come out two orders better, near and off it.
+TEST(Surface, CornerNormalsTakeTheChordalErrorAway) {
+  const double major = 20, minor = 3;
+  const TriangleMesh mesh = shapes::Torus(major, minor, 160, 720, kFarOrigin);
+  const auto surface = Prepared(mesh);
+  TriangleMesh flat = mesh;
+  flat.corner_normals.clear();
+  const auto facets = Prepared(flat);
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> turn(0, 2 * M_PI), off(-0.3, 0.3);
+  double worst = 0, worst_flat = 0, worst_normal = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const double a = turn(random), b = turn(random), d = i % 2 ? off(random) : 1e-2 * off(random);
+    const Vector3d ring(std::sin(a), std::cos(a), 0), normal = std::cos(b) * ring + std::sin(b) * Vector3d::UnitZ();
+    const Vector3d q = kFarOrigin + major * ring + (minor + d) * normal;
+    const SurfacePoint found = surface->Closest(q);
+    worst = std::max(worst, std::abs(found.signed_distance_mm - d));
+    worst_flat = std::max(worst_flat, std::abs(facets->Closest(q).signed_distance_mm - d));
+    worst_normal = std::max(worst_normal, (found.normal - normal).norm());
+    EXPECT_EQ(found.feature, SurfaceFeature::kFace);
+  }
+  EXPECT_GT(worst_flat, 5e-4);
+  EXPECT_LT(worst, 2e-5);
+  EXPECT_LT(worst_normal, 2e-4);
+}
+
+TEST(Surface, SignsAreRightAtAThinEdge) {
+  // A wedge 10 mm long, 0.02 mm thick at its root, with nothing at its tip: outside points near the tip stay outside.
+  TriangleMesh mesh;
+  mesh.vertices_mm = {{0, -.01, 0}, {0, .01, 0}, {10, 0, 0}, {0, -.01, 5}, {0, .01, 5}, {10, 0, 5}};
+  mesh.triangles = {{0, 1, 2}, {3, 5, 4}, {0, 2, 5}, {0, 5, 3}, {1, 4, 5}, {1, 5, 2}, {0, 3, 4}, {0, 4, 1}};
+  const Vector3d inside_mm(1, 0, 2.5);
+  const auto surface = Prepared(mesh);
+  ASSERT_LT(surface->Closest(inside_mm).signed_distance_mm, 0);
+  std::mt19937_64 random(4);
+  for (int i = 0; i < 5000; ++i) {
+    const Vector3d q = RandomPoint(random, {8, -.01, -1}, {11, .01, 6});
+    const double half = .01 * (1 - q.x() / 10);
+    const bool inside = std::abs(q.y()) < half && q.z() > 0 && q.z() < 5 && q.x() < 10;
+    const SurfacePoint found = surface->Closest(q);
+    if (std::abs(found.signed_distance_mm) < 1e-9) continue;
+    EXPECT_EQ(found.signed_distance_mm < 0, inside) << q.transpose();
+  }
+}
+
+TEST(Surface, TellsSharpEdgesAndBorders) {
+  const auto blade = Prepared(shapes::Blade(60, 50, Vector3d::Zero()));
+  EXPECT_EQ(blade->Closest({14, 1, 24}).feature, SurfaceFeature::kEdge);
+  EXPECT_EQ(blade->Closest({0, 0.5, 24}).feature, SurfaceFeature::kFace);
+  TriangleMesh tube =
+      shapes::Grid([](double u, double v) { return Vector3d(std::cos(2 * M_PI * u), std::sin(2 * M_PI * u), 5 * v); },
+                   60, 20, false);
+  const auto open = Prepared(tube);
+  EXPECT_EQ(open->Closest({1.1, 0, 6}).feature, SurfaceFeature::kBorder);
+  EXPECT_EQ(open->Closest({1.1, 0, 2.2}).feature, SurfaceFeature::kFace);
+}
+
+TEST(Surface, SearchesOnlyWithinTheLimit) {
+  const auto surface = Prepared(shapes::Torus(20, 3, 60, 90, Vector3d::Zero()));
+  EXPECT_TRUE(std::isnan(surface->ClosestWithin({0, 0, 0}, 16).signed_distance_mm));
+  EXPECT_NEAR(surface->ClosestWithin({0, 0, 0}, 18).signed_distance_mm, 17, 1e-3);
+  EXPECT_TRUE(std::isnan(surface->Closest({std::nan(""), 0, 0}).signed_distance_mm));
+  EXPECT_NEAR(surface->Closest({0, 0, 1e9}).signed_distance_mm, 1e9, 10);
+}
+
+TEST(Surface, MomentsAreTheTorus) {
+  const auto surface = Prepared(shapes::Torus(20, 3, 200, 400, kFarOrigin));
+  EXPECT_LT((surface->centroid_mm() - kFarOrigin).norm(), 1e-6);
+  // Mean square distance over a torus's area: R^2 + 3 r^2 / 2 + r^2 / 2 ... = R^2 + 2 r^2 (Pappus, by hand).
+  EXPECT_NEAR(surface->radius_of_gyration_mm(), std::sqrt(20. * 20 + 2 * 3. * 3), 5e-3);
+}
+
+TEST(Surface, RefusesWhatIsNoSurface) {
+  EXPECT_FALSE(Surface::Prepare({}).ok());
+  TriangleMesh mesh;
+  mesh.vertices_mm = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
+  mesh.triangles = {{0, 1, 2}};
+  EXPECT_FALSE(Surface::Prepare(mesh).ok()) << "no area";
+  mesh.vertices_mm[2] = {0, 1, 0};
+  EXPECT_TRUE(Surface::Prepare(mesh).ok());
+  mesh.triangles = {{0, 1, 3}};
+  EXPECT_FALSE(Surface::Prepare(mesh).ok()) << "an index out of range";
+  mesh.triangles = {{0, 1, 2}};
+  mesh.vertices_mm[2].y() = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(Surface::Prepare(mesh).ok());
+  mesh.vertices_mm[2].y() = 1;
+  mesh.corner_normals = {{Eigen::Vector3f(0, 0, 0), Eigen::Vector3f(0, 0, 1), Eigen::Vector3f(0, 0, 1)}};
+  EXPECT_FALSE(Surface::Prepare(mesh).ok());
+}
+
+}  // namespace
+}  // namespace sixpoint::metrology
