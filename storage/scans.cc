@@ -1,0 +1,135 @@
+#include "storage/scans.h"
+
+namespace sixpoint::storage {
+namespace {
+
+constexpr char kLockScanId[] = "SELECT pg_advisory_xact_lock(hashtextextended('scans/' || $1, 0))";
+
+#define SIXPOINT_SCAN_COLUMNS                                                                                     \
+  "scan_id, machine_id, machine_revision, artefact_id, artefact_revision, blade_serial, kind, v0_x_mm, v0_y_mm, " \
+  "v0_z_mm, a_deg, b_deg, profile_pitch_mm, columns_per_profile, point_count, encoding, sender_error_um, "        \
+  "error_bound_um, measured_at, block_count, stored_bytes, stored_sha256, sent_sha256, proven_error_um, "         \
+  "record_sequence, recorded_at"
+constexpr char kInsertScan[] = "INSERT INTO scans (" SIXPOINT_SCAN_COLUMNS
+                               ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, "
+                               "$18, $19, $20, $21, $22, $23, $24, $25, $26)";
+constexpr char kSelectScan[] = "SELECT " SIXPOINT_SCAN_COLUMNS " FROM scans WHERE scan_id = $1";
+constexpr char kListScans[] = "SELECT " SIXPOINT_SCAN_COLUMNS
+                              " FROM scans WHERE ($1 = 0 OR record_sequence < $1) AND ($2 = '' OR machine_id = $2) "
+                              "AND ($3 = '' OR artefact_id = $3) AND ($4 = '' OR blade_serial = $4) "
+                              "AND ($5 = '' OR kind = $5) ORDER BY record_sequence DESC LIMIT $6";
+#undef SIXPOINT_SCAN_COLUMNS
+constexpr char kInsertBlocks[] =
+    "INSERT INTO scan_blocks (scan_id, block_index, point_count, blob_sha256) "
+    "SELECT $1, (position - 1)::integer, points::integer, sha256 "
+    "FROM unnest($2::text[], $3::text[]) WITH ORDINALITY AS block (points, sha256, position)";
+constexpr char kSelectBlocks[] =
+    "SELECT block_index, point_count, blob_sha256 FROM scan_blocks WHERE scan_id = $1 ORDER BY block_index";
+
+ScanRow ReadScan(const Rows& rows, int row) {
+  ScanRow scan;
+  scan.scan_id = rows.Text(row, 0);
+  scan.machine_id = rows.Text(row, 1);
+  scan.machine_revision = static_cast<int>(rows.Int(row, 2));
+  if (!rows.IsNull(row, 3)) {
+    scan.artefact_id = rows.Text(row, 3);
+    scan.artefact_revision = static_cast<int>(rows.Int(row, 4));
+  }
+  if (!rows.IsNull(row, 5)) scan.blade_serial = rows.Text(row, 5);
+  scan.kind = rows.Text(row, 6);
+  scan.v0_mm = {rows.Real(row, 7), rows.Real(row, 8), rows.Real(row, 9)};
+  scan.a_deg = rows.Real(row, 10);
+  scan.b_deg = rows.Real(row, 11);
+  scan.profile_pitch_mm = rows.Real(row, 12);
+  scan.columns_per_profile = static_cast<int>(rows.Int(row, 13));
+  scan.point_count = rows.Int(row, 14);
+  scan.encoding = rows.Text(row, 15);
+  scan.sender_error_um = rows.Real(row, 16);
+  scan.error_bound_um = rows.Real(row, 17);
+  if (!rows.IsNull(row, 18)) scan.measured_at = rows.Time(row, 18);
+  scan.block_count = static_cast<int>(rows.Int(row, 19));
+  scan.stored_bytes = rows.Int(row, 20);
+  scan.stored_sha256 = rows.Text(row, 21);
+  scan.sent_sha256 = rows.Text(row, 22);
+  scan.proven_error_um = rows.Real(row, 23);
+  scan.recorded = {rows.Int(row, 24), rows.Time(row, 25)};
+  return scan;
+}
+
+void AddOptional(Params& params, const std::optional<std::string>& value) {
+  value ? params.Text(*value) : params.Null();
+}
+
+Params ScanParams(const ScanRow& scan, const Recorded& recorded) {
+  Params params;
+  params.Text(scan.scan_id).Text(scan.machine_id).Int(scan.machine_revision);
+  AddOptional(params, scan.artefact_id);
+  scan.artefact_id ? params.Int(scan.artefact_revision) : params.Null();
+  AddOptional(params, scan.blade_serial);
+  params.Text(scan.kind).Real(scan.v0_mm[0]).Real(scan.v0_mm[1]).Real(scan.v0_mm[2]);
+  params.Real(scan.a_deg).Real(scan.b_deg).Real(scan.profile_pitch_mm).Int(scan.columns_per_profile);
+  params.Int(scan.point_count).Text(scan.encoding).Real(scan.sender_error_um).Real(scan.error_bound_um);
+  scan.measured_at ? params.Time(*scan.measured_at) : params.Null();
+  params.Int(scan.block_count).Int(scan.stored_bytes).Text(scan.stored_sha256).Text(scan.sent_sha256);
+  params.Real(scan.proven_error_um).Int(recorded.sequence).Time(recorded.recorded_at);
+  return params;
+}
+
+}  // namespace
+
+absl::Status LockScanId(Transaction& transaction, const std::string& scan_id) {
+  return transaction.Execute(kLockScanId, Params().Text(scan_id)).status();
+}
+
+absl::StatusOr<std::optional<ScanRow>> FindScan(Transaction& transaction, const std::string& scan_id) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectScan, Params().Text(scan_id));
+  if (!rows.ok()) return rows.status();
+  if (rows->count() == 0) return std::nullopt;
+  return ReadScan(*rows, 0);
+}
+
+absl::StatusOr<std::vector<ScanBlockRow>> BlocksOfScan(Transaction& transaction, const std::string& scan_id) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlocks, Params().Text(scan_id));
+  if (!rows.ok()) return rows.status();
+  std::vector<ScanBlockRow> blocks;
+  for (int row = 0; row < rows->count(); ++row) {
+    if (rows->Int(row, 0) != row) return absl::DataLossError("scan " + scan_id + ": block " + std::to_string(row));
+    blocks.push_back({static_cast<int>(rows->Int(row, 1)), rows->Text(row, 2)});
+  }
+  return blocks;
+}
+
+absl::StatusOr<Recorded> InsertScan(Transaction& transaction, const ScanRow& scan,
+                                    const std::vector<ScanBlockRow>& blocks, const RecordEntry& entry) {
+  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
+  if (!recorded.ok()) return recorded.status();
+  const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertScan, ScanParams(scan, *recorded));
+  if (!inserted.ok()) return inserted.status();
+  std::vector<std::string> point_counts;
+  std::vector<std::string> digests;
+  for (const ScanBlockRow& block : blocks) {
+    point_counts.push_back(std::to_string(block.point_count));
+    digests.push_back(block.blob_sha256);
+  }
+  const absl::StatusOr<Rows> stored =
+      transaction.Execute(kInsertBlocks, Params().Text(scan.scan_id).Texts(point_counts).Texts(digests));
+  if (!stored.ok()) return stored.status();
+  return recorded;
+}
+
+absl::StatusOr<std::vector<ScanRow>> ListScans(Transaction& transaction, const ScanFilter& filter,
+                                               std::int64_t before_sequence, int limit) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kListScans, Params()
+                                                                        .Int(before_sequence)
+                                                                        .Text(filter.machine_id)
+                                                                        .Text(filter.artefact_id)
+                                                                        .Text(filter.blade_serial)
+                                                                        .Text(filter.kind)
+                                                                        .Int(limit));
+  if (!rows.ok()) return rows.status();
+  std::vector<ScanRow> scans;
+  for (int row = 0; row < rows->count(); ++row) scans.push_back(ReadScan(*rows, row));
+  return scans;
+}
+
+}  // namespace sixpoint::storage

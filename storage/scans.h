@@ -1,0 +1,70 @@
+// Scans and their blocks.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "storage/database.h"
+#include "storage/record.h"
+
+namespace sixpoint::storage {
+
+struct ScanRow {
+  std::string scan_id;
+  std::string machine_id;
+  int machine_revision = 0;
+  std::optional<std::string> artefact_id;  // either this, with its revision ...
+  int artefact_revision = 0;
+  std::optional<std::string> blade_serial;  // ... or this
+  std::string kind;                         // artefact, arm, airfoil, local, pins
+  std::array<double, 3> v0_mm{};
+  double a_deg = 0;
+  double b_deg = 0;
+  double profile_pitch_mm = 0;
+  int columns_per_profile = 0;
+  std::int64_t point_count = 0;
+  std::string encoding;  // as sent: draco, xyz_f64
+  double sender_error_um = 0;
+  double error_bound_um = 0;
+  std::optional<Instant> measured_at;
+  int block_count = 0;
+  std::int64_t stored_bytes = 0;
+  std::string stored_sha256;
+  std::string sent_sha256;
+  double proven_error_um = 0;
+  Recorded recorded;  // set by InsertScan
+};
+
+struct ScanBlockRow {
+  int point_count = 0;
+  std::string blob_sha256;
+};
+
+// Until the transaction ends, uploads of the same id wait here for each other.
+absl::Status LockScanId(Transaction& transaction, const std::string& scan_id);
+
+absl::StatusOr<std::optional<ScanRow>> FindScan(Transaction& transaction, const std::string& scan_id);
+// In scan order.
+absl::StatusOr<std::vector<ScanBlockRow>> BlocksOfScan(Transaction& transaction, const std::string& scan_id);
+
+// Journal entry, scan and blocks, whose blobs are stored already. Call it last before the commit (the journal's lock).
+absl::StatusOr<Recorded> InsertScan(Transaction& transaction, const ScanRow& scan,
+                                    const std::vector<ScanBlockRow>& blocks, const RecordEntry& entry);
+
+// Empty filters match all. Newest first, from below `before_sequence` (0: from the newest).
+struct ScanFilter {
+  std::string machine_id;
+  std::string artefact_id;
+  std::string blade_serial;
+  std::string kind;
+};
+absl::StatusOr<std::vector<ScanRow>> ListScans(Transaction& transaction, const ScanFilter& filter,
+                                               std::int64_t before_sequence, int limit);
+
+}  // namespace sixpoint::storage
