@@ -1,0 +1,130 @@
+#include "metrology/correction/correct.h"
+
+#include <absl/status/status.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "metrology/correction/distance_quantile.h"
+
+namespace sixpoint::metrology {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr int kNoise = 6, kCalibration = 14, kParameters = kNoise + kCalibration;
+using Parameters = Eigen::Matrix<double, kParameters, 1>;
+
+// The estimates as they would be, had noise and calibration moved them by these parameters.
+struct Chain {
+  const NominalHoleGroup& group;
+  const RegisteredPose& pose;
+  const RotaryAxes& axes;
+
+  // a, b and then x, y, z of every start; empty when the direction cannot be turned onto +Z.
+  absl::StatusOr<Eigen::VectorXd> operator()(const Parameters& change, const RotaryAngles& near,
+                                             const RotaryLimits& limits) const {
+    const Eigen::Matrix<double, kCalibration, 1> calibration = change.tail<kCalibration>();
+    Eigen::Isometry3d zero_from_part =
+        Perturbed(pose.zero_from_part, pose.calibration_sensitivity * calibration, pose.sensitivity_reference_mm);
+    zero_from_part = Perturbed(zero_from_part, change.head<kNoise>(), pose.noise.reference_mm);
+    const RotaryAxes moved = axes.Perturbed(calibration.tail<8>());
+    const auto angles = Orient(moved, zero_from_part.linear() * group.axis_in_part, near, limits);
+    if (!angles.ok()) return angles.status();
+    const Eigen::Isometry3d machine_from_zero = moved.MachineFromZero(angles->a_rad, angles->b_rad);
+    Eigen::VectorXd values(2 + 3 * group.holes.size());
+    values.head<2>() << angles->a_rad, angles->b_rad;
+    for (std::size_t i = 0; i < group.holes.size(); ++i)
+      values.segment<3>(2 + 3 * i) = machine_from_zero * (zero_from_part * group.holes[i].start_in_part_mm);
+    return values;
+  }
+};
+
+absl::Status Named(const std::string& group, const absl::Status& status) {
+  return absl::Status(status.code(), "group " + group + ": " + std::string(status.message()));
+}
+
+}  // namespace
+
+absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, const RegisteredPose& pose,
+                                                const Eigen::Isometry3d& zero_from_part_nominal, const RotaryAxes& axes,
+                                                const RotaryLimits& limits) {
+  if (!pose.noise.values.allFinite() || !pose.calibration_covariance.allFinite() ||
+      !pose.calibration_sensitivity.allFinite() || !pose.zero_from_part.matrix().allFinite())
+    return absl::InvalidArgumentError("pose: not finite, want a pose with finite covariances");
+  const Chain chain{group, pose, axes};
+  const auto values = chain(Parameters::Zero(), group.nominal, limits);
+  if (!values.ok()) return Named(group.name, values.status());
+
+  CorrectedHoleGroup result;
+  result.name = group.name;
+  result.nominal = group.nominal;
+  result.corrected = {(*values)[0], (*values)[1]};
+  const auto ideal = OrientOnIdealAxes(pose.zero_from_part.linear() * group.axis_in_part, group.nominal, limits);
+  if (!ideal.ok()) return Named(group.name, ideal.status());
+  result.ideal = *ideal;
+
+  // Central differences of the whole chain: it is so nearly linear over these steps that their error (about 1e-10) is
+  // nothing beside the covariances. Limits do not bind here: the branch is the one found.
+  const double free = 4 * kPi;
+  const RotaryLimits unlimited{-free, free, -free, free};
+  Eigen::MatrixXd jacobian(values->size(), kParameters);
+  for (int k = 0; k < kParameters; ++k) {
+    const bool angle = k < 3 || (k >= 6 && k < 9) || k == 12 || k == 13 || k == 16 || k == 17;
+    const double step = angle ? 1e-6 : 1e-4;
+    Parameters change = Parameters::Zero();
+    change[k] = step;
+    const auto above = chain(change, result.corrected, unlimited);
+    const auto below = chain(-change, result.corrected, unlimited);
+    if (!above.ok()) return Named(group.name, above.status());
+    if (!below.ok()) return Named(group.name, below.status());
+    jacobian.col(k) = (*above - *below) / (2 * step);
+  }
+  Eigen::Matrix<double, kParameters, kParameters> covariance;
+  covariance.setZero();
+  covariance.topLeftCorner<kNoise, kNoise>() = pose.noise.values;
+  covariance.bottomRightCorner<kCalibration, kCalibration>() = pose.calibration_covariance;
+
+  const auto variance = [&](int row) {
+    return (jacobian.row(row) * covariance * jacobian.row(row).transpose()).value();
+  };
+  result.a_standard_uncertainty_rad = std::sqrt(std::max(0.0, variance(0)));
+  result.b_standard_uncertainty_rad = std::sqrt(std::max(0.0, variance(1)));
+  const Eigen::Isometry3d nominal_machine_from_part =
+      axes.MachineFromZero(group.nominal.a_rad, group.nominal.b_rad) * zero_from_part_nominal;
+  for (std::size_t i = 0; i < group.holes.size(); ++i) {
+    CorrectedHole hole;
+    hole.name = group.holes[i].name;
+    hole.start_mm = values->segment<3>(2 + 3 * i);
+    hole.nominal_start_mm = nominal_machine_from_part * group.holes[i].start_in_part_mm;
+    const Eigen::Matrix<double, 3, kParameters> rows = jacobian.middleRows<3>(2 + 3 * i);
+    hole.covariance_mm2 = rows * covariance * rows.transpose();
+    hole.expanded_uncertainty_um = 1e3 * DistanceQuantile(hole.covariance_mm2, 0.95);
+    result.holes.push_back(hole);
+  }
+  return result;
+}
+
+std::vector<std::string> BeyondEnvelope(const CorrectedHoleGroup& group, const SafetyEnvelope& envelope) {
+  std::vector<std::string> reasons;
+  char line[256];
+  const auto angle = [&](const char* axis, double corrected, double nominal) {
+    const double change = std::abs(corrected - nominal);
+    if (change <= envelope.rotation_rad) return;
+    std::snprintf(line, sizeof line, "group %s: %s corrected by %.4f deg, want at most %g", group.name.c_str(), axis,
+                  change * 180 / kPi, envelope.rotation_rad * 180 / kPi);
+    reasons.emplace_back(line);
+  };
+  angle("A", group.corrected.a_rad, group.nominal.a_rad);
+  angle("B", group.corrected.b_rad, group.nominal.b_rad);
+  for (const CorrectedHole& hole : group.holes) {
+    const double change = (hole.start_mm - hole.nominal_start_mm).norm();
+    if (change <= envelope.translation_mm) continue;
+    std::snprintf(line, sizeof line, "group %s hole %s: start moved by %.4f mm, want at most %g", group.name.c_str(),
+                  hole.name.c_str(), change, envelope.translation_mm);
+    reasons.emplace_back(line);
+  }
+  return reasons;
+}
+
+}  // namespace sixpoint::metrology

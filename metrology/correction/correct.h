@@ -1,0 +1,73 @@
+// The machining poses and hole starts of a blade as it really stands, with their uncertainties (METHODS 5, 7).
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+#include "metrology/correction/orientation.h"
+#include "metrology/frames/pose.h"
+#include "metrology/kinematics/rotary_axes.h"
+
+namespace sixpoint::metrology {
+
+// Order: sensor rotation vector (3, rad), T_sm (3, mm), the 8 axis parameters of RotaryAxes::ParameterJacobian.
+using Matrix14d = Eigen::Matrix<double, 14, 14>;
+using CalibrationSensitivity = Eigen::Matrix<double, 6, 14>;
+
+// Where the blade stands at A = B = 0, and how well that is known.
+struct RegisteredPose {
+  Eigen::Isometry3d zero_from_part = Eigen::Isometry3d::Identity();
+  PoseCovariance noise;  // from the scanner's noise alone
+  // Change of the pose per change of the calibration parameters, in the order of PoseCovariance about the reference.
+  CalibrationSensitivity calibration_sensitivity = CalibrationSensitivity::Zero();
+  Eigen::Vector3d sensitivity_reference_mm = Eigen::Vector3d::Zero();
+  Matrix14d calibration_covariance = Matrix14d::Zero();
+};
+
+struct NominalHole {
+  std::string name;
+  Eigen::Vector3d start_in_part_mm = Eigen::Vector3d::Zero();
+};
+struct NominalHoleGroup {
+  std::string name;
+  Eigen::Vector3d axis_in_part = Eigen::Vector3d::UnitZ();  // unit, out of the part
+  RotaryAngles nominal;
+  std::vector<NominalHole> holes;
+};
+
+struct CorrectedHole {
+  std::string name;
+  Eigen::Vector3d start_mm = Eigen::Vector3d::Zero();          // machine, at the corrected angles
+  Eigen::Vector3d nominal_start_mm = Eigen::Vector3d::Zero();  // machine, nominal part at the nominal angles
+  Eigen::Matrix3d covariance_mm2 = Eigen::Matrix3d::Zero();    // of start_mm
+  double expanded_uncertainty_um = 0;                          // 95 % of the distances to the true start lie below
+};
+struct CorrectedHoleGroup {
+  std::string name;
+  RotaryAngles corrected;  // on the identified axes
+  RotaryAngles nominal;
+  RotaryAngles ideal;  // the paper's closed form
+  double a_standard_uncertainty_rad = 0;
+  double b_standard_uncertainty_rad = 0;
+  std::vector<CorrectedHole> holes;
+};
+
+// First-order propagation of the whole chain start(pose, axes, a(pose, axes), b(pose, axes)): an axis parameter moves the
+// pose (through the sensitivity) and turns the point again, so both are added before squaring. Both starts are on the
+// identified axes: their difference shows the blade, not the machine. Statuses as Orient's, naming the group.
+absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, const RegisteredPose& pose,
+                                                const Eigen::Isometry3d& zero_from_part_nominal, const RotaryAxes& axes,
+                                                const RotaryLimits& limits);
+
+// How far a correction may go without a person's release.
+struct SafetyEnvelope {
+  double translation_mm = 2;
+  double rotation_rad = 3 * 3.14159265358979323846 / 180;
+};
+// What lies beyond it, one line each; empty: nothing does.
+std::vector<std::string> BeyondEnvelope(const CorrectedHoleGroup& group, const SafetyEnvelope& envelope);
+
+}  // namespace sixpoint::metrology

@@ -1,0 +1,209 @@
+#include "metrology/correction/nc_program.h"
+
+#include <absl/status/status.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace sixpoint::metrology {
+namespace {
+
+constexpr int kLeastDecimals = 4, kMostDecimals = 9;
+
+bool IsDigit(char c) { return c >= '0' && c <= '9'; }
+bool IsLetter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
+bool IsBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+char Upper(char c) { return static_cast<char>(std::toupper(static_cast<unsigned char>(c))); }
+
+absl::Status RefuseLine(int line, std::string_view found, const std::string& wanted) {
+  std::string text(found.substr(0, 60));
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7e) c = '?';
+  return absl::InvalidArgumentError("nc_template line " + std::to_string(line) + ": \"" + text + "\", want " + wanted);
+}
+
+std::string_view Trimmed(std::string_view text) {
+  while (!text.empty() && IsBlank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && IsBlank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+// The text after the word SIXPOINT (any case) of a comment that is a marker.
+std::optional<std::string_view> MarkerOf(std::string_view comment) {
+  constexpr std::string_view kWord = "SIXPOINT";
+  comment = Trimmed(comment);
+  if (comment.size() < kWord.size()) return std::nullopt;
+  for (std::size_t i = 0; i < kWord.size(); ++i)
+    if (Upper(comment[i]) != kWord[i]) return std::nullopt;
+  return Trimmed(comment.substr(kWord.size()));
+}
+
+// One word of a block: a letter and what follows it up to the next letter, comment or end.
+struct Word {
+  char letter = 0;
+  std::size_t begin = 0, end = 0;  // of the value, blanks trimmed, within the line
+};
+
+struct Block {
+  std::vector<Word> words;
+  std::vector<std::string_view> markers;
+};
+
+// Splits a line; comments stand in brackets or after a semicolon. An open bracket reaches to the end of the line.
+Block Split(std::string_view line) {
+  Block block;
+  std::size_t i = 0;
+  while (i < line.size()) {
+    const char c = line[i];
+    if (c == '(' || c == ';') {
+      const std::size_t close = c == '(' ? line.find(')', i) : std::string_view::npos;
+      const std::size_t end = std::min(close, line.size());
+      if (const auto marker = MarkerOf(line.substr(i + 1, end - i - 1))) block.markers.push_back(*marker);
+      i = close == std::string_view::npos ? line.size() : close + 1;
+    } else if (IsLetter(c)) {
+      std::size_t begin = i + 1, end = begin;
+      while (end < line.size() && !IsLetter(line[end]) && line[end] != '(' && line[end] != ';') ++end;
+      i = end;
+      while (begin < end && IsBlank(line[begin])) ++begin;
+      while (end > begin && IsBlank(line[end - 1])) --end;
+      block.words.push_back({Upper(c), begin, end});
+    } else {
+      ++i;
+    }
+  }
+  return block;
+}
+
+// Decimals of a plain number [+-]digits[.digits]; none when it is not one.
+std::optional<int> DecimalsOf(std::string_view value) {
+  std::size_t i = 0;
+  if (i < value.size() && (value[i] == '+' || value[i] == '-')) ++i;
+  int digits = 0, decimals = 0;
+  while (i < value.size() && IsDigit(value[i])) ++i, ++digits;
+  if (i < value.size() && value[i] == '.') {
+    ++i;
+    while (i < value.size() && IsDigit(value[i])) ++i, ++digits, ++decimals;
+  }
+  if (digits == 0 || i != value.size()) return std::nullopt;
+  return decimals;
+}
+
+std::string Formatted(double value, int decimals, bool plus) {
+  char buffer[64];
+  std::snprintf(buffer, sizeof buffer, "%.*f", std::clamp(decimals, kLeastDecimals, kMostDecimals), value);
+  std::string text = buffer;
+  // Rounded to nothing: no sign.
+  if (text.front() == '-' && text.find_first_not_of("-0.") == std::string::npos) text.erase(0, 1);
+  if (plus && text.front() != '-') text.insert(text.begin(), '+');
+  return text;
+}
+
+double ValueOf(const NcTarget& target, char letter) {
+  switch (letter) {
+    case 'X':
+      return target.x_mm;
+    case 'Y':
+      return target.y_mm;
+    case 'Z':
+      return target.z_mm;
+    case 'A':
+      return target.a_deg;
+    default:
+      return target.b_deg;
+  }
+}
+
+// Modal states that change what a coordinate means.
+struct Modes {
+  bool increments = false, inches = false;
+  void Read(std::string_view line, const std::vector<Word>& words) {
+    for (const Word& word : words) {
+      if (word.letter != 'G') continue;
+      const std::string_view code = line.substr(word.begin, word.end - word.begin);
+      if (code == "90") increments = false;
+      if (code == "91") increments = true;
+      if (code == "20" || code == "70") inches = true;
+      if (code == "21" || code == "71") inches = false;
+    }
+  }
+};
+
+absl::StatusOr<std::string> ReplacedLine(std::string_view line, const std::vector<Word>& words, const NcTarget& target,
+                                         int line_number) {
+  std::string result;
+  std::string seen;
+  std::size_t copied = 0;
+  for (const Word& word : words) {
+    if (std::string_view("XYZAB").find(word.letter) == std::string_view::npos) continue;
+    if (seen.find(word.letter) != std::string::npos)
+      return RefuseLine(line_number, line, std::string("the word ") + word.letter + " once in a marked block");
+    seen += word.letter;
+    const std::string_view value = line.substr(word.begin, word.end - word.begin);
+    const auto decimals = DecimalsOf(value);
+    if (!decimals) {
+      return RefuseLine(line_number, std::string(1, word.letter) + std::string(value),
+                        "a plain number such as -12.3456 in a marked block");
+    }
+    result.append(line.substr(copied, word.begin - copied));
+    result += Formatted(ValueOf(target, word.letter), *decimals, value.front() == '+');
+    copied = word.end;
+  }
+  if (seen.empty()) return RefuseLine(line_number, line, "at least one of the words X Y Z A B in a marked block");
+  result.append(line.substr(copied));
+  return result;
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> ReplaceCoordinates(const std::string& nc_template,
+                                               const std::map<std::string, NcTarget>& targets) {
+  for (const auto& [name, target] : targets)
+    for (const char letter : std::string_view("XYZAB"))
+      if (!(std::abs(ValueOf(target, letter)) < 1e6))
+        return absl::InvalidArgumentError("target " + name + ": " + letter + ", want a finite coordinate below 1e6");
+
+  std::string program;
+  program.reserve(nc_template.size() + 4096);
+  Modes modes;
+  std::optional<std::pair<std::string, int>> pending;  // marker waiting for its block, and the marker's line
+  int marked = 0, line_number = 0;
+  for (std::size_t begin = 0; begin < nc_template.size();) {
+    const std::size_t newline = nc_template.find('\n', begin);
+    const std::size_t end = newline == std::string::npos ? nc_template.size() : newline;
+    const std::string_view line(nc_template.data() + begin, end - begin);
+    ++line_number;
+    const Block block = Split(line);
+    modes.Read(line, block.words);
+    for (const std::string_view marker : block.markers) {
+      if (pending) return RefuseLine(line_number, line, "one marker for a block");
+      if (targets.find(std::string(marker)) == targets.end())
+        return RefuseLine(line_number, line, "a marker (SIXPOINT group/hole) of a corrected hole");
+      pending.emplace(std::string(marker), line_number);
+    }
+    if (pending && !block.words.empty()) {
+      if (modes.increments) return RefuseLine(line_number, line, "absolute coordinates (G90) in a marked block");
+      if (modes.inches) return RefuseLine(line_number, line, "millimetres (G21 or G71) in a marked block");
+      auto replaced = ReplacedLine(line, block.words, targets.at(pending->first), line_number);
+      if (!replaced.ok()) return replaced.status();
+      program += *replaced;
+      pending.reset();
+      ++marked;
+    } else {
+      program += line;
+    }
+    if (newline != std::string::npos) program += '\n';
+    begin = newline == std::string::npos ? nc_template.size() : newline + 1;
+  }
+  if (pending) return RefuseLine(pending->second, "SIXPOINT " + pending->first, "a block after the marker");
+  if (marked == 0)
+    return absl::InvalidArgumentError("nc_template: no marked block, want at least one (SIXPOINT group/hole)");
+  return program;
+}
+
+}  // namespace sixpoint::metrology

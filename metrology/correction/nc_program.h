@@ -1,0 +1,23 @@
+// A machining program made from a template by replacing coordinates, all else byte for byte (docs/nc_template.md).
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <map>
+#include <string>
+
+namespace sixpoint::metrology {
+
+// What the words of a marked block become.
+struct NcTarget {
+  double x_mm = 0, y_mm = 0, z_mm = 0;
+  double a_deg = 0, b_deg = 0;
+};
+
+// Targets are keyed "group/hole". INVALID_ARGUMENT, naming the line, for an unknown target, a marker without a block, a
+// marked block without coordinate words or with one that is twice there or not a plain number, or one that the template
+// reads as increments (G91) or inches (G20, G70). Decimals stay as in the template, at least four.
+absl::StatusOr<std::string> ReplaceCoordinates(const std::string& nc_template,
+                                               const std::map<std::string, NcTarget>& targets);
+
+}  // namespace sixpoint::metrology

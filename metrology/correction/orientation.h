@@ -1,0 +1,39 @@
+// The rotary angles that turn a direction of the part onto machine +Z (METHODS 5).
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <Eigen/Core>
+
+#include "metrology/kinematics/rotary_axes.h"
+
+namespace sixpoint::metrology {
+
+struct RotaryAngles {
+  double a_rad = 0;
+  double b_rad = 0;
+};
+
+struct RotaryLimits {
+  double a_minimum_rad = 0, a_maximum_rad = 0;
+  double b_minimum_rad = 0, b_maximum_rad = 0;
+};
+
+// A direction nearer than this to the inner axis is singular: the inner angle is then free, or as good as free (an error
+// of the direction is multiplied by more than a thousand in it).
+inline constexpr double kSingularAngle_rad = 1e-3;
+
+// The paper's closed form on ideal axes, Ry(a) Rx(b) direction = +Z: b = atan2(Vy, Vz), a = atan2(-Vx, Vy sin b + Vz cos b)
+// and the branch b + 180 deg. Of both branches and their whole turns, the one within the limits nearest to `near`.
+// FAILED_PRECONDITION when the direction lies along X (singular), OUT_OF_RANGE when no branch is within the limits.
+absl::StatusOr<RotaryAngles> OrientOnIdealAxes(const Eigen::Vector3d& direction_in_zero, const RotaryAngles& near,
+                                               const RotaryLimits& limits);
+
+// The same on identified axes, whatever their directions: R_A(a) R_B(b) direction = +Z by the two-axis closed form
+// (Paden and Kahan's second subproblem). With A along Y and B along X it is the paper's. FAILED_PRECONDITION when the
+// direction lies along the B axis, Z along the A axis or the two axes are parallel (singular), OUT_OF_RANGE when no
+// angles turn it onto +Z (unreachable), or none within the limits.
+absl::StatusOr<RotaryAngles> Orient(const RotaryAxes& axes, const Eigen::Vector3d& direction_in_zero,
+                                    const RotaryAngles& near, const RotaryLimits& limits);
+
+}  // namespace sixpoint::metrology
