@@ -1,0 +1,166 @@
+#include "metrology/correction/orientation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace sixpoint::metrology {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kRad = kPi / 180;
+const RotaryLimits kSarix{-100 * kRad, 100 * kRad, -360 * kRad, 360 * kRad};
+const RotaryLimits kWide{-2 * kPi, 2 * kPi, -2 * kPi, 2 * kPi};
+
+Eigen::Matrix3d Ry(double a) { return Eigen::AngleAxisd(a, Eigen::Vector3d::UnitY()).toRotationMatrix(); }
+Eigen::Matrix3d Rx(double b) { return Eigen::AngleAxisd(b, Eigen::Vector3d::UnitX()).toRotationMatrix(); }
+
+Eigen::Vector3d RandomDirection(std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  return Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
+}
+
+TEST(OrientOnIdealAxes, TurnsTheDirectionOntoPlusZ) {
+  std::mt19937_64 random(1);
+  int counted = 0;
+  for (int i = 0; i < 500; ++i) {
+    const Eigen::Vector3d v = RandomDirection(random);
+    if (std::hypot(v.y(), v.z()) < 0.01) continue;
+    const auto angles = OrientOnIdealAxes(v, {}, kWide);
+    ASSERT_TRUE(angles.ok()) << angles.status();
+    EXPECT_LT((Ry(angles->a_rad) * Rx(angles->b_rad) * v - Eigen::Vector3d::UnitZ()).norm(), 1e-14);
+    ++counted;
+  }
+  EXPECT_GT(counted, 480);
+}
+
+TEST(Orient, IsThePapersClosedFormOnIdealAxes) {
+  std::mt19937_64 random(2);
+  for (int i = 0; i < 500; ++i) {
+    const Eigen::Vector3d v = RandomDirection(random);
+    if (std::hypot(v.y(), v.z()) < 0.05) continue;
+    const RotaryAngles near{0.3, -0.8};
+    const auto ideal = OrientOnIdealAxes(v, near, kWide);
+    const auto solved = Orient(RotaryAxes(), v, near, kWide);
+    ASSERT_TRUE(ideal.ok() && solved.ok());
+    EXPECT_NEAR(solved->a_rad, ideal->a_rad, 1e-12);
+    EXPECT_NEAR(solved->b_rad, ideal->b_rad, 1e-12);
+  }
+}
+
+TEST(Orient, TurnsTheDirectionOntoPlusZOnTiltedAxes) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> tilt(0, 0.05);
+  for (int i = 0; i < 500; ++i) {
+    RotaryAxes axes;
+    axes.a.direction = Eigen::Vector3d(tilt(random), 1, tilt(random)).normalized();
+    axes.b.direction = Eigen::Vector3d(1, tilt(random), tilt(random)).normalized();
+    const Eigen::Vector3d v = RandomDirection(random);
+    if (axes.b.direction.cross(v).norm() < 0.3) continue;
+    const auto angles = Orient(axes, v, {}, kWide);
+    ASSERT_TRUE(angles.ok()) << angles.status();
+    const Eigen::Matrix3d turn = axes.MachineFromZero(angles->a_rad, angles->b_rad).linear();
+    EXPECT_LT((turn * v - Eigen::Vector3d::UnitZ()).norm(), 1e-14);
+  }
+}
+
+// Outer B about Y, inner C about Z, as NRC's tilt-rotary table.
+TEST(Orient, SolvesATiltRotaryTable) {
+  RotaryAxes axes;
+  axes.a.direction = Eigen::Vector3d::UnitY();
+  axes.b.direction = Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d v = Eigen::Vector3d(0.3, 0.5, 0.7).normalized();
+  const double c = -std::atan2(v.y(), v.x()), b = -std::atan2(std::hypot(v.x(), v.y()), v.z());
+  const auto angles = Orient(axes, v, {b, c}, kWide);
+  ASSERT_TRUE(angles.ok());
+  EXPECT_NEAR(angles->a_rad, b, 1e-9);
+  EXPECT_NEAR(angles->b_rad, c, 1e-9);
+}
+
+// METHODS 5, the published example: poses of the nominal, local and six-point corrected hole.
+TEST(Orient, ReproducesThePublishedPoses) {
+  for (const auto& [a_deg, b_deg] : {std::pair{0.0, 55.0}, {0.9585, 55.7641}, {0.9513, 55.7212}}) {
+    const Eigen::Vector3d v = Rx(-b_deg * kRad) * Ry(-a_deg * kRad) * Eigen::Vector3d::UnitZ();
+    const RotaryAngles nominal{0, 55 * kRad};
+    for (const auto& angles : {OrientOnIdealAxes(v, nominal, kSarix), Orient(RotaryAxes(), v, nominal, kSarix)}) {
+      ASSERT_TRUE(angles.ok());
+      EXPECT_NEAR(angles->a_rad / kRad, a_deg, 1e-9);
+      EXPECT_NEAR(angles->b_rad / kRad, b_deg, 1e-9);
+    }
+  }
+}
+
+TEST(Orient, TakesTheBranchNearestToTheNominal) {
+  const Eigen::Vector3d v = Rx(-40 * kRad) * Ry(-20 * kRad) * Eigen::Vector3d::UnitZ();
+  const RotaryLimits limits{-170 * kRad, 170 * kRad, -360 * kRad, 360 * kRad};
+  // The other branch: B + 180 deg, A mirrored about 90 deg.
+  const auto near = Orient(RotaryAxes(), v, {20 * kRad, 35 * kRad}, limits);
+  const auto far = Orient(RotaryAxes(), v, {150 * kRad, 215 * kRad}, limits);
+  ASSERT_TRUE(near.ok() && far.ok());
+  EXPECT_NEAR(near->a_rad / kRad, 20, 1e-9);
+  EXPECT_NEAR(near->b_rad / kRad, 40, 1e-9);
+  EXPECT_NEAR(far->a_rad / kRad, 160, 1e-9);
+  EXPECT_NEAR(far->b_rad / kRad, 220, 1e-9);
+}
+
+TEST(Orient, TakesTheWholeTurnNearestToTheNominal) {
+  const Eigen::Vector3d v = Rx(10 * kRad) * Eigen::Vector3d::UnitZ();  // B = -10 or 350 deg
+  EXPECT_NEAR(Orient(RotaryAxes(), v, {0, 0}, kSarix)->b_rad / kRad, -10, 1e-9);
+  EXPECT_NEAR(Orient(RotaryAxes(), v, {0, 340 * kRad}, kSarix)->b_rad / kRad, 350, 1e-9);
+}
+
+TEST(Orient, LeavesTheNearestBranchWhenALimitForbidsIt) {
+  const Eigen::Vector3d v = Rx(-40 * kRad) * Ry(-20 * kRad) * Eigen::Vector3d::UnitZ();
+  const RotaryLimits only_far{90 * kRad, 170 * kRad, -360 * kRad, 360 * kRad};
+  EXPECT_NEAR(Orient(RotaryAxes(), v, {20 * kRad, 40 * kRad}, only_far)->a_rad / kRad, 160, 1e-9);
+}
+
+TEST(Orient, RefusesWhatNoBranchReachesWithinTheLimits) {
+  const Eigen::Vector3d v = Rx(-40 * kRad) * Ry(-20 * kRad) * Eigen::Vector3d::UnitZ();
+  const RotaryLimits narrow{-10 * kRad, 10 * kRad, -360 * kRad, 360 * kRad};
+  const auto solved = Orient(RotaryAxes(), v, {}, narrow);
+  EXPECT_EQ(solved.status().code(), absl::StatusCode::kOutOfRange);
+  EXPECT_NE(std::string(solved.status().message()).find("20.0"), std::string::npos) << solved.status();
+  EXPECT_EQ(OrientOnIdealAxes(v, {}, narrow).status().code(), absl::StatusCode::kOutOfRange);
+  // A limit that is met exactly is met.
+  const RotaryLimits exact{-20 * kRad, 20 * kRad, 0, 40 * kRad};
+  EXPECT_TRUE(Orient(RotaryAxes(), v, {}, exact).ok());
+}
+
+TEST(Orient, SaysSingularAlongTheInnerAxis) {
+  for (const double sign : {1.0, -1.0}) {
+    const Eigen::Vector3d v = Eigen::Vector3d(sign, 2e-4, 0).normalized();
+    const auto ideal = OrientOnIdealAxes(v, {}, kWide), solved = Orient(RotaryAxes(), v, {}, kWide);
+    EXPECT_EQ(ideal.status().code(), absl::StatusCode::kFailedPrecondition);
+    EXPECT_EQ(solved.status().code(), absl::StatusCode::kFailedPrecondition);
+    EXPECT_NE(std::string(solved.status().message()).find("singular"), std::string::npos);
+  }
+  EXPECT_TRUE(Orient(RotaryAxes(), Eigen::Vector3d(1, 2e-3, 0).normalized(), {}, kWide).ok());
+}
+
+TEST(Orient, SaysSingularWhenAnAxisIsAlongZOrBothAreParallel) {
+  RotaryAxes axes;
+  axes.a.direction = Eigen::Vector3d::UnitZ();
+  EXPECT_EQ(Orient(axes, Eigen::Vector3d::UnitY(), {}, kWide).status().code(), absl::StatusCode::kFailedPrecondition);
+  axes.a.direction = axes.b.direction;
+  EXPECT_EQ(Orient(axes, Eigen::Vector3d::UnitY(), {}, kWide).status().code(), absl::StatusCode::kFailedPrecondition);
+}
+
+// B 45 deg from A: a direction within 45 deg of the B axis stays on a cone that A cannot bring to Z.
+TEST(Orient, RefusesAnUnreachableDirection) {
+  RotaryAxes axes;
+  axes.b.direction = Eigen::Vector3d(1, 1, 0).normalized();
+  const Eigen::Vector3d v = (axes.b.direction + Eigen::Vector3d(0, 0, 0.2)).normalized();
+  const auto solved = Orient(axes, v, {}, kWide);
+  EXPECT_EQ(solved.status().code(), absl::StatusCode::kOutOfRange);
+  EXPECT_NE(std::string(solved.status().message()).find("unreachable"), std::string::npos);
+}
+
+TEST(Orient, RefusesADirectionThatIsNotUnit) {
+  EXPECT_EQ(Orient(RotaryAxes(), {0, 0, 2}, {}, kWide).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(Orient(RotaryAxes(), {0, NAN, 1}, {}, kWide).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+}  // namespace
+}  // namespace sixpoint::metrology
