@@ -1,0 +1,421 @@
+#include "metrology/calibration/sensor_calibration.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "metrology/calibration/feature_search.h"
+
+namespace sixpoint::metrology {
+namespace {
+
+using Matrix12d = Eigen::Matrix<double, 12, 12>;
+using Vector12d = Eigen::Matrix<double, 12, 1>;
+
+constexpr double kLeverMm = 10;  // half the artefact: what an angle means in mm
+constexpr double kDegrees = M_PI / 180;
+constexpr double kLeastAgreeing = 0.7;  // of the points seen where a cone's wall should be
+constexpr size_t kChunkPoints = 1 << 15;
+
+std::string Number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+// Order of the unknowns: rotation vector of R_sm, T_sm, then the artefact's pose (rotation vector about its origin,
+// translation), all in machine axes.
+struct State {
+  SensorPose sensor;
+  Eigen::Isometry3d machine_from_artefact;
+
+  State Perturbed(const Vector12d& w) const {
+    State next = *this;
+    next.sensor.rotation = RotationFromVector(w.head<3>()) * sensor.rotation;
+    next.sensor.t_sm_mm += w.segment<3>(3);
+    next.machine_from_artefact =
+        metrology::Perturbed(machine_from_artefact, w.tail<6>(), machine_from_artefact.translation());
+    return next;
+  }
+};
+
+// Weighted normal equations. Laser rows are divided by n . ray only; sigma enters when they are joined.
+struct Equations {
+  Matrix12d normal = Matrix12d::Zero();
+  Vector12d right = Vector12d::Zero();
+  double squares = 0;  // of the whitened residuals
+  double distance_squares = 0;
+  std::size_t count = 0;
+  std::vector<std::size_t> cone_counts, cone_seen;  // used, and seen where the wall should be
+
+  void Add(const Vector12d& row, double residual, double weight) {
+    normal.selfadjointView<Eigen::Lower>().rankUpdate(row, weight);
+    right -= weight * residual * row;
+  }
+  void Join(const Equations& o, double scale) {
+    normal += scale * o.normal;
+    right += scale * o.right;
+  }
+};
+
+struct Gate {
+  size_t stride = 1;
+  double margin_mm = 0.1;
+  double reach_mm = 0;  // greatest |distance along the ray| that counts
+};
+
+// The rows of points [begin, end) of one scan. Upper-face rows are linear in (x, y, z, 1) of the sensor, so their normal
+// equations are carried as moments.
+Equations LaserEquations(const LineScan& scan, size_t begin, size_t end, const Artefact& artefact, const State& state,
+                         const LineSensorOptics& optics, const Gate& gate, std::vector<double>* whitened) {
+  Equations eq;
+  eq.cone_counts.assign(artefact.cones.size(), 0);
+  eq.cone_seen.assign(artefact.cones.size(), 0);
+  const ArtefactFromSensor map(state.machine_from_artefact, state.sensor, scan.v0_mm);
+  const Eigen::Matrix3d& turn = state.machine_from_artefact.linear();
+  const Eigen::Vector3d reference = state.machine_from_artefact.translation();
+  const auto row_of = [&](const Eigen::Vector3d& p, const Eigen::Vector3d& n) {
+    const Eigen::Vector3d arm = state.sensor.rotation.col(1) * p.y() + state.sensor.rotation.col(2) * p.z();
+    const Eigen::Vector3d at = state.sensor.MachineFromSensor(p, scan.v0_mm);
+    Vector12d row;
+    row << arm.cross(n), n, -(at - reference).cross(n), -n;
+    return row;
+  };
+  const Eigen::Vector3d upper_ray = (map.linear.row(2)).transpose();  // n . (map of a sensor direction)
+  Eigen::Matrix4d moments = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d moment_residual = Eigen::Vector4d::Zero();
+  for (size_t i = begin; i < end; i += gate.stride) {
+    const Eigen::Vector3d& p = scan.points_mm[i];
+    const Eigen::Vector3d at = map * p;
+    const FaceHit hit = HitFace(artefact, at, gate.margin_mm);
+    if (hit.face == FaceHit::Face::kNone) continue;
+    const Eigen::Vector3d ray = optics.RayAt(p);
+    const bool upper = hit.face == FaceHit::Face::kUpper;
+    const double along_ray = upper ? upper_ray.dot(ray) : hit.normal.dot(map.linear * ray);
+    if (std::abs(along_ray) < 0.2) continue;  // grazing
+    const double reading = hit.distance_mm / along_ray;
+    if (!upper && std::abs(reading) < 0.4) ++eq.cone_seen[hit.cone];
+    if (std::abs(reading) > gate.reach_mm) continue;
+    const double weight = 1 / (along_ray * along_ray);
+    if (upper) {
+      const Eigen::Vector4d q(p.x(), p.y(), p.z(), 1);
+      moments.noalias() += (weight * q) * q.transpose();
+      moment_residual += (weight * hit.distance_mm) * q;
+    } else {
+      eq.Add(row_of(p, turn * hit.normal), hit.distance_mm, weight);
+      ++eq.cone_counts[hit.cone];
+    }
+    eq.squares += reading * reading;
+    eq.distance_squares += hit.distance_mm * hit.distance_mm;
+    ++eq.count;
+    if (whitened != nullptr) whitened->push_back(std::abs(reading));
+  }
+  // row = slope * (x, y, z, 1): four points give the affine map exactly.
+  Eigen::Matrix<double, 12, 4> slope;
+  slope.col(3) = row_of(Eigen::Vector3d::Zero(), turn.col(2));
+  for (int k = 0; k < 3; ++k) slope.col(k) = row_of(Eigen::Vector3d::Unit(k), turn.col(2)) - slope.col(3);
+  eq.normal = eq.normal.selfadjointView<Eigen::Lower>();
+  eq.normal += slope * moments * slope.transpose();
+  eq.right -= slope * moment_residual;
+  return eq;
+}
+
+// All scans, in fixed chunks joined in order: the same bits on any number of threads.
+Equations LaserEquations(const std::vector<LineScan>& scans, const Artefact& artefact, const State& state,
+                         const SensorCalibrationOptions& options, const Gate& gate, double* median_reading) {
+  struct Chunk {
+    size_t scan, begin, end;
+    Equations equations;
+    std::vector<double> readings;
+  };
+  std::vector<Chunk> chunks;
+  const size_t length = kChunkPoints * gate.stride;
+  for (size_t s = 0; s < scans.size(); ++s)
+    for (size_t begin = 0; begin < scans[s].points_mm.size(); begin += length)
+      chunks.push_back({s, begin, std::min(begin + length, scans[s].points_mm.size()), {}, {}});
+  tbb::task_arena arena(std::max(1, options.threads));
+  arena.execute([&] {
+    tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t k) {
+      Chunk& c = chunks[k];
+      c.equations = LaserEquations(scans[c.scan], c.begin, c.end, artefact, state, options.optics, gate,
+                                   median_reading == nullptr ? nullptr : &c.readings);
+    });
+  });
+  Equations all;
+  std::vector<double> readings;
+  all.cone_counts.assign(scans.size() * artefact.cones.size(), 0);
+  all.cone_seen = all.cone_counts;
+  for (const Chunk& c : chunks) {
+    all.Join(c.equations, 1);
+    all.squares += c.equations.squares;
+    all.distance_squares += c.equations.distance_squares;
+    all.count += c.equations.count;
+    for (size_t k = 0; k < artefact.cones.size(); ++k) {
+      all.cone_counts[c.scan * artefact.cones.size() + k] += c.equations.cone_counts[k];
+      all.cone_seen[c.scan * artefact.cones.size() + k] += c.equations.cone_seen[k];
+    }
+    readings.insert(readings.end(), c.readings.begin(), c.readings.end());
+  }
+  if (median_reading != nullptr && !readings.empty()) {
+    std::nth_element(readings.begin(), readings.begin() + readings.size() / 2, readings.end());
+    *median_reading = readings[readings.size() / 2];
+  }
+  return all;
+}
+
+// Touched cone centres, upper and side faces, for a standard uncertainty of 1 mm.
+struct TouchEquations {
+  Equations equations;
+  double worst_mm = 0;
+  std::string worst;
+};
+TouchEquations EquationsOfTouch(const Artefact& artefact, const ArtefactTouch& touch, const State& state) {
+  TouchEquations out;
+  const Eigen::Isometry3d& pose = state.machine_from_artefact;
+  const Eigen::Vector3d reference = pose.translation();
+  const auto add = [&](const Vector12d& row, double residual, const std::string& name) {
+    out.equations.Add(row, residual, 1);
+    out.equations.squares += residual * residual;
+    ++out.equations.count;
+    if (std::abs(residual) <= out.worst_mm) return;
+    out.worst_mm = std::abs(residual);
+    out.worst = name;
+  };
+  for (const PlaneFeature& cone : artefact.cones) {
+    const Eigen::Vector3d centre = pose * Eigen::Vector3d(cone.centre_mm.x(), cone.centre_mm.y(), 0);
+    const Eigen::Vector3d difference = centre - *TouchedCentre(touch, cone.name);
+    const Eigen::Matrix<double, 3, 6> jacobian = PointJacobian(centre, reference);
+    for (int k = 0; k < 3; ++k) {
+      Vector12d row = Vector12d::Zero();
+      row.tail<6>() = jacobian.row(k).transpose();
+      add(row, difference(k), "touch.centres[" + cone.name + "]");
+    }
+  }
+  const auto face = [&](const Points& points, int axis, double offset, const std::string& name) {
+    for (size_t i = 0; i < points.size(); ++i) {
+      // Which of the two opposite faces was probed shows in the points.
+      const double at = (pose.inverse() * points[i])(axis);
+      const double side = at < 0 ? -offset : offset;
+      const Eigen::Vector3d n = pose.linear().col(axis);
+      Vector12d row = Vector12d::Zero();
+      row.tail<6>() << -(points[i] - reference).cross(n), -n;
+      add(row, at - side, name + "[" + std::to_string(i) + "]");
+    }
+  };
+  face(touch.plane_mm, 2, 0, "touch.plane_mm");
+  face(touch.side_x_mm, 0, artefact.side_mm / 2, "touch.side_x_mm");
+  face(touch.side_y_mm, 1, artefact.side_mm / 2, "touch.side_y_mm");
+  out.equations.normal = out.equations.normal.selfadjointView<Eigen::Lower>();
+  return out;
+}
+
+// Units of one: mm, and an angle that moves the lever's end by 1 mm.
+Vector12d Scale() {
+  Vector12d scale = Vector12d::Ones();
+  scale.head<3>().setConstant(1 / kLeverMm);
+  scale.segment<3>(6).setConstant(1 / kLeverMm);
+  return scale;
+}
+
+const char* const kParameters[6] = {"alpha (turn about machine X)",
+                                    "beta (turn about machine Y)",
+                                    "gamma (turn about machine Z)",
+                                    "T_sm x",
+                                    "T_sm y",
+                                    "T_sm z"};
+
+// The parameter that the data leave worst determined, refused when its standard uncertainty is useless.
+absl::Status CheckDetermined(const Matrix6d& covariance, double condition) {
+  constexpr double kLimitMm = 0.02;
+  int worst = 0;
+  double most = -1;
+  for (int k = 0; k < 6; ++k) {
+    const double sigma = std::sqrt(covariance(k, k)) * (k < 3 ? kLeverMm : 1);
+    if (!(sigma <= most)) {
+      most = sigma;
+      worst = k;
+    }
+  }
+  if (most <= kLimitMm) return absl::OkStatus();
+  const std::string sigma = worst < 3 ? Number(most / kLeverMm / kDegrees) + " deg" : Number(most) + " mm";
+  return absl::FailedPreconditionError(
+      std::string(kParameters[worst]) + " is not determined: standard uncertainty " + sigma + ", condition number " +
+      Number(condition) + "; probe more points of the artefact's upper and side faces and scan it at two heights");
+}
+
+}  // namespace
+
+double ConditionNumber(const Matrix6d& covariance) {
+  const Vector6d scale = Scale().head<6>().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scale.asDiagonal() * covariance * scale.asDiagonal(),
+                                                      Eigen::EigenvaluesOnly);
+  return eigen.eigenvalues()(5) / eigen.eigenvalues()(0);
+}
+
+CardanAngles CardanUncertainty(const CardanAngles& angles, const Eigen::Matrix3d& covariance) {
+  // rotation vector = (Rz Ry ex) dalpha + (Rz ey) dbeta + ez dgamma.
+  const Eigen::Matrix3d rz = RotationFromCardan({0, 0, angles.gamma}),
+                        rzy = RotationFromCardan({0, angles.beta, angles.gamma});
+  Eigen::Matrix3d jacobian;
+  jacobian << rzy.col(0), rz.col(1), Eigen::Vector3d::UnitZ();
+  const Eigen::Matrix3d inverse = jacobian.inverse();
+  const Eigen::Vector3d sigma = (inverse * covariance * inverse.transpose()).diagonal().cwiseSqrt();
+  return {sigma.x(), sigma.y(), sigma.z()};
+}
+
+absl::StatusOr<SensorStart> StartSensor(const std::vector<LineScan>& scans, const Artefact& artefact,
+                                        const ArtefactTouch& touch) {
+  if (absl::Status s = Validate(artefact); !s.ok()) return s;
+  if (absl::Status s = CheckTouch(artefact, touch); !s.ok()) return s;
+  if (scans.size() < 2)
+    return absl::FailedPreconditionError(
+        "scans: " + std::to_string(scans.size()) +
+        ", want at least two, at machine Z heights at least 5 mm apart: beta (turn about "
+        "machine Y) is not determined without the second");
+  SensorStart start;
+  Points from, onto;
+  double lowest = 1e9, highest = -1e9;
+  for (const LineScan& scan : scans) {
+    const absl::StatusOr<ArtefactSighting> sighting = FindArtefact(scan, artefact);
+    if (!sighting.ok()) return sighting.status();
+    start.sensor_from_artefact.push_back(sighting->sensor_from_artefact);
+    lowest = std::min(lowest, sighting->sensor_from_artefact.translation().z());
+    highest = std::max(highest, sighting->sensor_from_artefact.translation().z());
+    for (const PlaneFeature& cone : artefact.cones) {
+      const Eigen::Vector3d p =
+          sighting->sensor_from_artefact * Eigen::Vector3d(cone.centre_mm.x(), cone.centre_mm.y(), 0);
+      from.emplace_back(0, p.y(), p.z());
+      onto.push_back(*TouchedCentre(touch, cone.name) + scan.v0_mm - Eigen::Vector3d(p.x(), 0, 0));
+    }
+  }
+  constexpr double kLeastHeightMm = 5;
+  if (highest - lowest < kLeastHeightMm)
+    return absl::FailedPreconditionError(
+        "beta (turn about machine Y) is not determined: all scans see the artefact within " + Number(highest - lowest) +
+        " mm of one height; add a scan with machine Z at least " + Number(kLeastHeightMm) +
+        " mm away (20 mm is usual)");
+  const Eigen::Isometry3d fit = RigidFit(from, onto);
+  start.sensor.rotation = fit.linear();
+  start.sensor.t_sm_mm = fit.translation();
+  double worst = 0;
+  for (size_t i = 0; i < from.size(); ++i) worst = std::max(worst, (fit * from[i] - onto[i]).norm());
+  constexpr double kContradictionMm = 1;
+  if (worst > kContradictionMm)
+    return absl::FailedPreconditionError("scans, V0 and touch data contradict one another by " + Number(worst) +
+                                         " mm, want at most " + Number(kContradictionMm) +
+                                         ": use scans of this artefact as it was probed, all from this machine");
+  return start;
+}
+
+absl::Status ReportCentres(const std::vector<LineScan>& scans, const Artefact& artefact, const ArtefactTouch& touch,
+                           const LineSensorOptics& optics, SensorCalibration* result) {
+  for (const LineScan& scan : scans) {
+    const absl::StatusOr<std::vector<FeatureCentre>> centres =
+        MeasureCentres(scan, artefact, result->machine_from_artefact, result->sensor, optics);
+    if (!centres.ok()) return centres.status();
+    for (const FeatureCentre& centre : *centres)
+      if (const Eigen::Vector3d* touched = TouchedCentre(touch, centre.name); touched != nullptr)
+        (centre.slot ? result->check : result->fitted)
+            .push_back({scan.id, centre.name, centre.in_machine_mm - *touched});
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<SensorCalibration> CalibrateSensor(const std::vector<LineScan>& scans, const Artefact& artefact,
+                                                  const ArtefactTouch& touch, const SensorCalibrationOptions& options) {
+  const absl::StatusOr<SensorStart> start = StartSensor(scans, artefact, touch);
+  if (!start.ok()) return start.status();
+  State state{start->sensor, MachineFromArtefactByCones(artefact, touch)};
+  size_t points = 0;
+  for (const LineScan& scan : scans) points += scan.points_mm.size();
+
+  // Coarse: an even sample, wide gates that close with the median; then all points at five sigma.
+  SensorCalibration result;
+  Gate gate{std::max<size_t>(1, points / 40000) | 1, 0.3, 0.4};
+  double sigma_laser = options.optics.noise_mm, sigma_touch = touch.standard_uncertainty_mm;
+  Matrix12d information = Matrix12d::Zero();
+  std::vector<std::size_t> cone_used, cone_seen;
+  bool fine = false;
+  constexpr int kMostIterations = 40;
+  for (int iteration = 0; iteration < kMostIterations && !result.converged; ++iteration) {
+    if (options.keep_going && !options.keep_going()) return absl::CancelledError("sensor calibration stopped");
+    double median = 0;
+    const Equations laser = LaserEquations(scans, artefact, state, options, gate, fine ? nullptr : &median);
+    const TouchEquations touched = EquationsOfTouch(artefact, touch, state);
+    for (size_t s = 0; s < scans.size(); ++s)
+      for (size_t k = 0; k < artefact.cones.size(); ++k)
+        if (const size_t count = laser.cone_counts[s * artefact.cones.size() + k] * gate.stride; count < 200)
+          return absl::FailedPreconditionError("scan " + scans[s].id + ": " + std::to_string(count) +
+                                               " points on cone " + artefact.cones[k].name +
+                                               "'s wall, want at least 200; scan it whole");
+    cone_used = laser.cone_counts;
+    cone_seen = laser.cone_seen;
+    sigma_laser = fine ? std::sqrt(laser.squares / static_cast<double>(laser.count)) : std::max(median * 1.4826, 1e-5);
+    const double touch_count = static_cast<double>(touched.equations.count);
+    result.touch_rms_mm = std::sqrt(touched.equations.squares / std::max(1.0, touch_count - 6));
+    Equations all;
+    all.Join(laser, 1 / (sigma_laser * sigma_laser));
+    all.Join(touched.equations, 1 / (sigma_touch * sigma_touch));
+    const Vector12d scale = Scale();
+    information = scale.asDiagonal() * all.normal * scale.asDiagonal();
+    const Eigen::LDLT<Matrix12d> solver(information);
+    const Vector12d step = solver.solve(Vector12d(scale.cwiseProduct(all.right)));
+    if (solver.info() != Eigen::Success || !step.allFinite() || step.cwiseAbs().maxCoeff() > 5)
+      return absl::FailedPreconditionError("the sensor's pose is not determined by these scans and touch points");
+    state = state.Perturbed(scale.cwiseProduct(step));
+    result.iterations = iteration + 1;
+    result.points_used = laser.count;
+    result.residual_rms_mm = std::sqrt(laser.distance_squares / static_cast<double>(laser.count));
+    // In standard deviations of the solution: below a thousandth nothing that is reported changes.
+    const double moved = std::sqrt(std::max(0.0, step.dot(information * step)));
+    if (fine) {
+      gate.reach_mm = 5 * sigma_laser;
+      result.converged = moved < 1e-3;
+    } else {
+      gate.reach_mm = std::min(gate.reach_mm, std::max(6 * sigma_laser, 0.01));
+      if (moved > 0.5 && iteration < 25) continue;
+      fine = true;
+      gate = {1, 0.1, 5 * sigma_laser};
+    }
+  }
+  for (size_t i = 0; i < cone_seen.size(); ++i)
+    if (cone_used[i] < kLeastAgreeing * static_cast<double>(cone_seen[i]))
+      return absl::FailedPreconditionError("scan " + scans[i / artefact.cones.size()].id + ": only " +
+                                           std::to_string(cone_used[i]) + " of " + std::to_string(cone_seen[i]) +
+                                           " points on cone " + artefact.cones[i % artefact.cones.size()].name +
+                                           "'s wall agree with the artefact's record: check cone_half_angle_deg and "
+                                           "cone_top_radius_mm, clean the artefact");
+  // Residuals five sigma wide hide what does not belong; these limits say when the artefact is not the recorded one.
+  const double greatest_noise = std::max(5 * options.optics.noise_mm, 0.01);
+  if (sigma_laser > greatest_noise)
+    return absl::FailedPreconditionError("laser readings scatter by " + Number(1e3 * sigma_laser) +
+                                         " um about the artefact's record, want at most " +
+                                         Number(1e3 * greatest_noise) + " um: is it this artefact, and this sensor?");
+  const TouchEquations touched = EquationsOfTouch(artefact, touch, state);
+  if (const double limit = std::max(0.02, 8 * sigma_touch); touched.worst_mm > limit)
+    return absl::FailedPreconditionError(touched.worst + ": " + Number(1e3 * touched.worst_mm) +
+                                         " um from the artefact's record, want at most " + Number(1e3 * limit) +
+                                         " um: probe it again");
+  result.sensor = state.sensor;
+  result.machine_from_artefact = state.machine_from_artefact;
+  result.noise_mm = sigma_laser;
+  result.angles = CardanFromRotation(state.sensor.rotation);
+  const Matrix12d inverse = information.ldlt().solve(Matrix12d::Identity());
+  const Vector12d scale = Scale();
+  // Touch data worse than stated make every result worse: widen, never narrow (Birge ratio).
+  const double birge = std::max(1.0, result.touch_rms_mm / sigma_touch > 1.5 ? result.touch_rms_mm / sigma_touch : 1.0);
+  const Matrix12d covariance = birge * birge * (scale.asDiagonal() * inverse * scale.asDiagonal());
+  result.sensor.covariance = covariance.topLeftCorner<6, 6>();
+  result.sensor.covariance = (result.sensor.covariance + result.sensor.covariance.transpose().eval()) / 2;
+  result.condition_number = ConditionNumber(result.sensor.covariance);
+  if (absl::Status s = CheckDetermined(result.sensor.covariance, result.condition_number); !s.ok()) return s;
+  result.angle_uncertainty = CardanUncertainty(result.angles, result.sensor.covariance.topLeftCorner<3, 3>());
+  if (absl::Status s = ReportCentres(scans, artefact, touch, options.optics, &result); !s.ok()) return s;
+  return result;
+}
+
+}  // namespace sixpoint::metrology
