@@ -10,7 +10,7 @@ namespace sixpoint::runtime {
 
 // "scans", "s1" -> "scans/s1".
 std::string NameOf(const std::string& collection, const std::string& id);
-// The id of a name of that collection; refuses others, naming the field. Ids: [A-Za-z0-9._-], 1 to 64 characters.
+// The id of a name of that collection; refuses others, naming the field. Ids: [A-Za-z0-9._-], 1 to 64 characters, no leading dot.
 absl::StatusOr<std::string> IdOf(const std::string& field, const std::string& collection, const std::string& name);
 // Validates an id that a client chose.
 absl::Status CheckId(const std::string& field, const std::string& id);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <grpcpp/grpcpp.h>
+#include <grpcpp/impl/service_type.h>
 
 #include <functional>
 #include <map>
@@ -28,12 +29,16 @@ struct ServerOptions {
 ServerOptions ParseServerOptions(int argc, char** argv, const std::string& area);
 
 // Builds the service from its options, serves until SIGTERM or SIGINT, then: NOT_SERVING, drain, stop. Health ("" and the
-// service's name) turns SERVING once the database is reachable and its schema is the one this binary knows.
+// service's name) turns SERVING once the database is reachable and its schema is at least the one this binary knows: the
+// next release's migrations come before its binaries, and change nothing that these read.
 using ServiceFactory =
     std::function<std::vector<std::unique_ptr<grpc::Service>>(const ServerOptions&, storage::Database*)>;
 int Serve(const ServerOptions& options, const ServiceFactory& factory);
 
 // version+git hash, as stored with every result.
 const std::string& SoftwareVersion();
+
+// Number of the newest migration when this binary was built.
+int NewestMigration();
 
 }  // namespace sixpoint::runtime

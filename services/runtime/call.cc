@@ -1,0 +1,71 @@
+#include "services/runtime/call.h"
+
+#include <algorithm>
+
+#include "services/runtime/trace.h"
+
+namespace sixpoint::runtime {
+namespace {
+
+using Clock = std::chrono::system_clock;
+
+constexpr std::chrono::seconds kDefaultDeadline{120};
+constexpr std::chrono::hours kLongestDeadline{1};
+// What is left for our own answer after a callee's.
+constexpr std::chrono::milliseconds kMargin{200};
+constexpr int kLargestAnswer_bytes = 64 << 20;
+
+// UNAVAILABLE only: every other code may have done its work (gRFC A6).
+constexpr char kServiceConfig[] = R"({
+  "methodConfig": [{"name": [{}], "retryPolicy": {"maxAttempts": 4, "initialBackoff": "0.1s", "maxBackoff": "1s",
+                    "backoffMultiplier": 2, "retryableStatusCodes": ["UNAVAILABLE"]}}],
+  "retryThrottling": {"maxTokens": 10, "tokenRatio": 0.1}
+})";
+
+}  // namespace
+
+Clock::time_point DeadlineOf(const grpc::ServerContext& context) {
+  const Clock::time_point now = Clock::now();
+  const Clock::time_point given = context.deadline();
+  // A call without a deadline has one centuries away.
+  return given > now + std::chrono::hours(24) ? now + kDefaultDeadline : std::min(given, now + kLongestDeadline);
+}
+
+std::function<bool()> KeepGoing(const grpc::ServerContext& context) {
+  return [&context, deadline = DeadlineOf(context)] { return Clock::now() < deadline && !context.IsCancelled(); };
+}
+
+std::unique_ptr<grpc::ClientContext> ContextFor(const grpc::ServerContext& context) {
+  std::unique_ptr<grpc::ClientContext> made = grpc::ClientContext::FromServerContext(context);
+  const Clock::time_point now = Clock::now();
+  const Clock::time_point deadline = DeadlineOf(context);
+  made->set_deadline(deadline - std::min<Clock::duration>(kMargin, std::max(deadline - now, {}) / 10));
+  const auto traceparent = context.client_metadata().find(kTraceparent);
+  made->AddMetadata(kTraceparent, traceparent == context.client_metadata().end()
+                                      ? NewTraceparent()
+                                      : std::string(traceparent->second.data(), traceparent->second.size()));
+  return made;
+}
+
+std::unique_ptr<grpc::ClientContext> ContextFor(double seconds) {
+  auto made = std::make_unique<grpc::ClientContext>();
+  made->set_deadline(Clock::now() + std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1e3)));
+  made->AddMetadata(kTraceparent, NewTraceparent());
+  return made;
+}
+
+std::shared_ptr<grpc::Channel> ConnectTo(const std::string& address) {
+  grpc::ChannelArguments arguments;
+  arguments.SetServiceConfigJSON(kServiceConfig);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
+  // A peer that restarts is found again within about a second, not after the default minutes.
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1'000);
+  // A proxy in the environment is for the world outside, not for the plant's own services.
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  arguments.SetMaxReceiveMessageSize(kLargestAnswer_bytes);
+  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+}
+
+}  // namespace sixpoint::runtime

@@ -1,0 +1,47 @@
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <filesystem>
+
+#include "services/runtime/server.h"
+
+namespace sixpoint::runtime {
+
+ServerOptions ParseServerOptions(int argc, char** argv, const std::string& area) {
+  ServerOptions options;
+  options.area = area;
+  std::error_code unknown;
+  options.worker_folder = std::filesystem::read_symlink("/proc/self/exe", unknown).parent_path().string();
+  std::vector<std::string> peers;
+
+  CLI::App app("The " + area + " service.", "sixpoint-" + area);
+  app.set_version_flag("--version", SoftwareVersion());
+  app.add_option("--listen", options.listen_address, "Address to serve on, such as 127.0.0.1:7401")->required();
+  app.add_option("--database", options.database, "Connection string, as libpq takes it")->required();
+  app.add_option("--peer", peers, "Another service: area=address; repeated")->check([](const std::string& peer) {
+    const size_t equals = peer.find('=');
+    const bool whole = equals != std::string::npos && equals > 0 && equals + 1 < peer.size();
+    return whole ? std::string() : "--peer: " + peer + ", want area=address";
+  });
+  app.add_option("--workers", options.worker_folder, "Folder of the worker programs")->capture_default_str();
+  app.add_option("--database-connections", options.database_connections, "Most connections held at once")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  app.add_option("--max-message-mb", options.max_message_mb, "Greatest message received")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  app.add_option("--threads", options.threads, "Compute threads of kernels")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    std::exit(app.exit(error));
+  }
+  for (const std::string& peer : peers) {
+    const size_t equals = peer.find('=');
+    options.peers[peer.substr(0, equals)] = peer.substr(equals + 1);
+  }
+  return options;
+}
+
+}  // namespace sixpoint::runtime

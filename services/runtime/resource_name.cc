@@ -1,0 +1,50 @@
+#include "services/runtime/resource_name.h"
+
+#include <algorithm>
+
+#include "services/runtime/errors.h"
+
+namespace sixpoint::runtime {
+namespace {
+
+constexpr size_t kLongestId = 64;
+constexpr char kWantedId[] = "1 to 64 of A-Z, a-z, 0-9, '.', '_', '-', the first not '.'";
+
+bool IsIdCharacter(char c) {
+  return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-';
+}
+
+// No leading dot: an id may become a file's name on the client's side.
+bool IsId(const std::string& id) {
+  return !id.empty() && id.size() <= kLongestId && id[0] != '.' && std::all_of(id.begin(), id.end(), IsIdCharacter);
+}
+
+}  // namespace
+
+std::string NameOf(const std::string& collection, const std::string& id) { return collection + "/" + id; }
+
+absl::StatusOr<std::string> IdOf(const std::string& field, const std::string& collection, const std::string& name) {
+  const std::string prefix = collection + "/";
+  if (name.compare(0, prefix.size(), prefix) != 0 || !IsId(name.substr(prefix.size()))) {
+    return Refuse(field, name, prefix + "{id}, the id " + kWantedId);
+  }
+  return name.substr(prefix.size());
+}
+
+absl::Status CheckId(const std::string& field, const std::string& id) {
+  return IsId(id) ? absl::OkStatus() : Refuse(field, id, kWantedId);
+}
+
+absl::Status CheckUuid(const std::string& field, const std::string& uuid) {
+  if (uuid.empty()) return absl::OkStatus();
+  bool well_formed = uuid.size() == 36;
+  for (size_t i = 0; well_formed && i < uuid.size(); ++i) {
+    const bool dash = i == 8 || i == 13 || i == 18 || i == 23;
+    const char c = uuid[i];
+    const bool hex = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
+    well_formed = dash ? c == '-' : hex;
+  }
+  return well_formed ? absl::OkStatus() : Refuse(field, uuid, "a UUID such as 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e");
+}
+
+}  // namespace sixpoint::runtime
