@@ -1,0 +1,149 @@
+#include "metrology/surface/mesh_topology.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <unordered_map>
+#include <utility>
+
+namespace sixpoint::metrology {
+namespace {
+
+using Edge = std::pair<std::uint32_t, std::uint32_t>;
+
+// Every directed edge of the mesh, sorted.
+std::vector<Edge> DirectedEdges(const TriangleMesh& mesh) {
+  std::vector<Edge> edges;
+  edges.reserve(3 * mesh.triangles.size());
+  for (const auto& triangle : mesh.triangles) {
+    for (int corner = 0; corner < 3; ++corner) edges.emplace_back(triangle[corner], triangle[(corner + 1) % 3]);
+  }
+  std::sort(edges.begin(), edges.end());
+  return edges;
+}
+
+struct Cell {
+  std::int64_t x, y, z;
+  bool operator==(const Cell& other) const { return x == other.x && y == other.y && z == other.z; }
+};
+struct CellHash {
+  std::size_t operator()(const Cell& cell) const {
+    std::uint64_t hash = 0;
+    for (std::int64_t value : {cell.x, cell.y, cell.z}) {
+      hash = (hash ^ static_cast<std::uint64_t>(value)) * 0x9E3779B97F4A7C15ull;
+      hash ^= hash >> 29;
+    }
+    return hash;
+  }
+};
+
+Cell BitsOf(const Eigen::Vector3d& vertex) {
+  const Eigen::Vector3d plain = vertex.array() + 0.0;  // -0 is 0
+  Cell cell;
+  std::memcpy(&cell, plain.data(), sizeof(cell));
+  return cell;
+}
+
+}  // namespace
+
+void WeldVertices(double tolerance_mm, TriangleMesh* mesh) {
+  std::unordered_map<Cell, std::vector<std::uint32_t>, CellHash> cells;
+  cells.reserve(mesh->vertices_mm.size());
+  Points kept;
+  auto find = [&](const Eigen::Vector3d& vertex) -> std::uint32_t {
+    Cell home = BitsOf(vertex);
+    if (tolerance_mm > 0) {
+      const Eigen::Vector3d scaled = vertex / tolerance_mm;
+      home = {std::llround(scaled.x()), std::llround(scaled.y()), std::llround(scaled.z())};
+      for (std::int64_t x = home.x - 1; x <= home.x + 1; ++x) {
+        for (std::int64_t y = home.y - 1; y <= home.y + 1; ++y) {
+          for (std::int64_t z = home.z - 1; z <= home.z + 1; ++z) {
+            auto cell = cells.find({x, y, z});
+            if (cell == cells.end()) continue;
+            for (std::uint32_t candidate : cell->second) {
+              if ((kept[candidate] - vertex).norm() <= tolerance_mm) return candidate;
+            }
+          }
+        }
+      }
+    } else if (auto cell = cells.find(home); cell != cells.end()) {
+      return cell->second.front();
+    }
+    kept.push_back(vertex);
+    cells[home].push_back(static_cast<std::uint32_t>(kept.size() - 1));
+    return static_cast<std::uint32_t>(kept.size() - 1);
+  };
+
+  std::vector<std::uint32_t> new_index(mesh->vertices_mm.size());
+  for (std::size_t i = 0; i < new_index.size(); ++i) new_index[i] = find(mesh->vertices_mm[i]);
+  std::size_t out = 0;
+  for (std::size_t i = 0; i < mesh->triangles.size(); ++i) {
+    std::array<std::uint32_t, 3> triangle = mesh->triangles[i];
+    for (std::uint32_t& index : triangle) index = new_index[index];
+    if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0]) continue;
+    mesh->triangles[out] = triangle;
+    if (!mesh->corner_normals.empty()) mesh->corner_normals[out] = mesh->corner_normals[i];
+    if (!mesh->faces.empty()) mesh->faces[out] = mesh->faces[i];
+    ++out;
+  }
+  mesh->triangles.resize(out);
+  if (!mesh->corner_normals.empty()) mesh->corner_normals.resize(out);
+  if (!mesh->faces.empty()) mesh->faces.resize(out);
+  mesh->vertices_mm = std::move(kept);
+}
+
+bool IsClosed(const TriangleMesh& mesh) {
+  if (mesh.triangles.empty()) return false;
+  const std::vector<Edge> edges = DirectedEdges(mesh);
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    if (i > 0 && edges[i] == edges[i - 1]) return false;
+    if (!std::binary_search(edges.begin(), edges.end(), Edge{edges[i].second, edges[i].first})) return false;
+  }
+  return true;
+}
+
+double SignedVolume(const TriangleMesh& mesh) {
+  if (mesh.triangles.empty()) return 0;
+  // About a vertex of the mesh: parts stand metres from their origin.
+  const Eigen::Vector3d origin = mesh.vertices_mm[mesh.triangles[0][0]];
+  double six_volumes = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    six_volumes +=
+        (mesh.vertices_mm[a] - origin).dot((mesh.vertices_mm[b] - origin).cross(mesh.vertices_mm[c] - origin));
+  }
+  // Borders: follow the unpaired edges from vertex to vertex and close each loop towards its centroid.
+  const std::vector<Edge> edges = DirectedEdges(mesh);
+  std::vector<Edge> border;
+  for (const Edge& edge : edges) {
+    if (!std::binary_search(edges.begin(), edges.end(), Edge{edge.second, edge.first})) border.push_back(edge);
+  }
+  std::vector<bool> used(border.size(), false);
+  for (std::size_t start = 0; start < border.size(); ++start) {
+    std::vector<Edge> loop;
+    std::size_t next = start;
+    while (next < border.size() && !used[next]) {
+      used[next] = true;
+      loop.push_back(border[next]);
+      next = std::lower_bound(border.begin(), border.end(), Edge{border[next].second, 0}) - border.begin();
+      while (next < border.size() && used[next] && border[next].first == loop.back().second) ++next;
+      if (next < border.size() && border[next].first != loop.back().second) break;
+    }
+    Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
+    for (const Edge& edge : loop) centroid += (mesh.vertices_mm[edge.first] - origin) / double(loop.size());
+    for (const Edge& edge : loop) {
+      six_volumes +=
+          centroid.dot((mesh.vertices_mm[edge.second] - origin).cross(mesh.vertices_mm[edge.first] - origin));
+    }
+  }
+  return six_volumes / 6;
+}
+
+void TurnOver(TriangleMesh* mesh) {
+  for (auto& triangle : mesh->triangles) std::swap(triangle[1], triangle[2]);
+  for (auto& corners : mesh->corner_normals) {
+    std::swap(corners[1], corners[2]);
+    for (Eigen::Vector3f& normal : corners) normal = -normal;
+  }
+}
+
+}  // namespace sixpoint::metrology
