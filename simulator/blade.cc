@@ -17,10 +17,10 @@ constexpr double kDegree = kPi / 180;
 constexpr double kDatumFromHole_mm = 5;
 constexpr double kDatumFromEdge_mm = 5;
 
-// One coordinate at a time: GCC 12 at -O2 drops the rounding of Eigen's p.cast<float>().cast<double>() in lane x.
+// GCC 12 at -O2 drops a vectorised rounding to float and back (seen in lane x); volatile keeps it.
 Eigen::Vector3d SinglePrecision(const Eigen::Vector3d& p) {
-  const auto rounded = [](double value) { return static_cast<double>(static_cast<float>(value)); };
-  return {rounded(p.x()), rounded(p.y()), rounded(p.z())};
+  const volatile float x = static_cast<float>(p.x()), y = static_cast<float>(p.y()), z = static_cast<float>(p.z());
+  return {x, y, z};
 }
 
 // Where a line through `near` along `direction` enters the part from outside.
