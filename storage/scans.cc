@@ -15,13 +15,13 @@ constexpr char kInsertScan[] = "INSERT INTO scans (" SIXPOINT_SCAN_COLUMNS
                                "$18, $19, $20, $21, $22, $23, $24, $25, $26)";
 constexpr char kSelectScan[] = "SELECT " SIXPOINT_SCAN_COLUMNS " FROM scans WHERE scan_id = $1";
 constexpr char kListScans[] = "SELECT " SIXPOINT_SCAN_COLUMNS
-                              " FROM scans WHERE ($1 = 0 OR record_sequence < $1) AND ($2 = '' OR machine_id = $2) "
+                              " FROM scans WHERE ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR machine_id = $2) "
                               "AND ($3 = '' OR artefact_id = $3) AND ($4 = '' OR blade_serial = $4) "
                               "AND ($5 = '' OR kind = $5) ORDER BY record_sequence DESC LIMIT $6";
 #undef SIXPOINT_SCAN_COLUMNS
 constexpr char kInsertBlocks[] =
     "INSERT INTO scan_blocks (scan_id, block_index, point_count, blob_sha256) "
-    "SELECT $1, (position - 1)::integer, points::integer, sha256 "
+    "SELECT $1::text, (position - 1)::integer, points::integer, sha256 "
     "FROM unnest($2::text[], $3::text[]) WITH ORDINALITY AS block (points, sha256, position)";
 constexpr char kSelectBlocks[] =
     "SELECT block_index, point_count, blob_sha256 FROM scan_blocks WHERE scan_id = $1 ORDER BY block_index";

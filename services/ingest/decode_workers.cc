@@ -1,0 +1,186 @@
+#include "services/ingest/decode_workers.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+
+#include "services/ingest/decode_worker_protocol.h"
+
+namespace sixpoint::ingest {
+namespace {
+
+using Clock = std::chrono::system_clock;
+
+// How a conversation with a worker went.
+enum class Talk { kDone, kBroken, kTooLate };
+
+// Waits until the socket is ready, then moves what can be moved.
+template <typename Move>
+Talk MoveAll(int socket, short event, std::size_t size, Clock::time_point until, Move move) {
+  std::size_t done = 0;
+  while (done < size) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - Clock::now()).count();
+    if (left <= 0) return Talk::kTooLate;
+    pollfd waiting{socket, event, 0};
+    const int ready = poll(&waiting, 1, static_cast<int>(std::min<std::int64_t>(left, 60'000)));
+    if (ready < 0 && errno != EINTR) return Talk::kBroken;
+    if (ready <= 0) continue;
+    const ssize_t moved = move(done);
+    if (moved < 0 && (errno == EAGAIN || errno == EINTR)) continue;
+    if (moved <= 0) return Talk::kBroken;
+    done += static_cast<std::size_t>(moved);
+  }
+  return Talk::kDone;
+}
+
+Talk SendAll(int socket, const void* bytes, std::size_t size, Clock::time_point until) {
+  return MoveAll(socket, POLLOUT, size, until, [&](std::size_t done) {
+    return send(socket, static_cast<const char*>(bytes) + done, size - done, MSG_NOSIGNAL | MSG_DONTWAIT);
+  });
+}
+
+Talk ReceiveAll(int socket, void* bytes, std::size_t size, Clock::time_point until) {
+  return MoveAll(socket, POLLIN, size, until, [&](std::size_t done) {
+    return recv(socket, static_cast<char*>(bytes) + done, size - done, MSG_DONTWAIT);
+  });
+}
+
+bool IsSane(const DecodeReply& reply) {
+  if (reply.magic != kDecodeMagic || reply.decoded > 1 || reply.message.back() != '\0') return false;
+  const BlockStatistics& s = reply.statistics;
+  return std::isfinite(s.greatest_backstep_mm) && std::isfinite(s.end.profile_x_mm);
+}
+
+}  // namespace
+
+DecodeWorkers::DecodeWorkers(std::string program, int worker_count, std::chrono::milliseconds patience)
+    : program_(std::move(program)), worker_count_(std::max(1, worker_count)), patience_(patience) {}
+
+DecodeWorkers::~DecodeWorkers() {
+  for (const Worker& worker : idle_) End(worker);
+}
+
+absl::StatusOr<DecodeWorkers::Worker> DecodeWorkers::Start() {
+  int sockets[2];
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets) != 0) {
+    return absl::UnavailableError(std::string("decode worker: ") + std::strerror(errno));
+  }
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, sockets[1], STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, sockets[1], STDOUT_FILENO);
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  sigset_t none;
+  sigset_t all;
+  sigemptyset(&none);
+  sigfillset(&all);
+  posix_spawnattr_setsigmask(&attributes, &none);
+  posix_spawnattr_setsigdefault(&attributes, &all);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+  char* arguments[] = {const_cast<char*>(program_.c_str()), nullptr};
+  char* environment[] = {nullptr};  // it needs nothing of ours
+  pid_t pid = -1;
+  const int failure = posix_spawn(&pid, program_.c_str(), &actions, &attributes, arguments, environment);
+  posix_spawnattr_destroy(&attributes);
+  posix_spawn_file_actions_destroy(&actions);
+  close(sockets[1]);
+  if (failure != 0) {
+    close(sockets[0]);
+    return absl::UnavailableError("decode worker " + program_ + ": " + std::strerror(failure));
+  }
+  ++started_count_;
+  return Worker{pid, sockets[0]};
+}
+
+void DecodeWorkers::End(const Worker& worker) {
+  close(worker.socket);
+  kill(worker.pid, SIGKILL);
+  while (waitpid(worker.pid, nullptr, 0) < 0 && errno == EINTR) {
+  }
+}
+
+absl::StatusOr<DecodeWorkers::Worker> DecodeWorkers::Borrow(Clock::time_point deadline) {
+  {
+    std::unique_lock lock(mutex_);
+    if (!freed_.wait_until(lock, deadline, [this] { return borrowed_count_ < worker_count_; })) {
+      return absl::DeadlineExceededError("no decode worker became free in time");
+    }
+    ++borrowed_count_;
+    while (!idle_.empty()) {
+      const Worker worker = idle_.back();
+      idle_.pop_back();
+      // One that died while idle (the machine ran out of memory, an operator's kill) says so by its closed socket.
+      pollfd peek{worker.socket, POLLIN, 0};
+      if (poll(&peek, 1, 0) == 0) return worker;
+      End(worker);
+    }
+  }
+  absl::StatusOr<Worker> worker = Start();
+  if (!worker.ok()) {
+    std::lock_guard lock(mutex_);
+    --borrowed_count_;
+    freed_.notify_one();
+  }
+  return worker;
+}
+
+void DecodeWorkers::GiveBack(Worker worker, bool trusted) {
+  if (!trusted) End(worker);
+  {
+    std::lock_guard lock(mutex_);
+    --borrowed_count_;
+    if (trusted) idle_.push_back(worker);
+  }
+  freed_.notify_one();
+}
+
+absl::StatusOr<BlockStatistics> DecodeWorkers::Check(std::string_view payload, std::int64_t point_count,
+                                                     double profile_pitch_mm, const ProfileCursor& begin,
+                                                     Clock::time_point deadline) {
+  if (payload.size() > kGreatestPayloadBytes) return absl::InvalidArgumentError("more bytes than a block may have");
+  absl::StatusOr<BlockStatistics> statistics = CheckOnce(payload, point_count, profile_pitch_mm, begin, deadline);
+  // A worker that died may have been killed from outside; a block that kills two has done it itself.
+  if (absl::IsAborted(statistics.status())) {
+    statistics = CheckOnce(payload, point_count, profile_pitch_mm, begin, deadline);
+  }
+  if (!absl::IsAborted(statistics.status())) return statistics;
+  return absl::InvalidArgumentError(std::string(statistics.status().message()));
+}
+
+absl::StatusOr<BlockStatistics> DecodeWorkers::CheckOnce(std::string_view payload, std::int64_t point_count,
+                                                         double profile_pitch_mm, const ProfileCursor& begin,
+                                                         Clock::time_point deadline) {
+  const absl::StatusOr<Worker> worker = Borrow(deadline);
+  if (!worker.ok()) return worker.status();
+  const Clock::time_point until = std::min(deadline, Clock::now() + patience_);
+  DecodeRequest request;
+  request.payload_bytes = static_cast<std::uint32_t>(payload.size());
+  request.point_count = point_count;
+  request.profile_pitch_mm = profile_pitch_mm;
+  request.begin = begin;
+  DecodeReply reply;
+  Talk talk = SendAll(worker->socket, &request, sizeof request, until);
+  if (talk == Talk::kDone) talk = SendAll(worker->socket, payload.data(), payload.size(), until);
+  if (talk == Talk::kDone) talk = ReceiveAll(worker->socket, &reply, sizeof reply, until);
+  const bool sane = talk == Talk::kDone && IsSane(reply);
+  GiveBack(*worker, sane && reply.decoded == 1);
+  if (talk == Talk::kTooLate && until == deadline) {
+    return absl::DeadlineExceededError("the call's time ended while a block was decoded");
+  }
+  if (talk == Talk::kTooLate) return absl::InvalidArgumentError("took too long to decode");
+  if (!sane) return absl::AbortedError("the decoder ran into its limits of memory or CPU time, or failed on it");
+  if (reply.decoded == 0) return absl::InvalidArgumentError(reply.message.data());
+  return reply.statistics;
+}
+
+}  // namespace sixpoint::ingest

@@ -1,0 +1,59 @@
+// A small pool of sixpoint-decode-worker processes. A worker that refuses a block, dies, or takes too long is replaced: after
+// bytes that it did not like its memory is not trusted further.
+#pragma once
+
+#include <absl/status/statusor.h>
+#include <sys/types.h>
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "services/ingest/block_statistics.h"
+
+namespace sixpoint::ingest {
+
+// Thread-safe.
+class DecodeWorkers {
+ public:
+  // `program`: path of sixpoint-decode-worker. `patience`: greatest time for one block. Workers start when first needed.
+  DecodeWorkers(std::string program, int worker_count, std::chrono::milliseconds patience);
+  ~DecodeWorkers();
+  DecodeWorkers(const DecodeWorkers&) = delete;
+  DecodeWorkers& operator=(const DecodeWorkers&) = delete;
+
+  // Decodes in a worker. INVALID_ARGUMENT: the block is not what it should be; the message says what is wrong with it.
+  // DEADLINE_EXCEEDED: no worker became free, or the caller's time ended. UNAVAILABLE: no worker can be started.
+  absl::StatusOr<BlockStatistics> Check(std::string_view payload, std::int64_t point_count, double profile_pitch_mm,
+                                        const ProfileCursor& begin, std::chrono::system_clock::time_point deadline);
+
+  // How many were started so far.
+  int started_count() const { return started_count_; }
+
+ private:
+  struct Worker {
+    pid_t pid = -1;
+    int socket = -1;
+  };
+  absl::StatusOr<BlockStatistics> CheckOnce(std::string_view payload, std::int64_t point_count, double profile_pitch_mm,
+                                            const ProfileCursor& begin, std::chrono::system_clock::time_point deadline);
+  absl::StatusOr<Worker> Borrow(std::chrono::system_clock::time_point deadline);
+  absl::StatusOr<Worker> Start();
+  void GiveBack(Worker worker, bool trusted);
+  static void End(const Worker& worker);
+
+  const std::string program_;
+  const int worker_count_;
+  const std::chrono::milliseconds patience_;
+  std::atomic<int> started_count_ = 0;
+  std::mutex mutex_;
+  std::condition_variable freed_;
+  std::vector<Worker> idle_;
+  int borrowed_count_ = 0;
+};
+
+}  // namespace sixpoint::ingest

@@ -1,0 +1,46 @@
+// Machines and subjects as the plant service knows them, kept for some seconds: a scan names both.
+#pragma once
+
+#include <absl/status/statusor.h>
+#include <grpcpp/grpcpp.h>
+
+#include <chrono>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "services/clients/parts.h"
+#include "sixpoint/plant/v1/plant.pb.h"
+
+namespace sixpoint::ingest {
+
+// Thread-safe. While the plant service is away, what it said last still holds: its outage does not stop a scan.
+class KnownPlant {
+ public:
+  explicit KnownPlant(std::shared_ptr<grpc::Channel> plant);
+
+  using ContextMaker = std::function<std::unique_ptr<grpc::ClientContext>()>;
+  // Refuses names that the plant does not know as header.machine and header.subject.
+  absl::StatusOr<plant::v1::Machine> Machine(const std::string& name, const ContextMaker& make_context);
+  // Of artefacts/{id}: its newest revision. Of blades/{serial}: 0.
+  absl::StatusOr<int> SubjectRevision(const std::string& name, const ContextMaker& make_context);
+
+ private:
+  template <typename Value>
+  struct Kept {
+    Value value;
+    std::chrono::steady_clock::time_point fetched_at;
+  };
+  template <typename Value>
+  absl::StatusOr<Value> FreshOr(std::map<std::string, Kept<Value>>* kept, const std::string& field,
+                                const std::string& name, const std::function<absl::StatusOr<Value>()>& fetch);
+
+  clients::PlantClient client_;
+  std::mutex mutex_;
+  std::map<std::string, Kept<plant::v1::Machine>> machines_;
+  std::map<std::string, Kept<int>> subjects_;
+};
+
+}  // namespace sixpoint::ingest

@@ -1,0 +1,127 @@
+#include "services/ingest/scan_messages.h"
+
+#include <google/protobuf/util/message_differencer.h>
+
+#include <chrono>
+
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::ingest {
+namespace {
+
+constexpr int kNanosPerMicro = 1000;
+
+void ToProto(storage::Instant instant, google::protobuf::Timestamp* out) {
+  const auto micros = std::chrono::floor<std::chrono::microseconds>(instant.time_since_epoch());
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(micros);
+  out->set_seconds(seconds.count());
+  out->set_nanos(static_cast<int>((micros - seconds).count()) * kNanosPerMicro);
+}
+
+storage::Instant InstantOf(const google::protobuf::Timestamp& time) {
+  const auto since_epoch =
+      std::chrono::seconds(time.seconds()) + std::chrono::microseconds(time.nanos() / kNanosPerMicro);
+  return storage::Instant(std::chrono::duration_cast<storage::Instant::duration>(since_epoch));
+}
+
+v1::ScanKind KindOf(const std::string& text) {
+  for (const v1::ScanKind kind :
+       {v1::SCAN_KIND_ARTEFACT, v1::SCAN_KIND_ARM, v1::SCAN_KIND_AIRFOIL, v1::SCAN_KIND_LOCAL, v1::SCAN_KIND_PINS}) {
+    if (KindText(kind) == text) return kind;
+  }
+  return v1::SCAN_KIND_UNSPECIFIED;
+}
+
+std::string IdIn(const std::string& name) { return name.substr(name.find('/') + 1); }
+
+}  // namespace
+
+std::string KindText(v1::ScanKind kind) {
+  switch (kind) {
+    case v1::SCAN_KIND_ARTEFACT:
+      return "artefact";
+    case v1::SCAN_KIND_ARM:
+      return "arm";
+    case v1::SCAN_KIND_AIRFOIL:
+      return "airfoil";
+    case v1::SCAN_KIND_LOCAL:
+      return "local";
+    case v1::SCAN_KIND_PINS:
+      return "pins";
+    default:
+      return "";
+  }
+}
+
+v1::Scan ToProto(const storage::ScanRow& row) {
+  v1::Scan scan;
+  scan.set_name(runtime::NameOf("scans", row.scan_id));
+  v1::ScanHeader& header = *scan.mutable_header();
+  header.set_scan_id(row.scan_id);
+  header.set_machine(runtime::NameOf("machines", row.machine_id));
+  header.set_subject(row.artefact_id ? runtime::NameOf("artefacts", *row.artefact_id)
+                                     : runtime::NameOf("blades", row.blade_serial.value_or("")));
+  header.set_kind(KindOf(row.kind));
+  header.mutable_v0_mm()->set_x_mm(row.v0_mm[0]);
+  header.mutable_v0_mm()->set_y_mm(row.v0_mm[1]);
+  header.mutable_v0_mm()->set_z_mm(row.v0_mm[2]);
+  header.set_a_deg(row.a_deg);
+  header.set_b_deg(row.b_deg);
+  header.set_profile_pitch_mm(row.profile_pitch_mm);
+  header.set_columns_per_profile(row.columns_per_profile);
+  header.set_point_count(row.point_count);
+  header.set_encoding(row.encoding == "draco" ? v1::ENCODING_DRACO : v1::ENCODING_XYZ_F64);
+  header.set_sender_error_um(row.sender_error_um);
+  header.set_error_bound_um(row.error_bound_um);
+  if (row.measured_at) ToProto(*row.measured_at, header.mutable_measured_at());
+  scan.set_block_count(row.block_count);
+  scan.set_sha256(row.stored_sha256);
+  scan.set_stored_bytes(row.stored_bytes);
+  scan.set_proven_error_um(row.proven_error_um);
+  ToProto(row.recorded.recorded_at, scan.mutable_received_at());
+  scan.set_record_sequence(row.recorded.sequence);
+  return scan;
+}
+
+storage::ScanRow RowOf(const v1::ScanHeader& header, int machine_revision, int artefact_revision) {
+  storage::ScanRow row;
+  row.scan_id = header.scan_id();
+  row.machine_id = IdIn(header.machine());
+  row.machine_revision = machine_revision;
+  if (header.subject().rfind("artefacts/", 0) == 0) {
+    row.artefact_id = IdIn(header.subject());
+    row.artefact_revision = artefact_revision;
+  } else {
+    row.blade_serial = IdIn(header.subject());
+  }
+  row.kind = KindText(header.kind());
+  row.v0_mm = {header.v0_mm().x_mm(), header.v0_mm().y_mm(), header.v0_mm().z_mm()};
+  row.a_deg = header.a_deg();
+  row.b_deg = header.b_deg();
+  row.profile_pitch_mm = header.profile_pitch_mm();
+  row.columns_per_profile = header.columns_per_profile();
+  row.point_count = header.point_count();
+  row.encoding = header.encoding() == v1::ENCODING_DRACO ? "draco" : "xyz_f64";
+  row.sender_error_um = header.sender_error_um();
+  row.error_bound_um = header.error_bound_um();
+  if (header.has_measured_at()) row.measured_at = InstantOf(header.measured_at());
+  return row;
+}
+
+void RoundAsStored(v1::ScanHeader* header) {
+  if (header->has_measured_at()) ToProto(InstantOf(header->measured_at()), header->mutable_measured_at());
+}
+
+std::string DifferencesOf(const v1::ScanHeader& stored, const v1::ScanHeader& sent) {
+  google::protobuf::util::MessageDifferencer differencer;
+  std::string report;
+  differencer.ReportDifferencesToString(&report);
+  if (differencer.Compare(stored, sent)) return "";
+  while (!report.empty() && report.back() == '\n') report.pop_back();
+  for (std::size_t end = report.find('\n'); end != std::string::npos; end = report.find('\n', end)) {
+    report.replace(end, 1, "; ");
+  }
+  return report;
+}
+
+}  // namespace sixpoint::ingest

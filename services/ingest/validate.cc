@@ -1,0 +1,216 @@
+#include "services/ingest/validate.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <initializer_list>
+
+#include "metrology/cloud/draco_codec.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::ingest {
+namespace {
+
+using runtime::Refuse;
+
+constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
+// No machine tool is larger, and float32 is fine enough for every encoder reading below it.
+constexpr double kGreatestCoordinateMm = 1e5;
+constexpr double kGreatestEncoderMm = 1e4;
+constexpr double kGreatestAngleDeg = 36'000.0;
+constexpr double kGreatestPitchMm = 100.0;
+constexpr double kGreatestErrorUm = 1000.0;
+constexpr std::int64_t kLatestClock_s = 7'258'118'399;  // the end of 2199
+constexpr int kGreatestColumnCount = 65'536;
+// A reading just outside of the range by noise is still a reading.
+constexpr double kNoiseMargins = 10.0;
+constexpr double kLeastMarginMm = 0.02;
+
+absl::Status CheckNumber(const std::string& field, double value, double least, double greatest) {
+  if (std::isfinite(value) && value >= least && value <= greatest) return absl::OkStatus();
+  const auto text = [](double bound) {
+    std::string number = std::to_string(bound);
+    number.erase(number.find_last_not_of('0') + 1);
+    if (number.back() == '.') number.pop_back();
+    return number;
+  };
+  return Refuse(field, value, "a number from " + text(least) + " to " + text(greatest));
+}
+
+absl::Status First(std::initializer_list<absl::Status> checks) {
+  for (const absl::Status& check : checks) {
+    if (!check.ok()) return check;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckSubject(const v1::ScanHeader& header) {
+  std::string collection;
+  switch (header.kind()) {
+    case v1::SCAN_KIND_ARTEFACT:
+    case v1::SCAN_KIND_ARM:
+      collection = "artefacts";
+      break;
+    case v1::SCAN_KIND_AIRFOIL:
+    case v1::SCAN_KIND_LOCAL:
+    case v1::SCAN_KIND_PINS:
+      collection = "blades";
+      break;
+    default:
+      return Refuse("header.kind", std::to_string(header.kind()), "ARTEFACT, ARM, AIRFOIL, LOCAL or PINS");
+  }
+  return runtime::IdOf("header.subject", collection, header.subject()).status();
+}
+
+absl::Status CheckMeasuredAt(const v1::ScanHeader& header) {
+  if (!header.has_measured_at()) return absl::OkStatus();
+  const std::int64_t seconds = header.measured_at().seconds();
+  if (seconds < 0 || seconds > kLatestClock_s) {
+    return Refuse("header.measured_at.seconds", std::to_string(seconds), "a time in the years 1970 to 2199");
+  }
+  const int nanos = header.measured_at().nanos();
+  if (nanos < 0 || nanos > 999'999'999) {
+    return Refuse("header.measured_at.nanos", std::to_string(nanos), "0 to 999999999");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckAxis(const std::string& field, double command_deg, const std::string& axis,
+                       const plant::v1::Machine& machine) {
+  for (const auto* side : {&machine.kinematics().part_side(), &machine.kinematics().tool_side()}) {
+    for (const plant::v1::Joint& joint : *side) {
+      if (joint.axis() != axis || joint.kind() != plant::v1::JOINT_KIND_ROTARY) continue;
+      return CheckNumber(field, command_deg, joint.minimum(), joint.maximum());
+    }
+  }
+  if (command_deg == 0) return absl::OkStatus();
+  return Refuse(field, command_deg, "0, for " + machine.name() + " has no axis " + axis);
+}
+
+std::string BlockField(int index, const std::string& field) { return "block[" + std::to_string(index) + "]." + field; }
+
+}  // namespace
+
+absl::Status CheckHeader(const v1::ScanHeader& header) {
+  if (absl::Status id = runtime::CheckId("header.scan_id", header.scan_id()); !id.ok()) return id;
+  if (absl::Status id = runtime::IdOf("header.machine", "machines", header.machine()).status(); !id.ok()) return id;
+  if (absl::Status subject = CheckSubject(header); !subject.ok()) return subject;
+  if (!header.has_v0_mm()) return Refuse("header.v0_mm", "missing", "the machine's position at the start of the scan");
+  const geometry::v1::Point& v0 = header.v0_mm();
+  const absl::Status numbers = First(
+      {CheckNumber("header.v0_mm.x_mm", v0.x_mm(), -kGreatestCoordinateMm, kGreatestCoordinateMm),
+       CheckNumber("header.v0_mm.y_mm", v0.y_mm(), -kGreatestCoordinateMm, kGreatestCoordinateMm),
+       CheckNumber("header.v0_mm.z_mm", v0.z_mm(), -kGreatestCoordinateMm, kGreatestCoordinateMm),
+       CheckNumber("header.a_deg", header.a_deg(), -kGreatestAngleDeg, kGreatestAngleDeg),
+       CheckNumber("header.b_deg", header.b_deg(), -kGreatestAngleDeg, kGreatestAngleDeg),
+       CheckNumber("header.sender_error_um", header.sender_error_um(), 0, kGreatestErrorUm),
+       CheckNumber("header.error_bound_um", header.error_bound_um(), 0, kGreatestErrorUm), CheckMeasuredAt(header)});
+  if (!numbers.ok()) return numbers;
+  if (!(header.profile_pitch_mm() > 0 && header.profile_pitch_mm() <= kGreatestPitchMm)) {
+    return Refuse("header.profile_pitch_mm", header.profile_pitch_mm(), "> 0 and at most 100");
+  }
+  if (header.columns_per_profile() < 1 || header.columns_per_profile() > kGreatestColumnCount) {
+    return Refuse("header.columns_per_profile", std::to_string(header.columns_per_profile()), "1 to 65536");
+  }
+  if (header.point_count() < 1 || header.point_count() > kGreatestScanPointCount) {
+    return Refuse("header.point_count", std::to_string(header.point_count()),
+                  "1 to " + std::to_string(kGreatestScanPointCount));
+  }
+  if (header.encoding() != v1::ENCODING_DRACO && header.encoding() != v1::ENCODING_XYZ_F64) {
+    return Refuse("header.encoding", std::to_string(header.encoding()), "DRACO or XYZ_F64");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckAgainstMachine(const v1::ScanHeader& header, const plant::v1::Machine& machine) {
+  const absl::Status axes = First({CheckAxis("header.a_deg", header.a_deg(), "A", machine),
+                                   CheckAxis("header.b_deg", header.b_deg(), "B", machine)});
+  if (!axes.ok()) return axes;
+  if (header.columns_per_profile() > machine.sensor().column_count()) {
+    return Refuse(
+        "header.columns_per_profile", std::to_string(header.columns_per_profile()),
+        "1 to " + std::to_string(machine.sensor().column_count()) + ", the columns of the sensor of " + machine.name());
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckBlock(const v1::ScanHeader& header, const UploadProgress& progress, const v1::ScanBlock& block) {
+  const int expected = progress.block_count;
+  if (block.index() != expected) {
+    return Refuse(BlockField(expected, "index"), std::to_string(block.index()), std::to_string(expected));
+  }
+  if (block.point_count() < 1 || block.point_count() > kGreatestBlockPointCount) {
+    return Refuse(BlockField(expected, "point_count"), std::to_string(block.point_count()),
+                  "1 to " + std::to_string(kGreatestBlockPointCount));
+  }
+  const std::int64_t left = header.point_count() - progress.point_count;
+  if (block.point_count() > left) {
+    return Refuse(BlockField(expected, "point_count"), std::to_string(block.point_count()),
+                  "at most the " + std::to_string(left) + " that header.point_count leaves");
+  }
+  const auto payload_bytes = static_cast<std::int64_t>(block.payload().size());
+  if (header.encoding() == v1::ENCODING_XYZ_F64) {
+    const std::int64_t wanted = 24 * static_cast<std::int64_t>(block.point_count());
+    if (payload_bytes == wanted) return absl::OkStatus();
+    return Refuse(BlockField(expected, "payload"), std::to_string(payload_bytes) + " bytes",
+                  std::to_string(wanted) + ", 24 a point");
+  }
+  const std::int64_t limit = kBlockOverheadBytes + kGreatestBytesPerPoint * block.point_count();
+  if (payload_bytes > limit) {
+    return Refuse(BlockField(expected, "payload"), std::to_string(payload_bytes) + " bytes",
+                  "at most " + std::to_string(limit) + " for its points");
+  }
+  const auto draco = metrology::InspectHeader(block.payload(), kGreatestBlockPointCount);
+  if (!draco.ok()) {
+    return Refuse(BlockField(expected, "payload"), std::string(draco.status().message()), "a sequential Draco cloud");
+  }
+  if (draco->point_count != block.point_count()) {
+    return Refuse(BlockField(expected, "payload"), std::to_string(draco->point_count) + " points in the Draco header",
+                  std::to_string(block.point_count()) + ", the block's point_count");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckStatistics(const v1::ScanHeader& header, const plant::v1::Sensor& sensor, int block_index,
+                             const BlockStatistics& statistics) {
+  const std::string field = BlockField(block_index, "payload");
+  if (statistics.not_finite_count > 0) {
+    return Refuse(field, std::to_string(statistics.not_finite_count) + " points with NaN or infinity", "none");
+  }
+  const double margin_mm =
+      std::max(kLeastMarginMm, kNoiseMargins * sensor.noise_um() * 1e-3) + header.sender_error_um() * 1e-3;
+  const double z_limit_mm = sensor.range_mm() / 2 + margin_mm;
+  const double y_limit_mm =
+      (sensor.mid_range_mm() + sensor.range_mm() / 2) * std::tan(sensor.line_angle_deg() / 2 * kRadPerDeg) + margin_mm;
+  const std::array<double, 3> limit_mm = {kGreatestEncoderMm, y_limit_mm, z_limit_mm};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (const double value_mm : {statistics.minimum_mm[i], statistics.maximum_mm[i]}) {
+      if (std::abs(value_mm) <= limit_mm[i]) continue;
+      return Refuse(field + "." + "xyz"[i] + "_mm", value_mm,
+                    "within +-" + std::to_string(limit_mm[i]) + ", the range of the sensor");
+    }
+  }
+  if (statistics.greatest_backstep_mm > 0) {
+    return Refuse(field + ".x_mm", -statistics.greatest_backstep_mm,
+                  "profiles in scan order: x runs backwards by that much");
+  }
+  if (statistics.greatest_column_count > header.columns_per_profile()) {
+    return Refuse(field, std::to_string(statistics.greatest_column_count) + " points in one profile",
+                  "at most header.columns_per_profile, " + std::to_string(header.columns_per_profile()));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckComplete(const v1::ScanHeader& header, const UploadProgress& progress) {
+  if (progress.point_count == header.point_count()) return absl::OkStatus();
+  return Refuse("header.point_count", std::to_string(header.point_count()),
+                "the " + std::to_string(progress.point_count) + " points of the " +
+                    std::to_string(progress.block_count) + " blocks that came before the stream ended");
+}
+
+double ErrorBoundMm(const v1::ScanHeader& header) {
+  return header.error_bound_um() > 0 ? header.error_bound_um() * 1e-3 : metrology::kDefaultErrorBoundMm;
+}
+
+}  // namespace sixpoint::ingest
