@@ -1,0 +1,191 @@
+#include "metrology/inspection/blade_inspection.h"
+
+#include <absl/status/status.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <utility>
+
+namespace sixpoint::metrology {
+namespace {
+
+constexpr std::size_t kChunk = 8192;  // fixed: sums do not depend on the number of threads
+constexpr double kBelow_mm = 1;       // the pin region reaches this far under the start, along the axis
+constexpr double kTo_um = 1e3;
+
+// Within a hole's region: a cylinder about the nominal axis in which its pin must stand.
+bool InRegion(const InspectedHole& hole, const InspectionOptions& options, const Eigen::Vector3d& point) {
+  const Eigen::Vector3d from = point - hole.pin.start_mm;
+  const double height = from.dot(hole.pin.axis);
+  if (height < -kBelow_mm || height > options.longest_pin_mm) return false;
+  const double radius = options.pin.greatest_diameter_ratio * hole.pin.hole_diameter_mm / 2 + options.search_mm;
+  return (from - height * hole.pin.axis).squaredNorm() < radius * radius;
+}
+
+}  // namespace
+
+struct BladeInspection::Chunk {
+  std::vector<float> deviations_mm;
+  double square_sum_mm2 = 0;
+  std::int64_t excluded_count = 0;
+  std::vector<std::pair<std::uint32_t, PinPoint>> pin_points;  // hole, point
+};
+
+BladeInspection::BladeInspection(std::shared_ptr<const Surface> surface, std::vector<InspectedHole> holes,
+                                 RegisteredPose pose, SensorPose sensor, RotaryAxes axes, InspectionOptions options)
+    : surface_(std::move(surface)),
+      holes_(std::move(holes)),
+      pose_(std::move(pose)),
+      sensor_(std::move(sensor)),
+      axes_(axes),
+      options_(std::move(options)),
+      pin_points_(holes_.size()) {}
+
+void BladeInspection::Compare(const LineScan& scan, const Eigen::Isometry3d& part_from_machine, std::size_t begin,
+                              std::size_t end, Chunk* chunk) const {
+  chunk->deviations_mm.reserve(end - begin);
+  const auto scan_index = static_cast<std::uint32_t>(scans_.size() - 1);
+  std::uint32_t hint = Surface::kNoTriangle;
+  for (std::size_t i = begin; i < end; ++i) {
+    const Eigen::Vector3d in_part = part_from_machine * sensor_.MachineFromSensor(scan.points_mm[i], scan.v0_mm);
+    const SurfacePoint nearest = surface_->ClosestWithin(in_part, options_.farthest_mm, hint);
+    const double deviation = nearest.signed_distance_mm;
+    if (std::isfinite(deviation)) hint = nearest.triangle;
+    bool in_region = false;
+    for (std::size_t hole = 0; hole < holes_.size(); ++hole) {
+      if (!InRegion(holes_[hole], options_, in_part)) continue;
+      in_region = true;
+      // Beyond farthest_mm there is no distance; outside and far, since the region stands on the surface.
+      const bool off_surface = !std::isfinite(deviation) || deviation > options_.pin_clearance_mm;
+      const bool above = (in_part - holes_[hole].pin.start_mm).dot(holes_[hole].pin.axis) > 0;
+      if (off_surface && above)
+        chunk->pin_points.emplace_back(static_cast<std::uint32_t>(hole),
+                                       PinPoint{in_part, scan.points_mm[i], scan_index});
+    }
+    if (in_region || !std::isfinite(deviation)) {
+      ++chunk->excluded_count;
+      continue;
+    }
+    chunk->deviations_mm.push_back(static_cast<float>(deviation));
+    chunk->square_sum_mm2 += deviation * deviation;
+  }
+}
+
+absl::Status BladeInspection::Add(const LineScan& scan) {
+  seen_count_ += static_cast<std::int64_t>(scan.points_mm.size());
+  if (seen_count_ > options_.greatest_point_count) {
+    return absl::ResourceExhaustedError("scans: " + std::to_string(seen_count_) + " points, want at most " +
+                                        std::to_string(options_.greatest_point_count));
+  }
+  scans_.push_back({scan.v0_mm, scan.a_rad, scan.b_rad});
+  const Eigen::Isometry3d part_from_machine = pose_.zero_from_part.inverse(Eigen::Isometry) *
+                                              axes_.MachineFromZero(scan.a_rad, scan.b_rad).inverse(Eigen::Isometry);
+  const std::size_t size = scan.points_mm.size();
+  std::vector<Chunk> chunks((size + kChunk - 1) / kChunk);
+  std::atomic<bool> stopped{false};
+  tbb::task_arena arena(std::max(1, options_.threads));
+  arena.execute([&] {
+    tbb::parallel_for(std::size_t{0}, chunks.size(), [&](std::size_t k) {
+      if (stopped || (options_.keep_going && !options_.keep_going())) {
+        stopped = true;
+        return;
+      }
+      Compare(scan, part_from_machine, k * kChunk, std::min(size, (k + 1) * kChunk), &chunks[k]);
+    });
+  });
+  if (stopped) return absl::CancelledError("inspection stopped: the caller is gone or its time is over");
+  for (const Chunk& chunk : chunks) {
+    deviations_mm_.insert(deviations_mm_.end(), chunk.deviations_mm.begin(), chunk.deviations_mm.end());
+    square_sum_mm2_ += chunk.square_sum_mm2;
+    excluded_count_ += chunk.excluded_count;
+    for (const auto& [hole, point] : chunk.pin_points) pin_points_[hole].push_back(point);
+  }
+  return absl::OkStatus();
+}
+
+Eigen::Matrix<double, 3, 20> BladeInspection::Sensitivity(const PinPoint& point) const {
+  const ScanPlace& scan = scans_[point.scan];
+  const Eigen::Matrix3d part_from_zero = pose_.zero_from_part.linear().transpose();
+  const Eigen::Vector3d in_zero = pose_.zero_from_part * point.in_part_mm;
+  const Eigen::Matrix3d zero_from_machine = axes_.MachineFromZero(scan.a_rad, scan.b_rad).linear().transpose();
+  // How the point's place at `zero` follows the calibrations, and how the pose does: only their difference shows.
+  Eigen::Matrix<double, 3, 14> calibration;
+  calibration << zero_from_machine * sensor_.ParameterJacobian(point.in_sensor_mm),
+      -zero_from_machine * axes_.ParameterJacobian(in_zero, scan.a_rad, scan.b_rad);
+  calibration -= PointJacobian(in_zero, pose_.sensitivity_reference_mm) * pose_.calibration_sensitivity;
+  Eigen::Matrix<double, 3, 20> sensitivity;
+  sensitivity << -PointJacobian(in_zero, pose_.noise.reference_mm), calibration;
+  return part_from_zero * sensitivity;
+}
+
+HoleFinding BladeInspection::Judged(std::size_t hole) const {
+  const InspectedHole& wanted = holes_[hole];
+  const std::vector<PinPoint>& points = pin_points_[hole];
+  Points in_part;
+  in_part.reserve(points.size());
+  for (const PinPoint& point : points) in_part.push_back(point.in_part_mm);
+  const PinFit fit = FitPin(wanted.pin, in_part, options_.pin);
+
+  HoleFinding finding;
+  finding.point_count = static_cast<int>(fit.used.size());
+  finding.pin_residual_rms_um = fit.residual_rms_um;
+  finding.pin_radius_mm = fit.radius_mm;
+  finding.reason = fit.reason;
+  if (!fit.measured) return finding;
+
+  Eigen::Matrix<double, 5, 20> sensitivity;
+  sensitivity.setZero();
+  for (std::size_t i = 0; i < fit.used.size(); ++i) sensitivity += fit.gain[i] * Sensitivity(points[fit.used[i]]);
+  Eigen::Matrix<double, 20, 20> inputs = Eigen::Matrix<double, 20, 20>::Zero();
+  inputs.topLeftCorner<6, 6>() = pose_.noise.values;
+  inputs.bottomRightCorner<14, 14>() = pose_.calibration_covariance;
+  finding.error = HoleErrorOf(wanted.pin, fit, fit.noise_covariance + sensitivity * inputs * sensitivity.transpose());
+  finding.position_expanded_uncertainty_mm = 2 * finding.error.position_standard_uncertainty_mm;
+  finding.inclination_expanded_uncertainty_rad = 2 * finding.error.inclination_standard_uncertainty_rad;
+  finding.position_verdict =
+      Judge(finding.error.position_mm, finding.position_expanded_uncertainty_mm, wanted.position_tolerance_mm);
+  finding.inclination_verdict = Judge(finding.error.inclination_rad, finding.inclination_expanded_uncertainty_rad,
+                                      wanted.inclination_tolerance_rad);
+  finding.verdict = Worst(finding.position_verdict, finding.inclination_verdict);
+  return finding;
+}
+
+DeviationSummary BladeInspection::Summary() const {
+  DeviationSummary summary;
+  summary.point_count = static_cast<std::int64_t>(deviations_mm_.size());
+  summary.excluded_count = excluded_count_;
+  std::vector<float> sorted = deviations_mm_;
+  const auto [low, high] = std::minmax_element(sorted.begin(), sorted.end());
+  summary.minimum_um = kTo_um * *low;
+  summary.maximum_um = kTo_um * *high;
+  summary.rms_um = kTo_um * std::sqrt(square_sum_mm2_ / static_cast<double>(sorted.size()));
+  const auto percentile = [&](double share) {
+    const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(sorted.size() - 1));
+    std::nth_element(sorted.begin(), at, sorted.end());
+    return kTo_um * *at;
+  };
+  summary.p05_um = percentile(0.05);
+  summary.p50_um = percentile(0.50);
+  summary.p95_um = percentile(0.95);
+  return summary;
+}
+
+absl::StatusOr<BladeFindings> BladeInspection::Finish() {
+  if (deviations_mm_.empty())
+    return absl::FailedPreconditionError("scans: no point within " + std::to_string(options_.farthest_mm) +
+                                         " mm of the CAD, want scans of this blade");
+  BladeFindings findings;
+  findings.holes.resize(holes_.size());
+  tbb::task_arena arena(std::max(1, options_.threads));
+  arena.execute(
+      [&] { tbb::parallel_for(std::size_t{0}, holes_.size(), [&](std::size_t i) { findings.holes[i] = Judged(i); }); });
+  findings.verdict = holes_.empty() ? Verdict::kNotMeasured : Verdict::kConform;
+  for (const HoleFinding& hole : findings.holes) findings.verdict = Worst(findings.verdict, hole.verdict);
+  findings.deviation = Summary();
+  return findings;
+}
+
+}  // namespace sixpoint::metrology

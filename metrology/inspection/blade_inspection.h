@@ -1,0 +1,112 @@
+// A machined blade against its CAD: deviation of every point, and each hole from the pin in it (METHODS 6).
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "metrology/correction/registered_pose.h"
+#include "metrology/inspection/hole_error.h"
+#include "metrology/inspection/pin.h"
+#include "metrology/inspection/verdict.h"
+#include "metrology/kinematics/rotary_axes.h"
+#include "metrology/scanner/line_scanner.h"
+#include "metrology/surface/surface.h"
+
+namespace sixpoint::metrology {
+
+struct InspectedHole {
+  std::string group, name;
+  NominalPin pin;
+  double position_tolerance_mm = 0;
+  double inclination_tolerance_rad = 0;
+};
+
+struct HoleFinding {
+  Verdict verdict = Verdict::kNotMeasured;
+  Verdict position_verdict = Verdict::kNotMeasured;
+  Verdict inclination_verdict = Verdict::kNotMeasured;
+  HoleError error;                                  // meaningful where measured
+  double position_expanded_uncertainty_mm = 0;      // k = 2
+  double inclination_expanded_uncertainty_rad = 0;  // k = 2
+  double pin_radius_mm = 0;
+  int point_count = 0;
+  double pin_residual_rms_um = 0;
+  std::string reason;  // why it was not measured
+};
+
+// Signed, positive outside the CAD.
+struct DeviationSummary {
+  double minimum_um = 0, maximum_um = 0, rms_um = 0;
+  double p05_um = 0, p50_um = 0, p95_um = 0;
+  std::int64_t point_count = 0;
+  // Set aside: within a hole's pin region, or farther from the CAD than InspectionOptions::farthest_mm.
+  std::int64_t excluded_count = 0;
+};
+
+struct BladeFindings {
+  Verdict verdict = Verdict::kNotMeasured;  // the worst of the holes
+  std::vector<HoleFinding> holes;           // in the order given
+  DeviationSummary deviation;
+};
+
+struct InspectionOptions {
+  int threads = 2;
+  double farthest_mm = 1;          // a point farther from the CAD is not of this part (chip, fixture)
+  double pin_clearance_mm = 0.15;  // a pin's point is at least this far off the CAD
+  double search_mm = 0.3;          // a pin's axis may lie this far from the nominal
+  double longest_pin_mm = 25;
+  std::int64_t greatest_point_count = 60'000'000;
+  PinLimits pin;
+  std::function<bool()> keep_going;  // false: stop with CANCELLED; asked between chunks
+};
+
+// Scans are added one after another and need not be kept: what stays is one float per point and the points near holes.
+// Not thread-safe; computes on its own threads. The same scans in the same order give the same bits on any number.
+class BladeInspection {
+ public:
+  // sensor and axes: those that the pose was registered with (their covariances are in pose.calibration_covariance).
+  BladeInspection(std::shared_ptr<const Surface> surface, std::vector<InspectedHole> holes, RegisteredPose pose,
+                  SensorPose sensor, RotaryAxes axes, InspectionOptions options);
+  // RESOURCE_EXHAUSTED beyond greatest_point_count.
+  absl::Status Add(const LineScan& scan);
+  // FAILED_PRECONDITION where no point was near the CAD.
+  absl::StatusOr<BladeFindings> Finish();
+
+ private:
+  struct ScanPlace {
+    Eigen::Vector3d v0_mm;
+    double a_rad, b_rad;
+  };
+  struct PinPoint {
+    Eigen::Vector3d in_part_mm, in_sensor_mm;
+    std::uint32_t scan;
+  };
+  struct Chunk;
+
+  void Compare(const LineScan& scan, const Eigen::Isometry3d& part_from_machine, std::size_t begin, std::size_t end,
+               Chunk* chunk) const;
+  HoleFinding Judged(std::size_t hole) const;
+  // 3 x 20: change of a point's place in the part per (pose noise (6), calibration parameters (14)).
+  Eigen::Matrix<double, 3, 20> Sensitivity(const PinPoint& point) const;
+  DeviationSummary Summary() const;
+
+  std::shared_ptr<const Surface> surface_;
+  std::vector<InspectedHole> holes_;
+  RegisteredPose pose_;
+  SensorPose sensor_;
+  RotaryAxes axes_;
+  InspectionOptions options_;
+  std::vector<ScanPlace> scans_;
+  std::vector<std::vector<PinPoint>> pin_points_;  // per hole
+  std::vector<float> deviations_mm_;
+  double square_sum_mm2_ = 0;
+  std::int64_t excluded_count_ = 0;
+  std::int64_t seen_count_ = 0;
+};
+
+}  // namespace sixpoint::metrology

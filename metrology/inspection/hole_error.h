@@ -1,0 +1,25 @@
+// Position and inclination of a drilled hole against its nominal, with uncertainties, from the pin's axis (METHODS 6, 7).
+#pragma once
+
+#include <Eigen/Core>
+
+#include "metrology/inspection/pin.h"
+
+namespace sixpoint::metrology {
+
+struct HoleError {
+  Eigen::Vector3d start_in_part_mm = Eigen::Vector3d::Zero();  // where the axis meets the surface
+  Eigen::Vector3d axis_in_part = Eigen::Vector3d::UnitZ();     // unit, out of the part
+  double position_mm = 0;                                      // distance of the start from the nominal start
+  double inclination_rad = 0;                                  // angle of the axis with the nominal axis
+  double position_standard_uncertainty_mm = 0;
+  double inclination_standard_uncertainty_rad = 0;
+};
+
+// The surface is taken as its tangent plane at the nominal start: over a displacement of 0.1 mm on a radius of 3 mm they
+// differ by under 2 um in height, so by less than the axis's slope to the normal of that along the surface.
+// covariance: of the fit's parameters (c1, c2, s1, s2, radius), from everything. Near zero error, where a length is not
+// linear in its components, the greatest standard deviation of the two components is given.
+HoleError HoleErrorOf(const NominalPin& nominal, const PinFit& fit, const Eigen::Matrix<double, 5, 5>& covariance);
+
+}  // namespace sixpoint::metrology

@@ -1,0 +1,214 @@
+#include "metrology/inspection/pin.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "metrology/kinematics/rotary_axes.h"
+
+namespace sixpoint::metrology {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kTukey = 4.685;           // 95 % efficiency on normal noise
+constexpr double kTopMargin_mm = 0.1;      // below the pin's top: its edge is not the cylinder
+constexpr double kLeastSigma_mm = 0.5e-3;  // below any scanner's noise
+using Parameters = Eigen::Matrix<double, 5, 1>;
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Distance from the axis of the parameters, and its derivative by c1, c2, s1, s2.
+struct Radial {
+  double distance_mm;
+  Eigen::Vector3d outward;  // unit, from the axis to the point
+  double along;             // axis parameter of the foot
+};
+Radial RadialOf(const Parameters& p, const Eigen::Vector3d& local) {
+  const Eigen::Vector3d direction(p[2], p[3], 1);
+  const Eigen::Vector3d from(local.x() - p[0], local.y() - p[1], local.z());
+  const double along = from.dot(direction) / direction.squaredNorm();
+  const Eigen::Vector3d out = from - along * direction;
+  const double distance = out.norm();
+  return {distance, distance > 0 ? Eigen::Vector3d(out / distance) : Eigen::Vector3d::UnitX(), along};
+}
+Parameters RowOf(const Radial& radial) {
+  Parameters row;
+  row << -radial.outward.x(), -radial.outward.y(), -radial.along * radial.outward.x(),
+      -radial.along * radial.outward.y(), -1;
+  return row;
+}
+
+// Kasa's circle through the points seen along the nominal axis: x^2 + y^2 = 2 c x + 2 d y + e.
+Parameters AlgebraicCircle(const Points& local) {
+  Eigen::MatrixXd left(local.size(), 3);
+  Eigen::VectorXd right(local.size());
+  for (std::size_t i = 0; i < local.size(); ++i) {
+    left.row(i) << 2 * local[i].x(), 2 * local[i].y(), 1;
+    right[i] = local[i].head<2>().squaredNorm();
+  }
+  const Eigen::Vector3d solution = left.colPivHouseholderQr().solve(right);
+  Parameters p;
+  p << solution[0], solution[1], 0, 0, std::sqrt(std::max(0.0, solution[2] + solution.head<2>().squaredNorm()));
+  return p;
+}
+
+struct Normal {
+  Eigen::Matrix<double, 5, 5> matrix = Eigen::Matrix<double, 5, 5>::Zero();
+  Parameters right = Parameters::Zero();
+};
+double WeightOf(double residual, double sigma) {
+  const double u = residual / (kTukey * sigma);
+  return std::abs(u) < 1 ? (1 - u * u) * (1 - u * u) : 0;
+}
+Normal NormalOf(const Parameters& p, const Points& local, double sigma) {
+  Normal normal;
+  for (const Eigen::Vector3d& point : local) {
+    const Radial radial = RadialOf(p, point);
+    const double residual = radial.distance_mm - p[4], weight = WeightOf(residual, sigma);
+    if (weight == 0) continue;
+    const Parameters row = RowOf(radial);
+    normal.matrix += weight * row * row.transpose();
+    normal.right -= weight * residual * row;
+  }
+  return normal;
+}
+
+std::string Text(const char* format, double value, double wanted) {
+  char buffer[160];
+  std::snprintf(buffer, sizeof buffer, format, value, wanted);
+  return buffer;
+}
+
+double SigmaOf(const Parameters& p, const Points& local) {
+  std::vector<double> absolute(local.size());
+  for (std::size_t i = 0; i < local.size(); ++i) absolute[i] = std::abs(RadialOf(p, local[i]).distance_mm - p[4]);
+  return std::max(kLeastSigma_mm, 1.4826 * Median(std::move(absolute)));
+}
+
+// Degrees of the circumference in cells of 10 deg that hold at least three points.
+double ArcOf(const Points& local, const Parameters& p, const std::vector<std::size_t>& used) {
+  std::array<int, 36> cells{};
+  for (const std::size_t i : used) {
+    const Eigen::Vector3d out = RadialOf(p, local[i]).outward;
+    const int cell = static_cast<int>(std::floor((std::atan2(out.y(), out.x()) + kPi) / (2 * kPi) * 36));
+    ++cells[std::clamp(cell, 0, 35)];
+  }
+  return 10.0 * std::count_if(cells.begin(), cells.end(), [](int count) { return count >= 3; });
+}
+
+}  // namespace
+
+PinFit FitPin(const NominalPin& nominal, const Points& points_in_part_mm, const PinLimits& limits) {
+  PinFit fit;
+  fit.across = TangentBasis(nominal.axis);
+  fit.point_count = static_cast<int>(points_in_part_mm.size());
+  const auto refuse = [&](const std::string& reason) {
+    fit.reason = reason;
+    return fit;
+  };
+  if (fit.point_count < limits.least_point_count)
+    return refuse(
+        Text("%.0f points off the surface at the hole, want at least %.0f", fit.point_count, limits.least_point_count));
+
+  // Local frame: across the nominal axis, and along it.
+  Eigen::Matrix3d local_from_part;
+  local_from_part << fit.across.transpose(), nominal.axis.transpose();
+  Points all;
+  std::vector<double> heights;
+  for (const Eigen::Vector3d& point : points_in_part_mm) {
+    all.push_back(local_from_part * (point - nominal.start_mm));
+    heights.push_back(all.back().z());
+  }
+  // The 98th percentile is the top or a little below it; a few stray points above do not move it.
+  const auto high = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() * 98 / 100);
+  std::nth_element(heights.begin(), high, heights.end());
+  const double top = *high - kTopMargin_mm;
+  Points local;
+  std::vector<std::size_t> index;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].z() > top) continue;
+    local.push_back(all[i]);
+    index.push_back(i);
+  }
+  if (static_cast<int>(local.size()) < limits.least_point_count)
+    return refuse(Text("%.0f points on the pin's side, want at least %.0f", static_cast<double>(local.size()),
+                       limits.least_point_count));
+
+  // The scale shrinks from the first guess's spread to the noise, so that the loss rejects no part of the pin too early.
+  Parameters p = AlgebraicCircle(local);
+  double sigma = std::max(0.03, SigmaOf(p, local));
+  bool settled = false;
+  for (int iteration = 0; iteration < 60 && !settled; ++iteration) {
+    const Normal normal = NormalOf(p, local, sigma);
+    const Parameters step = normal.matrix.ldlt().solve(normal.right);
+    if (!step.allFinite() || step.head<2>().norm() > 1) return refuse("the points do not determine a cylinder");
+    p += step;
+    const double wanted = SigmaOf(p, local);
+    const bool shrinking = sigma > 1.02 * wanted;
+    sigma = shrinking ? std::max(wanted, sigma / 2) : wanted;
+    settled = !shrinking && step.head<4>().norm() < 1e-9;
+  }
+  if (!settled) return refuse("the cylinder fit did not converge");
+
+  // The estimate's influence function: with psi = weight * residual, curvature = sum psi' row row'.
+  Eigen::Matrix<double, 5, 5> curvature = Eigen::Matrix<double, 5, 5>::Zero(), scatter = curvature;
+  std::vector<double> slopes;
+  std::vector<Radial> radials;
+  double squares = 0, lowest = 0, highest = 0;
+  for (std::size_t i = 0; i < local.size(); ++i) {
+    const Radial radial = RadialOf(p, local[i]);
+    const double residual = radial.distance_mm - p[4], weight = WeightOf(residual, sigma);
+    if (weight == 0) continue;
+    if (fit.used.empty()) lowest = highest = local[i].z();
+    lowest = std::min(lowest, local[i].z());
+    highest = std::max(highest, local[i].z());
+    squares += residual * residual;
+    fit.used.push_back(i);
+    radials.push_back(radial);
+    const double root = std::sqrt(weight);
+    slopes.push_back(root * (5 * root - 4));  // (1 - u^2) (1 - 5 u^2)
+    const Parameters row = RowOf(radial);
+    curvature += slopes.back() * row * row.transpose();
+    scatter += weight * weight * residual * residual * row * row.transpose();
+  }
+  const Eigen::Matrix<double, 5, 5> inverse = curvature.ldlt().solve(Eigen::Matrix<double, 5, 5>::Identity());
+  for (std::size_t i = 0; i < radials.size(); ++i) {
+    const Parameters pull = -slopes[i] * (inverse * RowOf(radials[i]));
+    fit.gain.push_back(pull * (radials[i].outward.transpose() * local_from_part));
+  }
+  fit.residual_rms_um = fit.used.empty() ? 0 : 1e3 * std::sqrt(squares / static_cast<double>(fit.used.size()));
+  const double arc = ArcOf(local, p, fit.used);
+  for (std::size_t& i : fit.used) i = index[i];
+  fit.offset_mm = p.head<2>();
+  fit.slope = p.segment<2>(2);
+  fit.radius_mm = p[4];
+  fit.noise_covariance = inverse * scatter * inverse;
+
+  if (sigma * 1e3 > limits.greatest_sigma_um)
+    return refuse(
+        Text("residuals of the cylinder spread by %.1f um, want at most %g", sigma * 1e3, limits.greatest_sigma_um));
+  const double share = static_cast<double>(fit.used.size()) / static_cast<double>(local.size());
+  if (share < limits.least_used_share)
+    return refuse(Text("%.2f of the points lie on the cylinder, want at least %g", share, limits.least_used_share));
+  const double ratio = 2 * p[4] / nominal.hole_diameter_mm;
+  if (!(ratio >= limits.least_diameter_ratio && ratio <= limits.greatest_diameter_ratio)) {
+    return refuse(Text("fitted diameter %.4f mm does not fit the hole's %g mm", 2 * p[4], nominal.hole_diameter_mm));
+  }
+  if (highest - lowest < limits.least_height_mm)
+    return refuse(
+        Text("the pin is seen over %.2f mm of its length, want at least %g", highest - lowest, limits.least_height_mm));
+  if (arc < limits.least_arc_deg)
+    return refuse(Text("%.0f deg of the circumference seen, want at least %g", arc, limits.least_arc_deg));
+  if (!fit.noise_covariance.allFinite()) return refuse("the points do not determine a cylinder");
+  fit.measured = true;
+  return fit;
+}
+
+}  // namespace sixpoint::metrology
