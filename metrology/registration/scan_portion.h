@@ -1,0 +1,49 @@
+// A scan thinned for registration and mapped to the part's place at A = B = 0.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "metrology/kinematics/rotary_axes.h"
+#include "metrology/scanner/line_scanner.h"
+
+namespace sixpoint::metrology {
+
+// The calibrations in force, with what is known of their errors.
+struct MachineCalibration {
+  SensorPose sensor;
+  RotaryAxes axes;
+  Matrix8d axes_covariance = Matrix8d::Zero();  // order of RotaryAxes::ParameterJacobian
+};
+
+// Sensor rotation vector (rad), T_sm (mm), then the axes' eight.
+constexpr int kCalibrationParameterCount = 14;
+using PointSensitivity = Eigen::Matrix<double, 3, kCalibrationParameterCount>;
+using CalibrationCovariance = Eigen::Matrix<double, kCalibrationParameterCount, kCalibrationParameterCount>;
+
+CalibrationCovariance CovarianceOf(const MachineCalibration& calibration);
+
+struct ScanPortion {
+  std::string id;
+  double a_rad = 0;
+  double b_rad = 0;
+  std::int64_t scan_point_count = 0;  // before thinning; points that are not finite are left out
+  Points sensor_mm;                   // every k-th point, in scan order, sensor frame
+  Points zero_mm;                     // the same points at A = B = 0
+  Points dense_sensor_mm;             // every point near the places asked for
+  Points dense_zero_mm;
+};
+
+struct Thinning {
+  std::int64_t target_count = 25'000;  // points to keep of a scan
+  Points dense_places_mm;              // at A = B = 0: keep every point near these
+  double dense_radius_mm = 8;
+};
+
+ScanPortion Thin(const LineScan& scan, const MachineCalibration& calibration, const Thinning& thinning);
+
+// Change of a scan point at A = B = 0 per calibration parameter.
+PointSensitivity ZeroPointSensitivity(const Eigen::Vector3d& sensor_mm, const Eigen::Vector3d& zero_mm, double a_rad,
+                                      double b_rad, const MachineCalibration& calibration);
+
+}  // namespace sixpoint::metrology
