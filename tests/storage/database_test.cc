@@ -1,0 +1,208 @@
+#include "storage/database.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "tests/support/throwaway_database.h"
+
+namespace sixpoint::storage {
+namespace {
+
+using sixpoint::testing::Soon;
+using sixpoint::testing::ThrowawayDatabase;
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+class DatabaseTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    Do("CREATE TABLE parents (id integer PRIMARY KEY, depth_mm double precision "
+       "CONSTRAINT parents_depth_positive CHECK (depth_mm > 0))");
+    Do("CREATE TABLE children (parent_id integer NOT NULL REFERENCES parents (id))");
+  }
+  // One committed statement.
+  void Do(const std::string& sql) {
+    const absl::Status done = Try(sql);
+    ASSERT_TRUE(done.ok()) << done;
+  }
+  absl::Status Try(const std::string& sql) {
+    absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+    if (!transaction.ok()) return transaction.status();
+    const absl::StatusOr<Rows> rows = transaction->Execute(sql);
+    if (!rows.ok()) return rows.status();
+    return transaction->Commit();
+  }
+  std::int64_t CountParents() {
+    absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+    EXPECT_TRUE(transaction.ok()) << transaction.status();
+    return transaction->Execute("SELECT count(*) FROM parents")->Int(0, 0);
+  }
+  ThrowawayDatabase database_{ThrowawayDatabase::Schema::kEmpty};
+};
+
+TEST_F(DatabaseTest, WhatIsNotCommittedIsRolledBack) {
+  {
+    absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+    ASSERT_TRUE(transaction.ok());
+    const absl::StatusOr<Rows> rows = transaction->Execute("INSERT INTO parents VALUES (1, 2.5), (2, 3.5)");
+    ASSERT_TRUE(rows.ok());
+    EXPECT_EQ(rows->affected(), 2);
+  }
+  EXPECT_EQ(CountParents(), 0);
+  Do("INSERT INTO parents VALUES (1, 2.5)");
+  EXPECT_EQ(CountParents(), 1);
+}
+
+TEST_F(DatabaseTest, ViolationsSayWhatTheyAre) {
+  Do("INSERT INTO parents VALUES (1, 2.5)");
+  const absl::Status twice = Try("INSERT INTO parents VALUES (1, 2.5)");
+  EXPECT_EQ(twice.code(), absl::StatusCode::kAlreadyExists) << twice;
+  const absl::Status orphan = Try("INSERT INTO children VALUES (7)");
+  EXPECT_EQ(orphan.code(), absl::StatusCode::kFailedPrecondition) << orphan;
+  const absl::Status negative = Try("INSERT INTO parents VALUES (2, -1)");
+  EXPECT_EQ(negative.code(), absl::StatusCode::kFailedPrecondition) << negative;
+  EXPECT_THAT(std::string(negative.message()), ::testing::HasSubstr("parents_depth_positive"));
+  EXPECT_EQ(Try("SELECT 1/0").code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(Try("SELEC 1").code(), absl::StatusCode::kInternal);
+}
+
+TEST_F(DatabaseTest, OneOfTwoDeadlockedTransactionsFailsAsSerialization) {
+  Do("INSERT INTO parents VALUES (1, 1), (2, 1)");
+  absl::StatusOr<Transaction> first = database_.database()->Begin(Soon());
+  absl::StatusOr<Transaction> second = database_.database()->Begin(Soon());
+  ASSERT_TRUE(first->Execute("UPDATE parents SET depth_mm = 2 WHERE id = 1").ok());
+  ASSERT_TRUE(second->Execute("UPDATE parents SET depth_mm = 2 WHERE id = 2").ok());
+  absl::Status crossed;
+  std::thread other([&] { crossed = first->Execute("UPDATE parents SET depth_mm = 3 WHERE id = 2").status(); });
+  const absl::Status back = second->Execute("UPDATE parents SET depth_mm = 3 WHERE id = 1").status();
+  { const Transaction ended = *std::move(second); }  // frees the first one where it was the second that failed
+  other.join();
+  EXPECT_NE(crossed.ok(), back.ok());
+  EXPECT_EQ((crossed.ok() ? back : crossed).code(), absl::StatusCode::kFailedPrecondition);
+}
+
+TEST_F(DatabaseTest, CommitAfterAFailedStatementIsNotSuccess) {
+  absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+  ASSERT_TRUE(transaction->Execute("INSERT INTO parents VALUES (5, 1)").ok());
+  ASSERT_FALSE(transaction->Execute("INSERT INTO parents VALUES (5, 1)").ok());
+  EXPECT_EQ(transaction->Commit().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(CountParents(), 0);
+}
+
+TEST_F(DatabaseTest, ASlowStatementEndsAtTheDeadlineAndTheConnectionLivesOn) {
+  const std::unique_ptr<Database> database = database_.Open(1);
+  const auto begin = steady_clock::now();
+  {
+    absl::StatusOr<Transaction> transaction = database->Begin(Soon(0.3));
+    ASSERT_TRUE(transaction.ok());
+    const absl::Status slow = transaction->Execute("SELECT pg_sleep(30)").status();
+    EXPECT_EQ(slow.code(), absl::StatusCode::kDeadlineExceeded) << slow;
+    EXPECT_EQ(transaction->Execute("SELECT 1").status().code(), absl::StatusCode::kDeadlineExceeded);
+    EXPECT_EQ(transaction->Commit().code(), absl::StatusCode::kDeadlineExceeded);
+  }
+  EXPECT_LT(steady_clock::now() - begin, milliseconds(1300));
+  absl::StatusOr<Transaction> next = database->Begin(Soon());
+  ASSERT_TRUE(next.ok()) << next.status();
+  EXPECT_EQ(next->Execute("SELECT 42")->Int(0, 0), 42);
+}
+
+TEST_F(DatabaseTest, ADeadlineThatIsOverIsRefusedAtOnce) {
+  EXPECT_EQ(database_.database()->Begin(Soon(-1)).status().code(), absl::StatusCode::kDeadlineExceeded);
+}
+
+TEST_F(DatabaseTest, ADeadlineOfNeverWorks) {
+  absl::StatusOr<Transaction> transaction = database_.database()->Begin(Deadline::max());
+  ASSERT_TRUE(transaction.ok()) << transaction.status();
+  EXPECT_EQ(transaction->Execute("SELECT 1")->Int(0, 0), 1);
+}
+
+TEST_F(DatabaseTest, AFullPoolWaitsThenSaysResourceExhausted) {
+  const std::unique_ptr<Database> database = database_.Open(2);
+  absl::StatusOr<Transaction> first = database->Begin(Soon());
+  absl::StatusOr<Transaction> second = database->Begin(Soon());
+  ASSERT_TRUE(first.ok() && second.ok());
+  const auto begin = steady_clock::now();
+  EXPECT_EQ(database->Begin(Soon(0.2)).status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_GE(steady_clock::now() - begin, milliseconds(190));
+  std::thread frees([&] {
+    std::this_thread::sleep_for(milliseconds(100));
+    ASSERT_TRUE(first->Commit().ok());
+  });
+  const absl::StatusOr<Transaction> third = database->Begin(Soon());
+  frees.join();
+  EXPECT_TRUE(third.ok()) << third.status();
+}
+
+TEST_F(DatabaseTest, ManyThreadsShareAFewConnections) {
+  Do("INSERT INTO parents VALUES (1, 1)");
+  const std::unique_ptr<Database> database = database_.Open(3);
+  std::atomic<int> failures{0};
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 12; ++i) {
+    threads.emplace_back([&] {
+      for (int j = 0; j < 20; ++j) {
+        absl::StatusOr<Transaction> transaction = database->Begin(Soon());
+        const bool done = transaction.ok() &&
+                          transaction->Execute("UPDATE parents SET depth_mm = depth_mm + 1 WHERE id = 1").ok() &&
+                          transaction->Commit().ok();
+        if (!done) ++failures;
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(failures, 0);
+  absl::StatusOr<Transaction> transaction = database->Begin(Soon());
+  EXPECT_EQ(transaction->Execute("SELECT depth_mm FROM parents")->Real(0, 0), 241);
+}
+
+TEST_F(DatabaseTest, ASessionThatIsTerminatedIsReplaced) {
+  const std::unique_ptr<Database> database = database_.Open(1);
+  {
+    absl::StatusOr<Transaction> transaction = database->Begin(Soon());
+    const std::int64_t pid = transaction->Execute("SELECT pg_backend_pid()")->Int(0, 0);
+    absl::StatusOr<Transaction> other = database_.database()->Begin(Soon());
+    ASSERT_TRUE(other->Execute("SELECT pg_terminate_backend($1::integer)", Params().Int(pid)).ok());
+    absl::Status gone;
+    for (int i = 0; i < 50 && gone.ok(); ++i) gone = transaction->Execute("SELECT pg_sleep(0.02)").status();
+    EXPECT_EQ(gone.code(), absl::StatusCode::kUnavailable) << gone;
+    EXPECT_FALSE(transaction->Commit().ok());
+  }
+  const absl::StatusOr<Transaction> next = database->Begin(Soon());
+  EXPECT_TRUE(next.ok()) << next.status();
+}
+
+TEST_F(DatabaseTest, AServerThatCrashesIsUnavailableAndComesBackByItself) {
+  Do("INSERT INTO parents VALUES (1, 1)");
+  absl::StatusOr<Transaction> open = database_.database()->Begin(Soon());
+  ASSERT_TRUE(open->Execute("INSERT INTO parents VALUES (2, 1)").ok());
+  ThrowawayDatabase::KillServer();
+  EXPECT_EQ(open->Execute("SELECT 1").status().code(), absl::StatusCode::kUnavailable);
+  const absl::Status lost = open->Commit();
+  EXPECT_EQ(lost.code(), absl::StatusCode::kUnavailable) << lost;
+  { const Transaction ended = *std::move(open); }
+  const absl::Status down = database_.database()->Begin(Soon()).status();
+  EXPECT_EQ(down.code(), absl::StatusCode::kUnavailable) << down;
+  ThrowawayDatabase::StartServer();
+  EXPECT_EQ(CountParents(), 1);  // what was committed, and nothing else
+}
+
+TEST_F(DatabaseTest, ACrashBetweenCallsIsNotSeenByTheNextOne) {
+  absl::StatusOr<Transaction> first = database_.database()->Begin(Soon());
+  absl::StatusOr<Transaction> second = database_.database()->Begin(Soon());
+  ASSERT_TRUE(first->Commit().ok() && second->Commit().ok());  // two idle connections
+  ThrowawayDatabase::KillServer();
+  ThrowawayDatabase::StartServer();
+  EXPECT_EQ(CountParents(), 0);
+}
+
+TEST_F(DatabaseTest, SchemaVersionIsZeroBeforeAnyMigration) {
+  const absl::StatusOr<int> version = database_.database()->SchemaVersion(Soon());
+  ASSERT_TRUE(version.ok()) << version.status();
+  EXPECT_EQ(*version, 0);
+}
+
+}  // namespace
+}  // namespace sixpoint::storage

@@ -1,0 +1,116 @@
+#include "storage/migrate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "storage/database.h"
+#include "tests/support/throwaway_database.h"
+
+namespace sixpoint::storage {
+namespace {
+
+using sixpoint::testing::Soon;
+using sixpoint::testing::ThrowawayDatabase;
+using ::testing::HasSubstr;
+
+class MigrateTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = ::testing::TempDir() + "/sixpoint-migrations-XXXXXX";
+    ASSERT_NE(mkdtemp(folder_.data()), nullptr);
+    Write("V0001__create_first.sql", "CREATE TABLE first (id integer);");
+    Write("V0002__create_second.sql", "CREATE TABLE second (id integer); INSERT INTO second VALUES (1);");
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  void Write(const std::string& name, const std::string& sql) { std::ofstream(folder_ + "/" + name) << sql; }
+  absl::StatusOr<int> Run() { return Migrate(database_.conninfo(), folder_); }
+  std::int64_t Ask(const std::string& sql) {
+    absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+    const absl::StatusOr<Rows> rows = transaction->Execute(sql);
+    EXPECT_TRUE(rows.ok()) << rows.status();
+    return rows.ok() ? rows->Int(0, 0) : -1;
+  }
+  ThrowawayDatabase database_{ThrowawayDatabase::Schema::kEmpty};
+  std::string folder_;
+};
+
+TEST_F(MigrateTest, AppliesWhatIsMissingOnce) {
+  ASSERT_EQ(*Run(), 2);
+  ASSERT_EQ(*Run(), 2);
+  EXPECT_EQ(Ask("SELECT count(*) FROM second"), 1);
+  Write("V0003__add_third.sql", "INSERT INTO second VALUES (2);");
+  ASSERT_EQ(*Run(), 3);
+  EXPECT_EQ(Ask("SELECT count(*) FROM second"), 2);
+  EXPECT_EQ(*database_.database()->SchemaVersion(Soon()), 3);
+}
+
+TEST_F(MigrateTest, RefusesAFileThatChangedAfterItWasApplied) {
+  ASSERT_TRUE(Run().ok());
+  Write("V0001__create_first.sql", "CREATE TABLE first (id bigint);");
+  const absl::Status refused = Run().status();
+  EXPECT_EQ(refused.code(), absl::StatusCode::kFailedPrecondition) << refused;
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("V0001__create_first.sql has changed"));
+}
+
+TEST_F(MigrateTest, RefusesAGapARepeatAndAnotherNameForm) {
+  Write("V0004__skip_one.sql", "SELECT 1;");
+  EXPECT_EQ(Run().status().code(), absl::StatusCode::kFailedPrecondition);
+  std::filesystem::remove(folder_ + "/V0004__skip_one.sql");
+  Write("V0002__create_again.sql", "SELECT 1;");
+  EXPECT_EQ(Run().status().code(), absl::StatusCode::kFailedPrecondition);
+  std::filesystem::remove(folder_ + "/V0002__create_again.sql");
+  Write("V3_odd.sql", "SELECT 1;");
+  EXPECT_EQ(Run().status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(*database_.database()->SchemaVersion(Soon()), 0);  // nothing was applied by any of them
+}
+
+TEST_F(MigrateTest, RefusesADatabaseThatANewerReleaseMade) {
+  ASSERT_TRUE(Run().ok());
+  std::filesystem::remove(folder_ + "/V0002__create_second.sql");
+  const absl::Status refused = Run().status();
+  EXPECT_EQ(refused.code(), absl::StatusCode::kFailedPrecondition) << refused;
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("V0002__create_second.sql"));
+}
+
+TEST_F(MigrateTest, AFailingFileLeavesNothingOfItself) {
+  Write("V0003__half.sql", "CREATE TABLE third (id integer); INSERT INTO third VALUES ('x');");
+  const absl::Status failed = Run().status();
+  EXPECT_FALSE(failed.ok());
+  EXPECT_THAT(std::string(failed.message()), HasSubstr("V0003__half.sql"));
+  EXPECT_EQ(*database_.database()->SchemaVersion(Soon()), 2);
+  EXPECT_EQ(Ask("SELECT count(*) FROM pg_tables WHERE tablename = 'third'"), 0);
+  Write("V0003__half.sql", "CREATE TABLE third (id integer);");
+  EXPECT_EQ(*Run(), 3);
+}
+
+TEST_F(MigrateTest, AFileMayNotEndItsTransaction) {
+  Write("V0003__commit.sql", "CREATE TABLE third (id integer); COMMIT;");
+  EXPECT_EQ(Run().status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(*database_.database()->SchemaVersion(Soon()), 2);
+}
+
+TEST_F(MigrateTest, TwoRunnersAtOnceTakeTurns) {
+  std::vector<absl::StatusOr<int>> versions(4, absl::UnknownError("not run"));
+  std::vector<std::thread> runners;
+  for (absl::StatusOr<int>& version : versions) runners.emplace_back([&] { version = Run(); });
+  for (std::thread& runner : runners) runner.join();
+  for (const absl::StatusOr<int>& version : versions) {
+    ASSERT_TRUE(version.ok()) << version.status();
+    EXPECT_EQ(*version, 2);
+  }
+  EXPECT_EQ(Ask("SELECT count(*) FROM second"), 1);
+}
+
+TEST_F(MigrateTest, TheProjectsOwnMigrationsApplyTwiceWithoutADifference) {
+  const absl::StatusOr<int> first = Migrate(database_.conninfo(), ThrowawayDatabase::MigrationsFolder());
+  ASSERT_TRUE(first.ok()) << first.status();
+  EXPECT_EQ(*Migrate(database_.conninfo(), ThrowawayDatabase::MigrationsFolder()), *first);
+  EXPECT_GE(*first, 1);
+}
+
+}  // namespace
+}  // namespace sixpoint::storage

@@ -1,0 +1,167 @@
+#include "storage/record.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "tests/support/throwaway_database.h"
+
+namespace sixpoint::storage {
+namespace {
+
+using sixpoint::testing::Soon;
+using sixpoint::testing::ThrowawayDatabase;
+using ::testing::ElementsAre;
+
+RecordEntry Entry(const std::string& kind, const std::string& name, const std::vector<std::string>& inputs,
+                  std::optional<std::string> blade = std::nullopt) {
+  RecordEntry entry;
+  entry.kind = kind;
+  entry.name = name;
+  entry.inputs = inputs;
+  entry.blade = std::move(blade);
+  entry.software_version = "0.1.0+test";
+  return entry;
+}
+
+std::vector<std::string> NamesOf(const absl::StatusOr<std::vector<JournalEntry>>& entries) {
+  EXPECT_TRUE(entries.ok()) << entries.status();
+  std::vector<std::string> names;
+  for (const JournalEntry& journal : *entries) names.push_back(journal.entry.name);
+  return names;
+}
+
+class RecordTest : public ::testing::Test {
+ protected:
+  void Append(const RecordEntry& entry) {
+    absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+    ASSERT_TRUE(transaction.ok()) << transaction.status();
+    const absl::StatusOr<Recorded> recorded = AppendRecord(*transaction, entry);
+    ASSERT_TRUE(recorded.ok()) << recorded.status();
+    ASSERT_TRUE(transaction->Commit().ok());
+  }
+  ThrowawayDatabase database_;
+};
+
+TEST_F(RecordTest, AnEntryComesBackWhole) {
+  RecordEntry entry = Entry("scan", "scans/s1", {"machines/m1@2", "blades/b1", "machines/m1@2"}, "b1");
+  entry.machine = "m1";
+  entry.method = "line";
+  entry.requested_by = "operator";
+  entry.measured_at = Instant(std::chrono::microseconds(1795231646123456));
+  entry.summary_json = R"({"point_count": 12})";
+  const Instant before = std::chrono::time_point_cast<std::chrono::microseconds>(std::chrono::system_clock::now());
+  Append(entry);
+  absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+  const absl::StatusOr<std::vector<JournalEntry>> found = RecordOfBlade(*transaction, "b1");
+  ASSERT_TRUE(found.ok()) << found.status();
+  ASSERT_EQ(found->size(), 1u);
+  const JournalEntry& back = found->front();
+  EXPECT_EQ(back.entry.kind, entry.kind);
+  EXPECT_EQ(back.entry.name, entry.name);
+  EXPECT_THAT(back.entry.inputs, ElementsAre("machines/m1@2", "blades/b1"));
+  EXPECT_EQ(back.entry.blade, entry.blade);
+  EXPECT_EQ(back.entry.machine, entry.machine);
+  EXPECT_EQ(back.entry.method, entry.method);
+  EXPECT_EQ(back.entry.software_version, entry.software_version);
+  EXPECT_EQ(back.entry.requested_by, entry.requested_by);
+  EXPECT_EQ(back.entry.measured_at, entry.measured_at);
+  EXPECT_EQ(back.entry.summary_json, entry.summary_json);
+  EXPECT_GE(back.recorded.recorded_at, before);
+  EXPECT_GT(back.recorded.sequence, 0);
+}
+
+TEST_F(RecordTest, RecallFindsEverythingThatRestsOnACalibration) {
+  Append(Entry("calibration", "calibrations/c1", {"machines/m1@1"}));
+  Append(Entry("calibration", "calibrations/c2", {"machines/m1@2"}));
+  Append(Entry("registration", "registrations/r1", {"scans/s1", "calibrations/c1"}, "b1"));
+  Append(Entry("registration", "registrations/r2", {"scans/s2", "calibrations/c2"}, "b2"));
+  Append(Entry("correction", "corrections/k1", {"registrations/r1", "calibrations/c1"}, "b1"));
+  Append(Entry("inspection", "inspections/i1", {"corrections/k1"}, "b1"));
+  absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+  EXPECT_THAT(NamesOf(DerivedFrom(*transaction, "calibrations/c1")),
+              ElementsAre("registrations/r1", "corrections/k1", "inspections/i1"));
+  EXPECT_THAT(NamesOf(DerivedFrom(*transaction, "inspections/i1")), ElementsAre());
+  EXPECT_THAT(NamesOf(DerivedFrom(*transaction, "machines/m1@2")), ElementsAre("calibrations/c2", "registrations/r2"));
+  // Without a revision: all of them.
+  EXPECT_EQ(DerivedFrom(*transaction, "machines/m1")->size(), 6u);
+  EXPECT_THAT(NamesOf(DerivedFrom(*transaction, "machines/m")), ElementsAre());
+  EXPECT_THAT(NamesOf(RecordOfBlade(*transaction, "b1")),
+              ElementsAre("registrations/r1", "corrections/k1", "inspections/i1"));
+}
+
+TEST_F(RecordTest, RefusesWhatCannotBeARecord) {
+  Append(Entry("scan", "scans/s1", {}));
+  const RecordEntry bad[] = {
+      Entry("scan", "scans/s1", {}),           // a name twice
+      Entry("rumour", "rumours/r1", {}),       // no such kind
+      Entry("scan", "scans/", {}),             // no id
+      Entry("scan", "scans/s2", {"nothing"}),  // an input that is no name
+  };
+  const absl::StatusCode wanted[] = {absl::StatusCode::kAlreadyExists, absl::StatusCode::kFailedPrecondition,
+                                     absl::StatusCode::kFailedPrecondition, absl::StatusCode::kFailedPrecondition};
+  for (size_t i = 0; i < std::size(bad); ++i) {
+    absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+    const absl::Status refused = AppendRecord(*transaction, bad[i]).status();
+    EXPECT_EQ(refused.code(), wanted[i]) << refused;
+  }
+}
+
+TEST_F(RecordTest, EveryAppendOnlyTableRefusesChange) {
+  Append(Entry("scan", "scans/s1", {"machines/m1@1"}));
+  for (const char* table : {"blobs", "record_entries", "record_inputs", "requests"}) {
+    for (const std::string& change :
+         {"DELETE FROM " + std::string(table), "TRUNCATE " + std::string(table) + " CASCADE",
+          "UPDATE " + std::string(table) + " SET " +
+              (std::string(table) == "record_inputs"    ? "input_name = 'scans/x'"
+               : std::string(table) == "record_entries" ? "kind = 'part'"
+               : std::string(table) == "blobs"          ? "size_bytes = 1"
+                                                        : "method = 'x'")}) {
+      absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+      const absl::Status refused = transaction->Execute(change).status();
+      EXPECT_EQ(refused.code(), absl::StatusCode::kFailedPrecondition) << change << ": " << refused;
+      EXPECT_THAT(std::string(refused.message()), ::testing::HasSubstr("append-only"));
+    }
+  }
+}
+
+// Writers that take their number and then linger; a reader by cursor must see every number below the highest it saw.
+TEST_F(RecordTest, AReaderByCursorNeverMissesAnEntry) {
+  const std::unique_ptr<Database> pool = database_.Open(6);
+  constexpr int kWriters = 4, kEach = 25;
+  std::atomic<int> running{kWriters};
+  std::vector<std::thread> writers;
+  for (int writer = 0; writer < kWriters; ++writer) {
+    writers.emplace_back([&, writer] {
+      for (int i = 0; i < kEach; ++i) {
+        absl::StatusOr<Transaction> transaction = pool->Begin(Soon(60));
+        const std::string name = "scans/w" + std::to_string(writer) + "-" + std::to_string(i);
+        ASSERT_TRUE(AppendRecord(*transaction, Entry("scan", name, {})).ok());
+        if ((i + writer) % 3 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(3));
+        if (i % 10 == 9) continue;  // rolled back: leaves a gap
+        ASSERT_TRUE(transaction->Commit().ok());
+      }
+      --running;
+    });
+  }
+  std::int64_t cursor = 0, seen_count = 0;
+  for (bool last = false; !last;) {
+    last = running == 0;
+    absl::StatusOr<Transaction> transaction = pool->Begin(Soon());
+    const absl::StatusOr<Rows> rows = transaction->Execute(
+        "SELECT record_sequence FROM record_entries WHERE record_sequence > $1 ORDER BY record_sequence",
+        Params().Int(cursor));
+    ASSERT_TRUE(rows.ok()) << rows.status();
+    seen_count += rows->count();
+    if (rows->count() > 0) cursor = rows->Int(rows->count() - 1, 0);
+  }
+  for (std::thread& writer : writers) writer.join();
+  absl::StatusOr<Transaction> transaction = pool->Begin(Soon());
+  EXPECT_EQ(seen_count, transaction->Execute("SELECT count(*) FROM record_entries")->Int(0, 0));
+  EXPECT_EQ(seen_count, kWriters * (kEach - kEach / 10));
+}
+
+}  // namespace
+}  // namespace sixpoint::storage

@@ -1,0 +1,74 @@
+#include "storage/requests.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "tests/support/throwaway_database.h"
+
+namespace sixpoint::storage {
+namespace {
+
+using sixpoint::testing::Soon;
+using sixpoint::testing::ThrowawayDatabase;
+
+constexpr char kId[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
+
+TEST(Requests, TheSameRequestGetsTheSameAnswer) {
+  ThrowawayDatabase database;
+  absl::StatusOr<Transaction> transaction = database.database()->Begin(Soon());
+  ASSERT_TRUE(transaction.ok()) << transaction.status();
+  EXPECT_EQ(*FindAnswer(*transaction, "Register", kId, "request"), std::nullopt);
+  ASSERT_TRUE(KeepAnswer(*transaction, "Register", kId, "request", std::string_view("an\0swer", 7)).ok());
+  ASSERT_TRUE(transaction->Commit().ok());
+
+  absl::StatusOr<Transaction> retry = database.database()->Begin(Soon());
+  EXPECT_EQ(*FindAnswer(*retry, "Register", kId, "request"), std::string("an\0swer", 7));
+  EXPECT_EQ(FindAnswer(*retry, "Register", kId, "another").status().code(), absl::StatusCode::kAlreadyExists);
+  EXPECT_EQ(*FindAnswer(*retry, "Inspect", kId, "another"), std::nullopt);  // ids are a method's own
+}
+
+TEST(Requests, AnEmptyIdIsNeverKept) {
+  ThrowawayDatabase database;
+  absl::StatusOr<Transaction> transaction = database.database()->Begin(Soon());
+  ASSERT_TRUE(KeepAnswer(*transaction, "Register", "", "request", "answer").ok());
+  EXPECT_EQ(*FindAnswer(*transaction, "Register", "", "request"), std::nullopt);
+}
+
+TEST(Requests, ARolledBackAnswerIsNotKept) {
+  ThrowawayDatabase database;
+  {
+    absl::StatusOr<Transaction> transaction = database.database()->Begin(Soon());
+    ASSERT_TRUE(KeepAnswer(*transaction, "Register", kId, "request", "answer").ok());
+  }
+  absl::StatusOr<Transaction> retry = database.database()->Begin(Soon());
+  EXPECT_EQ(*FindAnswer(*retry, "Register", kId, "request"), std::nullopt);
+}
+
+TEST(Requests, ManyRetriesAtOnceDoTheWorkOnce) {
+  ThrowawayDatabase database;
+  const std::unique_ptr<Database> pool = database.Open(8);
+  std::atomic<int> worked{0}, answered{0};
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 8; ++i) {
+    threads.emplace_back([&] {
+      absl::StatusOr<Transaction> transaction = pool->Begin(Soon());
+      const absl::StatusOr<std::optional<std::string>> answer = FindAnswer(*transaction, "Register", kId, "request");
+      ASSERT_TRUE(answer.ok()) << answer.status();
+      if (answer->has_value()) {
+        EXPECT_EQ(**answer, "the answer");
+        ++answered;
+        return;
+      }
+      ++worked;
+      ASSERT_TRUE(KeepAnswer(*transaction, "Register", kId, "request", "the answer").ok());
+      ASSERT_TRUE(transaction->Commit().ok());
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(worked, 1);
+  EXPECT_EQ(answered, 7);
+}
+
+}  // namespace
+}  // namespace sixpoint::storage
