@@ -93,9 +93,9 @@ const Eigen::Vector3d* TouchedCentre(const ArtefactTouch& touch, const std::stri
 }
 
 absl::Status CheckTouch(const Artefact& artefact, const ArtefactTouch& touch) {
-  if (!(std::isfinite(touch.standard_uncertainty_mm) && touch.standard_uncertainty_mm > 0 &&
+  if (!(std::isfinite(touch.standard_uncertainty_mm) && touch.standard_uncertainty_mm >= 0 &&
         touch.standard_uncertainty_mm <= 0.1))
-    return Wrong("touch.standard_uncertainty_um", Number(1e3 * touch.standard_uncertainty_mm), "between 0 and 100");
+    return Wrong("touch.standard_uncertainty_um", Number(1e3 * touch.standard_uncertainty_mm), "0 (not stated) to 100");
   std::set<std::string> names;
   for (const TouchedPoint& t : touch.centres) {
     const std::string field = "touch.centres[" + t.name + "]";

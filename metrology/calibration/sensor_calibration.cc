@@ -256,6 +256,14 @@ double ConditionNumber(const Matrix6d& covariance) {
   return eigen.eigenvalues()(5) / eigen.eigenvalues()(0);
 }
 
+double TouchUncertainty(double stated_mm, double squares, double freedom) {
+  constexpr double kPriorFreedom = 30;
+  if (stated_mm <= 0)
+    return std::sqrt((kPriorFreedom * kTouchUncertaintyMm * kTouchUncertaintyMm + squares) / (kPriorFreedom + freedom));
+  const double seen = freedom > 0 ? std::sqrt(squares / freedom) : 0;
+  return seen > 1.5 * stated_mm ? seen : stated_mm;
+}
+
 CardanAngles CardanUncertainty(const CardanAngles& angles, const Eigen::Matrix3d& covariance) {
   // rotation vector = (Rz Ry ex) dalpha + (Rz ey) dbeta + ez dgamma.
   const Eigen::Matrix3d rz = RotationFromCardan({0, 0, angles.gamma}),
@@ -336,7 +344,8 @@ absl::StatusOr<SensorCalibration> CalibrateSensor(const std::vector<LineScan>& s
   // Coarse: an even sample, wide gates that close with the median; then all points at five sigma.
   SensorCalibration result;
   Gate gate{std::max<size_t>(1, points / 40000) | 1, 0.3, 0.4};
-  double sigma_laser = options.optics.noise_mm, sigma_touch = touch.standard_uncertainty_mm;
+  double sigma_laser = options.optics.noise_mm;
+  double sigma_touch = TouchUncertainty(touch.standard_uncertainty_mm, 0, 0);
   Matrix12d information = Matrix12d::Zero();
   std::vector<std::size_t> cone_used, cone_seen;
   bool fine = false;
@@ -355,8 +364,10 @@ absl::StatusOr<SensorCalibration> CalibrateSensor(const std::vector<LineScan>& s
     cone_used = laser.cone_counts;
     cone_seen = laser.cone_seen;
     sigma_laser = fine ? std::sqrt(laser.squares / static_cast<double>(laser.count)) : std::max(median * 1.4826, 1e-5);
-    const double touch_count = static_cast<double>(touched.equations.count);
-    result.touch_rms_mm = std::sqrt(touched.equations.squares / std::max(1.0, touch_count - 6));
+    // The laser ties the artefact's pose to a few directions only: about six of the touched coordinates are spent.
+    const double freedom = std::max(1.0, static_cast<double>(touched.equations.count) - 6);
+    result.touch_rms_mm = std::sqrt(touched.equations.squares / freedom);
+    if (fine) sigma_touch = TouchUncertainty(touch.standard_uncertainty_mm, touched.equations.squares, freedom);
     Equations all;
     all.Join(laser, 1 / (sigma_laser * sigma_laser));
     all.Join(touched.equations, 1 / (sigma_touch * sigma_touch));
@@ -403,12 +414,11 @@ absl::StatusOr<SensorCalibration> CalibrateSensor(const std::vector<LineScan>& s
   result.sensor = state.sensor;
   result.machine_from_artefact = state.machine_from_artefact;
   result.noise_mm = sigma_laser;
+  result.touch_uncertainty_mm = sigma_touch;
   result.angles = CardanFromRotation(state.sensor.rotation);
   const Matrix12d inverse = information.ldlt().solve(Matrix12d::Identity());
   const Vector12d scale = Scale();
-  // Touch data worse than stated make every result worse: widen, never narrow (Birge ratio).
-  const double birge = std::max(1.0, result.touch_rms_mm / sigma_touch > 1.5 ? result.touch_rms_mm / sigma_touch : 1.0);
-  const Matrix12d covariance = birge * birge * (scale.asDiagonal() * inverse * scale.asDiagonal());
+  const Matrix12d covariance = scale.asDiagonal() * inverse * scale.asDiagonal();
   result.sensor.covariance = covariance.topLeftCorner<6, 6>();
   result.sensor.covariance = (result.sensor.covariance + result.sensor.covariance.transpose().eval()) / 2;
   result.condition_number = ConditionNumber(result.sensor.covariance);

@@ -33,9 +33,10 @@ struct SensorCalibration {
   CardanAngles angles;             // of sensor.rotation
   CardanAngles angle_uncertainty;  // standard, rad
   Eigen::Isometry3d machine_from_artefact = Eigen::Isometry3d::Identity();
-  double noise_mm = 0;         // of one laser reading along its ray, from the residuals
-  double residual_rms_mm = 0;  // of the laser points, normal to their faces (SEQUENTIAL: of the cone centres)
-  double touch_rms_mm = 0;     // of the touched coordinates
+  double noise_mm = 0;              // of one laser reading along its ray, from the residuals
+  double residual_rms_mm = 0;       // of the laser points, normal to their faces (SEQUENTIAL: of the cone centres)
+  double touch_rms_mm = 0;          // of the touched coordinates about the fit, for its degrees of freedom
+  double touch_uncertainty_mm = 0;  // of one touched coordinate, as used
   // Of the information matrix of the six parameters, an angle counted as its effect at 10 mm.
   double condition_number = 0;
   int iterations = 0;
@@ -67,6 +68,11 @@ struct SensorStart {
 };
 absl::StatusOr<SensorStart> StartSensor(const std::vector<LineScan>& scans, const Artefact& artefact,
                                         const ArtefactTouch& touch);
+
+// Standard uncertainty of a touched coordinate to use, from what was stated and what the residuals show. Not stated: the
+// usual one, pooled with the residuals' variance as if it rested on 30 degrees of freedom. Stated: believed, unless the
+// residuals are clearly worse (half as much again).
+double TouchUncertainty(double stated_mm, double residual_squares_mm2, double freedom);
 
 // Standard uncertainties of alpha, beta, gamma (rad) from the covariance of the rotation vector in machine axes.
 CardanAngles CardanUncertainty(const CardanAngles& angles, const Eigen::Matrix3d& rotation_vector_covariance);
