@@ -1,0 +1,176 @@
+#include "storage/corrections.h"
+
+#include <map>
+
+namespace sixpoint::storage {
+namespace {
+
+#define SIXPOINT_CORRECTION_COLUMNS                                                                                   \
+  "correction_id, blade_serial, registration_id, machine_id, machine_revision, part_id, part_revision, "              \
+  "sensor_calibration_id, rotation_calibration_id, nc_template_sha256, nc_program_sha256, release, release_reasons, " \
+  "envelope_translation_mm, envelope_rotation_deg, valid_until, requested_by, software_version, record_sequence, "    \
+  "recorded_at"
+constexpr char kInsertCorrection[] = "INSERT INTO corrections (" SIXPOINT_CORRECTION_COLUMNS
+                                     ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, "
+                                     "$17, $18, $19, $20)";
+constexpr char kSelectCorrection[] = "SELECT " SIXPOINT_CORRECTION_COLUMNS " FROM corrections WHERE correction_id = $1";
+constexpr char kListCorrections[] =
+    "SELECT " SIXPOINT_CORRECTION_COLUMNS
+    " FROM corrections WHERE ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR blade_serial = $2) "
+    "ORDER BY record_sequence DESC LIMIT $3";
+#undef SIXPOINT_CORRECTION_COLUMNS
+constexpr char kInsertGroup[] =
+    "INSERT INTO correction_groups (correction_id, position_index, group_name, a_deg, b_deg, a_nominal_deg, "
+    "b_nominal_deg, a_ideal_deg, b_ideal_deg, a_standard_uncertainty_deg, b_standard_uncertainty_deg) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
+constexpr char kInsertHole[] =
+    "INSERT INTO correction_holes (correction_id, group_name, position_index, hole_name, start_x_mm, start_y_mm, "
+    "start_z_mm, nominal_start_x_mm, nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
+constexpr char kSelectGroups[] =
+    "SELECT correction_id, group_name, a_deg, b_deg, a_nominal_deg, b_nominal_deg, a_ideal_deg, b_ideal_deg, "
+    "a_standard_uncertainty_deg, b_standard_uncertainty_deg FROM correction_groups WHERE correction_id = ANY ($1) "
+    "ORDER BY correction_id, position_index";
+constexpr char kSelectHoles[] =
+    "SELECT correction_id, group_name, hole_name, start_x_mm, start_y_mm, start_z_mm, nominal_start_x_mm, "
+    "nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um FROM correction_holes "
+    "WHERE correction_id = ANY ($1) ORDER BY correction_id, group_name, position_index";
+
+void AddOptional(Params& params, const std::optional<std::string>& value) {
+  value ? params.Text(*value) : params.Null();
+}
+
+CorrectionRow ReadCorrection(const Rows& rows, int row) {
+  CorrectionRow correction;
+  correction.correction_id = rows.Text(row, 0);
+  correction.blade_serial = rows.Text(row, 1);
+  correction.registration_id = rows.Text(row, 2);
+  correction.machine_id = rows.Text(row, 3);
+  correction.machine_revision = static_cast<int>(rows.Int(row, 4));
+  correction.part_id = rows.Text(row, 5);
+  correction.part_revision = static_cast<int>(rows.Int(row, 6));
+  correction.sensor_calibration_id = rows.Text(row, 7);
+  correction.rotation_calibration_id = rows.Text(row, 8);
+  if (!rows.IsNull(row, 9)) correction.nc_template_sha256 = rows.Text(row, 9);
+  if (!rows.IsNull(row, 10)) correction.nc_program_sha256 = rows.Text(row, 10);
+  correction.release = rows.Text(row, 11);
+  correction.release_reasons = rows.Texts(row, 12);
+  correction.envelope_translation_mm = rows.Real(row, 13);
+  correction.envelope_rotation_deg = rows.Real(row, 14);
+  correction.valid_until = rows.Time(row, 15);
+  correction.requested_by = rows.Text(row, 16);
+  correction.software_version = rows.Text(row, 17);
+  correction.recorded = {rows.Int(row, 18), rows.Time(row, 19)};
+  return correction;
+}
+
+Params CorrectionParams(const CorrectionRow& correction, const Recorded& recorded) {
+  Params params;
+  params.Text(correction.correction_id).Text(correction.blade_serial).Text(correction.registration_id);
+  params.Text(correction.machine_id).Int(correction.machine_revision).Text(correction.part_id);
+  params.Int(correction.part_revision).Text(correction.sensor_calibration_id).Text(correction.rotation_calibration_id);
+  AddOptional(params, correction.nc_template_sha256);
+  AddOptional(params, correction.nc_program_sha256);
+  params.Text(correction.release).Texts(correction.release_reasons).Real(correction.envelope_translation_mm);
+  params.Real(correction.envelope_rotation_deg).Time(correction.valid_until).Text(correction.requested_by);
+  params.Text(correction.software_version).Int(recorded.sequence).Time(recorded.recorded_at);
+  return params;
+}
+
+absl::Status InsertGroup(Transaction& transaction, const std::string& id, int position,
+                         const CorrectionGroupRow& group) {
+  Params params;
+  params.Text(id).Int(position).Text(group.group_name).Real(group.a_deg).Real(group.b_deg).Real(group.a_nominal_deg);
+  params.Real(group.b_nominal_deg).Real(group.a_ideal_deg).Real(group.b_ideal_deg);
+  params.Real(group.a_standard_uncertainty_deg).Real(group.b_standard_uncertainty_deg);
+  if (const auto stored = transaction.Execute(kInsertGroup, params); !stored.ok()) return stored.status();
+  int hole_position = 0;
+  for (const CorrectionHoleRow& hole : group.holes) {
+    Params values;
+    values.Text(id).Text(group.group_name).Int(hole_position++).Text(hole.hole_name);
+    for (const double value : hole.start_mm) values.Real(value);
+    for (const double value : hole.nominal_start_mm) values.Real(value);
+    values.Real(hole.expanded_uncertainty_um);
+    if (const auto stored = transaction.Execute(kInsertHole, values); !stored.ok()) return stored.status();
+  }
+  return absl::OkStatus();
+}
+
+// Groups and holes of all the rows at once: two statements for a page.
+absl::Status ReadChildren(Transaction& transaction, std::vector<CorrectionRow>* corrections) {
+  std::vector<std::string> ids;
+  std::map<std::string, CorrectionRow*> by_id;
+  for (CorrectionRow& correction : *corrections) {
+    ids.push_back(correction.correction_id);
+    by_id[correction.correction_id] = &correction;
+  }
+  if (ids.empty()) return absl::OkStatus();
+  const absl::StatusOr<Rows> groups = transaction.Execute(kSelectGroups, Params().Texts(ids));
+  if (!groups.ok()) return groups.status();
+  for (int row = 0; row < groups->count(); ++row) {
+    CorrectionGroupRow& group = by_id.at(groups->Text(row, 0))->groups.emplace_back();
+    group.group_name = groups->Text(row, 1);
+    group.a_deg = groups->Real(row, 2);
+    group.b_deg = groups->Real(row, 3);
+    group.a_nominal_deg = groups->Real(row, 4);
+    group.b_nominal_deg = groups->Real(row, 5);
+    group.a_ideal_deg = groups->Real(row, 6);
+    group.b_ideal_deg = groups->Real(row, 7);
+    group.a_standard_uncertainty_deg = groups->Real(row, 8);
+    group.b_standard_uncertainty_deg = groups->Real(row, 9);
+  }
+  const absl::StatusOr<Rows> holes = transaction.Execute(kSelectHoles, Params().Texts(ids));
+  if (!holes.ok()) return holes.status();
+  for (int row = 0; row < holes->count(); ++row) {
+    for (CorrectionGroupRow& group : by_id.at(holes->Text(row, 0))->groups) {
+      if (group.group_name != holes->Text(row, 1)) continue;
+      CorrectionHoleRow& hole = group.holes.emplace_back();
+      hole.hole_name = holes->Text(row, 2);
+      hole.start_mm = {holes->Real(row, 3), holes->Real(row, 4), holes->Real(row, 5)};
+      hole.nominal_start_mm = {holes->Real(row, 6), holes->Real(row, 7), holes->Real(row, 8)};
+      hole.expanded_uncertainty_um = holes->Real(row, 9);
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<CorrectionRow>> ReadCorrections(Transaction& transaction, const char* sql,
+                                                           const Params& params) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
+  if (!rows.ok()) return rows.status();
+  std::vector<CorrectionRow> corrections;
+  for (int row = 0; row < rows->count(); ++row) corrections.push_back(ReadCorrection(*rows, row));
+  if (absl::Status status = ReadChildren(transaction, &corrections); !status.ok()) return status;
+  return corrections;
+}
+
+}  // namespace
+
+absl::StatusOr<Recorded> InsertCorrection(Transaction& transaction, const CorrectionRow& correction,
+                                          const RecordEntry& entry) {
+  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
+  if (!recorded.ok()) return recorded.status();
+  const auto inserted = transaction.Execute(kInsertCorrection, CorrectionParams(correction, *recorded));
+  if (!inserted.ok()) return inserted.status();
+  int position = 0;
+  for (const CorrectionGroupRow& group : correction.groups) {
+    if (absl::Status status = InsertGroup(transaction, correction.correction_id, position++, group); !status.ok())
+      return status;
+  }
+  return recorded;
+}
+
+absl::StatusOr<std::optional<CorrectionRow>> FindCorrection(Transaction& transaction,
+                                                            const std::string& correction_id) {
+  auto rows = ReadCorrections(transaction, kSelectCorrection, Params().Text(correction_id));
+  if (!rows.ok()) return rows.status();
+  if (rows->empty()) return std::nullopt;
+  return std::move(rows->front());
+}
+
+absl::StatusOr<std::vector<CorrectionRow>> ListCorrections(Transaction& transaction, const std::string& blade_serial,
+                                                           std::int64_t before_sequence, int limit) {
+  return ReadCorrections(transaction, kListCorrections, Params().Int(before_sequence).Text(blade_serial).Int(limit));
+}
+
+}  // namespace sixpoint::storage

@@ -1,0 +1,66 @@
+// Corrections with their hole groups and holes.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "storage/database.h"
+#include "storage/record.h"
+
+namespace sixpoint::storage {
+
+struct CorrectionHoleRow {
+  std::string hole_name;
+  std::array<double, 3> start_mm{};
+  std::array<double, 3> nominal_start_mm{};
+  double expanded_uncertainty_um = 0;
+};
+
+struct CorrectionGroupRow {
+  std::string group_name;
+  double a_deg = 0, b_deg = 0;
+  double a_nominal_deg = 0, b_nominal_deg = 0;
+  double a_ideal_deg = 0, b_ideal_deg = 0;
+  double a_standard_uncertainty_deg = 0, b_standard_uncertainty_deg = 0;
+  std::vector<CorrectionHoleRow> holes;
+};
+
+struct CorrectionRow {
+  std::string correction_id;
+  std::string blade_serial;
+  std::string registration_id;
+  std::string machine_id;
+  int machine_revision = 0;
+  std::string part_id;
+  int part_revision = 0;
+  std::string sensor_calibration_id;
+  std::string rotation_calibration_id;
+  std::optional<std::string> nc_template_sha256;  // blobs
+  std::optional<std::string> nc_program_sha256;
+  std::string release;  // AUTOMATIC, AWAITING_PERSON
+  std::vector<std::string> release_reasons;
+  double envelope_translation_mm = 0;
+  double envelope_rotation_deg = 0;
+  Instant valid_until;
+  std::string requested_by;
+  std::string software_version;
+  Recorded recorded;  // set by InsertCorrection
+  std::vector<CorrectionGroupRow> groups;
+};
+
+// Journal entry, correction, groups and holes, whose blobs are stored already. Call it last before the commit.
+absl::StatusOr<Recorded> InsertCorrection(Transaction& transaction, const CorrectionRow& correction,
+                                          const RecordEntry& entry);
+
+absl::StatusOr<std::optional<CorrectionRow>> FindCorrection(Transaction& transaction, const std::string& correction_id);
+
+// Newest first, from below `before_sequence` (0: from the newest); an empty serial matches all.
+absl::StatusOr<std::vector<CorrectionRow>> ListCorrections(Transaction& transaction, const std::string& blade_serial,
+                                                           std::int64_t before_sequence, int limit);
+
+}  // namespace sixpoint::storage

@@ -1,0 +1,191 @@
+#include "storage/inspections.h"
+
+#include <algorithm>
+#include <map>
+
+namespace sixpoint::storage {
+namespace {
+
+#define SIXPOINT_INSPECTION_COLUMNS                                                                      \
+  "inspection_id, blade_serial, registration_id, machine_id, machine_revision, part_id, part_revision, " \
+  "sensor_calibration_id, rotation_calibration_id, verdict, decision_rule, deviation_minimum_um, "       \
+  "deviation_maximum_um, deviation_rms_um, deviation_p05_um, deviation_p50_um, deviation_p95_um, "       \
+  "deviation_point_count, deviation_excluded_count, requested_by, software_version, record_sequence, recorded_at"
+constexpr char kInsertInspection[] = "INSERT INTO inspections (" SIXPOINT_INSPECTION_COLUMNS
+                                     ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, "
+                                     "$17, $18, $19, $20, $21, $22, $23)";
+constexpr char kSelectInspection[] = "SELECT " SIXPOINT_INSPECTION_COLUMNS " FROM inspections WHERE inspection_id = $1";
+constexpr char kListInspections[] =
+    "SELECT " SIXPOINT_INSPECTION_COLUMNS
+    " FROM inspections WHERE ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR blade_serial = $2) "
+    "ORDER BY record_sequence DESC LIMIT $3";
+#undef SIXPOINT_INSPECTION_COLUMNS
+constexpr char kInsertScans[] =
+    "INSERT INTO inspection_scans (inspection_id, position_index, scan_id) "
+    "SELECT $1::text, (position - 1)::integer, scan FROM unnest($2::text[]) WITH ORDINALITY AS scans (scan, position)";
+constexpr char kSelectScans[] =
+    "SELECT inspection_id, scan_id FROM inspection_scans WHERE inspection_id = ANY ($1) "
+    "ORDER BY inspection_id, position_index";
+#define SIXPOINT_HOLE_COLUMNS                                                                                        \
+  "group_name, hole_name, verdict, position_verdict, inclination_verdict, position_error_mm, "                       \
+  "inclination_error_deg, position_expanded_uncertainty_um, inclination_expanded_uncertainty_deg, "                  \
+  "start_in_part_mm, axis_in_part, pin_diameter_mm, position_tolerance_mm, inclination_tolerance_deg, point_count, " \
+  "pin_residual_rms_um, reason"
+constexpr char kInsertHole[] = "INSERT INTO inspection_holes (inspection_id, position_index, " SIXPOINT_HOLE_COLUMNS
+                               ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, "
+                               "$18, $19)";
+constexpr char kSelectHoles[] = "SELECT inspection_id, " SIXPOINT_HOLE_COLUMNS
+                                " FROM inspection_holes WHERE inspection_id = ANY ($1) "
+                                "ORDER BY inspection_id, position_index";
+#undef SIXPOINT_HOLE_COLUMNS
+
+std::array<double, 3> ThreeOf(const std::vector<double>& values) {
+  std::array<double, 3> three{};
+  std::copy_n(values.begin(), std::min<std::size_t>(3, values.size()), three.begin());
+  return three;
+}
+
+InspectionRow ReadInspection(const Rows& rows, int row) {
+  InspectionRow inspection;
+  inspection.inspection_id = rows.Text(row, 0);
+  inspection.blade_serial = rows.Text(row, 1);
+  inspection.registration_id = rows.Text(row, 2);
+  inspection.machine_id = rows.Text(row, 3);
+  inspection.machine_revision = static_cast<int>(rows.Int(row, 4));
+  inspection.part_id = rows.Text(row, 5);
+  inspection.part_revision = static_cast<int>(rows.Int(row, 6));
+  inspection.sensor_calibration_id = rows.Text(row, 7);
+  inspection.rotation_calibration_id = rows.Text(row, 8);
+  inspection.verdict = rows.Text(row, 9);
+  inspection.decision_rule = rows.Text(row, 10);
+  inspection.deviation_minimum_um = rows.Real(row, 11);
+  inspection.deviation_maximum_um = rows.Real(row, 12);
+  inspection.deviation_rms_um = rows.Real(row, 13);
+  inspection.deviation_p05_um = rows.Real(row, 14);
+  inspection.deviation_p50_um = rows.Real(row, 15);
+  inspection.deviation_p95_um = rows.Real(row, 16);
+  inspection.deviation_point_count = rows.Int(row, 17);
+  inspection.deviation_excluded_count = rows.Int(row, 18);
+  inspection.requested_by = rows.Text(row, 19);
+  inspection.software_version = rows.Text(row, 20);
+  inspection.recorded = {rows.Int(row, 21), rows.Time(row, 22)};
+  return inspection;
+}
+
+Params InspectionParams(const InspectionRow& inspection, const Recorded& recorded) {
+  Params params;
+  params.Text(inspection.inspection_id).Text(inspection.blade_serial).Text(inspection.registration_id);
+  params.Text(inspection.machine_id).Int(inspection.machine_revision).Text(inspection.part_id);
+  params.Int(inspection.part_revision).Text(inspection.sensor_calibration_id).Text(inspection.rotation_calibration_id);
+  params.Text(inspection.verdict).Text(inspection.decision_rule).Real(inspection.deviation_minimum_um);
+  params.Real(inspection.deviation_maximum_um).Real(inspection.deviation_rms_um).Real(inspection.deviation_p05_um);
+  params.Real(inspection.deviation_p50_um).Real(inspection.deviation_p95_um).Int(inspection.deviation_point_count);
+  params.Int(inspection.deviation_excluded_count).Text(inspection.requested_by).Text(inspection.software_version);
+  params.Int(recorded.sequence).Time(recorded.recorded_at);
+  return params;
+}
+
+InspectionHoleRow ReadHole(const Rows& rows, int row) {
+  InspectionHoleRow hole;
+  hole.group_name = rows.Text(row, 1);
+  hole.hole_name = rows.Text(row, 2);
+  hole.verdict = rows.Text(row, 3);
+  hole.position_verdict = rows.Text(row, 4);
+  hole.inclination_verdict = rows.Text(row, 5);
+  if (!rows.IsNull(row, 6)) {
+    hole.measured = InspectionHoleRow::Measured{rows.Real(row, 6),
+                                                rows.Real(row, 7),
+                                                rows.Real(row, 8),
+                                                rows.Real(row, 9),
+                                                ThreeOf(rows.Reals(row, 10)),
+                                                ThreeOf(rows.Reals(row, 11)),
+                                                rows.Real(row, 12)};
+  }
+  hole.position_tolerance_mm = rows.Real(row, 13);
+  hole.inclination_tolerance_deg = rows.Real(row, 14);
+  hole.point_count = static_cast<int>(rows.Int(row, 15));
+  hole.pin_residual_rms_um = rows.Real(row, 16);
+  hole.reason = rows.Text(row, 17);
+  return hole;
+}
+
+Params HoleParams(const std::string& inspection_id, int position, const InspectionHoleRow& hole) {
+  Params params;
+  params.Text(inspection_id).Int(position).Text(hole.group_name).Text(hole.hole_name).Text(hole.verdict);
+  params.Text(hole.position_verdict).Text(hole.inclination_verdict);
+  if (hole.measured) {
+    const InspectionHoleRow::Measured& measured = *hole.measured;
+    params.Real(measured.position_error_mm).Real(measured.inclination_error_deg);
+    params.Real(measured.position_expanded_uncertainty_um).Real(measured.inclination_expanded_uncertainty_deg);
+    params.Reals({measured.start_in_part_mm.begin(), measured.start_in_part_mm.end()});
+    params.Reals({measured.axis_in_part.begin(), measured.axis_in_part.end()});
+    params.Real(measured.pin_diameter_mm);
+  } else {
+    for (int i = 0; i < 7; ++i) params.Null();
+  }
+  params.Real(hole.position_tolerance_mm).Real(hole.inclination_tolerance_deg).Int(hole.point_count);
+  params.Real(hole.pin_residual_rms_um).Text(hole.reason);
+  return params;
+}
+
+// Scans and holes of all the rows at once: two statements for a page.
+absl::Status ReadChildren(Transaction& transaction, std::vector<InspectionRow>* inspections) {
+  std::vector<std::string> ids;
+  std::map<std::string, InspectionRow*> by_id;
+  for (InspectionRow& inspection : *inspections) {
+    ids.push_back(inspection.inspection_id);
+    by_id[inspection.inspection_id] = &inspection;
+  }
+  if (ids.empty()) return absl::OkStatus();
+  const absl::StatusOr<Rows> scans = transaction.Execute(kSelectScans, Params().Texts(ids));
+  if (!scans.ok()) return scans.status();
+  for (int row = 0; row < scans->count(); ++row) by_id.at(scans->Text(row, 0))->scan_ids.push_back(scans->Text(row, 1));
+  const absl::StatusOr<Rows> holes = transaction.Execute(kSelectHoles, Params().Texts(ids));
+  if (!holes.ok()) return holes.status();
+  for (int row = 0; row < holes->count(); ++row) by_id.at(holes->Text(row, 0))->holes.push_back(ReadHole(*holes, row));
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<InspectionRow>> ReadInspections(Transaction& transaction, const char* sql,
+                                                           const Params& params) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
+  if (!rows.ok()) return rows.status();
+  std::vector<InspectionRow> inspections;
+  for (int row = 0; row < rows->count(); ++row) inspections.push_back(ReadInspection(*rows, row));
+  if (absl::Status status = ReadChildren(transaction, &inspections); !status.ok()) return status;
+  return inspections;
+}
+
+}  // namespace
+
+absl::StatusOr<Recorded> InsertInspection(Transaction& transaction, const InspectionRow& inspection,
+                                          const RecordEntry& entry) {
+  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
+  if (!recorded.ok()) return recorded.status();
+  const auto inserted = transaction.Execute(kInsertInspection, InspectionParams(inspection, *recorded));
+  if (!inserted.ok()) return inserted.status();
+  const auto scans =
+      transaction.Execute(kInsertScans, Params().Text(inspection.inspection_id).Texts(inspection.scan_ids));
+  if (!scans.ok()) return scans.status();
+  int position = 0;
+  for (const InspectionHoleRow& hole : inspection.holes) {
+    const auto stored = transaction.Execute(kInsertHole, HoleParams(inspection.inspection_id, position++, hole));
+    if (!stored.ok()) return stored.status();
+  }
+  return recorded;
+}
+
+absl::StatusOr<std::optional<InspectionRow>> FindInspection(Transaction& transaction,
+                                                            const std::string& inspection_id) {
+  auto rows = ReadInspections(transaction, kSelectInspection, Params().Text(inspection_id));
+  if (!rows.ok()) return rows.status();
+  if (rows->empty()) return std::nullopt;
+  return std::move(rows->front());
+}
+
+absl::StatusOr<std::vector<InspectionRow>> ListInspections(Transaction& transaction, const std::string& blade_serial,
+                                                           std::int64_t before_sequence, int limit) {
+  return ReadInspections(transaction, kListInspections, Params().Int(before_sequence).Text(blade_serial).Int(limit));
+}
+
+}  // namespace sixpoint::storage
