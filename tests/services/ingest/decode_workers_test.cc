@@ -1,0 +1,154 @@
+#include "services/ingest/decode_workers.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <thread>
+
+#include "tests/services/ingest/sample_scans.h"
+
+namespace sixpoint::ingest {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::system_clock;
+using ::testing::HasSubstr;
+
+std::string WorkerProgram() {
+  const char* folder = std::getenv("SIXPOINT_BIN_DIR");
+  return std::string(folder == nullptr ? "." : folder) + "/sixpoint-decode-worker";
+}
+
+system_clock::time_point Soon() { return system_clock::now() + std::chrono::seconds(20); }
+
+// The processes whose parent is this one.
+std::vector<pid_t> Children() {
+  std::vector<pid_t> children;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+    const std::string name = entry.path().filename();
+    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    std::ifstream status(entry.path() / "status");
+    for (std::string line; std::getline(status, line);) {
+      if (line == "PPid:\t" + std::to_string(getpid())) children.push_back(static_cast<pid_t>(std::stol(name)));
+    }
+  }
+  return children;
+}
+
+TEST(DecodeWorkers, TellWhatABlockHolds) {
+  DecodeWorkers workers(WorkerProgram(), 1, milliseconds(5000));
+  const auto points_mm = SampleProfiles(10, 640);
+  const auto block = SampleBlocks(points_mm, points_mm.size())[0];
+  const auto statistics = workers.Check(block.payload(), block.point_count(), 0.05, {}, Soon());
+  ASSERT_TRUE(statistics.ok()) << statistics.status();
+  const BlockStatistics expected = StatisticsOf(points_mm, 0.05, {});
+  EXPECT_EQ(statistics->point_count, 6400);
+  EXPECT_EQ(statistics->greatest_column_count, 640);
+  EXPECT_EQ(statistics->end.column_count, 640);
+  EXPECT_EQ(statistics->greatest_backstep_mm, 0);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR(statistics->minimum_mm[i], expected.minimum_mm[i], 0.25e-3);
+    EXPECT_NEAR(statistics->maximum_mm[i], expected.maximum_mm[i], 0.25e-3);
+  }
+  ASSERT_TRUE(workers.Check(block.payload(), block.point_count(), 0.05, {}, Soon()).ok());
+  EXPECT_EQ(workers.started_count(), 1);  // lives on
+}
+
+TEST(DecodeWorkers, RefuseWhatIsNotABlock) {
+  DecodeWorkers workers(WorkerProgram(), 1, milliseconds(5000));
+  const auto block = SampleBlocks(SampleProfiles(2, 100), 200)[0];
+  EXPECT_THAT(workers.Check(block.payload(), 199, 0.05, {}, Soon()).status().message(), HasSubstr("200 points"));
+  const std::string half = block.payload().substr(0, block.payload().size() / 2);
+  EXPECT_TRUE(absl::IsInvalidArgument(workers.Check(half, 200, 0.05, {}, Soon()).status()));
+  EXPECT_TRUE(absl::IsInvalidArgument(workers.Check("", 200, 0.05, {}, Soon()).status()));
+  EXPECT_TRUE(workers.Check(block.payload(), 200, 0.05, {}, Soon()).ok());
+}
+
+// Some hundreds of blocks with damaged bytes, the header spared so that the decoder itself is reached. Some decode to other
+// points, which is not for the decoder to tell; nothing may harm this process, and all end soon.
+TEST(DecodeWorkers, SurviveMutatedBlocks) {
+  DecodeWorkers workers(WorkerProgram(), 2, milliseconds(8000));
+  const auto block = SampleBlocks(SampleProfiles(10, 200), 2000)[0];
+  std::mt19937 random(11);
+  const auto pick = [&](std::size_t from, std::size_t below) { return from + random() % (below - from); };
+  int refused = 0;
+  system_clock::duration slowest{};
+  for (int i = 0; i < 300; ++i) {
+    std::string bytes = block.payload();
+    for (std::size_t flips = pick(1, 6); flips > 0; --flips) {
+      // Half of the damage where the structure is: the first bytes behind the header.
+      const std::size_t at = random() % 2 == 0 ? pick(15, 60) : pick(15, bytes.size());
+      bytes[at] = static_cast<char>(random());
+    }
+    const auto begin = system_clock::now();
+    const auto statistics = workers.Check(bytes, 2000, 0.05, {}, Soon());
+    slowest = std::max(slowest, system_clock::now() - begin);
+    if (statistics.ok()) continue;
+    EXPECT_TRUE(absl::IsInvalidArgument(statistics.status())) << statistics.status();
+    ++refused;
+  }
+  EXPECT_GT(refused, 50);
+  EXPECT_LT(slowest, std::chrono::seconds(17));
+  RecordProperty("refused", refused);
+  RecordProperty("slowest_ms", static_cast<int>(std::chrono::duration_cast<milliseconds>(slowest).count()));
+  EXPECT_TRUE(workers.Check(block.payload(), 2000, 0.05, {}, Soon()).ok());
+}
+
+TEST(DecodeWorkers, ReplaceAWorkerThatWasKilled) {
+  DecodeWorkers workers(WorkerProgram(), 1, milliseconds(5000));
+  const auto block = SampleBlocks(SampleProfiles(2, 100), 200)[0];
+  ASSERT_TRUE(workers.Check(block.payload(), 200, 0.05, {}, Soon()).ok());
+  ASSERT_EQ(Children().size(), 1U);
+  ASSERT_EQ(kill(Children()[0], SIGKILL), 0);
+  EXPECT_TRUE(workers.Check(block.payload(), 200, 0.05, {}, Soon()).ok());
+  EXPECT_EQ(workers.started_count(), 2);
+}
+
+TEST(DecodeWorkers, EndAWorkerThatTakesTooLong) {
+  DecodeWorkers workers(WorkerProgram(), 1, milliseconds(200));
+  const auto block = SampleBlocks(SampleProfiles(2, 100), 200)[0];
+  ASSERT_TRUE(workers.Check(block.payload(), 200, 0.05, {}, Soon()).ok());
+  ASSERT_EQ(kill(Children().at(0), SIGSTOP), 0);
+  const auto begin = system_clock::now();
+  EXPECT_THAT(workers.Check(block.payload(), 200, 0.05, {}, Soon()).status().message(), HasSubstr("too long"));
+  EXPECT_LT(system_clock::now() - begin, std::chrono::seconds(5));
+  EXPECT_TRUE(Children().empty());
+}
+
+TEST(DecodeWorkers, ServeMoreCallersThanThereAreWorkers) {
+  DecodeWorkers workers(WorkerProgram(), 2, milliseconds(8000));
+  const auto block = SampleBlocks(SampleProfiles(2, 100), 200)[0];
+  std::atomic<int> sound_count = 0;
+  std::vector<std::thread> callers;
+  for (int i = 0; i < 8; ++i) {
+    callers.emplace_back([&] {
+      for (int k = 0; k < 10; ++k) sound_count += workers.Check(block.payload(), 200, 0.05, {}, Soon()).ok() ? 1 : 0;
+    });
+  }
+  for (std::thread& caller : callers) caller.join();
+  EXPECT_EQ(sound_count, 80);
+  EXPECT_LE(workers.started_count(), 2);
+}
+
+TEST(DecodeWorkers, SayThatTheirProgramIsMissing) {
+  DecodeWorkers workers("/nowhere/sixpoint-decode-worker", 1, milliseconds(1000));
+  EXPECT_TRUE(absl::IsUnavailable(workers.Check("x", 1, 0.05, {}, Soon()).status()));
+}
+
+TEST(DecodeWorkers, LeaveNoProcessBehind) {
+  {
+    DecodeWorkers workers(WorkerProgram(), 2, milliseconds(5000));
+    const auto block = SampleBlocks(SampleProfiles(2, 100), 200)[0];
+    ASSERT_TRUE(workers.Check(block.payload(), 200, 0.05, {}, Soon()).ok());
+    EXPECT_EQ(Children().size(), 1U);
+  }
+  EXPECT_TRUE(Children().empty());
+}
+
+}  // namespace
+}  // namespace sixpoint::ingest

@@ -1,0 +1,558 @@
+// The service over real gRPC on a real PostgreSQL, with real decode workers.
+#include "services/ingest/scan_service.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <sstream>
+#include <thread>
+
+#include "metrology/cloud/draco_codec.h"
+#include "services/clients/scans.h"
+#include "services/runtime/call.h"
+#include "services/runtime/errors.h"
+#include "storage/blobs.h"
+#include "tests/services/ingest/fake_plant.h"
+#include "tests/services/ingest/sample_scans.h"
+#include "tests/support/in_process_server.h"
+#include "tests/support/throwaway_database.h"
+
+namespace sixpoint::ingest {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+std::string WorkerProgram() {
+  const char* folder = std::getenv("SIXPOINT_BIN_DIR");
+  return std::string(folder == nullptr ? "." : folder) + "/sixpoint-decode-worker";
+}
+
+class ScanServiceTest : public ::testing::Test {
+ protected:
+  static constexpr int kUploadSlots = 3;
+
+  ScanServiceTest()
+      : plant_server_({&plant_}),
+        service_(OptionsForTest(), database_.database(), plant_server_.Connect()),
+        server_({&service_}),
+        channel_(server_.Connect()),
+        stub_(v1::ScanService::NewStub(channel_)),
+        client_(channel_) {
+    Execute("INSERT INTO machines (machine_id) VALUES ('m1')");
+    Execute("INSERT INTO artefacts (artefact_id) VALUES ('a1')");
+    Execute("INSERT INTO parts (part_id) VALUES ('p1')");
+    Execute("INSERT INTO blades (blade_serial, part_id) VALUES ('sn1', 'p1'), ('sn2', 'p1')");
+  }
+
+  static ScanServiceOptions OptionsForTest() {
+    ScanServiceOptions options;
+    options.decode_worker = WorkerProgram();
+    options.greatest_upload_count = kUploadSlots;
+    return options;
+  }
+
+  storage::Rows Execute(const std::string& sql) {
+    auto transaction = database_.database()->Begin(testing::Soon());
+    EXPECT_TRUE(transaction.ok()) << transaction.status();
+    auto rows = transaction->Execute(sql);
+    EXPECT_TRUE(rows.ok()) << sql << ": " << rows.status();
+    EXPECT_TRUE(transaction->Commit().ok());
+    return rows.ok() ? *rows : storage::Rows();
+  }
+  std::int64_t Count(const std::string& table) { return Execute("SELECT count(*) FROM " + table).Int(0, 0); }
+
+  void ExpectNothingStored() {
+    for (const char* table : {"scans", "scan_blocks", "blobs", "record_entries"}) EXPECT_EQ(Count(table), 0) << table;
+  }
+
+  absl::StatusOr<v1::UploadScanResponse> Upload(const v1::ScanHeader& header,
+                                                const std::vector<v1::ScanBlock>& blocks) const {
+    const auto context = runtime::ContextFor(30.0);
+    v1::UploadScanResponse response;
+    const auto writer = stub_->UploadScan(context.get(), &response);
+    v1::UploadScanRequest request;
+    *request.mutable_header() = header;
+    bool open = writer->Write(request);
+    for (const v1::ScanBlock& block : blocks) {
+      if (!open) break;
+      *request.mutable_block() = block;
+      open = writer->Write(request);
+    }
+    writer->WritesDone();
+    const absl::Status status = runtime::FromGrpc(writer->Finish());
+    if (!status.ok()) return status;
+    return response;
+  }
+
+  void ExpectRefused(const v1::ScanHeader& header, const std::vector<v1::ScanBlock>& blocks, const std::string& field) {
+    const absl::Status status = Upload(header, blocks).status();
+    EXPECT_TRUE(absl::IsInvalidArgument(status)) << field << ": " << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr(field + ": "));
+    EXPECT_THAT(std::string(status.message()), HasSubstr(", want "));
+    ExpectNothingStored();
+  }
+
+  testing::ThrowawayDatabase database_;
+  FakePlant plant_;
+  testing::InProcessServer plant_server_;
+  ScanService service_;
+  testing::InProcessServer server_;
+  std::shared_ptr<grpc::Channel> channel_;
+  std::unique_ptr<v1::ScanService::Stub> stub_;
+  clients::ScanClient client_;
+};
+
+TEST_F(ScanServiceTest, StoresADracoScanAndGivesItBackAsSent) {
+  const auto points_mm = SampleProfiles(8, 100);
+  const auto blocks = SampleBlocks(points_mm, 300);
+  v1::ScanHeader header = SampleHeader("s1", 800);
+  header.set_sender_error_um(0.25);
+  const auto stored = Upload(header, blocks);
+  ASSERT_TRUE(stored.ok()) << stored.status();
+  EXPECT_FALSE(stored->already_stored());
+  const v1::Scan& scan = stored->scan();
+  EXPECT_EQ(scan.name(), "scans/s1");
+  EXPECT_EQ(scan.block_count(), 3);
+  EXPECT_EQ(scan.proven_error_um(), 0.25);
+  EXPECT_GT(scan.record_sequence(), 0);
+  std::string all;
+  for (const auto& block : blocks) all += block.payload();
+  EXPECT_EQ(scan.sha256(), storage::Sha256Hex(all));
+  EXPECT_EQ(scan.stored_bytes(), static_cast<std::int64_t>(all.size()));
+
+  v1::ScanHeader as_stored = header;
+  as_stored.mutable_measured_at()->set_nanos(123'456'000);  // microseconds are kept
+  EXPECT_EQ(scan.header().SerializeAsString(), as_stored.SerializeAsString());
+
+  const auto context = runtime::ContextFor(20.0);
+  v1::DownloadScanRequest request;
+  request.set_name("scans/s1");
+  const auto reader = stub_->DownloadScan(context.get(), request);
+  v1::DownloadScanResponse response;
+  ASSERT_TRUE(reader->Read(&response));
+  EXPECT_EQ(response.scan().SerializeAsString(), scan.SerializeAsString());
+  for (const auto& block : blocks) {
+    ASSERT_TRUE(reader->Read(&response));
+    EXPECT_EQ(response.block().SerializeAsString(), block.SerializeAsString());
+  }
+  EXPECT_FALSE(reader->Read(&response));
+  EXPECT_TRUE(reader->Finish().ok());
+}
+
+TEST_F(ScanServiceTest, EncodesDoublesOnArrivalWithinTheBoundAsked) {
+  const auto points_mm = SampleProfiles(8, 100);
+  for (const double bound_um : {0.0, 0.05, 5.0}) {
+    v1::ScanHeader header =
+        SampleHeader("s" + std::to_string(static_cast<int>(100 * bound_um)), 800, v1::ENCODING_XYZ_F64);
+    header.set_error_bound_um(bound_um);
+    const auto stored = Upload(header, SampleBlocks(points_mm, 300, v1::ENCODING_XYZ_F64));
+    ASSERT_TRUE(stored.ok()) << stored.status();
+    const auto fetched = client_.Fetch(stored->scan().name(), runtime::ContextFor(20.0));
+    ASSERT_TRUE(fetched.ok()) << fetched.status();
+    ASSERT_EQ(fetched->scan.points_mm.size(), points_mm.size());
+    double greatest_um = 0;
+    for (std::size_t i = 0; i < points_mm.size(); ++i) {
+      greatest_um = std::max(greatest_um, 1e3 * (fetched->scan.points_mm[i] - points_mm[i]).cwiseAbs().maxCoeff());
+    }
+    EXPECT_LE(greatest_um, bound_um == 0 ? 0.25 : bound_um);
+    EXPECT_EQ(greatest_um, stored->scan().proven_error_um());
+  }
+}
+
+TEST_F(ScanServiceTest, TheClientSendsAndFetchesWhatKernelsHold) {
+  const auto points_mm = SampleProfiles(60, 1280);  // more than one block
+  const auto stored = client_.Upload(SampleHeader("s1", 0), points_mm, runtime::ContextFor(30.0));
+  ASSERT_TRUE(stored.ok()) << stored.status();
+  EXPECT_EQ(stored->scan().block_count(), 2);
+  const auto fetched = client_.Fetch("scans/s1", runtime::ContextFor(20.0));
+  ASSERT_TRUE(fetched.ok()) << fetched.status();
+  EXPECT_EQ(fetched->scan.points_mm.size(), points_mm.size());
+  EXPECT_NEAR(fetched->scan.a_rad, -50 * M_PI / 180, 1e-15);
+  EXPECT_NEAR(fetched->scan.b_rad, M_PI, 1e-15);
+  EXPECT_EQ(fetched->scan.v0_mm, Eigen::Vector3d(-190.0088, -178.8434, 275.2997));
+  EXPECT_EQ(fetched->scan.profile_pitch_mm, 0.05);
+  const auto again = client_.Upload(SampleHeader("s1", 0), points_mm, runtime::ContextFor(30.0));
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_TRUE(again->already_stored());
+}
+
+TEST_F(ScanServiceTest, RecordsWhatAScanCameFrom) {
+  v1::ScanHeader header = SampleHeader("plate.1", 800);
+  header.set_kind(v1::SCAN_KIND_ARTEFACT);
+  header.set_subject("artefacts/a1");
+  const auto blocks = SampleBlocks(SampleProfiles(8, 100), 300);
+  const auto artefact_scan = Upload(header, blocks);
+  ASSERT_TRUE(artefact_scan.ok()) << artefact_scan.status();
+  ASSERT_TRUE(Upload(SampleHeader("s1", 800), blocks).ok());
+  auto transaction = database_.database()->Begin(testing::Soon());
+  ASSERT_TRUE(transaction.ok());
+  const auto derived = storage::DerivedFrom(*transaction, "artefacts/a1");
+  ASSERT_TRUE(derived.ok());
+  ASSERT_EQ(derived->size(), 1U);
+  const storage::JournalEntry& entry = derived->front();
+  EXPECT_EQ(entry.entry.kind, "scan");
+  EXPECT_EQ(entry.entry.name, "scans/plate.1");
+  EXPECT_THAT(entry.entry.inputs, ElementsAre("machines/m1@3", "artefacts/a1@2"));
+  EXPECT_EQ(entry.entry.machine, "m1");
+  EXPECT_FALSE(entry.entry.blade.has_value());
+  EXPECT_TRUE(entry.entry.measured_at.has_value());
+  EXPECT_EQ(entry.recorded.sequence, artefact_scan->scan().record_sequence());
+  const auto of_blade = storage::RecordOfBlade(*transaction, "sn1");
+  ASSERT_TRUE(of_blade.ok());
+  ASSERT_EQ(of_blade->size(), 1U);
+  EXPECT_THAT(of_blade->front().entry.inputs, ElementsAre("machines/m1@3", "blades/sn1"));
+}
+
+TEST_F(ScanServiceTest, TheSameScanTwiceIsOneScan) {
+  const auto points_mm = SampleProfiles(8, 100);
+  const auto blocks = SampleBlocks(points_mm, 300);
+  const v1::ScanHeader header = SampleHeader("s1", 800);
+  const auto first = Upload(header, blocks);
+  ASSERT_TRUE(first.ok()) << first.status();
+  const auto second = Upload(header, blocks);
+  ASSERT_TRUE(second.ok()) << second.status();
+  EXPECT_TRUE(second->already_stored());
+  EXPECT_EQ(second->scan().SerializeAsString(), first->scan().SerializeAsString());
+  EXPECT_EQ(Count("scans"), 1);
+  EXPECT_EQ(Count("record_entries"), 1);
+}
+
+TEST_F(ScanServiceTest, OtherContentUnderTheSameIdIsRefusedWithWhatDiffers) {
+  const auto blocks = SampleBlocks(SampleProfiles(8, 100), 300);
+  v1::ScanHeader header = SampleHeader("s1", 800);
+  ASSERT_TRUE(Upload(header, blocks).ok());
+  const absl::Status other_points = Upload(header, SampleBlocks(SampleProfiles(8, 100, 2), 300)).status();
+  EXPECT_TRUE(absl::IsAlreadyExists(other_points)) << other_points;
+  EXPECT_THAT(std::string(other_points.message()), HasSubstr("SHA-256"));
+  EXPECT_EQ(runtime::ReasonOf(other_points), "SCAN_DIFFERS");
+  header.set_a_deg(-49);
+  const absl::Status other_header = Upload(header, blocks).status();
+  EXPECT_TRUE(absl::IsAlreadyExists(other_header)) << other_header;
+  EXPECT_THAT(std::string(other_header.message()), HasSubstr("a_deg: -50 -> -49"));
+  // A repeat that breaks off is neither.
+  header.set_a_deg(-50);
+  EXPECT_TRUE(absl::IsInvalidArgument(Upload(header, {blocks[0]}).status()));
+  EXPECT_EQ(Count("scans"), 1);
+}
+
+TEST_F(ScanServiceTest, IdenticalUploadsAtOnceAreOneScan) {
+  const auto blocks = SampleBlocks(SampleProfiles(8, 100), 300);
+  std::atomic<int> stored_count = 0;
+  std::atomic<int> already_count = 0;
+  std::vector<std::thread> machines;
+  for (int i = 0; i < kUploadSlots; ++i) {
+    machines.emplace_back([&] {
+      const auto answer = Upload(SampleHeader("s1", 800), blocks);
+      EXPECT_TRUE(answer.ok()) << answer.status();
+      if (answer.ok()) ++(answer->already_stored() ? already_count : stored_count);
+    });
+  }
+  for (std::thread& machine : machines) machine.join();
+  EXPECT_EQ(stored_count, 1);
+  EXPECT_EQ(already_count, kUploadSlots - 1);
+  EXPECT_EQ(Count("scans"), 1);
+}
+
+TEST_F(ScanServiceTest, RefusesBadHeadersByFieldAndStoresNothing) {
+  const auto blocks = SampleBlocks(SampleProfiles(8, 100), 300);
+  v1::ScanHeader header = SampleHeader("s1", 800);
+  header.set_machine("machines/unknown");
+  ExpectRefused(header, blocks, "header.machine");
+  header = SampleHeader("s1", 800);
+  header.set_subject("blades/unknown");
+  ExpectRefused(header, blocks, "header.subject");
+  header = SampleHeader("s1", 800);
+  header.mutable_v0_mm()->set_y_mm(std::numeric_limits<double>::quiet_NaN());
+  ExpectRefused(header, blocks, "header.v0_mm.y_mm");
+  header = SampleHeader("s1", 800);
+  header.set_a_deg(101);
+  ExpectRefused(header, blocks, "header.a_deg");
+  header = SampleHeader("s1", 0);
+  ExpectRefused(header, {}, "header.point_count");
+}
+
+TEST_F(ScanServiceTest, RefusesBadBlocksByFieldAndStoresNothing) {
+  const auto points_mm = SampleProfiles(8, 100);
+  const auto blocks = SampleBlocks(points_mm, 300);
+  const v1::ScanHeader header = SampleHeader("s1", 800);
+  ExpectRefused(header, {}, "header.point_count");                         // an empty scan
+  ExpectRefused(header, {blocks[0], blocks[1]}, "header.point_count");     // truncated
+  ExpectRefused(header, {blocks[0], blocks[2]}, "block[1].index");         // a gap
+  ExpectRefused(header, {blocks[0], blocks[0]}, "block[1].index");         // a repeat
+  ExpectRefused(SampleHeader("s1", 700), blocks, "block[2].point_count");  // too many points
+  auto broken = blocks;
+  broken[1].mutable_payload()->resize(broken[1].payload().size() / 2);
+  ExpectRefused(header, broken, "block[1].payload");  // truncated Draco
+  broken = blocks;
+  broken[1].set_payload(DracoHeaderOf(10'000'000) + std::string(43, '\x01'));
+  ExpectRefused(header, broken, "block[1].payload");  // 58 bytes that declare ten million points
+  broken = blocks;
+  broken[2].set_point_count(199);
+  ExpectRefused(header, broken, "block[2].payload");  // counts that lie
+}
+
+TEST_F(ScanServiceTest, RefusesPointsThatNoSensorGives) {
+  const auto upload_point = [&](const Eigen::Vector3d& point_mm, v1::Encoding encoding, const std::string& field) {
+    auto points_mm = SampleProfiles(8, 100);
+    points_mm[750] = point_mm;
+    ExpectRefused(SampleHeader("s1", 800, encoding), SampleBlocks(points_mm, 300, encoding), field);
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  upload_point({0.35, nan, 0}, v1::ENCODING_XYZ_F64, "block[2].payload");
+  for (const v1::Encoding encoding : {v1::ENCODING_XYZ_F64, v1::ENCODING_DRACO}) {
+    upload_point({0.35, 0, 13}, encoding, "block[2].payload.z_mm");
+    upload_point({0.35, -15, 0}, encoding, "block[2].payload.y_mm");
+    upload_point({0.05, 0, 0}, encoding, "block[2].payload.x_mm");
+  }
+  v1::ScanHeader header = SampleHeader("s1", 800);
+  header.set_columns_per_profile(99);
+  ExpectRefused(header, SampleBlocks(SampleProfiles(8, 100), 300), "block[0].payload");
+}
+
+TEST_F(ScanServiceTest, RefusesAStreamWithoutItsHeader) {
+  const auto context = runtime::ContextFor(20.0);
+  v1::UploadScanResponse response;
+  const auto writer = stub_->UploadScan(context.get(), &response);
+  v1::UploadScanRequest request;
+  *request.mutable_block() = SampleBlocks(SampleProfiles(1, 10), 10)[0];
+  writer->Write(request);
+  writer->WritesDone();
+  const grpc::Status status = writer->Finish();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(status.error_message(), HasSubstr("header: missing"));
+  ExpectNothingStored();
+}
+
+TEST_F(ScanServiceTest, AnUploadThatIsCancelledLeavesNothing) {
+  {
+    const auto context = runtime::ContextFor(20.0);
+    v1::UploadScanResponse response;
+    const auto writer = stub_->UploadScan(context.get(), &response);
+    v1::UploadScanRequest request;
+    *request.mutable_header() = SampleHeader("s1", 800);
+    writer->Write(request);
+    *request.mutable_block() = SampleBlocks(SampleProfiles(8, 100), 300)[0];
+    writer->Write(request);
+    context->TryCancel();
+    EXPECT_EQ(writer->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  }
+  ExpectNothingStored();
+  EXPECT_TRUE(Upload(SampleHeader("s1", 800), SampleBlocks(SampleProfiles(8, 100), 300)).ok());
+}
+
+TEST_F(ScanServiceTest, EndsAClientThatSendsNothingAtItsDeadline) {
+  const auto context = runtime::ContextFor(0.5);
+  v1::UploadScanResponse response;
+  const auto writer = stub_->UploadScan(context.get(), &response);
+  v1::UploadScanRequest request;
+  *request.mutable_header() = SampleHeader("s1", 800);
+  writer->Write(request);
+  EXPECT_EQ(writer->Finish().error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  ExpectNothingStored();
+}
+
+TEST_F(ScanServiceTest, RefusesMoreUploadsAtOnceThanItHasRoomFor) {
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<v1::UploadScanResponse> responses(kUploadSlots);
+  std::vector<std::unique_ptr<grpc::ClientWriter<v1::UploadScanRequest>>> writers;
+  for (int i = 0; i < kUploadSlots; ++i) {
+    contexts.push_back(runtime::ContextFor(20.0));
+    writers.push_back(stub_->UploadScan(contexts.back().get(), &responses[static_cast<std::size_t>(i)]));
+    v1::UploadScanRequest request;
+    *request.mutable_header() = SampleHeader("s" + std::to_string(i), 800);
+    ASSERT_TRUE(writers.back()->Write(request));
+  }
+  // The server has taken the slots once it asked the plant for each; until then one more may still get in.
+  absl::Status refused;
+  const auto blocks = SampleBlocks(SampleProfiles(8, 100), 300);
+  for (int attempt = 0; attempt < 50 && refused.ok(); ++attempt) {
+    refused = Upload(SampleHeader("more" + std::to_string(attempt), 800), blocks).status();
+  }
+  EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
+  EXPECT_EQ(runtime::ReasonOf(refused), "UPLOADS_FULL");
+  // Reads go on meanwhile.
+  v1::ListScansResponse list;
+  const auto list_context = runtime::ContextFor(20.0);
+  EXPECT_TRUE(stub_->ListScans(list_context.get(), {}, &list).ok());
+  for (int i = 0; i < kUploadSlots; ++i) {
+    contexts[static_cast<std::size_t>(i)]->TryCancel();
+    writers[static_cast<std::size_t>(i)]->Finish();
+  }
+  absl::Status stored = refused;
+  for (int attempt = 0; attempt < 200 && absl::IsResourceExhausted(stored); ++attempt) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    stored = Upload(SampleHeader("after", 800), blocks).status();
+  }
+  EXPECT_TRUE(stored.ok()) << stored;
+}
+
+TEST_F(ScanServiceTest, SurvivesMutatedUploads) {
+  const auto blocks = SampleBlocks(SampleProfiles(8, 100), 400);
+  std::mt19937 random(3);
+  int refused_count = 0;
+  for (int i = 0; i < 150; ++i) {
+    auto mutated = blocks;
+    std::string& bytes = *mutated[1].mutable_payload();
+    for (int flips = 1 + static_cast<int>(random() % 4); flips > 0; --flips) {
+      bytes[random() % bytes.size()] = static_cast<char>(random());
+    }
+    const auto answer = Upload(SampleHeader("m" + std::to_string(i), 800), mutated);
+    if (answer.ok()) continue;  // other points, but sound ones
+    EXPECT_TRUE(absl::IsInvalidArgument(answer.status())) << answer.status();
+    ++refused_count;
+  }
+  EXPECT_GT(refused_count, 50);
+  EXPECT_EQ(Count("scans"), 150 - refused_count);
+  EXPECT_EQ(Count("scan_blocks"), 2 * (150 - refused_count));
+  EXPECT_TRUE(Upload(SampleHeader("s1", 800), blocks).ok());
+}
+
+TEST_F(ScanServiceTest, ListsNewestFirstByPagesAndFilters) {
+  const auto points_mm = SampleProfiles(2, 10);
+  for (int i = 0; i < 7; ++i) {
+    v1::ScanHeader header = SampleHeader("s" + std::to_string(i), 20);
+    header.set_subject(i % 2 == 0 ? "blades/sn1" : "blades/sn2");
+    if (i == 6) header.set_kind(v1::SCAN_KIND_PINS);
+    ASSERT_TRUE(Upload(header, SampleBlocks(points_mm, 20)).ok());
+  }
+  const auto list = [&](v1::ListScansRequest request) {
+    std::vector<std::string> names;
+    for (int pages = 0; pages < 20; ++pages) {
+      v1::ListScansResponse response;
+      const auto context = runtime::ContextFor(20.0);
+      EXPECT_TRUE(stub_->ListScans(context.get(), request, &response).ok());
+      for (const v1::Scan& scan : response.scans()) names.push_back(scan.header().scan_id());
+      if (response.next_page_token().empty()) break;
+      EXPECT_EQ(response.scans_size(), request.page_size());
+      request.set_page_token(response.next_page_token());
+    }
+    return names;
+  };
+  v1::ListScansRequest request;
+  EXPECT_THAT(list(request), ElementsAre("s6", "s5", "s4", "s3", "s2", "s1", "s0"));
+  request.set_page_size(3);
+  EXPECT_THAT(list(request), ElementsAre("s6", "s5", "s4", "s3", "s2", "s1", "s0"));
+  request.set_page_size(1);
+  request.set_subject("blades/sn2");
+  EXPECT_THAT(list(request), ElementsAre("s5", "s3", "s1"));
+  request.Clear();
+  request.set_kind(v1::SCAN_KIND_PINS);
+  EXPECT_THAT(list(request), ElementsAre("s6"));
+  request.Clear();
+  request.set_machine("machines/m2");
+  EXPECT_THAT(list(request), ElementsAre());
+}
+
+TEST_F(ScanServiceTest, RefusesBadPagesAndNames) {
+  const auto list = [&](const v1::ListScansRequest& request) {
+    v1::ListScansResponse response;
+    const auto context = runtime::ContextFor(20.0);
+    return runtime::FromGrpc(stub_->ListScans(context.get(), request, &response));
+  };
+  v1::ListScansRequest request;
+  request.set_page_size(-1);
+  EXPECT_THAT(std::string(list(request).message()), HasSubstr("page_size: -1"));
+  for (const char* token : {"x", "0", "000000000000-5", "-", "zzz-zz"}) {
+    request.Clear();
+    request.set_page_token(token);
+    EXPECT_THAT(std::string(list(request).message()), HasSubstr("page_token: ")) << token;
+  }
+  request.Clear();
+  request.set_subject("parts/p1");
+  EXPECT_THAT(std::string(list(request).message()), HasSubstr("subject: parts/p1"));
+  v1::GetScanRequest get;
+  v1::Scan scan;
+  get.set_name("scans/none");
+  const auto context = runtime::ContextFor(20.0);
+  EXPECT_EQ(stub_->GetScan(context.get(), get, &scan).error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_TRUE(absl::IsNotFound(client_.Fetch("scans/none", runtime::ContextFor(20.0)).status()));
+  EXPECT_TRUE(absl::IsInvalidArgument(client_.Fetch("blades/sn1", runtime::ContextFor(20.0)).status()));
+}
+
+TEST_F(ScanServiceTest, TellsWhenStoredBytesHaveRotted) {
+  ASSERT_TRUE(Upload(SampleHeader("s1", 800), SampleBlocks(SampleProfiles(8, 100), 300)).ok());
+  Execute("ALTER TABLE blobs DISABLE TRIGGER ALL");
+  Execute(
+      "UPDATE blobs SET bytes = set_bit(bytes, 200, 1 - get_bit(bytes, 200)) WHERE sha256 = "
+      "(SELECT blob_sha256 FROM scan_blocks WHERE block_index = 1)");
+  Execute("ALTER TABLE blobs ENABLE TRIGGER ALL");
+  const absl::Status status = client_.Fetch("scans/s1", runtime::ContextFor(20.0)).status();
+  EXPECT_TRUE(absl::IsDataLoss(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("scans/s1 block[1]"));
+}
+
+TEST_F(ScanServiceTest, GoesOnWithWhatThePlantSaidWhileItIsAway) {
+  const auto blocks = SampleBlocks(SampleProfiles(8, 100), 300);
+  ASSERT_TRUE(Upload(SampleHeader("s1", 800), blocks).ok());
+  const int asked_count = plant_.asked_count;
+  plant_.away = true;
+  EXPECT_TRUE(Upload(SampleHeader("s2", 800), blocks).ok());
+  EXPECT_EQ(plant_.asked_count, asked_count);  // kept
+}
+
+TEST_F(ScanServiceTest, AcknowledgedScansOutliveTheDatabaseServer) {
+  const auto blocks = SampleBlocks(SampleProfiles(8, 100), 300);
+  ASSERT_TRUE(Upload(SampleHeader("s1", 800), blocks).ok());
+  testing::ThrowawayDatabase::KillServer();
+  const absl::Status away = Upload(SampleHeader("s2", 800), blocks).status();
+  EXPECT_TRUE(absl::IsUnavailable(away)) << away;
+  testing::ThrowawayDatabase::StartServer();
+  const auto again = Upload(SampleHeader("s1", 800), blocks);
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_TRUE(again->already_stored());
+  EXPECT_TRUE(client_.Fetch("scans/s1", runtime::ContextFor(20.0)).ok());
+}
+
+// Real scans through the whole way, against the points of their files.
+TEST_F(ScanServiceTest, KeepsPlantScansWithinTheBound) {
+  const char* shared = std::getenv("SIXPOINT_SHARED_DIR");
+  const std::filesystem::path folder = std::filesystem::path(shared == nullptr ? "" : shared) / "data/plant-a";
+  if (!std::filesystem::exists(folder / "dataset.json")) GTEST_SKIP() << "no plant-a under SIXPOINT_SHARED_DIR";
+  const nlohmann::json dataset = nlohmann::json::parse(std::ifstream(folder / "dataset.json"));
+  std::vector<std::string> done;
+  for (const nlohmann::json& scan : dataset.at("scans")) {
+    const std::string kind = scan.at("kind");
+    if (std::find(done.begin(), done.end(), kind) != done.end()) continue;  // one of each kind
+    done.push_back(kind);
+    std::stringstream bytes;
+    bytes << std::ifstream(folder / scan.at("file").get<std::string>(), std::ios::binary).rdbuf();
+    const auto points_mm = metrology::DecodeBlock(bytes.str(), scan.at("point_count").get<std::int64_t>());
+    ASSERT_TRUE(points_mm.ok()) << points_mm.status();
+    const bool of_artefact = kind == "artefact" || kind == "arm";
+    v1::ScanHeader header = SampleHeader(scan.at("id"), 0, of_artefact ? v1::ENCODING_DRACO : v1::ENCODING_XYZ_F64);
+    header.set_subject(of_artefact ? "artefacts/a1" : "blades/sn1");
+    v1::ScanKind scan_kind = v1::SCAN_KIND_UNSPECIFIED;
+    std::string upper = "SCAN_KIND_";
+    for (const char c : kind) upper += static_cast<char>(std::toupper(c));
+    ASSERT_TRUE(v1::ScanKind_Parse(upper, &scan_kind));
+    header.set_kind(scan_kind);
+    header.set_a_deg(scan.at("a_deg"));
+    header.set_b_deg(scan.at("b_deg"));
+    header.set_profile_pitch_mm(scan.at("profile_pitch_mm"));
+    const auto stored = client_.Upload(header, *points_mm, runtime::ContextFor(60.0));
+    ASSERT_TRUE(stored.ok()) << kind << ": " << stored.status();
+    const auto fetched = client_.Fetch(stored->scan().name(), runtime::ContextFor(60.0));
+    ASSERT_TRUE(fetched.ok()) << fetched.status();
+    ASSERT_EQ(fetched->scan.points_mm.size(), points_mm->size());
+    double greatest_um = 0;
+    for (std::size_t i = 0; i < points_mm->size(); ++i) {
+      greatest_um = std::max(greatest_um, 1e3 * (fetched->scan.points_mm[i] - (*points_mm)[i]).cwiseAbs().maxCoeff());
+    }
+    EXPECT_LE(greatest_um, 0.25) << kind;
+    EXPECT_DOUBLE_EQ(greatest_um, stored->scan().proven_error_um()) << kind;
+    RecordProperty(kind + "_bytes_per_point", std::to_string(static_cast<double>(stored->scan().stored_bytes()) /
+                                                             static_cast<double>(points_mm->size())));
+  }
+  EXPECT_EQ(done.size(), 5U);
+}
+
+}  // namespace
+}  // namespace sixpoint::ingest
