@@ -46,50 +46,40 @@ Cell BitsOf(const Eigen::Vector3d& vertex) {
 
 }  // namespace
 
-void WeldVertices(double tolerance_mm, TriangleMesh* mesh) {
+std::vector<std::uint32_t> Weld(double tolerance_mm, Points* points) {
   std::unordered_map<Cell, std::vector<std::uint32_t>, CellHash> cells;
-  cells.reserve(mesh->vertices_mm.size());
+  cells.reserve(points->size());
   Points kept;
-  auto find = [&](const Eigen::Vector3d& vertex) -> std::uint32_t {
-    Cell home = BitsOf(vertex);
-    if (tolerance_mm > 0) {
-      const Eigen::Vector3d scaled = vertex / tolerance_mm;
-      home = {std::llround(scaled.x()), std::llround(scaled.y()), std::llround(scaled.z())};
-      for (std::int64_t x = home.x - 1; x <= home.x + 1; ++x) {
-        for (std::int64_t y = home.y - 1; y <= home.y + 1; ++y) {
-          for (std::int64_t z = home.z - 1; z <= home.z + 1; ++z) {
-            auto cell = cells.find({x, y, z});
-            if (cell == cells.end()) continue;
-            for (std::uint32_t candidate : cell->second) {
-              if ((kept[candidate] - vertex).norm() <= tolerance_mm) return candidate;
-            }
+  auto add = [&](const Cell& home, const Eigen::Vector3d& point) {
+    kept.push_back(point);
+    cells[home].push_back(static_cast<std::uint32_t>(kept.size() - 1));
+    return cells[home].back();
+  };
+  auto find = [&](const Eigen::Vector3d& point) -> std::uint32_t {
+    if (tolerance_mm == 0) {
+      const Cell home = BitsOf(point);
+      auto cell = cells.find(home);
+      return cell == cells.end() ? add(home, point) : cell->second.front();
+    }
+    const Eigen::Vector3d scaled = point / tolerance_mm;
+    const Cell home{std::llround(scaled.x()), std::llround(scaled.y()), std::llround(scaled.z())};
+    for (std::int64_t x = home.x - 1; x <= home.x + 1; ++x) {
+      for (std::int64_t y = home.y - 1; y <= home.y + 1; ++y) {
+        for (std::int64_t z = home.z - 1; z <= home.z + 1; ++z) {
+          auto cell = cells.find({x, y, z});
+          if (cell == cells.end()) continue;
+          for (std::uint32_t candidate : cell->second) {
+            if ((kept[candidate] - point).norm() <= tolerance_mm) return candidate;
           }
         }
       }
-    } else if (auto cell = cells.find(home); cell != cells.end()) {
-      return cell->second.front();
     }
-    kept.push_back(vertex);
-    cells[home].push_back(static_cast<std::uint32_t>(kept.size() - 1));
-    return static_cast<std::uint32_t>(kept.size() - 1);
+    return add(home, point);
   };
-
-  std::vector<std::uint32_t> new_index(mesh->vertices_mm.size());
-  for (std::size_t i = 0; i < new_index.size(); ++i) new_index[i] = find(mesh->vertices_mm[i]);
-  std::size_t out = 0;
-  for (std::size_t i = 0; i < mesh->triangles.size(); ++i) {
-    std::array<std::uint32_t, 3> triangle = mesh->triangles[i];
-    for (std::uint32_t& index : triangle) index = new_index[index];
-    if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0]) continue;
-    mesh->triangles[out] = triangle;
-    if (!mesh->corner_normals.empty()) mesh->corner_normals[out] = mesh->corner_normals[i];
-    if (!mesh->faces.empty()) mesh->faces[out] = mesh->faces[i];
-    ++out;
-  }
-  mesh->triangles.resize(out);
-  if (!mesh->corner_normals.empty()) mesh->corner_normals.resize(out);
-  if (!mesh->faces.empty()) mesh->faces.resize(out);
-  mesh->vertices_mm = std::move(kept);
+  std::vector<std::uint32_t> new_index(points->size());
+  for (std::size_t i = 0; i < new_index.size(); ++i) new_index[i] = find((*points)[i]);
+  *points = std::move(kept);
+  return new_index;
 }
 
 bool IsClosed(const TriangleMesh& mesh) {

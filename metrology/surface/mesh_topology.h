@@ -5,9 +5,8 @@
 
 namespace sixpoint::metrology {
 
-// Vertices with equal coordinates become one (tolerance_mm 0: bit for bit; else neighbours on a grid of that size), in
-// order of first use; triangles that lose a corner by it are dropped, with their normals and faces.
-void WeldVertices(double tolerance_mm, TriangleMesh* mesh);
+// Points nearer than the tolerance become one (0: equal bit for bit), in order of first use. Returns the new index of each.
+std::vector<std::uint32_t> Weld(double tolerance_mm, Points* points);
 
 // Every edge belongs to exactly two triangles, which run along it in opposite senses.
 bool IsClosed(const TriangleMesh& mesh);

@@ -104,12 +104,13 @@ absl::StatusOr<TriangleMesh> ReadStl(std::string_view bytes, double unit_mm) {
     if (!vertex.allFinite())
       return Bad("facets[" + std::to_string(i / 3) + "].vertex", "not finite", "finite coordinates");
   }
-  for (std::uint32_t i = 0; i + 2 < mesh.vertices_mm.size(); i += 3) {
-    const Eigen::Vector3d& a = mesh.vertices_mm[i];
-    if ((mesh.vertices_mm[i + 1] - a).cross(mesh.vertices_mm[i + 2] - a).norm() > 0)
-      mesh.triangles.push_back({i, i + 1, i + 2});
+  const std::vector<std::uint32_t> welded = Weld(0, &mesh.vertices_mm);
+  for (std::size_t i = 0; i + 2 < welded.size(); i += 3) {
+    const std::array<std::uint32_t, 3> triangle{welded[i], welded[i + 1], welded[i + 2]};
+    const Eigen::Vector3d& a = mesh.vertices_mm[triangle[0]];
+    const Eigen::Vector3d across = (mesh.vertices_mm[triangle[1]] - a).cross(mesh.vertices_mm[triangle[2]] - a);
+    if (across.squaredNorm() > 0) mesh.triangles.push_back(triangle);
   }
-  WeldVertices(0, &mesh);
   if (mesh.triangles.empty()) return Bad("facets", "none with an area", "at least one");
   mesh.closed = IsClosed(mesh);
   if (mesh.closed && SignedVolume(mesh) < 0) TurnOver(&mesh);

@@ -1,0 +1,82 @@
+// sixpoint-cad-worker: one CAD file in, mesh bytes out, within limits that it puts on itself before it reads a byte.
+// Exit code 0: the mesh is written. 2: refused, the reason is on stderr. Anything else: the parser broke.
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <map>
+#include <string>
+
+#include "metrology/cad/tessellation.h"
+#include "metrology/surface/stl.h"
+
+namespace {
+
+using namespace sixpoint::metrology;  // NOLINT: a main of one page
+
+constexpr int kRefused = 2;
+constexpr std::uintmax_t kGreatestInputBytes = 64u << 20;
+
+int Refuse(const std::string& message) {
+  std::cerr << message << std::endl;
+  return kRefused;
+}
+
+void Limit(int resource, rlim_t value) {
+  const rlimit limit{value, value};
+  if (setrlimit(static_cast<__rlimit_resource>(resource), &limit) != 0) {
+    std::cerr << "cannot limit resource " << resource << std::endl;
+    std::_Exit(1);
+  }
+}
+
+absl::StatusOr<TriangleMesh> Read(const std::string& format, const std::string& path, double unit_mm,
+                                  const TessellationOptions& options) {
+  if (format == "step") return TessellateCad(CadFormat::kStep, path, options);
+  if (format == "iges") return TessellateCad(CadFormat::kIges, path, options);
+  if (format != "stl") return absl::InvalidArgumentError("--format: " + format + ", want step, iges or stl");
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  return ReadStl(bytes, unit_mm);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  std::map<std::string, std::string> flags{{"--format", ""},   {"--in", ""},          {"--out", ""},
+                                           {"--unit-mm", "1"}, {"--error-um", "0.5"}, {"--memory-mb", "4096"},
+                                           {"--cpu-s", "120"}};
+  for (int i = 1; i < argc; i += 2) {
+    auto flag = flags.find(argv[i]);
+    if (flag == flags.end() || i + 1 == argc) {
+      return Refuse(
+          "usage: sixpoint-cad-worker --format step|iges|stl --in FILE --out FILE [--unit-mm 1] [--error-um 0.5]"
+          " [--memory-mb 4096] [--cpu-s 120]");
+    }
+    flag->second = argv[i + 1];
+  }
+  Limit(RLIMIT_CORE, 0);
+  Limit(RLIMIT_AS, rlim_t(std::atol(flags["--memory-mb"].c_str())) << 20);
+  Limit(RLIMIT_CPU, rlim_t(std::atol(flags["--cpu-s"].c_str())));
+  Limit(RLIMIT_FSIZE, rlim_t(1) << 30);
+
+  struct stat status {};
+  if (stat(flags["--in"].c_str(), &status) != 0 || status.st_size <= 0) return Refuse("cad: empty, want a CAD file");
+  if (std::uintmax_t(status.st_size) > kGreatestInputBytes) return Refuse("cad: too large, want at most 64 MiB");
+
+  TessellationOptions options;
+  options.chordal_error_um = std::atof(flags["--error-um"].c_str());
+  const absl::StatusOr<TriangleMesh> mesh =
+      Read(flags["--format"], flags["--in"], std::atof(flags["--unit-mm"].c_str()), options);
+  if (!mesh.ok()) return Refuse(std::string(mesh.status().message()));
+  const std::string bytes = MeshBytes(*mesh);
+  std::ofstream out(flags["--out"], std::ios::binary | std::ios::trunc);
+  out.write(bytes.data(), std::streamsize(bytes.size())).flush();
+  return out ? 0 : 1;
+}
