@@ -1,0 +1,175 @@
+#include "services/calibration/calibration_messages.h"
+
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::calibration {
+namespace {
+
+constexpr double kDegPerRad = 180 / M_PI;
+constexpr double kUmPerMm = 1000;
+constexpr int kNanosPerMicro = 1000;
+
+template <typename Matrix>
+std::vector<double> RowMajor(const Matrix& matrix) {
+  std::vector<double> values;
+  for (Eigen::Index row = 0; row < matrix.rows(); ++row)
+    for (Eigen::Index column = 0; column < matrix.cols(); ++column) values.push_back(matrix(row, column));
+  return values;
+}
+
+void SetTime(storage::Instant instant, google::protobuf::Timestamp* out) {
+  const auto micros = std::chrono::floor<std::chrono::microseconds>(instant.time_since_epoch());
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(micros);
+  out->set_seconds(seconds.count());
+  out->set_nanos(static_cast<int>((micros - seconds).count()) * kNanosPerMicro);
+}
+
+void SetPoint(const std::vector<double>& in, geometry::v1::Point* out) {
+  out->set_x_mm(in.at(0));
+  out->set_y_mm(in.at(1));
+  out->set_z_mm(in.at(2));
+}
+
+void SetLine(const std::vector<double>& direction, const std::vector<double>& point, geometry::v1::Line* out) {
+  out->mutable_direction()->set_x(direction.at(0));
+  out->mutable_direction()->set_y(direction.at(1));
+  out->mutable_direction()->set_z(direction.at(2));
+  SetPoint(point, out->mutable_point_mm());
+}
+
+void SetMatrix(const std::vector<double>& values, int size, geometry::v1::Matrix* out) {
+  out->set_row_count(size);
+  out->set_column_count(size);
+  out->mutable_values()->Add(values.begin(), values.end());
+}
+
+void SensorToProto(const storage::SensorCalibrationRow& row, v1::SensorCalibration* out) {
+  out->mutable_machine_from_sensor_rotation()->Add(row.machine_from_sensor_rotation.begin(),
+                                                   row.machine_from_sensor_rotation.end());
+  SetPoint(row.t_sm_mm, out->mutable_t_sm_mm());
+  out->set_alpha_deg(row.alpha_deg);
+  out->set_beta_deg(row.beta_deg);
+  out->set_gamma_deg(row.gamma_deg);
+  SetMatrix(row.covariance, 6, out->mutable_covariance());
+  out->set_alpha_standard_uncertainty_deg(row.alpha_standard_uncertainty_deg);
+  out->set_beta_standard_uncertainty_deg(row.beta_standard_uncertainty_deg);
+  out->set_gamma_standard_uncertainty_deg(row.gamma_standard_uncertainty_deg);
+  const auto sigma = [&](int k) { return std::sqrt(row.covariance.at(7 * k)); };
+  SetPoint({sigma(3), sigma(4), sigma(5)}, out->mutable_t_sm_standard_uncertainty_mm());
+  out->set_residual_rms_um(row.residual_rms_um);
+  out->set_condition_number(row.condition_number);
+  for (const storage::CentreResidualRow& c : row.centres) {
+    v1::FeatureResidual* residual = c.is_check ? out->add_check() : out->add_fitted();
+    residual->set_scan(runtime::NameOf("scans", c.scan_id));
+    residual->set_feature(c.feature);
+    residual->set_dx_um(c.dx_um);
+    residual->set_dy_um(c.dy_um);
+    residual->set_dz_um(c.dz_um);
+  }
+}
+
+void RotationToProto(const storage::RotationCalibrationRow& row, v1::RotationCalibration* out) {
+  SetLine(row.a_direction, row.a_point_mm, out->mutable_a_axis());
+  SetLine(row.b_direction, row.b_point_mm, out->mutable_b_axis());
+  SetPoint(row.point_c_mm, out->mutable_point_c_mm());
+  SetPoint(row.point_c_standard_uncertainty_mm, out->mutable_point_c_standard_uncertainty_mm());
+  SetMatrix(row.covariance, 8, out->mutable_covariance());
+  out->set_residual_rms_um(row.residual_rms_um);
+  out->set_check_rms_um(row.check_rms_um);
+  out->set_check_count(row.check_count);
+  out->set_condition_number(row.condition_number);
+  for (const storage::PoseResidualRow& p : row.poses) {
+    v1::PoseResidual* residual = out->add_residuals();
+    residual->set_a_deg(p.a_deg);
+    residual->set_b_deg(p.b_deg);
+    residual->set_distance_um(p.distance_um);
+    residual->set_held_out(p.held_out);
+  }
+}
+
+}  // namespace
+
+storage::SensorCalibrationRow RowOf(const metrology::SensorCalibration& result) {
+  storage::SensorCalibrationRow row;
+  row.machine_from_sensor_rotation = RowMajor(result.sensor.rotation);
+  row.t_sm_mm = RowMajor(result.sensor.t_sm_mm);
+  row.covariance = RowMajor(result.sensor.covariance);
+  row.alpha_deg = result.angles.alpha * kDegPerRad;
+  row.beta_deg = result.angles.beta * kDegPerRad;
+  row.gamma_deg = result.angles.gamma * kDegPerRad;
+  row.alpha_standard_uncertainty_deg = result.angle_uncertainty.alpha * kDegPerRad;
+  row.beta_standard_uncertainty_deg = result.angle_uncertainty.beta * kDegPerRad;
+  row.gamma_standard_uncertainty_deg = result.angle_uncertainty.gamma * kDegPerRad;
+  row.noise_um = result.noise_mm * kUmPerMm;
+  row.touch_rms_um = result.touch_rms_mm * kUmPerMm;
+  row.residual_rms_um = result.residual_rms_mm * kUmPerMm;
+  row.condition_number = result.condition_number;
+  row.points_used = static_cast<std::int64_t>(result.points_used);
+  for (const auto* centres : {&result.fitted, &result.check})
+    for (const metrology::CentreResidual& c : *centres) {
+      const Eigen::Vector3d d = kUmPerMm * c.laser_minus_touch_mm;
+      row.centres.push_back({c.scan, c.feature, centres == &result.check, d.x(), d.y(), d.z()});
+    }
+  return row;
+}
+
+storage::RotationCalibrationRow RowOf(const metrology::RotationCalibration& result,
+                                      const std::vector<metrology::SpherePose>& poses) {
+  storage::RotationCalibrationRow row;
+  row.a_direction = RowMajor(result.axes.a.direction);
+  row.a_point_mm = RowMajor(result.axes.a.point_mm);
+  row.b_direction = RowMajor(result.axes.b.direction);
+  row.b_point_mm = RowMajor(result.axes.b.point_mm);
+  row.covariance = RowMajor(result.covariance);
+  row.point_c_mm = RowMajor(result.point_c_mm);
+  const Eigen::Vector3d sigma = result.point_c_covariance_mm2.diagonal().cwiseMax(0).cwiseSqrt();
+  row.point_c_standard_uncertainty_mm = RowMajor(sigma);
+  row.noise_um = result.noise_mm * kUmPerMm;
+  row.residual_rms_um = result.residual_rms_mm * kUmPerMm;
+  row.check_rms_um = result.check_rms_mm * kUmPerMm;
+  row.check_count = result.check_count;
+  row.condition_number = result.condition_number;
+  for (size_t i = 0; i < poses.size(); ++i)
+    row.poses.push_back({poses[i].a_rad * kDegPerRad, poses[i].b_rad * kDegPerRad, result.distances_mm.at(i) * kUmPerMm,
+                         poses[i].held_out});
+  return row;
+}
+
+v1::Calibration ToProto(const storage::CalibrationRow& row) {
+  v1::Calibration out;
+  out.set_name(runtime::NameOf("calibrations", row.calibration_id));
+  out.set_machine(runtime::NameOf("machines", row.machine_id));
+  out.set_kind(row.sensor ? v1::CALIBRATION_KIND_SENSOR : v1::CALIBRATION_KIND_ROTATION);
+  out.set_method(row.method);
+  for (const std::string& input : row.inputs) out.add_inputs(input);
+  SetTime(row.valid_from, out.mutable_valid_from());
+  SetTime(row.valid_until, out.mutable_valid_until());
+  out.set_requested_by(row.requested_by);
+  out.set_software_version(row.software_version);
+  SetTime(row.recorded.recorded_at, out.mutable_recorded_at());
+  out.set_record_sequence(row.recorded.sequence);
+  if (row.sensor) SensorToProto(*row.sensor, out.mutable_sensor());
+  if (row.rotation) RotationToProto(*row.rotation, out.mutable_rotation());
+  return out;
+}
+
+std::string SummaryOf(const storage::CalibrationRow& row) {
+  nlohmann::json summary{{"kind", row.kind()}};
+  if (row.sensor) {
+    summary["alpha_deg"] = row.sensor->alpha_deg;
+    summary["beta_deg"] = row.sensor->beta_deg;
+    summary["gamma_deg"] = row.sensor->gamma_deg;
+    summary["residual_rms_um"] = row.sensor->residual_rms_um;
+  } else {
+    summary["point_c_mm"] = row.rotation->point_c_mm;
+    summary["residual_rms_um"] = row.rotation->residual_rms_um;
+    summary["check_rms_um"] = row.rotation->check_rms_um;
+  }
+  return summary.dump();
+}
+
+}  // namespace sixpoint::calibration

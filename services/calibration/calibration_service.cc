@@ -1,0 +1,172 @@
+#include "services/calibration/calibration_service.h"
+
+#include <charconv>
+#include <vector>
+
+#include "services/calibration/calibration_messages.h"
+#include "services/calibration/validate.h"
+#include "services/runtime/call.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/resource_name.h"
+#include "storage/calibrations.h"
+
+namespace sixpoint::calibration {
+namespace {
+
+using runtime::ToGrpc;
+
+constexpr int kUsualPageSize = 100;
+constexpr int kGreatestPageSize = 1000;
+
+// A place among the running calibrations, given back at the end of the call.
+class Slot {
+ public:
+  Slot(std::atomic<int>* running, int most) : running_(running), taken_(running->fetch_add(1) < most) {}
+  ~Slot() { running_->fetch_sub(1); }
+  Slot(const Slot&) = delete;
+  Slot& operator=(const Slot&) = delete;
+  bool taken() const { return taken_; }
+
+ private:
+  std::atomic<int>* running_;
+  bool taken_;
+};
+
+grpc::Status TooMany(int most) {
+  return ToGrpc(
+      runtime::Failure(absl::StatusCode::kResourceExhausted, "CALIBRATIONS_FULL",
+                       "calibrations: " + std::to_string(most) + " are running, want fewer at once; try again"));
+}
+
+Caller CallerOf(const grpc::ServerContext* context) {
+  return {runtime::DeadlineOf(*context), [context] { return runtime::ContextFor(*context); },
+          runtime::KeepGoing(*context)};
+}
+
+grpc::Status Answer(absl::StatusOr<v1::Calibration> result, v1::Calibration* response) {
+  if (result.ok()) *response = *std::move(result);
+  return ToGrpc(result.status());
+}
+
+absl::StatusOr<std::string> KindOf(v1::CalibrationKind kind, bool required) {
+  const std::string text = KindText(kind);
+  if (text.empty() && (required || kind != v1::CALIBRATION_KIND_UNSPECIFIED))
+    return runtime::Refuse("kind", std::to_string(kind), "CALIBRATION_KIND_SENSOR or CALIBRATION_KIND_ROTATION");
+  return text;
+}
+
+// The next page starts below this sequence, under the same filters.
+absl::StatusOr<std::int64_t> SequenceOf(const v1::ListCalibrationsRequest& request) {
+  const std::string& token = request.page_token();
+  if (token.empty()) return 0;
+  std::int64_t sequence = 0;
+  const auto read = std::from_chars(token.data(), token.data() + token.size(), sequence);
+  if (read.ec != std::errc() || read.ptr != token.data() + token.size() || sequence < 1)
+    return runtime::Refuse("page_token", token, "the next_page_token of the page before");
+  return sequence;
+}
+
+absl::StatusOr<v1::Calibration> InForce(storage::Database* database, storage::Deadline deadline,
+                                        const v1::GetCalibrationInForceRequest& request) {
+  const absl::StatusOr<std::string> machine = runtime::IdOf("machine", "machines", request.machine());
+  if (!machine.ok()) return machine.status();
+  const absl::StatusOr<std::string> kind = KindOf(request.kind(), true);
+  if (!kind.ok()) return kind.status();
+  absl::StatusOr<storage::Instant> at = std::chrono::system_clock::now();
+  if (request.has_at()) at = InstantOf("at", request.at());
+  if (!at.ok()) return at.status();
+  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
+  if (!transaction.ok()) return transaction.status();
+  const auto found = storage::CalibrationInForce(*transaction, *machine, *kind, *at);
+  if (!found.ok()) return found.status();
+  if (found->has_value()) return ToProto(**found);
+  const auto ended = storage::LastValidity(*transaction, *machine, *kind, *at);
+  if (!ended.ok()) return ended.status();
+  if (ended->has_value())
+    return runtime::Failure(
+        absl::StatusCode::kFailedPrecondition, "CALIBRATION_EXPIRED",
+        request.machine() + ": its " + *kind + " calibration has expired, want one in force; calibrate");
+  return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_MISSING",
+                          request.machine() + ": no " + *kind + " calibration, want one in force; calibrate first");
+}
+
+absl::StatusOr<v1::ListCalibrationsResponse> List(storage::Database* database, storage::Deadline deadline,
+                                                  const v1::ListCalibrationsRequest& request) {
+  std::string machine_id;
+  if (!request.machine().empty()) {
+    const absl::StatusOr<std::string> id = runtime::IdOf("machine", "machines", request.machine());
+    if (!id.ok()) return id.status();
+    machine_id = *id;
+  }
+  const absl::StatusOr<std::string> kind = KindOf(request.kind(), false);
+  if (!kind.ok()) return kind.status();
+  const absl::StatusOr<std::int64_t> before = SequenceOf(request);
+  if (!before.ok()) return before.status();
+  if (request.page_size() < 0) return runtime::Refuse("page_size", std::to_string(request.page_size()), "0 to 1000");
+  const int size = request.page_size() == 0 ? kUsualPageSize : std::min(request.page_size(), kGreatestPageSize);
+  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
+  if (!transaction.ok()) return transaction.status();
+  // One more than asked tells whether there is another page.
+  const auto rows = storage::ListCalibrations(*transaction, machine_id, *kind, *before, size + 1);
+  if (!rows.ok()) return rows.status();
+  v1::ListCalibrationsResponse response;
+  for (const storage::CalibrationRow& row : *rows) {
+    if (response.calibrations_size() == size) {
+      response.set_next_page_token(std::to_string(response.calibrations(size - 1).record_sequence()));
+      break;
+    }
+    *response.add_calibrations() = ToProto(row);
+  }
+  return response;
+}
+
+}  // namespace
+
+CalibrationService::CalibrationService(storage::Database* database, std::shared_ptr<grpc::Channel> plant,
+                                       std::shared_ptr<grpc::Channel> ingest, int threads)
+    : database_(database), calibrator_(database, std::move(plant), std::move(ingest), threads) {}
+
+grpc::Status CalibrationService::CalibrateSensor(grpc::ServerContext* context,
+                                                 const v1::CalibrateSensorRequest* request, v1::Calibration* response) {
+  const Slot slot(&running_, kMostRunning);
+  if (!slot.taken()) return TooMany(kMostRunning);
+  return Answer(calibrator_.CalibrateSensor(*request, CallerOf(context)), response);
+}
+
+grpc::Status CalibrationService::CalibrateRotation(grpc::ServerContext* context,
+                                                   const v1::CalibrateRotationRequest* request,
+                                                   v1::Calibration* response) {
+  const Slot slot(&running_, kMostRunning);
+  if (!slot.taken()) return TooMany(kMostRunning);
+  return Answer(calibrator_.CalibrateRotation(*request, CallerOf(context)), response);
+}
+
+grpc::Status CalibrationService::GetCalibration(grpc::ServerContext* context, const v1::GetCalibrationRequest* request,
+                                                v1::Calibration* response) {
+  const absl::StatusOr<std::string> id = runtime::IdOf("name", "calibrations", request->name());
+  if (!id.ok()) return ToGrpc(id.status());
+  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
+  if (!transaction.ok()) return ToGrpc(transaction.status());
+  const auto found = storage::FindCalibration(*transaction, *id);
+  if (!found.ok()) return ToGrpc(found.status());
+  if (!found->has_value())
+    return ToGrpc(absl::NotFoundError("name: " + request->name() + ", want a calibration that is recorded"));
+  *response = ToProto(**found);
+  return grpc::Status::OK;
+}
+
+grpc::Status CalibrationService::GetCalibrationInForce(grpc::ServerContext* context,
+                                                       const v1::GetCalibrationInForceRequest* request,
+                                                       v1::Calibration* response) {
+  return Answer(InForce(database_, runtime::DeadlineOf(*context), *request), response);
+}
+
+grpc::Status CalibrationService::ListCalibrations(grpc::ServerContext* context,
+                                                  const v1::ListCalibrationsRequest* request,
+                                                  v1::ListCalibrationsResponse* response) {
+  absl::StatusOr<v1::ListCalibrationsResponse> page = List(database_, runtime::DeadlineOf(*context), *request);
+  if (page.ok()) *response = *std::move(page);
+  return ToGrpc(page.status());
+}
+
+}  // namespace sixpoint::calibration

@@ -1,0 +1,37 @@
+// sixpoint.calibration.v1.CalibrationService.
+#pragma once
+
+#include <atomic>
+#include <memory>
+
+#include "services/calibration/calibrator.h"
+#include "sixpoint/calibration/v1/calibration.grpc.pb.h"
+
+namespace sixpoint::calibration {
+
+class CalibrationService final : public v1::CalibrationService::Service {
+ public:
+  // threads: compute threads of one sensor calibration. One more than kMostRunning at once gets RESOURCE_EXHAUSTED.
+  CalibrationService(storage::Database* database, std::shared_ptr<grpc::Channel> plant,
+                     std::shared_ptr<grpc::Channel> ingest, int threads);
+
+  grpc::Status CalibrateSensor(grpc::ServerContext* context, const v1::CalibrateSensorRequest* request,
+                               v1::Calibration* response) override;
+  grpc::Status CalibrateRotation(grpc::ServerContext* context, const v1::CalibrateRotationRequest* request,
+                                 v1::Calibration* response) override;
+  grpc::Status GetCalibration(grpc::ServerContext* context, const v1::GetCalibrationRequest* request,
+                              v1::Calibration* response) override;
+  grpc::Status GetCalibrationInForce(grpc::ServerContext* context, const v1::GetCalibrationInForceRequest* request,
+                                     v1::Calibration* response) override;
+  grpc::Status ListCalibrations(grpc::ServerContext* context, const v1::ListCalibrationsRequest* request,
+                                v1::ListCalibrationsResponse* response) override;
+
+ private:
+  static constexpr int kMostRunning = 4;
+
+  storage::Database* database_;
+  Calibrator calibrator_;
+  std::atomic<int> running_{0};
+};
+
+}  // namespace sixpoint::calibration

@@ -1,0 +1,191 @@
+#include "services/calibration/calibrator.h"
+
+#include <vector>
+
+#include "metrology/calibration/rotation_calibration.h"
+#include "metrology/calibration/sensor_calibration.h"
+#include "services/calibration/calibration_messages.h"
+#include "services/calibration/validate.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/resource_name.h"
+#include "services/runtime/server.h"
+#include "storage/blobs.h"
+#include "storage/calibrations.h"
+#include "storage/requests.h"
+
+namespace sixpoint::calibration {
+namespace {
+
+constexpr char kSensorCall[] = "calibration.CalibrateSensor";
+constexpr char kRotationCall[] = "calibration.CalibrateRotation";
+constexpr std::size_t kMostPoints = 20'000'000;
+
+// The kernel names field, value and wanted in its message; the wire wants the field apart.
+absl::Status AsRefusal(const absl::Status& status) {
+  const std::string message(status.message());
+  if (absl::IsFailedPrecondition(status)) return runtime::Failure(status.code(), "CALIBRATION_UNDETERMINED", message);
+  const std::size_t colon = message.find(": "), want = message.rfind(", want ");
+  if (!absl::IsInvalidArgument(status) || colon == std::string::npos || want == std::string::npos || want < colon)
+    return status;
+  return runtime::Refuse(message.substr(0, colon), message.substr(colon + 2, want - colon - 2),
+                         message.substr(want + 7));
+}
+
+std::string Revised(const std::string& name, int revision) { return name + "@" + std::to_string(revision); }
+
+// The answer kept for this request_id, if it was answered before.
+template <typename Request>
+absl::StatusOr<std::optional<v1::Calibration>> KeptAnswer(storage::Transaction& transaction, const char* call,
+                                                          const Request& request) {
+  const auto kept = storage::FindAnswer(transaction, call, request.request_id(), request.SerializeAsString());
+  if (!kept.ok()) return kept.status();
+  if (!kept->has_value()) return std::nullopt;
+  v1::Calibration answer;
+  if (!answer.ParseFromString(**kept)) return absl::DataLossError("the kept answer cannot be read");
+  return answer;
+}
+
+template <typename Request>
+absl::StatusOr<std::optional<v1::Calibration>> AnsweredBefore(storage::Database* database, const char* call,
+                                                              const Request& request, storage::Deadline deadline) {
+  if (request.request_id().empty()) return std::nullopt;
+  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
+  if (!transaction.ok()) return transaction.status();
+  return KeptAnswer(*transaction, call, request);
+}
+
+// Request, calibration, journal entry and answer in one transaction. No connection was held while the kernel worked, so
+// the answer is looked for again.
+template <typename Request>
+absl::StatusOr<v1::Calibration> Store(storage::Database* database, const char* call, const Request& request,
+                                      storage::CalibrationRow row, storage::Deadline deadline) {
+  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
+  if (!transaction.ok()) return transaction.status();
+  absl::StatusOr<std::optional<v1::Calibration>> kept = KeptAnswer(*transaction, call, request);
+  if (!kept.ok()) return kept.status();
+  if (kept->has_value()) return **std::move(kept);
+  const std::string bytes = request.SerializeAsString();
+  absl::StatusOr<std::string> sha256 = storage::PutBlob(*transaction, bytes);
+  if (!sha256.ok()) return sha256.status();
+  row.calibration_id = storage::NewUuid();
+  row.request_sha256 = *std::move(sha256);
+  row.requested_by = request.requested_by();
+  row.software_version = runtime::SoftwareVersion();
+  const absl::StatusOr<storage::Recorded> recorded = storage::InsertCalibration(*transaction, row, SummaryOf(row));
+  if (!recorded.ok()) return recorded.status();
+  row.recorded = *recorded;
+  const v1::Calibration answer = ToProto(row);
+  absl::Status s = storage::KeepAnswer(*transaction, call, request.request_id(), bytes, answer.SerializeAsString());
+  if (!s.ok()) return s;
+  if (s = transaction->Commit(); !s.ok()) return s;
+  return answer;
+}
+
+template <typename Request>
+absl::StatusOr<Validity> ValidityIn(const Request& request) {
+  return ValidityOf(request.has_valid_from() ? &request.valid_from() : nullptr,
+                    request.has_valid_until() ? &request.valid_until() : nullptr, std::chrono::system_clock::now());
+}
+
+// What was asked for and is not there is the request's fault.
+absl::Status NotKnown(const std::string& field, const std::string& name, const absl::Status& status) {
+  return absl::IsNotFound(status) ? runtime::Refuse(field, name, "one that the plant knows") : status;
+}
+
+}  // namespace
+
+Calibrator::Calibrator(storage::Database* database, std::shared_ptr<grpc::Channel> plant,
+                       std::shared_ptr<grpc::Channel> ingest, int threads)
+    : database_(database), plant_(std::move(plant)), scans_(std::move(ingest)), threads_(threads) {}
+
+absl::StatusOr<v1::Calibration> Calibrator::CalibrateSensor(const v1::CalibrateSensorRequest& request,
+                                                            const Caller& caller) {
+  if (absl::Status s = CheckSensorRequest(request); !s.ok()) return s;
+  const absl::StatusOr<metrology::ArtefactTouch> touch = TouchOf(request.touch());
+  if (!touch.ok()) return touch.status();
+  const absl::StatusOr<Validity> validity = ValidityIn(request);
+  if (!validity.ok()) return validity.status();
+  auto before = AnsweredBefore(database_, kSensorCall, request, caller.deadline);
+  if (!before.ok()) return before.status();
+  if (before->has_value()) return **std::move(before);
+
+  const absl::StatusOr<plant::v1::Machine> machine = plant_.GetMachine(request.machine(), 0, caller.make_context());
+  if (!machine.ok()) return NotKnown("machine", request.machine(), machine.status());
+  const absl::StatusOr<plant::v1::Artefact> record = plant_.GetArtefact(request.artefact(), 0, caller.make_context());
+  if (!record.ok()) return NotKnown("artefact", request.artefact(), record.status());
+  const absl::StatusOr<metrology::Artefact> artefact = ArtefactOf(*record);
+  if (!artefact.ok()) return AsRefusal(artefact.status());
+  if (absl::Status s = metrology::CheckTouch(*artefact, *touch); !s.ok()) return AsRefusal(s);
+
+  storage::CalibrationRow row;
+  row.machine_id = *runtime::IdOf("machine", "machines", request.machine());
+  row.inputs = {Revised(request.machine(), machine->revision()), Revised(request.artefact(), record->revision())};
+  std::vector<metrology::LineScan> scans;
+  ingest::v1::Scan first;
+  std::size_t point_count = 0;
+  for (const std::string& name : request.scans()) {
+    absl::StatusOr<clients::FetchedScan> fetched = scans_.Fetch(name, caller.make_context());
+    if (!fetched.ok()) return NotKnown("scans", name, fetched.status());
+    if (scans.empty()) first = fetched->record;
+    if (absl::Status s = CheckScan(request, fetched->record, first); !s.ok()) return s;
+    point_count += fetched->scan.points_mm.size();
+    if (point_count > kMostPoints)
+      return runtime::Refuse("scans", std::to_string(point_count) + " points", "at most 20000000 together");
+    fetched->scan.id = name.substr(name.find('/') + 1);
+    scans.push_back(std::move(fetched->scan));
+    row.inputs.push_back(name);
+  }
+  metrology::SensorCalibrationOptions options;
+  options.optics = OpticsOf(machine->sensor());
+  options.threads = threads_;
+  options.keep_going = caller.keep_going;
+  const bool sequential = request.method() == v1::SENSOR_METHOD_SEQUENTIAL;
+  const absl::StatusOr<metrology::SensorCalibration> result =
+      sequential ? metrology::CalibrateSensorSequentially(scans, *artefact, *touch, options)
+                 : metrology::CalibrateSensor(scans, *artefact, *touch, options);
+  if (!result.ok()) return AsRefusal(result.status());
+  if (!result->converged)
+    return runtime::Failure(
+        absl::StatusCode::kFailedPrecondition, "CALIBRATION_NOT_CONVERGED",
+        "the fit did not settle in " + std::to_string(result->iterations) + " iterations; scan the artefact again");
+  row.method = sequential ? "SEQUENTIAL" : "JOINT";
+  row.valid_from = validity->from;
+  row.valid_until = validity->until;
+  row.sensor = RowOf(*result);
+  return Store(database_, kSensorCall, request, std::move(row), caller.deadline);
+}
+
+absl::StatusOr<v1::Calibration> Calibrator::CalibrateRotation(const v1::CalibrateRotationRequest& request,
+                                                              const Caller& caller) {
+  if (absl::Status s = CheckRotationRequest(request); !s.ok()) return s;
+  const absl::StatusOr<std::vector<metrology::SpherePose>> poses = PosesOf(request);
+  if (!poses.ok()) return poses.status();
+  const absl::StatusOr<Validity> validity = ValidityIn(request);
+  if (!validity.ok()) return validity.status();
+  auto before = AnsweredBefore(database_, kRotationCall, request, caller.deadline);
+  if (!before.ok()) return before.status();
+  if (before->has_value()) return **std::move(before);
+
+  const absl::StatusOr<plant::v1::Machine> machine = plant_.GetMachine(request.machine(), 0, caller.make_context());
+  if (!machine.ok()) return NotKnown("machine", request.machine(), machine.status());
+  const absl::StatusOr<metrology::RotaryAxes> nominal = NominalAxesOf(*machine);
+  if (!nominal.ok()) return nominal.status();
+  const metrology::RotationOptions options{*nominal, 1e-3 * request.standard_uncertainty_um()};
+  const bool point_c = request.method() == v1::ROTATION_METHOD_POINT_C;
+  const absl::StatusOr<metrology::RotationCalibration> result =
+      point_c ? metrology::CalibratePointC(*poses, options) : metrology::CalibrateRotation(*poses, options);
+  if (!result.ok()) return AsRefusal(result.status());
+  if (!result->converged)
+    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_NOT_CONVERGED",
+                            "the fit did not settle; probe the sphere at more poses");
+  storage::CalibrationRow row;
+  row.machine_id = *runtime::IdOf("machine", "machines", request.machine());
+  row.inputs = {Revised(request.machine(), machine->revision())};
+  row.method = point_c ? "POINT_C" : "LINES";
+  row.valid_from = validity->from;
+  row.valid_until = validity->until;
+  row.rotation = RowOf(*result, *poses);
+  return Store(database_, kRotationCall, request, std::move(row), caller.deadline);
+}
+
+}  // namespace sixpoint::calibration

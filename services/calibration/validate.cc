@@ -1,0 +1,221 @@
+#include "services/calibration/validate.h"
+
+#include <cmath>
+#include <set>
+
+#include "services/runtime/errors.h"
+#include "services/runtime/geometry_proto.h"
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::calibration {
+namespace {
+
+using runtime::Refuse;
+
+constexpr double kRadPerDeg = M_PI / 180;
+constexpr int kMostScans = 32;
+constexpr int kMostTouchPoints = 1000;
+constexpr int kMostPoses = 5000;
+constexpr std::size_t kLongestRequester = 200;
+constexpr std::chrono::hours kUsualValidity{30 * 24};
+constexpr std::chrono::hours kLongestValidity{10 * 366 * 24};
+constexpr int kNanosPerMicro = 1000;
+// 2000-01-01 and 2200-01-01.
+constexpr std::int64_t kEarliest_s = 946684800, kLatest_s = 7258118400;
+
+std::string Indexed(const std::string& field, int i) { return field + "[" + std::to_string(i) + "]"; }
+
+absl::Status CheckCount(const std::string& field, int count, int least, int most) {
+  if (count >= least && count <= most) return absl::OkStatus();
+  return Refuse(field, std::to_string(count) + " of them", std::to_string(least) + " to " + std::to_string(most));
+}
+
+absl::Status CheckUncertainty(double value_um) {
+  if (std::isfinite(value_um) && value_um >= 0 && value_um <= 100) return absl::OkStatus();
+  return Refuse("standard_uncertainty_um", value_um, "0 (not stated) to 100");
+}
+
+absl::StatusOr<metrology::Points> PointsOf(const std::string& field,
+                                           const google::protobuf::RepeatedPtrField<geometry::v1::Point>& in) {
+  metrology::Points points;
+  for (int i = 0; i < in.size(); ++i) {
+    const absl::StatusOr<Eigen::Vector3d> point = runtime::FromProto(Indexed(field, i), in[i]);
+    if (!point.ok()) return point.status();
+    points.push_back(*point);
+  }
+  return points;
+}
+
+}  // namespace
+
+absl::StatusOr<storage::Instant> InstantOf(const std::string& field, const google::protobuf::Timestamp& time) {
+  if (time.seconds() < kEarliest_s || time.seconds() > kLatest_s || time.nanos() < 0 || time.nanos() > 999'999'999)
+    return Refuse(field, std::to_string(time.seconds()) + " s", "a time between the years 2000 and 2200");
+  return storage::Instant(std::chrono::duration_cast<storage::Instant::duration>(
+      std::chrono::seconds(time.seconds()) + std::chrono::microseconds(time.nanos() / kNanosPerMicro)));
+}
+
+absl::StatusOr<Validity> ValidityOf(const google::protobuf::Timestamp* from, const google::protobuf::Timestamp* until,
+                                    storage::Instant now) {
+  Validity validity{now, now};
+  if (from != nullptr) {
+    const absl::StatusOr<storage::Instant> start = InstantOf("valid_from", *from);
+    if (!start.ok()) return start.status();
+    validity.from = *start;
+  }
+  validity.until = validity.from + kUsualValidity;
+  if (until != nullptr) {
+    const absl::StatusOr<storage::Instant> end = InstantOf("valid_until", *until);
+    if (!end.ok()) return end.status();
+    validity.until = *end;
+  }
+  if (validity.until <= validity.from || validity.until - validity.from > kLongestValidity)
+    return Refuse("valid_until", std::to_string(until == nullptr ? 0 : until->seconds()) + " s",
+                  "later than valid_from, by at most 10 years");
+  return validity;
+}
+
+absl::Status CheckCaller(const std::string& machine, const std::string& requested_by, const std::string& request_id) {
+  if (const auto id = runtime::IdOf("machine", "machines", machine); !id.ok()) return id.status();
+  if (requested_by.size() > kLongestRequester)
+    return Refuse("requested_by", std::to_string(requested_by.size()) + " bytes", "at most 200");
+  return runtime::CheckUuid("request_id", request_id);
+}
+
+absl::Status CheckSensorRequest(const v1::CalibrateSensorRequest& request) {
+  if (absl::Status s = CheckCaller(request.machine(), request.requested_by(), request.request_id()); !s.ok()) return s;
+  if (const auto id = runtime::IdOf("artefact", "artefacts", request.artefact()); !id.ok()) return id.status();
+  if (absl::Status s = CheckCount("scans", request.scans_size(), 1, kMostScans); !s.ok()) return s;
+  std::set<std::string> names;
+  for (int i = 0; i < request.scans_size(); ++i) {
+    const auto id = runtime::IdOf(Indexed("scans", i), "scans", request.scans(i));
+    if (!id.ok()) return id.status();
+    if (!names.insert(*id).second) return Refuse(Indexed("scans", i), request.scans(i), "each scan once");
+  }
+  if (!request.has_touch()) return Refuse("touch", "", "the artefact as the touch probe measured it");
+  if (!v1::SensorMethod_IsValid(request.method()))
+    return Refuse("method", std::to_string(request.method()), "JOINT or SEQUENTIAL");
+  return absl::OkStatus();
+}
+
+absl::StatusOr<metrology::ArtefactTouch> TouchOf(const v1::TouchData& in) {
+  if (absl::Status s = CheckCount("touch.centres", in.centres_size(), 3, kMostTouchPoints); !s.ok()) return s;
+  for (const auto& [field, count] : {std::pair<const char*, int>{"touch.plane_mm", in.plane_mm_size()},
+                                     {"touch.side_x_mm", in.side_x_mm_size()},
+                                     {"touch.side_y_mm", in.side_y_mm_size()}})
+    if (absl::Status s = CheckCount(field, count, 0, kMostTouchPoints); !s.ok()) return s;
+  if (absl::Status s = CheckUncertainty(in.standard_uncertainty_um()); !s.ok()) return s;
+  metrology::ArtefactTouch touch;
+  touch.standard_uncertainty_mm = 1e-3 * in.standard_uncertainty_um();
+  for (int i = 0; i < in.centres_size(); ++i) {
+    const std::string field = Indexed("touch.centres", i);
+    if (absl::Status s = runtime::CheckId(field + ".feature", in.centres(i).feature()); !s.ok()) return s;
+    if (!in.centres(i).has_point_mm()) return Refuse(field + ".point_mm", "", "a point");
+    const absl::StatusOr<Eigen::Vector3d> point = runtime::FromProto(field + ".point_mm", in.centres(i).point_mm());
+    if (!point.ok()) return point.status();
+    touch.centres.push_back({in.centres(i).feature(), *point});
+  }
+  absl::StatusOr<metrology::Points> plane = PointsOf("touch.plane_mm", in.plane_mm());
+  if (!plane.ok()) return plane.status();
+  absl::StatusOr<metrology::Points> side_x = PointsOf("touch.side_x_mm", in.side_x_mm());
+  if (!side_x.ok()) return side_x.status();
+  absl::StatusOr<metrology::Points> side_y = PointsOf("touch.side_y_mm", in.side_y_mm());
+  if (!side_y.ok()) return side_y.status();
+  touch.plane_mm = *std::move(plane);
+  touch.side_x_mm = *std::move(side_x);
+  touch.side_y_mm = *std::move(side_y);
+  return touch;
+}
+
+absl::StatusOr<metrology::Artefact> ArtefactOf(const plant::v1::Artefact& in) {
+  metrology::Artefact artefact;
+  artefact.side_mm = in.side_mm();
+  for (const plant::v1::NamedPlanePoint& c : in.cones()) artefact.cones.push_back({c.feature(), {c.x_mm(), c.y_mm()}});
+  artefact.cone_half_angle_rad = in.cone_half_angle_deg() * kRadPerDeg;
+  artefact.cone_top_radius_mm = in.cone_top_radius_mm();
+  artefact.cone_bottom_radius_mm = in.cone_bottom_radius_mm();
+  for (const plant::v1::NamedPlanePoint& q : in.slots()) artefact.slots.push_back({q.feature(), {q.x_mm(), q.y_mm()}});
+  artefact.slot_width_mm = in.slot_width_mm();
+  artefact.slot_depth_mm = in.slot_depth_mm();
+  if (absl::Status s = metrology::Validate(artefact); !s.ok()) return s;
+  return artefact;
+}
+
+metrology::LineSensorOptics OpticsOf(const plant::v1::Sensor& sensor) {
+  metrology::LineSensorOptics optics;
+  if (std::isfinite(sensor.mid_range_mm()) && sensor.mid_range_mm() > 0) optics.mid_range_mm = sensor.mid_range_mm();
+  if (std::isfinite(sensor.noise_um()) && sensor.noise_um() > 0) optics.noise_mm = 1e-3 * sensor.noise_um();
+  return optics;
+}
+
+absl::Status CheckScan(const v1::CalibrateSensorRequest& request, const ingest::v1::Scan& scan,
+                       const ingest::v1::Scan& first) {
+  const ingest::v1::ScanHeader& header = scan.header();
+  if (header.machine() != request.machine())
+    return Refuse("scans", scan.name() + " of " + header.machine(), "scans of " + request.machine());
+  if (header.subject() != request.artefact())
+    return Refuse("scans", scan.name() + " of " + header.subject(), "scans of " + request.artefact());
+  // The touch data are of one place: the artefact stands on axes that must not have turned in between.
+  if (header.a_deg() != first.header().a_deg() || header.b_deg() != first.header().b_deg())
+    return Refuse("scans",
+                  scan.name() + " at A " + std::to_string(header.a_deg()) + ", B " + std::to_string(header.b_deg()),
+                  "A and B as in " + first.name());
+  return absl::OkStatus();
+}
+
+absl::Status CheckRotationRequest(const v1::CalibrateRotationRequest& request) {
+  if (absl::Status s = CheckCaller(request.machine(), request.requested_by(), request.request_id()); !s.ok()) return s;
+  if (absl::Status s = CheckCount("poses", request.poses_size(), 1, kMostPoses); !s.ok()) return s;
+  if (!v1::RotationMethod_IsValid(request.method()))
+    return Refuse("method", std::to_string(request.method()), "LINES or POINT_C");
+  return CheckUncertainty(request.standard_uncertainty_um());
+}
+
+absl::StatusOr<std::vector<metrology::SpherePose>> PosesOf(const v1::CalibrateRotationRequest& request) {
+  std::vector<metrology::SpherePose> poses;
+  for (int i = 0; i < request.poses_size(); ++i) {
+    const v1::SpherePose& in = request.poses(i);
+    const std::string field = Indexed("poses", i);
+    for (const auto& [name, value] : {std::pair{".a_deg", in.a_deg()}, {".b_deg", in.b_deg()}})
+      if (!std::isfinite(value) || std::abs(value) > 3600) return Refuse(field + name, value, "within +-3600");
+    if (!in.has_centre_mm()) return Refuse(field + ".centre_mm", "", "a point");
+    const absl::StatusOr<Eigen::Vector3d> centre = runtime::FromProto(field + ".centre_mm", in.centre_mm());
+    if (!centre.ok()) return centre.status();
+    poses.push_back({in.a_deg() * kRadPerDeg, in.b_deg() * kRadPerDeg, *centre, in.held_out()});
+  }
+  return poses;
+}
+
+absl::StatusOr<metrology::RotaryAxes> NominalAxesOf(const plant::v1::Machine& machine) {
+  std::vector<const plant::v1::Joint*> rotary;
+  for (const plant::v1::Joint& joint : machine.kinematics().part_side())
+    if (joint.kind() == plant::v1::JOINT_KIND_ROTARY) rotary.push_back(&joint);
+  if (rotary.size() != 2 || rotary[0]->axis() != "A" || rotary[1]->axis() != "B")
+    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "KINEMATICS_UNSUITABLE",
+                            machine.name() + ": " + std::to_string(rotary.size()) +
+                                " rotary joints on the part's side, want two: A, carrying B");
+  metrology::RotaryAxes axes;
+  for (int k = 0; k < 2; ++k) {
+    const std::string field = machine.name() + ".kinematics." + rotary[k]->axis();
+    const absl::StatusOr<Eigen::Vector3d> direction = runtime::FromProto(field + ".direction", rotary[k]->direction());
+    if (!direction.ok()) return direction.status();
+    const absl::StatusOr<Eigen::Vector3d> point = runtime::FromProto(
+        field + ".point_mm", rotary[k]->has_point_mm() ? rotary[k]->point_mm() : machine.nominal_centre_mm());
+    if (!point.ok()) return point.status();
+    (k == 0 ? axes.a : axes.b) = {rotary[k]->sign() < 0 ? -*direction : *direction, *point};
+  }
+  return axes;
+}
+
+std::string KindText(v1::CalibrationKind kind) {
+  switch (kind) {
+    case v1::CALIBRATION_KIND_SENSOR:
+      return "sensor";
+    case v1::CALIBRATION_KIND_ROTATION:
+      return "rotation";
+    default:
+      return "";
+  }
+}
+
+}  // namespace sixpoint::calibration

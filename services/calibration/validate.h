@@ -1,0 +1,47 @@
+// Requests into what the kernels take: pure functions, each refusal naming field, value and what was wanted.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <string>
+#include <vector>
+
+#include "metrology/calibration/artefact.h"
+#include "metrology/calibration/feature_centres.h"
+#include "metrology/calibration/rotation_calibration.h"
+#include "sixpoint/calibration/v1/calibration.pb.h"
+#include "sixpoint/ingest/v1/ingest.pb.h"
+#include "sixpoint/plant/v1/plant.pb.h"
+#include "storage/database.h"
+
+namespace sixpoint::calibration {
+
+struct Validity {
+  storage::Instant from, until;
+};
+// Unset: from now, for 30 days.
+absl::StatusOr<Validity> ValidityOf(const google::protobuf::Timestamp* from, const google::protobuf::Timestamp* until,
+                                    storage::Instant now);
+absl::StatusOr<storage::Instant> InstantOf(const std::string& field, const google::protobuf::Timestamp& time);
+
+// What both calls have: the machine's name, who asks, request_id.
+absl::Status CheckCaller(const std::string& machine, const std::string& requested_by, const std::string& request_id);
+
+// Names, counts and method.
+absl::Status CheckSensorRequest(const v1::CalibrateSensorRequest& request);
+absl::StatusOr<metrology::ArtefactTouch> TouchOf(const v1::TouchData& touch);
+absl::StatusOr<metrology::Artefact> ArtefactOf(const plant::v1::Artefact& artefact);
+metrology::LineSensorOptics OpticsOf(const plant::v1::Sensor& sensor);
+// The scan shows the artefact, from this machine, standing as in the first scan.
+absl::Status CheckScan(const v1::CalibrateSensorRequest& request, const ingest::v1::Scan& scan,
+                       const ingest::v1::Scan& first);
+
+absl::Status CheckRotationRequest(const v1::CalibrateRotationRequest& request);
+absl::StatusOr<std::vector<metrology::SpherePose>> PosesOf(const v1::CalibrateRotationRequest& request);
+// The two rotary joints on the part's side, A before B. FAILED_PRECONDITION for other machines.
+absl::StatusOr<metrology::RotaryAxes> NominalAxesOf(const plant::v1::Machine& machine);
+
+// "sensor", "rotation"; empty for UNSPECIFIED.
+std::string KindText(v1::CalibrationKind kind);
+
+}  // namespace sixpoint::calibration

@@ -1,0 +1,117 @@
+#include "services/clients/calibrations.h"
+
+#include "services/runtime/call.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/geometry_proto.h"
+
+namespace sixpoint::clients {
+namespace {
+
+using calibration::v1::Calibration;
+
+absl::Status Damaged(const Calibration& calibration, const std::string& what) {
+  return absl::DataLossError(calibration.name() + ": " + what);
+}
+
+std::chrono::system_clock::time_point Until(const Calibration& calibration) {
+  return std::chrono::system_clock::time_point(std::chrono::duration_cast<std::chrono::system_clock::duration>(
+      std::chrono::seconds(calibration.valid_until().seconds()) +
+      std::chrono::nanoseconds(calibration.valid_until().nanos())));
+}
+
+template <int kSize>
+absl::StatusOr<Eigen::Matrix<double, kSize, kSize>> CovarianceOf(const Calibration& calibration,
+                                                                 const geometry::v1::Matrix& in) {
+  const absl::StatusOr<Eigen::MatrixXd> covariance = runtime::FromProto("covariance", in);
+  if (!covariance.ok()) return Damaged(calibration, std::string(covariance.status().message()));
+  if (covariance->rows() != kSize || covariance->cols() != kSize)
+    return Damaged(calibration, "covariance of another size");
+  return Eigen::Matrix<double, kSize, kSize>(*covariance);
+}
+
+absl::StatusOr<FetchedSensorCalibration> SensorOf(const Calibration& calibration) {
+  if (!calibration.has_sensor())
+    return runtime::Refuse("calibration", calibration.name(), "a calibration of kind SENSOR");
+  const calibration::v1::SensorCalibration& in = calibration.sensor();
+  FetchedSensorCalibration out;
+  out.name = calibration.name();
+  out.valid_until = Until(calibration);
+  geometry::v1::RigidTransform transform;
+  *transform.mutable_rotation() = in.machine_from_sensor_rotation();
+  *transform.mutable_translation_mm() = in.t_sm_mm();
+  const absl::StatusOr<Eigen::Isometry3d> pose = runtime::FromProto("sensor", transform);
+  if (!pose.ok()) return Damaged(calibration, std::string(pose.status().message()));
+  out.sensor.rotation = pose->linear();
+  out.sensor.t_sm_mm = pose->translation();
+  const auto covariance = CovarianceOf<6>(calibration, in.covariance());
+  if (!covariance.ok()) return covariance.status();
+  out.sensor.covariance = *covariance;
+  return out;
+}
+
+absl::StatusOr<FetchedRotationCalibration> RotationOf(const Calibration& calibration) {
+  if (!calibration.has_rotation())
+    return runtime::Refuse("calibration", calibration.name(), "a calibration of kind ROTATION");
+  const calibration::v1::RotationCalibration& in = calibration.rotation();
+  FetchedRotationCalibration out;
+  out.name = calibration.name();
+  out.valid_until = Until(calibration);
+  const absl::StatusOr<metrology::AxisLine> a = runtime::FromProto("a_axis", in.a_axis());
+  if (!a.ok()) return Damaged(calibration, std::string(a.status().message()));
+  const absl::StatusOr<metrology::AxisLine> b = runtime::FromProto("b_axis", in.b_axis());
+  if (!b.ok()) return Damaged(calibration, std::string(b.status().message()));
+  out.axes = {*a, *b};
+  const auto covariance = CovarianceOf<8>(calibration, in.covariance());
+  if (!covariance.ok()) return covariance.status();
+  out.covariance = *covariance;
+  return out;
+}
+
+}  // namespace
+
+CalibrationClient::CalibrationClient(std::shared_ptr<grpc::Channel> calibration)
+    : stub_(calibration::v1::CalibrationService::NewStub(std::move(calibration))) {}
+
+absl::StatusOr<FetchedSensorCalibration> CalibrationClient::SensorInForce(
+    const std::string& machine, std::unique_ptr<grpc::ClientContext> context) const {
+  calibration::v1::GetCalibrationInForceRequest request;
+  request.set_machine(machine);
+  request.set_kind(calibration::v1::CALIBRATION_KIND_SENSOR);
+  Calibration found;
+  if (const grpc::Status s = stub_->GetCalibrationInForce(context.get(), request, &found); !s.ok())
+    return runtime::FromGrpc(s);
+  return SensorOf(found);
+}
+
+absl::StatusOr<FetchedRotationCalibration> CalibrationClient::RotationInForce(
+    const std::string& machine, std::unique_ptr<grpc::ClientContext> context) const {
+  calibration::v1::GetCalibrationInForceRequest request;
+  request.set_machine(machine);
+  request.set_kind(calibration::v1::CALIBRATION_KIND_ROTATION);
+  Calibration found;
+  if (const grpc::Status s = stub_->GetCalibrationInForce(context.get(), request, &found); !s.ok())
+    return runtime::FromGrpc(s);
+  return RotationOf(found);
+}
+
+absl::StatusOr<FetchedSensorCalibration> CalibrationClient::Sensor(const std::string& name,
+                                                                   std::unique_ptr<grpc::ClientContext> context) const {
+  calibration::v1::GetCalibrationRequest request;
+  request.set_name(name);
+  Calibration found;
+  if (const grpc::Status s = stub_->GetCalibration(context.get(), request, &found); !s.ok())
+    return runtime::FromGrpc(s);
+  return SensorOf(found);
+}
+
+absl::StatusOr<FetchedRotationCalibration> CalibrationClient::Rotation(
+    const std::string& name, std::unique_ptr<grpc::ClientContext> context) const {
+  calibration::v1::GetCalibrationRequest request;
+  request.set_name(name);
+  Calibration found;
+  if (const grpc::Status s = stub_->GetCalibration(context.get(), request, &found); !s.ok())
+    return runtime::FromGrpc(s);
+  return RotationOf(found);
+}
+
+}  // namespace sixpoint::clients
