@@ -85,6 +85,9 @@ absl::StatusOr<Connection> Connect(const std::string& conninfo, Deadline deadlin
   const char* values[] = {conninfo.c_str(), "sixpoint", nullptr};
   Connection connection(PQconnectStartParams(keywords, values, /*expand_dbname=*/1));
   if (connection == nullptr) return absl::ResourceExhaustedError("database: no memory for a connection");
+  // The server's notices are for its own log: libpq would print them between our log lines.
+  PQsetNoticeReceiver(
+      connection.get(), [](void*, const PGresult*) {}, nullptr);
   PostgresPollingStatusType polling = PGRES_POLLING_WRITING;
   while (polling != PGRES_POLLING_OK) {
     if (polling == PGRES_POLLING_FAILED || PQstatus(connection.get()) == CONNECTION_BAD) {

@@ -2,6 +2,7 @@
 
 #include <absl/status/status.h>
 
+#include <atomic>
 #include <chrono>
 #include <map>
 #include <string>
@@ -16,9 +17,11 @@ namespace {
 using grpc::experimental::InterceptionHookPoints;
 using Clock = std::chrono::steady_clock;
 
+std::atomic<int> calls_in_flight{0};
+
 class CallLog : public grpc::experimental::Interceptor {
  public:
-  explicit CallLog(const char* method) : method_(method) {}
+  explicit CallLog(const char* method) : method_(method) { ++calls_in_flight; }
 
   // The end of the call, however it came: without a status the client had gone.
   ~CallLog() override {
@@ -26,6 +29,7 @@ class CallLog : public grpc::experimental::Interceptor {
     const bool at_fault = code_ == "INTERNAL" || code_ == "UNKNOWN" || code_ == "DATA_LOSS";
     Log(at_fault ? LogLevel::kError : LogLevel::kInfo, "call",
         {{"trace_id", TraceIdOf(traceparent_)}, {"rpc", method_}, {"code", code_}, {"dur_ms", duration_ms}});
+    --calls_in_flight;
   }
 
   void Intercept(grpc::experimental::InterceptorBatchMethods* methods) override {
@@ -58,6 +62,8 @@ class CallLog : public grpc::experimental::Interceptor {
 };
 
 }  // namespace
+
+int CallsInFlight() { return calls_in_flight; }
 
 grpc::experimental::Interceptor* CallLogFactory::CreateServerInterceptor(grpc::experimental::ServerRpcInfo* info) {
   const std::string_view method = info->method();

@@ -11,4 +11,7 @@ class CallLogFactory : public grpc::experimental::ServerInterceptorFactoryInterf
   grpc::experimental::Interceptor* CreateServerInterceptor(grpc::experimental::ServerRpcInfo* info) override;
 };
 
+// Calls of our own services that have begun and not ended.
+int CallsInFlight();
+
 }  // namespace sixpoint::runtime

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <csignal>
 #include <ctime>
+#include <thread>
 
 #include "services/runtime/call_log.h"
 #include "services/runtime/log.h"
@@ -17,7 +18,8 @@ namespace {
 
 using std::chrono::system_clock;
 
-constexpr std::chrono::seconds kDrain{10};
+constexpr std::chrono::milliseconds kDrain{10'000};
+constexpr std::chrono::milliseconds kDrainIdle{300};
 constexpr std::chrono::seconds kDatabasePatience{2};
 // How often the database is asked: at once until it is there, then at leisure.
 constexpr long kPollStarting_ms = 200;
@@ -66,6 +68,13 @@ Readiness AskDatabase(storage::Database* database, std::string* why_not) {
   if (*version >= NewestMigration()) return Readiness::kReady;
   *why_not = "schema version: " + std::to_string(*version) + ", want " + std::to_string(NewestMigration());
   return Readiness::kNotReady;
+}
+
+// How long running calls get. Without calls only idle connections are left, whose clients may take 5 s to say good-bye.
+std::chrono::milliseconds DrainTime() {
+  constexpr std::chrono::milliseconds kStep{10};
+  for (int i = 0; i < 20 && CallsInFlight() > 0; ++i) std::this_thread::sleep_for(kStep);  // most calls are short
+  return CallsInFlight() > 0 ? kDrain : kDrainIdle;
 }
 
 // True when a signal to stop came within that time.
@@ -131,7 +140,7 @@ int Serve(const ServerOptions& options, const ServiceFactory& factory) {
 
   server->GetHealthCheckService()->Shutdown();
   Log(LogLevel::kInfo, "stopping: running calls may end, new ones are refused");
-  server->Shutdown(system_clock::now() + kDrain);
+  server->Shutdown(system_clock::now() + DrainTime());
   server->Wait();
   Log(LogLevel::kInfo, "stopped");
   return 0;

@@ -1,0 +1,114 @@
+#include "services/runtime/errors.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "google/rpc/error_details.pb.h"
+#include "google/rpc/status.pb.h"
+
+namespace sixpoint::runtime {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+TEST(Refuse, NamesFieldValueAndWanted) {
+  const absl::Status refusal = Refuse("scan.profile_pitch_mm", -0.025, "> 0");
+  EXPECT_EQ(refusal.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(refusal.message(), "scan.profile_pitch_mm: -0.025, want > 0");
+  EXPECT_EQ(Refuse("a", std::nan(""), "a number").message(), "a: NaN, want a number");
+  EXPECT_EQ(Refuse("a", "", "a name").message(), "a: empty, want a name");
+}
+
+TEST(Refuse, DoesNotRepeatAHostileValue) {
+  const std::string message(Refuse("name", std::string(100000, 'x') + "\n{\"level\"", "a name").message());
+  EXPECT_LT(message.size(), 200u);
+  EXPECT_THAT(std::string(Refuse("name", "a\nb\x1b[31m", "a name").message()), HasSubstr("a?b?[31m"));
+}
+
+google::rpc::Status DetailsOf(const grpc::Status& status) {
+  google::rpc::Status details;
+  EXPECT_TRUE(details.ParseFromString(status.error_details()));
+  return details;
+}
+
+TEST(ToGrpc, ARefusalCarriesTheFieldTwiceOver) {
+  const grpc::Status status = ToGrpc(Refuse("header.a_deg", 400, "-180 to 180"));
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  const google::rpc::Status details = DetailsOf(status);
+  EXPECT_EQ(details.code(), 3);
+  EXPECT_EQ(details.message(), status.error_message());
+  ASSERT_EQ(details.details_size(), 2);
+  google::rpc::ErrorInfo info;
+  ASSERT_TRUE(details.details(0).UnpackTo(&info));
+  EXPECT_EQ(info.reason(), "INVALID_ARGUMENT");
+  EXPECT_EQ(info.domain(), "sixpoint");
+  google::rpc::BadRequest bad_request;
+  ASSERT_TRUE(details.details(1).UnpackTo(&bad_request));
+  ASSERT_EQ(bad_request.field_violations_size(), 1);
+  EXPECT_EQ(bad_request.field_violations(0).field(), "header.a_deg");
+  EXPECT_EQ(bad_request.field_violations(0).description(), "header.a_deg: 400, want -180 to 180");
+}
+
+TEST(ToGrpc, EveryCodeStaysItselfThereAndBack) {
+  for (int number = 1; number <= 16; ++number) {
+    const absl::Status before(static_cast<absl::StatusCode>(number), "why");
+    const grpc::Status wire = ToGrpc(before);
+    EXPECT_EQ(static_cast<int>(wire.error_code()), number);
+    EXPECT_EQ(FromGrpc(wire).code(), before.code());
+    EXPECT_EQ(ReasonOf(FromGrpc(wire)), "");
+    const bool retried =
+        wire.error_code() == grpc::StatusCode::UNAVAILABLE || wire.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED;
+    bool told = false;
+    const google::rpc::Status details = DetailsOf(wire);
+    for (const auto& detail : details.details()) told = told || detail.Is<google::rpc::RetryInfo>();
+    EXPECT_EQ(told, retried) << number;
+  }
+  EXPECT_TRUE(ToGrpc(absl::OkStatus()).ok());
+  EXPECT_TRUE(FromGrpc(grpc::Status::OK).ok());
+}
+
+TEST(ToGrpc, ReasonAndMessageSurviveTwoHops) {
+  const absl::Status before =
+      Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_EXPIRED", "calibrations/c1: expired");
+  const absl::Status after = FromGrpc(ToGrpc(FromGrpc(ToGrpc(before))));
+  EXPECT_EQ(after.code(), before.code());
+  EXPECT_EQ(after.message(), before.message());
+  EXPECT_EQ(ReasonOf(after), "CALIBRATION_EXPIRED");
+}
+
+TEST(ToGrpc, AFieldSurvivesTheHop) {
+  const google::rpc::Status details = DetailsOf(ToGrpc(FromGrpc(ToGrpc(Refuse("name", "x", "y")))));
+  bool told = false;
+  for (const auto& detail : details.details()) told = told || detail.Is<google::rpc::BadRequest>();
+  EXPECT_TRUE(told);
+}
+
+TEST(ToGrpc, InternalTellsTheLogNotTheClient) {
+  ::testing::internal::CaptureStderr();
+  const grpc::Status status = ToGrpc(absl::InternalError("column secret_table.password does not exist"));
+  const std::string logged = ::testing::internal::GetCapturedStderr();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INTERNAL);
+  EXPECT_THAT(status.error_message(), Not(HasSubstr("secret_table")));
+  EXPECT_THAT(status.error_details(), Not(HasSubstr("secret_table")));
+  EXPECT_THAT(logged, HasSubstr("secret_table"));
+  // The reference that the client has finds the line.
+  EXPECT_THAT(logged, HasSubstr(status.error_message().substr(status.error_message().size() - 36)));
+}
+
+TEST(ToGrpc, TheDetailsFitInAHeaderBlock) {
+  const grpc::Status status = ToGrpc(Refuse("f", "v", std::string(1 << 20, 'w')));
+  EXPECT_LT(status.error_message().size() + status.error_details().size() * 4 / 3, 8192u);
+}
+
+TEST(FromGrpc, SurvivesAForeignPeer) {
+  EXPECT_EQ(FromGrpc(grpc::Status(static_cast<grpc::StatusCode>(99), "odd")).code(), absl::StatusCode::kUnknown);
+  const absl::Status garbled = FromGrpc(grpc::Status(grpc::StatusCode::NOT_FOUND, "gone", "\xff\xff not a message"));
+  EXPECT_EQ(garbled.code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(garbled.message(), "gone");
+}
+
+}  // namespace
+}  // namespace sixpoint::runtime
