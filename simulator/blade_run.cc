@@ -1,0 +1,354 @@
+#include "simulator/blade_run.h"
+
+#include <google/protobuf/util/time_util.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "services/runtime/geometry_proto.h"
+#include "simulator/nc_program.h"
+#include "simulator/registry.h"
+
+namespace sixpoint::simulator {
+namespace {
+
+constexpr double kDegree = 3.14159265358979323846 / 180;
+constexpr double kPinStandsOut_mm = 2.5;
+const char kRequestedBy[] = "simulator";
+
+using Clock = std::chrono::steady_clock;
+double SecondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+template <typename... Values>
+std::string Text(const char* format, Values... values) {
+  char text[256];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+// Streams of random numbers, each for one purpose.
+enum Stream : std::uint64_t { kMounting, kClamping, kProbing, kSphere, kCasting, kDrilling, kScans = 100 };
+
+class BladeRun {
+ public:
+  BladeRun(PlantLink& plant, const MachineDesign& design, const DesignedPart& part, const BladeRunPlan& plan,
+           const std::function<void(const std::string&)>& say, BladeRunResult* result)
+      : plant_(plant), design_(design), part_(part), plan_(plan), say_(say), result_(*result) {
+    truth_ = MountedByHand(design, SeedOf(kMounting));
+    zero_from_part_ = ClampedByHand(part, 1, 1, SeedOf(kClamping));
+    for (const auto& group : part.hole_groups)
+      for (const auto& hole : group.holes) checked_points_mm_.push_back(hole.start_mm);
+    for (const auto& datum : part.six_points) checked_points_mm_.push_back(datum.point_mm);
+  }
+
+  absl::Status Run() {
+    const auto start = Clock::now();
+    using Step = absl::Status (BladeRun::*)();
+    for (const Step step : {&BladeRun::Register, &BladeRun::CalibrateSensor, &BladeRun::CalibrateRotation,
+                            &BladeRun::Position, &BladeRun::Correct, &BladeRun::DrillByProgram, &BladeRun::Inspect}) {
+      const absl::Status status = (this->*step)();
+      result_.total_s = SecondsSince(start);
+      if (!status.ok()) return status;
+    }
+    return absl::OkStatus();
+  }
+
+ private:
+  std::uint64_t SeedOf(std::uint64_t stream) const { return Random::StreamSeed(plan_.seed, stream); }
+  void Say(const std::string& text) const { say_(plan_.machine_id + "  " + text); }
+
+  absl::Status Register() {
+    auto machine = RegisterMachine(plant_, plan_.machine_id, design_);
+    if (!machine.ok()) return machine.status();
+    auto blade = RegisterBlade(plant_, plan_.blade_serial, plan_.part);
+    if (!blade.ok()) return blade.status();
+    result_.machine = *machine;
+    result_.blade = *blade;
+    return absl::OkStatus();
+  }
+
+  // Scans, streams, and returns when the scan is durable.
+  absl::StatusOr<std::string> ScanAndUpload(const std::string& name, ingest::v1::ScanKind kind,
+                                            const std::string& subject, const Scene& scene, const ScanPlan& scan_plan) {
+    const auto start = Clock::now();
+    ingest::v1::ScanHeader header;
+    header.set_scan_id(plan_.scan_prefix + name);
+    header.set_machine(result_.machine);
+    header.set_subject(subject);
+    header.set_kind(kind);
+    runtime::ToProto(scan_plan.v0_mm, header.mutable_v0_mm());
+    header.set_a_deg(scan_plan.a_deg);
+    header.set_b_deg(scan_plan.b_deg);
+    header.set_profile_pitch_mm(scan_plan.pitch_mm);
+    header.set_columns_per_profile(design_.scanner.columns);
+    *header.mutable_measured_at() = google::protobuf::util::TimeUtil::GetCurrentTime();
+    const ScanProfiles profiles =
+        Scan(scene, truth_, design_.scanner, scan_plan, SeedOf(kScans + scan_count_++), plan_.threads);
+    auto encoded = Encode(std::move(header), profiles);
+    if (!encoded.ok()) return encoded.status();
+    auto uploaded = plant_.Upload(*encoded, plan_.profiles_per_s);
+    if (!uploaded.ok()) return uploaded.status();
+    result_.scans.push_back(uploaded->scan().name());
+    result_.point_count += encoded->header.point_count();
+    result_.scan_s += SecondsSince(start);
+    return uploaded->scan().name();
+  }
+
+  absl::Status CalibrateSensor() {
+    const ArtefactGeometry artefact;
+    calibration::v1::CalibrateSensorRequest request;
+    request.set_machine(result_.machine);
+    request.set_artefact(plan_.artefact);
+    int height = 0;
+    for (const ScanPlan& scan_plan : PlanArtefact(design_)) {
+      Say(Text("scans the artefact, height %d of 2", ++height));
+      auto scan = ScanAndUpload("artefact-" + std::to_string(height), ingest::v1::SCAN_KIND_ARTEFACT, plan_.artefact,
+                                ArtefactScene(artefact, truth_), scan_plan);
+      if (!scan.ok()) return scan.status();
+      request.add_scans(*scan);
+    }
+    constexpr double kProbeNoise_um = 1;
+    const TouchProbing probing =
+        ProbeArtefact(artefact, truth_.machine_from_artefact, kProbeNoise_um, Random(SeedOf(kProbing)));
+    calibration::v1::TouchData* touch = request.mutable_touch();
+    for (const auto& [name, centre] : probing.centres_mm) {
+      calibration::v1::NamedPoint* point = touch->add_centres();
+      point->set_feature(name);
+      runtime::ToProto(centre, point->mutable_point_mm());
+    }
+    for (const Eigen::Vector3d& point : probing.plane_mm) runtime::ToProto(point, touch->add_plane_mm());
+    for (const Eigen::Vector3d& point : probing.side_x_mm) runtime::ToProto(point, touch->add_side_x_mm());
+    for (const Eigen::Vector3d& point : probing.side_y_mm) runtime::ToProto(point, touch->add_side_y_mm());
+    touch->set_standard_uncertainty_um(kProbeNoise_um);
+    request.set_method(calibration::v1::SENSOR_METHOD_JOINT);
+    request.set_requested_by(kRequestedBy);
+    request.set_request_id(NewRequestId());
+    const auto start = Clock::now();
+    auto calibration = plant_.Call("calibration", &calibration::v1::CalibrationService::Stub::CalibrateSensor, request);
+    if (!calibration.ok()) return calibration.status();
+    result_.calibrate_s += SecondsSince(start);
+    result_.sensor_calibration = *calibration;
+
+    const auto& values = calibration->sensor().machine_from_sensor_rotation();
+    if (values.size() != 9) return absl::InternalError("sensor calibration without a rotation");
+    Eigen::Matrix3d rotation;
+    for (int i = 0; i < 9; ++i) rotation(i / 3, i % 3) = values.Get(i);
+    auto t_sm = runtime::FromProto("t_sm_mm", calibration->sensor().t_sm_mm());
+    if (!t_sm.ok()) return t_sm.status();
+    result_.sensor_angle_error_deg =
+        metrology::VectorFromRotation(rotation * truth_.machine_from_sensor.transpose()).cwiseAbs().maxCoeff() /
+        kDegree;
+    result_.t_sm_error_um = 1e3 * (*t_sm - truth_.t_sm_mm).norm();
+    Say(Text("sensor calibrated: %.4f deg and %.2f um from the truth", result_.sensor_angle_error_deg,
+             result_.t_sm_error_um));
+    return absl::OkStatus();
+  }
+
+  absl::Status CalibrateRotation() {
+    constexpr double kProbeNoise_um = 1;
+    calibration::v1::CalibrateRotationRequest request;
+    request.set_machine(result_.machine);
+    for (const ProbedSphere& probed : ProbeSphere(truth_, kProbeNoise_um, SeedOf(kSphere))) {
+      calibration::v1::SpherePose* pose = request.add_poses();
+      pose->set_a_deg(probed.a_deg);
+      pose->set_b_deg(probed.b_deg);
+      runtime::ToProto(probed.centre_mm, pose->mutable_centre_mm());
+      pose->set_held_out(probed.held_out);
+    }
+    request.set_method(calibration::v1::ROTATION_METHOD_LINES);
+    request.set_requested_by(kRequestedBy);
+    request.set_request_id(NewRequestId());
+    const auto start = Clock::now();
+    auto calibration =
+        plant_.Call("calibration", &calibration::v1::CalibrationService::Stub::CalibrateRotation, request);
+    if (!calibration.ok()) return calibration.status();
+    result_.calibrate_s += SecondsSince(start);
+    result_.rotation_calibration = *calibration;
+
+    auto a = runtime::FromProto("a_axis", calibration->rotation().a_axis());
+    if (!a.ok()) return a.status();
+    auto b = runtime::FromProto("b_axis", calibration->rotation().b_axis());
+    if (!b.ok()) return b.status();
+    const metrology::RotaryAxes axes{*a, *b};
+    for (int a_deg = -50; a_deg <= 50; a_deg += 25) {
+      for (int b_deg = 0; b_deg < 360; b_deg += 45) {
+        for (const Eigen::Vector3d& point : checked_points_mm_) {
+          const Eigen::Vector3d in_zero = zero_from_part_ * point;
+          const Eigen::Vector3d off = axes.MachineFromZero(a_deg * kDegree, b_deg * kDegree) * in_zero -
+                                      truth_.axes.MachineFromZero(a_deg * kDegree, b_deg * kDegree) * in_zero;
+          result_.axes_error_um = std::max(result_.axes_error_um, 1e3 * off.norm());
+        }
+      }
+    }
+    Say(Text("rotary axes identified: %.2f um from the truth at worst over the part", result_.axes_error_um));
+    return absl::OkStatus();
+  }
+
+  // All portions of the blade with what stands in it.
+  absl::Status ScanBlade(const std::string& name, ingest::v1::ScanKind kind, double pitch_mm, int step_deg,
+                         google::protobuf::RepeatedPtrField<std::string>* scans) {
+    std::vector<std::pair<double, double>> poses{{-50, 0}, {-50, 180}};
+    for (int b_deg = 0; b_deg < 360; b_deg += step_deg) poses.push_back({0, b_deg});
+    const std::vector<ScanPlan> plans = PlanBlade(part_, design_, pitch_mm, poses);
+    for (std::size_t i = 0; i < plans.size(); ++i) {
+      const ScanPlan& scan_plan = plans[i];
+      Say(Text("scans %s, portion %zu of %zu (A %g, B %g)", name.c_str(), i + 1, plans.size(), scan_plan.a_deg,
+               scan_plan.b_deg));
+      auto scan = ScanAndUpload(name + "-" + std::to_string(i + 1), kind, result_.blade,
+                                BladeScene(blade_shapes_, truth_, zero_from_part_, scan_plan.a_deg, scan_plan.b_deg),
+                                scan_plan);
+      // A portion that the sensor does not reach is left out, as on a machine.
+      if (scan.status().code() == absl::StatusCode::kOutOfRange) continue;
+      if (!scan.ok()) return scan.status();
+      *scans->Add() = *scan;
+    }
+    return absl::OkStatus();
+  }
+
+  double PoseError_um(const Eigen::Isometry3d& zero_from_part) const {
+    double worst = 0;
+    for (const Eigen::Vector3d& point : checked_points_mm_)
+      worst = std::max(worst, 1e3 * (zero_from_part * point - zero_from_part_ * point).norm());
+    return worst;
+  }
+
+  absl::Status Position() {
+    blade_shapes_ = {std::make_shared<TriangleShape>(
+        plan_.casting_mm == 0 ? part_.mesh : Cast(part_, plan_.casting_mm, SeedOf(kCasting)))};
+    registration::v1::RegisterRequest request;
+    request.set_blade(result_.blade);
+    const absl::Status scanned =
+        ScanBlade("airfoil", ingest::v1::SCAN_KIND_AIRFOIL, plan_.airfoil_pitch_mm, 60, request.mutable_scans());
+    if (!scanned.ok()) return scanned;
+    request.set_requested_by(kRequestedBy);
+    struct Fit {
+      registration::v1::Method method;
+      const char* name;
+      registration::v1::Registration* registration;
+      double* error_um;
+    };
+    for (const Fit& fit :
+         {Fit{registration::v1::METHOD_BEST_FIT, "best fit", &result_.best_fit, &result_.best_fit_error_um},
+          Fit{registration::v1::METHOD_SIX_POINT, "six-point", &result_.six_point, &result_.six_point_error_um}}) {
+      request.set_method(fit.method);
+      request.set_request_id(NewRequestId());
+      const auto start = Clock::now();
+      auto registration = plant_.Call("registration", &registration::v1::RegistrationService::Stub::Register, request);
+      if (!registration.ok()) return registration.status();
+      result_.register_s += SecondsSince(start);
+      *fit.registration = *registration;
+      if (registration->evidence().outcome() != registration::v1::OUTCOME_CONVERGED)
+        return absl::FailedPreconditionError(std::string(fit.name) + " ended with " +
+                                             registration::v1::Outcome_Name(registration->evidence().outcome()));
+      auto pose = runtime::FromProto("zero_from_part", registration->zero_from_part());
+      if (!pose.ok()) return pose.status();
+      *fit.error_um = PoseError_um(*pose);
+      Say(Text("positioned by %s in %.1f s: %.2f um from the truth at the worst hole or datum point", fit.name,
+               SecondsSince(start), *fit.error_um));
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status Correct() {
+    correction::v1::CorrectRequest request;
+    request.set_registration(result_.six_point.name());
+    request.set_nc_template(NominalProgram(part_, design_));
+    request.set_requested_by(kRequestedBy);
+    request.set_request_id(NewRequestId());
+    const auto start = Clock::now();
+    auto correction = plant_.Call("correction", &correction::v1::CorrectionService::Stub::Correct, request);
+    if (!correction.ok()) return correction.status();
+    result_.correct_s += SecondsSince(start);
+    result_.correction = *correction;
+    if (correction->release() != correction::v1::RELEASE_AUTOMATIC) {
+      std::string reasons = "the correction waits for a person:";
+      for (const std::string& reason : correction->release_reasons()) reasons += " " + reason + ";";
+      return absl::FailedPreconditionError(reasons);
+    }
+    Say(Text("program corrected in %.2f s for %d hole groups", SecondsSince(start), correction->groups_size()));
+    return absl::OkStatus();
+  }
+
+  // The machine reads the corrected program, as a real one would, and pins are put into what it drilled.
+  absl::Status DrillByProgram() {
+    auto commands = ReadProgram(result_.correction.nc_program());
+    if (!commands.ok()) return commands.status();
+    std::uint64_t number = 0;
+    for (const DesignedHoleGroup& group : part_.hole_groups) {
+      for (const DesignedHole& hole : group.holes) {
+        const auto command = commands->find(group.name + "/" + hole.name);
+        if (command == commands->end())
+          return absl::NotFoundError("the corrected program does not drill " + group.name + "/" + hole.name);
+        HoleComparison comparison;
+        comparison.truth = Drill(part_, group, hole, truth_, zero_from_part_, command->second, DrillingError(),
+                                 Random(Random::StreamSeed(SeedOf(kDrilling), number++)));
+        blade_shapes_.push_back(PinIn(comparison.truth, group.diameter_mm, kPinStandsOut_mm));
+        result_.holes.push_back(std::move(comparison));
+      }
+    }
+    Say(Text("drilled %zu holes, put a pin into each", result_.holes.size()));
+    return absl::OkStatus();
+  }
+
+  absl::Status Inspect() {
+    inspection::v1::InspectRequest request;
+    request.set_blade(result_.blade);
+    const absl::Status scanned =
+        ScanBlade("pins", ingest::v1::SCAN_KIND_PINS, plan_.pins_pitch_mm, 45, request.mutable_scans());
+    if (!scanned.ok()) return scanned;
+    request.set_requested_by(kRequestedBy);
+    request.set_request_id(NewRequestId());
+    const auto start = Clock::now();
+    auto inspection = plant_.Call("inspection", &inspection::v1::InspectionService::Stub::Inspect, request);
+    if (!inspection.ok()) return inspection.status();
+    result_.inspect_s += SecondsSince(start);
+    result_.inspection = *inspection;
+    for (HoleComparison& comparison : result_.holes) {
+      for (const auto& measured : inspection->holes()) {
+        if (measured.group() != comparison.truth.group || measured.hole() != comparison.truth.hole) continue;
+        comparison.measured = measured;
+        comparison.is_measured = measured.has_position_error_mm() && measured.has_inclination_error_deg() &&
+                                 measured.verdict() != inspection::v1::VERDICT_NOT_MEASURED;
+      }
+      if (!comparison.is_measured) continue;
+      ++result_.measured_count;
+      comparison.position_difference_um =
+          1e3 * (comparison.measured.position_error_mm() - comparison.truth.position_error_mm);
+      comparison.inclination_difference_deg =
+          comparison.measured.inclination_error_deg() - comparison.truth.inclination_error_deg;
+      result_.worst_position_difference_um =
+          std::max(result_.worst_position_difference_um, std::abs(comparison.position_difference_um));
+      result_.worst_inclination_difference_deg =
+          std::max(result_.worst_inclination_difference_deg, std::abs(comparison.inclination_difference_deg));
+    }
+    Say(Text(
+        "judged in %.1f s: %d of %zu holes measured, position within %.1f um and inclination within %.3f deg of the "
+        "truth",
+        SecondsSince(start), result_.measured_count, result_.holes.size(), result_.worst_position_difference_um,
+        result_.worst_inclination_difference_deg));
+    return absl::OkStatus();
+  }
+
+  PlantLink& plant_;
+  const MachineDesign& design_;
+  const DesignedPart& part_;
+  const BladeRunPlan& plan_;
+  const std::function<void(const std::string&)>& say_;
+  BladeRunResult& result_;
+  MachineTruth truth_;
+  Eigen::Isometry3d zero_from_part_;
+  std::vector<Eigen::Vector3d> checked_points_mm_;  // part frame
+  std::vector<std::shared_ptr<const Shape>> blade_shapes_;
+  std::uint64_t scan_count_ = 0;
+};
+
+}  // namespace
+
+absl::Status RunBlade(PlantLink& plant, const MachineDesign& design, const DesignedPart& part, const BladeRunPlan& plan,
+                      const std::function<void(const std::string&)>& say, BladeRunResult* result) {
+  return BladeRun(plant, design, part, plan, say, result).Run();
+}
+
+}  // namespace sixpoint::simulator

@@ -1,0 +1,28 @@
+// The plant's main job, shown and checked: several machines at once, each through a whole blade.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace sixpoint::simulator {
+
+struct DemoOptions {
+  std::string server = "127.0.0.1:7400";
+  int machines = 2;
+  std::uint64_t seed = 1;
+  bool line_rate = false;  // send 300 profiles a second, as the scanner measures, instead of as fast as possible
+  double airfoil_pitch_mm = 0.2;
+  double pins_pitch_mm = 0.1;
+  double casting_mm = 0;
+  std::string report_file;  // JSON; none when empty
+};
+
+// Limits that the demo holds the plant to, against the simulator's truth.
+inline constexpr double kPoseLimit_um = 10;
+inline constexpr double kHoleLimit_um = 15;
+
+// Prints progress and, at the end, a table. 0 only if every machine went the whole way, every hole was measured, and
+// pose and hole errors agree with the truth within the limits.
+int RunDemo(const DemoOptions& options);
+
+}  // namespace sixpoint::simulator

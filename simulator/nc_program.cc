@@ -1,0 +1,59 @@
+#include "simulator/nc_program.h"
+
+#include <cstdio>
+#include <cstdlib>
+#include <sstream>
+
+namespace sixpoint::simulator {
+
+std::string NominalProgram(const DesignedPart& part, const MachineDesign& design) {
+  constexpr double kDegree = 3.14159265358979323846 / 180;
+  metrology::RotaryAxes ideal;
+  ideal.a.point_mm = ideal.b.point_mm = design.centre_mm;
+  std::string program = "%\n(FILM COOLING HOLES)\nG21 G90\n";
+  int number = 10;
+  for (const DesignedHoleGroup& group : part.hole_groups) {
+    for (const DesignedHole& hole : group.holes) {
+      const Eigen::Vector3d start =
+          ideal.MachineFromZero(group.a_nominal_deg * kDegree, group.b_nominal_deg * kDegree) *
+          part.zero_from_part_nominal * hole.start_mm;
+      char line[200];
+      std::snprintf(line, sizeof line, "N%d G0 A%.6f B%.6f X%.6f Y%.6f Z%.6f (SIXPOINT %s/%s)\nN%d M98 P1000\n", number,
+                    group.a_nominal_deg, group.b_nominal_deg, start.x(), start.y(), start.z(), group.name.c_str(),
+                    hole.name.c_str(), number + 5);
+      program += line;
+      number += 10;
+    }
+  }
+  return program + "M30\n%\n";
+}
+
+absl::StatusOr<std::map<std::string, DrillCommand>> ReadProgram(const std::string& program) {
+  const std::string marker = "(SIXPOINT ";
+  std::map<std::string, DrillCommand> commands;
+  std::istringstream lines(program);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t comment = line.find(marker);
+    if (comment == std::string::npos) continue;
+    const std::size_t name = comment + marker.size();
+    DrillCommand command;
+    std::map<char, double*> wanted{{'A', &command.a_deg},
+                                   {'B', &command.b_deg},
+                                   {'X', &command.start_mm.x()},
+                                   {'Y', &command.start_mm.y()},
+                                   {'Z', &command.start_mm.z()}};
+    for (std::size_t i = 0; i < comment; ++i) {
+      const auto word = wanted.find(line[i]);
+      if (word == wanted.end()) continue;
+      char* end = nullptr;
+      *word->second = std::strtod(line.c_str() + i + 1, &end);
+      if (end == line.c_str() + i + 1) return absl::InvalidArgumentError("program block without a number: " + line);
+      wanted.erase(word);
+    }
+    if (!wanted.empty()) return absl::InvalidArgumentError("program block without A, B, X, Y and Z: " + line);
+    commands[line.substr(name, line.find(')', name) - name)] = command;
+  }
+  return commands;
+}
+
+}  // namespace sixpoint::simulator
