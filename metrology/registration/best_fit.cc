@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <map>
+#include <limits>
 #include <utility>
 
 #include "metrology/registration/registration.h"
@@ -17,12 +17,16 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr std::size_t kCoarseCount = 24'000;
-constexpr double kAnnealing = 0.65;      // the loss narrows by this, once the pose rests at its present width
-constexpr double kStepLimitMm = 3;       // of one step
-constexpr double kConvergedMm = 2e-6;    // of the last step, at the part's radius of gyration
+constexpr double kAnnealing = 0.65;  // the loss narrows by this, once the pose rests at its present width
+constexpr double kStepLimitMm = 3;   // of one step
+constexpr double kConverged = 1e-3;  // last step, in standard deviations
+// The loss keeps at least this part of the points within reach. In Gaussian noise alone that quantile of |residual| is
+// 0.524 standard deviations; a little less than its inverse, so that up to a third of the points may be foreign.
+constexpr double kNearestPart = 0.4;
+constexpr double kNearestToSigma = 0.6 / 0.524;
 constexpr std::size_t kBatchSize = 128;  // neighbours whose errors may be correlated
 
-[[maybe_unused]] std::string Um(double mm) {
+std::string Um(double mm) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3g um", 1e3 * mm);
   return text;
@@ -70,17 +74,18 @@ class BestFit {
     SurfaceResiduals all(surface_, Samples(portions_, SIZE_MAX), reference_mm_, options_.thread_count);
     bool converged = false;
     const double final_sigma = sigma_mm_;
-    for (int i = 0; i < 8 && !converged; ++i) {
+    for (int i = 0; i < 20 && !converged; ++i) {
       if (const absl::Status status = GoOn(); !status.ok()) return status;
       all.Search(pose_, 2 * kTukeyWidth * final_sigma);
-      converged = Move(all, all.Minimise(Vector6d::Zero(), kTukeyWidth * final_sigma, 10)) < kConvergedMm;
+      converged = Move(all, all.Minimise(Vector6d::Zero(), kTukeyWidth * final_sigma, 10)) < kConverged * final_sigma;
     }
     return Report(all, converged);
   }
 
  private:
   absl::Status GoOn() const {
-    if (options_.keep_going && !options_.keep_going()) return absl::CancelledError("registration: stopped by its caller");
+    if (options_.keep_going && !options_.keep_going())
+      return absl::CancelledError("registration: stopped by its caller");
     return absl::OkStatus();
   }
 
@@ -101,24 +106,34 @@ class BestFit {
       const double width = kTukeyWidth * sigma_mm;
       coarse_.Search(pose_, std::min(1.5 * width + 0.01, 2 * options_.greatest_start_error_mm));
       const double step = Move(coarse_, coarse_.Minimise(Vector6d::Zero(), width, 4, portion_weights));
-      if (sigma_mm < 0.1) {
-        const double noise = coarse_.NeighbourNoise();
-        sigma_mm_ = std::hypot(noise, 1e-3 * options_.model_error_um);
-      }
       if (step > 0.25 * sigma_mm) continue;
-      if (sigma_mm <= sigma_mm_ && step < 0.02 * sigma_mm) break;
-      sigma_mm = std::max(sigma_mm_, annealing * sigma_mm);
+      const double final_sigma = FinalSigma(coarse_);
+      if (sigma_mm <= final_sigma && step < kConverged * sigma_mm) break;
+      sigma_mm_ = sigma_mm = std::min(sigma_mm, std::max(final_sigma, annealing * sigma_mm));
     }
     return absl::OkStatus();
   }
 
+  // How narrow the loss may get: the noise; but where the part itself deviates nearly everywhere, as castings do, the
+  // spread of the nearest points, or the fit would follow whichever patch happens to fit best.
+  double FinalSigma(const SurfaceResiduals& residuals) const {
+    std::vector<double> distances;
+    distances.reserve(residuals.samples().size());
+    for (const Sample& sample : residuals.samples())
+      distances.push_back(sample.usable ? std::abs(sample.residual_mm) : std::numeric_limits<double>::infinity());
+    const auto nearest =
+        distances.begin() + static_cast<std::ptrdiff_t>(kNearestPart * static_cast<double>(distances.size()));
+    std::nth_element(distances.begin(), nearest, distances.end());
+    return std::max(std::hypot(residuals.NeighbourNoise(), 1e-3 * options_.model_error_um), kNearestToSigma * *nearest);
+  }
+
   absl::Status FindPose() {
-    sigma_mm_ = 0.02;
     coarse_.Search(pose_, options_.greatest_start_error_mm);
     std::vector<double> distances;
     for (const Sample& sample : coarse_.samples())
       if (sample.usable) distances.push_back(std::abs(sample.residual_mm));
     const double start = std::clamp(1.4826 * Median(std::move(distances)), 0.02, options_.greatest_start_error_mm);
+    sigma_mm_ = start;
     return Anneal(start, kAnnealing, nullptr);
   }
 
@@ -215,7 +230,8 @@ absl::StatusOr<PoseFit> BestFit::Report(const SurfaceResiduals& all, bool conver
   evidence.point_count = static_cast<std::int64_t>(samples.size());
   evidence.overlap = static_cast<double>(evidence.points_used) / static_cast<double>(samples.size());
   evidence.iteration_count = iteration_count_;
-  evidence.residual_rms_mm = evidence.points_used > 0 ? std::sqrt(squares / static_cast<double>(evidence.points_used)) : 0;
+  evidence.residual_rms_mm =
+      evidence.points_used > 0 ? std::sqrt(squares / static_cast<double>(evidence.points_used)) : 0;
   evidence.residual_sigma_mm = RobustSigma(reached);
   for (std::size_t p = 0; p < portions_.size(); ++p) {
     evidence.portions[p].scan = portions_[p].id;
@@ -225,8 +241,12 @@ absl::StatusOr<PoseFit> BestFit::Report(const SurfaceResiduals& all, bool conver
   evidence.condition_number = ConditionNumber(equations.matrix, &evidence.weakest_direction);
   Propagate(all, width, &fit);
 
-  if (evidence.overlap < options_.least_overlap) {
+  if (evidence.overlap < options_.least_overlap || !(sigma_mm_ < options_.greatest_spread_mm)) {
     fit.outcome = Outcome::kTooLittleOverlap;
+    fit.evidence.remark = "of the points " + std::to_string(static_cast<int>(100 * evidence.overlap)) +
+                          " % lie on the surface, within a spread of " + Um(sigma_mm_) + "; want at least " +
+                          std::to_string(static_cast<int>(100 * options_.least_overlap)) + " % within " +
+                          Um(options_.greatest_spread_mm) + ": another blade, another side or no overlap";
   } else if (!(evidence.condition_number < options_.condition_limit)) {
     fit.outcome = Outcome::kNotDetermined;
   } else {

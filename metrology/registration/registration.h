@@ -3,7 +3,8 @@
 // Best fit: robust point-to-surface least squares (Tukey's biweight), Gauss-Newton on the pose's tangent space, the loss
 // annealed from the nominal pose's error down to the scanner's noise. Local: the same on a scan of one region. Six-point:
 // from a best fit, each datum's distance along its normal out of a local robust quadratic fit of the scan's deviation
-// there, then the one pose that takes all six to zero (3-2-1).
+// there; then, once, the CAD is fitted to those six points alone: least squares over the six pairs (the paper's), or the
+// one pose that takes all six distances to zero (a 3-2-1 nest; it multiplies every local error by the nest's condition).
 //
 // Same inputs give the same bits on any number of threads. Thread-safe.
 #pragma once
@@ -24,9 +25,11 @@ namespace sixpoint::metrology {
 enum class Outcome {
   kConverged,
   kNotConverged,
-  kNotDetermined,      // the points leave at least one direction free
-  kTooLittleOverlap,   // too few of the points lie on the surface
+  kNotDetermined,     // the points leave at least one direction free
+  kTooLittleOverlap,  // too few of the points lie on the surface
 };
+
+enum class SixPointVariant { kPairs, kNormals };
 
 struct DatumPoint {
   std::string name;
@@ -55,7 +58,7 @@ struct FitEvidence {
   double residual_rms_mm = 0;    // of the points used
   double residual_sigma_mm = 0;  // 1.4826 MAD of the points within the loss's reach
   double overlap = 0;
-  double condition_number = 0;  // rotation scaled by the part's radius of gyration
+  double condition_number = 0;                    // rotation scaled by the part's radius of gyration
   Vector6d weakest_direction = Vector6d::Zero();  // rotation times that radius, translation; unit
   double weakest_standard_uncertainty_mm = 0;     // from the scanner's noise
   std::vector<PortionEvidence> portions;
@@ -66,7 +69,7 @@ struct FitEvidence {
 struct PoseFit {
   Outcome outcome = Outcome::kNotConverged;
   Eigen::Isometry3d zero_from_part = Eigen::Isometry3d::Identity();  // a pose to use only where converged
-  PoseCovariance noise_covariance;  // reference: the part's centroid at zero
+  PoseCovariance noise_covariance;                                   // reference: the part's centroid at zero
   // 6 x 14: change of the pose (order of PoseCovariance) per calibration parameter.
   Eigen::Matrix<double, 6, kCalibrationParameterCount> calibration_sensitivity =
       Eigen::Matrix<double, 6, kCalibrationParameterCount>::Zero();
@@ -75,9 +78,10 @@ struct PoseFit {
 };
 
 struct FitOptions {
-  double model_error_um = 1;        // of mapping and surface: the loss never gets narrower than this and the noise
+  double model_error_um = 1;  // of mapping and surface: the loss never gets narrower than this and the noise
   double greatest_start_error_mm = 15;
-  double least_overlap = 0.1;
+  double least_overlap = 0.3;
+  double greatest_spread_mm = 0.25;  // robust standard deviation of a blade from its CAD, beyond which it is another
   double condition_limit = 2000;
   int iteration_limit = 150;
   int thread_count = 2;
@@ -93,6 +97,7 @@ absl::StatusOr<PoseFit> FitToSurface(const Surface& surface, const std::vector<S
 // surface's. A degenerate nest is kNotDetermined, with its condition number; a datum without points is kTooLittleOverlap.
 absl::StatusOr<PoseFit> FitSixPoints(const Surface& surface, const std::vector<ScanPortion>& portions,
                                      const std::vector<DatumPoint>& datums, const PoseFit& best_fit,
-                                     const MachineCalibration& calibration, const FitOptions& options);
+                                     SixPointVariant variant, const MachineCalibration& calibration,
+                                     const FitOptions& options);
 
 }  // namespace sixpoint::metrology

@@ -14,13 +14,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kLocalRadiusMm = 1;       // of the scan's patch around a datum
-constexpr double kLocalHeightMm = 0.8;     // of the patch, either way along the normal
-constexpr double kOnSurfaceMm = 0.02;      // a datum's distance from the CAD
+constexpr double kLocalRadiusMm = 1;    // of the scan's patch around a datum
+constexpr double kLocalHeightMm = 0.8;  // of the patch, either way along the normal
+constexpr double kOnSurfaceMm = 0.02;   // a datum's distance from the CAD
 constexpr std::int64_t kLeastLocalPoints = 30;
-constexpr int kPassCount = 3;              // the pose moves under the local fits by little: this is ample
-constexpr std::size_t kBatchSize = 64;     // neighbours whose errors may be correlated
-constexpr int kCurveCount = 6;             // terms of a quadratic in two variables
+constexpr int kNormalsPassCount = 3;    // the pose moves under the local fits by little: this is ample
+constexpr std::size_t kBatchSize = 64;  // neighbours whose errors may be correlated
+constexpr int kCurveCount = 6;          // terms of a quadratic in two variables
 using Curve = Eigen::Matrix<double, kCurveCount, 1>;
 
 // The scanned surface's height over the CAD at a datum.
@@ -144,7 +144,8 @@ absl::Status Check(const Surface& surface, const std::vector<DatumPoint>& datums
 
 absl::StatusOr<PoseFit> FitSixPoints(const Surface& surface, const std::vector<ScanPortion>& portions,
                                      const std::vector<DatumPoint>& datums, const PoseFit& best_fit,
-                                     const MachineCalibration& calibration, const FitOptions& options) {
+                                     SixPointVariant variant, const MachineCalibration& calibration,
+                                     const FitOptions& options) {
   if (const absl::Status status = Check(surface, datums); !status.ok()) return status;
   PoseFit fit = best_fit;
   if (best_fit.outcome != Outcome::kConverged) return fit;
@@ -152,14 +153,22 @@ absl::StatusOr<PoseFit> FitSixPoints(const Surface& surface, const std::vector<S
   const double radius = surface.radius_of_gyration_mm();
   fit.evidence.datums.resize(6);
   std::array<LocalHeight, 6> heights;
-  Matrix6d rows;  // of the scaled change of the pose: rotation times the radius of gyration, then translation
-  for (int pass = 0; pass < kPassCount; ++pass) {
+  // Scaled changes of the pose: rotation times the radius of gyration, then translation.
+  Matrix6d along_normals;  // of the six distances per change
+  Matrix6d solver;         // change per distance
+  const int passes = variant == SixPointVariant::kNormals ? kNormalsPassCount : 1;
+  for (int pass = 0; pass < passes; ++pass) {
     if (options.keep_going && !options.keep_going()) return absl::CancelledError("registration: stopped by its caller");
     Vector6d distances;
+    Matrix6d pairs = Matrix6d::Zero(), pulls;
     for (int i = 0; i < 6; ++i) {
-      heights[i] = HeightAt(surface, portions, datums[i], fit.zero_from_part, calibration, 1e-3 * options.model_error_um);
-      const Vector3d at = fit.zero_from_part * datums[i].point_mm;
-      rows.row(i) << (at - reference).cross(heights[i].normal).transpose() / radius, heights[i].normal.transpose();
+      heights[i] =
+          HeightAt(surface, portions, datums[i], fit.zero_from_part, calibration, 1e-3 * options.model_error_um);
+      Eigen::Matrix<double, 3, 6> moves = PointJacobian(fit.zero_from_part * datums[i].point_mm, reference);
+      moves.leftCols<3>() /= radius;
+      along_normals.row(i) = heights[i].normal.transpose() * moves;
+      pairs += moves.transpose() * moves;
+      pulls.col(i) = moves.transpose() * heights[i].normal;
       distances[i] = heights[i].height_mm;
       if (pass == 0)
         fit.evidence.datums[i] = {datums[i].name, heights[i].height_mm, heights[i].standard_uncertainty_mm,
@@ -171,10 +180,9 @@ absl::StatusOr<PoseFit> FitSixPoints(const Surface& surface, const std::vector<S
         return fit;
       }
     }
-    const Eigen::JacobiSVD<Matrix6d> svd(rows, Eigen::ComputeFullV);
-    const Vector6d values = svd.singularValues();
-    fit.evidence.condition_number = values[5] > 1e-12 * values[0] ? values[0] / values[5] : 1e12;
-    fit.evidence.weakest_direction = svd.matrixV().col(5);
+    const Matrix6d matrix =
+        variant == SixPointVariant::kNormals ? Matrix6d(along_normals.transpose() * along_normals) : pairs;
+    fit.evidence.condition_number = ConditionNumber(matrix, &fit.evidence.weakest_direction);
     if (!(fit.evidence.condition_number < options.condition_limit)) {
       char text[96];
       std::snprintf(text, sizeof text, "the six points do not locate the part: condition number %.3g, want below %.3g",
@@ -183,24 +191,31 @@ absl::StatusOr<PoseFit> FitSixPoints(const Surface& surface, const std::vector<S
       fit.evidence.remark = text;
       return fit;
     }
-    Vector6d change = rows.partialPivLu().solve(distances);
+    solver =
+        variant == SixPointVariant::kNormals ? Matrix6d(along_normals.inverse()) : Matrix6d(pairs.inverse() * pulls);
+    Vector6d change = solver * distances;
     change.head<3>() /= radius;
     fit.zero_from_part = Perturbed(fit.zero_from_part, change, reference);
     fit.zero_from_part.linear() = Eigen::Quaterniond(fit.zero_from_part.linear()).normalized().toRotationMatrix();
     fit.evidence.iteration_count += 1;
   }
-  Vector6d variances, unscale = Vector6d::Ones();
+  // The best fit's error is seen by the six distances and so partly (pairs) or wholly (normals) taken away again.
+  Vector6d variances, scale = Vector6d::Ones();
   Eigen::Matrix<double, 6, kCalibrationParameterCount> moved;
   for (int i = 0; i < 6; ++i) {
     variances[i] = heights[i].standard_uncertainty_mm * heights[i].standard_uncertainty_mm;
     moved.row(i) = heights[i].sensitivity;
   }
-  unscale.head<3>().setConstant(1 / radius);
-  const Matrix6d inverse = rows.inverse(), noise = inverse * variances.asDiagonal() * inverse.transpose();
+  scale.head<3>().setConstant(radius);
+  const Vector6d unscale = scale.cwiseInverse();
+  const Matrix6d kept = Matrix6d::Identity() - solver * along_normals;
+  const Matrix6d before = scale.asDiagonal() * best_fit.noise_covariance.values * scale.asDiagonal();
+  const Matrix6d noise = kept * before * kept.transpose() + solver * variances.asDiagonal() * solver.transpose();
   fit.evidence.weakest_standard_uncertainty_mm =
       std::sqrt(std::max(0.0, fit.evidence.weakest_direction.dot(noise * fit.evidence.weakest_direction)));
   fit.noise_covariance.values = unscale.asDiagonal() * noise * unscale.asDiagonal();
-  fit.calibration_sensitivity = unscale.asDiagonal() * (inverse * moved);
+  fit.calibration_sensitivity =
+      unscale.asDiagonal() * (kept * (scale.asDiagonal() * best_fit.calibration_sensitivity) + solver * moved);
   fit.covariance.values = fit.noise_covariance.values + fit.calibration_sensitivity * CovarianceOf(calibration) *
                                                             fit.calibration_sensitivity.transpose();
   return fit;

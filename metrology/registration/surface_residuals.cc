@@ -19,7 +19,9 @@ constexpr double kFreeEigenvalue = 1e-13;
 void ForEachChunk(std::size_t count, int thread_count,
                   const std::function<void(std::size_t, std::size_t, std::size_t)>& body) {
   const std::size_t chunks = ChunkCount(count);
-  const auto run = [&](std::size_t chunk) { body(chunk, chunk * kChunkSize, std::min(count, (chunk + 1) * kChunkSize)); };
+  const auto run = [&](std::size_t chunk) {
+    body(chunk, chunk * kChunkSize, std::min(count, (chunk + 1) * kChunkSize));
+  };
   if (thread_count <= 1 || chunks <= 1) {
     for (std::size_t chunk = 0; chunk < chunks; ++chunk) run(chunk);
     return;
