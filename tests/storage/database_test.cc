@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <atomic>
 #include <thread>
@@ -172,6 +173,24 @@ TEST_F(DatabaseTest, ASessionThatIsTerminatedIsReplaced) {
   }
   const absl::StatusOr<Transaction> next = database->Begin(Soon());
   EXPECT_TRUE(next.ok()) << next.status();
+}
+
+TEST_F(DatabaseTest, AFrozenServerDoesNotHoldTheCallerPastItsDeadline) {
+  const std::unique_ptr<Database> database = database_.Open(1);
+  pid_t frozen = 0;
+  const auto begin = steady_clock::now();
+  {
+    absl::StatusOr<Transaction> transaction = database->Begin(Soon(0.5));
+    frozen = static_cast<pid_t>(transaction->Execute("SELECT pg_backend_pid()")->Int(0, 0));
+    ASSERT_EQ(kill(frozen, SIGSTOP), 0);
+    const absl::Status late = transaction->Execute("SELECT 1").status();
+    EXPECT_EQ(late.code(), absl::StatusCode::kDeadlineExceeded) << late;
+  }
+  EXPECT_LT(steady_clock::now() - begin, milliseconds(1500));  // the deadline + 1 s
+  absl::StatusOr<Transaction> next = database->Begin(Soon());
+  ASSERT_TRUE(next.ok()) << next.status();
+  EXPECT_NE(next->Execute("SELECT pg_backend_pid()")->Int(0, 0), frozen);
+  kill(frozen, SIGCONT);
 }
 
 TEST_F(DatabaseTest, AServerThatCrashesIsUnavailableAndComesBackByItself) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <thread>
@@ -103,6 +104,23 @@ TEST_F(MigrateTest, TwoRunnersAtOnceTakeTurns) {
     EXPECT_EQ(*version, 2);
   }
   EXPECT_EQ(Ask("SELECT count(*) FROM second"), 1);
+}
+
+// The launcher starts both at once, and after a crash the server refuses for some seconds.
+TEST_F(MigrateTest, TheProgramWaitsForAServerThatIsStillStarting) {
+  const char* bin = std::getenv("SIXPOINT_BIN_DIR");
+  ASSERT_NE(bin, nullptr) << "want the folder of the programs (ctest sets it)";
+  const std::string command = std::string(bin) + "/sixpoint-migrate --database '" + database_.conninfo() +
+                              "' --migrations '" + folder_ + "' > /dev/null 2>&1";
+  ThrowawayDatabase::KillServer();
+  EXPECT_NE(std::system((command + " --wait-s 0.2").c_str()), 0);
+  int status = -1;
+  std::thread program([&] { status = std::system(command.c_str()); });
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  ThrowawayDatabase::StartServer();
+  program.join();
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(*database_.database()->SchemaVersion(Soon()), 2);
 }
 
 TEST_F(MigrateTest, TheProjectsOwnMigrationsApplyTwiceWithoutADifference) {
