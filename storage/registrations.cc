@@ -1,0 +1,157 @@
+#include "storage/registrations.h"
+
+#include <map>
+
+namespace sixpoint::storage {
+namespace {
+
+#define SIXPOINT_REGISTRATION_COLUMNS                                                                       \
+  "registration_id, blade_serial, machine_id, machine_revision, part_id, part_revision, method, "           \
+  "sensor_calibration_id, rotation_calibration_id, outcome, zero_from_part, reference_mm, covariance, "     \
+  "noise_covariance, calibration_sensitivity, point_count, points_used, iteration_count, residual_rms_um, " \
+  "residual_sigma_um, condition_number, weakest_direction, weakest_standard_uncertainty_um, remark, "       \
+  "compute_seconds, requested_by, software_version, record_sequence, recorded_at"
+constexpr char kInsertRegistration[] = "INSERT INTO registrations (" SIXPOINT_REGISTRATION_COLUMNS
+                                       ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, "
+                                       "$16, $17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27, $28, $29)";
+constexpr char kSelectRegistration[] =
+    "SELECT " SIXPOINT_REGISTRATION_COLUMNS " FROM registrations WHERE registration_id = $1";
+constexpr char kListRegistrations[] =
+    "SELECT " SIXPOINT_REGISTRATION_COLUMNS
+    " FROM registrations WHERE ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR blade_serial = $2) "
+    "ORDER BY record_sequence DESC LIMIT $3";
+#undef SIXPOINT_REGISTRATION_COLUMNS
+constexpr char kInsertScan[] =
+    "INSERT INTO registration_scans (registration_id, position_index, scan_id, point_count, points_used, "
+    "residual_median_um) VALUES ($1, $2, $3, $4, $5, $6)";
+constexpr char kInsertDatum[] =
+    "INSERT INTO registration_datums (registration_id, position_index, datum_name, distance_um, "
+    "standard_uncertainty_um, point_count) VALUES ($1, $2, $3, $4, $5, $6)";
+constexpr char kSelectScans[] =
+    "SELECT registration_id, scan_id, point_count, points_used, residual_median_um FROM registration_scans "
+    "WHERE registration_id = ANY ($1) ORDER BY registration_id, position_index";
+constexpr char kSelectDatums[] =
+    "SELECT registration_id, datum_name, distance_um, standard_uncertainty_um, point_count FROM registration_datums "
+    "WHERE registration_id = ANY ($1) ORDER BY registration_id, position_index";
+
+Params RegistrationParams(const RegistrationRow& row, const Recorded& recorded) {
+  Params params;
+  params.Text(row.registration_id).Text(row.blade_serial).Text(row.machine_id).Int(row.machine_revision);
+  params.Text(row.part_id).Int(row.part_revision).Text(row.method).Text(row.sensor_calibration_id);
+  params.Text(row.rotation_calibration_id).Text(row.outcome).Reals(row.zero_from_part).Reals(row.reference_mm);
+  params.Reals(row.covariance).Reals(row.noise_covariance).Reals(row.calibration_sensitivity).Int(row.point_count);
+  params.Int(row.points_used).Int(row.iteration_count).Real(row.residual_rms_um).Real(row.residual_sigma_um);
+  params.Real(row.condition_number).Reals(row.weakest_direction).Real(row.weakest_standard_uncertainty_um);
+  params.Text(row.remark).Real(row.compute_seconds).Text(row.requested_by).Text(row.software_version);
+  params.Int(recorded.sequence).Time(recorded.recorded_at);
+  return params;
+}
+
+RegistrationRow ReadRegistration(const Rows& rows, int row) {
+  RegistrationRow read;
+  int column = 0;
+  read.registration_id = rows.Text(row, column++);
+  read.blade_serial = rows.Text(row, column++);
+  read.machine_id = rows.Text(row, column++);
+  read.machine_revision = static_cast<int>(rows.Int(row, column++));
+  read.part_id = rows.Text(row, column++);
+  read.part_revision = static_cast<int>(rows.Int(row, column++));
+  read.method = rows.Text(row, column++);
+  read.sensor_calibration_id = rows.Text(row, column++);
+  read.rotation_calibration_id = rows.Text(row, column++);
+  read.outcome = rows.Text(row, column++);
+  read.zero_from_part = rows.Reals(row, column++);
+  read.reference_mm = rows.Reals(row, column++);
+  read.covariance = rows.Reals(row, column++);
+  read.noise_covariance = rows.Reals(row, column++);
+  read.calibration_sensitivity = rows.Reals(row, column++);
+  read.point_count = rows.Int(row, column++);
+  read.points_used = rows.Int(row, column++);
+  read.iteration_count = static_cast<int>(rows.Int(row, column++));
+  read.residual_rms_um = rows.Real(row, column++);
+  read.residual_sigma_um = rows.Real(row, column++);
+  read.condition_number = rows.Real(row, column++);
+  read.weakest_direction = rows.Reals(row, column++);
+  read.weakest_standard_uncertainty_um = rows.Real(row, column++);
+  read.remark = rows.Text(row, column++);
+  read.compute_seconds = rows.Real(row, column++);
+  read.requested_by = rows.Text(row, column++);
+  read.software_version = rows.Text(row, column++);
+  read.recorded.sequence = rows.Int(row, column++);
+  read.recorded.recorded_at = rows.Time(row, column++);
+  return read;
+}
+
+// Scans and datums of all the rows at once: two statements for a page.
+absl::Status ReadChildren(Transaction& transaction, std::vector<RegistrationRow>* registrations) {
+  std::vector<std::string> ids;
+  std::map<std::string, RegistrationRow*> by_id;
+  for (RegistrationRow& registration : *registrations) {
+    ids.push_back(registration.registration_id);
+    by_id[registration.registration_id] = &registration;
+  }
+  if (ids.empty()) return absl::OkStatus();
+  const absl::StatusOr<Rows> scans = transaction.Execute(kSelectScans, Params().Texts(ids));
+  if (!scans.ok()) return scans.status();
+  for (int row = 0; row < scans->count(); ++row)
+    by_id.at(scans->Text(row, 0))
+        ->scans.push_back({scans->Text(row, 1), scans->Int(row, 2), scans->Int(row, 3), scans->Real(row, 4)});
+  const absl::StatusOr<Rows> datums = transaction.Execute(kSelectDatums, Params().Texts(ids));
+  if (!datums.ok()) return datums.status();
+  for (int row = 0; row < datums->count(); ++row)
+    by_id.at(datums->Text(row, 0))
+        ->datums.push_back({datums->Text(row, 1), datums->Real(row, 2), datums->Real(row, 3), datums->Int(row, 4)});
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<RegistrationRow>> ReadRegistrations(Transaction& transaction, const char* sql,
+                                                               const Params& params) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
+  if (!rows.ok()) return rows.status();
+  std::vector<RegistrationRow> registrations;
+  for (int row = 0; row < rows->count(); ++row) registrations.push_back(ReadRegistration(*rows, row));
+  if (absl::Status status = ReadChildren(transaction, &registrations); !status.ok()) return status;
+  return registrations;
+}
+
+}  // namespace
+
+absl::StatusOr<Recorded> InsertRegistration(Transaction& transaction, const RegistrationRow& registration,
+                                            const RecordEntry& entry) {
+  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
+  if (!recorded.ok()) return recorded.status();
+  const auto stored = transaction.Execute(kInsertRegistration, RegistrationParams(registration, *recorded));
+  if (!stored.ok()) return stored.status();
+  int position = 0;
+  for (const RegistrationScanRow& scan : registration.scans) {
+    Params params;
+    params.Text(registration.registration_id).Int(position++).Text(scan.scan_id).Int(scan.point_count);
+    params.Int(scan.points_used).Real(scan.residual_median_um);
+    if (const auto inserted = transaction.Execute(kInsertScan, params); !inserted.ok()) return inserted.status();
+  }
+  position = 0;
+  for (const RegistrationDatumRow& datum : registration.datums) {
+    Params params;
+    params.Text(registration.registration_id).Int(position++).Text(datum.datum_name).Real(datum.distance_um);
+    params.Real(datum.standard_uncertainty_um).Int(datum.point_count);
+    if (const auto inserted = transaction.Execute(kInsertDatum, params); !inserted.ok()) return inserted.status();
+  }
+  return recorded;
+}
+
+absl::StatusOr<std::optional<RegistrationRow>> FindRegistration(Transaction& transaction,
+                                                                const std::string& registration_id) {
+  auto rows = ReadRegistrations(transaction, kSelectRegistration, Params().Text(registration_id));
+  if (!rows.ok()) return rows.status();
+  if (rows->empty()) return std::nullopt;
+  return std::move(rows->front());
+}
+
+absl::StatusOr<std::vector<RegistrationRow>> ListRegistrations(Transaction& transaction,
+                                                               const std::string& blade_serial,
+                                                               std::int64_t before_sequence, int limit) {
+  return ReadRegistrations(transaction, kListRegistrations,
+                           Params().Int(before_sequence).Text(blade_serial).Int(limit));
+}
+
+}  // namespace sixpoint::storage

@@ -1,0 +1,76 @@
+// Registrations with their scans and datum points.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "storage/database.h"
+#include "storage/record.h"
+
+namespace sixpoint::storage {
+
+struct RegistrationScanRow {
+  std::string scan_id;
+  std::int64_t point_count = 0;
+  std::int64_t points_used = 0;
+  double residual_median_um = 0;
+};
+
+struct RegistrationDatumRow {
+  std::string datum_name;
+  double distance_um = 0;
+  double standard_uncertainty_um = 0;
+  std::int64_t point_count = 0;
+};
+
+struct RegistrationRow {
+  std::string registration_id;
+  std::string blade_serial;
+  std::string machine_id;
+  int machine_revision = 0;
+  std::string part_id;
+  int part_revision = 0;
+  std::string method;  // BEST_FIT, LOCAL, SIX_POINT, SIX_POINT_NORMALS
+  std::string sensor_calibration_id;
+  std::string rotation_calibration_id;
+  std::string outcome;  // CONVERGED, NOT_CONVERGED, NOT_DETERMINED, TOO_LITTLE_OVERLAP
+  // By rows; all five empty unless the outcome is CONVERGED.
+  std::vector<double> zero_from_part;           // 3 x 4
+  std::vector<double> reference_mm;             // 3
+  std::vector<double> covariance;               // 6 x 6
+  std::vector<double> noise_covariance;         // 6 x 6
+  std::vector<double> calibration_sensitivity;  // 6 x 14
+  std::int64_t point_count = 0;
+  std::int64_t points_used = 0;
+  int iteration_count = 0;
+  double residual_rms_um = 0;
+  double residual_sigma_um = 0;
+  double condition_number = 1;
+  std::vector<double> weakest_direction;  // 6
+  double weakest_standard_uncertainty_um = 0;
+  std::string remark;
+  double compute_seconds = 0;
+  std::string requested_by;
+  std::string software_version;
+  Recorded recorded;  // set by InsertRegistration
+  std::vector<RegistrationScanRow> scans;
+  std::vector<RegistrationDatumRow> datums;
+};
+
+// Journal entry, registration, scans and datums. Call it last before the commit (the journal's lock).
+absl::StatusOr<Recorded> InsertRegistration(Transaction& transaction, const RegistrationRow& registration,
+                                            const RecordEntry& entry);
+
+absl::StatusOr<std::optional<RegistrationRow>> FindRegistration(Transaction& transaction,
+                                                                const std::string& registration_id);
+
+// Newest first, from below `before_sequence` (0: from the newest); an empty serial matches all.
+absl::StatusOr<std::vector<RegistrationRow>> ListRegistrations(Transaction& transaction,
+                                                               const std::string& blade_serial,
+                                                               std::int64_t before_sequence, int limit);
+
+}  // namespace sixpoint::storage
