@@ -1,0 +1,84 @@
+#include <iostream>
+
+#include "cli/commands.h"
+#include "cli/number_format.h"
+#include "cli/output.h"
+#include "cli/plant_documents.h"
+#include "cli/table.h"
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::cli {
+namespace {
+
+using plant::v1::PlantService;
+
+void PrintArtefact(const Session& session, const plant::v1::Artefact& artefact) {
+  if (session.json) return PrintJson(MessageToJson(artefact));
+  std::cout << artefact.name() << ", revision " << artefact.revision() << ", " << TimeText(artefact.created_at())
+            << "\n"
+            << "plate  " << Fixed(artefact.side_mm(), 3) << " mm square\n"
+            << "cones  half angle " << Fixed(artefact.cone_half_angle_deg(), 3) << " deg, radius "
+            << Fixed(artefact.cone_top_radius_mm(), 3) << " to " << Fixed(artefact.cone_bottom_radius_mm(), 3)
+            << " mm\n"
+            << "slots  " << Fixed(artefact.slot_width_mm(), 3) << " mm wide, " << Fixed(artefact.slot_depth_mm(), 3)
+            << " mm deep\n";
+  Table table({"feature", ">x mm", ">y mm"});
+  for (const auto* features : {&artefact.cones(), &artefact.slots()}) {
+    for (const auto& feature : *features) {
+      table.AddRow({feature.feature(), Fixed(feature.x_mm(), 4), Fixed(feature.y_mm(), 4)});
+    }
+  }
+  std::cout << table.ToText();
+}
+
+}  // namespace
+
+void AddArtefactCommands(CLI::App* app, Session* session) {
+  CLI::App* artefact = app->add_subcommand("artefact", "Calibration artefacts");
+  artefact->require_subcommand(1);
+  const auto argument = std::make_shared<std::string>();
+
+  CLI::App* add = artefact->add_subcommand("add", "Adds an artefact, or a new revision of it, from a YAML file");
+  add->add_option("FILE", *argument, "YAML as docs/examples/artefact.yaml")->required();
+  session->OnCommand(add, [session, argument]() -> absl::Status {
+    absl::StatusOr<plant::v1::CreateArtefactRequest> request = LoadArtefact(*argument);
+    if (!request.ok()) return request.status();
+    request->set_request_id(NewRequestId());
+    plant::v1::Artefact response;
+    absl::Status status =
+        session->Call<PlantService>("plant", &PlantService::Stub::CreateArtefact, *request, &response);
+    if (status.ok()) PrintArtefact(*session, response);
+    return status;
+  });
+
+  session->OnCommand(artefact->add_subcommand("list", "Lists the artefacts"), [session]() -> absl::Status {
+    nlohmann::json json = nlohmann::json::array();
+    Table table({"artefact", ">revision", ">side mm", ">cones", ">slots", "since"});
+    absl::Status status =
+        ForEachPage<PlantService>(session, "plant", &PlantService::Stub::ListArtefacts,
+                                  plant::v1::ListArtefactsRequest(), [&](const plant::v1::ListArtefactsResponse& page) {
+                                    for (const plant::v1::Artefact& entry : page.artefacts()) {
+                                      json.push_back(MessageToJson(entry));
+                                      table.AddRow({IdText(entry.name()), std::to_string(entry.revision()),
+                                                    Fixed(entry.side_mm(), 3), std::to_string(entry.cones_size()),
+                                                    std::to_string(entry.slots_size()), TimeText(entry.created_at())});
+                                    }
+                                  });
+    if (!status.ok()) return status;
+    PrintList(session->json, json, table);
+    return status;
+  });
+
+  CLI::App* show = artefact->add_subcommand("show", "Shows an artefact");
+  show->add_option("ID", *argument, "The artefact")->required();
+  session->OnCommand(show, [session, argument]() -> absl::Status {
+    plant::v1::GetArtefactRequest request;
+    request.set_name(runtime::NameOf("artefacts", *argument));
+    plant::v1::Artefact response;
+    absl::Status status = session->Call<PlantService>("plant", &PlantService::Stub::GetArtefact, request, &response);
+    if (status.ok()) PrintArtefact(*session, response);
+    return status;
+  });
+}
+
+}  // namespace sixpoint::cli

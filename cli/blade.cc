@@ -1,0 +1,91 @@
+#include <iostream>
+
+#include "cli/commands.h"
+#include "cli/output.h"
+#include "cli/table.h"
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::cli {
+namespace {
+
+using plant::v1::PlantService;
+
+// {"residual_rms_um": 2.01, "outcome": "CONVERGED"} -> "outcome CONVERGED, residual_rms_um 2.01".
+std::string SummaryText(const google::protobuf::Struct& summary) {
+  std::string text;
+  const nlohmann::json json = MessageToJson(summary);
+  for (const auto& [key, value] : json.items()) {
+    text += (text.empty() ? "" : ", ") + key + " " + (value.is_string() ? value.get<std::string>() : value.dump());
+  }
+  return text;
+}
+
+void PrintRecord(const Session& session, const plant::v1::BladeRecord& record) {
+  if (session.json) return PrintJson(MessageToJson(record));
+  std::cout << record.blade().name() << " of " << record.blade().part() << ", since "
+            << TimeText(record.blade().created_at()) << "\n";
+  Table table({">sequence", "recorded", "kind", "name", "method", ">inputs", "summary"});
+  for (const plant::v1::RecordEntry& entry : record.entries()) {
+    table.AddRow({std::to_string(entry.record_sequence()), TimeText(entry.recorded_at()), entry.kind(), entry.name(),
+                  entry.method(), std::to_string(entry.inputs_size()), SummaryText(entry.summary())});
+  }
+  std::cout << (table.empty() ? "nothing recorded yet\n" : table.ToText());
+}
+
+}  // namespace
+
+void AddBladeCommands(CLI::App* app, Session* session) {
+  CLI::App* blade = app->add_subcommand("blade", "Blades and their whole record");
+  blade->require_subcommand(1);
+  const auto serial = std::make_shared<std::string>();
+  const auto part = std::make_shared<std::string>();
+
+  CLI::App* add = blade->add_subcommand("add", "Adds a blade of a part");
+  add->add_option("SERIAL", *serial, "Serial number")->required();
+  add->add_option("--part", *part, "The part that it is one of")->required();
+  session->OnCommand(add, [session, serial, part]() -> absl::Status {
+    plant::v1::CreateBladeRequest request;
+    request.set_serial(*serial);
+    request.set_part(runtime::NameOf("parts", *part));
+    request.set_request_id(NewRequestId());
+    plant::v1::Blade response;
+    absl::Status status = session->Call<PlantService>("plant", &PlantService::Stub::CreateBlade, request, &response);
+    if (!status.ok()) return status;
+    if (session->json) {
+      PrintJson(MessageToJson(response));
+    } else {
+      std::cout << response.name() << " of " << response.part() << ", since " << TimeText(response.created_at())
+                << "\n";
+    }
+    return status;
+  });
+
+  session->OnCommand(blade->add_subcommand("list", "Lists the blades"), [session]() -> absl::Status {
+    nlohmann::json json = nlohmann::json::array();
+    Table table({"blade", "part", "since"});
+    absl::Status status = ForEachPage<PlantService>(
+        session, "plant", &PlantService::Stub::ListBlades, plant::v1::ListBladesRequest(),
+        [&](const plant::v1::ListBladesResponse& page) {
+          for (const plant::v1::Blade& entry : page.blades()) {
+            json.push_back(MessageToJson(entry));
+            table.AddRow({IdText(entry.name()), IdText(entry.part()), TimeText(entry.created_at())});
+          }
+        });
+    if (!status.ok()) return status;
+    PrintList(session->json, json, table);
+    return status;
+  });
+
+  CLI::App* show = blade->add_subcommand("show", "Shows everything that happened to a blade");
+  show->add_option("SERIAL", *serial, "Serial number")->required();
+  session->OnCommand(show, [session, serial]() -> absl::Status {
+    plant::v1::GetBladeRecordRequest request;
+    request.set_name(runtime::NameOf("blades", *serial));
+    plant::v1::BladeRecord response;
+    absl::Status status = session->Call<PlantService>("plant", &PlantService::Stub::GetBladeRecord, request, &response);
+    if (status.ok()) PrintRecord(*session, response);
+    return status;
+  });
+}
+
+}  // namespace sixpoint::cli

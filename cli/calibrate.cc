@@ -1,0 +1,95 @@
+#include <iostream>
+
+#include "cli/commands.h"
+#include "cli/output.h"
+#include "cli/plant_documents.h"
+#include "cli/reports.h"
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::cli {
+namespace {
+
+using calibration::v1::CalibrationService;
+
+struct Arguments {
+  std::string machine, artefact, file;
+  std::vector<std::string> scans;
+  std::string method;
+  double uncertainty_um = 0;
+};
+
+absl::Status Print(const Session& session, const calibration::v1::Calibration& calibration) {
+  if (session.json) {
+    PrintJson(MessageToJson(calibration));
+  } else {
+    std::cout << CalibrationText(calibration);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CalibrateSensor(Session* session, const Arguments& arguments) {
+  absl::StatusOr<calibration::v1::TouchData> touch = LoadTouchData(arguments.file);
+  if (!touch.ok()) return touch.status();
+  calibration::v1::CalibrateSensorRequest request;
+  request.set_machine(runtime::NameOf("machines", arguments.machine));
+  request.set_artefact(runtime::NameOf("artefacts", arguments.artefact));
+  for (const std::string& scan : arguments.scans) request.add_scans(runtime::NameOf("scans", scan));
+  *request.mutable_touch() = *touch;
+  request.set_method(arguments.method == "sequential" ? calibration::v1::SENSOR_METHOD_SEQUENTIAL
+                                                      : calibration::v1::SENSOR_METHOD_JOINT);
+  request.set_requested_by(session->requested_by());
+  request.set_request_id(NewRequestId());
+  calibration::v1::Calibration response;
+  absl::Status status =
+      session->Call<CalibrationService>("calibration", &CalibrationService::Stub::CalibrateSensor, request, &response);
+  return status.ok() ? Print(*session, response) : status;
+}
+
+absl::Status CalibrateRotation(Session* session, const Arguments& arguments) {
+  absl::StatusOr<std::vector<calibration::v1::SpherePose>> poses = LoadSpherePoses(arguments.file);
+  if (!poses.ok()) return poses.status();
+  calibration::v1::CalibrateRotationRequest request;
+  request.set_machine(runtime::NameOf("machines", arguments.machine));
+  for (const calibration::v1::SpherePose& pose : *poses) *request.add_poses() = pose;
+  request.set_standard_uncertainty_um(arguments.uncertainty_um);
+  request.set_method(arguments.method == "point-c" ? calibration::v1::ROTATION_METHOD_POINT_C
+                                                   : calibration::v1::ROTATION_METHOD_LINES);
+  request.set_requested_by(session->requested_by());
+  request.set_request_id(NewRequestId());
+  calibration::v1::Calibration response;
+  absl::Status status = session->Call<CalibrationService>("calibration", &CalibrationService::Stub::CalibrateRotation,
+                                                          request, &response);
+  return status.ok() ? Print(*session, response) : status;
+}
+
+}  // namespace
+
+void AddCalibrateCommands(CLI::App* app, Session* session) {
+  CLI::App* calibrate = app->add_subcommand("calibrate", "Calibrates a machine");
+  calibrate->require_subcommand(1);
+
+  const auto sensor_arguments = std::make_shared<Arguments>();
+  CLI::App* sensor =
+      calibrate->add_subcommand("sensor", "Sensor to machine, from artefact scans at two heights and touch data");
+  sensor->add_option("--machine", sensor_arguments->machine, "The machine")->required();
+  sensor->add_option("--artefact", sensor_arguments->artefact, "The artefact that was scanned")->required();
+  sensor->add_option("--scans", sensor_arguments->scans, "Its scans: ID,ID,...")->required()->delimiter(',');
+  sensor->add_option("--touch", sensor_arguments->file, "Touch data (YAML or JSON), or a dataset.json")->required();
+  sensor->add_option("--method", sensor_arguments->method, "joint (the default) or sequential")
+      ->check(CLI::IsMember({"joint", "sequential"}));
+  session->OnCommand(sensor, [session, sensor_arguments] { return CalibrateSensor(session, *sensor_arguments); });
+
+  const auto rotation_arguments = std::make_shared<Arguments>();
+  CLI::App* rotation = calibrate->add_subcommand("rotation", "Rotary axes, from poses of a probed sphere");
+  rotation->add_option("--machine", rotation_arguments->machine, "The machine")->required();
+  rotation->add_option("--poses", rotation_arguments->file, "Sphere poses (YAML or JSON), or a dataset.json")
+      ->required();
+  rotation->add_option("--method", rotation_arguments->method, "lines (the default) or point-c")
+      ->check(CLI::IsMember({"lines", "point-c"}));
+  rotation->add_option("--standard-uncertainty-um", rotation_arguments->uncertainty_um,
+                       "Of one probed coordinate; without it, estimated from the residuals");
+  session->OnCommand(rotation,
+                     [session, rotation_arguments] { return CalibrateRotation(session, *rotation_arguments); });
+}
+
+}  // namespace sixpoint::cli

@@ -1,0 +1,112 @@
+// `sixpoint call SERVICE/METHOD JSON`: any method of the public contracts, by the descriptors that are built in.
+#include "services/runtime/call.h"
+
+#include <google/protobuf/dynamic_message.h>
+#include <google/protobuf/util/json_util.h>
+#include <grpcpp/generic/generic_stub.h>
+#include <grpcpp/support/proto_buffer_reader.h>
+
+#include <iostream>
+
+#include "cli/commands.h"
+#include "cli/output.h"
+#include "services/runtime/errors.h"
+
+namespace sixpoint::cli {
+namespace {
+
+using google::protobuf::Message;
+
+// "PlantService/GetMachine" or "sixpoint.plant.v1.PlantService/GetMachine"; `area` becomes "plant".
+absl::StatusOr<const google::protobuf::MethodDescriptor*> FindMethod(const std::string& text, std::string* area) {
+  const std::size_t slash = text.find('/');
+  const std::string service_name = text.substr(0, slash);
+  std::string known;
+  for (const auto& [name, service] : std::map<std::string, const google::protobuf::ServiceDescriptor*>{
+           {"plant", plant::v1::Machine::descriptor()->file()->service(0)},
+           {"ingest", ingest::v1::Scan::descriptor()->file()->service(0)},
+           {"calibration", calibration::v1::Calibration::descriptor()->file()->service(0)},
+           {"registration", registration::v1::Registration::descriptor()->file()->service(0)},
+           {"correction", correction::v1::Correction::descriptor()->file()->service(0)},
+           {"inspection", inspection::v1::Inspection::descriptor()->file()->service(0)}}) {
+    if (service_name != service->name() && service_name != service->full_name()) {
+      known += (known.empty() ? "" : ", ") + service->name();
+      continue;
+    }
+    known.clear();
+    for (int i = 0; i < service->method_count(); ++i) known += (i == 0 ? "" : ", ") + service->method(i)->name();
+    *area = name;
+    const auto* method = slash == std::string::npos ? nullptr : service->FindMethodByName(text.substr(slash + 1));
+    if (method == nullptr) return runtime::Refuse("METHOD", text, service->name() + "/ one of " + known);
+    if (method->client_streaming()) return runtime::Refuse("METHOD", text, "a method whose request is one message");
+    return method;
+  }
+  return runtime::Refuse("METHOD", text, "SERVICE/METHOD, SERVICE one of " + known);
+}
+
+absl::StatusOr<std::unique_ptr<Message>> RequestFromJson(const google::protobuf::Descriptor* type,
+                                                         const std::string& json) {
+  std::unique_ptr<Message> request(google::protobuf::MessageFactory::generated_factory()->GetPrototype(type)->New());
+  const auto parsed = google::protobuf::util::JsonStringToMessage(json, request.get());
+  if (!parsed.ok()) return runtime::Refuse("JSON", json, type->full_name() + ": " + std::string(parsed.message()));
+  return request;
+}
+
+absl::Status Call(Session* session, const std::string& method_text, const std::string& json) {
+  std::string area;
+  auto method = FindMethod(method_text, &area);
+  if (!method.ok()) return method.status();
+  auto request = RequestFromJson((*method)->input_type(), json);
+  if (!request.ok()) return request.status();
+  auto channel = session->ChannelTo(area);
+  if (!channel.ok()) return channel.status();
+
+  grpc::ByteBuffer request_bytes;
+  const std::string serialised = (*request)->SerializeAsString();
+  const grpc::Slice slice(serialised);
+  request_bytes = grpc::ByteBuffer(&slice, 1);
+  const auto context = runtime::ContextFor(session->deadline_s);
+  grpc::GenericStub stub(*channel);
+  grpc::CompletionQueue queue;
+  const auto stream =
+      stub.PrepareCall(context.get(), "/" + (*method)->service()->full_name() + "/" + (*method)->name(), &queue);
+  const auto wait = [&queue] {
+    void* tag = nullptr;
+    bool ok = false;
+    return queue.Next(&tag, &ok) && ok;
+  };
+  stream->StartCall(nullptr);
+  if (wait()) {
+    stream->WriteLast(request_bytes, grpc::WriteOptions(), nullptr);
+    wait();
+    // One response, or as many as the server streams: one JSON value after the other.
+    while (true) {
+      grpc::ByteBuffer response_bytes;
+      stream->Read(&response_bytes, nullptr);
+      if (!wait()) break;
+      std::unique_ptr<Message> response(
+          google::protobuf::MessageFactory::generated_factory()->GetPrototype((*method)->output_type())->New());
+      grpc::ProtoBufferReader reader(&response_bytes);
+      if (!response->ParseFromZeroCopyStream(&reader)) return absl::DataLossError("an answer that cannot be read");
+      PrintJson(MessageToJson(*response));
+    }
+  }
+  grpc::Status finished;
+  stream->Finish(&finished, nullptr);
+  wait();
+  return runtime::FromGrpc(finished);
+}
+
+}  // namespace
+
+void AddCallCommand(CLI::App* app, Session* session) {
+  const auto method = std::make_shared<std::string>();
+  const auto json = std::make_shared<std::string>("{}");
+  CLI::App* command = app->add_subcommand(
+      "call", "Calls any method: sixpoint call PlantService/GetMachine '{\"name\": \"machines/m\"}'");
+  command->add_option("METHOD", *method, "SERVICE/METHOD")->required();
+  command->add_option("JSON", *json, "The request");
+  session->OnCommand(command, [session, method, json] { return Call(session, *method, *json); });
+}
+
+}  // namespace sixpoint::cli

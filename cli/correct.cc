@@ -1,0 +1,69 @@
+#include <iostream>
+
+#include "cli/commands.h"
+#include "cli/document.h"
+#include "cli/output.h"
+#include "cli/reports.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::cli {
+namespace {
+
+using correction::v1::CorrectionService;
+
+struct Arguments {
+  std::string registration, template_file, out_file;
+  std::vector<std::string> groups;
+};
+
+absl::Status Correct(Session* session, const Arguments& arguments) {
+  if (!arguments.out_file.empty() && arguments.template_file.empty()) {
+    return runtime::Refuse("--out", arguments.out_file, "--template too: the program is made from it");
+  }
+  correction::v1::CorrectRequest request;
+  request.set_registration(runtime::NameOf("registrations", arguments.registration));
+  for (const std::string& group : arguments.groups) request.add_groups(group);
+  if (!arguments.template_file.empty()) {
+    absl::StatusOr<std::string> nc_template = ReadFile(arguments.template_file, 1u << 20);
+    if (!nc_template.ok()) return nc_template.status();
+    request.set_nc_template(*nc_template);
+  }
+  request.set_requested_by(session->requested_by());
+  request.set_request_id(NewRequestId());
+  correction::v1::Correction response;
+  absl::Status status =
+      session->Call<CorrectionService>("correction", &CorrectionService::Stub::Correct, request, &response);
+  if (!status.ok()) return status;
+  const bool released = response.release() == correction::v1::RELEASE_AUTOMATIC;
+  if (!arguments.out_file.empty() && released) {
+    status = WriteFile(arguments.out_file, response.nc_program());
+    if (!status.ok()) return status;
+  }
+  if (session->json) {
+    PrintJson(MessageToJson(response));
+  } else {
+    std::cout << CorrectionText(response);
+    if (!arguments.out_file.empty()) {
+      std::cout << (released ? "program written to " : "no program written to ") << arguments.out_file << "\n";
+    } else if (!response.nc_program().empty()) {
+      std::cout << response.nc_program();
+    }
+  }
+  if (!released) session->MarkNotUsable();
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddCorrectCommand(CLI::App* app, Session* session) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app->add_subcommand("correct", "Moves the machining program onto the real blade");
+  command->add_option("--registration", arguments->registration, "The registration to correct by")->required();
+  command->add_option("--groups", arguments->groups, "Only these hole groups: G1,G2,...")->delimiter(',');
+  command->add_option("--template", arguments->template_file, "NC program whose coordinates are replaced");
+  command->add_option("--out", arguments->out_file, "Where the corrected program is written");
+  session->OnCommand(command, [session, arguments] { return Correct(session, *arguments); });
+}
+
+}  // namespace sixpoint::cli

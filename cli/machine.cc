@@ -1,0 +1,90 @@
+#include <iostream>
+
+#include "cli/commands.h"
+#include "cli/number_format.h"
+#include "cli/output.h"
+#include "cli/plant_documents.h"
+#include "cli/table.h"
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::cli {
+namespace {
+
+using plant::v1::PlantService;
+
+void AddJointRows(const std::string& side, const google::protobuf::RepeatedPtrField<plant::v1::Joint>& joints,
+                  Table* table) {
+  for (const plant::v1::Joint& joint : joints) {
+    const bool rotary = joint.kind() == plant::v1::JOINT_KIND_ROTARY;
+    const auto& d = joint.direction();
+    table->AddRow({side, joint.axis(), rotary ? "rotary" : "linear",
+                   Fixed(d.x(), 4) + ", " + Fixed(d.y(), 4) + ", " + Fixed(d.z(), 4),
+                   rotary ? PointText(joint.point_mm(), 4) : "", Fixed(joint.minimum(), 1), Fixed(joint.maximum(), 1),
+                   rotary ? "deg" : "mm"});
+  }
+}
+
+void PrintMachine(const Session& session, const plant::v1::Machine& machine) {
+  if (session.json) return PrintJson(MessageToJson(machine));
+  std::cout << machine.name() << ", revision " << machine.revision() << ", " << TimeText(machine.created_at()) << "\n"
+            << "sensor    " << machine.sensor().model() << ", noise " << Fixed(machine.sensor().noise_um(), 2)
+            << " um, range " << Fixed(machine.sensor().range_mm(), 1) << " mm about "
+            << Fixed(machine.sensor().mid_range_mm(), 1) << " mm, " << machine.sensor().column_count() << " columns\n"
+            << "centre    " << PointText(machine.nominal_centre_mm(), 4) << " mm\n"
+            << "envelope  " << Fixed(machine.safety_envelope().translation_mm(), 2) << " mm, "
+            << Fixed(machine.safety_envelope().rotation_deg(), 2) << " deg\n";
+  Table table({"side", "axis", "kind", "direction", "point mm", ">from", ">to", "unit"});
+  AddJointRows("part", machine.kinematics().part_side(), &table);
+  AddJointRows("tool", machine.kinematics().tool_side(), &table);
+  if (!table.empty()) std::cout << table.ToText();
+}
+
+}  // namespace
+
+void AddMachineCommands(CLI::App* app, Session* session) {
+  CLI::App* machine = app->add_subcommand("machine", "Machines: kinematics, sensor, limits");
+  machine->require_subcommand(1);
+  const auto argument = std::make_shared<std::string>();
+
+  CLI::App* add = machine->add_subcommand("add", "Adds a machine, or a new revision of it, from a YAML file");
+  add->add_option("FILE", *argument, "YAML as docs/examples/machine.yaml")->required();
+  session->OnCommand(add, [session, argument]() -> absl::Status {
+    absl::StatusOr<plant::v1::CreateMachineRequest> request = LoadMachine(*argument);
+    if (!request.ok()) return request.status();
+    request->set_request_id(NewRequestId());
+    plant::v1::Machine response;
+    absl::Status status = session->Call<PlantService>("plant", &PlantService::Stub::CreateMachine, *request, &response);
+    if (status.ok()) PrintMachine(*session, response);
+    return status;
+  });
+
+  session->OnCommand(machine->add_subcommand("list", "Lists the machines"), [session]() -> absl::Status {
+    nlohmann::json json = nlohmann::json::array();
+    Table table({"machine", ">revision", "sensor", "since"});
+    absl::Status status =
+        ForEachPage<PlantService>(session, "plant", &PlantService::Stub::ListMachines, plant::v1::ListMachinesRequest(),
+                                  [&](const plant::v1::ListMachinesResponse& page) {
+                                    for (const plant::v1::Machine& entry : page.machines()) {
+                                      json.push_back(MessageToJson(entry));
+                                      table.AddRow({IdText(entry.name()), std::to_string(entry.revision()),
+                                                    entry.sensor().model(), TimeText(entry.created_at())});
+                                    }
+                                  });
+    if (!status.ok()) return status;
+    PrintList(session->json, json, table);
+    return status;
+  });
+
+  CLI::App* show = machine->add_subcommand("show", "Shows a machine");
+  show->add_option("ID", *argument, "The machine")->required();
+  session->OnCommand(show, [session, argument]() -> absl::Status {
+    plant::v1::GetMachineRequest request;
+    request.set_name(runtime::NameOf("machines", *argument));
+    plant::v1::Machine response;
+    absl::Status status = session->Call<PlantService>("plant", &PlantService::Stub::GetMachine, request, &response);
+    if (status.ok()) PrintMachine(*session, response);
+    return status;
+  });
+}
+
+}  // namespace sixpoint::cli

@@ -1,0 +1,37 @@
+#include "cli/number_format.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+namespace sixpoint::cli {
+
+std::string Fixed(double value, int decimals) {
+  if (!std::isfinite(value)) return "-";
+  char text[400];
+  std::snprintf(text, sizeof text, "%.*f", decimals, value);
+  // -0.000 would read as a direction that is not there.
+  if (std::strtod(text, nullptr) == 0 && text[0] == '-') return text + 1;
+  return text;
+}
+
+std::string Shortest(double value) {
+  char text[40];
+  for (int digits = 1; digits <= 17; ++digits) {
+    std::snprintf(text, sizeof text, "%.*g", digits, value);
+    if (std::strtod(text, nullptr) == value) break;
+  }
+  return text;
+}
+
+std::string Grouped(std::int64_t value) {
+  std::string digits = std::to_string(value);
+  const std::size_t first = digits[0] == '-' ? 1 : 0;
+  for (std::size_t i = digits.size(); i > first + 3;) {
+    i -= 3;
+    digits.insert(i, " ");
+  }
+  return digits;
+}
+
+}  // namespace sixpoint::cli

@@ -1,0 +1,16 @@
+// Numbers as people read them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace sixpoint::cli {
+
+// That many decimals; "-" for NaN.
+std::string Fixed(double value, int decimals);
+// The shortest text that reads back as the same double.
+std::string Shortest(double value);
+// 20316804 -> "20 316 804".
+std::string Grouped(std::int64_t value);
+
+}  // namespace sixpoint::cli

@@ -1,0 +1,92 @@
+#include <iostream>
+
+#include "cli/commands.h"
+#include "cli/number_format.h"
+#include "cli/output.h"
+#include "cli/plant_documents.h"
+#include "cli/table.h"
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::cli {
+namespace {
+
+using plant::v1::PlantService;
+
+void PrintPart(const Session& session, const plant::v1::Part& part) {
+  if (session.json) return PrintJson(MessageToJson(part));
+  std::cout << part.name() << ", revision " << part.revision() << ", " << TimeText(part.created_at()) << "\n"
+            << "cad      " << EnumText(CadFormat_Name(part.cad_format()), "CAD_FORMAT_") << ", sha256 "
+            << part.surface().cad_sha256() << "\n"
+            << "surface  " << Grouped(part.surface().triangle_count()) << " triangles within "
+            << Fixed(part.surface().chordal_error_um(), 3) << " um, " << (part.surface().closed() ? "closed" : "open")
+            << ", from " << PointText(part.surface().minimum_mm(), 3) << " to "
+            << PointText(part.surface().maximum_mm(), 3) << " mm\n";
+  Table groups(
+      {"group", ">holes", ">diameter mm", ">depth mm", ">A deg", ">B deg", ">position tol mm", ">inclination tol deg"});
+  for (const auto& group : part.hole_groups()) {
+    groups.AddRow({group.group(), std::to_string(group.holes_size()), Fixed(group.diameter_mm(), 3),
+                   Fixed(group.depth_mm(), 2), Fixed(group.a_nominal_deg(), 4), Fixed(group.b_nominal_deg(), 4),
+                   Fixed(group.position_tolerance_mm(), 3), Fixed(group.inclination_tolerance_deg(), 3)});
+  }
+  if (!groups.empty()) std::cout << groups.ToText();
+  Table datums({"datum", "point mm", "normal"});
+  for (const auto& datum : part.six_points()) {
+    const auto& n = datum.normal_in_part();
+    datums.AddRow({datum.datum(), PointText(datum.point_in_part_mm(), 4),
+                   Fixed(n.x(), 4) + ", " + Fixed(n.y(), 4) + ", " + Fixed(n.z(), 4)});
+  }
+  if (!datums.empty()) std::cout << datums.ToText();
+}
+
+}  // namespace
+
+void AddPartCommands(CLI::App* app, Session* session) {
+  CLI::App* part = app->add_subcommand("part", "Part models: CAD, hole groups, six points, tolerances");
+  part->require_subcommand(1);
+  const auto argument = std::make_shared<std::string>();
+
+  CLI::App* add =
+      part->add_subcommand("add", "Adds a part, or a new revision of it, from a YAML file that names its CAD");
+  add->add_option("FILE", *argument, "YAML as docs/examples/part.yaml")->required();
+  session->OnCommand(add, [session, argument]() -> absl::Status {
+    absl::StatusOr<plant::v1::CreatePartRequest> request = LoadPart(*argument);
+    if (!request.ok()) return request.status();
+    request->set_request_id(NewRequestId());
+    plant::v1::Part response;
+    absl::Status status = session->Call<PlantService>("plant", &PlantService::Stub::CreatePart, *request, &response);
+    if (status.ok()) PrintPart(*session, response);
+    return status;
+  });
+
+  session->OnCommand(part->add_subcommand("list", "Lists the parts"), [session]() -> absl::Status {
+    nlohmann::json json = nlohmann::json::array();
+    Table table({"part", ">revision", "cad", ">triangles", ">groups", ">datums", "since"});
+    absl::Status status = ForEachPage<PlantService>(
+        session, "plant", &PlantService::Stub::ListParts, plant::v1::ListPartsRequest(),
+        [&](const plant::v1::ListPartsResponse& page) {
+          for (const plant::v1::Part& entry : page.parts()) {
+            json.push_back(MessageToJson(entry));
+            table.AddRow({IdText(entry.name()), std::to_string(entry.revision()),
+                          EnumText(CadFormat_Name(entry.cad_format()), "CAD_FORMAT_"),
+                          Grouped(entry.surface().triangle_count()), std::to_string(entry.hole_groups_size()),
+                          std::to_string(entry.six_points_size()), TimeText(entry.created_at())});
+          }
+        });
+    if (!status.ok()) return status;
+    PrintList(session->json, json, table);
+    return status;
+  });
+
+  CLI::App* show = part->add_subcommand("show", "Shows a part");
+  show->add_option("ID", *argument, "The part")->required();
+  session->OnCommand(show, [session, argument]() -> absl::Status {
+    plant::v1::GetPartRequest request;
+    request.set_name(runtime::NameOf("parts", *argument));
+    plant::v1::Part response;
+    absl::Status status = session->Call<PlantService>("plant", &PlantService::Stub::GetPart, request, &response);
+    if (status.ok()) PrintPart(*session, response);
+    return status;
+  });
+}
+
+}  // namespace sixpoint::cli

@@ -1,0 +1,271 @@
+#include "cli/plant_documents.h"
+
+#include <filesystem>
+#include <regex>
+#include <set>
+
+#include "services/runtime/geometry_proto.h"
+
+namespace sixpoint::cli {
+namespace {
+
+constexpr std::size_t kGreatestFeatureCount = 64;
+constexpr std::size_t kGreatestProbedPointCount = 10000;
+constexpr std::size_t kGreatestGroupCount = 1000;
+constexpr std::size_t kGreatestHoleCount = 10000;
+
+void ReadJoints(const Field& joints, google::protobuf::RepeatedPtrField<plant::v1::Joint>* out) {
+  for (const Field& item : joints.Items(0, 6)) {
+    item.OnlyKeys({"axis", "kind", "direction", "point_mm", "sign", "limits_mm", "limits_deg"});
+    plant::v1::Joint* joint = out->Add();
+    joint->set_axis(item.At("axis").Choice({"X", "Y", "Z", "A", "B", "C"}));
+    const bool rotary = item.At("kind").Choice({"linear", "rotary"}) == "rotary";
+    joint->set_kind(rotary ? plant::v1::JOINT_KIND_ROTARY : plant::v1::JOINT_KIND_LINEAR);
+    runtime::ToProto(item.At("direction").Direction(), joint->mutable_direction());
+    if (rotary) runtime::ToProto(item.At("point_mm").Vector3(), joint->mutable_point_mm());
+    const auto sign = item.Find("sign");
+    joint->set_sign(sign ? sign->Number(-1, 1) : 1);
+    if (sign && std::abs(sign->Number(-1, 1)) != 1) sign->Refuse("1 or -1");
+    const Eigen::Vector2d limits = item.At(rotary ? "limits_deg" : "limits_mm").Vector2();
+    if (limits.x() > limits.y()) item.At(rotary ? "limits_deg" : "limits_mm").Refuse("the lower limit first");
+    joint->set_minimum(limits.x());
+    joint->set_maximum(limits.y());
+  }
+}
+
+void ReadPlaneFeatures(const Field& features, google::protobuf::RepeatedPtrField<plant::v1::NamedPlanePoint>* out) {
+  for (const auto& [feature, at] : features.Members(1, kGreatestFeatureCount)) {
+    plant::v1::NamedPlanePoint* point = out->Add();
+    point->set_feature(feature);
+    const Eigen::Vector2d position = at.Vector2();
+    point->set_x_mm(position.x());
+    point->set_y_mm(position.y());
+  }
+}
+
+double SideFromPlaneText(const Field& plane) {
+  static const std::regex kSides(R"(.*?([0-9]+(?:\.[0-9]+)?) *x *([0-9]+(?:\.[0-9]+)?) *mm.*)");
+  const std::string text = plane.Text();
+  std::smatch sides;
+  if (!std::regex_match(text, sides, kSides) || std::stod(sides[1]) != std::stod(sides[2]) ||
+      std::stod(sides[1]) <= 0) {
+    plane.Refuse("text with the sides of a square plate, as in '24 x 24 mm'");
+    return 1;
+  }
+  return std::stod(sides[1]);
+}
+
+void ReadHoleGroup(const Field& item, plant::v1::HoleGroup* group) {
+  item.OnlyKeys({"name", "diameter_mm", "depth_mm", "a_nominal_deg", "b_nominal_deg", "axis_in_part", "holes",
+                 "position_tolerance_mm", "inclination_tolerance_deg"});
+  group->set_group(item.At("name").Id());
+  group->set_diameter_mm(item.At("diameter_mm").Positive(100));
+  group->set_depth_mm(item.At("depth_mm").Positive(1000));
+  group->set_a_nominal_deg(item.At("a_nominal_deg").Number(-360, 360));
+  group->set_b_nominal_deg(item.At("b_nominal_deg").Number(-360, 360));
+  runtime::ToProto(item.At("axis_in_part").Direction(), group->mutable_axis_in_part());
+  group->set_position_tolerance_mm(item.At("position_tolerance_mm").Positive(100));
+  group->set_inclination_tolerance_deg(item.At("inclination_tolerance_deg").Positive(180));
+  std::set<std::string> names;
+  for (const Field& hole : item.At("holes").Items(1, kGreatestHoleCount)) {
+    hole.OnlyKeys({"name", "start_in_part_mm", "normal_in_part"});
+    plant::v1::Hole* out = group->add_holes();
+    out->set_hole(hole.At("name").Id());
+    runtime::ToProto(hole.At("start_in_part_mm").Vector3(), out->mutable_start_in_part_mm());
+    runtime::ToProto(hole.At("normal_in_part").Direction(), out->mutable_normal_in_part());
+    if (!names.insert(out->hole()).second) hole.At("name").Refuse("a name that no other hole of the group has");
+  }
+}
+
+void ReadProbedPoints(const Field& touch, const std::string& key,
+                      google::protobuf::RepeatedPtrField<geometry::v1::Point>* out) {
+  const auto points = touch.Find(key);
+  if (!points) return;
+  for (const Field& point : points->Items(0, kGreatestProbedPointCount)) runtime::ToProto(point.Vector3(), out->Add());
+}
+
+absl::StatusOr<nlohmann::json> LoadMember(const std::string& path, const std::string& key, std::string* member_path) {
+  absl::StatusOr<nlohmann::json> document = LoadDocument(path);
+  if (!document.ok()) return document.status();
+  if (document->is_object() && document->contains(key)) {
+    *member_path = key;
+    return nlohmann::json((*document)[key]);
+  }
+  return document;
+}
+
+}  // namespace
+
+plant::v1::Sensor ReadSensor(const Field& sensor) {
+  sensor.OnlyKeys({"model", "noise_um", "columns", "mid_range_mm", "range_mm", "line_angle_deg"});
+  plant::v1::Sensor out;
+  out.set_model(sensor.At("model").Text());
+  out.set_noise_um(sensor.At("noise_um").Positive(1000));
+  out.set_column_count(static_cast<std::int32_t>(sensor.At("columns").Whole(1, 100000)));
+  out.set_mid_range_mm(sensor.At("mid_range_mm").Positive(10000));
+  out.set_range_mm(sensor.At("range_mm").Positive(10000));
+  out.set_line_angle_deg(sensor.At("line_angle_deg").Positive(179));
+  return out;
+}
+
+plant::v1::Machine ReadMachine(const Field& machine) {
+  machine.OnlyKeys({"id", "part_side", "tool_side", "nominal_centre_mm", "sensor", "safety_envelope"});
+  plant::v1::Machine out;
+  ReadJoints(machine.At("part_side"), out.mutable_kinematics()->mutable_part_side());
+  ReadJoints(machine.At("tool_side"), out.mutable_kinematics()->mutable_tool_side());
+  *out.mutable_sensor() = ReadSensor(machine.At("sensor"));
+  runtime::ToProto(machine.At("nominal_centre_mm").Vector3(), out.mutable_nominal_centre_mm());
+  const Field envelope = machine.At("safety_envelope");
+  envelope.OnlyKeys({"translation_mm", "rotation_deg"});
+  out.mutable_safety_envelope()->set_translation_mm(envelope.At("translation_mm").Positive(1000));
+  out.mutable_safety_envelope()->set_rotation_deg(envelope.At("rotation_deg").Positive(180));
+  return out;
+}
+
+plant::v1::Artefact ReadArtefact(const Field& artefact) {
+  artefact.OnlyKeys({"id", "side_mm", "plane", "cones_mm", "cone_half_angle_deg", "cone_top_radius_mm",
+                     "cone_bottom_radius_mm", "slots_mm", "slot_width_mm", "slot_depth_mm"});
+  plant::v1::Artefact out;
+  const auto side = artefact.Find("side_mm");
+  const auto plane = artefact.Find("plane");
+  out.set_side_mm(!side && plane ? SideFromPlaneText(*plane) : artefact.At("side_mm").Positive(10000));
+  ReadPlaneFeatures(artefact.At("cones_mm"), out.mutable_cones());
+  ReadPlaneFeatures(artefact.At("slots_mm"), out.mutable_slots());
+  out.set_cone_half_angle_deg(artefact.At("cone_half_angle_deg").Positive(89));
+  out.set_cone_top_radius_mm(artefact.At("cone_top_radius_mm").Positive(1000));
+  out.set_cone_bottom_radius_mm(artefact.At("cone_bottom_radius_mm").Number(0, 1000));
+  out.set_slot_width_mm(artefact.At("slot_width_mm").Positive(1000));
+  out.set_slot_depth_mm(artefact.At("slot_depth_mm").Positive(1000));
+  return out;
+}
+
+plant::v1::Part ReadPart(const Field& part, const std::string& cad_file) {
+  part.OnlyKeys({"id", "cad", "cad_unit", "zero_from_part_nominal", "hole_groups", "six_points"});
+  plant::v1::Part out;
+  std::string ending = std::filesystem::path(cad_file).extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (ending == ".step" || ending == ".stp") {
+    out.set_cad_format(plant::v1::CAD_FORMAT_STEP);
+  } else if (ending == ".igs" || ending == ".iges") {
+    out.set_cad_format(plant::v1::CAD_FORMAT_IGES);
+  } else if (ending == ".stl") {
+    out.set_cad_format(plant::v1::CAD_FORMAT_STL);
+  } else if (!cad_file.empty()) {
+    part.At("cad").Refuse("a name that ends in .step, .stp, .igs, .iges or .stl");
+  }
+  const std::string unit = part.At("cad_unit").Choice({"mm", "cm", "m", "inch", "in"});
+  out.set_cad_unit_mm(unit == "mm" ? 1 : unit == "cm" ? 10 : unit == "m" ? 1000 : 25.4);
+  const Eigen::Isometry3d zero_from_part_nominal(part.At("zero_from_part_nominal").RigidTransform());
+  runtime::ToProto(zero_from_part_nominal, out.mutable_zero_from_part_nominal());
+  std::set<std::string> names;
+  for (const Field& group : part.At("hole_groups").Items(0, kGreatestGroupCount)) {
+    ReadHoleGroup(group, out.add_hole_groups());
+    const std::string& name = out.hole_groups(out.hole_groups_size() - 1).group();
+    if (!name.empty() && !names.insert(name).second) group.At("name").Refuse("a name that no other group has");
+  }
+  // None: a part that is positioned by best fit alone.
+  const auto datums = part.Find("six_points");
+  if (!datums) return out;
+  for (const Field& item : datums->Items(0, 6)) {
+    item.OnlyKeys({"name", "point_in_part_mm", "normal_in_part"});
+    plant::v1::DatumPoint* datum = out.add_six_points();
+    datum->set_datum(item.At("name").Id());
+    runtime::ToProto(item.At("point_in_part_mm").Vector3(), datum->mutable_point_in_part_mm());
+    runtime::ToProto(item.At("normal_in_part").Direction(), datum->mutable_normal_in_part());
+  }
+  if (out.six_points_size() % 6 != 0) datums->Refuse("six datum points, or none");
+  return out;
+}
+
+calibration::v1::TouchData ReadTouchData(const Field& touch) {
+  touch.OnlyKeys({"frame", "centres", "plane", "side_x", "side_y", "standard_uncertainty_um"});
+  calibration::v1::TouchData out;
+  if (const auto frame = touch.Find("frame")) frame->Choice({"table", "machine"});
+  for (const auto& [feature, centre] : touch.At("centres").Members(1, kGreatestFeatureCount)) {
+    calibration::v1::NamedPoint* point = out.add_centres();
+    point->set_feature(feature);
+    runtime::ToProto(centre.Vector3(), point->mutable_point_mm());
+  }
+  ReadProbedPoints(touch, "plane", out.mutable_plane_mm());
+  ReadProbedPoints(touch, "side_x", out.mutable_side_x_mm());
+  ReadProbedPoints(touch, "side_y", out.mutable_side_y_mm());
+  if (const auto sigma = touch.Find("standard_uncertainty_um")) out.set_standard_uncertainty_um(sigma->Positive(1000));
+  return out;
+}
+
+std::vector<calibration::v1::SpherePose> ReadSpherePoses(const Field& poses) {
+  std::vector<calibration::v1::SpherePose> out;
+  for (const Field& item : poses.Items(1, kGreatestProbedPointCount)) {
+    item.OnlyKeys({"a_deg", "b_deg", "centre_mm", "use"});
+    calibration::v1::SpherePose& pose = out.emplace_back();
+    pose.set_a_deg(item.At("a_deg").Number(-3600, 3600));
+    pose.set_b_deg(item.At("b_deg").Number(-3600, 3600));
+    runtime::ToProto(item.At("centre_mm").Vector3(), pose.mutable_centre_mm());
+    const auto use = item.Find("use");
+    pose.set_held_out(use && use->Choice({"fit", "check"}) == "check");
+  }
+  return out;
+}
+
+absl::StatusOr<plant::v1::CreateMachineRequest> LoadMachine(const std::string& path) {
+  absl::StatusOr<nlohmann::json> document = LoadDocument(path);
+  if (!document.ok()) return document.status();
+  Problems problems(true);
+  const Field root(&*document, "", &problems);
+  plant::v1::CreateMachineRequest request;
+  request.set_machine_id(root.At("id").Id());
+  *request.mutable_machine() = ReadMachine(root);
+  if (!problems.empty()) return problems.ToStatus();
+  return request;
+}
+
+absl::StatusOr<plant::v1::CreateArtefactRequest> LoadArtefact(const std::string& path) {
+  absl::StatusOr<nlohmann::json> document = LoadDocument(path);
+  if (!document.ok()) return document.status();
+  Problems problems(true);
+  const Field root(&*document, "", &problems);
+  plant::v1::CreateArtefactRequest request;
+  request.set_artefact_id(root.At("id").Id());
+  *request.mutable_artefact() = ReadArtefact(root);
+  if (!problems.empty()) return problems.ToStatus();
+  return request;
+}
+
+absl::StatusOr<plant::v1::CreatePartRequest> LoadPart(const std::string& path) {
+  absl::StatusOr<nlohmann::json> document = LoadDocument(path);
+  if (!document.ok()) return document.status();
+  Problems problems(true);
+  const Field root(&*document, "", &problems);
+  const std::string cad_file = root.At("cad").Text();
+  plant::v1::CreatePartRequest request;
+  request.set_part_id(root.At("id").Id());
+  *request.mutable_part() = ReadPart(root, cad_file);
+  if (!problems.empty()) return problems.ToStatus();
+  const std::filesystem::path beside = std::filesystem::path(path).parent_path() / cad_file;
+  absl::StatusOr<std::string> cad = ReadFile(beside.string(), kGreatestCadBytes);
+  if (!cad.ok()) return cad.status();
+  request.set_cad(std::move(*cad));
+  return request;
+}
+
+absl::StatusOr<calibration::v1::TouchData> LoadTouchData(const std::string& path) {
+  std::string member_path;
+  absl::StatusOr<nlohmann::json> document = LoadMember(path, "touch_probe", &member_path);
+  if (!document.ok()) return document.status();
+  Problems problems(member_path.empty());
+  calibration::v1::TouchData touch = ReadTouchData(Field(&*document, member_path, &problems));
+  if (!problems.empty()) return problems.ToStatus();
+  return touch;
+}
+
+absl::StatusOr<std::vector<calibration::v1::SpherePose>> LoadSpherePoses(const std::string& path) {
+  std::string member_path;
+  absl::StatusOr<nlohmann::json> document = LoadMember(path, "sphere_poses", &member_path);
+  if (!document.ok()) return document.status();
+  Problems problems(member_path.empty());
+  std::vector<calibration::v1::SpherePose> poses = ReadSpherePoses(Field(&*document, member_path, &problems));
+  if (!problems.empty()) return problems.ToStatus();
+  return poses;
+}
+
+}  // namespace sixpoint::cli

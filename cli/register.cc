@@ -1,0 +1,47 @@
+#include <iostream>
+
+#include "cli/commands.h"
+#include "cli/output.h"
+#include "cli/reports.h"
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::cli {
+
+using registration::v1::RegistrationService;
+
+void AddRegisterCommand(CLI::App* app, Session* session) {
+  struct Arguments {
+    std::string blade, method;
+    std::vector<std::string> scans;
+  };
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app->add_subcommand("register", "Finds where a blade really stands");
+  command->add_option("--blade", arguments->blade, "Serial number")->required();
+  command->add_option("--scans", arguments->scans, "Its scans: ID,ID,...")->required()->delimiter(',');
+  command->add_option("--method", arguments->method, "local, six-point or best-fit")
+      ->required()
+      ->check(CLI::IsMember({"local", "six-point", "best-fit"}));
+  session->OnCommand(command, [session, arguments]() -> absl::Status {
+    registration::v1::RegisterRequest request;
+    request.set_blade(runtime::NameOf("blades", arguments->blade));
+    for (const std::string& scan : arguments->scans) request.add_scans(runtime::NameOf("scans", scan));
+    request.set_method(arguments->method == "local"       ? registration::v1::METHOD_LOCAL
+                       : arguments->method == "six-point" ? registration::v1::METHOD_SIX_POINT
+                                                          : registration::v1::METHOD_BEST_FIT);
+    request.set_requested_by(session->requested_by());
+    request.set_request_id(NewRequestId());
+    registration::v1::Registration response;
+    absl::Status status =
+        session->Call<RegistrationService>("registration", &RegistrationService::Stub::Register, request, &response);
+    if (!status.ok()) return status;
+    if (session->json) {
+      PrintJson(MessageToJson(response));
+    } else {
+      std::cout << RegistrationText(response);
+    }
+    if (response.evidence().outcome() != registration::v1::OUTCOME_CONVERGED) session->MarkNotUsable();
+    return status;
+  });
+}
+
+}  // namespace sixpoint::cli

@@ -1,0 +1,168 @@
+#include "cli/reports.h"
+
+#include <cmath>
+
+#include "cli/number_format.h"
+#include "cli/output.h"
+
+namespace sixpoint::cli {
+namespace {
+
+using calibration::v1::Calibration;
+using geometry::v1::Point;
+
+std::string SensorText(const calibration::v1::SensorCalibration& sensor) {
+  Table table({"parameter", ">value", ">standard uncertainty", "unit"});
+  table.AddRow({"alpha", Fixed(sensor.alpha_deg(), 5), Fixed(sensor.alpha_standard_uncertainty_deg(), 5), "deg"});
+  table.AddRow({"beta", Fixed(sensor.beta_deg(), 5), Fixed(sensor.beta_standard_uncertainty_deg(), 5), "deg"});
+  table.AddRow({"gamma", Fixed(sensor.gamma_deg(), 5), Fixed(sensor.gamma_standard_uncertainty_deg(), 5), "deg"});
+  const Point& t = sensor.t_sm_mm();
+  const Point& u = sensor.t_sm_standard_uncertainty_mm();
+  table.AddRow({"T_sm x", Fixed(t.x_mm(), 5), Fixed(u.x_mm(), 5), "mm"});
+  table.AddRow({"T_sm y", Fixed(t.y_mm(), 5), Fixed(u.y_mm(), 5), "mm"});
+  table.AddRow({"T_sm z", Fixed(t.z_mm(), 5), Fixed(u.z_mm(), 5), "mm"});
+  std::string text = table.ToText() + "residual rms " + Fixed(sensor.residual_rms_um(), 3) + " um, condition number " +
+                     Fixed(sensor.condition_number(), 1) + "\n";
+  Table check({"check: laser minus touch", "scan", ">dx um", ">dy um", ">dz um"});
+  for (const auto& residual : sensor.check()) {
+    check.AddRow({residual.feature(), IdText(residual.scan()), Fixed(residual.dx_um(), 2), Fixed(residual.dy_um(), 2),
+                  Fixed(residual.dz_um(), 2)});
+  }
+  return text + (check.empty() ? "" : check.ToText());
+}
+
+std::string RotationText(const calibration::v1::RotationCalibration& rotation) {
+  Table table({"axis", "direction", "point mm"});
+  for (const auto& [name, axis] : {std::pair("A", &rotation.a_axis()), std::pair("B", &rotation.b_axis())}) {
+    const auto& d = axis->direction();
+    table.AddRow(
+        {name, Fixed(d.x(), 7) + ", " + Fixed(d.y(), 7) + ", " + Fixed(d.z(), 7), PointText(axis->point_mm(), 5)});
+  }
+  const bool known = rotation.has_point_c_standard_uncertainty_mm();
+  return table.ToText() + "Point C " + PointText(rotation.point_c_mm(), 5) + " mm" +
+         (known ? ", standard uncertainty " + PointText(rotation.point_c_standard_uncertainty_mm(), 5) + " mm" : "") +
+         "\nresidual rms " + Fixed(rotation.residual_rms_um(), 3) + " um; check rms " +
+         (rotation.check_count() > 0 ? Fixed(rotation.check_rms_um(), 3) + " um over " : std::string("- over ")) +
+         std::to_string(rotation.check_count()) + " poses held out; condition number " +
+         Fixed(rotation.condition_number(), 1) + "\n";
+}
+
+}  // namespace
+
+std::string MethodText(registration::v1::Method method) { return EnumText(Method_Name(method), "METHOD_"); }
+std::string OutcomeName(registration::v1::Outcome outcome) {
+  return Outcome_Name(outcome).substr(std::string("OUTCOME_").size());
+}
+std::string VerdictName(inspection::v1::Verdict verdict) {
+  return Verdict_Name(verdict).substr(std::string("VERDICT_").size());
+}
+
+std::string CalibrationText(const Calibration& calibration) {
+  std::string text = calibration.name() + ": " +
+                     EnumText(CalibrationKind_Name(calibration.kind()), "CALIBRATION_KIND_") + " of " +
+                     calibration.machine() + ", " + calibration.method() + ", valid " +
+                     TimeText(calibration.valid_from()) + " to " + TimeText(calibration.valid_until()) + "\n";
+  if (calibration.has_sensor()) text += SensorText(calibration.sensor());
+  if (calibration.has_rotation()) text += RotationText(calibration.rotation());
+  return text;
+}
+
+Table RegistrationTable() {
+  return Table({"blade", "method", "outcome", ">points", ">used", ">overlap %", ">iterations", ">rms um", ">sigma um",
+                ">condition", ">s"});
+}
+
+void AddRegistrationRow(const std::string& blade, const std::string& method,
+                        const registration::v1::Registration& registration, Table* table) {
+  const auto& evidence = registration.evidence();
+  table->AddRow({blade, method, OutcomeName(evidence.outcome()), Grouped(evidence.point_count()),
+                 Grouped(evidence.points_used()), Fixed(100 * evidence.overlap(), 1),
+                 std::to_string(evidence.iteration_count()), Fixed(evidence.residual_rms_um(), 3),
+                 Fixed(evidence.residual_sigma_um(), 3), Fixed(evidence.condition_number(), 1),
+                 Fixed(evidence.seconds(), 2)});
+}
+
+std::string RegistrationText(const registration::v1::Registration& registration) {
+  Table evidence = RegistrationTable();
+  AddRegistrationRow(IdText(registration.blade()), MethodText(registration.method()), registration, &evidence);
+  std::string text = registration.name() + " with " + registration.sensor_calibration() + " and " +
+                     registration.rotation_calibration() + "\n" + evidence.ToText();
+  Table datums({"datum", ">distance um", ">standard uncertainty um", ">points"});
+  for (const auto& datum : registration.evidence().datums()) {
+    datums.AddRow({datum.datum(), Fixed(datum.distance_um(), 2), Fixed(datum.standard_uncertainty_um(), 3),
+                   Grouped(datum.point_count())});
+  }
+  if (!datums.empty()) text += datums.ToText();
+  if (registration.has_zero_from_part() && registration.zero_from_part().rotation_size() == 9) {
+    const auto& pose = registration.zero_from_part();
+    const Point& t = pose.translation_mm();
+    const double translation[3] = {t.x_mm(), t.y_mm(), t.z_mm()};
+    Table rows({"zero_from_part", ">", ">", ">mm"});
+    for (int r = 0; r < 3; ++r) {
+      rows.AddRow({Fixed(pose.rotation(3 * r), 9), Fixed(pose.rotation(3 * r + 1), 9),
+                   Fixed(pose.rotation(3 * r + 2), 9), Fixed(translation[r], 6)});
+    }
+    text += rows.ToText();
+  }
+  return text;
+}
+
+Table CorrectionTable() {
+  return Table({"method", "group", "hole", ">nominal X", ">Y", ">Z", ">A", ">B", ">corrected X", ">Y", ">Z", ">A", ">B",
+                ">U95 um"});
+}
+
+void AddCorrectionRows(const std::string& method, const correction::v1::Correction& correction, Table* table) {
+  for (const auto& group : correction.groups()) {
+    for (const auto& hole : group.holes()) {
+      const Point& n = hole.nominal_start_mm();
+      const Point& c = hole.start_mm();
+      table->AddRow({method, group.group(), hole.hole(), Fixed(n.x_mm(), 4), Fixed(n.y_mm(), 4), Fixed(n.z_mm(), 4),
+                     Fixed(group.a_nominal_deg(), 4), Fixed(group.b_nominal_deg(), 4), Fixed(c.x_mm(), 4),
+                     Fixed(c.y_mm(), 4), Fixed(c.z_mm(), 4), Fixed(group.a_deg(), 4), Fixed(group.b_deg(), 4),
+                     Fixed(hole.expanded_uncertainty_um(), 2)});
+    }
+  }
+}
+
+std::string CorrectionText(const correction::v1::Correction& correction) {
+  Table table = CorrectionTable();
+  AddCorrectionRows("", correction, &table);
+  std::string text = correction.name() + " of " + correction.blade() + " from " + correction.registration() +
+                     " (mm, deg)\n" + table.ToText();
+  if (correction.release() == correction::v1::RELEASE_AWAITING_PERSON) {
+    text += "waits for a person's release:\n";
+    for (const std::string& reason : correction.release_reasons()) text += "  " + reason + "\n";
+  }
+  return text + "not to be used after " + TimeText(correction.valid_until()) + "\n";
+}
+
+Table InspectionTable() {
+  return Table({"group", "hole", "verdict", ">position mm", ">U95 um", ">tolerance mm", ">inclination deg", ">U95 deg",
+                ">tolerance deg", ">points", "reason"});
+}
+
+void AddInspectionRows(const inspection::v1::Inspection& inspection, Table* table) {
+  for (const auto& hole : inspection.holes()) {
+    const bool position = hole.has_position_error_mm(), inclination = hole.has_inclination_error_deg();
+    table->AddRow({hole.group(), hole.hole(), VerdictName(hole.verdict()),
+                   position ? Fixed(hole.position_error_mm(), 4) : "-",
+                   position ? Fixed(hole.position_expanded_uncertainty_um(), 2) : "-",
+                   Fixed(hole.position_tolerance_mm(), 4), inclination ? Fixed(hole.inclination_error_deg(), 4) : "-",
+                   inclination ? Fixed(hole.inclination_expanded_uncertainty_deg(), 4) : "-",
+                   Fixed(hole.inclination_tolerance_deg(), 3), Grouped(hole.point_count()), hole.reason()});
+  }
+}
+
+std::string InspectionText(const inspection::v1::Inspection& inspection) {
+  Table table = InspectionTable();
+  AddInspectionRows(inspection, &table);
+  const auto& deviation = inspection.deviation();
+  return inspection.name() + " of " + inspection.blade() + ": " + VerdictName(inspection.verdict()) + " (" +
+         inspection.decision_rule() + ")\n" + table.ToText() +
+         "deviation from CAD: " + Fixed(deviation.minimum_um(), 1) + " to " + Fixed(deviation.maximum_um(), 1) +
+         " um, rms " + Fixed(deviation.rms_um(), 2) + " um over " + Grouped(deviation.point_count()) + " points (" +
+         Grouped(deviation.excluded_count()) + " set aside)\n";
+}
+
+}  // namespace sixpoint::cli

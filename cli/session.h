@@ -1,0 +1,98 @@
+// What every command shares: the options, the connections, and the way a command ends.
+#pragma once
+
+#include <absl/status/statusor.h>
+#include <grpcpp/grpcpp.h>
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "sixpoint/calibration/v1/calibration.grpc.pb.h"
+#include "sixpoint/correction/v1/correction.grpc.pb.h"
+#include "sixpoint/ingest/v1/ingest.grpc.pb.h"
+#include "sixpoint/inspection/v1/inspection.grpc.pb.h"
+#include "sixpoint/plant/v1/plant.grpc.pb.h"
+#include "sixpoint/registration/v1/registration.grpc.pb.h"
+
+namespace sixpoint::cli {
+
+// Exit codes, as docs/cli.md says.
+enum ExitCode : int {
+  kDone = 0,
+  kFailed = 1,
+  kUsage = 2,
+  kUnreachable = 3,
+  kNotUsable = 4,  // answered and stored, but the result must not be used: not converged, or some steps failed
+};
+
+// Thread-safe after the arguments are parsed.
+class Session {
+ public:
+  std::string server = "127.0.0.1:7400";
+  bool json = false;
+  double deadline_s = 300;
+
+  // Who asks, as stored with every result: the user's login.
+  const std::string& requested_by() const { return requested_by_; }
+  Session();
+
+  // The channel to a service, found by ListEndpoints of the plant service and kept. UNAVAILABLE where the plant does not
+  // answer, NOT_FOUND where it has no such service.
+  absl::StatusOr<std::shared_ptr<grpc::Channel>> ChannelTo(const std::string& area);
+
+  // The stub of the area that a service belongs to.
+  template <typename Service>
+  absl::StatusOr<std::unique_ptr<typename Service::Stub>> StubOf(const std::string& area) {
+    auto channel = ChannelTo(area);
+    if (!channel.ok()) return channel.status();
+    return Service::NewStub(*channel);
+  }
+
+  // One unary call on a fresh context for each attempt; a service that is away or full is tried again with growing
+  // pauses until deadline_s is over, so that a restart of a service is not seen. Mutating requests carry a request_id,
+  // which makes that safe.
+  template <typename Service, typename Request, typename Response>
+  absl::Status Call(const std::string& area,
+                    grpc::Status (Service::Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+                    const Request& request, Response* response) {
+    return Retrying(area, [&](const std::shared_ptr<grpc::Channel>& channel, grpc::ClientContext* context) {
+      response->Clear();
+      return (Service::NewStub(channel).get()->*method)(context, request, response);
+    });
+  }
+  absl::Status Retrying(
+      const std::string& area,
+      const std::function<grpc::Status(const std::shared_ptr<grpc::Channel>&, grpc::ClientContext*)>& attempt);
+
+  // Lets a subcommand run this when it was given.
+  void OnCommand(CLI::App* command, std::function<absl::Status()> action);
+  bool has_action() const { return static_cast<bool>(action_); }
+  // Runs the command and gives the exit code; a failure is printed with its code, message, reason and the next step.
+  int Run();
+  // The command is done but its result is not usable.
+  void MarkNotUsable() { exit_code_ = kNotUsable; }
+
+ private:
+  std::string requested_by_;
+  std::function<absl::Status()> action_;
+  int exit_code_ = kDone;
+  std::mutex mutex_;
+  std::map<std::string, std::shared_ptr<grpc::Channel>> channels_;
+  std::map<std::string, std::string> addresses_;
+};
+
+// A random UUID, version 4.
+std::string NewRequestId();
+
+// What to do about a failure, in one line.
+std::string NextStep(const absl::Status& status, const std::string& server);
+// {"error": {"code", "message", "reason", "next"}}
+nlohmann::json FailureToJson(const absl::Status& status, const std::string& server);
+std::string FailureToText(const absl::Status& status, const std::string& server);
+
+}  // namespace sixpoint::cli

@@ -1,0 +1,83 @@
+#include "cli/plant_documents.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+namespace sixpoint::cli {
+namespace {
+
+using testing::HasSubstr;
+
+std::string Example(const std::string& name) {
+  const char* source = std::getenv("SIXPOINT_SOURCE_DIR");
+  return std::string(source == nullptr ? "." : source) + "/docs/examples/" + name;
+}
+
+absl::Status ReadMachineFrom(const std::string& yaml) {
+  const auto json = ParseYaml("machine.yaml", yaml);
+  if (!json.ok()) return json.status();
+  Problems problems(true);
+  ReadMachine(Field(&*json, "", &problems));
+  return problems.ToStatus();
+}
+
+TEST(PlantDocuments, TheMachineOfTheDocsIsRead) {
+  const auto request = LoadMachine(Example("machine.yaml"));
+  ASSERT_TRUE(request.ok()) << request.status();
+  EXPECT_EQ(request->machine_id(), "sarix-1");
+  const auto& kinematics = request->machine().kinematics();
+  ASSERT_EQ(kinematics.part_side_size(), 2);
+  EXPECT_EQ(kinematics.part_side(0).axis(), "A");
+  EXPECT_EQ(kinematics.part_side(0).kind(), plant::v1::JOINT_KIND_ROTARY);
+  EXPECT_EQ(kinematics.part_side(0).sign(), 1);
+  EXPECT_EQ(kinematics.tool_side_size(), 3);
+  EXPECT_GT(request->machine().safety_envelope().translation_mm(), 0);
+}
+
+TEST(PlantDocuments, TheArtefactOfTheDocsIsRead) {
+  const auto request = LoadArtefact(Example("artefact.yaml"));
+  ASSERT_TRUE(request.ok()) << request.status();
+  EXPECT_EQ(request->artefact().side_mm(), 24);
+  EXPECT_EQ(request->artefact().cones_size(), 3);
+  EXPECT_EQ(request->artefact().slots_size(), 3);
+}
+
+TEST(PlantDocuments, ThePartOfTheDocsIsReadWithTheCadBesideIt) {
+  const auto request = LoadPart(Example("part.yaml"));
+  ASSERT_TRUE(request.ok()) << request.status();
+  EXPECT_EQ(request->part().cad_format(), plant::v1::CAD_FORMAT_STL);
+  EXPECT_FALSE(request->cad().empty());
+  EXPECT_EQ(request->part().six_points_size(), 6);
+  EXPECT_EQ(request->part().zero_from_part_nominal().rotation_size(), 9);
+}
+
+TEST(PlantDocuments, TheTouchDataAndSpherePosesOfTheDocsAreRead) {
+  const auto touch = LoadTouchData(Example("touch.yaml"));
+  ASSERT_TRUE(touch.ok()) << touch.status();
+  EXPECT_EQ(touch->centres_size(), 6);
+  const auto poses = LoadSpherePoses(Example("sphere_poses.yaml"));
+  ASSERT_TRUE(poses.ok()) << poses.status();
+  EXPECT_TRUE(poses->back().held_out());
+}
+
+TEST(PlantDocuments, AMachineSaysEverythingThatIsWrongAtOnce) {
+  const absl::Status status = ReadMachineFrom(
+      "id: m\nnominal_centre_mm: [0, 0]\nsensor: {model: s, noise_um: -2, columns: 1280, mid_range_mm: 66, range_mm: "
+      "25, "
+      "line_angle_deg: 20}\nsafty_envelope: {}\npart_side: [{axis: Q, kind: rotary, direction: [0, 1, 0]}]\ntool_side: "
+      "[]\n");
+  ASSERT_FALSE(status.ok());
+  const std::string message(status.message());
+  EXPECT_THAT(message, HasSubstr("nominal_centre_mm: 2 values"));
+  EXPECT_THAT(message, HasSubstr("sensor.noise_um: -2"));
+  EXPECT_THAT(message, HasSubstr("safty_envelope: unknown"));
+  EXPECT_THAT(message, HasSubstr("safety_envelope: missing"));
+  EXPECT_THAT(message, HasSubstr("part_side[0].axis: \"Q\""));
+  EXPECT_THAT(message, HasSubstr("part_side[0].point_mm: missing"));
+  EXPECT_THAT(message, HasSubstr("part_side[0].limits_deg: missing"));
+}
+
+}  // namespace
+}  // namespace sixpoint::cli
