@@ -19,6 +19,7 @@
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "storage/blobs.h"
+#include "storage/record.h"
 #include "tests/services/ingest/fake_plant.h"
 #include "tests/services/ingest/sample_scans.h"
 #include "tests/support/in_process_server.h"
