@@ -73,7 +73,10 @@ void AddCalibrateCommands(CLI::App* app, Session* session) {
       calibrate->add_subcommand("sensor", "Sensor to machine, from artefact scans at two heights and touch data");
   sensor->add_option("--machine", sensor_arguments->machine, "The machine")->required();
   sensor->add_option("--artefact", sensor_arguments->artefact, "The artefact that was scanned")->required();
-  sensor->add_option("--scans", sensor_arguments->scans, "Its scans: ID,ID,...")->required()->delimiter(',');
+  sensor->add_option("--scans", sensor_arguments->scans, "Its scans: ID,ID,...")
+      ->required()
+      ->delimiter(',')
+      ->allow_extra_args(false);
   sensor->add_option("--touch", sensor_arguments->file, "Touch data (YAML or JSON), or a dataset.json")->required();
   sensor->add_option("--method", sensor_arguments->method, "joint (the default) or sequential")
       ->check(CLI::IsMember({"joint", "sequential"}));

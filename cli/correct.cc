@@ -60,7 +60,9 @@ void AddCorrectCommand(CLI::App* app, Session* session) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app->add_subcommand("correct", "Moves the machining program onto the real blade");
   command->add_option("--registration", arguments->registration, "The registration to correct by")->required();
-  command->add_option("--groups", arguments->groups, "Only these hole groups: G1,G2,...")->delimiter(',');
+  command->add_option("--groups", arguments->groups, "Only these hole groups: G1,G2,...")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command->add_option("--template", arguments->template_file, "NC program whose coordinates are replaced");
   command->add_option("--out", arguments->out_file, "Where the corrected program is written");
   session->OnCommand(command, [session, arguments] { return Correct(session, *arguments); });

@@ -15,7 +15,10 @@ void AddInspectCommand(CLI::App* app, Session* session) {
   CLI::App* command =
       app->add_subcommand("inspect", "Judges a machined blade; done means judged, whatever the verdict");
   command->add_option("--blade", *blade, "Serial number")->required();
-  command->add_option("--scans", *scans, "Scans with a pin in each hole: ID,ID,...")->required()->delimiter(',');
+  command->add_option("--scans", *scans, "Scans with a pin in each hole: ID,ID,...")
+      ->required()
+      ->delimiter(',')
+      ->allow_extra_args(false);
   session->OnCommand(command, [session, blade, scans]() -> absl::Status {
     inspection::v1::InspectRequest request;
     request.set_blade(runtime::NameOf("blades", *blade));

@@ -17,7 +17,10 @@ void AddRegisterCommand(CLI::App* app, Session* session) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app->add_subcommand("register", "Finds where a blade really stands");
   command->add_option("--blade", arguments->blade, "Serial number")->required();
-  command->add_option("--scans", arguments->scans, "Its scans: ID,ID,...")->required()->delimiter(',');
+  command->add_option("--scans", arguments->scans, "Its scans: ID,ID,...")
+      ->required()
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command->add_option("--method", arguments->method, "local, six-point or best-fit")
       ->required()
       ->check(CLI::IsMember({"local", "six-point", "best-fit"}));

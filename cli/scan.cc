@@ -107,7 +107,8 @@ void AddUpload(CLI::App* scan, Session* session) {
   upload->add_option("--kind", arguments->kind, "artefact, arm, airfoil, local or pins")->required();
   upload->add_option("--v0-mm", arguments->v0_mm, "Machine position at the start of the scan: X,Y,Z")
       ->required()
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   upload->add_option("--a-deg", arguments->a_deg, "A axis as commanded")->required();
   upload->add_option("--b-deg", arguments->b_deg, "B axis as commanded")->required();
   upload->add_option("--pitch-mm", arguments->pitch_mm, "Encoder distance between profiles")->required();
