@@ -1,0 +1,183 @@
+#include "services/plant/cad_worker.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <sstream>
+#include <thread>
+#include <vector>
+
+#include "services/runtime/errors.h"
+
+namespace sixpoint::plant {
+namespace {
+
+constexpr int kRefused = 2;  // the worker's own exit code for a file that it does not take
+constexpr std::size_t kGreatestMeshBytes = std::size_t{512} << 20;
+constexpr std::size_t kGreatestMessageBytes = 2000;
+constexpr int kInput = 3, kOutput = 4;  // descriptors in the worker
+
+// A file in memory without a name.
+class MemoryFile {
+ public:
+  explicit MemoryFile(const char* name) : descriptor_(memfd_create(name, MFD_CLOEXEC)) {}
+  ~MemoryFile() {
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+  int descriptor() const { return descriptor_; }
+
+  bool Write(const std::string& bytes) const {
+    std::size_t done = 0;
+    while (done < bytes.size()) {
+      const ssize_t put = pwrite(descriptor_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(done));
+      if (put < 0 && errno == EINTR) continue;
+      if (put <= 0) return false;
+      done += static_cast<std::size_t>(put);
+    }
+    return true;
+  }
+
+  // At most `limit` bytes from its beginning.
+  std::string Read(std::size_t limit) const {
+    struct stat status {};
+    if (fstat(descriptor_, &status) != 0) return {};
+    std::string bytes(std::min(limit, static_cast<std::size_t>(status.st_size)), '\0');
+    std::size_t done = 0;
+    while (done < bytes.size()) {
+      const ssize_t got = pread(descriptor_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(done));
+      if (got < 0 && errno == EINTR) continue;
+      if (got <= 0) break;
+      done += static_cast<std::size_t>(got);
+    }
+    bytes.resize(done);
+    return bytes;
+  }
+
+ private:
+  int descriptor_;
+};
+
+std::string Text(double value) {
+  std::ostringstream text;
+  text.precision(17);
+  text << value;
+  return text.str();
+}
+
+absl::StatusOr<pid_t> Start(const CadWorkerOptions& options, const CadFile& file, const MemoryFile& input,
+                            const MemoryFile& output, const MemoryFile& errors) {
+  std::vector<std::string> words{options.program,
+                                 "--format",
+                                 file.format,
+                                 "--unit-mm",
+                                 Text(file.unit_mm),
+                                 "--error-um",
+                                 Text(file.chordal_error_um),
+                                 "--memory-mb",
+                                 std::to_string(options.memory_mb),
+                                 "--cpu-s",
+                                 std::to_string(options.cpu_s),
+                                 "--in",
+                                 "/proc/self/fd/" + std::to_string(kInput),
+                                 "--out",
+                                 "/proc/self/fd/" + std::to_string(kOutput)};
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  char* environment[] = {nullptr};  // it needs nothing of ours
+
+  // High copies first: a memory file's own number may be one of the worker's.
+  const int in = fcntl(input.descriptor(), F_DUPFD_CLOEXEC, 64), out = fcntl(output.descriptor(), F_DUPFD_CLOEXEC, 64),
+            err = fcntl(errors.descriptor(), F_DUPFD_CLOEXEC, 64);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_adddup2(&actions, err, STDERR_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, in, kInput);
+  posix_spawn_file_actions_adddup2(&actions, out, kOutput);
+  posix_spawn_file_actions_addclosefrom_np(&actions, kOutput + 1);
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  sigset_t none, all;
+  sigemptyset(&none);
+  sigfillset(&all);
+  posix_spawnattr_setsigmask(&attributes, &none);
+  posix_spawnattr_setsigdefault(&attributes, &all);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+  pid_t pid = -1;
+  const int failure = posix_spawn(&pid, options.program.c_str(), &actions, &attributes, arguments.data(), environment);
+  posix_spawnattr_destroy(&attributes);
+  posix_spawn_file_actions_destroy(&actions);
+  for (const int copy : {in, out, err}) close(copy);
+  if (failure != 0)
+    return runtime::Failure(absl::StatusCode::kUnavailable, "CAD_WORKER_MISSING",
+                            "cad worker " + options.program + ": " + std::strerror(failure));
+  return pid;
+}
+
+// The worker says "field: value, want wanted", as everybody does.
+absl::Status RefusedAs(const std::string& message) {
+  const std::size_t value = message.find(": "), wanted = message.rfind(", want ");
+  if (value == std::string::npos || wanted == std::string::npos || wanted < value + 2)
+    return runtime::Refuse("cad", message, "readable CAD");
+  return runtime::Refuse(message.substr(0, value), message.substr(value + 2, wanted - value - 2),
+                         message.substr(wanted + 7));
+}
+
+enum class End { kExited, kTooLate, kCancelled };
+
+// Waits for the process, and ends it when its time is over. It is gone afterwards.
+End WaitFor(pid_t pid, std::chrono::milliseconds patience, const std::function<bool()>& keep_going, int* status) {
+  const auto until = std::chrono::steady_clock::now() + patience;
+  while (waitpid(pid, status, WNOHANG) == 0) {
+    const bool late = std::chrono::steady_clock::now() >= until;
+    if (late || !keep_going()) {
+      kill(pid, SIGKILL);
+      waitpid(pid, status, 0);
+      return late ? End::kTooLate : End::kCancelled;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return End::kExited;
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> TessellateInWorker(const CadWorkerOptions& options, const CadFile& file,
+                                               const std::string& cad, const std::function<bool()>& keep_going) {
+  const MemoryFile input("cad"), output("mesh"), errors("errors");
+  if (input.descriptor() < 0 || output.descriptor() < 0 || errors.descriptor() < 0 || !input.Write(cad))
+    return absl::ResourceExhaustedError("cad: no memory for " + std::to_string(cad.size()) + " bytes");
+  const absl::StatusOr<pid_t> pid = Start(options, file, input, output, errors);
+  if (!pid.ok()) return pid.status();
+  int status = 0;
+  const End end = WaitFor(*pid, options.patience, keep_going, &status);
+  if (end == End::kCancelled) return absl::CancelledError("the client went away or its time ended; nothing is stored");
+  if (end == End::kTooLate || (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU))
+    return runtime::Refuse("cad",
+                           file.format + " of " + std::to_string(cad.size()) + " bytes, still unread after its time",
+                           "CAD that is read within " + std::to_string(options.cpu_s) + " s of CPU time");
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) {
+    std::string mesh = output.Read(kGreatestMeshBytes + 1);
+    if (mesh.size() <= kGreatestMeshBytes) return mesh;
+    return runtime::Refuse("cad", "a surface of more than 512 MiB", "a simpler part");
+  }
+  std::string message = errors.Read(kGreatestMessageBytes);
+  message.resize(std::min(message.size(), message.find('\n')));
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kRefused) return RefusedAs(message);
+  return runtime::Refuse(
+      "cad", file.format + " of " + std::to_string(cad.size()) + " bytes, which breaks its reader",
+      "a sound file of at most the complexity that " + std::to_string(options.memory_mb) + " MB of memory hold");
+}
+
+}  // namespace sixpoint::plant

@@ -1,0 +1,32 @@
+// sixpoint-plant: what the plant owns, and the record of its blades.
+#include <algorithm>
+
+#include "services/plant/plant_service.h"
+#include "services/runtime/server.h"
+
+namespace sixpoint::plant {
+namespace {
+
+// CreatePart carries a CAD file of up to 48 MiB.
+constexpr int kLeastMessageMb = 64;
+
+std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOptions& options,
+                                                         storage::Database* database) {
+  PlantServiceOptions plant_options;
+  plant_options.cad_worker.program = options.worker_folder + "/sixpoint-cad-worker";
+  plant_options.cad_worker_count = options.threads;
+  plant_options.endpoints = options.peers;
+  plant_options.endpoints["plant"] = options.listen_address;
+  std::vector<std::unique_ptr<grpc::Service>> services;
+  services.push_back(std::make_unique<PlantService>(std::move(plant_options), database));
+  return services;
+}
+
+}  // namespace
+}  // namespace sixpoint::plant
+
+int main(int argc, char** argv) {
+  sixpoint::runtime::ServerOptions options = sixpoint::runtime::ParseServerOptions(argc, argv, "plant");
+  options.max_message_mb = std::max(options.max_message_mb, sixpoint::plant::kLeastMessageMb);
+  return sixpoint::runtime::Serve(options, sixpoint::plant::MakeServices);
+}

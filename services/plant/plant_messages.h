@@ -1,0 +1,20 @@
+// Rows of the registry as messages.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <string>
+
+#include "sixpoint/plant/v1/plant.pb.h"
+#include "storage/plant_registry.h"
+#include "storage/record.h"
+
+namespace sixpoint::plant {
+
+v1::Machine ToProto(const storage::MachineRow& row);
+v1::Artefact ToProto(const storage::ArtefactRow& row);
+v1::Part ToProto(const storage::PartRow& row);
+v1::Blade ToProto(const storage::BladeRow& row);
+v1::RecordEntry ToProto(const storage::JournalEntry& entry);
+
+}  // namespace sixpoint::plant

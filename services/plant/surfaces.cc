@@ -1,0 +1,101 @@
+#include "services/plant/surfaces.h"
+
+#include <sstream>
+#include <utility>
+
+#include "metrology/surface/triangle_mesh.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/server.h"
+#include "storage/blobs.h"
+
+namespace sixpoint::plant {
+namespace {
+
+constexpr double kChordalErrorUm = 0.5;
+// Counts up when the tessellation of the same CAD with the same parameters comes to differ.
+constexpr char kMethodVersion[] = "v1";
+
+std::string MethodOf(const CadFile& file) {
+  std::ostringstream text;
+  text.precision(17);
+  text << file.format << ' ' << kMethodVersion;
+  if (file.format == "stl") {
+    text << " unit_mm=" << file.unit_mm;
+  } else {
+    text << " chordal_error_um=" << file.chordal_error_um;
+  }
+  return text.str();
+}
+
+std::vector<double> Triple(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+absl::StatusOr<storage::TessellationRow> Summary(const std::string& mesh_bytes) {
+  const absl::StatusOr<metrology::TriangleMesh> mesh = metrology::MeshFromBytes(mesh_bytes);
+  if (!mesh.ok()) return absl::InternalError("cad worker: " + std::string(mesh.status().message()));
+  storage::TessellationRow row;
+  row.triangle_count = static_cast<std::int64_t>(mesh->triangles.size());
+  row.chordal_error_um = mesh->chordal_error_um;
+  row.closed = mesh->closed;
+  Eigen::Vector3d low = mesh->vertices_mm.front(), high = low;
+  for (const Eigen::Vector3d& vertex : mesh->vertices_mm) {
+    low = low.cwiseMin(vertex);
+    high = high.cwiseMax(vertex);
+  }
+  row.minimum_mm = Triple(low);
+  row.maximum_mm = Triple(high);
+  return row;
+}
+
+}  // namespace
+
+Surfaces::Surfaces(CadWorkerOptions options, storage::Database* database, int worker_count)
+    : options_(std::move(options)), database_(database), worker_count_(worker_count) {}
+
+absl::StatusOr<std::string> Surfaces::Read(const CadFile& file, const std::string& cad,
+                                           const std::function<bool()>& keep_going) {
+  absl::StatusOr<std::string> mesh = runtime::Failure(
+      absl::StatusCode::kResourceExhausted, "CAD_WORKERS_BUSY",
+      "cad: " + std::to_string(worker_count_) + " files are being read, want fewer at once; try again");
+  if (running_count_.fetch_add(1) < worker_count_) {
+    ++read_count_;
+    mesh = TessellateInWorker(options_, file, cad, keep_going);
+  }
+  --running_count_;
+  return mesh;
+}
+
+absl::StatusOr<storage::TessellationRow> Surfaces::Of(const std::string& format, double unit_mm, const std::string& cad,
+                                                      storage::Deadline deadline,
+                                                      const std::function<bool()>& keep_going) {
+  const CadFile file{format, unit_mm, kChordalErrorUm};
+  const std::string method = MethodOf(file), cad_sha256 = storage::Sha256Hex(cad);
+  {
+    absl::StatusOr<storage::Transaction> transaction = database_->Begin(deadline);
+    if (!transaction.ok()) return transaction.status();
+    absl::StatusOr<std::optional<storage::TessellationRow>> known =
+        storage::FindTessellation(*transaction, cad_sha256, method);
+    if (!known.ok()) return known.status();
+    if (*known) return **std::move(known);
+  }
+  // No connection is held while the worker runs.
+  const absl::StatusOr<std::string> mesh = Read(file, cad, keep_going);
+  if (!mesh.ok()) return mesh.status();
+  absl::StatusOr<storage::TessellationRow> row = Summary(*mesh);
+  if (!row.ok()) return row.status();
+  row->method = method;
+
+  absl::StatusOr<storage::Transaction> transaction = database_->Begin(deadline);
+  if (!transaction.ok()) return transaction.status();
+  const absl::StatusOr<std::string> cad_blob = storage::PutBlob(*transaction, cad);
+  if (!cad_blob.ok()) return cad_blob.status();
+  const absl::StatusOr<std::string> surface_blob = storage::PutBlob(*transaction, *mesh);
+  if (!surface_blob.ok()) return surface_blob.status();
+  row->cad_sha256 = *cad_blob;
+  row->surface_sha256 = *surface_blob;
+  absl::Status status = storage::InsertTessellation(*transaction, *row, runtime::SoftwareVersion());
+  if (status.ok()) status = transaction->Commit();
+  if (!status.ok()) return status;
+  return row;
+}
+
+}  // namespace sixpoint::plant

@@ -1,0 +1,346 @@
+#include "services/plant/validate.h"
+
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "services/runtime/errors.h"
+#include "services/runtime/geometry_proto.h"
+#include "services/runtime/resource_name.h"
+#include "storage/blobs.h"
+
+namespace sixpoint::plant {
+namespace {
+
+using runtime::Refuse;
+
+constexpr std::size_t kGreatestCadBytes = std::size_t{48} << 20;
+constexpr int kGreatestHoleCount = 20'000;
+constexpr int kUsualPageSize = 50, kGreatestPageSize = 500;
+constexpr double kBoxMarginMm = 1;
+
+// One range check; lower and upper limits are inside.
+absl::Status CheckRange(const std::string& field, double value, double least, double greatest,
+                        const std::string& wanted) {
+  return value >= least && value <= greatest ? absl::OkStatus() : Refuse(field, value, wanted);
+}
+absl::Status CheckPositive(const std::string& field, double value, double greatest) {
+  if (value > 0 && value <= greatest) return absl::OkStatus();
+  return Refuse(field, value, "> 0 and <= " + std::to_string(static_cast<int>(greatest)));
+}
+
+absl::Status First(std::initializer_list<absl::Status> checks) {
+  for (const absl::Status& check : checks) {
+    if (!check.ok()) return check;
+  }
+  return absl::OkStatus();
+}
+
+std::vector<double> Triple(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+// Reads a point or direction into `out`.
+template <typename Message>
+absl::Status Read(const std::string& field, bool given, const Message& in, std::vector<double>* out) {
+  if (!given) return Refuse(field, "", "a value");
+  const absl::StatusOr<Eigen::Vector3d> value = runtime::FromProto(field, in);
+  if (!value.ok()) return value.status();
+  if (!(value->cwiseAbs().maxCoeff() < 1e7)) return Refuse(field, value->cwiseAbs().maxCoeff(), "within 1e7 mm");
+  *out = Triple(*value);
+  return absl::OkStatus();
+}
+
+absl::Status CheckName(const std::string& field, const std::string& name, std::set<std::string>* seen) {
+  if (absl::Status status = runtime::CheckId(field, name); !status.ok()) return status;
+  return seen->insert(name).second ? absl::OkStatus() : Refuse(field, name, "a name that no other has");
+}
+
+// Of the description alone, so that the same description again is the same revision.
+template <typename Message>
+std::string ContentSha256(Message message, const std::string& more = "") {
+  message.clear_name();
+  message.clear_revision();
+  message.clear_created_at();
+  return storage::Sha256Hex(message.SerializeAsString() + more);
+}
+
+absl::StatusOr<storage::JointRow> ValidatedJoint(const std::string& field, const std::string& side,
+                                                 const v1::Joint& joint, std::set<std::string>* axes) {
+  storage::JointRow row;
+  row.side = side;
+  row.axis = joint.axis();
+  const std::string known = "XYZABC";
+  if (row.axis.size() != 1 || known.find(row.axis) == std::string::npos)
+    return Refuse(field + ".axis", row.axis, "X, Y, Z, A, B or C");
+  if (!axes->insert(row.axis).second) return Refuse(field + ".axis", row.axis, "an axis that no other joint has");
+  if (joint.kind() != v1::JOINT_KIND_LINEAR && joint.kind() != v1::JOINT_KIND_ROTARY)
+    return Refuse(field + ".kind", v1::JointKind_Name(joint.kind()), "JOINT_KIND_LINEAR or JOINT_KIND_ROTARY");
+  const bool rotary = joint.kind() == v1::JOINT_KIND_ROTARY;
+  row.kind = rotary ? "rotary" : "linear";
+  absl::Status status = Read(field + ".direction", joint.has_direction(), joint.direction(), &row.direction);
+  if (!status.ok()) return status;
+  if (rotary || joint.has_point_mm()) {
+    status = Read(field + ".point_mm", joint.has_point_mm(), joint.point_mm(), &row.point_mm.emplace());
+    if (!status.ok()) return status;
+  }
+  row.sign = joint.sign();
+  row.minimum = joint.minimum();
+  row.maximum = joint.maximum();
+  if (row.sign != 1 && row.sign != -1) return Refuse(field + ".sign", row.sign, "1 or -1");
+  status = CheckRange(field + ".minimum", row.minimum, -1e6, 1e6, "a finite limit");
+  if (!status.ok()) return status;
+  if (!(row.maximum > row.minimum && row.maximum <= 1e6))
+    return Refuse(field + ".maximum", row.maximum, "finite and > minimum " + std::to_string(row.minimum));
+  return row;
+}
+
+absl::Status ReadSensor(const v1::Sensor& sensor, storage::MachineRow* row) {
+  const std::string field = "machine.sensor";
+  row->sensor_model = sensor.model();
+  row->sensor_noise_um = sensor.noise_um();
+  row->sensor_column_count = sensor.column_count();
+  row->sensor_mid_range_mm = sensor.mid_range_mm();
+  row->sensor_range_mm = sensor.range_mm();
+  row->sensor_line_angle_deg = sensor.line_angle_deg();
+  if (row->sensor_model.size() > 200)
+    return Refuse(field + ".model", sensor.model().substr(0, 64), "at most 200 bytes");
+  if (!(row->sensor_line_angle_deg > 0 && row->sensor_line_angle_deg < 180))
+    return Refuse(field + ".line_angle_deg", row->sensor_line_angle_deg, "> 0 and < 180");
+  return First({CheckPositive(field + ".noise_um", row->sensor_noise_um, 10'000),
+                CheckPositive(field + ".column_count", row->sensor_column_count, 1'000'000),
+                CheckPositive(field + ".mid_range_mm", row->sensor_mid_range_mm, 10'000),
+                CheckPositive(field + ".range_mm", row->sensor_range_mm, 10'000)});
+}
+
+absl::Status ReadFeatures(const std::string& field, const std::string& kind, double half_side_mm,
+                          const google::protobuf::RepeatedPtrField<v1::NamedPlanePoint>& features,
+                          std::set<std::string>* names, storage::ArtefactRow* row) {
+  for (int i = 0; i < features.size(); ++i) {
+    const v1::NamedPlanePoint& feature = features[i];
+    const std::string at = field + "[" + std::to_string(i) + "]";
+    const absl::Status status =
+        First({CheckName(at + ".feature", feature.feature(), names),
+               CheckRange(at + ".x_mm", feature.x_mm(), -half_side_mm, half_side_mm, "on the plate"),
+               CheckRange(at + ".y_mm", feature.y_mm(), -half_side_mm, half_side_mm, "on the plate")});
+    if (!status.ok()) return status;
+    row->features.push_back({kind, feature.feature(), feature.x_mm(), feature.y_mm()});
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ReadHole(const std::string& field, const v1::Hole& hole, std::set<std::string>* names,
+                      storage::HoleRow* row) {
+  row->hole = hole.hole();
+  return First(
+      {CheckName(field + ".hole", hole.hole(), names),
+       Read(field + ".start_in_part_mm", hole.has_start_in_part_mm(), hole.start_in_part_mm(), &row->start_in_part_mm),
+       Read(field + ".normal_in_part", hole.has_normal_in_part(), hole.normal_in_part(), &row->normal_in_part)});
+}
+
+absl::Status ReadGroup(const std::string& field, const v1::HoleGroup& group, std::set<std::string>* names,
+                       storage::HoleGroupRow* row) {
+  row->group = group.group();
+  row->diameter_mm = group.diameter_mm();
+  row->depth_mm = group.depth_mm();
+  row->a_nominal_deg = group.a_nominal_deg();
+  row->b_nominal_deg = group.b_nominal_deg();
+  row->position_tolerance_mm = group.position_tolerance_mm();
+  row->inclination_tolerance_deg = group.inclination_tolerance_deg();
+  const absl::Status status = First(
+      {CheckName(field + ".group", row->group, names), CheckPositive(field + ".diameter_mm", row->diameter_mm, 100),
+       CheckPositive(field + ".depth_mm", row->depth_mm, 1000),
+       CheckRange(field + ".a_nominal_deg", row->a_nominal_deg, -360, 360, "-360 to 360"),
+       CheckRange(field + ".b_nominal_deg", row->b_nominal_deg, -360, 360, "-360 to 360"),
+       Read(field + ".axis_in_part", group.has_axis_in_part(), group.axis_in_part(), &row->axis_in_part),
+       CheckPositive(field + ".position_tolerance_mm", row->position_tolerance_mm, 100),
+       CheckPositive(field + ".inclination_tolerance_deg", row->inclination_tolerance_deg, 90)});
+  if (!status.ok()) return status;
+  if (group.holes().empty()) return Refuse(field + ".holes", "0 holes", "at least one");
+  std::set<std::string> hole_names;
+  for (int i = 0; i < group.holes_size(); ++i) {
+    const std::string at = field + ".holes[" + std::to_string(i) + "]";
+    const absl::Status read = ReadHole(at, group.holes(i), &hole_names, &row->holes.emplace_back());
+    if (!read.ok()) return read;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ReadCad(const v1::CreatePartRequest& request, storage::PartRow* row) {
+  if (request.cad().empty()) return Refuse("cad", "0 bytes", "a STEP, IGES or STL file");
+  if (request.cad().size() > kGreatestCadBytes)
+    return Refuse("cad", std::to_string(request.cad().size()) + " bytes", "at most 48 MiB");
+  row->cad_unit_mm = request.part().cad_unit_mm();
+  switch (request.part().cad_format()) {
+    case v1::CAD_FORMAT_STEP:
+      row->cad_format = "step";
+      break;
+    case v1::CAD_FORMAT_IGES:
+      row->cad_format = "iges";
+      break;
+    case v1::CAD_FORMAT_STL:
+      row->cad_format = "stl";
+      return CheckPositive("part.cad_unit_mm", row->cad_unit_mm, 10'000);
+    default:
+      return Refuse("part.cad_format", v1::CadFormat_Name(request.part().cad_format()), "STEP, IGES or STL");
+  }
+  return CheckRange("part.cad_unit_mm", row->cad_unit_mm, 0, 10'000, "0: STEP and IGES say their own unit");
+}
+
+std::string TextOf(const std::vector<double>& point) {
+  return "(" + std::to_string(point[0]) + ", " + std::to_string(point[1]) + ", " + std::to_string(point[2]) + ")";
+}
+
+}  // namespace
+
+absl::StatusOr<storage::MachineRow> Validated(const v1::CreateMachineRequest& request) {
+  const v1::Machine& machine = request.machine();
+  storage::MachineRow row;
+  row.machine_id = request.machine_id();
+  row.content_sha256 = ContentSha256(machine);
+  row.safety_translation_mm = machine.safety_envelope().translation_mm();
+  row.safety_rotation_deg = machine.safety_envelope().rotation_deg();
+  absl::Status status =
+      First({runtime::CheckId("machine_id", row.machine_id), ReadSensor(machine.sensor(), &row),
+             Read("machine.nominal_centre_mm", machine.has_nominal_centre_mm(), machine.nominal_centre_mm(),
+                  &row.nominal_centre_mm),
+             CheckRange("machine.safety_envelope.translation_mm", row.safety_translation_mm, 0, 1e5, "0 to 100000"),
+             CheckRange("machine.safety_envelope.rotation_deg", row.safety_rotation_deg, 0, 180, "0 to 180")});
+  if (!status.ok()) return status;
+  std::set<std::string> axes;
+  for (const auto& [side, joints] :
+       {std::pair{"part", &machine.kinematics().part_side()}, std::pair{"tool", &machine.kinematics().tool_side()}}) {
+    for (int i = 0; i < joints->size(); ++i) {
+      const std::string field = std::string("machine.kinematics.") + side + "_side[" + std::to_string(i) + "]";
+      absl::StatusOr<storage::JointRow> joint = ValidatedJoint(field, side, (*joints)[i], &axes);
+      if (!joint.ok()) return joint.status();
+      row.joints.push_back(*std::move(joint));
+    }
+  }
+  // Holes are described by the A and B of their machining pose, so the part has to ride on both.
+  for (const char* axis : {"A", "B"}) {
+    bool carried = false;
+    for (const storage::JointRow& joint : row.joints)
+      carried = carried || (joint.axis == axis && joint.kind == "rotary" && joint.side == "part");
+    if (!carried)
+      return Refuse("machine.kinematics.part_side", "without " + std::string(axis), "rotary joints A and B");
+  }
+  return row;
+}
+
+absl::StatusOr<storage::ArtefactRow> Validated(const v1::CreateArtefactRequest& request) {
+  const v1::Artefact& artefact = request.artefact();
+  storage::ArtefactRow row;
+  row.artefact_id = request.artefact_id();
+  row.content_sha256 = ContentSha256(artefact);
+  row.side_mm = artefact.side_mm();
+  row.cone_half_angle_deg = artefact.cone_half_angle_deg();
+  row.cone_top_radius_mm = artefact.cone_top_radius_mm();
+  row.cone_bottom_radius_mm = artefact.cone_bottom_radius_mm();
+  row.slot_width_mm = artefact.slot_width_mm();
+  row.slot_depth_mm = artefact.slot_depth_mm();
+  const double side = row.side_mm;
+  absl::Status status =
+      First({runtime::CheckId("artefact_id", row.artefact_id), CheckPositive("artefact.side_mm", side, 5'000)});
+  if (!status.ok()) return status;
+  if (!artefact.cones().empty()) {
+    status = First({CheckPositive("artefact.cone_half_angle_deg", row.cone_half_angle_deg, 89),
+                    CheckPositive("artefact.cone_top_radius_mm", row.cone_top_radius_mm, side),
+                    CheckRange("artefact.cone_bottom_radius_mm", row.cone_bottom_radius_mm, 0, row.cone_top_radius_mm,
+                               "0 to cone_top_radius_mm")});
+    if (!status.ok()) return status;
+  }
+  if (!artefact.slots().empty()) {
+    status = First({CheckPositive("artefact.slot_width_mm", row.slot_width_mm, side),
+                    CheckPositive("artefact.slot_depth_mm", row.slot_depth_mm, side)});
+    if (!status.ok()) return status;
+  }
+  if (artefact.cones_size() + artefact.slots_size() < 3)
+    return Refuse("artefact.cones", std::to_string(artefact.cones_size() + artefact.slots_size()) + " features",
+                  "at least 3 cones and slots together");
+  std::set<std::string> names;
+  status = First({ReadFeatures("artefact.cones", "cone", side / 2, artefact.cones(), &names, &row),
+                  ReadFeatures("artefact.slots", "slot", side / 2, artefact.slots(), &names, &row)});
+  if (!status.ok()) return status;
+  return row;
+}
+
+absl::StatusOr<storage::PartRow> Validated(const v1::CreatePartRequest& request) {
+  const v1::Part& part = request.part();
+  storage::PartRow row;
+  row.part_id = request.part_id();
+  absl::Status status = First({runtime::CheckId("part_id", row.part_id), ReadCad(request, &row)});
+  if (!status.ok()) return status;
+  if (!part.has_zero_from_part_nominal()) return Refuse("part.zero_from_part_nominal", "", "a rigid transform");
+  const absl::StatusOr<Eigen::Isometry3d> nominal =
+      runtime::FromProto("part.zero_from_part_nominal", part.zero_from_part_nominal());
+  if (!nominal.ok()) return nominal.status();
+  for (int i = 0; i < 9; ++i) row.zero_from_part_nominal_rotation.push_back(nominal->linear()(i / 3, i % 3));
+  row.zero_from_part_nominal_translation_mm = Triple(nominal->translation());
+
+  std::set<std::string> names;
+  int hole_count = 0;
+  for (int i = 0; i < part.hole_groups_size(); ++i) {
+    hole_count += part.hole_groups(i).holes_size();
+    if (hole_count > kGreatestHoleCount) return Refuse("part.hole_groups", hole_count, "at most 20000 holes");
+    const std::string field = "part.hole_groups[" + std::to_string(i) + "]";
+    status = ReadGroup(field, part.hole_groups(i), &names, &row.hole_groups.emplace_back());
+    if (!status.ok()) return status;
+  }
+  if (part.six_points_size() != 0 && part.six_points_size() != 6)
+    return Refuse("part.six_points", std::to_string(part.six_points_size()) + " points", "6, or none");
+  std::set<std::string> datums;
+  for (int i = 0; i < part.six_points_size(); ++i) {
+    const v1::DatumPoint& datum = part.six_points(i);
+    const std::string field = "part.six_points[" + std::to_string(i) + "]";
+    storage::DatumPointRow& out = row.datum_points.emplace_back();
+    out.datum = datum.datum();
+    status = First(
+        {CheckName(field + ".datum", datum.datum(), &datums),
+         Read(field + ".point_in_part_mm", datum.has_point_in_part_mm(), datum.point_in_part_mm(),
+              &out.point_in_part_mm),
+         Read(field + ".normal_in_part", datum.has_normal_in_part(), datum.normal_in_part(), &out.normal_in_part)});
+    if (!status.ok()) return status;
+  }
+  v1::Part described = part;
+  described.clear_surface();  // ours to say
+  row.content_sha256 = ContentSha256(std::move(described), storage::Sha256Hex(request.cad()));
+  return row;
+}
+
+// That datum points and hole starts lie on the surface itself is not checked here: plants draw them from other models of
+// the part, tens of micrometres apart.
+absl::Status CheckInsideBox(const storage::PartRow& part) {
+  const std::vector<double>& low = part.tessellation.minimum_mm;
+  const std::vector<double>& high = part.tessellation.maximum_mm;
+  auto check = [&](const std::string& field, const std::vector<double>& point) {
+    for (int i = 0; i < 3; ++i) {
+      if (!(point[i] >= low[i] - kBoxMarginMm && point[i] <= high[i] + kBoxMarginMm))
+        return Refuse(field, TextOf(point), "within 1 mm of the CAD's box " + TextOf(low) + " to " + TextOf(high));
+    }
+    return absl::OkStatus();
+  };
+  for (std::size_t i = 0; i < part.datum_points.size(); ++i) {
+    const std::string field = "part.six_points[" + std::to_string(i) + "].point_in_part_mm";
+    if (absl::Status status = check(field, part.datum_points[i].point_in_part_mm); !status.ok()) return status;
+  }
+  for (std::size_t g = 0; g < part.hole_groups.size(); ++g) {
+    for (std::size_t h = 0; h < part.hole_groups[g].holes.size(); ++h) {
+      const std::string field = "part.hole_groups[" + std::to_string(g) + "].holes[" + std::to_string(h) + "]";
+      const absl::Status status = check(field + ".start_in_part_mm", part.hole_groups[g].holes[h].start_in_part_mm);
+      if (!status.ok()) return status;
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Page> ValidatedPage(int page_size, const std::string& page_token) {
+  if (page_size < 0) return Refuse("page_size", page_size, ">= 0");
+  if (!page_token.empty() && !runtime::CheckId("page_token", page_token).ok())
+    return Refuse("page_token", page_token.substr(0, 64), "the next_page_token of the page before");
+  return Page{page_size == 0 ? kUsualPageSize : std::min(page_size, kGreatestPageSize), page_token};
+}
+
+absl::Status CheckRevision(int revision) {
+  return revision >= 0 ? absl::OkStatus() : Refuse("revision", revision, ">= 0; 0 is the newest");
+}
+
+}  // namespace sixpoint::plant

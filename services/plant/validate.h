@@ -1,0 +1,30 @@
+// Pure checks of what clients register. Each refusal names the field, its value and what was wanted; what passes comes back
+// as the row to store, with directions of exactly unit length.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <string>
+
+#include "sixpoint/plant/v1/plant.pb.h"
+#include "storage/plant_registry.h"
+
+namespace sixpoint::plant {
+
+absl::StatusOr<storage::MachineRow> Validated(const v1::CreateMachineRequest& request);
+absl::StatusOr<storage::ArtefactRow> Validated(const v1::CreateArtefactRequest& request);
+// Without its tessellation.
+absl::StatusOr<storage::PartRow> Validated(const v1::CreatePartRequest& request);
+
+// Holes and datum points have to be near the part: this finds CAD in other units or another frame.
+absl::Status CheckInsideBox(const storage::PartRow& part);
+
+struct Page {
+  int size;
+  std::string after;  // id of the last one given
+};
+absl::StatusOr<Page> ValidatedPage(int page_size, const std::string& page_token);
+absl::Status CheckRevision(int revision);
+
+}  // namespace sixpoint::plant

@@ -1,0 +1,247 @@
+#include "storage/plant_registry.h"
+
+#include <utility>
+
+namespace sixpoint::storage {
+namespace {
+
+constexpr char kInsertMachine[] = "INSERT INTO machines (machine_id) VALUES ($1) ON CONFLICT DO NOTHING";
+constexpr char kLockMachine[] = "SELECT machine_id FROM machines WHERE machine_id = $1 FOR UPDATE";
+constexpr char kInsertMachineRevision[] =
+    "INSERT INTO machine_revisions (machine_id, revision, content_sha256, sensor_model, sensor_noise_um, "
+    "sensor_column_count, sensor_mid_range_mm, sensor_range_mm, sensor_line_angle_deg, nominal_centre_mm, "
+    "safety_translation_mm, safety_rotation_deg, record_sequence, recorded_at) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14)";
+constexpr char kInsertJoint[] =
+    "INSERT INTO machine_joints (machine_id, revision, side, position_index, axis, kind, direction, point_mm, sign, "
+    "minimum, maximum) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
+constexpr char kSelectMachine[] =
+    "SELECT revision, content_sha256, sensor_model, sensor_noise_um, sensor_column_count, sensor_mid_range_mm, "
+    "sensor_range_mm, sensor_line_angle_deg, nominal_centre_mm, safety_translation_mm, safety_rotation_deg, "
+    "record_sequence, recorded_at FROM machine_revisions WHERE machine_id = $1 AND ($2::integer = 0 OR revision = $2) "
+    "ORDER BY revision DESC LIMIT 1";
+constexpr char kSelectJoints[] =
+    "SELECT side, axis, kind, direction, point_mm, sign, minimum, maximum FROM machine_joints "
+    "WHERE machine_id = $1 AND revision = $2 ORDER BY side, position_index";
+
+constexpr char kInsertArtefact[] = "INSERT INTO artefacts (artefact_id) VALUES ($1) ON CONFLICT DO NOTHING";
+constexpr char kLockArtefact[] = "SELECT artefact_id FROM artefacts WHERE artefact_id = $1 FOR UPDATE";
+constexpr char kInsertArtefactRevision[] =
+    "INSERT INTO artefact_revisions (artefact_id, revision, content_sha256, side_mm, cone_half_angle_deg, "
+    "cone_top_radius_mm, cone_bottom_radius_mm, slot_width_mm, slot_depth_mm, record_sequence, recorded_at) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
+constexpr char kInsertFeature[] =
+    "INSERT INTO artefact_features (artefact_id, revision, kind, position_index, feature, x_mm, y_mm) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7)";
+constexpr char kSelectArtefact[] =
+    "SELECT revision, content_sha256, side_mm, cone_half_angle_deg, cone_top_radius_mm, cone_bottom_radius_mm, "
+    "slot_width_mm, slot_depth_mm, record_sequence, recorded_at FROM artefact_revisions "
+    "WHERE artefact_id = $1 AND ($2::integer = 0 OR revision = $2) ORDER BY revision DESC LIMIT 1";
+constexpr char kSelectFeatures[] =
+    "SELECT kind, feature, x_mm, y_mm FROM artefact_features WHERE artefact_id = $1 AND revision = $2 "
+    "ORDER BY kind, position_index";
+
+constexpr char kSelectMachineIds[] =
+    "SELECT machine_id FROM machines WHERE machine_id > $1 ORDER BY machine_id LIMIT $2";
+constexpr char kSelectArtefactIds[] =
+    "SELECT artefact_id FROM artefacts WHERE artefact_id > $1 ORDER BY artefact_id LIMIT $2";
+constexpr char kSelectPartIds[] = "SELECT part_id FROM parts WHERE part_id > $1 ORDER BY part_id LIMIT $2";
+
+constexpr char kInsertBlade[] =
+    "INSERT INTO blades (blade_serial, part_id, record_sequence, recorded_at) VALUES ($1, $2, $3, $4)";
+constexpr char kLockBlade[] = "SELECT pg_advisory_xact_lock(hashtextextended('blades/' || $1, 0))";
+constexpr char kSelectBlade[] =
+    "SELECT blade_serial, part_id, record_sequence, recorded_at FROM blades WHERE blade_serial = $1";
+constexpr char kSelectBlades[] =
+    "SELECT blade_serial, part_id, record_sequence, recorded_at FROM blades WHERE blade_serial > $1 "
+    "ORDER BY blade_serial LIMIT $2";
+
+// The id's own row, made and locked, so that revisions are numbered one at a time.
+absl::Status Claim(Transaction& transaction, const char* insert, const char* lock, const std::string& id) {
+  if (const absl::StatusOr<Rows> inserted = transaction.Execute(insert, Params().Text(id)); !inserted.ok())
+    return inserted.status();
+  return transaction.Execute(lock, Params().Text(id)).status();
+}
+
+absl::StatusOr<Recorded> Journal(Transaction& transaction, const std::string& kind, const std::string& id, int revision,
+                                 RecordEntry entry) {
+  entry.kind = kind;
+  entry.name = kind + "s/" + id + "@" + std::to_string(revision);
+  return AppendRecord(transaction, entry);
+}
+
+BladeRow ReadBlade(const Rows& rows, int row) {
+  return {rows.Text(row, 0), rows.Text(row, 1), {rows.Int(row, 2), rows.Time(row, 3)}};
+}
+
+}  // namespace
+
+absl::StatusOr<MachineRow> InsertMachine(Transaction& transaction, MachineRow machine, RecordEntry entry) {
+  const std::string& id = machine.machine_id;
+  if (const absl::Status claimed = Claim(transaction, kInsertMachine, kLockMachine, id); !claimed.ok()) return claimed;
+  absl::StatusOr<std::optional<MachineRow>> newest = FindMachine(transaction, id, 0);
+  if (!newest.ok()) return newest.status();
+  if (*newest && (*newest)->content_sha256 == machine.content_sha256) return **std::move(newest);
+  machine.revision = *newest ? (*newest)->revision + 1 : 1;
+  entry.machine = id;
+  const absl::StatusOr<Recorded> recorded = Journal(transaction, "machine", id, machine.revision, std::move(entry));
+  if (!recorded.ok()) return recorded.status();
+  machine.recorded = *recorded;
+  Params params;
+  params.Text(id).Int(machine.revision).Text(machine.content_sha256).Text(machine.sensor_model);
+  params.Real(machine.sensor_noise_um).Int(machine.sensor_column_count).Real(machine.sensor_mid_range_mm);
+  params.Real(machine.sensor_range_mm).Real(machine.sensor_line_angle_deg).Reals(machine.nominal_centre_mm);
+  params.Real(machine.safety_translation_mm).Real(machine.safety_rotation_deg);
+  params.Int(recorded->sequence).Time(recorded->recorded_at);
+  if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertMachineRevision, params); !inserted.ok())
+    return inserted.status();
+  int position = 0;
+  for (const JointRow& joint : machine.joints) {
+    Params row;
+    row.Text(id).Int(machine.revision).Text(joint.side).Int(position++).Text(joint.axis).Text(joint.kind);
+    row.Reals(joint.direction);
+    joint.point_mm ? row.Reals(*joint.point_mm) : row.Null();
+    row.Real(joint.sign).Real(joint.minimum).Real(joint.maximum);
+    if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertJoint, row); !inserted.ok())
+      return inserted.status();
+  }
+  return machine;
+}
+
+absl::StatusOr<std::optional<MachineRow>> FindMachine(Transaction& transaction, const std::string& id, int revision) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectMachine, Params().Text(id).Int(revision));
+  if (!rows.ok()) return rows.status();
+  if (rows->count() == 0) return std::nullopt;
+  MachineRow machine;
+  machine.machine_id = id;
+  machine.revision = static_cast<int>(rows->Int(0, 0));
+  machine.content_sha256 = rows->Text(0, 1);
+  machine.sensor_model = rows->Text(0, 2);
+  machine.sensor_noise_um = rows->Real(0, 3);
+  machine.sensor_column_count = static_cast<int>(rows->Int(0, 4));
+  machine.sensor_mid_range_mm = rows->Real(0, 5);
+  machine.sensor_range_mm = rows->Real(0, 6);
+  machine.sensor_line_angle_deg = rows->Real(0, 7);
+  machine.nominal_centre_mm = rows->Reals(0, 8);
+  machine.safety_translation_mm = rows->Real(0, 9);
+  machine.safety_rotation_deg = rows->Real(0, 10);
+  machine.recorded = {rows->Int(0, 11), rows->Time(0, 12)};
+  const absl::StatusOr<Rows> joints = transaction.Execute(kSelectJoints, Params().Text(id).Int(machine.revision));
+  if (!joints.ok()) return joints.status();
+  for (int row = 0; row < joints->count(); ++row) {
+    JointRow& joint = machine.joints.emplace_back();
+    joint.side = joints->Text(row, 0);
+    joint.axis = joints->Text(row, 1);
+    joint.kind = joints->Text(row, 2);
+    joint.direction = joints->Reals(row, 3);
+    if (!joints->IsNull(row, 4)) joint.point_mm = joints->Reals(row, 4);
+    joint.sign = joints->Real(row, 5);
+    joint.minimum = joints->Real(row, 6);
+    joint.maximum = joints->Real(row, 7);
+  }
+  return machine;
+}
+
+absl::StatusOr<ArtefactRow> InsertArtefact(Transaction& transaction, ArtefactRow artefact, RecordEntry entry) {
+  const std::string& id = artefact.artefact_id;
+  if (const absl::Status claimed = Claim(transaction, kInsertArtefact, kLockArtefact, id); !claimed.ok())
+    return claimed;
+  absl::StatusOr<std::optional<ArtefactRow>> newest = FindArtefact(transaction, id, 0);
+  if (!newest.ok()) return newest.status();
+  if (*newest && (*newest)->content_sha256 == artefact.content_sha256) return **std::move(newest);
+  artefact.revision = *newest ? (*newest)->revision + 1 : 1;
+  const absl::StatusOr<Recorded> recorded = Journal(transaction, "artefact", id, artefact.revision, std::move(entry));
+  if (!recorded.ok()) return recorded.status();
+  artefact.recorded = *recorded;
+  Params params;
+  params.Text(id).Int(artefact.revision).Text(artefact.content_sha256).Real(artefact.side_mm);
+  params.Real(artefact.cone_half_angle_deg).Real(artefact.cone_top_radius_mm).Real(artefact.cone_bottom_radius_mm);
+  params.Real(artefact.slot_width_mm).Real(artefact.slot_depth_mm);
+  params.Int(recorded->sequence).Time(recorded->recorded_at);
+  if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertArtefactRevision, params); !inserted.ok())
+    return inserted.status();
+  int position = 0;
+  for (const PlateFeatureRow& feature : artefact.features) {
+    Params row;
+    row.Text(id).Int(artefact.revision).Text(feature.kind).Int(position++).Text(feature.feature);
+    row.Real(feature.x_mm).Real(feature.y_mm);
+    if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertFeature, row); !inserted.ok())
+      return inserted.status();
+  }
+  return artefact;
+}
+
+absl::StatusOr<std::optional<ArtefactRow>> FindArtefact(Transaction& transaction, const std::string& id, int revision) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectArtefact, Params().Text(id).Int(revision));
+  if (!rows.ok()) return rows.status();
+  if (rows->count() == 0) return std::nullopt;
+  ArtefactRow artefact;
+  artefact.artefact_id = id;
+  artefact.revision = static_cast<int>(rows->Int(0, 0));
+  artefact.content_sha256 = rows->Text(0, 1);
+  artefact.side_mm = rows->Real(0, 2);
+  artefact.cone_half_angle_deg = rows->Real(0, 3);
+  artefact.cone_top_radius_mm = rows->Real(0, 4);
+  artefact.cone_bottom_radius_mm = rows->Real(0, 5);
+  artefact.slot_width_mm = rows->Real(0, 6);
+  artefact.slot_depth_mm = rows->Real(0, 7);
+  artefact.recorded = {rows->Int(0, 8), rows->Time(0, 9)};
+  const absl::StatusOr<Rows> features = transaction.Execute(kSelectFeatures, Params().Text(id).Int(artefact.revision));
+  if (!features.ok()) return features.status();
+  for (int row = 0; row < features->count(); ++row)
+    artefact.features.push_back(
+        {features->Text(row, 0), features->Text(row, 1), features->Real(row, 2), features->Real(row, 3)});
+  return artefact;
+}
+
+absl::StatusOr<BladeRow> InsertBlade(Transaction& transaction, BladeRow blade, RecordEntry entry) {
+  if (const absl::StatusOr<Rows> locked = transaction.Execute(kLockBlade, Params().Text(blade.blade_serial));
+      !locked.ok())
+    return locked.status();
+  absl::StatusOr<std::optional<BladeRow>> known = FindBlade(transaction, blade.blade_serial);
+  if (!known.ok()) return known.status();
+  if (*known && (*known)->part_id == blade.part_id) return **std::move(known);
+  if (*known)
+    return absl::AlreadyExistsError("blade.part: parts/" + blade.part_id + ", want parts/" + (*known)->part_id +
+                                    ", which blade " + blade.blade_serial + " already is");
+  entry.kind = "blade";
+  entry.name = "blades/" + blade.blade_serial;
+  entry.blade = blade.blade_serial;
+  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
+  if (!recorded.ok()) return recorded.status();
+  blade.recorded = *recorded;
+  const absl::StatusOr<Rows> inserted = transaction.Execute(
+      kInsertBlade,
+      Params().Text(blade.blade_serial).Text(blade.part_id).Int(recorded->sequence).Time(recorded->recorded_at));
+  if (!inserted.ok()) return inserted.status();
+  return blade;
+}
+
+absl::StatusOr<std::optional<BladeRow>> FindBlade(Transaction& transaction, const std::string& serial) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlade, Params().Text(serial));
+  if (!rows.ok()) return rows.status();
+  if (rows->count() == 0) return std::nullopt;
+  return ReadBlade(*rows, 0);
+}
+
+absl::StatusOr<std::vector<BladeRow>> ListBlades(Transaction& transaction, const std::string& after, int limit) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlades, Params().Text(after).Int(limit));
+  if (!rows.ok()) return rows.status();
+  std::vector<BladeRow> blades;
+  for (int row = 0; row < rows->count(); ++row) blades.push_back(ReadBlade(*rows, row));
+  return blades;
+}
+
+absl::StatusOr<std::vector<std::string>> ListRegistered(Transaction& transaction, Registered what,
+                                                        const std::string& after, int limit) {
+  const char* sql = what == Registered::kMachines    ? kSelectMachineIds
+                    : what == Registered::kArtefacts ? kSelectArtefactIds
+                                                     : kSelectPartIds;
+  const absl::StatusOr<Rows> rows = transaction.Execute(sql, Params().Text(after).Int(limit));
+  if (!rows.ok()) return rows.status();
+  std::vector<std::string> ids;
+  for (int row = 0; row < rows->count(); ++row) ids.push_back(rows->Text(row, 0));
+  return ids;
+}
+
+}  // namespace sixpoint::storage

@@ -1,0 +1,136 @@
+// What the plant owns: machines, artefacts, parts and their surfaces, blades. Machines, artefacts and parts have revisions
+// that never change; a description equal to the newest revision's (by content_sha256) is that revision.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "storage/database.h"
+#include "storage/record.h"
+
+namespace sixpoint::storage {
+
+// Vectors of 3 unless said otherwise.
+struct JointRow {
+  std::string side;  // part, tool
+  std::string axis;
+  std::string kind;  // linear, rotary
+  std::vector<double> direction;
+  std::optional<std::vector<double>> point_mm;
+  double sign = 1;
+  double minimum = 0, maximum = 0;
+};
+
+struct MachineRow {
+  std::string machine_id;
+  int revision = 0;  // set by InsertMachine, as `recorded`
+  std::string content_sha256;
+  std::vector<JointRow> joints;  // part side first
+  std::string sensor_model;
+  double sensor_noise_um = 0;
+  int sensor_column_count = 0;
+  double sensor_mid_range_mm = 0, sensor_range_mm = 0, sensor_line_angle_deg = 0;
+  std::vector<double> nominal_centre_mm;
+  double safety_translation_mm = 0, safety_rotation_deg = 0;
+  Recorded recorded;
+};
+
+struct PlateFeatureRow {
+  std::string kind;  // cone, slot
+  std::string feature;
+  double x_mm = 0, y_mm = 0;
+};
+
+struct ArtefactRow {
+  std::string artefact_id;
+  int revision = 0;  // set by InsertArtefact, as `recorded`
+  std::string content_sha256;
+  double side_mm = 0;
+  double cone_half_angle_deg = 0, cone_top_radius_mm = 0, cone_bottom_radius_mm = 0;
+  double slot_width_mm = 0, slot_depth_mm = 0;
+  std::vector<PlateFeatureRow> features;
+  Recorded recorded;
+};
+
+struct TessellationRow {
+  std::string cad_sha256;  // a stored blob
+  std::string method;      // format and parameters
+  std::string surface_sha256;
+  std::int64_t triangle_count = 0;
+  double chordal_error_um = 0;
+  bool closed = false;
+  std::vector<double> minimum_mm, maximum_mm;
+};
+
+struct HoleRow {
+  std::string hole;
+  std::vector<double> start_in_part_mm, normal_in_part;
+};
+
+struct HoleGroupRow {
+  std::string group;
+  double diameter_mm = 0, depth_mm = 0;
+  double a_nominal_deg = 0, b_nominal_deg = 0;
+  std::vector<double> axis_in_part;
+  double position_tolerance_mm = 0, inclination_tolerance_deg = 0;
+  std::vector<HoleRow> holes;
+};
+
+struct DatumPointRow {
+  std::string datum;
+  std::vector<double> point_in_part_mm, normal_in_part;
+};
+
+struct PartRow {
+  std::string part_id;
+  int revision = 0;  // set by InsertPart, as `recorded`
+  std::string content_sha256;
+  std::string cad_format;  // step, iges, stl
+  double cad_unit_mm = 0;
+  std::vector<double> zero_from_part_nominal_rotation;  // 9, row-major
+  std::vector<double> zero_from_part_nominal_translation_mm;
+  std::vector<HoleGroupRow> hole_groups;
+  std::vector<DatumPointRow> datum_points;
+  TessellationRow tessellation;
+  Recorded recorded;
+};
+
+struct BladeRow {
+  std::string blade_serial;
+  std::string part_id;
+  Recorded recorded;
+};
+
+// `entry`'s name and kind are filled in here, with the revision. Until the transaction ends, others that insert the same
+// id wait. Call it last before the commit (the journal's lock).
+absl::StatusOr<MachineRow> InsertMachine(Transaction& transaction, MachineRow machine, RecordEntry entry);
+absl::StatusOr<ArtefactRow> InsertArtefact(Transaction& transaction, ArtefactRow artefact, RecordEntry entry);
+// The tessellation has to be stored.
+absl::StatusOr<PartRow> InsertPart(Transaction& transaction, PartRow part, RecordEntry entry);
+// A blade that is there with the same part is returned as it is; ALREADY_EXISTS with another part.
+absl::StatusOr<BladeRow> InsertBlade(Transaction& transaction, BladeRow blade, RecordEntry entry);
+
+// Revision 0: the newest.
+absl::StatusOr<std::optional<MachineRow>> FindMachine(Transaction& transaction, const std::string& id, int revision);
+absl::StatusOr<std::optional<ArtefactRow>> FindArtefact(Transaction& transaction, const std::string& id, int revision);
+absl::StatusOr<std::optional<PartRow>> FindPart(Transaction& transaction, const std::string& id, int revision);
+absl::StatusOr<std::optional<BladeRow>> FindBlade(Transaction& transaction, const std::string& serial);
+
+// In order of id, from after `after` (empty: from the first).
+enum class Registered { kMachines, kArtefacts, kParts };
+absl::StatusOr<std::vector<std::string>> ListRegistered(Transaction& transaction, Registered what,
+                                                        const std::string& after, int limit);
+absl::StatusOr<std::vector<BladeRow>> ListBlades(Transaction& transaction, const std::string& after, int limit);
+
+// Blobs of the CAD and of the surface have to be stored. Twice the same is once.
+absl::Status InsertTessellation(Transaction& transaction, const TessellationRow& tessellation,
+                                const std::string& software_version);
+absl::StatusOr<std::optional<TessellationRow>> FindTessellation(Transaction& transaction, const std::string& cad_sha256,
+                                                                const std::string& method);
+
+}  // namespace sixpoint::storage

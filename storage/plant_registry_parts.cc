@@ -1,0 +1,174 @@
+// Parts and the surfaces that their CAD became.
+#include <utility>
+
+#include "storage/plant_registry.h"
+
+namespace sixpoint::storage {
+namespace {
+
+constexpr char kInsertTessellation[] =
+    "INSERT INTO tessellations (cad_sha256, method, surface_sha256, triangle_count, chordal_error_um, closed, "
+    "minimum_mm, maximum_mm, software_version) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9) ON CONFLICT DO NOTHING";
+constexpr char kSelectTessellation[] =
+    "SELECT surface_sha256, triangle_count, chordal_error_um, closed, minimum_mm, maximum_mm FROM tessellations "
+    "WHERE cad_sha256 = $1 AND method = $2";
+
+constexpr char kInsertId[] = "INSERT INTO parts (part_id) VALUES ($1) ON CONFLICT DO NOTHING";
+constexpr char kLockId[] = "SELECT part_id FROM parts WHERE part_id = $1 FOR UPDATE";
+constexpr char kInsertRevision[] =
+    "INSERT INTO part_revisions (part_id, revision, content_sha256, cad_format, cad_unit_mm, cad_sha256, "
+    "tessellation_method, zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, record_sequence, "
+    "recorded_at) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
+constexpr char kInsertGroup[] =
+    "INSERT INTO part_hole_groups (part_id, revision, group_index, hole_group, diameter_mm, depth_mm, a_nominal_deg, "
+    "b_nominal_deg, axis_in_part, position_tolerance_mm, inclination_tolerance_deg) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
+constexpr char kInsertHole[] =
+    "INSERT INTO part_holes (part_id, revision, group_index, hole_index, hole, start_in_part_mm, normal_in_part) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7)";
+constexpr char kInsertDatum[] =
+    "INSERT INTO part_datum_points (part_id, revision, datum_index, datum, point_in_part_mm, normal_in_part) "
+    "VALUES ($1, $2, $3, $4, $5, $6)";
+constexpr char kSelectRevision[] =
+    "SELECT revision, content_sha256, cad_format, cad_unit_mm, cad_sha256, tessellation_method, "
+    "zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, record_sequence, recorded_at "
+    "FROM part_revisions WHERE part_id = $1 AND ($2::integer = 0 OR revision = $2) ORDER BY revision DESC LIMIT 1";
+constexpr char kSelectGroups[] =
+    "SELECT hole_group, diameter_mm, depth_mm, a_nominal_deg, b_nominal_deg, axis_in_part, position_tolerance_mm, "
+    "inclination_tolerance_deg FROM part_hole_groups WHERE part_id = $1 AND revision = $2 ORDER BY group_index";
+constexpr char kSelectHoles[] =
+    "SELECT group_index, hole, start_in_part_mm, normal_in_part FROM part_holes WHERE part_id = $1 AND revision = $2 "
+    "ORDER BY group_index, hole_index";
+constexpr char kSelectDatums[] =
+    "SELECT datum, point_in_part_mm, normal_in_part FROM part_datum_points WHERE part_id = $1 AND revision = $2 "
+    "ORDER BY datum_index";
+
+absl::Status InsertHoles(Transaction& transaction, const PartRow& part) {
+  int group_index = 0;
+  for (const HoleGroupRow& group : part.hole_groups) {
+    Params row;
+    row.Text(part.part_id).Int(part.revision).Int(group_index).Text(group.group).Real(group.diameter_mm);
+    row.Real(group.depth_mm).Real(group.a_nominal_deg).Real(group.b_nominal_deg).Reals(group.axis_in_part);
+    row.Real(group.position_tolerance_mm).Real(group.inclination_tolerance_deg);
+    if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertGroup, row); !inserted.ok())
+      return inserted.status();
+    int hole_index = 0;
+    for (const HoleRow& hole : group.holes) {
+      Params hole_row;
+      hole_row.Text(part.part_id).Int(part.revision).Int(group_index).Int(hole_index++).Text(hole.hole);
+      hole_row.Reals(hole.start_in_part_mm).Reals(hole.normal_in_part);
+      if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertHole, hole_row); !inserted.ok())
+        return inserted.status();
+    }
+    ++group_index;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status InsertDatums(Transaction& transaction, const PartRow& part) {
+  int index = 0;
+  for (const DatumPointRow& datum : part.datum_points) {
+    Params row;
+    row.Text(part.part_id).Int(part.revision).Int(index++).Text(datum.datum);
+    row.Reals(datum.point_in_part_mm).Reals(datum.normal_in_part);
+    if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertDatum, row); !inserted.ok())
+      return inserted.status();
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ReadHolesAndDatums(Transaction& transaction, PartRow* part) {
+  const Params key = Params().Text(part->part_id).Int(part->revision);
+  const absl::StatusOr<Rows> groups = transaction.Execute(kSelectGroups, key);
+  if (!groups.ok()) return groups.status();
+  for (int row = 0; row < groups->count(); ++row)
+    part->hole_groups.push_back({groups->Text(row, 0),
+                                 groups->Real(row, 1),
+                                 groups->Real(row, 2),
+                                 groups->Real(row, 3),
+                                 groups->Real(row, 4),
+                                 groups->Reals(row, 5),
+                                 groups->Real(row, 6),
+                                 groups->Real(row, 7),
+                                 {}});
+  const absl::StatusOr<Rows> holes = transaction.Execute(kSelectHoles, key);
+  if (!holes.ok()) return holes.status();
+  for (int row = 0; row < holes->count(); ++row)
+    part->hole_groups[static_cast<std::size_t>(holes->Int(row, 0))]
+        .holes.push_back({holes->Text(row, 1), holes->Reals(row, 2), holes->Reals(row, 3)});
+  const absl::StatusOr<Rows> datums = transaction.Execute(kSelectDatums, key);
+  if (!datums.ok()) return datums.status();
+  for (int row = 0; row < datums->count(); ++row)
+    part->datum_points.push_back({datums->Text(row, 0), datums->Reals(row, 1), datums->Reals(row, 2)});
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status InsertTessellation(Transaction& transaction, const TessellationRow& tessellation,
+                                const std::string& software_version) {
+  Params params;
+  params.Text(tessellation.cad_sha256).Text(tessellation.method).Text(tessellation.surface_sha256);
+  params.Int(tessellation.triangle_count).Real(tessellation.chordal_error_um).Bool(tessellation.closed);
+  params.Reals(tessellation.minimum_mm).Reals(tessellation.maximum_mm).Text(software_version);
+  return transaction.Execute(kInsertTessellation, params).status();
+}
+
+absl::StatusOr<std::optional<TessellationRow>> FindTessellation(Transaction& transaction, const std::string& cad_sha256,
+                                                                const std::string& method) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectTessellation, Params().Text(cad_sha256).Text(method));
+  if (!rows.ok()) return rows.status();
+  if (rows->count() == 0) return std::nullopt;
+  return TessellationRow{cad_sha256,       method,           rows->Text(0, 0),  rows->Int(0, 1),
+                         rows->Real(0, 2), rows->Bool(0, 3), rows->Reals(0, 4), rows->Reals(0, 5)};
+}
+
+absl::StatusOr<PartRow> InsertPart(Transaction& transaction, PartRow part, RecordEntry entry) {
+  const std::string& id = part.part_id;
+  for (const char* sql : {kInsertId, kLockId}) {
+    if (const absl::StatusOr<Rows> done = transaction.Execute(sql, Params().Text(id)); !done.ok()) return done.status();
+  }
+  absl::StatusOr<std::optional<PartRow>> newest = FindPart(transaction, id, 0);
+  if (!newest.ok()) return newest.status();
+  if (*newest && (*newest)->content_sha256 == part.content_sha256) return **std::move(newest);
+  part.revision = *newest ? (*newest)->revision + 1 : 1;
+  entry.kind = "part";
+  entry.name = "parts/" + id + "@" + std::to_string(part.revision);
+  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
+  if (!recorded.ok()) return recorded.status();
+  part.recorded = *recorded;
+  Params params;
+  params.Text(id).Int(part.revision).Text(part.content_sha256).Text(part.cad_format).Real(part.cad_unit_mm);
+  params.Text(part.tessellation.cad_sha256).Text(part.tessellation.method);
+  params.Reals(part.zero_from_part_nominal_rotation).Reals(part.zero_from_part_nominal_translation_mm);
+  params.Int(recorded->sequence).Time(recorded->recorded_at);
+  if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertRevision, params); !inserted.ok())
+    return inserted.status();
+  if (const absl::Status holes = InsertHoles(transaction, part); !holes.ok()) return holes;
+  if (const absl::Status datums = InsertDatums(transaction, part); !datums.ok()) return datums;
+  return part;
+}
+
+absl::StatusOr<std::optional<PartRow>> FindPart(Transaction& transaction, const std::string& id, int revision) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectRevision, Params().Text(id).Int(revision));
+  if (!rows.ok()) return rows.status();
+  if (rows->count() == 0) return std::nullopt;
+  PartRow part;
+  part.part_id = id;
+  part.revision = static_cast<int>(rows->Int(0, 0));
+  part.content_sha256 = rows->Text(0, 1);
+  part.cad_format = rows->Text(0, 2);
+  part.cad_unit_mm = rows->Real(0, 3);
+  part.zero_from_part_nominal_rotation = rows->Reals(0, 6);
+  part.zero_from_part_nominal_translation_mm = rows->Reals(0, 7);
+  part.recorded = {rows->Int(0, 8), rows->Time(0, 9)};
+  absl::StatusOr<std::optional<TessellationRow>> tessellation =
+      FindTessellation(transaction, rows->Text(0, 4), rows->Text(0, 5));
+  if (!tessellation.ok()) return tessellation.status();
+  if (!*tessellation) return absl::DataLossError("part " + id + ": its tessellation is gone");
+  part.tessellation = **std::move(tessellation);
+  if (const absl::Status read = ReadHolesAndDatums(transaction, &part); !read.ok()) return read;
+  return part;
+}
+
+}  // namespace sixpoint::storage
