@@ -95,7 +95,22 @@ void Summarise(const std::vector<SpherePose>& poses, RotationCalibration* result
 
 constexpr double kWorstResidualMm = 0.2;
 
-absl::Status CheckAgreement(const std::vector<SpherePose>& poses, const RotationCalibration& result) {
+// The record knows each axis well enough to tell other units or another machine.
+absl::Status CheckNominal(const char* name, const AxisLine& found, const AxisLine& nominal) {
+  constexpr double kFarthestMm = 10, kGreatestTurn = 2 * kDegrees;
+  const double off = found.direction.cross(nominal.point_mm - found.point_mm).norm();
+  const double turned = std::acos(std::min(1.0, std::abs(found.direction.dot(nominal.direction))));
+  if (off <= kFarthestMm && turned <= kGreatestTurn) return absl::OkStatus();
+  return absl::FailedPreconditionError(std::string(name) + " axis was found " + Number(off) + " mm and " +
+                                       Number(turned / kDegrees) + " deg from the machine's record, want within " +
+                                       Number(kFarthestMm) + " mm and " + Number(kGreatestTurn / kDegrees) +
+                                       " deg: check the poses' units (mm, deg) and that they are of this machine");
+}
+
+absl::Status CheckAgreement(const std::vector<SpherePose>& poses, const RotationOptions& options,
+                            const RotationCalibration& result) {
+  if (absl::Status s = CheckNominal("A", result.axes.a, options.nominal.a); !s.ok()) return s;
+  if (absl::Status s = CheckNominal("B", result.axes.b, options.nominal.b); !s.ok()) return s;
   for (size_t i = 0; i < poses.size(); ++i)
     if (!poses[i].held_out && result.distances_mm[i] > kWorstResidualMm)
       return absl::FailedPreconditionError("poses[" + std::to_string(i) + "]: " + Number(1e3 * result.distances_mm[i]) +
@@ -179,7 +194,7 @@ absl::StatusOr<RotationCalibration> CalibrateRotation(const std::vector<SpherePo
   result.covariance = covariance.topLeftCorner<8, 8>();
   result.covariance = (result.covariance + result.covariance.transpose().eval()) / 2;
   Summarise(poses, &result);
-  if (absl::Status s = CheckAgreement(poses, result); !s.ok()) return s;
+  if (absl::Status s = CheckAgreement(poses, options, result); !s.ok()) return s;
   return result;
 }
 
@@ -236,7 +251,7 @@ absl::StatusOr<RotationCalibration> CalibratePointC(const std::vector<SpherePose
   Summarise(poses, &result);
   result.point_c_mm = c;
   result.point_c_covariance_mm2 = covariance;
-  if (absl::Status s = CheckAgreement(poses, result); !s.ok()) return s;
+  if (absl::Status s = CheckAgreement(poses, options, result); !s.ok()) return s;
   return result;
 }
 

@@ -41,7 +41,7 @@ struct RotationCalibration {
 
 // Both axes as lines and the sphere's place at A = B = 0, by least squares over the poses that are not held out.
 // INVALID_ARGUMENT for values that are not finite; FAILED_PRECONDITION naming the axis that the poses do not determine,
-// or poses that do not agree (more than 0.2 mm about the fit).
+// poses that do not agree (more than 0.2 mm about the fit), or axes far from the record (10 mm, 2 deg).
 absl::StatusOr<RotationCalibration> CalibrateRotation(const std::vector<SpherePose>& poses,
                                                       const RotationOptions& options);
 

@@ -18,7 +18,12 @@ using Vector12d = Eigen::Matrix<double, 12, 1>;
 
 constexpr double kLeverMm = 10;  // half the artefact: what an angle means in mm
 constexpr double kDegrees = M_PI / 180;
+constexpr size_t kFewestConePoints = 200;
 constexpr double kLeastAgreeing = 0.7;  // of the points seen where a cone's wall should be
+// Two or three readings wide: what a laser spot blurs at an edge. Every tenth of a millimetre costs a seventh of a cone.
+constexpr double kMarginMm = 0.05;
+// Below a reading's rounding; keeps the weights finite where a cloud has no noise.
+constexpr double kLeastNoiseMm = 1e-5;
 constexpr size_t kChunkPoints = 1 << 15;
 
 std::string Number(double value) {
@@ -64,7 +69,7 @@ struct Equations {
 
 struct Gate {
   size_t stride = 1;
-  double margin_mm = 0.1;
+  double margin_mm = kMarginMm;
   double reach_mm = 0;  // greatest |distance along the ray| that counts
 };
 
@@ -247,6 +252,16 @@ absl::Status CheckDetermined(const Matrix6d& covariance, double condition) {
       Number(condition) + "; probe more points of the artefact's upper and side faces and scan it at two heights");
 }
 
+// Too few readings agree with a cone's wall: because it was not seen, or because it is another wall.
+absl::Status TooFew(const LineScan& scan, const PlaneFeature& cone, size_t used, size_t seen) {
+  const std::string where = "scan " + scan.id + ": only " + std::to_string(used) + " of " + std::to_string(seen) +
+                            " points on cone " + cone.name + "'s wall agree with the artefact's record, want at least ";
+  if (seen < kFewestConePoints)
+    return absl::FailedPreconditionError(where + std::to_string(kFewestConePoints) + "; scan it whole");
+  return absl::FailedPreconditionError(where + Number(100 * kLeastAgreeing) +
+                                       " %: check cone_half_angle_deg and cone_top_radius_mm, clean the artefact");
+}
+
 }  // namespace
 
 double ConditionNumber(const Matrix6d& covariance) {
@@ -311,7 +326,7 @@ absl::StatusOr<SensorStart> StartSensor(const std::vector<LineScan>& scans, cons
   start.sensor.t_sm_mm = fit.translation();
   double worst = 0;
   for (size_t i = 0; i < from.size(); ++i) worst = std::max(worst, (fit * from[i] - onto[i]).norm());
-  constexpr double kContradictionMm = 1;
+  constexpr double kContradictionMm = 0.4;
   if (worst > kContradictionMm)
     return absl::FailedPreconditionError("scans, V0 and touch data contradict one another by " + Number(worst) +
                                          " mm, want at most " + Number(kContradictionMm) +
@@ -357,13 +372,13 @@ absl::StatusOr<SensorCalibration> CalibrateSensor(const std::vector<LineScan>& s
     const TouchEquations touched = EquationsOfTouch(artefact, touch, state);
     for (size_t s = 0; s < scans.size(); ++s)
       for (size_t k = 0; k < artefact.cones.size(); ++k)
-        if (const size_t count = laser.cone_counts[s * artefact.cones.size() + k] * gate.stride; count < 200)
-          return absl::FailedPreconditionError("scan " + scans[s].id + ": " + std::to_string(count) +
-                                               " points on cone " + artefact.cones[k].name +
-                                               "'s wall, want at least 200; scan it whole");
+        if (laser.cone_counts[s * artefact.cones.size() + k] * gate.stride < kFewestConePoints)
+          return TooFew(scans[s], artefact.cones[k], laser.cone_counts[s * artefact.cones.size() + k] * gate.stride,
+                        laser.cone_seen[s * artefact.cones.size() + k] * gate.stride);
     cone_used = laser.cone_counts;
     cone_seen = laser.cone_seen;
-    sigma_laser = fine ? std::sqrt(laser.squares / static_cast<double>(laser.count)) : std::max(median * 1.4826, 1e-5);
+    sigma_laser = fine ? std::sqrt(laser.squares / static_cast<double>(laser.count)) : median * 1.4826;
+    sigma_laser = std::max(sigma_laser, kLeastNoiseMm);
     // The laser ties the artefact's pose to a few directions only: about six of the touched coordinates are spent.
     const double freedom = std::max(1.0, static_cast<double>(touched.equations.count) - 6);
     result.touch_rms_mm = std::sqrt(touched.equations.squares / freedom);
@@ -390,16 +405,13 @@ absl::StatusOr<SensorCalibration> CalibrateSensor(const std::vector<LineScan>& s
       gate.reach_mm = std::min(gate.reach_mm, std::max(6 * sigma_laser, 0.01));
       if (moved > 0.5 && iteration < 25) continue;
       fine = true;
-      gate = {1, 0.1, 5 * sigma_laser};
+      gate = {1, kMarginMm, 5 * sigma_laser};
     }
   }
   for (size_t i = 0; i < cone_seen.size(); ++i)
-    if (cone_used[i] < kLeastAgreeing * static_cast<double>(cone_seen[i]))
-      return absl::FailedPreconditionError("scan " + scans[i / artefact.cones.size()].id + ": only " +
-                                           std::to_string(cone_used[i]) + " of " + std::to_string(cone_seen[i]) +
-                                           " points on cone " + artefact.cones[i % artefact.cones.size()].name +
-                                           "'s wall agree with the artefact's record: check cone_half_angle_deg and "
-                                           "cone_top_radius_mm, clean the artefact");
+    if (static_cast<double>(cone_used[i]) < kLeastAgreeing * static_cast<double>(cone_seen[i]))
+      return TooFew(scans[i / artefact.cones.size()], artefact.cones[i % artefact.cones.size()], cone_used[i],
+                    cone_seen[i]);
   // Residuals five sigma wide hide what does not belong; these limits say when the artefact is not the recorded one.
   const double greatest_noise = std::max(5 * options.optics.noise_mm, 0.01);
   if (sigma_laser > greatest_noise)

@@ -194,17 +194,20 @@ absl::StatusOr<metrology::RotaryAxes> NominalAxesOf(const plant::v1::Machine& ma
     return runtime::Failure(absl::StatusCode::kFailedPrecondition, "KINEMATICS_UNSUITABLE",
                             machine.name() + ": " + std::to_string(rotary.size()) +
                                 " rotary joints on the part's side, want two: A, carrying B");
-  metrology::RotaryAxes axes;
-  for (int k = 0; k < 2; ++k) {
-    const std::string field = machine.name() + ".kinematics." + rotary[k]->axis();
-    const absl::StatusOr<Eigen::Vector3d> direction = runtime::FromProto(field + ".direction", rotary[k]->direction());
+  const auto line = [&](const plant::v1::Joint& joint) -> absl::StatusOr<metrology::AxisLine> {
+    const std::string field = machine.name() + ".kinematics." + joint.axis();
+    const absl::StatusOr<Eigen::Vector3d> direction = runtime::FromProto(field + ".direction", joint.direction());
     if (!direction.ok()) return direction.status();
-    const absl::StatusOr<Eigen::Vector3d> point = runtime::FromProto(
-        field + ".point_mm", rotary[k]->has_point_mm() ? rotary[k]->point_mm() : machine.nominal_centre_mm());
+    const absl::StatusOr<Eigen::Vector3d> point =
+        runtime::FromProto(field + ".point_mm", joint.has_point_mm() ? joint.point_mm() : machine.nominal_centre_mm());
     if (!point.ok()) return point.status();
-    (k == 0 ? axes.a : axes.b) = {rotary[k]->sign() < 0 ? -*direction : *direction, *point};
-  }
-  return axes;
+    return metrology::AxisLine{joint.sign() < 0 ? Eigen::Vector3d(-*direction) : *direction, *point};
+  };
+  const absl::StatusOr<metrology::AxisLine> a = line(*rotary[0]);
+  if (!a.ok()) return a.status();
+  const absl::StatusOr<metrology::AxisLine> b = line(*rotary[1]);
+  if (!b.ok()) return b.status();
+  return metrology::RotaryAxes{*a, *b};
 }
 
 std::string KindText(v1::CalibrationKind kind) {
