@@ -50,7 +50,23 @@ class ScanServiceTest : public ::testing::Test {
     Execute("INSERT INTO machines (machine_id) VALUES ('m1')");
     Execute("INSERT INTO artefacts (artefact_id) VALUES ('a1')");
     Execute("INSERT INTO parts (part_id) VALUES ('p1')");
-    Execute("INSERT INTO blades (blade_serial, part_id) VALUES ('sn1', 'p1'), ('sn2', 'p1')");
+    for (const std::string serial : {"sn1", "sn2"}) AddBlade(serial);
+  }
+
+  void AddBlade(const std::string& serial) {
+    storage::RecordEntry entry;
+    entry.kind = "blade";
+    entry.name = "blades/" + serial;
+    entry.software_version = "test";
+    auto transaction = database_.database()->Begin(testing::Soon());
+    ASSERT_TRUE(transaction.ok()) << transaction.status();
+    const auto recorded = storage::AppendRecord(*transaction, entry);
+    ASSERT_TRUE(recorded.ok()) << recorded.status();
+    const auto inserted = transaction->Execute(
+        "INSERT INTO blades (blade_serial, part_id, record_sequence, recorded_at) VALUES ($1, 'p1', $2, $3)",
+        storage::Params().Text(serial).Int(recorded->sequence).Time(recorded->recorded_at));
+    ASSERT_TRUE(inserted.ok()) << inserted.status();
+    ASSERT_TRUE(transaction->Commit().ok());
   }
 
   static ScanServiceOptions OptionsForTest() {
@@ -71,7 +87,9 @@ class ScanServiceTest : public ::testing::Test {
   std::int64_t Count(const std::string& table) { return Execute("SELECT count(*) FROM " + table).Int(0, 0); }
 
   void ExpectNothingStored() {
-    for (const char* table : {"scans", "scan_blocks", "blobs", "record_entries"}) EXPECT_EQ(Count(table), 0) << table;
+    for (const char* table : {"scans", "scan_blocks", "blobs", "record_entries WHERE kind = 'scan'"}) {
+      EXPECT_EQ(Count(table), 0) << table;
+    }
   }
 
   absl::StatusOr<v1::UploadScanResponse> Upload(const v1::ScanHeader& header,
@@ -223,7 +241,7 @@ TEST_F(ScanServiceTest, TheSameScanTwiceIsOneScan) {
   EXPECT_TRUE(second->already_stored());
   EXPECT_EQ(second->scan().SerializeAsString(), first->scan().SerializeAsString());
   EXPECT_EQ(Count("scans"), 1);
-  EXPECT_EQ(Count("record_entries"), 1);
+  EXPECT_EQ(Count("record_entries WHERE kind = 'scan'"), 1);
 }
 
 TEST_F(ScanServiceTest, OtherContentUnderTheSameIdIsRefusedWithWhatDiffers) {
