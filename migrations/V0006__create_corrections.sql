@@ -24,8 +24,9 @@ CREATE TABLE corrections (
   CONSTRAINT corrections_pk PRIMARY KEY (correction_id),
   CONSTRAINT corrections_blade_fk FOREIGN KEY (blade_serial) REFERENCES blades (blade_serial),
   CONSTRAINT corrections_registration_fk FOREIGN KEY (registration_id) REFERENCES registrations (registration_id),
-  CONSTRAINT corrections_machine_fk FOREIGN KEY (machine_id) REFERENCES machines (machine_id),
-  CONSTRAINT corrections_part_fk FOREIGN KEY (part_id) REFERENCES parts (part_id),
+  CONSTRAINT corrections_machine_fk FOREIGN KEY (machine_id, machine_revision)
+    REFERENCES machine_revisions (machine_id, revision),
+  CONSTRAINT corrections_part_fk FOREIGN KEY (part_id, part_revision) REFERENCES part_revisions (part_id, revision),
   CONSTRAINT corrections_sensor_calibration_fk FOREIGN KEY (sensor_calibration_id)
     REFERENCES calibrations (calibration_id),
   CONSTRAINT corrections_rotation_calibration_fk FOREIGN KEY (rotation_calibration_id)

@@ -48,7 +48,7 @@ absl::Status Named(const std::string& group, const absl::Status& status) {
 
 absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, const RegisteredPose& pose,
                                                 const Eigen::Isometry3d& zero_from_part_nominal, const RotaryAxes& axes,
-                                                const RotaryLimits& limits) {
+                                                const RotaryAxes& nominal_axes, const RotaryLimits& limits) {
   if (!pose.noise.values.allFinite() || !pose.calibration_covariance.allFinite() ||
       !pose.calibration_sensitivity.allFinite() || !pose.zero_from_part.matrix().allFinite())
     return absl::InvalidArgumentError("pose: not finite, want a pose with finite covariances");
@@ -60,7 +60,7 @@ absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, c
   result.name = group.name;
   result.nominal = group.nominal;
   result.corrected = {(*values)[0], (*values)[1]};
-  const auto ideal = OrientOnIdealAxes(pose.zero_from_part.linear() * group.axis_in_part, group.nominal, limits);
+  const auto ideal = Orient(nominal_axes, pose.zero_from_part.linear() * group.axis_in_part, group.nominal, limits);
   if (!ideal.ok()) return Named(group.name, ideal.status());
   result.ideal = *ideal;
 

@@ -35,7 +35,7 @@ struct CorrectedHoleGroup {
   std::string name;
   RotaryAngles corrected;  // on the identified axes
   RotaryAngles nominal;
-  RotaryAngles ideal;  // the paper's closed form
+  RotaryAngles ideal;  // on the machine's nominal axes: the paper's closed form
   double a_standard_uncertainty_rad = 0;
   double b_standard_uncertainty_rad = 0;
   std::vector<CorrectedHole> holes;
@@ -46,7 +46,7 @@ struct CorrectedHoleGroup {
 // identified axes: their difference shows the blade, not the machine. Statuses as Orient's, naming the group.
 absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, const RegisteredPose& pose,
                                                 const Eigen::Isometry3d& zero_from_part_nominal, const RotaryAxes& axes,
-                                                const RotaryLimits& limits);
+                                                const RotaryAxes& nominal_axes, const RotaryLimits& limits);
 
 // How far a correction may go without a person's release.
 struct SafetyEnvelope {

@@ -80,7 +80,7 @@ Case SomeCase(std::uint64_t seed) {
 TEST(CorrectGroup, GivesTheNominalWhereTheBladeIsNominal) {
   Case c = SomeCase(1);
   c.pose.zero_from_part = c.nominal;
-  const auto corrected = CorrectGroup(c.group, c.pose, c.nominal, c.axes, kSarix);
+  const auto corrected = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kSarix);
   ASSERT_TRUE(corrected.ok()) << corrected.status();
   EXPECT_NEAR(corrected->corrected.a_rad, corrected->nominal.a_rad, 1e-12);
   EXPECT_NEAR(corrected->corrected.b_rad, corrected->nominal.b_rad, 1e-12);
@@ -91,7 +91,7 @@ TEST(CorrectGroup, GivesTheNominalWhereTheBladeIsNominal) {
 // Where the whole plant (blade and axes) is shifted, the corrected starts are shifted by as much.
 TEST(CorrectGroup, MovesWithTheMachinesOrigin) {
   Case c = SomeCase(2);
-  const auto before = CorrectGroup(c.group, c.pose, c.nominal, c.axes, kSarix);
+  const auto before = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kSarix);
   const Eigen::Vector3d shift(100, -200, 300);
   c.pose.zero_from_part.translation() += shift;
   c.pose.noise.reference_mm += shift;
@@ -99,7 +99,7 @@ TEST(CorrectGroup, MovesWithTheMachinesOrigin) {
   c.nominal.translation() += shift;
   c.axes.a.point_mm += shift;
   c.axes.b.point_mm += shift;
-  const auto after = CorrectGroup(c.group, c.pose, c.nominal, c.axes, kSarix);
+  const auto after = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kSarix);
   ASSERT_TRUE(before.ok() && after.ok());
   EXPECT_NEAR(after->corrected.a_rad, before->corrected.a_rad, 1e-14);
   for (std::size_t i = 0; i < before->holes.size(); ++i) {
@@ -112,7 +112,7 @@ TEST(CorrectGroup, MovesWithTheMachinesOrigin) {
 TEST(CorrectGroup, StatesUncertaintiesThatDrawsConfirm) {
   for (const std::uint64_t seed : {3, 4}) {
     const Case c = SomeCase(seed);
-    const auto stated = CorrectGroup(c.group, c.pose, c.nominal, c.axes, kSarix);
+    const auto stated = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kSarix);
     ASSERT_TRUE(stated.ok()) << stated.status();
     const Eigen::MatrixXd noise_factor = c.pose.noise.values.llt().matrixL();
     const Eigen::MatrixXd calibration_factor = c.pose.calibration_covariance.llt().matrixL();
@@ -156,12 +156,12 @@ TEST(CorrectGroup, StatesUncertaintiesThatDrawsConfirm) {
 TEST(CorrectGroup, RefusesNamingTheGroup) {
   Case c = SomeCase(5);
   c.group.axis_in_part = c.pose.zero_from_part.linear().transpose() * c.axes.b.direction;
-  const auto singular = CorrectGroup(c.group, c.pose, c.nominal, c.axes, kSarix);
+  const auto singular = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kSarix);
   EXPECT_EQ(singular.status().code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_NE(std::string(singular.status().message()).find("group G"), std::string::npos);
   Case bad = SomeCase(5);
   bad.pose.noise.values(2, 2) = NAN;
-  EXPECT_EQ(CorrectGroup(bad.group, bad.pose, bad.nominal, bad.axes, kSarix).status().code(),
+  EXPECT_EQ(CorrectGroup(bad.group, bad.pose, bad.nominal, bad.axes, RotaryAxes(), kSarix).status().code(),
             absl::StatusCode::kInvalidArgument);
 }
 
@@ -204,7 +204,7 @@ TEST(CorrectGroup, ReproducesThePlantsTruth) {
                            {from["a_nominal_deg"].get<double>() * kRad, from["b_nominal_deg"].get<double>() * kRad},
                            {}};
     for (const json& hole : from["holes"]) group.holes.push_back({hole["name"], Vector(hole["start_in_part_mm"])});
-    const auto corrected = CorrectGroup(group, pose, nominal, axes, kSarix);
+    const auto corrected = CorrectGroup(group, pose, nominal, axes, RotaryAxes(), kSarix);
     ASSERT_TRUE(corrected.ok()) << corrected.status();
     EXPECT_NEAR(corrected->ideal.a_rad / kRad, want["ideal_axes"]["a_deg"].get<double>(), 1e-9);
     EXPECT_NEAR(corrected->ideal.b_rad / kRad, want["ideal_axes"]["b_deg"].get<double>(), 1e-9);

@@ -1,0 +1,62 @@
+#include "services/correction/correction_messages.h"
+
+#include <chrono>
+
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::correction {
+namespace {
+
+void SetPoint(const std::array<double, 3>& values, geometry::v1::Point* point) {
+  point->set_x_mm(values[0]);
+  point->set_y_mm(values[1]);
+  point->set_z_mm(values[2]);
+}
+
+void SetTime(storage::Instant instant, google::protobuf::Timestamp* timestamp) {
+  const auto since = std::chrono::duration_cast<std::chrono::microseconds>(instant.time_since_epoch());
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(since);
+  timestamp->set_seconds(seconds.count());
+  timestamp->set_nanos(static_cast<std::int32_t>((since - seconds).count() * 1000));
+}
+
+}  // namespace
+
+v1::Correction ToProto(const storage::CorrectionRow& row, const std::string& nc_program) {
+  v1::Correction correction;
+  correction.set_name(runtime::NameOf("corrections", row.correction_id));
+  correction.set_blade(runtime::NameOf("blades", row.blade_serial));
+  correction.set_registration(runtime::NameOf("registrations", row.registration_id));
+  correction.set_machine(runtime::NameOf("machines", row.machine_id));
+  correction.set_rotation_calibration(runtime::NameOf("calibrations", row.rotation_calibration_id));
+  for (const storage::CorrectionGroupRow& group_row : row.groups) {
+    v1::CorrectedGroup& group = *correction.add_groups();
+    group.set_group(group_row.group_name);
+    group.set_a_deg(group_row.a_deg);
+    group.set_b_deg(group_row.b_deg);
+    group.set_a_nominal_deg(group_row.a_nominal_deg);
+    group.set_b_nominal_deg(group_row.b_nominal_deg);
+    group.set_a_ideal_deg(group_row.a_ideal_deg);
+    group.set_b_ideal_deg(group_row.b_ideal_deg);
+    group.set_a_standard_uncertainty_deg(group_row.a_standard_uncertainty_deg);
+    group.set_b_standard_uncertainty_deg(group_row.b_standard_uncertainty_deg);
+    for (const storage::CorrectionHoleRow& hole_row : group_row.holes) {
+      v1::CorrectedHole& hole = *group.add_holes();
+      hole.set_hole(hole_row.hole_name);
+      SetPoint(hole_row.start_mm, hole.mutable_start_mm());
+      SetPoint(hole_row.nominal_start_mm, hole.mutable_nominal_start_mm());
+      hole.set_expanded_uncertainty_um(hole_row.expanded_uncertainty_um);
+    }
+  }
+  correction.set_nc_program(nc_program);
+  correction.set_release(row.release == "AUTOMATIC" ? v1::RELEASE_AUTOMATIC : v1::RELEASE_AWAITING_PERSON);
+  for (const std::string& reason : row.release_reasons) correction.add_release_reasons(reason);
+  SetTime(row.valid_until, correction.mutable_valid_until());
+  correction.set_requested_by(row.requested_by);
+  correction.set_software_version(row.software_version);
+  SetTime(row.recorded.recorded_at, correction.mutable_recorded_at());
+  correction.set_record_sequence(row.recorded.sequence);
+  return correction;
+}
+
+}  // namespace sixpoint::correction

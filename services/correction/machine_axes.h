@@ -1,0 +1,25 @@
+// The rotary axes of a machine record: nominal lines and limits.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include "metrology/correction/correct.h"
+#include "metrology/correction/orientation.h"
+#include "metrology/kinematics/rotary_axes.h"
+#include "sixpoint/plant/v1/plant.pb.h"
+
+namespace sixpoint::correction {
+
+struct MachineAxes {
+  metrology::RotaryAxes nominal;  // directions with their sense: a positive command turns positively about them
+  metrology::RotaryLimits limits;
+};
+
+// FAILED_PRECONDITION (KINEMATICS_UNSUPPORTED) unless the part's side of the chain has exactly two rotary joints, the
+// outer first, and the tool's side none.
+absl::StatusOr<MachineAxes> AxesOf(const plant::v1::Machine& machine);
+
+// Absent or 0 means the default of metrology::SafetyEnvelope.
+metrology::SafetyEnvelope EnvelopeOf(const plant::v1::Machine& machine);
+
+}  // namespace sixpoint::correction

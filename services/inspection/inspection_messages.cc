@@ -1,0 +1,134 @@
+#include "services/inspection/inspection_messages.h"
+
+#include <chrono>
+#include <string>
+
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::inspection {
+namespace {
+
+constexpr double kRad = 3.14159265358979323846 / 180;
+
+std::string TextOf(metrology::Verdict verdict) {
+  switch (verdict) {
+    case metrology::Verdict::kConform:
+      return "CONFORM";
+    case metrology::Verdict::kNotConform:
+      return "NOT_CONFORM";
+    case metrology::Verdict::kUndecidable:
+      return "UNDECIDABLE";
+    case metrology::Verdict::kNotMeasured:
+      break;
+  }
+  return "NOT_MEASURED";
+}
+
+v1::Verdict VerdictOf(const std::string& text) {
+  v1::Verdict verdict = v1::VERDICT_UNSPECIFIED;
+  v1::Verdict_Parse("VERDICT_" + text, &verdict);
+  return verdict;
+}
+
+std::array<double, 3> ThreeOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+void SetTime(storage::Instant instant, google::protobuf::Timestamp* timestamp) {
+  const auto since = std::chrono::duration_cast<std::chrono::microseconds>(instant.time_since_epoch());
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(since);
+  timestamp->set_seconds(seconds.count());
+  timestamp->set_nanos(static_cast<std::int32_t>((since - seconds).count() * 1000));
+}
+
+void SetMeasured(const storage::InspectionHoleRow::Measured& measured, v1::HoleResult* hole) {
+  hole->set_position_error_mm(measured.position_error_mm);
+  hole->set_inclination_error_deg(measured.inclination_error_deg);
+  hole->set_position_expanded_uncertainty_um(measured.position_expanded_uncertainty_um);
+  hole->set_inclination_expanded_uncertainty_deg(measured.inclination_expanded_uncertainty_deg);
+  hole->mutable_start_in_part_mm()->set_x_mm(measured.start_in_part_mm[0]);
+  hole->mutable_start_in_part_mm()->set_y_mm(measured.start_in_part_mm[1]);
+  hole->mutable_start_in_part_mm()->set_z_mm(measured.start_in_part_mm[2]);
+  hole->mutable_axis_in_part()->set_x(measured.axis_in_part[0]);
+  hole->mutable_axis_in_part()->set_y(measured.axis_in_part[1]);
+  hole->mutable_axis_in_part()->set_z(measured.axis_in_part[2]);
+  hole->set_pin_diameter_mm(measured.pin_diameter_mm);
+}
+
+}  // namespace
+
+void SetFindings(const std::vector<metrology::InspectedHole>& holes, const metrology::BladeFindings& findings,
+                 storage::InspectionRow* row) {
+  row->verdict = TextOf(findings.verdict);
+  row->decision_rule = metrology::kDecisionRule;
+  const metrology::DeviationSummary& deviation = findings.deviation;
+  row->deviation_minimum_um = deviation.minimum_um;
+  row->deviation_maximum_um = deviation.maximum_um;
+  row->deviation_rms_um = deviation.rms_um;
+  row->deviation_p05_um = deviation.p05_um;
+  row->deviation_p50_um = deviation.p50_um;
+  row->deviation_p95_um = deviation.p95_um;
+  row->deviation_point_count = deviation.point_count;
+  row->deviation_excluded_count = deviation.excluded_count;
+  for (std::size_t i = 0; i < holes.size(); ++i) {
+    const metrology::HoleFinding& finding = findings.holes[i];
+    storage::InspectionHoleRow& hole = row->holes.emplace_back();
+    hole.group_name = holes[i].group;
+    hole.hole_name = holes[i].name;
+    hole.verdict = TextOf(finding.verdict);
+    hole.position_verdict = TextOf(finding.position_verdict);
+    hole.inclination_verdict = TextOf(finding.inclination_verdict);
+    if (finding.verdict != metrology::Verdict::kNotMeasured) {
+      hole.measured = storage::InspectionHoleRow::Measured{finding.error.position_mm,
+                                                           finding.error.inclination_rad / kRad,
+                                                           finding.position_expanded_uncertainty_mm * 1e3,
+                                                           finding.inclination_expanded_uncertainty_rad / kRad,
+                                                           ThreeOf(finding.error.start_in_part_mm),
+                                                           ThreeOf(finding.error.axis_in_part),
+                                                           2 * finding.pin_radius_mm};
+    }
+    hole.position_tolerance_mm = holes[i].position_tolerance_mm;
+    hole.inclination_tolerance_deg = holes[i].inclination_tolerance_rad / kRad;
+    hole.point_count = finding.point_count;
+    hole.pin_residual_rms_um = finding.pin_residual_rms_um;
+    hole.reason = finding.reason;
+  }
+}
+
+v1::Inspection ToProto(const storage::InspectionRow& row) {
+  v1::Inspection inspection;
+  inspection.set_name(runtime::NameOf("inspections", row.inspection_id));
+  inspection.set_blade(runtime::NameOf("blades", row.blade_serial));
+  for (const std::string& scan : row.scan_ids) inspection.add_scans(runtime::NameOf("scans", scan));
+  inspection.set_registration(runtime::NameOf("registrations", row.registration_id));
+  inspection.set_verdict(VerdictOf(row.verdict));
+  for (const storage::InspectionHoleRow& hole_row : row.holes) {
+    v1::HoleResult& hole = *inspection.add_holes();
+    hole.set_group(hole_row.group_name);
+    hole.set_hole(hole_row.hole_name);
+    hole.set_verdict(VerdictOf(hole_row.verdict));
+    hole.set_position_verdict(VerdictOf(hole_row.position_verdict));
+    hole.set_inclination_verdict(VerdictOf(hole_row.inclination_verdict));
+    if (hole_row.measured) SetMeasured(*hole_row.measured, &hole);
+    hole.set_position_tolerance_mm(hole_row.position_tolerance_mm);
+    hole.set_inclination_tolerance_deg(hole_row.inclination_tolerance_deg);
+    hole.set_point_count(hole_row.point_count);
+    hole.set_pin_residual_rms_um(hole_row.pin_residual_rms_um);
+    hole.set_reason(hole_row.reason);
+  }
+  v1::DeviationSummary& deviation = *inspection.mutable_deviation();
+  deviation.set_minimum_um(row.deviation_minimum_um);
+  deviation.set_maximum_um(row.deviation_maximum_um);
+  deviation.set_rms_um(row.deviation_rms_um);
+  deviation.set_p05_um(row.deviation_p05_um);
+  deviation.set_p50_um(row.deviation_p50_um);
+  deviation.set_p95_um(row.deviation_p95_um);
+  deviation.set_point_count(row.deviation_point_count);
+  deviation.set_excluded_count(row.deviation_excluded_count);
+  inspection.set_decision_rule(row.decision_rule);
+  inspection.set_requested_by(row.requested_by);
+  inspection.set_software_version(row.software_version);
+  SetTime(row.recorded.recorded_at, inspection.mutable_recorded_at());
+  inspection.set_record_sequence(row.recorded.sequence);
+  return inspection;
+}
+
+}  // namespace sixpoint::inspection
