@@ -1,0 +1,96 @@
+// One blade from scan to verdict through the real processes and a real PostgreSQL, by the simulator's demo, which compares
+// every answer with its own truth.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tests/end_to_end/demo_record.h"
+#include "tests/end_to_end/plant_processes.h"
+
+namespace sixpoint::testing {
+namespace {
+
+using nlohmann::json;
+
+class Demo : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    for (const std::string& area : PlantProcesses::Areas())
+      ASSERT_TRUE(plant_.WaitUntilUp(area, 30)) << area << "\n" << plant_.Logs();
+  }
+  void TearDown() override {
+    if (HasFailure()) std::printf("%s\n%s\n", ReadFile(output_file_).c_str(), plant_.Logs().c_str());
+  }
+
+  std::unique_ptr<Process> StartDemo(int seed) {
+    return std::make_unique<Process>(
+        std::vector<std::string>{PlantProcesses::Program("sixpoint-simulator"), "demo", "--server", plant_.server(),
+                                 "--machines", "1", "--seed", std::to_string(seed), "--airfoil-pitch-mm", "0.4",
+                                 "--pins-pitch-mm", "0.15", "--report", report_file_},
+        output_file_);
+  }
+  json Report() const { return json::parse(ReadFile(report_file_), nullptr, false); }
+
+  ThrowawayDatabase database_;
+  PlantProcesses plant_{database_.conninfo()};
+  const std::string report_file_ = plant_.folder() + "/report.json", output_file_ = plant_.folder() + "/demo.log";
+};
+
+TEST_F(Demo, OneBladeFromScanToVerdict) {
+  const auto demo = StartDemo(1);
+  ASSERT_EQ(demo->Wait(200), 0);
+  const json report = Report();
+  ASSERT_FALSE(report.is_discarded());
+  EXPECT_TRUE(report["ok"].get<bool>());
+  ASSERT_EQ(report["machines"].size(), 1u);
+  const json& machine = report["machines"][0];
+  EXPECT_LE(machine["six_point_error_um"].get<double>(), 10);
+  EXPECT_EQ(machine["holes"].size(), 14u);
+  for (const auto& hole : machine["holes"]) {
+    ASSERT_TRUE(hole.contains("position_error_mm")) << hole;
+    EXPECT_NEAR(hole["position_error_mm"].get<double>(), hole["true_position_error_mm"].get<double>(), 0.015) << hole;
+    // Drilled within 20 um and 0.2 deg of the design, tolerances 80 um and 0.5 deg.
+    EXPECT_EQ(hole["verdict"], "conform") << hole;
+  }
+  ExpectRecorded(database_, machine);
+}
+
+TEST_F(Demo, LosesNothingWhenServicesAreKilled) {
+  // Each service once, at a moment when the machine needs it next or now; started again half a second later, as the
+  // supervisor does.
+  struct Blow {
+    const char* when;  // this stands in the demo's output
+    const char* area;
+    int wait_ms;
+  };
+  const Blow blows[] = {{"artefact, height 2", "ingest", 50},
+                        {"sensor calibrated", "calibration", 0},
+                        {"airfoil, portion 3 ", "ingest", 30},
+                        {"airfoil, portion 9 ", "plant", 0},
+                        {"positioned by best fit", "registration", 100},
+                        {"positioned by six-point", "correction", 0},
+                        {"pins, portion 5 ", "ingest", 20},
+                        {"pins, portion 20 ", "inspection", 1500}};
+  const auto demo = StartDemo(2);
+  for (const Blow& blow : blows) {
+    while (demo->Poll() < 0 && ReadFile(output_file_).find(blow.when) == std::string::npos)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    ASSERT_LT(demo->Poll(), 0) << "ended before: " << blow.when;
+    std::this_thread::sleep_for(std::chrono::milliseconds(blow.wait_ms));
+    plant_.Kill(blow.area);
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    plant_.Start(blow.area);
+  }
+  ASSERT_EQ(demo->Wait(220), 0);
+  const json report = Report();
+  ASSERT_FALSE(report.is_discarded());
+  EXPECT_TRUE(report["ok"].get<bool>());
+  // At least one attempt must have met a dead service, or nothing was tested.
+  EXPECT_NE(ReadFile(output_file_).find("trying again"), std::string::npos);
+  ExpectRecorded(database_, report["machines"][0]);
+}
+
+}  // namespace
+}  // namespace sixpoint::testing

@@ -1,0 +1,123 @@
+// Ingest and PostgreSQL are killed while machines stream: what was acknowledged is there afterwards, once, byte for byte.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "simulator/plant_link.h"
+#include "simulator/registry.h"
+#include "tests/end_to_end/plant_processes.h"
+#include "tests/support/throwaway_database.h"
+
+namespace sixpoint::testing {
+namespace {
+
+constexpr int kMachines = 2, kScansEach = 12, kBlows = 6;
+
+TEST(AcknowledgedScans, SurviveTheDeathOfIngestAndOfTheDatabase) {
+  ThrowawayDatabase database;
+  PlantProcesses plant(database.conninfo());
+  std::atomic<int> retries{0};
+  auto link = simulator::PlantLink::Connect(plant.server(), 60, [&](const std::string&) { ++retries; });
+  ASSERT_TRUE(link.ok()) << link.status() << plant.Logs();
+  const simulator::MachineDesign design;
+  const simulator::ArtefactGeometry geometry;
+  const auto artefact = simulator::RegisterArtefact(**link, "plate", geometry);
+  ASSERT_TRUE(artefact.ok()) << artefact.status() << plant.Logs();
+
+  std::vector<std::vector<simulator::EncodedScan>> scans(kMachines);
+  for (int m = 0; m < kMachines; ++m) {
+    const auto machine = simulator::RegisterMachine(**link, "m" + std::to_string(m), design);
+    ASSERT_TRUE(machine.ok()) << machine.status();
+    const simulator::MachineTruth truth = simulator::MountedByHand(design, static_cast<std::uint64_t>(m));
+    simulator::ScanPlan plan = simulator::PlanArtefact(design)[0];
+    plan.pitch_mm = 0.4;
+    for (int i = 0; i < kScansEach; ++i) {
+      const auto profiles = simulator::Scan(simulator::ArtefactScene(geometry, truth), truth, design.scanner, plan,
+                                            static_cast<std::uint64_t>(100 * m + i), 1);
+      ingest::v1::ScanHeader header;
+      header.set_scan_id("m" + std::to_string(m) + "-" + std::to_string(i));
+      header.set_machine(*machine);
+      header.set_subject(*artefact);
+      header.set_kind(ingest::v1::SCAN_KIND_ARTEFACT);
+      header.mutable_v0_mm()->set_x_mm(plan.v0_mm.x());
+      header.mutable_v0_mm()->set_y_mm(plan.v0_mm.y());
+      header.mutable_v0_mm()->set_z_mm(plan.v0_mm.z());
+      header.set_profile_pitch_mm(plan.pitch_mm);
+      header.set_columns_per_profile(design.scanner.columns);
+      auto encoded = simulator::Encode(header, profiles);
+      ASSERT_TRUE(encoded.ok()) << encoded.status();
+      scans[static_cast<std::size_t>(m)].push_back(*std::move(encoded));
+    }
+  }
+
+  std::atomic<int> acknowledged{0}, failed{0}, working{kMachines};
+  std::vector<std::thread> machines;
+  for (const auto& of_machine : scans) {
+    machines.emplace_back([&] {
+      for (const simulator::EncodedScan& scan : of_machine) {
+        // About a third of a second each, so that blows fall into uploads.
+        const auto stored = (*link)->Upload(scan, 200);
+        stored.ok() ? ++acknowledged : ++failed;
+        if (!stored.ok()) ADD_FAILURE() << scan.header.scan_id() << ": " << stored.status();
+      }
+      --working;
+    });
+  }
+  int blows = 0;
+  for (; blows < kBlows && working > 0; ++blows) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(300 + 70 * blows));
+    if (blows == kBlows / 2) {
+      ThrowawayDatabase::KillServer();
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));
+      ThrowawayDatabase::StartServer();
+    } else {
+      plant.Kill("ingest");
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));
+      plant.Start("ingest");
+    }
+  }
+  for (std::thread& machine : machines) machine.join();
+  EXPECT_EQ(blows, kBlows) << "the uploads ended too early for the test to mean something";
+  EXPECT_GT(retries, 0);
+  ASSERT_EQ(acknowledged, kMachines * kScansEach) << plant.Logs();
+
+  // A fresh process reads them back.
+  plant.Kill("ingest");
+  plant.Start("ingest");
+  ASSERT_TRUE(plant.WaitUntilUp("ingest", 30));
+  const auto stub = ingest::v1::ScanService::NewStub(runtime::ConnectTo(plant.address("ingest")));
+  for (const auto& of_machine : scans) {
+    for (const simulator::EncodedScan& scan : of_machine) {
+      const auto context = runtime::ContextFor(30);
+      context->set_wait_for_ready(true);
+      ingest::v1::DownloadScanRequest request;
+      request.set_name("scans/" + scan.header.scan_id());
+      const auto reader = stub->DownloadScan(context.get(), request);
+      std::size_t blocks = 0;
+      for (ingest::v1::DownloadScanResponse response; reader->Read(&response);) {
+        if (!response.has_block()) continue;
+        ASSERT_LT(blocks, scan.blocks.size());
+        EXPECT_EQ(response.block().payload(), scan.blocks[blocks].payload()) << request.name() << " block " << blocks;
+        ++blocks;
+      }
+      const grpc::Status status = reader->Finish();
+      EXPECT_TRUE(status.ok()) << request.name() << ": " << status.error_message();
+      EXPECT_EQ(blocks, scan.blocks.size()) << request.name();
+    }
+  }
+  auto transaction = database.database()->Begin(Soon());
+  ASSERT_TRUE(transaction.ok()) << transaction.status();
+  const auto counts = transaction->Execute(
+      "SELECT (SELECT count(*) FROM scans), (SELECT count(*) FROM record_entries WHERE kind = 'scan'), "
+      "(SELECT count(*) FROM scan_blocks b WHERE NOT EXISTS (SELECT 1 FROM scans s WHERE s.scan_id = b.scan_id))");
+  ASSERT_TRUE(counts.ok()) << counts.status();
+  EXPECT_EQ(counts->Int(0, 0), kMachines * kScansEach);
+  EXPECT_EQ(counts->Int(0, 1), kMachines * kScansEach);
+  EXPECT_EQ(counts->Int(0, 2), 0);
+}
+
+}  // namespace
+}  // namespace sixpoint::testing
