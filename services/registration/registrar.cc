@@ -1,0 +1,212 @@
+#include "services/registration/registrar.h"
+
+#include <chrono>
+#include <future>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "metrology/registration/registration.h"
+#include "services/registration/registration_messages.h"
+#include "services/registration/validate.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/geometry_proto.h"
+#include "services/runtime/resource_name.h"
+#include "services/runtime/server.h"
+#include "storage/requests.h"
+
+namespace sixpoint::registration {
+namespace {
+
+constexpr char kCall[] = "registration.Register";
+constexpr std::int64_t kPointBudget = 400'000;  // of all scans together, after thinning
+constexpr std::int64_t kMostPoints = 100'000'000;
+
+std::string Revised(const std::string& name, int revision) { return name + "@" + std::to_string(revision); }
+
+// The kernel names field, value and wanted in its message; the wire wants the field apart.
+absl::Status AsRefusal(const absl::Status& status) {
+  const std::string message(status.message());
+  const std::size_t colon = message.find(": "), want = message.rfind(", want ");
+  if (!absl::IsInvalidArgument(status) || colon == std::string::npos || want == std::string::npos || want < colon)
+    return status;
+  return runtime::Refuse(message.substr(0, colon), message.substr(colon + 2, want - colon - 2),
+                         message.substr(want + 7));
+}
+
+// What was asked for and is not there is the request's fault.
+absl::Status NotKnown(const std::string& field, const std::string& name, const absl::Status& status) {
+  return absl::IsNotFound(status) ? runtime::Refuse(field, name, "one that the plant knows") : status;
+}
+
+absl::StatusOr<std::optional<v1::Registration>> KeptAnswer(storage::Transaction& transaction,
+                                                           const v1::RegisterRequest& request) {
+  const auto kept = storage::FindAnswer(transaction, kCall, request.request_id(), request.SerializeAsString());
+  if (!kept.ok()) return kept.status();
+  if (!kept->has_value()) return std::nullopt;
+  v1::Registration answer;
+  if (!answer.ParseFromString(**kept)) return absl::DataLossError("the kept answer cannot be read");
+  return answer;
+}
+
+// Registration, journal entry and answer in one transaction. No connection was held while the kernel worked, so the
+// answer is looked for again.
+absl::StatusOr<v1::Registration> Store(storage::Database* database, const v1::RegisterRequest& request,
+                                       storage::RegistrationRow row, storage::Deadline deadline) {
+  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
+  if (!transaction.ok()) return transaction.status();
+  auto kept = KeptAnswer(*transaction, request);
+  if (!kept.ok()) return kept.status();
+  if (kept->has_value()) return **std::move(kept);
+  row.registration_id = storage::NewUuid();
+  row.requested_by = request.requested_by();
+  row.software_version = runtime::SoftwareVersion();
+  storage::RecordEntry entry;
+  entry.kind = "registration";
+  entry.name = runtime::NameOf("registrations", row.registration_id);
+  entry.inputs = {Revised(runtime::NameOf("machines", row.machine_id), row.machine_revision),
+                  Revised(runtime::NameOf("parts", row.part_id), row.part_revision), request.blade(),
+                  runtime::NameOf("calibrations", row.sensor_calibration_id),
+                  runtime::NameOf("calibrations", row.rotation_calibration_id)};
+  entry.inputs.insert(entry.inputs.end(), request.scans().begin(), request.scans().end());
+  entry.blade = row.blade_serial;
+  entry.machine = row.machine_id;
+  entry.method = row.method;
+  entry.software_version = row.software_version;
+  entry.requested_by = row.requested_by;
+  entry.summary_json = SummaryOf(row);
+  const absl::StatusOr<storage::Recorded> recorded = storage::InsertRegistration(*transaction, row, entry);
+  if (!recorded.ok()) return recorded.status();
+  row.recorded = *recorded;
+  const v1::Registration answer = ToProto(row);
+  absl::Status status = storage::KeepAnswer(*transaction, kCall, request.request_id(), request.SerializeAsString(),
+                                            answer.SerializeAsString());
+  if (!status.ok()) return status;
+  if (status = transaction->Commit(); !status.ok()) return status;
+  return answer;
+}
+
+}  // namespace
+
+struct Registrar::Inputs {
+  plant::v1::Part part;
+  plant::v1::Machine machine;
+  std::shared_ptr<const metrology::Surface> surface;
+  Eigen::Isometry3d zero_from_part_nominal;
+  std::vector<metrology::DatumPoint> datums;  // six-point only
+  metrology::MachineCalibration calibration;
+  std::string sensor_calibration, rotation_calibration;
+  std::vector<metrology::ScanPortion> portions;
+};
+
+Registrar::Registrar(storage::Database* database, const Peers& peers, int threads)
+    : database_(database),
+      plant_(peers.plant),
+      scans_(peers.ingest),
+      calibrations_(peers.calibration),
+      threads_(threads) {}
+
+absl::StatusOr<Registrar::Inputs> Registrar::FetchInputs(const v1::RegisterRequest& request,
+                                                         const Caller& caller) const {
+  Inputs inputs;
+  const auto blade = plant_.GetBlade(request.blade(), caller.make_context());
+  if (!blade.ok()) return NotKnown("blade", request.blade(), blade.status());
+  auto part = plant_.GetPart(blade->part(), 0, caller.make_context());
+  if (!part.ok()) return NotKnown("blade.part", blade->part(), part.status());
+  inputs.part = *std::move(part);
+  if (IsSixPoint(request.method())) {
+    auto datums = DatumsOf(inputs.part);
+    if (!datums.ok()) return datums.status();
+    inputs.datums = *std::move(datums);
+  }
+  const auto nominal = runtime::FromProto("part.zero_from_part_nominal", inputs.part.zero_from_part_nominal());
+  if (!nominal.ok()) return nominal.status();
+  inputs.zero_from_part_nominal = *nominal;
+  auto surface = plant_.GetSurface(inputs.part, caller.make_context());
+  if (!surface.ok()) return surface.status();
+  inputs.surface = *std::move(surface);
+  if (absl::Status status = FetchScans(request, caller, &inputs); !status.ok()) return status;
+  return inputs;
+}
+
+// Scan by scan, each thinned as it comes; the next is fetched meanwhile. The calibrations are those of the first scan's
+// machine.
+absl::Status Registrar::FetchScans(const v1::RegisterRequest& request, const Caller& caller, Inputs* inputs) const {
+  const auto fetch = [&](int i) { return scans_.Fetch(request.scans(i), caller.make_context()); };
+  metrology::Thinning thinning;
+  thinning.target_count = kPointBudget / request.scans_size();
+  for (const metrology::DatumPoint& datum : inputs->datums)
+    thinning.dense_places_mm.push_back(inputs->zero_from_part_nominal * datum.point_mm);
+  ingest::v1::Scan first;
+  std::int64_t point_count = 0;
+  std::future<absl::StatusOr<clients::FetchedScan>> next = std::async(std::launch::async, fetch, 0);
+  for (int i = 0; i < request.scans_size(); ++i) {
+    absl::StatusOr<clients::FetchedScan> fetched = next.get();
+    if (!fetched.ok()) return NotKnown("scans[" + std::to_string(i) + "]", request.scans(i), fetched.status());
+    if (caller.keep_going && !caller.keep_going()) return absl::CancelledError("register: stopped by its caller");
+    if (i == 0) first = fetched->record;
+    if (absl::Status status = CheckScan(request, fetched->record, first); !status.ok()) return status;
+    point_count += static_cast<std::int64_t>(fetched->scan.points_mm.size());
+    if (point_count > kMostPoints)
+      return runtime::Refuse("scans", std::to_string(point_count) + " points", "at most 100000000 together");
+    if (i + 1 < request.scans_size()) next = std::async(std::launch::async, fetch, i + 1);
+    if (i == 0) {
+      const std::string& machine = first.header().machine();
+      auto record = plant_.GetMachine(machine, 0, caller.make_context());
+      if (!record.ok()) return NotKnown("scans[0].machine", machine, record.status());
+      inputs->machine = *std::move(record);
+      auto sensor = calibrations_.SensorInForce(machine, caller.make_context());
+      if (!sensor.ok()) return sensor.status();
+      auto rotation = calibrations_.RotationInForce(machine, caller.make_context());
+      if (!rotation.ok()) return rotation.status();
+      inputs->calibration = {sensor->sensor, rotation->axes, rotation->covariance};
+      inputs->sensor_calibration = sensor->name;
+      inputs->rotation_calibration = rotation->name;
+    }
+    fetched->scan.id = *runtime::IdOf("scan", "scans", request.scans(i));
+    inputs->portions.push_back(metrology::Thin(fetched->scan, inputs->calibration, thinning));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<v1::Registration> Registrar::Register(const v1::RegisterRequest& request, const Caller& caller) {
+  if (absl::Status status = CheckRequest(request); !status.ok()) return status;
+  if (!request.request_id().empty()) {
+    absl::StatusOr<storage::Transaction> transaction = database_->Begin(caller.deadline);
+    if (!transaction.ok()) return transaction.status();
+    auto kept = KeptAnswer(*transaction, request);
+    if (!kept.ok()) return kept.status();
+    if (kept->has_value()) return **std::move(kept);
+  }
+  const absl::StatusOr<Inputs> inputs = FetchInputs(request, caller);
+  if (!inputs.ok()) return inputs.status();
+
+  const auto started = std::chrono::steady_clock::now();
+  metrology::FitOptions options;
+  options.thread_count = threads_;
+  options.keep_going = caller.keep_going;
+  absl::StatusOr<metrology::PoseFit> fit = metrology::FitToSurface(
+      *inputs->surface, inputs->portions, inputs->zero_from_part_nominal, inputs->calibration, options);
+  if (fit.ok() && IsSixPoint(request.method())) {
+    const auto variant = request.method() == v1::METHOD_SIX_POINT_NORMALS ? metrology::SixPointVariant::kNormals
+                                                                          : metrology::SixPointVariant::kPairs;
+    fit = metrology::FitSixPoints(*inputs->surface, inputs->portions, inputs->datums, *fit, variant,
+                                  inputs->calibration, options);
+  }
+  if (!fit.ok()) return AsRefusal(fit.status());
+
+  storage::RegistrationRow row = RowOf(*fit);
+  row.blade_serial = *runtime::IdOf("blade", "blades", request.blade());
+  row.method = MethodText(request.method());
+  row.machine_revision = inputs->machine.revision();
+  row.part_revision = inputs->part.revision();
+  const auto id_of = [](const std::string& name) { return name.substr(name.find('/') + 1); };
+  row.machine_id = id_of(inputs->machine.name());
+  row.part_id = id_of(inputs->part.name());
+  row.sensor_calibration_id = id_of(inputs->sensor_calibration);
+  row.rotation_calibration_id = id_of(inputs->rotation_calibration);
+  row.compute_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  return Store(database_, request, std::move(row), caller.deadline);
+}
+
+}  // namespace sixpoint::registration

@@ -1,0 +1,49 @@
+// The service's logic: fetch what a registration rests on, compute, store.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <functional>
+#include <memory>
+
+#include "services/clients/calibrations.h"
+#include "services/clients/parts.h"
+#include "services/clients/scans.h"
+#include "sixpoint/registration/v1/registration.pb.h"
+#include "storage/database.h"
+
+namespace sixpoint::registration {
+
+// One call: its deadline, its cancellation and contexts for the calls it makes.
+struct Caller {
+  storage::Deadline deadline;
+  std::function<std::unique_ptr<grpc::ClientContext>()> make_context;
+  std::function<bool()> keep_going;
+};
+
+struct Peers {
+  std::shared_ptr<grpc::Channel> plant, ingest, calibration;
+};
+
+// Thread-safe.
+class Registrar {
+ public:
+  // threads: compute threads of one registration.
+  Registrar(storage::Database* database, const Peers& peers, int threads);
+
+  // Nothing is stored unless all of it is. The same request_id again gives the same answer.
+  absl::StatusOr<v1::Registration> Register(const v1::RegisterRequest& request, const Caller& caller);
+
+ private:
+  struct Inputs;
+  absl::StatusOr<Inputs> FetchInputs(const v1::RegisterRequest& request, const Caller& caller) const;
+  absl::Status FetchScans(const v1::RegisterRequest& request, const Caller& caller, Inputs* inputs) const;
+
+  storage::Database* database_;
+  clients::PlantClient plant_;
+  clients::ScanClient scans_;
+  clients::CalibrationClient calibrations_;
+  int threads_;
+};
+
+}  // namespace sixpoint::registration

@@ -1,0 +1,169 @@
+#include "services/registration/registration_messages.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::registration {
+namespace {
+
+constexpr double kUmPerMm = 1000;
+constexpr double kGreatestFigure = 1e12;  // what a free direction's uncertainty is stored as
+
+template <typename Matrix>
+std::vector<double> RowMajor(const Matrix& matrix) {
+  std::vector<double> values;
+  for (Eigen::Index row = 0; row < matrix.rows(); ++row)
+    for (Eigen::Index column = 0; column < matrix.cols(); ++column) values.push_back(matrix(row, column));
+  return values;
+}
+
+double Figure(double value) { return value < kGreatestFigure ? value : kGreatestFigure; }
+
+std::string OutcomeText(metrology::Outcome outcome) {
+  switch (outcome) {
+    case metrology::Outcome::kConverged:
+      return "CONVERGED";
+    case metrology::Outcome::kNotConverged:
+      return "NOT_CONVERGED";
+    case metrology::Outcome::kNotDetermined:
+      return "NOT_DETERMINED";
+    case metrology::Outcome::kTooLittleOverlap:
+      return "TOO_LITTLE_OVERLAP";
+  }
+  return "";
+}
+
+void SetPoint(double x, double y, double z, geometry::v1::Point* out) {
+  out->set_x_mm(x);
+  out->set_y_mm(y);
+  out->set_z_mm(z);
+}
+
+void SetTransform(const std::vector<double>& in, geometry::v1::RigidTransform* out) {
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column) out->add_rotation(in.at(4 * row + column));
+  SetPoint(in.at(3), in.at(7), in.at(11), out->mutable_translation_mm());
+}
+
+void SetCovariance(const std::vector<double>& values, const std::vector<double>& reference,
+                   geometry::v1::PoseCovariance* out) {
+  out->mutable_values()->Add(values.begin(), values.end());
+  SetPoint(reference.at(0), reference.at(1), reference.at(2), out->mutable_reference_mm());
+}
+
+void SetTime(storage::Instant instant, google::protobuf::Timestamp* out) {
+  const auto micros = std::chrono::floor<std::chrono::microseconds>(instant.time_since_epoch());
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(micros);
+  out->set_seconds(seconds.count());
+  out->set_nanos(static_cast<int>((micros - seconds).count()) * 1000);
+}
+
+void SetEvidence(const storage::RegistrationRow& row, v1::Evidence* out) {
+  v1::Outcome outcome = v1::OUTCOME_UNSPECIFIED;
+  v1::Outcome_Parse("OUTCOME_" + row.outcome, &outcome);
+  out->set_outcome(outcome);
+  out->set_point_count(row.point_count);
+  out->set_points_used(row.points_used);
+  out->set_iteration_count(row.iteration_count);
+  out->set_residual_rms_um(row.residual_rms_um);
+  out->set_residual_sigma_um(row.residual_sigma_um);
+  out->set_overlap(row.point_count > 0 ? static_cast<double>(row.points_used) / static_cast<double>(row.point_count)
+                                       : 0);
+  out->set_condition_number(row.condition_number);
+  out->set_seconds(row.compute_seconds);
+  for (const storage::RegistrationDatumRow& datum : row.datums) {
+    v1::DatumResidual* residual = out->add_datums();
+    residual->set_datum(datum.datum_name);
+    residual->set_distance_um(datum.distance_um);
+    residual->set_standard_uncertainty_um(datum.standard_uncertainty_um);
+    residual->set_point_count(static_cast<int>(datum.point_count));
+  }
+  for (const storage::RegistrationScanRow& scan : row.scans) {
+    v1::ScanEvidence* evidence = out->add_scans();
+    evidence->set_scan(runtime::NameOf("scans", scan.scan_id));
+    evidence->set_point_count(scan.point_count);
+    evidence->set_points_used(scan.points_used);
+    evidence->set_residual_median_um(scan.residual_median_um);
+  }
+  out->mutable_weakest_direction()->Add(row.weakest_direction.begin(), row.weakest_direction.end());
+  out->set_weakest_standard_uncertainty_um(row.weakest_standard_uncertainty_um);
+  out->set_remark(row.remark);
+}
+
+}  // namespace
+
+storage::RegistrationRow RowOf(const metrology::PoseFit& fit) {
+  storage::RegistrationRow row;
+  row.outcome = OutcomeText(fit.outcome);
+  if (fit.outcome == metrology::Outcome::kConverged) {
+    row.zero_from_part = RowMajor(fit.zero_from_part.matrix().topRows<3>());
+    row.reference_mm = RowMajor(fit.covariance.reference_mm);
+    row.covariance = RowMajor(fit.covariance.values);
+    row.noise_covariance = RowMajor(fit.noise_covariance.values);
+    row.calibration_sensitivity = RowMajor(fit.calibration_sensitivity);
+  }
+  const metrology::FitEvidence& evidence = fit.evidence;
+  row.point_count = evidence.point_count;
+  row.points_used = evidence.points_used;
+  row.iteration_count = evidence.iteration_count;
+  row.residual_rms_um = kUmPerMm * evidence.residual_rms_mm;
+  row.residual_sigma_um = kUmPerMm * evidence.residual_sigma_mm;
+  row.condition_number = std::max(1.0, Figure(evidence.condition_number));
+  row.weakest_direction = RowMajor(evidence.weakest_direction);
+  row.weakest_standard_uncertainty_um = Figure(kUmPerMm * evidence.weakest_standard_uncertainty_mm);
+  row.remark = evidence.remark;
+  for (const metrology::PortionEvidence& portion : evidence.portions)
+    row.scans.push_back(
+        {portion.scan, portion.point_count, portion.points_used, kUmPerMm * portion.residual_median_mm});
+  for (const metrology::DatumDistance& datum : evidence.datums)
+    if (datum.point_count > 0)
+      row.datums.push_back(
+          {datum.name, kUmPerMm * datum.distance_mm, kUmPerMm * datum.standard_uncertainty_mm, datum.point_count});
+  return row;
+}
+
+v1::Registration ToProto(const storage::RegistrationRow& row) {
+  v1::Registration out;
+  out.set_name(runtime::NameOf("registrations", row.registration_id));
+  out.set_blade(runtime::NameOf("blades", row.blade_serial));
+  out.set_machine(runtime::NameOf("machines", row.machine_id));
+  out.set_machine_revision(row.machine_revision);
+  out.set_part(runtime::NameOf("parts", row.part_id));
+  out.set_part_revision(row.part_revision);
+  for (const storage::RegistrationScanRow& scan : row.scans) out.add_scans(runtime::NameOf("scans", scan.scan_id));
+  v1::Method method = v1::METHOD_UNSPECIFIED;
+  v1::Method_Parse("METHOD_" + row.method, &method);
+  out.set_method(method);
+  out.set_sensor_calibration(runtime::NameOf("calibrations", row.sensor_calibration_id));
+  out.set_rotation_calibration(runtime::NameOf("calibrations", row.rotation_calibration_id));
+  if (!row.zero_from_part.empty()) {
+    SetTransform(row.zero_from_part, out.mutable_zero_from_part());
+    SetCovariance(row.covariance, row.reference_mm, out.mutable_covariance());
+    SetCovariance(row.noise_covariance, row.reference_mm, out.mutable_noise_covariance());
+    geometry::v1::Matrix* sensitivity = out.mutable_calibration_sensitivity();
+    sensitivity->set_row_count(6);
+    sensitivity->set_column_count(metrology::kCalibrationParameterCount);
+    sensitivity->mutable_values()->Add(row.calibration_sensitivity.begin(), row.calibration_sensitivity.end());
+  }
+  SetEvidence(row, out.mutable_evidence());
+  out.set_requested_by(row.requested_by);
+  out.set_software_version(row.software_version);
+  SetTime(row.recorded.recorded_at, out.mutable_recorded_at());
+  out.set_record_sequence(row.recorded.sequence);
+  return out;
+}
+
+std::string SummaryOf(const storage::RegistrationRow& row) {
+  nlohmann::json summary = {{"outcome", row.outcome},
+                            {"residual_sigma_um", row.residual_sigma_um},
+                            {"points_used", row.points_used},
+                            {"condition_number", row.condition_number}};
+  if (!row.remark.empty()) summary["remark"] = row.remark;
+  return summary.dump();
+}
+
+}  // namespace sixpoint::registration

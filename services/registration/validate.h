@@ -1,0 +1,30 @@
+// Requests into what the kernel takes: pure functions, each refusal naming field, value and what was wanted.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <string>
+#include <vector>
+
+#include "metrology/registration/registration.h"
+#include "sixpoint/ingest/v1/ingest.pb.h"
+#include "sixpoint/plant/v1/plant.pb.h"
+#include "sixpoint/registration/v1/registration.pb.h"
+
+namespace sixpoint::registration {
+
+constexpr int kGreatestScanCount = 64;
+
+// "BEST_FIT", "LOCAL", ...; empty for what is no method.
+std::string MethodText(v1::Method method);
+bool IsSixPoint(v1::Method method);
+
+// Names, counts and method.
+absl::Status CheckRequest(const v1::RegisterRequest& request);
+// The scan shows this blade, on the machine of the first scan, and no artefact.
+absl::Status CheckScan(const v1::RegisterRequest& request, const ingest::v1::Scan& scan, const ingest::v1::Scan& first);
+// FAILED_PRECONDITION (SIX_POINTS_MISSING) unless the part has six.
+absl::StatusOr<std::vector<metrology::DatumPoint>> DatumsOf(const plant::v1::Part& part);
+
+}  // namespace sixpoint::registration
