@@ -7,8 +7,6 @@
 namespace sixpoint::ingest {
 namespace {
 
-// A changed machine is seen after this long at the latest.
-constexpr std::chrono::seconds kFresh{5};
 constexpr std::size_t kGreatestKeptCount = 4096;
 
 bool IsOutage(const absl::Status& status) {
@@ -17,7 +15,8 @@ bool IsOutage(const absl::Status& status) {
 
 }  // namespace
 
-KnownPlant::KnownPlant(std::shared_ptr<grpc::Channel> plant) : client_(std::move(plant)) {}
+KnownPlant::KnownPlant(std::shared_ptr<grpc::Channel> plant, std::chrono::milliseconds fresh)
+    : client_(std::move(plant)), fresh_(fresh) {}
 
 template <typename Value>
 absl::StatusOr<Value> KnownPlant::FreshOr(std::map<std::string, Kept<Value>>* kept, const std::string& field,
@@ -27,7 +26,7 @@ absl::StatusOr<Value> KnownPlant::FreshOr(std::map<std::string, Kept<Value>>* ke
   {
     std::lock_guard lock(mutex_);
     if (const auto found = kept->find(name); found != kept->end()) {
-      if (std::chrono::steady_clock::now() - found->second.fetched_at < kFresh) return found->second.value;
+      if (std::chrono::steady_clock::now() - found->second.fetched_at < fresh_) return found->second.value;
       last = found->second.value;
     }
   }

@@ -19,7 +19,8 @@ namespace sixpoint::ingest {
 // Thread-safe. While the plant service is away, what it said last still holds: its outage does not stop a scan.
 class KnownPlant {
  public:
-  explicit KnownPlant(std::shared_ptr<grpc::Channel> plant);
+  // `fresh`: a changed machine is seen after this long at the latest.
+  explicit KnownPlant(std::shared_ptr<grpc::Channel> plant, std::chrono::milliseconds fresh = std::chrono::seconds(5));
 
   using ContextMaker = std::function<std::unique_ptr<grpc::ClientContext>()>;
   // Refuses names that the plant does not know as header.machine and header.subject.
@@ -38,6 +39,7 @@ class KnownPlant {
                                 const std::string& name, const std::function<absl::StatusOr<Value>()>& fetch);
 
   clients::PlantClient client_;
+  const std::chrono::milliseconds fresh_;
   std::mutex mutex_;
   std::map<std::string, Kept<plant::v1::Machine>> machines_;
   std::map<std::string, Kept<int>> subjects_;

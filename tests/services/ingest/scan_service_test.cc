@@ -508,15 +508,6 @@ TEST_F(ScanServiceTest, TellsWhenStoredBytesHaveRotted) {
   EXPECT_THAT(std::string(status.message()), HasSubstr("scans/s1 block[1]"));
 }
 
-TEST_F(ScanServiceTest, GoesOnWithWhatThePlantSaidWhileItIsAway) {
-  const auto blocks = SampleBlocks(SampleProfiles(8, 100), 300);
-  ASSERT_TRUE(Upload(SampleHeader("s1", 800), blocks).ok());
-  const int asked_count = plant_.asked_count;
-  plant_.away = true;
-  EXPECT_TRUE(Upload(SampleHeader("s2", 800), blocks).ok());
-  EXPECT_EQ(plant_.asked_count, asked_count);  // kept
-}
-
 TEST_F(ScanServiceTest, AcknowledgedScansOutliveTheDatabaseServer) {
   const auto blocks = SampleBlocks(SampleProfiles(8, 100), 300);
   ASSERT_TRUE(Upload(SampleHeader("s1", 800), blocks).ok());

@@ -1,0 +1,57 @@
+#include "services/ingest/known_plant.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "services/runtime/call.h"
+#include "tests/services/ingest/fake_plant.h"
+#include "tests/support/in_process_server.h"
+
+namespace sixpoint::ingest {
+namespace {
+
+using ::testing::HasSubstr;
+
+class KnownPlantTest : public ::testing::Test {
+ protected:
+  static std::unique_ptr<grpc::ClientContext> Context() { return runtime::ContextFor(5.0); }
+
+  FakePlant plant_;
+  testing::InProcessServer server_{{&plant_}};
+};
+
+TEST_F(KnownPlantTest, AsksOnceWhileTheAnswerIsFresh) {
+  KnownPlant known(server_.Connect(), std::chrono::hours(1));
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(known.Machine("machines/m1", Context).value().revision(), 3);
+  EXPECT_EQ(plant_.asked_count, 1);
+}
+
+TEST_F(KnownPlantTest, AsksAgainOnceTheAnswerIsOld) {
+  KnownPlant known(server_.Connect(), std::chrono::milliseconds(0));
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(known.Machine("machines/m1", Context).ok());
+  EXPECT_EQ(plant_.asked_count, 3);
+}
+
+TEST_F(KnownPlantTest, HoldsToTheLastAnswerWhileThePlantIsAway) {
+  KnownPlant known(server_.Connect(), std::chrono::milliseconds(0));
+  ASSERT_TRUE(known.Machine("machines/m1", Context).ok());
+  plant_.away = true;
+  EXPECT_EQ(known.Machine("machines/m1", Context).value().revision(), 3);
+  EXPECT_GT(plant_.asked_count, 1);
+  // What it never heard of it cannot vouch for; that is no fault of the sender.
+  EXPECT_TRUE(absl::IsUnavailable(known.Machine("machines/m2", Context).status()));
+}
+
+TEST_F(KnownPlantTest, RefusesWhatThePlantDoesNotKnowByField) {
+  KnownPlant known(server_.Connect());
+  const absl::Status machine = known.Machine("machines/m2", Context).status();
+  EXPECT_TRUE(absl::IsInvalidArgument(machine)) << machine;
+  EXPECT_THAT(std::string(machine.message()), HasSubstr("header.machine: machines/m2, want"));
+  EXPECT_THAT(std::string(known.SubjectRevision("blades/none", Context).status().message()),
+              HasSubstr("header.subject: blades/none, want"));
+  EXPECT_EQ(known.SubjectRevision("artefacts/a1", Context).value(), 2);
+  EXPECT_EQ(known.SubjectRevision("blades/sn1", Context).value(), 0);
+}
+
+}  // namespace
+}  // namespace sixpoint::ingest
