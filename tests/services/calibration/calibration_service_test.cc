@@ -1,0 +1,356 @@
+// The service over real gRPC on a real PostgreSQL, between a plant and an ingest that are stood in for.
+#include "services/calibration/calibration_service.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "metrology/cloud/draco_codec.h"
+#include "services/clients/calibrations.h"
+#include "services/runtime/call.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/geometry_proto.h"
+#include "storage/calibrations.h"
+#include "storage/scans.h"
+#include "tests/metrology/calibration/artefact_sampler.h"
+#include "tests/support/in_process_server.h"
+#include "tests/support/throwaway_database.h"
+
+namespace sixpoint::calibration {
+namespace {
+
+using sixpoint::testing::ArtefactBench;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+constexpr double kDeg = M_PI / 180;
+
+class FakePlant final : public plant::v1::PlantService::Service {
+ public:
+  explicit FakePlant(const ArtefactBench& bench) : bench_(bench) {}
+  grpc::Status GetMachine(grpc::ServerContext*, const plant::v1::GetMachineRequest* request,
+                          plant::v1::Machine* out) override {
+    if (request->name() != "machines/m1") return {grpc::StatusCode::NOT_FOUND, "no such machine"};
+    out->set_name("machines/m1");
+    out->set_revision(3);
+    out->mutable_sensor()->set_mid_range_mm(bench_.optics.mid_range_mm);
+    out->mutable_sensor()->set_noise_um(2);
+    runtime::ToProto(Eigen::Vector3d(26.6352, 54.8952, -193.32), out->mutable_nominal_centre_mm());
+    for (const std::string axis : {"A", "B"}) {
+      plant::v1::Joint* joint = out->mutable_kinematics()->add_part_side();
+      joint->set_axis(axis);
+      joint->set_kind(plant::v1::JOINT_KIND_ROTARY);
+      joint->set_sign(1);
+      (axis == "A") ? joint->mutable_direction()->set_y(1) : joint->mutable_direction()->set_x(1);
+    }
+    return grpc::Status::OK;
+  }
+  grpc::Status GetArtefact(grpc::ServerContext*, const plant::v1::GetArtefactRequest* request,
+                           plant::v1::Artefact* out) override {
+    if (request->name() != "artefacts/a1") return {grpc::StatusCode::NOT_FOUND, "no such artefact"};
+    out->set_name("artefacts/a1");
+    out->set_revision(2);
+    out->set_side_mm(bench_.artefact.side_mm);
+    out->set_cone_half_angle_deg(45);
+    out->set_cone_top_radius_mm(2);
+    out->set_cone_bottom_radius_mm(0.5);
+    out->set_slot_width_mm(2.4);
+    out->set_slot_depth_mm(0.8);
+    for (const auto* features : {&bench_.artefact.cones, &bench_.artefact.slots})
+      for (const metrology::PlaneFeature& f : *features) {
+        plant::v1::NamedPlanePoint* p = features == &bench_.artefact.cones ? out->add_cones() : out->add_slots();
+        p->set_feature(f.name);
+        p->set_x_mm(f.centre_mm.x());
+        p->set_y_mm(f.centre_mm.y());
+      }
+    return grpc::Status::OK;
+  }
+
+ private:
+  ArtefactBench bench_;
+};
+
+class FakeIngest final : public ingest::v1::ScanService::Service {
+ public:
+  grpc::Status DownloadScan(grpc::ServerContext*, const ingest::v1::DownloadScanRequest* request,
+                            grpc::ServerWriter<ingest::v1::DownloadScanResponse>* writer) override {
+    const auto scan = scans.find(request->name());
+    if (scan == scans.end()) return {grpc::StatusCode::NOT_FOUND, "no such scan"};
+    ingest::v1::DownloadScanResponse response;
+    ingest::v1::Scan* record = response.mutable_scan();
+    record->set_name(request->name());
+    record->mutable_header()->set_scan_id(scan->second.id);
+    record->mutable_header()->set_machine("machines/m1");
+    record->mutable_header()->set_subject("artefacts/a1");
+    record->mutable_header()->set_point_count(static_cast<std::int64_t>(scan->second.points_mm.size()));
+    runtime::ToProto(scan->second.v0_mm, record->mutable_header()->mutable_v0_mm());
+    writer->Write(response);
+    const auto block = metrology::EncodeBlock(scan->second.points_mm, metrology::kDefaultErrorBoundMm);
+    response.mutable_block()->set_point_count(static_cast<int>(scan->second.points_mm.size()));
+    response.mutable_block()->set_payload(block->bytes);
+    writer->Write(response);
+    return grpc::Status::OK;
+  }
+  std::map<std::string, metrology::LineScan> scans;
+};
+
+class CalibrationServiceTest : public ::testing::Test {
+ protected:
+  CalibrationServiceTest()
+      : bench_(ArtefactBench::Usual()),
+        plant_(bench_),
+        plant_server_({&plant_}),
+        ingest_server_({&ingest_}),
+        service_(database_.database(), plant_server_.Connect(), ingest_server_.Connect(), 2),
+        server_({&service_}),
+        stub_(v1::CalibrationService::NewStub(server_.Connect())),
+        client_(server_.Connect()) {
+    std::mt19937_64 random(4);
+    Execute("INSERT INTO machines (machine_id) VALUES ('m1')");
+    Execute("INSERT INTO artefacts (artefact_id) VALUES ('a1')");
+    AddScan(bench_.Scan("high", 10, 2e-3, &random));
+    AddScan(bench_.Scan("low", -10, 2e-3, &random));
+    touch_ = bench_.Touch(bench_.touch_noise_mm, &random);
+  }
+
+  storage::Rows Execute(const std::string& sql) {
+    auto transaction = database_.database()->Begin(testing::Soon());
+    EXPECT_TRUE(transaction.ok()) << transaction.status();
+    const auto rows = transaction->Execute(sql);
+    EXPECT_TRUE(rows.ok()) << rows.status();
+    EXPECT_TRUE(transaction->Commit().ok());
+    return rows.ok() ? *rows : storage::Rows();
+  }
+
+  // To the stand-in, and its row, which the calibration's residuals refer to.
+  void AddScan(const metrology::LineScan& scan) {
+    ingest_.scans["scans/" + scan.id] = scan;
+    storage::ScanRow row;
+    row.scan_id = scan.id;
+    row.machine_id = "m1";
+    row.machine_revision = 3;
+    row.artefact_id = "a1";
+    row.artefact_revision = 2;
+    row.kind = "artefact";
+    row.profile_pitch_mm = 0.1;
+    row.columns_per_profile = 320;
+    row.point_count = static_cast<std::int64_t>(scan.points_mm.size());
+    row.encoding = "draco";
+    row.block_count = 1;
+    row.stored_bytes = 1;
+    row.stored_sha256 = row.sent_sha256 = std::string(64, '0');
+    storage::RecordEntry entry;
+    entry.kind = "scan";
+    entry.name = "scans/" + scan.id;
+    entry.software_version = "test";
+    auto transaction = database_.database()->Begin(testing::Soon());
+    ASSERT_TRUE(transaction.ok()) << transaction.status();
+    const auto recorded = storage::InsertScan(*transaction, row, {}, entry);
+    ASSERT_TRUE(recorded.ok()) << recorded.status();
+    ASSERT_TRUE(transaction->Commit().ok());
+  }
+
+  v1::CalibrateSensorRequest SensorRequest() const {
+    v1::CalibrateSensorRequest request;
+    request.set_machine("machines/m1");
+    request.set_artefact("artefacts/a1");
+    request.add_scans("scans/high");
+    request.add_scans("scans/low");
+    for (const metrology::TouchedPoint& t : touch_.centres) {
+      v1::NamedPoint* centre = request.mutable_touch()->add_centres();
+      centre->set_feature(t.name);
+      runtime::ToProto(t.point_mm, centre->mutable_point_mm());
+    }
+    for (const auto& p : touch_.plane_mm) runtime::ToProto(p, request.mutable_touch()->add_plane_mm());
+    for (const auto& p : touch_.side_x_mm) runtime::ToProto(p, request.mutable_touch()->add_side_x_mm());
+    for (const auto& p : touch_.side_y_mm) runtime::ToProto(p, request.mutable_touch()->add_side_y_mm());
+    request.set_requested_by("engineer");
+    return request;
+  }
+
+  v1::CalibrateRotationRequest RotationRequest() const {
+    metrology::RotaryAxes axes;
+    axes.a.point_mm = {26.63, 54.88, -193.322};
+    axes.b.point_mm = {26.63, 54.871, -193.324};
+    v1::CalibrateRotationRequest request;
+    request.set_machine("machines/m1");
+    for (int a = -60; a <= 60; a += 60)
+      for (int b = 0; b < 360; b += 60) {
+        v1::SpherePose* pose = request.add_poses();
+        pose->set_a_deg(a);
+        pose->set_b_deg(b);
+        pose->set_held_out(request.poses_size() % 5 == 0);
+        runtime::ToProto(Eigen::Vector3d(axes.MachineFromZero(a * kDeg, b * kDeg) * Eigen::Vector3d(52, 59, -128)),
+                         pose->mutable_centre_mm());
+      }
+    request.set_standard_uncertainty_um(1);
+    return request;
+  }
+
+  template <typename Request>
+  grpc::Status Call(grpc::Status (v1::CalibrationService::Stub::*method)(grpc::ClientContext*, const Request&,
+                                                                         v1::Calibration*),
+                    const Request& request, v1::Calibration* response) {
+    const auto context = runtime::ContextFor(60);
+    return (stub_.get()->*method)(context.get(), request, response);
+  }
+
+  ArtefactBench bench_;
+  metrology::ArtefactTouch touch_;
+  testing::ThrowawayDatabase database_;
+  FakePlant plant_;
+  FakeIngest ingest_;
+  testing::InProcessServer plant_server_, ingest_server_;
+  CalibrationService service_;
+  testing::InProcessServer server_;
+  std::unique_ptr<v1::CalibrationService::Stub> stub_;
+  clients::CalibrationClient client_;
+};
+
+TEST_F(CalibrationServiceTest, SensorCalibrationIsStoredWholeAndFetchedToTheSameBits) {
+  v1::Calibration made;
+  const grpc::Status status = Call(&v1::CalibrationService::Stub::CalibrateSensor, SensorRequest(), &made);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(made.method(), "JOINT");
+  EXPECT_THAT(made.inputs(), ElementsAre("machines/m1@3", "artefacts/a1@2", "scans/high", "scans/low"));
+  EXPECT_EQ(made.sensor().fitted_size(), 6);
+  EXPECT_EQ(made.sensor().check_size(), 6);
+  EXPECT_GT(made.record_sequence(), 0);
+
+  v1::GetCalibrationRequest get;
+  get.set_name(made.name());
+  v1::Calibration found;
+  ASSERT_TRUE(Call(&v1::CalibrationService::Stub::GetCalibration, get, &found).ok());
+  EXPECT_EQ(found.SerializeAsString(), made.SerializeAsString());
+
+  const auto in_force = client_.SensorInForce("machines/m1", runtime::ContextFor(10));
+  ASSERT_TRUE(in_force.ok()) << in_force.status();
+  EXPECT_EQ(in_force->name, made.name());
+  EXPECT_EQ(in_force->sensor.t_sm_mm.x(), made.sensor().t_sm_mm().x_mm());
+  for (int k = 0; k < 3; ++k)
+    EXPECT_NEAR(in_force->sensor.t_sm_mm(k), bench_.sensor.t_sm_mm(k),
+                4 * std::sqrt(in_force->sensor.covariance(3 + k, 3 + k)));
+  // Recall reaches it from the scan.
+  auto transaction = database_.database()->Begin(testing::Soon());
+  ASSERT_TRUE(transaction.ok());
+  const auto derived = storage::DerivedFrom(*transaction, "scans/high");
+  ASSERT_TRUE(derived.ok());
+  ASSERT_EQ(derived->size(), 1u);
+  EXPECT_EQ(derived->front().entry.name, made.name());
+}
+
+TEST_F(CalibrationServiceTest, TheSameRequestIdIsOneCalibration) {
+  v1::CalibrateRotationRequest request = RotationRequest();
+  request.set_request_id(storage::NewUuid());
+  v1::Calibration first, second;
+  ASSERT_TRUE(Call(&v1::CalibrationService::Stub::CalibrateRotation, request, &first).ok());
+  ASSERT_TRUE(Call(&v1::CalibrationService::Stub::CalibrateRotation, request, &second).ok());
+  EXPECT_EQ(first.SerializeAsString(), second.SerializeAsString());
+  EXPECT_EQ(Execute("SELECT count(*) FROM calibrations").Int(0, 0), 1);
+  request.set_standard_uncertainty_um(2);
+  EXPECT_EQ(Call(&v1::CalibrationService::Stub::CalibrateRotation, request, &second).error_code(),
+            grpc::StatusCode::ALREADY_EXISTS);
+}
+
+TEST_F(CalibrationServiceTest, TheNewestValidOneIsInForce) {
+  const auto missing = client_.RotationInForce("machines/m1", runtime::ContextFor(10));
+  EXPECT_EQ(missing.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(runtime::ReasonOf(missing.status()), "CALIBRATION_MISSING");
+
+  v1::CalibrateRotationRequest request = RotationRequest();
+  v1::Calibration old, newer, past;
+  ASSERT_TRUE(Call(&v1::CalibrationService::Stub::CalibrateRotation, request, &old).ok());
+  request.set_method(v1::ROTATION_METHOD_POINT_C);
+  ASSERT_TRUE(Call(&v1::CalibrationService::Stub::CalibrateRotation, request, &newer).ok());
+  request.mutable_valid_from()->set_seconds(1'700'000'000);
+  request.mutable_valid_until()->set_seconds(1'700'000'100);
+  ASSERT_TRUE(Call(&v1::CalibrationService::Stub::CalibrateRotation, request, &past).ok());
+  const auto in_force = client_.RotationInForce("machines/m1", runtime::ContextFor(10));
+  ASSERT_TRUE(in_force.ok()) << in_force.status();
+  EXPECT_EQ(in_force->name, newer.name());
+
+  v1::GetCalibrationInForceRequest at;
+  at.set_machine("machines/m1");
+  at.set_kind(v1::CALIBRATION_KIND_ROTATION);
+  at.mutable_at()->set_seconds(1'700'000'099);
+  v1::Calibration found;
+  ASSERT_TRUE(Call(&v1::CalibrationService::Stub::GetCalibrationInForce, at, &found).ok());
+  EXPECT_EQ(found.name(), past.name());
+  at.mutable_at()->set_seconds(1'700'000'100);  // the first moment at which it is no longer valid
+  const grpc::Status expired = Call(&v1::CalibrationService::Stub::GetCalibrationInForce, at, &found);
+  EXPECT_EQ(runtime::ReasonOf(runtime::FromGrpc(expired)), "CALIBRATION_EXPIRED");
+  // Of the wrong kind.
+  EXPECT_EQ(client_.Sensor(newer.name(), runtime::ContextFor(10)).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST_F(CalibrationServiceTest, ListsNewestFirstPageByPage) {
+  std::vector<std::string> names;
+  for (int i = 0; i < 5; ++i) {
+    v1::Calibration made;
+    ASSERT_TRUE(Call(&v1::CalibrationService::Stub::CalibrateRotation, RotationRequest(), &made).ok());
+    names.insert(names.begin(), made.name());
+  }
+  std::vector<std::string> listed;
+  v1::ListCalibrationsRequest request;
+  request.set_machine("machines/m1");
+  request.set_kind(v1::CALIBRATION_KIND_ROTATION);
+  request.set_page_size(2);
+  int pages = 0;
+  do {
+    v1::ListCalibrationsResponse page;
+    const auto context = runtime::ContextFor(10);
+    ASSERT_TRUE(stub_->ListCalibrations(context.get(), request, &page).ok());
+    for (const v1::Calibration& c : page.calibrations()) listed.push_back(c.name());
+    request.set_page_token(page.next_page_token());
+    ++pages;
+  } while (!request.page_token().empty());
+  EXPECT_EQ(listed, names);
+  EXPECT_EQ(pages, 3);
+}
+
+TEST_F(CalibrationServiceTest, NothingIsStoredForARefusal) {
+  v1::Calibration made;
+  v1::CalibrateSensorRequest request = SensorRequest();
+  for (v1::NamedPoint& c : *request.mutable_touch()->mutable_centres()) {
+    c.mutable_point_mm()->set_x_mm(c.point_mm().x_mm() * 25.4);
+    c.mutable_point_mm()->set_y_mm(c.point_mm().y_mm() * 25.4);
+    c.mutable_point_mm()->set_z_mm(c.point_mm().z_mm() * 25.4);
+  }
+  grpc::Status status = Call(&v1::CalibrationService::Stub::CalibrateSensor, request, &made);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(status.error_message(), HasSubstr("send millimetres"));
+  request = SensorRequest();
+  request.mutable_scans()->RemoveLast();
+  status = Call(&v1::CalibrationService::Stub::CalibrateSensor, request, &made);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(runtime::ReasonOf(runtime::FromGrpc(status)), "CALIBRATION_UNDETERMINED");
+  EXPECT_THAT(status.error_message(), HasSubstr("beta"));
+  request = SensorRequest();
+  request.set_scans(0, "scans/unknown");
+  status = Call(&v1::CalibrationService::Stub::CalibrateSensor, request, &made);
+  EXPECT_THAT(status.error_message(), HasSubstr("scans: scans/unknown, want one that the plant knows"));
+  v1::CalibrateRotationRequest rotation = RotationRequest();
+  rotation.set_machine("machines/other");
+  status = Call(&v1::CalibrationService::Stub::CalibrateRotation, rotation, &made);
+  EXPECT_THAT(status.error_message(), HasSubstr("machine: machines/other"));
+  rotation = RotationRequest();
+  rotation.mutable_poses()->DeleteSubrange(1, rotation.poses_size() - 1);
+  status = Call(&v1::CalibrationService::Stub::CalibrateRotation, rotation, &made);
+  EXPECT_THAT(status.error_message(), HasSubstr("A axis is not determined"));
+  EXPECT_EQ(Execute("SELECT count(*) FROM calibrations").Int(0, 0), 0);
+  EXPECT_EQ(Execute("SELECT count(*) FROM record_entries WHERE kind = 'calibration'").Int(0, 0), 0);
+}
+
+TEST_F(CalibrationServiceTest, RowsAreNeverChanged) {
+  v1::Calibration made;
+  ASSERT_TRUE(Call(&v1::CalibrationService::Stub::CalibrateRotation, RotationRequest(), &made).ok());
+  for (const std::string sql : {"UPDATE calibrations SET method = 'LINES'", "DELETE FROM rotation_calibration_poses",
+                                "UPDATE rotation_calibrations SET noise_um = 0"}) {
+    auto transaction = database_.database()->Begin(testing::Soon());
+    ASSERT_TRUE(transaction.ok());
+    EXPECT_FALSE(transaction->Execute(sql).ok()) << sql;
+  }
+}
+
+}  // namespace
+}  // namespace sixpoint::calibration
