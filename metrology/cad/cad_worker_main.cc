@@ -49,6 +49,7 @@ absl::StatusOr<TriangleMesh> Read(const std::string& format, const std::string& 
 
 int main(int argc, char** argv) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
+  prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
   std::map<std::string, std::string> flags{{"--format", ""},   {"--in", ""},          {"--out", ""},
                                            {"--unit-mm", "1"}, {"--error-um", "0.5"}, {"--memory-mb", "4096"},
                                            {"--cpu-s", "120"}};
@@ -62,7 +63,9 @@ int main(int argc, char** argv) {
     flag->second = argv[i + 1];
   }
   Limit(RLIMIT_CORE, 0);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // these reserve terabytes of address space
   Limit(RLIMIT_AS, rlim_t(std::atol(flags["--memory-mb"].c_str())) << 20);
+#endif
   Limit(RLIMIT_CPU, rlim_t(std::atol(flags["--cpu-s"].c_str())));
   Limit(RLIMIT_FSIZE, rlim_t(1) << 30);
 

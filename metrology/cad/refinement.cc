@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <string>
 #include <unordered_map>
@@ -13,7 +14,7 @@ namespace {
 
 constexpr int kGreatestPassCount = 24;
 // Facets stay within about 17 degrees of the surface, down to edges of this many chordal errors.
-constexpr double kLeastCosine = 0.955, kFlatEdgeFactor = 10;
+constexpr double kLeastCosine = 0.955, kFlatEdgeFactor = 2;
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 absl::Status Bad(const std::string& field, const std::string& value, const std::string& wanted) {
@@ -93,7 +94,7 @@ class Refiner {
     normals_.push_back(shape_.FaceNormal(node.face, node.uv));
   }
   std::uint32_t AddNode(std::uint32_t vertex, std::uint16_t face, const Eigen::Vector2d& uv) {
-    mesh_.nodes.push_back({vertex, face, uv});
+    mesh_.nodes.push_back({vertex, face, uv, -1});
     AddNodeValues(mesh_.nodes.back());
     return static_cast<std::uint32_t>(mesh_.nodes.size() - 1);
   }
@@ -106,9 +107,7 @@ class Refiner {
     Triangle triangle;
     triangle.nodes = nodes;
     for (int c = 0; c < 3; ++c) triangle.edges[c] = FindEdge(nodes[c], nodes[(c + 1) % 3]);
-    const auto& [a, b, c] = nodes;
-    triangle.middle_mm =
-        shape_.FacePoint(mesh_.nodes[a].face, (mesh_.nodes[a].uv + mesh_.nodes[b].uv + mesh_.nodes[c].uv) / 3);
+    triangle.middle_mm = shape_.FacePoint(mesh_.nodes[nodes[0]].face, MeanUv({nodes[0], nodes[1], nodes[2]}));
     triangle.longest = Longest(triangle.edges);
     out->push_back(triangle);
   }
@@ -127,8 +126,25 @@ class Refiner {
     return found->second;
   }
 
+  // A pole's free parameter has no say.
+  Eigen::Vector2d MeanUv(std::initializer_list<std::uint32_t> nodes) const {
+    Eigen::Vector2d mean;
+    for (int parameter = 0; parameter < 2; ++parameter) {
+      double sum = 0, all = 0;
+      int count = 0;
+      for (const std::uint32_t node : nodes) {
+        all += mesh_.nodes[node].uv[parameter];
+        if (mesh_.nodes[node].free_parameter == parameter) continue;
+        sum += mesh_.nodes[node].uv[parameter];
+        ++count;
+      }
+      mean[parameter] = count > 0 ? sum / count : all / static_cast<double>(nodes.size());
+    }
+    return mean;
+  }
+
   Eigen::Vector2d MiddleUv(const Edge& edge) const {
-    if (edge.border == kNone) return (mesh_.nodes[edge.a].uv + mesh_.nodes[edge.b].uv) / 2;
+    if (edge.border == kNone) return MeanUv({edge.a, edge.b});
     const CoarseMesh::Border& border = mesh_.borders[edge.border];
     const CoarseMesh::Chord& chord = mesh_.chords[border.chord];
     return shape_.CurveUv(border.curve_on_face, (chord.first + chord.last) / 2);

@@ -34,6 +34,8 @@ struct CoarseMesh {
     std::uint32_t vertex;
     std::uint16_t face;
     Eigen::Vector2d uv;
+    // Where a whole line of parameters is one point (a sphere's pole): 0 when u is free there, 1 when v is; else -1.
+    int free_parameter = -1;
   };
   // A piece of a curve between faces, and each face's edge that runs along it (nodes in the order of the parameters).
   struct Chord {

@@ -142,7 +142,7 @@ class CoarseReader {
     const auto first_node = static_cast<std::uint32_t>(mesh_.nodes.size());
     for (int i = 1; i <= triangles->NbNodes(); ++i) {
       const gp_Pnt2d uv = triangles->UVNode(i);
-      mesh_.nodes.push_back({first_node + i - 1, number, {uv.X(), uv.Y()}});
+      mesh_.nodes.push_back({first_node + i - 1, number, {uv.X(), uv.Y()}, -1});
       mesh_.vertices_mm.push_back(ToEigen(triangles->Node(i).Transformed(location.Transformation()).XYZ()));
     }
     for (int i = 1; i <= triangles->NbTriangles(); ++i) {
@@ -158,16 +158,40 @@ class CoarseReader {
   CoarseMesh Take() {
     const std::vector<std::uint32_t> welded = Weld(kWeldToleranceMm, &mesh_.vertices_mm);
     for (CoarseMesh::Node& node : mesh_.nodes) node.vertex = welded[node.vertex];
+    JoinPoles();
     return std::move(mesh_);
   }
 
  private:
+  // One node for each pole of a face: which of its many parameters a triangle came with means nothing.
+  void JoinPoles() {
+    std::map<std::pair<std::uint16_t, std::uint32_t>, std::uint32_t> pole_of;
+    const auto joined = [&](std::uint32_t node) {
+      const CoarseMesh::Node& at = mesh_.nodes[node];
+      return at.free_parameter < 0 ? node : pole_of.try_emplace({at.face, at.vertex}, node).first->second;
+    };
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    for (const auto& [a, b, c] : mesh_.triangles) {
+      const std::array<std::uint32_t, 3> triangle{joined(a), joined(b), joined(c)};
+      if (triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0])
+        triangles.push_back(triangle);
+    }
+    mesh_.triangles = std::move(triangles);
+    for (CoarseMesh::Border& border : mesh_.borders) border.nodes = {joined(border.nodes[0]), joined(border.nodes[1])};
+  }
+
   // Each edge of a face is a chain of chords, shared by number and parameters with the other face along it.
   void AddBorders(const TopoDS_Edge& edge, const TopoDS_Face& face, const Handle(Poly_Triangulation) & triangles,
                   const TopLoc_Location& location, std::uint32_t first_node) {
-    if (BRep_Tool::Degenerated(edge)) return;
     const Handle(Poly_PolygonOnTriangulation) chain = BRep_Tool::PolygonOnTriangulation(edge, triangles, location);
     if (chain.IsNull() || !chain->HasParameters()) return;
+    if (BRep_Tool::Degenerated(edge)) {
+      const gp_XY along =
+          triangles->UVNode(chain->Node(chain->NbNodes())).XY() - triangles->UVNode(chain->Node(1)).XY();
+      for (int i = 1; i <= chain->NbNodes(); ++i)
+        mesh_.nodes[first_node + chain->Node(i) - 1].free_parameter = std::abs(along.X()) > std::abs(along.Y()) ? 0 : 1;
+      return;
+    }
     // A seam has a curve for each of its sides; which of them goes with this chain is told by where its nodes are.
     Handle(Geom2d_Curve) on_face;
     double nearest = std::numeric_limits<double>::infinity();

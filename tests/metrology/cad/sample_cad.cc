@@ -1,0 +1,82 @@
+#include "tests/metrology/cad/sample_cad.h"
+
+#include <BRepBuilderAPI_Transform.hxx>
+#include <BRepPrimAPI_MakeBox.hxx>
+#include <BRepPrimAPI_MakeCone.hxx>
+#include <BRepPrimAPI_MakeCylinder.hxx>
+#include <BRepPrimAPI_MakeSphere.hxx>
+#include <BRepPrimAPI_MakeTorus.hxx>
+#include <IGESControl_Writer.hxx>
+#include <Message.hxx>
+#include <Message_Messenger.hxx>
+#include <Message_Printer.hxx>
+#include <STEPControl_Writer.hxx>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+namespace sixpoint::testing {
+namespace {
+
+TopoDS_Shape Make(SampleShape shape) {
+  gp_Trsf far, turn, mirror;
+  far.SetTranslation(gp_Vec(6350, -20, 330));
+  turn.SetRotation(gp_Ax1(gp_Pnt(1, 2, 3), gp_Dir(1, 1, 0.5)), 0.7);
+  mirror.SetMirror(gp_Ax2(gp_Pnt(1, 0, 0), gp_Dir(1, 0.2, 0)));
+  switch (shape) {
+    case SampleShape::kBox:
+      return BRepPrimAPI_MakeBox(10, 20, 30).Shape();
+    case SampleShape::kCylinder:
+      return BRepPrimAPI_MakeCylinder(5, 20).Shape();
+    case SampleShape::kSphere:
+      return BRepPrimAPI_MakeSphere(8).Shape();
+    case SampleShape::kTorus:
+      return BRepPrimAPI_MakeTorus(10, 3).Shape();
+    case SampleShape::kFarCylinder:
+      return BRepBuilderAPI_Transform(BRepPrimAPI_MakeCylinder(5, 20).Shape(), far * turn).Shape();
+    case SampleShape::kMirroredCone:
+      return BRepBuilderAPI_Transform(BRepPrimAPI_MakeCone(6, 2, 9).Shape(), mirror).Shape();
+    case SampleShape::kHugeBox:
+      return BRepPrimAPI_MakeBox(20e3, 10, 10).Shape();
+    case SampleShape::kTinyBox:
+      return BRepPrimAPI_MakeBox(0.02, 0.02, 0.02).Shape();
+  }
+  std::abort();
+}
+
+// The writers know files only.
+template <typename Write>
+std::string Written(Write write) {
+  Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_Printer));
+  std::string folder = (std::filesystem::temp_directory_path() / "sample-cad-XXXXXX").string();
+  if (mkdtemp(folder.data()) == nullptr) std::abort();
+  const std::string path = folder + "/part";
+  write(path);
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  std::filesystem::remove_all(folder);
+  return bytes;
+}
+
+}  // namespace
+
+std::string StepOf(SampleShape shape) {
+  return Written([&](const std::string& path) {
+    STEPControl_Writer writer;
+    writer.Transfer(Make(shape), STEPControl_AsIs);
+    writer.Write(path.c_str());
+  });
+}
+
+std::string IgesOf(SampleShape shape) {
+  return Written([&](const std::string& path) {
+    IGESControl_Writer writer("IN", 0);
+    writer.AddShape(Make(shape));
+    writer.ComputeModel();
+    writer.Write(path.c_str());
+  });
+}
+
+}  // namespace sixpoint::testing

@@ -1,0 +1,68 @@
+#include "metrology/surface/mesh_topology.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/metrology/surface/tetrahedron.h"
+
+namespace sixpoint::metrology {
+namespace {
+
+// An open tube of square section, 2 x 2 x 3 mm, far from its origin; seen from outside.
+TriangleMesh SquareTube() {
+  TriangleMesh mesh;
+  const Eigen::Vector3d origin(6350, -20, 320);
+  const double xy[4][2] = {{0, 0}, {2, 0}, {2, 2}, {0, 2}};
+  for (const double z : {0.0, 3.0})
+    for (const auto& corner : xy) mesh.vertices_mm.push_back(origin + Eigen::Vector3d(corner[0], corner[1], z));
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    const std::uint32_t next = (i + 1) % 4;
+    mesh.triangles.push_back({i, next, next + 4});
+    mesh.triangles.push_back({i, next + 4, i + 4});
+  }
+  return mesh;
+}
+
+TEST(MeshTopology, ATetrahedronIsClosedAndHasItsVolume) {
+  for (const Eigen::Vector3d& origin : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(6350, -20, 320)}) {
+    const TriangleMesh mesh = Tetrahedron(origin);
+    EXPECT_TRUE(IsClosed(mesh));
+    EXPECT_NEAR(SignedVolume(mesh), 1.0 / 6, 1e-12);
+  }
+}
+
+TEST(MeshTopology, TurningOverChangesTheSignOnly) {
+  TriangleMesh mesh = Tetrahedron();
+  mesh.corner_normals.assign(4, {Eigen::Vector3f::UnitX(), Eigen::Vector3f::UnitY(), Eigen::Vector3f::UnitZ()});
+  TurnOver(&mesh);
+  EXPECT_TRUE(IsClosed(mesh));
+  EXPECT_NEAR(SignedVolume(mesh), -1.0 / 6, 1e-12);
+  EXPECT_EQ(mesh.corner_normals[0][1], -Eigen::Vector3f::UnitZ());  // the normal goes with its corner
+}
+
+TEST(MeshTopology, AMissingOrTurnedTriangleOpensTheMesh) {
+  TriangleMesh missing = Tetrahedron(), turned = Tetrahedron();
+  missing.triangles.pop_back();
+  std::swap(turned.triangles[0][0], turned.triangles[0][1]);
+  EXPECT_FALSE(IsClosed(missing));
+  EXPECT_FALSE(IsClosed(turned));
+  EXPECT_FALSE(IsClosed(TriangleMesh{}));
+}
+
+TEST(MeshTopology, AnOpenTubeHasTheVolumeBetweenItsEnds) {
+  TriangleMesh mesh = SquareTube();
+  EXPECT_FALSE(IsClosed(mesh));
+  EXPECT_NEAR(SignedVolume(mesh), 12, 1e-9);
+  TurnOver(&mesh);
+  EXPECT_NEAR(SignedVolume(mesh), -12, 1e-9);
+}
+
+TEST(MeshTopology, WeldKeepsOrderAndJoinsWithinTheTolerance) {
+  Points points{{1, 0, 0}, {0, 0, 0}, {1 + 0.9e-3, 0, 0}, {0, -0.0, 0}, {1.0025, 0, 0}};
+  Points exact = points;
+  EXPECT_EQ(Weld(1e-3, &points), (std::vector<std::uint32_t>{0, 1, 0, 1, 2}));
+  EXPECT_EQ(points.size(), 3u);
+  EXPECT_EQ(Weld(0, &exact), (std::vector<std::uint32_t>{0, 1, 2, 1, 3}));
+}
+
+}  // namespace
+}  // namespace sixpoint::metrology
