@@ -24,12 +24,44 @@ constexpr double kConverged = 1e-3;  // last step, in standard deviations
 // 0.524 standard deviations; a little less than its inverse, so that up to a third of the points may be foreign.
 constexpr double kNearestPart = 0.4;
 constexpr double kNearestToSigma = 0.6 / 0.524;
-constexpr std::size_t kBatchSize = 128;  // neighbours whose errors may be correlated
+constexpr double kLeastShareOfScan = 0.6;  // of the part used of all points, below which a scan is named
+constexpr std::size_t kBatchSize = 128;    // neighbours whose errors may be correlated
 
 std::string Um(double mm) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3g um", 1e3 * mm);
   return text;
+}
+
+std::string Percent(double part) { return std::to_string(static_cast<int>(100 * part)) + " %"; }
+
+// The directions in which the points do not hold the part.
+std::string FreeDirections(const Matrix6d& matrix, double condition_limit) {
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(matrix);
+  std::string listed;
+  int count = 0;
+  for (int k = 0; k < 6; ++k) {
+    if (eigen.eigenvalues()[k] * condition_limit * condition_limit > eigen.eigenvalues()[5]) break;
+    const Vector6d v = eigen.eigenvectors().col(k);
+    char text[96];
+    std::snprintf(text, sizeof text, "%s(%.2f %.2f %.2f, %.2f %.2f %.2f)", count++ > 0 ? ", " : "", v[0], v[1], v[2],
+                  v[3], v[4], v[5]);
+    listed += text;
+  }
+  return "the points leave " + std::to_string(count) +
+         " directions free (turn about x, y, z by the radius of gyration, shift along x, y, z): " + listed;
+}
+
+// Scans whose points the loss threw out far more than the others': a wrong calibration, a dent, or a part held there.
+std::string StandingOff(const FitEvidence& evidence) {
+  std::string listed;
+  for (const PortionEvidence& portion : evidence.portions) {
+    const double used =
+        static_cast<double>(portion.points_used) / static_cast<double>(std::max<std::int64_t>(1, portion.point_count));
+    if (used < kLeastShareOfScan * evidence.overlap)
+      listed += (listed.empty() ? "" : ", ") + portion.scan + " (" + Percent(used) + ")";
+  }
+  return listed.empty() ? "" : "few points used of: " + listed + "; of all " + Percent(evidence.overlap);
 }
 
 // All samples; or pairs of neighbours, spread evenly, about `count` of them.
@@ -243,14 +275,16 @@ absl::StatusOr<PoseFit> BestFit::Report(const SurfaceResiduals& all, bool conver
 
   if (evidence.overlap < options_.least_overlap || !(sigma_mm_ < options_.greatest_spread_mm)) {
     fit.outcome = Outcome::kTooLittleOverlap;
-    fit.evidence.remark = "of the points " + std::to_string(static_cast<int>(100 * evidence.overlap)) +
-                          " % lie on the surface, within a spread of " + Um(sigma_mm_) + "; want at least " +
-                          std::to_string(static_cast<int>(100 * options_.least_overlap)) + " % within " +
-                          Um(options_.greatest_spread_mm) + ": another blade, another side or no overlap";
+    evidence.remark = "of the points " + Percent(evidence.overlap) + " lie on the surface, within a spread of " +
+                      Um(sigma_mm_) + "; want at least " + Percent(options_.least_overlap) + " within " +
+                      Um(options_.greatest_spread_mm) + ": another blade, another side or no overlap";
   } else if (!(evidence.condition_number < options_.condition_limit)) {
     fit.outcome = Outcome::kNotDetermined;
+    evidence.remark = FreeDirections(equations.matrix, options_.condition_limit);
   } else {
     fit.outcome = converged ? Outcome::kConverged : Outcome::kNotConverged;
+    evidence.remark = converged ? StandingOff(evidence)
+                                : "the pose still moves after " + std::to_string(iteration_count_) + " iterations";
   }
   return fit;
 }

@@ -78,7 +78,7 @@ struct PoseFit {
 };
 
 struct FitOptions {
-  double model_error_um = 1;  // of mapping and surface: the loss never gets narrower than this and the noise
+  double model_error_um = 0.5;  // of mapping and surface: the loss never gets narrower than this and the noise
   double greatest_start_error_mm = 15;
   double least_overlap = 0.3;
   double greatest_spread_mm = 0.25;  // robust standard deviation of a blade from its CAD, beyond which it is another

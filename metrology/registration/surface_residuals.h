@@ -23,8 +23,8 @@ inline double TukeyWeight(double residual, double width) {
   const double u = residual / width;
   return u * u < 1 ? (1 - u * u) * (1 - u * u) : 0;
 }
-// 95 % efficient for Gaussian noise at 4.685 standard deviations; wider loses less and rejects less.
-constexpr double kTukeyWidth = 5.5;
+// 95 % efficient for Gaussian noise; wider loses less to noise and more to a deviation's flanks.
+constexpr double kTukeyWidth = 4.685;
 
 double Median(std::vector<double> values);                 // 0 for none
 double RobustSigma(const std::vector<double>& residuals);  // 1.4826 MAD
