@@ -27,8 +27,8 @@ int Refuse(const std::string& message) {
   return kRefused;
 }
 
-void Limit(int resource, rlim_t value) {
-  const rlimit limit{value, value};
+void Limit(int resource, rlim_t value, rlim_t grace = 0) {
+  const rlimit limit{value, value + grace};
   if (setrlimit(static_cast<__rlimit_resource>(resource), &limit) != 0) {
     std::cerr << "cannot limit resource " << resource << std::endl;
     std::_Exit(1);
@@ -66,7 +66,7 @@ int main(int argc, char** argv) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // these reserve terabytes of address space
   Limit(RLIMIT_AS, rlim_t(std::atol(flags["--memory-mb"].c_str())) << 20);
 #endif
-  Limit(RLIMIT_CPU, rlim_t(std::atol(flags["--cpu-s"].c_str())));
+  Limit(RLIMIT_CPU, rlim_t(std::atol(flags["--cpu-s"].c_str())), 1);  // SIGXCPU first: it says what the matter was
   Limit(RLIMIT_FSIZE, rlim_t(1) << 30);
 
   struct stat status {};

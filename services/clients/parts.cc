@@ -2,6 +2,8 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <algorithm>
+#include <chrono>
 #include <condition_variable>
 #include <list>
 #include <set>
@@ -16,6 +18,7 @@ constexpr std::size_t kGreatestSurfaceBytes = std::size_t{512} << 20;
 // A prepared surface holds its mesh and its tree: about three times the stored bytes.
 constexpr std::size_t kPreparedFactor = 3;
 constexpr std::size_t kCacheBytes = std::size_t{1} << 30;
+constexpr std::chrono::minutes kLongestWait{10};  // for another call's fetch, where the caller set no deadline
 
 absl::StatusOr<std::string> Download(plant::v1::PlantService::Stub& stub, const plant::v1::Part& part,
                                      grpc::ClientContext* context) {
@@ -66,11 +69,12 @@ struct PlantClient::Cache {
   // The surface, or nullptr once it is the caller's turn to fetch it; DEADLINE_EXCEEDED while another still does.
   absl::StatusOr<std::shared_ptr<const metrology::Surface>> FindOrClaim(
       const std::string& sha256, std::chrono::system_clock::time_point deadline) {
+    const auto until = std::min(deadline, std::chrono::system_clock::now() + kLongestWait);
     std::unique_lock<std::mutex> lock(mutex);
     while (true) {
       if (std::shared_ptr<const metrology::Surface> surface = Find(sha256)) return surface;
       if (fetching.insert(sha256).second) return nullptr;
-      if (fetched.wait_until(lock, deadline) == std::cv_status::timeout)
+      if (fetched.wait_until(lock, until) == std::cv_status::timeout)
         return absl::DeadlineExceededError("surface: still being fetched by another call");
     }
   }

@@ -1,0 +1,311 @@
+// The service over real gRPC on a real PostgreSQL, with the real CAD worker.
+#include "services/plant/plant_service.h"
+
+#include <gmock/gmock.h>
+#include <google/protobuf/util/message_differencer.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <thread>
+
+#include "services/clients/parts.h"
+#include "services/runtime/call.h"
+#include "services/runtime/errors.h"
+#include "storage/blobs.h"
+#include "storage/record.h"
+#include "tests/metrology/cad/sample_cad.h"
+#include "tests/services/plant/sample_registry.h"
+#include "tests/support/in_process_server.h"
+#include "tests/support/throwaway_database.h"
+
+namespace sixpoint::plant {
+namespace {
+
+using google::protobuf::util::MessageDifferencer;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::SampleShape;
+
+constexpr char kUuid[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
+
+const std::string& CylinderCad() {
+  static const std::string cad = testing::StepOf(SampleShape::kCylinder);
+  return cad;
+}
+
+class PlantServiceTest : public ::testing::Test {
+ protected:
+  PlantServiceTest()
+      : service_(OptionsForTest(), database_.database()),
+        server_({&service_}),
+        channel_(server_.Connect()),
+        stub_(v1::PlantService::NewStub(channel_)) {}
+
+  static PlantServiceOptions OptionsForTest() {
+    const char* folder = std::getenv("SIXPOINT_BIN_DIR");
+    PlantServiceOptions options;
+    options.cad_worker.program = std::string(folder == nullptr ? "." : folder) + "/sixpoint-cad-worker";
+    options.endpoints = {{"plant", "127.0.0.1:7400"}, {"ingest", "127.0.0.1:7401"}};
+    return options;
+  }
+
+  template <typename Request, typename Response>
+  absl::StatusOr<Response> Call(grpc::Status (v1::PlantService::Stub::*method)(grpc::ClientContext*, const Request&,
+                                                                               Response*),
+                                const Request& request) {
+    Response response;
+    const auto context = runtime::ContextFor(60.0);
+    const absl::Status status = runtime::FromGrpc(((*stub_).*method)(context.get(), request, &response));
+    if (!status.ok()) return status;
+    return response;
+  }
+  absl::StatusOr<v1::Machine> Create(const v1::CreateMachineRequest& request) {
+    return Call(&v1::PlantService::Stub::CreateMachine, request);
+  }
+  absl::StatusOr<v1::Artefact> Create(const v1::CreateArtefactRequest& request) {
+    return Call(&v1::PlantService::Stub::CreateArtefact, request);
+  }
+  absl::StatusOr<v1::Part> Create(const v1::CreatePartRequest& request) {
+    return Call(&v1::PlantService::Stub::CreatePart, request);
+  }
+  absl::StatusOr<v1::Blade> CreateBlade(const std::string& serial, const std::string& part) {
+    v1::CreateBladeRequest request;
+    request.set_serial(serial);
+    request.set_part(part);
+    return Call(&v1::PlantService::Stub::CreateBlade, request);
+  }
+  absl::StatusOr<v1::Machine> GetMachine(const std::string& name, int revision) {
+    v1::GetMachineRequest request;
+    request.set_name(name);
+    request.set_revision(revision);
+    return Call(&v1::PlantService::Stub::GetMachine, request);
+  }
+  absl::StatusOr<v1::Part> GetPart(const std::string& name, int revision) {
+    v1::GetPartRequest request;
+    request.set_name(name);
+    request.set_revision(revision);
+    return Call(&v1::PlantService::Stub::GetPart, request);
+  }
+
+  std::int64_t Count(const std::string& table) {
+    auto transaction = database_.database()->Begin(testing::Soon());
+    if (!transaction.ok()) return -1;
+    const auto rows = transaction->Execute("SELECT count(*) FROM " + table);
+    return rows.ok() ? rows->Int(0, 0) : -1;
+  }
+
+  testing::ThrowawayDatabase database_;
+  PlantService service_;
+  testing::InProcessServer server_;
+  std::shared_ptr<grpc::Channel> channel_;
+  std::unique_ptr<v1::PlantService::Stub> stub_;
+};
+
+TEST_F(PlantServiceTest, AMachineComesBackBitForBit) {
+  const v1::CreateMachineRequest request = SampleMachine();
+  const auto created = Create(request);
+  ASSERT_TRUE(created.ok()) << created.status();
+  EXPECT_EQ(created->name(), "machines/m1");
+  EXPECT_EQ(created->revision(), 1);
+  const auto read = GetMachine("machines/m1", 0);
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_TRUE(MessageDifferencer::Equals(*created, *read));
+  v1::Machine described = *read;
+  described.clear_name();
+  described.clear_revision();
+  described.clear_created_at();
+  EXPECT_TRUE(MessageDifferencer::Equals(described, request.machine())) << described.DebugString();
+}
+
+TEST_F(PlantServiceTest, AnotherDescriptionIsANewRevisionAndTheSameIsNot) {
+  v1::CreateMachineRequest request = SampleMachine();
+  ASSERT_TRUE(Create(request).ok());
+  EXPECT_EQ(Create(request)->revision(), 1);
+  request.mutable_machine()->mutable_sensor()->set_noise_um(3);
+  EXPECT_EQ(Create(request)->revision(), 2);
+  EXPECT_EQ(Create(request)->revision(), 2);
+  EXPECT_EQ(GetMachine("machines/m1", 1)->sensor().noise_um(), 2);  // what a result pinned stays
+  EXPECT_EQ(GetMachine("machines/m1", 0)->sensor().noise_um(), 3);
+  EXPECT_EQ(Create(SampleMachine())->revision(), 3);  // back to the first description: the newest is another
+  EXPECT_EQ(Count("record_entries WHERE kind = 'machine'"), 3);
+}
+
+TEST_F(PlantServiceTest, ARequestIdDoesTheWorkOnce) {
+  v1::CreateMachineRequest request = SampleMachine();
+  request.set_request_id(kUuid);
+  const auto first = Create(request);
+  ASSERT_TRUE(first.ok()) << first.status();
+  v1::CreateMachineRequest other = SampleMachine();
+  other.mutable_machine()->mutable_sensor()->set_noise_um(3);
+  ASSERT_EQ(Create(other)->revision(), 2);
+  EXPECT_TRUE(MessageDifferencer::Equals(*Create(request), *first));  // the kept answer, not the newest
+  other.set_request_id(kUuid);
+  EXPECT_EQ(Create(other).status().code(), absl::StatusCode::kAlreadyExists);
+  other.set_request_id("again");
+  EXPECT_EQ(Create(other).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST_F(PlantServiceTest, AnArtefactComesBackBitForBit) {
+  const v1::CreateArtefactRequest request = SampleArtefact();
+  ASSERT_TRUE(Create(request).ok());
+  v1::GetArtefactRequest get;
+  get.set_name("artefacts/plate");
+  auto read = Call(&v1::PlantService::Stub::GetArtefact, get);
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->revision(), 1);
+  read->clear_name();
+  read->clear_revision();
+  read->clear_created_at();
+  EXPECT_TRUE(MessageDifferencer::Equals(*read, request.artefact())) << read->DebugString();
+}
+
+TEST_F(PlantServiceTest, APartComesBackWithItsSurface) {
+  const v1::CreatePartRequest request = SamplePart(CylinderCad());
+  const auto created = Create(request);
+  ASSERT_TRUE(created.ok()) << created.status();
+  EXPECT_EQ(created->surface().cad_sha256(), storage::Sha256Hex(CylinderCad()));
+  EXPECT_TRUE(created->surface().closed());
+  EXPECT_GT(created->surface().triangle_count(), 0);
+  EXPECT_GT(created->surface().chordal_error_um(), 0);
+  EXPECT_LE(created->surface().chordal_error_um(), 1);
+  EXPECT_NEAR(created->surface().minimum_mm().x_mm(), -5, 1e-3);
+  EXPECT_NEAR(created->surface().maximum_mm().z_mm(), 20, 1e-3);
+  auto read = GetPart("parts/vane", 0);
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_TRUE(MessageDifferencer::Equals(*created, *read));
+  read->clear_name();
+  read->clear_revision();
+  read->clear_created_at();
+  read->clear_surface();
+  EXPECT_TRUE(MessageDifferencer::Equals(*read, request.part())) << read->DebugString();
+}
+
+TEST_F(PlantServiceTest, TheSameCadIsReadOnce) {
+  v1::CreatePartRequest request = SamplePart(CylinderCad());
+  ASSERT_TRUE(Create(request).ok());
+  EXPECT_EQ(Create(request)->revision(), 1);
+  request.mutable_part()->mutable_hole_groups(0)->set_depth_mm(7);
+  EXPECT_EQ(Create(request)->revision(), 2);
+  request.set_part_id("other");
+  EXPECT_EQ(Create(request)->revision(), 1);
+  EXPECT_EQ(service_.surfaces().read_count(), 1);
+}
+
+TEST_F(PlantServiceTest, TheClientFetchesASurfaceOnceForAllItsCalls) {
+  const auto part = Create(SamplePart(CylinderCad()));
+  ASSERT_TRUE(part.ok()) << part.status();
+  const clients::PlantClient client(channel_);
+  std::shared_ptr<const metrology::Surface> surfaces[4];
+  std::vector<std::thread> threads;
+  for (auto& surface : surfaces) {
+    threads.emplace_back([&] {
+      const auto fetched = client.GetSurface(*part, runtime::ContextFor(60.0));
+      if (fetched.ok()) surface = *fetched;
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  ASSERT_NE(surfaces[0], nullptr);
+  for (const auto& surface : surfaces) EXPECT_EQ(surface, surfaces[0]);
+  EXPECT_NEAR(surfaces[0]->Closest({7, 0, 10}).signed_distance_mm, 2, 1e-3);
+}
+
+TEST_F(PlantServiceTest, BadCadStoresNothing) {
+  v1::CreatePartRequest request = SamplePart("no CAD at all");
+  const auto unreadable = Create(request);
+  EXPECT_EQ(unreadable.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(unreadable.status().message()), HasSubstr("cad.content: unreadable"));
+  request.set_cad(CylinderCad());
+  request.mutable_part()->set_cad_format(v1::CAD_FORMAT_STL);
+  EXPECT_EQ(Create(request).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(Count("parts"), 0);
+  EXPECT_EQ(Count("tessellations"), 0);
+  EXPECT_EQ(Count("record_entries"), 0);
+}
+
+TEST_F(PlantServiceTest, HolesOffTheCadAreRefused) {
+  v1::CreatePartRequest request = SamplePart(CylinderCad());
+  request.mutable_part()->mutable_hole_groups(0)->mutable_holes(2)->mutable_start_in_part_mm()->set_z_mm(508);
+  EXPECT_THAT(
+      std::string(Create(request).status().message()),
+      HasSubstr("part.hole_groups[0].holes[2].start_in_part_mm: (3.000000, 4.000000, 508.000000), want within"));
+  EXPECT_EQ(Count("parts"), 0);
+}
+
+TEST_F(PlantServiceTest, ABladeIsOfOnePart) {
+  EXPECT_EQ(CreateBlade("sn1", "parts/vane").status().code(), absl::StatusCode::kNotFound);
+  ASSERT_TRUE(Create(SamplePart(CylinderCad())).ok());
+  const auto blade = CreateBlade("sn1", "parts/vane");
+  ASSERT_TRUE(blade.ok()) << blade.status();
+  EXPECT_TRUE(MessageDifferencer::Equals(*CreateBlade("sn1", "parts/vane"), *blade));
+  v1::CreatePartRequest other = SamplePart(CylinderCad());
+  other.set_part_id("other");
+  ASSERT_TRUE(Create(other).ok());
+  EXPECT_EQ(CreateBlade("sn1", "parts/other").status().code(), absl::StatusCode::kAlreadyExists);
+  EXPECT_EQ(Count("blades"), 1);
+}
+
+TEST_F(PlantServiceTest, TheRecordOfABladeBeginsWithItself) {
+  ASSERT_TRUE(Create(SamplePart(CylinderCad())).ok());
+  ASSERT_TRUE(CreateBlade("sn1", "parts/vane").ok());
+  storage::RecordEntry scan;
+  scan.kind = "scan";
+  scan.name = "scans/s1";
+  scan.inputs = {"blades/sn1"};
+  scan.blade = "sn1";
+  scan.software_version = "test";
+  scan.summary_json = R"({"points": 7})";
+  auto transaction = database_.database()->Begin(testing::Soon());
+  ASSERT_TRUE(storage::AppendRecord(*transaction, scan).ok());
+  ASSERT_TRUE(transaction->Commit().ok());
+  v1::GetBladeRecordRequest request;
+  request.set_name("blades/sn1");
+  const auto record = Call(&v1::PlantService::Stub::GetBladeRecord, request);
+  ASSERT_TRUE(record.ok()) << record.status();
+  ASSERT_EQ(record->entries_size(), 2);
+  EXPECT_EQ(record->entries(0).name(), "blades/sn1");
+  EXPECT_THAT(record->entries(0).inputs(), ElementsAre("parts/vane@1"));
+  EXPECT_EQ(record->entries(1).name(), "scans/s1");
+  EXPECT_EQ(record->entries(1).summary().fields().at("points").number_value(), 7);
+  EXPECT_LT(record->entries(0).record_sequence(), record->entries(1).record_sequence());
+}
+
+TEST_F(PlantServiceTest, PagesGoThroughAllMachinesOnce) {
+  v1::CreateMachineRequest request = SampleMachine();
+  for (const char* id : {"m3", "m1", "m5", "m2", "m4"}) {
+    request.set_machine_id(id);
+    ASSERT_TRUE(Create(request).ok());
+  }
+  std::vector<std::string> names;
+  v1::ListMachinesRequest list;
+  list.set_page_size(2);
+  do {
+    const auto page = Call(&v1::PlantService::Stub::ListMachines, list);
+    ASSERT_TRUE(page.ok()) << page.status();
+    for (const v1::Machine& machine : page->machines()) names.push_back(machine.name());
+    list.set_page_token(page->next_page_token());
+  } while (!list.page_token().empty());
+  EXPECT_THAT(names, ElementsAre("machines/m1", "machines/m2", "machines/m3", "machines/m4", "machines/m5"));
+}
+
+TEST_F(PlantServiceTest, WhatIsNotThereIsNotFound) {
+  const auto machine = GetMachine("machines/m9", 0);
+  EXPECT_EQ(machine.status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(runtime::ReasonOf(machine.status()), "MACHINE_NOT_FOUND");
+  ASSERT_TRUE(Create(SampleMachine()).ok());
+  EXPECT_EQ(GetMachine("machines/m1", 2).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(GetMachine("machines/m1", -1).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(GetMachine("parts/m1", 0).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(GetPart("parts/p9", 0).status().code(), absl::StatusCode::kNotFound);
+}
+
+TEST_F(PlantServiceTest, EndpointsTellWhereTheOthersAre) {
+  const auto endpoints = Call(&v1::PlantService::Stub::ListEndpoints, v1::ListEndpointsRequest());
+  ASSERT_TRUE(endpoints.ok());
+  ASSERT_EQ(endpoints->endpoints_size(), 2);
+  EXPECT_EQ(endpoints->endpoints(0).area(), "ingest");
+  EXPECT_EQ(endpoints->endpoints(0).address(), "127.0.0.1:7401");
+  EXPECT_FALSE(endpoints->software_version().empty());
+}
+
+}  // namespace
+}  // namespace sixpoint::plant

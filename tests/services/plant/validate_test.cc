@@ -1,0 +1,164 @@
+#include "services/plant/validate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "tests/services/plant/sample_registry.h"
+
+namespace sixpoint::plant {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+template <typename Request>
+std::string Refusal(const Request& request) {
+  const auto row = Validated(request);
+  if (row.ok()) return "accepted";
+  EXPECT_EQ(row.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(row.status().message()), HasSubstr(", want "));
+  return std::string(row.status().message());
+}
+
+template <typename Request>
+struct Case {
+  std::function<void(Request*)> spoil;
+  const char* message;
+};
+
+template <typename Request>
+void ExpectRefusals(const Request& good, const std::vector<Case<Request>>& cases) {
+  ASSERT_EQ(Refusal(good), "accepted");
+  for (const Case<Request>& c : cases) {
+    Request bad = good;
+    c.spoil(&bad);
+    EXPECT_THAT(Refusal(bad), HasSubstr(c.message));
+  }
+}
+
+v1::Joint* Joint(v1::CreateMachineRequest* r) {
+  return r->mutable_machine()->mutable_kinematics()->mutable_part_side(0);
+}
+
+TEST(ValidatedMachine, RefusalsNameTheField) {
+  using Request = v1::CreateMachineRequest;
+  ExpectRefusals<Request>(
+      SampleMachine(),
+      {
+          {[](Request* r) { r->set_machine_id(""); }, "machine_id"},
+          {[](Request* r) { r->set_machine_id("a/b"); }, "machine_id: a/b"},
+          {[](Request* r) { Joint(r)->set_axis("W"); }, "kinematics.part_side[0].axis: W"},
+          {[](Request* r) { Joint(r)->set_axis("B"); }, "part_side[1].axis: B"},
+          {[](Request* r) { Joint(r)->set_kind(v1::JOINT_KIND_UNSPECIFIED); }, "part_side[0].kind"},
+          {[](Request* r) { Joint(r)->set_kind(v1::JOINT_KIND_LINEAR); }, "want rotary joints A and B"},
+          {[](Request* r) { Joint(r)->mutable_direction()->set_y(1.001); }, "part_side[0].direction"},
+          {[](Request* r) { Joint(r)->mutable_direction()->set_y(kNan); }, "part_side[0].direction.y"},
+          {[](Request* r) { Joint(r)->clear_direction(); }, "part_side[0].direction"},
+          {[](Request* r) { Joint(r)->clear_point_mm(); }, "part_side[0].point_mm"},
+          {[](Request* r) { Joint(r)->set_sign(0); }, "part_side[0].sign: 0"},
+          {[](Request* r) { Joint(r)->set_minimum(100); }, "part_side[0].maximum: 100"},
+          {[](Request* r) { Joint(r)->set_maximum(kInfinity); }, "part_side[0].maximum"},
+          {[](Request* r) { r->mutable_machine()->mutable_sensor()->set_noise_um(0); }, "sensor.noise_um: 0"},
+          {[](Request* r) { r->mutable_machine()->mutable_sensor()->set_range_mm(kNan); }, "sensor.range_mm"},
+          {[](Request* r) { r->mutable_machine()->mutable_sensor()->set_column_count(-1); }, "sensor.column_count: -1"},
+          {[](Request* r) { r->mutable_machine()->clear_nominal_centre_mm(); }, "machine.nominal_centre_mm"},
+          {[](Request* r) { r->mutable_machine()->mutable_safety_envelope()->set_rotation_deg(-1); },
+           "safety_envelope.rotation_deg: -1"},
+      });
+}
+
+TEST(ValidatedArtefact, RefusalsNameTheField) {
+  using Request = v1::CreateArtefactRequest;
+  ExpectRefusals<Request>(
+      SampleArtefact(),
+      {
+          {[](Request* r) { r->mutable_artefact()->set_side_mm(0); }, "artefact.side_mm: 0"},
+          {[](Request* r) { r->mutable_artefact()->mutable_cones(1)->set_x_mm(13); }, "artefact.cones[1].x_mm: 13"},
+          {[](Request* r) { r->mutable_artefact()->mutable_slots(0)->set_y_mm(kNan); }, "artefact.slots[0].y_mm"},
+          {[](Request* r) { r->mutable_artefact()->mutable_slots(0)->set_feature("C1"); }, "slots[0].feature: C1"},
+          {[](Request* r) { r->mutable_artefact()->set_cone_bottom_radius_mm(3); }, "cone_bottom_radius_mm: 3"},
+          {[](Request* r) { r->mutable_artefact()->set_slot_width_mm(0); }, "slot_width_mm: 0"},
+          {[](Request* r) { r->mutable_artefact()->clear_cones(); }, "artefact.cones: 1 features"},
+      });
+}
+
+v1::HoleGroup* Group(v1::CreatePartRequest* r) { return r->mutable_part()->mutable_hole_groups(0); }
+
+TEST(ValidatedPart, RefusalsNameTheField) {
+  using Request = v1::CreatePartRequest;
+  ExpectRefusals<Request>(
+      SamplePart("ISO-10303-21;"),
+      {
+          {[](Request* r) { r->clear_cad(); }, "cad: 0 bytes"},
+          {[](Request* r) { r->set_cad(std::string((48 << 20) + 1, 'x')); },
+           "cad: 50331649 bytes, want at most 48 MiB"},
+          {[](Request* r) { r->mutable_part()->clear_cad_format(); }, "part.cad_format"},
+          {[](Request* r) {
+             r->mutable_part()->set_cad_format(v1::CAD_FORMAT_STL);
+             r->mutable_part()->set_cad_unit_mm(0);
+           },
+           "part.cad_unit_mm: 0"},
+          {[](Request* r) { r->mutable_part()->clear_zero_from_part_nominal(); }, "part.zero_from_part_nominal"},
+          {[](Request* r) { r->mutable_part()->mutable_zero_from_part_nominal()->set_rotation(2, 0.99); },
+           "part.zero_from_part_nominal.rotation"},
+          {[](Request* r) { r->mutable_part()->mutable_six_points()->RemoveLast(); }, "part.six_points: 5 points"},
+          {[](Request* r) { r->mutable_part()->mutable_six_points(3)->set_datum("D1"); },
+           "part.six_points[3].datum: D1"},
+          {[](Request* r) { r->mutable_part()->mutable_six_points(2)->mutable_normal_in_part()->set_z(0.1); },
+           "part.six_points[2].normal_in_part"},
+          {[](Request* r) { *r->mutable_part()->add_hole_groups() = *Group(r); }, "part.hole_groups[1].group: G1"},
+          {[](Request* r) { Group(r)->clear_holes(); }, "part.hole_groups[0].holes: 0 holes"},
+          {[](Request* r) { Group(r)->set_diameter_mm(-0.44); }, "part.hole_groups[0].diameter_mm: -0.44"},
+          {[](Request* r) { Group(r)->set_position_tolerance_mm(0); }, "part.hole_groups[0].position_tolerance_mm: 0"},
+          {[](Request* r) { Group(r)->set_b_nominal_deg(kNan); }, "part.hole_groups[0].b_nominal_deg"},
+          {[](Request* r) { Group(r)->mutable_holes(1)->set_hole("H1"); }, "part.hole_groups[0].holes[1].hole: H1"},
+          {[](Request* r) { Group(r)->mutable_holes(1)->mutable_start_in_part_mm()->set_x_mm(kInfinity); },
+           "part.hole_groups[0].holes[1].start_in_part_mm.x_mm"},
+      });
+}
+
+TEST(ValidatedPart, NearlyUnitDirectionsAreMadeUnit) {
+  v1::CreatePartRequest request = SamplePart("x");
+  Group(&request)->mutable_axis_in_part()->set_x(0.6 + 5e-7);
+  const auto row = Validated(request);
+  ASSERT_TRUE(row.ok()) << row.status();
+  const std::vector<double>& axis = row->hole_groups[0].axis_in_part;
+  EXPECT_NEAR(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2], 1, 1e-15);
+}
+
+TEST(ValidatedPart, ContentTellsDescriptionsApart) {
+  const auto sha256 = [](const v1::CreatePartRequest& request) { return Validated(request)->content_sha256; };
+  v1::CreatePartRequest same = SamplePart("x"), moved = SamplePart("x");
+  same.mutable_part()->set_name("parts/other");  // the server's to say
+  same.mutable_part()->set_revision(7);
+  Group(&moved)->mutable_holes(0)->mutable_start_in_part_mm()->set_x_mm(std::nextafter(3.0, 4.0));
+  EXPECT_EQ(sha256(same), sha256(SamplePart("x")));
+  EXPECT_NE(sha256(moved), sha256(SamplePart("x")));
+  EXPECT_NE(sha256(SamplePart("y")), sha256(SamplePart("x")));
+}
+
+TEST(CheckInsideBox, FindsCadInOtherUnits) {
+  auto row = Validated(SamplePart("x"));
+  ASSERT_TRUE(row.ok());
+  row->tessellation.minimum_mm = {-5, -5, 0};
+  row->tessellation.maximum_mm = {5, 5, 20};
+  EXPECT_TRUE(CheckInsideBox(*row).ok());
+  row->tessellation.maximum_mm = {5 / 25.4, 5 / 25.4, 20 / 25.4};
+  EXPECT_THAT(std::string(CheckInsideBox(*row).message()), HasSubstr("part.six_points[0].point_in_part_mm: (5.0"));
+}
+
+TEST(ValidatedPage, BoundsTheSizeAndChecksTheToken) {
+  EXPECT_EQ(ValidatedPage(0, "")->size, 50);
+  EXPECT_EQ(ValidatedPage(1'000'000, "m1")->size, 500);
+  EXPECT_FALSE(ValidatedPage(-1, "").ok());
+  EXPECT_FALSE(ValidatedPage(0, "'; --").ok());
+}
+
+}  // namespace
+}  // namespace sixpoint::plant
