@@ -1,0 +1,186 @@
+#include "services/correction/correction_service.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "services/runtime/call.h"
+#include "services/runtime/errors.h"
+#include "storage/record.h"
+#include "tests/services/correction/judged_plant.h"
+
+namespace sixpoint::correction {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+class CorrectionServiceTest : public ::testing::Test {
+ protected:
+  CorrectionServiceTest() { Start(4); }
+
+  void Start(int greatest_count) {
+    server_.reset();
+    service_ = std::make_unique<CorrectionService>(
+        plant_.database.database(), std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect()),
+        greatest_count);
+    server_ = std::make_unique<testing::InProcessServer>(std::vector<grpc::Service*>{service_.get()});
+    stub_ = v1::CorrectionService::NewStub(server_->Connect());
+  }
+
+  absl::StatusOr<v1::Correction> Correct(const v1::CorrectRequest& request) {
+    v1::Correction correction;
+    const grpc::Status status = stub_->Correct(runtime::ContextFor(30).get(), request, &correction);
+    if (!status.ok()) return runtime::FromGrpc(status);
+    return correction;
+  }
+  static v1::CorrectRequest Request() {
+    v1::CorrectRequest request;
+    request.set_registration(testing::kRegistration);
+    request.set_requested_by("operator");
+    return request;
+  }
+  std::int64_t Count(const std::string& table) {
+    auto transaction = plant_.database.database()->Begin(testing::Soon());
+    return transaction->Execute("SELECT count(*) FROM " + table)->Int(0, 0);
+  }
+
+  testing::JudgedPlant plant_;
+  std::unique_ptr<CorrectionService> service_;
+  std::unique_ptr<testing::InProcessServer> server_;
+  std::unique_ptr<v1::CorrectionService::Stub> stub_;
+};
+
+TEST_F(CorrectionServiceTest, CorrectsEveryHoleAndReadsBackTheSame) {
+  v1::CorrectRequest request = Request();
+  request.set_nc_template("G90\nX1 Y2 Z3 A4 B5 (SIXPOINT G1/H2)\n");
+  const auto correction = Correct(request);
+  ASSERT_TRUE(correction.ok()) << correction.status();
+  ASSERT_EQ(correction->groups_size(), 1);
+  const v1::CorrectedGroup& group = correction->groups(0);
+  ASSERT_EQ(group.holes_size(), 2);
+  EXPECT_EQ(group.a_nominal_deg(), plant_.plant.part.hole_groups(0).a_nominal_deg());
+  // The axis after the corrected turn points along Z, and the start is where the turned part has it.
+  const double deg = 3.14159265358979323846 / 180;
+  const Eigen::Isometry3d machine_from_part =
+      plant_.block.axes.MachineFromZero(group.a_deg() * deg, group.b_deg() * deg) * plant_.block.pose.zero_from_part;
+  EXPECT_LT((machine_from_part.linear() * plant_.block.holes[0].pin.axis - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
+  const geometry::v1::Point& start = group.holes(1).start_mm();
+  const Eigen::Vector3d want = machine_from_part * plant_.block.holes[1].pin.start_mm;
+  EXPECT_LT((Eigen::Vector3d(start.x_mm(), start.y_mm(), start.z_mm()) - want).norm(), 1e-9);
+  EXPECT_GT(group.holes(1).expanded_uncertainty_um(), 0.1);
+  EXPECT_LT(group.holes(1).expanded_uncertainty_um(), 10);
+  EXPECT_EQ(correction->release(), v1::RELEASE_AUTOMATIC);
+  char x[32];
+  std::snprintf(x, sizeof x, "X%.4f ", start.x_mm());
+  EXPECT_THAT(correction->nc_program(), StartsWith("G90\n" + std::string(x)));
+  // The earlier of the two calibrations' ends.
+  EXPECT_EQ(correction->valid_until().seconds(), plant_.calibration.rotation.valid_until().seconds());
+
+  v1::GetCorrectionRequest get;
+  get.set_name(correction->name());
+  v1::Correction back;
+  ASSERT_TRUE(stub_->GetCorrection(runtime::ContextFor(10).get(), get, &back).ok());
+  EXPECT_EQ(back.SerializeAsString(), correction->SerializeAsString());
+
+  auto transaction = plant_.database.database()->Begin(testing::Soon());
+  const auto derived = storage::DerivedFrom(*transaction, testing::kRotationCalibration);
+  ASSERT_TRUE(derived.ok());
+  std::vector<std::string> names;
+  for (const storage::JournalEntry& journal : *derived) names.push_back(journal.entry.name);
+  EXPECT_THAT(names, Contains(correction->name()));
+}
+
+TEST_F(CorrectionServiceTest, AnswersARetryOnce) {
+  v1::CorrectRequest request = Request();
+  request.set_request_id("00000000-0000-7000-8000-0000000000aa");
+  const auto first = Correct(request), second = Correct(request);
+  ASSERT_TRUE(first.ok() && second.ok()) << first.status() << second.status();
+  EXPECT_EQ(first->name(), second->name());
+  EXPECT_EQ(Count("corrections"), 1);
+  request.set_requested_by("somebody else");
+  EXPECT_EQ(Correct(request).status().code(), absl::StatusCode::kAlreadyExists);
+}
+
+TEST_F(CorrectionServiceTest, RefusesWhatItCannotRestOnAndStoresNothing) {
+  plant_.registration.registration.mutable_evidence()->set_outcome(registration::v1::OUTCOME_NOT_CONVERGED);
+  EXPECT_EQ(runtime::ReasonOf(Correct(Request()).status()), "REGISTRATION_NOT_CONVERGED");
+  plant_.registration.registration.mutable_evidence()->set_outcome(registration::v1::OUTCOME_CONVERGED);
+
+  plant_.calibration.sensor.set_name("calibrations/00000000-0000-7000-8000-000000000099");
+  const absl::Status superseded = Correct(Request()).status();
+  EXPECT_EQ(superseded.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(runtime::ReasonOf(superseded), "CALIBRATION_EXPIRED");
+  EXPECT_THAT(std::string(superseded.message()), HasSubstr("superseded by"));
+  plant_.calibration.sensor.set_name(testing::kSensorCalibration);
+
+  plant_.calibration.expired = true;
+  EXPECT_EQ(Correct(Request()).status().code(), absl::StatusCode::kFailedPrecondition);
+  plant_.calibration.expired = false;
+
+  v1::CorrectRequest unknown = Request();
+  unknown.add_groups("G9");
+  EXPECT_THAT(std::string(Correct(unknown).status().message()),
+              HasSubstr("groups[0]: G9, want a hole group of parts/p1 (G1)"));
+  v1::CorrectRequest bad_template = Request();
+  bad_template.set_nc_template("G90\nX#1 (SIXPOINT G1/H1)\n");
+  const absl::Status refused = Correct(bad_template).status();
+  EXPECT_EQ(refused.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("nc_template: line 2"));
+  v1::CorrectRequest missing = Request();
+  missing.set_registration("registrations/00000000-0000-7000-8000-000000000077");
+  EXPECT_EQ(Correct(missing).status().code(), absl::StatusCode::kNotFound);
+
+  for (plant::v1::Joint& joint : *plant_.plant.machine.mutable_kinematics()->mutable_part_side()) {
+    joint.set_minimum(-1);
+    joint.set_maximum(1);
+  }
+  EXPECT_EQ(runtime::ReasonOf(Correct(Request()).status()), "POSE_OUT_OF_LIMITS");
+  EXPECT_EQ(Count("corrections"), 0);
+  EXPECT_EQ(Count("record_entries WHERE kind = 'correction'"), 0);
+}
+
+TEST_F(CorrectionServiceTest, WaitsForAPersonBeyondTheEnvelope) {
+  plant_.plant.machine.mutable_safety_envelope()->set_translation_mm(0.1);
+  v1::CorrectRequest request = Request();
+  request.set_nc_template("X1 (SIXPOINT G1/H1)");
+  const auto correction = Correct(request);
+  ASSERT_TRUE(correction.ok()) << correction.status();
+  EXPECT_EQ(correction->release(), v1::RELEASE_AWAITING_PERSON);
+  EXPECT_EQ(correction->nc_program(), "");
+  ASSERT_GE(correction->release_reasons_size(), 1);
+  EXPECT_THAT(correction->release_reasons(0), HasSubstr("group G1 hole H1: start moved by"));
+}
+
+TEST_F(CorrectionServiceTest, ListsByBladeNewestFirstPageByPage) {
+  std::vector<std::string> made;
+  for (int i = 0; i < 3; ++i) made.insert(made.begin(), Correct(Request())->name());
+  v1::ListCorrectionsRequest request;
+  request.set_blade("blades/sn1");
+  request.set_page_size(2);
+  std::vector<std::string> listed;
+  do {
+    v1::ListCorrectionsResponse response;
+    ASSERT_TRUE(stub_->ListCorrections(runtime::ContextFor(10).get(), request, &response).ok());
+    for (const v1::Correction& correction : response.corrections()) {
+      EXPECT_EQ(correction.groups(0).holes_size(), 2);
+      listed.push_back(correction.name());
+    }
+    request.set_page_token(response.next_page_token());
+  } while (!request.page_token().empty());
+  EXPECT_EQ(listed, made);
+  request.set_blade("blades/other");
+  v1::ListCorrectionsResponse none;
+  ASSERT_TRUE(stub_->ListCorrections(runtime::ContextFor(10).get(), request, &none).ok());
+  EXPECT_EQ(none.corrections_size(), 0);
+}
+
+TEST_F(CorrectionServiceTest, RefusesMoreThanItsSlots) {
+  Start(0);
+  const absl::Status status = Correct(Request()).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(runtime::ReasonOf(status), "COMPUTE_FULL");
+}
+
+}  // namespace
+}  // namespace sixpoint::correction

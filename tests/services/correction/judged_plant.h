@@ -1,0 +1,89 @@
+// Stand-ins for the plant, ingest, calibration and registration services, about a block with two holes and their pins, and
+// the rows of theirs that correction's and inspection's own rows refer to.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sixpoint/calibration/v1/calibration.grpc.pb.h"
+#include "sixpoint/ingest/v1/ingest.grpc.pb.h"
+#include "sixpoint/plant/v1/plant.grpc.pb.h"
+#include "sixpoint/registration/v1/registration.grpc.pb.h"
+#include "tests/metrology/inspection/pinned_block.h"
+#include "tests/support/in_process_server.h"
+#include "tests/support/throwaway_database.h"
+
+namespace sixpoint::testing {
+
+inline constexpr char kSensorCalibration[] = "calibrations/00000000-0000-7000-8000-000000000001";
+inline constexpr char kRotationCalibration[] = "calibrations/00000000-0000-7000-8000-000000000002";
+inline constexpr char kRegistration[] = "registrations/00000000-0000-7000-8000-000000000003";
+
+class StandInPlant final : public plant::v1::PlantService::Service {
+ public:
+  plant::v1::Machine machine;
+  plant::v1::Part part;
+  std::string surface_bytes;
+  grpc::Status GetMachine(grpc::ServerContext*, const plant::v1::GetMachineRequest* request,
+                          plant::v1::Machine* response) override;
+  grpc::Status GetPart(grpc::ServerContext*, const plant::v1::GetPartRequest* request,
+                       plant::v1::Part* response) override;
+  grpc::Status DownloadSurface(grpc::ServerContext*, const plant::v1::DownloadSurfaceRequest* request,
+                               grpc::ServerWriter<plant::v1::DownloadSurfaceResponse>* writer) override;
+};
+
+class StandInIngest final : public ingest::v1::ScanService::Service {
+ public:
+  std::map<std::string, ingest::v1::Scan> scans;  // by name
+  std::map<std::string, std::string> blocks;      // one Draco block each
+  grpc::Status GetScan(grpc::ServerContext*, const ingest::v1::GetScanRequest* request,
+                       ingest::v1::Scan* response) override;
+  grpc::Status DownloadScan(grpc::ServerContext*, const ingest::v1::DownloadScanRequest* request,
+                            grpc::ServerWriter<ingest::v1::DownloadScanResponse>* writer) override;
+};
+
+class StandInCalibration final : public calibration::v1::CalibrationService::Service {
+ public:
+  calibration::v1::Calibration sensor, rotation;
+  bool expired = false;  // none in force
+  grpc::Status GetCalibration(grpc::ServerContext*, const calibration::v1::GetCalibrationRequest* request,
+                              calibration::v1::Calibration* response) override;
+  grpc::Status GetCalibrationInForce(grpc::ServerContext*, const calibration::v1::GetCalibrationInForceRequest* request,
+                                     calibration::v1::Calibration* response) override;
+};
+
+class StandInRegistration final : public registration::v1::RegistrationService::Service {
+ public:
+  registration::v1::Registration registration;
+  int register_count = 0;
+  grpc::Status GetRegistration(grpc::ServerContext*, const registration::v1::GetRegistrationRequest* request,
+                               registration::v1::Registration* response) override;
+  grpc::Status Register(grpc::ServerContext*, const registration::v1::RegisterRequest* request,
+                        registration::v1::Registration* response) override;
+};
+
+class JudgedPlant {
+ public:
+  // With the pinned block's four scans, of 2000 points of the top each.
+  JudgedPlant();
+  std::shared_ptr<grpc::Channel> Connect() const { return server_.Connect(); }
+
+  metrology::PinnedBlock block;
+  std::vector<std::string> scans;  // names, in order
+  StandInPlant plant;
+  StandInIngest ingest;
+  StandInCalibration calibration;
+  StandInRegistration registration;
+  ThrowawayDatabase database;
+
+ private:
+  void DescribePlant();
+  void DescribeCalibrations();
+  void DescribeRegistration();
+  void AddScans();
+  void StoreRows();
+  InProcessServer server_;
+};
+
+}  // namespace sixpoint::testing

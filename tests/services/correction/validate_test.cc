@@ -1,0 +1,103 @@
+#include "services/correction/validate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "services/correction/machine_axes.h"
+#include "services/correction/result_pages.h"
+#include "services/runtime/errors.h"
+
+namespace sixpoint::correction {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr char kRegistration[] = "registrations/00000000-0000-7000-8000-000000000003";
+
+std::string Refusal(const v1::CorrectRequest& request) {
+  const auto checked = CheckCorrect(request);
+  EXPECT_EQ(checked.status().code(), absl::StatusCode::kInvalidArgument);
+  return std::string(checked.status().message());
+}
+
+TEST(CheckCorrect, NamesTheField) {
+  v1::CorrectRequest request;
+  EXPECT_THAT(Refusal(request), HasSubstr("registration: "));
+  request.set_registration("scans/s1");
+  EXPECT_THAT(Refusal(request), HasSubstr("scans/s1"));
+  request.set_registration("registrations/r1");
+  EXPECT_THAT(Refusal(request), HasSubstr("registration"));
+  request.set_registration(kRegistration);
+  EXPECT_TRUE(CheckCorrect(request).ok());
+  request.set_request_id("not a uuid");
+  EXPECT_THAT(Refusal(request), HasSubstr("request_id"));
+  request.clear_request_id();
+  request.add_groups("G1");
+  request.add_groups("G1");
+  EXPECT_THAT(Refusal(request), HasSubstr("groups[1]"));
+  request.clear_groups();
+  request.set_nc_template(std::string(kGreatestTemplate_bytes + 1, 'X'));
+  EXPECT_THAT(Refusal(request), HasSubstr("nc_template: 1048577 bytes"));
+  request.set_nc_template(std::string("G1\0", 3));
+  EXPECT_THAT(Refusal(request), HasSubstr("NUL"));
+}
+
+plant::v1::Machine TwoAxes() {
+  plant::v1::Machine machine;
+  machine.set_name("machines/m1");
+  for (int i = 0; i < 2; ++i) {
+    plant::v1::Joint& joint = *machine.mutable_kinematics()->add_part_side();
+    joint.set_axis(i == 0 ? "A" : "B");
+    joint.set_kind(plant::v1::JOINT_KIND_ROTARY);
+    (i == 0 ? joint.mutable_direction()->set_y(1) : joint.mutable_direction()->set_x(1));
+    joint.mutable_point_mm();
+    joint.set_sign(i == 0 ? 1 : -1);
+    joint.set_minimum(-90);
+    joint.set_maximum(180);
+  }
+  return machine;
+}
+
+TEST(AxesOf, ReadsDirectionsWithTheirSense) {
+  const auto axes = AxesOf(TwoAxes());
+  ASSERT_TRUE(axes.ok()) << axes.status();
+  EXPECT_EQ(axes->nominal.a.direction, Eigen::Vector3d(Eigen::Vector3d::UnitY()));
+  EXPECT_EQ(axes->nominal.b.direction, Eigen::Vector3d(-Eigen::Vector3d::UnitX()));
+  EXPECT_NEAR(axes->limits.a_minimum_rad, -1.5707963267948966, 1e-15);
+  EXPECT_NEAR(axes->limits.b_maximum_rad, 3.1415926535897931, 1e-15);
+}
+
+TEST(AxesOf, RefusesOtherKinematics) {
+  plant::v1::Machine one = TwoAxes();
+  one.mutable_kinematics()->mutable_part_side()->RemoveLast();
+  EXPECT_EQ(runtime::ReasonOf(AxesOf(one).status()), "KINEMATICS_UNSUPPORTED");
+  plant::v1::Machine head = TwoAxes();
+  *head.mutable_kinematics()->add_tool_side() = head.kinematics().part_side(1);
+  EXPECT_EQ(runtime::ReasonOf(AxesOf(head).status()), "KINEMATICS_UNSUPPORTED");
+  plant::v1::Machine empty = TwoAxes();
+  empty.mutable_kinematics()->mutable_part_side(0)->set_maximum(-90);
+  EXPECT_EQ(runtime::ReasonOf(AxesOf(empty).status()), "KINEMATICS_UNSUPPORTED");
+}
+
+TEST(EnvelopeOf, IsTheDefaultWhereNoneIsGiven) {
+  plant::v1::Machine machine;
+  EXPECT_EQ(EnvelopeOf(machine).translation_mm, 2);
+  EXPECT_NEAR(EnvelopeOf(machine).rotation_rad, 0.0523598775598299, 1e-15);
+  machine.mutable_safety_envelope()->set_translation_mm(0.5);
+  EXPECT_EQ(EnvelopeOf(machine).translation_mm, 0.5);
+}
+
+TEST(ResultPageOf, TakesOnlyItsOwnTokens) {
+  const std::string token = runtime::ResultTokenAfter("blades/sn1", 42);
+  EXPECT_EQ(runtime::ResultPageOf("blades/sn1", 10, token)->before_sequence, 42);
+  EXPECT_FALSE(runtime::ResultPageOf("blades/sn2", 10, token).ok());
+  EXPECT_FALSE(runtime::ResultPageOf("blades/sn1", 10, token + "x").ok());
+  EXPECT_FALSE(runtime::ResultPageOf("blades/sn1", 10, "x").ok());
+  EXPECT_FALSE(runtime::ResultPageOf("blades/sn1", -1, "").ok());
+  EXPECT_FALSE(runtime::ResultPageOf("scans/s1", 1, "").ok());
+  EXPECT_EQ(runtime::ResultPageOf("", 0, "")->size, 100);
+  EXPECT_EQ(runtime::ResultPageOf("", 5000, "")->size, 1000);
+}
+
+}  // namespace
+}  // namespace sixpoint::correction

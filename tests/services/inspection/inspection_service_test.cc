@@ -1,0 +1,157 @@
+#include "services/inspection/inspection_service.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "services/runtime/call.h"
+#include "services/runtime/errors.h"
+#include "storage/record.h"
+#include "tests/services/correction/judged_plant.h"
+
+namespace sixpoint::inspection {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+class InspectionServiceTest : public ::testing::Test {
+ protected:
+  InspectionServiceTest() { Start(2); }
+
+  void Start(int greatest_count) {
+    server_.reset();
+    InspectionServiceOptions options;
+    options.greatest_count = greatest_count;
+    service_ = std::make_unique<InspectionService>(
+        plant_.database.database(),
+        std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()), options);
+    server_ = std::make_unique<testing::InProcessServer>(std::vector<grpc::Service*>{service_.get()});
+    stub_ = v1::InspectionService::NewStub(server_->Connect());
+  }
+
+  absl::StatusOr<v1::Inspection> Inspect(const v1::InspectRequest& request) {
+    v1::Inspection inspection;
+    const grpc::Status status = stub_->Inspect(runtime::ContextFor(60).get(), request, &inspection);
+    if (!status.ok()) return runtime::FromGrpc(status);
+    return inspection;
+  }
+  v1::InspectRequest Request() const {
+    v1::InspectRequest request;
+    request.set_blade("blades/sn1");
+    for (const std::string& scan : plant_.scans) request.add_scans(scan);
+    request.set_requested_by("operator");
+    return request;
+  }
+  std::int64_t Count(const std::string& table) {
+    auto transaction = plant_.database.database()->Begin(testing::Soon());
+    return transaction->Execute("SELECT count(*) FROM " + table)->Int(0, 0);
+  }
+
+  testing::JudgedPlant plant_;
+  std::unique_ptr<InspectionService> service_;
+  std::unique_ptr<testing::InProcessServer> server_;
+  std::unique_ptr<v1::InspectionService::Stub> stub_;
+};
+
+TEST_F(InspectionServiceTest, JudgesTheBladeAndReadsBackTheSame) {
+  const auto inspection = Inspect(Request());
+  ASSERT_TRUE(inspection.ok()) << inspection.status();
+  ASSERT_EQ(inspection->holes_size(), 2);
+  EXPECT_EQ(inspection->verdict(), v1::VERDICT_NOT_CONFORM);
+  const v1::HoleResult& good = inspection->holes(0);
+  EXPECT_EQ(good.hole(), "H1");
+  EXPECT_EQ(good.verdict(), v1::VERDICT_CONFORM) << good.reason();
+  EXPECT_EQ(inspection->holes(1).position_verdict(), v1::VERDICT_NOT_CONFORM);
+  const double position_mm = (plant_.block.pins[0].start_mm - plant_.block.holes[0].pin.start_mm).norm();
+  EXPECT_NEAR(good.position_error_mm(), position_mm, 1e-3);
+  EXPECT_NEAR(good.pin_diameter_mm(), 0.44, 2e-3);
+  EXPECT_GT(good.position_expanded_uncertainty_um(), 0.1);
+  EXPECT_EQ(good.position_tolerance_mm(), 0.06);
+  EXPECT_NEAR(inspection->deviation().p50_um(), 5, 0.5);
+  EXPECT_EQ(inspection->registration(), testing::kRegistration);
+  EXPECT_THAT(inspection->decision_rule(), HasSubstr("ISO 14253-1"));
+  ASSERT_EQ(inspection->scans_size(), 4);
+  EXPECT_EQ(inspection->scans(3), plant_.scans[3]);
+
+  v1::GetInspectionRequest get;
+  get.set_name(inspection->name());
+  v1::Inspection back;
+  ASSERT_TRUE(stub_->GetInspection(runtime::ContextFor(10).get(), get, &back).ok());
+  EXPECT_EQ(back.SerializeAsString(), inspection->SerializeAsString());
+
+  auto transaction = plant_.database.database()->Begin(testing::Soon());
+  const auto derived = storage::DerivedFrom(*transaction, plant_.scans[2]);
+  ASSERT_TRUE(derived.ok());
+  std::vector<std::string> names;
+  for (const storage::JournalEntry& journal : *derived) names.push_back(journal.entry.name);
+  EXPECT_THAT(names, Contains(inspection->name()));
+}
+
+TEST_F(InspectionServiceTest, StoresAHoleThatWasNotMeasuredWithItsReason) {
+  plant::v1::Hole& hole = *plant_.plant.part.mutable_hole_groups(0)->add_holes();
+  hole = plant_.plant.part.hole_groups(0).holes(0);
+  hole.set_hole("H3");
+  hole.mutable_start_in_part_mm()->set_y_mm(-10);  // no pin there
+  const auto inspection = Inspect(Request());
+  ASSERT_TRUE(inspection.ok()) << inspection.status();
+  const v1::HoleResult& missing = inspection->holes(2);
+  EXPECT_EQ(missing.verdict(), v1::VERDICT_NOT_MEASURED);
+  EXPECT_FALSE(missing.has_position_error_mm());
+  EXPECT_NE(missing.reason(), "");
+  v1::GetInspectionRequest get;
+  get.set_name(inspection->name());
+  v1::Inspection back;
+  ASSERT_TRUE(stub_->GetInspection(runtime::ContextFor(10).get(), get, &back).ok());
+  EXPECT_FALSE(back.holes(2).has_position_error_mm());
+}
+
+TEST_F(InspectionServiceTest, AnswersARetryOnce) {
+  v1::InspectRequest request = Request();
+  request.set_request_id("00000000-0000-7000-8000-0000000000bb");
+  const auto first = Inspect(request), second = Inspect(request);
+  ASSERT_TRUE(first.ok() && second.ok()) << first.status() << second.status();
+  EXPECT_EQ(first->name(), second->name());
+  EXPECT_EQ(Count("inspections"), 1);
+  EXPECT_EQ(plant_.registration.register_count, 1);
+}
+
+TEST_F(InspectionServiceTest, RefusesWhatItCannotRestOnAndStoresNothing) {
+  v1::InspectRequest unknown = Request();
+  unknown.add_scans("scans/none");
+  EXPECT_EQ(Inspect(unknown).status().code(), absl::StatusCode::kNotFound);
+  plant_.ingest.scans.at(plant_.scans[1]).mutable_header()->set_kind(ingest::v1::SCAN_KIND_LOCAL);
+  const absl::Status wrong_kind = Inspect(Request()).status();
+  EXPECT_EQ(wrong_kind.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(wrong_kind.message()), HasSubstr("scans[1]: s1 of the kind SCAN_KIND_LOCAL"));
+  EXPECT_EQ(plant_.registration.register_count, 0);
+  plant_.ingest.scans.at(plant_.scans[1]).mutable_header()->set_kind(ingest::v1::SCAN_KIND_PINS);
+  plant_.registration.registration.mutable_evidence()->set_outcome(registration::v1::OUTCOME_TOO_LITTLE_OVERLAP);
+  EXPECT_EQ(runtime::ReasonOf(Inspect(Request()).status()), "REGISTRATION_NOT_CONVERGED");
+  EXPECT_EQ(Count("inspections"), 0);
+  EXPECT_EQ(Count("record_entries WHERE kind = 'inspection'"), 0);
+}
+
+TEST_F(InspectionServiceTest, RowsCannotBeChanged) {
+  ASSERT_TRUE(Inspect(Request()).ok());
+  for (const std::string statement :
+       {"UPDATE inspections SET verdict = 'CONFORM'", "DELETE FROM inspection_holes", "TRUNCATE inspection_scans"}) {
+    auto transaction = plant_.database.database()->Begin(testing::Soon());
+    EXPECT_FALSE(transaction->Execute(statement).ok()) << statement;
+  }
+}
+
+TEST_F(InspectionServiceTest, ListsByBladeAndRefusesMoreThanItsSlots) {
+  const auto made = Inspect(Request());
+  ASSERT_TRUE(made.ok()) << made.status();
+  v1::ListInspectionsRequest request;
+  request.set_blade("blades/sn1");
+  v1::ListInspectionsResponse response;
+  ASSERT_TRUE(stub_->ListInspections(runtime::ContextFor(10).get(), request, &response).ok());
+  ASSERT_EQ(response.inspections_size(), 1);
+  EXPECT_EQ(response.inspections(0).SerializeAsString(), made->SerializeAsString());
+  Start(0);
+  EXPECT_EQ(runtime::ReasonOf(Inspect(Request()).status()), "COMPUTE_FULL");
+}
+
+}  // namespace
+}  // namespace sixpoint::inspection
