@@ -4,11 +4,8 @@
 #include <tbb/task_arena.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-
-#include "metrology/calibration/feature_search.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -264,90 +261,6 @@ absl::Status TooFew(const LineScan& scan, const PlaneFeature& cone, size_t used,
 
 }  // namespace
 
-double ConditionNumber(const Matrix6d& covariance) {
-  const Vector6d scale = Scale().head<6>().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scale.asDiagonal() * covariance * scale.asDiagonal(),
-                                                      Eigen::EigenvaluesOnly);
-  return eigen.eigenvalues()(5) / eigen.eigenvalues()(0);
-}
-
-double TouchUncertainty(double stated_mm, double squares, double freedom) {
-  constexpr double kPriorFreedom = 30;
-  if (stated_mm <= 0)
-    return std::sqrt((kPriorFreedom * kTouchUncertaintyMm * kTouchUncertaintyMm + squares) / (kPriorFreedom + freedom));
-  const double seen = freedom > 0 ? std::sqrt(squares / freedom) : 0;
-  return seen > 1.5 * stated_mm ? seen : stated_mm;
-}
-
-CardanAngles CardanUncertainty(const CardanAngles& angles, const Eigen::Matrix3d& covariance) {
-  // rotation vector = (Rz Ry ex) dalpha + (Rz ey) dbeta + ez dgamma.
-  const Eigen::Matrix3d rz = RotationFromCardan({0, 0, angles.gamma}),
-                        rzy = RotationFromCardan({0, angles.beta, angles.gamma});
-  Eigen::Matrix3d jacobian;
-  jacobian << rzy.col(0), rz.col(1), Eigen::Vector3d::UnitZ();
-  const Eigen::Matrix3d inverse = jacobian.inverse();
-  const Eigen::Vector3d sigma = (inverse * covariance * inverse.transpose()).diagonal().cwiseSqrt();
-  return {sigma.x(), sigma.y(), sigma.z()};
-}
-
-absl::StatusOr<SensorStart> StartSensor(const std::vector<LineScan>& scans, const Artefact& artefact,
-                                        const ArtefactTouch& touch) {
-  if (absl::Status s = Validate(artefact); !s.ok()) return s;
-  if (absl::Status s = CheckTouch(artefact, touch); !s.ok()) return s;
-  if (scans.size() < 2)
-    return absl::FailedPreconditionError(
-        "scans: " + std::to_string(scans.size()) +
-        ", want at least two, at machine Z heights at least 5 mm apart: beta (turn about "
-        "machine Y) is not determined without the second");
-  SensorStart start;
-  Points from, onto;
-  double lowest = 1e9, highest = -1e9;
-  for (const LineScan& scan : scans) {
-    const absl::StatusOr<ArtefactSighting> sighting = FindArtefact(scan, artefact);
-    if (!sighting.ok()) return sighting.status();
-    start.sensor_from_artefact.push_back(sighting->sensor_from_artefact);
-    lowest = std::min(lowest, sighting->sensor_from_artefact.translation().z());
-    highest = std::max(highest, sighting->sensor_from_artefact.translation().z());
-    for (const PlaneFeature& cone : artefact.cones) {
-      const Eigen::Vector3d p =
-          sighting->sensor_from_artefact * Eigen::Vector3d(cone.centre_mm.x(), cone.centre_mm.y(), 0);
-      from.emplace_back(0, p.y(), p.z());
-      onto.push_back(*TouchedCentre(touch, cone.name) + scan.v0_mm - Eigen::Vector3d(p.x(), 0, 0));
-    }
-  }
-  constexpr double kLeastHeightMm = 5;
-  if (highest - lowest < kLeastHeightMm)
-    return absl::FailedPreconditionError(
-        "beta (turn about machine Y) is not determined: all scans see the artefact within " + Number(highest - lowest) +
-        " mm of one height; add a scan with machine Z at least " + Number(kLeastHeightMm) +
-        " mm away (20 mm is usual)");
-  const Eigen::Isometry3d fit = RigidFit(from, onto);
-  start.sensor.rotation = fit.linear();
-  start.sensor.t_sm_mm = fit.translation();
-  double worst = 0;
-  for (size_t i = 0; i < from.size(); ++i) worst = std::max(worst, (fit * from[i] - onto[i]).norm());
-  constexpr double kContradictionMm = 0.4;
-  if (worst > kContradictionMm)
-    return absl::FailedPreconditionError("scans, V0 and touch data contradict one another by " + Number(worst) +
-                                         " mm, want at most " + Number(kContradictionMm) +
-                                         ": use scans of this artefact as it was probed, all from this machine");
-  return start;
-}
-
-absl::Status ReportCentres(const std::vector<LineScan>& scans, const Artefact& artefact, const ArtefactTouch& touch,
-                           const LineSensorOptics& optics, SensorCalibration* result) {
-  for (const LineScan& scan : scans) {
-    const absl::StatusOr<std::vector<FeatureCentre>> centres =
-        MeasureCentres(scan, artefact, result->machine_from_artefact, result->sensor, optics);
-    if (!centres.ok()) return centres.status();
-    for (const FeatureCentre& centre : *centres)
-      if (const Eigen::Vector3d* touched = TouchedCentre(touch, centre.name); touched != nullptr)
-        (centre.slot ? result->check : result->fitted)
-            .push_back({scan.id, centre.name, centre.in_machine_mm - *touched});
-  }
-  return absl::OkStatus();
-}
-
 absl::StatusOr<SensorCalibration> CalibrateSensor(const std::vector<LineScan>& scans, const Artefact& artefact,
                                                   const ArtefactTouch& touch, const SensorCalibrationOptions& options) {
   const absl::StatusOr<SensorStart> start = StartSensor(scans, artefact, touch);
@@ -436,7 +349,7 @@ absl::StatusOr<SensorCalibration> CalibrateSensor(const std::vector<LineScan>& s
   result.condition_number = ConditionNumber(result.sensor.covariance);
   if (absl::Status s = CheckDetermined(result.sensor.covariance, result.condition_number); !s.ok()) return s;
   result.angle_uncertainty = CardanUncertainty(result.angles, result.sensor.covariance.topLeftCorner<3, 3>());
-  if (absl::Status s = ReportCentres(scans, artefact, touch, options.optics, &result); !s.ok()) return s;
+  if (absl::Status s = ReportCentres(scans, artefact, touch, options, &result); !s.ok()) return s;
   return result;
 }
 

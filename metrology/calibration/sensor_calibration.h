@@ -82,6 +82,6 @@ double ConditionNumber(const Matrix6d& covariance);
 
 // Laser minus touch of all features, into fitted (cones) and check (slots).
 absl::Status ReportCentres(const std::vector<LineScan>& scans, const Artefact& artefact, const ArtefactTouch& touch,
-                           const LineSensorOptics& optics, SensorCalibration* result);
+                           const SensorCalibrationOptions& options, SensorCalibration* result);
 
 }  // namespace sixpoint::metrology

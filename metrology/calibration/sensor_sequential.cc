@@ -141,7 +141,7 @@ absl::StatusOr<SensorCalibration> CalibrateSensorSequentially(const std::vector<
   result.angles = CardanFromRotation(result.sensor.rotation);
   result.angle_uncertainty = CardanUncertainty(result.angles, result.sensor.covariance.topLeftCorner<3, 3>());
   for (const LineScan& scan : scans) result.points_used += scan.points_mm.size();
-  if (absl::Status s = ReportCentres(scans, artefact, touch, options.optics, &result); !s.ok()) return s;
+  if (absl::Status s = ReportCentres(scans, artefact, touch, options, &result); !s.ok()) return s;
   return result;
 }
 
