@@ -89,11 +89,19 @@ absl::Status PlantLink::Retry(const std::string& area,
                               const std::function<grpc::Status(const std::shared_ptr<grpc::Channel>&)>& attempt) {
   const Clock::time_point give_up =
       Clock::now() + std::chrono::milliseconds(static_cast<std::int64_t>(1e3 * patience_s_));
+  const Clock::time_point start = Clock::now();
   auto pause = std::chrono::milliseconds(100);
-  while (true) {
+  for (bool first = true;; first = false) {
     const absl::Status status = runtime::FromGrpc(attempt(channels_.at(area)));
-    if (!IsWorthTryingAgain(status) || Clock::now() + pause > give_up) return status;
-    if (retrying_) retrying_(area + ": " + std::string(status.message()) + "; trying again");
+    const bool again = IsWorthTryingAgain(status) && Clock::now() + pause <= give_up;
+    if (!again && !first && retrying_) {
+      char text[100];
+      std::snprintf(text, sizeof text, "%s %s after %.1f s", area.c_str(), status.ok() ? "is back" : "did not answer",
+                    std::chrono::duration<double>(Clock::now() - start).count());
+      retrying_(text);
+    }
+    if (!again) return status;
+    if (first && retrying_) retrying_(area + " is away or full (" + std::string(status.message()) + "), trying again");
     std::this_thread::sleep_for(pause);
     pause = std::min(2 * pause, std::chrono::milliseconds(2000));
   }

@@ -32,7 +32,8 @@ absl::StatusOr<EncodedScan> Encode(ingest::v1::ScanHeader header, const ScanProf
 // Thread-safe.
 class PlantLink {
  public:
-  // Waits until the plant service answers, at most patience_s. `retrying` hears of every attempt that failed.
+  // Waits until the plant service answers, at most patience_s. `retrying` hears when a service does not answer and when
+  // it does again.
   static absl::StatusOr<std::unique_ptr<PlantLink>> Connect(const std::string& server, double patience_s,
                                                             std::function<void(const std::string&)> retrying);
 

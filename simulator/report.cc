@@ -34,6 +34,8 @@ const char* Word(inspection::v1::Verdict verdict) {
   }
 }
 
+std::string IdOf(const std::string& name) { return name.substr(name.find('/') + 1); }
+
 int CountOf(const BladeRunResult& result, inspection::v1::Verdict verdict) {
   int count = 0;
   for (const auto& hole : result.inspection.holes()) count += hole.verdict() == verdict ? 1 : 0;
@@ -59,8 +61,8 @@ std::string Shortfall(const BladeRunResult& result) {
 
 std::string CorrectionTable(const BladeRunResult& result) {
   std::string out;
-  Print(&out, "%s, blade %s: nominal -> corrected, machine coordinates\n", result.machine.c_str(),
-        result.blade.c_str());
+  Print(&out, "%s, blade %s: nominal -> corrected, machine coordinates\n", IdOf(result.machine).c_str(),
+        IdOf(result.blade).c_str());
   Print(&out, "  %-6s %9s %9s %9s %9s %9s    %9s %9s %9s %9s %9s  %6s\n", "hole", "X mm", "Y mm", "Z mm", "A deg",
         "B deg", "X mm", "Y mm", "Z mm", "A deg", "B deg", "u95 um");
   for (const auto& group : result.correction.groups()) {
@@ -77,8 +79,8 @@ std::string CorrectionTable(const BladeRunResult& result) {
 
 std::string HoleTable(const BladeRunResult& result) {
   std::string out;
-  Print(&out, "%s, blade %s: each hole against its CAD position, measured beside true\n", result.machine.c_str(),
-        result.blade.c_str());
+  Print(&out, "%s, blade %s: each hole against its CAD position, measured beside true\n", IdOf(result.machine).c_str(),
+        IdOf(result.blade).c_str());
   Print(&out, "  %-6s %11s %9s %8s    %12s %9s %8s  %s\n", "hole", "measured um", "true um", "U um", "measured deg",
         "true deg", "U deg", "verdict");
   for (const HoleComparison& hole : result.holes) {
@@ -110,11 +112,12 @@ std::string SummaryTable(const std::vector<BladeRunResult>& results, const std::
     Print(&out,
           "%-10s %-26s %7.2f | %8.4f %8.2f %8.2f | %9.2f %9.2f | %7.1f %7.3f | %7d %7d %7d %7d | %6.1f %6.1f %6.2f "
           "%6.1f\n",
-          r.machine.c_str(), r.blade.c_str(), 1e-6 * static_cast<double>(r.point_count), r.sensor_angle_error_deg,
-          r.t_sm_error_um, r.axes_error_um, r.best_fit_error_um, r.six_point_error_um, r.worst_position_difference_um,
-          r.worst_inclination_difference_deg, CountOf(r, inspection::v1::VERDICT_CONFORM),
-          CountOf(r, inspection::v1::VERDICT_NOT_CONFORM), CountOf(r, inspection::v1::VERDICT_UNDECIDABLE),
-          CountOf(r, inspection::v1::VERDICT_NOT_MEASURED), r.calibrate_s, r.register_s, r.correct_s, r.inspect_s);
+          IdOf(r.machine).c_str(), IdOf(r.blade).c_str(), 1e-6 * static_cast<double>(r.point_count),
+          r.sensor_angle_error_deg, r.t_sm_error_um, r.axes_error_um, r.best_fit_error_um, r.six_point_error_um,
+          r.worst_position_difference_um, r.worst_inclination_difference_deg,
+          CountOf(r, inspection::v1::VERDICT_CONFORM), CountOf(r, inspection::v1::VERDICT_NOT_CONFORM),
+          CountOf(r, inspection::v1::VERDICT_UNDECIDABLE), CountOf(r, inspection::v1::VERDICT_NOT_MEASURED),
+          r.calibrate_s, r.register_s, r.correct_s, r.inspect_s);
     if (!statuses[i].ok())
       Print(&out, "  FAILED: %s\n", std::string(statuses[i].message()).c_str());
     else if (const std::string why = Shortfall(r); !why.empty())
