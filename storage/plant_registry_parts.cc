@@ -94,8 +94,8 @@ absl::Status ReadHolesAndDatums(Transaction& transaction, PartRow* part) {
   const absl::StatusOr<Rows> holes = transaction.Execute(kSelectHoles, key);
   if (!holes.ok()) return holes.status();
   for (int row = 0; row < holes->count(); ++row)
-    part->hole_groups[static_cast<std::size_t>(holes->Int(row, 0))]
-        .holes.push_back({holes->Text(row, 1), holes->Reals(row, 2), holes->Reals(row, 3)});
+    part->hole_groups[static_cast<std::size_t>(holes->Int(row, 0))].holes.push_back(
+        {holes->Text(row, 1), holes->Reals(row, 2), holes->Reals(row, 3)});
   const absl::StatusOr<Rows> datums = transaction.Execute(kSelectDatums, key);
   if (!datums.ok()) return datums.status();
   for (int row = 0; row < datums->count(); ++row)
