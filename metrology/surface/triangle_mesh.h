@@ -14,12 +14,12 @@
 namespace sixpoint::metrology {
 
 struct TriangleMesh {
-  Points vertices_mm;                              // part frame; shared between the triangles of a face, welded across faces
+  Points vertices_mm;  // part frame; shared between the triangles of a face, welded across faces
   std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from outside
   // Unit normal of the true surface at each triangle's corners; empty where the source (STL) knows none.
   std::vector<std::array<Eigen::Vector3f, 3>> corner_normals;
-  std::vector<std::uint16_t> faces;                // CAD face of each triangle; empty: one face
-  double chordal_error_um = 0;                     // greatest distance found between triangles and the true surface
+  std::vector<std::uint16_t> faces;  // CAD face of each triangle; empty: one face
+  double chordal_error_um = 0;       // greatest distance found between triangles and the true surface
   bool closed = false;
 };
 
