@@ -45,12 +45,13 @@ struct TouchedPoint {
 struct ArtefactTouch {
   std::vector<TouchedPoint> centres;
   Points plane_mm, side_x_mm, side_y_mm;
-  // Of one coordinate. 0: not stated; then +-1 um, evenly distributed (CONF 3.1), corrected by the residuals.
+  // Of one coordinate. 0: not stated; then kTouchUncertaintyMm.
   double standard_uncertainty_mm = 0;
 };
 
-// +-1 um as a standard uncertainty: 1 / sqrt(3) um.
-constexpr double kTouchUncertaintyMm = 0.57735e-3;
+// Touch probing's +-1 um (CONF 3.1) as the standard uncertainty of a coordinate where none is stated. Residuals of 0.5 um
+// do not make it smaller: they show the probe's repeatability, not its qualification, which all readings share.
+constexpr double kTouchUncertaintyMm = 1e-3;
 
 // Machine from artefact by the touched cone centres alone. INVALID_ARGUMENT where a cone's centre is missing, the centres
 // do not have the record's distances (naming a unit error where it is one) or a value is not finite.

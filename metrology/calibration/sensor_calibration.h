@@ -69,9 +69,8 @@ struct SensorStart {
 absl::StatusOr<SensorStart> StartSensor(const std::vector<LineScan>& scans, const Artefact& artefact,
                                         const ArtefactTouch& touch);
 
-// Standard uncertainty of a touched coordinate to use, from what was stated and what the residuals show. Not stated: the
-// usual one, pooled with the residuals' variance as if it rested on 30 degrees of freedom. Stated: believed, unless the
-// residuals are clearly worse (half as much again).
+// Standard uncertainty of a touched coordinate to use: what was stated, or the usual one, unless the residuals are clearly
+// worse (half as much again).
 double TouchUncertainty(double stated_mm, double residual_squares_mm2, double freedom);
 
 // Standard uncertainties of alpha, beta, gamma (rad) from the covariance of the rotation vector in machine axes.

@@ -24,11 +24,9 @@ double ConditionNumber(const Matrix6d& covariance) {
 }
 
 double TouchUncertainty(double stated_mm, double squares, double freedom) {
-  constexpr double kPriorFreedom = 30;
-  if (stated_mm <= 0)
-    return std::sqrt((kPriorFreedom * kTouchUncertaintyMm * kTouchUncertaintyMm + squares) / (kPriorFreedom + freedom));
-  const double seen = freedom > 0 ? std::sqrt(squares / freedom) : 0;
-  return seen > 1.5 * stated_mm ? seen : stated_mm;
+  const double claimed_mm = stated_mm > 0 ? stated_mm : kTouchUncertaintyMm;
+  const double seen_mm = freedom > 0 ? std::sqrt(squares / freedom) : 0;
+  return seen_mm > 1.5 * claimed_mm ? seen_mm : claimed_mm;
 }
 
 CardanAngles CardanUncertainty(const CardanAngles& angles, const Eigen::Matrix3d& covariance) {
