@@ -264,11 +264,11 @@ bool Status(const fs::path& data, bool json) {
               << "\n";
     return all;
   }
-  std::cout << "data        " << plant.data.string() << "\nsupervisor  " << (supervised ? "running" : "not running")
-            << "\ndatabase    " << database << "  (psql '" << plant.conninfo() << "')\n";
+  std::cout << "data          " << plant.data.string() << "\nsupervisor    " << (supervised ? "running" : "not running")
+            << "\ndatabase      " << database << "  (psql '" << plant.conninfo() << "')\n";
   for (const auto& service : services) {
     std::string area = service["area"];
-    area.resize(12, ' ');
+    area.resize(14, ' ');
     std::cout << area << service["address"].get<std::string>() << "  " << service["health"].get<std::string>() << "\n";
   }
   return all;
