@@ -44,8 +44,8 @@ absl::StatusOr<v1::Correction> Store(storage::Transaction& transaction, const v1
 }
 
 absl::StatusOr<v1::Correction> CorrectOnce(storage::Database* database, const Peers& peers,
-                                       const v1::CorrectRequest& request, const ContextFactory& context,
-                                       storage::Deadline deadline) {
+                                           const v1::CorrectRequest& request, const ContextFactory& context,
+                                           storage::Deadline deadline) {
   absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
   if (!transaction.ok()) return transaction.status();
   const auto answer =
