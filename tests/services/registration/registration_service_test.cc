@@ -75,7 +75,12 @@ class RegistrationServiceTest : public ::testing::Test {
       datum.mutable_normal_in_part()->set_z(on.normal.z());
     }
     std::mt19937_64 random(31);
-    std::uniform_int_distribution<std::size_t> pick(0, mesh.triangles.size() - 1);
+    std::vector<double> areas;
+    for (const auto& t : mesh.triangles)
+      areas.push_back((mesh.vertices_mm[t[1]] - mesh.vertices_mm[t[0]])
+                          .cross(mesh.vertices_mm[t[2]] - mesh.vertices_mm[t[0]])
+                          .norm());
+    std::discrete_distribution<std::size_t> pick(areas.begin(), areas.end());
     std::uniform_real_distribution<double> unit(0, 1);
     for (std::size_t view = 0; view < plant_.scans.size(); ++view) {
       metrology::Points points;
