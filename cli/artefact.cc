@@ -1,3 +1,4 @@
+#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "cli/commands.h"
@@ -6,6 +7,7 @@
 #include "cli/plant_documents.h"
 #include "cli/table.h"
 #include "services/runtime/resource_name.h"
+#include "sixpoint/plant/v1/plant.grpc.pb.h"
 
 namespace sixpoint::cli {
 namespace {

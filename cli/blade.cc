@@ -1,9 +1,11 @@
+#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "cli/table.h"
 #include "services/runtime/resource_name.h"
+#include "sixpoint/plant/v1/plant.grpc.pb.h"
 
 namespace sixpoint::cli {
 namespace {

@@ -6,11 +6,18 @@
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/support/proto_buffer_reader.h>
 
+#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "services/runtime/errors.h"
+#include "sixpoint/calibration/v1/calibration.grpc.pb.h"
+#include "sixpoint/correction/v1/correction.grpc.pb.h"
+#include "sixpoint/ingest/v1/ingest.grpc.pb.h"
+#include "sixpoint/inspection/v1/inspection.grpc.pb.h"
+#include "sixpoint/plant/v1/plant.grpc.pb.h"
+#include "sixpoint/registration/v1/registration.grpc.pb.h"
 
 namespace sixpoint::cli {
 namespace {

@@ -1,3 +1,4 @@
+#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "cli/commands.h"
@@ -6,6 +7,7 @@
 #include "cli/reports.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
+#include "sixpoint/correction/v1/correction.grpc.pb.h"
 
 namespace sixpoint::cli {
 namespace {

@@ -1,9 +1,11 @@
+#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "cli/reports.h"
 #include "services/runtime/resource_name.h"
+#include "sixpoint/inspection/v1/inspection.grpc.pb.h"
 
 namespace sixpoint::cli {
 

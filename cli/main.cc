@@ -1,4 +1,5 @@
 // `sixpoint`, the engineer's tool: wiring only.
+#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "cli/commands.h"

@@ -1,9 +1,11 @@
+#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "cli/reports.h"
 #include "services/runtime/resource_name.h"
+#include "sixpoint/registration/v1/registration.grpc.pb.h"
 
 namespace sixpoint::cli {
 

@@ -1,3 +1,4 @@
+#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "cli/cloud_files.h"
@@ -8,6 +9,8 @@
 #include "cli/table.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
+#include "sixpoint/ingest/v1/ingest.grpc.pb.h"
+#include "sixpoint/plant/v1/plant.grpc.pb.h"
 
 namespace sixpoint::cli {
 namespace {

@@ -6,6 +6,7 @@
 #include "cli/output.h"
 #include "metrology/cloud/draco_codec.h"
 #include "services/runtime/errors.h"
+#include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 
 namespace sixpoint::cli {
 namespace {

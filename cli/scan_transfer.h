@@ -9,6 +9,7 @@
 #include "cli/scan_blocks.h"
 #include "cli/session.h"
 #include "metrology/frames/pose.h"
+#include "sixpoint/ingest/v1/ingest.pb.h"
 
 namespace sixpoint::cli {
 

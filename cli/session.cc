@@ -3,21 +3,23 @@
 #include <pwd.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <thread>
 
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
+#include "sixpoint/plant/v1/plant.grpc.pb.h"
 
 namespace sixpoint::cli {
 namespace {
 
-bool IsWorthTryingAgain(const absl::Status& status) {
-  return absl::IsUnavailable(status) || absl::IsResourceExhausted(status);
-}
+constexpr auto kRestartPatience = std::chrono::seconds(20);
 
 std::string LoginName() {
   const passwd* user = getpwuid(geteuid());
@@ -39,6 +41,7 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> Session::ChannelTo(const std::str
     const grpc::Status answered =
         plant::v1::PlantService::NewStub(plant_channel)->ListEndpoints(runtime::ContextFor(10).get(), {}, &endpoints);
     if (!answered.ok()) return runtime::FromGrpc(answered);
+    reached_ = true;
     for (const auto& endpoint : endpoints.endpoints()) addresses_[endpoint.area()] = endpoint.address();
   }
   const auto address = addresses_.find(area);
@@ -52,24 +55,32 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> Session::ChannelTo(const std::str
 absl::Status Session::Retrying(
     const std::string& area,
     const std::function<grpc::Status(const std::shared_ptr<grpc::Channel>&, grpc::ClientContext*)>& attempt) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(deadline_s);
-  // A service that is being restarted is back within seconds; one that nobody started should not be waited for.
-  const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  using Clock = std::chrono::steady_clock;
+  const auto end = Clock::now() + std::chrono::duration<double>(deadline_s);
+  constexpr auto kNever = Clock::time_point::max();
+  Clock::time_point away_since = kNever;
   auto pause = std::chrono::milliseconds(200);
-  bool answered_before = area != "plant";
   while (true) {
     absl::Status status;
     if (auto channel = ChannelTo(area); channel.ok()) {
-      const double left_s = std::chrono::duration<double>(end - std::chrono::steady_clock::now()).count();
+      const double left_s = std::chrono::duration<double>(end - Clock::now()).count();
       const auto context = runtime::ContextFor(std::max(left_s, 0.001));
       status = runtime::FromGrpc(attempt(*channel, context.get()));
     } else {
       status = channel.status();
-      answered_before = false;
     }
-    const auto now = std::chrono::steady_clock::now();
-    const auto limit = absl::IsResourceExhausted(status) ? end : patience;
-    if (!IsWorthTryingAgain(status) || !answered_before || now + pause > limit) return status;
+    const auto now = Clock::now();
+    if (absl::IsUnavailable(status)) {
+      // A service that is being restarted is back within seconds; a plant that nobody started should not be waited for.
+      if (!reached_) return status;
+      if (away_since == kNever) away_since = now;
+      if (now + pause > away_since + kRestartPatience) return status;
+    } else {
+      reached_ = true;
+      away_since = kNever;
+      if (!absl::IsResourceExhausted(status)) return status;
+    }
+    if (now + pause > end) return status;
     std::this_thread::sleep_for(pause);
     pause = std::min(pause * 2, std::chrono::milliseconds(2000));
   }

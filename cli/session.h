@@ -4,20 +4,17 @@
 #include <absl/status/statusor.h>
 #include <grpcpp/grpcpp.h>
 
-#include <CLI/CLI.hpp>
+#include <atomic>
 #include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "sixpoint/calibration/v1/calibration.grpc.pb.h"
-#include "sixpoint/correction/v1/correction.grpc.pb.h"
-#include "sixpoint/ingest/v1/ingest.grpc.pb.h"
-#include "sixpoint/inspection/v1/inspection.grpc.pb.h"
-#include "sixpoint/plant/v1/plant.grpc.pb.h"
-#include "sixpoint/registration/v1/registration.grpc.pb.h"
+namespace CLI {
+class App;
+}
 
 namespace sixpoint::cli {
 
@@ -44,14 +41,6 @@ class Session {
   // The channel to a service, found by ListEndpoints of the plant service and kept. UNAVAILABLE where the plant does not
   // answer, NOT_FOUND where it has no such service.
   absl::StatusOr<std::shared_ptr<grpc::Channel>> ChannelTo(const std::string& area);
-
-  // The stub of the area that a service belongs to.
-  template <typename Service>
-  absl::StatusOr<std::unique_ptr<typename Service::Stub>> StubOf(const std::string& area) {
-    auto channel = ChannelTo(area);
-    if (!channel.ok()) return channel.status();
-    return Service::NewStub(*channel);
-  }
 
   // One unary call on a fresh context for each attempt; a service that is away or full is tried again with growing
   // pauses until deadline_s is over, so that a restart of a service is not seen. Mutating requests carry a request_id,
@@ -81,6 +70,7 @@ class Session {
   std::string requested_by_;
   std::function<absl::Status()> action_;
   int exit_code_ = kDone;
+  std::atomic<bool> reached_{false};  // the plant answered once
   std::mutex mutex_;
   std::map<std::string, std::shared_ptr<grpc::Channel>> channels_;
   std::map<std::string, std::string> addresses_;

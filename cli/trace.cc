@@ -1,3 +1,4 @@
+#include <CLI/CLI.hpp>
 #include <iostream>
 #include <set>
 
@@ -6,6 +7,10 @@
 #include "cli/reports.h"
 #include "cli/table.h"
 #include "services/runtime/resource_name.h"
+#include "sixpoint/calibration/v1/calibration.grpc.pb.h"
+#include "sixpoint/correction/v1/correction.grpc.pb.h"
+#include "sixpoint/inspection/v1/inspection.grpc.pb.h"
+#include "sixpoint/registration/v1/registration.grpc.pb.h"
 
 namespace sixpoint::cli {
 namespace {

@@ -14,6 +14,12 @@
 #include "cli/reports.h"
 #include "cli/scan_transfer.h"
 #include "services/runtime/resource_name.h"
+#include "sixpoint/calibration/v1/calibration.grpc.pb.h"
+#include "sixpoint/correction/v1/correction.grpc.pb.h"
+#include "sixpoint/ingest/v1/ingest.grpc.pb.h"
+#include "sixpoint/inspection/v1/inspection.grpc.pb.h"
+#include "sixpoint/plant/v1/plant.grpc.pb.h"
+#include "sixpoint/registration/v1/registration.grpc.pb.h"
 
 namespace sixpoint::cli {
 namespace {

@@ -117,7 +117,7 @@ TEST(Dataset, NamesOddValuesAndWhatWasWanted) {
       {"/part/cad", "\"cad.dwg\"", "part.cad: \"cad.dwg\", want a name that ends in .step"},
       {"/part/cad_unit", "\"furlong\"", "part.cad_unit: \"furlong\", want one of mm"},
       {"/part/hole_groups/0/axis_in_part", "[0, 0, 2]", "part.hole_groups[0].axis_in_part: [0,0,2], want a direction"},
-      {"/part/six_points/0", "null", "part.six_points[0].name"},
+      {"/part/six_points/0", "null", "part.six_points[0]: null, want an object with name"},
       {"/scans/0/point_count", "0", "scans[0].point_count: 0, want a whole number from 1"},
       {"/scans/0/point_count", "1e18", "scans[0].point_count: 1e+18, want a whole number"},
       {"/scans/0/kind", "\"blade\"", "scans[0].kind: \"blade\", want one of artefact"},

@@ -12,16 +12,22 @@
 
 #include "cli/cloud_files.h"
 #include "cli/scan_transfer.h"
+#include "sixpoint/calibration/v1/calibration.grpc.pb.h"
+#include "sixpoint/correction/v1/correction.grpc.pb.h"
+#include "sixpoint/ingest/v1/ingest.grpc.pb.h"
+#include "sixpoint/inspection/v1/inspection.grpc.pb.h"
+#include "sixpoint/plant/v1/plant.grpc.pb.h"
+#include "sixpoint/registration/v1/registration.grpc.pb.h"
 #include "tests/cli/small_dataset.h"
 #include "tests/support/in_process_server.h"
 
 namespace sixpoint::cli {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::UnorderedElementsAre;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::UnorderedElementsAre;
 
 struct FakePlant final : plant::v1::PlantService::Service {
   std::string address;
@@ -173,11 +179,11 @@ struct FakeInspection final : inspection::v1::InspectionService::Service {
   }
 };
 
-class PlantRunTest : public testing::Test {
+class PlantRunTest : public ::testing::Test {
  protected:
   PlantRunTest()
-      : folder_(std::filesystem::path(testing::TempDir()) /
-                ("sixpoint_plant_run_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()))),
+      : folder_(std::filesystem::path(::testing::TempDir()) /
+                ("sixpoint_plant_run_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()))),
         server_({&plant_, &ingest_, &calibration_, &registration_, &correction_, &inspection_}) {
     plant_.address = server_.address();
     session_.server = server_.address();
@@ -334,7 +340,7 @@ TEST(NewRequestId, IsAVersionFourUuid) {
   std::set<std::string> seen;
   for (int i = 0; i < 50; ++i) {
     const std::string id = NewRequestId();
-    EXPECT_THAT(id, testing::MatchesRegex("[0-9a-f]{8}-[0-9a-f]{4}-4[0-9a-f]{3}-[89ab][0-9a-f]{3}-[0-9a-f]{12}"));
+    EXPECT_THAT(id, ::testing::MatchesRegex("[0-9a-f]{8}-[0-9a-f]{4}-4[0-9a-f]{3}-[89ab][0-9a-f]{3}-[0-9a-f]{12}"));
     EXPECT_TRUE(seen.insert(id).second);
   }
 }
