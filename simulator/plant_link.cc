@@ -129,7 +129,8 @@ absl::StatusOr<ingest::v1::UploadScanResponse> PlantLink::Upload(const EncodedSc
             start + std::chrono::milliseconds(static_cast<std::int64_t>(1e3 * sent_profiles / profiles_per_s)));
       }
     }
-    writer->WritesDone();
+    // A broken stream is not ended as if it were whole.
+    if (open) writer->WritesDone();
     return writer->Finish();
   });
   if (!status.ok()) return status;

@@ -15,9 +15,12 @@ constexpr std::chrono::hours kLongestDeadline{1};
 constexpr std::chrono::milliseconds kMargin{200};
 constexpr int kLargestAnswer_bytes = 64 << 20;
 
-// UNAVAILABLE only: every other code may have done its work (gRFC A6).
+// UNAVAILABLE only: every other code may have done its work (gRFC A6). Never an upload: when its server dies in the middle,
+// gRPC 1.51 fails the client's next Write and yet sends what it had buffered again, as a call of its own: a stream cut
+// short, or one that nobody ends. Who uploads starts the stream again himself.
 constexpr char kServiceConfig[] = R"({
-  "methodConfig": [{"name": [{}], "retryPolicy": {"maxAttempts": 4, "initialBackoff": "0.1s", "maxBackoff": "1s",
+  "methodConfig": [{"name": [{"service": "sixpoint.ingest.v1.ScanService", "method": "UploadScan"}]},
+                   {"name": [{}], "retryPolicy": {"maxAttempts": 4, "initialBackoff": "0.1s", "maxBackoff": "1s",
                     "backoffMultiplier": 2, "retryableStatusCodes": ["UNAVAILABLE"]}}],
   "retryThrottling": {"maxTokens": 10, "tokenRatio": 0.1}
 })";

@@ -72,7 +72,7 @@ TEST_F(Demo, LosesNothingWhenServicesAreKilled) {
                         {"positioned by best fit", "registration", 100},
                         {"positioned by six-point", "correction", 0},
                         {"pins, portion 5 ", "ingest", 20},
-                        {"pins, portion 20 ", "inspection", 1500}};
+                        {"pins, portion 16 ", "inspection", 1500}};
   const auto demo = StartDemo(2);
   for (const Blow& blow : blows) {
     while (demo->Poll() < 0 && ReadFile(output_file_).find(blow.when) == std::string::npos)
