@@ -102,7 +102,13 @@ absl::Status PlantLink::Retry(const std::string& area,
     }
     if (!again) return status;
     if (first && retrying_) retrying_(area + " is away or full (" + std::string(status.message()) + "), trying again");
-    std::this_thread::sleep_for(pause);
+    // A synchronous gRPC client makes progress on a connection only while a thread waits for something on it (else at a
+    // backup poll every 5 s): so the pause is spent waiting for the connection, where that is what is missing.
+    const auto& channel = channels_.at(area);
+    if (channel->GetState(true) == GRPC_CHANNEL_READY)
+      std::this_thread::sleep_for(pause);
+    else
+      channel->WaitForConnected(std::chrono::system_clock::now() + pause);
     pause = std::min(2 * pause, std::chrono::milliseconds(2000));
   }
 }
