@@ -13,16 +13,16 @@
 namespace sixpoint::storage {
 
 struct RecordEntry {
-  std::string kind;                     // machine, artefact, part, blade, scan, calibration, registration, correction, inspection
-  std::string name;                     // resource name; unique
-  std::vector<std::string> inputs;      // resource names it was made from (parts and machines with @revision)
-  std::optional<std::string> blade;     // serial, where it concerns one
-  std::optional<std::string> machine;   // id, where it concerns one
-  std::string method;                   // empty where there is none
+  std::string kind;  // machine, artefact, part, blade, scan, calibration, registration, correction, inspection
+  std::string name;  // resource name; unique
+  std::vector<std::string> inputs;     // resource names it was made from (parts and machines with @revision)
+  std::optional<std::string> blade;    // serial, where it concerns one
+  std::optional<std::string> machine;  // id, where it concerns one
+  std::string method;                  // empty where there is none
   std::string software_version;
   std::string requested_by;
-  std::optional<Instant> measured_at;   // the device's clock, where there is one
-  std::string summary_json = "{}";      // a few figures a reader wants at once
+  std::optional<Instant> measured_at;  // the device's clock, where there is one
+  std::string summary_json = "{}";     // a few figures a reader wants at once
 };
 struct Recorded {
   std::int64_t sequence = 0;

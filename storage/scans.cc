@@ -14,10 +14,11 @@ constexpr char kInsertScan[] = "INSERT INTO scans (" SIXPOINT_SCAN_COLUMNS
                                ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, "
                                "$18, $19, $20, $21, $22, $23, $24, $25, $26)";
 constexpr char kSelectScan[] = "SELECT " SIXPOINT_SCAN_COLUMNS " FROM scans WHERE scan_id = $1";
-constexpr char kListScans[] = "SELECT " SIXPOINT_SCAN_COLUMNS
-                              " FROM scans WHERE ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR machine_id = $2) "
-                              "AND ($3 = '' OR artefact_id = $3) AND ($4 = '' OR blade_serial = $4) "
-                              "AND ($5 = '' OR kind = $5) ORDER BY record_sequence DESC LIMIT $6";
+constexpr char kListScans[] =
+    "SELECT " SIXPOINT_SCAN_COLUMNS
+    " FROM scans WHERE ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR machine_id = $2) "
+    "AND ($3 = '' OR artefact_id = $3) AND ($4 = '' OR blade_serial = $4) "
+    "AND ($5 = '' OR kind = $5) ORDER BY record_sequence DESC LIMIT $6";
 #undef SIXPOINT_SCAN_COLUMNS
 constexpr char kInsertBlocks[] =
     "INSERT INTO scan_blocks (scan_id, block_index, point_count, blob_sha256) "
