@@ -1,12 +1,14 @@
 #include "services/calibration/calibration_service.h"
 
-#include <charconv>
-#include <vector>
+#include <chrono>
+#include <string>
 
 #include "services/calibration/calibration_messages.h"
 #include "services/calibration/validate.h"
 #include "services/runtime/call.h"
+#include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/pages.h"
 #include "services/runtime/resource_name.h"
 #include "storage/calibrations.h"
 
@@ -14,29 +16,6 @@ namespace sixpoint::calibration {
 namespace {
 
 using runtime::ToGrpc;
-
-constexpr int kUsualPageSize = 100;
-constexpr int kGreatestPageSize = 1000;
-
-// A place among the running calibrations, given back at the end of the call.
-class Slot {
- public:
-  Slot(std::atomic<int>* running, int most) : running_(running), taken_(running->fetch_add(1) < most) {}
-  ~Slot() { running_->fetch_sub(1); }
-  Slot(const Slot&) = delete;
-  Slot& operator=(const Slot&) = delete;
-  bool taken() const { return taken_; }
-
- private:
-  std::atomic<int>* running_;
-  bool taken_;
-};
-
-grpc::Status TooMany(int most) {
-  return ToGrpc(
-      runtime::Failure(absl::StatusCode::kResourceExhausted, "CALIBRATIONS_FULL",
-                       "calibrations: " + std::to_string(most) + " are running, want fewer at once; try again"));
-}
 
 Caller CallerOf(const grpc::ServerContext* context) {
   return {runtime::DeadlineOf(*context), [context] { return runtime::ContextFor(*context); },
@@ -53,17 +32,6 @@ absl::StatusOr<std::string> KindOf(v1::CalibrationKind kind, bool required) {
   if (text.empty() && (required || kind != v1::CALIBRATION_KIND_UNSPECIFIED))
     return runtime::Refuse("kind", std::to_string(kind), "CALIBRATION_KIND_SENSOR or CALIBRATION_KIND_ROTATION");
   return text;
-}
-
-// The next page starts below this sequence, under the same filters.
-absl::StatusOr<std::int64_t> SequenceOf(const v1::ListCalibrationsRequest& request) {
-  const std::string& token = request.page_token();
-  if (token.empty()) return 0;
-  std::int64_t sequence = 0;
-  const auto read = std::from_chars(token.data(), token.data() + token.size(), sequence);
-  if (read.ec != std::errc() || read.ptr != token.data() + token.size() || sequence < 1)
-    return runtime::Refuse("page_token", token, "the next_page_token of the page before");
-  return sequence;
 }
 
 absl::StatusOr<v1::Calibration> InForce(storage::Database* database, storage::Deadline deadline,
@@ -92,27 +60,23 @@ absl::StatusOr<v1::Calibration> InForce(storage::Database* database, storage::De
 
 absl::StatusOr<v1::ListCalibrationsResponse> List(storage::Database* database, storage::Deadline deadline,
                                                   const v1::ListCalibrationsRequest& request) {
-  std::string machine_id;
-  if (!request.machine().empty()) {
-    const absl::StatusOr<std::string> id = runtime::IdOf("machine", "machines", request.machine());
-    if (!id.ok()) return id.status();
-    machine_id = *id;
-  }
+  const absl::StatusOr<std::string> machine_id = runtime::FilterIdOf("machine", "machines", request.machine());
+  if (!machine_id.ok()) return machine_id.status();
   const absl::StatusOr<std::string> kind = KindOf(request.kind(), false);
   if (!kind.ok()) return kind.status();
-  const absl::StatusOr<std::int64_t> before = SequenceOf(request);
-  if (!before.ok()) return before.status();
-  if (request.page_size() < 0) return runtime::Refuse("page_size", std::to_string(request.page_size()), "0 to 1000");
-  const int size = request.page_size() == 0 ? kUsualPageSize : std::min(request.page_size(), kGreatestPageSize);
+  const std::string filters = *machine_id + "|" + *kind;
+  const absl::StatusOr<runtime::Page> page = runtime::PageOf(filters, request.page_size(), request.page_token());
+  if (!page.ok()) return page.status();
   absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
   if (!transaction.ok()) return transaction.status();
   // One more than asked tells whether there is another page.
-  const auto rows = storage::ListCalibrations(*transaction, machine_id, *kind, *before, size + 1);
+  const auto rows = storage::ListCalibrations(*transaction, *machine_id, *kind, page->before_sequence, page->size + 1);
   if (!rows.ok()) return rows.status();
   v1::ListCalibrationsResponse response;
   for (const storage::CalibrationRow& row : *rows) {
-    if (response.calibrations_size() == size) {
-      response.set_next_page_token(std::to_string(response.calibrations(size - 1).record_sequence()));
+    if (response.calibrations_size() == page->size) {
+      const std::int64_t last_sequence = response.calibrations(page->size - 1).record_sequence();
+      response.set_next_page_token(runtime::TokenAfter(filters, last_sequence));
       break;
     }
     *response.add_calibrations() = ToProto(row);
@@ -128,16 +92,16 @@ CalibrationService::CalibrationService(storage::Database* database, std::shared_
 
 grpc::Status CalibrationService::CalibrateSensor(grpc::ServerContext* context,
                                                  const v1::CalibrateSensorRequest* request, v1::Calibration* response) {
-  const Slot slot(&running_, kMostRunning);
-  if (!slot.taken()) return TooMany(kMostRunning);
+  const runtime::ComputeSlot slot(&running_, kMostRunning);
+  if (absl::Status free = slot.Check("calibrations", "CALIBRATIONS_FULL"); !free.ok()) return ToGrpc(free);
   return Answer(calibrator_.CalibrateSensor(*request, CallerOf(context)), response);
 }
 
 grpc::Status CalibrationService::CalibrateRotation(grpc::ServerContext* context,
                                                    const v1::CalibrateRotationRequest* request,
                                                    v1::Calibration* response) {
-  const Slot slot(&running_, kMostRunning);
-  if (!slot.taken()) return TooMany(kMostRunning);
+  const runtime::ComputeSlot slot(&running_, kMostRunning);
+  if (absl::Status free = slot.Check("calibrations", "CALIBRATIONS_FULL"); !free.ok()) return ToGrpc(free);
   return Answer(calibrator_.CalibrateRotation(*request, CallerOf(context)), response);
 }
 

@@ -2,12 +2,12 @@
 
 #include <utility>
 
-#include "services/correction/compute_slots.h"
 #include "services/correction/correction_messages.h"
-#include "services/correction/result_pages.h"
 #include "services/correction/validate.h"
 #include "services/runtime/call.h"
+#include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/pages.h"
 #include "services/runtime/resource_name.h"
 #include "storage/blobs.h"
 #include "storage/requests.h"
@@ -77,7 +77,7 @@ grpc::Status CorrectionService::Correct(grpc::ServerContext* context, const v1::
                                         v1::Correction* response) {
   if (const auto checked = CheckCorrect(*request); !checked.ok()) return ToGrpc(checked.status());
   const runtime::ComputeSlot slot(&running_, greatest_count_);
-  if (absl::Status status = slot.Check("corrections"); !status.ok()) return ToGrpc(status);
+  if (absl::Status status = slot.Check("corrections", "CORRECTIONS_FULL"); !status.ok()) return ToGrpc(status);
   absl::StatusOr<v1::Correction> correction = CorrectOnce(
       database_, *peers_, *request, [context] { return runtime::ContextFor(*context); }, runtime::DeadlineOf(*context));
   if (!correction.ok()) return ToGrpc(correction.status());
@@ -105,17 +105,19 @@ grpc::Status CorrectionService::GetCorrection(grpc::ServerContext* context, cons
 
 grpc::Status CorrectionService::ListCorrections(grpc::ServerContext* context, const v1::ListCorrectionsRequest* request,
                                                 v1::ListCorrectionsResponse* response) {
-  const auto page = runtime::ResultPageOf(request->blade(), request->page_size(), request->page_token());
+  const absl::StatusOr<std::string> serial = runtime::FilterIdOf("blade", "blades", request->blade());
+  if (!serial.ok()) return ToGrpc(serial.status());
+  const auto page = runtime::PageOf(request->blade(), request->page_size(), request->page_token());
   if (!page.ok()) return ToGrpc(page.status());
   absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
   if (!transaction.ok()) return ToGrpc(transaction.status());
   // One more than asked tells whether there is another page. Programs are left to GetCorrection.
-  const auto rows = storage::ListCorrections(*transaction, page->blade_serial, page->before_sequence, page->size + 1);
+  const auto rows = storage::ListCorrections(*transaction, *serial, page->before_sequence, page->size + 1);
   if (!rows.ok()) return ToGrpc(rows.status());
   for (const storage::CorrectionRow& row : *rows) {
     if (response->corrections_size() == page->size) {
       const std::int64_t last_sequence = response->corrections(page->size - 1).record_sequence();
-      response->set_next_page_token(runtime::ResultTokenAfter(request->blade(), last_sequence));
+      response->set_next_page_token(runtime::TokenAfter(request->blade(), last_sequence));
       break;
     }
     *response->add_corrections() = ToProto(row, "");

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string>
 
+#include "services/runtime/pages.h"
 #include "sixpoint/ingest/v1/ingest.pb.h"
 #include "storage/scans.h"
 
@@ -13,8 +14,7 @@ namespace sixpoint::ingest {
 
 struct ScanPage {
   storage::ScanFilter filter;
-  std::int64_t before_sequence = 0;  // 0: from the newest
-  int size = 0;
+  runtime::Page page;
 };
 
 // Refuses a bad filter, a negative size, and a token that was not made for these filters. More than 1000 means 1000.

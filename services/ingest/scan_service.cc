@@ -8,6 +8,7 @@
 #include "services/ingest/scan_pages.h"
 #include "services/ingest/upload.h"
 #include "services/runtime/call.h"
+#include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
 #include "storage/blobs.h"
@@ -17,20 +18,6 @@ namespace sixpoint::ingest {
 namespace {
 
 using runtime::ToGrpc;
-
-// One of the uploads that may run at once.
-class UploadSlot {
- public:
-  UploadSlot(std::atomic<int>* count, int limit) : count_(count), taken_(count->fetch_add(1) < limit) {}
-  ~UploadSlot() { --*count_; }
-  UploadSlot(const UploadSlot&) = delete;
-  UploadSlot& operator=(const UploadSlot&) = delete;
-  bool taken() const { return taken_; }
-
- private:
-  std::atomic<int>* const count_;
-  const bool taken_;
-};
 
 absl::StatusOr<storage::ScanRow> RequireScan(storage::Transaction& transaction, const std::string& name) {
   const absl::StatusOr<std::string> scan_id = runtime::IdOf("name", "scans", name);
@@ -71,11 +58,6 @@ absl::StatusOr<std::string> ReadBlock(storage::Database* database, const std::st
   return bytes;
 }
 
-absl::Status TooManyUploads(int limit) {
-  return runtime::Failure(absl::StatusCode::kResourceExhausted, "UPLOADS_FULL",
-                          "uploads: " + std::to_string(limit) + " are running, want fewer at once; try again");
-}
-
 }  // namespace
 
 ScanService::ScanService(const ScanServiceOptions& options, storage::Database* database,
@@ -92,8 +74,8 @@ grpc::Status ScanService::UploadScan(grpc::ServerContext* context, grpc::ServerR
 
 absl::Status ScanService::Upload(grpc::ServerContext* context, grpc::ServerReader<v1::UploadScanRequest>* reader,
                                  v1::UploadScanResponse* response) {
-  const UploadSlot slot(&upload_count_, greatest_upload_count_);
-  if (!slot.taken()) return TooManyUploads(greatest_upload_count_);
+  const runtime::ComputeSlot slot(&upload_count_, greatest_upload_count_);
+  if (absl::Status free = slot.Check("uploads", "UPLOADS_FULL"); !free.ok()) return free;
   const storage::Deadline deadline = runtime::DeadlineOf(*context);
   const CallWatch watch(context, deadline);
   v1::UploadScanRequest request;
@@ -131,11 +113,11 @@ grpc::Status ScanService::ListScans(grpc::ServerContext* context, const v1::List
   if (!transaction.ok()) return ToGrpc(transaction.status());
   // One more than asked tells whether there is another page.
   const absl::StatusOr<std::vector<storage::ScanRow>> rows =
-      storage::ListScans(*transaction, page->filter, page->before_sequence, page->size + 1);
+      storage::ListScans(*transaction, page->filter, page->page.before_sequence, page->page.size + 1);
   if (!rows.ok()) return ToGrpc(rows.status());
   for (const storage::ScanRow& row : *rows) {
-    if (response->scans_size() == page->size) {
-      const std::int64_t last_sequence = response->scans(page->size - 1).record_sequence();
+    if (response->scans_size() == page->page.size) {
+      const std::int64_t last_sequence = response->scans(page->page.size - 1).record_sequence();
       response->set_next_page_token(TokenAfter(*request, last_sequence));
       break;
     }

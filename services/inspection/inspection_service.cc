@@ -2,12 +2,12 @@
 
 #include <utility>
 
-#include "services/correction/compute_slots.h"
-#include "services/correction/result_pages.h"
 #include "services/inspection/inspection_messages.h"
 #include "services/inspection/validate.h"
 #include "services/runtime/call.h"
+#include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/pages.h"
 #include "services/runtime/resource_name.h"
 #include "storage/requests.h"
 
@@ -60,7 +60,7 @@ grpc::Status InspectionService::Inspect(grpc::ServerContext* context, const v1::
                                         v1::Inspection* response) {
   if (absl::Status status = CheckInspect(*request); !status.ok()) return ToGrpc(status);
   const runtime::ComputeSlot slot(&running_, options_.greatest_count);
-  if (absl::Status status = slot.Check("inspections"); !status.ok()) return ToGrpc(status);
+  if (absl::Status status = slot.Check("inspections", "INSPECTIONS_FULL"); !status.ok()) return ToGrpc(status);
   const Caller caller{[context] { return runtime::ContextFor(*context); }, runtime::KeepGoing(*context),
                       options_.threads};
   absl::StatusOr<v1::Inspection> inspection =
@@ -88,17 +88,19 @@ grpc::Status InspectionService::GetInspection(grpc::ServerContext* context, cons
 
 grpc::Status InspectionService::ListInspections(grpc::ServerContext* context, const v1::ListInspectionsRequest* request,
                                                 v1::ListInspectionsResponse* response) {
-  const auto page = runtime::ResultPageOf(request->blade(), request->page_size(), request->page_token());
+  const absl::StatusOr<std::string> serial = runtime::FilterIdOf("blade", "blades", request->blade());
+  if (!serial.ok()) return ToGrpc(serial.status());
+  const auto page = runtime::PageOf(request->blade(), request->page_size(), request->page_token());
   if (!page.ok()) return ToGrpc(page.status());
   absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
   if (!transaction.ok()) return ToGrpc(transaction.status());
   // One more than asked tells whether there is another page.
-  const auto rows = storage::ListInspections(*transaction, page->blade_serial, page->before_sequence, page->size + 1);
+  const auto rows = storage::ListInspections(*transaction, *serial, page->before_sequence, page->size + 1);
   if (!rows.ok()) return ToGrpc(rows.status());
   for (const storage::InspectionRow& row : *rows) {
     if (response->inspections_size() == page->size) {
       const std::int64_t last_sequence = response->inspections(page->size - 1).record_sequence();
-      response->set_next_page_token(runtime::ResultTokenAfter(request->blade(), last_sequence));
+      response->set_next_page_token(runtime::TokenAfter(request->blade(), last_sequence));
       break;
     }
     *response->add_inspections() = ToProto(row);

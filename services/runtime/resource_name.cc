@@ -31,6 +31,12 @@ absl::StatusOr<std::string> IdOf(const std::string& field, const std::string& co
   return name.substr(prefix.size());
 }
 
+absl::StatusOr<std::string> FilterIdOf(const std::string& field, const std::string& collection,
+                                       const std::string& name) {
+  if (name.empty()) return std::string();
+  return IdOf(field, collection, name);
+}
+
 absl::Status CheckId(const std::string& field, const std::string& id) {
   return IsId(id) ? absl::OkStatus() : Refuse(field, id, kWantedId);
 }

@@ -12,6 +12,9 @@ namespace sixpoint::runtime {
 std::string NameOf(const std::string& collection, const std::string& id);
 // The id of a name of that collection; refuses others, naming the field. Ids: [A-Za-z0-9._-], 1 to 64 characters, no leading dot.
 absl::StatusOr<std::string> IdOf(const std::string& field, const std::string& collection, const std::string& name);
+// The same for a filter: an empty name gives an empty id.
+absl::StatusOr<std::string> FilterIdOf(const std::string& field, const std::string& collection,
+                                       const std::string& name);
 // Validates an id that a client chose.
 absl::Status CheckId(const std::string& field, const std::string& id);
 // Validates a UUID (request_id, ids of results); an empty one passes.

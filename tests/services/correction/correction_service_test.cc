@@ -179,7 +179,7 @@ TEST_F(CorrectionServiceTest, RefusesMoreThanItsSlots) {
   Start(0);
   const absl::Status status = Correct(Request()).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
-  EXPECT_EQ(runtime::ReasonOf(status), "COMPUTE_FULL");
+  EXPECT_EQ(runtime::ReasonOf(status), "CORRECTIONS_FULL");
 }
 
 }  // namespace

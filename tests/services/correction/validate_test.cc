@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "services/correction/machine_axes.h"
-#include "services/correction/result_pages.h"
 #include "services/runtime/errors.h"
 
 namespace sixpoint::correction {
@@ -85,18 +84,6 @@ TEST(EnvelopeOf, IsTheDefaultWhereNoneIsGiven) {
   EXPECT_NEAR(EnvelopeOf(machine).rotation_rad, 0.0523598775598299, 1e-15);
   machine.mutable_safety_envelope()->set_translation_mm(0.5);
   EXPECT_EQ(EnvelopeOf(machine).translation_mm, 0.5);
-}
-
-TEST(ResultPageOf, TakesOnlyItsOwnTokens) {
-  const std::string token = runtime::ResultTokenAfter("blades/sn1", 42);
-  EXPECT_EQ(runtime::ResultPageOf("blades/sn1", 10, token)->before_sequence, 42);
-  EXPECT_FALSE(runtime::ResultPageOf("blades/sn2", 10, token).ok());
-  EXPECT_FALSE(runtime::ResultPageOf("blades/sn1", 10, token + "x").ok());
-  EXPECT_FALSE(runtime::ResultPageOf("blades/sn1", 10, "x").ok());
-  EXPECT_FALSE(runtime::ResultPageOf("blades/sn1", -1, "").ok());
-  EXPECT_FALSE(runtime::ResultPageOf("scans/s1", 1, "").ok());
-  EXPECT_EQ(runtime::ResultPageOf("", 0, "")->size, 100);
-  EXPECT_EQ(runtime::ResultPageOf("", 5000, "")->size, 1000);
 }
 
 }  // namespace

@@ -150,7 +150,7 @@ TEST_F(InspectionServiceTest, ListsByBladeAndRefusesMoreThanItsSlots) {
   ASSERT_EQ(response.inspections_size(), 1);
   EXPECT_EQ(response.inspections(0).SerializeAsString(), made->SerializeAsString());
   Start(0);
-  EXPECT_EQ(runtime::ReasonOf(Inspect(Request()).status()), "COMPUTE_FULL");
+  EXPECT_EQ(runtime::ReasonOf(Inspect(Request()).status()), "INSPECTIONS_FULL");
 }
 
 }  // namespace
