@@ -66,6 +66,7 @@ class BladeRun {
     if (!blade.ok()) return blade.status();
     result_.machine = *machine;
     result_.blade = *blade;
+    result_.is_casting = plan_.casting_mm > 0;
     return absl::OkStatus();
   }
 
@@ -223,6 +224,7 @@ class BladeRun {
         ScanBlade("airfoil", ingest::v1::SCAN_KIND_AIRFOIL, plan_.airfoil_pitch_mm, 60, request.mutable_scans());
     if (!scanned.ok()) return scanned;
     request.set_requested_by(kRequestedBy);
+    // A casting deviates everywhere but at its datum points, where the nest holds it: only the 3-2-1 variant finds that.
     struct Fit {
       registration::v1::Method method;
       const char* name;
@@ -231,7 +233,8 @@ class BladeRun {
     };
     for (const Fit& fit :
          {Fit{registration::v1::METHOD_BEST_FIT, "best fit", &result_.best_fit, &result_.best_fit_error_um},
-          Fit{registration::v1::METHOD_SIX_POINT, "six-point", &result_.six_point, &result_.six_point_error_um}}) {
+          Fit{plan_.casting_mm > 0 ? registration::v1::METHOD_SIX_POINT_NORMALS : registration::v1::METHOD_SIX_POINT,
+              "six-point", &result_.six_point, &result_.six_point_error_um}}) {
       request.set_method(fit.method);
       request.set_request_id(NewRequestId());
       const auto start = Clock::now();

@@ -41,6 +41,7 @@ struct HoleComparison {
 // What the plant answered, and how far it is from the truth.
 struct BladeRunResult {
   std::string machine, blade;
+  bool is_casting = false;
   std::vector<std::string> scans;
   std::int64_t point_count = 0;
   calibration::v1::Calibration sensor_calibration, rotation_calibration;

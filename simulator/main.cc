@@ -27,7 +27,10 @@ int main(int argc, char** argv) {
   demo->add_option("--pins-pitch-mm", options.pins_pitch_mm, "Distance of profiles on the machined blade")
       ->check(CLI::Range(0.02, 0.5))
       ->capture_default_str();
-  demo->add_option("--casting-mm", options.casting_mm, "Greatest deviation of the castings from their CAD")
+  demo->add_option("--casting-mm", options.casting_mm,
+                   "Greatest deviation of the castings from their CAD, none at the datum points; such are positioned "
+                   "by the 3-2-1 nest, "
+                   "and their holes are shown but not held to the truth")
       ->check(CLI::Range(0.0, 0.3))
       ->capture_default_str();
   demo->add_option("--report", options.report_file, "Write the results as JSON to this file");
