@@ -140,7 +140,7 @@ absl::StatusOr<ingest::v1::UploadScanResponse> ScanClient::Upload(ScanHeader hea
     *request.mutable_block() = std::move(block);
     open = writer->Write(request);
   }
-  writer->WritesDone();
+  if (open) writer->WritesDone();  // a broken stream is not ended as if it were whole
   const grpc::Status finished = writer->Finish();
   if (!finished.ok()) return runtime::FromGrpc(finished);
   return response;
