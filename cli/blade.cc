@@ -1,7 +1,9 @@
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <iostream>
 
 #include "cli/commands.h"
+#include "cli/number_format.h"
 #include "cli/output.h"
 #include "cli/table.h"
 #include "services/runtime/resource_name.h"
@@ -12,12 +14,18 @@ namespace {
 
 using plant::v1::PlantService;
 
-// {"residual_rms_um": 2.01, "outcome": "CONVERGED"} -> "outcome CONVERGED, residual_rms_um 2.01".
-std::string SummaryText(const google::protobuf::Struct& summary) {
+// {"residual_rms_um": 2.0123456, "outcome": "CONVERGED"} -> "outcome CONVERGED, residual_rms_um 2.012".
+std::string SummaryText(const nlohmann::json& summary) {
   std::string text;
-  const nlohmann::json json = MessageToJson(summary);
-  for (const auto& [key, value] : json.items()) {
-    text += (text.empty() ? "" : ", ") + key + " " + (value.is_string() ? value.get<std::string>() : value.dump());
+  for (const auto& [key, value] : summary.items()) {
+    std::string shown = value.is_string() ? value.get<std::string>() : value.dump();
+    if (value.is_number_float()) {
+      const double number = value.get<double>();
+      shown = std::abs(number) < 1e15 && number == std::floor(number) ? Grouped(static_cast<std::int64_t>(number))
+                                                                      : Fixed(number, 3);
+    }
+    if (value.is_object()) shown = "(" + SummaryText(value) + ")";
+    text += (text.empty() ? "" : ", ") + key + " " + shown;
   }
   return text;
 }
@@ -29,7 +37,7 @@ void PrintRecord(const Session& session, const plant::v1::BladeRecord& record) {
   Table table({">sequence", "recorded", "kind", "name", "method", ">inputs", "summary"});
   for (const plant::v1::RecordEntry& entry : record.entries()) {
     table.AddRow({std::to_string(entry.record_sequence()), TimeText(entry.recorded_at()), entry.kind(), entry.name(),
-                  entry.method(), std::to_string(entry.inputs_size()), SummaryText(entry.summary())});
+                  entry.method(), std::to_string(entry.inputs_size()), SummaryText(MessageToJson(entry.summary()))});
   }
   std::cout << (table.empty() ? "nothing recorded yet\n" : table.ToText());
 }

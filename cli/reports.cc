@@ -107,17 +107,17 @@ std::string RegistrationText(const registration::v1::Registration& registration)
   return text;
 }
 
-Table CorrectionTable() {
-  return Table({"method", "group", "hole", ">nominal X", ">Y", ">Z", ">A", ">B", ">corrected X", ">Y", ">Z", ">A", ">B",
+Table CorrectionTable(const std::string& first) {
+  return Table({first, "group", "hole", ">nominal X", ">Y", ">Z", ">A", ">B", ">corrected X", ">Y", ">Z", ">A", ">B",
                 ">U95 um"});
 }
 
-void AddCorrectionRows(const std::string& method, const correction::v1::Correction& correction, Table* table) {
+void AddCorrectionRows(const std::string& label, const correction::v1::Correction& correction, Table* table) {
   for (const auto& group : correction.groups()) {
     for (const auto& hole : group.holes()) {
       const Point& n = hole.nominal_start_mm();
       const Point& c = hole.start_mm();
-      table->AddRow({method, group.group(), hole.hole(), Fixed(n.x_mm(), 4), Fixed(n.y_mm(), 4), Fixed(n.z_mm(), 4),
+      table->AddRow({label, group.group(), hole.hole(), Fixed(n.x_mm(), 4), Fixed(n.y_mm(), 4), Fixed(n.z_mm(), 4),
                      Fixed(group.a_nominal_deg(), 4), Fixed(group.b_nominal_deg(), 4), Fixed(c.x_mm(), 4),
                      Fixed(c.y_mm(), 4), Fixed(c.z_mm(), 4), Fixed(group.a_deg(), 4), Fixed(group.b_deg(), 4),
                      Fixed(hole.expanded_uncertainty_um(), 2)});
@@ -126,8 +126,8 @@ void AddCorrectionRows(const std::string& method, const correction::v1::Correcti
 }
 
 std::string CorrectionText(const correction::v1::Correction& correction) {
-  Table table = CorrectionTable();
-  AddCorrectionRows("", correction, &table);
+  Table table = CorrectionTable("blade");
+  AddCorrectionRows(IdText(correction.blade()), correction, &table);
   std::string text = correction.name() + " of " + correction.blade() + " from " + correction.registration() +
                      " (mm, deg)\n" + table.ToText();
   if (correction.release() == correction::v1::RELEASE_AWAITING_PERSON) {

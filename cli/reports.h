@@ -21,8 +21,9 @@ void AddRegistrationRow(const std::string& blade, const std::string& method,
 std::string RegistrationText(const registration::v1::Registration& registration);
 
 // As Table 10 of the thesis, for every hole: nominal beside corrected, with the expanded uncertainty (95 %).
-Table CorrectionTable();
-void AddCorrectionRows(const std::string& method, const correction::v1::Correction& correction, Table* table);
+// `first` heads the column of AddCorrectionRows' first argument.
+Table CorrectionTable(const std::string& first);
+void AddCorrectionRows(const std::string& label, const correction::v1::Correction& correction, Table* table);
 std::string CorrectionText(const correction::v1::Correction& correction);
 
 // Each hole's errors beside their tolerance and expanded uncertainty, with the verdict.

@@ -191,10 +191,10 @@ std::string ResultsToText(const PlantRunResult& result) {
   }
   if (!registrations.empty()) text += "\nregistrations\n" + registrations.ToText();
   std::string blade;
-  Table corrections = CorrectionTable();
+  Table corrections = CorrectionTable("method");
   const auto flush = [&] {
     if (!corrections.empty()) text += "\ncorrections of " + blade + " (mm, deg)\n" + corrections.ToText();
-    corrections = CorrectionTable();
+    corrections = CorrectionTable("method");
   };
   for (const CorrectedBlade& entry : result.corrections) {
     if (entry.blade != blade) flush();
