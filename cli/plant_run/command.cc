@@ -1,10 +1,12 @@
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <iostream>
 
 #include "cli/commands.h"
 #include "cli/document.h"
 #include "cli/output.h"
 #include "cli/plant_run/plant_run.h"
+#include "services/runtime/errors.h"
 
 namespace sixpoint::cli {
 
@@ -18,6 +20,11 @@ void AddPlantCommands(CLI::App* app, Session* session) {
   run->add_option("DIR", *folder, "Folder with dataset.json")->required();
   run->add_option("--results", *results, "Where the results are written (JSON)")->required();
   session->OnCommand(run, [session, folder, results]() -> absl::Status {
+    // Found now rather than after minutes of work.
+    const std::filesystem::path results_folder = std::filesystem::absolute(*results).parent_path();
+    if (!std::filesystem::is_directory(results_folder)) {
+      return runtime::Refuse("--results", *results, "a file in a folder that exists");
+    }
     absl::StatusOr<Dataset> dataset = LoadDataset(*folder);
     if (!dataset.ok()) return dataset.status();
     absl::StatusOr<PlantRunResult> result = RunPlant(session, *folder, *dataset);
