@@ -1,15 +1,14 @@
 #include "metrology/cloud/draco_codec.h"
 
-#include <draco/compression/decode.h>
-#include <draco/compression/expert_encode.h>
-#include <draco/point_cloud/point_cloud.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <exception>
 #include <limits>
 #include <memory>
+
+#include "metrology/cloud/draco_cloud.h"
+#include "metrology/cloud/range_image.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -18,8 +17,6 @@ constexpr int kHeaderBytes = 15;
 constexpr int kLatestMinorVersion = 3;
 constexpr int kGreatestQuantizationBits = 30;  // of Draco
 constexpr int kGreatestAttempts = 4;
-// Draco's own scale 0 (smallest) .. 10 (fastest): 5 turns prediction on and costs little.
-constexpr int kSpeed = 5;
 
 absl::Status Invalid(const std::string& message) { return absl::InvalidArgumentError(message); }
 
@@ -72,23 +69,16 @@ absl::StatusOr<std::string> EncodeWithStep(const draco::PointCloud& cloud, const
   const Eigen::Vector3f origin = extent.minimum_mm.cast<float>();
   // The quantiser's range is chosen so that one cell is one step, whatever the block's extent.
   const auto range = static_cast<float>(step_mm * (std::ldexp(1.0, bits) - 1.0));
-  draco::ExpertEncoder encoder(cloud);
-  encoder.SetEncodingMethod(draco::POINT_CLOUD_SEQUENTIAL_ENCODING);
-  encoder.SetSpeedOptions(kSpeed, kSpeed);
-  encoder.SetAttributeExplicitQuantization(0, bits, 3, origin.data(), range);
-  draco::EncoderBuffer buffer;
-  const draco::Status status = encoder.EncodeToBuffer(&buffer);
-  if (!status.ok()) return absl::InternalError("Draco encoder: " + status.error_msg_string());
-  return std::string(buffer.data(), buffer.size());
+  return EncodeCloud(cloud, {bits, origin.data(), range});
 }
+
+}  // namespace
 
 double GreatestDifferenceMm(const Points& a, const Points& b) {
   double greatest_mm = 0;
   for (std::size_t i = 0; i < a.size(); ++i) greatest_mm = std::max(greatest_mm, (a[i] - b[i]).cwiseAbs().maxCoeff());
   return greatest_mm;
 }
-
-}  // namespace
 
 absl::StatusOr<EncodedBlock> EncodeBlock(const Points& points_mm, double error_bound_mm) try {
   if (points_mm.empty()) return Invalid("a block without points");
@@ -117,7 +107,7 @@ absl::StatusOr<EncodedBlock> EncodeBlock(const Points& points_mm, double error_b
   return absl::ResourceExhaustedError(std::string("Draco encoder: ") + error.what());
 }
 
-absl::StatusOr<DracoHeader> InspectHeader(std::string_view bytes, std::int64_t point_count_limit, bool any_method) {
+absl::StatusOr<DracoHeader> InspectHeader(std::string_view bytes, std::int64_t point_count_limit) {
   if (bytes.size() < kHeaderBytes) {
     return Invalid(std::to_string(bytes.size()) + " bytes, want a Draco header of 15");
   }
@@ -130,10 +120,9 @@ absl::StatusOr<DracoHeader> InspectHeader(std::string_view bytes, std::int64_t p
                    ", want 2.0 to 2.3");
   }
   if (byte_at(7) != 0) return Invalid("Draco geometry type " + std::to_string(byte_at(7)) + ", want 0 (point cloud)");
-  if (byte_at(8) != 0 && !(any_method && byte_at(8) == 1)) {
+  if (byte_at(8) != 0) {
     return Invalid("Draco method " + std::to_string(byte_at(8)) + ", want 0 (sequential, which keeps the order)");
   }
-  header.method = byte_at(8) == 0 ? DracoMethod::kSequential : DracoMethod::kKdTree;
   if (byte_at(9) != 0 || byte_at(10) != 0) return Invalid("Draco flags are set (metadata), want none");
   std::uint32_t count = 0;
   for (int i = 3; i >= 0; --i)
@@ -147,21 +136,16 @@ absl::StatusOr<DracoHeader> InspectHeader(std::string_view bytes, std::int64_t p
 }
 
 absl::StatusOr<Points> DecodeBlock(std::string_view bytes, std::int64_t expected_point_count) try {
+  if (IsRangeImage(bytes)) return DecodeRangeImage(bytes, expected_point_count);
   const absl::StatusOr<DracoHeader> header = InspectHeader(bytes, expected_point_count);
   if (!header.ok()) return header.status();
   if (header->point_count != expected_point_count) {
     return Invalid("the Draco header declares " + std::to_string(header->point_count) + " points, want " +
                    std::to_string(expected_point_count));
   }
-  draco::DecoderBuffer buffer;
-  buffer.Init(bytes.data(), bytes.size());
-  draco::Decoder decoder;
-  draco::StatusOr<std::unique_ptr<draco::PointCloud>> decoded = decoder.DecodePointCloudFromBuffer(&buffer);
-  if (!decoded.ok()) return Invalid("Draco: " + decoded.status().error_msg_string());
-  const std::unique_ptr<draco::PointCloud> cloud = std::move(decoded).value();
-  if (cloud == nullptr || cloud->num_points() != static_cast<std::uint64_t>(expected_point_count)) {
-    return Invalid("decoded to another number of points than its header declares");
-  }
+  const auto decoded = DecodeCloud(bytes, expected_point_count);
+  if (!decoded.ok()) return decoded.status();
+  const std::unique_ptr<draco::PointCloud>& cloud = *decoded;
   if (cloud->num_attributes() != 1) {
     return Invalid(std::to_string(cloud->num_attributes()) + " attributes, want POSITION alone");
   }

@@ -1,4 +1,5 @@
-// Clouds as stock Draco point clouds: one attribute POSITION, float32 x 3, sensor frame, mm.
+// Clouds as stock Draco point clouds: one attribute POSITION, float32 x 3, sensor frame, mm. What machines and files bring;
+// what ingest encodes itself it keeps as range images (range_image.h).
 //
 // Order is kept (sequential method), so profile and column stay recoverable. Quantisation is chosen from a stated error
 // bound and the real error is measured by decoding again. Any stock Draco decoder reads what EncodeBlock writes.
@@ -21,6 +22,8 @@ namespace sixpoint::metrology {
 inline constexpr double kDefaultErrorBoundMm = 0.25e-3;
 // A block is some tens of profiles: what senders should cut a scan into.
 inline constexpr int kUsualBlockPointCount = 65536;
+// No line scanner has more.
+inline constexpr int kGreatestColumnCount = 65536;
 
 struct EncodedBlock {
   std::string bytes;
@@ -32,21 +35,19 @@ struct EncodedBlock {
 // cannot hold at these coordinates (Draco quantises in float32: 0.25 um is held for |coordinate| up to 250 mm).
 absl::StatusOr<EncodedBlock> EncodeBlock(const Points& points_mm, double error_bound_mm);
 
-enum class DracoMethod { kSequential = 0, kKdTree = 1 };  // kKdTree does not keep the order of points
-
 struct DracoHeader {
   int minor_version = 0;
-  DracoMethod method = DracoMethod::kSequential;
   std::int64_t point_count = 0;
 };
 
 // Reads the first 15 bytes only. INVALID_ARGUMENT unless they say: DRACO, version 2.0..2.3, a point cloud, the
-// sequential method (or kd-tree, where `any_method`), no flags, and 1..limit points.
-absl::StatusOr<DracoHeader> InspectHeader(std::string_view bytes, std::int64_t point_count_limit,
-                                          bool any_method = false);
+// sequential method, no flags, and 1..limit points.
+absl::StatusOr<DracoHeader> InspectHeader(std::string_view bytes, std::int64_t point_count_limit);
 
-// Decodes in this process. INVALID_ARGUMENT for anything but one float32 x 3 POSITION of exactly that many finite
-// points.
+// Decodes either form in this process. INVALID_ARGUMENT for anything but a range image or one float32 x 3 POSITION of
+// exactly that many finite points.
 absl::StatusOr<Points> DecodeBlock(std::string_view bytes, std::int64_t expected_point_count);
+
+double GreatestDifferenceMm(const Points& a, const Points& b);
 
 }  // namespace sixpoint::metrology

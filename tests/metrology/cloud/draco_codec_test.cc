@@ -133,10 +133,8 @@ TEST(InspectHeader, LetsOnlyBoundedSequentialCloudsThrough) {
   EXPECT_FALSE(InspectHeader(HeaderOf(10).substr(0, 14), 10).ok());
   EXPECT_FALSE(InspectHeader("", 10).ok());
   EXPECT_FALSE(InspectHeader("PLY" + HeaderOf(10), 10).ok());
-  EXPECT_FALSE(InspectHeader(HeaderOf(10, 1), 10).ok());          // a mesh
-  EXPECT_FALSE(InspectHeader(HeaderOf(10, 0, 1), 10).ok());       // kd-tree
-  EXPECT_TRUE(InspectHeader(HeaderOf(10, 0, 1), 10, true).ok());  // unless any will do
-  EXPECT_FALSE(InspectHeader(HeaderOf(10, 0, 2), 10, true).ok());
+  EXPECT_FALSE(InspectHeader(HeaderOf(10, 1), 10).ok());           // a mesh
+  EXPECT_FALSE(InspectHeader(HeaderOf(10, 0, 1), 10).ok());        // kd-tree
   EXPECT_FALSE(InspectHeader(HeaderOf(10, 0, 0, 1), 10).ok());     // flags
   EXPECT_FALSE(InspectHeader(HeaderOf(10, 0, 0, 0, 1), 10).ok());  // version 1
 }

@@ -1,0 +1,40 @@
+#include "metrology/cloud/draco_cloud.h"
+
+#include <draco/compression/decode.h>
+#include <draco/compression/expert_encode.h>
+
+namespace sixpoint::metrology {
+namespace {
+
+// Draco's own scale 0 (smallest) .. 10 (fastest): 5 turns prediction on and costs little.
+constexpr int kSpeed = 5;
+
+}  // namespace
+
+absl::StatusOr<std::string> EncodeCloud(const draco::PointCloud& cloud, const DracoQuantiser& quantiser) {
+  draco::ExpertEncoder encoder(cloud);
+  encoder.SetEncodingMethod(draco::POINT_CLOUD_SEQUENTIAL_ENCODING);
+  encoder.SetSpeedOptions(kSpeed, kSpeed);
+  if (quantiser.bits > 0) {
+    encoder.SetAttributeExplicitQuantization(0, quantiser.bits, 3, quantiser.origin, quantiser.range);
+  }
+  draco::EncoderBuffer buffer;
+  const draco::Status status = encoder.EncodeToBuffer(&buffer);
+  if (!status.ok()) return absl::InternalError("Draco encoder: " + status.error_msg_string());
+  return std::string(buffer.data(), buffer.size());
+}
+
+absl::StatusOr<std::unique_ptr<draco::PointCloud>> DecodeCloud(std::string_view bytes, std::int64_t point_count) {
+  draco::DecoderBuffer buffer;
+  buffer.Init(bytes.data(), bytes.size());
+  draco::Decoder decoder;
+  draco::StatusOr<std::unique_ptr<draco::PointCloud>> decoded = decoder.DecodePointCloudFromBuffer(&buffer);
+  if (!decoded.ok()) return absl::InvalidArgumentError("Draco: " + decoded.status().error_msg_string());
+  std::unique_ptr<draco::PointCloud> cloud = std::move(decoded).value();
+  if (cloud == nullptr || cloud->num_points() != static_cast<std::uint64_t>(point_count)) {
+    return absl::InvalidArgumentError("decoded to another number of points than its header declares");
+  }
+  return cloud;
+}
+
+}  // namespace sixpoint::metrology

@@ -1,0 +1,25 @@
+// Between Draco's own types and bytes. Private to metrology/cloud.
+#pragma once
+
+#include <absl/status/statusor.h>
+#include <draco/point_cloud/point_cloud.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace sixpoint::metrology {
+
+// Sequential: the order of points is kept. `quantise` sets up the encoder's attributes where they are floats.
+struct DracoQuantiser {
+  int bits = 0;  // 0: integers, kept as they are
+  const float* origin = nullptr;
+  float range = 0;
+};
+absl::StatusOr<std::string> EncodeCloud(const draco::PointCloud& cloud, const DracoQuantiser& quantiser);
+
+// INVALID_ARGUMENT unless the bytes decode to that many points. May throw what the decoder throws.
+absl::StatusOr<std::unique_ptr<draco::PointCloud>> DecodeCloud(std::string_view bytes, std::int64_t point_count);
+
+}  // namespace sixpoint::metrology
