@@ -59,9 +59,8 @@ runtime::RetryLimits PlantLink::Limits() const {
   return limits;
 }
 
-absl::Status PlantLink::Retry(
-    const std::string& area,
-    const std::function<grpc::Status(const std::shared_ptr<grpc::Channel>&)>& attempt) const {
+absl::Status PlantLink::Retry(const std::string& area,
+                              const std::function<grpc::Status(const std::shared_ptr<grpc::Channel>&)>& attempt) const {
   const std::shared_ptr<grpc::Channel>& channel = channels_.at(area);
   runtime::Retry retry(area, Limits());
   while (true) {

@@ -56,9 +56,8 @@ std::vector<BlockSpan> SplitIntoBlocks(const metrology::Points& points_mm, int p
   BlockSpan span;
   for (std::size_t i = 0; i < points_mm.size(); ++i) {
     const bool new_profile = i == 0 || points_mm[i].x() != points_mm[i - 1].x();
-    const bool full =
-        new_profile && (span.count >= kUsualPointCount ||
-                        (span.profile_count >= profiles_per_block && span.count >= kSmallestBlockPointCount));
+    const bool full = new_profile && (span.count >= kUsualPointCount || (span.profile_count >= profiles_per_block &&
+                                                                         span.count >= kSmallestBlockPointCount));
     if (full || span.count == kGreatestBlockPointCount) {
       spans.push_back(span);
       span = {i, 0, 0};

@@ -57,7 +57,7 @@ struct RawProfile {
     int column = 0;
     std::int32_t y_steps = 0, z_steps = 0;  // of header.raw_step_um
   };
-  double x_mm = 0;  // the encoder's reading
+  double x_mm = 0;                // the encoder's reading
   std::vector<Reading> readings;  // by growing column
 };
 // Adds one profile to a block of ENCODING_RAW_PROFILES. INVALID_ARGUMENT: columns that do not grow or lie beyond

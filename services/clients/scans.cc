@@ -84,8 +84,8 @@ class Download {
   absl::Status CheckWhole() const {
     const ingest::v1::Scan& record = fetched_.record;
     if (point_count_ == 0 || point_count_ != record.header().point_count()) {
-      return Damaged(name_, std::to_string(point_count_) + " points came, want " +
-                                std::to_string(record.header().point_count()));
+      return Damaged(
+          name_, std::to_string(point_count_) + " points came, want " + std::to_string(record.header().point_count()));
     }
     if (digest_.ToHex() != record.sha256())
       return Damaged(name_, "sha256: " + digest_.ToHex() + " of the blocks that came, want " + record.sha256());
@@ -114,8 +114,7 @@ class Download {
     const int wanted = range.count == 0 ? left : std::min(range.count, left);
     int came = points_mm.empty() ? 0 : 1;
     for (std::size_t i = 1; i < points_mm.size(); ++i) came += points_mm[i].x() != points_mm[i - 1].x();
-    if (came != wanted)
-      return Damaged(name_, std::to_string(came) + " profiles came, want " + std::to_string(wanted));
+    if (came != wanted) return Damaged(name_, std::to_string(came) + " profiles came, want " + std::to_string(wanted));
     return absl::OkStatus();
   }
 

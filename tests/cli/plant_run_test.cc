@@ -11,6 +11,7 @@
 #include <set>
 
 #include "cli/cloud_files.h"
+#include "cli/output.h"
 #include "cli/scan_transfer.h"
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
@@ -19,6 +20,7 @@
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
 #include "tests/cli/small_dataset.h"
+#include "tests/support/fake_scan_service.h"
 #include "tests/support/in_process_server.h"
 
 namespace sixpoint::cli {
@@ -64,59 +66,6 @@ struct FakePlant final : plant::v1::PlantService::Service {
                            plant::v1::Blade* out) override {
     out->set_name("blades/" + in->serial());
     created.push_back(out->name() + " of " + in->part());
-    return grpc::Status::OK;
-  }
-};
-
-struct FakeIngest final : ingest::v1::ScanService::Service {
-  struct Stored {
-    ingest::v1::ScanHeader header;
-    std::vector<std::string> payloads;
-  };
-  std::mutex mutex;
-  std::map<std::string, Stored> scans;
-  int refuse_next = 0;       // so many uploads are answered UNAVAILABLE first
-  std::string refused_scan;  // this one always
-
-  grpc::Status UploadScan(grpc::ServerContext*, grpc::ServerReader<ingest::v1::UploadScanRequest>* reader,
-                          ingest::v1::UploadScanResponse* out) override {
-    Stored stored;
-    ingest::v1::UploadScanRequest request;
-    std::int64_t point_count = 0;
-    while (reader->Read(&request)) {
-      if (request.has_header()) stored.header = request.header();
-      if (request.has_block()) {
-        stored.payloads.push_back(request.block().payload());
-        point_count += request.block().point_count();
-      }
-    }
-    std::lock_guard<std::mutex> lock(mutex);
-    if (refuse_next > 0) {
-      --refuse_next;
-      return {grpc::StatusCode::UNAVAILABLE, "restarting"};
-    }
-    const std::string id = stored.header.scan_id();
-    if (id == refused_scan) return {grpc::StatusCode::INVALID_ARGUMENT, "scan.block[0]: outside the sensor's range"};
-    if (point_count != stored.header.point_count()) return {grpc::StatusCode::INVALID_ARGUMENT, "wrong count"};
-    out->mutable_scan()->set_name("scans/" + id);
-    if (const auto found = scans.find(id); found != scans.end()) {
-      if (found->second.payloads != stored.payloads) return {grpc::StatusCode::ALREADY_EXISTS, "other content"};
-      out->set_already_stored(true);
-    }
-    scans[id] = std::move(stored);
-    return grpc::Status::OK;
-  }
-  grpc::Status DownloadScan(grpc::ServerContext*, const ingest::v1::DownloadScanRequest* in,
-                            grpc::ServerWriter<ingest::v1::DownloadScanResponse>* writer) override {
-    const Stored& stored = scans.at(in->name().substr(6));
-    ingest::v1::DownloadScanResponse response;
-    *response.mutable_scan()->mutable_header() = stored.header;
-    writer->Write(response);
-    for (const std::string& payload : stored.payloads) {
-      response.mutable_block()->set_payload(payload);
-      response.mutable_block()->set_point_count(static_cast<int>(stored.header.point_count()));
-      writer->Write(response);
-    }
     return grpc::Status::OK;
   }
 };
@@ -211,7 +160,7 @@ class PlantRunTest : public ::testing::Test {
   std::filesystem::path folder_;
   nlohmann::json json_ = SmallDataset();
   FakePlant plant_;
-  FakeIngest ingest_;
+  sixpoint::testing::FakeScanService ingest_;
   FakeCalibration calibration_;
   FakeRegistration registration_;
   FakeCorrection correction_;
@@ -228,7 +177,7 @@ TEST_F(PlantRunTest, DoesEveryStepOfTheIssue) {
   EXPECT_THAT(result->failures, IsEmpty());
   EXPECT_THAT(plant_.created,
               ElementsAre("machines/m-1", "artefacts/plate", "parts/vane with the CAD", "blades/SN-7 of parts/vane"));
-  EXPECT_EQ(ingest_.scans.size(), 4u);
+  EXPECT_EQ(ingest_.complete_scan_count(), 4u);
   EXPECT_THAT(calibration_.sensor_scans, ElementsAre("scans/artefact_1"));
   EXPECT_EQ(calibration_.held_out_count, 1);
   EXPECT_THAT(registration_.asked, UnorderedElementsAre("blades/SN-7 METHOD_SIX_POINT scans/sn7_b000",
@@ -248,7 +197,7 @@ TEST_F(PlantRunTest, TheSameAgainStoresNothingTwice) {
   ASSERT_TRUE(again.ok());
   EXPECT_THAT(again->failures, IsEmpty());
   EXPECT_EQ(again->already_stored_count, 2);
-  EXPECT_EQ(ingest_.scans.size(), 2u);
+  EXPECT_EQ(ingest_.complete_scan_count(), 2u);
 }
 
 TEST_F(PlantRunTest, AScanIdThatIsTakenGetsTheMachinesName) {
@@ -258,17 +207,18 @@ TEST_F(PlantRunTest, AScanIdThatIsTakenGetsTheMachinesName) {
     const auto other = Run();
     ASSERT_TRUE(other.ok());
     EXPECT_THAT(other->failures, IsEmpty());
-    EXPECT_EQ(ingest_.scans.size(), 3u);
+    EXPECT_EQ(ingest_.complete_scan_count(), 3u);
     EXPECT_THAT(calibration_.sensor_scans, ElementsAre("scans/m-1.artefact_1"));
   }
 }
 
 TEST_F(PlantRunTest, AServiceThatRestartsIsWaitedFor) {
-  ingest_.refuse_next = 2;
+  const grpc::Status away(grpc::StatusCode::UNAVAILABLE, "restarting");
+  for (int i = 0; i < 2; ++i) ingest_.Script({away, 0, false});
   const auto result = Run();
   ASSERT_TRUE(result.ok());
   EXPECT_THAT(result->failures, IsEmpty());
-  EXPECT_EQ(ingest_.scans.size(), 2u);
+  EXPECT_EQ(ingest_.complete_scan_count(), 2u);
 }
 
 TEST_F(PlantRunTest, AFailedScanHoldsBackOnlyWhatNeedsIt) {
@@ -309,7 +259,7 @@ TEST_F(PlantRunTest, AFileThatHoldsOtherCountsIsNotSent) {
   ASSERT_TRUE(result.ok());
   ASSERT_FALSE(result->failures.empty());
   EXPECT_EQ(result->failures[0].message, "sn7_b000.xyz: 1 points, want 4 as dataset.json says");
-  EXPECT_EQ(ingest_.scans.size(), 1u);
+  EXPECT_EQ(ingest_.complete_scan_count(), 1u);
 }
 
 TEST_F(PlantRunTest, WhatWasSentComesBackWithinTheProvenError) {
@@ -318,11 +268,23 @@ TEST_F(PlantRunTest, WhatWasSentComesBackWithinTheProvenError) {
   ASSERT_TRUE(downloaded.ok()) << downloaded.status();
   const auto sent = ReadCloud((folder_ / "sn7_b000.xyz").string());
   ASSERT_TRUE(sent.ok());
-  ASSERT_EQ(downloaded->points_mm.size(), sent->size());
-  for (std::size_t i = 0; i < sent->size(); ++i) {
-    EXPECT_LE((downloaded->points_mm[i] - (*sent)[i]).cwiseAbs().maxCoeff(),
-              downloaded->record.header().sender_error_um() * 1e-3);
-  }
+  const metrology::Points& came = downloaded->scan.points_mm;
+  ASSERT_EQ(came.size(), sent->size());
+  for (std::size_t i = 0; i < sent->size(); ++i)
+    EXPECT_LE((came[i] - (*sent)[i]).cwiseAbs().maxCoeff(), downloaded->record.proven_error_um() * 1e-3 + 1e-12);
+}
+
+TEST_F(PlantRunTest, SomeProfilesComeAlone) {
+  ASSERT_TRUE(Run().ok());
+  const auto second = DownloadScan(&session_, "scans/sn7_b000", clients::ProfileRange{1, 1});
+  ASSERT_TRUE(second.ok()) << second.status();
+  EXPECT_THAT(second->scan.points_mm, ElementsAre(Eigen::Vector3d(0.2, 1, 3), Eigen::Vector3d(0.2, 2, 3)));
+}
+
+TEST(NameText, TakesIdsAndNames) {
+  EXPECT_EQ(NameText("scans", "s1"), "scans/s1");
+  EXPECT_EQ(NameText("scans", "scans/s1"), "scans/s1");
+  EXPECT_EQ(NameText("scans", "scans"), "scans/scans");
 }
 
 TEST_F(PlantRunTest, NoPlantIsSaidToBeUnreachable) {
@@ -334,15 +296,6 @@ TEST_F(PlantRunTest, NoPlantIsSaidToBeUnreachable) {
       "plant", &plant::v1::PlantService::Stub::ListEndpoints, plant::v1::ListEndpointsRequest(), &endpoints);
   EXPECT_FALSE(status.ok());
   EXPECT_THAT(NextStep(absl::UnavailableError("x"), session.server), HasSubstr("127.0.0.1:1"));
-}
-
-TEST(NewRequestId, IsAVersionFourUuid) {
-  std::set<std::string> seen;
-  for (int i = 0; i < 50; ++i) {
-    const std::string id = NewRequestId();
-    EXPECT_THAT(id, ::testing::MatchesRegex("[0-9a-f]{8}-[0-9a-f]{4}-4[0-9a-f]{3}-[89ab][0-9a-f]{3}-[0-9a-f]{12}"));
-    EXPECT_TRUE(seen.insert(id).second);
-  }
 }
 
 }  // namespace

@@ -8,9 +8,9 @@
 
 namespace sixpoint::testing {
 
-InProcessServer::InProcessServer(const std::vector<grpc::Service*>& services) {
+InProcessServer::InProcessServer(const std::vector<grpc::Service*>& services, int port) {
   grpc::ServerBuilder builder;
-  builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port_);
+  builder.AddListeningPort("127.0.0.1:" + std::to_string(port), grpc::InsecureServerCredentials(), &port_);
   builder.SetMaxReceiveMessageSize(8 << 20);  // as ServerOptions' default
   for (grpc::Service* service : services) builder.RegisterService(service);
   server_ = builder.BuildAndStart();

@@ -1,4 +1,4 @@
-// Serves given services on 127.0.0.1, any free port, inside the test's own process.
+// Serves given services on 127.0.0.1 inside the test's own process.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -12,9 +12,10 @@ namespace sixpoint::testing {
 
 class InProcessServer {
  public:
-  // The services must live longer.
-  explicit InProcessServer(const std::vector<grpc::Service*>& services);
+  // The services must live longer. Port 0: any that is free.
+  explicit InProcessServer(const std::vector<grpc::Service*>& services, int port = 0);
   ~InProcessServer();
+  int port() const { return port_; }
   std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
   std::shared_ptr<grpc::Channel> Connect() const;
 

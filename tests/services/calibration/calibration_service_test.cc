@@ -8,6 +8,7 @@
 
 #include "metrology/cloud/draco_codec.h"
 #include "services/clients/calibrations.h"
+#include "services/clients/scan_blocks.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
@@ -84,8 +85,11 @@ class FakeIngest final : public ingest::v1::ScanService::Service {
     record->mutable_header()->set_subject("artefacts/a1");
     record->mutable_header()->set_point_count(static_cast<std::int64_t>(scan->second.points_mm.size()));
     runtime::ToProto(scan->second.v0_mm, record->mutable_header()->mutable_v0_mm());
-    writer->Write(response);
     const auto block = metrology::EncodeBlock(scan->second.points_mm, metrology::kDefaultErrorBoundMm);
+    clients::PayloadsDigest digest;
+    digest.Add(block->bytes);
+    record->set_sha256(digest.ToHex());
+    writer->Write(response);
     response.mutable_block()->set_point_count(static_cast<int>(scan->second.points_mm.size()));
     response.mutable_block()->set_payload(block->bytes);
     writer->Write(response);

@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "metrology/cloud/draco_codec.h"
+#include "services/clients/scan_blocks.h"
 #include "services/runtime/geometry_proto.h"
 #include "storage/blobs.h"
 #include "storage/calibrations.h"
@@ -221,7 +222,9 @@ void JudgedPlant::AddScans() {
     record.set_block_count(1);
     const auto encoded = metrology::EncodeBlock(scan.points_mm, metrology::kDefaultErrorBoundMm);
     ASSERT_TRUE(encoded.ok()) << encoded.status();
-    record.set_sha256(storage::Sha256Hex(encoded->bytes));
+    clients::PayloadsDigest digest;
+    digest.Add(encoded->bytes);
+    record.set_sha256(digest.ToHex());
     ingest.blocks[record.name()] = encoded->bytes;
     ingest.scans[record.name()] = record;
     scans.push_back(record.name());
