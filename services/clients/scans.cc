@@ -9,7 +9,9 @@
 #include <vector>
 
 #include "metrology/cloud/draco_codec.h"
+#include "services/ingest/running_digest.h"
 #include "services/runtime/errors.h"
+#include "storage/blobs.h"
 
 namespace sixpoint::clients {
 namespace {
@@ -126,24 +128,34 @@ absl::StatusOr<FetchedScan> ScanClient::Fetch(const std::string& name,
   return fetched;
 }
 
-absl::StatusOr<ingest::v1::UploadScanResponse> ScanClient::Upload(ScanHeader header, const metrology::Points& points_mm,
+absl::StatusOr<ingest::v1::StoredScan> ScanClient::Upload(ScanHeader header, const metrology::Points& points_mm,
                                                                   std::unique_ptr<grpc::ClientContext> context) const {
   absl::StatusOr<std::vector<ScanBlock>> blocks = BlocksOf(points_mm, &header);
   if (!blocks.ok()) return blocks.status();
   ingest::v1::UploadScanResponse response;
-  const auto writer = stub_->UploadScan(context.get(), &response);
+  const auto stream = stub_->UploadScan(context.get());
   ingest::v1::UploadScanRequest request;
+  ingest::v1::ScanEnd end;
+  std::vector<std::string> digests;
   *request.mutable_header() = std::move(header);
-  bool open = writer->Write(request);
+  stream->Write(request);
+  stream->Read(&response);
   for (ScanBlock& block : *blocks) {
-    if (!open) break;  // the server has answered already
+    digests.push_back(storage::Sha256Hex(block.payload()));
+    end.set_block_count(end.block_count() + 1);
+    end.set_point_count(end.point_count() + block.point_count());
     *request.mutable_block() = std::move(block);
-    open = writer->Write(request);
+    stream->Write(request);
   }
-  if (open) writer->WritesDone();  // a broken stream is not ended as if it were whole
-  const grpc::Status finished = writer->Finish();
+  end.set_sha256(ingest::DigestOfDigests(digests));
+  *request.mutable_end() = end;
+  stream->Write(request);
+  stream->WritesDone();
+  while (stream->Read(&response)) {
+  }
+  const grpc::Status finished = stream->Finish();
   if (!finished.ok()) return runtime::FromGrpc(finished);
-  return response;
+  return response.stored();
 }
 
 }  // namespace sixpoint::clients

@@ -27,7 +27,7 @@ class ScanClient {
   // Cuts the points into blocks and uploads them with this header; point_count is set here, and for ENCODING_DRACO (the
   // default) the blocks are encoded here within error_bound_um (0: 0.25 um) and sender_error_um grows by what that
   // cost. Returns when the scan is durable. The same call again, with the same input, is the same scan.
-  absl::StatusOr<ingest::v1::UploadScanResponse> Upload(ingest::v1::ScanHeader header,
+  absl::StatusOr<ingest::v1::StoredScan> Upload(ingest::v1::ScanHeader header,
                                                         const metrology::Points& points_mm,
                                                         std::unique_ptr<grpc::ClientContext> context) const;
 
