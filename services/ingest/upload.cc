@@ -158,7 +158,7 @@ absl::Status ScanUpload::Keep(const v1::ScanBlock& block, const std::string& sen
   after.open_profile_x_mm = statistics.end.profile_x_mm;
   storage::ScanBlockRow kept;
   kept.point_count = block.point_count();
-  kept.first_profile = row_.profile_count - (statistics.goes_on ? 1 : 0);
+  kept.first_profile = row_.profile_count - statistics.goes_on;
   kept.profile_count = after.profile_count - kept.first_profile;
   kept.sent_sha256 = sent_sha256;
 
