@@ -6,7 +6,6 @@
 #include "cli/output.h"
 #include "cli/plant_documents.h"
 #include "cli/table.h"
-#include "services/runtime/resource_name.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 
 namespace sixpoint::cli {
@@ -75,7 +74,7 @@ void AddArtefactCommands(CLI::App* app, Session* session) {
   show->add_option("ID", *argument, "The artefact")->required();
   session->OnCommand(show, [session, argument]() -> absl::Status {
     plant::v1::GetArtefactRequest request;
-    request.set_name(runtime::NameOf("artefacts", *argument));
+    request.set_name(NameText("artefacts", *argument));
     plant::v1::Artefact response;
     absl::Status status = session->Call<PlantService>("plant", &PlantService::Stub::GetArtefact, request, &response);
     if (status.ok()) PrintArtefact(*session, response);

@@ -6,7 +6,6 @@
 #include "cli/number_format.h"
 #include "cli/output.h"
 #include "cli/table.h"
-#include "services/runtime/resource_name.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 
 namespace sixpoint::cli {
@@ -56,7 +55,7 @@ void AddBladeCommands(CLI::App* app, Session* session) {
   session->OnCommand(add, [session, serial, part]() -> absl::Status {
     plant::v1::CreateBladeRequest request;
     request.set_serial(*serial);
-    request.set_part(runtime::NameOf("parts", *part));
+    request.set_part(NameText("parts", *part));
     request.set_request_id(NewRequestId());
     plant::v1::Blade response;
     absl::Status status = session->Call<PlantService>("plant", &PlantService::Stub::CreateBlade, request, &response);
@@ -90,7 +89,7 @@ void AddBladeCommands(CLI::App* app, Session* session) {
   show->add_option("SERIAL", *serial, "Serial number")->required();
   session->OnCommand(show, [session, serial]() -> absl::Status {
     plant::v1::GetBladeRecordRequest request;
-    request.set_name(runtime::NameOf("blades", *serial));
+    request.set_name(NameText("blades", *serial));
     plant::v1::BladeRecord response;
     absl::Status status = session->Call<PlantService>("plant", &PlantService::Stub::GetBladeRecord, request, &response);
     if (status.ok()) PrintRecord(*session, response);

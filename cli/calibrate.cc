@@ -5,7 +5,6 @@
 #include "cli/output.h"
 #include "cli/plant_documents.h"
 #include "cli/reports.h"
-#include "services/runtime/resource_name.h"
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
 
 namespace sixpoint::cli {
@@ -33,9 +32,9 @@ absl::Status CalibrateSensor(Session* session, const Arguments& arguments) {
   absl::StatusOr<calibration::v1::TouchData> touch = LoadTouchData(arguments.file);
   if (!touch.ok()) return touch.status();
   calibration::v1::CalibrateSensorRequest request;
-  request.set_machine(runtime::NameOf("machines", arguments.machine));
-  request.set_artefact(runtime::NameOf("artefacts", arguments.artefact));
-  for (const std::string& scan : arguments.scans) request.add_scans(runtime::NameOf("scans", scan));
+  request.set_machine(NameText("machines", arguments.machine));
+  request.set_artefact(NameText("artefacts", arguments.artefact));
+  for (const std::string& scan : arguments.scans) request.add_scans(NameText("scans", scan));
   *request.mutable_touch() = *touch;
   request.set_method(arguments.method == "sequential" ? calibration::v1::SENSOR_METHOD_SEQUENTIAL
                                                       : calibration::v1::SENSOR_METHOD_JOINT);
@@ -51,7 +50,7 @@ absl::Status CalibrateRotation(Session* session, const Arguments& arguments) {
   absl::StatusOr<std::vector<calibration::v1::SpherePose>> poses = LoadSpherePoses(arguments.file);
   if (!poses.ok()) return poses.status();
   calibration::v1::CalibrateRotationRequest request;
-  request.set_machine(runtime::NameOf("machines", arguments.machine));
+  request.set_machine(NameText("machines", arguments.machine));
   for (const calibration::v1::SpherePose& pose : *poses) *request.add_poses() = pose;
   request.set_standard_uncertainty_um(arguments.uncertainty_um);
   request.set_method(arguments.method == "point-c" ? calibration::v1::ROTATION_METHOD_POINT_C

@@ -6,7 +6,6 @@
 #include "cli/output.h"
 #include "cli/reports.h"
 #include "cli/table.h"
-#include "services/runtime/resource_name.h"
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
 
 namespace sixpoint::cli {
@@ -22,7 +21,7 @@ void AddCalibrationCommands(CLI::App* app, Session* session) {
   list->add_option("--machine", *argument, "Only of this machine");
   session->OnCommand(list, [session, argument]() -> absl::Status {
     calibration::v1::ListCalibrationsRequest request;
-    if (!argument->empty()) request.set_machine(runtime::NameOf("machines", *argument));
+    if (!argument->empty()) request.set_machine(NameText("machines", *argument));
     nlohmann::json json = nlohmann::json::array();
     Table table({"calibration", "kind", "machine", "method", ">rms um", "valid from", "valid until"});
     absl::Status status = ForEachPage<CalibrationService>(
@@ -46,7 +45,7 @@ void AddCalibrationCommands(CLI::App* app, Session* session) {
   show->add_option("ID", *argument, "The calibration")->required();
   session->OnCommand(show, [session, argument]() -> absl::Status {
     calibration::v1::GetCalibrationRequest request;
-    request.set_name(runtime::NameOf("calibrations", *argument));
+    request.set_name(NameText("calibrations", *argument));
     calibration::v1::Calibration response;
     absl::Status status =
         session->Call<CalibrationService>("calibration", &CalibrationService::Stub::GetCalibration, request, &response);

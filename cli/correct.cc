@@ -6,7 +6,6 @@
 #include "cli/output.h"
 #include "cli/reports.h"
 #include "services/runtime/errors.h"
-#include "services/runtime/resource_name.h"
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
 
 namespace sixpoint::cli {
@@ -24,7 +23,7 @@ absl::Status Correct(Session* session, const Arguments& arguments) {
     return runtime::Refuse("--out", arguments.out_file, "--template too: the program is made from it");
   }
   correction::v1::CorrectRequest request;
-  request.set_registration(runtime::NameOf("registrations", arguments.registration));
+  request.set_registration(NameText("registrations", arguments.registration));
   for (const std::string& group : arguments.groups) request.add_groups(group);
   if (!arguments.template_file.empty()) {
     absl::StatusOr<std::string> nc_template = ReadFile(arguments.template_file, 1u << 20);

@@ -4,7 +4,6 @@
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "cli/reports.h"
-#include "services/runtime/resource_name.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
 
 namespace sixpoint::cli {
@@ -23,8 +22,8 @@ void AddInspectCommand(CLI::App* app, Session* session) {
       ->allow_extra_args(false);
   session->OnCommand(command, [session, blade, scans]() -> absl::Status {
     inspection::v1::InspectRequest request;
-    request.set_blade(runtime::NameOf("blades", *blade));
-    for (const std::string& scan : *scans) request.add_scans(runtime::NameOf("scans", scan));
+    request.set_blade(NameText("blades", *blade));
+    for (const std::string& scan : *scans) request.add_scans(NameText("scans", scan));
     request.set_requested_by(session->requested_by());
     request.set_request_id(NewRequestId());
     inspection::v1::Inspection response;

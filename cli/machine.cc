@@ -6,7 +6,6 @@
 #include "cli/output.h"
 #include "cli/plant_documents.h"
 #include "cli/table.h"
-#include "services/runtime/resource_name.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 
 namespace sixpoint::cli {
@@ -81,7 +80,7 @@ void AddMachineCommands(CLI::App* app, Session* session) {
   show->add_option("ID", *argument, "The machine")->required();
   session->OnCommand(show, [session, argument]() -> absl::Status {
     plant::v1::GetMachineRequest request;
-    request.set_name(runtime::NameOf("machines", *argument));
+    request.set_name(NameText("machines", *argument));
     plant::v1::Machine response;
     absl::Status status = session->Call<PlantService>("plant", &PlantService::Stub::GetMachine, request, &response);
     if (status.ok()) PrintMachine(*session, response);

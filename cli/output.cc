@@ -10,6 +10,7 @@
 #include <iostream>
 
 #include "cli/number_format.h"
+#include "services/runtime/resource_name.h"
 
 namespace sixpoint::cli {
 
@@ -56,6 +57,11 @@ std::string EnumText(const std::string& value_name, const std::string& prefix) {
 std::string IdText(const std::string& resource_name) {
   const std::size_t slash = resource_name.find('/');
   return slash == std::string::npos ? resource_name : resource_name.substr(slash + 1);
+}
+
+std::string NameText(const std::string& collection, const std::string& id_or_name) {
+  const bool is_name = id_or_name.rfind(collection + "/", 0) == 0;
+  return is_name ? id_or_name : runtime::NameOf(collection, id_or_name);
 }
 
 Progress::Progress(std::string label, std::string unit, std::int64_t total, bool quiet)

@@ -29,6 +29,8 @@ std::string PointText(const geometry::v1::Point& point, int decimals);
 std::string EnumText(const std::string& value_name, const std::string& prefix);
 // "scans/s1" -> "s1".
 std::string IdText(const std::string& resource_name);
+// What a person typed, an id or the name that another command printed: "s1" or "scans/s1" -> "scans/s1".
+std::string NameText(const std::string& collection, const std::string& id_or_name);
 
 // One line on stderr that counts up; a plain line now and then where stderr is no terminal. Thread-safe.
 class Progress {

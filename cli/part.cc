@@ -6,7 +6,6 @@
 #include "cli/output.h"
 #include "cli/plant_documents.h"
 #include "cli/table.h"
-#include "services/runtime/resource_name.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 
 namespace sixpoint::cli {
@@ -83,7 +82,7 @@ void AddPartCommands(CLI::App* app, Session* session) {
   show->add_option("ID", *argument, "The part")->required();
   session->OnCommand(show, [session, argument]() -> absl::Status {
     plant::v1::GetPartRequest request;
-    request.set_name(runtime::NameOf("parts", *argument));
+    request.set_name(NameText("parts", *argument));
     plant::v1::Part response;
     absl::Status status = session->Call<PlantService>("plant", &PlantService::Stub::GetPart, request, &response);
     if (status.ok()) PrintPart(*session, response);

@@ -4,7 +4,6 @@
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "cli/reports.h"
-#include "services/runtime/resource_name.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
 
 namespace sixpoint::cli {
@@ -28,8 +27,8 @@ void AddRegisterCommand(CLI::App* app, Session* session) {
       ->check(CLI::IsMember({"local", "six-point", "best-fit"}));
   session->OnCommand(command, [session, arguments]() -> absl::Status {
     registration::v1::RegisterRequest request;
-    request.set_blade(runtime::NameOf("blades", arguments->blade));
-    for (const std::string& scan : arguments->scans) request.add_scans(runtime::NameOf("scans", scan));
+    request.set_blade(NameText("blades", arguments->blade));
+    for (const std::string& scan : arguments->scans) request.add_scans(NameText("scans", scan));
     request.set_method(arguments->method == "local"       ? registration::v1::METHOD_LOCAL
                        : arguments->method == "six-point" ? registration::v1::METHOD_SIX_POINT
                                                           : registration::v1::METHOD_BEST_FIT);

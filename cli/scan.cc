@@ -1,5 +1,9 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <cstring>
 #include <iostream>
+#include <optional>
 
 #include "cli/cloud_files.h"
 #include "cli/commands.h"
@@ -8,7 +12,6 @@
 #include "cli/scan_transfer.h"
 #include "cli/table.h"
 #include "services/runtime/errors.h"
-#include "services/runtime/resource_name.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 
@@ -20,14 +23,14 @@ using ingest::v1::ScanService;
 struct UploadArguments {
   std::string file, machine, subject, kind, scan_id;
   std::vector<double> v0_mm;
-  double a_deg = 0, b_deg = 0, pitch_mm = 0;
+  double a_deg = 0, b_deg = 0, pitch_mm = 0, error_bound_um = 0;
   int columns = 0;
 };
 
 // "blade:SN-1" -> "blades/SN-1", "artefact:P" -> "artefacts/P"; a resource name is taken as it is.
 absl::StatusOr<std::string> SubjectName(const std::string& text) {
-  if (text.rfind("blade:", 0) == 0) return runtime::NameOf("blades", text.substr(6));
-  if (text.rfind("artefact:", 0) == 0) return runtime::NameOf("artefacts", text.substr(9));
+  if (text.rfind("blade:", 0) == 0) return NameText("blades", text.substr(6));
+  if (text.rfind("artefact:", 0) == 0) return NameText("artefacts", text.substr(9));
   if (text.rfind("blades/", 0) == 0 || text.rfind("artefacts/", 0) == 0) return text;
   return runtime::Refuse("--subject", text, "blade:SERIAL or artefact:ID");
 }
@@ -63,7 +66,7 @@ absl::Status Upload(Session* session, const UploadArguments& arguments) {
     return runtime::Refuse("--v0-mm", std::to_string(arguments.v0_mm.size()) + " numbers", "X,Y,Z");
   }
   header.set_scan_id(arguments.scan_id.empty() ? NewRequestId() : arguments.scan_id);
-  header.set_machine(runtime::NameOf("machines", arguments.machine));
+  header.set_machine(NameText("machines", arguments.machine));
   header.set_subject(*subject);
   header.set_kind(*kind);
   header.mutable_v0_mm()->set_x_mm(arguments.v0_mm[0]);
@@ -72,6 +75,8 @@ absl::Status Upload(Session* session, const UploadArguments& arguments) {
   header.set_a_deg(arguments.a_deg);
   header.set_b_deg(arguments.b_deg);
   header.set_profile_pitch_mm(arguments.pitch_mm);
+  header.set_encoding(ingest::v1::ENCODING_XYZ_F64);
+  header.set_error_bound_um(arguments.error_bound_um);
   header.set_columns_per_profile(arguments.columns);
   if (arguments.columns == 0) {
     plant::v1::GetMachineRequest request;
@@ -84,20 +89,20 @@ absl::Status Upload(Session* session, const UploadArguments& arguments) {
   }
   absl::StatusOr<metrology::Points> points = ReadCloud(arguments.file);
   if (!points.ok()) return points.status();
-  absl::StatusOr<EncodedScan> encoded = EncodeScan(*points);
-  if (!encoded.ok()) return encoded.status();
-  absl::StatusOr<ingest::v1::UploadScanResponse> response;
+  const absl::StatusOr<clients::OutgoingScan> outgoing = clients::PrepareScan(std::move(header), *points);
+  if (!outgoing.ok()) return outgoing.status();
+  absl::StatusOr<ingest::v1::StoredScan> stored;
   {
-    Progress progress("upload", "points", encoded->point_count, session->json);
-    response = UploadScan(session, header, *encoded, [&](std::int64_t count) { progress.Add(count); });
+    Progress progress("upload", "points", outgoing->point_count, session->json);
+    stored = UploadScan(session, *outgoing, [&](std::int64_t count) { progress.Add(count); });
   }
-  if (!response.ok()) return response.status();
+  if (!stored.ok()) return stored.status();
   if (session->json) {
-    PrintJson(MessageToJson(*response));
+    PrintJson(MessageToJson(*stored));
     return absl::OkStatus();
   }
-  PrintScan(*session, response->scan());
-  if (response->already_stored()) std::cout << "it was stored before, with the same content\n";
+  PrintScan(*session, stored->scan());
+  if (stored->already_stored()) std::cout << "it was stored before, with the same content\n";
   return absl::OkStatus();
 }
 
@@ -117,6 +122,10 @@ void AddUpload(CLI::App* scan, Session* session) {
   upload->add_option("--pitch-mm", arguments->pitch_mm, "Encoder distance between profiles")->required();
   upload->add_option("--columns", arguments->columns,
                      "Sensor columns in a profile; without it, the machine's sensor says");
+  upload
+      ->add_option("--error-bound-um", arguments->error_bound_um,
+                   "Greatest coordinate error that storing may add; without it, 0.25")
+      ->check(CLI::PositiveNumber);
   upload->add_option("--scan-id", arguments->scan_id,
                      "Id of the scan; the same again is the same scan. Without it: a new one");
   session->OnCommand(upload, [session, arguments] { return Upload(session, *arguments); });
@@ -130,7 +139,7 @@ void AddList(CLI::App* scan, Session* session) {
   list->add_option("--kind", arguments->kind, "Only artefact, arm, airfoil, local or pins");
   session->OnCommand(list, [session, arguments]() -> absl::Status {
     ingest::v1::ListScansRequest request;
-    if (!arguments->machine.empty()) request.set_machine(runtime::NameOf("machines", arguments->machine));
+    if (!arguments->machine.empty()) request.set_machine(NameText("machines", arguments->machine));
     if (!arguments->subject.empty()) {
       absl::StatusOr<std::string> subject = SubjectName(arguments->subject);
       if (!subject.ok()) return subject.status();
@@ -159,41 +168,107 @@ void AddList(CLI::App* scan, Session* session) {
   });
 }
 
+// "100:50" -> profiles 100 to 149; "100:" and "100" -> all from 100 on.
+absl::StatusOr<clients::ProfileRange> RangeOf(const std::string& text) {
+  clients::ProfileRange range;
+  const auto refusal = [&] { return runtime::Refuse("--profiles", text, "FIRST:COUNT, FIRST from 0, COUNT from 1"); };
+  const char* const end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, range.first);
+  if (first.ec != std::errc() || range.first < 0) return refusal();
+  if (first.ptr == end || (*first.ptr == ':' && first.ptr + 1 == end)) return range;
+  if (*first.ptr != ':') return refusal();
+  const auto count = std::from_chars(first.ptr + 1, end, range.count);
+  if (count.ec != std::errc() || count.ptr != end || range.count < 1) return refusal();
+  return range;
+}
+
+absl::Status WritePoints(const Session& session, const std::string& file, const metrology::Points& points_mm,
+                         std::int64_t of_point_count) {
+  absl::Status status = WriteCloud(file, points_mm);
+  if (!status.ok()) return status;
+  const auto count = static_cast<std::int64_t>(points_mm.size());
+  if (session.json) {
+    PrintJson({{"file", file}, {"point_count", count}, {"of_point_count", of_point_count}});
+  } else {
+    std::cout << Grouped(count) << (count == of_point_count ? "" : " of " + Grouped(of_point_count))
+              << " points written to " << file << "\n";
+  }
+  return status;
+}
+
+void AddDownload(CLI::App* scan, Session* session) {
+  struct Arguments {
+    std::string id, file, profiles;
+  };
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* download = scan->add_subcommand("download", "Writes a scan's points, sensor frame, mm");
+  download->add_option("ID", arguments->id, "The scan")->required();
+  download->add_option("-o,--out", arguments->file, ".ply or .xyz")->required();
+  download->add_option("--profiles", arguments->profiles, "Only these, FIRST:COUNT, counted from 0");
+  session->OnCommand(download, [session, arguments]() -> absl::Status {
+    std::optional<clients::ProfileRange> range;
+    if (!arguments->profiles.empty()) {
+      const absl::StatusOr<clients::ProfileRange> given = RangeOf(arguments->profiles);
+      if (!given.ok()) return given.status();
+      range = *given;
+    }
+    const auto fetched = DownloadScan(session, NameText("scans", arguments->id), range);
+    if (!fetched.ok()) return fetched.status();
+    return WritePoints(*session, arguments->file, fetched->scan.points_mm, fetched->record.header().point_count());
+  });
+}
+
+void AddPreview(CLI::App* scan, Session* session) {
+  struct Arguments {
+    std::string id, file;
+    int point_count = 0;
+  };
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* preview = scan->add_subcommand("preview", "Writes every n-th of a scan's points: enough for a picture");
+  preview->add_option("ID", arguments->id, "The scan")->required();
+  preview->add_option("-o,--out", arguments->file, ".ply or .xyz")->required();
+  preview->add_option("--points", arguments->point_count, "At most so many, to 200000; without it, 20000")
+      ->check(CLI::PositiveNumber);
+  session->OnCommand(preview, [session, arguments]() -> absl::Status {
+    ingest::v1::PreviewScanRequest request;
+    request.set_name(NameText("scans", arguments->id));
+    request.set_point_count(arguments->point_count);
+    ingest::v1::PreviewScanResponse response;
+    absl::Status status = session->Call<ScanService>("ingest", &ScanService::Stub::PreviewScan, request, &response);
+    if (!status.ok()) return status;
+    const std::string& bytes = response.xyz_f32();
+    constexpr std::size_t kPointBytes = 3 * sizeof(float);
+    if (bytes.size() != kPointBytes * static_cast<std::size_t>(std::max(response.point_count(), 0)))
+      return absl::DataLossError("a preview whose bytes do not hold its points");
+    metrology::Points points_mm(bytes.size() / kPointBytes);
+    for (std::size_t i = 0; i < points_mm.size(); ++i) {
+      Eigen::Vector3f point_mm;
+      std::memcpy(point_mm.data(), bytes.data() + kPointBytes * i, kPointBytes);
+      points_mm[i] = point_mm.cast<double>();
+    }
+    return WritePoints(*session, arguments->file, points_mm, response.scan().header().point_count());
+  });
+}
+
 }  // namespace
 
 void AddScanCommands(CLI::App* app, Session* session) {
-  CLI::App* scan = app->add_subcommand("scan", "Scans: upload, look, download");
+  CLI::App* scan = app->add_subcommand("scan", "Scans: upload, look, download, preview");
   scan->require_subcommand(1);
   AddUpload(scan, session);
   AddList(scan, session);
-  const auto id = std::make_shared<std::string>();
-  const auto file = std::make_shared<std::string>();
+  AddDownload(scan, session);
+  AddPreview(scan, session);
 
+  const auto id = std::make_shared<std::string>();
   CLI::App* show = scan->add_subcommand("show", "Shows a scan's record");
   show->add_option("ID", *id, "The scan")->required();
   session->OnCommand(show, [session, id]() -> absl::Status {
     ingest::v1::GetScanRequest request;
-    request.set_name(runtime::NameOf("scans", *id));
+    request.set_name(NameText("scans", *id));
     ingest::v1::Scan response;
     absl::Status status = session->Call<ScanService>("ingest", &ScanService::Stub::GetScan, request, &response);
     if (status.ok()) PrintScan(*session, response);
-    return status;
-  });
-
-  CLI::App* download = scan->add_subcommand("download", "Writes a scan's points, sensor frame, mm");
-  download->add_option("ID", *id, "The scan")->required();
-  download->add_option("-o,--out", *file, ".ply or .xyz")->required();
-  session->OnCommand(download, [session, id, file]() -> absl::Status {
-    absl::StatusOr<DownloadedScan> downloaded = DownloadScan(session, runtime::NameOf("scans", *id));
-    if (!downloaded.ok()) return downloaded.status();
-    absl::Status status = WriteCloud(*file, downloaded->points_mm);
-    if (!status.ok()) return status;
-    if (session->json) {
-      PrintJson({{"file", *file}, {"point_count", downloaded->points_mm.size()}});
-    } else {
-      std::cout << Grouped(static_cast<std::int64_t>(downloaded->points_mm.size())) << " points written to " << *file
-                << "\n";
-    }
     return status;
   });
 }

@@ -6,11 +6,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
+#include <cmath>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <random>
-#include <thread>
 
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
@@ -19,7 +17,7 @@
 namespace sixpoint::cli {
 namespace {
 
-constexpr auto kRestartPatience = std::chrono::seconds(20);
+constexpr double kRestartPatience_s = 20;
 
 std::string LoginName() {
   const passwd* user = getpwuid(geteuid());
@@ -52,37 +50,29 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> Session::ChannelTo(const std::str
   return channels_[area] = runtime::ConnectTo(address->second);
 }
 
-absl::Status Session::Retrying(
-    const std::string& area,
-    const std::function<grpc::Status(const std::shared_ptr<grpc::Channel>&, grpc::ClientContext*)>& attempt) {
-  using Clock = std::chrono::steady_clock;
-  const auto end = Clock::now() + std::chrono::duration<double>(deadline_s);
-  constexpr auto kNever = Clock::time_point::max();
-  Clock::time_point away_since = kNever;
-  auto pause = std::chrono::milliseconds(200);
+runtime::RetryLimits Session::Limits() const {
+  runtime::RetryLimits limits;
+  limits.away_s = kRestartPatience_s;
+  limits.full_s = deadline_s;
+  limits.deadline = std::chrono::system_clock::now() + std::chrono::milliseconds(std::llround(1e3 * deadline_s));
+  return limits;
+}
+
+absl::Status Session::Retrying(const std::string& area,
+                               const std::function<absl::Status(const std::shared_ptr<grpc::Channel>&,
+                                                                std::unique_ptr<grpc::ClientContext>)>& attempt) {
+  const runtime::RetryLimits limits = Limits();
+  runtime::Retry retry(area, limits);
   while (true) {
-    absl::Status status;
-    if (auto channel = ChannelTo(area); channel.ok()) {
-      const double left_s = std::chrono::duration<double>(end - Clock::now()).count();
-      const auto context = runtime::ContextFor(std::max(left_s, 0.001));
-      status = runtime::FromGrpc(attempt(*channel, context.get()));
-    } else {
-      status = channel.status();
+    const auto channel = ChannelTo(area);
+    absl::Status status = channel.status();
+    if (channel.ok()) {
+      const double left_s = std::chrono::duration<double>(limits.deadline - std::chrono::system_clock::now()).count();
+      status = attempt(*channel, runtime::ContextFor(std::max(left_s, 0.001)));
     }
-    const auto now = Clock::now();
-    if (absl::IsUnavailable(status)) {
-      // A service that is being restarted is back within seconds; a plant that nobody started should not be waited for.
-      if (!reached_) return status;
-      if (away_since == kNever) away_since = now;
-      if (now + pause > away_since + kRestartPatience) return status;
-    } else {
-      reached_ = true;
-      away_since = kNever;
-      if (!absl::IsResourceExhausted(status)) return status;
-    }
-    if (now + pause > end) return status;
-    std::this_thread::sleep_for(pause);
-    pause = std::min(pause * 2, std::chrono::milliseconds(2000));
+    // A service that is being restarted is back within seconds; a plant that nobody started should not be waited for.
+    if (!absl::IsUnavailable(status)) reached_ = true;
+    if (!reached_ || !retry.TryAgain(status, channel.ok() ? *channel : nullptr)) return status;
   }
 }
 
@@ -99,18 +89,6 @@ int Session::Run() {
     std::cerr << FailureToText(status, server);
   }
   return absl::IsUnavailable(status) ? kUnreachable : kFailed;
-}
-
-std::string NewRequestId() {
-  std::random_device device;
-  const auto word = [&] { return (static_cast<std::uint64_t>(device()) << 32) | device(); };
-  const std::uint64_t high = (word() & ~0xf000ull) | 0x4000ull;
-  const std::uint64_t low = (word() & ~(3ull << 62)) | (1ull << 63);
-  char text[40];
-  std::snprintf(text, sizeof text, "%08llx-%04llx-%04llx-%04llx-%012llx", static_cast<unsigned long long>(high >> 32),
-                static_cast<unsigned long long>(high >> 16 & 0xffff), static_cast<unsigned long long>(high & 0xffff),
-                static_cast<unsigned long long>(low >> 48), static_cast<unsigned long long>(low & 0xffffffffffffull));
-  return text;
 }
 
 std::string NextStep(const absl::Status& status, const std::string& server) {

@@ -12,6 +12,9 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "services/runtime/errors.h"
+#include "services/runtime/retry.h"
+
 namespace CLI {
 class App;
 }
@@ -49,14 +52,17 @@ class Session {
   absl::Status Call(const std::string& area,
                     grpc::Status (Service::Stub::*method)(grpc::ClientContext*, const Request&, Response*),
                     const Request& request, Response* response) {
-    return Retrying(area, [&](const std::shared_ptr<grpc::Channel>& channel, grpc::ClientContext* context) {
-      response->Clear();
-      return (Service::NewStub(channel).get()->*method)(context, request, response);
-    });
+    return Retrying(
+        area, [&](const std::shared_ptr<grpc::Channel>& channel, std::unique_ptr<grpc::ClientContext> context) {
+          response->Clear();
+          return runtime::FromGrpc((Service::NewStub(channel).get()->*method)(context.get(), request, response));
+        });
   }
-  absl::Status Retrying(
-      const std::string& area,
-      const std::function<grpc::Status(const std::shared_ptr<grpc::Channel>&, grpc::ClientContext*)>& attempt);
+  absl::Status Retrying(const std::string& area,
+                        const std::function<absl::Status(const std::shared_ptr<grpc::Channel>&,
+                                                         std::unique_ptr<grpc::ClientContext>)>& attempt);
+  // Those of Retrying, for a call that begins now.
+  runtime::RetryLimits Limits() const;
 
   // Lets a subcommand run this when it was given.
   void OnCommand(CLI::App* command, std::function<absl::Status()> action);
@@ -76,8 +82,7 @@ class Session {
   std::map<std::string, std::string> addresses_;
 };
 
-// A random UUID, version 4.
-std::string NewRequestId();
+using runtime::NewRequestId;
 
 // What to do about a failure, in one line.
 std::string NextStep(const absl::Status& status, const std::string& server);

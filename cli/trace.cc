@@ -6,7 +6,6 @@
 #include "cli/output.h"
 #include "cli/reports.h"
 #include "cli/table.h"
-#include "services/runtime/resource_name.h"
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
@@ -81,7 +80,7 @@ void AddTraceCommand(CLI::App* app, Session* session) {
   session->OnCommand(command, [session, calibration]() -> absl::Status {
     // A calibration that does not exist must not read as one that nothing rests on.
     calibration::v1::GetCalibrationRequest request;
-    request.set_name(runtime::NameOf("calibrations", *calibration));
+    request.set_name(NameText("calibrations", *calibration));
     calibration::v1::Calibration found;
     absl::Status status = session->Call<calibration::v1::CalibrationService>(
         "calibration", &calibration::v1::CalibrationService::Stub::GetCalibration, request, &found);

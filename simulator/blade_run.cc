@@ -84,15 +84,14 @@ class BladeRun {
     header.set_b_deg(scan_plan.b_deg);
     header.set_profile_pitch_mm(scan_plan.pitch_mm);
     header.set_columns_per_profile(design_.scanner.columns);
+    header.set_raw_step_um(design_.scanner.raw_step_um);
     *header.mutable_measured_at() = google::protobuf::util::TimeUtil::GetCurrentTime();
     const ScanProfiles profiles =
         Scan(scene, truth_, design_.scanner, scan_plan, SeedOf(kScans + scan_count_++), plan_.threads);
-    auto encoded = Encode(std::move(header), profiles);
-    if (!encoded.ok()) return encoded.status();
-    auto uploaded = plant_.Upload(*encoded, plan_.profiles_per_s);
+    auto uploaded = plant_.Upload(std::move(header), profiles, plan_.profiles_per_s);
     if (!uploaded.ok()) return uploaded.status();
     result_.scans.push_back(uploaded->scan().name());
-    result_.point_count += encoded->header.point_count();
+    result_.point_count += uploaded->scan().header().point_count();
     result_.scan_s += SecondsSince(start);
     return uploaded->scan().name();
   }

@@ -76,20 +76,26 @@ ScanProfiles Scan(const Scene& scene, const MachineTruth& truth, const ScannerDe
     const double angle = half_angle * (2 * (column + 0.5) / columns - 1);
     fan.emplace_back(0, std::sin(angle), -std::cos(angle));
   }
+  const double raw_step_mm = 1e-3 * scanner.raw_step_um;
+  const auto in_raw_steps = [&](double value_mm) { return raw_step_mm * std::round(value_mm / raw_step_mm); };
   ScanProfiles profiles(profile_count);
   const auto trace = [&](std::size_t index) {
     Random noise(Random::StreamSeed(seed, index));
     const double x = plan.first_x_mm + static_cast<double>(index) * plan.pitch_mm;
     const Eigen::Vector3d carriage = Eigen::Vector3d(x, 0, 0) - plan.v0_mm + truth.t_sm_mm;
     const Eigen::Vector3d source = truth.machine_from_sensor * Eigen::Vector3d(0, 0, stand_off) + carriage;
-    for (const Eigen::Vector3d& ray : fan) {
+    profiles[index].x_mm = x;
+    for (int column = 0; column < columns; ++column) {
+      const Eigen::Vector3d& ray = fan[static_cast<std::size_t>(column)];
       const Eigen::Vector3d direction = truth.machine_from_sensor * ray;
       const double error = 1e-3 * scanner.noise_um * noise.Gaussian();  // drawn for every column, hit or not
       const auto hit = scene.Intersect({source, direction}, stand_off + 2 * scanner.range_mm);
       if (!hit || -direction.dot(hit->normal) < kGrazing) continue;
       const double distance = hit->distance_mm + error;
-      const Eigen::Vector3d point(x, distance * ray.y(), stand_off + distance * ray.z());
-      if (std::abs(point.z()) <= half_range) profiles[index].push_back(point);
+      const double z = stand_off + distance * ray.z();
+      if (std::abs(z) > half_range) continue;
+      profiles[index].columns.push_back(column);
+      profiles[index].points_mm.emplace_back(x, in_raw_steps(distance * ray.y()), in_raw_steps(z));
     }
     if (profile_done) profile_done();
   };
@@ -102,6 +108,13 @@ ScanProfiles Scan(const Scene& scene, const MachineTruth& truth, const ScannerDe
   work();
   for (std::thread& thread : crew) thread.join();
   return profiles;
+}
+
+metrology::Points PointsOf(const ScanProfiles& profiles) {
+  metrology::Points points_mm;
+  for (const Profile& profile : profiles)
+    points_mm.insert(points_mm.end(), profile.points_mm.begin(), profile.points_mm.end());
+  return points_mm;
 }
 
 std::vector<ProbedSphere> ProbeSphere(const MachineTruth& truth, double noise_um, std::uint64_t seed) {

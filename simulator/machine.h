@@ -23,6 +23,7 @@ struct ScannerDesign {
   double mid_range_mm = 66;
   double range_mm = 25;
   double line_angle_deg = 20;
+  double raw_step_um = 0.1;  // of y and z as it gives them
 };
 
 // What only the simulator knows. Machine coordinates at A = B = 0.
@@ -57,8 +58,15 @@ struct ScanPlan {
   int columns = 0;
 };
 
-// Points of each profile in the sensor frame, in column order; profiles in encoder order.
-using ScanProfiles = std::vector<metrology::Points>;
+// What the sensor gives at one encoder reading, in column order: points in the sensor frame, y and z in raw steps.
+struct Profile {
+  double x_mm = 0;
+  std::vector<int> columns;
+  metrology::Points points_mm;
+};
+// In encoder order.
+using ScanProfiles = std::vector<Profile>;
+metrology::Points PointsOf(const ScanProfiles& profiles);
 
 // What stands in the machine during a scan; machine coordinates.
 Scene ArtefactScene(const ArtefactGeometry& artefact, const MachineTruth& truth);

@@ -1,69 +1,36 @@
 #include "simulator/plant_link.h"
 
-#include <algorithm>
 #include <chrono>
-#include <cstdio>
-#include <random>
-#include <thread>
+#include <cmath>
+#include <utility>
 
-#include "metrology/cloud/draco_codec.h"
+#include "services/clients/scan_upload.h"
 #include "services/runtime/errors.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 
 namespace sixpoint::simulator {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
+// Blocks small enough that a scan is durable soon after it was measured.
 constexpr int kProfilesPerBlock = 32;
 
-// Away (restarting, connection lost) or full. Everything else is an answer.
-bool IsWorthTryingAgain(const absl::Status& status) {
-  return status.code() == absl::StatusCode::kUnavailable || status.code() == absl::StatusCode::kResourceExhausted;
+clients::RawProfile RawOf(const Profile& profile, double raw_step_mm) {
+  const auto steps = [&](double value_mm) { return static_cast<std::int32_t>(std::lround(value_mm / raw_step_mm)); };
+  clients::RawProfile raw;
+  raw.x_mm = profile.x_mm;
+  raw.readings.reserve(profile.columns.size());
+  for (std::size_t i = 0; i < profile.columns.size(); ++i)
+    raw.readings.push_back({profile.columns[i], steps(profile.points_mm[i].y()), steps(profile.points_mm[i].z())});
+  return raw;
+}
+
+bool SawNothing(const ScanProfiles& profiles) {
+  for (const Profile& profile : profiles)
+    if (!profile.columns.empty()) return false;
+  return true;
 }
 
 }  // namespace
-
-std::string NewRequestId() {
-  static std::mutex mutex;
-  static std::random_device device;
-  const std::lock_guard<std::mutex> lock(mutex);
-  unsigned words[4];
-  for (unsigned& word : words) word = device();
-  char text[37];
-  std::snprintf(text, sizeof text, "%08x-%04x-4%03x-%04x-%04x%08x", words[0], words[1] >> 16, words[1] & 0xfff,
-                (words[2] >> 16 & 0x3fff) | 0x8000, words[2] & 0xffff, words[3]);
-  return text;
-}
-
-absl::StatusOr<EncodedScan> Encode(ingest::v1::ScanHeader header, const ScanProfiles& profiles) {
-  EncodedScan scan;
-  scan.profile_count = static_cast<int>(profiles.size());
-  metrology::Points points;
-  std::int64_t point_count = 0;
-  double error_mm = 0;
-  for (std::size_t i = 0; i < profiles.size(); ++i) {
-    points.insert(points.end(), profiles[i].begin(), profiles[i].end());
-    const bool full = (i + 1) % kProfilesPerBlock == 0 || i + 1 == profiles.size();
-    if (!full || points.empty()) continue;
-    auto encoded = metrology::EncodeBlock(points, metrology::kDefaultErrorBoundMm);
-    if (!encoded.ok()) return encoded.status();
-    ingest::v1::ScanBlock block;
-    block.set_index(static_cast<int>(scan.blocks.size()));
-    block.set_point_count(static_cast<int>(points.size()));
-    block.set_payload(std::move(encoded->bytes));
-    scan.blocks.push_back(std::move(block));
-    error_mm = std::max(error_mm, encoded->proven_error_mm);
-    point_count += static_cast<std::int64_t>(points.size());
-    points.clear();
-  }
-  if (point_count == 0) return absl::OutOfRangeError("scan " + header.scan_id() + ": the sensor saw nothing");
-  header.set_point_count(point_count);
-  header.set_encoding(ingest::v1::ENCODING_DRACO);
-  header.set_sender_error_um(1e3 * error_mm);
-  scan.header = std::move(header);
-  return scan;
-}
 
 absl::StatusOr<std::unique_ptr<PlantLink>> PlantLink::Connect(const std::string& server, double patience_s,
                                                               std::function<void(const std::string&)> retrying) {
@@ -85,62 +52,49 @@ absl::StatusOr<std::unique_ptr<PlantLink>> PlantLink::Connect(const std::string&
   return link;
 }
 
-absl::Status PlantLink::Retry(const std::string& area,
-                              const std::function<grpc::Status(const std::shared_ptr<grpc::Channel>&)>& attempt) {
-  const Clock::time_point give_up =
-      Clock::now() + std::chrono::milliseconds(static_cast<std::int64_t>(1e3 * patience_s_));
-  const Clock::time_point start = Clock::now();
-  auto pause = std::chrono::milliseconds(100);
-  for (bool first = true;; first = false) {
-    const absl::Status status = runtime::FromGrpc(attempt(channels_.at(area)));
-    const bool again = IsWorthTryingAgain(status) && Clock::now() + pause <= give_up;
-    if (!again && !first && retrying_) {
-      char text[100];
-      std::snprintf(text, sizeof text, "%s %s after %.1f s", area.c_str(), status.ok() ? "is back" : "did not answer",
-                    std::chrono::duration<double>(Clock::now() - start).count());
-      retrying_(text);
-    }
-    if (!again) return status;
-    if (first && retrying_) retrying_(area + " is away or full (" + std::string(status.message()) + "), trying again");
-    // A synchronous gRPC client makes progress on a connection only while a thread waits for something on it (else at a
-    // backup poll every 5 s): so the pause is spent waiting for the connection, where that is what is missing.
-    const auto& channel = channels_.at(area);
-    if (channel->GetState(true) == GRPC_CHANNEL_READY)
-      std::this_thread::sleep_for(pause);
-    else
-      channel->WaitForConnected(std::chrono::system_clock::now() + pause);
-    pause = std::min(2 * pause, std::chrono::milliseconds(2000));
+runtime::RetryLimits PlantLink::Limits() const {
+  runtime::RetryLimits limits;
+  limits.away_s = limits.full_s = patience_s_;
+  limits.say = retrying_;
+  return limits;
+}
+
+absl::Status PlantLink::Retry(
+    const std::string& area,
+    const std::function<grpc::Status(const std::shared_ptr<grpc::Channel>&)>& attempt) const {
+  const std::shared_ptr<grpc::Channel>& channel = channels_.at(area);
+  runtime::Retry retry(area, Limits());
+  while (true) {
+    const absl::Status status = runtime::FromGrpc(attempt(channel));
+    if (!retry.TryAgain(status, channel)) return status;
   }
 }
 
-absl::StatusOr<ingest::v1::UploadScanResponse> PlantLink::Upload(const EncodedScan& scan, double profiles_per_s) {
-  ingest::v1::UploadScanResponse response;
-  const absl::Status status = Retry("ingest", [&](const std::shared_ptr<grpc::Channel>& channel) {
-    const auto context = runtime::ContextFor(kCallDeadline_s);
-    response.Clear();
-    const auto stub = ingest::v1::ScanService::NewStub(channel);
-    const auto writer = stub->UploadScan(context.get(), &response);
-    ingest::v1::UploadScanRequest request;
-    *request.mutable_header() = scan.header;
-    bool open = writer->Write(request);
-    const Clock::time_point start = Clock::now();
-    int sent_profiles = 0;
-    for (const auto& block : scan.blocks) {
-      if (!open) break;
-      *request.mutable_block() = block;
-      open = writer->Write(request);
-      sent_profiles += kProfilesPerBlock;
-      if (profiles_per_s > 0) {
-        std::this_thread::sleep_until(
-            start + std::chrono::milliseconds(static_cast<std::int64_t>(1e3 * sent_profiles / profiles_per_s)));
-      }
+absl::StatusOr<ingest::v1::StoredScan> PlantLink::Upload(ingest::v1::ScanHeader header, const ScanProfiles& profiles,
+                                                         double profiles_per_s) const {
+  if (SawNothing(profiles)) return absl::OutOfRangeError("scan " + header.scan_id() + ": the sensor saw nothing");
+  header.set_encoding(ingest::v1::ENCODING_RAW_PROFILES);
+  const int columns_per_profile = header.columns_per_profile();
+  const double raw_step_mm = 1e-3 * header.raw_step_um();
+  clients::UploadOptions options;
+  options.retry = Limits();
+  options.retry.deadline = std::chrono::system_clock::now() + std::chrono::seconds(static_cast<int>(kUploadDeadline_s));
+  options.profiles_per_s = profiles_per_s;
+  clients::ScanUploader uploader(channels_.at("ingest"), std::move(options));
+  absl::Status status = uploader.Begin(std::move(header));
+  clients::OutgoingBlock block;
+  for (std::size_t i = 0; status.ok() && i < profiles.size(); ++i) {
+    // A profile that saw nothing takes its time, and has nothing to send.
+    if (profiles[i].columns.empty()) {
+      ++block.profile_count;
+    } else {
+      status = clients::AppendRawProfile(RawOf(profiles[i], raw_step_mm), columns_per_profile, &block);
     }
-    // A broken stream is not ended as if it were whole.
-    if (open) writer->WritesDone();
-    return writer->Finish();
-  });
+    const bool full = block.profile_count >= kProfilesPerBlock || i + 1 == profiles.size();
+    if (status.ok() && full && block.point_count > 0) status = uploader.Send(std::exchange(block, {}));
+  }
   if (!status.ok()) return status;
-  return response;
+  return uploader.End();
 }
 
 }  // namespace sixpoint::simulator

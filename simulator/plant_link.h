@@ -8,26 +8,16 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 
 #include "services/runtime/call.h"
+#include "services/runtime/retry.h"
 #include "simulator/machine.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 
 namespace sixpoint::simulator {
 
-// A random UUID (version 4): one per request, kept through its retries.
-std::string NewRequestId();
-
-// A scan cut into Draco blocks of some tens of profiles, and the header that goes before them.
-struct EncodedScan {
-  ingest::v1::ScanHeader header;
-  std::vector<ingest::v1::ScanBlock> blocks;
-  int profile_count = 0;
-};
-// Fills point_count, encoding and sender_error_um of the header. Fails for a scan that saw nothing.
-absl::StatusOr<EncodedScan> Encode(ingest::v1::ScanHeader header, const ScanProfiles& profiles);
+using runtime::NewRequestId;
 
 // Thread-safe.
 class PlantLink {
@@ -55,15 +45,19 @@ class PlantLink {
     return response;
   }
 
-  // Returns once the scan is durable. profiles_per_s > 0 sends at that pace, as the scanner measures; a broken upload
-  // starts again from its first block under the same scan_id.
-  absl::StatusOr<ingest::v1::UploadScanResponse> Upload(const EncodedScan& scan, double profiles_per_s);
+  // Streams a scan as a scanner does: raw profiles, their number not told ahead. Returns once the scan is durable.
+  // profiles_per_s > 0 sends at that pace; a broken upload goes on from the last block acknowledged. Of the header,
+  // columns_per_profile and raw_step_um tell the scanner. OUT_OF_RANGE for a scan that saw nothing.
+  absl::StatusOr<ingest::v1::StoredScan> Upload(ingest::v1::ScanHeader header, const ScanProfiles& profiles,
+                                                double profiles_per_s) const;
 
  private:
   static constexpr double kCallDeadline_s = 120;
+  static constexpr double kUploadDeadline_s = 1800;
   PlantLink() = default;
   absl::Status Retry(const std::string& area,
-                     const std::function<grpc::Status(const std::shared_ptr<grpc::Channel>&)>& attempt);
+                     const std::function<grpc::Status(const std::shared_ptr<grpc::Channel>&)>& attempt) const;
+  runtime::RetryLimits Limits() const;
 
   std::map<std::string, std::shared_ptr<grpc::Channel>> channels_;
   std::string software_version_;

@@ -131,18 +131,23 @@ absl::Status PlantRun::UploadOne(const DatasetScan& scan, Progress* progress) {
     return absl::InvalidArgumentError(scan.file + ": " + std::to_string(points->size()) + " points, want " +
                                       std::to_string(scan.point_count) + " as dataset.json says");
   }
-  absl::StatusOr<EncodedScan> encoded = EncodeScan(*points);
-  if (!encoded.ok()) return encoded.status();
-  absl::StatusOr<ingest::v1::UploadScanResponse> response =
-      UploadScanUnderFreeId(session_, scan.header, *encoded, [&](std::int64_t count) { progress->Add(count); });
-  if (!response.ok()) return response.status();
+  ingest::v1::ScanHeader header = scan.header;
+  header.set_encoding(ingest::v1::ENCODING_XYZ_F64);
+  absl::StatusOr<clients::OutgoingScan> outgoing = clients::PrepareScan(std::move(header), *points);
+  if (!outgoing.ok()) return outgoing.status();
+  const std::int64_t payload_bytes = outgoing->payload_bytes;
+  const absl::StatusOr<ingest::v1::StoredScan> stored =
+      UploadScanUnderFreeId(session_, *std::move(outgoing), [&](std::int64_t count) { progress->Add(count); });
+  if (!stored.ok()) return stored.status();
+  const ingest::v1::Scan& record = stored->scan();
   std::lock_guard<std::mutex> lock(mutex_);
-  stored_[scan.header.scan_id()] = response->scan().name();
+  stored_[scan.header.scan_id()] = record.name();
   ++result_.scan_count;
-  if (response->already_stored()) ++result_.already_stored_count;
-  result_.point_count += encoded->point_count;
-  result_.payload_bytes += encoded->payload_bytes;
-  result_.proven_error_um = std::max(result_.proven_error_um, encoded->proven_error_um);
+  if (stored->already_stored()) ++result_.already_stored_count;
+  result_.point_count += scan.point_count;
+  result_.payload_bytes += payload_bytes;
+  result_.stored_bytes += record.stored_bytes();
+  result_.proven_error_um = std::max(result_.proven_error_um, record.proven_error_um());
   return absl::OkStatus();
 }
 

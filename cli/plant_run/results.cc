@@ -158,6 +158,7 @@ json ResultsToJson(const PlantRunResult& result) {
                 {"already_stored_count", result.already_stored_count},
                 {"point_count", result.point_count},
                 {"payload_bytes", result.payload_bytes},
+                {"stored_bytes", result.stored_bytes},
                 {"proven_error_um", result.proven_error_um}}},
               {"setup_s", result.setup_s},
               {"timing_s",

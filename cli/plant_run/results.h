@@ -46,8 +46,9 @@ struct PlantRunResult {
   std::vector<InspectedBlade> inspections;
   std::vector<FailedStep> failures;
   double setup_s = 0, ingest_s = 0, calibration_s = 0, registration_s = 0, correction_s = 0, inspection_s = 0;
-  std::int64_t scan_count = 0, already_stored_count = 0, point_count = 0, payload_bytes = 0;
-  double proven_error_um = 0;
+  std::int64_t scan_count = 0, already_stored_count = 0, point_count = 0;
+  std::int64_t payload_bytes = 0, stored_bytes = 0;  // as sent, and as the service keeps them
+  double proven_error_um = 0;                        // greatest that storing added
 };
 
 // Every double so that it reads back as the same double. Frames: table is the machine's; zero_from_part takes CAD

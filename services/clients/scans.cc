@@ -9,13 +9,14 @@
 #include <vector>
 
 #include "metrology/cloud/draco_codec.h"
-#include "services/ingest/running_digest.h"
+#include "services/clients/scan_upload.h"
 #include "services/runtime/errors.h"
-#include "storage/blobs.h"
 
 namespace sixpoint::clients {
 namespace {
 
+using ingest::v1::DownloadScanRequest;
+using ingest::v1::DownloadScanResponse;
 using ingest::v1::ScanBlock;
 using ingest::v1::ScanHeader;
 
@@ -35,127 +36,158 @@ metrology::LineScan LineScanOf(const ingest::v1::Scan& record) {
   scan.a_rad = header.a_deg() * kRadPerDeg;
   scan.b_rad = header.b_deg() * kRadPerDeg;
   scan.profile_pitch_mm = header.profile_pitch_mm();
-  scan.points_mm.reserve(static_cast<std::size_t>(header.point_count()));
   return scan;
 }
 
-// Reads the whole stream into `fetched`; what is wrong with it, if anything.
-absl::Status ReadScan(const std::string& name, grpc::ClientReader<ingest::v1::DownloadScanResponse>* reader,
-                      FetchedScan* fetched) {
-  ingest::v1::DownloadScanResponse response;
-  if (!reader->Read(&response)) return absl::OkStatus();  // the stream's own status says why
-  if (!response.has_scan()) return Damaged(name, "the stream does not begin with the scan");
-  fetched->record = std::move(*response.mutable_scan());
-  const std::int64_t point_count = fetched->record.header().point_count();
-  if (point_count < 1 || point_count > kGreatestPointCount) {
-    return Damaged(name, std::to_string(point_count) + " points");
-  }
-  fetched->scan = LineScanOf(fetched->record);
-  metrology::Points& points_mm = fetched->scan.points_mm;
-  for (int index = 0; reader->Read(&response); ++index) {
-    const ScanBlock& block = response.block();
-    if (!response.has_block() || block.index() != index) {
-      return Damaged(name, "block " + std::to_string(index) + " is missing");
-    }
-    if (block.point_count() < 1 || block.point_count() > point_count - static_cast<std::int64_t>(points_mm.size())) {
-      return Damaged(name, "block " + std::to_string(index) + " has more points than the scan");
-    }
-    const auto decoded = metrology::DecodeBlock(block.payload(), block.point_count());
-    if (!decoded.ok()) {
-      return Damaged(name, "block " + std::to_string(index) + ": " + std::string(decoded.status().message()));
-    }
-    points_mm.insert(points_mm.end(), decoded->begin(), decoded->end());
-  }
-  return absl::OkStatus();
+absl::StatusOr<metrology::Points> DecodeDoubles(const ScanBlock& block) {
+  constexpr std::size_t kPointBytes = 3 * sizeof(double);
+  if (block.payload().size() != static_cast<std::size_t>(block.point_count()) * kPointBytes)
+    return absl::InvalidArgumentError(std::to_string(block.payload().size()) + " bytes, want 24 a point");
+  metrology::Points points_mm(static_cast<std::size_t>(block.point_count()));
+  // Every platform of ours is little-endian.
+  std::memcpy(points_mm.front().data(), block.payload().data(), block.payload().size());
+  return points_mm;
 }
 
-std::string LittleEndianDoubles(const metrology::Points& points_mm) {
-  static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
-  std::string bytes(points_mm.size() * sizeof(Eigen::Vector3d), '\0');
-  std::memcpy(bytes.data(), points_mm.data(), bytes.size());  // every platform of ours is little-endian
-  return bytes;
+// A download as it comes in.
+class Download {
+ public:
+  Download(const std::string& name, bool decoded) : name_(name), decoded_(decoded) {}
+
+  absl::Status TakeScan(DownloadScanResponse* response) {
+    if (!response->has_scan()) return Damaged(name_, "the stream does not begin with the scan");
+    fetched_.record = std::move(*response->mutable_scan());
+    const std::int64_t point_count = fetched_.record.header().point_count();
+    if (point_count < 1 || point_count > kGreatestPointCount)
+      return Damaged(name_, std::to_string(point_count) + " points");
+    fetched_.scan = LineScanOf(fetched_.record);
+    return absl::OkStatus();
+  }
+
+  // A whole scan's blocks begin with 0; a part's with any.
+  absl::Status TakeBlock(DownloadScanResponse* response) {
+    ScanBlock& block = *response->mutable_block();
+    if (blocks_.empty()) next_index_ = decoded_ ? block.index() : 0;
+    if (block.index() != next_index_) return Damaged(name_, "block " + std::to_string(next_index_) + " is missing");
+    ++next_index_;
+    const std::int64_t left = fetched_.record.header().point_count() - point_count_;
+    if (block.point_count() < 1 || block.point_count() > left) {
+      return Damaged(name_, "block " + std::to_string(block.index()) + " has " + std::to_string(block.point_count()) +
+                                " points, want 1 to " + std::to_string(left));
+    }
+    point_count_ += block.point_count();
+    digest_.Add(block.payload());
+    blocks_.push_back(std::move(block));
+    return absl::OkStatus();
+  }
+
+  absl::Status CheckWhole() const {
+    const ingest::v1::Scan& record = fetched_.record;
+    if (point_count_ == 0 || point_count_ != record.header().point_count()) {
+      return Damaged(name_, std::to_string(point_count_) + " points came, want " +
+                                std::to_string(record.header().point_count()));
+    }
+    if (digest_.ToHex() != record.sha256())
+      return Damaged(name_, "sha256: " + digest_.ToHex() + " of the blocks that came, want " + record.sha256());
+    return absl::OkStatus();
+  }
+
+  // Blocks whose digest was not checked are not decoded (range_image.h).
+  absl::Status Decode() {
+    metrology::Points& points_mm = fetched_.scan.points_mm;
+    points_mm.reserve(static_cast<std::size_t>(point_count_));
+    for (const ScanBlock& block : blocks_) {
+      const auto points =
+          decoded_ ? DecodeDoubles(block) : metrology::DecodeBlock(block.payload(), block.point_count());
+      if (!points.ok()) {
+        return Damaged(name_, "block " + std::to_string(block.index()) + ": " + std::string(points.status().message()));
+      }
+      points_mm.insert(points_mm.end(), points->begin(), points->end());
+    }
+    blocks_.clear();
+    return absl::OkStatus();
+  }
+
+  absl::Status CheckProfiles(const ProfileRange& range) const {
+    const metrology::Points& points_mm = fetched_.scan.points_mm;
+    const int left = std::max(fetched_.record.profile_count() - range.first, 0);
+    const int wanted = range.count == 0 ? left : std::min(range.count, left);
+    int came = points_mm.empty() ? 0 : 1;
+    for (std::size_t i = 1; i < points_mm.size(); ++i) came += points_mm[i].x() != points_mm[i - 1].x();
+    if (came != wanted)
+      return Damaged(name_, std::to_string(came) + " profiles came, want " + std::to_string(wanted));
+    return absl::OkStatus();
+  }
+
+  FetchedScan TakeFetched() { return std::move(fetched_); }
+
+ private:
+  const std::string name_;
+  const bool decoded_;
+  FetchedScan fetched_;
+  std::vector<ScanBlock> blocks_;
+  PayloadsDigest digest_;
+  std::int64_t point_count_ = 0;
+  int next_index_ = 0;
+};
+
+// What is wrong with what came, if anything; the stream's own status says why nothing came.
+absl::Status ReadScan(grpc::ClientReader<DownloadScanResponse>* reader, Download* download) {
+  DownloadScanResponse response;
+  if (!reader->Read(&response)) return absl::OkStatus();
+  absl::Status status = download->TakeScan(&response);
+  while (status.ok() && reader->Read(&response)) status = download->TakeBlock(&response);
+  return status;
 }
 
-// All blocks of the scan; completes the header.
-absl::StatusOr<std::vector<ScanBlock>> BlocksOf(const metrology::Points& points_mm, ScanHeader* header) {
-  if (header->encoding() == ingest::v1::ENCODING_UNSPECIFIED) header->set_encoding(ingest::v1::ENCODING_DRACO);
-  header->set_point_count(static_cast<std::int64_t>(points_mm.size()));
-  const double bound_mm =
-      header->error_bound_um() > 0 ? header->error_bound_um() * 1e-3 : metrology::kDefaultErrorBoundMm;
-  double proven_error_mm = 0;
-  std::vector<ScanBlock> blocks;
-  for (std::size_t begin = 0; begin < points_mm.size(); begin += metrology::kUsualBlockPointCount) {
-    const std::size_t end = std::min(points_mm.size(), begin + metrology::kUsualBlockPointCount);
-    const metrology::Points part(points_mm.begin() + static_cast<std::ptrdiff_t>(begin),
-                                 points_mm.begin() + static_cast<std::ptrdiff_t>(end));
-    ScanBlock block;
-    block.set_index(static_cast<int>(blocks.size()));
-    block.set_point_count(static_cast<int>(part.size()));
-    if (header->encoding() == ingest::v1::ENCODING_DRACO) {
-      auto encoded = metrology::EncodeBlock(part, bound_mm);
-      if (!encoded.ok()) return encoded.status();
-      proven_error_mm = std::max(proven_error_mm, encoded->proven_error_mm);
-      block.set_payload(std::move(encoded->bytes));
-    } else {
-      block.set_payload(LittleEndianDoubles(part));
-    }
-    blocks.push_back(std::move(block));
-  }
-  header->set_sender_error_um(header->sender_error_um() + proven_error_mm * 1e3);
-  return blocks;
+absl::Status Receive(ingest::v1::ScanService::Stub* stub, const DownloadScanRequest& request,
+                     grpc::ClientContext* context, Download* download) {
+  const auto reader = stub->DownloadScan(context, request);
+  const absl::Status read = ReadScan(reader.get(), download);
+  if (!read.ok()) context->TryCancel();
+  const grpc::Status finished = reader->Finish();
+  return read.ok() ? runtime::FromGrpc(finished) : read;
 }
 
 }  // namespace
 
-ScanClient::ScanClient(std::shared_ptr<grpc::Channel> ingest) : stub_(ingest::v1::ScanService::NewStub(ingest)) {}
+ScanClient::ScanClient(std::shared_ptr<grpc::Channel> ingest)
+    : channel_(std::move(ingest)), stub_(ingest::v1::ScanService::NewStub(channel_)) {}
 
 absl::StatusOr<FetchedScan> ScanClient::Fetch(const std::string& name,
                                               std::unique_ptr<grpc::ClientContext> context) const {
-  ingest::v1::DownloadScanRequest request;
+  DownloadScanRequest request;
   request.set_name(name);
-  FetchedScan fetched;
-  const auto reader = stub_->DownloadScan(context.get(), request);
-  const absl::Status read = ReadScan(name, reader.get(), &fetched);
-  if (!read.ok()) context->TryCancel();
-  const grpc::Status finished = reader->Finish();
-  if (!read.ok()) return read;
-  if (!finished.ok()) return runtime::FromGrpc(finished);
-  const auto read_count = static_cast<std::int64_t>(fetched.scan.points_mm.size());
-  if (read_count == 0 || read_count != fetched.record.header().point_count()) {
-    return Damaged(name, std::to_string(read_count) + " points came, want " +
-                             std::to_string(fetched.record.header().point_count()));
-  }
-  return fetched;
+  Download download(name, false);
+  absl::Status status = Receive(stub_.get(), request, context.get(), &download);
+  if (status.ok()) status = download.CheckWhole();
+  if (status.ok()) status = download.Decode();
+  if (!status.ok()) return status;
+  return download.TakeFetched();
+}
+
+absl::StatusOr<FetchedScan> ScanClient::Fetch(const std::string& name, const ProfileRange& range,
+                                              std::unique_ptr<grpc::ClientContext> context) const {
+  DownloadScanRequest request;
+  request.set_name(name);
+  request.set_first_profile(range.first);
+  request.set_profile_count(range.count);
+  request.set_format(ingest::v1::POINT_FORMAT_XYZ_F64);
+  Download download(name, true);
+  absl::Status status = Receive(stub_.get(), request, context.get(), &download);
+  if (status.ok()) status = download.Decode();
+  if (status.ok()) status = download.CheckProfiles(range);
+  if (!status.ok()) return status;
+  return download.TakeFetched();
 }
 
 absl::StatusOr<ingest::v1::StoredScan> ScanClient::Upload(ScanHeader header, const metrology::Points& points_mm,
-                                                                  std::unique_ptr<grpc::ClientContext> context) const {
-  absl::StatusOr<std::vector<ScanBlock>> blocks = BlocksOf(points_mm, &header);
-  if (!blocks.ok()) return blocks.status();
-  ingest::v1::UploadScanResponse response;
-  const auto stream = stub_->UploadScan(context.get());
-  ingest::v1::UploadScanRequest request;
-  ingest::v1::ScanEnd end;
-  std::vector<std::string> digests;
-  *request.mutable_header() = std::move(header);
-  stream->Write(request);
-  stream->Read(&response);
-  for (ScanBlock& block : *blocks) {
-    digests.push_back(storage::Sha256Hex(block.payload()));
-    end.set_block_count(end.block_count() + 1);
-    end.set_point_count(end.point_count() + block.point_count());
-    *request.mutable_block() = std::move(block);
-    stream->Write(request);
-  }
-  end.set_sha256(ingest::DigestOfDigests(digests));
-  *request.mutable_end() = end;
-  stream->Write(request);
-  stream->WritesDone();
-  while (stream->Read(&response)) {
-  }
-  const grpc::Status finished = stream->Finish();
-  if (!finished.ok()) return runtime::FromGrpc(finished);
-  return response.stored();
+                                                          std::unique_ptr<grpc::ClientContext> context) const {
+  const absl::StatusOr<OutgoingScan> scan = PrepareScan(std::move(header), points_mm);
+  if (!scan.ok()) return scan.status();
+  UploadOptions options;
+  options.retry.deadline = context->deadline();
+  return UploadScan(channel_, *scan, std::move(options));
 }
 
 }  // namespace sixpoint::clients

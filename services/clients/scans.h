@@ -12,27 +12,36 @@
 
 namespace sixpoint::clients {
 
-// A decoded scan with the record that it came with.
+// A decoded scan, or some profiles of it, with the record that it came with.
 struct FetchedScan {
   ingest::v1::Scan record;
   metrology::LineScan scan;
 };
 
-// Downloads and decodes scans/{id}. The blocks were checked and bounded when they were stored, so they are decoded in
-// process. Thread-safe.
+// Of a stored scan, counted from its first.
+struct ProfileRange {
+  int first = 0;
+  int count = 0;  // 0: all from `first` on
+};
+
+// Thread-safe.
 class ScanClient {
  public:
   explicit ScanClient(std::shared_ptr<grpc::Channel> ingest);
+  // Downloads and decodes scans/{id}. The blocks were checked and bounded when they were stored, so they are decoded in
+  // process, once the whole has its counts and its digest (else DATA_LOSS, SCAN_DAMAGED).
   absl::StatusOr<FetchedScan> Fetch(const std::string& name, std::unique_ptr<grpc::ClientContext> context) const;
-  // Cuts the points into blocks and uploads them with this header; point_count is set here, and for ENCODING_DRACO (the
-  // default) the blocks are encoded here within error_bound_um (0: 0.25 um) and sender_error_um grows by what that
-  // cost. Returns when the scan is durable. The same call again, with the same input, is the same scan.
-  absl::StatusOr<ingest::v1::StoredScan> Upload(ingest::v1::ScanHeader header,
-                                                        const metrology::Points& points_mm,
-                                                        std::unique_ptr<grpc::ClientContext> context) const;
+  // Only these profiles, decoded by the service; their number is checked.
+  absl::StatusOr<FetchedScan> Fetch(const std::string& name, const ProfileRange& range,
+                                    std::unique_ptr<grpc::ClientContext> context) const;
+  // PrepareScan and UploadScan. The whole ends at the context's deadline; nothing else is taken from it, for each
+  // stream needs one of its own. Returns when the scan is durable. The same call again is the same scan.
+  absl::StatusOr<ingest::v1::StoredScan> Upload(ingest::v1::ScanHeader header, const metrology::Points& points_mm,
+                                                std::unique_ptr<grpc::ClientContext> context) const;
 
  private:
-  std::unique_ptr<ingest::v1::ScanService::Stub> stub_;
+  const std::shared_ptr<grpc::Channel> channel_;
+  const std::unique_ptr<ingest::v1::ScanService::Stub> stub_;
 };
 
 }  // namespace sixpoint::clients

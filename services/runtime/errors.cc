@@ -2,6 +2,7 @@
 
 #include <absl/strings/cord.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <optional>
@@ -17,11 +18,13 @@ namespace {
 // What travels with an absl::Status inside a process, as plain text.
 using storage::kReasonPayload;
 constexpr char kField[] = "sixpoint.field";
+constexpr char kRetryDelay[] = "sixpoint.retry_delay_ms";
 constexpr char kDomain[] = "sixpoint";
 // Details travel in a header block that peers limit to 8 KiB, the message twice.
 constexpr size_t kLongestMessage = 1500;
 constexpr size_t kLongestValue = 120;
 constexpr int kRetryDelay_ms = 500;
+constexpr int kLongestRetryDelay_ms = 60'000;
 
 // Text that came from outside: cut, and without control characters or broken UTF-8 at the cut.
 std::string Tame(std::string text, size_t longest) {
@@ -123,6 +126,13 @@ absl::Status Failure(absl::StatusCode code, const std::string& reason, const std
 
 std::string ReasonOf(const absl::Status& status) { return PayloadOf(status, kReasonPayload).value_or(""); }
 
+std::chrono::milliseconds RetryDelayOf(const absl::Status& status) {
+  const std::string text = PayloadOf(status, kRetryDelay).value_or("0");
+  int delay_ms = 0;
+  std::from_chars(text.data(), text.data() + text.size(), delay_ms);
+  return std::chrono::milliseconds(std::clamp(delay_ms, 0, kLongestRetryDelay_ms));
+}
+
 grpc::Status ToGrpc(const absl::Status& status) {
   if (status.ok()) return grpc::Status::OK;
   std::string message = Tame(std::string(status.message()), kLongestMessage);
@@ -161,6 +171,7 @@ absl::Status FromGrpc(const grpc::Status& status) {
   for (const google::protobuf::Any& detail : details.details()) {
     google::rpc::ErrorInfo info;
     google::rpc::BadRequest bad_request;
+    google::rpc::RetryInfo retry;
     if (detail.UnpackTo(&info)) {
       // The code's own name stands where no reason was given.
       if (info.reason() != absl::StatusCodeToString(received.code())) {
@@ -168,6 +179,10 @@ absl::Status FromGrpc(const grpc::Status& status) {
       }
     } else if (detail.UnpackTo(&bad_request) && bad_request.field_violations_size() > 0) {
       received.SetPayload(kField, absl::Cord(bad_request.field_violations(0).field()));
+    } else if (detail.UnpackTo(&retry)) {
+      const std::int64_t seconds = std::clamp<std::int64_t>(retry.retry_delay().seconds(), 0, 3600);
+      received.SetPayload(kRetryDelay,
+                          absl::Cord(std::to_string(1000 * seconds + retry.retry_delay().nanos() / 1'000'000)));
     }
   }
   return received;

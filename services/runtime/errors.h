@@ -4,6 +4,7 @@
 #include <absl/status/status.h>
 #include <grpcpp/support/status.h>
 
+#include <chrono>
 #include <string>
 
 namespace sixpoint::runtime {
@@ -18,9 +19,11 @@ absl::Status Failure(absl::StatusCode code, const std::string& reason, const std
 // The one exhaustive map: code by code, with a serialised google.rpc.Status (BadRequest, ErrorInfo, and RetryInfo for
 // UNAVAILABLE and RESOURCE_EXHAUSTED) in the details. INTERNAL hides its message from the client and logs it.
 grpc::Status ToGrpc(const absl::Status& status);
-// Back again, on the client side of a call between services: keeps code, message and reason.
+// Back again, on the client side of a call between services: keeps code, message, reason and RetryInfo.
 absl::Status FromGrpc(const grpc::Status& status);
 // ErrorInfo.reason of a status made here or received; empty when it has none.
 std::string ReasonOf(const absl::Status& status);
+// RetryInfo.retry_delay of a status received, at most a minute; 0 where it has none.
+std::chrono::milliseconds RetryDelayOf(const absl::Status& status);
 
 }  // namespace sixpoint::runtime

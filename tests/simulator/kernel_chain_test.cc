@@ -16,7 +16,7 @@ constexpr double kDegree = 3.14159265358979323846 / 180;
 metrology::LineScan ToLineScan(const std::string& id, const ScanPlan& plan, const ScanProfiles& profiles) {
   metrology::LineScan scan;
   scan.id = id;
-  for (const auto& profile : profiles) scan.points_mm.insert(scan.points_mm.end(), profile.begin(), profile.end());
+  scan.points_mm = PointsOf(profiles);
   scan.v0_mm = plan.v0_mm;
   scan.a_rad = plan.a_deg * kDegree;
   scan.b_rad = plan.b_deg * kDegree;

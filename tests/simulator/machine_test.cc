@@ -37,7 +37,7 @@ TEST(Scan, ReadingsMappedByTheTrueSensorLieOnTheArtefactWithinNoise) {
     double sum = 0, sum_of_squares = 0, cone_sum_of_squares = 0;
     int count = 0, cone_count = 0, slot_count = 0;
     for (const auto& profile : profiles) {
-      for (const Vector3d& reading : profile) {
+      for (const Vector3d& reading : profile.points_mm) {
         EXPECT_LE(std::abs(reading.z()), 12.5);
         const Vector3d p = truth.machine_from_artefact.inverse() * MachineFromReading(reading, truth, plan.v0_mm);
         if (OnFlatFace(p, artefact)) {
@@ -69,9 +69,35 @@ TEST(Scan, SameSeedSameBitsOnAnyNumberOfThreads) {
   ScanPlan plan = PlanArtefact(kDesign)[0];
   plan.pitch_mm = 1;
   const Scene scene = ArtefactScene({}, truth);
-  const ScanProfiles one = Scan(scene, truth, kDesign.scanner, plan, 9, 1);
-  EXPECT_EQ(one, Scan(scene, truth, kDesign.scanner, plan, 9, 4));
-  EXPECT_NE(one, Scan(scene, truth, kDesign.scanner, plan, 10, 1));
+  const metrology::Points one = PointsOf(Scan(scene, truth, kDesign.scanner, plan, 9, 1));
+  EXPECT_EQ(one, PointsOf(Scan(scene, truth, kDesign.scanner, plan, 9, 4)));
+  EXPECT_NE(one, PointsOf(Scan(scene, truth, kDesign.scanner, plan, 10, 1)));
+}
+
+TEST(Scan, GivesEachPointItsColumnAndWholeRawSteps) {
+  const MachineTruth truth = MountedByHand(kDesign, 4);
+  ScanPlan plan = PlanArtefact(kDesign)[0];
+  plan.pitch_mm = 1;
+  const ScannerDesign& scanner = kDesign.scanner;
+  const double pitch_rad = scanner.line_angle_deg * kDegree / scanner.columns;
+  std::size_t count = 0;
+  for (const Profile& profile : Scan(ArtefactScene({}, truth), truth, scanner, plan, 9, 2)) {
+    ASSERT_EQ(profile.columns.size(), profile.points_mm.size());
+    for (std::size_t i = 0; i < profile.columns.size(); ++i, ++count) {
+      const Vector3d& p = profile.points_mm[i];
+      EXPECT_EQ(p.x(), profile.x_mm);
+      if (i > 0) {
+        EXPECT_GT(profile.columns[i], profile.columns[i - 1]);
+      }
+      // The point lies on its column's ray, but for half a raw step of 0.1 um 53 mm away.
+      const double ray_rad = (profile.columns[i] + 0.5 - 0.5 * scanner.columns) * pitch_rad;
+      EXPECT_NEAR(std::atan2(p.y(), scanner.mid_range_mm - p.z()), ray_rad, 2e-6);
+      for (const double value_mm : {p.y(), p.z()}) {
+        EXPECT_NEAR(value_mm / 1e-4, std::round(value_mm / 1e-4), 1e-6);
+      }
+    }
+  }
+  EXPECT_GT(count, 10000u);
 }
 
 TEST(Scan, LosesGrazingSurfacesAndWhatIsOutOfRange) {
@@ -87,7 +113,7 @@ TEST(Scan, LosesGrazingSurfacesAndWhatIsOutOfRange) {
   double lowest = 10;
   std::size_t count = 0;
   for (const auto& profile : Scan(scene, truth, kDesign.scanner, plan, 1, 1)) {
-    for (const Vector3d& p : profile) {
+    for (const Vector3d& p : profile.points_mm) {
       EXPECT_NEAR((p - Vector3d(0, 0, -2)).norm(), 5, 0.012);
       lowest = std::min(lowest, p.z());
       ++count;
@@ -100,7 +126,7 @@ TEST(Scan, LosesGrazingSurfacesAndWhatIsOutOfRange) {
   scene = {};
   scene.Add(std::make_shared<Sphere>(Vector3d(0, 0, 2), 5), Eigen::Isometry3d::Identity());
   for (const auto& profile : Scan(scene, truth, kDesign.scanner, plan, 1, 1))
-    for (const Vector3d& p : profile) EXPECT_LE(p.z(), 12.5);
+    for (const Vector3d& p : profile.points_mm) EXPECT_LE(p.z(), 12.5);
 }
 
 TEST(Scan, SeesOnlyTheFirstSurface) {
@@ -114,7 +140,7 @@ TEST(Scan, SeesOnlyTheFirstSurface) {
   scene.Add(std::make_shared<Sphere>(Vector3d(0, 0, -60), 55), Eigen::Isometry3d::Identity());
   scene.Add(std::make_shared<Pin>(Vector3d(0, 0, 5), Vector3d::UnitZ(), 2, 1), Eigen::Isometry3d::Identity());
   for (const auto& profile : Scan(scene, truth, kDesign.scanner, plan, 1, 1))
-    for (const Vector3d& p : profile)
+    for (const Vector3d& p : profile.points_mm)
       if (std::abs(p.y()) < 1 && std::abs(p.x()) <= 1) {
         EXPECT_GT(p.z(), 3);
       }
@@ -198,7 +224,7 @@ TEST(PlanBlade, ShowsEveryDatumPointAndHole) {
     ScanPlan coarse = plan;
     coarse.columns = 160;
     for (const auto& profile : Scan(scene, truth, kDesign.scanner, coarse, 1, 2)) {
-      for (const Vector3d& reading : profile) {
+      for (const Vector3d& reading : profile.points_mm) {
         const Vector3d p = part_from_machine * MachineFromReading(reading, truth, plan.v0_mm);
         for (std::size_t i = 0; i < wanted.size(); ++i) seen[i] += (p - wanted[i]).norm() < 1 ? 1 : 0;
       }
