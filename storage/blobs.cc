@@ -4,15 +4,9 @@
 
 #include <cstdlib>
 
+#include "storage/blob_rows.h"
+
 namespace sixpoint::storage {
-namespace {
-
-constexpr char kInsertBlob[] =
-    "INSERT INTO blobs (sha256, size_bytes, bytes) VALUES ($1, $2, $3) ON CONFLICT (sha256) DO NOTHING";
-constexpr char kSelectBlob[] = "SELECT bytes FROM blobs WHERE sha256 = $1";
-
-}  // namespace
-
 std::string Sha256Hex(std::string_view bytes) {
   unsigned char digest[EVP_MAX_MD_SIZE];
   unsigned int length = 0;
@@ -28,21 +22,13 @@ std::string Sha256Hex(std::string_view bytes) {
 
 absl::StatusOr<std::string> PutBlob(Transaction& transaction, std::string_view bytes) {
   const std::string sha256 = Sha256Hex(bytes);
-  const absl::StatusOr<Rows> stored =
-      transaction.Execute(kInsertBlob, Params().Text(sha256).Int(static_cast<std::int64_t>(bytes.size())).Bytes(bytes));
-  if (!stored.ok()) return stored.status();
+  const absl::Status stored = PutBlobRow(transaction, sha256, static_cast<std::int64_t>(bytes.size()), bytes);
+  if (!stored.ok()) return stored;
   return sha256;
 }
 
 absl::StatusOr<std::string> GetBlob(Transaction& transaction, const std::string& sha256) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlob, Params().Text(sha256));
-  if (!rows.ok()) return rows.status();
-  if (rows->count() == 0) return absl::NotFoundError("blob " + sha256 + ": not stored");
-  std::string bytes = rows->Bytes(0, 0);
-  if (const std::string found = Sha256Hex(bytes); found != sha256) {
-    return absl::DataLossError("blob " + sha256 + ": the stored bytes have SHA-256 " + found);
-  }
-  return bytes;
+  return ReadBlob(transaction, sha256, nullptr);
 }
 
 }  // namespace sixpoint::storage

@@ -1,4 +1,5 @@
-// Content-addressed bytes in PostgreSQL, named by their SHA-256 (lower-case hexadecimal).
+// Content-addressed bytes in PostgreSQL, named by their SHA-256 (lower-case hexadecimal). For small things that belong to a
+// row (CAD, NC programs, requests); clouds go through storage/blob_store.h.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -12,9 +13,11 @@ namespace sixpoint::storage {
 
 std::string Sha256Hex(std::string_view bytes);
 
-// In the caller's transaction, before the row that names it. The same bytes twice are one blob.
+// In the caller's transaction, before the row that names it. The same bytes twice are one blob, which no collector takes before
+// the transaction ends.
 absl::StatusOr<std::string> PutBlob(Transaction& transaction, std::string_view bytes);
-// DATA_LOSS when the stored bytes no longer have that digest; NOT_FOUND when there are none.
+// DATA_LOSS when the stored bytes no longer have that digest; NOT_FOUND when there are none; FAILED_PRECONDITION when they
+// were deleted on purpose.
 absl::StatusOr<std::string> GetBlob(Transaction& transaction, const std::string& sha256);
 
 }  // namespace sixpoint::storage

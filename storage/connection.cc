@@ -108,7 +108,8 @@ absl::StatusOr<Result> Query(pg_conn* connection, const std::string& sql, const 
   const int sent = params == nullptr
                        ? PQsendQuery(connection, sql.c_str())
                        : PQsendQueryParams(connection, sql.c_str(), static_cast<int>(params->values.size()), nullptr,
-                                           params->values.data(), params->lengths.data(), params->formats.data(), 0);
+                                           params->values.data(), params->lengths.data(), params->formats.data(),
+                                           params->result_format);
   if (sent == 0) return BrokenConnection(connection);
   const Deadline give_up = deadline + kGrace;
   absl::Status progress = Flush(connection, give_up);

@@ -33,6 +33,7 @@ struct WireParams {
   std::vector<const char*> values;
   std::vector<int> lengths;
   std::vector<int> formats;
+  int result_format = 0;  // 1: binary
 };
 
 // The last result of the text. When it returns DEADLINE_EXCEEDED or UNAVAILABLE the connection may be out of step: see

@@ -140,10 +140,17 @@ Transaction::~Transaction() {
   database_->Return(connection_, broken);
 }
 
-absl::StatusOr<Rows> Transaction::Execute(std::string_view sql, const Params& params) {
+absl::StatusOr<Rows> Transaction::Execute(std::string_view sql, const Params& params) { return Run(sql, params, 0); }
+
+absl::StatusOr<Rows> Transaction::ExecuteBinary(std::string_view sql, const Params& params) {
+  return Run(sql, params, 1);
+}
+
+absl::StatusOr<Rows> Transaction::Run(std::string_view sql, const Params& params, int result_format) {
   if (connection_ == nullptr) return absl::FailedPreconditionError("database: the transaction has ended");
   if (MillisecondsUntil(deadline_) == 0) return DeadlineOver();
   WireParams wire;
+  wire.result_format = result_format;
   for (const Params::Value& value : params.values_) {
     // A text parameter ends at its first NUL: storing the rest silently away is not an option.
     if (value.bytes && !value.binary && value.bytes->find('\0') != std::string::npos) {

@@ -25,6 +25,9 @@ namespace sixpoint::storage {
 using Deadline = std::chrono::system_clock::time_point;
 using Instant = std::chrono::system_clock::time_point;  // a timestamptz, microseconds kept
 
+// A machine-readable reason (UPPER_SNAKE) travels with a status under this key; runtime puts it on the wire.
+inline constexpr char kReasonPayload[] = "sixpoint.reason";
+
 // Parameters of one statement, in the order $1, $2, ...
 class Params {
  public:
@@ -79,12 +82,18 @@ class Transaction {
   ~Transaction();
   // One statement. Ends at Begin's deadline even when the server is frozen or unreachable.
   absl::StatusOr<Rows> Execute(std::string_view sql, const Params& params = {});
+  // The same with every column of the result in its binary form: for bytea, of which the text form is twice as long. Rows::Bytes
+  // is the only way to read it.
+  absl::StatusOr<Rows> ExecuteBinary(std::string_view sql, const Params& params = {});
+  // As Begin was told.
+  Deadline deadline() const { return deadline_; }
   // After a failed Commit nothing may be acknowledged: where the connection broke, the outcome is not known.
   absl::Status Commit();
 
  private:
   friend class Database;
   Transaction(Database* database, pg_conn* connection, Deadline deadline);
+  absl::StatusOr<Rows> Run(std::string_view sql, const Params& params, int result_format);
   Database* database_;
   pg_conn* connection_;
   Deadline deadline_;

@@ -9,10 +9,10 @@ constexpr char kLockScanId[] = "SELECT pg_advisory_xact_lock(hashtextextended('s
   "scan_id, machine_id, machine_revision, artefact_id, artefact_revision, blade_serial, kind, v0_x_mm, v0_y_mm, " \
   "v0_z_mm, a_deg, b_deg, profile_pitch_mm, columns_per_profile, point_count, encoding, sender_error_um, "        \
   "error_bound_um, measured_at, block_count, stored_bytes, stored_sha256, sent_sha256, proven_error_um, "         \
-  "record_sequence, recorded_at"
+  "record_sequence, recorded_at, stored_encoding, profile_count, raw_step_um"
 constexpr char kInsertScan[] = "INSERT INTO scans (" SIXPOINT_SCAN_COLUMNS
                                ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, "
-                               "$18, $19, $20, $21, $22, $23, $24, $25, $26)";
+                               "$18, $19, $20, $21, $22, $23, $24, $25, $26, $27, $28, $29)";
 constexpr char kSelectScan[] = "SELECT " SIXPOINT_SCAN_COLUMNS " FROM scans WHERE scan_id = $1";
 constexpr char kListScans[] =
     "SELECT " SIXPOINT_SCAN_COLUMNS
@@ -21,11 +21,13 @@ constexpr char kListScans[] =
     "AND ($5 = '' OR kind = $5) ORDER BY record_sequence DESC LIMIT $6";
 #undef SIXPOINT_SCAN_COLUMNS
 constexpr char kInsertBlocks[] =
-    "INSERT INTO scan_blocks (scan_id, block_index, point_count, blob_sha256) "
-    "SELECT $1::text, (position - 1)::integer, points::integer, sha256 "
-    "FROM unnest($2::text[], $3::text[]) WITH ORDINALITY AS block (points, sha256, position)";
+    "INSERT INTO scan_blocks (scan_id, block_index, point_count, blob_sha256, first_profile, profile_count, "
+    "sent_sha256) SELECT $1::text, (position - 1)::integer, points::integer, blob, first::integer, profiles::integer, "
+    "sent FROM unnest($2::text[], $3::text[], $4::text[], $5::text[], $6::text[]) WITH ORDINALITY "
+    "AS block (points, blob, first, profiles, sent, position)";
 constexpr char kSelectBlocks[] =
-    "SELECT block_index, point_count, blob_sha256 FROM scan_blocks WHERE scan_id = $1 ORDER BY block_index";
+    "SELECT block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256 FROM scan_blocks "
+    "WHERE scan_id = $1 ORDER BY block_index";
 
 ScanRow ReadScan(const Rows& rows, int row) {
   ScanRow scan;
@@ -54,6 +56,9 @@ ScanRow ReadScan(const Rows& rows, int row) {
   scan.sent_sha256 = rows.Text(row, 22);
   scan.proven_error_um = rows.Real(row, 23);
   scan.recorded = {rows.Int(row, 24), rows.Time(row, 25)};
+  scan.stored_encoding = rows.Text(row, 26);
+  if (!rows.IsNull(row, 27)) scan.profile_count = static_cast<int>(rows.Int(row, 27));
+  scan.raw_step_um = rows.Real(row, 28);
   return scan;
 }
 
@@ -73,6 +78,7 @@ Params ScanParams(const ScanRow& scan, const Recorded& recorded) {
   scan.measured_at ? params.Time(*scan.measured_at) : params.Null();
   params.Int(scan.block_count).Int(scan.stored_bytes).Text(scan.stored_sha256).Text(scan.sent_sha256);
   params.Real(scan.proven_error_um).Int(recorded.sequence).Time(recorded.recorded_at);
+  params.Text(scan.stored_encoding).Int(scan.profile_count).Real(scan.raw_step_um);
   return params;
 }
 
@@ -89,15 +95,25 @@ absl::StatusOr<std::optional<ScanRow>> FindScan(Transaction& transaction, const 
   return ReadScan(*rows, 0);
 }
 
+absl::StatusOr<std::vector<ScanBlockRow>> ReadBlocks(const Rows& rows, const std::string& scan_id) {
+  std::vector<ScanBlockRow> blocks;
+  for (int row = 0; row < rows.count(); ++row) {
+    if (rows.Int(row, 0) != row) return absl::DataLossError("scan " + scan_id + ": block " + std::to_string(row));
+    ScanBlockRow& block = blocks.emplace_back();
+    block.point_count = static_cast<int>(rows.Int(row, 1));
+    block.blob_sha256 = rows.Text(row, 2);
+    if (rows.IsNull(row, 3)) continue;
+    block.first_profile = static_cast<int>(rows.Int(row, 3));
+    block.profile_count = static_cast<int>(rows.Int(row, 4));
+    block.sent_sha256 = rows.Text(row, 5);
+  }
+  return blocks;
+}
+
 absl::StatusOr<std::vector<ScanBlockRow>> BlocksOfScan(Transaction& transaction, const std::string& scan_id) {
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlocks, Params().Text(scan_id));
   if (!rows.ok()) return rows.status();
-  std::vector<ScanBlockRow> blocks;
-  for (int row = 0; row < rows->count(); ++row) {
-    if (rows->Int(row, 0) != row) return absl::DataLossError("scan " + scan_id + ": block " + std::to_string(row));
-    blocks.push_back({static_cast<int>(rows->Int(row, 1)), rows->Text(row, 2)});
-  }
-  return blocks;
+  return ReadBlocks(*rows, scan_id);
 }
 
 absl::StatusOr<Recorded> InsertScan(Transaction& transaction, const ScanRow& scan,
@@ -106,14 +122,21 @@ absl::StatusOr<Recorded> InsertScan(Transaction& transaction, const ScanRow& sca
   if (!recorded.ok()) return recorded.status();
   const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertScan, ScanParams(scan, *recorded));
   if (!inserted.ok()) return inserted.status();
-  std::vector<std::string> point_counts;
-  std::vector<std::string> digests;
+  std::vector<std::string> point_counts, blobs, first_profiles, profile_counts, sent;
   for (const ScanBlockRow& block : blocks) {
     point_counts.push_back(std::to_string(block.point_count));
-    digests.push_back(block.blob_sha256);
+    blobs.push_back(block.blob_sha256);
+    first_profiles.push_back(std::to_string(block.first_profile));
+    profile_counts.push_back(std::to_string(block.profile_count));
+    sent.push_back(block.sent_sha256);
   }
-  const absl::StatusOr<Rows> stored =
-      transaction.Execute(kInsertBlocks, Params().Text(scan.scan_id).Texts(point_counts).Texts(digests));
+  const absl::StatusOr<Rows> stored = transaction.Execute(kInsertBlocks, Params()
+                                                                             .Text(scan.scan_id)
+                                                                             .Texts(point_counts)
+                                                                             .Texts(blobs)
+                                                                             .Texts(first_profiles)
+                                                                             .Texts(profile_counts)
+                                                                             .Texts(sent));
   if (!stored.ok()) return stored.status();
   return recorded;
 }

@@ -29,14 +29,17 @@ struct ScanRow {
   double profile_pitch_mm = 0;
   int columns_per_profile = 0;
   std::int64_t point_count = 0;
-  std::string encoding;  // as sent: draco, xyz_f64
+  std::string encoding;  // as sent: draco, xyz_f64, raw_profiles
+  double raw_step_um = 0;
   double sender_error_um = 0;
   double error_bound_um = 0;
   std::optional<Instant> measured_at;
   int block_count = 0;
   std::int64_t stored_bytes = 0;
-  std::string stored_sha256;
-  std::string sent_sha256;
+  std::string stored_encoding;  // draco, range_image
+  int profile_count = 0;        // 0: not known (stored before V0009)
+  std::string stored_sha256;    // DigestOfDigests of the blocks
+  std::string sent_sha256;      // the same of what was sent
   double proven_error_um = 0;
   Recorded recorded;  // set by InsertScan
 };
@@ -44,6 +47,9 @@ struct ScanRow {
 struct ScanBlockRow {
   int point_count = 0;
   std::string blob_sha256;
+  int first_profile = 0;
+  int profile_count = 0;    // 0: not known (stored before V0009)
+  std::string sent_sha256;  // empty: not known
 };
 
 // Until the transaction ends, uploads of the same id wait here for each other.
@@ -52,6 +58,8 @@ absl::Status LockScanId(Transaction& transaction, const std::string& scan_id);
 absl::StatusOr<std::optional<ScanRow>> FindScan(Transaction& transaction, const std::string& scan_id);
 // In scan order.
 absl::StatusOr<std::vector<ScanBlockRow>> BlocksOfScan(Transaction& transaction, const std::string& scan_id);
+// Columns block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256. DATA_LOSS where one is missing.
+absl::StatusOr<std::vector<ScanBlockRow>> ReadBlocks(const Rows& rows, const std::string& scan_id);
 
 // Journal entry, scan and blocks, whose blobs are stored already. Call it last before the commit (the journal's lock).
 absl::StatusOr<Recorded> InsertScan(Transaction& transaction, const ScanRow& scan,

@@ -191,6 +191,7 @@ std::string Rows::Bytes(int row, int column) const {
   if (IsNull(row, column)) WrongType("bytes", "NULL");
   const char* text = PQgetvalue(result_.get(), row, column);
   const size_t length = static_cast<size_t>(PQgetlength(result_.get(), row, column));
+  if (PQfformat(result_.get(), column) == 1) return std::string(text, length);
   if (length < 2 || length % 2 != 0 || text[0] != '\\' || text[1] != 'x') WrongType("bytes", text);
   std::string bytes(length / 2 - 1, '\0');
   for (size_t i = 0; i < bytes.size(); ++i) {

@@ -1,5 +1,6 @@
 // sixpoint-cad-worker: one CAD file in, mesh bytes out, within limits that it puts on itself before it reads a byte.
 // Exit code 0: the mesh is written. 2: refused, the reason is on stderr. Anything else: the parser broke.
+#include <seccomp.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -35,6 +36,22 @@ void Limit(int resource, rlim_t value, rlim_t grace = 0) {
   }
 }
 
+// A parser that a file took over reaches no network and starts no program.
+void ForbidNetworkAndPrograms() {
+  scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ALLOW);
+  bool made = filter != nullptr;
+  for (const int call : {SCMP_SYS(socket), SCMP_SYS(connect), SCMP_SYS(bind), SCMP_SYS(execve), SCMP_SYS(execveat),
+                         SCMP_SYS(ptrace), SCMP_SYS(process_vm_readv), SCMP_SYS(process_vm_writev), SCMP_SYS(mount),
+                         SCMP_SYS(bpf), SCMP_SYS(keyctl)}) {
+    made = made && seccomp_rule_add(filter, SCMP_ACT_KILL_PROCESS, call, 0) == 0;
+  }
+  if (!made || seccomp_load(filter) != 0) {
+    std::cerr << "cannot filter system calls" << std::endl;
+    std::_Exit(1);
+  }
+  seccomp_release(filter);
+}
+
 absl::StatusOr<TriangleMesh> Read(const std::string& format, const std::string& path, double unit_mm,
                                   const TessellationOptions& options) {
   if (format == "step") return TessellateCad(CadFormat::kStep, path, options);
@@ -68,6 +85,7 @@ int main(int argc, char** argv) {
 #endif
   Limit(RLIMIT_CPU, rlim_t(std::atol(flags["--cpu-s"].c_str())), 1);  // SIGXCPU first: it says what the matter was
   Limit(RLIMIT_FSIZE, rlim_t(1) << 30);
+  ForbidNetworkAndPrograms();
 
   struct stat status {};
   if (stat(flags["--in"].c_str(), &status) != 0 || status.st_size <= 0) return Refuse("cad: empty, want a CAD file");

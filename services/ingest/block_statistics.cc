@@ -23,11 +23,13 @@ BlockStatistics StatisticsOf(const metrology::Points& points_mm, double profile_
     const double ahead_mm = p.x() - cursor.profile_x_mm;
     if (cursor.column_count > 0 && ahead_mm < 0.5 * profile_pitch_mm) {
       ++cursor.column_count;
+      if (statistics.begun_profile_count == 0) statistics.goes_on = 1;
       if (ahead_mm <= -0.5 * profile_pitch_mm) {
         statistics.greatest_backstep_mm = std::max(statistics.greatest_backstep_mm, -ahead_mm);
       }
     } else {
       cursor = {1, p.x()};
+      ++statistics.begun_profile_count;
     }
     statistics.greatest_column_count = std::max(statistics.greatest_column_count, cursor.column_count);
   }

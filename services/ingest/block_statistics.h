@@ -17,6 +17,9 @@ struct ProfileCursor {
 struct BlockStatistics {
   std::int64_t point_count = 0;
   std::int64_t not_finite_count = 0;
+  // Profiles that begin in the block; one that goes on from the block before is not among them.
+  std::int64_t begun_profile_count = 0;
+  std::uint8_t goes_on = 0;  // 1: the first point belongs to the profile that the block before ended in
   // Over the finite points; sensor frame.
   std::array<double, 3> minimum_mm{};
   std::array<double, 3> maximum_mm{};

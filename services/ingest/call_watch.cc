@@ -1,31 +1,50 @@
 #include "services/ingest/call_watch.h"
 
-#include <mutex>
-
 namespace sixpoint::ingest {
+namespace {
 
-// The alarm may go off while the handler returns: whoever comes second finds no context.
-struct CallWatch::Watched {
-  std::mutex mutex;
-  grpc::ServerContext* context;
-};
+constexpr std::chrono::milliseconds kRound{100};
 
-CallWatch::CallWatch(grpc::ServerContext* context, std::chrono::system_clock::time_point deadline)
-    : watched_(std::make_shared<Watched>()) {
+}  // namespace
+
+CallWatchdog::CallWatchdog() : thread_([this] { Watch(); }) {}
+
+CallWatchdog::~CallWatchdog() {
+  {
+    std::lock_guard lock(mutex_);
+    stopped_ = true;
+  }
+  stopping_.notify_all();
+  thread_.join();
+}
+
+void CallWatchdog::Watch() {
+  std::unique_lock lock(mutex_);
+  while (!stopping_.wait_for(lock, kRound, [this] { return stopped_; })) {
+    const Clock::time_point now = Clock::now();
+    for (Watched& watched : watched_) {
+      const Clock::time_point touched{Clock::duration(watched.touched.load())};
+      if (now >= watched.deadline || now >= touched + watched.patience) watched.context->TryCancel();
+    }
+  }
+}
+
+CallWatch::CallWatch(CallWatchdog* watchdog, grpc::ServerContext* context,
+                     std::chrono::system_clock::time_point deadline, std::chrono::milliseconds patience)
+    : watchdog_(watchdog) {
+  std::lock_guard lock(watchdog_->mutex_);
+  watched_ = watchdog_->watched_.emplace(watchdog_->watched_.end());
   watched_->context = context;
-  alarm_.Set(deadline, [watched = watched_](bool due) {
-    if (!due) return;
-    std::lock_guard lock(watched->mutex);
-    if (watched->context != nullptr) watched->context->TryCancel();
-  });
+  watched_->deadline = deadline;
+  watched_->patience = patience;
+  Touch();
 }
 
 CallWatch::~CallWatch() {
-  {
-    std::lock_guard lock(watched_->mutex);
-    watched_->context = nullptr;
-  }
-  alarm_.Cancel();
+  std::lock_guard lock(watchdog_->mutex_);
+  watchdog_->watched_.erase(watched_);
 }
+
+void CallWatch::Touch() { watched_->touched = CallWatchdog::Clock::now().time_since_epoch().count(); }
 
 }  // namespace sixpoint::ingest

@@ -54,10 +54,13 @@ Talk ReceiveAll(int socket, void* bytes, std::size_t size, Clock::time_point unt
   });
 }
 
-bool IsSane(const DecodeReply& reply) {
+// A worker that a block took over may say anything.
+bool IsSane(const DecodeReply& reply, std::int64_t point_count) {
   if (reply.magic != kDecodeMagic || reply.decoded > 1 || reply.message.back() != '\0') return false;
   const BlockStatistics& s = reply.statistics;
-  return std::isfinite(s.greatest_backstep_mm) && std::isfinite(s.end.profile_x_mm);
+  return std::isfinite(s.greatest_backstep_mm) && std::isfinite(s.end.profile_x_mm) && s.goes_on <= 1 &&
+         s.begun_profile_count >= 0 && s.begun_profile_count <= point_count && s.end.column_count >= 0 &&
+         (reply.decoded == 0 || s.begun_profile_count + s.goes_on > 0);
 }
 
 }  // namespace
@@ -172,7 +175,7 @@ absl::StatusOr<BlockStatistics> DecodeWorkers::CheckOnce(std::string_view payloa
   Talk talk = SendAll(worker->socket, &request, sizeof request, until);
   if (talk == Talk::kDone) talk = SendAll(worker->socket, payload.data(), payload.size(), until);
   if (talk == Talk::kDone) talk = ReceiveAll(worker->socket, &reply, sizeof reply, until);
-  const bool sane = talk == Talk::kDone && IsSane(reply);
+  const bool sane = talk == Talk::kDone && IsSane(reply, point_count);
   GiveBack(*worker, sane && reply.decoded == 1);
   if (talk == Talk::kTooLate && until == deadline) {
     return absl::DeadlineExceededError("the call's time ended while a block was decoded");

@@ -1,5 +1,6 @@
 #include "services/ingest/known_plant.h"
 
+#include <algorithm>
 #include <optional>
 
 #include "services/runtime/errors.h"
@@ -20,12 +21,13 @@ KnownPlant::KnownPlant(std::shared_ptr<grpc::Channel> plant, std::chrono::millis
 
 template <typename Value>
 absl::StatusOr<Value> KnownPlant::FreshOr(std::map<std::string, Kept<Value>>* kept, const std::string& field,
-                                          const std::string& name,
+                                          const std::string& name, int revision,
                                           const std::function<absl::StatusOr<Value>()>& fetch) {
+  const std::string key = name + "@" + std::to_string(revision);
   std::optional<Value> last;
   {
     std::lock_guard lock(mutex_);
-    if (const auto found = kept->find(name); found != kept->end()) {
+    if (const auto found = kept->find(key); found != kept->end()) {
       if (std::chrono::steady_clock::now() - found->second.fetched_at < fresh_) return found->second.value;
       last = found->second.value;
     }
@@ -38,25 +40,35 @@ absl::StatusOr<Value> KnownPlant::FreshOr(std::map<std::string, Kept<Value>>* ke
   }
   std::lock_guard lock(mutex_);
   if (kept->size() >= kGreatestKeptCount) kept->clear();
-  (*kept)[name] = {*fetched, std::chrono::steady_clock::now()};
+  (*kept)[key] = {*fetched, std::chrono::steady_clock::now()};
   return fetched;
 }
 
-absl::StatusOr<plant::v1::Machine> KnownPlant::Machine(const std::string& name, const ContextMaker& make_context) {
-  return FreshOr<plant::v1::Machine>(&machines_, "header.machine", name,
-                                     [&] { return client_.GetMachine(name, 0, make_context()); });
+absl::StatusOr<plant::v1::Machine> KnownPlant::Machine(const std::string& name, int revision,
+                                                       const ContextMaker& make_context) {
+  return FreshOr<plant::v1::Machine>(&machines_, "header.machine", name, revision,
+                                     [&] { return client_.GetMachine(name, revision, make_context()); });
 }
 
-absl::StatusOr<int> KnownPlant::SubjectRevision(const std::string& name, const ContextMaker& make_context) {
-  return FreshOr<int>(&subjects_, "header.subject", name, [&]() -> absl::StatusOr<int> {
+absl::StatusOr<KnownSubject> KnownPlant::Subject(const std::string& name, const ContextMaker& make_context) {
+  return FreshOr<KnownSubject>(&subjects_, "header.subject", name, 0, [&]() -> absl::StatusOr<KnownSubject> {
+    KnownSubject subject;
     if (name.rfind("artefacts/", 0) == 0) {
       const absl::StatusOr<plant::v1::Artefact> artefact = client_.GetArtefact(name, 0, make_context());
       if (!artefact.ok()) return artefact.status();
-      return artefact->revision();
+      subject.artefact_revision = artefact->revision();
+      return subject;
     }
     const absl::StatusOr<plant::v1::Blade> blade = client_.GetBlade(name, make_context());
     if (!blade.ok()) return blade.status();
-    return 0;
+    const absl::StatusOr<plant::v1::Part> part = client_.GetPart(blade->part(), 0, make_context());
+    if (!part.ok()) return part.status();
+    for (const plant::v1::HoleGroup& group : part->hole_groups()) {
+      if (!(group.position_tolerance_mm() > 0)) continue;
+      subject.tightest_tolerance_mm = std::min(subject.tightest_tolerance_mm.value_or(group.position_tolerance_mm()),
+                                               group.position_tolerance_mm());
+    }
+    return subject;
   });
 }
 

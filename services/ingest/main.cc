@@ -1,6 +1,4 @@
 // sixpoint-ingest: the plant's front door for scans.
-#include <algorithm>
-
 #include "services/ingest/scan_service.h"
 #include "services/runtime/call.h"
 #include "services/runtime/server.h"
@@ -8,19 +6,17 @@
 namespace sixpoint::ingest {
 namespace {
 
-// Kept free of uploads, so that reads and health go on when all upload slots are taken.
-constexpr int kConnectionsForReads = 2;
-
 std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOptions& options,
                                                          storage::Database* database) {
+  static const std::unique_ptr<storage::BlobStore> blobs = storage::MakePostgresqlBlobStore();
   ScanServiceOptions scan_options;
   scan_options.decode_worker = options.worker_folder + "/sixpoint-decode-worker";
   scan_options.worker_count = options.threads;
-  scan_options.greatest_upload_count = std::max(1, options.database_connections - kConnectionsForReads);
   const auto plant = options.peers.find("plant");
   std::vector<std::unique_ptr<grpc::Service>> services;
   services.push_back(std::make_unique<ScanService>(
-      scan_options, database, runtime::ConnectTo(plant == options.peers.end() ? "127.0.0.1:7400" : plant->second)));
+      scan_options, database, blobs.get(),
+      runtime::ConnectTo(plant == options.peers.end() ? "127.0.0.1:7400" : plant->second)));
   return services;
 }
 

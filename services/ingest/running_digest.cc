@@ -28,6 +28,19 @@ std::string RunningDigest::Finish() {
   return text;
 }
 
+std::string DigestOfDigests(const std::vector<std::string>& digests) {
+  const auto nibble = [](char c) { return c <= '9' ? c - '0' : c - 'a' + 10; };
+  RunningDigest all;
+  for (const std::string& digest : digests) {
+    std::string bytes;
+    for (std::size_t i = 0; i + 1 < digest.size(); i += 2) {
+      bytes += static_cast<char>(nibble(digest[i]) << 4 | nibble(digest[i + 1]));
+    }
+    all.Add(bytes);
+  }
+  return all.Finish();
+}
+
 void RunningDigest::Free::operator()(evp_md_ctx_st* context) const { EVP_MD_CTX_free(context); }
 
 }  // namespace sixpoint::ingest

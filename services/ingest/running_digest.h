@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 struct evp_md_ctx_st;
 
@@ -22,5 +23,8 @@ class RunningDigest {
   };
   std::unique_ptr<evp_md_ctx_st, Free> context_;
 };
+
+// SHA-256 over digests given in hexadecimal, 32 bytes each: what a scan is known by.
+std::string DigestOfDigests(const std::vector<std::string>& digests);
 
 }  // namespace sixpoint::ingest

@@ -32,6 +32,29 @@ v1::ScanKind KindOf(const std::string& text) {
   return v1::SCAN_KIND_UNSPECIFIED;
 }
 
+struct EncodingName {
+  v1::Encoding encoding;
+  const char* text;
+};
+constexpr EncodingName kEncodings[] = {{v1::ENCODING_DRACO, "draco"},
+                                       {v1::ENCODING_XYZ_F64, "xyz_f64"},
+                                       {v1::ENCODING_RAW_PROFILES, "raw_profiles"},
+                                       {v1::ENCODING_RANGE_IMAGE, "range_image"}};
+
+std::string TextOf(v1::Encoding encoding) {
+  for (const EncodingName& name : kEncodings) {
+    if (name.encoding == encoding) return name.text;
+  }
+  return "";
+}
+
+v1::Encoding EncodingOf(const std::string& text) {
+  for (const EncodingName& name : kEncodings) {
+    if (name.text == text) return name.encoding;
+  }
+  return v1::ENCODING_UNSPECIFIED;
+}
+
 std::string IdIn(const std::string& name) { return name.substr(name.find('/') + 1); }
 
 }  // namespace
@@ -70,7 +93,8 @@ v1::Scan ToProto(const storage::ScanRow& row) {
   header.set_profile_pitch_mm(row.profile_pitch_mm);
   header.set_columns_per_profile(row.columns_per_profile);
   header.set_point_count(row.point_count);
-  header.set_encoding(row.encoding == "draco" ? v1::ENCODING_DRACO : v1::ENCODING_XYZ_F64);
+  header.set_encoding(EncodingOf(row.encoding));
+  header.set_raw_step_um(row.raw_step_um);
   header.set_sender_error_um(row.sender_error_um);
   header.set_error_bound_um(row.error_bound_um);
   if (row.measured_at) ToProto(*row.measured_at, header.mutable_measured_at());
@@ -80,6 +104,9 @@ v1::Scan ToProto(const storage::ScanRow& row) {
   scan.set_proven_error_um(row.proven_error_um);
   ToProto(row.recorded.recorded_at, scan.mutable_received_at());
   scan.set_record_sequence(row.recorded.sequence);
+  scan.set_stored_encoding(EncodingOf(row.stored_encoding));
+  scan.set_profile_count(row.profile_count);
+  scan.set_sent_sha256(row.sent_sha256);
   return scan;
 }
 
@@ -101,7 +128,9 @@ storage::ScanRow RowOf(const v1::ScanHeader& header, int machine_revision, int a
   row.profile_pitch_mm = header.profile_pitch_mm();
   row.columns_per_profile = header.columns_per_profile();
   row.point_count = header.point_count();
-  row.encoding = header.encoding() == v1::ENCODING_DRACO ? "draco" : "xyz_f64";
+  row.encoding = TextOf(header.encoding());
+  row.raw_step_um = header.raw_step_um();
+  row.stored_encoding = TextOf(header.encoding() == v1::ENCODING_DRACO ? v1::ENCODING_DRACO : v1::ENCODING_RANGE_IMAGE);
   row.sender_error_um = header.sender_error_um();
   row.error_bound_um = header.error_bound_um();
   if (header.has_measured_at()) row.measured_at = InstantOf(header.measured_at());
@@ -113,10 +142,12 @@ void RoundAsStored(v1::ScanHeader* header) {
 }
 
 std::string DifferencesOf(const v1::ScanHeader& stored, const v1::ScanHeader& sent) {
+  v1::ScanHeader known = stored;
+  if (sent.point_count() == 0) known.set_point_count(0);  // the end tells
   google::protobuf::util::MessageDifferencer differencer;
   std::string report;
   differencer.ReportDifferencesToString(&report);
-  if (differencer.Compare(stored, sent)) return "";
+  if (differencer.Compare(known, sent)) return "";
   while (!report.empty() && report.back() == '\n') report.pop_back();
   for (std::size_t end = report.find('\n'); end != std::string::npos; end = report.find('\n', end)) {
     report.replace(end, 1, "; ");

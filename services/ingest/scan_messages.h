@@ -20,7 +20,7 @@ storage::ScanRow RowOf(const v1::ScanHeader& header, int machine_revision, int a
 // The header as it will read once stored: times in microseconds.
 void RoundAsStored(v1::ScanHeader* header);
 
-// "a_deg: 0 -> 1; kind: ..." or nothing where they are the same.
+// "a_deg: 0 -> 1; kind: ..." or nothing where they are the same. A count that is not sent is no difference.
 std::string DifferencesOf(const v1::ScanHeader& stored, const v1::ScanHeader& sent);
 
 }  // namespace sixpoint::ingest

@@ -1,105 +1,144 @@
 #include "services/ingest/scan_service.h"
 
+#include <algorithm>
+#include <cstring>
+#include <limits>
 #include <utility>
 #include <vector>
 
-#include "services/ingest/call_watch.h"
 #include "services/ingest/scan_messages.h"
 #include "services/ingest/scan_pages.h"
+#include "services/ingest/stored_scan.h"
 #include "services/ingest/upload.h"
 #include "services/runtime/call.h"
 #include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
-#include "services/runtime/resource_name.h"
-#include "storage/blobs.h"
-#include "storage/scans.h"
 
 namespace sixpoint::ingest {
 namespace {
 
 using runtime::ToGrpc;
+using UploadStream = grpc::ServerReaderWriter<v1::UploadScanResponse, v1::UploadScanRequest>;
 
-absl::StatusOr<storage::ScanRow> RequireScan(storage::Transaction& transaction, const std::string& name) {
-  const absl::StatusOr<std::string> scan_id = runtime::IdOf("name", "scans", name);
-  if (!scan_id.ok()) return scan_id.status();
-  absl::StatusOr<std::optional<storage::ScanRow>> row = storage::FindScan(transaction, *scan_id);
-  if (!row.ok()) return row.status();
-  if (!row->has_value()) {
-    return runtime::Failure(absl::StatusCode::kNotFound, "SCAN_NOT_FOUND", "name: " + name + ", want a stored scan");
-  }
-  return **std::move(row);
+// An upload lasts as long as its scan, and ends by standing still.
+constexpr std::chrono::hours kLongestUpload{24};
+constexpr int kUsualPreviewCount = 20'000;
+constexpr int kGreatestPreviewCount = 200'000;
+// Each decodes a whole scan.
+constexpr int kPreviewsAtOnce = 2;
+
+std::chrono::system_clock::time_point UploadDeadline(const grpc::ServerContext& context) {
+  return std::min(context.deadline(), std::chrono::system_clock::now() + kLongestUpload);
 }
 
-struct StoredScan {
-  storage::ScanRow row;
-  std::vector<storage::ScanBlockRow> blocks;
-};
-
-absl::StatusOr<StoredScan> ReadScan(storage::Database* database, const std::string& name, storage::Deadline deadline) {
-  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  absl::StatusOr<storage::ScanRow> row = RequireScan(*transaction, name);
-  if (!row.ok()) return row.status();
-  absl::StatusOr<std::vector<storage::ScanBlockRow>> blocks = storage::BlocksOfScan(*transaction, row->scan_id);
-  if (!blocks.ok()) return blocks.status();
-  return StoredScan{*std::move(row), *std::move(blocks)};
+absl::StatusOr<ProfileRange> RangeOf(const v1::DownloadScanRequest& request, const StoredScan& scan) {
+  const int profile_count = scan.row.profile_count;
+  if (request.first_profile() == 0 && request.profile_count() == 0) {
+    return ProfileRange{0, std::numeric_limits<int>::max()};
+  }
+  if (profile_count == 0) {
+    return runtime::Refuse("first_profile", std::to_string(request.first_profile()),
+                           "0 and all profiles: this scan was stored before profiles were counted");
+  }
+  if (request.first_profile() < 0 || request.first_profile() >= profile_count) {
+    return runtime::Refuse("first_profile", std::to_string(request.first_profile()),
+                           "0 to " + std::to_string(profile_count - 1));
+  }
+  const int left = profile_count - request.first_profile();
+  if (request.profile_count() < 0 || request.profile_count() > left) {
+    return runtime::Refuse("profile_count", std::to_string(request.profile_count()),
+                           "at most the " + std::to_string(left) + " that follow, or 0 for all of them");
+  }
+  return ProfileRange{request.first_profile(), request.profile_count() == 0 ? left : request.profile_count()};
 }
 
-// A transaction of its own, so that a client that reads slowly holds no connection.
-absl::StatusOr<std::string> ReadBlock(storage::Database* database, const std::string& name, std::size_t index,
-                                      const std::string& sha256, storage::Deadline deadline) {
-  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  absl::StatusOr<std::string> bytes = storage::GetBlob(*transaction, sha256);
-  if (absl::IsNotFound(bytes.status()) || absl::IsDataLoss(bytes.status())) {
-    return runtime::Failure(absl::StatusCode::kDataLoss, "SCAN_DAMAGED",
-                            name + " block[" + std::to_string(index) + "]: " + std::string(bytes.status().message()));
+bool IsWhole(const ProfileRange& range) { return range.count == std::numeric_limits<int>::max(); }
+
+// One block as the request wants it.
+absl::StatusOr<v1::ScanBlock> BlockOf(storage::Database* database, storage::BlobStore* blobs, const StoredScan& scan,
+                                      std::size_t index, v1::PointFormat format, const ProfileRange& range,
+                                      storage::Deadline deadline) {
+  const storage::ScanBlockRow& row = scan.blocks[index];
+  v1::ScanBlock block;
+  block.set_index(static_cast<int>(index));
+  block.set_point_count(row.point_count);
+  block.set_first_profile(row.first_profile);
+  block.set_profile_count(row.profile_count);
+  if (format != v1::POINT_FORMAT_XYZ_F64) {
+    absl::StatusOr<std::string> bytes = ReadBlock(database, blobs, scan, index, deadline);
+    if (!bytes.ok()) return bytes.status();
+    block.set_payload(*std::move(bytes));
+    return block;
   }
-  return bytes;
+  absl::StatusOr<metrology::Points> points_mm = ReadPoints(database, blobs, scan, index, deadline);
+  if (!points_mm.ok()) return points_mm.status();
+  if (!IsWhole(range)) {
+    points_mm = PointsIn(*points_mm, row, range, scan.row.profile_pitch_mm);
+    const int first = std::max(row.first_profile, range.first);
+    block.set_profile_count(std::min(row.first_profile + row.profile_count, range.first + range.count) - first);
+    block.set_first_profile(first);
+  }
+  block.set_point_count(static_cast<int>(points_mm->size()));
+  block.mutable_payload()->resize(points_mm->size() * sizeof(Eigen::Vector3d));
+  std::memcpy(block.mutable_payload()->data(), points_mm->data(), block.payload().size());
+  return block;
 }
 
 }  // namespace
 
-ScanService::ScanService(const ScanServiceOptions& options, storage::Database* database,
+ScanService::ScanService(const ScanServiceOptions& options, storage::Database* database, storage::BlobStore* blobs,
                          std::shared_ptr<grpc::Channel> plant)
     : database_(database),
+      blobs_(blobs),
       plant_(std::move(plant)),
       workers_(options.decode_worker, options.worker_count, options.decode_patience),
-      greatest_upload_count_(options.greatest_upload_count) {}
+      greatest_upload_count_(options.greatest_upload_count),
+      stream_patience_(options.stream_patience) {}
 
-grpc::Status ScanService::UploadScan(grpc::ServerContext* context, grpc::ServerReader<v1::UploadScanRequest>* reader,
-                                     v1::UploadScanResponse* response) {
-  return ToGrpc(Upload(context, reader, response));
+grpc::Status ScanService::UploadScan(grpc::ServerContext* context, UploadStream* stream) {
+  return ToGrpc(Upload(context, stream));
 }
 
-absl::Status ScanService::Upload(grpc::ServerContext* context, grpc::ServerReader<v1::UploadScanRequest>* reader,
-                                 v1::UploadScanResponse* response) {
+absl::Status ScanService::Upload(grpc::ServerContext* context, UploadStream* stream) {
   const runtime::ComputeSlot slot(&upload_count_, greatest_upload_count_);
   if (absl::Status free = slot.Check("uploads", "UPLOADS_FULL"); !free.ok()) return free;
-  const storage::Deadline deadline = runtime::DeadlineOf(*context);
-  const CallWatch watch(context, deadline);
+  CallWatch watch(&watchdog_, context, UploadDeadline(*context), stream_patience_);
   v1::UploadScanRequest request;
-  if (!reader->Read(&request) || !request.has_header()) {
+  if (!stream->Read(&request) || !request.has_header()) {
     return runtime::Refuse("header", "missing", "the header as the first message");
   }
-  UploadCaller caller{deadline, [context] { return runtime::ContextFor(*context); }, context->peer()};
-  absl::StatusOr<std::unique_ptr<ScanUpload>> upload =
-      ScanUpload::Begin({database_, &workers_, &plant_}, std::move(*request.mutable_header()), std::move(caller));
+  UploadCaller caller{UploadDeadline(*context), [context] { return runtime::ContextFor(*context); }, context->peer()};
+  absl::StatusOr<std::unique_ptr<ScanUpload>> upload = ScanUpload::Begin(
+      {database_, blobs_, &workers_, &plant_}, std::move(*request.mutable_header()), std::move(caller));
   if (!upload.ok()) return upload.status();
-  while (reader->Read(&request)) {
-    if (!request.has_block()) return runtime::Refuse("block", "missing", "blocks only after the header");
+  v1::UploadScanResponse response;
+  *response.mutable_accepted() = (*upload)->progress();
+  bool open = stream->Write(response);
+  while (open && stream->Read(&request)) {
+    watch.Touch();
+    if (request.has_end()) {
+      absl::StatusOr<v1::StoredScan> stored = (*upload)->Finish(request.end());
+      if (!stored.ok()) return stored.status();
+      *response.mutable_stored() = *std::move(stored);
+      stream->Write(response);
+      return absl::OkStatus();
+    }
+    if (!request.has_block()) return runtime::Refuse("block", "missing", "blocks after the header, and then the end");
     if (absl::Status added = (*upload)->Add(request.block()); !added.ok()) return added;
+    *response.mutable_acknowledged() = (*upload)->progress();
+    open = stream->Write(response);
+    watch.Touch();
   }
-  if (context->IsCancelled()) return absl::CancelledError("the client went away or its time ended; nothing is stored");
-  absl::StatusOr<v1::UploadScanResponse> finished = (*upload)->Finish();
-  if (finished.ok()) *response = *std::move(finished);
-  return finished.status();
+  if (context->IsCancelled()) {
+    return absl::CancelledError("the client went away, stood still or was out of time; what was acknowledged stays");
+  }
+  return runtime::Refuse("end", "missing", "the end of the scan as the last message");
 }
 
 grpc::Status ScanService::GetScan(grpc::ServerContext* context, const v1::GetScanRequest* request, v1::Scan* response) {
   absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
   if (!transaction.ok()) return ToGrpc(transaction.status());
-  const absl::StatusOr<storage::ScanRow> row = RequireScan(*transaction, request->name());
+  const absl::StatusOr<storage::ScanRow> row = FindScanByName(*transaction, request->name());
   if (!row.ok()) return ToGrpc(row.status());
   *response = ToProto(*row);
   return grpc::Status::OK;
@@ -128,24 +167,64 @@ grpc::Status ScanService::ListScans(grpc::ServerContext* context, const v1::List
 
 grpc::Status ScanService::DownloadScan(grpc::ServerContext* context, const v1::DownloadScanRequest* request,
                                        grpc::ServerWriter<v1::DownloadScanResponse>* writer) {
+  if (!v1::PointFormat_IsValid(request->format())) {
+    return ToGrpc(runtime::Refuse("format", std::to_string(request->format()), "STORED or XYZ_F64"));
+  }
   const storage::Deadline deadline = runtime::DeadlineOf(*context);
-  const CallWatch watch(context, deadline);
+  CallWatch watch(&watchdog_, context, deadline, stream_patience_);
   const absl::StatusOr<StoredScan> scan = ReadScan(database_, request->name(), deadline);
   if (!scan.ok()) return ToGrpc(scan.status());
+  const absl::StatusOr<ProfileRange> range = RangeOf(*request, *scan);
+  if (!range.ok()) return ToGrpc(range.status());
   v1::DownloadScanResponse response;
   *response.mutable_scan() = ToProto(scan->row);
   bool open = writer->Write(response);
   for (std::size_t i = 0; open && i < scan->blocks.size(); ++i) {
-    const storage::ScanBlockRow& row = scan->blocks[i];
-    absl::StatusOr<std::string> bytes = ReadBlock(database_, request->name(), i, row.blob_sha256, deadline);
-    if (!bytes.ok()) return ToGrpc(bytes.status());
-    v1::ScanBlock& block = *response.mutable_block();
-    block.set_index(static_cast<int>(i));
-    block.set_point_count(row.point_count);
-    block.set_payload(*std::move(bytes));
+    if (!IsWhole(*range) && !Overlaps(scan->blocks[i], *range)) continue;
+    absl::StatusOr<v1::ScanBlock> block = BlockOf(database_, blobs_, *scan, i, request->format(), *range, deadline);
+    if (!block.ok()) return ToGrpc(block.status());
+    *response.mutable_block() = *std::move(block);
     open = writer->Write(response);
+    watch.Touch();
   }
   return open ? grpc::Status::OK : ToGrpc(absl::CancelledError("the client went away"));
+}
+
+grpc::Status ScanService::PreviewScan(grpc::ServerContext* context, const v1::PreviewScanRequest* request,
+                                      v1::PreviewScanResponse* response) {
+  if (request->point_count() < 0) {
+    return ToGrpc(runtime::Refuse("point_count", std::to_string(request->point_count()), "0 or more"));
+  }
+  const runtime::ComputeSlot slot(&preview_count_, kPreviewsAtOnce);
+  if (absl::Status free = slot.Check("previews", "PREVIEWS_FULL"); !free.ok()) return ToGrpc(free);
+  const std::int64_t wanted =
+      request->point_count() == 0 ? kUsualPreviewCount : std::min(request->point_count(), kGreatestPreviewCount);
+  const storage::Deadline deadline = runtime::DeadlineOf(*context);
+  const absl::StatusOr<StoredScan> scan = ReadScan(database_, request->name(), deadline);
+  if (!scan.ok()) return ToGrpc(scan.status());
+  const std::int64_t stride = (scan->row.point_count + wanted - 1) / wanted;
+  std::vector<float> xyz;
+  std::int64_t next = 0, first_of_block = 0;  // counted over the whole scan
+  const auto keep_going = runtime::KeepGoing(*context);
+  for (std::size_t i = 0; i < scan->blocks.size(); ++i) {
+    const std::int64_t end_of_block = first_of_block + scan->blocks[i].point_count;
+    if (next < end_of_block) {
+      if (!keep_going()) return ToGrpc(absl::CancelledError("the client went away or its time ended"));
+      const absl::StatusOr<metrology::Points> points_mm = ReadPoints(database_, blobs_, *scan, i, deadline);
+      if (!points_mm.ok()) return ToGrpc(points_mm.status());
+      for (; next < end_of_block; next += stride) {
+        const Eigen::Vector3f p = (*points_mm)[static_cast<std::size_t>(next - first_of_block)].cast<float>();
+        xyz.insert(xyz.end(), {p.x(), p.y(), p.z()});
+      }
+    }
+    first_of_block = end_of_block;
+  }
+  *response->mutable_scan() = ToProto(scan->row);
+  response->set_stride(static_cast<int>(stride));
+  response->set_point_count(static_cast<int>(xyz.size() / 3));
+  response->mutable_xyz_f32()->resize(xyz.size() * sizeof(float));
+  std::memcpy(response->mutable_xyz_f32()->data(), xyz.data(), response->xyz_f32().size());
+  return grpc::Status::OK;
 }
 
 }  // namespace sixpoint::ingest

@@ -5,9 +5,11 @@
 #include <memory>
 #include <string>
 
+#include "services/ingest/call_watch.h"
 #include "services/ingest/decode_workers.h"
 #include "services/ingest/known_plant.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
+#include "storage/blob_store.h"
 #include "storage/database.h"
 
 namespace sixpoint::ingest {
@@ -16,31 +18,40 @@ struct ScanServiceOptions {
   std::string decode_worker;  // path of sixpoint-decode-worker
   int worker_count = 2;
   std::chrono::milliseconds decode_patience{10'000};  // for one block
-  // Each holds a connection of the pool; more are RESOURCE_EXHAUSTED at once.
-  int greatest_upload_count = 6;
+  // Each holds a thread and one block; more are RESOURCE_EXHAUSTED at once.
+  int greatest_upload_count = 64;
+  // A stream on which nothing moves for so long is ended.
+  std::chrono::milliseconds stream_patience{60'000};
 };
 
 class ScanService final : public v1::ScanService::Service {
  public:
-  ScanService(const ScanServiceOptions& options, storage::Database* database, std::shared_ptr<grpc::Channel> plant);
+  ScanService(const ScanServiceOptions& options, storage::Database* database, storage::BlobStore* blobs,
+              std::shared_ptr<grpc::Channel> plant);
 
-  grpc::Status UploadScan(grpc::ServerContext* context, grpc::ServerReader<v1::UploadScanRequest>* reader,
-                          v1::UploadScanResponse* response) override;
+  grpc::Status UploadScan(grpc::ServerContext* context,
+                          grpc::ServerReaderWriter<v1::UploadScanResponse, v1::UploadScanRequest>* stream) override;
   grpc::Status GetScan(grpc::ServerContext* context, const v1::GetScanRequest* request, v1::Scan* response) override;
   grpc::Status ListScans(grpc::ServerContext* context, const v1::ListScansRequest* request,
                          v1::ListScansResponse* response) override;
   grpc::Status DownloadScan(grpc::ServerContext* context, const v1::DownloadScanRequest* request,
                             grpc::ServerWriter<v1::DownloadScanResponse>* writer) override;
+  grpc::Status PreviewScan(grpc::ServerContext* context, const v1::PreviewScanRequest* request,
+                           v1::PreviewScanResponse* response) override;
 
  private:
-  absl::Status Upload(grpc::ServerContext* context, grpc::ServerReader<v1::UploadScanRequest>* reader,
-                      v1::UploadScanResponse* response);
+  absl::Status Upload(grpc::ServerContext* context,
+                      grpc::ServerReaderWriter<v1::UploadScanResponse, v1::UploadScanRequest>* stream);
 
   storage::Database* const database_;
+  storage::BlobStore* const blobs_;
   KnownPlant plant_;
   DecodeWorkers workers_;
+  CallWatchdog watchdog_;
   const int greatest_upload_count_;
+  const std::chrono::milliseconds stream_patience_;
   std::atomic<int> upload_count_ = 0;
+  std::atomic<int> preview_count_ = 0;
 };
 
 }  // namespace sixpoint::ingest

@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <cstring>
 #include <utility>
+#include <vector>
 
 #include "metrology/cloud/draco_codec.h"
+#include "metrology/cloud/range_image.h"
+#include "services/ingest/raw_profiles.h"
+#include "services/ingest/running_digest.h"
 #include "services/ingest/scan_messages.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
@@ -14,12 +18,21 @@
 namespace sixpoint::ingest {
 namespace {
 
+constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
+// A database that does not answer in this time is away: the sender hears of it, and comes again.
+constexpr std::chrono::seconds kDatabasePatience{15};
+
 std::string PayloadField(int block_index) { return "block[" + std::to_string(block_index) + "].payload"; }
 
-absl::Status Differs(const std::string& scan_id, const std::string& what) {
-  return runtime::Failure(absl::StatusCode::kAlreadyExists, "SCAN_DIFFERS",
-                          "header.scan_id: " + scan_id + " is stored with other content (stored -> sent: " + what +
-                              "), want a new scan_id");
+absl::Status ScanDiffers(const std::string& scan_id, const std::string& what) {
+  return runtime::Failure(
+      absl::StatusCode::kAlreadyExists, "SCAN_DIFFERS",
+      "header.scan_id: " + scan_id + " is known with other content (known -> sent: " + what + "), want a new scan_id");
+}
+
+absl::Status Overtaken(const std::string& scan_id) {
+  return runtime::Failure(absl::StatusCode::kAborted, "UPLOAD_OVERTAKEN",
+                          scan_id + ": another stream has gone on with this upload; call again");
 }
 
 // Little-endian doubles; the size was checked.
@@ -29,143 +42,279 @@ metrology::Points PointsOf(const v1::ScanBlock& block) {
   return points_mm;
 }
 
+metrology::ScannerFan FanOf(const plant::v1::Sensor& sensor) {
+  return {sensor.column_count(), sensor.line_angle_deg() * kRadPerDeg, sensor.mid_range_mm()};
+}
+
 std::string WithRevision(const std::string& name, int revision) { return name + "@" + std::to_string(revision); }
 
 }  // namespace
 
+// A block as it will be stored.
+struct ScanUpload::Prepared {
+  std::string encoded_here;  // empty where it is kept as sent
+  double proven_error_um = 0;
+  BlockStatistics statistics;
+};
+
 ScanUpload::ScanUpload(const UploadTools& tools, v1::ScanHeader header, UploadCaller caller)
     : tools_(tools), header_(std::move(header)), caller_(std::move(caller)) {}
+
+storage::Deadline ScanUpload::SoonEnough() const {
+  return std::min(caller_.deadline, std::chrono::system_clock::now() + kDatabasePatience);
+}
 
 absl::StatusOr<std::unique_ptr<ScanUpload>> ScanUpload::Begin(const UploadTools& tools, v1::ScanHeader header,
                                                               UploadCaller caller) {
   if (absl::Status sound = CheckHeader(header); !sound.ok()) return sound;
   RoundAsStored(&header);
   std::unique_ptr<ScanUpload> upload(new ScanUpload(tools, std::move(header), std::move(caller)));
-  absl::StatusOr<storage::Transaction> transaction = tools.database->Begin(upload->caller_.deadline);
-  if (!transaction.ok()) return transaction.status();
-  const std::string& scan_id = upload->header_.scan_id();
-  if (absl::Status locked = storage::LockScanId(*transaction, scan_id); !locked.ok()) return locked;
-  absl::StatusOr<std::optional<storage::ScanRow>> stored = storage::FindScan(*transaction, scan_id);
-  if (!stored.ok()) return stored.status();
-  upload->stored_ = *std::move(stored);
-  if (!upload->stored_) {
-    if (absl::Status recognised = upload->Recognise(); !recognised.ok()) return recognised;
-    upload->transaction_.emplace(*std::move(transaction));
-    return upload;
-  }
-  const std::string differences = DifferencesOf(ToProto(*upload->stored_).header(), upload->header_);
-  if (!differences.empty()) return Differs(scan_id, differences);
+  if (absl::Status recognised = upload->Recognise(); !recognised.ok()) return recognised;
+  if (absl::Status joined = upload->Join(); !joined.ok()) return joined;
+  if (upload->stored_ || upload->row_.machine_revision == upload->machine_.revision()) return upload;
+  // The machine was revised since the upload began.
+  absl::StatusOr<plant::v1::Machine> machine =
+      tools.plant->Machine(upload->header_.machine(), upload->row_.machine_revision, upload->caller_.make_context);
+  if (!machine.ok()) return machine.status();
+  upload->machine_ = *std::move(machine);
   return upload;
 }
 
 absl::Status ScanUpload::Recognise() {
-  absl::StatusOr<plant::v1::Machine> machine = tools_.plant->Machine(header_.machine(), caller_.make_context);
+  absl::StatusOr<plant::v1::Machine> machine = tools_.plant->Machine(header_.machine(), 0, caller_.make_context);
   if (!machine.ok()) return machine.status();
   machine_ = *std::move(machine);
   if (absl::Status fits = CheckAgainstMachine(header_, machine_); !fits.ok()) return fits;
-  const absl::StatusOr<int> revision = tools_.plant->SubjectRevision(header_.subject(), caller_.make_context);
-  if (!revision.ok()) return revision.status();
-  row_ = RowOf(header_, machine_.revision(), *revision);
-  return absl::OkStatus();
+  const absl::StatusOr<KnownSubject> subject = tools_.plant->Subject(header_.subject(), caller_.make_context);
+  if (!subject.ok()) return subject.status();
+  row_.scan_id = header_.scan_id();
+  row_.header = header_.SerializeAsString();
+  row_.machine_revision = machine_.revision();
+  if (subject->artefact_revision > 0) row_.artefact_revision = subject->artefact_revision;
+  if (!subject->tightest_tolerance_mm) return absl::OkStatus();
+  return CheckAgainstTolerance(header_, *subject->tightest_tolerance_mm);
+}
+
+absl::Status ScanUpload::Join() {
+  absl::StatusOr<storage::Transaction> transaction = tools_.database->Begin(SoonEnough());
+  if (!transaction.ok()) return transaction.status();
+  if (absl::Status locked = storage::LockScanId(*transaction, row_.scan_id); !locked.ok()) return locked;
+  absl::StatusOr<std::optional<storage::ScanRow>> stored = storage::FindScan(*transaction, row_.scan_id);
+  if (!stored.ok()) return stored.status();
+  if (stored->has_value()) {
+    stored_ = *std::move(stored);
+    const std::string differences = DifferencesOf(ToProto(*stored_).header(), header_);
+    return differences.empty() ? absl::OkStatus() : ScanDiffers(row_.scan_id, differences);
+  }
+  const absl::StatusOr<std::optional<storage::ScanUploadRow>> begun = storage::FindUpload(*transaction, row_.scan_id);
+  if (!begun.ok()) return begun.status();
+  if (begun->has_value()) {
+    v1::ScanHeader known;
+    if (!known.ParseFromString((*begun)->header)) return absl::DataLossError(row_.scan_id + ": header of its upload");
+    const std::string differences = DifferencesOf(known, header_);
+    if (differences.empty()) {
+      row_ = **begun;
+      return absl::OkStatus();
+    }
+    if ((*begun)->next_block > 0) return ScanDiffers(row_.scan_id, differences);
+    // Nothing of it was acknowledged: a sender that mended its header begins anew.
+    if (absl::Status ended = storage::EndUpload(*transaction, row_.scan_id); !ended.ok()) return ended;
+  }
+  if (absl::Status inserted = storage::BeginUpload(*transaction, row_); !inserted.ok()) return inserted;
+  return transaction->Commit();
+}
+
+v1::UploadProgress ScanUpload::progress() const {
+  v1::UploadProgress progress;
+  progress.set_next_block(stored_ ? stored_->block_count : row_.next_block);
+  progress.set_point_count(stored_ ? stored_->point_count : row_.point_count);
+  progress.set_complete(stored_.has_value());
+  return progress;
 }
 
 absl::Status ScanUpload::Add(const v1::ScanBlock& block) {
-  if (absl::Status sound = CheckBlock(header_, progress_, block); !sound.ok()) return sound;
-  if (!stored_) {
-    if (absl::Status kept = Store(block); !kept.ok()) return kept;
+  const std::string sent_sha256 = storage::Sha256Hex(block.payload());
+  const int next_block = progress().next_block();
+  if (block.index() >= 0 && block.index() < next_block) return Compare(block.index(), sent_sha256);
+  const UploadSoFar so_far{next_block, progress().point_count()};
+  if (absl::Status sound = CheckBlock(header_, so_far, block); !sound.ok()) return sound;
+  if (stored_) return ScanDiffers(row_.scan_id, std::to_string(next_block) + " blocks -> more");
+  return Keep(block, sent_sha256);
+}
+
+absl::Status ScanUpload::Keep(const v1::ScanBlock& block, const std::string& sent_sha256) {
+  const absl::StatusOr<Prepared> prepared = Prepare(block);
+  if (!prepared.ok()) return prepared.status();
+  const BlockStatistics& statistics = prepared->statistics;
+  const std::string& bytes = prepared->encoded_here.empty() ? block.payload() : prepared->encoded_here;
+
+  storage::ScanUploadRow after = row_;
+  ++after.next_block;
+  after.point_count += block.point_count();
+  after.profile_count += static_cast<int>(statistics.begun_profile_count);
+  after.stored_bytes += static_cast<std::int64_t>(bytes.size());
+  after.proven_error_um = std::max(after.proven_error_um, prepared->proven_error_um);
+  after.open_profile_points = statistics.end.column_count;
+  after.open_profile_x_mm = statistics.end.profile_x_mm;
+  storage::ScanBlockRow kept;
+  kept.point_count = block.point_count();
+  kept.first_profile = row_.profile_count - statistics.goes_on;
+  kept.profile_count = after.profile_count - kept.first_profile;
+  kept.sent_sha256 = sent_sha256;
+
+  absl::StatusOr<storage::Transaction> transaction = tools_.database->Begin(SoonEnough());
+  if (!transaction.ok()) return transaction.status();
+  absl::StatusOr<std::string> blob = tools_.blobs->Put(*transaction, bytes);
+  if (!blob.ok()) return blob.status();
+  kept.blob_sha256 = *std::move(blob);
+  const absl::StatusOr<bool> added = storage::AddUploadBlock(*transaction, after, kept);
+  if (!added.ok()) return added.status();
+  if (!*added) {
+    transaction = absl::CancelledError();  // rolled back before another begins
+    if (absl::Status joined = Join(); !joined.ok()) return joined;
+    if (block.index() >= progress().next_block()) return Overtaken(row_.scan_id);
+    return Compare(block.index(), sent_sha256);
   }
-  sent_.Add(block.payload());
-  ++progress_.block_count;
-  progress_.point_count += block.point_count();
+  if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;
+  row_ = std::move(after);
   return absl::OkStatus();
 }
 
-absl::Status ScanUpload::Store(const v1::ScanBlock& block) {
-  std::string encoded_here;
-  if (header_.encoding() == v1::ENCODING_DRACO) {
-    const absl::StatusOr<BlockStatistics> statistics = tools_.workers->Check(
-        block.payload(), block.point_count(), header_.profile_pitch_mm(), cursor_, caller_.deadline);
-    if (absl::IsInvalidArgument(statistics.status())) {
-      return runtime::Refuse(PayloadField(block.index()), std::string(statistics.status().message()),
-                             "a sound Draco cloud of " + std::to_string(block.point_count()) + " finite points");
+absl::StatusOr<ScanUpload::Prepared> ScanUpload::Prepare(const v1::ScanBlock& block) {
+  if (header_.encoding() != v1::ENCODING_DRACO) return Encode(block);
+  const ProfileCursor cursor{row_.open_profile_points, row_.open_profile_x_mm};
+  const absl::StatusOr<BlockStatistics> statistics =
+      tools_.workers->Check(block.payload(), block.point_count(), header_.profile_pitch_mm(), cursor, caller_.deadline);
+  if (absl::IsInvalidArgument(statistics.status())) {
+    return runtime::Refuse(PayloadField(block.index()), std::string(statistics.status().message()),
+                           "a sound Draco cloud of " + std::to_string(block.point_count()) + " finite points");
+  }
+  if (!statistics.ok()) return statistics.status();
+  if (absl::Status believed = Believe(block.index(), *statistics); !believed.ok()) return believed;
+  return Prepared{"", header_.sender_error_um(), *statistics};
+}
+
+absl::StatusOr<ScanUpload::Prepared> ScanUpload::Encode(const v1::ScanBlock& block) {
+  const bool raw = header_.encoding() == v1::ENCODING_RAW_PROFILES;
+  const double raw_step_mm = 1e-3 * header_.raw_step_um();
+  RawProfiles profiles;
+  if (raw) {
+    absl::StatusOr<RawProfiles> parsed =
+        ParseRawProfiles(block.payload(), header_.columns_per_profile(), raw_step_mm, block.point_count());
+    if (!parsed.ok()) {
+      return runtime::Refuse(PayloadField(block.index()), std::string(parsed.status().message()),
+                             "whole profiles of " + std::to_string(header_.columns_per_profile()) + " columns");
     }
-    if (!statistics.ok()) return statistics.status();
-    if (absl::Status believed = Believe(block.index(), *statistics); !believed.ok()) return believed;
-    row_.proven_error_um = header_.sender_error_um();
+    profiles = *std::move(parsed);
   } else {
-    absl::StatusOr<std::string> encoded = Encode(block);
-    if (!encoded.ok()) return encoded.status();
-    encoded_here = *std::move(encoded);
+    profiles.points_mm = PointsOf(block);
   }
-  const std::string& bytes = header_.encoding() == v1::ENCODING_DRACO ? block.payload() : encoded_here;
-  absl::StatusOr<std::string> sha256 = storage::PutBlob(*transaction_, bytes);
-  if (!sha256.ok()) return sha256.status();
-  kept_.Add(bytes);
-  row_.stored_bytes += static_cast<std::int64_t>(bytes.size());
-  blocks_.push_back({block.point_count(), *std::move(sha256)});
-  return absl::OkStatus();
-}
-
-absl::Status ScanUpload::Believe(int block_index, const BlockStatistics& statistics) {
-  if (absl::Status fits = CheckStatistics(header_, machine_.sensor(), block_index, statistics); !fits.ok()) return fits;
-  cursor_ = statistics.end;
-  return absl::OkStatus();
-}
-
-absl::StatusOr<std::string> ScanUpload::Encode(const v1::ScanBlock& block) {
-  const metrology::Points points_mm = PointsOf(block);
-  const BlockStatistics statistics = StatisticsOf(points_mm, header_.profile_pitch_mm(), cursor_);
-  if (absl::Status believed = Believe(block.index(), statistics); !believed.ok()) return believed;
-  absl::StatusOr<metrology::EncodedBlock> encoded = metrology::EncodeBlock(points_mm, ErrorBoundMm(header_));
+  Prepared prepared;
+  prepared.statistics =
+      StatisticsOf(profiles.points_mm, header_.profile_pitch_mm(), {row_.open_profile_points, row_.open_profile_x_mm});
+  if (absl::Status believed = Believe(block.index(), prepared.statistics); !believed.ok()) return believed;
+  const double bound_mm = ErrorBoundMm(header_);
+  const double step_mm = raw ? metrology::StepFor(bound_mm, raw_step_mm) : metrology::StepFor(bound_mm);
+  absl::StatusOr<metrology::EncodedBlock> encoded =
+      metrology::EncodeRangeImage(profiles.points_mm, profiles.columns, FanOf(machine_.sensor()), step_mm);
   if (absl::IsInvalidArgument(encoded.status())) {
     return runtime::Refuse(PayloadField(block.index()), std::string(encoded.status().message()),
                            "points that can be kept within header.error_bound_um");
   }
   if (!encoded.ok()) return encoded.status();
-  row_.proven_error_um = std::max(row_.proven_error_um, encoded->proven_error_mm * 1e3);
-  return std::move(encoded->bytes);
+  prepared.encoded_here = std::move(encoded->bytes);
+  prepared.proven_error_um = encoded->proven_error_mm * 1e3;
+  return prepared;
 }
 
-absl::StatusOr<v1::UploadScanResponse> ScanUpload::Finish() {
-  if (absl::Status complete = CheckComplete(header_, progress_); !complete.ok()) return complete;
-  row_.sent_sha256 = sent_.Finish();
-  if (stored_) return AnswerStored();
-  row_.stored_sha256 = kept_.Finish();
-  row_.block_count = progress_.block_count;
-  const absl::StatusOr<storage::Recorded> recorded = storage::InsertScan(*transaction_, row_, blocks_, JournalEntry());
-  if (!recorded.ok()) return recorded.status();
-  if (absl::Status committed = transaction_->Commit(); !committed.ok()) return committed;
-  row_.recorded = *recorded;
-  v1::UploadScanResponse response;
-  *response.mutable_scan() = ToProto(row_);
-  return response;
+absl::Status ScanUpload::Believe(int block_index, const BlockStatistics& statistics) const {
+  return CheckStatistics(header_, machine_.sensor(), block_index, statistics);
 }
 
-absl::StatusOr<v1::UploadScanResponse> ScanUpload::AnswerStored() {
-  if (row_.sent_sha256 != stored_->sent_sha256) {
-    return Differs(header_.scan_id(), "SHA-256 of the blocks " + stored_->sent_sha256 + " -> " + row_.sent_sha256);
+absl::Status ScanUpload::Compare(int block_index, const std::string& sent_sha256) {
+  absl::StatusOr<storage::Transaction> transaction = tools_.database->Begin(SoonEnough());
+  if (!transaction.ok()) return transaction.status();
+  const absl::StatusOr<std::vector<storage::ScanBlockRow>> blocks =
+      stored_ ? storage::BlocksOfScan(*transaction, row_.scan_id) : storage::BlocksOfUpload(*transaction, row_.scan_id);
+  if (!blocks.ok()) return blocks.status();
+  const auto index = static_cast<std::size_t>(block_index);
+  if (index >= blocks->size()) return Overtaken(row_.scan_id);
+  if ((*blocks)[index].sent_sha256 == sent_sha256) return absl::OkStatus();
+  return runtime::Failure(absl::StatusCode::kAlreadyExists, "BLOCK_DIFFERS",
+                          "block[" + std::to_string(block_index) + "]: SHA-256 " + sent_sha256 +
+                              ", want the block that is stored under this index, " + (*blocks)[index].sent_sha256);
+}
+
+absl::StatusOr<v1::StoredScan> ScanUpload::Finish(const v1::ScanEnd& end) {
+  if (stored_) return AnswerStored(end);
+  absl::StatusOr<storage::Transaction> transaction = tools_.database->Begin(SoonEnough());
+  if (!transaction.ok()) return transaction.status();
+  if (absl::Status locked = storage::LockScanId(*transaction, row_.scan_id); !locked.ok()) return locked;
+  absl::StatusOr<std::optional<storage::ScanRow>> stored = storage::FindScan(*transaction, row_.scan_id);
+  if (!stored.ok()) return stored.status();
+  stored_ = *std::move(stored);
+  return stored_ ? AnswerStored(end) : Complete(&*transaction, end);
+}
+
+absl::StatusOr<v1::StoredScan> ScanUpload::Complete(storage::Transaction* transaction, const v1::ScanEnd& end) {
+  const absl::StatusOr<std::optional<storage::ScanUploadRow>> upload = storage::FindUpload(*transaction, row_.scan_id);
+  if (!upload.ok()) return upload.status();
+  if (!upload->has_value()) return Overtaken(row_.scan_id);
+  row_ = **upload;
+  const absl::StatusOr<std::vector<storage::ScanBlockRow>> blocks = storage::BlocksOfUpload(*transaction, row_.scan_id);
+  if (!blocks.ok()) return blocks.status();
+  std::vector<std::string> sent, kept;
+  for (const storage::ScanBlockRow& block : *blocks) {
+    sent.push_back(block.sent_sha256);
+    kept.push_back(block.blob_sha256);
   }
-  v1::UploadScanResponse response;
-  *response.mutable_scan() = ToProto(*stored_);
-  response.set_already_stored(true);
-  return response;
+  storage::ScanRow scan = RowOf(header_, row_.machine_revision, row_.artefact_revision.value_or(0));
+  scan.sent_sha256 = DigestOfDigests(sent);
+  if (absl::Status ends = CheckEnd(header_, end, {row_.next_block, row_.point_count}, scan.sent_sha256); !ends.ok()) {
+    return ends;
+  }
+  scan.stored_sha256 = DigestOfDigests(kept);
+  scan.block_count = row_.next_block;
+  scan.point_count = row_.point_count;
+  scan.profile_count = row_.profile_count;
+  scan.stored_bytes = row_.stored_bytes;
+  scan.proven_error_um = row_.proven_error_um;
+  if (absl::Status ended = storage::EndUpload(*transaction, row_.scan_id); !ended.ok()) return ended;
+  const absl::StatusOr<storage::Recorded> recorded =
+      storage::InsertScan(*transaction, scan, *blocks, JournalEntry(scan));
+  if (!recorded.ok()) return recorded.status();
+  if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;
+  scan.recorded = *recorded;
+  v1::StoredScan answer;
+  *answer.mutable_scan() = ToProto(scan);
+  return answer;
 }
 
-storage::RecordEntry ScanUpload::JournalEntry() const {
+absl::StatusOr<v1::StoredScan> ScanUpload::AnswerStored(const v1::ScanEnd& end) const {
+  if (end.sha256() != stored_->sent_sha256) {
+    return ScanDiffers(row_.scan_id, "SHA-256 of its blocks " + stored_->sent_sha256 + " -> " + end.sha256());
+  }
+  v1::StoredScan answer;
+  *answer.mutable_scan() = ToProto(*stored_);
+  answer.set_already_stored(true);
+  return answer;
+}
+
+storage::RecordEntry ScanUpload::JournalEntry(const storage::ScanRow& scan) const {
   storage::RecordEntry entry;
   entry.kind = "scan";
-  entry.name = runtime::NameOf("scans", row_.scan_id);
-  entry.inputs.push_back(WithRevision(header_.machine(), row_.machine_revision));
-  entry.inputs.push_back(row_.artefact_id ? WithRevision(header_.subject(), row_.artefact_revision)
+  entry.name = runtime::NameOf("scans", scan.scan_id);
+  entry.inputs.push_back(WithRevision(header_.machine(), scan.machine_revision));
+  entry.inputs.push_back(scan.artefact_id ? WithRevision(header_.subject(), scan.artefact_revision)
                                           : header_.subject());
-  entry.blade = row_.blade_serial;
-  entry.machine = row_.machine_id;
+  entry.blade = scan.blade_serial;
+  entry.machine = scan.machine_id;
   entry.software_version = runtime::SoftwareVersion();
   entry.requested_by = caller_.requested_by;
-  entry.measured_at = row_.measured_at;
-  entry.summary_json = "{\"kind\": \"" + row_.kind + "\", \"point_count\": " + std::to_string(row_.point_count) +
-                       ", \"stored_bytes\": " + std::to_string(row_.stored_bytes) +
-                       ", \"proven_error_um\": " + std::to_string(row_.proven_error_um) + "}";
+  entry.measured_at = scan.measured_at;
+  entry.summary_json = "{\"kind\": \"" + scan.kind + "\", \"point_count\": " + std::to_string(scan.point_count) +
+                       ", \"stored_bytes\": " + std::to_string(scan.stored_bytes) +
+                       ", \"proven_error_um\": " + std::to_string(scan.proven_error_um) + "}";
   return entry;
 }
 

@@ -1,4 +1,4 @@
-// One upload from its header to its commit, whatever carried it here.
+// One upload, from its header to the scan's commit, over as many streams as it takes.
 #pragma once
 
 #include <absl/status/status.h>
@@ -7,13 +7,13 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "services/ingest/decode_workers.h"
 #include "services/ingest/known_plant.h"
-#include "services/ingest/running_digest.h"
 #include "services/ingest/validate.h"
 #include "sixpoint/ingest/v1/ingest.pb.h"
+#include "storage/blob_store.h"
+#include "storage/scan_uploads.h"
 #include "storage/scans.h"
 
 namespace sixpoint::ingest {
@@ -21,6 +21,7 @@ namespace sixpoint::ingest {
 // What an upload works with; outlives it.
 struct UploadTools {
   storage::Database* database = nullptr;
+  storage::BlobStore* blobs = nullptr;
   DecodeWorkers* workers = nullptr;
   KnownPlant* plant = nullptr;
 };
@@ -31,39 +32,40 @@ struct UploadCaller {
   std::string requested_by;
 };
 
-// Blocks go into one open transaction as they come, so memory holds one block at a time and nothing is half-stored: an
-// upload that is destroyed before Finish leaves no trace. Where the scan is there already, the blocks are only compared.
-// One thread at a time.
+// Holds no connection and no lock between its calls: what came so far stands in the database, and each block is a
+// transaction of its own that goes in only where it is the next. One thread at a time.
 class ScanUpload {
  public:
-  // Uploads of the same scan_id wait here for each other.
+  // Begins the upload, goes on with it, or finds its scan complete.
   static absl::StatusOr<std::unique_ptr<ScanUpload>> Begin(const UploadTools& tools, v1::ScanHeader header,
                                                            UploadCaller caller);
+  v1::UploadProgress progress() const;
+  // Durable once this returns OK. A block that came before is only compared.
   absl::Status Add(const v1::ScanBlock& block);
-  // Durable once this returns OK.
-  absl::StatusOr<v1::UploadScanResponse> Finish();
+  // The scan is visible once this returns OK.
+  absl::StatusOr<v1::StoredScan> Finish(const v1::ScanEnd& end);
 
  private:
+  struct Prepared;
   ScanUpload(const UploadTools& tools, v1::ScanHeader header, UploadCaller caller);
+  storage::Deadline SoonEnough() const;
   absl::Status Recognise();
-  absl::Status Store(const v1::ScanBlock& block);
-  absl::Status Believe(int block_index, const BlockStatistics& statistics);
-  absl::StatusOr<std::string> Encode(const v1::ScanBlock& block);
-  absl::StatusOr<v1::UploadScanResponse> AnswerStored();
-  storage::RecordEntry JournalEntry() const;
+  absl::Status Join();
+  absl::Status Keep(const v1::ScanBlock& block, const std::string& sent_sha256);
+  absl::StatusOr<Prepared> Prepare(const v1::ScanBlock& block);
+  absl::StatusOr<Prepared> Encode(const v1::ScanBlock& block);
+  absl::Status Believe(int block_index, const BlockStatistics& statistics) const;
+  absl::Status Compare(int block_index, const std::string& sent_sha256);
+  absl::StatusOr<v1::StoredScan> Complete(storage::Transaction* transaction, const v1::ScanEnd& end);
+  absl::StatusOr<v1::StoredScan> AnswerStored(const v1::ScanEnd& end) const;
+  storage::RecordEntry JournalEntry(const storage::ScanRow& scan) const;
 
   const UploadTools tools_;
   const v1::ScanHeader header_;
   const UploadCaller caller_;
   plant::v1::Machine machine_;
-  std::optional<storage::Transaction> transaction_;  // none where the scan is there already
-  std::optional<storage::ScanRow> stored_;           // the scan that is there already
-  storage::ScanRow row_;                             // grows with the blocks
-  std::vector<storage::ScanBlockRow> blocks_;
-  UploadProgress progress_;
-  ProfileCursor cursor_;
-  RunningDigest sent_;
-  RunningDigest kept_;
+  std::optional<storage::ScanRow> stored_;  // where the scan is complete
+  storage::ScanUploadRow row_;              // what was acknowledged
 };
 
 }  // namespace sixpoint::ingest

@@ -22,7 +22,9 @@ constexpr double kGreatestAngleDeg = 36'000.0;
 constexpr double kGreatestPitchMm = 100.0;
 constexpr double kGreatestErrorUm = 1000.0;
 constexpr std::int64_t kLatestClock_s = 7'258'118'399;  // the end of 2199
-constexpr int kGreatestColumnCount = 65'536;
+constexpr double kGreatestRawStepUm = 100.0;
+// The rule of ten: what measures may spend a tenth of the tolerance that it judges.
+constexpr double kToleranceShare = 0.1;
 // A reading just outside of the range by noise is still a reading.
 constexpr double kNoiseMargins = 10.0;
 constexpr double kLeastMarginMm = 0.02;
@@ -110,15 +112,22 @@ absl::Status CheckHeader(const v1::ScanHeader& header) {
   if (!(header.profile_pitch_mm() > 0 && header.profile_pitch_mm() <= kGreatestPitchMm)) {
     return Refuse("header.profile_pitch_mm", header.profile_pitch_mm(), "> 0 and at most 100");
   }
-  if (header.columns_per_profile() < 1 || header.columns_per_profile() > kGreatestColumnCount) {
+  if (header.columns_per_profile() < 1 || header.columns_per_profile() > metrology::kGreatestColumnCount) {
     return Refuse("header.columns_per_profile", std::to_string(header.columns_per_profile()), "1 to 65536");
   }
-  if (header.point_count() < 1 || header.point_count() > kGreatestScanPointCount) {
+  if (header.point_count() < 0 || header.point_count() > kGreatestScanPointCount) {
     return Refuse("header.point_count", std::to_string(header.point_count()),
-                  "1 to " + std::to_string(kGreatestScanPointCount));
+                  "1 to " + std::to_string(kGreatestScanPointCount) + ", or 0 where it is not known yet");
   }
-  if (header.encoding() != v1::ENCODING_DRACO && header.encoding() != v1::ENCODING_XYZ_F64) {
-    return Refuse("header.encoding", std::to_string(header.encoding()), "DRACO or XYZ_F64");
+  const bool raw = header.encoding() == v1::ENCODING_RAW_PROFILES;
+  if (!raw && header.encoding() != v1::ENCODING_DRACO && header.encoding() != v1::ENCODING_XYZ_F64) {
+    return Refuse("header.encoding", std::to_string(header.encoding()), "DRACO, XYZ_F64 or RAW_PROFILES");
+  }
+  if (raw && !(header.raw_step_um() > 0 && header.raw_step_um() <= kGreatestRawStepUm)) {
+    return Refuse("header.raw_step_um", header.raw_step_um(), "> 0 and at most 100");
+  }
+  if (!raw && header.raw_step_um() != 0) {
+    return Refuse("header.raw_step_um", header.raw_step_um(), "0: only RAW_PROFILES have steps");
   }
   return absl::OkStatus();
 }
@@ -135,19 +144,32 @@ absl::Status CheckAgainstMachine(const v1::ScanHeader& header, const plant::v1::
   return absl::OkStatus();
 }
 
-absl::Status CheckBlock(const v1::ScanHeader& header, const UploadProgress& progress, const v1::ScanBlock& block) {
-  const int expected = progress.block_count;
+absl::Status CheckAgainstTolerance(const v1::ScanHeader& header, double tightest_tolerance_mm) {
+  const double limit_um = kToleranceShare * 1e3 * tightest_tolerance_mm;
+  const double stored_um = header.encoding() == v1::ENCODING_DRACO ? 0 : 1e3 * ErrorBoundMm(header);
+  const double error_um = header.sender_error_um() + stored_um;
+  if (error_um <= limit_um) return absl::OkStatus();
+  return Refuse(stored_um > header.sender_error_um() ? "header.error_bound_um" : "header.sender_error_um", error_um,
+                "with the other at most " + std::to_string(limit_um) +
+                    ", a tenth of the tightest position tolerance of the blade's part");
+}
+
+absl::Status CheckBlock(const v1::ScanHeader& header, const UploadSoFar& so_far, const v1::ScanBlock& block) {
+  const int expected = so_far.block_count;
   if (block.index() != expected) {
-    return Refuse(BlockField(expected, "index"), std::to_string(block.index()), std::to_string(expected));
+    return Refuse(BlockField(expected, "index"), std::to_string(block.index()),
+                  std::to_string(expected) + ", the next, or one that came already");
   }
   if (block.point_count() < 1 || block.point_count() > kGreatestBlockPointCount) {
     return Refuse(BlockField(expected, "point_count"), std::to_string(block.point_count()),
                   "1 to " + std::to_string(kGreatestBlockPointCount));
   }
-  const std::int64_t left = header.point_count() - progress.point_count;
+  const bool told = header.point_count() > 0;
+  const std::int64_t left = (told ? header.point_count() : kGreatestScanPointCount) - so_far.point_count;
   if (block.point_count() > left) {
     return Refuse(BlockField(expected, "point_count"), std::to_string(block.point_count()),
-                  "at most the " + std::to_string(left) + " that header.point_count leaves");
+                  "at most the " + std::to_string(left) +
+                      (told ? " that header.point_count leaves" : " that a scan may still have"));
   }
   const auto payload_bytes = static_cast<std::int64_t>(block.payload().size());
   if (header.encoding() == v1::ENCODING_XYZ_F64) {
@@ -156,6 +178,7 @@ absl::Status CheckBlock(const v1::ScanHeader& header, const UploadProgress& prog
     return Refuse(BlockField(expected, "payload"), std::to_string(payload_bytes) + " bytes",
                   std::to_string(wanted) + ", 24 a point");
   }
+  if (header.encoding() == v1::ENCODING_RAW_PROFILES) return absl::OkStatus();  // its parser counts
   const std::int64_t limit = kBlockOverheadBytes + kGreatestBytesPerPoint * block.point_count();
   if (payload_bytes > limit) {
     return Refuse(BlockField(expected, "payload"), std::to_string(payload_bytes) + " bytes",
@@ -202,11 +225,26 @@ absl::Status CheckStatistics(const v1::ScanHeader& header, const plant::v1::Sens
   return absl::OkStatus();
 }
 
-absl::Status CheckComplete(const v1::ScanHeader& header, const UploadProgress& progress) {
-  if (progress.point_count == header.point_count()) return absl::OkStatus();
-  return Refuse("header.point_count", std::to_string(header.point_count()),
-                "the " + std::to_string(progress.point_count) + " points of the " +
-                    std::to_string(progress.block_count) + " blocks that came before the stream ended");
+absl::Status CheckEnd(const v1::ScanHeader& header, const v1::ScanEnd& end, const UploadSoFar& so_far,
+                      const std::string& sha256) {
+  if (so_far.block_count == 0) return Refuse("end.block_count", "0", "at least one block with points");
+  if (end.block_count() != so_far.block_count) {
+    return Refuse("end.block_count", std::to_string(end.block_count()),
+                  std::to_string(so_far.block_count) + ", the blocks that came");
+  }
+  if (end.point_count() != so_far.point_count) {
+    return Refuse("end.point_count", std::to_string(end.point_count()),
+                  std::to_string(so_far.point_count) + ", the points that came");
+  }
+  if (header.point_count() != 0 && header.point_count() != so_far.point_count) {
+    return Refuse("header.point_count", std::to_string(header.point_count()),
+                  "the " + std::to_string(so_far.point_count) + " points of the " + std::to_string(so_far.block_count) +
+                      " blocks that came before the end");
+  }
+  if (end.sha256() != sha256) {
+    return Refuse("end.sha256", end.sha256(), sha256 + ", the digest of the digests of the blocks that came");
+  }
+  return absl::OkStatus();
 }
 
 double ErrorBoundMm(const v1::ScanHeader& header) {

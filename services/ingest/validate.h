@@ -26,21 +26,25 @@ absl::Status CheckHeader(const v1::ScanHeader& header);
 // What this machine's record adds: axis limits, sensor columns.
 absl::Status CheckAgainstMachine(const v1::ScanHeader& header, const plant::v1::Machine& machine);
 
+// Sender's and store's errors together: at most a tenth of the tightest tolerance, as of any instrument that judges it.
+absl::Status CheckAgainstTolerance(const v1::ScanHeader& header, double tightest_tolerance_mm);
+
 // How far an upload has come.
-struct UploadProgress {
+struct UploadSoFar {
   int block_count = 0;
   std::int64_t point_count = 0;
 };
 // Order, counts and sizes of the next block, and the Draco header of its payload; decodes nothing.
-absl::Status CheckBlock(const v1::ScanHeader& header, const UploadProgress& progress, const v1::ScanBlock& block);
+absl::Status CheckBlock(const v1::ScanHeader& header, const UploadSoFar& so_far, const v1::ScanBlock& block);
 
 // The points of a block against the sensor: finite, inside its range (with a margin for noise), no more columns to a
 // profile than it has, x not running backwards.
 absl::Status CheckStatistics(const v1::ScanHeader& header, const plant::v1::Sensor& sensor, int block_index,
                              const BlockStatistics& statistics);
 
-// At the end of the stream: as many points as the header says.
-absl::Status CheckComplete(const v1::ScanHeader& header, const UploadProgress& progress);
+// What the sender says it sent, against what came and, where the header told, what it announced. `sha256`: of what came.
+absl::Status CheckEnd(const v1::ScanHeader& header, const v1::ScanEnd& end, const UploadSoFar& so_far,
+                      const std::string& sha256);
 
 // The error that storing may add, mm.
 double ErrorBoundMm(const v1::ScanHeader& header);

@@ -16,7 +16,7 @@ namespace sixpoint::runtime {
 namespace {
 
 // What travels with an absl::Status inside a process, as plain text.
-constexpr char kReason[] = "sixpoint.reason";
+using storage::kReasonPayload;
 constexpr char kField[] = "sixpoint.field";
 constexpr char kRetryDelay[] = "sixpoint.retry_delay_ms";
 constexpr char kDomain[] = "sixpoint";
@@ -120,11 +120,11 @@ absl::Status Refuse(const std::string& field, double value, const std::string& w
 
 absl::Status Failure(absl::StatusCode code, const std::string& reason, const std::string& message) {
   absl::Status failure(code, message);
-  failure.SetPayload(kReason, absl::Cord(reason));
+  failure.SetPayload(kReasonPayload, absl::Cord(reason));
   return failure;
 }
 
-std::string ReasonOf(const absl::Status& status) { return PayloadOf(status, kReason).value_or(""); }
+std::string ReasonOf(const absl::Status& status) { return PayloadOf(status, kReasonPayload).value_or(""); }
 
 std::chrono::milliseconds RetryDelayOf(const absl::Status& status) {
   const std::string text = PayloadOf(status, kRetryDelay).value_or("0");
@@ -145,7 +145,7 @@ grpc::Status ToGrpc(const absl::Status& status) {
   details.set_code(static_cast<int>(GrpcCodeOf(status.code())));
   details.set_message(message);
   google::rpc::ErrorInfo info;
-  info.set_reason(PayloadOf(status, kReason).value_or(absl::StatusCodeToString(status.code())));
+  info.set_reason(PayloadOf(status, kReasonPayload).value_or(absl::StatusCodeToString(status.code())));
   info.set_domain(kDomain);
   details.add_details()->PackFrom(info);
   if (const std::optional<std::string> field = PayloadOf(status, kField)) {
@@ -175,7 +175,7 @@ absl::Status FromGrpc(const grpc::Status& status) {
     if (detail.UnpackTo(&info)) {
       // The code's own name stands where no reason was given.
       if (info.reason() != absl::StatusCodeToString(received.code())) {
-        received.SetPayload(kReason, absl::Cord(info.reason()));
+        received.SetPayload(kReasonPayload, absl::Cord(info.reason()));
       }
     } else if (detail.UnpackTo(&bad_request) && bad_request.field_violations_size() > 0) {
       received.SetPayload(kField, absl::Cord(bad_request.field_violations(0).field()));

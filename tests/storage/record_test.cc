@@ -6,6 +6,7 @@
 #include <atomic>
 #include <thread>
 
+#include "storage/blobs.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::storage {
@@ -111,6 +112,11 @@ TEST_F(RecordTest, RefusesWhatCannotBeARecord) {
 
 TEST_F(RecordTest, EveryAppendOnlyTableRefusesChange) {
   Append(Entry("scan", "scans/s1", {"machines/m1@1"}));
+  {
+    absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+    ASSERT_TRUE(PutBlob(*transaction, "a cloud").ok());
+    ASSERT_TRUE(transaction->Commit().ok());
+  }
   for (const char* table : {"blobs", "record_entries", "record_inputs", "requests"}) {
     for (const std::string& change :
          {"DELETE FROM " + std::string(table), "TRUNCATE " + std::string(table) + " CASCADE",

@@ -26,6 +26,11 @@ TEST(StatisticsOf, CarriesAProfileOverIntoTheNextBlock) {
   const BlockStatistics second = StatisticsOf({{0.3001, 2, 0}, {0.4, 0, 0}}, 0.1, first.end);
   EXPECT_EQ(second.greatest_column_count, 3);
   EXPECT_EQ(second.end.column_count, 1);
+  EXPECT_FALSE(first.goes_on);
+  EXPECT_EQ(first.begun_profile_count, 1);
+  EXPECT_TRUE(second.goes_on);
+  EXPECT_EQ(second.begun_profile_count, 1);
+  EXPECT_FALSE(StatisticsOf({{0.5, 0, 0}}, 0.1, second.end).goes_on);
 }
 
 TEST(StatisticsOf, MeasuresHowFarXRunsBackwards) {

@@ -59,6 +59,21 @@ TEST(DecodeWorkers, TellWhatABlockHolds) {
   EXPECT_EQ(workers.started_count(), 1);  // lives on
 }
 
+TEST(DecodeWorkers, MayMakeNoSystemCallButTheirOwn) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers make calls of their own";
+#endif
+  DecodeWorkers workers(WorkerProgram(), 1, milliseconds(5000));
+  const auto block = SampleBlocks(SampleProfiles(2, 100), 200)[0];
+  ASSERT_TRUE(workers.Check(block.payload(), 200, 0.05, {}, Soon()).ok());
+  const std::vector<pid_t> children = Children();
+  ASSERT_EQ(children.size(), 1U);
+  std::ifstream file("/proc/" + std::to_string(children[0]) + "/status");
+  const std::string status{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_THAT(status, HasSubstr("Seccomp:\t2\n"));  // a filter is at work
+  EXPECT_THAT(status, HasSubstr("NoNewPrivs:\t1\n"));
+}
+
 TEST(DecodeWorkers, RefuseWhatIsNotABlock) {
   DecodeWorkers workers(WorkerProgram(), 1, milliseconds(5000));
   const auto block = SampleBlocks(SampleProfiles(2, 100), 200)[0];

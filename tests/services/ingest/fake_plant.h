@@ -29,6 +29,16 @@ class FakePlant final : public plant::v1::PlantService::Service {
                         plant::v1::Blade* response) override {
     if (request->name() != "blades/sn1" && request->name() != "blades/sn2") return NotFound(request->name());
     response->set_name(request->name());
+    response->set_part("parts/p1");
+    return grpc::Status::OK;
+  }
+  grpc::Status GetPart(grpc::ServerContext*, const plant::v1::GetPartRequest* request,
+                       plant::v1::Part* response) override {
+    if (request->name() != "parts/p1") return NotFound(request->name());
+    response->set_name(request->name());
+    for (const double tolerance_mm : {0.05, 0.03, 0.04}) {
+      response->add_hole_groups()->set_position_tolerance_mm(tolerance_mm);
+    }
     return grpc::Status::OK;
   }
 

@@ -22,35 +22,41 @@ class KnownPlantTest : public ::testing::Test {
 
 TEST_F(KnownPlantTest, AsksOnceWhileTheAnswerIsFresh) {
   KnownPlant known(server_.Connect(), std::chrono::hours(1));
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(known.Machine("machines/m1", Context).value().revision(), 3);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(known.Machine("machines/m1", 0, Context).value().revision(), 3);
   EXPECT_EQ(plant_.asked_count, 1);
 }
 
 TEST_F(KnownPlantTest, AsksAgainOnceTheAnswerIsOld) {
   KnownPlant known(server_.Connect(), std::chrono::milliseconds(0));
-  for (int i = 0; i < 3; ++i) EXPECT_TRUE(known.Machine("machines/m1", Context).ok());
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(known.Machine("machines/m1", 0, Context).ok());
   EXPECT_EQ(plant_.asked_count, 3);
 }
 
 TEST_F(KnownPlantTest, HoldsToTheLastAnswerWhileThePlantIsAway) {
   KnownPlant known(server_.Connect(), std::chrono::milliseconds(0));
-  ASSERT_TRUE(known.Machine("machines/m1", Context).ok());
+  ASSERT_TRUE(known.Machine("machines/m1", 0, Context).ok());
   plant_.away = true;
-  EXPECT_EQ(known.Machine("machines/m1", Context).value().revision(), 3);
+  EXPECT_EQ(known.Machine("machines/m1", 0, Context).value().revision(), 3);
   EXPECT_GT(plant_.asked_count, 1);
   // What it never heard of it cannot vouch for; that is no fault of the sender.
-  EXPECT_TRUE(absl::IsUnavailable(known.Machine("machines/m2", Context).status()));
+  EXPECT_TRUE(absl::IsUnavailable(known.Machine("machines/m2", 0, Context).status()));
 }
 
 TEST_F(KnownPlantTest, RefusesWhatThePlantDoesNotKnowByField) {
   KnownPlant known(server_.Connect());
-  const absl::Status machine = known.Machine("machines/m2", Context).status();
+  const absl::Status machine = known.Machine("machines/m2", 0, Context).status();
   EXPECT_TRUE(absl::IsInvalidArgument(machine)) << machine;
   EXPECT_THAT(std::string(machine.message()), HasSubstr("header.machine: machines/m2, want"));
-  EXPECT_THAT(std::string(known.SubjectRevision("blades/none", Context).status().message()),
+  EXPECT_THAT(std::string(known.Subject("blades/none", Context).status().message()),
               HasSubstr("header.subject: blades/none, want"));
-  EXPECT_EQ(known.SubjectRevision("artefacts/a1", Context).value(), 2);
-  EXPECT_EQ(known.SubjectRevision("blades/sn1", Context).value(), 0);
+  EXPECT_EQ(known.Subject("artefacts/a1", Context).value().artefact_revision, 2);
+  EXPECT_EQ(known.Subject("blades/sn1", Context).value().artefact_revision, 0);
+}
+
+TEST_F(KnownPlantTest, KnowsTheTightestToleranceOfABladesPart) {
+  KnownPlant known(server_.Connect());
+  EXPECT_EQ(known.Subject("blades/sn1", Context).value().tightest_tolerance_mm, 0.03);
+  EXPECT_FALSE(known.Subject("artefacts/a1", Context).value().tightest_tolerance_mm.has_value());
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -18,116 +19,18 @@
 #include "services/clients/scans.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
+#include "storage/blob_store.h"
 #include "storage/blobs.h"
 #include "storage/record.h"
-#include "tests/services/ingest/fake_plant.h"
+#include "tests/services/ingest/conversation.h"
 #include "tests/services/ingest/sample_scans.h"
-#include "tests/support/in_process_server.h"
-#include "tests/support/throwaway_database.h"
+#include "tests/services/ingest/scan_service_fixture.h"
 
 namespace sixpoint::ingest {
 namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-std::string WorkerProgram() {
-  const char* folder = std::getenv("SIXPOINT_BIN_DIR");
-  return std::string(folder == nullptr ? "." : folder) + "/sixpoint-decode-worker";
-}
-
-class ScanServiceTest : public ::testing::Test {
- protected:
-  static constexpr int kUploadSlots = 3;
-
-  ScanServiceTest()
-      : plant_server_({&plant_}),
-        service_(OptionsForTest(), database_.database(), plant_server_.Connect()),
-        server_({&service_}),
-        channel_(server_.Connect()),
-        stub_(v1::ScanService::NewStub(channel_)),
-        client_(channel_) {
-    Execute("INSERT INTO machines (machine_id) VALUES ('m1')");
-    Execute("INSERT INTO artefacts (artefact_id) VALUES ('a1')");
-    Execute("INSERT INTO parts (part_id) VALUES ('p1')");
-    for (const std::string serial : {"sn1", "sn2"}) AddBlade(serial);
-  }
-
-  void AddBlade(const std::string& serial) {
-    storage::RecordEntry entry;
-    entry.kind = "blade";
-    entry.name = "blades/" + serial;
-    entry.software_version = "test";
-    auto transaction = database_.database()->Begin(testing::Soon());
-    ASSERT_TRUE(transaction.ok()) << transaction.status();
-    const auto recorded = storage::AppendRecord(*transaction, entry);
-    ASSERT_TRUE(recorded.ok()) << recorded.status();
-    const auto inserted = transaction->Execute(
-        "INSERT INTO blades (blade_serial, part_id, record_sequence, recorded_at) VALUES ($1, 'p1', $2, $3)",
-        storage::Params().Text(serial).Int(recorded->sequence).Time(recorded->recorded_at));
-    ASSERT_TRUE(inserted.ok()) << inserted.status();
-    ASSERT_TRUE(transaction->Commit().ok());
-  }
-
-  static ScanServiceOptions OptionsForTest() {
-    ScanServiceOptions options;
-    options.decode_worker = WorkerProgram();
-    options.greatest_upload_count = kUploadSlots;
-    return options;
-  }
-
-  storage::Rows Execute(const std::string& sql) {
-    auto transaction = database_.database()->Begin(testing::Soon());
-    EXPECT_TRUE(transaction.ok()) << transaction.status();
-    auto rows = transaction->Execute(sql);
-    EXPECT_TRUE(rows.ok()) << sql << ": " << rows.status();
-    EXPECT_TRUE(transaction->Commit().ok());
-    return rows.ok() ? *rows : storage::Rows();
-  }
-  std::int64_t Count(const std::string& table) { return Execute("SELECT count(*) FROM " + table).Int(0, 0); }
-
-  void ExpectNothingStored() {
-    for (const char* table : {"scans", "scan_blocks", "blobs", "record_entries WHERE kind = 'scan'"}) {
-      EXPECT_EQ(Count(table), 0) << table;
-    }
-  }
-
-  absl::StatusOr<v1::UploadScanResponse> Upload(const v1::ScanHeader& header,
-                                                const std::vector<v1::ScanBlock>& blocks) const {
-    const auto context = runtime::ContextFor(30.0);
-    v1::UploadScanResponse response;
-    const auto writer = stub_->UploadScan(context.get(), &response);
-    v1::UploadScanRequest request;
-    *request.mutable_header() = header;
-    bool open = writer->Write(request);
-    for (const v1::ScanBlock& block : blocks) {
-      if (!open) break;
-      *request.mutable_block() = block;
-      open = writer->Write(request);
-    }
-    writer->WritesDone();
-    const absl::Status status = runtime::FromGrpc(writer->Finish());
-    if (!status.ok()) return status;
-    return response;
-  }
-
-  void ExpectRefused(const v1::ScanHeader& header, const std::vector<v1::ScanBlock>& blocks, const std::string& field) {
-    const absl::Status status = Upload(header, blocks).status();
-    EXPECT_TRUE(absl::IsInvalidArgument(status)) << field << ": " << status;
-    EXPECT_THAT(std::string(status.message()), HasSubstr(field + ": "));
-    EXPECT_THAT(std::string(status.message()), HasSubstr(", want "));
-    ExpectNothingStored();
-  }
-
-  testing::ThrowawayDatabase database_;
-  FakePlant plant_;
-  testing::InProcessServer plant_server_;
-  ScanService service_;
-  testing::InProcessServer server_;
-  std::shared_ptr<grpc::Channel> channel_;
-  std::unique_ptr<v1::ScanService::Stub> stub_;
-  clients::ScanClient client_;
-};
 
 TEST_F(ScanServiceTest, StoresADracoScanAndGivesItBackAsSent) {
   const auto points_mm = SampleProfiles(8, 100);
@@ -142,10 +45,13 @@ TEST_F(ScanServiceTest, StoresADracoScanAndGivesItBackAsSent) {
   EXPECT_EQ(scan.block_count(), 3);
   EXPECT_EQ(scan.proven_error_um(), 0.25);
   EXPECT_GT(scan.record_sequence(), 0);
-  std::string all;
-  for (const auto& block : blocks) all += block.payload();
-  EXPECT_EQ(scan.sha256(), storage::Sha256Hex(all));
-  EXPECT_EQ(scan.stored_bytes(), static_cast<std::int64_t>(all.size()));
+  EXPECT_EQ(scan.sha256(), EndOf(blocks).sha256());
+  EXPECT_EQ(scan.sent_sha256(), scan.sha256());
+  EXPECT_EQ(scan.stored_encoding(), v1::ENCODING_DRACO);
+  EXPECT_EQ(scan.profile_count(), 8);
+  std::int64_t bytes = 0;
+  for (const auto& block : blocks) bytes += static_cast<std::int64_t>(block.payload().size());
+  EXPECT_EQ(scan.stored_bytes(), bytes);
 
   v1::ScanHeader as_stored = header;
   as_stored.mutable_measured_at()->set_nanos(123'456'000);  // microseconds are kept
@@ -160,7 +66,11 @@ TEST_F(ScanServiceTest, StoresADracoScanAndGivesItBackAsSent) {
   EXPECT_EQ(response.scan().SerializeAsString(), scan.SerializeAsString());
   for (const auto& block : blocks) {
     ASSERT_TRUE(reader->Read(&response));
-    EXPECT_EQ(response.block().SerializeAsString(), block.SerializeAsString());
+    EXPECT_EQ(response.block().payload(), block.payload());
+    EXPECT_EQ(response.block().index(), block.index());
+    EXPECT_EQ(response.block().point_count(), block.point_count());
+    EXPECT_EQ(response.block().first_profile(), 3 * block.index());  // 300 points, 100 to a profile
+    EXPECT_EQ(response.block().profile_count(), block.index() == 2 ? 2 : 3);
   }
   EXPECT_FALSE(reader->Read(&response));
   EXPECT_TRUE(reader->Finish().ok());
@@ -168,7 +78,7 @@ TEST_F(ScanServiceTest, StoresADracoScanAndGivesItBackAsSent) {
 
 TEST_F(ScanServiceTest, EncodesDoublesOnArrivalWithinTheBoundAsked) {
   const auto points_mm = SampleProfiles(8, 100);
-  for (const double bound_um : {0.0, 0.05, 5.0}) {
+  for (const double bound_um : {0.0, 0.05, 2.5}) {
     v1::ScanHeader header =
         SampleHeader("s" + std::to_string(static_cast<int>(100 * bound_um)), 800, v1::ENCODING_XYZ_F64);
     header.set_error_bound_um(bound_um);
@@ -256,9 +166,17 @@ TEST_F(ScanServiceTest, OtherContentUnderTheSameIdIsRefusedWithWhatDiffers) {
   const absl::Status other_header = Upload(header, blocks).status();
   EXPECT_TRUE(absl::IsAlreadyExists(other_header)) << other_header;
   EXPECT_THAT(std::string(other_header.message()), HasSubstr("a_deg: -50 -> -49"));
-  // A repeat that breaks off is neither.
   header.set_a_deg(-50);
-  EXPECT_TRUE(absl::IsInvalidArgument(Upload(header, {blocks[0]}).status()));
+  // Sent again in spite of `accepted`: compared block by block.
+  Conversation again(stub_.get(), 20.0);
+  EXPECT_TRUE(again.Say(header).accepted().complete());
+  EXPECT_TRUE(again.Send(blocks[0]));
+  EXPECT_EQ(again.HearAcknowledged(), 3);
+  v1::ScanBlock other = blocks[1];
+  other.set_payload(blocks[2].payload());
+  EXPECT_TRUE(again.Send(other));
+  EXPECT_EQ(again.HearAcknowledged(), -1);
+  EXPECT_EQ(runtime::ReasonOf(again.Finish()), "BLOCK_DIFFERS");
   EXPECT_EQ(Count("scans"), 1);
 }
 
@@ -294,22 +212,47 @@ TEST_F(ScanServiceTest, RefusesBadHeadersByFieldAndStoresNothing) {
   header = SampleHeader("s1", 800);
   header.set_a_deg(101);
   ExpectRefused(header, blocks, "header.a_deg");
-  header = SampleHeader("s1", 0);
+  header = SampleHeader("s1", -1);
   ExpectRefused(header, {}, "header.point_count");
+  header = SampleHeader("s1", 800, v1::ENCODING_XYZ_F64);
+  header.set_error_bound_um(3.01);  // the part's tightest tolerance is 30 um
+  ExpectRefused(header, {}, "header.error_bound_um");
+  header = SampleHeader("s1", 800);
+  header.set_sender_error_um(3.01);
+  ExpectRefused(header, {}, "header.sender_error_um");
+  header = SampleHeader("s1", 800, v1::ENCODING_RAW_PROFILES);
+  ExpectRefused(header, {}, "header.raw_step_um");
+  header = SampleHeader("s1", 800, v1::ENCODING_RANGE_IMAGE);
+  ExpectRefused(header, {}, "header.encoding");
 }
 
 TEST_F(ScanServiceTest, RefusesBadBlocksByFieldAndStoresNothing) {
   const auto points_mm = SampleProfiles(8, 100);
   const auto blocks = SampleBlocks(points_mm, 300);
   const v1::ScanHeader header = SampleHeader("s1", 800);
-  ExpectRefused(header, {}, "header.point_count");                         // an empty scan
-  ExpectRefused(header, {blocks[0], blocks[1]}, "header.point_count");     // truncated
-  ExpectRefused(header, {blocks[0], blocks[2]}, "block[1].index");         // a gap
-  ExpectRefused(header, {blocks[0], blocks[0]}, "block[1].index");         // a repeat
+  ExpectRefused(header, {}, "end.block_count");  // an empty scan
+  // Truncated: the end tells, and the upload can still be gone on with.
+  ExpectRefused(header, {blocks[0], blocks[1]}, "header.point_count");
+  EXPECT_EQ(Count("scan_upload_blocks"), 2);
+  Forget("s1");
+  ExpectRefused(header, {blocks[0], blocks[2]}, "block[1].index");  // a gap
+  Forget("s1");
   ExpectRefused(SampleHeader("s1", 700), blocks, "block[2].point_count");  // too many points
+  Forget("s1");
+  v1::ScanEnd end = EndOf(blocks);
+  end.set_sha256(std::string(64, '0'));
+  EXPECT_THAT(std::string(Upload(header, blocks, end).status().message()), HasSubstr("end.sha256: "));
+  end = EndOf(blocks);
+  end.set_point_count(801);
+  EXPECT_THAT(std::string(Upload(header, blocks, end).status().message()), HasSubstr("end.point_count: "));
+  end = EndOf(blocks);
+  end.set_block_count(4);
+  EXPECT_THAT(std::string(Upload(header, blocks, end).status().message()), HasSubstr("end.block_count: "));
+  ExpectNothingStored();
+  Forget("s1");
   auto broken = blocks;
   broken[1].mutable_payload()->resize(broken[1].payload().size() / 2);
-  ExpectRefused(header, broken, "block[1].payload");  // truncated Draco
+  ExpectRefused(header, broken, "block[1].payload");  // truncated Draco; block 0 stays acknowledged
   broken = blocks;
   broken[1].set_payload(DracoHeaderOf(10'000'000) + std::string(43, '\x01'));
   ExpectRefused(header, broken, "block[1].payload");  // 58 bytes that declare ten million points
@@ -322,6 +265,7 @@ TEST_F(ScanServiceTest, RefusesPointsThatNoSensorGives) {
   const auto upload_point = [&](const Eigen::Vector3d& point_mm, v1::Encoding encoding, const std::string& field) {
     auto points_mm = SampleProfiles(8, 100);
     points_mm[750] = point_mm;
+    Forget("s1");
     ExpectRefused(SampleHeader("s1", 800, encoding), SampleBlocks(points_mm, 300, encoding), field);
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -333,84 +277,273 @@ TEST_F(ScanServiceTest, RefusesPointsThatNoSensorGives) {
   }
   v1::ScanHeader header = SampleHeader("s1", 800);
   header.set_columns_per_profile(99);
+  Forget("s1");
   ExpectRefused(header, SampleBlocks(SampleProfiles(8, 100), 300), "block[0].payload");
 }
 
-TEST_F(ScanServiceTest, RefusesAStreamWithoutItsHeader) {
-  const auto context = runtime::ContextFor(20.0);
-  v1::UploadScanResponse response;
-  const auto writer = stub_->UploadScan(context.get(), &response);
-  v1::UploadScanRequest request;
-  *request.mutable_block() = SampleBlocks(SampleProfiles(1, 10), 10)[0];
-  writer->Write(request);
-  writer->WritesDone();
-  const grpc::Status status = writer->Finish();
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_THAT(status.error_message(), HasSubstr("header: missing"));
+TEST_F(ScanServiceTest, RefusesAStreamWithoutItsHeaderOrWithoutItsEnd) {
+  Conversation headless(stub_.get(), 20.0);
+  headless.Send(SampleBlocks(SampleProfiles(1, 10), 10)[0]);
+  const absl::Status status = headless.Finish();
+  EXPECT_TRUE(absl::IsInvalidArgument(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("header: missing"));
+  Conversation endless(stub_.get(), 20.0);
+  endless.Say(SampleHeader("s1", 10));
+  endless.Send(SampleBlocks(SampleProfiles(1, 10), 10)[0]);
+  EXPECT_THAT(std::string(endless.Finish().message()), HasSubstr("end: missing"));
   ExpectNothingStored();
 }
 
-TEST_F(ScanServiceTest, AnUploadThatIsCancelledLeavesNothing) {
+TEST_F(ScanServiceTest, GoesOnFromTheLastAcknowledgedBlockAfterAnyBreak) {
+  const auto blocks = SampleBlocks(SampleProfiles(8, 100), 300);
+  const v1::ScanHeader header = SampleHeader("s1", 0);  // a machine that does not know its count yet
   {
-    const auto context = runtime::ContextFor(20.0);
-    v1::UploadScanResponse response;
-    const auto writer = stub_->UploadScan(context.get(), &response);
-    v1::UploadScanRequest request;
-    *request.mutable_header() = SampleHeader("s1", 800);
-    writer->Write(request);
-    *request.mutable_block() = SampleBlocks(SampleProfiles(8, 100), 300)[0];
-    writer->Write(request);
-    context->TryCancel();
-    EXPECT_EQ(writer->Finish().error_code(), grpc::StatusCode::CANCELLED);
+    Conversation broken(stub_.get(), 20.0);
+    EXPECT_EQ(broken.Say(header).accepted().next_block(), 0);
+    ASSERT_TRUE(broken.Send(blocks[0]));
+    ASSERT_EQ(broken.HearAcknowledged(), 1);
+    ASSERT_TRUE(broken.Send(blocks[1]));
+    ASSERT_EQ(broken.HearAcknowledged(), 2);
+    broken.Cancel();
   }
-  ExpectNothingStored();
-  EXPECT_TRUE(Upload(SampleHeader("s1", 800), SampleBlocks(SampleProfiles(8, 100), 300)).ok());
+  ExpectNothingStored();  // not visible yet
+  Conversation again(stub_.get(), 20.0);
+  const v1::UploadProgress accepted = again.Say(header).accepted();
+  EXPECT_EQ(accepted.next_block(), 2);
+  EXPECT_EQ(accepted.point_count(), 600);
+  EXPECT_FALSE(accepted.complete());
+  ASSERT_TRUE(again.Send(blocks[1]));  // the same block twice is one block
+  ASSERT_EQ(again.HearAcknowledged(), 2);
+  ASSERT_TRUE(again.Send(blocks[2]));
+  ASSERT_EQ(again.HearAcknowledged(), 3);
+  ASSERT_TRUE(again.Send(EndOf(blocks)));
+  v1::UploadScanResponse response;
+  ASSERT_TRUE(again.Hear(&response));
+  EXPECT_FALSE(response.stored().already_stored());
+  EXPECT_EQ(response.stored().scan().header().point_count(), 800);
+  EXPECT_TRUE(again.Finish().ok());
+  EXPECT_EQ(Count("scan_blocks"), 3);
+  EXPECT_EQ(Count("scan_uploads"), 0);
+  EXPECT_EQ(Count("scan_upload_blocks"), 0);
+  EXPECT_TRUE(client_.Fetch("scans/s1", runtime::ContextFor(20.0)).ok());
+}
+
+TEST_F(ScanServiceTest, AnotherBlockOrHeaderUnderTheSameNumberIsAnError) {
+  const auto blocks = SampleBlocks(SampleProfiles(8, 100), 300);
+  const auto others = SampleBlocks(SampleProfiles(8, 100, 2), 300);
+  Conversation first(stub_.get(), 20.0);
+  first.Say(SampleHeader("s1", 800));
+  ASSERT_TRUE(first.Send(blocks[0]));
+  ASSERT_EQ(first.HearAcknowledged(), 1);
+  ASSERT_TRUE(first.Send(others[0]));
+  const absl::Status differs = first.Finish();
+  EXPECT_TRUE(absl::IsAlreadyExists(differs)) << differs;
+  EXPECT_EQ(runtime::ReasonOf(differs), "BLOCK_DIFFERS");
+  v1::ScanHeader header = SampleHeader("s1", 800);
+  header.set_b_deg(12);
+  Conversation second(stub_.get(), 20.0);
+  second.Say(header);
+  EXPECT_EQ(runtime::ReasonOf(second.Finish()), "SCAN_DIFFERS");
+}
+
+// A machine whose connection broke comes again while its old stream still hangs.
+TEST_F(ScanServiceTest, TwoStreamsOfOneScanAreOneScan) {
+  const auto blocks = SampleBlocks(SampleProfiles(8, 100), 300);
+  Conversation old(stub_.get(), 20.0);
+  old.Say(SampleHeader("s1", 800));
+  ASSERT_TRUE(old.Send(blocks[0]));
+  ASSERT_EQ(old.HearAcknowledged(), 1);
+  Conversation young(stub_.get(), 20.0);
+  ASSERT_EQ(young.Say(SampleHeader("s1", 800)).accepted().next_block(), 1);
+  ASSERT_TRUE(young.Send(blocks[1]));
+  ASSERT_EQ(young.HearAcknowledged(), 2);
+  ASSERT_TRUE(old.Send(blocks[1]));  // it does not know yet
+  ASSERT_EQ(old.HearAcknowledged(), 2);
+  ASSERT_TRUE(old.Send(blocks[2]));
+  ASSERT_EQ(old.HearAcknowledged(), 3);
+  ASSERT_TRUE(old.Send(EndOf(blocks)));
+  EXPECT_TRUE(old.Finish().ok());
+  ASSERT_TRUE(young.Send(blocks[2]));
+  ASSERT_EQ(young.HearAcknowledged(), 3);
+  ASSERT_TRUE(young.Send(EndOf(blocks)));
+  v1::UploadScanResponse response;
+  ASSERT_TRUE(young.Hear(&response));
+  EXPECT_TRUE(response.stored().already_stored());
+  EXPECT_EQ(Count("scans"), 1);
+  EXPECT_EQ(Count("scan_blocks"), 3);
 }
 
 TEST_F(ScanServiceTest, EndsAClientThatSendsNothingAtItsDeadline) {
-  const auto context = runtime::ContextFor(0.5);
+  Conversation silent(stub_.get(), 0.5);
+  silent.Say(SampleHeader("s1", 800));
   v1::UploadScanResponse response;
-  const auto writer = stub_->UploadScan(context.get(), &response);
-  v1::UploadScanRequest request;
-  *request.mutable_header() = SampleHeader("s1", 800);
-  writer->Write(request);
-  EXPECT_EQ(writer->Finish().error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  EXPECT_FALSE(silent.Hear(&response));
+  EXPECT_TRUE(absl::IsDeadlineExceeded(silent.Finish()));
   ExpectNothingStored();
 }
 
-TEST_F(ScanServiceTest, RefusesMoreUploadsAtOnceThanItHasRoomFor) {
-  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
-  std::vector<v1::UploadScanResponse> responses(kUploadSlots);
-  std::vector<std::unique_ptr<grpc::ClientWriter<v1::UploadScanRequest>>> writers;
-  for (int i = 0; i < kUploadSlots; ++i) {
-    contexts.push_back(runtime::ContextFor(20.0));
-    writers.push_back(stub_->UploadScan(contexts.back().get(), &responses[static_cast<std::size_t>(i)]));
-    v1::UploadScanRequest request;
-    *request.mutable_header() = SampleHeader("s" + std::to_string(i), 800);
-    ASSERT_TRUE(writers.back()->Write(request));
-  }
-  // The server has taken the slots once it asked the plant for each; until then one more may still get in.
-  absl::Status refused;
+TEST_F(ScanServiceTest, EndsAStreamThatStandsStillAndKeepsWhatWasAcknowledged) {
   const auto blocks = SampleBlocks(SampleProfiles(8, 100), 300);
-  for (int attempt = 0; attempt < 50 && refused.ok(); ++attempt) {
-    refused = Upload(SampleHeader("more" + std::to_string(attempt), 800), blocks).status();
+  Conversation standing(stub_.get(), 60.0);
+  standing.Say(SampleHeader("s1", 800));
+  ASSERT_TRUE(standing.Send(blocks[0]));
+  ASSERT_EQ(standing.HearAcknowledged(), 1);
+  const auto begin = std::chrono::steady_clock::now();
+  v1::UploadScanResponse response;
+  EXPECT_FALSE(standing.Hear(&response));
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 4 * kStreamPatience);
+  EXPECT_FALSE(standing.Finish().ok());
+  Conversation again(stub_.get(), 20.0);
+  EXPECT_EQ(again.Say(SampleHeader("s1", 800)).accepted().next_block(), 1);
+}
+
+TEST_F(ScanServiceTest, RefusesMoreUploadsAtOnceThanItHasRoomFor) {
+  std::vector<std::unique_ptr<Conversation>> uploads;
+  for (int i = 0; i < kUploadSlots; ++i) {
+    uploads.push_back(std::make_unique<Conversation>(stub_.get(), 20.0));
+    ASSERT_TRUE(uploads.back()->Say(SampleHeader("s" + std::to_string(i), 800)).has_accepted());
   }
+  const auto blocks = SampleBlocks(SampleProfiles(8, 100), 300);
+  const absl::Status refused = Upload(SampleHeader("more", 800), blocks).status();
   EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
   EXPECT_EQ(runtime::ReasonOf(refused), "UPLOADS_FULL");
   // Reads go on meanwhile.
   v1::ListScansResponse list;
   const auto list_context = runtime::ContextFor(20.0);
   EXPECT_TRUE(stub_->ListScans(list_context.get(), {}, &list).ok());
-  for (int i = 0; i < kUploadSlots; ++i) {
-    contexts[static_cast<std::size_t>(i)]->TryCancel();
-    writers[static_cast<std::size_t>(i)]->Finish();
-  }
+  uploads.clear();
   absl::Status stored = refused;
   for (int attempt = 0; attempt < 200 && absl::IsResourceExhausted(stored); ++attempt) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
     stored = Upload(SampleHeader("after", 800), blocks).status();
   }
   EXPECT_TRUE(stored.ok()) << stored;
+}
+
+// Each raw profile: x, mask, then y and z of the valid columns.
+std::string RawProfile(double x_mm, const std::vector<int>& columns, const std::vector<std::int32_t>& yz,
+                       int mask_bytes) {
+  std::string bytes(reinterpret_cast<const char*>(&x_mm), sizeof x_mm);
+  std::string mask(static_cast<std::size_t>(mask_bytes), '\0');
+  for (const int column : columns) mask[static_cast<std::size_t>(column / 8)] |= static_cast<char>(1 << column % 8);
+  bytes += mask;
+  bytes.append(reinterpret_cast<const char*>(yz.data()), yz.size() * sizeof(std::int32_t));
+  return bytes;
+}
+
+TEST_F(ScanServiceTest, KeepsRawProfilesInWholeSteps) {
+  v1::ScanHeader header = SampleHeader("s1", 0, v1::ENCODING_RAW_PROFILES);
+  header.set_raw_step_um(0.5);
+  header.set_columns_per_profile(10);
+  v1::ScanBlock block;
+  block.set_point_count(5);
+  block.set_payload(RawProfile(1.25, {0, 3, 9}, {-8000, 120, 10, -7, 9000, 2}, 2) + RawProfile(1.3, {}, {}, 2) +
+                    RawProfile(1.35, {4, 5}, {1, 2, 3, 4}, 2));
+  const auto stored = Upload(header, {block});
+  ASSERT_TRUE(stored.ok()) << stored.status();
+  EXPECT_EQ(stored->scan().stored_encoding(), v1::ENCODING_RANGE_IMAGE);
+  EXPECT_EQ(stored->scan().profile_count(), 2);  // the one in the middle has no points
+  EXPECT_EQ(stored->scan().header().raw_step_um(), 0.5);
+  EXPECT_LE(stored->scan().proven_error_um(), 0.25 + 1e-9);
+  const auto fetched = client_.Fetch("scans/s1", runtime::ContextFor(20.0));
+  ASSERT_TRUE(fetched.ok()) << fetched.status();
+  const metrology::Points sent_mm = {
+      {1.25, -4.0, 0.06}, {1.25, 0.005, -0.0035}, {1.25, 4.5, 0.001}, {1.35, 0.0005, 0.001}, {1.35, 0.0015, 0.002}};
+  ASSERT_EQ(fetched->scan.points_mm.size(), sent_mm.size());
+  for (std::size_t i = 0; i < sent_mm.size(); ++i) {
+    EXPECT_EQ(fetched->scan.points_mm[i].z(), sent_mm[i].z()) << i;
+    EXPECT_LE((fetched->scan.points_mm[i] - sent_mm[i]).cwiseAbs().maxCoeff(), 0.25e-3 + 1e-9) << i;
+  }
+}
+
+TEST_F(ScanServiceTest, RefusesRawProfilesThatLie) {
+  v1::ScanHeader header = SampleHeader("s1", 0, v1::ENCODING_RAW_PROFILES);
+  header.set_raw_step_um(0.5);
+  header.set_columns_per_profile(10);
+  const std::string sound = RawProfile(1.25, {0, 3}, {1, 2, 3, 4}, 2);
+  const auto refuse = [&](const std::string& payload, int point_count, const std::string& why) {
+    v1::ScanBlock block;
+    block.set_point_count(point_count);
+    block.set_payload(payload);
+    const absl::Status status = Upload(header, {block}).status();
+    EXPECT_TRUE(absl::IsInvalidArgument(status)) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr("block[0].payload"));
+    EXPECT_THAT(std::string(status.message()), HasSubstr(why));
+  };
+  refuse(sound.substr(0, 9), 2, "ends inside its head");
+  refuse(sound.substr(0, sound.size() - 1), 2, "ends inside its points");
+  refuse(sound, 1, "more points");
+  refuse(sound, 3, "fewer");
+  refuse(RawProfile(1.25, {0, 10}, {1, 2, 3, 4}, 2), 2, "beyond column 9");
+  refuse(RawProfile(std::numeric_limits<double>::quiet_NaN(), {0}, {1, 2}, 2), 1, "x is not finite");
+  refuse(RawProfile(1.25, {0}, {1, 2'000'000'000}, 2), 1, "the range of the sensor");
+  refuse(sound + RawProfile(1.0, {0}, {1, 2}, 2), 3, "x runs backwards");
+  EXPECT_EQ(Count("scan_upload_blocks"), 0);
+  ExpectNothingStored();
+}
+
+TEST_F(ScanServiceTest, GivesAnyRangeOfProfilesAndADecimatedPreview) {
+  const auto points_mm = SampleProfiles(20, 100);
+  // Cut inside profiles: one profile lies in two blocks.
+  ASSERT_TRUE(
+      Upload(SampleHeader("s1", 2000, v1::ENCODING_XYZ_F64), SampleBlocks(points_mm, 330, v1::ENCODING_XYZ_F64)).ok());
+  const auto download = [&](int first, int count, v1::PointFormat format, metrology::Points* out_mm) {
+    const auto context = runtime::ContextFor(20.0);
+    v1::DownloadScanRequest request;
+    request.set_name("scans/s1");
+    request.set_first_profile(first);
+    request.set_profile_count(count);
+    request.set_format(format);
+    const auto reader = stub_->DownloadScan(context.get(), request);
+    for (v1::DownloadScanResponse response; reader->Read(&response);) {
+      if (!response.has_block()) continue;
+      const v1::ScanBlock& block = response.block();
+      metrology::Points part_mm(static_cast<std::size_t>(block.point_count()));
+      if (format == v1::POINT_FORMAT_XYZ_F64) {
+        EXPECT_EQ(block.payload().size(), 24 * part_mm.size());
+        std::memcpy(part_mm.data()->data(), block.payload().data(), block.payload().size());
+      } else {
+        part_mm = metrology::DecodeBlock(block.payload(), block.point_count()).value();
+      }
+      out_mm->insert(out_mm->end(), part_mm.begin(), part_mm.end());
+    }
+    return runtime::FromGrpc(reader->Finish());
+  };
+  for (const auto& [first, count] : {std::pair{0, 1}, {3, 1}, {3, 4}, {17, 0}, {0, 0}, {19, 1}}) {
+    metrology::Points range_mm;
+    const absl::Status status = download(first, count, v1::POINT_FORMAT_XYZ_F64, &range_mm);
+    ASSERT_TRUE(status.ok()) << status;
+    const int profiles = count == 0 ? 20 - first : count;
+    ASSERT_EQ(range_mm.size(), static_cast<std::size_t>(100 * profiles)) << first << " " << count;
+    for (std::size_t i = 0; i < range_mm.size(); ++i) {
+      ASSERT_LE((range_mm[i] - points_mm[static_cast<std::size_t>(100 * first) + i]).cwiseAbs().maxCoeff(), 0.25e-3);
+    }
+  }
+  metrology::Points whole_blocks_mm;
+  ASSERT_TRUE(download(3, 1, v1::POINT_FORMAT_STORED, &whole_blocks_mm).ok());
+  EXPECT_EQ(whole_blocks_mm.size(), 660U);  // the two blocks that hold the profile
+  metrology::Points none_mm;
+  EXPECT_THAT(std::string(download(20, 1, v1::POINT_FORMAT_XYZ_F64, &none_mm).message()),
+              HasSubstr("first_profile: 20"));
+  EXPECT_THAT(std::string(download(18, 3, v1::POINT_FORMAT_XYZ_F64, &none_mm).message()),
+              HasSubstr("profile_count: 3"));
+  EXPECT_THAT(std::string(download(-1, 3, v1::POINT_FORMAT_XYZ_F64, &none_mm).message()),
+              HasSubstr("first_profile: -1"));
+
+  v1::PreviewScanRequest request;
+  request.set_name("scans/s1");
+  request.set_point_count(150);
+  v1::PreviewScanResponse preview;
+  const auto context = runtime::ContextFor(20.0);
+  ASSERT_TRUE(stub_->PreviewScan(context.get(), request, &preview).ok());
+  EXPECT_EQ(preview.stride(), 14);
+  ASSERT_EQ(preview.point_count(), 143);
+  ASSERT_EQ(preview.xyz_f32().size(), 143U * 12);
+  for (std::size_t i = 0; i < 143; ++i) {
+    Eigen::Vector3f p;
+    std::memcpy(p.data(), preview.xyz_f32().data() + 12 * i, 12);
+    ASSERT_LE((p.cast<double>() - points_mm[14 * i]).cwiseAbs().maxCoeff(), 0.26e-3) << i;
+  }
 }
 
 TEST_F(ScanServiceTest, SurvivesMutatedUploads) {
@@ -557,6 +690,10 @@ TEST_F(ScanServiceTest, KeepsPlantScansWithinTheBound) {
       greatest_um = std::max(greatest_um, 1e3 * (fetched->scan.points_mm[i] - (*points_mm)[i]).cwiseAbs().maxCoeff());
     }
     EXPECT_LE(greatest_um, 0.25) << kind;
+    if (!of_artefact) {
+      EXPECT_LE(static_cast<double>(stored->scan().stored_bytes()), 1.0 * static_cast<double>(points_mm->size()))
+          << kind;
+    }
     EXPECT_DOUBLE_EQ(greatest_um, stored->scan().proven_error_um()) << kind;
     RecordProperty(kind + "_bytes_per_point", std::to_string(static_cast<double>(stored->scan().stored_bytes()) /
                                                              static_cast<double>(points_mm->size())));

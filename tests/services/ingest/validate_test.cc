@@ -55,7 +55,6 @@ TEST(CheckHeader, NamesTheFieldThatIsWrong) {
       {"header.profile_pitch_mm", "NaN", [](auto* h) { h->set_profile_pitch_mm(kNan); }},
       {"header.columns_per_profile", "0", [](auto* h) { h->set_columns_per_profile(0); }},
       {"header.columns_per_profile", "-1", [](auto* h) { h->set_columns_per_profile(-1); }},
-      {"header.point_count", "0", [](auto* h) { h->set_point_count(0); }},
       {"header.point_count", "-7", [](auto* h) { h->set_point_count(-7); }},
       {"header.point_count", "9000000000", [](auto* h) { h->set_point_count(9'000'000'000); }},
       {"header.encoding", "0", [](auto* h) { h->clear_encoding(); }},
@@ -171,11 +170,33 @@ TEST(CheckStatistics, RefusesMoreColumnsThanTheSensorHas) {
                 "3 points in one profile");
 }
 
-TEST(CheckComplete, RefusesATruncatedStream) {
-  const v1::ScanHeader header = SampleHeader("s1", 200);
-  EXPECT_TRUE(CheckComplete(header, {2, 200}).ok());
-  ExpectRefused(CheckComplete(header, {1, 100}), "header.point_count", "200");
-  ExpectRefused(CheckComplete(header, {0, 0}), "header.point_count", "200");
+TEST(CheckEnd, RefusesWhatDoesNotAgreeWithWhatCame) {
+  v1::ScanHeader header = SampleHeader("s1", 200);
+  const std::string sha256(64, 'a');
+  v1::ScanEnd end;
+  end.set_block_count(2);
+  end.set_point_count(200);
+  end.set_sha256(sha256);
+  EXPECT_TRUE(CheckEnd(header, end, {2, 200}, sha256).ok());
+  ExpectRefused(CheckEnd(header, end, {2, 200}, std::string(64, 'b')), "end.sha256", sha256);
+  ExpectRefused(CheckEnd(header, end, {1, 200}, sha256), "end.block_count", "2");
+  ExpectRefused(CheckEnd(header, end, {2, 100}, sha256), "end.point_count", "200");
+  ExpectRefused(CheckEnd(header, end, {0, 0}, sha256), "end.block_count", "0");
+  end.set_point_count(100);
+  ExpectRefused(CheckEnd(header, end, {2, 100}, sha256), "header.point_count", "200");
+  header.set_point_count(0);  // never told
+  EXPECT_TRUE(CheckEnd(header, end, {2, 100}, sha256).ok());
+}
+
+TEST(CheckAgainstTolerance, SpendsATenthAtMost) {
+  v1::ScanHeader header = SampleHeader("s1", 200, v1::ENCODING_XYZ_F64);
+  EXPECT_TRUE(CheckAgainstTolerance(header, 0.03).ok());
+  EXPECT_TRUE(CheckAgainstTolerance(header, 0.0026).ok());  // the default bound, 0.25 um
+  ExpectRefused(CheckAgainstTolerance(header, 0.0024), "header.error_bound_um", "0.25");
+  header.set_sender_error_um(2.8);
+  ExpectRefused(CheckAgainstTolerance(header, 0.03), "header.sender_error_um", "3.05");
+  header.set_encoding(v1::ENCODING_DRACO);  // kept as sent
+  EXPECT_TRUE(CheckAgainstTolerance(header, 0.03).ok());
 }
 
 }  // namespace

@@ -1,0 +1,77 @@
+#include "services/ingest/stored_scan.h"
+
+#include "metrology/cloud/draco_codec.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::ingest {
+namespace {
+
+absl::Status Damaged(const StoredScan& scan, std::size_t index, const absl::Status& status) {
+  return runtime::Failure(absl::StatusCode::kDataLoss, "SCAN_DAMAGED",
+                          runtime::NameOf("scans", scan.row.scan_id) + " block[" + std::to_string(index) +
+                              "]: " + std::string(status.message()));
+}
+
+}  // namespace
+
+absl::StatusOr<storage::ScanRow> FindScanByName(storage::Transaction& transaction, const std::string& name) {
+  const absl::StatusOr<std::string> scan_id = runtime::IdOf("name", "scans", name);
+  if (!scan_id.ok()) return scan_id.status();
+  absl::StatusOr<std::optional<storage::ScanRow>> row = storage::FindScan(transaction, *scan_id);
+  if (!row.ok()) return row.status();
+  if (!row->has_value()) {
+    return runtime::Failure(absl::StatusCode::kNotFound, "SCAN_NOT_FOUND", "name: " + name + ", want a stored scan");
+  }
+  return **std::move(row);
+}
+
+absl::StatusOr<StoredScan> ReadScan(storage::Database* database, const std::string& name, storage::Deadline deadline) {
+  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
+  if (!transaction.ok()) return transaction.status();
+  absl::StatusOr<storage::ScanRow> row = FindScanByName(*transaction, name);
+  if (!row.ok()) return row.status();
+  absl::StatusOr<std::vector<storage::ScanBlockRow>> blocks = storage::BlocksOfScan(*transaction, row->scan_id);
+  if (!blocks.ok()) return blocks.status();
+  return StoredScan{*std::move(row), *std::move(blocks)};
+}
+
+absl::StatusOr<std::string> ReadBlock(storage::Database* database, storage::BlobStore* blobs, const StoredScan& scan,
+                                      std::size_t index, storage::Deadline deadline) {
+  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
+  if (!transaction.ok()) return transaction.status();
+  absl::StatusOr<std::string> bytes = blobs->Get(*transaction, scan.blocks[index].blob_sha256);
+  if (absl::IsNotFound(bytes.status()) || absl::IsDataLoss(bytes.status())) return Damaged(scan, index, bytes.status());
+  return bytes;
+}
+
+absl::StatusOr<metrology::Points> ReadPoints(storage::Database* database, storage::BlobStore* blobs,
+                                             const StoredScan& scan, std::size_t index, storage::Deadline deadline) {
+  const absl::StatusOr<std::string> bytes = ReadBlock(database, blobs, scan, index, deadline);
+  if (!bytes.ok()) return bytes.status();
+  absl::StatusOr<metrology::Points> points_mm = metrology::DecodeBlock(*bytes, scan.blocks[index].point_count);
+  if (!points_mm.ok()) return Damaged(scan, index, points_mm.status());
+  return points_mm;
+}
+
+bool Overlaps(const storage::ScanBlockRow& block, const ProfileRange& range) {
+  return block.first_profile < range.first + range.count && range.first < block.first_profile + block.profile_count;
+}
+
+metrology::Points PointsIn(const metrology::Points& points_mm, const storage::ScanBlockRow& block,
+                           const ProfileRange& range, double profile_pitch_mm) {
+  metrology::Points inside_mm;
+  int profile = block.first_profile;
+  double profile_x_mm = points_mm.empty() ? 0 : points_mm.front().x();
+  for (const Eigen::Vector3d& p : points_mm) {
+    // As block_statistics counts them.
+    if (p.x() - profile_x_mm >= 0.5 * profile_pitch_mm) {
+      ++profile;
+      profile_x_mm = p.x();
+    }
+    if (profile >= range.first && profile < range.first + range.count) inside_mm.push_back(p);
+  }
+  return inside_mm;
+}
+
+}  // namespace sixpoint::ingest

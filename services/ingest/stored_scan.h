@@ -1,0 +1,44 @@
+// A stored scan and its points, block by block.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "metrology/frames/pose.h"
+#include "storage/blob_store.h"
+#include "storage/database.h"
+#include "storage/scans.h"
+
+namespace sixpoint::ingest {
+
+struct StoredScan {
+  storage::ScanRow row;
+  std::vector<storage::ScanBlockRow> blocks;
+};
+
+// NOT_FOUND with reason SCAN_NOT_FOUND.
+absl::StatusOr<storage::ScanRow> FindScanByName(storage::Transaction& transaction, const std::string& name);
+absl::StatusOr<StoredScan> ReadScan(storage::Database* database, const std::string& name, storage::Deadline deadline);
+
+// The bytes of one block, checked against their digest. In a transaction of its own, so that a client that reads slowly
+// holds no connection. DATA_LOSS with reason SCAN_DAMAGED.
+absl::StatusOr<std::string> ReadBlock(storage::Database* database, storage::BlobStore* blobs, const StoredScan& scan,
+                                      std::size_t index, storage::Deadline deadline);
+// Decoded here: the block was checked when it came, and its digest now.
+absl::StatusOr<metrology::Points> ReadPoints(storage::Database* database, storage::BlobStore* blobs,
+                                             const StoredScan& scan, std::size_t index, storage::Deadline deadline);
+
+// Profiles [first, first + count) of a scan.
+struct ProfileRange {
+  int first = 0;
+  int count = 0;
+};
+bool Overlaps(const storage::ScanBlockRow& block, const ProfileRange& range);
+// Those of the block's points that lie in the range.
+metrology::Points PointsIn(const metrology::Points& points_mm, const storage::ScanBlockRow& block,
+                           const ProfileRange& range, double profile_pitch_mm);
+
+}  // namespace sixpoint::ingest
