@@ -162,10 +162,11 @@ void AddList(CLI::App* scan, Session* session) {
 }  // namespace
 
 void AddScanCommands(CLI::App* app, Session* session) {
-  CLI::App* scan = app->add_subcommand("scan", "Scans: upload, look, download");
+  CLI::App* scan = app->add_subcommand("scan", "Scans: upload, look, download, delete points");
   scan->require_subcommand(1);
   AddUpload(scan, session);
   AddList(scan, session);
+  AddDeletePointsCommand(scan, session);
   const auto id = std::make_shared<std::string>();
   const auto file = std::make_shared<std::string>();
 
