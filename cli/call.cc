@@ -15,6 +15,7 @@
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
+#include "sixpoint/ingest/v1/store.grpc.pb.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
@@ -29,9 +30,10 @@ absl::StatusOr<const google::protobuf::MethodDescriptor*> FindMethod(const std::
   const std::size_t slash = text.find('/');
   const std::string service_name = text.substr(0, slash);
   std::string known;
-  for (const auto& [name, service] : std::map<std::string, const google::protobuf::ServiceDescriptor*>{
+  for (const auto& [name, service] : std::vector<std::pair<std::string, const google::protobuf::ServiceDescriptor*>>{
            {"plant", plant::v1::Machine::descriptor()->file()->service(0)},
            {"ingest", ingest::v1::Scan::descriptor()->file()->service(0)},
+           {"ingest", ingest::v1::StoreStatus::descriptor()->file()->service(0)},
            {"calibration", calibration::v1::Calibration::descriptor()->file()->service(0)},
            {"registration", registration::v1::Registration::descriptor()->file()->service(0)},
            {"correction", correction::v1::Correction::descriptor()->file()->service(0)},

@@ -10,6 +10,8 @@ void AddArtefactCommands(CLI::App* app, Session* session);
 void AddPartCommands(CLI::App* app, Session* session);
 void AddBladeCommands(CLI::App* app, Session* session);
 void AddScanCommands(CLI::App* app, Session* session);
+void AddDeletePointsCommand(CLI::App* scan, Session* session);  // one of scan's, written with the store's
+void AddStoreCommands(CLI::App* app, Session* session);
 void AddCalibrateCommands(CLI::App* app, Session* session);
 void AddCalibrationCommands(CLI::App* app, Session* session);
 void AddRegisterCommand(CLI::App* app, Session* session);

@@ -34,6 +34,7 @@ int main(int argc, char** argv) {
   AddPartCommands(&app, &session);
   AddBladeCommands(&app, &session);
   AddScanCommands(&app, &session);
+  AddStoreCommands(&app, &session);
   AddCalibrateCommands(&app, &session);
   AddCalibrationCommands(&app, &session);
   AddRegisterCommand(&app, &session);

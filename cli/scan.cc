@@ -253,12 +253,13 @@ void AddPreview(CLI::App* scan, Session* session) {
 }  // namespace
 
 void AddScanCommands(CLI::App* app, Session* session) {
-  CLI::App* scan = app->add_subcommand("scan", "Scans: upload, look, download, preview");
+  CLI::App* scan = app->add_subcommand("scan", "Scans: upload, look, download, preview, delete points");
   scan->require_subcommand(1);
   AddUpload(scan, session);
   AddList(scan, session);
   AddDownload(scan, session);
   AddPreview(scan, session);
+  AddDeletePointsCommand(scan, session);
 
   const auto id = std::make_shared<std::string>();
   CLI::App* show = scan->add_subcommand("show", "Shows a scan's record");

@@ -1,7 +1,5 @@
 #include "storage/blob_rows.h"
 
-#include <absl/strings/cord.h>
-
 #include "storage/blob_store.h"
 #include "storage/blobs.h"
 
@@ -103,10 +101,9 @@ absl::Status PutBlobRow(Transaction& transaction, const std::string& sha256, std
 }
 
 absl::Status BytesDeleted(const std::string& what, const std::string& deleted_at, const std::string& reason) {
-  absl::Status deleted = absl::FailedPreconditionError(what + ": its bytes were deleted at " + deleted_at +
-                                                       ", reason: " + reason + "; want something that is kept");
-  deleted.SetPayload(kReasonPayload, absl::Cord("POINTS_DELETED"));
-  return deleted;
+  return WithReason(absl::FailedPreconditionError(what + ": its bytes were deleted at " + deleted_at +
+                                                  ", reason: " + reason + "; want something that is kept"),
+                    "POINTS_DELETED");
 }
 
 absl::StatusOr<std::string> ReadBlob(Transaction& transaction, const std::string& sha256, ObjectStore* objects) {
@@ -124,10 +121,10 @@ absl::StatusOr<std::string> ReadBlob(Transaction& transaction, const std::string
     lost = absl::DataLossError("blob " + sha256 + ": its bytes are missing from store " + (*row)->store);
     if ((*row)->store == kStorePostgresql) continue;
     if (objects == nullptr) {
-      absl::Status unknown = absl::FailedPreconditionError(
-          "blob " + sha256 + ": held by an object store, want this service configured with it (--blob-store)");
-      unknown.SetPayload(kReasonPayload, absl::Cord("OBJECT_STORE_MISSING"));
-      return unknown;
+      return WithReason(
+          absl::FailedPreconditionError(
+              "blob " + sha256 + ": held by an object store, want this service configured with it (--blob-store)"),
+          "OBJECT_STORE_MISSING");
     }
     absl::StatusOr<std::string> bytes = objects->Get(ObjectKeyOf(sha256), (*row)->size_bytes, transaction.deadline());
     if (bytes.ok()) return Verified(sha256, *std::move(bytes));

@@ -1,5 +1,6 @@
 #include "storage/database.h"
 
+#include <absl/strings/cord.h>
 #include <libpq-fe.h>
 #include <openssl/rand.h>
 
@@ -36,6 +37,11 @@ Deadline Bounded(Deadline deadline) {
 }
 
 }  // namespace
+
+absl::Status WithReason(absl::Status status, const std::string& reason) {
+  status.SetPayload(kReasonPayload, absl::Cord(reason));
+  return status;
+}
 
 struct Database::Pool {
   std::string conninfo;

@@ -27,6 +27,7 @@ using Instant = std::chrono::system_clock::time_point;  // a timestamptz, micros
 
 // A machine-readable reason (UPPER_SNAKE) travels with a status under this key; runtime puts it on the wire.
 inline constexpr char kReasonPayload[] = "sixpoint.reason";
+absl::Status WithReason(absl::Status status, const std::string& reason);
 
 // Parameters of one statement, in the order $1, $2, ...
 class Params {

@@ -1,22 +1,56 @@
 // sixpoint-ingest: the plant's front door for scans.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
 #include "services/ingest/scan_service.h"
+#include "services/ingest/store_service.h"
 #include "services/runtime/call.h"
 #include "services/runtime/server.h"
+#include "storage/s3_config.h"
 
 namespace sixpoint::ingest {
 namespace {
 
+// Where clouds go, and how they are kept there.
+struct StoreOptions {
+  std::string blob_store = "postgresql";
+  std::int64_t tidy_every_s = 3600;
+  double check_mb_s = 5;
+};
+
+void AddStoreFlags(CLI::App* app, StoreOptions* options) {
+  app->add_option(
+         "--blob-store", options->blob_store,
+         "Where new clouds go: postgresql, or s3:// and the path of the file that says where and by which keys")
+      ->capture_default_str();
+  app->add_option("--tidy-every-s", options->tidy_every_s,
+                  "Time between applications of retention and collections of garbage; 0: never by itself")
+      ->check(CLI::Range(0, 30 * 86'400))
+      ->capture_default_str();
+  app->add_option("--check-mb-s", options->check_mb_s, "Rate of the continuous check of stored clouds; 0: no check")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+}
+
 std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOptions& options,
-                                                         storage::Database* database) {
-  static const std::unique_ptr<storage::BlobStore> blobs = storage::MakePostgresqlBlobStore();
+                                                         storage::Database* database, const StoreOptions& store_options,
+                                                         const std::shared_ptr<storage::BlobStore>& blob_store) {
   ScanServiceOptions scan_options;
   scan_options.decode_worker = options.worker_folder + "/sixpoint-decode-worker";
   scan_options.worker_count = options.threads;
   const auto plant = options.peers.find("plant");
   std::vector<std::unique_ptr<grpc::Service>> services;
   services.push_back(std::make_unique<ScanService>(
-      scan_options, database, blobs.get(),
+      scan_options, database, blob_store.get(),
       runtime::ConnectTo(plant == options.peers.end() ? "127.0.0.1:7400" : plant->second)));
+  std::unique_ptr<StoreKeeper> keeper;
+  if (store_options.tidy_every_s > 0 || store_options.check_mb_s > 0) {
+    StoreKeeperOptions keeper_options;
+    keeper_options.every = std::chrono::seconds(store_options.tidy_every_s);
+    keeper_options.check_rate_mb_s = store_options.check_mb_s;
+    keeper = std::make_unique<StoreKeeper>(keeper_options, options.database, blob_store);
+  }
+  services.push_back(std::make_unique<CloudStoreService>(database, blob_store, std::move(keeper)));
   return services;
 }
 
@@ -24,6 +58,17 @@ std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOp
 }  // namespace sixpoint::ingest
 
 int main(int argc, char** argv) {
-  return sixpoint::runtime::Serve(sixpoint::runtime::ParseServerOptions(argc, argv, "ingest"),
-                                  sixpoint::ingest::MakeServices);
+  using namespace sixpoint;
+  ingest::StoreOptions store_options;
+  const runtime::ServerOptions options = runtime::ParseServerOptions(
+      argc, argv, "ingest", [&](CLI::App* app) { ingest::AddStoreFlags(app, &store_options); });
+  absl::StatusOr<std::unique_ptr<storage::BlobStore>> opened = storage::OpenBlobStore(store_options.blob_store);
+  if (!opened.ok()) {
+    std::fprintf(stderr, "sixpoint-ingest: %s\n", std::string(opened.status().message()).c_str());
+    return 2;
+  }
+  const std::shared_ptr<storage::BlobStore> blob_store = *std::move(opened);
+  return runtime::Serve(options, [&](const runtime::ServerOptions& given, storage::Database* database) {
+    return ingest::MakeServices(given, database, store_options, blob_store);
+  });
 }

@@ -6,7 +6,8 @@
 
 namespace sixpoint::runtime {
 
-ServerOptions ParseServerOptions(int argc, char** argv, const std::string& area) {
+ServerOptions ParseServerOptions(int argc, char** argv, const std::string& area,
+                                 const std::function<void(CLI::App*)>& add_own_flags) {
   ServerOptions options;
   options.area = area;
   std::error_code unknown;
@@ -32,6 +33,7 @@ ServerOptions ParseServerOptions(int argc, char** argv, const std::string& area)
   app.add_option("--threads", options.threads, "Compute threads of kernels")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
+  if (add_own_flags) add_own_flags(&app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

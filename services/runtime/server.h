@@ -12,9 +12,13 @@
 
 #include "storage/database.h"
 
+namespace CLI {
+class App;
+}
+
 namespace sixpoint::runtime {
 
-// Read from the command line by ParseServerOptions; every server has the same flags.
+// Read from the command line by ParseServerOptions; every server has these flags.
 struct ServerOptions {
   std::string area;                          // ingest, calibration, ...
   std::string listen_address;                // --listen 127.0.0.1:7401
@@ -26,7 +30,9 @@ struct ServerOptions {
   int threads = 2;                           // --threads: compute threads of kernels
 };
 
-ServerOptions ParseServerOptions(int argc, char** argv, const std::string& area);
+// `add_own_flags`: where one server has flags beside these.
+ServerOptions ParseServerOptions(int argc, char** argv, const std::string& area,
+                                 const std::function<void(CLI::App*)>& add_own_flags = nullptr);
 
 // Builds the service from its options, serves until SIGTERM or SIGINT, then: NOT_SERVING, drain, stop. Health ("" and the
 // service's name) turns SERVING once the database is reachable and its schema is at least the one this binary knows: the

@@ -1,0 +1,135 @@
+#include "services/ingest/store_messages.h"
+
+#include <chrono>
+
+#include "services/ingest/scan_messages.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::ingest {
+namespace {
+
+constexpr int kGreatestKeepDays = 36'525;  // a hundred years
+constexpr std::size_t kLongestReason = 1000;
+constexpr std::int64_t kGreatestGrace_s = 366 * 86'400;
+
+void SetTime(storage::Instant instant, google::protobuf::Timestamp* out) {
+  const auto micros = std::chrono::floor<std::chrono::microseconds>(instant.time_since_epoch());
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(micros);
+  out->set_seconds(seconds.count());
+  out->set_nanos(static_cast<int>((micros - seconds).count()) * 1000);
+}
+
+v1::ScanKind KindOf(const std::string& text) {
+  for (int i = 1; i < v1::ScanKind_ARRAYSIZE; ++i) {
+    if (KindText(static_cast<v1::ScanKind>(i)) == text) return static_cast<v1::ScanKind>(i);
+  }
+  return v1::SCAN_KIND_UNSPECIFIED;
+}
+
+v1::DamageKind DamageKindOf(const std::string& what) {
+  if (what == "missing") return v1::DAMAGE_KIND_MISSING;
+  if (what == "size") return v1::DAMAGE_KIND_SIZE;
+  if (what == "digest") return v1::DAMAGE_KIND_DIGEST;
+  if (what == "unreadable") return v1::DAMAGE_KIND_UNREADABLE;
+  return v1::DAMAGE_KIND_UNSPECIFIED;
+}
+
+}  // namespace
+
+v1::BlobHolder HolderOf(const std::string& store) {
+  if (store == "postgresql") return v1::BLOB_HOLDER_POSTGRESQL;
+  if (store == "s3") return v1::BLOB_HOLDER_S3;
+  return v1::BLOB_HOLDER_UNSPECIFIED;
+}
+
+v1::BlobDamage ToProto(const storage::BlobDamage& damage) {
+  v1::BlobDamage out;
+  out.set_sha256(damage.sha256);
+  out.set_holder(HolderOf(damage.store));
+  out.set_kind(DamageKindOf(damage.what));
+  out.set_detail(damage.detail);
+  SetTime(damage.found_at, out.mutable_found_at());
+  return out;
+}
+
+v1::RetentionPolicy ToProto(const storage::RetentionPolicy& policy) {
+  v1::RetentionPolicy out;
+  out.set_scan_kind(KindOf(policy.scan_kind));
+  out.set_revision(policy.revision);
+  out.set_keep_days(policy.keep_days.value_or(0));
+  out.set_requested_by(policy.requested_by);
+  SetTime(policy.recorded_at, out.mutable_recorded_at());
+  return out;
+}
+
+v1::ScanDeletion ToProto(const storage::ScanDeletion& deletion) {
+  v1::ScanDeletion out;
+  out.set_scan(runtime::NameOf("scans", deletion.scan_id));
+  out.set_reason(deletion.reason);
+  out.set_requested_by(deletion.requested_by);
+  out.set_policy_kind(KindOf(deletion.policy_kind));
+  out.set_policy_revision(deletion.policy_revision);
+  out.set_points_sha256(deletion.points_sha256);
+  out.set_points_bytes(deletion.points_bytes);
+  SetTime(deletion.recorded.recorded_at, out.mutable_deleted_at());
+  out.set_record_sequence(deletion.recorded.sequence);
+  return out;
+}
+
+v1::StoreStatus ToProto(const storage::CheckState& state, const std::vector<storage::StoreUse>& uses,
+                        const std::vector<storage::BlobDamage>& damages) {
+  v1::StoreStatus out;
+  for (const storage::StoreUse& use : uses) {
+    v1::HolderUse& to = *out.add_uses();
+    to.set_holder(HolderOf(use.store));
+    to.set_kept_count(use.kept_count);
+    to.set_kept_bytes(use.kept_bytes);
+    to.set_deleted_count(use.deleted_count);
+    to.set_deleted_bytes(use.deleted_bytes);
+  }
+  out.set_checked_count(state.progress.checked_count);
+  out.set_checked_bytes(state.progress.checked_bytes);
+  SetTime(state.begun_at, out.mutable_check_begun_at());
+  if (state.finished_at) SetTime(*state.finished_at, out.mutable_check_finished_at());
+  for (const storage::BlobDamage& damage : damages) *out.add_damages() = ToProto(damage);
+  return out;
+}
+
+absl::Status CheckRequest(const v1::CheckStoreRequest& request) {
+  const std::string& after = request.after_sha256();
+  const bool hex = after.size() == 64 && after.find_first_not_of("0123456789abcdef") == std::string::npos;
+  if (!after.empty() && !hex) return runtime::Refuse("after_sha256", after, "64 of 0-9, a-f, or nothing");
+  if (!(request.rate_mb_s() >= 0 && request.rate_mb_s() <= 1e6)) {
+    return runtime::Refuse("rate_mb_s", request.rate_mb_s(), "0 to 1000000");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckRequest(const v1::CollectGarbageRequest& request) {
+  if (request.grace_s() >= 0 && request.grace_s() <= kGreatestGrace_s) return absl::OkStatus();
+  return runtime::Refuse("grace_s", std::to_string(request.grace_s()), "0 to " + std::to_string(kGreatestGrace_s));
+}
+
+absl::Status CheckRequest(const v1::DeleteScanPointsRequest& request) {
+  if (const auto id = runtime::IdOf("name", "scans", request.name()); !id.ok()) return id.status();
+  const bool blank = request.reason().find_first_not_of(" \t\r\n") == std::string::npos;
+  if (blank || request.reason().size() > kLongestReason) {
+    return runtime::Refuse("reason", blank ? "" : std::to_string(request.reason().size()) + " bytes",
+                           "why the points go, in 1 to " + std::to_string(kLongestReason) + " bytes");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckRequest(const v1::SetRetentionPolicyRequest& request) {
+  if (KindText(request.scan_kind()).empty()) {
+    return runtime::Refuse("scan_kind", std::to_string(request.scan_kind()), "a known kind");
+  }
+  if (request.keep_days() < 0 || request.keep_days() > kGreatestKeepDays) {
+    return runtime::Refuse("keep_days", std::to_string(request.keep_days()),
+                           "1 to " + std::to_string(kGreatestKeepDays) + ", or 0 for ever");
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace sixpoint::ingest

@@ -1,0 +1,27 @@
+// The keeping of the store between its messages and its rows; what a request must be.
+#pragma once
+
+#include <absl/status/status.h>
+
+#include <string>
+
+#include "sixpoint/ingest/v1/store.pb.h"
+#include "storage/blob_check.h"
+#include "storage/retention.h"
+
+namespace sixpoint::ingest {
+
+v1::BlobHolder HolderOf(const std::string& store);
+v1::BlobDamage ToProto(const storage::BlobDamage& damage);
+v1::RetentionPolicy ToProto(const storage::RetentionPolicy& policy);
+v1::ScanDeletion ToProto(const storage::ScanDeletion& deletion);
+v1::StoreStatus ToProto(const storage::CheckState& state, const std::vector<storage::StoreUse>& uses,
+                        const std::vector<storage::BlobDamage>& damages);
+
+// Each refusal names the field, its value and what was wanted.
+absl::Status CheckRequest(const v1::CheckStoreRequest& request);
+absl::Status CheckRequest(const v1::CollectGarbageRequest& request);
+absl::Status CheckRequest(const v1::DeleteScanPointsRequest& request);
+absl::Status CheckRequest(const v1::SetRetentionPolicyRequest& request);
+
+}  // namespace sixpoint::ingest

@@ -1,0 +1,188 @@
+#include "services/ingest/store_service.h"
+
+#include <utility>
+
+#include "services/ingest/scan_messages.h"
+#include "services/ingest/store_messages.h"
+#include "services/runtime/call.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/log.h"
+#include "services/runtime/resource_name.h"
+#include "services/runtime/server.h"
+#include "storage/blob_check.h"
+#include "storage/blob_collector.h"
+#include "storage/retention.h"
+
+namespace sixpoint::ingest {
+namespace {
+
+using runtime::ToGrpc;
+
+constexpr std::chrono::seconds kBetweenMessages{1};
+constexpr int kGreatestDamageCount = 100;  // in one status
+// A call that was cut off says so, unlike one that had nothing more to do.
+absl::Status CutOff(const grpc::ServerContext& context) {
+  return context.IsCancelled() ? absl::CancelledError("the client went away or its time ended; what was done is kept")
+                               : absl::OkStatus();
+}
+
+std::string RequestedBy(const std::string& named, const grpc::ServerContext& context) {
+  return named.empty() ? context.peer() : named;
+}
+
+// Progress as messages, about one a second.
+class ProgressWriter {
+ public:
+  explicit ProgressWriter(grpc::ServerWriter<v1::CheckStoreResponse>* writer) : writer_(writer) {}
+  void Take(const storage::CheckProgress& progress) {
+    next_.set_after_sha256(progress.after_sha256);
+    next_.set_checked_count(progress.checked_count);
+    next_.set_checked_bytes(progress.checked_bytes);
+    next_.set_damaged_count(progress.damaged_count);
+    if (std::chrono::steady_clock::now() - sent_at_ > kBetweenMessages) Send();
+  }
+  void Take(const storage::BlobDamage& damage) {
+    runtime::Log(
+        runtime::LogLevel::kError, "damaged blob",
+        {{"sha256", damage.sha256}, {"store", damage.store}, {"what", damage.what}, {"detail", damage.detail}});
+    *next_.add_damages() = ToProto(damage);
+    if (next_.damages_size() >= kGreatestDamageCount) Send();
+  }
+  void Finish(bool complete) {
+    next_.set_complete(complete);
+    Send();
+  }
+  bool open() const { return open_; }
+
+ private:
+  void Send() {
+    open_ = open_ && writer_->Write(next_);
+    next_.clear_damages();
+    sent_at_ = std::chrono::steady_clock::now();
+  }
+  grpc::ServerWriter<v1::CheckStoreResponse>* const writer_;
+  v1::CheckStoreResponse next_;
+  std::chrono::steady_clock::time_point sent_at_ = std::chrono::steady_clock::now();
+  bool open_ = true;
+};
+
+}  // namespace
+
+CloudStoreService::CloudStoreService(storage::Database* database, std::shared_ptr<storage::BlobStore> store,
+                                     std::unique_ptr<StoreKeeper> keeper)
+    : database_(database), store_(std::move(store)), keeper_(std::move(keeper)) {}
+
+grpc::Status CloudStoreService::CheckStore(grpc::ServerContext* context, const v1::CheckStoreRequest* request,
+                                           grpc::ServerWriter<v1::CheckStoreResponse>* writer) {
+  if (absl::Status sound = CheckRequest(*request); !sound.ok()) return ToGrpc(sound);
+  ProgressWriter progress(writer);
+  storage::CheckOptions options;
+  options.rate_mb_s = request->rate_mb_s();
+  options.keep_going = [&, alive = runtime::KeepGoing(*context)] { return progress.open() && alive(); };
+  options.on_progress = [&](const storage::CheckProgress& now) { progress.Take(now); };
+  options.on_damage = [&](const storage::BlobDamage& damage) { progress.Take(damage); };
+  storage::CheckProgress from;
+  from.after_sha256 = request->after_sha256();
+  const absl::Status checked =
+      storage::CheckBlobs(database_, store_->objects(), options, from, runtime::DeadlineOf(*context));
+  const bool complete = checked.ok() && options.keep_going();
+  progress.Finish(complete);
+  if (!checked.ok() || complete) return ToGrpc(checked);
+  return ToGrpc(absl::CancelledError("the client went away or its time ended; go on from after_sha256"));
+}
+
+grpc::Status CloudStoreService::CollectGarbage(grpc::ServerContext* context, const v1::CollectGarbageRequest* request,
+                                               v1::CollectGarbageResponse* response) {
+  if (absl::Status sound = CheckRequest(*request); !sound.ok()) return ToGrpc(sound);
+  storage::CollectOptions options;
+  if (request->grace_s() > 0) options.grace = std::chrono::seconds(request->grace_s());
+  options.dry_run = request->dry_run();
+  options.keep_going = runtime::KeepGoing(*context);
+  const absl::StatusOr<storage::Collected> collected =
+      storage::CollectGarbage(database_, store_->objects(), options, runtime::DeadlineOf(*context));
+  if (!collected.ok()) return ToGrpc(collected.status());
+  response->set_blob_count(collected->blob_count);
+  response->set_blob_bytes(collected->blob_bytes);
+  response->set_object_count(collected->object_count);
+  response->set_object_bytes(collected->object_bytes);
+  return ToGrpc(CutOff(*context));
+}
+
+grpc::Status CloudStoreService::GetStoreStatus(grpc::ServerContext* context, const v1::GetStoreStatusRequest*,
+                                               v1::StoreStatus* response) {
+  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
+  if (!transaction.ok()) return ToGrpc(transaction.status());
+  const auto state = storage::ReadCheckState(*transaction);
+  if (!state.ok()) return ToGrpc(state.status());
+  const auto uses = storage::ReadStoreUse(*transaction);
+  if (!uses.ok()) return ToGrpc(uses.status());
+  const auto damages = storage::ListDamages(*transaction, kGreatestDamageCount);
+  if (!damages.ok()) return ToGrpc(damages.status());
+  *response = ToProto(*state, *uses, *damages);
+  response->set_new_blobs(HolderOf(store_->name()));
+  return grpc::Status::OK;
+}
+
+grpc::Status CloudStoreService::DeleteScanPoints(grpc::ServerContext* context,
+                                                 const v1::DeleteScanPointsRequest* request,
+                                                 v1::DeleteScanPointsResponse* response) {
+  if (absl::Status sound = CheckRequest(*request); !sound.ok()) return ToGrpc(sound);
+  const storage::DeletionOrder order{*runtime::IdOf("name", "scans", request->name()), request->reason(),
+                                     RequestedBy(request->requested_by(), *context), runtime::SoftwareVersion(),
+                                     std::nullopt};
+  const auto deleted = storage::DeleteScanPoints(database_, store_->objects(), order, runtime::DeadlineOf(*context));
+  if (absl::IsNotFound(deleted.status())) {
+    return ToGrpc(runtime::Failure(absl::StatusCode::kNotFound, "SCAN_NOT_FOUND",
+                                   "name: " + request->name() + ", want a stored scan"));
+  }
+  if (!deleted.ok()) return ToGrpc(deleted.status());
+  *response->mutable_deletion() = ToProto(deleted->deletion);
+  response->set_already_deleted(deleted->already_deleted);
+  response->set_freed_bytes(deleted->freed_bytes);
+  return grpc::Status::OK;
+}
+
+grpc::Status CloudStoreService::SetRetentionPolicy(grpc::ServerContext* context,
+                                                   const v1::SetRetentionPolicyRequest* request,
+                                                   v1::RetentionPolicy* response) {
+  if (absl::Status sound = CheckRequest(*request); !sound.ok()) return ToGrpc(sound);
+  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
+  if (!transaction.ok()) return ToGrpc(transaction.status());
+  storage::RetentionPolicy policy;
+  policy.scan_kind = KindText(request->scan_kind());
+  if (request->keep_days() > 0) policy.keep_days = request->keep_days();
+  policy.requested_by = RequestedBy(request->requested_by(), *context);
+  const auto set = storage::SetRetentionPolicy(*transaction, std::move(policy));
+  if (!set.ok()) return ToGrpc(set.status());
+  if (absl::Status committed = transaction->Commit(); !committed.ok()) return ToGrpc(committed);
+  *response = ToProto(*set);
+  return grpc::Status::OK;
+}
+
+grpc::Status CloudStoreService::ListRetentionPolicies(grpc::ServerContext* context,
+                                                      const v1::ListRetentionPoliciesRequest* request,
+                                                      v1::ListRetentionPoliciesResponse* response) {
+  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
+  if (!transaction.ok()) return ToGrpc(transaction.status());
+  const auto policies = storage::ListRetentionPolicies(*transaction, request->all_revisions());
+  if (!policies.ok()) return ToGrpc(policies.status());
+  for (const storage::RetentionPolicy& policy : *policies) *response->add_policies() = ToProto(policy);
+  return grpc::Status::OK;
+}
+
+grpc::Status CloudStoreService::ApplyRetention(grpc::ServerContext* context, const v1::ApplyRetentionRequest* request,
+                                               v1::ApplyRetentionResponse* response) {
+  storage::RetentionOptions options;
+  options.software_version = runtime::SoftwareVersion();
+  options.requested_by = RequestedBy(request->requested_by(), *context);
+  options.dry_run = request->dry_run();
+  options.keep_going = runtime::KeepGoing(*context);
+  const auto done = storage::ApplyRetention(database_, store_->objects(), options, runtime::DeadlineOf(*context));
+  if (!done.ok()) return ToGrpc(done.status());
+  response->set_scan_count(done->scan_count);
+  response->set_scan_bytes(done->scan_bytes);
+  response->set_freed_bytes(done->freed_bytes);
+  return ToGrpc(CutOff(*context));
+}
+
+}  // namespace sixpoint::ingest

@@ -1,0 +1,41 @@
+// sixpoint.ingest.v1.CloudStoreService: the keeping of the store, for people; StoreKeeper does the same by itself.
+#pragma once
+
+#include <chrono>
+#include <memory>
+
+#include "services/ingest/store_keeper.h"
+#include "sixpoint/ingest/v1/store.grpc.pb.h"
+#include "storage/blob_store.h"
+#include "storage/database.h"
+
+namespace sixpoint::ingest {
+
+class CloudStoreService final : public v1::CloudStoreService::Service {
+ public:
+  // `keeper` may be null; it lives as long as the service.
+  CloudStoreService(storage::Database* database, std::shared_ptr<storage::BlobStore> store,
+                    std::unique_ptr<StoreKeeper> keeper = nullptr);
+
+  grpc::Status CheckStore(grpc::ServerContext* context, const v1::CheckStoreRequest* request,
+                          grpc::ServerWriter<v1::CheckStoreResponse>* writer) override;
+  grpc::Status CollectGarbage(grpc::ServerContext* context, const v1::CollectGarbageRequest* request,
+                              v1::CollectGarbageResponse* response) override;
+  grpc::Status GetStoreStatus(grpc::ServerContext* context, const v1::GetStoreStatusRequest* request,
+                              v1::StoreStatus* response) override;
+  grpc::Status DeleteScanPoints(grpc::ServerContext* context, const v1::DeleteScanPointsRequest* request,
+                                v1::DeleteScanPointsResponse* response) override;
+  grpc::Status SetRetentionPolicy(grpc::ServerContext* context, const v1::SetRetentionPolicyRequest* request,
+                                  v1::RetentionPolicy* response) override;
+  grpc::Status ListRetentionPolicies(grpc::ServerContext* context, const v1::ListRetentionPoliciesRequest* request,
+                                     v1::ListRetentionPoliciesResponse* response) override;
+  grpc::Status ApplyRetention(grpc::ServerContext* context, const v1::ApplyRetentionRequest* request,
+                              v1::ApplyRetentionResponse* response) override;
+
+ private:
+  storage::Database* const database_;
+  const std::shared_ptr<storage::BlobStore> store_;
+  const std::unique_ptr<StoreKeeper> keeper_;
+};
+
+}  // namespace sixpoint::ingest

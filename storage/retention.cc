@@ -1,0 +1,310 @@
+#include "storage/retention.h"
+
+#include <absl/strings/cord.h>
+
+#include <nlohmann/json.hpp>
+
+#include "storage/blob_collector.h"
+#include "storage/blob_references.h"
+#include "storage/blob_rows.h"
+#include "storage/scans.h"
+
+namespace sixpoint::storage {
+namespace {
+
+constexpr int kBatch = 100;
+constexpr char kPolicyChanged[] = "POLICY_CHANGED";
+constexpr char kLockPolicies[] = "SELECT pg_advisory_xact_lock(hashtextextended('retention_policies/' || $1, 0))";
+
+constexpr char kInsertPolicy[] =
+    "INSERT INTO retention_policies (scan_kind, revision, keep_days, requested_by) "
+    "SELECT $1::text, coalesce(max(revision), 0) + 1, $2::integer, $3::text FROM retention_policies "
+    "WHERE scan_kind = $1 RETURNING revision, recorded_at";
+constexpr char kSelectPolicies[] =
+    "SELECT p.scan_kind, p.revision, p.keep_days, p.requested_by, p.recorded_at FROM retention_policies p "
+    "WHERE $1 OR NOT EXISTS (SELECT 1 FROM retention_policies q WHERE q.scan_kind = p.scan_kind AND q.revision > "
+    "p.revision) "
+    "ORDER BY p.scan_kind, p.revision DESC";
+constexpr char kSelectNewest[] = "SELECT max(revision) FROM retention_policies WHERE scan_kind = $1";
+
+constexpr char kSelectDeletion[] =
+    "SELECT scan_id, reason, requested_by, coalesce(policy_kind, ''), coalesce(policy_revision, 0), points_sha256, "
+    "points_bytes, record_sequence, deleted_at, to_char(deleted_at AT TIME ZONE 'UTC', 'YYYY-MM-DD HH24:MI:SS\"Z\"') "
+    "FROM scan_deletions WHERE scan_id = $1";
+constexpr char kInsertDeletion[] =
+    "INSERT INTO scan_deletions (scan_id, reason, requested_by, policy_kind, policy_revision, points_sha256, "
+    "points_bytes, record_sequence, deleted_at) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)";
+
+constexpr char kLockBlobsOfScan[] =
+    "SELECT b.sha256 FROM blobs b WHERE b.sha256 IN (SELECT blob_sha256 FROM scan_blocks WHERE scan_id = $1) "
+    "AND b.deleted_at IS NULL ORDER BY b.sha256 FOR UPDATE OF b SKIP LOCKED";
+// BlobConditions::unneeded comes after these two.
+constexpr char kSelectLeftOver[] =
+    "SELECT b.sha256 FROM blobs b WHERE b.sha256 > $1 AND b.deleted_at IS NULL AND b.sha256 IN ("
+    "SELECT s.blob_sha256 FROM scan_deletions g JOIN scan_blocks s ON s.scan_id = g.scan_id)";
+constexpr char kLeftOverInOrder[] = " ORDER BY b.sha256 LIMIT $2 FOR UPDATE OF b SKIP LOCKED";
+constexpr char kDeleteBytes[] =
+    "UPDATE blobs b SET bytes = NULL, deleted_at = clock_timestamp(), deletion_reason = $2 "
+    "WHERE b.sha256 = ANY ($1::text[]) AND b.deleted_at IS NULL";
+constexpr char kReturning[] = " RETURNING b.sha256, b.size_bytes, b.store";
+constexpr char kLeftOverReason[] = "points of its scans were deleted";
+
+constexpr char kSelectDue[] =
+    "SELECT s.scan_id, s.stored_bytes, p.scan_kind, p.revision, p.keep_days, s.record_sequence FROM scans s "
+    "JOIN retention_policies p ON p.scan_kind = s.kind AND p.keep_days IS NOT NULL "
+    "WHERE NOT EXISTS (SELECT 1 FROM retention_policies q WHERE q.scan_kind = p.scan_kind AND q.revision > p.revision) "
+    "AND s.recorded_at < clock_timestamp() - make_interval(days => p.keep_days) AND s.record_sequence > $1 "
+    "AND NOT EXISTS (SELECT 1 FROM scan_deletions d WHERE d.scan_id = s.scan_id) "
+    "ORDER BY s.record_sequence LIMIT $2";
+
+struct Freed {
+  std::int64_t count = 0;
+  std::int64_t bytes = 0;
+  std::vector<std::string> objects;  // to be deleted after the commit
+};
+
+RetentionPolicy ReadPolicy(const Rows& rows, int row) {
+  RetentionPolicy policy;
+  policy.scan_kind = rows.Text(row, 0);
+  policy.revision = static_cast<int>(rows.Int(row, 1));
+  if (!rows.IsNull(row, 2)) policy.keep_days = static_cast<int>(rows.Int(row, 2));
+  policy.requested_by = rows.Text(row, 3);
+  policy.recorded_at = rows.Time(row, 4);
+  return policy;
+}
+
+ScanDeletion ReadDeletion(const Rows& rows) {
+  ScanDeletion deletion;
+  deletion.scan_id = rows.Text(0, 0);
+  deletion.reason = rows.Text(0, 1);
+  deletion.requested_by = rows.Text(0, 2);
+  deletion.policy_kind = rows.Text(0, 3);
+  deletion.policy_revision = static_cast<int>(rows.Int(0, 4));
+  deletion.points_sha256 = rows.Text(0, 5);
+  deletion.points_bytes = rows.Int(0, 6);
+  deletion.recorded = {rows.Int(0, 7), rows.Time(0, 8)};
+  return deletion;
+}
+
+std::vector<std::string> DigestsOf(const Rows& rows) {
+  std::vector<std::string> digests;
+  for (int row = 0; row < rows.count(); ++row) digests.push_back(rows.Text(row, 0));
+  return digests;
+}
+
+// The rows are locked already; this statement sees what was committed before.
+absl::StatusOr<Freed> DeleteBytes(Transaction& transaction, const std::string& unneeded,
+                                  const std::vector<std::string>& digests, const std::string& reason) {
+  Freed freed;
+  if (digests.empty()) return freed;
+  if (absl::Status announced = AnnounceBlobChange(transaction, "delete_bytes"); !announced.ok()) return announced;
+  const absl::StatusOr<Rows> gone =
+      transaction.Execute(kDeleteBytes + unneeded + kReturning, Params().Texts(digests).Text(reason));
+  if (!gone.ok()) return gone.status();
+  if (absl::Status done = AnnounceBlobChange(transaction, ""); !done.ok()) return done;
+  for (int row = 0; row < gone->count(); ++row) {
+    ++freed.count;
+    freed.bytes += gone->Int(row, 1);
+    if (gone->Text(row, 2) == kStoreS3) freed.objects.push_back(gone->Text(row, 0));
+  }
+  return freed;
+}
+
+// What stays because the object store is away is taken by the collector later: it is in the bucket's list.
+void DeleteObjects(Database* database, ObjectStore* objects, const std::vector<std::string>& digests,
+                   Deadline deadline) {
+  if (objects == nullptr) return;
+  for (const std::string& sha256 : digests) {
+    if (!DeleteUnclaimedObject(database, objects, sha256, deadline).ok()) return;
+  }
+}
+
+absl::Status CheckPolicyHolds(Transaction& transaction, const RetentionPolicy& policy) {
+  const absl::StatusOr<Rows> newest = transaction.Execute(kSelectNewest, Params().Text(policy.scan_kind));
+  if (!newest.ok()) return newest.status();
+  if (!newest->IsNull(0, 0) && newest->Int(0, 0) == policy.revision) return absl::OkStatus();
+  return WithReason(absl::FailedPreconditionError("retention of " + policy.scan_kind + " scans: revision " +
+                                                  std::to_string(policy.revision) + " is not the newest any more"),
+                    kPolicyChanged);
+}
+
+RecordEntry EntryOf(const ScanRow& scan, const DeletionOrder& order) {
+  RecordEntry entry;
+  entry.kind = "deletion";
+  entry.name = "deletions/" + scan.scan_id;
+  entry.inputs = {"scans/" + scan.scan_id};
+  entry.blade = scan.blade_serial;
+  entry.machine = scan.machine_id;
+  entry.method = order.policy ? "retention" : "by name";
+  entry.software_version = order.software_version;
+  entry.requested_by = order.requested_by;
+  entry.summary_json =
+      nlohmann::json(
+          {{"reason", order.reason}, {"points_sha256", scan.stored_sha256}, {"points_bytes", scan.stored_bytes}})
+          .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return entry;
+}
+
+absl::Status InsertDeletion(Transaction& transaction, const ScanDeletion& deletion) {
+  Params params;
+  params.Text(deletion.scan_id).Text(deletion.reason).Text(deletion.requested_by);
+  deletion.policy_kind.empty() ? params.Null().Null() : params.Text(deletion.policy_kind).Int(deletion.policy_revision);
+  params.Text(deletion.points_sha256).Int(deletion.points_bytes);
+  params.Int(deletion.recorded.sequence).Time(deletion.recorded.recorded_at);
+  return transaction.Execute(kInsertDeletion, params).status();
+}
+
+// Bytes that were held by an upload when their scan's points were deleted, or shared with a scan that is gone since.
+absl::Status SweepDeletedPoints(Database* database, ObjectStore* objects, const RetentionOptions& options,
+                                Deadline deadline, RetentionDone* done) {
+  std::string after_sha256;
+  while (options.keep_going()) {
+    absl::StatusOr<Transaction> transaction = database->Begin(deadline);
+    if (!transaction.ok()) return transaction.status();
+    const absl::StatusOr<BlobConditions> conditions = ReadBlobConditions(*transaction);
+    if (!conditions.ok()) return conditions.status();
+    const absl::StatusOr<Rows> left_over = transaction->Execute(
+        kSelectLeftOver + conditions->unneeded + kLeftOverInOrder, Params().Text(after_sha256).Int(kBatch));
+    if (!left_over.ok()) return left_over.status();
+    if (left_over->count() == 0) return absl::OkStatus();
+    const std::vector<std::string> digests = DigestsOf(*left_over);
+    after_sha256 = digests.back();
+    const absl::StatusOr<Freed> freed = DeleteBytes(*transaction, conditions->unneeded, digests, kLeftOverReason);
+    if (!freed.ok()) return freed.status();
+    if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;
+    done->freed_count += freed->count;
+    done->freed_bytes += freed->bytes;
+    DeleteObjects(database, objects, freed->objects, deadline);
+  }
+  return absl::OkStatus();
+}
+
+// Of a row of kSelectDue.
+DeletionOrder OrderOf(const Rows& due, int row, const RetentionOptions& options) {
+  RetentionPolicy policy;
+  policy.scan_kind = due.Text(row, 2);
+  policy.revision = static_cast<int>(due.Int(row, 3));
+  policy.keep_days = static_cast<int>(due.Int(row, 4));
+  const std::string reason = "retention: " + policy.scan_kind + " scans are kept " + std::to_string(*policy.keep_days) +
+                             " days (policy revision " + std::to_string(policy.revision) + ")";
+  return {due.Text(row, 0), reason, options.requested_by, options.software_version, policy};
+}
+
+}  // namespace
+
+absl::StatusOr<RetentionPolicy> SetRetentionPolicy(Transaction& transaction, RetentionPolicy policy) {
+  const absl::StatusOr<Rows> locked = transaction.Execute(kLockPolicies, Params().Text(policy.scan_kind));
+  if (!locked.ok()) return locked.status();
+  Params params;
+  params.Text(policy.scan_kind);
+  policy.keep_days ? params.Int(*policy.keep_days) : params.Null();
+  const absl::StatusOr<Rows> rows = transaction.Execute(kInsertPolicy, params.Text(policy.requested_by));
+  if (!rows.ok()) return rows.status();
+  policy.revision = static_cast<int>(rows->Int(0, 0));
+  policy.recorded_at = rows->Time(0, 1);
+  return policy;
+}
+
+absl::StatusOr<std::vector<RetentionPolicy>> ListRetentionPolicies(Transaction& transaction, bool all_revisions) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectPolicies, Params().Bool(all_revisions));
+  if (!rows.ok()) return rows.status();
+  std::vector<RetentionPolicy> policies;
+  for (int row = 0; row < rows->count(); ++row) policies.push_back(ReadPolicy(*rows, row));
+  return policies;
+}
+
+absl::StatusOr<std::optional<ScanDeletion>> FindScanDeletion(Transaction& transaction, const std::string& scan_id) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectDeletion, Params().Text(scan_id));
+  if (!rows.ok()) return rows.status();
+  if (rows->count() == 0) return std::nullopt;
+  return ReadDeletion(*rows);
+}
+
+absl::Status RequirePoints(Transaction& transaction, const std::string& scan_id) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectDeletion, Params().Text(scan_id));
+  if (!rows.ok()) return rows.status();
+  if (rows->count() == 0) return absl::OkStatus();
+  return BytesDeleted("points of scans/" + scan_id, rows->Text(0, 9), rows->Text(0, 1));
+}
+
+absl::StatusOr<DeletedPoints> DeleteScanPoints(Database* database, ObjectStore* objects, const DeletionOrder& order,
+                                               Deadline deadline) {
+  absl::StatusOr<Transaction> transaction = database->Begin(deadline);
+  if (!transaction.ok()) return transaction.status();
+  if (absl::Status locked = LockScanId(*transaction, order.scan_id); !locked.ok()) return locked;
+  const absl::StatusOr<std::optional<ScanRow>> scan = FindScan(*transaction, order.scan_id);
+  if (!scan.ok()) return scan.status();
+  if (!scan->has_value()) return absl::NotFoundError("scans/" + order.scan_id + ": not stored");
+  absl::StatusOr<std::optional<ScanDeletion>> before = FindScanDeletion(*transaction, order.scan_id);
+  if (!before.ok()) return before.status();
+  DeletedPoints deleted;
+  if (before->has_value()) {
+    deleted.deletion = **std::move(before);
+    deleted.already_deleted = true;
+    return deleted;
+  }
+  if (order.policy) {
+    if (absl::Status holds = CheckPolicyHolds(*transaction, *order.policy); !holds.ok()) return holds;
+  }
+  const absl::StatusOr<BlobConditions> conditions = ReadBlobConditions(*transaction);
+  if (!conditions.ok()) return conditions.status();
+  const absl::StatusOr<Rows> locked = transaction->Execute(kLockBlobsOfScan, Params().Text(order.scan_id));
+  if (!locked.ok()) return locked.status();
+
+  // Bytes last, against the custom of appending to the journal last: whether they are needed shows only once the scan counts
+  // as deleted. Writers wait for three statements more.
+  deleted.deletion = {order.scan_id,
+                      order.reason,
+                      order.requested_by,
+                      order.policy ? order.policy->scan_kind : "",
+                      order.policy ? order.policy->revision : 0,
+                      (*scan)->stored_sha256,
+                      (*scan)->stored_bytes,
+                      {}};
+  const absl::StatusOr<Recorded> recorded = AppendRecord(*transaction, EntryOf(**scan, order));
+  if (!recorded.ok()) return recorded.status();
+  deleted.deletion.recorded = *recorded;
+  if (absl::Status inserted = InsertDeletion(*transaction, deleted.deletion); !inserted.ok()) return inserted;
+  const absl::StatusOr<Freed> freed = DeleteBytes(*transaction, conditions->unneeded, DigestsOf(*locked), order.reason);
+  if (!freed.ok()) return freed.status();
+  if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;
+  deleted.freed_count = freed->count;
+  deleted.freed_bytes = freed->bytes;
+  DeleteObjects(database, objects, freed->objects, deadline);
+  return deleted;
+}
+
+absl::StatusOr<RetentionDone> ApplyRetention(Database* database, ObjectStore* objects, const RetentionOptions& options,
+                                             Deadline deadline) {
+  RetentionDone done;
+  std::int64_t after_sequence = 0;
+  while (options.keep_going()) {
+    absl::StatusOr<Rows> due = absl::UnknownError("not asked");
+    {
+      absl::StatusOr<Transaction> transaction = database->Begin(deadline);
+      if (!transaction.ok()) return transaction.status();
+      due = transaction->Execute(kSelectDue, Params().Int(after_sequence).Int(kBatch));
+    }
+    if (!due.ok()) return due.status();
+    if (due->count() == 0) break;
+    for (int row = 0; row < due->count() && options.keep_going(); ++row) {
+      after_sequence = due->Int(row, 5);
+      if (!options.dry_run) {
+        const absl::StatusOr<DeletedPoints> deleted =
+            DeleteScanPoints(database, objects, OrderOf(*due, row, options), deadline);
+        // Somebody wants to keep them after all; the next batch is asked for under the new policy.
+        if (deleted.status().GetPayload(kReasonPayload) == absl::Cord(kPolicyChanged)) break;
+        if (!deleted.ok()) return deleted.status();
+        done.freed_count += deleted->freed_count;
+        done.freed_bytes += deleted->freed_bytes;
+      }
+      ++done.scan_count;
+      done.scan_bytes += due->Int(row, 1);
+    }
+  }
+  if (options.dry_run) return done;
+  if (absl::Status swept = SweepDeletedPoints(database, objects, options, deadline, &done); !swept.ok()) return swept;
+  return done;
+}
+
+}  // namespace sixpoint::storage

@@ -1,0 +1,66 @@
+#include "tests/support/stored_scan.h"
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "storage/blobs.h"
+#include "storage/record.h"
+#include "storage/scans.h"
+#include "tests/support/throwaway_database.h"
+
+namespace sixpoint::testing {
+namespace {
+
+template <typename Value>
+Value Must(absl::StatusOr<Value> value) {
+  if (value.ok()) return *std::move(value);
+  std::fprintf(stderr, "stored scan: %s\n", value.status().ToString().c_str());
+  std::exit(1);
+}
+
+}  // namespace
+
+void PutScanSubjects(storage::Database* database) {
+  storage::Transaction transaction = Must(database->Begin(Soon()));
+  Must(transaction.Execute("INSERT INTO machines VALUES ('m1')"));
+  Must(transaction.Execute("INSERT INTO artefacts VALUES ('p1')"));
+  if (!transaction.Commit().ok()) std::exit(1);
+}
+
+void PutScan(storage::Database* database, storage::BlobStore* store, const std::string& scan_id,
+             const std::string& kind, const std::vector<std::string>& blocks, int days_ago) {
+  storage::Transaction transaction = Must(database->Begin(Soon(60)));
+  storage::ScanRow scan;
+  scan.scan_id = scan_id;
+  scan.machine_id = "m1";
+  scan.machine_revision = 1;
+  scan.artefact_id = "p1";
+  scan.artefact_revision = 1;
+  scan.kind = kind;
+  scan.profile_pitch_mm = 0.05;
+  scan.columns_per_profile = 100;
+  scan.encoding = "draco";
+  scan.block_count = static_cast<int>(blocks.size());
+  std::vector<storage::ScanBlockRow> rows;
+  std::string whole;
+  for (const std::string& block : blocks) {
+    rows.push_back({1, Must(store->Put(transaction, block))});
+    scan.point_count += 1;
+    scan.stored_bytes += static_cast<std::int64_t>(block.size());
+    whole += block;
+  }
+  scan.stored_sha256 = scan.sent_sha256 = storage::Sha256Hex(whole);
+  storage::RecordEntry entry;
+  entry.kind = "scan";
+  entry.name = "scans/" + scan_id;
+  entry.machine = "m1";
+  entry.software_version = "test";
+  Must(storage::InsertScan(transaction, scan, rows, entry));
+  Must(transaction.Execute("ALTER TABLE scans DISABLE TRIGGER USER"));
+  Must(transaction.Execute("UPDATE scans SET recorded_at = recorded_at - make_interval(days => $2) WHERE scan_id = $1",
+                           storage::Params().Text(scan_id).Int(days_ago)));
+  Must(transaction.Execute("ALTER TABLE scans ENABLE TRIGGER USER"));
+  if (!transaction.Commit().ok()) std::exit(1);
+}
+
+}  // namespace sixpoint::testing
