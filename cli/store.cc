@@ -61,24 +61,25 @@ struct Checked {
 
 // One call, which ends with its deadline at the latest. Each message counts from the call's beginning.
 absl::Status CheckOnce(Session* session, double rate_mb_s, Progress* progress, Checked* checked) {
-  return session->Retrying("ingest", [&](const std::shared_ptr<grpc::Channel>& channel, grpc::ClientContext* context) {
-    ingest::v1::CheckStoreRequest request;
-    request.set_after_sha256(checked->after_sha256);
-    request.set_rate_mb_s(rate_mb_s);
-    const auto stub = CloudStoreService::NewStub(channel);
-    const auto reader = stub->CheckStore(context, request);
-    const std::int64_t count_before = checked->count, bytes_before = checked->bytes;
-    ingest::v1::CheckStoreResponse response;
-    while (reader->Read(&response)) {
-      progress->Add(bytes_before + response.checked_bytes() - checked->bytes);
-      checked->count = count_before + response.checked_count();
-      checked->bytes = bytes_before + response.checked_bytes();
-      if (!response.after_sha256().empty()) checked->after_sha256 = response.after_sha256();
-      checked->damages.insert(checked->damages.end(), response.damages().begin(), response.damages().end());
-      checked->complete = response.complete();
-    }
-    return reader->Finish();
-  });
+  return session->Retrying(
+      "ingest", [&](const std::shared_ptr<grpc::Channel>& channel, std::unique_ptr<grpc::ClientContext> context) {
+        ingest::v1::CheckStoreRequest request;
+        request.set_after_sha256(checked->after_sha256);
+        request.set_rate_mb_s(rate_mb_s);
+        const auto stub = CloudStoreService::NewStub(channel);
+        const auto reader = stub->CheckStore(context.get(), request);
+        const std::int64_t count_before = checked->count, bytes_before = checked->bytes;
+        ingest::v1::CheckStoreResponse response;
+        while (reader->Read(&response)) {
+          progress->Add(bytes_before + response.checked_bytes() - checked->bytes);
+          checked->count = count_before + response.checked_count();
+          checked->bytes = bytes_before + response.checked_bytes();
+          if (!response.after_sha256().empty()) checked->after_sha256 = response.after_sha256();
+          checked->damages.insert(checked->damages.end(), response.damages().begin(), response.damages().end());
+          checked->complete = response.complete();
+        }
+        return runtime::FromGrpc(reader->Finish());
+      });
 }
 
 absl::Status Check(Session* session, double rate_mb_s, const std::string& after_sha256) {

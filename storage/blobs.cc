@@ -20,6 +20,17 @@ std::string Sha256Hex(std::string_view bytes) {
   return text;
 }
 
+std::string Sha256OfDigests(const std::vector<std::string>& digests) {
+  const auto nibble = [](char c) { return c <= '9' ? c - '0' : c - 'a' + 10; };
+  std::string bytes;
+  for (const std::string& digest : digests) {
+    for (std::size_t i = 0; i + 1 < digest.size(); i += 2) {
+      bytes += static_cast<char>(nibble(digest[i]) << 4 | nibble(digest[i + 1]));
+    }
+  }
+  return Sha256Hex(bytes);
+}
+
 absl::StatusOr<std::string> PutBlob(Transaction& transaction, std::string_view bytes) {
   const std::string sha256 = Sha256Hex(bytes);
   const absl::Status stored = PutBlobRow(transaction, sha256, static_cast<std::int64_t>(bytes.size()), bytes);

@@ -6,12 +6,15 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "storage/database.h"
 
 namespace sixpoint::storage {
 
 std::string Sha256Hex(std::string_view bytes);
+// SHA-256 over digests given in hexadecimal, 32 bytes each: what a scan is known by.
+std::string Sha256OfDigests(const std::vector<std::string>& digests);
 
 // In the caller's transaction, before the row that names it. The same bytes twice are one blob, which no collector takes before
 // the transaction ends.

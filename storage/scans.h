@@ -38,7 +38,7 @@ struct ScanRow {
   std::int64_t stored_bytes = 0;
   std::string stored_encoding;  // draco, range_image
   int profile_count = 0;        // 0: not known (stored before V0009)
-  std::string stored_sha256;    // DigestOfDigests of the blocks
+  std::string stored_sha256;    // Sha256OfDigests of the blocks
   std::string sent_sha256;      // the same of what was sent
   double proven_error_um = 0;
   Recorded recorded;  // set by InsertScan

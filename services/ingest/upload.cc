@@ -8,7 +8,6 @@
 #include "metrology/cloud/draco_codec.h"
 #include "metrology/cloud/range_image.h"
 #include "services/ingest/raw_profiles.h"
-#include "services/ingest/running_digest.h"
 #include "services/ingest/scan_messages.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
@@ -269,11 +268,11 @@ absl::StatusOr<v1::StoredScan> ScanUpload::Complete(storage::Transaction* transa
     kept.push_back(block.blob_sha256);
   }
   storage::ScanRow scan = RowOf(header_, row_.machine_revision, row_.artefact_revision.value_or(0));
-  scan.sent_sha256 = DigestOfDigests(sent);
+  scan.sent_sha256 = storage::Sha256OfDigests(sent);
   if (absl::Status ends = CheckEnd(header_, end, {row_.next_block, row_.point_count}, scan.sent_sha256); !ends.ok()) {
     return ends;
   }
-  scan.stored_sha256 = DigestOfDigests(kept);
+  scan.stored_sha256 = storage::Sha256OfDigests(kept);
   scan.block_count = row_.next_block;
   scan.point_count = row_.point_count;
   scan.profile_count = row_.profile_count;

@@ -15,6 +15,13 @@ TEST(Sha256Hex, AgreesWithThePublishedVectors) {  // FIPS 180-2, B.1 and the emp
   EXPECT_EQ(Sha256Hex(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
 }
 
+TEST(Sha256OfDigests, IsTheDigestOfTheirBytes) {
+  // sha256(sha256("abc")), as widely published for the double hash.
+  EXPECT_EQ(Sha256OfDigests({Sha256Hex("abc")}), "4f8b42c22dd3729b519ba6f68d2da7cc5b2d606d05daed5ad5128cc03e6c6358");
+  EXPECT_EQ(Sha256OfDigests({}), Sha256Hex(""));
+  EXPECT_NE(Sha256OfDigests({Sha256Hex("a"), Sha256Hex("b")}), Sha256OfDigests({Sha256Hex("b"), Sha256Hex("a")}));
+}
+
 TEST(Blobs, TheSameBytesTwiceAreOneBlob) {
   ThrowawayDatabase database;
   absl::StatusOr<Transaction> transaction = database.database()->Begin(Soon());

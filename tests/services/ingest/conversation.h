@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "services/ingest/running_digest.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
@@ -24,7 +23,7 @@ inline v1::ScanEnd EndOf(const std::vector<v1::ScanBlock>& blocks) {
     end.set_point_count(end.point_count() + block.point_count());
   }
   end.set_block_count(static_cast<int>(blocks.size()));
-  end.set_sha256(DigestOfDigests(digests));
+  end.set_sha256(storage::Sha256OfDigests(digests));
   return end;
 }
 
