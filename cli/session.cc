@@ -98,6 +98,7 @@ std::string NextStep(const absl::Status& status, const std::string& server) {
   if (reason == "CALIBRATION_MISSING" || reason == "CALIBRATION_EXPIRED") {
     return "calibrate the machine: sixpoint calibrate sensor ..., sixpoint calibrate rotation ...";
   }
+  if (reason == "POINTS_DELETED") return "its values and results are still there: sixpoint scan show ID";
   switch (status.code()) {
     case absl::StatusCode::kUnavailable:
       return "no plant answers at " + server +

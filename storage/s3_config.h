@@ -2,7 +2,7 @@
 // shows on a command line.
 //
 //   endpoint: https://objects.plant.example:8443   # or http:// inside the plant; bucket in the path, not in the host
-//   bucket: clouds
+//   bucket: clouds                                 # of this plant alone: what it does not claim, it collects
 //   region: us-east-1                              # optional
 //   access_key: ...                                # or SIXPOINT_S3_ACCESS_KEY in the environment
 //   secret_key: ...                                # or SIXPOINT_S3_SECRET_KEY
