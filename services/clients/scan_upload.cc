@@ -152,7 +152,12 @@ absl::Status ScanUploader::Open() {
 
 // After `failure_`, or where the stream ended: again and again, until it is an answer.
 absl::Status ScanUploader::Reopen() {
-  absl::Status why = failure_.ok() ? WhyItEnded(stream_->Finish()) : failure_;
+  absl::Status why = failure_;
+  if (why.ok()) {
+    why = WhyItEnded(stream_->Finish());
+    // Its last acknowledgements are progress too, before patience is asked.
+    TakeAcknowledged(std::min(stream_->next_block(), next_to_send_));
+  }
   while (!why.ok() && retry_.TryAgain(why, channel_)) why = Open();
   if (!why.ok()) stream_.reset();
   return why;

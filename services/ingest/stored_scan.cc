@@ -3,6 +3,7 @@
 #include "metrology/cloud/draco_codec.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
+#include "storage/retention.h"
 
 namespace sixpoint::ingest {
 namespace {
@@ -31,6 +32,8 @@ absl::StatusOr<StoredScan> ReadScan(storage::Database* database, const std::stri
   if (!transaction.ok()) return transaction.status();
   absl::StatusOr<storage::ScanRow> row = FindScanByName(*transaction, name);
   if (!row.ok()) return row.status();
+  // Also where another scan keeps some of its blocks alive.
+  if (absl::Status kept = storage::RequirePoints(*transaction, row->scan_id); !kept.ok()) return kept;
   absl::StatusOr<std::vector<storage::ScanBlockRow>> blocks = storage::BlocksOfScan(*transaction, row->scan_id);
   if (!blocks.ok()) return blocks.status();
   return StoredScan{*std::move(row), *std::move(blocks)};

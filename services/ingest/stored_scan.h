@@ -21,6 +21,7 @@ struct StoredScan {
 
 // NOT_FOUND with reason SCAN_NOT_FOUND.
 absl::StatusOr<storage::ScanRow> FindScanByName(storage::Transaction& transaction, const std::string& name);
+// FAILED_PRECONDITION with reason POINTS_DELETED where retention took its points.
 absl::StatusOr<StoredScan> ReadScan(storage::Database* database, const std::string& name, storage::Deadline deadline);
 
 // The bytes of one block, checked against their digest. In a transaction of its own, so that a client that reads slowly

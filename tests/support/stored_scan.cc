@@ -39,12 +39,18 @@ void PutScan(storage::Database* database, storage::BlobStore* store, const std::
   scan.kind = kind;
   scan.profile_pitch_mm = 0.05;
   scan.columns_per_profile = 100;
-  scan.encoding = "draco";
+  scan.encoding = scan.stored_encoding = "draco";
+  scan.profile_count = static_cast<int>(blocks.size());
   scan.block_count = static_cast<int>(blocks.size());
   std::vector<storage::ScanBlockRow> rows;
   std::string whole;
   for (const std::string& block : blocks) {
-    rows.push_back({1, Must(store->Put(transaction, block))});
+    storage::ScanBlockRow& row = rows.emplace_back();
+    row.point_count = 1;
+    row.blob_sha256 = Must(store->Put(transaction, block));
+    row.first_profile = static_cast<int>(rows.size()) - 1;
+    row.profile_count = 1;
+    row.sent_sha256 = storage::Sha256Hex(block);
     scan.point_count += 1;
     scan.stored_bytes += static_cast<std::int64_t>(block.size());
     whole += block;

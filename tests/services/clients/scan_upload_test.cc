@@ -228,15 +228,12 @@ TEST_F(ScanUploadTest, AnotherProcessGoesOnWhereTheFirstDied) {
 TEST_F(ScanUploadTest, WhatWaitsIsBounded) {
   const std::size_t block_bytes = scan_.blocks[0].payload.size();
   options_.unacknowledged_limit_bytes = 3 * block_bytes;
-  std::size_t most = 0;
   ScanUploader uploader(channel_, options_);
   ASSERT_TRUE(uploader.Begin(scan_.header).ok());
   for (const OutgoingBlock& block : scan_.blocks) {
     ASSERT_TRUE(uploader.Send(block).ok());
-    most = std::max(most, uploader.unacknowledged_bytes());
     EXPECT_LE(uploader.unacknowledged_bytes(), options_.unacknowledged_limit_bytes);
   }
-  EXPECT_GT(most, 0u);
   ExpectStored(uploader.End());
   EXPECT_EQ(uploader.unacknowledged_bytes(), 0u);
 }
@@ -250,6 +247,7 @@ TEST_F(ScanUploadTest, WithoutAcknowledgementsTheSourceWaits) {
   ScanUploader uploader(channel_, options_);
   ASSERT_TRUE(uploader.Begin(scan_.header).ok());
   for (std::size_t i = 0; i < 3; ++i) ASSERT_TRUE(uploader.Send(scan_.blocks[i]).ok());
+  EXPECT_EQ(uploader.unacknowledged_bytes(), options_.unacknowledged_limit_bytes);
   const absl::Status fourth = uploader.Send(scan_.blocks[3]);
   EXPECT_EQ(fourth.code(), absl::StatusCode::kDeadlineExceeded) << fourth;
   EXPECT_EQ(uploader.Send(scan_.blocks[4]).code(), absl::StatusCode::kDeadlineExceeded);
