@@ -1,3 +1,4 @@
+#include "services/clients/scan_blocks.h"
 #include "services/registration/registration_service.h"
 
 #include <gmock/gmock.h>
@@ -99,6 +100,9 @@ class RegistrationServiceTest : public ::testing::Test {
       runtime::ToProto(scan.v0_mm, record.mutable_header()->mutable_v0_mm());
       record.mutable_header()->set_point_count(static_cast<std::int64_t>(points.size()));
       record.set_sha256(storage::Sha256Hex(encoded->bytes));
+      clients::PayloadsDigest digest;
+      digest.Add(encoded->bytes);
+      record.set_sha256(digest.ToHex());
       plant_.ingest.blocks.at(plant_.scans[view]) = encoded->bytes;
     }
   }
