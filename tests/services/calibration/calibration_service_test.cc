@@ -89,6 +89,7 @@ class FakeIngest final : public ingest::v1::ScanService::Service {
     clients::PayloadsDigest digest;
     digest.Add(block->bytes);
     record->set_sha256(digest.ToHex());
+    record->set_profile_count(1);
     writer->Write(response);
     response.mutable_block()->set_point_count(static_cast<int>(scan->second.points_mm.size()));
     response.mutable_block()->set_payload(block->bytes);
@@ -141,6 +142,8 @@ class CalibrationServiceTest : public ::testing::Test {
     row.point_count = static_cast<std::int64_t>(scan.points_mm.size());
     row.encoding = "draco";
     row.block_count = 1;
+    row.profile_count = 1;
+    row.stored_encoding = "draco";
     row.stored_bytes = 1;
     row.stored_sha256 = row.sent_sha256 = std::string(64, '0');
     storage::RecordEntry entry;

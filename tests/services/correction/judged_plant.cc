@@ -220,6 +220,7 @@ void JudgedPlant::AddScans() {
     header.set_point_count(static_cast<std::int64_t>(scan.points_mm.size()));
     header.set_encoding(ingest::v1::ENCODING_DRACO);
     record.set_block_count(1);
+    record.set_profile_count(1);
     const auto encoded = metrology::EncodeBlock(scan.points_mm, metrology::kDefaultErrorBoundMm);
     ASSERT_TRUE(encoded.ok()) << encoded.status();
     clients::PayloadsDigest digest;
@@ -279,6 +280,8 @@ void JudgedPlant::StoreRows() {
     scan.point_count = 1;
     scan.encoding = "draco";
     scan.block_count = 1;
+    scan.profile_count = 1;
+    scan.stored_encoding = "draco";
     scan.stored_bytes = 1;
     scan.stored_sha256 = scan.sent_sha256 = std::string(64, '0');
     const auto stored = storage::InsertScan(*transaction, scan, {}, Entry("scan", name));

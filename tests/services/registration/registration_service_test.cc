@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "metrology/cloud/draco_codec.h"
+#include "services/clients/scan_blocks.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
@@ -98,7 +99,9 @@ class RegistrationServiceTest : public ::testing::Test {
       ingest::v1::Scan& record = plant_.ingest.scans.at(plant_.scans[view]);
       runtime::ToProto(scan.v0_mm, record.mutable_header()->mutable_v0_mm());
       record.mutable_header()->set_point_count(static_cast<std::int64_t>(points.size()));
-      record.set_sha256(storage::Sha256Hex(encoded->bytes));
+      clients::PayloadsDigest digest;
+      digest.Add(encoded->bytes);
+      record.set_sha256(digest.ToHex());
       plant_.ingest.blocks.at(plant_.scans[view]) = encoded->bytes;
     }
   }
