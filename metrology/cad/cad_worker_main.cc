@@ -40,9 +40,9 @@ void Limit(int resource, rlim_t value, rlim_t grace = 0) {
 void ForbidNetworkAndPrograms() {
   scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ALLOW);
   bool made = filter != nullptr;
-  for (const int call : {SCMP_SYS(socket), SCMP_SYS(connect), SCMP_SYS(bind), SCMP_SYS(execve), SCMP_SYS(execveat),
-                         SCMP_SYS(ptrace), SCMP_SYS(process_vm_readv), SCMP_SYS(process_vm_writev), SCMP_SYS(mount),
-                         SCMP_SYS(bpf), SCMP_SYS(keyctl)}) {
+  for (const int call :
+       {SCMP_SYS(socket), SCMP_SYS(connect), SCMP_SYS(bind), SCMP_SYS(execve), SCMP_SYS(execveat), SCMP_SYS(ptrace),
+        SCMP_SYS(process_vm_readv), SCMP_SYS(process_vm_writev), SCMP_SYS(mount), SCMP_SYS(bpf), SCMP_SYS(keyctl)}) {
     made = made && seccomp_rule_add(filter, SCMP_ACT_KILL_PROCESS, call, 0) == 0;
   }
   if (!made || seccomp_load(filter) != 0) {

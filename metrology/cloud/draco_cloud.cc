@@ -2,6 +2,7 @@
 
 #include <draco/compression/decode.h>
 #include <draco/compression/expert_encode.h>
+#include <draco/point_cloud/point_cloud.h>
 
 namespace sixpoint::metrology {
 namespace {

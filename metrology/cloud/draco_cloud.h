@@ -2,12 +2,15 @@
 #pragma once
 
 #include <absl/status/statusor.h>
-#include <draco/point_cloud/point_cloud.h>
 
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
+
+namespace draco {
+class PointCloud;
+}
 
 namespace sixpoint::metrology {
 

@@ -1,5 +1,7 @@
 #include "metrology/cloud/draco_codec.h"
 
+#include <draco/point_cloud/point_cloud.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>

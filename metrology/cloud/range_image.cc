@@ -1,6 +1,7 @@
 #include "metrology/cloud/range_image.h"
 
 #include <draco/metadata/geometry_metadata.h>
+#include <draco/point_cloud/point_cloud.h>
 
 #include <algorithm>
 #include <array>
