@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
+#include "cli/calibrate_probe.h"
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "cli/plant_documents.h"
@@ -94,6 +95,7 @@ void AddCalibrateCommands(CLI::App* app, Session* session) {
                        "Of one probed coordinate; without it, estimated from the residuals");
   session->OnCommand(rotation,
                      [session, rotation_arguments] { return CalibrateRotation(session, *rotation_arguments); });
+  AddCalibrateProbeCommand(calibrate, session);
 }
 
 }  // namespace sixpoint::cli

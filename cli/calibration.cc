@@ -29,8 +29,9 @@ void AddCalibrationCommands(CLI::App* app, Session* session) {
         [&](const calibration::v1::ListCalibrationsResponse& page) {
           for (const calibration::v1::Calibration& entry : page.calibrations()) {
             json.push_back(MessageToJson(entry));
-            const double rms_um =
-                entry.has_sensor() ? entry.sensor().residual_rms_um() : entry.rotation().residual_rms_um();
+            const double rms_um = entry.has_sensor()  ? entry.sensor().residual_rms_um()
+                                  : entry.has_probe() ? entry.probe().residual_rms_um()
+                                                      : entry.rotation().residual_rms_um();
             table.AddRow({IdText(entry.name()), EnumText(CalibrationKind_Name(entry.kind()), "CALIBRATION_KIND_"),
                           IdText(entry.machine()), entry.method(), Fixed(rms_um, 3), TimeText(entry.valid_from()),
                           TimeText(entry.valid_until())});

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "cli/calibrate_probe.h"
 #include "cli/number_format.h"
 #include "cli/output.h"
 
@@ -64,6 +65,7 @@ std::string CalibrationText(const Calibration& calibration) {
                      TimeText(calibration.valid_from()) + " to " + TimeText(calibration.valid_until()) + "\n";
   if (calibration.has_sensor()) text += SensorText(calibration.sensor());
   if (calibration.has_rotation()) text += RotationText(calibration.rotation());
+  if (calibration.has_probe()) text += ProbeText(calibration.probe());
   return text;
 }
 

@@ -1,5 +1,7 @@
 #include "storage/calibrations.h"
 
+#include "storage/probe_calibrations.h"
+
 namespace sixpoint::storage {
 namespace {
 
@@ -138,15 +140,18 @@ RotationCalibrationRow ReadRotation(const Rows& rows, int row) {
   return r;
 }
 
-// The heads with the results of their kinds: three statements for any number of rows.
+// The heads with the results of their kinds: a statement a kind, for any number of rows.
 absl::StatusOr<std::vector<CalibrationRow>> ReadCalibrations(Transaction& transaction, const Rows& heads) {
   std::vector<CalibrationRow> found;
-  std::vector<std::string> sensor_ids, rotation_ids;
+  std::vector<std::string> sensor_ids, rotation_ids, probe_ids;
   for (int row = 0; row < heads.count(); ++row) {
     CalibrationRow& c = found.emplace_back();
     c.calibration_id = heads.Text(row, 0);
     c.machine_id = heads.Text(row, 1);
-    (heads.Text(row, 2) == "sensor" ? sensor_ids : rotation_ids).push_back(c.calibration_id);
+    (heads.Text(row, 2) == "sensor"  ? sensor_ids
+     : heads.Text(row, 2) == "probe" ? probe_ids
+                                     : rotation_ids)
+        .push_back(c.calibration_id);
     c.method = heads.Text(row, 3);
     c.inputs = heads.Texts(row, 4);
     c.request_sha256 = heads.Text(row, 5);
@@ -160,18 +165,20 @@ absl::StatusOr<std::vector<CalibrationRow>> ReadCalibrations(Transaction& transa
   if (!sensors.ok()) return sensors.status();
   const absl::StatusOr<Rows> rotations = transaction.Execute(kSelectRotations, Params().Texts(rotation_ids));
   if (!rotations.ok()) return rotations.status();
+  if (const absl::Status s = ReadProbes(transaction, probe_ids, &found); !s.ok()) return s;
   for (CalibrationRow& c : found) {
     for (int row = 0; row < sensors->count(); ++row)
       if (sensors->Text(row, 0) == c.calibration_id) c.sensor = ReadSensor(*sensors, row);
     for (int row = 0; row < rotations->count(); ++row)
       if (rotations->Text(row, 0) == c.calibration_id) c.rotation = ReadRotation(*rotations, row);
-    if (!c.sensor && !c.rotation)
+    if (!c.sensor && !c.rotation && !c.probe)
       return absl::DataLossError("calibration " + c.calibration_id + ": its result is gone");
   }
   return found;
 }
 
 absl::Status ReadResiduals(Transaction& transaction, CalibrationRow* calibration) {
+  if (calibration->probe) return ReadProbeResiduals(transaction, calibration->calibration_id, &*calibration->probe);
   const absl::StatusOr<Rows> rows = transaction.Execute(calibration->sensor ? kSelectCentres : kSelectPoses,
                                                         Params().Text(calibration->calibration_id));
   if (!rows.ok()) return rows.status();
@@ -217,8 +224,9 @@ absl::StatusOr<Recorded> InsertCalibration(Transaction& transaction, const Calib
   head.Int(recorded->sequence).Time(recorded->recorded_at);
   const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertHead, head);
   if (!inserted.ok()) return inserted.status();
-  const absl::Status result = c.sensor ? InsertSensor(transaction, c.calibration_id, *c.sensor)
-                                       : InsertRotation(transaction, c.calibration_id, *c.rotation);
+  const absl::Status result = c.sensor  ? InsertSensor(transaction, c.calibration_id, *c.sensor)
+                              : c.probe ? InsertProbe(transaction, c.calibration_id, *c.probe)
+                                        : InsertRotation(transaction, c.calibration_id, *c.rotation);
   if (!result.ok()) return result;
   return recorded;
 }

@@ -51,6 +51,31 @@ struct RotationCalibrationRow {
   std::vector<PoseResidualRow> poses;
 };
 
+struct ProbeResidualRow {
+  std::string face;
+  double displacement_mm = 0, residual_um = 0;
+};
+
+struct ProbeFaceCheckRow {
+  std::string face;
+  int reading_count = 0;
+  double angle_urad = 0, origin_distance_um = 0, distance_um = 0, residual_range_um = 0;
+};
+
+struct ProbeCalibrationRow {
+  std::string block;
+  std::vector<double> approach, offset_mm;            // 3 each
+  std::vector<double> covariance;                     // 36, row-major
+  std::vector<double> point_standard_uncertainty_mm;  // 3
+  double scale = 0, scale_standard_uncertainty = 0, direction_standard_uncertainty_urad = 0;
+  double noise_um = 0, noise_factor = 1;
+  double residual_rms_um = 0, touch_rms_um = 0;
+  double condition_number = 0, displacement_matrix_condition_number = 0;
+  double worst_approach_angle_deg = 0;
+  std::vector<ProbeResidualRow> readings;
+  std::vector<ProbeFaceCheckRow> checks;
+};
+
 struct CalibrationRow {
   std::string calibration_id;  // UUID
   std::string machine_id;
@@ -63,8 +88,9 @@ struct CalibrationRow {
   Recorded recorded;                               // set by InsertCalibration
   std::optional<SensorCalibrationRow> sensor;      // either this
   std::optional<RotationCalibrationRow> rotation;  // or this
+  std::optional<ProbeCalibrationRow> probe;        // or this
 
-  std::string kind() const { return sensor ? "sensor" : "rotation"; }
+  std::string kind() const { return sensor ? "sensor" : probe ? "probe" : "rotation"; }
 };
 
 // Journal entry, calibration and residuals. Call it last before the commit (the journal's lock).

@@ -326,8 +326,10 @@ absl::StatusOr<std::vector<ProbeFaceCheck>> CheckProbe(const ProbeCalibration& p
                                                        const std::vector<ProbedFace>& moved_faces,
                                                        const std::vector<ProbeReading>& moved_readings,
                                                        const ProbeOptions& options) {
+  if (moved_faces.empty() && moved_readings.empty()) return std::vector<ProbeFaceCheck>();
   std::vector<int> face_of;
-  if (absl::Status s = CheckProbed(moved_faces, moved_readings, options, &face_of); !s.ok()) return s;
+  if (absl::Status s = CheckProbed(moved_faces, moved_readings, options, &face_of); !s.ok())
+    return absl::Status(s.code(), "moved_" + std::string(s.message()));
   std::vector<ProbeFaceCheck> checks;
   for (std::size_t j = 0; j < moved_faces.size(); ++j) {
     std::vector<Eigen::Vector3d> points;
@@ -339,7 +341,8 @@ absl::StatusOr<std::vector<ProbeFaceCheck>> CheckProbe(const ProbeCalibration& p
     constexpr std::size_t kFewestPoints = 3;
     constexpr double kLeastSpreadMm = 0.1;
     if (points.size() < kFewestPoints || !(FitFace(points).spread_mm > kLeastSpreadMm))
-      return absl::InvalidArgumentError("readings of " + moved_faces[j].face + ": " + std::to_string(points.size()) +
+      return absl::InvalidArgumentError("moved_readings of " + moved_faces[j].face + ": " +
+                                        std::to_string(points.size()) +
                                         " points, want at least 3 that spread over the face");
     FittedFace touched = FitFace(moved_faces[j].touched_mm);
     FittedFace seen = FitFace(points);

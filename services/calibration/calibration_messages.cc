@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "services/calibration/probe_messages.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::calibration {
@@ -143,7 +144,9 @@ v1::Calibration ToProto(const storage::CalibrationRow& row) {
   v1::Calibration out;
   out.set_name(runtime::NameOf("calibrations", row.calibration_id));
   out.set_machine(runtime::NameOf("machines", row.machine_id));
-  out.set_kind(row.sensor ? v1::CALIBRATION_KIND_SENSOR : v1::CALIBRATION_KIND_ROTATION);
+  out.set_kind(row.sensor  ? v1::CALIBRATION_KIND_SENSOR
+               : row.probe ? v1::CALIBRATION_KIND_PROBE
+                           : v1::CALIBRATION_KIND_ROTATION);
   out.set_method(row.method);
   for (const std::string& input : row.inputs) out.add_inputs(input);
   SetTime(row.valid_from, out.mutable_valid_from());
@@ -154,6 +157,7 @@ v1::Calibration ToProto(const storage::CalibrationRow& row) {
   out.set_record_sequence(row.recorded.sequence);
   if (row.sensor) SensorToProto(*row.sensor, out.mutable_sensor());
   if (row.rotation) RotationToProto(*row.rotation, out.mutable_rotation());
+  if (row.probe) ProbeToProto(*row.probe, out.mutable_probe());
   return out;
 }
 
@@ -164,6 +168,10 @@ std::string SummaryOf(const storage::CalibrationRow& row) {
     summary["beta_deg"] = row.sensor->beta_deg;
     summary["gamma_deg"] = row.sensor->gamma_deg;
     summary["residual_rms_um"] = row.sensor->residual_rms_um;
+  } else if (row.probe) {
+    summary["approach"] = row.probe->approach;
+    summary["offset_mm"] = row.probe->offset_mm;
+    summary["residual_rms_um"] = row.probe->residual_rms_um;
   } else {
     summary["point_c_mm"] = row.rotation->point_c_mm;
     summary["residual_rms_um"] = row.rotation->residual_rms_um;

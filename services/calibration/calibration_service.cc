@@ -30,7 +30,7 @@ grpc::Status Answer(absl::StatusOr<v1::Calibration> result, v1::Calibration* res
 absl::StatusOr<std::string> KindOf(v1::CalibrationKind kind, bool required) {
   const std::string text = KindText(kind);
   if (text.empty() && (required || kind != v1::CALIBRATION_KIND_UNSPECIFIED))
-    return runtime::Refuse("kind", std::to_string(kind), "CALIBRATION_KIND_SENSOR or CALIBRATION_KIND_ROTATION");
+    return runtime::Refuse("kind", std::to_string(kind), "CALIBRATION_KIND_SENSOR, _ROTATION or _PROBE");
   return text;
 }
 
@@ -131,6 +131,13 @@ grpc::Status CalibrationService::ListCalibrations(grpc::ServerContext* context,
   absl::StatusOr<v1::ListCalibrationsResponse> page = List(database_, runtime::DeadlineOf(*context), *request);
   if (page.ok()) *response = *std::move(page);
   return ToGrpc(page.status());
+}
+
+grpc::Status CalibrationService::CalibrateProbe(grpc::ServerContext* context, const v1::CalibrateProbeRequest* request,
+                                                v1::Calibration* response) {
+  const runtime::ComputeSlot slot(&running_, kMostRunning);
+  if (absl::Status free = slot.Check("calibrations", "CALIBRATIONS_FULL"); !free.ok()) return ToGrpc(free);
+  return Answer(calibrator_.CalibrateProbe(*request, CallerOf(context)), response);
 }
 
 }  // namespace sixpoint::calibration

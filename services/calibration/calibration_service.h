@@ -25,6 +25,8 @@ class CalibrationService final : public v1::CalibrationService::Service {
                                      v1::Calibration* response) override;
   grpc::Status ListCalibrations(grpc::ServerContext* context, const v1::ListCalibrationsRequest* request,
                                 v1::ListCalibrationsResponse* response) override;
+  grpc::Status CalibrateProbe(grpc::ServerContext* context, const v1::CalibrateProbeRequest* request,
+                              v1::Calibration* response) override;
 
  private:
   static constexpr int kMostRunning = 4;

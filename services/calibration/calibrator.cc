@@ -5,6 +5,7 @@
 #include "metrology/calibration/rotation_calibration.h"
 #include "metrology/calibration/sensor_calibration.h"
 #include "services/calibration/calibration_messages.h"
+#include "services/calibration/probe_messages.h"
 #include "services/calibration/validate.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
@@ -18,6 +19,7 @@ namespace {
 
 constexpr char kSensorCall[] = "calibration.CalibrateSensor";
 constexpr char kRotationCall[] = "calibration.CalibrateRotation";
+constexpr char kProbeCall[] = "calibration.CalibrateProbe";
 constexpr std::size_t kMostPoints = 20'000'000;
 
 // The kernel names field, value and wanted in its message; the wire wants the field apart.
@@ -186,6 +188,40 @@ absl::StatusOr<v1::Calibration> Calibrator::CalibrateRotation(const v1::Calibrat
   row.valid_until = validity->until;
   row.rotation = RowOf(*result, *poses);
   return Store(database_, kRotationCall, request, std::move(row), caller.deadline);
+}
+
+absl::StatusOr<v1::Calibration> Calibrator::CalibrateProbe(const v1::CalibrateProbeRequest& request,
+                                                           const Caller& caller) {
+  if (absl::Status s = CheckProbeRequest(request); !s.ok()) return s;
+  const absl::StatusOr<ProbeInputs> inputs = ProbeInputsOf(request);
+  if (!inputs.ok()) return inputs.status();
+  const absl::StatusOr<Validity> validity = ValidityIn(request);
+  if (!validity.ok()) return validity.status();
+  auto before = AnsweredBefore(database_, kProbeCall, request, caller.deadline);
+  if (!before.ok()) return before.status();
+  if (before->has_value()) return **std::move(before);
+
+  const absl::StatusOr<plant::v1::Machine> machine = plant_.GetMachine(request.machine(), 0, caller.make_context());
+  if (!machine.ok()) return NotKnown("machine", request.machine(), machine.status());
+  const bool linear = request.method() == v1::PROBE_METHOD_LINEAR;
+  const absl::StatusOr<metrology::ProbeCalibration> result =
+      linear ? metrology::CalibrateProbeLinearly(inputs->faces, inputs->readings, inputs->options)
+             : metrology::CalibrateProbe(inputs->faces, inputs->readings, inputs->options);
+  if (!result.ok()) return AsRefusal(result.status());
+  if (!result->converged)
+    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_NOT_CONVERGED",
+                            "the fit did not settle; measure each face at more displacements");
+  const absl::StatusOr<std::vector<metrology::ProbeFaceCheck>> checks =
+      metrology::CheckProbe(*result, inputs->moved_faces, inputs->moved_readings, inputs->options);
+  if (!checks.ok()) return AsRefusal(checks.status());
+  storage::CalibrationRow row;
+  row.machine_id = *runtime::IdOf("machine", "machines", request.machine());
+  row.inputs = {Revised(request.machine(), machine->revision())};
+  row.method = linear ? "LINEAR" : "WEIGHTED";
+  row.valid_from = validity->from;
+  row.valid_until = validity->until;
+  row.probe = RowOf(*result, *checks, request);
+  return Store(database_, kProbeCall, request, std::move(row), caller.deadline);
 }
 
 }  // namespace sixpoint::calibration

@@ -30,6 +30,7 @@ class Calibrator {
   // Nothing is stored unless all of it is. The same request_id again gives the same answer.
   absl::StatusOr<v1::Calibration> CalibrateSensor(const v1::CalibrateSensorRequest& request, const Caller& caller);
   absl::StatusOr<v1::Calibration> CalibrateRotation(const v1::CalibrateRotationRequest& request, const Caller& caller);
+  absl::StatusOr<v1::Calibration> CalibrateProbe(const v1::CalibrateProbeRequest& request, const Caller& caller);
 
  private:
   storage::Database* database_;

@@ -216,6 +216,8 @@ std::string KindText(v1::CalibrationKind kind) {
       return "sensor";
     case v1::CALIBRATION_KIND_ROTATION:
       return "rotation";
+    case v1::CALIBRATION_KIND_PROBE:
+      return "probe";
     default:
       return "";
   }

@@ -24,7 +24,7 @@ absl::StatusOr<Validity> ValidityOf(const google::protobuf::Timestamp* from, con
                                     storage::Instant now);
 absl::StatusOr<storage::Instant> InstantOf(const std::string& field, const google::protobuf::Timestamp& time);
 
-// What both calls have: the machine's name, who asks, request_id.
+// What all calls have: the machine's name, who asks, request_id.
 absl::Status CheckCaller(const std::string& machine, const std::string& requested_by, const std::string& request_id);
 
 // Names, counts and method.
@@ -41,7 +41,7 @@ absl::StatusOr<std::vector<metrology::SpherePose>> PosesOf(const v1::CalibrateRo
 // The two rotary joints on the part's side, A before B. FAILED_PRECONDITION for other machines.
 absl::StatusOr<metrology::RotaryAxes> NominalAxesOf(const plant::v1::Machine& machine);
 
-// "sensor", "rotation"; empty for UNSPECIFIED.
+// "sensor", "rotation", "probe"; empty for UNSPECIFIED.
 std::string KindText(v1::CalibrationKind kind);
 
 }  // namespace sixpoint::calibration
