@@ -96,7 +96,9 @@ std::string ProbeText(const calibration::v1::ProbeCalibration& probe) {
   for (int k = 0; k < 3; ++k)
     table.AddRow({std::string("offset ") + axes[k], Fixed(offset[k], 5), Fixed(sigma(3 + k), 5), "mm"});
   table.AddRow({"scale", Fixed(probe.scale(), 7), Fixed(probe.scale_standard_uncertainty(), 7), "mm/mm"});
-  table.AddRow({"beam direction", "", Fixed(probe.direction_standard_uncertainty_urad(), 1), "urad"});
+  std::string beam;
+  for (const double a : probe.approach()) beam += (beam.empty() ? "" : ", ") + Fixed(a / probe.scale(), 6);
+  table.AddRow({"beam direction", beam, Fixed(probe.direction_standard_uncertainty_urad(), 1), "urad"});
   const geometry::v1::Point& p = probe.point_standard_uncertainty_mm();
   table.AddRow({"point at mid range x", "", Fixed(p.x_mm(), 5), "mm"});
   table.AddRow({"point at mid range y", "", Fixed(p.y_mm(), 5), "mm"});

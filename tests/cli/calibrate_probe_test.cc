@@ -1,0 +1,62 @@
+#include "cli/calibrate_probe.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "services/calibration/probe_messages.h"
+
+namespace sixpoint::cli {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string ExamplePath() {
+  const char* source = std::getenv("SIXPOINT_SOURCE_DIR");
+  return std::string(source == nullptr ? "." : source) + "/docs/examples/probe_readings.yaml";
+}
+absl::Status Refusal(const std::string& yaml) {
+  const std::string path = ::testing::TempDir() + "/probe_readings.yaml";
+  std::ofstream(path) << yaml;
+  return LoadProbeReadings(path).status();
+}
+
+// The example's own truth: scale 1.0007, offset (12.31, -7.42, -150.27).
+TEST(CalibrateProbe, TheExampleCalibratesAndReadsAsATable) {
+  const auto request = LoadProbeReadings(ExamplePath());
+  ASSERT_TRUE(request.ok()) << request.status();
+  EXPECT_EQ(request->readings_size(), 27);
+  EXPECT_EQ(request->moved_readings_size(), 27);
+  const auto inputs = calibration::ProbeInputsOf(*request);
+  ASSERT_TRUE(inputs.ok()) << inputs.status();
+  const auto result = metrology::CalibrateProbe(inputs->faces, inputs->readings, inputs->options);
+  ASSERT_TRUE(result.ok()) << result.status();
+  const auto checks = metrology::CheckProbe(*result, inputs->moved_faces, inputs->moved_readings, inputs->options);
+  ASSERT_TRUE(checks.ok()) << checks.status();
+  calibration::v1::ProbeCalibration probe;
+  calibration::ProbeToProto(calibration::RowOf(*result, *checks, *request), &probe);
+  EXPECT_NEAR(probe.scale(), 1.0007, 4 * probe.scale_standard_uncertainty());
+  EXPECT_NEAR(probe.offset_mm().z_mm(), -150.27, 4 * std::sqrt(probe.covariance().values(35)));
+  EXPECT_EQ(probe.noise_factor(), 1);
+  const std::string text = ProbeText(probe);
+  std::cout << text;
+  for (const char* part : {"standard uncertainty", "approach x", "offset z", "scale", "beam direction", "urad",
+                           "block block-45: residual rms", "condition number", "check: block moved", "F3"})
+    EXPECT_THAT(text, HasSubstr(part));
+}
+
+TEST(CalibrateProbe, EveryOddFieldIsSaidAtOnce) {
+  const absl::Status status = Refusal(
+      "block: b\nnoise_um: -1\nleast_displacement_inch: 0\nleast_displacement_mm: -5\n"
+      "faces: [{face: F1, nominal_normal: [0, 0, 0], touched_mm: [[0, 0, 0], [1, 0, 0]]}]\n"
+      "readings: [{face: F1, position_mm: [0, 0, .nan], displacement_mm: x}]\n");
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  for (const char* part :
+       {"noise_um: -1", "least_displacement_inch", "greatest_displacement_mm", "faces[0].nominal_normal",
+        "faces[0].touched_mm", "readings[0].position_mm", "readings[0].displacement_mm"})
+    EXPECT_THAT(std::string(status.message()), HasSubstr(part));
+}
+
+}  // namespace
+}  // namespace sixpoint::cli
