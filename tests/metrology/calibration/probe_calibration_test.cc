@@ -140,6 +140,8 @@ TEST(ProbeCalibration, LinearSolutionIsShortWhereTheWeightedIsNot) {
   bench.options.least_displacement_mm = -6;
   bench.options.greatest_displacement_mm = 6;
   const Statistics linear = Simulate(bench, 500, true), weighted = Simulate(bench, 500);
+  RecordProperty("linear_bias", std::to_string(linear.worst_bias));
+  RecordProperty("weighted_bias", std::to_string(weighted.worst_bias));
   EXPECT_GT(linear.worst_bias, 0.3);
   EXPECT_LE(weighted.worst_bias, 0.2);
   EXPECT_LE(weighted.pooled, 1.15);
@@ -209,7 +211,7 @@ TEST(ProbeCheck, MovedBlockShowsNoMoreThanThePaperFound) {
        {Published{0.00218, 0.41e-3, 0.021, 0.003, 0.019}, Published{0.080, 3.21e-3, 3.33, 0.1, 0.401}}) {
     ProbeBench bench(60 * kDeg), moved(60 * kDeg, {20, 90, -180}, 1.2);
     for (ProbeBench* b : {&bench, &moved}) b->noise_mm = b->options.noise_mm = p.noise_mm;
-    double worst_angle = 0, worst_distance = 0, range = 0;
+    double mean_angle = 0, mean_distance = 0, range = 0;
     constexpr int kRuns = 100;
     for (int run = 1; run <= kRuns; ++run) {
       std::mt19937_64 random(run);
@@ -220,13 +222,17 @@ TEST(ProbeCheck, MovedBlockShowsNoMoreThanThePaperFound) {
       ASSERT_EQ(checks->size(), 3u);
       for (const ProbeFaceCheck& c : *checks) {
         EXPECT_EQ(c.reading_count, 16);
-        worst_angle += c.angle_rad / (3 * kRuns);
-        worst_distance += std::abs(c.origin_distance_mm) / (3 * kRuns);
+        mean_angle += c.angle_rad / (3 * kRuns);
+        mean_distance += std::abs(c.origin_distance_mm) / (3 * kRuns);
         range += c.residual_range_mm / (3 * kRuns);
       }
     }
-    EXPECT_LE(worst_angle, p.angle_rad);
-    EXPECT_LE(worst_distance, p.distance_mm);
+    const std::string probe_name = p.noise_mm < 0.01 ? "better_" : "other_";
+    RecordProperty(probe_name + "angle_mrad", std::to_string(1e3 * mean_angle));
+    RecordProperty(probe_name + "distance_mm", std::to_string(mean_distance));
+    RecordProperty(probe_name + "range_mm", std::to_string(range));
+    EXPECT_LE(mean_angle, p.angle_rad);
+    EXPECT_LE(mean_distance, p.distance_mm);
     EXPECT_GE(range, p.range_low_mm);
     EXPECT_LE(range, p.range_high_mm);
   }
