@@ -1,4 +1,5 @@
 // sixpoint-ingest: the plant's front door for scans.
+#include "services/ingest/block_memory.h"
 #include "services/ingest/scan_service.h"
 #include "services/runtime/call.h"
 #include "services/runtime/server.h"
@@ -24,6 +25,7 @@ std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOp
 }  // namespace sixpoint::ingest
 
 int main(int argc, char** argv) {
+  sixpoint::ingest::KeepBlockMemory();
   return sixpoint::runtime::Serve(sixpoint::runtime::ParseServerOptions(argc, argv, "ingest"),
                                   sixpoint::ingest::MakeServices);
 }
