@@ -12,6 +12,7 @@
 #include "bench/ingest/scan_source.h"
 #include "bench/ingest/upload_stream.h"
 #include "metrology/cloud/range_image.h"
+#include "services/ingest/block_memory.h"
 #include "services/ingest/block_statistics.h"
 #include "services/ingest/raw_profiles.h"
 #include "storage/blobs.h"
@@ -65,6 +66,7 @@ class Steps {
 }  // namespace
 
 nlohmann::json ProfileBlocks(const std::string& conninfo, int profiles_per_block, int block_count) {
+  ingest::KeepBlockMemory();
   const auto profiles = static_cast<std::size_t>(profiles_per_block);
   const RawScan scan = BladeLikeScan(4 * profiles_per_block, kColumnCount, 5);
   const auto database = storage::Database::Open(conninfo, 1);

@@ -11,6 +11,15 @@ namespace {
 
 constexpr std::chrono::milliseconds kBetweenLooks{5};
 
+// A child between fork and exec still shows its parent's memory.
+bool HasItsOwnProgram(pid_t child, pid_t parent) {
+  std::error_code gone;
+  const auto program = [&gone](pid_t pid) {
+    return std::filesystem::read_symlink("/proc/" + std::to_string(pid) + "/exe", gone);
+  };
+  return program(child) != program(parent);
+}
+
 }  // namespace
 
 std::int64_t PeakResidentBytes(pid_t pid) {
@@ -42,6 +51,7 @@ void MemoryWatch::Look() {
   while (!stop_) {
     process_bytes_ = std::max<std::int64_t>(process_bytes_, PeakResidentBytes(pid_));
     for (const pid_t child : ChildrenOf(pid_)) {
+      if (!HasItsOwnProgram(child, pid_)) continue;
       worst_child_bytes_ = std::max<std::int64_t>(worst_child_bytes_, PeakResidentBytes(child));
     }
     std::this_thread::sleep_for(kBetweenLooks);
