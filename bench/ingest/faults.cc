@@ -38,7 +38,6 @@ storage::Deadline Soon() { return std::chrono::system_clock::now() + std::chrono
 // What a client knows of one scan.
 struct Scan {
   std::string id;
-  ingest::v1::Encoding encoding = ingest::v1::ENCODING_RAW_PROFILES;
   std::vector<std::string> digests;  // as sent
   std::vector<std::uint32_t> variants;
   int acknowledged = 0;
@@ -90,7 +89,8 @@ class Client {
   bool Attempt(Scan* scan, int until) {
     UploadStream stream(channel_, kStreamDeadline_s);
     UploadScanResponse response;
-    if (!stream.Write(FrameOf(HeaderFor(scan->id, number_, scan->encoding))) || !stream.Read(&response)) {
+    if (!stream.Write(FrameOf(HeaderFor(scan->id, number_, ingest::v1::ENCODING_RAW_PROFILES))) ||
+        !stream.Read(&response)) {
       return Broke(&stream);
     }
     const ingest::v1::UploadProgress& accepted = response.accepted();
@@ -300,20 +300,21 @@ nlohmann::json UploadThroughFaults(const FaultOptions& options) {
   nlohmann::json acks = nlohmann::json::array();
   for (const auto& [sent_s, acknowledged_s] : totals.acks) acks.push_back({sent_s, acknowledged_s});
   std::ofstream(options.acks_file) << acks.dump();
-  return {
-      {"acknowledged_blocks", totals.acks.size()},
-      {"checked_blocks", audit.checked_blocks()},
-      {"stored_scans", stored},
-      {"abandoned_scans", abandoned},
-      {"downloaded_scans", downloaded},
-      {"acknowledged_lost", std::max(audit.missing_blocks(), totals.acknowledged_lost)},
-      {"duplicated", twice + std::max<std::int64_t>(0, in_table - stored)},
-      {"half_visible", half_visible},
-      {"unreferenced_blobs",
-       audit.Count("SELECT count(*) FROM blobs b WHERE NOT EXISTS (SELECT 1 FROM scan_blocks s WHERE s.blob_sha256 "
-                   "= b.sha256) AND NOT EXISTS (SELECT 1 FROM scan_upload_blocks u WHERE u.blob_sha256 = b.sha256)")},
-      {"streams_broken", totals.breaks},
-      {"wrong", totals.wrong}};
+  return {{"acknowledged_blocks", totals.acks.size()},
+          {"checked_blocks", audit.checked_blocks()},
+          {"stored_scans", stored},
+          {"abandoned_scans", abandoned},
+          {"downloaded_scans", downloaded},
+          {"acknowledged_lost", std::max(audit.missing_blocks(), totals.acknowledged_lost)},
+          {"duplicated", twice + std::max<std::int64_t>(0, in_table - stored)},
+          {"half_visible", half_visible},
+          {"unreferenced_blobs",
+           audit.Count(
+               "SELECT count(*) FROM blobs b WHERE NOT EXISTS (SELECT 1 FROM scan_blocks s WHERE s.blob_sha256 "
+               "= b.sha256) AND NOT EXISTS (SELECT 1 FROM scan_upload_blocks u WHERE u.blob_sha256 = b.sha256) "
+               "AND NOT EXISTS (SELECT 1 FROM tessellations t WHERE b.sha256 IN (t.cad_sha256, t.surface_sha256))")},
+          {"streams_broken", totals.breaks},
+          {"wrong", totals.wrong}};
 }
 
 }  // namespace sixpoint::bench
