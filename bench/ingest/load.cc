@@ -108,7 +108,7 @@ class Machine {
     std::vector<std::string> digests;
     std::int64_t point_count = 0;
     bool open = true;
-    for (int i = 0; i < count && open && !TimeIsOver(); ++i) {
+    for (int i = 0; i < count && open && (i == 0 || !TimeIsOver()); ++i) {
       const BlockTemplate& shape = blocks_[static_cast<std::size_t>(i)];
       BlockTemplate::Block block = shape.Make(i, Variant());
       Clock::time_point due_at = Clock::now();

@@ -62,7 +62,7 @@ absl::StatusOr<RawScan> ReadScanFile(const std::string& path) {
   if (!draco.ok()) return draco.status();
   const auto points_mm = metrology::DecodeBlock(bytes, draco->point_count);
   if (!points_mm.ok()) return points_mm.status();
-  const double pitch_rad = kLineAngleDeg * kRadPerDeg / kColumnCount;
+  const double pitch_rad = kLineAngleDeg * kRadPerDeg / (kColumnCount - 1);  // the outer columns see the fan's edges
   RawScan scan;
   scan.name = std::filesystem::path(path).stem().string();
   double last_x_mm = -1e9;
@@ -74,7 +74,7 @@ absl::StatusOr<RawScan> ReadScanFile(const std::string& path) {
     }
     RawProfile& profile = scan.profiles.back();
     const double angle_rad = std::atan2(p.y(), kMidRangeMm - p.z());
-    int column = static_cast<int>(std::floor((angle_rad + 0.5 * kLineAngleDeg * kRadPerDeg) / pitch_rad));
+    int column = static_cast<int>(std::lround((angle_rad + 0.5 * kLineAngleDeg * kRadPerDeg) / pitch_rad));
     if (!profile.columns.empty()) column = std::max(column, profile.columns.back() + 1);
     if (column < 0 || column >= kColumnCount) continue;
     profile.columns.push_back(column);

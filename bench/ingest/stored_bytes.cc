@@ -13,6 +13,7 @@
 #include "bench/ingest/scan_source.h"
 #include "metrology/cloud/draco_codec.h"
 #include "metrology/cloud/range_image.h"
+#include "services/ingest/block_memory.h"
 
 namespace sixpoint::bench {
 namespace {
@@ -99,6 +100,7 @@ void Try(const Points& points_mm, const std::vector<int>& columns, Contender* co
 
 nlohmann::json CompareStoredBytes(const std::vector<std::string>& scan_files, int profiles_per_block,
                                   double error_bound_um, const std::string& folder) {
+  ingest::KeepBlockMemory();  // as the service; all contenders gain
   std::vector<RawScan> scans;
   for (const std::string& file : scan_files) {
     const auto scan = ReadScanFile(file);
