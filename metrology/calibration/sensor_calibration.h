@@ -69,8 +69,9 @@ struct SensorStart {
 absl::StatusOr<SensorStart> StartSensor(const std::vector<LineScan>& scans, const Artefact& artefact,
                                         const ArtefactTouch& touch);
 
-// Standard uncertainty of a touched coordinate to use: what was stated, or the usual one, unless the residuals are clearly
-// worse (half as much again).
+// Standard uncertainty of a touched coordinate to use. Stated: that, unless the residuals are clearly worse (half as much
+// again). Not stated: what the residuals show, widened for their number (Student), or kTouchUncertaintyMm where they are
+// too few to show anything.
 double TouchUncertainty(double stated_mm, double residual_squares_mm2, double freedom);
 
 // Standard uncertainties of alpha, beta, gamma (rad) from the covariance of the rotation vector in machine axes.
