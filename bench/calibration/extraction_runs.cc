@@ -137,8 +137,9 @@ void RunExtraction(const RunOptions& options, Figures* figures) {
       soiled.push_back(clean.back());
       Soil(dirt, truth, record, traced, random.Next(), &soiled.back());
     }
-    const metrology::ArtefactTouch touch = TouchOf(simulator::ProbeArtefact(
+    metrology::ArtefactTouch touch = TouchOf(simulator::ProbeArtefact(
         geometry, truth.machine_from_artefact, kTouchNoise_um, simulator::Random(random.Next())));
+    touch.standard_uncertainty_mm = 1e-3 * kTouchNoise_um;
     information += 1e6 / (kTouchNoise_um * kTouchNoise_um) * TouchInformation(truth, record, touch);
     outcome.bound = SensorBound(information);
     metrology::SensorCalibrationOptions calibration;

@@ -96,7 +96,7 @@ void RunPlantA(const RunOptions& options, Figures* figures) {
     truth.machine_from_artefact.matrix()(i / 4, i % 4) = known.at("artefact_pose").at(i / 4).at(i % 4);
   const simulator::ArtefactGeometry geometry = GeometryOf(data.at("artefact"));
   const metrology::Artefact artefact = RecordOf(geometry);
-  metrology::ArtefactTouch touch;
+  metrology::ArtefactTouch touch;  // its uncertainty is not stated: the kernel assumes the usual one (ADR 9)
   const json& probe = data.at("touch_probe");
   for (const auto& [name, at] : probe.at("centres").items()) touch.centres.push_back({name, Vector(at)});
   for (const json& p : probe.at("plane")) touch.plane_mm.push_back(Vector(p));
@@ -131,23 +131,29 @@ void RunPlantA(const RunOptions& options, Figures* figures) {
   laser = Matrix12d(laser.selfadjointView<Eigen::Lower>());
   const double laser_noise = calibration.optics.noise_mm;
   const double touch_noise = TouchNoise(artefact, touch, truth.machine_from_artefact);
+  // And with the probe's own scatter stated, for what the estimate owes to the assumption.
+  metrology::ArtefactTouch stated = touch;
+  stated.standard_uncertainty_mm = touch_noise;
+  const auto told = metrology::CalibrateSensor(scans, artefact, stated, calibration);
+  if (!told.ok()) Stop(std::string(told.status().message()));
   const metrology::Matrix6d bound = SensorBound(laser / (laser_noise * laser_noise) +
                                                 TouchInformation(truth, artefact, touch) / (touch_noise * touch_noise));
   const metrology::Vector6d error = ErrorOf(found->sensor, truth), paper = ErrorOf(sequential->sensor, truth);
   std::printf(
       "\n-- plant-a, two scans of %zu points together, touched coordinates off by %.2f um rms, taken as %.2f um\n",
       scans[0].points_mm.size() + scans[1].points_mm.size(), 1e3 * touch_noise, 1e3 * found->touch_uncertainty_mm);
-  std::printf("%-24s %12s %12s %12s %16s %18s\n", "parameter", "error", "reported", "bound", "error/reported",
-              "SEQUENTIAL error");
+  std::printf("%-24s %12s %12s %12s %16s %20s %18s\n", "parameter", "error", "reported", "bound", "error/reported",
+              "reported if stated", "SEQUENTIAL error");
   const char* const names[6] = {"alpha, urad", "beta, urad", "gamma, urad", "T_sm x, um", "T_sm y, um", "T_sm z, um"};
-  double worst_sigma = 0, worst_reported = 0;
+  double worst_sigma = 0, worst_reported = 0, worst_told = 0;
   for (int k = 0; k < 6; ++k) {
     const double unit = k < 3 ? 1e6 : 1e3;
     const double reported = std::sqrt(found->sensor.covariance(k, k)), least = std::sqrt(bound(k, k));
-    std::printf("%-24s %12.3f %12.3f %12.3f %16.2f %18.3f\n", names[k], unit * error(k), unit * reported, unit * least,
-                error(k) / reported, unit * paper(k));
+    std::printf("%-24s %12.3f %12.3f %12.3f %16.2f %20.3f %18.3f\n", names[k], unit * error(k), unit * reported,
+                unit * least, error(k) / reported, unit * std::sqrt(told->sensor.covariance(k, k)), unit * paper(k));
     worst_sigma = std::max(worst_sigma, std::abs(error(k)) / reported);
     worst_reported = std::max(worst_reported, reported / least);
+    worst_told = std::max(worst_told, std::sqrt(told->sensor.covariance(k, k)) / least);
   }
 
   std::vector<metrology::SpherePose> poses;
@@ -175,6 +181,7 @@ void RunPlantA(const RunOptions& options, Figures* figures) {
       worst_axis_sigma, 1e3 * axes->check_rms_mm);
   figures->values["plant_a_worst_sigma"] = std::max(worst_sigma, worst_axis_sigma);
   figures->values["plant_a_reported_over_bound"] = worst_reported;
+  figures->values["plant_a_reported_over_bound_if_stated"] = worst_told;
 }
 
 }  // namespace sixpoint::bench

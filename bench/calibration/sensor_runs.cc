@@ -60,10 +60,10 @@ void RunSensor(const RunOptions& options, Figures* figures) {
         scans.push_back(WithNoise(traced[s], scanner, simulator::Random::StreamSeed(seed, s)));
         scans.back().id = s == 0 ? "high" : "low";
       }
-      // Its uncertainty is not stated: the estimate finds it, as on a plant that does not know it.
-      const metrology::ArtefactTouch touch =
+      metrology::ArtefactTouch touch =
           TouchOf(simulator::ProbeArtefact(geometry, truth.machine_from_artefact, kTouchNoise_um,
                                            simulator::Random(simulator::Random::StreamSeed(seed, 7))));
+      touch.standard_uncertainty_mm = 1e-3 * kTouchNoise_um;
       metrology::SensorCalibrationOptions with = calibration;
       with.threads = threads;
       const auto begin = std::chrono::steady_clock::now();
@@ -100,9 +100,8 @@ void RunSensor(const RunOptions& options, Figures* figures) {
     if (outcome.pcl_error) pcl.Add(*outcome.pcl_error, outcome.bound, outcome.bound);  // PCL reports none
   }
   std::sort(seconds.begin(), seconds.end());
-  std::printf(
-      "\n-- sensor: %d runs, two scans of %zu points together, %.0f um along the ray, touch %.0f um (not stated)\n",
-      options.seeds, points, scanner.noise_um, kTouchNoise_um);
+  std::printf("\n-- sensor: %d runs, two scans of %zu points together, %.0f um along the ray, touch %.0f um (stated)\n",
+              options.seeds, points, scanner.noise_um, kTouchNoise_um);
   joint.Print();
   sequential.Print();
   if (pcl.count() > 0) pcl.Print();

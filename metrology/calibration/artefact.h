@@ -45,13 +45,12 @@ struct TouchedPoint {
 struct ArtefactTouch {
   std::vector<TouchedPoint> centres;
   Points plane_mm, side_x_mm, side_y_mm;
-  // Of one coordinate. 0: not stated; then what the residuals show. They show the probe's repeatability, not its
-  // qualification, which all readings share: a plant that knows the latter states both together.
+  // Of one coordinate. 0: not stated; then kTouchUncertaintyMm.
   double standard_uncertainty_mm = 0;
 };
 
-// Touch probing's +-1 um (CONF 3.1) as the standard uncertainty of a coordinate where none is stated and too few
-// coordinates are touched to show it.
+// Touch probing's +-1 um (CONF 3.1) as the standard uncertainty of a coordinate where none is stated. Residuals of 0.5 um
+// do not make it smaller: they show the probe's repeatability, not its qualification, which all readings share.
 constexpr double kTouchUncertaintyMm = 1e-3;
 
 // Machine from artefact by the touched cone centres alone. INVALID_ARGUMENT where a cone's centre is missing, the centres

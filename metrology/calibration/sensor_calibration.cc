@@ -16,9 +16,11 @@ using Vector12d = Eigen::Matrix<double, 12, 1>;
 constexpr double kLeverMm = 10;  // half the artefact: what an angle means in mm
 constexpr double kDegrees = M_PI / 180;
 constexpr size_t kFewestConePoints = 200;
-constexpr double kLeastAgreeing = 0.7;  // of the points seen where a cone's wall should be
+constexpr double kLeastAgreeing = 0.5;  // of the points seen where a cone's wall should be
 // Two or three readings wide: what a laser spot blurs at an edge. Every tenth of a millimetre costs a seventh of a cone.
 constexpr double kMarginMm = 0.05;
+// Of the readings that count. Costs one in sixteen thousand good ones; what passes it among reflections is a bias.
+constexpr double kGateSigma = 4;
 // Below a reading's rounding; keeps the weights finite where a cloud has no noise.
 constexpr double kLeastNoiseMm = 1e-5;
 constexpr size_t kChunkPoints = 1 << 15;
@@ -268,7 +270,7 @@ absl::StatusOr<SensorCalibration> CalibrateSensor(const std::vector<LineScan>& s
   size_t points = 0;
   for (const LineScan& scan : scans) points += scan.points_mm.size();
 
-  // Coarse: an even sample, wide gates that close with the median; then all points at five sigma.
+  // Coarse: an even sample, wide gates that close with the median; then all points at four sigma.
   SensorCalibration result;
   Gate gate{std::max<size_t>(1, points / 40000) | 1, 0.3, 0.4};
   double sigma_laser = options.optics.noise_mm;
@@ -314,7 +316,7 @@ absl::StatusOr<SensorCalibration> CalibrateSensor(const std::vector<LineScan>& s
     // In standard deviations of the solution: below a thousandth nothing that is reported changes.
     const double moved = std::sqrt(std::max(0.0, step.dot(information * step)));
     if (fine) {
-      gate.reach_mm = 5 * sigma_laser;
+      gate.reach_mm = kGateSigma * sigma_laser;
       result.converged = moved < 1e-3;
     } else {
       // Step by step: reflections in a cone pull the first steps by more than the upper face's small residuals tell.
@@ -323,14 +325,14 @@ absl::StatusOr<SensorCalibration> CalibrateSensor(const std::vector<LineScan>& s
       gate.reach_mm = std::min(gate.reach_mm, std::max(enough_mm, 0.4 * gate.reach_mm));
       if ((moved > 0.5 || !closed) && iteration < 25) continue;
       fine = true;
-      gate = {1, kMarginMm, 5 * sigma_laser};
+      gate = {1, kMarginMm, kGateSigma * sigma_laser};
     }
   }
   for (size_t i = 0; i < cone_seen.size(); ++i)
     if (static_cast<double>(cone_used[i]) < kLeastAgreeing * static_cast<double>(cone_seen[i]))
       return TooFew(scans[i / artefact.cones.size()], artefact.cones[i % artefact.cones.size()], cone_used[i],
                     cone_seen[i]);
-  // Residuals five sigma wide hide what does not belong; these limits say when the artefact is not the recorded one.
+  // Residuals four sigma wide hide what does not belong; these limits say when the artefact is not the recorded one.
   const double greatest_noise = std::max(5 * options.optics.noise_mm, 0.01);
   if (sigma_laser > greatest_noise)
     return absl::FailedPreconditionError("laser readings scatter by " + Number(1e3 * sigma_laser) +

@@ -48,7 +48,7 @@ struct SensorCalibration {
 
 // One weighted least squares over all raw points on the upper face and the cones' walls of all scans and all touched
 // points: six parameters of the sensor, six of the artefact's pose. A reading weighs by its noise along the ray, which is
-// estimated from the residuals; points near edges take no part, and points off by more than five sigma none either.
+// estimated from the residuals; points near edges take no part, and points off by more than four sigma none either.
 //
 // INVALID_ARGUMENT for bad touch data or artefact; FAILED_PRECONDITION where the data do not determine a parameter
 // (naming it, with what would cure it), a feature is not found, or scans, record and touch data contradict one another.
@@ -69,9 +69,8 @@ struct SensorStart {
 absl::StatusOr<SensorStart> StartSensor(const std::vector<LineScan>& scans, const Artefact& artefact,
                                         const ArtefactTouch& touch);
 
-// Standard uncertainty of a touched coordinate to use. Stated: that, unless the residuals are clearly worse (half as much
-// again). Not stated: what the residuals show, widened for their number (Student), or kTouchUncertaintyMm where they are
-// too few to show anything.
+// Standard uncertainty of a touched coordinate to use: what was stated, or the usual one, unless the residuals are clearly
+// worse (half as much again).
 double TouchUncertainty(double stated_mm, double residual_squares_mm2, double freedom);
 
 // Standard uncertainties of alpha, beta, gamma (rad) from the covariance of the rotation vector in machine axes.

@@ -24,11 +24,8 @@ double ConditionNumber(const Matrix6d& covariance) {
 }
 
 double TouchUncertainty(double stated_mm, double squares, double freedom) {
-  constexpr double kEnoughFreedom = 12, kLeastMm = 1e-5;
-  const double seen_mm = freedom > 0 ? std::sqrt(squares / freedom) : 0;
-  if (stated_mm <= 0 && freedom >= kEnoughFreedom)
-    return std::max(kLeastMm, seen_mm * std::sqrt(freedom / (freedom - 2)));  // JCGM 101, 6.4.9.2
   const double claimed_mm = stated_mm > 0 ? stated_mm : kTouchUncertaintyMm;
+  const double seen_mm = freedom > 0 ? std::sqrt(squares / freedom) : 0;
   return seen_mm > 1.5 * claimed_mm ? seen_mm : claimed_mm;
 }
 

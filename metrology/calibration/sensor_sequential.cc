@@ -134,9 +134,7 @@ absl::StatusOr<SensorCalibration> CalibrateSensorSequentially(const std::vector<
   result.noise_mm = options.optics.noise_mm;
   // A centre rests on thousands of readings: a twentieth of one reading's noise covers it.
   const double freedom = 9.0 * static_cast<double>(scans.size()) - 6;
-  // Six centres that share their touched coordinates do not show these.
-  const double stated = touch.standard_uncertainty_mm > 0 ? touch.standard_uncertainty_mm : kTouchUncertaintyMm;
-  const double sigma_touch = TouchUncertainty(stated, squares, freedom);
+  const double sigma_touch = TouchUncertainty(touch.standard_uncertainty_mm, squares, freedom);
   result.touch_uncertainty_mm = sigma_touch;
   result.sensor.covariance = CovarianceOfSequence(centres, result.sensor, sigma_touch, options.optics.noise_mm / 20);
   result.condition_number = ConditionNumber(result.sensor.covariance);

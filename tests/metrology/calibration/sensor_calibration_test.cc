@@ -132,13 +132,13 @@ TEST(SensorCalibration, SequentialAgreesWithTheTruthWithinItsUncertainty) {
   for (int k = 0; k < 6; ++k) EXPECT_LT(std::abs(error(k)), 4 * std::sqrt(noisy->sensor.covariance(k, k)) + 1e-5) << k;
 }
 
-// By hand: 32 degrees of freedom of 0.5 um each; Student's widening is sqrt(32 / 30).
-TEST(SensorCalibration, TakesTheTouchUncertaintyThatTheResidualsShow) {
+// ADR 9; 32 degrees of freedom of 0.5 um each.
+TEST(SensorCalibration, ResidualsOnlyRaiseTheTouchUncertainty) {
   constexpr double kSquares = 32 * 0.25e-6;
-  EXPECT_NEAR(TouchUncertainty(0, kSquares, 32), 0.5e-3 * std::sqrt(32.0 / 30), 1e-12);
-  EXPECT_EQ(TouchUncertainty(0, kSquares / 8, 4), kTouchUncertaintyMm);  // too few to show it
-  EXPECT_EQ(TouchUncertainty(1e-3, kSquares, 32), 1e-3);                 // stated: the probe's qualification is in it
-  EXPECT_NEAR(TouchUncertainty(1e-3, 16 * kSquares, 32), 2e-3, 1e-12);   // stated too small
+  EXPECT_EQ(TouchUncertainty(0, kSquares, 32), kTouchUncertaintyMm);
+  EXPECT_EQ(TouchUncertainty(0.5e-3, kSquares, 32), 0.5e-3);
+  EXPECT_EQ(TouchUncertainty(1e-3, kSquares, 32), 1e-3);
+  EXPECT_NEAR(TouchUncertainty(1e-3, 16 * kSquares, 32), 2e-3, 1e-12);
 }
 
 class Refusals : public ::testing::Test {
