@@ -107,12 +107,13 @@ struct Outcome {
 }  // namespace
 
 void RunExtraction(const RunOptions& options, Figures* figures) {
+  const int seeds = options.seeds / 2;
   const simulator::MachineDesign design;
   const simulator::ArtefactGeometry geometry;
   const metrology::Artefact record = RecordOf(geometry);
   const simulator::ScannerDesign scanner = design.scanner;
-  std::vector<Outcome> outcomes(static_cast<std::size_t>(options.seeds));
-  InParallel(options.seeds, options.threads, [&](int seed) {
+  std::vector<Outcome> outcomes(static_cast<std::size_t>(seeds));
+  InParallel(seeds, options.threads, [&](int seed) {
     simulator::Random random(simulator::Random::StreamSeed(77, seed));
     simulator::MachineTruth truth = simulator::MountedByHand(design, 3000 + seed);
     const Eigen::Vector3d tilt(random.Uniform(-4, 4) * kDegree, random.Uniform(-4, 4) * kDegree, 0);
@@ -175,7 +176,7 @@ void RunExtraction(const RunOptions& options, Figures* figures) {
   std::printf(
       "\n-- search: %d scan pairs with a fixture, turned by up to 20 deg, tilted by up to 4 deg; soiled: 10..30 %% "
       "missing, profiles and columns missing, up to 3 %% reflections\n",
-      options.seeds);
+      seeds);
   if (soiled.count() > 0) {
     soiled.Print();
     moved.Print();
@@ -183,10 +184,10 @@ void RunExtraction(const RunOptions& options, Figures* figures) {
   std::printf(
       "calibrated: clean %d, soiled %d of %d; all six parameters within 5 sigma of the truth: %d; worst parameter "
       "moved by the soiling: %.2f sigma\n",
-      found_clean, found, options.seeds, within, worst_moved);
+      found_clean, found, seeds, within, worst_moved);
   for (const auto& [refusal, count] : refusals) std::printf("  %3d x %s\n", count, refusal.c_str());
-  figures->values["soiled_found_percent"] = 100.0 * found / options.seeds;
-  figures->values["soiled_right_percent"] = 100.0 * within / options.seeds;
+  figures->values["soiled_found_percent"] = 100.0 * found / seeds;
+  figures->values["soiled_right_percent"] = 100.0 * within / seeds;
   if (soiled.count() > 0) figures->values["soiled_variance_over_bound"] = soiled.variance_over_bound();
   figures->values["soiled_worst_moved_sigma"] = worst_moved;
 }

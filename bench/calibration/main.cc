@@ -20,8 +20,8 @@ int main(int argc, char** argv) {
   std::vector<std::string> only;
   CLI::App app("Calibrations against their Cramer-Rao bounds", "bench/run calibration");
   app.add_flag("--quick", quick, "30 seeds, scans of an eighth of the points");
-  const CLI::Option* seeds =
-      app.add_option("--seeds", options.seeds, "runs of each kind")->check(CLI::Range(2, 100000));
+  const CLI::Option* seeds = app.add_option("--seeds", options.seeds, "runs of each kind; the search has half as many")
+                                 ->check(CLI::Range(2, 100000));
   // A point laser probe's runs belong here as one more part.
   const std::vector<std::pair<std::string, std::function<void(const RunOptions&, sixpoint::bench::Figures*)>>> parts{
       {"sensor", sixpoint::bench::RunSensor},
