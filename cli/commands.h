@@ -13,6 +13,7 @@ void AddScanCommands(CLI::App* app, Session* session);
 void AddDeletePointsCommand(CLI::App* scan, Session* session);  // one of scan's, written with the store's
 void AddStoreCommands(CLI::App* app, Session* session);
 void AddCalibrateCommands(CLI::App* app, Session* session);
+void AddCalibrateAxisCommand(CLI::App* calibrate, Session* session);  // one of calibrate's
 void AddCalibrationCommands(CLI::App* app, Session* session);
 void AddRegisterCommand(CLI::App* app, Session* session);
 void AddCorrectCommand(CLI::App* app, Session* session);

@@ -12,7 +12,7 @@ namespace {
   "touch_rms_um, residual_rms_um, condition_number, points_used"
 #define SIXPOINT_ROTATION_COLUMNS                                                              \
   "calibration_id, a_direction, a_point_mm, b_direction, b_point_mm, covariance, point_c_mm, " \
-  "point_c_standard_uncertainty_mm, noise_um, residual_rms_um, check_rms_um, check_count, condition_number"
+  "point_c_standard_uncertainty_mm, noise_um, residual_rms_um, check_rms_um, check_count, condition_number, axes"
 
 constexpr char kInsertHead[] =
     "INSERT INTO calibrations (" SIXPOINT_HEAD_COLUMNS ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)";
@@ -24,12 +24,12 @@ constexpr char kInsertCentres[] =
     "FROM unnest($2::text[], $3::text[], $4::text[], $5::double precision[], $6::double precision[], "
     "$7::double precision[]) WITH ORDINALITY AS centre (scan_id, feature, is_check, dx_um, dy_um, dz_um, position)";
 constexpr char kInsertRotation[] = "INSERT INTO rotation_calibrations (" SIXPOINT_ROTATION_COLUMNS
-                                   ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)";
+                                   ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14)";
 constexpr char kInsertPoses[] =
-    "INSERT INTO rotation_calibration_poses (calibration_id, position_index, a_deg, b_deg, distance_um, held_out) "
-    "SELECT $1::text, (position - 1)::integer, a_deg, b_deg, distance_um, held_out::boolean "
-    "FROM unnest($2::double precision[], $3::double precision[], $4::double precision[], $5::text[]) "
-    "WITH ORDINALITY AS pose (a_deg, b_deg, distance_um, held_out, position)";
+    "INSERT INTO rotation_calibration_poses (calibration_id, position_index, a_deg, b_deg, distance_um, held_out, "
+    "before_um) SELECT $1::text, (position - 1)::integer, a_deg, b_deg, distance_um, held_out::boolean, before_um "
+    "FROM unnest($2::double precision[], $3::double precision[], $4::double precision[], $5::text[], "
+    "$6::double precision[]) WITH ORDINALITY AS pose (a_deg, b_deg, distance_um, held_out, before_um, position)";
 
 constexpr char kSelectHead[] = "SELECT " SIXPOINT_HEAD_COLUMNS " FROM calibrations WHERE calibration_id = $1";
 constexpr char kSelectInForce[] =
@@ -51,7 +51,7 @@ constexpr char kSelectCentres[] =
     "SELECT scan_id, feature, is_check, dx_um, dy_um, dz_um FROM sensor_calibration_centres WHERE calibration_id = $1 "
     "ORDER BY position_index";
 constexpr char kSelectPoses[] =
-    "SELECT a_deg, b_deg, distance_um, held_out FROM rotation_calibration_poses WHERE calibration_id = $1 "
+    "SELECT a_deg, b_deg, distance_um, held_out, before_um FROM rotation_calibration_poses WHERE calibration_id = $1 "
     "ORDER BY position_index";
 #undef SIXPOINT_HEAD_COLUMNS
 #undef SIXPOINT_SENSOR_COLUMNS
@@ -87,18 +87,20 @@ absl::Status InsertRotation(Transaction& transaction, const std::string& id, con
   params.Text(id).Reals(rotation.a_direction).Reals(rotation.a_point_mm).Reals(rotation.b_direction);
   params.Reals(rotation.b_point_mm).Reals(rotation.covariance).Reals(rotation.point_c_mm);
   params.Reals(rotation.point_c_standard_uncertainty_mm).Real(rotation.noise_um).Real(rotation.residual_rms_um);
-  params.Real(rotation.check_rms_um).Int(rotation.check_count).Real(rotation.condition_number);
+  params.Real(rotation.check_rms_um).Int(rotation.check_count).Real(rotation.condition_number).Texts(rotation.axes);
   const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertRotation, params);
   if (!inserted.ok()) return inserted.status();
-  std::vector<double> a, b, distances;
+  std::vector<double> a, b, distances, before;
   std::vector<std::string> held_out;
   for (const PoseResidualRow& p : rotation.poses) {
     a.push_back(p.a_deg);
     b.push_back(p.b_deg);
     distances.push_back(p.distance_um);
     held_out.push_back(p.held_out ? "true" : "false");
+    before.push_back(p.before_um.value_or(0));
   }
-  return transaction.Execute(kInsertPoses, Params().Text(id).Reals(a).Reals(b).Reals(distances).Texts(held_out))
+  return transaction
+      .Execute(kInsertPoses, Params().Text(id).Reals(a).Reals(b).Reals(distances).Texts(held_out).Reals(before))
       .status();
 }
 
@@ -135,6 +137,7 @@ RotationCalibrationRow ReadRotation(const Rows& rows, int row) {
   r.check_rms_um = rows.Real(row, 10);
   r.check_count = static_cast<int>(rows.Int(row, 11));
   r.condition_number = rows.Real(row, 12);
+  r.axes = rows.Texts(row, 13);
   return r;
 }
 
@@ -181,7 +184,8 @@ absl::Status ReadResiduals(Transaction& transaction, CalibrationRow* calibration
                                               rows->Real(row, 3), rows->Real(row, 4), rows->Real(row, 5)});
     else
       calibration->rotation->poses.push_back(
-          {rows->Real(row, 0), rows->Real(row, 1), rows->Real(row, 2), rows->Bool(row, 3)});
+          {rows->Real(row, 0), rows->Real(row, 1), rows->Real(row, 2), rows->Bool(row, 3),
+           rows->IsNull(row, 4) ? std::nullopt : std::optional<double>(rows->Real(row, 4))});
   }
   return absl::OkStatus();
 }

@@ -37,6 +37,7 @@ struct SensorCalibrationRow {
 struct PoseResidualRow {
   double a_deg = 0, b_deg = 0, distance_um = 0;
   bool held_out = false;
+  std::optional<double> before_um = std::nullopt;  // not kept before V0010
 };
 
 struct RotationCalibrationRow {
@@ -49,6 +50,7 @@ struct RotationCalibrationRow {
   int check_count = 0;
   double condition_number = 0;
   std::vector<PoseResidualRow> poses;
+  std::vector<std::string> axes{"A", "B"};  // the machine's letters of a and b
 };
 
 struct CalibrationRow {

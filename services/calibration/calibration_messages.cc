@@ -82,12 +82,14 @@ void RotationToProto(const storage::RotationCalibrationRow& row, v1::RotationCal
   out->set_check_rms_um(row.check_rms_um);
   out->set_check_count(row.check_count);
   out->set_condition_number(row.condition_number);
+  for (const std::string& axis : row.axes) out->add_axes(axis);
   for (const storage::PoseResidualRow& p : row.poses) {
     v1::PoseResidual* residual = out->add_residuals();
     residual->set_a_deg(p.a_deg);
     residual->set_b_deg(p.b_deg);
     residual->set_distance_um(p.distance_um);
     residual->set_held_out(p.held_out);
+    if (p.before_um) residual->set_before_um(*p.before_um);
   }
 }
 
@@ -118,7 +120,8 @@ storage::SensorCalibrationRow RowOf(const metrology::SensorCalibration& result) 
 }
 
 storage::RotationCalibrationRow RowOf(const metrology::RotationCalibration& result,
-                                      const std::vector<metrology::SpherePose>& poses) {
+                                      const std::vector<metrology::SpherePose>& poses,
+                                      const metrology::RotationOptions& options) {
   storage::RotationCalibrationRow row;
   row.a_direction = RowMajor(result.axes.a.direction);
   row.a_point_mm = RowMajor(result.axes.a.point_mm);
@@ -135,7 +138,8 @@ storage::RotationCalibrationRow RowOf(const metrology::RotationCalibration& resu
   row.condition_number = result.condition_number;
   for (size_t i = 0; i < poses.size(); ++i)
     row.poses.push_back({poses[i].a_rad * kDegPerRad, poses[i].b_rad * kDegPerRad, result.distances_mm.at(i) * kUmPerMm,
-                         poses[i].held_out});
+                         poses[i].held_out, result.before_mm.at(i) * kUmPerMm});
+  row.axes = {options.joints[0].axis, options.joints[1].axis};
   return row;
 }
 

@@ -13,7 +13,8 @@ namespace sixpoint::calibration {
 
 storage::SensorCalibrationRow RowOf(const metrology::SensorCalibration& result);
 storage::RotationCalibrationRow RowOf(const metrology::RotationCalibration& result,
-                                      const std::vector<metrology::SpherePose>& poses);
+                                      const std::vector<metrology::SpherePose>& poses,
+                                      const metrology::RotationOptions& options);
 
 v1::Calibration ToProto(const storage::CalibrationRow& row);
 

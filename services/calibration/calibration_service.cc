@@ -22,7 +22,8 @@ Caller CallerOf(const grpc::ServerContext* context) {
           runtime::KeepGoing(*context)};
 }
 
-grpc::Status Answer(absl::StatusOr<v1::Calibration> result, v1::Calibration* response) {
+template <typename Response>
+grpc::Status Answer(absl::StatusOr<Response> result, Response* response) {
   if (result.ok()) *response = *std::move(result);
   return ToGrpc(result.status());
 }
@@ -88,7 +89,9 @@ absl::StatusOr<v1::ListCalibrationsResponse> List(storage::Database* database, s
 
 CalibrationService::CalibrationService(storage::Database* database, std::shared_ptr<grpc::Channel> plant,
                                        std::shared_ptr<grpc::Channel> ingest, int threads)
-    : database_(database), calibrator_(database, std::move(plant), std::move(ingest), threads) {}
+    : database_(database),
+      axes_(database, plant),
+      calibrator_(database, std::move(plant), std::move(ingest), threads) {}
 
 grpc::Status CalibrationService::CalibrateSensor(grpc::ServerContext* context,
                                                  const v1::CalibrateSensorRequest* request, v1::Calibration* response) {
@@ -131,6 +134,26 @@ grpc::Status CalibrationService::ListCalibrations(grpc::ServerContext* context,
   absl::StatusOr<v1::ListCalibrationsResponse> page = List(database_, runtime::DeadlineOf(*context), *request);
   if (page.ok()) *response = *std::move(page);
   return ToGrpc(page.status());
+}
+
+grpc::Status CalibrationService::CharacteriseAxis(grpc::ServerContext* context,
+                                                  const v1::CharacteriseAxisRequest* request,
+                                                  v1::AxisCharacterisation* response) {
+  const runtime::ComputeSlot slot(&running_, kMostRunning);
+  if (absl::Status free = slot.Check("calibrations", "CALIBRATIONS_FULL"); !free.ok()) return ToGrpc(free);
+  return Answer(axes_.Characterise(*request, CallerOf(context)), response);
+}
+
+grpc::Status CalibrationService::GetAxisCharacterisation(grpc::ServerContext* context,
+                                                         const v1::GetAxisCharacterisationRequest* request,
+                                                         v1::AxisCharacterisation* response) {
+  return Answer(axes_.Get(*request, runtime::DeadlineOf(*context)), response);
+}
+
+grpc::Status CalibrationService::ListAxisCharacterisations(grpc::ServerContext* context,
+                                                           const v1::ListAxisCharacterisationsRequest* request,
+                                                           v1::ListAxisCharacterisationsResponse* response) {
+  return Answer(axes_.List(*request, runtime::DeadlineOf(*context)), response);
 }
 
 }  // namespace sixpoint::calibration

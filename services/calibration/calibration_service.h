@@ -4,6 +4,7 @@
 #include <atomic>
 #include <memory>
 
+#include "services/calibration/axis_characteriser.h"
 #include "services/calibration/calibrator.h"
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
 
@@ -25,11 +26,19 @@ class CalibrationService final : public v1::CalibrationService::Service {
                                      v1::Calibration* response) override;
   grpc::Status ListCalibrations(grpc::ServerContext* context, const v1::ListCalibrationsRequest* request,
                                 v1::ListCalibrationsResponse* response) override;
+  grpc::Status CharacteriseAxis(grpc::ServerContext* context, const v1::CharacteriseAxisRequest* request,
+                                v1::AxisCharacterisation* response) override;
+  grpc::Status GetAxisCharacterisation(grpc::ServerContext* context, const v1::GetAxisCharacterisationRequest* request,
+                                       v1::AxisCharacterisation* response) override;
+  grpc::Status ListAxisCharacterisations(grpc::ServerContext* context,
+                                         const v1::ListAxisCharacterisationsRequest* request,
+                                         v1::ListAxisCharacterisationsResponse* response) override;
 
  private:
   static constexpr int kMostRunning = 4;
 
   storage::Database* database_;
+  AxisCharacteriser axes_;
   Calibrator calibrator_;
   std::atomic<int> running_{0};
 };

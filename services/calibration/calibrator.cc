@@ -4,6 +4,7 @@
 
 #include "metrology/calibration/rotation_calibration.h"
 #include "metrology/calibration/sensor_calibration.h"
+#include "services/calibration/axis_characteriser.h"
 #include "services/calibration/calibration_messages.h"
 #include "services/calibration/validate.h"
 #include "services/runtime/errors.h"
@@ -19,17 +20,6 @@ namespace {
 constexpr char kSensorCall[] = "calibration.CalibrateSensor";
 constexpr char kRotationCall[] = "calibration.CalibrateRotation";
 constexpr std::size_t kMostPoints = 20'000'000;
-
-// The kernel names field, value and wanted in its message; the wire wants the field apart.
-absl::Status AsRefusal(const absl::Status& status) {
-  const std::string message(status.message());
-  if (absl::IsFailedPrecondition(status)) return runtime::Failure(status.code(), "CALIBRATION_UNDETERMINED", message);
-  const std::size_t colon = message.find(": "), want = message.rfind(", want ");
-  if (!absl::IsInvalidArgument(status) || colon == std::string::npos || want == std::string::npos || want < colon)
-    return status;
-  return runtime::Refuse(message.substr(0, colon), message.substr(colon + 2, want - colon - 2),
-                         message.substr(want + 7));
-}
 
 std::string Revised(const std::string& name, int revision) { return name + "@" + std::to_string(revision); }
 
@@ -90,6 +80,21 @@ absl::StatusOr<Validity> ValidityIn(const Request& request) {
 // What was asked for and is not there is the request's fault.
 absl::Status NotKnown(const std::string& field, const std::string& name, const absl::Status& status) {
   return absl::IsNotFound(status) ? runtime::Refuse(field, name, "one that the plant knows") : status;
+}
+
+absl::StatusOr<metrology::RotationCalibration> FindAxes(const v1::CalibrateRotationRequest& request,
+                                                        const std::vector<metrology::SpherePose>& poses,
+                                                        const metrology::RotationOptions& options,
+                                                        std::string* method) {
+  if (request.method() == v1::ROTATION_METHOD_STANDARD) {
+    *method = "STANDARD";
+    const absl::StatusOr<metrology::StandardProbing> probing = ProbingOf(request.standard());
+    if (!probing.ok()) return probing.status();
+    return metrology::CalibrateStandardCentre(*probing, poses, options);
+  }
+  const bool point_c = request.method() == v1::ROTATION_METHOD_POINT_C;
+  *method = point_c ? "POINT_C" : "LINES";
+  return point_c ? metrology::CalibratePointC(poses, options) : metrology::CalibrateRotation(poses, options);
 }
 
 }  // namespace
@@ -168,23 +173,27 @@ absl::StatusOr<v1::Calibration> Calibrator::CalibrateRotation(const v1::Calibrat
 
   const absl::StatusOr<plant::v1::Machine> machine = plant_.GetMachine(request.machine(), 0, caller.make_context());
   if (!machine.ok()) return NotKnown("machine", request.machine(), machine.status());
-  const absl::StatusOr<metrology::RotaryAxes> nominal = NominalAxesOf(*machine);
-  if (!nominal.ok()) return nominal.status();
-  const metrology::RotationOptions options{*nominal, 1e-3 * request.standard_uncertainty_um()};
-  const bool point_c = request.method() == v1::ROTATION_METHOD_POINT_C;
-  const absl::StatusOr<metrology::RotationCalibration> result =
-      point_c ? metrology::CalibratePointC(*poses, options) : metrology::CalibrateRotation(*poses, options);
+  absl::StatusOr<metrology::RotationOptions> options = RotationOptionsOf(*machine);
+  if (!options.ok()) return options.status();
+  options->standard_uncertainty_mm = 1e-3 * request.standard_uncertainty_um();
+  storage::CalibrationRow row;
+  row.machine_id = *runtime::IdOf("machine", "machines", request.machine());
+  row.inputs = {Revised(request.machine(), machine->revision())};
+  if (request.apply_axis_tables()) {
+    absl::StatusOr<storage::Transaction> transaction = database_->Begin(caller.deadline);
+    if (!transaction.ok()) return transaction.status();
+    const auto used = AddAxisTables(*transaction, row.machine_id, &*options);
+    if (!used.ok()) return used.status();
+    row.inputs.insert(row.inputs.end(), used->begin(), used->end());
+  }
+  const absl::StatusOr<metrology::RotationCalibration> result = FindAxes(request, *poses, *options, &row.method);
   if (!result.ok()) return AsRefusal(result.status());
   if (!result->converged)
     return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_NOT_CONVERGED",
                             "the fit did not settle; probe the sphere at more poses");
-  storage::CalibrationRow row;
-  row.machine_id = *runtime::IdOf("machine", "machines", request.machine());
-  row.inputs = {Revised(request.machine(), machine->revision())};
-  row.method = point_c ? "POINT_C" : "LINES";
   row.valid_from = validity->from;
   row.valid_until = validity->until;
-  row.rotation = RowOf(*result, *poses);
+  row.rotation = RowOf(*result, *poses, *options);
   return Store(database_, kRotationCall, request, std::move(row), caller.deadline);
 }
 
