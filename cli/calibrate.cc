@@ -17,7 +17,23 @@ struct Arguments {
   std::vector<std::string> scans;
   std::string method;
   double uncertainty_um = 0;
+  bool draft = false;
+  double temperature_c = 0;
+  bool has_temperature = false;
 };
+
+// What every calibration takes: a draft or in force, and the temperature.
+void AddCommonOptions(CLI::App* command, const std::shared_ptr<Arguments>& arguments) {
+  command->add_flag("--draft", arguments->draft, "Not in force before `sixpoint calibration release`");
+  command->add_option("--temperature-c", arguments->temperature_c, "Of machine and artefact")
+      ->each([arguments](const std::string&) { arguments->has_temperature = true; });
+}
+
+template <typename Request>
+void SetCommon(const Arguments& arguments, Request* request) {
+  request->set_draft(arguments.draft);
+  if (arguments.has_temperature) request->mutable_environment()->set_temperature_c(arguments.temperature_c);
+}
 
 absl::Status Print(const Session& session, const calibration::v1::Calibration& calibration) {
   if (session.json) {
@@ -38,6 +54,7 @@ absl::Status CalibrateSensor(Session* session, const Arguments& arguments) {
   *request.mutable_touch() = *touch;
   request.set_method(arguments.method == "sequential" ? calibration::v1::SENSOR_METHOD_SEQUENTIAL
                                                       : calibration::v1::SENSOR_METHOD_JOINT);
+  SetCommon(arguments, &request);
   request.set_requested_by(session->requested_by());
   request.set_request_id(NewRequestId());
   calibration::v1::Calibration response;
@@ -55,6 +72,7 @@ absl::Status CalibrateRotation(Session* session, const Arguments& arguments) {
   request.set_standard_uncertainty_um(arguments.uncertainty_um);
   request.set_method(arguments.method == "point-c" ? calibration::v1::ROTATION_METHOD_POINT_C
                                                    : calibration::v1::ROTATION_METHOD_LINES);
+  SetCommon(arguments, &request);
   request.set_requested_by(session->requested_by());
   request.set_request_id(NewRequestId());
   calibration::v1::Calibration response;
@@ -81,6 +99,7 @@ void AddCalibrateCommands(CLI::App* app, Session* session) {
   sensor->add_option("--touch", sensor_arguments->file, "Touch data (YAML or JSON), or a dataset.json")->required();
   sensor->add_option("--method", sensor_arguments->method, "joint (the default) or sequential")
       ->check(CLI::IsMember({"joint", "sequential"}));
+  AddCommonOptions(sensor, sensor_arguments);
   session->OnCommand(sensor, [session, sensor_arguments] { return CalibrateSensor(session, *sensor_arguments); });
 
   const auto rotation_arguments = std::make_shared<Arguments>();
@@ -92,8 +111,11 @@ void AddCalibrateCommands(CLI::App* app, Session* session) {
       ->check(CLI::IsMember({"lines", "point-c"}));
   rotation->add_option("--standard-uncertainty-um", rotation_arguments->uncertainty_um,
                        "Of one probed coordinate; without it, estimated from the residuals");
+  AddCommonOptions(rotation, rotation_arguments);
   session->OnCommand(rotation,
                      [session, rotation_arguments] { return CalibrateRotation(session, *rotation_arguments); });
+
+  AddCalibrateStudyCommands(calibrate, session);
 }
 
 }  // namespace sixpoint::cli

@@ -15,6 +15,9 @@ storage::SensorCalibrationRow RowOf(const metrology::SensorCalibration& result);
 storage::RotationCalibrationRow RowOf(const metrology::RotationCalibration& result,
                                       const std::vector<metrology::SpherePose>& poses);
 
+void SetTime(storage::Instant instant, google::protobuf::Timestamp* out);
+storage::EnvironmentRow RowOf(const v1::Environment& environment);
+
 v1::Calibration ToProto(const storage::CalibrationRow& row);
 
 // A few figures for the journal, as JSON.

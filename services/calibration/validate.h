@@ -41,6 +41,10 @@ absl::StatusOr<std::vector<metrology::SpherePose>> PosesOf(const v1::CalibrateRo
 // The two rotary joints on the part's side, A before B. FAILED_PRECONDITION for other machines.
 absl::StatusOr<metrology::RotaryAxes> NominalAxesOf(const plant::v1::Machine& machine);
 
+absl::Status CheckEnvironment(const v1::Environment& environment);
+// What release, withdrawal and studies have: a reason, who asks, request_id.
+absl::Status CheckEvent(const std::string& reason, const std::string& requested_by, const std::string& request_id);
+
 // "sensor", "rotation"; empty for UNSPECIFIED.
 std::string KindText(v1::CalibrationKind kind);
 
