@@ -40,10 +40,8 @@ std::string ArmText(const calibration::v1::ArmStudy& arm) {
                   Fixed(s.standard_deviation_standard_uncertainty(), 5), Fixed(s.stated_standard_uncertainty(), 5),
                   s.unit(), thesis(&Published::minimum), thesis(&Published::maximum), thesis(&Published::mean)});
   }
-  return table.ToText() + std::to_string(arm.scan_count()) + " scans, each against the first, " +
-         (arm.sensor_calibration().empty() ? "in the sensor's axes (no calibration)"
-                                           : "in machine axes by " + arm.sensor_calibration()) +
-         "; u of one: what the fits explain\n";
+  return table.ToText() + std::to_string(arm.scan_count()) + " scans, each against the first, " + "by " +
+         arm.sensor_calibration() + "; u of one: what the fits explain\n";
 }
 
 std::string RepeatText(const calibration::v1::RepeatStudy& repeat) {

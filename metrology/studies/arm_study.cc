@@ -18,9 +18,28 @@ constexpr double kSettledMm = 1e-6;  // a thousandth of what counts, at 10 mm
 constexpr double kLeverMm = 10;
 constexpr std::size_t kFewestPoints = 1000;
 constexpr double kGrazing = 0.2;
+constexpr double kLeastDetermined = 1e-7;  // of the information; dbeta from the cones' depth has about 1e-3
 
-struct ArtefactPose {
+// What is fitted: the artefact's pose to the first scan, then the sensor's to each.
+struct State {
+  SensorPose sensor;
   Eigen::Isometry3d machine_from_artefact = Eigen::Isometry3d::Identity();
+};
+enum class Unknown { kArtefact, kSensor };
+
+State Moved(const State& state, const Vector6d& w, Unknown unknown) {
+  State next = state;
+  if (unknown == Unknown::kArtefact) {
+    next.machine_from_artefact = Perturbed(state.machine_from_artefact, w, state.machine_from_artefact.translation());
+  } else {
+    next.sensor.rotation = RotationFromVector(w.head<3>()) * state.sensor.rotation;
+    next.sensor.t_sm_mm += w.tail<3>();
+  }
+  return next;
+}
+
+struct Fit {
+  State state;
   Matrix6d covariance = Matrix6d::Zero();
   double residual_rms_mm = 0;
 };
@@ -48,21 +67,26 @@ struct Equations {
   std::vector<double> readings;  // along the rays
 };
 
-Equations EquationsAt(const LineScan& scan, const Artefact& artefact, const ArmStudyOptions& options,
-                      const Eigen::Isometry3d& pose, double reach_mm) {
+Equations EquationsAt(const LineScan& scan, const Artefact& artefact, const LineSensorOptics& optics,
+                      const State& state, Unknown unknown, double reach_mm) {
   Equations eq;
-  const ArtefactFromSensor map(pose, options.sensor, scan.v0_mm);
+  const Eigen::Isometry3d& pose = state.machine_from_artefact;
+  const ArtefactFromSensor map(pose, state.sensor, scan.v0_mm);
   for (const Eigen::Vector3d& p : scan.points_mm) {
     const FaceHit hit = HitFace(artefact, map * p, kMarginMm);
     if (hit.face == FaceHit::Face::kNone) continue;
-    const double along_ray = hit.normal.dot(map.linear * options.optics.RayAt(p));
+    const double along_ray = hit.normal.dot(map.linear * optics.RayAt(p));
     if (std::abs(along_ray) < kGrazing) continue;
     const double reading = hit.distance_mm / along_ray;
     if (std::abs(reading) > reach_mm) continue;
     const Eigen::Vector3d n = pose.linear() * hit.normal;
-    const Eigen::Vector3d arm = options.sensor.MachineFromSensor(p, scan.v0_mm) - pose.translation();
     Vector6d row;
-    row << -arm.cross(n), -n;
+    if (unknown == Unknown::kArtefact) {
+      const Eigen::Vector3d arm = state.sensor.MachineFromSensor(p, scan.v0_mm) - pose.translation();
+      row << -arm.cross(n), -n;
+    } else {
+      row = state.sensor.ParameterJacobian(p).transpose() * n;
+    }
     row /= along_ray;
     eq.normal.selfadjointView<Eigen::Lower>().rankUpdate(row);
     eq.right -= reading * row;
@@ -78,30 +102,44 @@ double SigmaOf(std::vector<double> absolute) {
   return std::max(kLeastNoiseMm, 1.4826 * *middle);
 }
 
-absl::StatusOr<ArtefactPose> FitPose(const LineScan& scan, const Artefact& artefact, const ArmStudyOptions& options,
-                                     Eigen::Isometry3d pose) {
+absl::StatusOr<Fit> FitState(const LineScan& scan, const Artefact& artefact, const LineSensorOptics& optics,
+                             State state, Unknown unknown) {
   double reach_mm = kFirstReachMm, last_reach_mm = 0;
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
-    const Equations eq = EquationsAt(scan, artefact, options, pose, reach_mm);
+    const Equations eq = EquationsAt(scan, artefact, optics, state, unknown, reach_mm);
     if (eq.readings.size() < kFewestPoints)
       return Failed(scan.id, std::to_string(eq.readings.size()) + " points on the artefact, want at least 1000");
-    const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(eq.normal);
-    if (eigen.eigenvalues()(0) < 1e-9 * eigen.eigenvalues()(5))
-      return Failed(scan.id, "its points do not determine the artefact's pose, want cones in view");
+    // Angles counted as their effect at kLeverMm.
+    Vector6d scale;
+    scale << Eigen::Vector3d::Constant(1 / kLeverMm), Eigen::Vector3d::Ones();
+    const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scale.asDiagonal() * eq.normal * scale.asDiagonal());
+    if (eigen.eigenvalues()(0) < kLeastDetermined * eigen.eigenvalues()(5))
+      return Failed(scan.id, "its points do not determine the pose, want cones in view");
     const Vector6d step = eq.normal.ldlt().solve(eq.right);
-    pose = Perturbed(pose, step, pose.translation());
+    state = Moved(state, step, unknown);
     const bool settled = std::max(kLeverMm * step.head<3>().norm(), step.tail<3>().norm()) < kSettledMm;
     if (settled && reach_mm == last_reach_mm) {
       double squares = 0;
       for (const double r : eq.readings) squares += r * r;
       const double freedom = static_cast<double>(eq.readings.size()) - 6;
-      return ArtefactPose{pose, squares / freedom * eq.normal.inverse(), std::sqrt(squares / freedom)};
+      return Fit{state, squares / freedom * eq.normal.inverse(), std::sqrt(squares / freedom)};
     }
     last_reach_mm = reach_mm;
     // Frozen once it has settled, so that points at the gate do not come and go for ever.
     if (iteration < kMostIterations / 4) reach_mm = std::clamp(5 * SigmaOf(eq.readings), 5e-5, kFirstReachMm);
   }
-  return Failed(scan.id, "the artefact's pose does not settle, want a scan without so many stray points");
+  return Failed(scan.id, "the pose does not settle, want a scan without so many stray points");
+}
+
+absl::Status CheckScans(const std::vector<LineScan>& scans) {
+  if (scans.size() < kFewestArmScans)
+    return absl::InvalidArgumentError("scans: " + std::to_string(scans.size()) +
+                                      " of them, want at least 5 scans of the artefact");
+  for (const LineScan& scan : scans)
+    for (const Eigen::Vector3d& p : scan.points_mm)
+      if (!p.allFinite())
+        return absl::InvalidArgumentError("scans: " + scan.id + " with a point that is not finite, want finite ones");
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -109,29 +147,30 @@ absl::StatusOr<ArtefactPose> FitPose(const LineScan& scan, const Artefact& artef
 absl::StatusOr<std::vector<ArmDisplacement>> StudyArm(const std::vector<LineScan>& scans, const Artefact& artefact,
                                                       const ArmStudyOptions& options) {
   if (absl::Status s = Validate(artefact); !s.ok()) return s;
-  if (scans.size() < kFewestArmScans)
-    return absl::InvalidArgumentError("scans: " + std::to_string(scans.size()) +
-                                      " of them, want at least 5 scans of the artefact");
+  if (absl::Status s = CheckScans(scans); !s.ok()) return s;
   std::vector<ArmDisplacement> displacements;
-  ArtefactPose first;
+  State still{options.sensor, Eigen::Isometry3d::Identity()};
+  Fit first;
   for (const LineScan& scan : scans) {
     if (options.keep_going && !options.keep_going()) return absl::CancelledError("the caller is gone");
-    for (const Eigen::Vector3d& p : scan.points_mm)
-      if (!p.allFinite())
-        return absl::InvalidArgumentError("scans: " + scan.id + " with a point that is not finite, want finite ones");
     const absl::StatusOr<Eigen::Isometry3d> start = StartPose(scan, artefact, options.sensor);
     if (!start.ok()) return start.status();
-    const absl::StatusOr<ArtefactPose> pose = FitPose(scan, artefact, options, *start);
-    if (!pose.ok()) return pose.status();
-    if (displacements.empty()) first = *pose;
+    if (displacements.empty()) {
+      const absl::StatusOr<Fit> pose =
+          FitState(scan, artefact, options.optics, {options.sensor, *start}, Unknown::kArtefact);
+      if (!pose.ok()) return pose.status();
+      still.machine_from_artefact = pose->state.machine_from_artefact;
+    }
+    const absl::StatusOr<Fit> fit = FitState(scan, artefact, options.optics, still, Unknown::kSensor);
+    if (!fit.ok()) return fit.status();
+    if (displacements.empty()) first = *fit;
     ArmDisplacement& d = displacements.emplace_back();
     d.scan = scan.id;
-    d.residual_rms_mm = pose->residual_rms_mm;
+    d.residual_rms_mm = fit->residual_rms_mm;
     if (displacements.size() == 1) continue;
-    d.translation_mm = pose->machine_from_artefact.translation() - first.machine_from_artefact.translation();
-    d.angles =
-        CardanFromRotation(pose->machine_from_artefact.linear() * first.machine_from_artefact.linear().transpose());
-    d.covariance = pose->covariance + first.covariance;
+    d.translation_mm = fit->state.sensor.t_sm_mm - first.state.sensor.t_sm_mm;
+    d.angles = CardanFromRotation(fit->state.sensor.rotation * first.state.sensor.rotation.transpose());
+    d.covariance = fit->covariance + first.covariance;
   }
   return displacements;
 }

@@ -14,15 +14,15 @@
 namespace sixpoint::metrology {
 
 struct ArmStudyOptions {
-  // Rotation and t_sm only. Identity: displacements in the sensor's axes; the shear of a sensor that is turned by tenths of
-  // a degree is the same in all scans and drops out of the differences.
+  // As calibrated. A rotation that is wrong by 0.02 deg changes a displacement by less than the readings' noise does; one
+  // that is not known at all (half a degree) by micrometres.
   SensorPose sensor;
   LineSensorOptics optics;
   std::function<bool()> keep_going;  // asked between scans; false stops with CANCELLED
 };
 
-// Of the artefact as one scan shows it, against the first scan: its origin's displacement, and R = Rz(dgamma) Ry(dbeta)
-// Rx(dalpha) about it; machine axes (those of options.sensor).
+// Of the sensor, against the first scan: t_sm changes by translation_mm, and R_sm becomes
+// Rz(dgamma) Ry(dbeta) Rx(dalpha) R_sm; axes of options.sensor.
 struct ArmDisplacement {
   std::string scan;
   Eigen::Vector3d translation_mm = Eigen::Vector3d::Zero();
@@ -32,9 +32,12 @@ struct ArmDisplacement {
   double residual_rms_mm = 0;  // along the rays
 };
 
-// One pose of the artefact for each scan by least squares over its upper face and its cones, readings weighed along their
-// rays, those beyond five sigma left out. The first displacement is zero. INVALID_ARGUMENT for fewer than five scans or
-// points that are not finite; FAILED_PRECONDITION where the artefact is not found in a scan or its fit does not settle.
+// The first scan gives the artefact's pose; then each scan gives the pose of the sensor from which the artefact, standing
+// still, looks as it does: least squares over its upper face and its cones, readings weighed along their rays, those beyond
+// five sigma left out. Rigid fits of cloud onto cloud, as the paper has them, would miss dbeta and see half of dgamma: a sensor
+// that turns while the encoder moves along X shears the scan (CONF 12). One height determines dbeta by the cones' depth only:
+// its covariance says how well. The first displacement is zero. INVALID_ARGUMENT for fewer than five scans or points that are not
+// finite; FAILED_PRECONDITION where the artefact is not found in a scan or its fit does not settle.
 absl::StatusOr<std::vector<ArmDisplacement>> StudyArm(const std::vector<LineScan>& scans, const Artefact& artefact,
                                                       const ArmStudyOptions& options);
 

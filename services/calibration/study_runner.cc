@@ -230,16 +230,18 @@ absl::StatusOr<v1::Study> StudyRunner::RunArm(const v1::RunArmStudyRequest& requ
                       "a sensor calibration of " + fetched->machine.name());
     }
     if (!found.ok()) return found.status();
+    if (!found->has_value())
+      return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_MISSING",
+                              fetched->machine.name() +
+                                  ": no sensor calibration in force, want one; name one that is not (a draft will do)");
     calibration = *std::move(found);
   }
   metrology::ArmStudyOptions options;
   options.optics = OpticsOf(fetched->machine.sensor());
   options.keep_going = caller.keep_going;
-  if (calibration)
-    for (int k = 0; k < 9; ++k) {
-      options.sensor.rotation(k / 3, k % 3) = calibration->sensor->machine_from_sensor_rotation.at(k);
-      if (k < 3) options.sensor.t_sm_mm(k) = calibration->sensor->t_sm_mm.at(k);
-    }
+  for (int k = 0; k < 9; ++k)
+    options.sensor.rotation(k / 3, k % 3) = calibration->sensor->machine_from_sensor_rotation.at(k);
+  for (int k = 0; k < 3; ++k) options.sensor.t_sm_mm(k) = calibration->sensor->t_sm_mm.at(k);
   const auto result = metrology::StudyArm(fetched->scans, *artefact, options);
   if (!result.ok()) return AsRefusal(result.status(), kUndetermined);
   v1::Study study;
@@ -247,10 +249,8 @@ absl::StatusOr<v1::Study> StudyRunner::RunArm(const v1::RunArmStudyRequest& requ
   study.set_machine(fetched->machine.name());
   study.mutable_inputs()->Add(fetched->inputs.begin(), fetched->inputs.end());
   *study.mutable_arm() = ToProto(*result, request.limit_um());
-  if (calibration) {
-    study.mutable_arm()->set_sensor_calibration(runtime::NameOf("calibrations", calibration->calibration_id));
-    study.add_inputs(study.arm().sensor_calibration());
-  }
+  study.mutable_arm()->set_sensor_calibration(runtime::NameOf("calibrations", calibration->calibration_id));
+  study.add_inputs(study.arm().sensor_calibration());
   study.set_verdict(VerdictOf(study.arm()));
   return Store(database_, kCall, request, std::move(study), caller.deadline);
 }

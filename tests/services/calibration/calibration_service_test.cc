@@ -450,7 +450,7 @@ TEST_F(CalibrationServiceTest, AWithdrawnOneIsNeverGivenAndTheOlderComesBack) {
   ASSERT_TRUE(Call(&v1::CalibrationService::Stub::CalibrateRotation, RotationRequest(), &newer).ok());
   v1::WithdrawCalibrationRequest withdraw;
   withdraw.set_name(newer.name());
-  EXPECT_THAT(Withdraw(withdraw).status().message(), HasSubstr("reason: , want why it must not be used"));
+  EXPECT_THAT(std::string(Withdraw(withdraw).status().message()), HasSubstr("reason: empty, want why"));
   withdraw.set_reason("sphere was loose");
   withdraw.set_requested_by("engineer");
   const auto done = Withdraw(withdraw);
