@@ -13,8 +13,6 @@ namespace {
 using calibration::v1::Spread;
 using calibration::v1::Study;
 
-int DecimalsOf(const std::string& unit) { return unit == "um" ? 3 : 5; }
-
 // What the thesis prints: CONF 3.3.3 (n = 15), min, max, mean; mm and deg.
 struct Published {
   double minimum, maximum, mean;
