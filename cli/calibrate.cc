@@ -19,7 +19,23 @@ struct Arguments {
   std::string gauge_file;
   bool axis_tables = false;
   double uncertainty_um = 0;
+  bool draft = false;
+  double temperature_c = 0;
+  bool has_temperature = false;
 };
+
+// What every calibration takes: a draft or in force, and the temperature.
+void AddCommonOptions(CLI::App* command, const std::shared_ptr<Arguments>& arguments) {
+  command->add_flag("--draft", arguments->draft, "Not in force before `sixpoint calibration release`");
+  command->add_option("--temperature-c", arguments->temperature_c, "Of machine and artefact")
+      ->each([arguments](const std::string&) { arguments->has_temperature = true; });
+}
+
+template <typename Request>
+void SetCommon(const Arguments& arguments, Request* request) {
+  request->set_draft(arguments.draft);
+  if (arguments.has_temperature) request->mutable_environment()->set_temperature_c(arguments.temperature_c);
+}
 
 absl::Status Print(const Session& session, const calibration::v1::Calibration& calibration) {
   if (session.json) {
@@ -40,6 +56,7 @@ absl::Status CalibrateSensor(Session* session, const Arguments& arguments) {
   *request.mutable_touch() = *touch;
   request.set_method(arguments.method == "sequential" ? calibration::v1::SENSOR_METHOD_SEQUENTIAL
                                                       : calibration::v1::SENSOR_METHOD_JOINT);
+  SetCommon(arguments, &request);
   request.set_requested_by(session->requested_by());
   request.set_request_id(NewRequestId());
   calibration::v1::Calibration response;
@@ -69,6 +86,7 @@ absl::Status CalibrateRotation(Session* session, const Arguments& arguments) {
   request.set_method(standard                        ? calibration::v1::ROTATION_METHOD_STANDARD
                      : arguments.method == "point-c" ? calibration::v1::ROTATION_METHOD_POINT_C
                                                      : calibration::v1::ROTATION_METHOD_LINES);
+  SetCommon(arguments, &request);
   request.set_requested_by(session->requested_by());
   request.set_request_id(NewRequestId());
   calibration::v1::Calibration response;
@@ -95,6 +113,7 @@ void AddCalibrateCommands(CLI::App* app, Session* session) {
   sensor->add_option("--touch", sensor_arguments->file, "Touch data (YAML or JSON), or a dataset.json")->required();
   sensor->add_option("--method", sensor_arguments->method, "joint (the default) or sequential")
       ->check(CLI::IsMember({"joint", "sequential"}));
+  AddCommonOptions(sensor, sensor_arguments);
   session->OnCommand(sensor, [session, sensor_arguments] { return CalibrateSensor(session, *sensor_arguments); });
 
   const auto rotation_arguments = std::make_shared<Arguments>();
@@ -109,9 +128,11 @@ void AddCalibrateCommands(CLI::App* app, Session* session) {
                      "Take the axes where their characterisations say they stood; not where the control compensates");
   rotation->add_option("--standard-uncertainty-um", rotation_arguments->uncertainty_um,
                        "Of one probed coordinate; without it, estimated from the residuals");
+  AddCommonOptions(rotation, rotation_arguments);
   session->OnCommand(rotation,
                      [session, rotation_arguments] { return CalibrateRotation(session, *rotation_arguments); });
   AddCalibrateAxisCommand(calibrate, session);
+  AddCalibrateStudyCommands(calibrate, session);
 }
 
 }  // namespace sixpoint::cli

@@ -77,6 +77,13 @@ std::string CalibrationText(const Calibration& calibration) {
                      EnumText(CalibrationKind_Name(calibration.kind()), "CALIBRATION_KIND_") + " of " +
                      calibration.machine() + ", " + calibration.method() + ", valid " +
                      TimeText(calibration.valid_from()) + " to " + TimeText(calibration.valid_until()) + "\n";
+  text += EnumText(CalibrationState_Name(calibration.state()), "CALIBRATION_STATE_");
+  if (!calibration.superseded_by().empty()) text += " by " + calibration.superseded_by();
+  if (calibration.has_withdrawal())
+    text += " by " + calibration.withdrawal().requested_by() + ": " + calibration.withdrawal().reason();
+  if (calibration.environment().has_temperature_c())
+    text += ", " + Fixed(calibration.environment().temperature_c(), 1) + " C";
+  text += "\n";
   if (calibration.has_sensor()) text += SensorText(calibration.sensor());
   if (calibration.has_rotation()) text += RotationText(calibration.rotation());
   return text;

@@ -1,11 +1,14 @@
 #include "storage/calibrations.h"
 
+#include <nlohmann/json.hpp>
+
 namespace sixpoint::storage {
 namespace {
 
-#define SIXPOINT_HEAD_COLUMNS                                                                                 \
-  "calibration_id, machine_id, kind, method, inputs, request_sha256, valid_from, valid_until, requested_by, " \
-  "software_version, record_sequence, recorded_at"
+#define SIXPOINT_HEAD_COLUMNS                                                                                     \
+  "calibration_id, machine_id, kind, method, inputs, request_sha256, valid_from, valid_until, requested_by, "     \
+  "software_version, record_sequence, recorded_at, is_draft, temperature_c, temperature_standard_uncertainty_c, " \
+  "humidity_percent, environment_note"
 #define SIXPOINT_SENSOR_COLUMNS                                                                               \
   "calibration_id, machine_from_sensor_rotation, t_sm_mm, covariance, alpha_deg, beta_deg, gamma_deg, "       \
   "alpha_standard_uncertainty_deg, beta_standard_uncertainty_deg, gamma_standard_uncertainty_deg, noise_um, " \
@@ -14,8 +17,9 @@ namespace {
   "calibration_id, a_direction, a_point_mm, b_direction, b_point_mm, covariance, point_c_mm, " \
   "point_c_standard_uncertainty_mm, noise_um, residual_rms_um, check_rms_um, check_count, condition_number, axes"
 
-constexpr char kInsertHead[] =
-    "INSERT INTO calibrations (" SIXPOINT_HEAD_COLUMNS ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)";
+constexpr char kInsertHead[] = "INSERT INTO calibrations (" SIXPOINT_HEAD_COLUMNS
+                               ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, "
+                               "$15, $16, $17)";
 constexpr char kInsertSensor[] = "INSERT INTO sensor_calibrations (" SIXPOINT_SENSOR_COLUMNS
                                  ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15)";
 constexpr char kInsertCentres[] =
@@ -34,11 +38,33 @@ constexpr char kInsertPoses[] =
 constexpr char kSelectHead[] = "SELECT " SIXPOINT_HEAD_COLUMNS " FROM calibrations WHERE calibration_id = $1";
 constexpr char kSelectInForce[] =
     "SELECT " SIXPOINT_HEAD_COLUMNS
-    " FROM calibrations WHERE machine_id = $1 AND kind = $2 AND valid_from <= $3 AND $3 < valid_until "
-    "ORDER BY record_sequence DESC LIMIT 1";
+    " FROM calibrations WHERE calibration_id = (SELECT f.calibration_id FROM calibration_forces f "
+    "WHERE f.machine_id = $1 AND f.kind = $2 AND f.valid_from <= $3 AND $3 < f.valid_until "
+    "ORDER BY f.force_sequence DESC LIMIT 1)";
 constexpr char kSelectLastValidity[] =
-    "SELECT valid_until FROM calibrations WHERE machine_id = $1 AND kind = $2 AND valid_from <= $3 "
+    "SELECT valid_until FROM calibration_forces WHERE machine_id = $1 AND kind = $2 AND valid_from <= $3 "
     "ORDER BY valid_until DESC LIMIT 1";
+constexpr char kSelectWithdrawn[] =
+    "SELECT " SIXPOINT_HEAD_COLUMNS
+    " FROM calibrations WHERE calibration_id = (SELECT c.calibration_id FROM calibrations c "
+    "JOIN calibration_events w ON w.calibration_id = c.calibration_id AND w.event = 'WITHDRAWN' "
+    "WHERE c.machine_id = $1 AND c.kind = $2 AND c.valid_from <= $3 AND $3 < c.valid_until "
+    "ORDER BY w.record_sequence DESC LIMIT 1)";
+constexpr char kSelectHistory[] =
+    "SELECT " SIXPOINT_HEAD_COLUMNS
+    " FROM calibrations WHERE calibration_id IN (SELECT f.calibration_id FROM calibration_forces f "
+    "WHERE f.machine_id = $1 AND f.kind = $2 ORDER BY f.valid_from DESC, f.force_sequence DESC LIMIT $3) "
+    "ORDER BY valid_from, record_sequence";
+constexpr char kSelectStates[] =
+    "SELECT c.calibration_id, (SELECT f.calibration_id FROM calibration_forces f "
+    "WHERE f.machine_id = c.machine_id AND f.kind = c.kind AND f.valid_from <= $2 AND $2 < f.valid_until "
+    "ORDER BY f.force_sequence DESC LIMIT 1) FROM calibrations c WHERE c.calibration_id = ANY ($1::text[])";
+constexpr char kSelectEvents[] =
+    "SELECT calibration_id, event, reason, requested_by, software_version, record_sequence, recorded_at "
+    "FROM calibration_events WHERE calibration_id = ANY ($1::text[])";
+constexpr char kInsertEvent[] =
+    "INSERT INTO calibration_events (calibration_id, event, reason, requested_by, software_version, record_sequence, "
+    "recorded_at) VALUES ($1, $2, $3, $4, $5, $6, $7)";
 constexpr char kSelectPage[] = "SELECT " SIXPOINT_HEAD_COLUMNS
                                " FROM calibrations WHERE ($1 = '' OR machine_id = $1) AND ($2 = '' OR kind = $2) "
                                "AND ($3::bigint = 0 OR record_sequence < $3::bigint) "
@@ -141,8 +167,47 @@ RotationCalibrationRow ReadRotation(const Rows& rows, int row) {
   return r;
 }
 
-// The heads with the results of their kinds: three statements for any number of rows.
-absl::StatusOr<std::vector<CalibrationRow>> ReadCalibrations(Transaction& transaction, const Rows& heads) {
+std::optional<double> OptionalReal(const Rows& rows, int row, int column) {
+  if (rows.IsNull(row, column)) return std::nullopt;
+  return rows.Real(row, column);
+}
+
+void AddOptional(Params& params, std::optional<double> value) { value ? params.Real(*value) : params.Null(); }
+
+CalibrationState StateOf(const CalibrationRow& c, const std::string& in_force, Instant now) {
+  if (c.withdrawal) return CalibrationState::kWithdrawn;
+  if (c.is_draft && !c.release) return CalibrationState::kDraft;
+  if (now < c.valid_from) return CalibrationState::kNotYetValid;
+  if (now >= c.valid_until) return CalibrationState::kExpired;
+  return in_force == c.calibration_id ? CalibrationState::kInForce : CalibrationState::kSuperseded;
+}
+
+absl::Status ReadStates(Transaction& transaction, Instant now, std::vector<CalibrationRow>* calibrations) {
+  std::vector<std::string> ids;
+  for (const CalibrationRow& c : *calibrations) ids.push_back(c.calibration_id);
+  const absl::StatusOr<Rows> events = transaction.Execute(kSelectEvents, Params().Texts(ids));
+  if (!events.ok()) return events.status();
+  const absl::StatusOr<Rows> in_force = transaction.Execute(kSelectStates, Params().Texts(ids).Time(now));
+  if (!in_force.ok()) return in_force.status();
+  for (CalibrationRow& c : *calibrations) {
+    for (int row = 0; row < events->count(); ++row) {
+      if (events->Text(row, 0) != c.calibration_id) continue;
+      (events->Text(row, 1) == "RELEASED" ? c.release : c.withdrawal) =
+          CalibrationEvent{events->Text(row, 2), events->Text(row, 3), events->Text(row, 4),
+                           Recorded{events->Int(row, 5), events->Time(row, 6)}};
+    }
+    for (int row = 0; row < in_force->count(); ++row) {
+      if (in_force->Text(row, 0) != c.calibration_id) continue;
+      const std::string other = in_force->IsNull(row, 1) ? "" : in_force->Text(row, 1);
+      c.state = StateOf(c, other, now);
+      if (c.state == CalibrationState::kSuperseded) c.superseded_by = other;
+    }
+  }
+  return absl::OkStatus();
+}
+
+// The heads with the results of their kinds and their states: five statements for any number of rows.
+absl::StatusOr<std::vector<CalibrationRow>> ReadCalibrations(Transaction& transaction, const Rows& heads, Instant now) {
   std::vector<CalibrationRow> found;
   std::vector<std::string> sensor_ids, rotation_ids;
   for (int row = 0; row < heads.count(); ++row) {
@@ -158,6 +223,9 @@ absl::StatusOr<std::vector<CalibrationRow>> ReadCalibrations(Transaction& transa
     c.requested_by = heads.Text(row, 8);
     c.software_version = heads.Text(row, 9);
     c.recorded = {heads.Int(row, 10), heads.Time(row, 11)};
+    c.is_draft = heads.Bool(row, 12);
+    c.environment = {OptionalReal(heads, row, 13), OptionalReal(heads, row, 14), OptionalReal(heads, row, 15),
+                     heads.Text(row, 16)};
   }
   const absl::StatusOr<Rows> sensors = transaction.Execute(kSelectSensors, Params().Texts(sensor_ids));
   if (!sensors.ok()) return sensors.status();
@@ -171,6 +239,7 @@ absl::StatusOr<std::vector<CalibrationRow>> ReadCalibrations(Transaction& transa
     if (!c.sensor && !c.rotation)
       return absl::DataLossError("calibration " + c.calibration_id + ": its result is gone");
   }
+  if (const absl::Status read = ReadStates(transaction, now, &found); !read.ok()) return read;
   return found;
 }
 
@@ -190,14 +259,40 @@ absl::Status ReadResiduals(Transaction& transaction, CalibrationRow* calibration
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::optional<CalibrationRow>> FindOne(Transaction& transaction, const char* sql, const Params& key) {
+absl::StatusOr<std::optional<CalibrationRow>> FindOne(Transaction& transaction, const char* sql, const Params& key,
+                                                      Instant now) {
   const absl::StatusOr<Rows> heads = transaction.Execute(sql, key);
   if (!heads.ok()) return heads.status();
   if (heads->count() == 0) return std::nullopt;
-  absl::StatusOr<std::vector<CalibrationRow>> found = ReadCalibrations(transaction, *heads);
+  absl::StatusOr<std::vector<CalibrationRow>> found = ReadCalibrations(transaction, *heads, now);
   if (!found.ok()) return found.status();
   if (const absl::Status read = ReadResiduals(transaction, &found->front()); !read.ok()) return read;
   return std::move(found->front());
+}
+
+absl::StatusOr<Recorded> InsertEvent(Transaction& transaction, const CalibrationRow& calibration,
+                                     const std::string& entry_kind, const std::string& event_name,
+                                     const CalibrationEvent& event) {
+  RecordEntry entry;
+  entry.kind = entry_kind;
+  entry.name = entry_kind + "s/" + calibration.calibration_id;
+  entry.inputs = {"calibrations/" + calibration.calibration_id};
+  entry.machine = calibration.machine_id;
+  entry.software_version = event.software_version;
+  entry.requested_by = event.requested_by;
+  entry.summary_json = nlohmann::json{{"reason", event.reason}}.dump();
+  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
+  if (!recorded.ok()) return recorded.status();
+  const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertEvent, Params()
+                                                                              .Text(calibration.calibration_id)
+                                                                              .Text(event_name)
+                                                                              .Text(event.reason)
+                                                                              .Text(event.requested_by)
+                                                                              .Text(event.software_version)
+                                                                              .Int(recorded->sequence)
+                                                                              .Time(recorded->recorded_at));
+  if (!inserted.ok()) return inserted.status();
+  return recorded;
 }
 
 }  // namespace
@@ -218,7 +313,11 @@ absl::StatusOr<Recorded> InsertCalibration(Transaction& transaction, const Calib
   Params head;
   head.Text(c.calibration_id).Text(c.machine_id).Text(c.kind()).Text(c.method).Texts(c.inputs).Text(c.request_sha256);
   head.Time(c.valid_from).Time(c.valid_until).Text(c.requested_by).Text(c.software_version);
-  head.Int(recorded->sequence).Time(recorded->recorded_at);
+  head.Int(recorded->sequence).Time(recorded->recorded_at).Bool(c.is_draft);
+  AddOptional(head, c.environment.temperature_c);
+  AddOptional(head, c.environment.temperature_standard_uncertainty_c);
+  AddOptional(head, c.environment.humidity_percent);
+  head.Text(c.environment.note);
   const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertHead, head);
   if (!inserted.ok()) return inserted.status();
   const absl::Status result = c.sensor ? InsertSensor(transaction, c.calibration_id, *c.sensor)
@@ -227,14 +326,21 @@ absl::StatusOr<Recorded> InsertCalibration(Transaction& transaction, const Calib
   return recorded;
 }
 
-absl::StatusOr<std::optional<CalibrationRow>> FindCalibration(Transaction& transaction, const std::string& id) {
-  return FindOne(transaction, kSelectHead, Params().Text(id));
+absl::StatusOr<std::optional<CalibrationRow>> FindCalibration(Transaction& transaction, const std::string& id,
+                                                              Instant now) {
+  return FindOne(transaction, kSelectHead, Params().Text(id), now);
 }
 
 absl::StatusOr<std::optional<CalibrationRow>> CalibrationInForce(Transaction& transaction,
                                                                  const std::string& machine_id, const std::string& kind,
                                                                  Instant at) {
-  return FindOne(transaction, kSelectInForce, Params().Text(machine_id).Text(kind).Time(at));
+  return FindOne(transaction, kSelectInForce, Params().Text(machine_id).Text(kind).Time(at), at);
+}
+
+absl::StatusOr<std::optional<CalibrationRow>> WithdrawnCalibration(Transaction& transaction,
+                                                                   const std::string& machine_id,
+                                                                   const std::string& kind, Instant at) {
+  return FindOne(transaction, kSelectWithdrawn, Params().Text(machine_id).Text(kind).Time(at), at);
 }
 
 absl::StatusOr<std::optional<Instant>> LastValidity(Transaction& transaction, const std::string& machine_id,
@@ -248,11 +354,29 @@ absl::StatusOr<std::optional<Instant>> LastValidity(Transaction& transaction, co
 
 absl::StatusOr<std::vector<CalibrationRow>> ListCalibrations(Transaction& transaction, const std::string& machine_id,
                                                              const std::string& kind, std::int64_t before_sequence,
-                                                             int limit) {
+                                                             int limit, Instant now) {
   const absl::StatusOr<Rows> heads =
       transaction.Execute(kSelectPage, Params().Text(machine_id).Text(kind).Int(before_sequence).Int(limit));
   if (!heads.ok()) return heads.status();
-  return ReadCalibrations(transaction, *heads);
+  return ReadCalibrations(transaction, *heads, now);
+}
+
+absl::StatusOr<std::vector<CalibrationRow>> CalibrationHistory(Transaction& transaction, const std::string& machine_id,
+                                                               const std::string& kind, int limit) {
+  const absl::StatusOr<Rows> heads =
+      transaction.Execute(kSelectHistory, Params().Text(machine_id).Text(kind).Int(limit));
+  if (!heads.ok()) return heads.status();
+  return ReadCalibrations(transaction, *heads, std::chrono::system_clock::now());
+}
+
+absl::StatusOr<Recorded> ReleaseCalibration(Transaction& transaction, const CalibrationRow& calibration,
+                                            const CalibrationEvent& event) {
+  return InsertEvent(transaction, calibration, "release", "RELEASED", event);
+}
+
+absl::StatusOr<Recorded> WithdrawCalibration(Transaction& transaction, const CalibrationRow& calibration,
+                                             const CalibrationEvent& event) {
+  return InsertEvent(transaction, calibration, "withdrawal", "WITHDRAWN", event);
 }
 
 }  // namespace sixpoint::storage

@@ -2,6 +2,7 @@
 
 #include "metrology/calibration/axis_characterisation.h"
 #include "services/calibration/axis_messages.h"
+#include "services/calibration/refusals.h"
 #include "services/calibration/validate.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/machine_chain.h"

@@ -33,6 +33,12 @@ class CalibrationService final : public v1::CalibrationService::Service {
   grpc::Status ListAxisCharacterisations(grpc::ServerContext* context,
                                          const v1::ListAxisCharacterisationsRequest* request,
                                          v1::ListAxisCharacterisationsResponse* response) override;
+  grpc::Status ReleaseCalibration(grpc::ServerContext* context, const v1::ReleaseCalibrationRequest* request,
+                                  v1::Calibration* response) override;
+  grpc::Status WithdrawCalibration(grpc::ServerContext* context, const v1::WithdrawCalibrationRequest* request,
+                                   v1::WithdrawCalibrationResponse* response) override;
+  grpc::Status GetCalibrationTrend(grpc::ServerContext* context, const v1::GetCalibrationTrendRequest* request,
+                                   v1::CalibrationTrend* response) override;
 
  private:
   static constexpr int kMostRunning = 4;

@@ -6,13 +6,14 @@
 #include "metrology/calibration/sensor_calibration.h"
 #include "services/calibration/axis_characteriser.h"
 #include "services/calibration/calibration_messages.h"
+#include "services/calibration/kept_answers.h"
+#include "services/calibration/refusals.h"
 #include "services/calibration/validate.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
 #include "storage/blobs.h"
 #include "storage/calibrations.h"
-#include "storage/requests.h"
 
 namespace sixpoint::calibration {
 namespace {
@@ -23,25 +24,13 @@ constexpr std::size_t kMostPoints = 20'000'000;
 
 std::string Revised(const std::string& name, int revision) { return name + "@" + std::to_string(revision); }
 
-// The answer kept for this request_id, if it was answered before.
-template <typename Request>
-absl::StatusOr<std::optional<v1::Calibration>> KeptAnswer(storage::Transaction& transaction, const char* call,
-                                                          const Request& request) {
-  const auto kept = storage::FindAnswer(transaction, call, request.request_id(), request.SerializeAsString());
-  if (!kept.ok()) return kept.status();
-  if (!kept->has_value()) return std::nullopt;
-  v1::Calibration answer;
-  if (!answer.ParseFromString(**kept)) return absl::DataLossError("the kept answer cannot be read");
-  return answer;
-}
-
 template <typename Request>
 absl::StatusOr<std::optional<v1::Calibration>> AnsweredBefore(storage::Database* database, const char* call,
                                                               const Request& request, storage::Deadline deadline) {
   if (request.request_id().empty()) return std::nullopt;
   absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
   if (!transaction.ok()) return transaction.status();
-  return KeptAnswer(*transaction, call, request);
+  return FindKept<v1::Calibration>(*transaction, call, request);
 }
 
 // Request, calibration, journal entry and answer in one transaction. No connection was held while the kernel worked, so
@@ -51,7 +40,7 @@ absl::StatusOr<v1::Calibration> Store(storage::Database* database, const char* c
                                       storage::CalibrationRow row, storage::Deadline deadline) {
   absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
   if (!transaction.ok()) return transaction.status();
-  absl::StatusOr<std::optional<v1::Calibration>> kept = KeptAnswer(*transaction, call, request);
+  absl::StatusOr<std::optional<v1::Calibration>> kept = FindKept<v1::Calibration>(*transaction, call, request);
   if (!kept.ok()) return kept.status();
   if (kept->has_value()) return **std::move(kept);
   const std::string bytes = request.SerializeAsString();
@@ -61,10 +50,15 @@ absl::StatusOr<v1::Calibration> Store(storage::Database* database, const char* c
   row.request_sha256 = *std::move(sha256);
   row.requested_by = request.requested_by();
   row.software_version = runtime::SoftwareVersion();
+  row.is_draft = request.draft();
+  row.environment = RowOf(request.environment());
   const absl::StatusOr<storage::Recorded> recorded = storage::InsertCalibration(*transaction, row, SummaryOf(row));
   if (!recorded.ok()) return recorded.status();
-  row.recorded = *recorded;
-  const v1::Calibration answer = ToProto(row);
+  // Read again: its state depends on what else there is.
+  const auto stored = storage::FindCalibration(*transaction, row.calibration_id);
+  if (!stored.ok()) return stored.status();
+  if (!stored->has_value()) return absl::DataLossError("calibration " + row.calibration_id + ": not stored");
+  const v1::Calibration answer = ToProto(**stored);
   absl::Status s = storage::KeepAnswer(*transaction, call, request.request_id(), bytes, answer.SerializeAsString());
   if (!s.ok()) return s;
   if (s = transaction->Commit(); !s.ok()) return s;
@@ -75,11 +69,6 @@ template <typename Request>
 absl::StatusOr<Validity> ValidityIn(const Request& request) {
   return ValidityOf(request.has_valid_from() ? &request.valid_from() : nullptr,
                     request.has_valid_until() ? &request.valid_until() : nullptr, std::chrono::system_clock::now());
-}
-
-// What was asked for and is not there is the request's fault.
-absl::Status NotKnown(const std::string& field, const std::string& name, const absl::Status& status) {
-  return absl::IsNotFound(status) ? runtime::Refuse(field, name, "one that the plant knows") : status;
 }
 
 absl::StatusOr<metrology::RotationCalibration> FindAxes(const v1::CalibrateRotationRequest& request,
@@ -106,6 +95,7 @@ Calibrator::Calibrator(storage::Database* database, std::shared_ptr<grpc::Channe
 absl::StatusOr<v1::Calibration> Calibrator::CalibrateSensor(const v1::CalibrateSensorRequest& request,
                                                             const Caller& caller) {
   if (absl::Status s = CheckSensorRequest(request); !s.ok()) return s;
+  if (absl::Status s = CheckEnvironment(request.environment()); !s.ok()) return s;
   const absl::StatusOr<metrology::ArtefactTouch> touch = TouchOf(request.touch());
   if (!touch.ok()) return touch.status();
   const absl::StatusOr<Validity> validity = ValidityIn(request);
@@ -163,6 +153,7 @@ absl::StatusOr<v1::Calibration> Calibrator::CalibrateSensor(const v1::CalibrateS
 absl::StatusOr<v1::Calibration> Calibrator::CalibrateRotation(const v1::CalibrateRotationRequest& request,
                                                               const Caller& caller) {
   if (absl::Status s = CheckRotationRequest(request); !s.ok()) return s;
+  if (absl::Status s = CheckEnvironment(request.environment()); !s.ok()) return s;
   const absl::StatusOr<std::vector<metrology::SpherePose>> poses = PosesOf(request);
   if (!poses.ok()) return poses.status();
   const absl::StatusOr<Validity> validity = ValidityIn(request);

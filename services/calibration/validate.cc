@@ -19,6 +19,7 @@ constexpr int kMostScans = 32;
 constexpr int kMostTouchPoints = 1000;
 constexpr int kMostPoses = 5000;
 constexpr std::size_t kLongestRequester = 200;
+constexpr std::size_t kLongestReason = 1000;
 constexpr std::chrono::hours kUsualValidity{30 * 24};
 constexpr std::chrono::hours kLongestValidity{10 * 366 * 24};
 constexpr int kNanosPerMicro = 1000;
@@ -219,14 +220,28 @@ absl::StatusOr<metrology::RotationOptions> RotationOptionsOf(const plant::v1::Ma
   return options;
 }
 
-absl::Status AsRefusal(const absl::Status& status) {
-  const std::string message(status.message());
-  if (absl::IsFailedPrecondition(status)) return runtime::Failure(status.code(), "CALIBRATION_UNDETERMINED", message);
-  const std::size_t colon = message.find(": "), want = message.rfind(", want ");
-  if (!absl::IsInvalidArgument(status) || colon == std::string::npos || want == std::string::npos || want < colon)
-    return status;
-  return runtime::Refuse(message.substr(0, colon), message.substr(colon + 2, want - colon - 2),
-                         message.substr(want + 7));
+absl::Status CheckEnvironment(const v1::Environment& in) {
+  const auto outside = [](double value, double least, double most) {
+    return !std::isfinite(value) || value < least || value > most;
+  };
+  if (in.has_temperature_c() && outside(in.temperature_c(), -50, 100))
+    return Refuse("environment.temperature_c", in.temperature_c(), "-50 to 100");
+  if (in.has_temperature_standard_uncertainty_c() && outside(in.temperature_standard_uncertainty_c(), 0, 50))
+    return Refuse("environment.temperature_standard_uncertainty_c", in.temperature_standard_uncertainty_c(), "0 to 50");
+  if (in.has_temperature_standard_uncertainty_c() && !in.has_temperature_c())
+    return Refuse("environment.temperature_c", "", "a temperature, of which the uncertainty is stated");
+  if (in.has_humidity_percent() && outside(in.humidity_percent(), 0, 100))
+    return Refuse("environment.humidity_percent", in.humidity_percent(), "0 to 100");
+  if (in.note().size() > kLongestReason)
+    return Refuse("environment.note", std::to_string(in.note().size()) + " bytes", "at most 1000");
+  return absl::OkStatus();
+}
+
+absl::Status CheckEvent(const std::string& reason, const std::string& requested_by, const std::string& request_id) {
+  if (reason.size() > kLongestReason) return Refuse("reason", std::to_string(reason.size()) + " bytes", "at most 1000");
+  if (requested_by.size() > kLongestRequester)
+    return Refuse("requested_by", std::to_string(requested_by.size()) + " bytes", "at most 200");
+  return runtime::CheckUuid("request_id", request_id);
 }
 
 std::string KindText(v1::CalibrationKind kind) {

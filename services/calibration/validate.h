@@ -42,8 +42,9 @@ absl::StatusOr<metrology::StandardProbing> ProbingOf(const v1::StandardProbing& 
 // The two rotary joints on the part's side, the first carrying the second. FAILED_PRECONDITION for other machines.
 absl::StatusOr<metrology::RotationOptions> RotationOptionsOf(const plant::v1::Machine& machine);
 
-// A kernel's refusal for the wire: field apart where it names one, reason CALIBRATION_UNDETERMINED where data do not suffice.
-absl::Status AsRefusal(const absl::Status& status);
+absl::Status CheckEnvironment(const v1::Environment& environment);
+// What release, withdrawal and studies have: a reason, who asks, request_id.
+absl::Status CheckEvent(const std::string& reason, const std::string& requested_by, const std::string& request_id);
 
 // "sensor", "rotation"; empty for UNSPECIFIED.
 std::string KindText(v1::CalibrationKind kind);
