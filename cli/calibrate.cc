@@ -17,8 +17,26 @@ struct Arguments {
   std::string machine, artefact, file;
   std::vector<std::string> scans;
   std::string method;
+  std::string gauge_file;
+  bool axis_tables = false;
   double uncertainty_um = 0;
+  bool draft = false;
+  double temperature_c = 0;
+  bool has_temperature = false;
 };
+
+// What every calibration takes: a draft or in force, and the temperature.
+void AddCommonOptions(CLI::App* command, const std::shared_ptr<Arguments>& arguments) {
+  command->add_flag("--draft", arguments->draft, "Not in force before `sixpoint calibration release`");
+  command->add_option("--temperature-c", arguments->temperature_c, "Of machine and artefact")
+      ->each([arguments](const std::string&) { arguments->has_temperature = true; });
+}
+
+template <typename Request>
+void SetCommon(const Arguments& arguments, Request* request) {
+  request->set_draft(arguments.draft);
+  if (arguments.has_temperature) request->mutable_environment()->set_temperature_c(arguments.temperature_c);
+}
 
 absl::Status Print(const Session& session, const calibration::v1::Calibration& calibration) {
   if (session.json) {
@@ -39,6 +57,7 @@ absl::Status CalibrateSensor(Session* session, const Arguments& arguments) {
   *request.mutable_touch() = *touch;
   request.set_method(arguments.method == "sequential" ? calibration::v1::SENSOR_METHOD_SEQUENTIAL
                                                       : calibration::v1::SENSOR_METHOD_JOINT);
+  SetCommon(arguments, &request);
   request.set_requested_by(session->requested_by());
   request.set_request_id(NewRequestId());
   calibration::v1::Calibration response;
@@ -48,14 +67,27 @@ absl::Status CalibrateSensor(Session* session, const Arguments& arguments) {
 }
 
 absl::Status CalibrateRotation(Session* session, const Arguments& arguments) {
-  absl::StatusOr<std::vector<calibration::v1::SpherePose>> poses = LoadSpherePoses(arguments.file);
-  if (!poses.ok()) return poses.status();
   calibration::v1::CalibrateRotationRequest request;
   request.set_machine(NameText("machines", arguments.machine));
-  for (const calibration::v1::SpherePose& pose : *poses) *request.add_poses() = pose;
+  const bool standard = arguments.method == "standard";
+  if (standard == arguments.gauge_file.empty())
+    return absl::InvalidArgumentError("--gauge: want it with --method standard, and only there");
+  if (!arguments.file.empty() || !standard) {
+    absl::StatusOr<std::vector<calibration::v1::SpherePose>> poses = LoadSpherePoses(arguments.file);
+    if (!poses.ok()) return poses.status();
+    for (const calibration::v1::SpherePose& pose : *poses) *request.add_poses() = pose;
+  }
+  if (standard) {
+    absl::StatusOr<calibration::v1::StandardProbing> probing = LoadStandardProbing(arguments.gauge_file);
+    if (!probing.ok()) return probing.status();
+    *request.mutable_standard() = *std::move(probing);
+  }
+  request.set_apply_axis_tables(arguments.axis_tables);
   request.set_standard_uncertainty_um(arguments.uncertainty_um);
-  request.set_method(arguments.method == "point-c" ? calibration::v1::ROTATION_METHOD_POINT_C
-                                                   : calibration::v1::ROTATION_METHOD_LINES);
+  request.set_method(standard                        ? calibration::v1::ROTATION_METHOD_STANDARD
+                     : arguments.method == "point-c" ? calibration::v1::ROTATION_METHOD_POINT_C
+                                                     : calibration::v1::ROTATION_METHOD_LINES);
+  SetCommon(arguments, &request);
   request.set_requested_by(session->requested_by());
   request.set_request_id(NewRequestId());
   calibration::v1::Calibration response;
@@ -82,20 +114,27 @@ void AddCalibrateCommands(CLI::App* app, Session* session) {
   sensor->add_option("--touch", sensor_arguments->file, "Touch data (YAML or JSON), or a dataset.json")->required();
   sensor->add_option("--method", sensor_arguments->method, "joint (the default) or sequential")
       ->check(CLI::IsMember({"joint", "sequential"}));
+  AddCommonOptions(sensor, sensor_arguments);
   session->OnCommand(sensor, [session, sensor_arguments] { return CalibrateSensor(session, *sensor_arguments); });
 
   const auto rotation_arguments = std::make_shared<Arguments>();
   CLI::App* rotation = calibrate->add_subcommand("rotation", "Rotary axes, from poses of a probed sphere");
   rotation->add_option("--machine", rotation_arguments->machine, "The machine")->required();
-  rotation->add_option("--poses", rotation_arguments->file, "Sphere poses (YAML or JSON), or a dataset.json")
-      ->required();
-  rotation->add_option("--method", rotation_arguments->method, "lines (the default) or point-c")
-      ->check(CLI::IsMember({"lines", "point-c"}));
+  rotation->add_option("--poses", rotation_arguments->file, "Sphere poses (YAML or JSON), or a dataset.json");
+  rotation->add_option("--method", rotation_arguments->method, "lines (the default), point-c or standard")
+      ->check(CLI::IsMember({"lines", "point-c", "standard"}));
+  rotation->add_option("--gauge", rotation_arguments->gauge_file,
+                       "Method standard: points of its bore and face (YAML or JSON); poses then only check");
+  rotation->add_flag("--axis-tables", rotation_arguments->axis_tables,
+                     "Take the axes where their characterisations say they stood; not where the control compensates");
   rotation->add_option("--standard-uncertainty-um", rotation_arguments->uncertainty_um,
                        "Of one probed coordinate; without it, estimated from the residuals");
+  AddCommonOptions(rotation, rotation_arguments);
   session->OnCommand(rotation,
                      [session, rotation_arguments] { return CalibrateRotation(session, *rotation_arguments); });
   AddCalibrateProbeCommand(calibrate, session);
+  AddCalibrateAxisCommand(calibrate, session);
+  AddCalibrateStudyCommands(calibrate, session);
 }
 
 }  // namespace sixpoint::cli

@@ -13,6 +13,7 @@
 #include "cli/output.h"
 #include "services/runtime/errors.h"
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
+#include "sixpoint/calibration/v1/study.grpc.pb.h"
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "sixpoint/ingest/v1/store.grpc.pb.h"
@@ -35,6 +36,7 @@ absl::StatusOr<const google::protobuf::MethodDescriptor*> FindMethod(const std::
            {"ingest", ingest::v1::Scan::descriptor()->file()->service(0)},
            {"ingest", ingest::v1::StoreStatus::descriptor()->file()->service(0)},
            {"calibration", calibration::v1::Calibration::descriptor()->file()->service(0)},
+           {"calibration", calibration::v1::Study::descriptor()->file()->service(0)},
            {"registration", registration::v1::Registration::descriptor()->file()->service(0)},
            {"correction", correction::v1::Correction::descriptor()->file()->service(0)},
            {"inspection", inspection::v1::Inspection::descriptor()->file()->service(0)}}) {

@@ -13,6 +13,7 @@ void AddScanCommands(CLI::App* app, Session* session);
 void AddDeletePointsCommand(CLI::App* scan, Session* session);  // one of scan's, written with the store's
 void AddStoreCommands(CLI::App* app, Session* session);
 void AddCalibrateCommands(CLI::App* app, Session* session);
+void AddCalibrateAxisCommand(CLI::App* calibrate, Session* session);  // one of calibrate's
 void AddCalibrationCommands(CLI::App* app, Session* session);
 void AddRegisterCommand(CLI::App* app, Session* session);
 void AddCorrectCommand(CLI::App* app, Session* session);
@@ -20,6 +21,8 @@ void AddInspectCommand(CLI::App* app, Session* session);
 void AddTraceCommand(CLI::App* app, Session* session);
 void AddCallCommand(CLI::App* app, Session* session);
 void AddPlantCommands(CLI::App* app, Session* session);
+void AddCalibrateStudyCommands(CLI::App* calibrate, Session* session);  // two of calibrate's, written with study's
+void AddStudyCommands(CLI::App* app, Session* session);
 
 // Every page of a list; `request` is a List...Request, `collect` takes one response.
 template <typename Service, typename Request, typename Response, typename Collect>

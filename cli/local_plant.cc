@@ -37,6 +37,7 @@ struct LocalPlant {
   fs::path binaries;    // where the service programs are
   fs::path migrations;  // where the SQL files are
   int base_port = 7400;
+  std::string blob_store = "postgresql";
 
   fs::path database() const { return data / "postgres"; }
   fs::path sockets() const { return data / "run"; }
@@ -117,15 +118,19 @@ std::string SupervisorConfig(const LocalPlant& plant) {
       << (plant.sockets() / "supervisor.sock").string() << "\n";
   program("postgres",
           std::string(kPostgresBin) + "postgres -D " + plant.database().string() + " -k " + plant.sockets().string() +
-              " -c listen_addresses='' -c max_connections=100 -c shared_buffers=128MB -c wal_compression=on",
+              " -c listen_addresses='' -c max_connections=100 -c shared_buffers=128MB -c wal_compression=on"
+              // After a crash one flush of the file system, not one of each file: seconds less until it is back.
+              " -c recovery_init_sync_method=syncfs",
           1, "INT");
   std::string peers;
   for (std::size_t i = 0; i < kAreas.size(); ++i) peers += std::string(" --peer ") + kAreas[i] + "=" + plant.address(i);
-  for (std::size_t i = 0; i < kAreas.size(); ++i)
+  for (std::size_t i = 0; i < kAreas.size(); ++i) {
+    const std::string own = kAreas[i] == std::string("ingest") ? " --blob-store " + plant.blob_store : "";
     program(kAreas[i],
             (plant.binaries / (std::string("sixpoint-") + kAreas[i])).string() + " --listen " + plant.address(i) +
-                " --database \"" + plant.conninfo() + "\" --workers " + plant.binaries.string() + peers,
+                " --database \"" + plant.conninfo() + "\" --workers " + plant.binaries.string() + peers + own,
             10, "TERM");
+  }
   return out.str();
 }
 
@@ -305,6 +310,7 @@ void AddLocalPlantCommands(CLI::App& app) {
   struct Flags {
     std::string data = DefaultData().string();
     std::string migrations;
+    std::string blob_store = "postgresql";
     int base_port = 7400;
     bool json = false;
   };
@@ -317,6 +323,9 @@ void AddLocalPlantCommands(CLI::App& app) {
   up->add_option("--base-port", flags->base_port, "The plant service's port; the others follow it")
       ->capture_default_str();
   up->add_option("--migrations", flags->migrations, "Folder of the SQL migrations");
+  up->add_option("--blob-store", flags->blob_store,
+                 "Where new clouds go: postgresql, or s3:// and the path of a file that the user sixpoint owns")
+      ->capture_default_str();
   status->add_flag("--json", flags->json, "For programs");
   up->callback([flags] {
     OrExit([&] {
@@ -325,6 +334,7 @@ void AddLocalPlantCommands(CLI::App& app) {
       plant.binaries = OwnFolder();
       plant.migrations = flags->migrations.empty() ? DefaultMigrations() : fs::path(flags->migrations);
       plant.base_port = flags->base_port;
+      plant.blob_store = flags->blob_store;
       Up(plant);
       return Status(plant.data, false);
     });

@@ -42,6 +42,7 @@ int main(int argc, char** argv) {
   AddInspectCommand(&app, &session);
   AddTraceCommand(&app, &session);
   AddPlantCommands(&app, &session);
+  AddStudyCommands(&app, &session);
   AddCallCommand(&app, &session);
   try {
     app.parse(argc, argv);

@@ -268,4 +268,48 @@ absl::StatusOr<std::vector<calibration::v1::SpherePose>> LoadSpherePoses(const s
   return poses;
 }
 
+absl::StatusOr<calibration::v1::AxisRun> LoadAxisRun(const std::string& path, const std::string& axis) {
+  constexpr std::size_t kMostReadings = 200'000;
+  std::string member_path;
+  const absl::StatusOr<nlohmann::json> document = LoadMember(path, "axis_runs", &member_path);
+  if (!document.ok()) return document.status();
+  Problems problems(member_path.empty());
+  const Field root(&*document, member_path, &problems);
+  const Field in = member_path.empty() ? root : root.At(axis);
+  in.OnlyKeys({"commanded_deg", "measured_deg", "error_deg", "direction"});
+  calibration::v1::AxisRun run;
+  for (const Field& value : in.At("commanded_deg").Items(1, kMostReadings)) run.add_commanded_deg(value.Number());
+  // An error is measured minus commanded.
+  const std::optional<Field> errors = in.Find("error_deg");
+  const Field measured = errors ? *errors : in.At("measured_deg");
+  for (const Field& value : measured.Items(1, kMostReadings)) {
+    const int i = run.measured_deg_size();
+    run.add_measured_deg(value.Number() + (errors && i < run.commanded_deg_size() ? run.commanded_deg(i) : 0));
+  }
+  if (const std::optional<Field> directions = in.Find("direction"))
+    for (const Field& value : directions->Items(1, kMostReadings)) {
+      const std::int64_t direction = value.Whole(-1, 1);
+      if (direction == 0) value.Refuse("1 or -1");
+      run.add_travel(direction > 0 ? calibration::v1::TRAVEL_FORWARD : calibration::v1::TRAVEL_BACKWARD);
+    }
+  if (!problems.empty()) return problems.ToStatus();
+  return run;
+}
+
+absl::StatusOr<calibration::v1::StandardProbing> LoadStandardProbing(const std::string& path) {
+  const absl::StatusOr<nlohmann::json> document = LoadDocument(path);
+  if (!document.ok()) return document.status();
+  Problems problems(true);
+  const Field root(&*document, "", &problems);
+  root.OnlyKeys({"bore_mm", "face_mm", "face_above_centre_mm"});
+  calibration::v1::StandardProbing probing;
+  for (const Field& point : root.At("bore_mm").Items(4, kGreatestProbedPointCount))
+    runtime::ToProto(point.Vector3(), probing.add_bore_mm());
+  for (const Field& point : root.At("face_mm").Items(3, kGreatestProbedPointCount))
+    runtime::ToProto(point.Vector3(), probing.add_face_mm());
+  probing.set_face_above_centre_mm(root.At("face_above_centre_mm").Number());
+  if (!problems.empty()) return problems.ToStatus();
+  return probing;
+}
+
 }  // namespace sixpoint::cli

@@ -36,6 +36,10 @@ absl::StatusOr<plant::v1::CreatePartRequest> LoadPart(const std::string& path);
 // The document itself or, in a plant's dataset, its touch_probe / sphere_poses.
 absl::StatusOr<calibration::v1::TouchData> LoadTouchData(const std::string& path);
 absl::StatusOr<std::vector<calibration::v1::SpherePose>> LoadSpherePoses(const std::string& path);
+// {commanded_deg, measured_deg or error_deg, direction (1 or -1; optional)}, lists; in a dataset, axis_runs of that axis.
+absl::StatusOr<calibration::v1::AxisRun> LoadAxisRun(const std::string& path, const std::string& axis);
+// {bore_mm, face_mm, face_above_centre_mm}.
+absl::StatusOr<calibration::v1::StandardProbing> LoadStandardProbing(const std::string& path);
 
 inline constexpr std::uint64_t kGreatestCadBytes = 48u << 20;
 

@@ -32,9 +32,24 @@ std::string SensorText(const calibration::v1::SensorCalibration& sensor) {
   return text + (check.empty() ? "" : check.ToText());
 }
 
+// Both error curves, where the residuals are there.
+std::string ErrorCurvesText(const calibration::v1::RotationCalibration& rotation) {
+  Table table({">" + (rotation.axes_size() == 2 ? rotation.axes(0) : std::string("A")) + " deg",
+               ">" + (rotation.axes_size() == 2 ? rotation.axes(1) : std::string("B")) + " deg", ">before um",
+               ">after um", "use"});
+  for (const auto& pose : rotation.residuals()) {
+    table.AddRow({Fixed(pose.a_deg(), 3), Fixed(pose.b_deg(), 3),
+                  pose.has_before_um() ? Fixed(pose.before_um(), 2) : "-", Fixed(pose.distance_um(), 2),
+                  pose.held_out() ? "check" : "fit"});
+  }
+  return table.empty() ? "" : table.ToText();
+}
+
 std::string RotationText(const calibration::v1::RotationCalibration& rotation) {
   Table table({"axis", "direction", "point mm"});
-  for (const auto& [name, axis] : {std::pair("A", &rotation.a_axis()), std::pair("B", &rotation.b_axis())}) {
+  const bool named = rotation.axes_size() == 2;
+  for (const auto& [name, axis] : {std::pair(named ? rotation.axes(0) : std::string("A"), &rotation.a_axis()),
+                                   std::pair(named ? rotation.axes(1) : std::string("B"), &rotation.b_axis())}) {
     const auto& d = axis->direction();
     table.AddRow(
         {name, Fixed(d.x(), 7) + ", " + Fixed(d.y(), 7) + ", " + Fixed(d.z(), 7), PointText(axis->point_mm(), 5)});
@@ -45,7 +60,7 @@ std::string RotationText(const calibration::v1::RotationCalibration& rotation) {
          "\nresidual rms " + Fixed(rotation.residual_rms_um(), 3) + " um; check rms " +
          (rotation.check_count() > 0 ? Fixed(rotation.check_rms_um(), 3) + " um over " : std::string("- over ")) +
          std::to_string(rotation.check_count()) + " poses held out; condition number " +
-         Fixed(rotation.condition_number(), 1) + "\n";
+         Fixed(rotation.condition_number(), 1) + "\n" + ErrorCurvesText(rotation);
 }
 
 }  // namespace
@@ -63,10 +78,45 @@ std::string CalibrationText(const Calibration& calibration) {
                      EnumText(CalibrationKind_Name(calibration.kind()), "CALIBRATION_KIND_") + " of " +
                      calibration.machine() + ", " + calibration.method() + ", valid " +
                      TimeText(calibration.valid_from()) + " to " + TimeText(calibration.valid_until()) + "\n";
+  text += EnumText(CalibrationState_Name(calibration.state()), "CALIBRATION_STATE_");
+  if (!calibration.superseded_by().empty()) text += " by " + calibration.superseded_by();
+  if (calibration.has_withdrawal())
+    text += " by " + calibration.withdrawal().requested_by() + ": " + calibration.withdrawal().reason();
+  if (calibration.environment().has_temperature_c())
+    text += ", " + Fixed(calibration.environment().temperature_c(), 1) + " C";
+  text += "\n";
   if (calibration.has_sensor()) text += SensorText(calibration.sensor());
   if (calibration.has_rotation()) text += RotationText(calibration.rotation());
   if (calibration.has_probe()) text += ProbeText(calibration.probe());
   return text;
+}
+
+std::string AxisText(const calibration::v1::AxisCharacterisation& axis) {
+  constexpr int kDecimals = 6;
+  const auto period = [](const calibration::v1::PeriodicError& error) {
+    return " every " + Fixed(error.period_deg(), 4) + " deg";
+  };
+  Table table({axis.axis() + " axis of " + IdText(axis.machine()), ">deg", ">standard uncertainty deg"});
+  const auto add = [&](const std::string& name, const calibration::v1::AngleEstimate& estimate) {
+    table.AddRow({name, Fixed(estimate.value_deg(), kDecimals), Fixed(estimate.standard_uncertainty_deg(), kDecimals)});
+  };
+  add("reversal error", axis.reversal());
+  if (axis.has_periodic())
+    add("periodic error, amplitude" + period(axis.periodic()), axis.periodic().amplitude());
+  else
+    table.AddRow({"periodic error: none above", Fixed(axis.least_detectable_deg(), kDecimals), "-"});
+  add("long wave, amplitude" + period(axis.long_wave()), axis.long_wave().amplitude());
+  add("mean error", axis.mean());
+  add("greatest error, at " + Fixed(axis.greatest_error_at_deg(), 3) + " deg " +
+          (axis.greatest_error_travel() == calibration::v1::TRAVEL_FORWARD ? "forward" : "backward"),
+      axis.greatest_error());
+  add("standard uncertainty of a position", axis.standard_uncertainty());
+  add("the same, table applied", axis.compensated_standard_uncertainty());
+  add("one reading about the model", axis.noise());
+  return axis.name() + ", " + std::to_string(axis.reading_count()) + " readings\n" + table.ToText() +
+         "table: " + std::to_string(axis.table().forward_error_deg_size()) + " values each way, every " +
+         Fixed(axis.table().step_deg(), 4) + " deg; standard uncertainty of one " +
+         Fixed(axis.table().standard_uncertainty_deg(), kDecimals) + " deg\n";
 }
 
 Table RegistrationTable() {

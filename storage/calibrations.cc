@@ -1,23 +1,27 @@
 #include "storage/calibrations.h"
 
+#include <nlohmann/json.hpp>
+
 #include "storage/probe_calibrations.h"
 
 namespace sixpoint::storage {
 namespace {
 
-#define SIXPOINT_HEAD_COLUMNS                                                                                 \
-  "calibration_id, machine_id, kind, method, inputs, request_sha256, valid_from, valid_until, requested_by, " \
-  "software_version, record_sequence, recorded_at"
+#define SIXPOINT_HEAD_COLUMNS                                                                                     \
+  "calibration_id, machine_id, kind, method, inputs, request_sha256, valid_from, valid_until, requested_by, "     \
+  "software_version, record_sequence, recorded_at, is_draft, temperature_c, temperature_standard_uncertainty_c, " \
+  "humidity_percent, environment_note"
 #define SIXPOINT_SENSOR_COLUMNS                                                                               \
   "calibration_id, machine_from_sensor_rotation, t_sm_mm, covariance, alpha_deg, beta_deg, gamma_deg, "       \
   "alpha_standard_uncertainty_deg, beta_standard_uncertainty_deg, gamma_standard_uncertainty_deg, noise_um, " \
   "touch_rms_um, residual_rms_um, condition_number, points_used"
 #define SIXPOINT_ROTATION_COLUMNS                                                              \
   "calibration_id, a_direction, a_point_mm, b_direction, b_point_mm, covariance, point_c_mm, " \
-  "point_c_standard_uncertainty_mm, noise_um, residual_rms_um, check_rms_um, check_count, condition_number"
+  "point_c_standard_uncertainty_mm, noise_um, residual_rms_um, check_rms_um, check_count, condition_number, axes"
 
-constexpr char kInsertHead[] =
-    "INSERT INTO calibrations (" SIXPOINT_HEAD_COLUMNS ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)";
+constexpr char kInsertHead[] = "INSERT INTO calibrations (" SIXPOINT_HEAD_COLUMNS
+                               ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, "
+                               "$15, $16, $17)";
 constexpr char kInsertSensor[] = "INSERT INTO sensor_calibrations (" SIXPOINT_SENSOR_COLUMNS
                                  ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15)";
 constexpr char kInsertCentres[] =
@@ -26,21 +30,43 @@ constexpr char kInsertCentres[] =
     "FROM unnest($2::text[], $3::text[], $4::text[], $5::double precision[], $6::double precision[], "
     "$7::double precision[]) WITH ORDINALITY AS centre (scan_id, feature, is_check, dx_um, dy_um, dz_um, position)";
 constexpr char kInsertRotation[] = "INSERT INTO rotation_calibrations (" SIXPOINT_ROTATION_COLUMNS
-                                   ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)";
+                                   ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14)";
 constexpr char kInsertPoses[] =
-    "INSERT INTO rotation_calibration_poses (calibration_id, position_index, a_deg, b_deg, distance_um, held_out) "
-    "SELECT $1::text, (position - 1)::integer, a_deg, b_deg, distance_um, held_out::boolean "
-    "FROM unnest($2::double precision[], $3::double precision[], $4::double precision[], $5::text[]) "
-    "WITH ORDINALITY AS pose (a_deg, b_deg, distance_um, held_out, position)";
+    "INSERT INTO rotation_calibration_poses (calibration_id, position_index, a_deg, b_deg, distance_um, held_out, "
+    "before_um) SELECT $1::text, (position - 1)::integer, a_deg, b_deg, distance_um, held_out::boolean, before_um "
+    "FROM unnest($2::double precision[], $3::double precision[], $4::double precision[], $5::text[], "
+    "$6::double precision[]) WITH ORDINALITY AS pose (a_deg, b_deg, distance_um, held_out, before_um, position)";
 
 constexpr char kSelectHead[] = "SELECT " SIXPOINT_HEAD_COLUMNS " FROM calibrations WHERE calibration_id = $1";
 constexpr char kSelectInForce[] =
     "SELECT " SIXPOINT_HEAD_COLUMNS
-    " FROM calibrations WHERE machine_id = $1 AND kind = $2 AND valid_from <= $3 AND $3 < valid_until "
-    "ORDER BY record_sequence DESC LIMIT 1";
+    " FROM calibrations WHERE calibration_id = (SELECT f.calibration_id FROM calibration_forces f "
+    "WHERE f.machine_id = $1 AND f.kind = $2 AND f.valid_from <= $3 AND $3 < f.valid_until "
+    "ORDER BY f.force_sequence DESC LIMIT 1)";
 constexpr char kSelectLastValidity[] =
-    "SELECT valid_until FROM calibrations WHERE machine_id = $1 AND kind = $2 AND valid_from <= $3 "
+    "SELECT valid_until FROM calibration_forces WHERE machine_id = $1 AND kind = $2 AND valid_from <= $3 "
     "ORDER BY valid_until DESC LIMIT 1";
+constexpr char kSelectWithdrawn[] =
+    "SELECT " SIXPOINT_HEAD_COLUMNS
+    " FROM calibrations WHERE calibration_id = (SELECT c.calibration_id FROM calibrations c "
+    "JOIN calibration_events w ON w.calibration_id = c.calibration_id AND w.event = 'WITHDRAWN' "
+    "WHERE c.machine_id = $1 AND c.kind = $2 AND c.valid_from <= $3 AND $3 < c.valid_until "
+    "ORDER BY w.record_sequence DESC LIMIT 1)";
+constexpr char kSelectHistory[] =
+    "SELECT " SIXPOINT_HEAD_COLUMNS
+    " FROM calibrations WHERE calibration_id IN (SELECT f.calibration_id FROM calibration_forces f "
+    "WHERE f.machine_id = $1 AND f.kind = $2 ORDER BY f.valid_from DESC, f.force_sequence DESC LIMIT $3) "
+    "ORDER BY valid_from, record_sequence";
+constexpr char kSelectStates[] =
+    "SELECT c.calibration_id, (SELECT f.calibration_id FROM calibration_forces f "
+    "WHERE f.machine_id = c.machine_id AND f.kind = c.kind AND f.valid_from <= $2 AND $2 < f.valid_until "
+    "ORDER BY f.force_sequence DESC LIMIT 1) FROM calibrations c WHERE c.calibration_id = ANY ($1::text[])";
+constexpr char kSelectEvents[] =
+    "SELECT calibration_id, event, reason, requested_by, software_version, record_sequence, recorded_at "
+    "FROM calibration_events WHERE calibration_id = ANY ($1::text[])";
+constexpr char kInsertEvent[] =
+    "INSERT INTO calibration_events (calibration_id, event, reason, requested_by, software_version, record_sequence, "
+    "recorded_at) VALUES ($1, $2, $3, $4, $5, $6, $7)";
 constexpr char kSelectPage[] = "SELECT " SIXPOINT_HEAD_COLUMNS
                                " FROM calibrations WHERE ($1 = '' OR machine_id = $1) AND ($2 = '' OR kind = $2) "
                                "AND ($3::bigint = 0 OR record_sequence < $3::bigint) "
@@ -53,7 +79,7 @@ constexpr char kSelectCentres[] =
     "SELECT scan_id, feature, is_check, dx_um, dy_um, dz_um FROM sensor_calibration_centres WHERE calibration_id = $1 "
     "ORDER BY position_index";
 constexpr char kSelectPoses[] =
-    "SELECT a_deg, b_deg, distance_um, held_out FROM rotation_calibration_poses WHERE calibration_id = $1 "
+    "SELECT a_deg, b_deg, distance_um, held_out, before_um FROM rotation_calibration_poses WHERE calibration_id = $1 "
     "ORDER BY position_index";
 #undef SIXPOINT_HEAD_COLUMNS
 #undef SIXPOINT_SENSOR_COLUMNS
@@ -89,18 +115,20 @@ absl::Status InsertRotation(Transaction& transaction, const std::string& id, con
   params.Text(id).Reals(rotation.a_direction).Reals(rotation.a_point_mm).Reals(rotation.b_direction);
   params.Reals(rotation.b_point_mm).Reals(rotation.covariance).Reals(rotation.point_c_mm);
   params.Reals(rotation.point_c_standard_uncertainty_mm).Real(rotation.noise_um).Real(rotation.residual_rms_um);
-  params.Real(rotation.check_rms_um).Int(rotation.check_count).Real(rotation.condition_number);
+  params.Real(rotation.check_rms_um).Int(rotation.check_count).Real(rotation.condition_number).Texts(rotation.axes);
   const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertRotation, params);
   if (!inserted.ok()) return inserted.status();
-  std::vector<double> a, b, distances;
+  std::vector<double> a, b, distances, before;
   std::vector<std::string> held_out;
   for (const PoseResidualRow& p : rotation.poses) {
     a.push_back(p.a_deg);
     b.push_back(p.b_deg);
     distances.push_back(p.distance_um);
     held_out.push_back(p.held_out ? "true" : "false");
+    before.push_back(p.before_um.value_or(0));
   }
-  return transaction.Execute(kInsertPoses, Params().Text(id).Reals(a).Reals(b).Reals(distances).Texts(held_out))
+  return transaction
+      .Execute(kInsertPoses, Params().Text(id).Reals(a).Reals(b).Reals(distances).Texts(held_out).Reals(before))
       .status();
 }
 
@@ -137,11 +165,51 @@ RotationCalibrationRow ReadRotation(const Rows& rows, int row) {
   r.check_rms_um = rows.Real(row, 10);
   r.check_count = static_cast<int>(rows.Int(row, 11));
   r.condition_number = rows.Real(row, 12);
+  r.axes = rows.Texts(row, 13);
   return r;
 }
 
-// The heads with the results of their kinds: a statement a kind, for any number of rows.
-absl::StatusOr<std::vector<CalibrationRow>> ReadCalibrations(Transaction& transaction, const Rows& heads) {
+std::optional<double> OptionalReal(const Rows& rows, int row, int column) {
+  if (rows.IsNull(row, column)) return std::nullopt;
+  return rows.Real(row, column);
+}
+
+void AddOptional(Params& params, std::optional<double> value) { value ? params.Real(*value) : params.Null(); }
+
+CalibrationState StateOf(const CalibrationRow& c, const std::string& in_force, Instant now) {
+  if (c.withdrawal) return CalibrationState::kWithdrawn;
+  if (c.is_draft && !c.release) return CalibrationState::kDraft;
+  if (now < c.valid_from) return CalibrationState::kNotYetValid;
+  if (now >= c.valid_until) return CalibrationState::kExpired;
+  return in_force == c.calibration_id ? CalibrationState::kInForce : CalibrationState::kSuperseded;
+}
+
+absl::Status ReadStates(Transaction& transaction, Instant now, std::vector<CalibrationRow>* calibrations) {
+  std::vector<std::string> ids;
+  for (const CalibrationRow& c : *calibrations) ids.push_back(c.calibration_id);
+  const absl::StatusOr<Rows> events = transaction.Execute(kSelectEvents, Params().Texts(ids));
+  if (!events.ok()) return events.status();
+  const absl::StatusOr<Rows> in_force = transaction.Execute(kSelectStates, Params().Texts(ids).Time(now));
+  if (!in_force.ok()) return in_force.status();
+  for (CalibrationRow& c : *calibrations) {
+    for (int row = 0; row < events->count(); ++row) {
+      if (events->Text(row, 0) != c.calibration_id) continue;
+      (events->Text(row, 1) == "RELEASED" ? c.release : c.withdrawal) =
+          CalibrationEvent{events->Text(row, 2), events->Text(row, 3), events->Text(row, 4),
+                           Recorded{events->Int(row, 5), events->Time(row, 6)}};
+    }
+    for (int row = 0; row < in_force->count(); ++row) {
+      if (in_force->Text(row, 0) != c.calibration_id) continue;
+      const std::string other = in_force->IsNull(row, 1) ? "" : in_force->Text(row, 1);
+      c.state = StateOf(c, other, now);
+      if (c.state == CalibrationState::kSuperseded) c.superseded_by = other;
+    }
+  }
+  return absl::OkStatus();
+}
+
+// The heads with the results of their kinds and their states: five statements for any number of rows.
+absl::StatusOr<std::vector<CalibrationRow>> ReadCalibrations(Transaction& transaction, const Rows& heads, Instant now) {
   std::vector<CalibrationRow> found;
   std::vector<std::string> sensor_ids, rotation_ids, probe_ids;
   for (int row = 0; row < heads.count(); ++row) {
@@ -160,6 +228,9 @@ absl::StatusOr<std::vector<CalibrationRow>> ReadCalibrations(Transaction& transa
     c.requested_by = heads.Text(row, 8);
     c.software_version = heads.Text(row, 9);
     c.recorded = {heads.Int(row, 10), heads.Time(row, 11)};
+    c.is_draft = heads.Bool(row, 12);
+    c.environment = {OptionalReal(heads, row, 13), OptionalReal(heads, row, 14), OptionalReal(heads, row, 15),
+                     heads.Text(row, 16)};
   }
   const absl::StatusOr<Rows> sensors = transaction.Execute(kSelectSensors, Params().Texts(sensor_ids));
   if (!sensors.ok()) return sensors.status();
@@ -174,6 +245,7 @@ absl::StatusOr<std::vector<CalibrationRow>> ReadCalibrations(Transaction& transa
     if (!c.sensor && !c.rotation && !c.probe)
       return absl::DataLossError("calibration " + c.calibration_id + ": its result is gone");
   }
+  if (const absl::Status read = ReadStates(transaction, now, &found); !read.ok()) return read;
   return found;
 }
 
@@ -188,19 +260,46 @@ absl::Status ReadResiduals(Transaction& transaction, CalibrationRow* calibration
                                               rows->Real(row, 3), rows->Real(row, 4), rows->Real(row, 5)});
     else
       calibration->rotation->poses.push_back(
-          {rows->Real(row, 0), rows->Real(row, 1), rows->Real(row, 2), rows->Bool(row, 3)});
+          {rows->Real(row, 0), rows->Real(row, 1), rows->Real(row, 2), rows->Bool(row, 3),
+           rows->IsNull(row, 4) ? std::nullopt : std::optional<double>(rows->Real(row, 4))});
   }
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::optional<CalibrationRow>> FindOne(Transaction& transaction, const char* sql, const Params& key) {
+absl::StatusOr<std::optional<CalibrationRow>> FindOne(Transaction& transaction, const char* sql, const Params& key,
+                                                      Instant now) {
   const absl::StatusOr<Rows> heads = transaction.Execute(sql, key);
   if (!heads.ok()) return heads.status();
   if (heads->count() == 0) return std::nullopt;
-  absl::StatusOr<std::vector<CalibrationRow>> found = ReadCalibrations(transaction, *heads);
+  absl::StatusOr<std::vector<CalibrationRow>> found = ReadCalibrations(transaction, *heads, now);
   if (!found.ok()) return found.status();
   if (const absl::Status read = ReadResiduals(transaction, &found->front()); !read.ok()) return read;
   return std::move(found->front());
+}
+
+absl::StatusOr<Recorded> InsertEvent(Transaction& transaction, const CalibrationRow& calibration,
+                                     const std::string& entry_kind, const std::string& event_name,
+                                     const CalibrationEvent& event) {
+  RecordEntry entry;
+  entry.kind = entry_kind;
+  entry.name = entry_kind + "s/" + calibration.calibration_id;
+  entry.inputs = {"calibrations/" + calibration.calibration_id};
+  entry.machine = calibration.machine_id;
+  entry.software_version = event.software_version;
+  entry.requested_by = event.requested_by;
+  entry.summary_json = nlohmann::json{{"reason", event.reason}}.dump();
+  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
+  if (!recorded.ok()) return recorded.status();
+  const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertEvent, Params()
+                                                                              .Text(calibration.calibration_id)
+                                                                              .Text(event_name)
+                                                                              .Text(event.reason)
+                                                                              .Text(event.requested_by)
+                                                                              .Text(event.software_version)
+                                                                              .Int(recorded->sequence)
+                                                                              .Time(recorded->recorded_at));
+  if (!inserted.ok()) return inserted.status();
+  return recorded;
 }
 
 }  // namespace
@@ -221,7 +320,11 @@ absl::StatusOr<Recorded> InsertCalibration(Transaction& transaction, const Calib
   Params head;
   head.Text(c.calibration_id).Text(c.machine_id).Text(c.kind()).Text(c.method).Texts(c.inputs).Text(c.request_sha256);
   head.Time(c.valid_from).Time(c.valid_until).Text(c.requested_by).Text(c.software_version);
-  head.Int(recorded->sequence).Time(recorded->recorded_at);
+  head.Int(recorded->sequence).Time(recorded->recorded_at).Bool(c.is_draft);
+  AddOptional(head, c.environment.temperature_c);
+  AddOptional(head, c.environment.temperature_standard_uncertainty_c);
+  AddOptional(head, c.environment.humidity_percent);
+  head.Text(c.environment.note);
   const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertHead, head);
   if (!inserted.ok()) return inserted.status();
   const absl::Status result = c.sensor  ? InsertSensor(transaction, c.calibration_id, *c.sensor)
@@ -231,14 +334,21 @@ absl::StatusOr<Recorded> InsertCalibration(Transaction& transaction, const Calib
   return recorded;
 }
 
-absl::StatusOr<std::optional<CalibrationRow>> FindCalibration(Transaction& transaction, const std::string& id) {
-  return FindOne(transaction, kSelectHead, Params().Text(id));
+absl::StatusOr<std::optional<CalibrationRow>> FindCalibration(Transaction& transaction, const std::string& id,
+                                                              Instant now) {
+  return FindOne(transaction, kSelectHead, Params().Text(id), now);
 }
 
 absl::StatusOr<std::optional<CalibrationRow>> CalibrationInForce(Transaction& transaction,
                                                                  const std::string& machine_id, const std::string& kind,
                                                                  Instant at) {
-  return FindOne(transaction, kSelectInForce, Params().Text(machine_id).Text(kind).Time(at));
+  return FindOne(transaction, kSelectInForce, Params().Text(machine_id).Text(kind).Time(at), at);
+}
+
+absl::StatusOr<std::optional<CalibrationRow>> WithdrawnCalibration(Transaction& transaction,
+                                                                   const std::string& machine_id,
+                                                                   const std::string& kind, Instant at) {
+  return FindOne(transaction, kSelectWithdrawn, Params().Text(machine_id).Text(kind).Time(at), at);
 }
 
 absl::StatusOr<std::optional<Instant>> LastValidity(Transaction& transaction, const std::string& machine_id,
@@ -252,11 +362,29 @@ absl::StatusOr<std::optional<Instant>> LastValidity(Transaction& transaction, co
 
 absl::StatusOr<std::vector<CalibrationRow>> ListCalibrations(Transaction& transaction, const std::string& machine_id,
                                                              const std::string& kind, std::int64_t before_sequence,
-                                                             int limit) {
+                                                             int limit, Instant now) {
   const absl::StatusOr<Rows> heads =
       transaction.Execute(kSelectPage, Params().Text(machine_id).Text(kind).Int(before_sequence).Int(limit));
   if (!heads.ok()) return heads.status();
-  return ReadCalibrations(transaction, *heads);
+  return ReadCalibrations(transaction, *heads, now);
+}
+
+absl::StatusOr<std::vector<CalibrationRow>> CalibrationHistory(Transaction& transaction, const std::string& machine_id,
+                                                               const std::string& kind, int limit) {
+  const absl::StatusOr<Rows> heads =
+      transaction.Execute(kSelectHistory, Params().Text(machine_id).Text(kind).Int(limit));
+  if (!heads.ok()) return heads.status();
+  return ReadCalibrations(transaction, *heads, std::chrono::system_clock::now());
+}
+
+absl::StatusOr<Recorded> ReleaseCalibration(Transaction& transaction, const CalibrationRow& calibration,
+                                            const CalibrationEvent& event) {
+  return InsertEvent(transaction, calibration, "release", "RELEASED", event);
+}
+
+absl::StatusOr<Recorded> WithdrawCalibration(Transaction& transaction, const CalibrationRow& calibration,
+                                             const CalibrationEvent& event) {
+  return InsertEvent(transaction, calibration, "withdrawal", "WITHDRAWN", event);
 }
 
 }  // namespace sixpoint::storage

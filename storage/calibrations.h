@@ -3,6 +3,7 @@
 
 #include <absl/status/statusor.h>
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -37,6 +38,7 @@ struct SensorCalibrationRow {
 struct PoseResidualRow {
   double a_deg = 0, b_deg = 0, distance_um = 0;
   bool held_out = false;
+  std::optional<double> before_um = std::nullopt;  // not kept before V0010
 };
 
 struct RotationCalibrationRow {
@@ -49,6 +51,7 @@ struct RotationCalibrationRow {
   int check_count = 0;
   double condition_number = 0;
   std::vector<PoseResidualRow> poses;
+  std::vector<std::string> axes{"A", "B"};  // the machine's letters of a and b
 };
 
 struct ProbeResidualRow {
@@ -76,6 +79,23 @@ struct ProbeCalibrationRow {
   std::vector<ProbeFaceCheckRow> checks;
 };
 
+// Where and when it was measured; nothing: not stated.
+struct EnvironmentRow {
+  std::optional<double> temperature_c, temperature_standard_uncertainty_c, humidity_percent;
+  std::string note;
+};
+
+// What a person decided about a calibration after it was made.
+struct CalibrationEvent {
+  std::string reason;
+  std::string requested_by;
+  std::string software_version;
+  Recorded recorded;
+};
+
+// Follows from clock and events (ADR 14).
+enum class CalibrationState { kDraft, kNotYetValid, kInForce, kSuperseded, kExpired, kWithdrawn };
+
 struct CalibrationRow {
   std::string calibration_id;  // UUID
   std::string machine_id;
@@ -90,6 +110,14 @@ struct CalibrationRow {
   std::optional<RotationCalibrationRow> rotation;  // or this
   std::optional<ProbeCalibrationRow> probe;        // or this
 
+  bool is_draft = false;  // made as a draft
+  EnvironmentRow environment;
+
+  // Set by reading: what has become of it, as of the moment given.
+  CalibrationState state = CalibrationState::kInForce;
+  std::string superseded_by;  // id; where state is kSuperseded
+  std::optional<CalibrationEvent> release, withdrawal;
+
   std::string kind() const { return sensor ? "sensor" : probe ? "probe" : "rotation"; }
 };
 
@@ -97,21 +125,41 @@ struct CalibrationRow {
 absl::StatusOr<Recorded> InsertCalibration(Transaction& transaction, const CalibrationRow& calibration,
                                            const std::string& summary_json);
 
-// With its residuals.
+// With its residuals, and its state as of `now`.
 absl::StatusOr<std::optional<CalibrationRow>> FindCalibration(Transaction& transaction,
-                                                              const std::string& calibration_id);
+                                                              const std::string& calibration_id,
+                                                              Instant now = std::chrono::system_clock::now());
 
-// Of a machine and kind, the newest whose validity covers `at`; with its residuals.
+// Of a machine and kind, of those that are released, not withdrawn and valid at `at`, the one released (or, if it never
+// was a draft, made) last; with its residuals. `at` asks about validity with the knowledge of now: a calibration that was
+// withdrawn since is not given for a moment before its withdrawal either.
 absl::StatusOr<std::optional<CalibrationRow>> CalibrationInForce(Transaction& transaction,
                                                                  const std::string& machine_id, const std::string& kind,
                                                                  Instant at);
-// When the last calibration of a machine and kind that had begun by `at` ended; nothing where none had begun.
+// The newest withdrawn one whose validity covers `at`: why there may be none in force.
+absl::StatusOr<std::optional<CalibrationRow>> WithdrawnCalibration(Transaction& transaction,
+                                                                   const std::string& machine_id,
+                                                                   const std::string& kind, Instant at);
+// When the last calibration of a machine and kind that was released, not withdrawn and had begun by `at` ended; nothing
+// where none had begun.
 absl::StatusOr<std::optional<Instant>> LastValidity(Transaction& transaction, const std::string& machine_id,
                                                     const std::string& kind, Instant at);
 
 // Empty filters match all. Newest first, from below `before_sequence` (0: from the newest); without residuals.
 absl::StatusOr<std::vector<CalibrationRow>> ListCalibrations(Transaction& transaction, const std::string& machine_id,
                                                              const std::string& kind, std::int64_t before_sequence,
-                                                             int limit);
+                                                             int limit, Instant now = std::chrono::system_clock::now());
+
+// The journal's entry (releases/{id}, withdrawals/{id}) and the event. ALREADY_EXISTS where the calibration has one
+// already. Holds the journal's lock when it returns: what DerivedFrom gives then is complete.
+absl::StatusOr<Recorded> ReleaseCalibration(Transaction& transaction, const CalibrationRow& calibration,
+                                            const CalibrationEvent& event);
+absl::StatusOr<Recorded> WithdrawCalibration(Transaction& transaction, const CalibrationRow& calibration,
+                                             const CalibrationEvent& event);
+
+// Of a machine and kind, all that were released and not withdrawn, by the time from which they are valid, the newest
+// `limit` of them; without residuals.
+absl::StatusOr<std::vector<CalibrationRow>> CalibrationHistory(Transaction& transaction, const std::string& machine_id,
+                                                               const std::string& kind, int limit);
 
 }  // namespace sixpoint::storage

@@ -13,8 +13,9 @@
 namespace sixpoint::storage {
 
 struct RecordEntry {
-  std::string
-      kind;  // machine, artefact, part, blade, scan, calibration, registration, correction, inspection, deletion
+  // machine, artefact, part, blade, scan, calibration, registration, correction, inspection, deletion, release,
+  // withdrawal, study
+  std::string kind;
   std::string name;                    // resource name; unique
   std::vector<std::string> inputs;     // resource names it was made from (parts and machines with @revision)
   std::optional<std::string> blade;    // serial, where it concerns one

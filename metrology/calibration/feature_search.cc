@@ -1,175 +1,35 @@
 #include "metrology/calibration/feature_search.h"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Cholesky>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
 #include <vector>
+
+#include "metrology/calibration/hole_search.h"
+#include "metrology/calibration/plane_search.h"
 
 namespace sixpoint::metrology {
 namespace {
 
 constexpr size_t kSampleCount = 150000;
+constexpr size_t kMostFaces = 8;
 constexpr double kPlaneBandMm = 0.03;  // consensus band about the upper face
-constexpr double kBelowMm = 0.12;      // a point this far below the upper face is in a hole
-constexpr double kCellMm = 0.25;
-constexpr double kMatchMm = 0.45;  // region's centre against the record's
-constexpr size_t kMostRegions = 24;
+constexpr double kMatchMm = 0.7;       // region's centre against the record's: half a gap off, and tilted
+constexpr double kAgreeMm = 0.15;      // a reading on a cone's wall: shear and tilt of the sensor are not known yet
 
-// splitmix64: an even sample without the aliasing of a fixed stride, and without any state.
-std::uint64_t Mix(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15ULL;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
-  return x ^ (x >> 31);
-}
-
-Points Sample(const Points& points, size_t count) {
-  const size_t stride = std::max<size_t>(1, points.size() / count);
-  Points sample;
-  sample.reserve(points.size() / stride + 1);
-  for (size_t i = 0; i + stride <= points.size(); i += stride) sample.push_back(points[i + Mix(i) % stride]);
-  return sample;
-}
-
-struct Plane {
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();
-  double HeightOf(const Eigen::Vector3d& p) const { return normal.dot(p - point); }
-};
-
-// Least squares through the points within the band, from the plane given.
-Plane Refined(const Points& points, const Plane& start, double band) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
-  double count = 0;
-  for (const Eigen::Vector3d& p : points) {
-    if (std::abs(start.HeightOf(p)) > band) continue;
-    const Eigen::Vector3d q = p - start.point;
-    sum += q;
-    squares += q * q.transpose();
-    count += 1;
-  }
-  if (count < 3) return start;
-  const Eigen::Vector3d mean = sum / count;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(squares / count - mean * mean.transpose());
-  Plane plane;
-  plane.normal = eigen.eigenvectors().col(0);
-  if (plane.normal.z() < 0) plane.normal = -plane.normal;
-  plane.point = start.point + mean;
-  return plane;
-}
-
-// The plane with the most points in its band, among those facing the sensor.
-bool DominantPlane(const Points& sample, Plane* best) {
-  const Points few = Sample(sample, 1500);
-  size_t most = 0;
-  for (std::uint64_t trial = 0; trial < 400; ++trial) {
-    const auto pick = [&](std::uint64_t k) { return few[Mix(3 * trial + k) % few.size()]; };
-    const Eigen::Vector3d a = pick(0), normal = (pick(1) - a).cross(pick(2) - a);
-    if (normal.norm() < 1.0 || std::abs(normal.z()) < std::cos(M_PI / 6) * normal.norm()) continue;
-    const Plane plane{normal.normalized() * (normal.z() < 0 ? -1 : 1), a};
-    size_t count = 0;
-    for (const Eigen::Vector3d& p : few) count += std::abs(plane.HeightOf(p)) < kPlaneBandMm;
-    if (count > most) {
-      most = count;
-      *best = plane;
-    }
-  }
-  if (most < few.size() / 5) return false;
-  *best = Refined(sample, *best, kPlaneBandMm);
-  *best = Refined(sample, *best, kPlaneBandMm / 2);
-  return true;
-}
-
-struct Region {
-  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
-  size_t count = 0;
-  bool slot = false;  // most of its points lie on a floor at the slots' depth
-};
-
-// Axes of the plane: x along the scan direction.
-struct PlaneFrame {
+// Axes of a face: x along the scan direction.
+struct FaceFrame {
   Plane plane;
   Eigen::Vector3d u, v;
-  explicit PlaneFrame(const Plane& p) : plane(p) {
+  explicit FaceFrame(const Plane& p) : plane(p) {
     u = (Eigen::Vector3d::UnitX() - p.normal.x() * p.normal).normalized();
     v = p.normal.cross(u);
   }
-  Eigen::Vector2d InPlane(const Eigen::Vector3d& p) const { return {u.dot(p - plane.point), v.dot(p - plane.point)}; }
+  Seen See(const Eigen::Vector3d& p) const {
+    const Eigen::Vector3d d = p - plane.point;
+    return {{u.dot(d), v.dot(d)}, -plane.normal.dot(d)};
+  }
 };
-
-std::vector<Region> HolesBelow(const Points& sample, const PlaneFrame& frame, const Artefact& artefact) {
-  const double deepest = std::max(artefact.ConeDepth(), artefact.slot_depth_mm) + 0.2;
-  struct Low {
-    Eigen::Vector2d at;
-    double depth;
-    int cell;
-  };
-  std::vector<Low> low;
-  Eigen::Vector2d minimum = Eigen::Vector2d::Constant(1e9), maximum = -minimum;
-  const double reach = 2 * artefact.side_mm;  // no farther from the plate's middle than this
-  for (const Eigen::Vector3d& p : sample) {
-    const double depth = -frame.plane.HeightOf(p);
-    if (depth < kBelowMm || depth > deepest) continue;
-    const Eigen::Vector2d at = frame.InPlane(p);
-    if (at.norm() > reach) continue;
-    low.push_back({at, depth, 0});
-    minimum = minimum.cwiseMin(at);
-    maximum = maximum.cwiseMax(at);
-  }
-  if (low.empty()) return {};
-  const int columns = static_cast<int>((maximum.x() - minimum.x()) / kCellMm) + 3;
-  const int rows = static_cast<int>((maximum.y() - minimum.y()) / kCellMm) + 3;
-  std::vector<int> label(static_cast<size_t>(columns) * rows, -1);  // -1 empty, -2 occupied, else its region
-  for (Low& l : low) {
-    l.cell = (1 + static_cast<int>((l.at.y() - minimum.y()) / kCellMm)) * columns + 1 +
-             static_cast<int>((l.at.x() - minimum.x()) / kCellMm);
-    label[l.cell] = -2;
-  }
-  int regions = 0;
-  std::vector<int> stack;
-  for (int start = 0; start < static_cast<int>(label.size()); ++start) {
-    if (label[start] != -2) continue;
-    label[start] = regions;
-    stack.push_back(start);
-    while (!stack.empty()) {
-      const int cell = stack.back();
-      stack.pop_back();
-      for (int dy = -1; dy <= 1; ++dy)
-        for (int dx = -1; dx <= 1; ++dx) {
-          const int next = cell + dy * columns + dx;
-          if (label[next] != -2) continue;
-          label[next] = regions;
-          stack.push_back(next);
-        }
-    }
-    ++regions;
-  }
-  struct Sums {
-    Eigen::Vector2d minimum = Eigen::Vector2d::Constant(1e9), maximum = Eigen::Vector2d::Constant(-1e9);
-    size_t count = 0, floor = 0;
-  };
-  std::vector<Sums> sums(regions);
-  for (const Low& l : low) {
-    Sums& s = sums[label[l.cell]];
-    s.minimum = s.minimum.cwiseMin(l.at);
-    s.maximum = s.maximum.cwiseMax(l.at);
-    ++s.count;
-    s.floor += std::abs(l.depth - artefact.slot_depth_mm) < 0.05;
-  }
-  const double widest = 2 * std::max(artefact.cone_top_radius_mm, artefact.slot_width_mm) + 1;
-  std::vector<Region> found;
-  for (const Sums& s : sums) {
-    const Eigen::Vector2d extent = s.maximum - s.minimum;
-    if (s.count < 20 || extent.maxCoeff() > widest || extent.minCoeff() < 0.5) continue;
-    found.push_back({(s.minimum + s.maximum) / 2, s.count, 2 * s.floor > s.count});
-  }
-  std::stable_sort(found.begin(), found.end(), [](const Region& a, const Region& b) { return a.count > b.count; });
-  if (found.size() > kMostRegions) found.resize(kMostRegions);
-  return found;
-}
 
 struct Feature {
   std::string name;
@@ -226,27 +86,119 @@ Match Settled(const std::vector<Feature>& features, const std::vector<Region>& r
   return Matched(features, regions, angle, onto - Eigen::Rotation2Dd(angle) * from);
 }
 
-}  // namespace
+// A pose of the artefact in a face, judged by the readings themselves.
+struct Sighting {
+  Eigen::Rotation2Dd turn{0};
+  Eigen::Vector2d shift = Eigen::Vector2d::Zero();
+  std::vector<size_t> agreeing;  // readings on each feature that lie where the record has its surface
+  std::vector<bool> seen;        // enough of them
+  int matched = 0;
+  double score = 0;  // readings in features that agree, less those that contradict
+};
 
-absl::StatusOr<ArtefactSighting> FindArtefact(const LineScan& scan, const Artefact& artefact) {
-  const std::string where = "scan " + scan.id + ": ";
-  const Points sample = Sample(scan.points_mm, kSampleCount);
-  if (sample.size() < 2000)
-    return absl::FailedPreconditionError(where + std::to_string(sample.size()) +
-                                         " points, want at least 2000 of the artefact");
-  Plane plane;
-  if (!DominantPlane(sample, &plane))
-    return absl::FailedPreconditionError(where +
-                                         "no upper face found: no plane within 30 deg of level holds a fifth of "
-                                         "the points; scan the artefact's plate");
-  const PlaneFrame frame(plane);
-  const std::vector<Region> regions = HolesBelow(sample, frame, artefact);
+bool SamePlace(const Sighting& a, const Sighting& b) {
+  return std::abs((a.turn.inverse() * b.turn).smallestAngle()) < 0.1 && (a.shift - b.shift).norm() < 1;
+}
+
+// The in-plane pose by the cones' walls: a reading at some depth has its distance from the cone's axis. The gate closes, so
+// that strays and a hole's missing side lose their pull.
+void Settle(const std::vector<Seen>& low, const Artefact& artefact, Sighting* s) {
+  const double slope = std::tan(artefact.cone_half_angle_rad), c = std::cos(artefact.cone_half_angle_rad);
+  for (const double gate : {0.8, 0.8, 0.5, 0.3, 0.2, 0.1, 0.1}) {
+    Eigen::Matrix3d normal = 1e-9 * Eigen::Matrix3d::Identity();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    const Eigen::Matrix2d turn = s->turn.toRotationMatrix();
+    for (const Seen& p : low)
+      for (const PlaneFeature& cone : artefact.cones) {
+        const Eigen::Vector2d arm = turn * cone.centre_mm, d = p.at - s->shift - arm;
+        const double squared = d.squaredNorm(), reach = artefact.cone_top_radius_mm + gate;
+        if (squared > reach * reach || squared < 0.01) continue;
+        const double r = std::sqrt(squared);
+        const double distance = (r - artefact.cone_top_radius_mm + p.depth * slope) * c;
+        if (std::abs(distance) > gate || p.depth > artefact.ConeDepth() - 0.05) continue;
+        const Eigen::Vector2d out = d / r;
+        const Eigen::Vector3d row(-c * out.dot(Eigen::Vector2d(-arm.y(), arm.x())), -c * out.x(), -c * out.y());
+        normal += row * row.transpose();
+        right -= distance * row;
+      }
+    const Eigen::Vector3d step = normal.ldlt().solve(right);
+    if (!step.allFinite() || step.tail<2>().norm() > 1 || std::abs(step(0)) > 0.2) return;
+    s->turn = Eigen::Rotation2Dd(s->turn.angle() + step(0));
+    s->shift += step.tail<2>();
+  }
+}
+
+// Which features the readings bear out, and how well they speak for this pose.
+void Judge(const std::vector<Seen>& all, const Artefact& artefact, Sighting* s) {
+  const double slope = std::tan(artefact.cone_half_angle_rad), c = std::cos(artefact.cone_half_angle_rad);
+  const double half = artefact.side_mm / 2, half_slot = artefact.slot_width_mm / 2;
+  const Eigen::Matrix2d back = s->turn.toRotationMatrix().transpose();
+  const size_t cones = artefact.cones.size();
+  s->agreeing.assign(cones + artefact.slots.size(), 0);
+  size_t upper = 0, against = 0;
+  for (const Seen& p : all) {
+    const Eigen::Vector2d at = back * (p.at - s->shift);
+    if (at.cwiseAbs().maxCoeff() > half || std::abs(p.depth) > 5) continue;
+    const bool on_face = std::abs(p.depth) < 0.06;
+    bool inside = false;
+    for (size_t k = 0; k < cones && !inside; ++k) {
+      const double r = (at - artefact.cones[k].centre_mm).norm();
+      if (r > artefact.cone_top_radius_mm) continue;
+      inside = true;
+      if (r > artefact.cone_top_radius_mm - 0.3) continue;
+      if (on_face) ++against;
+      if (p.depth < artefact.ConeDepth() - 0.05 &&
+          std::abs((r - artefact.cone_top_radius_mm + p.depth * slope) * c) < kAgreeMm)
+        ++s->agreeing[k];
+    }
+    for (size_t k = 0; k < artefact.slots.size() && !inside; ++k) {
+      const double off = (at - artefact.slots[k].centre_mm).cwiseAbs().maxCoeff();
+      if (off > half_slot) continue;
+      inside = true;
+      if (off > half_slot - 0.3) continue;
+      if (on_face) ++against;
+      if (std::abs(p.depth - artefact.slot_depth_mm) < 0.08) ++s->agreeing[cones + k];
+    }
+    if (!inside) upper += on_face;
+  }
+  // Against what the upper face's own density leads one to expect.
+  const double top = artefact.cone_top_radius_mm - 0.3, bottom = artefact.cone_bottom_radius_mm;
+  const double cone_area = M_PI * std::max(0.1, top * top - bottom * bottom);
+  const double slot_area = 4 * (half_slot - 0.3) * (half_slot - 0.3);
+  const double upper_area =
+      4 * half * half - static_cast<double>(cones) * M_PI * artefact.cone_top_radius_mm * artefact.cone_top_radius_mm -
+      static_cast<double>(artefact.slots.size()) * 4 * half_slot * half_slot;
+  const double density = static_cast<double>(upper) / std::max(1.0, upper_area);
+  constexpr double kLeastShare = 0.25;
+  s->seen.clear();
+  s->matched = 0;
+  s->score = -static_cast<double>(against);
+  for (size_t k = 0; k < s->agreeing.size(); ++k) {
+    const double expected = density * (k < cones ? cone_area : slot_area);
+    s->seen.push_back(static_cast<double>(s->agreeing[k]) > std::max(15.0, kLeastShare * expected));
+    s->matched += s->seen.back();
+    s->score += static_cast<double>(s->agreeing[k]);
+  }
+}
+
+// The best pose in one face, and the next best one elsewhere. Nothing matched: matched is 0.
+struct FaceSearch {
+  Sighting best, rival;
+  int round = 0, square = 0;  // holes seen
+};
+FaceSearch SearchFace(const std::vector<Seen>& seen, const Artefact& artefact) {
+  FaceSearch search;
+  const std::vector<Region> regions = HolesBelow(seen, artefact);
+  for (const Region& r : regions) ++(r.slot ? search.square : search.round);
   std::vector<Feature> features;
   for (const PlaneFeature& c : artefact.cones) features.push_back({c.name, c.centre_mm, false});
   for (const PlaneFeature& q : artefact.slots) features.push_back({q.name, q.centre_mm, true});
 
-  // Every pair of regions on every pair of features of the same kinds and distance.
-  Match best, rival;
+  // Every pair of regions on every pair of features of the same kinds and distance proposes a pose.
+  std::vector<Match> proposals;
+  const auto before = [](const Match& a, const Match& b) {
+    return a.count != b.count ? a.count > b.count : a.squares < b.squares;
+  };
   for (size_t i = 0; i < features.size(); ++i)
     for (size_t j = 0; j < features.size(); ++j)
       for (size_t r = 0; r < regions.size(); ++r)
@@ -261,40 +213,96 @@ absl::StatusOr<ArtefactSighting> FindArtefact(const LineScan& scan, const Artefa
                       Matched(features, regions, angle,
                               (regions[r].centre + regions[s].centre) / 2 - Eigen::Rotation2Dd(angle) * middle));
           if (match.count < 2) continue;
-          const bool same = best.count > 0 && std::abs((match.turn.inverse() * best.turn).smallestAngle()) < 0.1 &&
-                            (match.shift - best.shift).norm() < 1;
-          const bool better = match.count > best.count || (match.count == best.count && match.squares < best.squares);
-          if (better) {
-            if (!same) rival = best;
-            best = match;
-          } else if (!same && match.count > rival.count) {
-            rival = match;
-          }
+          // One proposal a place, the better one.
+          const auto same = std::find_if(proposals.begin(), proposals.end(), [&](const Match& o) {
+            return std::abs((o.turn.inverse() * match.turn).smallestAngle()) < 0.1 &&
+                   (o.shift - match.shift).norm() < 1;
+          });
+          if (same == proposals.end())
+            proposals.push_back(match);
+          else if (before(match, *same))
+            *same = match;
         }
-  int cones = 0;
-  for (const Region& r : regions) cones += !r.slot;
-  const std::string seen = std::to_string(cones) + " round and " + std::to_string(regions.size() - cones) +
-                           " square holes seen below the upper face";
-  if (best.count < 3)
-    return absl::FailedPreconditionError(where + "the artefact's pattern of cones and slots was not found (" + seen +
-                                         "); scan this artefact, with all its cones in view");
+  std::stable_sort(proposals.begin(), proposals.end(), before);
+  constexpr size_t kMostProposals = 12;
+  if (proposals.size() > kMostProposals) proposals.resize(kMostProposals);
+
+  std::vector<Seen> low;
+  for (const Seen& p : seen)
+    if (p.depth > kBelowMm && p.depth < artefact.ConeDepth()) low.push_back(p);
+  for (const Match& proposal : proposals) {
+    Sighting sighting;
+    sighting.turn = proposal.turn;
+    sighting.shift = proposal.shift;
+    Settle(low, artefact, &sighting);
+    Judge(seen, artefact, &sighting);
+    if (search.best.matched == 0 || sighting.score > search.best.score) {
+      if (search.best.matched > 0 && !SamePlace(sighting, search.best)) search.rival = search.best;
+      search.best = sighting;
+    } else if (!SamePlace(sighting, search.best) && sighting.score > search.rival.score) {
+      search.rival = sighting;
+    }
+  }
+  return search;
+}
+
+}  // namespace
+
+absl::StatusOr<ArtefactSighting> FindArtefact(const LineScan& scan, const Artefact& artefact) {
+  const std::string where = "scan " + scan.id + ": ";
+  const Points sample = EvenSample(scan.points_mm, kSampleCount);
+  if (sample.size() < 2000)
+    return absl::FailedPreconditionError(where + std::to_string(sample.size()) +
+                                         " points, want at least 2000 of the artefact");
+  const std::vector<Plane> faces = FlatFaces(sample, kPlaneBandMm, kMostFaces);
+  if (faces.empty())
+    return absl::FailedPreconditionError(where +
+                                         "no upper face found: no plane within 30 deg of level holds a thirtieth of "
+                                         "the points; scan the artefact's plate");
+  // The plate need not be the largest face in view: a fixture's or the bed's may be.
+  FaceSearch found;
+  const Plane* upper_face = &faces[0];
+  std::vector<Seen> seen(sample.size());
+  for (const Plane& face : faces) {
+    const FaceFrame frame(face);
+    for (size_t i = 0; i < sample.size(); ++i) seen[i] = frame.See(sample[i]);
+    FaceSearch search = SearchFace(seen, artefact);
+    const bool better = search.best.matched != found.best.matched ? search.best.matched > found.best.matched
+                                                                  : search.best.score > found.best.score;
+    if (&face != &faces[0] && !better) {
+      if (found.best.matched == 0 && search.round + search.square > found.round + found.square) found = search;
+      continue;
+    }
+    found = std::move(search);
+    upper_face = &face;
+    if (found.best.matched == static_cast<int>(artefact.cones.size() + artefact.slots.size())) break;
+  }
+  const Sighting& best = found.best;
+  const std::string holes = std::to_string(found.round) + " round and " + std::to_string(found.square) +
+                            " square holes seen below the upper face";
+  if (best.matched < 3)
+    return absl::FailedPreconditionError(where + "the artefact's pattern of cones and slots was not found (" + holes +
+                                         ", " + std::to_string(best.matched) + " features of at least 3 where the " +
+                                         "record has them); scan this artefact, with all its cones in view");
   std::string missing;
-  for (size_t i = 0; i < features.size(); ++i)
-    if (!features[i].slot && best.region[i] < 0) missing += (missing.empty() ? "" : ", ") + features[i].name;
+  for (size_t k = 0; k < artefact.cones.size(); ++k)
+    if (!best.seen[k]) missing += (missing.empty() ? "" : ", ") + artefact.cones[k].name;
   if (!missing.empty())
-    return absl::FailedPreconditionError(where + "cone " + missing + " not found (" + seen +
+    return absl::FailedPreconditionError(where + "cone " + missing + " not found (" + holes +
                                          "); uncover it and scan again with all cones in view");
-  if (rival.count == best.count)
-    return absl::FailedPreconditionError(where + "two poses of the artefact fit equally well (" + seen +
+  constexpr double kClearlyBetter = 0.9;
+  if (found.rival.matched >= best.matched && found.rival.score > kClearlyBetter * best.score)
+    return absl::FailedPreconditionError(where + "two poses of the artefact fit equally well (" + holes +
                                          "); scan its slots too");
+  const FaceFrame frame(*upper_face);
   ArtefactSighting sighting;
-  sighting.matched_features = best.count;
+  sighting.matched_features = best.matched;
   const Eigen::Vector2d ax = best.turn * Eigen::Vector2d::UnitX(), ay = best.turn * Eigen::Vector2d::UnitY();
   sighting.sensor_from_artefact.linear() << frame.u * ax.x() + frame.v * ax.y(), frame.u * ay.x() + frame.v * ay.y(),
-      plane.normal;
-  sighting.sensor_from_artefact.translation() = plane.point + frame.u * best.shift.x() + frame.v * best.shift.y();
+      upper_face->normal;
+  sighting.sensor_from_artefact.translation() = upper_face->point + frame.u * best.shift.x() + frame.v * best.shift.y();
   size_t upper = 0;
-  for (const Eigen::Vector3d& p : sample) upper += std::abs(plane.HeightOf(p)) < kPlaneBandMm;
+  for (const Eigen::Vector3d& p : sample) upper += std::abs(upper_face->HeightOf(p)) < kPlaneBandMm;
   sighting.upper_face_fraction = static_cast<double>(upper) / static_cast<double>(sample.size());
   return sighting;
 }

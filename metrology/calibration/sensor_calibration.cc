@@ -16,9 +16,11 @@ using Vector12d = Eigen::Matrix<double, 12, 1>;
 constexpr double kLeverMm = 10;  // half the artefact: what an angle means in mm
 constexpr double kDegrees = M_PI / 180;
 constexpr size_t kFewestConePoints = 200;
-constexpr double kLeastAgreeing = 0.7;  // of the points seen where a cone's wall should be
+constexpr double kLeastAgreeing = 0.5;  // of the points seen where a cone's wall should be
 // Two or three readings wide: what a laser spot blurs at an edge. Every tenth of a millimetre costs a seventh of a cone.
 constexpr double kMarginMm = 0.05;
+// Of the readings that count. Costs one in sixteen thousand good ones; what passes it among reflections is a bias.
+constexpr double kGateSigma = 4;
 // Below a reading's rounding; keeps the weights finite where a cloud has no noise.
 constexpr double kLeastNoiseMm = 1e-5;
 constexpr size_t kChunkPoints = 1 << 15;
@@ -230,23 +232,22 @@ const char* const kParameters[6] = {"alpha (turn about machine X)",
                                     "T_sm y",
                                     "T_sm z"};
 
-// The parameter that the data leave worst determined, refused when its standard uncertainty is useless.
-absl::Status CheckDetermined(const Matrix6d& covariance, double condition) {
+// The parameters that the data leave undetermined: their standard uncertainty is useless.
+absl::Status CheckDetermined(const Matrix6d& covariance, double condition, double sigma_touch) {
   constexpr double kLimitMm = 0.02;
-  int worst = 0;
-  double most = -1;
+  std::string names;
   for (int k = 0; k < 6; ++k) {
-    const double sigma = std::sqrt(covariance(k, k)) * (k < 3 ? kLeverMm : 1);
-    if (!(sigma <= most)) {
-      most = sigma;
-      worst = k;
-    }
+    const double sigma = std::sqrt(covariance(k, k));
+    if (sigma * (k < 3 ? kLeverMm : 1) <= kLimitMm) continue;
+    names += (names.empty() ? "" : ", ") + std::string(kParameters[k]) + " to " +
+             (k < 3 ? Number(sigma / kDegrees) + " deg" : Number(sigma) + " mm");
   }
-  if (most <= kLimitMm) return absl::OkStatus();
-  const std::string sigma = worst < 3 ? Number(most / kLeverMm / kDegrees) + " deg" : Number(most) + " mm";
-  return absl::FailedPreconditionError(
-      std::string(kParameters[worst]) + " is not determined: standard uncertainty " + sigma + ", condition number " +
-      Number(condition) + "; probe more points of the artefact's upper and side faces and scan it at two heights");
+  if (names.empty()) return absl::OkStatus();
+  return absl::FailedPreconditionError("not determined by these data: " + names + " (standard uncertainties; want " +
+                                       Number(kLimitMm / kLeverMm / kDegrees) + " deg and " + Number(kLimitMm) +
+                                       " mm), condition number " + Number(condition) +
+                                       "; touched coordinates count with " + Number(1e3 * sigma_touch) +
+                                       " um: probe the artefact again, with more points on its upper and side faces");
 }
 
 // Too few readings agree with a cone's wall: because it was not seen, or because it is another wall.
@@ -269,11 +270,11 @@ absl::StatusOr<SensorCalibration> CalibrateSensor(const std::vector<LineScan>& s
   size_t points = 0;
   for (const LineScan& scan : scans) points += scan.points_mm.size();
 
-  // Coarse: an even sample, wide gates that close with the median; then all points at five sigma.
+  // Coarse: an even sample, wide gates that close with the median; then all points at four sigma.
   SensorCalibration result;
   Gate gate{std::max<size_t>(1, points / 40000) | 1, 0.3, 0.4};
   double sigma_laser = options.optics.noise_mm;
-  double sigma_touch = TouchUncertainty(touch.standard_uncertainty_mm, 0, 0);
+  double sigma_touch = TouchUncertainty(touch.standard_uncertainty_mm, 0, 0), touch_freedom = 1;
   Matrix12d information = Matrix12d::Zero();
   std::vector<std::size_t> cone_used, cone_seen;
   bool fine = false;
@@ -292,10 +293,8 @@ absl::StatusOr<SensorCalibration> CalibrateSensor(const std::vector<LineScan>& s
     cone_seen = laser.cone_seen;
     sigma_laser = fine ? std::sqrt(laser.squares / static_cast<double>(laser.count)) : median * 1.4826;
     sigma_laser = std::max(sigma_laser, kLeastNoiseMm);
-    // The laser ties the artefact's pose to a few directions only: about six of the touched coordinates are spent.
-    const double freedom = std::max(1.0, static_cast<double>(touched.equations.count) - 6);
-    result.touch_rms_mm = std::sqrt(touched.equations.squares / freedom);
-    if (fine) sigma_touch = TouchUncertainty(touch.standard_uncertainty_mm, touched.equations.squares, freedom);
+    result.touch_rms_mm = std::sqrt(touched.equations.squares / touch_freedom);
+    if (fine) sigma_touch = TouchUncertainty(touch.standard_uncertainty_mm, touched.equations.squares, touch_freedom);
     Equations all;
     all.Join(laser, 1 / (sigma_laser * sigma_laser));
     all.Join(touched.equations, 1 / (sigma_touch * sigma_touch));
@@ -306,26 +305,34 @@ absl::StatusOr<SensorCalibration> CalibrateSensor(const std::vector<LineScan>& s
     if (solver.info() != Eigen::Success || !step.allFinite() || step.cwiseAbs().maxCoeff() > 5)
       return absl::FailedPreconditionError("the sensor's pose is not determined by these scans and touch points");
     state = state.Perturbed(scale.cwiseProduct(step));
+    // What the touched coordinates alone decided is spent (the trace of their part of the solution): of the artefact's pose
+    // mostly its place, for the laser holds its turn.
+    const Matrix12d touch_part = scale.asDiagonal() * touched.equations.normal * scale.asDiagonal();
+    const double spent = solver.solve(touch_part).trace() / (sigma_touch * sigma_touch);
+    touch_freedom = std::max(1.0, static_cast<double>(touched.equations.count) - spent);
     result.iterations = iteration + 1;
     result.points_used = laser.count;
     result.residual_rms_mm = std::sqrt(laser.distance_squares / static_cast<double>(laser.count));
     // In standard deviations of the solution: below a thousandth nothing that is reported changes.
     const double moved = std::sqrt(std::max(0.0, step.dot(information * step)));
     if (fine) {
-      gate.reach_mm = 5 * sigma_laser;
+      gate.reach_mm = kGateSigma * sigma_laser;
       result.converged = moved < 1e-3;
     } else {
-      gate.reach_mm = std::min(gate.reach_mm, std::max(6 * sigma_laser, 0.01));
-      if (moved > 0.5 && iteration < 25) continue;
+      // Step by step: reflections in a cone pull the first steps by more than the upper face's small residuals tell.
+      const double enough_mm = std::max(6 * sigma_laser, 0.01);
+      const bool closed = gate.reach_mm <= enough_mm;
+      gate.reach_mm = std::min(gate.reach_mm, std::max(enough_mm, 0.4 * gate.reach_mm));
+      if ((moved > 0.5 || !closed) && iteration < 25) continue;
       fine = true;
-      gate = {1, kMarginMm, 5 * sigma_laser};
+      gate = {1, kMarginMm, kGateSigma * sigma_laser};
     }
   }
   for (size_t i = 0; i < cone_seen.size(); ++i)
     if (static_cast<double>(cone_used[i]) < kLeastAgreeing * static_cast<double>(cone_seen[i]))
       return TooFew(scans[i / artefact.cones.size()], artefact.cones[i % artefact.cones.size()], cone_used[i],
                     cone_seen[i]);
-  // Residuals five sigma wide hide what does not belong; these limits say when the artefact is not the recorded one.
+  // Residuals four sigma wide hide what does not belong; these limits say when the artefact is not the recorded one.
   const double greatest_noise = std::max(5 * options.optics.noise_mm, 0.01);
   if (sigma_laser > greatest_noise)
     return absl::FailedPreconditionError("laser readings scatter by " + Number(1e3 * sigma_laser) +
@@ -347,7 +354,8 @@ absl::StatusOr<SensorCalibration> CalibrateSensor(const std::vector<LineScan>& s
   result.sensor.covariance = covariance.topLeftCorner<6, 6>();
   result.sensor.covariance = (result.sensor.covariance + result.sensor.covariance.transpose().eval()) / 2;
   result.condition_number = ConditionNumber(result.sensor.covariance);
-  if (absl::Status s = CheckDetermined(result.sensor.covariance, result.condition_number); !s.ok()) return s;
+  if (absl::Status s = CheckDetermined(result.sensor.covariance, result.condition_number, sigma_touch); !s.ok())
+    return s;
   result.angle_uncertainty = CardanUncertainty(result.angles, result.sensor.covariance.topLeftCorner<3, 3>());
   if (absl::Status s = ReportCentres(scans, artefact, touch, options, &result); !s.ok()) return s;
   return result;

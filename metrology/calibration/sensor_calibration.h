@@ -48,7 +48,7 @@ struct SensorCalibration {
 
 // One weighted least squares over all raw points on the upper face and the cones' walls of all scans and all touched
 // points: six parameters of the sensor, six of the artefact's pose. A reading weighs by its noise along the ray, which is
-// estimated from the residuals; points near edges take no part, and points off by more than five sigma none either.
+// estimated from the residuals; points near edges take no part, and points off by more than four sigma none either.
 //
 // INVALID_ARGUMENT for bad touch data or artefact; FAILED_PRECONDITION where the data do not determine a parameter
 // (naming it, with what would cure it), a feature is not found, or scans, record and touch data contradict one another.

@@ -13,6 +13,20 @@ std::string Number(double value) {
   return text;
 }
 
+// What the sensor's turns act on: the cones' (0, y, z) about their mean. A turn about Y moves them by their z, one about Z by
+// their y, one about X by both.
+struct TurnArms {
+  double y_mm = 0, z_mm = 0;  // root mean square
+  explicit TurnArms(const Points& centres) {
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero(), squares = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& p : centres) mean += p / static_cast<double>(centres.size());
+    for (const Eigen::Vector3d& p : centres) squares += (p - mean).cwiseAbs2() / static_cast<double>(centres.size());
+    y_mm = std::sqrt(squares.y());
+    z_mm = std::sqrt(squares.z());
+  }
+  double condition_number() const { return std::hypot(y_mm, z_mm) / std::max(1e-9, std::min(y_mm, z_mm)); }
+};
+
 }  // namespace
 
 absl::StatusOr<SensorStart> StartSensor(const std::vector<LineScan>& scans, const Artefact& artefact,
@@ -41,11 +55,18 @@ absl::StatusOr<SensorStart> StartSensor(const std::vector<LineScan>& scans, cons
     }
   }
   constexpr double kLeastHeightMm = 5;
+  const TurnArms arms(from);
   if (highest - lowest < kLeastHeightMm)
     return absl::FailedPreconditionError(
         "beta (turn about machine Y) is not determined: all scans see the artefact within " + Number(highest - lowest) +
-        " mm of one height; add a scan with machine Z at least " + Number(kLeastHeightMm) +
-        " mm away (20 mm is usual)");
+        " mm of one height, condition number " + Number(arms.condition_number()) +
+        "; add a scan with machine Z at least " + Number(kLeastHeightMm) + " mm away (20 mm is usual)");
+  constexpr double kLeastSpreadMm = 1;
+  if (arms.y_mm < kLeastSpreadMm)
+    return absl::FailedPreconditionError("gamma (turn about machine Z) is not determined: the cones spread by only " +
+                                         Number(arms.y_mm) + " mm along the laser line, condition number " +
+                                         Number(arms.condition_number()) +
+                                         "; turn the artefact so that its cones lie apart along the laser line");
   const Eigen::Isometry3d fit = RigidFit(from, onto);
   start.sensor.rotation = fit.linear();
   start.sensor.t_sm_mm = fit.translation();

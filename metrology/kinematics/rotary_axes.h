@@ -3,24 +3,15 @@
 
 #include <Eigen/Geometry>
 
-#include "metrology/frames/pose.h"
+#include "metrology/kinematics/axis_line.h"
+#include "metrology/kinematics/joint_chain.h"
 
 namespace sixpoint::metrology {
 
-struct AxisLine {
-  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  // unit
-  Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();
-};
-
-// Two fixed unit vectors e1, e2 across a direction: a line's direction is perturbed along (e1, e2) and its point too.
-Eigen::Matrix<double, 3, 2> TangentBasis(const Eigen::Vector3d& direction);
-
-// Rotation by angle_rad about the line.
-Eigen::Isometry3d AboutLine(const AxisLine& axis, double angle_rad);
-
 using Matrix8d = Eigen::Matrix<double, 8, 8>;
 
-// A carries B. On the SARIX A turns about Y, B about X, nominally; the lines need not meet.
+// The two rotary joints of a part side, from the bed outwards: a carries b. On the SARIX A turns about Y, B about X,
+// nominally; the lines need not meet. It is a joint chain of fixed length, for kernels that turn many points.
 struct RotaryAxes {
   AxisLine a{Eigen::Vector3d::UnitY(), Eigen::Vector3d::Zero()};
   AxisLine b{Eigen::Vector3d::UnitX(), Eigen::Vector3d::Zero()};
@@ -32,6 +23,9 @@ struct RotaryAxes {
   // e1, e2 (mm), then B likewise.
   Eigen::Matrix<double, 3, 8> ParameterJacobian(const Eigen::Vector3d& point_in_zero_mm, double a_rad,
                                                 double b_rad) const;
+
+  // The two rotary joints of the part's side, where there are just two; its linear joints at 0. FAILED_PRECONDITION else.
+  static absl::StatusOr<RotaryAxes> Of(const JointChain& chain);
 
   // The axes after a perturbation in those parameters.
   RotaryAxes Perturbed(const Eigen::Matrix<double, 8, 1>& perturbation) const;

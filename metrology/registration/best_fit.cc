@@ -17,9 +17,10 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr std::size_t kCoarseCount = 24'000;
-constexpr double kAnnealing = 0.65;  // the loss narrows by this, once the pose rests at its present width
-constexpr double kStepLimitMm = 3;   // of one step
-constexpr double kConverged = 1e-3;  // last step, in standard deviations
+constexpr std::size_t kManyPoints = 200'000;  // from here on it pays to prepare the surface for them
+constexpr double kAnnealing = 0.65;           // the loss narrows by this, once the pose rests at its present width
+constexpr double kStepLimitMm = 3;            // of one step
+constexpr double kConverged = 1e-3;           // last step, in standard deviations
 // The loss keeps at least this part of the points within reach. In Gaussian noise alone that quantile of |residual| is
 // 0.524 standard deviations; a little less than its inverse, so that up to a third of the points may be foreign.
 constexpr double kNearestPart = 0.4;
@@ -299,6 +300,7 @@ absl::StatusOr<PoseFit> FitToSurface(const Surface& surface, const std::vector<S
   if (count < 6) return absl::InvalidArgumentError("scans: " + std::to_string(count) + " points, want at least 6");
   if (!zero_from_part_nominal.matrix().allFinite())
     return absl::InvalidArgumentError("zero_from_part_nominal: not finite, want a rigid transform");
+  if (count >= kManyPoints) surface.PrepareNear(options.thread_count);
   return BestFit(surface, portions, zero_from_part_nominal, calibration, options).Run();
 }
 

@@ -52,14 +52,13 @@ double RobustSigma(const std::vector<double>& residuals) {
 void SurfaceResiduals::Search(const Eigen::Isometry3d& zero_from_part, double reach_mm) {
   const Eigen::Isometry3d part_from_zero = zero_from_part.inverse(Eigen::Isometry);
   ForEachChunk(samples_.size(), thread_count_, [&](std::size_t, std::size_t begin, std::size_t end) {
-    std::uint32_t hint = Surface::kNoTriangle;
+    Surface::Cursor cursor(surface_);
     for (std::size_t i = begin; i < end; ++i) {
       Sample& sample = samples_[i];
-      if (sample.triangle != Surface::kNoTriangle) hint = sample.triangle;
-      const SurfacePoint found = surface_.ClosestWithin(part_from_zero * sample.zero_mm, reach_mm, hint);
+      const SurfacePoint found = cursor.ClosestWithin(part_from_zero * sample.zero_mm, reach_mm, sample.triangle);
       sample.usable = std::isfinite(found.signed_distance_mm) && found.feature == SurfaceFeature::kFace;
       if (!std::isfinite(found.signed_distance_mm)) continue;
-      sample.triangle = hint = found.triangle;
+      sample.triangle = found.triangle;
       sample.residual_mm = found.signed_distance_mm;
       sample.normal = zero_from_part.linear() * found.normal;
     }

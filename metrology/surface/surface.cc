@@ -3,14 +3,17 @@
 #include <absl/status/status.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
+#include <mutex>
 #include <numeric>
 #include <optional>
 #include <string>
 #include <unordered_map>
 #include <utility>
 
+#include "metrology/surface/near_cells.h"
 #include "metrology/surface/triangle_tree.h"
 
 namespace sixpoint::metrology {
@@ -25,6 +28,7 @@ const double kSharpCosine = std::cos(20 * M_PI / 180);
 const double kSmoothCosine = std::cos(1 * M_PI / 180);
 constexpr double kLeastNormalAgreement = 0.2;
 constexpr double kGreatestHeightRatio = 0.1;  // of the patch's height to the triangle's longest edge
+constexpr double kNearMm = 0.05;              // what the near cells cover: more than a converged fit reaches
 constexpr double kOvershoot = 0.25;           // a foot may leave its triangle by this much (barycentric)
 
 // What the border of a triangle is; bits.
@@ -74,6 +78,9 @@ struct Surface::Tree {
   double radius_of_gyration = 0;
   Points vertices;  // centred
   std::unique_ptr<TriangleTree> triangles;
+  mutable std::once_flag near_once;
+  mutable std::unique_ptr<const NearCells> near;
+  mutable std::atomic<const NearCells*> near_ready = nullptr;
   std::vector<std::uint32_t> welded;                 // vertex -> first vertex with the same position
   std::vector<Eigen::Vector3f> vertex_normals;       // angle-weighted pseudo-normals, by welded vertex
   std::vector<std::uint8_t> vertex_rims;             // by welded vertex: the union of its edges'
@@ -339,6 +346,27 @@ SurfacePoint Surface::ClosestWithin(const Vector3d& point_mm, double limit_mm, s
   if (!(query.cwiseAbs().maxCoeff() <= 1e12) || !query.allFinite() || !(limit_mm >= 0))
     return tree_->Resolve(query, {});
   return tree_->Resolve(query, tree_->triangles->Find(query, limit_mm * limit_mm, hint));
+}
+
+void Surface::PrepareNear(int thread_count) const {
+  std::call_once(tree_->near_once, [&] {
+    tree_->near = std::make_unique<const NearCells>(*tree_->triangles, kNearMm, thread_count);
+    tree_->near_ready = tree_->near.get();
+  });
+}
+
+Surface::Cursor::Cursor(const Surface& surface)
+    : surface_(surface),
+      near_(std::make_unique<NearCursor>(*surface.tree_->triangles, surface.tree_->near_ready.load())) {}
+Surface::Cursor::~Cursor() = default;
+
+SurfacePoint Surface::Cursor::ClosestWithin(const Vector3d& point_mm, double limit_mm, std::uint32_t hint) {
+  const Tree& tree = *surface_.tree_;
+  const Vector3d query = point_mm - tree.centre;
+  if (!(query.cwiseAbs().maxCoeff() <= 1e12) || !query.allFinite() || !(limit_mm >= 0)) return tree.Resolve(query, {});
+  const TriangleTree::Nearest nearest = near_->Find(query, limit_mm * limit_mm, hint == kNoTriangle ? hint_ : hint);
+  if (nearest.triangle != kNoTriangle) hint_ = nearest.triangle;
+  return tree.Resolve(query, nearest);
 }
 
 const TriangleMesh& Surface::mesh() const { return tree_->mesh; }

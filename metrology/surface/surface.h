@@ -11,12 +11,15 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <memory>
 
 #include "metrology/frames/pose.h"
 #include "metrology/surface/triangle_mesh.h"
 
 namespace sixpoint::metrology {
+
+class NearCursor;
 
 // Where on the surface a closest point lies.
 enum class SurfaceFeature : std::uint8_t {
@@ -47,6 +50,25 @@ class Surface {
   SurfacePoint Closest(const Eigen::Vector3d& point_mm, std::uint32_t hint = kNoTriangle) const;
   // The same, searching only within a distance; signed_distance_mm is NaN when there is none.
   SurfacePoint ClosestWithin(const Eigen::Vector3d& point_mm, double limit_mm, std::uint32_t hint = kNoTriangle) const;
+
+  // Makes ready for very many points near the surface (once, some seconds; near_cells.h): what follows is as before, but
+  // Cursors get several times as fast. Thread-safe.
+  void PrepareNear(int thread_count) const;
+
+  // One thread's way through many points: the same answers as ClosestWithin, quicker where each point is near the one
+  // before. Lives no longer than its surface.
+  class Cursor {
+   public:
+    explicit Cursor(const Surface& surface);
+    ~Cursor();
+    // The hint: a triangle thought near; without one, that of the point before.
+    SurfacePoint ClosestWithin(const Eigen::Vector3d& point_mm, double limit_mm, std::uint32_t hint = kNoTriangle);
+
+   private:
+    const Surface& surface_;
+    std::unique_ptr<NearCursor> near_;
+    std::uint32_t hint_ = kNoTriangle;
+  };
 
   const TriangleMesh& mesh() const;
   Eigen::Vector3d minimum_mm() const;

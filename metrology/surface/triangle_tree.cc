@@ -241,4 +241,34 @@ TriangleTree::Nearest TriangleTree::Find(const Eigen::Vector3d& query, double li
   return best;
 }
 
+void TriangleTree::FindWithin(const Eigen::Vector3d& query, double distance, std::vector<Within>* found) const {
+  found->clear();
+  if (items_.empty()) return;
+  const Eigen::Vector3f q = query.cast<float>();
+  const auto limit = static_cast<float>(distance * distance * (1 + 1e-5)) + std::numeric_limits<float>::min();
+  std::array<std::uint32_t, kStackSize> stack;
+  int depth = 0;
+  stack[depth++] = 0;
+  while (depth > 0) {
+    const Node& node = nodes_[stack[--depth]];
+    Eigen::Array4f squared = Eigen::Array4f::Zero();
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Array4f outside = (node.low[k] - q[k]).max(q[k] - node.high[k]).max(0.f);
+      squared += outside * outside;
+    }
+    for (int c = 0; c < 4; ++c) {
+      if (!(squared[c] <= limit) || node.first[c] == kNone) continue;
+      if (node.count[c] == 0) {
+        stack[depth++] = node.first[c];
+        continue;
+      }
+      for (std::uint32_t i = node.first[c]; i < node.first[c] + node.count[c]; ++i) {
+        Nearest nearest;
+        Test(items_[i], query, &nearest);
+        if (nearest.distance_squared <= distance * distance) found->push_back({i, std::sqrt(nearest.distance_squared)});
+      }
+    }
+  }
+}
+
 }  // namespace sixpoint::metrology

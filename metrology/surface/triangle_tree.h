@@ -32,13 +32,25 @@ class TriangleTree {
 
   bool empty() const { return items_.empty(); }
 
- private:
   // One triangle: a corner, two edges from it and their inner products.
   struct Item {
     Eigen::Vector3d a, ab, ac;
     double abab, abac, acac;
     std::uint32_t triangle;
   };
+  // In the tree's own order, in which neighbours stand near each other.
+  const std::vector<Item>& items() const { return items_; }
+  // Replaces `best` where the item is nearer, or as near with a smaller index.
+  static void Test(const Item& item, const Eigen::Vector3d& query, Nearest* best);
+
+  struct Within {
+    std::uint32_t item;
+    double distance;
+  };
+  // All items within a distance, in no particular order.
+  void FindWithin(const Eigen::Vector3d& query, double distance, std::vector<Within>* found) const;
+
+ private:
   // Bounds of four children, by coordinate; a child is a node, or a run of items where its count is not 0.
   struct alignas(16) Node {
     Eigen::Array4f low[3], high[3];
@@ -47,8 +59,6 @@ class TriangleTree {
     EIGEN_MAKE_ALIGNED_OPERATOR_NEW
   };
   struct Builder;
-
-  static void Test(const Item& item, const Eigen::Vector3d& query, Nearest* best);
 
   std::vector<Item> items_;
   std::vector<std::uint32_t> item_of_triangle_;

@@ -22,13 +22,6 @@ std::vector<double> RowMajor(const Matrix& matrix) {
   return values;
 }
 
-void SetTime(storage::Instant instant, google::protobuf::Timestamp* out) {
-  const auto micros = std::chrono::floor<std::chrono::microseconds>(instant.time_since_epoch());
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(micros);
-  out->set_seconds(seconds.count());
-  out->set_nanos(static_cast<int>((micros - seconds).count()) * kNanosPerMicro);
-}
-
 void SetPoint(const std::vector<double>& in, geometry::v1::Point* out) {
   out->set_x_mm(in.at(0));
   out->set_y_mm(in.at(1));
@@ -83,16 +76,75 @@ void RotationToProto(const storage::RotationCalibrationRow& row, v1::RotationCal
   out->set_check_rms_um(row.check_rms_um);
   out->set_check_count(row.check_count);
   out->set_condition_number(row.condition_number);
+  for (const std::string& axis : row.axes) out->add_axes(axis);
   for (const storage::PoseResidualRow& p : row.poses) {
     v1::PoseResidual* residual = out->add_residuals();
     residual->set_a_deg(p.a_deg);
     residual->set_b_deg(p.b_deg);
     residual->set_distance_um(p.distance_um);
     residual->set_held_out(p.held_out);
+    if (p.before_um) residual->set_before_um(*p.before_um);
   }
 }
 
+v1::CalibrationState ToProto(storage::CalibrationState state) {
+  switch (state) {
+    case storage::CalibrationState::kDraft:
+      return v1::CALIBRATION_STATE_DRAFT;
+    case storage::CalibrationState::kNotYetValid:
+      return v1::CALIBRATION_STATE_NOT_YET_VALID;
+    case storage::CalibrationState::kInForce:
+      return v1::CALIBRATION_STATE_IN_FORCE;
+    case storage::CalibrationState::kSuperseded:
+      return v1::CALIBRATION_STATE_SUPERSEDED;
+    case storage::CalibrationState::kExpired:
+      return v1::CALIBRATION_STATE_EXPIRED;
+    case storage::CalibrationState::kWithdrawn:
+      return v1::CALIBRATION_STATE_WITHDRAWN;
+  }
+  return v1::CALIBRATION_STATE_UNSPECIFIED;
+}
+
+void EventToProto(const storage::CalibrationEvent& event, v1::CalibrationEvent* out) {
+  out->set_reason(event.reason);
+  out->set_requested_by(event.requested_by);
+  SetTime(event.recorded.recorded_at, out->mutable_recorded_at());
+  out->set_record_sequence(event.recorded.sequence);
+}
+
+void StateToProto(const storage::CalibrationRow& row, v1::Calibration* out) {
+  out->set_state(ToProto(row.state));
+  if (!row.superseded_by.empty()) out->set_superseded_by(runtime::NameOf("calibrations", row.superseded_by));
+  if (row.release) EventToProto(*row.release, out->mutable_release());
+  if (row.withdrawal) EventToProto(*row.withdrawal, out->mutable_withdrawal());
+  const storage::EnvironmentRow& environment = row.environment;
+  if (!environment.temperature_c && !environment.humidity_percent && environment.note.empty()) return;
+  v1::Environment* message = out->mutable_environment();
+  if (environment.temperature_c) message->set_temperature_c(*environment.temperature_c);
+  if (environment.temperature_standard_uncertainty_c)
+    message->set_temperature_standard_uncertainty_c(*environment.temperature_standard_uncertainty_c);
+  if (environment.humidity_percent) message->set_humidity_percent(*environment.humidity_percent);
+  message->set_note(environment.note);
+}
+
 }  // namespace
+
+void SetTime(storage::Instant instant, google::protobuf::Timestamp* out) {
+  const auto micros = std::chrono::floor<std::chrono::microseconds>(instant.time_since_epoch());
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(micros);
+  out->set_seconds(seconds.count());
+  out->set_nanos(static_cast<int>((micros - seconds).count()) * kNanosPerMicro);
+}
+
+storage::EnvironmentRow RowOf(const v1::Environment& in) {
+  storage::EnvironmentRow row;
+  if (in.has_temperature_c()) row.temperature_c = in.temperature_c();
+  if (in.has_temperature_standard_uncertainty_c())
+    row.temperature_standard_uncertainty_c = in.temperature_standard_uncertainty_c();
+  if (in.has_humidity_percent()) row.humidity_percent = in.humidity_percent();
+  row.note = in.note();
+  return row;
+}
 
 storage::SensorCalibrationRow RowOf(const metrology::SensorCalibration& result) {
   storage::SensorCalibrationRow row;
@@ -119,7 +171,8 @@ storage::SensorCalibrationRow RowOf(const metrology::SensorCalibration& result) 
 }
 
 storage::RotationCalibrationRow RowOf(const metrology::RotationCalibration& result,
-                                      const std::vector<metrology::SpherePose>& poses) {
+                                      const std::vector<metrology::SpherePose>& poses,
+                                      const metrology::RotationOptions& options) {
   storage::RotationCalibrationRow row;
   row.a_direction = RowMajor(result.axes.a.direction);
   row.a_point_mm = RowMajor(result.axes.a.point_mm);
@@ -136,7 +189,8 @@ storage::RotationCalibrationRow RowOf(const metrology::RotationCalibration& resu
   row.condition_number = result.condition_number;
   for (size_t i = 0; i < poses.size(); ++i)
     row.poses.push_back({poses[i].a_rad * kDegPerRad, poses[i].b_rad * kDegPerRad, result.distances_mm.at(i) * kUmPerMm,
-                         poses[i].held_out});
+                         poses[i].held_out, result.before_mm.at(i) * kUmPerMm});
+  row.axes = {options.joints[0].axis, options.joints[1].axis};
   return row;
 }
 
@@ -158,11 +212,14 @@ v1::Calibration ToProto(const storage::CalibrationRow& row) {
   if (row.sensor) SensorToProto(*row.sensor, out.mutable_sensor());
   if (row.rotation) RotationToProto(*row.rotation, out.mutable_rotation());
   if (row.probe) ProbeToProto(*row.probe, out.mutable_probe());
+  StateToProto(row, &out);
   return out;
 }
 
 std::string SummaryOf(const storage::CalibrationRow& row) {
   nlohmann::json summary{{"kind", row.kind()}};
+  if (row.is_draft) summary["draft"] = true;
+  if (row.environment.temperature_c) summary["temperature_c"] = *row.environment.temperature_c;
   if (row.sensor) {
     summary["alpha_deg"] = row.sensor->alpha_deg;
     summary["beta_deg"] = row.sensor->beta_deg;

@@ -13,7 +13,11 @@ namespace sixpoint::calibration {
 
 storage::SensorCalibrationRow RowOf(const metrology::SensorCalibration& result);
 storage::RotationCalibrationRow RowOf(const metrology::RotationCalibration& result,
-                                      const std::vector<metrology::SpherePose>& poses);
+                                      const std::vector<metrology::SpherePose>& poses,
+                                      const metrology::RotationOptions& options);
+
+void SetTime(storage::Instant instant, google::protobuf::Timestamp* out);
+storage::EnvironmentRow RowOf(const v1::Environment& environment);
 
 v1::Calibration ToProto(const storage::CalibrationRow& row);
 

@@ -4,6 +4,8 @@
 #include <string>
 
 #include "services/calibration/calibration_messages.h"
+#include "services/calibration/calibration_states.h"
+#include "services/calibration/calibration_trend.h"
 #include "services/calibration/validate.h"
 #include "services/runtime/call.h"
 #include "services/runtime/compute_slot.h"
@@ -22,7 +24,8 @@ Caller CallerOf(const grpc::ServerContext* context) {
           runtime::KeepGoing(*context)};
 }
 
-grpc::Status Answer(absl::StatusOr<v1::Calibration> result, v1::Calibration* response) {
+template <typename Response>
+grpc::Status Answer(absl::StatusOr<Response> result, Response* response) {
   if (result.ok()) *response = *std::move(result);
   return ToGrpc(result.status());
 }
@@ -48,6 +51,13 @@ absl::StatusOr<v1::Calibration> InForce(storage::Database* database, storage::De
   const auto found = storage::CalibrationInForce(*transaction, *machine, *kind, *at);
   if (!found.ok()) return found.status();
   if (found->has_value()) return ToProto(**found);
+  const auto withdrawn = storage::WithdrawnCalibration(*transaction, *machine, *kind, *at);
+  if (!withdrawn.ok()) return withdrawn.status();
+  if (withdrawn->has_value())
+    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_WITHDRAWN",
+                            request.machine() + ": its " + *kind + " calibration calibrations/" +
+                                (**withdrawn).calibration_id + " was withdrawn (" + (**withdrawn).withdrawal->reason +
+                                "), want one in force; calibrate");
   const auto ended = storage::LastValidity(*transaction, *machine, *kind, *at);
   if (!ended.ok()) return ended.status();
   if (ended->has_value())
@@ -88,7 +98,9 @@ absl::StatusOr<v1::ListCalibrationsResponse> List(storage::Database* database, s
 
 CalibrationService::CalibrationService(storage::Database* database, std::shared_ptr<grpc::Channel> plant,
                                        std::shared_ptr<grpc::Channel> ingest, int threads)
-    : database_(database), calibrator_(database, std::move(plant), std::move(ingest), threads) {}
+    : database_(database),
+      axes_(database, plant),
+      calibrator_(database, std::move(plant), std::move(ingest), threads) {}
 
 grpc::Status CalibrationService::CalibrateSensor(grpc::ServerContext* context,
                                                  const v1::CalibrateSensorRequest* request, v1::Calibration* response) {
@@ -138,6 +150,48 @@ grpc::Status CalibrationService::CalibrateProbe(grpc::ServerContext* context, co
   const runtime::ComputeSlot slot(&running_, kMostRunning);
   if (absl::Status free = slot.Check("calibrations", "CALIBRATIONS_FULL"); !free.ok()) return ToGrpc(free);
   return Answer(calibrator_.CalibrateProbe(*request, CallerOf(context)), response);
+}
+
+grpc::Status CalibrationService::CharacteriseAxis(grpc::ServerContext* context,
+                                                  const v1::CharacteriseAxisRequest* request,
+                                                  v1::AxisCharacterisation* response) {
+  const runtime::ComputeSlot slot(&running_, kMostRunning);
+  if (absl::Status free = slot.Check("calibrations", "CALIBRATIONS_FULL"); !free.ok()) return ToGrpc(free);
+  return Answer(axes_.Characterise(*request, CallerOf(context)), response);
+}
+
+grpc::Status CalibrationService::GetAxisCharacterisation(grpc::ServerContext* context,
+                                                         const v1::GetAxisCharacterisationRequest* request,
+                                                         v1::AxisCharacterisation* response) {
+  return Answer(axes_.Get(*request, runtime::DeadlineOf(*context)), response);
+}
+
+grpc::Status CalibrationService::ListAxisCharacterisations(grpc::ServerContext* context,
+                                                           const v1::ListAxisCharacterisationsRequest* request,
+                                                           v1::ListAxisCharacterisationsResponse* response) {
+  return Answer(axes_.List(*request, runtime::DeadlineOf(*context)), response);
+}
+
+grpc::Status CalibrationService::ReleaseCalibration(grpc::ServerContext* context,
+                                                    const v1::ReleaseCalibrationRequest* request,
+                                                    v1::Calibration* response) {
+  return Answer(Release(database_, runtime::DeadlineOf(*context), *request), response);
+}
+
+grpc::Status CalibrationService::WithdrawCalibration(grpc::ServerContext* context,
+                                                     const v1::WithdrawCalibrationRequest* request,
+                                                     v1::WithdrawCalibrationResponse* response) {
+  absl::StatusOr<v1::WithdrawCalibrationResponse> done = Withdraw(database_, runtime::DeadlineOf(*context), *request);
+  if (done.ok()) *response = *std::move(done);
+  return ToGrpc(done.status());
+}
+
+grpc::Status CalibrationService::GetCalibrationTrend(grpc::ServerContext* context,
+                                                     const v1::GetCalibrationTrendRequest* request,
+                                                     v1::CalibrationTrend* response) {
+  absl::StatusOr<v1::CalibrationTrend> trend = TrendOf(database_, runtime::DeadlineOf(*context), *request);
+  if (trend.ok()) *response = *std::move(trend);
+  return ToGrpc(trend.status());
 }
 
 }  // namespace sixpoint::calibration

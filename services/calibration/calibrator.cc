@@ -4,15 +4,17 @@
 
 #include "metrology/calibration/rotation_calibration.h"
 #include "metrology/calibration/sensor_calibration.h"
+#include "services/calibration/axis_characteriser.h"
 #include "services/calibration/calibration_messages.h"
+#include "services/calibration/kept_answers.h"
 #include "services/calibration/probe_messages.h"
+#include "services/calibration/refusals.h"
 #include "services/calibration/validate.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
 #include "storage/blobs.h"
 #include "storage/calibrations.h"
-#include "storage/requests.h"
 
 namespace sixpoint::calibration {
 namespace {
@@ -22,30 +24,7 @@ constexpr char kRotationCall[] = "calibration.CalibrateRotation";
 constexpr char kProbeCall[] = "calibration.CalibrateProbe";
 constexpr std::size_t kMostPoints = 20'000'000;
 
-// The kernel names field, value and wanted in its message; the wire wants the field apart.
-absl::Status AsRefusal(const absl::Status& status) {
-  const std::string message(status.message());
-  if (absl::IsFailedPrecondition(status)) return runtime::Failure(status.code(), "CALIBRATION_UNDETERMINED", message);
-  const std::size_t colon = message.find(": "), want = message.rfind(", want ");
-  if (!absl::IsInvalidArgument(status) || colon == std::string::npos || want == std::string::npos || want < colon)
-    return status;
-  return runtime::Refuse(message.substr(0, colon), message.substr(colon + 2, want - colon - 2),
-                         message.substr(want + 7));
-}
-
 std::string Revised(const std::string& name, int revision) { return name + "@" + std::to_string(revision); }
-
-// The answer kept for this request_id, if it was answered before.
-template <typename Request>
-absl::StatusOr<std::optional<v1::Calibration>> KeptAnswer(storage::Transaction& transaction, const char* call,
-                                                          const Request& request) {
-  const auto kept = storage::FindAnswer(transaction, call, request.request_id(), request.SerializeAsString());
-  if (!kept.ok()) return kept.status();
-  if (!kept->has_value()) return std::nullopt;
-  v1::Calibration answer;
-  if (!answer.ParseFromString(**kept)) return absl::DataLossError("the kept answer cannot be read");
-  return answer;
-}
 
 template <typename Request>
 absl::StatusOr<std::optional<v1::Calibration>> AnsweredBefore(storage::Database* database, const char* call,
@@ -53,7 +32,7 @@ absl::StatusOr<std::optional<v1::Calibration>> AnsweredBefore(storage::Database*
   if (request.request_id().empty()) return std::nullopt;
   absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
   if (!transaction.ok()) return transaction.status();
-  return KeptAnswer(*transaction, call, request);
+  return FindKept<v1::Calibration>(*transaction, call, request);
 }
 
 // Request, calibration, journal entry and answer in one transaction. No connection was held while the kernel worked, so
@@ -63,7 +42,7 @@ absl::StatusOr<v1::Calibration> Store(storage::Database* database, const char* c
                                       storage::CalibrationRow row, storage::Deadline deadline) {
   absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
   if (!transaction.ok()) return transaction.status();
-  absl::StatusOr<std::optional<v1::Calibration>> kept = KeptAnswer(*transaction, call, request);
+  absl::StatusOr<std::optional<v1::Calibration>> kept = FindKept<v1::Calibration>(*transaction, call, request);
   if (!kept.ok()) return kept.status();
   if (kept->has_value()) return **std::move(kept);
   const std::string bytes = request.SerializeAsString();
@@ -73,10 +52,15 @@ absl::StatusOr<v1::Calibration> Store(storage::Database* database, const char* c
   row.request_sha256 = *std::move(sha256);
   row.requested_by = request.requested_by();
   row.software_version = runtime::SoftwareVersion();
+  row.is_draft = request.draft();
+  row.environment = RowOf(request.environment());
   const absl::StatusOr<storage::Recorded> recorded = storage::InsertCalibration(*transaction, row, SummaryOf(row));
   if (!recorded.ok()) return recorded.status();
-  row.recorded = *recorded;
-  const v1::Calibration answer = ToProto(row);
+  // Read again: its state depends on what else there is.
+  const auto stored = storage::FindCalibration(*transaction, row.calibration_id);
+  if (!stored.ok()) return stored.status();
+  if (!stored->has_value()) return absl::DataLossError("calibration " + row.calibration_id + ": not stored");
+  const v1::Calibration answer = ToProto(**stored);
   absl::Status s = storage::KeepAnswer(*transaction, call, request.request_id(), bytes, answer.SerializeAsString());
   if (!s.ok()) return s;
   if (s = transaction->Commit(); !s.ok()) return s;
@@ -89,9 +73,19 @@ absl::StatusOr<Validity> ValidityIn(const Request& request) {
                     request.has_valid_until() ? &request.valid_until() : nullptr, std::chrono::system_clock::now());
 }
 
-// What was asked for and is not there is the request's fault.
-absl::Status NotKnown(const std::string& field, const std::string& name, const absl::Status& status) {
-  return absl::IsNotFound(status) ? runtime::Refuse(field, name, "one that the plant knows") : status;
+absl::StatusOr<metrology::RotationCalibration> FindAxes(const v1::CalibrateRotationRequest& request,
+                                                        const std::vector<metrology::SpherePose>& poses,
+                                                        const metrology::RotationOptions& options,
+                                                        std::string* method) {
+  if (request.method() == v1::ROTATION_METHOD_STANDARD) {
+    *method = "STANDARD";
+    const absl::StatusOr<metrology::StandardProbing> probing = ProbingOf(request.standard());
+    if (!probing.ok()) return probing.status();
+    return metrology::CalibrateStandardCentre(*probing, poses, options);
+  }
+  const bool point_c = request.method() == v1::ROTATION_METHOD_POINT_C;
+  *method = point_c ? "POINT_C" : "LINES";
+  return point_c ? metrology::CalibratePointC(poses, options) : metrology::CalibrateRotation(poses, options);
 }
 
 }  // namespace
@@ -103,6 +97,7 @@ Calibrator::Calibrator(storage::Database* database, std::shared_ptr<grpc::Channe
 absl::StatusOr<v1::Calibration> Calibrator::CalibrateSensor(const v1::CalibrateSensorRequest& request,
                                                             const Caller& caller) {
   if (absl::Status s = CheckSensorRequest(request); !s.ok()) return s;
+  if (absl::Status s = CheckEnvironment(request.environment()); !s.ok()) return s;
   const absl::StatusOr<metrology::ArtefactTouch> touch = TouchOf(request.touch());
   if (!touch.ok()) return touch.status();
   const absl::StatusOr<Validity> validity = ValidityIn(request);
@@ -160,6 +155,7 @@ absl::StatusOr<v1::Calibration> Calibrator::CalibrateSensor(const v1::CalibrateS
 absl::StatusOr<v1::Calibration> Calibrator::CalibrateRotation(const v1::CalibrateRotationRequest& request,
                                                               const Caller& caller) {
   if (absl::Status s = CheckRotationRequest(request); !s.ok()) return s;
+  if (absl::Status s = CheckEnvironment(request.environment()); !s.ok()) return s;
   const absl::StatusOr<std::vector<metrology::SpherePose>> poses = PosesOf(request);
   if (!poses.ok()) return poses.status();
   const absl::StatusOr<Validity> validity = ValidityIn(request);
@@ -170,23 +166,27 @@ absl::StatusOr<v1::Calibration> Calibrator::CalibrateRotation(const v1::Calibrat
 
   const absl::StatusOr<plant::v1::Machine> machine = plant_.GetMachine(request.machine(), 0, caller.make_context());
   if (!machine.ok()) return NotKnown("machine", request.machine(), machine.status());
-  const absl::StatusOr<metrology::RotaryAxes> nominal = NominalAxesOf(*machine);
-  if (!nominal.ok()) return nominal.status();
-  const metrology::RotationOptions options{*nominal, 1e-3 * request.standard_uncertainty_um()};
-  const bool point_c = request.method() == v1::ROTATION_METHOD_POINT_C;
-  const absl::StatusOr<metrology::RotationCalibration> result =
-      point_c ? metrology::CalibratePointC(*poses, options) : metrology::CalibrateRotation(*poses, options);
+  absl::StatusOr<metrology::RotationOptions> options = RotationOptionsOf(*machine);
+  if (!options.ok()) return options.status();
+  options->standard_uncertainty_mm = 1e-3 * request.standard_uncertainty_um();
+  storage::CalibrationRow row;
+  row.machine_id = *runtime::IdOf("machine", "machines", request.machine());
+  row.inputs = {Revised(request.machine(), machine->revision())};
+  if (request.apply_axis_tables()) {
+    absl::StatusOr<storage::Transaction> transaction = database_->Begin(caller.deadline);
+    if (!transaction.ok()) return transaction.status();
+    const auto used = AddAxisTables(*transaction, row.machine_id, &*options);
+    if (!used.ok()) return used.status();
+    row.inputs.insert(row.inputs.end(), used->begin(), used->end());
+  }
+  const absl::StatusOr<metrology::RotationCalibration> result = FindAxes(request, *poses, *options, &row.method);
   if (!result.ok()) return AsRefusal(result.status());
   if (!result->converged)
     return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_NOT_CONVERGED",
                             "the fit did not settle; probe the sphere at more poses");
-  storage::CalibrationRow row;
-  row.machine_id = *runtime::IdOf("machine", "machines", request.machine());
-  row.inputs = {Revised(request.machine(), machine->revision())};
-  row.method = point_c ? "POINT_C" : "LINES";
   row.valid_from = validity->from;
   row.valid_until = validity->until;
-  row.rotation = RowOf(*result, *poses);
+  row.rotation = RowOf(*result, *poses, *options);
   return Store(database_, kRotationCall, request, std::move(row), caller.deadline);
 }
 

@@ -1,5 +1,6 @@
 // sixpoint-calibration: sensor to machine, and the rotary axes.
 #include "services/calibration/calibration_service.h"
+#include "services/calibration/study_service.h"
 #include "services/runtime/call.h"
 #include "services/runtime/server.h"
 
@@ -17,6 +18,9 @@ std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOp
   services.push_back(std::make_unique<CalibrationService>(
       database, runtime::ConnectTo(PeerOr(options, "plant", "127.0.0.1:7400")),
       runtime::ConnectTo(PeerOr(options, "ingest", "127.0.0.1:7401")), options.threads));
+  services.push_back(std::make_unique<StudyService>(database,
+                                                    runtime::ConnectTo(PeerOr(options, "plant", "127.0.0.1:7400")),
+                                                    runtime::ConnectTo(PeerOr(options, "ingest", "127.0.0.1:7401"))));
   return services;
 }
 

@@ -3,8 +3,10 @@
 #include <cmath>
 #include <set>
 
+#include "services/calibration/axis_messages.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
+#include "services/runtime/machine_chain.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::calibration {
@@ -17,6 +19,7 @@ constexpr int kMostScans = 32;
 constexpr int kMostTouchPoints = 1000;
 constexpr int kMostPoses = 5000;
 constexpr std::size_t kLongestRequester = 200;
+constexpr std::size_t kLongestReason = 1000;
 constexpr std::chrono::hours kUsualValidity{30 * 24};
 constexpr std::chrono::hours kLongestValidity{10 * 366 * 24};
 constexpr int kNanosPerMicro = 1000;
@@ -165,9 +168,12 @@ absl::Status CheckScan(const v1::CalibrateSensorRequest& request, const ingest::
 
 absl::Status CheckRotationRequest(const v1::CalibrateRotationRequest& request) {
   if (absl::Status s = CheckCaller(request.machine(), request.requested_by(), request.request_id()); !s.ok()) return s;
-  if (absl::Status s = CheckCount("poses", request.poses_size(), 1, kMostPoses); !s.ok()) return s;
+  const bool standard = request.method() == v1::ROTATION_METHOD_STANDARD;
+  if (absl::Status s = CheckCount("poses", request.poses_size(), standard ? 0 : 1, kMostPoses); !s.ok()) return s;
   if (!v1::RotationMethod_IsValid(request.method()))
-    return Refuse("method", std::to_string(request.method()), "LINES or POINT_C");
+    return Refuse("method", std::to_string(request.method()), "LINES, POINT_C or STANDARD");
+  if (standard != request.has_standard())
+    return Refuse("standard", standard ? "" : "given", standard ? "bore and face" : "none but for method STANDARD");
   return CheckUncertainty(request.standard_uncertainty_um());
 }
 
@@ -181,33 +187,61 @@ absl::StatusOr<std::vector<metrology::SpherePose>> PosesOf(const v1::CalibrateRo
     if (!in.has_centre_mm()) return Refuse(field + ".centre_mm", "", "a point");
     const absl::StatusOr<Eigen::Vector3d> centre = runtime::FromProto(field + ".centre_mm", in.centre_mm());
     if (!centre.ok()) return centre.status();
-    poses.push_back({in.a_deg() * kRadPerDeg, in.b_deg() * kRadPerDeg, *centre, in.held_out()});
+    poses.push_back({in.a_deg() * kRadPerDeg, in.b_deg() * kRadPerDeg, *centre,
+                     in.held_out() || request.method() == v1::ROTATION_METHOD_STANDARD, TravelFrom(in.a_travel()),
+                     TravelFrom(in.b_travel())});
   }
   return poses;
 }
 
-absl::StatusOr<metrology::RotaryAxes> NominalAxesOf(const plant::v1::Machine& machine) {
-  std::vector<const plant::v1::Joint*> rotary;
-  for (const plant::v1::Joint& joint : machine.kinematics().part_side())
-    if (joint.kind() == plant::v1::JOINT_KIND_ROTARY) rotary.push_back(&joint);
-  if (rotary.size() != 2 || rotary[0]->axis() != "A" || rotary[1]->axis() != "B")
+absl::StatusOr<metrology::StandardProbing> ProbingOf(const v1::StandardProbing& in) {
+  metrology::StandardProbing probing;
+  if (absl::Status s = CheckCount("standard.bore_mm", in.bore_mm_size(), 4, kMostTouchPoints); !s.ok()) return s;
+  if (absl::Status s = CheckCount("standard.face_mm", in.face_mm_size(), 3, kMostTouchPoints); !s.ok()) return s;
+  absl::StatusOr<metrology::Points> bore = PointsOf("standard.bore_mm", in.bore_mm());
+  if (!bore.ok()) return bore.status();
+  absl::StatusOr<metrology::Points> face = PointsOf("standard.face_mm", in.face_mm());
+  if (!face.ok()) return face.status();
+  if (!std::isfinite(in.face_above_centre_mm()))
+    return Refuse("standard.face_above_centre_mm", in.face_above_centre_mm(), "a number");
+  probing.bore_mm = *std::move(bore);
+  probing.face_mm = *std::move(face);
+  probing.face_above_centre_mm = in.face_above_centre_mm();
+  return probing;
+}
+
+absl::StatusOr<metrology::RotationOptions> RotationOptionsOf(const plant::v1::Machine& machine) {
+  const absl::StatusOr<metrology::JointChain> chain = runtime::ChainOf(machine);
+  if (!chain.ok()) return chain.status();
+  absl::StatusOr<metrology::RotationOptions> options = metrology::RotationOptions::Of(*chain);
+  if (!options.ok())
     return runtime::Failure(absl::StatusCode::kFailedPrecondition, "KINEMATICS_UNSUITABLE",
-                            machine.name() + ": " + std::to_string(rotary.size()) +
-                                " rotary joints on the part's side, want two: A, carrying B");
-  const auto line = [&](const plant::v1::Joint& joint) -> absl::StatusOr<metrology::AxisLine> {
-    const std::string field = machine.name() + ".kinematics." + joint.axis();
-    const absl::StatusOr<Eigen::Vector3d> direction = runtime::FromProto(field + ".direction", joint.direction());
-    if (!direction.ok()) return direction.status();
-    const absl::StatusOr<Eigen::Vector3d> point =
-        runtime::FromProto(field + ".point_mm", joint.has_point_mm() ? joint.point_mm() : machine.nominal_centre_mm());
-    if (!point.ok()) return point.status();
-    return metrology::AxisLine{joint.sign() < 0 ? Eigen::Vector3d(-*direction) : *direction, *point};
+                            machine.name() + "." + std::string(options.status().message()));
+  return options;
+}
+
+absl::Status CheckEnvironment(const v1::Environment& in) {
+  const auto outside = [](double value, double least, double most) {
+    return !std::isfinite(value) || value < least || value > most;
   };
-  const absl::StatusOr<metrology::AxisLine> a = line(*rotary[0]);
-  if (!a.ok()) return a.status();
-  const absl::StatusOr<metrology::AxisLine> b = line(*rotary[1]);
-  if (!b.ok()) return b.status();
-  return metrology::RotaryAxes{*a, *b};
+  if (in.has_temperature_c() && outside(in.temperature_c(), -50, 100))
+    return Refuse("environment.temperature_c", in.temperature_c(), "-50 to 100");
+  if (in.has_temperature_standard_uncertainty_c() && outside(in.temperature_standard_uncertainty_c(), 0, 50))
+    return Refuse("environment.temperature_standard_uncertainty_c", in.temperature_standard_uncertainty_c(), "0 to 50");
+  if (in.has_temperature_standard_uncertainty_c() && !in.has_temperature_c())
+    return Refuse("environment.temperature_c", "", "a temperature, of which the uncertainty is stated");
+  if (in.has_humidity_percent() && outside(in.humidity_percent(), 0, 100))
+    return Refuse("environment.humidity_percent", in.humidity_percent(), "0 to 100");
+  if (in.note().size() > kLongestReason)
+    return Refuse("environment.note", std::to_string(in.note().size()) + " bytes", "at most 1000");
+  return absl::OkStatus();
+}
+
+absl::Status CheckEvent(const std::string& reason, const std::string& requested_by, const std::string& request_id) {
+  if (reason.size() > kLongestReason) return Refuse("reason", std::to_string(reason.size()) + " bytes", "at most 1000");
+  if (requested_by.size() > kLongestRequester)
+    return Refuse("requested_by", std::to_string(requested_by.size()) + " bytes", "at most 200");
+  return runtime::CheckUuid("request_id", request_id);
 }
 
 std::string KindText(v1::CalibrationKind kind) {

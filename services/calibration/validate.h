@@ -38,8 +38,13 @@ absl::Status CheckScan(const v1::CalibrateSensorRequest& request, const ingest::
 
 absl::Status CheckRotationRequest(const v1::CalibrateRotationRequest& request);
 absl::StatusOr<std::vector<metrology::SpherePose>> PosesOf(const v1::CalibrateRotationRequest& request);
-// The two rotary joints on the part's side, A before B. FAILED_PRECONDITION for other machines.
-absl::StatusOr<metrology::RotaryAxes> NominalAxesOf(const plant::v1::Machine& machine);
+absl::StatusOr<metrology::StandardProbing> ProbingOf(const v1::StandardProbing& in);
+// The two rotary joints on the part's side, the first carrying the second. FAILED_PRECONDITION for other machines.
+absl::StatusOr<metrology::RotationOptions> RotationOptionsOf(const plant::v1::Machine& machine);
+
+absl::Status CheckEnvironment(const v1::Environment& environment);
+// What release, withdrawal and studies have: a reason, who asks, request_id.
+absl::Status CheckEvent(const std::string& reason, const std::string& requested_by, const std::string& request_id);
 
 // "sensor", "rotation", "probe"; empty for UNSPECIFIED.
 std::string KindText(v1::CalibrationKind kind);

@@ -114,4 +114,21 @@ absl::StatusOr<FetchedRotationCalibration> CalibrationClient::Rotation(
   return RotationOf(found);
 }
 
+absl::Status CalibrationClient::NotInForce(const std::string& field, const std::string& used,
+                                           const std::string& in_force,
+                                           std::unique_ptr<grpc::ClientContext> context) const {
+  calibration::v1::GetCalibrationRequest request;
+  request.set_name(used);
+  Calibration found;
+  if (const grpc::Status s = stub_->GetCalibration(context.get(), request, &found); !s.ok())
+    return runtime::FromGrpc(s);
+  const std::string wanted = ", want a registration that rests on the calibration in force";
+  if (found.state() == calibration::v1::CALIBRATION_STATE_WITHDRAWN)
+    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_WITHDRAWN",
+                            field + ": " + used + ", withdrawn by " + found.withdrawal().requested_by() + " (" +
+                                found.withdrawal().reason() + ")" + wanted + " (" + in_force + ")");
+  return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_EXPIRED",
+                          field + ": " + used + ", superseded by " + in_force + wanted);
+}
+
 }  // namespace sixpoint::clients

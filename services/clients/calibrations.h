@@ -38,6 +38,10 @@ class CalibrationClient {
                                                   std::unique_ptr<grpc::ClientContext> context) const;
   absl::StatusOr<FetchedRotationCalibration> Rotation(const std::string& name,
                                                       std::unique_ptr<grpc::ClientContext> context) const;
+  // FAILED_PRECONDITION that says why `used` is not what is in force now, with its reason: CALIBRATION_WITHDRAWN, or
+  // CALIBRATION_EXPIRED (superseded by another one, over, or never released). field: where `used` was named.
+  absl::Status NotInForce(const std::string& field, const std::string& used, const std::string& in_force,
+                          std::unique_ptr<grpc::ClientContext> context) const;
 
  private:
   std::unique_ptr<calibration::v1::CalibrationService::Stub> stub_;

@@ -27,12 +27,6 @@ struct Inputs {
   plant::v1::Part part;
 };
 
-absl::Status Superseded(const std::string& field, const std::string& used, const std::string& in_force) {
-  return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_EXPIRED",
-                          "registration." + field + ": " + used + ", superseded by " + in_force +
-                              ", want a registration that rests on the calibration in force");
-}
-
 absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const std::string& name, const ContextFactory& context) {
   Inputs inputs;
   registration::v1::GetRegistrationRequest get;
@@ -45,11 +39,13 @@ absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const std::string& name, 
   auto sensor = peers.calibrations.SensorInForce(registration.machine(), context());
   if (!sensor.ok()) return sensor.status();
   if (sensor->name != registration.sensor_calibration())
-    return Superseded("sensor_calibration", registration.sensor_calibration(), sensor->name);
+    return peers.calibrations.NotInForce("registration.sensor_calibration", registration.sensor_calibration(),
+                                         sensor->name, context());
   auto rotation = peers.calibrations.RotationInForce(registration.machine(), context());
   if (!rotation.ok()) return rotation.status();
   if (rotation->name != registration.rotation_calibration())
-    return Superseded("rotation_calibration", registration.rotation_calibration(), rotation->name);
+    return peers.calibrations.NotInForce("registration.rotation_calibration", registration.rotation_calibration(),
+                                         rotation->name, context());
   inputs.sensor = *std::move(sensor);
   inputs.rotation = *std::move(rotation);
 

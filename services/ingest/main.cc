@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "services/ingest/block_memory.h"
 #include "services/ingest/scan_service.h"
 #include "services/ingest/store_service.h"
 #include "services/runtime/call.h"
@@ -59,6 +60,7 @@ std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOp
 
 int main(int argc, char** argv) {
   using namespace sixpoint;
+  ingest::KeepBlockMemory();
   ingest::StoreOptions store_options;
   const runtime::ServerOptions options = runtime::ParseServerOptions(
       argc, argv, "ingest", [&](CLI::App* app) { ingest::AddStoreFlags(app, &store_options); });

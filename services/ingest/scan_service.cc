@@ -92,6 +92,7 @@ ScanService::ScanService(const ScanServiceOptions& options, storage::Database* d
       blobs_(blobs),
       plant_(std::move(plant)),
       workers_(options.decode_worker, options.worker_count, options.decode_patience),
+      encoding_(options.worker_count),
       greatest_upload_count_(options.greatest_upload_count),
       stream_patience_(options.stream_patience) {}
 
@@ -109,7 +110,7 @@ absl::Status ScanService::Upload(grpc::ServerContext* context, UploadStream* str
   }
   UploadCaller caller{UploadDeadline(*context), [context] { return runtime::ContextFor(*context); }, context->peer()};
   absl::StatusOr<std::unique_ptr<ScanUpload>> upload = ScanUpload::Begin(
-      {database_, blobs_, &workers_, &plant_}, std::move(*request.mutable_header()), std::move(caller));
+      {database_, blobs_, &workers_, &plant_, &encoding_}, std::move(*request.mutable_header()), std::move(caller));
   if (!upload.ok()) return upload.status();
   v1::UploadScanResponse response;
   *response.mutable_accepted() = (*upload)->progress();

@@ -8,6 +8,7 @@
 #include "services/ingest/call_watch.h"
 #include "services/ingest/decode_workers.h"
 #include "services/ingest/known_plant.h"
+#include "services/ingest/turns.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "storage/blob_store.h"
 #include "storage/database.h"
@@ -15,8 +16,8 @@
 namespace sixpoint::ingest {
 
 struct ScanServiceOptions {
-  std::string decode_worker;  // path of sixpoint-decode-worker
-  int worker_count = 2;
+  std::string decode_worker;                          // path of sixpoint-decode-worker
+  int worker_count = 2;                               // decoding at once in workers, and encoding at once here
   std::chrono::milliseconds decode_patience{10'000};  // for one block
   // Each holds a thread and one block; more are RESOURCE_EXHAUSTED at once.
   int greatest_upload_count = 64;
@@ -47,6 +48,7 @@ class ScanService final : public v1::ScanService::Service {
   storage::BlobStore* const blobs_;
   KnownPlant plant_;
   DecodeWorkers workers_;
+  Turns encoding_;
   CallWatchdog watchdog_;
   const int greatest_upload_count_;
   const std::chrono::milliseconds stream_patience_;

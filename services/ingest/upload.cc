@@ -194,6 +194,7 @@ absl::StatusOr<ScanUpload::Prepared> ScanUpload::Prepare(const v1::ScanBlock& bl
 }
 
 absl::StatusOr<ScanUpload::Prepared> ScanUpload::Encode(const v1::ScanBlock& block) {
+  const Turns::Turn turn(tools_.encoding);
   const bool raw = header_.encoding() == v1::ENCODING_RAW_PROFILES;
   const double raw_step_mm = 1e-3 * header_.raw_step_um();
   RawProfiles profiles;

@@ -10,6 +10,7 @@
 
 #include "services/ingest/decode_workers.h"
 #include "services/ingest/known_plant.h"
+#include "services/ingest/turns.h"
 #include "services/ingest/validate.h"
 #include "sixpoint/ingest/v1/ingest.pb.h"
 #include "storage/blob_store.h"
@@ -24,6 +25,7 @@ struct UploadTools {
   storage::BlobStore* blobs = nullptr;
   DecodeWorkers* workers = nullptr;
   KnownPlant* plant = nullptr;
+  Turns* encoding = nullptr;
 };
 // Who asks, and until when.
 struct UploadCaller {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 
 namespace sixpoint::cli {
@@ -77,6 +78,22 @@ TEST(PlantDocuments, AMachineSaysEverythingThatIsWrongAtOnce) {
   EXPECT_THAT(message, HasSubstr("part_side[0].axis: \"Q\""));
   EXPECT_THAT(message, HasSubstr("part_side[0].point_mm: missing"));
   EXPECT_THAT(message, HasSubstr("part_side[0].limits_deg: missing"));
+}
+
+TEST(PlantDocuments, ReadsEncoderRunsAndGauges) {
+  const auto run = LoadAxisRun(Example("axis_run.yaml"), "A");
+  ASSERT_TRUE(run.ok()) << run.status();
+  ASSERT_EQ(run->commanded_deg_size(), 306);
+  ASSERT_EQ(run->measured_deg_size(), 306);
+  EXPECT_EQ(run->commanded_deg(0), -10);
+  // 0.012 sin(-10 deg) + 0.003 + 0.0075, as the file rounds it.
+  EXPECT_NEAR(run->measured_deg(0) + 10, 0.012 * std::sin(-M_PI / 18) + 0.003 + 0.0075, 6e-6);
+  EXPECT_EQ(run->travel_size(), 0);
+  const auto gauge = LoadStandardProbing(Example("gauge.yaml"));
+  ASSERT_TRUE(gauge.ok()) << gauge.status();
+  EXPECT_EQ(gauge->bore_mm_size(), 4);
+  EXPECT_EQ(gauge->face_above_centre_mm(), 75);
+  EXPECT_FALSE(LoadAxisRun(Example("gauge.yaml"), "A").ok());
 }
 
 }  // namespace

@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <chrono>
 #include <random>
+#include <thread>
 
 namespace sixpoint::metrology {
 namespace {
@@ -67,21 +70,193 @@ TEST(RotationCalibration, ReachesTheBoundWithHonestCoverage) {
   constexpr double kNoise = 1e-3;
   RotationOptions options = Nominal();
   options.standard_uncertainty_mm = kNoise;
-  double pooled = 0;
+  double pooled = 0, slowest_s = 0;
   int covered = 0;
+  Eigen::Matrix<double, 8, 1> bias = Eigen::Matrix<double, 8, 1>::Zero();
   for (int seed = 1; seed <= kSeeds; ++seed) {
     std::mt19937_64 random(seed);
-    const auto result = CalibrateRotation(Poses(Truth(), kNoise, &random), options);
+    const std::vector<SpherePose> poses = Poses(Truth(), kNoise, &random);
+    const auto start = std::chrono::steady_clock::now();
+    const auto result = CalibrateRotation(poses, options);
+    slowest_s = std::max(slowest_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     ASSERT_TRUE(result.ok()) << result.status();
     const Eigen::Matrix<double, 8, 1> error = ErrorOf(result->axes, Truth());
     pooled += error.dot(result->covariance.ldlt().solve(error)) / 8 / kSeeds;
-    for (int k = 0; k < 8; ++k) covered += std::abs(error(k)) <= 1.96 * std::sqrt(result->covariance(k, k));
+    for (int k = 0; k < 8; ++k) {
+      const double sigma = std::sqrt(result->covariance(k, k));
+      covered += std::abs(error(k)) <= 1.96 * sigma;
+      bias(k) += error(k) / sigma / kSeeds;
+    }
   }
   const double coverage = 100.0 * covered / (8 * kSeeds);
-  std::printf("variance over bound %.3f, 95 %% intervals cover %.1f %%\n", pooled, coverage);
+  std::printf("MSE over bound %.3f, 95 %% intervals cover %.1f %%, greatest bias %.2f sigma, slowest %.1f ms\n", pooled,
+              coverage, bias.cwiseAbs().maxCoeff(), 1e3 * slowest_s);
   EXPECT_NEAR(pooled, 1, 0.15);
   EXPECT_GT(coverage, 93);
   EXPECT_LT(coverage, 97.5);
+  // The mean of 200 scatters by 0.07 sigma.
+  EXPECT_LT(bias.cwiseAbs().maxCoeff(), 0.2);
+  EXPECT_LT(slowest_s, 0.05);
+}
+
+TEST(RotationCalibration, GivesTheSameBitsWhoeverElseCalls) {
+  std::mt19937_64 random(5);
+  const std::vector<SpherePose> poses = Poses(Truth(), 1e-3, &random);
+  const auto alone = CalibrateRotation(poses, Nominal());
+  absl::StatusOr<RotationCalibration> first, second;
+  std::thread other([&] { first = CalibrateRotation(poses, Nominal()); });
+  second = CalibrateRotation(poses, Nominal());
+  other.join();
+  ASSERT_TRUE(alone.ok() && first.ok() && second.ok());
+  for (const auto* result : {&*first, &*second}) {
+    EXPECT_EQ(result->covariance, alone->covariance);
+    EXPECT_EQ(result->distances_mm, alone->distances_mm);
+  }
+}
+
+// B about Y carries C about Z, on a table that X and Y move: NRC's, with axes that neither meet nor are square.
+JointChain TiltRotaryTable(const AxisLine& b, const AxisLine& c) {
+  std::vector<Joint> joints(4);
+  const std::pair<const char*, JointMotion> motions[] = {
+      {"X", {JointKind::kLinear, {Eigen::Vector3d::UnitX(), Eigen::Vector3d::Zero()}}},
+      {"Y", {JointKind::kLinear, {Eigen::Vector3d::UnitY(), Eigen::Vector3d::Zero()}}},
+      {"B", {JointKind::kRotary, b}},
+      {"C", {JointKind::kRotary, c}}};
+  for (size_t i = 0; i < 4; ++i) {
+    joints[i].axis = motions[i].first;
+    joints[i].motion = motions[i].second;
+  }
+  joints[2].minimum = -110 * kDeg;
+  joints[2].maximum = 110 * kDeg;
+  return *JointChain::Make(joints, {});
+}
+
+TEST(RotationCalibration, FindsTheAxesOfATiltRotaryTable) {
+  const JointChain record =
+      TiltRotaryTable({Eigen::Vector3d::UnitY(), {0, 0, -120}}, {Eigen::Vector3d::UnitZ(), {0, 0, 0}});
+  const JointChain real = TiltRotaryTable({Eigen::Vector3d(2e-4, 1, -1e-4).normalized(), {0.02, 0, -120.03}},
+                                          {Eigen::Vector3d(-1e-4, 3e-4, 1).normalized(), {0.015, -0.04, 0}});
+  auto options = RotationOptions::Of(record);
+  ASSERT_TRUE(options.ok()) << options.status();
+  EXPECT_EQ(options->joints[0].axis, "B");
+  EXPECT_EQ(options->joints[1].axis, "C");
+  options->standard_uncertainty_mm = 1e-3;
+  const Eigen::Vector3d sphere(45, -20, 30);
+  const RotaryAxes truth = *RotaryAxes::Of(real);
+  std::vector<SpherePose> poses;
+  for (int b = -90; b <= 90; b += 45)
+    for (int c = 0; c < 360; c += 60) {
+      Eigen::VectorXd at(4);
+      at << 0, 0, b * kDeg, c * kDeg;
+      poses.push_back({b * kDeg, c * kDeg, real.MachineFromZero(at) * sphere, poses.size() % 5 == 4});
+    }
+  const auto exact = CalibrateRotation(poses, *options);
+  ASSERT_TRUE(exact.ok()) << exact.status();
+  EXPECT_LT(ErrorOf(exact->axes, truth).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT(exact->check_rms_mm, 1e-9);
+  // Both curves: the record's axes are tens of um off.
+  ASSERT_EQ(exact->before_mm.size(), poses.size());
+  EXPECT_GT(*std::max_element(exact->before_mm.begin(), exact->before_mm.end()), 0.02);
+  EXPECT_LT(*std::max_element(exact->distances_mm.begin(), exact->distances_mm.end()), 1e-9);
+  constexpr int kSeeds = 200;
+  double pooled = 0;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> noise(0, 1e-3);
+    std::vector<SpherePose> noisy = poses;
+    for (SpherePose& p : noisy) p.centre_mm += Eigen::Vector3d(noise(random), noise(random), noise(random));
+    const auto result = CalibrateRotation(noisy, *options);
+    ASSERT_TRUE(result.ok()) << result.status();
+    const Eigen::Matrix<double, 8, 1> error = ErrorOf(result->axes, truth);
+    pooled += error.dot(result->covariance.ldlt().solve(error)) / 8 / kSeeds;
+  }
+  EXPECT_NEAR(pooled, 1, 0.15);
+  std::vector<SpherePose> beyond = poses;
+  beyond[3].a_rad = 111 * kDeg;
+  const absl::Status refused = CalibrateRotation(beyond, *options).status();
+  EXPECT_EQ(refused.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(refused.message(), "poses[3].B: 111 deg, want -110 to 110 deg, the axis's limits");
+  std::vector<SpherePose> one_c = poses;
+  for (SpherePose& p : one_c) p.b_rad = 0;
+  EXPECT_THAT(std::string(CalibrateRotation(one_c, *options).status().message()),
+              HasSubstr("C axis is not determined"));
+}
+
+// Axes whose angle errors are known: with their tables the fit is exact, without them it is not.
+TEST(RotationCalibration, TakesTheAnglesThatTheAxesReached) {
+  RotationOptions with = Nominal();
+  AngleTable table;
+  for (int i = 0; i < 360; ++i) {
+    const double error = 0.012 * kDeg * std::sin(i * kDeg);
+    table.forward_rad.push_back(error + 0.0075 * kDeg);
+    table.backward_rad.push_back(error - 0.0075 * kDeg);
+  }
+  with.joints[0].table = table;
+  std::vector<SpherePose> poses = Poses(Truth(), 0, nullptr);
+  for (size_t i = 0; i < poses.size(); ++i) {
+    SpherePose& p = poses[i];
+    p.a_travel = i % 2 == 0 ? Travel::kForward : Travel::kBackward;
+    p.centre_mm = Truth().MachineFromZero(table.Reached(p.a_rad, p.a_travel), p.b_rad) * kSphere;
+  }
+  const auto compensated = CalibrateRotation(poses, with), plain = CalibrateRotation(poses, Nominal());
+  ASSERT_TRUE(compensated.ok() && plain.ok());
+  EXPECT_LT(ErrorOf(compensated->axes, Truth()).cwiseAbs().maxCoeff(), 1e-9);
+  // 0.0075 deg at 70 mm is 9 um.
+  EXPECT_GT(plain->check_rms_mm, 3e-3);
+}
+
+TEST(RotationCalibration, StandardProcedureFindsPointCWithItsUncertainty) {
+  const Eigen::Vector3d c(26.6182, 54.8481, -193.1247);
+  constexpr double kNoise = 1e-3, kFace = 75;
+  const auto probing = [&](std::mt19937_64* random) {
+    std::normal_distribution<double> noise(0, kNoise);
+    StandardProbing touched;
+    touched.face_above_centre_mm = kFace;
+    for (int i = 0; i < 8; ++i) {
+      const double at = i * M_PI / 4, radius = 12 + noise(*random);
+      touched.bore_mm.push_back(c + Eigen::Vector3d(radius * std::cos(at), radius * std::sin(at), -40));
+      touched.face_mm.push_back(c + Eigen::Vector3d(5.0 * i, -3.0 * i, kFace + noise(*random)));
+    }
+    return touched;
+  };
+  RotationOptions options = Nominal();
+  options.standard_uncertainty_mm = kNoise;
+  constexpr int kSeeds = 200;
+  double pooled = 0;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    std::mt19937_64 random(seed);
+    const auto result = CalibrateStandardCentre(probing(&random), {}, options);
+    ASSERT_TRUE(result.ok()) << result.status();
+    const Eigen::Vector3d error = result->point_c_mm - c;
+    pooled += error.dot(result->point_c_covariance_mm2.ldlt().solve(error)) / 3 / kSeeds;
+  }
+  // 600 values: sqrt(2/600) = 0.06.
+  EXPECT_NEAR(pooled, 1, 0.18);
+  // Its error curve over poses about axes that do not meet: the lines do better.
+  std::mt19937_64 random(1);
+  StandardProbing touched = probing(&random);
+  const std::vector<SpherePose> poses = Poses(Truth(), 0, nullptr);
+  const auto standard = CalibrateStandardCentre(touched, poses, options);
+  ASSERT_TRUE(standard.ok()) << standard.status();
+  EXPECT_EQ(standard->check_count, static_cast<int>(poses.size()));
+  EXPECT_GT(standard->check_rms_mm, 1e-3);
+  const auto refused = [&](const StandardProbing& in) {
+    const auto result = CalibrateStandardCentre(in, {}, options);
+    return result.ok() ? "accepted" : std::string(result.status().message());
+  };
+  StandardProbing few = touched, arc = touched, inches = touched, nan = touched;
+  few.bore_mm.resize(3);
+  EXPECT_THAT(refused(few), HasSubstr("bore_mm: 3 points, want at least 4"));
+  for (int i = 0; i < 8; ++i) {
+    const double at = i * 2 * kDeg;
+    arc.bore_mm[static_cast<size_t>(i)] = c + Eigen::Vector3d(12 * std::cos(at), 12 * std::sin(at), -40);
+  }
+  EXPECT_THAT(refused(arc), HasSubstr("touch the bore all round"));
+  for (auto* points : {&inches.bore_mm, &inches.face_mm})
+    for (Eigen::Vector3d& p : *points) p /= 25.4;
+  EXPECT_THAT(refused(inches), HasSubstr("check the poses' units"));
+  nan.face_mm[2].z() = std::nan("");
+  EXPECT_THAT(refused(nan), HasSubstr("face_mm[2]"));
 }
 
 // The bound computed apart: Fisher information of all fitted poses by central differences.

@@ -132,6 +132,15 @@ TEST(SensorCalibration, SequentialAgreesWithTheTruthWithinItsUncertainty) {
   for (int k = 0; k < 6; ++k) EXPECT_LT(std::abs(error(k)), 4 * std::sqrt(noisy->sensor.covariance(k, k)) + 1e-5) << k;
 }
 
+// ADR 9; 32 degrees of freedom of 0.5 um each.
+TEST(SensorCalibration, ResidualsOnlyRaiseTheTouchUncertainty) {
+  constexpr double kSquares = 32 * 0.25e-6;
+  EXPECT_EQ(TouchUncertainty(0, kSquares, 32), kTouchUncertaintyMm);
+  EXPECT_EQ(TouchUncertainty(0.5e-3, kSquares, 32), 0.5e-3);
+  EXPECT_EQ(TouchUncertainty(1e-3, kSquares, 32), 1e-3);
+  EXPECT_NEAR(TouchUncertainty(1e-3, 16 * kSquares, 32), 2e-3, 1e-12);
+}
+
 class Refusals : public ::testing::Test {
  protected:
   Refusals()
@@ -155,8 +164,36 @@ TEST_F(Refusals, OneScanOnly) {
 }
 TEST_F(Refusals, BothScansAtOneHeight) {
   scans[1] = bench.Scan("again", 10, 2e-3, &random);
-  EXPECT_THAT(Refused(),
-              ::testing::AllOf(HasSubstr("beta"), HasSubstr("add a scan with machine Z at least 5 mm away")));
+  EXPECT_THAT(Refused(), ::testing::AllOf(HasSubstr("beta"), HasSubstr("add a scan with machine Z at least 5 mm away"),
+                                          HasSubstr("condition number")));
+}
+TEST_F(Refusals, ConesAlongOneLineOfTheScan) {
+  bench = ArtefactBench::Usual(0);
+  bench.artefact.cones = {{"C1", {-7, 0}}, {"C2", {0, 1.2}}, {"C3", {7, 0}}};
+  bench.artefact.slots = {{"Q1", {-3.5, 6.5}}, {"Q2", {-3.5, -6.5}}};
+  scans = TwoScans(bench, 2e-3, &random);
+  touch = bench.Touch(6e-4, &random);
+  EXPECT_THAT(Refused(), ::testing::AllOf(HasSubstr("gamma (turn about machine Z) is not determined"),
+                                          HasSubstr("condition number"), HasSubstr("turn the artefact")));
+}
+TEST_F(Refusals, PoorTouchDataNamingWhatTheyLeaveUndetermined) {
+  touch.standard_uncertainty_mm = 0.05;  // 3 cones alone hold x to 50 um / sqrt 3; with six points of a side, 50 um / 3
+  touch.side_x_mm.clear();
+  EXPECT_THAT(Refused(), ::testing::AllOf(HasSubstr("not determined"), HasSubstr("T_sm x"),
+                                          ::testing::Not(HasSubstr("T_sm y")), ::testing::Not(HasSubstr("T_sm z")),
+                                          HasSubstr("condition number"), HasSubstr("more points")));
+}
+TEST_F(Refusals, TwoConesOnly) {
+  bench.artefact.cones.pop_back();
+  EXPECT_THAT(Refused(), HasSubstr("artefact.cones: 2 of them, want 3 to 16"));
+}
+TEST_F(Refusals, AnotherArtefactsRecord) {
+  for (PlaneFeature& cone : bench.artefact.cones) cone.centre_mm *= 8.0 / 7;
+  EXPECT_THAT(Refused(), HasSubstr("want the distances of the artefact's record within 0.1 mm"));
+}
+TEST_F(Refusals, TouchDataTooLargeByAnInch) {
+  for (TouchedPoint& t : touch.centres) t.point_mm *= 25.4;
+  EXPECT_THAT(Refused(), ::testing::AllOf(HasSubstr("by a factor of 25."), HasSubstr("send millimetres")));
 }
 TEST_F(Refusals, TouchDataInInches) {
   for (TouchedPoint& t : touch.centres) t.point_mm /= 25.4;

@@ -71,6 +71,45 @@ TEST(Surface, HintChangesNothing) {
   }
 }
 
+TEST(Surface, CursorsGiveTheSameBitsWithAndWithoutNearCells) {
+  TriangleMesh slivers = shapes::Blade(300, 3, kFarOrigin);  // triangles a hundred times as long as wide, and fans
+  slivers.corner_normals.clear();
+  for (TriangleMesh mesh : {shapes::Blade(60, 50, kFarOrigin), std::move(slivers)}) {
+    const auto surface = Prepared(std::move(mesh));
+    std::mt19937_64 random(5);
+    std::uniform_real_distribution<double> unit(0, 1);
+    std::normal_distribution<double> off_mm(0, 1);
+    std::vector<Vector3d> queries;
+    const auto& triangles = surface->mesh().triangles;
+    const auto& vertices = surface->mesh().vertices_mm;
+    for (int i = 0; i < 20'000; ++i) {
+      const auto& t = triangles[random() % triangles.size()];
+      const double u = std::sqrt(unit(random)), v = i % 5 == 0 ? 0 : unit(random);  // a fifth of them over an edge
+      const Vector3d on = (1 - u) * vertices[t[0]] + u * (1 - v) * vertices[t[1]] + u * v * vertices[t[2]];
+      const double scale_mm = std::array<double, 4>{0, 1e-3, 0.05, 2}[static_cast<std::size_t>(i % 4)];
+      queries.push_back(on + scale_mm * Vector3d(off_mm(random), off_mm(random), off_mm(random)));
+    }
+    for (const bool near : {false, true}) {
+      if (near) surface->PrepareNear(2);
+      Surface::Cursor cursor(*surface);
+      for (const double limit_mm : {0.02, 0.3, std::numeric_limits<double>::infinity()}) {
+        for (const Vector3d& q : queries) {
+          const SurfacePoint plain = surface->ClosestWithin(q, limit_mm);
+          const SurfacePoint found = cursor.ClosestWithin(q, limit_mm);
+          ASSERT_EQ(plain.triangle, found.triangle);
+          if (plain.triangle == Surface::kNoTriangle) continue;
+          ASSERT_EQ(plain.signed_distance_mm, found.signed_distance_mm);
+          ASSERT_EQ(plain.point_mm, found.point_mm);
+          ASSERT_EQ(plain.normal, found.normal);
+        }
+      }
+    }
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_TRUE(std::isnan(Surface::Cursor(*surface).ClosestWithin({nan, 0, 0}, 1).signed_distance_mm));
+    EXPECT_FALSE(std::isnan(Surface::Cursor(*surface).ClosestWithin({1e9, 0, 0}, 1e12).signed_distance_mm));
+  }
+}
+
 // The chord of a torus of this mesh is 0.8 um; the true distance must come out two orders better, near and off it.
 TEST(Surface, CornerNormalsTakeTheChordalErrorAway) {
   const double major = 20, minor = 3;

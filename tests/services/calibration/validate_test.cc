@@ -125,10 +125,11 @@ TEST(Validate, TakesTheAxesFromTheMachinesRecord) {
   machine.set_name("machines/m1");
   machine.mutable_nominal_centre_mm()->set_z_mm(-193);
   AddRotary(&machine, "A", 0, 1, 1);
-  EXPECT_EQ(NominalAxesOf(machine).status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(RotationOptionsOf(machine).status().code(), absl::StatusCode::kFailedPrecondition);
   AddRotary(&machine, "B", 1, 0, -1)->mutable_point_mm()->set_z_mm(-190);
-  const auto axes = NominalAxesOf(machine);
-  ASSERT_TRUE(axes.ok()) << axes.status();
+  const auto options = RotationOptionsOf(machine);
+  ASSERT_TRUE(options.ok()) << options.status();
+  const metrology::RotaryAxes* axes = &options->nominal;
   EXPECT_EQ(axes->a.direction, Eigen::Vector3d::UnitY());
   EXPECT_EQ(axes->a.point_mm.z(), -193);
   EXPECT_EQ(axes->b.direction, Eigen::Vector3d(-1, 0, 0));

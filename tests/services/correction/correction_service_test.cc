@@ -114,6 +114,18 @@ TEST_F(CorrectionServiceTest, RefusesWhatItCannotRestOnAndStoresNothing) {
   EXPECT_THAT(std::string(superseded.message()), HasSubstr("superseded by"));
   plant_.calibration.sensor.set_name(testing::kSensorCalibration);
 
+  // The older one is in force again; the registration rests on the one that was withdrawn.
+  plant_.calibration.replacement = "calibrations/00000000-0000-7000-8000-000000000098";
+  plant_.calibration.sensor.set_state(calibration::v1::CALIBRATION_STATE_WITHDRAWN);
+  plant_.calibration.sensor.mutable_withdrawal()->set_reason("sensor was knocked");
+  const absl::Status withdrawn = Correct(Request()).status();
+  EXPECT_EQ(withdrawn.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(runtime::ReasonOf(withdrawn), "CALIBRATION_WITHDRAWN");
+  EXPECT_THAT(std::string(withdrawn.message()), HasSubstr("(sensor was knocked), want a registration that rests on"));
+  plant_.calibration.replacement.clear();
+  plant_.calibration.sensor.clear_state();
+  plant_.calibration.sensor.clear_withdrawal();
+
   plant_.calibration.expired = true;
   EXPECT_EQ(Correct(Request()).status().code(), absl::StatusCode::kFailedPrecondition);
   plant_.calibration.expired = false;

@@ -87,6 +87,7 @@ grpc::Status StandInCalibration::GetCalibrationInForce(grpc::ServerContext*,
                                                        calibration::v1::Calibration* response) {
   if (expired) return {grpc::StatusCode::FAILED_PRECONDITION, "machine: its calibration has expired"};
   *response = request->kind() == calibration::v1::CALIBRATION_KIND_SENSOR ? sensor : rotation;
+  if (response->has_sensor() && !replacement.empty()) response->set_name(replacement);
   return grpc::Status::OK;
 }
 

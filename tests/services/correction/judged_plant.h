@@ -46,7 +46,8 @@ class StandInIngest final : public ingest::v1::ScanService::Service {
 class StandInCalibration final : public calibration::v1::CalibrationService::Service {
  public:
   calibration::v1::Calibration sensor, rotation;
-  bool expired = false;  // none in force
+  bool expired = false;     // none in force
+  std::string replacement;  // name of the sensor calibration in force, where it is not `sensor`
   grpc::Status GetCalibration(grpc::ServerContext*, const calibration::v1::GetCalibrationRequest* request,
                               calibration::v1::Calibration* response) override;
   grpc::Status GetCalibrationInForce(grpc::ServerContext*, const calibration::v1::GetCalibrationInForceRequest* request,

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "services/clients/scans.h"
@@ -31,9 +32,9 @@ class ScanServiceTest : public ::testing::Test {
   static constexpr int kUploadSlots = 3;
   static constexpr std::chrono::milliseconds kStreamPatience{1500};
 
-  ScanServiceTest()
+  explicit ScanServiceTest(std::unique_ptr<storage::BlobStore> blobs = storage::MakePostgresqlBlobStore())
       : plant_server_({&plant_}),
-        blobs_(storage::MakePostgresqlBlobStore()),
+        blobs_(std::move(blobs)),
         service_(OptionsForTest(), database_.database(), blobs_.get(), plant_server_.Connect()),
         server_({&service_}),
         channel_(server_.Connect()),

@@ -1,0 +1,46 @@
+#include "bench/calibration/error_statistics.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <cstdio>
+
+namespace sixpoint::bench {
+
+ErrorStatistics::ErrorStatistics(std::string kind, std::vector<std::string> parameters)
+    : kind_(std::move(kind)), parameters_(std::move(parameters)) {
+  const auto size = static_cast<Eigen::Index>(parameters_.size());
+  sum_ = squares_ = reported_squares_ = covered_ = Eigen::ArrayXd::Zero(size);
+}
+
+void ErrorStatistics::Add(const Eigen::VectorXd& error, const Eigen::MatrixXd& bound, const Eigen::MatrixXd& reported) {
+  constexpr double kTwoSided95 = 1.959963984540054;
+  const Eigen::ArrayXd sigma = bound.diagonal().array().sqrt();
+  const Eigen::ArrayXd relative = error.array() / sigma;
+  sum_ += relative;
+  squares_ += relative.square();
+  reported_squares_ += reported.diagonal().array() / sigma.square();
+  covered_ += (error.array().abs() <= kTwoSided95 * reported.diagonal().array().sqrt()).cast<double>();
+  // Scaled to unit diagonal first: rad and mm differ by orders of magnitude.
+  const Eigen::VectorXd inverse_sigma = sigma.inverse();
+  const Eigen::MatrixXd correlation = inverse_sigma.asDiagonal() * bound * inverse_sigma.asDiagonal();
+  const Eigen::LLT<Eigen::MatrixXd> whiten(correlation);
+  whitened_squares_ += whiten.matrixL().solve(relative.matrix()).squaredNorm();
+  ++count_;
+}
+
+double ErrorStatistics::coverage_percent() const { return 100 * covered_.sum() / values(); }
+double ErrorStatistics::worst_bias_sigma() const { return (sum_ / count_).abs().maxCoeff(); }
+double ErrorStatistics::reported_over_bound() const { return std::sqrt((reported_squares_ / count_).maxCoeff()); }
+
+void ErrorStatistics::Print() const {
+  std::printf("%-24s %12s %12s %20s %12s\n", kind_.c_str(), "bias/sigma", "mse/bound", "reported/bound sigma",
+              "coverage %");
+  for (Eigen::Index k = 0; k < sum_.size(); ++k)
+    std::printf("%-24s %12.3f %12.3f %20.3f %12.1f\n", parameters_[static_cast<std::size_t>(k)].c_str(),
+                sum_(k) / count_, squares_(k) / count_, std::sqrt(reported_squares_(k) / count_),
+                100 * covered_(k) / count_);
+  std::printf("%-24s %12s %12.3f %20s %12.1f   %d runs, whitened by the whole bound\n", "pooled", "",
+              variance_over_bound(), "", coverage_percent(), count_);
+}
+
+}  // namespace sixpoint::bench

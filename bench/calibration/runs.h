@@ -1,0 +1,47 @@
+// The parts of `bench/run calibration`. Each prints its tables and hands back its figures.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "bench/calibration/error_statistics.h"
+
+namespace sixpoint::bench {
+
+struct RunOptions {
+  int seeds = 400;    // a bias shows to 0.05 of a standard deviation
+  bool dense = true;  // scans of 600,000 points; else of an eighth
+  int threads = 2;
+  std::string plant;  // folder of plant-a
+};
+
+struct Figures {
+  std::vector<ErrorStatistics> kinds;  // what is pooled over all kinds of calibration
+  nlohmann::json values = nlohmann::json::object();
+};
+
+void RunSensor(const RunOptions& options, Figures* figures);
+void RunExtraction(const RunOptions& options, Figures* figures);
+void RunAxes(const RunOptions& options, Figures* figures);
+void RunPlantA(const RunOptions& options, Figures* figures);
+
+// Work on [0, count) by several threads; each index once.
+template <typename Work>
+void InParallel(int count, int threads, const Work& work);
+
+}  // namespace sixpoint::bench
+
+#include <atomic>
+#include <thread>
+
+template <typename Work>
+void sixpoint::bench::InParallel(int count, int threads, const Work& work) {
+  std::atomic<int> next{0};
+  std::vector<std::thread> crew;
+  for (int t = 0; t < threads; ++t)
+    crew.emplace_back([&] {
+      for (int i; (i = next.fetch_add(1)) < count;) work(i);
+    });
+  for (std::thread& thread : crew) thread.join();
+}

@@ -1,0 +1,248 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "cli/commands.h"
+#include "cli/document.h"
+#include "cli/output.h"
+#include "cli/study_reports.h"
+#include "cli/table.h"
+#include "services/runtime/geometry_proto.h"
+#include "sixpoint/calibration/v1/study.grpc.pb.h"
+
+namespace sixpoint::cli {
+namespace {
+
+using calibration::v1::Study;
+using calibration::v1::StudyService;
+
+constexpr std::size_t kMostItems = 100000;
+
+struct Arguments {
+  std::string machine, file, calibration;
+  std::vector<std::string> names, region;
+  double limit = 0, pitch_mm = 0, temperature_c = 0;
+  bool has_temperature = false;
+};
+
+void AddCommonOptions(CLI::App* command, const std::shared_ptr<Arguments>& arguments) {
+  command->add_option("--temperature-c", arguments->temperature_c, "Of machine and artefact")
+      ->each([arguments](const std::string&) { arguments->has_temperature = true; });
+}
+
+template <typename Request>
+absl::Status Run(Session* session,
+                 grpc::Status (StudyService::Stub::*method)(grpc::ClientContext*, const Request&, Study*),
+                 const Arguments& arguments, Request request) {
+  if (arguments.has_temperature) request.mutable_environment()->set_temperature_c(arguments.temperature_c);
+  request.set_requested_by(session->requested_by());
+  request.set_request_id(NewRequestId());
+  Study study;
+  absl::Status status = session->Call<StudyService>("calibration", method, request, &study);
+  if (!status.ok()) return status;
+  if (session->json) {
+    PrintJson(MessageToJson(study));
+  } else {
+    std::cout << StudyText(study);
+  }
+  if (study.verdict() == calibration::v1::STUDY_VERDICT_REJECTED ||
+      study.verdict() == calibration::v1::STUDY_VERDICT_UNDECIDABLE)
+    session->MarkNotUsable();
+  return status;
+}
+
+absl::Status RunGauge(Session* session, const Arguments& arguments) {
+  calibration::v1::RunGaugeStudyRequest request;
+  for (const std::string& scan : arguments.names) request.add_scans(NameText("scans", scan));
+  if (!arguments.region.empty()) {
+    auto* region = request.mutable_region();
+    region->set_x_minimum_mm(std::stod(arguments.region[0]));
+    region->set_x_maximum_mm(std::stod(arguments.region[1]));
+    region->set_y_minimum_mm(std::stod(arguments.region[2]));
+    region->set_y_maximum_mm(std::stod(arguments.region[3]));
+  }
+  request.set_station_pitch_mm(arguments.pitch_mm);
+  request.set_limit_um(arguments.limit);
+  return Run(session, &StudyService::Stub::RunGaugeStudy, arguments, request);
+}
+
+absl::Status RunArm(Session* session, const Arguments& arguments) {
+  calibration::v1::RunArmStudyRequest request;
+  for (const std::string& scan : arguments.names) request.add_scans(NameText("scans", scan));
+  if (!arguments.calibration.empty()) request.set_sensor_calibration(NameText("calibrations", arguments.calibration));
+  request.set_limit_um(arguments.limit);
+  return Run(session, &StudyService::Stub::RunArmStudy, arguments, request);
+}
+
+absl::Status RunRepeat(Session* session, const Arguments& arguments) {
+  calibration::v1::RunRepeatStudyRequest request;
+  for (const std::string& name : arguments.names) request.add_calibrations(NameText("calibrations", name));
+  return Run(session, &StudyService::Stub::RunRepeatStudy, arguments, request);
+}
+
+// {outer, inner, unit, part: inner | outer, observations: [[outer level, inner level, value], ...]}
+absl::Status RunRr(Session* session, const Arguments& arguments) {
+  const absl::StatusOr<nlohmann::json> document = LoadDocument(arguments.file);
+  if (!document.ok()) return document.status();
+  Problems problems(/*strict=*/true);
+  const Field root(&*document, "", &problems);
+  root.OnlyKeys({"outer", "inner", "unit", "part", "confidence", "balanced_only", "limit_percent", "observations"});
+  calibration::v1::RunGaugeRrRequest request;
+  request.set_outer_name(root.At("outer").Text());
+  request.set_inner_name(root.At("inner").Text());
+  request.set_unit(root.At("unit").Text());
+  if (const auto part = root.Find("part"))
+    request.set_part_level(part->Choice({"inner", "outer"}) == "outer" ? calibration::v1::PART_LEVEL_OUTER
+                                                                       : calibration::v1::PART_LEVEL_INNER);
+  if (const auto confidence = root.Find("confidence")) request.set_confidence(confidence->Number(0.5, 0.999));
+  if (const auto balanced = root.Find("balanced_only")) request.set_balanced_only(balanced->Flag());
+  if (const auto limit = root.Find("limit_percent")) request.set_limit_percent(limit->Positive(1000));
+  for (const Field& item : root.At("observations").Items(1, kMostItems)) {
+    item.OnlyKeys({"outer", "inner", "value"});
+    calibration::v1::Observation* out = request.add_observations();
+    out->set_outer(item.At("outer").Text());
+    out->set_inner(item.At("inner").Text());
+    out->set_value(item.At("value").Number());
+  }
+  if (!problems.empty()) return problems.ToStatus();
+  if (!arguments.machine.empty()) request.set_machine(NameText("machines", arguments.machine));
+  return Run(session, &StudyService::Stub::RunGaugeRr, arguments, request);
+}
+
+absl::Status RunSphere(Session* session, const Arguments& arguments) {
+  const absl::StatusOr<nlohmann::json> document = LoadDocument(arguments.file);
+  if (!document.ok()) return document.status();
+  Problems problems(/*strict=*/true);
+  const Field root(&*document, "", &problems);
+  root.OnlyKeys({"points_mm", "diameter_mm", "diameter_standard_uncertainty_um", "sphere_form_um", "form_mpe_um",
+                 "size_mpe_um", "length_mpe_um", "length_mpe_divisor", "least_points", "lengths"});
+  calibration::v1::RunSphereCheckRequest request;
+  for (const Field& point : root.At("points_mm").Items(1, kMostItems))
+    runtime::ToProto(point.Vector3(), request.add_points_mm());
+  request.set_diameter_mm(root.At("diameter_mm").Positive(10000));
+  const auto optional = [&](const char* key) {
+    const auto field = root.Find(key);
+    return field ? field->Number(0, 1e6) : 0.0;
+  };
+  request.set_diameter_standard_uncertainty_um(optional("diameter_standard_uncertainty_um"));
+  request.set_sphere_form_um(optional("sphere_form_um"));
+  request.set_form_mpe_um(optional("form_mpe_um"));
+  request.set_size_mpe_um(optional("size_mpe_um"));
+  request.set_length_mpe_um(optional("length_mpe_um"));
+  request.set_length_mpe_divisor(optional("length_mpe_divisor"));
+  if (const auto least = root.Find("least_points"))
+    request.set_least_points(static_cast<std::int32_t>(least->Whole(5, 100000)));
+  if (const auto lengths = root.Find("lengths"))
+    for (const Field& item : lengths->Items(0, kMostItems)) {
+      item.OnlyKeys({"standard", "calibrated_mm", "calibrated_standard_uncertainty_um", "measured_mm"});
+      calibration::v1::LengthMeasurement* out = request.add_lengths();
+      out->set_standard(item.At("standard").Text());
+      out->set_calibrated_mm(item.At("calibrated_mm").Positive(100000));
+      out->set_calibrated_standard_uncertainty_um(item.At("calibrated_standard_uncertainty_um").Number(0, 1e6));
+      out->set_measured_mm(item.At("measured_mm").Number());
+    }
+  if (!problems.empty()) return problems.ToStatus();
+  if (!arguments.machine.empty()) request.set_machine(NameText("machines", arguments.machine));
+  return Run(session, &StudyService::Stub::RunSphereCheck, arguments, request);
+}
+
+CLI::Option* AddScans(CLI::App* command, const std::shared_ptr<Arguments>& arguments) {
+  return command->add_option("--scans", arguments->names, "ID,ID,... in the order in which they were made")
+      ->required()
+      ->delimiter(',')
+      ->allow_extra_args(false);
+}
+
+absl::Status ListAll(Session* session, const Arguments& arguments) {
+  calibration::v1::ListStudiesRequest request;
+  if (!arguments.machine.empty()) request.set_machine(NameText("machines", arguments.machine));
+  nlohmann::json json = nlohmann::json::array();
+  Table table({"study", "kind", "machine", "verdict", "by", "recorded"});
+  absl::Status status = ForEachPage<StudyService>(
+      session, "calibration", &StudyService::Stub::ListStudies, request,
+      [&](const calibration::v1::ListStudiesResponse& page) {
+        for (const Study& study : page.studies()) {
+          json.push_back(MessageToJson(study));
+          table.AddRow({IdText(study.name()), StudyKindText(study.kind()),
+                        study.machine().empty() ? "-" : IdText(study.machine()), StudyVerdictName(study.verdict()),
+                        study.requested_by(), TimeText(study.recorded_at())});
+        }
+      });
+  if (!status.ok()) return status;
+  PrintList(session->json, json, table);
+  return status;
+}
+
+absl::Status Show(Session* session, const std::string& name) {
+  calibration::v1::GetStudyRequest request;
+  request.set_name(NameText("studies", name));
+  Study study;
+  absl::Status status = session->Call<StudyService>("calibration", &StudyService::Stub::GetStudy, request, &study);
+  if (!status.ok()) return status;
+  if (session->json) {
+    PrintJson(MessageToJson(study));
+  } else {
+    std::cout << StudyText(study);
+  }
+  return status;
+}
+
+}  // namespace
+
+void AddCalibrateStudyCommands(CLI::App* calibrate, Session* session) {
+  const auto gauge_arguments = std::make_shared<Arguments>();
+  CLI::App* gauge =
+      calibrate->add_subcommand("gauge", "What the scanner repeats, from superposed scans of a ground face");
+  AddScans(gauge, gauge_arguments);
+  gauge->add_option("--region-mm", gauge_arguments->region, "X0,X1,Y0,Y1 in the sensor frame; without it, all")
+      ->delimiter(',')
+      ->expected(4)
+      ->check(CLI::Number);
+  gauge->add_option("--station-pitch-mm", gauge_arguments->pitch_mm, "0.1 without it");
+  gauge->add_option("--limit-um", gauge_arguments->limit, "Greatest median oscillation that is accepted");
+  AddCommonOptions(gauge, gauge_arguments);
+  session->OnCommand(gauge, [session, gauge_arguments] { return RunGauge(session, *gauge_arguments); });
+
+  const auto arm_arguments = std::make_shared<Arguments>();
+  CLI::App* arm = calibrate->add_subcommand("arm", "What the arm repeats, from scans of kind arm");
+  AddScans(arm, arm_arguments);
+  arm->add_option("--calibration", arm_arguments->calibration, "Of the sensor; without it, the one in force");
+  arm->add_option("--limit-um", arm_arguments->limit, "Greatest standard deviation of dx, dy, dz that is accepted");
+  AddCommonOptions(arm, arm_arguments);
+  session->OnCommand(arm, [session, arm_arguments] { return RunArm(session, *arm_arguments); });
+}
+
+void AddStudyCommands(CLI::App* app, Session* session) {
+  CLI::App* study = app->add_subcommand("study", "What instruments and procedures can do (also: calibrate gauge, arm)");
+  study->require_subcommand(1);
+  const auto arguments = std::make_shared<Arguments>();
+
+  CLI::App* list = study->add_subcommand("list", "Lists studies");
+  list->add_option("--machine", arguments->machine, "Only of this machine");
+  session->OnCommand(list, [session, arguments] { return ListAll(session, *arguments); });
+
+  CLI::App* show = study->add_subcommand("show", "Shows a study with the uncertainty of each number");
+  show->add_option("ID", arguments->file, "The study")->required();
+  session->OnCommand(show, [session, arguments] { return Show(session, arguments->file); });
+
+  CLI::App* repeat = study->add_subcommand("repeat", "The tables of a sensor calibration made several times");
+  repeat->add_option("--calibrations", arguments->names, "ID,ID,...; drafts too")
+      ->required()
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  AddCommonOptions(repeat, arguments);
+  session->OnCommand(repeat, [session, arguments] { return RunRepeat(session, *arguments); });
+
+  CLI::App* rr = study->add_subcommand("rr", "Gauge R&R: components of variance of nested data");
+  rr->add_option("FILE", arguments->file, "YAML or JSON, as docs/examples/gauge_rr.yaml")->required();
+  rr->add_option("--machine", arguments->machine, "Which it concerns");
+  AddCommonOptions(rr, arguments);
+  session->OnCommand(rr, [session, arguments] { return RunRr(session, *arguments); });
+
+  CLI::App* sphere = study->add_subcommand("sphere", "A probe on a calibrated sphere and length standards");
+  sphere->add_option("FILE", arguments->file, "YAML or JSON, as docs/examples/sphere_check.yaml")->required();
+  sphere->add_option("--machine", arguments->machine, "Which it concerns");
+  AddCommonOptions(sphere, arguments);
+  session->OnCommand(sphere, [session, arguments] { return RunSphere(session, *arguments); });
+}
+
+}  // namespace sixpoint::cli

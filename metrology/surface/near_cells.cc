@@ -1,0 +1,273 @@
+#include "metrology/surface/near_cells.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+namespace sixpoint::metrology {
+namespace {
+
+constexpr std::uint32_t kNoCell = 0xffffffff;
+constexpr int kKeyBits = 21;  // of each coordinate
+constexpr double kGreatestCellsAcross = (1 << kKeyBits) - 2;
+// Cells of about the mean triangle's edge hold some tens of candidates.
+constexpr double kEdgesPerCell = 1.0;
+constexpr double kLeastCellMm = 0.02;
+// Distances are compared in single precision first; what is nearer than the best by less than its rounding is measured
+// exactly. Longer and thinner triangles round worse.
+constexpr float kRounding = 4e-7f;
+
+std::uint64_t KeyOf(const Eigen::Array3i& cell) {
+  return static_cast<std::uint64_t>(cell[0]) << (2 * kKeyBits) | static_cast<std::uint64_t>(cell[1]) << kKeyBits |
+         static_cast<std::uint64_t>(cell[2]);
+}
+
+Eigen::Array3i CellOf(std::uint64_t key) {
+  constexpr std::uint64_t kMask = (std::uint64_t{1} << kKeyBits) - 1;
+  return {static_cast<int>(key >> (2 * kKeyBits)), static_cast<int>(key >> kKeyBits & kMask),
+          static_cast<int>(key & kMask)};
+}
+
+std::size_t HashOf(std::uint64_t key) { return static_cast<std::size_t>((key * 0x9e3779b97f4a7c15ULL) >> 20); }
+
+// Runs body(begin, end, part) over [0, count) in `parts` runs, each on a thread of its own.
+template <typename Body>
+void InParts(std::size_t count, std::size_t parts, const Body& body) {
+  std::vector<std::thread> threads;
+  for (std::size_t part = 1; part < parts; ++part) {
+    threads.emplace_back([&, part] { body(count * part / parts, count * (part + 1) / parts, part); });
+  }
+  body(0, count / parts, 0);
+  for (std::thread& thread : threads) thread.join();
+}
+
+}  // namespace
+
+Eigen::Vector3d NearCells::CentreOf(const Eigen::Array3i& cell) const {
+  return low_mm_ + cell_mm_ * (cell.cast<double>() + 0.5).matrix();
+}
+
+NearCells::NearCells(const TriangleTree& tree, double covered_mm, int thread_count)
+    : tree_(tree), covered_mm_(covered_mm) {
+  const std::vector<TriangleTree::Item>& items = tree.items();
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  double area = 0;
+  for (const TriangleTree::Item& item : items) {
+    area += 0.5 * item.ab.cross(item.ac).norm();
+    for (const Eigen::Vector3d& corner :
+         {item.a, Eigen::Vector3d(item.a + item.ab), Eigen::Vector3d(item.a + item.ac)}) {
+      low = low.cwiseMin(corner);
+      high = high.cwiseMax(corner);
+    }
+  }
+  shapes_.reserve(items.size());
+  for (const TriangleTree::Item& item : items) shapes_.push_back(ShapeOf(item));
+  const double edge_mm = std::sqrt(4 / std::sqrt(3.0) * area / static_cast<double>(items.size()));
+  const double extent_mm = (high - low).maxCoeff() + 4 * covered_mm;
+  cell_mm_ = std::max({kEdgesPerCell * edge_mm, kLeastCellMm, extent_mm / kGreatestCellsAcross * 1.01});
+  const double radius_mm = 0.5 * std::sqrt(3.0) * cell_mm_;
+  const double band_mm = covered_mm + radius_mm;  // of the centre of a cell that holds a covered point
+  low_mm_ = low - Eigen::Vector3d::Constant(covered_mm + 2 * cell_mm_);
+
+  // Cells that the boxes of triangles, widened, touch; then those whose centre is near indeed.
+  std::vector<std::uint64_t> touched;
+  for (const TriangleTree::Item& item : items) {
+    const Eigen::Vector3d b = item.a + item.ab, c = item.a + item.ac;
+    const Eigen::Array3d from = (item.a.cwiseMin(b).cwiseMin(c) - low_mm_).array() - covered_mm;
+    const Eigen::Array3d to = (item.a.cwiseMax(b).cwiseMax(c) - low_mm_).array() + covered_mm;
+    const Eigen::Array3i first = (from / cell_mm_).floor().cast<int>(), last = (to / cell_mm_).floor().cast<int>();
+    for (int i = first[0]; i <= last[0]; ++i) {
+      for (int j = first[1]; j <= last[1]; ++j) {
+        for (int k = first[2]; k <= last[2]; ++k) touched.push_back(KeyOf({i, j, k}));
+      }
+    }
+    if (touched.size() > (std::size_t{1} << 24)) {
+      std::sort(touched.begin(), touched.end());
+      touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+    }
+  }
+  std::sort(touched.begin(), touched.end());
+  touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+
+  struct Part {
+    std::vector<std::uint64_t> keys;
+    std::vector<std::uint32_t> group_counts, items;
+    std::vector<float> group_distance;
+  };
+  const auto part_count = static_cast<std::size_t>(std::max(1, thread_count));
+  std::vector<Part> parts(part_count);
+  InParts(touched.size(), part_count, [&](std::size_t begin, std::size_t end, std::size_t index) {
+    Part& part = parts[index];
+    std::vector<TriangleTree::Within> within;
+    std::uint32_t hint = TriangleTree::kNone;
+    for (std::size_t t = begin; t < end; ++t) {
+      const Eigen::Vector3d centre = CentreOf(CellOf(touched[t]));
+      const TriangleTree::Nearest nearest = tree_.Find(centre, band_mm * band_mm, hint);
+      if (nearest.triangle == TriangleTree::kNone) continue;
+      hint = nearest.triangle;
+      // Whoever is nearest to a point of the cell is no farther from its centre than this.
+      const double reach_mm = (std::sqrt(nearest.distance_squared) + 2 * radius_mm) * (1 + 1e-12);
+      tree_.FindWithin(centre, reach_mm, &within);
+      std::sort(within.begin(), within.end(), [](const TriangleTree::Within& x, const TriangleTree::Within& y) {
+        return x.distance != y.distance ? x.distance < y.distance : x.item < y.item;
+      });
+      part.keys.push_back(touched[t]);
+      const std::size_t groups = (within.size() + kGroup - 1) / kGroup;
+      part.group_counts.push_back(static_cast<std::uint32_t>(groups));
+      for (std::size_t g = 0; g < groups; ++g) {
+        part.group_distance.push_back(static_cast<float>(within[g * kGroup].distance * (1 - 1e-6)));
+        for (std::size_t i = g * kGroup; i < (g + 1) * kGroup; ++i) {
+          part.items.push_back(within[std::min(i, within.size() - 1)].item);
+        }
+      }
+    }
+  });
+  first_.push_back(0);
+  std::vector<std::uint64_t> keys;
+  for (Part& part : parts) {
+    keys.insert(keys.end(), part.keys.begin(), part.keys.end());
+    for (const std::uint32_t groups : part.group_counts) first_.push_back(first_.back() + groups);
+    items_.insert(items_.end(), part.items.begin(), part.items.end());
+    group_distance_.insert(group_distance_.end(), part.group_distance.begin(), part.group_distance.end());
+    part = {};
+  }
+  std::size_t slots = 16;
+  while (slots < 2 * keys.size()) slots *= 2;
+  keys_.assign(slots, 0);
+  cells_.assign(slots, kNoCell);
+  for (std::uint32_t cell = 0; cell < keys.size(); ++cell) {
+    std::size_t slot = HashOf(keys[cell]) & (slots - 1);
+    while (keys_[slot] != 0) slot = (slot + 1) & (slots - 1);
+    keys_[slot] = keys[cell] + 1;
+    cells_[slot] = cell;
+  }
+}
+
+std::uint32_t NearCells::Find(std::uint64_t key) const {
+  for (std::size_t slot = HashOf(key) & (keys_.size() - 1); keys_[slot] != 0; slot = (slot + 1) & (keys_.size() - 1)) {
+    if (keys_[slot] == key + 1) return cells_[slot];
+  }
+  return kNoCell;
+}
+
+std::size_t NearCells::memory_bytes() const {
+  return shapes_.capacity() * sizeof(Shape) + keys_.capacity() * sizeof(std::uint64_t) +
+         sizeof(std::uint32_t) *
+             (cells_.capacity() + first_.capacity() + items_.capacity() + group_distance_.capacity());
+}
+
+void NearCursor::Enter(std::uint64_t key, const Eigen::Array3i& cell) {
+  key_ = key;
+  cell_ = cells_->Find(key);
+  centre_ = cells_->CentreOf(cell);
+  groups_.clear();
+}
+
+NearCells::Shape NearCells::ShapeOf(const TriangleTree::Item& item) {
+  const Eigen::Vector3d normal = item.ab.cross(item.ac);
+  const double twice_area = normal.norm();
+  const Eigen::Vector3f b = item.ab.cast<float>(), c = item.ac.cast<float>(), n = (normal / twice_area).cast<float>();
+  Shape shape{b.x(), b.y(), b.z(), c.x(), c.y(), c.z(), n.x(), n.y(), n.z(), 0, 0, 0, 0, 0, 0};
+  shape.per_bb = static_cast<float>(1 / item.abab);
+  shape.per_cc = static_cast<float>(1 / item.acac);
+  shape.per_ee = static_cast<float>(1 / (item.abab - 2 * item.abac + item.acac));
+  shape.per_area = static_cast<float>(1 / twice_area);
+  const double thinness = std::sqrt(item.abab * item.acac) / twice_area;  // about 1 for a good triangle
+  shape.rounding = static_cast<float>(kRounding * (1 + thinness));
+  shape.size = static_cast<float>(std::sqrt(std::max(item.abab, item.acac)));
+  return shape;
+}
+
+void NearCursor::Fill(std::uint32_t group) {
+  Group& g = groups_.emplace_back();
+  g.tolerance = 0;
+  for (int i = 0; i < 4; ++i) {
+    const std::uint32_t index = cells_->items_[NearCells::kGroup * group + static_cast<std::uint32_t>(i)];
+    const NearCells::Shape& shape = cells_->shapes_[index];
+    const Eigen::Vector3f a = (tree_.items()[index].a - centre_).cast<float>();
+    g.ax[i] = a.x();
+    g.ay[i] = a.y();
+    g.az[i] = a.z();
+    g.bx[i] = shape.bx;
+    g.by[i] = shape.by;
+    g.bz[i] = shape.bz;
+    g.cx[i] = shape.cx;
+    g.cy[i] = shape.cy;
+    g.cz[i] = shape.cz;
+    g.nx[i] = shape.nx;
+    g.ny[i] = shape.ny;
+    g.nz[i] = shape.nz;
+    g.per_bb[i] = shape.per_bb;
+    g.per_cc[i] = shape.per_cc;
+    g.per_ee[i] = shape.per_ee;
+    g.per_area[i] = shape.per_area;
+    const float reach = std::abs(a.x()) + std::abs(a.y()) + std::abs(a.z()) + static_cast<float>(cells_->cell_mm_);
+    g.tolerance = std::max(g.tolerance, shape.rounding * (reach + shape.size));
+  }
+}
+
+// Squared distances to the four triangles: to the plane where the foot is inside, else to the nearest edge.
+void NearCursor::Measure(const Group& g, const Eigen::Vector3f& query, float* distances_squared) const {
+  using Eigen::Array4f;
+  const Array4f px = query.x() - g.ax, py = query.y() - g.ay, pz = query.z() - g.az;
+  const auto segment = [](const Array4f& qx, const Array4f& qy, const Array4f& qz, const Array4f& ex, const Array4f& ey,
+                          const Array4f& ez, const Array4f& per) -> Array4f {
+    const Array4f t = ((qx * ex + qy * ey + qz * ez) * per).max(0.f).min(1.f);
+    const Array4f dx = qx - t * ex, dy = qy - t * ey, dz = qz - t * ez;
+    return dx * dx + dy * dy + dz * dz;
+  };
+  Array4f squared = segment(px, py, pz, g.bx, g.by, g.bz, g.per_bb);
+  squared = squared.min(segment(px, py, pz, g.cx, g.cy, g.cz, g.per_cc));
+  squared = squared.min(segment(px - g.bx, py - g.by, pz - g.bz, g.cx - g.bx, g.cy - g.by, g.cz - g.bz, g.per_ee));
+  const Array4f v =
+      ((py * g.cz - pz * g.cy) * g.nx + (pz * g.cx - px * g.cz) * g.ny + (px * g.cy - py * g.cx) * g.nz) * g.per_area;
+  const Array4f w =
+      ((g.by * pz - g.bz * py) * g.nx + (g.bz * px - g.bx * pz) * g.ny + (g.bx * py - g.by * px) * g.nz) * g.per_area;
+  const Array4f height = px * g.nx + py * g.ny + pz * g.nz;
+  squared = ((v >= 0.f) && (w >= 0.f) && (v + w <= 1.f)).select(height * height, squared);
+  Eigen::Map<Array4f, Eigen::Aligned16> out(distances_squared);
+  out = squared;
+}
+
+TriangleTree::Nearest NearCursor::Find(const Eigen::Vector3d& query, double limit_squared, std::uint32_t hint) {
+  if (cells_ == nullptr) return tree_.Find(query, limit_squared, hint);
+  const Eigen::Array3d at = ((query - cells_->low_mm_) / cells_->cell_mm_).array();
+  const bool inside = (at >= 0).all() && (at < kGreatestCellsAcross).all();
+  if (inside) {
+    const Eigen::Array3i cell = at.cast<int>();
+    if (const std::uint64_t key = KeyOf(cell); key != key_) Enter(key, cell);
+  }
+  if (!inside || cell_ == kNoCell) {
+    TriangleTree::Nearest none;
+    none.distance_squared = limit_squared;
+    if (limit_squared <= cells_->covered_mm_ * cells_->covered_mm_) return none;
+    return tree_.Find(query, limit_squared, hint);
+  }
+  const std::uint32_t first = cells_->first_[cell_], count = cells_->first_[cell_ + 1] - first;
+  const Eigen::Vector3f q = (query - centre_).cast<float>();
+  const float from_centre = q.norm() * (1 + 1e-5f);
+  if (distances_squared_.size() < NearCells::kGroup * count) distances_squared_.resize(NearCells::kGroup * count);
+  float best = std::numeric_limits<float>::infinity();  // distance, with its tolerance
+  std::uint32_t used = 0;
+  for (; used < count; ++used) {
+    if (cells_->group_distance_[first + used] - from_centre > best) break;
+    if (used == groups_.size()) Fill(first + used);
+    float* squared = &distances_squared_[NearCells::kGroup * used];
+    Measure(groups_[used], q, squared);
+    const float least = std::min(std::min(squared[0], squared[1]), std::min(squared[2], squared[3]));
+    best = std::min(best, std::sqrt(least) + groups_[used].tolerance);
+  }
+  TriangleTree::Nearest nearest;
+  nearest.distance_squared = limit_squared;
+  for (std::uint32_t g = 0; g < used; ++g) {
+    const float reach = best + groups_[g].tolerance;
+    for (std::uint32_t i = NearCells::kGroup * g; i < NearCells::kGroup * (g + 1); ++i) {
+      if (distances_squared_[i] > reach * reach) continue;
+      TriangleTree::Test(tree_.items()[cells_->items_[NearCells::kGroup * first + i]], query, &nearest);
+    }
+  }
+  return nearest;
+}
+
+}  // namespace sixpoint::metrology

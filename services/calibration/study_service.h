@@ -1,0 +1,45 @@
+// sixpoint.calibration.v1.StudyService.
+#pragma once
+
+#include <atomic>
+#include <memory>
+
+#include "services/calibration/study_runner.h"
+#include "sixpoint/calibration/v1/study.grpc.pb.h"
+
+namespace sixpoint::calibration {
+
+class StudyService final : public v1::StudyService::Service {
+ public:
+  // One more than kMostRunning at once gets RESOURCE_EXHAUSTED.
+  StudyService(storage::Database* database, std::shared_ptr<grpc::Channel> plant,
+               std::shared_ptr<grpc::Channel> ingest);
+
+  grpc::Status RunGaugeStudy(grpc::ServerContext* context, const v1::RunGaugeStudyRequest* request,
+                             v1::Study* response) override;
+  grpc::Status RunArmStudy(grpc::ServerContext* context, const v1::RunArmStudyRequest* request,
+                           v1::Study* response) override;
+  grpc::Status RunRepeatStudy(grpc::ServerContext* context, const v1::RunRepeatStudyRequest* request,
+                              v1::Study* response) override;
+  grpc::Status RunGaugeRr(grpc::ServerContext* context, const v1::RunGaugeRrRequest* request,
+                          v1::Study* response) override;
+  grpc::Status RunSphereCheck(grpc::ServerContext* context, const v1::RunSphereCheckRequest* request,
+                              v1::Study* response) override;
+  grpc::Status GetStudy(grpc::ServerContext* context, const v1::GetStudyRequest* request, v1::Study* response) override;
+  grpc::Status ListStudies(grpc::ServerContext* context, const v1::ListStudiesRequest* request,
+                           v1::ListStudiesResponse* response) override;
+
+ private:
+  static constexpr int kMostRunning = 2;
+
+  template <typename Request>
+  grpc::Status Run(grpc::ServerContext* context,
+                   absl::StatusOr<v1::Study> (StudyRunner::*method)(const Request&, const Caller&),
+                   const Request& request, v1::Study* response);
+
+  storage::Database* database_;
+  StudyRunner runner_;
+  std::atomic<int> running_{0};
+};
+
+}  // namespace sixpoint::calibration

@@ -1,0 +1,78 @@
+#include "storage/studies.h"
+
+namespace sixpoint::storage {
+namespace {
+
+#define SIXPOINT_STUDY_COLUMNS                                                                         \
+  "study_id, machine_id, kind, inputs, request_sha256, verdict, result, temperature_c, requested_by, " \
+  "software_version, "                                                                                 \
+  "record_sequence, recorded_at"
+constexpr char kInsertStudy[] = "INSERT INTO studies (" SIXPOINT_STUDY_COLUMNS
+                                ") VALUES ($1, $2, $3, $4, $5, $6, $7::jsonb, $8, $9, $10, $11, $12)";
+constexpr char kSelectStudy[] = "SELECT " SIXPOINT_STUDY_COLUMNS " FROM studies WHERE study_id = $1";
+constexpr char kSelectPage[] = "SELECT " SIXPOINT_STUDY_COLUMNS
+                               " FROM studies WHERE ($1 = '' OR machine_id = $1) AND ($2 = '' OR kind = $2) "
+                               "AND ($3::bigint = 0 OR record_sequence < $3::bigint) "
+                               "ORDER BY record_sequence DESC LIMIT $4";
+#undef SIXPOINT_STUDY_COLUMNS
+
+std::vector<StudyRow> ReadStudies(const Rows& rows) {
+  std::vector<StudyRow> studies;
+  for (int row = 0; row < rows.count(); ++row) {
+    StudyRow& s = studies.emplace_back();
+    s.study_id = rows.Text(row, 0);
+    if (!rows.IsNull(row, 1)) s.machine_id = rows.Text(row, 1);
+    s.kind = rows.Text(row, 2);
+    s.inputs = rows.Texts(row, 3);
+    s.request_sha256 = rows.Text(row, 4);
+    s.verdict = rows.Text(row, 5);
+    s.result_json = rows.Text(row, 6);
+    if (!rows.IsNull(row, 7)) s.temperature_c = rows.Real(row, 7);
+    s.requested_by = rows.Text(row, 8);
+    s.software_version = rows.Text(row, 9);
+    s.recorded = {rows.Int(row, 10), rows.Time(row, 11)};
+  }
+  return studies;
+}
+
+}  // namespace
+
+absl::StatusOr<Recorded> InsertStudy(Transaction& transaction, const StudyRow& study, const std::string& summary_json) {
+  RecordEntry entry;
+  entry.kind = "study";
+  entry.name = "studies/" + study.study_id;
+  entry.inputs = study.inputs;
+  if (!study.machine_id.empty()) entry.machine = study.machine_id;
+  entry.method = study.kind;
+  entry.software_version = study.software_version;
+  entry.requested_by = study.requested_by;
+  entry.summary_json = summary_json;
+  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
+  if (!recorded.ok()) return recorded.status();
+  Params params;
+  params.Text(study.study_id);
+  study.machine_id.empty() ? params.Null() : params.Text(study.machine_id);
+  params.Text(study.kind).Texts(study.inputs).Text(study.request_sha256).Text(study.verdict).Json(study.result_json);
+  study.temperature_c ? params.Real(*study.temperature_c) : params.Null();
+  params.Text(study.requested_by).Text(study.software_version).Int(recorded->sequence).Time(recorded->recorded_at);
+  const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertStudy, params);
+  if (!inserted.ok()) return inserted.status();
+  return recorded;
+}
+
+absl::StatusOr<std::optional<StudyRow>> FindStudy(Transaction& transaction, const std::string& study_id) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectStudy, Params().Text(study_id));
+  if (!rows.ok()) return rows.status();
+  if (rows->count() == 0) return std::nullopt;
+  return ReadStudies(*rows).front();
+}
+
+absl::StatusOr<std::vector<StudyRow>> ListStudies(Transaction& transaction, const std::string& machine_id,
+                                                  const std::string& kind, std::int64_t before_sequence, int limit) {
+  const absl::StatusOr<Rows> rows =
+      transaction.Execute(kSelectPage, Params().Text(machine_id).Text(kind).Int(before_sequence).Int(limit));
+  if (!rows.ok()) return rows.status();
+  return ReadStudies(*rows);
+}
+
+}  // namespace sixpoint::storage

@@ -1,0 +1,39 @@
+// Studies of what an instrument or a procedure can do.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "storage/database.h"
+#include "storage/record.h"
+
+namespace sixpoint::storage {
+
+struct StudyRow {
+  std::string study_id;    // UUID
+  std::string machine_id;  // empty where it concerns none
+  std::string kind;        // GAUGE, ARM, REPEAT, GAUGE_RR, SPHERE_CHECK
+  std::vector<std::string> inputs;
+  std::string request_sha256;  // of a stored blob
+  std::string verdict;         // ACCEPTED, REJECTED, UNDECIDABLE, REPORTED
+  std::string result_json;
+  std::optional<double> temperature_c;
+  std::string requested_by;
+  std::string software_version;
+  Recorded recorded;  // set by InsertStudy
+};
+
+// Journal entry and study. Call it last before the commit (the journal's lock).
+absl::StatusOr<Recorded> InsertStudy(Transaction& transaction, const StudyRow& study, const std::string& summary_json);
+
+absl::StatusOr<std::optional<StudyRow>> FindStudy(Transaction& transaction, const std::string& study_id);
+
+// Empty filters match all. Newest first, from below `before_sequence` (0: from the newest).
+absl::StatusOr<std::vector<StudyRow>> ListStudies(Transaction& transaction, const std::string& machine_id,
+                                                  const std::string& kind, std::int64_t before_sequence, int limit);
+
+}  // namespace sixpoint::storage

@@ -1,0 +1,242 @@
+#include "metrology/kinematics/joint_chain.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "metrology/kinematics/rotary_axes.h"
+
+namespace sixpoint::metrology {
+namespace {
+
+using Eigen::Vector3d;
+using ::testing::HasSubstr;
+constexpr double kDeg = M_PI / 180;
+
+Joint Linear(const std::string& axis, const Vector3d& direction) {
+  Joint joint;
+  joint.axis = axis;
+  joint.motion = {JointKind::kLinear, {direction, Vector3d::Zero()}};
+  return joint;
+}
+Joint Rotary(const std::string& axis, const Vector3d& direction, const Vector3d& point_mm, double sign = 1) {
+  Joint joint;
+  joint.axis = axis;
+  joint.motion = {JointKind::kRotary, {direction, point_mm}};
+  joint.sign = sign;
+  return joint;
+}
+JointChain Chain(std::vector<Joint> part_side, std::vector<Joint> tool_side) {
+  auto chain = JointChain::Make(std::move(part_side), std::move(tool_side));
+  EXPECT_TRUE(chain.ok()) << chain.status();
+  return *std::move(chain);
+}
+Eigen::VectorXd Values(std::vector<double> values) {
+  return Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+const Vector3d kPointC(26.6264, 54.8357, -193.1341);  // the paper's
+
+// The SARIX: A about Y carries B about X; X, Y, Z move the tool.
+JointChain Sarix() {
+  Joint a = Rotary("A", Vector3d::UnitY(), kPointC);
+  a.minimum = -100 * kDeg;
+  a.maximum = 100 * kDeg;
+  return Chain({a, Rotary("B", Vector3d::UnitX(), kPointC)},
+               {Linear("X", Vector3d::UnitX()), Linear("Y", Vector3d::UnitY()), Linear("Z", Vector3d::UnitZ())});
+}
+
+// NRC's tilt-rotary table: X carries Y carries B (about Y) carries C (about Z); Z moves the tool. At rest the tool's frame and
+// the workpiece's are one; B lies z12 below their origin.
+JointChain TiltRotaryTable(double z12_mm) {
+  return Chain({Linear("X", Vector3d::UnitX()), Linear("Y", Vector3d::UnitY()),
+                Rotary("B", Vector3d::UnitY(), {0, 0, -z12_mm}), Rotary("C", Vector3d::UnitZ(), {0, 0, 0})},
+               {Linear("Z", Vector3d::UnitZ())});
+}
+
+// Nothing of it is along a machine axis, and no two axes meet.
+JointChain Skewed() {
+  return Chain({Linear("Y", Vector3d(0.01, 1, -0.02).normalized()),
+                Rotary("C", Vector3d(0.02, -0.01, 1).normalized(), {11, -7, 3}, -1),
+                Rotary("A", Vector3d(1, 0.03, 0.01).normalized(), {2, 90, -60})},
+               {Linear("X", Vector3d(1, 0.002, 0.003).normalized()),
+                Rotary("B", Vector3d(-0.01, 1, 0.02).normalized(), {400, 3, 350})});
+}
+
+TEST(JointChain, TheSarixIsRyRxAboutC) {
+  const JointChain chain = Sarix();
+  const Vector3d p(71, 60, -181);
+  for (const double a : {-1.7, 0.0, 0.4}) {
+    for (const double b : {-6.0, 0.3, 3.1}) {
+      Eigen::Matrix3d ry, rx;  // CONF 3.1, written out by hand
+      ry << std::cos(a), 0, std::sin(a), 0, 1, 0, -std::sin(a), 0, std::cos(a);
+      rx << 1, 0, 0, 0, std::cos(b), -std::sin(b), 0, std::sin(b), std::cos(b);
+      const Vector3d stands = kPointC + ry * rx * (p - kPointC);
+      const Eigen::VectorXd at = Values({a, b, 5, -3, 40});
+      EXPECT_LT((chain.MachineFromZero(at) * p - stands).norm(), 1e-9);
+      EXPECT_LT((chain.MachineFromTool(at) * p - (p + Vector3d(5, -3, 40))).norm(), 1e-9);
+      EXPECT_LT((chain.ZeroFromTool(at) * (stands - Vector3d(5, -3, 40)) - p).norm(), 1e-9);
+    }
+  }
+}
+
+// NRC equation (3), element by element.
+TEST(JointChain, TheTiltRotaryTableIsNrcsClosedForm) {
+  const double z12 = 123.4;
+  const JointChain chain = TiltRotaryTable(z12);
+  for (const double b : {-1.2, 0.0, 0.7}) {
+    for (const double c : {-2.5, 0.2, 6.0}) {
+      const double x = 12, y = -34, z = 56;
+      const double sb = std::sin(b), cb = std::cos(b), sc = std::sin(c), cc = std::cos(c);
+      Eigen::Matrix4d closed;
+      closed << cc * cb, sc, -cc * sb, -x * cc * cb - y * sc - (z + z12) * cc * sb,  //
+          -sc * cb, cc, sc * sb, x * sc * cb - y * cc + (z + z12) * sc * sb,         //
+          sb, 0, cb, -x * sb + (z + z12) * cb - z12,                                 //
+          0, 0, 0, 1;
+      EXPECT_LT((chain.ZeroFromTool(Values({x, y, b, c, z})).matrix() - closed).cwiseAbs().maxCoeff(), 1e-9);
+    }
+  }
+}
+
+Eigen::Matrix4d Shift(const Vector3d& t) {
+  Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
+  m.topRightCorner<3, 1>() = t;
+  return m;
+}
+// Rodrigues' matrix, written out; about a line by shifting there and back.
+Eigen::Matrix4d Turn(const Vector3d& d, const Vector3d& point, double angle) {
+  Eigen::Matrix3d k;
+  k << 0, -d.z(), d.y(), d.z(), 0, -d.x(), -d.y(), d.x(), 0;
+  Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
+  m.topLeftCorner<3, 3>() = Eigen::Matrix3d::Identity() + std::sin(angle) * k + (1 - std::cos(angle)) * k * k;
+  return Shift(point) * m * Shift(-point);
+}
+
+TEST(JointChain, SkewedAxesThatDoNotMeetAreAProductOfMatrices) {
+  const Eigen::VectorXd at = Values({20, 0.8, -1.9, -15, 0.3});
+  const JointChain chain = Skewed();
+  const std::vector<Joint>& j = chain.joints();
+  const auto line = [&](int i) { return j[static_cast<size_t>(i)].motion.line; };
+  const Eigen::Matrix4d part = Shift(20 * line(0).direction) * Turn(line(1).direction, line(1).point_mm, -0.8) *
+                               Turn(line(2).direction, line(2).point_mm, -1.9);
+  const Eigen::Matrix4d tool = Shift(-15 * line(3).direction) * Turn(line(4).direction, line(4).point_mm, 0.3);
+  EXPECT_LT((chain.MachineFromZero(at).matrix() - part).cwiseAbs().maxCoeff(), 1e-11);
+  EXPECT_LT((chain.MachineFromTool(at).matrix() - tool).cwiseAbs().maxCoeff(), 1e-11);
+  EXPECT_LT((chain.ZeroFromTool(at).matrix() - part.inverse() * tool).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST(JointChain, DerivativesAreThoseOfDifferences) {
+  const JointChain chain = Skewed();
+  const Eigen::VectorXd at = Values({20, 0.8, -1.9, -15, 0.3});
+  const Vector3d p(70, 60, -180);
+  constexpr double kStep = 1e-6;
+  // Rounding: 1e-14 * 400 mm / 1e-6.
+  constexpr double kTolerance = 1e-5;
+  const Eigen::Matrix3Xd part = chain.PartPositionJacobian(p, at), tool = chain.ToolPositionJacobian(p, at);
+  for (int k = 0; k < chain.size(); ++k) {
+    const Eigen::VectorXd up = at + kStep * Eigen::VectorXd::Unit(5, k),
+                          down = at - kStep * Eigen::VectorXd::Unit(5, k);
+    EXPECT_LT(((chain.MachineFromZero(up) * p - chain.MachineFromZero(down) * p) / (2 * kStep) - part.col(k)).norm(),
+              kTolerance);
+    EXPECT_LT(((chain.ZeroFromTool(up) * p - chain.ZeroFromTool(down) * p) / (2 * kStep) - tool.col(k)).norm(),
+              kTolerance);
+  }
+  const Eigen::Matrix3Xd part_lines = chain.PartParameterJacobian(p, at),
+                         tool_lines = chain.ToolParameterJacobian(p, at);
+  ASSERT_EQ(chain.parameter_count(), 2 + 4 + 4 + 2 + 4);
+  for (int k = 0; k < chain.parameter_count(); ++k) {
+    const Eigen::VectorXd step = kStep * Eigen::VectorXd::Unit(chain.parameter_count(), k);
+    const JointChain up = chain.Perturbed(step), down = chain.Perturbed(-step);
+    EXPECT_LT(((up.MachineFromZero(at) * p - down.MachineFromZero(at) * p) / (2 * kStep) - part_lines.col(k)).norm(),
+              kTolerance)
+        << k;
+    EXPECT_LT(((up.ZeroFromTool(at) * p - down.ZeroFromTool(at) * p) / (2 * kStep) - tool_lines.col(k)).norm(),
+              kTolerance)
+        << k;
+  }
+}
+
+// RotaryAxes stands on the chain; these are the expressions that it had before, and the bits are the same.
+TEST(JointChain, RotaryAxesKeepTheirBits) {
+  const RotaryAxes axes{{Vector3d(1e-4, 1, 3e-6).normalized(), {26.63, 54.88, -193.32}},
+                        {Vector3d(1, -1e-4, 2e-5).normalized(), {26.63, 54.87, -193.324}}};
+  const Vector3d p(70, 60, -180);
+  for (const double a : {-0.8, 0.0, 1.3}) {
+    const double b = 2.5 - a;
+    EXPECT_EQ(axes.MachineFromZero(a, b).matrix(), (AboutLine(axes.a, a) * AboutLine(axes.b, b)).matrix());
+    Eigen::Matrix<double, 3, 8> before;
+    before << LineJacobian(axes.a, AboutLine(axes.b, b) * p, a),
+        AboutLine(axes.a, a).linear() * LineJacobian(axes.b, p, b);
+    EXPECT_EQ(axes.ParameterJacobian(p, a, b), before);
+  }
+  const auto of = RotaryAxes::Of(Skewed());
+  ASSERT_TRUE(of.ok());
+  EXPECT_EQ(of->MachineFromZero(0.3, 0.4).matrix(), Skewed().MachineFromZero(Values({0, 0.3, 0.4, 0, 0})).matrix());
+  EXPECT_EQ(RotaryAxes::Of(Chain({Rotary("B", Vector3d::UnitX(), {0, 0, 0})}, {})).status().code(),
+            absl::StatusCode::kFailedPrecondition);
+}
+
+TEST(JointChain, LimitsAreCheckedByName) {
+  const JointChain chain = Sarix();
+  EXPECT_TRUE(chain.CheckLimits(Values({-100 * kDeg, 50, 0, 0, 0})).ok());
+  const absl::Status over = chain.CheckLimits(Values({100.5 * kDeg, 0, 0, 0, 0}));
+  EXPECT_EQ(over.code(), absl::StatusCode::kOutOfRange);
+  EXPECT_EQ(over.message(), "A: 100.5 deg, want -100 to 100 deg");
+  EXPECT_THAT(std::string(chain.CheckLimits(Values({0, 0, std::nan(""), 0, 0})).message()), HasSubstr("X: nan mm"));
+  EXPECT_THAT(std::string(chain.CheckLimits(Values({0, 0})).message()), HasSubstr("2 values, want 5"));
+  EXPECT_EQ(chain.Find("Z"), 4);
+  EXPECT_EQ(chain.Find("C"), std::nullopt);
+}
+
+TEST(JointChain, RefusesWhatIsNoMachine) {
+  const auto refused = [](std::vector<Joint> joints) {
+    const auto chain = JointChain::Make(std::move(joints), {});
+    return chain.ok() ? "accepted" : std::string(chain.status().message());
+  };
+  const Joint a = Rotary("A", Vector3d::UnitY(), kPointC);
+  EXPECT_THAT(refused({a, a}), HasSubstr("a letter that no other joint has"));
+  EXPECT_THAT(refused({Rotary("A", {0, 2, 0}, kPointC)}), HasSubstr("want length 1"));
+  EXPECT_THAT(refused({Rotary("A", {0, 1, 0}, {0, std::nan(""), 0})}), HasSubstr("joint A.point_mm"));
+  EXPECT_THAT(refused({Rotary("A", {0, 1, 0}, kPointC, 0)}), HasSubstr("+1 or -1"));
+  Joint reversed = a;
+  reversed.minimum = 1;
+  reversed.maximum = -1;
+  EXPECT_THAT(refused({reversed}), HasSubstr("limits in order"));
+  Joint linear = Linear("X", Vector3d::UnitX());
+  linear.table = AngleTable{{0, 0, 0, 0}, {0, 0, 0, 0}};
+  EXPECT_THAT(refused({linear}), HasSubstr("angle_table"));
+  Joint short_table = a;
+  short_table.table = AngleTable{{0, 0, 0, 0}, {0, 0, 0}};
+  EXPECT_THAT(refused({short_table}), HasSubstr("as many both ways"));
+}
+
+TEST(AngleTable, IsLinearBetweenItsValuesAndPeriodic) {
+  const AngleTable table{{0, 1e-4, 2e-4, -1e-4}, {1e-4, 1e-4, 0, 0}};
+  EXPECT_DOUBLE_EQ(table.ErrorAt(45 * kDeg, Travel::kForward), 0.5e-4);
+  EXPECT_NEAR(table.ErrorAt(315 * kDeg, Travel::kForward), -0.5e-4, 1e-18);
+  EXPECT_NEAR(table.ErrorAt(-45 * kDeg, Travel::kForward), -0.5e-4, 1e-18);
+  EXPECT_NEAR(table.ErrorAt(45 * kDeg + 6 * M_PI, Travel::kBackward), 1e-4, 1e-18);
+  EXPECT_NEAR(table.ErrorAt(135 * kDeg, Travel::kUnknown), (1.5e-4 + 0.5e-4) / 2, 1e-18);
+  EXPECT_NEAR(table.SlopeAt(10 * kDeg, Travel::kForward), 1e-4 / (M_PI / 2), 1e-18);
+  for (const double angle : {-7.0, 0.1, 3.0}) {
+    const double command = table.CommandFor(angle, Travel::kBackward);
+    EXPECT_NEAR(table.Reached(command, Travel::kBackward), angle, 1e-14);
+  }
+}
+
+TEST(AngleTable, TheChainAppliesItWhereAsked) {
+  Joint a = Rotary("A", Vector3d::UnitY(), kPointC);
+  a.table = AngleTable{{1e-4, 1e-4, 1e-4, 1e-4}, {-1e-4, -1e-4, -1e-4, -1e-4}};
+  const JointChain chain = Chain({a, Rotary("B", Vector3d::UnitX(), kPointC)}, {});
+  const Eigen::VectorXd commanded = Values({0.5, 0.7});
+  EXPECT_NEAR(chain.Reached(commanded, {Travel::kForward, Travel::kForward})(0), 0.5001, 1e-15);
+  EXPECT_NEAR(chain.Reached(commanded, {Travel::kBackward, Travel::kForward})(0), 0.4999, 1e-15);
+  EXPECT_EQ(chain.Reached(commanded, {})(0), 0.5);
+  EXPECT_EQ(chain.Reached(commanded, {})(1), 0.7);
+  // Not asked: the command is the position.
+  EXPECT_EQ(chain.MachineFromZero(commanded).matrix(), Carry(&chain.motion(0), commanded.data(), 2).matrix());
+}
+
+}  // namespace
+}  // namespace sixpoint::metrology
