@@ -193,6 +193,7 @@ absl::StatusOr<v1::Calibration> Calibrator::CalibrateRotation(const v1::Calibrat
 absl::StatusOr<v1::Calibration> Calibrator::CalibrateProbe(const v1::CalibrateProbeRequest& request,
                                                            const Caller& caller) {
   if (absl::Status s = CheckProbeRequest(request); !s.ok()) return s;
+  if (absl::Status s = CheckEnvironment(request.environment()); !s.ok()) return s;
   const absl::StatusOr<ProbeInputs> inputs = ProbeInputsOf(request);
   if (!inputs.ok()) return inputs.status();
   const absl::StatusOr<Validity> validity = ValidityIn(request);
