@@ -75,7 +75,7 @@ struct Patch {
 struct Surface::Tree {
   TriangleMesh mesh;
   Vector3d centre, minimum, maximum, centroid;
-  double radius_of_gyration = 0;
+  double radius_of_gyration = 0, area = 0;
   Points vertices;  // centred
   std::unique_ptr<TriangleTree> triangles;
   mutable std::once_flag near_once;
@@ -176,7 +176,7 @@ void Surface::Tree::FindRims() {
 }
 
 void Surface::Tree::FindMoments() {
-  double area = 0, second = 0;
+  double second = 0;
   Vector3d first = Vector3d::Zero();
   for (const auto& c : mesh.triangles) {
     const Vector3d &p = vertices[c[0]], &q = vertices[c[1]], &r = vertices[c[2]];
@@ -374,5 +374,6 @@ Vector3d Surface::minimum_mm() const { return tree_->minimum; }
 Vector3d Surface::maximum_mm() const { return tree_->maximum; }
 Vector3d Surface::centroid_mm() const { return tree_->centroid; }
 double Surface::radius_of_gyration_mm() const { return tree_->radius_of_gyration; }
+double Surface::area_mm2() const { return tree_->area; }
 
 }  // namespace sixpoint::metrology

@@ -76,6 +76,7 @@ class Surface {
   // Of the surface, by area; and the root mean square distance from it.
   Eigen::Vector3d centroid_mm() const;
   double radius_of_gyration_mm() const;
+  double area_mm2() const;
 
  private:
   struct Tree;
