@@ -13,6 +13,8 @@ namespace {
 
 using Cloud = pcl::PointCloud<pcl::PointNormal>;
 
+constexpr std::size_t kTargetCount = 500'000;
+
 // Says how often it went round.
 class Icp : public pcl::IterativeClosestPoint<pcl::PointNormal, pcl::PointNormal, double> {
  public:
@@ -28,14 +30,13 @@ pcl::PointNormal At(const Eigen::Vector3d& point_mm) {
 }  // namespace
 
 PeerFit PclPointToPlane(const Blade& blade, const metrology::Points& scan_mm, std::size_t stride) {
-  std::vector<Eigen::Vector3d> normals(blade.mesh.vertices_mm.size(), Eigen::Vector3d::Zero());
-  for (std::size_t t = 0; t < blade.normals.size(); ++t)
-    for (const std::uint32_t corner : blade.mesh.triangles[t]) normals[corner] += blade.areas_mm2[t] * blade.normals[t];
   Cloud::Ptr target(new Cloud), source(new Cloud);
-  for (std::size_t v = 0; v < normals.size(); ++v) {
-    pcl::PointNormal vertex = At(blade.mesh.vertices_mm[v]);
-    vertex.getNormalVector3fMap() = normals[v].normalized().cast<float>();
-    target->push_back(vertex);
+  CaseSampler sampler(blade, CaseKind::kWholeBody, 0, std::nullopt, 1);
+  for (std::size_t k = 0; k < kTargetCount; ++k) {
+    const CaseSampler::OnSurface on = sampler.NextOnSurface();
+    pcl::PointNormal point = At(on.part_mm);
+    point.getNormalVector3fMap() = on.normal.cast<float>();
+    target->push_back(point);
   }
   for (std::size_t i = 0; i < scan_mm.size(); i += stride) source->push_back(At(scan_mm[i]));
 
