@@ -40,6 +40,16 @@ Matrix6d Shift(const Vector3d& by_mm) {
   return shift;
 }
 
+// w^T form w: mean square displacement of the vertices by a perturbation w of the pose.
+Matrix6d MeanSquareForm(const Blade& blade, const Eigen::Isometry3d& pose, const Vector3d& reference_mm) {
+  Matrix6d form = Matrix6d::Zero();
+  for (const Vector3d& vertex : blade.mesh.vertices_mm) {
+    const auto jacobian = metrology::PointJacobian(pose * vertex, reference_mm);
+    form += jacobian.transpose() * jacobian;
+  }
+  return form / static_cast<double>(blade.mesh.vertices_mm.size());
+}
+
 }  // namespace
 
 double Bump::At(const Vector3d& part_mm, const Vector3d& normal) const {
@@ -162,7 +172,9 @@ CaseScan MakeScan(const Blade& blade, CaseKind kind, std::size_t count, double n
   for (std::size_t i = 0; i < count; ++i) scan.scan_mm.push_back(sampler.NextScanned());
   scan.bound.reference_mm = ScanFromPart().translation();  // the part's origin stands in its middle
   scan.bound.values = sampler.Information(scan.bound.reference_mm).inverse();
-  scan.vertex_bound_um = VertexDisplacementUm(blade, ScanFromPart(), scan.bound);
+  const Matrix6d squares = MeanSquareForm(blade, ScanFromPart(), scan.bound.reference_mm) * scan.bound.values;
+  scan.vertex_bound_um = 1e3 * std::sqrt(squares.trace());
+  scan.square_scatter = std::sqrt(2 * (squares * squares).trace()) / squares.trace();
   return scan;
 }
 
@@ -174,12 +186,7 @@ double VertexDisplacementUm(const Blade& blade, const Eigen::Isometry3d& one, co
 
 double VertexDisplacementUm(const Blade& blade, const Eigen::Isometry3d& pose,
                             const metrology::PoseCovariance& covariance) {
-  double squares = 0;
-  for (const Vector3d& vertex : blade.mesh.vertices_mm) {
-    const auto jacobian = metrology::PointJacobian(pose * vertex, covariance.reference_mm);
-    squares += (jacobian * covariance.values * jacobian.transpose()).trace();
-  }
-  return 1e3 * std::sqrt(squares / static_cast<double>(blade.mesh.vertices_mm.size()));
+  return 1e3 * std::sqrt((MeanSquareForm(blade, pose, covariance.reference_mm) * covariance.values).trace());
 }
 
 metrology::PoseCovariance About(const metrology::PoseCovariance& covariance, const Vector3d& reference_mm) {

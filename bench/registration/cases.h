@@ -75,6 +75,9 @@ struct CaseScan {
   metrology::Points scan_mm;
   metrology::PoseCovariance bound;  // Cramer-Rao, of scan_from_part
   double vertex_bound_um = 0;       // root mean square displacement of the mesh's vertices
+  double square_scatter =
+      0;  // standard deviation of that displacement's square at the bound, by its mean: 1.4 where one
+          // direction is held much less than the others
 };
 CaseScan MakeScan(const Blade& blade, CaseKind kind, std::size_t count, double noise_mm,
                   const std::optional<Bump>& bump, std::uint64_t seed);
