@@ -28,9 +28,8 @@ int FitAndPrintPeak(std::size_t points, int threads) {
   portion.scan_point_count = static_cast<std::int64_t>(points);
   {
     CaseSampler sampler(prepared.blade, CaseKind::kWellHeld, kNoiseMm, std::nullopt, 1);
-    portion.zero_mm.reserve(points);
-    for (std::size_t i = 0; i < points; ++i) portion.zero_mm.push_back(sampler.NextScanned());
-    portion.sensor_mm = portion.zero_mm;
+    portion.sensor.reserve(points);
+    for (std::size_t i = 0; i < points; ++i) portion.sensor.Add(sampler.NextScanned());
   }
   const double points_mb = ResidentMb("VmRSS");
   const TimedFit timed = FitPortion(prepared, portion, threads);

@@ -33,13 +33,21 @@ PreparedBlade PrepareBlade(int threads) {
   return prepared;
 }
 
-metrology::ScanPortion PortionOf(metrology::Points scan_mm) {
+metrology::ScanPortion PortionOf(const metrology::Points& scan_mm) {
   metrology::ScanPortion portion;
   portion.id = "scan";
   portion.scan_point_count = static_cast<std::int64_t>(scan_mm.size());
-  portion.sensor_mm = scan_mm;
-  portion.zero_mm = std::move(scan_mm);
+  portion.sensor.reserve(scan_mm.size());
+  for (const Eigen::Vector3d& p : scan_mm)
+    if (!portion.sensor.Add(p)) ++portion.out_of_reach_count;
   return portion;
+}
+
+metrology::Points PointsOf(const metrology::ScanPortion& portion) {
+  metrology::Points points;
+  points.reserve(portion.sensor.size());
+  for (std::size_t i = 0; i < portion.sensor.size(); ++i) points.push_back(portion.zero_mm(i));
+  return points;
 }
 
 TimedFit FitPortion(const PreparedBlade& prepared, const metrology::ScanPortion& portion, int threads) {

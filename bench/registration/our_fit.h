@@ -17,7 +17,8 @@ struct PreparedBlade {
 PreparedBlade PrepareBlade(int threads);
 
 // A scan whose sensor and axes stand as they nominally should: sensor and zero coordinates agree at A = B = 0.
-metrology::ScanPortion PortionOf(metrology::Points scan_mm);
+metrology::ScanPortion PortionOf(const metrology::Points& scan_mm);
+metrology::Points PointsOf(const metrology::ScanPortion& portion);
 
 struct TimedFit {
   metrology::PoseFit fit;

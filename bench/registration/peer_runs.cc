@@ -35,7 +35,7 @@ void RunPeers(const PreparedBlade& prepared, const RunOptions& options, Figures*
       const bool all = stride == 1;
       if (all && one.kind != CaseKind::kWellHeld && !options.full_peers) continue;
       if (all && one.bumped && !options.full_peers) continue;
-      const PeerFit peer = PclPointToPlane(prepared.blade, portion.zero_mm, stride);
+      const PeerFit peer = PclPointToPlane(prepared.blade, PointsOf(portion), stride);
       const double error_um = VertexDisplacementUm(prepared.blade, peer.scan_from_part, ScanFromPart());
       std::printf("%-4s %-44s %9.3f %13.3f %12.4f %11d\n", one.name,
                   all ? "PCL, point to plane" : "PCL, point to plane, every 10th point", peer.seconds, peer.processor_s,

@@ -38,7 +38,8 @@ struct Samples {
     return false;
   }
 };
-using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Samples>, Samples, 3>;
+using Tree =
+    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Samples>, Samples, 3, std::size_t>;
 
 Samples SampleSurface(const Surface& surface) {
   const TriangleMesh& mesh = surface.mesh();

@@ -23,7 +23,8 @@ constexpr std::size_t kSliceSize = std::size_t{1} << 20;  // points put in order
 constexpr double kBinMm = 0.5;                            // of points put in order
 constexpr std::size_t kMostBins = std::size_t{1} << 21;
 constexpr std::size_t kOrderProbes = 1000;
-constexpr double kOrderlyMm = 0.5;  // neighbours nearer than this are in order as they come
+constexpr double kOrderlyMm = 0.5;      // neighbours nearer than this are in order as they come
+constexpr double kEdgeMarginMm = 0.05;  // points nearer to a sharp edge may belong to the face beyond it
 constexpr int kHistogramBins = 4096;
 
 int SideOf(const Vector3d& normal) {
@@ -199,6 +200,7 @@ absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<S
   PatchSums sums;
   sums.portions.resize(portions.size());
   double weight = 0, slope = 0, squares = 0;
+  const double edge_margin = std::min(width, kEdgeMarginMm);
   Histogram all(width);
   std::vector<std::uint32_t> order;
   std::vector<float> residuals;
@@ -228,7 +230,7 @@ absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<S
           ++part.points;
           const SurfacePoint found = cursor.ClosestWithin(q, width);
           const double r = found.signed_distance_mm, u = r / width, inside = 1 - u * u;
-          if (!(inside > 0) || found.feature != SurfaceFeature::kFace) continue;
+          if (!(inside > 0) || found.feature != SurfaceFeature::kFace || found.edge_distance_mm < edge_margin) continue;
           residuals[i] = static_cast<float>(r);
           const Vector3d from_centroid = found.point_mm - centroid;
           const PatchKey key = PatchKeyOf(from_centroid, found.normal, sum.patch_mm);
