@@ -90,7 +90,9 @@ void BesideThePaper(int runs, Figures* figures) {
   constexpr double kPlaneFreedom = 13.0 / 16;  // of residuals about a plane
   constexpr double kPaperRange_mm = 0.0157, kPaperTouchRange_mm = 0.006;
   const double per_range = 1 / (kRangeOf16_sigma * std::sqrt(kPlaneFreedom));
-  std::printf("\npoint laser probe, block moved, %d runs: mean over faces\n", runs);
+  std::printf(
+      "\npoint laser probe, block moved, %d runs: mean over faces (sides of 20 mm assumed; angles go with 1 / side)\n",
+      runs);
   std::printf("%-56s %12s %15s %12s\n", "", "angle, mrad", "|distance|, mm", "range, mm");
   const auto row = [&](const char* name, const char* key, const std::vector<Eigen::Vector3d>& normals, double noise_mm,
                        double touch_mm) {
