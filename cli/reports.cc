@@ -70,7 +70,9 @@ std::string AxisText(const calibration::v1::AxisCharacterisation& axis) {
   };
   Table table({axis.axis() + " axis", ">deg", ">standard uncertainty deg"});
   const auto add = [&](const std::string& name, const calibration::v1::AngleEstimate& estimate) {
-    table.AddRow({name, FixedOrTiny(estimate.value_deg(), kDecimals),
+    // Digits below what is known of it would be read as a figure.
+    const bool known = std::abs(estimate.value_deg()) > estimate.standard_uncertainty_deg();
+    table.AddRow({name, known ? FixedOrTiny(estimate.value_deg(), kDecimals) : Fixed(estimate.value_deg(), kDecimals),
                   FixedOrTiny(estimate.standard_uncertainty_deg(), kDecimals)});
   };
   add("reversal error", axis.reversal());
