@@ -21,7 +21,9 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr std::size_t kFirstCount = 2'000;    // points that follow the pose from its start
-constexpr std::size_t kCoarseCount = 24'000;  // and that bring it near
+constexpr std::size_t kCoarseCount = 10'000;  // and that bring it near
+constexpr int kCoarseSteps = 12;
+constexpr double kNarrowEnough = 1.05;        // the loss, by its final width
 constexpr std::size_t kManyPoints = 200'000;  // from here on it pays to prepare the surface for them
 constexpr double kAnnealing = 0.65;           // the loss narrows by this, once the pose rests at its present width
 constexpr double kStepLimitMm = 3;            // of one step
@@ -36,9 +38,9 @@ constexpr double kPatchesAcross = 16;      // of the part's radius of gyration
 constexpr double kLeastPatchMm = 0.25;
 constexpr double kRegionsAcross = 2;  // of the part's radius of gyration, in the evidence
 constexpr int kPassLimit = 12;
-// A pose nearer than this needs no second reading of the points: on a radius of 0.1 mm it changes a distance by 5 nm.
-constexpr double kNearPoseMm = 1e-3;
-constexpr double kNarrower = 0.7;          // of the loss's width, for which the points are read again
+// A pose nearer than this needs no second reading of the points: on a radius of 0.5 mm it changes a distance by 4 nm.
+constexpr double kNearPoseMm = 2e-3;
+constexpr double kNarrower = 0.6;          // of the loss's width, for which the points are read again
 constexpr double kHeldInSigmas = 10;       // of a point; a direction known no better is not held
 constexpr double kRegionMarginMm = 5;      // of the points that follow the pose from its start
 constexpr double kLeastInformation = 0.5;  // kept along the weakest direction, below which it is said
@@ -218,8 +220,8 @@ class BestFit {
   }
 
   // From a standard deviation down to the final one, the pose coming to rest at each width before the next.
-  absl::Status Anneal(double sigma_mm) {
-    const int limit = iteration_count_ + options_.iteration_limit;
+  absl::Status Anneal(double sigma_mm, int step_limit) {
+    const int limit = iteration_count_ + step_limit;
     while (iteration_count_ < limit) {
       if (const absl::Status status = GoOn(); !status.ok()) return status;
       const double width = kTukeyWidth * sigma_mm;
@@ -227,7 +229,7 @@ class BestFit {
       const double step = Move(coarse_, coarse_.Minimise(Vector6d::Zero(), width, 4));
       if (step > kRested * sigma_mm) continue;
       const double final_sigma = FinalSigma(coarse_);
-      if (sigma_mm <= final_sigma) break;
+      if (sigma_mm <= kNarrowEnough * final_sigma) break;
       sigma_mm_ = sigma_mm = std::min(sigma_mm, std::max(final_sigma, kAnnealing * sigma_mm));
     }
     return absl::OkStatus();
@@ -265,13 +267,13 @@ class BestFit {
     }
     const double start = std::clamp(1.4826 * Median(std::move(distances)), 0.02, options_.greatest_start_error_mm);
     sigma_mm_ = start;
-    if (const absl::Status status = Anneal(start); !status.ok()) return status;
+    if (const absl::Status status = Anneal(start, options_.iteration_limit); !status.ok()) return status;
     std::size_t total = 0;
     for (const ScanPortion& portion : portions_) total += portion.sensor.size();
     if (total > kFirstCount) {
       coarse_ = SurfaceResiduals(surface_, Samples(portions_, pose_, options_, kCoarseCount), reference_mm_,
                                  options_.thread_count);
-      if (const absl::Status status = Anneal(2 * sigma_mm_); !status.ok()) return status;
+      if (const absl::Status status = Anneal(sigma_mm_, kCoarseSteps); !status.ok()) return status;
     }
     const Matrix6d matrix = coarse_.At(Vector6d::Zero(), kTukeyWidth * sigma_mm_).matrix;
     const Matrix6d from_zero = ZeroFromPartChange().inverse();

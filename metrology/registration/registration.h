@@ -131,7 +131,7 @@ struct FitOptions {
   double least_overlap = 0.3;
   double greatest_spread_mm = 0.25;  // robust standard deviation of a blade from its CAD, beyond which it is another
   double condition_limit = 2000;
-  int iteration_limit = 150;
+  int iteration_limit = 60;  // of the steps that follow the pose from its start
   int thread_count = 2;
   std::function<bool()> keep_going;  // false: stop with CANCELLED
 };

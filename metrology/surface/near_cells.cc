@@ -157,11 +157,14 @@ std::size_t NearCells::memory_bytes() const {
              (cells_.capacity() + first_.capacity() + items_.capacity() + group_distance_.capacity());
 }
 
-void NearCursor::Enter(std::uint64_t key, const Eigen::Array3i& cell) {
-  key_ = key;
-  cell_ = cells_->Find(key);
-  centre_ = cells_->CentreOf(cell);
-  groups_.clear();
+NearCursor::Visit& NearCursor::Enter(std::uint64_t key, const Eigen::Array3i& cell) {
+  Visit& visit = visits_[HashOf(key) & (kVisits - 1)];
+  if (visit.key == key) return visit;
+  visit.key = key;
+  visit.cell = cells_->Find(key);
+  visit.centre = cells_->CentreOf(cell);
+  visit.groups.clear();
+  return visit;
 }
 
 NearCells::Shape NearCells::ShapeOf(const TriangleTree::Item& item) {
@@ -179,13 +182,13 @@ NearCells::Shape NearCells::ShapeOf(const TriangleTree::Item& item) {
   return shape;
 }
 
-void NearCursor::Fill(std::uint32_t group) {
-  Group& g = groups_.emplace_back();
+void NearCursor::Fill(std::uint32_t group, Visit* visit) const {
+  Group& g = visit->groups.emplace_back();
   g.tolerance = 0;
   for (int i = 0; i < 4; ++i) {
     const std::uint32_t index = cells_->items_[NearCells::kGroup * group + static_cast<std::uint32_t>(i)];
     const NearCells::Shape& shape = cells_->shapes_[index];
-    const Eigen::Vector3f a = (tree_.items()[index].a - centre_).cast<float>();
+    const Eigen::Vector3f a = (tree_.items()[index].a - visit->centre).cast<float>();
     g.ax[i] = a.x();
     g.ay[i] = a.y();
     g.az[i] = a.z();
@@ -234,34 +237,35 @@ TriangleTree::Nearest NearCursor::Find(const Eigen::Vector3d& query, double limi
   if (cells_ == nullptr) return tree_.Find(query, limit_squared, hint);
   const Eigen::Array3d at = ((query - cells_->low_mm_) / cells_->cell_mm_).array();
   const bool inside = (at >= 0).all() && (at < kGreatestCellsAcross).all();
+  Visit* visit = nullptr;
   if (inside) {
     const Eigen::Array3i cell = at.cast<int>();
-    if (const std::uint64_t key = KeyOf(cell); key != key_) Enter(key, cell);
+    visit = &Enter(KeyOf(cell), cell);
   }
-  if (!inside || cell_ == kNoCell) {
+  if (visit == nullptr || visit->cell == kNoCell) {
     TriangleTree::Nearest none;
     none.distance_squared = limit_squared;
     if (limit_squared <= cells_->covered_mm_ * cells_->covered_mm_) return none;
     return tree_.Find(query, limit_squared, hint);
   }
-  const std::uint32_t first = cells_->first_[cell_], count = cells_->first_[cell_ + 1] - first;
-  const Eigen::Vector3f q = (query - centre_).cast<float>();
+  const std::uint32_t first = cells_->first_[visit->cell], count = cells_->first_[visit->cell + 1] - first;
+  const Eigen::Vector3f q = (query - visit->centre).cast<float>();
   const float from_centre = q.norm() * (1 + 1e-5f);
   if (distances_squared_.size() < NearCells::kGroup * count) distances_squared_.resize(NearCells::kGroup * count);
   float best = std::numeric_limits<float>::infinity();  // distance, with its tolerance
   std::uint32_t used = 0;
   for (; used < count; ++used) {
     if (cells_->group_distance_[first + used] - from_centre > best) break;
-    if (used == groups_.size()) Fill(first + used);
+    if (used == visit->groups.size()) Fill(first + used, visit);
     float* squared = &distances_squared_[NearCells::kGroup * used];
-    Measure(groups_[used], q, squared);
+    Measure(visit->groups[used], q, squared);
     const float least = std::min(std::min(squared[0], squared[1]), std::min(squared[2], squared[3]));
-    best = std::min(best, std::sqrt(least) + groups_[used].tolerance);
+    best = std::min(best, std::sqrt(least) + visit->groups[used].tolerance);
   }
   TriangleTree::Nearest nearest;
   nearest.distance_squared = limit_squared;
   for (std::uint32_t g = 0; g < used; ++g) {
-    const float reach = best + groups_[g].tolerance;
+    const float reach = best + visit->groups[g].tolerance;
     for (std::uint32_t i = NearCells::kGroup * g; i < NearCells::kGroup * (g + 1); ++i) {
       if (distances_squared_[i] > reach * reach) continue;
       TriangleTree::Test(tree_.items()[cells_->items_[NearCells::kGroup * first + i]], query, &nearest);

@@ -55,7 +55,8 @@ class NearCells {
 class NearCursor {
  public:
   // `cells` null: the tree alone.
-  NearCursor(const TriangleTree& tree, const NearCells* cells) : tree_(tree), cells_(cells) {}
+  NearCursor(const TriangleTree& tree, const NearCells* cells)
+      : tree_(tree), cells_(cells), visits_(cells == nullptr ? 0 : kVisits) {}
   TriangleTree::Nearest Find(const Eigen::Vector3d& query, double limit_squared, std::uint32_t hint);
 
  private:
@@ -65,16 +66,21 @@ class NearCursor {
     Eigen::Array4f per_bb, per_cc, per_ee, per_area;                // 1 / |edge|^2, 1 / twice the area
     float tolerance = 0;                                            // of a distance
   };
-  void Enter(std::uint64_t key, const Eigen::Array3i& cell);
-  void Fill(std::uint32_t group);
+  // A cell entered lately, its groups filled as far as they were needed.
+  struct Visit {
+    std::uint64_t key = ~std::uint64_t{0};
+    std::uint32_t cell = 0xffffffff;
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    std::vector<Group, Eigen::aligned_allocator<Group>> groups;
+  };
+  static constexpr std::size_t kVisits = 32;  // a power of two
+  Visit& Enter(std::uint64_t key, const Eigen::Array3i& cell);
+  void Fill(std::uint32_t group, Visit* visit) const;
   void Measure(const Group& group, const Eigen::Vector3f& query, float* distances_squared) const;
 
   const TriangleTree& tree_;
   const NearCells* cells_;
-  std::uint64_t key_ = ~std::uint64_t{0};
-  std::uint32_t cell_ = 0xffffffff;
-  Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
-  std::vector<Group, Eigen::aligned_allocator<Group>> groups_;  // filled as far as they were needed
+  std::vector<Visit> visits_;
   std::vector<float, Eigen::aligned_allocator<float>> distances_squared_;
 };
 
