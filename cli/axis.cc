@@ -1,8 +1,7 @@
 #include <CLI/CLI.hpp>
-#include <iostream>
 
+#include "cli/calibration_options.h"
 #include "cli/commands.h"
-#include "cli/number_format.h"
 #include "cli/output.h"
 #include "cli/plant_documents.h"
 #include "cli/reports.h"
@@ -11,10 +10,9 @@
 namespace sixpoint::cli {
 namespace {
 
-using calibration::v1::AxisCharacterisation;
 using calibration::v1::CalibrationService;
 
-struct Arguments {
+struct Arguments : CalibrationOptions {
   std::string machine, axis, file;
 };
 
@@ -25,18 +23,10 @@ absl::Status CharacteriseAxis(Session* session, const Arguments& arguments) {
   request.set_machine(NameText("machines", arguments.machine));
   request.set_axis(arguments.axis);
   *request.mutable_run() = *run;
-  request.set_requested_by(session->requested_by());
-  request.set_request_id(NewRequestId());
-  AxisCharacterisation response;
-  const absl::Status status =
-      session->Call<CalibrationService>("calibration", &CalibrationService::Stub::CharacteriseAxis, request, &response);
-  if (!status.ok()) return status;
-  if (session->json) {
-    PrintJson(MessageToJson(response));
-  } else {
-    std::cout << AxisText(response);
-  }
-  return absl::OkStatus();
+  SetCalibrationOptions(*session, arguments, &request);
+  return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::CharacteriseAxis, request,
+                                          CalibrationText)
+      .status();
 }
 
 }  // namespace
@@ -47,6 +37,7 @@ void AddCalibrateAxisCommand(CLI::App* calibrate, Session* session) {
   axis->add_option("--machine", arguments->machine, "The machine")->required();
   axis->add_option("--axis", arguments->axis, "The axis's letter")->required();
   axis->add_option("--run", arguments->file, "Encoder run (YAML or JSON), or a dataset.json")->required();
+  AddCalibrationOptions(axis, arguments);
   session->OnCommand(axis, [session, arguments] { return CharacteriseAxis(session, *arguments); });
 }
 

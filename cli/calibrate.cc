@@ -1,7 +1,7 @@
 #include <CLI/CLI.hpp>
-#include <iostream>
 
 #include "cli/calibrate_probe.h"
+#include "cli/calibration_options.h"
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "cli/plant_documents.h"
@@ -13,39 +13,14 @@ namespace {
 
 using calibration::v1::CalibrationService;
 
-struct Arguments {
+struct Arguments : CalibrationOptions {
   std::string machine, artefact, file;
   std::vector<std::string> scans;
   std::string method;
   std::string gauge_file;
   bool axis_tables = false;
   double uncertainty_um = 0;
-  bool draft = false;
-  double temperature_c = 0;
-  bool has_temperature = false;
 };
-
-// What every calibration takes: a draft or in force, and the temperature.
-void AddCommonOptions(CLI::App* command, const std::shared_ptr<Arguments>& arguments) {
-  command->add_flag("--draft", arguments->draft, "Not in force before `sixpoint calibration release`");
-  command->add_option("--temperature-c", arguments->temperature_c, "Of machine and artefact")
-      ->each([arguments](const std::string&) { arguments->has_temperature = true; });
-}
-
-template <typename Request>
-void SetCommon(const Arguments& arguments, Request* request) {
-  request->set_draft(arguments.draft);
-  if (arguments.has_temperature) request->mutable_environment()->set_temperature_c(arguments.temperature_c);
-}
-
-absl::Status Print(const Session& session, const calibration::v1::Calibration& calibration) {
-  if (session.json) {
-    PrintJson(MessageToJson(calibration));
-  } else {
-    std::cout << CalibrationText(calibration);
-  }
-  return absl::OkStatus();
-}
 
 absl::Status CalibrateSensor(Session* session, const Arguments& arguments) {
   absl::StatusOr<calibration::v1::TouchData> touch = LoadTouchData(arguments.file);
@@ -57,13 +32,10 @@ absl::Status CalibrateSensor(Session* session, const Arguments& arguments) {
   *request.mutable_touch() = *touch;
   request.set_method(arguments.method == "sequential" ? calibration::v1::SENSOR_METHOD_SEQUENTIAL
                                                       : calibration::v1::SENSOR_METHOD_JOINT);
-  SetCommon(arguments, &request);
-  request.set_requested_by(session->requested_by());
-  request.set_request_id(NewRequestId());
-  calibration::v1::Calibration response;
-  absl::Status status =
-      session->Call<CalibrationService>("calibration", &CalibrationService::Stub::CalibrateSensor, request, &response);
-  return status.ok() ? Print(*session, response) : status;
+  SetCalibrationOptions(*session, arguments, &request);
+  return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::CalibrateSensor, request,
+                                          CalibrationText)
+      .status();
 }
 
 absl::Status CalibrateRotation(Session* session, const Arguments& arguments) {
@@ -87,13 +59,10 @@ absl::Status CalibrateRotation(Session* session, const Arguments& arguments) {
   request.set_method(standard                        ? calibration::v1::ROTATION_METHOD_STANDARD
                      : arguments.method == "point-c" ? calibration::v1::ROTATION_METHOD_POINT_C
                                                      : calibration::v1::ROTATION_METHOD_LINES);
-  SetCommon(arguments, &request);
-  request.set_requested_by(session->requested_by());
-  request.set_request_id(NewRequestId());
-  calibration::v1::Calibration response;
-  absl::Status status = session->Call<CalibrationService>("calibration", &CalibrationService::Stub::CalibrateRotation,
-                                                          request, &response);
-  return status.ok() ? Print(*session, response) : status;
+  SetCalibrationOptions(*session, arguments, &request);
+  return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::CalibrateRotation, request,
+                                          CalibrationText)
+      .status();
 }
 
 }  // namespace
@@ -114,7 +83,7 @@ void AddCalibrateCommands(CLI::App* app, Session* session) {
   sensor->add_option("--touch", sensor_arguments->file, "Touch data (YAML or JSON), or a dataset.json")->required();
   sensor->add_option("--method", sensor_arguments->method, "joint (the default) or sequential")
       ->check(CLI::IsMember({"joint", "sequential"}));
-  AddCommonOptions(sensor, sensor_arguments);
+  AddCalibrationOptions(sensor, sensor_arguments);
   session->OnCommand(sensor, [session, sensor_arguments] { return CalibrateSensor(session, *sensor_arguments); });
 
   const auto rotation_arguments = std::make_shared<Arguments>();
@@ -129,7 +98,7 @@ void AddCalibrateCommands(CLI::App* app, Session* session) {
                      "Take the axes where their characterisations say they stood; not where the control compensates");
   rotation->add_option("--standard-uncertainty-um", rotation_arguments->uncertainty_um,
                        "Of one probed coordinate; without it, estimated from the residuals");
-  AddCommonOptions(rotation, rotation_arguments);
+  AddCalibrationOptions(rotation, rotation_arguments);
   session->OnCommand(rotation,
                      [session, rotation_arguments] { return CalibrateRotation(session, *rotation_arguments); });
   AddCalibrateProbeCommand(calibrate, session);

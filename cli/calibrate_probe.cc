@@ -3,8 +3,9 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
-#include <iostream>
 
+#include "cli/calibration_options.h"
+#include "cli/commands.h"
 #include "cli/document.h"
 #include "cli/number_format.h"
 #include "cli/output.h"
@@ -90,24 +91,25 @@ std::string ProbeText(const calibration::v1::ProbeCalibration& probe) {
   };
   const char* const axes[] = {"x", "y", "z"};
   for (int k = 0; k < 3 && k < probe.approach_size(); ++k)
-    table.AddRow({std::string("approach ") + axes[k], Fixed(probe.approach(k), 7), Fixed(sigma(k), 7), "mm/mm"});
+    table.AddRow({std::string("approach ") + axes[k], Fixed(probe.approach(k), 7), FixedOrTiny(sigma(k), 7), "mm/mm"});
   const geometry::v1::Point& t = probe.offset_mm();
   const double offset[] = {t.x_mm(), t.y_mm(), t.z_mm()};
   for (int k = 0; k < 3; ++k)
-    table.AddRow({std::string("offset ") + axes[k], Fixed(offset[k], 5), Fixed(sigma(3 + k), 5), "mm"});
-  table.AddRow({"scale", Fixed(probe.scale(), 7), Fixed(probe.scale_standard_uncertainty(), 7), "mm/mm"});
+    table.AddRow({std::string("offset ") + axes[k], Fixed(offset[k], 5), FixedOrTiny(sigma(3 + k), 5), "mm"});
+  table.AddRow({"scale", Fixed(probe.scale(), 7), FixedOrTiny(probe.scale_standard_uncertainty(), 7), "mm/mm"});
   std::string beam;
   for (const double a : probe.approach()) beam += (beam.empty() ? "" : ", ") + Fixed(a / probe.scale(), 6);
-  table.AddRow({"beam direction", beam, Fixed(probe.direction_standard_uncertainty_urad(), 1), "urad"});
+  table.AddRow({"beam direction", beam, FixedOrTiny(probe.direction_standard_uncertainty_urad(), 1), "urad"});
   const geometry::v1::Point& p = probe.point_standard_uncertainty_mm();
-  table.AddRow({"point at mid range x", "", Fixed(p.x_mm(), 5), "mm"});
-  table.AddRow({"point at mid range y", "", Fixed(p.y_mm(), 5), "mm"});
-  table.AddRow({"point at mid range z", "", Fixed(p.z_mm(), 5), "mm"});
-  std::string text = table.ToText() + "block " + probe.block() + ": residual rms " + Fixed(probe.residual_rms_um(), 3) +
-                     " um of displacement (stated " + Fixed(probe.noise_um(), 3) + "), touch rms " +
-                     Fixed(probe.touch_rms_um(), 3) + " um; condition number " + Fixed(probe.condition_number(), 1) +
-                     ", of the displacement matrix " + Fixed(probe.displacement_matrix_condition_number(), 1) +
-                     "; steepest approach " + Fixed(probe.worst_approach_angle_deg(), 1) + " deg\n";
+  table.AddRow({"point at mid range x", "", FixedOrTiny(p.x_mm(), 5), "mm"});
+  table.AddRow({"point at mid range y", "", FixedOrTiny(p.y_mm(), 5), "mm"});
+  table.AddRow({"point at mid range z", "", FixedOrTiny(p.z_mm(), 5), "mm"});
+  std::string text = table.ToText() + "block " + probe.block() + ": residual rms " +
+                     FixedOrTiny(probe.residual_rms_um(), 3) + " um of displacement (stated " +
+                     Fixed(probe.noise_um(), 3) + "), touch rms " + FixedOrTiny(probe.touch_rms_um(), 3) +
+                     " um; condition number " + Fixed(probe.condition_number(), 1) + ", of the displacement matrix " +
+                     Fixed(probe.displacement_matrix_condition_number(), 1) + "; steepest approach " +
+                     Fixed(probe.worst_approach_angle_deg(), 1) + " deg\n";
   if (probe.noise_factor() > 1)
     text +=
         "Residuals are " + Fixed(probe.noise_factor(), 1) + " times what was stated; the uncertainties follow them.\n";
@@ -121,7 +123,7 @@ std::string ProbeText(const calibration::v1::ProbeCalibration& probe) {
 }
 
 void AddCalibrateProbeCommand(CLI::App* calibrate, Session* session) {
-  struct Arguments {
+  struct Arguments : CalibrationOptions {
     std::string machine, file, method;
   };
   const auto arguments = std::make_shared<Arguments>();
@@ -132,24 +134,17 @@ void AddCalibrateProbeCommand(CLI::App* calibrate, Session* session) {
       ->required();
   probe->add_option("--method", arguments->method, "weighted (the default) or linear")
       ->check(CLI::IsMember({"weighted", "linear"}));
+  AddCalibrationOptions(probe, arguments);
   session->OnCommand(probe, [session, arguments]() -> absl::Status {
     absl::StatusOr<CalibrateProbeRequest> request = LoadProbeReadings(arguments->file);
     if (!request.ok()) return request.status();
     request->set_machine(NameText("machines", arguments->machine));
     request->set_method(arguments->method == "linear" ? calibration::v1::PROBE_METHOD_LINEAR
                                                       : calibration::v1::PROBE_METHOD_WEIGHTED);
-    request->set_requested_by(session->requested_by());
-    request->set_request_id(NewRequestId());
-    calibration::v1::Calibration response;
-    absl::Status status = session->Call<CalibrationService>("calibration", &CalibrationService::Stub::CalibrateProbe,
-                                                            *request, &response);
-    if (!status.ok()) return status;
-    if (session->json) {
-      PrintJson(MessageToJson(response));
-    } else {
-      std::cout << CalibrationText(response);
-    }
-    return status;
+    SetCalibrationOptions(*session, *arguments, &*request);
+    return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::CalibrateProbe, *request,
+                                            CalibrationText)
+        .status();
   });
 }
 

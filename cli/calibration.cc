@@ -1,6 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <cstdlib>
-#include <iostream>
+#include <map>
 
 #include "cli/commands.h"
 #include "cli/number_format.h"
@@ -8,6 +8,7 @@
 #include "cli/reports.h"
 #include "cli/study_reports.h"
 #include "cli/table.h"
+#include "services/runtime/errors.h"
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
 
 namespace sixpoint::cli {
@@ -20,40 +21,28 @@ struct Decision {
   std::string calibration, reason;
 };
 
-absl::Status Release(Session* session, const Decision& decision) {
-  calibration::v1::ReleaseCalibrationRequest request;
-  request.set_name(NameText("calibrations", decision.calibration));
+template <typename Request>
+Request RequestOf(const Session& session, const Decision& decision) {
+  Request request;
+  request.set_name(CalibrationNameText(decision.calibration));
   request.set_reason(decision.reason);
-  request.set_requested_by(session->requested_by());
+  request.set_requested_by(session.requested_by());
   request.set_request_id(NewRequestId());
-  calibration::v1::Calibration response;
-  absl::Status status = session->Call<CalibrationService>("calibration", &CalibrationService::Stub::ReleaseCalibration,
-                                                          request, &response);
-  if (!status.ok()) return status;
-  if (session->json) {
-    PrintJson(MessageToJson(response));
-  } else {
-    std::cout << CalibrationText(response);
-  }
-  return status;
+  return request;
+}
+
+absl::Status Release(Session* session, const Decision& decision) {
+  return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::ReleaseCalibration,
+                                          RequestOf<calibration::v1::ReleaseCalibrationRequest>(*session, decision),
+                                          CalibrationText)
+      .status();
 }
 
 absl::Status Withdraw(Session* session, const Decision& decision) {
-  calibration::v1::WithdrawCalibrationRequest request;
-  request.set_name(NameText("calibrations", decision.calibration));
-  request.set_reason(decision.reason);
-  request.set_requested_by(session->requested_by());
-  request.set_request_id(NewRequestId());
-  calibration::v1::WithdrawCalibrationResponse response;
-  absl::Status status = session->Call<CalibrationService>("calibration", &CalibrationService::Stub::WithdrawCalibration,
-                                                          request, &response);
-  if (!status.ok()) return status;
-  if (session->json) {
-    PrintJson(MessageToJson(response));
-  } else {
-    std::cout << WithdrawalText(response);
-  }
-  return status;
+  return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::WithdrawCalibration,
+                                          RequestOf<calibration::v1::WithdrawCalibrationRequest>(*session, decision),
+                                          WithdrawalText)
+      .status();
 }
 
 void AddStateCommands(CLI::App* calibration, Session* session) {
@@ -70,8 +59,15 @@ void AddStateCommands(CLI::App* calibration, Session* session) {
   session->OnCommand(withdraw, [session, decision] { return Withdraw(session, *decision); });
 }
 
+// What `calibration list` and `calibration trend` call the kinds.
+const std::map<std::string, calibration::v1::CalibrationKind> kKinds = {
+    {"sensor", calibration::v1::CALIBRATION_KIND_SENSOR},
+    {"rotation", calibration::v1::CALIBRATION_KIND_ROTATION},
+    {"probe", calibration::v1::CALIBRATION_KIND_PROBE},
+    {"axis", calibration::v1::CALIBRATION_KIND_AXIS}};
+
 struct TrendArguments {
-  std::string machine, kind = "sensor";
+  std::string machine, kind = "sensor", axis;
   std::vector<std::string> parameters, limits;
   double coverage_factor = 0;
 };
@@ -79,8 +75,8 @@ struct TrendArguments {
 absl::Status Trend(Session* session, const TrendArguments& arguments) {
   calibration::v1::GetCalibrationTrendRequest request;
   request.set_machine(NameText("machines", arguments.machine));
-  request.set_kind(arguments.kind == "rotation" ? calibration::v1::CALIBRATION_KIND_ROTATION
-                                                : calibration::v1::CALIBRATION_KIND_SENSOR);
+  request.set_kind(kKinds.at(arguments.kind));
+  request.set_axis(arguments.axis);
   for (const std::string& parameter : arguments.parameters) request.add_parameters(parameter);
   for (const std::string& text : arguments.limits) {
     const std::size_t equals = text.find('=');
@@ -92,25 +88,20 @@ absl::Status Trend(Session* session, const TrendArguments& arguments) {
     out->set_limit(limit);
   }
   request.set_coverage_factor(arguments.coverage_factor);
-  calibration::v1::CalibrationTrend response;
-  absl::Status status = session->Call<CalibrationService>("calibration", &CalibrationService::Stub::GetCalibrationTrend,
-                                                          request, &response);
-  if (!status.ok()) return status;
-  if (session->json) {
-    PrintJson(MessageToJson(response));
-  } else {
-    std::cout << TrendText(response);
-  }
-  if (response.alarm()) session->MarkNotUsable();
-  return status;
+  const absl::StatusOr<calibration::v1::CalibrationTrend> trend = CallAndPrint<CalibrationService>(
+      session, "calibration", &CalibrationService::Stub::GetCalibrationTrend, request, TrendText);
+  if (!trend.ok()) return trend.status();
+  if (trend->alarm()) session->MarkNotUsable();
+  return absl::OkStatus();
 }
 
 void AddTrendCommand(CLI::App* calibration, Session* session) {
   const auto arguments = std::make_shared<TrendArguments>();
   CLI::App* trend = calibration->add_subcommand("trend", "Each parameter over time; exit code 4 where one has moved");
   trend->add_option("--machine", arguments->machine, "The machine")->required();
-  trend->add_option("--kind", arguments->kind, "sensor (the default) or rotation")
-      ->check(CLI::IsMember({"sensor", "rotation"}));
+  trend->add_option("--kind", arguments->kind, "sensor (the default), rotation, probe or axis")
+      ->check(CLI::IsMember(&kKinds));
+  trend->add_option("--axis", arguments->axis, "Of kind axis: its letter");
   trend->add_option("--parameters", arguments->parameters, "alpha_deg,...; without it, all")
       ->delimiter(',')
       ->allow_extra_args(false);
@@ -119,55 +110,67 @@ void AddTrendCommand(CLI::App* calibration, Session* session) {
   session->OnCommand(trend, [session, arguments] { return Trend(session, *arguments); });
 }
 
+struct ListArguments {
+  std::string machine, kind, axis;
+};
+
+std::string RmsText(const calibration::v1::Calibration& entry) {
+  if (entry.has_axis()) return "-";
+  return Fixed(entry.has_sensor()  ? entry.sensor().residual_rms_um()
+               : entry.has_probe() ? entry.probe().residual_rms_um()
+                                   : entry.rotation().residual_rms_um(),
+               3);
+}
+
+absl::Status List(Session* session, const ListArguments& arguments) {
+  calibration::v1::ListCalibrationsRequest request;
+  if (!arguments.machine.empty()) request.set_machine(NameText("machines", arguments.machine));
+  // An axis is enough to say which kind is meant.
+  if (!arguments.kind.empty() || !arguments.axis.empty())
+    request.set_kind(kKinds.at(arguments.kind.empty() ? "axis" : arguments.kind));
+  request.set_axis(arguments.axis);
+  nlohmann::json json = nlohmann::json::array();
+  Table table({"calibration", "kind", "machine", "method", "state", ">rms um", "valid from", "valid until", "by"});
+  absl::Status status = ForEachPage<CalibrationService>(
+      session, "calibration", &CalibrationService::Stub::ListCalibrations, request,
+      [&](const calibration::v1::ListCalibrationsResponse& page) {
+        for (const calibration::v1::Calibration& entry : page.calibrations()) {
+          json.push_back(MessageToJson(entry));
+          table.AddRow({IdText(entry.name()), CalibrationKindText(entry), IdText(entry.machine()), entry.method(),
+                        EnumText(CalibrationState_Name(entry.state()), "CALIBRATION_STATE_"), RmsText(entry),
+                        TimeText(entry.valid_from()), TimeText(entry.valid_until()), entry.requested_by()});
+        }
+      });
+  if (!status.ok()) return status;
+  PrintList(session->json, json, table);
+  return status;
+}
+
+absl::Status Show(Session* session, const std::string& id) {
+  calibration::v1::GetCalibrationRequest request;
+  request.set_name(CalibrationNameText(id));
+  return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::GetCalibration, request,
+                                          CalibrationText)
+      .status();
+}
+
 }  // namespace
 
 void AddCalibrationCommands(CLI::App* app, Session* session) {
   CLI::App* calibration = app->add_subcommand("calibration", "Calibrations that were made");
   calibration->require_subcommand(1);
-  const auto argument = std::make_shared<std::string>();
 
+  const auto arguments = std::make_shared<ListArguments>();
   CLI::App* list = calibration->add_subcommand("list", "Lists calibrations");
-  list->add_option("--machine", *argument, "Only of this machine");
-  session->OnCommand(list, [session, argument]() -> absl::Status {
-    calibration::v1::ListCalibrationsRequest request;
-    if (!argument->empty()) request.set_machine(NameText("machines", *argument));
-    nlohmann::json json = nlohmann::json::array();
-    Table table({"calibration", "kind", "machine", "method", "state", ">rms um", "valid from", "valid until"});
-    absl::Status status = ForEachPage<CalibrationService>(
-        session, "calibration", &CalibrationService::Stub::ListCalibrations, request,
-        [&](const calibration::v1::ListCalibrationsResponse& page) {
-          for (const calibration::v1::Calibration& entry : page.calibrations()) {
-            json.push_back(MessageToJson(entry));
-            const double rms_um = entry.has_sensor()  ? entry.sensor().residual_rms_um()
-                                  : entry.has_probe() ? entry.probe().residual_rms_um()
-                                                      : entry.rotation().residual_rms_um();
-            table.AddRow({IdText(entry.name()), EnumText(CalibrationKind_Name(entry.kind()), "CALIBRATION_KIND_"),
-                          IdText(entry.machine()), entry.method(),
-                          EnumText(CalibrationState_Name(entry.state()), "CALIBRATION_STATE_"), Fixed(rms_um, 3),
-                          TimeText(entry.valid_from()), TimeText(entry.valid_until())});
-          }
-        });
-    if (!status.ok()) return status;
-    PrintList(session->json, json, table);
-    return status;
-  });
+  list->add_option("--machine", arguments->machine, "Only of this machine");
+  list->add_option("--kind", arguments->kind, "Only sensor, rotation, probe or axis")->check(CLI::IsMember(&kKinds));
+  list->add_option("--axis", arguments->axis, "Only how this axis positions");
+  session->OnCommand(list, [session, arguments] { return List(session, *arguments); });
 
+  const auto id = std::make_shared<std::string>();
   CLI::App* show = calibration->add_subcommand("show", "Shows a calibration with its uncertainties");
-  show->add_option("ID", *argument, "The calibration")->required();
-  session->OnCommand(show, [session, argument]() -> absl::Status {
-    calibration::v1::GetCalibrationRequest request;
-    request.set_name(NameText("calibrations", *argument));
-    calibration::v1::Calibration response;
-    absl::Status status =
-        session->Call<CalibrationService>("calibration", &CalibrationService::Stub::GetCalibration, request, &response);
-    if (!status.ok()) return status;
-    if (session->json) {
-      PrintJson(MessageToJson(response));
-    } else {
-      std::cout << CalibrationText(response);
-    }
-    return status;
-  });
+  show->add_option("ID", *id, "The calibration")->required();
+  session->OnCommand(show, [session, id] { return Show(session, *id); });
 
   AddStateCommands(calibration, session);
   AddTrendCommand(calibration, session);

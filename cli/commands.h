@@ -1,6 +1,7 @@
 // The commands, one file per noun. Each adds its subcommands and hands their actions to the session.
 #pragma once
 
+#include "cli/output.h"
 #include "cli/session.h"
 
 namespace sixpoint::cli {
@@ -23,6 +24,19 @@ void AddCallCommand(CLI::App* app, Session* session);
 void AddPlantCommands(CLI::App* app, Session* session);
 void AddCalibrateStudyCommands(CLI::App* calibrate, Session* session);  // two of calibrate's, written with study's
 void AddStudyCommands(CLI::App* app, Session* session);
+
+// One call, its answer printed: by `text` (of the response) where it is for people.
+template <typename Service, typename Request, typename Response>
+absl::StatusOr<Response> CallAndPrint(Session* session, const std::string& area,
+                                      grpc::Status (Service::Stub::*method)(grpc::ClientContext*, const Request&,
+                                                                            Response*),
+                                      const Request& request, std::string (*text)(const Response&)) {
+  Response response;
+  absl::Status status = session->Call<Service>(area, method, request, &response);
+  if (!status.ok()) return status;
+  PrintMessage(session->json, response, [&] { return text(response); });
+  return response;
+}
 
 // Every page of a list; `request` is a List...Request, `collect` takes one response.
 template <typename Service, typename Request, typename Response, typename Collect>

@@ -15,6 +15,14 @@ std::string Fixed(double value, int decimals) {
   return text;
 }
 
+std::string FixedOrTiny(double value, int decimals) {
+  const std::string text = Fixed(value, decimals);
+  if (value == 0 || text.find_first_of("123456789") != std::string::npos || text == "-") return text;
+  char tiny[40];
+  std::snprintf(tiny, sizeof tiny, "%.1e", value);
+  return tiny;
+}
+
 std::string Shortest(double value) {
   char text[40];
   for (int digits = 1; digits <= 17; ++digits) {

@@ -26,6 +26,14 @@ void PrintJson(const nlohmann::json& json) {
   std::cout << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
 }
 
+void PrintMessage(bool as_json, const google::protobuf::Message& message, const std::function<std::string()>& text) {
+  if (as_json) {
+    PrintJson(MessageToJson(message));
+  } else {
+    std::cout << text();
+  }
+}
+
 void PrintList(bool as_json, const nlohmann::json& json, const Table& table) {
   if (as_json) {
     PrintJson(json);
@@ -62,6 +70,10 @@ std::string IdText(const std::string& resource_name) {
 std::string NameText(const std::string& collection, const std::string& id_or_name) {
   const bool is_name = id_or_name.rfind(collection + "/", 0) == 0;
   return is_name ? id_or_name : runtime::NameOf(collection, id_or_name);
+}
+
+std::string CalibrationNameText(const std::string& id_or_name) {
+  return id_or_name.find('/') != std::string::npos ? id_or_name : runtime::NameOf("calibrations", id_or_name);
 }
 
 Progress::Progress(std::string label, std::string unit, std::int64_t total, bool quiet)

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -18,6 +19,8 @@ namespace sixpoint::cli {
 // The canonical JSON of a message, field names as in the proto files.
 nlohmann::json MessageToJson(const google::protobuf::Message& message);
 void PrintJson(const nlohmann::json& json);
+// As JSON, or as people read it.
+void PrintMessage(bool as_json, const google::protobuf::Message& message, const std::function<std::string()>& text);
 // One of the two.
 void PrintList(bool as_json, const nlohmann::json& json, const Table& table);
 
@@ -31,6 +34,8 @@ std::string EnumText(const std::string& value_name, const std::string& prefix);
 std::string IdText(const std::string& resource_name);
 // What a person typed, an id or the name that another command printed: "s1" or "scans/s1" -> "scans/s1".
 std::string NameText(const std::string& collection, const std::string& id_or_name);
+// A calibration of any kind: its name as another command printed it, or its id.
+std::string CalibrationNameText(const std::string& id_or_name);
 
 // One line on stderr that counts up; a plain line now and then where stderr is no terminal. Thread-safe.
 class Progress {

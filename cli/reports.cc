@@ -14,16 +14,16 @@ using geometry::v1::Point;
 
 std::string SensorText(const calibration::v1::SensorCalibration& sensor) {
   Table table({"parameter", ">value", ">standard uncertainty", "unit"});
-  table.AddRow({"alpha", Fixed(sensor.alpha_deg(), 5), Fixed(sensor.alpha_standard_uncertainty_deg(), 5), "deg"});
-  table.AddRow({"beta", Fixed(sensor.beta_deg(), 5), Fixed(sensor.beta_standard_uncertainty_deg(), 5), "deg"});
-  table.AddRow({"gamma", Fixed(sensor.gamma_deg(), 5), Fixed(sensor.gamma_standard_uncertainty_deg(), 5), "deg"});
+  table.AddRow({"alpha", Fixed(sensor.alpha_deg(), 5), FixedOrTiny(sensor.alpha_standard_uncertainty_deg(), 5), "deg"});
+  table.AddRow({"beta", Fixed(sensor.beta_deg(), 5), FixedOrTiny(sensor.beta_standard_uncertainty_deg(), 5), "deg"});
+  table.AddRow({"gamma", Fixed(sensor.gamma_deg(), 5), FixedOrTiny(sensor.gamma_standard_uncertainty_deg(), 5), "deg"});
   const Point& t = sensor.t_sm_mm();
   const Point& u = sensor.t_sm_standard_uncertainty_mm();
-  table.AddRow({"T_sm x", Fixed(t.x_mm(), 5), Fixed(u.x_mm(), 5), "mm"});
-  table.AddRow({"T_sm y", Fixed(t.y_mm(), 5), Fixed(u.y_mm(), 5), "mm"});
-  table.AddRow({"T_sm z", Fixed(t.z_mm(), 5), Fixed(u.z_mm(), 5), "mm"});
-  std::string text = table.ToText() + "residual rms " + Fixed(sensor.residual_rms_um(), 3) + " um, condition number " +
-                     Fixed(sensor.condition_number(), 1) + "\n";
+  table.AddRow({"T_sm x", Fixed(t.x_mm(), 5), FixedOrTiny(u.x_mm(), 5), "mm"});
+  table.AddRow({"T_sm y", Fixed(t.y_mm(), 5), FixedOrTiny(u.y_mm(), 5), "mm"});
+  table.AddRow({"T_sm z", Fixed(t.z_mm(), 5), FixedOrTiny(u.z_mm(), 5), "mm"});
+  std::string text = table.ToText() + "residual rms " + FixedOrTiny(sensor.residual_rms_um(), 3) +
+                     " um, condition number " + Fixed(sensor.condition_number(), 1) + "\n";
   Table check({"check: laser minus touch", "scan", ">dx um", ">dy um", ">dz um"});
   for (const auto& residual : sensor.check()) {
     check.AddRow({residual.feature(), IdText(residual.scan()), Fixed(residual.dx_um(), 2), Fixed(residual.dy_um(), 2),
@@ -57,10 +57,43 @@ std::string RotationText(const calibration::v1::RotationCalibration& rotation) {
   const bool known = rotation.has_point_c_standard_uncertainty_mm();
   return table.ToText() + "Point C " + PointText(rotation.point_c_mm(), 5) + " mm" +
          (known ? ", standard uncertainty " + PointText(rotation.point_c_standard_uncertainty_mm(), 5) + " mm" : "") +
-         "\nresidual rms " + Fixed(rotation.residual_rms_um(), 3) + " um; check rms " +
-         (rotation.check_count() > 0 ? Fixed(rotation.check_rms_um(), 3) + " um over " : std::string("- over ")) +
+         "\nresidual rms " + FixedOrTiny(rotation.residual_rms_um(), 3) + " um; check rms " +
+         (rotation.check_count() > 0 ? FixedOrTiny(rotation.check_rms_um(), 3) + " um over " : std::string("- over ")) +
          std::to_string(rotation.check_count()) + " poses held out; condition number " +
          Fixed(rotation.condition_number(), 1) + "\n" + ErrorCurvesText(rotation);
+}
+
+std::string AxisText(const calibration::v1::AxisCharacterisation& axis) {
+  constexpr int kDecimals = 6;
+  const auto period = [](const calibration::v1::PeriodicError& error) {
+    return " every " + Fixed(error.period_deg(), 4) + " deg";
+  };
+  Table table({axis.axis() + " axis", ">deg", ">standard uncertainty deg"});
+  const auto add = [&](const std::string& name, const calibration::v1::AngleEstimate& estimate) {
+    // Digits below what is known of it would be read as a figure.
+    const bool known = std::abs(estimate.value_deg()) > estimate.standard_uncertainty_deg();
+    table.AddRow({name, known ? FixedOrTiny(estimate.value_deg(), kDecimals) : Fixed(estimate.value_deg(), kDecimals),
+                  FixedOrTiny(estimate.standard_uncertainty_deg(), kDecimals)});
+  };
+  add("reversal error", axis.reversal());
+  if (axis.has_periodic())
+    add("periodic error, amplitude" + period(axis.periodic()), axis.periodic().amplitude());
+  else
+    table.AddRow({"periodic error: none above", FixedOrTiny(axis.least_detectable_deg(), kDecimals), "-"});
+  add("long wave, amplitude" + period(axis.long_wave()), axis.long_wave().amplitude());
+  add("mean error", axis.mean());
+  add("greatest error, at " + Fixed(axis.greatest_error_at_deg(), 3) + " deg " +
+          (axis.greatest_error_travel() == calibration::v1::TRAVEL_FORWARD ? "forward" : "backward"),
+      axis.greatest_error());
+  add("standard uncertainty of a position", axis.standard_uncertainty());
+  add("the same, table applied", axis.compensated_standard_uncertainty());
+  add("one reading about the model", axis.noise());
+  std::string text = std::to_string(axis.reading_count()) + " readings";
+  if (axis.beyond_limits_count() > 0)
+    text += ", " + std::to_string(axis.beyond_limits_count()) + " of them beyond the axis's limits in the record";
+  return text + "\n" + table.ToText() + "table: " + std::to_string(axis.table().forward_error_deg_size()) +
+         " values each way, every " + Fixed(axis.table().step_deg(), 4) + " deg; standard uncertainty of one " +
+         FixedOrTiny(axis.table().standard_uncertainty_deg(), kDecimals) + " deg\n";
 }
 
 }  // namespace
@@ -73,11 +106,15 @@ std::string VerdictName(inspection::v1::Verdict verdict) {
   return Verdict_Name(verdict).substr(std::string("VERDICT_").size());
 }
 
+std::string CalibrationKindText(const Calibration& calibration) {
+  return EnumText(CalibrationKind_Name(calibration.kind()), "CALIBRATION_KIND_") +
+         (calibration.has_axis() ? " " + calibration.axis().axis() : "");
+}
+
 std::string CalibrationText(const Calibration& calibration) {
-  std::string text = calibration.name() + ": " +
-                     EnumText(CalibrationKind_Name(calibration.kind()), "CALIBRATION_KIND_") + " of " +
-                     calibration.machine() + ", " + calibration.method() + ", valid " +
-                     TimeText(calibration.valid_from()) + " to " + TimeText(calibration.valid_until()) + "\n";
+  std::string text = calibration.name() + ": " + CalibrationKindText(calibration) + " of " + calibration.machine() +
+                     ", " + calibration.method() + ", valid " + TimeText(calibration.valid_from()) + " to " +
+                     TimeText(calibration.valid_until()) + "\n";
   text += EnumText(CalibrationState_Name(calibration.state()), "CALIBRATION_STATE_");
   if (!calibration.superseded_by().empty()) text += " by " + calibration.superseded_by();
   if (calibration.has_withdrawal())
@@ -88,35 +125,8 @@ std::string CalibrationText(const Calibration& calibration) {
   if (calibration.has_sensor()) text += SensorText(calibration.sensor());
   if (calibration.has_rotation()) text += RotationText(calibration.rotation());
   if (calibration.has_probe()) text += ProbeText(calibration.probe());
+  if (calibration.has_axis()) text += AxisText(calibration.axis());
   return text;
-}
-
-std::string AxisText(const calibration::v1::AxisCharacterisation& axis) {
-  constexpr int kDecimals = 6;
-  const auto period = [](const calibration::v1::PeriodicError& error) {
-    return " every " + Fixed(error.period_deg(), 4) + " deg";
-  };
-  Table table({axis.axis() + " axis of " + IdText(axis.machine()), ">deg", ">standard uncertainty deg"});
-  const auto add = [&](const std::string& name, const calibration::v1::AngleEstimate& estimate) {
-    table.AddRow({name, Fixed(estimate.value_deg(), kDecimals), Fixed(estimate.standard_uncertainty_deg(), kDecimals)});
-  };
-  add("reversal error", axis.reversal());
-  if (axis.has_periodic())
-    add("periodic error, amplitude" + period(axis.periodic()), axis.periodic().amplitude());
-  else
-    table.AddRow({"periodic error: none above", Fixed(axis.least_detectable_deg(), kDecimals), "-"});
-  add("long wave, amplitude" + period(axis.long_wave()), axis.long_wave().amplitude());
-  add("mean error", axis.mean());
-  add("greatest error, at " + Fixed(axis.greatest_error_at_deg(), 3) + " deg " +
-          (axis.greatest_error_travel() == calibration::v1::TRAVEL_FORWARD ? "forward" : "backward"),
-      axis.greatest_error());
-  add("standard uncertainty of a position", axis.standard_uncertainty());
-  add("the same, table applied", axis.compensated_standard_uncertainty());
-  add("one reading about the model", axis.noise());
-  return axis.name() + ", " + std::to_string(axis.reading_count()) + " readings\n" + table.ToText() +
-         "table: " + std::to_string(axis.table().forward_error_deg_size()) + " values each way, every " +
-         Fixed(axis.table().step_deg(), 4) + " deg; standard uncertainty of one " +
-         Fixed(axis.table().standard_uncertainty_deg(), kDecimals) + " deg\n";
 }
 
 Table RegistrationTable() {

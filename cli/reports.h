@@ -11,9 +11,10 @@
 
 namespace sixpoint::cli {
 
-// Every parameter beside its standard uncertainty, then the checks.
+// "sensor", "axis A" and so on.
+std::string CalibrationKindText(const calibration::v1::Calibration& calibration);
+// Its name and state, then every parameter beside its standard uncertainty, then the checks.
 std::string CalibrationText(const calibration::v1::Calibration& calibration);
-std::string AxisText(const calibration::v1::AxisCharacterisation& axis);
 
 // The evidence behind a pose, one row for each registration.
 Table RegistrationTable();

@@ -96,7 +96,7 @@ std::string NextStep(const absl::Status& status, const std::string& server) {
   const std::string message(status.message());
   const auto about = [&](const char* noun) { return message.find(noun) != std::string::npos; };
   if (reason == "CALIBRATION_MISSING" || reason == "CALIBRATION_EXPIRED") {
-    return "calibrate the machine: sixpoint calibrate sensor ..., sixpoint calibrate rotation ...";
+    return "calibrate the machine: sixpoint calibrate sensor ..., rotation ..., probe ... or axis ...";
   }
   if (reason == "POINTS_DELETED") return "its values and results are still there: sixpoint scan show ID";
   switch (status.code()) {

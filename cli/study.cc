@@ -1,6 +1,6 @@
 #include <CLI/CLI.hpp>
-#include <iostream>
 
+#include "cli/calibration_options.h"
 #include "cli/commands.h"
 #include "cli/document.h"
 #include "cli/output.h"
@@ -17,37 +17,23 @@ using calibration::v1::StudyService;
 
 constexpr std::size_t kMostItems = 100000;
 
-struct Arguments {
+struct Arguments : CalibrationOptions {
   std::string machine, file, calibration;
   std::vector<std::string> names, region;
-  double limit = 0, pitch_mm = 0, temperature_c = 0;
-  bool has_temperature = false;
+  double limit = 0, pitch_mm = 0;
 };
-
-void AddCommonOptions(CLI::App* command, const std::shared_ptr<Arguments>& arguments) {
-  command->add_option("--temperature-c", arguments->temperature_c, "Of machine and artefact")
-      ->each([arguments](const std::string&) { arguments->has_temperature = true; });
-}
 
 template <typename Request>
 absl::Status Run(Session* session,
                  grpc::Status (StudyService::Stub::*method)(grpc::ClientContext*, const Request&, Study*),
                  const Arguments& arguments, Request request) {
-  if (arguments.has_temperature) request.mutable_environment()->set_temperature_c(arguments.temperature_c);
-  request.set_requested_by(session->requested_by());
-  request.set_request_id(NewRequestId());
-  Study study;
-  absl::Status status = session->Call<StudyService>("calibration", method, request, &study);
-  if (!status.ok()) return status;
-  if (session->json) {
-    PrintJson(MessageToJson(study));
-  } else {
-    std::cout << StudyText(study);
-  }
-  if (study.verdict() == calibration::v1::STUDY_VERDICT_REJECTED ||
-      study.verdict() == calibration::v1::STUDY_VERDICT_UNDECIDABLE)
+  SetStudyOptions(*session, arguments, &request);
+  const absl::StatusOr<Study> study = CallAndPrint<StudyService>(session, "calibration", method, request, StudyText);
+  if (!study.ok()) return study.status();
+  if (study->verdict() == calibration::v1::STUDY_VERDICT_REJECTED ||
+      study->verdict() == calibration::v1::STUDY_VERDICT_UNDECIDABLE)
     session->MarkNotUsable();
-  return status;
+  return absl::OkStatus();
 }
 
 absl::Status RunGauge(Session* session, const Arguments& arguments) {
@@ -175,15 +161,7 @@ absl::Status ListAll(Session* session, const Arguments& arguments) {
 absl::Status Show(Session* session, const std::string& name) {
   calibration::v1::GetStudyRequest request;
   request.set_name(NameText("studies", name));
-  Study study;
-  absl::Status status = session->Call<StudyService>("calibration", &StudyService::Stub::GetStudy, request, &study);
-  if (!status.ok()) return status;
-  if (session->json) {
-    PrintJson(MessageToJson(study));
-  } else {
-    std::cout << StudyText(study);
-  }
-  return status;
+  return CallAndPrint<StudyService>(session, "calibration", &StudyService::Stub::GetStudy, request, StudyText).status();
 }
 
 }  // namespace
@@ -199,7 +177,7 @@ void AddCalibrateStudyCommands(CLI::App* calibrate, Session* session) {
       ->check(CLI::Number);
   gauge->add_option("--station-pitch-mm", gauge_arguments->pitch_mm, "0.1 without it");
   gauge->add_option("--limit-um", gauge_arguments->limit, "Greatest median oscillation that is accepted");
-  AddCommonOptions(gauge, gauge_arguments);
+  AddTemperatureOption(gauge, gauge_arguments);
   session->OnCommand(gauge, [session, gauge_arguments] { return RunGauge(session, *gauge_arguments); });
 
   const auto arm_arguments = std::make_shared<Arguments>();
@@ -207,7 +185,7 @@ void AddCalibrateStudyCommands(CLI::App* calibrate, Session* session) {
   AddScans(arm, arm_arguments);
   arm->add_option("--calibration", arm_arguments->calibration, "Of the sensor; without it, the one in force");
   arm->add_option("--limit-um", arm_arguments->limit, "Greatest standard deviation of dx, dy, dz that is accepted");
-  AddCommonOptions(arm, arm_arguments);
+  AddTemperatureOption(arm, arm_arguments);
   session->OnCommand(arm, [session, arm_arguments] { return RunArm(session, *arm_arguments); });
 }
 
@@ -229,19 +207,19 @@ void AddStudyCommands(CLI::App* app, Session* session) {
       ->required()
       ->delimiter(',')
       ->allow_extra_args(false);
-  AddCommonOptions(repeat, arguments);
+  AddTemperatureOption(repeat, arguments);
   session->OnCommand(repeat, [session, arguments] { return RunRepeat(session, *arguments); });
 
   CLI::App* rr = study->add_subcommand("rr", "Gauge R&R: components of variance of nested data");
   rr->add_option("FILE", arguments->file, "YAML or JSON, as docs/examples/gauge_rr.yaml")->required();
   rr->add_option("--machine", arguments->machine, "Which it concerns");
-  AddCommonOptions(rr, arguments);
+  AddTemperatureOption(rr, arguments);
   session->OnCommand(rr, [session, arguments] { return RunRr(session, *arguments); });
 
   CLI::App* sphere = study->add_subcommand("sphere", "A probe on a calibrated sphere and length standards");
   sphere->add_option("FILE", arguments->file, "YAML or JSON, as docs/examples/sphere_check.yaml")->required();
   sphere->add_option("--machine", arguments->machine, "Which it concerns");
-  AddCommonOptions(sphere, arguments);
+  AddTemperatureOption(sphere, arguments);
   session->OnCommand(sphere, [session, arguments] { return RunSphere(session, *arguments); });
 }
 

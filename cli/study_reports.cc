@@ -143,13 +143,13 @@ std::string TrendText(const calibration::v1::CalibrationTrend& trend) {
     Table table({parameter.parameter(), "valid from", ">value", ">u", ">change", ">in combined u", ">C", ""});
     for (const auto& point : parameter.points())
       table.AddRow({IdText(point.calibration()), TimeText(point.valid_from()), Fixed(point.value(), 5),
-                    Fixed(point.standard_uncertainty(), 5), point.has_change() ? Fixed(point.change(), 5) : "-",
+                    FixedOrTiny(point.standard_uncertainty(), 5), point.has_change() ? Fixed(point.change(), 5) : "-",
                     point.has_change_ratio() ? Fixed(point.change_ratio(), 2) : "-",
                     point.has_temperature_c() ? Fixed(point.temperature_c(), 1) : "-", point.alarm() ? "ALARM" : ""});
     text += table.ToText();
     if (parameter.has_slope_per_day())
       text += "slope " + Fixed(parameter.slope_per_day(), 7) + " a day (u " +
-              Fixed(parameter.slope_standard_uncertainty_per_day(), 7) + "), t " + Fixed(parameter.slope_t(), 2) +
+              FixedOrTiny(parameter.slope_standard_uncertainty_per_day(), 7) + "), t " + Fixed(parameter.slope_t(), 2) +
               " of " + Fixed(parameter.slope_t_limit(), 2) + ", scatter " + Fixed(parameter.scatter_ratio(), 2) +
               " of what is stated\n";
     for (const std::string& alarm : parameter.alarms()) text += "ALARM " + alarm + ": " + parameter.parameter() + "\n";

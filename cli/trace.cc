@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 #include <set>
 
@@ -14,29 +15,50 @@
 namespace sixpoint::cli {
 namespace {
 
+using calibration::v1::CalibrationService;
 using correction::v1::CorrectionService;
 using inspection::v1::InspectionService;
 using registration::v1::RegistrationService;
 
-// What rests on a calibration: the registrations that used it, then the corrections and verdicts that rest on those.
+// What rests on a calibration: calibrations of the axes made with it, the registrations that used it, then the corrections and verdicts that rest on those.
 struct Resting {
-  nlohmann::json json = {{"registrations", nlohmann::json::array()},
+  nlohmann::json json = {{"calibrations", nlohmann::json::array()},
+                         {"registrations", nlohmann::json::array()},
                          {"corrections", nlohmann::json::array()},
                          {"inspections", nlohmann::json::array()}};
   Table table{{"blade", "kind", "name", "rests on", "result", "recorded"}};
   std::set<std::string> registrations;
 };
 
-absl::Status Trace(Session* session, const std::string& calibration) {
+absl::Status Trace(Session* session, const calibration::v1::Calibration& calibration) {
   Resting resting;
-  absl::Status status = ForEachPage<RegistrationService>(
+  // A calibration of the axes may rest on how one axis positions.
+  std::set<std::string> calibrations{calibration.name()};
+  calibration::v1::ListCalibrationsRequest of_machine;
+  of_machine.set_machine(calibration.machine());
+  absl::Status status = ForEachPage<CalibrationService>(
+      session, "calibration", &CalibrationService::Stub::ListCalibrations, of_machine,
+      [&](const calibration::v1::ListCalibrationsResponse& page) {
+        for (const auto& entry : page.calibrations()) {
+          const auto& inputs = entry.inputs();
+          if (std::find(inputs.begin(), inputs.end(), calibration.name()) == inputs.end()) continue;
+          calibrations.insert(entry.name());
+          resting.json["calibrations"].push_back(entry.name());
+          resting.table.AddRow(
+              {"-", "calibration", entry.name(), calibration.name(), entry.method(), TimeText(entry.recorded_at())});
+        }
+      });
+  if (!status.ok()) return status;
+  status = ForEachPage<RegistrationService>(
       session, "registration", &RegistrationService::Stub::ListRegistrations,
       registration::v1::ListRegistrationsRequest(), [&](const registration::v1::ListRegistrationsResponse& page) {
         for (const auto& entry : page.registrations()) {
-          if (entry.sensor_calibration() != calibration && entry.rotation_calibration() != calibration) continue;
+          const bool by_sensor = calibrations.count(entry.sensor_calibration()) > 0;
+          if (!by_sensor && calibrations.count(entry.rotation_calibration()) == 0) continue;
           resting.registrations.insert(entry.name());
           resting.json["registrations"].push_back(entry.name());
-          resting.table.AddRow({IdText(entry.blade()), "registration", entry.name(), calibration,
+          resting.table.AddRow({IdText(entry.blade()), "registration", entry.name(),
+                                by_sensor ? entry.sensor_calibration() : entry.rotation_calibration(),
                                 OutcomeName(entry.evidence().outcome()), TimeText(entry.recorded_at())});
         }
       });
@@ -64,7 +86,7 @@ absl::Status Trace(Session* session, const std::string& calibration) {
       });
   if (!status.ok()) return status;
   if (!session->json && resting.table.empty()) {
-    std::cout << "nothing rests on " << calibration << "\n";
+    std::cout << "nothing rests on " << calibration.name() << "\n";
     return status;
   }
   PrintList(session->json, resting.json, resting.table);
@@ -80,12 +102,12 @@ void AddTraceCommand(CLI::App* app, Session* session) {
   session->OnCommand(command, [session, calibration]() -> absl::Status {
     // A calibration that does not exist must not read as one that nothing rests on.
     calibration::v1::GetCalibrationRequest request;
-    request.set_name(NameText("calibrations", *calibration));
+    request.set_name(CalibrationNameText(*calibration));
     calibration::v1::Calibration found;
-    absl::Status status = session->Call<calibration::v1::CalibrationService>(
-        "calibration", &calibration::v1::CalibrationService::Stub::GetCalibration, request, &found);
+    absl::Status status =
+        session->Call<CalibrationService>("calibration", &CalibrationService::Stub::GetCalibration, request, &found);
     if (!status.ok()) return status;
-    return Trace(session, found.name());
+    return Trace(session, found);
   });
 }
 

@@ -1,7 +1,9 @@
 #include "storage/calibrations.h"
 
+#include <map>
 #include <nlohmann/json.hpp>
 
+#include "storage/axis_characterisations.h"
 #include "storage/probe_calibrations.h"
 
 namespace sixpoint::storage {
@@ -20,8 +22,8 @@ namespace {
   "point_c_standard_uncertainty_mm, noise_um, residual_rms_um, check_rms_um, check_count, condition_number, axes"
 
 constexpr char kInsertHead[] = "INSERT INTO calibrations (" SIXPOINT_HEAD_COLUMNS
-                               ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, "
-                               "$15, $16, $17)";
+                               ", axis) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, "
+                               "$15, $16, $17, $18)";
 constexpr char kInsertSensor[] = "INSERT INTO sensor_calibrations (" SIXPOINT_SENSOR_COLUMNS
                                  ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15)";
 constexpr char kInsertCentres[] =
@@ -41,25 +43,28 @@ constexpr char kSelectHead[] = "SELECT " SIXPOINT_HEAD_COLUMNS " FROM calibratio
 constexpr char kSelectInForce[] =
     "SELECT " SIXPOINT_HEAD_COLUMNS
     " FROM calibrations WHERE calibration_id = (SELECT f.calibration_id FROM calibration_forces f "
-    "WHERE f.machine_id = $1 AND f.kind = $2 AND f.valid_from <= $3 AND $3 < f.valid_until "
+    "WHERE f.machine_id = $1 AND f.kind = $2 AND f.axis = $3 AND f.valid_from <= $4 AND $4 < f.valid_until "
     "ORDER BY f.force_sequence DESC LIMIT 1)";
 constexpr char kSelectLastValidity[] =
-    "SELECT valid_until FROM calibration_forces WHERE machine_id = $1 AND kind = $2 AND valid_from <= $3 "
-    "ORDER BY valid_until DESC LIMIT 1";
+    "SELECT valid_until FROM calibration_forces WHERE machine_id = $1 AND kind = $2 AND axis = $3 "
+    "AND valid_from <= $4 ORDER BY valid_until DESC LIMIT 1";
 constexpr char kSelectWithdrawn[] =
     "SELECT " SIXPOINT_HEAD_COLUMNS
     " FROM calibrations WHERE calibration_id = (SELECT c.calibration_id FROM calibrations c "
     "JOIN calibration_events w ON w.calibration_id = c.calibration_id AND w.event = 'WITHDRAWN' "
-    "WHERE c.machine_id = $1 AND c.kind = $2 AND c.valid_from <= $3 AND $3 < c.valid_until "
+    "WHERE c.machine_id = $1 AND c.kind = $2 AND COALESCE(c.axis, '') = $3 "
+    "AND c.valid_from <= $4 AND $4 < c.valid_until "
     "ORDER BY w.record_sequence DESC LIMIT 1)";
 constexpr char kSelectHistory[] =
     "SELECT " SIXPOINT_HEAD_COLUMNS
     " FROM calibrations WHERE calibration_id IN (SELECT f.calibration_id FROM calibration_forces f "
-    "WHERE f.machine_id = $1 AND f.kind = $2 ORDER BY f.valid_from DESC, f.force_sequence DESC LIMIT $3) "
+    "WHERE f.machine_id = $1 AND f.kind = $2 AND f.axis = $3 "
+    "ORDER BY f.valid_from DESC, f.force_sequence DESC LIMIT $4) "
     "ORDER BY valid_from, record_sequence";
 constexpr char kSelectStates[] =
     "SELECT c.calibration_id, (SELECT f.calibration_id FROM calibration_forces f "
-    "WHERE f.machine_id = c.machine_id AND f.kind = c.kind AND f.valid_from <= $2 AND $2 < f.valid_until "
+    "WHERE f.machine_id = c.machine_id AND f.kind = c.kind AND f.axis = COALESCE(c.axis, '') "
+    "AND f.valid_from <= $2 AND $2 < f.valid_until "
     "ORDER BY f.force_sequence DESC LIMIT 1) FROM calibrations c WHERE c.calibration_id = ANY ($1::text[])";
 constexpr char kSelectEvents[] =
     "SELECT calibration_id, event, reason, requested_by, software_version, record_sequence, recorded_at "
@@ -69,8 +74,9 @@ constexpr char kInsertEvent[] =
     "recorded_at) VALUES ($1, $2, $3, $4, $5, $6, $7)";
 constexpr char kSelectPage[] = "SELECT " SIXPOINT_HEAD_COLUMNS
                                " FROM calibrations WHERE ($1 = '' OR machine_id = $1) AND ($2 = '' OR kind = $2) "
-                               "AND ($3::bigint = 0 OR record_sequence < $3::bigint) "
-                               "ORDER BY record_sequence DESC LIMIT $4";
+                               "AND ($3 = '' OR axis = $3) "
+                               "AND ($4::bigint = 0 OR record_sequence < $4::bigint) "
+                               "ORDER BY record_sequence DESC LIMIT $5";
 constexpr char kSelectSensors[] =
     "SELECT " SIXPOINT_SENSOR_COLUMNS " FROM sensor_calibrations WHERE calibration_id = ANY ($1::text[])";
 constexpr char kSelectRotations[] =
@@ -118,17 +124,18 @@ absl::Status InsertRotation(Transaction& transaction, const std::string& id, con
   params.Real(rotation.check_rms_um).Int(rotation.check_count).Real(rotation.condition_number).Texts(rotation.axes);
   const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertRotation, params);
   if (!inserted.ok()) return inserted.status();
-  std::vector<double> a, b, distances, before;
+  std::vector<double> a, b, distances;
+  std::vector<std::optional<double>> before;
   std::vector<std::string> held_out;
   for (const PoseResidualRow& p : rotation.poses) {
     a.push_back(p.a_deg);
     b.push_back(p.b_deg);
     distances.push_back(p.distance_um);
     held_out.push_back(p.held_out ? "true" : "false");
-    before.push_back(p.before_um.value_or(0));
+    before.push_back(p.before_um);
   }
   return transaction
-      .Execute(kInsertPoses, Params().Text(id).Reals(a).Reals(b).Reals(distances).Texts(held_out).Reals(before))
+      .Execute(kInsertPoses, Params().Text(id).Reals(a).Reals(b).Reals(distances).Texts(held_out).OptionalReals(before))
       .status();
 }
 
@@ -174,6 +181,10 @@ std::optional<double> OptionalReal(const Rows& rows, int row, int column) {
   return rows.Real(row, column);
 }
 
+Params KeyOf(const CalibrationSubject& subject) {
+  return Params().Text(subject.machine_id).Text(subject.kind).Text(subject.axis);
+}
+
 void AddOptional(Params& params, std::optional<double> value) { value ? params.Real(*value) : params.Null(); }
 
 CalibrationState StateOf(const CalibrationRow& c, const std::string& in_force, Instant now) {
@@ -208,18 +219,15 @@ absl::Status ReadStates(Transaction& transaction, Instant now, std::vector<Calib
   return absl::OkStatus();
 }
 
-// The heads with the results of their kinds and their states: five statements for any number of rows.
+// The heads with the results of their kinds and their states: six statements for any number of rows.
 absl::StatusOr<std::vector<CalibrationRow>> ReadCalibrations(Transaction& transaction, const Rows& heads, Instant now) {
   std::vector<CalibrationRow> found;
-  std::vector<std::string> sensor_ids, rotation_ids, probe_ids;
+  std::map<std::string, std::vector<std::string>> ids_by_kind;
   for (int row = 0; row < heads.count(); ++row) {
     CalibrationRow& c = found.emplace_back();
     c.calibration_id = heads.Text(row, 0);
     c.machine_id = heads.Text(row, 1);
-    (heads.Text(row, 2) == "sensor"  ? sensor_ids
-     : heads.Text(row, 2) == "probe" ? probe_ids
-                                     : rotation_ids)
-        .push_back(c.calibration_id);
+    ids_by_kind[heads.Text(row, 2)].push_back(c.calibration_id);
     c.method = heads.Text(row, 3);
     c.inputs = heads.Texts(row, 4);
     c.request_sha256 = heads.Text(row, 5);
@@ -232,17 +240,18 @@ absl::StatusOr<std::vector<CalibrationRow>> ReadCalibrations(Transaction& transa
     c.environment = {OptionalReal(heads, row, 13), OptionalReal(heads, row, 14), OptionalReal(heads, row, 15),
                      heads.Text(row, 16)};
   }
-  const absl::StatusOr<Rows> sensors = transaction.Execute(kSelectSensors, Params().Texts(sensor_ids));
+  const absl::StatusOr<Rows> sensors = transaction.Execute(kSelectSensors, Params().Texts(ids_by_kind["sensor"]));
   if (!sensors.ok()) return sensors.status();
-  const absl::StatusOr<Rows> rotations = transaction.Execute(kSelectRotations, Params().Texts(rotation_ids));
+  const absl::StatusOr<Rows> rotations = transaction.Execute(kSelectRotations, Params().Texts(ids_by_kind["rotation"]));
   if (!rotations.ok()) return rotations.status();
-  if (const absl::Status s = ReadProbes(transaction, probe_ids, &found); !s.ok()) return s;
+  if (const absl::Status s = ReadProbes(transaction, ids_by_kind["probe"], &found); !s.ok()) return s;
+  if (const absl::Status s = ReadAxes(transaction, ids_by_kind["axis"], &found); !s.ok()) return s;
   for (CalibrationRow& c : found) {
     for (int row = 0; row < sensors->count(); ++row)
       if (sensors->Text(row, 0) == c.calibration_id) c.sensor = ReadSensor(*sensors, row);
     for (int row = 0; row < rotations->count(); ++row)
       if (rotations->Text(row, 0) == c.calibration_id) c.rotation = ReadRotation(*rotations, row);
-    if (!c.sensor && !c.rotation && !c.probe)
+    if (!c.sensor && !c.rotation && !c.probe && !c.axis)
       return absl::DataLossError("calibration " + c.calibration_id + ": its result is gone");
   }
   if (const absl::Status read = ReadStates(transaction, now, &found); !read.ok()) return read;
@@ -251,6 +260,7 @@ absl::StatusOr<std::vector<CalibrationRow>> ReadCalibrations(Transaction& transa
 
 absl::Status ReadResiduals(Transaction& transaction, CalibrationRow* calibration) {
   if (calibration->probe) return ReadProbeResiduals(transaction, calibration->calibration_id, &*calibration->probe);
+  if (calibration->axis) return ReadAxisTable(transaction, calibration->calibration_id, &*calibration->axis);
   const absl::StatusOr<Rows> rows = transaction.Execute(calibration->sensor ? kSelectCentres : kSelectPoses,
                                                         Params().Text(calibration->calibration_id));
   if (!rows.ok()) return rows.status();
@@ -283,7 +293,7 @@ absl::StatusOr<Recorded> InsertEvent(Transaction& transaction, const Calibration
   RecordEntry entry;
   entry.kind = entry_kind;
   entry.name = entry_kind + "s/" + calibration.calibration_id;
-  entry.inputs = {"calibrations/" + calibration.calibration_id};
+  entry.inputs = {calibration.name()};
   entry.machine = calibration.machine_id;
   entry.software_version = event.software_version;
   entry.requested_by = event.requested_by;
@@ -304,11 +314,15 @@ absl::StatusOr<Recorded> InsertEvent(Transaction& transaction, const Calibration
 
 }  // namespace
 
+std::string CalibrationName(const std::string& kind, const std::string& calibration_id) {
+  return (kind == "axis" ? "characterisations/" : "calibrations/") + calibration_id;
+}
+
 absl::StatusOr<Recorded> InsertCalibration(Transaction& transaction, const CalibrationRow& c,
                                            const std::string& summary_json) {
   RecordEntry entry;
   entry.kind = "calibration";
-  entry.name = "calibrations/" + c.calibration_id;
+  entry.name = c.name();
   entry.inputs = c.inputs;
   entry.machine = c.machine_id;
   entry.method = c.method;
@@ -325,10 +339,12 @@ absl::StatusOr<Recorded> InsertCalibration(Transaction& transaction, const Calib
   AddOptional(head, c.environment.temperature_standard_uncertainty_c);
   AddOptional(head, c.environment.humidity_percent);
   head.Text(c.environment.note);
+  c.axis ? head.Text(c.axis->axis) : head.Null();
   const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertHead, head);
   if (!inserted.ok()) return inserted.status();
   const absl::Status result = c.sensor  ? InsertSensor(transaction, c.calibration_id, *c.sensor)
                               : c.probe ? InsertProbe(transaction, c.calibration_id, *c.probe)
+                              : c.axis  ? InsertAxis(transaction, c.calibration_id, *c.axis)
                                         : InsertRotation(transaction, c.calibration_id, *c.rotation);
   if (!result.ok()) return result;
   return recorded;
@@ -340,39 +356,33 @@ absl::StatusOr<std::optional<CalibrationRow>> FindCalibration(Transaction& trans
 }
 
 absl::StatusOr<std::optional<CalibrationRow>> CalibrationInForce(Transaction& transaction,
-                                                                 const std::string& machine_id, const std::string& kind,
-                                                                 Instant at) {
-  return FindOne(transaction, kSelectInForce, Params().Text(machine_id).Text(kind).Time(at), at);
+                                                                 const CalibrationSubject& subject, Instant at) {
+  return FindOne(transaction, kSelectInForce, KeyOf(subject).Time(at), at);
 }
 
 absl::StatusOr<std::optional<CalibrationRow>> WithdrawnCalibration(Transaction& transaction,
-                                                                   const std::string& machine_id,
-                                                                   const std::string& kind, Instant at) {
-  return FindOne(transaction, kSelectWithdrawn, Params().Text(machine_id).Text(kind).Time(at), at);
+                                                                   const CalibrationSubject& subject, Instant at) {
+  return FindOne(transaction, kSelectWithdrawn, KeyOf(subject).Time(at), at);
 }
 
-absl::StatusOr<std::optional<Instant>> LastValidity(Transaction& transaction, const std::string& machine_id,
-                                                    const std::string& kind, Instant at) {
-  const absl::StatusOr<Rows> rows =
-      transaction.Execute(kSelectLastValidity, Params().Text(machine_id).Text(kind).Time(at));
+absl::StatusOr<std::optional<Instant>> LastValidity(Transaction& transaction, const CalibrationSubject& subject,
+                                                    Instant at) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectLastValidity, KeyOf(subject).Time(at));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
   return rows->Time(0, 0);
 }
 
-absl::StatusOr<std::vector<CalibrationRow>> ListCalibrations(Transaction& transaction, const std::string& machine_id,
-                                                             const std::string& kind, std::int64_t before_sequence,
-                                                             int limit, Instant now) {
-  const absl::StatusOr<Rows> heads =
-      transaction.Execute(kSelectPage, Params().Text(machine_id).Text(kind).Int(before_sequence).Int(limit));
+absl::StatusOr<std::vector<CalibrationRow>> ListCalibrations(Transaction& transaction, const CalibrationSubject& filter,
+                                                             std::int64_t before_sequence, int limit, Instant now) {
+  const absl::StatusOr<Rows> heads = transaction.Execute(kSelectPage, KeyOf(filter).Int(before_sequence).Int(limit));
   if (!heads.ok()) return heads.status();
   return ReadCalibrations(transaction, *heads, now);
 }
 
-absl::StatusOr<std::vector<CalibrationRow>> CalibrationHistory(Transaction& transaction, const std::string& machine_id,
-                                                               const std::string& kind, int limit) {
-  const absl::StatusOr<Rows> heads =
-      transaction.Execute(kSelectHistory, Params().Text(machine_id).Text(kind).Int(limit));
+absl::StatusOr<std::vector<CalibrationRow>> CalibrationHistory(Transaction& transaction,
+                                                               const CalibrationSubject& subject, int limit) {
+  const absl::StatusOr<Rows> heads = transaction.Execute(kSelectHistory, KeyOf(subject).Int(limit));
   if (!heads.ok()) return heads.status();
   return ReadCalibrations(transaction, *heads, std::chrono::system_clock::now());
 }

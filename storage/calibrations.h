@@ -1,4 +1,4 @@
-// Calibrations of machines: sensor to machine, and the rotary axes.
+// Calibrations of machines: sensor to machine, the rotary axes, a point laser probe, how one axis positions.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -79,6 +79,28 @@ struct ProbeCalibrationRow {
   std::vector<ProbeFaceCheckRow> checks;
 };
 
+// A figure in degrees and its standard uncertainty.
+struct AngleEstimateRow {
+  double value_deg = 0, standard_uncertainty_deg = 0;
+};
+
+struct AxisCharacterisationRow {
+  std::string axis;  // the letter of the machine's joint
+  int reading_count = 0;
+  std::optional<int> beyond_limits_count;  // not counted before V0013
+  AngleEstimateRow reversal, mean, long_wave_amplitude;
+  int long_wave_order = 0;  // periods in a turn
+  std::optional<int> periodic_order;
+  AngleEstimateRow periodic_amplitude;  // where there is one
+  double least_detectable_deg = 0;
+  AngleEstimateRow greatest_error;
+  double greatest_error_at_deg = 0;
+  bool greatest_error_forward = true;
+  AngleEstimateRow standard_uncertainty, compensated_standard_uncertainty, noise;
+  std::vector<double> forward_error_deg, backward_error_deg;  // the table, at equal steps; read with the residuals
+  double table_standard_uncertainty_deg = 0;
+};
+
 // Where and when it was measured; nothing: not stated.
 struct EnvironmentRow {
   std::optional<double> temperature_c, temperature_standard_uncertainty_c, humidity_percent;
@@ -96,6 +118,16 @@ struct CalibrationEvent {
 // Follows from clock and events (ADR 14).
 enum class CalibrationState { kDraft, kNotYetValid, kInForce, kSuperseded, kExpired, kWithdrawn };
 
+// What has one calibration in force at a time.
+struct CalibrationSubject {
+  std::string machine_id;
+  std::string kind;
+  std::string axis = "";  // of kind axis
+};
+
+// The resource name of a calibration of a kind.
+std::string CalibrationName(const std::string& kind, const std::string& calibration_id);
+
 struct CalibrationRow {
   std::string calibration_id;  // UUID
   std::string machine_id;
@@ -109,6 +141,7 @@ struct CalibrationRow {
   std::optional<SensorCalibrationRow> sensor;      // either this
   std::optional<RotationCalibrationRow> rotation;  // or this
   std::optional<ProbeCalibrationRow> probe;        // or this
+  std::optional<AxisCharacterisationRow> axis;     // or this
 
   bool is_draft = false;  // made as a draft
   EnvironmentRow environment;
@@ -118,7 +151,10 @@ struct CalibrationRow {
   std::string superseded_by;  // id; where state is kSuperseded
   std::optional<CalibrationEvent> release, withdrawal;
 
-  std::string kind() const { return sensor ? "sensor" : probe ? "probe" : "rotation"; }
+  std::string kind() const { return sensor ? "sensor" : probe ? "probe" : axis ? "axis" : "rotation"; }
+  CalibrationSubject subject() const { return {machine_id, kind(), axis ? axis->axis : ""}; }
+  // calibrations/{id}, or characterisations/{id} of kind axis.
+  std::string name() const { return CalibrationName(kind(), calibration_id); }
 };
 
 // Journal entry, calibration and residuals. Call it last before the commit (the journal's lock).
@@ -130,25 +166,23 @@ absl::StatusOr<std::optional<CalibrationRow>> FindCalibration(Transaction& trans
                                                               const std::string& calibration_id,
                                                               Instant now = std::chrono::system_clock::now());
 
-// Of a machine and kind, of those that are released, not withdrawn and valid at `at`, the one released (or, if it never
-// was a draft, made) last; with its residuals. `at` asks about validity with the knowledge of now: a calibration that was
+// Of a subject's that are released, not withdrawn and valid at `at`, the one released (or, if it never was a
+// draft, made) last; with its residuals. `at` asks about validity with the knowledge of now: a calibration that was
 // withdrawn since is not given for a moment before its withdrawal either.
 absl::StatusOr<std::optional<CalibrationRow>> CalibrationInForce(Transaction& transaction,
-                                                                 const std::string& machine_id, const std::string& kind,
-                                                                 Instant at);
+                                                                 const CalibrationSubject& subject, Instant at);
 // The newest withdrawn one whose validity covers `at`: why there may be none in force.
 absl::StatusOr<std::optional<CalibrationRow>> WithdrawnCalibration(Transaction& transaction,
-                                                                   const std::string& machine_id,
-                                                                   const std::string& kind, Instant at);
-// When the last calibration of a machine and kind that was released, not withdrawn and had begun by `at` ended; nothing
-// where none had begun.
-absl::StatusOr<std::optional<Instant>> LastValidity(Transaction& transaction, const std::string& machine_id,
-                                                    const std::string& kind, Instant at);
+                                                                   const CalibrationSubject& subject, Instant at);
+// When the last calibration of a subject that was released, not withdrawn and had begun by `at` ended; nothing where none
+// had begun.
+absl::StatusOr<std::optional<Instant>> LastValidity(Transaction& transaction, const CalibrationSubject& subject,
+                                                    Instant at);
 
 // Empty filters match all. Newest first, from below `before_sequence` (0: from the newest); without residuals.
-absl::StatusOr<std::vector<CalibrationRow>> ListCalibrations(Transaction& transaction, const std::string& machine_id,
-                                                             const std::string& kind, std::int64_t before_sequence,
-                                                             int limit, Instant now = std::chrono::system_clock::now());
+absl::StatusOr<std::vector<CalibrationRow>> ListCalibrations(Transaction& transaction, const CalibrationSubject& filter,
+                                                             std::int64_t before_sequence, int limit,
+                                                             Instant now = std::chrono::system_clock::now());
 
 // The journal's entry (releases/{id}, withdrawals/{id}) and the event. ALREADY_EXISTS where the calibration has one
 // already. Holds the journal's lock when it returns: what DerivedFrom gives then is complete.
@@ -157,9 +191,9 @@ absl::StatusOr<Recorded> ReleaseCalibration(Transaction& transaction, const Cali
 absl::StatusOr<Recorded> WithdrawCalibration(Transaction& transaction, const CalibrationRow& calibration,
                                              const CalibrationEvent& event);
 
-// Of a machine and kind, all that were released and not withdrawn, by the time from which they are valid, the newest
-// `limit` of them; without residuals.
-absl::StatusOr<std::vector<CalibrationRow>> CalibrationHistory(Transaction& transaction, const std::string& machine_id,
-                                                               const std::string& kind, int limit);
+// Of a subject, all that were released and not withdrawn, by the time from which they are valid, the newest `limit` of
+// them; without residuals.
+absl::StatusOr<std::vector<CalibrationRow>> CalibrationHistory(Transaction& transaction,
+                                                               const CalibrationSubject& subject, int limit);
 
 }  // namespace sixpoint::storage

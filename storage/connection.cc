@@ -43,10 +43,12 @@ absl::Status BrokenConnection(pg_conn* connection) { return StatusOfSqlstate("",
 absl::Status StatusOfResult(const pg_result* result) {
   const char* sqlstate = PQresultErrorField(result, PG_DIAG_SQLSTATE);
   std::string message = OneLine(PQresultErrorField(result, PG_DIAG_MESSAGE_PRIMARY));
-  if (const char* constraint = PQresultErrorField(result, PG_DIAG_CONSTRAINT_NAME)) {
-    message += " (" + std::string(constraint) + ")";
-  }
-  return StatusOfSqlstate(sqlstate == nullptr ? "" : sqlstate, message);
+  const char* field = PQresultErrorField(result, PG_DIAG_CONSTRAINT_NAME);
+  const std::string constraint = field == nullptr ? "" : field;
+  if (!constraint.empty()) message += " (" + constraint + ")";
+  const absl::Status status = StatusOfSqlstate(sqlstate == nullptr ? "" : sqlstate, message);
+  // Raised by our own triggers where a calibration was withdrawn while a result was made with it.
+  return constraint == "calibration_withdrawn" ? WithReason(status, "CALIBRATION_WITHDRAWN") : status;
 }
 
 absl::Status Flush(pg_conn* connection, Deadline deadline) {

@@ -38,9 +38,10 @@ class Params {
   Params& Bool(bool value);
   Params& Time(Instant value);
   Params& Bytes(std::string_view value);
-  Params& Reals(const std::vector<double>& values);             // double precision[]
-  Params& Texts(const std::vector<std::string>& values);        // text[]
-  Params& Json(std::string_view value) { return Text(value); }  // cast in the SQL: $n::jsonb
+  Params& Reals(const std::vector<double>& values);                         // double precision[]
+  Params& OptionalReals(const std::vector<std::optional<double>>& values);  // NULL where there is none
+  Params& Texts(const std::vector<std::string>& values);                    // text[]
+  Params& Json(std::string_view value) { return Text(value); }              // cast in the SQL: $n::jsonb
   Params& Null();
 
  private:

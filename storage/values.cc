@@ -152,6 +152,14 @@ Params& Params::Reals(const std::vector<double>& values) {
   }
   return Text(text + "}");
 }
+Params& Params::OptionalReals(const std::vector<std::optional<double>>& values) {
+  std::string text = "{";
+  for (const std::optional<double>& value : values) {
+    if (text.size() > 1) text += ',';
+    text += value ? TextOfReal(*value) : "NULL";
+  }
+  return Text(text + "}");
+}
 Params& Params::Texts(const std::vector<std::string>& values) { return Text(TextOfTexts(values)); }
 Params& Params::Null() {
   values_.push_back({std::nullopt, false});

@@ -257,7 +257,8 @@ absl::Status TooFew(const LineScan& scan, const PlaneFeature& cone, size_t used,
   if (seen < kFewestConePoints)
     return absl::FailedPreconditionError(where + std::to_string(kFewestConePoints) + "; scan it whole");
   return absl::FailedPreconditionError(where + Number(100 * kLeastAgreeing) +
-                                       " %: check cone_half_angle_deg and cone_top_radius_mm, clean the artefact");
+                                       " %: check cone_half_angle_deg and cone_top_radius_mm, clean the artefact, "
+                                       "see that all scans are by this machine's sensor");
 }
 
 }  // namespace

@@ -1,8 +1,7 @@
 #include "services/calibration/axis_messages.h"
 
-#include <chrono>
+#include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "services/calibration/validate.h"
 #include "services/runtime/errors.h"
@@ -88,18 +87,28 @@ absl::StatusOr<std::vector<metrology::AxisReading>> ReadingsOf(const v1::AxisRun
   return readings;
 }
 
-absl::Status CheckAxisOf(const std::string& machine, const metrology::JointChain& chain, const std::string& axis) {
+absl::StatusOr<metrology::Joint> JointOf(const std::string& machine, const metrology::JointChain& chain,
+                                         const std::string& axis) {
   std::string rotary;
   for (const metrology::Joint& joint : chain.joints()) {
     if (joint.motion.kind != metrology::JointKind::kRotary) continue;
-    if (joint.axis == axis) return absl::OkStatus();
+    if (joint.axis == axis) return joint;
     rotary += (rotary.empty() ? "" : ", ") + joint.axis;
   }
   return Refuse("axis", axis, "a rotary axis of " + machine + ": " + (rotary.empty() ? "it has none" : rotary));
 }
 
-storage::AxisCharacterisationRow RowOf(const metrology::AxisCharacterisation& result) {
+int BeyondLimits(const v1::AxisRun& run, const metrology::Joint& joint) {
+  // Limits come from degrees: what is at a limit is within it.
+  constexpr double kRounding = 1e-12;
+  return static_cast<int>(std::count_if(run.commanded_deg().begin(), run.commanded_deg().end(), [&](double deg) {
+    return deg * kRadPerDeg < joint.minimum - kRounding || deg * kRadPerDeg > joint.maximum + kRounding;
+  }));
+}
+
+storage::AxisCharacterisationRow RowOf(const metrology::AxisCharacterisation& result, const std::string& axis) {
   storage::AxisCharacterisationRow row;
+  row.axis = axis;
   row.reading_count = result.reading_count;
   row.reversal = Degrees(result.reversal_rad);
   row.mean = Degrees(result.mean_rad);
@@ -124,11 +133,9 @@ storage::AxisCharacterisationRow RowOf(const metrology::AxisCharacterisation& re
 
 v1::AxisCharacterisation ToProto(const storage::AxisCharacterisationRow& row) {
   v1::AxisCharacterisation out;
-  out.set_name(runtime::NameOf("characterisations", row.characterisation_id));
-  out.set_machine(runtime::NameOf("machines", row.machine_id));
   out.set_axis(row.axis);
-  for (const std::string& input : row.inputs) out.add_inputs(input);
   out.set_reading_count(row.reading_count);
+  if (row.beyond_limits_count) out.set_beyond_limits_count(*row.beyond_limits_count);
   SetEstimate(row.reversal, out.mutable_reversal());
   SetEstimate(row.mean, out.mutable_mean());
   SetPeriodic(row.long_wave_order, row.long_wave_amplitude, out.mutable_long_wave());
@@ -141,32 +148,16 @@ v1::AxisCharacterisation ToProto(const storage::AxisCharacterisationRow& row) {
   SetEstimate(row.compensated_standard_uncertainty, out.mutable_compensated_standard_uncertainty());
   SetEstimate(row.noise, out.mutable_noise());
   v1::AngleErrorTable* table = out.mutable_table();
+  table->set_standard_uncertainty_deg(row.table_standard_uncertainty_deg);
+  if (row.forward_error_deg.empty()) return out;
   table->set_step_deg(360.0 / static_cast<double>(row.forward_error_deg.size()));
   table->mutable_forward_error_deg()->Add(row.forward_error_deg.begin(), row.forward_error_deg.end());
   table->mutable_backward_error_deg()->Add(row.backward_error_deg.begin(), row.backward_error_deg.end());
-  table->set_standard_uncertainty_deg(row.table_standard_uncertainty_deg);
-  out.set_requested_by(row.requested_by);
-  out.set_software_version(row.software_version);
-  const auto micros =
-      std::chrono::duration_cast<std::chrono::microseconds>(row.recorded.recorded_at.time_since_epoch()).count();
-  out.mutable_recorded_at()->set_seconds(micros / 1'000'000);
-  out.mutable_recorded_at()->set_nanos(static_cast<int>(micros % 1'000'000) * 1000);
-  out.set_record_sequence(row.recorded.sequence);
   return out;
 }
 
 metrology::AngleTable TableOf(const storage::AxisCharacterisationRow& row) {
   return {Scaled(row.forward_error_deg, kRadPerDeg), Scaled(row.backward_error_deg, kRadPerDeg)};
-}
-
-std::string SummaryOf(const storage::AxisCharacterisationRow& row) {
-  nlohmann::json summary{{"kind", "axis"},
-                         {"axis", row.axis},
-                         {"reversal_deg", row.reversal.value_deg},
-                         {"greatest_error_deg", row.greatest_error.value_deg},
-                         {"standard_uncertainty_deg", row.standard_uncertainty.value_deg}};
-  if (row.periodic_order) summary["periodic_amplitude_deg"] = row.periodic_amplitude.value_deg;
-  return summary.dump();
 }
 
 }  // namespace sixpoint::calibration

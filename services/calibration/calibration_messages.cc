@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "services/calibration/axis_messages.h"
 #include "services/calibration/probe_messages.h"
 #include "services/runtime/resource_name.h"
 
@@ -114,7 +115,7 @@ void EventToProto(const storage::CalibrationEvent& event, v1::CalibrationEvent* 
 
 void StateToProto(const storage::CalibrationRow& row, v1::Calibration* out) {
   out->set_state(ToProto(row.state));
-  if (!row.superseded_by.empty()) out->set_superseded_by(runtime::NameOf("calibrations", row.superseded_by));
+  if (!row.superseded_by.empty()) out->set_superseded_by(storage::CalibrationName(row.kind(), row.superseded_by));
   if (row.release) EventToProto(*row.release, out->mutable_release());
   if (row.withdrawal) EventToProto(*row.withdrawal, out->mutable_withdrawal());
   const storage::EnvironmentRow& environment = row.environment;
@@ -196,10 +197,11 @@ storage::RotationCalibrationRow RowOf(const metrology::RotationCalibration& resu
 
 v1::Calibration ToProto(const storage::CalibrationRow& row) {
   v1::Calibration out;
-  out.set_name(runtime::NameOf("calibrations", row.calibration_id));
+  out.set_name(row.name());
   out.set_machine(runtime::NameOf("machines", row.machine_id));
   out.set_kind(row.sensor  ? v1::CALIBRATION_KIND_SENSOR
                : row.probe ? v1::CALIBRATION_KIND_PROBE
+               : row.axis  ? v1::CALIBRATION_KIND_AXIS
                            : v1::CALIBRATION_KIND_ROTATION);
   out.set_method(row.method);
   for (const std::string& input : row.inputs) out.add_inputs(input);
@@ -212,6 +214,7 @@ v1::Calibration ToProto(const storage::CalibrationRow& row) {
   if (row.sensor) SensorToProto(*row.sensor, out.mutable_sensor());
   if (row.rotation) RotationToProto(*row.rotation, out.mutable_rotation());
   if (row.probe) ProbeToProto(*row.probe, out.mutable_probe());
+  if (row.axis) *out.mutable_axis() = ToProto(*row.axis);
   StateToProto(row, &out);
   return out;
 }
@@ -229,6 +232,12 @@ std::string SummaryOf(const storage::CalibrationRow& row) {
     summary["approach"] = row.probe->approach;
     summary["offset_mm"] = row.probe->offset_mm;
     summary["residual_rms_um"] = row.probe->residual_rms_um;
+  } else if (row.axis) {
+    summary["axis"] = row.axis->axis;
+    summary["reversal_deg"] = row.axis->reversal.value_deg;
+    summary["greatest_error_deg"] = row.axis->greatest_error.value_deg;
+    summary["standard_uncertainty_deg"] = row.axis->standard_uncertainty.value_deg;
+    if (row.axis->periodic_order) summary["periodic_amplitude_deg"] = row.axis->periodic_amplitude.value_deg;
   } else {
     summary["point_c_mm"] = row.rotation->point_c_mm;
     summary["residual_rms_um"] = row.rotation->residual_rms_um;

@@ -30,57 +30,53 @@ grpc::Status Answer(absl::StatusOr<Response> result, Response* response) {
   return ToGrpc(result.status());
 }
 
-absl::StatusOr<std::string> KindOf(v1::CalibrationKind kind, bool required) {
-  const std::string text = KindText(kind);
-  if (text.empty() && (required || kind != v1::CALIBRATION_KIND_UNSPECIFIED))
-    return runtime::Refuse("kind", std::to_string(kind), "CALIBRATION_KIND_SENSOR, _ROTATION or _PROBE");
-  return text;
+// "sensor calibration", "characterisation of axis A".
+std::string Described(const storage::CalibrationSubject& subject) {
+  return subject.kind == "axis" ? "characterisation of axis " + subject.axis : subject.kind + " calibration";
 }
 
 absl::StatusOr<v1::Calibration> InForce(storage::Database* database, storage::Deadline deadline,
                                         const v1::GetCalibrationInForceRequest& request) {
-  const absl::StatusOr<std::string> machine = runtime::IdOf("machine", "machines", request.machine());
-  if (!machine.ok()) return machine.status();
-  const absl::StatusOr<std::string> kind = KindOf(request.kind(), true);
-  if (!kind.ok()) return kind.status();
+  const absl::StatusOr<storage::CalibrationSubject> subject =
+      SubjectOf(request.machine(), request.kind(), request.axis());
+  if (!subject.ok()) return subject.status();
   absl::StatusOr<storage::Instant> at = std::chrono::system_clock::now();
   if (request.has_at()) at = InstantOf("at", request.at());
   if (!at.ok()) return at.status();
   absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
   if (!transaction.ok()) return transaction.status();
-  const auto found = storage::CalibrationInForce(*transaction, *machine, *kind, *at);
+  const auto found = storage::CalibrationInForce(*transaction, *subject, *at);
   if (!found.ok()) return found.status();
   if (found->has_value()) return ToProto(**found);
-  const auto withdrawn = storage::WithdrawnCalibration(*transaction, *machine, *kind, *at);
+  const auto withdrawn = storage::WithdrawnCalibration(*transaction, *subject, *at);
   if (!withdrawn.ok()) return withdrawn.status();
   if (withdrawn->has_value())
     return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_WITHDRAWN",
-                            request.machine() + ": its " + *kind + " calibration calibrations/" +
-                                (**withdrawn).calibration_id + " was withdrawn (" + (**withdrawn).withdrawal->reason +
+                            request.machine() + ": its " + Described(*subject) + " " + (**withdrawn).name() +
+                                " was withdrawn (" + (**withdrawn).withdrawal->reason +
                                 "), want one in force; calibrate");
-  const auto ended = storage::LastValidity(*transaction, *machine, *kind, *at);
+  const auto ended = storage::LastValidity(*transaction, *subject, *at);
   if (!ended.ok()) return ended.status();
   if (ended->has_value())
     return runtime::Failure(
         absl::StatusCode::kFailedPrecondition, "CALIBRATION_EXPIRED",
-        request.machine() + ": its " + *kind + " calibration has expired, want one in force; calibrate");
+        request.machine() + ": its " + Described(*subject) + " has expired, want one in force; calibrate");
   return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_MISSING",
-                          request.machine() + ": no " + *kind + " calibration, want one in force; calibrate first");
+                          request.machine() + ": no " + Described(*subject) + ", want one in force; calibrate first");
 }
 
 absl::StatusOr<v1::ListCalibrationsResponse> List(storage::Database* database, storage::Deadline deadline,
                                                   const v1::ListCalibrationsRequest& request) {
-  const absl::StatusOr<std::string> machine_id = runtime::FilterIdOf("machine", "machines", request.machine());
-  if (!machine_id.ok()) return machine_id.status();
-  const absl::StatusOr<std::string> kind = KindOf(request.kind(), false);
-  if (!kind.ok()) return kind.status();
-  const std::string filters = *machine_id + "|" + *kind;
+  const absl::StatusOr<storage::CalibrationSubject> filter =
+      FilterOf(request.machine(), request.kind(), request.axis());
+  if (!filter.ok()) return filter.status();
+  const std::string filters = filter->machine_id + "|" + filter->kind + "|" + filter->axis;
   const absl::StatusOr<runtime::Page> page = runtime::PageOf(filters, request.page_size(), request.page_token());
   if (!page.ok()) return page.status();
   absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
   if (!transaction.ok()) return transaction.status();
   // One more than asked tells whether there is another page.
-  const auto rows = storage::ListCalibrations(*transaction, *machine_id, *kind, page->before_sequence, page->size + 1);
+  const auto rows = storage::ListCalibrations(*transaction, *filter, page->before_sequence, page->size + 1);
   if (!rows.ok()) return rows.status();
   v1::ListCalibrationsResponse response;
   for (const storage::CalibrationRow& row : *rows) {
@@ -98,9 +94,7 @@ absl::StatusOr<v1::ListCalibrationsResponse> List(storage::Database* database, s
 
 CalibrationService::CalibrationService(storage::Database* database, std::shared_ptr<grpc::Channel> plant,
                                        std::shared_ptr<grpc::Channel> ingest, int threads)
-    : database_(database),
-      axes_(database, plant),
-      calibrator_(database, std::move(plant), std::move(ingest), threads) {}
+    : database_(database), calibrator_(database, std::move(plant), std::move(ingest), threads) {}
 
 grpc::Status CalibrationService::CalibrateSensor(grpc::ServerContext* context,
                                                  const v1::CalibrateSensorRequest* request, v1::Calibration* response) {
@@ -119,7 +113,7 @@ grpc::Status CalibrationService::CalibrateRotation(grpc::ServerContext* context,
 
 grpc::Status CalibrationService::GetCalibration(grpc::ServerContext* context, const v1::GetCalibrationRequest* request,
                                                 v1::Calibration* response) {
-  const absl::StatusOr<std::string> id = runtime::IdOf("name", "calibrations", request->name());
+  const absl::StatusOr<std::string> id = CalibrationIdOf("name", request->name());
   if (!id.ok()) return ToGrpc(id.status());
   absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
   if (!transaction.ok()) return ToGrpc(transaction.status());
@@ -154,22 +148,10 @@ grpc::Status CalibrationService::CalibrateProbe(grpc::ServerContext* context, co
 
 grpc::Status CalibrationService::CharacteriseAxis(grpc::ServerContext* context,
                                                   const v1::CharacteriseAxisRequest* request,
-                                                  v1::AxisCharacterisation* response) {
+                                                  v1::Calibration* response) {
   const runtime::ComputeSlot slot(&running_, kMostRunning);
   if (absl::Status free = slot.Check("calibrations", "CALIBRATIONS_FULL"); !free.ok()) return ToGrpc(free);
-  return Answer(axes_.Characterise(*request, CallerOf(context)), response);
-}
-
-grpc::Status CalibrationService::GetAxisCharacterisation(grpc::ServerContext* context,
-                                                         const v1::GetAxisCharacterisationRequest* request,
-                                                         v1::AxisCharacterisation* response) {
-  return Answer(axes_.Get(*request, runtime::DeadlineOf(*context)), response);
-}
-
-grpc::Status CalibrationService::ListAxisCharacterisations(grpc::ServerContext* context,
-                                                           const v1::ListAxisCharacterisationsRequest* request,
-                                                           v1::ListAxisCharacterisationsResponse* response) {
-  return Answer(axes_.List(*request, runtime::DeadlineOf(*context)), response);
+  return Answer(calibrator_.CharacteriseAxis(*request, CallerOf(context)), response);
 }
 
 grpc::Status CalibrationService::ReleaseCalibration(grpc::ServerContext* context,

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <memory>
 
-#include "services/calibration/axis_characteriser.h"
 #include "services/calibration/calibrator.h"
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
 
@@ -29,12 +28,7 @@ class CalibrationService final : public v1::CalibrationService::Service {
   grpc::Status CalibrateProbe(grpc::ServerContext* context, const v1::CalibrateProbeRequest* request,
                               v1::Calibration* response) override;
   grpc::Status CharacteriseAxis(grpc::ServerContext* context, const v1::CharacteriseAxisRequest* request,
-                                v1::AxisCharacterisation* response) override;
-  grpc::Status GetAxisCharacterisation(grpc::ServerContext* context, const v1::GetAxisCharacterisationRequest* request,
-                                       v1::AxisCharacterisation* response) override;
-  grpc::Status ListAxisCharacterisations(grpc::ServerContext* context,
-                                         const v1::ListAxisCharacterisationsRequest* request,
-                                         v1::ListAxisCharacterisationsResponse* response) override;
+                                v1::Calibration* response) override;
   grpc::Status ReleaseCalibration(grpc::ServerContext* context, const v1::ReleaseCalibrationRequest* request,
                                   v1::Calibration* response) override;
   grpc::Status WithdrawCalibration(grpc::ServerContext* context, const v1::WithdrawCalibrationRequest* request,
@@ -46,7 +40,6 @@ class CalibrationService final : public v1::CalibrationService::Service {
   static constexpr int kMostRunning = 4;
 
   storage::Database* database_;
-  AxisCharacteriser axes_;
   Calibrator calibrator_;
   std::atomic<int> running_{0};
 };

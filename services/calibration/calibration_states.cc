@@ -26,7 +26,7 @@ absl::Status NotNow(const std::string& reason, const std::string& message) {
 
 absl::StatusOr<storage::CalibrationRow> Find(storage::Transaction& transaction, const std::string& name,
                                              storage::Instant now) {
-  const absl::StatusOr<std::string> id = runtime::IdOf("name", "calibrations", name);
+  const absl::StatusOr<std::string> id = CalibrationIdOf("name", name);
   if (!id.ok()) return id.status();
   auto found = storage::FindCalibration(transaction, *id, now);
   if (!found.ok()) return found.status();
@@ -126,12 +126,12 @@ absl::StatusOr<v1::WithdrawCalibrationResponse> Withdraw(storage::Database* data
   if (!row.ok()) return row.status();
   *response.mutable_calibration() = ToProto(*row);
   // The journal's lock is held: nothing more can come to rest on it.
-  const auto derived = storage::DerivedFrom(*transaction, request.name());
+  const auto derived = storage::DerivedFrom(*transaction, row->name());
   if (!derived.ok()) return derived.status();
   AddResting(*derived, &response);
-  const auto in_force = storage::CalibrationInForce(*transaction, row->machine_id, row->kind(), now);
+  const auto in_force = storage::CalibrationInForce(*transaction, row->subject(), now);
   if (!in_force.ok()) return in_force.status();
-  if (in_force->has_value()) response.set_in_force(runtime::NameOf("calibrations", (**in_force).calibration_id));
+  if (in_force->has_value()) response.set_in_force((**in_force).name());
   if (absl::Status s = Keep(*transaction, kWithdrawCall, request, response); !s.ok()) return s;
   if (absl::Status s = transaction->Commit(); !s.ok()) return s;
   return response;

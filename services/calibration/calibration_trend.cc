@@ -33,6 +33,45 @@ CalibratedParameter Lean(const std::string& name, const std::vector<double>& dir
           kDegPerRad * std::sqrt(std::max(0.0, variance))};
 }
 
+std::vector<CalibratedParameter> SensorParameters(const storage::SensorCalibrationRow& s) {
+  const auto sigma = [&](int k) { return std::sqrt(s.covariance.at(7 * k)); };
+  return {{"alpha_deg", s.alpha_deg, s.alpha_standard_uncertainty_deg},
+          {"beta_deg", s.beta_deg, s.beta_standard_uncertainty_deg},
+          {"gamma_deg", s.gamma_deg, s.gamma_standard_uncertainty_deg},
+          {"t_sm_x_mm", s.t_sm_mm.at(0), sigma(3)},
+          {"t_sm_y_mm", s.t_sm_mm.at(1), sigma(4)},
+          {"t_sm_z_mm", s.t_sm_mm.at(2), sigma(5)}};
+}
+
+std::vector<CalibratedParameter> RotationParameters(const storage::RotationCalibrationRow& r) {
+  return {{"point_c_x_mm", r.point_c_mm.at(0), r.point_c_standard_uncertainty_mm.at(0)},
+          {"point_c_y_mm", r.point_c_mm.at(1), r.point_c_standard_uncertainty_mm.at(1)},
+          {"point_c_z_mm", r.point_c_mm.at(2), r.point_c_standard_uncertainty_mm.at(2)},
+          Lean("a_toward_x_deg", r.a_direction, 0, r.covariance, 0),
+          Lean("a_toward_z_deg", r.a_direction, 2, r.covariance, 0),
+          Lean("b_toward_y_deg", r.b_direction, 1, r.covariance, 4),
+          Lean("b_toward_z_deg", r.b_direction, 2, r.covariance, 4)};
+}
+
+std::vector<CalibratedParameter> ProbeParameters(const storage::ProbeCalibrationRow& p) {
+  const auto sigma = [&](int k) { return std::sqrt(p.covariance.at(7 * k)); };
+  return {{"approach_x", p.approach.at(0), sigma(0)},      {"approach_y", p.approach.at(1), sigma(1)},
+          {"approach_z", p.approach.at(2), sigma(2)},      {"offset_x_mm", p.offset_mm.at(0), sigma(3)},
+          {"offset_y_mm", p.offset_mm.at(1), sigma(4)},    {"offset_z_mm", p.offset_mm.at(2), sigma(5)},
+          {"scale", p.scale, p.scale_standard_uncertainty}};
+}
+
+std::vector<CalibratedParameter> AxisParameters(const storage::AxisCharacterisationRow& a) {
+  const auto parameter = [](const std::string& name, const storage::AngleEstimateRow& estimate) {
+    return CalibratedParameter{name, estimate.value_deg, estimate.standard_uncertainty_deg};
+  };
+  // Where no periodic error stands out of the noise, its uncertainty is 0 and the run is no part of its trend.
+  return {parameter("reversal_deg", a.reversal), parameter("mean_deg", a.mean),
+          parameter("long_wave_amplitude_deg", a.long_wave_amplitude),
+          parameter("periodic_amplitude_deg", a.periodic_order ? a.periodic_amplitude : storage::AngleEstimateRow()),
+          parameter("greatest_error_deg", a.greatest_error)};
+}
+
 struct Series {
   std::vector<metrology::DatedEstimate> estimates;
   std::vector<const storage::CalibrationRow*> rows;
@@ -65,7 +104,7 @@ absl::StatusOr<v1::ParameterTrend> TrendOfParameter(const std::string& name, con
   if (!drift.ok()) return drift.status();
   for (std::size_t i = 0; i < series.rows.size(); ++i) {
     v1::TrendPoint* point = trend.add_points();
-    point->set_calibration(runtime::NameOf("calibrations", series.rows[i]->calibration_id));
+    point->set_calibration(series.rows[i]->name());
     SetTime(series.rows[i]->valid_from, point->mutable_valid_from());
     point->set_value(series.estimates[i].value);
     point->set_standard_uncertainty(series.estimates[i].standard_uncertainty);
@@ -92,35 +131,18 @@ absl::StatusOr<v1::ParameterTrend> TrendOfParameter(const std::string& name, con
 }  // namespace
 
 std::vector<CalibratedParameter> ParametersOf(const storage::CalibrationRow& row) {
-  if (row.sensor) {
-    const storage::SensorCalibrationRow& s = *row.sensor;
-    const auto sigma = [&](int k) { return std::sqrt(s.covariance.at(7 * k)); };
-    return {{"alpha_deg", s.alpha_deg, s.alpha_standard_uncertainty_deg},
-            {"beta_deg", s.beta_deg, s.beta_standard_uncertainty_deg},
-            {"gamma_deg", s.gamma_deg, s.gamma_standard_uncertainty_deg},
-            {"t_sm_x_mm", s.t_sm_mm.at(0), sigma(3)},
-            {"t_sm_y_mm", s.t_sm_mm.at(1), sigma(4)},
-            {"t_sm_z_mm", s.t_sm_mm.at(2), sigma(5)}};
-  }
-  if (!row.rotation) return {};
-  const storage::RotationCalibrationRow& r = *row.rotation;
-  return {{"point_c_x_mm", r.point_c_mm.at(0), r.point_c_standard_uncertainty_mm.at(0)},
-          {"point_c_y_mm", r.point_c_mm.at(1), r.point_c_standard_uncertainty_mm.at(1)},
-          {"point_c_z_mm", r.point_c_mm.at(2), r.point_c_standard_uncertainty_mm.at(2)},
-          Lean("a_toward_x_deg", r.a_direction, 0, r.covariance, 0),
-          Lean("a_toward_z_deg", r.a_direction, 2, r.covariance, 0),
-          Lean("b_toward_y_deg", r.b_direction, 1, r.covariance, 4),
-          Lean("b_toward_z_deg", r.b_direction, 2, r.covariance, 4)};
+  if (row.sensor) return SensorParameters(*row.sensor);
+  if (row.rotation) return RotationParameters(*row.rotation);
+  if (row.probe) return ProbeParameters(*row.probe);
+  if (row.axis) return AxisParameters(*row.axis);
+  return {};
 }
 
 absl::StatusOr<v1::CalibrationTrend> TrendOf(storage::Database* database, storage::Deadline deadline,
                                              const v1::GetCalibrationTrendRequest& request) {
-  const absl::StatusOr<std::string> machine = runtime::IdOf("machine", "machines", request.machine());
-  if (!machine.ok()) return machine.status();
-  const std::string kind = KindText(request.kind());
-  if (kind.empty())
-    return runtime::Refuse("kind", std::to_string(request.kind()),
-                           "CALIBRATION_KIND_SENSOR or CALIBRATION_KIND_ROTATION");
+  const absl::StatusOr<storage::CalibrationSubject> subject =
+      SubjectOf(request.machine(), request.kind(), request.axis());
+  if (!subject.ok()) return subject.status();
   const double coverage = request.coverage_factor() == 0 ? kUsualCoverage : request.coverage_factor();
   if (!std::isfinite(coverage) || coverage < 1 || coverage > 8)
     return runtime::Refuse("coverage_factor", request.coverage_factor(), "1 to 8, or 0 for 3");
@@ -128,12 +150,14 @@ absl::StatusOr<v1::CalibrationTrend> TrendOf(storage::Database* database, storag
     return runtime::Refuse("most_count", std::to_string(request.most_count()), "0 to 1000");
   absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
   if (!transaction.ok()) return transaction.status();
-  const auto rows = storage::CalibrationHistory(*transaction, *machine, kind,
+  const auto rows = storage::CalibrationHistory(*transaction, *subject,
                                                 request.most_count() == 0 ? kUsualCount : request.most_count());
   if (!rows.ok()) return rows.status();
   if (rows->empty())
     return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_MISSING",
-                            request.machine() + ": no " + kind + " calibration was ever in force, want at least one");
+                            request.machine() + ": no " + subject->kind + " calibration" +
+                                (subject->axis.empty() ? "" : " of " + subject->axis) +
+                                " was ever in force, want at least one");
 
   if (absl::Status s = CheckNames(request, ParametersOf(rows->front())); !s.ok()) return s;
   std::map<std::string, double> limits;
@@ -146,7 +170,8 @@ absl::StatusOr<v1::CalibrationTrend> TrendOf(storage::Database* database, storag
   std::map<std::string, Series> all;
   for (const storage::CalibrationRow& row : *rows)
     for (const CalibratedParameter& p : ParametersOf(row)) {
-      // The paper's methods leave a parameter as the record has it and say nothing of its uncertainty.
+      // The paper's methods leave a parameter as the record has it and say nothing of its uncertainty; nor is there one of
+      // what was not found.
       if (!(p.standard_uncertainty > 0)) continue;
       const double days =
           std::chrono::duration<double>(row.valid_from - rows->front().valid_from).count() / kSecondsPerDay;
@@ -156,6 +181,7 @@ absl::StatusOr<v1::CalibrationTrend> TrendOf(storage::Database* database, storag
   v1::CalibrationTrend trend;
   trend.set_machine(request.machine());
   trend.set_kind(request.kind());
+  trend.set_axis(request.axis());
   trend.set_coverage_factor(coverage);
   trend.set_rule(
       "STEP: two neighbours differ by more than coverage_factor combined standard uncertainties; TREND: the slope of a "

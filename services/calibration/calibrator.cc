@@ -2,15 +2,18 @@
 
 #include <vector>
 
+#include "metrology/calibration/axis_characterisation.h"
 #include "metrology/calibration/rotation_calibration.h"
 #include "metrology/calibration/sensor_calibration.h"
-#include "services/calibration/axis_characteriser.h"
+#include "services/calibration/axis_messages.h"
+#include "services/calibration/axis_tables.h"
 #include "services/calibration/calibration_messages.h"
 #include "services/calibration/kept_answers.h"
 #include "services/calibration/probe_messages.h"
 #include "services/calibration/refusals.h"
 #include "services/calibration/validate.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/machine_chain.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
 #include "storage/blobs.h"
@@ -22,6 +25,7 @@ namespace {
 constexpr char kSensorCall[] = "calibration.CalibrateSensor";
 constexpr char kRotationCall[] = "calibration.CalibrateRotation";
 constexpr char kProbeCall[] = "calibration.CalibrateProbe";
+constexpr char kAxisCall[] = "calibration.CharacteriseAxis";
 constexpr std::size_t kMostPoints = 20'000'000;
 
 std::string Revised(const std::string& name, int revision) { return name + "@" + std::to_string(revision); }
@@ -68,9 +72,10 @@ absl::StatusOr<v1::Calibration> Store(storage::Database* database, const char* c
 }
 
 template <typename Request>
-absl::StatusOr<Validity> ValidityIn(const Request& request) {
+absl::StatusOr<Validity> ValidityIn(const Request& request, std::chrono::hours usual = kUsualValidity) {
   return ValidityOf(request.has_valid_from() ? &request.valid_from() : nullptr,
-                    request.has_valid_until() ? &request.valid_until() : nullptr, std::chrono::system_clock::now());
+                    request.has_valid_until() ? &request.valid_until() : nullptr, std::chrono::system_clock::now(),
+                    usual);
 }
 
 absl::StatusOr<metrology::RotationCalibration> FindAxes(const v1::CalibrateRotationRequest& request,
@@ -223,6 +228,37 @@ absl::StatusOr<v1::Calibration> Calibrator::CalibrateProbe(const v1::CalibratePr
   row.valid_until = validity->until;
   row.probe = RowOf(*result, *checks, request);
   return Store(database_, kProbeCall, request, std::move(row), caller.deadline);
+}
+
+absl::StatusOr<v1::Calibration> Calibrator::CharacteriseAxis(const v1::CharacteriseAxisRequest& request,
+                                                             const Caller& caller) {
+  if (absl::Status s = CheckAxisRequest(request); !s.ok()) return s;
+  if (absl::Status s = CheckEnvironment(request.environment()); !s.ok()) return s;
+  const absl::StatusOr<std::vector<metrology::AxisReading>> readings = ReadingsOf(request.run());
+  if (!readings.ok()) return readings.status();
+  const absl::StatusOr<Validity> validity = ValidityIn(request, kUsualAxisValidity);
+  if (!validity.ok()) return validity.status();
+  auto before = AnsweredBefore(database_, kAxisCall, request, caller.deadline);
+  if (!before.ok()) return before.status();
+  if (before->has_value()) return **std::move(before);
+
+  const absl::StatusOr<plant::v1::Machine> machine = plant_.GetMachine(request.machine(), 0, caller.make_context());
+  if (!machine.ok()) return NotKnown("machine", request.machine(), machine.status());
+  const absl::StatusOr<metrology::JointChain> chain = runtime::ChainOf(*machine);
+  if (!chain.ok()) return chain.status();
+  const absl::StatusOr<metrology::Joint> joint = JointOf(request.machine(), *chain, request.axis());
+  if (!joint.ok()) return joint.status();
+  const absl::StatusOr<metrology::AxisCharacterisation> result = metrology::CharacteriseAxis(*readings);
+  if (!result.ok()) return AsRefusal(result.status());
+  storage::CalibrationRow row;
+  row.machine_id = *runtime::IdOf("machine", "machines", request.machine());
+  row.inputs = {Revised(request.machine(), machine->revision())};
+  row.method = "ENCODER_RUN";
+  row.valid_from = validity->from;
+  row.valid_until = validity->until;
+  row.axis = RowOf(*result, request.axis());
+  row.axis->beyond_limits_count = BeyondLimits(request.run(), *joint);
+  return Store(database_, kAxisCall, request, std::move(row), caller.deadline);
 }
 
 }  // namespace sixpoint::calibration

@@ -31,6 +31,7 @@ class Calibrator {
   absl::StatusOr<v1::Calibration> CalibrateSensor(const v1::CalibrateSensorRequest& request, const Caller& caller);
   absl::StatusOr<v1::Calibration> CalibrateRotation(const v1::CalibrateRotationRequest& request, const Caller& caller);
   absl::StatusOr<v1::Calibration> CalibrateProbe(const v1::CalibrateProbeRequest& request, const Caller& caller);
+  absl::StatusOr<v1::Calibration> CharacteriseAxis(const v1::CharacteriseAxisRequest& request, const Caller& caller);
 
  private:
   storage::Database* database_;

@@ -19,13 +19,6 @@ constexpr int kMostFaces = 24;
 constexpr int kMostReadings = 5000;
 constexpr int kMostTouched = 1000;
 
-std::string Indexed(const std::string& field, int i) { return field + "[" + std::to_string(i) + "]"; }
-
-absl::Status CheckCount(const std::string& field, int count, int least, int most) {
-  if (count >= least && count <= most) return absl::OkStatus();
-  return Refuse(field, std::to_string(count) + " of them", std::to_string(least) + " to " + std::to_string(most));
-}
-
 absl::StatusOr<std::vector<metrology::ProbedFace>> FacesOf(
     const std::string& list, const google::protobuf::RepeatedPtrField<v1::ProbedFace>& in) {
   std::vector<metrology::ProbedFace> faces;

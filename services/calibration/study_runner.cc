@@ -28,13 +28,9 @@ constexpr std::size_t kMostScanPoints = 40'000'000;
 constexpr int kFewestCalibrations = 3;
 constexpr double kMmPerUm = 1e-3;
 
-std::string Indexed(const std::string& field, int i) { return field + "[" + std::to_string(i) + "]"; }
-
 absl::Status CheckNames(const std::string& field, const std::string& collection,
                         const google::protobuf::RepeatedPtrField<std::string>& names, int least, int most) {
-  if (names.size() < least || names.size() > most)
-    return Refuse(field, std::to_string(names.size()) + " of them",
-                  std::to_string(least) + " to " + std::to_string(most));
+  if (absl::Status s = CheckCount(field, names.size(), least, most); !s.ok()) return s;
   std::set<std::string> seen;
   for (int i = 0; i < names.size(); ++i) {
     const auto id = runtime::IdOf(Indexed(field, i), collection, names[i]);
@@ -220,7 +216,7 @@ absl::StatusOr<v1::Study> StudyRunner::RunArm(const v1::RunArmStudyRequest& requ
     const std::string machine_id = fetched->machine.name().substr(fetched->machine.name().find('/') + 1);
     absl::StatusOr<std::optional<storage::CalibrationRow>> found = std::optional<storage::CalibrationRow>();
     if (request.sensor_calibration().empty()) {
-      found = storage::CalibrationInForce(*transaction, machine_id, "sensor", std::chrono::system_clock::now());
+      found = storage::CalibrationInForce(*transaction, {machine_id, "sensor"}, std::chrono::system_clock::now());
     } else {
       const auto id = runtime::IdOf("sensor_calibration", "calibrations", request.sensor_calibration());
       if (!id.ok()) return id.status();

@@ -20,18 +20,10 @@ constexpr int kMostTouchPoints = 1000;
 constexpr int kMostPoses = 5000;
 constexpr std::size_t kLongestRequester = 200;
 constexpr std::size_t kLongestReason = 1000;
-constexpr std::chrono::hours kUsualValidity{30 * 24};
 constexpr std::chrono::hours kLongestValidity{10 * 366 * 24};
 constexpr int kNanosPerMicro = 1000;
 // 2000-01-01 and 2200-01-01.
 constexpr std::int64_t kEarliest_s = 946684800, kLatest_s = 7258118400;
-
-std::string Indexed(const std::string& field, int i) { return field + "[" + std::to_string(i) + "]"; }
-
-absl::Status CheckCount(const std::string& field, int count, int least, int most) {
-  if (count >= least && count <= most) return absl::OkStatus();
-  return Refuse(field, std::to_string(count) + " of them", std::to_string(least) + " to " + std::to_string(most));
-}
 
 absl::Status CheckUncertainty(double value_um) {
   if (std::isfinite(value_um) && value_um >= 0 && value_um <= 100) return absl::OkStatus();
@@ -49,7 +41,49 @@ absl::StatusOr<metrology::Points> PointsOf(const std::string& field,
   return points;
 }
 
+absl::StatusOr<storage::CalibrationSubject> Subject(std::string machine_id, v1::CalibrationKind kind,
+                                                    const std::string& axis) {
+  if (!axis.empty() && kind != v1::CALIBRATION_KIND_AXIS)
+    return Refuse("axis", axis, "none but for kind CALIBRATION_KIND_AXIS");
+  if (!axis.empty())
+    if (absl::Status s = runtime::CheckId("axis", axis); !s.ok()) return s;
+  return storage::CalibrationSubject{std::move(machine_id), KindText(kind), axis};
+}
+
+absl::Status UnknownKind(v1::CalibrationKind kind) {
+  return Refuse("kind", std::to_string(kind), "CALIBRATION_KIND_SENSOR, _ROTATION, _PROBE or _AXIS");
+}
+
 }  // namespace
+
+std::string Indexed(const std::string& field, int i) { return field + "[" + std::to_string(i) + "]"; }
+
+absl::Status CheckCount(const std::string& field, int count, int least, int most) {
+  if (count >= least && count <= most) return absl::OkStatus();
+  return Refuse(field, std::to_string(count) + " of them", std::to_string(least) + " to " + std::to_string(most));
+}
+
+absl::StatusOr<storage::CalibrationSubject> SubjectOf(const std::string& machine, v1::CalibrationKind kind,
+                                                      const std::string& axis) {
+  absl::StatusOr<std::string> machine_id = runtime::IdOf("machine", "machines", machine);
+  if (!machine_id.ok()) return machine_id.status();
+  if (KindText(kind).empty()) return UnknownKind(kind);
+  if (kind == v1::CALIBRATION_KIND_AXIS && axis.empty()) return Refuse("axis", "", "the letter of a rotary axis");
+  return Subject(*std::move(machine_id), kind, axis);
+}
+
+absl::StatusOr<storage::CalibrationSubject> FilterOf(const std::string& machine, v1::CalibrationKind kind,
+                                                     const std::string& axis) {
+  absl::StatusOr<std::string> machine_id = runtime::FilterIdOf("machine", "machines", machine);
+  if (!machine_id.ok()) return machine_id.status();
+  if (KindText(kind).empty() && kind != v1::CALIBRATION_KIND_UNSPECIFIED) return UnknownKind(kind);
+  return Subject(*std::move(machine_id), kind, axis);
+}
+
+absl::StatusOr<std::string> CalibrationIdOf(const std::string& field, const std::string& name) {
+  const absl::StatusOr<std::string> axis = runtime::IdOf(field, "characterisations", name);
+  return axis.ok() ? axis : runtime::IdOf(field, "calibrations", name);
+}
 
 absl::StatusOr<storage::Instant> InstantOf(const std::string& field, const google::protobuf::Timestamp& time) {
   if (time.seconds() < kEarliest_s || time.seconds() > kLatest_s || time.nanos() < 0 || time.nanos() > 999'999'999)
@@ -59,14 +93,14 @@ absl::StatusOr<storage::Instant> InstantOf(const std::string& field, const googl
 }
 
 absl::StatusOr<Validity> ValidityOf(const google::protobuf::Timestamp* from, const google::protobuf::Timestamp* until,
-                                    storage::Instant now) {
+                                    storage::Instant now, std::chrono::hours usual) {
   Validity validity{now, now};
   if (from != nullptr) {
     const absl::StatusOr<storage::Instant> start = InstantOf("valid_from", *from);
     if (!start.ok()) return start.status();
     validity.from = *start;
   }
-  validity.until = validity.from + kUsualValidity;
+  validity.until = validity.from + usual;
   if (until != nullptr) {
     const absl::StatusOr<storage::Instant> end = InstantOf("valid_until", *until);
     if (!end.ok()) return end.status();
@@ -252,6 +286,8 @@ std::string KindText(v1::CalibrationKind kind) {
       return "rotation";
     case v1::CALIBRATION_KIND_PROBE:
       return "probe";
+    case v1::CALIBRATION_KIND_AXIS:
+      return "axis";
     default:
       return "";
   }

@@ -3,6 +3,7 @@
 
 #include <absl/status/statusor.h>
 
+#include <chrono>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "sixpoint/calibration/v1/calibration.pb.h"
 #include "sixpoint/ingest/v1/ingest.pb.h"
 #include "sixpoint/plant/v1/plant.pb.h"
+#include "storage/calibrations.h"
 #include "storage/database.h"
 
 namespace sixpoint::calibration {
@@ -19,10 +21,16 @@ namespace sixpoint::calibration {
 struct Validity {
   storage::Instant from, until;
 };
-// Unset: from now, for 30 days.
+inline constexpr std::chrono::hours kUsualValidity{30 * 24};
+inline constexpr std::chrono::hours kUsualAxisValidity{365 * 24};  // encoder runs are a matter of years
+// Unset: from now, for `usual`.
 absl::StatusOr<Validity> ValidityOf(const google::protobuf::Timestamp* from, const google::protobuf::Timestamp* until,
-                                    storage::Instant now);
+                                    storage::Instant now, std::chrono::hours usual = kUsualValidity);
 absl::StatusOr<storage::Instant> InstantOf(const std::string& field, const google::protobuf::Timestamp& time);
+
+// "poses", 3 -> "poses[3]".
+std::string Indexed(const std::string& field, int i);
+absl::Status CheckCount(const std::string& field, int count, int least, int most);
 
 // What all calls have: the machine's name, who asks, request_id.
 absl::Status CheckCaller(const std::string& machine, const std::string& requested_by, const std::string& request_id);
@@ -46,7 +54,15 @@ absl::Status CheckEnvironment(const v1::Environment& environment);
 // What release, withdrawal and studies have: a reason, who asks, request_id.
 absl::Status CheckEvent(const std::string& reason, const std::string& requested_by, const std::string& request_id);
 
-// "sensor", "rotation", "probe"; empty for UNSPECIFIED.
+// "sensor", "rotation", "probe", "axis"; empty for UNSPECIFIED.
 std::string KindText(v1::CalibrationKind kind);
+// The subject that a request asks for: machine and kind, and the axis of kind AXIS, which no other has. Where they are
+// filters, any of them may be empty.
+absl::StatusOr<storage::CalibrationSubject> SubjectOf(const std::string& machine, v1::CalibrationKind kind,
+                                                      const std::string& axis);
+absl::StatusOr<storage::CalibrationSubject> FilterOf(const std::string& machine, v1::CalibrationKind kind,
+                                                     const std::string& axis);
+// The id in calibrations/{uuid} or characterisations/{uuid}.
+absl::StatusOr<std::string> CalibrationIdOf(const std::string& field, const std::string& name);
 
 }  // namespace sixpoint::calibration

@@ -17,6 +17,14 @@ TEST(Fixed, HasNoNegativeZeroAndNoNan) {
   EXPECT_EQ(Fixed(std::nan(""), 3), "-");
 }
 
+TEST(FixedOrTiny, NeverShowsNothingOfSomething) {
+  EXPECT_EQ(FixedOrTiny(0.0123456, 5), "0.01235");
+  EXPECT_EQ(FixedOrTiny(4.2e-13, 6), "4.2e-13");
+  EXPECT_EQ(FixedOrTiny(-4.2e-13, 6), "-4.2e-13");
+  EXPECT_EQ(FixedOrTiny(0, 6), "0.000000");
+  EXPECT_EQ(FixedOrTiny(std::nan(""), 6), "-");
+}
+
 TEST(Shortest, ReadsBackAsTheSameDouble) {
   for (const double value : {0.1, 1.0 / 3, 1e-300, -2.5, 202.7765, 4.9e-324})
     EXPECT_EQ(std::strtod(Shortest(value).c_str(), nullptr), value);

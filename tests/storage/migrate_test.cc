@@ -3,11 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <thread>
 
+#include "storage/calibrations.h"
 #include "storage/database.h"
 #include "tests/support/throwaway_database.h"
 
@@ -128,6 +130,52 @@ TEST_F(MigrateTest, TheProjectsOwnMigrationsApplyTwiceWithoutADifference) {
   ASSERT_TRUE(first.ok()) << first.status();
   EXPECT_EQ(*Migrate(database_.conninfo(), ThrowawayDatabase::MigrationsFolder()), *first);
   EXPECT_GE(*first, 1);
+}
+
+// V0013 makes calibrations of axis characterisations; those of a plant that has some keep their names, figures and time.
+TEST_F(MigrateTest, CharacterisationsFromBeforeTheyWereCalibrationsAreKept) {
+  const std::filesystem::path all = ThrowawayDatabase::MigrationsFolder(), before = folder_ + "/before";
+  std::filesystem::create_directory(before);
+  for (const auto& file : std::filesystem::directory_iterator(all))
+    if (file.path().filename().string() < "V0013") std::filesystem::copy(file.path(), before);
+  ASSERT_EQ(*Migrate(database_.conninfo(), before), 12);
+  {
+    absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+    for (const std::string sql :
+         {"INSERT INTO machines (machine_id) VALUES ('m1')",
+          "INSERT INTO blobs (sha256, size_bytes, bytes) VALUES (repeat('0', 64), 0, '')",
+          "INSERT INTO record_entries (record_sequence, kind, name, software_version, recorded_at) VALUES (7, "
+          "'calibration', 'characterisations/00000000-0000-7000-8000-000000000001', 'old', '2026-03-01 12:00:00Z')",
+          "INSERT INTO axis_characterisations VALUES ('00000000-0000-7000-8000-000000000001', 'm1', 'B', "
+          "'{machines/m1@3}', repeat('0', 64), 762, '{0.015,1e-5}', '{0.001,1e-5}', 1, '{0.012,1e-5}', 40, "
+          "'{0.003,1e-5}', 1e-4, '{0.02,1e-5}', 90, true, '{0.01,1e-5}', '{1e-4,1e-5}', '{5e-4,1e-5}', "
+          "'{1,2,3,4}', '{-1,-2,-3,-4}', 2e-5, 'engineer', 'old', 7, '2026-03-01 12:00:00Z')"}) {
+      const auto done = transaction->Execute(sql);
+      ASSERT_TRUE(done.ok()) << done.status();
+    }
+    ASSERT_TRUE(transaction->Commit().ok());
+  }
+  ASSERT_GE(*Migrate(database_.conninfo(), all), 13);
+  absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+  const auto found =
+      CalibrationInForce(*transaction, {"m1", "axis", "B"}, std::chrono::system_clock::from_time_t(1772452800));
+  ASSERT_TRUE(found.ok()) << found.status();
+  ASSERT_TRUE(found->has_value());
+  const CalibrationRow& row = **found;
+  EXPECT_EQ(row.name(), "characterisations/00000000-0000-7000-8000-000000000001");
+  EXPECT_EQ(row.method, "ENCODER_RUN");
+  EXPECT_EQ(row.requested_by, "engineer");
+  EXPECT_EQ(row.software_version, "old");
+  EXPECT_EQ(row.recorded.sequence, 7);
+  EXPECT_EQ(row.valid_from, row.recorded.recorded_at);
+  EXPECT_EQ(row.valid_until - row.valid_from, std::chrono::hours(365 * 24));
+  EXPECT_EQ(row.inputs, std::vector<std::string>{"machines/m1@3"});
+  EXPECT_EQ(row.axis->reversal.value_deg, 0.015);
+  EXPECT_EQ(row.axis->periodic_order, 40);
+  EXPECT_EQ(row.axis->noise.value_deg, 5e-4);
+  EXPECT_EQ(row.axis->backward_error_deg, (std::vector<double>{-1, -2, -3, -4}));
+  EXPECT_FALSE(row.axis->beyond_limits_count);
+  EXPECT_FALSE(transaction->Execute("DELETE FROM axis_characterisations").ok());
 }
 
 }  // namespace

@@ -63,6 +63,10 @@ TEST_F(Values, DoublesKeepEveryBit) {
   }
   EXPECT_TRUE(std::isnan(Select("SELECT $1::double precision", Params().Real(std::nan(""))).Real(0, 0)));
   EXPECT_THAT(Select("SELECT $1::double precision[]", Params().Reals({})).Reals(0, 0), ::testing::IsEmpty());
+  const Rows some = Select("SELECT a[1], a[2] FROM (SELECT $1::double precision[] AS a) AS given",
+                           Params().OptionalReals({0.0, std::nullopt}));
+  EXPECT_EQ(some.Real(0, 0), 0);
+  EXPECT_TRUE(some.IsNull(0, 1));
 }
 
 TEST_F(Values, TimesKeepEveryMicrosecond) {

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "services/calibration/calibration_service.h"
@@ -148,6 +149,37 @@ TEST_F(ProbeServiceTest, RefusalsStoreNothingAndSayWhat) {
   for (auto& r : *request_.mutable_readings()) r.set_displacement_mm(r.displacement_mm() / 25.4);
   refused(grpc::StatusCode::INVALID_ARGUMENT, "inch");
   EXPECT_EQ(Execute("SELECT 1 FROM calibrations").count(), 0);
+}
+
+TEST_F(ProbeServiceTest, TrendAlarmsWhereTheProbeWasKnocked) {
+  v1::Calibration made;
+  for (int i = 0; i < 4; ++i) {
+    request_.mutable_valid_from()->set_seconds(1'790'000'000 + 86400 * i);
+    if (i == 3)  // 0.1 mm along X in the spindle
+      for (v1::ProbeReading& reading : *request_.mutable_readings())
+        reading.mutable_position_mm()->set_x_mm(reading.position_mm().x_mm() - 0.1);
+    const grpc::Status status = Calibrate(&made);
+    ASSERT_TRUE(status.ok()) << status.error_message();
+  }
+  v1::GetCalibrationTrendRequest ask;
+  ask.set_machine("machines/m1");
+  ask.set_kind(v1::CALIBRATION_KIND_PROBE);
+  v1::CalibrationTrend trend;
+  grpc::ClientContext context;
+  ASSERT_TRUE(stub_->GetCalibrationTrend(&context, ask, &trend).ok());
+  EXPECT_TRUE(trend.alarm());
+  ASSERT_EQ(trend.parameters_size(), 7);
+  const v1::ParameterTrend& x = trend.parameters(3);
+  EXPECT_EQ(x.parameter(), "offset_x_mm");
+  ASSERT_EQ(x.points_size(), 4);
+  EXPECT_EQ(x.points(3).calibration(), made.name());
+  EXPECT_NEAR(x.points(3).change(), 0.1, 1e-6);
+  EXPECT_EQ(x.points(3).standard_uncertainty(), std::sqrt(made.probe().covariance().values(21)));
+  EXPECT_TRUE(x.points(3).alarm());
+  EXPECT_FALSE(x.points(2).alarm());
+  EXPECT_EQ(trend.parameters(4).alarms_size(), 0);
+  EXPECT_EQ(trend.parameters(6).parameter(), "scale");
+  EXPECT_EQ(trend.parameters(6).alarms_size(), 0);
 }
 
 TEST_F(ProbeServiceTest, RowsAreNeverChanged) {

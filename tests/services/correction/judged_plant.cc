@@ -6,6 +6,7 @@
 
 #include "metrology/cloud/draco_codec.h"
 #include "services/clients/scan_blocks.h"
+#include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "storage/blobs.h"
 #include "storage/calibrations.h"
@@ -101,11 +102,24 @@ grpc::Status StandInRegistration::GetRegistration(grpc::ServerContext*,
 
 grpc::Status StandInRegistration::Register(grpc::ServerContext*, const registration::v1::RegisterRequest* request,
                                            registration::v1::Registration* response) {
+  if (!refusal.ok()) return runtime::ToGrpc(refusal);
   ++register_count;
   *response = registration;
   response->set_method(request->method());
   *response->mutable_scans() = request->scans();
   return grpc::Status::OK;
+}
+
+void JudgedPlant::Withdraw(const std::string& name) {
+  storage::CalibrationRow row;
+  row.calibration_id = IdOf(name);
+  row.machine_id = "m1";
+  auto transaction = database.database()->Begin(Soon());
+  ASSERT_TRUE(transaction.ok()) << transaction.status();
+  const auto withdrawn =
+      storage::WithdrawCalibration(*transaction, row, {"sensor was knocked", "engineer", "test", {}});
+  ASSERT_TRUE(withdrawn.ok()) << withdrawn.status();
+  ASSERT_TRUE(transaction->Commit().ok());
 }
 
 JudgedPlant::JudgedPlant()

@@ -2,6 +2,8 @@
 // the rows of theirs that correction's and inspection's own rows refer to.
 #pragma once
 
+#include <absl/status/status.h>
+
 #include <map>
 #include <string>
 #include <vector>
@@ -58,6 +60,7 @@ class StandInRegistration final : public registration::v1::RegistrationService::
  public:
   registration::v1::Registration registration;
   int register_count = 0;
+  absl::Status refusal;  // of Register
   grpc::Status GetRegistration(grpc::ServerContext*, const registration::v1::GetRegistrationRequest* request,
                                registration::v1::Registration* response) override;
   grpc::Status Register(grpc::ServerContext*, const registration::v1::RegisterRequest* request,
@@ -69,6 +72,9 @@ class JudgedPlant {
   // With the pinned block's four scans, of 2000 points of the top each.
   JudgedPlant();
   std::shared_ptr<grpc::Channel> Connect() const { return server_.Connect(); }
+
+  // In the record, as the calibration service does it; the stand-in still answers as before.
+  void Withdraw(const std::string& calibration);
 
   metrology::PinnedBlock block;
   std::vector<std::string> scans;  // names, in order

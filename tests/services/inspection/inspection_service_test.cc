@@ -46,6 +46,16 @@ class InspectionServiceTest : public ::testing::Test {
     auto transaction = plant_.database.database()->Begin(testing::Soon());
     return transaction->Execute("SELECT count(*) FROM " + table)->Int(0, 0);
   }
+  void ExpectRefusedWith(const std::string& withdrawn) {
+    ASSERT_TRUE(Inspect(Request()).ok());
+    plant_.Withdraw(withdrawn);
+    const absl::Status refused = Inspect(Request()).status();
+    EXPECT_EQ(refused.code(), absl::StatusCode::kFailedPrecondition) << refused;
+    EXPECT_EQ(runtime::ReasonOf(refused), "CALIBRATION_WITHDRAWN");
+    EXPECT_THAT(std::string(refused.message()), HasSubstr(withdrawn + ": withdrawn, want one in force"));
+    EXPECT_EQ(Count("inspections"), 1);  // the one from before
+    EXPECT_EQ(Count("record_entries WHERE kind = 'inspection'"), 1);
+  }
 
   testing::JudgedPlant plant_;
   std::unique_ptr<InspectionService> service_;
@@ -129,6 +139,27 @@ TEST_F(InspectionServiceTest, RefusesWhatItCannotRestOnAndStoresNothing) {
   EXPECT_EQ(runtime::ReasonOf(Inspect(Request()).status()), "REGISTRATION_NOT_CONVERGED");
   EXPECT_EQ(Count("inspections"), 0);
   EXPECT_EQ(Count("record_entries WHERE kind = 'inspection'"), 0);
+}
+
+// The registration service refuses to register with it; nothing is judged.
+TEST_F(InspectionServiceTest, PassesOnThatACalibrationWasWithdrawn) {
+  plant_.registration.refusal =
+      runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_WITHDRAWN",
+                       "machines/m1: its sensor calibration was withdrawn (sensor was knocked), want one in force");
+  const absl::Status refused = Inspect(Request()).status();
+  EXPECT_EQ(refused.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(runtime::ReasonOf(refused), "CALIBRATION_WITHDRAWN");
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("(sensor was knocked), want one in force"));
+  EXPECT_EQ(Count("inspections"), 0);
+}
+
+// It was registered and judged with a calibration that somebody withdrew meanwhile: the storing refuses.
+TEST_F(InspectionServiceTest, StoresNothingThatRestsOnAWithdrawnSensorCalibration) {
+  ExpectRefusedWith(testing::kSensorCalibration);
+}
+
+TEST_F(InspectionServiceTest, StoresNothingThatRestsOnAWithdrawnRotationCalibration) {
+  ExpectRefusedWith(testing::kRotationCalibration);
 }
 
 TEST_F(InspectionServiceTest, RowsCannotBeChanged) {

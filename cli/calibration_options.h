@@ -1,0 +1,41 @@
+// What every command that makes a calibration or a study takes beside its data.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <optional>
+
+#include "cli/session.h"
+
+namespace sixpoint::cli {
+
+struct CalibrationOptions {
+  bool draft = false;
+  std::optional<double> temperature_c;
+};
+
+inline void AddTemperatureOption(CLI::App* command, const std::shared_ptr<CalibrationOptions>& options) {
+  command->add_option("--temperature-c", options->temperature_c, "Of machine and artefact");
+}
+
+inline void AddCalibrationOptions(CLI::App* command, const std::shared_ptr<CalibrationOptions>& options) {
+  command->add_flag("--draft", options->draft, "Not in force before `sixpoint calibration release`");
+  AddTemperatureOption(command, options);
+}
+
+// Who asks, the id that makes a retry safe, and the temperature.
+template <typename Request>
+void SetStudyOptions(const Session& session, const CalibrationOptions& options, Request* request) {
+  if (options.temperature_c) request->mutable_environment()->set_temperature_c(*options.temperature_c);
+  request->set_requested_by(session.requested_by());
+  request->set_request_id(NewRequestId());
+}
+
+// The same, and whether it is a draft.
+template <typename Request>
+void SetCalibrationOptions(const Session& session, const CalibrationOptions& options, Request* request) {
+  SetStudyOptions(session, options, request);
+  request->set_draft(options.draft);
+}
+
+}  // namespace sixpoint::cli

@@ -1,0 +1,30 @@
+#include "services/calibration/axis_tables.h"
+
+#include <chrono>
+
+#include "services/calibration/axis_messages.h"
+#include "services/runtime/errors.h"
+#include "storage/calibrations.h"
+
+namespace sixpoint::calibration {
+
+absl::StatusOr<std::vector<std::string>> AddAxisTables(storage::Transaction& transaction, const std::string& machine_id,
+                                                       metrology::RotationOptions* options) {
+  const storage::Instant now = std::chrono::system_clock::now();
+  std::vector<std::string> used;
+  for (metrology::RotaryJoint& joint : options->joints) {
+    const auto in_force = storage::CalibrationInForce(transaction, {machine_id, "axis", joint.axis}, now);
+    if (!in_force.ok()) return in_force.status();
+    if (!in_force->has_value()) continue;
+    joint.table = TableOf(*(**in_force).axis);
+    used.push_back((**in_force).name());
+  }
+  if (used.empty())
+    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "AXIS_NOT_CHARACTERISED",
+                            "machines/" + machine_id + ": neither " + options->joints[0].axis + " nor " +
+                                options->joints[1].axis +
+                                " has a characterisation in force, want one of either; run `calibrate axis` first");
+  return used;
+}
+
+}  // namespace sixpoint::calibration

@@ -1,0 +1,197 @@
+// Studies that look at calibrations, on calibrations that the service itself made.
+#include <gmock/gmock.h>
+
+#include "metrology/studies/spread.h"
+#include "services/calibration/study_service.h"
+#include "tests/services/calibration/calibration_bench.h"
+
+namespace sixpoint::calibration {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+class CalibrationStudiesTest : public CalibrationBench {
+ protected:
+  CalibrationStudiesTest()
+      : studies_(database_.database(), plant_server_.Connect(), ingest_server_.Connect()),
+        studies_server_({&studies_}),
+        studies_stub_(v1::StudyService::NewStub(studies_server_.Connect())) {}
+
+  template <typename Request>
+  absl::StatusOr<v1::Study> Run(grpc::Status (v1::StudyService::Stub::*method)(grpc::ClientContext*, const Request&,
+                                                                               v1::Study*),
+                                const Request& request) {
+    v1::Study study;
+    const grpc::Status status = (studies_stub_.get()->*method)(runtime::ContextFor(60).get(), request, &study);
+    if (!status.ok()) return runtime::FromGrpc(status);
+    return study;
+  }
+
+  v1::Calibration Calibrate(bool draft) {
+    v1::CalibrateSensorRequest request = SensorRequest();
+    request.set_draft(draft);
+    v1::Calibration made;
+    const grpc::Status status = Call(&v1::CalibrationService::Stub::CalibrateSensor, request, &made);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return made;
+  }
+
+  // The artefact as seen after the arm has swung away and back: t_sm off by 4 um in each axis, one sigma.
+  v1::RunArmStudyRequest ArmScans(int count, std::vector<Eigen::Vector3d>* displacements_mm) {
+    std::mt19937_64 random(8);
+    std::normal_distribution<double> normal(0, 4e-3);
+    v1::RunArmStudyRequest request;
+    ArtefactBench displaced = bench_;
+    for (int i = 0; i < count; ++i) {
+      Eigen::Vector3d d(normal(random), normal(random), normal(random));
+      if (i == 0) d.setZero();
+      displaced.sensor.t_sm_mm = bench_.sensor.t_sm_mm + d;
+      displacements_mm->push_back(d);
+      const std::string id = "arm" + std::to_string(i);
+      AddScan(displaced.Scan(id, 0, 2e-3, &random));
+      request.add_scans("scans/" + id);
+    }
+    return request;
+  }
+
+  std::int64_t CountOfStudies() { return Execute("SELECT count(*) FROM studies").Int(0, 0); }
+
+  StudyService studies_;
+  testing::InProcessServer studies_server_;
+  std::unique_ptr<v1::StudyService::Stub> studies_stub_;
+};
+
+TEST_F(CalibrationStudiesTest, AnArmStudyFindsTheDisplacementsAndRestsOnTheCalibration) {
+  std::vector<Eigen::Vector3d> truth_mm;
+  v1::RunArmStudyRequest request = ArmScans(7, &truth_mm);
+  request.set_requested_by("engineer");
+  request.set_request_id(storage::NewUuid());
+  ingest_.kind = ingest::v1::SCAN_KIND_ARM;
+  const absl::Status without = Run(&v1::StudyService::Stub::RunArmStudy, request).status();
+  EXPECT_EQ(runtime::ReasonOf(without), "CALIBRATION_MISSING");
+  EXPECT_THAT(std::string(without.message()), HasSubstr("no sensor calibration in force, want one"));
+
+  const v1::Calibration calibration = Calibrate(false);
+  const auto made = Run(&v1::StudyService::Stub::RunArmStudy, request);
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_EQ(made->kind(), v1::STUDY_KIND_ARM);
+  EXPECT_EQ(made->machine(), "machines/m1");
+  EXPECT_EQ(made->verdict(), v1::STUDY_VERDICT_REPORTED);
+  EXPECT_EQ(made->requested_by(), "engineer");
+  EXPECT_THAT(made->inputs(), ElementsAre("machines/m1@3", "artefacts/a1@2", "scans/arm0", "scans/arm1", "scans/arm2",
+                                          "scans/arm3", "scans/arm4", "scans/arm5", "scans/arm6", calibration.name()));
+  const v1::ArmStudy& arm = made->arm();
+  EXPECT_EQ(arm.sensor_calibration(), calibration.name());
+  ASSERT_EQ(arm.displacements_size(), 7);
+  for (int i = 0; i < 7; ++i) {
+    // 100 000 points of 2 um and Draco's 0.25 um: a translation to well below 1 um.
+    EXPECT_NEAR(arm.displacements(i).dx_mm(), truth_mm[static_cast<std::size_t>(i)].x(), 1e-3) << i;
+    EXPECT_NEAR(arm.displacements(i).dy_mm(), truth_mm[static_cast<std::size_t>(i)].y(), 1e-3) << i;
+    EXPECT_NEAR(arm.displacements(i).dz_mm(), truth_mm[static_cast<std::size_t>(i)].z(), 1e-3) << i;
+  }
+  // The spread is of the six displacements; the first scan's, against itself, is none.
+  ASSERT_EQ(arm.spreads_size(), 6);
+  EXPECT_EQ(arm.spreads(2).quantity(), "dz");
+  EXPECT_EQ(arm.spreads(2).count(), 6);
+  std::vector<double> dz_mm;
+  for (int i = 1; i < 7; ++i) dz_mm.push_back(arm.displacements(i).dz_mm());
+  EXPECT_EQ(arm.spreads(2).standard_deviation(), metrology::SpreadOf(dz_mm).standard_deviation);
+  EXPECT_GT(arm.spreads(2).stated_standard_uncertainty(), 0);
+  EXPECT_LT(arm.spreads(2).stated_standard_uncertainty(), 1e-3);
+
+  const auto again = Run(&v1::StudyService::Stub::RunArmStudy, request);  // a retry
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->SerializeAsString(), made->SerializeAsString());
+  v1::GetStudyRequest get;
+  get.set_name(made->name());
+  EXPECT_EQ(Run(&v1::StudyService::Stub::GetStudy, get)->SerializeAsString(), made->SerializeAsString());
+  EXPECT_EQ(CountOfStudies(), 1);
+
+  // Against a limit, with 4 um there: 100 um hold it, 0.1 um do not.
+  request.clear_request_id();
+  request.set_limit_um(100);
+  EXPECT_EQ(Run(&v1::StudyService::Stub::RunArmStudy, request)->verdict(), v1::STUDY_VERDICT_ACCEPTED);
+  request.set_limit_um(0.1);
+  EXPECT_EQ(Run(&v1::StudyService::Stub::RunArmStudy, request)->verdict(), v1::STUDY_VERDICT_REJECTED);
+
+  // Whoever withdraws the calibration is told.
+  v1::WithdrawCalibrationRequest withdraw;
+  withdraw.set_name(calibration.name());
+  withdraw.set_reason("sensor was knocked");
+  const auto withdrawn = Withdraw(withdraw);
+  ASSERT_TRUE(withdrawn.ok()) << withdrawn.status();
+  ASSERT_EQ(withdrawn->resting_size(), 3);
+  EXPECT_EQ(withdrawn->resting(0).name(), made->name());
+  EXPECT_EQ(withdrawn->resting(0).kind(), "study");
+}
+
+TEST_F(CalibrationStudiesTest, ADraftNamedByHandWillDoForAnArmStudy) {
+  std::vector<Eigen::Vector3d> truth_mm;
+  v1::RunArmStudyRequest request = ArmScans(5, &truth_mm);
+  const v1::Calibration draft = Calibrate(true);
+  ingest_.kind = ingest::v1::SCAN_KIND_ARM;
+  request.set_sensor_calibration(draft.name());
+  const auto made = Run(&v1::StudyService::Stub::RunArmStudy, request);
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_EQ(made->arm().sensor_calibration(), draft.name());
+  v1::Calibration rotation;
+  ASSERT_TRUE(Call(&v1::CalibrationService::Stub::CalibrateRotation, RotationRequest(), &rotation).ok());
+  request.set_sensor_calibration(rotation.name());
+  EXPECT_THAT(std::string(Run(&v1::StudyService::Stub::RunArmStudy, request).status().message()),
+              HasSubstr("want a sensor calibration of machines/m1"));
+}
+
+TEST_F(CalibrationStudiesTest, ARepeatStudyHasTheSpreadOfEveryParameter) {
+  v1::RunRepeatStudyRequest request;
+  std::vector<v1::Calibration> calibrations;
+  std::vector<double> t_sm_z_mm, stated_mm;
+  for (unsigned seed = 0; seed < 4; ++seed) {
+    std::mt19937_64 random(20 + seed);
+    ingest_.scans["scans/high"] = bench_.Scan("high", 10, 2e-3, &random);
+    ingest_.scans["scans/low"] = bench_.Scan("low", -10, 2e-3, &random);
+    touch_ = bench_.Touch(bench_.touch_noise_mm, &random);
+    calibrations.push_back(Calibrate(true));
+    request.add_calibrations(calibrations.back().name());
+    t_sm_z_mm.push_back(calibrations.back().sensor().t_sm_mm().z_mm());
+    stated_mm.push_back(calibrations.back().sensor().t_sm_standard_uncertainty_mm().z_mm());
+  }
+  request.set_request_id(storage::NewUuid());
+  const auto made = Run(&v1::StudyService::Stub::RunRepeatStudy, request);
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_EQ(made->kind(), v1::STUDY_KIND_REPEAT);
+  EXPECT_EQ(made->verdict(), v1::STUDY_VERDICT_REPORTED);
+  EXPECT_EQ(made->machine(), "machines/m1");
+  EXPECT_THAT(made->inputs(), ElementsAre(calibrations[0].name(), calibrations[1].name(), calibrations[2].name(),
+                                          calibrations[3].name()));
+  ASSERT_EQ(made->repeat().parameters_size(), 6);
+  const v1::Spread& z = made->repeat().parameters(5);
+  const metrology::Spread wanted = metrology::SpreadOf(t_sm_z_mm);
+  EXPECT_EQ(z.quantity(), "T_sm z");
+  EXPECT_EQ(z.unit(), "mm");
+  EXPECT_EQ(z.count(), 4);
+  EXPECT_EQ(z.mean(), wanted.mean);
+  EXPECT_EQ(z.standard_deviation(), wanted.standard_deviation);
+  EXPECT_NEAR(z.stated_standard_uncertainty(), metrology::SpreadOf(stated_mm).mean, 1e-12);
+  // Four independent repeats scatter as their own uncertainty says: chi squared of 3 within 0.1 % to 99.9 %.
+  const double ratio = z.standard_deviation() / z.stated_standard_uncertainty();
+  EXPECT_GT(3 * ratio * ratio, 0.024);
+  EXPECT_LT(3 * ratio * ratio, 16.3);
+  // Three cones and three slots.
+  EXPECT_EQ(made->repeat().centre_errors_size(), 6);
+  EXPECT_EQ(made->repeat().centre_errors(0).unit(), "um");
+  EXPECT_EQ(Run(&v1::StudyService::Stub::RunRepeatStudy, request)->SerializeAsString(), made->SerializeAsString());
+  EXPECT_EQ(CountOfStudies(), 1);
+
+  request.clear_request_id();
+  request.mutable_calibrations()->RemoveLast();
+  v1::Calibration rotation;
+  ASSERT_TRUE(Call(&v1::CalibrationService::Stub::CalibrateRotation, RotationRequest(), &rotation).ok());
+  request.add_calibrations(rotation.name());
+  EXPECT_THAT(std::string(Run(&v1::StudyService::Stub::RunRepeatStudy, request).status().message()),
+              HasSubstr("calibrations[3]: " + rotation.name() + " of kind rotation, want sensor calibrations"));
+  EXPECT_EQ(CountOfStudies(), 1);
+}
+
+}  // namespace
+}  // namespace sixpoint::calibration
