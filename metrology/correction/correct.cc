@@ -136,8 +136,8 @@ std::vector<std::string> BeyondEnvelope(const CorrectedHoleGroup& group, const S
   const auto angle = [&](const std::string& axis, double corrected, double nominal) {
     const double change = std::abs(corrected - nominal);
     if (change <= envelope.rotation_rad) return;
-    std::snprintf(line, sizeof line, "group %s: %s corrected by %.4f deg, want at most %g", group.name.c_str(), axis.c_str(),
-                  change * 180 / kPi, envelope.rotation_rad * 180 / kPi);
+    std::snprintf(line, sizeof line, "group %s: %s corrected by %.4f deg, want at most %g", group.name.c_str(),
+                  axis.c_str(), change * 180 / kPi, envelope.rotation_rad * 180 / kPi);
     reasons.emplace_back(line);
   };
   angle(axes[0], group.corrected.a_rad, group.nominal.a_rad);

@@ -37,7 +37,7 @@ struct CorrectedHoleGroup {
   RotaryAngles corrected;  // commands, on the identified axes
   RotaryAngles reached;    // by those commands: the same where no table is applied
   RotaryAngles nominal;
-  RotaryAngles ideal;  // on the machine's nominal axes: the paper's closed form
+  RotaryAngles ideal;                     // on the machine's nominal axes: the paper's closed form
   double a_standard_uncertainty_rad = 0;  // of what is reached, beside what should be
   double b_standard_uncertainty_rad = 0;
   std::vector<CorrectedHole> holes;

@@ -108,11 +108,8 @@ std::string Formatted(double value, int decimals, bool plus) {
 using Values = std::map<char, double>;
 
 Values ValuesOf(const NcTarget& target, const RotaryLetters& rotary) {
-  return {{'X', target.x_mm},
-          {'Y', target.y_mm},
-          {'Z', target.z_mm},
-          {rotary[0], target.a_deg},
-          {rotary[1], target.b_deg}};
+  return {
+      {'X', target.x_mm}, {'Y', target.y_mm}, {'Z', target.z_mm}, {rotary[0], target.a_deg}, {rotary[1], target.b_deg}};
 }
 
 // Modal states that change what a coordinate means.

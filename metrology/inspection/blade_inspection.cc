@@ -15,7 +15,6 @@ namespace {
 constexpr std::size_t kChunk = 8192;  // fixed: sums do not depend on the number of threads
 constexpr double kBelow_mm = 1;       // the pin region reaches this far under the start, along the axis
 constexpr double kTo_um = 1e3;
-constexpr double kSameCommandRad = 1e-9;  // commands have been through degrees
 
 // Within a hole's region: a cylinder about the nominal axis in which its pin must stand.
 bool InRegion(const InspectedHole& hole, const InspectionOptions& options, const Eigen::Vector3d& point) {
@@ -82,8 +81,8 @@ absl::Status BladeInspection::Add(const LineScan& scan) {
                                         std::to_string(options_.greatest_point_count));
   }
   const RotaryPositioning& positioning = pose_.positioning;
-  scans_.push_back({scan.v0_mm, positioning.a.Reached(scan.a_rad), positioning.b.Reached(scan.b_rad), scan.a_rad,
-                    scan.b_rad});
+  scans_.push_back(
+      {scan.v0_mm, positioning.a.Reached(scan.a_rad), positioning.b.Reached(scan.b_rad), scan.a_rad, scan.b_rad});
   const ScanPlace& place = scans_.back();
   const Eigen::Isometry3d part_from_machine = pose_.zero_from_part.inverse(Eigen::Isometry) *
                                               axes_.MachineFromZero(place.a_rad, place.b_rad).inverse(Eigen::Isometry);

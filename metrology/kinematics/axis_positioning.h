@@ -13,8 +13,9 @@ namespace sixpoint::metrology {
 // One axis. Without a table it is taken to stand where it is commanded, and nothing is said of its uncertainty. Nobody
 // states how it came to a pose: the mean of both ways is taken, and half of their difference stays uncertain.
 struct AxisPositioning {
-  std::optional<AngleTable> table;
-  double standard_uncertainty_rad = 0;  // of a reached angle whose travel is known: the table's and the scatter about it
+  std::optional<AngleTable> table = std::nullopt;
+  double standard_uncertainty_rad =
+      0;  // of a reached angle whose travel is known: the table's and the scatter about it
 
   double Reached(double commanded_rad) const;
   // The command that reaches an angle.
@@ -24,6 +25,9 @@ struct AxisPositioning {
   // Of the angle that a command reaches, its travel unknown; 0 without a table.
   double StandardUncertaintyAt(double commanded_rad) const;
 };
+
+// Commands nearer than this are one: they have been through degrees.
+inline constexpr double kSameCommandRad = 1e-9;
 
 // Of RotaryAxes::a and b.
 struct RotaryPositioning {

@@ -9,18 +9,22 @@ namespace {
 
 using Axis = AngleInfluence::Axis;
 
-// A characterisation without scatter still has to show how the pose follows: 0.1 um at 100 mm.
+// Small beside the noise of a scan, or the robust loss would let go of the scan that is moved alone: all angles of an axis
+// together must move the pose as far as they do. Large beside where a fit stops: 0.1 um at 100 mm at the least.
+constexpr double kStepShare = 0.1;
 constexpr double kLeastStepRad = 1e-6;
 
 double CommandOf(const ScanPortion& portion, Axis axis) {
   return axis == Axis::kA ? portion.commanded_a_rad : portion.commanded_b_rad;
 }
 
+bool SameCommand(double first_rad, double second_rad) { return std::abs(first_rad - second_rad) < kSameCommandRad; }
+
 // The portions as they would be mapped, were that angle greater by step_rad.
 std::vector<ScanPortion> Turned(std::vector<ScanPortion> portions, const AngleInfluence& angle, double step_rad,
                                 const RotaryAxes& axes) {
   for (ScanPortion& portion : portions) {
-    if (CommandOf(portion, angle.axis) != angle.commanded_rad) continue;
+    if (!SameCommand(CommandOf(portion, angle.axis), angle.commanded_rad)) continue;
     const Eigen::Isometry3d machine_from_zero = axes.MachineFromZero(portion.a_rad, portion.b_rad);
     (angle.axis == Axis::kA ? portion.a_rad : portion.b_rad) += step_rad;
     const Eigen::Isometry3d turned_from_zero =
@@ -51,7 +55,7 @@ std::vector<AngleInfluence> TabledAngles(const std::vector<ScanPortion>& portion
     for (const ScanPortion& portion : portions) {
       const double command = CommandOf(portion, axis);
       const bool known = std::any_of(angles.begin(), angles.end(), [&](const AngleInfluence& angle) {
-        return angle.axis == axis && angle.commanded_rad == command;
+        return angle.axis == axis && SameCommand(angle.commanded_rad, command);
       });
       if (known) continue;
       AngleInfluence& angle = angles.emplace_back();
@@ -71,15 +75,17 @@ absl::StatusOr<std::vector<AngleInfluence>> InfluencesOf(const std::vector<ScanP
   std::vector<AngleInfluence> angles = TabledAngles(portions, calibration.positioning);
   for (AngleInfluence& angle : angles) {
     const double step_rad =
-        std::max(kLeastStepRad, std::hypot(angle.standard_uncertainty_rad, angle.half_reversal_rad));
+        std::max(kLeastStepRad, kStepShare * std::hypot(angle.standard_uncertainty_rad, angle.half_reversal_rad));
     const absl::StatusOr<PoseFit> moved = refit(Turned(portions, angle, step_rad, calibration.axes));
     if (!moved.ok()) return moved.status();
     if (moved->outcome != Outcome::kConverged)
-      return absl::FailedPreconditionError(
-          std::string(angle.axis == Axis::kA ? "a" : "b") + "_deg: " + std::to_string(angle.commanded_rad * 180 / M_PI) +
-          ", want a pose that stands when this angle is taken greater by its standard uncertainty of " +
-          std::to_string(step_rad * 180 / M_PI) + " deg");
-    angle.pose_per_rad = ChangeBetween(fit.zero_from_part, moved->zero_from_part, fit.covariance.reference_mm) / step_rad;
+      return absl::FailedPreconditionError(std::string(angle.axis == Axis::kA ? "a" : "b") +
+                                           "_deg: " + std::to_string(angle.commanded_rad * 180 / M_PI) +
+                                           ", want a pose that stands when this angle is taken greater by " +
+                                           std::to_string(step_rad * 180 / M_PI) +
+                                           " deg, a tenth of its standard uncertainty");
+    angle.pose_per_rad =
+        ChangeBetween(fit.zero_from_part, moved->zero_from_part, fit.covariance.reference_mm) / step_rad;
   }
   return angles;
 }

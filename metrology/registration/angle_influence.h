@@ -18,8 +18,8 @@ using Refit = std::function<absl::StatusOr<PoseFit>(const std::vector<ScanPortio
 std::vector<AngleInfluence> TabledAngles(const std::vector<ScanPortion>& portions,
                                          const RotaryPositioning& positioning);
 
-// Their influence on a converged fit: one refit for each with the angle taken greater by its standard uncertainty, so that
-// any method's own way from points to pose is followed, robust loss and all. FAILED_PRECONDITION naming the angle whose
+// Their influence on a converged fit: one refit for each with the angle taken a little greater, so that any method's own way
+// from points to pose is followed, robust loss and all. FAILED_PRECONDITION naming the angle whose
 // refit does not converge; else as refit.
 absl::StatusOr<std::vector<AngleInfluence>> InfluencesOf(const std::vector<ScanPortion>& portions,
                                                          const MachineCalibration& calibration, const PoseFit& fit,

@@ -15,7 +15,7 @@ struct MachineCalibration {
   SensorPose sensor;
   RotaryAxes axes;
   Matrix8d axes_covariance = Matrix8d::Zero();  // order of RotaryAxes::ParameterJacobian
-  RotaryPositioning positioning;                // its tables are applied to the angles of scans
+  RotaryPositioning positioning = {};           // its tables are applied to the angles of scans
 };
 
 // Sensor rotation vector (rad), T_sm (mm), then the axes' eight.
