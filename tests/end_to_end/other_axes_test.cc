@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/end_to_end/plant_processes.h"
+#include "tests/support/throwaway_database.h"
 
 namespace sixpoint::testing {
 namespace {
