@@ -39,8 +39,10 @@ void ErrorStatistics::Print() const {
     std::printf("%-24s %12.3f %12.3f %20.3f %12.1f\n", parameters_[static_cast<std::size_t>(k)].c_str(),
                 sum_(k) / count_, squares_(k) / count_, std::sqrt(reported_squares_(k) / count_),
                 100 * covered_(k) / count_);
-  std::printf("%-24s %12s %12.3f %20s %12.1f   %d runs, whitened by the whole bound\n", "pooled", "",
-              variance_over_bound(), "", coverage_percent(), count_);
+  // Chance alone moves a parameter's mean square over n runs by sqrt(2 / n) of its expectation.
+  std::printf(
+      "%-24s %12s %12.3f %20s %12.1f   %d runs, whitened by the whole bound; a parameter's mse scatters by %.2f\n",
+      "pooled", "", variance_over_bound(), "", coverage_percent(), count_, std::sqrt(2.0 / count_));
 }
 
 }  // namespace sixpoint::bench

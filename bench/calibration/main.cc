@@ -20,13 +20,15 @@ int main(int argc, char** argv) {
   std::vector<std::string> only;
   CLI::App app("Calibrations against their Cramer-Rao bounds", "bench/run calibration");
   app.add_flag("--quick", quick, "30 seeds, scans of an eighth of the points");
-  const CLI::Option* seeds = app.add_option("--seeds", options.seeds, "runs of each kind; the search has half as many")
-                                 ->check(CLI::Range(2, 100000));
-  // A point laser probe's runs belong here as one more part.
+  const CLI::Option* seeds =
+      app.add_option("--seeds", options.seeds, "runs of each kind (400; probe 1000); the search has half as many")
+          ->check(CLI::Range(2, 100000));
   const std::vector<std::pair<std::string, std::function<void(const RunOptions&, sixpoint::bench::Figures*)>>> parts{
       {"sensor", sixpoint::bench::RunSensor},
       {"search", sixpoint::bench::RunExtraction},
       {"axes", sixpoint::bench::RunAxes},
+      {"probe", sixpoint::bench::RunProbe},
+      {"characterisation", sixpoint::bench::RunCharacterisation},
       {"plant-a", sixpoint::bench::RunPlantA}};
   std::vector<std::string> names;
   for (const auto& part : parts) names.push_back(part.first);
@@ -38,6 +40,7 @@ int main(int argc, char** argv) {
     options.dense = false;
     if (seeds->empty()) options.seeds = 30;
   }
+  if (quick || !seeds->empty()) options.fast_seeds = options.seeds;
   sixpoint::bench::Figures figures;
   for (const auto& [name, run] : parts)
     if (only.empty() || std::find(only.begin(), only.end(), name) != only.end()) {
@@ -58,6 +61,11 @@ int main(int argc, char** argv) {
     values["variance_over_bound"] = Rounded(squares / count);
     values["coverage_95_low_percent"] = Rounded(low);
     values["coverage_95_high_percent"] = Rounded(high);
+  }
+  if (figures.compared > 0) {
+    std::printf("\nsame bits alone and beside others, on 1 and on %d threads: %d of %d calibrations\n", options.threads,
+                figures.with_same_bits, figures.compared);
+    values["same_bits"] = figures.with_same_bits == figures.compared ? 1 : 0;
   }
   for (const auto& [name, value] : figures.values.items()) values[name] = Rounded(value.get<double>());
   std::printf("\n%s\n", nlohmann::json({{"bench", "calibration"}, {"figures", values}}).dump().c_str());

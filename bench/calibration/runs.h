@@ -10,8 +10,9 @@
 namespace sixpoint::bench {
 
 struct RunOptions {
-  int seeds = 400;    // a bias shows to 0.05 of a standard deviation
-  bool dense = true;  // scans of 600,000 points; else of an eighth
+  int seeds = 400;        // a bias shows to 0.05 of a standard deviation
+  int fast_seeds = 1000;  // of the probe, whose run takes less than a millisecond
+  bool dense = true;      // scans of 600,000 points; else of an eighth
   int threads = 2;
   std::string plant;  // folder of plant-a
 };
@@ -19,11 +20,19 @@ struct RunOptions {
 struct Figures {
   std::vector<ErrorStatistics> kinds;  // what is pooled over all kinds of calibration
   nlohmann::json values = nlohmann::json::object();
+  // The same calibration alone and beside others, or on one and on more threads.
+  int compared = 0, with_same_bits = 0;
+  void Compare(bool same_bits) {
+    ++compared;
+    with_same_bits += same_bits;
+  }
 };
 
 void RunSensor(const RunOptions& options, Figures* figures);
 void RunExtraction(const RunOptions& options, Figures* figures);
 void RunAxes(const RunOptions& options, Figures* figures);
+void RunProbe(const RunOptions& options, Figures* figures);
+void RunCharacterisation(const RunOptions& options, Figures* figures);
 void RunPlantA(const RunOptions& options, Figures* figures);
 
 // Work on [0, count) by several threads; each index once.

@@ -11,7 +11,22 @@ namespace {
 
 constexpr double kDegree = M_PI / 180;
 constexpr double kGrazing = 0.2;  // as the simulator's
+constexpr double kSpot_mm = 0.05;
 using Vector12d = Eigen::Matrix<double, 12, 1>;
+
+// Whether a point of the artefact (its frame) lies on the upper face or a cone's wall, away from every edge.
+bool WithinAFace(const simulator::ArtefactGeometry& artefact, const Eigen::Vector3d& p) {
+  const Eigen::Vector2d at = p.head<2>();
+  if (at.cwiseAbs().maxCoeff() > artefact.side_mm / 2 - kSpot_mm) return false;
+  for (const auto& [name, centre] : artefact.cones_mm) {
+    const double radius = (at - centre).norm();
+    if (radius >= artefact.cone_top_radius_mm + kSpot_mm) continue;
+    return radius > artefact.cone_bottom_radius_mm + kSpot_mm && radius < artefact.cone_top_radius_mm - kSpot_mm;
+  }
+  for (const auto& [name, centre] : artefact.slots_mm)
+    if ((at - centre).cwiseAbs().maxCoeff() < artefact.slot_width_mm / 2 + kSpot_mm) return false;
+  return true;
+}
 
 }  // namespace
 
@@ -40,6 +55,7 @@ TracedScan Trace(const simulator::Scene& scene, const simulator::ArtefactGeometr
   }
   const auto profiles = static_cast<int>(std::floor((plan.last_x_mm - plan.first_x_mm) / plan.pitch_mm + 1e-9)) + 1;
   const simulator::Scene plate_alone = simulator::ArtefactScene(artefact, truth);
+  const Eigen::Isometry3d artefact_from_machine = truth.machine_from_artefact.inverse();
   // Fixed parts joined in order: the same sums on any number of threads.
   constexpr int kParts = 16;
   std::vector<TracedScan> parts(kParts);
@@ -59,9 +75,11 @@ TracedScan Trace(const simulator::Scene& scene, const simulator::ArtefactGeometr
         out.readings.push_back(
             {static_cast<std::uint16_t>(profile), static_cast<std::uint16_t>(column), x, hit->distance_mm});
         const auto plate = plate_alone.Intersect({source, direction}, limit_mm);
-        if (plate && plate->distance_mm == hit->distance_mm)
-          AddReadingInformation(truth, source + hit->distance_mm * direction, x, plan.v0_mm, direction, hit->normal,
-                                &out.information);
+        if (!plate || plate->distance_mm != hit->distance_mm) continue;
+        const Eigen::Vector3d at = source + hit->distance_mm * direction;
+        AddReadingInformation(truth, at, x, plan.v0_mm, direction, hit->normal, &out.information);
+        if (WithinAFace(artefact, artefact_from_machine * at))
+          AddReadingInformation(truth, at, x, plan.v0_mm, direction, hit->normal, &out.inner_information);
       }
     }
   };
@@ -74,8 +92,10 @@ TracedScan Trace(const simulator::Scene& scene, const simulator::ArtefactGeometr
   for (const TracedScan& part : parts) {
     traced.readings.insert(traced.readings.end(), part.readings.begin(), part.readings.end());
     traced.information += part.information;
+    traced.inner_information += part.inner_information;
   }
-  traced.information = Matrix12d(traced.information.selfadjointView<Eigen::Lower>());
+  for (Matrix12d* sums : {&traced.information, &traced.inner_information})
+    *sums = Matrix12d(sums->selfadjointView<Eigen::Lower>());
   return traced;
 }
 

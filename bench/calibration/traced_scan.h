@@ -29,6 +29,8 @@ struct TracedScan {
   std::vector<Eigen::Vector3d> fan;  // a column's ray, sensor frame
   std::vector<Reading> readings;
   Matrix12d information = Matrix12d::Zero();  // of all readings, for a noise of 1 mm along the ray
+  // Of those on the upper face and on cones' walls that lie 0.05 mm from every edge: where a laser's spot is on one face.
+  Matrix12d inner_information = Matrix12d::Zero();
 };
 
 // Rays that meet the artefact carry information; what else stands in the scene is read too and carries none.

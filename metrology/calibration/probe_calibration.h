@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "metrology/calibration/artefact.h"
 #include "metrology/frames/pose.h"
 
 namespace sixpoint::metrology {
@@ -34,9 +35,9 @@ struct ProbeReading {
 };
 
 struct ProbeOptions {
-  double noise_mm = 0;                  // of one displacement, > 0
-  double touch_uncertainty_mm = 0.001;  // of one touched point along the face's normal, > 0
-  double position_uncertainty_mm = 0;   // of one coordinate of a position, independent from reading to reading
+  double noise_mm = 0;                                // of one displacement, > 0
+  double touch_uncertainty_mm = kTouchUncertaintyMm;  // of one touched point along the face's normal, > 0
+  double position_uncertainty_mm = 0;  // of one coordinate of a position, independent from reading to reading
   double least_displacement_mm = 0, greatest_displacement_mm = 0;  // the probe's measuring range
   double greatest_approach_angle_rad = M_PI / 2;  // between a face's normal and the beam, of the probe's data sheet
 };

@@ -29,8 +29,8 @@ std::vector<ScanPortion> Turned(std::vector<ScanPortion> portions, const AngleIn
     (angle.axis == Axis::kA ? portion.a_rad : portion.b_rad) += step_rad;
     const Eigen::Isometry3d turned_from_zero =
         axes.MachineFromZero(portion.a_rad, portion.b_rad).inverse(Eigen::Isometry) * machine_from_zero;
-    for (Points* points : {&portion.zero_mm, &portion.dense_zero_mm})
-      for (Eigen::Vector3d& point : *points) point = turned_from_zero * point;
+    portion.zero_from_sensor = turned_from_zero * portion.zero_from_sensor;
+    for (Eigen::Vector3d& point : portion.dense_zero_mm) point = turned_from_zero * point;
   }
   return portions;
 }

@@ -5,8 +5,12 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <map>
 #include <utility>
 
+#include "metrology/registration/coarse_start.h"
+#include "metrology/registration/patch_fit.h"
+#include "metrology/registration/patch_sums.h"
 #include "metrology/registration/registration.h"
 #include "metrology/registration/surface_residuals.h"
 
@@ -16,17 +20,28 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kCoarseCount = 24'000;
+constexpr std::size_t kFirstCount = 2'000;    // points that follow the pose from its start
+constexpr std::size_t kCoarseCount = 24'000;  // and that bring it near
 constexpr std::size_t kManyPoints = 200'000;  // from here on it pays to prepare the surface for them
 constexpr double kAnnealing = 0.65;           // the loss narrows by this, once the pose rests at its present width
 constexpr double kStepLimitMm = 3;            // of one step
-constexpr double kConverged = 1e-3;           // last step, in standard deviations
+constexpr double kRested = 0.25;  // step after which the pose rests at a width, in standard deviations of a point
 // The loss keeps at least this part of the points within reach. In Gaussian noise alone that quantile of |residual| is
 // 0.524 standard deviations; a little less than its inverse, so that up to a third of the points may be foreign.
 constexpr double kNearestPart = 0.4;
 constexpr double kNearestToSigma = 0.6 / 0.524;
 constexpr double kLeastShareOfScan = 0.6;  // of the part used of all points, below which a scan is named
-constexpr std::size_t kBatchSize = 128;    // neighbours whose errors may be correlated
+constexpr double kPointWidth = 6;          // of the loss over all points, in standard deviations: 98 % efficient
+constexpr double kPatchesAcross = 16;      // of the part's radius of gyration
+constexpr double kLeastPatchMm = 0.25;
+constexpr double kRegionsAcross = 2;  // of the part's radius of gyration, in the evidence
+constexpr int kPassLimit = 12;
+// A pose nearer than this needs no second reading of the points: on a radius of 0.1 mm it changes a distance by 5 nm.
+constexpr double kNearPoseMm = 1e-3;
+constexpr double kNarrower = 0.7;          // of the loss's width, for which the points are read again
+constexpr double kHeldInSigmas = 10;       // of a point; a direction known no better is not held
+constexpr double kRegionMarginMm = 5;      // of the points that follow the pose from its start
+constexpr double kLeastInformation = 0.5;  // kept along the weakest direction, below which it is said
 
 std::string Um(double mm) {
   char text[32];
@@ -65,26 +80,40 @@ std::string StandingOff(const FitEvidence& evidence) {
   return listed.empty() ? "" : "few points used of: " + listed + "; of all " + Percent(evidence.overlap);
 }
 
-// All samples; or pairs of neighbours, spread evenly, about `count` of them.
-std::vector<Sample> Samples(const std::vector<ScanPortion>& portions, std::size_t count) {
+// Points spread evenly over the scans, about `count` of them, in pairs of neighbours; those that may lie in the regions.
+std::vector<Sample> Samples(const std::vector<ScanPortion>& portions, const Isometry3d& zero_from_part,
+                            const FitOptions& options, std::size_t count) {
+  const Isometry3d part_from_zero = zero_from_part.inverse(Eigen::Isometry);
   std::size_t total = 0;
-  for (const ScanPortion& portion : portions) total += portion.zero_mm.size();
-  const std::size_t stride = std::max<std::size_t>(1, total / std::max<std::size_t>(1, count));
+  for (const ScanPortion& portion : portions) total += portion.sensor.size();
+  const bool everywhere = options.regions_in.empty();
+  // Regions leave few of the points: look at more.
+  const std::size_t stride =
+      std::max<std::size_t>(1, total / std::max<std::size_t>(1, everywhere ? count : 10 * count));
   std::vector<Sample> samples;
-  samples.reserve(std::min(total, count + 2 * portions.size()));
   for (std::size_t p = 0; p < portions.size(); ++p) {
     bool before = false;
-    for (std::size_t i = 0; i < portions[p].zero_mm.size(); ++i) {
-      const bool kept = stride == 1 || i % (2 * stride) < 2;
-      if (kept) {
-        Sample sample;
-        sample.zero_mm = portions[p].zero_mm[i];
-        sample.portion = static_cast<std::uint32_t>(p);
-        sample.index = static_cast<std::uint32_t>(i);
-        sample.follows = before;
-        samples.push_back(sample);
+    for (std::size_t i = 0; i < portions[p].sensor.size(); ++i) {
+      if (stride > 1 && i % (2 * stride) >= 2) {
+        i += 2 * stride - i % (2 * stride) - 1;
+        before = false;
+        continue;
       }
-      before = kept;
+      Sample sample;
+      sample.zero_mm = portions[p].zero_mm(i);
+      if (!everywhere) {
+        FitOptions in;
+        in.regions_in = options.regions_in;
+        if (!InRegions(in, part_from_zero * sample.zero_mm, kRegionMarginMm)) {
+          before = false;
+          continue;
+        }
+      }
+      sample.portion = static_cast<std::uint32_t>(p);
+      sample.index = static_cast<std::uint32_t>(i);
+      sample.follows = before;
+      samples.push_back(sample);
+      before = true;
     }
   }
   return samples;
@@ -99,20 +128,40 @@ class BestFit {
         calibration_(calibration),
         options_(options),
         reference_mm_(nominal * surface.centroid_mm()),
-        coarse_(surface, Samples(portions, kCoarseCount), reference_mm_, options.thread_count),
-        pose_(nominal) {}
+        radius_mm_(surface.radius_of_gyration_mm()),
+        coarse_(surface, Samples(portions, nominal, options, kFirstCount), reference_mm_, options.thread_count),
+        pose_(nominal) {
+    patch_options_.patch_mm = std::max(kLeastPatchMm, radius_mm_ / kPatchesAcross);
+    patch_options_.condition_limit = options.condition_limit;
+    patch_options_.free.resize(6, std::count(options.free.begin(), options.free.end(), true));
+    for (int k = 0, column = 0; k < 6; ++k)
+      if (options.free[static_cast<std::size_t>(k)]) patch_options_.free.col(column++) = Vector6d::Unit(k);
+  }
 
   absl::StatusOr<PoseFit> Run() {
+    if (coarse_.samples().size() < 6)
+      return absl::InvalidArgumentError("regions: " + std::to_string(coarse_.samples().size()) +
+                                        " points in them, want at least 6");
     if (const absl::Status status = FindPose(); !status.ok()) return status;
-    SurfaceResiduals all(surface_, Samples(portions_, SIZE_MAX), reference_mm_, options_.thread_count);
     bool converged = false;
-    const double final_sigma = sigma_mm_;
-    for (int i = 0; i < 20 && !converged; ++i) {
-      if (const absl::Status status = GoOn(); !status.ok()) return status;
-      all.Search(pose_, 2 * kTukeyWidth * final_sigma);
-      converged = Move(all, all.Minimise(Vector6d::Zero(), kTukeyWidth * final_sigma, 10)) < kConverged * final_sigma;
+    double width = 0;
+    for (int pass = 0; pass < kPassLimit && !converged; ++pass) {
+      // As wide as the noise, and as what the pose may still be off where few points hold it.
+      width = kPointWidth * sigma_mm_ + 3 * std::sqrt(GreatestVariance());
+      auto sums = SumPatches(surface_, portions_, pose_, {width, patch_options_.patch_mm}, options_);
+      if (!sums.ok()) return sums.status();
+      sums_ = *std::move(sums);
+      patches_ = FitPatches(sums_, patch_options_);
+      pose_ = MovedInPart(patches_.change);
+      last_step_mm_ = patches_.change.norm();
+      patch_options_.start_covariance = patches_.covariance;
+      sigma_mm_ = std::min(sigma_mm_, std::max(std::hypot(patches_.noise_sigma_mm, patches_.model_sigma_mm),
+                                               1e-3 * options_.model_error_um));
+      ++iteration_count_;
+      const double next = kPointWidth * sigma_mm_ + 3 * std::sqrt(GreatestVariance());
+      converged = last_step_mm_ < kNearPoseMm && next > kNarrower * width;
     }
-    return Report(all, converged);
+    return Report(converged, width);
   }
 
  private:
@@ -122,27 +171,64 @@ class BestFit {
     return absl::OkStatus();
   }
 
-  // Applies a scaled change; returns its size.
+  bool AllFree() const { return patch_options_.free.cols() == 6; }
+
+  // zero_from_part after a scaled change in the part frame.
+  Isometry3d MovedInPart(const Vector6d& scaled) const {
+    Vector6d change = scaled;
+    change.head<3>() /= radius_mm_;
+    return Righted(pose_ * Perturbed(Isometry3d::Identity(), change, surface_.centroid_mm()));
+  }
+  static Isometry3d Righted(Isometry3d pose) {
+    pose.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
+    return pose;
+  }
+
+  // Of a scaled change at zero about reference_mm_, per scaled change in the part frame.
+  Matrix6d ZeroFromPartChange() const {
+    const Eigen::Matrix3d turn = pose_.linear();
+    Matrix6d change = Matrix6d::Zero();
+    change.topLeftCorner<3, 3>() = change.bottomRightCorner<3, 3>() = turn;
+    change.bottomLeftCorner<3, 3>() = -Skew(reference_mm_ - pose_ * surface_.centroid_mm()) * turn / radius_mm_;
+    return change;
+  }
+
+  // Of the weakest direction that the points hold at all, mm^2.
+  double GreatestVariance() const {
+    const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(patch_options_.start_covariance);
+    double greatest = 0;
+    for (int k = 0; k < 6; ++k)
+      if (eigen.eigenvalues()[k] < kHeldInSigmas * kHeldInSigmas * sigma_mm_ * sigma_mm_)
+        greatest = std::max(greatest, eigen.eigenvalues()[k]);
+    return greatest;
+  }
+
+  // Applies a scaled change at zero; returns its size. Directions that are not free do not change.
   double Move(const SurfaceResiduals& residuals, Vector6d change) {
     ++iteration_count_;
+    if (!AllFree()) {
+      const Matrix6d to_zero = ZeroFromPartChange();
+      const auto& free = patch_options_.free;
+      change = to_zero * (free * (free.transpose() * to_zero.inverse() * change));
+    }
     const double size = change.norm();
     if (size > kStepLimitMm) change *= kStepLimitMm / size;
-    pose_ = Perturbed(pose_, residuals.Unscaled(change), reference_mm_);
-    pose_.linear() = Eigen::Quaterniond(pose_.linear()).normalized().toRotationMatrix();
+    pose_ = Righted(Perturbed(pose_, residuals.Unscaled(change), reference_mm_));
     return size;
   }
 
-  // From a standard deviation down to `final`, the pose coming to rest at each width before the next.
-  absl::Status Anneal(double sigma_mm, double annealing, const std::vector<double>* portion_weights) {
-    while (iteration_count_ < options_.iteration_limit) {
+  // From a standard deviation down to the final one, the pose coming to rest at each width before the next.
+  absl::Status Anneal(double sigma_mm) {
+    const int limit = iteration_count_ + options_.iteration_limit;
+    while (iteration_count_ < limit) {
       if (const absl::Status status = GoOn(); !status.ok()) return status;
       const double width = kTukeyWidth * sigma_mm;
       coarse_.Search(pose_, std::min(1.5 * width + 0.01, 2 * options_.greatest_start_error_mm));
-      const double step = Move(coarse_, coarse_.Minimise(Vector6d::Zero(), width, 4, portion_weights));
-      if (step > 0.25 * sigma_mm) continue;
+      const double step = Move(coarse_, coarse_.Minimise(Vector6d::Zero(), width, 4));
+      if (step > kRested * sigma_mm) continue;
       const double final_sigma = FinalSigma(coarse_);
-      if (sigma_mm <= final_sigma && step < kConverged * sigma_mm) break;
-      sigma_mm_ = sigma_mm = std::min(sigma_mm, std::max(final_sigma, annealing * sigma_mm));
+      if (sigma_mm <= final_sigma) break;
+      sigma_mm_ = sigma_mm = std::min(sigma_mm, std::max(final_sigma, kAnnealing * sigma_mm));
     }
     return absl::OkStatus();
   }
@@ -165,141 +251,252 @@ class BestFit {
     std::vector<double> distances;
     for (const Sample& sample : coarse_.samples())
       if (sample.usable) distances.push_back(std::abs(sample.residual_mm));
+    if (options_.coarse_start) {
+      auto found = FindCoarseStart(surface_, portions_, pose_, options_);
+      if (!found.ok()) return found.status();
+      pose_ = found->zero_from_part;
+      ambiguous_ = found->remark;
+      coarse_ = SurfaceResiduals(surface_, Samples(portions_, pose_, options_, kFirstCount), reference_mm_,
+                                 options_.thread_count);
+      coarse_.Search(pose_, options_.greatest_start_error_mm);
+      distances.clear();
+      for (const Sample& sample : coarse_.samples())
+        if (sample.usable) distances.push_back(std::abs(sample.residual_mm));
+    }
     const double start = std::clamp(1.4826 * Median(std::move(distances)), 0.02, options_.greatest_start_error_mm);
     sigma_mm_ = start;
-    return Anneal(start, kAnnealing, nullptr);
+    if (const absl::Status status = Anneal(start); !status.ok()) return status;
+    std::size_t total = 0;
+    for (const ScanPortion& portion : portions_) total += portion.sensor.size();
+    if (total > kFirstCount) {
+      coarse_ = SurfaceResiduals(surface_, Samples(portions_, pose_, options_, kCoarseCount), reference_mm_,
+                                 options_.thread_count);
+      if (const absl::Status status = Anneal(2 * sigma_mm_); !status.ok()) return status;
+    }
+    const Matrix6d matrix = coarse_.At(Vector6d::Zero(), kTukeyWidth * sigma_mm_).matrix;
+    const Matrix6d from_zero = ZeroFromPartChange().inverse();
+    const Matrix6d held = matrix + 1e-12 * (1 + matrix.trace()) * Matrix6d::Identity();
+    patch_options_.start_covariance = sigma_mm_ * sigma_mm_ * from_zero * held.inverse() * from_zero.transpose();
+    return absl::OkStatus();
   }
 
-  absl::StatusOr<PoseFit> Report(const SurfaceResiduals& all, bool converged);
-  void Propagate(const SurfaceResiduals& all, double width_mm, PoseFit* fit) const;
+  absl::StatusOr<PoseFit> Report(bool converged, double width_mm);
+  void SumEvidence(FitEvidence* evidence) const;
+  void Propagate(double width_mm, PoseFit* fit);
 
   const Surface& surface_;
   const std::vector<ScanPortion>& portions_;
   const MachineCalibration& calibration_;
   const FitOptions& options_;
   const Vector3d reference_mm_;
+  const double radius_mm_;
   SurfaceResiduals coarse_;
   Isometry3d pose_;
   double sigma_mm_ = 0;
   int iteration_count_ = 0;
+  PatchFitOptions patch_options_;
+  PatchSums sums_;
+  PatchFit patches_;
+  double last_step_mm_ = 0;
+  std::string ambiguous_;
 };
 
-// Noise: the M-estimator's sandwich A^-1 B A^-1, with A the sum of psi' J J^T and B that of psi^2 J J^T; B is widened where
-// batches of neighbours scatter more than independent errors would. Calibrations: A^-1 sum psi' J (n . dp/dtheta).
-void BestFit::Propagate(const SurfaceResiduals& all, double width_mm, PoseFit* fit) const {
+// Noise and model error: from the patches. Calibrations: A^-1 sum psi' J (n . dp/dtheta) over some thousands of points,
+// with the weights that their patches have.
+void BestFit::Propagate(double width_mm, PoseFit* fit) {
   using Sensitivity = Eigen::Matrix<double, 6, kCalibrationParameterCount>;
-  struct Sums {
-    Matrix6d a = Matrix6d::Zero(), b = Matrix6d::Zero(), batched = Matrix6d::Zero();
-    Sensitivity moved = Sensitivity::Zero();
-  };
-  const auto& samples = all.samples();
-  std::vector<Sums> parts(ChunkCount(samples.size()));
-  ForEachChunk(samples.size(), options_.thread_count, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-    Sums sums;
-    Vector6d score = Vector6d::Zero();
-    for (std::size_t i = begin; i < end; ++i) {
-      const Sample& sample = samples[i];
-      const double u = sample.residual_mm / width_mm;
-      if (sample.usable && u * u < 1) {
-        const Vector6d row = all.Row(sample);
-        const double psi = sample.residual_mm * (1 - u * u) * (1 - u * u), slope = (1 - u * u) * (1 - 5 * u * u);
-        sums.a += slope * row * row.transpose();
-        sums.b += psi * psi * row * row.transpose();
-        score += psi * row;
-        const ScanPortion& portion = portions_[sample.portion];
-        sums.moved += slope * row *
-                      (sample.normal.transpose() * ZeroPointSensitivity(portion.sensor_mm[sample.index], sample.zero_mm,
-                                                                        portion.a_rad, portion.b_rad, calibration_));
-      }
-      if ((i + 1 - begin) % kBatchSize == 0 || i + 1 == end) {
-        sums.batched += score * score.transpose();
-        score.setZero();
-      }
-    }
-    parts[chunk] = sums;
-  });
-  Sums sum;
-  for (const Sums& part : parts) {
-    sum.a += part.a;
-    sum.b += part.b;
-    sum.batched += part.batched;
-    sum.moved += part.moved;
+  std::map<std::pair<std::uint32_t, PatchKey>, double> slopes;
+  for (std::size_t k = 0; k < sums_.patches.size(); ++k)
+    slopes[{sums_.patches[k].portion, sums_.patches[k].key}] = patches_.slopes[k];
+  coarse_.Search(pose_, width_mm);
+  const Isometry3d part_from_zero = pose_.inverse(Eigen::Isometry);
+  Matrix6d a = Matrix6d::Zero();
+  Sensitivity moved = Sensitivity::Zero();
+  for (const Sample& sample : coarse_.samples()) {
+    const double u = sample.residual_mm / width_mm;
+    if (!sample.usable || !(u * u < 1)) continue;
+    const Vector3d normal = part_from_zero.linear() * sample.normal;
+    const Vector3d from_centroid =
+        part_from_zero * sample.zero_mm - sample.residual_mm * normal - surface_.centroid_mm();
+    const auto slope = slopes.find({sample.portion, PatchKeyOf(from_centroid, normal, patch_options_.patch_mm)});
+    if (slope == slopes.end()) continue;
+    const Vector6d row = PartRow(from_centroid, normal, radius_mm_);
+    const double weight = slope->second * (1 - u * u) * (1 - 5 * u * u) *
+                          (options_.scan_weights.empty() ? 1 : options_.scan_weights[sample.portion]);
+    const ScanPortion& portion = portions_[sample.portion];
+    a += weight * row * row.transpose();
+    moved += weight * row *
+             (sample.normal.transpose() * ZeroPointSensitivity(portion.sensor[sample.index], sample.zero_mm,
+                                                               portion.a_rad, portion.b_rad, calibration_));
   }
-  const Matrix6d inverse = sum.a.completeOrthogonalDecomposition().pseudoInverse();
-  const double widening = std::max(1.0, (sum.b.completeOrthogonalDecomposition().solve(sum.batched)).trace() / 6);
-  Vector6d unscale = Vector6d::Ones();
-  unscale.head<3>().setConstant(1 / all.radius_mm());
-  const Matrix6d noise = widening * (inverse * sum.b * inverse);
-  fit->noise_covariance.reference_mm = fit->covariance.reference_mm = reference_mm_;
-  fit->noise_covariance.values = unscale.asDiagonal() * noise * unscale.asDiagonal();
-  fit->calibration_sensitivity = unscale.asDiagonal() * (inverse * sum.moved);
+  const auto& free = patch_options_.free;
+  const Matrix6d inverse =
+      free * (free.transpose() * a * free).completeOrthogonalDecomposition().pseudoInverse() * free.transpose();
+  // From scaled changes in the part frame to changes at zero about the part's centroid.
+  Matrix6d to_zero = Matrix6d::Zero();
+  to_zero.topLeftCorner<3, 3>() = pose_.linear() / radius_mm_;
+  to_zero.bottomRightCorner<3, 3>() = pose_.linear();
+  fit->noise_covariance.reference_mm = fit->covariance.reference_mm = pose_ * surface_.centroid_mm();
+  fit->noise_covariance.values = to_zero * patches_.covariance * to_zero.transpose();
+  fit->calibration_sensitivity = to_zero * (inverse * moved);
   fit->covariance.values = fit->noise_covariance.values + fit->calibration_sensitivity * CovarianceOf(calibration_) *
                                                               fit->calibration_sensitivity.transpose();
-  fit->evidence.weakest_standard_uncertainty_mm =
-      std::sqrt(std::max(0.0, fit->evidence.weakest_direction.dot(noise * fit->evidence.weakest_direction)));
 }
 
-absl::StatusOr<PoseFit> BestFit::Report(const SurfaceResiduals& all, bool converged) {
+// Scan by scan, pair of scans by pair, region by region.
+void BestFit::SumEvidence(FitEvidence* evidence) const {
+  evidence->portions.resize(portions_.size());
+  double squares = 0;
+  for (std::size_t p = 0; p < portions_.size(); ++p) {
+    evidence->portions[p].scan = portions_[p].id;
+    evidence->portions[p].point_count = sums_.portions[p].points;
+    evidence->portions[p].residual_median_mm = sums_.portions[p].residual_median_mm;
+    evidence->point_count += sums_.portions[p].points;
+  }
+  std::map<PatchKey, std::vector<std::size_t>> places;
+  struct RegionSum {
+    std::int64_t points = 0;
+    double weight = 0, pull = 0, used = 0, patches = 0;
+  };
+  std::map<PatchKey, RegionSum> regions;
+  const int times = std::max(1, static_cast<int>(radius_mm_ / kRegionsAcross / patch_options_.patch_mm));
+  for (std::size_t k = 0; k < sums_.patches.size(); ++k) {
+    const Patch& patch = sums_.patches[k];
+    places[patch.key].push_back(k);
+    RegionSum& region = regions[CoarserKey(patch.key, times)];
+    region.points += patch.count;
+    region.weight += patch.weight;
+    region.pull += patch.weight * patches_.offsets_mm[k];
+    region.used += patches_.weights[k];
+    region.patches += 1;
+    if (patches_.weights[k] <= 0.5) continue;
+    evidence->portions[patch.portion].points_used += patch.used;
+    evidence->points_used += patch.used;
+    squares += patch.used_squares;
+  }
+  if (evidence->points_used > 0)
+    evidence->residual_rms_mm = std::sqrt(squares / static_cast<double>(evidence->points_used));
+  evidence->overlap = static_cast<double>(evidence->points_used) /
+                      static_cast<double>(std::max<std::int64_t>(1, evidence->point_count));
+  for (const auto& [key, region] : regions)
+    evidence->regions.push_back({surface_.centroid_mm() + PatchCentre(key, times * patch_options_.patch_mm),
+                                 region.points, region.pull / region.weight, region.used / region.patches});
+  const double area = surface_.area_mm2();
+  std::map<std::pair<std::uint32_t, std::uint32_t>, PortionAgreement> pairs;
+  for (const auto& [key, here] : places) {
+    for (std::size_t i = 0; i < here.size(); ++i)
+      for (std::size_t j = i + 1; j < here.size(); ++j) {
+        const Patch &one = sums_.patches[here[i]], &other = sums_.patches[here[j]];
+        PortionAgreement& pair = pairs[{one.portion, other.portion}];
+        const double difference = patches_.offsets_mm[here[i]] - patches_.offsets_mm[here[j]];
+        ++pair.patch_count;
+        pair.difference_rms_mm += difference * difference;
+        pair.expected_rms_mm += patches_.noise_sigma_mm * patches_.noise_sigma_mm * (1 / one.weight + 1 / other.weight);
+      }
+  }
+  for (auto& [key, pair] : pairs) {
+    pair.scan = portions_[key.first].id;
+    pair.other = portions_[key.second].id;
+    pair.difference_rms_mm = std::sqrt(pair.difference_rms_mm / static_cast<double>(pair.patch_count));
+    pair.expected_rms_mm = std::sqrt(pair.expected_rms_mm / static_cast<double>(pair.patch_count));
+    evidence->agreements.push_back(pair);
+  }
+  // A plane through a cubic cell has the cell's face as its projection along the side's axis; the slant is at most sqrt 3.
+  evidence->surface_part =
+      std::min(1.0, static_cast<double>(places.size()) * patch_options_.patch_mm * patch_options_.patch_mm / area);
+}
+
+absl::StatusOr<PoseFit> BestFit::Report(bool converged, double width_mm) {
   PoseFit fit;
   fit.zero_from_part = pose_;
   FitEvidence& evidence = fit.evidence;
-  const double width = kTukeyWidth * sigma_mm_;
-  const auto& samples = all.samples();
-  std::vector<std::vector<double>> by_portion(portions_.size());
-  std::vector<double> reached;
-  evidence.portions.resize(portions_.size());
-  double squares = 0;
-  for (const Sample& sample : samples) {
-    PortionEvidence& portion = evidence.portions[sample.portion];
-    ++portion.point_count;
-    if (!sample.usable || std::abs(sample.residual_mm) >= width) continue;
-    reached.push_back(sample.residual_mm);
-    by_portion[sample.portion].push_back(sample.residual_mm);
-    if (TukeyWeight(sample.residual_mm, width) <= 0.5) continue;
-    ++portion.points_used;
-    ++evidence.points_used;
-    squares += sample.residual_mm * sample.residual_mm;
-  }
-  evidence.point_count = static_cast<std::int64_t>(samples.size());
-  evidence.overlap = static_cast<double>(evidence.points_used) / static_cast<double>(samples.size());
+  SumEvidence(&evidence);
   evidence.iteration_count = iteration_count_;
-  evidence.residual_rms_mm =
-      evidence.points_used > 0 ? std::sqrt(squares / static_cast<double>(evidence.points_used)) : 0;
-  evidence.residual_sigma_mm = RobustSigma(reached);
-  for (std::size_t p = 0; p < portions_.size(); ++p) {
-    evidence.portions[p].scan = portions_[p].id;
-    evidence.portions[p].residual_median_mm = Median(std::move(by_portion[p]));
-  }
-  const auto equations = all.At(Vector6d::Zero(), width);
-  evidence.condition_number = ConditionNumber(equations.matrix, &evidence.weakest_direction);
-  Propagate(all, width, &fit);
+  evidence.residual_sigma_mm = sums_.residual_sigma_mm;
+  evidence.noise_sigma_mm = patches_.noise_sigma_mm;
+  evidence.model_sigma_mm = patches_.model_sigma_mm;
+  evidence.patch_mm = patch_options_.patch_mm;
+  evidence.correlation_widening = patches_.correlation_widening;
+  evidence.information_kept = patches_.information_kept;
+  evidence.last_step_mm = last_step_mm_;
+  const auto& free = patch_options_.free;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(free.transpose() * patches_.normal * free);
+  const double low = eigen.eigenvalues()[0], high = eigen.eigenvalues()[free.cols() - 1];
+  evidence.condition_number = low > high * 1e-24 ? std::min(1e12, std::sqrt(high / low)) : 1e12;
+  const Vector6d weakest = free * eigen.eigenvectors().col(0);
+  evidence.weakest_direction << pose_.linear() * weakest.head<3>(), pose_.linear() * weakest.tail<3>();
+  evidence.weakest_standard_uncertainty_mm = std::sqrt(std::max(0.0, weakest.dot(patches_.covariance * weakest)));
 
   if (evidence.overlap < options_.least_overlap || !(sigma_mm_ < options_.greatest_spread_mm)) {
     fit.outcome = Outcome::kTooLittleOverlap;
     evidence.remark = "of the points " + Percent(evidence.overlap) + " lie on the surface, within a spread of " +
                       Um(sigma_mm_) + "; want at least " + Percent(options_.least_overlap) + " within " +
                       Um(options_.greatest_spread_mm) + ": another blade, another side or no overlap";
-  } else if (!(evidence.condition_number < options_.condition_limit)) {
-    fit.outcome = Outcome::kNotDetermined;
-    evidence.remark = FreeDirections(equations.matrix, options_.condition_limit);
-  } else {
-    fit.outcome = converged ? Outcome::kConverged : Outcome::kNotConverged;
-    evidence.remark = converged ? StandingOff(evidence)
-                                : "the pose still moves after " + std::to_string(iteration_count_) + " iterations";
+    return fit;
   }
+  if (!ambiguous_.empty()) {
+    fit.outcome = Outcome::kNotDetermined;
+    evidence.remark = ambiguous_;
+    return fit;
+  }
+  if (!(evidence.condition_number < options_.condition_limit)) {
+    fit.outcome = Outcome::kNotDetermined;
+    Matrix6d turned = Matrix6d::Zero();
+    turned.topLeftCorner<3, 3>() = turned.bottomRightCorner<3, 3>() = pose_.linear();
+    evidence.remark = FreeDirections(turned * patches_.normal * turned.transpose(), options_.condition_limit);
+    return fit;
+  }
+  Propagate(width_mm, &fit);
+  fit.outcome = converged ? Outcome::kConverged : Outcome::kNotConverged;
+  evidence.remark = converged ? StandingOff(evidence)
+                              : "the pose still moves after " + std::to_string(iteration_count_) + " iterations";
+  if (converged && evidence.information_kept < kLeastInformation)
+    evidence.remark += (evidence.remark.empty() ? "" : "; ") + std::string("the loss threw out ") +
+                       Percent(1 - evidence.information_kept) +
+                       " of what the points say along the weakest direction: its uncertainty is that of the rest";
   return fit;
 }
 
 }  // namespace
 
+bool InRegions(const FitOptions& options, const Vector3d& part_mm, double margin_mm) {
+  const auto holds = [&](const Region& region) { return region.Holds(part_mm, margin_mm); };
+  if (!options.regions_in.empty() && std::none_of(options.regions_in.begin(), options.regions_in.end(), holds))
+    return false;
+  return std::none_of(options.regions_out.begin(), options.regions_out.end(), holds);
+}
+
+absl::Status CheckInputs(const std::vector<ScanPortion>& portions, const Isometry3d& zero_from_part,
+                         const FitOptions& options) {
+  std::size_t count = 0;
+  for (const ScanPortion& portion : portions) {
+    count += portion.sensor.size();
+    if (portion.out_of_reach_count > 0)
+      return absl::InvalidArgumentError("scans[" + portion.id + "]: " + std::to_string(portion.out_of_reach_count) +
+                                        " points metres away from the others, want all within 2 m");
+  }
+  const auto free_count = static_cast<std::size_t>(std::count(options.free.begin(), options.free.end(), true));
+  if (free_count == 0) return absl::InvalidArgumentError("degrees_of_freedom: none free, want at least one");
+  if (count < free_count)
+    return absl::InvalidArgumentError("scans: " + std::to_string(count) + " points, want at least " +
+                                      std::to_string(free_count));
+  if (!zero_from_part.matrix().allFinite())
+    return absl::InvalidArgumentError("zero_from_part_nominal: not finite, want a rigid transform");
+  if (!options.scan_weights.empty() && options.scan_weights.size() != portions.size())
+    return absl::InvalidArgumentError("scan_weights: " + std::to_string(options.scan_weights.size()) +
+                                      ", want one for each of " + std::to_string(portions.size()) + " scans");
+  for (const double weight : options.scan_weights)
+    if (!(weight > 0) || !std::isfinite(weight))
+      return absl::InvalidArgumentError("scan_weights: " + std::to_string(weight) + ", want positive numbers");
+  return absl::OkStatus();
+}
+
 absl::StatusOr<PoseFit> FitToSurface(const Surface& surface, const std::vector<ScanPortion>& portions,
                                      const Isometry3d& zero_from_part_nominal, const MachineCalibration& calibration,
                                      const FitOptions& options) {
+  if (const absl::Status status = CheckInputs(portions, zero_from_part_nominal, options); !status.ok()) return status;
   std::size_t count = 0;
-  for (const ScanPortion& portion : portions) count += portion.zero_mm.size();
-  if (count < 6) return absl::InvalidArgumentError("scans: " + std::to_string(count) + " points, want at least 6");
-  if (!zero_from_part_nominal.matrix().allFinite())
-    return absl::InvalidArgumentError("zero_from_part_nominal: not finite, want a rigid transform");
+  for (const ScanPortion& portion : portions) count += portion.sensor.size();
   if (count >= kManyPoints) surface.PrepareNear(options.thread_count);
   return BestFit(surface, portions, zero_from_part_nominal, calibration, options).Run();
 }

@@ -11,6 +11,21 @@ CalibrationCovariance CovarianceOf(const MachineCalibration& calibration) {
   return covariance;
 }
 
+namespace {
+
+// The mapping is affine: its values at the origin and the three unit points say all.
+Eigen::Affine3d SensorMapping(const Eigen::Isometry3d& zero_from_machine, const SensorPose& sensor,
+                              const Eigen::Vector3d& v0_mm) {
+  const Eigen::Vector3d origin = sensor.MachineFromSensor(Eigen::Vector3d::Zero(), v0_mm);
+  Eigen::Affine3d machine_from_sensor = Eigen::Affine3d::Identity();
+  machine_from_sensor.translation() = origin;
+  for (int k = 0; k < 3; ++k)
+    machine_from_sensor.linear().col(k) = sensor.MachineFromSensor(Eigen::Vector3d::Unit(k), v0_mm) - origin;
+  return zero_from_machine * machine_from_sensor;
+}
+
+}  // namespace
+
 ScanPortion Thin(const LineScan& scan, const MachineCalibration& calibration, const Thinning& thinning) {
   ScanPortion portion;
   portion.id = scan.id;
@@ -27,18 +42,16 @@ ScanPortion Thin(const LineScan& scan, const MachineCalibration& calibration, co
   const Eigen::Isometry3d zero_from_machine =
       calibration.axes.MachineFromZero(portion.a_rad, portion.b_rad).inverse(Eigen::Isometry);
   const double radius_squared = thinning.dense_radius_mm * thinning.dense_radius_mm;
-  portion.sensor_mm.reserve(static_cast<std::size_t>(stride > 0 ? count / stride + 1 : 0));
-  portion.zero_mm.reserve(portion.sensor_mm.capacity());
+  portion.zero_from_sensor = SensorMapping(zero_from_machine, calibration.sensor, scan.v0_mm);
+  portion.sensor.reserve(static_cast<std::size_t>(stride > 0 ? count / stride + 1 : 0));
   for (std::int64_t i = 0, finite = 0; i < count; ++i) {
     const Eigen::Vector3d& p = scan.points_mm[static_cast<std::size_t>(i)];
     if (!p.allFinite()) continue;
     const bool kept = finite++ % stride == 0;
     if (!kept && thinning.dense_places_mm.empty()) continue;
-    const Eigen::Vector3d zero = zero_from_machine * calibration.sensor.MachineFromSensor(p, scan.v0_mm);
-    if (kept) {
-      portion.sensor_mm.push_back(p);
-      portion.zero_mm.push_back(zero);
-    }
+    if (kept && !portion.sensor.Add(p)) ++portion.out_of_reach_count;
+    if (thinning.dense_places_mm.empty()) continue;
+    const Eigen::Vector3d zero = portion.zero_from_sensor * p;
     for (const Eigen::Vector3d& place : thinning.dense_places_mm) {
       if ((zero - place).squaredNorm() > radius_squared) continue;
       portion.dense_sensor_mm.push_back(p);

@@ -6,6 +6,7 @@
 
 #include "metrology/kinematics/axis_positioning.h"
 #include "metrology/kinematics/rotary_axes.h"
+#include "metrology/registration/compact_points.h"
 #include "metrology/scanner/line_scanner.h"
 
 namespace sixpoint::metrology {
@@ -31,11 +32,14 @@ struct ScanPortion {
   double b_rad = 0;
   double commanded_a_rad = 0;
   double commanded_b_rad = 0;
-  std::int64_t scan_point_count = 0;  // before thinning; points that are not finite are left out
-  Points sensor_mm;                   // every k-th point, in scan order, sensor frame
-  Points zero_mm;                     // the same points at A = B = 0
-  Points dense_sensor_mm;             // every point near the places asked for
+  std::int64_t scan_point_count = 0;    // before thinning; points that are not finite are left out
+  std::int64_t out_of_reach_count = 0;  // metres from the others: not kept
+  Eigen::Affine3d zero_from_sensor = Eigen::Affine3d::Identity();  // the calibrated mapping; sheared (CONF 12)
+  CompactPoints sensor;                                            // every k-th point, in scan order
+  Points dense_sensor_mm;                                          // every point near the places asked for
   Points dense_zero_mm;
+
+  Eigen::Vector3d zero_mm(std::size_t i) const { return zero_from_sensor * sensor[i]; }
 };
 
 struct Thinning {

@@ -56,10 +56,12 @@ LocalHeight HeightAt(const Surface& surface, const std::vector<ScanPortion>& por
   bool dense = false;
   for (const ScanPortion& portion : portions) dense = dense || !portion.dense_zero_mm.empty();
   for (std::uint32_t p = 0; p < portions.size(); ++p) {
-    const Points& zero = dense ? portions[p].dense_zero_mm : portions[p].zero_mm;
+    const ScanPortion& portion = portions[p];
+    const std::size_t count = dense ? portion.dense_zero_mm.size() : portion.sensor.size();
     std::uint32_t hint = Surface::kNoTriangle;
-    for (std::uint32_t i = 0; i < zero.size(); ++i) {
-      const Vector3d q = part_from_zero * zero[i], offset = q - datum.point_mm;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const Vector3d q = part_from_zero * (dense ? portion.dense_zero_mm[i] : portion.zero_mm(i));
+      const Vector3d offset = q - datum.point_mm;
       if (offset.squaredNorm() > kLocalRadiusMm * kLocalRadiusMm + kLocalHeightMm * kLocalHeightMm) continue;
       const double along = offset.dot(datum.normal);
       const Eigen::Vector2d uv = across.transpose() * offset / kLocalRadiusMm;
@@ -108,8 +110,8 @@ LocalHeight HeightAt(const Surface& surface, const std::vector<ScanPortion>& por
     }
     const ScanPortion& portion = portions[points[i].portion];
     const std::uint32_t k = points[i].index;
-    const Vector3d& sensor = dense ? portion.dense_sensor_mm[k] : portion.sensor_mm[k];
-    const Vector3d& zero = dense ? portion.dense_zero_mm[k] : portion.zero_mm[k];
+    const Vector3d sensor = dense ? portion.dense_sensor_mm[k] : portion.sensor[k];
+    const Vector3d zero = dense ? portion.dense_zero_mm[k] : portion.zero_mm(k);
     local.sensitivity += share * (local.normal.transpose() *
                                   ZeroPointSensitivity(sensor, zero, portion.a_rad, portion.b_rad, calibration));
   }

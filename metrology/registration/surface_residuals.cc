@@ -9,29 +9,23 @@
 #include <cmath>
 
 namespace sixpoint::metrology {
-namespace {
-
-// Eigenvalues below this part of the greatest are rounding: their directions are free.
-constexpr double kFreeEigenvalue = 1e-13;
-
-}  // namespace
-
-void ForEachChunk(std::size_t count, int thread_count,
-                  const std::function<void(std::size_t, std::size_t, std::size_t)>& body) {
-  const std::size_t chunks = ChunkCount(count);
-  const auto run = [&](std::size_t chunk) {
-    body(chunk, chunk * kChunkSize, std::min(count, (chunk + 1) * kChunkSize));
-  };
-  if (thread_count <= 1 || chunks <= 1) {
-    for (std::size_t chunk = 0; chunk < chunks; ++chunk) run(chunk);
+void ForEach(std::size_t count, int thread_count, const std::function<void(std::size_t)>& body) {
+  if (thread_count <= 1 || count <= 1) {
+    for (std::size_t i = 0; i < count; ++i) body(i);
     return;
   }
   tbb::task_arena arena(thread_count);
   arena.execute([&] {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, chunks, 1), [&](const tbb::blocked_range<std::size_t>& range) {
-      for (std::size_t chunk = range.begin(); chunk != range.end(); ++chunk) run(chunk);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 1), [&](const tbb::blocked_range<std::size_t>& range) {
+      for (std::size_t i = range.begin(); i != range.end(); ++i) body(i);
     });
   });
+}
+
+void ForEachChunk(std::size_t count, int thread_count,
+                  const std::function<void(std::size_t, std::size_t, std::size_t)>& body) {
+  ForEach(ChunkCount(count), thread_count,
+          [&](std::size_t chunk) { body(chunk, chunk * kChunkSize, std::min(count, (chunk + 1) * kChunkSize)); });
 }
 
 double Median(std::vector<double> values) {
@@ -52,7 +46,7 @@ double RobustSigma(const std::vector<double>& residuals) {
 void SurfaceResiduals::Search(const Eigen::Isometry3d& zero_from_part, double reach_mm) {
   const Eigen::Isometry3d part_from_zero = zero_from_part.inverse(Eigen::Isometry);
   ForEachChunk(samples_.size(), thread_count_, [&](std::size_t, std::size_t begin, std::size_t end) {
-    Surface::Cursor cursor(surface_);
+    Surface::Cursor cursor(*surface_);
     for (std::size_t i = begin; i < end; ++i) {
       Sample& sample = samples_[i];
       const SurfacePoint found = cursor.ClosestWithin(part_from_zero * sample.zero_mm, reach_mm, sample.triangle);
@@ -118,11 +112,11 @@ double SurfaceResiduals::NeighbourNoise() const {
   return 1.4826 * Median(std::move(differences)) / std::sqrt(2.0);
 }
 
-Vector6d SolveHeld(const Matrix6d& matrix, const Vector6d& right) {
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(matrix);
-  const double floor = kFreeEigenvalue * eigen.eigenvalues()[5];
-  Vector6d solution = Vector6d::Zero();
-  for (int k = 0; k < 6; ++k) {
+Eigen::VectorXd SolveHeld(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right, double least) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(matrix);
+  const double floor = least * eigen.eigenvalues()[matrix.cols() - 1];
+  Eigen::VectorXd solution = Eigen::VectorXd::Zero(right.size());
+  for (Eigen::Index k = 0; k < matrix.cols(); ++k) {
     const double value = eigen.eigenvalues()[k];
     if (value > floor) solution += eigen.eigenvectors().col(k).dot(right) / value * eigen.eigenvectors().col(k);
   }

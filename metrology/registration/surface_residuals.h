@@ -18,6 +18,9 @@ inline std::size_t ChunkCount(std::size_t count) { return (count + kChunkSize - 
 void ForEachChunk(std::size_t count, int thread_count,
                   const std::function<void(std::size_t chunk, std::size_t begin, std::size_t end)>& body);
 
+// Runs body(i) for each i below count, on that many threads; each writes what is its own.
+void ForEach(std::size_t count, int thread_count, const std::function<void(std::size_t i)>& body);
+
 // Tukey's biweight: 1 at 0, nothing from the width on.
 inline double TukeyWeight(double residual, double width) {
   const double u = residual / width;
@@ -46,7 +49,7 @@ class SurfaceResiduals {
  public:
   SurfaceResiduals(const Surface& surface, std::vector<Sample> samples, const Eigen::Vector3d& reference_mm,
                    int thread_count)
-      : surface_(surface),
+      : surface_(&surface),
         samples_(std::move(samples)),
         reference_mm_(reference_mm),
         radius_mm_(surface.radius_of_gyration_mm()),
@@ -88,15 +91,16 @@ class SurfaceResiduals {
   double radius_mm() const { return radius_mm_; }
 
  private:
-  const Surface& surface_;
+  const Surface* surface_;
   std::vector<Sample> samples_;
   Eigen::Vector3d reference_mm_;
   double radius_mm_;
   int thread_count_;
 };
 
-// Solves in the directions that the matrix holds; changes nothing in the others.
-Vector6d SolveHeld(const Matrix6d& matrix, const Vector6d& right);
+// Solves in the directions that the matrix holds, their eigenvalue above this part of the greatest; 0 in the others.
+constexpr double kRounding = 1e-13;
+Eigen::VectorXd SolveHeld(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right, double least = kRounding);
 
 // Square root of greatest over smallest eigenvalue (at most 1e12), and the eigenvector of the smallest.
 double ConditionNumber(const Matrix6d& matrix, Vector6d* weakest);

@@ -75,7 +75,7 @@ struct Patch {
 struct Surface::Tree {
   TriangleMesh mesh;
   Vector3d centre, minimum, maximum, centroid;
-  double radius_of_gyration = 0;
+  double radius_of_gyration = 0, area = 0;
   Points vertices;  // centred
   std::unique_ptr<TriangleTree> triangles;
   mutable std::once_flag near_once;
@@ -85,6 +85,7 @@ struct Surface::Tree {
   std::vector<Eigen::Vector3f> vertex_normals;       // angle-weighted pseudo-normals, by welded vertex
   std::vector<std::uint8_t> vertex_rims;             // by welded vertex: the union of its edges'
   std::vector<std::array<std::uint8_t, 3>> rims;     // edge i lies opposite corner i
+  std::vector<std::uint8_t> near_rim;                // a triangle with a sharp or open edge or corner
   std::vector<std::array<std::uint32_t, 3>> across;  // the triangle beyond edge i
 
   Vector3d FacetNormal(std::uint32_t t) const {
@@ -97,6 +98,7 @@ struct Surface::Tree {
   void FindMoments();
   std::optional<Patch> PatchOf(std::uint32_t t) const;
   Vector3d PseudoNormal(const TriangleTree::Nearest& nearest) const;
+  double EdgeDistance(std::uint32_t t, const Vector3d& foot) const;
   SurfacePoint Resolve(const Vector3d& query, const TriangleTree::Nearest& nearest) const;
 };
 
@@ -171,12 +173,15 @@ void Surface::Tree::FindRims() {
     vertex_rims[sides[s].high] |= rim;
     s = e;
   }
+  near_rim.assign(faces.size(), 0);
+  for (std::size_t t = 0; t < faces.size(); ++t)
+    for (const std::uint32_t v : faces[t]) near_rim[t] |= vertex_rims[welded[v]] & (kSharp | kOpen);
   vertex_normals.resize(vertices.size());
   for (std::size_t v = 0; v < sums.size(); ++v) vertex_normals[v] = sums[v].normalized().cast<float>();
 }
 
 void Surface::Tree::FindMoments() {
-  double area = 0, second = 0;
+  double second = 0;
   Vector3d first = Vector3d::Zero();
   for (const auto& c : mesh.triangles) {
     const Vector3d &p = vertices[c[0]], &q = vertices[c[1]], &r = vertices[c[2]];
@@ -235,6 +240,20 @@ Vector3d Surface::Tree::PseudoNormal(const TriangleTree::Nearest& nearest) const
   return vertex_normals[welded[mesh.triangles[t][index - 4]]].cast<double>();
 }
 
+double Surface::Tree::EdgeDistance(std::uint32_t t, const Vector3d& foot) const {
+  double squared = std::numeric_limits<double>::infinity();
+  const auto& corners = mesh.triangles[t];
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vector3d& corner = vertices[corners[i]];
+    if (vertex_rims[welded[corners[i]]] & (kSharp | kOpen)) squared = std::min(squared, (foot - corner).squaredNorm());
+    if (!(rims[t][i] & (kSharp | kOpen))) continue;
+    const Vector3d &from = vertices[corners[(i + 1) % 3]], along = vertices[corners[(i + 2) % 3]] - from;
+    const double at = std::clamp(along.dot(foot - from) / along.squaredNorm(), 0.0, 1.0);
+    squared = std::min(squared, (foot - from - at * along).squaredNorm());
+  }
+  return std::sqrt(squared);
+}
+
 SurfacePoint Surface::Tree::Resolve(const Vector3d& query, const TriangleTree::Nearest& nearest) const {
   SurfacePoint found;
   found.triangle = nearest.triangle;
@@ -258,6 +277,8 @@ SurfacePoint Surface::Tree::Resolve(const Vector3d& query, const TriangleTree::N
 
   const Vector3d foot = nearest.barycentric[0] * vertices[corners[0]] + nearest.barycentric[1] * vertices[corners[1]] +
                         nearest.barycentric[2] * vertices[corners[2]];
+  if (found.feature == SurfaceFeature::kFace && near_rim[t]) found.edge_distance_mm = EdgeDistance(t, foot);
+  if (found.feature != SurfaceFeature::kFace) found.edge_distance_mm = 0;
   const std::optional<Patch> patch = rim == kSmooth ? PatchOf(t) : std::nullopt;
   if (!patch) {
     const Vector3d pseudo = PseudoNormal(nearest), offset = query - foot;
@@ -374,5 +395,6 @@ Vector3d Surface::minimum_mm() const { return tree_->minimum; }
 Vector3d Surface::maximum_mm() const { return tree_->maximum; }
 Vector3d Surface::centroid_mm() const { return tree_->centroid; }
 double Surface::radius_of_gyration_mm() const { return tree_->radius_of_gyration; }
+double Surface::area_mm2() const { return tree_->area; }
 
 }  // namespace sixpoint::metrology

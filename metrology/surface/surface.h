@@ -34,6 +34,9 @@ struct SurfacePoint {
   double signed_distance_mm = 0;  // of the query point; positive outside
   std::uint32_t triangle = 0;
   SurfaceFeature feature = SurfaceFeature::kFace;
+  // Of the point from a sharp edge or rim of its triangle; infinite where that has none. A noisy point that crosses an edge
+  // finds the face beyond it, with a normal that it does not deserve.
+  double edge_distance_mm = std::numeric_limits<double>::infinity();
 };
 
 class Surface {
@@ -76,6 +79,7 @@ class Surface {
   // Of the surface, by area; and the root mean square distance from it.
   Eigen::Vector3d centroid_mm() const;
   double radius_of_gyration_mm() const;
+  double area_mm2() const;
 
  private:
   struct Tree;

@@ -34,6 +34,8 @@ std::string OutcomeText(metrology::Outcome outcome) {
       return "NOT_DETERMINED";
     case metrology::Outcome::kTooLittleOverlap:
       return "TOO_LITTLE_OVERLAP";
+    case metrology::Outcome::kInfeasible:
+      return "INFEASIBLE";
   }
   return "";
 }

@@ -24,8 +24,10 @@ struct ProbeBench {
   metrology::ProbeOptions options;
 
   // Three faces whose normals lean by `lean_rad` from the block's axis; the block turned and put somewhere.
-  explicit ProbeBench(double lean_rad = 0.785, const Eigen::Vector3d& place_mm = {60, 45, -210},
-                      double turn_rad = 0.3) {
+  explicit ProbeBench(double lean_rad = 0.785, const Eigen::Vector3d& place_mm = {60, 45, -210}, double turn_rad = 0.3)
+      : ProbeBench(Leaning(lean_rad), place_mm, turn_rad) {}
+  // Faces of these normals, which look upwards.
+  ProbeBench(const std::vector<Eigen::Vector3d>& drawn_normals, const Eigen::Vector3d& place_mm, double turn_rad) {
     options.noise_mm = noise_mm;
     options.touch_uncertainty_mm = touch_mm;
     options.least_displacement_mm = -5;
@@ -33,12 +35,18 @@ struct ProbeBench {
     const Eigen::Matrix3d machine_from_block =
         (Eigen::AngleAxisd(turn_rad, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(0.02, Eigen::Vector3d::UnitX()))
             .toRotationMatrix();
-    for (int j = 0; j < 3; ++j) {
-      const Eigen::Vector3d drawn = Eigen::AngleAxisd(j * 2 * M_PI / 3, Eigen::Vector3d::UnitZ()) *
-                                    Eigen::Vector3d(std::sin(lean_rad), 0, std::cos(lean_rad));
+    for (const Eigen::Vector3d& drawn : drawn_normals) {
       const Eigen::Vector3d out = machine_from_block * drawn;
-      planes.push_back({"F" + std::to_string(j + 1), drawn, out, place_mm + 15 * out});
+      planes.push_back({"F" + std::to_string(planes.size() + 1), drawn, out, place_mm + 15 * out});
     }
+  }
+
+  static std::vector<Eigen::Vector3d> Leaning(double lean_rad) {
+    std::vector<Eigen::Vector3d> normals;
+    for (int j = 0; j < 3; ++j)
+      normals.push_back(Eigen::AngleAxisd(j * 2 * M_PI / 3, Eigen::Vector3d::UnitZ()) *
+                        Eigen::Vector3d(std::sin(lean_rad), 0, std::cos(lean_rad)));
+    return normals;
   }
 
   double Meets(const Plane& plane, const Eigen::Vector3d& position_mm) const {
@@ -75,6 +83,15 @@ struct ProbeBench {
     }
     return readings;
   }
+
+  // Of (a, t), found minus true.
+  metrology::Vector6d ErrorOf(const metrology::ProbeCalibration& found) const {
+    metrology::Vector6d error;
+    error << found.approach - approach, found.offset_mm - offset_mm;
+    return error;
+  }
+  // The Cramer-Rao bound on the covariance of (a, t) for readings at these positions, from the true model alone.
+  metrology::Matrix6d Bound(const std::vector<metrology::ProbeReading>& readings) const;
 
   static double Noise(double sigma, std::mt19937_64* random) {
     return random == nullptr ? 0 : std::normal_distribution<double>(0, sigma > 0 ? sigma : 1e-300)(*random);

@@ -16,53 +16,7 @@ namespace {
 using sixpoint::testing::ProbeBench;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using Vector6d = Eigen::Matrix<double, 6, 1>;
 constexpr double kDeg = M_PI / 180;
-
-Vector6d ErrorOf(const ProbeCalibration& found, const ProbeBench& bench) {
-  Vector6d error;
-  error << found.approach - bench.approach, found.offset_mm - bench.offset_mm;
-  return error;
-}
-
-// The Cramer-Rao bound of (a, t), from the true model alone: each face by two angles and its distance from the machine's
-// origin, expected observations differentiated numerically, the faces marginalised.
-Matrix6d BoundOf(const ProbeBench& bench, const std::vector<ProbeReading>& readings) {
-  const int parameters = 6 + 3 * static_cast<int>(bench.planes.size());
-  const auto expected = [&](const Eigen::VectorXd& x) {
-    std::vector<double> values;
-    for (std::size_t j = 0; j < bench.planes.size(); ++j) {
-      const Eigen::VectorXd f = x.segment<3>(6 + 3 * static_cast<Eigen::Index>(j));
-      const Eigen::Vector3d n(std::cos(f(0)) * std::sin(f(1)), std::sin(f(0)) * std::sin(f(1)), std::cos(f(1)));
-      for (const ProbeReading& r : readings) {
-        if (r.face != bench.planes[j].face) continue;
-        const double beam = n.dot(Eigen::Vector3d(x.head<3>()));
-        const double true_beam = bench.planes[j].normal.dot(bench.approach);
-        values.push_back((f(2) - n.dot(r.position_mm + Eigen::Vector3d(x.segment<3>(3)))) / beam /
-                         std::sqrt(bench.noise_mm * bench.noise_mm +
-                                   bench.position_noise_mm * bench.position_noise_mm / (true_beam * true_beam)));
-      }
-      for (const Eigen::Vector3d& p : bench.Spread(bench.planes[j]))
-        values.push_back((n.dot(p) - f(2)) / bench.touch_mm);
-    }
-    return Eigen::VectorXd(Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())));
-  };
-  Eigen::VectorXd truth(parameters);
-  truth.head<3>() = bench.approach;
-  truth.segment<3>(3) = bench.offset_mm;
-  for (std::size_t j = 0; j < bench.planes.size(); ++j) {
-    const Eigen::Vector3d& n = bench.planes[j].normal;
-    truth.segment<3>(6 + 3 * static_cast<Eigen::Index>(j)) << std::atan2(n.y(), n.x()), std::acos(n.z()),
-        n.dot(bench.planes[j].middle_mm);
-  }
-  Eigen::MatrixXd derivative(expected(truth).size(), parameters);
-  for (int k = 0; k < parameters; ++k) {
-    Eigen::VectorXd step = Eigen::VectorXd::Zero(parameters);
-    step(k) = 1e-5;
-    derivative.col(k) = (expected(truth + step) - expected(truth - step)) / 2e-5;
-  }
-  return (derivative.transpose() * derivative).fullPivLu().inverse().topLeftCorner<6, 6>();
-}
 
 struct Statistics {
   double pooled = 0, coverage = 0, worst_bias = 0;
@@ -70,7 +24,7 @@ struct Statistics {
 Statistics Simulate(const ProbeBench& bench, int runs, bool linear = false) {
   Statistics s;
   const std::vector<ProbeReading> places = bench.Measure(nullptr);
-  const Matrix6d bound = BoundOf(bench, places);
+  const Matrix6d bound = bench.Bound(places);
   Vector6d sum = Vector6d::Zero();
   int covered = 0;
   for (int run = 1; run <= runs; ++run) {
@@ -82,7 +36,7 @@ Statistics Simulate(const ProbeBench& bench, int runs, bool linear = false) {
     EXPECT_TRUE(found.ok()) << found.status();
     if (!found.ok()) return s;
     EXPECT_TRUE(found->converged);
-    const Vector6d error = ErrorOf(*found, bench);
+    const Vector6d error = bench.ErrorOf(*found);
     s.pooled += error.dot(bound.fullPivLu().solve(error)) / 6 / runs;
     sum += error;
     for (int k = 0; k < 6; ++k) covered += std::abs(error(k)) <= 1.96 * std::sqrt(found->covariance(k, k));
@@ -96,8 +50,8 @@ TEST(ProbeCalibration, RecoversTheProbeExactlyWithoutNoise) {
   const ProbeBench bench;
   const auto found = CalibrateProbeLinearly(bench.Touch(nullptr), bench.Measure(nullptr), bench.options);
   ASSERT_TRUE(found.ok()) << found.status();
-  EXPECT_LT(ErrorOf(*found, bench).head<3>().norm(), 1e-12);
-  EXPECT_LT(ErrorOf(*found, bench).tail<3>().norm(), 1e-9);
+  EXPECT_LT(bench.ErrorOf(*found).head<3>().norm(), 1e-12);
+  EXPECT_LT(bench.ErrorOf(*found).tail<3>().norm(), 1e-9);
   EXPECT_NEAR(found->scale, 1.0007, 1e-12);
   EXPECT_LT(found->residual_rms_mm, 1e-9);
 }
@@ -379,7 +333,7 @@ TEST(ProbeRefusal, SixFacesAtOneDisplacementEachAreEnough) {
   }
   const auto found = CalibrateProbeLinearly(s.faces, s.readings, s.bench.options);
   ASSERT_TRUE(found.ok()) << found.status();
-  EXPECT_LT(ErrorOf(*found, s.bench).norm(), 1e-8);
+  EXPECT_LT(s.bench.ErrorOf(*found).norm(), 1e-8);
 }
 TEST(ProbeRefusal, DisplacementsInInch) {
   Spoiled s;

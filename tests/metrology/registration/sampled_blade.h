@@ -69,7 +69,8 @@ inline ScanPortion PortionAtZero(const Points& zero_mm) {
   ScanPortion portion;
   portion.id = "scan";
   portion.scan_point_count = static_cast<std::int64_t>(zero_mm.size());
-  portion.sensor_mm = portion.zero_mm = zero_mm;
+  for (const Eigen::Vector3d& p : zero_mm)
+    if (!portion.sensor.Add(p)) ++portion.out_of_reach_count;
   return portion;
 }
 

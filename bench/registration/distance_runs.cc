@@ -1,0 +1,160 @@
+// Signed distances of a million points near the surface: how quick, and how exact beside all triangles looked at in turn.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <limits>
+#include <random>
+#include <thread>
+
+#include "bench/registration/embree_peer.h"
+#include "bench/registration/runs.h"
+
+namespace sixpoint::bench {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kBandMm = 0.05, kLimitMm = 1;
+constexpr std::size_t kChecked = 1000;  // of each kind of point
+
+void InParts(std::size_t count, int threads, const std::function<void(std::size_t begin, std::size_t end)>& work) {
+  std::vector<std::thread> crew;
+  const auto parts = static_cast<std::size_t>(threads);
+  for (std::size_t t = 0; t < parts; ++t) crew.emplace_back(work, count * t / parts, count * (t + 1) / parts);
+  for (std::thread& thread : crew) thread.join();
+}
+
+std::vector<double> Distances(const metrology::Surface& surface, const metrology::Points& part_mm, int threads) {
+  std::vector<double> distances(part_mm.size());
+  InParts(part_mm.size(), threads, [&](std::size_t begin, std::size_t end) {
+    metrology::Surface::Cursor cursor(surface);
+    for (std::size_t i = begin; i < end; ++i)
+      distances[i] = cursor.ClosestWithin(part_mm[i], kLimitMm).signed_distance_mm;
+  });
+  return distances;
+}
+
+double SegmentDistanceSquared(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
+  const Vector3d along = b - a;
+  return (p - a - std::clamp((p - a).dot(along) / along.squaredNorm(), 0.0, 1.0) * along).squaredNorm();
+}
+
+double TriangleDistanceSquared(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c,
+                               const Vector3d& normal) {
+  const bool above = normal.dot((b - a).cross(p - a)) >= 0 && normal.dot((c - b).cross(p - b)) >= 0 &&
+                     normal.dot((a - c).cross(p - c)) >= 0;
+  if (above) return std::pow(normal.dot(p - a), 2);
+  return std::min({SegmentDistanceSquared(p, a, b), SegmentDistanceSquared(p, b, c), SegmentDistanceSquared(p, c, a)});
+}
+
+// Every triangle in turn; the sign by the angle under which the whole surface is seen: 4 pi inside, 0 outside.
+double BruteForce(const Blade& blade, const Vector3d& p) {
+  double least = std::numeric_limits<double>::infinity(), seen = 0;
+  for (std::size_t t = 0; t < blade.normals.size(); ++t) {
+    const auto& corners = blade.mesh.triangles[t];
+    const Vector3d &a = blade.mesh.vertices_mm[corners[0]], &b = blade.mesh.vertices_mm[corners[1]],
+                   &c = blade.mesh.vertices_mm[corners[2]];
+    least = std::min(least, TriangleDistanceSquared(p, a, b, c, blade.normals[t]));
+    const Vector3d pa = a - p, pb = b - p, pc = c - p;
+    const double la = pa.norm(), lb = pb.norm(), lc = pc.norm();
+    seen += 2 * std::atan2(pa.dot(pb.cross(pc)), la * lb * lc + pa.dot(pb) * lc + pb.dot(pc) * la + pc.dot(pa) * lb);
+  }
+  return seen > 2 * M_PI ? -std::sqrt(least) : std::sqrt(least);
+}
+
+struct Exactness {
+  double worst_um = 0;
+  int wrong_signs = 0;
+};
+Exactness Compare(const std::vector<double>& found_mm, const std::vector<double>& true_mm) {
+  Exactness exactness;
+  for (std::size_t i = 0; i < true_mm.size(); ++i) {
+    const double off_um = 1e3 * std::abs(std::abs(found_mm[i]) - std::abs(true_mm[i]));
+    // A point with no surface found within the limit is wrong by all of it.
+    exactness.worst_um = std::max(exactness.worst_um, std::isfinite(off_um) ? off_um : 1e3 * kLimitMm);
+    if (found_mm[i] * true_mm[i] < 0) ++exactness.wrong_signs;
+  }
+  return exactness;
+}
+
+// On whole scans of the body, up to 50 um off the surface, and on a bump that stands 0.3 mm off.
+metrology::Points NearSurface(const Blade& blade, std::size_t count) {
+  CaseSampler sampler(blade, CaseKind::kWholeBody, kNoiseMm, std::nullopt, 7);
+  const Bump bump;
+  metrology::Points points;
+  points.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const CaseSampler::OnSurface on = sampler.NextOnSurface();
+    const double off_mm = bump.At(on.part_mm, on.normal) + kBandMm * (2 * sampler.NextUniform() - 1);
+    points.push_back(on.part_mm + off_mm * on.normal);
+  }
+  return points;
+}
+
+// All around the trailing edge, where the two sides are fractions of a millimetre apart.
+metrology::Points NearTrailingEdge(const Blade& blade, std::size_t count) {
+  std::mt19937_64 random(8);
+  std::uniform_real_distribution<double> unit(-1, 1), along(0, 1);
+  const std::size_t last = blade.trailing_edge.size() - 1;
+  metrology::Points points;
+  while (points.size() < count) {
+    const double x = unit(random), y = unit(random), z = unit(random);
+    const double at = along(random) * static_cast<double>(last);
+    const auto below = std::min(last - 1, static_cast<std::size_t>(at));
+    const double part = at - static_cast<double>(below);
+    points.push_back((1 - part) * blade.mesh.vertices_mm[blade.trailing_edge[below]] +
+                     part * blade.mesh.vertices_mm[blade.trailing_edge[below + 1]] + 4 * kBandMm * Vector3d(x, y, z));
+  }
+  return points;
+}
+
+}  // namespace
+
+void RunDistances(const PreparedBlade& prepared, const RunOptions& options, Figures* figures) {
+  const Blade& blade = prepared.blade;
+  const metrology::Points points = NearSurface(blade, options.points);
+  std::vector<double> seconds, processor_s, embree_seconds;
+  for (int repeat = 0; repeat < 5; ++repeat) {
+    const double begin = Seconds(), processor_begin = ProcessorSeconds();
+    Distances(*prepared.surface, points, options.threads);
+    seconds.push_back(Seconds() - begin);
+    processor_s.push_back(ProcessorSeconds() - processor_begin);
+    double by_embree_s = 0;
+    EmbreeDistances(blade, points, kLimitMm, options.threads, &by_embree_s);
+    embree_seconds.push_back(by_embree_s);
+  }
+  const double millions = 1e-6 * static_cast<double>(points.size());
+  const double rate = millions / MedianOf(seconds), rate_of_processor = millions / MedianOf(processor_s);
+  std::printf(
+      "\ndistances: %zu points in random order, %d threads: %.2f million points/s (%.2f for a second of a processor); "
+      "Embree's point query %.2f\n",
+      points.size(), options.threads, rate, rate_of_processor, millions / MedianOf(embree_seconds));
+  figures->values["distances_million_per_s"] = rate;
+  figures->values["distances_million_per_processor_s"] = rate_of_processor;
+  figures->values["embree_million_per_s"] = millions / MedianOf(embree_seconds);
+
+  double worst_um = 0;
+  int wrong_signs = 0;
+  for (const bool edge : {false, true}) {
+    metrology::Points checked = edge ? NearTrailingEdge(blade, kChecked) : points;
+    checked.resize(std::min(checked.size(), kChecked));
+    std::vector<double> truth(checked.size());
+    InParts(checked.size(), options.threads, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) truth[i] = BruteForce(blade, checked[i]);
+    });
+    const Exactness ours = Compare(Distances(*prepared.surface, checked, options.threads), truth);
+    double unused_s = 0;
+    const std::vector<float> by_embree = EmbreeDistances(blade, checked, kLimitMm, options.threads, &unused_s);
+    const Exactness theirs = Compare({by_embree.begin(), by_embree.end()}, truth);
+    std::printf("%-28s %4zu points, worst %.3g um, %d wrong signs; Embree worst %.3g um, %d wrong signs\n",
+                edge ? "  around the trailing edge" : "  anywhere near the surface", checked.size(), ours.worst_um,
+                ours.wrong_signs, theirs.worst_um, theirs.wrong_signs);
+    worst_um = std::max(worst_um, ours.worst_um);
+    wrong_signs += ours.wrong_signs;
+  }
+  figures->values["distances_worst_um"] = worst_um;
+  figures->values["distances_wrong_signs"] = wrong_signs;
+}
+
+}  // namespace sixpoint::bench

@@ -1,0 +1,66 @@
+// `bench/run registration`: the best fit against its Cramer-Rao bound and beside its peers. The last line is one JSON object.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+
+#include "bench/registration/runs.h"
+
+namespace {
+
+double Rounded(double value) { return std::round(1e4 * value) / 1e4; }
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace sixpoint::bench;
+  RunOptions options;
+  bool quick = false;
+  std::size_t fit_points = 0;
+  std::vector<std::string> only;
+  CLI::App app("Registration against its Cramer-Rao bound and peers", "bench/run registration");
+  app.add_flag("--quick", quick, "3 seeds, 40 noise draws, a tenth of the points");
+  const CLI::Option* seeds = app.add_option("--seeds", options.seeds, "runs of C and of A")->check(CLI::Range(1, 1000));
+  const CLI::Option* draws =
+      app.add_option("--draws", options.noise_draws, "noise draws of C and of A")->check(CLI::Range(2, 100000));
+  const CLI::Option* points = app.add_option("--points", options.points, "points of a scan")
+                                  ->check(CLI::Range(std::size_t{1000}, std::size_t{100'000'000}));
+  using Part = std::function<void(const PreparedBlade&, const RunOptions&, Figures*)>;
+  const std::vector<std::pair<std::string, Part>> parts{
+      {"generator", RunGenerator}, {"cases", RunCases},   {"noise", RunNoise},    {"distances", RunDistances},
+      {"peers", RunPeers},         {"memory", RunMemory}, {"threads", RunThreads}};
+  std::vector<std::string> names;
+  for (const auto& part : parts) names.push_back(part.first);
+  app.add_option("--only", only, "some parts")->delimiter(',')->check(CLI::IsMember(names));
+  app.add_flag("--full-peers", options.full_peers, "peers get every point of A and D too (minutes)");
+  app.add_option("--shared", options.shared, "folder with tools/registration_cases.py");
+  app.add_option("--threads", options.threads, "threads")->check(CLI::Range(1, 64));
+  app.add_option("--fit-points", fit_points)->group("");  // the process that part `memory` measures
+  CLI11_PARSE(app, argc, argv);
+  if (fit_points > 0) return FitAndPrintPeak(fit_points, options.threads);
+  if (quick) {
+    if (seeds->empty()) options.seeds = 3;
+    if (draws->empty()) options.noise_draws = 40;
+    if (points->empty()) options.points = 100'000;
+    options.memory_points = 1'000'000;
+  }
+  double load[1] = {0};
+  getloadavg(load, 1);
+  const PreparedBlade prepared = PrepareBlade(options.threads);
+  std::printf("surface: %zu triangles, prepared in %.3f s, for points near it in %.3f s; load of the machine %.1f\n",
+              prepared.blade.normals.size(), prepared.prepare_s, prepared.prepare_near_s, load[0]);
+  Figures figures;
+  figures.values["prepare_seconds"] = prepared.prepare_s + prepared.prepare_near_s;
+  for (const auto& [name, run] : parts)
+    if (only.empty() || std::find(only.begin(), only.end(), name) != only.end()) {
+      run(prepared, options, &figures);
+      std::fflush(stdout);
+    }
+  nlohmann::json values = nlohmann::json::object();
+  for (const auto& [name, value] : figures.values.items()) values[name] = Rounded(value.get<double>());
+  values["failures"] = figures.failures;
+  std::printf("\n%s\n", nlohmann::json({{"bench", "registration"}, {"figures", values}}).dump().c_str());
+  return figures.failures > 0 ? 1 : 0;
+}

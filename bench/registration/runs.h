@@ -1,0 +1,41 @@
+// The parts of `bench/run registration`. Each prints its table and hands back its figures.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "bench/registration/our_fit.h"
+
+namespace sixpoint::bench {
+
+constexpr double kNoiseMm = 2e-3;
+
+struct RunOptions {
+  int seeds = 10;
+  int noise_draws = 200;
+  std::size_t points = 1'000'000;
+  std::size_t memory_points = 10'000'000;
+  int threads = 2;
+  bool full_peers = false;  // peers get every point of every case, not of C alone
+  std::string shared;       // folder of the cases' generator; may be absent
+};
+
+struct Figures {
+  nlohmann::json values = nlohmann::json::object();
+  int failures = 0;  // what makes the figures void: a check that failed, a fit that did not converge
+};
+
+void RunGenerator(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
+void RunCases(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
+void RunThreads(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
+void RunNoise(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
+void RunDistances(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
+void RunMemory(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
+void RunPeers(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
+
+// The inside of RunMemory, in a process of its own: fits that many points and prints its peak.
+int FitAndPrintPeak(std::size_t points, int threads);
+
+double MedianOf(std::vector<double> values);
+
+}  // namespace sixpoint::bench

@@ -1,0 +1,274 @@
+#include "metrology/registration/allowance.h"
+
+#include <absl/status/status.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "metrology/registration/least_distance.h"
+#include "metrology/registration/patch_sums.h"
+
+namespace sixpoint::metrology {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr int kStepLimit = 40;
+constexpr double kGreatestStepMm = 1;
+constexpr double kRestedMm = 1e-5;
+constexpr double kFeasibleMm = 1e-4;   // lacking less than this is rounding
+constexpr double kMotionPrice = 1e-4;  // of the motion beside the lack of stock, so that the least motion is chosen
+constexpr std::size_t kMostHolding = 7;
+
+std::string Text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
+
+absl::Status Check(const AllowanceOptions& options) {
+  if (!(std::abs(options.least_stock_mm) <= 10))
+    return absl::InvalidArgumentError("allowance.least_stock_mm: " + Text(options.least_stock_mm) + ", want -10 to 10");
+  if (!(options.greatest_stock_mm > std::max(0.0, options.least_stock_mm) && options.greatest_stock_mm <= 50))
+    return absl::InvalidArgumentError("allowance.greatest_stock_mm: " + Text(options.greatest_stock_mm) +
+                                      ", want more than the least stock, at most 50");
+  if (!(options.patch_mm >= 0.05 && options.patch_mm <= 50))
+    return absl::InvalidArgumentError("allowance.patch_mm: " + Text(options.patch_mm) + ", want 0.05 to 50");
+  return absl::OkStatus();
+}
+
+// The patches at one pose: stock m_k, changing by -row_k . change.
+struct Stock {
+  std::vector<std::size_t> patches;  // of the sums, those with points enough
+  MatrixXd rows;
+  VectorXd stock, variance, weight;
+  MatrixXd normal;
+  VectorXd right;
+};
+
+class Allowance {
+ public:
+  Allowance(const Surface& surface, const std::vector<ScanPortion>& portions, const Isometry3d& pose,
+            const AllowanceOptions& allowance, const MachineCalibration& calibration, const FitOptions& options)
+      : surface_(surface),
+        portions_(portions),
+        allowance_(allowance),
+        calibration_(calibration),
+        options_(options),
+        radius_mm_(surface.radius_of_gyration_mm()),
+        pose_(pose) {
+    free_.resize(6, std::count(options.free.begin(), options.free.end(), true));
+    for (int k = 0, column = 0; k < 6; ++k)
+      if (options.free[static_cast<std::size_t>(k)]) free_.col(column++) = Vector6d::Unit(k);
+  }
+
+  absl::StatusOr<AllowanceFit> Run() {
+    bool rested = false;
+    int step = 0;
+    for (; step < kStepLimit; ++step) {
+      if (const absl::Status status = See(); !status.ok()) return status;
+      VectorXd change = Best();
+      const double size = change.norm();
+      rested = size < kRestedMm;
+      if (rested) break;
+      if (size > kGreatestStepMm) change *= kGreatestStepMm / size;
+      Vector6d moved = free_ * change;
+      moved.head<3>() /= radius_mm_;
+      pose_ = pose_ * Perturbed(Isometry3d::Identity(), moved, surface_.centroid_mm());
+      pose_.linear() = Eigen::Quaterniond(pose_.linear()).normalized().toRotationMatrix();
+    }
+    return Report(rested, step);
+  }
+
+ private:
+  absl::Status See() {
+    auto sums =
+        SumPatches(surface_, portions_, pose_, {allowance_.greatest_stock_mm, allowance_.patch_mm, false}, options_);
+    if (!sums.ok()) return sums.status();
+    sums_ = *std::move(sums);
+    see_.patches.clear();
+    double squares = 0, weight = 0;
+    for (std::size_t k = 0; k < sums_.patches.size(); ++k) {
+      const Patch& patch = sums_.patches[k];
+      if (patch.count < allowance_.least_points) continue;
+      see_.patches.push_back(k);
+      squares += std::max(0.0, patch.squares - patch.pull * patch.pull / patch.weight);
+      weight += patch.weight * (1 - 1 / static_cast<double>(patch.count));
+    }
+    if (static_cast<Eigen::Index>(see_.patches.size()) < free_.cols() + 1)
+      return absl::InvalidArgumentError("scans: " + std::to_string(see_.patches.size()) +
+                                        " patches with points within " + Text(allowance_.greatest_stock_mm) +
+                                        " mm of the design, want at least " + std::to_string(free_.cols() + 1));
+    const double noise = weight > 0 ? squares / weight : 0;
+    const auto count = static_cast<Eigen::Index>(see_.patches.size());
+    see_.rows.resize(count, free_.cols());
+    see_.stock.resize(count);
+    see_.variance.resize(count);
+    see_.weight.resize(count);
+    Matrix6d normal = Matrix6d::Zero();
+    Vector6d right = Vector6d::Zero();
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Patch& patch = sums_.patches[see_.patches[static_cast<std::size_t>(i)]];
+      see_.rows.row(i) = (free_.transpose() * patch.row / patch.weight).transpose();
+      see_.stock[i] = patch.pull / patch.weight;
+      see_.variance[i] = noise / static_cast<double>(patch.count);
+      see_.weight[i] = patch.weight;
+      normal += patch.Matrix();
+      right += patch.right;
+    }
+    see_.normal = free_.transpose() * normal * free_;
+    see_.normal += 1e-9 * see_.normal.trace() * MatrixXd::Identity(free_.cols(), free_.cols());
+    see_.right = free_.transpose() * right;
+    return absl::OkStatus();
+  }
+
+  // The best change within reach; sets who holds it, and what is lacking.
+  VectorXd Best() {
+    const Eigen::Index size = free_.cols(), count = see_.rows.rows();
+    const VectorXd lack = VectorXd::Constant(count, allowance_.least_stock_mm) - see_.stock;
+    // What is lacking at the best: (price * change, lack).
+    MatrixXd g(count, size + 1);
+    g << -see_.rows / kMotionPrice, VectorXd::Ones(count);
+    const LeastDistance nearest = SolveLeastDistance(g, lack);
+    lacking_mm_ = nearest.feasible ? std::max(0.0, nearest.x[size]) : lack.maxCoeff();
+    if (lacking_mm_ > kFeasibleMm) {
+      multipliers_ = nearest.multipliers;
+      return nearest.x.head(size) / kMotionPrice;
+    }
+    lacking_mm_ = 0;
+    // With the normal matrix L L^T: nearest in it to the unconstrained best.
+    const Eigen::LLT<MatrixXd> cholesky(see_.normal);
+    const VectorXd unconstrained = cholesky.solve(see_.right);
+    const MatrixXd upper = cholesky.matrixU();
+    const MatrixXd whitened =
+        upper.transpose().triangularView<Eigen::Lower>().solve(-see_.rows.transpose()).transpose();
+    const LeastDistance best = SolveLeastDistance(whitened, lack + see_.rows * unconstrained);
+    multipliers_ = best.multipliers;
+    // What the first problem allowed by rounding the second may not: stay with the first's change.
+    if (!best.feasible) return nearest.x.head(size) / kMotionPrice;
+    return unconstrained + upper.triangularView<Eigen::Upper>().solve(best.x);
+  }
+
+  AllowanceFit Report(bool rested, int steps) {
+    AllowanceFit result;
+    result.fit.zero_from_part = pose_;
+    result.least_stock_mm = see_.stock.minCoeff();
+    result.lacking_mm = lacking_mm_;
+    FitEvidence& evidence = result.fit.evidence;
+    evidence.iteration_count = steps;
+    evidence.residual_sigma_mm = sums_.residual_sigma_mm;
+    evidence.patch_mm = allowance_.patch_mm;
+    for (const PortionCounts& portion : sums_.portions) evidence.point_count += portion.points;
+    for (const std::size_t k : see_.patches) evidence.points_used += sums_.patches[k].count;
+    evidence.overlap = static_cast<double>(evidence.points_used) /
+                       static_cast<double>(std::max<std::int64_t>(1, evidence.point_count));
+
+    std::vector<Eigen::Index> holding;
+    double forces = 0;
+    for (Eigen::Index i = 0; i < multipliers_.size(); ++i)
+      if (multipliers_[i] > 0) {
+        holding.push_back(i);
+        forces += multipliers_[i];
+      }
+    std::stable_sort(holding.begin(), holding.end(),
+                     [&](Eigen::Index a, Eigen::Index b) { return multipliers_[a] > multipliers_[b]; });
+    if (holding.size() > kMostHolding) holding.resize(kMostHolding);
+    for (const Eigen::Index i : holding) {
+      const Patch& patch = sums_.patches[see_.patches[static_cast<std::size_t>(i)]];
+      AllowancePatch held;
+      held.point_mm = surface_.Closest(surface_.centroid_mm() + PatchCentre(patch.key, allowance_.patch_mm)).point_mm;
+      held.normal = patch.row.tail<3>().normalized();
+      held.stock_mm = see_.stock[i];
+      held.standard_uncertainty_mm = std::sqrt(see_.variance[i]);
+      held.share = multipliers_[i] / forces;
+      result.holding.push_back(held);
+    }
+    if (lacking_mm_ > 0) {
+      result.fit.outcome = Outcome::kInfeasible;
+      evidence.remark = "no pose near leaves " + Text(allowance_.least_stock_mm) + " mm everywhere: at the best " +
+                        Text(lacking_mm_) + " mm are lacking, held by " + std::to_string(holding.size()) +
+                        " patches that pull against each other";
+    } else {
+      result.fit.outcome = rested ? Outcome::kConverged : Outcome::kNotConverged;
+      if (!rested) evidence.remark = "the pose still moves after " + std::to_string(steps) + " steps";
+      Propagate(holding, &result.fit);
+    }
+    return result;
+  }
+
+  // The pose is linear in the patches' stock: those that hold it act through the equalities, the others through the fit.
+  void Propagate(const std::vector<Eigen::Index>& holding, PoseFit* fit) const {
+    const Eigen::Index size = free_.cols();
+    const auto held_count = static_cast<Eigen::Index>(holding.size());
+    MatrixXd projection = see_.normal.inverse(), held_part = MatrixXd::Zero(size, held_count);
+    if (held_count > 0) {
+      MatrixXd held(held_count, size);
+      for (Eigen::Index i = 0; i < held_count; ++i) held.row(i) = see_.rows.row(holding[static_cast<std::size_t>(i)]);
+      const Eigen::CompleteOrthogonalDecomposition<MatrixXd> decomposition(held);
+      const MatrixXd inverse = decomposition.pseudoInverse();
+      const MatrixXd null_space =
+          Eigen::FullPivLU<MatrixXd>(held).dimensionOfKernel() > 0
+              ? MatrixXd(Eigen::FullPivLU<MatrixXd>(held).kernel().householderQr().householderQ() *
+                         MatrixXd::Identity(size, Eigen::FullPivLU<MatrixXd>(held).dimensionOfKernel()))
+              : MatrixXd(size, 0);
+      projection = null_space.cols() > 0
+                       ? MatrixXd(null_space * (null_space.transpose() * see_.normal * null_space).inverse() *
+                                  null_space.transpose())
+                       : MatrixXd(MatrixXd::Zero(size, size));
+      held_part = (MatrixXd::Identity(size, size) - projection * see_.normal) * inverse;
+    }
+    MatrixXd scaled = MatrixXd::Zero(size, size);
+    MatrixXd moved = MatrixXd::Zero(size, kCalibrationParameterCount);
+    for (Eigen::Index i = 0; i < see_.rows.rows(); ++i) {
+      VectorXd acts = projection * (see_.weight[i] * see_.rows.row(i).transpose());
+      for (Eigen::Index h = 0; h < held_count; ++h)
+        if (holding[static_cast<std::size_t>(h)] == i) acts += held_part.col(h);
+      scaled += see_.variance[i] * acts * acts.transpose();
+      const Patch& patch = sums_.patches[see_.patches[static_cast<std::size_t>(i)]];
+      const ScanPortion& portion = portions_[patch.portion];
+      const Vector3d zero = pose_ * (surface_.centroid_mm() + PatchCentre(patch.key, allowance_.patch_mm));
+      const Vector3d normal = pose_.linear() * patch.row.tail<3>().normalized();
+      moved += acts * (normal.transpose() * ZeroPointSensitivity(portion.zero_from_sensor.inverse() * zero, zero,
+                                                                 portion.a_rad, portion.b_rad, calibration_));
+    }
+    Matrix6d to_zero = Matrix6d::Zero();
+    to_zero.topLeftCorner<3, 3>() = pose_.linear() / radius_mm_;
+    to_zero.bottomRightCorner<3, 3>() = pose_.linear();
+    const MatrixXd turned = to_zero * free_;
+    fit->noise_covariance.reference_mm = fit->covariance.reference_mm = pose_ * surface_.centroid_mm();
+    fit->noise_covariance.values = turned * scaled * turned.transpose();
+    fit->calibration_sensitivity = turned * moved;
+    fit->covariance.values = fit->noise_covariance.values + fit->calibration_sensitivity * CovarianceOf(calibration_) *
+                                                                fit->calibration_sensitivity.transpose();
+  }
+
+  const Surface& surface_;
+  const std::vector<ScanPortion>& portions_;
+  const AllowanceOptions& allowance_;
+  const MachineCalibration& calibration_;
+  const FitOptions& options_;
+  const double radius_mm_;
+  Isometry3d pose_;
+  MatrixXd free_;
+  PatchSums sums_;
+  Stock see_;
+  VectorXd multipliers_;
+  double lacking_mm_ = 0;
+};
+
+}  // namespace
+
+absl::StatusOr<AllowanceFit> FitWithAllowance(const Surface& surface, const std::vector<ScanPortion>& portions,
+                                              const Isometry3d& zero_from_part, const AllowanceOptions& allowance,
+                                              const MachineCalibration& calibration, const FitOptions& options) {
+  if (absl::Status status = Check(allowance); !status.ok()) return status;
+  if (absl::Status status = CheckInputs(portions, zero_from_part, options); !status.ok()) return status;
+  return Allowance(surface, portions, zero_from_part, allowance, calibration, options).Run();
+}
+
+}  // namespace sixpoint::metrology

@@ -1,0 +1,22 @@
+// The shortest vector that satisfies linear inequalities (Lawson and Hanson 1974, chapters 20 and 23).
+#pragma once
+
+#include <Eigen/Core>
+
+namespace sixpoint::metrology {
+
+struct LeastDistance {
+  bool feasible = false;
+  Eigen::VectorXd x;  // of least length with g x >= h
+  // Feasible: x = g^T multipliers. Else: g^T multipliers = 0 with h . multipliers > 0, which no x can satisfy. All >= 0,
+  // at most as many positive as x has elements, and one more.
+  Eigen::VectorXd multipliers;
+};
+
+// g: one inequality a row.
+LeastDistance SolveLeastDistance(const Eigen::MatrixXd& g, const Eigen::VectorXd& h);
+
+// Of least |a x - b| with x >= 0.
+Eigen::VectorXd SolveNonNegative(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
+
+}  // namespace sixpoint::metrology

@@ -1,0 +1,298 @@
+#include "metrology/registration/patch_sums.h"
+
+#include <absl/status/status.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+
+#include "metrology/registration/surface_residuals.h"
+
+namespace sixpoint::metrology {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr int kCellBits = 20;  // of each coordinate
+constexpr std::int64_t kCellOffset = std::int64_t{1} << (kCellBits - 1);
+constexpr int kSideBits = 3;
+
+constexpr std::size_t kSliceSize = std::size_t{1} << 20;  // points put in order and summed at a time
+constexpr double kBinMm = 0.5;                            // of points put in order
+constexpr std::size_t kMostBins = std::size_t{1} << 21;
+constexpr std::size_t kOrderProbes = 1000;
+constexpr double kOrderlyMm = 0.5;      // neighbours nearer than this are in order as they come
+constexpr double kEdgeMarginMm = 0.05;  // points nearer to a sharp edge may belong to the face beyond it
+constexpr int kHistogramBins = 4096;
+
+int SideOf(const Vector3d& normal) {
+  int axis = 0;
+  for (int k = 1; k < 3; ++k)
+    if (std::abs(normal[k]) > std::abs(normal[axis])) axis = k;
+  return 2 * axis + (normal[axis] < 0 ? 1 : 0);
+}
+
+std::array<std::int64_t, 3> CellOf(PatchKey key) {
+  constexpr PatchKey kMask = (PatchKey{1} << kCellBits) - 1;
+  std::array<std::int64_t, 3> cell{};
+  for (int k = 0; k < 3; ++k)
+    cell[k] = static_cast<std::int64_t>(key >> (kSideBits + k * kCellBits) & kMask) - kCellOffset;
+  return cell;
+}
+
+PatchKey KeyOf(const std::array<std::int64_t, 3>& cell, PatchKey side) {
+  PatchKey key = side;
+  for (int k = 0; k < 3; ++k) key |= static_cast<PatchKey>(cell[k] + kCellOffset) << (kSideBits + k * kCellBits);
+  return key;
+}
+
+// Whether the next point is near the one before, as on a scan's lines; a cloud in random order is not.
+bool IsOrderly(const CompactPoints& points) {
+  if (points.size() < 2 * kOrderProbes) return false;
+  std::vector<double> distances;
+  for (std::size_t k = 0; k < kOrderProbes; ++k) {
+    const std::size_t i = k * (points.size() - 1) / kOrderProbes;
+    distances.push_back((points[i + 1] - points[i]).norm());
+  }
+  return Median(std::move(distances)) < kOrderlyMm;
+}
+
+// Indices of the points [begin, end), those of a bin of space together.
+void PutInOrder(const CompactPoints& points, std::size_t begin, std::size_t end, std::vector<std::uint32_t>* order) {
+  const auto& nm = points.values_nm();
+  std::array<std::int32_t, 3> low = nm[begin], high = nm[begin];
+  for (std::size_t i = begin; i < end; ++i)
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], nm[i][k]);
+      high[k] = std::max(high[k], nm[i][k]);
+    }
+  double bin_nm = 1e6 * kBinMm;
+  std::array<std::size_t, 3> across{};
+  std::size_t bins = 0;
+  for (;; bin_nm *= 1.5) {
+    double product = 1;
+    for (int k = 0; k < 3; ++k) {
+      across[k] = static_cast<std::size_t>((static_cast<double>(high[k]) - low[k]) / bin_nm) + 1;
+      product *= static_cast<double>(across[k]);
+    }
+    if (product <= static_cast<double>(kMostBins)) {
+      bins = across[0] * across[1] * across[2];
+      break;
+    }
+  }
+  const double per_nm = 1 / bin_nm;
+  std::vector<std::uint32_t> bin_of(end - begin), first(bins + 1, 0);
+  for (std::size_t i = begin; i < end; ++i) {
+    std::size_t bin = 0;
+    for (int k = 0; k < 3; ++k)
+      bin = bin * across[k] +
+            std::min(across[k] - 1, static_cast<std::size_t>((static_cast<double>(nm[i][k]) - low[k]) * per_nm));
+    bin_of[i - begin] = static_cast<std::uint32_t>(bin);
+    ++first[bin + 1];
+  }
+  for (std::size_t bin = 0; bin < bins; ++bin) first[bin + 1] += first[bin];
+  order->resize(end - begin);
+  for (std::size_t i = begin; i < end; ++i) (*order)[first[bin_of[i - begin]]++] = static_cast<std::uint32_t>(i);
+}
+
+struct ChunkSums {
+  std::vector<Patch> patches;
+  std::int64_t points = 0;
+  double weight = 0, slope = 0, squares = 0;
+};
+
+void Add(const Patch& from, Patch* to) {
+  to->count += from.count;
+  to->used += from.used;
+  to->used_squares += from.used_squares;
+  to->weight += from.weight;
+  to->pull += from.pull;
+  to->squares += from.squares;
+  to->row += from.row;
+  to->right += from.right;
+  for (std::size_t k = 0; k < from.matrix.size(); ++k) to->matrix[k] += from.matrix[k];
+}
+
+// Counts of residuals within the width, from which medians are read.
+class Histogram {
+ public:
+  explicit Histogram(double width_mm) : width_mm_(width_mm) {}
+  void Count(float residual_mm) {
+    const double at = (static_cast<double>(residual_mm) / width_mm_ + 1) * (kHistogramBins / 2);
+    ++counts_[static_cast<std::size_t>(std::clamp(at, 0.0, kHistogramBins - 1.0))];
+    ++total_;
+  }
+  void Join(const Histogram& other) {
+    for (std::size_t k = 0; k < counts_.size(); ++k) counts_[k] += other.counts_[k];
+    total_ += other.total_;
+  }
+  double Median() const {
+    double below = 0;
+    for (std::size_t k = 0; k < counts_.size(); ++k) {
+      const auto here = static_cast<double>(counts_[k]);
+      if (here > 0 && below + here >= 0.5 * static_cast<double>(total_))
+        return EdgeOf(static_cast<double>(k) + (0.5 * static_cast<double>(total_) - below) / here);
+      below += here;
+    }
+    return 0;
+  }
+  double RobustSigma() const {
+    const double median = Median();
+    std::vector<std::pair<double, double>> deviations;
+    for (std::size_t k = 0; k < counts_.size(); ++k)
+      if (counts_[k] > 0)
+        deviations.emplace_back(std::abs(EdgeOf(static_cast<double>(k) + 0.5) - median),
+                                static_cast<double>(counts_[k]));
+    std::sort(deviations.begin(), deviations.end());
+    double below = 0;
+    for (const auto& [deviation, count] : deviations) {
+      below += count;
+      if (below >= 0.5 * static_cast<double>(total_)) return 1.4826 * deviation;
+    }
+    return 0;
+  }
+
+ private:
+  double EdgeOf(double bin) const { return width_mm_ * (2 * bin / kHistogramBins - 1); }
+  double width_mm_;
+  std::vector<std::int64_t> counts_ = std::vector<std::int64_t>(kHistogramBins, 0);
+  std::int64_t total_ = 0;
+};
+
+}  // namespace
+
+PatchKey PatchKeyOf(const Vector3d& from_centroid_mm, const Vector3d& normal, double patch_mm) {
+  std::array<std::int64_t, 3> cell{};
+  for (int k = 0; k < 3; ++k)
+    cell[k] =
+        static_cast<std::int64_t>(std::clamp(std::floor(from_centroid_mm[k] / patch_mm),
+                                             static_cast<double>(-kCellOffset), static_cast<double>(kCellOffset - 1)));
+  return KeyOf(cell, static_cast<PatchKey>(SideOf(normal)));
+}
+
+Vector3d PatchCentre(PatchKey key, double patch_mm) {
+  const std::array<std::int64_t, 3> cell = CellOf(key);
+  return patch_mm *
+         (Vector3d(static_cast<double>(cell[0]), static_cast<double>(cell[1]), static_cast<double>(cell[2])) +
+          Vector3d::Constant(0.5));
+}
+
+PatchKey CoarserKey(PatchKey key, int times) {
+  std::array<std::int64_t, 3> cell = CellOf(key);
+  for (std::int64_t& c : cell) c = c >= 0 ? c / times : -((-c + times - 1) / times);
+  return KeyOf(cell, key & ((PatchKey{1} << kSideBits) - 1));
+}
+
+Matrix6d Patch::Matrix() const {
+  Matrix6d full;
+  for (int i = 0, k = 0; i < 6; ++i)
+    for (int j = 0; j <= i; ++j, ++k) full(i, j) = full(j, i) = matrix[static_cast<std::size_t>(k)];
+  return full;
+}
+
+absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<ScanPortion>& portions,
+                                     const Isometry3d& zero_from_part, const PatchSumOptions& sum,
+                                     const FitOptions& options) {
+  const Vector3d centroid = surface.centroid_mm();
+  const double radius = surface.radius_of_gyration_mm(), width = sum.width_mm;
+  PatchSums sums;
+  sums.portions.resize(portions.size());
+  double weight = 0, slope = 0, squares = 0;
+  const double edge_margin = std::min(width, kEdgeMarginMm);
+  Histogram all(width);
+  std::vector<std::uint32_t> order;
+  std::vector<float> residuals;
+  std::vector<ChunkSums> chunks;
+  std::unordered_map<PatchKey, std::size_t> index;
+  for (std::uint32_t p = 0; p < portions.size(); ++p) {
+    const ScanPortion& portion = portions[p];
+    const Eigen::Affine3d part_from_sensor = zero_from_part.inverse(Eigen::Isometry) * portion.zero_from_sensor;
+    const double portion_weight = options.scan_weights.empty() ? 1 : options.scan_weights[p];
+    const bool orderly = IsOrderly(portion.sensor);
+    Histogram histogram(width);
+    index.clear();
+    for (std::size_t begin = 0; begin < portion.sensor.size(); begin += kSliceSize) {
+      if (options.keep_going && !options.keep_going())
+        return absl::CancelledError("registration: stopped by its caller");
+      const std::size_t count = std::min(kSliceSize, portion.sensor.size() - begin);
+      if (!orderly) PutInOrder(portion.sensor, begin, begin + count, &order);
+      residuals.assign(count, std::numeric_limits<float>::infinity());
+      chunks.assign(ChunkCount(count), {});
+      ForEachChunk(count, options.thread_count, [&](std::size_t chunk, std::size_t from, std::size_t to) {
+        Surface::Cursor cursor(surface);
+        ChunkSums& part = chunks[chunk];
+        std::size_t last = 0;
+        for (std::size_t i = from; i < to; ++i) {
+          const Vector3d q = part_from_sensor * portion.sensor[orderly ? begin + i : order[i]];
+          if (!InRegions(options, q)) continue;
+          ++part.points;
+          const SurfacePoint found = cursor.ClosestWithin(q, width);
+          const double r = found.signed_distance_mm, u = r / width, inside = 1 - u * u;
+          if (!(inside > 0) || found.feature != SurfaceFeature::kFace || found.edge_distance_mm < edge_margin) continue;
+          residuals[i] = static_cast<float>(r);
+          const Vector3d from_centroid = found.point_mm - centroid;
+          const PatchKey key = PatchKeyOf(from_centroid, found.normal, sum.patch_mm);
+          if (part.patches.empty() || part.patches[last].key != key) {
+            last = part.patches.size();
+            for (std::size_t k = part.patches.size(); k-- > 0;)
+              if (part.patches[k].key == key) {
+                last = k;
+                break;
+              }
+            if (last == part.patches.size()) {
+              part.patches.emplace_back();
+              part.patches.back().key = key;
+              part.patches.back().portion = p;
+            }
+          }
+          Patch& patch = part.patches[last];
+          const double tukey = sum.robust ? inside * inside : 1, w = portion_weight * tukey;
+          const Vector6d row = PartRow(from_centroid, found.normal, radius);
+          ++patch.count;
+          if (tukey > 0.5) {
+            ++patch.used;
+            patch.used_squares += r * r;
+          }
+          patch.weight += w;
+          patch.pull += w * r;
+          patch.squares += w * r * r;
+          const Vector6d weighted = w * row;
+          patch.row += weighted;
+          patch.right += r * weighted;
+          for (int a = 0, k = 0; a < 6; ++a)
+            for (int b = 0; b <= a; ++b, ++k) patch.matrix[static_cast<std::size_t>(k)] += weighted[a] * row[b];
+          part.weight += w;
+          part.slope += sum.robust ? portion_weight * inside * (1 - 5 * u * u) : w;
+          part.squares += w * w * r * r;
+        }
+      });
+      for (const ChunkSums& part : chunks) {
+        sums.portions[p].points += part.points;
+        weight += part.weight;
+        slope += part.slope;
+        squares += part.squares;
+        for (const Patch& patch : part.patches) {
+          const auto [at, added] = index.emplace(patch.key, sums.patches.size());
+          if (added)
+            sums.patches.push_back(patch);
+          else
+            Add(patch, &sums.patches[at->second]);
+        }
+      }
+      for (const float r : residuals)
+        if (std::isfinite(r)) histogram.Count(r);
+    }
+    sums.portions[p].residual_median_mm = histogram.Median();
+    all.Join(histogram);
+  }
+  sums.residual_sigma_mm = all.RobustSigma();
+  if (weight > 0) {
+    sums.slope = slope / weight;
+    sums.variance = squares / weight;
+  }
+  return sums;
+}
+
+}  // namespace sixpoint::metrology

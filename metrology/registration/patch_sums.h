@@ -1,0 +1,73 @@
+// A scan summed up by patches of the surface: what FitToSurface works on once it stands near the pose.
+//
+// Millions of points become some thousands of sums, so that a fit reads the points once or twice. A patch, not a point, is
+// the unit that is kept or thrown out: the mean of its points shows a casting's deviation of a fraction of the noise.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "metrology/registration/registration.h"
+
+namespace sixpoint::metrology {
+
+// Where on the surface: a cubic cell of the part and the side its normals look to.
+using PatchKey = std::uint64_t;
+PatchKey PatchKeyOf(const Eigen::Vector3d& from_centroid_mm, const Eigen::Vector3d& normal, double patch_mm);
+// Middle of the key's cell, from the centroid; cells may be `coarser` times as wide.
+Eigen::Vector3d PatchCentre(PatchKey key, double patch_mm);
+PatchKey CoarserKey(PatchKey key, int times);
+
+// A pose change here is scaled and in the part frame: rotation about the centroid times the radius of gyration, then
+// translation; a row is a point's residual per such change, negated.
+inline Vector6d PartRow(const Eigen::Vector3d& from_centroid_mm, const Eigen::Vector3d& normal, double radius_mm) {
+  Vector6d row;
+  row << from_centroid_mm.cross(normal) / radius_mm, normal;
+  return row;
+}
+
+// One portion's points on one patch; w is Tukey's weight of a point's residual r, J its row.
+struct Patch {
+  PatchKey key = 0;
+  std::uint32_t portion = 0;
+  std::int64_t count = 0;             // within the width
+  std::int64_t used = 0;              // w above 1/2
+  double used_squares = 0;            // of their residuals
+  double weight = 0;                  // sum of w
+  double pull = 0;                    // sum of w r
+  double squares = 0;                 // sum of w r^2
+  Vector6d row = Vector6d::Zero();    // sum of w J
+  Vector6d right = Vector6d::Zero();  // sum of w r J
+  std::array<double, 21> matrix{};    // sum of w J J^T, lower triangle by rows
+
+  Matrix6d Matrix() const;
+};
+
+struct PortionCounts {
+  std::int64_t points = 0;  // within the regions asked for
+  double residual_median_mm = 0;
+};
+
+struct PatchSums {
+  std::vector<Patch> patches;  // in the order in which the points meet them
+  std::vector<PortionCounts> portions;
+  double residual_sigma_mm = 0;  // 1.4826 MAD of the points within the width
+  // Over all points: sum of the loss's second derivative, and sum of w^2 r^2, by sum of w. 1 and the noise's variance where
+  // nothing is cut off.
+  double slope = 1;
+  double variance = 0;
+};
+
+struct PatchSumOptions {
+  double width_mm = 0;  // of the loss: points beyond it do not count
+  double patch_mm = 0;
+  bool robust = true;  // false: every point within the width counts fully
+};
+
+// CANCELLED: options.keep_going said so.
+absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<ScanPortion>& portions,
+                                     const Eigen::Isometry3d& zero_from_part, const PatchSumOptions& sum,
+                                     const FitOptions& options);
+
+}  // namespace sixpoint::metrology
