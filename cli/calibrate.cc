@@ -6,6 +6,7 @@
 #include "cli/output.h"
 #include "cli/plant_documents.h"
 #include "cli/reports.h"
+#include "cli/rotary_letters.h"
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
 
 namespace sixpoint::cli {
@@ -45,7 +46,12 @@ absl::Status CalibrateRotation(Session* session, const Arguments& arguments) {
   if (standard == arguments.gauge_file.empty())
     return absl::InvalidArgumentError("--gauge: want it with --method standard, and only there");
   if (!arguments.file.empty() || !standard) {
-    absl::StatusOr<std::vector<calibration::v1::SpherePose>> poses = LoadSpherePoses(arguments.file);
+    const absl::StatusOr<plant::v1::Machine> machine = FetchMachine(session, request.machine());
+    if (!machine.ok()) return machine.status();
+    // With another number of axes than two the service says what it wants of the machine.
+    const std::vector<std::string> letters = RotaryLetters(*machine);
+    const AxisPair axes = letters.size() == 2 ? AxisPair{letters[0], letters[1]} : AxisPair{"A", "B"};
+    absl::StatusOr<std::vector<calibration::v1::SpherePose>> poses = LoadSpherePoses(arguments.file, axes);
     if (!poses.ok()) return poses.status();
     for (const calibration::v1::SpherePose& pose : *poses) *request.add_poses() = pose;
   }
@@ -89,7 +95,8 @@ void AddCalibrateCommands(CLI::App* app, Session* session) {
   const auto rotation_arguments = std::make_shared<Arguments>();
   CLI::App* rotation = calibrate->add_subcommand("rotation", "Rotary axes, from poses of a probed sphere");
   rotation->add_option("--machine", rotation_arguments->machine, "The machine")->required();
-  rotation->add_option("--poses", rotation_arguments->file, "Sphere poses (YAML or JSON), or a dataset.json");
+  rotation->add_option("--poses", rotation_arguments->file,
+                       "Sphere poses (YAML or JSON), by the machine's own axes, or a dataset.json");
   rotation->add_option("--method", rotation_arguments->method, "lines (the default), point-c or standard")
       ->check(CLI::IsMember({"lines", "point-c", "standard"}));
   rotation->add_option("--gauge", rotation_arguments->gauge_file,

@@ -20,10 +20,15 @@ void AddInspectCommand(CLI::App* app, Session* session) {
       ->required()
       ->delimiter(',')
       ->allow_extra_args(false);
-  session->OnCommand(command, [session, blade, scans]() -> absl::Status {
+  const auto axis_tables = std::make_shared<bool>(false);
+  command->add_flag(
+      "--axis-tables", *axis_tables,
+      "Take the scans where the axes' characterisations say they were; not where the control compensates");
+  session->OnCommand(command, [session, blade, scans, axis_tables]() -> absl::Status {
     inspection::v1::InspectRequest request;
     request.set_blade(NameText("blades", *blade));
     for (const std::string& scan : *scans) request.add_scans(NameText("scans", scan));
+    request.set_apply_axis_tables(*axis_tables);
     request.set_requested_by(session->requested_by());
     request.set_request_id(NewRequestId());
     inspection::v1::Inspection response;

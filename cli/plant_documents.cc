@@ -1,5 +1,6 @@
 #include "cli/plant_documents.h"
 
+#include <cctype>
 #include <filesystem>
 #include <regex>
 #include <set>
@@ -193,13 +194,18 @@ calibration::v1::TouchData ReadTouchData(const Field& touch) {
   return out;
 }
 
-std::vector<calibration::v1::SpherePose> ReadSpherePoses(const Field& poses) {
+std::vector<calibration::v1::SpherePose> ReadSpherePoses(const Field& poses, const AxisPair& axes) {
+  const auto key_of = [](std::string letter) {
+    for (char& c : letter) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return letter + "_deg";
+  };
+  const std::string bed = key_of(axes[0]), carried = key_of(axes[1]);
   std::vector<calibration::v1::SpherePose> out;
   for (const Field& item : poses.Items(1, kGreatestProbedPointCount)) {
-    item.OnlyKeys({"a_deg", "b_deg", "centre_mm", "use"});
+    item.OnlyKeys({bed, carried, "centre_mm", "use"});
     calibration::v1::SpherePose& pose = out.emplace_back();
-    pose.set_a_deg(item.At("a_deg").Number(-3600, 3600));
-    pose.set_b_deg(item.At("b_deg").Number(-3600, 3600));
+    pose.set_a_deg(item.At(bed).Number(-3600, 3600));
+    pose.set_b_deg(item.At(carried).Number(-3600, 3600));
     runtime::ToProto(item.At("centre_mm").Vector3(), pose.mutable_centre_mm());
     const auto use = item.Find("use");
     pose.set_held_out(use && use->Choice({"fit", "check"}) == "check");
@@ -258,12 +264,13 @@ absl::StatusOr<calibration::v1::TouchData> LoadTouchData(const std::string& path
   return touch;
 }
 
-absl::StatusOr<std::vector<calibration::v1::SpherePose>> LoadSpherePoses(const std::string& path) {
+absl::StatusOr<std::vector<calibration::v1::SpherePose>> LoadSpherePoses(const std::string& path,
+                                                                         const AxisPair& axes) {
   std::string member_path;
   absl::StatusOr<nlohmann::json> document = LoadMember(path, "sphere_poses", &member_path);
   if (!document.ok()) return document.status();
   Problems problems(member_path.empty());
-  std::vector<calibration::v1::SpherePose> poses = ReadSpherePoses(Field(&*document, member_path, &problems));
+  std::vector<calibration::v1::SpherePose> poses = ReadSpherePoses(Field(&*document, member_path, &problems), axes);
   if (!problems.empty()) return problems.ToStatus();
   return poses;
 }

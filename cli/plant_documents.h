@@ -4,6 +4,7 @@
 
 #include <absl/status/statusor.h>
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,10 @@ plant::v1::Artefact ReadArtefact(const Field& artefact);
 plant::v1::Part ReadPart(const Field& part, const std::string& cad_file);
 // {centres: {C1: [x, y, z], ...}, plane, side_x, side_y}, machine frame, mm.
 calibration::v1::TouchData ReadTouchData(const Field& touch);
-// [{a_deg, b_deg, centre_mm, use: fit | check}, ...]
-std::vector<calibration::v1::SpherePose> ReadSpherePoses(const Field& poses);
+// [{a_deg, b_deg, centre_mm, use: fit | check}, ...], with the machine's letters of the axis on the bed and of the one that it
+// carries.
+using AxisPair = std::array<std::string, 2>;
+std::vector<calibration::v1::SpherePose> ReadSpherePoses(const Field& poses, const AxisPair& axes = {"A", "B"});
 
 // A correction beyond this waits for a person where nobody stated another envelope.
 inline constexpr double kUsualEnvelopeTranslationMm = 3;
@@ -35,7 +38,8 @@ absl::StatusOr<plant::v1::CreateArtefactRequest> LoadArtefact(const std::string&
 absl::StatusOr<plant::v1::CreatePartRequest> LoadPart(const std::string& path);
 // The document itself or, in a plant's dataset, its touch_probe / sphere_poses.
 absl::StatusOr<calibration::v1::TouchData> LoadTouchData(const std::string& path);
-absl::StatusOr<std::vector<calibration::v1::SpherePose>> LoadSpherePoses(const std::string& path);
+absl::StatusOr<std::vector<calibration::v1::SpherePose>> LoadSpherePoses(const std::string& path,
+                                                                         const AxisPair& axes = {"A", "B"});
 // {commanded_deg, measured_deg or error_deg, direction (1 or -1; optional)}, lists; in a dataset, axis_runs of that axis.
 absl::StatusOr<calibration::v1::AxisRun> LoadAxisRun(const std::string& path, const std::string& axis);
 // {bore_mm, face_mm, face_above_centre_mm}.

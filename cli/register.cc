@@ -14,6 +14,7 @@ void AddRegisterCommand(CLI::App* app, Session* session) {
   struct Arguments {
     std::string blade, method;
     std::vector<std::string> scans;
+    bool axis_tables = false;
   };
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app->add_subcommand("register", "Finds where a blade really stands");
@@ -25,6 +26,9 @@ void AddRegisterCommand(CLI::App* app, Session* session) {
   command->add_option("--method", arguments->method, "local, six-point or best-fit")
       ->required()
       ->check(CLI::IsMember({"local", "six-point", "best-fit"}));
+  command->add_flag(
+      "--axis-tables", arguments->axis_tables,
+      "Take the scans where the axes' characterisations say they were; not where the control compensates");
   session->OnCommand(command, [session, arguments]() -> absl::Status {
     registration::v1::RegisterRequest request;
     request.set_blade(NameText("blades", arguments->blade));
@@ -32,6 +36,7 @@ void AddRegisterCommand(CLI::App* app, Session* session) {
     request.set_method(arguments->method == "local"       ? registration::v1::METHOD_LOCAL
                        : arguments->method == "six-point" ? registration::v1::METHOD_SIX_POINT
                                                           : registration::v1::METHOD_BEST_FIT);
+    request.set_apply_axis_tables(arguments->axis_tables);
     request.set_requested_by(session->requested_by());
     request.set_request_id(NewRequestId());
     registration::v1::Registration response;

@@ -155,6 +155,13 @@ std::string RegistrationText(const registration::v1::Registration& registration)
                    Grouped(datum.point_count())});
   }
   if (!datums.empty()) text += datums.ToText();
+  Table angles({"axis", ">commanded deg", ">reached deg", ">standard uncertainty deg", ">half reversal deg", "by"});
+  for (const auto& angle : registration.angles()) {
+    angles.AddRow({angle.axis(), Fixed(angle.commanded_deg(), 4), Fixed(angle.reached_deg(), 6),
+                   Fixed(angle.standard_uncertainty_deg(), 6), Fixed(angle.half_reversal_deg(), 6),
+                   angle.characterisation()});
+  }
+  if (!angles.empty()) text += angles.ToText();
   if (registration.has_zero_from_part() && registration.zero_from_part().rotation_size() == 9) {
     const auto& pose = registration.zero_from_part();
     const Point& t = pose.translation_mm();
@@ -169,9 +176,9 @@ std::string RegistrationText(const registration::v1::Registration& registration)
   return text;
 }
 
-Table CorrectionTable(const std::string& first) {
-  return Table({first, "group", "hole", ">nominal X", ">Y", ">Z", ">A", ">B", ">corrected X", ">Y", ">Z", ">A", ">B",
-                ">U95 um"});
+Table CorrectionTable(const std::string& first, const std::string& bed, const std::string& carried) {
+  return Table({first, "group", "hole", ">nominal X", ">Y", ">Z", ">" + bed, ">" + carried, ">corrected X", ">Y", ">Z",
+                ">" + bed, ">" + carried, ">U95 um"});
 }
 
 void AddCorrectionRows(const std::string& label, const correction::v1::Correction& correction, Table* table) {
@@ -188,10 +195,12 @@ void AddCorrectionRows(const std::string& label, const correction::v1::Correctio
 }
 
 std::string CorrectionText(const correction::v1::Correction& correction) {
-  Table table = CorrectionTable("blade");
+  const bool named = correction.axes_size() == 2;
+  Table table = CorrectionTable("blade", named ? correction.axes(0) : "A", named ? correction.axes(1) : "B");
   AddCorrectionRows(IdText(correction.blade()), correction, &table);
   std::string text = correction.name() + " of " + correction.blade() + " from " + correction.registration() +
                      " (mm, deg)\n" + table.ToText();
+  for (const std::string& name : correction.axis_characterisations()) text += "angles commanded by " + name + "\n";
   if (correction.release() == correction::v1::RELEASE_AWAITING_PERSON) {
     text += "waits for a person's release:\n";
     for (const std::string& reason : correction.release_reasons()) text += "  " + reason + "\n";

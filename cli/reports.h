@@ -24,7 +24,7 @@ std::string RegistrationText(const registration::v1::Registration& registration)
 
 // As Table 10 of the thesis, for every hole: nominal beside corrected, with the expanded uncertainty (95 %).
 // `first` heads the column of AddCorrectionRows' first argument.
-Table CorrectionTable(const std::string& first);
+Table CorrectionTable(const std::string& first, const std::string& bed = "A", const std::string& carried = "B");
 void AddCorrectionRows(const std::string& label, const correction::v1::Correction& correction, Table* table);
 std::string CorrectionText(const correction::v1::Correction& correction);
 

@@ -9,6 +9,7 @@
 #include "cli/commands.h"
 #include "cli/number_format.h"
 #include "cli/output.h"
+#include "cli/rotary_letters.h"
 #include "cli/scan_transfer.h"
 #include "cli/table.h"
 #include "services/runtime/errors.h"
@@ -23,7 +24,8 @@ using ingest::v1::ScanService;
 struct UploadArguments {
   std::string file, machine, subject, kind, scan_id;
   std::vector<double> v0_mm;
-  double a_deg = 0, b_deg = 0, pitch_mm = 0, error_bound_um = 0;
+  LetteredCommands commands;
+  double pitch_mm = 0, error_bound_um = 0;
   int columns = 0;
 };
 
@@ -43,13 +45,18 @@ absl::StatusOr<ingest::v1::ScanKind> KindOf(const std::string& text) {
   return runtime::Refuse("--kind", text, "artefact, arm, airfoil, local or pins");
 }
 
-void PrintScan(const Session& session, const ingest::v1::Scan& scan) {
+// letters: the machine's, of the axis on the bed and of the one that it carries.
+void PrintScan(const Session& session, const ingest::v1::Scan& scan, const std::vector<std::string>& letters) {
   if (session.json) return PrintJson(MessageToJson(scan));
   const ingest::v1::ScanHeader& header = scan.header();
+  const double commands_deg[] = {header.a_deg(), header.b_deg()};
+  std::string commands;
+  for (std::size_t i = 0; i < std::min<std::size_t>(2, letters.size()); ++i)
+    commands += letters[i] + " " + Fixed(commands_deg[i], 4) + " deg, ";
   std::cout << scan.name() << ", " << EnumText(ScanKind_Name(header.kind()), "SCAN_KIND_") << " of " << header.subject()
             << " on " << header.machine() << "\n"
-            << "pose      V0 " << PointText(header.v0_mm(), 4) << " mm, A " << Fixed(header.a_deg(), 4) << " deg, B "
-            << Fixed(header.b_deg(), 4) << " deg, pitch " << Fixed(header.profile_pitch_mm(), 4) << " mm\n"
+            << "pose      V0 " << PointText(header.v0_mm(), 4) << " mm, " << commands << "pitch "
+            << Fixed(header.profile_pitch_mm(), 4) << " mm\n"
             << "points    " << Grouped(header.point_count()) << " in " << scan.block_count() << " blocks, "
             << Grouped(scan.stored_bytes()) << " bytes, proven error " << Fixed(scan.proven_error_um(), 3) << " um\n"
             << "sha256    " << scan.sha256() << "\n"
@@ -72,21 +79,16 @@ absl::Status Upload(Session* session, const UploadArguments& arguments) {
   header.mutable_v0_mm()->set_x_mm(arguments.v0_mm[0]);
   header.mutable_v0_mm()->set_y_mm(arguments.v0_mm[1]);
   header.mutable_v0_mm()->set_z_mm(arguments.v0_mm[2]);
-  header.set_a_deg(arguments.a_deg);
-  header.set_b_deg(arguments.b_deg);
+  const absl::StatusOr<plant::v1::Machine> machine = FetchMachine(session, header.machine());
+  if (!machine.ok()) return machine.status();
+  const absl::StatusOr<std::vector<double>> commands_deg = CommandsOf(arguments.commands, *machine);
+  if (!commands_deg.ok()) return commands_deg.status();
+  if (!commands_deg->empty()) header.set_a_deg(commands_deg->at(0));
+  if (commands_deg->size() > 1) header.set_b_deg(commands_deg->at(1));
   header.set_profile_pitch_mm(arguments.pitch_mm);
   header.set_encoding(ingest::v1::ENCODING_XYZ_F64);
   header.set_error_bound_um(arguments.error_bound_um);
-  header.set_columns_per_profile(arguments.columns);
-  if (arguments.columns == 0) {
-    plant::v1::GetMachineRequest request;
-    request.set_name(header.machine());
-    plant::v1::Machine machine;
-    absl::Status status =
-        session->Call<plant::v1::PlantService>("plant", &plant::v1::PlantService::Stub::GetMachine, request, &machine);
-    if (!status.ok()) return status;
-    header.set_columns_per_profile(machine.sensor().column_count());
-  }
+  header.set_columns_per_profile(arguments.columns == 0 ? machine->sensor().column_count() : arguments.columns);
   absl::StatusOr<metrology::Points> points = ReadCloud(arguments.file);
   if (!points.ok()) return points.status();
   const absl::StatusOr<clients::OutgoingScan> outgoing = clients::PrepareScan(std::move(header), *points);
@@ -101,7 +103,7 @@ absl::Status Upload(Session* session, const UploadArguments& arguments) {
     PrintJson(MessageToJson(*stored));
     return absl::OkStatus();
   }
-  PrintScan(*session, stored->scan());
+  PrintScan(*session, stored->scan(), RotaryLetters(*machine));
   if (stored->already_stored()) std::cout << "it was stored before, with the same content\n";
   return absl::OkStatus();
 }
@@ -117,8 +119,10 @@ void AddUpload(CLI::App* scan, Session* session) {
       ->required()
       ->delimiter(',')
       ->allow_extra_args(false);
-  upload->add_option("--a-deg", arguments->a_deg, "A axis as commanded")->required();
-  upload->add_option("--b-deg", arguments->b_deg, "B axis as commanded")->required();
+  for (const auto& [option, command_deg] :
+       {std::pair{"--a-deg", &arguments->commands.a_deg}, std::pair{"--b-deg", &arguments->commands.b_deg},
+        std::pair{"--c-deg", &arguments->commands.c_deg}})
+    upload->add_option(option, *command_deg, "Rotary axis as commanded; wanted of each that the part rides on");
   upload->add_option("--pitch-mm", arguments->pitch_mm, "Encoder distance between profiles")->required();
   upload->add_option("--columns", arguments->columns,
                      "Sensor columns in a profile; without it, the machine's sensor says");
@@ -151,7 +155,8 @@ void AddList(CLI::App* scan, Session* session) {
       request.set_kind(*kind);
     }
     nlohmann::json json = nlohmann::json::array();
-    Table table({"scan", "kind", "subject", "machine", ">A deg", ">B deg", ">points", ">bytes", "received"});
+    Table table(
+        {"scan", "kind", "subject", "machine", ">bed axis deg", ">carried axis deg", ">points", ">bytes", "received"});
     absl::Status status = ForEachPage<ScanService>(
         session, "ingest", &ScanService::Stub::ListScans, request, [&](const ingest::v1::ListScansResponse& page) {
           for (const ingest::v1::Scan& entry : page.scans()) {
@@ -269,7 +274,10 @@ void AddScanCommands(CLI::App* app, Session* session) {
     request.set_name(NameText("scans", *id));
     ingest::v1::Scan response;
     absl::Status status = session->Call<ScanService>("ingest", &ScanService::Stub::GetScan, request, &response);
-    if (status.ok()) PrintScan(*session, response);
+    if (!status.ok()) return status;
+    const absl::StatusOr<plant::v1::Machine> machine = FetchMachine(session, response.header().machine());
+    if (!machine.ok()) return machine.status();
+    PrintScan(*session, response, RotaryLetters(*machine));
     return status;
   });
 }

@@ -9,28 +9,34 @@ namespace {
   "correction_id, blade_serial, registration_id, machine_id, machine_revision, part_id, part_revision, "              \
   "sensor_calibration_id, rotation_calibration_id, nc_template_sha256, nc_program_sha256, release, release_reasons, " \
   "envelope_translation_mm, envelope_rotation_deg, valid_until, requested_by, software_version, record_sequence, "    \
-  "recorded_at"
+  "recorded_at, axes"
+// Whose tables: the registration's are the correction's.
+#define SIXPOINT_CHARACTERISATIONS                                            \
+  ", ARRAY(SELECT DISTINCT a.characterisation_id FROM registration_angles a " \
+  "WHERE a.registration_id = corrections.registration_id ORDER BY 1) AS characterisation_ids "
 constexpr char kInsertCorrection[] = "INSERT INTO corrections (" SIXPOINT_CORRECTION_COLUMNS
                                      ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, "
-                                     "$17, $18, $19, $20)";
-constexpr char kSelectCorrection[] = "SELECT " SIXPOINT_CORRECTION_COLUMNS " FROM corrections WHERE correction_id = $1";
+                                     "$17, $18, $19, $20, $21)";
+constexpr char kSelectCorrection[] =
+    "SELECT " SIXPOINT_CORRECTION_COLUMNS SIXPOINT_CHARACTERISATIONS "FROM corrections WHERE correction_id = $1";
 constexpr char kListCorrections[] =
-    "SELECT " SIXPOINT_CORRECTION_COLUMNS
-    " FROM corrections WHERE ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR blade_serial = $2) "
+    "SELECT " SIXPOINT_CORRECTION_COLUMNS SIXPOINT_CHARACTERISATIONS
+    "FROM corrections WHERE ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR blade_serial = $2) "
     "ORDER BY record_sequence DESC LIMIT $3";
+#undef SIXPOINT_CHARACTERISATIONS
 #undef SIXPOINT_CORRECTION_COLUMNS
 constexpr char kInsertGroup[] =
     "INSERT INTO correction_groups (correction_id, position_index, group_name, a_deg, b_deg, a_nominal_deg, "
-    "b_nominal_deg, a_ideal_deg, b_ideal_deg, a_standard_uncertainty_deg, b_standard_uncertainty_deg) "
-    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
+    "b_nominal_deg, a_ideal_deg, b_ideal_deg, a_standard_uncertainty_deg, b_standard_uncertainty_deg, a_reached_deg, "
+    "b_reached_deg) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)";
 constexpr char kInsertHole[] =
     "INSERT INTO correction_holes (correction_id, group_name, position_index, hole_name, start_x_mm, start_y_mm, "
     "start_z_mm, nominal_start_x_mm, nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um) "
     "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
 constexpr char kSelectGroups[] =
     "SELECT correction_id, group_name, a_deg, b_deg, a_nominal_deg, b_nominal_deg, a_ideal_deg, b_ideal_deg, "
-    "a_standard_uncertainty_deg, b_standard_uncertainty_deg FROM correction_groups WHERE correction_id = ANY ($1) "
-    "ORDER BY correction_id, position_index";
+    "a_standard_uncertainty_deg, b_standard_uncertainty_deg, a_reached_deg, b_reached_deg FROM correction_groups "
+    "WHERE correction_id = ANY ($1) ORDER BY correction_id, position_index";
 constexpr char kSelectHoles[] =
     "SELECT correction_id, group_name, hole_name, start_x_mm, start_y_mm, start_z_mm, nominal_start_x_mm, "
     "nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um FROM correction_holes "
@@ -61,6 +67,8 @@ CorrectionRow ReadCorrection(const Rows& rows, int row) {
   correction.requested_by = rows.Text(row, 16);
   correction.software_version = rows.Text(row, 17);
   correction.recorded = {rows.Int(row, 18), rows.Time(row, 19)};
+  correction.axes = rows.Texts(row, 20);
+  correction.characterisation_ids = rows.Texts(row, 21);
   return correction;
 }
 
@@ -73,7 +81,7 @@ Params CorrectionParams(const CorrectionRow& correction, const Recorded& recorde
   AddOptional(params, correction.nc_program_sha256);
   params.Text(correction.release).Texts(correction.release_reasons).Real(correction.envelope_translation_mm);
   params.Real(correction.envelope_rotation_deg).Time(correction.valid_until).Text(correction.requested_by);
-  params.Text(correction.software_version).Int(recorded.sequence).Time(recorded.recorded_at);
+  params.Text(correction.software_version).Int(recorded.sequence).Time(recorded.recorded_at).Texts(correction.axes);
   return params;
 }
 
@@ -83,6 +91,7 @@ absl::Status InsertGroup(Transaction& transaction, const std::string& id, int po
   params.Text(id).Int(position).Text(group.group_name).Real(group.a_deg).Real(group.b_deg).Real(group.a_nominal_deg);
   params.Real(group.b_nominal_deg).Real(group.a_ideal_deg).Real(group.b_ideal_deg);
   params.Real(group.a_standard_uncertainty_deg).Real(group.b_standard_uncertainty_deg);
+  group.reached_deg ? params.Real((*group.reached_deg)[0]).Real((*group.reached_deg)[1]) : params.Null().Null();
   if (const auto stored = transaction.Execute(kInsertGroup, params); !stored.ok()) return stored.status();
   int hole_position = 0;
   for (const CorrectionHoleRow& hole : group.holes) {
@@ -118,6 +127,7 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<CorrectionRow>* 
     group.b_ideal_deg = groups->Real(row, 7);
     group.a_standard_uncertainty_deg = groups->Real(row, 8);
     group.b_standard_uncertainty_deg = groups->Real(row, 9);
+    if (!groups->IsNull(row, 10)) group.reached_deg = {groups->Real(row, 10), groups->Real(row, 11)};
   }
   const absl::StatusOr<Rows> holes = transaction.Execute(kSelectHoles, Params().Texts(ids));
   if (!holes.ok()) return holes.status();

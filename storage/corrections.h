@@ -27,6 +27,7 @@ struct CorrectionGroupRow {
   double a_nominal_deg = 0, b_nominal_deg = 0;
   double a_ideal_deg = 0, b_ideal_deg = 0;
   double a_standard_uncertainty_deg = 0, b_standard_uncertainty_deg = 0;
+  std::optional<std::array<double, 2>> reached_deg;  // a, b; where axis tables were applied
   std::vector<CorrectionHoleRow> holes;
 };
 
@@ -49,7 +50,9 @@ struct CorrectionRow {
   Instant valid_until;
   std::string requested_by;
   std::string software_version;
-  Recorded recorded;  // set by InsertCorrection
+  Recorded recorded;                              // set by InsertCorrection
+  std::vector<std::string> axes{"A", "B"};        // the machine's letters of a and b
+  std::vector<std::string> characterisation_ids;  // read only: whose tables the registration's angles were taken with
   std::vector<CorrectionGroupRow> groups;
 };
 

@@ -27,12 +27,20 @@ constexpr char kInsertScan[] =
 constexpr char kInsertDatum[] =
     "INSERT INTO registration_datums (registration_id, position_index, datum_name, distance_um, "
     "standard_uncertainty_um, point_count) VALUES ($1, $2, $3, $4, $5, $6)";
+constexpr char kInsertAngle[] =
+    "INSERT INTO registration_angles (registration_id, position_index, axis, characterisation_id, commanded_deg, "
+    "reached_deg, standard_uncertainty_deg, half_reversal_deg, pose_per_rad) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)";
 constexpr char kSelectScans[] =
     "SELECT registration_id, scan_id, point_count, points_used, residual_median_um FROM registration_scans "
     "WHERE registration_id = ANY ($1) ORDER BY registration_id, position_index";
 constexpr char kSelectDatums[] =
     "SELECT registration_id, datum_name, distance_um, standard_uncertainty_um, point_count FROM registration_datums "
     "WHERE registration_id = ANY ($1) ORDER BY registration_id, position_index";
+constexpr char kSelectAngles[] =
+    "SELECT registration_id, axis, characterisation_id, commanded_deg, reached_deg, standard_uncertainty_deg, "
+    "half_reversal_deg, pose_per_rad FROM registration_angles WHERE registration_id = ANY ($1) "
+    "ORDER BY registration_id, position_index";
 
 Params RegistrationParams(const RegistrationRow& row, const Recorded& recorded) {
   Params params;
@@ -82,7 +90,7 @@ RegistrationRow ReadRegistration(const Rows& rows, int row) {
   return read;
 }
 
-// Scans and datums of all the rows at once: two statements for a page.
+// Scans, datums and angles of all the rows at once: three statements for a page.
 absl::Status ReadChildren(Transaction& transaction, std::vector<RegistrationRow>* registrations) {
   std::vector<std::string> ids;
   std::map<std::string, RegistrationRow*> by_id;
@@ -101,6 +109,12 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<RegistrationRow>
   for (int row = 0; row < datums->count(); ++row)
     by_id.at(datums->Text(row, 0))
         ->datums.push_back({datums->Text(row, 1), datums->Real(row, 2), datums->Real(row, 3), datums->Int(row, 4)});
+  const absl::StatusOr<Rows> angles = transaction.Execute(kSelectAngles, Params().Texts(ids));
+  if (!angles.ok()) return angles.status();
+  for (int row = 0; row < angles->count(); ++row)
+    by_id.at(angles->Text(row, 0))
+        ->angles.push_back({angles->Text(row, 1), angles->Text(row, 2), angles->Real(row, 3), angles->Real(row, 4),
+                            angles->Real(row, 5), angles->Real(row, 6), angles->Reals(row, 7)});
   return absl::OkStatus();
 }
 
@@ -135,6 +149,14 @@ absl::StatusOr<Recorded> InsertRegistration(Transaction& transaction, const Regi
     params.Text(registration.registration_id).Int(position++).Text(datum.datum_name).Real(datum.distance_um);
     params.Real(datum.standard_uncertainty_um).Int(datum.point_count);
     if (const auto inserted = transaction.Execute(kInsertDatum, params); !inserted.ok()) return inserted.status();
+  }
+  position = 0;
+  for (const RegistrationAngleRow& angle : registration.angles) {
+    Params params;
+    params.Text(registration.registration_id).Int(position++).Text(angle.axis).Text(angle.characterisation_id);
+    params.Real(angle.commanded_deg).Real(angle.reached_deg).Real(angle.standard_uncertainty_deg);
+    params.Real(angle.half_reversal_deg).Reals(angle.pose_per_rad);
+    if (const auto inserted = transaction.Execute(kInsertAngle, params); !inserted.ok()) return inserted.status();
   }
   return recorded;
 }

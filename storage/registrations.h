@@ -27,6 +27,17 @@ struct RegistrationDatumRow {
   std::int64_t point_count = 0;
 };
 
+// An angle of a rotary axis that scans were taken at, by an axis table.
+struct RegistrationAngleRow {
+  std::string axis;
+  std::string characterisation_id;
+  double commanded_deg = 0;
+  double reached_deg = 0;
+  double standard_uncertainty_deg = 0;
+  double half_reversal_deg = 0;
+  std::vector<double> pose_per_rad;  // 6; empty unless the outcome is CONVERGED
+};
+
 struct RegistrationRow {
   std::string registration_id;
   std::string blade_serial;
@@ -59,9 +70,10 @@ struct RegistrationRow {
   Recorded recorded;  // set by InsertRegistration
   std::vector<RegistrationScanRow> scans;
   std::vector<RegistrationDatumRow> datums;
+  std::vector<RegistrationAngleRow> angles;  // where axis tables were applied
 };
 
-// Journal entry, registration, scans and datums. Call it last before the commit (the journal's lock).
+// Journal entry, registration, scans, datums and angles. Call it last before the commit (the journal's lock).
 absl::StatusOr<Recorded> InsertRegistration(Transaction& transaction, const RegistrationRow& registration,
                                             const RecordEntry& entry);
 

@@ -40,6 +40,16 @@ struct Chain {
   }
 };
 
+// OUT_OF_RANGE where a table takes a command beyond the limits that the angle itself keeps.
+absl::Status CheckCommand(const char* axis, double command_rad, double minimum_rad, double maximum_rad) {
+  constexpr double kSlackRad = 1e-12;  // as Orient's
+  if (command_rad >= minimum_rad - kSlackRad && command_rad <= maximum_rad + kSlackRad) return absl::OkStatus();
+  char text[160];
+  std::snprintf(text, sizeof text, "%s_deg: %.6f by its axis table, want within %g..%g", axis, command_rad * 180 / kPi,
+                minimum_rad * 180 / kPi, maximum_rad * 180 / kPi);
+  return absl::OutOfRangeError(text);
+}
+
 absl::Status Named(const std::string& group, const absl::Status& status) {
   return absl::Status(status.code(), "group " + group + ": " + std::string(status.message()));
 }
@@ -59,7 +69,13 @@ absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, c
   CorrectedHoleGroup result;
   result.name = group.name;
   result.nominal = group.nominal;
-  result.corrected = {(*values)[0], (*values)[1]};
+  result.reached = {(*values)[0], (*values)[1]};
+  const RotaryPositioning& positioning = pose.positioning;
+  result.corrected = {positioning.a.CommandFor(result.reached.a_rad), positioning.b.CommandFor(result.reached.b_rad)};
+  for (const absl::Status& status :
+       {CheckCommand("a", result.corrected.a_rad, limits.a_minimum_rad, limits.a_maximum_rad),
+        CheckCommand("b", result.corrected.b_rad, limits.b_minimum_rad, limits.b_maximum_rad)})
+    if (!status.ok()) return Named(group.name, status);
   const auto ideal = Orient(nominal_axes, pose.zero_from_part.linear() * group.axis_in_part, group.nominal, limits);
   if (!ideal.ok()) return Named(group.name, ideal.status());
   result.ideal = *ideal;
@@ -74,22 +90,25 @@ absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, c
     const double step = angle ? 1e-6 : 1e-4;
     Parameters change = Parameters::Zero();
     change[k] = step;
-    const auto above = chain(change, result.corrected, unlimited);
-    const auto below = chain(-change, result.corrected, unlimited);
+    const auto above = chain(change, result.reached, unlimited);
+    const auto below = chain(-change, result.reached, unlimited);
     if (!above.ok()) return Named(group.name, above.status());
     if (!below.ok()) return Named(group.name, below.status());
     jacobian.col(k) = (*above - *below) / (2 * step);
   }
   Eigen::Matrix<double, kParameters, kParameters> covariance;
   covariance.setZero();
-  covariance.topLeftCorner<kNoise, kNoise>() = pose.noise.values;
+  covariance.topLeftCorner<kNoise, kNoise>() = pose.noise.values + PoseCovarianceOf(pose.angles);
   covariance.bottomRightCorner<kCalibration, kCalibration>() = pose.calibration_covariance;
 
   const auto variance = [&](int row) {
     return (jacobian.row(row) * covariance * jacobian.row(row).transpose()).value();
   };
-  result.a_standard_uncertainty_rad = std::sqrt(std::max(0.0, variance(0)));
-  result.b_standard_uncertainty_rad = std::sqrt(std::max(0.0, variance(1)));
+  const Eigen::Vector2d turn_rad(positioning.a.StandardUncertaintyAt(result.corrected.a_rad),
+                                 positioning.b.StandardUncertaintyAt(result.corrected.b_rad));
+  const Eigen::Vector2d turn_variance_rad2 = turn_rad.cwiseAbs2();
+  result.a_standard_uncertainty_rad = std::sqrt(std::max(0.0, variance(0) + turn_variance_rad2[0]));
+  result.b_standard_uncertainty_rad = std::sqrt(std::max(0.0, variance(1) + turn_variance_rad2[1]));
   const Eigen::Isometry3d nominal_machine_from_part =
       axes.MachineFromZero(group.nominal.a_rad, group.nominal.b_rad) * zero_from_part_nominal;
   for (std::size_t i = 0; i < group.holes.size(); ++i) {
@@ -99,24 +118,30 @@ absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, c
     hole.nominal_start_mm = nominal_machine_from_part * group.holes[i].start_in_part_mm;
     const Eigen::Matrix<double, 3, kParameters> rows = jacobian.middleRows<3>(2 + 3 * i);
     hole.covariance_mm2 = rows * covariance * rows.transpose();
+    if (positioning.Applies()) {
+      const Eigen::Matrix<double, 3, 2> turned = axes.AngleJacobian(
+          pose.zero_from_part * group.holes[i].start_in_part_mm, result.reached.a_rad, result.reached.b_rad);
+      hole.covariance_mm2 += turned * turn_variance_rad2.asDiagonal() * turned.transpose();
+    }
     hole.expanded_uncertainty_um = 1e3 * DistanceQuantile(hole.covariance_mm2, 0.95);
     result.holes.push_back(hole);
   }
   return result;
 }
 
-std::vector<std::string> BeyondEnvelope(const CorrectedHoleGroup& group, const SafetyEnvelope& envelope) {
+std::vector<std::string> BeyondEnvelope(const CorrectedHoleGroup& group, const SafetyEnvelope& envelope,
+                                        const std::array<std::string, 2>& axes) {
   std::vector<std::string> reasons;
   char line[256];
-  const auto angle = [&](const char* axis, double corrected, double nominal) {
+  const auto angle = [&](const std::string& axis, double corrected, double nominal) {
     const double change = std::abs(corrected - nominal);
     if (change <= envelope.rotation_rad) return;
-    std::snprintf(line, sizeof line, "group %s: %s corrected by %.4f deg, want at most %g", group.name.c_str(), axis,
-                  change * 180 / kPi, envelope.rotation_rad * 180 / kPi);
+    std::snprintf(line, sizeof line, "group %s: %s corrected by %.4f deg, want at most %g", group.name.c_str(),
+                  axis.c_str(), change * 180 / kPi, envelope.rotation_rad * 180 / kPi);
     reasons.emplace_back(line);
   };
-  angle("A", group.corrected.a_rad, group.nominal.a_rad);
-  angle("B", group.corrected.b_rad, group.nominal.b_rad);
+  angle(axes[0], group.corrected.a_rad, group.nominal.a_rad);
+  angle(axes[1], group.corrected.b_rad, group.nominal.b_rad);
   for (const CorrectedHole& hole : group.holes) {
     const double change = (hole.start_mm - hole.nominal_start_mm).norm();
     if (change <= envelope.translation_mm) continue;

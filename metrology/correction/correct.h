@@ -4,6 +4,7 @@
 #include <absl/status/statusor.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -33,17 +34,20 @@ struct CorrectedHole {
 };
 struct CorrectedHoleGroup {
   std::string name;
-  RotaryAngles corrected;  // on the identified axes
+  RotaryAngles corrected;  // commands, on the identified axes
+  RotaryAngles reached;    // by those commands: the same where no table is applied
   RotaryAngles nominal;
-  RotaryAngles ideal;  // on the machine's nominal axes: the paper's closed form
-  double a_standard_uncertainty_rad = 0;
+  RotaryAngles ideal;                     // on the machine's nominal axes: the paper's closed form
+  double a_standard_uncertainty_rad = 0;  // of what is reached, beside what should be
   double b_standard_uncertainty_rad = 0;
   std::vector<CorrectedHole> holes;
 };
 
 // First-order propagation of the whole chain start(pose, axes, a(pose, axes), b(pose, axes)): an axis parameter moves the
 // pose (through the sensitivity) and turns the point again, so both are added before squaring. Both starts are on the
-// identified axes: their difference shows the blade, not the machine. Statuses as Orient's, naming the group.
+// identified axes: their difference shows the blade, not the machine. Where the pose was registered with tables, the angles
+// are commanded so that by the same tables the true ones are reached; what the tables leave uncertain of the scans' angles
+// and of these is added as independent of each other. Statuses as Orient's, naming the group.
 absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, const RegisteredPose& pose,
                                                 const Eigen::Isometry3d& zero_from_part_nominal, const RotaryAxes& axes,
                                                 const RotaryAxes& nominal_axes, const RotaryLimits& limits);
@@ -53,7 +57,8 @@ struct SafetyEnvelope {
   double translation_mm = 2;
   double rotation_rad = 3 * 3.14159265358979323846 / 180;
 };
-// What lies beyond it, one line each; empty: nothing does.
-std::vector<std::string> BeyondEnvelope(const CorrectedHoleGroup& group, const SafetyEnvelope& envelope);
+// What lies beyond it, one line each; empty: nothing does. axes: the machine's letters of a and b.
+std::vector<std::string> BeyondEnvelope(const CorrectedHoleGroup& group, const SafetyEnvelope& envelope,
+                                        const std::array<std::string, 2>& axes = {"A", "B"});
 
 }  // namespace sixpoint::metrology

@@ -104,19 +104,12 @@ std::string Formatted(double value, int decimals, bool plus) {
   return text;
 }
 
-double ValueOf(const NcTarget& target, char letter) {
-  switch (letter) {
-    case 'X':
-      return target.x_mm;
-    case 'Y':
-      return target.y_mm;
-    case 'Z':
-      return target.z_mm;
-    case 'A':
-      return target.a_deg;
-    default:
-      return target.b_deg;
-  }
+// What the words of one target become, by their letters.
+using Values = std::map<char, double>;
+
+Values ValuesOf(const NcTarget& target, const RotaryLetters& rotary) {
+  return {
+      {'X', target.x_mm}, {'Y', target.y_mm}, {'Z', target.z_mm}, {rotary[0], target.a_deg}, {rotary[1], target.b_deg}};
 }
 
 // Modal states that change what a coordinate means.
@@ -134,13 +127,14 @@ struct Modes {
   }
 };
 
-absl::StatusOr<std::string> ReplacedLine(std::string_view line, const std::vector<Word>& words, const NcTarget& target,
+absl::StatusOr<std::string> ReplacedLine(std::string_view line, const std::vector<Word>& words, const Values& values,
                                          int line_number) {
   std::string result;
   std::string seen;
   std::size_t copied = 0;
   for (const Word& word : words) {
-    if (std::string_view("XYZAB").find(word.letter) == std::string_view::npos) continue;
+    const auto wanted = values.find(word.letter);
+    if (wanted == values.end()) continue;
     if (seen.find(word.letter) != std::string::npos)
       return RefuseLine(line_number, line, std::string("the word ") + word.letter + " once in a marked block");
     seen += word.letter;
@@ -151,10 +145,15 @@ absl::StatusOr<std::string> ReplacedLine(std::string_view line, const std::vecto
                         "a plain number such as -12.3456 in a marked block");
     }
     result.append(line.substr(copied, word.begin - copied));
-    result += Formatted(ValueOf(target, word.letter), *decimals, value.front() == '+');
+    result += Formatted(wanted->second, *decimals, value.front() == '+');
     copied = word.end;
   }
-  if (seen.empty()) return RefuseLine(line_number, line, "at least one of the words X Y Z A B in a marked block");
+  if (seen.empty()) {
+    std::string letters;
+    for (const char letter : std::string("XYZABC"))
+      if (values.count(letter) > 0) letters += std::string(1, letter) + " ";
+    return RefuseLine(line_number, line, "at least one of the words " + letters + "in a marked block");
+  }
   result.append(line.substr(copied));
   return result;
 }
@@ -162,10 +161,11 @@ absl::StatusOr<std::string> ReplacedLine(std::string_view line, const std::vecto
 }  // namespace
 
 absl::StatusOr<std::string> ReplaceCoordinates(const std::string& nc_template,
-                                               const std::map<std::string, NcTarget>& targets) {
+                                               const std::map<std::string, NcTarget>& targets,
+                                               const RotaryLetters& rotary) {
   for (const auto& [name, target] : targets)
-    for (const char letter : std::string_view("XYZAB"))
-      if (!(std::abs(ValueOf(target, letter)) < 1e6))
+    for (const auto& [letter, value] : ValuesOf(target, rotary))
+      if (!(std::abs(value) < 1e6))
         return absl::InvalidArgumentError("target " + name + ": " + letter + ", want a finite coordinate below 1e6");
 
   std::string program;
@@ -189,7 +189,7 @@ absl::StatusOr<std::string> ReplaceCoordinates(const std::string& nc_template,
     if (pending && !block.words.empty()) {
       if (modes.increments) return RefuseLine(line_number, line, "absolute coordinates (G90) in a marked block");
       if (modes.inches) return RefuseLine(line_number, line, "millimetres (G21 or G71) in a marked block");
-      auto replaced = ReplacedLine(line, block.words, targets.at(pending->first), line_number);
+      auto replaced = ReplacedLine(line, block.words, ValuesOf(targets.at(pending->first), rotary), line_number);
       if (!replaced.ok()) return replaced.status();
       program += *replaced;
       pending.reset();

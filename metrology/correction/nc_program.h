@@ -3,21 +3,25 @@
 
 #include <absl/status/statusor.h>
 
+#include <array>
 #include <map>
 #include <string>
 
 namespace sixpoint::metrology {
 
-// What the words of a marked block become.
+// What the words of a marked block become; a_deg and b_deg are those of the machine's two rotary axes.
 struct NcTarget {
   double x_mm = 0, y_mm = 0, z_mm = 0;
   double a_deg = 0, b_deg = 0;
 };
+// The letters of their words: of the axis on the bed, and of the one that it carries.
+using RotaryLetters = std::array<char, 2>;
 
 // Targets are keyed "group/hole". INVALID_ARGUMENT, naming the line, for an unknown target, a marker without a block, a
 // marked block without coordinate words or with one that is twice there or not a plain number, or one that the template
 // reads as increments (G91) or inches (G20, G70). Decimals stay as in the template, at least four.
 absl::StatusOr<std::string> ReplaceCoordinates(const std::string& nc_template,
-                                               const std::map<std::string, NcTarget>& targets);
+                                               const std::map<std::string, NcTarget>& targets,
+                                               const RotaryLetters& rotary = {'A', 'B'});
 
 }  // namespace sixpoint::metrology

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <vector>
 
 #include "metrology/frames/pose.h"
+#include "metrology/kinematics/axis_positioning.h"
 
 namespace sixpoint::metrology {
 
@@ -19,6 +21,9 @@ struct RegisteredPose {
   CalibrationSensitivity calibration_sensitivity = CalibrationSensitivity::Zero();
   Eigen::Vector3d sensitivity_reference_mm = Eigen::Vector3d::Zero();
   Matrix14d calibration_covariance = Matrix14d::Zero();
+  // The tables that its scans' angles were taken with, and those angles; about noise.reference_mm.
+  RotaryPositioning positioning;
+  std::vector<AngleInfluence> angles;
 };
 
 }  // namespace sixpoint::metrology

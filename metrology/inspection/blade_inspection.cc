@@ -80,9 +80,12 @@ absl::Status BladeInspection::Add(const LineScan& scan) {
     return absl::ResourceExhaustedError("scans: " + std::to_string(seen_count_) + " points, want at most " +
                                         std::to_string(options_.greatest_point_count));
   }
-  scans_.push_back({scan.v0_mm, scan.a_rad, scan.b_rad});
+  const RotaryPositioning& positioning = pose_.positioning;
+  scans_.push_back(
+      {scan.v0_mm, positioning.a.Reached(scan.a_rad), positioning.b.Reached(scan.b_rad), scan.a_rad, scan.b_rad});
+  const ScanPlace& place = scans_.back();
   const Eigen::Isometry3d part_from_machine = pose_.zero_from_part.inverse(Eigen::Isometry) *
-                                              axes_.MachineFromZero(scan.a_rad, scan.b_rad).inverse(Eigen::Isometry);
+                                              axes_.MachineFromZero(place.a_rad, place.b_rad).inverse(Eigen::Isometry);
   const std::size_t size = scan.points_mm.size();
   std::vector<Chunk> chunks((size + kChunk - 1) / kChunk);
   std::atomic<bool> stopped{false};
@@ -121,6 +124,23 @@ Eigen::Matrix<double, 3, 20> BladeInspection::Sensitivity(const PinPoint& point)
   return part_from_zero * sensitivity;
 }
 
+Eigen::Matrix3Xd BladeInspection::AngleSensitivity(const PinPoint& point) const {
+  const ScanPlace& scan = scans_[point.scan];
+  const Eigen::Vector3d in_zero = pose_.zero_from_part * point.in_part_mm;
+  const Eigen::Matrix3d zero_from_machine = axes_.MachineFromZero(scan.a_rad, scan.b_rad).linear().transpose();
+  const Eigen::Matrix<double, 3, 2> turned = -zero_from_machine * axes_.AngleJacobian(in_zero, scan.a_rad, scan.b_rad);
+  Eigen::Matrix3Xd sensitivity(3, static_cast<Eigen::Index>(pose_.angles.size()));
+  for (std::size_t k = 0; k < pose_.angles.size(); ++k) {
+    const AngleInfluence& angle = pose_.angles[k];
+    const bool on_a = angle.axis == AngleInfluence::Axis::kA;
+    Eigen::Vector3d moved = -PointJacobian(in_zero, pose_.noise.reference_mm) * angle.pose_per_rad;
+    const double command_rad = on_a ? scan.commanded_a_rad : scan.commanded_b_rad;
+    if (std::abs(angle.commanded_rad - command_rad) < kSameCommandRad) moved += turned.col(on_a ? 0 : 1);
+    sensitivity.col(static_cast<Eigen::Index>(k)) = moved;
+  }
+  return pose_.zero_from_part.linear().transpose() * sensitivity;
+}
+
 HoleFinding BladeInspection::Judged(std::size_t hole) const {
   const InspectedHole& wanted = holes_[hole];
   const std::vector<PinPoint>& points = pin_points_[hole];
@@ -142,7 +162,14 @@ HoleFinding BladeInspection::Judged(std::size_t hole) const {
   Eigen::Matrix<double, 20, 20> inputs = Eigen::Matrix<double, 20, 20>::Zero();
   inputs.topLeftCorner<6, 6>() = pose_.noise.values;
   inputs.bottomRightCorner<14, 14>() = pose_.calibration_covariance;
-  finding.error = HoleErrorOf(wanted.pin, fit, fit.noise_covariance + sensitivity * inputs * sensitivity.transpose());
+  Eigen::Matrix<double, 5, 5> covariance = fit.noise_covariance + sensitivity * inputs * sensitivity.transpose();
+  if (!pose_.angles.empty()) {
+    Eigen::Matrix<double, 5, Eigen::Dynamic> angles =
+        Eigen::Matrix<double, 5, Eigen::Dynamic>::Zero(5, static_cast<Eigen::Index>(pose_.angles.size()));
+    for (std::size_t i = 0; i < fit.used.size(); ++i) angles += fit.gain[i] * AngleSensitivity(points[fit.used[i]]);
+    covariance += angles * ErrorCovariance(pose_.angles) * angles.transpose();
+  }
+  finding.error = HoleErrorOf(wanted.pin, fit, covariance);
   finding.position_expanded_uncertainty_mm = 2 * finding.error.position_standard_uncertainty_mm;
   finding.inclination_expanded_uncertainty_rad = 2 * finding.error.inclination_standard_uncertainty_rad;
   finding.position_verdict =

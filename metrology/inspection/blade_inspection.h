@@ -69,7 +69,8 @@ struct InspectionOptions {
 // Not thread-safe; computes on its own threads. The same scans in the same order give the same bits on any number.
 class BladeInspection {
  public:
-  // sensor and axes: those that the pose was registered with (their covariances are in pose.calibration_covariance).
+  // sensor and axes: those that the pose was registered with (their covariances are in pose.calibration_covariance); the
+  // scans' angles are taken by its tables.
   BladeInspection(std::shared_ptr<const Surface> surface, std::vector<InspectedHole> holes, RegisteredPose pose,
                   SensorPose sensor, RotaryAxes axes, InspectionOptions options);
   // RESOURCE_EXHAUSTED beyond greatest_point_count.
@@ -80,7 +81,8 @@ class BladeInspection {
  private:
   struct ScanPlace {
     Eigen::Vector3d v0_mm;
-    double a_rad, b_rad;
+    double a_rad, b_rad;  // as reached
+    double commanded_a_rad, commanded_b_rad;
   };
   struct PinPoint {
     Eigen::Vector3d in_part_mm, in_sensor_mm;
@@ -93,6 +95,8 @@ class BladeInspection {
   HoleFinding Judged(std::size_t hole) const;
   // 3 x 20: change of a point's place in the part per (pose noise (6), calibration parameters (14)).
   Eigen::Matrix<double, 3, 20> Sensitivity(const PinPoint& point) const;
+  // The same per radian that each of the pose's angles is taken greater; where the point was scanned at it, directly too.
+  Eigen::Matrix3Xd AngleSensitivity(const PinPoint& point) const;
   DeviationSummary Summary() const;
 
   std::shared_ptr<const Surface> surface_;

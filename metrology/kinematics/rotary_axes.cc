@@ -25,6 +25,14 @@ Eigen::Matrix<double, 3, 8> RotaryAxes::ParameterJacobian(const Eigen::Vector3d&
   return jacobian;
 }
 
+Eigen::Matrix<double, 3, 2> RotaryAxes::AngleJacobian(const Eigen::Vector3d& point_in_zero_mm, double a_rad,
+                                                      double b_rad) const {
+  const double positions[] = {a_rad, b_rad};
+  Eigen::Matrix<double, 3, 2> jacobian;
+  CarryPositionJacobian(MotionsOf(*this).data(), positions, 2, point_in_zero_mm, jacobian);
+  return jacobian;
+}
+
 absl::StatusOr<RotaryAxes> RotaryAxes::Of(const JointChain& chain) {
   const std::vector<int> rotary = chain.PartSideRotary();
   if (rotary.size() != 2)

@@ -24,6 +24,9 @@ struct RotaryAxes {
   Eigen::Matrix<double, 3, 8> ParameterJacobian(const Eigen::Vector3d& point_in_zero_mm, double a_rad,
                                                 double b_rad) const;
 
+  // 3 x 2: the same per radian of a and of b.
+  Eigen::Matrix<double, 3, 2> AngleJacobian(const Eigen::Vector3d& point_in_zero_mm, double a_rad, double b_rad) const;
+
   // The two rotary joints of the part's side, where there are just two; its linear joints at 0. FAILED_PRECONDITION else.
   static absl::StatusOr<RotaryAxes> Of(const JointChain& chain);
 

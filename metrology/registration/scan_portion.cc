@@ -29,8 +29,10 @@ Eigen::Affine3d SensorMapping(const Eigen::Isometry3d& zero_from_machine, const 
 ScanPortion Thin(const LineScan& scan, const MachineCalibration& calibration, const Thinning& thinning) {
   ScanPortion portion;
   portion.id = scan.id;
-  portion.a_rad = scan.a_rad;
-  portion.b_rad = scan.b_rad;
+  portion.commanded_a_rad = scan.a_rad;
+  portion.commanded_b_rad = scan.b_rad;
+  portion.a_rad = calibration.positioning.a.Reached(scan.a_rad);
+  portion.b_rad = calibration.positioning.b.Reached(scan.b_rad);
   const auto count = static_cast<std::int64_t>(scan.points_mm.size());
   const std::int64_t target = std::max<std::int64_t>(1, thinning.target_count);
   std::int64_t stride = (count + target - 1) / target;
@@ -38,7 +40,7 @@ ScanPortion Thin(const LineScan& scan, const MachineCalibration& calibration, co
   if (stride > 1)
     while (stride % 2 == 0 || stride % 5 == 0) ++stride;
   const Eigen::Isometry3d zero_from_machine =
-      calibration.axes.MachineFromZero(scan.a_rad, scan.b_rad).inverse(Eigen::Isometry);
+      calibration.axes.MachineFromZero(portion.a_rad, portion.b_rad).inverse(Eigen::Isometry);
   const double radius_squared = thinning.dense_radius_mm * thinning.dense_radius_mm;
   portion.zero_from_sensor = SensorMapping(zero_from_machine, calibration.sensor, scan.v0_mm);
   portion.sensor.reserve(static_cast<std::size_t>(stride > 0 ? count / stride + 1 : 0));

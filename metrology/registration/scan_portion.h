@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "metrology/kinematics/axis_positioning.h"
 #include "metrology/kinematics/rotary_axes.h"
 #include "metrology/registration/compact_points.h"
 #include "metrology/scanner/line_scanner.h"
@@ -15,6 +16,7 @@ struct MachineCalibration {
   SensorPose sensor;
   RotaryAxes axes;
   Matrix8d axes_covariance = Matrix8d::Zero();  // order of RotaryAxes::ParameterJacobian
+  RotaryPositioning positioning = {};           // its tables are applied to the angles of scans
 };
 
 // Sensor rotation vector (rad), T_sm (mm), then the axes' eight.
@@ -26,8 +28,10 @@ CalibrationCovariance CovarianceOf(const MachineCalibration& calibration);
 
 struct ScanPortion {
   std::string id;
-  double a_rad = 0;
+  double a_rad = 0;  // as reached: the command itself where no table is applied
   double b_rad = 0;
+  double commanded_a_rad = 0;
+  double commanded_b_rad = 0;
   std::int64_t scan_point_count = 0;    // before thinning; points that are not finite are left out
   std::int64_t out_of_reach_count = 0;  // metres from the others: not kept
   Eigen::Affine3d zero_from_sensor = Eigen::Affine3d::Identity();  // the calibrated mapping; sheared (CONF 12)

@@ -1,5 +1,8 @@
 #include "services/clients/calibrations.h"
 
+#include <utility>
+#include <vector>
+
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
@@ -8,6 +11,8 @@ namespace sixpoint::clients {
 namespace {
 
 using calibration::v1::Calibration;
+
+constexpr double kRadPerDeg = 3.14159265358979323846 / 180;
 
 absl::Status Damaged(const Calibration& calibration, const std::string& what) {
   return absl::DataLossError(calibration.name() + ": " + what);
@@ -64,6 +69,34 @@ absl::StatusOr<FetchedRotationCalibration> RotationOf(const Calibration& calibra
   const auto covariance = CovarianceOf<8>(calibration, in.covariance());
   if (!covariance.ok()) return covariance.status();
   out.covariance = *covariance;
+  // Calibrations from before letters were kept are of A and B.
+  if (in.axes_size() != 0 && in.axes_size() != 2)
+    return Damaged(calibration, std::to_string(in.axes_size()) + " axes, want 2");
+  out.letters = {in.axes_size() == 2 ? in.axes(0) : "A", in.axes_size() == 2 ? in.axes(1) : "B"};
+  out.inputs = {calibration.inputs().begin(), calibration.inputs().end()};
+  return out;
+}
+
+std::vector<double> Radians(const google::protobuf::RepeatedField<double>& values_deg) {
+  std::vector<double> values_rad;
+  for (const double value : values_deg) values_rad.push_back(value * kRadPerDeg);
+  return values_rad;
+}
+
+absl::StatusOr<FetchedAxis> AxisOf(const Calibration& calibration) {
+  if (!calibration.has_axis()) return runtime::Refuse("calibration", calibration.name(), "a calibration of kind AXIS");
+  const calibration::v1::AxisCharacterisation& in = calibration.axis();
+  FetchedAxis out;
+  out.name = calibration.name();
+  out.axis = in.axis();
+  out.valid_until = Until(calibration);
+  metrology::AngleTable table{Radians(in.table().forward_error_deg()), Radians(in.table().backward_error_deg())};
+  if (absl::Status s = table.Check(); !s.ok()) return Damaged(calibration, std::string(s.message()));
+  out.positioning.table = std::move(table);
+  const double uncertainty_deg = in.compensated_standard_uncertainty().value_deg();
+  if (!(uncertainty_deg >= 0 && uncertainty_deg < 10))
+    return Damaged(calibration, "compensated_standard_uncertainty: " + std::to_string(uncertainty_deg) + " deg");
+  out.positioning.standard_uncertainty_rad = uncertainty_deg * kRadPerDeg;
   return out;
 }
 
@@ -112,6 +145,31 @@ absl::StatusOr<FetchedRotationCalibration> CalibrationClient::Rotation(
   if (const grpc::Status s = stub_->GetCalibration(context.get(), request, &found); !s.ok())
     return runtime::FromGrpc(s);
   return RotationOf(found);
+}
+
+absl::StatusOr<std::optional<FetchedAxis>> CalibrationClient::AxisInForce(
+    const std::string& machine, const std::string& axis, std::unique_ptr<grpc::ClientContext> context) const {
+  calibration::v1::GetCalibrationInForceRequest request;
+  request.set_machine(machine);
+  request.set_kind(calibration::v1::CALIBRATION_KIND_AXIS);
+  request.set_axis(axis);
+  Calibration found;
+  if (const grpc::Status s = stub_->GetCalibrationInForce(context.get(), request, &found); !s.ok()) {
+    const absl::Status status = runtime::FromGrpc(s);
+    if (runtime::ReasonOf(status) == "CALIBRATION_MISSING") return std::nullopt;
+    return status;
+  }
+  return AxisOf(found);
+}
+
+absl::StatusOr<FetchedAxis> CalibrationClient::Axis(const std::string& name,
+                                                    std::unique_ptr<grpc::ClientContext> context) const {
+  calibration::v1::GetCalibrationRequest request;
+  request.set_name(name);
+  Calibration found;
+  if (const grpc::Status s = stub_->GetCalibration(context.get(), request, &found); !s.ok())
+    return runtime::FromGrpc(s);
+  return AxisOf(found);
 }
 
 absl::Status CalibrationClient::NotInForce(const std::string& field, const std::string& used,

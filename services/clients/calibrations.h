@@ -3,10 +3,14 @@
 
 #include <absl/status/statusor.h>
 
+#include <array>
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "metrology/kinematics/axis_positioning.h"
 #include "metrology/kinematics/rotary_axes.h"
 #include "metrology/scanner/line_scanner.h"
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
@@ -22,7 +26,16 @@ struct FetchedRotationCalibration {
   std::string name;
   std::chrono::system_clock::time_point valid_until;
   metrology::RotaryAxes axes;
-  metrology::Matrix8d covariance;  // order of RotaryAxes::ParameterJacobian
+  metrology::Matrix8d covariance;      // order of RotaryAxes::ParameterJacobian
+  std::array<std::string, 2> letters;  // the machine's, of axes.a and axes.b
+  std::vector<std::string> inputs;     // resource names
+};
+// How one axis positions.
+struct FetchedAxis {
+  std::string name;  // characterisations/{uuid}
+  std::string axis;  // the machine's letter
+  std::chrono::system_clock::time_point valid_until;
+  metrology::AxisPositioning positioning;
 };
 
 // Thread-safe. FAILED_PRECONDITION (reason CALIBRATION_MISSING or CALIBRATION_EXPIRED) where none is in force.
@@ -33,11 +46,15 @@ class CalibrationClient {
                                                          std::unique_ptr<grpc::ClientContext> context) const;
   absl::StatusOr<FetchedRotationCalibration> RotationInForce(const std::string& machine,
                                                              std::unique_ptr<grpc::ClientContext> context) const;
+  // Nothing for an axis that nobody has characterised.
+  absl::StatusOr<std::optional<FetchedAxis>> AxisInForce(const std::string& machine, const std::string& axis,
+                                                         std::unique_ptr<grpc::ClientContext> context) const;
   // A calibration by name, whether in force or not.
   absl::StatusOr<FetchedSensorCalibration> Sensor(const std::string& name,
                                                   std::unique_ptr<grpc::ClientContext> context) const;
   absl::StatusOr<FetchedRotationCalibration> Rotation(const std::string& name,
                                                       std::unique_ptr<grpc::ClientContext> context) const;
+  absl::StatusOr<FetchedAxis> Axis(const std::string& name, std::unique_ptr<grpc::ClientContext> context) const;
   // FAILED_PRECONDITION that says why `used` is not what is in force now, with its reason: CALIBRATION_WITHDRAWN, or
   // CALIBRATION_EXPIRED (superseded by another one, over, or never released). field: where `used` was named.
   absl::Status NotInForce(const std::string& field, const std::string& used, const std::string& in_force,

@@ -23,9 +23,26 @@ struct Inputs {
   registration::v1::Registration registration;
   clients::FetchedSensorCalibration sensor;
   clients::FetchedRotationCalibration rotation;
+  std::vector<clients::FetchedAxis> tables;  // that the registration applied
   plant::v1::Machine machine;
   plant::v1::Part part;
 };
+
+// The tables that the registration applied, each still in force: the same that the angles are commanded by.
+absl::StatusOr<std::vector<clients::FetchedAxis>> TablesInForce(const Peers& peers,
+                                                                const registration::v1::Registration& registration,
+                                                                const ContextFactory& context) {
+  auto tables = clients::TablesOf(registration, peers.calibrations, context);
+  if (!tables.ok()) return tables.status();
+  for (const clients::FetchedAxis& table : *tables) {
+    const auto in_force = peers.calibrations.AxisInForce(registration.machine(), table.axis, context());
+    if (!in_force.ok()) return in_force.status();
+    const std::string name = in_force->has_value() ? (*in_force)->name : "none in force";
+    if (name != table.name)
+      return peers.calibrations.NotInForce("registration.angles." + table.axis, table.name, name, context());
+  }
+  return tables;
+}
 
 absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const std::string& name, const ContextFactory& context) {
   Inputs inputs;
@@ -46,6 +63,9 @@ absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const std::string& name, 
   if (rotation->name != registration.rotation_calibration())
     return peers.calibrations.NotInForce("registration.rotation_calibration", registration.rotation_calibration(),
                                          rotation->name, context());
+  auto tables = TablesInForce(peers, registration, context);
+  if (!tables.ok()) return tables.status();
+  inputs.tables = *std::move(tables);
   inputs.sensor = *std::move(sensor);
   inputs.rotation = *std::move(rotation);
 
@@ -112,7 +132,7 @@ absl::Status PoseFailure(const absl::Status& status) {
                           std::string(status.message()));
 }
 
-storage::CorrectionGroupRow RowOf(const metrology::CorrectedHoleGroup& group) {
+storage::CorrectionGroupRow RowOf(const metrology::CorrectedHoleGroup& group, bool tables_applied) {
   storage::CorrectionGroupRow row;
   row.group_name = group.name;
   row.a_deg = group.corrected.a_rad / kRad;
@@ -123,6 +143,7 @@ storage::CorrectionGroupRow RowOf(const metrology::CorrectedHoleGroup& group) {
   row.b_ideal_deg = group.ideal.b_rad / kRad;
   row.a_standard_uncertainty_deg = group.a_standard_uncertainty_rad / kRad;
   row.b_standard_uncertainty_deg = group.b_standard_uncertainty_rad / kRad;
+  if (tables_applied) row.reached_deg = {group.reached.a_rad / kRad, group.reached.b_rad / kRad};
   for (const metrology::CorrectedHole& hole : group.holes) {
     storage::CorrectionHoleRow& hole_row = row.holes.emplace_back();
     hole_row.hole_name = hole.name;
@@ -146,7 +167,8 @@ absl::Status TemplateRefusal(const absl::Status& status) {
 }
 
 absl::StatusOr<std::string> ProgramOf(const std::string& nc_template,
-                                      const std::vector<metrology::CorrectedHoleGroup>& groups) {
+                                      const std::vector<metrology::CorrectedHoleGroup>& groups,
+                                      const std::array<std::string, 2>& axes) {
   std::map<std::string, metrology::NcTarget> targets;
   for (const metrology::CorrectedHoleGroup& group : groups) {
     for (const metrology::CorrectedHole& hole : group.holes) {
@@ -154,7 +176,8 @@ absl::StatusOr<std::string> ProgramOf(const std::string& nc_template,
                                                group.corrected.a_rad / kRad, group.corrected.b_rad / kRad};
     }
   }
-  absl::StatusOr<std::string> program = metrology::ReplaceCoordinates(nc_template, targets);
+  absl::StatusOr<std::string> program =
+      metrology::ReplaceCoordinates(nc_template, targets, {axes[0].front(), axes[1].front()});
   if (!program.ok()) return TemplateRefusal(program.status());
   return program;
 }
@@ -184,6 +207,7 @@ storage::RecordEntry EntryOf(const storage::CorrectionRow& row, const Inputs& in
   entry.inputs = {
       inputs.registration.name(), inputs.registration.machine() + "@" + std::to_string(row.machine_revision),
       inputs.registration.part() + "@" + std::to_string(row.part_revision), inputs.sensor.name, inputs.rotation.name};
+  for (const clients::FetchedAxis& table : inputs.tables) entry.inputs.push_back(table.name);
   entry.blade = row.blade_serial;
   entry.machine = row.machine_id;
   entry.method = registration::v1::Method_Name(inputs.registration.method());
@@ -210,6 +234,11 @@ absl::StatusOr<storage::CorrectionRow> RowFor(const v1::CorrectRequest& request,
   row.machine_revision = registration.machine_revision();
   row.part_revision = registration.part_revision();
   row.valid_until = std::min(inputs.sensor.valid_until, inputs.rotation.valid_until);
+  for (const clients::FetchedAxis& table : inputs.tables) {
+    row.valid_until = std::min(row.valid_until, table.valid_until);
+    row.characterisation_ids.push_back(table.name.substr(table.name.find('/') + 1));
+  }
+  row.axes = {inputs.rotation.letters.begin(), inputs.rotation.letters.end()};
   row.requested_by = request.requested_by();
   row.software_version = runtime::SoftwareVersion();
   return row;
@@ -221,10 +250,17 @@ absl::StatusOr<MadeCorrection> CorrectBlade(const Peers& peers, const v1::Correc
                                             const ContextFactory& context) {
   const absl::StatusOr<Inputs> inputs = FetchInputs(peers, request.registration(), context);
   if (!inputs.ok()) return inputs.status();
-  const auto pose = clients::RegisteredPoseOf(inputs->registration, inputs->sensor.sensor, inputs->rotation.covariance);
+  const auto pose =
+      clients::RegisteredPoseOf(inputs->registration, inputs->sensor.sensor, inputs->rotation, inputs->tables);
   if (!pose.ok()) return pose.status();
   const absl::StatusOr<MachineAxes> machine_axes = AxesOf(inputs->machine);
   if (!machine_axes.ok()) return machine_axes.status();
+  if (machine_axes->letters != inputs->rotation.letters)
+    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "KINEMATICS_UNSUPPORTED",
+                            inputs->rotation.name + ".axes: " + inputs->rotation.letters[0] + ", " +
+                                inputs->rotation.letters[1] + ", want " + machine_axes->letters[0] + ", " +
+                                machine_axes->letters[1] + " as " + inputs->machine.name() +
+                                " has them now; calibrate its rotary axes again");
   const auto nominal_pose = runtime::FromProto("part.zero_from_part_nominal", inputs->part.zero_from_part_nominal());
   if (!nominal_pose.ok()) return nominal_pose.status();
   const auto wanted = WantedGroups(request, inputs->part);
@@ -240,9 +276,9 @@ absl::StatusOr<MadeCorrection> CorrectBlade(const Peers& peers, const v1::Correc
     absl::StatusOr<metrology::CorrectedHoleGroup> corrected = metrology::CorrectGroup(
         group, *pose, *nominal_pose, inputs->rotation.axes, machine_axes->nominal, machine_axes->limits);
     if (!corrected.ok()) return PoseFailure(corrected.status());
-    for (std::string& reason : metrology::BeyondEnvelope(*corrected, envelope))
+    for (std::string& reason : metrology::BeyondEnvelope(*corrected, envelope, machine_axes->letters))
       row->release_reasons.push_back(std::move(reason));
-    row->groups.push_back(RowOf(*corrected));
+    row->groups.push_back(RowOf(*corrected, pose->positioning.Applies()));
     groups.push_back(*std::move(corrected));
   }
   row->release = row->release_reasons.empty() ? "AUTOMATIC" : "AWAITING_PERSON";
@@ -250,7 +286,7 @@ absl::StatusOr<MadeCorrection> CorrectBlade(const Peers& peers, const v1::Correc
   MadeCorrection made;
   if (!request.nc_template().empty()) {
     // A bad template is refused whether or not its program may be given now.
-    absl::StatusOr<std::string> program = ProgramOf(request.nc_template(), groups);
+    absl::StatusOr<std::string> program = ProgramOf(request.nc_template(), groups, machine_axes->letters);
     if (!program.ok()) return program.status();
     if (row->release_reasons.empty()) made.nc_program = *std::move(program);
   }

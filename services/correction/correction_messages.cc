@@ -40,6 +40,10 @@ v1::Correction ToProto(const storage::CorrectionRow& row, const std::string& nc_
     group.set_b_ideal_deg(group_row.b_ideal_deg);
     group.set_a_standard_uncertainty_deg(group_row.a_standard_uncertainty_deg);
     group.set_b_standard_uncertainty_deg(group_row.b_standard_uncertainty_deg);
+    if (group_row.reached_deg) {
+      group.set_a_reached_deg((*group_row.reached_deg)[0]);
+      group.set_b_reached_deg((*group_row.reached_deg)[1]);
+    }
     for (const storage::CorrectionHoleRow& hole_row : group_row.holes) {
       v1::CorrectedHole& hole = *group.add_holes();
       hole.set_hole(hole_row.hole_name);
@@ -56,6 +60,9 @@ v1::Correction ToProto(const storage::CorrectionRow& row, const std::string& nc_
   correction.set_software_version(row.software_version);
   SetTime(row.recorded.recorded_at, correction.mutable_recorded_at());
   correction.set_record_sequence(row.recorded.sequence);
+  for (const std::string& axis : row.axes) correction.add_axes(axis);
+  for (const std::string& id : row.characterisation_ids)
+    correction.add_axis_characterisations(runtime::NameOf("characterisations", id));
   return correction;
 }
 

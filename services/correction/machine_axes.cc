@@ -53,6 +53,7 @@ absl::StatusOr<MachineAxes> AxesOf(const plant::v1::Machine& machine) {
       return status;
   }
   axes.nominal = {*a, *b};
+  axes.letters = {rotary[0]->axis(), rotary[1]->axis()};
   axes.limits = {rotary[0]->minimum() * kRad, rotary[0]->maximum() * kRad, rotary[1]->minimum() * kRad,
                  rotary[1]->maximum() * kRad};
   return axes;

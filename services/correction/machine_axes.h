@@ -3,6 +3,9 @@
 
 #include <absl/status/statusor.h>
 
+#include <array>
+#include <string>
+
 #include "metrology/correction/correct.h"
 #include "metrology/correction/orientation.h"
 #include "metrology/kinematics/rotary_axes.h"
@@ -13,6 +16,7 @@ namespace sixpoint::correction {
 struct MachineAxes {
   metrology::RotaryAxes nominal;  // directions with their sense: a positive command turns positively about them
   metrology::RotaryLimits limits;
+  std::array<std::string, 2> letters;  // of the axis on the bed and of the one that it carries
 };
 
 // FAILED_PRECONDITION (KINEMATICS_UNSUPPORTED) unless the part's side of the chain has exactly two rotary joints, the

@@ -1,9 +1,43 @@
 #include "services/correction/registered_pose.h"
 
+#include <cmath>
+#include <set>
+#include <string>
+
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 
 namespace sixpoint::clients {
+namespace {
+
+constexpr double kRad = 3.14159265358979323846 / 180;
+
+absl::StatusOr<metrology::AngleInfluence::Axis> AxisOf(const std::string& field, const std::string& letter,
+                                                       const FetchedRotationCalibration& rotation) {
+  if (letter == rotation.letters[0]) return metrology::AngleInfluence::Axis::kA;
+  if (letter == rotation.letters[1]) return metrology::AngleInfluence::Axis::kB;
+  return runtime::Refuse(field, letter,
+                         rotation.letters[0] + " or " + rotation.letters[1] + ", as in " + rotation.name);
+}
+
+absl::StatusOr<metrology::AngleInfluence> AngleOf(const registration::v1::ScanAngle& in,
+                                                  metrology::AngleInfluence::Axis axis) {
+  if (in.pose_per_rad_size() != 6)
+    return runtime::Refuse("registration.angles.pose_per_rad", std::to_string(in.pose_per_rad_size()) + " values", "6");
+  metrology::AngleInfluence angle;
+  angle.axis = axis;
+  angle.commanded_rad = in.commanded_deg() * kRad;
+  angle.reached_rad = in.reached_deg() * kRad;
+  angle.standard_uncertainty_rad = in.standard_uncertainty_deg() * kRad;
+  angle.half_reversal_rad = in.half_reversal_deg() * kRad;
+  for (int i = 0; i < 6; ++i) angle.pose_per_rad(i) = in.pose_per_rad(i);
+  if (!angle.pose_per_rad.allFinite() || !std::isfinite(angle.standard_uncertainty_rad + angle.half_reversal_rad))
+    return runtime::Refuse("registration.angles", in.axis() + " " + std::to_string(in.commanded_deg()),
+                           "finite uncertainties and a finite influence");
+  return angle;
+}
+
+}  // namespace
 
 absl::Status CheckConverged(const registration::v1::Registration& registration) {
   if (registration.evidence().outcome() == registration::v1::OUTCOME_CONVERGED && registration.has_zero_from_part())
@@ -17,7 +51,8 @@ absl::Status CheckConverged(const registration::v1::Registration& registration) 
 
 absl::StatusOr<metrology::RegisteredPose> RegisteredPoseOf(const registration::v1::Registration& registration,
                                                            const metrology::SensorPose& sensor,
-                                                           const metrology::Matrix8d& axes_covariance) {
+                                                           const FetchedRotationCalibration& rotation,
+                                                           const std::vector<FetchedAxis>& tables) {
   metrology::RegisteredPose pose;
   const auto zero_from_part = runtime::FromProto("registration.zero_from_part", registration.zero_from_part());
   if (!zero_from_part.ok()) return zero_from_part.status();
@@ -37,8 +72,35 @@ absl::StatusOr<metrology::RegisteredPose> RegisteredPoseOf(const registration::v
   }
   pose.calibration_sensitivity = *sensitivity;
   pose.calibration_covariance.topLeftCorner<6, 6>() = sensor.covariance;
-  pose.calibration_covariance.bottomRightCorner<8, 8>() = axes_covariance;
+  pose.calibration_covariance.bottomRightCorner<8, 8>() = rotation.covariance;
+  for (const FetchedAxis& table : tables) {
+    const absl::StatusOr<metrology::AngleInfluence::Axis> axis = AxisOf(table.name, table.axis, rotation);
+    if (!axis.ok()) return axis.status();
+    (*axis == metrology::AngleInfluence::Axis::kA ? pose.positioning.a : pose.positioning.b) = table.positioning;
+  }
+  for (const registration::v1::ScanAngle& in : registration.angles()) {
+    const absl::StatusOr<metrology::AngleInfluence::Axis> axis =
+        AxisOf("registration.angles.axis", in.axis(), rotation);
+    if (!axis.ok()) return axis.status();
+    absl::StatusOr<metrology::AngleInfluence> angle = AngleOf(in, *axis);
+    if (!angle.ok()) return angle.status();
+    pose.angles.push_back(*std::move(angle));
+  }
   return pose;
+}
+
+absl::StatusOr<std::vector<FetchedAxis>> TablesOf(
+    const registration::v1::Registration& registration, const CalibrationClient& calibrations,
+    const std::function<std::unique_ptr<grpc::ClientContext>()>& context) {
+  std::set<std::string> names;
+  for (const registration::v1::ScanAngle& angle : registration.angles()) names.insert(angle.characterisation());
+  std::vector<FetchedAxis> tables;
+  for (const std::string& name : names) {
+    absl::StatusOr<FetchedAxis> table = calibrations.Axis(name, context());
+    if (!table.ok()) return table.status();
+    tables.push_back(*std::move(table));
+  }
+  return tables;
 }
 
 }  // namespace sixpoint::clients

@@ -3,9 +3,13 @@
 
 #include <absl/status/statusor.h>
 
+#include <functional>
+#include <memory>
+#include <vector>
+
 #include "metrology/correction/registered_pose.h"
-#include "metrology/kinematics/rotary_axes.h"
 #include "metrology/scanner/line_scanner.h"
+#include "services/clients/calibrations.h"
 #include "sixpoint/registration/v1/registration.pb.h"
 
 namespace sixpoint::clients {
@@ -13,9 +17,16 @@ namespace sixpoint::clients {
 // FAILED_PRECONDITION (REGISTRATION_NOT_CONVERGED), with the registration's evidence, unless its outcome is CONVERGED.
 absl::Status CheckConverged(const registration::v1::Registration& registration);
 
-// sensor and axes_covariance: of the calibrations that the registration names. Refuses what is missing or not finite.
+// sensor and rotation: the calibrations that the registration names; tables: those of its angles. Refuses what is missing or
+// not finite.
 absl::StatusOr<metrology::RegisteredPose> RegisteredPoseOf(const registration::v1::Registration& registration,
                                                            const metrology::SensorPose& sensor,
-                                                           const metrology::Matrix8d& axes_covariance);
+                                                           const FetchedRotationCalibration& rotation,
+                                                           const std::vector<FetchedAxis>& tables);
+
+// The characterisations whose tables the registration applied, each once.
+absl::StatusOr<std::vector<FetchedAxis>> TablesOf(const registration::v1::Registration& registration,
+                                                  const CalibrationClient& calibrations,
+                                                  const std::function<std::unique_ptr<grpc::ClientContext>()>& context);
 
 }  // namespace sixpoint::clients

@@ -78,16 +78,16 @@ absl::Status CheckMeasuredAt(const v1::ScanHeader& header) {
   return absl::OkStatus();
 }
 
-absl::Status CheckAxis(const std::string& field, double command_deg, const std::string& axis,
-                       const plant::v1::Machine& machine) {
-  for (const auto* side : {&machine.kinematics().part_side(), &machine.kinematics().tool_side()}) {
-    for (const plant::v1::Joint& joint : *side) {
-      if (joint.axis() != axis || joint.kind() != plant::v1::JOINT_KIND_ROTARY) continue;
-      return CheckNumber(field, command_deg, joint.minimum(), joint.maximum());
-    }
+// position: 0 for the rotary joint of the part's side that is on the bed, 1 for the one that it carries.
+absl::Status CheckAxis(const std::string& field, double command_deg, int position, const plant::v1::Machine& machine) {
+  int rotary_count = 0;
+  for (const plant::v1::Joint& joint : machine.kinematics().part_side()) {
+    if (joint.kind() != plant::v1::JOINT_KIND_ROTARY || rotary_count++ != position) continue;
+    return CheckNumber(field, command_deg, joint.minimum(), joint.maximum());
   }
   if (command_deg == 0) return absl::OkStatus();
-  return Refuse(field, command_deg, "0, for " + machine.name() + " has no axis " + axis);
+  return Refuse(field, command_deg,
+                "0: on " + machine.name() + " the part rides on " + std::to_string(rotary_count) + " rotary axes");
 }
 
 std::string BlockField(int index, const std::string& field) { return "block[" + std::to_string(index) + "]." + field; }
@@ -133,8 +133,8 @@ absl::Status CheckHeader(const v1::ScanHeader& header) {
 }
 
 absl::Status CheckAgainstMachine(const v1::ScanHeader& header, const plant::v1::Machine& machine) {
-  const absl::Status axes = First({CheckAxis("header.a_deg", header.a_deg(), "A", machine),
-                                   CheckAxis("header.b_deg", header.b_deg(), "B", machine)});
+  const absl::Status axes = First(
+      {CheckAxis("header.a_deg", header.a_deg(), 0, machine), CheckAxis("header.b_deg", header.b_deg(), 1, machine)});
   if (!axes.ok()) return axes;
   if (header.columns_per_profile() > machine.sensor().column_count()) {
     return Refuse(

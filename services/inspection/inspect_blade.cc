@@ -36,6 +36,7 @@ absl::StatusOr<registration::v1::Registration> Register(const Peers& peers, cons
   wanted.set_blade(request.blade());
   *wanted.mutable_scans() = request.scans();
   wanted.set_method(registration::v1::METHOD_SIX_POINT);
+  wanted.set_apply_axis_tables(request.apply_axis_tables());
   wanted.set_requested_by(request.requested_by());
   // Answers are kept by method and id: a retry of this inspection finds the registration that it made.
   wanted.set_request_id(request.request_id());
@@ -122,6 +123,8 @@ storage::RecordEntry EntryOf(const storage::InspectionRow& row, const registrati
   entry.inputs = {registration.name(), registration.machine() + "@" + std::to_string(row.machine_revision),
                   registration.part() + "@" + std::to_string(row.part_revision), registration.sensor_calibration(),
                   registration.rotation_calibration()};
+  for (const registration::v1::ScanAngle& angle : registration.angles())  // each name is kept once
+    entry.inputs.push_back(angle.characterisation());
   entry.inputs.insert(entry.inputs.end(), registration.scans().begin(), registration.scans().end());
   entry.blade = row.blade_serial;
   entry.machine = row.machine_id;
@@ -150,7 +153,9 @@ absl::StatusOr<MadeInspection> InspectBlade(const Peers& peers, const v1::Inspec
   if (!sensor.ok()) return sensor.status();
   const auto rotation = peers.calibrations.Rotation(registration->rotation_calibration(), caller.context());
   if (!rotation.ok()) return rotation.status();
-  const auto pose = clients::RegisteredPoseOf(*registration, sensor->sensor, rotation->covariance);
+  const auto tables = clients::TablesOf(*registration, peers.calibrations, caller.context);
+  if (!tables.ok()) return tables.status();
+  const auto pose = clients::RegisteredPoseOf(*registration, sensor->sensor, *rotation, *tables);
   if (!pose.ok()) return pose.status();
   const auto part = peers.plant.GetPart(registration->part(), registration->part_revision(), caller.context());
   if (!part.ok()) return part.status();

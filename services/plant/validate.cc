@@ -215,14 +215,6 @@ absl::StatusOr<storage::MachineRow> Validated(const v1::CreateMachineRequest& re
       row.joints.push_back(*std::move(joint));
     }
   }
-  // Holes are described by the A and B of their machining pose, so the part has to ride on both.
-  for (const char* axis : {"A", "B"}) {
-    bool carried = false;
-    for (const storage::JointRow& joint : row.joints)
-      carried = carried || (joint.axis == axis && joint.kind == "rotary" && joint.side == "part");
-    if (!carried)
-      return Refuse("machine.kinematics.part_side", "without " + std::string(axis), "rotary joints A and B");
-  }
   return row;
 }
 

@@ -1,11 +1,14 @@
 #include "services/registration/registrar.h"
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <future>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "metrology/registration/angle_influence.h"
 #include "metrology/registration/registration.h"
 #include "services/registration/registration_messages.h"
 #include "services/registration/validate.h"
@@ -68,6 +71,8 @@ absl::StatusOr<v1::Registration> Store(storage::Database* database, const v1::Re
                   Revised(runtime::NameOf("parts", row.part_id), row.part_revision), request.blade(),
                   runtime::NameOf("calibrations", row.sensor_calibration_id),
                   runtime::NameOf("calibrations", row.rotation_calibration_id)};
+  for (const storage::RegistrationAngleRow& angle : row.angles)  // each name is kept once
+    entry.inputs.push_back(runtime::NameOf("characterisations", angle.characterisation_id));
   entry.inputs.insert(entry.inputs.end(), request.scans().begin(), request.scans().end());
   entry.blade = row.blade_serial;
   entry.machine = row.machine_id;
@@ -96,6 +101,9 @@ struct Registrar::Inputs {
   std::vector<metrology::DatumPoint> datums;  // six-point only
   metrology::MachineCalibration calibration;
   std::string sensor_calibration, rotation_calibration;
+  std::array<std::string, 2> letters;            // the machine's, of a and b
+  std::array<std::string, 2> characterisations;  // whose tables are applied to a and b; empty: none
+  std::string remark;
   std::vector<metrology::ScanPortion> portions;
 };
 
@@ -162,10 +170,72 @@ absl::Status Registrar::FetchScans(const v1::RegisterRequest& request, const Cal
       inputs->calibration = {sensor->sensor, rotation->axes, rotation->covariance};
       inputs->sensor_calibration = sensor->name;
       inputs->rotation_calibration = rotation->name;
+      inputs->letters = rotation->letters;
+      if (request.apply_axis_tables())
+        if (absl::Status status = FetchAxisTables(machine, *rotation, caller, inputs); !status.ok()) return status;
     }
     fetched->scan.id = *runtime::IdOf("scan", "scans", request.scans(i));
     inputs->portions.push_back(metrology::Thin(fetched->scan, inputs->calibration, thinning));
   }
+  return absl::OkStatus();
+}
+
+absl::Status Registrar::FetchAxisTables(const std::string& machine, const clients::FetchedRotationCalibration& rotation,
+                                        const Caller& caller, Inputs* inputs) const {
+  metrology::RotaryPositioning& positioning = inputs->calibration.positioning;
+  std::string without;
+  for (std::size_t i = 0; i < rotation.letters.size(); ++i) {
+    auto axis = calibrations_.AxisInForce(machine, rotation.letters[i], caller.make_context());
+    if (!axis.ok()) return axis.status();
+    if (!axis->has_value()) continue;
+    (i == 0 ? positioning.a : positioning.b) = (*axis)->positioning;
+    inputs->characterisations[i] = (*axis)->name;
+    if (std::find(rotation.inputs.begin(), rotation.inputs.end(), (*axis)->name) == rotation.inputs.end())
+      without += (without.empty() ? "" : ", ") + rotation.letters[i];
+  }
+  if (!positioning.Applies())
+    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "AXIS_NOT_CHARACTERISED",
+                            "apply_axis_tables: " + machine + ", whose axes " + rotation.letters[0] + " and " +
+                                rotation.letters[1] +
+                                " have no characterisation in force, want one; run `calibrate axis` first");
+  if (!without.empty())
+    inputs->remark = "the rotary axes were calibrated without the table of " + without +
+                     " that is applied here; calibrate them with it";
+  return absl::OkStatus();
+}
+
+absl::StatusOr<metrology::PoseFit> Registrar::Fit(const v1::RegisterRequest& request, const Inputs& inputs,
+                                                  const std::vector<metrology::ScanPortion>& portions,
+                                                  const Caller& caller) const {
+  metrology::FitOptions options;
+  options.thread_count = threads_;
+  options.keep_going = caller.keep_going;
+  absl::StatusOr<metrology::PoseFit> fit =
+      metrology::FitToSurface(*inputs.surface, portions, inputs.zero_from_part_nominal, inputs.calibration, options);
+  if (fit.ok() && IsSixPoint(request.method())) {
+    const auto variant = request.method() == v1::METHOD_SIX_POINT_NORMALS ? metrology::SixPointVariant::kNormals
+                                                                          : metrology::SixPointVariant::kPairs;
+    fit = metrology::FitSixPoints(*inputs.surface, portions, inputs.datums, *fit, variant, inputs.calibration, options);
+  }
+  return fit;
+}
+
+// A pose that an angle's own uncertainty unseats is none: it is kept with its evidence, not refused.
+absl::Status Registrar::AddAngles(const v1::RegisterRequest& request, const Inputs& inputs, const Caller& caller,
+                                  metrology::PoseFit* fit, std::vector<metrology::AngleInfluence>* angles) const {
+  *angles = metrology::TabledAngles(inputs.portions, inputs.calibration.positioning);
+  if (fit->outcome != metrology::Outcome::kConverged || angles->empty()) return absl::OkStatus();
+  auto influences = metrology::InfluencesOf(
+      inputs.portions, inputs.calibration, *fit,
+      [&](const std::vector<metrology::ScanPortion>& portions) { return Fit(request, inputs, portions, caller); });
+  if (absl::IsFailedPrecondition(influences.status())) {
+    fit->outcome = metrology::Outcome::kNotConverged;
+    fit->evidence.remark = std::string(influences.status().message());
+    return absl::OkStatus();
+  }
+  if (!influences.ok()) return influences.status();
+  *angles = *std::move(influences);
+  fit->covariance.values += metrology::PoseCovarianceOf(*angles);
   return absl::OkStatus();
 }
 
@@ -182,18 +252,11 @@ absl::StatusOr<v1::Registration> Registrar::Register(const v1::RegisterRequest& 
   if (!inputs.ok()) return inputs.status();
 
   const auto started = std::chrono::steady_clock::now();
-  metrology::FitOptions options;
-  options.thread_count = threads_;
-  options.keep_going = caller.keep_going;
-  absl::StatusOr<metrology::PoseFit> fit = metrology::FitToSurface(
-      *inputs->surface, inputs->portions, inputs->zero_from_part_nominal, inputs->calibration, options);
-  if (fit.ok() && IsSixPoint(request.method())) {
-    const auto variant = request.method() == v1::METHOD_SIX_POINT_NORMALS ? metrology::SixPointVariant::kNormals
-                                                                          : metrology::SixPointVariant::kPairs;
-    fit = metrology::FitSixPoints(*inputs->surface, inputs->portions, inputs->datums, *fit, variant,
-                                  inputs->calibration, options);
-  }
+  absl::StatusOr<metrology::PoseFit> fit = Fit(request, *inputs, inputs->portions, caller);
   if (!fit.ok()) return AsRefusal(fit.status());
+  std::vector<metrology::AngleInfluence> angles;
+  if (absl::Status status = AddAngles(request, *inputs, caller, &*fit, &angles); !status.ok()) return AsRefusal(status);
+  if (!inputs->remark.empty()) fit->evidence.remark += (fit->evidence.remark.empty() ? "" : "; ") + inputs->remark;
 
   storage::RegistrationRow row = RowOf(*fit);
   row.blade_serial = *runtime::IdOf("blade", "blades", request.blade());
@@ -205,6 +268,11 @@ absl::StatusOr<v1::Registration> Registrar::Register(const v1::RegisterRequest& 
   row.part_id = id_of(inputs->part.name());
   row.sensor_calibration_id = id_of(inputs->sensor_calibration);
   row.rotation_calibration_id = id_of(inputs->rotation_calibration);
+  for (const metrology::AngleInfluence& angle : angles) {
+    const std::size_t i = angle.axis == metrology::AngleInfluence::Axis::kA ? 0 : 1;
+    row.angles.push_back(RowOf(angle, inputs->letters[i], id_of(inputs->characterisations[i]),
+                               fit->outcome == metrology::Outcome::kConverged));
+  }
   row.compute_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   return Store(database_, request, std::move(row), caller.deadline);
 }

@@ -5,7 +5,10 @@
 
 #include <functional>
 #include <memory>
+#include <string>
+#include <vector>
 
+#include "metrology/registration/registration.h"
 #include "services/clients/calibrations.h"
 #include "services/clients/parts.h"
 #include "services/clients/scans.h"
@@ -38,6 +41,13 @@ class Registrar {
   struct Inputs;
   absl::StatusOr<Inputs> FetchInputs(const v1::RegisterRequest& request, const Caller& caller) const;
   absl::Status FetchScans(const v1::RegisterRequest& request, const Caller& caller, Inputs* inputs) const;
+  absl::Status FetchAxisTables(const std::string& machine, const clients::FetchedRotationCalibration& rotation,
+                               const Caller& caller, Inputs* inputs) const;
+  absl::StatusOr<metrology::PoseFit> Fit(const v1::RegisterRequest& request, const Inputs& inputs,
+                                         const std::vector<metrology::ScanPortion>& portions,
+                                         const Caller& caller) const;
+  absl::Status AddAngles(const v1::RegisterRequest& request, const Inputs& inputs, const Caller& caller,
+                         metrology::PoseFit* fit, std::vector<metrology::AngleInfluence>* angles) const;
 
   storage::Database* database_;
   clients::PlantClient plant_;

@@ -11,6 +11,7 @@ namespace sixpoint::registration {
 namespace {
 
 constexpr double kUmPerMm = 1000;
+constexpr double kDegPerRad = 180 / 3.14159265358979323846;
 constexpr double kGreatestFigure = 1e12;  // what a free direction's uncertainty is stored as
 
 template <typename Matrix>
@@ -33,6 +34,8 @@ std::string OutcomeText(metrology::Outcome outcome) {
       return "NOT_DETERMINED";
     case metrology::Outcome::kTooLittleOverlap:
       return "TOO_LITTLE_OVERLAP";
+    case metrology::Outcome::kInfeasible:
+      return "INFEASIBLE";
   }
   return "";
 }
@@ -126,6 +129,19 @@ storage::RegistrationRow RowOf(const metrology::PoseFit& fit) {
   return row;
 }
 
+storage::RegistrationAngleRow RowOf(const metrology::AngleInfluence& angle, const std::string& letter,
+                                    const std::string& characterisation_id, bool has_pose) {
+  storage::RegistrationAngleRow row;
+  row.axis = letter;
+  row.characterisation_id = characterisation_id;
+  row.commanded_deg = std::round(1e9 * angle.commanded_rad * kDegPerRad) / 1e9;  // as it was sent: in degrees
+  row.reached_deg = angle.reached_rad * kDegPerRad;
+  row.standard_uncertainty_deg = angle.standard_uncertainty_rad * kDegPerRad;
+  row.half_reversal_deg = angle.half_reversal_rad * kDegPerRad;
+  if (has_pose) row.pose_per_rad = RowMajor(angle.pose_per_rad);
+  return row;
+}
+
 v1::Registration ToProto(const storage::RegistrationRow& row) {
   v1::Registration out;
   out.set_name(runtime::NameOf("registrations", row.registration_id));
@@ -148,6 +164,16 @@ v1::Registration ToProto(const storage::RegistrationRow& row) {
     sensitivity->set_row_count(6);
     sensitivity->set_column_count(metrology::kCalibrationParameterCount);
     sensitivity->mutable_values()->Add(row.calibration_sensitivity.begin(), row.calibration_sensitivity.end());
+  }
+  for (const storage::RegistrationAngleRow& in : row.angles) {
+    v1::ScanAngle* angle = out.add_angles();
+    angle->set_axis(in.axis);
+    angle->set_characterisation(runtime::NameOf("characterisations", in.characterisation_id));
+    angle->set_commanded_deg(in.commanded_deg);
+    angle->set_reached_deg(in.reached_deg);
+    angle->set_standard_uncertainty_deg(in.standard_uncertainty_deg);
+    angle->set_half_reversal_deg(in.half_reversal_deg);
+    angle->mutable_pose_per_rad()->Add(in.pose_per_rad.begin(), in.pose_per_rad.end());
   }
   SetEvidence(row, out.mutable_evidence());
   out.set_requested_by(row.requested_by);

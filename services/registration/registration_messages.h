@@ -11,6 +11,9 @@ namespace sixpoint::registration {
 
 // Pose, covariances and evidence; what is known of blade, machine and calibrations is left to the caller.
 storage::RegistrationRow RowOf(const metrology::PoseFit& fit);
+// letter: the machine's, of the angle's axis. has_pose: its influence on one is known.
+storage::RegistrationAngleRow RowOf(const metrology::AngleInfluence& angle, const std::string& letter,
+                                    const std::string& characterisation_id, bool has_pose);
 
 v1::Registration ToProto(const storage::RegistrationRow& row);
 

@@ -61,6 +61,12 @@ TEST(PlantDocuments, TheTouchDataAndSpherePosesOfTheDocsAreRead) {
   const auto poses = LoadSpherePoses(Example("sphere_poses.yaml"));
   ASSERT_TRUE(poses.ok()) << poses.status();
   EXPECT_TRUE(poses->back().held_out());
+  // By the machine's own axes: the one on the bed, the one that it carries.
+  const auto own = LoadSpherePoses(Example("sphere_poses_bc.yaml"), {"B", "C"});
+  ASSERT_TRUE(own.ok()) << own.status();
+  EXPECT_EQ(own->front().a_deg(), -60);
+  EXPECT_EQ(own->at(1).b_deg(), 120);
+  EXPECT_FALSE(LoadSpherePoses(Example("sphere_poses_bc.yaml")).ok());
 }
 
 TEST(PlantDocuments, AMachineSaysEverythingThatIsWrongAtOnce) {

@@ -41,6 +41,14 @@ TEST(NcProgram, KeepsEveryOtherByte) {
       "\r\n\r\n;end");
 }
 
+TEST(NcProgram, WritesTheMachinesLetters) {
+  const auto written = ReplaceCoordinates("X1 A5 B1 C2 (SIXPOINT G1/H1)", kTargets, {'B', 'C'});
+  ASSERT_TRUE(written.ok()) << written.status();
+  EXPECT_EQ(*written, "X202.4298 A5 B0.9585 C55.7641 (SIXPOINT G1/H1)");
+  EXPECT_THAT(std::string(ReplaceCoordinates("A5 (SIXPOINT G1/H1)", kTargets, {'B', 'C'}).status().message()),
+              HasSubstr("at least one of the words X Y Z B C in"));
+}
+
 TEST(NcProgram, KeepsDecimalsAndSigns) {
   EXPECT_EQ(Replaced("X1.000000 (SIXPOINT G1/H1)"), "X202.429812 (SIXPOINT G1/H1)");
   EXPECT_EQ(Replaced("X1.00000000000000 (SIXPOINT G1/H1)"), "X202.429812340 (SIXPOINT G1/H1)");

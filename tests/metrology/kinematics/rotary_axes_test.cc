@@ -51,6 +51,17 @@ TEST(RotaryAxes, PointCIsNearestToTheOtherAxis) {
   EXPECT_LT((c - axes.a.point_mm).cross(axes.a.direction).norm(), 1e-12);
 }
 
+TEST(RotaryAxes, AngleJacobianIsTheDerivativeOfTheTurn) {
+  const RotaryAxes axes = TiltedAxes();
+  const Eigen::Vector3d p(70, 60, -180);
+  const double a = -0.8, b = 2.5, step = 1e-6;
+  const Eigen::Matrix<double, 3, 2> jacobian = axes.AngleJacobian(p, a, b);
+  const Eigen::Vector3d by_a = axes.MachineFromZero(a + step, b) * p - axes.MachineFromZero(a - step, b) * p;
+  const Eigen::Vector3d by_b = axes.MachineFromZero(a, b + step) * p - axes.MachineFromZero(a, b - step) * p;
+  EXPECT_LT((jacobian.col(0) - by_a / (2 * step)).norm(), 1e-6);
+  EXPECT_LT((jacobian.col(1) - by_b / (2 * step)).norm(), 1e-6);
+}
+
 TEST(RotaryAxes, ParameterJacobianIsTheDerivativeOfThePerturbedAxes) {
   const RotaryAxes axes = TiltedAxes();
   const Eigen::Vector3d p(70, 60, -180);

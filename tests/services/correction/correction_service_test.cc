@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdio>
+
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "storage/record.h"
@@ -12,6 +15,7 @@ namespace sixpoint::correction {
 namespace {
 
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
@@ -89,6 +93,114 @@ TEST_F(CorrectionServiceTest, CorrectsEveryHoleAndReadsBackTheSame) {
   std::vector<std::string> names;
   for (const storage::JournalEntry& journal : *derived) names.push_back(journal.entry.name);
   EXPECT_THAT(names, Contains(correction->name()));
+}
+
+// What the registration's angles were taken by commands the angles of the holes.
+TEST_F(CorrectionServiceTest, CommandsWhatReachesTheAnglesByTheRegistrationsTables) {
+  const auto plain = Correct(Request());
+  ASSERT_TRUE(plain.ok()) << plain.status();
+  EXPECT_FALSE(plain->groups(0).has_a_reached_deg());
+  EXPECT_THAT(plain->axes(), ElementsAre("A", "B"));
+  const double mean_deg = 0.05, half_reversal_deg = 0.01;
+  plant_.Characterise(true, std::vector<double>(8, mean_deg + half_reversal_deg),
+                      std::vector<double>(8, mean_deg - half_reversal_deg), 0.002);
+  registration::v1::ScanAngle& angle = *plant_.registration.registration.add_angles();
+  angle.set_axis("B");
+  angle.set_characterisation(testing::kBCharacterisation);
+  angle.set_commanded_deg(20);
+  angle.set_reached_deg(20 + mean_deg);
+  angle.set_standard_uncertainty_deg(0.002);
+  angle.set_half_reversal_deg(half_reversal_deg);
+  for (int i = 0; i < 6; ++i) angle.add_pose_per_rad(0);
+  {
+    auto transaction = plant_.database.database()->Begin(testing::Soon());
+    const auto stored = transaction->Execute(
+        "INSERT INTO registration_angles (registration_id, position_index, axis, characterisation_id, commanded_deg, "
+        "reached_deg, standard_uncertainty_deg, half_reversal_deg, pose_per_rad) "
+        "VALUES ($1, 0, 'B', $2, 20, 20.05, 0.002, 0.01, '{0,0,0,0,0,0}')",
+        storage::Params()
+            .Text(std::string(testing::kRegistration).substr(14))
+            .Text(std::string(testing::kBCharacterisation).substr(18)));
+    ASSERT_TRUE(stored.ok()) << stored.status();
+    ASSERT_TRUE(transaction->Commit().ok());
+  }
+  v1::CorrectRequest request = Request();
+  request.set_nc_template("A4.000000 B5.000000 (SIXPOINT G1/H2)\n");
+  const auto correction = Correct(request);
+  ASSERT_TRUE(correction.ok()) << correction.status();
+  const v1::CorrectedGroup &group = correction->groups(0), &before = plain->groups(0);
+  EXPECT_NEAR(group.a_deg(), before.a_deg(), 1e-9);
+  EXPECT_NEAR(group.b_deg(), before.b_deg() - mean_deg, 1e-9);
+  EXPECT_NEAR(group.b_reached_deg(), before.b_deg(), 1e-9);
+  // The part stands where it would, but not as surely.
+  EXPECT_NEAR(group.holes(1).start_mm().y_mm(), before.holes(1).start_mm().y_mm(), 1e-9);
+  EXPECT_NEAR(group.b_standard_uncertainty_deg(), std::hypot(before.b_standard_uncertainty_deg(), 0.01, 0.002), 1e-9);
+  EXPECT_NEAR(group.a_standard_uncertainty_deg(), before.a_standard_uncertainty_deg(), 1e-12);
+  // 10 mm off B's axis and 0.01 deg: 1.8 um, and 95 % within twice that.
+  EXPECT_GT(group.holes(1).expanded_uncertainty_um(), before.holes(1).expanded_uncertainty_um() + 3);
+  EXPECT_THAT(correction->axis_characterisations(), ElementsAre(testing::kBCharacterisation));
+  char b[32];
+  std::snprintf(b, sizeof b, "B%.6f ", group.b_deg());
+  EXPECT_THAT(correction->nc_program(), HasSubstr(b));
+
+  v1::GetCorrectionRequest get;
+  get.set_name(correction->name());
+  v1::Correction back;
+  ASSERT_TRUE(stub_->GetCorrection(runtime::ContextFor(10).get(), get, &back).ok());
+  EXPECT_EQ(back.SerializeAsString(), correction->SerializeAsString());
+  auto transaction = plant_.database.database()->Begin(testing::Soon());
+  const auto derived = storage::DerivedFrom(*transaction, testing::kBCharacterisation);
+  ASSERT_TRUE(derived.ok());
+  ASSERT_EQ(derived->size(), 1u);
+  EXPECT_EQ(derived->front().entry.name, correction->name());
+
+  // Another table is in force by now, and then none.
+  calibration::v1::Calibration used = plant_.calibration.axes.at("B");
+  plant_.calibration.axes.at("B").set_name(testing::kACharacterisation);
+  plant_.calibration.axes["A"] = used;  // still there by its name
+  const absl::Status superseded = Correct(Request()).status();
+  EXPECT_EQ(runtime::ReasonOf(superseded), "CALIBRATION_EXPIRED");
+  EXPECT_THAT(std::string(superseded.message()),
+              HasSubstr("registration.angles.B: " + std::string(testing::kBCharacterisation) + ", superseded by " +
+                        testing::kACharacterisation));
+  plant_.calibration.axes.erase("B");
+  EXPECT_THAT(std::string(Correct(Request()).status().message()), HasSubstr("none in force"));
+}
+
+// The same machine whose record calls its axes B and C.
+TEST_F(CorrectionServiceTest, WritesTheMachinesOwnLetters) {
+  const auto plain = Correct(Request());
+  ASSERT_TRUE(plain.ok()) << plain.status();
+  plant_.plant.machine.mutable_kinematics()->mutable_part_side(0)->set_axis("B");
+  plant_.plant.machine.mutable_kinematics()->mutable_part_side(1)->set_axis("C");
+  const absl::Status other = Correct(Request()).status();
+  EXPECT_EQ(runtime::ReasonOf(other), "KINEMATICS_UNSUPPORTED");
+  EXPECT_THAT(std::string(other.message()), HasSubstr(".axes: A, B, want B, C as machines/m1 has them now"));
+  plant_.calibration.rotation.mutable_rotation()->add_axes("B");
+  plant_.calibration.rotation.mutable_rotation()->add_axes("C");
+  v1::CorrectRequest request = Request();
+  request.set_nc_template("G0 B1.0000 C2.0000 A7 (SIXPOINT G1/H1)\n");
+  const auto correction = Correct(request);
+  ASSERT_TRUE(correction.ok()) << correction.status();
+  EXPECT_THAT(correction->axes(), ElementsAre("B", "C"));
+  EXPECT_EQ(correction->groups(0).a_deg(), plain->groups(0).a_deg());
+  char want[64];
+  std::snprintf(want, sizeof want, "G0 B%.4f C%.4f A7 (", correction->groups(0).a_deg(), correction->groups(0).b_deg());
+  EXPECT_THAT(correction->nc_program(), StartsWith(want));
+  plant_.plant.machine.mutable_safety_envelope()->set_rotation_deg(1e-6);
+  const auto waiting = Correct(request);
+  ASSERT_TRUE(waiting.ok()) << waiting.status();
+  EXPECT_THAT(waiting->release_reasons(0), HasSubstr("group G1: B corrected by"));
+  v1::GetCorrectionRequest get;
+  get.set_name(correction->name());
+  v1::Correction back;
+  ASSERT_TRUE(stub_->GetCorrection(runtime::ContextFor(10).get(), get, &back).ok());
+  EXPECT_EQ(back.SerializeAsString(), correction->SerializeAsString());
+
+  plant_.plant.machine.mutable_kinematics()->mutable_part_side()->RemoveLast();
+  const absl::Status one = Correct(request).status();
+  EXPECT_EQ(runtime::ReasonOf(one), "KINEMATICS_UNSUPPORTED");
+  EXPECT_THAT(std::string(one.message()), HasSubstr("1 rotary joints on the part's side"));
 }
 
 TEST_F(CorrectionServiceTest, AnswersARetryOnce) {

@@ -80,6 +80,8 @@ grpc::Status StandInCalibration::GetCalibration(grpc::ServerContext*,
                                                 calibration::v1::Calibration* response) {
   if (request->name() == kSensorCalibration) *response = sensor;
   if (request->name() == kRotationCalibration) *response = rotation;
+  for (const auto& [letter, axis] : axes)
+    if (request->name() == axis.name()) *response = axis;
   return response->name().empty() ? NotFound(request->name()) : grpc::Status::OK;
 }
 
@@ -87,6 +89,13 @@ grpc::Status StandInCalibration::GetCalibrationInForce(grpc::ServerContext*,
                                                        const calibration::v1::GetCalibrationInForceRequest* request,
                                                        calibration::v1::Calibration* response) {
   if (expired) return {grpc::StatusCode::FAILED_PRECONDITION, "machine: its calibration has expired"};
+  if (request->kind() == calibration::v1::CALIBRATION_KIND_AXIS) {
+    if (axes.count(request->axis()) == 0)
+      return runtime::ToGrpc(runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_MISSING",
+                                              "axis: " + request->axis() + " is not characterised"));
+    *response = axes.at(request->axis());
+    return grpc::Status::OK;
+  }
   *response = request->kind() == calibration::v1::CALIBRATION_KIND_SENSOR ? sensor : rotation;
   if (response->has_sensor() && !replacement.empty()) response->set_name(replacement);
   return grpc::Status::OK;
@@ -104,6 +113,7 @@ grpc::Status StandInRegistration::Register(grpc::ServerContext*, const registrat
                                            registration::v1::Registration* response) {
   if (!refusal.ok()) return runtime::ToGrpc(refusal);
   ++register_count;
+  applied_axis_tables = request->apply_axis_tables();
   *response = registration;
   response->set_method(request->method());
   *response->mutable_scans() = request->scans();
@@ -245,6 +255,43 @@ void JudgedPlant::AddScans() {
     ingest.scans[record.name()] = record;
     scans.push_back(record.name());
   }
+}
+
+void JudgedPlant::Characterise(bool is_b, const std::vector<double>& forward_error_deg,
+                               const std::vector<double>& backward_error_deg, double standard_uncertainty_deg) {
+  const std::string name = is_b ? kBCharacterisation : kACharacterisation;
+  const std::string letter = plant.machine.kinematics().part_side(is_b ? 1 : 0).axis();
+  calibration::v1::Calibration& out = calibration.axes[letter];
+  const bool is_new = out.name().empty();
+  out.set_name(name);
+  out.set_machine(kMachine);
+  out.set_kind(calibration::v1::CALIBRATION_KIND_AXIS);
+  *out.mutable_valid_until() = calibration.sensor.valid_until();
+  calibration::v1::AxisCharacterisation& axis = *out.mutable_axis();
+  axis.set_axis(letter);
+  axis.mutable_compensated_standard_uncertainty()->set_value_deg(standard_uncertainty_deg);
+  axis.mutable_table()->set_step_deg(360.0 / static_cast<double>(forward_error_deg.size()));
+  axis.mutable_table()->mutable_forward_error_deg()->Assign(forward_error_deg.begin(), forward_error_deg.end());
+  axis.mutable_table()->mutable_backward_error_deg()->Assign(backward_error_deg.begin(), backward_error_deg.end());
+  if (!is_new) return;
+  auto transaction = database.database()->Begin(Soon());
+  ASSERT_TRUE(transaction.ok()) << transaction.status();
+  const auto request = storage::PutBlob(*transaction, "encoder run");
+  ASSERT_TRUE(request.ok()) << request.status();
+  const auto recorded = storage::AppendRecord(*transaction, Entry("calibration", name));
+  ASSERT_TRUE(recorded.ok()) << recorded.status();
+  const auto stored = transaction->Execute(
+      "INSERT INTO calibrations (calibration_id, machine_id, kind, axis, method, inputs, request_sha256, valid_from, "
+      "valid_until, requested_by, software_version, record_sequence, recorded_at) "
+      "VALUES ($1, 'm1', 'axis', $2, 'ENCODER_RUN', '{}', $3, '2020-01-01', '2100-01-01', '', 'test', $4, $5)",
+      storage::Params()
+          .Text(IdOf(name))
+          .Text(letter)
+          .Text(*request)
+          .Int(recorded->sequence)
+          .Time(recorded->recorded_at));
+  ASSERT_TRUE(stored.ok()) << stored.status();
+  ASSERT_TRUE(transaction->Commit().ok());
 }
 
 // Only what foreign keys ask for; the values themselves come from the stand-ins.

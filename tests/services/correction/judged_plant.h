@@ -20,6 +20,8 @@ namespace sixpoint::testing {
 
 inline constexpr char kSensorCalibration[] = "calibrations/00000000-0000-7000-8000-000000000001";
 inline constexpr char kRotationCalibration[] = "calibrations/00000000-0000-7000-8000-000000000002";
+inline constexpr char kACharacterisation[] = "characterisations/00000000-0000-7000-8000-000000000004";
+inline constexpr char kBCharacterisation[] = "characterisations/00000000-0000-7000-8000-000000000005";
 inline constexpr char kRegistration[] = "registrations/00000000-0000-7000-8000-000000000003";
 
 class StandInPlant final : public plant::v1::PlantService::Service {
@@ -48,7 +50,8 @@ class StandInIngest final : public ingest::v1::ScanService::Service {
 class StandInCalibration final : public calibration::v1::CalibrationService::Service {
  public:
   calibration::v1::Calibration sensor, rotation;
-  bool expired = false;     // none in force
+  std::map<std::string, calibration::v1::Calibration> axes;  // characterisations by the axis's letter
+  bool expired = false;                                      // none in force
   std::string replacement;  // name of the sensor calibration in force, where it is not `sensor`
   grpc::Status GetCalibration(grpc::ServerContext*, const calibration::v1::GetCalibrationRequest* request,
                               calibration::v1::Calibration* response) override;
@@ -60,7 +63,8 @@ class StandInRegistration final : public registration::v1::RegistrationService::
  public:
   registration::v1::Registration registration;
   int register_count = 0;
-  absl::Status refusal;  // of Register
+  absl::Status refusal;              // of Register
+  bool applied_axis_tables = false;  // as the last Register asked
   grpc::Status GetRegistration(grpc::ServerContext*, const registration::v1::GetRegistrationRequest* request,
                                registration::v1::Registration* response) override;
   grpc::Status Register(grpc::ServerContext*, const registration::v1::RegisterRequest* request,
@@ -75,6 +79,10 @@ class JudgedPlant {
 
   // In the record, as the calibration service does it; the stand-in still answers as before.
   void Withdraw(const std::string& calibration);
+  // The axis on the bed (a) or the one that it carries (b) gets a characterisation in force: the stand-in's and its row.
+  // Errors in degrees, at equal steps over a turn.
+  void Characterise(bool is_b, const std::vector<double>& forward_error_deg,
+                    const std::vector<double>& backward_error_deg, double standard_uncertainty_deg);
 
   metrology::PinnedBlock block;
   std::vector<std::string> scans;  // names, in order

@@ -97,6 +97,39 @@ TEST_F(InspectionServiceTest, JudgesTheBladeAndReadsBackTheSame) {
   EXPECT_THAT(names, Contains(inspection->name()));
 }
 
+// B reaches 0.05 deg beyond its commands; the scans were taken where they say plus that.
+TEST_F(InspectionServiceTest, TakesScansAtTheAnglesOfItsRegistration) {
+  const auto before = Inspect(Request());
+  ASSERT_TRUE(before.ok()) << before.status();
+  plant_.Characterise(true, std::vector<double>(8, 0.06), std::vector<double>(8, 0.04), 0.002);
+  for (const std::string& scan : plant_.scans) {
+    ingest::v1::ScanHeader& header = *plant_.ingest.scans.at(scan).mutable_header();
+    header.set_b_deg(header.b_deg() - 0.05);
+    registration::v1::ScanAngle& angle = *plant_.registration.registration.add_angles();
+    angle.set_axis("B");
+    angle.set_characterisation(testing::kBCharacterisation);
+    angle.set_commanded_deg(header.b_deg());
+    angle.set_reached_deg(header.b_deg() + 0.05);
+    angle.set_standard_uncertainty_deg(0.002);
+    angle.set_half_reversal_deg(0.01);
+    for (int i = 0; i < 6; ++i) angle.add_pose_per_rad(0);
+  }
+  v1::InspectRequest request = Request();
+  request.set_apply_axis_tables(true);
+  const auto inspection = Inspect(request);
+  ASSERT_TRUE(inspection.ok()) << inspection.status();
+  EXPECT_TRUE(plant_.registration.applied_axis_tables);
+  EXPECT_NEAR(inspection->holes(0).position_error_mm(), before->holes(0).position_error_mm(), 1e-6);
+  // The pins, 10 mm off B's axis, move by 0.01 deg against a pose that does not: 1.8 um, twice, beside what was there.
+  EXPECT_GT(inspection->holes(0).position_expanded_uncertainty_um(),
+            before->holes(0).position_expanded_uncertainty_um() + 1.5);
+  auto transaction = plant_.database.database()->Begin(testing::Soon());
+  const auto derived = storage::DerivedFrom(*transaction, testing::kBCharacterisation);
+  ASSERT_TRUE(derived.ok());
+  ASSERT_EQ(derived->size(), 1u);
+  EXPECT_EQ(derived->front().entry.name, inspection->name());
+}
+
 TEST_F(InspectionServiceTest, StoresAHoleThatWasNotMeasuredWithItsReason) {
   plant::v1::Hole& hole = *plant_.plant.part.mutable_hole_groups(0)->add_holes();
   hole = plant_.plant.part.hole_groups(0).holes(0);

@@ -56,7 +56,6 @@ TEST(ValidatedMachine, RefusalsNameTheField) {
           {[](Request* r) { Joint(r)->set_axis("W"); }, "kinematics.part_side[0].axis: W"},
           {[](Request* r) { Joint(r)->set_axis("B"); }, "part_side[1].axis: B"},
           {[](Request* r) { Joint(r)->set_kind(v1::JOINT_KIND_UNSPECIFIED); }, "part_side[0].kind"},
-          {[](Request* r) { Joint(r)->set_kind(v1::JOINT_KIND_LINEAR); }, "want rotary joints A and B"},
           {[](Request* r) { Joint(r)->mutable_direction()->set_y(1.001); }, "part_side[0].direction"},
           {[](Request* r) { Joint(r)->mutable_direction()->set_y(kNan); }, "part_side[0].direction.y"},
           {[](Request* r) { Joint(r)->clear_direction(); }, "part_side[0].direction"},
@@ -71,6 +70,20 @@ TEST(ValidatedMachine, RefusalsNameTheField) {
           {[](Request* r) { r->mutable_machine()->mutable_safety_envelope()->set_rotation_deg(-1); },
            "safety_envelope.rotation_deg: -1"},
       });
+}
+
+// What a machine cannot do is refused where it is asked for.
+TEST(ValidatedMachine, TakesAnyJoints) {
+  v1::CreateMachineRequest bc = SampleMachine();
+  Joint(&bc)->set_axis("C");
+  v1::Joint& carried = *bc.mutable_machine()->mutable_kinematics()->mutable_part_side(1);
+  ASSERT_EQ(carried.axis(), "B");
+  const auto row = Validated(bc);
+  ASSERT_TRUE(row.ok()) << row.status();
+  EXPECT_EQ(row->joints[0].axis, "C");
+  EXPECT_EQ(row->joints[1].axis, "B");
+  bc.mutable_machine()->mutable_kinematics()->mutable_part_side()->RemoveLast();
+  EXPECT_EQ(Refusal(bc), "accepted");
 }
 
 TEST(ValidatedArtefact, RefusalsNameTheField) {

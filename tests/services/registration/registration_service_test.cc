@@ -170,6 +170,82 @@ TEST_F(RegistrationServiceTest, FindsTheBladeAndReadsBackTheSame) {
   }
 }
 
+// B reaches 0.05 deg beyond its commands, or 0.04 or 0.06 by its way; the scans were taken where they say plus that.
+TEST_F(RegistrationServiceTest, TakesScansAtTheAnglesThatAxesReached) {
+  MountBlade();
+  const double mean_deg = 0.05, half_reversal_deg = 0.01;
+  for (const std::string& scan : plant_.scans) {
+    ingest::v1::ScanHeader& header = *plant_.ingest.scans.at(scan).mutable_header();
+    header.set_b_deg(header.b_deg() - mean_deg);
+  }
+  v1::RegisterRequest request = Request(v1::METHOD_SIX_POINT);
+  const auto without = Register(request);
+  ASSERT_TRUE(without.ok()) << without.status();
+  EXPECT_EQ(without->angles_size(), 0);
+  EXPECT_GT(ErrorUm(*without), 20);  // 0.05 deg at 30 mm: 26 um
+
+  request.set_apply_axis_tables(true);
+  const absl::Status none = Register(request).status();
+  EXPECT_EQ(runtime::ReasonOf(none), "AXIS_NOT_CHARACTERISED");
+  EXPECT_THAT(std::string(none.message()), HasSubstr("machines/m1, whose axes A and B have no characterisation"));
+  plant_.Characterise(true, std::vector<double>(8, mean_deg + half_reversal_deg),
+                      std::vector<double>(8, mean_deg - half_reversal_deg), 0.002);
+  const auto registration = Register(request);
+  ASSERT_TRUE(registration.ok()) << registration.status();
+  ASSERT_EQ(registration->evidence().outcome(), v1::OUTCOME_CONVERGED) << registration->evidence().remark();
+  EXPECT_LT(ErrorUm(*registration), 2);  // as with axes that reach their commands
+  EXPECT_THAT(registration->evidence().remark(), HasSubstr("calibrated without the table of B"));
+  ASSERT_EQ(registration->angles_size(), 4);
+  for (const v1::ScanAngle& angle : registration->angles()) {
+    EXPECT_EQ(angle.axis(), "B");
+    EXPECT_EQ(angle.characterisation(), testing::kBCharacterisation);
+    EXPECT_NEAR(angle.reached_deg() - angle.commanded_deg(), mean_deg, 1e-9);
+    EXPECT_NEAR(angle.half_reversal_deg(), half_reversal_deg, 1e-9);
+    EXPECT_EQ(angle.pose_per_rad_size(), 6);
+  }
+  // The reversal turns all scans alike about B, which lies along X: 0.01 deg, and the scatter's half of 0.002 deg.
+  const auto plain = runtime::FromProto("covariance", without->covariance());
+  const auto covariance = runtime::FromProto("covariance", registration->covariance());
+  ASSERT_TRUE(plain.ok() && covariance.ok());
+  const double deg = 3.14159265358979323846 / 180;
+  EXPECT_NEAR(std::sqrt(covariance->values(0, 0)) / deg, std::hypot(0.01, 0.001), 0.002);
+  EXPECT_LT(std::sqrt(plain->values(0, 0)) / deg, 0.002);
+
+  v1::GetRegistrationRequest get;
+  get.set_name(registration->name());
+  v1::Registration back;
+  ASSERT_TRUE(stub_->GetRegistration(runtime::ContextFor(10).get(), get, &back).ok());
+  EXPECT_EQ(back.SerializeAsString(), registration->SerializeAsString());
+  auto transaction = plant_.database.database()->Begin(testing::Soon());
+  const auto derived = storage::DerivedFrom(*transaction, testing::kBCharacterisation);
+  ASSERT_TRUE(derived.ok());
+  ASSERT_EQ(derived->size(), 1u);
+  EXPECT_EQ(derived->front().entry.name, registration->name());
+
+  plant_.calibration.rotation.add_inputs(testing::kBCharacterisation);
+  const auto same = Register(request);
+  ASSERT_TRUE(same.ok());
+  EXPECT_EQ(same->evidence().remark(), "");
+  EXPECT_EQ(same->zero_from_part().SerializeAsString(), registration->zero_from_part().SerializeAsString());
+}
+
+// The same machine whose record calls its axes B and C.
+TEST_F(RegistrationServiceTest, TakesAnyTwoRotaryAxes) {
+  MountBlade();
+  plant_.plant.machine.mutable_kinematics()->mutable_part_side(0)->set_axis("B");
+  plant_.plant.machine.mutable_kinematics()->mutable_part_side(1)->set_axis("C");
+  plant_.calibration.rotation.mutable_rotation()->add_axes("B");
+  plant_.calibration.rotation.mutable_rotation()->add_axes("C");
+  plant_.Characterise(true, std::vector<double>(8, 0), std::vector<double>(8, 0), 0.001);
+  v1::RegisterRequest request = Request(v1::METHOD_BEST_FIT);
+  request.set_apply_axis_tables(true);
+  const auto registration = Register(request);
+  ASSERT_TRUE(registration.ok()) << registration.status();
+  EXPECT_LT(ErrorUm(*registration), 0.5);
+  ASSERT_EQ(registration->angles_size(), 4);
+  EXPECT_EQ(registration->angles(0).axis(), "C");
+}
+
 // The block's scans show its flat top only.
 TEST_F(RegistrationServiceTest, AnUndeterminedPoseIsKeptWithItsEvidenceAndHasNoPose) {
   const auto registration = Register(Request(v1::METHOD_LOCAL));

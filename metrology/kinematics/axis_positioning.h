@@ -1,0 +1,56 @@
+// What is known of how the two rotary axes position, for poses that are made from their commands (METHODS 1, 7).
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "metrology/frames/pose.h"
+#include "metrology/kinematics/angle_table.h"
+
+namespace sixpoint::metrology {
+
+// One axis. Without a table it is taken to stand where it is commanded, and nothing is said of its uncertainty. Nobody
+// states how it came to a pose: the mean of both ways is taken, and half of their difference stays uncertain.
+struct AxisPositioning {
+  std::optional<AngleTable> table = std::nullopt;
+  double standard_uncertainty_rad =
+      0;  // of a reached angle whose travel is known: the table's and the scatter about it
+
+  double Reached(double commanded_rad) const;
+  // The command that reaches an angle.
+  double CommandFor(double reached_rad) const;
+  // Half of what coming forward differs from coming backward there; 0 without a table.
+  double HalfReversalAt(double commanded_rad) const;
+  // Of the angle that a command reaches, its travel unknown; 0 without a table.
+  double StandardUncertaintyAt(double commanded_rad) const;
+};
+
+// Commands nearer than this are one: they have been through degrees.
+inline constexpr double kSameCommandRad = 1e-9;
+
+// Of RotaryAxes::a and b.
+struct RotaryPositioning {
+  AxisPositioning a, b;
+  bool Applies() const { return a.table || b.table; }
+};
+
+// An angle that scans of a pose were taken at, where a table was applied to it. Scans at one command share its error.
+struct AngleInfluence {
+  enum class Axis { kA, kB };
+  Axis axis = Axis::kA;
+  double commanded_rad = 0;
+  double reached_rad = 0;
+  double standard_uncertainty_rad = 0;  // of reached_rad, its travel known
+  double half_reversal_rad = 0;
+  // Change of the pose (order of PoseCovariance, about its reference) per radian that the angle is taken greater.
+  Vector6d pose_per_rad = Vector6d::Zero();
+};
+
+// Of the angles' errors, in rad^2 and their order. Each scatters for itself; the reversal is common to an axis: one works
+// round a part one way, and then all its angles are off alike.
+Eigen::MatrixXd ErrorCovariance(const std::vector<AngleInfluence>& angles);
+// What they make uncertain of the pose.
+Matrix6d PoseCovarianceOf(const std::vector<AngleInfluence>& angles);
+
+}  // namespace sixpoint::metrology
