@@ -90,6 +90,8 @@ std::vector<Sample> Samples(const std::vector<ScanPortion>& portions, const Isom
   std::size_t total = 0;
   for (const ScanPortion& portion : portions) total += portion.sensor.size();
   const bool everywhere = options.regions_in.empty();
+  FitOptions nearby;  // what lies in a region to be left out may still show the way
+  nearby.regions_in = options.regions_in;
   // Regions leave few of the points: look at more.
   const std::size_t stride =
       std::max<std::size_t>(1, total / std::max<std::size_t>(1, everywhere ? count : 10 * count));
@@ -104,13 +106,9 @@ std::vector<Sample> Samples(const std::vector<ScanPortion>& portions, const Isom
       }
       Sample sample;
       sample.zero_mm = portions[p].zero_mm(i);
-      if (!everywhere) {
-        FitOptions in;
-        in.regions_in = options.regions_in;
-        if (!InRegions(in, part_from_zero * sample.zero_mm, kRegionMarginMm)) {
-          before = false;
-          continue;
-        }
+      if (!everywhere && !InRegions(nearby, part_from_zero * sample.zero_mm, kRegionMarginMm)) {
+        before = false;
+        continue;
       }
       sample.portion = static_cast<std::uint32_t>(p);
       sample.index = static_cast<std::uint32_t>(i);

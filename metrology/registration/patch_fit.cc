@@ -16,6 +16,7 @@ constexpr double kRested = 1e-4;  // last step, in standard deviations
 // The nearest patches tell the spread: this part of them stays good where half a side is foreign.
 constexpr double kNearestPart = 0.4;
 constexpr double kNearestInSigmas = 0.5244;  // that quantile of |Gaussian|
+constexpr double kModelSigmaKnown = 1e-3;    // relative
 constexpr double kLeastSlope = 0.3;          // of the loss; below it the step is no Newton step
 constexpr int kCoarser[] = {4, 8};           // patches to a side of a cluster
 constexpr std::size_t kLeastClusters = 12;
@@ -55,7 +56,9 @@ class Fitter {
       fit_.change += by;
       covariance_ = Covariance(1);
       const double size = InSigmas(by);
-      if (step > 2 && size < kRested && std::abs(fit_.model_sigma_mm - model_before) <= 1e-4 * model_before) break;
+      if (step > 2 && size < kRested &&
+          std::abs(fit_.model_sigma_mm - model_before) <= 2 * kModelSigmaKnown * model_before)
+        break;
     }
     Offsets();
     Weigh();
@@ -105,7 +108,7 @@ class Fitter {
       fit_.model_sigma_mm = 0;
       return;
     }
-    for (int halving = 0; halving < 24; ++halving) {
+    while (high - low > kModelSigmaKnown * high) {
       const double middle = 0.5 * (low + high);
       (spread(middle * middle) > kNearestInSigmas ? low : high) = middle;
     }
