@@ -26,41 +26,46 @@ Eigen::Affine3d SensorMapping(const Eigen::Isometry3d& zero_from_machine, const 
 
 }  // namespace
 
-ScanPortion Thin(const LineScan& scan, const MachineCalibration& calibration, const Thinning& thinning) {
-  ScanPortion portion;
-  portion.id = scan.id;
-  portion.commanded_a_rad = scan.a_rad;
-  portion.commanded_b_rad = scan.b_rad;
-  portion.a_rad = calibration.positioning.a.Reached(scan.a_rad);
-  portion.b_rad = calibration.positioning.b.Reached(scan.b_rad);
-  const auto count = static_cast<std::int64_t>(scan.points_mm.size());
+Thinner::Thinner(const LineScan& scan, std::int64_t point_count, const MachineCalibration& calibration,
+                 const Thinning& thinning)
+    : thinning_(thinning) {
+  portion_.id = scan.id;
+  portion_.commanded_a_rad = scan.a_rad;
+  portion_.commanded_b_rad = scan.b_rad;
+  portion_.a_rad = calibration.positioning.a.Reached(scan.a_rad);
+  portion_.b_rad = calibration.positioning.b.Reached(scan.b_rad);
   const std::int64_t target = std::max<std::int64_t>(1, thinning.target_count);
-  std::int64_t stride = (count + target - 1) / target;
+  stride_ = std::max<std::int64_t>(1, (point_count + target - 1) / target);
   // Profiles have an even number of columns, often a multiple of 5: such a stride would keep whole columns.
-  if (stride > 1)
-    while (stride % 2 == 0 || stride % 5 == 0) ++stride;
+  if (stride_ > 1)
+    while (stride_ % 2 == 0 || stride_ % 5 == 0) ++stride_;
   const Eigen::Isometry3d zero_from_machine =
-      calibration.axes.MachineFromZero(portion.a_rad, portion.b_rad).inverse(Eigen::Isometry);
-  const double radius_squared = thinning.dense_radius_mm * thinning.dense_radius_mm;
-  portion.zero_from_sensor = SensorMapping(zero_from_machine, calibration.sensor, scan.v0_mm);
-  portion.sensor.reserve(static_cast<std::size_t>(stride > 0 ? count / stride + 1 : 0));
-  for (std::int64_t i = 0, finite = 0; i < count; ++i) {
-    const Eigen::Vector3d& p = scan.points_mm[static_cast<std::size_t>(i)];
+      calibration.axes.MachineFromZero(portion_.a_rad, portion_.b_rad).inverse(Eigen::Isometry);
+  portion_.zero_from_sensor = SensorMapping(zero_from_machine, calibration.sensor, scan.v0_mm);
+  portion_.sensor.reserve(static_cast<std::size_t>(std::max<std::int64_t>(0, point_count) / stride_ + 1));
+}
+
+void Thinner::Add(const Points& points_mm) {
+  const double radius_squared = thinning_.dense_radius_mm * thinning_.dense_radius_mm;
+  portion_.scan_point_count += static_cast<std::int64_t>(points_mm.size());
+  for (const Eigen::Vector3d& p : points_mm) {
     if (!p.allFinite()) continue;
-    const bool kept = finite++ % stride == 0;
-    if (!kept && thinning.dense_places_mm.empty()) continue;
-    if (kept && !portion.sensor.Add(p)) ++portion.out_of_reach_count;
-    if (thinning.dense_places_mm.empty()) continue;
-    const Eigen::Vector3d zero = portion.zero_from_sensor * p;
-    for (const Eigen::Vector3d& place : thinning.dense_places_mm) {
+    if (finite_count_++ % stride_ == 0 && !portion_.sensor.Add(p)) ++portion_.out_of_reach_count;
+    if (thinning_.dense_places_mm.empty()) continue;
+    const Eigen::Vector3d zero = portion_.zero_from_sensor * p;
+    for (const Eigen::Vector3d& place : thinning_.dense_places_mm) {
       if ((zero - place).squaredNorm() > radius_squared) continue;
-      portion.dense_sensor_mm.push_back(p);
-      portion.dense_zero_mm.push_back(zero);
+      portion_.dense_sensor_mm.push_back(p);
+      portion_.dense_zero_mm.push_back(zero);
       break;
     }
   }
-  portion.scan_point_count = count;
-  return portion;
+}
+
+ScanPortion Thin(const LineScan& scan, const MachineCalibration& calibration, const Thinning& thinning) {
+  Thinner thinner(scan, static_cast<std::int64_t>(scan.points_mm.size()), calibration, thinning);
+  thinner.Add(scan.points_mm);
+  return thinner.Take();
 }
 
 PointSensitivity ZeroPointSensitivity(const Eigen::Vector3d& sensor_mm, const Eigen::Vector3d& zero_mm, double a_rad,

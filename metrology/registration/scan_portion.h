@@ -50,6 +50,22 @@ struct Thinning {
 
 ScanPortion Thin(const LineScan& scan, const MachineCalibration& calibration, const Thinning& thinning);
 
+// The same, the points coming in pieces: a scan need never be in memory as a whole.
+class Thinner {
+ public:
+  // `scan`: everything but its points, of which there will be `point_count`.
+  Thinner(const LineScan& scan, std::int64_t point_count, const MachineCalibration& calibration,
+          const Thinning& thinning);
+  void Add(const Points& points_mm);
+  ScanPortion Take() { return std::move(portion_); }
+
+ private:
+  const Thinning thinning_;
+  ScanPortion portion_;
+  std::int64_t stride_ = 1;
+  std::int64_t finite_count_ = 0;
+};
+
 // Change of a scan point at A = B = 0 per calibration parameter.
 PointSensitivity ZeroPointSensitivity(const Eigen::Vector3d& sensor_mm, const Eigen::Vector3d& zero_mm, double a_rad,
                                       double b_rad, const MachineCalibration& calibration);

@@ -93,13 +93,12 @@ class Download {
     return absl::OkStatus();
   }
 
-  // Blocks whose digest was not checked are not decoded (range_image.h).
-  absl::Status Decode() {
+  // Of blocks that the service has decoded.
+  absl::Status TakePoints() {
     metrology::Points& points_mm = fetched_.scan.points_mm;
     points_mm.reserve(static_cast<std::size_t>(point_count_));
     for (const ScanBlock& block : blocks_) {
-      const auto points =
-          decoded_ ? DecodeDoubles(block) : metrology::DecodeBlock(block.payload(), block.point_count());
+      const absl::StatusOr<metrology::Points> points = DecodeDoubles(block);
       if (!points.ok()) {
         return Damaged(name_, "block " + std::to_string(block.index()) + ": " + std::string(points.status().message()));
       }
@@ -120,6 +119,7 @@ class Download {
   }
 
   FetchedScan TakeFetched() { return std::move(fetched_); }
+  StoredBlocks TakeBlocks() { return {std::move(fetched_.record), std::move(fetched_.scan), std::move(blocks_)}; }
 
  private:
   const std::string name_;
@@ -154,16 +154,41 @@ absl::Status Receive(ingest::v1::ScanService::Stub* stub, const DownloadScanRequ
 ScanClient::ScanClient(std::shared_ptr<grpc::Channel> ingest)
     : channel_(std::move(ingest)), stub_(ingest::v1::ScanService::NewStub(channel_)) {}
 
-absl::StatusOr<FetchedScan> ScanClient::Fetch(const std::string& name,
-                                              std::unique_ptr<grpc::ClientContext> context) const {
+// Blocks whose digest was not checked are not decoded (range_image.h).
+absl::Status StoredBlocks::Decode(const std::function<void(const metrology::Points&)>& take) const {
+  for (const ScanBlock& block : blocks) {
+    const auto points = metrology::DecodeBlock(block.payload(), block.point_count());
+    if (!points.ok()) {
+      return Damaged("scans/" + record.header().scan_id(),
+                     "block " + std::to_string(block.index()) + ": " + std::string(points.status().message()));
+    }
+    take(*points);
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<StoredBlocks> ScanClient::FetchBlocks(const std::string& name,
+                                                     std::unique_ptr<grpc::ClientContext> context) const {
   DownloadScanRequest request;
   request.set_name(name);
   Download download(name, false);
   absl::Status status = Receive(stub_.get(), request, context.get(), &download);
   if (status.ok()) status = download.CheckWhole();
-  if (status.ok()) status = download.Decode();
   if (!status.ok()) return status;
-  return download.TakeFetched();
+  return download.TakeBlocks();
+}
+
+absl::StatusOr<FetchedScan> ScanClient::Fetch(const std::string& name,
+                                              std::unique_ptr<grpc::ClientContext> context) const {
+  absl::StatusOr<StoredBlocks> blocks = FetchBlocks(name, std::move(context));
+  if (!blocks.ok()) return blocks.status();
+  FetchedScan fetched{std::move(blocks->record), std::move(blocks->scan)};
+  fetched.scan.points_mm.reserve(static_cast<std::size_t>(fetched.record.header().point_count()));
+  absl::Status status = blocks->Decode([&](const metrology::Points& points_mm) {
+    fetched.scan.points_mm.insert(fetched.scan.points_mm.end(), points_mm.begin(), points_mm.end());
+  });
+  if (!status.ok()) return status;
+  return fetched;
 }
 
 absl::StatusOr<FetchedScan> ScanClient::Fetch(const std::string& name, const ProfileRange& range,
@@ -175,7 +200,7 @@ absl::StatusOr<FetchedScan> ScanClient::Fetch(const std::string& name, const Pro
   request.set_format(ingest::v1::POINT_FORMAT_XYZ_F64);
   Download download(name, true);
   absl::Status status = Receive(stub_.get(), request, context.get(), &download);
-  if (status.ok()) status = download.Decode();
+  if (status.ok()) status = download.TakePoints();
   if (status.ok()) status = download.CheckProfiles(range);
   if (!status.ok()) return status;
   return download.TakeFetched();

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "metrology/scanner/line_scanner.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
@@ -16,6 +17,16 @@ namespace sixpoint::clients {
 struct FetchedScan {
   ingest::v1::Scan record;
   metrology::LineScan scan;
+};
+
+// A scan as it was stored: whole and checked, not decoded yet. A fiftieth of the memory of its points.
+struct StoredBlocks {
+  ingest::v1::Scan record;
+  metrology::LineScan scan;  // without its points
+  std::vector<ingest::v1::ScanBlock> blocks;
+
+  // Block by block, in order. DATA_LOSS, SCAN_DAMAGED where one cannot be read.
+  absl::Status Decode(const std::function<void(const metrology::Points& points_mm)>& take) const;
 };
 
 // Of a stored scan, counted from its first.
@@ -31,6 +42,8 @@ class ScanClient {
   // Downloads and decodes scans/{id}. The blocks were checked and bounded when they were stored, so they are decoded in
   // process, once the whole has its counts and its digest (else DATA_LOSS, SCAN_DAMAGED).
   absl::StatusOr<FetchedScan> Fetch(const std::string& name, std::unique_ptr<grpc::ClientContext> context) const;
+  // The same up to decoding.
+  absl::StatusOr<StoredBlocks> FetchBlocks(const std::string& name, std::unique_ptr<grpc::ClientContext> context) const;
   // Only these profiles, decoded by the service; their number is checked.
   absl::StatusOr<FetchedScan> Fetch(const std::string& name, const ProfileRange& range,
                                     std::unique_ptr<grpc::ClientContext> context) const;
