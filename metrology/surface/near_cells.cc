@@ -48,6 +48,22 @@ Eigen::Vector3d NearCells::CentreOf(const Eigen::Array3i& cell) const {
   return low_mm_ + cell_mm_ * (cell.cast<double>() + 0.5).matrix();
 }
 
+namespace {
+
+// Whether a triangle may touch the cube about the centre: its box does, and so does its plane.
+bool Touches(const TriangleTree::Item& item, const Eigen::Vector3d& centre, double half_mm) {
+  const double half = half_mm * (1 + 1e-9);
+  const Eigen::Vector3d a = item.a - centre, b = a + item.ab, c = a + item.ac;
+  if ((a.cwiseMin(b).cwiseMin(c).array() > half).any() || (a.cwiseMax(b).cwiseMax(c).array() < -half).any())
+    return false;
+  const Eigen::Vector3d normal = item.ab.cross(item.ac);
+  // A sliver's plane is not known well enough to rule anything out.
+  if (!(normal.squaredNorm() > 1e-6 * item.abab * item.acac)) return true;
+  return std::abs(normal.dot(a)) <= half * normal.lpNorm<1>() * (1 + 1e-6);
+}
+
+}  // namespace
+
 NearCells::NearCells(const TriangleTree& tree, double covered_mm, int thread_count)
     : tree_(tree), covered_mm_(covered_mm) {
   const std::vector<TriangleTree::Item>& items = tree.items();
@@ -106,9 +122,16 @@ NearCells::NearCells(const TriangleTree& tree, double covered_mm, int thread_cou
       const TriangleTree::Nearest nearest = tree_.Find(centre, band_mm * band_mm, hint);
       if (nearest.triangle == TriangleTree::kNone) continue;
       hint = nearest.triangle;
-      // Whoever is nearest to a point of the cell is no farther from its centre than this.
-      const double reach_mm = (std::sqrt(nearest.distance_squared) + 2 * radius_mm) * (1 + 1e-12);
+      // Whoever is nearest to a covered point of the cell is no farther from its centre than this, and touches the cell
+      // grown by what is covered.
+      const double reach_mm = std::min(std::sqrt(nearest.distance_squared) + 2 * radius_mm, band_mm) * (1 + 1e-12);
       tree_.FindWithin(centre, reach_mm, &within);
+      within.erase(std::remove_if(within.begin(), within.end(),
+                                  [&](const TriangleTree::Within& candidate) {
+                                    return !Touches(items[candidate.item], centre, 0.5 * cell_mm_ + covered_mm);
+                                  }),
+                   within.end());
+      if (within.empty()) continue;
       std::sort(within.begin(), within.end(), [](const TriangleTree::Within& x, const TriangleTree::Within& y) {
         return x.distance != y.distance ? x.distance < y.distance : x.item < y.item;
       });
@@ -270,6 +293,13 @@ TriangleTree::Nearest NearCursor::Find(const Eigen::Vector3d& query, double limi
       if (distances_squared_[i] > reach * reach) continue;
       TriangleTree::Test(tree_.items()[cells_->items_[NearCells::kGroup * first + i]], query, &nearest);
     }
+  }
+  // Beyond what is covered the cell does not know all candidates.
+  const double covered_squared = cells_->covered_mm_ * cells_->covered_mm_;
+  if (!(nearest.distance_squared <= covered_squared) || nearest.triangle == TriangleTree::kNone) {
+    if (limit_squared > covered_squared) return tree_.Find(query, limit_squared, hint);
+    nearest = {};
+    nearest.distance_squared = limit_squared;
   }
   return nearest;
 }
