@@ -25,13 +25,19 @@ void InParts(std::size_t count, int threads, const std::function<void(std::size_
   for (std::thread& thread : crew) thread.join();
 }
 
-std::vector<double> Distances(const metrology::Surface& surface, const metrology::Points& part_mm, int threads) {
+// One after the other, as a fit's cursor goes.
+void ByCursor(const metrology::Surface& surface, const metrology::Points& part_mm, int threads) {
   std::vector<double> distances(part_mm.size());
   InParts(part_mm.size(), threads, [&](std::size_t begin, std::size_t end) {
     metrology::Surface::Cursor cursor(surface);
     for (std::size_t i = begin; i < end; ++i)
       distances[i] = cursor.ClosestWithin(part_mm[i], kLimitMm).signed_distance_mm;
   });
+}
+
+std::vector<double> Distances(const metrology::Surface& surface, const metrology::Points& part_mm, int threads) {
+  std::vector<double> distances;
+  surface.SignedDistances(part_mm, kLimitMm, threads, &distances);
   return distances;
 }
 
@@ -114,12 +120,15 @@ metrology::Points NearTrailingEdge(const Blade& blade, std::size_t count) {
 void RunDistances(const PreparedBlade& prepared, const RunOptions& options, Figures* figures) {
   const Blade& blade = prepared.blade;
   const metrology::Points points = NearSurface(blade, options.points);
-  std::vector<double> seconds, processor_s, embree_seconds;
+  std::vector<double> seconds, processor_s, cursor_seconds, embree_seconds;
   for (int repeat = 0; repeat < 5; ++repeat) {
     const double begin = Seconds(), processor_begin = ProcessorSeconds();
     Distances(*prepared.surface, points, options.threads);
     seconds.push_back(Seconds() - begin);
     processor_s.push_back(ProcessorSeconds() - processor_begin);
+    const double cursor_begin = Seconds();
+    ByCursor(*prepared.surface, points, options.threads);
+    cursor_seconds.push_back(Seconds() - cursor_begin);
     double by_embree_s = 0;
     EmbreeDistances(blade, points, kLimitMm, options.threads, &by_embree_s);
     embree_seconds.push_back(by_embree_s);
@@ -127,11 +136,15 @@ void RunDistances(const PreparedBlade& prepared, const RunOptions& options, Figu
   const double millions = 1e-6 * static_cast<double>(points.size());
   const double rate = millions / MedianOf(seconds), rate_of_processor = millions / MedianOf(processor_s);
   std::printf(
-      "\ndistances: %zu points in random order, %d threads: %.2f million points/s (%.2f for a second of a processor); "
-      "Embree's point query %.2f\n",
-      points.size(), options.threads, rate, rate_of_processor, millions / MedianOf(embree_seconds));
+      "\ndistances: %zu points in random order, %d threads: %.2f million points/s (%.2f for a second of a processor), "
+      "one "
+      "by one %.2f; Embree's point query %.2f; surface and near cells %.0f MB\n",
+      points.size(), options.threads, rate, rate_of_processor, millions / MedianOf(cursor_seconds),
+      millions / MedianOf(embree_seconds), 1e-6 * static_cast<double>(prepared.surface->memory_bytes()));
   figures->values["distances_million_per_s"] = rate;
   figures->values["distances_million_per_processor_s"] = rate_of_processor;
+  figures->values["distances_one_by_one_million_per_s"] = millions / MedianOf(cursor_seconds);
+  figures->values["surface_megabytes"] = 1e-6 * static_cast<double>(prepared.surface->memory_bytes());
   figures->values["embree_million_per_s"] = millions / MedianOf(embree_seconds);
 
   double worst_um = 0;

@@ -5,16 +5,19 @@
 #include <cmath>
 #include <initializer_list>
 #include <limits>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <utility>
+
+#include "metrology/surface/cubic_patch.h"
 
 namespace sixpoint::metrology {
 namespace {
 
 constexpr int kGreatestPassCount = 24;
-// Facets stay within about 17 degrees of the surface, down to edges of this many chordal errors.
-constexpr double kLeastCosine = 0.955, kFlatEdgeFactor = 2;
+// Facets stay within about 11 degrees of the surface, down to edges of this many chordal errors.
+constexpr double kLeastCosine = 0.98, kFlatEdgeFactor = 2;
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 absl::Status Bad(const std::string& field, const std::string& value, const std::string& wanted) {
@@ -47,6 +50,7 @@ struct Triangle {
   std::array<std::uint32_t, 3> edges;  // edge c joins nodes c and c + 1
   Eigen::Vector3d middle_mm;           // the true surface at the centroid of the parameters
   std::uint8_t longest = 0;            // edge
+  double patch_distance_mm = 0;        // of the true middles from the cubic patch over the triangle
 };
 
 class Refiner {
@@ -109,7 +113,34 @@ class Refiner {
     for (int c = 0; c < 3; ++c) triangle.edges[c] = FindEdge(nodes[c], nodes[(c + 1) % 3]);
     triangle.middle_mm = shape_.FacePoint(mesh_.nodes[nodes[0]].face, MeanUv({nodes[0], nodes[1], nodes[2]}));
     triangle.longest = Longest(triangle.edges);
+    triangle.patch_distance_mm = PatchDistance(triangle);
     out->push_back(triangle);
+  }
+
+  // At a pole the surface has no normal of its own; the facet's stands in.
+  Eigen::Vector3d CornerNormal(std::uint32_t node, const Eigen::Vector3d& facet_normal) const {
+    return normals_[node].isZero() ? facet_normal : normals_[node];
+  }
+
+  // What the prepared surface will be off by: to the patch, or to the facet where no patch is fit to stand.
+  double PatchDistance(const Triangle& triangle) const {
+    const auto& [a, b, c] = triangle.nodes;
+    const Eigen::Vector3d across = Across(triangle.nodes);
+    if (!(across.norm() > 0)) return 0;
+    const Eigen::Vector3d facet = across.normalized();
+    const std::optional<CubicPatch> patch = CubicPatch::Over(
+        {At(a), At(b), At(c)}, {CornerNormal(a, facet), CornerNormal(b, facet), CornerNormal(c, facet)});
+    double distance = 0;
+    for (const Eigen::Vector3d* truth : {&triangle.middle_mm, &edges_[triangle.edges[0]].middle_mm,
+                                         &edges_[triangle.edges[1]].middle_mm, &edges_[triangle.edges[2]].middle_mm}) {
+      if (!patch) {
+        distance = std::max(distance, std::abs((*truth - At(a)).dot(facet)));
+        continue;
+      }
+      const CubicPatch::Foot foot = patch->At(patch->Barycentric(*truth));
+      distance = std::max(distance, std::abs((*truth - foot.point_mm).dot(foot.normal)));
+    }
+    return distance;
   }
 
   std::uint32_t FindEdge(std::uint32_t from, std::uint32_t to) {
@@ -184,8 +215,10 @@ class Refiner {
         if (!normals_[node].isZero()) slope = std::min(slope, normals_[node].dot(facet));
       }
       Edge& longest = edges_[triangle.edges[triangle.longest]];
-      const bool tilted = slope < kLeastCosine && Length(longest) > kFlatEdgeFactor * options_.chordal_error_mm;
-      if (tilted || distance > options_.chordal_error_mm + gap) longest.split = true;
+      const bool tilted = slope < kLeastCosine;
+      const bool off = triangle.patch_distance_mm > options_.patch_error_mm + gap;
+      const bool long_enough = Length(longest) > kFlatEdgeFactor * options_.chordal_error_mm;
+      if ((long_enough && (tilted || off)) || distance > options_.chordal_error_mm + gap) longest.split = true;
     }
     for (Edge& edge : edges_) {
       if (edge.middle_node != kNone || !std::isfinite(edge.distance_mm)) continue;
@@ -311,8 +344,7 @@ class Refiner {
       for (int c = 0; c < 3; ++c) {
         const std::uint32_t node = triangle.nodes[c];
         vertices[c] = mesh_.nodes[node].vertex;
-        // At a pole the surface has no normal of its own; the facet's stands in.
-        normals[c] = (normals_[node].isZero() ? across.normalized().eval() : normals_[node]).cast<float>();
+        normals[c] = CornerNormal(node, across.normalized()).cast<float>();
       }
       if (!(across.norm() > 0)) continue;
       mesh.triangles.push_back(vertices);

@@ -56,6 +56,8 @@ struct CoarseMesh {
 
 struct RefinementOptions {
   double chordal_error_mm = 0.5e-3;
+  // Of the cubic patches through corners and normals (cubic_patch.h), which the prepared surface is made of.
+  double patch_error_mm = 0.04e-3;
   // Curves and faces of real CAD meet within a tolerance only; more than this is refused.
   double greatest_gap_mm = 10e-3;
   std::size_t greatest_triangle_count = 4'000'000;

@@ -252,6 +252,7 @@ absl::StatusOr<TriangleMesh> Tessellate(const TopoDS_Shape& shape, double extent
   while (absl::IsResourceExhausted(mesh.status()) &&
          2e3 * refinement.chordal_error_mm <= options.greatest_chordal_error_um) {
     refinement.chordal_error_mm *= 2;
+    refinement.patch_error_mm *= 2;
     mesh = Refine(coarse, geometry, refinement);
   }
   return absl::IsResourceExhausted(mesh.status()) ? absl::InvalidArgumentError(mesh.status().message()) : mesh;
@@ -280,6 +281,7 @@ absl::StatusOr<TriangleMesh> ReadAndTessellate(CadFormat format, const std::stri
     if (!vertex.allFinite()) return Bad("vertices_mm", "not finite", "finite coordinates");
   }
   if (mesh->triangles.empty()) return Bad("faces", "none with an area", "at least one");
+  if (absl::Status status = CheckOneSided(*mesh); !status.ok()) return status;
   mesh->closed = IsClosed(*mesh);
   if (SignedVolume(*mesh) < 0) TurnOver(&*mesh);
   return mesh;

@@ -27,7 +27,7 @@ struct TessellationOptions {
 // chordal_error_um is measured on the result: the greatest distance of the true surface at each triangle's centroid and
 // edge midpoints (in the face's parameters) from the triangles there, and of the true edge curves from their chords.
 // INVALID_ARGUMENT: nothing readable, no faces, extent below 0.1 mm or above 10 m, non-finite numbers, too many triangles,
-// edges more than 10 um off their faces.
+// edges more than 10 um off their faces, edges that more than two faces share, faces turned against each other.
 absl::StatusOr<TriangleMesh> TessellateCad(CadFormat format, const std::string& path,
                                            const TessellationOptions& options);
 

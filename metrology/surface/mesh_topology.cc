@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <sstream>
 #include <unordered_map>
 #include <utility>
 
@@ -90,6 +91,36 @@ bool IsClosed(const TriangleMesh& mesh) {
     if (!std::binary_search(edges.begin(), edges.end(), Edge{edges[i].second, edges[i].first})) return false;
   }
   return true;
+}
+
+absl::Status CheckOneSided(const TriangleMesh& mesh) {
+  const std::vector<Edge> edges = DirectedEdges(mesh);
+  std::size_t branching = 0, turned = 0;
+  Edge first_branching, first_turned;
+  for (std::size_t i = 0; i < edges.size();) {
+    std::size_t next = i + 1;
+    while (next < edges.size() && edges[next] == edges[i]) ++next;
+    const Edge back{edges[i].second, edges[i].first};
+    const auto [from, to] = std::equal_range(edges.begin(), edges.end(), back);
+    const std::size_t along = next - i, against = static_cast<std::size_t>(to - from);
+    i = next;
+    if (against > 0 && back < edges[i - 1]) continue;  // counted from the other side
+    if (along + against > 2 && branching++ == 0) first_branching = edges[i - 1];
+    if (along + against == 2 && along != 1 && turned++ == 0) first_turned = edges[i - 1];
+  }
+  const auto bad = [&mesh](std::size_t count, const Edge& first, const char* what, const char* wanted) {
+    const Eigen::Vector3d middle_mm = 0.5 * (mesh.vertices_mm[first.first] + mesh.vertices_mm[first.second]);
+    std::ostringstream text;
+    text << "mesh.edges: " << count << ' ' << what << ", the first at (" << middle_mm.x() << ", " << middle_mm.y()
+         << ", " << middle_mm.z() << ") mm, want " << wanted;
+    return absl::InvalidArgumentError(text.str());
+  };
+  if (branching > 0)
+    return bad(branching, first_branching, "with more than two triangles", "at most two: the boundary of one body");
+  if (turned > 0)
+    return bad(turned, first_turned, "between triangles turned against each other",
+               "all corners counter-clockwise seen from outside");
+  return absl::OkStatus();
 }
 
 double SignedVolume(const TriangleMesh& mesh) {

@@ -1,6 +1,8 @@
 // What the triangles of a mesh say about the body that they bound.
 #pragma once
 
+#include <absl/status/status.h>
+
 #include "metrology/surface/triangle_mesh.h"
 
 namespace sixpoint::metrology {
@@ -10,6 +12,10 @@ std::vector<std::uint32_t> Weld(double tolerance_mm, Points* points);
 
 // Every edge belongs to exactly two triangles, which run along it in opposite senses.
 bool IsClosed(const TriangleMesh& mesh);
+
+// Refuses with count and place (of the first edge's middle): edges that more than two triangles share, and neighbours of
+// which one is turned over, so that the mesh has no outside. Open rims are allowed.
+absl::Status CheckOneSided(const TriangleMesh& mesh);
 
 // Enclosed volume, positive where triangles are counter-clockwise seen from outside. Open borders are capped by fans
 // from the border's centroid, so that a tube has a volume too.

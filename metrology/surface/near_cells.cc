@@ -1,15 +1,17 @@
 #include "metrology/surface/near_cells.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
-#include <thread>
+
+#include "metrology/surface/in_parts.h"
 
 namespace sixpoint::metrology {
 namespace {
 
-constexpr std::uint32_t kNoCell = 0xffffffff;
-constexpr int kKeyBits = 21;  // of each coordinate
+constexpr int kKeyBits = 21;                         // of each coordinate
+constexpr std::uint64_t kNoKey = ~std::uint64_t{1};  // of no cell
 constexpr double kGreatestCellsAcross = (1 << kKeyBits) - 2;
 // Cells of about the mean triangle's edge hold some tens of candidates.
 constexpr double kEdgesPerCell = 1.0;
@@ -30,17 +32,6 @@ Eigen::Array3i CellOf(std::uint64_t key) {
 }
 
 std::size_t HashOf(std::uint64_t key) { return static_cast<std::size_t>((key * 0x9e3779b97f4a7c15ULL) >> 20); }
-
-// Runs body(begin, end, part) over [0, count) in `parts` runs, each on a thread of its own.
-template <typename Body>
-void InParts(std::size_t count, std::size_t parts, const Body& body) {
-  std::vector<std::thread> threads;
-  for (std::size_t part = 1; part < parts; ++part) {
-    threads.emplace_back([&, part] { body(count * part / parts, count * (part + 1) / parts, part); });
-  }
-  body(0, count / parts, 0);
-  for (std::thread& thread : threads) thread.join();
-}
 
 }  // namespace
 
@@ -82,6 +73,7 @@ NearCells::NearCells(const TriangleTree& tree, double covered_mm, int thread_cou
   const double edge_mm = std::sqrt(4 / std::sqrt(3.0) * area / static_cast<double>(items.size()));
   const double extent_mm = (high - low).maxCoeff() + 4 * covered_mm;
   cell_mm_ = std::max({kEdgesPerCell * edge_mm, kLeastCellMm, extent_mm / kGreatestCellsAcross * 1.01});
+  per_cell_ = 1 / cell_mm_;
   const double radius_mm = 0.5 * std::sqrt(3.0) * cell_mm_;
   const double band_mm = covered_mm + radius_mm;  // of the centre of a cell that holds a covered point
   low_mm_ = low - Eigen::Vector3d::Constant(covered_mm + 2 * cell_mm_);
@@ -165,6 +157,25 @@ NearCells::NearCells(const TriangleTree& tree, double covered_mm, int thread_cou
     keys_[slot] = keys[cell] + 1;
     cells_[slot] = cell;
   }
+  centres_mm_.reserve(keys.size());
+  for (const std::uint64_t key : keys) centres_mm_.push_back(CentreOf(CellOf(key)));
+}
+
+void NearCells::CellsAt(const Eigen::Vector3d* points_mm, const Eigen::Vector3d& origin_mm, std::size_t count,
+                        std::uint32_t* cells) const {
+  // Some at a time: the table's lines are on their way before they are read.
+  constexpr std::size_t kTogether = 32;
+  std::array<std::uint64_t, kTogether> keys;
+  for (std::size_t begin = 0; begin < count; begin += kTogether) {
+    const std::size_t together = std::min(kTogether, count - begin);
+    for (std::size_t i = 0; i < together; ++i) {
+      const Eigen::Array3d at = ((points_mm[begin + i] - origin_mm - low_mm_) * per_cell_).array();
+      const bool inside = (at >= 0).all() && (at < kGreatestCellsAcross).all();
+      keys[i] = inside ? KeyOf(at.cast<int>()) : kNoKey;
+      __builtin_prefetch(&keys_[HashOf(keys[i]) & (keys_.size() - 1)]);
+    }
+    for (std::size_t i = 0; i < together; ++i) cells[begin + i] = Find(keys[i]);
+  }
 }
 
 std::uint32_t NearCells::Find(std::uint64_t key) const {
@@ -177,7 +188,8 @@ std::uint32_t NearCells::Find(std::uint64_t key) const {
 std::size_t NearCells::memory_bytes() const {
   return shapes_.capacity() * sizeof(Shape) + keys_.capacity() * sizeof(std::uint64_t) +
          sizeof(std::uint32_t) *
-             (cells_.capacity() + first_.capacity() + items_.capacity() + group_distance_.capacity());
+             (cells_.capacity() + first_.capacity() + items_.capacity() + group_distance_.capacity()) +
+         centres_mm_.capacity() * sizeof(Eigen::Vector3d);
 }
 
 NearCursor::Visit& NearCursor::Enter(std::uint64_t key, const Eigen::Array3i& cell) {
@@ -194,7 +206,14 @@ NearCells::Shape NearCells::ShapeOf(const TriangleTree::Item& item) {
   const Eigen::Vector3d normal = item.ab.cross(item.ac);
   const double twice_area = normal.norm();
   const Eigen::Vector3f b = item.ab.cast<float>(), c = item.ac.cast<float>(), n = (normal / twice_area).cast<float>();
-  Shape shape{b.x(), b.y(), b.z(), c.x(), c.y(), c.z(), n.x(), n.y(), n.z(), 0, 0, 0, 0, 0, 0};
+  Shape shape{};
+  shape.bx = b.x(), shape.by = b.y(), shape.bz = b.z();
+  shape.cx = c.x(), shape.cy = c.y(), shape.cz = c.z();
+  shape.nx = n.x(), shape.ny = n.y(), shape.nz = n.z();
+  const Eigen::Vector3f v = (item.ac.cross(normal) / (twice_area * twice_area)).cast<float>();
+  const Eigen::Vector3f w = (normal.cross(item.ab) / (twice_area * twice_area)).cast<float>();
+  shape.vx = v.x(), shape.vy = v.y(), shape.vz = v.z();
+  shape.wx = w.x(), shape.wy = w.y(), shape.wz = w.z();
   shape.per_bb = static_cast<float>(1 / item.abab);
   shape.per_cc = static_cast<float>(1 / item.acac);
   shape.per_ee = static_cast<float>(1 / (item.abab - 2 * item.abac + item.acac));
@@ -258,14 +277,14 @@ void NearCursor::Measure(const Group& g, const Eigen::Vector3f& query, float* di
 
 TriangleTree::Nearest NearCursor::Find(const Eigen::Vector3d& query, double limit_squared, std::uint32_t hint) {
   if (cells_ == nullptr) return tree_.Find(query, limit_squared, hint);
-  const Eigen::Array3d at = ((query - cells_->low_mm_) / cells_->cell_mm_).array();
+  const Eigen::Array3d at = ((query - cells_->low_mm_) * cells_->per_cell_).array();
   const bool inside = (at >= 0).all() && (at < kGreatestCellsAcross).all();
   Visit* visit = nullptr;
   if (inside) {
     const Eigen::Array3i cell = at.cast<int>();
     visit = &Enter(KeyOf(cell), cell);
   }
-  if (visit == nullptr || visit->cell == kNoCell) {
+  if (visit == nullptr || visit->cell == NearCells::kNoCell) {
     TriangleTree::Nearest none;
     none.distance_squared = limit_squared;
     if (limit_squared <= cells_->covered_mm_ * cells_->covered_mm_) return none;

@@ -13,24 +13,33 @@ namespace sixpoint::metrology {
 // Read by any number of threads; the tree lives longer.
 class NearCells {
  public:
+  // What an item looks like in single precision, wherever the cell.
+  struct Shape {
+    float bx, by, bz, cx, cy, cz, nx, ny, nz;  // edges, unit normal
+    float vx, vy, vz, wx, wy, wz;              // barycentric coordinates of p - corner: its products with these
+    float per_bb, per_cc, per_ee, per_area;    // 1 / |edge|^2, 1 / twice the area
+    float rounding;                            // of a distance, for each millimetre from the corner
+    float size;                                // longer edge
+  };
+
   // Every point within covered_mm of the surface lies in a cell. The same on any number of threads.
   NearCells(const TriangleTree& tree, double covered_mm, int thread_count);
 
   double covered_mm() const { return covered_mm_; }
   std::size_t cell_count() const { return first_.size() - 1; }
   std::size_t memory_bytes() const;
+  static constexpr std::uint32_t kNoCell = 0xffffffff;
+  // The cells that hold points, kNoCell where there is none; of all points less the origin.
+  void CellsAt(const Eigen::Vector3d* points_mm, const Eigen::Vector3d& origin_mm, std::size_t count,
+               std::uint32_t* cells) const;
+  const Eigen::Vector3d& centre_mm(std::uint32_t cell) const { return centres_mm_[cell]; }
+  float cell_width_mm() const { return static_cast<float>(cell_mm_); }
 
  private:
   friend class NearCursor;
+  friend class NearBatch;
   static constexpr std::uint32_t kGroup = 4;
 
-  // What an item looks like in single precision, wherever the cell.
-  struct Shape {
-    float bx, by, bz, cx, cy, cz, nx, ny, nz;  // edges, unit normal
-    float per_bb, per_cc, per_ee, per_area;    // 1 / |edge|^2, 1 / twice the area
-    float rounding;                            // of a distance, for each millimetre from the corner
-    float size;                                // longer edge
-  };
   static Shape ShapeOf(const TriangleTree::Item& item);
 
   Eigen::Vector3d CentreOf(const Eigen::Array3i& cell) const;
@@ -38,7 +47,7 @@ class NearCells {
 
   const TriangleTree& tree_;
   double covered_mm_;
-  double cell_mm_ = 0;
+  double cell_mm_ = 0, per_cell_ = 0;
   Eigen::Vector3d low_mm_;
   std::vector<Shape> shapes_;  // of the tree's items
   // Hash table, open addressing: key + 1 (0: free) and the cell's index.
@@ -49,6 +58,7 @@ class NearCells {
   std::vector<std::uint32_t> first_;  // group
   std::vector<std::uint32_t> items_;
   std::vector<float> group_distance_;
+  Points centres_mm_;  // of the cells
 };
 
 // One thread's way through its points; quick where each is near the one before.

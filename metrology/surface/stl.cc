@@ -11,6 +11,7 @@ namespace sixpoint::metrology {
 namespace {
 
 constexpr std::size_t kBinaryHeader = 84, kBinaryTriangle = 50;
+constexpr double kGreatestCoordinateMm = 1e7;
 // ASCII takes about 250 bytes a facet; this bounds what a short file can make us hold.
 constexpr std::size_t kGreatestTriangleCount = 8'000'000;
 
@@ -103,6 +104,10 @@ absl::StatusOr<TriangleMesh> ReadStl(std::string_view bytes, double unit_mm) {
     vertex *= unit_mm;
     if (!vertex.allFinite())
       return Bad("facets[" + std::to_string(i / 3) + "].vertex", "not finite", "finite coordinates");
+    if (!(vertex.cwiseAbs().maxCoeff() <= kGreatestCoordinateMm))
+      return Bad("facets[" + std::to_string(i / 3) + "].vertex",
+                 "a coordinate of " + std::to_string(vertex.cwiseAbs().maxCoeff()) + " mm",
+                 "at most 1e7 mm; is unit_mm right?");
   }
   const std::vector<std::uint32_t> welded = Weld(0, &mesh.vertices_mm);
   for (std::size_t i = 0; i + 2 < welded.size(); i += 3) {
@@ -112,6 +117,7 @@ absl::StatusOr<TriangleMesh> ReadStl(std::string_view bytes, double unit_mm) {
     if (across.squaredNorm() > 0) mesh.triangles.push_back(triangle);
   }
   if (mesh.triangles.empty()) return Bad("facets", "none with an area", "at least one");
+  if (absl::Status status = CheckOneSided(mesh); !status.ok()) return status;
   mesh.closed = IsClosed(mesh);
   if (mesh.closed && SignedVolume(mesh) < 0) TurnOver(&mesh);
   return mesh;

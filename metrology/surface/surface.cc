@@ -9,10 +9,14 @@
 #include <mutex>
 #include <numeric>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <unordered_map>
 #include <utility>
 
+#include "metrology/surface/cubic_patch.h"
+#include "metrology/surface/in_parts.h"
+#include "metrology/surface/near_batch.h"
 #include "metrology/surface/near_cells.h"
 #include "metrology/surface/triangle_tree.h"
 
@@ -26,13 +30,27 @@ constexpr std::size_t kGreatestTriangleCount = 100'000'000;
 // Faces that meet at less than this are not a sharp edge; corner normals that differ by less belong to one smooth face.
 const double kSharpCosine = std::cos(20 * M_PI / 180);
 const double kSmoothCosine = std::cos(1 * M_PI / 180);
-constexpr double kLeastNormalAgreement = 0.2;
-constexpr double kGreatestHeightRatio = 0.1;  // of the patch's height to the triangle's longest edge
-constexpr double kNearMm = 0.05;              // what the near cells cover: more than a converged fit reaches
-constexpr double kOvershoot = 0.25;           // a foot may leave its triangle by this much (barycentric)
+constexpr double kNearMm = 0.05;                      // what the near cells cover: more than a converged fit reaches
+constexpr std::size_t kManyPoints = 100'000;          // are worth the near cells
+constexpr std::size_t kSlice = std::size_t{1} << 20;  // of points put in order at a time
+constexpr std::size_t kAhead = 24;                    // points fetched early
+// Steps of a foot along the patch: where the surface's radius is near the distance (a trailing edge) they shrink slowly. The
+// distance is off by the square of what is left, over the radius.
+constexpr int kLeastSteps = 2, kMostSteps = 12;
+constexpr double kSettledMm = 2e-5;
+// Nearer than this a foot is followed over its triangle's edge: it may leave the triangle by so much (barycentric) before
+// it is the next one's. Farther off it stays by its triangle.
+constexpr double kCurvedMm = 0.1, kOvershoot = 0.05, kFarOvershoot = 0.25, kFarthestOvershoot = 4;
+constexpr int kMostCrossings = 16;
 
 // What the border of a triangle is; bits.
 enum Rim : std::uint8_t { kSmooth = 0, kCreased = 1, kSharp = 2, kOpen = 4 };
+
+std::string At(const Vector3d& point_mm) {
+  std::ostringstream text;
+  text << '(' << point_mm.x() << ", " << point_mm.y() << ", " << point_mm.z() << ')';
+  return text.str();
+}
 
 struct PositionHash {
   std::size_t operator()(const std::array<double, 3>& p) const {
@@ -44,29 +62,6 @@ struct PositionHash {
       hash ^= hash >> 32;
     }
     return hash;
-  }
-};
-
-// The true surface over a triangle: a cubic height field over its plane, which has the given normals at the corners.
-struct Patch {
-  Vector3d corner, unit_normal;
-  Vector3d dual_1, dual_2;  // barycentric coordinates 1 and 2 of x: dual . (x - corner)
-  Vector3d edge_1, edge_2;
-  std::array<double, 7> height;  // Bezier: 001 011 | 112 122 | 220 200 pairs, then the middle
-
-  double Height(const Vector3d& b, double* slope_1, double* slope_2) const {
-    const double b0 = b[0], b1 = b[1], b2 = b[2];
-    const auto& h = height;
-    const double d0 =
-        3 * (2 * b0 * b1 * h[0] + b1 * b1 * h[1] + b2 * b2 * h[4] + 2 * b0 * b2 * h[5] + 2 * b1 * b2 * h[6]);
-    const double d1 =
-        3 * (b0 * b0 * h[0] + 2 * b0 * b1 * h[1] + 2 * b1 * b2 * h[2] + b2 * b2 * h[3] + 2 * b0 * b2 * h[6]);
-    const double d2 =
-        3 * (b1 * b1 * h[2] + 2 * b1 * b2 * h[3] + 2 * b2 * b0 * h[4] + b0 * b0 * h[5] + 2 * b0 * b1 * h[6]);
-    *slope_1 = d1 - d0;
-    *slope_2 = d2 - d0;
-    return 3 * (b0 * b0 * b1 * h[0] + b0 * b1 * b1 * h[1] + b1 * b1 * b2 * h[2] + b1 * b2 * b2 * h[3] +
-                b2 * b2 * b0 * h[4] + b2 * b0 * b0 * h[5] + 2 * b0 * b1 * b2 * h[6]);
   }
 };
 
@@ -94,12 +89,15 @@ struct Surface::Tree {
   }
 
   void Weld();
-  void FindRims();
+  absl::Status FindRims();
   void FindMoments();
-  std::optional<Patch> PatchOf(std::uint32_t t) const;
+  double Volume() const;
+  std::optional<CubicPatch> PatchOf(std::uint32_t t) const;
   Vector3d PseudoNormal(const TriangleTree::Nearest& nearest) const;
   double EdgeDistance(std::uint32_t t, const Vector3d& foot) const;
+  double FacetDistance(const Vector3d& query, const TriangleTree::Nearest& nearest) const;
   SurfacePoint Resolve(const Vector3d& query, const TriangleTree::Nearest& nearest) const;
+  double Distance(const Vector3d& query, const TriangleTree::Nearest& nearest) const;
 };
 
 void Surface::Tree::Weld() {
@@ -112,7 +110,7 @@ void Surface::Tree::Weld() {
   }
 }
 
-void Surface::Tree::FindRims() {
+absl::Status Surface::Tree::FindRims() {
   const auto& faces = mesh.triangles;
   std::vector<Vector3d> normals(faces.size());
   std::vector<Vector3d> sums(vertices.size(), Vector3d::Zero());
@@ -140,6 +138,8 @@ void Surface::Tree::FindRims() {
   rims.assign(faces.size(), {kOpen, kOpen, kOpen});
   across.assign(faces.size(), {kNoTriangle, kNoTriangle, kNoTriangle});
   vertex_rims.assign(vertices.size(), kSmooth);
+  std::size_t branching = 0, open = 0;
+  Vector3d branching_mm;
   for (std::size_t s = 0; s < sides.size();) {
     std::size_t e = s;
     while (e < sides.size() && sides[e].low == sides[s].low && sides[e].high == sides[s].high) ++e;
@@ -165,19 +165,35 @@ void Surface::Tree::FindRims() {
         }
       }
     } else if (e - s > 2) {
-      rim = kCreased | kSharp;  // more than two faces meet here
-      for (std::size_t k = s; k < e; ++k) across[sides[k].triangle][sides[k].edge] = sides[k == s ? s + 1 : s].triangle;
+      if (branching++ == 0) branching_mm = centre + 0.5 * (vertices[sides[s].low] + vertices[sides[s].high]);
+    } else {
+      ++open;
     }
     for (std::size_t k = s; k < e; ++k) rims[sides[k].triangle][sides[k].edge] = rim;
     vertex_rims[sides[s].low] |= rim;
     vertex_rims[sides[s].high] |= rim;
     s = e;
   }
+  if (branching > 0)
+    return absl::InvalidArgumentError("surface.triangles: " + std::to_string(branching) +
+                                      " edges with more than two triangles, the first at " + At(branching_mm) +
+                                      " mm, want at most two: the boundary of one body");
+  // An open sheet has a side all the same, but none to be checked.
+  if (open == 0 && Volume() < 0)
+    return absl::InvalidArgumentError("surface.triangles: inside out, volume " + std::to_string(Volume()) +
+                                      " mm3, want corners counter-clockwise seen from outside");
   near_rim.assign(faces.size(), 0);
   for (std::size_t t = 0; t < faces.size(); ++t)
     for (const std::uint32_t v : faces[t]) near_rim[t] |= vertex_rims[welded[v]] & (kSharp | kOpen);
   vertex_normals.resize(vertices.size());
   for (std::size_t v = 0; v < sums.size(); ++v) vertex_normals[v] = sums[v].normalized().cast<float>();
+  return absl::OkStatus();
+}
+
+double Surface::Tree::Volume() const {
+  double six_volumes = 0;
+  for (const auto& [a, b, c] : mesh.triangles) six_volumes += vertices[a].dot(vertices[b].cross(vertices[c]));
+  return six_volumes / 6;
 }
 
 void Surface::Tree::FindMoments() {
@@ -195,37 +211,12 @@ void Surface::Tree::FindMoments() {
   radius_of_gyration = std::sqrt(std::max(0.0, second / area - middle.squaredNorm()));
 }
 
-std::optional<Patch> Surface::Tree::PatchOf(std::uint32_t t) const {
+std::optional<CubicPatch> Surface::Tree::PatchOf(std::uint32_t t) const {
   if (mesh.corner_normals.empty()) return std::nullopt;
   const auto& c = mesh.triangles[t];
-  const std::array<Vector3d, 3> v = {vertices[c[0]], vertices[c[1]], vertices[c[2]]};
-  Patch patch;
-  patch.corner = v[0];
-  patch.edge_1 = v[1] - v[0];
-  patch.edge_2 = v[2] - v[0];
-  const Vector3d twice_area = patch.edge_1.cross(patch.edge_2);
-  patch.unit_normal = twice_area.normalized();
-  const double inverse = 1 / twice_area.squaredNorm();
-  patch.dual_1 = inverse * patch.edge_2.cross(twice_area);
-  patch.dual_2 = inverse * twice_area.cross(patch.edge_1);
-  const double longest =
-      std::sqrt(std::max({patch.edge_1.squaredNorm(), patch.edge_2.squaredNorm(), (v[2] - v[1]).squaredNorm()}));
-  double sum = 0;
-  for (int i = 0; i < 3; ++i) {
-    const int j = (i + 1) % 3;
-    const Vector3d edge = v[j] - v[i];
-    const Vector3d n_i = mesh.corner_normals[t][i].cast<double>(), n_j = mesh.corner_normals[t][j].cast<double>();
-    const double up_i = n_i.dot(patch.unit_normal), up_j = n_j.dot(patch.unit_normal);
-    if (!(up_i > kLeastNormalAgreement && up_j > kLeastNormalAgreement)) return std::nullopt;
-    patch.height[2 * i] = -n_i.dot(edge) / (3 * up_i);
-    patch.height[2 * i + 1] = n_j.dot(edge) / (3 * up_j);
-    for (const int k : {2 * i, 2 * i + 1}) {
-      if (!(std::abs(patch.height[k]) <= kGreatestHeightRatio * longest)) return std::nullopt;
-      sum += patch.height[k];
-    }
-  }
-  patch.height[6] = sum / 4;  // reproduces every quadratic
-  return patch;
+  const auto& n = mesh.corner_normals[t];
+  return CubicPatch::Over({vertices[c[0]], vertices[c[1]], vertices[c[2]]},
+                          {n[0].cast<double>(), n[1].cast<double>(), n[2].cast<double>()});
 }
 
 Vector3d Surface::Tree::PseudoNormal(const TriangleTree::Nearest& nearest) const {
@@ -238,6 +229,18 @@ Vector3d Surface::Tree::PseudoNormal(const TriangleTree::Nearest& nearest) const
     return beyond == kNoTriangle ? own : (own + FacetNormal(beyond)).normalized();
   }
   return vertex_normals[welded[mesh.triangles[t][index - 4]]].cast<double>();
+}
+
+// To the flat triangles. Inside of one the side of its plane decides, else the pseudo-normal.
+double Surface::Tree::FacetDistance(const Vector3d& query, const TriangleTree::Nearest& nearest) const {
+  const TriangleTree::Item& item = *nearest.item;
+  const Vector3d from_corner = query - item.a;
+  const bool below = nearest.part == TrianglePart::kInside
+                         ? from_corner.dot(item.ab.cross(item.ac)) < 0
+                         : (from_corner - nearest.barycentric[1] * item.ab - nearest.barycentric[2] * item.ac)
+                                   .dot(PseudoNormal(nearest)) < 0;
+  const double distance = std::sqrt(nearest.distance_squared);
+  return below ? -distance : distance;
 }
 
 double Surface::Tree::EdgeDistance(std::uint32_t t, const Vector3d& foot) const {
@@ -279,39 +282,69 @@ SurfacePoint Surface::Tree::Resolve(const Vector3d& query, const TriangleTree::N
                         nearest.barycentric[2] * vertices[corners[2]];
   if (found.feature == SurfaceFeature::kFace && near_rim[t]) found.edge_distance_mm = EdgeDistance(t, foot);
   if (found.feature != SurfaceFeature::kFace) found.edge_distance_mm = 0;
-  const std::optional<Patch> patch = rim == kSmooth ? PatchOf(t) : std::nullopt;
+  std::optional<CubicPatch> patch = rim == kSmooth ? PatchOf(t) : std::nullopt;
   if (!patch) {
-    const Vector3d pseudo = PseudoNormal(nearest), offset = query - foot;
-    const double distance = offset.norm(), sign = offset.dot(pseudo) < 0 ? -1 : 1;
     found.point_mm = centre + foot;
-    found.signed_distance_mm = sign * distance;
+    found.signed_distance_mm = FacetDistance(query, nearest);
     // Very near an edge the direction to the query is noise; the pseudo-normal is not.
-    found.normal =
-        nearest.part == TrianglePart::kInside || distance < 1e-6 ? pseudo : Vector3d(sign / distance * offset);
+    found.normal = nearest.part == TrianglePart::kInside || std::abs(found.signed_distance_mm) < 1e-6
+                       ? PseudoNormal(nearest)
+                       : Vector3d((query - foot) / found.signed_distance_mm);
     return found;
   }
-  // Slide the foot along the curved surface until the query stands on its normal; not over a crease.
-  Vector3d barycentric = nearest.barycentric, at, normal;
-  double along = 0;
-  for (int step = 0;; ++step) {
-    double slope_1, slope_2;
-    const double height = patch->Height(barycentric, &slope_1, &slope_2);
-    at = patch->corner + barycentric[1] * patch->edge_1 + barycentric[2] * patch->edge_2 + height * patch->unit_normal;
-    normal = (patch->unit_normal - slope_1 * patch->dual_1 - slope_2 * patch->dual_2).normalized();
-    along = (query - at).dot(normal);
-    if (step == 2) break;
-    const Vector3d tangential = query - at - along * normal;
-    Vector3d next = barycentric;
-    next[1] += patch->dual_1.dot(tangential);
-    next[2] += patch->dual_2.dot(tangential);
-    next[0] = 1 - next[1] - next[2];
-    for (int i = 0; i < 3; ++i) next[i] = std::max(next[i], rims[t][i] == kSmooth ? -kOvershoot : 0.0);
+  // Slide the foot along the curved surface until the query stands on its normal: into the next triangle where the edge is
+  // smooth (facets near to each other as slivers are may each be nearest to a point over another), not over a crease.
+  std::uint32_t at_triangle = t;
+  Vector3d barycentric = nearest.barycentric;
+  const bool is_near = nearest.distance_squared < kCurvedMm * kCurvedMm;
+  const int most_steps = is_near ? kMostSteps : kLeastSteps, most_crossings = is_near ? kMostCrossings : 0;
+  const double overshoot = is_near ? kOvershoot : kFarOvershoot;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  double least_aside = kInfinity, stride = 1;
+  Vector3d last_aside = Vector3d::Zero();
+  for (int step = 0, crossings = 0;; ++step) {
+    const CubicPatch::Foot at = patch->At(barycentric);
+    const double along = (query - at.point_mm).dot(at.normal);
+    const Vector3d aside = query - at.point_mm - along * at.normal;
+    // Deeper than the surface's radius the steps grow: the foot that was nearest to settling stays.
+    const bool grows = !(aside.squaredNorm() < (step > kLeastSteps ? least_aside : kInfinity));
+    if (!grows) {
+      found.point_mm = centre + at.point_mm;
+      found.normal = at.normal;
+      found.signed_distance_mm = along;
+      least_aside = aside.squaredNorm();
+    }
+    if (grows || step >= most_steps || (step >= kLeastSteps && least_aside < kSettledMm * kSettledMm)) return found;
+    // A whole step goes too far by the distance over the surface's radius, which the step before tells (secant).
+    if (is_near && last_aside.squaredNorm() > 0) {
+      const double left = aside.dot(last_aside) / last_aside.squaredNorm();
+      stride = std::clamp(stride / std::max(0.1, 1 - left), 0.05, 2.0);
+    }
+    last_aside = aside;
+    Vector3d next = barycentric + stride * patch->BarycentricStep(aside);
+    int edge;
+    if (next.minCoeff(&edge) < -overshoot && crossings < most_crossings && rims[at_triangle][edge] == kSmooth) {
+      const std::uint32_t beyond = across[at_triangle][edge];
+      if (const std::optional<CubicPatch> its = PatchOf(beyond)) {
+        // No farther than some of the triangle's widths beyond it: a cubic is not to be followed into the distance.
+        barycentric = its->Barycentric(at.point_mm + stride * aside).cwiseMax(-kFarthestOvershoot);
+        barycentric /= barycentric.sum();
+        patch = its;
+        at_triangle = beyond;
+        ++crossings;
+        step = -1;
+        continue;
+      }
+    }
+    for (int i = 0; i < 3; ++i) next[i] = std::max(next[i], rims[at_triangle][i] == kSmooth ? -overshoot : 0.0);
     barycentric = next / next.sum();
   }
-  found.point_mm = centre + at;
-  found.normal = normal;
-  found.signed_distance_mm = along;
-  return found;
+}
+
+double Surface::Tree::Distance(const Vector3d& query, const TriangleTree::Nearest& nearest) const {
+  if (nearest.triangle == kNoTriangle || !mesh.corner_normals.empty())
+    return Resolve(query, nearest).signed_distance_mm;
+  return FacetDistance(query, nearest);
 }
 
 absl::StatusOr<std::shared_ptr<const Surface>> Surface::Prepare(TriangleMesh mesh) {
@@ -322,9 +355,11 @@ absl::StatusOr<std::shared_ptr<const Surface>> Surface::Prepare(TriangleMesh mes
                   std::to_string(kGreatestTriangleCount));
   if (!mesh.corner_normals.empty() && mesh.corner_normals.size() != mesh.triangles.size())
     return refuse("corner_normals: " + std::to_string(mesh.corner_normals.size()) + ", want one entry per triangle");
-  for (const Vector3d& v : mesh.vertices_mm)
+  for (std::size_t i = 0; i < mesh.vertices_mm.size(); ++i) {
+    const Vector3d& v = mesh.vertices_mm[i];
     if (!(v.cwiseAbs().maxCoeff() <= kGreatestCoordinateMm) || !v.allFinite())
-      return refuse("vertices_mm: a coordinate beyond 1e7 mm or not finite");
+      return refuse("vertices_mm[" + std::to_string(i) + "]: " + At(v) + ", want finite and within 1e7 mm");
+  }
   for (const auto& t : mesh.triangles)
     for (const std::uint32_t v : t)
       if (v >= mesh.vertices_mm.size())
@@ -350,7 +385,7 @@ absl::StatusOr<std::shared_ptr<const Surface>> Surface::Prepare(TriangleMesh mes
   tree->triangles = std::make_unique<TriangleTree>(tree->vertices, tree->mesh.triangles);
   if (tree->triangles->empty()) return refuse("triangles: none has an area");
   tree->Weld();
-  tree->FindRims();
+  if (const absl::Status status = tree->FindRims(); !status.ok()) return status;
   tree->FindMoments();
   return std::shared_ptr<const Surface>(new Surface(std::move(tree)));
 }
@@ -390,11 +425,78 @@ SurfacePoint Surface::Cursor::ClosestWithin(const Vector3d& point_mm, double lim
   return tree.Resolve(query, nearest);
 }
 
+void Surface::SignedDistances(const Points& points_mm, double limit_mm, int thread_count,
+                              std::vector<double>* distances_mm) const {
+  const Tree& tree = *tree_;
+  distances_mm->resize(points_mm.size());
+  if (points_mm.size() >= kManyPoints) PrepareNear(thread_count);
+  const NearCells* cells = tree.near_ready.load();
+  const auto parts = static_cast<std::size_t>(std::max(1, thread_count));
+  const auto alone = [&](std::uint32_t i, Cursor* cursor) {
+    (*distances_mm)[i] = cursor->ClosestWithin(points_mm[i], limit_mm).signed_distance_mm;
+  };
+  if (cells == nullptr || !(limit_mm >= 0)) {
+    InParts(points_mm.size(), parts, [&](std::size_t begin, std::size_t end, std::size_t) {
+      Cursor cursor(*this);
+      for (std::size_t i = begin; i < end; ++i) alone(static_cast<std::uint32_t>(i), &cursor);
+    });
+    return;
+  }
+  for (std::size_t begin = 0; begin < points_mm.size(); begin += kSlice) {
+    const std::size_t count = std::min(kSlice, points_mm.size() - begin);
+    const CellOrder in_cells = PutInCells(*cells, tree.centre, &points_mm[begin], count, thread_count);
+    const auto cell_count = static_cast<std::uint32_t>(cells->cell_count());
+    // Cells are shared out by their points; those of no cell are shared out by themselves.
+    InParts(in_cells.first[cell_count], parts, [&](std::size_t from, std::size_t to, std::size_t) {
+      const auto cell_of = [&](std::size_t at) {
+        return static_cast<std::uint32_t>(
+            std::lower_bound(in_cells.first.begin(), in_cells.first.end() - 1, static_cast<std::uint32_t>(at)) -
+            in_cells.first.begin());
+      };
+      NearBatch batch(*tree.triangles, *cells);
+      std::array<Vector3d, NearBatch::kMostPoints> queries;
+      std::array<TriangleTree::Nearest, NearBatch::kMostPoints> nearest;
+      const std::uint32_t last_cell = cell_of(to);
+      for (std::uint32_t cell = cell_of(from); cell < last_cell; ++cell) {
+        for (std::uint32_t k = in_cells.first[cell]; k < in_cells.first[cell + 1];) {
+          const std::size_t here = std::min<std::size_t>(NearBatch::kMostPoints, in_cells.first[cell + 1] - k);
+          for (std::size_t i = 0; i < here; ++i) {
+            queries[i] = points_mm[begin + in_cells.order[k + i]] - tree.centre;
+            if (k + i + kAhead < count) __builtin_prefetch(&points_mm[begin + in_cells.order[k + i + kAhead]]);
+          }
+          batch.Find(cell, queries.data(), here, limit_mm * limit_mm, nearest.data());
+          for (std::size_t i = 0; i < here; ++i)
+            (*distances_mm)[begin + in_cells.order[k + i]] = tree.Distance(queries[i], nearest[i]);
+          k += static_cast<std::uint32_t>(here);
+        }
+      }
+    });
+    InParts(count - in_cells.first[cell_count], parts, [&](std::size_t from, std::size_t to, std::size_t) {
+      Cursor cursor(*this);
+      for (std::size_t i = from; i < to; ++i)
+        alone(static_cast<std::uint32_t>(begin + in_cells.order[in_cells.first[cell_count] + i]), &cursor);
+    });
+  }
+}
+
+std::size_t Surface::memory_bytes() const {
+  const Tree& tree = *tree_;
+  const auto of = [](const auto& list) { return list.capacity() * sizeof(list[0]); };
+  const NearCells* near = tree.near_ready.load();
+  return of(tree.mesh.vertices_mm) + of(tree.mesh.triangles) + of(tree.mesh.corner_normals) + of(tree.mesh.faces) +
+         of(tree.vertices) + of(tree.welded) + of(tree.vertex_normals) + of(tree.vertex_rims) + of(tree.rims) +
+         of(tree.near_rim) + of(tree.across) + tree.triangles->memory_bytes() +
+         (near == nullptr ? 0 : near->memory_bytes());
+}
+
 const TriangleMesh& Surface::mesh() const { return tree_->mesh; }
 Vector3d Surface::minimum_mm() const { return tree_->minimum; }
 Vector3d Surface::maximum_mm() const { return tree_->maximum; }
 Vector3d Surface::centroid_mm() const { return tree_->centroid; }
 double Surface::radius_of_gyration_mm() const { return tree_->radius_of_gyration; }
+std::size_t Surface::degenerate_triangle_count() const {
+  return tree_->mesh.triangles.size() - tree_->triangles->items().size();
+}
 double Surface::area_mm2() const { return tree_->area; }
 
 }  // namespace sixpoint::metrology

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <vector>
 
 #include "metrology/frames/pose.h"
 #include "metrology/surface/triangle_mesh.h"
@@ -43,7 +44,8 @@ class Surface {
  public:
   static constexpr std::uint32_t kNoTriangle = 0xffffffff;
 
-  // Refuses a mesh without triangles, with indices or coordinates out of range, or degenerate throughout.
+  // Refuses a mesh without triangles, with indices or coordinates out of range, degenerate throughout, with an edge that
+  // more than two triangles share, or closed and inside out. Sheets with open rims are surfaces too (kBorder).
   static absl::StatusOr<std::shared_ptr<const Surface>> Prepare(TriangleMesh mesh);
   ~Surface();
 
@@ -73,6 +75,15 @@ class Surface {
     std::uint32_t hint_ = kNoTriangle;
   };
 
+  // signed_distance_mm of ClosestWithin for each point, to the bit, in much less time where there are many: what lies in one
+  // cell of space is measured together. Any order of points, any number of threads, the same bits. Makes near first
+  // (PrepareNear) where the points are many.
+  void SignedDistances(const Points& points_mm, double limit_mm, int thread_count,
+                       std::vector<double>* distances_mm) const;
+
+  // What it holds by now: mesh, tree, topology and, once made, the near cells.
+  std::size_t memory_bytes() const;
+
   const TriangleMesh& mesh() const;
   Eigen::Vector3d minimum_mm() const;
   Eigen::Vector3d maximum_mm() const;
@@ -80,6 +91,7 @@ class Surface {
   Eigen::Vector3d centroid_mm() const;
   double radius_of_gyration_mm() const;
   double area_mm2() const;
+  std::size_t degenerate_triangle_count() const;  // of the mesh's, without area: left out
 
  private:
   struct Tree;

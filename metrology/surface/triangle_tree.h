@@ -17,11 +17,13 @@ enum class TrianglePart : std::uint8_t { kInside, kEdge0, kEdge1, kEdge2, kCorne
 class TriangleTree {
  public:
   static constexpr std::uint32_t kNone = 0xffffffff;
+  struct Item;
   struct Nearest {
     std::uint32_t triangle = kNone;  // index in the list it was built from
     double distance_squared = std::numeric_limits<double>::infinity();
     Eigen::Vector3d barycentric = Eigen::Vector3d::Zero();
     TrianglePart part = TrianglePart::kInside;
+    const Item* item = nullptr;  // of the triangle, in the tree
   };
 
   // Triangles without area are left out. Vertices should be near their origin (boxes are kept in float, conservatively).
@@ -29,6 +31,11 @@ class TriangleTree {
 
   // The nearest triangle within a distance; equal distances go to the smaller index. The hint only saves time.
   Nearest Find(const Eigen::Vector3d& query, double limit_squared, std::uint32_t hint) const;
+
+  std::size_t memory_bytes() const {
+    return items_.capacity() * sizeof(Item) + item_of_triangle_.capacity() * sizeof(std::uint32_t) +
+           nodes_.capacity() * sizeof(Node);
+  }
 
   bool empty() const { return items_.empty(); }
 

@@ -1,11 +1,14 @@
 #include "metrology/surface/mesh_topology.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/metrology/surface/tetrahedron.h"
 
 namespace sixpoint::metrology {
 namespace {
+
+using ::testing::HasSubstr;
 
 // An open tube of square section, 2 x 2 x 3 mm, far from its origin; seen from outside.
 TriangleMesh SquareTube() {
@@ -46,6 +49,19 @@ TEST(MeshTopology, AMissingOrTurnedTriangleOpensTheMesh) {
   EXPECT_FALSE(IsClosed(missing));
   EXPECT_FALSE(IsClosed(turned));
   EXPECT_FALSE(IsClosed(TriangleMesh{}));
+}
+
+TEST(MeshTopology, NamesEdgesThatNoBoundaryOfABodyHas) {
+  EXPECT_TRUE(CheckOneSided(Tetrahedron()).ok());
+  EXPECT_TRUE(CheckOneSided(SquareTube()).ok()) << "open ends are allowed";
+  TriangleMesh fin = Tetrahedron(), turned = Tetrahedron();
+  fin.vertices_mm.emplace_back(0, -1, -1);
+  fin.triangles.push_back({0, 1, 4});  // a third triangle along the edge from the corner to x = 1
+  std::swap(turned.triangles[0][0], turned.triangles[0][1]);
+  EXPECT_THAT(std::string(CheckOneSided(fin).message()),
+              HasSubstr("mesh.edges: 1 with more than two triangles, the first at (0.5, 0, 0) mm"));
+  EXPECT_THAT(std::string(CheckOneSided(turned).message()),
+              HasSubstr("mesh.edges: 3 between triangles turned against"));
 }
 
 TEST(MeshTopology, AnOpenTubeHasTheVolumeBetweenItsEnds) {

@@ -53,6 +53,17 @@ std::string MessageOf(const std::string& bytes, double unit_mm = 1) {
   return mesh.ok() ? "read" : std::string(mesh.status().message());
 }
 
+TEST(Stl, RefusesWhatBoundsNoBodyAndNamesThePlace) {
+  TriangleMesh fin = Tetrahedron(), turned = Tetrahedron();
+  fin.vertices_mm.emplace_back(0, -1, -1);
+  fin.triangles.push_back({0, 1, 4});
+  std::swap(turned.triangles[1][0], turned.triangles[1][1]);
+  EXPECT_THAT(MessageOf(BinaryStl(fin)), HasSubstr("1 with more than two triangles, the first at (0.5, 0, 0) mm"));
+  EXPECT_THAT(MessageOf(BinaryStl(turned)), HasSubstr("3 between triangles turned against each other"));
+  EXPECT_THAT(MessageOf(BinaryStl(Tetrahedron({2e7, 0, 0}))), HasSubstr("want at most 1e7 mm"));
+  EXPECT_THAT(MessageOf(BinaryStl(Tetrahedron({2e4, 0, 0})), 1000), HasSubstr("want at most 1e7 mm"));
+}
+
 TEST(Stl, BinaryAndAsciiGiveTheSameClosedBody) {
   for (const std::string& bytes : {BinaryStl(Tetrahedron()), AsciiStl(Tetrahedron())}) {
     const auto mesh = ReadStl(bytes, 1);

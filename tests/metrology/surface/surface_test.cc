@@ -1,16 +1,20 @@
 #include "metrology/surface/surface.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <random>
 
+#include "metrology/surface/mesh_topology.h"
 #include "tests/metrology/surface/shapes.h"
+#include "tests/metrology/surface/tetrahedron.h"
 
 namespace sixpoint::metrology {
 namespace {
 
 using Eigen::Vector3d;
+using ::testing::HasSubstr;
 
 const Vector3d kFarOrigin(6350.123, -12.7, 331.6);  // real CAD stands metres from its origin
 
@@ -102,6 +106,15 @@ TEST(Surface, CursorsGiveTheSameBitsWithAndWithoutNearCells) {
           ASSERT_EQ(plain.point_mm, found.point_mm);
           ASSERT_EQ(plain.normal, found.normal);
         }
+        for (const int threads : {1, 2, 3}) {
+          std::vector<double> distances_mm;
+          surface->SignedDistances(queries, limit_mm, threads, &distances_mm);
+          ASSERT_EQ(distances_mm.size(), queries.size());
+          for (std::size_t i = 0; i < queries.size(); ++i) {
+            const double plain_mm = surface->ClosestWithin(queries[i], limit_mm).signed_distance_mm;
+            ASSERT_TRUE(distances_mm[i] == plain_mm || (std::isnan(distances_mm[i]) && std::isnan(plain_mm)));
+          }
+        }
       }
     }
     const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -180,6 +193,45 @@ TEST(Surface, MomentsAreTheTorus) {
   EXPECT_LT((surface->centroid_mm() - kFarOrigin).norm(), 1e-6);
   // Mean square distance over a torus's area: R^2 + 3 r^2 / 2 + r^2 / 2 ... = R^2 + 2 r^2 (Pappus, by hand).
   EXPECT_NEAR(surface->radius_of_gyration_mm(), std::sqrt(20. * 20 + 2 * 3. * 3), 5e-3);
+}
+
+TEST(Surface, RefusesWhatBoundsNoBodyAndNamesThePlace) {
+  const auto message = [](TriangleMesh mesh) {
+    const auto surface = Surface::Prepare(std::move(mesh));
+    return surface.ok() ? "prepared" : std::string(surface.status().message());
+  };
+  const TriangleMesh whole = Tetrahedron(kFarOrigin);
+  EXPECT_EQ(message(whole), "prepared");
+  TriangleMesh open = whole, fin = whole, inside_out = whole, far = whole, nan = whole;
+  open.triangles.pop_back();
+  EXPECT_EQ(message(open), "prepared") << "sheets are surfaces";
+  fin.vertices_mm.push_back(kFarOrigin - Vector3d(0, 1, 1));
+  fin.triangles.push_back({0, 1, 4});
+  EXPECT_THAT(message(fin), HasSubstr("1 edges with more than two triangles, the first at (6350.62, -12.7, 331.6) mm"));
+  TurnOver(&inside_out);
+  EXPECT_THAT(message(inside_out), HasSubstr("inside out, volume -0.166667 mm3"));
+  far.vertices_mm[2].z() = 2e7;
+  EXPECT_THAT(message(far), HasSubstr("vertices_mm[2]"));
+  nan.vertices_mm[3].x() = std::nan("");
+  EXPECT_THAT(message(nan), HasSubstr("vertices_mm[3]: (nan"));
+}
+
+TEST(Surface, LeavesTrianglesWithoutAreaOutAndCountsThem) {
+  TriangleMesh mesh = Tetrahedron(kFarOrigin);
+  const auto whole = Prepared(mesh);
+  mesh.triangles.push_back({0, 1, 1});
+  const auto with = Prepared(mesh);
+  EXPECT_EQ(whole->degenerate_triangle_count(), 0u);
+  EXPECT_EQ(with->degenerate_triangle_count(), 1u);
+  EXPECT_EQ(with->Closest(kFarOrigin).signed_distance_mm, whole->Closest(kFarOrigin).signed_distance_mm);
+}
+
+TEST(Surface, CountsTheMemoryThatItHolds) {
+  const auto surface = Prepared(shapes::Torus(20, 3, 60, 90, kFarOrigin));
+  const std::size_t before = surface->memory_bytes();
+  EXPECT_GT(before, surface->mesh().triangles.size() * (3 * 4 + 36 + sizeof(Vector3d)));
+  surface->PrepareNear(2);
+  EXPECT_GT(surface->memory_bytes(), before + surface->mesh().triangles.size() * 64) << "near cells count too";
 }
 
 TEST(Surface, RefusesWhatIsNoSurface) {

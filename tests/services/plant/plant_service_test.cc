@@ -217,6 +217,15 @@ TEST_F(PlantServiceTest, BadCadStoresNothing) {
   request.set_cad(CylinderCad());
   request.mutable_part()->set_cad_format(v1::CAD_FORMAT_STL);
   EXPECT_EQ(Create(request).status().code(), absl::StatusCode::kInvalidArgument);
+  // Three triangles on one edge: no body has such a boundary.
+  std::string fins = "solid fins\n";
+  for (const char* tip : {"0 1 0", "0 0 1", "0 -1 0"})
+    fins +=
+        std::string("facet normal 0 0 0 outer loop vertex 0 0 0 vertex 1 0 0 vertex ") + tip + " endloop endfacet\n";
+  request.set_cad(fins + "endsolid\n");
+  request.mutable_part()->set_cad_unit_mm(1);
+  EXPECT_THAT(std::string(Create(request).status().message()),
+              HasSubstr("mesh.edges: 1 with more than two triangles, the first at (0.5, 0, 0) mm"));
   EXPECT_EQ(Count("parts"), 0);
   EXPECT_EQ(Count("tessellations"), 0);
   EXPECT_EQ(Count("record_entries"), 0);
