@@ -168,17 +168,26 @@ void NearBatch::Find(std::uint32_t cell, const Eigen::Vector3d* queries, std::si
       kMeasure(shape, a.x(), a.y(), a.z(), used, width, &lanes, &squared_[used * width]);
     }
   }
+  const double covered_squared = cells_.covered_mm() * cells_.covered_mm();
   for (std::size_t i = 0; i < count; ++i) {
     nearest[i] = {};
     nearest[i].distance_squared = limit_squared;
     const float within = std::sqrt(lanes.least[i]) + 2 * tolerance, within_squared = within * within * (1 + 1e-6f);
     if (lanes.second[i] > within_squared) {
       TriangleTree::Test(tree_.items()[items[lanes.nearest[i]]], queries[i], &nearest[i]);
-      continue;
+    } else {
+      for (std::uint32_t k = 0; k < used; ++k)
+        if (squared_[k * width + i] <= within_squared)
+          TriangleTree::Test(tree_.items()[items[k]], queries[i], &nearest[i]);
     }
-    for (std::uint32_t k = 0; k < used; ++k)
-      if (squared_[k * width + i] <= within_squared)
-        TriangleTree::Test(tree_.items()[items[k]], queries[i], &nearest[i]);
+    // Beyond what is covered the cell does not know all candidates.
+    if (nearest[i].triangle != TriangleTree::kNone && nearest[i].distance_squared <= covered_squared) continue;
+    if (limit_squared > covered_squared) {
+      nearest[i] = tree_.Find(queries[i], limit_squared, TriangleTree::kNone);
+    } else {
+      nearest[i] = {};
+      nearest[i].distance_squared = limit_squared;
+    }
   }
 }
 
