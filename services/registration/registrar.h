@@ -12,6 +12,7 @@
 #include "services/clients/calibrations.h"
 #include "services/clients/parts.h"
 #include "services/clients/scans.h"
+#include "services/registration/fitting.h"
 #include "sixpoint/registration/v1/registration.pb.h"
 #include "storage/database.h"
 
@@ -43,11 +44,9 @@ class Registrar {
   absl::Status FetchScans(const v1::RegisterRequest& request, const Caller& caller, Inputs* inputs) const;
   absl::Status FetchAxisTables(const std::string& machine, const clients::FetchedRotationCalibration& rotation,
                                const Caller& caller, Inputs* inputs) const;
-  absl::StatusOr<metrology::PoseFit> Fit(const v1::RegisterRequest& request, const Inputs& inputs,
-                                         const std::vector<metrology::ScanPortion>& portions,
-                                         const Caller& caller) const;
-  absl::Status AddAngles(const v1::RegisterRequest& request, const Inputs& inputs, const Caller& caller,
-                         metrology::PoseFit* fit, std::vector<metrology::AngleInfluence>* angles) const;
+  // The angles' influence on the pose; and on its difference from the best fit to be compared with.
+  absl::Status AddAngles(const Inputs& inputs, Fitted* fitted, std::vector<metrology::AngleInfluence>* angles,
+                         metrology::Matrix6d* difference) const;
 
   storage::Database* database_;
   clients::PlantClient plant_;

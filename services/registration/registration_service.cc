@@ -39,7 +39,9 @@ absl::StatusOr<v1::ListRegistrationsResponse> List(storage::Database* database, 
       response.set_next_page_token(runtime::TokenAfter(request.blade(), last_sequence));
       break;
     }
-    *response.add_registrations() = ToProto(row);
+    absl::StatusOr<v1::Registration> registration = ToProto(row);
+    if (!registration.ok()) return registration.status();
+    *response.add_registrations() = *std::move(registration);
   }
   return response;
 }
@@ -69,8 +71,9 @@ grpc::Status RegistrationService::GetRegistration(grpc::ServerContext* context,
   if (!found.ok()) return ToGrpc(found.status());
   if (!found->has_value())
     return ToGrpc(absl::NotFoundError("name: " + request->name() + ", want a registration that is recorded"));
-  *response = ToProto(**found);
-  return grpc::Status::OK;
+  absl::StatusOr<v1::Registration> registration = ToProto(**found);
+  if (registration.ok()) *response = *std::move(registration);
+  return ToGrpc(registration.status());
 }
 
 grpc::Status RegistrationService::ListRegistrations(grpc::ServerContext* context,
