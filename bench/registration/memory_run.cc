@@ -32,7 +32,7 @@ int FitAndPrintPeak(std::size_t points, int threads) {
     for (std::size_t i = 0; i < points; ++i) portion.sensor.Add(sampler.NextScanned());
   }
   const double points_mb = ResidentMb("VmRSS");
-  const TimedFit timed = FitPortion(prepared, portion, threads);
+  const TimedFit timed = FitPortion(prepared, std::move(portion), threads);
   std::printf("%.3f %.3f %.3f %.3f %.4f %d\n", surface_mb, points_mb, ResidentMb("VmHWM"), timed.seconds,
               VertexDisplacementUm(prepared.blade, timed.fit.zero_from_part, ScanFromPart()), timed.converged ? 1 : 0);
   return 0;

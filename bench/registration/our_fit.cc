@@ -50,12 +50,14 @@ metrology::Points PointsOf(const metrology::ScanPortion& portion) {
   return points;
 }
 
-TimedFit FitPortion(const PreparedBlade& prepared, const metrology::ScanPortion& portion, int threads) {
+TimedFit FitPortion(const PreparedBlade& prepared, metrology::ScanPortion portion, int threads) {
+  std::vector<metrology::ScanPortion> portions;
+  portions.push_back(std::move(portion));
   metrology::FitOptions options;
   options.thread_count = threads;
   TimedFit timed;
   const double begin = Seconds(), processor_begin = ProcessorSeconds();
-  auto fit = metrology::FitToSurface(*prepared.surface, {portion}, Eigen::Isometry3d::Identity(), {}, options);
+  auto fit = metrology::FitToSurface(*prepared.surface, portions, Eigen::Isometry3d::Identity(), {}, options);
   timed.seconds = Seconds() - begin;
   timed.processor_s = ProcessorSeconds() - processor_begin;
   if (!fit.ok()) {

@@ -28,7 +28,7 @@ struct TimedFit {
   std::string remark;  // why not
 };
 // From the pose that the part should have, 0.8 mm and 1.2 degrees off. The portion is ready before the clock starts.
-TimedFit FitPortion(const PreparedBlade& prepared, const metrology::ScanPortion& portion, int threads);
+TimedFit FitPortion(const PreparedBlade& prepared, metrology::ScanPortion portion, int threads);
 
 double Seconds();           // of a steady clock
 double ProcessorSeconds();  // of this process so far, all threads

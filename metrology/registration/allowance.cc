@@ -44,7 +44,7 @@ absl::Status Check(const AllowanceOptions& options) {
 
 // The patches at one pose: stock m_k, changing by -row_k . change.
 struct Stock {
-  std::vector<std::size_t> patches;  // of the sums, those with points enough
+  std::vector<Eigen::Index> counted;  // patches with points enough to ask stock of
   MatrixXd rows;
   VectorXd stock, variance, weight;
   MatrixXd normal;
@@ -91,21 +91,20 @@ class Allowance {
         SumPatches(surface_, portions_, pose_, {allowance_.greatest_stock_mm, allowance_.patch_mm, false}, options_);
     if (!sums.ok()) return sums.status();
     sums_ = *std::move(sums);
-    see_.patches.clear();
+    see_.counted.clear();
     double squares = 0, weight = 0;
     for (std::size_t k = 0; k < sums_.patches.size(); ++k) {
       const Patch& patch = sums_.patches[k];
-      if (patch.count < allowance_.least_points) continue;
-      see_.patches.push_back(k);
+      if (patch.count >= allowance_.least_points) see_.counted.push_back(static_cast<Eigen::Index>(k));
       squares += std::max(0.0, patch.squares - patch.pull * patch.pull / patch.weight);
       weight += patch.weight * (1 - 1 / static_cast<double>(patch.count));
     }
-    if (static_cast<Eigen::Index>(see_.patches.size()) < free_.cols() + 1)
-      return absl::InvalidArgumentError("scans: " + std::to_string(see_.patches.size()) +
+    if (static_cast<Eigen::Index>(see_.counted.size()) < free_.cols() + 1)
+      return absl::InvalidArgumentError("scans: " + std::to_string(see_.counted.size()) +
                                         " patches with points within " + Text(allowance_.greatest_stock_mm) +
                                         " mm of the design, want at least " + std::to_string(free_.cols() + 1));
     const double noise = weight > 0 ? squares / weight : 0;
-    const auto count = static_cast<Eigen::Index>(see_.patches.size());
+    const auto count = static_cast<Eigen::Index>(sums_.patches.size());
     see_.rows.resize(count, free_.cols());
     see_.stock.resize(count);
     see_.variance.resize(count);
@@ -113,7 +112,7 @@ class Allowance {
     Matrix6d normal = Matrix6d::Zero();
     Vector6d right = Vector6d::Zero();
     for (Eigen::Index i = 0; i < count; ++i) {
-      const Patch& patch = sums_.patches[see_.patches[static_cast<std::size_t>(i)]];
+      const Patch& patch = sums_.patches[static_cast<std::size_t>(i)];
       see_.rows.row(i) = (free_.transpose() * patch.row / patch.weight).transpose();
       see_.stock[i] = patch.pull / patch.weight;
       see_.variance[i] = noise / static_cast<double>(patch.count);
@@ -129,15 +128,26 @@ class Allowance {
 
   // The best change within reach; sets who holds it, and what is lacking.
   VectorXd Best() {
-    const Eigen::Index size = free_.cols(), count = see_.rows.rows();
-    const VectorXd lack = VectorXd::Constant(count, allowance_.least_stock_mm) - see_.stock;
+    const Eigen::Index size = free_.cols(), count = static_cast<Eigen::Index>(see_.counted.size());
+    MatrixXd rows(count, size);
+    VectorXd lack(count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Eigen::Index k = see_.counted[static_cast<std::size_t>(i)];
+      rows.row(i) = see_.rows.row(k);
+      lack[i] = allowance_.least_stock_mm - see_.stock[k];
+    }
+    const auto keep = [&](const VectorXd& multipliers) {
+      multipliers_ = VectorXd::Zero(see_.stock.size());
+      for (Eigen::Index i = 0; i < count; ++i) multipliers_[see_.counted[static_cast<std::size_t>(i)]] = multipliers[i];
+    };
+    least_stock_mm_ = allowance_.least_stock_mm - lack.maxCoeff();
     // What is lacking at the best: (price * change, lack).
     MatrixXd g(count, size + 1);
-    g << -see_.rows / kMotionPrice, VectorXd::Ones(count);
+    g << -rows / kMotionPrice, VectorXd::Ones(count);
     const LeastDistance nearest = SolveLeastDistance(g, lack);
     lacking_mm_ = nearest.feasible ? std::max(0.0, nearest.x[size]) : lack.maxCoeff();
     if (lacking_mm_ > kFeasibleMm) {
-      multipliers_ = nearest.multipliers;
+      keep(nearest.multipliers);
       return nearest.x.head(size) / kMotionPrice;
     }
     lacking_mm_ = 0;
@@ -145,10 +155,9 @@ class Allowance {
     const Eigen::LLT<MatrixXd> cholesky(see_.normal);
     const VectorXd unconstrained = cholesky.solve(see_.right);
     const MatrixXd upper = cholesky.matrixU();
-    const MatrixXd whitened =
-        upper.transpose().triangularView<Eigen::Lower>().solve(-see_.rows.transpose()).transpose();
-    const LeastDistance best = SolveLeastDistance(whitened, lack + see_.rows * unconstrained);
-    multipliers_ = best.multipliers;
+    const MatrixXd whitened = upper.transpose().triangularView<Eigen::Lower>().solve(-rows.transpose()).transpose();
+    const LeastDistance best = SolveLeastDistance(whitened, lack + rows * unconstrained);
+    keep(best.multipliers);
     // What the first problem allowed by rounding the second may not: stay with the first's change.
     if (!best.feasible) return nearest.x.head(size) / kMotionPrice;
     return unconstrained + upper.triangularView<Eigen::Upper>().solve(best.x);
@@ -157,14 +166,14 @@ class Allowance {
   AllowanceFit Report(bool rested, int steps) {
     AllowanceFit result;
     result.fit.zero_from_part = pose_;
-    result.least_stock_mm = see_.stock.minCoeff();
+    result.least_stock_mm = least_stock_mm_;
     result.lacking_mm = lacking_mm_;
     FitEvidence& evidence = result.fit.evidence;
     evidence.iteration_count = steps;
     evidence.residual_sigma_mm = sums_.residual_sigma_mm;
     evidence.patch_mm = allowance_.patch_mm;
     for (const PortionCounts& portion : sums_.portions) evidence.point_count += portion.points;
-    for (const std::size_t k : see_.patches) evidence.points_used += sums_.patches[k].count;
+    for (const Patch& patch : sums_.patches) evidence.points_used += patch.count;
     evidence.overlap = static_cast<double>(evidence.points_used) /
                        static_cast<double>(std::max<std::int64_t>(1, evidence.point_count));
 
@@ -179,7 +188,7 @@ class Allowance {
                      [&](Eigen::Index a, Eigen::Index b) { return multipliers_[a] > multipliers_[b]; });
     if (holding.size() > kMostHolding) holding.resize(kMostHolding);
     for (const Eigen::Index i : holding) {
-      const Patch& patch = sums_.patches[see_.patches[static_cast<std::size_t>(i)]];
+      const Patch& patch = sums_.patches[static_cast<std::size_t>(i)];
       AllowancePatch held;
       held.point_mm = surface_.Closest(surface_.centroid_mm() + PatchCentre(patch.key, allowance_.patch_mm)).point_mm;
       held.normal = patch.row.tail<3>().normalized();
@@ -229,7 +238,7 @@ class Allowance {
       for (Eigen::Index h = 0; h < held_count; ++h)
         if (holding[static_cast<std::size_t>(h)] == i) acts += held_part.col(h);
       scaled += see_.variance[i] * acts * acts.transpose();
-      const Patch& patch = sums_.patches[see_.patches[static_cast<std::size_t>(i)]];
+      const Patch& patch = sums_.patches[static_cast<std::size_t>(i)];
       const ScanPortion& portion = portions_[patch.portion];
       const Vector3d zero = pose_ * (surface_.centroid_mm() + PatchCentre(patch.key, allowance_.patch_mm));
       const Vector3d normal = pose_.linear() * patch.row.tail<3>().normalized();
@@ -258,7 +267,7 @@ class Allowance {
   PatchSums sums_;
   Stock see_;
   VectorXd multipliers_;
-  double lacking_mm_ = 0;
+  double lacking_mm_ = 0, least_stock_mm_ = 0;
 };
 
 }  // namespace

@@ -25,6 +25,7 @@ constexpr std::size_t kCoarseCount = 10'000;  // and that bring it near
 constexpr int kCoarseSteps = 12;
 constexpr double kNarrowEnough = 1.05;        // the loss, by its final width
 constexpr std::size_t kManyPoints = 200'000;  // from here on it pays to prepare the surface for them
+constexpr double kNearlyAll = 0.995;          // of the points within reach of the start
 constexpr double kAnnealing = 0.65;           // the loss narrows by this, once the pose rests at its present width
 constexpr double kStepLimitMm = 3;            // of one step
 constexpr double kRested = 0.25;  // step after which the pose rests at a width, in standard deviations of a point
@@ -89,6 +90,8 @@ std::vector<Sample> Samples(const std::vector<ScanPortion>& portions, const Isom
   std::size_t total = 0;
   for (const ScanPortion& portion : portions) total += portion.sensor.size();
   const bool everywhere = options.regions_in.empty();
+  FitOptions nearby;  // what lies in a region to be left out may still show the way
+  nearby.regions_in = options.regions_in;
   // Regions leave few of the points: look at more.
   const std::size_t stride =
       std::max<std::size_t>(1, total / std::max<std::size_t>(1, everywhere ? count : 10 * count));
@@ -103,13 +106,9 @@ std::vector<Sample> Samples(const std::vector<ScanPortion>& portions, const Isom
       }
       Sample sample;
       sample.zero_mm = portions[p].zero_mm(i);
-      if (!everywhere) {
-        FitOptions in;
-        in.regions_in = options.regions_in;
-        if (!InRegions(in, part_from_zero * sample.zero_mm, kRegionMarginMm)) {
-          before = false;
-          continue;
-        }
+      if (!everywhere && !InRegions(nearby, part_from_zero * sample.zero_mm, kRegionMarginMm)) {
+        before = false;
+        continue;
       }
       sample.portion = static_cast<std::uint32_t>(p);
       sample.index = static_cast<std::uint32_t>(i);
@@ -265,7 +264,14 @@ class BestFit {
       for (const Sample& sample : coarse_.samples())
         if (sample.usable) distances.push_back(std::abs(sample.residual_mm));
     }
-    const double start = std::clamp(1.4826 * Median(std::move(distances)), 0.02, options_.greatest_start_error_mm);
+    // Wide enough for the few that may alone hold a direction, as a tip does: they must not be foreign from the start.
+    double start = 0.02;
+    if (!distances.empty()) {
+      const auto far =
+          distances.begin() + static_cast<std::ptrdiff_t>(kNearlyAll * static_cast<double>(distances.size()));
+      std::nth_element(distances.begin(), far, distances.end());
+      start = std::clamp(0.5 * *far, start, options_.greatest_start_error_mm);
+    }
     sigma_mm_ = start;
     if (const absl::Status status = Anneal(start, options_.iteration_limit); !status.ok()) return status;
     std::size_t total = 0;

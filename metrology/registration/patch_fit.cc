@@ -16,6 +16,7 @@ constexpr double kRested = 1e-4;  // last step, in standard deviations
 // The nearest patches tell the spread: this part of them stays good where half a side is foreign.
 constexpr double kNearestPart = 0.4;
 constexpr double kNearestInSigmas = 0.5244;  // that quantile of |Gaussian|
+constexpr double kModelSigmaKnown = 1e-3;    // relative
 constexpr double kLeastSlope = 0.3;          // of the loss; below it the step is no Newton step
 constexpr int kCoarser[] = {4, 8};           // patches to a side of a cluster
 constexpr std::size_t kLeastClusters = 12;
@@ -53,9 +54,11 @@ class Fitter {
       Weigh();
       const Vector6d by = Step();
       fit_.change += by;
-      covariance_ = Covariance();
+      covariance_ = Covariance(1);
       const double size = InSigmas(by);
-      if (step > 2 && size < kRested && std::abs(fit_.model_sigma_mm - model_before) <= 1e-4 * model_before) break;
+      if (step > 2 && size < kRested &&
+          std::abs(fit_.model_sigma_mm - model_before) <= 2 * kModelSigmaKnown * model_before)
+        break;
     }
     Offsets();
     Weigh();
@@ -105,7 +108,7 @@ class Fitter {
       fit_.model_sigma_mm = 0;
       return;
     }
-    for (int halving = 0; halving < 24; ++halving) {
+    while (high - low > kModelSigmaKnown * high) {
       const double middle = 0.5 * (low + high);
       (spread(middle * middle) > kNearestInSigmas ? low : high) = middle;
     }
@@ -145,20 +148,35 @@ class Fitter {
     return weights > 0 ? std::max(kLeastSlope, slopes / weights) : 1;
   }
 
+  // Of the greatest, for a direction to count as held.
+  double LeastEigenvalue() const { return 1 / (options_.condition_limit * options_.condition_limit); }
+
   Vector6d Step() const {
     Vector6d score = Vector6d::Zero();
     for (std::size_t k = 0; k < patches_.size(); ++k)
       if (fit_.weights[k] > 0) score += Score(k);
     const auto& free = options_.free;
-    const double least = 1 / (options_.condition_limit * options_.condition_limit);
-    return free * SolveHeld(free.transpose() * Normal() * free, free.transpose() * score, least) / PatchSlope();
+    return free * SolveHeld(free.transpose() * Normal() * free, free.transpose() * score, LeastEigenvalue()) /
+           PatchSlope();
   }
 
-  // Inverse of the normal matrix in the free directions, 0 in the others.
-  Matrix6d Inverse() const {
+  // What is added to the normal matrix so that a direction which nothing holds counts as badly known, not as certain.
+  Matrix6d Floor(const Matrix6d& normal) const {
     const auto& free = options_.free;
-    return free * (free.transpose() * Normal() * free).completeOrthogonalDecomposition().pseudoInverse() *
-           free.transpose() / PatchSlope();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(free.transpose() * normal * free);
+    const double least = LeastEigenvalue() * eigen.eigenvalues()[free.cols() - 1];
+    const Eigen::VectorXd lacking = (least - eigen.eigenvalues().array()).max(0);
+    return free * (eigen.eigenvectors() * lacking.asDiagonal() * eigen.eigenvectors().transpose()) * free.transpose();
+  }
+
+  // Of the change: noise and model error through the normal matrix, in the free directions.
+  Matrix6d Covariance(double widening) const {
+    const Matrix6d normal = Normal(), floor = Floor(normal);
+    const auto& free = options_.free;
+    const Matrix6d inverse =
+        free * (free.transpose() * (normal + floor) * free).completeOrthogonalDecomposition().pseudoInverse() *
+        free.transpose() / PatchSlope();
+    return inverse * (widening * ScoreCovariance() + variance_ / slope_ * floor) * inverse;
   }
 
   // Of the score. A patch's model error is one with its slopes': what it says of them is worth no more.
@@ -174,11 +192,6 @@ class Fitter {
       weights += trust_[k] * patches_[k].weight * w * w;
     }
     return weights > 0 ? Matrix6d(squares / weights * covariance) : covariance;
-  }
-
-  Matrix6d Covariance() const {
-    const Matrix6d inverse = Inverse();
-    return inverse * ScoreCovariance() * inverse;
   }
 
   double InSigmas(const Vector6d& by) const {
@@ -213,9 +226,8 @@ class Fitter {
 
   void Finish() {
     fit_.normal = Normal();
-    const Matrix6d scatter = ScoreCovariance(), inverse = Inverse();
-    fit_.correlation_widening = Widening(scatter);
-    fit_.covariance = fit_.correlation_widening * (inverse * scatter * inverse);
+    fit_.correlation_widening = Widening(ScoreCovariance());
+    fit_.covariance = Covariance(fit_.correlation_widening);
     const auto& free = options_.free;
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(free.transpose() * fit_.normal * free);
     const Vector6d weakest = free * eigen.eigenvectors().col(0);

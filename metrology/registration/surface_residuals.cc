@@ -59,8 +59,7 @@ void SurfaceResiduals::Search(const Eigen::Isometry3d& zero_from_part, double re
   });
 }
 
-SurfaceResiduals::Equations SurfaceResiduals::At(const Vector6d& change, double width_mm,
-                                                 const std::vector<double>* portion_weights) const {
+SurfaceResiduals::Equations SurfaceResiduals::At(const Vector6d& change, double width_mm) const {
   std::vector<Equations> parts(ChunkCount(samples_.size()));
   ForEachChunk(samples_.size(), thread_count_, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
     Equations part;
@@ -75,8 +74,7 @@ SurfaceResiduals::Equations SurfaceResiduals::At(const Vector6d& change, double 
       const double u = left / width_mm, inside = 1 - u * u;
       part.loss += inside > 0 ? 1 - inside * inside * inside : 1;
       if (!(inside > 0)) continue;
-      double weight = inside * inside;
-      if (portion_weights != nullptr) weight *= (*portion_weights)[sample.portion];
+      const double weight = inside * inside;
       part.matrix.selfadjointView<Eigen::Lower>().rankUpdate(row, weight);
       part.right += weight * left * row;
     }
@@ -93,10 +91,9 @@ SurfaceResiduals::Equations SurfaceResiduals::At(const Vector6d& change, double 
   return sum;
 }
 
-Vector6d SurfaceResiduals::Minimise(Vector6d change, double width_mm, int step_limit,
-                                    const std::vector<double>* portion_weights) const {
+Vector6d SurfaceResiduals::Minimise(Vector6d change, double width_mm, int step_limit) const {
   for (int step = 0; step < step_limit; ++step) {
-    const Equations equations = At(change, width_mm, portion_weights);
+    const Equations equations = At(change, width_mm);
     const Vector6d by = SolveHeld(equations.matrix, equations.right);
     change += by;
     if (by.norm() < 1e-8) break;

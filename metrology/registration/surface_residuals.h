@@ -71,11 +71,10 @@ class SurfaceResiduals {
     Vector6d right = Vector6d::Zero();
     double loss = 0;  // mean of 1 - (1 - u^2)^3 over all samples
   };
-  Equations At(const Vector6d& change, double width_mm, const std::vector<double>* portion_weights = nullptr) const;
+  Equations At(const Vector6d& change, double width_mm) const;
 
   // The scaled change that minimises the loss, the closest points held: iterated reweighting from `change`.
-  Vector6d Minimise(Vector6d change, double width_mm, int step_limit,
-                    const std::vector<double>* portion_weights = nullptr) const;
+  Vector6d Minimise(Vector6d change, double width_mm, int step_limit) const;
 
   Vector6d Unscaled(const Vector6d& scaled) const {
     Vector6d pose_change = scaled;
