@@ -3,6 +3,7 @@
 
 #include "cli/commands.h"
 #include "cli/output.h"
+#include "cli/register_options.h"
 #include "cli/reports.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
 
@@ -15,6 +16,7 @@ void AddRegisterCommand(CLI::App* app, Session* session) {
     std::string blade, method;
     std::vector<std::string> scans;
     bool axis_tables = false;
+    RegisterOptions options;
   };
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app->add_subcommand("register", "Finds where a blade really stands");
@@ -23,19 +25,21 @@ void AddRegisterCommand(CLI::App* app, Session* session) {
       ->required()
       ->delimiter(',')
       ->allow_extra_args(false);
-  command->add_option("--method", arguments->method, "local, six-point or best-fit")
+  command->add_option("--method", arguments->method, "local, six-point, six-point-normals, best-fit or allowance")
       ->required()
-      ->check(CLI::IsMember({"local", "six-point", "best-fit"}));
+      ->check(CLI::IsMember(RegisterMethods()));
   command->add_flag(
       "--axis-tables", arguments->axis_tables,
       "Take the scans where the axes' characterisations say they were; not where the control compensates");
+  AddRegisterOptions(command, &arguments->options);
   session->OnCommand(command, [session, arguments]() -> absl::Status {
+    auto options = FitOptionsOf(arguments->options);
+    if (!options.ok()) return options.status();
     registration::v1::RegisterRequest request;
     request.set_blade(NameText("blades", arguments->blade));
     for (const std::string& scan : arguments->scans) request.add_scans(NameText("scans", scan));
-    request.set_method(arguments->method == "local"       ? registration::v1::METHOD_LOCAL
-                       : arguments->method == "six-point" ? registration::v1::METHOD_SIX_POINT
-                                                          : registration::v1::METHOD_BEST_FIT);
+    request.set_method(RegisterMethodOf(arguments->method));
+    *request.mutable_options() = *std::move(options);
     request.set_apply_axis_tables(arguments->axis_tables);
     request.set_requested_by(session->requested_by());
     request.set_request_id(NewRequestId());

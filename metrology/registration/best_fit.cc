@@ -390,6 +390,9 @@ void BestFit::SumEvidence(FitEvidence* evidence) const {
     evidence->regions.push_back({surface_.centroid_mm() + PatchCentre(key, times * patch_options_.patch_mm),
                                  region.points, region.pull / region.weight, region.used / region.patches});
   const double area = surface_.area_mm2();
+  const auto scan_weight = [&](std::uint32_t portion) {
+    return options_.scan_weights.empty() ? 1 : options_.scan_weights[portion];
+  };
   std::map<std::pair<std::uint32_t, std::uint32_t>, PortionAgreement> pairs;
   for (const auto& [key, here] : places) {
     for (std::size_t i = 0; i < here.size(); ++i)
@@ -397,16 +400,19 @@ void BestFit::SumEvidence(FitEvidence* evidence) const {
         const Patch &one = sums_.patches[here[i]], &other = sums_.patches[here[j]];
         PortionAgreement& pair = pairs[{one.portion, other.portion}];
         const double difference = patches_.offsets_mm[here[i]] - patches_.offsets_mm[here[j]];
+        // A place counts by how well both saw it: the variance that noise leaves there, in that of a point.
+        const double variance = scan_weight(one.portion) / one.weight + scan_weight(other.portion) / other.weight;
         ++pair.patch_count;
-        pair.difference_rms_mm += difference * difference;
-        pair.expected_rms_mm += patches_.noise_sigma_mm * patches_.noise_sigma_mm * (1 / one.weight + 1 / other.weight);
+        pair.difference_rms_mm += difference * difference / variance;
+        pair.expected_rms_mm += 1 / variance;
       }
   }
   for (auto& [key, pair] : pairs) {
     pair.scan = portions_[key.first].id;
     pair.other = portions_[key.second].id;
-    pair.difference_rms_mm = std::sqrt(pair.difference_rms_mm / static_cast<double>(pair.patch_count));
-    pair.expected_rms_mm = std::sqrt(pair.expected_rms_mm / static_cast<double>(pair.patch_count));
+    pair.difference_rms_mm = std::sqrt(pair.difference_rms_mm / pair.expected_rms_mm);
+    pair.expected_rms_mm =
+        patches_.noise_sigma_mm * std::sqrt(static_cast<double>(pair.patch_count) / pair.expected_rms_mm);
     evidence->agreements.push_back(pair);
   }
   // A plane through a cubic cell has the cell's face as its projection along the side's axis; the slant is at most sqrt 3.

@@ -21,9 +21,9 @@ std::string AxisWords(const Vector3d& direction) {
   Eigen::Index axis = 0;
   if (unit.cwiseAbs().maxCoeff(&axis) > kAlongAnAxis) return std::string("the part's ") + "xyz"[axis];
   const Vector3d shown = unit[axis] < 0 ? Vector3d(-unit) : unit;
+  const Vector3d rounded = (100 * shown).array().round() / 100 + 0.0;  // + 0.0: no "-0.00"
   char text[64];
-  // + 0.0: no "-0.00".
-  std::snprintf(text, sizeof text, "the part's (%.2f %.2f %.2f)", shown.x() + 0.0, shown.y() + 0.0, shown.z() + 0.0);
+  std::snprintf(text, sizeof text, "the part's (%.2f %.2f %.2f)", rounded.x(), rounded.y(), rounded.z());
   return text;
 }
 

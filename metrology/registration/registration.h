@@ -65,7 +65,7 @@ struct Region {
 struct PortionAgreement {
   std::string scan, other;
   std::int64_t patch_count = 0;  // seen by both
-  double difference_rms_mm = 0;  // of their offsets, patch by patch
+  double difference_rms_mm = 0;  // of their offsets, patch by patch, each weighted by how well both saw it
   double expected_rms_mm = 0;    // from the scanner's noise alone
 };
 

@@ -35,7 +35,13 @@ void RemarkWeakness(PoseFit* fit) {
 // What keeps a fit to the surface from being one, in words.
 absl::Status RemarkFailure(const metrology::Surface& surface, const std::vector<metrology::ScanPortion>& portions,
                            const Asked& asked, PoseFit* fit) {
-  if (fit->outcome == Outcome::kTooLittleOverlap)
+  if (fit->outcome == Outcome::kNotConverged) {
+    char text[128];
+    std::snprintf(text, sizeof text, "of the points %.3g %% lie on the surface, within a spread of %.3g um",
+                  100 * fit->evidence.overlap, 1e3 * fit->evidence.residual_sigma_mm);
+    Remark(text, fit);
+  }
+  if (fit->outcome == Outcome::kTooLittleOverlap || fit->outcome == Outcome::kNotConverged)
     Remark(metrology::SizeRemark(surface, portions, asked.zero_from_part_nominal), fit);
   if (fit->outcome != Outcome::kNotDetermined || fit->evidence.condition_number < asked.options.condition_limit)
     return absl::OkStatus();

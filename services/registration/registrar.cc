@@ -186,6 +186,11 @@ absl::Status Registrar::FetchScans(const v1::RegisterRequest& request, const Cal
     }
     fetched->scan.id = *runtime::IdOf("scan", "scans", request.scans(i));
     inputs->portions.push_back(metrology::Thin(fetched->scan, inputs->calibration, thinning));
+    if (inputs->portions.back().sensor.size() == 0 || !inputs->portions.back().zero_from_sensor.matrix().allFinite())
+      return runtime::Refuse("scans[" + std::to_string(i) + "]",
+                             request.scans(i) + ", of whose " + std::to_string(fetched->scan.points_mm.size()) +
+                                 " points none is at a finite place",
+                             "points, v0_mm and angles that are finite");
   }
   return absl::OkStatus();
 }
