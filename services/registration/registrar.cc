@@ -42,6 +42,15 @@ absl::Status NotKnown(const std::string& field, const std::string& name, const a
   return absl::IsNotFound(status) ? runtime::Refuse(field, name, "one that the plant knows") : status;
 }
 
+void Say(const Caller& caller, v1::RegistrationStep step, int scan_count, int iteration_count) {
+  if (!caller.on_progress) return;
+  v1::RegistrationProgress progress;
+  progress.set_step(step);
+  progress.set_scan_count(scan_count);
+  progress.set_iteration_count(iteration_count);
+  caller.on_progress(progress);
+}
+
 absl::StatusOr<std::optional<v1::Registration>> KeptAnswer(storage::Transaction& transaction,
                                                            const v1::RegisterRequest& request) {
   const auto kept = storage::FindAnswer(transaction, kCall, request.request_id(), request.SerializeAsString());
@@ -107,12 +116,13 @@ struct Registrar::Inputs {
   std::vector<metrology::ScanPortion> portions;
 };
 
-Registrar::Registrar(storage::Database* database, const Peers& peers, int threads)
+Registrar::Registrar(storage::Database* database, const Peers& peers, const RegistrarLimits& limits)
     : database_(database),
-      plant_(peers.plant),
+      plant_(peers.plant, limits.surface_bytes),
       scans_(peers.ingest),
       calibrations_(peers.calibration),
-      threads_(threads) {}
+      threads_(limits.threads),
+      pool_(limits.pool, "registrations", "REGISTRATIONS_FULL") {}
 
 absl::StatusOr<Registrar::Inputs> Registrar::FetchInputs(const v1::RegisterRequest& request,
                                                          const Caller& caller) const {
@@ -130,7 +140,7 @@ absl::StatusOr<Registrar::Inputs> Registrar::FetchInputs(const v1::RegisterReque
   const auto nominal = runtime::FromProto("part.zero_from_part_nominal", inputs.part.zero_from_part_nominal());
   if (!nominal.ok()) return nominal.status();
   inputs.zero_from_part_nominal = *nominal;
-  auto surface = plant_.GetSurface(inputs.part, caller.make_context());
+  auto surface = plant_.GetSurface(inputs.part, caller.make_context(), caller.keep_going);
   if (!surface.ok()) return surface.status();
   inputs.surface = *std::move(surface);
   if (absl::Status status = FetchScans(request, caller, &inputs); !status.ok()) return status;
@@ -176,6 +186,7 @@ absl::Status Registrar::FetchScans(const v1::RegisterRequest& request, const Cal
     }
     fetched->scan.id = *runtime::IdOf("scan", "scans", request.scans(i));
     inputs->portions.push_back(metrology::Thin(fetched->scan, inputs->calibration, thinning));
+    Say(caller, v1::REGISTRATION_STEP_FETCHING, i + 1, 0);
   }
   return absl::OkStatus();
 }
@@ -210,6 +221,9 @@ absl::StatusOr<metrology::PoseFit> Registrar::Fit(const v1::RegisterRequest& req
   metrology::FitOptions options;
   options.thread_count = threads_;
   options.keep_going = caller.keep_going;
+  options.on_iteration = [&](int count) {
+    Say(caller, v1::REGISTRATION_STEP_FITTING, static_cast<int>(portions.size()), count);
+  };
   absl::StatusOr<metrology::PoseFit> fit =
       metrology::FitToSurface(*inputs.surface, portions, inputs.zero_from_part_nominal, inputs.calibration, options);
   if (fit.ok() && IsSixPoint(request.method())) {
@@ -248,6 +262,19 @@ absl::StatusOr<v1::Registration> Registrar::Register(const v1::RegisterRequest& 
     if (!kept.ok()) return kept.status();
     if (kept->has_value()) return **std::move(kept);
   }
+  Say(caller, v1::REGISTRATION_STEP_WAITING, 0, 0);
+  const absl::StatusOr<runtime::ComputePool::Slot> slot =
+      pool_.Enter(caller.deadline, caller.keep_going, caller.patience);
+  if (!slot.ok()) return slot.status();
+  absl::StatusOr<v1::Registration> registration = Compute(request, caller);
+  // A kernel that is told to stop does not know why.
+  if (absl::IsCancelled(registration.status()) && std::chrono::system_clock::now() >= caller.deadline)
+    return absl::DeadlineExceededError("register: its time was over before its end");
+  return registration;
+}
+
+absl::StatusOr<v1::Registration> Registrar::Compute(const v1::RegisterRequest& request, const Caller& caller) {
+  Say(caller, v1::REGISTRATION_STEP_FETCHING, 0, 0);
   const absl::StatusOr<Inputs> inputs = FetchInputs(request, caller);
   if (!inputs.ok()) return inputs.status();
 
