@@ -47,14 +47,13 @@ void AddRegisterCommand(CLI::App* app, Session* session) {
     if (method->count() == 0) throw CLI::RequiredError("--method");
   });
   session->OnCommand(command, [session, arguments]() -> absl::Status {
-    const registration::v1::Method method = arguments->method.empty()          ? registration::v1::METHOD_UNSPECIFIED
-                                            : arguments->method == "local"     ? registration::v1::METHOD_LOCAL
-                                            : arguments->method == "six-point" ? registration::v1::METHOD_SIX_POINT
-                                                                               : registration::v1::METHOD_BEST_FIT;
+    const registration::v1::Method asked = arguments->method.empty()          ? registration::v1::METHOD_UNSPECIFIED
+                                           : arguments->method == "local"     ? registration::v1::METHOD_LOCAL
+                                           : arguments->method == "six-point" ? registration::v1::METHOD_SIX_POINT
+                                                                              : registration::v1::METHOD_BEST_FIT;
     if (arguments->blade.empty()) {
       absl::StatusOr<registration::v1::RegisterBatchRequest> many = [&] {
-        if (!arguments->blades.empty())
-          return BatchOfLatest(session, arguments->blades, method, arguments->axis_tables);
+        if (!arguments->blades.empty()) return BatchOfLatest(session, arguments->blades, asked, arguments->axis_tables);
         const absl::StatusOr<nlohmann::json> document = LoadDocument(arguments->batch);
         return document.ok() ? BatchFromDocument(*document)
                              : absl::StatusOr<registration::v1::RegisterBatchRequest>(document.status());
@@ -67,7 +66,7 @@ void AddRegisterCommand(CLI::App* app, Session* session) {
     registration::v1::RegisterRequest request;
     request.set_blade(NameText("blades", arguments->blade));
     for (const std::string& scan : arguments->scans) request.add_scans(NameText("scans", scan));
-    request.set_method(method);
+    request.set_method(asked);
     request.set_apply_axis_tables(arguments->axis_tables);
     request.set_requested_by(session->requested_by());
     request.set_request_id(NewRequestId());

@@ -19,7 +19,7 @@ constexpr std::chrono::milliseconds kBetweenQuestions{20};
 
 // Mesh, topology and tree, by what a vertex and a triangle take there (measured: surface_cache_test).
 constexpr std::size_t kVertexBytes = 2 * 24 + 4 + 12 + 1;
-constexpr std::size_t kTriangleBytes = 12 + 36 + 2 + 3 + 1 + 12 + 104 + 4 + 32;
+constexpr std::size_t kTriangleBytes = 12 + 36 + 2 + 3 + 1 + 12 + 104 + 4 + 96;
 
 std::size_t MeshBytesOf(const Surface& surface) {
   return surface.mesh().vertices_mm.size() * kVertexBytes + surface.mesh().triangles.size() * kTriangleBytes;

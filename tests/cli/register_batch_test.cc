@@ -187,7 +187,7 @@ TEST_F(RegisterBatchTest, ReadsAFile) {
     {"blade": "SN-1", "scans": [], "method": "guess", "tables": true}]})"));
   const std::string message(wrong.status().message());
   EXPECT_THAT(message, HasSubstr("registrations[0].scans"));
-  EXPECT_THAT(message, HasSubstr("registrations[0].method: guess"));
+  EXPECT_THAT(message, HasSubstr("registrations[0].method: \"guess\", want one of best-fit"));
   EXPECT_THAT(message, HasSubstr("tables"));
   EXPECT_FALSE(BatchFromDocument(nlohmann::json::parse(R"({"registrations": []})")).ok());
 }

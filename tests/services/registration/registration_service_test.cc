@@ -53,7 +53,7 @@ class RegistrationServiceTest : public ::testing::Test {
   RegistrationServiceTest() : blades_(&plant_.plant), plant_server_({&blades_}) {
     service_ = std::make_unique<RegistrationService>(plant_.database.database(),
                                                      Peers{plant_server_.Connect(), plant_.Connect(), plant_.Connect()},
-                                                     RegistrarLimits{2});
+                                                     RegistrarLimits());
     server_ = std::make_unique<testing::InProcessServer>(std::vector<grpc::Service*>{service_.get()});
     stub_ = v1::RegistrationService::NewStub(server_->Connect());
   }
