@@ -68,16 +68,39 @@ class PlantOfBlades final : public plant::v1::PlantService::Service {
   testing::StandInPlant* plant_;
 };
 
+// Takes its time, and counts how many scans are under way at once.
+class CountingIngest final : public ingest::v1::ScanService::Service {
+ public:
+  explicit CountingIngest(testing::StandInIngest* ingest) : ingest_(ingest) {}
+  std::atomic<int> greatest{0};
+  grpc::Status DownloadScan(grpc::ServerContext* context, const ingest::v1::DownloadScanRequest* request,
+                            grpc::ServerWriter<ingest::v1::DownloadScanResponse>* writer) override {
+    const int now = ++under_way_;
+    for (int seen = greatest; now > seen && !greatest.compare_exchange_weak(seen, now);) {
+    }
+    std::this_thread::sleep_for(5ms);
+    const grpc::Status status = ingest_->DownloadScan(context, request, writer);
+    --under_way_;
+    return status;
+  }
+
+ private:
+  testing::StandInIngest* ingest_;
+  std::atomic<int> under_way_{0};
+};
+
 class ConcurrencyTest : public ::testing::Test {
  protected:
-  ConcurrencyTest() : blades_(&plant_.plant), plant_server_({&blades_}) { MountBlades(); }
+  ConcurrencyTest() : blades_(&plant_.plant), ingest_(&plant_.ingest), plant_server_({&blades_, &ingest_}) {
+    MountBlades();
+  }
   ~ConcurrencyTest() override { Stop(); }
 
   void Serve(runtime::PoolLimits pool) {
     RegistrarLimits limits;
     limits.pool = pool;
     service_ = std::make_unique<RegistrationService>(
-        plant_.database.database(), Peers{plant_server_.Connect(), plant_.Connect(), plant_.Connect()}, limits);
+        plant_.database.database(), Peers{plant_server_.Connect(), plant_server_.Connect(), plant_.Connect()}, limits);
     server_ = std::make_unique<testing::InProcessServer>(std::vector<grpc::Service*>{service_.get()});
     channel_ = server_->Connect();
   }
@@ -235,6 +258,7 @@ class ConcurrencyTest : public ::testing::Test {
 
   testing::JudgedPlant plant_;
   PlantOfBlades blades_;
+  CountingIngest ingest_;
   testing::InProcessServer plant_server_;
   std::unique_ptr<RegistrationService> service_;
   std::unique_ptr<testing::InProcessServer> server_;
@@ -266,6 +290,32 @@ TEST_F(ConcurrencyTest, SixteenAtOnceGetTheBitsThatTheyGetAlone) {
   EXPECT_EQ(names.size(), 16u);
   EXPECT_EQ(blades_.downloads, 1);  // prepared once for all
   EXPECT_NE(alone.at(0), alone.at(1));
+}
+
+// Points are held only in a slot: of the scan at hand and the next one, whoever else waits, batches too.
+TEST_F(ConcurrencyTest, OnlyWhatHasASlotHoldsPoints) {
+  Serve({1, 32});
+  std::vector<std::future<absl::Status>> callers;
+  for (int i = 0; i < 8; ++i)
+    callers.push_back(
+        std::async(std::launch::async, [this, i] { return Register(Request(i % kBladeCount)).status(); }));
+  callers.push_back(std::async(std::launch::async, [this] { return RegisterBatch(Batch()).status; }));
+  for (auto& caller : callers) {
+    const absl::Status status = caller.get();
+    EXPECT_TRUE(status.ok()) << status;
+  }
+  EXPECT_GE(ingest_.greatest, 1);
+  EXPECT_LE(ingest_.greatest, 2);
+
+  Stop();
+  Serve({4, 32});
+  callers.clear();
+  for (int i = 0; i < 16; ++i)
+    callers.push_back(
+        std::async(std::launch::async, [this, i] { return Register(Request(i % kBladeCount)).status(); }));
+  for (auto& caller : callers) EXPECT_TRUE(caller.get().ok());
+  EXPECT_GT(ingest_.greatest, 2);  // so it can be seen
+  EXPECT_LE(ingest_.greatest, 8);
 }
 
 TEST_F(ConcurrencyTest, MoreThanMayWaitAreToldToComeAgain) {
