@@ -65,25 +65,27 @@ registration::v1::Method RegisterMethodOf(const std::string& text) {
                                        : METHOD_UNSPECIFIED;
 }
 
-void AddRegisterOptions(CLI::App* command, RegisterOptions* options) {
+std::vector<CLI::Option*> AddRegisterOptions(CLI::App* command, RegisterOptions* options) {
   const auto list = [&](const char* name, std::vector<std::string>* values, const char* help) {
     return command->add_option(name, *values, help)->allow_extra_args(false);
   };
-  list("--free", &options->free, "Directions in which the part may move: turn-x,...,shift-z; without it all six")
-      ->delimiter(',')
-      ->check(CLI::IsMember(kFreedoms));
-  list("--in", &options->in,
-       "Where points count, part frame, mm: box:X,Y,Z:X,Y,Z, ball:X,Y,Z:RADIUS or holes:GROUP:MARGIN; repeatable");
-  list("--out", &options->out, "Where points do not count, as --in; repeatable");
-  command->add_option("--weights", options->weights, "Of each scan's points, in the order of --scans: W,W,...")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  command->add_flag("--coarse", options->coarse, "Look for the part first, however far off and turned in any way");
-  command->add_option("--least-stock-mm", options->least_stock_mm, "allowance: wanted everywhere; 0");
-  command->add_option("--greatest-stock-mm", options->greatest_stock_mm,
-                      "allowance: points farther outside belong to something else; 5");
-  command->add_option("--patch-mm", options->patch_mm, "allowance: stock is the mean over patches of this width; 1");
-  command->add_option("--least-points", options->least_points, "allowance: of a patch that counts; 5");
+  return {
+      list("--free", &options->free, "Directions in which the part may move: turn-x,...,shift-z; without it all six")
+          ->delimiter(',')
+          ->check(CLI::IsMember(kFreedoms)),
+      list("--in", &options->in,
+           "Where points count, part frame, mm: box:X,Y,Z:X,Y,Z, ball:X,Y,Z:RADIUS or holes:GROUP:MARGIN; repeatable"),
+      list("--out", &options->out, "Where points do not count, as --in; repeatable"),
+      command->add_option("--weights", options->weights, "Of each scan's points, in the order of --scans: W,W,...")
+          ->delimiter(',')
+          ->allow_extra_args(false),
+      command->add_flag("--coarse", options->coarse, "Look for the part first, however far off and turned in any way"),
+      command->add_option("--least-stock-mm", options->least_stock_mm, "allowance: wanted everywhere; 0"),
+      command->add_option("--greatest-stock-mm", options->greatest_stock_mm,
+                          "allowance: points farther outside belong to something else; 5"),
+      command->add_option("--patch-mm", options->patch_mm,
+                          "allowance: stock is the mean over patches of this width; 1"),
+      command->add_option("--least-points", options->least_points, "allowance: of a patch that counts; 5")};
 }
 
 absl::StatusOr<Region> RegionOf(const std::string& text) {

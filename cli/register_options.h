@@ -24,7 +24,8 @@ struct RegisterOptions {
 const std::vector<std::string>& RegisterMethods();
 registration::v1::Method RegisterMethodOf(const std::string& text);
 
-void AddRegisterOptions(CLI::App* command, RegisterOptions* options);
+// The options added.
+std::vector<CLI::Option*> AddRegisterOptions(CLI::App* command, RegisterOptions* options);
 
 // Part frame, mm: "box:X,Y,Z:X,Y,Z" (two corners), "ball:X,Y,Z:RADIUS", "holes:GROUP:MARGIN". INVALID_ARGUMENT names the
 // text and what was wanted.

@@ -158,7 +158,7 @@ class BestFit {
       patch_options_.start_covariance = patches_.covariance;
       sigma_mm_ = std::min(sigma_mm_, std::max(std::hypot(patches_.noise_sigma_mm, patches_.model_sigma_mm),
                                                1e-3 * options_.model_error_um));
-      ++iteration_count_;
+      CountIteration();
       const double next = kPointWidth * sigma_mm_ + 3 * std::sqrt(GreatestVariance());
       converged = last_step_mm_ < kNearPoseMm && next > kNarrower * width;
     }
@@ -170,6 +170,11 @@ class BestFit {
     if (options_.keep_going && !options_.keep_going())
       return absl::CancelledError("registration: stopped by its caller");
     return absl::OkStatus();
+  }
+
+  void CountIteration() {
+    ++iteration_count_;
+    if (options_.on_iteration) options_.on_iteration(iteration_count_);
   }
 
   bool AllFree() const { return patch_options_.free.cols() == 6; }
@@ -206,7 +211,7 @@ class BestFit {
 
   // Applies a scaled change at zero; returns its size. Directions that are not free do not change.
   double Move(const SurfaceResiduals& residuals, Vector6d change) {
-    ++iteration_count_;
+    CountIteration();
     if (!AllFree()) {
       const Matrix6d to_zero = ZeroFromPartChange();
       const auto& free = patch_options_.free;

@@ -44,6 +44,15 @@ absl::Status NotKnown(const std::string& field, const std::string& name, const a
   return absl::IsNotFound(status) ? runtime::Refuse(field, name, "one that the plant knows") : status;
 }
 
+void Say(const Caller& caller, v1::RegistrationStep step, int scan_count, int iteration_count) {
+  if (!caller.on_progress) return;
+  v1::RegistrationProgress progress;
+  progress.set_step(step);
+  progress.set_scan_count(scan_count);
+  progress.set_iteration_count(iteration_count);
+  caller.on_progress(progress);
+}
+
 absl::StatusOr<std::optional<v1::Registration>> KeptAnswer(storage::Transaction& transaction,
                                                            const v1::RegisterRequest& request) {
   const auto kept = storage::FindAnswer(transaction, kCall, request.request_id(), request.SerializeAsString());
@@ -109,12 +118,13 @@ struct Registrar::Inputs {
   std::vector<metrology::ScanPortion> portions;
 };
 
-Registrar::Registrar(storage::Database* database, const Peers& peers, int threads)
+Registrar::Registrar(storage::Database* database, const Peers& peers, const RegistrarLimits& limits)
     : database_(database),
-      plant_(peers.plant),
+      plant_(peers.plant, limits.surface_bytes),
       scans_(peers.ingest),
       calibrations_(peers.calibration),
-      threads_(threads) {}
+      threads_(limits.threads),
+      pool_(limits.pool, "registrations", "REGISTRATIONS_FULL") {}
 
 absl::StatusOr<Registrar::Inputs> Registrar::FetchInputs(const v1::RegisterRequest& request,
                                                          const Caller& caller) const {
@@ -134,12 +144,15 @@ absl::StatusOr<Registrar::Inputs> Registrar::FetchInputs(const v1::RegisterReque
   inputs.asked.options = *std::move(options);
   inputs.asked.options.thread_count = threads_;
   inputs.asked.options.keep_going = caller.keep_going;
+  inputs.asked.options.on_iteration = [&caller, scan_count = request.scans_size()](int count) {
+    Say(caller, v1::REGISTRATION_STEP_FITTING, scan_count, count);
+  };
   inputs.asked.allowance = AllowanceOptionsOf(request.options());
   inputs.asked.method = request.method();
   const auto nominal = runtime::FromProto("part.zero_from_part_nominal", inputs.part.zero_from_part_nominal());
   if (!nominal.ok()) return nominal.status();
   inputs.asked.zero_from_part_nominal = *nominal;
-  auto surface = plant_.GetSurface(inputs.part, caller.make_context());
+  auto surface = plant_.GetSurface(inputs.part, caller.make_context(), caller.keep_going);
   if (!surface.ok()) return surface.status();
   inputs.surface = *std::move(surface);
   if (absl::Status status = FetchScans(request, caller, &inputs); !status.ok()) return status;
@@ -191,6 +204,7 @@ absl::Status Registrar::FetchScans(const v1::RegisterRequest& request, const Cal
                              request.scans(i) + ", of whose " + std::to_string(fetched->scan.points_mm.size()) +
                                  " points none is at a finite place",
                              "points, v0_mm and angles that are finite");
+    Say(caller, v1::REGISTRATION_STEP_FETCHING, i + 1, 0);
   }
   return absl::OkStatus();
 }
@@ -226,8 +240,10 @@ absl::Status Registrar::AddAngles(const Inputs& inputs, Fitted* fitted, std::vec
   *angles = metrology::TabledAngles(inputs.portions, inputs.calibration.positioning);
   *difference = metrology::Matrix6d::Zero();
   if (fit.outcome != metrology::Outcome::kConverged || angles->empty()) return absl::OkStatus();
+  Asked alone = inputs.asked;  // without what it is compared with
+  if (alone.method == v1::METHOD_LOCAL) alone.method = v1::METHOD_BEST_FIT;
   const auto refit = [&](const std::vector<metrology::ScanPortion>& portions) -> absl::StatusOr<metrology::PoseFit> {
-    auto again = FitAsked(*inputs.surface, portions, inputs.calibration, inputs.asked);
+    auto again = FitAsked(*inputs.surface, portions, inputs.calibration, alone);
     if (!again.ok()) return again.status();
     return again->fit;
   };
@@ -266,6 +282,19 @@ absl::StatusOr<v1::Registration> Registrar::Register(const v1::RegisterRequest& 
     if (!kept.ok()) return kept.status();
     if (kept->has_value()) return **std::move(kept);
   }
+  Say(caller, v1::REGISTRATION_STEP_WAITING, 0, 0);
+  const absl::StatusOr<runtime::ComputePool::Slot> slot =
+      pool_.Enter(caller.deadline, caller.keep_going, caller.patience);
+  if (!slot.ok()) return slot.status();
+  absl::StatusOr<v1::Registration> registration = Compute(request, caller);
+  // A kernel that is told to stop does not know why.
+  if (absl::IsCancelled(registration.status()) && std::chrono::system_clock::now() >= caller.deadline)
+    return absl::DeadlineExceededError("register: its time was over before its end");
+  return registration;
+}
+
+absl::StatusOr<v1::Registration> Registrar::Compute(const v1::RegisterRequest& request, const Caller& caller) {
+  Say(caller, v1::REGISTRATION_STEP_FETCHING, 0, 0);
   const absl::StatusOr<Inputs> inputs = FetchInputs(request, caller);
   if (!inputs.ok()) return inputs.status();
 

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "services/registration/batch.h"
 #include "services/registration/registration_messages.h"
 #include "services/runtime/call.h"
 #include "services/runtime/compute_slot.h"
@@ -48,13 +49,11 @@ absl::StatusOr<v1::ListRegistrationsResponse> List(storage::Database* database, 
 
 }  // namespace
 
-RegistrationService::RegistrationService(storage::Database* database, const Peers& peers, int threads)
-    : database_(database), registrar_(database, peers, threads) {}
+RegistrationService::RegistrationService(storage::Database* database, const Peers& peers, const RegistrarLimits& limits)
+    : database_(database), registrar_(database, peers, limits) {}
 
 grpc::Status RegistrationService::Register(grpc::ServerContext* context, const v1::RegisterRequest* request,
                                            v1::Registration* response) {
-  const runtime::ComputeSlot slot(&running_, kMostRunning);
-  if (absl::Status free = slot.Check("registrations", "REGISTRATIONS_FULL"); !free.ok()) return ToGrpc(free);
   absl::StatusOr<v1::Registration> result = registrar_.Register(*request, CallerOf(context));
   if (result.ok()) *response = *std::move(result);
   return ToGrpc(result.status());
@@ -82,6 +81,16 @@ grpc::Status RegistrationService::ListRegistrations(grpc::ServerContext* context
   absl::StatusOr<v1::ListRegistrationsResponse> page = List(database_, runtime::DeadlineOf(*context), *request);
   if (page.ok()) *response = *std::move(page);
   return ToGrpc(page.status());
+}
+
+grpc::Status RegistrationService::RegisterBatch(grpc::ServerContext* context, const v1::RegisterBatchRequest* request,
+                                                grpc::ServerWriter<v1::RegisterBatchResponse>* writer) {
+  const runtime::ComputeSlot slot(&batches_, kMostBatches);
+  if (absl::Status free = slot.Check("batches", "BATCHES_FULL"); !free.ok()) return ToGrpc(free);
+  return ToGrpc(RunBatch(
+      *request, CallerOf(context),
+      [this](const v1::RegisterRequest& one, const Caller& caller) { return registrar_.Register(one, caller); },
+      [writer](const v1::RegisterBatchResponse& response) { return writer->Write(response); }));
 }
 
 }  // namespace sixpoint::registration
