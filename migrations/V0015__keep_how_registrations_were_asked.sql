@@ -29,8 +29,7 @@ ALTER TABLE registrations
     AND disagreement_um >= 0 AND disagreement_um < 1e9 AND disagreement_ratio >= 0 AND disagreement_ratio < 1e15),
   ADD CONSTRAINT registrations_options_object CHECK (jsonb_typeof(options) = 'object'),
   ADD CONSTRAINT registrations_detail_object CHECK (jsonb_typeof(detail) = 'object');
-COMMENT ON COLUMN registrations.weakest_direction_in_words IS
-  'By the part''s axes. Empty before this migration.';
+COMMENT ON COLUMN registrations.weakest_direction_in_words IS 'By the part''s axes. Empty before this migration.';
 COMMENT ON COLUMN registrations.noise_sigma_um IS 'Of a point. This and the figures after it: NULL where the method has none.';
 COMMENT ON COLUMN registrations.model_sigma_um IS 'Of a patch beyond its points'' noise: casting, sensor, CAD.';
 COMMENT ON COLUMN registrations.information_kept IS
@@ -67,7 +66,7 @@ CREATE TABLE registration_agreements (
     AND expected_rms_um >= 0 AND expected_rms_um < 1e15)
 );
 COMMENT ON TABLE registration_agreements IS
-  'Two scans of a registration where they see the same surface; far beyond what noise explains: a rotary axis is not where its calibration says.';
+  'Two scans where they see the same surface; differing far beyond noise: a rotary axis is not where its calibration says.';
 COMMENT ON COLUMN registration_agreements.difference_rms_um IS 'Of the two scans'' offsets, patch by patch.';
 COMMENT ON COLUMN registration_agreements.expected_rms_um IS 'From the scanner''s noise alone.';
 CREATE TRIGGER registration_agreements_append_only BEFORE UPDATE OR DELETE ON registration_agreements

@@ -16,7 +16,7 @@ namespace {
 using metrology::Outcome;
 using metrology::PoseFit;
 
-// From here on a direction is called weak: the best held one is so much better known. A whole blade stays below 10.
+// From here on a direction is called weak: the best held one is known so many times better.
 constexpr double kWeakCondition = 20;
 constexpr double kFreeReachMm = 1;   // of the points that say which directions are free
 constexpr double kHeldPart = 1e-12;  // of the greatest variance, below which a direction is held from outside

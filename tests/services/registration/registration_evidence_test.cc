@@ -69,8 +69,8 @@ const std::vector<Vector3d> kNest = {{-4, 9, -14}, {4, 9, -14}, {0, 9, 14}, {-12
 class RegistrationEvidenceTest : public ::testing::Test {
  protected:
   RegistrationEvidenceTest() : blades_(&plant_.plant), plant_server_({&blades_}) {
-    service_.reset(new RegistrationService(plant_.database.database(),
-                                           Peers{plant_server_.Connect(), plant_.Connect(), plant_.Connect()}, {2}));
+    service_.reset(new RegistrationService(
+        plant_.database.database(), Peers{plant_server_.Connect(), plant_.Connect(), plant_.Connect()}, {2, {}}));
     server_ = std::make_unique<testing::InProcessServer>(std::vector<grpc::Service*>{service_.get()});
     stub_ = v1::RegistrationService::NewStub(server_->Connect());
     Design(TrueBlade());
