@@ -144,38 +144,6 @@ void AddRegistrationRow(const std::string& blade, const std::string& method,
                  Fixed(evidence.seconds(), 2)});
 }
 
-std::string RegistrationText(const registration::v1::Registration& registration) {
-  Table evidence = RegistrationTable();
-  AddRegistrationRow(IdText(registration.blade()), MethodText(registration.method()), registration, &evidence);
-  std::string text = registration.name() + " with " + registration.sensor_calibration() + " and " +
-                     registration.rotation_calibration() + "\n" + evidence.ToText();
-  Table datums({"datum", ">distance um", ">standard uncertainty um", ">points"});
-  for (const auto& datum : registration.evidence().datums()) {
-    datums.AddRow({datum.datum(), Fixed(datum.distance_um(), 2), Fixed(datum.standard_uncertainty_um(), 3),
-                   Grouped(datum.point_count())});
-  }
-  if (!datums.empty()) text += datums.ToText();
-  Table angles({"axis", ">commanded deg", ">reached deg", ">standard uncertainty deg", ">half reversal deg", "by"});
-  for (const auto& angle : registration.angles()) {
-    angles.AddRow({angle.axis(), Fixed(angle.commanded_deg(), 4), Fixed(angle.reached_deg(), 6),
-                   Fixed(angle.standard_uncertainty_deg(), 6), Fixed(angle.half_reversal_deg(), 6),
-                   angle.characterisation()});
-  }
-  if (!angles.empty()) text += angles.ToText();
-  if (registration.has_zero_from_part() && registration.zero_from_part().rotation_size() == 9) {
-    const auto& pose = registration.zero_from_part();
-    const Point& t = pose.translation_mm();
-    const double translation[3] = {t.x_mm(), t.y_mm(), t.z_mm()};
-    Table rows({"zero_from_part", ">", ">", ">mm"});
-    for (int r = 0; r < 3; ++r) {
-      rows.AddRow({Fixed(pose.rotation(3 * r), 9), Fixed(pose.rotation(3 * r + 1), 9),
-                   Fixed(pose.rotation(3 * r + 2), 9), Fixed(translation[r], 6)});
-    }
-    text += rows.ToText();
-  }
-  return text;
-}
-
 Table CorrectionTable(const std::string& first, const std::string& bed, const std::string& carried) {
   return Table({first, "group", "hole", ">nominal X", ">Y", ">Z", ">" + bed, ">" + carried, ">corrected X", ">Y", ">Z",
                 ">" + bed, ">" + carried, ">U95 um"});

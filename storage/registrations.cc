@@ -5,25 +5,32 @@
 namespace sixpoint::storage {
 namespace {
 
-#define SIXPOINT_REGISTRATION_COLUMNS                                                                       \
-  "registration_id, blade_serial, machine_id, machine_revision, part_id, part_revision, method, "           \
-  "sensor_calibration_id, rotation_calibration_id, outcome, zero_from_part, reference_mm, covariance, "     \
-  "noise_covariance, calibration_sensitivity, point_count, points_used, iteration_count, residual_rms_um, " \
-  "residual_sigma_um, condition_number, weakest_direction, weakest_standard_uncertainty_um, remark, "       \
-  "compute_seconds, requested_by, software_version, record_sequence, recorded_at"
-constexpr char kInsertRegistration[] = "INSERT INTO registrations (" SIXPOINT_REGISTRATION_COLUMNS
-                                       ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, "
-                                       "$16, $17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27, $28, $29)";
-constexpr char kSelectRegistration[] =
-    "SELECT " SIXPOINT_REGISTRATION_COLUMNS " FROM registrations WHERE registration_id = $1";
-constexpr char kListRegistrations[] =
-    "SELECT " SIXPOINT_REGISTRATION_COLUMNS
-    " FROM registrations WHERE ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR blade_serial = $2) "
-    "ORDER BY record_sequence DESC LIMIT $3";
+#define SIXPOINT_REGISTRATION_COLUMNS                                                                             \
+  "registration_id, blade_serial, machine_id, machine_revision, part_id, part_revision, method, "                 \
+  "sensor_calibration_id, rotation_calibration_id, outcome, zero_from_part, reference_mm, covariance, "           \
+  "noise_covariance, calibration_sensitivity, point_count, points_used, iteration_count, residual_rms_um, "       \
+  "residual_sigma_um, condition_number, weakest_direction, weakest_standard_uncertainty_um, remark, "             \
+  "compute_seconds, requested_by, software_version, record_sequence, recorded_at, weakest_direction_in_words, "   \
+  "noise_sigma_um, model_sigma_um, information_kept, surface_part, least_stock_mm, lacking_mm, disagreement_um, " \
+  "disagreement_ratio"
+constexpr char kInsertRegistration[] =
+    "INSERT INTO registrations (" SIXPOINT_REGISTRATION_COLUMNS
+    ", options, detail) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, "
+    "$20, $21, $22, $23, $24, $25, $26, $27, $28, $29, $30, $31, $32, $33, $34, $35, $36, $37, $38, $39::jsonb, "
+    "$40::jsonb)";
+constexpr char kSelectRegistration[] = "SELECT " SIXPOINT_REGISTRATION_COLUMNS
+                                       ", options::text, detail::text FROM registrations WHERE registration_id = $1";
+constexpr char kListRegistrations[] = "SELECT " SIXPOINT_REGISTRATION_COLUMNS
+                                      ", options::text, detail::text FROM registrations WHERE ($1::bigint = 0 OR "
+                                      "record_sequence < $1::bigint) AND ($2 = '' OR blade_serial = $2) "
+                                      "ORDER BY record_sequence DESC LIMIT $3";
 #undef SIXPOINT_REGISTRATION_COLUMNS
 constexpr char kInsertScan[] =
     "INSERT INTO registration_scans (registration_id, position_index, scan_id, point_count, points_used, "
     "residual_median_um) VALUES ($1, $2, $3, $4, $5, $6)";
+constexpr char kInsertAgreement[] =
+    "INSERT INTO registration_agreements (registration_id, position_index, scan_id, other_scan_id, patch_count, "
+    "difference_rms_um, expected_rms_um) VALUES ($1, $2, $3, $4, $5, $6, $7)";
 constexpr char kInsertDatum[] =
     "INSERT INTO registration_datums (registration_id, position_index, datum_name, distance_um, "
     "standard_uncertainty_um, point_count) VALUES ($1, $2, $3, $4, $5, $6)";
@@ -37,6 +44,9 @@ constexpr char kSelectScans[] =
 constexpr char kSelectDatums[] =
     "SELECT registration_id, datum_name, distance_um, standard_uncertainty_um, point_count FROM registration_datums "
     "WHERE registration_id = ANY ($1) ORDER BY registration_id, position_index";
+constexpr char kSelectAgreements[] =
+    "SELECT registration_id, scan_id, other_scan_id, patch_count, difference_rms_um, expected_rms_um "
+    "FROM registration_agreements WHERE registration_id = ANY ($1) ORDER BY registration_id, position_index";
 constexpr char kSelectAngles[] =
     "SELECT registration_id, axis, characterisation_id, commanded_deg, reached_deg, standard_uncertainty_deg, "
     "half_reversal_deg, pose_per_rad FROM registration_angles WHERE registration_id = ANY ($1) "
@@ -51,7 +61,12 @@ Params RegistrationParams(const RegistrationRow& row, const Recorded& recorded) 
   params.Int(row.points_used).Int(row.iteration_count).Real(row.residual_rms_um).Real(row.residual_sigma_um);
   params.Real(row.condition_number).Reals(row.weakest_direction).Real(row.weakest_standard_uncertainty_um);
   params.Text(row.remark).Real(row.compute_seconds).Text(row.requested_by).Text(row.software_version);
-  params.Int(recorded.sequence).Time(recorded.recorded_at);
+  params.Int(recorded.sequence).Time(recorded.recorded_at).Text(row.weakest_direction_in_words);
+  for (const std::optional<double>& figure :
+       {row.noise_sigma_um, row.model_sigma_um, row.information_kept, row.surface_part, row.least_stock_mm,
+        row.lacking_mm, row.disagreement_um, row.disagreement_ratio})
+    figure.has_value() ? params.Real(*figure) : params.Null();
+  params.Json(row.options_json).Json(row.detail_json);
   return params;
 }
 
@@ -87,10 +102,19 @@ RegistrationRow ReadRegistration(const Rows& rows, int row) {
   read.software_version = rows.Text(row, column++);
   read.recorded.sequence = rows.Int(row, column++);
   read.recorded.recorded_at = rows.Time(row, column++);
+  read.weakest_direction_in_words = rows.Text(row, column++);
+  for (std::optional<double>* figure :
+       {&read.noise_sigma_um, &read.model_sigma_um, &read.information_kept, &read.surface_part, &read.least_stock_mm,
+        &read.lacking_mm, &read.disagreement_um, &read.disagreement_ratio}) {
+    if (!rows.IsNull(row, column)) *figure = rows.Real(row, column);
+    ++column;
+  }
+  read.options_json = rows.Text(row, column++);
+  read.detail_json = rows.Text(row, column++);
   return read;
 }
 
-// Scans, datums and angles of all the rows at once: three statements for a page.
+// Scans, agreements, datums and angles of all the rows at once: four statements for a page.
 absl::Status ReadChildren(Transaction& transaction, std::vector<RegistrationRow>* registrations) {
   std::vector<std::string> ids;
   std::map<std::string, RegistrationRow*> by_id;
@@ -104,6 +128,12 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<RegistrationRow>
   for (int row = 0; row < scans->count(); ++row)
     by_id.at(scans->Text(row, 0))
         ->scans.push_back({scans->Text(row, 1), scans->Int(row, 2), scans->Int(row, 3), scans->Real(row, 4)});
+  const absl::StatusOr<Rows> agreements = transaction.Execute(kSelectAgreements, Params().Texts(ids));
+  if (!agreements.ok()) return agreements.status();
+  for (int row = 0; row < agreements->count(); ++row)
+    by_id.at(agreements->Text(row, 0))
+        ->agreements.push_back({agreements->Text(row, 1), agreements->Text(row, 2), agreements->Int(row, 3),
+                                agreements->Real(row, 4), agreements->Real(row, 5)});
   const absl::StatusOr<Rows> datums = transaction.Execute(kSelectDatums, Params().Texts(ids));
   if (!datums.ok()) return datums.status();
   for (int row = 0; row < datums->count(); ++row)
@@ -142,6 +172,13 @@ absl::StatusOr<Recorded> InsertRegistration(Transaction& transaction, const Regi
     params.Text(registration.registration_id).Int(position++).Text(scan.scan_id).Int(scan.point_count);
     params.Int(scan.points_used).Real(scan.residual_median_um);
     if (const auto inserted = transaction.Execute(kInsertScan, params); !inserted.ok()) return inserted.status();
+  }
+  position = 0;
+  for (const RegistrationAgreementRow& agreement : registration.agreements) {
+    Params params;
+    params.Text(registration.registration_id).Int(position++).Text(agreement.scan_id).Text(agreement.other_scan_id);
+    params.Int(agreement.patch_count).Real(agreement.difference_rms_um).Real(agreement.expected_rms_um);
+    if (const auto inserted = transaction.Execute(kInsertAgreement, params); !inserted.ok()) return inserted.status();
   }
   position = 0;
   for (const RegistrationDatumRow& datum : registration.datums) {

@@ -1,4 +1,4 @@
-// Registrations with their scans and datum points.
+// Registrations with their scans, datum points and evidence.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -27,6 +27,15 @@ struct RegistrationDatumRow {
   std::int64_t point_count = 0;
 };
 
+// Two scans where they see the same surface.
+struct RegistrationAgreementRow {
+  std::string scan_id;
+  std::string other_scan_id;
+  std::int64_t patch_count = 0;
+  double difference_rms_um = 0;
+  double expected_rms_um = 0;
+};
+
 // An angle of a rotary axis that scans were taken at, by an axis table.
 struct RegistrationAngleRow {
   std::string axis;
@@ -45,10 +54,10 @@ struct RegistrationRow {
   int machine_revision = 0;
   std::string part_id;
   int part_revision = 0;
-  std::string method;  // BEST_FIT, LOCAL, SIX_POINT, SIX_POINT_NORMALS
+  std::string method;  // BEST_FIT, LOCAL, SIX_POINT, SIX_POINT_NORMALS, ALLOWANCE
   std::string sensor_calibration_id;
   std::string rotation_calibration_id;
-  std::string outcome;  // CONVERGED, NOT_CONVERGED, NOT_DETERMINED, TOO_LITTLE_OVERLAP
+  std::string outcome;  // CONVERGED, NOT_CONVERGED, NOT_DETERMINED, TOO_LITTLE_OVERLAP, INFEASIBLE
   // By rows; all five empty unless the outcome is CONVERGED.
   std::vector<double> zero_from_part;           // 3 x 4
   std::vector<double> reference_mm;             // 3
@@ -67,13 +76,21 @@ struct RegistrationRow {
   double compute_seconds = 0;
   std::string requested_by;
   std::string software_version;
-  Recorded recorded;  // set by InsertRegistration
+  std::string weakest_direction_in_words;
+  std::optional<double> noise_sigma_um, model_sigma_um;  // not of ALLOWANCE, nor before these were kept
+  std::optional<double> information_kept, surface_part;
+  std::optional<double> least_stock_mm, lacking_mm;           // of ALLOWANCE
+  std::optional<double> disagreement_um, disagreement_ratio;  // where compared with the best fit
+  std::string options_json = "{}";                            // registration.v1.FitOptions
+  std::string detail_json = "{}";                             // registration.v1.Evidence: what has no column
+  Recorded recorded;                                          // set by InsertRegistration
   std::vector<RegistrationScanRow> scans;
+  std::vector<RegistrationAgreementRow> agreements;
   std::vector<RegistrationDatumRow> datums;
   std::vector<RegistrationAngleRow> angles;  // where axis tables were applied
 };
 
-// Journal entry, registration, scans, datums and angles. Call it last before the commit (the journal's lock).
+// Journal entry, registration, scans, agreements, datums and angles. Call it last before the commit (the journal's lock).
 absl::StatusOr<Recorded> InsertRegistration(Transaction& transaction, const RegistrationRow& registration,
                                             const RecordEntry& entry);
 

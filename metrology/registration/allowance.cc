@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "metrology/registration/least_distance.h"
 #include "metrology/registration/patch_sums.h"
@@ -21,6 +22,8 @@ using Eigen::VectorXd;
 constexpr int kStepLimit = 40;
 constexpr double kGreatestStepMm = 1;
 constexpr double kRestedMm = 1e-5;
+// Steps below this that no longer shrink come from points that pass from patch to patch and over edges.
+constexpr double kUnsteadyMm = 1e-3;
 constexpr double kFeasibleMm = 1e-4;   // lacking less than this is rounding
 constexpr double kMotionPrice = 1e-4;  // of the motion beside the lack of stock, so that the least motion is chosen
 constexpr std::size_t kMostHolding = 7;
@@ -70,12 +73,14 @@ class Allowance {
   absl::StatusOr<AllowanceFit> Run() {
     bool rested = false;
     int step = 0;
+    double last_size = std::numeric_limits<double>::infinity();
     for (; step < kStepLimit; ++step) {
       if (const absl::Status status = See(); !status.ok()) return status;
       VectorXd change = Best();
       const double size = change.norm();
-      rested = size < kRestedMm;
+      rested = size < kRestedMm || (size < kUnsteadyMm && size > 0.5 * last_size);
       if (rested) break;
+      last_size = size;
       if (size > kGreatestStepMm) change *= kGreatestStepMm / size;
       Vector6d moved = free_ * change;
       moved.head<3>() /= radius_mm_;

@@ -158,7 +158,7 @@ class BestFit {
       patch_options_.start_covariance = patches_.covariance;
       sigma_mm_ = std::min(sigma_mm_, std::max(std::hypot(patches_.noise_sigma_mm, patches_.model_sigma_mm),
                                                1e-3 * options_.model_error_um));
-      ++iteration_count_;
+      CountIteration();
       const double next = kPointWidth * sigma_mm_ + 3 * std::sqrt(GreatestVariance());
       converged = last_step_mm_ < kNearPoseMm && next > kNarrower * width;
     }
@@ -170,6 +170,11 @@ class BestFit {
     if (options_.keep_going && !options_.keep_going())
       return absl::CancelledError("registration: stopped by its caller");
     return absl::OkStatus();
+  }
+
+  void CountIteration() {
+    ++iteration_count_;
+    if (options_.on_iteration) options_.on_iteration(iteration_count_);
   }
 
   bool AllFree() const { return patch_options_.free.cols() == 6; }
@@ -206,7 +211,7 @@ class BestFit {
 
   // Applies a scaled change at zero; returns its size. Directions that are not free do not change.
   double Move(const SurfaceResiduals& residuals, Vector6d change) {
-    ++iteration_count_;
+    CountIteration();
     if (!AllFree()) {
       const Matrix6d to_zero = ZeroFromPartChange();
       const auto& free = patch_options_.free;
@@ -390,6 +395,9 @@ void BestFit::SumEvidence(FitEvidence* evidence) const {
     evidence->regions.push_back({surface_.centroid_mm() + PatchCentre(key, times * patch_options_.patch_mm),
                                  region.points, region.pull / region.weight, region.used / region.patches});
   const double area = surface_.area_mm2();
+  const auto scan_weight = [&](std::uint32_t portion) {
+    return options_.scan_weights.empty() ? 1 : options_.scan_weights[portion];
+  };
   std::map<std::pair<std::uint32_t, std::uint32_t>, PortionAgreement> pairs;
   for (const auto& [key, here] : places) {
     for (std::size_t i = 0; i < here.size(); ++i)
@@ -397,16 +405,19 @@ void BestFit::SumEvidence(FitEvidence* evidence) const {
         const Patch &one = sums_.patches[here[i]], &other = sums_.patches[here[j]];
         PortionAgreement& pair = pairs[{one.portion, other.portion}];
         const double difference = patches_.offsets_mm[here[i]] - patches_.offsets_mm[here[j]];
+        // A place counts by how well both saw it: the variance that noise leaves there, in that of a point.
+        const double variance = scan_weight(one.portion) / one.weight + scan_weight(other.portion) / other.weight;
         ++pair.patch_count;
-        pair.difference_rms_mm += difference * difference;
-        pair.expected_rms_mm += patches_.noise_sigma_mm * patches_.noise_sigma_mm * (1 / one.weight + 1 / other.weight);
+        pair.difference_rms_mm += difference * difference / variance;
+        pair.expected_rms_mm += 1 / variance;
       }
   }
   for (auto& [key, pair] : pairs) {
     pair.scan = portions_[key.first].id;
     pair.other = portions_[key.second].id;
-    pair.difference_rms_mm = std::sqrt(pair.difference_rms_mm / static_cast<double>(pair.patch_count));
-    pair.expected_rms_mm = std::sqrt(pair.expected_rms_mm / static_cast<double>(pair.patch_count));
+    pair.difference_rms_mm = std::sqrt(pair.difference_rms_mm / pair.expected_rms_mm);
+    pair.expected_rms_mm =
+        patches_.noise_sigma_mm * std::sqrt(static_cast<double>(pair.patch_count) / pair.expected_rms_mm);
     evidence->agreements.push_back(pair);
   }
   // A plane through a cubic cell has the cell's face as its projection along the side's axis; the slant is at most sqrt 3.

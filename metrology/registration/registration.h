@@ -65,7 +65,7 @@ struct Region {
 struct PortionAgreement {
   std::string scan, other;
   std::int64_t patch_count = 0;  // seen by both
-  double difference_rms_mm = 0;  // of their offsets, patch by patch
+  double difference_rms_mm = 0;  // of their offsets, patch by patch, each weighted by how well both saw it
   double expected_rms_mm = 0;    // from the scanner's noise alone
 };
 
@@ -133,7 +133,8 @@ struct FitOptions {
   double condition_limit = 2000;
   int iteration_limit = 60;  // of the steps that follow the pose from its start
   int thread_count = 2;
-  std::function<bool()> keep_going;  // false: stop with CANCELLED
+  std::function<bool()> keep_going;       // false: stop with CANCELLED
+  std::function<void(int)> on_iteration;  // after each: how many there were; on the caller's thread
 };
 
 // Whether a point counts; regions larger by the margin.

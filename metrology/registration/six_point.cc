@@ -19,8 +19,9 @@ constexpr double kLocalHeightMm = 0.8;  // of the patch, either way along the no
 constexpr double kOnSurfaceMm = 0.02;   // a datum's distance from the CAD
 constexpr std::int64_t kLeastLocalPoints = 30;
 constexpr int kNormalsPassCount = 3;    // the pose moves under the local fits by little: this is ample
-constexpr std::size_t kBatchSize = 64;  // neighbours whose errors may be correlated
-constexpr int kCurveCount = 6;          // terms of a quadratic in two variables
+constexpr std::size_t kBatchSize = 64;  // neighbours whose errors may be correlated; fewer where that makes few batches
+constexpr std::size_t kLeastBatches = 24;
+constexpr int kCurveCount = 6;  // terms of a quadratic in two variables
 using Curve = Eigen::Matrix<double, kCurveCount, 1>;
 
 // The scanned surface's height over the CAD at a datum.
@@ -99,14 +100,17 @@ LocalHeight HeightAt(const Surface& surface, const std::vector<ScanPortion>& por
   }
   // Row 0 of the inverse: how each point's height acts on the height at the datum.
   const Curve influence = matrix.completeOrthogonalDecomposition().pseudoInverse().row(0);
-  double variance = 0, score = 0;
+  // The fit takes the sum of all scores to zero and with six terms most of what a few batches would show.
+  const std::size_t batch_size = std::clamp<std::size_t>(points.size() / kLeastBatches, 1, kBatchSize);
+  double variance = 0, score = 0, batches = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double residual = points[i].height_mm - points[i].terms.dot(curve);
     const double share = TukeyWeight(residual, width) * influence.dot(points[i].terms);
     score += share * residual;
-    if ((i + 1) % kBatchSize == 0 || i + 1 == points.size()) {
+    if ((i + 1) % batch_size == 0 || i + 1 == points.size()) {
       variance += score * score;
       score = 0;
+      ++batches;
     }
     const ScanPortion& portion = portions[points[i].portion];
     const std::uint32_t k = points[i].index;
@@ -116,7 +120,7 @@ LocalHeight HeightAt(const Surface& surface, const std::vector<ScanPortion>& por
                                   ZeroPointSensitivity(sensor, zero, portion.a_rad, portion.b_rad, calibration));
   }
   local.height_mm = curve[0];
-  local.standard_uncertainty_mm = std::sqrt(variance);
+  local.standard_uncertainty_mm = std::sqrt(variance * batches / (batches - kCurveCount));
   return local;
 }
 

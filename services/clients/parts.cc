@@ -2,11 +2,6 @@
 
 #include <grpcpp/grpcpp.h>
 
-#include <algorithm>
-#include <chrono>
-#include <condition_variable>
-#include <list>
-#include <set>
 #include <utility>
 
 #include "services/runtime/errors.h"
@@ -15,10 +10,6 @@ namespace sixpoint::clients {
 namespace {
 
 constexpr std::size_t kGreatestSurfaceBytes = std::size_t{512} << 20;
-// A prepared surface holds its mesh and its tree: about three times the stored bytes.
-constexpr std::size_t kPreparedFactor = 3;
-constexpr std::size_t kCacheBytes = std::size_t{1} << 30;
-constexpr std::chrono::minutes kLongestWait{10};  // for another call's fetch, where the caller set no deadline
 
 absl::StatusOr<std::string> Download(plant::v1::PlantService::Stub& stub, const plant::v1::Part& part,
                                      grpc::ClientContext* context) {
@@ -44,57 +35,8 @@ absl::StatusOr<std::string> Download(plant::v1::PlantService::Stub& stub, const 
 
 }  // namespace
 
-// Least recently used surfaces go first. A surface that one call is fetching is waited for by the others.
-struct PlantClient::Cache {
-  struct Entry {
-    std::string sha256;
-    std::shared_ptr<const metrology::Surface> surface;
-    std::size_t bytes;
-  };
-  std::mutex mutex;
-  std::condition_variable fetched;
-  std::list<Entry> entries;  // newest first
-  std::set<std::string> fetching;
-  std::size_t bytes = 0;
-
-  std::shared_ptr<const metrology::Surface> Find(const std::string& sha256) {
-    for (auto entry = entries.begin(); entry != entries.end(); ++entry) {
-      if (entry->sha256 != sha256) continue;
-      entries.splice(entries.begin(), entries, entry);
-      return entry->surface;
-    }
-    return nullptr;
-  }
-
-  // The surface, or nullptr once it is the caller's turn to fetch it; DEADLINE_EXCEEDED while another still does.
-  absl::StatusOr<std::shared_ptr<const metrology::Surface>> FindOrClaim(
-      const std::string& sha256, std::chrono::system_clock::time_point deadline) {
-    const auto until = std::min(deadline, std::chrono::system_clock::now() + kLongestWait);
-    std::unique_lock<std::mutex> lock(mutex);
-    while (true) {
-      if (std::shared_ptr<const metrology::Surface> surface = Find(sha256)) return surface;
-      if (fetching.insert(sha256).second) return nullptr;
-      if (fetched.wait_until(lock, until) == std::cv_status::timeout)
-        return absl::DeadlineExceededError("surface: still being fetched by another call");
-    }
-  }
-
-  void Finish(const std::string& sha256, std::shared_ptr<const metrology::Surface> surface, std::size_t size) {
-    const std::lock_guard<std::mutex> lock(mutex);
-    fetching.erase(sha256);
-    fetched.notify_all();
-    if (!surface) return;
-    entries.push_front({sha256, std::move(surface), size});
-    bytes += size;
-    while (bytes > kCacheBytes && entries.size() > 1) {
-      bytes -= entries.back().bytes;
-      entries.pop_back();
-    }
-  }
-};
-
-PlantClient::PlantClient(std::shared_ptr<grpc::Channel> plant)
-    : stub_(plant::v1::PlantService::NewStub(plant)), cache_(std::make_unique<Cache>()) {}
+PlantClient::PlantClient(std::shared_ptr<grpc::Channel> plant, std::size_t surface_bytes)
+    : stub_(plant::v1::PlantService::NewStub(plant)), surfaces_(std::make_unique<SurfaceCache>(surface_bytes)) {}
 PlantClient::~PlantClient() = default;
 
 absl::StatusOr<plant::v1::Machine> PlantClient::GetMachine(const std::string& name, int revision,
@@ -141,23 +83,19 @@ absl::StatusOr<plant::v1::Blade> PlantClient::GetBlade(const std::string& name,
 }
 
 absl::StatusOr<std::shared_ptr<const metrology::Surface>> PlantClient::GetSurface(
-    const plant::v1::Part& part, std::unique_ptr<grpc::ClientContext> context) const {
+    const plant::v1::Part& part, std::unique_ptr<grpc::ClientContext> context,
+    const std::function<bool()>& keep_going) const {
   const std::string& sha256 = part.surface().surface_sha256();
   if (sha256.empty()) return runtime::Refuse("part.surface.surface_sha256", "", "a part as the plant service gave it");
-  absl::StatusOr<std::shared_ptr<const metrology::Surface>> cached = cache_->FindOrClaim(sha256, context->deadline());
-  if (!cached.ok() || *cached != nullptr) return cached;
-
-  std::size_t size = 0;
-  absl::StatusOr<std::shared_ptr<const metrology::Surface>> surface = [&] {
-    const absl::StatusOr<std::string> bytes = Download(*stub_, part, context.get());
-    if (!bytes.ok()) return absl::StatusOr<std::shared_ptr<const metrology::Surface>>(bytes.status());
-    size = kPreparedFactor * bytes->size();
-    absl::StatusOr<metrology::TriangleMesh> mesh = metrology::MeshFromBytes(*bytes);
-    if (!mesh.ok()) return absl::StatusOr<std::shared_ptr<const metrology::Surface>>(mesh.status());
+  return surfaces_->Get(sha256, context->deadline(), keep_going, [&]() -> SurfaceCache::SurfaceOr {
+    absl::StatusOr<metrology::TriangleMesh> mesh = [&]() -> absl::StatusOr<metrology::TriangleMesh> {
+      const absl::StatusOr<std::string> bytes = Download(*stub_, part, context.get());
+      if (!bytes.ok()) return bytes.status();
+      return metrology::MeshFromBytes(*bytes);
+    }();
+    if (!mesh.ok()) return mesh.status();
     return metrology::Surface::Prepare(*std::move(mesh));
-  }();
-  cache_->Finish(sha256, surface.ok() ? *surface : nullptr, size);
-  return surface;
+  });
 }
 
 }  // namespace sixpoint::clients

@@ -4,11 +4,13 @@
 
 #include <absl/status/statusor.h>
 
+#include <cstddef>
+#include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
 
 #include "metrology/surface/surface.h"
+#include "services/clients/surface_cache.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 
 namespace sixpoint::clients {
@@ -16,7 +18,8 @@ namespace sixpoint::clients {
 // Thread-safe.
 class PlantClient {
  public:
-  explicit PlantClient(std::shared_ptr<grpc::Channel> plant);
+  // surface_bytes: the memory that prepared surfaces may take beyond those in use.
+  explicit PlantClient(std::shared_ptr<grpc::Channel> plant, std::size_t surface_bytes = std::size_t{1} << 30);
   ~PlantClient();
   // revision 0: the newest.
   absl::StatusOr<plant::v1::Machine> GetMachine(const std::string& name, int revision,
@@ -27,13 +30,14 @@ class PlantClient {
                                           std::unique_ptr<grpc::ClientContext> context) const;
   absl::StatusOr<plant::v1::Blade> GetBlade(const std::string& name,
                                             std::unique_ptr<grpc::ClientContext> context) const;
+  // Prepared once for all that ask for it; keep_going (may be empty) ends the wait for another call's preparation.
   absl::StatusOr<std::shared_ptr<const metrology::Surface>> GetSurface(
-      const plant::v1::Part& part, std::unique_ptr<grpc::ClientContext> context) const;
+      const plant::v1::Part& part, std::unique_ptr<grpc::ClientContext> context,
+      const std::function<bool()>& keep_going = nullptr) const;
 
  private:
   std::unique_ptr<plant::v1::PlantService::Stub> stub_;
-  struct Cache;
-  std::unique_ptr<Cache> cache_;
+  std::unique_ptr<SurfaceCache> surfaces_;
 };
 
 }  // namespace sixpoint::clients

@@ -1,4 +1,8 @@
 // sixpoint-registration: where every blade really stands.
+#include <malloc.h>
+
+#include <CLI/CLI.hpp>
+
 #include "services/registration/registration_service.h"
 #include "services/runtime/call.h"
 #include "services/runtime/server.h"
@@ -12,14 +16,39 @@ std::shared_ptr<grpc::Channel> Peer(const runtime::ServerOptions& options, const
   return runtime::ConnectTo(peer == options.peers.end() ? usual : peer->second);
 }
 
-std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOptions& options,
+// Large vectors of a fit go back to the system at its end. glibc would keep them in an arena of each thread that ever fitted:
+// a gigabyte after some dozens of registrations of five million points.
+void ReturnFreedMemory() {
+  mallopt(M_ARENA_MAX, 4);
+  mallopt(M_MMAP_THRESHOLD, 1 << 20);
+  mallopt(M_TRIM_THRESHOLD, 4 << 20);
+}
+
+struct Flags {
+  runtime::PoolLimits pool;
+  int surfaces_mb = 1024;
+};
+
+void AddFlags(CLI::App* app, Flags* flags) {
+  app->add_option("--registrations-at-once", flags->pool.at_once, "Registrations that compute at once")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  app->add_option("--registrations-waiting", flags->pool.waiting, "Calls that may wait for their turn")
+      ->check(CLI::Range(0, 128))
+      ->capture_default_str();
+  app->add_option("--surfaces-mb", flags->surfaces_mb, "Memory of prepared surfaces kept between calls")
+      ->check(CLI::Range(0, 1 << 20))
+      ->capture_default_str();
+}
+
+std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOptions& options, const Flags& flags,
                                                          storage::Database* database) {
   std::vector<std::unique_ptr<grpc::Service>> services;
   services.push_back(std::make_unique<RegistrationService>(
       database,
       Peers{Peer(options, "plant", "127.0.0.1:7400"), Peer(options, "ingest", "127.0.0.1:7401"),
             Peer(options, "calibration", "127.0.0.1:7402")},
-      options.threads));
+      RegistrarLimits{options.threads, flags.pool, static_cast<std::size_t>(flags.surfaces_mb) << 20}));
   return services;
 }
 
@@ -27,6 +56,12 @@ std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOp
 }  // namespace sixpoint::registration
 
 int main(int argc, char** argv) {
-  return sixpoint::runtime::Serve(sixpoint::runtime::ParseServerOptions(argc, argv, "registration"),
-                                  sixpoint::registration::MakeServices);
+  using namespace sixpoint;
+  registration::ReturnFreedMemory();
+  registration::Flags flags;
+  const runtime::ServerOptions options = runtime::ParseServerOptions(
+      argc, argv, "registration", [&](CLI::App* app) { registration::AddFlags(app, &flags); });
+  return runtime::Serve(options, [&](const runtime::ServerOptions& given, storage::Database* database) {
+    return registration::MakeServices(given, flags, database);
+  });
 }

@@ -10,6 +10,7 @@
 
 #include "metrology/registration/angle_influence.h"
 #include "metrology/registration/registration.h"
+#include "services/registration/fitting.h"
 #include "services/registration/registration_messages.h"
 #include "services/registration/validate.h"
 #include "services/runtime/errors.h"
@@ -22,7 +23,8 @@ namespace sixpoint::registration {
 namespace {
 
 constexpr char kCall[] = "registration.Register";
-constexpr std::int64_t kPointBudget = 400'000;  // of all scans together, after thinning
+constexpr std::int64_t kPointBudget = 400'000;          // of all scans together, after thinning
+constexpr std::int64_t kRegionPointBudget = 4'000'000;  // where only regions of them count
 constexpr std::int64_t kMostPoints = 100'000'000;
 
 std::string Revised(const std::string& name, int revision) { return name + "@" + std::to_string(revision); }
@@ -40,6 +42,15 @@ absl::Status AsRefusal(const absl::Status& status) {
 // What was asked for and is not there is the request's fault.
 absl::Status NotKnown(const std::string& field, const std::string& name, const absl::Status& status) {
   return absl::IsNotFound(status) ? runtime::Refuse(field, name, "one that the plant knows") : status;
+}
+
+void Say(const Caller& caller, v1::RegistrationStep step, int scan_count, int iteration_count) {
+  if (!caller.on_progress) return;
+  v1::RegistrationProgress progress;
+  progress.set_step(step);
+  progress.set_scan_count(scan_count);
+  progress.set_iteration_count(iteration_count);
+  caller.on_progress(progress);
 }
 
 absl::StatusOr<std::optional<v1::Registration>> KeptAnswer(storage::Transaction& transaction,
@@ -83,9 +94,10 @@ absl::StatusOr<v1::Registration> Store(storage::Database* database, const v1::Re
   const absl::StatusOr<storage::Recorded> recorded = storage::InsertRegistration(*transaction, row, entry);
   if (!recorded.ok()) return recorded.status();
   row.recorded = *recorded;
-  const v1::Registration answer = ToProto(row);
+  const absl::StatusOr<v1::Registration> answer = ToProto(row);
+  if (!answer.ok()) return answer.status();
   absl::Status status = storage::KeepAnswer(*transaction, kCall, request.request_id(), request.SerializeAsString(),
-                                            answer.SerializeAsString());
+                                            answer->SerializeAsString());
   if (!status.ok()) return status;
   if (status = transaction->Commit(); !status.ok()) return status;
   return answer;
@@ -97,8 +109,7 @@ struct Registrar::Inputs {
   plant::v1::Part part;
   plant::v1::Machine machine;
   std::shared_ptr<const metrology::Surface> surface;
-  Eigen::Isometry3d zero_from_part_nominal;
-  std::vector<metrology::DatumPoint> datums;  // six-point only
+  Asked asked;
   metrology::MachineCalibration calibration;
   std::string sensor_calibration, rotation_calibration;
   std::array<std::string, 2> letters;            // the machine's, of a and b
@@ -107,12 +118,13 @@ struct Registrar::Inputs {
   std::vector<metrology::ScanPortion> portions;
 };
 
-Registrar::Registrar(storage::Database* database, const Peers& peers, int threads)
+Registrar::Registrar(storage::Database* database, const Peers& peers, const RegistrarLimits& limits)
     : database_(database),
-      plant_(peers.plant),
+      plant_(peers.plant, limits.surface_bytes),
       scans_(peers.ingest),
       calibrations_(peers.calibration),
-      threads_(threads) {}
+      threads_(limits.threads),
+      pool_(limits.pool, "registrations", "REGISTRATIONS_FULL") {}
 
 absl::StatusOr<Registrar::Inputs> Registrar::FetchInputs(const v1::RegisterRequest& request,
                                                          const Caller& caller) const {
@@ -125,12 +137,22 @@ absl::StatusOr<Registrar::Inputs> Registrar::FetchInputs(const v1::RegisterReque
   if (IsSixPoint(request.method())) {
     auto datums = DatumsOf(inputs.part);
     if (!datums.ok()) return datums.status();
-    inputs.datums = *std::move(datums);
+    inputs.asked.datums = *std::move(datums);
   }
+  auto options = FitOptionsOf(request.options(), inputs.part);
+  if (!options.ok()) return options.status();
+  inputs.asked.options = *std::move(options);
+  inputs.asked.options.thread_count = threads_;
+  inputs.asked.options.keep_going = caller.keep_going;
+  inputs.asked.options.on_iteration = [&caller, scan_count = request.scans_size()](int count) {
+    Say(caller, v1::REGISTRATION_STEP_FITTING, scan_count, count);
+  };
+  inputs.asked.allowance = AllowanceOptionsOf(request.options());
+  inputs.asked.method = request.method();
   const auto nominal = runtime::FromProto("part.zero_from_part_nominal", inputs.part.zero_from_part_nominal());
   if (!nominal.ok()) return nominal.status();
-  inputs.zero_from_part_nominal = *nominal;
-  auto surface = plant_.GetSurface(inputs.part, caller.make_context());
+  inputs.asked.zero_from_part_nominal = *nominal;
+  auto surface = plant_.GetSurface(inputs.part, caller.make_context(), caller.keep_going);
   if (!surface.ok()) return surface.status();
   inputs.surface = *std::move(surface);
   if (absl::Status status = FetchScans(request, caller, &inputs); !status.ok()) return status;
@@ -142,9 +164,10 @@ absl::StatusOr<Registrar::Inputs> Registrar::FetchInputs(const v1::RegisterReque
 absl::Status Registrar::FetchScans(const v1::RegisterRequest& request, const Caller& caller, Inputs* inputs) const {
   const auto fetch = [&](int i) { return scans_.Fetch(request.scans(i), caller.make_context()); };
   metrology::Thinning thinning;
-  thinning.target_count = kPointBudget / request.scans_size();
-  for (const metrology::DatumPoint& datum : inputs->datums)
-    thinning.dense_places_mm.push_back(inputs->zero_from_part_nominal * datum.point_mm);
+  thinning.target_count =
+      (inputs->asked.options.regions_in.empty() ? kPointBudget : kRegionPointBudget) / request.scans_size();
+  for (const metrology::DatumPoint& datum : inputs->asked.datums)
+    thinning.dense_places_mm.push_back(inputs->asked.zero_from_part_nominal * datum.point_mm);
   ingest::v1::Scan first;
   std::int64_t point_count = 0;
   std::future<absl::StatusOr<clients::FetchedScan>> next = std::async(std::launch::async, fetch, 0);
@@ -176,6 +199,12 @@ absl::Status Registrar::FetchScans(const v1::RegisterRequest& request, const Cal
     }
     fetched->scan.id = *runtime::IdOf("scan", "scans", request.scans(i));
     inputs->portions.push_back(metrology::Thin(fetched->scan, inputs->calibration, thinning));
+    if (inputs->portions.back().sensor.size() == 0 || !inputs->portions.back().zero_from_sensor.matrix().allFinite())
+      return runtime::Refuse("scans[" + std::to_string(i) + "]",
+                             request.scans(i) + ", of whose " + std::to_string(fetched->scan.points_mm.size()) +
+                                 " points none is at a finite place",
+                             "points, v0_mm and angles that are finite");
+    Say(caller, v1::REGISTRATION_STEP_FETCHING, i + 1, 0);
   }
   return absl::OkStatus();
 }
@@ -204,38 +233,43 @@ absl::Status Registrar::FetchAxisTables(const std::string& machine, const client
   return absl::OkStatus();
 }
 
-absl::StatusOr<metrology::PoseFit> Registrar::Fit(const v1::RegisterRequest& request, const Inputs& inputs,
-                                                  const std::vector<metrology::ScanPortion>& portions,
-                                                  const Caller& caller) const {
-  metrology::FitOptions options;
-  options.thread_count = threads_;
-  options.keep_going = caller.keep_going;
-  absl::StatusOr<metrology::PoseFit> fit =
-      metrology::FitToSurface(*inputs.surface, portions, inputs.zero_from_part_nominal, inputs.calibration, options);
-  if (fit.ok() && IsSixPoint(request.method())) {
-    const auto variant = request.method() == v1::METHOD_SIX_POINT_NORMALS ? metrology::SixPointVariant::kNormals
-                                                                          : metrology::SixPointVariant::kPairs;
-    fit = metrology::FitSixPoints(*inputs.surface, portions, inputs.datums, *fit, variant, inputs.calibration, options);
-  }
-  return fit;
-}
-
 // A pose that an angle's own uncertainty unseats is none: it is kept with its evidence, not refused.
-absl::Status Registrar::AddAngles(const v1::RegisterRequest& request, const Inputs& inputs, const Caller& caller,
-                                  metrology::PoseFit* fit, std::vector<metrology::AngleInfluence>* angles) const {
+absl::Status Registrar::AddAngles(const Inputs& inputs, Fitted* fitted, std::vector<metrology::AngleInfluence>* angles,
+                                  metrology::Matrix6d* difference) const {
+  metrology::PoseFit& fit = fitted->fit;
   *angles = metrology::TabledAngles(inputs.portions, inputs.calibration.positioning);
-  if (fit->outcome != metrology::Outcome::kConverged || angles->empty()) return absl::OkStatus();
-  auto influences = metrology::InfluencesOf(
-      inputs.portions, inputs.calibration, *fit,
-      [&](const std::vector<metrology::ScanPortion>& portions) { return Fit(request, inputs, portions, caller); });
+  *difference = metrology::Matrix6d::Zero();
+  if (fit.outcome != metrology::Outcome::kConverged || angles->empty()) return absl::OkStatus();
+  Asked alone = inputs.asked;  // without what it is compared with
+  if (alone.method == v1::METHOD_LOCAL) alone.method = v1::METHOD_BEST_FIT;
+  const auto refit = [&](const std::vector<metrology::ScanPortion>& portions) -> absl::StatusOr<metrology::PoseFit> {
+    auto again = FitAsked(*inputs.surface, portions, inputs.calibration, alone);
+    if (!again.ok()) return again.status();
+    return again->fit;
+  };
+  auto influences = metrology::InfluencesOf(inputs.portions, inputs.calibration, fit, refit);
   if (absl::IsFailedPrecondition(influences.status())) {
-    fit->outcome = metrology::Outcome::kNotConverged;
-    fit->evidence.remark = std::string(influences.status().message());
+    fit.outcome = metrology::Outcome::kNotConverged;
+    fit.evidence.remark = std::string(influences.status().message());
+    fitted->best_fit.reset();
     return absl::OkStatus();
   }
   if (!influences.ok()) return influences.status();
   *angles = *std::move(influences);
-  fit->covariance.values += metrology::PoseCovarianceOf(*angles);
+  fit.covariance.values += metrology::PoseCovarianceOf(*angles);
+  if (!fitted->best_fit.has_value()) return absl::OkStatus();
+  auto others = metrology::InfluencesOf(
+      inputs.portions, inputs.calibration, *fitted->best_fit, [&](const std::vector<metrology::ScanPortion>& portions) {
+        return FitForComparison(*inputs.surface, portions, inputs.calibration, inputs.asked);
+      });
+  if (absl::IsFailedPrecondition(others.status())) {
+    fitted->best_fit.reset();
+    return absl::OkStatus();
+  }
+  if (!others.ok()) return others.status();
+  for (std::size_t i = 0; i < others->size(); ++i)
+    (*others)[i].pose_per_rad = (*angles)[i].pose_per_rad - (*others)[i].pose_per_rad;
+  *difference = metrology::PoseCovarianceOf(*others);
   return absl::OkStatus();
 }
 
@@ -248,17 +282,42 @@ absl::StatusOr<v1::Registration> Registrar::Register(const v1::RegisterRequest& 
     if (!kept.ok()) return kept.status();
     if (kept->has_value()) return **std::move(kept);
   }
+  Say(caller, v1::REGISTRATION_STEP_WAITING, 0, 0);
+  const absl::StatusOr<runtime::ComputePool::Slot> slot =
+      pool_.Enter(caller.deadline, caller.keep_going, caller.patience);
+  if (!slot.ok()) return slot.status();
+  absl::StatusOr<v1::Registration> registration = Compute(request, caller);
+  // A kernel that is told to stop does not know why.
+  if (absl::IsCancelled(registration.status()) && std::chrono::system_clock::now() >= caller.deadline)
+    return absl::DeadlineExceededError("register: its time was over before its end");
+  return registration;
+}
+
+absl::StatusOr<v1::Registration> Registrar::Compute(const v1::RegisterRequest& request, const Caller& caller) {
+  Say(caller, v1::REGISTRATION_STEP_FETCHING, 0, 0);
   const absl::StatusOr<Inputs> inputs = FetchInputs(request, caller);
   if (!inputs.ok()) return inputs.status();
 
   const auto started = std::chrono::steady_clock::now();
-  absl::StatusOr<metrology::PoseFit> fit = Fit(request, *inputs, inputs->portions, caller);
-  if (!fit.ok()) return AsRefusal(fit.status());
+  absl::StatusOr<Fitted> fitted = FitAsked(*inputs->surface, inputs->portions, inputs->calibration, inputs->asked);
+  if (!fitted.ok()) return AsRefusal(fitted.status());
   std::vector<metrology::AngleInfluence> angles;
-  if (absl::Status status = AddAngles(request, *inputs, caller, &*fit, &angles); !status.ok()) return AsRefusal(status);
-  if (!inputs->remark.empty()) fit->evidence.remark += (fit->evidence.remark.empty() ? "" : "; ") + inputs->remark;
+  metrology::Matrix6d difference;
+  if (absl::Status status = AddAngles(*inputs, &*fitted, &angles, &difference); !status.ok()) return AsRefusal(status);
+  std::optional<metrology::Disagreement> disagreement;
+  if (fitted->best_fit.has_value()) {
+    auto compared = metrology::DisagreementOf(*inputs->surface, fitted->fit, *fitted->best_fit, inputs->calibration,
+                                              difference, inputs->asked.options);
+    if (!compared.ok()) return compared.status();
+    disagreement = *std::move(compared);
+    if (disagreement->beyond) Remark(InWords(*disagreement), &fitted->fit);
+  }
+  Remark(inputs->remark, &fitted->fit);
 
-  storage::RegistrationRow row = RowOf(*fit);
+  absl::StatusOr<storage::RegistrationRow> described =
+      RowOf(fitted->fit, FilledIn(request), fitted->allowance, disagreement);
+  if (!described.ok()) return described.status();
+  storage::RegistrationRow row = *std::move(described);
   row.blade_serial = *runtime::IdOf("blade", "blades", request.blade());
   row.method = MethodText(request.method());
   row.machine_revision = inputs->machine.revision();
@@ -271,7 +330,7 @@ absl::StatusOr<v1::Registration> Registrar::Register(const v1::RegisterRequest& 
   for (const metrology::AngleInfluence& angle : angles) {
     const std::size_t i = angle.axis == metrology::AngleInfluence::Axis::kA ? 0 : 1;
     row.angles.push_back(RowOf(angle, inputs->letters[i], id_of(inputs->characterisations[i]),
-                               fit->outcome == metrology::Outcome::kConverged));
+                               fitted->fit.outcome == metrology::Outcome::kConverged));
   }
   row.compute_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   return Store(database_, request, std::move(row), caller.deadline);

@@ -1,10 +1,14 @@
 #include "services/registration/registration_messages.h"
 
+#include <google/protobuf/util/json_util.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "metrology/registration/direction_words.h"
+#include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::registration {
@@ -65,7 +69,58 @@ void SetTime(storage::Instant instant, google::protobuf::Timestamp* out) {
   out->set_nanos(static_cast<int>((micros - seconds).count()) * 1000);
 }
 
-void SetEvidence(const storage::RegistrationRow& row, v1::Evidence* out) {
+absl::StatusOr<std::string> JsonOf(const google::protobuf::Message& message) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  std::string json;
+  const auto printed = google::protobuf::util::MessageToJsonString(message, &json, options);
+  if (!printed.ok()) return absl::InternalError("registration as JSON: " + std::string(printed.message()));
+  return json;
+}
+
+absl::Status FromJson(const std::string& json, const std::string& registration_id, google::protobuf::Message* out) {
+  if (google::protobuf::util::JsonStringToMessage(json, out).ok()) return absl::OkStatus();
+  return absl::DataLossError("registration " + registration_id + ": its " + out->GetDescriptor()->name() +
+                             " cannot be read");
+}
+
+// What has no column: a registration without it, from before it was kept, has a detail without fields.
+v1::Evidence DetailOf(const metrology::PoseFit& fit, const std::optional<metrology::AllowanceFit>& allowance,
+                      const std::optional<metrology::Disagreement>& disagreement) {
+  const metrology::FitEvidence& evidence = fit.evidence;
+  v1::Evidence detail;
+  detail.set_patch_mm(evidence.patch_mm);
+  if (!allowance.has_value()) {
+    detail.set_correlation_widening(Figure(evidence.correlation_widening));
+    detail.set_last_step_um(kUmPerMm * evidence.last_step_mm);
+  }
+  for (const metrology::RegionResidual& in : evidence.regions) {
+    if (!std::isfinite(in.mean_mm)) continue;  // no weight there
+    v1::RegionResidual* region = detail.add_regions();
+    runtime::ToProto(in.centre_mm, region->mutable_centre_mm());
+    region->set_point_count(in.point_count);
+    region->set_mean_um(kUmPerMm * in.mean_mm);
+    region->set_used_part(in.used_part);
+  }
+  if (allowance.has_value())
+    for (const metrology::AllowancePatch& in : allowance->holding) {
+      v1::AllowancePatch* patch = detail.mutable_allowance()->add_holding();
+      runtime::ToProto(in.point_mm, patch->mutable_point_mm());
+      runtime::ToProto(in.normal, patch->mutable_normal());
+      patch->set_stock_mm(in.stock_mm);
+      patch->set_standard_uncertainty_um(kUmPerMm * in.standard_uncertainty_mm);
+      patch->set_share(in.share);
+    }
+  if (disagreement.has_value()) {
+    v1::Disagreement& out = *detail.mutable_disagreement();
+    runtime::ToProto(disagreement->point_mm, out.mutable_point_mm());
+    out.set_standard_uncertainty_um(kUmPerMm * disagreement->standard_uncertainty_mm);
+  }
+  return detail;
+}
+
+absl::Status SetEvidence(const storage::RegistrationRow& row, v1::Evidence* out) {
+  if (absl::Status status = FromJson(row.detail_json, row.registration_id, out); !status.ok()) return status;
   v1::Outcome outcome = v1::OUTCOME_UNSPECIFIED;
   v1::Outcome_Parse("OUTCOME_" + row.outcome, &outcome);
   out->set_outcome(outcome);
@@ -95,11 +150,36 @@ void SetEvidence(const storage::RegistrationRow& row, v1::Evidence* out) {
   out->mutable_weakest_direction()->Add(row.weakest_direction.begin(), row.weakest_direction.end());
   out->set_weakest_standard_uncertainty_um(row.weakest_standard_uncertainty_um);
   out->set_remark(row.remark);
+  out->set_weakest_direction_in_words(row.weakest_direction_in_words);
+  out->set_noise_sigma_um(row.noise_sigma_um.value_or(0));
+  out->set_model_sigma_um(row.model_sigma_um.value_or(0));
+  out->set_information_kept(row.information_kept.value_or(0));
+  out->set_surface_part(row.surface_part.value_or(0));
+  for (const storage::RegistrationAgreementRow& in : row.agreements) {
+    v1::ScanAgreement* agreement = out->add_agreements();
+    agreement->set_scan(runtime::NameOf("scans", in.scan_id));
+    agreement->set_other_scan(runtime::NameOf("scans", in.other_scan_id));
+    agreement->set_patch_count(in.patch_count);
+    agreement->set_difference_rms_um(in.difference_rms_um);
+    agreement->set_expected_rms_um(in.expected_rms_um);
+  }
+  if (row.least_stock_mm.has_value() && row.lacking_mm.has_value()) {
+    out->mutable_allowance()->set_least_stock_mm(*row.least_stock_mm);
+    out->mutable_allowance()->set_lacking_mm(*row.lacking_mm);
+  }
+  if (row.disagreement_um.has_value() && row.disagreement_ratio.has_value()) {
+    out->mutable_disagreement()->set_greatest_um(*row.disagreement_um);
+    out->mutable_disagreement()->set_ratio(*row.disagreement_ratio);
+    out->mutable_disagreement()->set_beyond(*row.disagreement_ratio > metrology::kDisagreementLimit);
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace
 
-storage::RegistrationRow RowOf(const metrology::PoseFit& fit) {
+absl::StatusOr<storage::RegistrationRow> RowOf(const metrology::PoseFit& fit, const v1::FitOptions& options,
+                                               const std::optional<metrology::AllowanceFit>& allowance,
+                                               const std::optional<metrology::Disagreement>& disagreement) {
   storage::RegistrationRow row;
   row.outcome = OutcomeText(fit.outcome);
   if (fit.outcome == metrology::Outcome::kConverged) {
@@ -126,6 +206,30 @@ storage::RegistrationRow RowOf(const metrology::PoseFit& fit) {
     if (datum.point_count > 0)
       row.datums.push_back(
           {datum.name, kUmPerMm * datum.distance_mm, kUmPerMm * datum.standard_uncertainty_mm, datum.point_count});
+  row.weakest_direction_in_words = metrology::DirectionInWords(evidence.weakest_direction, fit.zero_from_part);
+  for (const metrology::PortionAgreement& agreement : evidence.agreements)
+    row.agreements.push_back({agreement.scan, agreement.other, agreement.patch_count,
+                              Figure(kUmPerMm * agreement.difference_rms_mm),
+                              Figure(kUmPerMm * agreement.expected_rms_mm)});
+  if (allowance.has_value()) {
+    row.least_stock_mm = allowance->least_stock_mm;
+    row.lacking_mm = allowance->lacking_mm;
+  } else {
+    row.noise_sigma_um = kUmPerMm * evidence.noise_sigma_mm;
+    row.model_sigma_um = kUmPerMm * evidence.model_sigma_mm;
+    row.information_kept = std::clamp(evidence.information_kept, 0.0, 1.0);
+    row.surface_part = std::clamp(evidence.surface_part, 0.0, 1.0);
+  }
+  if (disagreement.has_value()) {
+    row.disagreement_um = kUmPerMm * disagreement->greatest_mm;
+    row.disagreement_ratio = Figure(disagreement->ratio);
+  }
+  absl::StatusOr<std::string> json = JsonOf(options);
+  if (!json.ok()) return json.status();
+  row.options_json = *std::move(json);
+  json = JsonOf(DetailOf(fit, allowance, disagreement));
+  if (!json.ok()) return json.status();
+  row.detail_json = *std::move(json);
   return row;
 }
 
@@ -142,8 +246,11 @@ storage::RegistrationAngleRow RowOf(const metrology::AngleInfluence& angle, cons
   return row;
 }
 
-v1::Registration ToProto(const storage::RegistrationRow& row) {
+absl::StatusOr<v1::Registration> ToProto(const storage::RegistrationRow& row) {
   v1::Registration out;
+  if (absl::Status status = SetEvidence(row, out.mutable_evidence()); !status.ok()) return status;
+  if (absl::Status status = FromJson(row.options_json, row.registration_id, out.mutable_options()); !status.ok())
+    return status;
   out.set_name(runtime::NameOf("registrations", row.registration_id));
   out.set_blade(runtime::NameOf("blades", row.blade_serial));
   out.set_machine(runtime::NameOf("machines", row.machine_id));
@@ -175,7 +282,6 @@ v1::Registration ToProto(const storage::RegistrationRow& row) {
     angle->set_half_reversal_deg(in.half_reversal_deg);
     angle->mutable_pose_per_rad()->Add(in.pose_per_rad.begin(), in.pose_per_rad.end());
   }
-  SetEvidence(row, out.mutable_evidence());
   out.set_requested_by(row.requested_by);
   out.set_software_version(row.software_version);
   SetTime(row.recorded.recorded_at, out.mutable_recorded_at());

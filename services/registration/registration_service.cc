@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "services/registration/batch.h"
 #include "services/registration/registration_messages.h"
 #include "services/runtime/call.h"
 #include "services/runtime/compute_slot.h"
@@ -39,20 +40,20 @@ absl::StatusOr<v1::ListRegistrationsResponse> List(storage::Database* database, 
       response.set_next_page_token(runtime::TokenAfter(request.blade(), last_sequence));
       break;
     }
-    *response.add_registrations() = ToProto(row);
+    absl::StatusOr<v1::Registration> registration = ToProto(row);
+    if (!registration.ok()) return registration.status();
+    *response.add_registrations() = *std::move(registration);
   }
   return response;
 }
 
 }  // namespace
 
-RegistrationService::RegistrationService(storage::Database* database, const Peers& peers, int threads)
-    : database_(database), registrar_(database, peers, threads) {}
+RegistrationService::RegistrationService(storage::Database* database, const Peers& peers, const RegistrarLimits& limits)
+    : database_(database), registrar_(database, peers, limits) {}
 
 grpc::Status RegistrationService::Register(grpc::ServerContext* context, const v1::RegisterRequest* request,
                                            v1::Registration* response) {
-  const runtime::ComputeSlot slot(&running_, kMostRunning);
-  if (absl::Status free = slot.Check("registrations", "REGISTRATIONS_FULL"); !free.ok()) return ToGrpc(free);
   absl::StatusOr<v1::Registration> result = registrar_.Register(*request, CallerOf(context));
   if (result.ok()) *response = *std::move(result);
   return ToGrpc(result.status());
@@ -69,8 +70,9 @@ grpc::Status RegistrationService::GetRegistration(grpc::ServerContext* context,
   if (!found.ok()) return ToGrpc(found.status());
   if (!found->has_value())
     return ToGrpc(absl::NotFoundError("name: " + request->name() + ", want a registration that is recorded"));
-  *response = ToProto(**found);
-  return grpc::Status::OK;
+  absl::StatusOr<v1::Registration> registration = ToProto(**found);
+  if (registration.ok()) *response = *std::move(registration);
+  return ToGrpc(registration.status());
 }
 
 grpc::Status RegistrationService::ListRegistrations(grpc::ServerContext* context,
@@ -79,6 +81,16 @@ grpc::Status RegistrationService::ListRegistrations(grpc::ServerContext* context
   absl::StatusOr<v1::ListRegistrationsResponse> page = List(database_, runtime::DeadlineOf(*context), *request);
   if (page.ok()) *response = *std::move(page);
   return ToGrpc(page.status());
+}
+
+grpc::Status RegistrationService::RegisterBatch(grpc::ServerContext* context, const v1::RegisterBatchRequest* request,
+                                                grpc::ServerWriter<v1::RegisterBatchResponse>* writer) {
+  const runtime::ComputeSlot slot(&batches_, kMostBatches);
+  if (absl::Status free = slot.Check("batches", "BATCHES_FULL"); !free.ok()) return ToGrpc(free);
+  return ToGrpc(RunBatch(
+      *request, CallerOf(context),
+      [this](const v1::RegisterRequest& one, const Caller& caller) { return registrar_.Register(one, caller); },
+      [writer](const v1::RegisterBatchResponse& response) { return writer->Write(response); }));
 }
 
 }  // namespace sixpoint::registration

@@ -10,8 +10,7 @@ namespace sixpoint::registration {
 
 class RegistrationService final : public v1::RegistrationService::Service {
  public:
-  // One registration more than kMostRunning at once gets RESOURCE_EXHAUSTED.
-  RegistrationService(storage::Database* database, const Peers& peers, int threads);
+  RegistrationService(storage::Database* database, const Peers& peers, const RegistrarLimits& limits);
 
   grpc::Status Register(grpc::ServerContext* context, const v1::RegisterRequest* request,
                         v1::Registration* response) override;
@@ -19,13 +18,16 @@ class RegistrationService final : public v1::RegistrationService::Service {
                                v1::Registration* response) override;
   grpc::Status ListRegistrations(grpc::ServerContext* context, const v1::ListRegistrationsRequest* request,
                                  v1::ListRegistrationsResponse* response) override;
+  // One batch more than kMostBatches at once gets RESOURCE_EXHAUSTED.
+  grpc::Status RegisterBatch(grpc::ServerContext* context, const v1::RegisterBatchRequest* request,
+                             grpc::ServerWriter<v1::RegisterBatchResponse>* writer) override;
 
  private:
-  static constexpr int kMostRunning = 4;
+  static constexpr int kMostBatches = 4;
 
   storage::Database* database_;
   Registrar registrar_;
-  std::atomic<int> running_{0};
+  std::atomic<int> batches_{0};
 };
 
 }  // namespace sixpoint::registration

@@ -1,7 +1,10 @@
 #include "services/registration/validate.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <set>
+#include <tuple>
 
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
@@ -11,6 +14,148 @@ namespace sixpoint::registration {
 namespace {
 
 constexpr std::size_t kLongestRequester = 200;
+constexpr int kMostRegions = 64;
+constexpr double kGreatestCoordinateMm = 1e6;
+constexpr double kGreatestRadiusMm = 1e4;
+
+std::string Text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
+
+absl::Status CheckPlace(const std::string& field, bool given, const geometry::v1::Point& in) {
+  if (!given) return runtime::Refuse(field, "not given", "a point in the part frame");
+  const auto point = runtime::FromProto(field, in);
+  if (!point.ok()) return point.status();
+  if (point->cwiseAbs().maxCoeff() > kGreatestCoordinateMm)
+    return runtime::Refuse(field, Text(point->cwiseAbs().maxCoeff()), "coordinates up to 1e6 mm");
+  return absl::OkStatus();
+}
+
+absl::Status CheckRegion(const std::string& field, const v1::Region& region) {
+  const auto check_length = [](const std::string& of, double length_mm) {
+    return length_mm > 0 && length_mm <= kGreatestRadiusMm
+               ? absl::OkStatus()
+               : runtime::Refuse(of, Text(length_mm), "more than 0, at most 1e4 mm");
+  };
+  switch (region.shape_case()) {
+    case v1::Region::kBox: {
+      const v1::Box& box = region.box();
+      absl::Status status = CheckPlace(field + ".box.minimum_mm", box.has_minimum_mm(), box.minimum_mm());
+      if (status.ok()) status = CheckPlace(field + ".box.maximum_mm", box.has_maximum_mm(), box.maximum_mm());
+      if (!status.ok()) return status;
+      for (const auto& [axis, low, high] : {std::tuple("x_mm", box.minimum_mm().x_mm(), box.maximum_mm().x_mm()),
+                                            std::tuple("y_mm", box.minimum_mm().y_mm(), box.maximum_mm().y_mm()),
+                                            std::tuple("z_mm", box.minimum_mm().z_mm(), box.maximum_mm().z_mm())})
+        if (!(low < high))
+          return runtime::Refuse(field + ".box.maximum_mm." + axis, Text(high), "more than its minimum, " + Text(low));
+      return absl::OkStatus();
+    }
+    case v1::Region::kBall: {
+      const v1::Ball& ball = region.ball();
+      if (absl::Status status = CheckPlace(field + ".ball.centre_mm", ball.has_centre_mm(), ball.centre_mm());
+          !status.ok())
+        return status;
+      return check_length(field + ".ball.radius_mm", ball.radius_mm());
+    }
+    case v1::Region::kHoleGroup:
+      if (region.hole_group().group().empty())
+        return runtime::Refuse(field + ".hole_group.group", "empty", "one of the part's hole groups");
+      return check_length(field + ".hole_group.margin_mm", region.hole_group().margin_mm());
+    case v1::Region::SHAPE_NOT_SET:
+      break;
+  }
+  return runtime::Refuse(field, "no shape", "box, ball or hole_group");
+}
+
+absl::Status CheckAllowance(const v1::AllowanceOptions& asked) {
+  const metrology::AllowanceOptions usual;
+  const double least = asked.has_least_stock_mm() ? asked.least_stock_mm() : usual.least_stock_mm;
+  const double greatest = asked.has_greatest_stock_mm() ? asked.greatest_stock_mm() : usual.greatest_stock_mm;
+  if (!(std::abs(least) <= 10)) return runtime::Refuse("options.allowance.least_stock_mm", Text(least), "-10 to 10");
+  if (!(greatest > std::max(0.0, least) && greatest <= 50))
+    return runtime::Refuse("options.allowance.greatest_stock_mm", Text(greatest),
+                           "more than the least stock and than 0, at most 50");
+  if (asked.has_patch_mm() && !(asked.patch_mm() >= 0.05 && asked.patch_mm() <= 50))
+    return runtime::Refuse("options.allowance.patch_mm", Text(asked.patch_mm()), "0.05 to 50");
+  if (asked.has_least_points() && !(asked.least_points() >= 1 && asked.least_points() <= 1'000'000))
+    return runtime::Refuse("options.allowance.least_points", std::to_string(asked.least_points()), "1 to 1000000");
+  return absl::OkStatus();
+}
+
+absl::Status CheckOptions(const v1::RegisterRequest& request) {
+  const v1::FitOptions& options = request.options();
+  std::set<int> freedoms;
+  for (int i = 0; i < options.degrees_of_freedom_size(); ++i) {
+    const int freedom = options.degrees_of_freedom(i);
+    const std::string field = "options.degrees_of_freedom[" + std::to_string(i) + "]";
+    if (freedom < v1::FREEDOM_TURN_X || freedom > v1::FREEDOM_SHIFT_Z)
+      return runtime::Refuse(field, std::to_string(freedom), "FREEDOM_TURN_X to FREEDOM_SHIFT_Z");
+    if (!freedoms.insert(freedom).second)
+      return runtime::Refuse(field, v1::Freedom_Name(options.degrees_of_freedom(i)), "each direction once");
+  }
+  const bool held = !freedoms.empty() && freedoms.size() < 6;
+  if (held && IsSixPoint(request.method()))
+    return runtime::Refuse("options.degrees_of_freedom", std::to_string(freedoms.size()) + " directions",
+                           "none named, as six points hold all six");
+  if (options.scan_weights_size() != 0 && options.scan_weights_size() != request.scans_size())
+    return runtime::Refuse("options.scan_weights", std::to_string(options.scan_weights_size()) + " weights",
+                           "none, or one for each of " + std::to_string(request.scans_size()) + " scans");
+  for (int i = 0; i < options.scan_weights_size(); ++i)
+    if (!(options.scan_weights(i) >= 1e-6 && options.scan_weights(i) <= 1e6))
+      return runtime::Refuse("options.scan_weights[" + std::to_string(i) + "]", Text(options.scan_weights(i)),
+                             "1e-6 to 1e6");
+  for (const auto& [name, regions] : {std::pair("options.regions_in", &options.regions_in()),
+                                      std::pair("options.regions_out", &options.regions_out())}) {
+    if (regions->size() > kMostRegions)
+      return runtime::Refuse(name, std::to_string(regions->size()) + " regions",
+                             "at most " + std::to_string(kMostRegions));
+    for (int i = 0; i < regions->size(); ++i)
+      if (absl::Status status = CheckRegion(name + ("[" + std::to_string(i) + "]"), regions->Get(i)); !status.ok())
+        return status;
+  }
+  if (options.coarse_start() && (held || options.regions_in_size() > 0))
+    return runtime::Refuse("options.coarse_start", held ? "true, with directions held" : "true, with regions_in",
+                           "neither held directions nor regions_in: the part is not found yet");
+  if (options.has_allowance() && request.method() != v1::METHOD_ALLOWANCE)
+    return runtime::Refuse("options.allowance", "set, with " + v1::Method_Name(request.method()), "METHOD_ALLOWANCE");
+  return CheckAllowance(options.allowance());
+}
+
+absl::Status AddRegions(const std::string& field, const google::protobuf::RepeatedPtrField<v1::Region>& in,
+                        const plant::v1::Part& part, std::vector<metrology::Region>* out) {
+  using Shape = metrology::Region::Shape;
+  for (int i = 0; i < in.size(); ++i) {
+    if (in[i].has_box()) {
+      const auto low = runtime::FromProto(field, in[i].box().minimum_mm());
+      const auto high = runtime::FromProto(field, in[i].box().maximum_mm());
+      if (!low.ok() || !high.ok()) return low.ok() ? high.status() : low.status();
+      out->push_back({Shape::kBox, (*low + *high) / 2, (*high - *low) / 2});
+    } else if (in[i].has_ball()) {
+      const auto centre = runtime::FromProto(field, in[i].ball().centre_mm());
+      if (!centre.ok()) return centre.status();
+      out->push_back({Shape::kBall, *centre, Eigen::Vector3d::Constant(in[i].ball().radius_mm())});
+    } else {
+      const v1::HoleGroupNeighbourhood& asked = in[i].hole_group();
+      const auto group = std::find_if(part.hole_groups().begin(), part.hole_groups().end(),
+                                      [&](const plant::v1::HoleGroup& g) { return g.group() == asked.group(); });
+      if (group == part.hole_groups().end()) {
+        std::string known;
+        for (const plant::v1::HoleGroup& g : part.hole_groups()) known += (known.empty() ? "" : ", ") + g.group();
+        return runtime::Refuse(field + "[" + std::to_string(i) + "].hole_group.group", asked.group(),
+                               known.empty() ? "none: " + part.name() + " has no hole groups" : "one of " + known);
+      }
+      for (const plant::v1::Hole& hole : group->holes()) {
+        const auto start = runtime::FromProto("part.hole_groups[" + group->group() + "].holes[" + hole.hole() + "]",
+                                              hole.start_in_part_mm());
+        if (!start.ok()) return start.status();
+        out->push_back({Shape::kBall, *start, Eigen::Vector3d::Constant(group->diameter_mm() / 2 + asked.margin_mm())});
+      }
+    }
+  }
+  return absl::OkStatus();
+}
 
 }  // namespace
 
@@ -24,6 +169,8 @@ std::string MethodText(v1::Method method) {
       return "SIX_POINT";
     case v1::METHOD_SIX_POINT_NORMALS:
       return "SIX_POINT_NORMALS";
+    case v1::METHOD_ALLOWANCE:
+      return "ALLOWANCE";
     default:
       return "";
   }
@@ -43,8 +190,10 @@ absl::Status CheckRequest(const v1::RegisterRequest& request) {
     if (!seen.insert(request.scans(i)).second) return runtime::Refuse(field, request.scans(i), "each scan once");
   }
   if (MethodText(request.method()).empty())
-    return runtime::Refuse("method", std::to_string(request.method()),
-                           "METHOD_BEST_FIT, METHOD_LOCAL, METHOD_SIX_POINT or METHOD_SIX_POINT_NORMALS");
+    return runtime::Refuse(
+        "method", std::to_string(request.method()),
+        "METHOD_BEST_FIT, METHOD_LOCAL, METHOD_SIX_POINT, METHOD_SIX_POINT_NORMALS or METHOD_ALLOWANCE");
+  if (absl::Status status = CheckOptions(request); !status.ok()) return status;
   if (request.requested_by().size() > kLongestRequester)
     return runtime::Refuse("requested_by", std::to_string(request.requested_by().size()) + " bytes", "at most 200");
   return runtime::CheckUuid("request_id", request.request_id());
@@ -77,6 +226,41 @@ absl::StatusOr<std::vector<metrology::DatumPoint>> DatumsOf(const plant::v1::Par
     datums.push_back({in.datum(), *point, *normal});
   }
   return datums;
+}
+
+absl::StatusOr<metrology::FitOptions> FitOptionsOf(const v1::FitOptions& options, const plant::v1::Part& part) {
+  metrology::FitOptions out;
+  if (options.degrees_of_freedom_size() > 0) out.free.fill(false);
+  for (const int freedom : options.degrees_of_freedom())
+    out.free[static_cast<std::size_t>(freedom - v1::FREEDOM_TURN_X)] = true;
+  out.scan_weights.assign(options.scan_weights().begin(), options.scan_weights().end());
+  out.coarse_start = options.coarse_start();
+  absl::Status status = AddRegions("options.regions_in", options.regions_in(), part, &out.regions_in);
+  if (status.ok()) status = AddRegions("options.regions_out", options.regions_out(), part, &out.regions_out);
+  if (!status.ok()) return status;
+  return out;
+}
+
+metrology::AllowanceOptions AllowanceOptionsOf(const v1::FitOptions& options) {
+  metrology::AllowanceOptions out;
+  const v1::AllowanceOptions& asked = options.allowance();
+  if (asked.has_least_stock_mm()) out.least_stock_mm = asked.least_stock_mm();
+  if (asked.has_greatest_stock_mm()) out.greatest_stock_mm = asked.greatest_stock_mm();
+  if (asked.has_patch_mm()) out.patch_mm = asked.patch_mm();
+  if (asked.has_least_points()) out.least_points = asked.least_points();
+  return out;
+}
+
+v1::FitOptions FilledIn(const v1::RegisterRequest& request) {
+  v1::FitOptions options = request.options();
+  if (request.method() != v1::METHOD_ALLOWANCE) return options;
+  const metrology::AllowanceOptions allowance = AllowanceOptionsOf(options);
+  v1::AllowanceOptions& filled = *options.mutable_allowance();
+  filled.set_least_stock_mm(allowance.least_stock_mm);
+  filled.set_greatest_stock_mm(allowance.greatest_stock_mm);
+  filled.set_patch_mm(allowance.patch_mm);
+  filled.set_least_points(static_cast<int>(allowance.least_points));
+  return options;
 }
 
 }  // namespace sixpoint::registration

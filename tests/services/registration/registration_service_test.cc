@@ -51,8 +51,9 @@ class PlantWithBlade final : public plant::v1::PlantService::Service {
 class RegistrationServiceTest : public ::testing::Test {
  protected:
   RegistrationServiceTest() : blades_(&plant_.plant), plant_server_({&blades_}) {
-    service_ = std::make_unique<RegistrationService>(
-        plant_.database.database(), Peers{plant_server_.Connect(), plant_.Connect(), plant_.Connect()}, 2);
+    service_ = std::make_unique<RegistrationService>(plant_.database.database(),
+                                                     Peers{plant_server_.Connect(), plant_.Connect(), plant_.Connect()},
+                                                     RegistrarLimits());
     server_ = std::make_unique<testing::InProcessServer>(std::vector<grpc::Service*>{service_.get()});
     stub_ = v1::RegistrationService::NewStub(server_->Connect());
   }

@@ -3,6 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
+#include <functional>
+
 #include "services/runtime/errors.h"
 
 namespace sixpoint::registration {
@@ -51,6 +55,116 @@ TEST(CheckRequest, NamesFieldValueAndWhatWasWanted) {
   request = Good();
   request.set_requested_by(std::string(201, 'x'));
   EXPECT_THAT(MessageOf(request), HasSubstr("requested_by: 201 bytes"));
+}
+
+TEST(CheckRequest, RefusesOptionsThatCannotBe) {
+  const auto asked = [](const std::function<void(v1::FitOptions*)>& set, v1::Method method = v1::METHOD_BEST_FIT) {
+    v1::RegisterRequest request = Good();
+    request.set_method(method);
+    set(request.mutable_options());
+    return MessageOf(request);
+  };
+  const auto set_point = [](double x, double y, double z, geometry::v1::Point* point) {
+    point->set_x_mm(x);
+    point->set_y_mm(y);
+    point->set_z_mm(z);
+  };
+  EXPECT_THAT(asked([](auto* o) { o->add_degrees_of_freedom(v1::FREEDOM_UNSPECIFIED); }),
+              HasSubstr("options.degrees_of_freedom[0]: 0, want FREEDOM_TURN_X"));
+  EXPECT_THAT(asked([](auto* o) {
+                o->add_degrees_of_freedom(v1::FREEDOM_SHIFT_Z);
+                o->add_degrees_of_freedom(v1::FREEDOM_SHIFT_Z);
+              }),
+              HasSubstr("options.degrees_of_freedom[1]: FREEDOM_SHIFT_Z, want each direction once"));
+  EXPECT_THAT(asked([](auto* o) { o->add_degrees_of_freedom(v1::FREEDOM_SHIFT_Z); }, v1::METHOD_SIX_POINT),
+              HasSubstr("options.degrees_of_freedom: 1 directions, want none named"));
+  EXPECT_THAT(asked([](auto* o) { o->add_scan_weights(1); }), HasSubstr("options.scan_weights: 1 weights, want none"));
+  EXPECT_THAT(asked([](auto* o) {
+                o->add_scan_weights(1);
+                o->add_scan_weights(std::nan(""));
+              }),
+              HasSubstr("options.scan_weights[1]: nan, want 1e-6"));
+  EXPECT_THAT(asked([](auto* o) { o->add_regions_in(); }), HasSubstr("options.regions_in[0]: no shape, want box"));
+  EXPECT_THAT(asked([](auto* o) { o->add_regions_out()->mutable_ball()->set_radius_mm(1); }),
+              HasSubstr("options.regions_out[0].ball.centre_mm: not given"));
+  for (const double radius : {0.0, -1.0, 2e4, std::nan("")})
+    EXPECT_THAT(asked([&](auto* o) {
+                  set_point(0, 0, 0, o->add_regions_in()->mutable_ball()->mutable_centre_mm());
+                  o->mutable_regions_in(0)->mutable_ball()->set_radius_mm(radius);
+                }),
+                HasSubstr("options.regions_in[0].ball.radius_mm: "));
+  EXPECT_THAT(asked([&](auto* o) {
+                set_point(0, 0, 0, o->add_regions_in()->mutable_box()->mutable_minimum_mm());
+                set_point(1, 1, 0, o->mutable_regions_in(0)->mutable_box()->mutable_maximum_mm());
+              }),
+              HasSubstr("options.regions_in[0].box.maximum_mm.z_mm: 0, want more than its minimum, 0"));
+  EXPECT_THAT(asked([&](auto* o) {
+                set_point(0, 0, INFINITY, o->add_regions_in()->mutable_box()->mutable_minimum_mm());
+                set_point(1, 1, 0, o->mutable_regions_in(0)->mutable_box()->mutable_maximum_mm());
+              }),
+              HasSubstr("options.regions_in[0].box.minimum_mm"));
+  EXPECT_THAT(asked([](auto* o) { o->add_regions_in()->mutable_hole_group()->set_margin_mm(1); }),
+              HasSubstr("options.regions_in[0].hole_group.group: empty"));
+  EXPECT_THAT(asked([](auto* o) { o->add_regions_in()->mutable_hole_group()->set_group("G1"); }),
+              HasSubstr("options.regions_in[0].hole_group.margin_mm: 0, want more than 0"));
+  EXPECT_THAT(asked([](auto* o) {
+                for (int i = 0; i < 65; ++i) o->add_regions_out();
+              }),
+              HasSubstr("options.regions_out: 65 regions, want at most 64"));
+  EXPECT_THAT(asked([](auto* o) {
+                o->set_coarse_start(true);
+                o->add_degrees_of_freedom(v1::FREEDOM_SHIFT_X);
+              }),
+              HasSubstr("options.coarse_start: true, with directions held"));
+  EXPECT_THAT(asked([](auto* o) { o->mutable_allowance()->set_patch_mm(1); }),
+              HasSubstr("options.allowance: set, with METHOD_BEST_FIT, want METHOD_ALLOWANCE"));
+  const auto allowed = [&](const std::function<void(v1::AllowanceOptions*)>& set) {
+    return asked([&](auto* o) { set(o->mutable_allowance()); }, v1::METHOD_ALLOWANCE);
+  };
+  EXPECT_THAT(allowed([](auto* a) { a->set_least_stock_mm(11); }), HasSubstr("options.allowance.least_stock_mm: 11"));
+  EXPECT_THAT(allowed([](auto* a) { a->set_least_stock_mm(5.5); }), HasSubstr("allowance.greatest_stock_mm: 5, want"));
+  EXPECT_THAT(allowed([](auto* a) { a->set_patch_mm(0); }), HasSubstr("options.allowance.patch_mm: 0, want 0.05"));
+  EXPECT_THAT(allowed([](auto* a) { a->set_least_points(0); }), HasSubstr("allowance.least_points: 0, want 1"));
+}
+
+TEST(FitOptionsOf, TakesHoleGroupsForBallsRoundTheirStarts) {
+  plant::v1::Part part;
+  part.set_name("parts/p1");
+  plant::v1::HoleGroup& group = *part.add_hole_groups();
+  group.set_group("G2");
+  group.set_diameter_mm(3);
+  for (const double x : {1.0, 5.0}) group.add_holes()->mutable_start_in_part_mm()->set_x_mm(x);
+  v1::FitOptions options;
+  options.add_regions_in()->mutable_hole_group()->set_group("G2");
+  options.mutable_regions_in(0)->mutable_hole_group()->set_margin_mm(2);
+  options.add_regions_out()->mutable_box()->mutable_minimum_mm()->set_x_mm(-1);
+  options.mutable_regions_out(0)->mutable_box()->mutable_maximum_mm()->set_x_mm(3);
+  options.add_degrees_of_freedom(v1::FREEDOM_SHIFT_Y);
+  const auto out = FitOptionsOf(options, part);
+  ASSERT_TRUE(out.ok()) << out.status();
+  ASSERT_EQ(out->regions_in.size(), 2u);
+  EXPECT_TRUE(out->regions_in[1].Holds({5, 3.49, 0}));
+  EXPECT_FALSE(out->regions_in[1].Holds({5, 3.51, 0}));
+  EXPECT_EQ(out->regions_out[0].centre_mm.x(), 1);
+  EXPECT_EQ(out->regions_out[0].half_mm.x(), 2);
+  EXPECT_EQ(out->free, (std::array<bool, 6>{false, false, false, false, true, false}));
+  options.mutable_regions_in(0)->mutable_hole_group()->set_group("G3");
+  EXPECT_THAT(std::string(FitOptionsOf(options, part).status().message()),
+              HasSubstr("options.regions_in[0].hole_group.group: G3, want one of G2"));
+  EXPECT_EQ(FitOptionsOf({}, part)->free, (std::array<bool, 6>{true, true, true, true, true, true}));
+}
+
+TEST(FilledIn, SaysWhatAnAllowanceTook) {
+  v1::RegisterRequest request = Good();
+  request.mutable_options()->set_coarse_start(true);
+  EXPECT_FALSE(FilledIn(request).has_allowance());
+  request.set_method(v1::METHOD_ALLOWANCE);
+  request.mutable_options()->mutable_allowance()->set_least_stock_mm(0.25);
+  const v1::FitOptions filled = FilledIn(request);
+  EXPECT_TRUE(filled.coarse_start());
+  EXPECT_EQ(filled.allowance().least_stock_mm(), 0.25);
+  EXPECT_EQ(filled.allowance().greatest_stock_mm(), metrology::AllowanceOptions().greatest_stock_mm);
+  EXPECT_TRUE(filled.allowance().has_patch_mm() && filled.allowance().has_least_points());
 }
 
 TEST(CheckScan, WantsThisBladeOnOneMachine) {

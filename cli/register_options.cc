@@ -1,0 +1,136 @@
+#include "cli/register_options.h"
+
+#include <absl/status/status.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <sstream>
+
+namespace sixpoint::cli {
+namespace {
+
+using registration::v1::Region;
+
+std::vector<std::string> Split(const std::string& text, char at) {
+  std::vector<std::string> parts;
+  std::istringstream in(text);
+  for (std::string part; std::getline(in, part, at);) parts.push_back(part);
+  return parts;
+}
+
+bool ReadNumber(const std::string& text, double* out) {
+  char* end = nullptr;
+  *out = std::strtod(text.c_str(), &end);
+  return !text.empty() && *end == '\0';
+}
+
+bool ReadPoint(const std::string& text, geometry::v1::Point* out) {
+  const std::vector<std::string> parts = Split(text, ',');
+  double x = 0, y = 0, z = 0;
+  if (parts.size() != 3 || !ReadNumber(parts[0], &x) || !ReadNumber(parts[1], &y) || !ReadNumber(parts[2], &z))
+    return false;
+  out->set_x_mm(x);
+  out->set_y_mm(y);
+  out->set_z_mm(z);
+  return true;
+}
+
+void SetCorners(const geometry::v1::Point& one, const geometry::v1::Point& other, registration::v1::Box* box) {
+  geometry::v1::Point &low = *box->mutable_minimum_mm(), &high = *box->mutable_maximum_mm();
+  low.set_x_mm(std::min(one.x_mm(), other.x_mm()));
+  low.set_y_mm(std::min(one.y_mm(), other.y_mm()));
+  low.set_z_mm(std::min(one.z_mm(), other.z_mm()));
+  high.set_x_mm(std::max(one.x_mm(), other.x_mm()));
+  high.set_y_mm(std::max(one.y_mm(), other.y_mm()));
+  high.set_z_mm(std::max(one.z_mm(), other.z_mm()));
+}
+
+const std::vector<std::string> kFreedoms = {"turn-x", "turn-y", "turn-z", "shift-x", "shift-y", "shift-z"};
+
+}  // namespace
+
+const std::vector<std::string>& RegisterMethods() {
+  static const auto* methods =
+      new std::vector<std::string>{"local", "six-point", "six-point-normals", "best-fit", "allowance"};
+  return *methods;
+}
+
+registration::v1::Method RegisterMethodOf(const std::string& text) {
+  using namespace registration::v1;
+  return text == "local"               ? METHOD_LOCAL
+         : text == "six-point"         ? METHOD_SIX_POINT
+         : text == "six-point-normals" ? METHOD_SIX_POINT_NORMALS
+         : text == "best-fit"          ? METHOD_BEST_FIT
+         : text == "allowance"         ? METHOD_ALLOWANCE
+                                       : METHOD_UNSPECIFIED;
+}
+
+std::vector<CLI::Option*> AddRegisterOptions(CLI::App* command, RegisterOptions* options) {
+  const auto list = [&](const char* name, std::vector<std::string>* values, const char* help) {
+    return command->add_option(name, *values, help)->allow_extra_args(false);
+  };
+  return {
+      list("--free", &options->free, "Directions in which the part may move: turn-x,...,shift-z; without it all six")
+          ->delimiter(',')
+          ->check(CLI::IsMember(kFreedoms)),
+      list("--in", &options->in,
+           "Where points count, part frame, mm: box:X,Y,Z:X,Y,Z, ball:X,Y,Z:RADIUS or holes:GROUP:MARGIN; repeatable"),
+      list("--out", &options->out, "Where points do not count, as --in; repeatable"),
+      command->add_option("--weights", options->weights, "Of each scan's points, in the order of --scans: W,W,...")
+          ->delimiter(',')
+          ->allow_extra_args(false),
+      command->add_flag("--coarse", options->coarse, "Look for the part first, however far off and turned in any way"),
+      command->add_option("--least-stock-mm", options->least_stock_mm, "allowance: wanted everywhere; 0"),
+      command->add_option("--greatest-stock-mm", options->greatest_stock_mm,
+                          "allowance: points farther outside belong to something else; 5"),
+      command->add_option("--patch-mm", options->patch_mm,
+                          "allowance: stock is the mean over patches of this width; 1"),
+      command->add_option("--least-points", options->least_points, "allowance: of a patch that counts; 5")};
+}
+
+absl::StatusOr<Region> RegionOf(const std::string& text) {
+  const std::vector<std::string> parts = Split(text, ':');
+  Region region;
+  geometry::v1::Point one, other;
+  double length = 0;
+  if (parts.size() == 3 && parts[0] == "box" && ReadPoint(parts[1], &one) && ReadPoint(parts[2], &other)) {
+    SetCorners(one, other, region.mutable_box());
+    return region;
+  }
+  if (parts.size() == 3 && parts[0] == "ball" && ReadPoint(parts[1], &one) && ReadNumber(parts[2], &length)) {
+    *region.mutable_ball()->mutable_centre_mm() = one;
+    region.mutable_ball()->set_radius_mm(length);
+    return region;
+  }
+  if (parts.size() == 3 && parts[0] == "holes" && !parts[1].empty() && ReadNumber(parts[2], &length)) {
+    region.mutable_hole_group()->set_group(parts[1]);
+    region.mutable_hole_group()->set_margin_mm(length);
+    return region;
+  }
+  return absl::InvalidArgumentError("region: " + text +
+                                    ", want box:X,Y,Z:X,Y,Z, ball:X,Y,Z:RADIUS or holes:GROUP:MARGIN, in mm");
+}
+
+absl::StatusOr<registration::v1::FitOptions> FitOptionsOf(const RegisterOptions& options) {
+  registration::v1::FitOptions out;
+  for (const std::string& freedom : options.free)
+    out.add_degrees_of_freedom(static_cast<registration::v1::Freedom>(
+        registration::v1::FREEDOM_TURN_X +
+        (std::find(kFreedoms.begin(), kFreedoms.end(), freedom) - kFreedoms.begin())));
+  out.mutable_scan_weights()->Add(options.weights.begin(), options.weights.end());
+  for (const auto& [texts, regions] :
+       {std::pair(&options.in, out.mutable_regions_in()), std::pair(&options.out, out.mutable_regions_out())})
+    for (const std::string& text : *texts) {
+      auto region = RegionOf(text);
+      if (!region.ok()) return region.status();
+      *regions->Add() = *std::move(region);
+    }
+  out.set_coarse_start(options.coarse);
+  if (options.least_stock_mm) out.mutable_allowance()->set_least_stock_mm(*options.least_stock_mm);
+  if (options.greatest_stock_mm) out.mutable_allowance()->set_greatest_stock_mm(*options.greatest_stock_mm);
+  if (options.patch_mm) out.mutable_allowance()->set_patch_mm(*options.patch_mm);
+  if (options.least_points) out.mutable_allowance()->set_least_points(*options.least_points);
+  return out;
+}
+
+}  // namespace sixpoint::cli

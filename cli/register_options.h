@@ -1,0 +1,35 @@
+// The options of `sixpoint register` that say how to fit, from text to message.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sixpoint/registration/v1/registration.pb.h"
+
+namespace sixpoint::cli {
+
+struct RegisterOptions {
+  std::vector<std::string> free, in, out;
+  std::vector<double> weights;
+  bool coarse = false;
+  std::optional<double> least_stock_mm, greatest_stock_mm, patch_mm;
+  std::optional<int> least_points;
+};
+
+// "best-fit", "local", ...: what --method takes.
+const std::vector<std::string>& RegisterMethods();
+registration::v1::Method RegisterMethodOf(const std::string& text);
+
+// The options added.
+std::vector<CLI::Option*> AddRegisterOptions(CLI::App* command, RegisterOptions* options);
+
+// Part frame, mm: "box:X,Y,Z:X,Y,Z" (two corners), "ball:X,Y,Z:RADIUS", "holes:GROUP:MARGIN". INVALID_ARGUMENT names the
+// text and what was wanted.
+absl::StatusOr<registration::v1::Region> RegionOf(const std::string& text);
+absl::StatusOr<registration::v1::FitOptions> FitOptionsOf(const RegisterOptions& options);
+
+}  // namespace sixpoint::cli

@@ -1,0 +1,50 @@
+#include "metrology/registration/disagreement.h"
+
+#include <absl/status/status.h>
+
+#include <cmath>
+#include <limits>
+
+namespace sixpoint::metrology {
+namespace {
+
+Points PlacesOf(const Surface& surface, const FitOptions& options) {
+  Points places;
+  for (const Eigen::Vector3d& vertex : surface.mesh().vertices_mm)
+    if (InRegions(options, vertex)) places.push_back(vertex);
+  for (const Region& region : options.regions_in) places.push_back(surface.Closest(region.centre_mm).point_mm);
+  return places;
+}
+
+}  // namespace
+
+absl::StatusOr<Disagreement> DisagreementOf(const Surface& surface, const PoseFit& fit, const PoseFit& other,
+                                            const MachineCalibration& calibration, const Matrix6d& more_covariance,
+                                            const FitOptions& options) {
+  if (fit.outcome != Outcome::kConverged || other.outcome != Outcome::kConverged)
+    return absl::InvalidArgumentError("disagreement: a pose that has not converged, want two that have");
+  Disagreement found;
+  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& place : PlacesOf(surface, options)) {
+    const Eigen::Vector3d moved = fit.zero_from_part * place - other.zero_from_part * place;
+    if (moved.norm() > found.greatest_mm) {
+      found.greatest_mm = moved.norm();
+      found.point_mm = place;
+      displacement = moved;
+    }
+  }
+  if (found.greatest_mm == 0) return found;
+  // Both covariances turn about the part's centroid at zero, micrometres apart.
+  const auto sensitivity = fit.calibration_sensitivity - other.calibration_sensitivity;
+  const Matrix6d covariance = fit.noise_covariance.values + other.noise_covariance.values + more_covariance +
+                              sensitivity * CovarianceOf(calibration) * sensitivity.transpose();
+  const Vector6d along = PointJacobian(fit.zero_from_part * found.point_mm, fit.covariance.reference_mm).transpose() *
+                         displacement / found.greatest_mm;
+  found.standard_uncertainty_mm = std::sqrt(std::max(0.0, along.dot(covariance * along)));
+  found.ratio = found.standard_uncertainty_mm > 0 ? found.greatest_mm / found.standard_uncertainty_mm
+                                                  : std::numeric_limits<double>::infinity();
+  found.beyond = found.ratio > kDisagreementLimit;
+  return found;
+}
+
+}  // namespace sixpoint::metrology

@@ -1,0 +1,31 @@
+// How far apart two ways put the same part, against what noise and calibrations explain (METHODS 7).
+//
+// A six-point nest and a best fit of the same scans differ by chance, and by what the part's shape differs from its CAD. The
+// calibrations move both alike: only the difference of their sensitivities counts. The noises are added as if independent,
+// which is not too little: of an efficient best fit and any other estimate the covariance is the best fit's own (Hausman 1978).
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include "metrology/registration/registration.h"
+
+namespace sixpoint::metrology {
+
+constexpr double kDisagreementLimit = 3;  // standard uncertainties
+
+struct Disagreement {
+  double greatest_mm = 0;                              // displacement of a point of the part, where it is greatest
+  Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();  // that point, part frame
+  double standard_uncertainty_mm = 0;                  // of the displacement there, along itself
+  double ratio = 0;                                    // 0 where there is no displacement
+  bool beyond = false;                                 // the ratio is more than kDisagreementLimit
+};
+
+// Over the surface's vertices within the regions asked for; where a region holds none, the surface nearest to its middle.
+// more_covariance: of the poses' difference, from what both do not share beside noise and calibrations (order of
+// PoseCovariance). INVALID_ARGUMENT: one of the two has not converged.
+absl::StatusOr<Disagreement> DisagreementOf(const Surface& surface, const PoseFit& fit, const PoseFit& other,
+                                            const MachineCalibration& calibration, const Matrix6d& more_covariance,
+                                            const FitOptions& options);
+
+}  // namespace sixpoint::metrology

@@ -1,0 +1,61 @@
+#include "services/runtime/compute_pool.h"
+
+#include <algorithm>
+
+#include "services/runtime/errors.h"
+
+namespace sixpoint::runtime {
+namespace {
+
+// gRPC tells nobody that a call was cancelled: it has to be asked.
+constexpr std::chrono::milliseconds kBetweenQuestions{20};
+
+}  // namespace
+
+ComputePool::ComputePool(PoolLimits limits, std::string what, std::string reason)
+    : limits_(limits), what_(std::move(what)), reason_(std::move(reason)) {}
+
+absl::StatusOr<ComputePool::Slot> ComputePool::Enter(std::chrono::system_clock::time_point deadline,
+                                                     const std::function<bool()>& keep_going, Patience patience) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  if (waiting_.empty() && running_ < limits_.at_once) {
+    ++running_;
+    return Slot(this);
+  }
+  if (patience == Patience::kBounded && bounded_count_ >= limits_.waiting)
+    return Failure(absl::StatusCode::kResourceExhausted, reason_,
+                   what_ + ": " + std::to_string(running_) + " are running and " + std::to_string(waiting_.size()) +
+                       " wait, want fewer at once; try again");
+  const int bounded = patience == Patience::kBounded ? 1 : 0;
+  const auto self = waiting_.insert(waiting_.end(), patience);
+  bounded_count_ += bounded;
+  absl::Status stopped;
+  while (self != waiting_.begin() || running_ >= limits_.at_once) {
+    turn_.wait_until(lock, std::min(deadline, std::chrono::system_clock::now() + kBetweenQuestions));
+    if (std::chrono::system_clock::now() >= deadline) {
+      stopped = absl::DeadlineExceededError(what_ + ": its time was over while it waited for its turn");
+    } else if (keep_going && !keep_going()) {
+      stopped = absl::CancelledError(what_ + ": stopped by its caller while it waited for its turn");
+    }
+    if (!stopped.ok()) break;
+  }
+  waiting_.erase(self);
+  bounded_count_ -= bounded;
+  turn_.notify_all();  // another one is first now
+  if (!stopped.ok()) return stopped;
+  ++running_;
+  return Slot(this);
+}
+
+void ComputePool::Leave() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  --running_;
+  turn_.notify_all();
+}
+
+ComputePool::Use ComputePool::use() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return {running_, static_cast<int>(waiting_.size())};
+}
+
+}  // namespace sixpoint::runtime

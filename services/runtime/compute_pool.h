@@ -1,0 +1,70 @@
+// Bounds what computes at once in a server, and how many wait for it: first come, first served. What holds no slot holds no
+// memory but its request.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <mutex>
+#include <string>
+#include <utility>
+
+namespace sixpoint::runtime {
+
+struct PoolLimits {
+  int at_once = 4;
+  int waiting = 32;  // more are refused at once
+};
+
+// Thread-safe; outlives its slots.
+class ComputePool {
+ public:
+  // what: registrations, ... and the reason of a refusal, REGISTRATIONS_FULL, ...
+  ComputePool(PoolLimits limits, std::string what, std::string reason);
+
+  // Free again at its end.
+  class Slot {
+   public:
+    explicit Slot(ComputePool* pool) : pool_(pool) {}
+    Slot(Slot&& other) noexcept : pool_(std::exchange(other.pool_, nullptr)) {}
+    Slot& operator=(Slot&&) = delete;
+    ~Slot() {
+      if (pool_ != nullptr) pool_->Leave();
+    }
+
+   private:
+    ComputePool* pool_;
+  };
+
+  enum class Patience {
+    kBounded,  // RESOURCE_EXHAUSTED where as many wait as may
+    kPatient,  // waits beyond that bound: for callers whose number their service bounds by itself
+  };
+  // The caller's turn, waited for. DEADLINE_EXCEEDED at the deadline, CANCELLED within some hundredths of a second after
+  // keep_going says so.
+  absl::StatusOr<Slot> Enter(std::chrono::system_clock::time_point deadline, const std::function<bool()>& keep_going,
+                             Patience patience = Patience::kBounded);
+
+  struct Use {
+    int running = 0;
+    int waiting = 0;
+  };
+  Use use() const;
+
+ private:
+  void Leave();
+
+  const PoolLimits limits_;
+  const std::string what_, reason_;
+  mutable std::mutex mutex_;
+  std::condition_variable turn_;
+  std::list<Patience> waiting_;  // first come, first in the list
+  int bounded_count_ = 0;        // of those waiting
+  int running_ = 0;
+};
+
+}  // namespace sixpoint::runtime

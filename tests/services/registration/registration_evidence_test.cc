@@ -1,0 +1,458 @@
+// What is asked of a registration beyond its method comes back with it; what is wrong is said, never fitted quietly.
+#include <gmock/gmock.h>
+#include <google/protobuf/util/message_differencer.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <random>
+
+#include "metrology/cloud/draco_codec.h"
+#include "services/clients/scan_blocks.h"
+#include "services/registration/registration_service.h"
+#include "services/runtime/call.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/geometry_proto.h"
+#include "storage/blobs.h"
+#include "tests/metrology/surface/shapes.h"
+#include "tests/services/correction/judged_plant.h"
+
+namespace sixpoint::registration {
+namespace {
+
+using Eigen::Vector3d;
+using metrology::SurfacePoint;
+using metrology::TriangleMesh;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+// The plant of correction's tests with a blade whose part is the newest revision.
+class PlantOfOneBlade final : public plant::v1::PlantService::Service {
+ public:
+  explicit PlantOfOneBlade(testing::StandInPlant* plant) : plant_(plant) {}
+  grpc::Status GetBlade(grpc::ServerContext*, const plant::v1::GetBladeRequest* request,
+                        plant::v1::Blade* response) override {
+    response->set_name(request->name());
+    response->set_part(plant_->part.name());
+    return grpc::Status::OK;
+  }
+  grpc::Status GetPart(grpc::ServerContext*, const plant::v1::GetPartRequest*, plant::v1::Part* response) override {
+    *response = plant_->part;
+    return grpc::Status::OK;
+  }
+  grpc::Status GetMachine(grpc::ServerContext*, const plant::v1::GetMachineRequest*,
+                          plant::v1::Machine* response) override {
+    *response = plant_->machine;
+    return grpc::Status::OK;
+  }
+  grpc::Status DownloadSurface(grpc::ServerContext* context, const plant::v1::DownloadSurfaceRequest* request,
+                               grpc::ServerWriter<plant::v1::DownloadSurfaceResponse>* writer) override {
+    return plant_->DownloadSurface(context, request, writer);
+  }
+
+ private:
+  testing::StandInPlant* plant_;
+};
+
+TriangleMesh TrueBlade() { return metrology::shapes::Blade(120, 60, Vector3d::Zero()); }
+
+TriangleMesh Mapped(TriangleMesh mesh, const Eigen::Matrix3d& map) {
+  for (Vector3d& vertex : mesh.vertices_mm) vertex = map * vertex;
+  mesh.corner_normals.clear();
+  if (map.determinant() < 0)
+    for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  return mesh;
+}
+
+constexpr double kHoleDiameterMm = 3;  // of the holes of G2
+const std::vector<Vector3d> kNest = {{-4, 9, -14}, {4, 9, -14}, {0, 9, 14}, {-12, 1, -12}, {-9, 1, 12}, {0, 0.5, 24}};
+
+class RegistrationEvidenceTest : public ::testing::Test {
+ protected:
+  RegistrationEvidenceTest() : blades_(&plant_.plant), plant_server_({&blades_}) {
+    service_.reset(new RegistrationService(
+        plant_.database.database(), Peers{plant_server_.Connect(), plant_.Connect(), plant_.Connect()}, {2, {}}));
+    server_ = std::make_unique<testing::InProcessServer>(std::vector<grpc::Service*>{service_.get()});
+    stub_ = v1::RegistrationService::NewStub(server_->Connect());
+    Design(TrueBlade());
+  }
+
+  // What the plant takes for the part's CAD; its datums and the holes of G2 lie on it.
+  void Design(const TriangleMesh& mesh) {
+    plant_.plant.surface_bytes = metrology::MeshBytes(mesh);
+    plant_.plant.part.mutable_surface()->set_surface_sha256(storage::Sha256Hex(plant_.plant.surface_bytes));
+    const auto surface = metrology::Surface::Prepare(mesh);
+    ASSERT_TRUE(surface.ok());
+    plant_.plant.part.clear_six_points();
+    for (const Vector3d& near : kNest) {
+      const SurfacePoint on = (*surface)->Closest(near);
+      plant::v1::DatumPoint& datum = *plant_.plant.part.add_six_points();
+      datum.set_datum("D" + std::to_string(plant_.plant.part.six_points_size()));
+      runtime::ToProto(on.point_mm, datum.mutable_point_in_part_mm());
+      runtime::ToProto(on.normal, datum.mutable_normal_in_part());
+    }
+    plant_.plant.part.clear_hole_groups();
+    plant::v1::HoleGroup& group = *plant_.plant.part.add_hole_groups();
+    group.set_group("G2");
+    group.set_diameter_mm(kHoleDiameterMm);
+    for (const Vector3d& near : {Vector3d(8, 0, 20), Vector3d(-9, 0, 20), Vector3d(0, 5, 12)})
+      runtime::ToProto((*surface)->Closest(near).point_mm, group.add_holes()->mutable_start_in_part_mm());
+  }
+
+  // Scans of a body, from every side, of its points that are wanted and as they are changed.
+  void Scan(const TriangleMesh& mesh, const std::function<bool(const SurfacePoint&)>& wanted = nullptr,
+            const std::function<Vector3d(const SurfacePoint&)>& changed = nullptr, std::uint64_t seed = 31) {
+    const auto surface = metrology::Surface::Prepare(mesh);
+    ASSERT_TRUE(surface.ok());
+    std::mt19937_64 random(seed);
+    std::vector<double> areas;
+    for (const auto& t : mesh.triangles)
+      areas.push_back((mesh.vertices_mm[t[1]] - mesh.vertices_mm[t[0]])
+                          .cross(mesh.vertices_mm[t[2]] - mesh.vertices_mm[t[0]])
+                          .norm());
+    std::discrete_distribution<std::size_t> pick(areas.begin(), areas.end());
+    std::uniform_real_distribution<double> unit(0, 1);
+    for (std::size_t view = 0; view < plant_.scans.size(); ++view) {
+      metrology::Points points;
+      while (points.size() < 20000) {
+        const auto& t = mesh.triangles[pick(random)];
+        const double r = std::sqrt(unit(random)), s = unit(random);
+        const SurfacePoint on = (*surface)->Closest(
+            (1 - r) * mesh.vertices_mm[t[0]] + r * (1 - s) * mesh.vertices_mm[t[1]] + r * s * mesh.vertices_mm[t[2]]);
+        if (wanted && !wanted(on)) continue;
+        points.push_back(changed ? changed(on) : on.point_mm);
+      }
+      Put(view, metrology::Scanned(plant_.block, plant_.block.b_deg[view], points, &random));
+    }
+  }
+  void Put(std::size_t view, const metrology::LineScan& scan) {
+    const auto encoded = metrology::EncodeBlock(scan.points_mm, metrology::kDefaultErrorBoundMm);
+    ASSERT_TRUE(encoded.ok()) << encoded.status();
+    ingest::v1::Scan& record = plant_.ingest.scans.at(plant_.scans[view]);
+    runtime::ToProto(scan.v0_mm, record.mutable_header()->mutable_v0_mm());
+    record.mutable_header()->set_point_count(static_cast<std::int64_t>(scan.points_mm.size()));
+    clients::PayloadsDigest digest;
+    digest.Add(encoded->bytes);
+    record.set_sha256(digest.ToHex());
+    plant_.ingest.blocks.at(plant_.scans[view]) = encoded->bytes;
+  }
+
+  v1::RegisterRequest Request(v1::Method method) const {
+    v1::RegisterRequest request;
+    request.set_blade("blades/sn1");
+    for (const std::string& scan : plant_.scans) request.add_scans(scan);
+    request.set_method(method);
+    return request;
+  }
+  // Stored, and read back as it was answered.
+  v1::Registration Register(const v1::RegisterRequest& request) {
+    v1::Registration registration, back;
+    const grpc::Status status = stub_->Register(runtime::ContextFor(60).get(), request, &registration);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    if (!status.ok()) return registration;
+    v1::GetRegistrationRequest get;
+    get.set_name(registration.name());
+    EXPECT_TRUE(stub_->GetRegistration(runtime::ContextFor(10).get(), get, &back).ok());
+    EXPECT_EQ(back.SerializeAsString(), registration.SerializeAsString());
+    return registration;
+  }
+  // Nothing stored.
+  std::string RefusalOf(const v1::RegisterRequest& request) {
+    const std::int64_t before = Count("registrations");
+    v1::Registration registration;
+    const grpc::Status status = stub_->Register(runtime::ContextFor(60).get(), request, &registration);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << registration.ShortDebugString();
+    EXPECT_EQ(Count("registrations"), before);
+    return status.error_message();
+  }
+  std::int64_t Count(const std::string& table) {
+    auto transaction = plant_.database.database()->Begin(testing::Soon());
+    return transaction->Execute("SELECT count(*) FROM " + table)->Int(0, 0);
+  }
+  Eigen::Isometry3d PoseOf(const v1::Registration& registration) const {
+    const auto pose = runtime::FromProto("zero_from_part", registration.zero_from_part());
+    EXPECT_TRUE(pose.ok()) << pose.status() << registration.evidence().ShortDebugString();
+    return pose.ok() ? *pose : Eigen::Isometry3d::Identity();
+  }
+  double ErrorUm(const v1::Registration& registration, const std::vector<Vector3d>& places) const {
+    const Eigen::Isometry3d pose = PoseOf(registration);
+    double worst = 0;
+    for (const Vector3d& p : places)
+      worst = std::max(worst, 1e3 * (pose * p - plant_.block.pose.zero_from_part * p).norm());
+    return worst;
+  }
+
+  testing::JudgedPlant plant_;
+  PlantOfOneBlade blades_;
+  testing::InProcessServer plant_server_;
+  std::unique_ptr<RegistrationService> service_;
+  std::unique_ptr<testing::InProcessServer> server_;
+  std::unique_ptr<v1::RegistrationService::Stub> stub_;
+};
+
+TEST_F(RegistrationEvidenceTest, TakesWhatIsAskedAndAnswersItWithItsEvidence) {
+  Scan(TrueBlade());
+  v1::RegisterRequest request = Request(v1::METHOD_BEST_FIT);
+  for (const v1::Freedom freedom :
+       {v1::FREEDOM_TURN_X, v1::FREEDOM_TURN_Y, v1::FREEDOM_TURN_Z, v1::FREEDOM_SHIFT_X, v1::FREEDOM_SHIFT_Y})
+    request.mutable_options()->add_degrees_of_freedom(freedom);
+  for (const double weight : {1.0, 0.1, 2.5, 1e-3}) request.mutable_options()->add_scan_weights(weight);
+  v1::Ball& out = *request.mutable_options()->add_regions_out()->mutable_ball();
+  runtime::ToProto(Vector3d(0, 0, 20), out.mutable_centre_mm());
+  out.set_radius_mm(6.1);
+  // The nominal part is off along its x and y only; the one direction that is held stays as it is.
+  Eigen::Isometry3d nominal = plant_.block.pose.zero_from_part;
+  nominal.translation() += nominal.linear() * Vector3d(0.2, -0.1, 0);
+  runtime::ToProto(nominal, plant_.plant.part.mutable_zero_from_part_nominal());
+  const v1::Registration registration = Register(request);
+  ASSERT_EQ(registration.evidence().outcome(), v1::OUTCOME_CONVERGED) << registration.evidence().remark();
+  EXPECT_TRUE(google::protobuf::util::MessageDifferencer::Equals(registration.options(), request.options()));
+  EXPECT_LT(ErrorUm(registration, kNest), 1);
+  const auto surface = metrology::Surface::Prepare(TrueBlade());
+  const Vector3d centroid = (*surface)->centroid_mm();
+  const Vector3d moved = nominal.linear().transpose() * (PoseOf(registration) * centroid - nominal * centroid);
+  EXPECT_NEAR(moved.z(), 0, 0.01 * moved.norm());  // each step is held in the axes it began with
+
+  const v1::Evidence& evidence = registration.evidence();
+  EXPECT_GT(evidence.noise_sigma_um(), 0.8);  // 2 um along the ray, aslant to the normals
+  EXPECT_LT(evidence.noise_sigma_um(), 2);
+  EXPECT_GT(evidence.surface_part(), 0.8);
+  EXPECT_GT(evidence.information_kept(), 0.9);
+  EXPECT_LE(evidence.information_kept(), 1);
+  EXPECT_GT(evidence.patch_mm(), 0.2);
+  EXPECT_GE(evidence.correlation_widening(), 1);
+  EXPECT_THAT(evidence.weakest_direction_in_words(), HasSubstr("the part's"));
+  EXPECT_EQ(evidence.agreements_size(), 6);  // of four scans that all see all
+  EXPECT_EQ(Count("registration_agreements"), 6);
+  for (const v1::ScanAgreement& agreement : evidence.agreements()) {
+    EXPECT_GT(agreement.patch_count(), 100);
+    // The rays of each view meet the blade at other angles: one noise for all is off by that.
+    EXPECT_NEAR(agreement.difference_rms_um() / agreement.expected_rms_um(), 1, 0.5);
+  }
+  std::int64_t count = 0;
+  for (const v1::RegionResidual& region : evidence.regions()) count += region.point_count();
+  EXPECT_GT(count, 0.8 * static_cast<double>(evidence.point_count()));
+  EXPECT_FALSE(evidence.has_allowance());
+  EXPECT_FALSE(evidence.has_disagreement());
+}
+
+TEST_F(RegistrationEvidenceTest, AScanThatStandsOffShowsInItsAgreements) {
+  Scan(TrueBlade());
+  ingest::v1::ScanHeader& header = *plant_.ingest.scans.at(plant_.scans[0]).mutable_header();
+  header.set_b_deg(header.b_deg() + 0.02);  // 10 um at 30 mm
+  const v1::Registration registration = Register(Request(v1::METHOD_BEST_FIT));
+  double with = 0, without = 0;
+  for (const v1::ScanAgreement& agreement : registration.evidence().agreements()) {
+    const bool its = agreement.scan() == plant_.scans[0] || agreement.other_scan() == plant_.scans[0];
+    double& worst = its ? with : without;
+    worst = std::max(worst, agreement.difference_rms_um() / agreement.expected_rms_um());
+  }
+  EXPECT_LT(without, 1.3);
+  EXPECT_GT(with, 2);
+}
+
+// All scans, and of them the neighbourhood of the tip and the suction side, where the holes are.
+TEST_F(RegistrationEvidenceTest, LocalByHoleGroupIsTheGroupsNeighbourhoodOfAllScans) {
+  v1::RegisterRequest request = Request(v1::METHOD_LOCAL);
+  v1::HoleGroupNeighbourhood& near = *request.mutable_options()->add_regions_in()->mutable_hole_group();
+  near.set_group("G2");
+  near.set_margin_mm(7);
+  std::vector<Vector3d> starts;
+  for (const plant::v1::Hole& hole : plant_.plant.part.hole_groups(0).holes())
+    starts.emplace_back(hole.start_in_part_mm().x_mm(), hole.start_in_part_mm().y_mm(), hole.start_in_part_mm().z_mm());
+  Scan(TrueBlade());
+  const v1::Registration good = Register(request);
+  ASSERT_EQ(good.evidence().outcome(), v1::OUTCOME_CONVERGED) << good.evidence().remark();
+  EXPECT_LT(ErrorUm(good, starts), 1);
+  EXPECT_GT(good.evidence().point_count(), 5000);
+  EXPECT_LT(good.evidence().point_count(), 40000);  // of 80000
+  ASSERT_TRUE(good.evidence().has_disagreement());
+  EXPECT_FALSE(good.evidence().disagreement().beyond()) << good.evidence().ShortDebugString();
+  EXPECT_LT(good.evidence().disagreement().greatest_um(), 2);
+
+  // The tip is bent sideways by up to 0.1 mm: the region follows it, all the blade does not.
+  Scan(TrueBlade(), nullptr, [](const SurfacePoint& on) {
+    const double above = std::max(0.0, on.point_mm.z() - 5) / 15;
+    return Vector3d(on.point_mm + Vector3d(0, 0.1 * above * above, 0));
+  });
+  const v1::Registration bent = Register(request);
+  ASSERT_EQ(bent.evidence().outcome(), v1::OUTCOME_CONVERGED) << bent.evidence().remark();
+  EXPECT_TRUE(bent.evidence().disagreement().beyond()) << bent.evidence().ShortDebugString();
+  EXPECT_GT(bent.evidence().disagreement().greatest_um(), 20);
+  EXPECT_THAT(bent.evidence().remark(), HasSubstr("from the best fit of the same scans"));
+  EXPECT_EQ(Count("registrations WHERE disagreement_ratio > 3"), 1);
+
+  near.set_group("G9");
+  EXPECT_THAT(RefusalOf(request), HasSubstr("options.regions_in[0].hole_group.group: G9, want one of G2"));
+}
+
+// The nest's six places are true, the blade between them is a casting bent by 0.1 mm.
+TEST_F(RegistrationEvidenceTest, SixPointsOnABentBladeDisagreeWithItsBestFit) {
+  std::vector<Vector3d> places;
+  for (const plant::v1::DatumPoint& datum : plant_.plant.part.six_points())
+    places.emplace_back(datum.point_in_part_mm().x_mm(), datum.point_in_part_mm().y_mm(),
+                        datum.point_in_part_mm().z_mm());
+  const auto bent = [&](const SurfacePoint& on) {
+    double away = 1;
+    for (const Vector3d& place : places) away *= 1 - std::exp(-(on.point_mm - place).squaredNorm() / (2 * 3 * 3));
+    return Vector3d(on.point_mm + Vector3d(0, 0.1 * away * (1 + on.point_mm.z() / 20), 0));
+  };
+  for (const v1::Method method : {v1::METHOD_SIX_POINT, v1::METHOD_SIX_POINT_NORMALS}) {
+    Scan(TrueBlade());
+    const v1::Registration good = Register(Request(method));
+    ASSERT_EQ(good.evidence().outcome(), v1::OUTCOME_CONVERGED) << good.evidence().remark();
+    ASSERT_TRUE(good.evidence().has_disagreement());
+    EXPECT_FALSE(good.evidence().disagreement().beyond()) << good.evidence().ShortDebugString();
+    EXPECT_THAT(good.evidence().remark(), Not(HasSubstr("best fit of the same scans")));
+    Scan(TrueBlade(), nullptr, bent);
+    const v1::Registration off = Register(Request(method));
+    ASSERT_EQ(off.evidence().outcome(), v1::OUTCOME_CONVERGED) << off.evidence().remark();
+    EXPECT_TRUE(off.evidence().disagreement().beyond()) << off.evidence().ShortDebugString();
+    EXPECT_GT(off.evidence().disagreement().greatest_um(), 30);
+    EXPECT_THAT(off.evidence().remark(), HasSubstr("from the best fit of the same scans"));
+  }
+}
+
+// A blank 0.8 mm larger than the blade everywhere.
+TEST_F(RegistrationEvidenceTest, ABlankIsFittedWithStockOrProvenTooSmall) {
+  Scan(
+      TrueBlade(), [](const SurfacePoint& on) { return on.feature == metrology::SurfaceFeature::kFace; },
+      [](const SurfacePoint& on) { return Vector3d(on.point_mm + 0.8 * on.normal); });
+  v1::RegisterRequest request = Request(v1::METHOD_ALLOWANCE);
+  request.mutable_options()->mutable_allowance()->set_least_stock_mm(0.3);
+  const v1::Registration registration = Register(request);
+  ASSERT_EQ(registration.evidence().outcome(), v1::OUTCOME_CONVERGED) << registration.evidence().remark();
+  EXPECT_GE(registration.evidence().allowance().least_stock_mm(), 0.3 - 1e-3);
+  EXPECT_EQ(registration.evidence().allowance().lacking_mm(), 0);
+  EXPECT_EQ(registration.options().allowance().greatest_stock_mm(), 5);  // filled in
+  EXPECT_EQ(registration.scans_size(), 4);
+  EXPECT_GT(registration.evidence().scans(0).points_used(), 15000);
+  EXPECT_LT(ErrorUm(registration, kNest), 100);
+
+  request.mutable_options()->mutable_allowance()->set_least_stock_mm(1.5);
+  const v1::Registration small = Register(request);
+  EXPECT_EQ(small.evidence().outcome(), v1::OUTCOME_INFEASIBLE) << small.evidence().remark();
+  EXPECT_FALSE(small.has_zero_from_part());
+  EXPECT_NEAR(small.evidence().allowance().lacking_mm(), 0.7, 0.05);
+  ASSERT_GE(small.evidence().allowance().holding_size(), 2);
+  double share = 0;
+  for (const v1::AllowancePatch& patch : small.evidence().allowance().holding()) {
+    share += patch.share();
+    EXPECT_NEAR(patch.stock_mm(), 0.8, 0.05);
+    EXPECT_NEAR(std::hypot(patch.normal().x(), patch.normal().y(), patch.normal().z()), 1, 1e-9);
+  }
+  EXPECT_NEAR(share, 1, 1e-6);
+  EXPECT_EQ(Count("registrations WHERE outcome = 'INFEASIBLE' AND lacking_mm > 0.6"), 1);
+}
+
+TEST_F(RegistrationEvidenceTest, FindsABladeThatLiesFarOffAndTurned) {
+  Scan(TrueBlade());
+  Eigen::Isometry3d far = plant_.block.pose.zero_from_part;
+  far.linear() = far.linear() * metrology::RotationFromVector({1.2, -0.7, 2});
+  far.translation() += Vector3d(30, -20, 40);
+  runtime::ToProto(far, plant_.plant.part.mutable_zero_from_part_nominal());
+  v1::RegisterRequest request = Request(v1::METHOD_BEST_FIT);
+  EXPECT_NE(Register(request).evidence().outcome(), v1::OUTCOME_CONVERGED);
+  request.mutable_options()->set_coarse_start(true);
+  const v1::Registration found = Register(request);
+  ASSERT_EQ(found.evidence().outcome(), v1::OUTCOME_CONVERGED) << found.evidence().remark();
+  EXPECT_LT(ErrorUm(found, kNest), 1);
+}
+
+TEST_F(RegistrationEvidenceTest, TheWrongBladeAndTheWrongCadAreToldApart) {
+  struct Case {
+    const char* name;
+    TriangleMesh cad, body;
+    const char* remark;
+  };
+  for (const Case& c :
+       {Case{"other blade", TrueBlade(), metrology::shapes::Torus(14, 5, 80, 80, Vector3d::Zero()), "another blade"},
+        Case{"broader blade", TrueBlade(), Mapped(TrueBlade(), Vector3d(1.3, 0.7, 1.1).asDiagonal()), "another blade"},
+        Case{"CAD in inches", Mapped(TrueBlade(), Eigen::Matrix3d::Identity() / 25.4), TrueBlade(), "inches"},
+        Case{"CAD taken for inches", Mapped(TrueBlade(), Eigen::Matrix3d::Identity() * 25.4), TrueBlade(), "25.4"}}) {
+    Design(c.cad);
+    Scan(c.body);
+    const v1::Registration registration = Register(Request(v1::METHOD_BEST_FIT));
+    EXPECT_EQ(registration.evidence().outcome(), v1::OUTCOME_TOO_LITTLE_OVERLAP)
+        << c.name << ": " << registration.evidence().ShortDebugString();
+    EXPECT_FALSE(registration.has_zero_from_part()) << c.name;
+    EXPECT_THAT(registration.evidence().remark(), HasSubstr(c.remark)) << c.name;
+    EXPECT_EQ(registration.evidence().remark().find("inches") != std::string::npos,
+              std::string(c.name).find("inches") != std::string::npos);
+  }
+  // A mirrored blade is alike enough to be followed for a while: it never rests.
+  Design(Mapped(TrueBlade(), Vector3d(-1, 1, 1).asDiagonal()));
+  Scan(TrueBlade());
+  const v1::Registration mirrored = Register(Request(v1::METHOD_BEST_FIT));
+  EXPECT_NE(mirrored.evidence().outcome(), v1::OUTCOME_CONVERGED);
+  EXPECT_FALSE(mirrored.has_zero_from_part());
+  EXPECT_THAT(mirrored.evidence().remark(), HasSubstr("lie on the surface, within a spread of"));
+  // A fixture beside the blade, of which little is seen.
+  Design(TrueBlade());
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> unit(0, 1);
+  Scan(TrueBlade(), nullptr, [&](const SurfacePoint& on) {
+    return unit(random) < 0.15 ? on.point_mm : Vector3d(40 * unit(random) - 20, 20 + 20 * unit(random), 3);
+  });
+  const v1::Registration little = Register(Request(v1::METHOD_BEST_FIT));
+  EXPECT_EQ(little.evidence().outcome(), v1::OUTCOME_TOO_LITTLE_OVERLAP) << little.evidence().ShortDebugString();
+}
+
+TEST_F(RegistrationEvidenceTest, WhatPointsDoNotHoldIsNamed) {
+  Scan(TrueBlade(), [](const SurfacePoint& on) { return on.normal.z() > 0.999; });  // the flat cap of the tip
+  const v1::Registration plane = Register(Request(v1::METHOD_BEST_FIT));
+  EXPECT_EQ(plane.evidence().outcome(), v1::OUTCOME_NOT_DETERMINED);
+  EXPECT_THAT(plane.evidence().remark(), HasSubstr("3 directions free"));
+  EXPECT_THAT(plane.evidence().remark(), HasSubstr("shift along the part's x"));
+  EXPECT_THAT(plane.evidence().remark(), HasSubstr("shift along the part's y"));
+  EXPECT_THAT(plane.evidence().remark(), HasSubstr("turn about the part's z"));
+  EXPECT_THAT(plane.evidence().remark(), Not(HasSubstr("shift along the part's z")));
+
+  Scan(TrueBlade(), [](const SurfacePoint& on) { return on.normal.y() > 0.3 && std::abs(on.point_mm.z()) < 12; });
+  const v1::Registration side = Register(Request(v1::METHOD_BEST_FIT));
+  ASSERT_EQ(side.evidence().outcome(), v1::OUTCOME_CONVERGED) << side.evidence().remark();
+  EXPECT_THAT(side.evidence().remark(), HasSubstr("weakly held: "));
+  EXPECT_THAT(side.evidence().remark(), HasSubstr("along the part's z"));
+  EXPECT_THAT(side.evidence().weakest_direction_in_words(), HasSubstr("along the part's z"));
+
+  Scan(TrueBlade());
+  const v1::Registration whole = Register(Request(v1::METHOD_BEST_FIT));
+  EXPECT_EQ(whole.evidence().remark(), "");
+}
+
+TEST_F(RegistrationEvidenceTest, SixPointsThatAreNoNestAreRefusedOrSaid) {
+  Scan(TrueBlade());
+  const plant::v1::Part good = plant_.plant.part;
+  plant::v1::DatumPoint& datum = *plant_.plant.part.mutable_six_points(2);
+  datum.mutable_point_in_part_mm()->set_y_mm(datum.point_in_part_mm().y_mm() + 0.5);
+  EXPECT_THAT(RefusalOf(Request(v1::METHOD_SIX_POINT)), HasSubstr("part.six_points[D3].point_in_part_mm"));
+  plant_.plant.part = good;
+  for (int i = 1; i < 6; ++i) {
+    *plant_.plant.part.mutable_six_points(i)->mutable_point_in_part_mm() = good.six_points(0).point_in_part_mm();
+    *plant_.plant.part.mutable_six_points(i)->mutable_normal_in_part() = good.six_points(0).normal_in_part();
+  }
+  const v1::Registration flat = Register(Request(v1::METHOD_SIX_POINT_NORMALS));
+  EXPECT_EQ(flat.evidence().outcome(), v1::OUTCOME_NOT_DETERMINED);
+  EXPECT_THAT(flat.evidence().remark(), HasSubstr("the six points do not locate the part"));
+  EXPECT_FALSE(flat.evidence().has_disagreement());
+}
+
+TEST_F(RegistrationEvidenceTest, PointsThatCannotBeAreRefusedOrSaid) {
+  Scan(TrueBlade());
+  // Two of 2000 points metres off. Farther ones no stored cloud can hold: float32 would round them.
+  std::mt19937_64 random(3);
+  metrology::Points points;
+  for (int i = 0; i < 2000; ++i) points.push_back(Vector3d(0.01 * i, 0, i % 1000 == 0 ? 3500 : 3));
+  Put(1, metrology::Scanned(plant_.block, plant_.block.b_deg[1], points, &random));
+  EXPECT_THAT(RefusalOf(Request(v1::METHOD_BEST_FIT)), HasSubstr("metres away from the others"));
+  Scan(TrueBlade());
+  // A whole scan 1e6 km off: the others hold the blade, and the remark names it.
+  ingest::v1::ScanHeader& header = *plant_.ingest.scans.at(plant_.scans[1]).mutable_header();
+  header.mutable_v0_mm()->set_x_mm(1e9);
+  EXPECT_THAT(Register(Request(v1::METHOD_BEST_FIT)).evidence().remark(), HasSubstr("few points used of: s1 (0 %)"));
+  header.mutable_v0_mm()->set_x_mm(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_THAT(RefusalOf(Request(v1::METHOD_BEST_FIT)),
+              HasSubstr("scans[1]: scans/s1, of whose 20000 points none is at a finite place"));
+}
+
+}  // namespace
+}  // namespace sixpoint::registration
