@@ -17,14 +17,6 @@ using SurfacePointer = std::shared_ptr<const Surface>;
 constexpr std::chrono::minutes kLongestWait{10};  // for another call's preparation, where the caller set no deadline
 constexpr std::chrono::milliseconds kBetweenQuestions{20};
 
-// Mesh, topology and tree, by what a vertex and a triangle take there (measured: surface_cache_test).
-constexpr std::size_t kVertexBytes = 2 * 24 + 4 + 12 + 1;
-constexpr std::size_t kTriangleBytes = 12 + 36 + 2 + 3 + 1 + 12 + 104 + 4 + 96;
-
-std::size_t MeshBytesOf(const Surface& surface) {
-  return surface.mesh().vertices_mm.size() * kVertexBytes + surface.mesh().triangles.size() * kTriangleBytes;
-}
-
 }  // namespace
 
 struct SurfaceCache::State : std::enable_shared_from_this<State> {
@@ -87,7 +79,7 @@ struct SurfaceCache::State : std::enable_shared_from_this<State> {
 };
 
 SurfaceCache::SurfaceCache(std::size_t limit_bytes, std::function<std::size_t(const Surface&)> bytes_of)
-    : state_(std::make_shared<State>(limit_bytes, bytes_of ? std::move(bytes_of) : MeshBytesOf)) {}
+    : state_(std::make_shared<State>(limit_bytes, bytes_of ? std::move(bytes_of) : &Surface::memory_bytes)) {}
 
 SurfaceCache::SurfaceOr SurfaceCache::Get(const std::string& sha256, std::chrono::system_clock::time_point deadline,
                                           const std::function<bool()>& keep_going,

@@ -159,10 +159,10 @@ absl::StatusOr<Registrar::Inputs> Registrar::FetchInputs(const v1::RegisterReque
   return inputs;
 }
 
-// Scan by scan, each thinned as it comes; the next is fetched meanwhile. The calibrations are those of the first scan's
-// machine.
+// Scan by scan, each decoded block by block and thinned; the next is fetched meanwhile. The calibrations are those of the
+// first scan's machine.
 absl::Status Registrar::FetchScans(const v1::RegisterRequest& request, const Caller& caller, Inputs* inputs) const {
-  const auto fetch = [&](int i) { return scans_.Fetch(request.scans(i), caller.make_context()); };
+  const auto fetch = [&](int i) { return scans_.FetchBlocks(request.scans(i), caller.make_context()); };
   metrology::Thinning thinning;
   thinning.target_count =
       (inputs->asked.options.regions_in.empty() ? kPointBudget : kRegionPointBudget) / request.scans_size();
@@ -170,14 +170,15 @@ absl::Status Registrar::FetchScans(const v1::RegisterRequest& request, const Cal
     thinning.dense_places_mm.push_back(inputs->asked.zero_from_part_nominal * datum.point_mm);
   ingest::v1::Scan first;
   std::int64_t point_count = 0;
-  std::future<absl::StatusOr<clients::FetchedScan>> next = std::async(std::launch::async, fetch, 0);
+  std::future<absl::StatusOr<clients::StoredBlocks>> next = std::async(std::launch::async, fetch, 0);
   for (int i = 0; i < request.scans_size(); ++i) {
-    absl::StatusOr<clients::FetchedScan> fetched = next.get();
+    absl::StatusOr<clients::StoredBlocks> fetched = next.get();
     if (!fetched.ok()) return NotKnown("scans[" + std::to_string(i) + "]", request.scans(i), fetched.status());
     if (caller.keep_going && !caller.keep_going()) return absl::CancelledError("register: stopped by its caller");
     if (i == 0) first = fetched->record;
     if (absl::Status status = CheckScan(request, fetched->record, first); !status.ok()) return status;
-    point_count += static_cast<std::int64_t>(fetched->scan.points_mm.size());
+    const std::int64_t scan_point_count = fetched->record.header().point_count();
+    point_count += scan_point_count;
     if (point_count > kMostPoints)
       return runtime::Refuse("scans", std::to_string(point_count) + " points", "at most 100000000 together");
     if (i + 1 < request.scans_size()) next = std::async(std::launch::async, fetch, i + 1);
@@ -198,12 +199,16 @@ absl::Status Registrar::FetchScans(const v1::RegisterRequest& request, const Cal
         if (absl::Status status = FetchAxisTables(machine, *rotation, caller, inputs); !status.ok()) return status;
     }
     fetched->scan.id = *runtime::IdOf("scan", "scans", request.scans(i));
-    inputs->portions.push_back(metrology::Thin(fetched->scan, inputs->calibration, thinning));
+    metrology::Thinner thinner(fetched->scan, scan_point_count, inputs->calibration, thinning);
+    if (absl::Status status = fetched->Decode([&](const metrology::Points& points_mm) { thinner.Add(points_mm); });
+        !status.ok())
+      return status;
+    inputs->portions.push_back(thinner.Take());
     if (inputs->portions.back().sensor.size() == 0 || !inputs->portions.back().zero_from_sensor.matrix().allFinite())
-      return runtime::Refuse("scans[" + std::to_string(i) + "]",
-                             request.scans(i) + ", of whose " + std::to_string(fetched->scan.points_mm.size()) +
-                                 " points none is at a finite place",
-                             "points, v0_mm and angles that are finite");
+      return runtime::Refuse(
+          "scans[" + std::to_string(i) + "]",
+          request.scans(i) + ", of whose " + std::to_string(scan_point_count) + " points none is at a finite place",
+          "points, v0_mm and angles that are finite");
     Say(caller, v1::REGISTRATION_STEP_FETCHING, i + 1, 0);
   }
   return absl::OkStatus();

@@ -183,6 +183,8 @@ TEST_F(SurfaceCacheTest, CountsWhatASurfaceTakes) {
       return Surface::Prepare(metrology::shapes::Blade(200, along, Eigen::Vector3d::Zero()));
     });
     ASSERT_TRUE(surface.ok());
+    (*surface)->PrepareNear(1);
+    ASSERT_TRUE(cache.Get(std::to_string(along), Clock::now() + 60s, nullptr, [&] { return surface; }).ok());
     const double taken = static_cast<double>(allocated() - before);
     // Vectors keep up to twice what they hold; the tree's size depends on the shape.
     EXPECT_NEAR(static_cast<double>(cache.use().bytes - counted_before) / taken, 1, 0.25) << along << ": " << taken;
