@@ -183,7 +183,7 @@ void NearBatch::Find(std::uint32_t cell, const Eigen::Vector3d* queries, std::si
     // Beyond what is covered the cell does not know all candidates.
     if (nearest[i].triangle != TriangleTree::kNone && nearest[i].distance_squared <= covered_squared) continue;
     if (limit_squared > covered_squared) {
-      nearest[i] = tree_.Find(queries[i], limit_squared, TriangleTree::kNone);
+      nearest[i] = tree_.Find(queries[i], limit_squared, tree_.items()[items[lanes.nearest[i]]].triangle);
     } else {
       nearest[i] = {};
       nearest[i].distance_squared = limit_squared;

@@ -14,7 +14,7 @@ constexpr int kKeyBits = 21;                         // of each coordinate
 constexpr std::uint64_t kNoKey = ~std::uint64_t{1};  // of no cell
 constexpr double kGreatestCellsAcross = (1 << kKeyBits) - 2;
 // Cells of about the mean triangle's edge hold some tens of candidates.
-constexpr double kEdgesPerCell = 1.0;
+constexpr double kEdgesPerCell = 1.4;
 constexpr double kLeastCellMm = 0.02;
 // Distances are compared in single precision first; what is nearer than the best by less than its rounding is measured
 // exactly. Longer and thinner triangles round worse.
@@ -138,8 +138,18 @@ NearCells::NearCells(const TriangleTree& tree, double covered_mm, int thread_cou
       }
     }
   });
-  first_.push_back(0);
+  touched = {};
   std::vector<std::uint64_t> keys;
+  std::size_t cell_count = 0, group_count = 0;
+  for (const Part& part : parts) {
+    cell_count += part.keys.size();
+    group_count += part.group_distance.size();
+  }
+  keys.reserve(cell_count);
+  first_.reserve(cell_count + 1);
+  items_.reserve(kGroup * group_count);
+  group_distance_.reserve(group_count);
+  first_.push_back(0);
   for (Part& part : parts) {
     keys.insert(keys.end(), part.keys.begin(), part.keys.end());
     for (const std::uint32_t groups : part.group_counts) first_.push_back(first_.back() + groups);

@@ -425,6 +425,23 @@ SurfacePoint Surface::Cursor::ClosestWithin(const Vector3d& point_mm, double lim
   return tree.Resolve(query, nearest);
 }
 
+namespace {
+
+// The cube of space that a point lies in; points far outside or nowhere share the last one.
+std::uint64_t PlaceOf(const Vector3d& from_minimum_mm) {
+  constexpr double kCubeMm = 0.5;
+  constexpr std::uint64_t kAcross = 1 << 20;
+  std::uint64_t place = 0;
+  for (int k = 0; k < 3; ++k) {
+    const double at = from_minimum_mm[k] / kCubeMm + kAcross / 2;
+    if (!(at >= 0 && at < kAcross)) return ~std::uint64_t{0};
+    place = place * kAcross + static_cast<std::uint64_t>(at);
+  }
+  return place;
+}
+
+}  // namespace
+
 void Surface::SignedDistances(const Points& points_mm, double limit_mm, int thread_count,
                               std::vector<double>* distances_mm) const {
   const Tree& tree = *tree_;
@@ -471,10 +488,17 @@ void Surface::SignedDistances(const Points& points_mm, double limit_mm, int thre
         }
       }
     });
-    InParts(count - in_cells.first[cell_count], parts, [&](std::size_t from, std::size_t to, std::size_t) {
+    // Far points one after the other, neighbours together: the one before tells the next where to begin.
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> far;
+    far.reserve(count - in_cells.first[cell_count]);
+    for (std::size_t k = in_cells.first[cell_count]; k < count; ++k) {
+      const auto i = static_cast<std::uint32_t>(begin + in_cells.order[k]);
+      far.emplace_back(PlaceOf(points_mm[i] - tree.minimum), i);
+    }
+    std::sort(far.begin(), far.end());
+    InParts(far.size(), parts, [&](std::size_t from, std::size_t to, std::size_t) {
       Cursor cursor(*this);
-      for (std::size_t i = from; i < to; ++i)
-        alone(static_cast<std::uint32_t>(begin + in_cells.order[in_cells.first[cell_count] + i]), &cursor);
+      for (std::size_t k = from; k < to; ++k) alone(far[k].second, &cursor);
     });
   }
 }
