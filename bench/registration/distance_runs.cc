@@ -85,14 +85,16 @@ Exactness Compare(const std::vector<double>& found_mm, const std::vector<double>
 }
 
 // On whole scans of the body, up to 50 um off the surface, and on a bump that stands 0.3 mm off.
-metrology::Points NearSurface(const Blade& blade, std::size_t count) {
+// With a casting's bump and within a band; or as a scan of a blade true to CAD.
+metrology::Points NearSurface(const Blade& blade, std::size_t count, bool cast) {
   CaseSampler sampler(blade, CaseKind::kWholeBody, kNoiseMm, std::nullopt, 7);
   const Bump bump;
   metrology::Points points;
   points.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
     const CaseSampler::OnSurface on = sampler.NextOnSurface();
-    const double off_mm = bump.At(on.part_mm, on.normal) + kBandMm * (2 * sampler.NextUniform() - 1);
+    const double part = 2 * sampler.NextUniform() - 1;
+    const double off_mm = cast ? bump.At(on.part_mm, on.normal) + kBandMm * part : kNoiseMm * part;
     points.push_back(on.part_mm + off_mm * on.normal);
   }
   return points;
@@ -119,13 +121,17 @@ metrology::Points NearTrailingEdge(const Blade& blade, std::size_t count) {
 
 void RunDistances(const PreparedBlade& prepared, const RunOptions& options, Figures* figures) {
   const Blade& blade = prepared.blade;
-  const metrology::Points points = NearSurface(blade, options.points);
-  std::vector<double> seconds, processor_s, cursor_seconds, embree_seconds;
+  const metrology::Points points = NearSurface(blade, options.points, true);
+  const metrology::Points scanned = NearSurface(blade, options.points, false);
+  std::vector<double> seconds, scanned_seconds, processor_s, cursor_seconds, embree_seconds;
   for (int repeat = 0; repeat < 5; ++repeat) {
     const double begin = Seconds(), processor_begin = ProcessorSeconds();
     Distances(*prepared.surface, points, options.threads);
     seconds.push_back(Seconds() - begin);
     processor_s.push_back(ProcessorSeconds() - processor_begin);
+    const double scanned_begin = Seconds();
+    Distances(*prepared.surface, scanned, options.threads);
+    scanned_seconds.push_back(Seconds() - scanned_begin);
     const double cursor_begin = Seconds();
     ByCursor(*prepared.surface, points, options.threads);
     cursor_seconds.push_back(Seconds() - cursor_begin);
@@ -141,6 +147,8 @@ void RunDistances(const PreparedBlade& prepared, const RunOptions& options, Figu
       "by one %.2f; Embree's point query %.2f; surface and near cells %.0f MB\n",
       points.size(), options.threads, rate, rate_of_processor, millions / MedianOf(cursor_seconds),
       millions / MedianOf(embree_seconds), 1e-6 * static_cast<double>(prepared.surface->memory_bytes()));
+  std::printf("  of a blade true to CAD %.2f million points/s\n", millions / MedianOf(scanned_seconds));
+  figures->values["distances_of_a_true_blade_million_per_s"] = millions / MedianOf(scanned_seconds);
   figures->values["distances_million_per_s"] = rate;
   figures->values["distances_million_per_processor_s"] = rate_of_processor;
   figures->values["distances_one_by_one_million_per_s"] = millions / MedianOf(cursor_seconds);

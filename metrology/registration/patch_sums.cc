@@ -19,11 +19,7 @@ constexpr int kCellBits = 20;  // of each coordinate
 constexpr std::int64_t kCellOffset = std::int64_t{1} << (kCellBits - 1);
 constexpr int kSideBits = 3;
 
-constexpr std::size_t kSliceSize = std::size_t{1} << 20;  // points put in order and summed at a time
-constexpr double kBinMm = 0.5;                            // of points put in order
-constexpr std::size_t kMostBins = std::size_t{1} << 21;
-constexpr std::size_t kOrderProbes = 1000;
-constexpr double kOrderlyMm = 0.5;      // neighbours nearer than this are in order as they come
+constexpr std::size_t kSliceSize = std::size_t{1} << 19;  // points summed at a time
 constexpr double kEdgeMarginMm = 0.05;  // points nearer to a sharp edge may belong to the face beyond it
 constexpr int kHistogramBins = 4096;
 
@@ -46,55 +42,6 @@ PatchKey KeyOf(const std::array<std::int64_t, 3>& cell, PatchKey side) {
   PatchKey key = side;
   for (int k = 0; k < 3; ++k) key |= static_cast<PatchKey>(cell[k] + kCellOffset) << (kSideBits + k * kCellBits);
   return key;
-}
-
-// Whether the next point is near the one before, as on a scan's lines; a cloud in random order is not.
-bool IsOrderly(const CompactPoints& points) {
-  if (points.size() < 2 * kOrderProbes) return false;
-  std::vector<double> distances;
-  for (std::size_t k = 0; k < kOrderProbes; ++k) {
-    const std::size_t i = k * (points.size() - 1) / kOrderProbes;
-    distances.push_back((points[i + 1] - points[i]).norm());
-  }
-  return Median(std::move(distances)) < kOrderlyMm;
-}
-
-// Indices of the points [begin, end), those of a bin of space together.
-void PutInOrder(const CompactPoints& points, std::size_t begin, std::size_t end, std::vector<std::uint32_t>* order) {
-  const auto& nm = points.values_nm();
-  std::array<std::int32_t, 3> low = nm[begin], high = nm[begin];
-  for (std::size_t i = begin; i < end; ++i)
-    for (int k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], nm[i][k]);
-      high[k] = std::max(high[k], nm[i][k]);
-    }
-  double bin_nm = 1e6 * kBinMm;
-  std::array<std::size_t, 3> across{};
-  std::size_t bins = 0;
-  for (;; bin_nm *= 1.5) {
-    double product = 1;
-    for (int k = 0; k < 3; ++k) {
-      across[k] = static_cast<std::size_t>((static_cast<double>(high[k]) - low[k]) / bin_nm) + 1;
-      product *= static_cast<double>(across[k]);
-    }
-    if (product <= static_cast<double>(kMostBins)) {
-      bins = across[0] * across[1] * across[2];
-      break;
-    }
-  }
-  const double per_nm = 1 / bin_nm;
-  std::vector<std::uint32_t> bin_of(end - begin), first(bins + 1, 0);
-  for (std::size_t i = begin; i < end; ++i) {
-    std::size_t bin = 0;
-    for (int k = 0; k < 3; ++k)
-      bin = bin * across[k] +
-            std::min(across[k] - 1, static_cast<std::size_t>((static_cast<double>(nm[i][k]) - low[k]) * per_nm));
-    bin_of[i - begin] = static_cast<std::uint32_t>(bin);
-    ++first[bin + 1];
-  }
-  for (std::size_t bin = 0; bin < bins; ++bin) first[bin + 1] += first[bin];
-  order->resize(end - begin);
-  for (std::size_t i = begin; i < end; ++i) (*order)[first[bin_of[i - begin]]++] = static_cast<std::uint32_t>(i);
 }
 
 struct ChunkSums {
@@ -202,7 +149,7 @@ absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<S
   double weight = 0, slope = 0, squares = 0;
   const double edge_margin = std::min(width, kEdgeMarginMm);
   Histogram all(width);
-  std::vector<std::uint32_t> order;
+  Points queries;
   std::vector<float> residuals;
   std::vector<ChunkSums> chunks;
   std::unordered_map<PatchKey, std::size_t> index;
@@ -210,27 +157,30 @@ absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<S
     const ScanPortion& portion = portions[p];
     const Eigen::Affine3d part_from_sensor = zero_from_part.inverse(Eigen::Isometry) * portion.zero_from_sensor;
     const double portion_weight = options.scan_weights.empty() ? 1 : options.scan_weights[p];
-    const bool orderly = IsOrderly(portion.sensor);
     Histogram histogram(width);
     index.clear();
     for (std::size_t begin = 0; begin < portion.sensor.size(); begin += kSliceSize) {
       if (options.keep_going && !options.keep_going())
         return absl::CancelledError("registration: stopped by its caller");
       const std::size_t count = std::min(kSliceSize, portion.sensor.size() - begin);
-      if (!orderly) PutInOrder(portion.sensor, begin, begin + count, &order);
+      queries.resize(count);
+      ForEachChunk(count, options.thread_count, [&](std::size_t, std::size_t from, std::size_t to) {
+        for (std::size_t i = from; i < to; ++i) {
+          queries[i] = part_from_sensor * portion.sensor[begin + i];
+          if (!InRegions(options, queries[i])) queries[i].setConstant(std::numeric_limits<double>::quiet_NaN());
+        }
+      });
+      const Surface::Batch batch(surface, queries, width, options.thread_count);
       residuals.assign(count, std::numeric_limits<float>::infinity());
       chunks.assign(ChunkCount(count), {});
       ForEachChunk(count, options.thread_count, [&](std::size_t chunk, std::size_t from, std::size_t to) {
-        Surface::Cursor cursor(surface);
         ChunkSums& part = chunks[chunk];
         std::size_t last = 0;
-        for (std::size_t i = from; i < to; ++i) {
-          const Vector3d q = part_from_sensor * portion.sensor[orderly ? begin + i : order[i]];
-          if (!InRegions(options, q)) continue;
+        batch.Visit(from, to, [&](std::uint32_t i, const SurfacePoint& found) {
+          if (std::isnan(queries[i].x())) return;
           ++part.points;
-          const SurfacePoint found = cursor.ClosestWithin(q, width);
           const double r = found.signed_distance_mm, u = r / width, inside = 1 - u * u;
-          if (!(inside > 0) || found.feature != SurfaceFeature::kFace || found.edge_distance_mm < edge_margin) continue;
+          if (!(inside > 0) || found.feature != SurfaceFeature::kFace || found.edge_distance_mm < edge_margin) return;
           residuals[i] = static_cast<float>(r);
           const Vector3d from_centroid = found.point_mm - centroid;
           const PatchKey key = PatchKeyOf(from_centroid, found.normal, sum.patch_mm);
@@ -266,7 +216,7 @@ absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<S
           part.weight += w;
           part.slope += sum.robust ? portion_weight * inside * (1 - 5 * u * u) : w;
           part.squares += w * w * r * r;
-        }
+        });
       });
       for (const ChunkSums& part : chunks) {
         sums.portions[p].points += part.points;

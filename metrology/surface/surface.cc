@@ -442,63 +442,100 @@ std::uint64_t PlaceOf(const Vector3d& from_minimum_mm) {
 
 }  // namespace
 
-void Surface::SignedDistances(const Points& points_mm, double limit_mm, int thread_count,
-                              std::vector<double>* distances_mm) const {
-  const Tree& tree = *tree_;
-  distances_mm->resize(points_mm.size());
-  if (points_mm.size() >= kManyPoints) PrepareNear(thread_count);
-  const NearCells* cells = tree.near_ready.load();
-  const auto parts = static_cast<std::size_t>(std::max(1, thread_count));
-  const auto alone = [&](std::uint32_t i, Cursor* cursor) {
-    (*distances_mm)[i] = cursor->ClosestWithin(points_mm[i], limit_mm).signed_distance_mm;
-  };
-  if (cells == nullptr || !(limit_mm >= 0)) {
-    InParts(points_mm.size(), parts, [&](std::size_t begin, std::size_t end, std::size_t) {
-      Cursor cursor(*this);
-      for (std::size_t i = begin; i < end; ++i) alone(static_cast<std::uint32_t>(i), &cursor);
-    });
-    return;
+// Points in the order of the near cells; after them those of no cell, neighbours together.
+class PlacedPoints {
+ public:
+  PlacedPoints(const Surface::Tree& tree, const Vector3d* points_mm, std::size_t count, double limit_mm,
+               int thread_count)
+      : tree_(tree), near_(tree.near_ready.load()), points_mm_(points_mm), limit_mm_(limit_mm) {
+    std::vector<std::uint32_t> outside;
+    if (near_ != nullptr) {
+      in_cells_ = PutInCells(*near_, tree.centre, points_mm, count, thread_count);
+      in_cells_count_ = in_cells_.first[near_->cell_count()];
+      outside.assign(in_cells_.order.begin() + static_cast<std::ptrdiff_t>(in_cells_count_), in_cells_.order.end());
+    } else {
+      outside.resize(count);
+      std::iota(outside.begin(), outside.end(), 0);
+    }
+    far_.reserve(outside.size());
+    for (const std::uint32_t i : outside) far_.emplace_back(Near() ? 0 : PlaceOf(points_mm[i] - tree.minimum), i);
+    std::sort(far_.begin(), far_.end());
   }
-  for (std::size_t begin = 0; begin < points_mm.size(); begin += kSlice) {
-    const std::size_t count = std::min(kSlice, points_mm.size() - begin);
-    const CellOrder in_cells = PutInCells(*cells, tree.centre, &points_mm[begin], count, thread_count);
-    const auto cell_count = static_cast<std::uint32_t>(cells->cell_count());
-    // Cells are shared out by their points; those of no cell are shared out by themselves.
-    InParts(in_cells.first[cell_count], parts, [&](std::size_t from, std::size_t to, std::size_t) {
-      const auto cell_of = [&](std::size_t at) {
-        return static_cast<std::uint32_t>(
-            std::lower_bound(in_cells.first.begin(), in_cells.first.end() - 1, static_cast<std::uint32_t>(at)) -
-            in_cells.first.begin());
-      };
-      NearBatch batch(*tree.triangles, *cells);
+
+  // take(index, query, nearest) for those at [from, to) of the order.
+  template <typename Take>
+  void Visit(std::size_t from, std::size_t to, const Take& take) const {
+    std::size_t at = from;
+    if (at < in_cells_count_ && limit_mm_ >= 0) {
+      NearBatch batch(*tree_.triangles, *near_);
       std::array<Vector3d, NearBatch::kMostPoints> queries;
       std::array<TriangleTree::Nearest, NearBatch::kMostPoints> nearest;
-      const std::uint32_t last_cell = cell_of(to);
-      for (std::uint32_t cell = cell_of(from); cell < last_cell; ++cell) {
-        for (std::uint32_t k = in_cells.first[cell]; k < in_cells.first[cell + 1];) {
-          const std::size_t here = std::min<std::size_t>(NearBatch::kMostPoints, in_cells.first[cell + 1] - k);
-          for (std::size_t i = 0; i < here; ++i) {
-            queries[i] = points_mm[begin + in_cells.order[k + i]] - tree.centre;
-            if (k + i + kAhead < count) __builtin_prefetch(&points_mm[begin + in_cells.order[k + i + kAhead]]);
-          }
-          batch.Find(cell, queries.data(), here, limit_mm * limit_mm, nearest.data());
-          for (std::size_t i = 0; i < here; ++i)
-            (*distances_mm)[begin + in_cells.order[k + i]] = tree.Distance(queries[i], nearest[i]);
-          k += static_cast<std::uint32_t>(here);
+      const std::vector<std::uint32_t>& first = in_cells_.first;
+      auto cell = static_cast<std::uint32_t>(std::upper_bound(first.begin(), first.end(), at) - first.begin()) - 1;
+      for (const std::size_t end = std::min(to, in_cells_count_); at < end;) {
+        while (first[cell + 1] <= at) ++cell;
+        const std::size_t here = std::min({NearBatch::kMostPoints, first[cell + 1] - at, end - at});
+        for (std::size_t i = 0; i < here; ++i) {
+          queries[i] = points_mm_[in_cells_.order[at + i]] - tree_.centre;
+          if (at + i + kAhead < in_cells_count_) __builtin_prefetch(&points_mm_[in_cells_.order[at + i + kAhead]]);
         }
+        batch.Find(cell, queries.data(), here, limit_mm_ * limit_mm_, nearest.data());
+        for (std::size_t i = 0; i < here; ++i) take(in_cells_.order[at + i], queries[i], nearest[i]);
+        at += here;
       }
-    });
-    // Far points one after the other, neighbours together: the one before tells the next where to begin.
-    std::vector<std::pair<std::uint64_t, std::uint32_t>> far;
-    far.reserve(count - in_cells.first[cell_count]);
-    for (std::size_t k = in_cells.first[cell_count]; k < count; ++k) {
-      const auto i = static_cast<std::uint32_t>(begin + in_cells.order[k]);
-      far.emplace_back(PlaceOf(points_mm[i] - tree.minimum), i);
     }
-    std::sort(far.begin(), far.end());
-    InParts(far.size(), parts, [&](std::size_t from, std::size_t to, std::size_t) {
-      Cursor cursor(*this);
-      for (std::size_t k = from; k < to; ++k) alone(far[k].second, &cursor);
+    std::uint32_t hint = Surface::kNoTriangle;
+    for (; at < to; ++at) {
+      const std::uint32_t i = at < in_cells_count_ ? in_cells_.order[at] : far_[at - in_cells_count_].second;
+      const Vector3d query = points_mm_[i] - tree_.centre;
+      TriangleTree::Nearest nearest;
+      if (!Near() && Findable(query)) nearest = tree_.triangles->Find(query, limit_mm_ * limit_mm_, hint);
+      if (nearest.triangle != Surface::kNoTriangle) hint = nearest.triangle;
+      take(i, query, nearest);
+    }
+  }
+
+ private:
+  // Nothing outside the cells is within the limit.
+  bool Near() const { return near_ != nullptr && limit_mm_ <= near_->covered_mm(); }
+  bool Findable(const Vector3d& query) const {
+    return query.cwiseAbs().maxCoeff() <= 1e12 && query.allFinite() && limit_mm_ >= 0;
+  }
+
+  const Surface::Tree& tree_;
+  const NearCells* near_;
+  const Vector3d* points_mm_;
+  double limit_mm_;
+  CellOrder in_cells_;
+  std::size_t in_cells_count_ = 0;
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> far_;  // place, point
+};
+
+Surface::Batch::Batch(const Surface& surface, const Points& points_mm, double limit_mm, int thread_count)
+    : tree_(*surface.tree_),
+      placed_(
+          std::make_unique<PlacedPoints>(*surface.tree_, points_mm.data(), points_mm.size(), limit_mm, thread_count)) {}
+Surface::Batch::~Batch() = default;
+
+void Surface::Batch::Visit(std::size_t from, std::size_t to,
+                           const std::function<void(std::uint32_t, const SurfacePoint&)>& take) const {
+  placed_->Visit(from, to, [&](std::uint32_t index, const Vector3d& query, const TriangleTree::Nearest& nearest) {
+    take(index, tree_.Resolve(query, nearest));
+  });
+}
+
+void Surface::SignedDistances(const Points& points_mm, double limit_mm, int thread_count,
+                              std::vector<double>* distances_mm) const {
+  distances_mm->resize(points_mm.size());
+  if (points_mm.size() >= kManyPoints) PrepareNear(thread_count);
+  const auto parts = static_cast<std::size_t>(std::max(1, thread_count));
+  for (std::size_t begin = 0; begin < points_mm.size(); begin += kSlice) {
+    const std::size_t count = std::min(kSlice, points_mm.size() - begin);
+    const PlacedPoints placed(*tree_, &points_mm[begin], count, limit_mm, thread_count);
+    InParts(count, parts, [&](std::size_t from, std::size_t to, std::size_t) {
+      placed.Visit(from, to, [&](std::uint32_t index, const Vector3d& query, const TriangleTree::Nearest& nearest) {
+        (*distances_mm)[begin + index] = tree_->Distance(query, nearest);
+      });
     });
   }
 }
