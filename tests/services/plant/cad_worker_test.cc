@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -39,6 +40,16 @@ TEST(CadWorker, GivesTheMeshOfAPart) {
   const auto mesh = metrology::MeshFromBytes(*bytes);
   ASSERT_TRUE(mesh.ok()) << mesh.status();
   EXPECT_NEAR(metrology::SignedVolume(*mesh), 1570.796, 4);  // pi 5^2 20, 4 um over 785 mm2
+}
+
+// OpenCASCADE asks the system for the user's name when it reads IGES; the worker has no name service to ask.
+TEST(CadWorker, ReadsIgesBehindItsFilter) {
+  const CadFile iges{"iges", 1, 4};
+  const auto bytes = TessellateInWorker(WorkerOptions(), iges, testing::IgesOf(SampleShape::kTorus), Always);
+  ASSERT_TRUE(bytes.ok()) << bytes.status();
+  const auto mesh = metrology::MeshFromBytes(*bytes);
+  ASSERT_TRUE(mesh.ok()) << mesh.status();
+  EXPECT_NEAR(std::abs(metrology::SignedVolume(*mesh)), 2 * M_PI * M_PI * 10 * 9, 10);  // 4 um over 1184 mm2, both ways
 }
 
 TEST(CadWorker, PassesTheReasonOfARefusalOn) {
