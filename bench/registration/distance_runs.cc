@@ -2,13 +2,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <functional>
 #include <limits>
 #include <random>
-#include <thread>
 
 #include "bench/registration/embree_peer.h"
 #include "bench/registration/runs.h"
+#include "metrology/surface/in_parts.h"
 
 namespace sixpoint::bench {
 namespace {
@@ -18,17 +17,11 @@ using Eigen::Vector3d;
 constexpr double kBandMm = 0.05, kLimitMm = 1;
 constexpr std::size_t kChecked = 1000;  // of each kind of point
 
-void InParts(std::size_t count, int threads, const std::function<void(std::size_t begin, std::size_t end)>& work) {
-  std::vector<std::thread> crew;
-  const auto parts = static_cast<std::size_t>(threads);
-  for (std::size_t t = 0; t < parts; ++t) crew.emplace_back(work, count * t / parts, count * (t + 1) / parts);
-  for (std::thread& thread : crew) thread.join();
-}
-
-// One after the other, as a fit's cursor goes.
+// One after the other, as they come.
 void ByCursor(const metrology::Surface& surface, const metrology::Points& part_mm, int threads) {
   std::vector<double> distances(part_mm.size());
-  InParts(part_mm.size(), threads, [&](std::size_t begin, std::size_t end) {
+  const auto parts = static_cast<std::size_t>(threads);
+  metrology::InParts(part_mm.size(), parts, [&](std::size_t begin, std::size_t end, std::size_t) {
     metrology::Surface::Cursor cursor(surface);
     for (std::size_t i = begin; i < end; ++i)
       distances[i] = cursor.ClosestWithin(part_mm[i], kLimitMm).signed_distance_mm;
@@ -161,7 +154,8 @@ void RunDistances(const PreparedBlade& prepared, const RunOptions& options, Figu
     metrology::Points checked = edge ? NearTrailingEdge(blade, kChecked) : points;
     checked.resize(std::min(checked.size(), kChecked));
     std::vector<double> truth(checked.size());
-    InParts(checked.size(), options.threads, [&](std::size_t begin, std::size_t end) {
+    const auto parts = static_cast<std::size_t>(options.threads);
+    metrology::InParts(checked.size(), parts, [&](std::size_t begin, std::size_t end, std::size_t) {
       for (std::size_t i = begin; i < end; ++i) truth[i] = BruteForce(blade, checked[i]);
     });
     const Exactness ours = Compare(Distances(*prepared.surface, checked, options.threads), truth);

@@ -27,6 +27,7 @@ constexpr double kUnsteadyMm = 1e-3;
 constexpr double kFeasibleMm = 1e-4;   // lacking less than this is rounding
 constexpr double kMotionPrice = 1e-4;  // of the motion beside the lack of stock, so that the least motion is chosen
 constexpr std::size_t kMostHolding = 7;
+constexpr double kMostPatches = 200'000;  // over the whole surface: some hundred bytes each, all looked at in each step
 
 std::string Text(double value) {
   char text[32];
@@ -282,6 +283,10 @@ absl::StatusOr<AllowanceFit> FitWithAllowance(const Surface& surface, const std:
                                               const MachineCalibration& calibration, const FitOptions& options) {
   if (absl::Status status = Check(allowance); !status.ok()) return status;
   if (absl::Status status = CheckInputs(portions, zero_from_part, options); !status.ok()) return status;
+  const double least_patch_mm = std::sqrt(surface.area_mm2() / kMostPatches);
+  if (!(allowance.patch_mm >= least_patch_mm))
+    return absl::InvalidArgumentError("allowance.patch_mm: " + Text(allowance.patch_mm) + ", want at least " +
+                                      Text(least_patch_mm) + " on a surface of " + Text(surface.area_mm2()) + " mm2");
   return Allowance(surface, portions, zero_from_part, allowance, calibration, options).Run();
 }
 

@@ -163,6 +163,11 @@ TEST(Allowance, RefusesWhatCannotBeMeant) {
   bad = {};
   bad.patch_mm = 0;
   EXPECT_NE(status(bad).message().find("allowance.patch_mm"), std::string::npos);
+  // A box of 760 mm2 in patches of 0.06 mm: 211 thousand.
+  bad = {};
+  bad.patch_mm = 0.06;
+  EXPECT_NE(status(bad).message().find("allowance.patch_mm: 0.06, want at least 0.0616"), std::string::npos)
+      << status(bad);
   Isometry3d away = Isometry3d::Identity();
   away.translation().x() = 100;
   EXPECT_NE(
