@@ -5,22 +5,15 @@
 #include <atomic>
 #include <future>
 #include <map>
-#include <random>
 #include <set>
 #include <thread>
 
-#include "metrology/cloud/draco_codec.h"
-#include "services/clients/scan_blocks.h"
-#include "services/registration/registration_service.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
-#include "services/runtime/geometry_proto.h"
-#include "storage/blobs.h"
 #include "storage/plant_registry.h"
 #include "storage/record.h"
 #include "storage/scans.h"
-#include "tests/metrology/surface/shapes.h"
-#include "tests/services/correction/judged_plant.h"
+#include "tests/services/registration/fake_plant.h"
 
 namespace sixpoint::registration {
 namespace {
@@ -37,36 +30,6 @@ double SecondsSince(Clock::time_point begin) { return std::chrono::duration<doub
 
 std::string BladeName(int blade) { return "blades/b" + std::to_string(blade); }
 std::string ScanName(int blade, int view) { return "scans/b" + std::to_string(blade) + "_" + std::to_string(view); }
-
-// Knows the blades, counts what is fetched.
-class PlantOfBlades final : public plant::v1::PlantService::Service {
- public:
-  explicit PlantOfBlades(testing::StandInPlant* plant) : plant_(plant) {}
-  std::atomic<int> downloads{0};
-  grpc::Status GetBlade(grpc::ServerContext*, const plant::v1::GetBladeRequest* request,
-                        plant::v1::Blade* response) override {
-    response->set_name(request->name());
-    response->set_part(plant_->part.name());
-    return grpc::Status::OK;
-  }
-  grpc::Status GetPart(grpc::ServerContext*, const plant::v1::GetPartRequest*, plant::v1::Part* response) override {
-    *response = plant_->part;
-    return grpc::Status::OK;
-  }
-  grpc::Status GetMachine(grpc::ServerContext*, const plant::v1::GetMachineRequest*,
-                          plant::v1::Machine* response) override {
-    *response = plant_->machine;
-    return grpc::Status::OK;
-  }
-  grpc::Status DownloadSurface(grpc::ServerContext* context, const plant::v1::DownloadSurfaceRequest* request,
-                               grpc::ServerWriter<plant::v1::DownloadSurfaceResponse>* writer) override {
-    ++downloads;
-    return plant_->DownloadSurface(context, request, writer);
-  }
-
- private:
-  testing::StandInPlant* plant_;
-};
 
 // Takes its time, and counts how many scans are under way at once.
 class CountingIngest final : public ingest::v1::ScanService::Service {
@@ -89,66 +52,34 @@ class CountingIngest final : public ingest::v1::ScanService::Service {
   std::atomic<int> under_way_{0};
 };
 
-class ConcurrencyTest : public ::testing::Test {
+class ConcurrencyTest : public FakePlantTest {
  protected:
-  ConcurrencyTest() : blades_(&plant_.plant), ingest_(&plant_.ingest), plant_server_({&blades_, &ingest_}) {
-    MountBlades();
-  }
+  ConcurrencyTest() : ingest_(&plant_.ingest), ingest_server_({&ingest_}) { MountBlades(); }
   ~ConcurrencyTest() override { Stop(); }
 
   void Serve(runtime::PoolLimits pool) {
     RegistrarLimits limits;
     limits.pool = pool;
-    service_ = std::make_unique<RegistrationService>(
-        plant_.database.database(), Peers{plant_server_.Connect(), plant_server_.Connect(), plant_.Connect()}, limits);
-    server_ = std::make_unique<testing::InProcessServer>(std::vector<grpc::Service*>{service_.get()});
-    channel_ = server_->Connect();
-  }
-  void Stop() {
-    channel_.reset();
-    server_.reset();
-    service_.reset();
+    FakePlantTest::Serve(limits, ingest_server_.Connect());
   }
 
   // A part in the shape of a blade, and blades of it that each stand 20 um beside the one before.
   void MountBlades() {
-    const metrology::TriangleMesh mesh = metrology::shapes::Blade(120, 60, Eigen::Vector3d::Zero());
-    plant_.plant.surface_bytes = metrology::MeshBytes(mesh);
-    plant_.plant.part.mutable_surface()->set_surface_sha256(storage::Sha256Hex(plant_.plant.surface_bytes));
-    const auto surface = metrology::Surface::Prepare(mesh);
-    ASSERT_TRUE(surface.ok());
-    std::mt19937_64 random(31);
-    std::uniform_int_distribution<std::size_t> pick(0, mesh.triangles.size() - 1);
-    std::uniform_real_distribution<double> unit(0, 1);
-    for (std::size_t view = 0; view < plant_.scans.size(); ++view) {
-      metrology::Points points;
-      while (points.size() < 20000) {
-        const auto& t = mesh.triangles[pick(random)];
-        const double r = std::sqrt(unit(random)), s = unit(random);
-        points.push_back((*surface)
-                             ->Closest((1 - r) * mesh.vertices_mm[t[0]] + r * (1 - s) * mesh.vertices_mm[t[1]] +
-                                       r * s * mesh.vertices_mm[t[2]])
-                             .point_mm);
-      }
-      const metrology::LineScan scan = metrology::Scanned(plant_.block, plant_.block.b_deg[view], points, &random);
-      const auto encoded = metrology::EncodeBlock(scan.points_mm, metrology::kDefaultErrorBoundMm);
-      ASSERT_TRUE(encoded.ok());
-      clients::PayloadsDigest digest;
-      digest.Add(encoded->bytes);
-      const std::string sha256 = digest.ToHex();
+    Design(TrueBlade());
+    Scan(TrueBlade());
+    for (int view = 0; view < static_cast<int>(plant_.scans.size()); ++view)
       for (int blade = 0; blade < kBladeCount; ++blade) {
-        const std::string name = ScanName(blade, static_cast<int>(view));
-        ingest::v1::Scan record = plant_.ingest.scans.at(plant_.scans[view]);
+        const std::string& scanned = plant_.scans[static_cast<std::size_t>(view)];
+        const std::string name = ScanName(blade, view);
+        ingest::v1::Scan record = plant_.ingest.scans.at(scanned);
         record.set_name(name);
-        record.mutable_header()->set_scan_id(name.substr(6));
-        record.mutable_header()->set_subject(BladeName(blade));
-        runtime::ToProto(scan.v0_mm + Eigen::Vector3d(0.02 * blade, 0, 0), record.mutable_header()->mutable_v0_mm());
-        record.mutable_header()->set_point_count(static_cast<std::int64_t>(points.size()));
-        record.set_sha256(sha256);
+        ingest::v1::ScanHeader& header = *record.mutable_header();
+        header.set_scan_id(name.substr(6));
+        header.set_subject(BladeName(blade));
+        header.mutable_v0_mm()->set_x_mm(header.v0_mm().x_mm() + 0.02 * blade);
         plant_.ingest.scans[name] = record;
-        plant_.ingest.blocks[name] = encoded->bytes;
+        plant_.ingest.blocks[name] = plant_.ingest.blocks.at(scanned);
       }
-    }
     StoreRows();
   }
 
@@ -211,13 +142,6 @@ class ConcurrencyTest : public ::testing::Test {
     batch.set_requested_by("engineer");
     return batch;
   }
-  absl::StatusOr<v1::Registration> Register(const v1::RegisterRequest& request, double seconds = 120) {
-    v1::Registration registration;
-    const grpc::Status status = v1::RegistrationService::NewStub(channel_)->Register(runtime::ContextFor(seconds).get(),
-                                                                                     request, &registration);
-    if (!status.ok()) return runtime::FromGrpc(status);
-    return registration;
-  }
   struct BatchAnswer {
     std::map<int, v1::Registration> registrations;
     std::map<int, v1::RegistrationRefusal> refusals;
@@ -242,10 +166,6 @@ class ConcurrencyTest : public ::testing::Test {
     answer.status = runtime::FromGrpc(reader->Finish());
     return answer;
   }
-  std::int64_t Count(const std::string& table) {
-    auto transaction = plant_.database.database()->Begin(testing::Soon());
-    return transaction->Execute("SELECT count(*) FROM " + table)->Int(0, 0);
-  }
   // Pose, covariances and evidence, but for the time that it took.
   static std::string Bits(v1::Registration registration) {
     registration.clear_name();
@@ -256,30 +176,25 @@ class ConcurrencyTest : public ::testing::Test {
     return registration.SerializeAsString();
   }
 
-  testing::JudgedPlant plant_;
-  PlantOfBlades blades_;
   CountingIngest ingest_;
-  testing::InProcessServer plant_server_;
-  std::unique_ptr<RegistrationService> service_;
-  std::unique_ptr<testing::InProcessServer> server_;
-  std::shared_ptr<grpc::Channel> channel_;
+  testing::InProcessServer ingest_server_;
 };
 
 TEST_F(ConcurrencyTest, SixteenAtOnceGetTheBitsThatTheyGetAlone) {
   Serve({4, 32});
   std::map<int, std::string> alone;
   for (int blade = 0; blade < kBladeCount; ++blade) {
-    const auto registration = Register(Request(blade));
+    const auto registration = TryRegister(Request(blade));
     ASSERT_TRUE(registration.ok()) << registration.status();
     ASSERT_EQ(registration->evidence().outcome(), v1::OUTCOME_CONVERGED) << registration->evidence().remark();
     alone[blade] = Bits(*registration);
   }
   Stop();
   Serve({4, 32});  // with no surface yet
-  blades_.downloads = 0;
+  blades_.download_count = 0;
   std::vector<std::future<absl::StatusOr<v1::Registration>>> callers;
   for (int i = 0; i < 16; ++i)
-    callers.push_back(std::async(std::launch::async, [this, i] { return Register(Request(i % kBladeCount)); }));
+    callers.push_back(std::async(std::launch::async, [this, i] { return TryRegister(Request(i % kBladeCount)); }));
   std::set<std::string> names;
   for (int i = 0; i < 16; ++i) {
     const auto registration = callers[static_cast<std::size_t>(i)].get();
@@ -288,7 +203,7 @@ TEST_F(ConcurrencyTest, SixteenAtOnceGetTheBitsThatTheyGetAlone) {
     names.insert(registration->name());
   }
   EXPECT_EQ(names.size(), 16u);
-  EXPECT_EQ(blades_.downloads, 1);  // prepared once for all
+  EXPECT_EQ(blades_.download_count, 1);  // prepared once for all
   EXPECT_NE(alone.at(0), alone.at(1));
 }
 
@@ -298,7 +213,7 @@ TEST_F(ConcurrencyTest, OnlyWhatHasASlotHoldsPoints) {
   std::vector<std::future<absl::Status>> callers;
   for (int i = 0; i < 8; ++i)
     callers.push_back(
-        std::async(std::launch::async, [this, i] { return Register(Request(i % kBladeCount)).status(); }));
+        std::async(std::launch::async, [this, i] { return TryRegister(Request(i % kBladeCount)).status(); }));
   callers.push_back(std::async(std::launch::async, [this] { return RegisterBatch(Batch()).status; }));
   for (auto& caller : callers) {
     const absl::Status status = caller.get();
@@ -312,7 +227,7 @@ TEST_F(ConcurrencyTest, OnlyWhatHasASlotHoldsPoints) {
   callers.clear();
   for (int i = 0; i < 16; ++i)
     callers.push_back(
-        std::async(std::launch::async, [this, i] { return Register(Request(i % kBladeCount)).status(); }));
+        std::async(std::launch::async, [this, i] { return TryRegister(Request(i % kBladeCount)).status(); }));
   for (auto& caller : callers) EXPECT_TRUE(caller.get().ok());
   EXPECT_GT(ingest_.greatest, 2);  // so it can be seen
   EXPECT_LE(ingest_.greatest, 8);
@@ -323,7 +238,7 @@ TEST_F(ConcurrencyTest, MoreThanMayWaitAreToldToComeAgain) {
   const v1::RegisterRequest request = SlowRequest(0);
   std::vector<std::future<absl::Status>> callers;
   for (int i = 0; i < 8; ++i)
-    callers.push_back(std::async(std::launch::async, [&] { return Register(request).status(); }));
+    callers.push_back(std::async(std::launch::async, [&] { return TryRegister(request).status(); }));
   int done = 0, full = 0;
   for (auto& caller : callers) {
     const absl::Status status = caller.get();
@@ -338,24 +253,24 @@ TEST_F(ConcurrencyTest, MoreThanMayWaitAreToldToComeAgain) {
   }
   EXPECT_GE(done, 2);  // one that ran, one that waited
   EXPECT_GE(full, 1);
-  EXPECT_TRUE(Register(Request(0)).ok());
+  EXPECT_TRUE(TryRegister(Request(0)).ok());
 }
 
 TEST_F(ConcurrencyTest, ADeadlineEndsTheFitAndStoresNothing) {
   Serve({1, 0});
-  ASSERT_TRUE(Register(Request(0)).ok());  // the surface is there
+  ASSERT_TRUE(TryRegister(Request(0)).ok());  // the surface is there
   const std::int64_t before = Count("registrations");
   const v1::RegisterRequest request = SlowRequest(0);
   auto begin = Clock::now();
-  ASSERT_TRUE(Register(request).ok());
+  ASSERT_TRUE(TryRegister(request).ok());
   const double whole_s = SecondsSince(begin);
   begin = Clock::now();
-  EXPECT_TRUE(absl::IsDeadlineExceeded(Register(request, 0.05).status()));
+  EXPECT_TRUE(absl::IsDeadlineExceeded(TryRegister(request, 0.05).status()));
   EXPECT_LT(SecondsSince(begin), 0.05 + 0.5 * whole_s);
   // The slot is free long before the fit would have been done.
   absl::Status status;
   do {
-    status = Register(Request(1), 30).status();
+    status = TryRegister(Request(1), 30).status();
   } while (absl::IsResourceExhausted(status) && SecondsSince(begin) < 60);
   EXPECT_TRUE(status.ok()) << status;
   EXPECT_EQ(Count("registrations"), before + 2);
@@ -384,7 +299,7 @@ TEST_F(ConcurrencyTest, ACancelledFitFreesItsSlot) {
   unknown.set_scans(0, "scans/none");  // refused as soon as it has a slot
   absl::Status status;
   do {
-    status = Register(unknown).status();
+    status = TryRegister(unknown).status();
   } while (absl::IsResourceExhausted(status) && SecondsSince(begin) < 60);
   const double freed_s = SecondsSince(begin);
   EXPECT_TRUE(absl::IsInvalidArgument(status)) << status;
@@ -413,7 +328,7 @@ TEST_F(ConcurrencyTest, ABatchRegistersAsSingleCallsDo) {
   EXPECT_EQ(answer.steps.count(v1::REGISTRATION_STEP_FITTING), 1u);
   for (const auto& [index, registration] : answer.registrations) {
     EXPECT_EQ(registration.requested_by(), "engineer");
-    const auto alone = Register(Request(index));
+    const auto alone = TryRegister(Request(index));
     ASSERT_TRUE(alone.ok()) << alone.status();
     EXPECT_EQ(Bits(registration), Bits(*alone)) << index;
   }
@@ -459,7 +374,7 @@ TEST_F(ConcurrencyTest, ASingleCallPassesThroughARunningBatch) {
   const auto reader = stub->RegisterBatch(context.get(), Batch());
   v1::RegisterBatchResponse response;
   ASSERT_TRUE(reader->Read(&response));
-  const auto single = Register(Request(0));
+  const auto single = TryRegister(Request(0));
   ASSERT_TRUE(single.ok()) << single.status();
   std::int64_t last_of_batch = 0;
   while (reader->Read(&response))

@@ -3,18 +3,11 @@
 #include <google/protobuf/util/message_differencer.h>
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <random>
 
-#include "metrology/cloud/draco_codec.h"
-#include "services/clients/scan_blocks.h"
-#include "services/registration/registration_service.h"
-#include "services/runtime/call.h"
-#include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
-#include "storage/blobs.h"
 #include "tests/metrology/surface/shapes.h"
-#include "tests/services/correction/judged_plant.h"
+#include "tests/services/registration/fake_plant.h"
 
 namespace sixpoint::registration {
 namespace {
@@ -25,168 +18,9 @@ using metrology::TriangleMesh;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// The plant of correction's tests with a blade whose part is the newest revision.
-class PlantOfOneBlade final : public plant::v1::PlantService::Service {
- public:
-  explicit PlantOfOneBlade(testing::StandInPlant* plant) : plant_(plant) {}
-  grpc::Status GetBlade(grpc::ServerContext*, const plant::v1::GetBladeRequest* request,
-                        plant::v1::Blade* response) override {
-    response->set_name(request->name());
-    response->set_part(plant_->part.name());
-    return grpc::Status::OK;
-  }
-  grpc::Status GetPart(grpc::ServerContext*, const plant::v1::GetPartRequest*, plant::v1::Part* response) override {
-    *response = plant_->part;
-    return grpc::Status::OK;
-  }
-  grpc::Status GetMachine(grpc::ServerContext*, const plant::v1::GetMachineRequest*,
-                          plant::v1::Machine* response) override {
-    *response = plant_->machine;
-    return grpc::Status::OK;
-  }
-  grpc::Status DownloadSurface(grpc::ServerContext* context, const plant::v1::DownloadSurfaceRequest* request,
-                               grpc::ServerWriter<plant::v1::DownloadSurfaceResponse>* writer) override {
-    return plant_->DownloadSurface(context, request, writer);
-  }
-
- private:
-  testing::StandInPlant* plant_;
-};
-
-TriangleMesh TrueBlade() { return metrology::shapes::Blade(120, 60, Vector3d::Zero()); }
-
-TriangleMesh Mapped(TriangleMesh mesh, const Eigen::Matrix3d& map) {
-  for (Vector3d& vertex : mesh.vertices_mm) vertex = map * vertex;
-  mesh.corner_normals.clear();
-  if (map.determinant() < 0)
-    for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
-  return mesh;
-}
-
-constexpr double kHoleDiameterMm = 3;  // of the holes of G2
-const std::vector<Vector3d> kNest = {{-4, 9, -14}, {4, 9, -14}, {0, 9, 14}, {-12, 1, -12}, {-9, 1, 12}, {0, 0.5, 24}};
-
-class RegistrationEvidenceTest : public ::testing::Test {
+class RegistrationEvidenceTest : public FakePlantTest {
  protected:
-  RegistrationEvidenceTest() : blades_(&plant_.plant), plant_server_({&blades_}) {
-    service_.reset(new RegistrationService(
-        plant_.database.database(), Peers{plant_server_.Connect(), plant_.Connect(), plant_.Connect()}, {2, {}}));
-    server_ = std::make_unique<testing::InProcessServer>(std::vector<grpc::Service*>{service_.get()});
-    stub_ = v1::RegistrationService::NewStub(server_->Connect());
-    Design(TrueBlade());
-  }
-
-  // What the plant takes for the part's CAD; its datums and the holes of G2 lie on it.
-  void Design(const TriangleMesh& mesh) {
-    plant_.plant.surface_bytes = metrology::MeshBytes(mesh);
-    plant_.plant.part.mutable_surface()->set_surface_sha256(storage::Sha256Hex(plant_.plant.surface_bytes));
-    const auto surface = metrology::Surface::Prepare(mesh);
-    ASSERT_TRUE(surface.ok());
-    plant_.plant.part.clear_six_points();
-    for (const Vector3d& near : kNest) {
-      const SurfacePoint on = (*surface)->Closest(near);
-      plant::v1::DatumPoint& datum = *plant_.plant.part.add_six_points();
-      datum.set_datum("D" + std::to_string(plant_.plant.part.six_points_size()));
-      runtime::ToProto(on.point_mm, datum.mutable_point_in_part_mm());
-      runtime::ToProto(on.normal, datum.mutable_normal_in_part());
-    }
-    plant_.plant.part.clear_hole_groups();
-    plant::v1::HoleGroup& group = *plant_.plant.part.add_hole_groups();
-    group.set_group("G2");
-    group.set_diameter_mm(kHoleDiameterMm);
-    for (const Vector3d& near : {Vector3d(8, 0, 20), Vector3d(-9, 0, 20), Vector3d(0, 5, 12)})
-      runtime::ToProto((*surface)->Closest(near).point_mm, group.add_holes()->mutable_start_in_part_mm());
-  }
-
-  // Scans of a body, from every side, of its points that are wanted and as they are changed.
-  void Scan(const TriangleMesh& mesh, const std::function<bool(const SurfacePoint&)>& wanted = nullptr,
-            const std::function<Vector3d(const SurfacePoint&)>& changed = nullptr, std::uint64_t seed = 31) {
-    const auto surface = metrology::Surface::Prepare(mesh);
-    ASSERT_TRUE(surface.ok());
-    std::mt19937_64 random(seed);
-    std::vector<double> areas;
-    for (const auto& t : mesh.triangles)
-      areas.push_back((mesh.vertices_mm[t[1]] - mesh.vertices_mm[t[0]])
-                          .cross(mesh.vertices_mm[t[2]] - mesh.vertices_mm[t[0]])
-                          .norm());
-    std::discrete_distribution<std::size_t> pick(areas.begin(), areas.end());
-    std::uniform_real_distribution<double> unit(0, 1);
-    for (std::size_t view = 0; view < plant_.scans.size(); ++view) {
-      metrology::Points points;
-      while (points.size() < 20000) {
-        const auto& t = mesh.triangles[pick(random)];
-        const double r = std::sqrt(unit(random)), s = unit(random);
-        const SurfacePoint on = (*surface)->Closest(
-            (1 - r) * mesh.vertices_mm[t[0]] + r * (1 - s) * mesh.vertices_mm[t[1]] + r * s * mesh.vertices_mm[t[2]]);
-        if (wanted && !wanted(on)) continue;
-        points.push_back(changed ? changed(on) : on.point_mm);
-      }
-      Put(view, metrology::Scanned(plant_.block, plant_.block.b_deg[view], points, &random));
-    }
-  }
-  void Put(std::size_t view, const metrology::LineScan& scan) {
-    const auto encoded = metrology::EncodeBlock(scan.points_mm, metrology::kDefaultErrorBoundMm);
-    ASSERT_TRUE(encoded.ok()) << encoded.status();
-    ingest::v1::Scan& record = plant_.ingest.scans.at(plant_.scans[view]);
-    runtime::ToProto(scan.v0_mm, record.mutable_header()->mutable_v0_mm());
-    record.mutable_header()->set_point_count(static_cast<std::int64_t>(scan.points_mm.size()));
-    clients::PayloadsDigest digest;
-    digest.Add(encoded->bytes);
-    record.set_sha256(digest.ToHex());
-    plant_.ingest.blocks.at(plant_.scans[view]) = encoded->bytes;
-  }
-
-  v1::RegisterRequest Request(v1::Method method) const {
-    v1::RegisterRequest request;
-    request.set_blade("blades/sn1");
-    for (const std::string& scan : plant_.scans) request.add_scans(scan);
-    request.set_method(method);
-    return request;
-  }
-  // Stored, and read back as it was answered.
-  v1::Registration Register(const v1::RegisterRequest& request) {
-    v1::Registration registration, back;
-    const grpc::Status status = stub_->Register(runtime::ContextFor(60).get(), request, &registration);
-    EXPECT_TRUE(status.ok()) << status.error_message();
-    if (!status.ok()) return registration;
-    v1::GetRegistrationRequest get;
-    get.set_name(registration.name());
-    EXPECT_TRUE(stub_->GetRegistration(runtime::ContextFor(10).get(), get, &back).ok());
-    EXPECT_EQ(back.SerializeAsString(), registration.SerializeAsString());
-    return registration;
-  }
-  // Nothing stored.
-  std::string RefusalOf(const v1::RegisterRequest& request) {
-    const std::int64_t before = Count("registrations");
-    v1::Registration registration;
-    const grpc::Status status = stub_->Register(runtime::ContextFor(60).get(), request, &registration);
-    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << registration.ShortDebugString();
-    EXPECT_EQ(Count("registrations"), before);
-    return status.error_message();
-  }
-  std::int64_t Count(const std::string& table) {
-    auto transaction = plant_.database.database()->Begin(testing::Soon());
-    return transaction->Execute("SELECT count(*) FROM " + table)->Int(0, 0);
-  }
-  Eigen::Isometry3d PoseOf(const v1::Registration& registration) const {
-    const auto pose = runtime::FromProto("zero_from_part", registration.zero_from_part());
-    EXPECT_TRUE(pose.ok()) << pose.status() << registration.evidence().ShortDebugString();
-    return pose.ok() ? *pose : Eigen::Isometry3d::Identity();
-  }
-  double ErrorUm(const v1::Registration& registration, const std::vector<Vector3d>& places) const {
-    const Eigen::Isometry3d pose = PoseOf(registration);
-    double worst = 0;
-    for (const Vector3d& p : places)
-      worst = std::max(worst, 1e3 * (pose * p - plant_.block.pose.zero_from_part * p).norm());
-    return worst;
-  }
-
-  testing::JudgedPlant plant_;
-  PlantOfOneBlade blades_;
-  testing::InProcessServer plant_server_;
-  std::unique_ptr<RegistrationService> service_;
-  std::unique_ptr<testing::InProcessServer> server_;
-  std::unique_ptr<v1::RegistrationService::Stub> stub_;
+  RegistrationEvidenceTest() { Design(TrueBlade()); }
 };
 
 TEST_F(RegistrationEvidenceTest, TakesWhatIsAskedAndAnswersItWithItsEvidence) {
@@ -206,7 +40,7 @@ TEST_F(RegistrationEvidenceTest, TakesWhatIsAskedAndAnswersItWithItsEvidence) {
   const v1::Registration registration = Register(request);
   ASSERT_EQ(registration.evidence().outcome(), v1::OUTCOME_CONVERGED) << registration.evidence().remark();
   EXPECT_TRUE(google::protobuf::util::MessageDifferencer::Equals(registration.options(), request.options()));
-  EXPECT_LT(ErrorUm(registration, kNest), 1);
+  EXPECT_LT(ErrorUm(registration, NestMm()), 1);
   const auto surface = metrology::Surface::Prepare(TrueBlade());
   const Vector3d centroid = (*surface)->centroid_mm();
   const Vector3d moved = nominal.linear().transpose() * (PoseOf(registration) * centroid - nominal * centroid);
@@ -326,7 +160,7 @@ TEST_F(RegistrationEvidenceTest, ABlankIsFittedWithStockOrProvenTooSmall) {
   EXPECT_EQ(registration.options().allowance().greatest_stock_mm(), 5);  // filled in
   EXPECT_EQ(registration.scans_size(), 4);
   EXPECT_GT(registration.evidence().scans(0).points_used(), 15000);
-  EXPECT_LT(ErrorUm(registration, kNest), 100);
+  EXPECT_LT(ErrorUm(registration, NestMm()), 100);
 
   request.mutable_options()->mutable_allowance()->set_least_stock_mm(1.5);
   const v1::Registration small = Register(request);
@@ -355,7 +189,7 @@ TEST_F(RegistrationEvidenceTest, FindsABladeThatLiesFarOffAndTurned) {
   request.mutable_options()->set_coarse_start(true);
   const v1::Registration found = Register(request);
   ASSERT_EQ(found.evidence().outcome(), v1::OUTCOME_CONVERGED) << found.evidence().remark();
-  EXPECT_LT(ErrorUm(found, kNest), 1);
+  EXPECT_LT(ErrorUm(found, NestMm()), 1);
 }
 
 TEST_F(RegistrationEvidenceTest, TheWrongBladeAndTheWrongCadAreToldApart) {
@@ -439,10 +273,9 @@ TEST_F(RegistrationEvidenceTest, SixPointsThatAreNoNestAreRefusedOrSaid) {
 TEST_F(RegistrationEvidenceTest, PointsThatCannotBeAreRefusedOrSaid) {
   Scan(TrueBlade());
   // Two of 2000 points metres off. Farther ones no stored cloud can hold: float32 would round them.
-  std::mt19937_64 random(3);
   metrology::Points points;
   for (int i = 0; i < 2000; ++i) points.push_back(Vector3d(0.01 * i, 0, i % 1000 == 0 ? 3500 : 3));
-  Put(1, metrology::Scanned(plant_.block, plant_.block.b_deg[1], points, &random));
+  ScanPoints(1, points);
   EXPECT_THAT(RefusalOf(Request(v1::METHOD_BEST_FIT)), HasSubstr("metres away from the others"));
   Scan(TrueBlade());
   // A whole scan 1e6 km off: the others hold the blade, and the remark names it.
