@@ -13,6 +13,17 @@ namespace {
 
 using plant::v1::PlantService;
 
+// Nothing where the surface is a whole skin.
+std::string GapsText(const plant::v1::SurfaceSummary& surface) {
+  std::string text;
+  if (surface.open_rim_count() > 0)
+    text += "open     " + Grouped(surface.open_rim_count()) + " rims, " + Fixed(surface.open_rim_length_mm(), 3) +
+            " mm together: the surface ends there\n";
+  if (surface.degenerate_triangle_count() > 0)
+    text += "left out " + Grouped(surface.degenerate_triangle_count()) + " triangles without area\n";
+  return text;
+}
+
 void PrintPart(const Session& session, const plant::v1::Part& part) {
   if (session.json) return PrintJson(MessageToJson(part));
   std::cout << part.name() << ", revision " << part.revision() << ", " << TimeText(part.created_at()) << "\n"
@@ -21,7 +32,8 @@ void PrintPart(const Session& session, const plant::v1::Part& part) {
             << "surface  " << Grouped(part.surface().triangle_count()) << " triangles within "
             << Fixed(part.surface().chordal_error_um(), 3) << " um, " << (part.surface().closed() ? "closed" : "open")
             << ", from " << PointText(part.surface().minimum_mm(), 3) << " to "
-            << PointText(part.surface().maximum_mm(), 3) << " mm\n";
+            << PointText(part.surface().maximum_mm(), 3) << " mm\n"
+            << GapsText(part.surface());
   Table groups(
       {"group", ">holes", ">diameter mm", ">depth mm", ">A deg", ">B deg", ">position tol mm", ">inclination tol deg"});
   for (const auto& group : part.hole_groups()) {

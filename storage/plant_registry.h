@@ -65,6 +65,13 @@ struct TessellationRow {
   double chordal_error_um = 0;
   bool closed = false;
   std::vector<double> minimum_mm, maximum_mm;
+  // None: not counted before V0016.
+  struct Gaps {
+    std::int64_t degenerate_triangle_count = 0;
+    std::int64_t open_rim_count = 0;
+    double open_rim_length_mm = 0;
+  };
+  std::optional<Gaps> gaps = std::nullopt;
 };
 
 struct HoleRow {

@@ -8,10 +8,12 @@ namespace {
 
 constexpr char kInsertTessellation[] =
     "INSERT INTO tessellations (cad_sha256, method, surface_sha256, triangle_count, chordal_error_um, closed, "
-    "minimum_mm, maximum_mm, software_version) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9) ON CONFLICT DO NOTHING";
+    "minimum_mm, maximum_mm, software_version, degenerate_triangle_count, open_rim_count, open_rim_length_mm) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12) ON CONFLICT DO NOTHING";
 constexpr char kSelectTessellation[] =
-    "SELECT surface_sha256, triangle_count, chordal_error_um, closed, minimum_mm, maximum_mm FROM tessellations "
-    "WHERE cad_sha256 = $1 AND method = $2";
+    "SELECT surface_sha256, triangle_count, chordal_error_um, closed, minimum_mm, maximum_mm, "
+    "degenerate_triangle_count, open_rim_count, open_rim_length_mm FROM tessellations WHERE cad_sha256 = $1 AND method "
+    "= $2";
 
 constexpr char kInsertId[] = "INSERT INTO parts (part_id) VALUES ($1) ON CONFLICT DO NOTHING";
 constexpr char kLockId[] = "SELECT part_id FROM parts WHERE part_id = $1 FOR UPDATE";
@@ -111,6 +113,12 @@ absl::Status InsertTessellation(Transaction& transaction, const TessellationRow&
   params.Text(tessellation.cad_sha256).Text(tessellation.method).Text(tessellation.surface_sha256);
   params.Int(tessellation.triangle_count).Real(tessellation.chordal_error_um).Bool(tessellation.closed);
   params.Reals(tessellation.minimum_mm).Reals(tessellation.maximum_mm).Text(software_version);
+  if (tessellation.gaps)
+    params.Int(tessellation.gaps->degenerate_triangle_count)
+        .Int(tessellation.gaps->open_rim_count)
+        .Real(tessellation.gaps->open_rim_length_mm);
+  else
+    params.Null().Null().Null();
   return transaction.Execute(kInsertTessellation, params).status();
 }
 
@@ -119,8 +127,10 @@ absl::StatusOr<std::optional<TessellationRow>> FindTessellation(Transaction& tra
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectTessellation, Params().Text(cad_sha256).Text(method));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
-  return TessellationRow{cad_sha256,       method,           rows->Text(0, 0),  rows->Int(0, 1),
-                         rows->Real(0, 2), rows->Bool(0, 3), rows->Reals(0, 4), rows->Reals(0, 5)};
+  TessellationRow row{cad_sha256,       method,           rows->Text(0, 0),  rows->Int(0, 1),
+                      rows->Real(0, 2), rows->Bool(0, 3), rows->Reals(0, 4), rows->Reals(0, 5)};
+  if (!rows->IsNull(0, 6)) row.gaps = {rows->Int(0, 6), rows->Int(0, 7), rows->Real(0, 8)};
+  return row;
 }
 
 absl::StatusOr<PartRow> InsertPart(Transaction& transaction, PartRow part, RecordEntry entry) {

@@ -123,6 +123,42 @@ absl::Status CheckOneSided(const TriangleMesh& mesh) {
   return absl::OkStatus();
 }
 
+MeshGaps GapsOf(const TriangleMesh& mesh) {
+  MeshGaps gaps;
+  TriangleMesh skin;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Eigen::Vector3d normal =
+        (mesh.vertices_mm[b] - mesh.vertices_mm[a]).cross(mesh.vertices_mm[c] - mesh.vertices_mm[a]);
+    if (normal.squaredNorm() > 0) {
+      skin.triangles.push_back({a, b, c});
+    } else {
+      ++gaps.degenerate_triangle_count;
+    }
+  }
+  const std::vector<Edge> edges = DirectedEdges(skin);
+  // Rims that share a vertex are one: each vertex leads to another of its rim, the first to itself.
+  std::vector<std::uint32_t> leads_to(mesh.vertices_mm.size());
+  for (std::uint32_t v = 0; v < leads_to.size(); ++v) leads_to[v] = v;
+  std::vector<std::uint32_t> on_rim;
+  const auto first_of = [&](std::uint32_t v) {
+    while (leads_to[v] != v) v = leads_to[v] = leads_to[leads_to[v]];
+    return v;
+  };
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    const auto [from, to] = edges[i];
+    const bool twice = (i > 0 && edges[i - 1] == edges[i]) || (i + 1 < edges.size() && edges[i + 1] == edges[i]);
+    if (twice || std::binary_search(edges.begin(), edges.end(), Edge{to, from})) continue;
+    gaps.open_rim_length_mm += (mesh.vertices_mm[to] - mesh.vertices_mm[from]).norm();
+    const std::uint32_t one = first_of(from), other = first_of(to);
+    if (one != other) leads_to[std::max(one, other)] = std::min(one, other);
+    on_rim.push_back(from);
+  }
+  for (std::uint32_t& vertex : on_rim) vertex = first_of(vertex);
+  std::sort(on_rim.begin(), on_rim.end());
+  gaps.open_rim_count = std::unique(on_rim.begin(), on_rim.end()) - on_rim.begin();
+  return gaps;
+}
+
 double SignedVolume(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) return 0;
   // About a vertex of the mesh: parts stand metres from their origin.

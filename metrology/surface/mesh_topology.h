@@ -17,6 +17,14 @@ bool IsClosed(const TriangleMesh& mesh);
 // which one is turned over, so that the mesh has no outside. Open rims are allowed.
 absl::Status CheckOneSided(const TriangleMesh& mesh);
 
+// What keeps a mesh from being a whole skin, though it can be measured against: for an engineer to see.
+struct MeshGaps {
+  std::int64_t degenerate_triangle_count = 0;  // without area: no part of the surface
+  std::int64_t open_rim_count = 0;             // edges of one triangle only, connected ones together: a hole has one
+  double open_rim_length_mm = 0;               // of all of them
+};
+MeshGaps GapsOf(const TriangleMesh& mesh);
+
 // Enclosed volume, positive where triangles are counter-clockwise seen from outside. Open borders are capped by fans
 // from the border's centroid, so that a tube has a volume too.
 double SignedVolume(const TriangleMesh& mesh);

@@ -60,6 +60,10 @@ void ToProto(const storage::TessellationRow& row, v1::SurfaceSummary* out) {
   out->set_closed(row.closed);
   ToProto(row.minimum_mm, out->mutable_minimum_mm());
   ToProto(row.maximum_mm, out->mutable_maximum_mm());
+  if (!row.gaps) return;
+  out->set_degenerate_triangle_count(row.gaps->degenerate_triangle_count);
+  out->set_open_rim_count(row.gaps->open_rim_count);
+  out->set_open_rim_length_mm(row.gaps->open_rim_length_mm);
 }
 
 }  // namespace

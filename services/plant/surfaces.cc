@@ -3,7 +3,7 @@
 #include <sstream>
 #include <utility>
 
-#include "metrology/surface/triangle_mesh.h"
+#include "metrology/surface/mesh_topology.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/server.h"
 #include "storage/blobs.h"
@@ -43,6 +43,8 @@ absl::StatusOr<storage::TessellationRow> Summary(const std::string& mesh_bytes) 
   }
   row.minimum_mm = Triple(low);
   row.maximum_mm = Triple(high);
+  const metrology::MeshGaps gaps = metrology::GapsOf(*mesh);
+  row.gaps = {gaps.degenerate_triangle_count, gaps.open_rim_count, gaps.open_rim_length_mm};
   return row;
 }
 

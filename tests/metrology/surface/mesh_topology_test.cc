@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/metrology/surface/tetrahedron.h"
 
 namespace sixpoint::metrology {
@@ -62,6 +64,28 @@ TEST(MeshTopology, NamesEdgesThatNoBoundaryOfABodyHas) {
               HasSubstr("mesh.edges: 1 with more than two triangles, the first at (0.5, 0, 0) mm"));
   EXPECT_THAT(std::string(CheckOneSided(turned).message()),
               HasSubstr("mesh.edges: 3 between triangles turned against"));
+}
+
+TEST(MeshTopology, CountsWhatKeepsASurfaceFromBeingWhole) {
+  const MeshGaps whole = GapsOf(Tetrahedron()), tube = GapsOf(SquareTube());
+  EXPECT_EQ(whole.degenerate_triangle_count, 0);
+  EXPECT_EQ(whole.open_rim_count, 0);
+  EXPECT_EQ(whole.open_rim_length_mm, 0);
+  EXPECT_EQ(tube.open_rim_count, 2);  // its ends
+  EXPECT_NEAR(tube.open_rim_length_mm, 16, 1e-9);
+  TriangleMesh lidded = SquareTube();
+  lidded.triangles.push_back({4, 5, 6});  // half a lid; and a triangle in a line along an edge
+  lidded.vertices_mm.push_back((lidded.vertices_mm[0] + lidded.vertices_mm[1]) / 2);
+  lidded.triangles.push_back({0, 1, 8});
+  const MeshGaps half = GapsOf(lidded);
+  EXPECT_EQ(half.degenerate_triangle_count, 1);
+  EXPECT_EQ(half.open_rim_count, 2);
+  EXPECT_NEAR(half.open_rim_length_mm, 8 + 4 + 2 * std::sqrt(2.0), 1e-9);
+  // Two triangles away that meet in a corner: one rim.
+  TriangleMesh holes = SquareTube();
+  holes.triangles = {holes.triangles.begin() + 1, holes.triangles.end() - 1};
+  EXPECT_EQ(GapsOf(holes).open_rim_count, 1);
+  EXPECT_EQ(GapsOf(TriangleMesh{}).open_rim_count, 0);
 }
 
 TEST(MeshTopology, AnOpenTubeHasTheVolumeBetweenItsEnds) {

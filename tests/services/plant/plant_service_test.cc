@@ -6,12 +6,14 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <sstream>
 #include <thread>
 
 #include "services/clients/parts.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "storage/blobs.h"
+#include "storage/plant_registry.h"
 #include "storage/record.h"
 #include "tests/metrology/cad/sample_cad.h"
 #include "tests/services/plant/sample_registry.h"
@@ -165,6 +167,10 @@ TEST_F(PlantServiceTest, APartComesBackWithItsSurface) {
   ASSERT_TRUE(created.ok()) << created.status();
   EXPECT_EQ(created->surface().cad_sha256(), storage::Sha256Hex(CylinderCad()));
   EXPECT_TRUE(created->surface().closed());
+  EXPECT_TRUE(created->surface().has_open_rim_count());
+  EXPECT_EQ(created->surface().open_rim_count(), 0);
+  EXPECT_EQ(created->surface().open_rim_length_mm(), 0);
+  EXPECT_EQ(created->surface().degenerate_triangle_count(), 0);
   EXPECT_GT(created->surface().triangle_count(), 0);
   EXPECT_GT(created->surface().chordal_error_um(), 0);
   EXPECT_LE(created->surface().chordal_error_um(), 1);
@@ -178,6 +184,53 @@ TEST_F(PlantServiceTest, APartComesBackWithItsSurface) {
   read->clear_created_at();
   read->clear_surface();
   EXPECT_TRUE(MessageDifferencer::Equals(*read, request.part())) << read->DebugString();
+}
+
+// A box without its lid, and with a triangle in a line along an edge of its floor.
+TEST_F(PlantServiceTest, HolesOfTheCadAreCounted) {
+  const double corners[8][3] = {{0, 0, 0}, {4, 0, 0}, {4, 3, 0}, {0, 3, 0}, {0, 0, 2}, {4, 0, 2}, {4, 3, 2}, {0, 3, 2}};
+  const int triangles[10][3] = {{0, 2, 1}, {0, 3, 2}, {0, 1, 5}, {0, 5, 4}, {1, 2, 6},
+                                {1, 6, 5}, {2, 3, 7}, {2, 7, 6}, {3, 0, 4}, {3, 4, 7}};
+  std::ostringstream stl;
+  stl << "solid box\n";
+  const auto facet = [&](const double* a, const double* b, const double* c) {
+    stl << "facet normal 0 0 0 outer loop";
+    for (const double* v : {a, b, c}) stl << " vertex " << v[0] << ' ' << v[1] << ' ' << v[2];
+    stl << " endloop endfacet\n";
+  };
+  for (const auto& t : triangles) facet(corners[t[0]], corners[t[1]], corners[t[2]]);
+  const double middle[3] = {2, 0, 0};
+  facet(corners[0], corners[1], middle);
+  stl << "endsolid\n";
+  v1::CreatePartRequest request = SamplePart(stl.str());
+  request.mutable_part()->set_cad_format(v1::CAD_FORMAT_STL);
+  request.mutable_part()->set_cad_unit_mm(1);
+  request.mutable_part()->clear_hole_groups();
+  request.mutable_part()->clear_six_points();
+  const auto created = Create(request);
+  ASSERT_TRUE(created.ok()) << created.status();
+  EXPECT_FALSE(created->surface().closed());
+  EXPECT_EQ(created->surface().open_rim_count(), 1);
+  EXPECT_NEAR(created->surface().open_rim_length_mm(), 14, 1e-9);
+  EXPECT_EQ(created->surface().degenerate_triangle_count(), 1);
+  const auto read = GetPart("parts/vane", 0);
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_TRUE(MessageDifferencer::Equals(*created, *read));
+  // From before they were counted: not told, and no zeros either.
+  auto transaction = database_.database()->Begin(testing::Soon());
+  ASSERT_TRUE(transaction.ok());
+  storage::TessellationRow before{created->surface().cad_sha256(),
+                                  "of old",
+                                  created->surface().surface_sha256(),
+                                  11,
+                                  0,
+                                  false,
+                                  {0, 0, 0},
+                                  {4, 3, 2}};
+  ASSERT_TRUE(storage::InsertTessellation(*transaction, before, "test").ok());
+  const auto found = storage::FindTessellation(*transaction, before.cad_sha256, before.method);
+  ASSERT_TRUE(found.ok() && found->has_value()) << found.status();
+  EXPECT_FALSE((*found)->gaps.has_value());
 }
 
 TEST_F(PlantServiceTest, TheSameCadIsReadOnce) {
