@@ -110,16 +110,19 @@ absl::StatusOr<TriangleMesh> ReadStl(std::string_view bytes, double unit_mm) {
                  "at most 1e7 mm; is unit_mm right?");
   }
   const std::vector<std::uint32_t> welded = Weld(0, &mesh.vertices_mm);
+  std::vector<std::array<std::uint32_t, 3>> without_area;
   for (std::size_t i = 0; i + 2 < welded.size(); i += 3) {
     const std::array<std::uint32_t, 3> triangle{welded[i], welded[i + 1], welded[i + 2]};
     const Eigen::Vector3d& a = mesh.vertices_mm[triangle[0]];
     const Eigen::Vector3d across = (mesh.vertices_mm[triangle[1]] - a).cross(mesh.vertices_mm[triangle[2]] - a);
-    if (across.squaredNorm() > 0) mesh.triangles.push_back(triangle);
+    (across.squaredNorm() > 0 ? mesh.triangles : without_area).push_back(triangle);
   }
   if (mesh.triangles.empty()) return Bad("facets", "none with an area", "at least one");
   if (absl::Status status = CheckOneSided(mesh); !status.ok()) return status;
   mesh.closed = IsClosed(mesh);
   if (mesh.closed && SignedVolume(mesh) < 0) TurnOver(&mesh);
+  // They bound nothing, but that the file has them is to be seen (GapsOf).
+  mesh.triangles.insert(mesh.triangles.end(), without_area.begin(), without_area.end());
   return mesh;
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kChordalErrorUm = 0.5;
 // Counts up when the tessellation of the same CAD with the same parameters comes to differ.
-constexpr char kMethodVersion[] = "v2";
+constexpr char kMethodVersion[] = "v3";
 
 std::string MethodOf(const CadFile& file) {
   std::ostringstream text;

@@ -128,6 +128,20 @@ TEST(Stl, RefusesTrianglesWithoutAnArea) {
   EXPECT_THAT(MessageOf(BinaryStl(flat)), HasSubstr("none with an area"));
 }
 
+// In a line along an edge, and on one corner: the body is as it was.
+TEST(Stl, KeepsTrianglesWithoutAreaApartFromTheBody) {
+  TriangleMesh body = Tetrahedron();
+  body.vertices_mm.push_back((body.vertices_mm[0] + body.vertices_mm[1]) / 2);
+  body.triangles.insert(body.triangles.begin(), {0, 1, 4});
+  body.triangles.insert(body.triangles.begin() + 2, {2, 2, 3});
+  const auto mesh = ReadStl(BinaryStl(body), 1);
+  ASSERT_TRUE(mesh.ok()) << mesh.status();
+  EXPECT_TRUE(mesh->closed);
+  EXPECT_EQ(mesh->triangles.size(), 6u);
+  EXPECT_EQ(GapsOf(*mesh).degenerate_triangle_count, 2);
+  EXPECT_EQ(GapsOf(*mesh).open_rim_count, 0);
+}
+
 TEST(Stl, SurvivesRandomDamage) {
   std::mt19937 random(2);
   for (const std::string& bytes : {BinaryStl(Tetrahedron()), AsciiStl(Tetrahedron())}) {
