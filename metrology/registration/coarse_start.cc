@@ -213,9 +213,11 @@ class Search {
 }  // namespace
 
 absl::StatusOr<CoarseStart> FindCoarseStart(const Surface& surface, const std::vector<ScanPortion>& portions,
-                                            const Isometry3d& zero_from_part_nominal, const FitOptions& options) {
+                                            const Isometry3d& zero_from_part_nominal, const FitOptions& options,
+                                            const std::vector<Eigen::Matrix3d>& other_turns) {
   const Search search(surface, portions);
-  std::vector<Candidate> candidates(kTurnCount + 1);
+  const bool any_turn = other_turns.empty();
+  std::vector<Candidate> candidates(1 + (any_turn ? kTurnCount : other_turns.size()));
   bool stopped = false;
   constexpr std::size_t kAtATime = 64;  // between looks at the deadline
   const auto for_each = [&](std::size_t count, const std::function<void(std::size_t)>& body) {
@@ -226,12 +228,14 @@ absl::StatusOr<CoarseStart> FindCoarseStart(const Surface& surface, const std::v
   };
   // The nominal's turn comes first: of equals it wins.
   for_each(candidates.size(), [&](std::size_t i) {
-    const Eigen::Matrix3d turn = i == 0 ? zero_from_part_nominal.linear() : Turn(static_cast<int>(i) - 1, kTurnCount);
+    const Eigen::Matrix3d turn = i == 0     ? zero_from_part_nominal.linear()
+                                 : any_turn ? Turn(static_cast<int>(i) - 1, kTurnCount)
+                                            : other_turns[i - 1];
     candidates[i] = search.Rough(turn);
   });
   const auto better = [](const Candidate& a, const Candidate& b) { return a.loss < b.loss; };
   std::stable_sort(candidates.begin(), candidates.end(), better);
-  candidates.resize(kFineCount);
+  candidates.resize(std::min(kFineCount, candidates.size()));
   for_each(candidates.size(), [&](std::size_t i) { search.Fine(&candidates[i]); });
   if (stopped) return absl::CancelledError("registration: stopped by its caller");
   std::stable_sort(candidates.begin(), candidates.end(), better);

@@ -18,8 +18,10 @@ struct CoarseStart {
   std::string remark;    // two poses that fit as well: the part looks alike from both. Empty otherwise
 };
 
-// Only the scans say where the part stands. CANCELLED: keep_going said so.
+// Only the scans say where the part stands. Turned as the nominal is or in any other way; in one of `other_turns` where
+// there are any (zero_from_part). CANCELLED: keep_going said so.
 absl::StatusOr<CoarseStart> FindCoarseStart(const Surface& surface, const std::vector<ScanPortion>& portions,
-                                            const Eigen::Isometry3d& zero_from_part_nominal, const FitOptions& options);
+                                            const Eigen::Isometry3d& zero_from_part_nominal, const FitOptions& options,
+                                            const std::vector<Eigen::Matrix3d>& other_turns = {});
 
 }  // namespace sixpoint::metrology

@@ -6,6 +6,7 @@
 
 #include "metrology/registration/coarse_start.h"
 #include "metrology/registration/direction_words.h"
+#include "metrology/registration/mirror_remark.h"
 #include "metrology/registration/patch_sums.h"
 #include "metrology/registration/size_remark.h"
 #include "services/registration/validate.h"
@@ -32,9 +33,23 @@ void RemarkWeakness(PoseFit* fit) {
   Remark("weakly held: " + metrology::DirectionInWords(evidence.weakest_direction, fit->zero_from_part) + text, fit);
 }
 
+// Size or hand that the scans do not share with the CAD, in words.
+absl::Status RemarkWrongCad(const metrology::Surface& surface, const std::vector<metrology::ScanPortion>& portions,
+                            const metrology::MachineCalibration& calibration, const Asked& asked, PoseFit* fit) {
+  const std::string size = metrology::SizeRemark(surface, portions, asked.zero_from_part_nominal);
+  if (!size.empty()) {
+    Remark(size, fit);
+    return absl::OkStatus();
+  }
+  const auto mirror =
+      metrology::MirrorRemark(surface, portions, asked.zero_from_part_nominal, calibration, asked.options);
+  if (mirror.ok()) Remark(*mirror, fit);
+  return mirror.status();
+}
+
 // What keeps a fit to the surface from being one, in words.
 absl::Status RemarkFailure(const metrology::Surface& surface, const std::vector<metrology::ScanPortion>& portions,
-                           const Asked& asked, PoseFit* fit) {
+                           const metrology::MachineCalibration& calibration, const Asked& asked, PoseFit* fit) {
   if (fit->outcome == Outcome::kNotConverged) {
     char text[128];
     std::snprintf(text, sizeof text, "of the points %.3g %% lie on the surface, within a spread of %.3g um",
@@ -42,7 +57,7 @@ absl::Status RemarkFailure(const metrology::Surface& surface, const std::vector<
     Remark(text, fit);
   }
   if (fit->outcome == Outcome::kTooLittleOverlap || fit->outcome == Outcome::kNotConverged)
-    Remark(metrology::SizeRemark(surface, portions, asked.zero_from_part_nominal), fit);
+    return RemarkWrongCad(surface, portions, calibration, asked, fit);
   if (fit->outcome != Outcome::kNotDetermined || fit->evidence.condition_number < asked.options.condition_limit)
     return absl::OkStatus();
   const auto free =
@@ -106,7 +121,7 @@ absl::StatusOr<Fitted> FitBlank(const metrology::Surface& surface, const std::ve
     fit.evidence.remark = "of the points " + Percent(fit.evidence.overlap) +
                           " lie within the greatest stock; want at least " + Percent(asked.options.least_overlap) +
                           ": another blank, another side or no overlap";
-    if (absl::Status status = RemarkFailure(surface, portions, asked, &fit); !status.ok()) return status;
+    Remark(metrology::SizeRemark(surface, portions, asked.zero_from_part_nominal), &fit);
   } else if (!ambiguous.empty() && fit.outcome == Outcome::kConverged) {
     fit.outcome = Outcome::kNotDetermined;
     fit.evidence.remark = ambiguous;
@@ -144,7 +159,7 @@ absl::StatusOr<Fitted> FitAsked(const metrology::Surface& surface, const std::ve
   if (asked.method == v1::METHOD_ALLOWANCE) return FitBlank(surface, portions, calibration, asked);
   auto fit = metrology::FitToSurface(surface, portions, asked.zero_from_part_nominal, calibration, asked.options);
   if (!fit.ok()) return fit.status();
-  if (absl::Status status = RemarkFailure(surface, portions, asked, &*fit); !status.ok()) return status;
+  if (absl::Status status = RemarkFailure(surface, portions, calibration, asked, &*fit); !status.ok()) return status;
   Fitted fitted{*std::move(fit), std::nullopt, std::nullopt};
   if (IsSixPoint(asked.method)) {
     const auto variant = asked.method == v1::METHOD_SIX_POINT_NORMALS ? metrology::SixPointVariant::kNormals

@@ -1,0 +1,21 @@
+// Scans of the other hand: a CAD that was mirrored on its way, or a left blade in a right one's place.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <string>
+#include <vector>
+
+#include "metrology/registration/registration.h"
+
+namespace sixpoint::metrology {
+
+// What to say where the scans fit the CAD's mirror image clearly, and the CAD itself nowhere near as well; empty otherwise.
+// To be asked where a fit to the surface failed. A part with a plane of symmetry is its own mirror image: nothing is said of it. The image
+// is looked for as the nominal part is turned and reflected in a plane of its axes or its principal axes; turned in any way
+// where options.coarse_start says so. Thinned scans, a fraction of a second. CANCELLED: keep_going said so.
+absl::StatusOr<std::string> MirrorRemark(const Surface& surface, const std::vector<ScanPortion>& portions,
+                                         const Eigen::Isometry3d& zero_from_part_nominal,
+                                         const MachineCalibration& calibration, const FitOptions& options);
+
+}  // namespace sixpoint::metrology
