@@ -141,8 +141,9 @@ class BestFit {
 
   absl::StatusOr<PoseFit> Run() {
     if (coarse_.samples().size() < 6)
-      return absl::InvalidArgumentError("regions: " + std::to_string(coarse_.samples().size()) +
-                                        " points in them, want at least 6");
+      return absl::InvalidArgumentError(
+          (options_.regions_in.empty() ? "scans: " : "regions: ") + std::to_string(coarse_.samples().size()) +
+          (options_.regions_in.empty() ? " points" : " points in them") + ", want at least 6");
     if (const absl::Status status = FindPose(); !status.ok()) return status;
     bool converged = false;
     double width = 0;

@@ -153,7 +153,7 @@ absl::StatusOr<Registrar::Inputs> Registrar::FetchInputs(const v1::RegisterReque
   if (!nominal.ok()) return nominal.status();
   inputs.asked.zero_from_part_nominal = *nominal;
   auto surface = plant_.GetSurface(inputs.part, caller.make_context(), caller.keep_going);
-  if (!surface.ok()) return surface.status();
+  if (!surface.ok()) return AsRefusal(surface.status());
   inputs.surface = *std::move(surface);
   if (absl::Status status = FetchScans(request, caller, &inputs); !status.ok()) return status;
   return inputs;

@@ -2,6 +2,8 @@
 
 #include <random>
 
+#include "google/rpc/error_details.pb.h"
+#include "google/rpc/status.pb.h"
 #include "metrology/cloud/draco_codec.h"
 #include "services/clients/scan_blocks.h"
 #include "services/runtime/call.h"
@@ -160,12 +162,40 @@ v1::Registration FakePlantTest::Register(const v1::RegisterRequest& request) con
 }
 
 std::string FakePlantTest::RefusalOf(const v1::RegisterRequest& request) {
-  const std::int64_t before = Count("registrations");
-  const auto registration = TryRegister(request);
-  EXPECT_TRUE(absl::IsInvalidArgument(registration.status())) << registration.status();
-  if (registration.ok()) ADD_FAILURE() << registration->ShortDebugString();
-  EXPECT_EQ(Count("registrations"), before);
-  return std::string(registration.status().message());
+  const std::int64_t rows = Count("registrations"), entries = Count("record_entries");
+  v1::Registration registration;
+  const grpc::Status status =
+      v1::RegistrationService::NewStub(channel_)->Register(runtime::ContextFor(120).get(), request, &registration);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT)
+      << status.error_message() << registration.ShortDebugString();
+  EXPECT_EQ(Count("registrations"), rows);
+  EXPECT_EQ(Count("record_entries"), entries);
+  google::rpc::Status details;
+  google::rpc::BadRequest bad_request;
+  EXPECT_TRUE(details.ParseFromString(status.error_details()));
+  for (const auto& detail : details.details()) detail.UnpackTo(&bad_request);
+  EXPECT_EQ(bad_request.field_violations_size(), 1) << status.error_message();
+  for (const auto& violation : bad_request.field_violations())
+    EXPECT_EQ(status.error_message().find(violation.field() + ": "), 0u) << status.error_message();
+  EXPECT_NE(status.error_message().find(", want "), std::string::npos) << status.error_message();
+  return status.error_message();
+}
+
+v1::Registration FakePlantTest::WithoutPose(const v1::RegisterRequest& request, v1::Outcome outcome) {
+  const v1::Registration registration = Register(request);
+  EXPECT_NE(registration.evidence().outcome(), v1::OUTCOME_CONVERGED) << registration.evidence().ShortDebugString();
+  if (outcome != v1::OUTCOME_UNSPECIFIED) {
+    EXPECT_EQ(registration.evidence().outcome(), outcome) << registration.evidence().ShortDebugString();
+  }
+  EXPECT_FALSE(registration.has_zero_from_part());
+  EXPECT_FALSE(registration.has_covariance());
+  EXPECT_FALSE(registration.has_noise_covariance());
+  EXPECT_FALSE(registration.has_calibration_sensitivity());
+  EXPECT_NE(registration.evidence().remark(), "");
+  EXPECT_EQ(Count("registrations WHERE 'registrations/' || registration_id = '" + registration.name() +
+                  "' AND cardinality(zero_from_part) = 0"),
+            1);
+  return registration;
 }
 
 v1::Registration FakePlantTest::Get(const std::string& name) const {

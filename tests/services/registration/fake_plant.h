@@ -67,8 +67,11 @@ class FakePlantTest : public ::testing::Test {
   absl::StatusOr<v1::Registration> TryRegister(const v1::RegisterRequest& request, double seconds = 120) const;
   // Stored, and read back as it was answered.
   v1::Registration Register(const v1::RegisterRequest& request) const;
-  // Nothing stored.
+  // Refused for a field that the answer names by itself, too; nothing stored. "field: value, want wanted".
   std::string RefusalOf(const v1::RegisterRequest& request);
+  // A result like any other that has no pose, and nothing that could be taken for one: there, read back, and in its row.
+  // Of this outcome; of any but converged where that is unspecified.
+  v1::Registration WithoutPose(const v1::RegisterRequest& request, v1::Outcome outcome = v1::OUTCOME_UNSPECIFIED);
   v1::Registration Get(const std::string& name) const;
 
   std::int64_t Count(const std::string& table);

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
@@ -102,6 +104,45 @@ TEST_F(RegistrationServiceTest, TakesScansAtTheAnglesThatAxesReached) {
   ASSERT_TRUE(same.ok());
   EXPECT_EQ(same->evidence().remark(), "");
   EXPECT_EQ(same->zero_from_part().SerializeAsString(), registration->zero_from_part().SerializeAsString());
+}
+
+// What an angle's error does to the region's pose and to the best fit alike is no disagreement; what it does to one of them is.
+TEST_F(RegistrationServiceTest, ComparesALocalPoseByWhatItsAnglesDoNotDoToBoth) {
+  MountBlade();
+  v1::RegisterRequest request = Request(v1::METHOD_LOCAL);
+  v1::HoleGroupNeighbourhood& near = *request.mutable_options()->add_regions_in()->mutable_hole_group();
+  near.set_group("G2");
+  near.set_margin_mm(7);
+  const auto uncertainty_um = [&] {
+    const v1::Registration registration = Register(request);
+    EXPECT_EQ(registration.evidence().outcome(), v1::OUTCOME_CONVERGED) << registration.evidence().remark();
+    EXPECT_TRUE(registration.evidence().has_disagreement());
+    EXPECT_FALSE(registration.evidence().disagreement().beyond()) << registration.evidence().ShortDebugString();
+    EXPECT_EQ(registration.angles_size(), request.apply_axis_tables() ? 4 : 0);
+    return registration.evidence().disagreement().standard_uncertainty_um();
+  };
+  const double plain_um = uncertainty_um();
+  request.set_apply_axis_tables(true);
+  // The reversal turns all scans alike: either pose is uncertain by 0.05 deg, 17 um at the tip, and their difference by more
+  // than that if the two were independent. They share most of it.
+  plant_.Characterise(true, std::vector<double>(8, 0.05), std::vector<double>(8, -0.05), 1e-5);
+  EXPECT_LT(uncertainty_um(), 17.0 / 4);
+  EXPECT_GT(plain_um, 0);
+
+  // The first scan does not show the region: its angle's own error moves the best fit only, by a quarter of 0.02 deg.
+  const std::map<std::string, ingest::v1::Scan> scans = plant_.ingest.scans;
+  const std::map<std::string, std::string> blocks = plant_.ingest.blocks;
+  Scan(TrueBlade(), [](const metrology::SurfacePoint& on) { return on.point_mm.z() < 0; });
+  for (std::size_t i = 1; i < plant_.scans.size(); ++i) {
+    plant_.ingest.scans.at(plant_.scans[i]) = scans.at(plant_.scans[i]);
+    plant_.ingest.blocks.at(plant_.scans[i]) = blocks.at(plant_.scans[i]);
+  }
+  plant_.Characterise(true, std::vector<double>(8, 0), std::vector<double>(8, 0), 1e-5);
+  const double without_um = uncertainty_um();
+  plant_.Characterise(true, std::vector<double>(8, 0), std::vector<double>(8, 0), 0.02);
+  const double with_um = uncertainty_um();
+  EXPECT_GT(with_um, 2 * without_um);
+  EXPECT_LT(with_um, 8);  // 0.02 deg at the tip: 7 um, all of it
 }
 
 // The same machine whose record calls its axes B and C.
