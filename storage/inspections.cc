@@ -11,10 +11,10 @@ namespace {
   "sensor_calibration_id, rotation_calibration_id, verdict, decision_rule, deviation_minimum_um, "                  \
   "deviation_maximum_um, deviation_rms_um, deviation_p05_um, deviation_p50_um, deviation_p95_um, "                  \
   "deviation_point_count, deviation_excluded_count, requested_by, software_version, record_sequence, recorded_at, " \
-  "method, disagreement_um, disagreement_ratio, positioning_covered"
+  "method, disagreement_um, disagreement_ratio, positioning_disagrees, positioning_covered"
 constexpr char kInsertInspection[] = "INSERT INTO inspections (" SIXPOINT_INSPECTION_COLUMNS
                                      ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, "
-                                     "$17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27)";
+                                     "$17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27, $28)";
 constexpr char kSelectInspection[] = "SELECT " SIXPOINT_INSPECTION_COLUMNS " FROM inspections WHERE inspection_id = $1";
 constexpr char kListInspections[] =
     "SELECT " SIXPOINT_INSPECTION_COLUMNS
@@ -73,7 +73,8 @@ InspectionRow ReadInspection(const Rows& rows, int row) {
   inspection.method = rows.Text(row, 23);
   if (!rows.IsNull(row, 24)) inspection.disagreement_um = rows.Real(row, 24);
   if (!rows.IsNull(row, 25)) inspection.disagreement_ratio = rows.Real(row, 25);
-  inspection.positioning_covered = rows.Bool(row, 26);
+  inspection.positioning_disagrees = rows.Bool(row, 26);
+  inspection.positioning_covered = rows.Bool(row, 27);
   return inspection;
 }
 
@@ -89,7 +90,7 @@ Params InspectionParams(const InspectionRow& inspection, const Recorded& recorde
   params.Int(recorded.sequence).Time(recorded.recorded_at).Text(inspection.method);
   for (const std::optional<double>& value : {inspection.disagreement_um, inspection.disagreement_ratio})
     value ? params.Real(*value) : params.Null();
-  params.Bool(inspection.positioning_covered);
+  params.Bool(inspection.positioning_disagrees).Bool(inspection.positioning_covered);
   return params;
 }
 

@@ -51,7 +51,7 @@ struct InspectionRow {
   std::string rotation_calibration_id;
   std::string method;                                         // BEST_FIT, LOCAL, SIX_POINT, SIX_POINT_NORMALS
   std::optional<double> disagreement_um, disagreement_ratio;  // where compared with the best fit
-  bool positioning_covered = false;
+  bool positioning_disagrees = false, positioning_covered = false;
   std::string verdict;
   std::string decision_rule;
   double deviation_minimum_um = 0, deviation_maximum_um = 0, deviation_rms_um = 0;

@@ -1,12 +1,13 @@
 #include "services/inspection/inspect_blade.h"
 
+#include <algorithm>
 #include <future>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <tuple>
 
 #include "metrology/inspection/blade_inspection.h"
-#include "metrology/registration/disagreement.h"
 #include "services/correction/registered_pose.h"
 #include "services/inspection/inspection_messages.h"
 #include "services/inspection/validate.h"
@@ -20,6 +21,8 @@ namespace sixpoint::inspection {
 namespace {
 
 constexpr double kRad = 3.14159265358979323846 / 180;
+// Of the tightest position tolerance, what the surface's shape may deviate before the positioning matters.
+constexpr double kShapeOfTolerance = 0.1;
 
 absl::Status CheckScans(const Peers& peers, const v1::InspectRequest& request, const Caller& caller) {
   for (int i = 0; i < request.scans_size(); ++i) {
@@ -64,6 +67,7 @@ absl::StatusOr<registration::v1::Registration> Register(const Peers& peers, cons
 // What other registrations of the same scans say of the one that the verdict rests on.
 struct Compared {
   std::optional<registration::v1::Disagreement> disagreement;
+  bool disagrees = false;
   std::vector<Eigen::Isometry3d> other_zero_from_part;  // to be covered
   std::vector<std::string> names;
 };
@@ -85,7 +89,8 @@ absl::StatusOr<std::optional<registration::v1::Registration>> Other(const Peers&
 // Where they disagree, the part's shape is not its CAD's: the best fit and the nest of six datum points are what the drawing
 // may mean.
 absl::StatusOr<Compared> Compare(const Peers& peers, const v1::InspectRequest& request,
-                                 const registration::v1::Registration& registration, const Caller& caller) {
+                                 const registration::v1::Registration& registration, double tightest_um,
+                                 const Caller& caller) {
   Compared compared;
   const registration::v1::Method method = MethodOf(request);
   if (registration.evidence().has_disagreement()) compared.disagreement = registration.evidence().disagreement();
@@ -95,9 +100,9 @@ absl::StatusOr<Compared> Compare(const Peers& peers, const v1::InspectRequest& r
     if (pairs->has_value() && (*pairs)->evidence().has_disagreement())
       compared.disagreement = (*pairs)->evidence().disagreement();
   }
-  if (!compared.disagreement || !compared.disagreement->beyond() ||
-      method == registration::v1::METHOD_SIX_POINT_NORMALS)
-    return compared;
+  compared.disagrees = (compared.disagreement && compared.disagreement->beyond()) ||
+                       registration.evidence().model_sigma_um() > kShapeOfTolerance * tightest_um;
+  if (!compared.disagrees || method == registration::v1::METHOD_SIX_POINT_NORMALS) return compared;
   for (const registration::v1::Method other :
        {registration::v1::METHOD_BEST_FIT, registration::v1::METHOD_SIX_POINT_NORMALS}) {
     if (other == method) continue;
@@ -220,15 +225,8 @@ absl::StatusOr<MadeInspection> InspectBlade(const Peers& peers, const v1::Inspec
   const auto registration = Register(peers, request, MethodOf(request), caller);
   if (!registration.ok()) return registration.status();
   if (absl::Status status = clients::CheckConverged(*registration); !status.ok()) return status;
-  const absl::StatusOr<Compared> compared = Compare(peers, request, *registration, caller);
-  if (!compared.ok()) return compared.status();
   absl::StatusOr<storage::InspectionRow> row = RowFor(request, *registration);
   if (!row.ok()) return row.status();
-  if (compared->disagreement) {
-    row->disagreement_um = compared->disagreement->greatest_um();
-    row->disagreement_ratio = compared->disagreement->ratio();
-  }
-  row->positioning_covered = !compared->other_zero_from_part.empty();
 
   const auto sensor = peers.calibrations.Sensor(registration->sensor_calibration(), caller.context());
   if (!sensor.ok()) return sensor.status();
@@ -242,6 +240,17 @@ absl::StatusOr<MadeInspection> InspectBlade(const Peers& peers, const v1::Inspec
   if (!part.ok()) return part.status();
   auto holes = HolesOf(*part);
   if (!holes.ok()) return holes.status();
+  double tightest_um = std::numeric_limits<double>::infinity();
+  for (const metrology::InspectedHole& hole : *holes)
+    tightest_um = std::min(tightest_um, 1e3 * hole.position_tolerance_mm);
+  const absl::StatusOr<Compared> compared = Compare(peers, request, *registration, tightest_um, caller);
+  if (!compared.ok()) return compared.status();
+  if (compared->disagreement) {
+    row->disagreement_um = compared->disagreement->greatest_um();
+    row->disagreement_ratio = compared->disagreement->ratio();
+  }
+  row->positioning_disagrees = compared->disagrees;
+  row->positioning_covered = !compared->other_zero_from_part.empty();
   auto surface = peers.plant.GetSurface(*part, caller.context());
   if (!surface.ok()) return surface.status();
 

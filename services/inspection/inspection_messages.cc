@@ -3,7 +3,6 @@
 #include <chrono>
 #include <string>
 
-#include "metrology/registration/disagreement.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::inspection {
@@ -131,10 +130,8 @@ v1::Inspection ToProto(const storage::InspectionRow& row) {
   registration::v1::Method_Parse("METHOD_" + row.method, &method);
   positioning.set_method(method);
   if (row.disagreement_um) positioning.set_disagreement_um(*row.disagreement_um);
-  if (row.disagreement_ratio) {
-    positioning.set_disagreement_ratio(*row.disagreement_ratio);
-    positioning.set_disagrees(*row.disagreement_ratio > metrology::kDisagreementLimit);
-  }
+  if (row.disagreement_ratio) positioning.set_disagreement_ratio(*row.disagreement_ratio);
+  positioning.set_disagrees(row.positioning_disagrees);
   positioning.set_covered(row.positioning_covered);
   inspection.set_decision_rule(row.decision_rule);
   inspection.set_requested_by(row.requested_by);

@@ -201,6 +201,18 @@ TEST_F(InspectionServiceTest, CoversPositioningsThatDisagreeAndSaysSo) {
   EXPECT_NEAR(by_best_fit->holes(0).positioning_difference_um(), 50, 0.5);
 }
 
+// A casting makes the best fit so uncertain that nothing disagrees with it: its shape alone says that the positioning matters.
+// The tolerance is 60 um.
+TEST_F(InspectionServiceTest, TakesAShapeThatDeviatesForADisagreement) {
+  for (const double model_sigma_um : {5.9, 6.1}) {
+    plant_.registration.registration.mutable_evidence()->set_model_sigma_um(model_sigma_um);
+    const auto inspection = Inspect(Request());
+    ASSERT_TRUE(inspection.ok()) << inspection.status();
+    EXPECT_EQ(inspection->positioning().disagrees(), model_sigma_um > 6);
+    EXPECT_EQ(inspection->positioning().covered(), model_sigma_um > 6);
+  }
+}
+
 TEST_F(InspectionServiceTest, PassesHowToPositionToRegistration) {
   v1::InspectRequest request = Request();
   request.set_method(registration::v1::METHOD_LOCAL);
