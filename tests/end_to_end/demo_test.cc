@@ -76,23 +76,28 @@ class CastingDemo : public Demo, public ::testing::WithParamInterface<std::pair<
 TEST_P(CastingDemo, IsNeverJudgedWrongInSilence) {
   const auto [seed, casting_mm] = GetParam();
   const auto demo = StartDemo(seed, {"--casting-mm", casting_mm});
-  ASSERT_EQ(demo->Wait(200), 0);
+  ASSERT_GE(demo->Wait(200), 0);
   const json report = Report();
   ASSERT_FALSE(report.is_discarded());
   const json& machine = report["machines"][0];
-  EXPECT_TRUE(machine["ok"].get<bool>()) << machine["why"];
+  // A pin beside which the casting stands as high as a pin's foot is not measured, and said to be.
+  EXPECT_EQ(machine["why"].get<std::string>().find("from the truth"), std::string::npos) << machine["why"];
   EXPECT_TRUE(machine["positioning_disagrees"].get<bool>());
   EXPECT_TRUE(machine["positioning_covered"].get<bool>());
   EXPECT_LE(machine["nest_position_difference_um"].get<double>(), 15);
   double worst_um = 0, worst_ratio = 0;
   ASSERT_EQ(machine["holes"].size(), 14u);
+  int measured_count = 0;
   for (const auto& hole : machine["holes"]) {
+    if (hole["verdict"] == "not measured") continue;
+    ++measured_count;
     const double off_um =
         1e3 * std::abs(hole["position_error_mm"].get<double>() - hole["true_position_error_mm"].get<double>());
     worst_um = std::max(worst_um, off_um);
     worst_ratio = std::max(worst_ratio, off_um / hole["u95_position_um"].get<double>());
     EXPECT_LE(off_um, 1.5 * hole["u95_position_um"].get<double>()) << hole;
   }
+  EXPECT_GE(measured_count, 7);
   EXPECT_GT(worst_um, 15);  // else there was nothing to be silent about
   std::printf("casting %s mm, seed %d: by pairs %.1f um off at worst, at most %.2f U; by the nest %.1f um\n",
               casting_mm, seed, worst_um, worst_ratio, machine["nest_position_difference_um"].get<double>());
