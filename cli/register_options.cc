@@ -45,9 +45,13 @@ void SetCorners(const geometry::v1::Point& one, const geometry::v1::Point& other
   high.set_z_mm(std::max(one.z_mm(), other.z_mm()));
 }
 
-const std::vector<std::string> kFreedoms = {"turn-x", "turn-y", "turn-z", "shift-x", "shift-y", "shift-z"};
-
 }  // namespace
+
+const std::vector<std::string>& RegisterFreedoms() {
+  static const auto* freedoms =
+      new std::vector<std::string>{"turn-x", "turn-y", "turn-z", "shift-x", "shift-y", "shift-z"};
+  return *freedoms;
+}
 
 const std::vector<std::string>& RegisterMethods() {
   static const auto* methods =
@@ -65,27 +69,34 @@ registration::v1::Method RegisterMethodOf(const std::string& text) {
                                        : METHOD_UNSPECIFIED;
 }
 
-std::vector<CLI::Option*> AddRegisterOptions(CLI::App* command, RegisterOptions* options) {
+std::vector<CLI::Option*> AddFitOptions(CLI::App* command, RegisterOptions* options) {
   const auto list = [&](const char* name, std::vector<std::string>* values, const char* help) {
     return command->add_option(name, *values, help)->allow_extra_args(false);
   };
   return {
       list("--free", &options->free, "Directions in which the part may move: turn-x,...,shift-z; without it all six")
           ->delimiter(',')
-          ->check(CLI::IsMember(kFreedoms)),
+          ->check(CLI::IsMember(RegisterFreedoms())),
       list("--in", &options->in,
            "Where points count, part frame, mm: box:X,Y,Z:X,Y,Z, ball:X,Y,Z:RADIUS or holes:GROUP:MARGIN; repeatable"),
       list("--out", &options->out, "Where points do not count, as --in; repeatable"),
       command->add_option("--weights", options->weights, "Of each scan's points, in the order of --scans: W,W,...")
           ->delimiter(',')
           ->allow_extra_args(false),
-      command->add_flag("--coarse", options->coarse, "Look for the part first, however far off and turned in any way"),
-      command->add_option("--least-stock-mm", options->least_stock_mm, "allowance: wanted everywhere; 0"),
-      command->add_option("--greatest-stock-mm", options->greatest_stock_mm,
-                          "allowance: points farther outside belong to something else; 5"),
-      command->add_option("--patch-mm", options->patch_mm,
-                          "allowance: stock is the mean over patches of this width; 1"),
-      command->add_option("--least-points", options->least_points, "allowance: of a patch that counts; 5")};
+      command->add_flag("--coarse", options->coarse, "Look for the part first, however far off and turned in any way")};
+}
+
+std::vector<CLI::Option*> AddRegisterOptions(CLI::App* command, RegisterOptions* options) {
+  std::vector<CLI::Option*> added = AddFitOptions(command, options);
+  for (CLI::Option* of_allowance :
+       {command->add_option("--least-stock-mm", options->least_stock_mm, "allowance: wanted everywhere; 0"),
+        command->add_option("--greatest-stock-mm", options->greatest_stock_mm,
+                            "allowance: points farther outside belong to something else; 5"),
+        command->add_option("--patch-mm", options->patch_mm,
+                            "allowance: stock is the mean over patches of this width; 1"),
+        command->add_option("--least-points", options->least_points, "allowance: of a patch that counts; 5")})
+    added.push_back(of_allowance);
+  return added;
 }
 
 absl::StatusOr<Region> RegionOf(const std::string& text) {
@@ -113,10 +124,10 @@ absl::StatusOr<Region> RegionOf(const std::string& text) {
 
 absl::StatusOr<registration::v1::FitOptions> FitOptionsOf(const RegisterOptions& options) {
   registration::v1::FitOptions out;
+  const std::vector<std::string>& freedoms = RegisterFreedoms();
   for (const std::string& freedom : options.free)
     out.add_degrees_of_freedom(static_cast<registration::v1::Freedom>(
-        registration::v1::FREEDOM_TURN_X +
-        (std::find(kFreedoms.begin(), kFreedoms.end(), freedom) - kFreedoms.begin())));
+        registration::v1::FREEDOM_TURN_X + (std::find(freedoms.begin(), freedoms.end(), freedom) - freedoms.begin())));
   out.mutable_scan_weights()->Add(options.weights.begin(), options.weights.end());
   for (const auto& [texts, regions] :
        {std::pair(&options.in, out.mutable_regions_in()), std::pair(&options.out, out.mutable_regions_out())})

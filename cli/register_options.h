@@ -20,11 +20,14 @@ struct RegisterOptions {
   std::optional<int> least_points;
 };
 
+// "turn-x", ...: what --free takes.
+const std::vector<std::string>& RegisterFreedoms();
 // "best-fit", "local", ...: what --method takes.
 const std::vector<std::string>& RegisterMethods();
 registration::v1::Method RegisterMethodOf(const std::string& text);
 
-// The options added.
+// The options added; the first are those that a blank has no part in.
+std::vector<CLI::Option*> AddFitOptions(CLI::App* command, RegisterOptions* options);
 std::vector<CLI::Option*> AddRegisterOptions(CLI::App* command, RegisterOptions* options);
 
 // Part frame, mm: "box:X,Y,Z:X,Y,Z" (two corners), "ball:X,Y,Z:RADIUS", "holes:GROUP:MARGIN". INVALID_ARGUMENT names the

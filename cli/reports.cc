@@ -178,7 +178,7 @@ std::string CorrectionText(const correction::v1::Correction& correction) {
 
 Table InspectionTable() {
   return Table({"group", "hole", "verdict", ">position mm", ">U95 um", ">tolerance mm", ">inclination deg", ">U95 deg",
-                ">tolerance deg", ">points", "reason"});
+                ">tolerance deg", ">positioning um", ">points", "reason"});
 }
 
 void AddInspectionRows(const inspection::v1::Inspection& inspection, Table* table) {
@@ -189,7 +189,8 @@ void AddInspectionRows(const inspection::v1::Inspection& inspection, Table* tabl
                    position ? Fixed(hole.position_expanded_uncertainty_um(), 2) : "-",
                    Fixed(hole.position_tolerance_mm(), 4), inclination ? Fixed(hole.inclination_error_deg(), 4) : "-",
                    inclination ? Fixed(hole.inclination_expanded_uncertainty_deg(), 4) : "-",
-                   Fixed(hole.inclination_tolerance_deg(), 3), Grouped(hole.point_count()), hole.reason()});
+                   Fixed(hole.inclination_tolerance_deg(), 3), Fixed(hole.positioning_difference_um(), 1),
+                   Grouped(hole.point_count()), hole.reason()});
   }
 }
 
@@ -197,8 +198,17 @@ std::string InspectionText(const inspection::v1::Inspection& inspection) {
   Table table = InspectionTable();
   AddInspectionRows(inspection, &table);
   const auto& deviation = inspection.deviation();
+  const auto& positioning = inspection.positioning();
+  std::string positioned = "positioned by " + MethodText(positioning.method());
+  if (positioning.has_disagreement_ratio())
+    positioned += ", best fit and datum points or region differ by up to " + Fixed(positioning.disagreement_um(), 2) +
+                  " um, " + Fixed(positioning.disagreement_ratio(), 1) + " times the standard uncertainty";
+  if (positioning.disagrees())
+    positioned += std::string(": DISAGREES, part and CAD differ in shape; ") +
+                  (positioning.covered() ? "U95 holds what another positioning would move each hole (positioning um)"
+                                         : "U95 is about this positioning alone");
   return inspection.name() + " of " + inspection.blade() + ": " + VerdictName(inspection.verdict()) + " (" +
-         inspection.decision_rule() + ")\n" + table.ToText() +
+         inspection.decision_rule() + ")\n" + table.ToText() + positioned + "\n" +
          "deviation from CAD: " + Fixed(deviation.minimum_um(), 1) + " to " + Fixed(deviation.maximum_um(), 1) +
          " um, rms " + Fixed(deviation.rms_um(), 2) + " um over " + Grouped(deviation.point_count()) + " points (" +
          Grouped(deviation.excluded_count()) + " set aside)\n";

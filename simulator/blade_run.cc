@@ -294,6 +294,21 @@ class BladeRun {
     return absl::OkStatus();
   }
 
+  // A casting's datum points are true to CAD: the nest judges its holes as a true blade's.
+  absl::Status InspectByNest(inspection::v1::InspectRequest request) {
+    request.set_method(registration::v1::METHOD_SIX_POINT_NORMALS);
+    request.set_request_id(NewRequestId());
+    auto inspection = plant_.Call("inspection", &inspection::v1::InspectionService::Stub::Inspect, request);
+    if (!inspection.ok()) return inspection.status();
+    for (const HoleComparison& comparison : result_.holes)
+      for (const auto& measured : inspection->holes())
+        if (measured.group() == comparison.truth.group && measured.hole() == comparison.truth.hole)
+          result_.nest_position_difference_um =
+              std::max(result_.nest_position_difference_um,
+                       1e3 * std::abs(measured.position_error_mm() - comparison.truth.position_error_mm));
+    return absl::OkStatus();
+  }
+
   absl::Status Inspect() {
     inspection::v1::InspectRequest request;
     request.set_blade(result_.blade);
@@ -325,6 +340,8 @@ class BladeRun {
       result_.worst_inclination_difference_deg =
           std::max(result_.worst_inclination_difference_deg, std::abs(comparison.inclination_difference_deg));
     }
+    if (plan_.casting_mm > 0)
+      if (absl::Status status = InspectByNest(request); !status.ok()) return status;
     Say(Text(
         "judged in %.1f s: %d of %zu holes measured, position within %.1f um and inclination within %.3f deg of the "
         "truth",

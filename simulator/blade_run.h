@@ -55,6 +55,7 @@ struct BladeRunResult {
   std::vector<HoleComparison> holes;
   double worst_position_difference_um = 0, worst_inclination_difference_deg = 0;
   int measured_count = 0;
+  double nest_position_difference_um = 0;  // of a casting, inspected again by the nest of its datum points: worst hole
   // Seconds that the operator waits.
   double scan_s = 0, calibrate_s = 0, register_s = 0, correct_s = 0, inspect_s = 0, total_s = 0;
 };

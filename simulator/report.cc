@@ -52,11 +52,16 @@ std::string Shortfall(const BladeRunResult& result) {
   if (result.measured_count != static_cast<int>(result.holes.size()) || result.holes.empty())
     Print(&why, "%d of %zu holes measured; ", result.measured_count, result.holes.size());
   for (const HoleComparison& hole : result.holes) {
-    // Inspection fits a casting by pairs, which keeps a part of its deviation in the pose that holes are judged in.
-    if (!result.is_casting && hole.is_measured && !(std::abs(hole.position_difference_um) <= kHoleLimit_um))
+    // Pairs keep a part of a casting's deviation in the pose that holes are judged in: the stated uncertainty must say so.
+    const double limit_um =
+        result.is_casting ? std::max(kHoleLimit_um, hole.measured.position_expanded_uncertainty_um()) : kHoleLimit_um;
+    if (hole.is_measured && !(std::abs(hole.position_difference_um) <= limit_um))
       Print(&why, "%s/%s measured %.1f um from the truth, want <= %g; ", hole.truth.group.c_str(),
-            hole.truth.hole.c_str(), hole.position_difference_um, kHoleLimit_um);
+            hole.truth.hole.c_str(), hole.position_difference_um, limit_um);
   }
+  if (!(result.nest_position_difference_um <= kHoleLimit_um))
+    Print(&why, "a hole measured %.1f um from the truth by the nest, want <= %g; ", result.nest_position_difference_um,
+          kHoleLimit_um);
   return why.substr(0, why.size() < 2 ? 0 : why.size() - 2);
 }
 
@@ -156,6 +161,9 @@ json ToJson(const BladeRunResult& r, const absl::Status& status) {
               {"six_point_registration", r.six_point.name()},
               {"correction", r.correction.name()},
               {"inspection", r.inspection.name()},
+              {"positioning_disagrees", r.inspection.positioning().disagrees()},
+              {"positioning_covered", r.inspection.positioning().covered()},
+              {"nest_position_difference_um", r.nest_position_difference_um},
               {"sensor_angle_error_deg", r.sensor_angle_error_deg},
               {"t_sm_error_um", r.t_sm_error_um},
               {"axes_error_um", r.axes_error_um},

@@ -6,14 +6,15 @@
 namespace sixpoint::storage {
 namespace {
 
-#define SIXPOINT_INSPECTION_COLUMNS                                                                      \
-  "inspection_id, blade_serial, registration_id, machine_id, machine_revision, part_id, part_revision, " \
-  "sensor_calibration_id, rotation_calibration_id, verdict, decision_rule, deviation_minimum_um, "       \
-  "deviation_maximum_um, deviation_rms_um, deviation_p05_um, deviation_p50_um, deviation_p95_um, "       \
-  "deviation_point_count, deviation_excluded_count, requested_by, software_version, record_sequence, recorded_at"
+#define SIXPOINT_INSPECTION_COLUMNS                                                                                 \
+  "inspection_id, blade_serial, registration_id, machine_id, machine_revision, part_id, part_revision, "            \
+  "sensor_calibration_id, rotation_calibration_id, verdict, decision_rule, deviation_minimum_um, "                  \
+  "deviation_maximum_um, deviation_rms_um, deviation_p05_um, deviation_p50_um, deviation_p95_um, "                  \
+  "deviation_point_count, deviation_excluded_count, requested_by, software_version, record_sequence, recorded_at, " \
+  "method, disagreement_um, disagreement_ratio, positioning_disagrees, positioning_covered"
 constexpr char kInsertInspection[] = "INSERT INTO inspections (" SIXPOINT_INSPECTION_COLUMNS
                                      ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, "
-                                     "$17, $18, $19, $20, $21, $22, $23)";
+                                     "$17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27, $28)";
 constexpr char kSelectInspection[] = "SELECT " SIXPOINT_INSPECTION_COLUMNS " FROM inspections WHERE inspection_id = $1";
 constexpr char kListInspections[] =
     "SELECT " SIXPOINT_INSPECTION_COLUMNS
@@ -30,10 +31,10 @@ constexpr char kSelectScans[] =
   "group_name, hole_name, verdict, position_verdict, inclination_verdict, position_error_mm, "                       \
   "inclination_error_deg, position_expanded_uncertainty_um, inclination_expanded_uncertainty_deg, "                  \
   "start_in_part_mm, axis_in_part, pin_diameter_mm, position_tolerance_mm, inclination_tolerance_deg, point_count, " \
-  "pin_residual_rms_um, reason"
+  "pin_residual_rms_um, reason, positioning_difference_um"
 constexpr char kInsertHole[] = "INSERT INTO inspection_holes (inspection_id, position_index, " SIXPOINT_HOLE_COLUMNS
                                ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, "
-                               "$18, $19)";
+                               "$18, $19, $20)";
 constexpr char kSelectHoles[] = "SELECT inspection_id, " SIXPOINT_HOLE_COLUMNS
                                 " FROM inspection_holes WHERE inspection_id = ANY ($1) "
                                 "ORDER BY inspection_id, position_index";
@@ -69,6 +70,11 @@ InspectionRow ReadInspection(const Rows& rows, int row) {
   inspection.requested_by = rows.Text(row, 19);
   inspection.software_version = rows.Text(row, 20);
   inspection.recorded = {rows.Int(row, 21), rows.Time(row, 22)};
+  inspection.method = rows.Text(row, 23);
+  if (!rows.IsNull(row, 24)) inspection.disagreement_um = rows.Real(row, 24);
+  if (!rows.IsNull(row, 25)) inspection.disagreement_ratio = rows.Real(row, 25);
+  inspection.positioning_disagrees = rows.Bool(row, 26);
+  inspection.positioning_covered = rows.Bool(row, 27);
   return inspection;
 }
 
@@ -81,7 +87,10 @@ Params InspectionParams(const InspectionRow& inspection, const Recorded& recorde
   params.Real(inspection.deviation_maximum_um).Real(inspection.deviation_rms_um).Real(inspection.deviation_p05_um);
   params.Real(inspection.deviation_p50_um).Real(inspection.deviation_p95_um).Int(inspection.deviation_point_count);
   params.Int(inspection.deviation_excluded_count).Text(inspection.requested_by).Text(inspection.software_version);
-  params.Int(recorded.sequence).Time(recorded.recorded_at);
+  params.Int(recorded.sequence).Time(recorded.recorded_at).Text(inspection.method);
+  for (const std::optional<double>& value : {inspection.disagreement_um, inspection.disagreement_ratio})
+    value ? params.Real(*value) : params.Null();
+  params.Bool(inspection.positioning_disagrees).Bool(inspection.positioning_covered);
   return params;
 }
 
@@ -106,6 +115,7 @@ InspectionHoleRow ReadHole(const Rows& rows, int row) {
   hole.point_count = static_cast<int>(rows.Int(row, 15));
   hole.pin_residual_rms_um = rows.Real(row, 16);
   hole.reason = rows.Text(row, 17);
+  hole.positioning_difference_um = rows.Real(row, 18);
   return hole;
 }
 
@@ -124,7 +134,7 @@ Params HoleParams(const std::string& inspection_id, int position, const Inspecti
     for (int i = 0; i < 7; ++i) params.Null();
   }
   params.Real(hole.position_tolerance_mm).Real(hole.inclination_tolerance_deg).Int(hole.point_count);
-  params.Real(hole.pin_residual_rms_um).Text(hole.reason);
+  params.Real(hole.pin_residual_rms_um).Text(hole.reason).Real(hole.positioning_difference_um);
   return params;
 }
 

@@ -36,6 +36,7 @@ struct InspectionHoleRow {
   int point_count = 0;
   double pin_residual_rms_um = 0;
   std::string reason;
+  double positioning_difference_um = 0;
 };
 
 struct InspectionRow {
@@ -48,6 +49,9 @@ struct InspectionRow {
   int part_revision = 0;
   std::string sensor_calibration_id;
   std::string rotation_calibration_id;
+  std::string method;                                         // BEST_FIT, LOCAL, SIX_POINT, SIX_POINT_NORMALS
+  std::optional<double> disagreement_um, disagreement_ratio;  // where compared with the best fit
+  bool positioning_disagrees = false, positioning_covered = false;
   std::string verdict;
   std::string decision_rule;
   double deviation_minimum_um = 0, deviation_maximum_um = 0, deviation_rms_um = 0;

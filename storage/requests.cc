@@ -37,4 +37,13 @@ absl::Status KeepAnswer(Transaction& transaction, std::string_view method, const
       .status();
 }
 
+// The digest's first bits, but for those that say the version and the variant.
+std::string UuidFrom(std::string_view text) {
+  std::string id = Sha256Hex(text).substr(0, 32);
+  id[12] = '8';
+  id[16] = "89ab"[id[16] % 4];
+  for (const std::size_t dash : {20, 16, 12, 8}) id.insert(dash, "-");
+  return id;
+}
+
 }  // namespace sixpoint::storage

@@ -18,4 +18,7 @@ absl::StatusOr<std::optional<std::string>> FindAnswer(Transaction& transaction, 
 absl::Status KeepAnswer(Transaction& transaction, std::string_view method, const std::string& request_id,
                         std::string_view request_bytes, std::string_view response_bytes);
 
+// Always the same UUID for the same text (RFC 9562, version 8): the request_id of what follows from another request.
+std::string UuidFrom(std::string_view text);
+
 }  // namespace sixpoint::storage

@@ -44,13 +44,13 @@ BladeInspection::BladeInspection(std::shared_ptr<const Surface> surface, std::ve
       options_(std::move(options)),
       pin_points_(holes_.size()) {}
 
-void BladeInspection::Compare(const LineScan& scan, const Eigen::Isometry3d& part_from_machine, std::size_t begin,
-                              std::size_t end, Chunk* chunk) const {
+void BladeInspection::Compare(const Points& points_mm, std::size_t begin, std::size_t end, Chunk* chunk) const {
+  const ScanPlace& place = scans_.back();
   chunk->deviations_mm.reserve(end - begin);
   const auto scan_index = static_cast<std::uint32_t>(scans_.size() - 1);
   std::uint32_t hint = Surface::kNoTriangle;
   for (std::size_t i = begin; i < end; ++i) {
-    const Eigen::Vector3d in_part = part_from_machine * sensor_.MachineFromSensor(scan.points_mm[i], scan.v0_mm);
+    const Eigen::Vector3d in_part = place.part_from_machine * sensor_.MachineFromSensor(points_mm[i], place.v0_mm);
     const SurfacePoint nearest = surface_->ClosestWithin(in_part, options_.farthest_mm, hint);
     const double deviation = nearest.signed_distance_mm;
     if (std::isfinite(deviation)) hint = nearest.triangle;
@@ -62,8 +62,7 @@ void BladeInspection::Compare(const LineScan& scan, const Eigen::Isometry3d& par
       const bool off_surface = !std::isfinite(deviation) || deviation > options_.pin_clearance_mm;
       const bool above = (in_part - holes_[hole].pin.start_mm).dot(holes_[hole].pin.axis) > 0;
       if (off_surface && above)
-        chunk->pin_points.emplace_back(static_cast<std::uint32_t>(hole),
-                                       PinPoint{in_part, scan.points_mm[i], scan_index});
+        chunk->pin_points.emplace_back(static_cast<std::uint32_t>(hole), PinPoint{in_part, points_mm[i], scan_index});
     }
     if (in_region || !std::isfinite(deviation)) {
       ++chunk->excluded_count;
@@ -75,18 +74,28 @@ void BladeInspection::Compare(const LineScan& scan, const Eigen::Isometry3d& par
 }
 
 absl::Status BladeInspection::Add(const LineScan& scan) {
-  seen_count_ += static_cast<std::int64_t>(scan.points_mm.size());
+  Begin(scan);
+  return AddPoints(scan.points_mm);
+}
+
+void BladeInspection::Begin(const LineScan& scan) {
+  ScanPlace& place = scans_.emplace_back();
+  place.v0_mm = scan.v0_mm;
+  place.a_rad = pose_.positioning.a.Reached(scan.a_rad);
+  place.b_rad = pose_.positioning.b.Reached(scan.b_rad);
+  place.commanded_a_rad = scan.a_rad;
+  place.commanded_b_rad = scan.b_rad;
+  place.part_from_machine = pose_.zero_from_part.inverse(Eigen::Isometry) *
+                            axes_.MachineFromZero(place.a_rad, place.b_rad).inverse(Eigen::Isometry);
+}
+
+absl::Status BladeInspection::AddPoints(const Points& points_mm) {
+  seen_count_ += static_cast<std::int64_t>(points_mm.size());
   if (seen_count_ > options_.greatest_point_count) {
     return absl::ResourceExhaustedError("scans: " + std::to_string(seen_count_) + " points, want at most " +
                                         std::to_string(options_.greatest_point_count));
   }
-  const RotaryPositioning& positioning = pose_.positioning;
-  scans_.push_back(
-      {scan.v0_mm, positioning.a.Reached(scan.a_rad), positioning.b.Reached(scan.b_rad), scan.a_rad, scan.b_rad});
-  const ScanPlace& place = scans_.back();
-  const Eigen::Isometry3d part_from_machine = pose_.zero_from_part.inverse(Eigen::Isometry) *
-                                              axes_.MachineFromZero(place.a_rad, place.b_rad).inverse(Eigen::Isometry);
-  const std::size_t size = scan.points_mm.size();
+  const std::size_t size = points_mm.size();
   std::vector<Chunk> chunks((size + kChunk - 1) / kChunk);
   std::atomic<bool> stopped{false};
   tbb::task_arena arena(std::max(1, options_.threads));
@@ -96,7 +105,7 @@ absl::Status BladeInspection::Add(const LineScan& scan) {
         stopped = true;
         return;
       }
-      Compare(scan, part_from_machine, k * kChunk, std::min(size, (k + 1) * kChunk), &chunks[k]);
+      Compare(points_mm, k * kChunk, std::min(size, (k + 1) * kChunk), &chunks[k]);
     });
   });
   if (stopped) return absl::CancelledError("inspection stopped: the caller is gone or its time is over");
@@ -141,6 +150,26 @@ Eigen::Matrix3Xd BladeInspection::AngleSensitivity(const PinPoint& point) const 
   return pose_.zero_from_part.linear().transpose() * sensitivity;
 }
 
+// An error lies within the difference, either way, as likely here as there: a standard uncertainty of difference / sqrt(3).
+void BladeInspection::AddPositioning(const NominalPin& nominal, HoleFinding* finding) const {
+  HoleError& error = finding->error;
+  for (const Eigen::Isometry3d& other : options_.other_zero_from_part) {
+    const Eigen::Isometry3d moved = other.inverse(Eigen::Isometry) * pose_.zero_from_part;
+    const Eigen::Vector3d axis = moved.linear() * error.axis_in_part;
+    Eigen::Vector3d start = moved * error.start_in_part_mm;
+    start += nominal.normal.dot(nominal.start_mm - start) / nominal.normal.dot(axis) * axis;  // onto the surface again
+    finding->positioning_difference_mm =
+        std::max(finding->positioning_difference_mm, (start - error.start_in_part_mm).norm());
+    finding->positioning_difference_rad =
+        std::max(finding->positioning_difference_rad,
+                 std::atan2(axis.cross(error.axis_in_part).norm(), axis.dot(error.axis_in_part)));
+  }
+  error.position_standard_uncertainty_mm =
+      std::hypot(error.position_standard_uncertainty_mm, finding->positioning_difference_mm / std::sqrt(3.0));
+  error.inclination_standard_uncertainty_rad =
+      std::hypot(error.inclination_standard_uncertainty_rad, finding->positioning_difference_rad / std::sqrt(3.0));
+}
+
 HoleFinding BladeInspection::Judged(std::size_t hole) const {
   const InspectedHole& wanted = holes_[hole];
   const std::vector<PinPoint>& points = pin_points_[hole];
@@ -170,6 +199,7 @@ HoleFinding BladeInspection::Judged(std::size_t hole) const {
     covariance += angles * ErrorCovariance(pose_.angles) * angles.transpose();
   }
   finding.error = HoleErrorOf(wanted.pin, fit, covariance);
+  AddPositioning(wanted.pin, &finding);
   finding.position_expanded_uncertainty_mm = 2 * finding.error.position_standard_uncertainty_mm;
   finding.inclination_expanded_uncertainty_rad = 2 * finding.error.inclination_standard_uncertainty_rad;
   finding.position_verdict =

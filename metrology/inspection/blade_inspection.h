@@ -34,6 +34,8 @@ struct HoleFinding {
   double position_expanded_uncertainty_mm = 0;      // k = 2
   double inclination_expanded_uncertainty_rad = 0;  // k = 2
   double pin_radius_mm = 0;
+  // How far the other positionings (InspectionOptions) move the hole, at most: in the expanded uncertainties.
+  double positioning_difference_mm = 0, positioning_difference_rad = 0;
   int point_count = 0;
   double pin_residual_rms_um = 0;
   std::string reason;  // why it was not measured
@@ -62,6 +64,10 @@ struct InspectionOptions {
   double longest_pin_mm = 25;
   std::int64_t greatest_point_count = 60'000'000;
   PinLimits pin;
+  // Where other positionings of the same scans put the part, where that is beyond what noise and calibrations explain. The
+  // part then is none that its CAD describes, and which of them the drawing means decides: what lies between them is taken
+  // as equally likely (GUM 4.3.7).
+  std::vector<Eigen::Isometry3d> other_zero_from_part;
   std::function<bool()> keep_going;  // false: stop with CANCELLED; asked between chunks
 };
 
@@ -75,12 +81,16 @@ class BladeInspection {
                   SensorPose sensor, RotaryAxes axes, InspectionOptions options);
   // RESOURCE_EXHAUSTED beyond greatest_point_count.
   absl::Status Add(const LineScan& scan);
+  // The same in pieces: the scan without its points, then its points as they come.
+  void Begin(const LineScan& scan);
+  absl::Status AddPoints(const Points& points_mm);
   // FAILED_PRECONDITION where no point was near the CAD.
   absl::StatusOr<BladeFindings> Finish();
 
  private:
   struct ScanPlace {
     Eigen::Vector3d v0_mm;
+    Eigen::Isometry3d part_from_machine;
     double a_rad, b_rad;  // as reached
     double commanded_a_rad, commanded_b_rad;
   };
@@ -90,8 +100,8 @@ class BladeInspection {
   };
   struct Chunk;
 
-  void Compare(const LineScan& scan, const Eigen::Isometry3d& part_from_machine, std::size_t begin, std::size_t end,
-               Chunk* chunk) const;
+  void Compare(const Points& points_mm, std::size_t begin, std::size_t end, Chunk* chunk) const;
+  void AddPositioning(const NominalPin& nominal, HoleFinding* finding) const;
   HoleFinding Judged(std::size_t hole) const;
   // 3 x 20: change of a point's place in the part per (pose noise (6), calibration parameters (14)).
   Eigen::Matrix<double, 3, 20> Sensitivity(const PinPoint& point) const;

@@ -77,7 +77,9 @@ class Allowance {
     double last_size = std::numeric_limits<double>::infinity();
     for (; step < kStepLimit; ++step) {
       if (const absl::Status status = See(); !status.ok()) return status;
-      VectorXd change = Best();
+      absl::StatusOr<VectorXd> best = Best();
+      if (!best.ok()) return best.status();
+      VectorXd change = *std::move(best);
       const double size = change.norm();
       rested = size < kRestedMm || (size < kUnsteadyMm && size > 0.5 * last_size);
       if (rested) break;
@@ -133,7 +135,7 @@ class Allowance {
   }
 
   // The best change within reach; sets who holds it, and what is lacking.
-  VectorXd Best() {
+  absl::StatusOr<VectorXd> Best() {
     const Eigen::Index size = free_.cols(), count = static_cast<Eigen::Index>(see_.counted.size());
     MatrixXd rows(count, size);
     VectorXd lack(count);
@@ -150,11 +152,13 @@ class Allowance {
     // What is lacking at the best: (price * change, lack).
     MatrixXd g(count, size + 1);
     g << -rows / kMotionPrice, VectorXd::Ones(count);
-    const LeastDistance nearest = SolveLeastDistance(g, lack);
-    lacking_mm_ = nearest.feasible ? std::max(0.0, nearest.x[size]) : lack.maxCoeff();
+    const absl::StatusOr<LeastDistance> nearest = SolveLeastDistance(g, lack, options_.keep_going);
+    if (!nearest.ok()) return nearest.status();
+    const VectorXd nearest_change = nearest->x.head(size) / kMotionPrice;
+    lacking_mm_ = nearest->feasible ? std::max(0.0, nearest->x[size]) : lack.maxCoeff();
     if (lacking_mm_ > kFeasibleMm) {
-      keep(nearest.multipliers);
-      return nearest.x.head(size) / kMotionPrice;
+      keep(nearest->multipliers);
+      return nearest_change;
     }
     lacking_mm_ = 0;
     // With the normal matrix L L^T: nearest in it to the unconstrained best.
@@ -162,11 +166,14 @@ class Allowance {
     const VectorXd unconstrained = cholesky.solve(see_.right);
     const MatrixXd upper = cholesky.matrixU();
     const MatrixXd whitened = upper.transpose().triangularView<Eigen::Lower>().solve(-rows.transpose()).transpose();
-    const LeastDistance best = SolveLeastDistance(whitened, lack + rows * unconstrained);
-    keep(best.multipliers);
+    const absl::StatusOr<LeastDistance> best =
+        SolveLeastDistance(whitened, lack + rows * unconstrained, options_.keep_going);
+    if (!best.ok()) return best.status();
+    keep(best->multipliers);
     // What the first problem allowed by rounding the second may not: stay with the first's change.
-    if (!best.feasible) return nearest.x.head(size) / kMotionPrice;
-    return unconstrained + upper.triangularView<Eigen::Upper>().solve(best.x);
+    if (!best->feasible) return nearest_change;
+    const VectorXd constrained = unconstrained + upper.triangularView<Eigen::Upper>().solve(best->x);
+    return constrained;
   }
 
   AllowanceFit Report(bool rested, int steps) {

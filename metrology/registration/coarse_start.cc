@@ -115,7 +115,8 @@ class Search {
   }
 
   // The part turned so, placed where what is seen of it has the scan's centre; then a few steps towards the scan.
-  Candidate Rough(const Eigen::Matrix3d& turn) const {
+  // keep_going is asked before each: a step on a large surface takes milliseconds.
+  Candidate Rough(const Eigen::Matrix3d& turn, KeepGoing* keep_going) const {
     Candidate candidate;
     candidate.zero_from_centred.setIdentity();
     candidate.zero_from_centred.linear() = turn;
@@ -132,7 +133,7 @@ class Search {
     }
     if (count > 0) seen /= count;
     candidate.zero_from_centred.translation() = middle_ - turn * seen;
-    for (int iteration = 0; iteration < kRoughSteps; ++iteration) {
+    for (int iteration = 0; iteration < kRoughSteps && (*keep_going)(); ++iteration) {
       const double width = size_mm_ * (1.0 - 0.85 * iteration / (kRoughSteps - 1));
       candidate.loss = Step(width, &candidate.zero_from_centred, [&](const Vector3d& q, Vector3d* normal) {
         std::size_t nearest = 0;
@@ -145,8 +146,8 @@ class Search {
     return candidate;
   }
 
-  void Fine(Candidate* candidate) const {
-    for (int iteration = 0; iteration < kFineSteps; ++iteration) {
+  void Fine(Candidate* candidate, KeepGoing* keep_going) const {
+    for (int iteration = 0; iteration < kFineSteps && (*keep_going)(); ++iteration) {
       const double width = size_mm_ * (0.15 - 0.1 * iteration / (kFineSteps - 1));
       std::uint32_t hint = Surface::kNoTriangle;
       candidate->loss = Step(width, &candidate->zero_from_centred, [&](const Vector3d& q, Vector3d* normal) {
@@ -218,26 +219,20 @@ absl::StatusOr<CoarseStart> FindCoarseStart(const Surface& surface, const std::v
   const Search search(surface, portions);
   const bool any_turn = other_turns.empty();
   std::vector<Candidate> candidates(1 + (any_turn ? kTurnCount : other_turns.size()));
-  bool stopped = false;
-  constexpr std::size_t kAtATime = 64;  // between looks at the deadline
-  const auto for_each = [&](std::size_t count, const std::function<void(std::size_t)>& body) {
-    for (std::size_t begin = 0; begin < count && !stopped; begin += kAtATime) {
-      if (options.keep_going && !options.keep_going()) stopped = true;
-      ForEach(std::min(kAtATime, count - begin), options.thread_count, [&](std::size_t i) { body(begin + i); });
-    }
-  };
+  KeepGoing keep_going(options.keep_going);
   // The nominal's turn comes first: of equals it wins.
-  for_each(candidates.size(), [&](std::size_t i) {
+  ForEach(candidates.size(), options.thread_count, [&](std::size_t i) {
     const Eigen::Matrix3d turn = i == 0     ? zero_from_part_nominal.linear()
                                  : any_turn ? Turn(static_cast<int>(i) - 1, kTurnCount)
                                             : other_turns[i - 1];
-    candidates[i] = search.Rough(turn);
+    candidates[i] = search.Rough(turn, &keep_going);
   });
+  if (keep_going.stopped()) return absl::CancelledError("registration: stopped by its caller");
   const auto better = [](const Candidate& a, const Candidate& b) { return a.loss < b.loss; };
   std::stable_sort(candidates.begin(), candidates.end(), better);
   candidates.resize(std::min(kFineCount, candidates.size()));
-  for_each(candidates.size(), [&](std::size_t i) { search.Fine(&candidates[i]); });
-  if (stopped) return absl::CancelledError("registration: stopped by its caller");
+  ForEach(candidates.size(), options.thread_count, [&](std::size_t i) { search.Fine(&candidates[i], &keep_going); });
+  if (keep_going.stopped()) return absl::CancelledError("registration: stopped by its caller");
   std::stable_sort(candidates.begin(), candidates.end(), better);
 
   CoarseStart start;

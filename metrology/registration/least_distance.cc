@@ -1,5 +1,7 @@
 #include "metrology/registration/least_distance.h"
 
+#include <absl/status/status.h>
+
 #include <Eigen/Dense>
 #include <vector>
 
@@ -9,13 +11,15 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-VectorXd SolveNonNegative(const MatrixXd& a, const VectorXd& b) {
+absl::StatusOr<VectorXd> SolveNonNegative(const MatrixXd& a, const VectorXd& b,
+                                          const std::function<bool()>& keep_going) {
   const Index count = a.cols();
   VectorXd x = VectorXd::Zero(count);
   std::vector<Index> held;  // columns whose element is positive
   std::vector<bool> is_held(static_cast<std::size_t>(count), false);
   const double tolerance = 1e-12 * std::max(1.0, b.norm()) * std::max(1e-300, a.colwise().norm().maxCoeff());
   for (Index round = 0; round < 3 * (count + a.rows()); ++round) {
+    if (keep_going && !keep_going()) return absl::CancelledError("registration: stopped by its caller");
     const VectorXd pull = a.transpose() * (b - a * x);
     Index best = -1;
     for (Index k = 0; k < count; ++k)
@@ -58,14 +62,17 @@ VectorXd SolveNonNegative(const MatrixXd& a, const VectorXd& b) {
   return x;
 }
 
-LeastDistance SolveLeastDistance(const MatrixXd& g, const VectorXd& h) {
+absl::StatusOr<LeastDistance> SolveLeastDistance(const MatrixXd& g, const VectorXd& h,
+                                                 const std::function<bool()>& keep_going) {
   const Index size = g.cols();
   MatrixXd e(size + 1, g.rows());
   e << g.transpose(), h.transpose();
   VectorXd f = VectorXd::Zero(size + 1);
   f[size] = 1;
   LeastDistance result;
-  const VectorXd u = SolveNonNegative(e, f);
+  const absl::StatusOr<VectorXd> solved = SolveNonNegative(e, f, keep_going);
+  if (!solved.ok()) return solved.status();
+  const VectorXd& u = *solved;
   const VectorXd r = e * u - f;
   result.feasible = r.norm() > 1e-9;
   if (result.feasible) {

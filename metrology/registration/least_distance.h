@@ -1,7 +1,10 @@
 // The shortest vector that satisfies linear inequalities (Lawson and Hanson 1974, chapters 20 and 23).
 #pragma once
 
+#include <absl/status/statusor.h>
+
 #include <Eigen/Core>
+#include <functional>
 
 namespace sixpoint::metrology {
 
@@ -13,10 +16,12 @@ struct LeastDistance {
   Eigen::VectorXd multipliers;
 };
 
-// g: one inequality a row.
-LeastDistance SolveLeastDistance(const Eigen::MatrixXd& g, const Eigen::VectorXd& h);
+// g: one inequality a row. CANCELLED: keep_going, asked in each round, said so.
+absl::StatusOr<LeastDistance> SolveLeastDistance(const Eigen::MatrixXd& g, const Eigen::VectorXd& h,
+                                                 const std::function<bool()>& keep_going = nullptr);
 
-// Of least |a x - b| with x >= 0.
-Eigen::VectorXd SolveNonNegative(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
+// Of least |a x - b| with x >= 0. CANCELLED as above.
+absl::StatusOr<Eigen::VectorXd> SolveNonNegative(const Eigen::MatrixXd& a, const Eigen::VectorXd& b,
+                                                 const std::function<bool()>& keep_going = nullptr);
 
 }  // namespace sixpoint::metrology

@@ -153,6 +153,7 @@ absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<S
   std::vector<float> residuals;
   std::vector<ChunkSums> chunks;
   std::unordered_map<PatchKey, std::size_t> index;
+  KeepGoing keep_going(options.keep_going);
   for (std::uint32_t p = 0; p < portions.size(); ++p) {
     const ScanPortion& portion = portions[p];
     const Eigen::Affine3d part_from_sensor = zero_from_part.inverse(Eigen::Isometry) * portion.zero_from_sensor;
@@ -160,8 +161,6 @@ absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<S
     Histogram histogram(width);
     index.clear();
     for (std::size_t begin = 0; begin < portion.sensor.size(); begin += kSliceSize) {
-      if (options.keep_going && !options.keep_going())
-        return absl::CancelledError("registration: stopped by its caller");
       const std::size_t count = std::min(kSliceSize, portion.sensor.size() - begin);
       queries.resize(count);
       ForEachChunk(count, options.thread_count, [&](std::size_t, std::size_t from, std::size_t to) {
@@ -174,6 +173,8 @@ absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<S
       residuals.assign(count, std::numeric_limits<float>::infinity());
       chunks.assign(ChunkCount(count), {});
       ForEachChunk(count, options.thread_count, [&](std::size_t chunk, std::size_t from, std::size_t to) {
+        // Far from the surface a million points take seconds.
+        if (!keep_going()) return;
         ChunkSums& part = chunks[chunk];
         std::size_t last = 0;
         batch.Visit(from, to, [&](std::uint32_t i, const SurfacePoint& found) {
@@ -218,6 +219,7 @@ absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<S
           part.squares += w * w * r * r;
         });
       });
+      if (keep_going.stopped()) return absl::CancelledError("registration: stopped by its caller");
       for (const ChunkSums& part : chunks) {
         sums.portions[p].points += part.points;
         weight += part.weight;

@@ -133,7 +133,7 @@ struct FitOptions {
   double condition_limit = 2000;
   int iteration_limit = 60;  // of the steps that follow the pose from its start
   int thread_count = 2;
-  std::function<bool()> keep_going;       // false: stop with CANCELLED
+  std::function<bool()> keep_going;       // false: stop with CANCELLED; asked on any thread, one at a time
   std::function<void(int)> on_iteration;  // after each: how many there were; on the caller's thread
 };
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "metrology/registration/registration.h"
@@ -20,6 +21,23 @@ void ForEachChunk(std::size_t count, int thread_count,
 
 // Runs body(i) for each i below count, on that many threads; each writes what is its own.
 void ForEach(std::size_t count, int thread_count, const std::function<void(std::size_t i)>& body);
+
+// The caller's wish to go on, for threads that ask at once: one question at a time, none after the first no.
+class KeepGoing {
+ public:
+  explicit KeepGoing(const std::function<bool()>& ask) : ask_(ask) {}
+  bool operator()() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!stopped_ && ask_ && !ask_()) stopped_ = true;
+    return !stopped_;
+  }
+  bool stopped() const { return stopped_; }  // once the threads are done
+
+ private:
+  const std::function<bool()>& ask_;
+  std::mutex mutex_;
+  bool stopped_ = false;
+};
 
 // Tukey's biweight: 1 at 0, nothing from the width on.
 inline double TukeyWeight(double residual, double width) {

@@ -1,7 +1,10 @@
 #include "services/inspection/inspect_blade.h"
 
+#include <algorithm>
 #include <future>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <tuple>
 
 #include "metrology/inspection/blade_inspection.h"
@@ -12,11 +15,14 @@
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
+#include "storage/requests.h"
 
 namespace sixpoint::inspection {
 namespace {
 
 constexpr double kRad = 3.14159265358979323846 / 180;
+// Of the tightest position tolerance, what the surface's shape may deviate before the positioning matters.
+constexpr double kShapeOfTolerance = 0.1;
 
 absl::Status CheckScans(const Peers& peers, const v1::InspectRequest& request, const Caller& caller) {
   for (int i = 0; i < request.scans_size(); ++i) {
@@ -30,21 +36,84 @@ absl::Status CheckScans(const Peers& peers, const v1::InspectRequest& request, c
   return absl::OkStatus();
 }
 
+registration::v1::Method MethodOf(const v1::InspectRequest& request) {
+  return request.method() == registration::v1::METHOD_UNSPECIFIED ? registration::v1::METHOD_SIX_POINT
+                                                                  : request.method();
+}
+
+// Whatever its outcome is. What is not the method that was asked for stands only beside it, and takes all the part.
 absl::StatusOr<registration::v1::Registration> Register(const Peers& peers, const v1::InspectRequest& request,
-                                                        const Caller& caller) {
+                                                        registration::v1::Method method, const Caller& caller) {
   registration::v1::RegisterRequest wanted;
   wanted.set_blade(request.blade());
   *wanted.mutable_scans() = request.scans();
-  wanted.set_method(registration::v1::METHOD_SIX_POINT);
+  wanted.set_method(method);
+  if (request.has_options()) *wanted.mutable_options() = request.options();
   wanted.set_apply_axis_tables(request.apply_axis_tables());
   wanted.set_requested_by(request.requested_by());
-  // Answers are kept by method and id: a retry of this inspection finds the registration that it made.
+  // Answers are kept by method and id: a retry of this inspection finds the registrations that it made.
   wanted.set_request_id(request.request_id());
+  if (method != MethodOf(request)) {
+    if (wanted.has_options()) wanted.mutable_options()->clear_regions_in();
+    if (!request.request_id().empty())
+      wanted.set_request_id(storage::UuidFrom(request.request_id() + " " + registration::v1::Method_Name(method)));
+  }
   registration::v1::Registration registration;
   const grpc::Status got = peers.registration->Register(caller.context().get(), wanted, &registration);
   if (!got.ok()) return runtime::FromGrpc(got);
-  if (absl::Status status = clients::CheckConverged(registration); !status.ok()) return status;
   return registration;
+}
+
+// What other registrations of the same scans say of the one that the verdict rests on.
+struct Compared {
+  std::optional<registration::v1::Disagreement> disagreement;
+  bool disagrees = false;
+  std::vector<Eigen::Isometry3d> other_zero_from_part;  // to be covered
+  std::vector<std::string> names;
+};
+
+// A positioning that cannot be made says nothing; a service that is away, or a caller that is gone, ends all.
+absl::StatusOr<std::optional<registration::v1::Registration>> Other(const Peers& peers,
+                                                                    const v1::InspectRequest& request,
+                                                                    registration::v1::Method method,
+                                                                    const Caller& caller, Compared* compared) {
+  absl::StatusOr<registration::v1::Registration> other = Register(peers, request, method, caller);
+  if (absl::IsInvalidArgument(other.status()) || absl::IsFailedPrecondition(other.status())) return std::nullopt;
+  if (!other.ok()) return other.status();
+  compared->names.push_back(other->name());
+  if (!clients::CheckConverged(*other).ok()) return std::nullopt;
+  return *std::move(other);
+}
+
+// Six-point and a local fit by regions were compared with the best fit by registration; a best fit is compared with the pairs.
+// Where they disagree, the part's shape is not its CAD's: the best fit and the nest of six datum points are what the drawing
+// may mean.
+absl::StatusOr<Compared> Compare(const Peers& peers, const v1::InspectRequest& request,
+                                 const registration::v1::Registration& registration, double tightest_um,
+                                 const Caller& caller) {
+  Compared compared;
+  const registration::v1::Method method = MethodOf(request);
+  if (registration.evidence().has_disagreement()) compared.disagreement = registration.evidence().disagreement();
+  if (method == registration::v1::METHOD_BEST_FIT) {
+    const auto pairs = Other(peers, request, registration::v1::METHOD_SIX_POINT, caller, &compared);
+    if (!pairs.ok()) return pairs.status();
+    if (pairs->has_value() && (*pairs)->evidence().has_disagreement())
+      compared.disagreement = (*pairs)->evidence().disagreement();
+  }
+  compared.disagrees = (compared.disagreement && compared.disagreement->beyond()) ||
+                       registration.evidence().model_sigma_um() > kShapeOfTolerance * tightest_um;
+  if (!compared.disagrees || method == registration::v1::METHOD_SIX_POINT_NORMALS) return compared;
+  for (const registration::v1::Method other :
+       {registration::v1::METHOD_BEST_FIT, registration::v1::METHOD_SIX_POINT_NORMALS}) {
+    if (other == method) continue;
+    const auto found = Other(peers, request, other, caller, &compared);
+    if (!found.ok()) return found.status();
+    if (!found->has_value()) continue;
+    const auto pose = runtime::FromProto("registration.zero_from_part", (*found)->zero_from_part());
+    if (!pose.ok()) return pose.status();
+    compared.other_zero_from_part.push_back(*pose);
+  }
+  return compared;
 }
 
 absl::StatusOr<std::vector<metrology::InspectedHole>> HolesOf(const plant::v1::Part& part) {
@@ -73,16 +142,22 @@ absl::StatusOr<std::vector<metrology::InspectedHole>> HolesOf(const plant::v1::P
   return holes;
 }
 
-// The next scan is fetched and decoded while the last is compared.
+// Scan by scan, each decoded block by block; the next is fetched meanwhile.
 absl::Status AddScans(const Peers& peers, const registration::v1::Registration& registration, const Caller& caller,
                       metrology::BladeInspection* inspection) {
-  const auto fetch = [&](int i) { return peers.scans.Fetch(registration.scans(i), caller.context()); };
-  std::future<absl::StatusOr<clients::FetchedScan>> next = std::async(std::launch::async, fetch, 0);
+  const auto fetch = [&](int i) { return peers.scans.FetchBlocks(registration.scans(i), caller.context()); };
+  std::future<absl::StatusOr<clients::StoredBlocks>> next = std::async(std::launch::async, fetch, 0);
   for (int i = 0; i < registration.scans_size(); ++i) {
-    const absl::StatusOr<clients::FetchedScan> fetched = next.get();
+    const absl::StatusOr<clients::StoredBlocks> fetched = next.get();
     if (!fetched.ok()) return fetched.status();
     if (i + 1 < registration.scans_size()) next = std::async(std::launch::async, fetch, i + 1);
-    if (absl::Status added = inspection->Add(fetched->scan); !added.ok()) return added;
+    inspection->Begin(fetched->scan);
+    absl::Status added;
+    const absl::Status decoded = fetched->Decode([&](const metrology::Points& points_mm) {
+      if (added.ok()) added = inspection->AddPoints(points_mm);
+    });
+    if (!decoded.ok()) return decoded;
+    if (!added.ok()) return added;
   }
   return absl::OkStatus();
 }
@@ -111,12 +186,14 @@ absl::StatusOr<storage::InspectionRow> RowFor(const v1::InspectRequest& request,
   }
   row.machine_revision = registration.machine_revision();
   row.part_revision = registration.part_revision();
+  row.method = registration::v1::Method_Name(registration.method()).substr(std::string("METHOD_").size());
   row.requested_by = request.requested_by();
   row.software_version = runtime::SoftwareVersion();
   return row;
 }
 
-storage::RecordEntry EntryOf(const storage::InspectionRow& row, const registration::v1::Registration& registration) {
+storage::RecordEntry EntryOf(const storage::InspectionRow& row, const registration::v1::Registration& registration,
+                             const Compared& compared) {
   storage::RecordEntry entry;
   entry.kind = "inspection";
   entry.name = runtime::NameOf("inspections", row.inspection_id);
@@ -125,6 +202,7 @@ storage::RecordEntry EntryOf(const storage::InspectionRow& row, const registrati
                   registration.rotation_calibration()};
   for (const registration::v1::ScanAngle& angle : registration.angles())  // each name is kept once
     entry.inputs.push_back(angle.characterisation());
+  entry.inputs.insert(entry.inputs.end(), compared.names.begin(), compared.names.end());
   entry.inputs.insert(entry.inputs.end(), registration.scans().begin(), registration.scans().end());
   entry.blade = row.blade_serial;
   entry.machine = row.machine_id;
@@ -144,8 +222,9 @@ storage::RecordEntry EntryOf(const storage::InspectionRow& row, const registrati
 absl::StatusOr<MadeInspection> InspectBlade(const Peers& peers, const v1::InspectRequest& request,
                                             const Caller& caller) {
   if (absl::Status status = CheckScans(peers, request, caller); !status.ok()) return status;
-  const auto registration = Register(peers, request, caller);
+  const auto registration = Register(peers, request, MethodOf(request), caller);
   if (!registration.ok()) return registration.status();
+  if (absl::Status status = clients::CheckConverged(*registration); !status.ok()) return status;
   absl::StatusOr<storage::InspectionRow> row = RowFor(request, *registration);
   if (!row.ok()) return row.status();
 
@@ -161,12 +240,24 @@ absl::StatusOr<MadeInspection> InspectBlade(const Peers& peers, const v1::Inspec
   if (!part.ok()) return part.status();
   auto holes = HolesOf(*part);
   if (!holes.ok()) return holes.status();
+  double tightest_um = std::numeric_limits<double>::infinity();
+  for (const metrology::InspectedHole& hole : *holes)
+    tightest_um = std::min(tightest_um, 1e3 * hole.position_tolerance_mm);
+  const absl::StatusOr<Compared> compared = Compare(peers, request, *registration, tightest_um, caller);
+  if (!compared.ok()) return compared.status();
+  if (compared->disagreement) {
+    row->disagreement_um = compared->disagreement->greatest_um();
+    row->disagreement_ratio = compared->disagreement->ratio();
+  }
+  row->positioning_disagrees = compared->disagrees;
+  row->positioning_covered = !compared->other_zero_from_part.empty();
   auto surface = peers.plant.GetSurface(*part, caller.context());
   if (!surface.ok()) return surface.status();
 
   metrology::InspectionOptions options;
   options.threads = caller.threads;
   options.keep_going = caller.keep_going;
+  options.other_zero_from_part = compared->other_zero_from_part;
   metrology::BladeInspection inspection(*std::move(surface), *holes, *pose, sensor->sensor, rotation->axes, options);
   if (absl::Status status = AddScans(peers, *registration, caller, &inspection); !status.ok()) return status;
   const absl::StatusOr<metrology::BladeFindings> findings = inspection.Finish();
@@ -174,7 +265,7 @@ absl::StatusOr<MadeInspection> InspectBlade(const Peers& peers, const v1::Inspec
   SetFindings(*holes, *findings, &*row);
 
   MadeInspection made;
-  made.entry = EntryOf(*row, *registration);
+  made.entry = EntryOf(*row, *registration, *compared);
   made.row = *std::move(row);
   return made;
 }

@@ -1,4 +1,4 @@
-// The work of Inspect: register the scans by six points, fetch what the verdict rests on, and judge.
+// The work of Inspect: register the scans, see whether that can be trusted, fetch what the verdict rests on, and judge.
 #pragma once
 
 #include <absl/status/statusor.h>

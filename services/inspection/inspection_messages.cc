@@ -90,6 +90,7 @@ void SetFindings(const std::vector<metrology::InspectedHole>& holes, const metro
     hole.point_count = finding.point_count;
     hole.pin_residual_rms_um = finding.pin_residual_rms_um;
     hole.reason = finding.reason;
+    hole.positioning_difference_um = finding.positioning_difference_mm * 1e3;
   }
 }
 
@@ -113,6 +114,7 @@ v1::Inspection ToProto(const storage::InspectionRow& row) {
     hole.set_point_count(hole_row.point_count);
     hole.set_pin_residual_rms_um(hole_row.pin_residual_rms_um);
     hole.set_reason(hole_row.reason);
+    hole.set_positioning_difference_um(hole_row.positioning_difference_um);
   }
   v1::DeviationSummary& deviation = *inspection.mutable_deviation();
   deviation.set_minimum_um(row.deviation_minimum_um);
@@ -123,6 +125,14 @@ v1::Inspection ToProto(const storage::InspectionRow& row) {
   deviation.set_p95_um(row.deviation_p95_um);
   deviation.set_point_count(row.deviation_point_count);
   deviation.set_excluded_count(row.deviation_excluded_count);
+  v1::Positioning& positioning = *inspection.mutable_positioning();
+  registration::v1::Method method = registration::v1::METHOD_UNSPECIFIED;
+  registration::v1::Method_Parse("METHOD_" + row.method, &method);
+  positioning.set_method(method);
+  if (row.disagreement_um) positioning.set_disagreement_um(*row.disagreement_um);
+  if (row.disagreement_ratio) positioning.set_disagreement_ratio(*row.disagreement_ratio);
+  positioning.set_disagrees(row.positioning_disagrees);
+  positioning.set_covered(row.positioning_covered);
   inspection.set_decision_rule(row.decision_rule);
   inspection.set_requested_by(row.requested_by);
   inspection.set_software_version(row.software_version);

@@ -29,6 +29,9 @@ absl::Status CheckInspect(const v1::InspectRequest& request) {
   }
   if (request.requested_by().size() > kLongestName)
     return runtime::Refuse("requested_by", request.requested_by(), "at most 256 bytes");
+  if (request.method() == registration::v1::METHOD_ALLOWANCE || !registration::v1::Method_IsValid(request.method()))
+    return runtime::Refuse("method", registration::v1::Method_Name(request.method()),
+                           "six-point, six-point-normals, best-fit or local; a machined part is not its blank");
   return runtime::CheckUuid("request_id", request.request_id());
 }
 

@@ -8,7 +8,8 @@
 
 namespace sixpoint::inspection {
 
-// Refuses bad names and ids, no scans, more than 200, and a scan named twice.
+// Refuses bad names and ids, no scans, more than 200, a scan named twice, and positioning as a blank. What else there is to
+// say of method and options, registration says.
 absl::Status CheckInspect(const v1::InspectRequest& request);
 
 // Refuses a scan that is not of this blade or not of a machined part with pins. index: its place in the request.

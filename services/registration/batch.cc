@@ -14,7 +14,7 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/retry.h"
-#include "storage/blobs.h"
+#include "storage/requests.h"
 
 namespace sixpoint::registration {
 namespace {
@@ -138,14 +138,16 @@ class Run {
   // False: the batch ends here.
   bool Finish(int index, v1::FinishedRegistration* finished) {
     Caller caller = caller_;
-    caller.deadline = std::min<storage::Deadline>(caller_.deadline, Clock::now() + limits_.longest_one);
+    // One alone is as Register: the batch's time is its own, and it waits no longer than others do.
+    const bool alone = batch_.requests_size() == 1;
+    if (!alone) caller.deadline = std::min<storage::Deadline>(caller_.deadline, Clock::now() + limits_.longest_one);
     caller.make_context = [this, deadline = caller.deadline] {
       std::unique_ptr<grpc::ClientContext> context = caller_.make_context();
       context->set_deadline(std::min<storage::Deadline>(context->deadline(), deadline));
       return context;
     };
     caller.keep_going = [this, deadline = caller.deadline] { return Clock::now() < deadline && KeepGoing(); };
-    caller.patience = runtime::ComputePool::Patience::kPatient;
+    if (!alone) caller.patience = runtime::ComputePool::Patience::kPatient;
     caller.on_progress = [this, index, sent_at = Clock::time_point(),
                           step = v1::REGISTRATION_STEP_UNSPECIFIED](const v1::RegistrationProgress& progress) mutable {
       if (progress.step() == step && Clock::now() < sent_at + kBetweenProgress) return;
@@ -228,12 +230,7 @@ v1::RegisterRequest RequestAt(const v1::RegisterBatchRequest& batch, int index) 
   v1::RegisterRequest request = batch.requests(index);
   request.set_requested_by(batch.requested_by());
   if (batch.request_id().empty()) return request;
-  // A UUID of version 8: the digest's first bits, but for those that say so.
-  std::string id = storage::Sha256Hex(batch.request_id() + " " + std::to_string(index)).substr(0, 32);
-  id[12] = '8';
-  id[16] = "89ab"[id[16] % 4];
-  for (const std::size_t dash : {20, 16, 12, 8}) id.insert(dash, "-");
-  request.set_request_id(id);
+  request.set_request_id(storage::UuidFrom(batch.request_id() + " " + std::to_string(index)));
   return request;
 }
 

@@ -28,7 +28,7 @@ using SendResponse = std::function<bool(const v1::RegisterBatchResponse&)>;
 
 struct BatchLimits {
   int blades_at_once = 2;  // one is fetched while the other is fitted; each holds a slot while it computes
-  std::chrono::seconds longest_one{120};  // one that hangs does not take all the batch's time
+  std::chrono::seconds longest_one{120};  // of several: one that hangs does not take all the batch's time
   double away_s = 20, full_s = 5;         // how long another service may be away, or full, before that is an answer
 };
 

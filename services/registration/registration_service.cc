@@ -1,5 +1,6 @@
 #include "services/registration/registration_service.h"
 
+#include <optional>
 #include <string>
 
 #include "services/registration/batch.h"
@@ -85,8 +86,12 @@ grpc::Status RegistrationService::ListRegistrations(grpc::ServerContext* context
 
 grpc::Status RegistrationService::RegisterBatch(grpc::ServerContext* context, const v1::RegisterBatchRequest* request,
                                                 grpc::ServerWriter<v1::RegisterBatchResponse>* writer) {
-  const runtime::ComputeSlot slot(&batches_, kMostBatches);
-  if (absl::Status free = slot.Check("batches", "BATCHES_FULL"); !free.ok()) return ToGrpc(free);
+  // One registration that is watched takes no batch's place.
+  std::optional<runtime::ComputeSlot> slot;
+  if (request->requests_size() > 1) {
+    slot.emplace(&batches_, kMostBatches);
+    if (absl::Status free = slot->Check("batches", "BATCHES_FULL"); !free.ok()) return ToGrpc(free);
+  }
   return ToGrpc(RunBatch(
       *request, CallerOf(context),
       [this](const v1::RegisterRequest& one, const Caller& caller) { return registrar_.Register(one, caller); },

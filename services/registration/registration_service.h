@@ -18,7 +18,7 @@ class RegistrationService final : public v1::RegistrationService::Service {
                                v1::Registration* response) override;
   grpc::Status ListRegistrations(grpc::ServerContext* context, const v1::ListRegistrationsRequest* request,
                                  v1::ListRegistrationsResponse* response) override;
-  // One batch more than kMostBatches at once gets RESOURCE_EXHAUSTED.
+  // One batch more than kMostBatches at once gets RESOURCE_EXHAUSTED; a batch of one request is counted with Register's calls.
   grpc::Status RegisterBatch(grpc::ServerContext* context, const v1::RegisterBatchRequest* request,
                              grpc::ServerWriter<v1::RegisterBatchResponse>* writer) override;
 

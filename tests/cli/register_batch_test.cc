@@ -32,6 +32,10 @@ struct FakePlant final : plant::v1::PlantService::Service {
     out->mutable_endpoints(0)->set_address(address);
     return grpc::Status::OK;
   }
+  grpc::Status GetPart(grpc::ServerContext*, const plant::v1::GetPartRequest*, plant::v1::Part* out) override {
+    out->mutable_surface()->mutable_maximum_mm()->set_z_mm(100);
+    return grpc::Status::OK;
+  }
 };
 
 // Breaks off after so many, as often as is said.
@@ -42,6 +46,9 @@ struct FakeRegistration final : registration::v1::RegistrationService::Service {
   std::vector<std::vector<int>> skips;  // of each call
   std::vector<std::string> request_ids;
   std::map<std::string, registration::v1::Registration> latest;
+  std::vector<registration::v1::Registration> all;
+  int page_count = 0;
+  double moves_to_x_mm = 0;  // where each blade stands now
 
   grpc::Status RegisterBatch(grpc::ServerContext*, const RegisterBatchRequest* in,
                              grpc::ServerWriter<registration::v1::RegisterBatchResponse>* writer) override {
@@ -62,11 +69,14 @@ struct FakeRegistration final : registration::v1::RegistrationService::Service {
       if (in->requests(i).blade() == refused_blade) {
         finished->mutable_refusal()->set_code("FAILED_PRECONDITION");
         finished->mutable_refusal()->set_reason("CALIBRATION_EXPIRED");
+        finished->mutable_refusal()->set_message("blade: no");
       } else {
         auto* registration = finished->mutable_registration();
         registration->set_name("registrations/" + std::to_string(i));
         registration->set_blade(in->requests(i).blade());
         registration->set_method(in->requests(i).method());
+        for (const double r : {1, 0, 0, 0, 1, 0, 0, 0, 1}) registration->mutable_zero_from_part()->add_rotation(r);
+        registration->mutable_zero_from_part()->mutable_translation_mm()->set_x_mm(moves_to_x_mm);
         registration->mutable_evidence()->set_outcome(in->requests(i).blade() == unusable_blade
                                                           ? registration::v1::OUTCOME_NOT_DETERMINED
                                                           : registration::v1::OUTCOME_CONVERGED);
@@ -79,6 +89,13 @@ struct FakeRegistration final : registration::v1::RegistrationService::Service {
   grpc::Status ListRegistrations(grpc::ServerContext*, const registration::v1::ListRegistrationsRequest* in,
                                  registration::v1::ListRegistrationsResponse* out) override {
     if (latest.count(in->blade()) > 0) *out->add_registrations() = latest.at(in->blade());
+    // All there is, newest first, three a page.
+    const int from = in->page_token().empty() ? 0 : std::stoi(in->page_token());
+    for (int i = from; in->blade().empty() && i < std::min<int>(from + 3, static_cast<int>(all.size())); ++i)
+      *out->add_registrations() = all[static_cast<std::size_t>(i)];
+    ++page_count;
+    if (in->blade().empty() && from + 3 < static_cast<int>(all.size()))
+      out->set_next_page_token(std::to_string(from + 3));
     return grpc::Status::OK;
   }
 };
@@ -187,9 +204,147 @@ TEST_F(RegisterBatchTest, ReadsAFile) {
     {"blade": "SN-1", "scans": [], "method": "guess", "tables": true}]})"));
   const std::string message(wrong.status().message());
   EXPECT_THAT(message, HasSubstr("registrations[0].scans"));
-  EXPECT_THAT(message, HasSubstr("registrations[0].method: \"guess\", want one of best-fit"));
+  EXPECT_THAT(message, HasSubstr("registrations[0].method: \"guess\", want one of local"));
   EXPECT_THAT(message, HasSubstr("tables"));
   EXPECT_FALSE(BatchFromDocument(nlohmann::json::parse(R"({"registrations": []})")).ok());
+}
+
+TEST_F(RegisterBatchTest, ReadsHowToFitWithDefaults) {
+  const auto batch = BatchFromDocument(nlohmann::json::parse(R"({
+    "defaults": {"method": "best-fit", "out": ["ball:0,0,0:5"], "coarse": true, "weights": [1, 0.5]},
+    "registrations": [
+      {"blade": "SN-1", "scans": ["a", "b"]},
+      {"blade": "SN-2", "scans": ["c"], "method": "local", "in": ["holes:G1:3", "box:0,0,0:1,1,1"], "out": ["ball:1,0,0:2"],
+       "coarse": false, "weights": [2], "free": ["turn-x", "shift-z"]},
+      {"blade": "SN-3", "scans": ["d"], "method": "allowance", "least_stock_mm": -0.2, "greatest_stock_mm": 4,
+       "patch_mm": 2, "least_points": 9}]})"));
+  ASSERT_TRUE(batch.ok()) << batch.status();
+  const auto& first = batch->requests(0);
+  EXPECT_EQ(first.method(), registration::v1::METHOD_BEST_FIT);
+  EXPECT_TRUE(first.options().coarse_start());
+  EXPECT_EQ(first.options().regions_out(0).ball().radius_mm(), 5);
+  EXPECT_THAT(first.options().scan_weights(), ElementsAre(1, 0.5));
+  const auto& second = batch->requests(1);
+  EXPECT_EQ(second.method(), registration::v1::METHOD_LOCAL);
+  EXPECT_FALSE(second.options().coarse_start());
+  EXPECT_EQ(second.options().regions_in(0).hole_group().group(), "G1");
+  ASSERT_EQ(second.options().regions_out_size(), 1);
+  EXPECT_EQ(second.options().regions_out(0).ball().radius_mm(), 2);
+  EXPECT_THAT(second.options().scan_weights(), ElementsAre(2));
+  EXPECT_THAT(second.options().degrees_of_freedom(),
+              ElementsAre(registration::v1::FREEDOM_TURN_X, registration::v1::FREEDOM_SHIFT_Z));
+  const auto& allowance = batch->requests(2).options().allowance();
+  EXPECT_EQ(allowance.least_stock_mm(), -0.2);
+  EXPECT_EQ(allowance.greatest_stock_mm(), 4);
+  EXPECT_EQ(allowance.patch_mm(), 2);
+  EXPECT_EQ(allowance.least_points(), 9);
+
+  const auto wrong = BatchFromDocument(nlohmann::json::parse(R"({
+    "defaults": {"weights": [0], "scans": ["a"]},
+    "registrations": [{"blade": "SN-1", "scans": ["a"], "free": ["turn-w"], "in": ["cone:1"], "coarse": 1, "guess": 2}]})"));
+  const std::string message(wrong.status().message());
+  for (const char* line : {"defaults.weights[0]: 0, want", "defaults.scans", "registrations[0].method",
+                           "registrations[0].free[0]: \"turn-w\", want one of turn-x",
+                           "registrations[0].in[0]: \"cone:1\", want box:X,Y,Z", "registrations[0].coarse: 1, want",
+                           "registrations[0].guess"})
+    EXPECT_THAT(message, HasSubstr(line));
+}
+
+registration::v1::Registration Stored(int number, const std::string& blade, const std::string& part,
+                                      const std::string& machine, std::int64_t at_s) {
+  registration::v1::Registration one;
+  one.set_name("registrations/old-" + std::to_string(number));
+  one.set_blade(blade);
+  one.set_part(part);
+  one.set_machine(machine);
+  one.add_scans("scans/s" + std::to_string(number));
+  one.set_method(registration::v1::METHOD_SIX_POINT);
+  one.mutable_recorded_at()->set_seconds(at_s);
+  for (const double r : {1, 0, 0, 0, 1, 0, 0, 0, 1}) one.mutable_zero_from_part()->add_rotation(r);
+  one.mutable_zero_from_part()->mutable_translation_mm();
+  return one;
+}
+
+// Newest first, over several pages; the latest of each blade within the time.
+TEST_F(RegisterBatchTest, TakesThePartsBladesOfATimeAgain) {
+  registration_.all = {
+      Stored(9, "blades/B", "parts/p", "machines/m", 900),     Stored(8, "blades/A", "parts/p", "machines/m", 800),
+      Stored(7, "blades/X", "parts/other", "machines/m", 700), Stored(6, "blades/B", "parts/p", "machines/m", 600),
+      Stored(5, "blades/C", "parts/p", "machines/n", 500),     Stored(4, "blades/D", "parts/p", "machines/m", 400),
+      Stored(3, "blades/E", "parts/p", "machines/m", 300),     Stored(2, "blades/F", "parts/p", "machines/m", 200),
+      Stored(1, "blades/G", "parts/p", "machines/m", 100)};
+  AgainFilter filter;
+  filter.part = "parts/p";
+  filter.since.set_seconds(450);
+  filter.until.set_seconds(850);
+  auto again = BatchOfPart(&session_, filter, registration::v1::METHOD_UNSPECIFIED, false);
+  ASSERT_TRUE(again.ok()) << again.status();
+  std::vector<std::string> before;
+  for (const auto& one : again->before) before.push_back(one.name());
+  EXPECT_THAT(before, ElementsAre("registrations/old-8", "registrations/old-6", "registrations/old-5"));
+  EXPECT_EQ(registration_.page_count, 2);  // what is older than the second page was not read
+  EXPECT_THAT(again->request.requests(1).scans(), ElementsAre("scans/s6"));
+  EXPECT_EQ(again->request.requests(1).method(), registration::v1::METHOD_SIX_POINT);
+
+  filter.machine = "machines/n";
+  again = BatchOfPart(&session_, filter, registration::v1::METHOD_BEST_FIT, false);
+  ASSERT_TRUE(again.ok());
+  ASSERT_EQ(again->request.requests_size(), 1);
+  EXPECT_EQ(again->request.requests(0).blade(), "blades/C");
+  EXPECT_EQ(again->request.requests(0).method(), registration::v1::METHOD_BEST_FIT);
+
+  filter.part = "parts/none";
+  EXPECT_THAT(std::string(BatchOfPart(&session_, filter, registration::v1::METHOD_LOCAL, false).status().message()),
+              HasSubstr("--part: none, want a part of which a blade was registered in that time"));
+}
+
+TEST_F(RegisterBatchTest, ShowsHowFarEachBladeMoved) {
+  RegisterBatchRequest batch = BatchOf(2);
+  const std::vector<registration::v1::Registration> before = {Stored(1, "blades/SN-0", "parts/p", "machines/m", 1),
+                                                              Stored(2, "blades/SN-1", "parts/p", "machines/m", 1)};
+  registration_.moves_to_x_mm = 0.0123;
+  session_.OnCommand(&app_, [&] { return RegisterBatch(&session_, batch, before); });
+  app_.parse("");
+  std::ostringstream out;
+  std::streambuf* const old = std::cout.rdbuf(out.rdbuf());
+  exit_code_ = session_.Run();
+  std::cout.rdbuf(old);
+  EXPECT_EQ(exit_code_, kDone);
+  EXPECT_THAT(out.str(), HasSubstr("moved at most um"));
+  EXPECT_THAT(out.str(), HasSubstr("12.300"));
+  EXPECT_THAT(out.str(), HasSubstr("old-2"));
+}
+
+// A turn of 1 mrad about the origin moves the box's far end, 100 mm off, by 0.1 mm.
+TEST(GreatestMove, IsThatOfTheBoxRoundThePart) {
+  auto before = Stored(1, "blades/A", "parts/p", "machines/m", 1), after = before;
+  const double c = std::cos(1e-3), s = std::sin(1e-3);
+  const double turned[9] = {c, 0, s, 0, 1, 0, -s, 0, c};
+  for (int i = 0; i < 9; ++i) after.mutable_zero_from_part()->set_rotation(i, turned[i]);
+  geometry::v1::Point low, high;
+  high.set_z_mm(100);
+  EXPECT_NEAR(*GreatestMove_um(before, after, low, high), 100, 1e-3);
+}
+
+TEST(TimeOf, ReadsDaysAndTimes) {
+  EXPECT_EQ(TimeOf("--since", "1970-01-02")->seconds(), 86400);
+  EXPECT_EQ(TimeOf("--since", "1970-01-01 00:01:00Z")->seconds(), 60);
+  EXPECT_EQ(TimeOf("--since", "1970-01-01T01:00:00+01:00")->seconds(), 0);
+  EXPECT_THAT(std::string(TimeOf("--since", "yesterday").status().message()),
+              HasSubstr("--since: yesterday, want a time"));
+}
+
+TEST_F(RegisterBatchTest, RegistersOneWithProgressAndRefusesAsRegisterDoes) {
+  registration::v1::RegisterRequest request = BatchOf(1).requests(0);
+  request.set_request_id("00000000-0000-4000-8000-0000000000aa");
+  const auto done = RegisterWatched(&session_, request);
+  ASSERT_TRUE(done.ok()) << done.status();
+  EXPECT_EQ(done->blade(), "blades/SN-0");
+  registration_.refused_blade = "blades/SN-0";
+  const absl::Status refused = RegisterWatched(&session_, request).status();
+  EXPECT_EQ(refused.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(runtime::ReasonOf(refused), "CALIBRATION_EXPIRED");
+  EXPECT_EQ(refused.message(), "blade: no");
 }
 
 TEST_F(RegisterBatchTest, TakesEachBladesLatestRegistrationAgain) {
@@ -203,15 +358,16 @@ TEST_F(RegisterBatchTest, TakesEachBladesLatestRegistrationAgain) {
   auto batch =
       BatchOfLatest(&session_, {"SN-1", "blades/SN-2"}, registration::v1::METHOD_UNSPECIFIED, /*axis_tables=*/false);
   ASSERT_TRUE(batch.ok()) << batch.status();
-  ASSERT_EQ(batch->requests_size(), 2);
-  EXPECT_THAT(batch->requests(0).scans(), ElementsAre("scans/a"));
-  EXPECT_EQ(batch->requests(0).method(), registration::v1::METHOD_LOCAL);
-  EXPECT_FALSE(batch->requests(0).apply_axis_tables());
-  EXPECT_TRUE(batch->requests(1).apply_axis_tables());
+  ASSERT_EQ(batch->request.requests_size(), 2);
+  EXPECT_EQ(batch->before[1].blade(), "blades/SN-2");
+  EXPECT_THAT(batch->request.requests(0).scans(), ElementsAre("scans/a"));
+  EXPECT_EQ(batch->request.requests(0).method(), registration::v1::METHOD_LOCAL);
+  EXPECT_FALSE(batch->request.requests(0).apply_axis_tables());
+  EXPECT_TRUE(batch->request.requests(1).apply_axis_tables());
   batch = BatchOfLatest(&session_, {"SN-1"}, registration::v1::METHOD_SIX_POINT, /*axis_tables=*/true);
   ASSERT_TRUE(batch.ok());
-  EXPECT_EQ(batch->requests(0).method(), registration::v1::METHOD_SIX_POINT);
-  EXPECT_TRUE(batch->requests(0).apply_axis_tables());
+  EXPECT_EQ(batch->request.requests(0).method(), registration::v1::METHOD_SIX_POINT);
+  EXPECT_TRUE(batch->request.requests(0).apply_axis_tables());
   const auto none = BatchOfLatest(&session_, {"SN-9"}, registration::v1::METHOD_LOCAL, false);
   EXPECT_THAT(std::string(none.status().message()), HasSubstr("--blades: SN-9, want blades that were registered"));
 }

@@ -164,6 +164,68 @@ TEST(BladeInspection, StatesUncertaintiesThatDrawsConfirm) {
   EXPECT_LT(inclination_inside, 0.99 * 2 * kDraws);
 }
 
+// Pieces of any size: what is counted and measured is the same; sums differ by rounding alone.
+TEST(BladeInspection, TakesScansInPieces) {
+  const PinnedBlock plant = MakePinnedBlock();
+  std::mt19937_64 random(7);
+  const std::vector<LineScan> scans = ScansOf(plant, &random, 4000);
+  const auto whole = Inspect(plant, scans);
+  BladeInspection inspection(plant.surface, plant.holes, plant.pose, plant.sensor, plant.axes, {});
+  for (const LineScan& scan : scans) {
+    inspection.Begin(scan);
+    for (std::size_t at = 0; at < scan.points_mm.size(); at += 777) {
+      const auto from = scan.points_mm.begin() + static_cast<std::ptrdiff_t>(at);
+      const std::size_t count = std::min<std::size_t>(777, scan.points_mm.size() - at);
+      ASSERT_TRUE(inspection.AddPoints(Points(from, from + static_cast<std::ptrdiff_t>(count))).ok());
+    }
+  }
+  const auto pieces = inspection.Finish();
+  ASSERT_TRUE(whole.ok() && pieces.ok());
+  EXPECT_NEAR(pieces->deviation.rms_um, whole->deviation.rms_um, 1e-9);
+  EXPECT_EQ(pieces->deviation.p95_um, whole->deviation.p95_um);
+  EXPECT_EQ(pieces->deviation.excluded_count, whole->deviation.excluded_count);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(pieces->holes[i].point_count, whole->holes[i].point_count);
+    EXPECT_EQ(pieces->holes[i].error.position_mm, whole->holes[i].error.position_mm);
+  }
+}
+
+// Another positioning puts the part 50 um along the surface and 0.2 deg about its normal: a hole judged by either is within U of
+// the other, and one that is within tolerance by 20 um is so no longer for sure.
+TEST(BladeInspection, CoversWhatAnotherPositioningWouldSay) {
+  const PinnedBlock plant = MakePinnedBlock();
+  std::mt19937_64 random(8);
+  const std::vector<LineScan> scans = ScansOf(plant, &random, 10);
+  const auto judged = [&](const Eigen::Isometry3d& pose, std::vector<Eigen::Isometry3d> others) {
+    PinnedBlock by = plant;
+    by.pose.zero_from_part = pose;
+    InspectionOptions options;
+    options.other_zero_from_part = std::move(others);
+    BladeInspection inspection(by.surface, by.holes, by.pose, by.sensor, by.axes, options);
+    for (const LineScan& scan : scans) EXPECT_TRUE(inspection.Add(scan).ok());
+    return inspection.Finish();
+  };
+  const Eigen::Isometry3d one = plant.pose.zero_from_part;
+  Eigen::Isometry3d other = one;
+  other.linear() = one.linear() * RotationFromVector({0, 0, 3.5e-3});
+  other.translation() += one.linear() * Eigen::Vector3d(0.03, 0.04, 0);
+  const auto alone = judged(one, {}), covered = judged(one, {other}), there = judged(other, {});
+  ASSERT_TRUE(alone.ok() && covered.ok() && there.ok());
+  EXPECT_EQ(alone->holes[0].positioning_difference_mm, 0);
+  EXPECT_EQ(alone->holes[0].verdict, Verdict::kConform);
+  EXPECT_EQ(covered->holes[0].position_verdict, Verdict::kUndecidable);
+  for (int i = 0; i < 2; ++i) {
+    const HoleFinding &in = covered->holes[i], &out = there->holes[i];
+    EXPECT_EQ(in.error.position_mm, alone->holes[i].error.position_mm);
+    EXPECT_NEAR(in.positioning_difference_mm, (in.error.start_in_part_mm - out.error.start_in_part_mm).norm(), 1e-4);
+    EXPECT_NEAR(in.positioning_difference_rad, std::acos(in.error.axis_in_part.dot(out.error.axis_in_part)), 1e-4);
+    EXPECT_GT(in.position_expanded_uncertainty_mm, 1.15 * in.positioning_difference_mm);
+    EXPECT_LT(in.position_expanded_uncertainty_mm,
+              1.16 * in.positioning_difference_mm + alone->holes[i].position_expanded_uncertainty_mm);
+    EXPECT_LE(std::abs(in.error.position_mm - out.error.position_mm), in.position_expanded_uncertainty_mm);
+  }
+}
+
 TEST(BladeInspection, StopsWhenTheCallerIsGone) {
   const PinnedBlock plant = MakePinnedBlock();
   std::mt19937_64 random(5);

@@ -24,7 +24,7 @@ TEST(LeastDistance, ConditionsHoldOnRandomProblems) {
       for (int k = 0; k < size; ++k) g(i, k) = normal(random);
       h[i] = normal(random);
     }
-    const LeastDistance solved = SolveLeastDistance(g, h);
+    const LeastDistance solved = *SolveLeastDistance(g, h);
     EXPECT_GE(solved.multipliers.minCoeff(), 0);
     if (solved.feasible) {
       const VectorXd slack = g * solved.x - h;
@@ -44,9 +44,24 @@ TEST(LeastDistance, ConditionsHoldOnRandomProblems) {
 }
 
 TEST(LeastDistance, NothingToDoIsZero) {
-  const LeastDistance solved = SolveLeastDistance(MatrixXd::Identity(3, 3), VectorXd::Constant(3, -1));
+  const LeastDistance solved = *SolveLeastDistance(MatrixXd::Identity(3, 3), VectorXd::Constant(3, -1));
   EXPECT_TRUE(solved.feasible);
   EXPECT_EQ(solved.x.norm(), 0);
+}
+
+TEST(LeastDistance, StopsInAnyRound) {
+  const MatrixXd g = MatrixXd::Identity(5, 5);
+  const VectorXd h = VectorXd::Ones(5);  // five rounds that find one more, and one that finds none
+  int question_count = 0;
+  const auto after = [&](int limit) {
+    question_count = 0;
+    return SolveLeastDistance(g, h, [&question_count, limit] { return question_count++ < limit; });
+  };
+  ASSERT_TRUE(after(100).ok());
+  const int all = question_count;
+  EXPECT_GE(all, 6);
+  for (int limit = 0; limit < all; ++limit)
+    EXPECT_EQ(after(limit).status().code(), absl::StatusCode::kCancelled) << limit;
 }
 
 }  // namespace

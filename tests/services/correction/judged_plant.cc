@@ -114,7 +114,9 @@ grpc::Status StandInRegistration::Register(grpc::ServerContext*, const registrat
   if (!refusal.ok()) return runtime::ToGrpc(refusal);
   ++register_count;
   applied_axis_tables = request->apply_axis_tables();
-  *response = registration;
+  asked.push_back(*request);
+  const auto other = by_method.find(request->method());
+  *response = other == by_method.end() ? registration : other->second;
   response->set_method(request->method());
   *response->mutable_scans() = request->scans();
   return grpc::Status::OK;

@@ -65,6 +65,9 @@ class StandInRegistration final : public registration::v1::RegistrationService::
   int register_count = 0;
   absl::Status refusal;              // of Register
   bool applied_axis_tables = false;  // as the last Register asked
+  std::vector<registration::v1::RegisterRequest> asked;
+  // What Register answers for these methods, instead of `registration` with the method asked for.
+  std::map<registration::v1::Method, registration::v1::Registration> by_method;
   grpc::Status GetRegistration(grpc::ServerContext*, const registration::v1::GetRegistrationRequest* request,
                                registration::v1::Registration* response) override;
   grpc::Status Register(grpc::ServerContext*, const registration::v1::RegisterRequest* request,

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "storage/record.h"
@@ -12,6 +14,7 @@ namespace sixpoint::inspection {
 namespace {
 
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 class InspectionServiceTest : public ::testing::Test {
@@ -128,6 +131,103 @@ TEST_F(InspectionServiceTest, TakesScansAtTheAnglesOfItsRegistration) {
   ASSERT_TRUE(derived.ok());
   ASSERT_EQ(derived->size(), 1u);
   EXPECT_EQ(derived->front().entry.name, inspection->name());
+}
+
+// Pairs stand 10 times their uncertainty from the best fit, and the nest 50 um from the pairs: no hole is passed as if that
+// were not so. Asked for by name, the nest is what the datum points define, and the flag says what it differs from.
+TEST_F(InspectionServiceTest, CoversPositioningsThatDisagreeAndSaysSo) {
+  using registration::v1::Method;
+  const auto calm = Inspect(Request());
+  ASSERT_TRUE(calm.ok()) << calm.status();
+  EXPECT_EQ(calm->positioning().method(), registration::v1::METHOD_SIX_POINT);
+  EXPECT_FALSE(calm->positioning().has_disagreement_um());
+  EXPECT_FALSE(calm->positioning().disagrees());
+  EXPECT_EQ(calm->holes(0).verdict(), v1::VERDICT_CONFORM);
+
+  auto& disagreement = *plant_.registration.registration.mutable_evidence()->mutable_disagreement();
+  disagreement.set_greatest_um(30);
+  disagreement.set_ratio(10);
+  disagreement.set_beyond(true);
+  registration::v1::Registration& nest = plant_.registration.by_method[registration::v1::METHOD_SIX_POINT_NORMALS];
+  nest = plant_.registration.registration;
+  // Along the block's x, so by 50 um on its top.
+  const auto& rotation = nest.zero_from_part().rotation();
+  auto& translation = *nest.mutable_zero_from_part()->mutable_translation_mm();
+  translation.set_x_mm(translation.x_mm() + 0.05 * rotation.Get(0));
+  translation.set_y_mm(translation.y_mm() + 0.05 * rotation.Get(3));
+  translation.set_z_mm(translation.z_mm() + 0.05 * rotation.Get(6));
+  plant_.registration.asked.clear();
+  v1::InspectRequest request = Request();
+  request.set_request_id("00000000-0000-7000-8000-0000000000cc");
+  const auto covered = Inspect(request);
+  ASSERT_TRUE(covered.ok()) << covered.status();
+  EXPECT_TRUE(covered->positioning().disagrees());
+  EXPECT_TRUE(covered->positioning().covered());
+  EXPECT_EQ(covered->positioning().disagreement_um(), 30);
+  EXPECT_EQ(covered->positioning().disagreement_ratio(), 10);
+  EXPECT_EQ(covered->holes(0).position_error_mm(), calm->holes(0).position_error_mm());
+  EXPECT_NEAR(covered->holes(0).positioning_difference_um(), 50, 0.5);
+  EXPECT_GT(covered->holes(0).position_expanded_uncertainty_um(), 50);
+  EXPECT_EQ(covered->holes(0).position_verdict(), v1::VERDICT_UNDECIDABLE);
+  std::vector<Method> methods;
+  std::set<std::string> ids;
+  for (const auto& one : plant_.registration.asked) {
+    methods.push_back(one.method());
+    ids.insert(one.request_id());
+  }
+  EXPECT_THAT(methods, ElementsAre(registration::v1::METHOD_SIX_POINT, registration::v1::METHOD_BEST_FIT,
+                                   registration::v1::METHOD_SIX_POINT_NORMALS));
+  EXPECT_EQ(ids.size(), 3u);  // each an answer of its own, found again by a retry
+  v1::GetInspectionRequest get;
+  get.set_name(covered->name());
+  v1::Inspection back;
+  ASSERT_TRUE(stub_->GetInspection(runtime::ContextFor(10).get(), get, &back).ok());
+  EXPECT_EQ(back.SerializeAsString(), covered->SerializeAsString());
+
+  request = Request();
+  request.set_method(registration::v1::METHOD_SIX_POINT_NORMALS);
+  const auto by_nest = Inspect(request);
+  ASSERT_TRUE(by_nest.ok()) << by_nest.status();
+  EXPECT_EQ(by_nest->positioning().method(), registration::v1::METHOD_SIX_POINT_NORMALS);
+  EXPECT_TRUE(by_nest->positioning().disagrees());
+  EXPECT_FALSE(by_nest->positioning().covered());
+  EXPECT_EQ(by_nest->holes(0).positioning_difference_um(), 0);
+
+  // A best fit is compared with the pairs, and covered as they are.
+  request.set_method(registration::v1::METHOD_BEST_FIT);
+  const auto by_best_fit = Inspect(request);
+  ASSERT_TRUE(by_best_fit.ok()) << by_best_fit.status();
+  EXPECT_TRUE(by_best_fit->positioning().covered());
+  EXPECT_NEAR(by_best_fit->holes(0).positioning_difference_um(), 50, 0.5);
+}
+
+// A casting makes the best fit so uncertain that nothing disagrees with it: its shape alone says that the positioning matters.
+// The tolerance is 60 um.
+TEST_F(InspectionServiceTest, TakesAShapeThatDeviatesForADisagreement) {
+  for (const double model_sigma_um : {5.9, 6.1}) {
+    plant_.registration.registration.mutable_evidence()->set_model_sigma_um(model_sigma_um);
+    const auto inspection = Inspect(Request());
+    ASSERT_TRUE(inspection.ok()) << inspection.status();
+    EXPECT_EQ(inspection->positioning().disagrees(), model_sigma_um > 6);
+    EXPECT_EQ(inspection->positioning().covered(), model_sigma_um > 6);
+  }
+}
+
+TEST_F(InspectionServiceTest, PassesHowToPositionToRegistration) {
+  v1::InspectRequest request = Request();
+  request.set_method(registration::v1::METHOD_LOCAL);
+  auto& region = *request.mutable_options()->add_regions_in()->mutable_hole_group();
+  region.set_group("G1");
+  region.set_margin_mm(4);
+  const auto inspection = Inspect(request);
+  ASSERT_TRUE(inspection.ok()) << inspection.status();
+  EXPECT_EQ(inspection->positioning().method(), registration::v1::METHOD_LOCAL);
+  ASSERT_EQ(plant_.registration.asked.size(), 1u);
+  EXPECT_EQ(plant_.registration.asked[0].options().regions_in(0).hole_group().group(), "G1");
+  request.set_method(registration::v1::METHOD_ALLOWANCE);
+  const absl::Status refused = Inspect(request).status();
+  EXPECT_EQ(refused.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("method: METHOD_ALLOWANCE, want six-point"));
 }
 
 TEST_F(InspectionServiceTest, StoresAHoleThatWasNotMeasuredWithItsReason) {

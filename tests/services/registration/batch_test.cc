@@ -161,6 +161,20 @@ TEST_F(BatchTest, OneThatHangsIsRefusedAndTheOthersAreNot) {
   EXPECT_EQ(results_.at(1), "DEADLINE_EXCEEDED ");
 }
 
+// Alone it has all the batch's time, and is turned away like others where too many wait.
+TEST_F(BatchTest, OneAloneIsAsRegister) {
+  limits_.longest_one = 1s;
+  for (const int count : {1, 2}) {
+    const absl::Status status = Run(BatchOf(count), [&](const v1::RegisterRequest& request, const Caller& caller) {
+      EXPECT_EQ(caller.deadline == caller_.deadline, count == 1);
+      EXPECT_EQ(caller.patience,
+                count == 1 ? runtime::ComputePool::Patience::kBounded : runtime::ComputePool::Patience::kPatient);
+      return absl::StatusOr<v1::Registration>(Answer(request));
+    });
+    EXPECT_TRUE(status.ok()) << status;
+  }
+}
+
 TEST_F(BatchTest, EndsWithItsDeadlineAndRefusesNoBladeForIt) {
   caller_.deadline = Clock::now() + 300ms;
   const absl::Status status = Run(
