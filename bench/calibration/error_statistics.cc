@@ -1,6 +1,8 @@
 #include "bench/calibration/error_statistics.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -19,16 +21,32 @@ void ErrorStatistics::Add(const Eigen::VectorXd& error, const Eigen::MatrixXd& b
   sum_ += relative;
   squares_ += relative.square();
   reported_squares_ += reported.diagonal().array() / sigma.square();
-  covered_ += (error.array().abs() <= kTwoSided95 * reported.diagonal().array().sqrt()).cast<double>();
+  const Eigen::ArrayXd covered =
+      (error.array().abs() <= kTwoSided95 * reported.diagonal().array().sqrt()).cast<double>();
+  covered_ += covered;
+  covered_shares_squared_ += covered.mean() * covered.mean();
   // Scaled to unit diagonal first: rad and mm differ by orders of magnitude.
   const Eigen::VectorXd inverse_sigma = sigma.inverse();
   const Eigen::MatrixXd correlation = inverse_sigma.asDiagonal() * bound * inverse_sigma.asDiagonal();
   const Eigen::LLT<Eigen::MatrixXd> whiten(correlation);
   whitened_squares_ += whiten.matrixL().solve(relative.matrix()).squaredNorm();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(inverse_sigma.asDiagonal() * reported *
+                                                            inverse_sigma.asDiagonal());
+  const Eigen::ArrayXd along = (axes.eigenvectors().transpose() * relative.matrix()).array();
+  axes_covered_ += static_cast<int>((along.square() <= kTwoSided95 * kTwoSided95 * axes.eigenvalues().array()).count());
   ++count_;
 }
 
 double ErrorStatistics::coverage_percent() const { return 100 * covered_.sum() / values(); }
+double ErrorStatistics::coverage_scatter() const {
+  const double share = coverage_percent() / 100;
+  return 100 * std::sqrt(std::max(0.0, covered_shares_squared_ / count_ - share * share) / count_);
+}
+double ErrorStatistics::axes_coverage_percent() const { return 100.0 * axes_covered_ / values(); }
+double ErrorStatistics::axes_coverage_scatter() const {
+  const double share = axes_coverage_percent() / 100;
+  return 100 * std::sqrt(share * (1 - share) / values());
+}
 double ErrorStatistics::worst_bias_sigma() const { return (sum_ / count_).abs().maxCoeff(); }
 double ErrorStatistics::reported_over_bound() const { return std::sqrt((reported_squares_ / count_).maxCoeff()); }
 
@@ -43,6 +61,9 @@ void ErrorStatistics::Print() const {
   std::printf(
       "%-24s %12s %12.3f %20s %12.1f   %d runs, whitened by the whole bound; a parameter's mse scatters by %.2f\n",
       "pooled", "", variance_over_bound(), "", coverage_percent(), count_, std::sqrt(2.0 / count_));
+  std::printf(
+      "%-24s coverage of the parameters %.2f +- %.2f %%, along the reported covariance's axes %.2f +- %.2f %%\n", "",
+      coverage_percent(), coverage_scatter(), axes_coverage_percent(), axes_coverage_scatter());
 }
 
 }  // namespace sixpoint::bench

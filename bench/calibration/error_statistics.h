@@ -19,7 +19,12 @@ class ErrorStatistics {
   // Squared errors whitened by the bound: their sum, and their mean over parameters and runs (1: efficient).
   double whitened_squares() const { return whitened_squares_; }
   double variance_over_bound() const { return whitened_squares_ / values(); }
-  double coverage_percent() const;     // of the reported 95 % intervals, over all parameters
+  double coverage_percent() const;  // of the reported 95 % intervals, over all parameters
+  double coverage_scatter() const;  // its standard error; one run's parameters err together
+  // Of 95 % intervals along the axes of each reported covariance: errors there are independent, so that chance moves it less
+  // where one direction is held far less than the others and leads in every parameter.
+  double axes_coverage_percent() const;
+  double axes_coverage_scatter() const;
   double worst_bias_sigma() const;     // of one parameter, in its bound's standard deviations
   double reported_over_bound() const;  // standard uncertainties, root mean square, of the worst parameter
   void Print() const;                  // a row a parameter
@@ -29,6 +34,8 @@ class ErrorStatistics {
   std::vector<std::string> parameters_;
   Eigen::ArrayXd sum_, squares_, reported_squares_, covered_;  // in the bound's standard deviations
   double whitened_squares_ = 0;
+  double covered_shares_squared_ = 0;  // of each run
+  int axes_covered_ = 0;
   int count_ = 0;
 };
 

@@ -58,15 +58,16 @@ double Bump::At(const Vector3d& part_mm, const Vector3d& normal) const {
   return height_mm * std::exp(-(dx * dx + dz * dz) / (2 * sigma_mm * sigma_mm));
 }
 
-Blade TwistedBlade() {
+Blade TwistedBlade(double shape) {
   constexpr double kSpanMm = 80, kChordMm = 40;
   const std::vector<Eigen::Vector2d> section = Section();
   metrology::Points vertices;
   for (std::uint32_t i = 0; i <= kAlong; ++i) {
     const double v = static_cast<double>(i) / kAlong;
-    const Eigen::Rotation2Dd twist((-12 + 30 * v) * kRadiansPerDegree);
+    const Eigen::Rotation2Dd twist((-12 + 30 * shape * v) * kRadiansPerDegree);
     for (const Eigen::Vector2d& point : section) {
-      const Eigen::Vector2d at = twist * (kChordMm * (1 - 0.3 * v) * point) + Eigen::Vector2d(1.5 * v * v, v * v);
+      const Eigen::Vector2d at =
+          twist * (kChordMm * (1 - 0.3 * shape * v) * point) + shape * Eigen::Vector2d(1.5 * v * v, v * v);
       vertices.emplace_back(at.x(), at.y(), kSpanMm * (v - 0.5));
     }
   }

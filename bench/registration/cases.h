@@ -31,7 +31,8 @@ struct Blade {
   std::vector<double> areas_mm2;
   std::vector<std::uint32_t> trailing_edge;  // vertices, root to tip
 };
-Blade TwistedBlade();
+// `shape` scales its twist, taper and lean: at 0 its section is constant, and its walls do not hold the span.
+Blade TwistedBlade(double shape = 1);
 
 Eigen::Isometry3d ScanFromPart();
 

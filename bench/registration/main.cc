@@ -1,4 +1,5 @@
-// `bench/run registration`: the best fit against its Cramer-Rao bound and beside its peers. The last line is one JSON object.
+// `bench/run registration`: the best fit against its Cramer-Rao bound and beside its peers, and what its evidence is worth.
+// The last line is one JSON object; ends with 1 where a goal is missed.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
@@ -6,6 +7,7 @@
 #include <cstdlib>
 #include <functional>
 
+#include "bench/registration/registration_goals.h"
 #include "bench/registration/runs.h"
 
 namespace {
@@ -17,20 +19,26 @@ double Rounded(double value) { return std::round(1e4 * value) / 1e4; }
 int main(int argc, char** argv) {
   using namespace sixpoint::bench;
   RunOptions options;
-  bool quick = false;
+  bool quick = false, no_times = false;
   std::size_t fit_points = 0;
   std::vector<std::string> only;
   CLI::App app("Registration against its Cramer-Rao bound and peers", "bench/run registration");
-  app.add_flag("--quick", quick, "3 seeds, 40 noise draws, a tenth of the points");
+  app.add_flag("--quick", quick, "3 seeds, 40 noise draws, a tenth of the points and of the other draws");
+  app.add_flag("--no-times", no_times, "times are printed, not judged: the machine does other things too");
   const CLI::Option* seeds = app.add_option("--seeds", options.seeds, "runs of C and of A")->check(CLI::Range(1, 1000));
-  const CLI::Option* draws =
-      app.add_option("--draws", options.noise_draws, "noise draws of C and of A")->check(CLI::Range(2, 100000));
+  const CLI::Option* draws = app.add_option("--draws", options.noise_draws,
+                                            "noise draws of C and of A; the parts after `threads` have their own")
+                                 ->check(CLI::Range(2, 100000));
+  double share = 1;
+  app.add_option("--share", share, "of the draws of the parts after `threads`")->check(CLI::Range(0.01, 100.0));
   const CLI::Option* points = app.add_option("--points", options.points, "points of a scan")
                                   ->check(CLI::Range(std::size_t{1000}, std::size_t{100'000'000}));
   using Part = std::function<void(const PreparedBlade&, const RunOptions&, Figures*)>;
   const std::vector<std::pair<std::string, Part>> parts{
-      {"generator", RunGenerator}, {"cases", RunCases},   {"noise", RunNoise},    {"distances", RunDistances},
-      {"peers", RunPeers},         {"memory", RunMemory}, {"threads", RunThreads}};
+      {"generator", RunGenerator}, {"cases", RunCases},   {"noise", RunNoise},     {"distances", RunDistances},
+      {"peers", RunPeers},         {"memory", RunMemory}, {"threads", RunThreads}, {"disagreement", RunDisagreement},
+      {"weakness", RunWeakness},   {"trap", RunTrap},     {"coarse", RunCoarse},   {"overlap", RunOverlap},
+      {"allowance", RunAllowance}};
   std::vector<std::string> names;
   for (const auto& part : parts) names.push_back(part.first);
   app.add_option("--only", only, "some parts")->delimiter(',')->check(CLI::IsMember(names));
@@ -45,7 +53,12 @@ int main(int argc, char** argv) {
     if (draws->empty()) options.noise_draws = 40;
     if (points->empty()) options.points = 100'000;
     options.memory_points = 1'000'000;
+    share *= 0.1;
   }
+  for (int* count : {&options.disagreement_draws, &options.power_draws, &options.trap_draws, &options.coarse_draws,
+                     &options.weakness_draws, &options.overlap_draws, &options.allowance_draws})
+    *count = std::max(2, static_cast<int>(std::lround(share * *count)));
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);  // who watches a long run by a pipe sees it too
   double load[1] = {0};
   getloadavg(load, 1);
   const PreparedBlade prepared = PrepareBlade(options.threads);
@@ -53,14 +66,20 @@ int main(int argc, char** argv) {
               prepared.blade.normals.size(), prepared.prepare_s, prepared.prepare_near_s, load[0]);
   Figures figures;
   figures.values["prepare_seconds"] = prepared.prepare_s + prepared.prepare_near_s;
+  GoalRun judged;
+  judged.quiet = !no_times;
+  judged.full = share >= 1 && options.seeds >= RunOptions().seeds && options.noise_draws >= RunOptions().noise_draws &&
+                options.points >= RunOptions().points && options.memory_points >= RunOptions().memory_points;
   for (const auto& [name, run] : parts)
     if (only.empty() || std::find(only.begin(), only.end(), name) != only.end()) {
       run(prepared, options, &figures);
-      std::fflush(stdout);
+      judged.parts.push_back(name);
     }
   nlohmann::json values = nlohmann::json::object();
   for (const auto& [name, value] : figures.values.items()) values[name] = Rounded(value.get<double>());
   values["failures"] = figures.failures;
+  const int missed = PrintGoals(RegistrationGoals(), judged, figures.values);
+  values["missed"] = missed;
   std::printf("\n%s\n", nlohmann::json({{"bench", "registration"}, {"figures", values}}).dump().c_str());
-  return figures.failures > 0 ? 1 : 0;
+  return figures.failures + missed > 0 ? 1 : 0;
 }

@@ -4,11 +4,13 @@
 
 #include "bench/calibration/error_statistics.h"
 #include "bench/registration/runs.h"
+#include "metrology/registration/surface_residuals.h"
 
 namespace sixpoint::bench {
 namespace {
 
 constexpr std::size_t kPointCount = 100'000;
+constexpr std::uint64_t kSeedsOfC = 1'000'001, kSeedsOfA = 2'000'001;
 
 }  // namespace
 
@@ -20,24 +22,34 @@ void RunNoise(const PreparedBlade& prepared, const RunOptions& options, Figures*
     const bool one_side = kind == CaseKind::kOneSide;
     ErrorStatistics statistics(one_side ? "A" : "C",
                                {"turn about x", "turn about y", "turn about z", "shift x", "shift y", "shift z"});
-    for (int draw = 1; draw <= options.noise_draws; ++draw) {
+    struct Draw {
+      TimedFit timed;
+      metrology::PoseCovariance bound;
+    };
+    std::vector<Draw> drawn(static_cast<std::size_t>(options.noise_draws));
+    metrology::ForEach(drawn.size(), options.threads, [&](std::size_t i) {
       CaseScan scan = MakeScan(prepared.blade, kind, kPointCount, kNoiseMm, std::nullopt,
-                               static_cast<std::uint64_t>(1000 * (one_side ? 2 : 1) + draw));
-      const TimedFit timed = FitPortion(prepared, PortionOf(std::move(scan.scan_mm)), options.threads);
-      if (!timed.converged) {
+                               (one_side ? kSeedsOfA : kSeedsOfC) + static_cast<std::uint64_t>(i));
+      drawn[i] = {FitPortion(prepared, PortionOf(std::move(scan.scan_mm)), 1), scan.bound};
+    });
+    for (const Draw& draw : drawn) {
+      if (!draw.timed.converged) {
         ++figures->failures;
-        std::printf("  did not converge: %s\n", timed.remark.c_str());
+        std::printf("  did not converge: %s\n", draw.timed.remark.c_str());
         continue;
       }
-      const Eigen::Vector3d& reference_mm = timed.fit.covariance.reference_mm;
-      statistics.Add(PoseError(timed.fit.zero_from_part, ScanFromPart(), reference_mm),
-                     About(scan.bound, reference_mm).values, timed.fit.covariance.values);
+      const metrology::PoseFit& fit = draw.timed.fit;
+      const Eigen::Vector3d& reference_mm = fit.covariance.reference_mm;
+      statistics.Add(PoseError(fit.zero_from_part, ScanFromPart(), reference_mm),
+                     About(draw.bound, reference_mm).values, fit.covariance.values);
     }
     if (statistics.count() == 0) continue;
     statistics.Print();
     const std::string prefix = one_side ? "noise_a_" : "noise_c_";
     figures->values[prefix + "variance_over_bound"] = statistics.variance_over_bound();
     figures->values[prefix + "coverage_percent"] = statistics.coverage_percent();
+    figures->values[prefix + "coverage_scatter_percent"] = statistics.coverage_scatter();
+    figures->values[prefix + "axes_coverage_percent"] = statistics.axes_coverage_percent();
     squares += statistics.whitened_squares();
     covered_percent += statistics.coverage_percent() * statistics.values();
     worst_bias = std::max(worst_bias, statistics.worst_bias_sigma());

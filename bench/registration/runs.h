@@ -13,6 +13,14 @@ constexpr double kNoiseMm = 2e-3;
 struct RunOptions {
   int seeds = 10;
   int noise_draws = 200;
+  // Of the parts over many seeds; --share times as many.
+  int disagreement_draws = 60;  // on true blades
+  int power_draws = 12;         // of each shape error
+  int trap_draws = 50;
+  int coarse_draws = 30;
+  int weakness_draws = 10;
+  int overlap_draws = 20;
+  int allowance_draws = 50;
   std::size_t points = 1'000'000;
   std::size_t memory_points = 10'000'000;
   int threads = 2;
@@ -31,6 +39,12 @@ void RunThreads(const PreparedBlade& prepared, const RunOptions& options, Figure
 void RunNoise(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
 void RunDistances(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
 void RunMemory(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
+void RunDisagreement(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
+void RunTrap(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
+void RunCoarse(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
+void RunWeakness(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
+void RunOverlap(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
+void RunAllowance(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
 void RunPeers(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
 
 // The inside of RunMemory, in a process of its own: fits that many points and prints its peak.

@@ -6,6 +6,7 @@
 
 #include "metrology/registration/coarse_start.h"
 #include "metrology/registration/direction_words.h"
+#include "metrology/registration/merged_views.h"
 #include "metrology/registration/mirror_remark.h"
 #include "metrology/registration/patch_sums.h"
 #include "metrology/registration/size_remark.h"
@@ -17,8 +18,6 @@ namespace {
 using metrology::Outcome;
 using metrology::PoseFit;
 
-// From here on a direction is called weak: the best held one is known so many times better.
-constexpr double kWeakCondition = 20;
 constexpr double kFreeReachMm = 1;   // of the points that say which directions are free
 constexpr double kHeldPart = 1e-12;  // of the greatest variance, below which a direction is held from outside
 
@@ -26,7 +25,7 @@ std::string Percent(double part) { return std::to_string(static_cast<int>(100 * 
 
 void RemarkWeakness(PoseFit* fit) {
   const metrology::FitEvidence& evidence = fit->evidence;
-  if (fit->outcome != Outcome::kConverged || !(evidence.condition_number > kWeakCondition)) return;
+  if (fit->outcome != Outcome::kConverged || !(evidence.condition_number > metrology::kWeakCondition)) return;
   char text[96];
   std::snprintf(text, sizeof text, "; standard uncertainty %.3g um there, condition number %.3g",
                 1e3 * evidence.weakest_standard_uncertainty_mm, evidence.condition_number);
@@ -45,6 +44,23 @@ absl::Status RemarkWrongCad(const metrology::Surface& surface, const std::vector
       metrology::MirrorRemark(surface, portions, asked.zero_from_part_nominal, calibration, asked.options);
   if (mirror.ok()) Remark(*mirror, fit);
   return mirror.status();
+}
+
+// Scans that put the surface at different places where they overlap.
+absl::Status RemarkMerge(const metrology::Surface& surface, const std::vector<metrology::ScanPortion>& portions,
+                         const metrology::MachineCalibration& calibration, const Asked& asked, PoseFit* fit) {
+  if (fit->outcome != Outcome::kConverged || portions.size() < 2) return absl::OkStatus();
+  const auto test = metrology::TestMerge(surface, portions, *fit, calibration, asked.options);
+  if (!test.ok()) return test.status();
+  if (!test->beyond) return absl::OkStatus();
+  char text[192];
+  std::snprintf(
+      text, sizeof text,
+      "the scans do not agree where they overlap: chi-squared %.3g, want at most %.3g: the rotation centre, an "
+      "angle or the sensor is not where its calibration says",
+      test->chi_squared, test->limit);
+  Remark(text, fit);
+  return absl::OkStatus();
 }
 
 // What keeps a fit to the surface from being one, in words.
@@ -160,6 +176,7 @@ absl::StatusOr<Fitted> FitAsked(const metrology::Surface& surface, const std::ve
   auto fit = metrology::FitToSurface(surface, portions, asked.zero_from_part_nominal, calibration, asked.options);
   if (!fit.ok()) return fit.status();
   if (absl::Status status = RemarkFailure(surface, portions, calibration, asked, &*fit); !status.ok()) return status;
+  if (absl::Status status = RemarkMerge(surface, portions, calibration, asked, &*fit); !status.ok()) return status;
   Fitted fitted{*std::move(fit), std::nullopt, std::nullopt};
   if (IsSixPoint(asked.method)) {
     const auto variant = asked.method == v1::METHOD_SIX_POINT_NORMALS ? metrology::SixPointVariant::kNormals

@@ -1,0 +1,31 @@
+// Do the scans put the surface at the same place where they overlap, as far as noise and calibrations explain? They do not
+// where the part was turned about another centre than the calibration says, or to another angle (METHODS 5).
+//
+// FitEvidence's agreements compare scans with noise alone, which right calibrations too are beyond: what calibrations
+// leave is of the noise's size. Here the differences are asked for the one thing that is wrong with a machine: the errors of
+// the 14 calibration parameters that would explain them, by generalised least squares over all places seen twice, against
+// what these errors may be. The shape's own deviations are the same in both scans and drop out.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include "metrology/registration/registration.h"
+
+namespace sixpoint::metrology {
+
+constexpr double kMergeConfidence = 0.999;  // of right calibrations so many are not flagged
+
+struct MergeTest {
+  int freedom = 0;  // calibration errors that the overlaps can tell apart; 0: no overlap
+  double chi_squared = 0;
+  double limit = 0;  // of chi squared
+  bool beyond = false;
+  double scatter = 1;  // of the differences that no calibration error explains, by the noise
+};
+
+// Of a converged fit of the same portions. INVALID_ARGUMENT: it is not; CANCELLED as FitToSurface.
+absl::StatusOr<MergeTest> TestMerge(const Surface& surface, const std::vector<ScanPortion>& portions,
+                                    const PoseFit& fit, const MachineCalibration& calibration,
+                                    const FitOptions& options);
+
+}  // namespace sixpoint::metrology
