@@ -33,9 +33,6 @@ void RunDistances(const PreparedBlade& prepared, const RunOptions& options, Figu
 void RunMemory(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
 void RunPeers(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
 
-// The inside of RunMemory, in a process of its own: fits that many points and prints its peak.
-int FitAndPrintPeak(std::size_t points, int threads);
-
 double MedianOf(std::vector<double> values);
 
 }  // namespace sixpoint::bench

@@ -162,7 +162,7 @@ void NearBatch::Find(std::uint32_t cell, const Eigen::Vector3d* queries, std::si
     }
     for (std::uint32_t k = 0; k < NearCells::kGroup; ++k, ++used) {
       const Shape& shape = cells_.shapes_[items[used]];
-      const Eigen::Vector3f a = (tree_.items()[items[used]].a - centre).cast<float>();
+      const Eigen::Vector3f a = (tree_.corner(tree_.items()[items[used]], 0) - centre).cast<float>();
       const float reach = std::abs(a.x()) + std::abs(a.y()) + std::abs(a.z()) + cells_.cell_width_mm();
       tolerance = std::max(tolerance, shape.rounding * (reach + shape.size));
       kMeasure(shape, a.x(), a.y(), a.z(), used, width, &lanes, &squared_[used * width]);
@@ -174,11 +174,10 @@ void NearBatch::Find(std::uint32_t cell, const Eigen::Vector3d* queries, std::si
     nearest[i].distance_squared = limit_squared;
     const float within = std::sqrt(lanes.least[i]) + 2 * tolerance, within_squared = within * within * (1 + 1e-6f);
     if (lanes.second[i] > within_squared) {
-      TriangleTree::Test(tree_.items()[items[lanes.nearest[i]]], queries[i], &nearest[i]);
+      tree_.Test(tree_.items()[items[lanes.nearest[i]]], queries[i], &nearest[i]);
     } else {
       for (std::uint32_t k = 0; k < used; ++k)
-        if (squared_[k * width + i] <= within_squared)
-          TriangleTree::Test(tree_.items()[items[k]], queries[i], &nearest[i]);
+        if (squared_[k * width + i] <= within_squared) tree_.Test(tree_.items()[items[k]], queries[i], &nearest[i]);
     }
     // Beyond what is covered the cell does not know all candidates.
     if (nearest[i].triangle != TriangleTree::kNone && nearest[i].distance_squared <= covered_squared) continue;

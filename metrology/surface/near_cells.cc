@@ -42,14 +42,15 @@ Eigen::Vector3d NearCells::CentreOf(const Eigen::Array3i& cell) const {
 namespace {
 
 // Whether a triangle may touch the cube about the centre: its box does, and so does its plane.
-bool Touches(const TriangleTree::Item& item, const Eigen::Vector3d& centre, double half_mm) {
+bool Touches(const TriangleTree& tree, const TriangleTree::Item& item, const Eigen::Vector3d& centre, double half_mm) {
   const double half = half_mm * (1 + 1e-9);
-  const Eigen::Vector3d a = item.a - centre, b = a + item.ab, c = a + item.ac;
+  const Eigen::Vector3d a = tree.corner(item, 0) - centre, b = tree.corner(item, 1) - centre,
+                        c = tree.corner(item, 2) - centre, ab = b - a, ac = c - a;
   if ((a.cwiseMin(b).cwiseMin(c).array() > half).any() || (a.cwiseMax(b).cwiseMax(c).array() < -half).any())
     return false;
-  const Eigen::Vector3d normal = item.ab.cross(item.ac);
+  const Eigen::Vector3d normal = ab.cross(ac);
   // A sliver's plane is not known well enough to rule anything out.
-  if (!(normal.squaredNorm() > 1e-6 * item.abab * item.acac)) return true;
+  if (!(normal.squaredNorm() > 1e-6 * ab.squaredNorm() * ac.squaredNorm())) return true;
   return std::abs(normal.dot(a)) <= half * normal.lpNorm<1>() * (1 + 1e-6);
 }
 
@@ -60,16 +61,14 @@ NearCells::NearCells(const TriangleTree& tree, double covered_mm, int thread_cou
   const std::vector<TriangleTree::Item>& items = tree.items();
   Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
   double area = 0;
-  for (const TriangleTree::Item& item : items) {
-    area += 0.5 * item.ab.cross(item.ac).norm();
-    for (const Eigen::Vector3d& corner :
-         {item.a, Eigen::Vector3d(item.a + item.ab), Eigen::Vector3d(item.a + item.ac)}) {
-      low = low.cwiseMin(corner);
-      high = high.cwiseMax(corner);
-    }
-  }
   shapes_.reserve(items.size());
-  for (const TriangleTree::Item& item : items) shapes_.push_back(ShapeOf(item));
+  for (const TriangleTree::Item& item : items) {
+    const Eigen::Vector3d &a = tree.corner(item, 0), &b = tree.corner(item, 1), &c = tree.corner(item, 2);
+    area += 0.5 * (b - a).cross(c - a).norm();
+    low = low.cwiseMin(a).cwiseMin(b).cwiseMin(c);
+    high = high.cwiseMax(a).cwiseMax(b).cwiseMax(c);
+    shapes_.push_back(ShapeOf(b - a, c - a));
+  }
   const double edge_mm = std::sqrt(4 / std::sqrt(3.0) * area / static_cast<double>(items.size()));
   const double extent_mm = (high - low).maxCoeff() + 4 * covered_mm;
   cell_mm_ = std::max({kEdgesPerCell * edge_mm, kLeastCellMm, extent_mm / kGreatestCellsAcross * 1.01});
@@ -81,9 +80,9 @@ NearCells::NearCells(const TriangleTree& tree, double covered_mm, int thread_cou
   // Cells that the boxes of triangles, widened, touch; then those whose centre is near indeed.
   std::vector<std::uint64_t> touched;
   for (const TriangleTree::Item& item : items) {
-    const Eigen::Vector3d b = item.a + item.ab, c = item.a + item.ac;
-    const Eigen::Array3d from = (item.a.cwiseMin(b).cwiseMin(c) - low_mm_).array() - covered_mm;
-    const Eigen::Array3d to = (item.a.cwiseMax(b).cwiseMax(c) - low_mm_).array() + covered_mm;
+    const Eigen::Vector3d &a = tree.corner(item, 0), &b = tree.corner(item, 1), &c = tree.corner(item, 2);
+    const Eigen::Array3d from = (a.cwiseMin(b).cwiseMin(c) - low_mm_).array() - covered_mm;
+    const Eigen::Array3d to = (a.cwiseMax(b).cwiseMax(c) - low_mm_).array() + covered_mm;
     const Eigen::Array3i first = (from / cell_mm_).floor().cast<int>(), last = (to / cell_mm_).floor().cast<int>();
     for (int i = first[0]; i <= last[0]; ++i) {
       for (int j = first[1]; j <= last[1]; ++j) {
@@ -120,7 +119,7 @@ NearCells::NearCells(const TriangleTree& tree, double covered_mm, int thread_cou
       tree_.FindWithin(centre, reach_mm, &within);
       within.erase(std::remove_if(within.begin(), within.end(),
                                   [&](const TriangleTree::Within& candidate) {
-                                    return !Touches(items[candidate.item], centre, 0.5 * cell_mm_ + covered_mm);
+                                    return !Touches(tree_, items[candidate.item], centre, 0.5 * cell_mm_ + covered_mm);
                                   }),
                    within.end());
       if (within.empty()) continue;
@@ -212,25 +211,26 @@ NearCursor::Visit& NearCursor::Enter(std::uint64_t key, const Eigen::Array3i& ce
   return visit;
 }
 
-NearCells::Shape NearCells::ShapeOf(const TriangleTree::Item& item) {
-  const Eigen::Vector3d normal = item.ab.cross(item.ac);
+NearCells::Shape NearCells::ShapeOf(const Eigen::Vector3d& ab, const Eigen::Vector3d& ac) {
+  const Eigen::Vector3d normal = ab.cross(ac);
+  const double abab = ab.squaredNorm(), acac = ac.squaredNorm();
   const double twice_area = normal.norm();
-  const Eigen::Vector3f b = item.ab.cast<float>(), c = item.ac.cast<float>(), n = (normal / twice_area).cast<float>();
+  const Eigen::Vector3f b = ab.cast<float>(), c = ac.cast<float>(), n = (normal / twice_area).cast<float>();
   Shape shape{};
   shape.bx = b.x(), shape.by = b.y(), shape.bz = b.z();
   shape.cx = c.x(), shape.cy = c.y(), shape.cz = c.z();
   shape.nx = n.x(), shape.ny = n.y(), shape.nz = n.z();
-  const Eigen::Vector3f v = (item.ac.cross(normal) / (twice_area * twice_area)).cast<float>();
-  const Eigen::Vector3f w = (normal.cross(item.ab) / (twice_area * twice_area)).cast<float>();
+  const Eigen::Vector3f v = (ac.cross(normal) / (twice_area * twice_area)).cast<float>();
+  const Eigen::Vector3f w = (normal.cross(ab) / (twice_area * twice_area)).cast<float>();
   shape.vx = v.x(), shape.vy = v.y(), shape.vz = v.z();
   shape.wx = w.x(), shape.wy = w.y(), shape.wz = w.z();
-  shape.per_bb = static_cast<float>(1 / item.abab);
-  shape.per_cc = static_cast<float>(1 / item.acac);
-  shape.per_ee = static_cast<float>(1 / (item.abab - 2 * item.abac + item.acac));
+  shape.per_bb = static_cast<float>(1 / abab);
+  shape.per_cc = static_cast<float>(1 / acac);
+  shape.per_ee = static_cast<float>(1 / (abab - 2 * ab.dot(ac) + acac));
   shape.per_area = static_cast<float>(1 / twice_area);
-  const double thinness = std::sqrt(item.abab * item.acac) / twice_area;  // about 1 for a good triangle
+  const double thinness = std::sqrt(abab * acac) / twice_area;  // about 1 for a good triangle
   shape.rounding = static_cast<float>(kRounding * (1 + thinness));
-  shape.size = static_cast<float>(std::sqrt(std::max(item.abab, item.acac)));
+  shape.size = static_cast<float>(std::sqrt(std::max(abab, acac)));
   return shape;
 }
 
@@ -240,7 +240,7 @@ void NearCursor::Fill(std::uint32_t group, Visit* visit) const {
   for (int i = 0; i < 4; ++i) {
     const std::uint32_t index = cells_->items_[NearCells::kGroup * group + static_cast<std::uint32_t>(i)];
     const NearCells::Shape& shape = cells_->shapes_[index];
-    const Eigen::Vector3f a = (tree_.items()[index].a - visit->centre).cast<float>();
+    const Eigen::Vector3f a = (tree_.corner(tree_.items()[index], 0) - visit->centre).cast<float>();
     g.ax[i] = a.x();
     g.ay[i] = a.y();
     g.az[i] = a.z();
@@ -320,7 +320,7 @@ TriangleTree::Nearest NearCursor::Find(const Eigen::Vector3d& query, double limi
     const float reach = best + visit->groups[g].tolerance;
     for (std::uint32_t i = NearCells::kGroup * g; i < NearCells::kGroup * (g + 1); ++i) {
       if (distances_squared_[i] > reach * reach) continue;
-      TriangleTree::Test(tree_.items()[cells_->items_[NearCells::kGroup * first + i]], query, &nearest);
+      tree_.Test(tree_.items()[cells_->items_[NearCells::kGroup * first + i]], query, &nearest);
     }
   }
   // Beyond what is covered the cell does not know all candidates.

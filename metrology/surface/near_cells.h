@@ -40,7 +40,7 @@ class NearCells {
   friend class NearBatch;
   static constexpr std::uint32_t kGroup = 4;
 
-  static Shape ShapeOf(const TriangleTree::Item& item);
+  static Shape ShapeOf(const Eigen::Vector3d& ab, const Eigen::Vector3d& ac);
 
   Eigen::Vector3d CentreOf(const Eigen::Array3i& cell) const;
   std::uint32_t Find(std::uint64_t key) const;

@@ -233,12 +233,13 @@ Vector3d Surface::Tree::PseudoNormal(const TriangleTree::Nearest& nearest) const
 
 // To the flat triangles. Inside of one the side of its plane decides, else the pseudo-normal.
 double Surface::Tree::FacetDistance(const Vector3d& query, const TriangleTree::Nearest& nearest) const {
-  const TriangleTree::Item& item = *nearest.item;
-  const Vector3d from_corner = query - item.a;
-  const bool below = nearest.part == TrianglePart::kInside
-                         ? from_corner.dot(item.ab.cross(item.ac)) < 0
-                         : (from_corner - nearest.barycentric[1] * item.ab - nearest.barycentric[2] * item.ac)
-                                   .dot(PseudoNormal(nearest)) < 0;
+  const auto& corners = mesh.triangles[nearest.triangle];
+  const Vector3d &a = vertices[corners[0]], ab = vertices[corners[1]] - a, ac = vertices[corners[2]] - a;
+  const Vector3d from_corner = query - a;
+  const bool below =
+      nearest.part == TrianglePart::kInside
+          ? from_corner.dot(ab.cross(ac)) < 0
+          : (from_corner - nearest.barycentric[1] * ab - nearest.barycentric[2] * ac).dot(PseudoNormal(nearest)) < 0;
   const double distance = std::sqrt(nearest.distance_squared);
   return below ? -distance : distance;
 }
