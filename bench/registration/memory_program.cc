@@ -1,5 +1,7 @@
-// A process that does nothing but fit one large scan, and nothing of the peers is linked: what it takes at its peak is the
-// product's own. Prints megabytes with the points, with the surface and at the peak, seconds, error, whether it converged.
+// A process that does nothing but fit one large scan, its heap kept as the registration service keeps its own, and nothing
+// of the peers linked: what it takes at its peak is the product's. Prints megabytes with the points, with the surface and at the peak, seconds, error, whether it converged.
+#include <malloc.h>
+
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -25,6 +27,9 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: %s POINTS THREADS\n", argv[0]);
     return 2;
   }
+  mallopt(M_ARENA_MAX, 4);
+  mallopt(M_MMAP_THRESHOLD, 1 << 20);
+  mallopt(M_TRIM_THRESHOLD, 4 << 20);
   const auto points = static_cast<std::size_t>(std::atoll(argv[1]));
   const int threads = std::atoi(argv[2]);
   const double program_mb = ResidentMb("VmRSS");
@@ -46,8 +51,7 @@ int main(int argc, char** argv) {
   const bench::TimedFit timed = bench::FitPortion(prepared, std::move(portion), threads);
   const double peak_mb = ResidentMb("VmHWM");
   prepared.blade.mesh = prepared.surface->mesh();
-  const double error_um =
-      bench::VertexDisplacementUm(prepared.blade, timed.fit.zero_from_part, bench::ScanFromPart());
+  const double error_um = bench::VertexDisplacementUm(prepared.blade, timed.fit.zero_from_part, bench::ScanFromPart());
   std::printf("%.3f %.3f %.3f %.3f %.3f %.4f %d\n", program_mb, points_mb, surface_mb, peak_mb, timed.seconds, error_um,
               timed.converged ? 1 : 0);
   return 0;

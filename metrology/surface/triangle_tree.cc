@@ -195,7 +195,7 @@ void TriangleTree::Test(const Item& item, const Eigen::Vector3d& query, Nearest*
   const double distance_squared = (ap - v * ab - w * ac).squaredNorm();
   if (distance_squared < best->distance_squared ||
       (distance_squared == best->distance_squared && item.triangle < best->triangle)) {
-    *best = {item.triangle, distance_squared, {1 - v - w, v, w}, part};
+    *best = {item.triangle, distance_squared, {1 - v - w, v, w}, part, &item};
   }
 }
 

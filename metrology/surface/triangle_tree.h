@@ -17,11 +17,13 @@ enum class TrianglePart : std::uint8_t { kInside, kEdge0, kEdge1, kEdge2, kCorne
 class TriangleTree {
  public:
   static constexpr std::uint32_t kNone = 0xffffffff;
+  struct Item;
   struct Nearest {
     std::uint32_t triangle = kNone;  // index in the list it was built from
     double distance_squared = std::numeric_limits<double>::infinity();
     Eigen::Vector3d barycentric = Eigen::Vector3d::Zero();
     TrianglePart part = TrianglePart::kInside;
+    const Item* item = nullptr;  // of the triangle
   };
 
   // Triangles without area are left out. Vertices should be near their origin (boxes are kept in float, conservatively);
