@@ -18,13 +18,12 @@ constexpr double kBandMm = 0.05, kLimitMm = 1;
 constexpr std::size_t kChecked = 1000;  // of each kind of point
 
 // One after the other, as they come.
-void ByCursor(const metrology::Surface& surface, const metrology::Points& part_mm, int threads) {
+void OneByOne(const metrology::Surface& surface, const metrology::Points& part_mm, int threads) {
   std::vector<double> distances(part_mm.size());
   const auto parts = static_cast<std::size_t>(threads);
   metrology::InParts(part_mm.size(), parts, [&](std::size_t begin, std::size_t end, std::size_t) {
-    metrology::Surface::Cursor cursor(surface);
     for (std::size_t i = begin; i < end; ++i)
-      distances[i] = cursor.ClosestWithin(part_mm[i], kLimitMm).signed_distance_mm;
+      distances[i] = surface.ClosestWithin(part_mm[i], kLimitMm).signed_distance_mm;
   });
 }
 
@@ -116,7 +115,7 @@ void RunDistances(const PreparedBlade& prepared, const RunOptions& options, Figu
   const Blade& blade = prepared.blade;
   const metrology::Points points = NearSurface(blade, options.points, true);
   const metrology::Points scanned = NearSurface(blade, options.points, false);
-  std::vector<double> seconds, scanned_seconds, processor_s, cursor_seconds, embree_seconds;
+  std::vector<double> seconds, scanned_seconds, processor_s, single_seconds, embree_seconds;
   for (int repeat = 0; repeat < 5; ++repeat) {
     const double begin = Seconds(), processor_begin = ProcessorSeconds();
     Distances(*prepared.surface, points, options.threads);
@@ -125,9 +124,9 @@ void RunDistances(const PreparedBlade& prepared, const RunOptions& options, Figu
     const double scanned_begin = Seconds();
     Distances(*prepared.surface, scanned, options.threads);
     scanned_seconds.push_back(Seconds() - scanned_begin);
-    const double cursor_begin = Seconds();
-    ByCursor(*prepared.surface, points, options.threads);
-    cursor_seconds.push_back(Seconds() - cursor_begin);
+    const double single_begin = Seconds();
+    OneByOne(*prepared.surface, points, options.threads);
+    single_seconds.push_back(Seconds() - single_begin);
     double by_embree_s = 0;
     EmbreeDistances(blade, points, kLimitMm, options.threads, &by_embree_s);
     embree_seconds.push_back(by_embree_s);
@@ -138,13 +137,13 @@ void RunDistances(const PreparedBlade& prepared, const RunOptions& options, Figu
       "\ndistances: %zu points in random order, %d threads: %.2f million points/s (%.2f for a second of a processor), "
       "one "
       "by one %.2f; Embree's point query %.2f; surface and near cells %.0f MB\n",
-      points.size(), options.threads, rate, rate_of_processor, millions / MedianOf(cursor_seconds),
+      points.size(), options.threads, rate, rate_of_processor, millions / MedianOf(single_seconds),
       millions / MedianOf(embree_seconds), 1e-6 * static_cast<double>(prepared.surface->memory_bytes()));
   std::printf("  of a blade true to CAD %.2f million points/s\n", millions / MedianOf(scanned_seconds));
   figures->values["distances_of_a_true_blade_million_per_s"] = millions / MedianOf(scanned_seconds);
   figures->values["distances_million_per_s"] = rate;
   figures->values["distances_million_per_processor_s"] = rate_of_processor;
-  figures->values["distances_one_by_one_million_per_s"] = millions / MedianOf(cursor_seconds);
+  figures->values["distances_one_by_one_million_per_s"] = millions / MedianOf(single_seconds);
   figures->values["surface_megabytes"] = 1e-6 * static_cast<double>(prepared.surface->memory_bytes());
   figures->values["embree_million_per_s"] = millions / MedianOf(embree_seconds);
 

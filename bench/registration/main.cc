@@ -20,7 +20,6 @@ int main(int argc, char** argv) {
   using namespace sixpoint::bench;
   RunOptions options;
   bool quick = false, no_times = false;
-  std::size_t fit_points = 0;
   std::vector<std::string> only;
   CLI::App app("Registration against its Cramer-Rao bound and peers", "bench/run registration");
   app.add_flag("--quick", quick, "3 seeds, 40 noise draws, a tenth of the points and of the other draws");
@@ -45,9 +44,7 @@ int main(int argc, char** argv) {
   app.add_flag("--full-peers", options.full_peers, "peers get every point of A and D too (minutes)");
   app.add_option("--shared", options.shared, "folder with tools/registration_cases.py");
   app.add_option("--threads", options.threads, "threads")->check(CLI::Range(1, 64));
-  app.add_option("--fit-points", fit_points)->group("");  // the process that part `memory` measures
   CLI11_PARSE(app, argc, argv);
-  if (fit_points > 0) return FitAndPrintPeak(fit_points, options.threads);
   if (quick) {
     if (seeds->empty()) options.seeds = 3;
     if (draws->empty()) options.noise_draws = 40;
@@ -62,10 +59,10 @@ int main(int argc, char** argv) {
   double load[1] = {0};
   getloadavg(load, 1);
   const PreparedBlade prepared = PrepareBlade(options.threads);
-  std::printf("surface: %zu triangles, prepared in %.3f s, for points near it in %.3f s; load of the machine %.1f\n",
-              prepared.blade.normals.size(), prepared.prepare_s, prepared.prepare_near_s, load[0]);
+  std::printf("surface: %zu triangles, prepared in %.3f s; load of the machine %.1f\n", prepared.blade.normals.size(),
+              prepared.prepare_s, load[0]);
   Figures figures;
-  figures.values["prepare_seconds"] = prepared.prepare_s + prepared.prepare_near_s;
+  figures.values["prepare_seconds"] = prepared.prepare_s;
   GoalRun judged;
   judged.quiet = !no_times;
   judged.full = share >= 1 && options.seeds >= RunOptions().seeds && options.noise_draws >= RunOptions().noise_draws &&

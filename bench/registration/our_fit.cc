@@ -16,20 +16,22 @@ double ProcessorSeconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-PreparedBlade PrepareBlade(int threads) {
-  PreparedBlade prepared;
-  prepared.blade = TwistedBlade();
-  const double begin = Seconds();
-  auto surface = metrology::Surface::Prepare(prepared.blade.mesh);
+std::shared_ptr<const metrology::Surface> SurfaceOf(metrology::TriangleMesh mesh, int threads) {
+  auto surface = metrology::Surface::Prepare(std::move(mesh));
   if (!surface.ok()) {
     std::fprintf(stderr, "%s\n", surface.status().ToString().c_str());
     std::exit(1);
   }
-  prepared.surface = *surface;
-  const double between = Seconds();
-  prepared.surface->PrepareNear(threads);
-  prepared.prepare_s = between - begin;
-  prepared.prepare_near_s = Seconds() - between;
+  (*surface)->PrepareNear(threads);
+  return *surface;
+}
+
+PreparedBlade PrepareBlade(int threads) {
+  PreparedBlade prepared;
+  prepared.blade = TwistedBlade();
+  const double begin = Seconds();
+  prepared.surface = SurfaceOf(prepared.blade.mesh, threads);
+  prepared.prepare_s = Seconds() - begin;
   return prepared;
 }
 

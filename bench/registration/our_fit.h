@@ -12,9 +12,11 @@ namespace sixpoint::bench {
 struct PreparedBlade {
   Blade blade;
   std::shared_ptr<const metrology::Surface> surface;
-  double prepare_s = 0, prepare_near_s = 0;
+  double prepare_s = 0;  // for points near it too
 };
 PreparedBlade PrepareBlade(int threads);
+// Ready for points near it; ends the process where it cannot.
+std::shared_ptr<const metrology::Surface> SurfaceOf(metrology::TriangleMesh mesh, int threads);
 
 // A scan whose sensor and axes stand as they nominally should: sensor and zero coordinates agree at A = B = 0.
 metrology::ScanPortion PortionOf(const metrology::Points& scan_mm);

@@ -47,9 +47,6 @@ void RunOverlap(const PreparedBlade& prepared, const RunOptions& options, Figure
 void RunAllowance(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
 void RunPeers(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
 
-// The inside of RunMemory, in a process of its own: fits that many points and prints its peak.
-int FitAndPrintPeak(std::size_t points, int threads);
-
 double MedianOf(std::vector<double> values);
 
 }  // namespace sixpoint::bench

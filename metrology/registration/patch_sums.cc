@@ -149,7 +149,6 @@ absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<S
   double weight = 0, slope = 0, squares = 0;
   const double edge_margin = std::min(width, kEdgeMarginMm);
   Histogram all(width);
-  Points queries;
   std::vector<float> residuals;
   std::vector<ChunkSums> chunks;
   std::unordered_map<PatchKey, std::size_t> index;
@@ -162,14 +161,16 @@ absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<S
     index.clear();
     for (std::size_t begin = 0; begin < portion.sensor.size(); begin += kSliceSize) {
       const std::size_t count = std::min(kSliceSize, portion.sensor.size() - begin);
-      queries.resize(count);
-      ForEachChunk(count, options.thread_count, [&](std::size_t, std::size_t from, std::size_t to) {
-        for (std::size_t i = from; i < to; ++i) {
-          queries[i] = part_from_sensor * portion.sensor[begin + i];
-          if (!InRegions(options, queries[i])) queries[i].setConstant(std::numeric_limits<double>::quiet_NaN());
-        }
-      });
-      const Surface::Batch batch(surface, queries, width, options.thread_count);
+      const auto in_part = [&](std::uint32_t i) -> Vector3d { return part_from_sensor * portion.sensor[begin + i]; };
+      const Surface::Batch batch(
+          surface, static_cast<std::uint32_t>(count),
+          [&](const std::uint32_t* indices, std::size_t some, Vector3d* queries) {
+            for (std::size_t i = 0; i < some; ++i) {
+              queries[i] = in_part(indices[i]);
+              if (!InRegions(options, queries[i])) queries[i].setConstant(std::numeric_limits<double>::quiet_NaN());
+            }
+          },
+          width, options.thread_count);
       residuals.assign(count, std::numeric_limits<float>::infinity());
       chunks.assign(ChunkCount(count), {});
       ForEachChunk(count, options.thread_count, [&](std::size_t chunk, std::size_t from, std::size_t to) {
@@ -178,7 +179,7 @@ absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<S
         ChunkSums& part = chunks[chunk];
         std::size_t last = 0;
         batch.Visit(from, to, [&](std::uint32_t i, const SurfacePoint& found) {
-          if (std::isnan(queries[i].x())) return;
+          if (!InRegions(options, in_part(i))) return;
           ++part.points;
           const double r = found.signed_distance_mm, u = r / width, inside = 1 - u * u;
           if (!(inside > 0) || found.feature != SurfaceFeature::kFace || found.edge_distance_mm < edge_margin) return;

@@ -46,10 +46,9 @@ double RobustSigma(const std::vector<double>& residuals) {
 void SurfaceResiduals::Search(const Eigen::Isometry3d& zero_from_part, double reach_mm) {
   const Eigen::Isometry3d part_from_zero = zero_from_part.inverse(Eigen::Isometry);
   ForEachChunk(samples_.size(), thread_count_, [&](std::size_t, std::size_t begin, std::size_t end) {
-    Surface::Cursor cursor(*surface_);
     for (std::size_t i = begin; i < end; ++i) {
       Sample& sample = samples_[i];
-      const SurfacePoint found = cursor.ClosestWithin(part_from_zero * sample.zero_mm, reach_mm, sample.triangle);
+      const SurfacePoint found = surface_->ClosestWithin(part_from_zero * sample.zero_mm, reach_mm, sample.triangle);
       sample.usable = std::isfinite(found.signed_distance_mm) && found.feature == SurfaceFeature::kFace;
       if (!std::isfinite(found.signed_distance_mm)) continue;
       sample.triangle = found.triangle;

@@ -1,6 +1,7 @@
 #include "metrology/surface/near_batch.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -10,6 +11,11 @@ namespace sixpoint::metrology {
 namespace {
 
 constexpr std::size_t kLanes = 16;  // the points of a cell are padded to a multiple
+// Points of no cell are measured together where they are several, and in cell widths near to each other and to the surface:
+// else too many triangles may be the nearest.
+constexpr std::size_t kWorthTogether = 4;
+constexpr std::uint32_t kShapesAhead = 4;  // fetched early
+constexpr double kWidestTogether = 1, kFarthestTogether = 4;
 
 }  // namespace
 
@@ -34,12 +40,14 @@ inline __attribute__((always_inline)) void MeasureLanes(const Shape& t, float ax
     return at < 1.f ? at : 1.f;
   };
   const float ex = t.cx - t.bx, ey = t.cy - t.by, ez = t.cz - t.bz;
+  const float per_bb = 1 / (t.bx * t.bx + t.by * t.by + t.bz * t.bz), per_ee = 1 / (ex * ex + ey * ey + ez * ez);
+  const float per_cc = 1 / (t.cx * t.cx + t.cy * t.cy + t.cz * t.cz);
   for (std::size_t i = 0; i < count; ++i) {
     const float px = lanes->x[i] - ax, py = lanes->y[i] - ay, pz = lanes->z[i] - az;
-    const float b = clamped((px * t.bx + py * t.by + pz * t.bz) * t.per_bb);
-    const float c = clamped((px * t.cx + py * t.cy + pz * t.cz) * t.per_cc);
+    const float b = clamped((px * t.bx + py * t.by + pz * t.bz) * per_bb);
+    const float c = clamped((px * t.cx + py * t.cy + pz * t.cz) * per_cc);
     const float qx = px - t.bx, qy = py - t.by, qz = pz - t.bz;
-    const float e = clamped((qx * ex + qy * ey + qz * ez) * t.per_ee);
+    const float e = clamped((qx * ex + qy * ey + qz * ez) * per_ee);
     const float b1 = px - b * t.bx, b2 = py - b * t.by, b3 = pz - b * t.bz;
     const float c1 = px - c * t.cx, c2 = py - c * t.cy, c3 = pz - c * t.cz;
     const float e1 = qx - e * ex, e2 = qy - e * ey, e3 = qz - e * ez;
@@ -61,7 +69,7 @@ inline __attribute__((always_inline)) void MeasureLanes(const Shape& t, float ax
   }
 }
 
-using Measure = void (*)(const Shape&, float, float, float, std::uint32_t, std::size_t, Lanes*, float*);
+using MeasureTriangle = void (*)(const Shape&, float, float, float, std::uint32_t, std::size_t, Lanes*, float*);
 
 void MeasurePlain(const Shape& t, float ax, float ay, float az, std::uint32_t candidate, std::size_t count,
                   Lanes* lanes, float* squared) {
@@ -80,7 +88,7 @@ __attribute__((target("avx512f,avx512vl,avx512dq,fma,prefer-vector-width=512")))
 }
 #endif
 
-Measure Widest() {
+MeasureTriangle Widest() {
 #ifdef __x86_64__
   if (__builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq")) return MeasureSixteen;
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return MeasureEight;
@@ -90,16 +98,21 @@ Measure Widest() {
 
 }  // namespace
 
-CellOrder PutInCells(const NearCells& cells, const Eigen::Vector3d& origin_mm, const Eigen::Vector3d* points_mm,
-                     std::size_t count, int thread_count) {
+CellOrder PutInCells(const NearCells& cells, const QueriesAt& queries_at, std::size_t count, int thread_count) {
   const auto parts = static_cast<std::size_t>(std::max(1, thread_count));
   const auto cell_count = static_cast<std::uint32_t>(cells.cell_count());
   std::vector<std::uint32_t> cell_of(count);
   std::vector<std::vector<std::uint32_t>> counts(parts);
   InParts(count, parts, [&](std::size_t begin, std::size_t end, std::size_t part) {
-    counts[part].assign(cell_count + 1, 0);
-    cells.CellsAt(points_mm + begin, origin_mm, end - begin, &cell_of[begin]);
-    for (std::size_t i = begin; i < end; ++i) ++counts[part][cell_of[i] = std::min(cell_of[i], cell_count)];
+    std::vector<std::uint32_t>& here = counts[part];
+    here.assign(cell_count + 1, 0);
+    std::array<Eigen::Vector3d, NearCells::kTogether> queries;
+    for (std::size_t at = begin; at < end; at += queries.size()) {
+      const std::size_t together = std::min(queries.size(), end - at);
+      queries_at(static_cast<std::uint32_t>(at), together, queries.data());
+      cells.CellsAt(queries.data(), together, &cell_of[at]);
+      for (std::size_t i = at; i < at + together; ++i) ++here[cell_of[i] = std::min(cell_of[i], cell_count)];
+    }
   });
   CellOrder cell_order;
   cell_order.first.resize(cell_count + 2);
@@ -127,14 +140,74 @@ NearBatch::~NearBatch() = default;
 
 void NearBatch::Find(std::uint32_t cell, const Eigen::Vector3d* queries, std::size_t count, double limit_squared,
                      TriangleTree::Nearest* nearest) {
-  static const Measure kMeasure = Widest();
+  const double covered_mm = cells_.covered_mm(), covered_squared = covered_mm * covered_mm;
+  const std::uint32_t first = cells_.first_[cell];
+  const std::uint32_t* items = &cells_.items_[std::size_t{NearCells::kGroup} * first];
+  const Candidates candidates{cells_.centre_mm(cell), cells_.cell_width_mm(), items, &cells_.group_distance_[first],
+                              cells_.first_[cell + 1] - first};
+  if (limit_squared <= covered_squared) return Measure(candidates, queries, count, limit_squared, nearest);
+  // Beyond what is covered the cell does not know all candidates.
+  std::array<Eigen::Vector3d, kMostPoints> far;
+  std::array<std::uint32_t, kMostPoints> far_at;
+  std::size_t far_count = 0;
+  const auto is_far = [&](const Eigen::Vector3d& query) {
+    const double nearer_mm = candidates.group_distance[0] - covered_mm;
+    return nearer_mm > 0 && (query - candidates.centre).squaredNorm() < nearer_mm * nearer_mm;
+  };
+  if (!std::all_of(queries, queries + count, is_far)) {
+    Measure(candidates, queries, count, covered_squared, nearest);
+  } else {
+    std::fill(nearest, nearest + count, TriangleTree::Nearest{});
+  }
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (nearest[i].triangle != TriangleTree::kNone) continue;
+    far[far_count] = queries[i];
+    far_at[far_count++] = i;
+  }
+  if (far_count == 0) return;
+  std::array<TriangleTree::Nearest, kMostPoints> found;
+  FindAround(far.data(), far_count, limit_squared, tree_.items()[items[0]].triangle, found.data());
+  for (std::size_t i = 0; i < far_count; ++i) nearest[far_at[i]] = found[i];
+}
+
+void NearBatch::FindAround(const Eigen::Vector3d* queries, std::size_t count, double limit_squared, std::uint32_t hint,
+                           TriangleTree::Nearest* nearest) {
+  const auto one_by_one = [&] {
+    for (std::size_t i = 0; i < count; ++i) {
+      nearest[i] = tree_.Find(queries[i], limit_squared, hint);
+      if (nearest[i].triangle != TriangleTree::kNone) hint = nearest[i].triangle;
+    }
+  };
+  Eigen::Vector3d low = queries[0], high = queries[0];
+  for (std::size_t i = 1; i < count; ++i) {
+    low = low.cwiseMin(queries[i]);
+    high = high.cwiseMax(queries[i]);
+  }
+  const Eigen::Vector3d centre = 0.5 * (low + high);
+  const double radius_mm = 0.5 * (high - low).norm();
+  if (count < kWorthTogether || !(radius_mm < kWidestTogether * cells_.cell_width_mm())) return one_by_one();
+  // Whoever is nearest to a query is no farther from the centre than this.
+  const double farthest_mm = (std::sqrt(limit_squared) + radius_mm) * (1 + 1e-12);
+  const TriangleTree::Nearest of_centre = tree_.Find(centre, farthest_mm * farthest_mm, hint);
+  const double distance_mm = std::sqrt(of_centre.distance_squared);
+  if (!(distance_mm < kFarthestTogether * cells_.cell_width_mm())) return one_by_one();
+  tree_.FindWithin(centre, std::min(farthest_mm, (distance_mm + 2 * radius_mm) * (1 + 1e-12)), &within_);
+  items_.clear();
+  group_distance_.clear();
+  const std::uint32_t group_count = NearCells::List(&within_, &items_, &group_distance_);
+  Measure({centre, static_cast<float>(radius_mm), items_.data(), group_distance_.data(), group_count}, queries, count,
+          limit_squared, nearest);
+}
+
+void NearBatch::Measure(const Candidates& candidates, const Eigen::Vector3d* queries, std::size_t count,
+                        double limit_squared, TriangleTree::Nearest* nearest) {
+  static const MeasureTriangle kMeasure = Widest();
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   Lanes& lanes = *lanes_;
   const std::size_t width = (count + kLanes - 1) / kLanes * kLanes;
-  const Eigen::Vector3d centre = cells_.centre_mm(cell);
   float from_centre = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const Eigen::Vector3f q = (queries[i] - centre).cast<float>();
+    const Eigen::Vector3f q = (queries[i] - candidates.centre).cast<float>();
     lanes.x[i] = q.x();
     lanes.y[i] = q.y();
     lanes.z[i] = q.z();
@@ -147,14 +220,12 @@ void NearBatch::Find(std::uint32_t cell, const Eigen::Vector3d* queries, std::si
   }
   from_centre = std::sqrt(from_centre) * (1 + 1e-5f);
 
-  const std::uint32_t first = cells_.first_[cell], groups = cells_.first_[cell + 1] - first;
-  const std::uint32_t* items = &cells_.items_[std::size_t{NearCells::kGroup} * first];
-  if (squared_.size() < groups * NearCells::kGroup * kMostPoints)
-    squared_.resize(groups * NearCells::kGroup * kMostPoints);
+  const std::uint32_t *items = candidates.items, item_count = NearCells::kGroup * candidates.group_count;
+  if (squared_.size() < item_count * width) squared_.resize(item_count * width);
   float tolerance = 0;
   std::uint32_t used = 0;
-  for (std::uint32_t group = 0; group < groups; ++group) {
-    const float at_least = cells_.group_distance_[first + group] - from_centre - 2 * tolerance;
+  for (std::uint32_t group = 0; group < candidates.group_count; ++group) {
+    const float at_least = candidates.group_distance[group] - from_centre - 2 * tolerance;
     if (at_least > 0) {
       float farthest = 0;
       for (std::size_t i = 0; i < count; ++i) farthest = farthest > lanes.least[i] ? farthest : lanes.least[i];
@@ -162,31 +233,24 @@ void NearBatch::Find(std::uint32_t cell, const Eigen::Vector3d* queries, std::si
     }
     for (std::uint32_t k = 0; k < NearCells::kGroup; ++k, ++used) {
       const Shape& shape = cells_.shapes_[items[used]];
-      const Eigen::Vector3f a = (tree_.items()[items[used]].a - centre).cast<float>();
-      const float reach = std::abs(a.x()) + std::abs(a.y()) + std::abs(a.z()) + cells_.cell_width_mm();
-      tolerance = std::max(tolerance, shape.rounding * (reach + shape.size));
+      if (used + kShapesAhead < item_count) __builtin_prefetch(&cells_.shapes_[items[used + kShapesAhead]]);
+      const Eigen::Vector3f a = (tree_.corner(tree_.items()[items[used]], 0) - candidates.centre).cast<float>();
+      const float reach = std::abs(a.x()) + std::abs(a.y()) + std::abs(a.z()) + candidates.width_mm;
+      const float size = std::max(std::abs(shape.bx) + std::abs(shape.by) + std::abs(shape.bz),
+                                  std::abs(shape.cx) + std::abs(shape.cy) + std::abs(shape.cz));
+      tolerance = std::max(tolerance, shape.rounding * (reach + size));
       kMeasure(shape, a.x(), a.y(), a.z(), used, width, &lanes, &squared_[used * width]);
     }
   }
-  const double covered_squared = cells_.covered_mm() * cells_.covered_mm();
   for (std::size_t i = 0; i < count; ++i) {
     nearest[i] = {};
     nearest[i].distance_squared = limit_squared;
     const float within = std::sqrt(lanes.least[i]) + 2 * tolerance, within_squared = within * within * (1 + 1e-6f);
-    if (lanes.second[i] > within_squared) {
-      TriangleTree::Test(tree_.items()[items[lanes.nearest[i]]], queries[i], &nearest[i]);
+    if (used > 0 && lanes.second[i] > within_squared) {
+      tree_.Test(tree_.items()[items[lanes.nearest[i]]], queries[i], &nearest[i]);
     } else {
       for (std::uint32_t k = 0; k < used; ++k)
-        if (squared_[k * width + i] <= within_squared)
-          TriangleTree::Test(tree_.items()[items[k]], queries[i], &nearest[i]);
-    }
-    // Beyond what is covered the cell does not know all candidates.
-    if (nearest[i].triangle != TriangleTree::kNone && nearest[i].distance_squared <= covered_squared) continue;
-    if (limit_squared > covered_squared) {
-      nearest[i] = tree_.Find(queries[i], limit_squared, tree_.items()[items[lanes.nearest[i]]].triangle);
-    } else {
-      nearest[i] = {};
-      nearest[i].distance_squared = limit_squared;
+        if (squared_[k * width + i] <= within_squared) tree_.Test(tree_.items()[items[k]], queries[i], &nearest[i]);
     }
   }
 }

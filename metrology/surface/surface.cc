@@ -30,10 +30,10 @@ constexpr std::size_t kGreatestTriangleCount = 100'000'000;
 // Faces that meet at less than this are not a sharp edge; corner normals that differ by less belong to one smooth face.
 const double kSharpCosine = std::cos(20 * M_PI / 180);
 const double kSmoothCosine = std::cos(1 * M_PI / 180);
-constexpr double kNearMm = 0.05;                      // what the near cells cover: more than a converged fit reaches
+constexpr double kNearMm = 0.1;                       // what the near cells cover: more than a converged fit reaches
 constexpr std::size_t kManyPoints = 100'000;          // are worth the near cells
-constexpr std::size_t kSlice = std::size_t{1} << 20;  // of points put in order at a time
 constexpr std::size_t kAhead = 24;                    // points fetched early
+constexpr std::size_t kSlice = std::size_t{1} << 20;  // of points put in order at a time
 // Steps of a foot along the patch: where the surface's radius is near the distance (a trailing edge) they shrink slowly. The
 // distance is off by the square of what is left, over the radius.
 constexpr int kLeastSteps = 2, kMostSteps = 12;
@@ -50,6 +50,22 @@ std::string At(const Vector3d& point_mm) {
   std::ostringstream text;
   text << '(' << point_mm.x() << ", " << point_mm.y() << ", " << point_mm.z() << ')';
   return text.str();
+}
+
+bool Findable(const Vector3d& query) { return query.cwiseAbs().maxCoeff() <= 1e12 && query.allFinite(); }
+
+// The cube of space that a point lies in, about the surface's middle; points far outside share one, those nowhere another.
+std::uint64_t PlaceOf(const Vector3d& query) {
+  constexpr double kCubeMm = 0.5;
+  constexpr std::uint64_t kAcross = 1 << 20, kOutside = std::uint64_t{1} << 62;
+  if (!Findable(query)) return kOutside + 1;
+  std::uint64_t place = 0;
+  for (int k = 0; k < 3; ++k) {
+    const double at = query[k] / kCubeMm + kAcross / 2;
+    if (!(at >= 0 && at < kAcross)) return kOutside;
+    place = place * kAcross + static_cast<std::uint64_t>(at);
+  }
+  return place;
 }
 
 struct PositionHash {
@@ -233,12 +249,13 @@ Vector3d Surface::Tree::PseudoNormal(const TriangleTree::Nearest& nearest) const
 
 // To the flat triangles. Inside of one the side of its plane decides, else the pseudo-normal.
 double Surface::Tree::FacetDistance(const Vector3d& query, const TriangleTree::Nearest& nearest) const {
-  const TriangleTree::Item& item = *nearest.item;
-  const Vector3d from_corner = query - item.a;
-  const bool below = nearest.part == TrianglePart::kInside
-                         ? from_corner.dot(item.ab.cross(item.ac)) < 0
-                         : (from_corner - nearest.barycentric[1] * item.ab - nearest.barycentric[2] * item.ac)
-                                   .dot(PseudoNormal(nearest)) < 0;
+  const auto& corners = nearest.item->corners;  // more likely in the cache than the mesh's
+  const Vector3d &a = vertices[corners[0]], ab = vertices[corners[1]] - a, ac = vertices[corners[2]] - a;
+  const Vector3d from_corner = query - a;
+  const bool below =
+      nearest.part == TrianglePart::kInside
+          ? from_corner.dot(ab.cross(ac)) < 0
+          : (from_corner - nearest.barycentric[1] * ab - nearest.barycentric[2] * ac).dot(PseudoNormal(nearest)) < 0;
   const double distance = std::sqrt(nearest.distance_squared);
   return below ? -distance : distance;
 }
@@ -399,8 +416,7 @@ SurfacePoint Surface::Closest(const Vector3d& point_mm, std::uint32_t hint) cons
 
 SurfacePoint Surface::ClosestWithin(const Vector3d& point_mm, double limit_mm, std::uint32_t hint) const {
   const Vector3d query = point_mm - tree_->centre;
-  if (!(query.cwiseAbs().maxCoeff() <= 1e12) || !query.allFinite() || !(limit_mm >= 0))
-    return tree_->Resolve(query, {});
+  if (!Findable(query) || !(limit_mm >= 0)) return tree_->Resolve(query, {});
   return tree_->Resolve(query, tree_->triangles->Find(query, limit_mm * limit_mm, hint));
 }
 
@@ -411,110 +427,124 @@ void Surface::PrepareNear(int thread_count) const {
   });
 }
 
-Surface::Cursor::Cursor(const Surface& surface)
-    : surface_(surface),
-      near_(std::make_unique<NearCursor>(*surface.tree_->triangles, surface.tree_->near_ready.load())) {}
-Surface::Cursor::~Cursor() = default;
-
-SurfacePoint Surface::Cursor::ClosestWithin(const Vector3d& point_mm, double limit_mm, std::uint32_t hint) {
-  const Tree& tree = *surface_.tree_;
-  const Vector3d query = point_mm - tree.centre;
-  if (!(query.cwiseAbs().maxCoeff() <= 1e12) || !query.allFinite() || !(limit_mm >= 0)) return tree.Resolve(query, {});
-  const TriangleTree::Nearest nearest = near_->Find(query, limit_mm * limit_mm, hint == kNoTriangle ? hint_ : hint);
-  if (nearest.triangle != kNoTriangle) hint_ = nearest.triangle;
-  return tree.Resolve(query, nearest);
-}
-
-namespace {
-
-// The cube of space that a point lies in; points far outside or nowhere share the last one.
-std::uint64_t PlaceOf(const Vector3d& from_minimum_mm) {
-  constexpr double kCubeMm = 0.5;
-  constexpr std::uint64_t kAcross = 1 << 20;
-  std::uint64_t place = 0;
-  for (int k = 0; k < 3; ++k) {
-    const double at = from_minimum_mm[k] / kCubeMm + kAcross / 2;
-    if (!(at >= 0 && at < kAcross)) return ~std::uint64_t{0};
-    place = place * kAcross + static_cast<std::uint64_t>(at);
-  }
-  return place;
-}
-
-}  // namespace
-
 // Points in the order of the near cells; after them those of no cell, neighbours together.
 class PlacedPoints {
  public:
-  PlacedPoints(const Surface::Tree& tree, const Vector3d* points_mm, std::size_t count, double limit_mm,
+  PlacedPoints(const Surface::Tree& tree, std::uint32_t count, Surface::Batch::PointsAt points_at, double limit_mm,
                int thread_count)
-      : tree_(tree), near_(tree.near_ready.load()), points_mm_(points_mm), limit_mm_(limit_mm) {
-    std::vector<std::uint32_t> outside;
+      : tree_(tree), near_(tree.near_ready.load()), points_at_(std::move(points_at)), limit_mm_(limit_mm) {
     if (near_ != nullptr) {
-      in_cells_ = PutInCells(*near_, tree.centre, points_mm, count, thread_count);
-      in_cells_count_ = in_cells_.first[near_->cell_count()];
-      outside.assign(in_cells_.order.begin() + static_cast<std::ptrdiff_t>(in_cells_count_), in_cells_.order.end());
+      const auto queries_at = [this](std::uint32_t begin, std::size_t some, Vector3d* queries) {
+        std::array<std::uint32_t, NearCells::kTogether> indices;
+        std::iota(indices.begin(), indices.end(), begin);
+        Fetch(indices.data(), some, queries);
+      };
+      placed_ = PutInCells(*near_, queries_at, count, thread_count);
+      in_cells_count_ = placed_.first[near_->cell_count()];
     } else {
-      outside.resize(count);
-      std::iota(outside.begin(), outside.end(), 0);
+      placed_.order.resize(count);
+      std::iota(placed_.order.begin(), placed_.order.end(), 0);
     }
-    far_.reserve(outside.size());
-    for (const std::uint32_t i : outside) far_.emplace_back(Near() ? 0 : PlaceOf(points_mm[i] - tree.minimum), i);
-    std::sort(far_.begin(), far_.end());
+    if (!Far()) return;
+    PutFarInPlaces(thread_count);
   }
 
   // take(index, query, nearest) for those at [from, to) of the order.
   template <typename Take>
   void Visit(std::size_t from, std::size_t to, const Take& take) const {
-    std::size_t at = from;
-    if (at < in_cells_count_ && limit_mm_ >= 0) {
-      NearBatch batch(*tree_.triangles, *near_);
-      std::array<Vector3d, NearBatch::kMostPoints> queries;
-      std::array<TriangleTree::Nearest, NearBatch::kMostPoints> nearest;
-      const std::vector<std::uint32_t>& first = in_cells_.first;
-      auto cell = static_cast<std::uint32_t>(std::upper_bound(first.begin(), first.end(), at) - first.begin()) - 1;
-      for (const std::size_t end = std::min(to, in_cells_count_); at < end;) {
-        while (first[cell + 1] <= at) ++cell;
-        const std::size_t here = std::min({NearBatch::kMostPoints, first[cell + 1] - at, end - at});
-        for (std::size_t i = 0; i < here; ++i) {
-          queries[i] = points_mm_[in_cells_.order[at + i]] - tree_.centre;
-          if (at + i + kAhead < in_cells_count_) __builtin_prefetch(&points_mm_[in_cells_.order[at + i + kAhead]]);
+    std::optional<NearBatch> batch;
+    if (near_ != nullptr) batch.emplace(*tree_.triangles, *near_);
+    std::array<Vector3d, kFetched> queries;
+    std::array<TriangleTree::Nearest, NearBatch::kMostPoints> nearest;
+    std::uint32_t cell = 0, hint = Surface::kNoTriangle;
+    if (near_ != nullptr)
+      cell = static_cast<std::uint32_t>(std::upper_bound(placed_.first.begin(), placed_.first.end(), from) -
+                                        placed_.first.begin()) -
+             1;
+    for (std::size_t fetched = from; fetched < to; fetched += kFetched) {
+      const std::size_t end = std::min(to, fetched + kFetched);
+      Fetch(&placed_.order[fetched], end - fetched, queries.data());
+      for (std::size_t at = fetched; at < end;) {
+        const Vector3d* here = &queries[at - fetched];
+        std::size_t count = std::min(end - at, NearBatch::kMostPoints);
+        if (at < in_cells_count_) {
+          while (placed_.first[cell + 1] <= at) ++cell;
+          count = std::min<std::size_t>(count, placed_.first[cell + 1] - at);
+        } else if (Far()) {
+          const std::uint64_t place = PlaceOf(here[0]);
+          count = static_cast<std::size_t>(
+              std::find_if(here + 1, here + count, [&](const Vector3d& q) { return PlaceOf(q) != place; }) - here);
         }
-        batch.Find(cell, queries.data(), here, limit_mm_ * limit_mm_, nearest.data());
-        for (std::size_t i = 0; i < here; ++i) take(in_cells_.order[at + i], queries[i], nearest[i]);
-        at += here;
+        std::fill(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(count), TriangleTree::Nearest{});
+        if (at < in_cells_count_) {
+          if (limit_mm_ >= 0) batch->Find(cell, here, count, limit_mm_ * limit_mm_, nearest.data());
+        } else if (Far() && limit_mm_ >= 0 && Findable(here[0])) {
+          FindFar(here, count, hint, batch.has_value() ? &*batch : nullptr, nearest.data());
+        }
+        if (nearest[count - 1].triangle != Surface::kNoTriangle) hint = nearest[count - 1].triangle;
+        for (std::size_t i = 0; i < count; ++i) take(placed_.order[at + i], here[i], nearest[i]);
+        at += count;
       }
-    }
-    std::uint32_t hint = Surface::kNoTriangle;
-    for (; at < to; ++at) {
-      const std::uint32_t i = at < in_cells_count_ ? in_cells_.order[at] : far_[at - in_cells_count_].second;
-      const Vector3d query = points_mm_[i] - tree_.centre;
-      TriangleTree::Nearest nearest;
-      if (!Near() && Findable(query)) nearest = tree_.triangles->Find(query, limit_mm_ * limit_mm_, hint);
-      if (nearest.triangle != Surface::kNoTriangle) hint = nearest.triangle;
-      take(i, query, nearest);
     }
   }
 
  private:
-  // Nothing outside the cells is within the limit.
-  bool Near() const { return near_ != nullptr && limit_mm_ <= near_->covered_mm(); }
-  bool Findable(const Vector3d& query) const {
-    return query.cwiseAbs().maxCoeff() <= 1e12 && query.allFinite() && limit_mm_ >= 0;
+  static constexpr std::size_t kFetched = 1024;  // points asked for at a time: the processor waits for many at once
+
+  // Neighbours together: by place, then by index.
+  void PutFarInPlaces(int thread_count) {
+    using Placed = std::pair<std::uint64_t, std::uint32_t>;
+    std::vector<Placed> outside(placed_.order.size() - in_cells_count_);
+    const auto parts = static_cast<std::size_t>(std::max(1, thread_count));
+    InParts(outside.size(), parts, [&](std::size_t begin, std::size_t end, std::size_t) {
+      std::array<Vector3d, kFetched> queries;
+      for (std::size_t k = begin; k < end; k += kFetched) {
+        const std::size_t some = std::min(kFetched, end - k);
+        const std::uint32_t* indices = &placed_.order[in_cells_count_ + k];
+        Fetch(indices, some, queries.data());
+        for (std::size_t i = 0; i < some; ++i) outside[k + i] = {PlaceOf(queries[i]), indices[i]};
+      }
+      std::sort(outside.begin() + static_cast<std::ptrdiff_t>(begin),
+                outside.begin() + static_cast<std::ptrdiff_t>(end));
+    });
+    for (std::size_t part = 1; part < parts; ++part) {
+      const auto at = [&](std::size_t p) {
+        return outside.begin() + static_cast<std::ptrdiff_t>(outside.size() * p / parts);
+      };
+      std::inplace_merge(outside.begin(), at(part), at(part + 1));
+    }
+    for (std::size_t k = 0; k < outside.size(); ++k) placed_.order[in_cells_count_ + k] = outside[k].second;
   }
+
+  void FindFar(const Vector3d* queries, std::size_t count, std::uint32_t hint, NearBatch* batch,
+               TriangleTree::Nearest* nearest) const {
+    const double limit_squared = limit_mm_ * limit_mm_;
+    if (batch != nullptr) return batch->FindAround(queries, count, limit_squared, hint, nearest);
+    for (std::size_t i = 0; i < count; ++i) {
+      nearest[i] = tree_.triangles->Find(queries[i], limit_squared, hint);
+      if (nearest[i].triangle != Surface::kNoTriangle) hint = nearest[i].triangle;
+    }
+  }
+
+  void Fetch(const std::uint32_t* indices, std::size_t count, Vector3d* queries) const {
+    points_at_(indices, count, queries);
+    for (std::size_t i = 0; i < count; ++i) queries[i] -= tree_.centre;
+  }
+  // Points of no cell may have the surface within the limit.
+  bool Far() const { return near_ == nullptr || !(limit_mm_ <= near_->covered_mm()); }
 
   const Surface::Tree& tree_;
   const NearCells* near_;
-  const Vector3d* points_mm_;
-  double limit_mm_;
-  CellOrder in_cells_;
+  const Surface::Batch::PointsAt points_at_;
+  const double limit_mm_;
+  CellOrder placed_;
   std::size_t in_cells_count_ = 0;
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> far_;  // place, point
 };
 
-Surface::Batch::Batch(const Surface& surface, const Points& points_mm, double limit_mm, int thread_count)
+Surface::Batch::Batch(const Surface& surface, std::uint32_t count, PointsAt points_at, double limit_mm,
+                      int thread_count)
     : tree_(*surface.tree_),
-      placed_(
-          std::make_unique<PlacedPoints>(*surface.tree_, points_mm.data(), points_mm.size(), limit_mm, thread_count)) {}
+      placed_(std::make_unique<PlacedPoints>(*surface.tree_, count, std::move(points_at), limit_mm, thread_count)) {}
 Surface::Batch::~Batch() = default;
 
 void Surface::Batch::Visit(std::size_t from, std::size_t to,
@@ -531,7 +561,13 @@ void Surface::SignedDistances(const Points& points_mm, double limit_mm, int thre
   const auto parts = static_cast<std::size_t>(std::max(1, thread_count));
   for (std::size_t begin = 0; begin < points_mm.size(); begin += kSlice) {
     const std::size_t count = std::min(kSlice, points_mm.size() - begin);
-    const PlacedPoints placed(*tree_, &points_mm[begin], count, limit_mm, thread_count);
+    const auto points_at = [&](const std::uint32_t* indices, std::size_t some, Vector3d* fetched) {
+      for (std::size_t i = 0; i < some; ++i) {
+        if (i + kAhead < some) __builtin_prefetch(&points_mm[begin + indices[i + kAhead]]);
+        fetched[i] = points_mm[begin + indices[i]];
+      }
+    };
+    const PlacedPoints placed(*tree_, static_cast<std::uint32_t>(count), points_at, limit_mm, thread_count);
     InParts(count, parts, [&](std::size_t from, std::size_t to, std::size_t) {
       placed.Visit(from, to, [&](std::uint32_t index, const Vector3d& query, const TriangleTree::Nearest& nearest) {
         (*distances_mm)[begin + index] = tree_->Distance(query, nearest);

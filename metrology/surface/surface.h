@@ -21,7 +21,6 @@
 
 namespace sixpoint::metrology {
 
-class NearCursor;
 class PlacedPoints;
 
 // Where on the surface a closest point lies.
@@ -60,31 +59,17 @@ class Surface {
   // The same, searching only within a distance; signed_distance_mm is NaN when there is none.
   SurfacePoint ClosestWithin(const Eigen::Vector3d& point_mm, double limit_mm, std::uint32_t hint = kNoTriangle) const;
 
-  // Makes ready for very many points near the surface (once, some seconds; near_cells.h): what follows is as before, but
-  // Cursors get several times as fast. Thread-safe.
+  // Makes ready for very many points near the surface (once, about a second for a million triangles; near_cells.h): what
+  // follows is as before, but Batch and SignedDistances get several times as fast. Thread-safe.
   void PrepareNear(int thread_count) const;
-
-  // One thread's way through many points: the same answers as ClosestWithin, quicker where each point is near the one
-  // before. Lives no longer than its surface.
-  class Cursor {
-   public:
-    explicit Cursor(const Surface& surface);
-    ~Cursor();
-    // The hint: a triangle thought near; without one, that of the point before.
-    SurfacePoint ClosestWithin(const Eigen::Vector3d& point_mm, double limit_mm, std::uint32_t hint = kNoTriangle);
-
-   private:
-    const Surface& surface_;
-    std::unique_ptr<NearCursor> near_;
-    std::uint32_t hint_ = kNoTriangle;
-  };
 
   // Many points at a time, those of one cell of space together: ClosestWithin of each, to the bit, in less time. The order
   // in which they are visited depends on nothing but the points, the surface and whether it is prepared near.
   class Batch {
    public:
-    // The points stay where they are while the batch lives.
-    Batch(const Surface& surface, const Points& points_mm, double limit_mm, int thread_count);
+    // Puts the points with these indices, the same whenever they are asked for; by any thread.
+    using PointsAt = std::function<void(const std::uint32_t* indices, std::size_t count, Eigen::Vector3d* points_mm)>;
+    Batch(const Surface& surface, std::uint32_t count, PointsAt points_at, double limit_mm, int thread_count);
     ~Batch();
     // Those at [from, to) of the order: the point's index and what was found. For any number of threads.
     void Visit(std::size_t from, std::size_t to,

@@ -122,7 +122,8 @@ struct TriangleTree::Builder {
   }
 };
 
-TriangleTree::TriangleTree(const Points& vertices, const std::vector<std::array<std::uint32_t, 3>>& triangles) {
+TriangleTree::TriangleTree(const Points& vertices, const std::vector<std::array<std::uint32_t, 3>>& triangles)
+    : vertices_(vertices) {
   std::vector<Item> items;
   items.reserve(triangles.size());
   Builder builder{{}, &nodes_};
@@ -140,10 +141,9 @@ TriangleTree::TriangleTree(const Points& vertices, const std::vector<std::array<
     box.min().array() -= margin;
     box.max().array() += margin;
     builder.entries.push_back({box, box.center(), static_cast<std::uint32_t>(items.size())});
-    items.push_back({a, ab, ac, ab.squaredNorm(), ab.dot(ac), ac.squaredNorm(), t});
+    items.push_back({triangles[t], t});
   }
   if (items.empty()) return;
-  nodes_.reserve(items.size() / 2 + 1);
   nodes_.emplace_back();
   builder.Build(0, {0, static_cast<std::uint32_t>(items.size())}, 0);
   items_.reserve(items.size());
@@ -154,11 +154,12 @@ TriangleTree::TriangleTree(const Points& vertices, const std::vector<std::array<
   }
 }
 
-// Ericson, Real-Time Collision Detection, 5.1.5, with the inner products of the edges at hand.
-void TriangleTree::Test(const Item& item, const Eigen::Vector3d& query, Nearest* best) {
-  const Eigen::Vector3d ap = query - item.a;
-  const double d1 = item.ab.dot(ap), d2 = item.ac.dot(ap);
-  const double d3 = d1 - item.abab, d4 = d2 - item.abac, d5 = d1 - item.abac, d6 = d2 - item.acac;
+// Ericson, Real-Time Collision Detection, 5.1.5.
+void TriangleTree::Test(const Item& item, const Eigen::Vector3d& query, Nearest* best) const {
+  const Eigen::Vector3d &a = corner(item, 0), ab = corner(item, 1) - a, ac = corner(item, 2) - a, ap = query - a;
+  const double abab = ab.squaredNorm(), abac = ab.dot(ac), acac = ac.squaredNorm();
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  const double d3 = d1 - abab, d4 = d2 - abac, d5 = d1 - abac, d6 = d2 - acac;
   const double va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
   double v, w;
   TrianglePart part;
@@ -174,12 +175,12 @@ void TriangleTree::Test(const Item& item, const Eigen::Vector3d& query, Nearest*
     w = 1;
     part = TrianglePart::kCorner2;
   } else if (vc <= 0 && d1 >= 0 && d3 <= 0) {
-    v = d1 / item.abab;
+    v = d1 / abab;
     w = 0;
     part = TrianglePart::kEdge2;
   } else if (vb <= 0 && d2 >= 0 && d6 <= 0) {
     v = 0;
-    w = d2 / item.acac;
+    w = d2 / acac;
     part = TrianglePart::kEdge1;
   } else if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
     w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
@@ -191,7 +192,7 @@ void TriangleTree::Test(const Item& item, const Eigen::Vector3d& query, Nearest*
     w = vc * scale;
     part = TrianglePart::kInside;
   }
-  const double distance_squared = (ap - v * item.ab - w * item.ac).squaredNorm();
+  const double distance_squared = (ap - v * ab - w * ac).squaredNorm();
   if (distance_squared < best->distance_squared ||
       (distance_squared == best->distance_squared && item.triangle < best->triangle)) {
     *best = {item.triangle, distance_squared, {1 - v - w, v, w}, part, &item};

@@ -23,10 +23,11 @@ class TriangleTree {
     double distance_squared = std::numeric_limits<double>::infinity();
     Eigen::Vector3d barycentric = Eigen::Vector3d::Zero();
     TrianglePart part = TrianglePart::kInside;
-    const Item* item = nullptr;  // of the triangle, in the tree
+    const Item* item = nullptr;  // of the triangle
   };
 
-  // Triangles without area are left out. Vertices should be near their origin (boxes are kept in float, conservatively).
+  // Triangles without area are left out. Vertices should be near their origin (boxes are kept in float, conservatively);
+  // they stay where they are while the tree lives.
   TriangleTree(const Points& vertices, const std::vector<std::array<std::uint32_t, 3>>& triangles);
 
   // The nearest triangle within a distance; equal distances go to the smaller index. The hint only saves time.
@@ -39,16 +40,16 @@ class TriangleTree {
 
   bool empty() const { return items_.empty(); }
 
-  // One triangle: a corner, two edges from it and their inner products.
+  // One triangle: its corners among the vertices, which all in the neighbourhood share and so stay in the processor's cache.
   struct Item {
-    Eigen::Vector3d a, ab, ac;
-    double abab, abac, acac;
+    std::array<std::uint32_t, 3> corners;
     std::uint32_t triangle;
   };
   // In the tree's own order, in which neighbours stand near each other.
   const std::vector<Item>& items() const { return items_; }
+  const Eigen::Vector3d& corner(const Item& item, std::size_t i) const { return vertices_[item.corners[i]]; }
   // Replaces `best` where the item is nearer, or as near with a smaller index.
-  static void Test(const Item& item, const Eigen::Vector3d& query, Nearest* best);
+  void Test(const Item& item, const Eigen::Vector3d& query, Nearest* best) const;
 
   struct Within {
     std::uint32_t item;
@@ -67,6 +68,7 @@ class TriangleTree {
   };
   struct Builder;
 
+  const Points& vertices_;
   std::vector<Item> items_;
   std::vector<std::uint32_t> item_of_triangle_;
   std::vector<Node, Eigen::aligned_allocator<Node>> nodes_;

@@ -75,7 +75,7 @@ TEST(Surface, HintChangesNothing) {
   }
 }
 
-TEST(Surface, CursorsGiveTheSameBitsWithAndWithoutNearCells) {
+TEST(Surface, ManyPointsTogetherGiveTheSameBitsAsOneByOne) {
   TriangleMesh slivers = shapes::Blade(300, 3, kFarOrigin);  // triangles a hundred times as long as wide, and fans
   slivers.corner_normals.clear();
   for (TriangleMesh mesh : {shapes::Blade(60, 50, kFarOrigin), std::move(slivers)}) {
@@ -93,19 +93,36 @@ TEST(Surface, CursorsGiveTheSameBitsWithAndWithoutNearCells) {
       const double scale_mm = std::array<double, 4>{0, 1e-3, 0.05, 2}[static_cast<std::size_t>(i % 4)];
       queries.push_back(on + scale_mm * Vector3d(off_mm(random), off_mm(random), off_mm(random)));
     }
+    // A sheet of points well off the surface; some far away, some nowhere.
+    const Vector3d middle = 0.5 * (surface->minimum_mm() + surface->maximum_mm());
+    for (int i = 0; i < 5000; ++i) queries.push_back(middle + Vector3d(unit(random), unit(random), 0));
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    for (int i = 0; i < 100; ++i) {
+      queries.push_back({1e9 * unit(random), 0, 0});
+      queries.push_back({nan, 0, 0});
+    }
     for (const bool near : {false, true}) {
       if (near) surface->PrepareNear(2);
-      Surface::Cursor cursor(*surface);
       for (const double limit_mm : {0.02, 0.3, std::numeric_limits<double>::infinity()}) {
-        for (const Vector3d& q : queries) {
-          const SurfacePoint plain = surface->ClosestWithin(q, limit_mm);
-          const SurfacePoint found = cursor.ClosestWithin(q, limit_mm);
-          ASSERT_EQ(plain.triangle, found.triangle);
-          if (plain.triangle == Surface::kNoTriangle) continue;
-          ASSERT_EQ(plain.signed_distance_mm, found.signed_distance_mm);
-          ASSERT_EQ(plain.point_mm, found.point_mm);
-          ASSERT_EQ(plain.normal, found.normal);
-        }
+        const auto count = static_cast<std::uint32_t>(queries.size());
+        const Surface::Batch batch(
+            *surface, count,
+            [&](const std::uint32_t* indices, std::size_t some, Vector3d* points_mm) {
+              for (std::size_t i = 0; i < some; ++i) points_mm[i] = queries[indices[i]];
+            },
+            limit_mm, 2);
+        std::vector<int> visits(queries.size());
+        for (std::uint32_t from = 0; from < count; from += 777)
+          batch.Visit(from, std::min(count, from + 777), [&](std::uint32_t i, const SurfacePoint& found) {
+            ++visits[i];
+            const SurfacePoint plain = surface->ClosestWithin(queries[i], limit_mm);
+            ASSERT_EQ(plain.triangle, found.triangle);
+            if (plain.triangle == Surface::kNoTriangle) return;
+            ASSERT_EQ(plain.signed_distance_mm, found.signed_distance_mm);
+            ASSERT_EQ(plain.point_mm, found.point_mm);
+            ASSERT_EQ(plain.normal, found.normal);
+          });
+        EXPECT_EQ(visits, std::vector<int>(queries.size(), 1));
         for (const int threads : {1, 2, 3}) {
           std::vector<double> distances_mm;
           surface->SignedDistances(queries, limit_mm, threads, &distances_mm);
@@ -117,10 +134,38 @@ TEST(Surface, CursorsGiveTheSameBitsWithAndWithoutNearCells) {
         }
       }
     }
-    const double nan = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_TRUE(std::isnan(Surface::Cursor(*surface).ClosestWithin({nan, 0, 0}, 1).signed_distance_mm));
-    EXPECT_FALSE(std::isnan(Surface::Cursor(*surface).ClosestWithin({1e9, 0, 0}, 1e12).signed_distance_mm));
   }
+}
+
+// A sliver's box, in cells as small as the other triangles, would hold some 10^10 of them.
+TEST(Surface, ALongSliverAmongSmallTrianglesCostsLittleNearMemory) {
+  TriangleMesh mesh;
+  constexpr int kAcross = 100;
+  constexpr double kStepMm = 0.05;
+  for (int i = 0; i <= kAcross; ++i)
+    for (int j = 0; j <= kAcross; ++j) mesh.vertices_mm.emplace_back(kStepMm * i, kStepMm * j, 0);
+  for (std::uint32_t i = 0; i < kAcross; ++i)
+    for (std::uint32_t j = 0; j < kAcross; ++j) {
+      const std::uint32_t at = i * (kAcross + 1) + j, beside = at + kAcross + 1;
+      mesh.triangles.push_back({at, beside, beside + 1});
+      mesh.triangles.push_back({at, beside + 1, at + 1});
+    }
+  const Vector3d from(10, 10, 10), along(300, 300, 300);
+  mesh.vertices_mm.push_back(from);
+  mesh.vertices_mm.push_back(from + along);
+  mesh.vertices_mm.push_back(from + 0.5 * along + Vector3d(1e-3, 0, 0));
+  const auto last = static_cast<std::uint32_t>(mesh.vertices_mm.size());
+  mesh.triangles.push_back({last - 3, last - 2, last - 1});
+  const auto surface = Prepared(std::move(mesh));
+  const std::size_t before = surface->memory_bytes();
+  surface->PrepareNear(2);
+  EXPECT_LT(surface->memory_bytes() - before, 20'000'000u);
+  std::vector<Vector3d> queries;
+  for (int i = 0; i < 1000; ++i) queries.push_back(from + i / 1000.0 * along + Vector3d(0.02, -0.01, 0));
+  std::vector<double> distances_mm;
+  surface->SignedDistances(queries, 0.05, 1, &distances_mm);
+  for (std::size_t i = 0; i < queries.size(); ++i)
+    EXPECT_EQ(distances_mm[i], surface->ClosestWithin(queries[i], 0.05).signed_distance_mm);
 }
 
 // The chord of a torus of this mesh is 0.8 um; the true distance must come out two orders better, near and off it.
