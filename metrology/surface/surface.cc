@@ -420,6 +420,32 @@ SurfacePoint Surface::ClosestWithin(const Vector3d& point_mm, double limit_mm, s
   return tree_->Resolve(query, tree_->triangles->Find(query, limit_mm * limit_mm, hint));
 }
 
+SurfaceCurvature Surface::CurvatureAt(const SurfacePoint& found) const {
+  const Tree& tree = *tree_;
+  if (found.triangle == kNoTriangle || found.feature != SurfaceFeature::kFace) return {};
+  std::vector<OrientedPoint> nearby;
+  const auto add = [&](std::uint32_t triangle, std::size_t corner) {
+    const std::uint32_t vertex = tree.mesh.triangles[triangle][corner], welded = tree.welded[vertex];
+    // A mesh without the surface's normals knows none where faces meet.
+    if (tree.mesh.corner_normals.empty() && (tree.vertex_rims[welded] & (kSharp | kOpen))) return;
+    const Eigen::Vector3f& normal =
+        tree.mesh.corner_normals.empty() ? tree.vertex_normals[welded] : tree.mesh.corner_normals[triangle][corner];
+    nearby.push_back({tree.vertices[vertex], normal.cast<double>()});
+  };
+  const std::uint32_t t = found.triangle;
+  for (std::size_t i = 0; i < 3; ++i) add(t, i);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::uint32_t beyond = tree.across[t][i];
+    if (beyond == kNoTriangle || (tree.rims[t][i] & (kSharp | kOpen))) continue;
+    if (!tree.mesh.corner_normals.empty() && (tree.rims[t][i] & kCreased)) continue;
+    for (std::size_t k = 0; k < 3; ++k)
+      if (tree.across[beyond][k] == t) add(beyond, k);
+  }
+  const OrientedPoint foot{found.point_mm - tree.centre, found.normal};
+  if (!tree.mesh.corner_normals.empty()) nearby.push_back(foot);  // on the surface, and not a facet's
+  return CurvatureFrom(nearby, foot);
+}
+
 void Surface::PrepareNear(int thread_count) const {
   std::call_once(tree_->near_once, [&] {
     tree_->near = std::make_unique<const NearCells>(*tree_->triangles, kNearMm, thread_count);

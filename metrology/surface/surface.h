@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "metrology/frames/pose.h"
+#include "metrology/surface/curvature.h"
 #include "metrology/surface/triangle_mesh.h"
 
 namespace sixpoint::metrology {
@@ -58,6 +59,9 @@ class Surface {
   SurfacePoint Closest(const Eigen::Vector3d& point_mm, std::uint32_t hint = kNoTriangle) const;
   // The same, searching only within a distance; signed_distance_mm is NaN when there is none.
   SurfacePoint ClosestWithin(const Eigen::Vector3d& point_mm, double limit_mm, std::uint32_t hint = kNoTriangle) const;
+
+  // Where a point was found: from its triangle and those that continue it smoothly. Not finite where nothing was found.
+  SurfaceCurvature CurvatureAt(const SurfacePoint& found) const;
 
   // Makes ready for very many points near the surface (once, about a second for a million triangles; near_cells.h): what
   // follows is as before, but Batch and SignedDistances get several times as fast. Thread-safe.
