@@ -170,7 +170,7 @@ absl::Status SetEvidence(const storage::RegistrationRow& row, v1::Evidence* out)
   if (row.disagreement_um.has_value() && row.disagreement_ratio.has_value()) {
     out->mutable_disagreement()->set_greatest_um(*row.disagreement_um);
     out->mutable_disagreement()->set_ratio(*row.disagreement_ratio);
-    out->mutable_disagreement()->set_beyond(*row.disagreement_ratio > metrology::kDisagreementLimit);
+    out->mutable_disagreement()->set_beyond(row.disagrees.value_or(false));
   }
   return absl::OkStatus();
 }
@@ -223,6 +223,7 @@ absl::StatusOr<storage::RegistrationRow> RowOf(const metrology::PoseFit& fit, co
   if (disagreement.has_value()) {
     row.disagreement_um = kUmPerMm * disagreement->greatest_mm;
     row.disagreement_ratio = Figure(disagreement->ratio);
+    row.disagrees = disagreement->beyond;
   }
   absl::StatusOr<std::string> json = JsonOf(options);
   if (!json.ok()) return json.status();
@@ -286,6 +287,7 @@ absl::StatusOr<v1::Registration> ToProto(const storage::RegistrationRow& row) {
   out.set_software_version(row.software_version);
   SetTime(row.recorded.recorded_at, out.mutable_recorded_at());
   out.set_record_sequence(row.recorded.sequence);
+  out.set_for_inspection(row.for_inspection);
   return out;
 }
 

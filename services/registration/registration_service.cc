@@ -26,19 +26,22 @@ absl::StatusOr<v1::ListRegistrationsResponse> List(storage::Database* database, 
                                                    const v1::ListRegistrationsRequest& request) {
   const absl::StatusOr<std::string> serial = runtime::FilterIdOf("blade", "blades", request.blade());
   if (!serial.ok()) return serial.status();
-  const absl::StatusOr<runtime::Page> page =
-      runtime::PageOf(request.blade(), request.page_size(), request.page_token());
+  const std::string filters = request.blade() + (request.only_disagreeing() ? " disagreeing" : "") +
+                              (request.without_for_inspection() ? " without_for_inspection" : "");
+  const absl::StatusOr<runtime::Page> page = runtime::PageOf(filters, request.page_size(), request.page_token());
   if (!page.ok()) return page.status();
   absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
   if (!transaction.ok()) return transaction.status();
   // One more than asked tells whether there is another page.
-  const auto rows = storage::ListRegistrations(*transaction, *serial, page->before_sequence, page->size + 1);
+  const auto rows =
+      storage::ListRegistrations(*transaction, {*serial, request.only_disagreeing(), request.without_for_inspection()},
+                                 page->before_sequence, page->size + 1);
   if (!rows.ok()) return rows.status();
   v1::ListRegistrationsResponse response;
   for (const storage::RegistrationRow& row : *rows) {
     if (response.registrations_size() == page->size) {
       const std::int64_t last_sequence = response.registrations(page->size - 1).record_sequence();
-      response.set_next_page_token(runtime::TokenAfter(request.blade(), last_sequence));
+      response.set_next_page_token(runtime::TokenAfter(filters, last_sequence));
       break;
     }
     absl::StatusOr<v1::Registration> registration = ToProto(row);

@@ -210,6 +210,32 @@ TEST_F(RegistrationServiceTest, AnswersARetryOnceAndPages) {
   EXPECT_EQ(next.registrations(0).name(), first->name());
 }
 
+// Those of inspections are listed, and left out where a blade's own are asked for.
+TEST_F(RegistrationServiceTest, TellsWhatInspectionsMadeForThemselves) {
+  MountBlade();
+  const v1::Registration own = Register(Request(v1::METHOD_BEST_FIT));
+  v1::RegisterRequest request = Request(v1::METHOD_BEST_FIT);
+  request.set_for_inspection(true);
+  const v1::Registration inspections = Register(request);
+  EXPECT_FALSE(own.for_inspection());
+  EXPECT_TRUE(inspections.for_inspection());
+  const auto stub = v1::RegistrationService::NewStub(channel_);
+  v1::ListRegistrationsRequest list;
+  list.set_blade("blades/sn1");
+  list.set_page_size(1);
+  v1::ListRegistrationsResponse page;
+  ASSERT_TRUE(stub->ListRegistrations(runtime::ContextFor(10).get(), list, &page).ok());
+  EXPECT_EQ(page.registrations(0).name(), inspections.name());
+  list.set_without_for_inspection(true);
+  v1::ListRegistrationsResponse owns;
+  ASSERT_TRUE(stub->ListRegistrations(runtime::ContextFor(10).get(), list, &owns).ok());
+  ASSERT_EQ(owns.registrations_size(), 1);
+  EXPECT_EQ(owns.registrations(0).name(), own.name());
+  list.set_page_token(page.next_page_token());  // of the list with them
+  EXPECT_EQ(stub->ListRegistrations(runtime::ContextFor(10).get(), list, &owns).error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
+}
+
 TEST_F(RegistrationServiceTest, RefusesWhatItCannotRestOnAndStoresNothing) {
   const std::int64_t before = Count("registrations");
   EXPECT_EQ(runtime::ReasonOf(TryRegister(Request(v1::METHOD_SIX_POINT)).status()), "SIX_POINTS_MISSING");
