@@ -1,6 +1,5 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
-#include <iostream>
 
 #include "cli/commands.h"
 #include "cli/number_format.h"
@@ -29,16 +28,17 @@ std::string SummaryText(const nlohmann::json& summary) {
   return text;
 }
 
-void PrintRecord(const Session& session, const plant::v1::BladeRecord& record) {
-  if (session.json) return PrintJson(MessageToJson(record));
-  std::cout << record.blade().name() << " of " << record.blade().part() << ", since "
-            << TimeText(record.blade().created_at()) << "\n";
+std::string BladeText(const plant::v1::Blade& blade) {
+  return blade.name() + " of " + blade.part() + ", since " + TimeText(blade.created_at()) + "\n";
+}
+
+std::string RecordText(const plant::v1::BladeRecord& record) {
   Table table({">sequence", "recorded", "kind", "name", "method", ">inputs", "summary"});
   for (const plant::v1::RecordEntry& entry : record.entries()) {
     table.AddRow({std::to_string(entry.record_sequence()), TimeText(entry.recorded_at()), entry.kind(), entry.name(),
                   entry.method(), std::to_string(entry.inputs_size()), SummaryText(MessageToJson(entry.summary()))});
   }
-  std::cout << (table.empty() ? "nothing recorded yet\n" : table.ToText());
+  return BladeText(record.blade()) + (table.empty() ? "nothing recorded yet\n" : table.ToText());
 }
 
 }  // namespace
@@ -57,16 +57,7 @@ void AddBladeCommands(CLI::App* app, Session* session) {
     request.set_serial(*serial);
     request.set_part(NameText("parts", *part));
     request.set_request_id(NewRequestId());
-    plant::v1::Blade response;
-    absl::Status status = session->Call<PlantService>("plant", &PlantService::Stub::CreateBlade, request, &response);
-    if (!status.ok()) return status;
-    if (session->json) {
-      PrintJson(MessageToJson(response));
-    } else {
-      std::cout << response.name() << " of " << response.part() << ", since " << TimeText(response.created_at())
-                << "\n";
-    }
-    return status;
+    return CallAndPrint<PlantService>(session, "plant", &PlantService::Stub::CreateBlade, request, BladeText).status();
   });
 
   session->OnCommand(blade->add_subcommand("list", "Lists the blades"), [session]() -> absl::Status {
@@ -90,10 +81,8 @@ void AddBladeCommands(CLI::App* app, Session* session) {
   session->OnCommand(show, [session, serial]() -> absl::Status {
     plant::v1::GetBladeRecordRequest request;
     request.set_name(NameText("blades", *serial));
-    plant::v1::BladeRecord response;
-    absl::Status status = session->Call<PlantService>("plant", &PlantService::Stub::GetBladeRecord, request, &response);
-    if (status.ok()) PrintRecord(*session, response);
-    return status;
+    return CallAndPrint<PlantService>(session, "plant", &PlantService::Stub::GetBladeRecord, request, RecordText)
+        .status();
   });
 }
 

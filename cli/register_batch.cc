@@ -327,6 +327,7 @@ absl::StatusOr<Again> BatchOfLatest(Session* session, const std::vector<std::str
     registration::v1::ListRegistrationsRequest list;
     list.set_blade(NameText("blades", blade));
     list.set_page_size(1);
+    list.set_without_for_inspection(true);
     registration::v1::ListRegistrationsResponse page;
     if (absl::Status status = session->Call<RegistrationService>(
             "registration", &RegistrationService::Stub::ListRegistrations, list, &page);
@@ -347,6 +348,7 @@ absl::StatusOr<Again> BatchOfPart(Session* session, const AgainFilter& filter, r
   std::map<std::string, Registration> latest;  // by blade
   registration::v1::ListRegistrationsRequest list;
   list.set_page_size(kRegistrationsAPage);
+  list.set_without_for_inspection(true);
   registration::v1::ListRegistrationsResponse page;
   bool over = false;
   do {

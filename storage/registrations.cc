@@ -12,18 +12,19 @@ namespace {
   "residual_sigma_um, condition_number, weakest_direction, weakest_standard_uncertainty_um, remark, "             \
   "compute_seconds, requested_by, software_version, record_sequence, recorded_at, weakest_direction_in_words, "   \
   "noise_sigma_um, model_sigma_um, information_kept, surface_part, least_stock_mm, lacking_mm, disagreement_um, " \
-  "disagreement_ratio"
+  "disagreement_ratio, disagrees, for_inspection"
 constexpr char kInsertRegistration[] =
     "INSERT INTO registrations (" SIXPOINT_REGISTRATION_COLUMNS
     ", options, detail) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, "
-    "$20, $21, $22, $23, $24, $25, $26, $27, $28, $29, $30, $31, $32, $33, $34, $35, $36, $37, $38, $39::jsonb, "
-    "$40::jsonb)";
+    "$20, $21, $22, $23, $24, $25, $26, $27, $28, $29, $30, $31, $32, $33, $34, $35, $36, $37, $38, $39, $40, "
+    "$41::jsonb, $42::jsonb)";
 constexpr char kSelectRegistration[] = "SELECT " SIXPOINT_REGISTRATION_COLUMNS
                                        ", options::text, detail::text FROM registrations WHERE registration_id = $1";
 constexpr char kListRegistrations[] = "SELECT " SIXPOINT_REGISTRATION_COLUMNS
                                       ", options::text, detail::text FROM registrations WHERE ($1::bigint = 0 OR "
                                       "record_sequence < $1::bigint) AND ($2 = '' OR blade_serial = $2) "
-                                      "ORDER BY record_sequence DESC LIMIT $3";
+                                      "AND (NOT $3::boolean OR disagrees) AND NOT ($4::boolean AND for_inspection) "
+                                      "ORDER BY record_sequence DESC LIMIT $5";
 #undef SIXPOINT_REGISTRATION_COLUMNS
 constexpr char kInsertScan[] =
     "INSERT INTO registration_scans (registration_id, position_index, scan_id, point_count, points_used, "
@@ -66,7 +67,8 @@ Params RegistrationParams(const RegistrationRow& row, const Recorded& recorded) 
        {row.noise_sigma_um, row.model_sigma_um, row.information_kept, row.surface_part, row.least_stock_mm,
         row.lacking_mm, row.disagreement_um, row.disagreement_ratio})
     figure.has_value() ? params.Real(*figure) : params.Null();
-  params.Json(row.options_json).Json(row.detail_json);
+  row.disagrees.has_value() ? params.Bool(*row.disagrees) : params.Null();
+  params.Bool(row.for_inspection).Json(row.options_json).Json(row.detail_json);
   return params;
 }
 
@@ -109,6 +111,9 @@ RegistrationRow ReadRegistration(const Rows& rows, int row) {
     if (!rows.IsNull(row, column)) *figure = rows.Real(row, column);
     ++column;
   }
+  if (!rows.IsNull(row, column)) read.disagrees = rows.Bool(row, column);
+  ++column;
+  read.for_inspection = rows.Bool(row, column++);
   read.options_json = rows.Text(row, column++);
   read.detail_json = rows.Text(row, column++);
   return read;
@@ -207,10 +212,12 @@ absl::StatusOr<std::optional<RegistrationRow>> FindRegistration(Transaction& tra
 }
 
 absl::StatusOr<std::vector<RegistrationRow>> ListRegistrations(Transaction& transaction,
-                                                               const std::string& blade_serial,
+                                                               const RegistrationFilter& filter,
                                                                std::int64_t before_sequence, int limit) {
-  return ReadRegistrations(transaction, kListRegistrations,
-                           Params().Int(before_sequence).Text(blade_serial).Int(limit));
+  Params params;
+  params.Int(before_sequence).Text(filter.blade_serial).Bool(filter.only_disagreeing);
+  params.Bool(filter.without_for_inspection).Int(limit);
+  return ReadRegistrations(transaction, kListRegistrations, params);
 }
 
 }  // namespace sixpoint::storage

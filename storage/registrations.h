@@ -81,6 +81,8 @@ struct RegistrationRow {
   std::optional<double> information_kept, surface_part;
   std::optional<double> least_stock_mm, lacking_mm;           // of ALLOWANCE
   std::optional<double> disagreement_um, disagreement_ratio;  // where compared with the best fit
+  std::optional<bool> disagrees;                              // beyond the limit in force when it was made
+  bool for_inspection = false;                                // made by one for its verdict
   std::string options_json = "{}";                            // registration.v1.FitOptions
   std::string detail_json = "{}";                             // registration.v1.Evidence: what has no column
   Recorded recorded;                                          // set by InsertRegistration
@@ -97,9 +99,15 @@ absl::StatusOr<Recorded> InsertRegistration(Transaction& transaction, const Regi
 absl::StatusOr<std::optional<RegistrationRow>> FindRegistration(Transaction& transaction,
                                                                 const std::string& registration_id);
 
-// Newest first, from below `before_sequence` (0: from the newest); an empty serial matches all.
+struct RegistrationFilter {
+  std::string blade_serial;       // empty: all
+  bool only_disagreeing = false;  // with the best fit of the same scans
+  bool without_for_inspection = false;
+};
+
+// Newest first, from below `before_sequence` (0: from the newest).
 absl::StatusOr<std::vector<RegistrationRow>> ListRegistrations(Transaction& transaction,
-                                                               const std::string& blade_serial,
+                                                               const RegistrationFilter& filter,
                                                                std::int64_t before_sequence, int limit);
 
 }  // namespace sixpoint::storage

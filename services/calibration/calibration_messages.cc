@@ -1,19 +1,18 @@
 #include "services/calibration/calibration_messages.h"
 
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "services/calibration/axis_messages.h"
 #include "services/calibration/probe_messages.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/time_proto.h"
 
 namespace sixpoint::calibration {
 namespace {
 
 constexpr double kDegPerRad = 180 / M_PI;
 constexpr double kUmPerMm = 1000;
-constexpr int kNanosPerMicro = 1000;
 
 template <typename Matrix>
 std::vector<double> RowMajor(const Matrix& matrix) {
@@ -109,7 +108,7 @@ v1::CalibrationState ToProto(storage::CalibrationState state) {
 void EventToProto(const storage::CalibrationEvent& event, v1::CalibrationEvent* out) {
   out->set_reason(event.reason);
   out->set_requested_by(event.requested_by);
-  SetTime(event.recorded.recorded_at, out->mutable_recorded_at());
+  runtime::ToProto(event.recorded.recorded_at, out->mutable_recorded_at());
   out->set_record_sequence(event.recorded.sequence);
 }
 
@@ -129,13 +128,6 @@ void StateToProto(const storage::CalibrationRow& row, v1::Calibration* out) {
 }
 
 }  // namespace
-
-void SetTime(storage::Instant instant, google::protobuf::Timestamp* out) {
-  const auto micros = std::chrono::floor<std::chrono::microseconds>(instant.time_since_epoch());
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(micros);
-  out->set_seconds(seconds.count());
-  out->set_nanos(static_cast<int>((micros - seconds).count()) * kNanosPerMicro);
-}
 
 storage::EnvironmentRow RowOf(const v1::Environment& in) {
   storage::EnvironmentRow row;
@@ -205,11 +197,11 @@ v1::Calibration ToProto(const storage::CalibrationRow& row) {
                            : v1::CALIBRATION_KIND_ROTATION);
   out.set_method(row.method);
   for (const std::string& input : row.inputs) out.add_inputs(input);
-  SetTime(row.valid_from, out.mutable_valid_from());
-  SetTime(row.valid_until, out.mutable_valid_until());
+  runtime::ToProto(row.valid_from, out.mutable_valid_from());
+  runtime::ToProto(row.valid_until, out.mutable_valid_until());
   out.set_requested_by(row.requested_by);
   out.set_software_version(row.software_version);
-  SetTime(row.recorded.recorded_at, out.mutable_recorded_at());
+  runtime::ToProto(row.recorded.recorded_at, out.mutable_recorded_at());
   out.set_record_sequence(row.recorded.sequence);
   if (row.sensor) SensorToProto(*row.sensor, out.mutable_sensor());
   if (row.rotation) RotationToProto(*row.rotation, out.mutable_rotation());

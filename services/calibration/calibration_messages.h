@@ -16,7 +16,6 @@ storage::RotationCalibrationRow RowOf(const metrology::RotationCalibration& resu
                                       const std::vector<metrology::SpherePose>& poses,
                                       const metrology::RotationOptions& options);
 
-void SetTime(storage::Instant instant, google::protobuf::Timestamp* out);
 storage::EnvironmentRow RowOf(const v1::Environment& environment);
 
 v1::Calibration ToProto(const storage::CalibrationRow& row);

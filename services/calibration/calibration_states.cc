@@ -9,6 +9,7 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
+#include "services/runtime/time_proto.h"
 #include "storage/calibrations.h"
 #include "storage/record.h"
 
@@ -74,7 +75,7 @@ void AddResting(const std::vector<storage::JournalEntry>& derived, v1::WithdrawC
     out->set_name(entry.name);
     out->set_kind(entry.kind);
     out->set_requested_by(entry.requested_by);
-    SetTime(journal.recorded.recorded_at, out->mutable_recorded_at());
+    runtime::ToProto(journal.recorded.recorded_at, out->mutable_recorded_at());
     if (!entry.blade) continue;
     out->set_blade(runtime::NameOf("blades", *entry.blade));
     if (blades.insert(out->blade()).second) response->add_blades(out->blade());

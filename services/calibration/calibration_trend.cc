@@ -11,6 +11,7 @@
 #include "services/calibration/validate.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/time_proto.h"
 
 namespace sixpoint::calibration {
 namespace {
@@ -105,7 +106,7 @@ absl::StatusOr<v1::ParameterTrend> TrendOfParameter(const std::string& name, con
   for (std::size_t i = 0; i < series.rows.size(); ++i) {
     v1::TrendPoint* point = trend.add_points();
     point->set_calibration(series.rows[i]->name());
-    SetTime(series.rows[i]->valid_from, point->mutable_valid_from());
+    runtime::ToProto(series.rows[i]->valid_from, point->mutable_valid_from());
     point->set_value(series.estimates[i].value);
     point->set_standard_uncertainty(series.estimates[i].standard_uncertainty);
     if (series.rows[i]->environment.temperature_c) point->set_temperature_c(*series.rows[i]->environment.temperature_c);

@@ -8,6 +8,7 @@
 #include "services/calibration/calibration_messages.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/time_proto.h"
 
 namespace sixpoint::calibration {
 namespace {
@@ -238,7 +239,7 @@ absl::StatusOr<v1::Study> ToProto(const storage::StudyRow& row) {
   const auto parsed = google::protobuf::util::JsonStringToMessage(row.result_json, &study);
   if (!parsed.ok()) return absl::DataLossError("study " + row.study_id + ": its result cannot be read");
   study.set_name(runtime::NameOf("studies", row.study_id));
-  SetTime(row.recorded.recorded_at, study.mutable_recorded_at());
+  runtime::ToProto(row.recorded.recorded_at, study.mutable_recorded_at());
   study.set_record_sequence(row.recorded.sequence);
   return study;
 }

@@ -8,6 +8,7 @@
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/machine_chain.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/time_proto.h"
 
 namespace sixpoint::calibration {
 namespace {
@@ -21,7 +22,6 @@ constexpr int kMostPoses = 5000;
 constexpr std::size_t kLongestRequester = 200;
 constexpr std::size_t kLongestReason = 1000;
 constexpr std::chrono::hours kLongestValidity{10 * 366 * 24};
-constexpr int kNanosPerMicro = 1000;
 // 2000-01-01 and 2200-01-01.
 constexpr std::int64_t kEarliest_s = 946684800, kLatest_s = 7258118400;
 
@@ -88,8 +88,7 @@ absl::StatusOr<std::string> CalibrationIdOf(const std::string& field, const std:
 absl::StatusOr<storage::Instant> InstantOf(const std::string& field, const google::protobuf::Timestamp& time) {
   if (time.seconds() < kEarliest_s || time.seconds() > kLatest_s || time.nanos() < 0 || time.nanos() > 999'999'999)
     return Refuse(field, std::to_string(time.seconds()) + " s", "a time between the years 2000 and 2200");
-  return storage::Instant(std::chrono::duration_cast<storage::Instant::duration>(
-      std::chrono::seconds(time.seconds()) + std::chrono::microseconds(time.nanos() / kNanosPerMicro)));
+  return runtime::MomentOf(time);
 }
 
 absl::StatusOr<Validity> ValidityOf(const google::protobuf::Timestamp* from, const google::protobuf::Timestamp* until,

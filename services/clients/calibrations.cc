@@ -6,6 +6,7 @@
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
+#include "services/runtime/time_proto.h"
 
 namespace sixpoint::clients {
 namespace {
@@ -16,12 +17,6 @@ constexpr double kRadPerDeg = 3.14159265358979323846 / 180;
 
 absl::Status Damaged(const Calibration& calibration, const std::string& what) {
   return absl::DataLossError(calibration.name() + ": " + what);
-}
-
-std::chrono::system_clock::time_point Until(const Calibration& calibration) {
-  return std::chrono::system_clock::time_point(std::chrono::duration_cast<std::chrono::system_clock::duration>(
-      std::chrono::seconds(calibration.valid_until().seconds()) +
-      std::chrono::nanoseconds(calibration.valid_until().nanos())));
 }
 
 template <int kSize>
@@ -40,7 +35,7 @@ absl::StatusOr<FetchedSensorCalibration> SensorOf(const Calibration& calibration
   const calibration::v1::SensorCalibration& in = calibration.sensor();
   FetchedSensorCalibration out;
   out.name = calibration.name();
-  out.valid_until = Until(calibration);
+  out.valid_until = runtime::MomentOf(calibration.valid_until());
   geometry::v1::RigidTransform transform;
   *transform.mutable_rotation() = in.machine_from_sensor_rotation();
   *transform.mutable_translation_mm() = in.t_sm_mm();
@@ -60,7 +55,7 @@ absl::StatusOr<FetchedRotationCalibration> RotationOf(const Calibration& calibra
   const calibration::v1::RotationCalibration& in = calibration.rotation();
   FetchedRotationCalibration out;
   out.name = calibration.name();
-  out.valid_until = Until(calibration);
+  out.valid_until = runtime::MomentOf(calibration.valid_until());
   const absl::StatusOr<metrology::AxisLine> a = runtime::FromProto("a_axis", in.a_axis());
   if (!a.ok()) return Damaged(calibration, std::string(a.status().message()));
   const absl::StatusOr<metrology::AxisLine> b = runtime::FromProto("b_axis", in.b_axis());
@@ -89,7 +84,7 @@ absl::StatusOr<FetchedAxis> AxisOf(const Calibration& calibration) {
   FetchedAxis out;
   out.name = calibration.name();
   out.axis = in.axis();
-  out.valid_until = Until(calibration);
+  out.valid_until = runtime::MomentOf(calibration.valid_until());
   metrology::AngleTable table{Radians(in.table().forward_error_deg()), Radians(in.table().backward_error_deg())};
   if (absl::Status s = table.Check(); !s.ok()) return Damaged(calibration, std::string(s.message()));
   out.positioning.table = std::move(table);

@@ -1,14 +1,12 @@
 #include "services/clients/scan_blocks.h"
 
-#include <openssl/evp.h>
-
 #include <algorithm>
-#include <cstdlib>
 #include <cstring>
 #include <utility>
 
 #include "metrology/cloud/draco_codec.h"
 #include "services/runtime/errors.h"
+#include "storage/blobs.h"
 
 namespace sixpoint::clients {
 namespace {
@@ -120,37 +118,8 @@ absl::Status AppendRawProfile(const RawProfile& profile, int columns_per_profile
   return absl::OkStatus();
 }
 
-// OpenSSL fails here only where its SHA-256 is missing or memory is out: nothing to go on with.
-PayloadsDigest::PayloadsDigest() : context_(EVP_MD_CTX_new()) {
-  if (context_ == nullptr || EVP_DigestInit_ex(context_, EVP_sha256(), nullptr) != 1) std::abort();
-}
+void PayloadsDigest::Add(std::string_view payload) { digests_.push_back(storage::Sha256Hex(payload)); }
 
-PayloadsDigest::~PayloadsDigest() { EVP_MD_CTX_free(context_); }
-
-void PayloadsDigest::Add(std::string_view payload) {
-  unsigned char digest[EVP_MAX_MD_SIZE];
-  unsigned int length = 0;
-  if (EVP_Digest(payload.data(), payload.size(), digest, &length, EVP_sha256(), nullptr) != 1 ||
-      EVP_DigestUpdate(context_, digest, length) != 1) {
-    std::abort();
-  }
-}
-
-std::string PayloadsDigest::ToHex() const {
-  EVP_MD_CTX* const copy = EVP_MD_CTX_new();  // what is finished takes no more
-  unsigned char digest[EVP_MAX_MD_SIZE];
-  unsigned int length = 0;
-  if (copy == nullptr || EVP_MD_CTX_copy_ex(copy, context_) != 1 || EVP_DigestFinal_ex(copy, digest, &length) != 1) {
-    std::abort();
-  }
-  EVP_MD_CTX_free(copy);
-  constexpr char kHex[] = "0123456789abcdef";
-  std::string text;
-  for (unsigned int i = 0; i < length; ++i) {
-    text += kHex[digest[i] >> 4];
-    text += kHex[digest[i] & 0xf];
-  }
-  return text;
-}
+std::string PayloadsDigest::ToHex() const { return storage::Sha256OfDigests(digests_); }
 
 }  // namespace sixpoint::clients

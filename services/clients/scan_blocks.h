@@ -12,8 +12,6 @@
 #include "metrology/frames/pose.h"
 #include "sixpoint/ingest/v1/ingest.pb.h"
 
-struct evp_md_ctx_st;
-
 namespace sixpoint::clients {
 
 // Points [first, first + count) of a scan.
@@ -67,16 +65,12 @@ absl::Status AppendRawProfile(const RawProfile& profile, int columns_per_profile
 // SHA-256 over the SHA-256 digests of payloads: ScanEnd.sha256 and Scan.sha256.
 class PayloadsDigest {
  public:
-  PayloadsDigest();
-  PayloadsDigest(const PayloadsDigest&) = delete;
-  PayloadsDigest& operator=(const PayloadsDigest&) = delete;
-  ~PayloadsDigest();
   void Add(std::string_view payload);
   // Lower-case hexadecimal, of what was added so far.
   std::string ToHex() const;
 
  private:
-  evp_md_ctx_st* const context_;
+  std::vector<std::string> digests_;
 };
 
 }  // namespace sixpoint::clients

@@ -1,8 +1,7 @@
 #include "services/correction/correction_messages.h"
 
-#include <chrono>
-
 #include "services/runtime/resource_name.h"
+#include "services/runtime/time_proto.h"
 
 namespace sixpoint::correction {
 namespace {
@@ -11,13 +10,6 @@ void SetPoint(const std::array<double, 3>& values, geometry::v1::Point* point) {
   point->set_x_mm(values[0]);
   point->set_y_mm(values[1]);
   point->set_z_mm(values[2]);
-}
-
-void SetTime(storage::Instant instant, google::protobuf::Timestamp* timestamp) {
-  const auto since = std::chrono::duration_cast<std::chrono::microseconds>(instant.time_since_epoch());
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(since);
-  timestamp->set_seconds(seconds.count());
-  timestamp->set_nanos(static_cast<std::int32_t>((since - seconds).count() * 1000));
 }
 
 }  // namespace
@@ -55,10 +47,10 @@ v1::Correction ToProto(const storage::CorrectionRow& row, const std::string& nc_
   correction.set_nc_program(nc_program);
   correction.set_release(row.release == "AUTOMATIC" ? v1::RELEASE_AUTOMATIC : v1::RELEASE_AWAITING_PERSON);
   for (const std::string& reason : row.release_reasons) correction.add_release_reasons(reason);
-  SetTime(row.valid_until, correction.mutable_valid_until());
+  runtime::ToProto(row.valid_until, correction.mutable_valid_until());
   correction.set_requested_by(row.requested_by);
   correction.set_software_version(row.software_version);
-  SetTime(row.recorded.recorded_at, correction.mutable_recorded_at());
+  runtime::ToProto(row.recorded.recorded_at, correction.mutable_recorded_at());
   correction.set_record_sequence(row.recorded.sequence);
   for (const std::string& axis : row.axes) correction.add_axes(axis);
   for (const std::string& id : row.characterisation_ids)

@@ -7,8 +7,7 @@
 #include "services/runtime/call.h"
 #include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
-#include "services/runtime/pages.h"
-#include "services/runtime/resource_name.h"
+#include "services/runtime/recorded_results.h"
 #include "storage/blobs.h"
 #include "storage/requests.h"
 
@@ -87,42 +86,17 @@ grpc::Status CorrectionService::Correct(grpc::ServerContext* context, const v1::
 
 grpc::Status CorrectionService::GetCorrection(grpc::ServerContext* context, const v1::GetCorrectionRequest* request,
                                               v1::Correction* response) {
-  const absl::StatusOr<std::string> id = runtime::IdOf("name", "corrections", request->name());
-  if (!id.ok()) return ToGrpc(id.status());
-  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
-  if (!transaction.ok()) return ToGrpc(transaction.status());
-  const auto row = storage::FindCorrection(*transaction, *id);
-  if (!row.ok()) return ToGrpc(row.status());
-  if (!row->has_value()) {
-    return ToGrpc(runtime::Failure(absl::StatusCode::kNotFound, "CORRECTION_NOT_FOUND",
-                                   "name: " + request->name() + ", want a stored correction"));
-  }
-  absl::StatusOr<v1::Correction> correction = WithProgram(*transaction, **row);
-  if (!correction.ok()) return ToGrpc(correction.status());
-  *response = *std::move(correction);
-  return grpc::Status::OK;
+  return ToGrpc(runtime::GetResult(database_, runtime::DeadlineOf(*context), "corrections", request->name(),
+                                   "CORRECTION_NOT_FOUND", storage::FindCorrection, WithProgram, response));
 }
 
 grpc::Status CorrectionService::ListCorrections(grpc::ServerContext* context, const v1::ListCorrectionsRequest* request,
                                                 v1::ListCorrectionsResponse* response) {
-  const absl::StatusOr<std::string> serial = runtime::FilterIdOf("blade", "blades", request->blade());
-  if (!serial.ok()) return ToGrpc(serial.status());
-  const auto page = runtime::PageOf(request->blade(), request->page_size(), request->page_token());
-  if (!page.ok()) return ToGrpc(page.status());
-  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
-  if (!transaction.ok()) return ToGrpc(transaction.status());
-  // One more than asked tells whether there is another page. Programs are left to GetCorrection.
-  const auto rows = storage::ListCorrections(*transaction, *serial, page->before_sequence, page->size + 1);
-  if (!rows.ok()) return ToGrpc(rows.status());
-  for (const storage::CorrectionRow& row : *rows) {
-    if (response->corrections_size() == page->size) {
-      const std::int64_t last_sequence = response->corrections(page->size - 1).record_sequence();
-      response->set_next_page_token(runtime::TokenAfter(request->blade(), last_sequence));
-      break;
-    }
-    *response->add_corrections() = ToProto(row, "");
-  }
-  return grpc::Status::OK;
+  // Programs are left to GetCorrection.
+  return ToGrpc(runtime::ListResults(
+      database_, runtime::DeadlineOf(*context), *request, "", storage::ListCorrections,
+      [](const storage::CorrectionRow& row) -> absl::StatusOr<v1::Correction> { return ToProto(row, ""); },
+      response->mutable_corrections(), response->mutable_next_page_token()));
 }
 
 }  // namespace sixpoint::correction

@@ -2,27 +2,11 @@
 
 #include <google/protobuf/util/message_differencer.h>
 
-#include <chrono>
-
 #include "services/runtime/resource_name.h"
+#include "services/runtime/time_proto.h"
 
 namespace sixpoint::ingest {
 namespace {
-
-constexpr int kNanosPerMicro = 1000;
-
-void ToProto(storage::Instant instant, google::protobuf::Timestamp* out) {
-  const auto micros = std::chrono::floor<std::chrono::microseconds>(instant.time_since_epoch());
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(micros);
-  out->set_seconds(seconds.count());
-  out->set_nanos(static_cast<int>((micros - seconds).count()) * kNanosPerMicro);
-}
-
-storage::Instant InstantOf(const google::protobuf::Timestamp& time) {
-  const auto since_epoch =
-      std::chrono::seconds(time.seconds()) + std::chrono::microseconds(time.nanos() / kNanosPerMicro);
-  return storage::Instant(std::chrono::duration_cast<storage::Instant::duration>(since_epoch));
-}
 
 v1::ScanKind KindOf(const std::string& text) {
   for (const v1::ScanKind kind :
@@ -97,12 +81,12 @@ v1::Scan ToProto(const storage::ScanRow& row) {
   header.set_raw_step_um(row.raw_step_um);
   header.set_sender_error_um(row.sender_error_um);
   header.set_error_bound_um(row.error_bound_um);
-  if (row.measured_at) ToProto(*row.measured_at, header.mutable_measured_at());
+  if (row.measured_at) runtime::ToProto(*row.measured_at, header.mutable_measured_at());
   scan.set_block_count(row.block_count);
   scan.set_sha256(row.stored_sha256);
   scan.set_stored_bytes(row.stored_bytes);
   scan.set_proven_error_um(row.proven_error_um);
-  ToProto(row.recorded.recorded_at, scan.mutable_received_at());
+  runtime::ToProto(row.recorded.recorded_at, scan.mutable_received_at());
   scan.set_record_sequence(row.recorded.sequence);
   scan.set_stored_encoding(EncodingOf(row.stored_encoding));
   scan.set_profile_count(row.profile_count);
@@ -133,12 +117,13 @@ storage::ScanRow RowOf(const v1::ScanHeader& header, int machine_revision, int a
   row.stored_encoding = TextOf(header.encoding() == v1::ENCODING_DRACO ? v1::ENCODING_DRACO : v1::ENCODING_RANGE_IMAGE);
   row.sender_error_um = header.sender_error_um();
   row.error_bound_um = header.error_bound_um();
-  if (header.has_measured_at()) row.measured_at = InstantOf(header.measured_at());
+  if (header.has_measured_at()) row.measured_at = runtime::MomentOf(header.measured_at());
   return row;
 }
 
 void RoundAsStored(v1::ScanHeader* header) {
-  if (header->has_measured_at()) ToProto(InstantOf(header->measured_at()), header->mutable_measured_at());
+  if (header->has_measured_at())
+    runtime::ToProto(runtime::MomentOf(header->measured_at()), header->mutable_measured_at());
 }
 
 std::string DifferencesOf(const v1::ScanHeader& stored, const v1::ScanHeader& sent) {

@@ -1,10 +1,9 @@
 #include "services/ingest/store_messages.h"
 
-#include <chrono>
-
 #include "services/ingest/scan_messages.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/time_proto.h"
 
 namespace sixpoint::ingest {
 namespace {
@@ -12,13 +11,6 @@ namespace {
 constexpr int kGreatestKeepDays = 36'525;  // a hundred years
 constexpr std::size_t kLongestReason = 1000;
 constexpr std::int64_t kGreatestGrace_s = 366 * 86'400;
-
-void SetTime(storage::Instant instant, google::protobuf::Timestamp* out) {
-  const auto micros = std::chrono::floor<std::chrono::microseconds>(instant.time_since_epoch());
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(micros);
-  out->set_seconds(seconds.count());
-  out->set_nanos(static_cast<int>((micros - seconds).count()) * 1000);
-}
 
 v1::ScanKind KindOf(const std::string& text) {
   for (int i = 1; i < v1::ScanKind_ARRAYSIZE; ++i) {
@@ -49,7 +41,7 @@ v1::BlobDamage ToProto(const storage::BlobDamage& damage) {
   out.set_holder(HolderOf(damage.store));
   out.set_kind(DamageKindOf(damage.what));
   out.set_detail(damage.detail);
-  SetTime(damage.found_at, out.mutable_found_at());
+  runtime::ToProto(damage.found_at, out.mutable_found_at());
   return out;
 }
 
@@ -59,7 +51,7 @@ v1::RetentionPolicy ToProto(const storage::RetentionPolicy& policy) {
   out.set_revision(policy.revision);
   out.set_keep_days(policy.keep_days.value_or(0));
   out.set_requested_by(policy.requested_by);
-  SetTime(policy.recorded_at, out.mutable_recorded_at());
+  runtime::ToProto(policy.recorded_at, out.mutable_recorded_at());
   return out;
 }
 
@@ -72,7 +64,7 @@ v1::ScanDeletion ToProto(const storage::ScanDeletion& deletion) {
   out.set_policy_revision(deletion.policy_revision);
   out.set_points_sha256(deletion.points_sha256);
   out.set_points_bytes(deletion.points_bytes);
-  SetTime(deletion.recorded.recorded_at, out.mutable_deleted_at());
+  runtime::ToProto(deletion.recorded.recorded_at, out.mutable_deleted_at());
   out.set_record_sequence(deletion.recorded.sequence);
   return out;
 }
@@ -90,8 +82,8 @@ v1::StoreStatus ToProto(const storage::CheckState& state, const std::vector<stor
   }
   out.set_checked_count(state.progress.checked_count);
   out.set_checked_bytes(state.progress.checked_bytes);
-  SetTime(state.begun_at, out.mutable_check_begun_at());
-  if (state.finished_at) SetTime(*state.finished_at, out.mutable_check_finished_at());
+  runtime::ToProto(state.begun_at, out.mutable_check_begun_at());
+  if (state.finished_at) runtime::ToProto(*state.finished_at, out.mutable_check_finished_at());
   for (const storage::BlobDamage& damage : damages) *out.add_damages() = ToProto(damage);
   return out;
 }

@@ -1,9 +1,9 @@
 #include "services/inspection/inspection_messages.h"
 
-#include <chrono>
 #include <string>
 
 #include "services/runtime/resource_name.h"
+#include "services/runtime/time_proto.h"
 
 namespace sixpoint::inspection {
 namespace {
@@ -31,13 +31,6 @@ v1::Verdict VerdictOf(const std::string& text) {
 }
 
 std::array<double, 3> ThreeOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
-void SetTime(storage::Instant instant, google::protobuf::Timestamp* timestamp) {
-  const auto since = std::chrono::duration_cast<std::chrono::microseconds>(instant.time_since_epoch());
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(since);
-  timestamp->set_seconds(seconds.count());
-  timestamp->set_nanos(static_cast<std::int32_t>((since - seconds).count() * 1000));
-}
 
 void SetMeasured(const storage::InspectionHoleRow::Measured& measured, v1::HoleResult* hole) {
   hole->set_position_error_mm(measured.position_error_mm);
@@ -136,7 +129,7 @@ v1::Inspection ToProto(const storage::InspectionRow& row) {
   inspection.set_decision_rule(row.decision_rule);
   inspection.set_requested_by(row.requested_by);
   inspection.set_software_version(row.software_version);
-  SetTime(row.recorded.recorded_at, inspection.mutable_recorded_at());
+  runtime::ToProto(row.recorded.recorded_at, inspection.mutable_recorded_at());
   inspection.set_record_sequence(row.recorded.sequence);
   return inspection;
 }

@@ -7,8 +7,7 @@
 #include "services/runtime/call.h"
 #include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
-#include "services/runtime/pages.h"
-#include "services/runtime/resource_name.h"
+#include "services/runtime/recorded_results.h"
 #include "storage/requests.h"
 
 namespace sixpoint::inspection {
@@ -72,40 +71,21 @@ grpc::Status InspectionService::Inspect(grpc::ServerContext* context, const v1::
 
 grpc::Status InspectionService::GetInspection(grpc::ServerContext* context, const v1::GetInspectionRequest* request,
                                               v1::Inspection* response) {
-  const absl::StatusOr<std::string> id = runtime::IdOf("name", "inspections", request->name());
-  if (!id.ok()) return ToGrpc(id.status());
-  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
-  if (!transaction.ok()) return ToGrpc(transaction.status());
-  const auto row = storage::FindInspection(*transaction, *id);
-  if (!row.ok()) return ToGrpc(row.status());
-  if (!row->has_value()) {
-    return ToGrpc(runtime::Failure(absl::StatusCode::kNotFound, "INSPECTION_NOT_FOUND",
-                                   "name: " + request->name() + ", want a stored inspection"));
-  }
-  *response = ToProto(**row);
-  return grpc::Status::OK;
+  return ToGrpc(runtime::GetResult(
+      database_, runtime::DeadlineOf(*context), "inspections", request->name(), "INSPECTION_NOT_FOUND",
+      storage::FindInspection,
+      [](storage::Transaction&, const storage::InspectionRow& row) -> absl::StatusOr<v1::Inspection> {
+        return ToProto(row);
+      },
+      response));
 }
 
 grpc::Status InspectionService::ListInspections(grpc::ServerContext* context, const v1::ListInspectionsRequest* request,
                                                 v1::ListInspectionsResponse* response) {
-  const absl::StatusOr<std::string> serial = runtime::FilterIdOf("blade", "blades", request->blade());
-  if (!serial.ok()) return ToGrpc(serial.status());
-  const auto page = runtime::PageOf(request->blade(), request->page_size(), request->page_token());
-  if (!page.ok()) return ToGrpc(page.status());
-  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
-  if (!transaction.ok()) return ToGrpc(transaction.status());
-  // One more than asked tells whether there is another page.
-  const auto rows = storage::ListInspections(*transaction, *serial, page->before_sequence, page->size + 1);
-  if (!rows.ok()) return ToGrpc(rows.status());
-  for (const storage::InspectionRow& row : *rows) {
-    if (response->inspections_size() == page->size) {
-      const std::int64_t last_sequence = response->inspections(page->size - 1).record_sequence();
-      response->set_next_page_token(runtime::TokenAfter(request->blade(), last_sequence));
-      break;
-    }
-    *response->add_inspections() = ToProto(row);
-  }
-  return grpc::Status::OK;
+  return ToGrpc(runtime::ListResults(
+      database_, runtime::DeadlineOf(*context), *request, "", storage::ListInspections,
+      [](const storage::InspectionRow& row) -> absl::StatusOr<v1::Inspection> { return ToProto(row); },
+      response->mutable_inspections(), response->mutable_next_page_token()));
 }
 
 }  // namespace sixpoint::inspection

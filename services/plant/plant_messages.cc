@@ -3,15 +3,10 @@
 #include <google/protobuf/util/json_util.h>
 
 #include "services/runtime/resource_name.h"
+#include "services/runtime/time_proto.h"
 
 namespace sixpoint::plant {
 namespace {
-
-void ToProto(storage::Instant instant, google::protobuf::Timestamp* out) {
-  const auto since_epoch = std::chrono::duration_cast<std::chrono::microseconds>(instant.time_since_epoch()).count();
-  out->set_seconds(since_epoch / 1'000'000);
-  out->set_nanos(static_cast<int>(since_epoch % 1'000'000) * 1000);
-}
 
 void ToProto(const std::vector<double>& triple, geometry::v1::Point* out) {
   out->set_x_mm(triple[0]);
@@ -86,7 +81,7 @@ v1::Machine ToProto(const storage::MachineRow& row) {
   ToProto(row.nominal_centre_mm, machine.mutable_nominal_centre_mm());
   machine.mutable_safety_envelope()->set_translation_mm(row.safety_translation_mm);
   machine.mutable_safety_envelope()->set_rotation_deg(row.safety_rotation_deg);
-  ToProto(row.recorded.recorded_at, machine.mutable_created_at());
+  runtime::ToProto(row.recorded.recorded_at, machine.mutable_created_at());
   return machine;
 }
 
@@ -106,7 +101,7 @@ v1::Artefact ToProto(const storage::ArtefactRow& row) {
     to->set_x_mm(feature.x_mm);
     to->set_y_mm(feature.y_mm);
   }
-  ToProto(row.recorded.recorded_at, artefact.mutable_created_at());
+  runtime::ToProto(row.recorded.recorded_at, artefact.mutable_created_at());
   return artefact;
 }
 
@@ -129,7 +124,7 @@ v1::Part ToProto(const storage::PartRow& row) {
   for (const double value : row.zero_from_part_nominal_rotation) nominal->add_rotation(value);
   ToProto(row.zero_from_part_nominal_translation_mm, nominal->mutable_translation_mm());
   ToProto(row.tessellation, part.mutable_surface());
-  ToProto(row.recorded.recorded_at, part.mutable_created_at());
+  runtime::ToProto(row.recorded.recorded_at, part.mutable_created_at());
   return part;
 }
 
@@ -137,7 +132,7 @@ v1::Blade ToProto(const storage::BladeRow& row) {
   v1::Blade blade;
   blade.set_name(runtime::NameOf("blades", row.blade_serial));
   blade.set_part(runtime::NameOf("parts", row.part_id));
-  ToProto(row.recorded.recorded_at, blade.mutable_created_at());
+  runtime::ToProto(row.recorded.recorded_at, blade.mutable_created_at());
   return blade;
 }
 
@@ -149,7 +144,7 @@ v1::RecordEntry ToProto(const storage::JournalEntry& entry) {
   for (const std::string& input : entry.entry.inputs) out.add_inputs(input);
   out.set_method(entry.entry.method);
   out.set_software_version(entry.entry.software_version);
-  ToProto(entry.recorded.recorded_at, out.mutable_recorded_at());
+  runtime::ToProto(entry.recorded.recorded_at, out.mutable_recorded_at());
   // The database holds JSON objects only; one that does not parse would be a summary less, never a record less.
   if (!google::protobuf::util::JsonStringToMessage(entry.entry.summary_json, out.mutable_summary()).ok())
     out.mutable_summary()->Clear();

@@ -325,6 +325,7 @@ absl::StatusOr<v1::Registration> Registrar::Compute(const v1::RegisterRequest& r
   storage::RegistrationRow row = *std::move(described);
   row.blade_serial = *runtime::IdOf("blade", "blades", request.blade());
   row.method = MethodText(request.method());
+  row.for_inspection = request.for_inspection();
   row.machine_revision = inputs->machine.revision();
   row.part_revision = inputs->part.revision();
   const auto id_of = [](const std::string& name) { return name.substr(name.find('/') + 1); };

@@ -3,13 +3,13 @@
 #include <google/protobuf/util/json_util.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "metrology/registration/direction_words.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/time_proto.h"
 
 namespace sixpoint::registration {
 namespace {
@@ -60,13 +60,6 @@ void SetCovariance(const std::vector<double>& values, const std::vector<double>&
                    geometry::v1::PoseCovariance* out) {
   out->mutable_values()->Add(values.begin(), values.end());
   SetPoint(reference.at(0), reference.at(1), reference.at(2), out->mutable_reference_mm());
-}
-
-void SetTime(storage::Instant instant, google::protobuf::Timestamp* out) {
-  const auto micros = std::chrono::floor<std::chrono::microseconds>(instant.time_since_epoch());
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(micros);
-  out->set_seconds(seconds.count());
-  out->set_nanos(static_cast<int>((micros - seconds).count()) * 1000);
 }
 
 absl::StatusOr<std::string> JsonOf(const google::protobuf::Message& message) {
@@ -170,7 +163,7 @@ absl::Status SetEvidence(const storage::RegistrationRow& row, v1::Evidence* out)
   if (row.disagreement_um.has_value() && row.disagreement_ratio.has_value()) {
     out->mutable_disagreement()->set_greatest_um(*row.disagreement_um);
     out->mutable_disagreement()->set_ratio(*row.disagreement_ratio);
-    out->mutable_disagreement()->set_beyond(*row.disagreement_ratio > metrology::kDisagreementLimit);
+    out->mutable_disagreement()->set_beyond(row.disagrees.value_or(false));
   }
   return absl::OkStatus();
 }
@@ -223,6 +216,7 @@ absl::StatusOr<storage::RegistrationRow> RowOf(const metrology::PoseFit& fit, co
   if (disagreement.has_value()) {
     row.disagreement_um = kUmPerMm * disagreement->greatest_mm;
     row.disagreement_ratio = Figure(disagreement->ratio);
+    row.disagrees = disagreement->beyond;
   }
   absl::StatusOr<std::string> json = JsonOf(options);
   if (!json.ok()) return json.status();
@@ -284,8 +278,9 @@ absl::StatusOr<v1::Registration> ToProto(const storage::RegistrationRow& row) {
   }
   out.set_requested_by(row.requested_by);
   out.set_software_version(row.software_version);
-  SetTime(row.recorded.recorded_at, out.mutable_recorded_at());
+  runtime::ToProto(row.recorded.recorded_at, out.mutable_recorded_at());
   out.set_record_sequence(row.recorded.sequence);
+  out.set_for_inspection(row.for_inspection);
   return out;
 }
 

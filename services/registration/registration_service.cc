@@ -8,8 +8,7 @@
 #include "services/runtime/call.h"
 #include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
-#include "services/runtime/pages.h"
-#include "services/runtime/resource_name.h"
+#include "services/runtime/recorded_results.h"
 #include "storage/registrations.h"
 
 namespace sixpoint::registration {
@@ -20,32 +19,6 @@ using runtime::ToGrpc;
 Caller CallerOf(const grpc::ServerContext* context) {
   return {runtime::DeadlineOf(*context), [context] { return runtime::ContextFor(*context); },
           runtime::KeepGoing(*context)};
-}
-
-absl::StatusOr<v1::ListRegistrationsResponse> List(storage::Database* database, storage::Deadline deadline,
-                                                   const v1::ListRegistrationsRequest& request) {
-  const absl::StatusOr<std::string> serial = runtime::FilterIdOf("blade", "blades", request.blade());
-  if (!serial.ok()) return serial.status();
-  const absl::StatusOr<runtime::Page> page =
-      runtime::PageOf(request.blade(), request.page_size(), request.page_token());
-  if (!page.ok()) return page.status();
-  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  // One more than asked tells whether there is another page.
-  const auto rows = storage::ListRegistrations(*transaction, *serial, page->before_sequence, page->size + 1);
-  if (!rows.ok()) return rows.status();
-  v1::ListRegistrationsResponse response;
-  for (const storage::RegistrationRow& row : *rows) {
-    if (response.registrations_size() == page->size) {
-      const std::int64_t last_sequence = response.registrations(page->size - 1).record_sequence();
-      response.set_next_page_token(runtime::TokenAfter(request.blade(), last_sequence));
-      break;
-    }
-    absl::StatusOr<v1::Registration> registration = ToProto(row);
-    if (!registration.ok()) return registration.status();
-    *response.add_registrations() = *std::move(registration);
-  }
-  return response;
 }
 
 }  // namespace
@@ -63,25 +36,24 @@ grpc::Status RegistrationService::Register(grpc::ServerContext* context, const v
 grpc::Status RegistrationService::GetRegistration(grpc::ServerContext* context,
                                                   const v1::GetRegistrationRequest* request,
                                                   v1::Registration* response) {
-  const absl::StatusOr<std::string> id = runtime::IdOf("name", "registrations", request->name());
-  if (!id.ok()) return ToGrpc(id.status());
-  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
-  if (!transaction.ok()) return ToGrpc(transaction.status());
-  const auto found = storage::FindRegistration(*transaction, *id);
-  if (!found.ok()) return ToGrpc(found.status());
-  if (!found->has_value())
-    return ToGrpc(absl::NotFoundError("name: " + request->name() + ", want a registration that is recorded"));
-  absl::StatusOr<v1::Registration> registration = ToProto(**found);
-  if (registration.ok()) *response = *std::move(registration);
-  return ToGrpc(registration.status());
+  return ToGrpc(runtime::GetResult(
+      database_, runtime::DeadlineOf(*context), "registrations", request->name(), "REGISTRATION_NOT_FOUND",
+      storage::FindRegistration,
+      [](storage::Transaction&, const storage::RegistrationRow& row) { return ToProto(row); }, response));
 }
 
 grpc::Status RegistrationService::ListRegistrations(grpc::ServerContext* context,
                                                     const v1::ListRegistrationsRequest* request,
                                                     v1::ListRegistrationsResponse* response) {
-  absl::StatusOr<v1::ListRegistrationsResponse> page = List(database_, runtime::DeadlineOf(*context), *request);
-  if (page.ok()) *response = *std::move(page);
-  return ToGrpc(page.status());
+  const std::string more_filters = std::string(request->only_disagreeing() ? " disagreeing" : "") +
+                                   (request->without_for_inspection() ? " without_for_inspection" : "");
+  const auto list = [request](storage::Transaction& transaction, const std::string& serial,
+                              std::int64_t before_sequence, int limit) {
+    return storage::ListRegistrations(
+        transaction, {serial, request->only_disagreeing(), request->without_for_inspection()}, before_sequence, limit);
+  };
+  return ToGrpc(runtime::ListResults(database_, runtime::DeadlineOf(*context), *request, more_filters, list, ToProto,
+                                     response->mutable_registrations(), response->mutable_next_page_token()));
 }
 
 grpc::Status RegistrationService::RegisterBatch(grpc::ServerContext* context, const v1::RegisterBatchRequest* request,

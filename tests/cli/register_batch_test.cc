@@ -45,8 +45,7 @@ struct FakeRegistration final : registration::v1::RegistrationService::Service {
   std::string refused_blade, unusable_blade;
   std::vector<std::vector<int>> skips;  // of each call
   std::vector<std::string> request_ids;
-  std::map<std::string, registration::v1::Registration> latest;
-  std::vector<registration::v1::Registration> all;
+  std::vector<registration::v1::Registration> all;  // newest first
   int page_count = 0;
   double moves_to_x_mm = 0;  // where each blade stands now
 
@@ -88,14 +87,17 @@ struct FakeRegistration final : registration::v1::RegistrationService::Service {
   }
   grpc::Status ListRegistrations(grpc::ServerContext*, const registration::v1::ListRegistrationsRequest* in,
                                  registration::v1::ListRegistrationsResponse* out) override {
-    if (latest.count(in->blade()) > 0) *out->add_registrations() = latest.at(in->blade());
-    // All there is, newest first, three a page.
-    const int from = in->page_token().empty() ? 0 : std::stoi(in->page_token());
-    for (int i = from; in->blade().empty() && i < std::min<int>(from + 3, static_cast<int>(all.size())); ++i)
-      *out->add_registrations() = all[static_cast<std::size_t>(i)];
+    std::vector<registration::v1::Registration> listed;
+    for (const registration::v1::Registration& one : all)
+      if ((in->blade().empty() || one.blade() == in->blade()) &&
+          !(in->without_for_inspection() && one.for_inspection()))
+        listed.push_back(one);
+    // At most three a page.
+    const std::size_t from = in->page_token().empty() ? 0 : std::stoul(in->page_token());
+    const std::size_t end = std::min(listed.size(), from + static_cast<std::size_t>(std::min(in->page_size(), 3)));
+    for (std::size_t i = from; i < end; ++i) *out->add_registrations() = listed[i];
     ++page_count;
-    if (in->blade().empty() && from + 3 < static_cast<int>(all.size()))
-      out->set_next_page_token(std::to_string(from + 3));
+    if (end < listed.size()) out->set_next_page_token(std::to_string(end));
     return grpc::Status::OK;
   }
 };
@@ -265,7 +267,7 @@ registration::v1::Registration Stored(int number, const std::string& blade, cons
   return one;
 }
 
-// Newest first, over several pages; the latest of each blade within the time.
+// Newest first, over several pages; the latest of each blade within the time, but what an inspection made for itself.
 TEST_F(RegisterBatchTest, TakesThePartsBladesOfATimeAgain) {
   registration_.all = {
       Stored(9, "blades/B", "parts/p", "machines/m", 900),     Stored(8, "blades/A", "parts/p", "machines/m", 800),
@@ -273,6 +275,8 @@ TEST_F(RegisterBatchTest, TakesThePartsBladesOfATimeAgain) {
       Stored(5, "blades/C", "parts/p", "machines/n", 500),     Stored(4, "blades/D", "parts/p", "machines/m", 400),
       Stored(3, "blades/E", "parts/p", "machines/m", 300),     Stored(2, "blades/F", "parts/p", "machines/m", 200),
       Stored(1, "blades/G", "parts/p", "machines/m", 100)};
+  registration_.all.insert(registration_.all.begin() + 1, Stored(85, "blades/A", "parts/p", "machines/m", 840));
+  registration_.all[1].set_for_inspection(true);
   AgainFilter filter;
   filter.part = "parts/p";
   filter.since.set_seconds(450);
@@ -348,19 +352,18 @@ TEST_F(RegisterBatchTest, RegistersOneWithProgressAndRefusesAsRegisterDoes) {
 }
 
 TEST_F(RegisterBatchTest, TakesEachBladesLatestRegistrationAgain) {
-  registration::v1::Registration& latest = registration_.latest["blades/SN-1"];
-  latest.set_blade("blades/SN-1");
-  latest.add_scans("scans/a");
-  latest.set_method(registration::v1::METHOD_LOCAL);
-  registration_.latest["blades/SN-2"] = latest;
-  registration_.latest["blades/SN-2"].set_blade("blades/SN-2");
-  registration_.latest["blades/SN-2"].add_angles();
+  registration_.all = {Stored(3, "blades/SN-1", "parts/p", "machines/m", 3),  // made by an inspection for itself
+                       Stored(2, "blades/SN-2", "parts/p", "machines/m", 2),
+                       Stored(1, "blades/SN-1", "parts/p", "machines/m", 1)};
+  registration_.all[0].set_for_inspection(true);
+  registration_.all[1].add_angles();
+  registration_.all[2].set_method(registration::v1::METHOD_LOCAL);
   auto batch =
       BatchOfLatest(&session_, {"SN-1", "blades/SN-2"}, registration::v1::METHOD_UNSPECIFIED, /*axis_tables=*/false);
   ASSERT_TRUE(batch.ok()) << batch.status();
   ASSERT_EQ(batch->request.requests_size(), 2);
   EXPECT_EQ(batch->before[1].blade(), "blades/SN-2");
-  EXPECT_THAT(batch->request.requests(0).scans(), ElementsAre("scans/a"));
+  EXPECT_THAT(batch->request.requests(0).scans(), ElementsAre("scans/s1"));
   EXPECT_EQ(batch->request.requests(0).method(), registration::v1::METHOD_LOCAL);
   EXPECT_FALSE(batch->request.requests(0).apply_axis_tables());
   EXPECT_TRUE(batch->request.requests(1).apply_axis_tables());

@@ -178,5 +178,56 @@ TEST_F(MigrateTest, CharacterisationsFromBeforeTheyWereCalibrationsAreKept) {
   EXPECT_FALSE(transaction->Execute("DELETE FROM axis_characterisations").ok());
 }
 
+// V0018 keeps what was said by the limit of its time, and tells which registrations inspections rest on by the journal.
+TEST_F(MigrateTest, RegistrationsFromBeforeTheirVerdictWasKeptHaveThatOfTheirTime) {
+  const std::filesystem::path all = ThrowawayDatabase::MigrationsFolder(), before = folder_ + "/before";
+  std::filesystem::create_directory(before);
+  for (const auto& file : std::filesystem::directory_iterator(all))
+    if (file.path().filename().string() < "V0018") std::filesystem::copy(file.path(), before);
+  ASSERT_EQ(*Migrate(database_.conninfo(), before), 17);
+  const auto id_of = [](int number) { return "00000000-0000-7000-8000-00000000000" + std::to_string(number); };
+  {
+    absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+    const auto run = [&](const std::string& sql) {
+      const auto done = transaction->Execute(sql);
+      ASSERT_TRUE(done.ok()) << done.status();
+    };
+    run("SET LOCAL session_replication_role = replica");  // what registrations refer to plays no part
+    const char* const ratios[] = {"NULL, NULL", "10, 2.9", "10, 3.5", "10, 9"};
+    for (int i = 0; i < 4; ++i)
+      run("INSERT INTO registrations (registration_id, blade_serial, machine_id, machine_revision, part_id, "
+          "part_revision, method, sensor_calibration_id, rotation_calibration_id, outcome, zero_from_part, "
+          "reference_mm, covariance, noise_covariance, calibration_sensitivity, point_count, points_used, "
+          "iteration_count, residual_rms_um, residual_sigma_um, condition_number, weakest_direction, "
+          "weakest_standard_uncertainty_um, remark, compute_seconds, requested_by, software_version, record_sequence, "
+          "recorded_at, disagreement_um, disagreement_ratio) VALUES ('" +
+          id_of(i) +
+          "', 'b', 'm', 1, 'p', 1, 'SIX_POINT', 's', 'r', 'NOT_CONVERGED', '{}', '{}', '{}', '{}', '{}', 9, 0, 1, 1, "
+          "1, 2, '{1,0,0,0,0,0}', 1, '', 1, '', 'old', " +
+          std::to_string(i + 1) + ", now(), " + ratios[i] + ")");
+    run("INSERT INTO record_entries (record_sequence, kind, name, software_version) VALUES "
+        "(11, 'inspection', 'inspections/" +
+        id_of(5) + "', 'old'), (12, 'correction', 'corrections/" + id_of(6) + "', 'old')");
+    run("INSERT INTO record_inputs VALUES (11, 0, 'registrations/" + id_of(1) + "'), (11, 1, 'registrations/" +
+        id_of(3) + "'), (12, 0, 'registrations/" + id_of(2) + "')");
+    ASSERT_TRUE(transaction->Commit().ok());
+  }
+  ASSERT_GE(*Migrate(database_.conninfo(), all), 18);
+  absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+  const auto rows =
+      transaction->Execute("SELECT disagrees, for_inspection FROM registrations ORDER BY registration_id");
+  ASSERT_TRUE(rows.ok()) << rows.status();
+  ASSERT_EQ(rows->count(), 4);
+  EXPECT_TRUE(rows->IsNull(0, 0));
+  EXPECT_FALSE(rows->Bool(1, 0));
+  EXPECT_TRUE(rows->Bool(2, 0));
+  EXPECT_TRUE(rows->Bool(3, 0));
+  EXPECT_FALSE(rows->Bool(0, 1));
+  EXPECT_TRUE(rows->Bool(1, 1));
+  EXPECT_FALSE(rows->Bool(2, 1));
+  EXPECT_TRUE(rows->Bool(3, 1));
+  EXPECT_FALSE(transaction->Execute("UPDATE registrations SET disagrees = false").ok());  // append-only as before
+}
+
 }  // namespace
 }  // namespace sixpoint::storage

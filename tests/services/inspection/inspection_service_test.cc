@@ -144,7 +144,15 @@ TEST_F(InspectionServiceTest, CoversPositioningsThatDisagreeAndSaysSo) {
   EXPECT_FALSE(calm->positioning().disagrees());
   EXPECT_EQ(calm->holes(0).verdict(), v1::VERDICT_CONFORM);
 
+  // What registration says of its ratio is what counts, whatever its limit is.
   auto& disagreement = *plant_.registration.registration.mutable_evidence()->mutable_disagreement();
+  disagreement.set_greatest_um(12);
+  disagreement.set_ratio(4);
+  const auto explained = Inspect(Request());
+  ASSERT_TRUE(explained.ok()) << explained.status();
+  EXPECT_EQ(explained->positioning().disagreement_ratio(), 4);
+  EXPECT_FALSE(explained->positioning().disagrees());
+
   disagreement.set_greatest_um(30);
   disagreement.set_ratio(10);
   disagreement.set_beyond(true);
@@ -174,6 +182,7 @@ TEST_F(InspectionServiceTest, CoversPositioningsThatDisagreeAndSaysSo) {
   for (const auto& one : plant_.registration.asked) {
     methods.push_back(one.method());
     ids.insert(one.request_id());
+    EXPECT_TRUE(one.for_inspection());
   }
   EXPECT_THAT(methods, ElementsAre(registration::v1::METHOD_SIX_POINT, registration::v1::METHOD_BEST_FIT,
                                    registration::v1::METHOD_SIX_POINT_NORMALS));

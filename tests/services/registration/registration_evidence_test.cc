@@ -5,6 +5,7 @@
 
 #include <random>
 
+#include "services/runtime/call.h"
 #include "services/runtime/geometry_proto.h"
 #include "tests/metrology/surface/shapes.h"
 #include "tests/services/registration/fake_plant.h"
@@ -113,7 +114,14 @@ TEST_F(RegistrationEvidenceTest, LocalByHoleGroupIsTheGroupsNeighbourhoodOfAllSc
   EXPECT_TRUE(bent.evidence().disagreement().beyond()) << bent.evidence().ShortDebugString();
   EXPECT_GT(bent.evidence().disagreement().greatest_um(), 20);
   EXPECT_THAT(bent.evidence().remark(), HasSubstr("from the best fit of the same scans"));
-  EXPECT_EQ(Count("registrations WHERE disagreement_ratio > 3"), 1);
+  EXPECT_EQ(Count("registrations WHERE disagrees"), 1);
+  v1::ListRegistrationsRequest list;
+  list.set_only_disagreeing(true);
+  v1::ListRegistrationsResponse listed;
+  ASSERT_TRUE(
+      v1::RegistrationService::NewStub(channel_)->ListRegistrations(runtime::ContextFor(10).get(), list, &listed).ok());
+  ASSERT_EQ(listed.registrations_size(), 1);
+  EXPECT_EQ(listed.registrations(0).name(), bent.name());
 
   near.set_group("G9");
   EXPECT_THAT(RefusalOf(request), HasSubstr("options.regions_in[0].hole_group.group: G9, want one of G2"));

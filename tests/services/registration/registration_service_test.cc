@@ -15,6 +15,8 @@ namespace {
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
+constexpr double kRad = 3.14159265358979323846 / 180;
+
 class RegistrationServiceTest : public FakePlantTest {
  protected:
   // A blade in place of the block, scanned from every side.
@@ -88,9 +90,8 @@ TEST_F(RegistrationServiceTest, TakesScansAtTheAnglesThatAxesReached) {
   const auto plain = runtime::FromProto("covariance", without->covariance());
   const auto covariance = runtime::FromProto("covariance", registration->covariance());
   ASSERT_TRUE(plain.ok() && covariance.ok());
-  const double deg = 3.14159265358979323846 / 180;
-  EXPECT_NEAR(std::sqrt(covariance->values(0, 0)) / deg, std::hypot(0.01, 0.001), 0.002);
-  EXPECT_LT(std::sqrt(plain->values(0, 0)) / deg, 0.002);
+  EXPECT_NEAR(std::sqrt(covariance->values(0, 0)) / kRad, std::hypot(0.01, 0.001), 0.002);
+  EXPECT_LT(std::sqrt(plain->values(0, 0)) / kRad, 0.002);
 
   EXPECT_EQ(Get(registration->name()).SerializeAsString(), registration->SerializeAsString());
   auto transaction = plant_.database.database()->Begin(testing::Soon());
@@ -113,20 +114,23 @@ TEST_F(RegistrationServiceTest, ComparesALocalPoseByWhatItsAnglesDoNotDoToBoth) 
   v1::HoleGroupNeighbourhood& near = *request.mutable_options()->add_regions_in()->mutable_hole_group();
   near.set_group("G2");
   near.set_margin_mm(7);
+  double turn_deg = 0;  // standard uncertainty of the pose's turn about B
   const auto uncertainty_um = [&] {
     const v1::Registration registration = Register(request);
     EXPECT_EQ(registration.evidence().outcome(), v1::OUTCOME_CONVERGED) << registration.evidence().remark();
     EXPECT_TRUE(registration.evidence().has_disagreement());
     EXPECT_FALSE(registration.evidence().disagreement().beyond()) << registration.evidence().ShortDebugString();
     EXPECT_EQ(registration.angles_size(), request.apply_axis_tables() ? 4 : 0);
+    turn_deg = std::sqrt(runtime::FromProto("covariance", registration.covariance())->values(0, 0)) / kRad;
     return registration.evidence().disagreement().standard_uncertainty_um();
   };
   const double plain_um = uncertainty_um();
   request.set_apply_axis_tables(true);
-  // The reversal turns all scans alike: either pose is uncertain by 0.05 deg, 17 um at the tip, and their difference by more
-  // than that if the two were independent. They share most of it.
+  // The reversal turns all scans alike as one body: either pose is uncertain by all of 0.05 deg, 17 um at the tip, and their
+  // difference by none of it. A five-hundredth of 17 um would add a tenth to the noise's 0.07 um.
   plant_.Characterise(true, std::vector<double>(8, 0.05), std::vector<double>(8, -0.05), 1e-5);
-  EXPECT_LT(uncertainty_um(), 17.0 / 4);
+  EXPECT_NEAR(uncertainty_um(), plain_um, 0.1 * plain_um);
+  EXPECT_NEAR(turn_deg, 0.05, 0.001);  // and the noise's 0.0006 deg
   EXPECT_GT(plain_um, 0);
 
   // The first scan does not show the region: its angle's own error moves the best fit only, by a quarter of 0.02 deg.
@@ -204,6 +208,32 @@ TEST_F(RegistrationServiceTest, AnswersARetryOnceAndPages) {
   list.set_page_token(page.next_page_token());
   ASSERT_TRUE(stub->ListRegistrations(runtime::ContextFor(10).get(), list, &next).ok());
   EXPECT_EQ(next.registrations(0).name(), first->name());
+}
+
+// Those of inspections are listed, and left out where a blade's own are asked for.
+TEST_F(RegistrationServiceTest, TellsWhatInspectionsMadeForThemselves) {
+  MountBlade();
+  const v1::Registration own = Register(Request(v1::METHOD_BEST_FIT));
+  v1::RegisterRequest request = Request(v1::METHOD_BEST_FIT);
+  request.set_for_inspection(true);
+  const v1::Registration inspections = Register(request);
+  EXPECT_FALSE(own.for_inspection());
+  EXPECT_TRUE(inspections.for_inspection());
+  const auto stub = v1::RegistrationService::NewStub(channel_);
+  v1::ListRegistrationsRequest list;
+  list.set_blade("blades/sn1");
+  list.set_page_size(1);
+  v1::ListRegistrationsResponse page;
+  ASSERT_TRUE(stub->ListRegistrations(runtime::ContextFor(10).get(), list, &page).ok());
+  EXPECT_EQ(page.registrations(0).name(), inspections.name());
+  list.set_without_for_inspection(true);
+  v1::ListRegistrationsResponse owns;
+  ASSERT_TRUE(stub->ListRegistrations(runtime::ContextFor(10).get(), list, &owns).ok());
+  ASSERT_EQ(owns.registrations_size(), 1);
+  EXPECT_EQ(owns.registrations(0).name(), own.name());
+  list.set_page_token(page.next_page_token());  // of the list with them
+  EXPECT_EQ(stub->ListRegistrations(runtime::ContextFor(10).get(), list, &owns).error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
 }
 
 TEST_F(RegistrationServiceTest, RefusesWhatItCannotRestOnAndStoresNothing) {
