@@ -19,10 +19,9 @@ namespace {
 using metrology::Outcome;
 using metrology::PoseFit;
 
-constexpr double kFreeReachMm = 1;  // of the points that say which directions are free
-constexpr double kBlankSpreadMm =
-    1;  // of a blank's stock from its mean, beyond which its mirror image is not told either
-constexpr double kHeldPart = 1e-12;  // of the greatest variance, below which a direction is held from outside
+constexpr double kFreeReachMm = 1;    // of the points that say which directions are free
+constexpr double kBlankSpreadMm = 1;  // of a blank's scans, its stock being one (mirror_remark.h)
+constexpr double kHeldPart = 1e-12;   // of the greatest variance, below which a direction is held from outside
 
 std::string Percent(double part) { return std::to_string(static_cast<int>(100 * part)) + " %"; }
 
