@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <optional>
 
 #include "metrology/registration/least_distance.h"
 #include "metrology/registration/patch_sums.h"
@@ -22,8 +23,11 @@ using Eigen::VectorXd;
 constexpr int kStepLimit = 40;
 constexpr double kGreatestStepMm = 1;
 constexpr double kRestedMm = 1e-5;
-// Steps below this that no longer shrink come from points that pass from patch to patch and over edges.
+// Steps below this that no longer shrink come from points that pass over edges.
 constexpr double kUnsteadyMm = 1e-3;
+// After a step below this part of a patch's width points stay in their patches: where they pass from one to another what is
+// asked of the pose changes, and it would go round for ever.
+constexpr double kPatchesStay = 0.1;
 constexpr double kFeasibleMm = 1e-4;   // lacking less than this is rounding
 constexpr double kMotionPrice = 1e-4;  // of the motion beside the lack of stock, so that the least motion is chosen
 constexpr std::size_t kMostHolding = 7;
@@ -83,6 +87,8 @@ class Allowance {
       const double size = change.norm();
       rested = size < kRestedMm || (size < kUnsteadyMm && size > 0.5 * last_size);
       if (rested) break;
+      if (size < kPatchesStay * allowance_.patch_mm && !part_from_zero_of_cells_)
+        part_from_zero_of_cells_ = pose_.inverse(Eigen::Isometry);
       last_size = size;
       if (size > kGreatestStepMm) change *= kGreatestStepMm / size;
       Vector6d moved = free_ * change;
@@ -95,8 +101,9 @@ class Allowance {
 
  private:
   absl::Status See() {
-    auto sums =
-        SumPatches(surface_, portions_, pose_, {allowance_.greatest_stock_mm, allowance_.patch_mm, false}, options_);
+    PatchSumOptions sum{allowance_.greatest_stock_mm, allowance_.patch_mm, false};
+    if (part_from_zero_of_cells_) sum.cells_from_part = *part_from_zero_of_cells_ * pose_;
+    auto sums = SumPatches(surface_, portions_, pose_, sum, options_);
     if (!sums.ok()) return sums.status();
     sums_ = *std::move(sums);
     see_.counted.clear();
@@ -276,6 +283,7 @@ class Allowance {
   const FitOptions& options_;
   const double radius_mm_;
   Isometry3d pose_;
+  std::optional<Isometry3d> part_from_zero_of_cells_;  // of the pose whose patches stay
   MatrixXd free_;
   PatchSums sums_;
   Stock see_;

@@ -393,7 +393,7 @@ void BestFit::SumEvidence(FitEvidence* evidence) const {
   evidence->overlap = static_cast<double>(evidence->points_used) /
                       static_cast<double>(std::max<std::int64_t>(1, evidence->point_count));
   for (const auto& [key, region] : regions)
-    evidence->regions.push_back({surface_.centroid_mm() + PatchCentre(key, times * patch_options_.patch_mm),
+    evidence->regions.push_back({surface_.centroid_mm() + PatchCentre(key, patch_options_.patch_mm, times),
                                  region.points, region.pull / region.weight, region.used / region.patches});
   const double area = surface_.area_mm2();
   const auto scan_weight = [&](std::uint32_t portion) {

@@ -18,9 +18,13 @@ using Eigen::Vector3d;
 constexpr int kCellBits = 20;  // of each coordinate
 constexpr std::int64_t kCellOffset = std::int64_t{1} << (kCellBits - 1);
 constexpr int kSideBits = 3;
+// Of a cell, off the centroid: a flat face of a part that is symmetric lies a round number of millimetres from it, and on the
+// border of two cells rounding would choose.
+constexpr double kCellShift = 0.3183;
 
 constexpr std::size_t kSliceSize = std::size_t{1} << 19;  // points summed at a time
-constexpr double kEdgeMarginMm = 0.05;  // points nearer to a sharp edge may belong to the face beyond it
+// Points nearer to a sharp edge may belong to the face beyond it.
+constexpr double kEdgeMarginMm = Surface::kEdgeReachMm;
 constexpr int kHistogramBins = 4096;
 
 int SideOf(const Vector3d& normal) {
@@ -114,16 +118,15 @@ PatchKey PatchKeyOf(const Vector3d& from_centroid_mm, const Vector3d& normal, do
   std::array<std::int64_t, 3> cell{};
   for (int k = 0; k < 3; ++k)
     cell[k] =
-        static_cast<std::int64_t>(std::clamp(std::floor(from_centroid_mm[k] / patch_mm),
+        static_cast<std::int64_t>(std::clamp(std::floor(from_centroid_mm[k] / patch_mm + kCellShift),
                                              static_cast<double>(-kCellOffset), static_cast<double>(kCellOffset - 1)));
   return KeyOf(cell, static_cast<PatchKey>(SideOf(normal)));
 }
 
-Vector3d PatchCentre(PatchKey key, double patch_mm) {
+Vector3d PatchCentre(PatchKey key, double patch_mm, int times) {
   const std::array<std::int64_t, 3> cell = CellOf(key);
-  return patch_mm *
-         (Vector3d(static_cast<double>(cell[0]), static_cast<double>(cell[1]), static_cast<double>(cell[2])) +
-          Vector3d::Constant(0.5));
+  const Vector3d low(static_cast<double>(cell[0]), static_cast<double>(cell[1]), static_cast<double>(cell[2]));
+  return patch_mm * (times * (low + Vector3d::Constant(0.5)) - Vector3d::Constant(kCellShift));
 }
 
 PatchKey CoarserKey(PatchKey key, int times) {
@@ -185,7 +188,10 @@ absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<S
           if (!(inside > 0) || found.feature != SurfaceFeature::kFace || found.edge_distance_mm < edge_margin) return;
           residuals[i] = static_cast<float>(r);
           const Vector3d from_centroid = found.point_mm - centroid;
-          const PatchKey key = PatchKeyOf(from_centroid, found.normal, sum.patch_mm);
+          // Where the foot was at the cells' pose: along the surface, or a flat face on a cell's border would change cells.
+          const Vector3d since = sum.cells_from_part * found.point_mm - found.point_mm;
+          const PatchKey key =
+              PatchKeyOf(from_centroid + since - found.normal.dot(since) * found.normal, found.normal, sum.patch_mm);
           if (part.patches.empty() || part.patches[last].key != key) {
             last = part.patches.size();
             for (std::size_t k = part.patches.size(); k-- > 0;)

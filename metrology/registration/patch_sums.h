@@ -15,9 +15,10 @@ namespace sixpoint::metrology {
 // Where on the surface: a cubic cell of the part and the side its normals look to.
 using PatchKey = std::uint64_t;
 PatchKey PatchKeyOf(const Eigen::Vector3d& from_centroid_mm, const Eigen::Vector3d& normal, double patch_mm);
-// Middle of the key's cell, from the centroid; cells may be `coarser` times as wide.
-Eigen::Vector3d PatchCentre(PatchKey key, double patch_mm);
+// The key of cells `times` as wide.
 PatchKey CoarserKey(PatchKey key, int times);
+// Middle of the key's cell, from the centroid; that of a coarser key with its times.
+Eigen::Vector3d PatchCentre(PatchKey key, double patch_mm, int times = 1);
 
 // A pose change here is scaled and in the part frame: rotation about the centroid times the radius of gyration, then
 // translation; a row is a point's residual per such change, negated.
@@ -63,6 +64,8 @@ struct PatchSumOptions {
   double width_mm = 0;  // of the loss: points beyond it do not count
   double patch_mm = 0;
   bool robust = true;  // false: every point within the width counts fully
+  // From this part to the one whose cells the patches are of: points stay in their patches while a pose changes.
+  Eigen::Isometry3d cells_from_part = Eigen::Isometry3d::Identity();
 };
 
 // CANCELLED: options.keep_going said so.

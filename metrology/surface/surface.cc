@@ -18,6 +18,7 @@
 #include "metrology/surface/in_parts.h"
 #include "metrology/surface/near_batch.h"
 #include "metrology/surface/near_cells.h"
+#include "metrology/surface/sharp_edges.h"
 #include "metrology/surface/triangle_tree.h"
 
 namespace sixpoint::metrology {
@@ -96,7 +97,8 @@ struct Surface::Tree {
   std::vector<Eigen::Vector3f> vertex_normals;       // angle-weighted pseudo-normals, by welded vertex
   std::vector<std::uint8_t> vertex_rims;             // by welded vertex: the union of its edges'
   std::vector<std::array<std::uint8_t, 3>> rims;     // edge i lies opposite corner i
-  std::vector<std::uint8_t> near_rim;                // a triangle with a sharp or open edge or corner
+  SharpEdges sharp;                                  // sharp and open edges
+  std::vector<std::uint8_t> near_rim;                // a triangle that may reach within kEdgeReachMm of one of them
   std::vector<std::array<std::uint32_t, 3>> across;  // the triangle beyond edge i
 
   Vector3d FacetNormal(std::uint32_t t) const {
@@ -106,11 +108,11 @@ struct Surface::Tree {
 
   void Weld();
   absl::Status FindRims();
+  void FindNearRims();
   void FindMoments();
   double Volume() const;
   std::optional<CubicPatch> PatchOf(std::uint32_t t) const;
   Vector3d PseudoNormal(const TriangleTree::Nearest& nearest) const;
-  double EdgeDistance(std::uint32_t t, const Vector3d& foot) const;
   double FacetDistance(const Vector3d& query, const TriangleTree::Nearest& nearest) const;
   SurfacePoint Resolve(const Vector3d& query, const TriangleTree::Nearest& nearest) const;
   double Distance(const Vector3d& query, const TriangleTree::Nearest& nearest) const;
@@ -154,6 +156,7 @@ absl::Status Surface::Tree::FindRims() {
   rims.assign(faces.size(), {kOpen, kOpen, kOpen});
   across.assign(faces.size(), {kNoTriangle, kNoTriangle, kNoTriangle});
   vertex_rims.assign(vertices.size(), kSmooth);
+  std::vector<SharpEdges::Edge> sharp_edges;
   std::size_t branching = 0, open = 0;
   Vector3d branching_mm;
   for (std::size_t s = 0; s < sides.size();) {
@@ -188,6 +191,8 @@ absl::Status Surface::Tree::FindRims() {
     for (std::size_t k = s; k < e; ++k) rims[sides[k].triangle][sides[k].edge] = rim;
     vertex_rims[sides[s].low] |= rim;
     vertex_rims[sides[s].high] |= rim;
+    if (rim & (kSharp | kOpen))
+      sharp_edges.push_back({vertices[sides[s].low], vertices[sides[s].high] - vertices[sides[s].low]});
     s = e;
   }
   if (branching > 0)
@@ -198,12 +203,37 @@ absl::Status Surface::Tree::FindRims() {
   if (open == 0 && Volume() < 0)
     return absl::InvalidArgumentError("surface.triangles: inside out, volume " + std::to_string(Volume()) +
                                       " mm3, want corners counter-clockwise seen from outside");
-  near_rim.assign(faces.size(), 0);
-  for (std::size_t t = 0; t < faces.size(); ++t)
-    for (const std::uint32_t v : faces[t]) near_rim[t] |= vertex_rims[welded[v]] & (kSharp | kOpen);
+  sharp = SharpEdges(std::move(sharp_edges));
+  FindNearRims();
   vertex_normals.resize(vertices.size());
   for (std::size_t v = 0; v < sums.size(); ++v) vertex_normals[v] = sums[v].normalized().cast<float>();
   return absl::OkStatus();
+}
+
+// From the triangles that have a corner on an edge over their neighbours, as far as it reaches.
+void Surface::Tree::FindNearRims() {
+  const auto& faces = mesh.triangles;
+  near_rim.assign(faces.size(), 0);
+  std::vector<std::uint32_t> left;
+  for (std::uint32_t t = 0; t < faces.size(); ++t) {
+    for (const std::uint32_t v : faces[t])
+      if (vertex_rims[welded[v]] & (kSharp | kOpen)) near_rim[t] = 1;
+    if (near_rim[t]) left.push_back(t);
+  }
+  while (!left.empty()) {
+    const std::uint32_t t = left.back();
+    left.pop_back();
+    for (const std::uint32_t beyond : across[t]) {
+      if (beyond == kNoTriangle || near_rim[beyond]) continue;
+      const auto& c = faces[beyond];
+      const Vector3d middle = (vertices[c[0]] + vertices[c[1]] + vertices[c[2]]) / 3;
+      double squared = 0;
+      for (const std::uint32_t v : c) squared = std::max(squared, (vertices[v] - middle).squaredNorm());
+      if (std::isinf(sharp.Distance(middle, std::sqrt(squared) + kEdgeReachMm))) continue;
+      near_rim[beyond] = 1;
+      left.push_back(beyond);
+    }
+  }
 }
 
 double Surface::Tree::Volume() const {
@@ -260,20 +290,6 @@ double Surface::Tree::FacetDistance(const Vector3d& query, const TriangleTree::N
   return below ? -distance : distance;
 }
 
-double Surface::Tree::EdgeDistance(std::uint32_t t, const Vector3d& foot) const {
-  double squared = std::numeric_limits<double>::infinity();
-  const auto& corners = mesh.triangles[t];
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Vector3d& corner = vertices[corners[i]];
-    if (vertex_rims[welded[corners[i]]] & (kSharp | kOpen)) squared = std::min(squared, (foot - corner).squaredNorm());
-    if (!(rims[t][i] & (kSharp | kOpen))) continue;
-    const Vector3d &from = vertices[corners[(i + 1) % 3]], along = vertices[corners[(i + 2) % 3]] - from;
-    const double at = std::clamp(along.dot(foot - from) / along.squaredNorm(), 0.0, 1.0);
-    squared = std::min(squared, (foot - from - at * along).squaredNorm());
-  }
-  return std::sqrt(squared);
-}
-
 SurfacePoint Surface::Tree::Resolve(const Vector3d& query, const TriangleTree::Nearest& nearest) const {
   SurfacePoint found;
   found.triangle = nearest.triangle;
@@ -297,7 +313,8 @@ SurfacePoint Surface::Tree::Resolve(const Vector3d& query, const TriangleTree::N
 
   const Vector3d foot = nearest.barycentric[0] * vertices[corners[0]] + nearest.barycentric[1] * vertices[corners[1]] +
                         nearest.barycentric[2] * vertices[corners[2]];
-  if (found.feature == SurfaceFeature::kFace && near_rim[t]) found.edge_distance_mm = EdgeDistance(t, foot);
+  if (found.feature == SurfaceFeature::kFace && near_rim[t])
+    found.edge_distance_mm = sharp.Distance(foot, kEdgeReachMm);
   if (found.feature != SurfaceFeature::kFace) found.edge_distance_mm = 0;
   std::optional<CubicPatch> patch = rim == kSmooth ? PatchOf(t) : std::nullopt;
   if (!patch) {
@@ -608,7 +625,7 @@ std::size_t Surface::memory_bytes() const {
   const NearCells* near = tree.near_ready.load();
   return of(tree.mesh.vertices_mm) + of(tree.mesh.triangles) + of(tree.mesh.corner_normals) + of(tree.mesh.faces) +
          of(tree.vertices) + of(tree.welded) + of(tree.vertex_normals) + of(tree.vertex_rims) + of(tree.rims) +
-         of(tree.near_rim) + of(tree.across) + tree.triangles->memory_bytes() +
+         of(tree.near_rim) + of(tree.across) + tree.sharp.memory_bytes() + tree.triangles->memory_bytes() +
          (near == nullptr ? 0 : near->memory_bytes());
 }
 

@@ -37,8 +37,8 @@ struct SurfacePoint {
   double signed_distance_mm = 0;  // of the query point; positive outside
   std::uint32_t triangle = 0;
   SurfaceFeature feature = SurfaceFeature::kFace;
-  // Of the point from a sharp edge or rim of its triangle; infinite where that has none. A noisy point that crosses an edge
-  // finds the face beyond it, with a normal that it does not deserve.
+  // Of the point from the nearest sharp edge or rim, whatever triangle that belongs to; infinite beyond kEdgeReachMm. A noisy
+  // point that crosses an edge finds the face beyond it, with a normal that it does not deserve.
   double edge_distance_mm = std::numeric_limits<double>::infinity();
 };
 
@@ -47,6 +47,7 @@ class Surface {
 
  public:
   static constexpr std::uint32_t kNoTriangle = 0xffffffff;
+  static constexpr double kEdgeReachMm = 0.05;  // of SurfacePoint::edge_distance_mm
 
   // Refuses a mesh without triangles, with indices or coordinates out of range, degenerate throughout, with an edge that
   // more than two triangles share, or closed and inside out. Sheets with open rims are surfaces too (kBorder).

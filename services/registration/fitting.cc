@@ -1,6 +1,7 @@
 #include "services/registration/fitting.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -18,8 +19,9 @@ namespace {
 using metrology::Outcome;
 using metrology::PoseFit;
 
-constexpr double kFreeReachMm = 1;   // of the points that say which directions are free
-constexpr double kHeldPart = 1e-12;  // of the greatest variance, below which a direction is held from outside
+constexpr double kFreeReachMm = 1;    // of the points that say which directions are free
+constexpr double kBlankSpreadMm = 1;  // of a blank's scans, its stock being one (mirror_remark.h)
+constexpr double kHeldPart = 1e-12;   // of the greatest variance, below which a direction is held from outside
 
 std::string Percent(double part) { return std::to_string(static_cast<int>(100 * part)) + " %"; }
 
@@ -115,6 +117,14 @@ absl::Status CountScans(const metrology::Surface& surface, const std::vector<met
   return absl::OkStatus();
 }
 
+// The same of a blank, whose stock is no spread of its scans.
+absl::Status RemarkWrongBlank(const metrology::Surface& surface, const std::vector<metrology::ScanPortion>& portions,
+                              const metrology::MachineCalibration& calibration, const Asked& asked, PoseFit* fit) {
+  Asked of_blank = asked;
+  of_blank.options.greatest_spread_mm = std::max(asked.options.greatest_spread_mm, kBlankSpreadMm);
+  return RemarkWrongCad(surface, portions, calibration, of_blank, fit);
+}
+
 absl::StatusOr<Fitted> FitBlank(const metrology::Surface& surface, const std::vector<metrology::ScanPortion>& portions,
                                 const metrology::MachineCalibration& calibration, const Asked& asked) {
   Eigen::Isometry3d start = asked.zero_from_part_nominal;
@@ -137,7 +147,11 @@ absl::StatusOr<Fitted> FitBlank(const metrology::Surface& surface, const std::ve
     fit.evidence.remark = "of the points " + Percent(fit.evidence.overlap) +
                           " lie within the greatest stock; want at least " + Percent(asked.options.least_overlap) +
                           ": another blank, another side or no overlap";
-    Remark(metrology::SizeRemark(surface, portions, asked.zero_from_part_nominal), &fit);
+    if (absl::Status status = RemarkWrongBlank(surface, portions, calibration, asked, &fit); !status.ok())
+      return status;
+  } else if (fit.outcome == Outcome::kInfeasible || fit.outcome == Outcome::kNotConverged) {
+    if (absl::Status status = RemarkWrongBlank(surface, portions, calibration, asked, &fit); !status.ok())
+      return status;
   } else if (!ambiguous.empty() && fit.outcome == Outcome::kConverged) {
     fit.outcome = Outcome::kNotDetermined;
     fit.evidence.remark = ambiguous;

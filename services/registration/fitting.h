@@ -29,7 +29,7 @@ struct Fitted {
 };
 
 // The fit, its remark saying what a person should know: free directions and a weakly held one in words, sizes that do not
-// go together. Errors as the kernel's.
+// go together, the other hand (of a blank where its stock lets it be seen). Errors as the kernel's.
 absl::StatusOr<Fitted> FitAsked(const metrology::Surface& surface, const std::vector<metrology::ScanPortion>& portions,
                                 const metrology::MachineCalibration& calibration, const Asked& asked);
 

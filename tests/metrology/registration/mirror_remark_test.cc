@@ -141,6 +141,27 @@ TEST(MirrorRemark, SaysNothingOfWhatIsNotMirrored) {
   }
 }
 
+// Of a blank it is said where its stock is little and even enough, never where it is of the CAD's own hand.
+TEST(MirrorRemark, OfABlankSaysWhatItsStockLeaves) {
+  const auto truth = SurfaceOf(TrueBlade()), cad = SurfaceOf(Mapped(TrueBlade(), Scaled(-1, 1, 1)));
+  FitOptions options;
+  options.greatest_spread_mm = 1;
+  int said = 0;
+  for (std::uint64_t seed = 0; seed < 8; ++seed) {
+    const Stand stand(seed);
+    const auto portions = Views(*truth, stand.zero_from_body, 2, seed, [&](const Vector3d& p, const Vector3d& normal) {
+      const Vector3d q = p - kBladeCentreMm;
+      const double phase = static_cast<double>(seed);
+      return Vector3d(p + 0.2 * (1 + 0.3 * std::sin(0.2 * q.z() + phase) + 0.2 * std::sin(0.3 * q.x())) * normal);
+    });
+    EXPECT_EQ(RemarkOn(*truth, portions, stand.nominal, options), "") << seed;
+    said += IsSaid(RemarkOn(*cad, portions, stand.nominal, options));
+  }
+  EXPECT_GE(said, 2);
+  RecordProperty("said_of_8", said);
+  std::printf("said of %d mirrored blanks of 8\n", said);
+}
+
 // With three planes of symmetry, or with one. The image is found, and the part itself as well.
 TEST(MirrorRemark, SaysNothingOfAPartThatIsItsOwnMirrorImage) {
   const TriangleMesh ellipse = Mapped(shapes::Torus(14, 5, 160, 80, Vector3d(1, 2, 3)),

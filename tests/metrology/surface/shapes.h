@@ -78,4 +78,38 @@ inline TriangleMesh Blade(int around, int along, const Eigen::Vector3d& centre_m
   return mesh;
 }
 
+// A twisted aerofoil along z (span 80 mm, chord 40 mm), flat triangles: those at its sharp trailing edge are micrometres wide,
+// and those of its caps, fans from one point, run along the rim behind it.
+inline TriangleMesh Aerofoil(int around, int along) {
+  TriangleMesh mesh;
+  for (int j = 0; j <= along; ++j)
+    for (int i = 0; i < around; ++i) {
+      const double v = static_cast<double>(j) / along, a = 2 * M_PI * i / around, x = 0.5 * (1 + std::cos(a));
+      const double half =
+          0.7 * (0.2969 * std::sqrt(x) - 0.1260 * x - 0.3516 * x * x + 0.2843 * x * x * x - 0.1036 * x * x * x * x);
+      const Eigen::Vector2d at =
+          Eigen::Rotation2Dd(0.5 * v - 0.2) *
+          ((40 - 12 * v) * Eigen::Vector2d(x - 0.45, 0.3 * x * (1 - x) - 0.04 + (2 * i <= around ? half : -half)));
+      mesh.vertices_mm.emplace_back(at.x() + 1.5 * v * v, at.y() + v * v, 80 * (v - 0.5));
+    }
+  const auto index = [&](int i, int j) { return static_cast<std::uint32_t>(j * around + i % around); };
+  for (int j = 0; j < along; ++j)
+    for (int i = 0; i < around; ++i) {
+      mesh.triangles.push_back({index(i, j), index(i + 1, j), index(i + 1, j + 1)});
+      mesh.triangles.push_back({index(i, j), index(i + 1, j + 1), index(i, j + 1)});
+    }
+  for (const int end : {0, along}) {
+    const auto middle = static_cast<std::uint32_t>(mesh.vertices_mm.size());
+    mesh.vertices_mm.emplace_back(
+        0.5 * (mesh.vertices_mm[index(around / 4, end)] + mesh.vertices_mm[index(around - around / 4, end)]));
+    for (int i = 0; i < around; ++i) {
+      const std::uint32_t p = index(i, end), q = index(i + 1, end);
+      mesh.triangles.push_back(end == 0 ? std::array<std::uint32_t, 3>{middle, q, p}
+                                        : std::array<std::uint32_t, 3>{middle, p, q});
+    }
+  }
+  mesh.closed = true;
+  return mesh;
+}
+
 }  // namespace sixpoint::metrology::shapes

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <map>
 #include <random>
 
 #include "metrology/surface/mesh_topology.h"
@@ -263,6 +264,58 @@ TEST(Surface, TellsSharpEdgesAndBorders) {
   const auto open = Prepared(tube);
   EXPECT_EQ(open->Closest({1.1, 0, 6}).feature, SurfaceFeature::kBorder);
   EXPECT_EQ(open->Closest({1.1, 0, 2.2}).feature, SurfaceFeature::kFace);
+}
+
+// Whatever triangle a sharp edge belongs to: next to a trailing edge the point's own is one of many within reach of it.
+TEST(Surface, KnowsHowFarTheNearestSharpEdgeIs) {
+  const TriangleMesh mesh = shapes::Aerofoil(200, 60);
+  const auto surface = Prepared(mesh);
+  const auto normal = [&](const std::array<std::uint32_t, 3>& t) {
+    const Vector3d &a = mesh.vertices_mm[t[0]], &b = mesh.vertices_mm[t[1]], &c = mesh.vertices_mm[t[2]];
+    return Vector3d((b - a).cross(c - a).normalized());
+  };
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Vector3d> one_side;
+  std::vector<std::pair<Vector3d, Vector3d>> sharp;  // from, along
+  for (const auto& t : mesh.triangles)
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint32_t p = t[i], q = t[(i + 1) % 3];
+      const auto [at, first] = one_side.emplace(std::minmax(p, q), normal(t));
+      if (!first && at->second.dot(normal(t)) < std::cos(20 * M_PI / 180))
+        sharp.emplace_back(mesh.vertices_mm[p], mesh.vertices_mm[q] - mesh.vertices_mm[p]);
+    }
+  ASSERT_GT(sharp.size(), 400U);
+  std::mt19937_64 random(6);
+  std::uniform_int_distribution<std::size_t> pick(0, mesh.triangles.size() - 1), pick_edge(0, sharp.size() - 1);
+  std::uniform_real_distribution<double> unit(0, 1);
+  int near_count = 0, far_count = 0;
+  for (int i = 0; i < 6000; ++i) {
+    const auto& t = mesh.triangles[pick(random)];
+    const double r = std::sqrt(unit(random)), s = unit(random);
+    Vector3d p =
+        (1 - r) * mesh.vertices_mm[t[0]] + r * (1 - s) * mesh.vertices_mm[t[1]] + r * s * mesh.vertices_mm[t[2]];
+    if (i % 2 == 0) {
+      const auto& [from, along] = sharp[pick_edge(random)];
+      p = surface->Closest(from + unit(random) * along + RandomPoint(random, {-.08, -.08, -.08}, {.08, .08, .08}))
+              .point_mm;
+    }
+    const SurfacePoint found = surface->Closest(p);
+    if (found.feature != SurfaceFeature::kFace) continue;
+    double least_mm = std::numeric_limits<double>::infinity();
+    for (const auto& [from, along] : sharp) {
+      const double at = std::clamp(along.dot(found.point_mm - from) / along.squaredNorm(), 0.0, 1.0);
+      least_mm = std::min(least_mm, (found.point_mm - from - at * along).norm());
+    }
+    if (std::abs(least_mm - Surface::kEdgeReachMm) < 1e-9) continue;
+    if (least_mm < Surface::kEdgeReachMm) {
+      EXPECT_NEAR(found.edge_distance_mm, least_mm, 1e-9) << found.point_mm.transpose();
+      ++near_count;
+    } else {
+      EXPECT_TRUE(std::isinf(found.edge_distance_mm)) << found.point_mm.transpose();
+      ++far_count;
+    }
+  }
+  EXPECT_GT(near_count, 500);
+  EXPECT_GT(far_count, 500);
 }
 
 TEST(Surface, SearchesOnlyWithinTheLimit) {
