@@ -1,6 +1,8 @@
 // The same work on runs of a list, each on a thread of its own.
 #pragma once
 
+#include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <thread>
 #include <vector>
@@ -16,6 +18,16 @@ void InParts(std::size_t count, std::size_t parts, const Body& body) {
   }
   body(0, count / parts, 0);
   for (std::thread& thread : threads) thread.join();
+}
+
+// Runs body(begin, end) over [0, count) in runs of a fixed length, whichever thread is free taking the next: for work that
+// is not spread evenly, where each of the list has its own result.
+template <typename Body>
+void InTurns(std::size_t count, std::size_t length, std::size_t thread_count, const Body& body) {
+  std::atomic<std::size_t> next = 0;
+  InParts(thread_count, thread_count, [&](std::size_t, std::size_t, std::size_t) {
+    for (std::size_t begin; (begin = length * next++) < count;) body(begin, std::min(count, begin + length));
+  });
 }
 
 }  // namespace sixpoint::metrology

@@ -33,6 +33,7 @@ const double kSharpCosine = std::cos(20 * M_PI / 180);
 const double kSmoothCosine = std::cos(1 * M_PI / 180);
 constexpr double kNearMm = 0.1;                       // what the near cells cover: more than a converged fit reaches
 constexpr std::size_t kManyPoints = 100'000;          // are worth the near cells
+constexpr std::size_t kTurn = std::size_t{1} << 14;   // of them that a thread takes at a time
 constexpr std::size_t kAhead = 24;                    // points fetched early
 constexpr std::size_t kSlice = std::size_t{1} << 20;  // of points put in order at a time
 // Steps of a foot along the patch: where the surface's radius is near the distance (a trailing edge) they shrink slowly. The
@@ -611,7 +612,8 @@ void Surface::SignedDistances(const Points& points_mm, double limit_mm, int thre
       }
     };
     const PlacedPoints placed(*tree_, static_cast<std::uint32_t>(count), points_at, limit_mm, thread_count);
-    InParts(count, parts, [&](std::size_t from, std::size_t to, std::size_t) {
+    // Points far off come last and take longer.
+    InTurns(count, kTurn, parts, [&](std::size_t from, std::size_t to) {
       placed.Visit(from, to, [&](std::uint32_t index, const Vector3d& query, const TriangleTree::Nearest& nearest) {
         (*distances_mm)[begin + index] = tree_->Distance(query, nearest);
       });
