@@ -15,6 +15,8 @@ constexpr std::uint64_t kNoKey = ~std::uint64_t{1};  // of no cell
 constexpr double kGreatestCellsAcross = (1 << kKeyBits) - 2;
 // Cells of about the mean triangle's edge hold some tens of candidates.
 constexpr double kEdgesPerCell = 1.6;
+// Slivers have no area, but a length: of all triangles together no more cells than this along each.
+constexpr double kCellsAlong = 8;
 constexpr double kLeastCellMm = 0.02;
 constexpr std::size_t kTouchedAtATime = std::size_t{1} << 18;  // cells listed more than once
 // Distances are compared in single precision first; what is nearer than the best by less than its rounding is measured
@@ -63,18 +65,21 @@ NearCells::NearCells(const TriangleTree& tree, double covered_mm, int thread_cou
     : tree_(tree), covered_mm_(covered_mm) {
   const std::vector<TriangleTree::Item>& items = tree.items();
   Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
-  double area = 0;
+  double area = 0, lengths_mm = 0;
   shapes_.reserve(items.size());
   for (const TriangleTree::Item& item : items) {
     const Eigen::Vector3d &a = tree.corner(item, 0), &b = tree.corner(item, 1), &c = tree.corner(item, 2);
     area += 0.5 * (b - a).cross(c - a).norm();
+    lengths_mm += std::max({(b - a).norm(), (c - a).norm(), (c - b).norm()});
     low = low.cwiseMin(a).cwiseMin(b).cwiseMin(c);
     high = high.cwiseMax(a).cwiseMax(b).cwiseMax(c);
     shapes_.push_back(ShapeOf(b - a, c - a));
   }
   const double edge_mm = std::sqrt(4 / std::sqrt(3.0) * area / static_cast<double>(items.size()));
   const double extent_mm = (high - low).maxCoeff() + 4 * covered_mm;
-  cell_mm_ = std::max({kEdgesPerCell * edge_mm, kLeastCellMm, extent_mm / kGreatestCellsAcross * 1.01});
+  const double mean_length_mm = lengths_mm / static_cast<double>(items.size());
+  cell_mm_ = std::max(
+      {kEdgesPerCell * edge_mm, mean_length_mm / kCellsAlong, kLeastCellMm, extent_mm / kGreatestCellsAcross * 1.01});
   per_cell_ = 1 / cell_mm_;
   const double radius_mm = 0.5 * std::sqrt(3.0) * cell_mm_;
   const double band_mm = covered_mm + radius_mm;  // of the centre of a cell that holds a covered point

@@ -169,6 +169,24 @@ TEST(Surface, ALongSliverAmongSmallTrianglesCostsLittleNearMemory) {
     EXPECT_EQ(distances_mm[i], surface->ClosestWithin(queries[i], 0.05).signed_distance_mm);
 }
 
+// Slivers without end have next to no area, from which alone the cells would be micrometres wide.
+TEST(Surface, ManyLongSliversCostLittleNearMemory) {
+  TriangleMesh mesh;
+  constexpr std::uint32_t kSlivers = 20'000;
+  std::mt19937_64 random(9);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (std::uint32_t i = 0; i < kSlivers; ++i) {
+    const Vector3d from = 300 * Vector3d(unit(random), unit(random), unit(random));
+    const Vector3d to = 300 * Vector3d(unit(random), unit(random), unit(random));
+    mesh.vertices_mm.insert(mesh.vertices_mm.end(), {from, to, 0.5 * (from + to) + Vector3d(1e-5, 1e-5, 0)});
+    mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  const auto surface = Prepared(std::move(mesh));
+  const std::size_t before = surface->memory_bytes();
+  surface->PrepareNear(2);
+  EXPECT_LT(surface->memory_bytes() - before, kSlivers * 4000u);
+}
+
 // The chord of a torus of this mesh is 0.8 um; the true distance must come out two orders better, near and off it.
 TEST(Surface, CornerNormalsTakeTheChordalErrorAway) {
   const double major = 20, minor = 3;
