@@ -1,7 +1,5 @@
 // A process that does nothing but fit one large scan, its heap kept as the registration service keeps its own, and nothing
 // of the peers linked: what it takes at its peak is the product's. Prints megabytes with the points, with the surface and at the peak, seconds, error, whether it converged.
-#include <malloc.h>
-
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -9,6 +7,7 @@
 
 #include "bench/registration/our_fit.h"
 #include "bench/registration/runs.h"
+#include "services/registration/fit_memory.h"
 
 namespace {
 
@@ -27,9 +26,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: %s POINTS THREADS\n", argv[0]);
     return 2;
   }
-  mallopt(M_ARENA_MAX, 4);
-  mallopt(M_MMAP_THRESHOLD, 1 << 20);
-  mallopt(M_TRIM_THRESHOLD, 4 << 20);
+  registration::ReturnFreedMemory();
   const auto points = static_cast<std::size_t>(std::atoll(argv[1]));
   const int threads = std::atoi(argv[2]);
   const double program_mb = ResidentMb("VmRSS");

@@ -172,12 +172,7 @@ void NearBatch::Find(std::uint32_t cell, const Eigen::Vector3d* queries, std::si
 
 void NearBatch::FindAround(const Eigen::Vector3d* queries, std::size_t count, double limit_squared, std::uint32_t hint,
                            TriangleTree::Nearest* nearest) {
-  const auto one_by_one = [&] {
-    for (std::size_t i = 0; i < count; ++i) {
-      nearest[i] = tree_.Find(queries[i], limit_squared, hint);
-      if (nearest[i].triangle != TriangleTree::kNone) hint = nearest[i].triangle;
-    }
-  };
+  const auto one_by_one = [&] { tree_.FindEach(queries, count, limit_squared, hint, nearest); };
   Eigen::Vector3d low = queries[0], high = queries[0];
   for (std::size_t i = 1; i < count; ++i) {
     low = low.cwiseMin(queries[i]);

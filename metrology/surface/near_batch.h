@@ -49,7 +49,7 @@ class NearBatch {
     const float* group_distance;
     std::uint32_t group_count;
   };
-  // The first of the items that is the nearest, or nearly so, of a query.
+  // The nearest of the candidates within the limit, of each query.
   void Measure(const Candidates& candidates, const Eigen::Vector3d* queries, std::size_t count, double limit_squared,
                TriangleTree::Nearest* nearest);
 

@@ -564,10 +564,7 @@ class PlacedPoints {
                TriangleTree::Nearest* nearest) const {
     const double limit_squared = limit_mm_ * limit_mm_;
     if (batch != nullptr) return batch->FindAround(queries, count, limit_squared, hint, nearest);
-    for (std::size_t i = 0; i < count; ++i) {
-      nearest[i] = tree_.triangles->Find(queries[i], limit_squared, hint);
-      if (nearest[i].triangle != Surface::kNoTriangle) hint = nearest[i].triangle;
-    }
+    tree_.triangles->FindEach(queries, count, limit_squared, hint, nearest);
   }
 
   void Fetch(const std::uint32_t* indices, std::size_t count, Vector3d* queries) const {

@@ -242,6 +242,14 @@ TriangleTree::Nearest TriangleTree::Find(const Eigen::Vector3d& query, double li
   return best;
 }
 
+void TriangleTree::FindEach(const Eigen::Vector3d* queries, std::size_t count, double limit_squared, std::uint32_t hint,
+                            Nearest* nearest) const {
+  for (std::size_t i = 0; i < count; ++i) {
+    nearest[i] = Find(queries[i], limit_squared, hint);
+    if (nearest[i].triangle != kNone) hint = nearest[i].triangle;
+  }
+}
+
 void TriangleTree::FindWithin(const Eigen::Vector3d& query, double distance, std::vector<Within>* found) const {
   found->clear();
   if (items_.empty()) return;

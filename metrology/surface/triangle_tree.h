@@ -33,6 +33,10 @@ class TriangleTree {
   // The nearest triangle within a distance; equal distances go to the smaller index. The hint only saves time.
   Nearest Find(const Eigen::Vector3d& query, double limit_squared, std::uint32_t hint) const;
 
+  // The same of each in turn, from one to the next.
+  void FindEach(const Eigen::Vector3d* queries, std::size_t count, double limit_squared, std::uint32_t hint,
+                Nearest* nearest) const;
+
   std::size_t memory_bytes() const {
     return items_.capacity() * sizeof(Item) + item_of_triangle_.capacity() * sizeof(std::uint32_t) +
            nodes_.capacity() * sizeof(Node);

@@ -189,8 +189,10 @@ absl::StatusOr<Fitted> FitAsked(const metrology::Surface& surface, const std::ve
   if (asked.method == v1::METHOD_ALLOWANCE) return FitBlank(surface, portions, calibration, asked);
   auto fit = metrology::FitToSurface(surface, portions, asked.zero_from_part_nominal, calibration, asked.options);
   if (!fit.ok()) return fit.status();
-  if (absl::Status status = RemarkFailure(surface, portions, calibration, asked, &*fit); !status.ok()) return status;
-  if (absl::Status status = RemarkMerge(surface, portions, calibration, asked, &*fit); !status.ok()) return status;
+  if (asked.in_words) {
+    if (absl::Status status = RemarkFailure(surface, portions, calibration, asked, &*fit); !status.ok()) return status;
+    if (absl::Status status = RemarkMerge(surface, portions, calibration, asked, &*fit); !status.ok()) return status;
+  }
   Fitted fitted{*std::move(fit), std::nullopt, std::nullopt};
   if (IsSixPoint(asked.method)) {
     const auto variant = asked.method == v1::METHOD_SIX_POINT_NORMALS ? metrology::SixPointVariant::kNormals

@@ -19,6 +19,7 @@ struct Asked {
   metrology::AllowanceOptions allowance;
   std::vector<metrology::DatumPoint> datums;  // six-point only
   Eigen::Isometry3d zero_from_part_nominal = Eigen::Isometry3d::Identity();
+  bool in_words = true;  // with remarks that cost a pass over the points; a refit for its pose does without
 };
 
 struct Fitted {

@@ -1,8 +1,7 @@
 // sixpoint-registration: where every blade really stands.
-#include <malloc.h>
-
 #include <CLI/CLI.hpp>
 
+#include "services/registration/fit_memory.h"
 #include "services/registration/registration_service.h"
 #include "services/runtime/call.h"
 #include "services/runtime/server.h"
@@ -14,14 +13,6 @@ std::shared_ptr<grpc::Channel> Peer(const runtime::ServerOptions& options, const
                                     const std::string& usual) {
   const auto peer = options.peers.find(area);
   return runtime::ConnectTo(peer == options.peers.end() ? usual : peer->second);
-}
-
-// Large vectors of a fit go back to the system at its end. glibc would keep them in an arena of each thread that ever fitted:
-// a gigabyte after some dozens of registrations of five million points.
-void ReturnFreedMemory() {
-  mallopt(M_ARENA_MAX, 4);
-  mallopt(M_MMAP_THRESHOLD, 1 << 20);
-  mallopt(M_TRIM_THRESHOLD, 4 << 20);
 }
 
 struct Flags {

@@ -245,7 +245,8 @@ absl::Status Registrar::AddAngles(const Inputs& inputs, Fitted* fitted, std::vec
   *angles = metrology::TabledAngles(inputs.portions, inputs.calibration.positioning);
   *difference = metrology::Matrix6d::Zero();
   if (fit.outcome != metrology::Outcome::kConverged || angles->empty()) return absl::OkStatus();
-  Asked alone = inputs.asked;  // without what it is compared with
+  Asked alone = inputs.asked;  // without what it is compared with, for its pose
+  alone.in_words = false;
   if (alone.method == v1::METHOD_LOCAL) alone.method = v1::METHOD_BEST_FIT;
   const auto refit = [&](const std::vector<metrology::ScanPortion>& portions) -> absl::StatusOr<metrology::PoseFit> {
     auto again = FitAsked(*inputs.surface, portions, inputs.calibration, alone);
