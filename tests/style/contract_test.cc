@@ -1,0 +1,144 @@
+// What the contract promises to those who write clients: every element says what it is, every field that a client may set
+// says whether it must, and every method says whether it may be repeated.
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/descriptor.pb.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace {
+
+using google::protobuf::Descriptor;
+using google::protobuf::EnumDescriptor;
+using google::protobuf::FieldDescriptor;
+using google::protobuf::FileDescriptor;
+using google::protobuf::MethodDescriptor;
+using google::protobuf::MethodOptions;
+using google::protobuf::ServiceDescriptor;
+
+// Values that are given whole or not at all.
+constexpr char kValues[] = "sixpoint.geometry.v1";
+
+// The element's own comment, before it or behind it.
+template <typename Element>
+std::string CommentOf(const Element& element) {
+  google::protobuf::SourceLocation at;
+  if (!element.GetSourceLocation(&at)) return "";
+  const std::string text = at.leading_comments + at.trailing_comments;
+  const auto first = text.find_first_not_of(" \n");
+  return first == std::string::npos ? "" : text.substr(first);
+}
+
+bool StartsWith(const std::string& text, const std::string& prefix) { return text.rfind(prefix, 0) == 0; }
+
+bool IsOurs(const FileDescriptor* file) { return StartsWith(file->package(), "sixpoint."); }
+
+class Contract : public testing::Test {
+ protected:
+  void SetUp() override {
+    const std::string path = std::getenv("SIXPOINT_BIN_DIR") + std::string("/../contract.binpb");
+    std::ifstream in(path, std::ios::binary);
+    google::protobuf::FileDescriptorSet contract;
+    ASSERT_TRUE(contract.ParseFromIstream(&in)) << path;
+    for (const google::protobuf::FileDescriptorProto& proto : contract.file()) {
+      const FileDescriptor* file = pool_.BuildFile(proto);
+      ASSERT_NE(file, nullptr) << proto.name();
+      if (!IsOurs(file)) continue;
+      for (int i = 0; i < file->message_type_count(); ++i) AddMessage(file->message_type(i));
+      for (int i = 0; i < file->enum_type_count(); ++i) enums_.push_back(file->enum_type(i));
+      for (int i = 0; i < file->service_count(); ++i) services_.push_back(file->service(i));
+    }
+    for (const ServiceDescriptor* service : services_)
+      for (int i = 0; i < service->method_count(); ++i) methods_.push_back(service->method(i));
+    ASSERT_GT(methods_.size(), 40u);
+  }
+
+  void AddMessage(const Descriptor* message) {
+    messages_.push_back(message);
+    for (int i = 0; i < message->nested_type_count(); ++i) AddMessage(message->nested_type(i));
+    for (int i = 0; i < message->enum_type_count(); ++i) enums_.push_back(message->enum_type(i));
+  }
+
+  // Every message that some request holds.
+  std::set<const Descriptor*> Sent() const {
+    std::set<const Descriptor*> sent;
+    const std::function<void(const Descriptor*)> add = [&](const Descriptor* message) {
+      if (!IsOurs(message->file()) || !sent.insert(message).second) return;
+      for (int i = 0; i < message->field_count(); ++i) {
+        const FieldDescriptor* field = message->field(i);
+        if (field->message_type() != nullptr && !StartsWith(CommentOf(*field), "Output only."))
+          add(field->message_type());
+      }
+    };
+    for (const MethodDescriptor* method : methods_) add(method->input_type());
+    return sent;
+  }
+
+  google::protobuf::DescriptorPool pool_;
+  std::vector<const Descriptor*> messages_;
+  std::vector<const EnumDescriptor*> enums_;
+  std::vector<const ServiceDescriptor*> services_;
+  std::vector<const MethodDescriptor*> methods_;
+};
+
+TEST_F(Contract, EveryElementHasACommentOfItsOwn) {
+  const auto check = [](const auto& element) { EXPECT_NE(CommentOf(element), "") << element.full_name(); };
+  for (const Descriptor* message : messages_) {
+    check(*message);
+    for (int i = 0; i < message->field_count(); ++i) check(*message->field(i));
+  }
+  for (const EnumDescriptor* type : enums_) {
+    check(*type);
+    for (int i = 0; i < type->value_count(); ++i) check(*type->value(i));
+  }
+  for (const ServiceDescriptor* service : services_) check(*service);
+  for (const MethodDescriptor* method : methods_) check(*method);
+}
+
+TEST_F(Contract, AFieldThatAClientMaySetSaysWhetherItMust) {
+  for (const Descriptor* message : Sent()) {
+    if (message->file()->package() == kValues) continue;
+    for (int i = 0; i < message->field_count(); ++i) {
+      const std::string comment = CommentOf(*message->field(i));
+      EXPECT_TRUE(StartsWith(comment, "Required") || StartsWith(comment, "Optional.") ||
+                  StartsWith(comment, "Output only."))
+          << message->field(i)->full_name() << ": " << comment;
+    }
+  }
+}
+
+TEST_F(Contract, WhatTheServerAloneWritesIsNotMarkedForClients) {
+  const std::set<const Descriptor*> sent = Sent();
+  for (const Descriptor* message : messages_) {
+    if (sent.count(message) > 0) continue;
+    for (int i = 0; i < message->field_count(); ++i) {
+      const std::string comment = CommentOf(*message->field(i));
+      EXPECT_FALSE(StartsWith(comment, "Required") || StartsWith(comment, "Optional."))
+          << message->field(i)->full_name() << " is in no request";
+    }
+  }
+}
+
+TEST_F(Contract, AMethodThatOnlyReadsSaysSo) {
+  const std::vector<std::string> reading = {"Get", "List", "Download", "Preview"};
+  for (const MethodDescriptor* method : methods_) {
+    const bool reads = std::any_of(reading.begin(), reading.end(),
+                                   [&](const std::string& verb) { return StartsWith(method->name(), verb); });
+    EXPECT_EQ(method->options().idempotency_level() == MethodOptions::NO_SIDE_EFFECTS, reads) << method->full_name();
+  }
+}
+
+TEST_F(Contract, AMethodWithARequestIdMayBeRepeated) {
+  for (const MethodDescriptor* method : methods_) {
+    if (method->input_type()->FindFieldByName("request_id") == nullptr) continue;
+    EXPECT_EQ(method->options().idempotency_level(), MethodOptions::IDEMPOTENT) << method->full_name();
+  }
+}
+
+}  // namespace
