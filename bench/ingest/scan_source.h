@@ -13,7 +13,7 @@
 
 namespace sixpoint::bench {
 
-// The scanCONTROL 2960-25 of METHODS 1.
+// A scanCONTROL 2960-25.
 inline constexpr int kColumnCount = 1280;
 inline constexpr double kMidRangeMm = 66;
 inline constexpr double kRangeMm = 25;

@@ -1,4 +1,5 @@
-// The calibration artefact: a plate with conical holes C1.. and square slots Q1.. in its upper face (METHODS 3).
+// The calibration artefact: a plate with conical holes C1.. and square slots Q1.. in its upper face
+// (docs/methods/sensor_calibration.md, artefact).
 #pragma once
 
 #include <absl/status/status.h>

@@ -1,4 +1,5 @@
-// How a rotary axis positions, from an encoder run over more than a turn and back (METHODS 1).
+// How a rotary axis positions, from an encoder run over more than a turn and back
+// (docs/methods/rotary_axes.md, characterisation).
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -12,7 +12,7 @@
 namespace sixpoint::metrology {
 
 // Where the artefact lies in one scan, to about 0.1 mm and 1 deg: a start for the fits. The sensor frame is sheared
-// (METHODS 3), so this is rigid only up to the sensor's mounting angles.
+// (docs/methods/sensor_calibration.md, finding the artefact), so this is rigid only up to the sensor's mounting angles.
 struct ArtefactSighting {
   Eigen::Isometry3d sensor_from_artefact = Eigen::Isometry3d::Identity();
   int matched_features = 0;

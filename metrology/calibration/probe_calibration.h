@@ -1,5 +1,5 @@
 // A point laser probe on a machine's spindle, from readings on the faces of a block that a touch probe located
-// (METHODS 10; Smith, Zheng 2000).
+// (docs/methods/probe.md; Smith, Zheng 2000).
 //
 //   p = position + t + gamma a       position: machine position of a reading; gamma: displacement the probe shows
 //

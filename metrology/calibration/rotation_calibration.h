@@ -1,5 +1,5 @@
 // The two rotary axes that carry the part, A and B, B and C or any others, from a sphere fixed to the table and probed at
-// many poses (METHODS 4; CONF 3.5.3). `a` is the axis on the bed, `b` the one that it carries.
+// many poses (docs/methods/rotary_axes.md; CONF 3.5.3). `a` is the axis on the bed, `b` the one that it carries.
 #pragma once
 
 #include <absl/status/statusor.h>

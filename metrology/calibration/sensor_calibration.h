@@ -1,4 +1,5 @@
-// Sensor to machine from scans of the artefact at two heights and its touch data (METHODS 3; CONF 3.4).
+// Sensor to machine from scans of the artefact at two heights and its touch data
+// (docs/methods/sensor_calibration.md; CONF 3.4).
 #pragma once
 
 #include <absl/status/statusor.h>

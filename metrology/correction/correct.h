@@ -1,4 +1,5 @@
-// The machining poses and hole starts of a blade as it really stands, with their uncertainties (METHODS 5, 7).
+// The machining poses and hole starts of a blade as it really stands, with their uncertainties
+// (docs/methods/correction.md).
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -1,4 +1,4 @@
-// The rotary angles that turn a direction of the part onto machine +Z (METHODS 5).
+// The rotary angles that turn a direction of the part onto machine +Z (docs/methods/correction.md, angles).
 #pragma once
 
 #include <absl/status/statusor.h>

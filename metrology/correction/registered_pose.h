@@ -1,4 +1,5 @@
-// A registered blade's pose with everything that made it uncertain, as correction and inspection propagate it (METHODS 7).
+// A registered blade's pose with everything that made it uncertain, as correction and inspection propagate it
+// (docs/methods/uncertainty.md, covariance of a pose).
 #pragma once
 
 #include <Eigen/Geometry>

@@ -1,4 +1,5 @@
-// A machined blade against its CAD: deviation of every point, and each hole from the pin in it (METHODS 6).
+// A machined blade against its CAD: deviation of every point, and each hole from the pin in it
+// (docs/methods/inspection.md).
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -1,4 +1,5 @@
-// Position and inclination of a drilled hole against its nominal, with uncertainties, from the pin's axis (METHODS 6, 7).
+// Position and inclination of a drilled hole against its nominal, with uncertainties, from the pin's axis
+// (docs/methods/inspection.md, hole).
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,5 @@
-// The axis of a calibrated pin that stands in a drilled hole, from the points that the scanner saw of it (METHODS 6).
+// The axis of a calibrated pin that stands in a drilled hole, from the points that the scanner saw of it
+// (docs/methods/inspection.md, pin).
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,5 @@
-// How far an axis really turns: its error over angle and direction of travel, periodic in a turn (METHODS 1).
+// How far an axis really turns: its error over angle and direction of travel, periodic in a turn
+// (docs/methods/frames.md, angle table).
 #pragma once
 
 #include <absl/status/status.h>

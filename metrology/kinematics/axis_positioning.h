@@ -1,4 +1,5 @@
-// What is known of how the two rotary axes position, for poses that are made from their commands (METHODS 1, 7).
+// What is known of how the two rotary axes position, for poses that are made from their commands
+// (docs/methods/uncertainty.md, angles of scans).
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,5 @@
-// A machine as data: a chain of joints from the bed to the part, and one from the bed to the tool (METHODS 1).
+// A machine as data: a chain of joints from the bed to the part, and one from the bed to the tool
+// (docs/methods/frames.md, joint chain).
 //
 // Frames: machine (the bed's X, Y, Z); zero (where the part stands with every joint at 0, machine coordinates); tool (the
 // tool likewise). Units: mm and radians. Joint lines are given with every joint at 0, in machine coordinates; each moves

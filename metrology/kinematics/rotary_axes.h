@@ -1,4 +1,5 @@
-// The rotary axes that carry the part, as identified lines in the machine frame at A = B = 0 (METHODS 1, 4).
+// The rotary axes that carry the part, as identified lines in the machine frame at A = B = 0
+// (docs/methods/frames.md, chain).
 #pragma once
 
 #include <Eigen/Geometry>

@@ -1,4 +1,5 @@
-// The pose at which the part lies inside its blank (METHODS 8, after Zhao, Lin and Fu 2021): of all poses that leave
+// The pose at which the part lies inside its blank
+// (docs/methods/registration.md, allowance; after Zhao, Lin and Fu 2021): of all poses that leave
 // everywhere the stock asked for, the one nearest to a least-squares fit; or the proof that there is none near.
 //
 // The blank's surface is scanned; d is a patch's mean signed distance outside the design. Wanted: d >= least stock on every

@@ -1,4 +1,5 @@
-// How the angles that scans were taken at make a pose uncertain, where tables were applied to them (METHODS 1, 7).
+// How the angles that scans were taken at make a pose uncertain, where tables were applied to them
+// (docs/methods/uncertainty.md, angles of scans).
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -1,4 +1,5 @@
-// How far apart two ways put the same part, against what noise and calibrations explain (METHODS 7).
+// How far apart two ways put the same part, against what noise and calibrations explain
+// (docs/methods/uncertainty.md, disagreement).
 //
 // A six-point nest and a best fit of the same scans differ by chance, and by what the part's shape differs from its CAD. The
 // calibrations move both alike: only the difference of their sensitivities counts. The noises are added as if independent,

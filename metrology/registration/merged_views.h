@@ -1,5 +1,6 @@
 // Do the scans put the surface at the same place where they overlap, as far as noise and calibrations explain? They do not
-// where the part was turned about another centre than the calibration says, or to another angle (METHODS 5).
+// where the part was turned about another centre than the calibration says, or to another angle
+// (docs/methods/registration.md, merged views).
 //
 // FitEvidence's agreements compare scans with noise alone, which right calibrations too are beyond: what calibrations
 // leave is of the noise's size. Here the differences are asked for the one thing that is wrong with a machine: the errors of

@@ -1,4 +1,4 @@
-// Where the part stands: its pose at A = B = 0 from scans of its surface (METHODS 5).
+// Where the part stands: its pose at A = B = 0 from scans of its surface (docs/methods/registration.md, best fit).
 //
 // Best fit: robust point-to-surface least squares (Tukey's biweight), Gauss-Newton on the pose's tangent space, the loss
 // annealed from the nominal pose's error down to the scanner's noise on some thousands of points; then all points, summed by

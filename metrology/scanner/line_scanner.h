@@ -1,4 +1,5 @@
-// The line scanner's model: sensor frame x = encoder reading of the profile, (y, z) in the laser plane (METHODS 2, 3).
+// The line scanner's model: sensor frame x = encoder reading of the profile, (y, z) in the laser plane
+// (docs/methods/frames.md, line scanner).
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,5 @@
-// Components of variance of nested data: value = mean + outer + inner within outer + repeat (METHODS 13; SCHI).
+// Components of variance of nested data: value = mean + outer + inner within outer + repeat
+// (docs/methods/studies.md, nested variance).
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -78,7 +78,8 @@ TEST(Orient, SolvesATiltRotaryTable) {
   EXPECT_NEAR(angles->b_rad, c, 1e-9);
 }
 
-// METHODS 5, the published example: poses of the nominal, local and six-point corrected hole.
+// The published example: poses of the nominal, local and six-point corrected hole
+// (docs/methods/correction.md, figures).
 TEST(Orient, ReproducesThePublishedPoses) {
   for (const auto& [a_deg, b_deg] : {std::pair{0.0, 55.0}, {0.9585, 55.7641}, {0.9513, 55.7212}}) {
     const Eigen::Vector3d v = Rx(-b_deg * kRad) * Ry(-a_deg * kRad) * Eigen::Vector3d::UnitZ();

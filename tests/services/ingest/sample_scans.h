@@ -14,7 +14,7 @@ namespace sixpoint::ingest {
 // Profiles along x, 0.05 mm apart, columns along y, a wavy depth with 2 um of noise: inside the sensor's range.
 metrology::Points SampleProfiles(int profile_count, int column_count, unsigned seed = 1);
 
-// machines/m1, revision 3: the SARIX of METHODS 1 with a scanCONTROL 2960-25.
+// machines/m1, revision 3: a SARIX SX200 Aero with a scanCONTROL 2960-25.
 plant::v1::Machine SampleMachine();
 
 // A scan of blades/sn1 on machines/m1 with that many points.
