@@ -1,10 +1,10 @@
 #include "simulator/machine.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
-#include <thread>
+
+#include "metrology/parallel/loops.h"
 
 namespace sixpoint::simulator {
 namespace {
@@ -99,14 +99,7 @@ ScanProfiles Scan(const Scene& scene, const MachineTruth& truth, const ScannerDe
     }
     if (profile_done) profile_done();
   };
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t index; (index = next.fetch_add(1)) < profile_count;) trace(index);
-  };
-  std::vector<std::thread> crew;
-  for (int i = 1; i < threads; ++i) crew.emplace_back(work);
-  work();
-  for (std::thread& thread : crew) thread.join();
+  metrology::ForEach(profile_count, threads, trace);
   return profiles;
 }
 

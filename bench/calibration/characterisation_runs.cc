@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "bench/calibration/runs.h"
+#include "metrology/parallel/loops.h"
 #include "tests/metrology/calibration/encoder_bench.h"
 
 namespace sixpoint::bench {
@@ -21,8 +22,8 @@ void RunCharacterisation(const RunOptions& options, Figures* figures) {
     std::mt19937_64 random(static_cast<std::uint64_t>(seed) + 1);
     return metrology::CharacteriseAxis(sixpoint::testing::EncoderRun(truth, kNoise_rad, &random));
   };
-  InParallel(options.seeds, options.threads,
-             [&](int seed) { found[static_cast<std::size_t>(seed)] = characterise(seed); });
+  metrology::ForEach(options.seeds, options.threads,
+                     [&](int seed) { found[static_cast<std::size_t>(seed)] = characterise(seed); });
   ErrorStatistics axis("axis characterisation",
                        {"mean", "reversal", "cos 1", "sin 1", "cos 2", "sin 2", "cos 3", "sin 3", "cos 90", "sin 90"});
   int right = 0;

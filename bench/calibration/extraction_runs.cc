@@ -7,6 +7,7 @@
 #include "bench/calibration/runs.h"
 #include "bench/calibration/traced_scan.h"
 #include "metrology/calibration/sensor_calibration.h"
+#include "metrology/parallel/loops.h"
 #include "simulator/random.h"
 
 namespace sixpoint::bench {
@@ -113,7 +114,7 @@ void RunExtraction(const RunOptions& options, Figures* figures) {
   const metrology::Artefact record = RecordOf(geometry);
   const simulator::ScannerDesign scanner = design.scanner;
   std::vector<Outcome> outcomes(static_cast<std::size_t>(seeds));
-  InParallel(seeds, options.threads, [&](int seed) {
+  metrology::ForEach(seeds, options.threads, [&](int seed) {
     simulator::Random random(simulator::Random::StreamSeed(77, seed));
     simulator::MachineTruth truth = simulator::MountedByHand(design, 3000 + seed);
     const Eigen::Vector3d tilt(random.Uniform(-4, 4) * kDegree, random.Uniform(-4, 4) * kDegree, 0);

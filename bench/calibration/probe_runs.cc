@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "bench/calibration/runs.h"
+#include "metrology/parallel/loops.h"
 #include "tests/metrology/calibration/probe_bench.h"
 
 namespace sixpoint::bench {
@@ -31,8 +32,8 @@ metrology::ProbeCalibration Calibrated(const ProbeBench& bench, int seed) {
 ErrorStatistics Against(const std::string& kind, const ProbeBench& bench, const RunOptions& options, Figures* figures) {
   const metrology::Matrix6d bound = bench.Bound(bench.Measure(nullptr));
   std::vector<metrology::ProbeCalibration> found(static_cast<std::size_t>(options.fast_seeds));
-  InParallel(options.fast_seeds, options.threads,
-             [&](int seed) { found[static_cast<std::size_t>(seed)] = Calibrated(bench, seed); });
+  metrology::ForEach(options.fast_seeds, options.threads,
+                     [&](int seed) { found[static_cast<std::size_t>(seed)] = Calibrated(bench, seed); });
   ErrorStatistics statistics(kind, {"approach x", "approach y", "approach z", "offset x", "offset y", "offset z"});
   for (const metrology::ProbeCalibration& probe : found) statistics.Add(bench.ErrorOf(probe), bound, probe.covariance);
   statistics.Print();

@@ -35,22 +35,4 @@ void RunProbe(const RunOptions& options, Figures* figures);
 void RunCharacterisation(const RunOptions& options, Figures* figures);
 void RunPlantA(const RunOptions& options, Figures* figures);
 
-// Work on [0, count) by several threads; each index once.
-template <typename Work>
-void InParallel(int count, int threads, const Work& work);
-
 }  // namespace sixpoint::bench
-
-#include <atomic>
-#include <thread>
-
-template <typename Work>
-void sixpoint::bench::InParallel(int count, int threads, const Work& work) {
-  std::atomic<int> next{0};
-  std::vector<std::thread> crew;
-  for (int t = 0; t < threads; ++t)
-    crew.emplace_back([&] {
-      for (int i; (i = next.fetch_add(1)) < count;) work(i);
-    });
-  for (std::thread& thread : crew) thread.join();
-}

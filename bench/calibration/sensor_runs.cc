@@ -9,6 +9,7 @@
 #include "bench/calibration/runs.h"
 #include "bench/calibration/traced_scan.h"
 #include "metrology/calibration/sensor_calibration.h"
+#include "metrology/parallel/loops.h"
 #include "simulator/random.h"
 
 namespace sixpoint::bench {
@@ -94,8 +95,8 @@ void RunSensor(const RunOptions& options, Figures* figures) {
       if (const auto pcl = PclPlaneAndCircles(scans, record, touch, found->sensor, found->machine_from_artefact))
         outcome.pcl_error = ErrorOf(*pcl, truth);
     };
-    InParallel(std::min(kSeedsPerMachine, options.seeds - first), options.threads,
-               [&](int i) { run(first + i, 1, nullptr); });
+    metrology::ForEach(std::min(kSeedsPerMachine, options.seeds - first), options.threads,
+                       [&](int i) { run(first + i, 1, nullptr); });
     if (first == 0) {
       points = traced[0].readings.size() + traced[1].readings.size();
       // And their bits compared with what one thread gave.

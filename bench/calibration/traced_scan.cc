@@ -2,8 +2,8 @@
 
 #include <Eigen/LU>
 #include <cmath>
-#include <thread>
 
+#include "metrology/parallel/loops.h"
 #include "simulator/random.h"
 
 namespace sixpoint::bench {
@@ -83,12 +83,7 @@ TracedScan Trace(const simulator::Scene& scene, const simulator::ArtefactGeometr
       }
     }
   };
-  std::vector<std::thread> crew;
-  for (int t = 0; t < threads; ++t)
-    crew.emplace_back([&, t] {
-      for (int part = t; part < kParts; part += threads) trace_part(part);
-    });
-  for (std::thread& thread : crew) thread.join();
+  metrology::ForEach(kParts, threads, trace_part);
   for (const TracedScan& part : parts) {
     traced.readings.insert(traced.readings.end(), part.readings.begin(), part.readings.end());
     traced.information += part.information;

@@ -5,8 +5,8 @@
 
 #include "bench/registration/machine_scans.h"
 #include "bench/registration/runs.h"
+#include "metrology/parallel/loops.h"
 #include "metrology/registration/allowance.h"
-#include "metrology/registration/surface_residuals.h"
 
 namespace sixpoint::bench {
 namespace {

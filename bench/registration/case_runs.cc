@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "bench/registration/runs.h"
+#include "metrology/statistics/ranks.h"
 
 namespace sixpoint::bench {
 namespace {
@@ -42,16 +43,16 @@ void RunAgainstBound(const char* name, CaseKind kind, const PreparedBlade& prepa
     iterations = std::max(iterations, timed.fit.evidence.iteration_count);
   }
   const double count = options.seeds, ratio = std::sqrt(squares / bound_squares);
-  std::printf("%s   %8.3f s (%.3f to %.3f; of processors %.3f), at most %d iterations\n", name, MedianOf(seconds),
-              *std::min_element(seconds.begin(), seconds.end()), *std::max_element(seconds.begin(), seconds.end()),
-              MedianOf(processor_s), iterations);
+  std::printf("%s   %8.3f s (%.3f to %.3f; of processors %.3f), at most %d iterations\n", name,
+              metrology::Median(seconds), *std::min_element(seconds.begin(), seconds.end()),
+              *std::max_element(seconds.begin(), seconds.end()), metrology::Median(processor_s), iterations);
   std::printf(
       "    error %.4f um rms, %.4f worst, bound %.4f; error/bound %.3f (at the bound 1 +- %.2f), stated/bound %.3f\n",
       std::sqrt(squares / count), worst_um, std::sqrt(bound_squares / count), ratio, scatter,
       std::sqrt(stated_squares / bound_squares));
   const std::string prefix = name[0] == 'A' ? "a_" : "c_";
-  figures->values[prefix + "seconds"] = MedianOf(seconds);
-  figures->values[prefix + "processor_seconds"] = MedianOf(processor_s);
+  figures->values[prefix + "seconds"] = metrology::Median(seconds);
+  figures->values[prefix + "processor_seconds"] = metrology::Median(processor_s);
   figures->values[prefix + "error_um"] = std::sqrt(squares / count);
   figures->values[prefix + "bound_um"] = std::sqrt(bound_squares / count);
   figures->values[prefix + "error_over_bound"] = ratio;
@@ -77,21 +78,15 @@ void RunBumps(const PreparedBlade& prepared, const RunOptions& options, Figures*
     worst_um = std::max(worst_um, error_um);
   }
   const double rms_um = std::sqrt(squares / static_cast<double>(seconds.size()));
-  std::printf("D   %8.3f s (of processors %.3f)   error %8.4f um rms, %8.4f worst, of %zu bumps\n", MedianOf(seconds),
-              MedianOf(processor_s), rms_um, worst_um, seconds.size());
-  figures->values["d_seconds"] = MedianOf(seconds);
-  figures->values["d_processor_seconds"] = MedianOf(processor_s);
+  std::printf("D   %8.3f s (of processors %.3f)   error %8.4f um rms, %8.4f worst, of %zu bumps\n",
+              metrology::Median(seconds), metrology::Median(processor_s), rms_um, worst_um, seconds.size());
+  figures->values["d_seconds"] = metrology::Median(seconds);
+  figures->values["d_processor_seconds"] = metrology::Median(processor_s);
   figures->values["d_rms_um"] = rms_um;
   figures->values["d_worst_um"] = worst_um;
 }
 
 }  // namespace
-
-double MedianOf(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t half = values.size() / 2;
-  return values.size() % 2 == 1 ? values[half] : (values[half - 1] + values[half]) / 2;
-}
 
 void RunCases(const PreparedBlade& prepared, const RunOptions& options, Figures* figures) {
   std::printf("\ncases: %zu points, %d seeds, %d threads; median time, the surface being ready\n", options.points,

@@ -5,7 +5,8 @@
 
 #include "bench/registration/machine_scans.h"
 #include "bench/registration/runs.h"
-#include "metrology/registration/surface_residuals.h"
+#include "metrology/parallel/loops.h"
+#include "metrology/statistics/ranks.h"
 
 namespace sixpoint::bench {
 namespace {
@@ -88,12 +89,12 @@ void RunCoarse(const PreparedBlade& prepared, const RunOptions& options, Figures
     const double slowest = *std::max_element(seconds.begin(), seconds.end());
     std::printf("%-28s %8d %11d %9d %18d %12.3f %12.3f %12.3f\n",
                 whole ? "four sides and one tilted" : "one side, from anywhere", found, ambiguous, flagged, here_silent,
-                worst_um, MedianOf(seconds), slowest);
+                worst_um, metrology::Median(seconds), slowest);
     silent += here_silent;
     const std::string key = whole ? "coarse_whole_" : "coarse_one_side_";
     figures->values[key + "found_percent"] = 100.0 * found / static_cast<double>(all.size());
     figures->values[key + "ambiguous_percent"] = 100.0 * ambiguous / static_cast<double>(all.size());
-    figures->values[key + "seconds"] = MedianOf(seconds);
+    figures->values[key + "seconds"] = metrology::Median(seconds);
     figures->values[key + "slowest_seconds"] = slowest;
   }
   figures->values["coarse_wrong_and_silent"] = silent;

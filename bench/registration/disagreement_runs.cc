@@ -6,8 +6,8 @@
 
 #include "bench/registration/machine_scans.h"
 #include "bench/registration/runs.h"
+#include "metrology/parallel/loops.h"
 #include "metrology/registration/disagreement.h"
-#include "metrology/registration/surface_residuals.h"
 
 namespace sixpoint::bench {
 namespace {

@@ -7,7 +7,8 @@
 
 #include "bench/registration/embree_peer.h"
 #include "bench/registration/runs.h"
-#include "metrology/surface/in_parts.h"
+#include "metrology/parallel/loops.h"
+#include "metrology/statistics/ranks.h"
 
 namespace sixpoint::bench {
 namespace {
@@ -20,8 +21,7 @@ constexpr std::size_t kChecked = 1000;  // of each kind of point
 // One after the other, as they come.
 void OneByOne(const metrology::Surface& surface, const metrology::Points& part_mm, int threads) {
   std::vector<double> distances(part_mm.size());
-  const auto parts = static_cast<std::size_t>(threads);
-  metrology::InParts(part_mm.size(), parts, [&](std::size_t begin, std::size_t end, std::size_t) {
+  metrology::InParts(part_mm.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t i = begin; i < end; ++i)
       distances[i] = surface.ClosestWithin(part_mm[i], kLimitMm).signed_distance_mm;
   });
@@ -132,20 +132,21 @@ void RunDistances(const PreparedBlade& prepared, const RunOptions& options, Figu
     embree_seconds.push_back(by_embree_s);
   }
   const double millions = 1e-6 * static_cast<double>(points.size());
-  const double rate = millions / MedianOf(seconds), rate_of_processor = millions / MedianOf(processor_s);
+  const double rate = millions / metrology::Median(seconds),
+               rate_of_processor = millions / metrology::Median(processor_s);
   std::printf(
       "\ndistances: %zu points in random order, %d threads: %.2f million points/s (%.2f for a second of a processor), "
       "one "
       "by one %.2f; Embree's point query %.2f; surface and near cells %.0f MB\n",
-      points.size(), options.threads, rate, rate_of_processor, millions / MedianOf(single_seconds),
-      millions / MedianOf(embree_seconds), 1e-6 * static_cast<double>(prepared.surface->memory_bytes()));
-  std::printf("  of a blade true to CAD %.2f million points/s\n", millions / MedianOf(scanned_seconds));
-  figures->values["distances_of_a_true_blade_million_per_s"] = millions / MedianOf(scanned_seconds);
+      points.size(), options.threads, rate, rate_of_processor, millions / metrology::Median(single_seconds),
+      millions / metrology::Median(embree_seconds), 1e-6 * static_cast<double>(prepared.surface->memory_bytes()));
+  std::printf("  of a blade true to CAD %.2f million points/s\n", millions / metrology::Median(scanned_seconds));
+  figures->values["distances_of_a_true_blade_million_per_s"] = millions / metrology::Median(scanned_seconds);
   figures->values["distances_million_per_s"] = rate;
   figures->values["distances_million_per_processor_s"] = rate_of_processor;
-  figures->values["distances_one_by_one_million_per_s"] = millions / MedianOf(single_seconds);
+  figures->values["distances_one_by_one_million_per_s"] = millions / metrology::Median(single_seconds);
   figures->values["surface_megabytes"] = 1e-6 * static_cast<double>(prepared.surface->memory_bytes());
-  figures->values["embree_million_per_s"] = millions / MedianOf(embree_seconds);
+  figures->values["embree_million_per_s"] = millions / metrology::Median(embree_seconds);
 
   double worst_um = 0;
   int wrong_signs = 0;
@@ -153,8 +154,7 @@ void RunDistances(const PreparedBlade& prepared, const RunOptions& options, Figu
     metrology::Points checked = edge ? NearTrailingEdge(blade, kChecked) : points;
     checked.resize(std::min(checked.size(), kChecked));
     std::vector<double> truth(checked.size());
-    const auto parts = static_cast<std::size_t>(options.threads);
-    metrology::InParts(checked.size(), parts, [&](std::size_t begin, std::size_t end, std::size_t) {
+    metrology::InParts(checked.size(), options.threads, [&](std::size_t begin, std::size_t end, std::size_t) {
       for (std::size_t i = begin; i < end; ++i) truth[i] = BruteForce(blade, checked[i]);
     });
     const Exactness ours = Compare(Distances(*prepared.surface, checked, options.threads), truth);

@@ -3,9 +3,9 @@
 #include <embree3/rtcore.h>
 
 #include <limits>
-#include <thread>
 
 #include "bench/registration/our_fit.h"
+#include "metrology/parallel/loops.h"
 
 namespace sixpoint::bench {
 namespace {
@@ -94,11 +94,7 @@ std::vector<float> EmbreeDistances(const Blade& blade, const metrology::Points& 
     }
   };
   const double begin = Seconds();
-  std::vector<std::thread> crew;
-  for (int t = 0; t < threads; ++t)
-    crew.emplace_back(run, part_mm.size() * static_cast<std::size_t>(t) / static_cast<std::size_t>(threads),
-                      part_mm.size() * static_cast<std::size_t>(t + 1) / static_cast<std::size_t>(threads));
-  for (std::thread& thread : crew) thread.join();
+  metrology::InParts(part_mm.size(), threads, [&](std::size_t from, std::size_t to, std::size_t) { run(from, to); });
   *seconds = Seconds() - begin;
   rtcReleaseScene(scene);
   rtcReleaseDevice(device);

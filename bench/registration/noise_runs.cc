@@ -4,7 +4,7 @@
 
 #include "bench/calibration/error_statistics.h"
 #include "bench/registration/runs.h"
-#include "metrology/registration/surface_residuals.h"
+#include "metrology/parallel/loops.h"
 
 namespace sixpoint::bench {
 namespace {

@@ -6,8 +6,9 @@
 
 #include "bench/registration/machine_scans.h"
 #include "bench/registration/runs.h"
+#include "metrology/parallel/loops.h"
 #include "metrology/registration/merged_views.h"
-#include "metrology/registration/surface_residuals.h"
+#include "metrology/statistics/ranks.h"
 
 namespace sixpoint::bench {
 namespace {
@@ -77,7 +78,7 @@ void RunOverlap(const PreparedBlade& prepared, const RunOptions& options, Figure
     const double percent = 100 * flagged / static_cast<double>(draws);
     std::sort(ratios.begin(), ratios.end());
     const double high = ratios.empty() ? NAN : ratios[static_cast<std::size_t>(0.95 * (ratios.size() - 1.0))];
-    std::printf("%8g %12.1f %30.2f (%.2f) %12zu\n", um, percent, ratios.empty() ? NAN : MedianOf(ratios), high,
+    std::printf("%8g %12.1f %30.2f (%.2f) %12zu\n", um, percent, ratios.empty() ? NAN : metrology::Median(ratios), high,
                 ratios.size());
     if (um == 0) figures->values["overlap_false_percent"] = percent;
     if (um > 0 && percent >= 95) seen_um = std::min(seen_um, um);

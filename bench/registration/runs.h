@@ -47,6 +47,4 @@ void RunOverlap(const PreparedBlade& prepared, const RunOptions& options, Figure
 void RunAllowance(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
 void RunPeers(const PreparedBlade& prepared, const RunOptions& options, Figures* figures);
 
-double MedianOf(std::vector<double> values);
-
 }  // namespace sixpoint::bench

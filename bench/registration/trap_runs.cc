@@ -5,7 +5,8 @@
 
 #include "bench/registration/machine_scans.h"
 #include "bench/registration/runs.h"
-#include "metrology/registration/surface_residuals.h"
+#include "metrology/parallel/loops.h"
+#include "metrology/statistics/ranks.h"
 
 namespace sixpoint::bench {
 namespace {
@@ -92,8 +93,8 @@ void RunTrap(const PreparedBlade&, const RunOptions& options, Figures* figures) 
       here_silent += !one.right && !one.flagged;
     }
     const double worst = *std::max_element(off_um.begin(), off_um.end());
-    std::printf("%-44s %14.4f %14.4f %9d %9d %18d\n", kind.words, MedianOf(off_um), worst, here_right, here_flagged,
-                here_silent);
+    std::printf("%-44s %14.4f %14.4f %9d %9d %18d\n", kind.words, metrology::Median(off_um), worst, here_right,
+                here_flagged, here_silent);
     worst_um = std::max(worst_um, worst);
     silent += here_silent;
     right += here_right;

@@ -5,7 +5,8 @@
 
 #include "bench/registration/machine_scans.h"
 #include "bench/registration/runs.h"
-#include "metrology/registration/surface_residuals.h"
+#include "metrology/parallel/loops.h"
+#include "metrology/statistics/ranks.h"
 
 namespace sixpoint::bench {
 namespace {
@@ -126,11 +127,11 @@ void RunWeakness(const PreparedBlade& prepared, const RunOptions& options, Figur
         continue;
       }
       std::printf("%-34s %-10s %10.1f %10.3f %10.3f %12.2f %10.1f %7.0f of %zu\n", kind.words, cast ? "5 um" : "none",
-                  MedianOf(condition), MedianOf(stated), std::sqrt(squares / converged), std::sqrt(ratios / converged),
-                  100 * covered / converged, converged, all.size());
+                  metrology::Median(condition), metrology::Median(stated), std::sqrt(squares / converged),
+                  std::sqrt(ratios / converged), 100 * covered / converged, converged, all.size());
       const std::string key = "weak_" + std::to_string(row) + (cast ? "_cast_" : "_true_");
-      figures->values[key + "condition"] = MedianOf(condition);
-      figures->values[key + "stated_um"] = MedianOf(stated);
+      figures->values[key + "condition"] = metrology::Median(condition);
+      figures->values[key + "stated_um"] = metrology::Median(stated);
       figures->values[key + "real_um"] = std::sqrt(squares / converged);
       figures->values[key + "real_over_stated"] = std::sqrt(ratios / converged);
     }

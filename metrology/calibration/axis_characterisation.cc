@@ -6,6 +6,8 @@
 #include <complex>
 #include <cstdio>
 
+#include "metrology/statistics/ranks.h"
+
 namespace sixpoint::metrology {
 namespace {
 
@@ -73,8 +75,7 @@ absl::StatusOr<int> HighestOrder(const std::vector<AxisReading>& run) {
       // Readings at one place again tell nothing of the step.
       if (step > kRounding) steps.push_back(step);
     }
-    std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
-    coarsest = std::max(coarsest, steps[steps.size() / 2]);
+    coarsest = std::max(coarsest, UpperMedian(std::move(steps)));
   }
   // Below half the sampling rate.
   return std::min(kFinest, static_cast<int>(std::ceil(M_PI / coarsest * (1 - 1e-6))) - 1);

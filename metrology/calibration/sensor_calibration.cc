@@ -1,11 +1,11 @@
 #include "metrology/calibration/sensor_calibration.h"
 
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+
+#include "metrology/parallel/loops.h"
+#include "metrology/statistics/ranks.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -142,13 +142,10 @@ Equations LaserEquations(const std::vector<LineScan>& scans, const Artefact& art
   for (size_t s = 0; s < scans.size(); ++s)
     for (size_t begin = 0; begin < scans[s].points_mm.size(); begin += length)
       chunks.push_back({s, begin, std::min(begin + length, scans[s].points_mm.size()), {}, {}});
-  tbb::task_arena arena(std::max(1, options.threads));
-  arena.execute([&] {
-    tbb::parallel_for(size_t{0}, chunks.size(), [&](size_t k) {
-      Chunk& c = chunks[k];
-      c.equations = LaserEquations(scans[c.scan], c.begin, c.end, artefact, state, options.optics, gate,
-                                   median_reading == nullptr ? nullptr : &c.readings);
-    });
+  ForEach(chunks.size(), options.threads, [&](size_t k) {
+    Chunk& c = chunks[k];
+    c.equations = LaserEquations(scans[c.scan], c.begin, c.end, artefact, state, options.optics, gate,
+                                 median_reading == nullptr ? nullptr : &c.readings);
   });
   Equations all;
   std::vector<double> readings;
@@ -165,10 +162,7 @@ Equations LaserEquations(const std::vector<LineScan>& scans, const Artefact& art
     }
     readings.insert(readings.end(), c.readings.begin(), c.readings.end());
   }
-  if (median_reading != nullptr && !readings.empty()) {
-    std::nth_element(readings.begin(), readings.begin() + readings.size() / 2, readings.end());
-    *median_reading = readings[readings.size() / 2];
-  }
+  if (median_reading != nullptr && !readings.empty()) *median_reading = UpperMedian(std::move(readings));
   return all;
 }
 
@@ -293,7 +287,7 @@ absl::StatusOr<SensorCalibration> CalibrateSensor(const std::vector<LineScan>& s
                         laser.cone_seen[s * artefact.cones.size() + k] * gate.stride);
     cone_used = laser.cone_counts;
     cone_seen = laser.cone_seen;
-    sigma_laser = fine ? std::sqrt(laser.squares / static_cast<double>(laser.count)) : median * 1.4826;
+    sigma_laser = fine ? std::sqrt(laser.squares / static_cast<double>(laser.count)) : median * kSigmaPerMad;
     sigma_laser = std::max(sigma_laser, kLeastNoiseMm);
     result.touch_rms_mm = std::sqrt(touched.equations.squares / touch_freedom);
     if (fine) sigma_touch = TouchUncertainty(touch.standard_uncertainty_mm, touched.equations.squares, touch_freedom);

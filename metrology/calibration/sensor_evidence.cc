@@ -1,5 +1,3 @@
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
@@ -7,6 +5,7 @@
 #include <cmath>
 
 #include "metrology/calibration/sensor_calibration.h"
+#include "metrology/parallel/loops.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -44,11 +43,8 @@ absl::Status ReportCentres(const std::vector<LineScan>& scans, const Artefact& a
                            const SensorCalibrationOptions& options, SensorCalibration* result) {
   using Centres = absl::StatusOr<std::vector<FeatureCentre>>;
   std::vector<Centres> found(scans.size(), Centres(std::vector<FeatureCentre>{}));
-  tbb::task_arena arena(std::max(1, options.threads));
-  arena.execute([&] {
-    tbb::parallel_for(size_t{0}, scans.size(), [&](size_t s) {
-      found[s] = MeasureCentres(scans[s], artefact, result->machine_from_artefact, result->sensor, options.optics);
-    });
+  ForEach(scans.size(), options.threads, [&](size_t s) {
+    found[s] = MeasureCentres(scans[s], artefact, result->machine_from_artefact, result->sensor, options.optics);
   });
   for (size_t s = 0; s < scans.size(); ++s) {
     if (!found[s].ok()) return found[s].status();

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "metrology/correction/distance_quantile.h"
+#include "metrology/statistics/distance_quantile.h"
 
 namespace sixpoint::metrology {
 namespace {

@@ -1,13 +1,14 @@
 #include "metrology/inspection/blade_inspection.h"
 
 #include <absl/status/status.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <utility>
+
+#include "metrology/parallel/keep_going.h"
+#include "metrology/parallel/loops.h"
+#include "metrology/statistics/ranks.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -95,20 +96,12 @@ absl::Status BladeInspection::AddPoints(const Points& points_mm) {
     return absl::ResourceExhaustedError("scans: " + std::to_string(seen_count_) + " points, want at most " +
                                         std::to_string(options_.greatest_point_count));
   }
-  const std::size_t size = points_mm.size();
-  std::vector<Chunk> chunks((size + kChunk - 1) / kChunk);
-  std::atomic<bool> stopped{false};
-  tbb::task_arena arena(std::max(1, options_.threads));
-  arena.execute([&] {
-    tbb::parallel_for(std::size_t{0}, chunks.size(), [&](std::size_t k) {
-      if (stopped || (options_.keep_going && !options_.keep_going())) {
-        stopped = true;
-        return;
-      }
-      Compare(points_mm, k * kChunk, std::min(size, (k + 1) * kChunk), &chunks[k]);
-    });
+  std::vector<Chunk> chunks(ChunkCount(points_mm.size(), kChunk));
+  KeepGoing keep_going(options_.keep_going);
+  ForEachChunk(points_mm.size(), kChunk, options_.threads, [&](std::size_t k, std::size_t begin, std::size_t end) {
+    if (keep_going()) Compare(points_mm, begin, end, &chunks[k]);
   });
-  if (stopped) return absl::CancelledError("inspection stopped: the caller is gone or its time is over");
+  if (keep_going.stopped()) return absl::CancelledError("inspection stopped: the caller is gone or its time is over");
   for (const Chunk& chunk : chunks) {
     deviations_mm_.insert(deviations_mm_.end(), chunk.deviations_mm.begin(), chunk.deviations_mm.end());
     square_sum_mm2_ += chunk.square_sum_mm2;
@@ -220,9 +213,7 @@ DeviationSummary BladeInspection::Summary() const {
   summary.maximum_um = kTo_um * *high;
   summary.rms_um = kTo_um * std::sqrt(square_sum_mm2_ / static_cast<double>(sorted.size()));
   const auto percentile = [&](double share) {
-    const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(sorted.size() - 1));
-    std::nth_element(sorted.begin(), at, sorted.end());
-    return kTo_um * *at;
+    return kTo_um * AtRank(static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1)), &sorted);
   };
   summary.p05_um = percentile(0.05);
   summary.p50_um = percentile(0.50);
@@ -236,9 +227,7 @@ absl::StatusOr<BladeFindings> BladeInspection::Finish() {
                                          " mm of the CAD, want scans of this blade");
   BladeFindings findings;
   findings.holes.resize(holes_.size());
-  tbb::task_arena arena(std::max(1, options_.threads));
-  arena.execute(
-      [&] { tbb::parallel_for(std::size_t{0}, holes_.size(), [&](std::size_t i) { findings.holes[i] = Judged(i); }); });
+  ForEach(holes_.size(), options_.threads, [&](std::size_t i) { findings.holes[i] = Judged(i); });
   findings.verdict = holes_.empty() ? Verdict::kNotMeasured : Verdict::kConform;
   for (const HoleFinding& hole : findings.holes) findings.verdict = Worst(findings.verdict, hole.verdict);
   findings.deviation = Summary();

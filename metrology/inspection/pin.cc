@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "metrology/kinematics/rotary_axes.h"
+#include "metrology/statistics/ranks.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -17,12 +18,6 @@ constexpr double kTukey = 4.685;           // 95 % efficiency on normal noise
 constexpr double kTopMargin_mm = 0.1;      // below the pin's top: its edge is not the cylinder
 constexpr double kLeastSigma_mm = 0.5e-3;  // below any scanner's noise
 using Parameters = Eigen::Matrix<double, 5, 1>;
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Distance from the axis of the parameters, and its derivative by c1, c2, s1, s2.
 struct Radial {
@@ -89,7 +84,7 @@ std::string Text(const char* format, double value, double wanted) {
 double SigmaOf(const Parameters& p, const Points& local) {
   std::vector<double> absolute(local.size());
   for (std::size_t i = 0; i < local.size(); ++i) absolute[i] = std::abs(RadialOf(p, local[i]).distance_mm - p[4]);
-  return std::max(kLeastSigma_mm, 1.4826 * Median(std::move(absolute)));
+  return std::max(kLeastSigma_mm, RobustSigmaOfMagnitudes(std::move(absolute)));
 }
 
 // Degrees of the circumference in cells of 10 deg that hold at least three points.
@@ -127,9 +122,7 @@ PinFit FitPin(const NominalPin& nominal, const Points& points_in_part_mm, const 
     heights.push_back(all.back().z());
   }
   // The 98th percentile is the top or a little below it; a few stray points above do not move it.
-  const auto high = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() * 98 / 100);
-  std::nth_element(heights.begin(), high, heights.end());
-  const double top = *high - kTopMargin_mm;
+  const double top = AtRank(heights.size() * 98 / 100, &heights) - kTopMargin_mm;
   Points local;
   std::vector<std::size_t> index;
   for (std::size_t i = 0; i < all.size(); ++i) {

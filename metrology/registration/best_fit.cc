@@ -13,6 +13,7 @@
 #include "metrology/registration/patch_sums.h"
 #include "metrology/registration/registration.h"
 #include "metrology/registration/surface_residuals.h"
+#include "metrology/statistics/ranks.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -247,10 +248,10 @@ class BestFit {
     distances.reserve(residuals.samples().size());
     for (const Sample& sample : residuals.samples())
       distances.push_back(sample.usable ? std::abs(sample.residual_mm) : std::numeric_limits<double>::infinity());
-    const auto nearest =
-        distances.begin() + static_cast<std::ptrdiff_t>(kNearestPart * static_cast<double>(distances.size()));
-    std::nth_element(distances.begin(), nearest, distances.end());
-    return std::max(std::hypot(residuals.NeighbourNoise(), 1e-3 * options_.model_error_um), kNearestToSigma * *nearest);
+    const double nearest_mm =
+        AtRank(static_cast<std::size_t>(kNearestPart * static_cast<double>(distances.size())), &distances);
+    return std::max(std::hypot(residuals.NeighbourNoise(), 1e-3 * options_.model_error_um),
+                    kNearestToSigma * nearest_mm);
   }
 
   absl::Status FindPose() {
@@ -273,10 +274,9 @@ class BestFit {
     // Wide enough for the few that may alone hold a direction, as a tip does: they must not be foreign from the start.
     double start = 0.02;
     if (!distances.empty()) {
-      const auto far =
-          distances.begin() + static_cast<std::ptrdiff_t>(kNearlyAll * static_cast<double>(distances.size()));
-      std::nth_element(distances.begin(), far, distances.end());
-      start = std::clamp(0.5 * *far, start, options_.greatest_start_error_mm);
+      const double far_mm =
+          AtRank(static_cast<std::size_t>(kNearlyAll * static_cast<double>(distances.size())), &distances);
+      start = std::clamp(0.5 * far_mm, start, options_.greatest_start_error_mm);
     }
     sigma_mm_ = start;
     if (const absl::Status status = Anneal(start, options_.iteration_limit); !status.ok()) return status;

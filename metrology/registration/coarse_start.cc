@@ -9,6 +9,8 @@
 #include <nanoflann.hpp>
 #include <random>
 
+#include "metrology/parallel/keep_going.h"
+#include "metrology/parallel/loops.h"
 #include "metrology/registration/surface_residuals.h"
 
 namespace sixpoint::metrology {

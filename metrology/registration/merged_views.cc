@@ -8,7 +8,7 @@
 #include <map>
 
 #include "metrology/registration/patch_sums.h"
-#include "metrology/studies/distributions.h"
+#include "metrology/statistics/distributions.h"
 
 namespace sixpoint::metrology {
 namespace {

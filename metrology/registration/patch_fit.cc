@@ -6,6 +6,7 @@
 #include <map>
 
 #include "metrology/registration/surface_residuals.h"
+#include "metrology/statistics/ranks.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -99,9 +100,7 @@ class Fitter {
     const auto spread = [&](double variance) {
       for (std::size_t k = 0; k < patches_.size(); ++k)
         ratios[k] = std::abs(fit_.offsets_mm[k]) / std::sqrt(open[k] + variance);
-      const auto at = ratios.begin() + static_cast<std::ptrdiff_t>(kNearestPart * static_cast<double>(ratios.size()));
-      std::nth_element(ratios.begin(), at, ratios.end());
-      return *at;
+      return AtRank(static_cast<std::size_t>(kNearestPart * static_cast<double>(ratios.size())), &ratios);
     };
     double low = 0, high = 2 * greatest;
     if (spread(0) <= kNearestInSigmas) {

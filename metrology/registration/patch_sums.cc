@@ -7,7 +7,10 @@
 #include <limits>
 #include <unordered_map>
 
+#include "metrology/parallel/keep_going.h"
+#include "metrology/parallel/loops.h"
 #include "metrology/registration/surface_residuals.h"
+#include "metrology/statistics/ranks.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -100,7 +103,7 @@ class Histogram {
     double below = 0;
     for (const auto& [deviation, count] : deviations) {
       below += count;
-      if (below >= 0.5 * static_cast<double>(total_)) return 1.4826 * deviation;
+      if (below >= 0.5 * static_cast<double>(total_)) return kSigmaPerMad * deviation;
     }
     return 0;
   }
@@ -175,8 +178,8 @@ absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<S
           },
           width, options.thread_count);
       residuals.assign(count, std::numeric_limits<float>::infinity());
-      chunks.assign(ChunkCount(count), {});
-      ForEachChunk(count, options.thread_count, [&](std::size_t chunk, std::size_t from, std::size_t to) {
+      chunks.assign(ChunkCount(count, kChunkSize), {});
+      ForEachChunk(count, kChunkSize, options.thread_count, [&](std::size_t chunk, std::size_t from, std::size_t to) {
         // Far from the surface a million points take seconds.
         if (!keep_going()) return;
         ChunkSums& part = chunks[chunk];

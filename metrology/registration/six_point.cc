@@ -8,6 +8,7 @@
 
 #include "metrology/registration/registration.h"
 #include "metrology/registration/surface_residuals.h"
+#include "metrology/statistics/ranks.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -80,7 +81,7 @@ LocalHeight HeightAt(const Surface& surface, const std::vector<ScanPortion>& por
   std::vector<double> residuals(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) residuals[i] = points[i].height_mm;
   Curve curve = Curve::Zero();
-  curve[0] = Median(residuals);
+  curve[0] = UpperMedian(residuals);
   Eigen::Matrix<double, kCurveCount, kCurveCount> matrix;
   double width = 0;
   for (int iteration = 0; iteration < 12; ++iteration) {

@@ -1,51 +1,17 @@
 #include "metrology/registration/surface_residuals.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "metrology/parallel/loops.h"
+#include "metrology/statistics/ranks.h"
+
 namespace sixpoint::metrology {
-void ForEach(std::size_t count, int thread_count, const std::function<void(std::size_t)>& body) {
-  if (thread_count <= 1 || count <= 1) {
-    for (std::size_t i = 0; i < count; ++i) body(i);
-    return;
-  }
-  tbb::task_arena arena(thread_count);
-  arena.execute([&] {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 1), [&](const tbb::blocked_range<std::size_t>& range) {
-      for (std::size_t i = range.begin(); i != range.end(); ++i) body(i);
-    });
-  });
-}
-
-void ForEachChunk(std::size_t count, int thread_count,
-                  const std::function<void(std::size_t, std::size_t, std::size_t)>& body) {
-  ForEach(ChunkCount(count), thread_count,
-          [&](std::size_t chunk) { body(chunk, chunk * kChunkSize, std::min(count, (chunk + 1) * kChunkSize)); });
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-double RobustSigma(const std::vector<double>& residuals) {
-  const double median = Median(residuals);
-  std::vector<double> deviations;
-  deviations.reserve(residuals.size());
-  for (const double r : residuals) deviations.push_back(std::abs(r - median));
-  return 1.4826 * Median(std::move(deviations));
-}
 
 void SurfaceResiduals::Search(const Eigen::Isometry3d& zero_from_part, double reach_mm) {
   const Eigen::Isometry3d part_from_zero = zero_from_part.inverse(Eigen::Isometry);
-  ForEachChunk(samples_.size(), thread_count_, [&](std::size_t, std::size_t begin, std::size_t end) {
+  ForEachChunk(samples_.size(), kChunkSize, thread_count_, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Sample& sample = samples_[i];
       const SurfacePoint found = surface_->ClosestWithin(part_from_zero * sample.zero_mm, reach_mm, sample.triangle);
@@ -59,8 +25,7 @@ void SurfaceResiduals::Search(const Eigen::Isometry3d& zero_from_part, double re
 }
 
 SurfaceResiduals::Equations SurfaceResiduals::At(const Vector6d& change, double width_mm) const {
-  std::vector<Equations> parts(ChunkCount(samples_.size()));
-  ForEachChunk(samples_.size(), thread_count_, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+  const auto of_chunk = [&](std::size_t begin, std::size_t end) {
     Equations part;
     for (std::size_t i = begin; i < end; ++i) {
       const Sample& sample = samples_[i];
@@ -77,10 +42,10 @@ SurfaceResiduals::Equations SurfaceResiduals::At(const Vector6d& change, double 
       part.matrix.selfadjointView<Eigen::Lower>().rankUpdate(row, weight);
       part.right += weight * left * row;
     }
-    parts[chunk] = part;
-  });
+    return part;
+  };
   Equations sum;
-  for (const Equations& part : parts) {
+  for (const Equations& part : OfEachChunk<Equations>(samples_.size(), kChunkSize, thread_count_, of_chunk)) {
     sum.matrix += part.matrix;
     sum.right += part.right;
     sum.loss += part.loss;
@@ -105,7 +70,7 @@ double SurfaceResiduals::NeighbourNoise() const {
   for (std::size_t i = 1; i < samples_.size(); ++i)
     if (samples_[i].follows && samples_[i].usable && samples_[i - 1].usable)
       differences.push_back(std::abs(samples_[i].residual_mm - samples_[i - 1].residual_mm));
-  return 1.4826 * Median(std::move(differences)) / std::sqrt(2.0);
+  return RobustSigmaOfMagnitudes(std::move(differences)) / std::sqrt(2.0);
 }
 
 Eigen::VectorXd SolveHeld(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right, double least) {

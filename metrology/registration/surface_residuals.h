@@ -3,41 +3,13 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
-#include <memory>
-#include <mutex>
 #include <vector>
 
 #include "metrology/registration/registration.h"
 
 namespace sixpoint::metrology {
 
-// Runs body(chunk, begin, end) over [0, count) in chunks of a fixed size, on that many threads. What a chunk computes goes
-// to its own slot and slots are summed in order: the same bits on any number of threads.
-constexpr std::size_t kChunkSize = 1024;
-inline std::size_t ChunkCount(std::size_t count) { return (count + kChunkSize - 1) / kChunkSize; }
-void ForEachChunk(std::size_t count, int thread_count,
-                  const std::function<void(std::size_t chunk, std::size_t begin, std::size_t end)>& body);
-
-// Runs body(i) for each i below count, on that many threads; each writes what is its own.
-void ForEach(std::size_t count, int thread_count, const std::function<void(std::size_t i)>& body);
-
-// The caller's wish to go on, for threads that ask at once: one question at a time, none after the first no.
-class KeepGoing {
- public:
-  explicit KeepGoing(const std::function<bool()>& ask) : ask_(ask) {}
-  bool operator()() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (!stopped_ && ask_ && !ask_()) stopped_ = true;
-    return !stopped_;
-  }
-  bool stopped() const { return stopped_; }  // once the threads are done
-
- private:
-  const std::function<bool()>& ask_;
-  std::mutex mutex_;
-  bool stopped_ = false;
-};
+constexpr std::size_t kChunkSize = 1024;  // points that a thread takes at a time, and that are summed together
 
 // Tukey's biweight: 1 at 0, nothing from the width on.
 inline double TukeyWeight(double residual, double width) {
@@ -46,9 +18,6 @@ inline double TukeyWeight(double residual, double width) {
 }
 // 95 % efficient for Gaussian noise; wider loses less to noise and more to a deviation's flanks.
 constexpr double kTukeyWidth = 4.685;
-
-double Median(std::vector<double> values);                 // 0 for none
-double RobustSigma(const std::vector<double>& residuals);  // 1.4826 MAD
 
 struct Sample {
   Eigen::Vector3d zero_mm;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "metrology/calibration/feature_search.h"
+#include "metrology/statistics/ranks.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -96,12 +97,6 @@ Equations EquationsAt(const LineScan& scan, const Artefact& artefact, const Line
   return eq;
 }
 
-double SigmaOf(std::vector<double> absolute) {
-  const auto middle = absolute.begin() + static_cast<std::ptrdiff_t>(absolute.size() / 2);
-  std::nth_element(absolute.begin(), middle, absolute.end());
-  return std::max(kLeastNoiseMm, 1.4826 * *middle);
-}
-
 absl::StatusOr<Fit> FitState(const LineScan& scan, const Artefact& artefact, const LineSensorOptics& optics,
                              State state, Unknown unknown) {
   double reach_mm = kFirstReachMm, last_reach_mm = 0;
@@ -126,7 +121,8 @@ absl::StatusOr<Fit> FitState(const LineScan& scan, const Artefact& artefact, con
     }
     last_reach_mm = reach_mm;
     // Frozen once it has settled, so that points at the gate do not come and go for ever.
-    if (iteration < kMostIterations / 4) reach_mm = std::clamp(5 * SigmaOf(eq.readings), 5e-5, kFirstReachMm);
+    if (iteration < kMostIterations / 4)
+      reach_mm = std::clamp(5 * std::max(kLeastNoiseMm, RobustSigmaOfMagnitudes(eq.readings)), 5e-5, kFirstReachMm);
   }
   return Failed(scan.id, "the pose does not settle, want a scan without so many stray points");
 }

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string>
 
-#include "metrology/studies/distributions.h"
+#include "metrology/statistics/distributions.h"
 
 namespace sixpoint::metrology {
 namespace {

@@ -6,6 +6,9 @@
 #include <limits>
 #include <string>
 
+#include "metrology/statistics/ranks.h"
+#include "metrology/statistics/spread.h"
+
 namespace sixpoint::metrology {
 namespace {
 
@@ -137,13 +140,6 @@ StripPlane PlaneOf(const std::vector<Points>& readings) {
   return plane;
 }
 
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return (*middle + *std::max_element(values.begin(), middle)) / 2;
-}
-
 void Summarise(const std::vector<double>& scan_means, GaugeStudy* study) {
   std::vector<double> oscillations;
   double squares = 0;
@@ -152,7 +148,7 @@ void Summarise(const std::vector<double>& scan_means, GaugeStudy* study) {
     squares += s.standard_deviation_mm * s.standard_deviation_mm;
   }
   const double stations = static_cast<double>(oscillations.size());
-  study->median_oscillation_mm = MedianOf(oscillations);
+  study->median_oscillation_mm = Median(oscillations);
   study->greatest_oscillation_mm = *std::max_element(oscillations.begin(), oscillations.end());
   // Of a median: sqrt(pi / 2) of a mean's.
   study->median_oscillation_standard_uncertainty_mm =

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "metrology/studies/distributions.h"
+#include "metrology/statistics/distributions.h"
 
 namespace sixpoint::metrology {
 namespace {

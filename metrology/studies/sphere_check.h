@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "metrology/frames/pose.h"
-#include "metrology/studies/spread.h"
+#include "metrology/studies/study_verdict.h"
 
 namespace sixpoint::metrology {
 

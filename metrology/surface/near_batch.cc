@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "metrology/surface/in_parts.h"
+#include "metrology/parallel/loops.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -99,11 +99,10 @@ MeasureTriangle Widest() {
 }  // namespace
 
 CellOrder PutInCells(const NearCells& cells, const QueriesAt& queries_at, std::size_t count, int thread_count) {
-  const auto parts = static_cast<std::size_t>(std::max(1, thread_count));
   const auto cell_count = static_cast<std::uint32_t>(cells.cell_count());
   std::vector<std::uint32_t> cell_of(count);
-  std::vector<std::vector<std::uint32_t>> counts(parts);
-  InParts(count, parts, [&](std::size_t begin, std::size_t end, std::size_t part) {
+  std::vector<std::vector<std::uint32_t>> counts(PartCount(thread_count));
+  InParts(count, thread_count, [&](std::size_t begin, std::size_t end, std::size_t part) {
     std::vector<std::uint32_t>& here = counts[part];
     here.assign(cell_count + 1, 0);
     std::array<Eigen::Vector3d, NearCells::kTogether> queries;
@@ -127,7 +126,7 @@ CellOrder PutInCells(const NearCells& cells, const QueriesAt& queries_at, std::s
   }
   cell_order.first[cell_count + 1] = sum;
   cell_order.order.resize(count);
-  InParts(count, parts, [&](std::size_t begin, std::size_t end, std::size_t part) {
+  InParts(count, thread_count, [&](std::size_t begin, std::size_t end, std::size_t part) {
     for (std::size_t i = begin; i < end; ++i)
       cell_order.order[counts[part][cell_of[i]]++] = static_cast<std::uint32_t>(i);
   });

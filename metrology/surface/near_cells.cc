@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "metrology/surface/in_parts.h"
+#include "metrology/parallel/loops.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -86,9 +86,9 @@ NearCells::NearCells(const TriangleTree& tree, double covered_mm, int thread_cou
   low_mm_ = low - Eigen::Vector3d::Constant(covered_mm + 2 * cell_mm_);
 
   // Cells with their centre in the band.
-  const auto part_count = static_cast<std::size_t>(std::max(1, thread_count));
+  const std::size_t part_count = PartCount(thread_count);
   std::vector<std::vector<std::uint64_t>> touched_of(part_count);
-  InParts(items.size(), part_count, [&](std::size_t begin, std::size_t end, std::size_t part) {
+  InParts(items.size(), thread_count, [&](std::size_t begin, std::size_t end, std::size_t part) {
     std::vector<std::uint64_t>& touched_here = touched_of[part];
     std::size_t most = kTouchedAtATime;
     for (std::size_t i = begin; i < end; ++i) {
@@ -114,7 +114,7 @@ NearCells::NearCells(const TriangleTree& tree, double covered_mm, int thread_cou
     std::vector<float> group_distance;
   };
   std::vector<Part> parts(part_count);
-  InParts(touched.size(), part_count, [&](std::size_t begin, std::size_t end, std::size_t index) {
+  InParts(touched.size(), thread_count, [&](std::size_t begin, std::size_t end, std::size_t index) {
     Part& part = parts[index];
     std::vector<TriangleTree::Within> within;
     std::uint32_t hint = TriangleTree::kNone;

@@ -14,8 +14,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "metrology/parallel/loops.h"
 #include "metrology/surface/cubic_patch.h"
-#include "metrology/surface/in_parts.h"
 #include "metrology/surface/near_batch.h"
 #include "metrology/surface/near_cells.h"
 #include "metrology/surface/sharp_edges.h"
@@ -539,8 +539,8 @@ class PlacedPoints {
   void PutFarInPlaces(int thread_count) {
     using Placed = std::pair<std::uint64_t, std::uint32_t>;
     std::vector<Placed> outside(placed_.order.size() - in_cells_count_);
-    const auto parts = static_cast<std::size_t>(std::max(1, thread_count));
-    InParts(outside.size(), parts, [&](std::size_t begin, std::size_t end, std::size_t) {
+    const std::size_t parts = PartCount(thread_count);
+    InParts(outside.size(), thread_count, [&](std::size_t begin, std::size_t end, std::size_t) {
       std::array<Vector3d, kFetched> queries;
       for (std::size_t k = begin; k < end; k += kFetched) {
         const std::size_t some = std::min(kFetched, end - k);
@@ -599,7 +599,6 @@ void Surface::SignedDistances(const Points& points_mm, double limit_mm, int thre
                               std::vector<double>* distances_mm) const {
   distances_mm->resize(points_mm.size());
   if (points_mm.size() >= kManyPoints) PrepareNear(thread_count);
-  const auto parts = static_cast<std::size_t>(std::max(1, thread_count));
   for (std::size_t begin = 0; begin < points_mm.size(); begin += kSlice) {
     const std::size_t count = std::min(kSlice, points_mm.size() - begin);
     const auto points_at = [&](const std::uint32_t* indices, std::size_t some, Vector3d* fetched) {
@@ -610,7 +609,7 @@ void Surface::SignedDistances(const Points& points_mm, double limit_mm, int thre
     };
     const PlacedPoints placed(*tree_, static_cast<std::uint32_t>(count), points_at, limit_mm, thread_count);
     // Points far off come last and take longer.
-    InTurns(count, kTurn, parts, [&](std::size_t from, std::size_t to) {
+    ForEachChunk(count, kTurn, thread_count, [&](std::size_t, std::size_t from, std::size_t to) {
       placed.Visit(from, to, [&](std::uint32_t index, const Vector3d& query, const TriangleTree::Nearest& nearest) {
         (*distances_mm)[begin + index] = tree_->Distance(query, nearest);
       });

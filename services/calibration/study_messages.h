@@ -6,11 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "metrology/statistics/spread.h"
 #include "metrology/studies/arm_study.h"
 #include "metrology/studies/gauge_study.h"
 #include "metrology/studies/nested_variance.h"
 #include "metrology/studies/sphere_check.h"
-#include "metrology/studies/spread.h"
+#include "metrology/studies/study_verdict.h"
 #include "sixpoint/calibration/v1/study.pb.h"
 #include "storage/calibrations.h"
 #include "storage/studies.h"

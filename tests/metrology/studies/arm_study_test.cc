@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "metrology/cloud/draco_codec.h"
-#include "metrology/studies/spread.h"
+#include "metrology/statistics/spread.h"
 #include "tests/metrology/calibration/artefact_sampler.h"
 
 namespace sixpoint::metrology {

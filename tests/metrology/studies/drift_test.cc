@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-#include "metrology/studies/distributions.h"
+#include "metrology/statistics/distributions.h"
 
 namespace sixpoint::metrology {
 namespace {

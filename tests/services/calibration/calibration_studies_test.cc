@@ -1,7 +1,7 @@
 // Studies that look at calibrations, on calibrations that the service itself made.
 #include <gmock/gmock.h>
 
-#include "metrology/studies/spread.h"
+#include "metrology/statistics/spread.h"
 #include "services/calibration/study_service.h"
 #include "tests/services/calibration/calibration_bench.h"
 

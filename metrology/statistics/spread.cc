@@ -1,4 +1,4 @@
-#include "metrology/studies/spread.h"
+#include "metrology/statistics/spread.h"
 
 #include <algorithm>
 #include <cmath>
@@ -23,14 +23,6 @@ Spread SpreadOf(const std::vector<double>& values) {
   spread.mean_standard_uncertainty = spread.standard_deviation / std::sqrt(n);
   spread.standard_deviation_standard_uncertainty = spread.standard_deviation / std::sqrt(2 * (n - 1));
   return spread;
-}
-
-StudyVerdict JudgeAgainst(double limit, double figure, double standard_uncertainty) {
-  if (limit == 0) return StudyVerdict::kReported;
-  const double expanded = 2 * standard_uncertainty;
-  if (std::abs(figure) + expanded <= limit) return StudyVerdict::kAccepted;
-  if (std::abs(figure) - expanded > limit) return StudyVerdict::kRejected;
-  return StudyVerdict::kUndecidable;
 }
 
 }  // namespace sixpoint::metrology

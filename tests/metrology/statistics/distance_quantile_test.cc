@@ -1,4 +1,4 @@
-#include "metrology/correction/distance_quantile.h"
+#include "metrology/statistics/distance_quantile.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// One quantity over n repeats, and a figure against its limit.
+// One quantity over n repeats.
 #pragma once
 
 #include <vector>
@@ -15,10 +15,5 @@ struct Spread {
 
 // Of two or more finite values.
 Spread SpreadOf(const std::vector<double>& values);
-
-enum class StudyVerdict { kAccepted, kRejected, kUndecidable, kReported };
-
-// Whether a figure is at most its limit, with its expanded uncertainty (k = 2) on its side; 0: no limit was stated.
-StudyVerdict JudgeAgainst(double limit, double figure, double standard_uncertainty);
 
 }  // namespace sixpoint::metrology

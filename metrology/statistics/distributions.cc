@@ -1,4 +1,4 @@
-#include "metrology/studies/distributions.h"
+#include "metrology/statistics/distributions.h"
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
