@@ -3,9 +3,7 @@
 #include <iostream>
 
 #include "cli/commands.h"
-#ifdef SIXPOINT_HAVE_LOCAL_PLANT
 #include "cli/local_plant.h"
-#endif
 #include "services/runtime/server.h"
 
 int main(int argc, char** argv) {
@@ -26,9 +24,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.1, 86400.0))
       ->capture_default_str();
   app.add_flag("--json", session.json, "Results on stdout as JSON, for programs");
-#ifdef SIXPOINT_HAVE_LOCAL_PLANT
   AddLocalPlantCommands(app);
-#endif
   AddMachineCommands(&app, &session);
   AddArtefactCommands(&app, &session);
   AddPartCommands(&app, &session);
