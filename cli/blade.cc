@@ -6,11 +6,13 @@
 #include "cli/output.h"
 #include "cli/table.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
+#include "sixpoint/plant/v1/record.grpc.pb.h"
 
 namespace sixpoint::cli {
 namespace {
 
 using plant::v1::PlantService;
+using plant::v1::RecordService;
 
 // {"residual_rms_um": 2.0123456, "outcome": "CONVERGED"} -> "outcome CONVERGED, residual_rms_um 2.012".
 std::string SummaryText(const nlohmann::json& summary) {
@@ -81,8 +83,14 @@ void AddBladeCommands(CLI::App* app, Session* session) {
   session->OnCommand(show, [session, serial]() -> absl::Status {
     plant::v1::GetBladeRecordRequest request;
     request.set_name(NameText("blades", *serial));
-    return CallAndPrint<PlantService>(session, "plant", &PlantService::Stub::GetBladeRecord, request, RecordText)
-        .status();
+    plant::v1::BladeRecord record;
+    absl::Status status =
+        ForEachPage<RecordService>(session, "plant", &RecordService::Stub::GetBladeRecord, request,
+                                   [&](const plant::v1::BladeRecord& page) { record.MergeFrom(page); });
+    if (!status.ok()) return status;
+    record.clear_next_page_token();
+    PrintMessage(session->json, record, [&] { return RecordText(record); });
+    return status;
   });
 }
 

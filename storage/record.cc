@@ -21,15 +21,22 @@ constexpr char kInsertInputs[] =
   "e.software_version, e.requested_by, e.measured_at, e.summary::text, "                              \
   "ARRAY(SELECT i.input_name FROM record_inputs i WHERE i.record_sequence = e.record_sequence "       \
   "ORDER BY i.position_index) FROM record_entries e "
-constexpr char kSelectBlade[] = SIXPOINT_ENTRY_COLUMNS "WHERE e.blade_serial = $1 ORDER BY e.record_sequence";
+constexpr char kSelectEntry[] = SIXPOINT_ENTRY_COLUMNS "WHERE e.name = $1";
+constexpr char kSelectBlade[] =
+    SIXPOINT_ENTRY_COLUMNS "WHERE e.blade_serial = $1 AND e.record_sequence > $2 ORDER BY e.record_sequence LIMIT $3";
 // The thing itself or, for a name without @revision, any of its revisions ('A' follows '@').
+constexpr char kSelectRecorded[] =
+    "SELECT 1 FROM record_entries e WHERE e.name = $1 OR (e.name >= $1 || '@' AND e.name < $1 || 'A') LIMIT 1";
+// What was made from it, then what was made from that: each step is found by the index of the inputs.
 constexpr char kSelectDerived[] =
     "WITH RECURSIVE derived (record_sequence) AS ("
     "SELECT i.record_sequence FROM record_inputs i "
     "WHERE i.input_name = $1 OR (i.input_name >= $1 || '@' AND i.input_name < $1 || 'A') "
     "UNION SELECT i.record_sequence FROM derived d JOIN record_entries e ON e.record_sequence = d.record_sequence "
     "JOIN record_inputs i ON i.input_name = e.name) " SIXPOINT_ENTRY_COLUMNS
-    "JOIN derived d ON d.record_sequence = e.record_sequence ORDER BY e.record_sequence";
+    "JOIN derived d ON d.record_sequence = e.record_sequence "
+    "WHERE (cardinality($2::text[]) = 0 OR e.kind = ANY ($2::text[])) AND e.record_sequence > $3 "
+    "ORDER BY e.record_sequence LIMIT $4";
 #undef SIXPOINT_ENTRY_COLUMNS
 
 void AddOptional(Params& params, const std::optional<std::string>& value) {
@@ -41,9 +48,8 @@ std::optional<std::string> OptionalText(const Rows& rows, int row, int column) {
   return rows.Text(row, column);
 }
 
-absl::StatusOr<std::vector<JournalEntry>> ReadEntries(Transaction& transaction, const char* sql,
-                                                      const std::string& key) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(sql, Params().Text(key));
+absl::StatusOr<std::vector<JournalEntry>> ReadEntries(Transaction& transaction, const char* sql, const Params& params) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
   if (!rows.ok()) return rows.status();
   std::vector<JournalEntry> entries;
   for (int row = 0; row < rows->count(); ++row) {
@@ -88,12 +94,28 @@ absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const RecordEntr
   return recorded;
 }
 
-absl::StatusOr<std::vector<JournalEntry>> RecordOfBlade(Transaction& transaction, const std::string& serial) {
-  return ReadEntries(transaction, kSelectBlade, serial);
+absl::StatusOr<std::optional<JournalEntry>> FindEntry(Transaction& transaction, const std::string& name) {
+  absl::StatusOr<std::vector<JournalEntry>> found = ReadEntries(transaction, kSelectEntry, Params().Text(name));
+  if (!found.ok()) return found.status();
+  if (found->empty()) return std::nullopt;
+  return std::move(found->front());
 }
 
-absl::StatusOr<std::vector<JournalEntry>> DerivedFrom(Transaction& transaction, const std::string& name) {
-  return ReadEntries(transaction, kSelectDerived, name);
+absl::StatusOr<bool> IsRecorded(Transaction& transaction, const std::string& name) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectRecorded, Params().Text(name));
+  if (!rows.ok()) return rows.status();
+  return rows->count() > 0;
+}
+
+absl::StatusOr<std::vector<JournalEntry>> RecordOfBlade(Transaction& transaction, const std::string& serial,
+                                                        const JournalPage& page) {
+  return ReadEntries(transaction, kSelectBlade, Params().Text(serial).Int(page.after_sequence).Int(page.limit));
+}
+
+absl::StatusOr<std::vector<JournalEntry>> DerivedFrom(Transaction& transaction, const std::string& name,
+                                                      const std::vector<std::string>& kinds, const JournalPage& page) {
+  return ReadEntries(transaction, kSelectDerived,
+                     Params().Text(name).Texts(kinds).Int(page.after_sequence).Int(page.limit));
 }
 
 }  // namespace sixpoint::storage

@@ -4,6 +4,8 @@
 
 #include <absl/status/statusor.h>
 
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,10 +37,24 @@ struct JournalEntry {
   Recorded recorded;
 };
 
+// Part of a list that goes from the oldest entry to the newest.
+struct JournalPage {
+  std::int64_t after_sequence = 0;
+  std::int64_t limit = std::numeric_limits<std::int64_t>::max();
+};
+
 absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const RecordEntry& entry);
-// Everything that concerns a blade, in order.
-absl::StatusOr<std::vector<JournalEntry>> RecordOfBlade(Transaction& transaction, const std::string& serial);
-// Everything made, directly or not, from a thing (recall), in order.
-absl::StatusOr<std::vector<JournalEntry>> DerivedFrom(Transaction& transaction, const std::string& name);
+// Of exactly that name.
+absl::StatusOr<std::optional<JournalEntry>> FindEntry(Transaction& transaction, const std::string& name);
+// Whether there is an entry of that name or, for a name without @revision, of one of its revisions.
+absl::StatusOr<bool> IsRecorded(Transaction& transaction, const std::string& name);
+// What concerns a blade.
+absl::StatusOr<std::vector<JournalEntry>> RecordOfBlade(Transaction& transaction, const std::string& serial,
+                                                        const JournalPage& page = {});
+// What was made, directly or not, from a thing (recall): of a name without @revision, from any of its revisions. kinds: only
+// those; empty: all.
+absl::StatusOr<std::vector<JournalEntry>> DerivedFrom(Transaction& transaction, const std::string& name,
+                                                      const std::vector<std::string>& kinds = {},
+                                                      const JournalPage& page = {});
 
 }  // namespace sixpoint::storage

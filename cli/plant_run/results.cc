@@ -121,12 +121,18 @@ json InspectionToJson(const InspectedBlade& entry) {
                 {"hole", hole.hole()},
                 {"position_error_mm", nullptr},
                 {"inclination_error_deg", nullptr},
-                {"u95_position_um", hole.position_expanded_uncertainty_um()},
-                {"u95_inclination_deg", hole.inclination_expanded_uncertainty_deg()},
+                {"u95_position_um", nullptr},
+                {"u95_inclination_deg", nullptr},
                 {"verdict", VerdictName(hole.verdict())}};
     // "Not measured" is null, never zero.
-    if (hole.has_position_error_mm()) out["position_error_mm"] = hole.position_error_mm();
-    if (hole.has_inclination_error_deg()) out["inclination_error_deg"] = hole.inclination_error_deg();
+    if (hole.has_position_error_mm()) {
+      out["position_error_mm"] = hole.position_error_mm();
+      out["u95_position_um"] = hole.position_expanded_uncertainty_um();
+    }
+    if (hole.has_inclination_error_deg()) {
+      out["inclination_error_deg"] = hole.inclination_error_deg();
+      out["u95_inclination_deg"] = hole.inclination_expanded_uncertainty_deg();
+    }
     if (!hole.reason().empty()) out["reason"] = hole.reason();
     holes.push_back(std::move(out));
   }

@@ -1,7 +1,8 @@
-// sixpoint-plant: what the plant owns, and the record of its blades.
+// sixpoint-plant: what the plant owns, and the record of everything.
 #include <algorithm>
 
 #include "services/plant/plant_service.h"
+#include "services/plant/record_service.h"
 #include "services/runtime/server.h"
 
 namespace sixpoint::plant {
@@ -19,6 +20,7 @@ std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOp
   plant_options.endpoints["plant"] = options.listen_address;
   std::vector<std::unique_ptr<grpc::Service>> services;
   services.push_back(std::make_unique<PlantService>(std::move(plant_options), database));
+  services.push_back(std::make_unique<RecordService>(database));
   return services;
 }
 

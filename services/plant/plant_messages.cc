@@ -145,6 +145,10 @@ v1::RecordEntry ToProto(const storage::JournalEntry& entry) {
   out.set_method(entry.entry.method);
   out.set_software_version(entry.entry.software_version);
   runtime::ToProto(entry.recorded.recorded_at, out.mutable_recorded_at());
+  if (entry.entry.blade) out.set_blade(runtime::NameOf("blades", *entry.entry.blade));
+  if (entry.entry.machine) out.set_machine(runtime::NameOf("machines", *entry.entry.machine));
+  out.set_requested_by(entry.entry.requested_by);
+  if (entry.entry.measured_at) runtime::ToProto(*entry.entry.measured_at, out.mutable_measured_at());
   // The database holds JSON objects only; one that does not parse would be a summary less, never a record less.
   if (!google::protobuf::util::JsonStringToMessage(entry.entry.summary_json, out.mutable_summary()).ok())
     out.mutable_summary()->Clear();

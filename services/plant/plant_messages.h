@@ -6,6 +6,7 @@
 #include <string>
 
 #include "sixpoint/plant/v1/plant.pb.h"
+#include "sixpoint/plant/v1/record.pb.h"
 #include "storage/plant_registry.h"
 #include "storage/record.h"
 

@@ -281,20 +281,6 @@ grpc::Status PlantService::ListBlades(grpc::ServerContext* context, const v1::Li
   return grpc::Status::OK;
 }
 
-grpc::Status PlantService::GetBladeRecord(grpc::ServerContext* context, const v1::GetBladeRecordRequest* request,
-                                          v1::BladeRecord* response) {
-  absl::StatusOr<Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
-  if (!transaction.ok()) return ToGrpc(transaction.status());
-  const absl::StatusOr<storage::BladeRow> blade = RequireBlade(*transaction, request->name());
-  if (!blade.ok()) return ToGrpc(blade.status());
-  const absl::StatusOr<std::vector<storage::JournalEntry>> entries =
-      storage::RecordOfBlade(*transaction, blade->blade_serial);
-  if (!entries.ok()) return ToGrpc(entries.status());
-  *response->mutable_blade() = ToProto(*blade);
-  for (const storage::JournalEntry& entry : *entries) *response->add_entries() = ToProto(entry);
-  return grpc::Status::OK;
-}
-
 grpc::Status PlantService::ListEndpoints(grpc::ServerContext*, const v1::ListEndpointsRequest*,
                                          v1::ListEndpointsResponse* response) {
   for (const auto& [area, address] : options_.endpoints) {

@@ -1,4 +1,4 @@
-// The plant's registry and the record of its blades.
+// The plant's registry.
 #pragma once
 
 #include <map>
@@ -47,8 +47,6 @@ class PlantService final : public v1::PlantService::Service {
   grpc::Status GetBlade(grpc::ServerContext* context, const v1::GetBladeRequest* request, v1::Blade* response) override;
   grpc::Status ListBlades(grpc::ServerContext* context, const v1::ListBladesRequest* request,
                           v1::ListBladesResponse* response) override;
-  grpc::Status GetBladeRecord(grpc::ServerContext* context, const v1::GetBladeRecordRequest* request,
-                              v1::BladeRecord* response) override;
 
   grpc::Status ListEndpoints(grpc::ServerContext* context, const v1::ListEndpointsRequest* request,
                              v1::ListEndpointsResponse* response) override;

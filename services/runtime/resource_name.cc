@@ -1,6 +1,8 @@
 #include "services/runtime/resource_name.h"
 
 #include <algorithm>
+#include <charconv>
+#include <optional>
 
 #include "services/runtime/errors.h"
 
@@ -19,6 +21,16 @@ bool IsId(const std::string& id) {
   return !id.empty() && id.size() <= kLongestId && id[0] != '.' && std::all_of(id.begin(), id.end(), IsIdCharacter);
 }
 
+// 1 to 999999999, without leading zeros.
+std::optional<int> RevisionOf(const std::string& text) {
+  int revision = 0;
+  const char* const end = text.data() + text.size();
+  const auto read = std::from_chars(text.data(), end, revision);
+  if (read.ec != std::errc() || read.ptr != end || revision < 1 || text.size() > 9 || text[0] == '0')
+    return std::nullopt;
+  return revision;
+}
+
 }  // namespace
 
 std::string NameOf(const std::string& collection, const std::string& id) { return collection + "/" + id; }
@@ -35,6 +47,25 @@ absl::StatusOr<std::string> FilterIdOf(const std::string& field, const std::stri
                                        const std::string& name) {
   if (name.empty()) return std::string();
   return IdOf(field, collection, name);
+}
+
+absl::StatusOr<RevisedId> RevisedIdOf(const std::string& field, const std::string& collection,
+                                      const std::string& name) {
+  const size_t at = name.find('@');
+  absl::StatusOr<std::string> id = IdOf(field, collection, name.substr(0, at));
+  if (!id.ok()) return id.status();
+  if (at == std::string::npos) return RevisedId{*std::move(id), 0};
+  const std::optional<int> revision = RevisionOf(name.substr(at + 1));
+  if (!revision) return Refuse(field, name, collection + "/" + *id + "@{revision}, the revision 1 to 999999999");
+  return RevisedId{*std::move(id), *revision};
+}
+
+absl::Status CheckName(const std::string& field, const std::string& name) {
+  const std::string collection = name.substr(0, name.find('/'));
+  const bool letters = !collection.empty() &&
+                       std::all_of(collection.begin(), collection.end(), [](char c) { return c >= 'a' && c <= 'z'; });
+  if (!letters) return Refuse(field, name, "{collection}/{id}, as machines/m1, machines/m1@2 or scans/s1");
+  return RevisedIdOf(field, collection, name).status();
 }
 
 absl::Status CheckId(const std::string& field, const std::string& id) {

@@ -1,5 +1,6 @@
 // Resource names (AIP-122): machines/{id}, artefacts/{id}, parts/{id}, blades/{serial}, scans/{id}, calibrations/{uuid},
-// registrations/{uuid}, corrections/{uuid}, inspections/{uuid}.
+// registrations/{uuid}, corrections/{uuid}, inspections/{uuid}, studies/{uuid}. What has revisions is also named with one, as the
+// journal does: machines/{id}@{revision}.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -15,6 +16,14 @@ absl::StatusOr<std::string> IdOf(const std::string& field, const std::string& co
 // The same for a filter: an empty name gives an empty id.
 absl::StatusOr<std::string> FilterIdOf(const std::string& field, const std::string& collection,
                                        const std::string& name);
+// The same for a name that may say a revision: parts/p1@3.
+struct RevisedId {
+  std::string id;
+  int revision = 0;  // 0: none said, the newest
+};
+absl::StatusOr<RevisedId> RevisedIdOf(const std::string& field, const std::string& collection, const std::string& name);
+// Validates a name of any collection, as the journal has them.
+absl::Status CheckName(const std::string& field, const std::string& name);
 // Validates an id that a client chose.
 absl::Status CheckId(const std::string& field, const std::string& id);
 // Validates a UUID (request_id, ids of results); an empty one passes.

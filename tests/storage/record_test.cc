@@ -93,6 +93,42 @@ TEST_F(RecordTest, RecallFindsEverythingThatRestsOnACalibration) {
               ElementsAre("registrations/r1", "corrections/k1", "inspections/i1"));
 }
 
+TEST_F(RecordTest, RecallAndRecordsComeByPagesAndKinds) {
+  Append(Entry("calibration", "characterisations/a1", {"machines/m1@1"}));
+  Append(Entry("calibration", "calibrations/c1", {"machines/m1@1", "characterisations/a1"}));
+  for (const std::string id : {"1", "2", "3"}) {
+    Append(Entry("registration", "registrations/r" + id, {"scans/s" + id, "calibrations/c1"}, "b1"));
+    Append(Entry("correction", "corrections/k" + id, {"registrations/r" + id}, "b1"));
+  }
+  absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+  // Results that rest on an axis table rest on it through the calibration that was made with it.
+  const auto all = DerivedFrom(*transaction, "characterisations/a1");
+  ASSERT_EQ(all->size(), 7u);
+  std::vector<std::string> paged;
+  JournalPage page{0, 2};
+  for (;;) {
+    const auto entries = DerivedFrom(*transaction, "characterisations/a1", {}, page);
+    ASSERT_TRUE(entries.ok()) << entries.status();
+    for (const JournalEntry& journal : *entries) paged.push_back(journal.entry.name);
+    if (entries->size() < 2) break;
+    page.after_sequence = entries->back().recorded.sequence;
+  }
+  EXPECT_EQ(paged, NamesOf(all));
+  EXPECT_THAT(NamesOf(DerivedFrom(*transaction, "characterisations/a1", {"correction", "calibration"})),
+              ElementsAre("calibrations/c1", "corrections/k1", "corrections/k2", "corrections/k3"));
+  EXPECT_THAT(NamesOf(RecordOfBlade(*transaction, "b1", {all->at(1).recorded.sequence, 2})),
+              ElementsAre("corrections/k1", "registrations/r2"));
+}
+
+TEST_F(RecordTest, AnEntryIsFoundByItsExactName) {
+  Append(Entry("machine", "machines/m1@2", {}));
+  absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+  EXPECT_EQ((**FindEntry(*transaction, "machines/m1@2")).entry.kind, "machine");
+  EXPECT_FALSE(FindEntry(*transaction, "machines/m1")->has_value());
+  for (const char* name : {"machines/m1", "machines/m1@2"}) EXPECT_TRUE(*IsRecorded(*transaction, name)) << name;
+  for (const char* name : {"machines/m", "machines/m1@1"}) EXPECT_FALSE(*IsRecorded(*transaction, name)) << name;
+}
+
 TEST_F(RecordTest, RefusesWhatCannotBeARecord) {
   Append(Entry("scan", "scans/s1", {}));
   const RecordEntry bad[] = {

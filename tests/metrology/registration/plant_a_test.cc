@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 using nlohmann::json;
 
 constexpr double kRad = M_PI / 180;
-constexpr double kBoundUm = 1.5;  // issue 5; calibrations at their bound leave 0.8
+constexpr double kBoundUm = 1.5;  // what a plant wants; calibrations at their bound leave 0.8
 
 std::string ReadFile(const std::string& path) {
   std::ifstream in(path, std::ios::binary);

@@ -249,12 +249,15 @@ TEST_F(InspectionServiceTest, StoresAHoleThatWasNotMeasuredWithItsReason) {
   const v1::HoleResult& missing = inspection->holes(2);
   EXPECT_EQ(missing.verdict(), v1::VERDICT_NOT_MEASURED);
   EXPECT_FALSE(missing.has_position_error_mm());
+  EXPECT_FALSE(missing.has_position_expanded_uncertainty_um());
+  EXPECT_FALSE(missing.has_inclination_expanded_uncertainty_deg());
   EXPECT_NE(missing.reason(), "");
   v1::GetInspectionRequest get;
   get.set_name(inspection->name());
   v1::Inspection back;
   ASSERT_TRUE(stub_->GetInspection(runtime::ContextFor(10).get(), get, &back).ok());
   EXPECT_FALSE(back.holes(2).has_position_error_mm());
+  EXPECT_FALSE(back.holes(2).has_position_expanded_uncertainty_um());
 }
 
 TEST_F(InspectionServiceTest, AnswersARetryOnce) {

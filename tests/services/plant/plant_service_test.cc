@@ -14,7 +14,6 @@
 #include "services/runtime/errors.h"
 #include "storage/blobs.h"
 #include "storage/plant_registry.h"
-#include "storage/record.h"
 #include "tests/metrology/cad/sample_cad.h"
 #include "tests/services/plant/sample_registry.h"
 #include "tests/support/in_process_server.h"
@@ -304,31 +303,6 @@ TEST_F(PlantServiceTest, ABladeIsOfOnePart) {
   ASSERT_TRUE(Create(other).ok());
   EXPECT_EQ(CreateBlade("sn1", "parts/other").status().code(), absl::StatusCode::kAlreadyExists);
   EXPECT_EQ(Count("blades"), 1);
-}
-
-TEST_F(PlantServiceTest, TheRecordOfABladeBeginsWithItself) {
-  ASSERT_TRUE(Create(SamplePart(CylinderCad())).ok());
-  ASSERT_TRUE(CreateBlade("sn1", "parts/vane").ok());
-  storage::RecordEntry scan;
-  scan.kind = "scan";
-  scan.name = "scans/s1";
-  scan.inputs = {"blades/sn1"};
-  scan.blade = "sn1";
-  scan.software_version = "test";
-  scan.summary_json = R"({"points": 7})";
-  auto transaction = database_.database()->Begin(testing::Soon());
-  ASSERT_TRUE(storage::AppendRecord(*transaction, scan).ok());
-  ASSERT_TRUE(transaction->Commit().ok());
-  v1::GetBladeRecordRequest request;
-  request.set_name("blades/sn1");
-  const auto record = Call(&v1::PlantService::Stub::GetBladeRecord, request);
-  ASSERT_TRUE(record.ok()) << record.status();
-  ASSERT_EQ(record->entries_size(), 2);
-  EXPECT_EQ(record->entries(0).name(), "blades/sn1");
-  EXPECT_THAT(record->entries(0).inputs(), ElementsAre("parts/vane@1"));
-  EXPECT_EQ(record->entries(1).name(), "scans/s1");
-  EXPECT_EQ(record->entries(1).summary().fields().at("points").number_value(), 7);
-  EXPECT_LT(record->entries(0).record_sequence(), record->entries(1).record_sequence());
 }
 
 TEST_F(PlantServiceTest, PagesGoThroughAllMachinesOnce) {

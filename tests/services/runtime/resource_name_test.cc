@@ -31,6 +31,28 @@ TEST(ResourceName, RefusesOthersAndSaysFieldValueAndWanted) {
   EXPECT_TRUE(CheckId("scan_id", "V1-airfoil_0.9").ok());
 }
 
+TEST(ResourceName, ANameMaySayItsRevision) {
+  const absl::StatusOr<RevisedId> third = RevisedIdOf("name", "parts", "parts/vane@3");
+  ASSERT_TRUE(third.ok()) << third.status();
+  EXPECT_EQ(third->id, "vane");
+  EXPECT_EQ(third->revision, 3);
+  const absl::StatusOr<RevisedId> newest = RevisedIdOf("name", "parts", "parts/vane");
+  ASSERT_TRUE(newest.ok()) << newest.status();
+  EXPECT_EQ(newest->revision, 0);
+  for (const char* name : {"parts/vane@", "parts/vane@0", "parts/vane@03", "parts/vane@-1", "parts/vane@x",
+                           "parts/vane@1@2", "parts/vane@1234567890", "parts/@1", "machines/vane@1", "parts/vane@1 "}) {
+    const absl::Status refused = RevisedIdOf("name", "parts", name).status();
+    EXPECT_EQ(refused.code(), absl::StatusCode::kInvalidArgument) << name;
+  }
+}
+
+TEST(ResourceName, AnyNameOfTheJournalPasses) {
+  for (const char* name : {"machines/m1@2", "scans/s1", "withdrawals/018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e"})
+    EXPECT_TRUE(CheckName("name", name).ok()) << name;
+  for (const char* name : {"", "/s1", "scans", "scans/", "Scans/s1", "sc ans/s1", "scans/s1@x", "scans/a/b"})
+    EXPECT_EQ(CheckName("name", name).code(), absl::StatusCode::kInvalidArgument) << name;
+}
+
 TEST(ResourceName, UuidsAreChecked) {
   EXPECT_TRUE(CheckUuid("request_id", "").ok());
   EXPECT_TRUE(CheckUuid("request_id", "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e").ok());

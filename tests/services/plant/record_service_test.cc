@@ -1,0 +1,173 @@
+// The service over real gRPC on a real PostgreSQL.
+#include "services/plant/record_service.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "services/runtime/call.h"
+#include "services/runtime/errors.h"
+#include "storage/plant_registry.h"
+#include "storage/record.h"
+#include "tests/support/in_process_server.h"
+#include "tests/support/throwaway_database.h"
+
+namespace sixpoint::plant {
+namespace {
+
+using ::testing::ElementsAre;
+
+storage::RecordEntry Entry(const std::string& kind, const std::string& name, const std::vector<std::string>& inputs) {
+  storage::RecordEntry entry;
+  entry.kind = kind;
+  entry.name = name;
+  entry.inputs = inputs;
+  entry.software_version = "test";
+  return entry;
+}
+
+// machines/m1@1 <- characterisations/a1 <- calibrations/c1 <- registrations/r1..3 of blades/sn1, each with its scan.
+class RecordServiceTest : public ::testing::Test {
+ protected:
+  RecordServiceTest()
+      : service_(database_.database()), server_({&service_}), stub_(v1::RecordService::NewStub(server_.Connect())) {}
+
+  void SetUp() override {
+    absl::StatusOr<storage::Transaction> transaction = database_.database()->Begin(testing::Soon());
+    ASSERT_TRUE(transaction.ok()) << transaction.status();
+    ASSERT_TRUE(transaction->Execute("INSERT INTO parts VALUES ('vane')").ok());
+    storage::BladeRow blade;
+    blade.blade_serial = "sn1";
+    blade.part_id = "vane";
+    ASSERT_TRUE(storage::InsertBlade(*transaction, blade, Entry("", "", {"parts/vane@1"})).ok());
+    Append(&*transaction, Entry("machine", "machines/m1@1", {}));
+    Append(&*transaction, Entry("calibration", "characterisations/a1", {"machines/m1@1"}));
+    storage::RecordEntry calibration =
+        Entry("calibration", "calibrations/c1", {"machines/m1@1", "characterisations/a1"});
+    calibration.machine = "m1";
+    calibration.requested_by = "operator";
+    calibration.summary_json = R"({"residual_rms_um": 7})";
+    Append(&*transaction, calibration);
+    for (const std::string id : {"1", "2", "3"}) {
+      storage::RecordEntry scan = Entry("scan", "scans/s" + id, {"blades/sn1"});
+      scan.blade = "sn1";
+      scan.measured_at = storage::Instant(std::chrono::seconds(1795231646));
+      Append(&*transaction, scan);
+      storage::RecordEntry registration = Entry("registration", "registrations/r" + id, {scan.name, "calibrations/c1"});
+      registration.blade = "sn1";
+      Append(&*transaction, registration);
+    }
+    ASSERT_TRUE(transaction->Commit().ok());
+  }
+
+  static void Append(storage::Transaction* transaction, const storage::RecordEntry& entry) {
+    const absl::StatusOr<storage::Recorded> recorded = storage::AppendRecord(*transaction, entry);
+    ASSERT_TRUE(recorded.ok()) << recorded.status();
+  }
+
+  template <typename Request, typename Response>
+  absl::StatusOr<Response> Call(grpc::Status (v1::RecordService::Stub::*method)(grpc::ClientContext*, const Request&,
+                                                                                Response*),
+                                const Request& request) {
+    Response response;
+    const auto context = runtime::ContextFor(20.0);
+    const absl::Status status = runtime::FromGrpc(((*stub_).*method)(context.get(), request, &response));
+    if (!status.ok()) return status;
+    return response;
+  }
+  absl::StatusOr<v1::RecordEntry> Get(const std::string& name) {
+    v1::GetRecordEntryRequest request;
+    request.set_name(name);
+    return Call(&v1::RecordService::Stub::GetRecordEntry, request);
+  }
+  // The names on all pages of that size.
+  std::vector<std::string> Recall(const std::string& name, const std::vector<std::string>& kinds, int page_size) {
+    v1::RecallRequest request;
+    request.set_name(name);
+    for (const std::string& kind : kinds) request.add_kinds(kind);
+    request.set_page_size(page_size);
+    std::vector<std::string> names;
+    do {
+      const auto page = Call(&v1::RecordService::Stub::Recall, request);
+      EXPECT_TRUE(page.ok()) << page.status();
+      if (!page.ok()) return names;
+      EXPECT_LE(page->entries_size(), page_size);
+      for (const v1::RecordEntry& entry : page->entries()) names.push_back(entry.name());
+      request.set_page_token(page->next_page_token());
+    } while (!request.page_token().empty());
+    return names;
+  }
+
+  testing::ThrowawayDatabase database_;
+  RecordService service_;
+  testing::InProcessServer server_;
+  std::unique_ptr<v1::RecordService::Stub> stub_;
+};
+
+TEST_F(RecordServiceTest, AnEntryIsGotByTheNameItWasRecordedUnder) {
+  const auto entry = Get("calibrations/c1");
+  ASSERT_TRUE(entry.ok()) << entry.status();
+  EXPECT_EQ(entry->kind(), "calibration");
+  EXPECT_EQ(entry->machine(), "machines/m1");
+  EXPECT_EQ(entry->blade(), "");
+  EXPECT_EQ(entry->requested_by(), "operator");
+  EXPECT_FALSE(entry->has_measured_at());
+  EXPECT_THAT(entry->inputs(), ElementsAre("machines/m1@1", "characterisations/a1"));
+  EXPECT_EQ(entry->summary().fields().at("residual_rms_um").number_value(), 7);
+  const auto scan = Get("scans/s1");
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  EXPECT_EQ(scan->blade(), "blades/sn1");
+  EXPECT_EQ(scan->measured_at().seconds(), 1795231646);
+  EXPECT_TRUE(Get("machines/m1@1").ok());
+  EXPECT_EQ(runtime::ReasonOf(Get("machines/m1").status()), "RECORD_ENTRY_NOT_FOUND");
+  EXPECT_EQ(Get("no name").status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST_F(RecordServiceTest, RecallFollowsEveryEdgePageByPage) {
+  const std::vector<std::string> rest_on_the_axis = {"calibrations/c1", "registrations/r1", "registrations/r2",
+                                                     "registrations/r3"};
+  for (const int page_size : {1, 2, 4, 100})
+    EXPECT_EQ(Recall("characterisations/a1", {}, page_size), rest_on_the_axis) << page_size;
+  EXPECT_THAT(Recall("machines/m1", {"calibration"}, 1), ElementsAre("characterisations/a1", "calibrations/c1"));
+  EXPECT_THAT(Recall("scans/s2", {}, 10), ElementsAre("registrations/r2"));
+  EXPECT_THAT(Recall("registrations/r3", {}, 10), ElementsAre());
+}
+
+TEST_F(RecordServiceTest, WhatWasNeverRecordedDoesNotReadAsUnused) {
+  v1::RecallRequest request;
+  request.set_name("calibrations/c9");
+  const absl::Status refused = Call(&v1::RecordService::Stub::Recall, request).status();
+  EXPECT_EQ(refused.code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(runtime::ReasonOf(refused), "RECORD_ENTRY_NOT_FOUND");
+}
+
+TEST_F(RecordServiceTest, ATokenHoldsForItsOwnQuestionOnly) {
+  v1::RecallRequest request;
+  request.set_name("machines/m1");
+  request.set_page_size(1);
+  const auto page = Call(&v1::RecordService::Stub::Recall, request);
+  ASSERT_TRUE(page.ok()) << page.status();
+  request.set_page_token(page->next_page_token());
+  request.add_kinds("registration");
+  EXPECT_EQ(Call(&v1::RecordService::Stub::Recall, request).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST_F(RecordServiceTest, TheRecordOfABladeBeginsWithItselfAndComesByPages) {
+  v1::GetBladeRecordRequest request;
+  request.set_name("blades/sn1");
+  request.set_page_size(3);
+  std::vector<std::string> names;
+  do {
+    const auto page = Call(&v1::RecordService::Stub::GetBladeRecord, request);
+    ASSERT_TRUE(page.ok()) << page.status();
+    EXPECT_EQ(page->blade().part(), "parts/vane");
+    for (const v1::RecordEntry& entry : page->entries()) names.push_back(entry.name());
+    request.set_page_token(page->next_page_token());
+  } while (!request.page_token().empty());
+  EXPECT_THAT(names, ElementsAre("blades/sn1", "scans/s1", "registrations/r1", "scans/s2", "registrations/r2",
+                                 "scans/s3", "registrations/r3"));
+  request.set_name("blades/sn9");
+  EXPECT_EQ(Call(&v1::RecordService::Stub::GetBladeRecord, request).status().code(), absl::StatusCode::kNotFound);
+}
+
+}  // namespace
+}  // namespace sixpoint::plant

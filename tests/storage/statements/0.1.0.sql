@@ -1,0 +1,277 @@
+-- Every statement of the services, on schema V0018; made by tests/storage/statements/capture, not by hand.
+-- storage/axis_characterisations.cc kInsert
+INSERT INTO axis_characterisations (calibration_id, forward_error_deg, backward_error_deg, reading_count, reversal_deg, mean_deg, long_wave_order, long_wave_amplitude_deg, periodic_order, periodic_amplitude_deg, least_detectable_deg, greatest_error_deg, greatest_error_at_deg, greatest_error_forward, standard_uncertainty_deg, compensated_standard_uncertainty_deg, noise_deg, table_standard_uncertainty_deg, beyond_limits_count) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19);
+-- storage/axis_characterisations.cc kSelect
+SELECT calibration_id, axis, reading_count, reversal_deg, mean_deg, long_wave_order, long_wave_amplitude_deg, periodic_order, periodic_amplitude_deg, least_detectable_deg, greatest_error_deg, greatest_error_at_deg, greatest_error_forward, standard_uncertainty_deg, compensated_standard_uncertainty_deg, noise_deg, table_standard_uncertainty_deg, beyond_limits_count FROM axis_characterisations JOIN calibrations USING (calibration_id) WHERE calibration_id = ANY ($1::text[]);
+-- storage/axis_characterisations.cc kSelectTable
+SELECT forward_error_deg, backward_error_deg FROM axis_characterisations WHERE calibration_id = $1;
+-- storage/blob_check.cc kSelectPage
+SELECT sha256, size_bytes, store FROM blobs WHERE sha256 > $1 AND deleted_at IS NULL ORDER BY sha256 LIMIT $2;
+-- storage/blob_check.cc kSelectBytes
+SELECT bytes FROM blobs WHERE sha256 = $1;
+-- storage/blob_check.cc kInsertDamage
+INSERT INTO blob_damages (sha256, store, what, detail) SELECT $1::text, $2::text, $3::text, $4::text WHERE NOT EXISTS (SELECT 1 FROM blob_damages WHERE sha256 = $1 AND what = $3);
+-- storage/blob_check.cc kSelectDamages
+SELECT sha256, store, what, detail, found_at FROM blob_damages ORDER BY damage_id DESC LIMIT $1;
+-- storage/blob_check.cc kSelectState
+SELECT after_sha256, checked_count, checked_bytes, damaged_count, begun_at, finished_at FROM blob_check_progress;
+-- storage/blob_check.cc kUpdateProgress
+UPDATE blob_check_progress SET after_sha256 = $1, checked_count = $2, checked_bytes = $3, damaged_count = $4;
+-- storage/blob_check.cc kUpdateFinished
+UPDATE blob_check_progress SET after_sha256 = '', checked_count = 0, checked_bytes = 0, damaged_count = 0, begun_at = clock_timestamp(), finished_at = clock_timestamp();
+-- storage/blob_check.cc kSelectUse
+SELECT store, count(*) FILTER (WHERE deleted_at IS NULL), coalesce(sum(size_bytes) FILTER (WHERE deleted_at IS NULL), 0), count(deleted_at), coalesce(sum(size_bytes) FILTER (WHERE deleted_at IS NOT NULL), 0) FROM blobs GROUP BY store ORDER BY store;
+-- storage/blob_collector.cc kSelectCandidates
+SELECT b.sha256, b.size_bytes, b.store, b.deleted_at IS NULL FROM blobs b WHERE b.sha256 > $1 AND b.stored_at <= clock_timestamp() - make_interval(secs => $2);
+-- storage/blob_collector.cc kDeleteRows
+DELETE FROM blobs b WHERE b.sha256 = ANY ($1::text[]);
+-- storage/blob_collector.cc kSelectClaimed
+SELECT sha256 FROM blobs WHERE sha256 = ANY ($1::text[]) AND store = 's3' AND deleted_at IS NULL;
+-- storage/blob_references.cc kSelectReferences
+SELECT format('%I.%I', n.nspname, c.relname), quote_ident(a.attname), c.relname = 'scan_blocks' FROM pg_constraint k JOIN pg_class c ON c.oid = k.conrelid JOIN pg_namespace n ON n.oid = c.relnamespace JOIN pg_attribute a ON a.attrelid = k.conrelid AND a.attnum = k.conkey[1] WHERE k.contype = 'f' AND k.confrelid = 'blobs'::regclass ORDER BY 1, 2;
+-- storage/blob_rows.cc kSelectRow
+SELECT size_bytes, store, to_char(deleted_at AT TIME ZONE 'UTC', 'YYYY-MM-DD HH24:MI:SS"Z"'), coalesce(deletion_reason, '') FROM blobs WHERE sha256 = $1;
+-- storage/blob_rows.cc kHoldRow
+SELECT size_bytes, store, to_char(deleted_at AT TIME ZONE 'UTC', 'YYYY-MM-DD HH24:MI:SS"Z"'), coalesce(deletion_reason, '') FROM blobs WHERE sha256 = $1 FOR KEY SHARE;
+-- storage/blob_rows.cc kSelectBytes
+SELECT bytes FROM blobs WHERE sha256 = $1;
+-- storage/blob_rows.cc kInsertRow
+INSERT INTO blobs (sha256, size_bytes, bytes, store) VALUES ($1, $2, $3, $4) ON CONFLICT (sha256) DO NOTHING;
+-- storage/blob_rows.cc kRestoreRow
+UPDATE blobs SET bytes = $2, store = $3, deleted_at = NULL, deletion_reason = NULL WHERE sha256 = $1 AND bytes IS NULL AND (deleted_at IS NOT NULL OR store <> $3);
+-- storage/blob_rows.cc kAnnounce
+SELECT set_config('sixpoint.blob_change', $1, true);
+-- storage/blob_rows.cc kShareDigest
+SELECT pg_advisory_xact_lock_shared(hashtextextended('blobs/' || $1, 0));
+-- storage/blob_rows.cc kTryTakeDigest
+SELECT pg_try_advisory_xact_lock(hashtextextended('blobs/' || $1, 0));
+-- storage/calibrations.cc kInsertHead
+INSERT INTO calibrations (calibration_id, machine_id, kind, method, inputs, request_sha256, valid_from, valid_until, requested_by, software_version, record_sequence, recorded_at, is_draft, temperature_c, temperature_standard_uncertainty_c, humidity_percent, environment_note, axis) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18);
+-- storage/calibrations.cc kInsertSensor
+INSERT INTO sensor_calibrations (calibration_id, machine_from_sensor_rotation, t_sm_mm, covariance, alpha_deg, beta_deg, gamma_deg, alpha_standard_uncertainty_deg, beta_standard_uncertainty_deg, gamma_standard_uncertainty_deg, noise_um, touch_rms_um, residual_rms_um, condition_number, points_used) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15);
+-- storage/calibrations.cc kInsertCentres
+INSERT INTO sensor_calibration_centres (calibration_id, position_index, scan_id, feature, is_check, dx_um, dy_um, dz_um) SELECT $1::text, (position - 1)::integer, scan_id, feature, is_check::boolean, dx_um, dy_um, dz_um FROM unnest($2::text[], $3::text[], $4::text[], $5::double precision[], $6::double precision[], $7::double precision[]) WITH ORDINALITY AS centre (scan_id, feature, is_check, dx_um, dy_um, dz_um, position);
+-- storage/calibrations.cc kInsertRotation
+INSERT INTO rotation_calibrations (calibration_id, a_direction, a_point_mm, b_direction, b_point_mm, covariance, point_c_mm, point_c_standard_uncertainty_mm, noise_um, residual_rms_um, check_rms_um, check_count, condition_number, axes) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14);
+-- storage/calibrations.cc kInsertPoses
+INSERT INTO rotation_calibration_poses (calibration_id, position_index, a_deg, b_deg, distance_um, held_out, before_um) SELECT $1::text, (position - 1)::integer, a_deg, b_deg, distance_um, held_out::boolean, before_um FROM unnest($2::double precision[], $3::double precision[], $4::double precision[], $5::text[], $6::double precision[]) WITH ORDINALITY AS pose (a_deg, b_deg, distance_um, held_out, before_um, position);
+-- storage/calibrations.cc kSelectHead
+SELECT calibration_id, machine_id, kind, method, inputs, request_sha256, valid_from, valid_until, requested_by, software_version, record_sequence, recorded_at, is_draft, temperature_c, temperature_standard_uncertainty_c, humidity_percent, environment_note FROM calibrations WHERE calibration_id = $1;
+-- storage/calibrations.cc kSelectInForce
+SELECT calibration_id, machine_id, kind, method, inputs, request_sha256, valid_from, valid_until, requested_by, software_version, record_sequence, recorded_at, is_draft, temperature_c, temperature_standard_uncertainty_c, humidity_percent, environment_note FROM calibrations WHERE calibration_id = (SELECT f.calibration_id FROM calibration_forces f WHERE f.machine_id = $1 AND f.kind = $2 AND f.axis = $3 AND f.valid_from <= $4 AND $4 < f.valid_until ORDER BY f.force_sequence DESC LIMIT 1);
+-- storage/calibrations.cc kSelectLastValidity
+SELECT valid_until FROM calibration_forces WHERE machine_id = $1 AND kind = $2 AND axis = $3 AND valid_from <= $4 ORDER BY valid_until DESC LIMIT 1;
+-- storage/calibrations.cc kSelectWithdrawn
+SELECT calibration_id, machine_id, kind, method, inputs, request_sha256, valid_from, valid_until, requested_by, software_version, record_sequence, recorded_at, is_draft, temperature_c, temperature_standard_uncertainty_c, humidity_percent, environment_note FROM calibrations WHERE calibration_id = (SELECT c.calibration_id FROM calibrations c JOIN calibration_events w ON w.calibration_id = c.calibration_id AND w.event = 'WITHDRAWN' WHERE c.machine_id = $1 AND c.kind = $2 AND COALESCE(c.axis, '') = $3 AND c.valid_from <= $4 AND $4 < c.valid_until ORDER BY w.record_sequence DESC LIMIT 1);
+-- storage/calibrations.cc kSelectHistory
+SELECT calibration_id, machine_id, kind, method, inputs, request_sha256, valid_from, valid_until, requested_by, software_version, record_sequence, recorded_at, is_draft, temperature_c, temperature_standard_uncertainty_c, humidity_percent, environment_note FROM calibrations WHERE calibration_id IN (SELECT f.calibration_id FROM calibration_forces f WHERE f.machine_id = $1 AND f.kind = $2 AND f.axis = $3 ORDER BY f.valid_from DESC, f.force_sequence DESC LIMIT $4) ORDER BY valid_from, record_sequence;
+-- storage/calibrations.cc kSelectStates
+SELECT c.calibration_id, (SELECT f.calibration_id FROM calibration_forces f WHERE f.machine_id = c.machine_id AND f.kind = c.kind AND f.axis = COALESCE(c.axis, '') AND f.valid_from <= $2 AND $2 < f.valid_until ORDER BY f.force_sequence DESC LIMIT 1) FROM calibrations c WHERE c.calibration_id = ANY ($1::text[]);
+-- storage/calibrations.cc kSelectEvents
+SELECT calibration_id, event, reason, requested_by, software_version, record_sequence, recorded_at FROM calibration_events WHERE calibration_id = ANY ($1::text[]);
+-- storage/calibrations.cc kInsertEvent
+INSERT INTO calibration_events (calibration_id, event, reason, requested_by, software_version, record_sequence, recorded_at) VALUES ($1, $2, $3, $4, $5, $6, $7);
+-- storage/calibrations.cc kSelectPage
+SELECT calibration_id, machine_id, kind, method, inputs, request_sha256, valid_from, valid_until, requested_by, software_version, record_sequence, recorded_at, is_draft, temperature_c, temperature_standard_uncertainty_c, humidity_percent, environment_note FROM calibrations WHERE ($1 = '' OR machine_id = $1) AND ($2 = '' OR kind = $2) AND ($3 = '' OR axis = $3) AND ($4::bigint = 0 OR record_sequence < $4::bigint) ORDER BY record_sequence DESC LIMIT $5;
+-- storage/calibrations.cc kSelectSensors
+SELECT calibration_id, machine_from_sensor_rotation, t_sm_mm, covariance, alpha_deg, beta_deg, gamma_deg, alpha_standard_uncertainty_deg, beta_standard_uncertainty_deg, gamma_standard_uncertainty_deg, noise_um, touch_rms_um, residual_rms_um, condition_number, points_used FROM sensor_calibrations WHERE calibration_id = ANY ($1::text[]);
+-- storage/calibrations.cc kSelectRotations
+SELECT calibration_id, a_direction, a_point_mm, b_direction, b_point_mm, covariance, point_c_mm, point_c_standard_uncertainty_mm, noise_um, residual_rms_um, check_rms_um, check_count, condition_number, axes FROM rotation_calibrations WHERE calibration_id = ANY ($1::text[]);
+-- storage/calibrations.cc kSelectCentres
+SELECT scan_id, feature, is_check, dx_um, dy_um, dz_um FROM sensor_calibration_centres WHERE calibration_id = $1 ORDER BY position_index;
+-- storage/calibrations.cc kSelectPoses
+SELECT a_deg, b_deg, distance_um, held_out, before_um FROM rotation_calibration_poses WHERE calibration_id = $1 ORDER BY position_index;
+-- storage/corrections.cc kInsertCorrection
+INSERT INTO corrections (correction_id, blade_serial, registration_id, machine_id, machine_revision, part_id, part_revision, sensor_calibration_id, rotation_calibration_id, nc_template_sha256, nc_program_sha256, release, release_reasons, envelope_translation_mm, envelope_rotation_deg, valid_until, requested_by, software_version, record_sequence, recorded_at, axes) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21);
+-- storage/corrections.cc kSelectCorrection
+SELECT correction_id, blade_serial, registration_id, machine_id, machine_revision, part_id, part_revision, sensor_calibration_id, rotation_calibration_id, nc_template_sha256, nc_program_sha256, release, release_reasons, envelope_translation_mm, envelope_rotation_deg, valid_until, requested_by, software_version, record_sequence, recorded_at, axes, ARRAY(SELECT DISTINCT a.characterisation_id FROM registration_angles a WHERE a.registration_id = corrections.registration_id ORDER BY 1) AS characterisation_ids FROM corrections WHERE correction_id = $1;
+-- storage/corrections.cc kListCorrections
+SELECT correction_id, blade_serial, registration_id, machine_id, machine_revision, part_id, part_revision, sensor_calibration_id, rotation_calibration_id, nc_template_sha256, nc_program_sha256, release, release_reasons, envelope_translation_mm, envelope_rotation_deg, valid_until, requested_by, software_version, record_sequence, recorded_at, axes, ARRAY(SELECT DISTINCT a.characterisation_id FROM registration_angles a WHERE a.registration_id = corrections.registration_id ORDER BY 1) AS characterisation_ids FROM corrections WHERE ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR blade_serial = $2) ORDER BY record_sequence DESC LIMIT $3;
+-- storage/corrections.cc kInsertGroup
+INSERT INTO correction_groups (correction_id, position_index, group_name, a_deg, b_deg, a_nominal_deg, b_nominal_deg, a_ideal_deg, b_ideal_deg, a_standard_uncertainty_deg, b_standard_uncertainty_deg, a_reached_deg, b_reached_deg) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13);
+-- storage/corrections.cc kInsertHole
+INSERT INTO correction_holes (correction_id, group_name, position_index, hole_name, start_x_mm, start_y_mm, start_z_mm, nominal_start_x_mm, nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11);
+-- storage/corrections.cc kSelectGroups
+SELECT correction_id, group_name, a_deg, b_deg, a_nominal_deg, b_nominal_deg, a_ideal_deg, b_ideal_deg, a_standard_uncertainty_deg, b_standard_uncertainty_deg, a_reached_deg, b_reached_deg FROM correction_groups WHERE correction_id = ANY ($1) ORDER BY correction_id, position_index;
+-- storage/corrections.cc kSelectHoles
+SELECT correction_id, group_name, hole_name, start_x_mm, start_y_mm, start_z_mm, nominal_start_x_mm, nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um FROM correction_holes WHERE correction_id = ANY ($1) ORDER BY correction_id, group_name, position_index;
+-- storage/inspections.cc kInsertInspection
+INSERT INTO inspections (inspection_id, blade_serial, registration_id, machine_id, machine_revision, part_id, part_revision, sensor_calibration_id, rotation_calibration_id, verdict, decision_rule, deviation_minimum_um, deviation_maximum_um, deviation_rms_um, deviation_p05_um, deviation_p50_um, deviation_p95_um, deviation_point_count, deviation_excluded_count, requested_by, software_version, record_sequence, recorded_at, method, disagreement_um, disagreement_ratio, positioning_disagrees, positioning_covered) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27, $28);
+-- storage/inspections.cc kSelectInspection
+SELECT inspection_id, blade_serial, registration_id, machine_id, machine_revision, part_id, part_revision, sensor_calibration_id, rotation_calibration_id, verdict, decision_rule, deviation_minimum_um, deviation_maximum_um, deviation_rms_um, deviation_p05_um, deviation_p50_um, deviation_p95_um, deviation_point_count, deviation_excluded_count, requested_by, software_version, record_sequence, recorded_at, method, disagreement_um, disagreement_ratio, positioning_disagrees, positioning_covered FROM inspections WHERE inspection_id = $1;
+-- storage/inspections.cc kListInspections
+SELECT inspection_id, blade_serial, registration_id, machine_id, machine_revision, part_id, part_revision, sensor_calibration_id, rotation_calibration_id, verdict, decision_rule, deviation_minimum_um, deviation_maximum_um, deviation_rms_um, deviation_p05_um, deviation_p50_um, deviation_p95_um, deviation_point_count, deviation_excluded_count, requested_by, software_version, record_sequence, recorded_at, method, disagreement_um, disagreement_ratio, positioning_disagrees, positioning_covered FROM inspections WHERE ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR blade_serial = $2) ORDER BY record_sequence DESC LIMIT $3;
+-- storage/inspections.cc kInsertScans
+INSERT INTO inspection_scans (inspection_id, position_index, scan_id) SELECT $1::text, (position - 1)::integer, scan FROM unnest($2::text[]) WITH ORDINALITY AS scans (scan, position);
+-- storage/inspections.cc kSelectScans
+SELECT inspection_id, scan_id FROM inspection_scans WHERE inspection_id = ANY ($1) ORDER BY inspection_id, position_index;
+-- storage/inspections.cc kInsertHole
+INSERT INTO inspection_holes (inspection_id, position_index, group_name, hole_name, verdict, position_verdict, inclination_verdict, position_error_mm, inclination_error_deg, position_expanded_uncertainty_um, inclination_expanded_uncertainty_deg, start_in_part_mm, axis_in_part, pin_diameter_mm, position_tolerance_mm, inclination_tolerance_deg, point_count, pin_residual_rms_um, reason, positioning_difference_um) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20);
+-- storage/inspections.cc kSelectHoles
+SELECT inspection_id, group_name, hole_name, verdict, position_verdict, inclination_verdict, position_error_mm, inclination_error_deg, position_expanded_uncertainty_um, inclination_expanded_uncertainty_deg, start_in_part_mm, axis_in_part, pin_diameter_mm, position_tolerance_mm, inclination_tolerance_deg, point_count, pin_residual_rms_um, reason, positioning_difference_um FROM inspection_holes WHERE inspection_id = ANY ($1) ORDER BY inspection_id, position_index;
+-- storage/migrate.cc kSelectApplied
+SELECT version, name, sha256 FROM schema_migrations ORDER BY version;
+-- storage/migrate.cc kInsertApplied
+INSERT INTO schema_migrations (version, name, sha256) VALUES ($1, $2, $3);
+-- storage/plant_registry.cc kInsertMachine
+INSERT INTO machines (machine_id) VALUES ($1) ON CONFLICT DO NOTHING;
+-- storage/plant_registry.cc kLockMachine
+SELECT machine_id FROM machines WHERE machine_id = $1 FOR UPDATE;
+-- storage/plant_registry.cc kInsertMachineRevision
+INSERT INTO machine_revisions (machine_id, revision, content_sha256, sensor_model, sensor_noise_um, sensor_column_count, sensor_mid_range_mm, sensor_range_mm, sensor_line_angle_deg, nominal_centre_mm, safety_translation_mm, safety_rotation_deg, record_sequence, recorded_at) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14);
+-- storage/plant_registry.cc kInsertJoint
+INSERT INTO machine_joints (machine_id, revision, side, position_index, axis, kind, direction, point_mm, sign, minimum, maximum) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11);
+-- storage/plant_registry.cc kSelectMachine
+SELECT revision, content_sha256, sensor_model, sensor_noise_um, sensor_column_count, sensor_mid_range_mm, sensor_range_mm, sensor_line_angle_deg, nominal_centre_mm, safety_translation_mm, safety_rotation_deg, record_sequence, recorded_at FROM machine_revisions WHERE machine_id = $1 AND ($2::integer = 0 OR revision = $2) ORDER BY revision DESC LIMIT 1;
+-- storage/plant_registry.cc kSelectJoints
+SELECT side, axis, kind, direction, point_mm, sign, minimum, maximum FROM machine_joints WHERE machine_id = $1 AND revision = $2 ORDER BY side, position_index;
+-- storage/plant_registry.cc kInsertArtefact
+INSERT INTO artefacts (artefact_id) VALUES ($1) ON CONFLICT DO NOTHING;
+-- storage/plant_registry.cc kLockArtefact
+SELECT artefact_id FROM artefacts WHERE artefact_id = $1 FOR UPDATE;
+-- storage/plant_registry.cc kInsertArtefactRevision
+INSERT INTO artefact_revisions (artefact_id, revision, content_sha256, side_mm, cone_half_angle_deg, cone_top_radius_mm, cone_bottom_radius_mm, slot_width_mm, slot_depth_mm, record_sequence, recorded_at) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11);
+-- storage/plant_registry.cc kInsertFeature
+INSERT INTO artefact_features (artefact_id, revision, kind, position_index, feature, x_mm, y_mm) VALUES ($1, $2, $3, $4, $5, $6, $7);
+-- storage/plant_registry.cc kSelectArtefact
+SELECT revision, content_sha256, side_mm, cone_half_angle_deg, cone_top_radius_mm, cone_bottom_radius_mm, slot_width_mm, slot_depth_mm, record_sequence, recorded_at FROM artefact_revisions WHERE artefact_id = $1 AND ($2::integer = 0 OR revision = $2) ORDER BY revision DESC LIMIT 1;
+-- storage/plant_registry.cc kSelectFeatures
+SELECT kind, feature, x_mm, y_mm FROM artefact_features WHERE artefact_id = $1 AND revision = $2 ORDER BY kind, position_index;
+-- storage/plant_registry.cc kSelectMachineIds
+SELECT machine_id FROM machines WHERE machine_id > $1 ORDER BY machine_id LIMIT $2;
+-- storage/plant_registry.cc kSelectArtefactIds
+SELECT artefact_id FROM artefacts WHERE artefact_id > $1 ORDER BY artefact_id LIMIT $2;
+-- storage/plant_registry.cc kSelectPartIds
+SELECT part_id FROM parts WHERE part_id > $1 ORDER BY part_id LIMIT $2;
+-- storage/plant_registry.cc kInsertBlade
+INSERT INTO blades (blade_serial, part_id, record_sequence, recorded_at) VALUES ($1, $2, $3, $4);
+-- storage/plant_registry.cc kLockBlade
+SELECT pg_advisory_xact_lock(hashtextextended('blades/' || $1, 0));
+-- storage/plant_registry.cc kSelectBlade
+SELECT blade_serial, part_id, record_sequence, recorded_at FROM blades WHERE blade_serial = $1;
+-- storage/plant_registry.cc kSelectBlades
+SELECT blade_serial, part_id, record_sequence, recorded_at FROM blades WHERE blade_serial > $1 ORDER BY blade_serial LIMIT $2;
+-- storage/plant_registry_parts.cc kInsertTessellation
+INSERT INTO tessellations (cad_sha256, method, surface_sha256, triangle_count, chordal_error_um, closed, minimum_mm, maximum_mm, software_version, degenerate_triangle_count, open_rim_count, open_rim_length_mm) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12) ON CONFLICT DO NOTHING;
+-- storage/plant_registry_parts.cc kSelectTessellation
+SELECT surface_sha256, triangle_count, chordal_error_um, closed, minimum_mm, maximum_mm, degenerate_triangle_count, open_rim_count, open_rim_length_mm FROM tessellations WHERE cad_sha256 = $1 AND method = $2;
+-- storage/plant_registry_parts.cc kInsertId
+INSERT INTO parts (part_id) VALUES ($1) ON CONFLICT DO NOTHING;
+-- storage/plant_registry_parts.cc kLockId
+SELECT part_id FROM parts WHERE part_id = $1 FOR UPDATE;
+-- storage/plant_registry_parts.cc kInsertRevision
+INSERT INTO part_revisions (part_id, revision, content_sha256, cad_format, cad_unit_mm, cad_sha256, tessellation_method, zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, record_sequence, recorded_at) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11);
+-- storage/plant_registry_parts.cc kInsertGroup
+INSERT INTO part_hole_groups (part_id, revision, group_index, hole_group, diameter_mm, depth_mm, a_nominal_deg, b_nominal_deg, axis_in_part, position_tolerance_mm, inclination_tolerance_deg) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11);
+-- storage/plant_registry_parts.cc kInsertHole
+INSERT INTO part_holes (part_id, revision, group_index, hole_index, hole, start_in_part_mm, normal_in_part) VALUES ($1, $2, $3, $4, $5, $6, $7);
+-- storage/plant_registry_parts.cc kInsertDatum
+INSERT INTO part_datum_points (part_id, revision, datum_index, datum, point_in_part_mm, normal_in_part) VALUES ($1, $2, $3, $4, $5, $6);
+-- storage/plant_registry_parts.cc kSelectRevision
+SELECT revision, content_sha256, cad_format, cad_unit_mm, cad_sha256, tessellation_method, zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, record_sequence, recorded_at FROM part_revisions WHERE part_id = $1 AND ($2::integer = 0 OR revision = $2) ORDER BY revision DESC LIMIT 1;
+-- storage/plant_registry_parts.cc kSelectGroups
+SELECT hole_group, diameter_mm, depth_mm, a_nominal_deg, b_nominal_deg, axis_in_part, position_tolerance_mm, inclination_tolerance_deg FROM part_hole_groups WHERE part_id = $1 AND revision = $2 ORDER BY group_index;
+-- storage/plant_registry_parts.cc kSelectHoles
+SELECT group_index, hole, start_in_part_mm, normal_in_part FROM part_holes WHERE part_id = $1 AND revision = $2 ORDER BY group_index, hole_index;
+-- storage/plant_registry_parts.cc kSelectDatums
+SELECT datum, point_in_part_mm, normal_in_part FROM part_datum_points WHERE part_id = $1 AND revision = $2 ORDER BY datum_index;
+-- storage/probe_calibrations.cc kInsertProbe
+INSERT INTO probe_calibrations (calibration_id, block, approach, offset_mm, covariance, point_standard_uncertainty_mm, scale, scale_standard_uncertainty, direction_standard_uncertainty_urad, noise_um, noise_factor, residual_rms_um, touch_rms_um, condition_number, displacement_matrix_condition_number, worst_approach_angle_deg) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16);
+-- storage/probe_calibrations.cc kSelectProbes
+SELECT calibration_id, block, approach, offset_mm, covariance, point_standard_uncertainty_mm, scale, scale_standard_uncertainty, direction_standard_uncertainty_urad, noise_um, noise_factor, residual_rms_um, touch_rms_um, condition_number, displacement_matrix_condition_number, worst_approach_angle_deg FROM probe_calibrations WHERE calibration_id = ANY ($1::text[]);
+-- storage/probe_calibrations.cc kInsertReadings
+INSERT INTO probe_calibration_readings (calibration_id, position_index, face, displacement_mm, residual_um) SELECT $1::text, (position - 1)::integer, face, displacement_mm, residual_um FROM unnest($2::text[], $3::double precision[], $4::double precision[]) WITH ORDINALITY AS reading (face, displacement_mm, residual_um, position);
+-- storage/probe_calibrations.cc kInsertChecks
+INSERT INTO probe_calibration_checks (calibration_id, position_index, face, reading_count, angle_urad, origin_distance_um, distance_um, residual_range_um) SELECT $1::text, (position - 1)::integer, face, reading_count::integer, angle_urad, origin_distance_um, distance_um, residual_range_um FROM unnest($2::text[], $3::double precision[], $4::double precision[], $5::double precision[], $6::double precision[], $7::double precision[]) WITH ORDINALITY AS face_check (face, reading_count, angle_urad, origin_distance_um, distance_um, residual_range_um, position);
+-- storage/probe_calibrations.cc kSelectReadings
+SELECT face, displacement_mm, residual_um FROM probe_calibration_readings WHERE calibration_id = $1 ORDER BY position_index;
+-- storage/probe_calibrations.cc kSelectChecks
+SELECT face, reading_count, angle_urad, origin_distance_um, distance_um, residual_range_um FROM probe_calibration_checks WHERE calibration_id = $1 ORDER BY position_index;
+-- storage/record.cc kLockJournal
+SELECT pg_advisory_xact_lock(6021, 1);
+-- storage/record.cc kInsertEntry
+INSERT INTO record_entries (kind, name, blade_serial, machine_id, method, software_version, requested_by, measured_at, summary) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9::jsonb) RETURNING record_sequence, recorded_at;
+-- storage/record.cc kInsertInputs
+INSERT INTO record_inputs (record_sequence, position_index, input_name) SELECT $1, (position - 1)::integer, name FROM unnest($2::text[]) WITH ORDINALITY AS input (name, position);
+-- storage/record.cc kSelectBlade
+SELECT e.record_sequence, e.recorded_at, e.kind, e.name, e.blade_serial, e.machine_id, e.method, e.software_version, e.requested_by, e.measured_at, e.summary::text, ARRAY(SELECT i.input_name FROM record_inputs i WHERE i.record_sequence = e.record_sequence ORDER BY i.position_index) FROM record_entries e WHERE e.blade_serial = $1 ORDER BY e.record_sequence;
+-- storage/record.cc kSelectDerived
+WITH RECURSIVE derived (record_sequence) AS (SELECT i.record_sequence FROM record_inputs i WHERE i.input_name = $1 OR (i.input_name >= $1 || '@' AND i.input_name < $1 || 'A') UNION SELECT i.record_sequence FROM derived d JOIN record_entries e ON e.record_sequence = d.record_sequence JOIN record_inputs i ON i.input_name = e.name) SELECT e.record_sequence, e.recorded_at, e.kind, e.name, e.blade_serial, e.machine_id, e.method, e.software_version, e.requested_by, e.measured_at, e.summary::text, ARRAY(SELECT i.input_name FROM record_inputs i WHERE i.record_sequence = e.record_sequence ORDER BY i.position_index) FROM record_entries e JOIN derived d ON d.record_sequence = e.record_sequence ORDER BY e.record_sequence;
+-- storage/registrations.cc kInsertRegistration
+INSERT INTO registrations (registration_id, blade_serial, machine_id, machine_revision, part_id, part_revision, method, sensor_calibration_id, rotation_calibration_id, outcome, zero_from_part, reference_mm, covariance, noise_covariance, calibration_sensitivity, point_count, points_used, iteration_count, residual_rms_um, residual_sigma_um, condition_number, weakest_direction, weakest_standard_uncertainty_um, remark, compute_seconds, requested_by, software_version, record_sequence, recorded_at, weakest_direction_in_words, noise_sigma_um, model_sigma_um, information_kept, surface_part, least_stock_mm, lacking_mm, disagreement_um, disagreement_ratio, disagrees, for_inspection, options, detail) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27, $28, $29, $30, $31, $32, $33, $34, $35, $36, $37, $38, $39, $40, $41::jsonb, $42::jsonb);
+-- storage/registrations.cc kSelectRegistration
+SELECT registration_id, blade_serial, machine_id, machine_revision, part_id, part_revision, method, sensor_calibration_id, rotation_calibration_id, outcome, zero_from_part, reference_mm, covariance, noise_covariance, calibration_sensitivity, point_count, points_used, iteration_count, residual_rms_um, residual_sigma_um, condition_number, weakest_direction, weakest_standard_uncertainty_um, remark, compute_seconds, requested_by, software_version, record_sequence, recorded_at, weakest_direction_in_words, noise_sigma_um, model_sigma_um, information_kept, surface_part, least_stock_mm, lacking_mm, disagreement_um, disagreement_ratio, disagrees, for_inspection, options::text, detail::text FROM registrations WHERE registration_id = $1;
+-- storage/registrations.cc kListRegistrations
+SELECT registration_id, blade_serial, machine_id, machine_revision, part_id, part_revision, method, sensor_calibration_id, rotation_calibration_id, outcome, zero_from_part, reference_mm, covariance, noise_covariance, calibration_sensitivity, point_count, points_used, iteration_count, residual_rms_um, residual_sigma_um, condition_number, weakest_direction, weakest_standard_uncertainty_um, remark, compute_seconds, requested_by, software_version, record_sequence, recorded_at, weakest_direction_in_words, noise_sigma_um, model_sigma_um, information_kept, surface_part, least_stock_mm, lacking_mm, disagreement_um, disagreement_ratio, disagrees, for_inspection, options::text, detail::text FROM registrations WHERE ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR blade_serial = $2) AND (NOT $3::boolean OR disagrees) AND NOT ($4::boolean AND for_inspection) ORDER BY record_sequence DESC LIMIT $5;
+-- storage/registrations.cc kInsertScan
+INSERT INTO registration_scans (registration_id, position_index, scan_id, point_count, points_used, residual_median_um) VALUES ($1, $2, $3, $4, $5, $6);
+-- storage/registrations.cc kInsertAgreement
+INSERT INTO registration_agreements (registration_id, position_index, scan_id, other_scan_id, patch_count, difference_rms_um, expected_rms_um) VALUES ($1, $2, $3, $4, $5, $6, $7);
+-- storage/registrations.cc kInsertDatum
+INSERT INTO registration_datums (registration_id, position_index, datum_name, distance_um, standard_uncertainty_um, point_count) VALUES ($1, $2, $3, $4, $5, $6);
+-- storage/registrations.cc kInsertAngle
+INSERT INTO registration_angles (registration_id, position_index, axis, characterisation_id, commanded_deg, reached_deg, standard_uncertainty_deg, half_reversal_deg, pose_per_rad) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9);
+-- storage/registrations.cc kSelectScans
+SELECT registration_id, scan_id, point_count, points_used, residual_median_um FROM registration_scans WHERE registration_id = ANY ($1) ORDER BY registration_id, position_index;
+-- storage/registrations.cc kSelectDatums
+SELECT registration_id, datum_name, distance_um, standard_uncertainty_um, point_count FROM registration_datums WHERE registration_id = ANY ($1) ORDER BY registration_id, position_index;
+-- storage/registrations.cc kSelectAgreements
+SELECT registration_id, scan_id, other_scan_id, patch_count, difference_rms_um, expected_rms_um FROM registration_agreements WHERE registration_id = ANY ($1) ORDER BY registration_id, position_index;
+-- storage/registrations.cc kSelectAngles
+SELECT registration_id, axis, characterisation_id, commanded_deg, reached_deg, standard_uncertainty_deg, half_reversal_deg, pose_per_rad FROM registration_angles WHERE registration_id = ANY ($1) ORDER BY registration_id, position_index;
+-- storage/requests.cc kLockRequest
+SELECT pg_advisory_xact_lock(hashtextextended($1 || ' ' || $2, 0));
+-- storage/requests.cc kSelectAnswer
+SELECT request_sha256, response FROM requests WHERE method = $1 AND request_id = $2;
+-- storage/requests.cc kInsertAnswer
+INSERT INTO requests (method, request_id, request_sha256, response) VALUES ($1, $2, $3, $4);
+-- storage/retention.cc kLockPolicies
+SELECT pg_advisory_xact_lock(hashtextextended('retention_policies/' || $1, 0));
+-- storage/retention.cc kInsertPolicy
+INSERT INTO retention_policies (scan_kind, revision, keep_days, requested_by) SELECT $1::text, coalesce(max(revision), 0) + 1, $2::integer, $3::text FROM retention_policies WHERE scan_kind = $1 RETURNING revision, recorded_at;
+-- storage/retention.cc kSelectPolicies
+SELECT p.scan_kind, p.revision, p.keep_days, p.requested_by, p.recorded_at FROM retention_policies p WHERE $1 OR NOT EXISTS (SELECT 1 FROM retention_policies q WHERE q.scan_kind = p.scan_kind AND q.revision > p.revision) ORDER BY p.scan_kind, p.revision DESC;
+-- storage/retention.cc kSelectNewest
+SELECT max(revision) FROM retention_policies WHERE scan_kind = $1;
+-- storage/retention.cc kSelectDeletion
+SELECT scan_id, reason, requested_by, coalesce(policy_kind, ''), coalesce(policy_revision, 0), points_sha256, points_bytes, record_sequence, deleted_at, to_char(deleted_at AT TIME ZONE 'UTC', 'YYYY-MM-DD HH24:MI:SS"Z"') FROM scan_deletions WHERE scan_id = $1;
+-- storage/retention.cc kInsertDeletion
+INSERT INTO scan_deletions (scan_id, reason, requested_by, policy_kind, policy_revision, points_sha256, points_bytes, record_sequence, deleted_at) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9);
+-- storage/retention.cc kLockBlobsOfScan
+SELECT b.sha256 FROM blobs b WHERE b.sha256 IN (SELECT blob_sha256 FROM scan_blocks WHERE scan_id = $1) AND b.deleted_at IS NULL ORDER BY b.sha256 FOR UPDATE OF b SKIP LOCKED;
+-- storage/retention.cc kSelectLeftOver
+SELECT b.sha256 FROM blobs b WHERE b.sha256 > $1 AND b.deleted_at IS NULL AND b.sha256 IN (SELECT s.blob_sha256 FROM scan_deletions g JOIN scan_blocks s ON s.scan_id = g.scan_id);
+-- storage/retention.cc kDeleteBytes
+UPDATE blobs b SET bytes = NULL, deleted_at = clock_timestamp(), deletion_reason = $2 WHERE b.sha256 = ANY ($1::text[]) AND b.deleted_at IS NULL;
+-- storage/retention.cc kSelectDue
+SELECT s.scan_id, s.stored_bytes, p.scan_kind, p.revision, p.keep_days, s.record_sequence FROM scans s JOIN retention_policies p ON p.scan_kind = s.kind AND p.keep_days IS NOT NULL WHERE NOT EXISTS (SELECT 1 FROM retention_policies q WHERE q.scan_kind = p.scan_kind AND q.revision > p.revision) AND s.recorded_at < clock_timestamp() - make_interval(days => p.keep_days) AND s.record_sequence > $1 AND NOT EXISTS (SELECT 1 FROM scan_deletions d WHERE d.scan_id = s.scan_id) ORDER BY s.record_sequence LIMIT $2;
+-- storage/scan_uploads.cc kSelectUpload
+SELECT header, machine_revision, artefact_revision, next_block, point_count, profile_count, stored_bytes, proven_error_um, open_profile_points, open_profile_x_mm FROM scan_uploads WHERE scan_id = $1;
+-- storage/scan_uploads.cc kInsertUpload
+INSERT INTO scan_uploads (scan_id, header, machine_revision, artefact_revision) VALUES ($1, $2, $3, $4);
+-- storage/scan_uploads.cc kInsertBlock
+WITH advanced AS (UPDATE scan_uploads SET next_block = $2::integer + 1, point_count = $3, profile_count = $4, stored_bytes = $5, proven_error_um = $6, open_profile_points = $7, open_profile_x_mm = $8, touched_at = clock_timestamp() WHERE scan_id = $1 AND next_block = $2::integer RETURNING scan_id) INSERT INTO scan_upload_blocks (scan_id, block_index, point_count, first_profile, profile_count, sent_sha256, blob_sha256) SELECT scan_id, $2::integer, $9::integer, $10::integer, $11::integer, $12, $13 FROM advanced;
+-- storage/scan_uploads.cc kSelectBlocks
+SELECT block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256 FROM scan_upload_blocks WHERE scan_id = $1 ORDER BY block_index;
+-- storage/scan_uploads.cc kDeleteUpload
+DELETE FROM scan_uploads WHERE scan_id = $1;
+-- storage/scan_uploads.cc kDeleteUntouched
+DELETE FROM scan_uploads WHERE touched_at < $1;
+-- storage/scans.cc kLockScanId
+SELECT pg_advisory_xact_lock(hashtextextended('scans/' || $1, 0));
+-- storage/scans.cc kInsertScan
+INSERT INTO scans (scan_id, machine_id, machine_revision, artefact_id, artefact_revision, blade_serial, kind, v0_x_mm, v0_y_mm, v0_z_mm, a_deg, b_deg, profile_pitch_mm, columns_per_profile, point_count, encoding, sender_error_um, error_bound_um, measured_at, block_count, stored_bytes, stored_sha256, sent_sha256, proven_error_um, record_sequence, recorded_at, stored_encoding, profile_count, raw_step_um) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27, $28, $29);
+-- storage/scans.cc kSelectScan
+SELECT scan_id, machine_id, machine_revision, artefact_id, artefact_revision, blade_serial, kind, v0_x_mm, v0_y_mm, v0_z_mm, a_deg, b_deg, profile_pitch_mm, columns_per_profile, point_count, encoding, sender_error_um, error_bound_um, measured_at, block_count, stored_bytes, stored_sha256, sent_sha256, proven_error_um, record_sequence, recorded_at, stored_encoding, profile_count, raw_step_um FROM scans WHERE scan_id = $1;
+-- storage/scans.cc kListScans
+SELECT scan_id, machine_id, machine_revision, artefact_id, artefact_revision, blade_serial, kind, v0_x_mm, v0_y_mm, v0_z_mm, a_deg, b_deg, profile_pitch_mm, columns_per_profile, point_count, encoding, sender_error_um, error_bound_um, measured_at, block_count, stored_bytes, stored_sha256, sent_sha256, proven_error_um, record_sequence, recorded_at, stored_encoding, profile_count, raw_step_um FROM scans WHERE ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR machine_id = $2) AND ($3 = '' OR artefact_id = $3) AND ($4 = '' OR blade_serial = $4) AND ($5 = '' OR kind = $5) ORDER BY record_sequence DESC LIMIT $6;
+-- storage/scans.cc kInsertBlocks
+INSERT INTO scan_blocks (scan_id, block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256) SELECT $1::text, (position - 1)::integer, points::integer, blob, first::integer, profiles::integer, sent FROM unnest($2::text[], $3::text[], $4::text[], $5::text[], $6::text[]) WITH ORDINALITY AS block (points, blob, first, profiles, sent, position);
+-- storage/scans.cc kSelectBlocks
+SELECT block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256 FROM scan_blocks WHERE scan_id = $1 ORDER BY block_index;
+-- storage/studies.cc kInsertStudy
+INSERT INTO studies (study_id, machine_id, kind, inputs, request_sha256, verdict, result, temperature_c, requested_by, software_version, record_sequence, recorded_at) VALUES ($1, $2, $3, $4, $5, $6, $7::jsonb, $8, $9, $10, $11, $12);
+-- storage/studies.cc kSelectStudy
+SELECT study_id, machine_id, kind, inputs, request_sha256, verdict, result, temperature_c, requested_by, software_version, record_sequence, recorded_at FROM studies WHERE study_id = $1;
+-- storage/studies.cc kSelectPage
+SELECT study_id, machine_id, kind, inputs, request_sha256, verdict, result, temperature_c, requested_by, software_version, record_sequence, recorded_at FROM studies WHERE ($1 = '' OR machine_id = $1) AND ($2 = '' OR kind = $2) AND ($3::bigint = 0 OR record_sequence < $3::bigint) ORDER BY record_sequence DESC LIMIT $4;
