@@ -2,6 +2,9 @@
 
 #include <map>
 
+#include "storage/blobs.h"
+#include "storage/postgres_results.h"
+
 namespace sixpoint::storage {
 namespace {
 
@@ -23,6 +26,7 @@ constexpr char kListCorrections[] =
     "SELECT " SIXPOINT_CORRECTION_COLUMNS SIXPOINT_CHARACTERISATIONS
     "FROM corrections WHERE ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR blade_serial = $2) "
     "ORDER BY record_sequence DESC LIMIT $3";
+constexpr char kSelectProgram[] = "SELECT nc_program_sha256 FROM corrections WHERE correction_id = $1";
 #undef SIXPOINT_CHARACTERISATIONS
 #undef SIXPOINT_CORRECTION_COLUMNS
 constexpr char kInsertGroup[] =
@@ -57,8 +61,6 @@ CorrectionRow ReadCorrection(const Rows& rows, int row) {
   correction.part_revision = static_cast<int>(rows.Int(row, 6));
   correction.sensor_calibration_id = rows.Text(row, 7);
   correction.rotation_calibration_id = rows.Text(row, 8);
-  if (!rows.IsNull(row, 9)) correction.nc_template_sha256 = rows.Text(row, 9);
-  if (!rows.IsNull(row, 10)) correction.nc_program_sha256 = rows.Text(row, 10);
   correction.release = rows.Text(row, 11);
   correction.release_reasons = rows.Texts(row, 12);
   correction.envelope_translation_mm = rows.Real(row, 13);
@@ -72,13 +74,22 @@ CorrectionRow ReadCorrection(const Rows& rows, int row) {
   return correction;
 }
 
-Params CorrectionParams(const CorrectionRow& correction, const Recorded& recorded) {
+// As a blob; nothing of an empty one.
+absl::StatusOr<std::optional<std::string>> KeepText(Transaction& transaction, const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  absl::StatusOr<std::string> sha256 = PutBlob(transaction, text);
+  if (!sha256.ok()) return sha256.status();
+  return *std::move(sha256);
+}
+
+Params CorrectionParams(const CorrectionRow& correction, const std::optional<std::string>& template_sha256,
+                        const std::optional<std::string>& program_sha256, const Recorded& recorded) {
   Params params;
   params.Text(correction.correction_id).Text(correction.blade_serial).Text(correction.registration_id);
   params.Text(correction.machine_id).Int(correction.machine_revision).Text(correction.part_id);
   params.Int(correction.part_revision).Text(correction.sensor_calibration_id).Text(correction.rotation_calibration_id);
-  AddOptional(params, correction.nc_template_sha256);
-  AddOptional(params, correction.nc_program_sha256);
+  AddOptional(params, template_sha256);
+  AddOptional(params, program_sha256);
   params.Text(correction.release).Texts(correction.release_reasons).Real(correction.envelope_translation_mm);
   params.Real(correction.envelope_rotation_deg).Time(correction.valid_until).Text(correction.requested_by);
   params.Text(correction.software_version).Int(recorded.sequence).Time(recorded.recorded_at).Texts(correction.axes);
@@ -156,11 +167,21 @@ absl::StatusOr<std::vector<CorrectionRow>> ReadCorrections(Transaction& transact
 
 }  // namespace
 
+std::shared_ptr<CorrectionStore> CorrectionsIn(Database* database) {
+  using Store = PostgresResults<CorrectionRow, CorrectionFilter>;
+  return std::make_shared<Store>(database, Store::Statements{InsertCorrection, FindCorrection, ListCorrections});
+}
+
 absl::StatusOr<Recorded> InsertCorrection(Transaction& transaction, const CorrectionRow& correction,
                                           const RecordEntry& entry) {
+  const auto nc_template = KeepText(transaction, correction.nc_template);
+  if (!nc_template.ok()) return nc_template.status();
+  const auto nc_program = KeepText(transaction, correction.nc_program);
+  if (!nc_program.ok()) return nc_program.status();
   const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
   if (!recorded.ok()) return recorded.status();
-  const auto inserted = transaction.Execute(kInsertCorrection, CorrectionParams(correction, *recorded));
+  const auto inserted =
+      transaction.Execute(kInsertCorrection, CorrectionParams(correction, *nc_template, *nc_program, *recorded));
   if (!inserted.ok()) return inserted.status();
   int position = 0;
   for (const CorrectionGroupRow& group : correction.groups) {
@@ -175,12 +196,20 @@ absl::StatusOr<std::optional<CorrectionRow>> FindCorrection(Transaction& transac
   auto rows = ReadCorrections(transaction, kSelectCorrection, Params().Text(correction_id));
   if (!rows.ok()) return rows.status();
   if (rows->empty()) return std::nullopt;
+  const absl::StatusOr<Rows> program = transaction.Execute(kSelectProgram, Params().Text(correction_id));
+  if (!program.ok()) return program.status();
+  if (!program->IsNull(0, 0)) {
+    absl::StatusOr<std::string> text = GetBlob(transaction, program->Text(0, 0));
+    if (!text.ok()) return text.status();
+    rows->front().nc_program = *std::move(text);
+  }
   return std::move(rows->front());
 }
 
-absl::StatusOr<std::vector<CorrectionRow>> ListCorrections(Transaction& transaction, const std::string& blade_serial,
+absl::StatusOr<std::vector<CorrectionRow>> ListCorrections(Transaction& transaction, const CorrectionFilter& filter,
                                                            std::int64_t before_sequence, int limit) {
-  return ReadCorrections(transaction, kListCorrections, Params().Int(before_sequence).Text(blade_serial).Int(limit));
+  return ReadCorrections(transaction, kListCorrections,
+                         Params().Int(before_sequence).Text(filter.blade_serial).Int(limit));
 }
 
 }  // namespace sixpoint::storage

@@ -5,12 +5,14 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "storage/database.h"
 #include "storage/record.h"
+#include "storage/result_store.h"
 
 namespace sixpoint::storage {
 
@@ -41,9 +43,9 @@ struct CorrectionRow {
   int part_revision = 0;
   std::string sensor_calibration_id;
   std::string rotation_calibration_id;
-  std::optional<std::string> nc_template_sha256;  // blobs
-  std::optional<std::string> nc_program_sha256;
-  std::string release;  // AUTOMATIC, AWAITING_PERSON
+  std::string nc_template;  // as it was sent; empty: none. Kept as a blob, not read back
+  std::string nc_program;   // empty: none. Kept as a blob; read by FindCorrection, left out of lists
+  std::string release;      // AUTOMATIC, AWAITING_PERSON
   std::vector<std::string> release_reasons;
   double envelope_translation_mm = 0;
   double envelope_rotation_deg = 0;
@@ -56,14 +58,23 @@ struct CorrectionRow {
   std::vector<CorrectionGroupRow> groups;
 };
 
-// Journal entry, correction, groups and holes, whose blobs are stored already. Call it last before the commit.
+struct CorrectionFilter {
+  std::string blade_serial;  // empty: all
+};
+
+using CorrectionStore = ResultStore<CorrectionRow, CorrectionFilter>;
+// In PostgreSQL; the database lives longer.
+std::shared_ptr<CorrectionStore> CorrectionsIn(Database* database);
+
+// The same in a transaction of the caller's.
+// Blobs, journal entry, correction, groups and holes. Call it last before the commit (the journal's lock).
 absl::StatusOr<Recorded> InsertCorrection(Transaction& transaction, const CorrectionRow& correction,
                                           const RecordEntry& entry);
 
 absl::StatusOr<std::optional<CorrectionRow>> FindCorrection(Transaction& transaction, const std::string& correction_id);
 
-// Newest first, from below `before_sequence` (0: from the newest); an empty serial matches all.
-absl::StatusOr<std::vector<CorrectionRow>> ListCorrections(Transaction& transaction, const std::string& blade_serial,
+// Newest first, from below `before_sequence` (0: from the newest).
+absl::StatusOr<std::vector<CorrectionRow>> ListCorrections(Transaction& transaction, const CorrectionFilter& filter,
                                                            std::int64_t before_sequence, int limit);
 
 }  // namespace sixpoint::storage

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <map>
 
+#include "storage/postgres_results.h"
+
 namespace sixpoint::storage {
 namespace {
 
@@ -168,6 +170,11 @@ absl::StatusOr<std::vector<InspectionRow>> ReadInspections(Transaction& transact
 
 }  // namespace
 
+std::shared_ptr<InspectionStore> InspectionsIn(Database* database) {
+  using Store = PostgresResults<InspectionRow, InspectionFilter>;
+  return std::make_shared<Store>(database, Store::Statements{InsertInspection, FindInspection, ListInspections});
+}
+
 absl::StatusOr<Recorded> InsertInspection(Transaction& transaction, const InspectionRow& inspection,
                                           const RecordEntry& entry) {
   const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
@@ -193,9 +200,10 @@ absl::StatusOr<std::optional<InspectionRow>> FindInspection(Transaction& transac
   return std::move(rows->front());
 }
 
-absl::StatusOr<std::vector<InspectionRow>> ListInspections(Transaction& transaction, const std::string& blade_serial,
+absl::StatusOr<std::vector<InspectionRow>> ListInspections(Transaction& transaction, const InspectionFilter& filter,
                                                            std::int64_t before_sequence, int limit) {
-  return ReadInspections(transaction, kListInspections, Params().Int(before_sequence).Text(blade_serial).Int(limit));
+  return ReadInspections(transaction, kListInspections,
+                         Params().Int(before_sequence).Text(filter.blade_serial).Int(limit));
 }
 
 }  // namespace sixpoint::storage

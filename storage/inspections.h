@@ -5,12 +5,14 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "storage/database.h"
 #include "storage/record.h"
+#include "storage/result_store.h"
 
 namespace sixpoint::storage {
 
@@ -65,14 +67,23 @@ struct InspectionRow {
   std::vector<InspectionHoleRow> holes;
 };
 
+struct InspectionFilter {
+  std::string blade_serial;  // empty: all
+};
+
+using InspectionStore = ResultStore<InspectionRow, InspectionFilter>;
+// In PostgreSQL; the database lives longer.
+std::shared_ptr<InspectionStore> InspectionsIn(Database* database);
+
+// The same in a transaction of the caller's.
 // Journal entry, inspection, scans and holes. Call it last before the commit.
 absl::StatusOr<Recorded> InsertInspection(Transaction& transaction, const InspectionRow& inspection,
                                           const RecordEntry& entry);
 
 absl::StatusOr<std::optional<InspectionRow>> FindInspection(Transaction& transaction, const std::string& inspection_id);
 
-// Newest first, from below `before_sequence` (0: from the newest); an empty serial matches all.
-absl::StatusOr<std::vector<InspectionRow>> ListInspections(Transaction& transaction, const std::string& blade_serial,
+// Newest first, from below `before_sequence` (0: from the newest).
+absl::StatusOr<std::vector<InspectionRow>> ListInspections(Transaction& transaction, const InspectionFilter& filter,
                                                            std::int64_t before_sequence, int limit);
 
 }  // namespace sixpoint::storage

@@ -2,6 +2,8 @@
 
 #include <map>
 
+#include "storage/postgres_results.h"
+
 namespace sixpoint::storage {
 namespace {
 
@@ -164,6 +166,11 @@ absl::StatusOr<std::vector<RegistrationRow>> ReadRegistrations(Transaction& tran
 }
 
 }  // namespace
+
+std::shared_ptr<RegistrationStore> RegistrationsIn(Database* database) {
+  using Store = PostgresResults<RegistrationRow, RegistrationFilter>;
+  return std::make_shared<Store>(database, Store::Statements{InsertRegistration, FindRegistration, ListRegistrations});
+}
 
 absl::StatusOr<Recorded> InsertRegistration(Transaction& transaction, const RegistrationRow& registration,
                                             const RecordEntry& entry) {

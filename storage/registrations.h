@@ -4,12 +4,14 @@
 #include <absl/status/statusor.h>
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "storage/database.h"
 #include "storage/record.h"
+#include "storage/result_store.h"
 
 namespace sixpoint::storage {
 
@@ -92,18 +94,23 @@ struct RegistrationRow {
   std::vector<RegistrationAngleRow> angles;  // where axis tables were applied
 };
 
+struct RegistrationFilter {
+  std::string blade_serial;       // empty: all
+  bool only_disagreeing = false;  // with the best fit of the same scans
+  bool without_for_inspection = false;
+};
+
+using RegistrationStore = ResultStore<RegistrationRow, RegistrationFilter>;
+// In PostgreSQL; the database lives longer.
+std::shared_ptr<RegistrationStore> RegistrationsIn(Database* database);
+
+// The same in a transaction of the caller's.
 // Journal entry, registration, scans, agreements, datums and angles. Call it last before the commit (the journal's lock).
 absl::StatusOr<Recorded> InsertRegistration(Transaction& transaction, const RegistrationRow& registration,
                                             const RecordEntry& entry);
 
 absl::StatusOr<std::optional<RegistrationRow>> FindRegistration(Transaction& transaction,
                                                                 const std::string& registration_id);
-
-struct RegistrationFilter {
-  std::string blade_serial;       // empty: all
-  bool only_disagreeing = false;  // with the best fit of the same scans
-  bool without_for_inspection = false;
-};
 
 // Newest first, from below `before_sequence` (0: from the newest).
 absl::StatusOr<std::vector<RegistrationRow>> ListRegistrations(Transaction& transaction,

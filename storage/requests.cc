@@ -11,6 +11,24 @@ constexpr char kSelectAnswer[] = "SELECT request_sha256, response FROM requests 
 constexpr char kInsertAnswer[] =
     "INSERT INTO requests (method, request_id, request_sha256, response) VALUES ($1, $2, $3, $4)";
 
+constexpr int kMostAttempts = 3;
+
+absl::StatusOr<std::string> RecordNow(Database& database, const RecordedRequest& request, Deadline deadline,
+                                      const std::function<absl::StatusOr<std::string>(Transaction&)>& work) {
+  absl::StatusOr<Transaction> transaction = database.Begin(deadline);
+  if (!transaction.ok()) return transaction.status();
+  absl::StatusOr<std::optional<std::string>> kept =
+      FindAnswer(*transaction, request.call, request.request_id, request.bytes);
+  if (!kept.ok()) return kept.status();
+  if (kept->has_value()) return **std::move(kept);
+  absl::StatusOr<std::string> answer = work(*transaction);
+  if (!answer.ok()) return answer;
+  absl::Status status = KeepAnswer(*transaction, request.call, request.request_id, request.bytes, *answer);
+  if (status.ok()) status = transaction->Commit();
+  if (!status.ok()) return status;
+  return answer;
+}
+
 }  // namespace
 
 absl::StatusOr<std::optional<std::string>> FindAnswer(Transaction& transaction, std::string_view method,
@@ -35,6 +53,22 @@ absl::Status KeepAnswer(Transaction& transaction, std::string_view method, const
       .Execute(kInsertAnswer,
                Params().Text(method).Text(request_id).Text(Sha256Hex(request_bytes)).Bytes(response_bytes))
       .status();
+}
+
+absl::StatusOr<std::optional<std::string>> FindAnswer(Database& database, const RecordedRequest& request,
+                                                      Deadline deadline) {
+  if (request.request_id.empty()) return std::nullopt;
+  absl::StatusOr<Transaction> transaction = database.Begin(deadline);
+  if (!transaction.ok()) return transaction.status();
+  return FindAnswer(*transaction, request.call, request.request_id, request.bytes);
+}
+
+absl::StatusOr<std::string> RecordOnce(Database& database, const RecordedRequest& request, Deadline deadline,
+                                       const std::function<absl::StatusOr<std::string>(Transaction&)>& work) {
+  absl::StatusOr<std::string> answer = RecordNow(database, request, deadline, work);
+  for (int attempt = 1; attempt < kMostAttempts && absl::IsAborted(answer.status()); ++attempt)
+    answer = RecordNow(database, request, deadline, work);
+  return answer;
 }
 
 // The digest's first bits, but for those that say the version and the variant.

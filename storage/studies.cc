@@ -1,5 +1,8 @@
 #include "storage/studies.h"
 
+#include "storage/blobs.h"
+#include "storage/postgres_results.h"
+
 namespace sixpoint::storage {
 namespace {
 
@@ -24,7 +27,6 @@ std::vector<StudyRow> ReadStudies(const Rows& rows) {
     if (!rows.IsNull(row, 1)) s.machine_id = rows.Text(row, 1);
     s.kind = rows.Text(row, 2);
     s.inputs = rows.Texts(row, 3);
-    s.request_sha256 = rows.Text(row, 4);
     s.verdict = rows.Text(row, 5);
     s.result_json = rows.Text(row, 6);
     if (!rows.IsNull(row, 7)) s.temperature_c = rows.Real(row, 7);
@@ -37,22 +39,20 @@ std::vector<StudyRow> ReadStudies(const Rows& rows) {
 
 }  // namespace
 
-absl::StatusOr<Recorded> InsertStudy(Transaction& transaction, const StudyRow& study, const std::string& summary_json) {
-  RecordEntry entry;
-  entry.kind = "study";
-  entry.name = "studies/" + study.study_id;
-  entry.inputs = study.inputs;
-  if (!study.machine_id.empty()) entry.machine = study.machine_id;
-  entry.method = study.kind;
-  entry.software_version = study.software_version;
-  entry.requested_by = study.requested_by;
-  entry.summary_json = summary_json;
+std::shared_ptr<StudyStore> StudiesIn(Database* database) {
+  using Store = PostgresResults<StudyRow, StudyFilter>;
+  return std::make_shared<Store>(database, Store::Statements{InsertStudy, FindStudy, ListStudies});
+}
+
+absl::StatusOr<Recorded> InsertStudy(Transaction& transaction, const StudyRow& study, const RecordEntry& entry) {
+  const absl::StatusOr<std::string> request_sha256 = PutBlob(transaction, study.request_bytes);
+  if (!request_sha256.ok()) return request_sha256.status();
   const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
   if (!recorded.ok()) return recorded.status();
   Params params;
   params.Text(study.study_id);
   study.machine_id.empty() ? params.Null() : params.Text(study.machine_id);
-  params.Text(study.kind).Texts(study.inputs).Text(study.request_sha256).Text(study.verdict).Json(study.result_json);
+  params.Text(study.kind).Texts(study.inputs).Text(*request_sha256).Text(study.verdict).Json(study.result_json);
   study.temperature_c ? params.Real(*study.temperature_c) : params.Null();
   params.Text(study.requested_by).Text(study.software_version).Int(recorded->sequence).Time(recorded->recorded_at);
   const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertStudy, params);
@@ -67,10 +67,10 @@ absl::StatusOr<std::optional<StudyRow>> FindStudy(Transaction& transaction, cons
   return ReadStudies(*rows).front();
 }
 
-absl::StatusOr<std::vector<StudyRow>> ListStudies(Transaction& transaction, const std::string& machine_id,
-                                                  const std::string& kind, std::int64_t before_sequence, int limit) {
-  const absl::StatusOr<Rows> rows =
-      transaction.Execute(kSelectPage, Params().Text(machine_id).Text(kind).Int(before_sequence).Int(limit));
+absl::StatusOr<std::vector<StudyRow>> ListStudies(Transaction& transaction, const StudyFilter& filter,
+                                                  std::int64_t before_sequence, int limit) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(
+      kSelectPage, Params().Text(filter.machine_id).Text(filter.kind).Int(before_sequence).Int(limit));
   if (!rows.ok()) return rows.status();
   return ReadStudies(*rows);
 }

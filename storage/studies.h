@@ -4,12 +4,14 @@
 #include <absl/status/statusor.h>
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "storage/database.h"
 #include "storage/record.h"
+#include "storage/result_store.h"
 
 namespace sixpoint::storage {
 
@@ -18,8 +20,8 @@ struct StudyRow {
   std::string machine_id;  // empty where it concerns none
   std::string kind;        // GAUGE, ARM, REPEAT, GAUGE_RR, SPHERE_CHECK
   std::vector<std::string> inputs;
-  std::string request_sha256;  // of a stored blob
-  std::string verdict;         // ACCEPTED, REJECTED, UNDECIDABLE, REPORTED
+  std::string request_bytes;  // as it was sent; kept as a blob, not read back
+  std::string verdict;        // ACCEPTED, REJECTED, UNDECIDABLE, REPORTED
   std::string result_json;
   std::optional<double> temperature_c;
   std::string requested_by;
@@ -27,13 +29,24 @@ struct StudyRow {
   Recorded recorded;  // set by InsertStudy
 };
 
-// Journal entry and study. Call it last before the commit (the journal's lock).
-absl::StatusOr<Recorded> InsertStudy(Transaction& transaction, const StudyRow& study, const std::string& summary_json);
+// Empty filters match all.
+struct StudyFilter {
+  std::string machine_id;
+  std::string kind;
+};
+
+using StudyStore = ResultStore<StudyRow, StudyFilter>;
+// In PostgreSQL; the database lives longer.
+std::shared_ptr<StudyStore> StudiesIn(Database* database);
+
+// The same in a transaction of the caller's.
+// The request as a blob, journal entry and study. Call it last before the commit (the journal's lock).
+absl::StatusOr<Recorded> InsertStudy(Transaction& transaction, const StudyRow& study, const RecordEntry& entry);
 
 absl::StatusOr<std::optional<StudyRow>> FindStudy(Transaction& transaction, const std::string& study_id);
 
-// Empty filters match all. Newest first, from below `before_sequence` (0: from the newest).
-absl::StatusOr<std::vector<StudyRow>> ListStudies(Transaction& transaction, const std::string& machine_id,
-                                                  const std::string& kind, std::int64_t before_sequence, int limit);
+// Newest first, from below `before_sequence` (0: from the newest).
+absl::StatusOr<std::vector<StudyRow>> ListStudies(Transaction& transaction, const StudyFilter& filter,
+                                                  std::int64_t before_sequence, int limit);
 
 }  // namespace sixpoint::storage

@@ -8,12 +8,13 @@
 
 namespace sixpoint::calibration {
 
-absl::StatusOr<std::vector<std::string>> AddAxisTables(storage::Transaction& transaction, const std::string& machine_id,
+absl::StatusOr<std::vector<std::string>> AddAxisTables(const storage::CalibrationReader& calibrations,
+                                                       const std::string& machine_id, storage::Deadline deadline,
                                                        metrology::RotationOptions* options) {
   const storage::Instant now = std::chrono::system_clock::now();
   std::vector<std::string> used;
   for (metrology::RotaryJoint& joint : options->joints) {
-    const auto in_force = storage::CalibrationInForce(transaction, {machine_id, "axis", joint.axis}, now);
+    const auto in_force = calibrations.InForce({machine_id, "axis", joint.axis}, now, deadline);
     if (!in_force.ok()) return in_force.status();
     if (!in_force->has_value()) continue;
     joint.table = TableOf(*(**in_force).axis);

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <string>
+#include <utility>
 
 #include "services/calibration/calibration_messages.h"
 #include "services/calibration/calibration_states.h"
@@ -10,32 +11,23 @@
 #include "services/runtime/call.h"
 #include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
-#include "services/runtime/pages.h"
+#include "services/runtime/recorded_results.h"
 #include "services/runtime/resource_name.h"
-#include "storage/calibrations.h"
 
 namespace sixpoint::calibration {
 namespace {
 
 using runtime::ToGrpc;
 
-Caller CallerOf(const grpc::ServerContext* context) {
-  return {runtime::DeadlineOf(*context), [context] { return runtime::ContextFor(*context); },
-          runtime::KeepGoing(*context)};
-}
-
-template <typename Response>
-grpc::Status Answer(absl::StatusOr<Response> result, Response* response) {
-  if (result.ok()) *response = *std::move(result);
-  return ToGrpc(result.status());
-}
+using runtime::Answer;
+using runtime::CallerOf;
 
 // "sensor calibration", "characterisation of axis A".
 std::string Described(const storage::CalibrationSubject& subject) {
   return subject.kind == "axis" ? "characterisation of axis " + subject.axis : subject.kind + " calibration";
 }
 
-absl::StatusOr<v1::Calibration> InForce(storage::Database* database, storage::Deadline deadline,
+absl::StatusOr<v1::Calibration> InForce(const storage::CalibrationReader& calibrations, storage::Deadline deadline,
                                         const v1::GetCalibrationInForceRequest& request) {
   const absl::StatusOr<storage::CalibrationSubject> subject =
       SubjectOf(request.machine(), request.kind(), request.axis());
@@ -43,19 +35,17 @@ absl::StatusOr<v1::Calibration> InForce(storage::Database* database, storage::De
   absl::StatusOr<storage::Instant> at = std::chrono::system_clock::now();
   if (request.has_at()) at = InstantOf("at", request.at());
   if (!at.ok()) return at.status();
-  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  const auto found = storage::CalibrationInForce(*transaction, *subject, *at);
+  const auto found = calibrations.InForce(*subject, *at, deadline);
   if (!found.ok()) return found.status();
   if (found->has_value()) return ToProto(**found);
-  const auto withdrawn = storage::WithdrawnCalibration(*transaction, *subject, *at);
+  const auto withdrawn = calibrations.Withdrawn(*subject, *at, deadline);
   if (!withdrawn.ok()) return withdrawn.status();
   if (withdrawn->has_value())
     return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_WITHDRAWN",
                             request.machine() + ": its " + Described(*subject) + " " + (**withdrawn).name() +
                                 " was withdrawn (" + (**withdrawn).withdrawal->reason +
                                 "), want one in force; calibrate");
-  const auto ended = storage::LastValidity(*transaction, *subject, *at);
+  const auto ended = calibrations.LastValidity(*subject, *at, deadline);
   if (!ended.ok()) return ended.status();
   if (ended->has_value())
     return runtime::Failure(
@@ -65,42 +55,18 @@ absl::StatusOr<v1::Calibration> InForce(storage::Database* database, storage::De
                           request.machine() + ": no " + Described(*subject) + ", want one in force; calibrate first");
 }
 
-absl::StatusOr<v1::ListCalibrationsResponse> List(storage::Database* database, storage::Deadline deadline,
-                                                  const v1::ListCalibrationsRequest& request) {
-  const absl::StatusOr<storage::CalibrationSubject> filter =
-      FilterOf(request.machine(), request.kind(), request.axis());
-  if (!filter.ok()) return filter.status();
-  const std::string filters = filter->machine_id + "|" + filter->kind + "|" + filter->axis;
-  const absl::StatusOr<runtime::Page> page = runtime::PageOf(filters, request.page_size(), request.page_token());
-  if (!page.ok()) return page.status();
-  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  // One more than asked tells whether there is another page.
-  const auto rows = storage::ListCalibrations(*transaction, *filter, page->before_sequence, page->size + 1);
-  if (!rows.ok()) return rows.status();
-  v1::ListCalibrationsResponse response;
-  for (const storage::CalibrationRow& row : *rows) {
-    if (response.calibrations_size() == page->size) {
-      const std::int64_t last_sequence = response.calibrations(page->size - 1).record_sequence();
-      response.set_next_page_token(runtime::TokenAfter(filters, last_sequence));
-      break;
-    }
-    *response.add_calibrations() = ToProto(row);
-  }
-  return response;
-}
-
 }  // namespace
 
-CalibrationService::CalibrationService(storage::Database* database, std::shared_ptr<grpc::Channel> plant,
-                                       std::shared_ptr<grpc::Channel> ingest, int threads)
-    : database_(database), calibrator_(database, std::move(plant), std::move(ingest), threads) {}
+CalibrationService::CalibrationService(std::shared_ptr<storage::CalibrationStore> store,
+                                       std::shared_ptr<grpc::Channel> plant, std::shared_ptr<grpc::Channel> ingest,
+                                       int threads)
+    : store_(store), calibrator_(std::move(store), std::move(plant), std::move(ingest), threads) {}
 
 grpc::Status CalibrationService::CalibrateSensor(grpc::ServerContext* context,
                                                  const v1::CalibrateSensorRequest* request, v1::Calibration* response) {
   const runtime::ComputeSlot slot(&running_, kMostRunning);
   if (absl::Status free = slot.Check("calibrations", "CALIBRATIONS_FULL"); !free.ok()) return ToGrpc(free);
-  return Answer(calibrator_.CalibrateSensor(*request, CallerOf(context)), response);
+  return Answer(calibrator_.CalibrateSensor(*request, CallerOf(*context)), response);
 }
 
 grpc::Status CalibrationService::CalibrateRotation(grpc::ServerContext* context,
@@ -108,16 +74,14 @@ grpc::Status CalibrationService::CalibrateRotation(grpc::ServerContext* context,
                                                    v1::Calibration* response) {
   const runtime::ComputeSlot slot(&running_, kMostRunning);
   if (absl::Status free = slot.Check("calibrations", "CALIBRATIONS_FULL"); !free.ok()) return ToGrpc(free);
-  return Answer(calibrator_.CalibrateRotation(*request, CallerOf(context)), response);
+  return Answer(calibrator_.CalibrateRotation(*request, CallerOf(*context)), response);
 }
 
 grpc::Status CalibrationService::GetCalibration(grpc::ServerContext* context, const v1::GetCalibrationRequest* request,
                                                 v1::Calibration* response) {
   const absl::StatusOr<std::string> id = CalibrationIdOf("name", request->name());
   if (!id.ok()) return ToGrpc(id.status());
-  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
-  if (!transaction.ok()) return ToGrpc(transaction.status());
-  const auto found = storage::FindCalibration(*transaction, *id);
+  const auto found = store_->Find(*id, runtime::DeadlineOf(*context));
   if (!found.ok()) return ToGrpc(found.status());
   if (!found->has_value())
     return ToGrpc(absl::NotFoundError("name: " + request->name() + ", want a calibration that is recorded"));
@@ -128,22 +92,27 @@ grpc::Status CalibrationService::GetCalibration(grpc::ServerContext* context, co
 grpc::Status CalibrationService::GetCalibrationInForce(grpc::ServerContext* context,
                                                        const v1::GetCalibrationInForceRequest* request,
                                                        v1::Calibration* response) {
-  return Answer(InForce(database_, runtime::DeadlineOf(*context), *request), response);
+  return Answer(InForce(*store_, runtime::DeadlineOf(*context), *request), response);
 }
 
 grpc::Status CalibrationService::ListCalibrations(grpc::ServerContext* context,
                                                   const v1::ListCalibrationsRequest* request,
                                                   v1::ListCalibrationsResponse* response) {
-  absl::StatusOr<v1::ListCalibrationsResponse> page = List(database_, runtime::DeadlineOf(*context), *request);
-  if (page.ok()) *response = *std::move(page);
-  return ToGrpc(page.status());
+  const absl::StatusOr<storage::CalibrationSubject> filter =
+      FilterOf(request->machine(), request->kind(), request->axis());
+  if (!filter.ok()) return ToGrpc(filter.status());
+  const std::string filters = filter->machine_id + "|" + filter->kind + "|" + filter->axis;
+  return ToGrpc(runtime::ListResults(
+      *store_, runtime::DeadlineOf(*context), *request, *filter, filters,
+      [](const storage::CalibrationRow& row) -> absl::StatusOr<v1::Calibration> { return ToProto(row); },
+      response->mutable_calibrations(), response->mutable_next_page_token()));
 }
 
 grpc::Status CalibrationService::CalibrateProbe(grpc::ServerContext* context, const v1::CalibrateProbeRequest* request,
                                                 v1::Calibration* response) {
   const runtime::ComputeSlot slot(&running_, kMostRunning);
   if (absl::Status free = slot.Check("calibrations", "CALIBRATIONS_FULL"); !free.ok()) return ToGrpc(free);
-  return Answer(calibrator_.CalibrateProbe(*request, CallerOf(context)), response);
+  return Answer(calibrator_.CalibrateProbe(*request, CallerOf(*context)), response);
 }
 
 grpc::Status CalibrationService::CharacteriseAxis(grpc::ServerContext* context,
@@ -151,29 +120,25 @@ grpc::Status CalibrationService::CharacteriseAxis(grpc::ServerContext* context,
                                                   v1::Calibration* response) {
   const runtime::ComputeSlot slot(&running_, kMostRunning);
   if (absl::Status free = slot.Check("calibrations", "CALIBRATIONS_FULL"); !free.ok()) return ToGrpc(free);
-  return Answer(calibrator_.CharacteriseAxis(*request, CallerOf(context)), response);
+  return Answer(calibrator_.CharacteriseAxis(*request, CallerOf(*context)), response);
 }
 
 grpc::Status CalibrationService::ReleaseCalibration(grpc::ServerContext* context,
                                                     const v1::ReleaseCalibrationRequest* request,
                                                     v1::Calibration* response) {
-  return Answer(Release(database_, runtime::DeadlineOf(*context), *request), response);
+  return Answer(Release(*store_, runtime::DeadlineOf(*context), *request), response);
 }
 
 grpc::Status CalibrationService::WithdrawCalibration(grpc::ServerContext* context,
                                                      const v1::WithdrawCalibrationRequest* request,
                                                      v1::WithdrawCalibrationResponse* response) {
-  absl::StatusOr<v1::WithdrawCalibrationResponse> done = Withdraw(database_, runtime::DeadlineOf(*context), *request);
-  if (done.ok()) *response = *std::move(done);
-  return ToGrpc(done.status());
+  return Answer(Withdraw(*store_, runtime::DeadlineOf(*context), *request), response);
 }
 
 grpc::Status CalibrationService::GetCalibrationTrend(grpc::ServerContext* context,
                                                      const v1::GetCalibrationTrendRequest* request,
                                                      v1::CalibrationTrend* response) {
-  absl::StatusOr<v1::CalibrationTrend> trend = TrendOf(database_, runtime::DeadlineOf(*context), *request);
-  if (trend.ok()) *response = *std::move(trend);
-  return ToGrpc(trend.status());
+  return Answer(TrendOf(*store_, runtime::DeadlineOf(*context), *request), response);
 }
 
 }  // namespace sixpoint::calibration

@@ -6,13 +6,14 @@
 
 #include "services/calibration/calibrator.h"
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
+#include "storage/calibration_store.h"
 
 namespace sixpoint::calibration {
 
 class CalibrationService final : public v1::CalibrationService::Service {
  public:
   // threads: compute threads of one sensor calibration. One more than kMostRunning at once gets RESOURCE_EXHAUSTED.
-  CalibrationService(storage::Database* database, std::shared_ptr<grpc::Channel> plant,
+  CalibrationService(std::shared_ptr<storage::CalibrationStore> store, std::shared_ptr<grpc::Channel> plant,
                      std::shared_ptr<grpc::Channel> ingest, int threads);
 
   grpc::Status CalibrateSensor(grpc::ServerContext* context, const v1::CalibrateSensorRequest* request,
@@ -39,7 +40,7 @@ class CalibrationService final : public v1::CalibrationService::Service {
  private:
   static constexpr int kMostRunning = 4;
 
-  storage::Database* database_;
+  const std::shared_ptr<storage::CalibrationStore> store_;
   Calibrator calibrator_;
   std::atomic<int> running_{0};
 };

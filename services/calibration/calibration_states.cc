@@ -1,38 +1,25 @@
 #include "services/calibration/calibration_states.h"
 
 #include <chrono>
+#include <functional>
 #include <set>
+#include <utility>
 
 #include "services/calibration/calibration_messages.h"
-#include "services/calibration/kept_answers.h"
 #include "services/calibration/validate.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/recorded_call.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
 #include "services/runtime/time_proto.h"
-#include "storage/calibrations.h"
-#include "storage/record.h"
 
 namespace sixpoint::calibration {
 namespace {
-
-constexpr char kReleaseCall[] = "calibration.ReleaseCalibration";
-constexpr char kWithdrawCall[] = "calibration.WithdrawCalibration";
 
 using storage::CalibrationState;
 
 absl::Status NotNow(const std::string& reason, const std::string& message) {
   return runtime::Failure(absl::StatusCode::kFailedPrecondition, reason, message);
-}
-
-absl::StatusOr<storage::CalibrationRow> Find(storage::Transaction& transaction, const std::string& name,
-                                             storage::Instant now) {
-  const absl::StatusOr<std::string> id = CalibrationIdOf("name", name);
-  if (!id.ok()) return id.status();
-  auto found = storage::FindCalibration(transaction, *id, now);
-  if (!found.ok()) return found.status();
-  if (!found->has_value()) return absl::NotFoundError("name: " + name + ", want a calibration that is recorded");
-  return **std::move(found);
 }
 
 absl::Status CheckNotWithdrawn(const storage::CalibrationRow& row, const std::string& name, const std::string& wanted) {
@@ -51,19 +38,21 @@ absl::Status CheckReleasable(const storage::CalibrationRow& row, const std::stri
   return absl::OkStatus();
 }
 
+// `may` is asked of the calibration as it is when it is decided about.
 template <typename Request>
-storage::CalibrationEvent EventOf(const Request& request) {
-  storage::CalibrationEvent event;
-  event.reason = request.reason();
-  event.requested_by = request.requested_by();
-  event.software_version = runtime::SoftwareVersion();
-  return event;
-}
-
-// Two that decide at once: the second finds the first one's event.
-absl::Status DecidedMeanwhile(const absl::Status& status, const std::string& name) {
-  if (!absl::IsAlreadyExists(status)) return status;
-  return absl::AbortedError("name: " + name + ", decided by another call meanwhile; look at it and try again");
+absl::StatusOr<storage::CalibrationDecision> DecisionOf(
+    const Request& request, std::function<absl::Status(const storage::CalibrationRow&)> may) {
+  const absl::StatusOr<std::string> id = CalibrationIdOf("name", request.name());
+  if (!id.ok()) return id.status();
+  storage::CalibrationDecision decision;
+  decision.calibration_id = *id;
+  decision.event = {request.reason(), request.requested_by(), runtime::SoftwareVersion(), {}};
+  decision.check = [name = request.name(),
+                    may = std::move(may)](const std::optional<storage::CalibrationRow>& calibration) -> absl::Status {
+    if (!calibration) return absl::NotFoundError("name: " + name + ", want a calibration that is recorded");
+    return may(*calibration);
+  };
+  return decision;
 }
 
 void AddResting(const std::vector<storage::JournalEntry>& derived, v1::WithdrawCalibrationResponse* response) {
@@ -84,58 +73,45 @@ void AddResting(const std::vector<storage::JournalEntry>& derived, v1::WithdrawC
 
 }  // namespace
 
-absl::StatusOr<v1::Calibration> Release(storage::Database* database, storage::Deadline deadline,
+absl::StatusOr<v1::Calibration> Release(storage::CalibrationWriter& store, storage::Deadline deadline,
                                         const v1::ReleaseCalibrationRequest& request) {
   if (absl::Status s = CheckEvent(request.reason(), request.requested_by(), request.request_id()); !s.ok()) return s;
-  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  auto kept = FindKept<v1::Calibration>(*transaction, kReleaseCall, request);
-  if (!kept.ok()) return kept.status();
-  if (kept->has_value()) return **std::move(kept);
-  const storage::Instant now = std::chrono::system_clock::now();
-  absl::StatusOr<storage::CalibrationRow> row = Find(*transaction, request.name(), now);
-  if (!row.ok()) return row.status();
-  if (absl::Status s = CheckReleasable(*row, request.name(), now); !s.ok()) return s;
-  const auto recorded = storage::ReleaseCalibration(*transaction, *row, EventOf(request));
-  if (!recorded.ok()) return DecidedMeanwhile(recorded.status(), request.name());
-  row = Find(*transaction, request.name(), now);
-  if (!row.ok()) return row.status();
-  const v1::Calibration answer = ToProto(*row);
-  if (absl::Status s = Keep(*transaction, kReleaseCall, request, answer); !s.ok()) return s;
-  if (absl::Status s = transaction->Commit(); !s.ok()) return s;
-  return answer;
+  const auto decide = [&] {
+    return DecisionOf(request, [&](const storage::CalibrationRow& row) {
+      return CheckReleasable(row, request.name(), std::chrono::system_clock::now());
+    });
+  };
+  const auto answer_of = [](const storage::CalibrationRow& row) -> absl::StatusOr<std::string> {
+    return ToProto(row).SerializeAsString();
+  };
+  return runtime::RecordedCall<v1::Calibration>(
+      store, "calibration.ReleaseCalibration", request, deadline, decide,
+      [&](const storage::RecordedRequest& recorded, const storage::CalibrationDecision& decision) {
+        return store.Release(recorded, decision, answer_of, deadline);
+      });
 }
 
-absl::StatusOr<v1::WithdrawCalibrationResponse> Withdraw(storage::Database* database, storage::Deadline deadline,
+absl::StatusOr<v1::WithdrawCalibrationResponse> Withdraw(storage::CalibrationWriter& store, storage::Deadline deadline,
                                                          const v1::WithdrawCalibrationRequest& request) {
   if (absl::Status s = CheckEvent(request.reason(), request.requested_by(), request.request_id()); !s.ok()) return s;
   if (request.reason().empty()) return runtime::Refuse("reason", "", "why it must not be used");
-  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  auto kept = FindKept<v1::WithdrawCalibrationResponse>(*transaction, kWithdrawCall, request);
-  if (!kept.ok()) return kept.status();
-  if (kept->has_value()) return **std::move(kept);
-  const storage::Instant now = std::chrono::system_clock::now();
-  absl::StatusOr<storage::CalibrationRow> row = Find(*transaction, request.name(), now);
-  if (!row.ok()) return row.status();
-  if (absl::Status s = CheckNotWithdrawn(*row, request.name(), "one that is not"); !s.ok()) return s;
-  const auto recorded = storage::WithdrawCalibration(*transaction, *row, EventOf(request));
-  if (!recorded.ok()) return DecidedMeanwhile(recorded.status(), request.name());
-
-  v1::WithdrawCalibrationResponse response;
-  row = Find(*transaction, request.name(), now);
-  if (!row.ok()) return row.status();
-  *response.mutable_calibration() = ToProto(*row);
-  // The journal's lock is held: nothing more can come to rest on it.
-  const auto derived = storage::DerivedFrom(*transaction, row->name());
-  if (!derived.ok()) return derived.status();
-  AddResting(*derived, &response);
-  const auto in_force = storage::CalibrationInForce(*transaction, row->subject(), now);
-  if (!in_force.ok()) return in_force.status();
-  if (in_force->has_value()) response.set_in_force((**in_force).name());
-  if (absl::Status s = Keep(*transaction, kWithdrawCall, request, response); !s.ok()) return s;
-  if (absl::Status s = transaction->Commit(); !s.ok()) return s;
-  return response;
+  const auto decide = [&] {
+    return DecisionOf(request, [&](const storage::CalibrationRow& row) {
+      return CheckNotWithdrawn(row, request.name(), "one that is not");
+    });
+  };
+  const auto answer_of = [](const storage::WithdrawnCalibrationRow& row) -> absl::StatusOr<std::string> {
+    v1::WithdrawCalibrationResponse response;
+    *response.mutable_calibration() = ToProto(row.calibration);
+    AddResting(row.resting, &response);
+    if (row.in_force) response.set_in_force(row.in_force->name());
+    return response.SerializeAsString();
+  };
+  return runtime::RecordedCall<v1::WithdrawCalibrationResponse>(
+      store, "calibration.WithdrawCalibration", request, deadline, decide,
+      [&](const storage::RecordedRequest& recorded, const storage::CalibrationDecision& decision) {
+        return store.Withdraw(recorded, decision, answer_of, deadline);
+      });
 }
 
 }  // namespace sixpoint::calibration

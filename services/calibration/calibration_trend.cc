@@ -139,7 +139,7 @@ std::vector<CalibratedParameter> ParametersOf(const storage::CalibrationRow& row
   return {};
 }
 
-absl::StatusOr<v1::CalibrationTrend> TrendOf(storage::Database* database, storage::Deadline deadline,
+absl::StatusOr<v1::CalibrationTrend> TrendOf(const storage::CalibrationReader& calibrations, storage::Deadline deadline,
                                              const v1::GetCalibrationTrendRequest& request) {
   const absl::StatusOr<storage::CalibrationSubject> subject =
       SubjectOf(request.machine(), request.kind(), request.axis());
@@ -149,10 +149,8 @@ absl::StatusOr<v1::CalibrationTrend> TrendOf(storage::Database* database, storag
     return runtime::Refuse("coverage_factor", request.coverage_factor(), "1 to 8, or 0 for 3");
   if (request.most_count() < 0 || request.most_count() > kGreatestCount)
     return runtime::Refuse("most_count", std::to_string(request.most_count()), "0 to 1000");
-  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  const auto rows = storage::CalibrationHistory(*transaction, *subject,
-                                                request.most_count() == 0 ? kUsualCount : request.most_count());
+  const auto rows =
+      calibrations.History(*subject, request.most_count() == 0 ? kUsualCount : request.most_count(), deadline);
   if (!rows.ok()) return rows.status();
   if (rows->empty())
     return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_MISSING",

@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "sixpoint/calibration/v1/calibration.pb.h"
-#include "storage/calibrations.h"
-#include "storage/database.h"
+#include "storage/calibration_store.h"
 
 namespace sixpoint::calibration {
 
@@ -20,7 +19,7 @@ struct CalibratedParameter {
 };
 std::vector<CalibratedParameter> ParametersOf(const storage::CalibrationRow& row);
 
-absl::StatusOr<v1::CalibrationTrend> TrendOf(storage::Database* database, storage::Deadline deadline,
+absl::StatusOr<v1::CalibrationTrend> TrendOf(const storage::CalibrationReader& calibrations, storage::Deadline deadline,
                                              const v1::GetCalibrationTrendRequest& request);
 
 }  // namespace sixpoint::calibration

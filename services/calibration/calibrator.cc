@@ -8,19 +8,19 @@
 #include "services/calibration/axis_messages.h"
 #include "services/calibration/axis_tables.h"
 #include "services/calibration/calibration_messages.h"
-#include "services/calibration/kept_answers.h"
 #include "services/calibration/probe_messages.h"
 #include "services/calibration/refusals.h"
 #include "services/calibration/validate.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/machine_chain.h"
+#include "services/runtime/recorded_call.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
-#include "storage/blobs.h"
-#include "storage/calibrations.h"
 
 namespace sixpoint::calibration {
 namespace {
+
+using runtime::NotKnown;
 
 constexpr char kSensorCall[] = "calibration.CalibrateSensor";
 constexpr char kRotationCall[] = "calibration.CalibrateRotation";
@@ -30,45 +30,23 @@ constexpr std::size_t kMostPoints = 20'000'000;
 
 std::string Revised(const std::string& name, int revision) { return name + "@" + std::to_string(revision); }
 
+// What every calibration has of its request.
 template <typename Request>
-absl::StatusOr<std::optional<v1::Calibration>> AnsweredBefore(storage::Database* database, const char* call,
-                                                              const Request& request, storage::Deadline deadline) {
-  if (request.request_id().empty()) return std::nullopt;
-  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  return FindKept<v1::Calibration>(*transaction, call, request);
-}
-
-// Request, calibration, journal entry and answer in one transaction. No connection was held while the kernel worked, so
-// the answer is looked for again.
-template <typename Request>
-absl::StatusOr<v1::Calibration> Store(storage::Database* database, const char* call, const Request& request,
-                                      storage::CalibrationRow row, storage::Deadline deadline) {
-  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  absl::StatusOr<std::optional<v1::Calibration>> kept = FindKept<v1::Calibration>(*transaction, call, request);
-  if (!kept.ok()) return kept.status();
-  if (kept->has_value()) return **std::move(kept);
-  const std::string bytes = request.SerializeAsString();
-  absl::StatusOr<std::string> sha256 = storage::PutBlob(*transaction, bytes);
-  if (!sha256.ok()) return sha256.status();
+storage::CalibrationRow Described(const Request& request, const Validity& validity) {
+  storage::CalibrationRow row;
   row.calibration_id = storage::NewUuid();
-  row.request_sha256 = *std::move(sha256);
+  row.machine_id = runtime::LastSegment(request.machine());
+  row.valid_from = validity.from;
+  row.valid_until = validity.until;
   row.requested_by = request.requested_by();
   row.software_version = runtime::SoftwareVersion();
   row.is_draft = request.draft();
   row.environment = RowOf(request.environment());
-  const absl::StatusOr<storage::Recorded> recorded = storage::InsertCalibration(*transaction, row, SummaryOf(row));
-  if (!recorded.ok()) return recorded.status();
-  // Read again: its state depends on what else there is.
-  const auto stored = storage::FindCalibration(*transaction, row.calibration_id);
-  if (!stored.ok()) return stored.status();
-  if (!stored->has_value()) return absl::DataLossError("calibration " + row.calibration_id + ": not stored");
-  const v1::Calibration answer = ToProto(**stored);
-  absl::Status s = storage::KeepAnswer(*transaction, call, request.request_id(), bytes, answer.SerializeAsString());
-  if (!s.ok()) return s;
-  if (s = transaction->Commit(); !s.ok()) return s;
-  return answer;
+  return row;
+}
+
+absl::Status NotConverged(const std::string& what) {
+  return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_NOT_CONVERGED", what);
 }
 
 template <typename Request>
@@ -95,9 +73,24 @@ absl::StatusOr<metrology::RotationCalibration> FindAxes(const v1::CalibrateRotat
 
 }  // namespace
 
-Calibrator::Calibrator(storage::Database* database, std::shared_ptr<grpc::Channel> plant,
+Calibrator::Calibrator(std::shared_ptr<storage::CalibrationStore> store, std::shared_ptr<grpc::Channel> plant,
                        std::shared_ptr<grpc::Channel> ingest, int threads)
-    : database_(database), plant_(std::move(plant)), scans_(std::move(ingest)), threads_(threads) {}
+    : store_(std::move(store)), plant_(std::move(plant)), scans_(std::move(ingest)), threads_(threads) {}
+
+// The calibration as it reads once it is recorded is the answer.
+template <typename Request, typename Make>
+absl::StatusOr<v1::Calibration> Calibrator::Recorded(const char* call, const Request& request, const Caller& caller,
+                                                     const Make& make) const {
+  const auto answer_of = [](const storage::CalibrationRow& row) -> absl::StatusOr<std::string> {
+    return ToProto(row).SerializeAsString();
+  };
+  return runtime::RecordedCall<v1::Calibration>(
+      *store_, call, request, caller.deadline, make,
+      [&](const storage::RecordedRequest& recorded, storage::CalibrationRow row) {
+        const std::string summary = SummaryOf(row);
+        return store_->Record(recorded, std::move(row), summary, answer_of, caller.deadline);
+      });
+}
 
 absl::StatusOr<v1::Calibration> Calibrator::CalibrateSensor(const v1::CalibrateSensorRequest& request,
                                                             const Caller& caller) {
@@ -107,20 +100,21 @@ absl::StatusOr<v1::Calibration> Calibrator::CalibrateSensor(const v1::CalibrateS
   if (!touch.ok()) return touch.status();
   const absl::StatusOr<Validity> validity = ValidityIn(request);
   if (!validity.ok()) return validity.status();
-  auto before = AnsweredBefore(database_, kSensorCall, request, caller.deadline);
-  if (!before.ok()) return before.status();
-  if (before->has_value()) return **std::move(before);
+  return Recorded(kSensorCall, request, caller, [&] { return MakeSensor(request, *touch, *validity, caller); });
+}
 
+absl::StatusOr<storage::CalibrationRow> Calibrator::MakeSensor(const v1::CalibrateSensorRequest& request,
+                                                               const metrology::ArtefactTouch& touch,
+                                                               const Validity& validity, const Caller& caller) const {
   const absl::StatusOr<plant::v1::Machine> machine = plant_.GetMachine(request.machine(), 0, caller.make_context());
   if (!machine.ok()) return NotKnown("machine", request.machine(), machine.status());
   const absl::StatusOr<plant::v1::Artefact> record = plant_.GetArtefact(request.artefact(), 0, caller.make_context());
   if (!record.ok()) return NotKnown("artefact", request.artefact(), record.status());
   const absl::StatusOr<metrology::Artefact> artefact = ArtefactOf(*record);
   if (!artefact.ok()) return AsRefusal(artefact.status());
-  if (absl::Status s = metrology::CheckTouch(*artefact, *touch); !s.ok()) return AsRefusal(s);
+  if (absl::Status s = metrology::CheckTouch(*artefact, touch); !s.ok()) return AsRefusal(s);
 
-  storage::CalibrationRow row;
-  row.machine_id = *runtime::IdOf("machine", "machines", request.machine());
+  storage::CalibrationRow row = Described(request, validity);
   row.inputs = {Revised(request.machine(), machine->revision()), Revised(request.artefact(), record->revision())};
   std::vector<metrology::LineScan> scans;
   ingest::v1::Scan first;
@@ -143,18 +137,15 @@ absl::StatusOr<v1::Calibration> Calibrator::CalibrateSensor(const v1::CalibrateS
   options.keep_going = caller.keep_going;
   const bool sequential = request.method() == v1::SENSOR_METHOD_SEQUENTIAL;
   const absl::StatusOr<metrology::SensorCalibration> result =
-      sequential ? metrology::CalibrateSensorSequentially(scans, *artefact, *touch, options)
-                 : metrology::CalibrateSensor(scans, *artefact, *touch, options);
+      sequential ? metrology::CalibrateSensorSequentially(scans, *artefact, touch, options)
+                 : metrology::CalibrateSensor(scans, *artefact, touch, options);
   if (!result.ok()) return AsRefusal(result.status());
   if (!result->converged)
-    return runtime::Failure(
-        absl::StatusCode::kFailedPrecondition, "CALIBRATION_NOT_CONVERGED",
-        "the fit did not settle in " + std::to_string(result->iterations) + " iterations; scan the artefact again");
+    return NotConverged("the fit did not settle in " + std::to_string(result->iterations) +
+                        " iterations; scan the artefact again");
   row.method = sequential ? "SEQUENTIAL" : "JOINT";
-  row.valid_from = validity->from;
-  row.valid_until = validity->until;
   row.sensor = RowOf(*result);
-  return Store(database_, kSensorCall, request, std::move(row), caller.deadline);
+  return row;
 }
 
 absl::StatusOr<v1::Calibration> Calibrator::CalibrateRotation(const v1::CalibrateRotationRequest& request,
@@ -165,34 +156,29 @@ absl::StatusOr<v1::Calibration> Calibrator::CalibrateRotation(const v1::Calibrat
   if (!poses.ok()) return poses.status();
   const absl::StatusOr<Validity> validity = ValidityIn(request);
   if (!validity.ok()) return validity.status();
-  auto before = AnsweredBefore(database_, kRotationCall, request, caller.deadline);
-  if (!before.ok()) return before.status();
-  if (before->has_value()) return **std::move(before);
+  return Recorded(kRotationCall, request, caller, [&] { return MakeRotation(request, *poses, *validity, caller); });
+}
 
+absl::StatusOr<storage::CalibrationRow> Calibrator::MakeRotation(const v1::CalibrateRotationRequest& request,
+                                                                 const std::vector<metrology::SpherePose>& poses,
+                                                                 const Validity& validity, const Caller& caller) const {
   const absl::StatusOr<plant::v1::Machine> machine = plant_.GetMachine(request.machine(), 0, caller.make_context());
   if (!machine.ok()) return NotKnown("machine", request.machine(), machine.status());
   absl::StatusOr<metrology::RotationOptions> options = RotationOptionsOf(*machine);
   if (!options.ok()) return options.status();
   options->standard_uncertainty_mm = 1e-3 * request.standard_uncertainty_um();
-  storage::CalibrationRow row;
-  row.machine_id = *runtime::IdOf("machine", "machines", request.machine());
+  storage::CalibrationRow row = Described(request, validity);
   row.inputs = {Revised(request.machine(), machine->revision())};
   if (request.apply_axis_tables()) {
-    absl::StatusOr<storage::Transaction> transaction = database_->Begin(caller.deadline);
-    if (!transaction.ok()) return transaction.status();
-    const auto used = AddAxisTables(*transaction, row.machine_id, &*options);
+    const auto used = AddAxisTables(*store_, row.machine_id, caller.deadline, &*options);
     if (!used.ok()) return used.status();
     row.inputs.insert(row.inputs.end(), used->begin(), used->end());
   }
-  const absl::StatusOr<metrology::RotationCalibration> result = FindAxes(request, *poses, *options, &row.method);
+  const absl::StatusOr<metrology::RotationCalibration> result = FindAxes(request, poses, *options, &row.method);
   if (!result.ok()) return AsRefusal(result.status());
-  if (!result->converged)
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_NOT_CONVERGED",
-                            "the fit did not settle; probe the sphere at more poses");
-  row.valid_from = validity->from;
-  row.valid_until = validity->until;
-  row.rotation = RowOf(*result, *poses, *options);
-  return Store(database_, kRotationCall, request, std::move(row), caller.deadline);
+  if (!result->converged) return NotConverged("the fit did not settle; probe the sphere at more poses");
+  row.rotation = RowOf(*result, poses, *options);
+  return row;
 }
 
 absl::StatusOr<v1::Calibration> Calibrator::CalibrateProbe(const v1::CalibrateProbeRequest& request,
@@ -203,31 +189,28 @@ absl::StatusOr<v1::Calibration> Calibrator::CalibrateProbe(const v1::CalibratePr
   if (!inputs.ok()) return inputs.status();
   const absl::StatusOr<Validity> validity = ValidityIn(request);
   if (!validity.ok()) return validity.status();
-  auto before = AnsweredBefore(database_, kProbeCall, request, caller.deadline);
-  if (!before.ok()) return before.status();
-  if (before->has_value()) return **std::move(before);
+  return Recorded(kProbeCall, request, caller, [&] { return MakeProbe(request, *inputs, *validity, caller); });
+}
 
+absl::StatusOr<storage::CalibrationRow> Calibrator::MakeProbe(const v1::CalibrateProbeRequest& request,
+                                                              const ProbeInputs& inputs, const Validity& validity,
+                                                              const Caller& caller) const {
   const absl::StatusOr<plant::v1::Machine> machine = plant_.GetMachine(request.machine(), 0, caller.make_context());
   if (!machine.ok()) return NotKnown("machine", request.machine(), machine.status());
   const bool linear = request.method() == v1::PROBE_METHOD_LINEAR;
   const absl::StatusOr<metrology::ProbeCalibration> result =
-      linear ? metrology::CalibrateProbeLinearly(inputs->faces, inputs->readings, inputs->options)
-             : metrology::CalibrateProbe(inputs->faces, inputs->readings, inputs->options);
+      linear ? metrology::CalibrateProbeLinearly(inputs.faces, inputs.readings, inputs.options)
+             : metrology::CalibrateProbe(inputs.faces, inputs.readings, inputs.options);
   if (!result.ok()) return AsRefusal(result.status());
-  if (!result->converged)
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_NOT_CONVERGED",
-                            "the fit did not settle; measure each face at more displacements");
+  if (!result->converged) return NotConverged("the fit did not settle; measure each face at more displacements");
   const absl::StatusOr<std::vector<metrology::ProbeFaceCheck>> checks =
-      metrology::CheckProbe(*result, inputs->moved_faces, inputs->moved_readings, inputs->options);
+      metrology::CheckProbe(*result, inputs.moved_faces, inputs.moved_readings, inputs.options);
   if (!checks.ok()) return AsRefusal(checks.status());
-  storage::CalibrationRow row;
-  row.machine_id = *runtime::IdOf("machine", "machines", request.machine());
+  storage::CalibrationRow row = Described(request, validity);
   row.inputs = {Revised(request.machine(), machine->revision())};
   row.method = linear ? "LINEAR" : "WEIGHTED";
-  row.valid_from = validity->from;
-  row.valid_until = validity->until;
   row.probe = RowOf(*result, *checks, request);
-  return Store(database_, kProbeCall, request, std::move(row), caller.deadline);
+  return row;
 }
 
 absl::StatusOr<v1::Calibration> Calibrator::CharacteriseAxis(const v1::CharacteriseAxisRequest& request,
@@ -238,27 +221,26 @@ absl::StatusOr<v1::Calibration> Calibrator::CharacteriseAxis(const v1::Character
   if (!readings.ok()) return readings.status();
   const absl::StatusOr<Validity> validity = ValidityIn(request, kUsualAxisValidity);
   if (!validity.ok()) return validity.status();
-  auto before = AnsweredBefore(database_, kAxisCall, request, caller.deadline);
-  if (!before.ok()) return before.status();
-  if (before->has_value()) return **std::move(before);
+  return Recorded(kAxisCall, request, caller, [&] { return MakeAxis(request, *readings, *validity, caller); });
+}
 
+absl::StatusOr<storage::CalibrationRow> Calibrator::MakeAxis(const v1::CharacteriseAxisRequest& request,
+                                                             const std::vector<metrology::AxisReading>& readings,
+                                                             const Validity& validity, const Caller& caller) const {
   const absl::StatusOr<plant::v1::Machine> machine = plant_.GetMachine(request.machine(), 0, caller.make_context());
   if (!machine.ok()) return NotKnown("machine", request.machine(), machine.status());
   const absl::StatusOr<metrology::JointChain> chain = runtime::ChainOf(*machine);
   if (!chain.ok()) return chain.status();
   const absl::StatusOr<metrology::Joint> joint = JointOf(request.machine(), *chain, request.axis());
   if (!joint.ok()) return joint.status();
-  const absl::StatusOr<metrology::AxisCharacterisation> result = metrology::CharacteriseAxis(*readings);
+  const absl::StatusOr<metrology::AxisCharacterisation> result = metrology::CharacteriseAxis(readings);
   if (!result.ok()) return AsRefusal(result.status());
-  storage::CalibrationRow row;
-  row.machine_id = *runtime::IdOf("machine", "machines", request.machine());
+  storage::CalibrationRow row = Described(request, validity);
   row.inputs = {Revised(request.machine(), machine->revision())};
   row.method = "ENCODER_RUN";
-  row.valid_from = validity->from;
-  row.valid_until = validity->until;
   row.axis = RowOf(*result, request.axis());
   row.axis->beyond_limits_count = BeyondLimits(request.run(), *joint);
-  return Store(database_, kAxisCall, request, std::move(row), caller.deadline);
+  return row;
 }
 
 }  // namespace sixpoint::calibration

@@ -14,13 +14,12 @@ std::string PeerOr(const runtime::ServerOptions& options, const std::string& are
 
 std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOptions& options,
                                                          storage::Database* database) {
+  const auto calibrations = storage::CalibrationsIn(database);
+  const auto plant = runtime::ConnectTo(PeerOr(options, "plant", "127.0.0.1:7400"));
+  const auto ingest = runtime::ConnectTo(PeerOr(options, "ingest", "127.0.0.1:7401"));
   std::vector<std::unique_ptr<grpc::Service>> services;
-  services.push_back(std::make_unique<CalibrationService>(
-      database, runtime::ConnectTo(PeerOr(options, "plant", "127.0.0.1:7400")),
-      runtime::ConnectTo(PeerOr(options, "ingest", "127.0.0.1:7401")), options.threads));
-  services.push_back(std::make_unique<StudyService>(database,
-                                                    runtime::ConnectTo(PeerOr(options, "plant", "127.0.0.1:7400")),
-                                                    runtime::ConnectTo(PeerOr(options, "ingest", "127.0.0.1:7401"))));
+  services.push_back(std::make_unique<CalibrationService>(calibrations, plant, ingest, options.threads));
+  services.push_back(std::make_unique<StudyService>(storage::StudiesIn(database), calibrations, plant, ingest));
   return services;
 }
 

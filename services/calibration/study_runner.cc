@@ -3,42 +3,29 @@
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "services/calibration/calibration_messages.h"
-#include "services/calibration/kept_answers.h"
 #include "services/calibration/refusals.h"
 #include "services/calibration/study_messages.h"
 #include "services/calibration/validate.h"
 #include "services/runtime/geometry_proto.h"
+#include "services/runtime/limits.h"
+#include "services/runtime/recorded_call.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
-#include "storage/blobs.h"
-#include "storage/calibrations.h"
 
 namespace sixpoint::calibration {
 namespace {
 
+using runtime::NotKnown;
 using runtime::Refuse;
 
 constexpr char kUndetermined[] = "STUDY_UNDETERMINED";
-constexpr int kMostScans = 200, kMostCalibrations = 500, kMostObservations = 100000, kMostPoints = 100000,
-              kMostLengths = 1000, kMostName = 64;
+constexpr int kMostCalibrations = 500, kMostObservations = 100000, kMostPoints = 100000, kMostLengths = 1000,
+              kMostName = 64;
 constexpr std::size_t kMostScanPoints = 40'000'000;
 constexpr int kFewestCalibrations = 3;
 constexpr double kMmPerUm = 1e-3;
-
-absl::Status CheckNames(const std::string& field, const std::string& collection,
-                        const google::protobuf::RepeatedPtrField<std::string>& names, int least, int most) {
-  if (absl::Status s = CheckCount(field, names.size(), least, most); !s.ok()) return s;
-  std::set<std::string> seen;
-  for (int i = 0; i < names.size(); ++i) {
-    const auto id = runtime::IdOf(Indexed(field, i), collection, names[i]);
-    if (!id.ok()) return id.status();
-    if (!seen.insert(*id).second) return Refuse(Indexed(field, i), names[i], "each once");
-  }
-  return absl::OkStatus();
-}
 
 absl::Status CheckLimit(const std::string& field, double value) {
   if (std::isfinite(value) && value >= 0) return absl::OkStatus();
@@ -63,51 +50,30 @@ absl::StatusOr<std::string> MachineIn(const std::string& name, const clients::Pl
   return *id;
 }
 
-template <typename Request>
-absl::StatusOr<std::optional<v1::Study>> RanBefore(storage::Database* database, const char* call,
-                                                   const Request& request, storage::Deadline deadline) {
-  if (request.request_id().empty()) return std::nullopt;
-  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  return FindKept<v1::Study>(*transaction, call, request);
-}
-
-// Request, study, journal entry and answer in one transaction.
-template <typename Request>
-absl::StatusOr<v1::Study> Store(storage::Database* database, const char* call, const Request& request, v1::Study study,
-                                storage::Deadline deadline) {
-  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  absl::StatusOr<std::optional<v1::Study>> kept = FindKept<v1::Study>(*transaction, call, request);
-  if (!kept.ok()) return kept.status();
-  if (kept->has_value()) return **std::move(kept);
-  study.set_requested_by(request.requested_by());
-  study.set_software_version(runtime::SoftwareVersion());
-  if (request.has_environment()) *study.mutable_environment() = request.environment();
+absl::StatusOr<runtime::Made<storage::StudyRow>> RecordOf(v1::Study study, const std::string& request_bytes) {
   storage::StudyRow row;
   row.study_id = storage::NewUuid();
-  if (!study.machine().empty()) row.machine_id = study.machine().substr(study.machine().find('/') + 1);
+  if (!study.machine().empty()) row.machine_id = runtime::LastSegment(study.machine());
   row.kind = KindText(study.kind());
   row.inputs.assign(study.inputs().begin(), study.inputs().end());
+  row.request_bytes = request_bytes;
   row.verdict = VerdictText(study.verdict());
   row.requested_by = study.requested_by();
   row.software_version = study.software_version();
-  if (request.environment().has_temperature_c()) row.temperature_c = request.environment().temperature_c();
+  if (study.environment().has_temperature_c()) row.temperature_c = study.environment().temperature_c();
   absl::StatusOr<std::string> json = JsonOf(study);
   if (!json.ok()) return json.status();
   row.result_json = *std::move(json);
-  absl::StatusOr<std::string> sha256 = storage::PutBlob(*transaction, request.SerializeAsString());
-  if (!sha256.ok()) return sha256.status();
-  row.request_sha256 = *std::move(sha256);
-  const nlohmann::json summary{{"kind", row.kind}, {"verdict", row.verdict}};
-  const absl::StatusOr<storage::Recorded> recorded = storage::InsertStudy(*transaction, row, summary.dump());
-  if (!recorded.ok()) return recorded.status();
-  row.recorded = *recorded;
-  absl::StatusOr<v1::Study> answer = ToProto(row);
-  if (!answer.ok()) return answer.status();
-  if (absl::Status s = Keep(*transaction, call, request, *answer); !s.ok()) return s;
-  if (absl::Status s = transaction->Commit(); !s.ok()) return s;
-  return answer;
+  storage::RecordEntry entry;
+  entry.kind = "study";
+  entry.name = runtime::NameOf("studies", row.study_id);
+  entry.inputs = row.inputs;
+  if (!row.machine_id.empty()) entry.machine = row.machine_id;
+  entry.method = row.kind;
+  entry.software_version = row.software_version;
+  entry.requested_by = row.requested_by;
+  entry.summary_json = nlohmann::json{{"kind", row.kind}, {"verdict", row.verdict}}.dump();
+  return runtime::Made<storage::StudyRow>{std::move(row), std::move(entry)};
 }
 
 absl::Status CheckSubject(const ingest::v1::Scan& scan, const ingest::v1::Scan& first, bool arm_only) {
@@ -136,9 +102,13 @@ struct StudyRunner::FetchedScans {
   std::vector<std::string> inputs;  // machine, artefact, scans
 };
 
-StudyRunner::StudyRunner(storage::Database* database, std::shared_ptr<grpc::Channel> plant,
-                         std::shared_ptr<grpc::Channel> ingest)
-    : database_(database), plant_(std::move(plant)), scans_(std::move(ingest)) {}
+StudyRunner::StudyRunner(std::shared_ptr<storage::StudyStore> store,
+                         std::shared_ptr<const storage::CalibrationReader> calibrations,
+                         std::shared_ptr<grpc::Channel> plant, std::shared_ptr<grpc::Channel> ingest)
+    : store_(std::move(store)),
+      calibrations_(std::move(calibrations)),
+      plant_(std::move(plant)),
+      scans_(std::move(ingest)) {}
 
 absl::StatusOr<StudyRunner::FetchedScans> StudyRunner::Fetch(
     const google::protobuf::RepeatedPtrField<std::string>& names, bool arm_only, const Caller& caller) const {
@@ -168,14 +138,34 @@ absl::StatusOr<StudyRunner::FetchedScans> StudyRunner::Fetch(
   return fetched;
 }
 
+template <typename Request>
+absl::StatusOr<v1::Study> StudyRunner::Recorded(const char* call, const Request& request, const Caller& caller,
+                                                absl::StatusOr<v1::Study> (StudyRunner::*run)(const Request&,
+                                                                                              const Caller&)
+                                                    const) const {
+  const auto make = [&]() -> absl::StatusOr<runtime::Made<storage::StudyRow>> {
+    absl::StatusOr<v1::Study> study = (this->*run)(request, caller);
+    if (!study.ok()) return study.status();
+    study->set_requested_by(request.requested_by());
+    study->set_software_version(runtime::SoftwareVersion());
+    if (request.has_environment()) *study->mutable_environment() = request.environment();
+    return RecordOf(*std::move(study), request.SerializeAsString());
+  };
+  const auto to_proto = [](const storage::StudyRow& row) { return ToProto(row); };
+  return runtime::RecordedResult<v1::Study>(store_.get(), call, request, caller.deadline, make, to_proto);
+}
+
 absl::StatusOr<v1::Study> StudyRunner::RunGauge(const v1::RunGaugeStudyRequest& request, const Caller& caller) {
   constexpr char kCall[] = "calibration.RunGaugeStudy";
   if (absl::Status s = CheckCommon(request); !s.ok()) return s;
-  if (absl::Status s = CheckNames("scans", "scans", request.scans(), metrology::kFewestGaugeScans, kMostScans); !s.ok())
+  if (absl::Status s = runtime::CheckNames("scans", "scans", request.scans(), metrology::kFewestGaugeScans,
+                                           runtime::kMostStudyScans);
+      !s.ok())
     return s;
-  auto before = RanBefore(database_, kCall, request, caller.deadline);
-  if (!before.ok()) return before.status();
-  if (before->has_value()) return **std::move(before);
+  return Recorded(kCall, request, caller, &StudyRunner::Gauge);
+}
+
+absl::StatusOr<v1::Study> StudyRunner::Gauge(const v1::RunGaugeStudyRequest& request, const Caller& caller) const {
   absl::StatusOr<FetchedScans> fetched = Fetch(request.scans(), false, caller);
   if (!fetched.ok()) return fetched.status();
   metrology::GaugeStudyOptions options;
@@ -192,46 +182,50 @@ absl::StatusOr<v1::Study> StudyRunner::RunGauge(const v1::RunGaugeStudyRequest& 
   study.mutable_inputs()->Add(fetched->inputs.begin(), fetched->inputs.end());
   study.set_verdict(ToProto(result->verdict));
   *study.mutable_gauge() = ToProto(*result, request.limit_um());
-  return Store(database_, kCall, request, std::move(study), caller.deadline);
+  return study;
+}
+
+absl::StatusOr<storage::CalibrationRow> StudyRunner::SensorCalibration(const v1::RunArmStudyRequest& request,
+                                                                       const std::string& machine,
+                                                                       const Caller& caller) const {
+  const std::string machine_id = runtime::LastSegment(machine);
+  if (request.sensor_calibration().empty()) {
+    auto in_force = calibrations_->InForce({machine_id, "sensor"}, std::chrono::system_clock::now(), caller.deadline);
+    if (!in_force.ok()) return in_force.status();
+    if (in_force->has_value()) return **std::move(in_force);
+    return runtime::Failure(
+        absl::StatusCode::kFailedPrecondition, "CALIBRATION_MISSING",
+        machine + ": no sensor calibration in force, want one; name one that is not (a draft will do)");
+  }
+  const auto id = runtime::IdOf("sensor_calibration", "calibrations", request.sensor_calibration());
+  if (!id.ok()) return id.status();
+  auto found = calibrations_->Find(*id, caller.deadline);
+  if (!found.ok()) return found.status();
+  if (!found->has_value() || !(**found).sensor || (**found).machine_id != machine_id)
+    return Refuse("sensor_calibration", request.sensor_calibration(), "a sensor calibration of " + machine);
+  return **std::move(found);
 }
 
 absl::StatusOr<v1::Study> StudyRunner::RunArm(const v1::RunArmStudyRequest& request, const Caller& caller) {
   constexpr char kCall[] = "calibration.RunArmStudy";
   if (absl::Status s = CheckCommon(request); !s.ok()) return s;
   if (absl::Status s = CheckLimit("limit_um", request.limit_um()); !s.ok()) return s;
-  if (absl::Status s = CheckNames("scans", "scans", request.scans(), metrology::kFewestArmScans, kMostScans); !s.ok())
+  if (absl::Status s =
+          runtime::CheckNames("scans", "scans", request.scans(), metrology::kFewestArmScans, runtime::kMostStudyScans);
+      !s.ok())
     return s;
-  auto before = RanBefore(database_, kCall, request, caller.deadline);
-  if (!before.ok()) return before.status();
-  if (before->has_value()) return **std::move(before);
+  return Recorded(kCall, request, caller, &StudyRunner::Arm);
+}
+
+absl::StatusOr<v1::Study> StudyRunner::Arm(const v1::RunArmStudyRequest& request, const Caller& caller) const {
   absl::StatusOr<FetchedScans> fetched = Fetch(request.scans(), true, caller);
   if (!fetched.ok()) return fetched.status();
   const absl::StatusOr<metrology::Artefact> artefact = ArtefactOf(fetched->artefact);
   if (!artefact.ok()) return AsRefusal(artefact.status());
 
-  std::optional<storage::CalibrationRow> calibration;
-  {
-    absl::StatusOr<storage::Transaction> transaction = database_->Begin(caller.deadline);
-    if (!transaction.ok()) return transaction.status();
-    const std::string machine_id = fetched->machine.name().substr(fetched->machine.name().find('/') + 1);
-    absl::StatusOr<std::optional<storage::CalibrationRow>> found = std::optional<storage::CalibrationRow>();
-    if (request.sensor_calibration().empty()) {
-      found = storage::CalibrationInForce(*transaction, {machine_id, "sensor"}, std::chrono::system_clock::now());
-    } else {
-      const auto id = runtime::IdOf("sensor_calibration", "calibrations", request.sensor_calibration());
-      if (!id.ok()) return id.status();
-      found = storage::FindCalibration(*transaction, *id);
-      if (found.ok() && (!found->has_value() || !(**found).sensor || (**found).machine_id != machine_id))
-        return Refuse("sensor_calibration", request.sensor_calibration(),
-                      "a sensor calibration of " + fetched->machine.name());
-    }
-    if (!found.ok()) return found.status();
-    if (!found->has_value())
-      return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_MISSING",
-                              fetched->machine.name() +
-                                  ": no sensor calibration in force, want one; name one that is not (a draft will do)");
-    calibration = *std::move(found);
-  }
+  const absl::StatusOr<storage::CalibrationRow> calibration =
+      SensorCalibration(request, fetched->machine.name(), caller);
+  if (!calibration.ok()) return calibration.status();
   metrology::ArmStudyOptions options;
   options.optics = OpticsOf(fetched->machine.sensor());
   options.keep_going = caller.keep_going;
@@ -248,38 +242,35 @@ absl::StatusOr<v1::Study> StudyRunner::RunArm(const v1::RunArmStudyRequest& requ
   study.mutable_arm()->set_sensor_calibration(runtime::NameOf("calibrations", calibration->calibration_id));
   study.add_inputs(study.arm().sensor_calibration());
   study.set_verdict(VerdictOf(study.arm()));
-  return Store(database_, kCall, request, std::move(study), caller.deadline);
+  return study;
 }
 
 absl::StatusOr<v1::Study> StudyRunner::RunRepeat(const v1::RunRepeatStudyRequest& request, const Caller& caller) {
   constexpr char kCall[] = "calibration.RunRepeatStudy";
   if (absl::Status s = CheckCommon(request); !s.ok()) return s;
-  if (absl::Status s =
-          CheckNames("calibrations", "calibrations", request.calibrations(), kFewestCalibrations, kMostCalibrations);
+  if (absl::Status s = runtime::CheckNames("calibrations", "calibrations", request.calibrations(), kFewestCalibrations,
+                                           kMostCalibrations);
       !s.ok())
     return s;
-  auto before = RanBefore(database_, kCall, request, caller.deadline);
-  if (!before.ok()) return before.status();
-  if (before->has_value()) return **std::move(before);
+  return Recorded(kCall, request, caller, &StudyRunner::Repeat);
+}
+
+absl::StatusOr<v1::Study> StudyRunner::Repeat(const v1::RunRepeatStudyRequest& request, const Caller& caller) const {
   std::vector<storage::CalibrationRow> rows;
-  {
-    absl::StatusOr<storage::Transaction> transaction = database_->Begin(caller.deadline);
-    if (!transaction.ok()) return transaction.status();
-    for (int i = 0; i < request.calibrations_size(); ++i) {
-      const std::string& name = request.calibrations(i);
-      auto found = storage::FindCalibration(*transaction, name.substr(name.find('/') + 1));
-      if (!found.ok()) return found.status();
-      if (!found->has_value()) return Refuse(Indexed("calibrations", i), name, "one that is recorded");
-      if (!(**found).sensor)
-        return Refuse(Indexed("calibrations", i), name + " of kind " + (**found).kind(), "sensor calibrations");
-      if (!rows.empty() && rows.front().machine_id != (**found).machine_id)
-        return Refuse(Indexed("calibrations", i), name + " of machines/" + (**found).machine_id,
-                      "calibrations of machines/" + rows.front().machine_id);
-      if (!rows.empty() && rows.front().method != (**found).method)
-        return Refuse(Indexed("calibrations", i), name + " by " + (**found).method,
-                      "calibrations by one method, as the first (" + rows.front().method + ")");
-      rows.push_back(**std::move(found));
-    }
+  for (int i = 0; i < request.calibrations_size(); ++i) {
+    const std::string& name = request.calibrations(i);
+    auto found = calibrations_->Find(runtime::LastSegment(name), caller.deadline);
+    if (!found.ok()) return found.status();
+    if (!found->has_value()) return Refuse(Indexed("calibrations", i), name, "one that is recorded");
+    if (!(**found).sensor)
+      return Refuse(Indexed("calibrations", i), name + " of kind " + (**found).kind(), "sensor calibrations");
+    if (!rows.empty() && rows.front().machine_id != (**found).machine_id)
+      return Refuse(Indexed("calibrations", i), name + " of machines/" + (**found).machine_id,
+                    "calibrations of machines/" + rows.front().machine_id);
+    if (!rows.empty() && rows.front().method != (**found).method)
+      return Refuse(Indexed("calibrations", i), name + " by " + (**found).method,
+                    "calibrations by one method, as the first (" + rows.front().method + ")");
+    rows.push_back(**std::move(found));
   }
   v1::Study study;
   study.set_kind(v1::STUDY_KIND_REPEAT);
@@ -287,7 +278,7 @@ absl::StatusOr<v1::Study> StudyRunner::RunRepeat(const v1::RunRepeatStudyRequest
   *study.mutable_inputs() = request.calibrations();
   study.set_verdict(v1::STUDY_VERDICT_REPORTED);
   *study.mutable_repeat() = RepeatOf(rows);
-  return Store(database_, kCall, request, std::move(study), caller.deadline);
+  return study;
 }
 
 absl::StatusOr<v1::Study> StudyRunner::RunGaugeRr(const v1::RunGaugeRrRequest& request, const Caller& caller) {
@@ -302,9 +293,10 @@ absl::StatusOr<v1::Study> StudyRunner::RunGaugeRr(const v1::RunGaugeRrRequest& r
     return Refuse("observations", std::to_string(request.observations_size()) + " of them", "at most 100000");
   if (!v1::PartLevel_IsValid(request.part_level()))
     return Refuse("part_level", std::to_string(request.part_level()), "INNER or OUTER");
-  auto before = RanBefore(database_, kCall, request, caller.deadline);
-  if (!before.ok()) return before.status();
-  if (before->has_value()) return **std::move(before);
+  return Recorded(kCall, request, caller, &StudyRunner::GaugeRr);
+}
+
+absl::StatusOr<v1::Study> StudyRunner::GaugeRr(const v1::RunGaugeRrRequest& request, const Caller& caller) const {
   v1::RunGaugeRrRequest filled = request;
   if (filled.confidence() == 0) filled.set_confidence(0.95);
   if (filled.part_level() == v1::PART_LEVEL_UNSPECIFIED) filled.set_part_level(v1::PART_LEVEL_INNER);
@@ -328,7 +320,7 @@ absl::StatusOr<v1::Study> StudyRunner::RunGaugeRr(const v1::RunGaugeRrRequest& r
                     : study.gauge_rr().gauge_rr_upper() <= limit ? v1::STUDY_VERDICT_ACCEPTED
                     : study.gauge_rr().gauge_rr_lower() > limit  ? v1::STUDY_VERDICT_REJECTED
                                                                  : v1::STUDY_VERDICT_UNDECIDABLE);
-  return Store(database_, kCall, request, std::move(study), caller.deadline);
+  return study;
 }
 
 absl::StatusOr<v1::Study> StudyRunner::RunSphereCheck(const v1::RunSphereCheckRequest& request, const Caller& caller) {
@@ -337,9 +329,11 @@ absl::StatusOr<v1::Study> StudyRunner::RunSphereCheck(const v1::RunSphereCheckRe
   if (request.points_mm_size() > kMostPoints || request.lengths_size() > kMostLengths)
     return Refuse(request.points_mm_size() > kMostPoints ? "points_mm" : "lengths", "too many",
                   "at most 100000 points and 1000 lengths");
-  auto before = RanBefore(database_, kCall, request, caller.deadline);
-  if (!before.ok()) return before.status();
-  if (before->has_value()) return **std::move(before);
+  return Recorded(kCall, request, caller, &StudyRunner::SphereCheck);
+}
+
+absl::StatusOr<v1::Study> StudyRunner::SphereCheck(const v1::RunSphereCheckRequest& request,
+                                                   const Caller& caller) const {
   metrology::Points points;
   for (int i = 0; i < request.points_mm_size(); ++i) {
     const absl::StatusOr<Eigen::Vector3d> p = runtime::FromProto(Indexed("points_mm", i), request.points_mm(i));
@@ -375,7 +369,7 @@ absl::StatusOr<v1::Study> StudyRunner::RunSphereCheck(const v1::RunSphereCheckRe
   *study.mutable_sphere_check() = ToProto(*result);
   study.mutable_sphere_check()->set_point_count(request.points_mm_size());
   study.set_verdict(ToProto(result->verdict));
-  return Store(database_, kCall, request, std::move(study), caller.deadline);
+  return study;
 }
 
 }  // namespace sixpoint::calibration

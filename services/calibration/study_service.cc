@@ -4,60 +4,27 @@
 #include "services/runtime/call.h"
 #include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
-#include "services/runtime/pages.h"
+#include "services/runtime/recorded_results.h"
 #include "services/runtime/resource_name.h"
-#include "storage/studies.h"
 
 namespace sixpoint::calibration {
 namespace {
 
 using runtime::ToGrpc;
 
-absl::StatusOr<v1::Study> Get(storage::Database* database, storage::Deadline deadline, const std::string& name) {
-  const absl::StatusOr<std::string> id = runtime::IdOf("name", "studies", name);
-  if (!id.ok()) return id.status();
-  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  const auto found = storage::FindStudy(*transaction, *id);
-  if (!found.ok()) return found.status();
-  if (!found->has_value()) return absl::NotFoundError("name: " + name + ", want a study that is recorded");
-  return ToProto(**found);
-}
-
-absl::StatusOr<v1::ListStudiesResponse> List(storage::Database* database, storage::Deadline deadline,
-                                             const v1::ListStudiesRequest& request) {
-  const absl::StatusOr<std::string> machine_id = runtime::FilterIdOf("machine", "machines", request.machine());
-  if (!machine_id.ok()) return machine_id.status();
-  const std::string kind = KindText(request.kind());
-  if (kind.empty() && request.kind() != v1::STUDY_KIND_UNSPECIFIED)
-    return runtime::Refuse("kind", std::to_string(request.kind()), "a kind of study");
-  const std::string filters = *machine_id + "|" + kind;
-  const absl::StatusOr<runtime::Page> page = runtime::PageOf(filters, request.page_size(), request.page_token());
-  if (!page.ok()) return page.status();
-  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  // One more than asked tells whether there is another page.
-  const auto rows = storage::ListStudies(*transaction, *machine_id, kind, page->before_sequence, page->size + 1);
-  if (!rows.ok()) return rows.status();
-  v1::ListStudiesResponse response;
-  for (const storage::StudyRow& row : *rows) {
-    if (response.studies_size() == page->size) {
-      response.set_next_page_token(runtime::TokenAfter(filters, response.studies(page->size - 1).record_sequence()));
-      break;
-    }
-    absl::StatusOr<v1::Study> study = ToProto(row);
-    if (!study.ok()) return study.status();
-    if (study->has_gauge()) study->mutable_gauge()->clear_stations();
-    *response.add_studies() = *std::move(study);
-  }
-  return response;
+// Stations are left to GetStudy.
+absl::StatusOr<v1::Study> Listed(const storage::StudyRow& row) {
+  absl::StatusOr<v1::Study> study = ToProto(row);
+  if (study.ok() && study->has_gauge()) study->mutable_gauge()->clear_stations();
+  return study;
 }
 
 }  // namespace
 
-StudyService::StudyService(storage::Database* database, std::shared_ptr<grpc::Channel> plant,
-                           std::shared_ptr<grpc::Channel> ingest)
-    : database_(database), runner_(database, std::move(plant), std::move(ingest)) {}
+StudyService::StudyService(std::shared_ptr<storage::StudyStore> store,
+                           std::shared_ptr<storage::CalibrationStore> calibrations,
+                           std::shared_ptr<grpc::Channel> plant, std::shared_ptr<grpc::Channel> ingest)
+    : store_(store), runner_(std::move(store), std::move(calibrations), std::move(plant), std::move(ingest)) {}
 
 template <typename Request>
 grpc::Status StudyService::Run(grpc::ServerContext* context,
@@ -65,11 +32,7 @@ grpc::Status StudyService::Run(grpc::ServerContext* context,
                                const Request& request, v1::Study* response) {
   const runtime::ComputeSlot slot(&running_, kMostRunning);
   if (absl::Status free = slot.Check("studies", "STUDIES_FULL"); !free.ok()) return ToGrpc(free);
-  const Caller caller{runtime::DeadlineOf(*context), [context] { return runtime::ContextFor(*context); },
-                      runtime::KeepGoing(*context)};
-  absl::StatusOr<v1::Study> study = (runner_.*method)(request, caller);
-  if (study.ok()) *response = *std::move(study);
-  return ToGrpc(study.status());
+  return runtime::Answer((runner_.*method)(request, runtime::CallerOf(*context)), response);
 }
 
 grpc::Status StudyService::RunGaugeStudy(grpc::ServerContext* context, const v1::RunGaugeStudyRequest* request,
@@ -99,16 +62,22 @@ grpc::Status StudyService::RunSphereCheck(grpc::ServerContext* context, const v1
 
 grpc::Status StudyService::GetStudy(grpc::ServerContext* context, const v1::GetStudyRequest* request,
                                     v1::Study* response) {
-  absl::StatusOr<v1::Study> study = Get(database_, runtime::DeadlineOf(*context), request->name());
-  if (study.ok()) *response = *std::move(study);
-  return ToGrpc(study.status());
+  return runtime::Answer(
+      runtime::GetResult<v1::Study>(*store_, runtime::DeadlineOf(*context), "studies", request->name(),
+                                    "STUDY_NOT_FOUND", [](const storage::StudyRow& row) { return ToProto(row); }),
+      response);
 }
 
 grpc::Status StudyService::ListStudies(grpc::ServerContext* context, const v1::ListStudiesRequest* request,
                                        v1::ListStudiesResponse* response) {
-  absl::StatusOr<v1::ListStudiesResponse> page = List(database_, runtime::DeadlineOf(*context), *request);
-  if (page.ok()) *response = *std::move(page);
-  return ToGrpc(page.status());
+  const absl::StatusOr<std::string> machine_id = runtime::FilterIdOf("machine", "machines", request->machine());
+  if (!machine_id.ok()) return ToGrpc(machine_id.status());
+  const std::string kind = KindText(request->kind());
+  if (kind.empty() && request->kind() != v1::STUDY_KIND_UNSPECIFIED)
+    return ToGrpc(runtime::Refuse("kind", std::to_string(request->kind()), "a kind of study"));
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request,
+                                     storage::StudyFilter{*machine_id, kind}, *machine_id + "|" + kind, Listed,
+                                     response->mutable_studies(), response->mutable_next_page_token()));
 }
 
 }  // namespace sixpoint::calibration

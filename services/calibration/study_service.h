@@ -6,14 +6,15 @@
 
 #include "services/calibration/study_runner.h"
 #include "sixpoint/calibration/v1/study.grpc.pb.h"
+#include "storage/studies.h"
 
 namespace sixpoint::calibration {
 
 class StudyService final : public v1::StudyService::Service {
  public:
   // One more than kMostRunning at once gets RESOURCE_EXHAUSTED.
-  StudyService(storage::Database* database, std::shared_ptr<grpc::Channel> plant,
-               std::shared_ptr<grpc::Channel> ingest);
+  StudyService(std::shared_ptr<storage::StudyStore> store, std::shared_ptr<storage::CalibrationStore> calibrations,
+               std::shared_ptr<grpc::Channel> plant, std::shared_ptr<grpc::Channel> ingest);
 
   grpc::Status RunGaugeStudy(grpc::ServerContext* context, const v1::RunGaugeStudyRequest* request,
                              v1::Study* response) override;
@@ -37,7 +38,7 @@ class StudyService final : public v1::StudyService::Service {
                    absl::StatusOr<v1::Study> (StudyRunner::*method)(const Request&, const Caller&),
                    const Request& request, v1::Study* response);
 
-  storage::Database* database_;
+  const std::shared_ptr<storage::StudyStore> store_;
   StudyRunner runner_;
   std::atomic<int> running_{0};
 };

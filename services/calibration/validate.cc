@@ -1,11 +1,11 @@
 #include "services/calibration/validate.h"
 
 #include <cmath>
-#include <set>
 
 #include "services/calibration/axis_messages.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
+#include "services/runtime/limits.h"
 #include "services/runtime/machine_chain.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
@@ -16,11 +16,8 @@ namespace {
 using runtime::Refuse;
 
 constexpr double kRadPerDeg = M_PI / 180;
-constexpr int kMostScans = 32;
 constexpr int kMostTouchPoints = 1000;
 constexpr int kMostPoses = 5000;
-constexpr std::size_t kLongestRequester = 200;
-constexpr std::size_t kLongestReason = 1000;
 constexpr std::chrono::hours kLongestValidity{10 * 366 * 24};
 // 2000-01-01 and 2200-01-01.
 constexpr std::int64_t kEarliest_s = 946684800, kLatest_s = 7258118400;
@@ -113,21 +110,14 @@ absl::StatusOr<Validity> ValidityOf(const google::protobuf::Timestamp* from, con
 
 absl::Status CheckCaller(const std::string& machine, const std::string& requested_by, const std::string& request_id) {
   if (const auto id = runtime::IdOf("machine", "machines", machine); !id.ok()) return id.status();
-  if (requested_by.size() > kLongestRequester)
-    return Refuse("requested_by", std::to_string(requested_by.size()) + " bytes", "at most 200");
-  return runtime::CheckUuid("request_id", request_id);
+  return runtime::CheckCaller(requested_by, request_id);
 }
 
 absl::Status CheckSensorRequest(const v1::CalibrateSensorRequest& request) {
   if (absl::Status s = CheckCaller(request.machine(), request.requested_by(), request.request_id()); !s.ok()) return s;
   if (const auto id = runtime::IdOf("artefact", "artefacts", request.artefact()); !id.ok()) return id.status();
-  if (absl::Status s = CheckCount("scans", request.scans_size(), 1, kMostScans); !s.ok()) return s;
-  std::set<std::string> names;
-  for (int i = 0; i < request.scans_size(); ++i) {
-    const auto id = runtime::IdOf(Indexed("scans", i), "scans", request.scans(i));
-    if (!id.ok()) return id.status();
-    if (!names.insert(*id).second) return Refuse(Indexed("scans", i), request.scans(i), "each scan once");
-  }
+  if (absl::Status s = runtime::CheckNames("scans", "scans", request.scans(), 1, runtime::kMostScans); !s.ok())
+    return s;
   if (!request.has_touch()) return Refuse("touch", "", "the artefact as the touch probe measured it");
   if (!v1::SensorMethod_IsValid(request.method()))
     return Refuse("method", std::to_string(request.method()), "JOINT or SEQUENTIAL");
@@ -265,16 +255,12 @@ absl::Status CheckEnvironment(const v1::Environment& in) {
     return Refuse("environment.temperature_c", "", "a temperature, of which the uncertainty is stated");
   if (in.has_humidity_percent() && outside(in.humidity_percent(), 0, 100))
     return Refuse("environment.humidity_percent", in.humidity_percent(), "0 to 100");
-  if (in.note().size() > kLongestReason)
-    return Refuse("environment.note", std::to_string(in.note().size()) + " bytes", "at most 1000");
-  return absl::OkStatus();
+  return runtime::CheckText("environment.note", in.note(), runtime::kLongestReason);
 }
 
 absl::Status CheckEvent(const std::string& reason, const std::string& requested_by, const std::string& request_id) {
-  if (reason.size() > kLongestReason) return Refuse("reason", std::to_string(reason.size()) + " bytes", "at most 1000");
-  if (requested_by.size() > kLongestRequester)
-    return Refuse("requested_by", std::to_string(requested_by.size()) + " bytes", "at most 200");
-  return runtime::CheckUuid("request_id", request_id);
+  if (absl::Status s = runtime::CheckText("reason", reason, runtime::kLongestReason); !s.ok()) return s;
+  return runtime::CheckCaller(requested_by, request_id);
 }
 
 std::string KindText(v1::CalibrationKind kind) {

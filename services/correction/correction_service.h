@@ -4,27 +4,34 @@
 #include <atomic>
 #include <memory>
 
-#include "services/correction/correct_blade.h"
+#include "services/correction/inputs.h"
+#include "services/runtime/call.h"
+#include "services/runtime/recorded_call.h"
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
-#include "storage/database.h"
+#include "storage/corrections.h"
 
 namespace sixpoint::correction {
 
 class CorrectionService final : public v1::CorrectionService::Service {
  public:
-  // More than greatest_count corrections at once are RESOURCE_EXHAUSTED: each holds a connection of the pool.
-  CorrectionService(storage::Database* database, std::unique_ptr<Peers> peers, int greatest_count);
+  // More than greatest_count corrections at once are RESOURCE_EXHAUSTED.
+  CorrectionService(std::shared_ptr<storage::CorrectionStore> store, std::unique_ptr<const Peers> peers,
+                    int greatest_count);
 
   grpc::Status Correct(grpc::ServerContext* context, const v1::CorrectRequest* request,
                        v1::Correction* response) override;
   grpc::Status GetCorrection(grpc::ServerContext* context, const v1::GetCorrectionRequest* request,
                              v1::Correction* response) override;
+  // Programs are left to GetCorrection.
   grpc::Status ListCorrections(grpc::ServerContext* context, const v1::ListCorrectionsRequest* request,
                                v1::ListCorrectionsResponse* response) override;
 
  private:
-  storage::Database* const database_;
-  const std::unique_ptr<Peers> peers_;
+  absl::StatusOr<runtime::Made<storage::CorrectionRow>> Make(const v1::CorrectRequest& request,
+                                                             const runtime::Caller& caller) const;
+
+  const std::shared_ptr<storage::CorrectionStore> store_;
+  const std::unique_ptr<const Peers> peers_;
   const int greatest_count_;
   std::atomic<int> running_ = 0;
 };

@@ -1,6 +1,4 @@
 // sixpoint-correction: the machining program moved onto the real blade.
-#include <algorithm>
-
 #include "services/correction/correction_service.h"
 #include "services/runtime/call.h"
 #include "services/runtime/server.h"
@@ -8,8 +6,8 @@
 namespace sixpoint::correction {
 namespace {
 
-// Kept free of corrections, so that reads and health go on when all slots are taken.
-constexpr int kConnectionsForReads = 2;
+// Corrections at once: each is some remote calls and milliseconds of computing.
+constexpr int kGreatestCount = 16;
 
 std::shared_ptr<grpc::Channel> PeerOf(const runtime::ServerOptions& options, const std::string& area,
                                       const std::string& usual) {
@@ -23,8 +21,8 @@ std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOp
                                        PeerOf(options, "calibration", "127.0.0.1:7402"),
                                        PeerOf(options, "registration", "127.0.0.1:7403"));
   std::vector<std::unique_ptr<grpc::Service>> services;
-  services.push_back(std::make_unique<CorrectionService>(
-      database, std::move(peers), std::max(1, options.database_connections - kConnectionsForReads)));
+  services.push_back(
+      std::make_unique<CorrectionService>(storage::CorrectionsIn(database), std::move(peers), kGreatestCount));
   return services;
 }
 

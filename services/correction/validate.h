@@ -1,17 +1,17 @@
 // Pure checks of what clients send.
 #pragma once
 
-#include <absl/status/statusor.h>
+#include <absl/status/status.h>
 
-#include <string>
+#include <cstddef>
 
 #include "sixpoint/correction/v1/correction.pb.h"
 
 namespace sixpoint::correction {
 
-inline constexpr int kGreatestTemplate_bytes = 1 << 20;
+inline constexpr std::size_t kGreatestTemplate_bytes = 1 << 20;
 
-// The registration's id. Refuses bad names and ids, repeated groups, a template that is too large or not text.
-absl::StatusOr<std::string> CheckCorrect(const v1::CorrectRequest& request);
+// Refuses bad names and ids, repeated groups, a template that is too large or not text.
+absl::Status CheckCorrect(const v1::CorrectRequest& request);
 
 }  // namespace sixpoint::correction

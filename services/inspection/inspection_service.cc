@@ -1,91 +1,62 @@
 #include "services/inspection/inspection_service.h"
 
+#include <string>
 #include <utility>
 
-#include "services/inspection/inspection_messages.h"
+#include "services/inspection/inputs.h"
+#include "services/inspection/inspect.h"
+#include "services/inspection/messages.h"
+#include "services/inspection/rows.h"
 #include "services/inspection/validate.h"
 #include "services/runtime/call.h"
 #include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_results.h"
-#include "storage/requests.h"
 
 namespace sixpoint::inspection {
-namespace {
 
 using runtime::ToGrpc;
 
-constexpr char kInspectMethod[] = "InspectionService.Inspect";
-
-// Journal, rows and the kept answer: together or not at all.
-absl::StatusOr<v1::Inspection> Store(storage::Transaction& transaction, const v1::InspectRequest& request,
-                                     MadeInspection made) {
-  const absl::StatusOr<storage::Recorded> recorded = storage::InsertInspection(transaction, made.row, made.entry);
-  if (!recorded.ok()) return recorded.status();
-  made.row.recorded = *recorded;
-  v1::Inspection inspection = ToProto(made.row);
-  const absl::Status kept = storage::KeepAnswer(transaction, kInspectMethod, request.request_id(),
-                                                request.SerializeAsString(), inspection.SerializeAsString());
-  if (!kept.ok()) return kept;
-  if (absl::Status committed = transaction.Commit(); !committed.ok()) return committed;
-  return inspection;
-}
-
-absl::StatusOr<v1::Inspection> InspectOnce(storage::Database* database, const Peers& peers,
-                                           const v1::InspectRequest& request, const Caller& caller,
-                                           storage::Deadline deadline) {
-  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  const auto answer =
-      storage::FindAnswer(*transaction, kInspectMethod, request.request_id(), request.SerializeAsString());
-  if (!answer.ok()) return answer.status();
-  v1::Inspection inspection;
-  if (answer->has_value()) {
-    if (!inspection.ParseFromString(**answer)) return absl::DataLossError("a kept answer cannot be read");
-    return inspection;
-  }
-  absl::StatusOr<MadeInspection> made = InspectBlade(peers, request, caller);
-  if (!made.ok()) return made.status();
-  return Store(*transaction, request, *std::move(made));
-}
-
-}  // namespace
-
-InspectionService::InspectionService(storage::Database* database, std::unique_ptr<Peers> peers,
-                                     const InspectionServiceOptions& options)
-    : database_(database), peers_(std::move(peers)), options_(options) {}
+InspectionService::InspectionService(std::shared_ptr<storage::InspectionStore> store,
+                                     std::unique_ptr<const Peers> peers, const InspectionServiceOptions& options)
+    : store_(std::move(store)), peers_(std::move(peers)), options_(options) {}
 
 grpc::Status InspectionService::Inspect(grpc::ServerContext* context, const v1::InspectRequest* request,
                                         v1::Inspection* response) {
   if (absl::Status status = CheckInspect(*request); !status.ok()) return ToGrpc(status);
   const runtime::ComputeSlot slot(&running_, options_.greatest_count);
   if (absl::Status status = slot.Check("inspections", "INSPECTIONS_FULL"); !status.ok()) return ToGrpc(status);
-  const Caller caller{[context] { return runtime::ContextFor(*context); }, runtime::KeepGoing(*context),
-                      options_.threads};
-  absl::StatusOr<v1::Inspection> inspection =
-      InspectOnce(database_, *peers_, *request, caller, runtime::DeadlineOf(*context));
-  if (!inspection.ok()) return ToGrpc(inspection.status());
-  *response = *std::move(inspection);
-  return grpc::Status::OK;
+  const runtime::Caller caller = runtime::CallerOf(*context);
+  const auto make = [&] { return Make(*request, caller); };
+  return runtime::Answer(runtime::RecordedResult<v1::Inspection>(store_.get(), "inspection.Inspect", *request,
+                                                                 caller.deadline, make, ToProto),
+                         response);
+}
+
+absl::StatusOr<runtime::Made<storage::InspectionRow>> InspectionService::Make(const v1::InspectRequest& request,
+                                                                              const runtime::Caller& caller) const {
+  const absl::StatusOr<Inputs> inputs = FetchInputs(*peers_, request, caller);
+  if (!inputs.ok()) return inputs.status();
+  const absl::StatusOr<metrology::BladeFindings> findings =
+      InspectBlade(peers_->scans, *inputs, options_.threads, caller);
+  if (!findings.ok()) return findings.status();
+  return RecordOf(request, *inputs, *findings);
 }
 
 grpc::Status InspectionService::GetInspection(grpc::ServerContext* context, const v1::GetInspectionRequest* request,
                                               v1::Inspection* response) {
-  return ToGrpc(runtime::GetResult(
-      database_, runtime::DeadlineOf(*context), "inspections", request->name(), "INSPECTION_NOT_FOUND",
-      storage::FindInspection,
-      [](storage::Transaction&, const storage::InspectionRow& row) -> absl::StatusOr<v1::Inspection> {
-        return ToProto(row);
-      },
-      response));
+  return runtime::Answer(runtime::GetResult<v1::Inspection>(*store_, runtime::DeadlineOf(*context), "inspections",
+                                                            request->name(), "INSPECTION_NOT_FOUND", ToProto),
+                         response);
 }
 
 grpc::Status InspectionService::ListInspections(grpc::ServerContext* context, const v1::ListInspectionsRequest* request,
                                                 v1::ListInspectionsResponse* response) {
-  return ToGrpc(runtime::ListResults(
-      database_, runtime::DeadlineOf(*context), *request, "", storage::ListInspections,
-      [](const storage::InspectionRow& row) -> absl::StatusOr<v1::Inspection> { return ToProto(row); },
-      response->mutable_inspections(), response->mutable_next_page_token()));
+  const absl::StatusOr<std::string> serial = runtime::FilterIdOf("blade", "blades", request->blade());
+  if (!serial.ok()) return ToGrpc(serial.status());
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request,
+                                     storage::InspectionFilter{*serial}, request->blade(), ToProto,
+                                     response->mutable_inspections(), response->mutable_next_page_token()));
 }
 
 }  // namespace sixpoint::inspection

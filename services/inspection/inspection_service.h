@@ -4,9 +4,11 @@
 #include <atomic>
 #include <memory>
 
-#include "services/inspection/inspect_blade.h"
+#include "services/inspection/peers.h"
+#include "services/runtime/call.h"
+#include "services/runtime/recorded_call.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
-#include "storage/database.h"
+#include "storage/inspections.h"
 
 namespace sixpoint::inspection {
 
@@ -17,7 +19,8 @@ struct InspectionServiceOptions {
 
 class InspectionService final : public v1::InspectionService::Service {
  public:
-  InspectionService(storage::Database* database, std::unique_ptr<Peers> peers, const InspectionServiceOptions& options);
+  InspectionService(std::shared_ptr<storage::InspectionStore> store, std::unique_ptr<const Peers> peers,
+                    const InspectionServiceOptions& options);
 
   grpc::Status Inspect(grpc::ServerContext* context, const v1::InspectRequest* request,
                        v1::Inspection* response) override;
@@ -27,8 +30,11 @@ class InspectionService final : public v1::InspectionService::Service {
                                v1::ListInspectionsResponse* response) override;
 
  private:
-  storage::Database* const database_;
-  const std::unique_ptr<Peers> peers_;
+  absl::StatusOr<runtime::Made<storage::InspectionRow>> Make(const v1::InspectRequest& request,
+                                                             const runtime::Caller& caller) const;
+
+  const std::shared_ptr<storage::InspectionStore> store_;
+  const std::unique_ptr<const Peers> peers_;
   const InspectionServiceOptions options_;
   std::atomic<int> running_ = 0;
 };

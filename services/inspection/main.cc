@@ -1,6 +1,4 @@
 // sixpoint-inspection: the verdict on a machined blade.
-#include <algorithm>
-
 #include "services/inspection/inspection_service.h"
 #include "services/runtime/call.h"
 #include "services/runtime/server.h"
@@ -10,8 +8,6 @@ namespace {
 
 // Each inspection has its own threads and some hundred megabytes; more than two at once only slow each other down.
 constexpr int kGreatestCount = 2;
-// Kept free of inspections, so that reads and health go on when all slots are taken.
-constexpr int kConnectionsForReads = 2;
 
 std::shared_ptr<grpc::Channel> PeerOf(const runtime::ServerOptions& options, const std::string& area,
                                       const std::string& usual) {
@@ -25,11 +21,11 @@ std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOp
       PeerOf(options, "plant", "127.0.0.1:7400"), PeerOf(options, "ingest", "127.0.0.1:7401"),
       PeerOf(options, "calibration", "127.0.0.1:7402"), PeerOf(options, "registration", "127.0.0.1:7403"));
   InspectionServiceOptions inspection_options;
-  inspection_options.greatest_count =
-      std::clamp(options.database_connections - kConnectionsForReads, 1, kGreatestCount);
+  inspection_options.greatest_count = kGreatestCount;
   inspection_options.threads = options.threads;
   std::vector<std::unique_ptr<grpc::Service>> services;
-  services.push_back(std::make_unique<InspectionService>(database, std::move(peers), inspection_options));
+  services.push_back(
+      std::make_unique<InspectionService>(storage::InspectionsIn(database), std::move(peers), inspection_options));
   return services;
 }
 

@@ -1,16 +1,13 @@
 #include "services/inspection/validate.h"
 
-#include <set>
 #include <string>
 
 #include "services/runtime/errors.h"
+#include "services/runtime/limits.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::inspection {
 namespace {
-
-constexpr int kGreatestScanCount = 200;
-constexpr std::size_t kLongestName = 256;
 
 std::string ScanField(int index) { return "scans[" + std::to_string(index) + "]"; }
 
@@ -19,20 +16,13 @@ std::string ScanField(int index) { return "scans[" + std::to_string(index) + "]"
 absl::Status CheckInspect(const v1::InspectRequest& request) {
   const absl::StatusOr<std::string> serial = runtime::IdOf("blade", "blades", request.blade());
   if (!serial.ok()) return serial.status();
-  if (request.scans_size() == 0 || request.scans_size() > kGreatestScanCount)
-    return runtime::Refuse("scans", std::to_string(request.scans_size()) + " scans", "1 to 200");
-  std::set<std::string> seen;
-  for (int i = 0; i < request.scans_size(); ++i) {
-    const absl::StatusOr<std::string> scan = runtime::IdOf(ScanField(i), "scans", request.scans(i));
-    if (!scan.ok()) return scan.status();
-    if (!seen.insert(*scan).second) return runtime::Refuse(ScanField(i), request.scans(i), "each scan once");
-  }
-  if (request.requested_by().size() > kLongestName)
-    return runtime::Refuse("requested_by", request.requested_by(), "at most 256 bytes");
+  if (absl::Status status = runtime::CheckNames("scans", "scans", request.scans(), 1, runtime::kMostScans);
+      !status.ok())
+    return status;
   if (request.method() == registration::v1::METHOD_ALLOWANCE || !registration::v1::Method_IsValid(request.method()))
     return runtime::Refuse("method", registration::v1::Method_Name(request.method()),
                            "six-point, six-point-normals, best-fit or local; a machined part is not its blank");
-  return runtime::CheckUuid("request_id", request.request_id());
+  return runtime::CheckCaller(request.requested_by(), request.request_id());
 }
 
 absl::Status CheckScan(int index, const ingest::v1::ScanHeader& header, const std::string& blade) {

@@ -7,6 +7,7 @@
 #include "services/plant/validate.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/recorded_call.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
 #include "storage/blobs.h"
@@ -28,30 +29,23 @@ storage::RecordEntry EntryFor(const grpc::ServerContext& context) {
   return entry;
 }
 
-// One transaction that does the work once for each request_id, and keeps the answer with it.
+// Done once for each request_id, in the transaction that keeps the answer. Names the call as plant.CreateMachine, ...
 template <typename Response, typename Request, typename Work>
-grpc::Status Once(grpc::ServerContext* context, storage::Database* database, const char* method, const Request& request,
-                  Response* response, Work work) {
-  const auto run = [&]() -> absl::Status {
+grpc::Status Once(grpc::ServerContext* context, storage::Database* database, const std::string& call,
+                  const Request& request, Response* response, Work work) {
+  const auto run = [&]() -> absl::StatusOr<Response> {
     if (absl::Status status = runtime::CheckUuid("request_id", request.request_id()); !status.ok()) return status;
-    absl::StatusOr<Transaction> transaction = database->Begin(runtime::DeadlineOf(*context));
-    if (!transaction.ok()) return transaction.status();
-    const std::string request_bytes = request.request_id().empty() ? "" : request.SerializeAsString();
-    const absl::StatusOr<std::optional<std::string>> answered =
-        storage::FindAnswer(*transaction, method, request.request_id(), request_bytes);
-    if (!answered.ok()) return answered.status();
-    if (*answered) {
-      return response->ParseFromString(**answered) ? absl::OkStatus()
-                                                   : absl::DataLossError("request_id: its kept answer is unreadable");
-    }
-    auto row = work(*transaction);
-    if (!row.ok()) return row.status();
-    *response = ToProto(*row);
-    absl::Status status =
-        storage::KeepAnswer(*transaction, method, request.request_id(), request_bytes, response->SerializeAsString());
-    return status.ok() ? transaction->Commit() : status;
+    const absl::StatusOr<std::string> answer = storage::RecordOnce(
+        *database, runtime::RecordedRequestOf("plant." + call, request), runtime::DeadlineOf(*context),
+        [&](Transaction& transaction) -> absl::StatusOr<std::string> {
+          const auto row = work(transaction);
+          if (!row.ok()) return row.status();
+          return ToProto(*row).SerializeAsString();
+        });
+    if (!answer.ok()) return answer.status();
+    return runtime::ReadAnswer<Response>(*answer);
   };
-  return ToGrpc(run());
+  return runtime::Answer(run(), response);
 }
 
 // NOT_FOUND with a reason where `found` holds nothing.
@@ -136,7 +130,7 @@ grpc::Status PlantService::CreateMachine(grpc::ServerContext* context, const v1:
   absl::StatusOr<storage::MachineRow> machine = Validated(*request);
   if (!machine.ok()) return ToGrpc(machine.status());
   return Once(context, database_, "CreateMachine", *request, response, [&](Transaction& transaction) {
-    return storage::InsertMachine(transaction, *std::move(machine), EntryFor(*context));
+    return storage::InsertMachine(transaction, *machine, EntryFor(*context));
   });
 }
 
@@ -162,7 +156,7 @@ grpc::Status PlantService::CreateArtefact(grpc::ServerContext* context, const v1
   absl::StatusOr<storage::ArtefactRow> artefact = Validated(*request);
   if (!artefact.ok()) return ToGrpc(artefact.status());
   return Once(context, database_, "CreateArtefact", *request, response, [&](Transaction& transaction) {
-    return storage::InsertArtefact(transaction, *std::move(artefact), EntryFor(*context));
+    return storage::InsertArtefact(transaction, *artefact, EntryFor(*context));
   });
 }
 
@@ -195,7 +189,7 @@ grpc::Status PlantService::CreatePart(grpc::ServerContext* context, const v1::Cr
   return Once(context, database_, "CreatePart", *request, response, [&](Transaction& transaction) {
     storage::RecordEntry entry = EntryFor(*context);
     entry.method = part->tessellation.method;
-    return storage::InsertPart(transaction, *std::move(part), std::move(entry));
+    return storage::InsertPart(transaction, *part, std::move(entry));
   });
 }
 

@@ -7,7 +7,7 @@
 #include <chrono>
 #include <functional>
 
-#include "services/registration/registrar.h"
+#include "services/registration/inputs.h"
 #include "sixpoint/registration/v1/registration.pb.h"
 
 namespace sixpoint::registration {

@@ -36,10 +36,10 @@ std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOp
                                                          storage::Database* database) {
   std::vector<std::unique_ptr<grpc::Service>> services;
   services.push_back(std::make_unique<RegistrationService>(
-      database,
+      storage::RegistrationsIn(database),
       Peers{Peer(options, "plant", "127.0.0.1:7400"), Peer(options, "ingest", "127.0.0.1:7401"),
             Peer(options, "calibration", "127.0.0.1:7402")},
-      RegistrarLimits{options.threads, flags.pool, static_cast<std::size_t>(flags.surfaces_mb) << 20}));
+      RegistrationLimits{options.threads, flags.pool, static_cast<std::size_t>(flags.surfaces_mb) << 20}));
   return services;
 }
 

@@ -2,57 +2,79 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "services/registration/batch.h"
-#include "services/registration/registration_messages.h"
+#include "services/registration/messages.h"
+#include "services/registration/register.h"
+#include "services/registration/rows.h"
+#include "services/registration/validate.h"
 #include "services/runtime/call.h"
 #include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/recorded_call.h"
 #include "services/runtime/recorded_results.h"
-#include "storage/registrations.h"
 
 namespace sixpoint::registration {
-namespace {
 
 using runtime::ToGrpc;
 
-Caller CallerOf(const grpc::ServerContext* context) {
-  return {runtime::DeadlineOf(*context), [context] { return runtime::ContextFor(*context); },
-          runtime::KeepGoing(*context)};
-}
-
-}  // namespace
-
-RegistrationService::RegistrationService(storage::Database* database, const Peers& peers, const RegistrarLimits& limits)
-    : database_(database), registrar_(database, peers, limits) {}
+RegistrationService::RegistrationService(std::shared_ptr<storage::RegistrationStore> store, const Peers& peers,
+                                         const RegistrationLimits& limits)
+    : store_(std::move(store)),
+      inputs_(peers, limits.surface_bytes, limits.threads),
+      pool_(limits.pool, "registrations", "REGISTRATIONS_FULL") {}
 
 grpc::Status RegistrationService::Register(grpc::ServerContext* context, const v1::RegisterRequest* request,
                                            v1::Registration* response) {
-  absl::StatusOr<v1::Registration> result = registrar_.Register(*request, CallerOf(context));
-  if (result.ok()) *response = *std::move(result);
-  return ToGrpc(result.status());
+  return runtime::Answer(RegisterOnce(*request, Caller{runtime::CallerOf(*context)}), response);
+}
+
+absl::StatusOr<v1::Registration> RegistrationService::RegisterOnce(const v1::RegisterRequest& request,
+                                                                   const Caller& caller) {
+  if (absl::Status status = CheckRequest(request); !status.ok()) return status;
+  const auto make = [&] { return Make(request, caller); };
+  return runtime::RecordedResult<v1::Registration>(store_.get(), "registration.Register", request, caller.deadline,
+                                                   make, ToProto);
+}
+
+absl::StatusOr<runtime::Made<storage::RegistrationRow>> RegistrationService::Make(const v1::RegisterRequest& request,
+                                                                                  const Caller& caller) {
+  Say(caller, v1::REGISTRATION_STEP_WAITING, 0, 0);
+  const auto slot = pool_.Enter(caller.deadline, caller.keep_going, caller.patience);
+  if (!slot.ok()) return slot.status();
+  Say(caller, v1::REGISTRATION_STEP_FETCHING, 0, 0);
+  const auto make = [&]() -> absl::StatusOr<runtime::Made<storage::RegistrationRow>> {
+    const absl::StatusOr<Inputs> inputs = inputs_.Fetch(request, caller);
+    if (!inputs.ok()) return inputs.status();
+    const absl::StatusOr<Registered> registered = RegisterBlade(*inputs);
+    if (!registered.ok()) return registered.status();
+    return RecordOf(request, *inputs, *registered);
+  };
+  auto made = make();
+  // A kernel that is told to stop does not know why.
+  if (absl::IsCancelled(made.status()) && std::chrono::system_clock::now() >= caller.deadline)
+    return absl::DeadlineExceededError("register: its time was over before its end");
+  return made;
 }
 
 grpc::Status RegistrationService::GetRegistration(grpc::ServerContext* context,
                                                   const v1::GetRegistrationRequest* request,
                                                   v1::Registration* response) {
-  return ToGrpc(runtime::GetResult(
-      database_, runtime::DeadlineOf(*context), "registrations", request->name(), "REGISTRATION_NOT_FOUND",
-      storage::FindRegistration,
-      [](storage::Transaction&, const storage::RegistrationRow& row) { return ToProto(row); }, response));
+  return runtime::Answer(runtime::GetResult<v1::Registration>(*store_, runtime::DeadlineOf(*context), "registrations",
+                                                              request->name(), "REGISTRATION_NOT_FOUND", ToProto),
+                         response);
 }
 
 grpc::Status RegistrationService::ListRegistrations(grpc::ServerContext* context,
                                                     const v1::ListRegistrationsRequest* request,
                                                     v1::ListRegistrationsResponse* response) {
-  const std::string more_filters = std::string(request->only_disagreeing() ? " disagreeing" : "") +
-                                   (request->without_for_inspection() ? " without_for_inspection" : "");
-  const auto list = [request](storage::Transaction& transaction, const std::string& serial,
-                              std::int64_t before_sequence, int limit) {
-    return storage::ListRegistrations(
-        transaction, {serial, request->only_disagreeing(), request->without_for_inspection()}, before_sequence, limit);
-  };
-  return ToGrpc(runtime::ListResults(database_, runtime::DeadlineOf(*context), *request, more_filters, list, ToProto,
+  const absl::StatusOr<std::string> serial = runtime::FilterIdOf("blade", "blades", request->blade());
+  if (!serial.ok()) return ToGrpc(serial.status());
+  const storage::RegistrationFilter filter{*serial, request->only_disagreeing(), request->without_for_inspection()};
+  const std::string filters = request->blade() + (request->only_disagreeing() ? " disagreeing" : "") +
+                              (request->without_for_inspection() ? " without_for_inspection" : "");
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, filters, ToProto,
                                      response->mutable_registrations(), response->mutable_next_page_token()));
 }
 
@@ -65,8 +87,8 @@ grpc::Status RegistrationService::RegisterBatch(grpc::ServerContext* context, co
     if (absl::Status free = slot->Check("batches", "BATCHES_FULL"); !free.ok()) return ToGrpc(free);
   }
   return ToGrpc(RunBatch(
-      *request, CallerOf(context),
-      [this](const v1::RegisterRequest& one, const Caller& caller) { return registrar_.Register(one, caller); },
+      *request, Caller{runtime::CallerOf(*context)},
+      [this](const v1::RegisterRequest& one, const Caller& caller) { return RegisterOnce(one, caller); },
       [writer](const v1::RegisterBatchResponse& response) { return writer->Write(response); }));
 }
 

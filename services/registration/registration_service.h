@@ -2,16 +2,30 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
+#include <memory>
 
-#include "services/registration/registrar.h"
+#include "services/registration/inputs.h"
+#include "services/runtime/compute_pool.h"
+#include "services/runtime/recorded_call.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
+#include "storage/registrations.h"
 
 namespace sixpoint::registration {
 
+struct RegistrationLimits {
+  int threads = 2;                                   // of one registration
+  runtime::PoolLimits pool;                          // registrations at once, with all that they hold in memory
+  std::size_t surface_bytes = std::size_t{1} << 30;  // of prepared surfaces, beyond those in use
+};
+
 class RegistrationService final : public v1::RegistrationService::Service {
  public:
-  RegistrationService(storage::Database* database, const Peers& peers, const RegistrarLimits& limits);
+  RegistrationService(std::shared_ptr<storage::RegistrationStore> store, const Peers& peers,
+                      const RegistrationLimits& limits);
 
+  // The same request_id again gives the same answer, without waiting for a turn. RESOURCE_EXHAUSTED (REGISTRATIONS_FULL)
+  // where too many wait.
   grpc::Status Register(grpc::ServerContext* context, const v1::RegisterRequest* request,
                         v1::Registration* response) override;
   grpc::Status GetRegistration(grpc::ServerContext* context, const v1::GetRegistrationRequest* request,
@@ -25,8 +39,13 @@ class RegistrationService final : public v1::RegistrationService::Service {
  private:
   static constexpr int kMostBatches = 4;
 
-  storage::Database* database_;
-  Registrar registrar_;
+  absl::StatusOr<v1::Registration> RegisterOnce(const v1::RegisterRequest& request, const Caller& caller);
+  absl::StatusOr<runtime::Made<storage::RegistrationRow>> Make(const v1::RegisterRequest& request,
+                                                               const Caller& caller);
+
+  const std::shared_ptr<storage::RegistrationStore> store_;
+  const InputFetcher inputs_;
+  runtime::ComputePool pool_;
   std::atomic<int> batches_{0};
 };
 

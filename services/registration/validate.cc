@@ -6,14 +6,15 @@
 #include <set>
 #include <tuple>
 
+#include "metrology/registration/allowance.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
+#include "services/runtime/limits.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::registration {
 namespace {
 
-constexpr std::size_t kLongestRequester = 200;
 constexpr int kMostRegions = 64;
 constexpr double kGreatestCoordinateMm = 1e6;
 constexpr double kGreatestRadiusMm = 1e4;
@@ -123,40 +124,6 @@ absl::Status CheckOptions(const v1::RegisterRequest& request) {
   return CheckAllowance(options.allowance());
 }
 
-absl::Status AddRegions(const std::string& field, const google::protobuf::RepeatedPtrField<v1::Region>& in,
-                        const plant::v1::Part& part, std::vector<metrology::Region>* out) {
-  using Shape = metrology::Region::Shape;
-  for (int i = 0; i < in.size(); ++i) {
-    if (in[i].has_box()) {
-      const auto low = runtime::FromProto(field, in[i].box().minimum_mm());
-      const auto high = runtime::FromProto(field, in[i].box().maximum_mm());
-      if (!low.ok() || !high.ok()) return low.ok() ? high.status() : low.status();
-      out->push_back({Shape::kBox, (*low + *high) / 2, (*high - *low) / 2});
-    } else if (in[i].has_ball()) {
-      const auto centre = runtime::FromProto(field, in[i].ball().centre_mm());
-      if (!centre.ok()) return centre.status();
-      out->push_back({Shape::kBall, *centre, Eigen::Vector3d::Constant(in[i].ball().radius_mm())});
-    } else {
-      const v1::HoleGroupNeighbourhood& asked = in[i].hole_group();
-      const auto group = std::find_if(part.hole_groups().begin(), part.hole_groups().end(),
-                                      [&](const plant::v1::HoleGroup& g) { return g.group() == asked.group(); });
-      if (group == part.hole_groups().end()) {
-        std::string known;
-        for (const plant::v1::HoleGroup& g : part.hole_groups()) known += (known.empty() ? "" : ", ") + g.group();
-        return runtime::Refuse(field + "[" + std::to_string(i) + "].hole_group.group", asked.group(),
-                               known.empty() ? "none: " + part.name() + " has no hole groups" : "one of " + known);
-      }
-      for (const plant::v1::Hole& hole : group->holes()) {
-        const auto start = runtime::FromProto("part.hole_groups[" + group->group() + "].holes[" + hole.hole() + "]",
-                                              hole.start_in_part_mm());
-        if (!start.ok()) return start.status();
-        out->push_back({Shape::kBall, *start, Eigen::Vector3d::Constant(group->diameter_mm() / 2 + asked.margin_mm())});
-      }
-    }
-  }
-  return absl::OkStatus();
-}
-
 }  // namespace
 
 std::string MethodText(v1::Method method) {
@@ -180,23 +147,15 @@ bool IsSixPoint(v1::Method method) { return method == v1::METHOD_SIX_POINT || me
 
 absl::Status CheckRequest(const v1::RegisterRequest& request) {
   if (const auto blade = runtime::IdOf("blade", "blades", request.blade()); !blade.ok()) return blade.status();
-  if (request.scans_size() < 1 || request.scans_size() > kGreatestScanCount)
-    return runtime::Refuse("scans", std::to_string(request.scans_size()) + " scans",
-                           "1 to " + std::to_string(kGreatestScanCount));
-  std::set<std::string> seen;
-  for (int i = 0; i < request.scans_size(); ++i) {
-    const std::string field = "scans[" + std::to_string(i) + "]";
-    if (const auto scan = runtime::IdOf(field, "scans", request.scans(i)); !scan.ok()) return scan.status();
-    if (!seen.insert(request.scans(i)).second) return runtime::Refuse(field, request.scans(i), "each scan once");
-  }
+  if (absl::Status status = runtime::CheckNames("scans", "scans", request.scans(), 1, runtime::kMostScans);
+      !status.ok())
+    return status;
   if (MethodText(request.method()).empty())
     return runtime::Refuse(
         "method", std::to_string(request.method()),
         "METHOD_BEST_FIT, METHOD_LOCAL, METHOD_SIX_POINT, METHOD_SIX_POINT_NORMALS or METHOD_ALLOWANCE");
   if (absl::Status status = CheckOptions(request); !status.ok()) return status;
-  if (request.requested_by().size() > kLongestRequester)
-    return runtime::Refuse("requested_by", std::to_string(request.requested_by().size()) + " bytes", "at most 200");
-  return runtime::CheckUuid("request_id", request.request_id());
+  return runtime::CheckCaller(request.requested_by(), request.request_id());
 }
 
 absl::Status CheckScan(const v1::RegisterRequest& request, const ingest::v1::Scan& scan,
@@ -208,59 +167,6 @@ absl::Status CheckScan(const v1::RegisterRequest& request, const ingest::v1::Sca
     return runtime::Refuse(field + ".machine", scan.header().machine(),
                            first.header().machine() + ", as the first scan");
   return absl::OkStatus();
-}
-
-absl::StatusOr<std::vector<metrology::DatumPoint>> DatumsOf(const plant::v1::Part& part) {
-  if (part.six_points_size() != 6)
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "SIX_POINTS_MISSING",
-                            "method: six-point for " + part.name() + ", whose six_points has " +
-                                std::to_string(part.six_points_size()) +
-                                " points, want 6; add them to the part or ask for METHOD_BEST_FIT");
-  std::vector<metrology::DatumPoint> datums;
-  for (const plant::v1::DatumPoint& in : part.six_points()) {
-    const std::string field = "part.six_points[" + in.datum() + "]";
-    const auto point = runtime::FromProto(field + ".point_in_part_mm", in.point_in_part_mm());
-    if (!point.ok()) return point.status();
-    const auto normal = runtime::FromProto(field + ".normal_in_part", in.normal_in_part());
-    if (!normal.ok()) return normal.status();
-    datums.push_back({in.datum(), *point, *normal});
-  }
-  return datums;
-}
-
-absl::StatusOr<metrology::FitOptions> FitOptionsOf(const v1::FitOptions& options, const plant::v1::Part& part) {
-  metrology::FitOptions out;
-  if (options.degrees_of_freedom_size() > 0) out.free.fill(false);
-  for (const int freedom : options.degrees_of_freedom())
-    out.free[static_cast<std::size_t>(freedom - v1::FREEDOM_TURN_X)] = true;
-  out.scan_weights.assign(options.scan_weights().begin(), options.scan_weights().end());
-  out.coarse_start = options.coarse_start();
-  absl::Status status = AddRegions("options.regions_in", options.regions_in(), part, &out.regions_in);
-  if (status.ok()) status = AddRegions("options.regions_out", options.regions_out(), part, &out.regions_out);
-  if (!status.ok()) return status;
-  return out;
-}
-
-metrology::AllowanceOptions AllowanceOptionsOf(const v1::FitOptions& options) {
-  metrology::AllowanceOptions out;
-  const v1::AllowanceOptions& asked = options.allowance();
-  if (asked.has_least_stock_mm()) out.least_stock_mm = asked.least_stock_mm();
-  if (asked.has_greatest_stock_mm()) out.greatest_stock_mm = asked.greatest_stock_mm();
-  if (asked.has_patch_mm()) out.patch_mm = asked.patch_mm();
-  if (asked.has_least_points()) out.least_points = asked.least_points();
-  return out;
-}
-
-v1::FitOptions FilledIn(const v1::RegisterRequest& request) {
-  v1::FitOptions options = request.options();
-  if (request.method() != v1::METHOD_ALLOWANCE) return options;
-  const metrology::AllowanceOptions allowance = AllowanceOptionsOf(options);
-  v1::AllowanceOptions& filled = *options.mutable_allowance();
-  filled.set_least_stock_mm(allowance.least_stock_mm);
-  filled.set_greatest_stock_mm(allowance.greatest_stock_mm);
-  filled.set_patch_mm(allowance.patch_mm);
-  filled.set_least_points(static_cast<int>(allowance.least_points));
-  return options;
 }
 
 }  // namespace sixpoint::registration

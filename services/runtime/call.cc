@@ -50,6 +50,10 @@ std::unique_ptr<grpc::ClientContext> ContextFor(const grpc::ServerContext& conte
   return made;
 }
 
+Caller CallerOf(const grpc::ServerContext& context) {
+  return {DeadlineOf(context), [&context] { return ContextFor(context); }, KeepGoing(context)};
+}
+
 std::unique_ptr<grpc::ClientContext> ContextFor(double seconds) {
   auto made = std::make_unique<grpc::ClientContext>();
   made->set_deadline(Clock::now() + std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1e3)));

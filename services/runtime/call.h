@@ -17,6 +17,14 @@ std::chrono::system_clock::time_point DeadlineOf(const grpc::ServerContext& cont
 std::function<bool()> KeepGoing(const grpc::ServerContext& context);
 // A context for a call to another service: remaining time less a margin, the same traceparent.
 std::unique_ptr<grpc::ClientContext> ContextFor(const grpc::ServerContext& context);
+// What the work of a call needs of it: its deadline, its cancellation, and a context for each call to another service.
+struct Caller {
+  std::chrono::system_clock::time_point deadline;
+  std::function<std::unique_ptr<grpc::ClientContext>()> make_context;
+  std::function<bool()> keep_going;
+};
+// Valid while the call lasts.
+Caller CallerOf(const grpc::ServerContext& context);
 // The same for programs (cli, simulator): a deadline that many seconds from now.
 std::unique_ptr<grpc::ClientContext> ContextFor(double seconds);
 // A channel with keepalive, message limits and retry of UNAVAILABLE.

@@ -124,6 +124,18 @@ absl::Status Failure(absl::StatusCode code, const std::string& reason, const std
   return failure;
 }
 
+absl::Status AsRefusal(const absl::Status& status) {
+  const std::string message(status.message());
+  const std::size_t colon = message.find(": "), want = message.rfind(", want ");
+  if (!absl::IsInvalidArgument(status) || colon == std::string::npos || want == std::string::npos || want < colon)
+    return status;
+  return Refuse(message.substr(0, colon), message.substr(colon + 2, want - colon - 2), message.substr(want + 7));
+}
+
+absl::Status NotKnown(const std::string& field, const std::string& name, const absl::Status& status) {
+  return absl::IsNotFound(status) ? Refuse(field, name, "one that the plant knows") : status;
+}
+
 std::string ReasonOf(const absl::Status& status) { return PayloadOf(status, kReasonPayload).value_or(""); }
 
 std::chrono::milliseconds RetryDelayOf(const absl::Status& status) {

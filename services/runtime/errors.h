@@ -2,10 +2,12 @@
 #pragma once
 
 #include <absl/status/status.h>
+#include <absl/status/statusor.h>
 #include <grpcpp/support/status.h>
 
 #include <chrono>
 #include <string>
+#include <utility>
 
 namespace sixpoint::runtime {
 
@@ -16,9 +18,20 @@ absl::Status Refuse(const std::string& field, double value, const std::string& w
 // Other codes with a machine-readable reason (UPPER_SNAKE, ErrorInfo.reason; domain "sixpoint").
 absl::Status Failure(absl::StatusCode code, const std::string& reason, const std::string& message);
 
+// A kernel's refusal, whose message names field, value and wanted, as Refuse makes it.
+absl::Status AsRefusal(const absl::Status& status);
+// What a request names and is not there is the request's fault; other failures stay what they are.
+absl::Status NotKnown(const std::string& field, const std::string& name, const absl::Status& status);
+
 // The one exhaustive map: code by code, with a serialised google.rpc.Status (BadRequest, ErrorInfo, and RetryInfo for
 // UNAVAILABLE and RESOURCE_EXHAUSTED) in the details. INTERNAL hides its message from the client and logs it.
 grpc::Status ToGrpc(const absl::Status& status);
+// A handler's end: the answer into its response, or why there is none.
+template <typename Message>
+grpc::Status Answer(absl::StatusOr<Message> answer, Message* response) {
+  if (answer.ok()) *response = *std::move(answer);
+  return ToGrpc(answer.status());
+}
 // Back again, on the client side of a call between services: keeps code, message, reason and RetryInfo.
 absl::Status FromGrpc(const grpc::Status& status);
 // ErrorInfo.reason of a status made here or received; empty when it has none.

@@ -43,6 +43,12 @@ absl::StatusOr<std::string> IdOf(const std::string& field, const std::string& co
   return name.substr(prefix.size());
 }
 
+std::string RevisedName(const std::string& collection, const std::string& id, int revision) {
+  return NameOf(collection, id) + "@" + std::to_string(revision);
+}
+
+std::string LastSegment(const std::string& name) { return name.substr(name.find('/') + 1); }
+
 absl::StatusOr<std::string> FilterIdOf(const std::string& field, const std::string& collection,
                                        const std::string& name) {
   if (name.empty()) return std::string();

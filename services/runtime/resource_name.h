@@ -11,6 +11,10 @@ namespace sixpoint::runtime {
 
 // "scans", "s1" -> "scans/s1".
 std::string NameOf(const std::string& collection, const std::string& id);
+// "parts", "p1", 3 -> "parts/p1@3", as the journal names a revision.
+std::string RevisedName(const std::string& collection, const std::string& id, int revision);
+// "scans/s1" -> "s1": of a name that was checked before, or that another service gave.
+std::string LastSegment(const std::string& name);
 // The id of a name of that collection; refuses others, naming the field. Ids: [A-Za-z0-9._-], 1 to 64 characters, no leading dot.
 absl::StatusOr<std::string> IdOf(const std::string& field, const std::string& collection, const std::string& name);
 // The same for a filter: an empty name gives an empty id.

@@ -70,5 +70,25 @@ TEST(Requests, ManyRetriesAtOnceDoTheWorkOnce) {
   EXPECT_EQ(answered, 7);
 }
 
+TEST(Requests, WorkThatTheDatabaseEndedIsTriedAgainFromItsStart) {
+  ThrowawayDatabase database;
+  int attempts = 0;
+  const auto work = [&](Transaction& transaction) -> absl::StatusOr<std::string> {
+    if (const auto written = transaction.Execute("CREATE TABLE written ()"); !written.ok()) return written.status();
+    if (++attempts < 3) return absl::AbortedError("deadlock detected");
+    return "the answer";
+  };
+  EXPECT_EQ(*RecordOnce(*database.database(), {"area.Call", kId, "request"}, Soon(), work), "the answer");
+  EXPECT_EQ(attempts, 3);
+  EXPECT_EQ(*RecordOnce(*database.database(), {"area.Call", kId, "request"}, Soon(), work), "the answer");
+  EXPECT_EQ(attempts, 3);  // kept
+  const auto aborts = [&](Transaction&) -> absl::StatusOr<std::string> {
+    ++attempts;
+    return absl::AbortedError("deadlock detected");
+  };
+  EXPECT_TRUE(absl::IsAborted(RecordOnce(*database.database(), {"area.Call", "", ""}, Soon(), aborts).status()));
+  EXPECT_EQ(attempts, 6);  // not for ever
+}
+
 }  // namespace
 }  // namespace sixpoint::storage

@@ -14,7 +14,8 @@ using ::testing::HasSubstr;
 class CalibrationStudiesTest : public CalibrationBench {
  protected:
   CalibrationStudiesTest()
-      : studies_(database_.database(), plant_server_.Connect(), ingest_server_.Connect()),
+      : studies_(storage::StudiesIn(database_.database()), storage::CalibrationsIn(database_.database()),
+                 plant_server_.Connect(), ingest_server_.Connect()),
         studies_server_({&studies_}),
         studies_stub_(v1::StudyService::NewStub(studies_server_.Connect())) {}
 

@@ -73,7 +73,8 @@ class StudyServiceTest : public ::testing::Test {
   StudyServiceTest()
       : plant_server_({&plant_}),
         ingest_server_({&ingest_}),
-        service_(database_.database(), plant_server_.Connect(), ingest_server_.Connect()),
+        service_(storage::StudiesIn(database_.database()), storage::CalibrationsIn(database_.database()),
+                 plant_server_.Connect(), ingest_server_.Connect()),
         server_({&service_}),
         stub_(v1::StudyService::NewStub(server_.Connect())) {
     auto transaction = database_.database()->Begin(testing::Soon());
@@ -202,10 +203,10 @@ TEST_F(StudyServiceTest, AGaugeStudyRestsOnItsScans) {
 TEST_F(StudyServiceTest, RefusesTooFewScansAndTheWrongKind) {
   const auto message = [](const absl::Status& status) { return std::string(status.message()); };
   EXPECT_THAT(message(Call(&v1::StudyService::Stub::RunGaugeStudy, Strip(9, 1e-3)).status()),
-              HasSubstr("scans: 9 of them, want 10 to 200"));
+              HasSubstr("scans: 9 scans, want 10 to 200"));
   v1::RunGaugeStudyRequest gauge = Strip(12, 1e-3);
   gauge.set_scans(3, gauge.scans(2));
-  EXPECT_THAT(message(Call(&v1::StudyService::Stub::RunGaugeStudy, gauge).status()), HasSubstr("want each once"));
+  EXPECT_THAT(message(Call(&v1::StudyService::Stub::RunGaugeStudy, gauge).status()), HasSubstr("want each scan once"));
   gauge = Strip(12, 1e-3);
   gauge.set_scans(3, "scans/unknown");
   EXPECT_THAT(message(Call(&v1::StudyService::Stub::RunGaugeStudy, gauge).status()),

@@ -26,8 +26,8 @@ class CorrectionServiceTest : public ::testing::Test {
   void Start(int greatest_count) {
     server_.reset();
     service_ = std::make_unique<CorrectionService>(
-        plant_.database.database(), std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect()),
-        greatest_count);
+        storage::CorrectionsIn(plant_.database.database()),
+        std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect()), greatest_count);
     server_ = std::make_unique<testing::InProcessServer>(std::vector<grpc::Service*>{service_.get()});
     stub_ = v1::CorrectionService::NewStub(server_->Connect());
   }

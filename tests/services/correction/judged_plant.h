@@ -1,107 +1,28 @@
-// Stand-ins for the plant, ingest, calibration and registration services, about a block with two holes and their pins, and
-// the rows of theirs that correction's and inspection's own rows refer to.
+// The stand-ins for other services, and the rows of theirs that correction's, inspection's and registration's own rows refer to.
 #pragma once
 
-#include <absl/status/status.h>
-
-#include <map>
 #include <string>
 #include <vector>
 
-#include "sixpoint/calibration/v1/calibration.grpc.pb.h"
-#include "sixpoint/ingest/v1/ingest.grpc.pb.h"
-#include "sixpoint/plant/v1/plant.grpc.pb.h"
-#include "sixpoint/registration/v1/registration.grpc.pb.h"
-#include "tests/metrology/inspection/pinned_block.h"
-#include "tests/support/in_process_server.h"
+#include "tests/services/correction/stand_ins.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::testing {
 
-inline constexpr char kSensorCalibration[] = "calibrations/00000000-0000-7000-8000-000000000001";
-inline constexpr char kRotationCalibration[] = "calibrations/00000000-0000-7000-8000-000000000002";
-inline constexpr char kACharacterisation[] = "characterisations/00000000-0000-7000-8000-000000000004";
-inline constexpr char kBCharacterisation[] = "characterisations/00000000-0000-7000-8000-000000000005";
-inline constexpr char kRegistration[] = "registrations/00000000-0000-7000-8000-000000000003";
-
-class StandInPlant final : public plant::v1::PlantService::Service {
+class JudgedPlant : public StandIns {
  public:
-  plant::v1::Machine machine;
-  plant::v1::Part part;
-  std::string surface_bytes;
-  grpc::Status GetMachine(grpc::ServerContext*, const plant::v1::GetMachineRequest* request,
-                          plant::v1::Machine* response) override;
-  grpc::Status GetPart(grpc::ServerContext*, const plant::v1::GetPartRequest* request,
-                       plant::v1::Part* response) override;
-  grpc::Status DownloadSurface(grpc::ServerContext*, const plant::v1::DownloadSurfaceRequest* request,
-                               grpc::ServerWriter<plant::v1::DownloadSurfaceResponse>* writer) override;
-};
-
-class StandInIngest final : public ingest::v1::ScanService::Service {
- public:
-  std::map<std::string, ingest::v1::Scan> scans;  // by name
-  std::map<std::string, std::string> blocks;      // one Draco block each
-  grpc::Status GetScan(grpc::ServerContext*, const ingest::v1::GetScanRequest* request,
-                       ingest::v1::Scan* response) override;
-  grpc::Status DownloadScan(grpc::ServerContext*, const ingest::v1::DownloadScanRequest* request,
-                            grpc::ServerWriter<ingest::v1::DownloadScanResponse>* writer) override;
-};
-
-class StandInCalibration final : public calibration::v1::CalibrationService::Service {
- public:
-  calibration::v1::Calibration sensor, rotation;
-  std::map<std::string, calibration::v1::Calibration> axes;  // characterisations by the axis's letter
-  bool expired = false;                                      // none in force
-  std::string replacement;  // name of the sensor calibration in force, where it is not `sensor`
-  grpc::Status GetCalibration(grpc::ServerContext*, const calibration::v1::GetCalibrationRequest* request,
-                              calibration::v1::Calibration* response) override;
-  grpc::Status GetCalibrationInForce(grpc::ServerContext*, const calibration::v1::GetCalibrationInForceRequest* request,
-                                     calibration::v1::Calibration* response) override;
-};
-
-class StandInRegistration final : public registration::v1::RegistrationService::Service {
- public:
-  registration::v1::Registration registration;
-  int register_count = 0;
-  absl::Status refusal;              // of Register
-  bool applied_axis_tables = false;  // as the last Register asked
-  std::vector<registration::v1::RegisterRequest> asked;
-  // What Register answers for these methods, instead of `registration` with the method asked for.
-  std::map<registration::v1::Method, registration::v1::Registration> by_method;
-  grpc::Status GetRegistration(grpc::ServerContext*, const registration::v1::GetRegistrationRequest* request,
-                               registration::v1::Registration* response) override;
-  grpc::Status Register(grpc::ServerContext*, const registration::v1::RegisterRequest* request,
-                        registration::v1::Registration* response) override;
-};
-
-class JudgedPlant {
- public:
-  // With the pinned block's four scans, of 2000 points of the top each.
   JudgedPlant();
-  std::shared_ptr<grpc::Channel> Connect() const { return server_.Connect(); }
 
   // In the record, as the calibration service does it; the stand-in still answers as before.
   void Withdraw(const std::string& calibration);
-  // The axis on the bed (a) or the one that it carries (b) gets a characterisation in force: the stand-in's and its row.
-  // Errors in degrees, at equal steps over a turn.
+  // The stand-in's and its row.
   void Characterise(bool is_b, const std::vector<double>& forward_error_deg,
                     const std::vector<double>& backward_error_deg, double standard_uncertainty_deg);
 
-  metrology::PinnedBlock block;
-  std::vector<std::string> scans;  // names, in order
-  StandInPlant plant;
-  StandInIngest ingest;
-  StandInCalibration calibration;
-  StandInRegistration registration;
   ThrowawayDatabase database;
 
  private:
-  void DescribePlant();
-  void DescribeCalibrations();
-  void DescribeRegistration();
-  void AddScans();
   void StoreRows();
-  InProcessServer server_;
 };
 
 }  // namespace sixpoint::testing

@@ -26,7 +26,7 @@ class InspectionServiceTest : public ::testing::Test {
     InspectionServiceOptions options;
     options.greatest_count = greatest_count;
     service_ = std::make_unique<InspectionService>(
-        plant_.database.database(),
+        storage::InspectionsIn(plant_.database.database()),
         std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()), options);
     server_ = std::make_unique<testing::InProcessServer>(std::vector<grpc::Service*>{service_.get()});
     stub_ = v1::InspectionService::NewStub(server_->Connect());

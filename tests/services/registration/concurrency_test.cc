@@ -58,7 +58,7 @@ class ConcurrencyTest : public FakePlantTest {
   ~ConcurrencyTest() override { Stop(); }
 
   void Serve(runtime::PoolLimits pool) {
-    RegistrarLimits limits;
+    RegistrationLimits limits;
     limits.pool = pool;
     FakePlantTest::Serve(limits, ingest_server_.Connect());
   }

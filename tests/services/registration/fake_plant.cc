@@ -57,12 +57,12 @@ const std::vector<Vector3d>& NestMm() {
   return *nest;
 }
 
-FakePlantTest::FakePlantTest() : blades_(&plant_.plant), plant_server_({&blades_}) { Serve(RegistrarLimits()); }
+FakePlantTest::FakePlantTest() : blades_(&plant_.plant), plant_server_({&blades_}) { Serve(RegistrationLimits()); }
 
-void FakePlantTest::Serve(const RegistrarLimits& limits, std::shared_ptr<grpc::Channel> ingest) {
+void FakePlantTest::Serve(const RegistrationLimits& limits, std::shared_ptr<grpc::Channel> ingest) {
   Stop();
   service_ = std::make_unique<RegistrationService>(
-      plant_.database.database(),
+      storage::RegistrationsIn(plant_.database.database()),
       Peers{plant_server_.Connect(), ingest == nullptr ? plant_.Connect() : std::move(ingest), plant_.Connect()},
       limits);
   server_ = std::make_unique<testing::InProcessServer>(std::vector<grpc::Service*>{service_.get()});

@@ -49,7 +49,7 @@ class FakePlantTest : public ::testing::Test {
   ~FakePlantTest() override { Stop(); }
 
   // Anew, where it serves. Scans from where the fakes are, or from `ingest`.
-  void Serve(const RegistrarLimits& limits, std::shared_ptr<grpc::Channel> ingest = nullptr);
+  void Serve(const RegistrationLimits& limits, std::shared_ptr<grpc::Channel> ingest = nullptr);
   void Stop();
 
   // What the plant takes for the part's CAD; its datums and the holes of G2 lie on it.

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 
+#include "services/registration/inputs.h"
 #include "services/runtime/errors.h"
 
 namespace sixpoint::registration {

@@ -1,4 +1,4 @@
-#include "services/correction/correction_messages.h"
+#include "services/correction/messages.h"
 
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
@@ -14,7 +14,7 @@ void SetPoint(const std::array<double, 3>& values, geometry::v1::Point* point) {
 
 }  // namespace
 
-v1::Correction ToProto(const storage::CorrectionRow& row, const std::string& nc_program) {
+v1::Correction ToProto(const storage::CorrectionRow& row) {
   v1::Correction correction;
   correction.set_name(runtime::NameOf("corrections", row.correction_id));
   correction.set_blade(runtime::NameOf("blades", row.blade_serial));
@@ -44,7 +44,7 @@ v1::Correction ToProto(const storage::CorrectionRow& row, const std::string& nc_
       hole.set_expanded_uncertainty_um(hole_row.expanded_uncertainty_um);
     }
   }
-  correction.set_nc_program(nc_program);
+  correction.set_nc_program(row.nc_program);
   correction.set_release(row.release == "AUTOMATIC" ? v1::RELEASE_AUTOMATIC : v1::RELEASE_AWAITING_PERSON);
   for (const std::string& reason : row.release_reasons) correction.add_release_reasons(reason);
   runtime::ToProto(row.valid_until, correction.mutable_valid_until());

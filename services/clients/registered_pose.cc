@@ -1,4 +1,4 @@
-#include "services/correction/registered_pose.h"
+#include "services/clients/registered_pose.h"
 
 #include <cmath>
 #include <set>

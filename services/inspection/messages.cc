@@ -1,4 +1,4 @@
-#include "services/inspection/inspection_messages.h"
+#include "services/inspection/messages.h"
 
 #include <string>
 
@@ -8,29 +8,11 @@
 namespace sixpoint::inspection {
 namespace {
 
-constexpr double kRad = 3.14159265358979323846 / 180;
-
-std::string TextOf(metrology::Verdict verdict) {
-  switch (verdict) {
-    case metrology::Verdict::kConform:
-      return "CONFORM";
-    case metrology::Verdict::kNotConform:
-      return "NOT_CONFORM";
-    case metrology::Verdict::kUndecidable:
-      return "UNDECIDABLE";
-    case metrology::Verdict::kNotMeasured:
-      break;
-  }
-  return "NOT_MEASURED";
-}
-
 v1::Verdict VerdictOf(const std::string& text) {
   v1::Verdict verdict = v1::VERDICT_UNSPECIFIED;
   v1::Verdict_Parse("VERDICT_" + text, &verdict);
   return verdict;
 }
-
-std::array<double, 3> ThreeOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 void SetMeasured(const storage::InspectionHoleRow::Measured& measured, v1::HoleResult* hole) {
   hole->set_position_error_mm(measured.position_error_mm);
@@ -47,45 +29,6 @@ void SetMeasured(const storage::InspectionHoleRow::Measured& measured, v1::HoleR
 }
 
 }  // namespace
-
-void SetFindings(const std::vector<metrology::InspectedHole>& holes, const metrology::BladeFindings& findings,
-                 storage::InspectionRow* row) {
-  row->verdict = TextOf(findings.verdict);
-  row->decision_rule = metrology::kDecisionRule;
-  const metrology::DeviationSummary& deviation = findings.deviation;
-  row->deviation_minimum_um = deviation.minimum_um;
-  row->deviation_maximum_um = deviation.maximum_um;
-  row->deviation_rms_um = deviation.rms_um;
-  row->deviation_p05_um = deviation.p05_um;
-  row->deviation_p50_um = deviation.p50_um;
-  row->deviation_p95_um = deviation.p95_um;
-  row->deviation_point_count = deviation.point_count;
-  row->deviation_excluded_count = deviation.excluded_count;
-  for (std::size_t i = 0; i < holes.size(); ++i) {
-    const metrology::HoleFinding& finding = findings.holes[i];
-    storage::InspectionHoleRow& hole = row->holes.emplace_back();
-    hole.group_name = holes[i].group;
-    hole.hole_name = holes[i].name;
-    hole.verdict = TextOf(finding.verdict);
-    hole.position_verdict = TextOf(finding.position_verdict);
-    hole.inclination_verdict = TextOf(finding.inclination_verdict);
-    if (finding.verdict != metrology::Verdict::kNotMeasured) {
-      hole.measured = storage::InspectionHoleRow::Measured{finding.error.position_mm,
-                                                           finding.error.inclination_rad / kRad,
-                                                           finding.position_expanded_uncertainty_mm * 1e3,
-                                                           finding.inclination_expanded_uncertainty_rad / kRad,
-                                                           ThreeOf(finding.error.start_in_part_mm),
-                                                           ThreeOf(finding.error.axis_in_part),
-                                                           2 * finding.pin_radius_mm};
-    }
-    hole.position_tolerance_mm = holes[i].position_tolerance_mm;
-    hole.inclination_tolerance_deg = holes[i].inclination_tolerance_rad / kRad;
-    hole.point_count = finding.point_count;
-    hole.pin_residual_rms_um = finding.pin_residual_rms_um;
-    hole.reason = finding.reason;
-    hole.positioning_difference_um = finding.positioning_difference_mm * 1e3;
-  }
-}
 
 v1::Inspection ToProto(const storage::InspectionRow& row) {
   v1::Inspection inspection;

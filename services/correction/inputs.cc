@@ -1,0 +1,150 @@
+#include "services/correction/inputs.h"
+
+#include <algorithm>
+#include <string>
+
+#include "services/clients/registered_pose.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/geometry_proto.h"
+
+namespace sixpoint::correction {
+namespace {
+
+constexpr double kRad = 3.14159265358979323846 / 180;
+
+// The tables that the registration applied, each still in force: the same that the angles are commanded by.
+absl::StatusOr<std::vector<clients::FetchedAxis>> TablesInForce(const Peers& peers,
+                                                                const registration::v1::Registration& registration,
+                                                                const runtime::Caller& caller) {
+  auto tables = clients::TablesOf(registration, peers.calibrations, caller.make_context);
+  if (!tables.ok()) return tables.status();
+  for (const clients::FetchedAxis& table : *tables) {
+    const auto in_force = peers.calibrations.AxisInForce(registration.machine(), table.axis, caller.make_context());
+    if (!in_force.ok()) return in_force.status();
+    const std::string name = in_force->has_value() ? (*in_force)->name : "none in force";
+    if (name != table.name)
+      return peers.calibrations.NotInForce("registration.angles." + table.axis, table.name, name,
+                                           caller.make_context());
+  }
+  return tables;
+}
+
+absl::Status FetchCalibrations(const Peers& peers, const runtime::Caller& caller, Inputs* inputs) {
+  const registration::v1::Registration& registration = inputs->registration;
+  auto sensor = peers.calibrations.SensorInForce(registration.machine(), caller.make_context());
+  if (!sensor.ok()) return sensor.status();
+  if (sensor->name != registration.sensor_calibration())
+    return peers.calibrations.NotInForce("registration.sensor_calibration", registration.sensor_calibration(),
+                                         sensor->name, caller.make_context());
+  auto rotation = peers.calibrations.RotationInForce(registration.machine(), caller.make_context());
+  if (!rotation.ok()) return rotation.status();
+  if (rotation->name != registration.rotation_calibration())
+    return peers.calibrations.NotInForce("registration.rotation_calibration", registration.rotation_calibration(),
+                                         rotation->name, caller.make_context());
+  auto tables = TablesInForce(peers, registration, caller);
+  if (!tables.ok()) return tables.status();
+  inputs->tables = *std::move(tables);
+  inputs->sensor = *std::move(sensor);
+  inputs->rotation = *std::move(rotation);
+  auto pose = clients::RegisteredPoseOf(registration, inputs->sensor.sensor, inputs->rotation, inputs->tables);
+  if (!pose.ok()) return pose.status();
+  inputs->pose = *std::move(pose);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<metrology::NominalHoleGroup> NominalGroup(const plant::v1::HoleGroup& group) {
+  metrology::NominalHoleGroup nominal;
+  nominal.name = group.group();
+  const auto axis = runtime::FromProto("part.hole_groups." + group.group() + ".axis_in_part", group.axis_in_part());
+  if (!axis.ok()) return axis.status();
+  nominal.axis_in_part = *axis;
+  nominal.nominal = {group.a_nominal_deg() * kRad, group.b_nominal_deg() * kRad};
+  for (const plant::v1::Hole& hole : group.holes()) {
+    const auto start = runtime::FromProto("part.hole_groups." + group.group() + "." + hole.hole() + ".start_in_part_mm",
+                                          hole.start_in_part_mm());
+    if (!start.ok()) return start.status();
+    nominal.holes.push_back({hole.hole(), *start});
+  }
+  return nominal;
+}
+
+// The groups asked for, in the part's order; all where none are named.
+absl::StatusOr<std::vector<metrology::NominalHoleGroup>> WantedGroups(const v1::CorrectRequest& request,
+                                                                      const plant::v1::Part& part) {
+  std::string known;
+  for (const plant::v1::HoleGroup& group : part.hole_groups()) known += (known.empty() ? "" : ", ") + group.group();
+  for (int i = 0; i < request.groups_size(); ++i) {
+    const auto& groups = part.hole_groups();
+    const bool found = std::any_of(groups.begin(), groups.end(), [&](const plant::v1::HoleGroup& group) {
+      return group.group() == request.groups(i);
+    });
+    if (!found) {
+      return runtime::Refuse("groups[" + std::to_string(i) + "]", request.groups(i),
+                             "a hole group of " + part.name() + " (" + known + ")");
+    }
+  }
+  std::vector<metrology::NominalHoleGroup> wanted;
+  for (const plant::v1::HoleGroup& group : part.hole_groups()) {
+    const bool asked =
+        std::find(request.groups().begin(), request.groups().end(), group.group()) != request.groups().end();
+    if (request.groups_size() > 0 && !asked) continue;
+    absl::StatusOr<metrology::NominalHoleGroup> nominal = NominalGroup(group);
+    if (!nominal.ok()) return nominal.status();
+    wanted.push_back(*std::move(nominal));
+  }
+  if (wanted.empty()) {
+    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "PART_WITHOUT_HOLES",
+                            part.name() + ".hole_groups: empty, want at least one");
+  }
+  return wanted;
+}
+
+absl::Status FetchMachine(const Peers& peers, const runtime::Caller& caller, Inputs* inputs) {
+  const registration::v1::Registration& registration = inputs->registration;
+  const auto machine =
+      peers.plant.GetMachine(registration.machine(), registration.machine_revision(), caller.make_context());
+  if (!machine.ok()) return machine.status();
+  absl::StatusOr<MachineAxes> axes = AxesOf(*machine);
+  if (!axes.ok()) return axes.status();
+  inputs->machine_axes = *std::move(axes);
+  inputs->envelope = EnvelopeOf(*machine);
+  const std::array<std::string, 2>&letters = inputs->machine_axes.letters, &calibrated = inputs->rotation.letters;
+  if (letters == calibrated) return absl::OkStatus();
+  return runtime::Failure(absl::StatusCode::kFailedPrecondition, "KINEMATICS_UNSUPPORTED",
+                          inputs->rotation.name + ".axes: " + calibrated[0] + ", " + calibrated[1] + ", want " +
+                              letters[0] + ", " + letters[1] + " as " + machine->name() +
+                              " has them now; calibrate its rotary axes again");
+}
+
+absl::Status FetchPart(const Peers& peers, const v1::CorrectRequest& request, const runtime::Caller& caller,
+                       Inputs* inputs) {
+  const auto part =
+      peers.plant.GetPart(inputs->registration.part(), inputs->registration.part_revision(), caller.make_context());
+  if (!part.ok()) return part.status();
+  const auto nominal = runtime::FromProto("part.zero_from_part_nominal", part->zero_from_part_nominal());
+  if (!nominal.ok()) return nominal.status();
+  inputs->zero_from_part_nominal = *nominal;
+  auto groups = WantedGroups(request, *part);
+  if (!groups.ok()) return groups.status();
+  inputs->groups = *std::move(groups);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::CorrectRequest& request,
+                                   const runtime::Caller& caller) {
+  Inputs inputs;
+  registration::v1::GetRegistrationRequest get;
+  get.set_name(request.registration());
+  const grpc::Status got = peers.registration->GetRegistration(caller.make_context().get(), get, &inputs.registration);
+  if (!got.ok()) return runtime::FromGrpc(got);
+  absl::Status status = clients::CheckConverged(inputs.registration);
+  if (status.ok()) status = FetchCalibrations(peers, caller, &inputs);
+  if (status.ok()) status = FetchMachine(peers, caller, &inputs);
+  if (status.ok()) status = FetchPart(peers, request, caller, &inputs);
+  if (!status.ok()) return status;
+  return inputs;
+}
+
+}  // namespace sixpoint::correction

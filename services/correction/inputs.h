@@ -1,0 +1,51 @@
+// What a correction rests on, fetched and checked, and as the kernel takes it.
+#pragma once
+
+#include <absl/status/statusor.h>
+#include <grpcpp/grpcpp.h>
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "metrology/correction/correct.h"
+#include "metrology/correction/registered_pose.h"
+#include "services/clients/calibrations.h"
+#include "services/clients/parts.h"
+#include "services/correction/machine_axes.h"
+#include "services/runtime/call.h"
+#include "sixpoint/correction/v1/correction.pb.h"
+#include "sixpoint/registration/v1/registration.grpc.pb.h"
+
+namespace sixpoint::correction {
+
+struct Peers {
+  Peers(std::shared_ptr<grpc::Channel> plant_channel, std::shared_ptr<grpc::Channel> calibration_channel,
+        std::shared_ptr<grpc::Channel> registration_channel)
+      : plant(std::move(plant_channel)),
+        calibrations(std::move(calibration_channel)),
+        registration(registration::v1::RegistrationService::NewStub(std::move(registration_channel))) {}
+  clients::PlantClient plant;
+  clients::CalibrationClient calibrations;
+  std::unique_ptr<registration::v1::RegistrationService::Stub> registration;
+};
+
+struct Inputs {
+  registration::v1::Registration registration;
+  clients::FetchedSensorCalibration sensor;
+  clients::FetchedRotationCalibration rotation;
+  std::vector<clients::FetchedAxis> tables;  // that the registration applied
+  metrology::RegisteredPose pose;
+  MachineAxes machine_axes;
+  metrology::SafetyEnvelope envelope;
+  Eigen::Isometry3d zero_from_part_nominal;
+  std::vector<metrology::NominalHoleGroup> groups;  // those asked for, in the part's order
+};
+
+// FAILED_PRECONDITION with a reason: REGISTRATION_NOT_CONVERGED; CALIBRATION_EXPIRED where a calibration that the
+// registration rests on is no longer in force or was superseded; KINEMATICS_UNSUPPORTED; PART_WITHOUT_HOLES. INVALID_ARGUMENT
+// for an unknown group.
+absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::CorrectRequest& request,
+                                   const runtime::Caller& caller);
+
+}  // namespace sixpoint::correction

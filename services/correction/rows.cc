@@ -1,0 +1,110 @@
+#include "services/correction/rows.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+
+#include "services/runtime/resource_name.h"
+#include "services/runtime/server.h"
+
+namespace sixpoint::correction {
+namespace {
+
+constexpr double kRad = 3.14159265358979323846 / 180;
+
+storage::CorrectionGroupRow GroupRowOf(const metrology::CorrectedHoleGroup& group, bool tables_applied) {
+  storage::CorrectionGroupRow row;
+  row.group_name = group.name;
+  row.a_deg = group.corrected.a_rad / kRad;
+  row.b_deg = group.corrected.b_rad / kRad;
+  row.a_nominal_deg = group.nominal.a_rad / kRad;
+  row.b_nominal_deg = group.nominal.b_rad / kRad;
+  row.a_ideal_deg = group.ideal.a_rad / kRad;
+  row.b_ideal_deg = group.ideal.b_rad / kRad;
+  row.a_standard_uncertainty_deg = group.a_standard_uncertainty_rad / kRad;
+  row.b_standard_uncertainty_deg = group.b_standard_uncertainty_rad / kRad;
+  if (tables_applied) row.reached_deg = {group.reached.a_rad / kRad, group.reached.b_rad / kRad};
+  for (const metrology::CorrectedHole& hole : group.holes) {
+    storage::CorrectionHoleRow& hole_row = row.holes.emplace_back();
+    hole_row.hole_name = hole.name;
+    for (int i = 0; i < 3; ++i) {
+      hole_row.start_mm[static_cast<std::size_t>(i)] = hole.start_mm[i];
+      hole_row.nominal_start_mm[static_cast<std::size_t>(i)] = hole.nominal_start_mm[i];
+    }
+    hole_row.expanded_uncertainty_um = hole.expanded_uncertainty_um;
+  }
+  return row;
+}
+
+std::string SummaryOf(const storage::CorrectionRow& row, const std::vector<metrology::CorrectedHoleGroup>& groups) {
+  double greatest_shift_mm = 0, greatest_uncertainty_um = 0;
+  int holes = 0;
+  for (const metrology::CorrectedHoleGroup& group : groups) {
+    for (const metrology::CorrectedHole& hole : group.holes) {
+      greatest_shift_mm = std::max(greatest_shift_mm, (hole.start_mm - hole.nominal_start_mm).norm());
+      greatest_uncertainty_um = std::max(greatest_uncertainty_um, hole.expanded_uncertainty_um);
+      ++holes;
+    }
+  }
+  return nlohmann::json{{"group_count", groups.size()},
+                        {"hole_count", holes},
+                        {"release", row.release},
+                        {"greatest_shift_mm", greatest_shift_mm},
+                        {"greatest_expanded_uncertainty_um", greatest_uncertainty_um}}
+      .dump();
+}
+
+storage::RecordEntry EntryOf(const storage::CorrectionRow& row, const Inputs& inputs, const Corrected& corrected) {
+  storage::RecordEntry entry;
+  entry.kind = "correction";
+  entry.name = runtime::NameOf("corrections", row.correction_id);
+  entry.inputs = {inputs.registration.name(), runtime::RevisedName("machines", row.machine_id, row.machine_revision),
+                  runtime::RevisedName("parts", row.part_id, row.part_revision), inputs.sensor.name,
+                  inputs.rotation.name};
+  for (const clients::FetchedAxis& table : inputs.tables) entry.inputs.push_back(table.name);
+  entry.blade = row.blade_serial;
+  entry.machine = row.machine_id;
+  entry.method = registration::v1::Method_Name(inputs.registration.method());
+  entry.software_version = row.software_version;
+  entry.requested_by = row.requested_by;
+  entry.summary_json = SummaryOf(row, corrected.groups);
+  return entry;
+}
+
+}  // namespace
+
+runtime::Made<storage::CorrectionRow> RecordOf(const v1::CorrectRequest& request, const Inputs& inputs,
+                                               const Corrected& corrected) {
+  const registration::v1::Registration& registration = inputs.registration;
+  storage::CorrectionRow row;
+  row.correction_id = storage::NewUuid();
+  row.blade_serial = runtime::LastSegment(registration.blade());
+  row.registration_id = runtime::LastSegment(registration.name());
+  row.machine_id = runtime::LastSegment(registration.machine());
+  row.machine_revision = registration.machine_revision();
+  row.part_id = runtime::LastSegment(registration.part());
+  row.part_revision = registration.part_revision();
+  row.sensor_calibration_id = runtime::LastSegment(inputs.sensor.name);
+  row.rotation_calibration_id = runtime::LastSegment(inputs.rotation.name);
+  row.nc_template = request.nc_template();
+  row.nc_program = corrected.nc_program;
+  row.release = corrected.release_reasons.empty() ? "AUTOMATIC" : "AWAITING_PERSON";
+  row.release_reasons = corrected.release_reasons;
+  row.envelope_translation_mm = inputs.envelope.translation_mm;
+  row.envelope_rotation_deg = inputs.envelope.rotation_rad / kRad;
+  row.valid_until = std::min(inputs.sensor.valid_until, inputs.rotation.valid_until);
+  for (const clients::FetchedAxis& table : inputs.tables) {
+    row.valid_until = std::min(row.valid_until, table.valid_until);
+    row.characterisation_ids.push_back(runtime::LastSegment(table.name));
+  }
+  row.axes = {inputs.rotation.letters.begin(), inputs.rotation.letters.end()};
+  for (const metrology::CorrectedHoleGroup& group : corrected.groups)
+    row.groups.push_back(GroupRowOf(group, inputs.pose.positioning.Applies()));
+  row.requested_by = request.requested_by();
+  row.software_version = runtime::SoftwareVersion();
+  storage::RecordEntry entry = EntryOf(row, inputs, corrected);
+  return {std::move(row), std::move(entry)};
+}
+
+}  // namespace sixpoint::correction

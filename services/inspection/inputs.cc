@@ -1,0 +1,105 @@
+#include "services/inspection/inputs.h"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "services/clients/registered_pose.h"
+#include "services/inspection/validate.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/geometry_proto.h"
+
+namespace sixpoint::inspection {
+namespace {
+
+constexpr double kRad = 3.14159265358979323846 / 180;
+
+absl::Status CheckScans(const Peers& peers, const v1::InspectRequest& request, const runtime::Caller& caller) {
+  for (int i = 0; i < request.scans_size(); ++i) {
+    ingest::v1::GetScanRequest get;
+    get.set_name(request.scans(i));
+    ingest::v1::Scan scan;
+    const grpc::Status got = peers.scan_records->GetScan(caller.make_context().get(), get, &scan);
+    if (!got.ok()) return runtime::FromGrpc(got);
+    if (absl::Status status = CheckScan(i, scan.header(), request.blade()); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<metrology::InspectedHole>> HolesOf(const plant::v1::Part& part) {
+  std::vector<metrology::InspectedHole> holes;
+  for (const plant::v1::HoleGroup& group : part.hole_groups()) {
+    const std::string field = "part.hole_groups." + group.group();
+    const auto axis = runtime::FromProto(field + ".axis_in_part", group.axis_in_part());
+    if (!axis.ok()) return axis.status();
+    for (const plant::v1::Hole& hole : group.holes()) {
+      const auto start = runtime::FromProto(field + "." + hole.hole() + ".start_in_part_mm", hole.start_in_part_mm());
+      if (!start.ok()) return start.status();
+      const auto normal = runtime::FromProto(field + "." + hole.hole() + ".normal_in_part", hole.normal_in_part());
+      if (!normal.ok()) return normal.status();
+      metrology::InspectedHole& wanted = holes.emplace_back();
+      wanted.group = group.group();
+      wanted.name = hole.hole();
+      wanted.pin = {*start, *axis, *normal, group.diameter_mm()};
+      wanted.position_tolerance_mm = group.position_tolerance_mm();
+      wanted.inclination_tolerance_rad = group.inclination_tolerance_deg() * kRad;
+    }
+  }
+  if (holes.empty()) {
+    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "PART_WITHOUT_HOLES",
+                            part.name() + ".hole_groups: no holes, want at least one");
+  }
+  return holes;
+}
+
+double TightestUm(const std::vector<metrology::InspectedHole>& holes) {
+  double tightest_um = std::numeric_limits<double>::infinity();
+  for (const metrology::InspectedHole& hole : holes)
+    tightest_um = std::min(tightest_um, 1e3 * hole.position_tolerance_mm);
+  return tightest_um;
+}
+
+absl::Status FetchPose(const Peers& peers, const runtime::Caller& caller, Inputs* inputs) {
+  const registration::v1::Registration& registration = inputs->registration;
+  const auto sensor = peers.calibrations.Sensor(registration.sensor_calibration(), caller.make_context());
+  if (!sensor.ok()) return sensor.status();
+  const auto rotation = peers.calibrations.Rotation(registration.rotation_calibration(), caller.make_context());
+  if (!rotation.ok()) return rotation.status();
+  const auto tables = clients::TablesOf(registration, peers.calibrations, caller.make_context);
+  if (!tables.ok()) return tables.status();
+  auto pose = clients::RegisteredPoseOf(registration, sensor->sensor, *rotation, *tables);
+  if (!pose.ok()) return pose.status();
+  inputs->pose = *std::move(pose);
+  inputs->sensor = sensor->sensor;
+  inputs->axes = rotation->axes;
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::InspectRequest& request,
+                                   const runtime::Caller& caller) {
+  if (absl::Status status = CheckScans(peers, request, caller); !status.ok()) return status;
+  absl::StatusOr<registration::v1::Registration> registration = RegisterAsked(peers, request, caller);
+  if (!registration.ok()) return registration.status();
+  Inputs inputs;
+  inputs.registration = *std::move(registration);
+  if (absl::Status status = clients::CheckConverged(inputs.registration); !status.ok()) return status;
+  if (absl::Status status = FetchPose(peers, caller, &inputs); !status.ok()) return status;
+  const auto part =
+      peers.plant.GetPart(inputs.registration.part(), inputs.registration.part_revision(), caller.make_context());
+  if (!part.ok()) return part.status();
+  auto holes = HolesOf(*part);
+  if (!holes.ok()) return holes.status();
+  inputs.holes = *std::move(holes);
+  auto compared = Compare(peers, request, inputs.registration, TightestUm(inputs.holes), caller);
+  if (!compared.ok()) return compared.status();
+  inputs.compared = *std::move(compared);
+  auto surface = peers.plant.GetSurface(*part, caller.make_context());
+  if (!surface.ok()) return surface.status();
+  inputs.surface = *std::move(surface);
+  return inputs;
+}
+
+}  // namespace sixpoint::inspection

@@ -1,0 +1,36 @@
+// What an inspection rests on, fetched and checked, and as the kernel takes it.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <memory>
+#include <vector>
+
+#include "metrology/correction/registered_pose.h"
+#include "metrology/inspection/blade_inspection.h"
+#include "metrology/kinematics/rotary_axes.h"
+#include "metrology/scanner/line_scanner.h"
+#include "metrology/surface/surface.h"
+#include "services/inspection/peers.h"
+#include "services/inspection/positioning.h"
+#include "services/runtime/call.h"
+#include "sixpoint/inspection/v1/inspection.pb.h"
+
+namespace sixpoint::inspection {
+
+struct Inputs {
+  registration::v1::Registration registration;  // converged
+  Compared compared;
+  metrology::RegisteredPose pose;
+  metrology::SensorPose sensor;
+  metrology::RotaryAxes axes;
+  std::vector<metrology::InspectedHole> holes;
+  std::shared_ptr<const metrology::Surface> surface;
+};
+
+// FAILED_PRECONDITION with a reason: REGISTRATION_NOT_CONVERGED, PART_WITHOUT_HOLES; what the registration service refuses is
+// passed on. INVALID_ARGUMENT for a scan of another blade or kind.
+absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::InspectRequest& request,
+                                   const runtime::Caller& caller);
+
+}  // namespace sixpoint::inspection

@@ -1,0 +1,41 @@
+#include "services/inspection/inspect.h"
+
+#include <future>
+
+namespace sixpoint::inspection {
+namespace {
+
+// Scan by scan, each decoded block by block; the next is fetched meanwhile.
+absl::Status AddScans(const clients::ScanClient& scans, const registration::v1::Registration& registration,
+                      const runtime::Caller& caller, metrology::BladeInspection* inspection) {
+  const auto fetch = [&](int i) { return scans.FetchBlocks(registration.scans(i), caller.make_context()); };
+  std::future<absl::StatusOr<clients::StoredBlocks>> next = std::async(std::launch::async, fetch, 0);
+  for (int i = 0; i < registration.scans_size(); ++i) {
+    const absl::StatusOr<clients::StoredBlocks> fetched = next.get();
+    if (!fetched.ok()) return fetched.status();
+    if (i + 1 < registration.scans_size()) next = std::async(std::launch::async, fetch, i + 1);
+    inspection->Begin(fetched->scan);
+    absl::Status added;
+    const absl::Status decoded = fetched->Decode([&](const metrology::Points& points_mm) {
+      if (added.ok()) added = inspection->AddPoints(points_mm);
+    });
+    if (!decoded.ok()) return decoded;
+    if (!added.ok()) return added;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<metrology::BladeFindings> InspectBlade(const clients::ScanClient& scans, const Inputs& inputs,
+                                                      int thread_count, const runtime::Caller& caller) {
+  metrology::InspectionOptions options;
+  options.threads = thread_count;
+  options.keep_going = caller.keep_going;
+  options.other_zero_from_part = inputs.compared.other_zero_from_part;
+  metrology::BladeInspection inspection(inputs.surface, inputs.holes, inputs.pose, inputs.sensor, inputs.axes, options);
+  if (absl::Status status = AddScans(scans, inputs.registration, caller, &inspection); !status.ok()) return status;
+  return inspection.Finish();
+}
+
+}  // namespace sixpoint::inspection

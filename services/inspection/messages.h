@@ -1,0 +1,11 @@
+// A recorded inspection as its message.
+#pragma once
+
+#include "sixpoint/inspection/v1/inspection.pb.h"
+#include "storage/inspections.h"
+
+namespace sixpoint::inspection {
+
+v1::Inspection ToProto(const storage::InspectionRow& row);
+
+}  // namespace sixpoint::inspection

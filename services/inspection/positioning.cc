@@ -1,0 +1,95 @@
+#include "services/inspection/positioning.h"
+
+#include "services/clients/registered_pose.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/geometry_proto.h"
+#include "storage/requests.h"
+
+namespace sixpoint::inspection {
+namespace {
+
+// Of the tightest position tolerance, what the surface's shape may deviate before the positioning matters.
+constexpr double kShapeOfTolerance = 0.1;
+
+registration::v1::Method MethodOf(const v1::InspectRequest& request) {
+  return request.method() == registration::v1::METHOD_UNSPECIFIED ? registration::v1::METHOD_SIX_POINT
+                                                                  : request.method();
+}
+
+// Whatever its outcome is. What is not the method that was asked for stands only beside it, and takes all the part.
+absl::StatusOr<registration::v1::Registration> Register(const Peers& peers, const v1::InspectRequest& request,
+                                                        registration::v1::Method method,
+                                                        const runtime::Caller& caller) {
+  registration::v1::RegisterRequest wanted;
+  wanted.set_blade(request.blade());
+  *wanted.mutable_scans() = request.scans();
+  wanted.set_method(method);
+  if (request.has_options()) *wanted.mutable_options() = request.options();
+  wanted.set_apply_axis_tables(request.apply_axis_tables());
+  wanted.set_requested_by(request.requested_by());
+  wanted.set_for_inspection(true);
+  // Answers are kept by method and id: a retry of this inspection finds the registrations that it made.
+  wanted.set_request_id(request.request_id());
+  if (method != MethodOf(request)) {
+    if (wanted.has_options()) wanted.mutable_options()->clear_regions_in();
+    if (!request.request_id().empty())
+      wanted.set_request_id(storage::UuidFrom(request.request_id() + " " + registration::v1::Method_Name(method)));
+  }
+  registration::v1::Registration registration;
+  const grpc::Status got = peers.registration->Register(caller.make_context().get(), wanted, &registration);
+  if (!got.ok()) return runtime::FromGrpc(got);
+  return registration;
+}
+
+// A positioning that cannot be made says nothing; a service that is away, or a caller that is gone, ends all.
+absl::StatusOr<std::optional<registration::v1::Registration>> Other(const Peers& peers,
+                                                                    const v1::InspectRequest& request,
+                                                                    registration::v1::Method method,
+                                                                    const runtime::Caller& caller, Compared* compared) {
+  absl::StatusOr<registration::v1::Registration> other = Register(peers, request, method, caller);
+  if (absl::IsInvalidArgument(other.status()) || absl::IsFailedPrecondition(other.status())) return std::nullopt;
+  if (!other.ok()) return other.status();
+  compared->names.push_back(other->name());
+  if (!clients::CheckConverged(*other).ok()) return std::nullopt;
+  return *std::move(other);
+}
+
+}  // namespace
+
+absl::StatusOr<registration::v1::Registration> RegisterAsked(const Peers& peers, const v1::InspectRequest& request,
+                                                             const runtime::Caller& caller) {
+  return Register(peers, request, MethodOf(request), caller);
+}
+
+// Six-point and a local fit by regions were compared with the best fit by registration; a best fit is compared with the pairs.
+// Where they disagree, the part's shape is not its CAD's: the best fit and the nest of six datum points are what the drawing
+// may mean.
+absl::StatusOr<Compared> Compare(const Peers& peers, const v1::InspectRequest& request,
+                                 const registration::v1::Registration& registration, double tightest_um,
+                                 const runtime::Caller& caller) {
+  Compared compared;
+  const registration::v1::Method method = MethodOf(request);
+  if (registration.evidence().has_disagreement()) compared.disagreement = registration.evidence().disagreement();
+  if (method == registration::v1::METHOD_BEST_FIT) {
+    const auto pairs = Other(peers, request, registration::v1::METHOD_SIX_POINT, caller, &compared);
+    if (!pairs.ok()) return pairs.status();
+    if (pairs->has_value() && (*pairs)->evidence().has_disagreement())
+      compared.disagreement = (*pairs)->evidence().disagreement();
+  }
+  compared.disagrees = (compared.disagreement && compared.disagreement->beyond()) ||
+                       registration.evidence().model_sigma_um() > kShapeOfTolerance * tightest_um;
+  if (!compared.disagrees || method == registration::v1::METHOD_SIX_POINT_NORMALS) return compared;
+  for (const registration::v1::Method other :
+       {registration::v1::METHOD_BEST_FIT, registration::v1::METHOD_SIX_POINT_NORMALS}) {
+    if (other == method) continue;
+    const auto found = Other(peers, request, other, caller, &compared);
+    if (!found.ok()) return found.status();
+    if (!found->has_value()) continue;
+    const auto pose = runtime::FromProto("registration.zero_from_part", (*found)->zero_from_part());
+    if (!pose.ok()) return pose.status();
+    compared.other_zero_from_part.push_back(*pose);
+  }
+  return compared;
+}
+
+}  // namespace sixpoint::inspection

@@ -1,0 +1,35 @@
+// Which pose an inspection judges holes at, and what other poses of the same scans say of it: asked of the registration service.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "metrology/frames/pose.h"
+#include "services/inspection/peers.h"
+#include "services/runtime/call.h"
+#include "sixpoint/inspection/v1/inspection.pb.h"
+#include "sixpoint/registration/v1/registration.pb.h"
+
+namespace sixpoint::inspection {
+
+// By the method asked for, six-point where none is; whatever its outcome is.
+absl::StatusOr<registration::v1::Registration> RegisterAsked(const Peers& peers, const v1::InspectRequest& request,
+                                                             const runtime::Caller& caller);
+
+// What other registrations of the same scans say of the one that the verdict rests on.
+struct Compared {
+  std::optional<registration::v1::Disagreement> disagreement;
+  bool disagrees = false;
+  std::vector<Eigen::Isometry3d> other_zero_from_part;  // to be covered
+  std::vector<std::string> names;
+};
+
+// tightest_um: the tightest position tolerance of the holes to be judged.
+absl::StatusOr<Compared> Compare(const Peers& peers, const v1::InspectRequest& request,
+                                 const registration::v1::Registration& registration, double tightest_um,
+                                 const runtime::Caller& caller);
+
+}  // namespace sixpoint::inspection

@@ -1,0 +1,130 @@
+#include "services/inspection/rows.h"
+
+#include <array>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+
+#include "services/runtime/resource_name.h"
+#include "services/runtime/server.h"
+
+namespace sixpoint::inspection {
+namespace {
+
+constexpr double kRad = 3.14159265358979323846 / 180;
+
+std::string TextOf(metrology::Verdict verdict) {
+  switch (verdict) {
+    case metrology::Verdict::kConform:
+      return "CONFORM";
+    case metrology::Verdict::kNotConform:
+      return "NOT_CONFORM";
+    case metrology::Verdict::kUndecidable:
+      return "UNDECIDABLE";
+    case metrology::Verdict::kNotMeasured:
+      break;
+  }
+  return "NOT_MEASURED";
+}
+
+std::array<double, 3> ThreeOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+// Verdicts, decision rule, holes and deviation. The holes are those that the findings were made for, in their order.
+void SetFindings(const std::vector<metrology::InspectedHole>& holes, const metrology::BladeFindings& findings,
+                 storage::InspectionRow* row) {
+  row->verdict = TextOf(findings.verdict);
+  row->decision_rule = metrology::kDecisionRule;
+  const metrology::DeviationSummary& deviation = findings.deviation;
+  row->deviation_minimum_um = deviation.minimum_um;
+  row->deviation_maximum_um = deviation.maximum_um;
+  row->deviation_rms_um = deviation.rms_um;
+  row->deviation_p05_um = deviation.p05_um;
+  row->deviation_p50_um = deviation.p50_um;
+  row->deviation_p95_um = deviation.p95_um;
+  row->deviation_point_count = deviation.point_count;
+  row->deviation_excluded_count = deviation.excluded_count;
+  for (std::size_t i = 0; i < holes.size(); ++i) {
+    const metrology::HoleFinding& finding = findings.holes[i];
+    storage::InspectionHoleRow& hole = row->holes.emplace_back();
+    hole.group_name = holes[i].group;
+    hole.hole_name = holes[i].name;
+    hole.verdict = TextOf(finding.verdict);
+    hole.position_verdict = TextOf(finding.position_verdict);
+    hole.inclination_verdict = TextOf(finding.inclination_verdict);
+    if (finding.verdict != metrology::Verdict::kNotMeasured) {
+      hole.measured = storage::InspectionHoleRow::Measured{finding.error.position_mm,
+                                                           finding.error.inclination_rad / kRad,
+                                                           finding.position_expanded_uncertainty_mm * 1e3,
+                                                           finding.inclination_expanded_uncertainty_rad / kRad,
+                                                           ThreeOf(finding.error.start_in_part_mm),
+                                                           ThreeOf(finding.error.axis_in_part),
+                                                           2 * finding.pin_radius_mm};
+    }
+    hole.position_tolerance_mm = holes[i].position_tolerance_mm;
+    hole.inclination_tolerance_deg = holes[i].inclination_tolerance_rad / kRad;
+    hole.point_count = finding.point_count;
+    hole.pin_residual_rms_um = finding.pin_residual_rms_um;
+    hole.reason = finding.reason;
+    hole.positioning_difference_um = finding.positioning_difference_mm * 1e3;
+  }
+}
+
+std::string SummaryOf(const storage::InspectionRow& row) {
+  nlohmann::json counts = {{"CONFORM", 0}, {"NOT_CONFORM", 0}, {"UNDECIDABLE", 0}, {"NOT_MEASURED", 0}};
+  for (const storage::InspectionHoleRow& hole : row.holes) counts[hole.verdict] = counts[hole.verdict].get<int>() + 1;
+  return nlohmann::json{{"verdict", row.verdict}, {"hole_counts", counts}, {"deviation_rms_um", row.deviation_rms_um}}
+      .dump();
+}
+
+storage::RecordEntry EntryOf(const storage::InspectionRow& row, const Inputs& inputs) {
+  const registration::v1::Registration& registration = inputs.registration;
+  storage::RecordEntry entry;
+  entry.kind = "inspection";
+  entry.name = runtime::NameOf("inspections", row.inspection_id);
+  entry.inputs = {registration.name(), runtime::RevisedName("machines", row.machine_id, row.machine_revision),
+                  runtime::RevisedName("parts", row.part_id, row.part_revision), registration.sensor_calibration(),
+                  registration.rotation_calibration()};
+  for (const registration::v1::ScanAngle& angle : registration.angles())  // each name is kept once
+    entry.inputs.push_back(angle.characterisation());
+  entry.inputs.insert(entry.inputs.end(), inputs.compared.names.begin(), inputs.compared.names.end());
+  entry.inputs.insert(entry.inputs.end(), registration.scans().begin(), registration.scans().end());
+  entry.blade = row.blade_serial;
+  entry.machine = row.machine_id;
+  entry.method = registration::v1::Method_Name(registration.method());
+  entry.software_version = row.software_version;
+  entry.requested_by = row.requested_by;
+  entry.summary_json = SummaryOf(row);
+  return entry;
+}
+
+}  // namespace
+
+runtime::Made<storage::InspectionRow> RecordOf(const v1::InspectRequest& request, const Inputs& inputs,
+                                               const metrology::BladeFindings& findings) {
+  const registration::v1::Registration& registration = inputs.registration;
+  storage::InspectionRow row;
+  row.inspection_id = storage::NewUuid();
+  row.blade_serial = runtime::LastSegment(registration.blade());
+  row.registration_id = runtime::LastSegment(registration.name());
+  row.machine_id = runtime::LastSegment(registration.machine());
+  row.machine_revision = registration.machine_revision();
+  row.part_id = runtime::LastSegment(registration.part());
+  row.part_revision = registration.part_revision();
+  row.sensor_calibration_id = runtime::LastSegment(registration.sensor_calibration());
+  row.rotation_calibration_id = runtime::LastSegment(registration.rotation_calibration());
+  for (const std::string& scan : registration.scans()) row.scan_ids.push_back(runtime::LastSegment(scan));
+  row.method = registration::v1::Method_Name(registration.method()).substr(std::string("METHOD_").size());
+  if (inputs.compared.disagreement) {
+    row.disagreement_um = inputs.compared.disagreement->greatest_um();
+    row.disagreement_ratio = inputs.compared.disagreement->ratio();
+  }
+  row.positioning_disagrees = inputs.compared.disagrees;
+  row.positioning_covered = !inputs.compared.other_zero_from_part.empty();
+  SetFindings(inputs.holes, findings, &row);
+  row.requested_by = request.requested_by();
+  row.software_version = runtime::SoftwareVersion();
+  storage::RecordEntry entry = EntryOf(row, inputs);
+  return {std::move(row), std::move(entry)};
+}
+
+}  // namespace sixpoint::inspection

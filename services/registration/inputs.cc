@@ -1,0 +1,243 @@
+#include "services/registration/inputs.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <future>
+#include <utility>
+
+#include "services/registration/validate.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/geometry_proto.h"
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::registration {
+namespace {
+
+using runtime::NotKnown;
+
+constexpr std::int64_t kPointBudget = 400'000;          // of all scans together, after thinning
+constexpr std::int64_t kRegionPointBudget = 4'000'000;  // where only regions of them count
+constexpr std::int64_t kMostPoints = 100'000'000;
+
+absl::Status AddRegions(const std::string& field, const google::protobuf::RepeatedPtrField<v1::Region>& in,
+                        const plant::v1::Part& part, std::vector<metrology::Region>* out) {
+  using Shape = metrology::Region::Shape;
+  for (int i = 0; i < in.size(); ++i) {
+    if (in[i].has_box()) {
+      const auto low = runtime::FromProto(field, in[i].box().minimum_mm());
+      const auto high = runtime::FromProto(field, in[i].box().maximum_mm());
+      if (!low.ok() || !high.ok()) return low.ok() ? high.status() : low.status();
+      out->push_back({Shape::kBox, (*low + *high) / 2, (*high - *low) / 2});
+    } else if (in[i].has_ball()) {
+      const auto centre = runtime::FromProto(field, in[i].ball().centre_mm());
+      if (!centre.ok()) return centre.status();
+      out->push_back({Shape::kBall, *centre, Eigen::Vector3d::Constant(in[i].ball().radius_mm())});
+    } else {
+      const v1::HoleGroupNeighbourhood& asked = in[i].hole_group();
+      const auto group = std::find_if(part.hole_groups().begin(), part.hole_groups().end(),
+                                      [&](const plant::v1::HoleGroup& g) { return g.group() == asked.group(); });
+      if (group == part.hole_groups().end()) {
+        std::string known;
+        for (const plant::v1::HoleGroup& g : part.hole_groups()) known += (known.empty() ? "" : ", ") + g.group();
+        return runtime::Refuse(field + "[" + std::to_string(i) + "].hole_group.group", asked.group(),
+                               known.empty() ? "none: " + part.name() + " has no hole groups" : "one of " + known);
+      }
+      for (const plant::v1::Hole& hole : group->holes()) {
+        const auto start = runtime::FromProto("part.hole_groups[" + group->group() + "].holes[" + hole.hole() + "]",
+                                              hole.start_in_part_mm());
+        if (!start.ok()) return start.status();
+        out->push_back({Shape::kBall, *start, Eigen::Vector3d::Constant(group->diameter_mm() / 2 + asked.margin_mm())});
+      }
+    }
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void Say(const Caller& caller, v1::RegistrationStep step, int scan_count, int iteration_count) {
+  if (!caller.on_progress) return;
+  v1::RegistrationProgress progress;
+  progress.set_step(step);
+  progress.set_scan_count(scan_count);
+  progress.set_iteration_count(iteration_count);
+  caller.on_progress(progress);
+}
+
+absl::StatusOr<std::vector<metrology::DatumPoint>> DatumsOf(const plant::v1::Part& part) {
+  if (part.six_points_size() != 6)
+    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "SIX_POINTS_MISSING",
+                            "method: six-point for " + part.name() + ", whose six_points has " +
+                                std::to_string(part.six_points_size()) +
+                                " points, want 6; add them to the part or ask for METHOD_BEST_FIT");
+  std::vector<metrology::DatumPoint> datums;
+  for (const plant::v1::DatumPoint& in : part.six_points()) {
+    const std::string field = "part.six_points[" + in.datum() + "]";
+    const auto point = runtime::FromProto(field + ".point_in_part_mm", in.point_in_part_mm());
+    if (!point.ok()) return point.status();
+    const auto normal = runtime::FromProto(field + ".normal_in_part", in.normal_in_part());
+    if (!normal.ok()) return normal.status();
+    datums.push_back({in.datum(), *point, *normal});
+  }
+  return datums;
+}
+
+absl::StatusOr<metrology::FitOptions> FitOptionsOf(const v1::FitOptions& options, const plant::v1::Part& part) {
+  metrology::FitOptions out;
+  if (options.degrees_of_freedom_size() > 0) out.free.fill(false);
+  for (const int freedom : options.degrees_of_freedom())
+    out.free[static_cast<std::size_t>(freedom - v1::FREEDOM_TURN_X)] = true;
+  out.scan_weights.assign(options.scan_weights().begin(), options.scan_weights().end());
+  out.coarse_start = options.coarse_start();
+  absl::Status status = AddRegions("options.regions_in", options.regions_in(), part, &out.regions_in);
+  if (status.ok()) status = AddRegions("options.regions_out", options.regions_out(), part, &out.regions_out);
+  if (!status.ok()) return status;
+  return out;
+}
+
+metrology::AllowanceOptions AllowanceOptionsOf(const v1::FitOptions& options) {
+  metrology::AllowanceOptions out;
+  const v1::AllowanceOptions& asked = options.allowance();
+  if (asked.has_least_stock_mm()) out.least_stock_mm = asked.least_stock_mm();
+  if (asked.has_greatest_stock_mm()) out.greatest_stock_mm = asked.greatest_stock_mm();
+  if (asked.has_patch_mm()) out.patch_mm = asked.patch_mm();
+  if (asked.has_least_points()) out.least_points = asked.least_points();
+  return out;
+}
+
+v1::FitOptions FilledIn(const v1::RegisterRequest& request) {
+  v1::FitOptions options = request.options();
+  if (request.method() != v1::METHOD_ALLOWANCE) return options;
+  const metrology::AllowanceOptions allowance = AllowanceOptionsOf(options);
+  v1::AllowanceOptions& filled = *options.mutable_allowance();
+  filled.set_least_stock_mm(allowance.least_stock_mm);
+  filled.set_greatest_stock_mm(allowance.greatest_stock_mm);
+  filled.set_patch_mm(allowance.patch_mm);
+  filled.set_least_points(static_cast<int>(allowance.least_points));
+  return options;
+}
+
+InputFetcher::InputFetcher(const Peers& peers, std::size_t surface_bytes, int thread_count)
+    : plant_(peers.plant, surface_bytes),
+      scans_(peers.ingest),
+      calibrations_(peers.calibration),
+      thread_count_(thread_count) {}
+
+absl::StatusOr<Inputs> InputFetcher::Fetch(const v1::RegisterRequest& request, const Caller& caller) const {
+  Inputs inputs;
+  const auto blade = plant_.GetBlade(request.blade(), caller.make_context());
+  if (!blade.ok()) return NotKnown("blade", request.blade(), blade.status());
+  auto part = plant_.GetPart(blade->part(), 0, caller.make_context());
+  if (!part.ok()) return NotKnown("blade.part", blade->part(), part.status());
+  inputs.part = *std::move(part);
+  if (IsSixPoint(request.method())) {
+    auto datums = DatumsOf(inputs.part);
+    if (!datums.ok()) return datums.status();
+    inputs.asked.datums = *std::move(datums);
+  }
+  auto options = FitOptionsOf(request.options(), inputs.part);
+  if (!options.ok()) return options.status();
+  inputs.asked.options = *std::move(options);
+  inputs.asked.options.thread_count = thread_count_;
+  inputs.asked.options.keep_going = caller.keep_going;
+  inputs.asked.options.on_iteration = [&caller, scan_count = request.scans_size()](int count) {
+    Say(caller, v1::REGISTRATION_STEP_FITTING, scan_count, count);
+  };
+  inputs.asked.allowance = AllowanceOptionsOf(request.options());
+  inputs.asked.method = request.method();
+  const auto nominal = runtime::FromProto("part.zero_from_part_nominal", inputs.part.zero_from_part_nominal());
+  if (!nominal.ok()) return nominal.status();
+  inputs.asked.zero_from_part_nominal = *nominal;
+  auto surface = plant_.GetSurface(inputs.part, caller.make_context(), caller.keep_going);
+  if (!surface.ok()) return runtime::AsRefusal(surface.status());
+  inputs.surface = *std::move(surface);
+  if (absl::Status status = FetchScans(request, caller, &inputs); !status.ok()) return status;
+  return inputs;
+}
+
+// Scan by scan, each decoded block by block and thinned; the next is fetched meanwhile. The calibrations are those of the
+// first scan's machine.
+absl::Status InputFetcher::FetchScans(const v1::RegisterRequest& request, const Caller& caller, Inputs* inputs) const {
+  const auto fetch = [&](int i) { return scans_.FetchBlocks(request.scans(i), caller.make_context()); };
+  metrology::Thinning thinning;
+  thinning.target_count =
+      (inputs->asked.options.regions_in.empty() ? kPointBudget : kRegionPointBudget) / request.scans_size();
+  for (const metrology::DatumPoint& datum : inputs->asked.datums)
+    thinning.dense_places_mm.push_back(inputs->asked.zero_from_part_nominal * datum.point_mm);
+  ingest::v1::Scan first;
+  std::int64_t point_count = 0;
+  std::future<absl::StatusOr<clients::StoredBlocks>> next = std::async(std::launch::async, fetch, 0);
+  for (int i = 0; i < request.scans_size(); ++i) {
+    absl::StatusOr<clients::StoredBlocks> fetched = next.get();
+    if (!fetched.ok()) return NotKnown("scans[" + std::to_string(i) + "]", request.scans(i), fetched.status());
+    if (caller.keep_going && !caller.keep_going()) return absl::CancelledError("register: stopped by its caller");
+    if (i == 0) first = fetched->record;
+    if (absl::Status status = CheckScan(request, fetched->record, first); !status.ok()) return status;
+    const std::int64_t scan_point_count = fetched->record.header().point_count();
+    point_count += scan_point_count;
+    if (point_count > kMostPoints)
+      return runtime::Refuse("scans", std::to_string(point_count) + " points", "at most 100000000 together");
+    if (i + 1 < request.scans_size()) next = std::async(std::launch::async, fetch, i + 1);
+    if (i == 0)
+      if (absl::Status status = FetchMachine(first.header().machine(), request.apply_axis_tables(), caller, inputs);
+          !status.ok())
+        return status;
+    fetched->scan.id = runtime::LastSegment(request.scans(i));
+    metrology::Thinner thinner(fetched->scan, scan_point_count, inputs->calibration, thinning);
+    if (absl::Status status = fetched->Decode([&](const metrology::Points& points_mm) { thinner.Add(points_mm); });
+        !status.ok())
+      return status;
+    inputs->portions.push_back(thinner.Take());
+    if (inputs->portions.back().sensor.size() == 0 || !inputs->portions.back().zero_from_sensor.matrix().allFinite())
+      return runtime::Refuse(
+          "scans[" + std::to_string(i) + "]",
+          request.scans(i) + ", of whose " + std::to_string(scan_point_count) + " points none is at a finite place",
+          "points, v0_mm and angles that are finite");
+    Say(caller, v1::REGISTRATION_STEP_FETCHING, i + 1, 0);
+  }
+  return absl::OkStatus();
+}
+
+// The machine of the scans, its calibrations in force and, where asked for, its axis tables.
+absl::Status InputFetcher::FetchMachine(const std::string& machine, bool apply_axis_tables, const Caller& caller,
+                                        Inputs* inputs) const {
+  auto record = plant_.GetMachine(machine, 0, caller.make_context());
+  if (!record.ok()) return NotKnown("scans[0].machine", machine, record.status());
+  inputs->machine = *std::move(record);
+  auto sensor = calibrations_.SensorInForce(machine, caller.make_context());
+  if (!sensor.ok()) return sensor.status();
+  auto rotation = calibrations_.RotationInForce(machine, caller.make_context());
+  if (!rotation.ok()) return rotation.status();
+  inputs->calibration = {sensor->sensor, rotation->axes, rotation->covariance};
+  inputs->sensor_calibration = sensor->name;
+  inputs->rotation_calibration = rotation->name;
+  inputs->letters = rotation->letters;
+  return apply_axis_tables ? FetchAxisTables(machine, *rotation, caller, inputs) : absl::OkStatus();
+}
+
+absl::Status InputFetcher::FetchAxisTables(const std::string& machine,
+                                           const clients::FetchedRotationCalibration& rotation, const Caller& caller,
+                                           Inputs* inputs) const {
+  metrology::RotaryPositioning& positioning = inputs->calibration.positioning;
+  std::string without;
+  for (std::size_t i = 0; i < rotation.letters.size(); ++i) {
+    auto axis = calibrations_.AxisInForce(machine, rotation.letters[i], caller.make_context());
+    if (!axis.ok()) return axis.status();
+    if (!axis->has_value()) continue;
+    (i == 0 ? positioning.a : positioning.b) = (*axis)->positioning;
+    inputs->characterisations[i] = (*axis)->name;
+    if (std::find(rotation.inputs.begin(), rotation.inputs.end(), (*axis)->name) == rotation.inputs.end())
+      without += (without.empty() ? "" : ", ") + rotation.letters[i];
+  }
+  if (!positioning.Applies())
+    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "AXIS_NOT_CHARACTERISED",
+                            "apply_axis_tables: " + machine + ", whose axes " + rotation.letters[0] + " and " +
+                                rotation.letters[1] +
+                                " have no characterisation in force, want one; run `calibrate axis` first");
+  if (!without.empty())
+    inputs->remark = "the rotary axes were calibrated without the table of " + without +
+                     " that is applied here; calibrate them with it";
+  return absl::OkStatus();
+}
+
+}  // namespace sixpoint::registration

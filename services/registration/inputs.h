@@ -1,0 +1,83 @@
+// What a registration rests on, fetched from the services that keep it and as the kernel takes it.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "metrology/registration/allowance.h"
+#include "metrology/registration/registration.h"
+#include "services/clients/calibrations.h"
+#include "services/clients/parts.h"
+#include "services/clients/scans.h"
+#include "services/registration/fitting.h"
+#include "services/runtime/call.h"
+#include "services/runtime/compute_pool.h"
+#include "sixpoint/plant/v1/plant.pb.h"
+#include "sixpoint/registration/v1/registration.pb.h"
+
+namespace sixpoint::registration {
+
+// One call.
+struct Caller : runtime::Caller {
+  // Hears how far it is; may be empty. On the thread that called.
+  std::function<void(const v1::RegistrationProgress&)> on_progress = nullptr;
+  runtime::ComputePool::Patience patience = runtime::ComputePool::Patience::kBounded;
+};
+void Say(const Caller& caller, v1::RegistrationStep step, int scan_count, int iteration_count);
+
+struct Peers {
+  std::shared_ptr<grpc::Channel> plant, ingest, calibration;
+};
+
+struct Inputs {
+  plant::v1::Part part;
+  plant::v1::Machine machine;
+  std::shared_ptr<const metrology::Surface> surface;
+  Asked asked;
+  metrology::MachineCalibration calibration;
+  std::string sensor_calibration, rotation_calibration;
+  std::array<std::string, 2> letters;            // the machine's, of a and b
+  std::array<std::string, 2> characterisations;  // whose tables are applied to a and b; empty: none
+  std::string remark;
+  std::vector<metrology::ScanPortion> portions;
+};
+
+// Thread-safe.
+class InputFetcher {
+ public:
+  // surface_bytes: of prepared surfaces kept between calls, beyond those in use. thread_count: of one fit.
+  InputFetcher(const Peers& peers, std::size_t surface_bytes, int thread_count);
+
+  // Of a request that CheckRequest let pass. INVALID_ARGUMENT: what it names is not known, or not of its blade or machine.
+  // FAILED_PRECONDITION with a reason: calibrations, axis tables or datum points that it needs are not there.
+  absl::StatusOr<Inputs> Fetch(const v1::RegisterRequest& request, const Caller& caller) const;
+
+ private:
+  absl::Status FetchScans(const v1::RegisterRequest& request, const Caller& caller, Inputs* inputs) const;
+  absl::Status FetchMachine(const std::string& machine, bool apply_axis_tables, const Caller& caller,
+                            Inputs* inputs) const;
+  absl::Status FetchAxisTables(const std::string& machine, const clients::FetchedRotationCalibration& rotation,
+                               const Caller& caller, Inputs* inputs) const;
+
+  clients::PlantClient plant_;
+  clients::ScanClient scans_;
+  clients::CalibrationClient calibrations_;
+  int thread_count_;
+};
+
+// FAILED_PRECONDITION (SIX_POINTS_MISSING) unless the part has six.
+absl::StatusOr<std::vector<metrology::DatumPoint>> DatumsOf(const plant::v1::Part& part);
+// The options of a good request. Hole groups become balls round the part's hole starts; INVALID_ARGUMENT: the part has no such
+// group.
+absl::StatusOr<metrology::FitOptions> FitOptionsOf(const v1::FitOptions& options, const plant::v1::Part& part);
+metrology::AllowanceOptions AllowanceOptionsOf(const v1::FitOptions& options);
+// As asked, and of METHOD_ALLOWANCE what was left open filled in.
+v1::FitOptions FilledIn(const v1::RegisterRequest& request);
+
+}  // namespace sixpoint::registration

@@ -1,0 +1,14 @@
+// Recorded registrations as messages.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include "sixpoint/registration/v1/registration.pb.h"
+#include "storage/registrations.h"
+
+namespace sixpoint::registration {
+
+// DATA_LOSS: what was kept as JSON cannot be read.
+absl::StatusOr<v1::Registration> ToProto(const storage::RegistrationRow& row);
+
+}  // namespace sixpoint::registration

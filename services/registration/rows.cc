@@ -1,0 +1,225 @@
+#include "services/registration/rows.h"
+
+#include <google/protobuf/util/json_util.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "metrology/registration/direction_words.h"
+#include "services/registration/validate.h"
+#include "services/runtime/geometry_proto.h"
+#include "services/runtime/resource_name.h"
+#include "services/runtime/server.h"
+
+namespace sixpoint::registration {
+namespace {
+
+constexpr double kUmPerMm = 1000;
+constexpr double kDegPerRad = 180 / 3.14159265358979323846;
+constexpr double kGreatestFigure = 1e12;  // what a free direction's uncertainty is stored as
+
+template <typename Matrix>
+std::vector<double> RowMajor(const Matrix& matrix) {
+  std::vector<double> values;
+  for (Eigen::Index row = 0; row < matrix.rows(); ++row)
+    for (Eigen::Index column = 0; column < matrix.cols(); ++column) values.push_back(matrix(row, column));
+  return values;
+}
+
+double Figure(double value) { return value < kGreatestFigure ? value : kGreatestFigure; }
+
+std::string OutcomeText(metrology::Outcome outcome) {
+  switch (outcome) {
+    case metrology::Outcome::kConverged:
+      return "CONVERGED";
+    case metrology::Outcome::kNotConverged:
+      return "NOT_CONVERGED";
+    case metrology::Outcome::kNotDetermined:
+      return "NOT_DETERMINED";
+    case metrology::Outcome::kTooLittleOverlap:
+      return "TOO_LITTLE_OVERLAP";
+    case metrology::Outcome::kInfeasible:
+      return "INFEASIBLE";
+  }
+  return "";
+}
+
+absl::StatusOr<std::string> JsonOf(const google::protobuf::Message& message) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  std::string json;
+  const auto printed = google::protobuf::util::MessageToJsonString(message, &json, options);
+  if (!printed.ok()) return absl::InternalError("registration as JSON: " + std::string(printed.message()));
+  return json;
+}
+
+// What has no column: a registration without it, from before it was kept, has a detail without fields.
+v1::Evidence DetailOf(const metrology::PoseFit& fit, const std::optional<metrology::AllowanceFit>& allowance,
+                      const std::optional<metrology::Disagreement>& disagreement) {
+  const metrology::FitEvidence& evidence = fit.evidence;
+  v1::Evidence detail;
+  detail.set_patch_mm(evidence.patch_mm);
+  if (!allowance.has_value()) {
+    detail.set_correlation_widening(Figure(evidence.correlation_widening));
+    detail.set_last_step_um(kUmPerMm * evidence.last_step_mm);
+  }
+  for (const metrology::RegionResidual& in : evidence.regions) {
+    if (!std::isfinite(in.mean_mm)) continue;  // no weight there
+    v1::RegionResidual* region = detail.add_regions();
+    runtime::ToProto(in.centre_mm, region->mutable_centre_mm());
+    region->set_point_count(in.point_count);
+    region->set_mean_um(kUmPerMm * in.mean_mm);
+    region->set_used_part(in.used_part);
+  }
+  if (allowance.has_value())
+    for (const metrology::AllowancePatch& in : allowance->holding) {
+      v1::AllowancePatch* patch = detail.mutable_allowance()->add_holding();
+      runtime::ToProto(in.point_mm, patch->mutable_point_mm());
+      runtime::ToProto(in.normal, patch->mutable_normal());
+      patch->set_stock_mm(in.stock_mm);
+      patch->set_standard_uncertainty_um(kUmPerMm * in.standard_uncertainty_mm);
+      patch->set_share(in.share);
+    }
+  if (disagreement.has_value()) {
+    v1::Disagreement& out = *detail.mutable_disagreement();
+    runtime::ToProto(disagreement->point_mm, out.mutable_point_mm());
+    out.set_standard_uncertainty_um(kUmPerMm * disagreement->standard_uncertainty_mm);
+  }
+  return detail;
+}
+
+// Pose, covariances, evidence and what was asked.
+absl::StatusOr<storage::RegistrationRow> FitRowOf(const metrology::PoseFit& fit, const v1::FitOptions& options,
+                                                  const std::optional<metrology::AllowanceFit>& allowance,
+                                                  const std::optional<metrology::Disagreement>& disagreement) {
+  storage::RegistrationRow row;
+  row.outcome = OutcomeText(fit.outcome);
+  if (fit.outcome == metrology::Outcome::kConverged) {
+    row.zero_from_part = RowMajor(fit.zero_from_part.matrix().topRows<3>());
+    row.reference_mm = RowMajor(fit.covariance.reference_mm);
+    row.covariance = RowMajor(fit.covariance.values);
+    row.noise_covariance = RowMajor(fit.noise_covariance.values);
+    row.calibration_sensitivity = RowMajor(fit.calibration_sensitivity);
+  }
+  const metrology::FitEvidence& evidence = fit.evidence;
+  row.point_count = evidence.point_count;
+  row.points_used = evidence.points_used;
+  row.iteration_count = evidence.iteration_count;
+  row.residual_rms_um = kUmPerMm * evidence.residual_rms_mm;
+  row.residual_sigma_um = kUmPerMm * evidence.residual_sigma_mm;
+  row.condition_number = std::max(1.0, Figure(evidence.condition_number));
+  row.weakest_direction = RowMajor(evidence.weakest_direction);
+  row.weakest_standard_uncertainty_um = Figure(kUmPerMm * evidence.weakest_standard_uncertainty_mm);
+  row.remark = evidence.remark;
+  for (const metrology::PortionEvidence& portion : evidence.portions)
+    row.scans.push_back(
+        {portion.scan, portion.point_count, portion.points_used, kUmPerMm * portion.residual_median_mm});
+  for (const metrology::DatumDistance& datum : evidence.datums)
+    if (datum.point_count > 0)
+      row.datums.push_back(
+          {datum.name, kUmPerMm * datum.distance_mm, kUmPerMm * datum.standard_uncertainty_mm, datum.point_count});
+  row.weakest_direction_in_words = metrology::DirectionInWords(evidence.weakest_direction, fit.zero_from_part);
+  for (const metrology::PortionAgreement& agreement : evidence.agreements)
+    row.agreements.push_back({agreement.scan, agreement.other, agreement.patch_count,
+                              Figure(kUmPerMm * agreement.difference_rms_mm),
+                              Figure(kUmPerMm * agreement.expected_rms_mm)});
+  if (allowance.has_value()) {
+    row.least_stock_mm = allowance->least_stock_mm;
+    row.lacking_mm = allowance->lacking_mm;
+  } else {
+    row.noise_sigma_um = kUmPerMm * evidence.noise_sigma_mm;
+    row.model_sigma_um = kUmPerMm * evidence.model_sigma_mm;
+    row.information_kept = std::clamp(evidence.information_kept, 0.0, 1.0);
+    row.surface_part = std::clamp(evidence.surface_part, 0.0, 1.0);
+  }
+  if (disagreement.has_value()) {
+    row.disagreement_um = kUmPerMm * disagreement->greatest_mm;
+    row.disagreement_ratio = Figure(disagreement->ratio);
+    row.disagrees = disagreement->beyond;
+  }
+  absl::StatusOr<std::string> json = JsonOf(options);
+  if (!json.ok()) return json.status();
+  row.options_json = *std::move(json);
+  json = JsonOf(DetailOf(fit, allowance, disagreement));
+  if (!json.ok()) return json.status();
+  row.detail_json = *std::move(json);
+  return row;
+}
+
+// letter: the machine's, of the angle's axis. has_pose: its influence on one is known.
+storage::RegistrationAngleRow AngleRowOf(const metrology::AngleInfluence& angle, const std::string& letter,
+                                         const std::string& characterisation_id, bool has_pose) {
+  storage::RegistrationAngleRow row;
+  row.axis = letter;
+  row.characterisation_id = characterisation_id;
+  row.commanded_deg = std::round(1e9 * angle.commanded_rad * kDegPerRad) / 1e9;  // as it was sent: in degrees
+  row.reached_deg = angle.reached_rad * kDegPerRad;
+  row.standard_uncertainty_deg = angle.standard_uncertainty_rad * kDegPerRad;
+  row.half_reversal_deg = angle.half_reversal_rad * kDegPerRad;
+  if (has_pose) row.pose_per_rad = RowMajor(angle.pose_per_rad);
+  return row;
+}
+
+// A few figures for the journal.
+std::string SummaryOf(const storage::RegistrationRow& row) {
+  nlohmann::json summary = {{"outcome", row.outcome},
+                            {"residual_sigma_um", row.residual_sigma_um},
+                            {"points_used", row.points_used},
+                            {"condition_number", row.condition_number}};
+  if (!row.remark.empty()) summary["remark"] = row.remark;
+  return summary.dump();
+}
+
+storage::RecordEntry EntryOf(const v1::RegisterRequest& request, const storage::RegistrationRow& row) {
+  storage::RecordEntry entry;
+  entry.kind = "registration";
+  entry.name = runtime::NameOf("registrations", row.registration_id);
+  entry.inputs = {runtime::RevisedName("machines", row.machine_id, row.machine_revision),
+                  runtime::RevisedName("parts", row.part_id, row.part_revision), request.blade(),
+                  runtime::NameOf("calibrations", row.sensor_calibration_id),
+                  runtime::NameOf("calibrations", row.rotation_calibration_id)};
+  for (const storage::RegistrationAngleRow& angle : row.angles)  // each name is kept once
+    entry.inputs.push_back(runtime::NameOf("characterisations", angle.characterisation_id));
+  entry.inputs.insert(entry.inputs.end(), request.scans().begin(), request.scans().end());
+  entry.blade = row.blade_serial;
+  entry.machine = row.machine_id;
+  entry.method = row.method;
+  entry.software_version = row.software_version;
+  entry.requested_by = row.requested_by;
+  entry.summary_json = SummaryOf(row);
+  return entry;
+}
+
+}  // namespace
+
+absl::StatusOr<runtime::Made<storage::RegistrationRow>> RecordOf(const v1::RegisterRequest& request,
+                                                                 const Inputs& inputs, const Registered& registered) {
+  absl::StatusOr<storage::RegistrationRow> described =
+      FitRowOf(registered.fit, FilledIn(request), registered.allowance, registered.disagreement);
+  if (!described.ok()) return described.status();
+  storage::RegistrationRow row = *std::move(described);
+  row.registration_id = storage::NewUuid();
+  row.blade_serial = runtime::LastSegment(request.blade());
+  row.method = MethodText(request.method());
+  row.for_inspection = request.for_inspection();
+  row.machine_id = runtime::LastSegment(inputs.machine.name());
+  row.machine_revision = inputs.machine.revision();
+  row.part_id = runtime::LastSegment(inputs.part.name());
+  row.part_revision = inputs.part.revision();
+  row.sensor_calibration_id = runtime::LastSegment(inputs.sensor_calibration);
+  row.rotation_calibration_id = runtime::LastSegment(inputs.rotation_calibration);
+  for (const metrology::AngleInfluence& angle : registered.angles) {
+    const std::size_t i = angle.axis == metrology::AngleInfluence::Axis::kA ? 0 : 1;
+    row.angles.push_back(AngleRowOf(angle, inputs.letters[i], runtime::LastSegment(inputs.characterisations[i]),
+                                    registered.fit.outcome == metrology::Outcome::kConverged));
+  }
+  row.compute_seconds = registered.seconds;
+  row.requested_by = request.requested_by();
+  row.software_version = runtime::SoftwareVersion();
+  storage::RecordEntry entry = EntryOf(request, row);
+  return runtime::Made<storage::RegistrationRow>{std::move(row), std::move(entry)};
+}
+
+}  // namespace sixpoint::registration

@@ -1,0 +1,68 @@
+// What the calibration service keeps, apart from where (storage/result_store.h says how): calibrations with their states, read
+// and written. Thread-safe. No call holds a connection after it returned.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "storage/calibrations.h"
+#include "storage/record.h"
+#include "storage/result_store.h"
+
+namespace sixpoint::storage {
+
+// Listed by filters of which any may be empty.
+class CalibrationReader : public ResultReader<CalibrationRow, CalibrationSubject> {
+ public:
+  // As the functions of these names in storage/calibrations.h.
+  virtual absl::StatusOr<std::optional<CalibrationRow>> InForce(const CalibrationSubject& subject, Instant at,
+                                                                Deadline deadline) const = 0;
+  virtual absl::StatusOr<std::optional<CalibrationRow>> Withdrawn(const CalibrationSubject& subject, Instant at,
+                                                                  Deadline deadline) const = 0;
+  virtual absl::StatusOr<std::optional<Instant>> LastValidity(const CalibrationSubject& subject, Instant at,
+                                                              Deadline deadline) const = 0;
+  virtual absl::StatusOr<std::vector<CalibrationRow>> History(const CalibrationSubject& subject, int limit,
+                                                              Deadline deadline) const = 0;
+};
+
+// A person's decision about a calibration.
+struct CalibrationDecision {
+  std::string calibration_id;
+  CalibrationEvent event;
+  // Whether it may be decided so, asked of the calibration as it is then; nothing where there is none of that id.
+  std::function<absl::Status(const std::optional<CalibrationRow>& calibration)> check;
+};
+
+// What a withdrawal left behind, complete: nothing can come to rest on the calibration any more.
+struct WithdrawnCalibrationRow {
+  CalibrationRow calibration;
+  std::vector<JournalEntry> resting;       // made from it, directly or not
+  std::optional<CalibrationRow> in_force;  // of its subject now
+};
+
+class CalibrationWriter : public AnswerReader {
+ public:
+  // The request as a blob, the calibration with its journal entry, and the answer, from the calibration as it reads then.
+  virtual absl::StatusOr<std::string> Record(const RecordedRequest& request, CalibrationRow calibration,
+                                             const std::string& summary_json, const AnswerOf<CalibrationRow>& answer_of,
+                                             Deadline deadline) = 0;
+  // The event with its journal entry, and the answer.
+  virtual absl::StatusOr<std::string> Release(const RecordedRequest& request, const CalibrationDecision& decision,
+                                              const AnswerOf<CalibrationRow>& answer_of, Deadline deadline) = 0;
+  virtual absl::StatusOr<std::string> Withdraw(const RecordedRequest& request, const CalibrationDecision& decision,
+                                               const AnswerOf<WithdrawnCalibrationRow>& answer_of,
+                                               Deadline deadline) = 0;
+};
+
+class CalibrationStore : public CalibrationReader, public CalibrationWriter {};
+
+// In PostgreSQL; the database lives longer.
+std::shared_ptr<CalibrationStore> CalibrationsIn(Database* database);
+
+}  // namespace sixpoint::storage

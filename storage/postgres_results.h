@@ -1,0 +1,52 @@
+// A ResultStore in PostgreSQL, of an aggregate's own statements.
+#pragma once
+
+#include <utility>
+
+#include "storage/requests.h"
+#include "storage/result_store.h"
+
+namespace sixpoint::storage {
+
+template <typename Row, typename Filter>
+class PostgresResults final : public ResultStore<Row, Filter> {
+ public:
+  // Each in a transaction of the caller's; insert appends to the journal and comes last.
+  struct Statements {
+    absl::StatusOr<Recorded> (*insert)(Transaction&, const Row&, const RecordEntry&);
+    absl::StatusOr<std::optional<Row>> (*find)(Transaction&, const std::string& id);
+    absl::StatusOr<std::vector<Row>> (*list)(Transaction&, const Filter&, std::int64_t before_sequence, int limit);
+  };
+  PostgresResults(Database* database, const Statements& statements) : database_(database), statements_(statements) {}
+
+  absl::StatusOr<std::optional<std::string>> FindAnswer(const RecordedRequest& request,
+                                                        Deadline deadline) const override {
+    return storage::FindAnswer(*database_, request, deadline);
+  }
+  absl::StatusOr<std::optional<Row>> Find(const std::string& id, Deadline deadline) const override {
+    absl::StatusOr<Transaction> transaction = database_->Begin(deadline);
+    if (!transaction.ok()) return transaction.status();
+    return statements_.find(*transaction, id);
+  }
+  absl::StatusOr<std::vector<Row>> List(const Filter& filter, std::int64_t before_sequence, int limit,
+                                        Deadline deadline) const override {
+    absl::StatusOr<Transaction> transaction = database_->Begin(deadline);
+    if (!transaction.ok()) return transaction.status();
+    return statements_.list(*transaction, filter, before_sequence, limit);
+  }
+  absl::StatusOr<std::string> Record(const RecordedRequest& request, Row row, const RecordEntry& entry,
+                                     const AnswerOf<Row>& answer_of, Deadline deadline) override {
+    return RecordOnce(*database_, request, deadline, [&](Transaction& transaction) -> absl::StatusOr<std::string> {
+      const absl::StatusOr<Recorded> recorded = statements_.insert(transaction, row, entry);
+      if (!recorded.ok()) return recorded.status();
+      row.recorded = *recorded;
+      return answer_of(row);
+    });
+  }
+
+ private:
+  Database* const database_;
+  const Statements statements_;
+};
+
+}  // namespace sixpoint::storage

@@ -1,0 +1,86 @@
+// The handlers on a fake store: no PostgreSQL.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "services/inspection/inspection_service.h"
+#include "services/runtime/call.h"
+#include "services/runtime/errors.h"
+#include "tests/services/correction/stand_ins.h"
+#include "tests/support/fake_results.h"
+
+namespace sixpoint::inspection {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using Store = testing::FakeResults<storage::InspectionRow, storage::InspectionFilter>;
+
+constexpr char kId[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
+
+class InspectionHandlersTest : public ::testing::Test {
+ protected:
+  absl::StatusOr<v1::Inspection> Inspect(const v1::InspectRequest& request) {
+    v1::Inspection inspection;
+    const grpc::Status status = stub_->Inspect(runtime::ContextFor(60).get(), request, &inspection);
+    if (!status.ok()) return runtime::FromGrpc(status);
+    return inspection;
+  }
+  v1::InspectRequest Request(const std::string& request_id = "") const {
+    v1::InspectRequest request;
+    request.set_blade("blades/sn1");
+    for (const std::string& scan : plant_.scans) request.add_scans(scan);
+    request.set_request_id(request_id);
+    return request;
+  }
+
+  testing::StandIns plant_;
+  std::shared_ptr<Store> store_ =
+      std::make_shared<Store>(&storage::InspectionRow::inspection_id,
+                              [](const storage::InspectionRow& row, const storage::InspectionFilter& filter) {
+                                return filter.blade_serial.empty() || row.blade_serial == filter.blade_serial;
+                              });
+  InspectionService service_{
+      store_, std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()), {}};
+  testing::InProcessServer server_{{&service_}};
+  std::unique_ptr<v1::InspectionService::Stub> stub_ = v1::InspectionService::NewStub(server_.Connect());
+};
+
+TEST_F(InspectionHandlersTest, RecordsTheVerdictWithWhatItRestsOn) {
+  const auto inspection = Inspect(Request());
+  ASSERT_TRUE(inspection.ok()) << inspection.status();
+  ASSERT_EQ(store_->rows().size(), 1u);
+  EXPECT_EQ(inspection->name(), "inspections/" + store_->rows().front().inspection_id);
+  EXPECT_EQ(store_->rows().front().holes.size(), static_cast<std::size_t>(inspection->holes_size()));
+  const storage::RecordEntry entry = store_->entries().front();
+  EXPECT_THAT(entry.inputs, Contains(testing::kRegistration));
+  EXPECT_THAT(entry.inputs, Contains(plant_.scans.front()));
+}
+
+TEST_F(InspectionHandlersTest, ARetryRegistersNothingAnew) {
+  const auto first = Inspect(Request(kId));
+  ASSERT_TRUE(first.ok()) << first.status();
+  const int register_count = plant_.registration.register_count;
+  const auto again = Inspect(Request(kId));
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->SerializeAsString(), first->SerializeAsString());
+  EXPECT_EQ(plant_.registration.register_count, register_count);
+  EXPECT_EQ(store_->rows().size(), 1u);
+}
+
+TEST_F(InspectionHandlersTest, NothingIsRecordedOfWhatIsRefusedOrFails) {
+  v1::InspectRequest request = Request();
+  for (int i = 0; i < 65; ++i) request.add_scans("scans/more" + std::to_string(i));
+  EXPECT_THAT(std::string(Inspect(request).status().message()), HasSubstr("scans: 69 scans, want 1 to 64"));
+  request = Request();
+  request.set_requested_by(std::string(201, 'x'));
+  EXPECT_THAT(std::string(Inspect(request).status().message()), HasSubstr("requested_by: 201 bytes, want at most 200"));
+  plant_.registration.refusal = absl::UnavailableError("registration: away");
+  EXPECT_EQ(Inspect(Request()).status().code(), absl::StatusCode::kUnavailable);
+  plant_.registration.refusal = absl::OkStatus();
+  store_->Fail(absl::UnavailableError("database: away"));
+  EXPECT_EQ(Inspect(Request(kId)).status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_TRUE(store_->rows().empty());
+}
+
+}  // namespace
+}  // namespace sixpoint::inspection

@@ -1,0 +1,240 @@
+// What every ResultStore does, of PostgreSQL's and of the fake that handlers are tested on.
+#include "storage/result_store.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "storage/corrections.h"
+#include "storage/inspections.h"
+#include "storage/registrations.h"
+#include "tests/services/correction/judged_plant.h"
+#include "tests/support/fake_results.h"
+
+namespace sixpoint::storage {
+namespace {
+
+using sixpoint::testing::FakeResults;
+using sixpoint::testing::JudgedPlant;
+using sixpoint::testing::Soon;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+constexpr char kRequest[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
+
+// A row that all of a plant's foreign keys hold for.
+template <typename Row>
+Row RowOfThePlant() {
+  Row row;
+  row.blade_serial = "sn1";
+  row.machine_id = "m1";
+  row.machine_revision = 1;
+  row.part_id = "p1";
+  row.part_revision = 1;
+  row.sensor_calibration_id = std::string(sixpoint::testing::kSensorCalibration).substr(13);
+  row.rotation_calibration_id = std::string(sixpoint::testing::kRotationCalibration).substr(13);
+  row.requested_by = "operator";
+  row.software_version = "test";
+  return row;
+}
+
+struct Registrations {
+  using Row = RegistrationRow;
+  using Filter = RegistrationFilter;
+  static constexpr auto kId = &Row::registration_id;
+  static constexpr auto kIn = RegistrationsIn;
+  static Row Make() {
+    Row row = RowOfThePlant<Row>();
+    row.method = "SIX_POINT";
+    row.outcome = "NOT_CONVERGED";
+    row.weakest_direction = std::vector<double>(6, 0.4);
+    return row;
+  }
+};
+
+struct Corrections {
+  using Row = CorrectionRow;
+  using Filter = CorrectionFilter;
+  static constexpr auto kId = &Row::correction_id;
+  static constexpr auto kIn = CorrectionsIn;
+  static Row Make() {
+    Row row = RowOfThePlant<Row>();
+    row.registration_id = std::string(sixpoint::testing::kRegistration).substr(14);
+    row.nc_template = "X1 (SIXPOINT G1/H1)";
+    row.nc_program = "X2 (SIXPOINT G1/H1)";
+    row.release = "AUTOMATIC";
+    row.envelope_translation_mm = 2;
+    row.envelope_rotation_deg = 3;
+    row.valid_until = Instant(std::chrono::seconds(2'000'000'000));
+    return row;
+  }
+};
+
+struct Inspections {
+  using Row = InspectionRow;
+  using Filter = InspectionFilter;
+  static constexpr auto kId = &Row::inspection_id;
+  static constexpr auto kIn = InspectionsIn;
+  static Row Make() {
+    Row row = RowOfThePlant<Row>();
+    row.registration_id = std::string(sixpoint::testing::kRegistration).substr(14);
+    row.method = "SIX_POINT";
+    row.verdict = "NOT_MEASURED";
+    row.decision_rule = "rule";
+    row.scan_ids = {"s0"};
+    return row;
+  }
+};
+
+template <typename Aggregate>
+class ResultStoreTest : public ::testing::Test {
+ protected:
+  using Row = typename Aggregate::Row;
+  using Filter = typename Aggregate::Filter;
+  using Store = ResultStore<Row, Filter>;
+
+  static Row New() {
+    Row row = Aggregate::Make();
+    row.*Aggregate::kId = NewUuid();
+    return row;
+  }
+  static RecordEntry EntryOf(const Row& row) {
+    RecordEntry entry;
+    entry.kind = "registration";
+    entry.name = "results/" + row.*Aggregate::kId;
+    entry.blade = row.blade_serial;
+    entry.machine = row.machine_id;
+    entry.software_version = "test";
+    return entry;
+  }
+  static absl::StatusOr<std::string> Answer(const Row& row) {
+    return row.*Aggregate::kId + " as " + std::to_string(row.recorded.sequence);
+  }
+  absl::StatusOr<std::string> Record(Store& store, const Row& row, const std::string& request_id = "",
+                                     const std::string& bytes = "request") {
+    return store.Record({"area.Call", request_id, bytes}, row, EntryOf(row), Answer, Soon());
+  }
+  std::vector<std::string> Ids(const Store& store, const Filter& filter, std::int64_t before, int limit) {
+    const auto rows = store.List(filter, before, limit, Soon());
+    EXPECT_TRUE(rows.ok()) << rows.status();
+    std::vector<std::string> ids;
+    for (const Row& row : *rows) ids.push_back(row.*Aggregate::kId);
+    return ids;
+  }
+  // Each test runs on both.
+  template <typename Test>
+  void OnBoth(const Test& test) {
+    {
+      SCOPED_TRACE("the fake");
+      FakeResults<Row, Filter> fake(Aggregate::kId, [](const Row& row, const Filter& filter) {
+        return filter.blade_serial.empty() || row.blade_serial == filter.blade_serial;
+      });
+      test(static_cast<Store&>(fake), 0);
+    }
+    SCOPED_TRACE("PostgreSQL");
+    JudgedPlant plant;
+    const std::shared_ptr<Store> store = Aggregate::kIn(plant.database.database());
+    // The plant of the tests holds one registration already.
+    const auto before = store->List({}, 0, 1, Soon());
+    ASSERT_TRUE(before.ok()) << before.status();
+    test(*store, static_cast<int>(before->size()));
+  }
+};
+
+using Aggregates = ::testing::Types<Registrations, Corrections, Inspections>;
+TYPED_TEST_SUITE(ResultStoreTest, Aggregates);
+
+TYPED_TEST(ResultStoreTest, WhatIsRecordedIsFoundWithItsSequenceAndTime) {
+  this->OnBoth([this](auto& store, int) {
+    const auto row = this->New();
+    const auto answer = this->Record(store, row);
+    ASSERT_TRUE(answer.ok()) << answer.status();
+    const auto found = store.Find(row.*TypeParam::kId, Soon());
+    ASSERT_TRUE(found.ok() && found->has_value()) << found.status();
+    EXPECT_EQ(*this->Answer(**found), *answer);
+    EXPECT_GT((**found).recorded.sequence, 0);
+    EXPECT_LT(std::chrono::abs((**found).recorded.recorded_at - std::chrono::system_clock::now()),
+              std::chrono::minutes(5));
+    EXPECT_EQ((**found).requested_by, "operator");
+    const auto none = store.Find(NewUuid(), Soon());
+    ASSERT_TRUE(none.ok());
+    EXPECT_FALSE(none->has_value());
+  });
+}
+
+TYPED_TEST(ResultStoreTest, TheSameRequestIsRecordedOnce) {
+  this->OnBoth([this](auto& store, int held_count) {
+    const auto first = this->Record(store, this->New(), kRequest);
+    ASSERT_TRUE(first.ok()) << first.status();
+    EXPECT_EQ(**store.FindAnswer({"area.Call", kRequest, "request"}, Soon()), *first);
+    EXPECT_EQ(*this->Record(store, this->New(), kRequest), *first);
+    EXPECT_EQ(this->Record(store, this->New(), kRequest, "another").status().code(), absl::StatusCode::kAlreadyExists);
+    EXPECT_FALSE(store.FindAnswer({"area.Other", kRequest, "request"}, Soon())->has_value());
+    EXPECT_EQ(static_cast<int>(this->Ids(store, {}, 0, 10).size()), held_count + 1);
+  });
+}
+
+TYPED_TEST(ResultStoreTest, WithoutARequestIdNothingIsKept) {
+  this->OnBoth([this](auto& store, int held_count) {
+    ASSERT_TRUE(this->Record(store, this->New()).ok());
+    ASSERT_TRUE(this->Record(store, this->New()).ok());
+    EXPECT_FALSE(store.FindAnswer({"area.Call", "", "request"}, Soon())->has_value());
+    EXPECT_EQ(static_cast<int>(this->Ids(store, {}, 0, 10).size()), held_count + 2);
+  });
+}
+
+TYPED_TEST(ResultStoreTest, AnAnswerThatCannotBeMadeStoresNothing) {
+  this->OnBoth([this](auto& store, int held_count) {
+    const auto row = this->New();
+    const auto fails = [](const auto&) -> absl::StatusOr<std::string> { return absl::DataLossError("unreadable"); };
+    EXPECT_EQ(store.Record({"area.Call", kRequest, "request"}, row, this->EntryOf(row), fails, Soon()).status().code(),
+              absl::StatusCode::kDataLoss);
+    EXPECT_FALSE(store.Find(row.*TypeParam::kId, Soon())->has_value());
+    EXPECT_FALSE(store.FindAnswer({"area.Call", kRequest, "request"}, Soon())->has_value());
+    EXPECT_EQ(static_cast<int>(this->Ids(store, {}, 0, 10).size()), held_count);
+  });
+}
+
+TYPED_TEST(ResultStoreTest, ListsNewestFirstFromBelowASequenceAndByBlade) {
+  this->OnBoth([this](auto& store, int) {
+    std::vector<std::string> ids;
+    for (int i = 0; i < 3; ++i) {
+      const auto row = this->New();
+      ASSERT_TRUE(this->Record(store, row).ok());
+      ids.push_back(row.*TypeParam::kId);
+    }
+    EXPECT_THAT(this->Ids(store, {}, 0, 2), ElementsAre(ids[2], ids[1]));
+    const std::int64_t second = (**store.Find(ids[1], Soon())).recorded.sequence;
+    EXPECT_THAT(this->Ids(store, {}, second, 1), ElementsAre(ids[0]));
+    typename TypeParam::Filter filter;
+    filter.blade_serial = "another";
+    EXPECT_THAT(this->Ids(store, filter, 0, 10), IsEmpty());
+    filter.blade_serial = "sn1";
+    EXPECT_THAT(this->Ids(store, filter, 0, 1), ElementsAre(ids[2]));
+  });
+}
+
+// Of the real one alone: what else the transaction writes.
+TEST(PostgresResults, AResultIsInTheJournalAndItsProgramReadBack) {
+  JudgedPlant plant;
+  const auto store = CorrectionsIn(plant.database.database());
+  CorrectionRow row = Corrections::Make();
+  row.correction_id = NewUuid();
+  RecordEntry entry;
+  entry.kind = "correction";
+  entry.name = "corrections/" + row.correction_id;
+  entry.inputs = {sixpoint::testing::kRegistration};
+  const auto answer = [](const CorrectionRow&) -> absl::StatusOr<std::string> { return "answer"; };
+  ASSERT_TRUE(store->Record({"area.Call", "", ""}, row, entry, answer, Soon()).ok());
+  EXPECT_EQ((**store->Find(row.correction_id, Soon())).nc_program, row.nc_program);
+  EXPECT_EQ(store->List({}, 0, 1, Soon())->front().nc_program, "");
+  auto transaction = plant.database.database()->Begin(Soon());
+  const auto derived = DerivedFrom(*transaction, sixpoint::testing::kRegistration);
+  ASSERT_TRUE(derived.ok());
+  ASSERT_EQ(derived->size(), 1u);
+  EXPECT_EQ(derived->front().entry.name, entry.name);
+}
+
+}  // namespace
+}  // namespace sixpoint::storage
