@@ -8,9 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "metrology/registration/angle_influence.h"
-#include "metrology/registration/registration.h"
-#include "services/registration/fitting.h"
+#include "metrology/registration/register.h"
 #include "services/registration/registration_messages.h"
 #include "services/registration/validate.h"
 #include "services/runtime/errors.h"
@@ -109,7 +107,7 @@ struct Registrar::Inputs {
   plant::v1::Part part;
   plant::v1::Machine machine;
   std::shared_ptr<const metrology::Surface> surface;
-  Asked asked;
+  metrology::RegistrationTask task;
   metrology::MachineCalibration calibration;
   std::string sensor_calibration, rotation_calibration;
   std::array<std::string, 2> letters;            // the machine's, of a and b
@@ -137,21 +135,21 @@ absl::StatusOr<Registrar::Inputs> Registrar::FetchInputs(const v1::RegisterReque
   if (IsSixPoint(request.method())) {
     auto datums = DatumsOf(inputs.part);
     if (!datums.ok()) return datums.status();
-    inputs.asked.datums = *std::move(datums);
+    inputs.task.datums = *std::move(datums);
   }
   auto options = FitOptionsOf(request.options(), inputs.part);
   if (!options.ok()) return options.status();
-  inputs.asked.options = *std::move(options);
-  inputs.asked.options.thread_count = threads_;
-  inputs.asked.options.keep_going = caller.keep_going;
-  inputs.asked.options.on_iteration = [&caller, scan_count = request.scans_size()](int count) {
+  inputs.task.options = *std::move(options);
+  inputs.task.options.thread_count = threads_;
+  inputs.task.options.keep_going = caller.keep_going;
+  inputs.task.options.on_iteration = [&caller, scan_count = request.scans_size()](int count) {
     Say(caller, v1::REGISTRATION_STEP_FITTING, scan_count, count);
   };
-  inputs.asked.allowance = AllowanceOptionsOf(request.options());
-  inputs.asked.method = request.method();
+  inputs.task.allowance = AllowanceOptionsOf(request.options());
+  inputs.task.method = MethodOf(request.method());
   const auto nominal = runtime::FromProto("part.zero_from_part_nominal", inputs.part.zero_from_part_nominal());
   if (!nominal.ok()) return nominal.status();
-  inputs.asked.zero_from_part_nominal = *nominal;
+  inputs.task.zero_from_part_nominal = *nominal;
   auto surface = plant_.GetSurface(inputs.part, caller.make_context(), caller.keep_going);
   if (!surface.ok()) return AsRefusal(surface.status());
   inputs.surface = *std::move(surface);
@@ -165,9 +163,9 @@ absl::Status Registrar::FetchScans(const v1::RegisterRequest& request, const Cal
   const auto fetch = [&](int i) { return scans_.FetchBlocks(request.scans(i), caller.make_context()); };
   metrology::Thinning thinning;
   thinning.target_count =
-      (inputs->asked.options.regions_in.empty() ? kPointBudget : kRegionPointBudget) / request.scans_size();
-  for (const metrology::DatumPoint& datum : inputs->asked.datums)
-    thinning.dense_places_mm.push_back(inputs->asked.zero_from_part_nominal * datum.point_mm);
+      (inputs->task.options.regions_in.empty() ? kPointBudget : kRegionPointBudget) / request.scans_size();
+  for (const metrology::DatumPoint& datum : inputs->task.datums)
+    thinning.dense_places_mm.push_back(inputs->task.zero_from_part_nominal * datum.point_mm);
   ingest::v1::Scan first;
   std::int64_t point_count = 0;
   std::future<absl::StatusOr<clients::StoredBlocks>> next = std::async(std::launch::async, fetch, 0);
@@ -238,47 +236,6 @@ absl::Status Registrar::FetchAxisTables(const std::string& machine, const client
   return absl::OkStatus();
 }
 
-// A pose that an angle's own uncertainty unseats is none: it is kept with its evidence, not refused.
-absl::Status Registrar::AddAngles(const Inputs& inputs, Fitted* fitted, std::vector<metrology::AngleInfluence>* angles,
-                                  metrology::Matrix6d* difference) const {
-  metrology::PoseFit& fit = fitted->fit;
-  *angles = metrology::TabledAngles(inputs.portions, inputs.calibration.positioning);
-  *difference = metrology::Matrix6d::Zero();
-  if (fit.outcome != metrology::Outcome::kConverged || angles->empty()) return absl::OkStatus();
-  Asked alone = inputs.asked;  // without what it is compared with, for its pose
-  alone.in_words = false;
-  if (alone.method == v1::METHOD_LOCAL) alone.method = v1::METHOD_BEST_FIT;
-  const auto refit = [&](const std::vector<metrology::ScanPortion>& portions) -> absl::StatusOr<metrology::PoseFit> {
-    auto again = FitAsked(*inputs.surface, portions, inputs.calibration, alone);
-    if (!again.ok()) return again.status();
-    return again->fit;
-  };
-  auto influences = metrology::InfluencesOf(inputs.portions, inputs.calibration, fit, refit);
-  if (absl::IsFailedPrecondition(influences.status())) {
-    fit.outcome = metrology::Outcome::kNotConverged;
-    fit.evidence.remark = std::string(influences.status().message());
-    fitted->best_fit.reset();
-    return absl::OkStatus();
-  }
-  if (!influences.ok()) return influences.status();
-  *angles = *std::move(influences);
-  fit.covariance.values += metrology::PoseCovarianceOf(*angles);
-  if (!fitted->best_fit.has_value()) return absl::OkStatus();
-  auto others = metrology::InfluencesOf(
-      inputs.portions, inputs.calibration, *fitted->best_fit, [&](const std::vector<metrology::ScanPortion>& portions) {
-        return FitForComparison(*inputs.surface, portions, inputs.calibration, inputs.asked);
-      });
-  if (absl::IsFailedPrecondition(others.status())) {
-    fitted->best_fit.reset();
-    return absl::OkStatus();
-  }
-  if (!others.ok()) return others.status();
-  for (std::size_t i = 0; i < others->size(); ++i)
-    (*others)[i].pose_per_rad = (*angles)[i].pose_per_rad - (*others)[i].pose_per_rad;
-  *difference = metrology::PoseCovarianceOf(*others);
-  return absl::OkStatus();
-}
-
 absl::StatusOr<v1::Registration> Registrar::Register(const v1::RegisterRequest& request, const Caller& caller) {
   if (absl::Status status = CheckRequest(request); !status.ok()) return status;
   if (!request.request_id().empty()) {
@@ -305,23 +262,12 @@ absl::StatusOr<v1::Registration> Registrar::Compute(const v1::RegisterRequest& r
   if (!inputs.ok()) return inputs.status();
 
   const auto started = std::chrono::steady_clock::now();
-  absl::StatusOr<Fitted> fitted = FitAsked(*inputs->surface, inputs->portions, inputs->calibration, inputs->asked);
-  if (!fitted.ok()) return AsRefusal(fitted.status());
-  std::vector<metrology::AngleInfluence> angles;
-  metrology::Matrix6d difference;
-  if (absl::Status status = AddAngles(*inputs, &*fitted, &angles, &difference); !status.ok()) return AsRefusal(status);
-  std::optional<metrology::Disagreement> disagreement;
-  if (fitted->best_fit.has_value()) {
-    auto compared = metrology::DisagreementOf(*inputs->surface, fitted->fit, *fitted->best_fit, inputs->calibration,
-                                              difference, inputs->asked.options);
-    if (!compared.ok()) return compared.status();
-    disagreement = *std::move(compared);
-    if (disagreement->beyond) Remark(InWords(*disagreement), &fitted->fit);
-  }
-  Remark(inputs->remark, &fitted->fit);
+  auto registered = metrology::Register({*inputs->surface, inputs->portions, inputs->calibration}, inputs->task);
+  if (!registered.ok()) return AsRefusal(registered.status());
+  metrology::AddRemark(inputs->remark, &registered->fit.evidence);
 
   absl::StatusOr<storage::RegistrationRow> described =
-      RowOf(fitted->fit, FilledIn(request), fitted->allowance, disagreement);
+      RowOf(registered->fit, FilledIn(request), registered->allowance, registered->disagreement);
   if (!described.ok()) return described.status();
   storage::RegistrationRow row = *std::move(described);
   row.blade_serial = *runtime::IdOf("blade", "blades", request.blade());
@@ -334,10 +280,10 @@ absl::StatusOr<v1::Registration> Registrar::Compute(const v1::RegisterRequest& r
   row.part_id = id_of(inputs->part.name());
   row.sensor_calibration_id = id_of(inputs->sensor_calibration);
   row.rotation_calibration_id = id_of(inputs->rotation_calibration);
-  for (const metrology::AngleInfluence& angle : angles) {
+  for (const metrology::AngleInfluence& angle : registered->angles) {
     const std::size_t i = angle.axis == metrology::AngleInfluence::Axis::kA ? 0 : 1;
-    row.angles.push_back(RowOf(angle, inputs->letters[i], id_of(inputs->characterisations[i]),
-                               fitted->fit.outcome == metrology::Outcome::kConverged));
+    row.angles.push_back(
+        RowOf(angle, inputs->letters[i], id_of(inputs->characterisations[i]), registered->fit.placed.has_value()));
   }
   row.compute_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   return Store(database_, request, std::move(row), caller.deadline);

@@ -9,11 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "metrology/registration/registration.h"
 #include "services/clients/calibrations.h"
 #include "services/clients/parts.h"
 #include "services/clients/scans.h"
-#include "services/registration/fitting.h"
 #include "services/runtime/compute_pool.h"
 #include "sixpoint/registration/v1/registration.pb.h"
 #include "storage/database.h"
@@ -56,9 +54,6 @@ class Registrar {
   absl::Status FetchScans(const v1::RegisterRequest& request, const Caller& caller, Inputs* inputs) const;
   absl::Status FetchAxisTables(const std::string& machine, const clients::FetchedRotationCalibration& rotation,
                                const Caller& caller, Inputs* inputs) const;
-  // The angles' influence on the pose; and on its difference from the best fit to be compared with.
-  absl::Status AddAngles(const Inputs& inputs, Fitted* fitted, std::vector<metrology::AngleInfluence>* angles,
-                         metrology::Matrix6d* difference) const;
 
   storage::Database* database_;
   clients::PlantClient plant_;

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "metrology/registration/direction_words.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
@@ -78,7 +77,7 @@ absl::Status FromJson(const std::string& json, const std::string& registration_i
 }
 
 // What has no column: a registration without it, from before it was kept, has a detail without fields.
-v1::Evidence DetailOf(const metrology::PoseFit& fit, const std::optional<metrology::AllowanceFit>& allowance,
+v1::Evidence DetailOf(const metrology::PoseFit& fit, const std::optional<metrology::AllowanceFinding>& allowance,
                       const std::optional<metrology::Disagreement>& disagreement) {
   const metrology::FitEvidence& evidence = fit.evidence;
   v1::Evidence detail;
@@ -171,16 +170,16 @@ absl::Status SetEvidence(const storage::RegistrationRow& row, v1::Evidence* out)
 }  // namespace
 
 absl::StatusOr<storage::RegistrationRow> RowOf(const metrology::PoseFit& fit, const v1::FitOptions& options,
-                                               const std::optional<metrology::AllowanceFit>& allowance,
+                                               const std::optional<metrology::AllowanceFinding>& allowance,
                                                const std::optional<metrology::Disagreement>& disagreement) {
   storage::RegistrationRow row;
   row.outcome = OutcomeText(fit.outcome);
-  if (fit.outcome == metrology::Outcome::kConverged) {
-    row.zero_from_part = RowMajor(fit.zero_from_part.matrix().topRows<3>());
-    row.reference_mm = RowMajor(fit.covariance.reference_mm);
-    row.covariance = RowMajor(fit.covariance.values);
-    row.noise_covariance = RowMajor(fit.noise_covariance.values);
-    row.calibration_sensitivity = RowMajor(fit.calibration_sensitivity);
+  if (fit.placed) {
+    row.zero_from_part = RowMajor(fit.placed->zero_from_part.matrix().topRows<3>());
+    row.reference_mm = RowMajor(fit.placed->covariance.reference_mm);
+    row.covariance = RowMajor(fit.placed->covariance.values);
+    row.noise_covariance = RowMajor(fit.placed->noise_covariance.values);
+    row.calibration_sensitivity = RowMajor(fit.placed->calibration_sensitivity);
   }
   const metrology::FitEvidence& evidence = fit.evidence;
   row.point_count = evidence.point_count;
@@ -199,7 +198,7 @@ absl::StatusOr<storage::RegistrationRow> RowOf(const metrology::PoseFit& fit, co
     if (datum.point_count > 0)
       row.datums.push_back(
           {datum.name, kUmPerMm * datum.distance_mm, kUmPerMm * datum.standard_uncertainty_mm, datum.point_count});
-  row.weakest_direction_in_words = metrology::DirectionInWords(evidence.weakest_direction, fit.zero_from_part);
+  row.weakest_direction_in_words = evidence.weakest_direction_in_words;
   for (const metrology::PortionAgreement& agreement : evidence.agreements)
     row.agreements.push_back({agreement.scan, agreement.other, agreement.patch_count,
                               Figure(kUmPerMm * agreement.difference_rms_mm),

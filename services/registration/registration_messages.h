@@ -8,7 +8,7 @@
 
 #include "metrology/registration/allowance.h"
 #include "metrology/registration/disagreement.h"
-#include "metrology/registration/registration.h"
+#include "metrology/registration/pose_fit.h"
 #include "sixpoint/registration/v1/registration.pb.h"
 #include "storage/registrations.h"
 
@@ -16,7 +16,7 @@ namespace sixpoint::registration {
 
 // Pose, covariances, evidence and what was asked; what is known of blade, machine and calibrations is left to the caller.
 absl::StatusOr<storage::RegistrationRow> RowOf(const metrology::PoseFit& fit, const v1::FitOptions& options,
-                                               const std::optional<metrology::AllowanceFit>& allowance,
+                                               const std::optional<metrology::AllowanceFinding>& allowance,
                                                const std::optional<metrology::Disagreement>& disagreement);
 // letter: the machine's, of the angle's axis. has_pose: its influence on one is known.
 storage::RegistrationAngleRow RowOf(const metrology::AngleInfluence& angle, const std::string& letter,

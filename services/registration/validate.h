@@ -7,8 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "metrology/registration/allowance.h"
-#include "metrology/registration/registration.h"
+#include "metrology/registration/register.h"
 #include "sixpoint/ingest/v1/ingest.pb.h"
 #include "sixpoint/plant/v1/plant.pb.h"
 #include "sixpoint/registration/v1/registration.pb.h"
@@ -20,6 +19,8 @@ constexpr int kGreatestScanCount = 64;
 // "BEST_FIT", "LOCAL", ...; empty for what is no method.
 std::string MethodText(v1::Method method);
 bool IsSixPoint(v1::Method method);
+// The kernel's, of a method that has a text.
+metrology::Method MethodOf(v1::Method method);
 
 // Names, counts, method and options.
 absl::Status CheckRequest(const v1::RegisterRequest& request);
