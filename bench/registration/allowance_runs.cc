@@ -82,9 +82,9 @@ Outcome RunOne(const metrology::Surface& design, double margin_um, std::uint64_t
   if (!found.ok()) return outcome;
   outcome.infeasible = found->fit.outcome == metrology::Outcome::kInfeasible;
   outcome.converged = found->fit.outcome == metrology::Outcome::kConverged;
-  outcome.said_um = 1e3 * found->lacking_mm;
+  outcome.said_um = 1e3 * found->stock.lacking_mm;
   // What the pose leaves in truth: the blank's own faces, without noise, within the faces and the pits.
-  const Eigen::Isometry3d part_from_blank = found->fit.zero_from_part.inverse(Eigen::Isometry) * zero_from_blank;
+  const Eigen::Isometry3d part_from_blank = found->fit.evidence.stopped_at->inverse(Eigen::Isometry) * zero_from_blank;
   double least_mm = 1e9;
   for (int axis = 0; axis < 3; ++axis)
     for (const bool high : {false, true})

@@ -45,8 +45,10 @@ Outcome RunOne(const PreparedBlade& prepared, bool whole, int threads, std::uint
     outcome.flagged = true;
     return outcome;
   }
-  outcome.off_um = VertexDisplacementUm(prepared.blade, fit->zero_from_part, scans.zero_from_part);
-  outcome.stated_um = VertexDisplacementUm(prepared.blade, fit->zero_from_part, fit->noise_covariance);
+  outcome.off_um = VertexDisplacementUm(prepared.blade, *fit->evidence.stopped_at, scans.zero_from_part);
+  if (fit->placed)
+    outcome.stated_um =
+        VertexDisplacementUm(prepared.blade, fit->placed->zero_from_part, fit->placed->noise_covariance);
   outcome.condition = fit->evidence.condition_number;
   outcome.right = fit->outcome == metrology::Outcome::kConverged &&
                   outcome.off_um < std::max(kWrongUm, kWrongInSigmas * outcome.stated_um);

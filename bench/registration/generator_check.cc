@@ -100,7 +100,7 @@ void RunGenerator(const PreparedBlade& prepared, const RunOptions& options, Figu
                                    kPointCount, kNoiseMm, bump, 1);
     const double bound_um = truth["cases"][name]["bound_vertex_rms_um"].get<double>();
     const TimedFit timed = FitPortion(prepared, PortionOf(ReadPly(folder + "/case_" + name + ".ply")), options.threads);
-    const double error_um = VertexDisplacementUm(prepared.blade, timed.fit.zero_from_part, ScanFromPart());
+    const double error_um = VertexDisplacementUm(prepared.blade, timed.stopped_at, ScanFromPart());
     std::printf("  %s   bound %.4f um, its %.4f   fit of its points: error %.4f um\n", name, scan.vertex_bound_um,
                 bound_um, error_um);
     Check(std::abs(scan.vertex_bound_um / bound_um - 1) < kGreatestBoundDifference, "the bound is another", figures);

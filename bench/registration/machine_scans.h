@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bench/registration/cases.h"
-#include "metrology/registration/registration.h"
+#include "metrology/registration/scan_portion.h"
 
 namespace sixpoint::bench {
 

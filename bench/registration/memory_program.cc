@@ -48,7 +48,7 @@ int main(int argc, char** argv) {
   const bench::TimedFit timed = bench::FitPortion(prepared, std::move(portion), threads);
   const double peak_mb = ResidentMb("VmHWM");
   prepared.blade.mesh = prepared.surface->mesh();
-  const double error_um = bench::VertexDisplacementUm(prepared.blade, timed.fit.zero_from_part, bench::ScanFromPart());
+  const double error_um = bench::VertexDisplacementUm(prepared.blade, timed.stopped_at, bench::ScanFromPart());
   std::printf("%.3f %.3f %.3f %.3f %.3f %.4f %d\n", program_mb, points_mb, surface_mb, peak_mb, timed.seconds, error_um,
               timed.converged ? 1 : 0);
   return 0;

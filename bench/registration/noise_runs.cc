@@ -24,7 +24,7 @@ void RunNoise(const PreparedBlade& prepared, const RunOptions& options, Figures*
                                {"turn about x", "turn about y", "turn about z", "shift x", "shift y", "shift z"});
     struct Draw {
       TimedFit timed;
-      metrology::PoseCovariance bound;
+      std::optional<metrology::PoseCovariance> bound;
     };
     std::vector<Draw> drawn(static_cast<std::size_t>(options.noise_draws));
     metrology::ForEach(drawn.size(), options.threads, [&](std::size_t i) {
@@ -38,10 +38,10 @@ void RunNoise(const PreparedBlade& prepared, const RunOptions& options, Figures*
         std::printf("  did not converge: %s\n", draw.timed.remark.c_str());
         continue;
       }
-      const metrology::PoseFit& fit = draw.timed.fit;
-      const Eigen::Vector3d& reference_mm = fit.covariance.reference_mm;
-      statistics.Add(PoseError(fit.zero_from_part, ScanFromPart(), reference_mm),
-                     About(draw.bound, reference_mm).values, fit.covariance.values);
+      const metrology::PlacedPose& placed = *draw.timed.fit.placed;
+      const Eigen::Vector3d& reference_mm = placed.covariance.reference_mm;
+      statistics.Add(PoseError(placed.zero_from_part, ScanFromPart(), reference_mm),
+                     About(*draw.bound, reference_mm).values, placed.covariance.values);
     }
     if (statistics.count() == 0) continue;
     statistics.Print();

@@ -67,6 +67,7 @@ TimedFit FitPortion(const PreparedBlade& prepared, metrology::ScanPortion portio
     return timed;
   }
   timed.fit = *std::move(fit);
+  if (timed.fit.evidence.stopped_at) timed.stopped_at = *timed.fit.evidence.stopped_at;
   timed.converged = timed.fit.outcome == metrology::Outcome::kConverged;
   timed.remark = timed.fit.evidence.remark;
   return timed;

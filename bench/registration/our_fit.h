@@ -1,11 +1,12 @@
 // The product's own fit, as the benchmark's parts call it.
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <string>
 
 #include "bench/registration/cases.h"
-#include "metrology/registration/registration.h"
+#include "metrology/registration/best_fit.h"
 
 namespace sixpoint::bench {
 
@@ -24,6 +25,7 @@ metrology::Points PointsOf(const metrology::ScanPortion& portion);
 
 struct TimedFit {
   metrology::PoseFit fit;
+  Eigen::Isometry3d stopped_at{Eigen::Matrix4d::Constant(std::nan(""))};  // whether it converged or not
   double seconds = 0;
   double processor_s = 0;  // of all threads
   bool converged = false;

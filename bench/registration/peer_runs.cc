@@ -29,7 +29,7 @@ void RunPeers(const PreparedBlade& prepared, const RunOptions& options, Figures*
     }
     const std::string name = std::string("pcl_") + one.prefix;
     std::printf("%-4s %-44s %9.3f %13.3f %12.4f %11d\n", one.name, "Sixpoint, point to surface", ours.seconds,
-                ours.processor_s, VertexDisplacementUm(prepared.blade, ours.fit.zero_from_part, ScanFromPart()),
+                ours.processor_s, VertexDisplacementUm(prepared.blade, ours.stopped_at, ScanFromPart()),
                 ours.fit.evidence.iteration_count);
     for (const std::size_t stride : {std::size_t{1}, std::size_t{10}}) {
       const bool all = stride == 1;

@@ -47,11 +47,11 @@ Outcome RunOne(const Blade& blade, const metrology::Surface& surface, int tip_ev
   const auto fit = metrology::FitToSurface(surface, {PortionOf(points)}, start, {}, options);
   Outcome outcome;
   if (!fit.ok()) return outcome;
-  outcome.off_um = 1e3 * std::abs((fit->zero_from_part * surface.centroid_mm() - surface.centroid_mm()).z());
-  const double stated_um = 1e3 * std::sqrt(fit->covariance.values(5, 5));
-  outcome.flagged = fit->outcome != metrology::Outcome::kConverged || !fit->evidence.remark.empty();
-  outcome.right =
-      fit->outcome == metrology::Outcome::kConverged && outcome.off_um < std::max(kWrongUm, kWrongInSigmas * stated_um);
+  outcome.off_um = 1e3 * std::abs((*fit->evidence.stopped_at * surface.centroid_mm() - surface.centroid_mm()).z());
+  outcome.flagged = !fit->placed || !fit->evidence.remark.empty();
+  if (!fit->placed) return outcome;
+  const double stated_um = 1e3 * std::sqrt(fit->placed->covariance.values(5, 5));
+  outcome.right = outcome.off_um < std::max(kWrongUm, kWrongInSigmas * stated_um);
   return outcome;
 }
 

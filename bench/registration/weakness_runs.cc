@@ -90,10 +90,11 @@ Outcome RunOne(const PreparedBlade& prepared, const Kind& kind, bool cast, std::
   outcome.condition = fit->evidence.condition_number;
   outcome.stated_um = 1e3 * fit->evidence.weakest_standard_uncertainty_mm;
   outcome.noise_um = 1e3 * fit->evidence.noise_sigma_mm;
-  metrology::Vector6d error = PoseError(fit->zero_from_part, pose, fit->covariance.reference_mm);
+  const Eigen::Isometry3d& found = *fit->evidence.stopped_at;
+  metrology::Vector6d error = PoseError(found, pose, found * prepared.surface->centroid_mm());
   error.head<3>() *= prepared.surface->radius_of_gyration_mm();
   outcome.off_um = 1e3 * std::abs(error.dot(fit->evidence.weakest_direction));
-  outcome.vertex_um = VertexDisplacementUm(prepared.blade, fit->zero_from_part, pose);
+  outcome.vertex_um = VertexDisplacementUm(prepared.blade, found, pose);
   return outcome;
 }
 

@@ -1,13 +1,13 @@
 #include "metrology/calibration/probe_calibration.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
 #include "metrology/calibration/probe_design.h"
+#include "metrology/linear_algebra/least_squares.h"
+#include "metrology/linear_algebra/pseudo_inverse.h"
+#include "metrology/linear_algebra/singular_values.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -26,7 +26,7 @@ struct ScaledProbe {
 };
 
 ScaledProbe SolveLinearly(const ProbeDesign& design) {
-  const Eigen::VectorXd h = design.matrix.colPivHouseholderQr().solve(design.right);
+  const Eigen::VectorXd h = LeastSquares(design.matrix, design.right);
   return {h.head<3>(), h.tail<3>()};
 }
 
@@ -161,7 +161,7 @@ void Describe(const std::vector<ProbedFace>& given, const std::vector<ProbeReadi
   out->scale_standard_uncertainty = std::sqrt(out->direction.dot(of_a * out->direction));
   const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - out->direction * out->direction.transpose();
   out->direction_standard_uncertainty_rad =
-      std::sqrt((across * of_a * across).eval().jacobiSvd().singularValues()(0)) / out->scale;
+      std::sqrt(SingularValues(Eigen::Matrix3d(across * of_a * across))(0)) / out->scale;
   out->point_standard_uncertainty_mm = design_covariance.bottomRightCorner<3, 3>().diagonal().cwiseSqrt();
   out->condition_number = design.condition_number;
   Eigen::MatrixXd printed(design.matrix.rows(), 6);
@@ -178,7 +178,7 @@ void Describe(const std::vector<ProbedFace>& given, const std::vector<ProbeReadi
         std::max(out->worst_approach_angle_rad, std::acos(std::clamp(-face.normal.dot(out->direction), -1.0, 1.0)));
   }
   out->residual_rms_mm = std::sqrt(squares / static_cast<double>(readings.size()));
-  const Eigen::VectorXd singular = printed.jacobiSvd().singularValues();
+  const Eigen::VectorXd singular = SingularValues(printed);
   out->paper_condition_number = std::pow(singular(0) / singular(5), 2);
   double touch_squares = 0, touch_count = 0;
   for (std::size_t j = 0; j < given.size(); ++j)
@@ -260,7 +260,7 @@ absl::StatusOr<ProbeCalibration> CalibrateProbeLinearly(const std::vector<Probed
     }
     noise += by_face * information.inverse() * by_face.transpose();
   }
-  const Eigen::MatrixXd pseudo_inverse = design->matrix.completeOrthogonalDecomposition().pseudoInverse();
+  const Eigen::MatrixXd pseudo_inverse = PseudoInverse(design->matrix);
   // The signs of the normals changed after the design was made; both sides of its rows with them.
   ProbeCalibration result;
   result.converged = true;
@@ -291,7 +291,7 @@ absl::StatusOr<ProbeCalibration> CalibrateProbe(const std::vector<ProbedFace>& f
   constexpr double kSettledMm = 1e-10;
   for (int iteration = 0; iteration < kMostIterations && !result.converged; ++iteration) {
     fit.Linearise();
-    const Eigen::VectorXd step = fit.jacobian.colPivHouseholderQr().solve(fit.residual);
+    const Eigen::VectorXd step = LeastSquares(fit.jacobian, fit.residual);
     constexpr double kLongestStepMm = 1e3;
     if (!step.allFinite() || step.cwiseAbs().maxCoeff() > kLongestStepMm)
       return absl::FailedPreconditionError(
@@ -301,10 +301,7 @@ absl::StatusOr<ProbeCalibration> CalibrateProbe(const std::vector<ProbedFace>& f
     result.converged = step.cwiseAbs().maxCoeff() < kSettledMm;
   }
   fit.Linearise();
-  const Eigen::MatrixXd triangle =
-      fit.jacobian.householderQr().matrixQR().topRows(fit.columns).triangularView<Eigen::Upper>();
-  const Eigen::MatrixXd inverse =
-      triangle.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(fit.columns, fit.columns).eval());
+  const Eigen::MatrixXd inverse = InverseTriangle(fit.jacobian);
   Matrix6d covariance = inverse.topRows<6>() * inverse.topRows<6>().transpose();
   const double freedom = static_cast<double>(fit.rows - fit.columns);
   const double reduced = freedom > 0 ? fit.residual.squaredNorm() / freedom : 1;

@@ -2,13 +2,15 @@
 
 #include <absl/status/status.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 #include <optional>
 
+#include "metrology/linear_algebra/inverse.h"
+#include "metrology/linear_algebra/pose_directions.h"
+#include "metrology/linear_algebra/pseudo_inverse.h"
 #include "metrology/registration/least_distance.h"
 #include "metrology/registration/patch_sums.h"
 
@@ -31,6 +33,7 @@ constexpr double kPatchesStay = 0.1;
 constexpr double kFeasibleMm = 1e-4;   // lacking less than this is rounding
 constexpr double kMotionPrice = 1e-4;  // of the motion beside the lack of stock, so that the least motion is chosen
 constexpr std::size_t kMostHolding = 7;
+constexpr double kHeldPart = 1e-12;       // of the greatest variance, below which a direction is held from outside
 constexpr double kMostPatches = 200'000;  // over the whole surface: some hundred bytes each, all looked at in each step
 
 std::string Text(double value) {
@@ -168,26 +171,24 @@ class Allowance {
       return nearest_change;
     }
     lacking_mm_ = 0;
-    // With the normal matrix L L^T: nearest in it to the unconstrained best.
-    const Eigen::LLT<MatrixXd> cholesky(see_.normal);
-    const VectorXd unconstrained = cholesky.solve(see_.right);
-    const MatrixXd upper = cholesky.matrixU();
-    const MatrixXd whitened = upper.transpose().triangularView<Eigen::Lower>().solve(-rows.transpose()).transpose();
+    // Nearest, in the normal matrix, to the unconstrained best.
+    const CholeskyFactor factor(see_.normal);
+    const VectorXd unconstrained = factor.Solve(see_.right);
     const absl::StatusOr<LeastDistance> best =
-        SolveLeastDistance(whitened, lack + rows * unconstrained, options_.keep_going);
+        SolveLeastDistance(factor.RowsByInverse(-rows), lack + rows * unconstrained, options_.keep_going);
     if (!best.ok()) return best.status();
     keep(best->multipliers);
     // What the first problem allowed by rounding the second may not: stay with the first's change.
     if (!best->feasible) return nearest_change;
-    const VectorXd constrained = unconstrained + upper.triangularView<Eigen::Upper>().solve(best->x);
+    const VectorXd constrained = unconstrained + factor.InverseTimes(best->x);
     return constrained;
   }
 
   AllowanceFit Report(bool rested, int steps) {
     AllowanceFit result;
-    result.fit.zero_from_part = pose_;
-    result.least_stock_mm = least_stock_mm_;
-    result.lacking_mm = lacking_mm_;
+    result.fit.evidence.stopped_at = pose_;
+    result.stock.least_stock_mm = least_stock_mm_;
+    result.stock.lacking_mm = lacking_mm_;
     FitEvidence& evidence = result.fit.evidence;
     evidence.iteration_count = steps;
     evidence.residual_sigma_mm = sums_.residual_sigma_mm;
@@ -215,7 +216,7 @@ class Allowance {
       held.stock_mm = see_.stock[i];
       held.standard_uncertainty_mm = std::sqrt(see_.variance[i]);
       held.share = multipliers_[i] / forces;
-      result.holding.push_back(held);
+      result.stock.holding.push_back(held);
     }
     if (lacking_mm_ > 0) {
       result.fit.outcome = Outcome::kInfeasible;
@@ -223,33 +224,31 @@ class Allowance {
                         Text(lacking_mm_) + " mm are lacking, held by " + std::to_string(holding.size()) +
                         " patches that pull against each other";
     } else {
-      result.fit.outcome = rested ? Outcome::kConverged : Outcome::kNotConverged;
-      if (!rested) evidence.remark = "the pose still moves after " + std::to_string(steps) + " steps";
-      Propagate(holding, &result.fit);
+      const PlacedPose placed = Placed(holding);
+      Describe(placed.noise_covariance.values, &evidence);
+      if (rested) {
+        result.fit.outcome = Outcome::kConverged;
+        result.fit.placed = placed;
+      } else {
+        evidence.remark = "the pose still moves after " + std::to_string(steps) + " steps";
+      }
     }
     return result;
   }
 
   // The pose is linear in the patches' stock: those that hold it act through the equalities, the others through the fit.
-  void Propagate(const std::vector<Eigen::Index>& holding, PoseFit* fit) const {
+  PlacedPose Placed(const std::vector<Eigen::Index>& holding) const {
     const Eigen::Index size = free_.cols();
     const auto held_count = static_cast<Eigen::Index>(holding.size());
-    MatrixXd projection = see_.normal.inverse(), held_part = MatrixXd::Zero(size, held_count);
+    MatrixXd projection = Inverse(see_.normal), held_part = MatrixXd::Zero(size, held_count);
     if (held_count > 0) {
       MatrixXd held(held_count, size);
       for (Eigen::Index i = 0; i < held_count; ++i) held.row(i) = see_.rows.row(holding[static_cast<std::size_t>(i)]);
-      const Eigen::CompleteOrthogonalDecomposition<MatrixXd> decomposition(held);
-      const MatrixXd inverse = decomposition.pseudoInverse();
-      const MatrixXd null_space =
-          Eigen::FullPivLU<MatrixXd>(held).dimensionOfKernel() > 0
-              ? MatrixXd(Eigen::FullPivLU<MatrixXd>(held).kernel().householderQr().householderQ() *
-                         MatrixXd::Identity(size, Eigen::FullPivLU<MatrixXd>(held).dimensionOfKernel()))
-              : MatrixXd(size, 0);
-      projection = null_space.cols() > 0
-                       ? MatrixXd(null_space * (null_space.transpose() * see_.normal * null_space).inverse() *
-                                  null_space.transpose())
+      const MatrixXd open = NullSpace(held);
+      projection = open.cols() > 0
+                       ? MatrixXd(open * Inverse(MatrixXd(open.transpose() * see_.normal * open)) * open.transpose())
                        : MatrixXd(MatrixXd::Zero(size, size));
-      held_part = (MatrixXd::Identity(size, size) - projection * see_.normal) * inverse;
+      held_part = (MatrixXd::Identity(size, size) - projection * see_.normal) * PseudoInverse(held);
     }
     MatrixXd scaled = MatrixXd::Zero(size, size);
     MatrixXd moved = MatrixXd::Zero(size, kCalibrationParameterCount);
@@ -269,11 +268,21 @@ class Allowance {
     to_zero.topLeftCorner<3, 3>() = pose_.linear() / radius_mm_;
     to_zero.bottomRightCorner<3, 3>() = pose_.linear();
     const MatrixXd turned = to_zero * free_;
-    fit->noise_covariance.reference_mm = fit->covariance.reference_mm = pose_ * surface_.centroid_mm();
-    fit->noise_covariance.values = turned * scaled * turned.transpose();
-    fit->calibration_sensitivity = turned * moved;
-    fit->covariance.values = fit->noise_covariance.values + fit->calibration_sensitivity * CovarianceOf(calibration_) *
-                                                                fit->calibration_sensitivity.transpose();
+    return {pose_, pose_ * surface_.centroid_mm(), turned * scaled * turned.transpose(), turned * moved, calibration_};
+  }
+
+  // Weakest direction and condition: the covariance says all there is.
+  void Describe(const Matrix6d& noise, FitEvidence* evidence) const {
+    Vector6d scale = Vector6d::Ones();
+    scale.head<3>().setConstant(radius_mm_);
+    const EigenSystem6 eigen = EigenSystemOf(Matrix6d(scale.asDiagonal() * noise * scale.asDiagonal()));
+    const double greatest = eigen.values[5];
+    if (!(greatest > 0)) return;
+    int least = 0;
+    while (least < 5 && eigen.values[least] < kHeldPart * greatest) ++least;
+    evidence->weakest_direction = eigen.vectors.col(5);
+    evidence->weakest_standard_uncertainty_mm = std::sqrt(greatest);
+    evidence->condition_number = std::sqrt(greatest / eigen.values[least]);
   }
 
   const Surface& surface_;

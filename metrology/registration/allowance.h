@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "metrology/registration/registration.h"
+#include "metrology/registration/best_fit.h"
 
 namespace sixpoint::metrology {
 
@@ -31,12 +31,17 @@ struct AllowancePatch {
   double share = 0;  // of the forces that balance (the multipliers), 0 to 1
 };
 
+// What the stock is at the pose that was found, or at the one that lacks least.
+struct AllowanceFinding {
+  double least_stock_mm = 0;  // of any patch
+  double lacking_mm = 0;      // by how much it falls short of what was asked; 0 where it does not
+  // At most seven patches that keep the pose from being better, greatest share first.
+  std::vector<AllowancePatch> holding;
+};
+
 struct AllowanceFit {
-  PoseFit fit;                // kConverged; kInfeasible: at the pose that lacks least
-  double least_stock_mm = 0;  // of any patch at that pose
-  double lacking_mm = 0;      // by how much the least stock falls short; 0 where it does not
-  std::vector<AllowancePatch>
-      holding;  // at most seven patches that keep the pose from being better, greatest share first
+  PoseFit fit;  // kConverged, kNotConverged or kInfeasible
+  AllowanceFinding stock;
 };
 
 // From a pose near (a best fit's, or the nominal). Errors as FitToSurface; INVALID_ARGUMENT also for options out of range.

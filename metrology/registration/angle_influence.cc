@@ -98,6 +98,8 @@ std::vector<AngleInfluence> TabledAngles(const std::vector<ScanPortion>& portion
 absl::StatusOr<std::vector<AngleInfluence>> InfluencesOf(const std::vector<ScanPortion>& portions,
                                                          const MachineCalibration& calibration, const PoseFit& fit,
                                                          const Refit& refit) {
+  if (!fit.placed) return absl::InvalidArgumentError("angles: a pose that has not converged, want one that has");
+  const PlacedPose& placed = *fit.placed;
   const double step_mm = std::max(kLeastStepMm, kStepShare * fit.evidence.residual_sigma_mm);
   const auto influence_of = [&](const Turn& turn) -> absl::StatusOr<Vector6d> {
     const double fastest_mm_per_rad = FastestMmPerRad(portions, turn, calibration.axes);
@@ -105,13 +107,14 @@ absl::StatusOr<std::vector<AngleInfluence>> InfluencesOf(const std::vector<ScanP
     const double step_rad = step_mm / fastest_mm_per_rad;
     const absl::StatusOr<PoseFit> moved = refit(Turned(portions, turn, step_rad, calibration.axes));
     if (!moved.ok()) return moved.status();
-    if (moved->outcome != Outcome::kConverged)
+    if (!moved->placed)
       return absl::FailedPreconditionError(
           std::string(turn.axis == Axis::kA ? "a" : "b") +
           "_deg: " + (turn.commanded_rad ? std::to_string(*turn.commanded_rad * 180 / M_PI) : "all") +
           ", want a pose that stands when this angle is taken greater by " + std::to_string(step_rad * 180 / M_PI) +
           " deg");
-    return Vector6d(ChangeBetween(fit.zero_from_part, moved->zero_from_part, fit.covariance.reference_mm) / step_rad);
+    return Vector6d(
+        ChangeBetween(placed.zero_from_part, moved->placed->zero_from_part, placed.covariance.reference_mm) / step_rad);
   };
   std::vector<AngleInfluence> angles = TabledAngles(portions, calibration.positioning);
   for (const Axis axis : {Axis::kA, Axis::kB}) {

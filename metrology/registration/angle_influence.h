@@ -7,7 +7,7 @@
 #include <functional>
 #include <vector>
 
-#include "metrology/registration/registration.h"
+#include "metrology/registration/pose_fit.h"
 
 namespace sixpoint::metrology {
 
@@ -22,7 +22,7 @@ std::vector<AngleInfluence> TabledAngles(const std::vector<ScanPortion>& portion
 // Their influence on a converged fit: one refit for each with the angle taken a little greater, so that any method's own way
 // from points to pose is followed, robust loss and all; and one for each axis with all its angles taken greater, to which the
 // influences of its angles add up: a reversal is common to them. FAILED_PRECONDITION naming the angle whose refit does not
-// converge; else as refit.
+// converge, INVALID_ARGUMENT: the fit itself has not; else as refit.
 absl::StatusOr<std::vector<AngleInfluence>> InfluencesOf(const std::vector<ScanPortion>& portions,
                                                          const MachineCalibration& calibration, const PoseFit& fit,
                                                          const Refit& refit);

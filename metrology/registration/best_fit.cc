@@ -1,6 +1,7 @@
+#include "metrology/registration/best_fit.h"
+
 #include <absl/status/status.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -8,10 +9,13 @@
 #include <map>
 #include <utility>
 
+#include "metrology/linear_algebra/inverse.h"
+#include "metrology/linear_algebra/symmetric.h"
 #include "metrology/registration/coarse_start.h"
+#include "metrology/registration/fit_samples.h"
+#include "metrology/registration/patch_evidence.h"
 #include "metrology/registration/patch_fit.h"
 #include "metrology/registration/patch_sums.h"
-#include "metrology/registration/registration.h"
 #include "metrology/registration/surface_residuals.h"
 #include "metrology/statistics/ranks.h"
 
@@ -38,13 +42,11 @@ constexpr double kLeastShareOfScan = 0.6;  // of the part used of all points, be
 constexpr double kPointWidth = 6;          // of the loss over all points, in standard deviations: 98 % efficient
 constexpr double kPatchesAcross = 16;      // of the part's radius of gyration
 constexpr double kLeastPatchMm = 0.25;
-constexpr double kRegionsAcross = 2;  // of the part's radius of gyration, in the evidence
 constexpr int kPassLimit = 12;
 // A pose nearer than this needs no second reading of the points: on a radius of 0.5 mm it changes a distance by 4 nm.
 constexpr double kNearPoseMm = 2e-3;
 constexpr double kNarrower = 0.6;          // of the loss's width, for which the points are read again
 constexpr double kHeldInSigmas = 10;       // of a point; a direction known no better is not held
-constexpr double kRegionMarginMm = 5;      // of the points that follow the pose from its start
 constexpr double kLeastInformation = 0.5;  // kept along the weakest direction, below which it is said
 
 std::string Um(double mm) {
@@ -57,12 +59,12 @@ std::string Percent(double part) { return std::to_string(static_cast<int>(100 * 
 
 // The directions in which the points do not hold the part.
 std::string FreeDirections(const Matrix6d& matrix, double condition_limit) {
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(matrix);
+  const EigenSystem6 eigen = EigenSystemOf(matrix);
   std::string listed;
   int count = 0;
   for (int k = 0; k < 6; ++k) {
-    if (eigen.eigenvalues()[k] * condition_limit * condition_limit > eigen.eigenvalues()[5]) break;
-    const Vector6d v = eigen.eigenvectors().col(k);
+    if (eigen.values[k] * condition_limit * condition_limit > eigen.values[5]) break;
+    const Vector6d v = eigen.vectors.col(k);
     char text[96];
     std::snprintf(text, sizeof text, "%s(%.2f %.2f %.2f, %.2f %.2f %.2f)", count++ > 0 ? ", " : "", v[0], v[1], v[2],
                   v[3], v[4], v[5]);
@@ -84,43 +86,6 @@ std::string StandingOff(const FitEvidence& evidence) {
   return listed.empty() ? "" : "few points used of: " + listed + "; of all " + Percent(evidence.overlap);
 }
 
-// Points spread evenly over the scans, about `count` of them, in pairs of neighbours; those that may lie in the regions.
-std::vector<Sample> Samples(const std::vector<ScanPortion>& portions, const Isometry3d& zero_from_part,
-                            const FitOptions& options, std::size_t count) {
-  const Isometry3d part_from_zero = zero_from_part.inverse(Eigen::Isometry);
-  std::size_t total = 0;
-  for (const ScanPortion& portion : portions) total += portion.sensor.size();
-  const bool everywhere = options.regions_in.empty();
-  FitOptions nearby;  // what lies in a region to be left out may still show the way
-  nearby.regions_in = options.regions_in;
-  // Regions leave few of the points: look at more.
-  const std::size_t stride =
-      std::max<std::size_t>(1, total / std::max<std::size_t>(1, everywhere ? count : 10 * count));
-  std::vector<Sample> samples;
-  for (std::size_t p = 0; p < portions.size(); ++p) {
-    bool before = false;
-    for (std::size_t i = 0; i < portions[p].sensor.size(); ++i) {
-      if (stride > 1 && i % (2 * stride) >= 2) {
-        i += 2 * stride - i % (2 * stride) - 1;
-        before = false;
-        continue;
-      }
-      Sample sample;
-      sample.zero_mm = portions[p].zero_mm(i);
-      if (!everywhere && !InRegions(nearby, part_from_zero * sample.zero_mm, kRegionMarginMm)) {
-        before = false;
-        continue;
-      }
-      sample.portion = static_cast<std::uint32_t>(p);
-      sample.index = static_cast<std::uint32_t>(i);
-      sample.follows = before;
-      samples.push_back(sample);
-      before = true;
-    }
-  }
-  return samples;
-}
-
 class BestFit {
  public:
   BestFit(const Surface& surface, const std::vector<ScanPortion>& portions, const Isometry3d& nominal,
@@ -131,7 +96,7 @@ class BestFit {
         options_(options),
         reference_mm_(nominal * surface.centroid_mm()),
         radius_mm_(surface.radius_of_gyration_mm()),
-        coarse_(surface, Samples(portions, nominal, options, kFirstCount), reference_mm_, options.thread_count),
+        coarse_(surface, SamplesOf(portions, nominal, options, kFirstCount), reference_mm_, options.thread_count),
         pose_(nominal) {
     patch_options_.patch_mm = std::max(kLeastPatchMm, radius_mm_ / kPatchesAcross);
     patch_options_.condition_limit = options.condition_limit;
@@ -203,11 +168,11 @@ class BestFit {
 
   // Of the weakest direction that the points hold at all, mm^2.
   double GreatestVariance() const {
-    const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(patch_options_.start_covariance);
+    const EigenSystem6 eigen = EigenSystemOf(patch_options_.start_covariance);
     double greatest = 0;
     for (int k = 0; k < 6; ++k)
-      if (eigen.eigenvalues()[k] < kHeldInSigmas * kHeldInSigmas * sigma_mm_ * sigma_mm_)
-        greatest = std::max(greatest, eigen.eigenvalues()[k]);
+      if (eigen.values[k] < kHeldInSigmas * kHeldInSigmas * sigma_mm_ * sigma_mm_)
+        greatest = std::max(greatest, eigen.values[k]);
     return greatest;
   }
 
@@ -217,7 +182,7 @@ class BestFit {
     if (!AllFree()) {
       const Matrix6d to_zero = ZeroFromPartChange();
       const auto& free = patch_options_.free;
-      change = to_zero * (free * (free.transpose() * to_zero.inverse() * change));
+      change = to_zero * (free * (free.transpose() * Inverse(to_zero) * change));
     }
     const double size = change.norm();
     if (size > kStepLimitMm) change *= kStepLimitMm / size;
@@ -264,7 +229,7 @@ class BestFit {
       if (!found.ok()) return found.status();
       pose_ = found->zero_from_part;
       ambiguous_ = found->remark;
-      coarse_ = SurfaceResiduals(surface_, Samples(portions_, pose_, options_, kFirstCount), reference_mm_,
+      coarse_ = SurfaceResiduals(surface_, SamplesOf(portions_, pose_, options_, kFirstCount), reference_mm_,
                                  options_.thread_count);
       coarse_.Search(pose_, options_.greatest_start_error_mm);
       distances.clear();
@@ -283,20 +248,19 @@ class BestFit {
     std::size_t total = 0;
     for (const ScanPortion& portion : portions_) total += portion.sensor.size();
     if (total > kFirstCount) {
-      coarse_ = SurfaceResiduals(surface_, Samples(portions_, pose_, options_, kCoarseCount), reference_mm_,
+      coarse_ = SurfaceResiduals(surface_, SamplesOf(portions_, pose_, options_, kCoarseCount), reference_mm_,
                                  options_.thread_count);
       if (const absl::Status status = Anneal(sigma_mm_, kCoarseSteps); !status.ok()) return status;
     }
     const Matrix6d matrix = coarse_.At(Vector6d::Zero(), kTukeyWidth * sigma_mm_).matrix;
-    const Matrix6d from_zero = ZeroFromPartChange().inverse();
+    const Matrix6d from_zero = Inverse(ZeroFromPartChange());
     const Matrix6d held = matrix + 1e-12 * (1 + matrix.trace()) * Matrix6d::Identity();
-    patch_options_.start_covariance = sigma_mm_ * sigma_mm_ * from_zero * held.inverse() * from_zero.transpose();
+    patch_options_.start_covariance = sigma_mm_ * sigma_mm_ * from_zero * Inverse(held) * from_zero.transpose();
     return absl::OkStatus();
   }
 
   absl::StatusOr<PoseFit> Report(bool converged, double width_mm);
-  void SumEvidence(FitEvidence* evidence) const;
-  void Propagate(double width_mm, PoseFit* fit);
+  PlacedPose Placed(double width_mm);
 
   const Surface& surface_;
   const std::vector<ScanPortion>& portions_;
@@ -317,15 +281,14 @@ class BestFit {
 
 // Noise and model error: from the patches. Calibrations: A^-1 sum psi' J (n . dp/dtheta) over some thousands of points,
 // with the weights that their patches have.
-void BestFit::Propagate(double width_mm, PoseFit* fit) {
-  using Sensitivity = Eigen::Matrix<double, 6, kCalibrationParameterCount>;
+PlacedPose BestFit::Placed(double width_mm) {
   std::map<std::pair<std::uint32_t, PatchKey>, double> slopes;
   for (std::size_t k = 0; k < sums_.patches.size(); ++k)
     slopes[{sums_.patches[k].portion, sums_.patches[k].key}] = patches_.slopes[k];
   coarse_.Search(pose_, width_mm);
   const Isometry3d part_from_zero = pose_.inverse(Eigen::Isometry);
   Matrix6d a = Matrix6d::Zero();
-  Sensitivity moved = Sensitivity::Zero();
+  PoseSensitivity moved = PoseSensitivity::Zero();
   for (const Sample& sample : coarse_.samples()) {
     const double u = sample.residual_mm / width_mm;
     if (!sample.usable || !(u * u < 1)) continue;
@@ -343,94 +306,20 @@ void BestFit::Propagate(double width_mm, PoseFit* fit) {
              (sample.normal.transpose() * ZeroPointSensitivity(portion.sensor[sample.index], sample.zero_mm,
                                                                portion.a_rad, portion.b_rad, calibration_));
   }
-  const auto& free = patch_options_.free;
-  const Matrix6d inverse =
-      free * (free.transpose() * a * free).completeOrthogonalDecomposition().pseudoInverse() * free.transpose();
+  const Matrix6d inverse = InverseIn(a, patch_options_.free);
   // From scaled changes in the part frame to changes at zero about the part's centroid.
   Matrix6d to_zero = Matrix6d::Zero();
   to_zero.topLeftCorner<3, 3>() = pose_.linear() / radius_mm_;
   to_zero.bottomRightCorner<3, 3>() = pose_.linear();
-  fit->noise_covariance.reference_mm = fit->covariance.reference_mm = pose_ * surface_.centroid_mm();
-  fit->noise_covariance.values = to_zero * patches_.covariance * to_zero.transpose();
-  fit->calibration_sensitivity = to_zero * (inverse * moved);
-  fit->covariance.values = fit->noise_covariance.values + fit->calibration_sensitivity * CovarianceOf(calibration_) *
-                                                              fit->calibration_sensitivity.transpose();
-}
-
-// Scan by scan, pair of scans by pair, region by region.
-void BestFit::SumEvidence(FitEvidence* evidence) const {
-  evidence->portions.resize(portions_.size());
-  double squares = 0;
-  for (std::size_t p = 0; p < portions_.size(); ++p) {
-    evidence->portions[p].scan = portions_[p].id;
-    evidence->portions[p].point_count = sums_.portions[p].points;
-    evidence->portions[p].residual_median_mm = sums_.portions[p].residual_median_mm;
-    evidence->point_count += sums_.portions[p].points;
-  }
-  std::map<PatchKey, std::vector<std::size_t>> places;
-  struct RegionSum {
-    std::int64_t points = 0;
-    double weight = 0, pull = 0, used = 0, patches = 0;
-  };
-  std::map<PatchKey, RegionSum> regions;
-  const int times = std::max(1, static_cast<int>(radius_mm_ / kRegionsAcross / patch_options_.patch_mm));
-  for (std::size_t k = 0; k < sums_.patches.size(); ++k) {
-    const Patch& patch = sums_.patches[k];
-    places[patch.key].push_back(k);
-    RegionSum& region = regions[CoarserKey(patch.key, times)];
-    region.points += patch.count;
-    region.weight += patch.weight;
-    region.pull += patch.weight * patches_.offsets_mm[k];
-    region.used += patches_.weights[k];
-    region.patches += 1;
-    if (patches_.weights[k] <= 0.5) continue;
-    evidence->portions[patch.portion].points_used += patch.used;
-    evidence->points_used += patch.used;
-    squares += patch.used_squares;
-  }
-  if (evidence->points_used > 0)
-    evidence->residual_rms_mm = std::sqrt(squares / static_cast<double>(evidence->points_used));
-  evidence->overlap = static_cast<double>(evidence->points_used) /
-                      static_cast<double>(std::max<std::int64_t>(1, evidence->point_count));
-  for (const auto& [key, region] : regions)
-    evidence->regions.push_back({surface_.centroid_mm() + PatchCentre(key, patch_options_.patch_mm, times),
-                                 region.points, region.pull / region.weight, region.used / region.patches});
-  const double area = surface_.area_mm2();
-  const auto scan_weight = [&](std::uint32_t portion) {
-    return options_.scan_weights.empty() ? 1 : options_.scan_weights[portion];
-  };
-  std::map<std::pair<std::uint32_t, std::uint32_t>, PortionAgreement> pairs;
-  for (const auto& [key, here] : places) {
-    for (std::size_t i = 0; i < here.size(); ++i)
-      for (std::size_t j = i + 1; j < here.size(); ++j) {
-        const Patch &one = sums_.patches[here[i]], &other = sums_.patches[here[j]];
-        PortionAgreement& pair = pairs[{one.portion, other.portion}];
-        const double difference = patches_.offsets_mm[here[i]] - patches_.offsets_mm[here[j]];
-        // A place counts by how well both saw it: the variance that noise leaves there, in that of a point.
-        const double variance = scan_weight(one.portion) / one.weight + scan_weight(other.portion) / other.weight;
-        ++pair.patch_count;
-        pair.difference_rms_mm += difference * difference / variance;
-        pair.expected_rms_mm += 1 / variance;
-      }
-  }
-  for (auto& [key, pair] : pairs) {
-    pair.scan = portions_[key.first].id;
-    pair.other = portions_[key.second].id;
-    pair.difference_rms_mm = std::sqrt(pair.difference_rms_mm / pair.expected_rms_mm);
-    pair.expected_rms_mm =
-        patches_.noise_sigma_mm * std::sqrt(static_cast<double>(pair.patch_count) / pair.expected_rms_mm);
-    evidence->agreements.push_back(pair);
-  }
-  // A plane through a cubic cell has the cell's face as its projection along the side's axis; the slant is at most sqrt 3.
-  evidence->surface_part =
-      std::min(1.0, static_cast<double>(places.size()) * patch_options_.patch_mm * patch_options_.patch_mm / area);
+  return {pose_, pose_ * surface_.centroid_mm(), to_zero * patches_.covariance * to_zero.transpose(),
+          to_zero * (inverse * moved), calibration_};
 }
 
 absl::StatusOr<PoseFit> BestFit::Report(bool converged, double width_mm) {
   PoseFit fit;
-  fit.zero_from_part = pose_;
   FitEvidence& evidence = fit.evidence;
-  SumEvidence(&evidence);
+  DescribePatches(surface_, portions_, sums_, patches_, patch_options_.patch_mm, options_, &evidence);
+  evidence.stopped_at = pose_;
   evidence.iteration_count = iteration_count_;
   evidence.residual_sigma_mm = sums_.residual_sigma_mm;
   evidence.noise_sigma_mm = patches_.noise_sigma_mm;
@@ -440,10 +329,9 @@ absl::StatusOr<PoseFit> BestFit::Report(bool converged, double width_mm) {
   evidence.information_kept = patches_.information_kept;
   evidence.last_step_mm = last_step_mm_;
   const auto& free = patch_options_.free;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(free.transpose() * patches_.normal * free);
-  const double low = eigen.eigenvalues()[0], high = eigen.eigenvalues()[free.cols() - 1];
-  evidence.condition_number = low > high * 1e-24 ? std::min(1e12, std::sqrt(high / low)) : 1e12;
-  const Vector6d weakest = free * eigen.eigenvectors().col(0);
+  const EigenSystem eigen = EigenSystemOf(Restricted(patches_.normal, free));
+  evidence.condition_number = ConditionNumberOf(eigen.values);
+  const Vector6d weakest = free * eigen.vectors.col(0);
   evidence.weakest_direction << pose_.linear() * weakest.head<3>(), pose_.linear() * weakest.tail<3>();
   evidence.weakest_standard_uncertainty_mm = std::sqrt(std::max(0.0, weakest.dot(patches_.covariance * weakest)));
 
@@ -466,50 +354,21 @@ absl::StatusOr<PoseFit> BestFit::Report(bool converged, double width_mm) {
     evidence.remark = FreeDirections(turned * patches_.normal * turned.transpose(), options_.condition_limit);
     return fit;
   }
-  Propagate(width_mm, &fit);
-  fit.outcome = converged ? Outcome::kConverged : Outcome::kNotConverged;
-  evidence.remark = converged ? StandingOff(evidence)
-                              : "the pose still moves after " + std::to_string(iteration_count_) + " iterations";
-  if (converged && evidence.information_kept < kLeastInformation)
-    evidence.remark += (evidence.remark.empty() ? "" : "; ") + std::string("the loss threw out ") +
-                       Percent(1 - evidence.information_kept) +
-                       " of what the points say along the weakest direction: its uncertainty is that of the rest";
+  if (!converged) {
+    evidence.remark = "the pose still moves after " + std::to_string(iteration_count_) + " iterations";
+    return fit;
+  }
+  fit.outcome = Outcome::kConverged;
+  fit.placed = Placed(width_mm);
+  evidence.remark = StandingOff(evidence);
+  if (evidence.information_kept < kLeastInformation)
+    AddRemark("the loss threw out " + Percent(1 - evidence.information_kept) +
+                  " of what the points say along the weakest direction: its uncertainty is that of the rest",
+              &evidence);
   return fit;
 }
 
 }  // namespace
-
-bool InRegions(const FitOptions& options, const Vector3d& part_mm, double margin_mm) {
-  const auto holds = [&](const Region& region) { return region.Holds(part_mm, margin_mm); };
-  if (!options.regions_in.empty() && std::none_of(options.regions_in.begin(), options.regions_in.end(), holds))
-    return false;
-  return std::none_of(options.regions_out.begin(), options.regions_out.end(), holds);
-}
-
-absl::Status CheckInputs(const std::vector<ScanPortion>& portions, const Isometry3d& zero_from_part,
-                         const FitOptions& options) {
-  std::size_t count = 0;
-  for (const ScanPortion& portion : portions) {
-    count += portion.sensor.size();
-    if (portion.out_of_reach_count > 0)
-      return absl::InvalidArgumentError("scans[" + portion.id + "]: " + std::to_string(portion.out_of_reach_count) +
-                                        " points metres away from the others, want all within 2 m");
-  }
-  const auto free_count = static_cast<std::size_t>(std::count(options.free.begin(), options.free.end(), true));
-  if (free_count == 0) return absl::InvalidArgumentError("degrees_of_freedom: none free, want at least one");
-  if (count < free_count)
-    return absl::InvalidArgumentError("scans: " + std::to_string(count) + " points, want at least " +
-                                      std::to_string(free_count));
-  if (!zero_from_part.matrix().allFinite())
-    return absl::InvalidArgumentError("zero_from_part_nominal: not finite, want a rigid transform");
-  if (!options.scan_weights.empty() && options.scan_weights.size() != portions.size())
-    return absl::InvalidArgumentError("scan_weights: " + std::to_string(options.scan_weights.size()) +
-                                      ", want one for each of " + std::to_string(portions.size()) + " scans");
-  for (const double weight : options.scan_weights)
-    if (!(weight > 0) || !std::isfinite(weight))
-      return absl::InvalidArgumentError("scan_weights: " + std::to_string(weight) + ", want positive numbers");
-  return absl::OkStatus();
-}
 
 absl::StatusOr<PoseFit> FitToSurface(const Surface& surface, const std::vector<ScanPortion>& portions,
                                      const Isometry3d& zero_from_part_nominal, const MachineCalibration& calibration,

@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "metrology/registration/registration.h"
+#include "metrology/registration/fit_options.h"
+#include "metrology/surface/surface.h"
 
 namespace sixpoint::metrology {
 

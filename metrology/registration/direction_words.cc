@@ -1,9 +1,10 @@
 #include "metrology/registration/direction_words.h"
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <cstdio>
 
+#include "metrology/linear_algebra/pose_directions.h"
+#include "metrology/linear_algebra/singular_values.h"
 #include "metrology/registration/patch_sums.h"
 
 namespace sixpoint::metrology {
@@ -47,8 +48,7 @@ Eigen::MatrixXd AlongAxes(Eigen::MatrixXd space) {
     basis.conservativeResize(Eigen::NoChange, basis.cols() + 1);
     basis.rightCols(1) = nearest;
     const Eigen::MatrixXd rest = space - nearest * (nearest.transpose() * space);
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(rest, Eigen::ComputeThinU);
-    space = Eigen::MatrixXd(svd.matrixU().leftCols(space.cols() - 1));
+    space = Eigen::MatrixXd(LeftSingularVectors(rest).leftCols(space.cols() - 1));
   }
   return basis;
 }
@@ -70,17 +70,17 @@ absl::StatusOr<std::string> FreeDirectionsInWords(const Surface& surface, const 
   if (!sums.ok()) return sums.status();
   Matrix6d normal = Matrix6d::Zero();
   for (const Patch& patch : sums->patches) normal += patch.Matrix();
-  Eigen::MatrixXd movable(6, 0);
+  PoseDirections movable(6, 0);
   for (int k = 0; k < 6; ++k)
     if (options.free[static_cast<std::size_t>(k)]) {
       movable.conservativeResize(Eigen::NoChange, movable.cols() + 1);
       movable.rightCols(1) = Vector6d::Unit(k);
     }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(movable.transpose() * normal * movable);
-  const double held = eigen.eigenvalues()[movable.cols() - 1] / (options.condition_limit * options.condition_limit);
+  const EigenSystem eigen = EigenSystemOf(Restricted(normal, movable));
+  const double held = eigen.values[movable.cols() - 1] / (options.condition_limit * options.condition_limit);
   Eigen::Index count = 0;
-  while (count < movable.cols() && eigen.eigenvalues()[count] <= held) ++count;
-  const Eigen::MatrixXd basis = AlongAxes(movable * eigen.eigenvectors().leftCols(count));
+  while (count < movable.cols() && eigen.values[count] <= held) ++count;
+  const Eigen::MatrixXd basis = AlongAxes(movable * eigen.vectors.leftCols(count));
   std::string listed;
   for (Eigen::Index k = basis.cols(); k-- > 0;) listed = Words(basis.col(k)) + (listed.empty() ? "" : ", ") + listed;
   return listed;

@@ -5,7 +5,8 @@
 
 #include <string>
 
-#include "metrology/registration/registration.h"
+#include "metrology/registration/fit_options.h"
+#include "metrology/surface/surface.h"
 
 namespace sixpoint::metrology {
 

@@ -21,12 +21,13 @@ Points PlacesOf(const Surface& surface, const FitOptions& options) {
 absl::StatusOr<Disagreement> DisagreementOf(const Surface& surface, const PoseFit& fit, const PoseFit& other,
                                             const MachineCalibration& calibration, const Matrix6d& more_covariance,
                                             const FitOptions& options) {
-  if (fit.outcome != Outcome::kConverged || other.outcome != Outcome::kConverged)
+  if (!fit.placed || !other.placed)
     return absl::InvalidArgumentError("disagreement: a pose that has not converged, want two that have");
+  const PlacedPose &placed = *fit.placed, &beside = *other.placed;
   Disagreement found;
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& place : PlacesOf(surface, options)) {
-    const Eigen::Vector3d moved = fit.zero_from_part * place - other.zero_from_part * place;
+    const Eigen::Vector3d moved = placed.zero_from_part * place - beside.zero_from_part * place;
     if (moved.norm() > found.greatest_mm) {
       found.greatest_mm = moved.norm();
       found.point_mm = place;
@@ -35,11 +36,12 @@ absl::StatusOr<Disagreement> DisagreementOf(const Surface& surface, const PoseFi
   }
   if (found.greatest_mm == 0) return found;
   // Both covariances turn about the part's centroid at zero, micrometres apart.
-  const auto sensitivity = fit.calibration_sensitivity - other.calibration_sensitivity;
-  const Matrix6d covariance = fit.noise_covariance.values + other.noise_covariance.values + more_covariance +
+  const auto sensitivity = placed.calibration_sensitivity - beside.calibration_sensitivity;
+  const Matrix6d covariance = placed.noise_covariance.values + beside.noise_covariance.values + more_covariance +
                               sensitivity * CovarianceOf(calibration) * sensitivity.transpose();
-  const Vector6d along = PointJacobian(fit.zero_from_part * found.point_mm, fit.covariance.reference_mm).transpose() *
-                         displacement / found.greatest_mm;
+  const Vector6d along =
+      PointJacobian(placed.zero_from_part * found.point_mm, placed.covariance.reference_mm).transpose() * displacement /
+      found.greatest_mm;
   found.standard_uncertainty_mm = std::sqrt(std::max(0.0, along.dot(covariance * along)));
   found.ratio = found.standard_uncertainty_mm > 0 ? found.greatest_mm / found.standard_uncertainty_mm
                                                   : std::numeric_limits<double>::infinity();

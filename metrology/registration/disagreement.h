@@ -8,7 +8,7 @@
 
 #include <absl/status/statusor.h>
 
-#include "metrology/registration/registration.h"
+#include "metrology/registration/best_fit.h"
 
 namespace sixpoint::metrology {
 

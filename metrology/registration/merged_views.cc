@@ -21,7 +21,7 @@ constexpr double kWidthInSigmas = 6;
 constexpr std::int64_t kLeastPoints = 5;  // of a patch whose mean counts
 constexpr double kToldApart = 1e-6;       // of the greatest eigenvalue
 constexpr int kParameters = kCalibrationParameterCount;
-using Parameters = Eigen::Matrix<double, kParameters, 1>;
+using Parameters = CalibrationVector;
 
 // What one scan says of one place.
 struct Reading {
@@ -117,11 +117,11 @@ class Merge {
 absl::StatusOr<MergeTest> TestMerge(const Surface& surface, const std::vector<ScanPortion>& portions,
                                     const PoseFit& fit, const MachineCalibration& calibration,
                                     const FitOptions& options) {
-  if (fit.outcome != Outcome::kConverged)
-    return absl::InvalidArgumentError("merge: a pose that has not converged, want one that has");
+  if (!fit.placed) return absl::InvalidArgumentError("merge: a pose that has not converged, want one that has");
   const double sigma_mm = std::max(fit.evidence.noise_sigma_mm, fit.evidence.residual_sigma_mm);
   const double width_mm = std::max(kWidthInSigmas * sigma_mm, 1e-3 * options.model_error_um);
-  auto sums = SumPatches(surface, portions, fit.zero_from_part, {width_mm, fit.evidence.patch_mm, false}, options);
+  const Eigen::Isometry3d& zero_from_part = fit.placed->zero_from_part;
+  auto sums = SumPatches(surface, portions, zero_from_part, {width_mm, fit.evidence.patch_mm, false}, options);
   if (!sums.ok()) return sums.status();
   // Of a point: pooled within the patches.
   double squares = 0, freedom = 0;
@@ -137,11 +137,11 @@ absl::StatusOr<MergeTest> TestMerge(const Surface& surface, const std::vector<Sc
   std::vector<Reading> readings;
   for (const auto& [key, patches] : places) {
     if (patches.size() < 2) continue;
-    const Vector3d zero_mm = fit.zero_from_part * (surface.centroid_mm() + PatchCentre(key, fit.evidence.patch_mm));
+    const Vector3d zero_mm = zero_from_part * (surface.centroid_mm() + PatchCentre(key, fit.evidence.patch_mm));
     readings.clear();
     for (const Patch* patch : patches) {
       const ScanPortion& portion = portions[patch->portion];
-      const Vector3d normal = fit.zero_from_part.linear() * patch->row.tail<3>().normalized();
+      const Vector3d normal = zero_from_part.linear() * patch->row.tail<3>().normalized();
       const Vector3d sensor_mm = portion.zero_from_sensor.inverse() * zero_mm;
       Reading reading;
       reading.portion = patch->portion;

@@ -4,13 +4,13 @@
 //
 // FitEvidence's agreements compare scans with noise alone, which right calibrations too are beyond: what calibrations
 // leave is of the noise's size. Here the differences are asked for the one thing that is wrong with a machine: the errors of
-// the 14 calibration parameters that would explain them, by generalised least squares over all places seen twice, against
+// the calibration parameters (kinematics/calibration_parameters.h) that would explain them, by generalised least squares over all places seen twice, against
 // what these errors may be. The shape's own deviations are the same in both scans and drop out.
 #pragma once
 
 #include <absl/status/statusor.h>
 
-#include "metrology/registration/registration.h"
+#include "metrology/registration/best_fit.h"
 
 namespace sixpoint::metrology {
 

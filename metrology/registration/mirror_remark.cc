@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <optional>
 
+#include "metrology/registration/best_fit.h"
 #include "metrology/registration/coarse_start.h"
 
 namespace sixpoint::metrology {
@@ -107,7 +108,7 @@ absl::StatusOr<std::string> MirrorRemark(const Surface& surface, const std::vect
   if (!mirrored->has_value()) return "";
   const FitEvidence& evidence = (*mirrored)->evidence;
   if (!(evidence.overlap > kClearOverlap && evidence.residual_sigma_mm < clear_spread_mm)) return "";
-  const auto own = fit_turned(scans, mirror * (*mirrored)->zero_from_part.linear(), false);
+  const auto own = fit_turned(scans, mirror * evidence.stopped_at->linear(), false);
   if (!own.ok()) return own.status();
   if (own->has_value() && (*own)->evidence.residual_sigma_mm < kAsGood * evidence.residual_sigma_mm) return "";
   char text[160];

@@ -1,10 +1,11 @@
 #include "metrology/registration/patch_fit.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
+#include "metrology/linear_algebra/pseudo_inverse.h"
+#include "metrology/linear_algebra/symmetric.h"
 #include "metrology/registration/surface_residuals.h"
 #include "metrology/statistics/ranks.h"
 
@@ -154,27 +155,21 @@ class Fitter {
     Vector6d score = Vector6d::Zero();
     for (std::size_t k = 0; k < patches_.size(); ++k)
       if (fit_.weights[k] > 0) score += Score(k);
-    const auto& free = options_.free;
-    return free * SolveHeld(free.transpose() * Normal() * free, free.transpose() * score, LeastEigenvalue()) /
-           PatchSlope();
+    return SolveHeldIn(Normal(), score, options_.free, LeastEigenvalue()) / PatchSlope();
   }
 
   // What is added to the normal matrix so that a direction which nothing holds counts as badly known, not as certain.
   Matrix6d Floor(const Matrix6d& normal) const {
-    const auto& free = options_.free;
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(free.transpose() * normal * free);
-    const double least = LeastEigenvalue() * eigen.eigenvalues()[free.cols() - 1];
-    const Eigen::VectorXd lacking = (least - eigen.eigenvalues().array()).max(0);
-    return free * (eigen.eigenvectors() * lacking.asDiagonal() * eigen.eigenvectors().transpose()) * free.transpose();
+    const EigenSystem eigen = EigenSystemOf(Restricted(normal, options_.free));
+    const double least = LeastEigenvalue() * eigen.values[eigen.values.size() - 1];
+    const Eigen::VectorXd lacking = (least - eigen.values.array()).max(0);
+    return Embedded(eigen.vectors * lacking.asDiagonal() * eigen.vectors.transpose(), options_.free);
   }
 
   // Of the change: noise and model error through the normal matrix, in the free directions.
   Matrix6d Covariance(double widening) const {
     const Matrix6d normal = Normal(), floor = Floor(normal);
-    const auto& free = options_.free;
-    const Matrix6d inverse =
-        free * (free.transpose() * (normal + floor) * free).completeOrthogonalDecomposition().pseudoInverse() *
-        free.transpose() / PatchSlope();
+    const Matrix6d inverse = InverseIn(normal + floor, options_.free) / PatchSlope();
     return inverse * (widening * ScoreCovariance() + variance_ / slope_ * floor) * inverse;
   }
 
@@ -194,15 +189,13 @@ class Fitter {
   }
 
   double InSigmas(const Vector6d& by) const {
-    const auto& free = options_.free;
-    const Vector6d whitened = free * SolveHeld(free.transpose() * covariance_ * free, free.transpose() * by);
+    const Vector6d whitened = SolveHeldIn(covariance_, by, options_.free);
     return std::sqrt(std::max(0.0, by.dot(whitened)));
   }
 
   // How much more clusters of patches scatter than patches that err independently would.
   double Widening(const Matrix6d& independent) const {
-    const Eigen::CompleteOrthogonalDecomposition<Matrix6d> solver(independent);
-    const double rank = static_cast<double>(std::max<Eigen::Index>(1, solver.rank()));
+    const double rank = static_cast<double>(std::max<Eigen::Index>(1, RankOf(independent)));
     double widening = 1;
     for (const int times : kCoarser) {
       std::map<std::pair<std::uint32_t, PatchKey>, Vector6d> clusters;
@@ -215,7 +208,7 @@ class Fitter {
       if (clusters.size() < kLeastClusters) break;
       Matrix6d scattered = Matrix6d::Zero();
       for (const auto& [key, score] : clusters) scattered += score * score.transpose();
-      const double ratio = solver.solve(scattered).trace() / rank;
+      const double ratio = ShortestSolutions(independent, scattered).trace() / rank;
       // Of independent patches the ratio scatters by this.
       const double chance = std::sqrt(2 / (rank * static_cast<double>(clusters.size())));
       if (ratio > 1 + 2.5 * chance) widening = std::max(widening, ratio);
@@ -227,9 +220,7 @@ class Fitter {
     fit_.normal = Normal();
     fit_.correlation_widening = Widening(ScoreCovariance());
     fit_.covariance = Covariance(fit_.correlation_widening);
-    const auto& free = options_.free;
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(free.transpose() * fit_.normal * free);
-    const Vector6d weakest = free * eigen.eigenvectors().col(0);
+    const Vector6d weakest = options_.free * EigenSystemOf(Restricted(fit_.normal, options_.free)).vectors.col(0);
     double kept = 0, all = 0;
     fit_.slopes.resize(patches_.size());
     for (std::size_t k = 0; k < patches_.size(); ++k) {

@@ -8,6 +8,7 @@
 
 #include <vector>
 
+#include "metrology/linear_algebra/pose_directions.h"
 #include "metrology/registration/patch_sums.h"
 
 namespace sixpoint::metrology {
@@ -26,8 +27,8 @@ struct PatchFit {
 };
 
 struct PatchFitOptions {
-  Matrix6d start_covariance = Matrix6d::Zero();                          // of the pose at which the patches were summed
-  Eigen::Matrix<double, 6, Eigen::Dynamic> free = Matrix6d::Identity();  // columns: directions that may change
+  Matrix6d start_covariance = Matrix6d::Zero();  // of the pose at which the patches were summed
+  PoseDirections free = Matrix6d::Identity();    // that may change
   double patch_mm = 0;
   double condition_limit = 2000;  // directions held less well than this do not change
 };

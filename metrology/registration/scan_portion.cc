@@ -4,13 +4,6 @@
 
 namespace sixpoint::metrology {
 
-CalibrationCovariance CovarianceOf(const MachineCalibration& calibration) {
-  CalibrationCovariance covariance = CalibrationCovariance::Zero();
-  covariance.topLeftCorner<6, 6>() = calibration.sensor.covariance;
-  covariance.bottomRightCorner<8, 8>() = calibration.axes_covariance;
-  return covariance;
-}
-
 namespace {
 
 // The mapping is affine: its values at the origin and the three unit points say all.
@@ -66,15 +59,6 @@ ScanPortion Thin(const LineScan& scan, const MachineCalibration& calibration, co
   Thinner thinner(scan, static_cast<std::int64_t>(scan.points_mm.size()), calibration, thinning);
   thinner.Add(scan.points_mm);
   return thinner.Take();
-}
-
-PointSensitivity ZeroPointSensitivity(const Eigen::Vector3d& sensor_mm, const Eigen::Vector3d& zero_mm, double a_rad,
-                                      double b_rad, const MachineCalibration& calibration) {
-  const Eigen::Matrix3d zero_from_machine = calibration.axes.MachineFromZero(a_rad, b_rad).linear().transpose();
-  PointSensitivity sensitivity;
-  sensitivity << zero_from_machine * calibration.sensor.ParameterJacobian(sensor_mm),
-      -zero_from_machine * calibration.axes.ParameterJacobian(zero_mm, a_rad, b_rad);
-  return sensitivity;
 }
 
 }  // namespace sixpoint::metrology

@@ -4,27 +4,11 @@
 #include <cstdint>
 #include <string>
 
-#include "metrology/kinematics/axis_positioning.h"
-#include "metrology/kinematics/rotary_axes.h"
 #include "metrology/registration/compact_points.h"
+#include "metrology/registration/machine_calibration.h"
 #include "metrology/scanner/line_scanner.h"
 
 namespace sixpoint::metrology {
-
-// The calibrations in force, with what is known of their errors.
-struct MachineCalibration {
-  SensorPose sensor;
-  RotaryAxes axes;
-  Matrix8d axes_covariance = Matrix8d::Zero();  // order of RotaryAxes::ParameterJacobian
-  RotaryPositioning positioning = {};           // its tables are applied to the angles of scans
-};
-
-// Sensor rotation vector (rad), T_sm (mm), then the axes' eight.
-constexpr int kCalibrationParameterCount = 14;
-using PointSensitivity = Eigen::Matrix<double, 3, kCalibrationParameterCount>;
-using CalibrationCovariance = Eigen::Matrix<double, kCalibrationParameterCount, kCalibrationParameterCount>;
-
-CalibrationCovariance CovarianceOf(const MachineCalibration& calibration);
 
 struct ScanPortion {
   std::string id;
@@ -65,9 +49,5 @@ class Thinner {
   std::int64_t stride_ = 1;
   std::int64_t finite_count_ = 0;
 };
-
-// Change of a scan point at A = B = 0 per calibration parameter.
-PointSensitivity ZeroPointSensitivity(const Eigen::Vector3d& sensor_mm, const Eigen::Vector3d& zero_mm, double a_rad,
-                                      double b_rad, const MachineCalibration& calibration);
 
 }  // namespace sixpoint::metrology

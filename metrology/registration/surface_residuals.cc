@@ -1,9 +1,9 @@
 #include "metrology/registration/surface_residuals.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "metrology/linear_algebra/symmetric.h"
 #include "metrology/parallel/loops.h"
 #include "metrology/statistics/ranks.h"
 
@@ -71,24 +71,6 @@ double SurfaceResiduals::NeighbourNoise() const {
     if (samples_[i].follows && samples_[i].usable && samples_[i - 1].usable)
       differences.push_back(std::abs(samples_[i].residual_mm - samples_[i - 1].residual_mm));
   return RobustSigmaOfMagnitudes(std::move(differences)) / std::sqrt(2.0);
-}
-
-Eigen::VectorXd SolveHeld(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right, double least) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(matrix);
-  const double floor = least * eigen.eigenvalues()[matrix.cols() - 1];
-  Eigen::VectorXd solution = Eigen::VectorXd::Zero(right.size());
-  for (Eigen::Index k = 0; k < matrix.cols(); ++k) {
-    const double value = eigen.eigenvalues()[k];
-    if (value > floor) solution += eigen.eigenvectors().col(k).dot(right) / value * eigen.eigenvectors().col(k);
-  }
-  return solution;
-}
-
-double ConditionNumber(const Matrix6d& matrix, Vector6d* weakest) {
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(matrix);
-  *weakest = eigen.eigenvectors().col(0);
-  const double low = eigen.eigenvalues()[0], high = eigen.eigenvalues()[5];
-  return low > high * 1e-24 ? std::min(1e12, std::sqrt(high / low)) : 1e12;
 }
 
 }  // namespace sixpoint::metrology

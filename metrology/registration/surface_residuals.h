@@ -5,7 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "metrology/registration/registration.h"
+#include "metrology/frames/pose.h"
+#include "metrology/surface/surface.h"
 
 namespace sixpoint::metrology {
 
@@ -83,12 +84,5 @@ class SurfaceResiduals {
   double radius_mm_;
   int thread_count_;
 };
-
-// Solves in the directions that the matrix holds, their eigenvalue above this part of the greatest; 0 in the others.
-constexpr double kRounding = 1e-13;
-Eigen::VectorXd SolveHeld(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right, double least = kRounding);
-
-// Square root of greatest over smallest eigenvalue (at most 1e12), and the eigenvector of the smallest.
-double ConditionNumber(const Matrix6d& matrix, Vector6d* weakest);
 
 }  // namespace sixpoint::metrology

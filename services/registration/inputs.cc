@@ -133,21 +133,21 @@ absl::StatusOr<Inputs> InputFetcher::Fetch(const v1::RegisterRequest& request, c
   if (IsSixPoint(request.method())) {
     auto datums = DatumsOf(inputs.part);
     if (!datums.ok()) return datums.status();
-    inputs.asked.datums = *std::move(datums);
+    inputs.task.datums = *std::move(datums);
   }
   auto options = FitOptionsOf(request.options(), inputs.part);
   if (!options.ok()) return options.status();
-  inputs.asked.options = *std::move(options);
-  inputs.asked.options.thread_count = thread_count_;
-  inputs.asked.options.keep_going = caller.keep_going;
-  inputs.asked.options.on_iteration = [&caller, scan_count = request.scans_size()](int count) {
+  inputs.task.options = *std::move(options);
+  inputs.task.options.thread_count = thread_count_;
+  inputs.task.options.keep_going = caller.keep_going;
+  inputs.task.options.on_iteration = [&caller, scan_count = request.scans_size()](int count) {
     Say(caller, v1::REGISTRATION_STEP_FITTING, scan_count, count);
   };
-  inputs.asked.allowance = AllowanceOptionsOf(request.options());
-  inputs.asked.method = request.method();
+  inputs.task.allowance = AllowanceOptionsOf(request.options());
+  inputs.task.method = MethodOf(request.method());
   const auto nominal = runtime::FromProto("part.zero_from_part_nominal", inputs.part.zero_from_part_nominal());
   if (!nominal.ok()) return nominal.status();
-  inputs.asked.zero_from_part_nominal = *nominal;
+  inputs.task.zero_from_part_nominal = *nominal;
   auto surface = plant_.GetSurface(inputs.part, caller.make_context(), caller.keep_going);
   if (!surface.ok()) return runtime::AsRefusal(surface.status());
   inputs.surface = *std::move(surface);
@@ -161,9 +161,9 @@ absl::Status InputFetcher::FetchScans(const v1::RegisterRequest& request, const 
   const auto fetch = [&](int i) { return scans_.FetchBlocks(request.scans(i), caller.make_context()); };
   metrology::Thinning thinning;
   thinning.target_count =
-      (inputs->asked.options.regions_in.empty() ? kPointBudget : kRegionPointBudget) / request.scans_size();
-  for (const metrology::DatumPoint& datum : inputs->asked.datums)
-    thinning.dense_places_mm.push_back(inputs->asked.zero_from_part_nominal * datum.point_mm);
+      (inputs->task.options.regions_in.empty() ? kPointBudget : kRegionPointBudget) / request.scans_size();
+  for (const metrology::DatumPoint& datum : inputs->task.datums)
+    thinning.dense_places_mm.push_back(inputs->task.zero_from_part_nominal * datum.point_mm);
   ingest::v1::Scan first;
   std::int64_t point_count = 0;
   std::future<absl::StatusOr<clients::StoredBlocks>> next = std::async(std::launch::async, fetch, 0);

@@ -11,11 +11,10 @@
 #include <vector>
 
 #include "metrology/registration/allowance.h"
-#include "metrology/registration/registration.h"
+#include "metrology/registration/register.h"
 #include "services/clients/calibrations.h"
 #include "services/clients/parts.h"
 #include "services/clients/scans.h"
-#include "services/registration/fitting.h"
 #include "services/runtime/call.h"
 #include "services/runtime/compute_pool.h"
 #include "sixpoint/plant/v1/plant.pb.h"
@@ -39,7 +38,7 @@ struct Inputs {
   plant::v1::Part part;
   plant::v1::Machine machine;
   std::shared_ptr<const metrology::Surface> surface;
-  Asked asked;
+  metrology::RegistrationTask task;
   metrology::MachineCalibration calibration;
   std::string sensor_calibration, rotation_calibration;
   std::array<std::string, 2> letters;            // the machine's, of a and b

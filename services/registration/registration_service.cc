@@ -1,12 +1,13 @@
 #include "services/registration/registration_service.h"
 
+#include <chrono>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "metrology/registration/register.h"
 #include "services/registration/batch.h"
 #include "services/registration/messages.h"
-#include "services/registration/register.h"
 #include "services/registration/rows.h"
 #include "services/registration/validate.h"
 #include "services/runtime/call.h"
@@ -47,9 +48,12 @@ absl::StatusOr<runtime::Made<storage::RegistrationRow>> RegistrationService::Mak
   const auto make = [&]() -> absl::StatusOr<runtime::Made<storage::RegistrationRow>> {
     const absl::StatusOr<Inputs> inputs = inputs_.Fetch(request, caller);
     if (!inputs.ok()) return inputs.status();
-    const absl::StatusOr<Registered> registered = RegisterBlade(*inputs);
-    if (!registered.ok()) return registered.status();
-    return RecordOf(request, *inputs, *registered);
+    const auto started = std::chrono::steady_clock::now();
+    auto registered = metrology::Register({*inputs->surface, inputs->portions, inputs->calibration}, inputs->task);
+    if (!registered.ok()) return runtime::AsRefusal(registered.status());
+    metrology::AddRemark(inputs->remark, &registered->fit.evidence);
+    const std::chrono::duration<double> computed = std::chrono::steady_clock::now() - started;
+    return RecordOf(request, *inputs, *registered, computed.count());
   };
   auto made = make();
   // A kernel that is told to stop does not know why.

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "metrology/registration/direction_words.h"
 #include "services/registration/validate.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
@@ -56,7 +55,7 @@ absl::StatusOr<std::string> JsonOf(const google::protobuf::Message& message) {
 }
 
 // What has no column: a registration without it, from before it was kept, has a detail without fields.
-v1::Evidence DetailOf(const metrology::PoseFit& fit, const std::optional<metrology::AllowanceFit>& allowance,
+v1::Evidence DetailOf(const metrology::PoseFit& fit, const std::optional<metrology::AllowanceFinding>& allowance,
                       const std::optional<metrology::Disagreement>& disagreement) {
   const metrology::FitEvidence& evidence = fit.evidence;
   v1::Evidence detail;
@@ -92,16 +91,16 @@ v1::Evidence DetailOf(const metrology::PoseFit& fit, const std::optional<metrolo
 
 // Pose, covariances, evidence and what was asked.
 absl::StatusOr<storage::RegistrationRow> FitRowOf(const metrology::PoseFit& fit, const v1::FitOptions& options,
-                                                  const std::optional<metrology::AllowanceFit>& allowance,
+                                                  const std::optional<metrology::AllowanceFinding>& allowance,
                                                   const std::optional<metrology::Disagreement>& disagreement) {
   storage::RegistrationRow row;
   row.outcome = OutcomeText(fit.outcome);
-  if (fit.outcome == metrology::Outcome::kConverged) {
-    row.zero_from_part = RowMajor(fit.zero_from_part.matrix().topRows<3>());
-    row.reference_mm = RowMajor(fit.covariance.reference_mm);
-    row.covariance = RowMajor(fit.covariance.values);
-    row.noise_covariance = RowMajor(fit.noise_covariance.values);
-    row.calibration_sensitivity = RowMajor(fit.calibration_sensitivity);
+  if (fit.placed) {
+    row.zero_from_part = RowMajor(fit.placed->zero_from_part.matrix().topRows<3>());
+    row.reference_mm = RowMajor(fit.placed->covariance.reference_mm);
+    row.covariance = RowMajor(fit.placed->covariance.values);
+    row.noise_covariance = RowMajor(fit.placed->noise_covariance.values);
+    row.calibration_sensitivity = RowMajor(fit.placed->calibration_sensitivity);
   }
   const metrology::FitEvidence& evidence = fit.evidence;
   row.point_count = evidence.point_count;
@@ -120,7 +119,7 @@ absl::StatusOr<storage::RegistrationRow> FitRowOf(const metrology::PoseFit& fit,
     if (datum.point_count > 0)
       row.datums.push_back(
           {datum.name, kUmPerMm * datum.distance_mm, kUmPerMm * datum.standard_uncertainty_mm, datum.point_count});
-  row.weakest_direction_in_words = metrology::DirectionInWords(evidence.weakest_direction, fit.zero_from_part);
+  row.weakest_direction_in_words = evidence.weakest_direction_in_words;
   for (const metrology::PortionAgreement& agreement : evidence.agreements)
     row.agreements.push_back({agreement.scan, agreement.other, agreement.patch_count,
                               Figure(kUmPerMm * agreement.difference_rms_mm),
@@ -195,7 +194,9 @@ storage::RecordEntry EntryOf(const v1::RegisterRequest& request, const storage::
 }  // namespace
 
 absl::StatusOr<runtime::Made<storage::RegistrationRow>> RecordOf(const v1::RegisterRequest& request,
-                                                                 const Inputs& inputs, const Registered& registered) {
+                                                                 const Inputs& inputs,
+                                                                 const metrology::Registered& registered,
+                                                                 double seconds) {
   absl::StatusOr<storage::RegistrationRow> described =
       FitRowOf(registered.fit, FilledIn(request), registered.allowance, registered.disagreement);
   if (!described.ok()) return described.status();
@@ -213,9 +214,9 @@ absl::StatusOr<runtime::Made<storage::RegistrationRow>> RecordOf(const v1::Regis
   for (const metrology::AngleInfluence& angle : registered.angles) {
     const std::size_t i = angle.axis == metrology::AngleInfluence::Axis::kA ? 0 : 1;
     row.angles.push_back(AngleRowOf(angle, inputs.letters[i], runtime::LastSegment(inputs.characterisations[i]),
-                                    registered.fit.outcome == metrology::Outcome::kConverged));
+                                    registered.fit.placed.has_value()));
   }
-  row.compute_seconds = registered.seconds;
+  row.compute_seconds = seconds;
   row.requested_by = request.requested_by();
   row.software_version = runtime::SoftwareVersion();
   storage::RecordEntry entry = EntryOf(request, row);

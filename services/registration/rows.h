@@ -5,16 +5,18 @@
 
 #include <string>
 
+#include "metrology/registration/register.h"
 #include "services/registration/inputs.h"
-#include "services/registration/register.h"
 #include "services/runtime/recorded_call.h"
 #include "sixpoint/registration/v1/registration.pb.h"
 #include "storage/registrations.h"
 
 namespace sixpoint::registration {
 
-// With a new id. The journal names all that it rests on: machine and part with their revisions, blade, calibrations, scans.
+// With a new id. seconds: of computing. The journal names all that it rests on: machine and part with their revisions, blade, calibrations, scans.
 absl::StatusOr<runtime::Made<storage::RegistrationRow>> RecordOf(const v1::RegisterRequest& request,
-                                                                 const Inputs& inputs, const Registered& registered);
+                                                                 const Inputs& inputs,
+                                                                 const metrology::Registered& registered,
+                                                                 double seconds);
 
 }  // namespace sixpoint::registration

@@ -143,7 +143,22 @@ std::string MethodText(v1::Method method) {
   }
 }
 
-bool IsSixPoint(v1::Method method) { return method == v1::METHOD_SIX_POINT || method == v1::METHOD_SIX_POINT_NORMALS; }
+bool IsSixPoint(v1::Method method) { return metrology::IsSixPoint(MethodOf(method)); }
+
+metrology::Method MethodOf(v1::Method method) {
+  switch (method) {
+    case v1::METHOD_LOCAL:
+      return metrology::Method::kLocal;
+    case v1::METHOD_SIX_POINT:
+      return metrology::Method::kSixPointPairs;
+    case v1::METHOD_SIX_POINT_NORMALS:
+      return metrology::Method::kSixPointNormals;
+    case v1::METHOD_ALLOWANCE:
+      return metrology::Method::kAllowance;
+    default:
+      return metrology::Method::kBestFit;
+  }
+}
 
 absl::Status CheckRequest(const v1::RegisterRequest& request) {
   if (const auto blade = runtime::IdOf("blade", "blades", request.blade()); !blade.ok()) return blade.status();

@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "metrology/registration/register.h"
 #include "sixpoint/ingest/v1/ingest.pb.h"
 #include "sixpoint/registration/v1/registration.pb.h"
 
@@ -13,6 +14,8 @@ namespace sixpoint::registration {
 // "BEST_FIT", "LOCAL", ...; empty for what is no method.
 std::string MethodText(v1::Method method);
 bool IsSixPoint(v1::Method method);
+// The kernel's, of a method that has a text.
+metrology::Method MethodOf(v1::Method method);
 
 // Names, counts, method and options.
 absl::Status CheckRequest(const v1::RegisterRequest& request);

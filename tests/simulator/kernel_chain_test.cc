@@ -3,7 +3,7 @@
 
 #include "metrology/calibration/rotation_calibration.h"
 #include "metrology/calibration/sensor_calibration.h"
-#include "metrology/registration/registration.h"
+#include "metrology/registration/six_point.h"
 #include "metrology/surface/stl.h"
 #include "simulator/machine.h"
 
@@ -107,7 +107,7 @@ TEST_P(KernelChain, FindsTheMachineAndTheBlade) {
   for (const metrology::PoseFit& fit : {*best_fit, *six_point}) {
     for (const auto& group : part.hole_groups) {
       for (const auto& hole : group.holes)
-        EXPECT_LT((fit.zero_from_part * hole.start_mm - zero_from_part * hole.start_mm).norm(), 5e-3)
+        EXPECT_LT((fit.placed.value().zero_from_part * hole.start_mm - zero_from_part * hole.start_mm).norm(), 5e-3)
             << group.name << hole.name;
     }
   }

@@ -56,11 +56,11 @@ AllowanceFit Fit(const Points& points, const AllowanceOptions& allowance,
 TEST(Allowance, IsTheLeastSquaresPoseWhereThatLeavesEnough) {
   const AllowanceFit fit = Fit(Blank({10.4, 10.8, 5.5, 5.3, 3.4, 3.6}, 0, 1), {});
   EXPECT_EQ(fit.fit.outcome, Outcome::kConverged) << fit.fit.evidence.remark;
-  EXPECT_NEAR(fit.fit.zero_from_part.translation().x(), 0.2, 5e-3);
-  EXPECT_NEAR(fit.fit.zero_from_part.translation().y(), -0.1, 5e-3);
-  EXPECT_NEAR(fit.fit.zero_from_part.translation().z(), 0.1, 5e-3);
-  EXPECT_TRUE(fit.holding.empty());
-  EXPECT_EQ(fit.lacking_mm, 0);
+  EXPECT_NEAR(Placed(fit.fit).zero_from_part.translation().x(), 0.2, 5e-3);
+  EXPECT_NEAR(Placed(fit.fit).zero_from_part.translation().y(), -0.1, 5e-3);
+  EXPECT_NEAR(Placed(fit.fit).zero_from_part.translation().z(), 0.1, 5e-3);
+  EXPECT_TRUE(fit.stock.holding.empty());
+  EXPECT_EQ(fit.stock.lacking_mm, 0);
 }
 
 // A pit of 0.3 mm in the high x face, 0.2 mm under the design where least squares would put it: the part has to go low x by
@@ -73,15 +73,15 @@ TEST(Allowance, GivesWayToAPitByJustEnough) {
   allowance.least_stock_mm = 0.02;
   const AllowanceFit fit = Fit(points, allowance);
   EXPECT_EQ(fit.fit.outcome, Outcome::kConverged) << fit.fit.evidence.remark;
-  EXPECT_NEAR(fit.least_stock_mm, 0.02, 1e-4);
-  ASSERT_FALSE(fit.holding.empty());
-  for (const AllowancePatch& patch : fit.holding) {
+  EXPECT_NEAR(fit.stock.least_stock_mm, 0.02, 1e-4);
+  ASSERT_FALSE(fit.stock.holding.empty());
+  for (const AllowancePatch& patch : fit.stock.holding) {
     EXPECT_NEAR(patch.stock_mm, 0.02, 1e-4);
     EXPECT_GT(patch.normal.x(), 0.99);
     EXPECT_LT(std::abs(patch.point_mm.y()), 2.6);
   }
   // The pit's 9.95 mm less 0.02; the middle of the pit need not tilt the part.
-  EXPECT_NEAR((fit.fit.zero_from_part * Vector3d(10, 0, 0)).x(), 9.93, 5e-3);
+  EXPECT_NEAR((Placed(fit.fit).zero_from_part * Vector3d(10, 0, 0)).x(), 9.93, 5e-3);
 }
 
 // Pits opposite each other in the large faces, so that there are some hundredths of a millimetre for the pose, or
@@ -106,7 +106,7 @@ TEST(Allowance, ComesToRestWhereItHasLittleRoom) {
     allowance.least_stock_mm = stock_mm;
     const AllowanceFit fit = Fit(points, allowance, Perturbed(Isometry3d::Identity(), off, Vector3d::Zero()));
     EXPECT_EQ(fit.fit.outcome, Outcome::kConverged) << seed << ": " << fit.fit.evidence.remark;
-    EXPECT_GE(fit.least_stock_mm, stock_mm - 1e-4) << seed;
+    EXPECT_GE(fit.stock.least_stock_mm, stock_mm - 1e-4) << seed;
     EXPECT_LE(fit.fit.evidence.iteration_count, 15) << seed;
   }
 }
@@ -115,12 +115,13 @@ TEST(Allowance, ComesToRestWhereItHasLittleRoom) {
 TEST(Allowance, ProvesThatThereIsNoPose) {
   const AllowanceFit fit = Fit(Blank({10.3, 10.3, 5.3, 5.3, 2.98, 2.92}, 0, 3), {});
   EXPECT_EQ(fit.fit.outcome, Outcome::kInfeasible);
-  EXPECT_NEAR(fit.lacking_mm, 0.05, 1e-3);
-  EXPECT_NEAR(fit.fit.zero_from_part.translation().z(), -0.03, 2e-3);
+  EXPECT_NEAR(fit.stock.lacking_mm, 0.05, 1e-3);
+  EXPECT_FALSE(fit.fit.placed.has_value());
+  EXPECT_NEAR(fit.fit.evidence.stopped_at->translation().z(), -0.03, 2e-3);
   // Faces that pull against each other: their forces balance.
   Vector3d force = Vector3d::Zero();
   double sum = 0;
-  for (const AllowancePatch& patch : fit.holding) {
+  for (const AllowancePatch& patch : fit.stock.holding) {
     EXPECT_GT(std::abs(patch.normal.z()), 0.99);
     force += patch.share * patch.normal;
     sum += patch.share;
@@ -136,7 +137,7 @@ TEST(Allowance, UsesTheLowerTolerance) {
   allowance.least_stock_mm = -0.06;
   const AllowanceFit fit = Fit(Blank({10.3, 10.3, 5.3, 5.3, 2.98, 2.92}, 0, 4), allowance);
   EXPECT_EQ(fit.fit.outcome, Outcome::kConverged) << fit.fit.evidence.remark;
-  EXPECT_GE(fit.least_stock_mm, -0.0601);
+  EXPECT_GE(fit.stock.least_stock_mm, -0.0601);
 }
 
 TEST(Allowance, ComesFromAPoseThatIsOff) {
@@ -145,16 +146,16 @@ TEST(Allowance, ComesFromAPoseThatIsOff) {
   const AllowanceFit fit =
       Fit(Blank({10.4, 10.8, 5.5, 5.3, 3.4, 3.6}, 0, 5), {}, Perturbed(Isometry3d::Identity(), off, Vector3d::Zero()));
   EXPECT_EQ(fit.fit.outcome, Outcome::kConverged) << fit.fit.evidence.remark;
-  EXPECT_LT((fit.fit.zero_from_part.translation() - Vector3d(0.2, -0.1, 0.1)).norm(), 2e-3);
+  EXPECT_LT((Placed(fit.fit).zero_from_part.translation() - Vector3d(0.2, -0.1, 0.1)).norm(), 2e-3);
 }
 
 TEST(Allowance, KeepsWhatMayNotMove) {
   FitOptions options;
   options.free = {false, false, false, true, false, false};
   const AllowanceFit fit = Fit(Blank({10.4, 10.8, 5.5, 5.3, 3.4, 3.6}, 0, 6), {}, Isometry3d::Identity(), options);
-  EXPECT_NEAR(fit.fit.zero_from_part.translation().x(), 0.2, 1e-3);
-  EXPECT_EQ(fit.fit.zero_from_part.translation().z(), 0);
-  EXPECT_LT((fit.fit.zero_from_part.linear() - Eigen::Matrix3d::Identity()).norm(), 1e-12);
+  EXPECT_NEAR(Placed(fit.fit).zero_from_part.translation().x(), 0.2, 1e-3);
+  EXPECT_EQ(Placed(fit.fit).zero_from_part.translation().z(), 0);
+  EXPECT_LT((Placed(fit.fit).zero_from_part.linear() - Eigen::Matrix3d::Identity()).norm(), 1e-12);
 }
 
 // Squared pose error over the stated covariance, held by a face and free in the rest: 6 on average over the draws; the mean
@@ -167,11 +168,11 @@ TEST(Allowance, StatedCovarianceIsWhatNoiseDoes) {
   for (int draw = 0; draw < kDraws; ++draw) {
     const AllowanceFit exact = Fit(Blank({10.4, 10.8, 5.5, 5.3, 3.4, 3.6}, 0, 100 + draw), allowance);
     const AllowanceFit fit = Fit(Blank({10.4, 10.8, 5.5, 5.3, 3.4, 3.6}, 2e-3, 100 + draw), allowance);
-    const Isometry3d off = fit.fit.zero_from_part * exact.fit.zero_from_part.inverse();
-    const Vector3d reference = fit.fit.noise_covariance.reference_mm;
+    const Isometry3d off = Placed(fit.fit).zero_from_part * Placed(exact.fit).zero_from_part.inverse();
+    const Vector3d reference = Placed(fit.fit).noise_covariance.reference_mm;
     Vector6d error;
     error << VectorFromRotation(off.linear()), off * reference - reference;
-    sum += error.dot(fit.fit.noise_covariance.values.ldlt().solve(error));
+    sum += error.dot(Placed(fit.fit).noise_covariance.values.ldlt().solve(error));
   }
   EXPECT_NEAR(sum / kDraws, 6, 1.7);
 }

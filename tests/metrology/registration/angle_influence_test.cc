@@ -116,14 +116,15 @@ Registered Register(const std::vector<LineScan>& scans, const MachineCalibration
   EXPECT_TRUE(angles.ok()) << angles.status();
   if (!angles.ok()) return registered;
   registered.angles = *std::move(angles);
-  registered.fit.covariance.values += PoseCovarianceOf(registered.angles);
+  registered.fit.placed->covariance.values += PoseCovarianceOf(registered.angles);
   return registered;
 }
 
 Vector6d ErrorOf(const PoseFit& fit) {
-  const Eigen::Isometry3d change = fit.zero_from_part * BladePose().inverse(Eigen::Isometry);
+  const Eigen::Isometry3d change = Placed(fit).zero_from_part * BladePose().inverse(Eigen::Isometry);
   Vector6d error;
-  error << VectorFromRotation(change.linear()), change * fit.covariance.reference_mm - fit.covariance.reference_mm;
+  error << VectorFromRotation(change.linear()),
+      change * Placed(fit).covariance.reference_mm - Placed(fit).covariance.reference_mm;
   return error;
 }
 
@@ -132,11 +133,12 @@ double Whitened(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance)
 }
 
 RegisteredPose PoseOf(const Registered& registered, const MachineCalibration& machine) {
+  const PlacedPose& placed = Placed(registered.fit);
   RegisteredPose pose;
-  pose.zero_from_part = registered.fit.zero_from_part;
-  pose.noise = registered.fit.noise_covariance;
-  pose.calibration_sensitivity = registered.fit.calibration_sensitivity;
-  pose.sensitivity_reference_mm = registered.fit.covariance.reference_mm;
+  pose.zero_from_part = placed.zero_from_part;
+  pose.noise = placed.noise_covariance;
+  pose.calibration_sensitivity = placed.calibration_sensitivity;
+  pose.sensitivity_reference_mm = placed.covariance.reference_mm;
   pose.positioning = machine.positioning;
   pose.angles = registered.angles;
   return pose;
@@ -166,12 +168,13 @@ TEST(AxisTables, TakeTheAnglesErrorOutOfPosesAndHolesAndSayWhatIsLeft) {
     const Registered with = Register(run.scans, run.machine), without = Register(run.scans, plain);
     ASSERT_EQ(with.angles.size(), 6u);  // one A, five B
     ASSERT_TRUE(without.angles.empty());
-    pose_nees += Whitened(ErrorOf(with.fit), with.fit.covariance.values) / kRuns;
-    plain_nees += Whitened(ErrorOf(without.fit), without.fit.covariance.values) / kRuns;
+    pose_nees += Whitened(ErrorOf(with.fit), Placed(with.fit).covariance.values) / kRuns;
+    plain_nees += Whitened(ErrorOf(without.fit), Placed(without.fit).covariance.values) / kRuns;
     square_um2 +=
-        std::pow(1e3 * GreatestDisplacement(*BladeSurface(), with.fit.zero_from_part, BladePose()), 2) / kRuns;
+        std::pow(1e3 * GreatestDisplacement(*BladeSurface(), Placed(with.fit).zero_from_part, BladePose()), 2) / kRuns;
     plain_square_um2 +=
-        std::pow(1e3 * GreatestDisplacement(*BladeSurface(), without.fit.zero_from_part, BladePose()), 2) / kRuns;
+        std::pow(1e3 * GreatestDisplacement(*BladeSurface(), Placed(without.fit).zero_from_part, BladePose()), 2) /
+        kRuns;
 
     const Travel a_travel = normal(random) > 0 ? Travel::kForward : Travel::kBackward;
     const Travel b_travel = normal(random) > 0 ? Travel::kForward : Travel::kBackward;
@@ -223,7 +226,7 @@ TEST(AngleInfluence, IsTheDerivativeOfThePose) {
   for (const AngleInfluence& angle : registered.angles)
     if (angle.axis == AngleInfluence::Axis::kB) together += angle.pose_per_rad;
   const AxisLine& b = run.machine.axes.b;
-  const Eigen::Vector3d reference = registered.fit.covariance.reference_mm;
+  const Eigen::Vector3d reference = Placed(registered.fit).covariance.reference_mm;
   // To where a fit of the same points, moved as one body, comes to rest.
   EXPECT_LT((together.head<3>() + b.direction).norm(), 1e-3) << together.transpose();
   const Eigen::Vector3d lever = b.direction.cross(reference - b.point_mm);
@@ -246,7 +249,7 @@ TEST(AngleInfluence, NamesTheAngleWhoseErrorUnseatsThePose) {
   ASSERT_TRUE(fit.ok());
   const auto unseated = InfluencesOf(portions, run.machine, *fit, [&](const std::vector<ScanPortion>&) {
     PoseFit lost = *fit;
-    lost.outcome = Outcome::kNotDetermined;
+    lost.Withdraw(Outcome::kNotDetermined, "");
     return absl::StatusOr<PoseFit>(lost);
   });
   EXPECT_EQ(unseated.status().code(), absl::StatusCode::kFailedPrecondition);

@@ -21,7 +21,7 @@ PoseFit Fit(const std::vector<ScanPortion>& portions, const FitOptions& options 
 }
 
 double ErrorUm(const PoseFit& fit) {
-  return 1e3 * GreatestDisplacement(*BladeSurface(), fit.zero_from_part, BladePose());
+  return 1e3 * GreatestDisplacement(*BladeSurface(), Placed(fit).zero_from_part, BladePose());
 }
 
 TEST(BestFit, RecoversThePoseOfExactSamples) {
@@ -52,7 +52,8 @@ TEST(BestFit, AShiftedFrameChangesNothing) {
   for (const Vector3d& p : zero) shifted.push_back(shift * p);
   const PoseFit one = Fit({PortionAtZero(zero)});
   const PoseFit other = Fit({PortionAtZero(shifted)}, {}, shift * StartPose());
-  EXPECT_LT(GreatestDisplacement(*BladeSurface(), shift * one.zero_from_part, other.zero_from_part), 1e-5);
+  EXPECT_LT(GreatestDisplacement(*BladeSurface(), shift * Placed(one).zero_from_part, Placed(other).zero_from_part),
+            1e-5);
 }
 
 TEST(BestFit, SameBitsOnAnyNumberOfThreads) {
@@ -64,8 +65,9 @@ TEST(BestFit, SameBitsOnAnyNumberOfThreads) {
   for (const int threads : {2, 3}) {
     options.thread_count = threads;
     const PoseFit other = Fit(portions, options);
-    EXPECT_EQ(std::memcmp(one.zero_from_part.data(), other.zero_from_part.data(), 16 * sizeof(double)), 0);
-    EXPECT_EQ(one.covariance.values, other.covariance.values);
+    EXPECT_EQ(std::memcmp(Placed(one).zero_from_part.data(), Placed(other).zero_from_part.data(), 16 * sizeof(double)),
+              0);
+    EXPECT_EQ(Placed(one).covariance.values, Placed(other).covariance.values);
     EXPECT_EQ(one.evidence.points_used, other.evidence.points_used);
   }
 }
@@ -162,11 +164,11 @@ TEST(BestFit, StatedCovarianceIsWhatNoiseDoes) {
   for (int draw = 0; draw < kDraws; ++draw) {
     const PoseFit fit =
         Fit({PortionAtZero(Scanned(samples.points_mm, BladePose(), kNoiseMm, 100 + draw))}, {}, BladePose());
-    const Vector3d reference = fit.noise_covariance.reference_mm;
-    const Isometry3d off = fit.zero_from_part * BladePose().inverse();
+    const Vector3d reference = Placed(fit).noise_covariance.reference_mm;
+    const Isometry3d off = Placed(fit).zero_from_part * BladePose().inverse();
     Vector6d error;
     error << VectorFromRotation(off.linear()), off * reference - reference;
-    sum += error.dot(fit.noise_covariance.values.ldlt().solve(error));
+    sum += error.dot(Placed(fit).noise_covariance.values.ldlt().solve(error));
   }
   EXPECT_NEAR(sum / kDraws, 6, 1.35);
 }
@@ -193,10 +195,11 @@ TEST(BestFit, NoPointBeyondAnEdgeHoldsAWeakDirection) {
                      Perturbed(Isometry3d::Identity(), off, Vector3d::Zero()), {}, {});
     ASSERT_TRUE(fit.ok()) << fit.status();
     ASSERT_EQ(fit->outcome, Outcome::kConverged) << draw << ": " << fit->evidence.remark;
-    const Vector3d reference = fit->noise_covariance.reference_mm;
+    const Vector3d reference = Placed(*fit).noise_covariance.reference_mm;
     Vector6d error;
-    error << VectorFromRotation(fit->zero_from_part.linear()), fit->zero_from_part * reference - reference;
-    const double squared = error.dot(fit->noise_covariance.values.ldlt().solve(error));
+    error << VectorFromRotation(Placed(*fit).zero_from_part.linear()),
+        Placed(*fit).zero_from_part * reference - reference;
+    const double squared = error.dot(Placed(*fit).noise_covariance.values.ldlt().solve(error));
     EXPECT_LT(squared, 32) << draw;
     sum += squared;
     worst = std::max(worst, squared);
@@ -248,11 +251,11 @@ TEST(BestFit, CalibrationSensitivityIsTheDerivative) {
       moved.axes = calibration.axes.Perturbed(by);
     }
     const PoseFit after = fit_with(moved);
-    const Isometry3d off = after.zero_from_part * before.zero_from_part.inverse();
-    const Vector3d reference = before.covariance.reference_mm;
+    const Isometry3d off = Placed(after).zero_from_part * Placed(before).zero_from_part.inverse();
+    const Vector3d reference = Placed(before).covariance.reference_mm;
     Vector6d change;
     change << 18 * VectorFromRotation(off.linear()), off * reference - reference;  // 18 mm: the blade's size
-    Vector6d stated = step * before.calibration_sensitivity.col(k);
+    Vector6d stated = step * Placed(before).calibration_sensitivity.col(k);
     stated.head<3>() *= 18;
     // 5 % of the change, or 0.002 um where a parameter does nothing: weights of single points change too.
     EXPECT_LT((change - stated).norm(), 0.05 * stated.norm() + 2e-6) << k;

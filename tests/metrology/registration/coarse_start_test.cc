@@ -45,7 +45,7 @@ TEST(CoarseStart, FindsThePartFromAnyPose) {
     ASSERT_TRUE(fit.ok()) << fit.status();
     EXPECT_EQ(fit->outcome, Outcome::kConverged) << draw << ": " << fit->evidence.remark;
     // The bound is 0.2 um at the worst vertex; ten times that.
-    EXPECT_LT(GreatestDisplacement(*BladeSurface(), fit->zero_from_part, pose), 2e-3) << draw;
+    EXPECT_LT(GreatestDisplacement(*BladeSurface(), Placed(*fit).zero_from_part, pose), 2e-3) << draw;
   }
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "metrology/registration/direction_words.h"
+#include "metrology/registration/six_point.h"
 #include "metrology/registration/size_remark.h"
 #include "tests/metrology/registration/sampled_blade.h"
 
@@ -11,12 +12,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-PoseFit At(const Eigen::Isometry3d& pose, double sigma_mm) {
+PoseFit At(const Eigen::Isometry3d& pose, double sigma_mm,
+           const PoseSensitivity& sensitivity = PoseSensitivity::Zero()) {
   PoseFit fit;
   fit.outcome = Outcome::kConverged;
-  fit.zero_from_part = pose;
-  fit.noise_covariance.reference_mm = fit.covariance.reference_mm = pose * kPartCentreMm;
-  fit.noise_covariance.values.bottomRightCorner<3, 3>() = sigma_mm * sigma_mm * Eigen::Matrix3d::Identity();
+  Matrix6d noise = Matrix6d::Zero();
+  noise.bottomRightCorner<3, 3>() = sigma_mm * sigma_mm * Eigen::Matrix3d::Identity();
+  fit.placed = PlacedPose(pose, pose * kPartCentreMm, noise, sensitivity, {});
   return fit;
 }
 
@@ -43,8 +45,8 @@ TEST(Disagreement, IsTheGreatestDisplacementByItsUncertainty) {
   turn[0] = 1e-3;
   const PoseFit turned = At(Perturbed(BladePose(), turn, BladePose() * kPartCentreMm), 1e-3);
   const auto whole = DisagreementOf(*BladeSurface(), one, turned, {}, Matrix6d::Zero(), {});
-  EXPECT_NEAR(whole->greatest_mm, GreatestDisplacement(*BladeSurface(), one.zero_from_part, turned.zero_from_part),
-              1e-12);
+  EXPECT_NEAR(whole->greatest_mm,
+              GreatestDisplacement(*BladeSurface(), Placed(one).zero_from_part, Placed(turned).zero_from_part), 1e-12);
   FitOptions region;
   region.regions_in.push_back({Region::Shape::kBall, kPartCentreMm, Vector3d::Constant(4)});
   const auto within = DisagreementOf(*BladeSurface(), one, turned, {}, Matrix6d::Zero(), region);
@@ -52,7 +54,7 @@ TEST(Disagreement, IsTheGreatestDisplacementByItsUncertainty) {
   EXPECT_LT((within->point_mm - kPartCentreMm).norm(), 5);
 
   PoseFit none = one;
-  none.outcome = Outcome::kNotConverged;
+  none.Withdraw(Outcome::kNotConverged, "");
   EXPECT_EQ(DisagreementOf(*BladeSurface(), one, none, {}, more, {}).status().code(),
             absl::StatusCode::kInvalidArgument);
 }
@@ -61,13 +63,15 @@ TEST(Disagreement, IsTheGreatestDisplacementByItsUncertainty) {
 TEST(Disagreement, LeavesOutWhatTheCalibrationsMoveAlike) {
   MachineCalibration calibration;
   calibration.sensor.covariance = 1e-4 * Matrix6d::Identity();
-  PoseFit one = At(BladePose(), 1e-3), other = At(BladePose(), 1e-3);
-  other.zero_from_part.translation() += Vector3d(0.02, 0, 0);
-  one.calibration_sensitivity.bottomRows<3>().leftCols<6>().rightCols<3>().setIdentity();
-  other.calibration_sensitivity = one.calibration_sensitivity;
+  PoseSensitivity sensitivity = PoseSensitivity::Zero();
+  sensitivity.bottomRows<3>().leftCols<6>().rightCols<3>().setIdentity();
+  const PoseFit one = At(BladePose(), 1e-3, sensitivity);
+  Eigen::Isometry3d moved = BladePose();
+  moved.translation() += Vector3d(0.02, 0, 0);
+  PoseFit other = At(moved, 1e-3, sensitivity);
   const auto alike = DisagreementOf(*BladeSurface(), one, other, calibration, Matrix6d::Zero(), {});
   EXPECT_NEAR(alike->standard_uncertainty_mm, 1e-3 * std::sqrt(2), 1e-12);
-  other.calibration_sensitivity *= 1.5;
+  other.placed->calibration_sensitivity *= 1.5;
   const auto apart = DisagreementOf(*BladeSurface(), one, other, calibration, Matrix6d::Zero(), {});
   EXPECT_NEAR(apart->standard_uncertainty_mm, std::sqrt(2e-6 + 0.25 * 1e-4), 1e-12);
 }

@@ -42,10 +42,10 @@ TEST(DegreesOfFreedom, FixedOnesKeepTheNominals) {
     const Isometry3d start = BladePose() * Perturbed(Isometry3d::Identity(), off, BladeSurface()->centroid_mm());
     const PoseFit fit = Fit({PortionAtZero(zero)}, options, start);
     EXPECT_EQ(fit.outcome, Outcome::kConverged) << fit.evidence.remark;
-    EXPECT_LT(1e3 * GreatestDisplacement(*BladeSurface(), fit.zero_from_part, BladePose()), 2) << fixed;
+    EXPECT_LT(1e3 * GreatestDisplacement(*BladeSurface(), Placed(fit).zero_from_part, BladePose()), 2) << fixed;
     Matrix6d to_part = Matrix6d::Zero();
-    to_part.topLeftCorner<3, 3>() = to_part.bottomRightCorner<3, 3>() = fit.zero_from_part.linear().transpose();
-    const Matrix6d covariance = to_part * fit.noise_covariance.values * to_part.transpose();
+    to_part.topLeftCorner<3, 3>() = to_part.bottomRightCorner<3, 3>() = Placed(fit).zero_from_part.linear().transpose();
+    const Matrix6d covariance = to_part * Placed(fit).noise_covariance.values * to_part.transpose();
     EXPECT_LT(covariance(fixed, fixed), 1e-20) << fixed;
     EXPECT_GT(covariance((fixed + 1) % 6, (fixed + 1) % 6), 1e-14) << fixed;
   }
@@ -60,7 +60,7 @@ TEST(DegreesOfFreedom, OneAloneMoves) {
   const Isometry3d start = BladePose() * Perturbed(Isometry3d::Identity(), off, BladeSurface()->centroid_mm());
   const PoseFit fit = Fit({PortionAtZero(zero)}, options, start);
   EXPECT_EQ(fit.outcome, Outcome::kConverged) << fit.evidence.remark;
-  const Vector6d moved = InPart(start, fit.zero_from_part);
+  const Vector6d moved = InPart(start, Placed(fit).zero_from_part);
   EXPECT_NEAR(moved[4], -0.2, 1e-3);
   for (const int k : {0, 1, 2, 3, 5}) EXPECT_LT(std::abs(moved[k]), 1e-6) << k;
 }
@@ -87,14 +87,14 @@ TEST(Regions, DecideWhatCounts) {
   for (const FitOptions& options : {in, out}) {
     const PoseFit fit = Fit(portions, options);
     EXPECT_EQ(fit.outcome, Outcome::kConverged) << fit.evidence.remark;
-    EXPECT_LT(1e3 * GreatestDisplacement(*BladeSurface(), fit.zero_from_part, BladePose()), 3);
+    EXPECT_LT(1e3 * GreatestDisplacement(*BladeSurface(), Placed(fit).zero_from_part, BladePose()), 3);
     EXPECT_LT(fit.evidence.point_count, 22000);
     EXPECT_GT(fit.evidence.overlap, 0.9);
   }
   // In the ball the part stands 0.1 mm off along y.
   const PoseFit local = Fit(portions, ball);
   EXPECT_EQ(local.outcome, Outcome::kConverged) << local.evidence.remark;
-  const Vector3d moved = BladePose().inverse() * (local.zero_from_part * round.centre_mm) - round.centre_mm;
+  const Vector3d moved = BladePose().inverse() * (Placed(local).zero_from_part * round.centre_mm) - round.centre_mm;
   EXPECT_NEAR(moved.y(), 0.1, 5e-3) << moved.transpose();
 }
 
@@ -122,7 +122,8 @@ TEST(ScanWeights, PullByTheirShare) {
   for (const double weight : {0.1, 1.0, 10.0}) {
     options.scan_weights = {1, weight};
     const PoseFit fit = Fit(portions, options);
-    const double at = 1e3 * along.normalized().dot(fit.zero_from_part * kPartCentreMm - BladePose() * kPartCentreMm);
+    const double at =
+        1e3 * along.normalized().dot(Placed(fit).zero_from_part * kPartCentreMm - BladePose() * kPartCentreMm);
     EXPECT_GT(at, before) << weight;
     EXPECT_LT(at, 6.2);
     if (weight == 1.0) {
@@ -221,7 +222,7 @@ TEST(TipTrap, TheLossDoesNotTakeTheTipForForeign) {
       ASSERT_TRUE(fit.ok()) << fit.status();
       EXPECT_EQ(fit->outcome, Outcome::kConverged) << fit->evidence.remark;
       // A thousand points of 2 um hold the span to 0.06 um; four of those.
-      EXPECT_LT(1e3 * std::abs(fit->zero_from_part.translation().z()), 0.3) << off_mm;
+      EXPECT_LT(1e3 * std::abs(Placed(*fit).zero_from_part.translation().z()), 0.3) << off_mm;
       EXPECT_GT(fit->evidence.information_kept, 0.5);
     }
 }

@@ -8,7 +8,7 @@
 
 #include "metrology/cad/tessellation.h"
 #include "metrology/cloud/draco_codec.h"
-#include "metrology/registration/registration.h"
+#include "metrology/registration/six_point.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -91,7 +91,8 @@ class PlantA : public ::testing::Test {
 
   double WorstUm(const PoseFit& fit, const Points& judged_mm) const {
     double worst = 0;
-    for (const Vector3d& p : judged_mm) worst = std::max(worst, 1e3 * (fit.zero_from_part * p - truth_ * p).norm());
+    for (const Vector3d& p : judged_mm)
+      worst = std::max(worst, 1e3 * (fit.placed.value().zero_from_part * p - truth_ * p).norm());
     return worst;
   }
 

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "metrology/registration/registration.h"
+#include "metrology/registration/best_fit.h"
 #include "tests/metrology/surface/shapes.h"
 
 namespace sixpoint::metrology {
@@ -92,5 +92,8 @@ inline double GreatestDisplacement(const Surface& surface, const Eigen::Isometry
   for (const Eigen::Vector3d& v : surface.mesh().vertices_mm) greatest = std::max(greatest, (a * v - b * v).norm());
   return greatest;
 }
+
+// Of a fit that converged; a test whose fit did not fails here (std::bad_optional_access).
+inline const PlacedPose& Placed(const PoseFit& fit) { return fit.placed.value(); }
 
 }  // namespace sixpoint::metrology

@@ -40,7 +40,7 @@ TEST(SixPoint, KeepsThePoseOfATruePart) {
     ASSERT_EQ(fit->outcome, Outcome::kConverged) << fit->evidence.remark;
     // Each local fit is good to about 0.5 um (60 points and more); the nest multiplies by its condition.
     const double bound_um = variant == SixPointVariant::kPairs ? 3 : 2 * fit->evidence.condition_number;
-    EXPECT_LT(1e3 * GreatestDisplacement(*BladeSurface(), fit->zero_from_part, BladePose()), bound_um);
+    EXPECT_LT(1e3 * GreatestDisplacement(*BladeSurface(), Placed(*fit).zero_from_part, BladePose()), bound_um);
     for (const DatumDistance& datum : fit->evidence.datums)
       EXPECT_LT(std::abs(datum.distance_mm), 5 * datum.standard_uncertainty_mm + 1e-4) << datum.name;
   }

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "metrology/registration/registration.h"
+#include "metrology/surface/surface.h"
 #include "services/registration/registration_service.h"
 #include "tests/services/correction/judged_plant.h"
 

@@ -1,0 +1,69 @@
+// What a machine's calibrations give, parameter by parameter: the one list, in the one order that every covariance and every
+// sensitivity follows. All counts derive from it.
+//
+// A parameter more is a line more here, and its column in the Jacobian that the list names.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+namespace sixpoint::metrology {
+
+enum class ParameterUnit { kRad, kMm };
+
+struct CalibrationParameter {
+  const char* name;
+  ParameterUnit unit;
+};
+
+// Order of SensorPose::ParameterJacobian: the rotation vector of R_sm in machine axes, then T_sm.
+inline constexpr std::array kSensorParameters = {
+    CalibrationParameter{"alpha (turn about machine X)", ParameterUnit::kRad},
+    CalibrationParameter{"beta (turn about machine Y)", ParameterUnit::kRad},
+    CalibrationParameter{"gamma (turn about machine Z)", ParameterUnit::kRad},
+    CalibrationParameter{"T_sm x", ParameterUnit::kMm},
+    CalibrationParameter{"T_sm y", ParameterUnit::kMm},
+    CalibrationParameter{"T_sm z", ParameterUnit::kMm},
+};
+
+// Order of RotaryAxes::ParameterJacobian: of the axis on the bed (a), then of the one that it carries (b), how its direction
+// leans and where it stands, each along e1 and e2 across it.
+inline constexpr std::array kAxisParameters = {
+    CalibrationParameter{"a direction e1", ParameterUnit::kRad},
+    CalibrationParameter{"a direction e2", ParameterUnit::kRad},
+    CalibrationParameter{"a point e1", ParameterUnit::kMm},
+    CalibrationParameter{"a point e2", ParameterUnit::kMm},
+    CalibrationParameter{"b direction e1", ParameterUnit::kRad},
+    CalibrationParameter{"b direction e2", ParameterUnit::kRad},
+    CalibrationParameter{"b point e1", ParameterUnit::kMm},
+    CalibrationParameter{"b point e2", ParameterUnit::kMm},
+};
+
+// Of all: the sensor's, then the axes'.
+inline constexpr int kSensorParameterCount = static_cast<int>(kSensorParameters.size());
+inline constexpr int kAxisParameterCount = static_cast<int>(kAxisParameters.size());
+inline constexpr int kCalibrationParameterCount = kSensorParameterCount + kAxisParameterCount;
+
+inline constexpr CalibrationParameter CalibrationParameterAt(int index) {
+  return index < kSensorParameterCount ? kSensorParameters[static_cast<std::size_t>(index)]
+                                       : kAxisParameters[static_cast<std::size_t>(index - kSensorParameterCount)];
+}
+
+using SensorCovariance = Eigen::Matrix<double, kSensorParameterCount, kSensorParameterCount>;
+using AxesCovariance = Eigen::Matrix<double, kAxisParameterCount, kAxisParameterCount>;
+using CalibrationCovariance = Eigen::Matrix<double, kCalibrationParameterCount, kCalibrationParameterCount>;
+using CalibrationVector = Eigen::Matrix<double, kCalibrationParameterCount, 1>;
+
+// Change of a point, and of a pose (order of PoseCovariance), per change of each parameter.
+using PointSensitivity = Eigen::Matrix<double, 3, kCalibrationParameterCount>;
+using PoseSensitivity = Eigen::Matrix<double, 6, kCalibrationParameterCount>;
+
+// The two calibrations know nothing of each other.
+inline CalibrationCovariance JointCovariance(const SensorCovariance& sensor, const AxesCovariance& axes) {
+  CalibrationCovariance joint = CalibrationCovariance::Zero();
+  joint.topLeftCorner<kSensorParameterCount, kSensorParameterCount>() = sensor;
+  joint.bottomRightCorner<kAxisParameterCount, kAxisParameterCount>() = axes;
+  return joint;
+}
+
+}  // namespace sixpoint::metrology

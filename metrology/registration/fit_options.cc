@@ -1,0 +1,46 @@
+#include "metrology/registration/fit_options.h"
+
+#include <absl/status/status.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace sixpoint::metrology {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+bool InRegions(const FitOptions& options, const Vector3d& part_mm, double margin_mm) {
+  const auto holds = [&](const Region& region) { return region.Holds(part_mm, margin_mm); };
+  if (!options.regions_in.empty() && std::none_of(options.regions_in.begin(), options.regions_in.end(), holds))
+    return false;
+  return std::none_of(options.regions_out.begin(), options.regions_out.end(), holds);
+}
+
+absl::Status CheckInputs(const std::vector<ScanPortion>& portions, const Isometry3d& zero_from_part,
+                         const FitOptions& options) {
+  std::size_t count = 0;
+  for (const ScanPortion& portion : portions) {
+    count += portion.sensor.size();
+    if (portion.out_of_reach_count > 0)
+      return absl::InvalidArgumentError("scans[" + portion.id + "]: " + std::to_string(portion.out_of_reach_count) +
+                                        " points metres away from the others, want all within 2 m");
+  }
+  const auto free_count = static_cast<std::size_t>(std::count(options.free.begin(), options.free.end(), true));
+  if (free_count == 0) return absl::InvalidArgumentError("degrees_of_freedom: none free, want at least one");
+  if (count < free_count)
+    return absl::InvalidArgumentError("scans: " + std::to_string(count) + " points, want at least " +
+                                      std::to_string(free_count));
+  if (!zero_from_part.matrix().allFinite())
+    return absl::InvalidArgumentError("zero_from_part_nominal: not finite, want a rigid transform");
+  if (!options.scan_weights.empty() && options.scan_weights.size() != portions.size())
+    return absl::InvalidArgumentError("scan_weights: " + std::to_string(options.scan_weights.size()) +
+                                      ", want one for each of " + std::to_string(portions.size()) + " scans");
+  for (const double weight : options.scan_weights)
+    if (!(weight > 0) || !std::isfinite(weight))
+      return absl::InvalidArgumentError("scan_weights: " + std::to_string(weight) + ", want positive numbers");
+  return absl::OkStatus();
+}
+
+}  // namespace sixpoint::metrology

@@ -1,0 +1,36 @@
+// What a fit comes to: a pose with all that makes it uncertain where it converged, none elsewhere, and evidence always.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <string>
+
+#include "metrology/frames/pose.h"
+#include "metrology/registration/fit_evidence.h"
+#include "metrology/registration/machine_calibration.h"
+#include "metrology/registration/outcome.h"
+
+namespace sixpoint::metrology {
+
+// Where the part stands at A = B = 0.
+struct PlacedPose {
+  // noise: of the pose about the reference, from noise and model error.
+  PlacedPose(const Eigen::Isometry3d& zero_from_part_in, const Eigen::Vector3d& reference_mm, const Matrix6d& noise,
+             const PoseSensitivity& sensitivity, const MachineCalibration& calibration);
+
+  Eigen::Isometry3d zero_from_part;
+  PoseCovariance noise_covariance;          // of noise and model error; reference: the part's centroid at zero
+  PoseSensitivity calibration_sensitivity;  // about the same reference
+  PoseCovariance covariance;                // noise and calibrations
+};
+
+struct PoseFit {
+  Outcome outcome = Outcome::kNotConverged;
+  std::optional<PlacedPose> placed;  // where the outcome is kConverged, and only there
+  FitEvidence evidence;
+
+  // Takes the pose back, and says why.
+  void Withdraw(Outcome why, const std::string& remark);
+};
+
+}  // namespace sixpoint::metrology
