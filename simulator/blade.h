@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "metrology/surface/triangle_mesh.h"
+#include "metrology/mesh/triangle_mesh.h"
 
 namespace sixpoint::simulator {
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "metrology/surface/triangle_mesh.h"
+#include "metrology/mesh/triangle_mesh.h"
 
 namespace sixpoint::simulator {
 

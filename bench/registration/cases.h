@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "metrology/frames/pose.h"
-#include "metrology/surface/triangle_mesh.h"
+#include "metrology/mesh/triangle_mesh.h"
 
 namespace sixpoint::bench {
 

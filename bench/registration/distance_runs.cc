@@ -7,6 +7,7 @@
 
 #include "bench/registration/embree_peer.h"
 #include "bench/registration/runs.h"
+#include "metrology/nearest/near_lanes.h"
 #include "metrology/parallel/loops.h"
 #include "metrology/statistics/ranks.h"
 
@@ -109,50 +110,76 @@ metrology::Points NearTrailingEdge(const Blade& blade, std::size_t count) {
   return points;
 }
 
-}  // namespace
-
-void RunDistances(const PreparedBlade& prepared, const RunOptions& options, Figures* figures) {
-  const Blade& blade = prepared.blade;
-  const metrology::Points points = NearSurface(blade, options.points, true);
-  const metrology::Points scanned = NearSurface(blade, options.points, false);
-  std::vector<double> seconds, scanned_seconds, processor_s, single_seconds, embree_seconds;
-  for (int repeat = 0; repeat < 5; ++repeat) {
+// Times of one way to measure, in turn with the others.
+struct Timed {
+  std::vector<double> seconds, processor_s;
+  template <typename Work>
+  void Run(const Work& work) {
     const double begin = Seconds(), processor_begin = ProcessorSeconds();
-    Distances(*prepared.surface, points, options.threads);
+    work();
     seconds.push_back(Seconds() - begin);
     processor_s.push_back(ProcessorSeconds() - processor_begin);
-    const double scanned_begin = Seconds();
-    Distances(*prepared.surface, scanned, options.threads);
-    scanned_seconds.push_back(Seconds() - scanned_begin);
-    const double single_begin = Seconds();
-    OneByOne(*prepared.surface, points, options.threads);
-    single_seconds.push_back(Seconds() - single_begin);
-    double by_embree_s = 0;
-    EmbreeDistances(blade, points, kLimitMm, options.threads, &by_embree_s);
-    embree_seconds.push_back(by_embree_s);
   }
-  const double millions = 1e-6 * static_cast<double>(points.size());
-  const double rate = millions / metrology::Median(seconds),
-               rate_of_processor = millions / metrology::Median(processor_s);
-  std::printf(
-      "\ndistances: %zu points in random order, %d threads: %.2f million points/s (%.2f for a second of a processor), "
-      "one "
-      "by one %.2f; Embree's point query %.2f; surface and near cells %.0f MB\n",
-      points.size(), options.threads, rate, rate_of_processor, millions / metrology::Median(single_seconds),
-      millions / metrology::Median(embree_seconds), 1e-6 * static_cast<double>(prepared.surface->memory_bytes()));
-  std::printf("  of a blade true to CAD %.2f million points/s\n", millions / metrology::Median(scanned_seconds));
-  figures->values["distances_of_a_true_blade_million_per_s"] = millions / metrology::Median(scanned_seconds);
-  figures->values["distances_million_per_s"] = rate;
-  figures->values["distances_million_per_processor_s"] = rate_of_processor;
-  figures->values["distances_one_by_one_million_per_s"] = millions / metrology::Median(single_seconds);
-  figures->values["surface_megabytes"] = 1e-6 * static_cast<double>(prepared.surface->memory_bytes());
-  figures->values["embree_million_per_s"] = millions / metrology::Median(embree_seconds);
+  double Rate(std::size_t count) const { return 1e-6 * static_cast<double>(count) / metrology::Median(seconds); }
+};
 
+struct Width {
+  metrology::LaneWidth lanes;
+  const char* words;
+  const char* key;
+};
+constexpr Width kWidths[] = {{metrology::LaneWidth::kFour, "4 lanes", "4"},
+                             {metrology::LaneWidth::kEight, "8 lanes (AVX2)", "8"},
+                             {metrology::LaneWidth::kSixteen, "16 lanes (AVX-512)", "16"}};
+
+// Each width that this processor has beside the peer, and the widest one by one.
+void RunRates(const PreparedBlade& prepared, const RunOptions& options, Figures* figures) {
+  const Blade& blade = prepared.blade;
+  const metrology::Surface& surface = *prepared.surface;
+  const metrology::Points cast = NearSurface(blade, options.points, true);
+  const metrology::Points scanned = NearSurface(blade, options.points, false);
+  const std::size_t widths = metrology::LaneWidths().size();
+  std::vector<Timed> of_cast(widths), of_scanned(widths);
+  Timed one_by_one;
+  std::vector<double> embree_s;
+  for (int repeat = 0; repeat < 5; ++repeat) {
+    for (std::size_t w = 0; w < widths; ++w) {
+      metrology::UseLaneWidth(kWidths[w].lanes);
+      of_cast[w].Run([&] { Distances(surface, cast, options.threads); });
+      of_scanned[w].Run([&] { Distances(surface, scanned, options.threads); });
+    }
+    one_by_one.Run([&] { OneByOne(surface, cast, options.threads); });
+    EmbreeDistances(blade, cast, kLimitMm, options.threads, &embree_s.emplace_back());
+  }
+  const double millions = 1e-6 * static_cast<double>(cast.size()), embree = millions / metrology::Median(embree_s);
+  std::printf("\ndistances: %zu points in random order, %d threads; million points/s\n%-28s %12s %12s %12s %12s\n",
+              cast.size(), options.threads, "", "cast blade", "true blade", "a processor", "over Embree");
+  for (std::size_t w = 0; w < widths; ++w) {
+    const double rate = of_cast[w].Rate(cast.size());
+    const double of_processor = millions / metrology::Median(of_cast[w].processor_s);
+    std::printf("%-28s %12.2f %12.2f %12.2f %12.1f\n", kWidths[w].words, rate, of_scanned[w].Rate(scanned.size()),
+                of_processor, rate / embree);
+    figures->values[std::string("distances_over_embree_by_lanes_") + kWidths[w].key] = rate / embree;
+    figures->values["distances_over_embree"] = rate / embree;  // the widest stays
+    figures->values["distances_million_per_s"] = rate;
+    figures->values["distances_of_a_true_blade_million_per_s"] = of_scanned[w].Rate(scanned.size());
+    figures->values["distances_million_per_processor_s"] = of_processor;
+  }
+  std::printf("%-28s %12.2f\n%-28s %12.2f\n", "one by one", one_by_one.Rate(cast.size()), "Embree's point query",
+              embree);
+  std::printf("  surface and near cells %.0f MB\n", 1e-6 * static_cast<double>(surface.memory_bytes()));
+  figures->values["distances_one_by_one_million_per_s"] = one_by_one.Rate(cast.size());
+  figures->values["embree_million_per_s"] = embree;
+  figures->values["surface_megabytes"] = 1e-6 * static_cast<double>(surface.memory_bytes());
+}
+
+// Beside all triangles looked at in turn.
+void RunExactness(const PreparedBlade& prepared, const RunOptions& options, Figures* figures) {
+  const Blade& blade = prepared.blade;
   double worst_um = 0;
   int wrong_signs = 0;
   for (const bool edge : {false, true}) {
-    metrology::Points checked = edge ? NearTrailingEdge(blade, kChecked) : points;
-    checked.resize(std::min(checked.size(), kChecked));
+    const metrology::Points checked = edge ? NearTrailingEdge(blade, kChecked) : NearSurface(blade, kChecked, true);
     std::vector<double> truth(checked.size());
     metrology::InParts(checked.size(), options.threads, [&](std::size_t begin, std::size_t end, std::size_t) {
       for (std::size_t i = begin; i < end; ++i) truth[i] = BruteForce(blade, checked[i]);
@@ -169,6 +196,13 @@ void RunDistances(const PreparedBlade& prepared, const RunOptions& options, Figu
   }
   figures->values["distances_worst_um"] = worst_um;
   figures->values["distances_wrong_signs"] = wrong_signs;
+}
+
+}  // namespace
+
+void RunDistances(const PreparedBlade& prepared, const RunOptions& options, Figures* figures) {
+  RunRates(prepared, options, figures);
+  RunExactness(prepared, options, figures);
 }
 
 }  // namespace sixpoint::bench

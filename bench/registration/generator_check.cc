@@ -10,7 +10,7 @@
 #include <limits>
 
 #include "bench/registration/runs.h"
-#include "metrology/surface/stl.h"
+#include "metrology/mesh/stl.h"
 
 namespace sixpoint::bench {
 namespace {

@@ -23,11 +23,10 @@ double Rounded(double value) { return std::round(1e4 * value) / 1e4; }
 int main(int argc, char** argv) {
   using namespace sixpoint::bench;
   RunOptions options;
-  bool quick = false, no_times = false;
+  bool quick = false;
   std::vector<std::string> only;
   CLI::App app("Registration against its Cramer-Rao bound and peers", "bench/run registration");
   app.add_flag("--quick", quick, "3 seeds, 40 noise draws, a tenth of the points and of the other draws");
-  app.add_flag("--no-times", no_times, "times are printed, not judged: the machine does other things too");
   const CLI::Option* seeds = app.add_option("--seeds", options.seeds, "runs of C and of A")->check(CLI::Range(1, 1000));
   const CLI::Option* draws = app.add_option("--draws", options.noise_draws,
                                             "noise draws of C and of A; the parts after `threads` have their own")
@@ -68,7 +67,6 @@ int main(int argc, char** argv) {
   Figures figures;
   figures.values["prepare_seconds"] = prepared.prepare_s;
   GoalRun judged;
-  judged.quiet = !no_times;
   judged.full = share >= 1 && options.seeds >= RunOptions().seeds && options.noise_draws >= RunOptions().noise_draws &&
                 options.points >= RunOptions().points && options.memory_points >= RunOptions().memory_points;
   for (const auto& [name, run] : parts)

@@ -15,7 +15,8 @@
 #include <string>
 
 #include "metrology/cad/tessellation.h"
-#include "metrology/surface/stl.h"
+#include "metrology/mesh/mesh_bytes.h"
+#include "metrology/mesh/stl.h"
 
 namespace {
 

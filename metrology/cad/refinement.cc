@@ -10,7 +10,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "metrology/surface/cubic_patch.h"
+#include "metrology/mesh/cubic_patch.h"
 
 namespace sixpoint::metrology {
 namespace {

@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "metrology/surface/triangle_mesh.h"
+#include "metrology/mesh/triangle_mesh.h"
 
 namespace sixpoint::metrology {
 

@@ -30,7 +30,9 @@
 #include <vector>
 
 #include "metrology/cad/refinement.h"
-#include "metrology/surface/mesh_topology.h"
+#include "metrology/mesh/skin.h"
+#include "metrology/mesh/volume.h"
+#include "metrology/mesh/weld.h"
 
 namespace sixpoint::metrology {
 namespace {

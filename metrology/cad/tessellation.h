@@ -8,7 +8,7 @@
 
 #include <string>
 
-#include "metrology/surface/triangle_mesh.h"
+#include "metrology/mesh/triangle_mesh.h"
 
 namespace sixpoint::metrology {
 

@@ -13,8 +13,9 @@
 namespace sixpoint::metrology {
 namespace {
 
-constexpr std::size_t kChunk = 8192;  // fixed: sums do not depend on the number of threads
-constexpr double kBelow_mm = 1;       // the pin region reaches this far under the start, along the axis
+constexpr std::size_t kChunk = 8192;           // fixed: sums do not depend on the number of threads
+constexpr std::int64_t kManyPoints = 100'000;  // of a blade: worth the surface's near cells
+constexpr double kBelow_mm = 1;                // the pin region reaches this far under the start, along the axis
 constexpr double kTo_um = 1e3;
 
 // Within a hole's region: a cylinder about the nominal axis in which its pin must stand.
@@ -35,6 +36,11 @@ struct BladeInspection::Chunk {
   std::vector<std::pair<std::uint32_t, PinPoint>> pin_points;  // hole, point
 };
 
+struct BladeInspection::Compared {
+  Points in_part_mm;
+  std::vector<double> deviations_mm;  // NaN where the surface is not within farthest_mm
+};
+
 BladeInspection::BladeInspection(std::shared_ptr<const Surface> surface, std::vector<InspectedHole> holes,
                                  RegisteredPose pose, SensorPose sensor, RotaryAxes axes, InspectionOptions options)
     : surface_(std::move(surface)),
@@ -45,16 +51,13 @@ BladeInspection::BladeInspection(std::shared_ptr<const Surface> surface, std::ve
       options_(std::move(options)),
       pin_points_(holes_.size()) {}
 
-void BladeInspection::Compare(const Points& points_mm, std::size_t begin, std::size_t end, Chunk* chunk) const {
-  const ScanPlace& place = scans_.back();
+void BladeInspection::Sort(const Points& points_mm, std::size_t begin, std::size_t end, const Compared& compared,
+                           Chunk* chunk) const {
   chunk->deviations_mm.reserve(end - begin);
   const auto scan_index = static_cast<std::uint32_t>(scans_.size() - 1);
-  std::uint32_t hint = Surface::kNoTriangle;
   for (std::size_t i = begin; i < end; ++i) {
-    const Eigen::Vector3d in_part = place.part_from_machine * sensor_.MachineFromSensor(points_mm[i], place.v0_mm);
-    const SurfacePoint nearest = surface_->ClosestWithin(in_part, options_.farthest_mm, hint);
-    const double deviation = nearest.signed_distance_mm;
-    if (std::isfinite(deviation)) hint = nearest.triangle;
+    const Eigen::Vector3d& in_part = compared.in_part_mm[i];
+    const double deviation = compared.deviations_mm[i];
     bool in_region = false;
     for (std::size_t hole = 0; hole < holes_.size(); ++hole) {
       if (!InRegion(holes_[hole], options_, in_part)) continue;
@@ -90,6 +93,20 @@ void BladeInspection::Begin(const LineScan& scan) {
                             axes_.MachineFromZero(place.a_rad, place.b_rad).inverse(Eigen::Isometry);
 }
 
+BladeInspection::Compared BladeInspection::Compare(const Points& points_mm, KeepGoing* keep_going) const {
+  const ScanPlace& place = scans_.back();
+  Compared compared;
+  compared.in_part_mm.resize(points_mm.size());
+  ForEachChunk(points_mm.size(), kChunk, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      compared.in_part_mm[i] = place.part_from_machine * sensor_.MachineFromSensor(points_mm[i], place.v0_mm);
+  });
+  if (!(*keep_going)()) return compared;
+  if (seen_count_ >= kManyPoints) surface_->PrepareNear(options_.threads);
+  surface_->SignedDistances(compared.in_part_mm, options_.farthest_mm, options_.threads, &compared.deviations_mm);
+  return compared;
+}
+
 absl::Status BladeInspection::AddPoints(const Points& points_mm) {
   seen_count_ += static_cast<std::int64_t>(points_mm.size());
   if (seen_count_ > options_.greatest_point_count) {
@@ -98,8 +115,9 @@ absl::Status BladeInspection::AddPoints(const Points& points_mm) {
   }
   std::vector<Chunk> chunks(ChunkCount(points_mm.size(), kChunk));
   KeepGoing keep_going(options_.keep_going);
+  const Compared compared = Compare(points_mm, &keep_going);
   ForEachChunk(points_mm.size(), kChunk, options_.threads, [&](std::size_t k, std::size_t begin, std::size_t end) {
-    if (keep_going()) Compare(points_mm, begin, end, &chunks[k]);
+    if (keep_going()) Sort(points_mm, begin, end, compared, &chunks[k]);
   });
   if (keep_going.stopped()) return absl::CancelledError("inspection stopped: the caller is gone or its time is over");
   for (const Chunk& chunk : chunks) {

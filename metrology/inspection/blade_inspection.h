@@ -15,6 +15,7 @@
 #include "metrology/inspection/pin.h"
 #include "metrology/inspection/verdict.h"
 #include "metrology/kinematics/rotary_axes.h"
+#include "metrology/parallel/keep_going.h"
 #include "metrology/scanner/line_scanner.h"
 #include "metrology/surface/surface.h"
 
@@ -100,8 +101,12 @@ class BladeInspection {
     std::uint32_t scan;
   };
   struct Chunk;
+  struct Compared;
 
-  void Compare(const Points& points_mm, std::size_t begin, std::size_t end, Chunk* chunk) const;
+  // Of the last scan's points: where they lie in the part, and how far from its surface.
+  Compared Compare(const Points& points_mm, KeepGoing* keep_going) const;
+  // What is a deviation, what belongs to a pin, and what is set aside.
+  void Sort(const Points& points_mm, std::size_t begin, std::size_t end, const Compared& compared, Chunk* chunk) const;
   void AddPositioning(const NominalPin& nominal, HoleFinding* finding) const;
   HoleFinding Judged(std::size_t hole) const;
   // 3 x 20: change of a point's place in the part per (pose noise (6), calibration parameters (14)).

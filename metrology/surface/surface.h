@@ -1,10 +1,10 @@
 // Closest points on a part's surface: prepared once, then read by any number of threads.
 //
-// A bounding-volume tree over the triangles finds the nearest triangle exactly (double precision, coordinates centred, so
-// that CAD far from its origin loses nothing). Signs come from angle-weighted pseudo-normals (Baerentzen and Aanaes 2005)
-// and are right at edges, corners and thin trailing edges. Where the mesh carries the true surface's corner normals, each
-// triangle is a cubic height field that meets its three corners with those normals (as PN triangles, Vlachos et al. 2001),
-// which takes the tessellation's chordal error away; sharp edges between faces stay sharp.
+// The nearest triangle is found exactly (double precision, coordinates centred, so that CAD far from its origin loses nothing).
+// Signs come from angle-weighted pseudo-normals (Baerentzen and Aanaes 2005) and are right at edges, corners and thin trailing
+// edges. Where the mesh carries the true surface's corner normals, each triangle is a cubic height field that meets its three
+// corners with those normals (as PN triangles, Vlachos et al. 2001), which takes the tessellation's chordal error away; sharp
+// edges between faces stay sharp.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -17,12 +17,9 @@
 #include <vector>
 
 #include "metrology/frames/pose.h"
-#include "metrology/surface/curvature.h"
-#include "metrology/surface/triangle_mesh.h"
+#include "metrology/mesh/triangle_mesh.h"
 
 namespace sixpoint::metrology {
-
-class PlacedPoints;
 
 // Where on the surface a closest point lies.
 enum class SurfaceFeature : std::uint8_t {
@@ -43,14 +40,14 @@ struct SurfacePoint {
 };
 
 class Surface {
-  struct Tree;
+  struct Parts;
 
  public:
   static constexpr std::uint32_t kNoTriangle = 0xffffffff;
   static constexpr double kEdgeReachMm = 0.05;  // of SurfacePoint::edge_distance_mm
 
-  // Refuses a mesh without triangles, with indices or coordinates out of range, degenerate throughout, with an edge that
-  // more than two triangles share, or closed and inside out. Sheets with open rims are surfaces too (kBorder).
+  // INVALID_ARGUMENT for a mesh without triangles, with indices or coordinates out of range, degenerate throughout, with an
+  // edge that more than two triangles share, or closed and inside out. Sheets with open rims are surfaces too (kBorder).
   static absl::StatusOr<std::shared_ptr<const Surface>> Prepare(TriangleMesh mesh);
   ~Surface();
 
@@ -61,11 +58,8 @@ class Surface {
   // The same, searching only within a distance; signed_distance_mm is NaN when there is none.
   SurfacePoint ClosestWithin(const Eigen::Vector3d& point_mm, double limit_mm, std::uint32_t hint = kNoTriangle) const;
 
-  // Where a point was found: from its triangle and those that continue it smoothly. Not finite where nothing was found.
-  SurfaceCurvature CurvatureAt(const SurfacePoint& found) const;
-
-  // Makes ready for very many points near the surface (once, about a second for a million triangles; near_cells.h): what
-  // follows is as before, but Batch and SignedDistances get several times as fast. Thread-safe.
+  // Makes ready for very many points near the surface (once, about a second for a million triangles): what follows is as
+  // before, but Batch and SignedDistances get several times as fast. Thread-safe.
   void PrepareNear(int thread_count) const;
 
   // Many points at a time, those of one cell of space together: ClosestWithin of each, to the bit, in less time. The order
@@ -81,8 +75,9 @@ class Surface {
                const std::function<void(std::uint32_t index, const SurfacePoint& found)>& take) const;
 
    private:
-    const Tree& tree_;
-    std::unique_ptr<PlacedPoints> placed_;
+    struct Search;
+    const Parts& parts_;
+    std::unique_ptr<const Search> search_;
   };
 
   // signed_distance_mm of ClosestWithin for each point, to the bit, in much less time where there are many: what lies in one
@@ -104,9 +99,8 @@ class Surface {
   std::size_t degenerate_triangle_count() const;  // of the mesh's, without area: left out
 
  private:
-  friend class PlacedPoints;
-  explicit Surface(std::unique_ptr<const Tree> tree);
-  std::unique_ptr<const Tree> tree_;
+  explicit Surface(std::unique_ptr<const Parts> parts);
+  std::unique_ptr<const Parts> parts_;
 };
 
 }  // namespace sixpoint::metrology

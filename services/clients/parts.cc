@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "metrology/mesh/mesh_bytes.h"
 #include "services/runtime/errors.h"
 
 namespace sixpoint::clients {

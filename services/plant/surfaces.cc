@@ -3,7 +3,8 @@
 #include <sstream>
 #include <utility>
 
-#include "metrology/surface/mesh_topology.h"
+#include "metrology/mesh/mesh_bytes.h"
+#include "metrology/mesh/skin.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/server.h"
 #include "storage/blobs.h"
@@ -32,17 +33,14 @@ std::vector<double> Triple(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z
 absl::StatusOr<storage::TessellationRow> Summary(const std::string& mesh_bytes) {
   const absl::StatusOr<metrology::TriangleMesh> mesh = metrology::MeshFromBytes(mesh_bytes);
   if (!mesh.ok()) return absl::InternalError("cad worker: " + std::string(mesh.status().message()));
+  if (mesh->triangles.empty()) return absl::InternalError("cad worker: a mesh of 0 triangles, want at least one");
   storage::TessellationRow row;
   row.triangle_count = static_cast<std::int64_t>(mesh->triangles.size());
   row.chordal_error_um = mesh->chordal_error_um;
   row.closed = mesh->closed;
-  Eigen::Vector3d low = mesh->vertices_mm.front(), high = low;
-  for (const Eigen::Vector3d& vertex : mesh->vertices_mm) {
-    low = low.cwiseMin(vertex);
-    high = high.cwiseMax(vertex);
-  }
-  row.minimum_mm = Triple(low);
-  row.maximum_mm = Triple(high);
+  const Eigen::AlignedBox3d bounds_mm = metrology::BoundsOf(*mesh);
+  row.minimum_mm = Triple(bounds_mm.min());
+  row.maximum_mm = Triple(bounds_mm.max());
   const metrology::MeshGaps gaps = metrology::GapsOf(*mesh);
   row.gaps = {gaps.degenerate_triangle_count, gaps.open_rim_count, gaps.open_rim_length_mm};
   return row;

@@ -4,9 +4,10 @@
 
 #include <cmath>
 #include <cstring>
-#include <map>
 
 #include "metrology/kinematics/rotary_axes.h"
+#include "metrology/mesh/skin.h"
+#include "metrology/mesh/volume.h"
 
 namespace sixpoint::simulator {
 namespace {
@@ -20,26 +21,8 @@ const DesignedPart& Part() {
   return part;
 }
 
-void ExpectClosed(const metrology::TriangleMesh& mesh) {
-  // Each edge is run through once in each direction.
-  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
-  for (const auto& t : mesh.triangles)
-    for (int k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
-  for (const auto& [edge, count] : edges) {
-    ASSERT_EQ(count, 1);
-    ASSERT_EQ(edges.count({edge.second, edge.first}), 1u);
-  }
-}
-
-double Volume(const metrology::TriangleMesh& mesh) {
-  double volume = 0;
-  for (const auto& [a, b, c] : mesh.triangles)
-    volume += mesh.vertices_mm[a].dot(mesh.vertices_mm[b].cross(mesh.vertices_mm[c])) / 6;
-  return volume;
-}
-
 TEST(Airfoil, MeshIsClosedWithPositiveVolume) {
-  ExpectClosed(Part().mesh);
+  EXPECT_TRUE(metrology::IsClosed(Part().mesh));
   // Half thickness sin(turn) (F0 + (F1 - F0) u) over the chord is an area of pi/4 chord (F0 + F1), chord and F being
   // linear in z and sqrt(z): integrated over the span by the middle rule. Camber changes it in second order only.
   const AirfoilDesign& d = Part().airfoil;
@@ -49,7 +32,7 @@ TEST(Airfoil, MeshIsClosedWithPositiveVolume) {
     const double f = std::sqrt(d.leading_edge_radius_mm * chord / 2) + std::sqrt(d.trailing_edge_radius_mm * chord / 2);
     expected += d.span_mm / 100 * 3.14159265358979 / 4 * chord * f;
   }
-  EXPECT_NEAR(Volume(Part().mesh) / expected, 1, 0.1);
+  EXPECT_NEAR(metrology::SignedVolume(Part().mesh) / expected, 1, 0.1);
 }
 
 TEST(Airfoil, NormalsPointOutwardsAndAreSmooth) {
@@ -94,7 +77,7 @@ TEST(Cast, LeavesTheDatumPointsAndStaysWithinItsBound) {
       }
   }
   EXPECT_NEAR(greatest, 0.3, 1e-5);
-  ExpectClosed(cast);
+  EXPECT_TRUE(metrology::IsClosed(cast));
 }
 
 TEST(BinaryStl, CarriesTheVerticesExactly) {

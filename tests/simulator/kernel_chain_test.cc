@@ -3,8 +3,8 @@
 
 #include "metrology/calibration/rotation_calibration.h"
 #include "metrology/calibration/sensor_calibration.h"
+#include "metrology/mesh/stl.h"
 #include "metrology/registration/six_point.h"
-#include "metrology/surface/stl.h"
 #include "simulator/machine.h"
 
 namespace sixpoint::simulator {

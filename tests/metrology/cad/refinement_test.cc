@@ -6,7 +6,9 @@
 
 #include <cmath>
 
-#include "metrology/surface/mesh_topology.h"
+#include "metrology/mesh/mesh_bytes.h"
+#include "metrology/mesh/volume.h"
+#include "metrology/mesh/weld.h"
 
 namespace sixpoint::metrology {
 namespace {

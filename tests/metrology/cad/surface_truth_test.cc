@@ -24,7 +24,6 @@ constexpr std::size_t kPoints = 200'000;
 constexpr double kBandMm = 0.02;  // how far off the surface it is asked too: what a scan near a fit is
 
 constexpr double kFromEdgesMm = 0.1;
-constexpr double kCurvatureWithinPerMm = 0.02;  // moves the surface by kWithinUm, 0.1 mm aside
 
 struct Deviations {
   double worst_um = 0, worst_of_999_um = 0;
@@ -73,28 +72,12 @@ Deviations Measure(const Surface& surface, const std::string& path, double off_m
   return found;
 }
 
-// Of either principal curvature from the CAD's own, sorted.
-std::vector<double> CurvatureDeviationsPerMm(const Surface& surface, const std::string& path) {
-  std::vector<double> off;
-  for (const testing::TruePoint& truth : testing::TruePoints(path, kFromEdgesMm, kPoints / 4, 4)) {
-    const SurfaceCurvature found = surface.CurvatureAt(surface.Closest(truth.point_mm));
-    off.push_back(std::max(std::abs(found.greatest_per_mm - truth.greatest_curvature_per_mm),
-                           std::abs(found.least_per_mm - truth.least_curvature_per_mm)));
-    if (!std::isfinite(off.back())) off.back() = 1e9;
-  }
-  std::sort(off.begin(), off.end());
-  std::printf("curvature: median off by %.4g per mm, 95 %% %.4g, 99.9 %% %.4g, worst %.4g\n", off[off.size() / 2],
-              off[off.size() * 95 / 100], off[off.size() * 999 / 1000], off.back());
-  return off;
-}
-
 TEST(SurfaceTruth, IsWithinATenthOfAMicrometreOfShapesWithClosedForms) {
   for (const SampleShape shape : {SampleShape::kCylinder, SampleShape::kSphere, SampleShape::kTorus,
                                   SampleShape::kFarCylinder, SampleShape::kMirroredCone}) {
     SCOPED_TRACE(static_cast<int>(shape));
     const std::string path = CopyOf(testing::StepOf(shape));
     const auto surface = Prepared(path);
-    EXPECT_LE(CurvatureDeviationsPerMm(*surface, path).back(), kCurvatureWithinPerMm);
     for (const std::uint64_t seed : {1, 2, 3})
       for (const double off_mm : {0.0, kBandMm, -kBandMm}) {
         const Deviations found = Measure(*surface, path, off_mm, seed);
@@ -110,10 +93,6 @@ TEST(SurfaceTruth, IsWithinATenthOfAMicrometreOfARealVane) {
   const std::string path = std::string(shared == nullptr ? "" : shared) + "/data/plant-a/cad.step";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no shared/data/plant-a";
   const auto surface = Prepared(path);
-  // Half of the points lie in blends whose bend changes within tenths of a millimetre, down to radii of 0.02 mm.
-  const std::vector<double> off_per_mm = CurvatureDeviationsPerMm(*surface, path);
-  EXPECT_LE(off_per_mm[off_per_mm.size() / 2], 0.005);
-  EXPECT_LE(off_per_mm[off_per_mm.size() * 95 / 100], 0.2);
   for (const std::uint64_t seed : {1, 2, 3})
     for (const double off_mm : {0.0, kBandMm, -kBandMm}) {
       const Deviations found = Measure(*surface, path, off_mm, seed);

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <functional>
 
-#include "metrology/surface/mesh_topology.h"
+#include "metrology/mesh/volume.h"
 #include "tests/metrology/cad/sample_cad.h"
 
 namespace sixpoint::metrology {

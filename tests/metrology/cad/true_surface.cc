@@ -7,7 +7,6 @@
 #include <BRepMesh_IncrementalMesh.hxx>
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <GCPnts_AbscissaPoint.hxx>
 #include <Message.hxx>
@@ -124,19 +123,13 @@ std::vector<TruePoint> TruePoints(const std::string& step_path, double from_edge
     const double from = std::sqrt(unit(random)), along = unit(random);
     const gp_XY uv = piece.uv[0] * (1 - from) + piece.uv[1] * (from * (1 - along)) + piece.uv[2] * (from * along);
     gp_Pnt point;
-    gp_Vec du, dv, duu, dvv, duv;
-    surfaces[piece.face].D2(uv.X(), uv.Y(), point, du, dv, duu, dvv, duv);
+    gp_Vec du, dv;
+    surfaces[piece.face].D1(uv.X(), uv.Y(), point, du, dv);
     const Eigen::Vector3d normal = ToEigen(du.XYZ()).cross(ToEigen(dv.XYZ()));
     if (!(normal.norm() > 1e-9 * du.Magnitude() * dv.Magnitude())) continue;  // a pole
     if (near_edges.Holds(ToEigen(point.XYZ()))) continue;
     const Eigen::Vector3d outward = signs[piece.face] * normal.normalized();
-    Eigen::Matrix2d first, second;
-    first << du.Dot(du), du.Dot(dv), du.Dot(dv), dv.Dot(dv);
-    const double uv_bend = -ToEigen(duv.XYZ()).dot(outward);
-    second << -ToEigen(duu.XYZ()).dot(outward), uv_bend, uv_bend, -ToEigen(dvv.XYZ()).dot(outward);
-    const Eigen::Vector2d bends =
-        Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix2d>(second, first, Eigen::EigenvaluesOnly).eigenvalues();
-    points.push_back({ToEigen(point.XYZ()), outward, bends[1], bends[0]});
+    points.push_back({ToEigen(point.XYZ()), outward});
   }
   return points;
 }

@@ -9,9 +9,8 @@
 namespace sixpoint::testing {
 
 struct TruePoint {
-  Eigen::Vector3d point_mm;                                  // of the face's surface, part frame
-  Eigen::Vector3d normal;                                    // unit, outward
-  double greatest_curvature_per_mm, least_curvature_per_mm;  // positive as a ball's
+  Eigen::Vector3d point_mm;  // of the face's surface, part frame
+  Eigen::Vector3d normal;    // unit, outward
 };
 
 // Half of them spread by area, half as many to each piece of a coarse triangulation, so that narrow and strongly curved

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "metrology/registration/best_fit.h"
-#include "tests/metrology/surface/shapes.h"
+#include "tests/metrology/mesh/shapes.h"
 
 namespace sixpoint::metrology {
 

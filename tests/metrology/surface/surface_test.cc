@@ -7,9 +7,9 @@
 #include <map>
 #include <random>
 
-#include "metrology/surface/mesh_topology.h"
-#include "tests/metrology/surface/shapes.h"
-#include "tests/metrology/surface/tetrahedron.h"
+#include "metrology/mesh/skin.h"
+#include "tests/metrology/mesh/shapes.h"
+#include "tests/metrology/mesh/tetrahedron.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -211,46 +211,6 @@ TEST(Surface, CornerNormalsTakeTheChordalErrorAway) {
   EXPECT_GT(worst_flat, 5e-4);
   EXPECT_LT(worst, 2e-5);
   EXPECT_LT(worst_normal, 2e-4);
-}
-
-// Of a torus: 1 / minor around its tube, and cos b / (major + minor cos b) along it, b from the outermost circle. Twice as
-// fine a mesh knows them more than twice as well.
-TEST(Surface, CurvaturesAreTheTorus) {
-  const double major = 20, minor = 3;
-  for (const bool with_normals : {true, false}) {
-    std::array<double, 2> worst{};
-    for (const int finer : {1, 2}) {
-      TriangleMesh mesh = shapes::Torus(major, minor, 80 * finer, 360 * finer, kFarOrigin);
-      if (!with_normals) mesh.corner_normals.clear();
-      const auto surface = Prepared(std::move(mesh));
-      std::mt19937_64 random(6);
-      std::uniform_real_distribution<double> turn(0, 2 * M_PI), off(-0.1, 0.1);
-      double worst_direction = 0;
-      for (int i = 0; i < 10'000; ++i) {
-        const double a = turn(random), b = turn(random);
-        const Vector3d ring(std::sin(a), std::cos(a), 0), normal = std::cos(b) * ring + std::sin(b) * Vector3d::UnitZ();
-        const SurfacePoint found = surface->Closest(kFarOrigin + major * ring + (minor + off(random)) * normal);
-        const SurfaceCurvature curvature = surface->CurvatureAt(found);
-        const Vector3d tube = -std::sin(b) * ring + std::cos(b) * Vector3d::UnitZ();
-        double& here = worst[static_cast<std::size_t>(finer - 1)];
-        here = std::max({here, std::abs(curvature.greatest_per_mm - 1 / minor),
-                         std::abs(curvature.least_per_mm - std::cos(b) / (major + minor * std::cos(b)))});
-        worst_direction = std::max(worst_direction, 1 - std::abs(curvature.greatest_direction.dot(tube)));
-      }
-      EXPECT_LT(worst_direction, 1e-5);
-    }
-    std::printf("%s: worst %.3g per mm of 0.333, twice as fine %.3g\n", with_normals ? "normals" : "facets", worst[0],
-                worst[1]);
-    EXPECT_LT(worst[1], 0.003 / minor);
-    EXPECT_LT(worst[1], 0.5 * worst[0]);
-  }
-}
-
-TEST(Surface, HasNoCurvatureWhereItHasAnEdge) {
-  const auto surface = Prepared(Tetrahedron());
-  for (const Vector3d& vertex : surface->mesh().vertices_mm)
-    EXPECT_TRUE(std::isnan(surface->CurvatureAt(surface->Closest(vertex)).greatest_per_mm));
-  EXPECT_TRUE(std::isnan(surface->CurvatureAt(surface->ClosestWithin({1e3, 0, 0}, 1)).greatest_per_mm));
 }
 
 TEST(Surface, SignsAreRightAtAThinEdge) {

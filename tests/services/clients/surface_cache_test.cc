@@ -10,7 +10,7 @@
 #include <mutex>
 #include <thread>
 
-#include "tests/metrology/surface/shapes.h"
+#include "tests/metrology/mesh/shapes.h"
 
 namespace sixpoint::clients {
 namespace {

@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "metrology/cloud/draco_codec.h"
+#include "metrology/mesh/mesh_bytes.h"
 #include "services/clients/scan_blocks.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"

@@ -11,8 +11,9 @@
 #include <iterator>
 #include <random>
 
-#include "metrology/surface/mesh_topology.h"
-#include "metrology/surface/triangle_mesh.h"
+#include "metrology/mesh/mesh_bytes.h"
+#include "metrology/mesh/triangle_mesh.h"
+#include "metrology/mesh/volume.h"
 #include "tests/metrology/cad/sample_cad.h"
 
 namespace sixpoint::plant {

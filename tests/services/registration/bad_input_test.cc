@@ -7,9 +7,10 @@
 #include <random>
 
 #include "metrology/cloud/draco_codec.h"
+#include "metrology/mesh/mesh_bytes.h"
 #include "services/runtime/geometry_proto.h"
 #include "storage/blobs.h"
-#include "tests/metrology/surface/shapes.h"
+#include "tests/metrology/mesh/shapes.h"
 #include "tests/services/registration/fake_plant.h"
 
 namespace sixpoint::registration {

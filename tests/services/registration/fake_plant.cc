@@ -5,12 +5,13 @@
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 #include "metrology/cloud/draco_codec.h"
+#include "metrology/mesh/mesh_bytes.h"
 #include "services/clients/scan_blocks.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "storage/blobs.h"
-#include "tests/metrology/surface/shapes.h"
+#include "tests/metrology/mesh/shapes.h"
 
 namespace sixpoint::registration {
 

@@ -7,7 +7,7 @@
 
 #include "services/runtime/call.h"
 #include "services/runtime/geometry_proto.h"
-#include "tests/metrology/surface/shapes.h"
+#include "tests/metrology/mesh/shapes.h"
 #include "tests/services/registration/fake_plant.h"
 
 namespace sixpoint::registration {

@@ -1,0 +1,143 @@
+#include "metrology/nearest/near_batch.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace sixpoint::metrology {
+namespace {
+
+// Points of no cell are measured together where they are several, and in cell widths near to each other and to the surface:
+// else too many triangles may be the nearest.
+constexpr std::size_t kWorthTogether = 4;
+constexpr std::uint32_t kShapesAhead = 4;  // fetched early
+constexpr double kWidestTogether = 1, kFarthestTogether = 4;
+
+}  // namespace
+
+NearBatch::NearBatch(const TriangleTree& tree, const NearCells& cells)
+    : tree_(tree), cells_(cells), lanes_(std::make_unique<NearLanes>()) {}
+
+void NearBatch::Find(std::uint32_t cell, const Eigen::Vector3d* queries, std::size_t count, double limit_squared,
+                     NearestTriangle* nearest) {
+  const double covered_mm = cells_.covered_mm(), covered_squared = covered_mm * covered_mm;
+  const Candidates candidates = cells_.CandidatesOf(cell);
+  if (limit_squared <= covered_squared) return FindAmong(candidates, queries, count, limit_squared, nearest);
+  // Beyond what is covered the cell does not know all candidates.
+  std::array<Eigen::Vector3d, kMostPoints> far;
+  std::array<std::uint32_t, kMostPoints> far_at;
+  std::size_t far_count = 0;
+  const auto is_far = [&](const Eigen::Vector3d& query) {
+    const double nearer_mm = candidates.group_distance[0] - covered_mm;
+    return nearer_mm > 0 && (query - candidates.centre).squaredNorm() < nearer_mm * nearer_mm;
+  };
+  if (!std::all_of(queries, queries + count, is_far)) {
+    FindAmong(candidates, queries, count, covered_squared, nearest);
+  } else {
+    std::fill(nearest, nearest + count, NearestTriangle{});
+  }
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (nearest[i].triangle != NearestTriangle::kNone) continue;
+    far[far_count] = queries[i];
+    far_at[far_count++] = i;
+  }
+  if (far_count == 0) return;
+  std::array<NearestTriangle, kMostPoints> found;
+  FindAround(far.data(), far_count, limit_squared, tree_.items()[candidates.items[0]].triangle, found.data());
+  for (std::size_t i = 0; i < far_count; ++i) nearest[far_at[i]] = found[i];
+}
+
+void NearBatch::FindAround(const Eigen::Vector3d* queries, std::size_t count, double limit_squared, std::uint32_t hint,
+                           NearestTriangle* nearest) {
+  const auto one_by_one = [&] { tree_.FindEach(queries, count, limit_squared, hint, nearest); };
+  Eigen::Vector3d low = queries[0], high = queries[0];
+  for (std::size_t i = 1; i < count; ++i) {
+    low = low.cwiseMin(queries[i]);
+    high = high.cwiseMax(queries[i]);
+  }
+  const Eigen::Vector3d centre = 0.5 * (low + high);
+  const double radius_mm = 0.5 * (high - low).norm();
+  if (count < kWorthTogether || !(radius_mm < kWidestTogether * cells_.cell_width_mm())) return one_by_one();
+  // Whoever is nearest to a query is no farther from the centre than this.
+  const double farthest_mm = (std::sqrt(limit_squared) + radius_mm) * (1 + 1e-12);
+  const NearestTriangle of_centre = tree_.Find(centre, farthest_mm * farthest_mm, hint);
+  const double distance_mm = std::sqrt(of_centre.distance_squared);
+  if (!(distance_mm < kFarthestTogether * cells_.cell_width_mm())) return one_by_one();
+  tree_.FindWithin(centre, std::min(farthest_mm, (distance_mm + 2 * radius_mm) * (1 + 1e-12)), &within_);
+  items_.clear();
+  group_distance_.clear();
+  const std::uint32_t group_count = ListCandidates(&within_, &items_, &group_distance_);
+  FindAmong({centre, static_cast<float>(radius_mm), items_.data(), group_distance_.data(), group_count}, queries, count,
+            limit_squared, nearest);
+}
+
+float NearBatch::LayOut(const Candidates& candidates, const Eigen::Vector3d* queries, std::size_t count) {
+  NearLanes& lanes = *lanes_;
+  width_ = (count + NearLanes::kMultiple - 1) / NearLanes::kMultiple * NearLanes::kMultiple;
+  float from_centre = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Eigen::Vector3f q = (queries[i] - candidates.centre).cast<float>();
+    lanes.x[i] = q.x();
+    lanes.y[i] = q.y();
+    lanes.z[i] = q.z();
+    from_centre = std::max(from_centre, q.squaredNorm());
+  }
+  for (std::size_t i = count; i < width_; ++i) lanes.x[i] = lanes.y[i] = lanes.z[i] = 0;
+  for (std::size_t i = 0; i < width_; ++i) {
+    lanes.least[i] = lanes.second[i] = std::numeric_limits<float>::infinity();
+    lanes.nearest[i] = 0;
+  }
+  return std::sqrt(from_centre) * (1 + 1e-5f);
+}
+
+NearBatch::Measured NearBatch::Measure(const Candidates& candidates, float from_centre, std::size_t count) {
+  const MeasureTriangle measure = MeasureOf(UsedLaneWidth());
+  NearLanes& lanes = *lanes_;
+  const std::uint32_t *items = candidates.items, item_count = kCandidateGroup * candidates.group_count;
+  const std::size_t blocks = width_ / NearLanes::kMultiple;
+  if (squared_.size() < item_count * blocks) squared_.resize(item_count * blocks);
+  Measured measured;
+  for (std::uint32_t group = 0; group < candidates.group_count; ++group) {
+    const float at_least = candidates.group_distance[group] - from_centre - 2 * measured.tolerance;
+    if (at_least > 0) {
+      const float farthest = *std::max_element(lanes.least, lanes.least + count);
+      if (at_least * at_least * (1 - 1e-6f) > farthest) break;
+    }
+    for (std::uint32_t k = 0; k < kCandidateGroup; ++k) {
+      const std::uint32_t used = measured.used++;
+      const TriangleShape& shape = cells_.shape(items[used]);
+      if (used + kShapesAhead < item_count) __builtin_prefetch(&cells_.shape(items[used + kShapesAhead]));
+      const Eigen::Vector3f a = (tree_.corner(tree_.items()[items[used]], 0) - candidates.centre).cast<float>();
+      const float reach = std::abs(a.x()) + std::abs(a.y()) + std::abs(a.z()) + candidates.width_mm;
+      const float size = std::max(std::abs(shape.bx) + std::abs(shape.by) + std::abs(shape.bz),
+                                  std::abs(shape.cx) + std::abs(shape.cy) + std::abs(shape.cz));
+      measured.tolerance = std::max(measured.tolerance, shape.rounding * (reach + size));
+      measure(shape, a.x(), a.y(), a.z(), used, width_, &lanes, &squared_[used * blocks]);
+    }
+  }
+  return measured;
+}
+
+void NearBatch::FindAmong(const Candidates& candidates, const Eigen::Vector3d* queries, std::size_t count,
+                          double limit_squared, NearestTriangle* nearest) {
+  const float from_centre = LayOut(candidates, queries, count);
+  const auto [used, tolerance] = Measure(candidates, from_centre, count);
+  const auto take = [&, this](std::uint32_t candidate, std::size_t i) {
+    TakeNearer(tree_.vertices(), tree_.items()[candidates.items[candidate]], queries[i], &nearest[i]);
+  };
+  const std::size_t blocks = width_ / NearLanes::kMultiple;
+  for (std::size_t i = 0; i < count; ++i) {
+    nearest[i] = {};
+    nearest[i].distance_squared = limit_squared;
+    const float within = std::sqrt(lanes_->least[i]) + 2 * tolerance, within_squared = within * within * (1 + 1e-6f);
+    if (used > 0 && lanes_->second[i] > within_squared) {
+      take(lanes_->nearest[i], i);
+      continue;
+    }
+    for (std::uint32_t k = 0; k < used; ++k)
+      if (squared_[k * blocks + i / NearLanes::kMultiple].at[i % NearLanes::kMultiple] <= within_squared) take(k, i);
+  }
+}
+
+}  // namespace sixpoint::metrology

@@ -1,0 +1,237 @@
+#include "metrology/nearest/near_cells.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "metrology/parallel/loops.h"
+
+namespace sixpoint::metrology {
+namespace {
+
+constexpr int kKeyBits = 21;                         // of each coordinate
+constexpr std::uint64_t kNoKey = ~std::uint64_t{1};  // of no cell
+constexpr double kGreatestCellsAcross = (1 << kKeyBits) - 2;
+// Cells of about the mean triangle's edge hold some tens of candidates.
+constexpr double kEdgesPerCell = 1.6;
+// Slivers have no area, but a length: of all triangles together no more cells than this along each.
+constexpr double kCellsAlong = 8;
+constexpr double kLeastCellMm = 0.02;
+constexpr std::size_t kTouchedAtATime = std::size_t{1} << 18;  // cells listed more than once
+
+std::uint64_t KeyOf(const Eigen::Array3i& cell) {
+  return static_cast<std::uint64_t>(cell[0]) << (2 * kKeyBits) | static_cast<std::uint64_t>(cell[1]) << kKeyBits |
+         static_cast<std::uint64_t>(cell[2]);
+}
+
+void SortUnique(std::vector<std::uint64_t>* keys) {
+  std::sort(keys->begin(), keys->end());
+  keys->erase(std::unique(keys->begin(), keys->end()), keys->end());
+}
+
+std::size_t HashOf(std::uint64_t key) { return static_cast<std::size_t>((key * 0x9e3779b97f4a7c15ULL) >> 20); }
+
+// Whether a triangle may touch the cube about the centre: its box does, and so does its plane.
+bool Touches(const TriangleTree& tree, const IndexedTriangle& item, const Eigen::Vector3d& centre, double half_mm) {
+  const double half = half_mm * (1 + 1e-9);
+  const Eigen::Vector3d a = tree.corner(item, 0) - centre, b = tree.corner(item, 1) - centre,
+                        c = tree.corner(item, 2) - centre, ab = b - a, ac = c - a;
+  if ((a.cwiseMin(b).cwiseMin(c).array() > half).any() || (a.cwiseMax(b).cwiseMax(c).array() < -half).any())
+    return false;
+  const Eigen::Vector3d normal = ab.cross(ac);
+  // A sliver's plane is not known well enough to rule anything out.
+  if (!(normal.squaredNorm() > 1e-6 * ab.squaredNorm() * ac.squaredNorm())) return true;
+  return std::abs(normal.dot(a)) <= half * normal.lpNorm<1>() * (1 + 1e-6);
+}
+
+}  // namespace
+
+struct NearCells::Listed {
+  std::vector<std::uint64_t> keys;
+  std::vector<std::uint32_t> group_counts, items;
+  std::vector<float> group_distance;
+};
+
+NearCells::NearCells(const TriangleTree& tree, double covered_mm, int thread_count)
+    : tree_(tree), covered_mm_(covered_mm) {
+  FindShapes();
+  ListEach(CellsNearSurface(thread_count), thread_count);
+}
+
+void NearCells::FindShapes() {
+  const std::vector<IndexedTriangle>& items = tree_.items();
+  Eigen::AlignedBox3d bounds_mm;
+  double area = 0, lengths_mm = 0;
+  shapes_.reserve(items.size());
+  for (const IndexedTriangle& item : items) {
+    const Eigen::Vector3d &a = tree_.corner(item, 0), &b = tree_.corner(item, 1), &c = tree_.corner(item, 2);
+    area += 0.5 * (b - a).cross(c - a).norm();
+    lengths_mm += std::max({(b - a).norm(), (c - a).norm(), (c - b).norm()});
+    bounds_mm.extend(a).extend(b).extend(c);
+    shapes_.push_back(ShapeOf(b - a, c - a));
+  }
+  const double edge_mm = std::sqrt(4 / std::sqrt(3.0) * area / static_cast<double>(items.size()));
+  const double extent_mm = bounds_mm.sizes().maxCoeff() + 4 * covered_mm_;
+  const double mean_length_mm = lengths_mm / static_cast<double>(items.size());
+  cell_mm_ = std::max(
+      {kEdgesPerCell * edge_mm, mean_length_mm / kCellsAlong, kLeastCellMm, extent_mm / kGreatestCellsAcross * 1.01});
+  per_cell_ = 1 / cell_mm_;
+  low_mm_ = bounds_mm.min() - Eigen::Vector3d::Constant(covered_mm_ + 2 * cell_mm_);
+}
+
+double NearCells::radius_mm() const { return 0.5 * std::sqrt(3.0) * cell_mm_; }
+
+// Cells with their centre in the band about the surface, sorted.
+std::vector<std::uint64_t> NearCells::CellsNearSurface(int thread_count) const {
+  const std::vector<IndexedTriangle>& items = tree_.items();
+  std::vector<std::vector<std::uint64_t>> touched_of(PartCount(thread_count));
+  InParts(items.size(), thread_count, [&](std::size_t begin, std::size_t end, std::size_t part) {
+    std::vector<std::uint64_t>& touched_here = touched_of[part];
+    std::size_t most = kTouchedAtATime;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Eigen::Vector3d &a = tree_.corner(items[i], 0), &b = tree_.corner(items[i], 1),
+                            &c = tree_.corner(items[i], 2);
+      const Eigen::Array3d from = (a.cwiseMin(b).cwiseMin(c) - low_mm_).array() - covered_mm_;
+      const Eigen::Array3d to = (a.cwiseMax(b).cwiseMax(c) - low_mm_).array() + covered_mm_;
+      Touch(items[i], (from / cell_mm_).floor().cast<int>(), (to / cell_mm_).floor().cast<int>(), &touched_here);
+      if (touched_here.size() < most) continue;
+      SortUnique(&touched_here);
+      most = std::max(most, 2 * touched_here.size());
+    }
+    SortUnique(&touched_here);
+  });
+  std::vector<std::uint64_t> touched = std::move(touched_of[0]);
+  for (std::size_t part = 1; part < touched_of.size(); ++part)
+    touched.insert(touched.end(), touched_of[part].begin(), touched_of[part].end());
+  SortUnique(&touched);
+  return touched;
+}
+
+// Adds the cell, unless no triangle can be the nearest of a covered point in it.
+void NearCells::List(std::uint64_t key, std::uint32_t* hint, std::vector<TriangleTree::Within>* within,
+                     Listed* listed) const {
+  const double band_mm = covered_mm_ + radius_mm();  // of the centre of a cell that holds a covered point
+  const Eigen::Vector3d centre = CentreOf(key);
+  const NearestTriangle nearest = tree_.Find(centre, band_mm * band_mm, *hint);
+  if (nearest.triangle == NearestTriangle::kNone) return;
+  *hint = nearest.triangle;
+  // Whoever is nearest to a covered point of the cell is no farther from its centre than this, and touches the cell
+  // grown by what is covered.
+  const double reach_mm = std::min(std::sqrt(nearest.distance_squared) + 2 * radius_mm(), band_mm) * (1 + 1e-12);
+  tree_.FindWithin(centre, reach_mm, within);
+  within->erase(std::remove_if(within->begin(), within->end(),
+                               [&](const TriangleTree::Within& candidate) {
+                                 return !Touches(tree_, tree_.items()[candidate.item], centre,
+                                                 0.5 * cell_mm_ + covered_mm_);
+                               }),
+                within->end());
+  if (within->empty()) return;
+  listed->keys.push_back(key);
+  listed->group_counts.push_back(ListCandidates(within, &listed->items, &listed->group_distance));
+}
+
+void NearCells::ListEach(const std::vector<std::uint64_t>& touched, int thread_count) {
+  std::vector<Listed> parts(PartCount(thread_count));
+  InParts(touched.size(), thread_count, [&](std::size_t begin, std::size_t end, std::size_t part) {
+    std::vector<TriangleTree::Within> within;
+    std::uint32_t hint = NearestTriangle::kNone;
+    for (std::size_t t = begin; t < end; ++t) List(touched[t], &hint, &within, &parts[part]);
+  });
+  std::size_t cell_count = 0, group_count = 0;
+  for (const Listed& part : parts) {
+    cell_count += part.keys.size();
+    group_count += part.group_distance.size();
+  }
+  std::vector<std::uint64_t> keys;
+  keys.reserve(cell_count);
+  first_.reserve(cell_count + 1);
+  items_.reserve(kCandidateGroup * group_count);
+  group_distance_.reserve(group_count);
+  first_.push_back(0);
+  for (Listed& part : parts) {
+    keys.insert(keys.end(), part.keys.begin(), part.keys.end());
+    for (const std::uint32_t groups : part.group_counts) first_.push_back(first_.back() + groups);
+    items_.insert(items_.end(), part.items.begin(), part.items.end());
+    group_distance_.insert(group_distance_.end(), part.group_distance.begin(), part.group_distance.end());
+    part = {};
+  }
+  MakeTable(keys);
+}
+
+void NearCells::MakeTable(const std::vector<std::uint64_t>& keys) {
+  std::size_t slots = 16;
+  while (slots < 2 * keys.size()) slots *= 2;
+  keys_.assign(slots, 0);
+  cells_.assign(slots, kNoCell);
+  centres_mm_.reserve(keys.size());
+  for (std::uint32_t cell = 0; cell < keys.size(); ++cell) {
+    std::size_t slot = HashOf(keys[cell]) & (slots - 1);
+    while (keys_[slot] != 0) slot = (slot + 1) & (slots - 1);
+    keys_[slot] = keys[cell] + 1;
+    cells_[slot] = cell;
+    centres_mm_.push_back(CentreOf(keys[cell]));
+  }
+}
+
+Eigen::Vector3d NearCells::CentreOf(std::uint64_t key) const {
+  constexpr std::uint64_t kMask = (std::uint64_t{1} << kKeyBits) - 1;
+  const Eigen::Vector3d cell(static_cast<double>(key >> (2 * kKeyBits)), static_cast<double>(key >> kKeyBits & kMask),
+                             static_cast<double>(key & kMask));
+  return low_mm_ + cell_mm_ * (cell.array() + 0.5).matrix();
+}
+
+// By halves: what a long triangle's box holds is more than memory does.
+void NearCells::Touch(const IndexedTriangle& item, const Eigen::Array3i& first, const Eigen::Array3i& last,
+                      std::vector<std::uint64_t>* touched) const {
+  const Eigen::Array3i across = last - first + 1;
+  const Eigen::Vector3d centre = low_mm_ + 0.5 * cell_mm_ * (first + last + 1).cast<double>().matrix();
+  const double reach_mm = (0.5 * cell_mm_ * across.cast<double>().matrix().norm() + covered_mm_) * (1 + 1e-12);
+  NearestTriangle nearest;
+  TakeNearer(tree_.vertices(), item, centre, &nearest);
+  if (nearest.distance_squared > reach_mm * reach_mm) return;
+  int axis;
+  if (across.maxCoeff(&axis) == 1) {
+    touched->push_back(KeyOf(first));
+    return;
+  }
+  Eigen::Array3i middle = last, next = first;
+  middle[axis] = first[axis] + across[axis] / 2 - 1;
+  next[axis] = middle[axis] + 1;
+  Touch(item, first, middle, touched);
+  Touch(item, next, last, touched);
+}
+
+void NearCells::CellsAt(const Eigen::Vector3d* points_mm, std::size_t count, std::uint32_t* cells) const {
+  // The table's lines are on their way before they are read.
+  std::array<std::uint64_t, kTogether> keys;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Eigen::Array3d at = ((points_mm[i] - low_mm_) * per_cell_).array();
+    const bool inside = (at >= 0).all() && (at < kGreatestCellsAcross).all();
+    keys[i] = inside ? KeyOf(at.cast<int>()) : kNoKey;
+    __builtin_prefetch(&keys_[HashOf(keys[i]) & (keys_.size() - 1)]);
+  }
+  for (std::size_t i = 0; i < count; ++i) cells[i] = Find(keys[i]);
+}
+
+std::uint32_t NearCells::Find(std::uint64_t key) const {
+  for (std::size_t slot = HashOf(key) & (keys_.size() - 1); keys_[slot] != 0; slot = (slot + 1) & (keys_.size() - 1)) {
+    if (keys_[slot] == key + 1) return cells_[slot];
+  }
+  return kNoCell;
+}
+
+std::size_t NearCells::memory_bytes() const {
+  return shapes_.capacity() * sizeof(TriangleShape) + keys_.capacity() * sizeof(std::uint64_t) +
+         sizeof(std::uint32_t) *
+             (cells_.capacity() + first_.capacity() + items_.capacity() + group_distance_.capacity()) +
+         centres_mm_.capacity() * sizeof(Eigen::Vector3d);
+}
+
+Candidates NearCells::CandidatesOf(std::uint32_t cell) const {
+  const std::uint32_t first = first_[cell];
+  return {centres_mm_[cell], cell_width_mm(), &items_[std::size_t{kCandidateGroup} * first], &group_distance_[first],
+          first_[cell + 1] - first};
+}
+
+}  // namespace sixpoint::metrology

@@ -1,0 +1,66 @@
+// Where very many points lie near a surface: a grid of cells, each with every triangle that can be the nearest of any point
+// in it.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "metrology/nearest/candidates.h"
+#include "metrology/nearest/triangle_tree.h"
+
+namespace sixpoint::metrology {
+
+// Read by any number of threads; the tree lives longer.
+class NearCells {
+ public:
+  // Every point within covered_mm of the surface lies in a cell. The same on any number of threads.
+  NearCells(const TriangleTree& tree, double covered_mm, int thread_count);
+
+  double covered_mm() const { return covered_mm_; }
+  float cell_width_mm() const { return static_cast<float>(cell_mm_); }
+  std::size_t cell_count() const { return first_.size() - 1; }
+  std::size_t memory_bytes() const;
+
+  static constexpr std::uint32_t kNoCell = 0xffffffff;
+  static constexpr std::size_t kTogether = 32;
+  // The cells that hold up to kTogether points, kNoCell where there is none.
+  void CellsAt(const Eigen::Vector3d* points_mm, std::size_t count, std::uint32_t* cells) const;
+
+  // Among them is the nearest of each point of the cell that is within covered_mm of the surface.
+  Candidates CandidatesOf(std::uint32_t cell) const;
+  const TriangleShape& shape(std::uint32_t item) const { return shapes_[item]; }
+
+ private:
+  struct Listed;  // cells with their candidates, as one thread finds them
+
+  void FindShapes();  // and from them how wide cells are, and from where on they are counted
+  std::vector<std::uint64_t> CellsNearSurface(int thread_count) const;
+  void ListEach(const std::vector<std::uint64_t>& keys, int thread_count);
+  void List(std::uint64_t key, std::uint32_t* hint, std::vector<TriangleTree::Within>* within, Listed* listed) const;
+  void MakeTable(const std::vector<std::uint64_t>& keys);
+
+  Eigen::Vector3d CentreOf(std::uint64_t key) const;
+  double radius_mm() const;  // of the ball about a cell
+  // Adds the cells from first to last whose centre is in the band about the triangle: no farther than covered and half a
+  // cell's diagonal.
+  void Touch(const IndexedTriangle& item, const Eigen::Array3i& first, const Eigen::Array3i& last,
+             std::vector<std::uint64_t>* touched) const;
+  std::uint32_t Find(std::uint64_t key) const;
+
+  const TriangleTree& tree_;
+  double covered_mm_;
+  double cell_mm_ = 0, per_cell_ = 0;
+  Eigen::Vector3d low_mm_;
+  std::vector<TriangleShape> shapes_;  // of the tree's items
+  // Hash table, open addressing: key + 1 (0: free) and the cell's index.
+  std::vector<std::uint64_t> keys_;
+  std::vector<std::uint32_t> cells_;
+  // By cell: its items, as ListCandidates puts them about its centre.
+  std::vector<std::uint32_t> first_;  // group
+  std::vector<std::uint32_t> items_;
+  std::vector<float> group_distance_;
+  Points centres_mm_;  // of the cells
+};
+
+}  // namespace sixpoint::metrology

@@ -1,0 +1,47 @@
+// Points side by side, measured against one triangle at a time in single precision: only to rule out what is farther than the
+// best by more than that rounds. One loop, compiled for each width of vectors; every width gives the same bits, on every processor.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace sixpoint::metrology {
+
+// What a triangle looks like in single precision, wherever it stands: one line of the processor's cache.
+struct alignas(64) TriangleShape {
+  float bx, by, bz, cx, cy, cz, nx, ny, nz;  // edges, unit normal
+  float vx, vy, vz, wx, wy, wz;              // barycentric coordinates of p - corner: its products with these
+  float rounding;                            // of a distance, for each millimetre from the corner
+};
+
+struct NearLanes {
+  static constexpr std::size_t kMost = 64;
+  static constexpr std::size_t kMultiple = 16;     // points are padded to a multiple, of the widest vectors
+  alignas(64) float x[kMost], y[kMost], z[kMost];  // about some centre
+  alignas(64) float least[kMost], second[kMost];   // squared distances
+  alignas(64) std::uint32_t nearest[kMost];        // candidate
+};
+
+// Squared distances, as many as are measured together.
+struct alignas(64) LaneBlock {
+  float at[NearLanes::kMultiple];
+};
+
+enum class LaneWidth { kFour, kEight, kSixteen };  // SSE2 or what the processor has at least; AVX2; AVX-512
+
+// Puts the squared distances of the first `count` lanes (a multiple of kMultiple) to a triangle with its first corner at
+// (ax, ay, az), and keeps the least and second of each lane.
+using MeasureTriangle = void (*)(const TriangleShape& shape, float ax, float ay, float az, std::uint32_t candidate,
+                                 std::size_t count, NearLanes* lanes, LaneBlock* squared);
+MeasureTriangle MeasureOf(LaneWidth width);
+
+// Those that this processor has, the widest last.
+std::vector<LaneWidth> LaneWidths();
+
+// What searches use from now on, all of this process: the widest, unless a test or benchmark asks for another that this
+// processor has. Only the time depends on it.
+LaneWidth UsedLaneWidth();
+void UseLaneWidth(LaneWidth width);
+
+}  // namespace sixpoint::metrology

@@ -1,0 +1,109 @@
+#include "metrology/nearest/nearest_search.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <utility>
+
+#include "metrology/nearest/near_batch.h"
+
+namespace sixpoint::metrology {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kNearMm = 0.1;         // what the near cells cover: more than a converged fit reaches
+constexpr std::size_t kFetched = 1024;  // points asked for at a time: the processor waits for many at once
+
+}  // namespace
+
+NearestSearch::NearestSearch(const Points& vertices_mm, const std::vector<TriangleCorners>& triangles)
+    : tree_(vertices_mm, triangles) {}
+
+NearestTriangle NearestSearch::Find(const Vector3d& point_mm, double limit_mm, std::uint32_t hint) const {
+  if (!IsSomewhere(point_mm) || !(limit_mm >= 0)) return {};
+  return tree_.Find(point_mm, limit_mm * limit_mm, hint);
+}
+
+void NearestSearch::PrepareNear(int thread_count) const {
+  std::call_once(near_once_, [&] {
+    near_ = std::make_unique<const NearCells>(tree_, kNearMm, thread_count);
+    near_ready_ = near_.get();
+  });
+}
+
+std::size_t NearestSearch::memory_bytes() const {
+  const NearCells* near = near_ready_.load();
+  return tree_.memory_bytes() + (near == nullptr ? 0 : near->memory_bytes());
+}
+
+NearestSearch::Many::Many(const NearestSearch& search, std::uint32_t count, PointsAt points_at, double limit_mm,
+                          int thread_count)
+    : tree_(search.tree_),
+      near_(search.near_ready_.load()),
+      points_at_(std::move(points_at)),
+      limit_mm_(limit_mm),
+      order_(OrderOf(near_, points_at_, count, FarMatter(), thread_count)) {}
+
+class NearestSearch::Many::Visitor {
+ public:
+  Visitor(const Many& many, std::size_t from) : many_(many) {
+    if (many.near_ == nullptr) return;
+    batch_.emplace(many.tree_, *many.near_);
+    const std::vector<std::uint32_t>& first = many.order_.first;
+    cell_ = static_cast<std::uint32_t>(std::upper_bound(first.begin(), first.end(), from) - first.begin()) - 1;
+  }
+
+  // How many of the points that follow at `at` are looked up together: they lie in one cell, or in one place.
+  std::size_t CountTogether(std::size_t at, const Vector3d* points, std::size_t most) {
+    most = std::min(most, NearBatch::kMostPoints);
+    if (at < many_.order_.in_cells_count) {
+      while (many_.order_.first[cell_ + 1] <= at) ++cell_;
+      return std::min<std::size_t>(most, many_.order_.first[cell_ + 1] - at);
+    }
+    if (!many_.FarMatter()) return most;
+    const std::uint64_t place = PlaceOf(points[0]);
+    const auto* end = std::find_if(points + 1, points + most, [&](const Vector3d& p) { return PlaceOf(p) != place; });
+    return static_cast<std::size_t>(end - points);
+  }
+
+  const NearestTriangle* Find(std::size_t at, const Vector3d* points, std::size_t count) {
+    std::fill_n(nearest_.begin(), count, NearestTriangle{});
+    if (many_.limit_mm_ >= 0) {
+      const double limit_squared = many_.limit_mm_ * many_.limit_mm_;
+      if (at < many_.order_.in_cells_count)
+        batch_->Find(cell_, points, count, limit_squared, nearest_.data());
+      else if (many_.FarMatter() && IsSomewhere(points[0]))
+        FindFar(points, count, limit_squared);
+    }
+    if (nearest_[count - 1].triangle != NearestTriangle::kNone) hint_ = nearest_[count - 1].triangle;
+    return nearest_.data();
+  }
+
+ private:
+  void FindFar(const Vector3d* points, std::size_t count, double limit_squared) {
+    if (batch_) return batch_->FindAround(points, count, limit_squared, hint_, nearest_.data());
+    many_.tree_.FindEach(points, count, limit_squared, hint_, nearest_.data());
+  }
+
+  const Many& many_;
+  std::optional<NearBatch> batch_;
+  std::array<NearestTriangle, NearBatch::kMostPoints> nearest_;
+  std::uint32_t cell_ = 0, hint_ = NearestTriangle::kNone;
+};
+
+void NearestSearch::Many::Visit(std::size_t from, std::size_t to, const std::function<void(const Found&)>& take) const {
+  Visitor visitor(*this, from);
+  std::array<Vector3d, kFetched> points;
+  for (std::size_t fetched = from; fetched < to; fetched += kFetched) {
+    const std::size_t end = std::min(to, fetched + kFetched);
+    points_at_(&order_.order[fetched], end - fetched, points.data());
+    for (std::size_t at = fetched, count; at < end; at += count) {
+      const Vector3d* here = &points[at - fetched];
+      count = visitor.CountTogether(at, here, end - at);
+      take({&order_.order[at], here, visitor.Find(at, here, count), count});
+    }
+  }
+}
+
+}  // namespace sixpoint::metrology

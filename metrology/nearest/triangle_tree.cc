@@ -1,0 +1,111 @@
+#include "metrology/nearest/triangle_tree.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace sixpoint::metrology {
+namespace {
+
+constexpr int kStackSize = 512;
+
+// Of a point from the boxes of the children.
+inline Eigen::Array4f SquaredDistances(const TreeNode& node, const Eigen::Vector3f& q) {
+  Eigen::Array4f squared = Eigen::Array4f::Zero();
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Array4f outside = (node.low[k] - q[k]).max(q[k] - node.high[k]).max(0.f);
+    squared += outside * outside;
+  }
+  return squared;
+}
+
+}  // namespace
+
+TriangleTree::TriangleTree(const Points& vertices, const std::vector<TriangleCorners>& triangles)
+    : vertices_(vertices), tree_(BuildTree(vertices, triangles)) {
+  if (empty()) return;
+  item_of_triangle_.assign(triangles.size(), NearestTriangle::kNone);
+  for (std::uint32_t i = 0; i < tree_.items.size(); ++i) item_of_triangle_[tree_.items[i].triangle] = i;
+}
+
+std::size_t TriangleTree::memory_bytes() const {
+  return tree_.items.capacity() * sizeof(IndexedTriangle) + item_of_triangle_.capacity() * sizeof(std::uint32_t) +
+         tree_.nodes.capacity() * sizeof(TreeNode);
+}
+
+NearestTriangle TriangleTree::Find(const Eigen::Vector3d& query, double limit_squared, std::uint32_t hint) const {
+  NearestTriangle best;
+  best.distance_squared = limit_squared;
+  if (empty()) return best;
+  if (hint < item_of_triangle_.size() && item_of_triangle_[hint] != NearestTriangle::kNone)
+    TakeNearer(vertices_, tree_.items[item_of_triangle_[hint]], query, &best);
+  const Eigen::Vector3f q = query.cast<float>();
+  const auto reach = [&best] {  // above the best distance by more than float rounds
+    return static_cast<float>(best.distance_squared * (1 + 1e-5)) + std::numeric_limits<float>::min();
+  };
+  struct Waiting {
+    float distance_squared;
+    std::uint32_t node;
+  };
+  std::array<Waiting, kStackSize> stack;
+  int depth = 0;
+  stack[depth++] = {0, 0};
+  float limit = reach();
+  while (depth > 0) {
+    const Waiting next = stack[--depth];
+    if (next.distance_squared > limit) continue;
+    const TreeNode& node = tree_.nodes[next.node];
+    const Eigen::Array4f squared = SquaredDistances(node, q);
+    const int bottom = depth;
+    for (int c = 0; c < 4; ++c) {
+      if (!(squared[c] <= limit) || node.first[c] == TreeNode::kNoChild) continue;
+      if (node.count[c] > 0) {
+        for (std::uint32_t i = 0; i < node.count[c]; ++i)
+          TakeNearer(vertices_, tree_.items[node.first[c] + i], query, &best);
+        limit = reach();
+      } else {
+        stack[depth++] = {squared[c], node.first[c]};
+        for (int i = depth - 1; i > bottom && stack[i].distance_squared > stack[i - 1].distance_squared; --i)
+          std::swap(stack[i], stack[i - 1]);
+      }
+    }
+  }
+  return best;
+}
+
+void TriangleTree::FindEach(const Eigen::Vector3d* queries, std::size_t count, double limit_squared, std::uint32_t hint,
+                            NearestTriangle* nearest) const {
+  for (std::size_t i = 0; i < count; ++i) {
+    nearest[i] = Find(queries[i], limit_squared, hint);
+    if (nearest[i].triangle != NearestTriangle::kNone) hint = nearest[i].triangle;
+  }
+}
+
+void TriangleTree::FindWithin(const Eigen::Vector3d& query, double distance, std::vector<Within>* found) const {
+  found->clear();
+  if (empty()) return;
+  const Eigen::Vector3f q = query.cast<float>();
+  const auto limit = static_cast<float>(distance * distance * (1 + 1e-5)) + std::numeric_limits<float>::min();
+  std::array<std::uint32_t, kStackSize> stack;
+  int depth = 0;
+  stack[depth++] = 0;
+  while (depth > 0) {
+    const TreeNode& node = tree_.nodes[stack[--depth]];
+    const Eigen::Array4f squared = SquaredDistances(node, q);
+    for (int c = 0; c < 4; ++c) {
+      if (!(squared[c] <= limit) || node.first[c] == TreeNode::kNoChild) continue;
+      if (node.count[c] == 0) {
+        stack[depth++] = node.first[c];
+        continue;
+      }
+      for (std::uint32_t i = node.first[c]; i < node.first[c] + node.count[c]; ++i) {
+        NearestTriangle nearest;
+        TakeNearer(vertices_, tree_.items[i], query, &nearest);
+        if (nearest.distance_squared <= distance * distance) found->push_back({i, std::sqrt(nearest.distance_squared)});
+      }
+    }
+  }
+}
+
+}  // namespace sixpoint::metrology

@@ -1,0 +1,46 @@
+// A four-way bounding-volume tree over triangles: finds the nearest of one point exactly (double precision).
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "metrology/nearest/nearest_triangle.h"
+#include "metrology/nearest/tree_builder.h"
+
+namespace sixpoint::metrology {
+
+// Read by any number of threads.
+class TriangleTree {
+ public:
+  // Triangles without area are left out. Vertices should be near their origin, since boxes are kept in float; they stay
+  // where they are while the tree lives.
+  TriangleTree(const Points& vertices, const std::vector<TriangleCorners>& triangles);
+
+  // The nearest triangle within a distance; equal distances go to the smaller index. The hint, a triangle thought near,
+  // only saves time.
+  NearestTriangle Find(const Eigen::Vector3d& query, double limit_squared, std::uint32_t hint) const;
+  // The same of each in turn, from one to the next.
+  void FindEach(const Eigen::Vector3d* queries, std::size_t count, double limit_squared, std::uint32_t hint,
+                NearestTriangle* nearest) const;
+
+  struct Within {
+    std::uint32_t item;
+    double distance;
+  };
+  // All items within a distance, in no particular order.
+  void FindWithin(const Eigen::Vector3d& query, double distance, std::vector<Within>* found) const;
+
+  bool empty() const { return items().empty(); }
+  const std::vector<IndexedTriangle>& items() const { return tree_.items; }
+  const Eigen::Vector3d& corner(const IndexedTriangle& item, std::size_t i) const { return vertices_[item.corners[i]]; }
+  const Points& vertices() const { return vertices_; }
+  std::size_t memory_bytes() const;
+
+ private:
+  const Points& vertices_;
+  BuiltTree tree_;
+  std::vector<std::uint32_t> item_of_triangle_;
+};
+
+}  // namespace sixpoint::metrology

@@ -1,0 +1,36 @@
+// The foot of a point on the curved surface over a triangle and those that continue it smoothly.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "metrology/mesh/cubic_patch.h"
+#include "metrology/mesh/triangle_mesh.h"
+#include "metrology/nearest/nearest_triangle.h"
+#include "metrology/surface/seams.h"
+
+namespace sixpoint::metrology {
+
+struct CurvedFoot {
+  Eigen::Vector3d point_mm, normal;
+  double signed_distance_mm;  // of the query along the normal
+};
+
+// Part frame about the surface's middle, as the vertices are. All live longer. Read by any number of threads.
+class CurvedSurface {
+ public:
+  CurvedSurface(const TriangleMesh& mesh, const Points& vertices_mm, const Seams& seams)
+      : mesh_(mesh), vertices_mm_(vertices_mm), seams_(seams) {}
+
+  // From the nearest point of the facets on: absent where the triangle carries no patch.
+  std::optional<CurvedFoot> FootOf(const Eigen::Vector3d& query, const NearestTriangle& nearest) const;
+
+ private:
+  std::optional<CubicPatch> PatchOver(std::uint32_t triangle) const;
+
+  const TriangleMesh& mesh_;
+  const Points& vertices_mm_;
+  const Seams& seams_;
+};
+
+}  // namespace sixpoint::metrology
