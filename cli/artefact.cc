@@ -55,9 +55,11 @@ void AddArtefactCommands(CLI::App* app, Session* session) {
   session->OnCommand(artefact->add_subcommand("list", "Lists the artefacts"), [session]() -> absl::Status {
     nlohmann::json json = nlohmann::json::array();
     Table table({"artefact", ">revision", ">side mm", ">cones", ">slots", "since"});
+    plant::v1::ListArtefactsRequest request;
+    request.set_view(list::v1::VIEW_FULL);
     absl::Status status =
-        ForEachPage<PlantService>(session, "plant", &PlantService::Stub::ListArtefacts,
-                                  plant::v1::ListArtefactsRequest(), [&](const plant::v1::ListArtefactsResponse& page) {
+        ForEachPage<PlantService>(session, "plant", &PlantService::Stub::ListArtefacts, request,
+                                  [&](const plant::v1::ListArtefactsResponse& page) {
                                     for (const plant::v1::Artefact& entry : page.artefacts()) {
                                       json.push_back(MessageToJson(entry));
                                       table.AddRow({IdText(entry.name()), std::to_string(entry.revision()),

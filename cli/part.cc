@@ -74,9 +74,10 @@ void AddPartCommands(CLI::App* app, Session* session) {
   session->OnCommand(part->add_subcommand("list", "Lists the parts"), [session]() -> absl::Status {
     nlohmann::json json = nlohmann::json::array();
     Table table({"part", ">revision", "cad", ">triangles", ">groups", ">datums", "since"});
+    plant::v1::ListPartsRequest request;
+    request.set_view(list::v1::VIEW_FULL);
     absl::Status status = ForEachPage<PlantService>(
-        session, "plant", &PlantService::Stub::ListParts, plant::v1::ListPartsRequest(),
-        [&](const plant::v1::ListPartsResponse& page) {
+        session, "plant", &PlantService::Stub::ListParts, request, [&](const plant::v1::ListPartsResponse& page) {
           for (const plant::v1::Part& entry : page.parts()) {
             json.push_back(MessageToJson(entry));
             table.AddRow({IdText(entry.name()), std::to_string(entry.revision()),

@@ -55,9 +55,8 @@ class Moves {
   absl::StatusOr<std::optional<double>> Greatest_um(int index, const Registration& after) {
     if (!before(index).has_zero_from_part() || !after.has_zero_from_part()) return std::nullopt;
     plant::v1::GetPartRequest get;
-    get.set_name(after.part());
-    get.set_revision(after.part_revision());
-    const auto [part, is_new] = parts_.try_emplace(after.part() + "@" + std::to_string(after.part_revision()));
+    get.set_name(after.part() + "@" + std::to_string(after.part_revision()));
+    const auto [part, is_new] = parts_.try_emplace(get.name());
     if (is_new)
       if (absl::Status status = session_->Call<plant::v1::PlantService>(
               "plant", &plant::v1::PlantService::Stub::GetPart, get, &part->second);

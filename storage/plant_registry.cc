@@ -54,7 +54,8 @@ constexpr char kSelectBlade[] =
     "SELECT blade_serial, part_id, record_sequence, recorded_at FROM blades WHERE blade_serial = $1";
 constexpr char kSelectBlades[] =
     "SELECT blade_serial, part_id, record_sequence, recorded_at FROM blades WHERE blade_serial > $1 "
-    "ORDER BY blade_serial LIMIT $2";
+    "AND ($2 = '' OR part_id = $2) AND ($3::timestamptz IS NULL OR recorded_at >= $3) "
+    "AND ($4::timestamptz IS NULL OR recorded_at < $4) ORDER BY blade_serial LIMIT $5";
 
 // The id's own row, made and locked, so that revisions are numbered one at a time.
 absl::Status Claim(Transaction& transaction, const char* insert, const char* lock, const std::string& id) {
@@ -224,12 +225,20 @@ absl::StatusOr<std::optional<BladeRow>> FindBlade(Transaction& transaction, cons
   return ReadBlade(*rows, 0);
 }
 
-absl::StatusOr<std::vector<BladeRow>> ListBlades(Transaction& transaction, const std::string& after, int limit) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlades, Params().Text(after).Int(limit));
+absl::StatusOr<std::vector<BladeRow>> ListBlades(Transaction& transaction, const BladeFilter& filter,
+                                                 const std::string& after, int limit) {
+  Params params;
+  params.Text(after).Text(filter.part_id);
+  AddSpan(filter.recorded, &params);
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlades, params.Int(limit));
   if (!rows.ok()) return rows.status();
   std::vector<BladeRow> blades;
   for (int row = 0; row < rows->count(); ++row) blades.push_back(ReadBlade(*rows, row));
   return blades;
+}
+
+std::string CollectionOf(Registered what) {
+  return what == Registered::kMachines ? "machines" : what == Registered::kArtefacts ? "artefacts" : "parts";
 }
 
 absl::StatusOr<std::vector<std::string>> ListRegistered(Transaction& transaction, Registered what,

@@ -12,6 +12,7 @@
 
 #include "storage/database.h"
 #include "storage/record.h"
+#include "storage/time_span.h"
 
 namespace sixpoint::storage {
 
@@ -132,7 +133,14 @@ absl::StatusOr<std::optional<BladeRow>> FindBlade(Transaction& transaction, cons
 enum class Registered { kMachines, kArtefacts, kParts };
 absl::StatusOr<std::vector<std::string>> ListRegistered(Transaction& transaction, Registered what,
                                                         const std::string& after, int limit);
-absl::StatusOr<std::vector<BladeRow>> ListBlades(Transaction& transaction, const std::string& after, int limit);
+// The collection of its names: machines, artefacts, parts.
+std::string CollectionOf(Registered what);
+struct BladeFilter {
+  std::string part_id;  // empty: all
+  TimeSpan recorded;
+};
+absl::StatusOr<std::vector<BladeRow>> ListBlades(Transaction& transaction, const BladeFilter& filter,
+                                                 const std::string& after, int limit);
 
 // Blobs of the CAD and of the surface have to be stored. Twice the same is once.
 absl::Status InsertTessellation(Transaction& transaction, const TessellationRow& tessellation,

@@ -18,7 +18,10 @@ constexpr char kListScans[] =
     "SELECT " SIXPOINT_SCAN_COLUMNS
     " FROM scans WHERE ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR machine_id = $2) "
     "AND ($3 = '' OR artefact_id = $3) AND ($4 = '' OR blade_serial = $4) "
-    "AND ($5 = '' OR kind = $5) ORDER BY record_sequence DESC LIMIT $6";
+    "AND ($5 = '' OR kind = $5) "
+    "AND ($6 = '' OR blade_serial IN (SELECT b.blade_serial FROM blades b WHERE b.part_id = $6)) "
+    "AND ($7::timestamptz IS NULL OR recorded_at >= $7) AND ($8::timestamptz IS NULL OR recorded_at < $8) "
+    "ORDER BY record_sequence DESC LIMIT $9";
 #undef SIXPOINT_SCAN_COLUMNS
 constexpr char kInsertBlocks[] =
     "INSERT INTO scan_blocks (scan_id, block_index, point_count, blob_sha256, first_profile, profile_count, "
@@ -143,13 +146,11 @@ absl::StatusOr<Recorded> InsertScan(Transaction& transaction, const ScanRow& sca
 
 absl::StatusOr<std::vector<ScanRow>> ListScans(Transaction& transaction, const ScanFilter& filter,
                                                std::int64_t before_sequence, int limit) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kListScans, Params()
-                                                                        .Int(before_sequence)
-                                                                        .Text(filter.machine_id)
-                                                                        .Text(filter.artefact_id)
-                                                                        .Text(filter.blade_serial)
-                                                                        .Text(filter.kind)
-                                                                        .Int(limit));
+  Params params;
+  params.Int(before_sequence).Text(filter.machine_id).Text(filter.artefact_id).Text(filter.blade_serial);
+  params.Text(filter.kind).Text(filter.part_id);
+  AddSpan(filter.recorded, &params);
+  const absl::StatusOr<Rows> rows = transaction.Execute(kListScans, params.Int(limit));
   if (!rows.ok()) return rows.status();
   std::vector<ScanRow> scans;
   for (int row = 0; row < rows->count(); ++row) scans.push_back(ReadScan(*rows, row));

@@ -12,6 +12,7 @@
 
 #include "storage/database.h"
 #include "storage/record.h"
+#include "storage/time_span.h"
 
 namespace sixpoint::storage {
 
@@ -71,6 +72,8 @@ struct ScanFilter {
   std::string artefact_id;
   std::string blade_serial;
   std::string kind;
+  std::string part_id;  // of the blade
+  TimeSpan recorded;
 };
 absl::StatusOr<std::vector<ScanRow>> ListScans(Transaction& transaction, const ScanFilter& filter,
                                                std::int64_t before_sequence, int limit);

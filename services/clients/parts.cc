@@ -12,11 +12,15 @@ namespace {
 
 constexpr std::size_t kGreatestSurfaceBytes = std::size_t{512} << 20;
 
+// As the journal writes it: parts/p1@3.
+std::string Revised(const std::string& name, int revision) {
+  return revision == 0 ? name : name + "@" + std::to_string(revision);
+}
+
 absl::StatusOr<std::string> Download(plant::v1::PlantService::Stub& stub, const plant::v1::Part& part,
                                      grpc::ClientContext* context) {
   plant::v1::DownloadSurfaceRequest request;
-  request.set_name(part.name());
-  request.set_revision(part.revision());
+  request.set_name(Revised(part.name(), part.revision()));
   std::unique_ptr<grpc::ClientReader<plant::v1::DownloadSurfaceResponse>> reader =
       stub.DownloadSurface(context, request);
   std::string bytes;
@@ -43,8 +47,7 @@ PlantClient::~PlantClient() = default;
 absl::StatusOr<plant::v1::Machine> PlantClient::GetMachine(const std::string& name, int revision,
                                                            std::unique_ptr<grpc::ClientContext> context) const {
   plant::v1::GetMachineRequest request;
-  request.set_name(name);
-  request.set_revision(revision);
+  request.set_name(Revised(name, revision));
   plant::v1::Machine machine;
   const absl::Status status = runtime::FromGrpc(stub_->GetMachine(context.get(), request, &machine));
   if (!status.ok()) return status;
@@ -54,8 +57,7 @@ absl::StatusOr<plant::v1::Machine> PlantClient::GetMachine(const std::string& na
 absl::StatusOr<plant::v1::Artefact> PlantClient::GetArtefact(const std::string& name, int revision,
                                                              std::unique_ptr<grpc::ClientContext> context) const {
   plant::v1::GetArtefactRequest request;
-  request.set_name(name);
-  request.set_revision(revision);
+  request.set_name(Revised(name, revision));
   plant::v1::Artefact artefact;
   const absl::Status status = runtime::FromGrpc(stub_->GetArtefact(context.get(), request, &artefact));
   if (!status.ok()) return status;
@@ -65,8 +67,7 @@ absl::StatusOr<plant::v1::Artefact> PlantClient::GetArtefact(const std::string& 
 absl::StatusOr<plant::v1::Part> PlantClient::GetPart(const std::string& name, int revision,
                                                      std::unique_ptr<grpc::ClientContext> context) const {
   plant::v1::GetPartRequest request;
-  request.set_name(name);
-  request.set_revision(revision);
+  request.set_name(Revised(name, revision));
   plant::v1::Part part;
   const absl::Status status = runtime::FromGrpc(stub_->GetPart(context.get(), request, &part));
   if (!status.ok()) return status;

@@ -2,6 +2,10 @@
 
 #include <google/protobuf/util/message_differencer.h>
 
+#include <tuple>
+
+#include "services/runtime/errors.h"
+#include "services/runtime/list_filters.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
 
@@ -58,6 +62,29 @@ std::string KindText(v1::ScanKind kind) {
     default:
       return "";
   }
+}
+
+absl::StatusOr<storage::ScanFilter> FilterOf(const v1::ListScansRequest& request) {
+  storage::ScanFilter filter;
+  for (const auto& [field, collection, name, id] :
+       {std::tuple("machine", "machines", &request.machine(), &filter.machine_id),
+        std::tuple("part", "parts", &request.part(), &filter.part_id)}) {
+    absl::StatusOr<std::string> read = runtime::FilterIdOf(field, collection, *name);
+    if (!read.ok()) return read.status();
+    *id = *std::move(read);
+  }
+  const bool of_artefact = request.subject().rfind("artefacts/", 0) == 0;
+  absl::StatusOr<std::string> subject =
+      runtime::FilterIdOf("subject", of_artefact ? "artefacts" : "blades", request.subject());
+  if (!subject.ok()) return subject.status();
+  (of_artefact ? filter.artefact_id : filter.blade_serial) = *std::move(subject);
+  filter.kind = KindText(request.kind());
+  if (filter.kind.empty() && request.kind() != v1::SCAN_KIND_UNSPECIFIED)
+    return runtime::Refuse("kind", std::to_string(request.kind()), "a known kind or none");
+  const absl::StatusOr<storage::TimeSpan> recorded = runtime::SpanOf("recorded", request.recorded());
+  if (!recorded.ok()) return recorded.status();
+  filter.recorded = *recorded;
+  return filter;
 }
 
 v1::Scan ToProto(const storage::ScanRow& row) {

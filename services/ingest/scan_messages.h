@@ -1,6 +1,8 @@
 // Scans between their messages and their rows.
 #pragma once
 
+#include <absl/status/statusor.h>
+
 #include <optional>
 #include <string>
 
@@ -11,6 +13,9 @@ namespace sixpoint::ingest {
 
 // "airfoil" and so on; empty for UNSPECIFIED.
 std::string KindText(v1::ScanKind kind);
+
+// What ListScans leaves of all scans; refuses names of other collections, a kind that is none and a range that is none.
+absl::StatusOr<storage::ScanFilter> FilterOf(const v1::ListScansRequest& request);
 
 v1::Scan ToProto(const storage::ScanRow& row);
 

@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "services/ingest/scan_messages.h"
-#include "services/ingest/scan_pages.h"
 #include "services/ingest/stored_scan.h"
 #include "services/ingest/upload.h"
 #include "services/runtime/call.h"
 #include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/pages.h"
 
 namespace sixpoint::ingest {
 namespace {
@@ -147,18 +147,20 @@ grpc::Status ScanService::GetScan(grpc::ServerContext* context, const v1::GetSca
 
 grpc::Status ScanService::ListScans(grpc::ServerContext* context, const v1::ListScansRequest* request,
                                     v1::ListScansResponse* response) {
-  const absl::StatusOr<ScanPage> page = PageOf(*request);
+  const absl::StatusOr<storage::ScanFilter> filter = FilterOf(*request);
+  if (!filter.ok()) return ToGrpc(filter.status());
+  const std::string filters = runtime::FiltersOf(*request);
+  const absl::StatusOr<runtime::Page> page = runtime::PageOf(filters, request->page_size(), request->page_token());
   if (!page.ok()) return ToGrpc(page.status());
   absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
   if (!transaction.ok()) return ToGrpc(transaction.status());
   // One more than asked tells whether there is another page.
   const absl::StatusOr<std::vector<storage::ScanRow>> rows =
-      storage::ListScans(*transaction, page->filter, page->page.before_sequence, page->page.size + 1);
+      storage::ListScans(*transaction, *filter, page->before_sequence, page->size + 1);
   if (!rows.ok()) return ToGrpc(rows.status());
   for (const storage::ScanRow& row : *rows) {
-    if (response->scans_size() == page->page.size) {
-      const std::int64_t last_sequence = response->scans(page->page.size - 1).record_sequence();
-      response->set_next_page_token(TokenAfter(*request, last_sequence));
+    if (response->scans_size() == page->size) {
+      response->set_next_page_token(runtime::TokenAfter(filters, response->scans(page->size - 1).record_sequence()));
       break;
     }
     *response->add_scans() = ToProto(row);

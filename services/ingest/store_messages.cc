@@ -57,6 +57,7 @@ v1::RetentionPolicy ToProto(const storage::RetentionPolicy& policy) {
 
 v1::ScanDeletion ToProto(const storage::ScanDeletion& deletion) {
   v1::ScanDeletion out;
+  out.set_name(runtime::NameOf("deletions", deletion.scan_id));
   out.set_scan(runtime::NameOf("scans", deletion.scan_id));
   out.set_reason(deletion.reason);
   out.set_requested_by(deletion.requested_by);

@@ -142,6 +142,22 @@ grpc::Status CloudStoreService::DeleteScanPoints(grpc::ServerContext* context,
   return grpc::Status::OK;
 }
 
+grpc::Status CloudStoreService::GetScanDeletion(grpc::ServerContext* context, const v1::GetScanDeletionRequest* request,
+                                                v1::ScanDeletion* response) {
+  const absl::StatusOr<std::string> scan_id = runtime::IdOf("name", "deletions", request->name());
+  if (!scan_id.ok()) return ToGrpc(scan_id.status());
+  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
+  if (!transaction.ok()) return ToGrpc(transaction.status());
+  const absl::StatusOr<std::optional<storage::ScanDeletion>> deletion =
+      storage::FindScanDeletion(*transaction, *scan_id);
+  if (!deletion.ok()) return ToGrpc(deletion.status());
+  if (!deletion->has_value())
+    return ToGrpc(runtime::Failure(absl::StatusCode::kNotFound, "DELETION_NOT_FOUND",
+                                   "name: " + request->name() + ", want one of a scan whose points were deleted"));
+  *response = ToProto(**deletion);
+  return grpc::Status::OK;
+}
+
 grpc::Status CloudStoreService::SetRetentionPolicy(grpc::ServerContext* context,
                                                    const v1::SetRetentionPolicyRequest* request,
                                                    v1::RetentionPolicy* response) {

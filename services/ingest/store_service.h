@@ -23,6 +23,8 @@ class CloudStoreService final : public v1::CloudStoreService::Service {
                               v1::CollectGarbageResponse* response) override;
   grpc::Status GetStoreStatus(grpc::ServerContext* context, const v1::GetStoreStatusRequest* request,
                               v1::StoreStatus* response) override;
+  grpc::Status GetScanDeletion(grpc::ServerContext* context, const v1::GetScanDeletionRequest* request,
+                               v1::ScanDeletion* response) override;
   grpc::Status DeleteScanPoints(grpc::ServerContext* context, const v1::DeleteScanPointsRequest* request,
                                 v1::DeleteScanPointsResponse* response) override;
   grpc::Status SetRetentionPolicy(grpc::ServerContext* context, const v1::SetRetentionPolicyRequest* request,

@@ -128,6 +128,18 @@ v1::Part ToProto(const storage::PartRow& row) {
   return part;
 }
 
+void LeaveBasic(v1::Machine* machine) { machine->clear_kinematics(); }
+
+void LeaveBasic(v1::Artefact* artefact) {
+  artefact->clear_cones();
+  artefact->clear_slots();
+}
+
+void LeaveBasic(v1::Part* part) {
+  part->clear_hole_groups();
+  part->clear_six_points();
+}
+
 v1::Blade ToProto(const storage::BladeRow& row) {
   v1::Blade blade;
   blade.set_name(runtime::NameOf("blades", row.blade_serial));

@@ -15,6 +15,10 @@ namespace sixpoint::plant {
 v1::Machine ToProto(const storage::MachineRow& row);
 v1::Artefact ToProto(const storage::ArtefactRow& row);
 v1::Part ToProto(const storage::PartRow& row);
+// What a list's BASIC view has of them.
+void LeaveBasic(v1::Machine* machine);
+void LeaveBasic(v1::Artefact* artefact);
+void LeaveBasic(v1::Part* part);
 v1::Blade ToProto(const storage::BladeRow& row);
 v1::RecordEntry ToProto(const storage::JournalEntry& entry);
 

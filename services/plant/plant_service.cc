@@ -1,5 +1,6 @@
 #include "services/plant/plant_service.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -7,6 +8,8 @@
 #include "services/plant/validate.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/list_filters.h"
+#include "services/runtime/pages.h"
 #include "services/runtime/recorded_call.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
@@ -21,6 +24,7 @@ using runtime::ToGrpc;
 using storage::Transaction;
 
 constexpr std::size_t kChunkBytes = std::size_t{1} << 20;
+constexpr int kGreatestFullPageSize = 50;  // a part may have 20,000 holes
 
 storage::RecordEntry EntryFor(const grpc::ServerContext& context) {
   storage::RecordEntry entry;
@@ -51,71 +55,108 @@ grpc::Status Once(grpc::ServerContext* context, storage::Database* database, con
 // NOT_FOUND with a reason where `found` holds nothing.
 template <typename Row>
 absl::StatusOr<Row> Require(absl::StatusOr<std::optional<Row>> found, const std::string& reason,
-                            const std::string& name, int revision) {
+                            const std::string& name) {
   if (!found.ok()) return found.status();
   if (*found) return **std::move(found);
-  return runtime::Failure(absl::StatusCode::kNotFound, reason,
-                          revision == 0 ? "name: " + name + ", want one that is registered"
-                                        : "revision: " + std::to_string(revision) + ", want one that " + name + " has");
+  return runtime::Failure(absl::StatusCode::kNotFound, reason, "name: " + name + ", want one that is registered");
 }
 
-absl::StatusOr<storage::MachineRow> RequireMachine(Transaction& transaction, const std::string& name, int revision) {
-  const absl::StatusOr<std::string> id = runtime::IdOf("name", "machines", name);
-  if (!id.ok()) return id.status();
-  return Require(storage::FindMachine(transaction, *id, revision), "MACHINE_NOT_FOUND", name, revision);
+absl::StatusOr<storage::MachineRow> RequireMachine(Transaction& transaction, const std::string& name) {
+  const absl::StatusOr<runtime::RevisedId> of = runtime::RevisedIdOf("name", "machines", name);
+  if (!of.ok()) return of.status();
+  return Require(storage::FindMachine(transaction, of->id, of->revision), "MACHINE_NOT_FOUND", name);
 }
 
-absl::StatusOr<storage::ArtefactRow> RequireArtefact(Transaction& transaction, const std::string& name, int revision) {
-  const absl::StatusOr<std::string> id = runtime::IdOf("name", "artefacts", name);
-  if (!id.ok()) return id.status();
-  return Require(storage::FindArtefact(transaction, *id, revision), "ARTEFACT_NOT_FOUND", name, revision);
+absl::StatusOr<storage::ArtefactRow> RequireArtefact(Transaction& transaction, const std::string& name) {
+  const absl::StatusOr<runtime::RevisedId> of = runtime::RevisedIdOf("name", "artefacts", name);
+  if (!of.ok()) return of.status();
+  return Require(storage::FindArtefact(transaction, of->id, of->revision), "ARTEFACT_NOT_FOUND", name);
 }
 
-absl::StatusOr<storage::PartRow> RequirePart(Transaction& transaction, const std::string& field,
-                                             const std::string& name, int revision) {
-  const absl::StatusOr<std::string> id = runtime::IdOf(field, "parts", name);
-  if (!id.ok()) return id.status();
-  return Require(storage::FindPart(transaction, *id, revision), "PART_NOT_FOUND", name, revision);
+absl::StatusOr<storage::PartRow> RequirePart(Transaction& transaction, const std::string& name) {
+  const absl::StatusOr<runtime::RevisedId> of = runtime::RevisedIdOf("name", "parts", name);
+  if (!of.ok()) return of.status();
+  return Require(storage::FindPart(transaction, of->id, of->revision), "PART_NOT_FOUND", name);
 }
 
 absl::StatusOr<storage::BladeRow> RequireBlade(Transaction& transaction, const std::string& name) {
   const absl::StatusOr<std::string> serial = runtime::IdOf("name", "blades", name);
   if (!serial.ok()) return serial.status();
-  return Require(storage::FindBlade(transaction, *serial), "BLADE_NOT_FOUND", name, 0);
+  return Require(storage::FindBlade(transaction, *serial), "BLADE_NOT_FOUND", name);
 }
 
-// A read of one revision.
-template <typename Request, typename Response, typename Find>
-grpc::Status Get(grpc::ServerContext* context, storage::Database* database, const Request& request, Response* response,
-                 Find find) {
-  if (absl::Status status = CheckRevision(request.revision()); !status.ok()) return ToGrpc(status);
+// A read of one thing.
+template <typename Response, typename Row>
+grpc::Status Get(grpc::ServerContext* context, storage::Database* database, const std::string& name,
+                 absl::StatusOr<Row> (*require)(Transaction&, const std::string&), Response* response) {
   absl::StatusOr<Transaction> transaction = database->Begin(runtime::DeadlineOf(*context));
   if (!transaction.ok()) return ToGrpc(transaction.status());
-  auto row = find(*transaction);
-  if (!row.ok()) return ToGrpc(row.status());
-  *response = ToProto(*row);
-  return grpc::Status::OK;
+  const absl::StatusOr<Row> row = require(*transaction, name);
+  if (row.ok()) *response = ToProto(*row);
+  return ToGrpc(row.status());
 }
 
-// A page of ids, each with its newest revision. `add` takes the id; the page after begins behind the last one added.
-template <typename Request, typename Response, typename Add>
-grpc::Status List(grpc::ServerContext* context, storage::Database* database, const Request& request,
-                  storage::Registered what, Response* response, Add add) {
-  const absl::StatusOr<Page> page = ValidatedPage(request.page_size(), request.page_token());
-  if (!page.ok()) return ToGrpc(page.status());
-  absl::StatusOr<Transaction> transaction = database->Begin(runtime::DeadlineOf(*context));
-  if (!transaction.ok()) return ToGrpc(transaction.status());
-  absl::StatusOr<std::vector<std::string>> ids =
-      storage::ListRegistered(*transaction, what, page->after, page->size + 1);
-  if (!ids.ok()) return ToGrpc(ids.status());
-  if (static_cast<int>(ids->size()) > page->size) {
-    ids->pop_back();
-    response->set_next_page_token(ids->back());
-  }
+// A page of what has revisions, by id, each with its newest one. `list` and `require` tell which.
+template <typename Request, typename Message, typename Row>
+absl::Status ListNewest(Transaction& transaction, const Request& request, storage::Registered list,
+                        absl::StatusOr<Row> (*require)(Transaction&, const std::string&),
+                        google::protobuf::RepeatedPtrField<Message>* out, std::string* next_page_token) {
+  const absl::StatusOr<bool> full = runtime::WantsFull(request.view());
+  if (!full.ok()) return full.status();
+  const std::string filters = runtime::FiltersOf(request);
+  absl::StatusOr<runtime::IdPage> page = runtime::IdPageOf(filters, request.page_size(), request.page_token());
+  if (!page.ok()) return page.status();
+  if (*full) page->size = std::min(page->size, kGreatestFullPageSize);
+  // One more than asked tells whether there is another page.
+  const absl::StatusOr<std::vector<std::string>> ids =
+      storage::ListRegistered(transaction, list, page->after_id, page->size + 1);
+  if (!ids.ok()) return ids.status();
   for (const std::string& id : *ids) {
-    if (absl::Status status = add(*transaction, id); !status.ok()) return ToGrpc(status);
+    if (out->size() == page->size) {
+      *next_page_token = runtime::TokenAfterId(filters, ids->at(static_cast<std::size_t>(page->size) - 1));
+      break;
+    }
+    const absl::StatusOr<Row> row = require(transaction, runtime::NameOf(storage::CollectionOf(list), id));
+    if (!row.ok()) return row.status();
+    *out->Add() = ToProto(*row);
+    if (!*full) LeaveBasic(&(*out)[out->size() - 1]);
   }
-  return grpc::Status::OK;
+  return absl::OkStatus();
+}
+
+template <typename Request, typename Message, typename Row>
+grpc::Status List(grpc::ServerContext* context, storage::Database* database, const Request& request,
+                  storage::Registered list, absl::StatusOr<Row> (*require)(Transaction&, const std::string&),
+                  google::protobuf::RepeatedPtrField<Message>* out, std::string* next_page_token) {
+  absl::StatusOr<Transaction> transaction = database->Begin(runtime::DeadlineOf(*context));
+  if (!transaction.ok()) return ToGrpc(transaction.status());
+  return ToGrpc(ListNewest(*transaction, request, list, require, out, next_page_token));
+}
+
+absl::Status ListBladesIn(Transaction& transaction, const v1::ListBladesRequest& request,
+                          v1::ListBladesResponse* response) {
+  storage::BladeFilter filter;
+  absl::StatusOr<std::string> part = runtime::FilterIdOf("part", "parts", request.part());
+  if (!part.ok()) return part.status();
+  filter.part_id = *std::move(part);
+  const absl::StatusOr<storage::TimeSpan> recorded = runtime::SpanOf("recorded", request.recorded());
+  if (!recorded.ok()) return recorded.status();
+  filter.recorded = *recorded;
+  const std::string filters = runtime::FiltersOf(request);
+  const absl::StatusOr<runtime::IdPage> page = runtime::IdPageOf(filters, request.page_size(), request.page_token());
+  if (!page.ok()) return page.status();
+  const absl::StatusOr<std::vector<storage::BladeRow>> blades =
+      storage::ListBlades(transaction, filter, page->after_id, page->size + 1);
+  if (!blades.ok()) return blades.status();
+  for (const storage::BladeRow& blade : *blades) {
+    if (response->blades_size() == page->size) {
+      const auto last = static_cast<std::size_t>(page->size) - 1;
+      response->set_next_page_token(runtime::TokenAfterId(filters, blades->at(last).blade_serial));
+      break;
+    }
+    *response->add_blades() = ToProto(blade);
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -136,19 +177,13 @@ grpc::Status PlantService::CreateMachine(grpc::ServerContext* context, const v1:
 
 grpc::Status PlantService::GetMachine(grpc::ServerContext* context, const v1::GetMachineRequest* request,
                                       v1::Machine* response) {
-  return Get(context, database_, *request, response, [&](Transaction& transaction) {
-    return RequireMachine(transaction, request->name(), request->revision());
-  });
+  return Get(context, database_, request->name(), RequireMachine, response);
 }
 
 grpc::Status PlantService::ListMachines(grpc::ServerContext* context, const v1::ListMachinesRequest* request,
                                         v1::ListMachinesResponse* response) {
-  return List(context, database_, *request, storage::Registered::kMachines, response,
-              [&](Transaction& transaction, const std::string& id) {
-                auto row = RequireMachine(transaction, "machines/" + id, 0);
-                if (row.ok()) *response->add_machines() = ToProto(*row);
-                return row.status();
-              });
+  return List(context, database_, *request, storage::Registered::kMachines, RequireMachine,
+              response->mutable_machines(), response->mutable_next_page_token());
 }
 
 grpc::Status PlantService::CreateArtefact(grpc::ServerContext* context, const v1::CreateArtefactRequest* request,
@@ -162,19 +197,13 @@ grpc::Status PlantService::CreateArtefact(grpc::ServerContext* context, const v1
 
 grpc::Status PlantService::GetArtefact(grpc::ServerContext* context, const v1::GetArtefactRequest* request,
                                        v1::Artefact* response) {
-  return Get(context, database_, *request, response, [&](Transaction& transaction) {
-    return RequireArtefact(transaction, request->name(), request->revision());
-  });
+  return Get(context, database_, request->name(), RequireArtefact, response);
 }
 
 grpc::Status PlantService::ListArtefacts(grpc::ServerContext* context, const v1::ListArtefactsRequest* request,
                                          v1::ListArtefactsResponse* response) {
-  return List(context, database_, *request, storage::Registered::kArtefacts, response,
-              [&](Transaction& transaction, const std::string& id) {
-                auto row = RequireArtefact(transaction, "artefacts/" + id, 0);
-                if (row.ok()) *response->add_artefacts() = ToProto(*row);
-                return row.status();
-              });
+  return List(context, database_, *request, storage::Registered::kArtefacts, RequireArtefact,
+              response->mutable_artefacts(), response->mutable_next_page_token());
 }
 
 grpc::Status PlantService::CreatePart(grpc::ServerContext* context, const v1::CreatePartRequest* request,
@@ -195,29 +224,21 @@ grpc::Status PlantService::CreatePart(grpc::ServerContext* context, const v1::Cr
 
 grpc::Status PlantService::GetPart(grpc::ServerContext* context, const v1::GetPartRequest* request,
                                    v1::Part* response) {
-  return Get(context, database_, *request, response, [&](Transaction& transaction) {
-    return RequirePart(transaction, "name", request->name(), request->revision());
-  });
+  return Get(context, database_, request->name(), RequirePart, response);
 }
 
 grpc::Status PlantService::ListParts(grpc::ServerContext* context, const v1::ListPartsRequest* request,
                                      v1::ListPartsResponse* response) {
-  return List(context, database_, *request, storage::Registered::kParts, response,
-              [&](Transaction& transaction, const std::string& id) {
-                auto row = RequirePart(transaction, "name", "parts/" + id, 0);
-                if (row.ok()) *response->add_parts() = ToProto(*row);
-                return row.status();
-              });
+  return List(context, database_, *request, storage::Registered::kParts, RequirePart, response->mutable_parts(),
+              response->mutable_next_page_token());
 }
 
 grpc::Status PlantService::DownloadSurface(grpc::ServerContext* context, const v1::DownloadSurfaceRequest* request,
                                            grpc::ServerWriter<v1::DownloadSurfaceResponse>* writer) {
-  if (absl::Status status = CheckRevision(request->revision()); !status.ok()) return ToGrpc(status);
   const auto read = [&]() -> absl::StatusOr<std::string> {
     absl::StatusOr<Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
     if (!transaction.ok()) return transaction.status();
-    const absl::StatusOr<storage::PartRow> part =
-        RequirePart(*transaction, "name", request->name(), request->revision());
+    const absl::StatusOr<storage::PartRow> part = RequirePart(*transaction, request->name());
     if (!part.ok()) return part.status();
     return storage::GetBlob(*transaction, part->tessellation.surface_sha256);
   };
@@ -237,7 +258,10 @@ grpc::Status PlantService::CreateBlade(grpc::ServerContext* context, const v1::C
   if (absl::Status status = runtime::CheckId("serial", request->serial()); !status.ok()) return ToGrpc(status);
   return Once(context, database_, "CreateBlade", *request, response,
               [&](Transaction& transaction) -> absl::StatusOr<storage::BladeRow> {
-                const absl::StatusOr<storage::PartRow> part = RequirePart(transaction, "part", request->part(), 0);
+                const absl::StatusOr<std::string> part_id = runtime::IdOf("part", "parts", request->part());
+                if (!part_id.ok()) return part_id.status();
+                const absl::StatusOr<storage::PartRow> part =
+                    Require(storage::FindPart(transaction, *part_id, 0), "PART_NOT_FOUND", request->part());
                 if (!part.ok()) return part.status();
                 storage::RecordEntry entry = EntryFor(*context);
                 entry.inputs = {request->part() + "@" + std::to_string(part->revision)};
@@ -250,29 +274,14 @@ grpc::Status PlantService::CreateBlade(grpc::ServerContext* context, const v1::C
 
 grpc::Status PlantService::GetBlade(grpc::ServerContext* context, const v1::GetBladeRequest* request,
                                     v1::Blade* response) {
-  absl::StatusOr<Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
-  if (!transaction.ok()) return ToGrpc(transaction.status());
-  const absl::StatusOr<storage::BladeRow> blade = RequireBlade(*transaction, request->name());
-  if (!blade.ok()) return ToGrpc(blade.status());
-  *response = ToProto(*blade);
-  return grpc::Status::OK;
+  return Get(context, database_, request->name(), RequireBlade, response);
 }
 
 grpc::Status PlantService::ListBlades(grpc::ServerContext* context, const v1::ListBladesRequest* request,
                                       v1::ListBladesResponse* response) {
-  const absl::StatusOr<Page> page = ValidatedPage(request->page_size(), request->page_token());
-  if (!page.ok()) return ToGrpc(page.status());
   absl::StatusOr<Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
   if (!transaction.ok()) return ToGrpc(transaction.status());
-  absl::StatusOr<std::vector<storage::BladeRow>> blades =
-      storage::ListBlades(*transaction, page->after, page->size + 1);
-  if (!blades.ok()) return ToGrpc(blades.status());
-  if (static_cast<int>(blades->size()) > page->size) {
-    blades->pop_back();
-    response->set_next_page_token(blades->back().blade_serial);
-  }
-  for (const storage::BladeRow& blade : *blades) *response->add_blades() = ToProto(blade);
-  return grpc::Status::OK;
+  return ToGrpc(ListBladesIn(*transaction, *request, response));
 }
 
 grpc::Status PlantService::ListEndpoints(grpc::ServerContext*, const v1::ListEndpointsRequest*,

@@ -52,7 +52,7 @@ absl::Status ReadBladeRecord(Transaction& transaction, const v1::GetBladeRecordR
                              v1::BladeRecord* response) {
   const absl::StatusOr<std::string> serial = runtime::IdOf("name", "blades", request.name());
   if (!serial.ok()) return serial.status();
-  const std::string& filters = request.name();
+  const std::string filters = runtime::FiltersOf(request);
   const absl::StatusOr<runtime::Page> page = runtime::PageOf(filters, request.page_size(), request.page_token());
   if (!page.ok()) return page.status();
   const absl::StatusOr<std::optional<storage::BladeRow>> blade = storage::FindBlade(transaction, *serial);
@@ -68,8 +68,7 @@ absl::Status ReadBladeRecord(Transaction& transaction, const v1::GetBladeRecordR
 
 absl::Status ReadDerived(Transaction& transaction, const v1::RecallRequest& request, v1::RecallResponse* response) {
   if (absl::Status status = runtime::CheckName("name", request.name()); !status.ok()) return status;
-  std::string filters = request.name();
-  for (const std::string& kind : request.kinds()) filters += "|" + kind;
+  const std::string filters = runtime::FiltersOf(request);
   const absl::StatusOr<runtime::Page> page = runtime::PageOf(filters, request.page_size(), request.page_token());
   if (!page.ok()) return page.status();
   const absl::StatusOr<bool> recorded = storage::IsRecorded(transaction, request.name());

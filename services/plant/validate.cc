@@ -16,7 +16,6 @@ using runtime::Refuse;
 
 constexpr std::size_t kGreatestCadBytes = std::size_t{48} << 20;
 constexpr int kGreatestHoleCount = 20'000;
-constexpr int kUsualPageSize = 50, kGreatestPageSize = 500;
 constexpr double kBoxMarginMm = 1;
 
 // One range check; lower and upper limits are inside.
@@ -322,17 +321,6 @@ absl::Status CheckInsideBox(const storage::PartRow& part) {
     }
   }
   return absl::OkStatus();
-}
-
-absl::StatusOr<Page> ValidatedPage(int page_size, const std::string& page_token) {
-  if (page_size < 0) return Refuse("page_size", page_size, ">= 0");
-  if (!page_token.empty() && !runtime::CheckId("page_token", page_token).ok())
-    return Refuse("page_token", page_token.substr(0, 64), "the next_page_token of the page before");
-  return Page{page_size == 0 ? kUsualPageSize : std::min(page_size, kGreatestPageSize), page_token};
-}
-
-absl::Status CheckRevision(int revision) {
-  return revision >= 0 ? absl::OkStatus() : Refuse("revision", revision, ">= 0; 0 is the newest");
 }
 
 }  // namespace sixpoint::plant

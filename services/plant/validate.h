@@ -20,11 +20,4 @@ absl::StatusOr<storage::PartRow> Validated(const v1::CreatePartRequest& request)
 // Holes and datum points have to be near the part: this finds CAD in other units or another frame.
 absl::Status CheckInsideBox(const storage::PartRow& part);
 
-struct Page {
-  int size;
-  std::string after;  // id of the last one given
-};
-absl::StatusOr<Page> ValidatedPage(int page_size, const std::string& page_token);
-absl::Status CheckRevision(int revision);
-
 }  // namespace sixpoint::plant

@@ -4,6 +4,7 @@
 #include <charconv>
 
 #include "services/runtime/errors.h"
+#include "services/runtime/resource_name.h"
 #include "storage/blobs.h"
 
 namespace sixpoint::runtime {
@@ -16,24 +17,50 @@ constexpr std::size_t kMarkLength = 12;
 // Ties a token to its filters.
 std::string MarkOf(const std::string& filters) { return storage::Sha256Hex(filters).substr(0, kMarkLength) + "-"; }
 
+absl::Status NoTokenOfOurs(const std::string& page_token) {
+  return Refuse("page_token", page_token.substr(0, 64), "the next_page_token of a page with the same filters");
+}
+
+struct Place {
+  std::string after;  // what the token says behind its mark; empty without a token
+  int size = 0;
+};
+
+absl::StatusOr<Place> PlaceOf(const std::string& filters, int page_size, const std::string& page_token) {
+  if (page_size < 0) return Refuse("page_size", std::to_string(page_size), "0 to 1000");
+  Place place;
+  place.size = page_size == 0 ? kUsualPageSize : std::min(page_size, kGreatestPageSize);
+  if (page_token.empty()) return place;
+  const std::string mark = MarkOf(filters);
+  if (page_token.rfind(mark, 0) != 0 || page_token.size() == mark.size()) return NoTokenOfOurs(page_token);
+  place.after = page_token.substr(mark.size());
+  return place;
+}
+
 }  // namespace
 
+absl::StatusOr<IdPage> IdPageOf(const std::string& filters, int page_size, const std::string& page_token) {
+  const absl::StatusOr<Place> place = PlaceOf(filters, page_size, page_token);
+  if (!place.ok()) return place.status();
+  if (!place->after.empty() && !CheckId("page_token", place->after).ok()) return NoTokenOfOurs(page_token);
+  return IdPage{place->after, place->size};
+}
+
 absl::StatusOr<Page> PageOf(const std::string& filters, int page_size, const std::string& page_token) {
-  if (page_size < 0) return Refuse("page_size", std::to_string(page_size), "0 to 1000");
-  Page page;
-  page.size = page_size == 0 ? kUsualPageSize : std::min(page_size, kGreatestPageSize);
+  const absl::StatusOr<Place> place = PlaceOf(filters, page_size, page_token);
+  if (!place.ok()) return place.status();
+  Page page{0, place->size};
   if (page_token.empty()) return page;
-  const std::string mark = MarkOf(filters);
-  const bool ours = page_token.rfind(mark, 0) == 0;
-  const char* const end = page_token.data() + page_token.size();
-  const auto read = std::from_chars(page_token.data() + (ours ? mark.size() : 0), end, page.before_sequence);
-  if (!ours || read.ec != std::errc() || read.ptr != end || page.before_sequence < 1)
-    return Refuse("page_token", page_token.substr(0, 64), "the next_page_token of a page with the same filters");
+  const char* const end = place->after.data() + place->after.size();
+  const auto read = std::from_chars(place->after.data(), end, page.before_sequence);
+  if (read.ec != std::errc() || read.ptr != end || page.before_sequence < 1) return NoTokenOfOurs(page_token);
   return page;
 }
 
 std::string TokenAfter(const std::string& filters, std::int64_t last_sequence) {
   return MarkOf(filters) + std::to_string(last_sequence);
 }
+
+std::string TokenAfterId(const std::string& filters, const std::string& last_id) { return MarkOf(filters) + last_id; }
 
 }  // namespace sixpoint::runtime

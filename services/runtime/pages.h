@@ -1,4 +1,5 @@
-// Pages of a list, newest first, by the journal's sequence (keyset: stable while rows are added). AIP-158.
+// Pages of a list (AIP-158): by the journal's sequence, or by id. Both are keysets: stable while rows are added. A token says where
+// its page ended and holds for the request that it was given to, whatever its page_size.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -8,16 +9,32 @@
 
 namespace sixpoint::runtime {
 
+// Newest first.
 struct Page {
   std::int64_t before_sequence = 0;  // 0: from the newest
+  int size = 0;
+};
+// By id.
+struct IdPage {
+  std::string after_id;  // empty: from the first
   int size = 0;
 };
 
 // filters: the request's filters in one text; a token made under others is refused, as is a negative size. More than 1000
 // means 1000, none means 100.
 absl::StatusOr<Page> PageOf(const std::string& filters, int page_size, const std::string& page_token);
+absl::StatusOr<IdPage> IdPageOf(const std::string& filters, int page_size, const std::string& page_token);
 
-// The token of the page that follows the row of that sequence, under the same filters.
+// The token of the page that follows the row of that sequence or id, under the same filters.
 std::string TokenAfter(const std::string& filters, std::int64_t last_sequence);
+std::string TokenAfterId(const std::string& filters, const std::string& last_id);
+
+// Everything that a request asks beside the page.
+template <typename Request>
+std::string FiltersOf(Request request) {
+  request.clear_page_size();
+  request.clear_page_token();
+  return request.SerializeAsString();
+}
 
 }  // namespace sixpoint::runtime

@@ -23,14 +23,14 @@ grpc::Status NotFound(const std::string& name) { return {grpc::StatusCode::NOT_F
 
 grpc::Status StandInPlant::GetMachine(grpc::ServerContext*, const plant::v1::GetMachineRequest* request,
                                       plant::v1::Machine* response) {
-  if (request->name() != machine.name() || request->revision() != machine.revision()) return NotFound(request->name());
+  if (request->name() != machine.name() + "@" + std::to_string(machine.revision())) return NotFound(request->name());
   *response = machine;
   return grpc::Status::OK;
 }
 
 grpc::Status StandInPlant::GetPart(grpc::ServerContext*, const plant::v1::GetPartRequest* request,
                                    plant::v1::Part* response) {
-  if (request->name() != part.name() || request->revision() != part.revision()) return NotFound(request->name());
+  if (request->name() != part.name() + "@" + std::to_string(part.revision())) return NotFound(request->name());
   *response = part;
   return grpc::Status::OK;
 }

@@ -14,7 +14,7 @@ class FakePlant final : public plant::v1::PlantService::Service {
                           plant::v1::Machine* response) override {
     ++asked_count;
     if (away) return grpc::Status(grpc::StatusCode::UNAVAILABLE, "away");
-    if (request->name() != "machines/m1") return NotFound(request->name());
+    if (request->name() != "machines/m1" && request->name() != "machines/m1@3") return NotFound(request->name());
     *response = SampleMachine();
     return grpc::Status::OK;
   }

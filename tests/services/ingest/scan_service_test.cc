@@ -601,6 +601,21 @@ TEST_F(ScanServiceTest, ListsNewestFirstByPagesAndFilters) {
   request.Clear();
   request.set_machine("machines/m2");
   EXPECT_THAT(list(request), ElementsAre());
+  request.Clear();
+  request.set_part("parts/p1");
+  EXPECT_EQ(list(request).size(), 7u);
+  request.set_part("parts/p2");
+  EXPECT_THAT(list(request), ElementsAre());
+  request.Clear();
+  v1::GetScanRequest get;
+  get.set_name("scans/s4");
+  v1::Scan scan;
+  ASSERT_TRUE(stub_->GetScan(runtime::ContextFor(20.0).get(), get, &scan).ok());
+  *request.mutable_recorded()->mutable_from() = scan.received_at();
+  EXPECT_THAT(list(request), ElementsAre("s6", "s5", "s4"));
+  request.clear_recorded();
+  *request.mutable_recorded()->mutable_until() = scan.received_at();
+  EXPECT_THAT(list(request), ElementsAre("s3", "s2", "s1", "s0"));
 }
 
 TEST_F(ScanServiceTest, RefusesBadPagesAndNames) {

@@ -151,6 +151,14 @@ TEST_F(StoreServiceTest, DeletedPointsAreAnEntryInTheRecord) {
   EXPECT_EQ(deleted->deletion().requested_by(), "a tester");
   EXPECT_EQ(deleted->deletion().policy_kind(), v1::SCAN_KIND_UNSPECIFIED);
   EXPECT_EQ(deleted->freed_bytes(), 6);
+  v1::GetScanDeletionRequest get;
+  get.set_name("deletions/s1");
+  const auto got = Call(&Stub::GetScanDeletion, get);
+  ASSERT_TRUE(got.ok()) << got.status();
+  EXPECT_EQ(got->name(), "deletions/s1");
+  EXPECT_EQ(got->reason(), "wrong blade in the nest");
+  get.set_name("deletions/none");
+  EXPECT_EQ(Call(&Stub::GetScanDeletion, get).status().code(), absl::StatusCode::kNotFound);
   const auto again = Delete("scans/s1", "another reason");
   ASSERT_TRUE(again.ok()) << again.status();
   EXPECT_TRUE(again->already_deleted());

@@ -75,16 +75,14 @@ class PlantServiceTest : public ::testing::Test {
     request.set_part(part);
     return Call(&v1::PlantService::Stub::CreateBlade, request);
   }
-  absl::StatusOr<v1::Machine> GetMachine(const std::string& name, int revision) {
+  absl::StatusOr<v1::Machine> GetMachine(const std::string& name) {
     v1::GetMachineRequest request;
     request.set_name(name);
-    request.set_revision(revision);
     return Call(&v1::PlantService::Stub::GetMachine, request);
   }
-  absl::StatusOr<v1::Part> GetPart(const std::string& name, int revision) {
+  absl::StatusOr<v1::Part> GetPart(const std::string& name) {
     v1::GetPartRequest request;
     request.set_name(name);
-    request.set_revision(revision);
     return Call(&v1::PlantService::Stub::GetPart, request);
   }
 
@@ -108,7 +106,7 @@ TEST_F(PlantServiceTest, AMachineComesBackBitForBit) {
   ASSERT_TRUE(created.ok()) << created.status();
   EXPECT_EQ(created->name(), "machines/m1");
   EXPECT_EQ(created->revision(), 1);
-  const auto read = GetMachine("machines/m1", 0);
+  const auto read = GetMachine("machines/m1");
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_TRUE(MessageDifferencer::Equals(*created, *read));
   v1::Machine described = *read;
@@ -125,8 +123,8 @@ TEST_F(PlantServiceTest, AnotherDescriptionIsANewRevisionAndTheSameIsNot) {
   request.mutable_machine()->mutable_sensor()->set_noise_um(3);
   EXPECT_EQ(Create(request)->revision(), 2);
   EXPECT_EQ(Create(request)->revision(), 2);
-  EXPECT_EQ(GetMachine("machines/m1", 1)->sensor().noise_um(), 2);  // what a result pinned stays
-  EXPECT_EQ(GetMachine("machines/m1", 0)->sensor().noise_um(), 3);
+  EXPECT_EQ(GetMachine("machines/m1@1")->sensor().noise_um(), 2);  // what a result pinned stays
+  EXPECT_EQ(GetMachine("machines/m1")->sensor().noise_um(), 3);
   EXPECT_EQ(Create(SampleMachine())->revision(), 3);  // back to the first description: the newest is another
   EXPECT_EQ(Count("record_entries WHERE kind = 'machine'"), 3);
 }
@@ -175,7 +173,7 @@ TEST_F(PlantServiceTest, APartComesBackWithItsSurface) {
   EXPECT_LE(created->surface().chordal_error_um(), 1);
   EXPECT_NEAR(created->surface().minimum_mm().x_mm(), -5, 1e-3);
   EXPECT_NEAR(created->surface().maximum_mm().z_mm(), 20, 1e-3);
-  auto read = GetPart("parts/vane", 0);
+  auto read = GetPart("parts/vane");
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_TRUE(MessageDifferencer::Equals(*created, *read));
   read->clear_name();
@@ -212,7 +210,7 @@ TEST_F(PlantServiceTest, HolesOfTheCadAreCounted) {
   EXPECT_EQ(created->surface().open_rim_count(), 1);
   EXPECT_NEAR(created->surface().open_rim_length_mm(), 14, 1e-9);
   EXPECT_EQ(created->surface().degenerate_triangle_count(), 1);
-  const auto read = GetPart("parts/vane", 0);
+  const auto read = GetPart("parts/vane");
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_TRUE(MessageDifferencer::Equals(*created, *read));
   // From before they were counted: not told, and no zeros either.
@@ -323,15 +321,66 @@ TEST_F(PlantServiceTest, PagesGoThroughAllMachinesOnce) {
   EXPECT_THAT(names, ElementsAre("machines/m1", "machines/m2", "machines/m3", "machines/m4", "machines/m5"));
 }
 
+TEST_F(PlantServiceTest, AListLeavesOutWhatOnlyItsFullViewHas) {
+  ASSERT_TRUE(Create(SampleMachine()).ok());
+  v1::ListMachinesRequest list;
+  const auto basic = Call(&v1::PlantService::Stub::ListMachines, list);
+  ASSERT_TRUE(basic.ok()) << basic.status();
+  EXPECT_FALSE(basic->machines(0).has_kinematics());
+  EXPECT_EQ(basic->machines(0).sensor().noise_um(), 2);
+  list.set_view(list::v1::VIEW_FULL);
+  const auto full = Call(&v1::PlantService::Stub::ListMachines, list);
+  ASSERT_TRUE(full.ok()) << full.status();
+  EXPECT_TRUE(MessageDifferencer::Equals(full->machines(0), *GetMachine("machines/m1")));
+  list.set_view(static_cast<list::v1::View>(7));
+  EXPECT_EQ(Call(&v1::PlantService::Stub::ListMachines, list).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST_F(PlantServiceTest, BladesAreListedByPartAndTimeAndPages) {
+  ASSERT_TRUE(Create(SamplePart(CylinderCad())).ok());
+  v1::CreatePartRequest other = SamplePart(CylinderCad());
+  other.set_part_id("other");
+  ASSERT_TRUE(Create(other).ok());
+  for (const char* serial : {"sn3", "sn1", "sn4"}) ASSERT_TRUE(CreateBlade(serial, "parts/vane").ok());
+  const auto last = CreateBlade("sn2", "parts/other");
+  ASSERT_TRUE(last.ok()) << last.status();
+  const auto list = [&](v1::ListBladesRequest request) {
+    std::vector<std::string> names;
+    do {
+      const auto page = Call(&v1::PlantService::Stub::ListBlades, request);
+      EXPECT_TRUE(page.ok()) << page.status();
+      if (!page.ok()) break;
+      for (const v1::Blade& blade : page->blades()) names.push_back(blade.name());
+      request.set_page_token(page->next_page_token());
+    } while (!request.page_token().empty());
+    return names;
+  };
+  v1::ListBladesRequest request;
+  request.set_page_size(1);
+  EXPECT_THAT(list(request), ElementsAre("blades/sn1", "blades/sn2", "blades/sn3", "blades/sn4"));
+  request.set_part("parts/vane");
+  EXPECT_THAT(list(request), ElementsAre("blades/sn1", "blades/sn3", "blades/sn4"));
+  request.clear_part();
+  *request.mutable_recorded()->mutable_from() = last->created_at();
+  EXPECT_THAT(list(request), ElementsAre("blades/sn2"));
+  request.clear_recorded();
+  *request.mutable_recorded()->mutable_until() = last->created_at();
+  EXPECT_THAT(list(request), ElementsAre("blades/sn1", "blades/sn3", "blades/sn4"));
+  *request.mutable_recorded()->mutable_from() = last->created_at();
+  EXPECT_THAT(list(request), ElementsAre());
+  request.mutable_recorded()->mutable_until()->set_seconds(last->created_at().seconds() - 10);
+  EXPECT_EQ(Call(&v1::PlantService::Stub::ListBlades, request).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
 TEST_F(PlantServiceTest, WhatIsNotThereIsNotFound) {
-  const auto machine = GetMachine("machines/m9", 0);
+  const auto machine = GetMachine("machines/m9");
   EXPECT_EQ(machine.status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(runtime::ReasonOf(machine.status()), "MACHINE_NOT_FOUND");
   ASSERT_TRUE(Create(SampleMachine()).ok());
-  EXPECT_EQ(GetMachine("machines/m1", 2).status().code(), absl::StatusCode::kNotFound);
-  EXPECT_EQ(GetMachine("machines/m1", -1).status().code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_EQ(GetMachine("parts/m1", 0).status().code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_EQ(GetPart("parts/p9", 0).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(GetMachine("machines/m1@2").status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(GetMachine("machines/m1@-1").status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(GetMachine("parts/m1").status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(GetPart("parts/p9").status().code(), absl::StatusCode::kNotFound);
 }
 
 TEST_F(PlantServiceTest, EndpointsTellWhereTheOthersAre) {

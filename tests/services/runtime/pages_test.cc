@@ -24,6 +24,16 @@ TEST(Pages, RefuseATokenOfOtherFiltersOrNone) {
   }
 }
 
+TEST(Pages, APageByIdBeginsBehindItsToken) {
+  const auto page = IdPageOf("parts/p1", 10, TokenAfterId("parts/p1", "SN-0001"));
+  ASSERT_TRUE(page.ok()) << page.status();
+  EXPECT_EQ(page->after_id, "SN-0001");
+  EXPECT_EQ(IdPageOf("parts/p1", 10, "")->after_id, "");
+  for (const std::string& bad : {TokenAfterId("parts/p2", "SN-0001"), TokenAfterId("parts/p1", ""),
+                                 TokenAfterId("parts/p1", "../x"), std::string("SN-0001")})
+    EXPECT_FALSE(IdPageOf("parts/p1", 10, bad).ok()) << bad;
+}
+
 TEST(Pages, SizesAreBounded) {
   EXPECT_EQ(PageOf("", 0, "")->size, 100);
   EXPECT_EQ(PageOf("", 5000, "")->size, 1000);
