@@ -54,7 +54,7 @@ class PostgresCalibrations final : public CalibrationStore {
                                                       Deadline deadline) const override {
     return Read(deadline, [&](Transaction& t) { return storage::LastValidity(t, subject, at); });
   }
-  absl::StatusOr<std::vector<CalibrationRow>> List(const CalibrationSubject& filter, std::int64_t before_sequence,
+  absl::StatusOr<std::vector<CalibrationRow>> List(const CalibrationFilter& filter, std::int64_t before_sequence,
                                                    int limit, Deadline deadline) const override {
     return Read(deadline, [&](Transaction& t) { return ListCalibrations(t, filter, before_sequence, limit); });
   }

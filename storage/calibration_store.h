@@ -17,8 +17,7 @@
 
 namespace sixpoint::storage {
 
-// Listed by filters of which any may be empty.
-class CalibrationReader : public ResultReader<CalibrationRow, CalibrationSubject> {
+class CalibrationReader : public ResultReader<CalibrationRow, CalibrationFilter> {
  public:
   // As the functions of these names in storage/calibrations.h.
   virtual absl::StatusOr<std::optional<CalibrationRow>> InForce(const CalibrationSubject& subject, Instant at,

@@ -1,7 +1,6 @@
 #include "storage/calibrations.h"
 
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "storage/axis_characterisations.h"
 #include "storage/probe_calibrations.h"
@@ -69,14 +68,21 @@ constexpr char kSelectStates[] =
 constexpr char kSelectEvents[] =
     "SELECT calibration_id, event, reason, requested_by, software_version, record_sequence, recorded_at "
     "FROM calibration_events WHERE calibration_id = ANY ($1::text[])";
-constexpr char kInsertEvent[] =
-    "INSERT INTO calibration_events (calibration_id, event, reason, requested_by, software_version, record_sequence, "
-    "recorded_at) VALUES ($1, $2, $3, $4, $5, $6, $7)";
-constexpr char kSelectPage[] = "SELECT " SIXPOINT_HEAD_COLUMNS
-                               " FROM calibrations WHERE ($1 = '' OR machine_id = $1) AND ($2 = '' OR kind = $2) "
-                               "AND ($3 = '' OR axis = $3) "
-                               "AND ($4::bigint = 0 OR record_sequence < $4::bigint) "
-                               "ORDER BY record_sequence DESC LIMIT $5";
+// The states as StateOf has them, by what the events and the moment $5 say.
+constexpr char kSelectPage[] =
+    "SELECT " SIXPOINT_HEAD_COLUMNS
+    " FROM calibrations c WHERE ($1 = '' OR machine_id = $1) AND ($2 = '' OR kind = $2) AND ($3 = '' OR axis = $3) "
+    "AND ($4 = '' OR $4 = CASE "
+    "WHEN EXISTS (SELECT 1 FROM calibration_events w WHERE w.calibration_id = c.calibration_id "
+    "AND w.event = 'WITHDRAWN') THEN 'WITHDRAWN' "
+    "WHEN is_draft AND NOT EXISTS (SELECT 1 FROM calibration_events r WHERE r.calibration_id = c.calibration_id "
+    "AND r.event = 'RELEASED') THEN 'DRAFT' "
+    "WHEN $5::timestamptz < valid_from THEN 'NOT_YET_VALID' WHEN $5::timestamptz >= valid_until THEN 'EXPIRED' "
+    "WHEN calibration_id = (SELECT f.calibration_id FROM calibration_forces f WHERE f.machine_id = c.machine_id "
+    "AND f.kind = c.kind AND f.axis = COALESCE(c.axis, '') AND f.valid_from <= $5 AND $5 < f.valid_until "
+    "ORDER BY f.force_sequence DESC LIMIT 1) THEN 'IN_FORCE' ELSE 'SUPERSEDED' END) "
+    "AND ($6::timestamptz IS NULL OR recorded_at >= $6) AND ($7::timestamptz IS NULL OR recorded_at < $7) "
+    "AND ($8::bigint = 0 OR record_sequence < $8::bigint) ORDER BY record_sequence DESC LIMIT $9";
 constexpr char kSelectSensors[] =
     "SELECT " SIXPOINT_SENSOR_COLUMNS " FROM sensor_calibrations WHERE calibration_id = ANY ($1::text[])";
 constexpr char kSelectRotations[] =
@@ -195,6 +201,24 @@ CalibrationState StateOf(const CalibrationRow& c, const std::string& in_force, I
   return in_force == c.calibration_id ? CalibrationState::kInForce : CalibrationState::kSuperseded;
 }
 
+const char* StateText(CalibrationState state) {
+  switch (state) {
+    case CalibrationState::kDraft:
+      return "DRAFT";
+    case CalibrationState::kNotYetValid:
+      return "NOT_YET_VALID";
+    case CalibrationState::kInForce:
+      return "IN_FORCE";
+    case CalibrationState::kSuperseded:
+      return "SUPERSEDED";
+    case CalibrationState::kExpired:
+      return "EXPIRED";
+    case CalibrationState::kWithdrawn:
+      break;
+  }
+  return "WITHDRAWN";
+}
+
 absl::Status ReadStates(Transaction& transaction, Instant now, std::vector<CalibrationRow>* calibrations) {
   std::vector<std::string> ids;
   for (const CalibrationRow& c : *calibrations) ids.push_back(c.calibration_id);
@@ -287,31 +311,6 @@ absl::StatusOr<std::optional<CalibrationRow>> FindOne(Transaction& transaction, 
   return std::move(found->front());
 }
 
-absl::StatusOr<Recorded> InsertEvent(Transaction& transaction, const CalibrationRow& calibration,
-                                     const std::string& entry_kind, const std::string& event_name,
-                                     const CalibrationEvent& event) {
-  RecordEntry entry;
-  entry.kind = entry_kind;
-  entry.name = entry_kind + "s/" + calibration.calibration_id;
-  entry.inputs = {calibration.name()};
-  entry.machine = calibration.machine_id;
-  entry.software_version = event.software_version;
-  entry.requested_by = event.requested_by;
-  entry.summary_json = nlohmann::json{{"reason", event.reason}}.dump();
-  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
-  if (!recorded.ok()) return recorded.status();
-  const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertEvent, Params()
-                                                                              .Text(calibration.calibration_id)
-                                                                              .Text(event_name)
-                                                                              .Text(event.reason)
-                                                                              .Text(event.requested_by)
-                                                                              .Text(event.software_version)
-                                                                              .Int(recorded->sequence)
-                                                                              .Time(recorded->recorded_at));
-  if (!inserted.ok()) return inserted.status();
-  return recorded;
-}
-
 }  // namespace
 
 std::string CalibrationName(const std::string& kind, const std::string& calibration_id) {
@@ -373,11 +372,18 @@ absl::StatusOr<std::optional<Instant>> LastValidity(Transaction& transaction, co
   return rows->Time(0, 0);
 }
 
-absl::StatusOr<std::vector<CalibrationRow>> ListCalibrations(Transaction& transaction, const CalibrationSubject& filter,
+absl::StatusOr<std::vector<CalibrationRow>> ListCalibrations(Transaction& transaction, const CalibrationFilter& filter,
                                                              std::int64_t before_sequence, int limit, Instant now) {
-  const absl::StatusOr<Rows> heads = transaction.Execute(kSelectPage, KeyOf(filter).Int(before_sequence).Int(limit));
+  Params params = KeyOf(filter.subject);
+  params.Text(filter.state ? StateText(*filter.state) : "").Time(now);
+  AddSpan(filter.recorded, &params);
+  const absl::StatusOr<Rows> heads = transaction.Execute(kSelectPage, params.Int(before_sequence).Int(limit));
   if (!heads.ok()) return heads.status();
-  return ReadCalibrations(transaction, *heads, now);
+  absl::StatusOr<std::vector<CalibrationRow>> found = ReadCalibrations(transaction, *heads, now);
+  if (!found.ok() || !filter.with_residuals) return found;
+  for (CalibrationRow& calibration : *found)
+    if (absl::Status read = ReadResiduals(transaction, &calibration); !read.ok()) return read;
+  return found;
 }
 
 absl::StatusOr<std::vector<CalibrationRow>> CalibrationHistory(Transaction& transaction,
@@ -385,16 +391,6 @@ absl::StatusOr<std::vector<CalibrationRow>> CalibrationHistory(Transaction& tran
   const absl::StatusOr<Rows> heads = transaction.Execute(kSelectHistory, KeyOf(subject).Int(limit));
   if (!heads.ok()) return heads.status();
   return ReadCalibrations(transaction, *heads, std::chrono::system_clock::now());
-}
-
-absl::StatusOr<Recorded> ReleaseCalibration(Transaction& transaction, const CalibrationRow& calibration,
-                                            const CalibrationEvent& event) {
-  return InsertEvent(transaction, calibration, "release", "RELEASED", event);
-}
-
-absl::StatusOr<Recorded> WithdrawCalibration(Transaction& transaction, const CalibrationRow& calibration,
-                                             const CalibrationEvent& event) {
-  return InsertEvent(transaction, calibration, "withdrawal", "WITHDRAWN", event);
 }
 
 }  // namespace sixpoint::storage

@@ -11,6 +11,7 @@
 
 #include "storage/database.h"
 #include "storage/record.h"
+#include "storage/time_span.h"
 
 namespace sixpoint::storage {
 
@@ -179,8 +180,14 @@ absl::StatusOr<std::optional<CalibrationRow>> WithdrawnCalibration(Transaction& 
 absl::StatusOr<std::optional<Instant>> LastValidity(Transaction& transaction, const CalibrationSubject& subject,
                                                     Instant at);
 
-// Empty filters match all. Newest first, from below `before_sequence` (0: from the newest); without residuals.
-absl::StatusOr<std::vector<CalibrationRow>> ListCalibrations(Transaction& transaction, const CalibrationSubject& filter,
+struct CalibrationFilter {
+  CalibrationSubject subject;             // what is empty matches all
+  std::optional<CalibrationState> state;  // nothing: any
+  TimeSpan recorded;
+  bool with_residuals = false;  // reads those too
+};
+// Newest first, from below `before_sequence` (0: from the newest); states as of `now`.
+absl::StatusOr<std::vector<CalibrationRow>> ListCalibrations(Transaction& transaction, const CalibrationFilter& filter,
                                                              std::int64_t before_sequence, int limit,
                                                              Instant now = std::chrono::system_clock::now());
 

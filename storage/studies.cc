@@ -15,8 +15,11 @@ constexpr char kInsertStudy[] = "INSERT INTO studies (" SIXPOINT_STUDY_COLUMNS
 constexpr char kSelectStudy[] = "SELECT " SIXPOINT_STUDY_COLUMNS " FROM studies WHERE study_id = $1";
 constexpr char kSelectPage[] = "SELECT " SIXPOINT_STUDY_COLUMNS
                                " FROM studies WHERE ($1 = '' OR machine_id = $1) AND ($2 = '' OR kind = $2) "
-                               "AND ($3::bigint = 0 OR record_sequence < $3::bigint) "
-                               "ORDER BY record_sequence DESC LIMIT $4";
+                               "AND ($3 = '' OR verdict = $3) "
+                               "AND ($4::timestamptz IS NULL OR recorded_at >= $4) "
+                               "AND ($5::timestamptz IS NULL OR recorded_at < $5) "
+                               "AND ($6::bigint = 0 OR record_sequence < $6::bigint) "
+                               "ORDER BY record_sequence DESC LIMIT $7";
 #undef SIXPOINT_STUDY_COLUMNS
 
 std::vector<StudyRow> ReadStudies(const Rows& rows) {
@@ -69,8 +72,10 @@ absl::StatusOr<std::optional<StudyRow>> FindStudy(Transaction& transaction, cons
 
 absl::StatusOr<std::vector<StudyRow>> ListStudies(Transaction& transaction, const StudyFilter& filter,
                                                   std::int64_t before_sequence, int limit) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(
-      kSelectPage, Params().Text(filter.machine_id).Text(filter.kind).Int(before_sequence).Int(limit));
+  Params params;
+  params.Text(filter.machine_id).Text(filter.kind).Text(filter.verdict);
+  AddSpan(filter.recorded, &params);
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectPage, params.Int(before_sequence).Int(limit));
   if (!rows.ok()) return rows.status();
   return ReadStudies(*rows);
 }

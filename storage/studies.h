@@ -12,6 +12,7 @@
 #include "storage/database.h"
 #include "storage/record.h"
 #include "storage/result_store.h"
+#include "storage/time_span.h"
 
 namespace sixpoint::storage {
 
@@ -29,10 +30,12 @@ struct StudyRow {
   Recorded recorded;  // set by InsertStudy
 };
 
-// Empty filters match all.
+// What is empty matches all.
 struct StudyFilter {
   std::string machine_id;
   std::string kind;
+  std::string verdict;
+  TimeSpan recorded;
 };
 
 using StudyStore = ResultStore<StudyRow, StudyFilter>;

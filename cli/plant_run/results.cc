@@ -65,7 +65,7 @@ json RotationToJson(const calibration::v1::Calibration& calibration) {
           {"a_axis", ToJson(rotation.a_axis())},
           {"b_axis", ToJson(rotation.b_axis())},
           {"residual_rms_um", rotation.residual_rms_um()},
-          {"check_rms_um", rotation.check_rms_um()},
+          {"check_rms_um", rotation.has_check_rms_um() ? json(rotation.check_rms_um()) : json(nullptr)},
           {"check_count", rotation.check_count()}};
 }
 

@@ -73,7 +73,7 @@ void RotationToProto(const storage::RotationCalibrationRow& row, v1::RotationCal
   SetPoint(row.point_c_standard_uncertainty_mm, out->mutable_point_c_standard_uncertainty_mm());
   SetMatrix(row.covariance, 8, out->mutable_covariance());
   out->set_residual_rms_um(row.residual_rms_um);
-  out->set_check_rms_um(row.check_rms_um);
+  if (row.check_count > 0) out->set_check_rms_um(row.check_rms_um);
   out->set_check_count(row.check_count);
   out->set_condition_number(row.condition_number);
   for (const std::string& axis : row.axes) out->add_axes(axis);

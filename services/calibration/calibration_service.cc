@@ -98,13 +98,13 @@ grpc::Status CalibrationService::GetCalibrationInForce(grpc::ServerContext* cont
 grpc::Status CalibrationService::ListCalibrations(grpc::ServerContext* context,
                                                   const v1::ListCalibrationsRequest* request,
                                                   v1::ListCalibrationsResponse* response) {
-  const absl::StatusOr<storage::CalibrationSubject> filter =
-      FilterOf(request->machine(), request->kind(), request->axis());
+  const absl::StatusOr<storage::CalibrationFilter> filter = FilterOf(*request);
   if (!filter.ok()) return ToGrpc(filter.status());
-  const std::string filters = filter->machine_id + "|" + filter->kind + "|" + filter->axis;
+  // What BASIC leaves out is not read.
+  const auto leave_basic = [](v1::Calibration*) {};
   return ToGrpc(runtime::ListResults(
-      *store_, runtime::DeadlineOf(*context), *request, *filter, filters,
-      [](const storage::CalibrationRow& row) -> absl::StatusOr<v1::Calibration> { return ToProto(row); },
+      *store_, runtime::DeadlineOf(*context), *request, *filter,
+      [](const storage::CalibrationRow& row) -> absl::StatusOr<v1::Calibration> { return ToProto(row); }, leave_basic,
       response->mutable_calibrations(), response->mutable_next_page_token()));
 }
 

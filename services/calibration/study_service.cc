@@ -12,11 +12,25 @@ namespace {
 
 using runtime::ToGrpc;
 
-// Stations are left to GetStudy.
-absl::StatusOr<v1::Study> Listed(const storage::StudyRow& row) {
-  absl::StatusOr<v1::Study> study = ToProto(row);
-  if (study.ok() && study->has_gauge()) study->mutable_gauge()->clear_stations();
-  return study;
+absl::StatusOr<storage::StudyFilter> FilterOf(const v1::ListStudiesRequest& request) {
+  storage::StudyFilter filter;
+  absl::StatusOr<std::string> machine_id = runtime::FilterIdOf("machine", "machines", request.machine());
+  if (!machine_id.ok()) return machine_id.status();
+  filter.machine_id = *std::move(machine_id);
+  filter.kind = KindText(request.kind());
+  if (filter.kind.empty() && request.kind() != v1::STUDY_KIND_UNSPECIFIED)
+    return runtime::Refuse("kind", std::to_string(request.kind()), "a kind of study");
+  if (!v1::StudyVerdict_IsValid(request.verdict()))
+    return runtime::Refuse("verdict", std::to_string(request.verdict()), "a verdict of a study");
+  filter.verdict = VerdictText(request.verdict());
+  const absl::StatusOr<storage::TimeSpan> recorded = runtime::SpanOf("recorded", request.recorded());
+  if (!recorded.ok()) return recorded.status();
+  filter.recorded = *recorded;
+  return filter;
+}
+
+void LeaveBasic(v1::Study* study) {
+  if (study->has_gauge()) study->mutable_gauge()->clear_stations();
 }
 
 }  // namespace
@@ -70,13 +84,9 @@ grpc::Status StudyService::GetStudy(grpc::ServerContext* context, const v1::GetS
 
 grpc::Status StudyService::ListStudies(grpc::ServerContext* context, const v1::ListStudiesRequest* request,
                                        v1::ListStudiesResponse* response) {
-  const absl::StatusOr<std::string> machine_id = runtime::FilterIdOf("machine", "machines", request->machine());
-  if (!machine_id.ok()) return ToGrpc(machine_id.status());
-  const std::string kind = KindText(request->kind());
-  if (kind.empty() && request->kind() != v1::STUDY_KIND_UNSPECIFIED)
-    return ToGrpc(runtime::Refuse("kind", std::to_string(request->kind()), "a kind of study"));
-  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request,
-                                     storage::StudyFilter{*machine_id, kind}, *machine_id + "|" + kind, Listed,
+  const absl::StatusOr<storage::StudyFilter> filter = FilterOf(*request);
+  if (!filter.ok()) return ToGrpc(filter.status());
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, *filter, ToProto_, LeaveBasic,
                                      response->mutable_studies(), response->mutable_next_page_token()));
 }
 

@@ -1,10 +1,12 @@
 #include "services/calibration/validate.h"
 
 #include <cmath>
+#include <optional>
 
 #include "services/calibration/axis_messages.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
+#include "services/runtime/list_filters.h"
 #include "services/runtime/limits.h"
 #include "services/runtime/machine_chain.h"
 #include "services/runtime/resource_name.h"
@@ -47,6 +49,25 @@ absl::StatusOr<storage::CalibrationSubject> Subject(std::string machine_id, v1::
   return storage::CalibrationSubject{std::move(machine_id), KindText(kind), axis};
 }
 
+std::optional<storage::CalibrationState> StateOf(v1::CalibrationState state) {
+  switch (state) {
+    case v1::CALIBRATION_STATE_DRAFT:
+      return storage::CalibrationState::kDraft;
+    case v1::CALIBRATION_STATE_IN_FORCE:
+      return storage::CalibrationState::kInForce;
+    case v1::CALIBRATION_STATE_EXPIRED:
+      return storage::CalibrationState::kExpired;
+    case v1::CALIBRATION_STATE_WITHDRAWN:
+      return storage::CalibrationState::kWithdrawn;
+    case v1::CALIBRATION_STATE_SUPERSEDED:
+      return storage::CalibrationState::kSuperseded;
+    case v1::CALIBRATION_STATE_NOT_YET_VALID:
+      return storage::CalibrationState::kNotYetValid;
+    default:
+      return std::nullopt;
+  }
+}
+
 absl::Status UnknownKind(v1::CalibrationKind kind) {
   return Refuse("kind", std::to_string(kind), "CALIBRATION_KIND_SENSOR, _ROTATION, _PROBE or _AXIS");
 }
@@ -69,12 +90,23 @@ absl::StatusOr<storage::CalibrationSubject> SubjectOf(const std::string& machine
   return Subject(*std::move(machine_id), kind, axis);
 }
 
-absl::StatusOr<storage::CalibrationSubject> FilterOf(const std::string& machine, v1::CalibrationKind kind,
-                                                     const std::string& axis) {
-  absl::StatusOr<std::string> machine_id = runtime::FilterIdOf("machine", "machines", machine);
+absl::StatusOr<storage::CalibrationFilter> FilterOf(const v1::ListCalibrationsRequest& request) {
+  storage::CalibrationFilter filter;
+  absl::StatusOr<std::string> machine_id = runtime::FilterIdOf("machine", "machines", request.machine());
   if (!machine_id.ok()) return machine_id.status();
-  if (KindText(kind).empty() && kind != v1::CALIBRATION_KIND_UNSPECIFIED) return UnknownKind(kind);
-  return Subject(*std::move(machine_id), kind, axis);
+  if (KindText(request.kind()).empty() && request.kind() != v1::CALIBRATION_KIND_UNSPECIFIED)
+    return UnknownKind(request.kind());
+  absl::StatusOr<storage::CalibrationSubject> subject = Subject(*std::move(machine_id), request.kind(), request.axis());
+  if (!subject.ok()) return subject.status();
+  filter.subject = *std::move(subject);
+  filter.state = StateOf(request.state());
+  if (!filter.state && request.state() != v1::CALIBRATION_STATE_UNSPECIFIED)
+    return Refuse("state", std::to_string(request.state()), "a state or none");
+  const absl::StatusOr<storage::TimeSpan> recorded = runtime::SpanOf("recorded", request.recorded());
+  if (!recorded.ok()) return recorded.status();
+  filter.recorded = *recorded;
+  filter.with_residuals = request.view() == list::v1::VIEW_FULL;
+  return filter;
 }
 
 absl::StatusOr<std::string> CalibrationIdOf(const std::string& field, const std::string& name) {

@@ -60,8 +60,7 @@ std::string KindText(v1::CalibrationKind kind);
 // filters, any of them may be empty.
 absl::StatusOr<storage::CalibrationSubject> SubjectOf(const std::string& machine, v1::CalibrationKind kind,
                                                       const std::string& axis);
-absl::StatusOr<storage::CalibrationSubject> FilterOf(const std::string& machine, v1::CalibrationKind kind,
-                                                     const std::string& axis);
+absl::StatusOr<storage::CalibrationFilter> FilterOf(const v1::ListCalibrationsRequest& request);
 // The id in calibrations/{uuid} or characterisations/{uuid}.
 absl::StatusOr<std::string> CalibrationIdOf(const std::string& field, const std::string& name);
 

@@ -24,7 +24,6 @@ using runtime::ToGrpc;
 using storage::Transaction;
 
 constexpr std::size_t kChunkBytes = std::size_t{1} << 20;
-constexpr int kGreatestFullPageSize = 50;  // a part may have 20,000 holes
 
 storage::RecordEntry EntryFor(const grpc::ServerContext& context) {
   storage::RecordEntry entry;
@@ -106,7 +105,7 @@ absl::Status ListNewest(Transaction& transaction, const Request& request, storag
   const std::string filters = runtime::FiltersOf(request);
   absl::StatusOr<runtime::IdPage> page = runtime::IdPageOf(filters, request.page_size(), request.page_token());
   if (!page.ok()) return page.status();
-  if (*full) page->size = std::min(page->size, kGreatestFullPageSize);
+  if (*full) page->size = std::min(page->size, runtime::kGreatestFullPageSize);
   // One more than asked tells whether there is another page.
   const absl::StatusOr<std::vector<std::string>> ids =
       storage::ListRegistered(transaction, list, page->after_id, page->size + 1);

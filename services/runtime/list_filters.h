@@ -10,6 +10,9 @@
 
 namespace sixpoint::runtime {
 
+// A whole resource may be a megabyte.
+inline constexpr int kGreatestFullPageSize = 50;
+
 // Whether the whole resources are wanted; refuses a view that is none.
 absl::StatusOr<bool> WantsFull(list::v1::View view);
 

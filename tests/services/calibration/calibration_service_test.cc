@@ -110,6 +110,29 @@ TEST_F(CalibrationServiceTest, ListsNewestFirstPageByPage) {
   } while (!request.page_token().empty());
   EXPECT_EQ(listed, names);
   EXPECT_EQ(pages, 3);
+
+  const auto of_state = [&](v1::CalibrationState state) {
+    request.Clear();
+    request.set_state(state);
+    v1::ListCalibrationsResponse page;
+    EXPECT_TRUE(stub_->ListCalibrations(runtime::ContextFor(10).get(), request, &page).ok());
+    for (const v1::Calibration& c : page.calibrations()) EXPECT_EQ(c.state(), state);
+    return page.calibrations_size();
+  };
+  EXPECT_EQ(of_state(v1::CALIBRATION_STATE_IN_FORCE), 1);
+  EXPECT_EQ(of_state(v1::CALIBRATION_STATE_SUPERSEDED), 4);
+  EXPECT_EQ(of_state(v1::CALIBRATION_STATE_WITHDRAWN), 0);
+
+  request.Clear();
+  v1::ListCalibrationsResponse basic, full;
+  ASSERT_TRUE(stub_->ListCalibrations(runtime::ContextFor(10).get(), request, &basic).ok());
+  EXPECT_EQ(basic.calibrations(0).rotation().residuals_size(), 0);
+  request.set_view(list::v1::VIEW_FULL);
+  ASSERT_TRUE(stub_->ListCalibrations(runtime::ContextFor(10).get(), request, &full).ok());
+  EXPECT_EQ(full.calibrations(0).rotation().residuals_size(), RotationRequest().poses_size());
+  *request.mutable_recorded()->mutable_until() = full.calibrations(0).recorded_at();
+  ASSERT_TRUE(stub_->ListCalibrations(runtime::ContextFor(10).get(), request, &full).ok());
+  EXPECT_EQ(full.calibrations_size(), 4);
 }
 
 TEST_F(CalibrationServiceTest, CalibratesATiltRotaryTableByItsOwnLetters) {

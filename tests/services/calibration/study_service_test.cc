@@ -195,6 +195,15 @@ TEST_F(StudyServiceTest, AGaugeStudyRestsOnItsScans) {
   ASSERT_TRUE(stub_->ListStudies(runtime::ContextFor(10).get(), list, &page).ok());
   ASSERT_EQ(page.studies_size(), 1);
   EXPECT_EQ(page.studies(0).gauge().stations_size(), 0);
+  list.set_view(list::v1::VIEW_FULL);
+  list.set_verdict(v1::STUDY_VERDICT_ACCEPTED);
+  ASSERT_TRUE(stub_->ListStudies(runtime::ContextFor(10).get(), list, &page).ok());
+  ASSERT_EQ(page.studies_size(), 1);
+  EXPECT_EQ(page.studies(0).gauge().stations_size(), made->gauge().station_count());
+  list.set_verdict(v1::STUDY_VERDICT_REJECTED);
+  ASSERT_TRUE(stub_->ListStudies(runtime::ContextFor(10).get(), list, &page).ok());
+  EXPECT_EQ(page.studies_size(), 0);
+  list.clear_verdict();
   list.set_kind(v1::STUDY_KIND_ARM);
   ASSERT_TRUE(stub_->ListStudies(runtime::ContextFor(10).get(), list, &page).ok());
   EXPECT_EQ(page.studies_size(), 0);
