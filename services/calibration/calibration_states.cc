@@ -16,6 +16,8 @@
 namespace sixpoint::calibration {
 namespace {
 
+constexpr int kMostResting = 1000;  // in one answer
+
 using storage::CalibrationState;
 
 absl::Status NotNow(const std::string& reason, const std::string& message) {
@@ -60,14 +62,16 @@ void AddResting(const std::vector<storage::JournalEntry>& derived, v1::WithdrawC
   for (const storage::JournalEntry& journal : derived) {
     const storage::RecordEntry& entry = journal.entry;
     if (entry.kind == "release" || entry.kind == "withdrawal") continue;  // decisions, not results
+    response->set_resting_count(response->resting_count() + 1);
+    const std::string blade = entry.blade ? runtime::NameOf("blades", *entry.blade) : "";
+    if (!blade.empty() && blades.insert(blade).second) response->add_blades(blade);
+    if (response->resting_size() == kMostResting) continue;
     v1::RestingResult* out = response->add_resting();
     out->set_name(entry.name);
     out->set_kind(entry.kind);
+    out->set_blade(blade);
     out->set_requested_by(entry.requested_by);
     runtime::ToProto(journal.recorded.recorded_at, out->mutable_recorded_at());
-    if (!entry.blade) continue;
-    out->set_blade(runtime::NameOf("blades", *entry.blade));
-    if (blades.insert(out->blade()).second) response->add_blades(out->blade());
   }
 }
 

@@ -140,10 +140,36 @@ TEST_F(CalibrationStatesTest, AWithdrawalListsEverythingThatRestsOnIt) {
   const auto done = Withdraw(withdraw);
   ASSERT_TRUE(done.ok()) << done.status();
   ASSERT_EQ(done->resting_size(), 2);
+  EXPECT_EQ(done->resting_count(), 2);
   EXPECT_EQ(done->resting(0).name(), "registrations/r1");
   EXPECT_EQ(done->resting(1).kind(), "correction");
   EXPECT_THAT(done->blades(), ElementsAre("blades/SN-1"));
   EXPECT_EQ(Withdraw(withdraw)->SerializeAsString(), done->SerializeAsString());  // a retry
+}
+
+TEST_F(CalibrationStatesTest, AWithdrawalsAnswerIsBounded) {
+  v1::Calibration made;
+  ASSERT_TRUE(Call(&v1::CalibrationService::Stub::CalibrateRotation, RotationRequest(), &made).ok());
+  constexpr int kResults = 1003;
+  auto transaction = database_.database()->Begin(testing::Soon(60));
+  for (int i = 0; i < kResults; ++i) {
+    storage::RecordEntry entry;
+    entry.kind = "registration";
+    entry.name = "registrations/r" + std::to_string(i);
+    entry.inputs = {made.name()};
+    entry.blade = "SN-" + std::to_string(i);
+    entry.software_version = "test";
+    ASSERT_TRUE(storage::AppendRecord(*transaction, entry).ok());
+  }
+  ASSERT_TRUE(transaction->Commit().ok());
+  v1::WithdrawCalibrationRequest withdraw;
+  withdraw.set_name(made.name());
+  withdraw.set_reason("collision");
+  const auto done = Withdraw(withdraw);
+  ASSERT_TRUE(done.ok()) << done.status();
+  EXPECT_EQ(done->resting_size(), 1000);
+  EXPECT_EQ(done->resting_count(), kResults);
+  EXPECT_EQ(done->blades_size(), kResults);
 }
 
 TEST_F(CalibrationStatesTest, EventsAreNeverChanged) {
