@@ -117,8 +117,8 @@ absl::Status ListNewest(Transaction& transaction, const Request& request, storag
     }
     const absl::StatusOr<Row> row = require(transaction, runtime::NameOf(storage::CollectionOf(list), id));
     if (!row.ok()) return row.status();
-    *out->Add() = ToProto(*row);
-    if (!*full) LeaveBasic(&(*out)[out->size() - 1]);
+    Message& message = *out->Add() = ToProto(*row);
+    if (!*full) LeaveBasic(&message);
   }
   return absl::OkStatus();
 }

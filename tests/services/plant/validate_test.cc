@@ -166,12 +166,5 @@ TEST(CheckInsideBox, FindsCadInOtherUnits) {
   EXPECT_THAT(std::string(CheckInsideBox(*row).message()), HasSubstr("part.six_points[0].point_in_part_mm: (5.0"));
 }
 
-TEST(ValidatedPage, BoundsTheSizeAndChecksTheToken) {
-  EXPECT_EQ(ValidatedPage(0, "")->size, 50);
-  EXPECT_EQ(ValidatedPage(1'000'000, "m1")->size, 500);
-  EXPECT_FALSE(ValidatedPage(-1, "").ok());
-  EXPECT_FALSE(ValidatedPage(0, "'; --").ok());
-}
-
 }  // namespace
 }  // namespace sixpoint::plant
