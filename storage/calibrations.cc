@@ -313,10 +313,6 @@ absl::StatusOr<std::optional<CalibrationRow>> FindOne(Transaction& transaction, 
 
 }  // namespace
 
-std::string CalibrationName(const std::string& kind, const std::string& calibration_id) {
-  return (kind == "axis" ? "characterisations/" : "calibrations/") + calibration_id;
-}
-
 absl::StatusOr<Recorded> InsertCalibration(Transaction& transaction, const CalibrationRow& c,
                                            const std::string& summary_json) {
   RecordEntry entry;

@@ -126,9 +126,6 @@ struct CalibrationSubject {
   std::string axis = "";  // of kind axis
 };
 
-// The resource name of a calibration of a kind.
-std::string CalibrationName(const std::string& kind, const std::string& calibration_id);
-
 struct CalibrationRow {
   std::string calibration_id;  // UUID
   std::string machine_id;
@@ -154,8 +151,7 @@ struct CalibrationRow {
 
   std::string kind() const { return sensor ? "sensor" : probe ? "probe" : axis ? "axis" : "rotation"; }
   CalibrationSubject subject() const { return {machine_id, kind(), axis ? axis->axis : ""}; }
-  // calibrations/{id}, or characterisations/{id} of kind axis.
-  std::string name() const { return CalibrationName(kind(), calibration_id); }
+  std::string name() const { return "calibrations/" + calibration_id; }
 };
 
 // Journal entry, calibration and residuals. Call it last before the commit (the journal's lock).

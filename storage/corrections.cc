@@ -24,8 +24,8 @@ constexpr char kSelectCorrection[] =
     "SELECT " SIXPOINT_CORRECTION_COLUMNS SIXPOINT_CHARACTERISATIONS "FROM corrections WHERE correction_id = $1";
 constexpr char kListCorrections[] =
     "SELECT " SIXPOINT_CORRECTION_COLUMNS SIXPOINT_CHARACTERISATIONS
-    "FROM corrections WHERE ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR blade_serial = $2) "
-    "ORDER BY record_sequence DESC LIMIT $3";
+    "FROM corrections WHERE " SIXPOINT_RESULT_FILTER("corrections") "AND ($8 = '' OR release = $8) "
+    "ORDER BY record_sequence DESC LIMIT $9";
 constexpr char kSelectProgram[] = "SELECT nc_program_sha256 FROM corrections WHERE correction_id = $1";
 #undef SIXPOINT_CHARACTERISATIONS
 #undef SIXPOINT_CORRECTION_COLUMNS
@@ -209,7 +209,7 @@ absl::StatusOr<std::optional<CorrectionRow>> FindCorrection(Transaction& transac
 absl::StatusOr<std::vector<CorrectionRow>> ListCorrections(Transaction& transaction, const CorrectionFilter& filter,
                                                            std::int64_t before_sequence, int limit) {
   return ReadCorrections(transaction, kListCorrections,
-                         Params().Int(before_sequence).Text(filter.blade_serial).Int(limit));
+                         FilterParams(before_sequence, filter).Text(filter.release).Int(limit));
 }
 
 }  // namespace sixpoint::storage

@@ -12,6 +12,7 @@
 
 #include "storage/database.h"
 #include "storage/record.h"
+#include "storage/result_filter.h"
 #include "storage/result_store.h"
 
 namespace sixpoint::storage {
@@ -58,8 +59,8 @@ struct CorrectionRow {
   std::vector<CorrectionGroupRow> groups;
 };
 
-struct CorrectionFilter {
-  std::string blade_serial;  // empty: all
+struct CorrectionFilter : ResultFilter {
+  std::string release;  // empty: any
 };
 
 using CorrectionStore = ResultStore<CorrectionRow, CorrectionFilter>;

@@ -20,8 +20,8 @@ constexpr char kInsertInspection[] = "INSERT INTO inspections (" SIXPOINT_INSPEC
 constexpr char kSelectInspection[] = "SELECT " SIXPOINT_INSPECTION_COLUMNS " FROM inspections WHERE inspection_id = $1";
 constexpr char kListInspections[] =
     "SELECT " SIXPOINT_INSPECTION_COLUMNS
-    " FROM inspections WHERE ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR blade_serial = $2) "
-    "ORDER BY record_sequence DESC LIMIT $3";
+    " FROM inspections WHERE " SIXPOINT_RESULT_FILTER("inspections") "AND ($8 = '' OR verdict = $8) "
+    "ORDER BY record_sequence DESC LIMIT $9";
 #undef SIXPOINT_INSPECTION_COLUMNS
 constexpr char kInsertScans[] =
     "INSERT INTO inspection_scans (inspection_id, position_index, scan_id) "
@@ -203,7 +203,7 @@ absl::StatusOr<std::optional<InspectionRow>> FindInspection(Transaction& transac
 absl::StatusOr<std::vector<InspectionRow>> ListInspections(Transaction& transaction, const InspectionFilter& filter,
                                                            std::int64_t before_sequence, int limit) {
   return ReadInspections(transaction, kListInspections,
-                         Params().Int(before_sequence).Text(filter.blade_serial).Int(limit));
+                         FilterParams(before_sequence, filter).Text(filter.verdict).Int(limit));
 }
 
 }  // namespace sixpoint::storage

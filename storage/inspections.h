@@ -12,6 +12,7 @@
 
 #include "storage/database.h"
 #include "storage/record.h"
+#include "storage/result_filter.h"
 #include "storage/result_store.h"
 
 namespace sixpoint::storage {
@@ -67,8 +68,8 @@ struct InspectionRow {
   std::vector<InspectionHoleRow> holes;
 };
 
-struct InspectionFilter {
-  std::string blade_serial;  // empty: all
+struct InspectionFilter : ResultFilter {
+  std::string verdict;  // empty: any
 };
 
 using InspectionStore = ResultStore<InspectionRow, InspectionFilter>;

@@ -22,11 +22,11 @@ constexpr char kInsertRegistration[] =
     "$41::jsonb, $42::jsonb)";
 constexpr char kSelectRegistration[] = "SELECT " SIXPOINT_REGISTRATION_COLUMNS
                                        ", options::text, detail::text FROM registrations WHERE registration_id = $1";
-constexpr char kListRegistrations[] = "SELECT " SIXPOINT_REGISTRATION_COLUMNS
-                                      ", options::text, detail::text FROM registrations WHERE ($1::bigint = 0 OR "
-                                      "record_sequence < $1::bigint) AND ($2 = '' OR blade_serial = $2) "
-                                      "AND (NOT $3::boolean OR disagrees) AND NOT ($4::boolean AND for_inspection) "
-                                      "ORDER BY record_sequence DESC LIMIT $5";
+constexpr char kListRegistrations[] =
+    "SELECT " SIXPOINT_REGISTRATION_COLUMNS
+    ", options::text, detail::text FROM registrations WHERE " SIXPOINT_RESULT_FILTER("registrations")
+    "AND ($8 = '' OR outcome = $8) AND (NOT $9::boolean OR disagrees) AND NOT ($10::boolean AND for_inspection) "
+    "ORDER BY record_sequence DESC LIMIT $11";
 #undef SIXPOINT_REGISTRATION_COLUMNS
 constexpr char kInsertScan[] =
     "INSERT INTO registration_scans (registration_id, position_index, scan_id, point_count, points_used, "
@@ -221,9 +221,8 @@ absl::StatusOr<std::optional<RegistrationRow>> FindRegistration(Transaction& tra
 absl::StatusOr<std::vector<RegistrationRow>> ListRegistrations(Transaction& transaction,
                                                                const RegistrationFilter& filter,
                                                                std::int64_t before_sequence, int limit) {
-  Params params;
-  params.Int(before_sequence).Text(filter.blade_serial).Bool(filter.only_disagreeing);
-  params.Bool(filter.without_for_inspection).Int(limit);
+  Params params = FilterParams(before_sequence, filter);
+  params.Text(filter.outcome).Bool(filter.only_disagreeing).Bool(filter.without_for_inspection).Int(limit);
   return ReadRegistrations(transaction, kListRegistrations, params);
 }
 

@@ -11,6 +11,7 @@
 
 #include "storage/database.h"
 #include "storage/record.h"
+#include "storage/result_filter.h"
 #include "storage/result_store.h"
 
 namespace sixpoint::storage {
@@ -94,8 +95,8 @@ struct RegistrationRow {
   std::vector<RegistrationAngleRow> angles;  // where axis tables were applied
 };
 
-struct RegistrationFilter {
-  std::string blade_serial;       // empty: all
+struct RegistrationFilter : ResultFilter {
+  std::string outcome;            // empty: any
   bool only_disagreeing = false;  // with the best fit of the same scans
   bool without_for_inspection = false;
 };

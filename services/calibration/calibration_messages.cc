@@ -114,7 +114,7 @@ void EventToProto(const storage::CalibrationEvent& event, v1::CalibrationEvent* 
 
 void StateToProto(const storage::CalibrationRow& row, v1::Calibration* out) {
   out->set_state(ToProto(row.state));
-  if (!row.superseded_by.empty()) out->set_superseded_by(storage::CalibrationName(row.kind(), row.superseded_by));
+  if (!row.superseded_by.empty()) out->set_superseded_by(runtime::NameOf("calibrations", row.superseded_by));
   if (row.release) EventToProto(*row.release, out->mutable_release());
   if (row.withdrawal) EventToProto(*row.withdrawal, out->mutable_withdrawal());
   const storage::EnvironmentRow& environment = row.environment;

@@ -79,7 +79,7 @@ grpc::Status CalibrationService::CalibrateRotation(grpc::ServerContext* context,
 
 grpc::Status CalibrationService::GetCalibration(grpc::ServerContext* context, const v1::GetCalibrationRequest* request,
                                                 v1::Calibration* response) {
-  const absl::StatusOr<std::string> id = CalibrationIdOf("name", request->name());
+  const absl::StatusOr<std::string> id = runtime::IdOf("name", "calibrations", request->name());
   if (!id.ok()) return ToGrpc(id.status());
   const auto found = store_->Find(*id, runtime::DeadlineOf(*context));
   if (!found.ok()) return ToGrpc(found.status());

@@ -44,7 +44,7 @@ absl::Status CheckReleasable(const storage::CalibrationRow& row, const std::stri
 template <typename Request>
 absl::StatusOr<storage::CalibrationDecision> DecisionOf(
     const Request& request, std::function<absl::Status(const storage::CalibrationRow&)> may) {
-  const absl::StatusOr<std::string> id = CalibrationIdOf("name", request.name());
+  const absl::StatusOr<std::string> id = runtime::IdOf("name", "calibrations", request.name());
   if (!id.ok()) return id.status();
   storage::CalibrationDecision decision;
   decision.calibration_id = *id;

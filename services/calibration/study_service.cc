@@ -4,6 +4,7 @@
 #include "services/runtime/call.h"
 #include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/list_filters.h"
 #include "services/runtime/recorded_results.h"
 #include "services/runtime/resource_name.h"
 
@@ -86,7 +87,8 @@ grpc::Status StudyService::ListStudies(grpc::ServerContext* context, const v1::L
                                        v1::ListStudiesResponse* response) {
   const absl::StatusOr<storage::StudyFilter> filter = FilterOf(*request);
   if (!filter.ok()) return ToGrpc(filter.status());
-  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, *filter, ToProto_, LeaveBasic,
+  const auto to_study = [](const storage::StudyRow& row) { return ToProto(row); };
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, *filter, to_study, LeaveBasic,
                                      response->mutable_studies(), response->mutable_next_page_token()));
 }
 

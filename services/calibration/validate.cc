@@ -6,8 +6,8 @@
 #include "services/calibration/axis_messages.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
-#include "services/runtime/list_filters.h"
 #include "services/runtime/limits.h"
+#include "services/runtime/list_filters.h"
 #include "services/runtime/machine_chain.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
@@ -107,11 +107,6 @@ absl::StatusOr<storage::CalibrationFilter> FilterOf(const v1::ListCalibrationsRe
   filter.recorded = *recorded;
   filter.with_residuals = request.view() == list::v1::VIEW_FULL;
   return filter;
-}
-
-absl::StatusOr<std::string> CalibrationIdOf(const std::string& field, const std::string& name) {
-  const absl::StatusOr<std::string> axis = runtime::IdOf(field, "characterisations", name);
-  return axis.ok() ? axis : runtime::IdOf(field, "calibrations", name);
 }
 
 absl::StatusOr<storage::Instant> InstantOf(const std::string& field, const google::protobuf::Timestamp& time) {

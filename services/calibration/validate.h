@@ -61,7 +61,5 @@ std::string KindText(v1::CalibrationKind kind);
 absl::StatusOr<storage::CalibrationSubject> SubjectOf(const std::string& machine, v1::CalibrationKind kind,
                                                       const std::string& axis);
 absl::StatusOr<storage::CalibrationFilter> FilterOf(const v1::ListCalibrationsRequest& request);
-// The id in calibrations/{uuid} or characterisations/{uuid}.
-absl::StatusOr<std::string> CalibrationIdOf(const std::string& field, const std::string& name);
 
 }  // namespace sixpoint::calibration

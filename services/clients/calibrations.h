@@ -32,7 +32,7 @@ struct FetchedRotationCalibration {
 };
 // How one axis positions.
 struct FetchedAxis {
-  std::string name;  // characterisations/{uuid}
+  std::string name;  // calibrations/{uuid}
   std::string axis;  // the machine's letter
   std::chrono::system_clock::time_point valid_until;
   metrology::AxisPositioning positioning;

@@ -1,5 +1,6 @@
 #include "services/correction/correction_service.h"
 
+#include <cstring>
 #include <string>
 #include <utility>
 
@@ -50,10 +51,13 @@ grpc::Status CorrectionService::GetCorrection(grpc::ServerContext* context, cons
 
 grpc::Status CorrectionService::ListCorrections(grpc::ServerContext* context, const v1::ListCorrectionsRequest* request,
                                                 v1::ListCorrectionsResponse* response) {
-  const absl::StatusOr<std::string> serial = runtime::FilterIdOf("blade", "blades", request->blade());
-  if (!serial.ok()) return ToGrpc(serial.status());
-  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request,
-                                     storage::CorrectionFilter{*serial}, request->blade(), ToProto,
+  storage::CorrectionFilter filter;
+  if (absl::Status status = runtime::ReadFilter(*request, &filter); !status.ok()) return ToGrpc(status);
+  if (!v1::Release_IsValid(request->release()))
+    return ToGrpc(runtime::Refuse("release", std::to_string(request->release()), "a release, or none"));
+  if (request->release() != v1::RELEASE_UNSPECIFIED)
+    filter.release = v1::Release_Name(request->release()).substr(std::strlen("RELEASE_"));
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, ToProto, LeaveBasic,
                                      response->mutable_corrections(), response->mutable_next_page_token()));
 }
 

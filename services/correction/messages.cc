@@ -54,8 +54,10 @@ v1::Correction ToProto(const storage::CorrectionRow& row) {
   correction.set_record_sequence(row.recorded.sequence);
   for (const std::string& axis : row.axes) correction.add_axes(axis);
   for (const std::string& id : row.characterisation_ids)
-    correction.add_axis_characterisations(runtime::NameOf("characterisations", id));
+    correction.add_axis_characterisations(runtime::NameOf("calibrations", id));
   return correction;
 }
+
+void LeaveBasic(v1::Correction* correction) { correction->clear_groups(); }
 
 }  // namespace sixpoint::correction

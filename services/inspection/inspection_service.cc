@@ -1,5 +1,6 @@
 #include "services/inspection/inspection_service.h"
 
+#include <cstring>
 #include <string>
 #include <utility>
 
@@ -52,10 +53,13 @@ grpc::Status InspectionService::GetInspection(grpc::ServerContext* context, cons
 
 grpc::Status InspectionService::ListInspections(grpc::ServerContext* context, const v1::ListInspectionsRequest* request,
                                                 v1::ListInspectionsResponse* response) {
-  const absl::StatusOr<std::string> serial = runtime::FilterIdOf("blade", "blades", request->blade());
-  if (!serial.ok()) return ToGrpc(serial.status());
-  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request,
-                                     storage::InspectionFilter{*serial}, request->blade(), ToProto,
+  storage::InspectionFilter filter;
+  if (absl::Status status = runtime::ReadFilter(*request, &filter); !status.ok()) return ToGrpc(status);
+  if (!v1::Verdict_IsValid(request->verdict()))
+    return ToGrpc(runtime::Refuse("verdict", std::to_string(request->verdict()), "a verdict, or none"));
+  if (request->verdict() != v1::VERDICT_UNSPECIFIED)
+    filter.verdict = v1::Verdict_Name(request->verdict()).substr(std::strlen("VERDICT_"));
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, ToProto, LeaveBasic,
                                      response->mutable_inspections(), response->mutable_next_page_token()));
 }
 

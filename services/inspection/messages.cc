@@ -77,4 +77,6 @@ v1::Inspection ToProto(const storage::InspectionRow& row) {
   return inspection;
 }
 
+void LeaveBasic(v1::Inspection* inspection) { inspection->clear_holes(); }
+
 }  // namespace sixpoint::inspection

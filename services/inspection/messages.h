@@ -8,4 +8,7 @@ namespace sixpoint::inspection {
 
 v1::Inspection ToProto(const storage::InspectionRow& row);
 
+// What a list's BASIC view has of it.
+void LeaveBasic(v1::Inspection* inspection);
+
 }  // namespace sixpoint::inspection

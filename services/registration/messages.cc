@@ -65,10 +65,10 @@ absl::Status SetEvidence(const storage::RegistrationRow& row, v1::Evidence* out)
   out->set_weakest_standard_uncertainty_um(row.weakest_standard_uncertainty_um);
   out->set_remark(row.remark);
   out->set_weakest_direction_in_words(row.weakest_direction_in_words);
-  out->set_noise_sigma_um(row.noise_sigma_um.value_or(0));
-  out->set_model_sigma_um(row.model_sigma_um.value_or(0));
-  out->set_information_kept(row.information_kept.value_or(0));
-  out->set_surface_part(row.surface_part.value_or(0));
+  if (row.noise_sigma_um) out->set_noise_sigma_um(*row.noise_sigma_um);
+  if (row.model_sigma_um) out->set_model_sigma_um(*row.model_sigma_um);
+  if (row.information_kept) out->set_information_kept(*row.information_kept);
+  if (row.surface_part) out->set_surface_part(*row.surface_part);
   for (const storage::RegistrationAgreementRow& in : row.agreements) {
     v1::ScanAgreement* agreement = out->add_agreements();
     agreement->set_scan(runtime::NameOf("scans", in.scan_id));
@@ -120,7 +120,7 @@ absl::StatusOr<v1::Registration> ToProto(const storage::RegistrationRow& row) {
   for (const storage::RegistrationAngleRow& in : row.angles) {
     v1::ScanAngle* angle = out.add_angles();
     angle->set_axis(in.axis);
-    angle->set_characterisation(runtime::NameOf("characterisations", in.characterisation_id));
+    angle->set_characterisation(runtime::NameOf("calibrations", in.characterisation_id));
     angle->set_commanded_deg(in.commanded_deg);
     angle->set_reached_deg(in.reached_deg);
     angle->set_standard_uncertainty_deg(in.standard_uncertainty_deg);
@@ -133,6 +133,20 @@ absl::StatusOr<v1::Registration> ToProto(const storage::RegistrationRow& row) {
   out.set_record_sequence(row.recorded.sequence);
   out.set_for_inspection(row.for_inspection);
   return out;
+}
+
+void LeaveBasic(v1::Registration* registration) {
+  registration->clear_covariance();
+  registration->clear_noise_covariance();
+  registration->clear_calibration_sensitivity();
+  for (v1::ScanAngle& angle : *registration->mutable_angles()) angle.clear_pose_per_rad();
+  v1::Evidence& evidence = *registration->mutable_evidence();
+  evidence.clear_datums();
+  evidence.clear_scans();
+  evidence.clear_weakest_direction();
+  evidence.clear_agreements();
+  evidence.clear_regions();
+  if (evidence.has_allowance()) evidence.mutable_allowance()->clear_holding();
 }
 
 }  // namespace sixpoint::registration

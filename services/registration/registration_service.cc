@@ -1,6 +1,7 @@
 #include "services/registration/registration_service.h"
 
 #include <chrono>
+#include <cstring>
 #include <optional>
 #include <string>
 #include <utility>
@@ -73,12 +74,15 @@ grpc::Status RegistrationService::GetRegistration(grpc::ServerContext* context,
 grpc::Status RegistrationService::ListRegistrations(grpc::ServerContext* context,
                                                     const v1::ListRegistrationsRequest* request,
                                                     v1::ListRegistrationsResponse* response) {
-  const absl::StatusOr<std::string> serial = runtime::FilterIdOf("blade", "blades", request->blade());
-  if (!serial.ok()) return ToGrpc(serial.status());
-  const storage::RegistrationFilter filter{*serial, request->only_disagreeing(), request->without_for_inspection()};
-  const std::string filters = request->blade() + (request->only_disagreeing() ? " disagreeing" : "") +
-                              (request->without_for_inspection() ? " without_for_inspection" : "");
-  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, filters, ToProto,
+  storage::RegistrationFilter filter;
+  if (absl::Status status = runtime::ReadFilter(*request, &filter); !status.ok()) return ToGrpc(status);
+  if (!v1::Outcome_IsValid(request->outcome()))
+    return ToGrpc(runtime::Refuse("outcome", std::to_string(request->outcome()), "an outcome, or none"));
+  if (request->outcome() != v1::OUTCOME_UNSPECIFIED)
+    filter.outcome = v1::Outcome_Name(request->outcome()).substr(std::strlen("OUTCOME_"));
+  filter.only_disagreeing = request->only_disagreeing();
+  filter.without_for_inspection = request->without_for_inspection();
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, ToProto, LeaveBasic,
                                      response->mutable_registrations(), response->mutable_next_page_token()));
 }
 

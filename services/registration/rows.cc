@@ -180,7 +180,7 @@ storage::RecordEntry EntryOf(const v1::RegisterRequest& request, const storage::
                   runtime::NameOf("calibrations", row.sensor_calibration_id),
                   runtime::NameOf("calibrations", row.rotation_calibration_id)};
   for (const storage::RegistrationAngleRow& angle : row.angles)  // each name is kept once
-    entry.inputs.push_back(runtime::NameOf("characterisations", angle.characterisation_id));
+    entry.inputs.push_back(runtime::NameOf("calibrations", angle.characterisation_id));
   entry.inputs.insert(entry.inputs.end(), request.scans().begin(), request.scans().end());
   entry.blade = row.blade_serial;
   entry.machine = row.machine_id;

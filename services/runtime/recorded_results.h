@@ -3,14 +3,18 @@
 
 #include <absl/status/statusor.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "services/runtime/errors.h"
+#include "services/runtime/list_filters.h"
 #include "services/runtime/pages.h"
 #include "services/runtime/resource_name.h"
+#include "storage/result_filter.h"
 #include "storage/result_store.h"
 
 namespace sixpoint::runtime {
@@ -30,14 +34,35 @@ absl::StatusOr<Message> GetResult(const storage::ResultReader<Row, Filter>& read
   return to_proto(**row);
 }
 
-// filters: the request's in one text, that a page's token holds to. Messages come after those in `out`. Errors as PageOf.
-template <typename Request, typename Message, typename Row, typename Filter, typename ToProto>
+// What requests for lists of results have in common; refuses names of other collections and a time range that is none.
+template <typename Request>
+absl::Status ReadFilter(const Request& request, storage::ResultFilter* filter) {
+  for (const auto& [field, collection, name, id] :
+       {std::tuple("blade", "blades", &request.blade(), &filter->blade_serial),
+        std::tuple("machine", "machines", &request.machine(), &filter->machine_id),
+        std::tuple("part", "parts", &request.part(), &filter->part_id),
+        std::tuple("calibration", "calibrations", &request.calibration(), &filter->calibration_id)}) {
+    absl::StatusOr<std::string> read = FilterIdOf(field, collection, *name);
+    if (!read.ok()) return read.status();
+    *id = *std::move(read);
+  }
+  const absl::StatusOr<storage::TimeSpan> recorded = SpanOf("recorded", request.recorded());
+  if (recorded.ok()) filter->recorded = *recorded;
+  return recorded.status();
+}
+
+// Messages come after those in `out`; leave_basic takes from one what the BASIC view has not. Errors as PageOf and WantsFull.
+template <typename Request, typename Message, typename Row, typename Filter, typename ToProto, typename LeaveBasic>
 absl::Status ListResults(const storage::ResultReader<Row, Filter>& reader, storage::Deadline deadline,
-                         const Request& request, const Filter& filter, const std::string& filters,
-                         const ToProto& to_proto, google::protobuf::RepeatedPtrField<Message>* out,
+                         const Request& request, const Filter& filter, const ToProto& to_proto,
+                         const LeaveBasic& leave_basic, google::protobuf::RepeatedPtrField<Message>* out,
                          std::string* next_page_token) {
-  const absl::StatusOr<Page> page = PageOf(filters, request.page_size(), request.page_token());
+  const absl::StatusOr<bool> full = WantsFull(request.view());
+  if (!full.ok()) return full.status();
+  const std::string filters = FiltersOf(request);
+  absl::StatusOr<Page> page = PageOf(filters, request.page_size(), request.page_token());
   if (!page.ok()) return page.status();
+  if (*full) page->size = std::min(page->size, kGreatestFullPageSize);
   // One more than asked tells whether there is another page.
   const absl::StatusOr<std::vector<Row>> rows = reader.List(filter, page->before_sequence, page->size + 1, deadline);
   if (!rows.ok()) return rows.status();
@@ -49,6 +74,7 @@ absl::Status ListResults(const storage::ResultReader<Row, Filter>& reader, stora
     }
     absl::StatusOr<Message> message = to_proto(row);
     if (!message.ok()) return message.status();
+    if (!*full) leave_basic(&*message);
     last_sequence = row.recorded.sequence;
     *out->Add() = *std::move(message);
   }

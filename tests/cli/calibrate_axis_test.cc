@@ -28,13 +28,13 @@ TEST(CalibrateAxis, ANoiselessRunShowsItsSmallUncertainties) {
   storage::AxisCharacterisationRow row = calibration::RowOf(*result, "A");
   row.beyond_limits_count = 216;
   calibration::v1::Calibration made;
-  made.set_name("characterisations/x");
+  made.set_name("calibrations/x");
   made.set_kind(calibration::v1::CALIBRATION_KIND_AXIS);
   made.set_state(calibration::v1::CALIBRATION_STATE_SUPERSEDED);
-  made.set_superseded_by("characterisations/y");
+  made.set_superseded_by("calibrations/y");
   *made.mutable_axis() = calibration::ToProto(row);
   const std::string text = CalibrationText(made);
-  for (const char* part : {"characterisations/x: axis A of", "superseded by characterisations/y",
+  for (const char* part : {"calibrations/x: axis A of", "superseded by calibrations/y",
                            "306 readings, 216 of them beyond", "reversal error                               0.015000",
                            "mean error                                   0.000000",
                            "periodic error, amplitude every 10.0000 deg", "table: 2080 values each way"})

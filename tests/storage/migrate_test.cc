@@ -11,6 +11,7 @@
 
 #include "storage/calibrations.h"
 #include "storage/database.h"
+#include "storage/record.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::storage {
@@ -132,7 +133,7 @@ TEST_F(MigrateTest, TheProjectsOwnMigrationsApplyTwiceWithoutADifference) {
   EXPECT_GE(*first, 1);
 }
 
-// V0013 makes calibrations of axis characterisations; those of a plant that has some keep their names, figures and time.
+// V0013 makes calibrations of axis characterisations, V0019 names them so; those of a plant that has some keep figures and time.
 TEST_F(MigrateTest, CharacterisationsFromBeforeTheyWereCalibrationsAreKept) {
   const std::filesystem::path all = ThrowawayDatabase::MigrationsFolder(), before = folder_ + "/before";
   std::filesystem::create_directory(before);
@@ -149,7 +150,10 @@ TEST_F(MigrateTest, CharacterisationsFromBeforeTheyWereCalibrationsAreKept) {
           "INSERT INTO axis_characterisations VALUES ('00000000-0000-7000-8000-000000000001', 'm1', 'B', "
           "'{machines/m1@3}', repeat('0', 64), 762, '{0.015,1e-5}', '{0.001,1e-5}', 1, '{0.012,1e-5}', 40, "
           "'{0.003,1e-5}', 1e-4, '{0.02,1e-5}', 90, true, '{0.01,1e-5}', '{1e-4,1e-5}', '{5e-4,1e-5}', "
-          "'{1,2,3,4}', '{-1,-2,-3,-4}', 2e-5, 'engineer', 'old', 7, '2026-03-01 12:00:00Z')"}) {
+          "'{1,2,3,4}', '{-1,-2,-3,-4}', 2e-5, 'engineer', 'old', 7, '2026-03-01 12:00:00Z')",
+          "INSERT INTO record_entries (record_sequence, kind, name, software_version) VALUES (8, 'calibration', "
+          "'calibrations/00000000-0000-7000-8000-000000000002', 'old')",
+          "INSERT INTO record_inputs VALUES (8, 0, 'characterisations/00000000-0000-7000-8000-000000000001')"}) {
       const auto done = transaction->Execute(sql);
       ASSERT_TRUE(done.ok()) << done.status();
     }
@@ -162,7 +166,9 @@ TEST_F(MigrateTest, CharacterisationsFromBeforeTheyWereCalibrationsAreKept) {
   ASSERT_TRUE(found.ok()) << found.status();
   ASSERT_TRUE(found->has_value());
   const CalibrationRow& row = **found;
-  EXPECT_EQ(row.name(), "characterisations/00000000-0000-7000-8000-000000000001");
+  EXPECT_EQ(row.name(), "calibrations/00000000-0000-7000-8000-000000000001");
+  EXPECT_TRUE((*FindEntry(*transaction, row.name())).has_value());
+  EXPECT_EQ(DerivedFrom(*transaction, row.name())->size(), 1u);
   EXPECT_EQ(row.method, "ENCODER_RUN");
   EXPECT_EQ(row.requested_by, "engineer");
   EXPECT_EQ(row.software_version, "old");

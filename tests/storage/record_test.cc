@@ -94,27 +94,27 @@ TEST_F(RecordTest, RecallFindsEverythingThatRestsOnACalibration) {
 }
 
 TEST_F(RecordTest, RecallAndRecordsComeByPagesAndKinds) {
-  Append(Entry("calibration", "characterisations/a1", {"machines/m1@1"}));
-  Append(Entry("calibration", "calibrations/c1", {"machines/m1@1", "characterisations/a1"}));
+  Append(Entry("calibration", "calibrations/a1", {"machines/m1@1"}));
+  Append(Entry("calibration", "calibrations/c1", {"machines/m1@1", "calibrations/a1"}));
   for (const std::string id : {"1", "2", "3"}) {
     Append(Entry("registration", "registrations/r" + id, {"scans/s" + id, "calibrations/c1"}, "b1"));
     Append(Entry("correction", "corrections/k" + id, {"registrations/r" + id}, "b1"));
   }
   absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
   // Results that rest on an axis table rest on it through the calibration that was made with it.
-  const auto all = DerivedFrom(*transaction, "characterisations/a1");
+  const auto all = DerivedFrom(*transaction, "calibrations/a1");
   ASSERT_EQ(all->size(), 7u);
   std::vector<std::string> paged;
   JournalPage page{0, 2};
   for (;;) {
-    const auto entries = DerivedFrom(*transaction, "characterisations/a1", {}, page);
+    const auto entries = DerivedFrom(*transaction, "calibrations/a1", {}, page);
     ASSERT_TRUE(entries.ok()) << entries.status();
     for (const JournalEntry& journal : *entries) paged.push_back(journal.entry.name);
     if (entries->size() < 2) break;
     page.after_sequence = entries->back().recorded.sequence;
   }
   EXPECT_EQ(paged, NamesOf(all));
-  EXPECT_THAT(NamesOf(DerivedFrom(*transaction, "characterisations/a1", {"correction", "calibration"})),
+  EXPECT_THAT(NamesOf(DerivedFrom(*transaction, "calibrations/a1", {"correction", "calibration"})),
               ElementsAre("calibrations/c1", "corrections/k1", "corrections/k2", "corrections/k3"));
   EXPECT_THAT(NamesOf(RecordOfBlade(*transaction, "b1", {all->at(1).recorded.sequence, 2})),
               ElementsAre("corrections/k1", "registrations/r2"));

@@ -120,7 +120,7 @@ TEST_F(CorrectionServiceTest, CommandsWhatReachesTheAnglesByTheRegistrationsTabl
         "VALUES ($1, 0, 'B', $2, 20, 20.05, 0.002, 0.01, '{0,0,0,0,0,0}')",
         storage::Params()
             .Text(std::string(testing::kRegistration).substr(14))
-            .Text(std::string(testing::kBCharacterisation).substr(18)));
+            .Text(std::string(testing::kBCharacterisation).substr(13)));
     ASSERT_TRUE(stored.ok()) << stored.status();
     ASSERT_TRUE(transaction->Commit().ok());
   }
@@ -153,6 +153,11 @@ TEST_F(CorrectionServiceTest, CommandsWhatReachesTheAnglesByTheRegistrationsTabl
   ASSERT_TRUE(derived.ok());
   ASSERT_EQ(derived->size(), 1u);
   EXPECT_EQ(derived->front().entry.name, correction->name());
+  v1::ListCorrectionsRequest list;
+  list.set_calibration(testing::kBCharacterisation);
+  v1::ListCorrectionsResponse resting;
+  ASSERT_TRUE(stub_->ListCorrections(runtime::ContextFor(10).get(), list, &resting).ok());
+  EXPECT_EQ(resting.corrections_size(), 2);  // both of the registration
 
   // Another table is in force by now, and then none.
   calibration::v1::Calibration used = plant_.calibration.axes.at("B");
@@ -287,16 +292,39 @@ TEST_F(CorrectionServiceTest, ListsByBladeNewestFirstPageByPage) {
     v1::ListCorrectionsResponse response;
     ASSERT_TRUE(stub_->ListCorrections(runtime::ContextFor(10).get(), request, &response).ok());
     for (const v1::Correction& correction : response.corrections()) {
-      EXPECT_EQ(correction.groups(0).holes_size(), 2);
+      EXPECT_EQ(correction.groups_size(), 0);
       listed.push_back(correction.name());
     }
     request.set_page_token(response.next_page_token());
   } while (!request.page_token().empty());
   EXPECT_EQ(listed, made);
+  const auto count = [&](const v1::ListCorrectionsRequest& of) {
+    v1::ListCorrectionsResponse response;
+    EXPECT_TRUE(stub_->ListCorrections(runtime::ContextFor(10).get(), of, &response).ok());
+    return response.corrections_size();
+  };
   request.set_blade("blades/other");
-  v1::ListCorrectionsResponse none;
-  ASSERT_TRUE(stub_->ListCorrections(runtime::ContextFor(10).get(), request, &none).ok());
-  EXPECT_EQ(none.corrections_size(), 0);
+  EXPECT_EQ(count(request), 0);
+  request.Clear();
+  request.set_view(list::v1::VIEW_FULL);
+  v1::ListCorrectionsResponse full;
+  ASSERT_TRUE(stub_->ListCorrections(runtime::ContextFor(10).get(), request, &full).ok());
+  ASSERT_EQ(full.corrections_size(), 3);
+  EXPECT_EQ(full.corrections(0).groups(0).holes_size(), 2);
+  for (const bool other : {false, true}) {
+    request.Clear();
+    request.set_machine(other ? "machines/m9" : full.corrections(0).machine());
+    EXPECT_EQ(count(request), other ? 0 : 3);
+    request.Clear();
+    request.set_calibration(other ? "calibrations/c9" : full.corrections(0).rotation_calibration());
+    EXPECT_EQ(count(request), other ? 0 : 3);
+    request.Clear();
+    request.set_release(other ? v1::RELEASE_AWAITING_PERSON : v1::RELEASE_AUTOMATIC);
+    EXPECT_EQ(count(request), other ? 0 : 3);
+  }
+  request.Clear();
+  *request.mutable_recorded()->mutable_until() = full.corrections(0).recorded_at();
+  EXPECT_EQ(count(request), 2);
 }
 
 TEST_F(CorrectionServiceTest, RefusesMoreThanItsSlots) {

@@ -19,8 +19,8 @@ namespace sixpoint::testing {
 
 inline constexpr char kSensorCalibration[] = "calibrations/00000000-0000-7000-8000-000000000001";
 inline constexpr char kRotationCalibration[] = "calibrations/00000000-0000-7000-8000-000000000002";
-inline constexpr char kACharacterisation[] = "characterisations/00000000-0000-7000-8000-000000000004";
-inline constexpr char kBCharacterisation[] = "characterisations/00000000-0000-7000-8000-000000000005";
+inline constexpr char kACharacterisation[] = "calibrations/00000000-0000-7000-8000-000000000004";
+inline constexpr char kBCharacterisation[] = "calibrations/00000000-0000-7000-8000-000000000005";
 inline constexpr char kRegistration[] = "registrations/00000000-0000-7000-8000-000000000003";
 
 class StandInPlant final : public plant::v1::PlantService::Service {

@@ -324,7 +324,16 @@ TEST_F(InspectionServiceTest, ListsByBladeAndRefusesMoreThanItsSlots) {
   v1::ListInspectionsResponse response;
   ASSERT_TRUE(stub_->ListInspections(runtime::ContextFor(10).get(), request, &response).ok());
   ASSERT_EQ(response.inspections_size(), 1);
+  EXPECT_EQ(response.inspections(0).holes_size(), 0);
+  request.set_verdict(made->verdict());
+  request.set_part(plant_.plant.part.name());
+  request.set_view(list::v1::VIEW_FULL);
+  ASSERT_TRUE(stub_->ListInspections(runtime::ContextFor(10).get(), request, &response).ok());
+  ASSERT_EQ(response.inspections_size(), 1);
   EXPECT_EQ(response.inspections(0).SerializeAsString(), made->SerializeAsString());
+  request.set_verdict(made->verdict() == v1::VERDICT_CONFORM ? v1::VERDICT_NOT_CONFORM : v1::VERDICT_CONFORM);
+  ASSERT_TRUE(stub_->ListInspections(runtime::ContextFor(10).get(), request, &response).ok());
+  EXPECT_EQ(response.inspections_size(), 0);
   Start(0);
   EXPECT_EQ(runtime::ReasonOf(Inspect(Request()).status()), "INSPECTIONS_FULL");
 }

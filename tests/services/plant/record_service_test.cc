@@ -25,7 +25,7 @@ storage::RecordEntry Entry(const std::string& kind, const std::string& name, con
   return entry;
 }
 
-// machines/m1@1 <- characterisations/a1 <- calibrations/c1 <- registrations/r1..3 of blades/sn1, each with its scan.
+// machines/m1@1 <- calibrations/a1 <- calibrations/c1 <- registrations/r1..3 of blades/sn1, each with its scan.
 class RecordServiceTest : public ::testing::Test {
  protected:
   RecordServiceTest()
@@ -40,9 +40,8 @@ class RecordServiceTest : public ::testing::Test {
     blade.part_id = "vane";
     ASSERT_TRUE(storage::InsertBlade(*transaction, blade, Entry("", "", {"parts/vane@1"})).ok());
     Append(&*transaction, Entry("machine", "machines/m1@1", {}));
-    Append(&*transaction, Entry("calibration", "characterisations/a1", {"machines/m1@1"}));
-    storage::RecordEntry calibration =
-        Entry("calibration", "calibrations/c1", {"machines/m1@1", "characterisations/a1"});
+    Append(&*transaction, Entry("calibration", "calibrations/a1", {"machines/m1@1"}));
+    storage::RecordEntry calibration = Entry("calibration", "calibrations/c1", {"machines/m1@1", "calibrations/a1"});
     calibration.machine = "m1";
     calibration.requested_by = "operator";
     calibration.summary_json = R"({"residual_rms_um": 7})";
@@ -111,7 +110,7 @@ TEST_F(RecordServiceTest, AnEntryIsGotByTheNameItWasRecordedUnder) {
   EXPECT_EQ(entry->blade(), "");
   EXPECT_EQ(entry->requested_by(), "operator");
   EXPECT_FALSE(entry->has_measured_at());
-  EXPECT_THAT(entry->inputs(), ElementsAre("machines/m1@1", "characterisations/a1"));
+  EXPECT_THAT(entry->inputs(), ElementsAre("machines/m1@1", "calibrations/a1"));
   EXPECT_EQ(entry->summary().fields().at("residual_rms_um").number_value(), 7);
   const auto scan = Get("scans/s1");
   ASSERT_TRUE(scan.ok()) << scan.status();
@@ -126,8 +125,8 @@ TEST_F(RecordServiceTest, RecallFollowsEveryEdgePageByPage) {
   const std::vector<std::string> rest_on_the_axis = {"calibrations/c1", "registrations/r1", "registrations/r2",
                                                      "registrations/r3"};
   for (const int page_size : {1, 2, 4, 100})
-    EXPECT_EQ(Recall("characterisations/a1", {}, page_size), rest_on_the_axis) << page_size;
-  EXPECT_THAT(Recall("machines/m1", {"calibration"}, 1), ElementsAre("characterisations/a1", "calibrations/c1"));
+    EXPECT_EQ(Recall("calibrations/a1", {}, page_size), rest_on_the_axis) << page_size;
+  EXPECT_THAT(Recall("machines/m1", {"calibration"}, 1), ElementsAre("calibrations/a1", "calibrations/c1"));
   EXPECT_THAT(Recall("scans/s2", {}, 10), ElementsAre("registrations/r2"));
   EXPECT_THAT(Recall("registrations/r3", {}, 10), ElementsAre());
 }

@@ -208,6 +208,19 @@ TEST_F(RegistrationServiceTest, AnswersARetryOnceAndPages) {
   list.set_page_token(page.next_page_token());
   ASSERT_TRUE(stub->ListRegistrations(runtime::ContextFor(10).get(), list, &next).ok());
   EXPECT_EQ(next.registrations(0).name(), first->name());
+  EXPECT_TRUE(next.registrations(0).has_zero_from_part());
+  EXPECT_FALSE(next.registrations(0).has_covariance());
+  EXPECT_EQ(next.registrations(0).evidence().scans_size(), 0);
+  list.Clear();
+  list.set_view(list::v1::VIEW_FULL);
+  list.set_outcome(v1::OUTCOME_CONVERGED);
+  list.set_calibration(first->rotation_calibration());
+  ASSERT_TRUE(stub->ListRegistrations(runtime::ContextFor(10).get(), list, &page).ok());
+  ASSERT_EQ(page.registrations_size(), 2);
+  EXPECT_EQ(page.registrations(1).SerializeAsString(), first->SerializeAsString());
+  list.set_outcome(v1::OUTCOME_NOT_CONVERGED);
+  ASSERT_TRUE(stub->ListRegistrations(runtime::ContextFor(10).get(), list, &page).ok());
+  EXPECT_EQ(page.registrations_size(), 0);
 }
 
 // Those of inspections are listed, and left out where a blade's own are asked for.
