@@ -133,7 +133,7 @@ TEST_F(MigrateTest, TheProjectsOwnMigrationsApplyTwiceWithoutADifference) {
   EXPECT_GE(*first, 1);
 }
 
-// V0013 makes calibrations of axis characterisations, V0019 names them so; those of a plant that has some keep figures and time.
+// V0013 makes calibrations of axis characterisations, V0020 names them so; those of a plant that has some keep figures and time.
 TEST_F(MigrateTest, CharacterisationsFromBeforeTheyWereCalibrationsAreKept) {
   const std::filesystem::path all = ThrowawayDatabase::MigrationsFolder(), before = folder_ + "/before";
   std::filesystem::create_directory(before);
