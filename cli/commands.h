@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <iostream>
 
 #include "cli/output.h"
 #include "cli/progress.h"
@@ -79,13 +80,13 @@ inline void AddLimitOption(CLI::App* list, int* limit) {
 }
 
 // A list, printed: `request` is a List...Request, `entries` the field of its response that is listed, `row` an entry's cells. Reads
-// no more pages than the limit wants; 0: all.
+// no more pages than the limit wants; 0: all. `none`: what people read instead of an empty table.
 template <typename Service, typename Request, typename Response, typename Entry, typename Row>
 absl::Status ListAndPrint(Session* session, const std::string& area,
                           grpc::Status (Service::Stub::*method)(grpc::ClientContext*, const Request&, Response*),
                           Request request, int limit, Table table,
-                          const google::protobuf::RepeatedPtrField<Entry>& (Response::*entries)() const,
-                          const Row& row) {
+                          const google::protobuf::RepeatedPtrField<Entry>& (Response::*entries)() const, const Row& row,
+                          const std::string& none = "") {
   nlohmann::json json = nlohmann::json::array();
   int count = 0;
   const auto wants_more = [&] { return limit == 0 || count < limit; };
@@ -104,7 +105,11 @@ absl::Status ListAndPrint(Session* session, const std::string& area,
       }
     }
   } while (wants_more() && !response.next_page_token().empty());
-  PrintList(session->json, json, table);
+  if (!session->json && count == 0 && !none.empty()) {
+    std::cout << none;
+  } else {
+    PrintList(session->json, json, table);
+  }
   return absl::OkStatus();
 }
 

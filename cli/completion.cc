@@ -1,5 +1,6 @@
 // `sixpoint completion bash`: the words that may follow each command, as a script that bash reads once.
 #include <iostream>
+#include <set>
 
 #include "cli/app.h"
 #include "cli/commands.h"
@@ -10,7 +11,7 @@ namespace {
 // What follows a command, and which of all options want a value after them.
 struct Words {
   std::string by_command;  // ["sixpoint scan upload"]="--machine ..."
-  std::string with_value = " ";
+  std::set<std::string> with_value;
 };
 
 std::vector<const CLI::App*> CommandsOf(const CLI::App& app) {
@@ -24,7 +25,7 @@ void AddOptions(const CLI::App& app, std::string* following, Words* words) {
     for (const std::string& name : option->get_snames()) names.push_back("-" + name);
     for (const std::string& name : names) {
       *following += name + " ";
-      if (option->get_items_expected_max() > 0) words->with_value += name + " ";
+      if (option->get_items_expected_max() > 0) words->with_value.insert(name);
     }
   }
 }
@@ -65,8 +66,10 @@ complete -o default -F _sixpoint sixpoint
 std::string BashCompletion(const CLI::App& app) {
   Words words;
   AddCommand(app, app.get_name(), &words);
+  std::string with_value = " ";
+  for (const std::string& name : words.with_value) with_value += name + " ";
   return "# For ~/.bashrc: source <(sixpoint completion bash)\ndeclare -A _sixpoint_words=(\n" + words.by_command +
-         ")\n_sixpoint_with_value=\"" + words.with_value + "\"" + kFunction;
+         ")\n_sixpoint_with_value=\"" + with_value + "\"" + kFunction;
 }
 
 void AddCompletionCommand(CLI::App* app, Session* session) {

@@ -19,7 +19,7 @@ const std::vector<Group>& Groups() {
       {"Clouds", {"scan", "store"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
       {"Blades", {"register", "registration", "correct", "correction", "inspect", "inspection"}},
-      {"All together", {"trace", "plant", "call", "completion"}},
+      {"Besides", {"trace", "plant", "call", "completion"}},
   };
   return *groups;
 }

@@ -65,10 +65,10 @@ void AddPartCommands(CLI::App* app, Session* session) {
     absl::StatusOr<plant::v1::CreatePartRequest> request = LoadPart(*argument);
     if (!request.ok()) return request.status();
     request->set_request_id(NewRequestId());
-    const absl::StatusOr<plant::v1::Part> part =
+    const absl::StatusOr<plant::v1::Part> created =
         CallAtLength<PlantService>(session, "reading the CAD", "plant", &PlantService::Stub::CreatePart, *request);
-    if (part.ok()) PrintPart(*session, *part);
-    return part.status();
+    if (created.ok()) PrintPart(*session, *created);
+    return created.status();
   });
 
   const auto limit = std::make_shared<int>(0);

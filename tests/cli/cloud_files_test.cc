@@ -7,6 +7,8 @@
 #include <cstring>
 #include <filesystem>
 
+#include "cli/document.h"
+
 namespace sixpoint::cli {
 namespace {
 
