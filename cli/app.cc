@@ -43,7 +43,7 @@ void AddCommands(CLI::App* app, Session* session) {
   AddCorrectionCommands(app, session);
   AddInspectCommand(app, session);
   AddInspectionCommands(app, session);
-  AddTraceCommand(app, session);
+  AddRecallCommand(app, session);
   AddPlantCommands(app, session);
   AddCallCommand(app, session);
   AddCompletionCommand(app, session);

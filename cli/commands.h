@@ -26,7 +26,7 @@ void AddCorrectCommand(CLI::App* app, Session* session);
 void AddCorrectionCommands(CLI::App* app, Session* session);
 void AddInspectCommand(CLI::App* app, Session* session);
 void AddInspectionCommands(CLI::App* app, Session* session);
-void AddTraceCommand(CLI::App* app, Session* session);
+void AddRecallCommand(CLI::App* app, Session* session);
 void AddCallCommand(CLI::App* app, Session* session);
 void AddPlantCommands(CLI::App* app, Session* session);
 void AddLocalPlantCommands(CLI::App* app, Session* session);

@@ -19,7 +19,7 @@ const std::vector<Group>& Groups() {
       {"Clouds", {"scan", "store"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
       {"Blades", {"register", "registration", "correct", "correction", "inspect", "inspection"}},
-      {"Besides", {"trace", "plant", "call", "completion"}},
+      {"Besides", {"recall", "plant", "call", "completion"}},
   };
   return *groups;
 }
@@ -77,7 +77,9 @@ const std::map<std::string, const char*>& Examples() {
        "sixpoint correct --registration ID --template program.nc --out - | post"},
       {"inspect", "sixpoint inspect --blade SN-1 --scans sn1_pins_1,sn1_pins_2 --method six-point-normals"},
       {"inspection list", "sixpoint inspection list --blade SN-1"},
-      {"trace", "sixpoint trace --calibration ID"},
+      {"recall",
+       "sixpoint recall calibrations/ID\n"
+       "sixpoint recall machines/sarix-1 --kinds registration,correction --limit 50"},
       {"plant run", "sixpoint plant run DIR --out results.json"},
       {"call", "sixpoint call PlantService/GetMachine '{\"name\": \"machines/sarix-1\"}'"},
       {"completion", "source <(sixpoint completion bash)"},
