@@ -52,24 +52,23 @@ void AddArtefactCommands(CLI::App* app, Session* session) {
     return status;
   });
 
-  session->OnCommand(artefact->add_subcommand("list", "Lists the artefacts"), [session]() -> absl::Status {
-    nlohmann::json json = nlohmann::json::array();
-    Table table({"artefact", ">revision", ">side mm", ">cones", ">slots", "since"});
+  const auto limit = std::make_shared<int>(0);
+  CLI::App* list = artefact->add_subcommand("list", "Lists the artefacts");
+  AddLimitOption(list, limit.get());
+  session->OnCommand(list, [session, limit] {
     plant::v1::ListArtefactsRequest request;
     request.set_view(list::v1::VIEW_FULL);
-    absl::Status status =
-        ForEachPage<PlantService>(session, "plant", &PlantService::Stub::ListArtefacts, request,
-                                  [&](const plant::v1::ListArtefactsResponse& page) {
-                                    for (const plant::v1::Artefact& entry : page.artefacts()) {
-                                      json.push_back(MessageToJson(entry));
-                                      table.AddRow({IdText(entry.name()), std::to_string(entry.revision()),
-                                                    Fixed(entry.side_mm(), 3), std::to_string(entry.cones_size()),
-                                                    std::to_string(entry.slots_size()), TimeText(entry.created_at())});
-                                    }
-                                  });
-    if (!status.ok()) return status;
-    PrintList(session->json, json, table);
-    return status;
+    return ListAndPrint<PlantService>(session, "plant", &PlantService::Stub::ListArtefacts, request, *limit,
+                                      Table({"artefact", ">revision", ">side mm", ">cones", ">slots", "since"}),
+                                      &plant::v1::ListArtefactsResponse::artefacts,
+                                      [](const plant::v1::Artefact& entry) {
+                                        return Cells{IdText(entry.name()),
+                                                     std::to_string(entry.revision()),
+                                                     Fixed(entry.side_mm(), 3),
+                                                     std::to_string(entry.cones_size()),
+                                                     std::to_string(entry.slots_size()),
+                                                     TimeText(entry.created_at())};
+                                      });
   });
 
   CLI::App* show = artefact->add_subcommand("show", "Shows an artefact");

@@ -25,7 +25,7 @@ absl::Status CharacteriseAxis(Session* session, const Arguments& arguments) {
   *request.mutable_run() = *run;
   SetCalibrationOptions(*session, arguments, &request);
   return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::CharacteriseAxis, request,
-                                          CalibrationText)
+                                          CalibrationText, "characterising axis " + arguments.axis)
       .status();
 }
 

@@ -62,20 +62,15 @@ void AddBladeCommands(CLI::App* app, Session* session) {
     return CallAndPrint<PlantService>(session, "plant", &PlantService::Stub::CreateBlade, request, BladeText).status();
   });
 
-  session->OnCommand(blade->add_subcommand("list", "Lists the blades"), [session]() -> absl::Status {
-    nlohmann::json json = nlohmann::json::array();
-    Table table({"blade", "part", "since"});
-    absl::Status status = ForEachPage<PlantService>(
-        session, "plant", &PlantService::Stub::ListBlades, plant::v1::ListBladesRequest(),
-        [&](const plant::v1::ListBladesResponse& page) {
-          for (const plant::v1::Blade& entry : page.blades()) {
-            json.push_back(MessageToJson(entry));
-            table.AddRow({IdText(entry.name()), IdText(entry.part()), TimeText(entry.created_at())});
-          }
+  const auto limit = std::make_shared<int>(0);
+  CLI::App* list = blade->add_subcommand("list", "Lists the blades");
+  AddLimitOption(list, limit.get());
+  session->OnCommand(list, [session, limit] {
+    return ListAndPrint<PlantService>(
+        session, "plant", &PlantService::Stub::ListBlades, plant::v1::ListBladesRequest(), *limit,
+        Table({"blade", "part", "since"}), &plant::v1::ListBladesResponse::blades, [](const plant::v1::Blade& entry) {
+          return Cells{IdText(entry.name()), IdText(entry.part()), TimeText(entry.created_at())};
         });
-    if (!status.ok()) return status;
-    PrintList(session->json, json, table);
-    return status;
   });
 
   CLI::App* show = blade->add_subcommand("show", "Shows everything that happened to a blade");

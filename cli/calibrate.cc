@@ -35,7 +35,7 @@ absl::Status CalibrateSensor(Session* session, const Arguments& arguments) {
                                                       : calibration::v1::SENSOR_METHOD_JOINT);
   SetCalibrationOptions(*session, arguments, &request);
   return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::CalibrateSensor, request,
-                                          CalibrationText)
+                                          CalibrationText, "calibrating the sensor")
       .status();
 }
 
@@ -67,7 +67,7 @@ absl::Status CalibrateRotation(Session* session, const Arguments& arguments) {
                                                      : calibration::v1::ROTATION_METHOD_LINES);
   SetCalibrationOptions(*session, arguments, &request);
   return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::CalibrateRotation, request,
-                                          CalibrationText)
+                                          CalibrationText, "calibrating the rotary axes")
       .status();
 }
 

@@ -143,7 +143,7 @@ void AddCalibrateProbeCommand(CLI::App* calibrate, Session* session) {
                                                       : calibration::v1::PROBE_METHOD_WEIGHTED);
     SetCalibrationOptions(*session, *arguments, &*request);
     return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::CalibrateProbe, *request,
-                                            CalibrationText)
+                                            CalibrationText, "calibrating the probe")
         .status();
   });
 }

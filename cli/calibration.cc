@@ -112,6 +112,7 @@ void AddTrendCommand(CLI::App* calibration, Session* session) {
 
 struct ListArguments {
   std::string machine, kind, axis;
+  int limit = 0;
 };
 
 std::string RmsText(const calibration::v1::Calibration& entry) {
@@ -129,21 +130,20 @@ absl::Status List(Session* session, const ListArguments& arguments) {
   if (!arguments.kind.empty() || !arguments.axis.empty())
     request.set_kind(kKinds.at(arguments.kind.empty() ? "axis" : arguments.kind));
   request.set_axis(arguments.axis);
-  nlohmann::json json = nlohmann::json::array();
-  Table table({"calibration", "kind", "machine", "method", "state", ">rms um", "valid from", "valid until", "by"});
-  absl::Status status = ForEachPage<CalibrationService>(
-      session, "calibration", &CalibrationService::Stub::ListCalibrations, request,
-      [&](const calibration::v1::ListCalibrationsResponse& page) {
-        for (const calibration::v1::Calibration& entry : page.calibrations()) {
-          json.push_back(MessageToJson(entry));
-          table.AddRow({IdText(entry.name()), CalibrationKindText(entry), IdText(entry.machine()), entry.method(),
-                        EnumText(CalibrationState_Name(entry.state()), "CALIBRATION_STATE_"), RmsText(entry),
-                        TimeText(entry.valid_from()), TimeText(entry.valid_until()), entry.requested_by()});
-        }
+  return ListAndPrint<CalibrationService>(
+      session, "calibration", &CalibrationService::Stub::ListCalibrations, request, arguments.limit,
+      Table({"calibration", "kind", "machine", "method", "state", ">rms um", "valid from", "valid until", "by"}),
+      &calibration::v1::ListCalibrationsResponse::calibrations, [](const calibration::v1::Calibration& entry) {
+        return Cells{IdText(entry.name()),
+                     CalibrationKindText(entry),
+                     IdText(entry.machine()),
+                     entry.method(),
+                     EnumText(CalibrationState_Name(entry.state()), "CALIBRATION_STATE_"),
+                     RmsText(entry),
+                     TimeText(entry.valid_from()),
+                     TimeText(entry.valid_until()),
+                     entry.requested_by()};
       });
-  if (!status.ok()) return status;
-  PrintList(session->json, json, table);
-  return status;
 }
 
 absl::Status Show(Session* session, const std::string& id) {
@@ -165,6 +165,7 @@ void AddCalibrationCommands(CLI::App* app, Session* session) {
   list->add_option("--machine", arguments->machine, "Only of this machine");
   list->add_option("--kind", arguments->kind, "Only sensor, rotation, probe or axis")->check(CLI::IsMember(&kKinds));
   list->add_option("--axis", arguments->axis, "Only how this axis positions");
+  AddLimitOption(list, &arguments->limit);
   session->OnCommand(list, [session, arguments] { return List(session, *arguments); });
 
   const auto id = std::make_shared<std::string>();

@@ -300,10 +300,10 @@ std::string ToXyz(const metrology::Points& points) {
   return text;
 }
 
-absl::Status WriteCloud(const std::string& path, const metrology::Points& points) {
+absl::StatusOr<CloudWriter> CloudWriterFor(const std::string& path) {
   const std::string ending = std::filesystem::path(path).extension().string();
-  if (ending == ".ply") return WriteFile(path, ToPly(points));
-  if (ending == ".xyz") return WriteFile(path, ToXyz(points));
+  if (ending == ".ply") return ToPly;
+  if (ending == ".xyz" || path == "-") return ToXyz;
   return Refused(path, "file name ends in '" + ending + "'", ".ply or .xyz");
 }
 

@@ -29,7 +29,8 @@ absl::StatusOr<metrology::Points> ReadCloud(const std::string& path);
 // PLY: binary little-endian doubles. XYZ: shortest text that reads back as the same double.
 std::string ToPly(const metrology::Points& points);
 std::string ToXyz(const metrology::Points& points);
-// .ply or .xyz.
-absl::Status WriteCloud(const std::string& path, const metrology::Points& points);
+// How a file of that name is written: .ply or .xyz; "-", standard output, as .xyz.
+using CloudWriter = std::string (*)(const metrology::Points& points);
+absl::StatusOr<CloudWriter> CloudWriterFor(const std::string& path);
 
 }  // namespace sixpoint::cli

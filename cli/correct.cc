@@ -3,6 +3,7 @@
 
 #include "cli/commands.h"
 #include "cli/document.h"
+#include "cli/out_file.h"
 #include "cli/output.h"
 #include "cli/reports.h"
 #include "services/runtime/errors.h"
@@ -14,14 +15,16 @@ namespace {
 using correction::v1::CorrectionService;
 
 struct Arguments {
-  std::string registration, template_file, out_file;
+  std::string registration, template_file, out;
   std::vector<std::string> groups;
 };
 
 absl::Status Correct(Session* session, const Arguments& arguments) {
-  if (!arguments.out_file.empty() && arguments.template_file.empty()) {
-    return runtime::Refuse("--out", arguments.out_file, "--template too: the program is made from it");
+  if (!arguments.out.empty() && arguments.template_file.empty()) {
+    return runtime::Refuse("--out", arguments.out, "--template too: the program is made from it");
   }
+  absl::Status status = CheckOut(*session, arguments.out);
+  if (!status.ok()) return status;
   correction::v1::CorrectRequest request;
   request.set_registration(NameText("registrations", arguments.registration));
   for (const std::string& group : arguments.groups) request.add_groups(group);
@@ -33,22 +36,22 @@ absl::Status Correct(Session* session, const Arguments& arguments) {
   request.set_requested_by(session->requested_by());
   request.set_request_id(NewRequestId());
   correction::v1::Correction response;
-  absl::Status status =
-      session->Call<CorrectionService>("correction", &CorrectionService::Stub::Correct, request, &response);
+  status = session->Call<CorrectionService>("correction", &CorrectionService::Stub::Correct, request, &response);
   if (!status.ok()) return status;
   const bool released = response.release() == correction::v1::RELEASE_AUTOMATIC;
-  if (!arguments.out_file.empty() && released) {
-    status = WriteFile(arguments.out_file, response.nc_program());
+  if (!arguments.out.empty() && released) {
+    status = WriteOut(arguments.out, response.nc_program());
     if (!status.ok()) return status;
   }
   if (session->json) {
     PrintJson(MessageToJson(response));
   } else {
-    std::cout << CorrectionText(response);
-    if (!arguments.out_file.empty()) {
-      std::cout << (released ? "program written to " : "no program written to ") << arguments.out_file << "\n";
-    } else if (!response.nc_program().empty()) {
-      std::cout << response.nc_program();
+    std::ostream& beside = BesideOut(arguments.out);
+    beside << CorrectionText(response);
+    if (!arguments.out.empty()) {
+      beside << (released ? "program written to " : "no program written to ") << OutText(arguments.out) << "\n";
+    } else {
+      beside << response.nc_program();
     }
   }
   if (!released) session->MarkNotUsable();
@@ -65,7 +68,7 @@ void AddCorrectCommand(CLI::App* app, Session* session) {
       ->delimiter(',')
       ->allow_extra_args(false);
   command->add_option("--template", arguments->template_file, "NC program whose coordinates are replaced");
-  command->add_option("--out", arguments->out_file, "Where the corrected program is written");
+  AddOutOption(command, &arguments->out, "Where the corrected program is written");
   session->OnCommand(command, [session, arguments] { return Correct(session, *arguments); });
 }
 

@@ -47,7 +47,7 @@ void AddInspectCommand(CLI::App* app, Session* session) {
     request.set_requested_by(session->requested_by());
     request.set_request_id(NewRequestId());
     return CallAndPrint<InspectionService>(session, "inspection", &InspectionService::Stub::Inspect, request,
-                                           InspectionText)
+                                           InspectionText, "inspecting " + arguments->blade)
         .status();
   });
 }

@@ -1,11 +1,63 @@
-// A whole plant on one machine: `sixpoint up | down | status`. A private PostgreSQL (unix socket, checksums) and all
-// services run as separate processes under supervisord, in one data folder, as their own user where root starts them.
+// A whole plant on one machine. A private PostgreSQL (unix socket, checksums) and all services run as separate processes under
+// supervisord, in one data folder, as their own user where root starts them.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include <absl/status/statusor.h>
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "cli/listen_address.h"
+#include "cli/progress.h"
 
 namespace sixpoint::cli {
 
-void AddLocalPlantCommands(CLI::App& app);
+// Areas in the order of their ports: base_port + index.
+inline constexpr std::array<const char*, 6> kAreas = {"plant",        "ingest",     "calibration",
+                                                      "registration", "correction", "inspection"};
+inline constexpr char kPostgresBin[] = "/usr/lib/postgresql/15/bin/";
+
+struct LocalPlant {
+  std::filesystem::path data;
+  std::filesystem::path binaries;    // where the service programs are
+  std::filesystem::path migrations;  // where the SQL files are
+  int base_port = 7400;
+  ListenAddress address;
+  std::string blob_store = "postgresql";
+
+  std::filesystem::path database() const { return data / "postgres"; }
+  std::filesystem::path sockets() const { return data / "run"; }
+  std::filesystem::path logs() const { return data / "log"; }
+  std::filesystem::path supervisor_config() const { return data / "supervisord.conf"; }
+  std::string conninfo() const { return "host=" + sockets().string() + " dbname=sixpoint user=sixpoint"; }
+  // Where the area's service binds; where this machine reaches it; where clients are told that it is.
+  std::string ListensAt(std::size_t area) const { return At(address.listen, area); }
+  std::string OwnAddress(std::size_t area) const { return At(address.Own(), area); }
+  std::string AnnouncedAt(std::size_t area) const { return At(address.announce, area); }
+
+ private:
+  std::string At(const std::string& host, std::size_t area) const {
+    return HostAndPort(host, base_port + static_cast<int>(area));
+  }
+};
+
+// Until everything serves. Once more on a plant that runs: with the new programs, addresses and schema.
+absl::Status StartPlant(LocalPlant plant, ProgressLine* progress);
+// Nothing to do where nothing runs. INVALID_ARGUMENT where the folder holds no plant.
+absl::Status StopPlant(const std::filesystem::path& data);
+
+struct PlantHealth {
+  LocalPlant plant;
+  bool supervised = false;
+  bool database = false;              // accepts connections
+  std::vector<std::string> services;  // by area: SERVING, NOT_SERVING or NOT_REACHED
+  bool AllServe() const;
+};
+absl::StatusOr<PlantHealth> HealthOf(const std::filesystem::path& data);
+
+// Where `up` puts a plant unless told: /var/lib/sixpoint for root, else ~/.sixpoint.
+std::filesystem::path UsualDataFolder();
 
 }  // namespace sixpoint::cli

@@ -59,21 +59,17 @@ void AddMachineCommands(CLI::App* app, Session* session) {
     return status;
   });
 
-  session->OnCommand(machine->add_subcommand("list", "Lists the machines"), [session]() -> absl::Status {
-    nlohmann::json json = nlohmann::json::array();
-    Table table({"machine", ">revision", "sensor", "since"});
-    absl::Status status =
-        ForEachPage<PlantService>(session, "plant", &PlantService::Stub::ListMachines, plant::v1::ListMachinesRequest(),
-                                  [&](const plant::v1::ListMachinesResponse& page) {
-                                    for (const plant::v1::Machine& entry : page.machines()) {
-                                      json.push_back(MessageToJson(entry));
-                                      table.AddRow({IdText(entry.name()), std::to_string(entry.revision()),
-                                                    entry.sensor().model(), TimeText(entry.created_at())});
-                                    }
-                                  });
-    if (!status.ok()) return status;
-    PrintList(session->json, json, table);
-    return status;
+  const auto limit = std::make_shared<int>(0);
+  CLI::App* list = machine->add_subcommand("list", "Lists the machines");
+  AddLimitOption(list, limit.get());
+  session->OnCommand(list, [session, limit] {
+    return ListAndPrint<PlantService>(session, "plant", &PlantService::Stub::ListMachines,
+                                      plant::v1::ListMachinesRequest(), *limit,
+                                      Table({"machine", ">revision", "sensor", "since"}),
+                                      &plant::v1::ListMachinesResponse::machines, [](const plant::v1::Machine& entry) {
+                                        return Cells{IdText(entry.name()), std::to_string(entry.revision()),
+                                                     entry.sensor().model(), TimeText(entry.created_at())};
+                                      });
   });
 
   CLI::App* show = machine->add_subcommand("show", "Shows a machine");

@@ -1,29 +1,23 @@
 #include "cli/output.h"
 
-#include <google/protobuf/util/json_util.h>
-#include <unistd.h>
+#include <google/protobuf/util/time_util.h>
 
-#include <algorithm>
 #include <cctype>
-#include <cstdio>
 #include <ctime>
 #include <iostream>
 
 #include "cli/number_format.h"
+#include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::cli {
 
-nlohmann::json MessageToJson(const google::protobuf::Message& message) {
-  google::protobuf::util::JsonPrintOptions options;
-  options.preserve_proto_field_names = true;
-  std::string text;
-  if (!google::protobuf::util::MessageToJsonString(message, &text, options).ok()) return nullptr;
-  return nlohmann::json::parse(text, nullptr, false);
-}
-
 void PrintJson(const nlohmann::json& json) {
   std::cout << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
+}
+
+void PrintJsonLine(const nlohmann::json& json) {
+  std::cout << json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << "\n" << std::flush;
 }
 
 void PrintMessage(bool as_json, const google::protobuf::Message& message, const std::function<std::string()>& text) {
@@ -52,6 +46,17 @@ std::string TimeText(const google::protobuf::Timestamp& time) {
   return text;
 }
 
+absl::StatusOr<google::protobuf::Timestamp> TimeOf(const std::string& option, const std::string& text) {
+  std::string whole = text;
+  if (whole.size() == 10) whole += "T00:00:00";
+  if (whole.size() > 10 && whole[10] == ' ') whole[10] = 'T';
+  if (whole.size() == 19) whole += "Z";
+  google::protobuf::Timestamp time;
+  if (!google::protobuf::util::TimeUtil::FromString(whole, &time))
+    return runtime::Refuse(option, text, "a time as 2026-11-21, 2026-11-21 03:25:01Z or RFC 3339 has it");
+  return time;
+}
+
 std::string PointText(const geometry::v1::Point& point, int decimals) {
   return Fixed(point.x_mm(), decimals) + ", " + Fixed(point.y_mm(), decimals) + ", " + Fixed(point.z_mm(), decimals);
 }
@@ -74,41 +79,6 @@ std::string NameText(const std::string& collection, const std::string& id_or_nam
 
 std::string CalibrationNameText(const std::string& id_or_name) {
   return id_or_name.find('/') != std::string::npos ? id_or_name : runtime::NameOf("calibrations", id_or_name);
-}
-
-Progress::Progress(std::string label, std::string unit, std::int64_t total, bool quiet)
-    : label_(std::move(label)),
-      unit_(std::move(unit)),
-      total_(total),
-      quiet_(quiet),
-      terminal_(isatty(STDERR_FILENO) != 0),
-      start_(std::chrono::steady_clock::now()),
-      printed_(start_) {}
-
-Progress::~Progress() { Print(true); }
-
-void Progress::Add(std::int64_t count) {
-  std::lock_guard<std::mutex> lock(mutex_);
-  count_ += count;
-  const auto interval = terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(5000);
-  if (std::chrono::steady_clock::now() - printed_ > interval) Print(false);
-}
-
-std::string Progress::ToText(double seconds) const {
-  const double share = total_ > 0 ? std::min(1.0, static_cast<double>(count_) / static_cast<double>(total_)) : 1.0;
-  constexpr int kWidth = 24;
-  const int filled = static_cast<int>(share * kWidth);
-  const double rate = seconds > 0 ? static_cast<double>(count_) / seconds : 0;
-  return label_ + " [" + std::string(filled, '#') + std::string(kWidth - filled, '.') + "] " + Fixed(100 * share, 0) +
-         " %  " + Grouped(count_) + " of " + Grouped(total_) + " " + unit_ + ", " + Fixed(rate / 1e6, 2) + " M" +
-         unit_ + "/s";
-}
-
-void Progress::Print(bool last) {
-  if (quiet_) return;
-  printed_ = std::chrono::steady_clock::now();
-  const double seconds = std::chrono::duration<double>(printed_ - start_).count();
-  std::cerr << (terminal_ ? "\r" : "") << ToText(seconds) << (last || !terminal_ ? "\n" : "") << std::flush;
 }
 
 }  // namespace sixpoint::cli

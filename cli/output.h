@@ -1,24 +1,23 @@
-// What commands print: messages as JSON for programs, tables and progress for people.
+// What commands print: JSON for programs, text for people.
 #pragma once
 
+#include <absl/status/statusor.h>
 #include <google/protobuf/message.h>
 #include <google/protobuf/timestamp.pb.h>
 
-#include <chrono>
-#include <cstdint>
 #include <functional>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "cli/message_json.h"
 #include "cli/table.h"
 #include "sixpoint/geometry/v1/geometry.pb.h"
 
 namespace sixpoint::cli {
 
-// The canonical JSON of a message, field names as in the proto files.
-nlohmann::json MessageToJson(const google::protobuf::Message& message);
 void PrintJson(const nlohmann::json& json);
+// On one line, at once: results that a program reads as they come.
+void PrintJsonLine(const nlohmann::json& json);
 // As JSON, or as people read it.
 void PrintMessage(bool as_json, const google::protobuf::Message& message, const std::function<std::string()>& text);
 // One of the two.
@@ -26,6 +25,8 @@ void PrintList(bool as_json, const nlohmann::json& json, const Table& table);
 
 // "2026-11-21 03:25:01Z"; "-" when unset.
 std::string TimeText(const google::protobuf::Timestamp& time);
+// "2026-11-21", "2026-11-21 03:25:01Z" or RFC 3339; UTC where it names no zone. INVALID_ARGUMENT names the option.
+absl::StatusOr<google::protobuf::Timestamp> TimeOf(const std::string& option, const std::string& text);
 // "1.0000, 2.0000, 3.0000".
 std::string PointText(const geometry::v1::Point& point, int decimals);
 // "METHOD_SIX_POINT" without the enum's prefix, in small letters: "six-point".
@@ -36,27 +37,5 @@ std::string IdText(const std::string& resource_name);
 std::string NameText(const std::string& collection, const std::string& id_or_name);
 // A calibration of any kind: its name as another command printed it, or its id.
 std::string CalibrationNameText(const std::string& id_or_name);
-
-// One line on stderr that counts up; a plain line now and then where stderr is no terminal. Thread-safe.
-class Progress {
- public:
-  // unit: what is counted, e.g. "points".
-  Progress(std::string label, std::string unit, std::int64_t total, bool quiet);
-  ~Progress();
-  void Add(std::int64_t count);
-  std::string ToText(double seconds) const;
-
- private:
-  void Print(bool last);
-  const std::string label_;
-  const std::string unit_;
-  const std::int64_t total_;
-  const bool quiet_;
-  const bool terminal_;
-  const std::chrono::steady_clock::time_point start_;
-  std::chrono::steady_clock::time_point printed_;
-  std::int64_t count_ = 0;
-  std::mutex mutex_;
-};
 
 }  // namespace sixpoint::cli

@@ -65,30 +65,29 @@ void AddPartCommands(CLI::App* app, Session* session) {
     absl::StatusOr<plant::v1::CreatePartRequest> request = LoadPart(*argument);
     if (!request.ok()) return request.status();
     request->set_request_id(NewRequestId());
-    plant::v1::Part response;
-    absl::Status status = session->Call<PlantService>("plant", &PlantService::Stub::CreatePart, *request, &response);
-    if (status.ok()) PrintPart(*session, response);
-    return status;
+    const absl::StatusOr<plant::v1::Part> created =
+        CallAtLength<PlantService>(session, "reading the CAD", "plant", &PlantService::Stub::CreatePart, *request);
+    if (created.ok()) PrintPart(*session, *created);
+    return created.status();
   });
 
-  session->OnCommand(part->add_subcommand("list", "Lists the parts"), [session]() -> absl::Status {
-    nlohmann::json json = nlohmann::json::array();
-    Table table({"part", ">revision", "cad", ">triangles", ">groups", ">datums", "since"});
+  const auto limit = std::make_shared<int>(0);
+  CLI::App* list = part->add_subcommand("list", "Lists the parts");
+  AddLimitOption(list, limit.get());
+  session->OnCommand(list, [session, limit] {
     plant::v1::ListPartsRequest request;
     request.set_view(list::v1::VIEW_FULL);
-    absl::Status status = ForEachPage<PlantService>(
-        session, "plant", &PlantService::Stub::ListParts, request, [&](const plant::v1::ListPartsResponse& page) {
-          for (const plant::v1::Part& entry : page.parts()) {
-            json.push_back(MessageToJson(entry));
-            table.AddRow({IdText(entry.name()), std::to_string(entry.revision()),
-                          EnumText(CadFormat_Name(entry.cad_format()), "CAD_FORMAT_"),
-                          Grouped(entry.surface().triangle_count()), std::to_string(entry.hole_groups_size()),
-                          std::to_string(entry.six_points_size()), TimeText(entry.created_at())});
-          }
-        });
-    if (!status.ok()) return status;
-    PrintList(session->json, json, table);
-    return status;
+    return ListAndPrint<PlantService>(session, "plant", &PlantService::Stub::ListParts, request, *limit,
+                                      Table({"part", ">revision", "cad", ">triangles", ">groups", ">datums", "since"}),
+                                      &plant::v1::ListPartsResponse::parts, [](const plant::v1::Part& entry) {
+                                        return Cells{IdText(entry.name()),
+                                                     std::to_string(entry.revision()),
+                                                     EnumText(CadFormat_Name(entry.cad_format()), "CAD_FORMAT_"),
+                                                     Grouped(entry.surface().triangle_count()),
+                                                     std::to_string(entry.hole_groups_size()),
+                                                     std::to_string(entry.six_points_size()),
+                                                     TimeText(entry.created_at())};
+                                      });
   });
 
   CLI::App* show = part->add_subcommand("show", "Shows a part");

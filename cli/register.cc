@@ -2,6 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "cli/batch_again.h"
+#include "cli/batch_document.h"
 #include "cli/commands.h"
 #include "cli/document.h"
 #include "cli/output.h"

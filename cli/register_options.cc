@@ -79,7 +79,7 @@ std::vector<CLI::Option*> AddFitOptions(CLI::App* command, RegisterOptions* opti
           ->check(CLI::IsMember(RegisterFreedoms())),
       list("--in", &options->in,
            "Where points count, part frame, mm: box:X,Y,Z:X,Y,Z, ball:X,Y,Z:RADIUS or holes:GROUP:MARGIN; repeatable"),
-      list("--out", &options->out, "Where points do not count, as --in; repeatable"),
+      list("--not-in", &options->not_in, "Where points do not count, as --in; repeatable"),
       command->add_option("--weights", options->weights, "Of each scan's points, in the order of --scans: W,W,...")
           ->delimiter(',')
           ->allow_extra_args(false),
@@ -130,7 +130,7 @@ absl::StatusOr<registration::v1::FitOptions> FitOptionsOf(const RegisterOptions&
         registration::v1::FREEDOM_TURN_X + (std::find(freedoms.begin(), freedoms.end(), freedom) - freedoms.begin())));
   out.mutable_scan_weights()->Add(options.weights.begin(), options.weights.end());
   for (const auto& [texts, regions] :
-       {std::pair(&options.in, out.mutable_regions_in()), std::pair(&options.out, out.mutable_regions_out())})
+       {std::pair(&options.in, out.mutable_regions_in()), std::pair(&options.not_in, out.mutable_regions_out())})
     for (const std::string& text : *texts) {
       auto region = RegionOf(text);
       if (!region.ok()) return region.status();

@@ -13,7 +13,7 @@
 namespace sixpoint::cli {
 
 struct RegisterOptions {
-  std::vector<std::string> free, in, out;
+  std::vector<std::string> free, in, not_in;
   std::vector<double> weights;
   bool coarse = false;
   std::optional<double> least_stock_mm, greatest_stock_mm, patch_mm;

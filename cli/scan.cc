@@ -8,8 +8,10 @@
 #include "cli/cloud_files.h"
 #include "cli/commands.h"
 #include "cli/number_format.h"
+#include "cli/out_file.h"
 #include "cli/output.h"
 #include "cli/rotary_letters.h"
+#include "cli/scan_kind.h"
 #include "cli/scan_transfer.h"
 #include "cli/table.h"
 #include "services/runtime/errors.h"
@@ -37,14 +39,6 @@ absl::StatusOr<std::string> SubjectName(const std::string& text) {
   return runtime::Refuse("--subject", text, "blade:SERIAL or artefact:ID");
 }
 
-absl::StatusOr<ingest::v1::ScanKind> KindOf(const std::string& text) {
-  for (int i = 1; i < ingest::v1::ScanKind_ARRAYSIZE; ++i) {
-    const auto kind = static_cast<ingest::v1::ScanKind>(i);
-    if (EnumText(ScanKind_Name(kind), "SCAN_KIND_") == text) return kind;
-  }
-  return runtime::Refuse("--kind", text, "artefact, arm, airfoil, local or pins");
-}
-
 // letters: the machine's, of the axis on the bed and of the one that it carries.
 void PrintScan(const Session& session, const ingest::v1::Scan& scan, const std::vector<std::string>& letters) {
   if (session.json) return PrintJson(MessageToJson(scan));
@@ -53,8 +47,8 @@ void PrintScan(const Session& session, const ingest::v1::Scan& scan, const std::
   std::string commands;
   for (std::size_t i = 0; i < std::min<std::size_t>(2, letters.size()); ++i)
     commands += letters[i] + " " + Fixed(commands_deg[i], 4) + " deg, ";
-  std::cout << scan.name() << ", " << EnumText(ScanKind_Name(header.kind()), "SCAN_KIND_") << " of " << header.subject()
-            << " on " << header.machine() << "\n"
+  std::cout << scan.name() << ", " << ScanKindText(header.kind()) << " of " << header.subject() << " on "
+            << header.machine() << "\n"
             << "pose      V0 " << PointText(header.v0_mm(), 4) << " mm, " << commands << "pitch "
             << Fixed(header.profile_pitch_mm(), 4) << " mm\n"
             << "points    " << Grouped(header.point_count()) << " in " << scan.block_count() << " blocks, "
@@ -67,7 +61,7 @@ absl::Status Upload(Session* session, const UploadArguments& arguments) {
   ingest::v1::ScanHeader header;
   absl::StatusOr<std::string> subject = SubjectName(arguments.subject);
   if (!subject.ok()) return subject.status();
-  absl::StatusOr<ingest::v1::ScanKind> kind = KindOf(arguments.kind);
+  absl::StatusOr<ingest::v1::ScanKind> kind = ScanKindOf("--kind", arguments.kind);
   if (!kind.ok()) return kind.status();
   if (arguments.v0_mm.size() != 3) {
     return runtime::Refuse("--v0-mm", std::to_string(arguments.v0_mm.size()) + " numbers", "X,Y,Z");
@@ -114,7 +108,7 @@ void AddUpload(CLI::App* scan, Session* session) {
   upload->add_option("FILE", arguments->file, "Sensor frame, mm: .drc, .ply, .pcd, .xyz")->required();
   upload->add_option("--machine", arguments->machine, "The machine that scanned")->required();
   upload->add_option("--subject", arguments->subject, "blade:SERIAL or artefact:ID")->required();
-  upload->add_option("--kind", arguments->kind, "artefact, arm, airfoil, local or pins")->required();
+  upload->add_option("--kind", arguments->kind, kScanKinds)->required();
   upload->add_option("--v0-mm", arguments->v0_mm, "Machine position at the start of the scan: X,Y,Z")
       ->required()
       ->delimiter(',')
@@ -136,11 +130,16 @@ void AddUpload(CLI::App* scan, Session* session) {
 }
 
 void AddList(CLI::App* scan, Session* session) {
-  const auto arguments = std::make_shared<UploadArguments>();
+  struct Arguments {
+    std::string machine, subject, kind;
+    int limit = 0;
+  };
+  const auto arguments = std::make_shared<Arguments>();
   CLI::App* list = scan->add_subcommand("list", "Lists scans, newest first");
   list->add_option("--machine", arguments->machine, "Only of this machine");
   list->add_option("--subject", arguments->subject, "Only of blade:SERIAL or artefact:ID");
-  list->add_option("--kind", arguments->kind, "Only artefact, arm, airfoil, local or pins");
+  list->add_option("--kind", arguments->kind, "Only " + std::string(kScanKinds));
+  AddLimitOption(list, &arguments->limit);
   session->OnCommand(list, [session, arguments]() -> absl::Status {
     ingest::v1::ListScansRequest request;
     if (!arguments->machine.empty()) request.set_machine(NameText("machines", arguments->machine));
@@ -150,26 +149,20 @@ void AddList(CLI::App* scan, Session* session) {
       request.set_subject(*subject);
     }
     if (!arguments->kind.empty()) {
-      absl::StatusOr<ingest::v1::ScanKind> kind = KindOf(arguments->kind);
+      absl::StatusOr<ingest::v1::ScanKind> kind = ScanKindOf("--kind", arguments->kind);
       if (!kind.ok()) return kind.status();
       request.set_kind(*kind);
     }
-    nlohmann::json json = nlohmann::json::array();
-    Table table(
-        {"scan", "kind", "subject", "machine", ">bed axis deg", ">carried axis deg", ">points", ">bytes", "received"});
-    absl::Status status = ForEachPage<ScanService>(
-        session, "ingest", &ScanService::Stub::ListScans, request, [&](const ingest::v1::ListScansResponse& page) {
-          for (const ingest::v1::Scan& entry : page.scans()) {
-            json.push_back(MessageToJson(entry));
-            const ingest::v1::ScanHeader& header = entry.header();
-            table.AddRow({IdText(entry.name()), EnumText(ScanKind_Name(header.kind()), "SCAN_KIND_"), header.subject(),
-                          IdText(header.machine()), Fixed(header.a_deg(), 3), Fixed(header.b_deg(), 3),
-                          Grouped(header.point_count()), Grouped(entry.stored_bytes()), TimeText(entry.received_at())});
-          }
+    return ListAndPrint<ScanService>(
+        session, "ingest", &ScanService::Stub::ListScans, request, arguments->limit,
+        Table({"scan", "kind", "subject", "machine", ">bed axis deg", ">carried axis deg", ">points", ">bytes",
+               "received"}),
+        &ingest::v1::ListScansResponse::scans, [](const ingest::v1::Scan& entry) {
+          const ingest::v1::ScanHeader& header = entry.header();
+          return Cells{IdText(entry.name()),          ScanKindText(header.kind()),   header.subject(),
+                       IdText(header.machine()),      Fixed(header.a_deg(), 3),      Fixed(header.b_deg(), 3),
+                       Grouped(header.point_count()), Grouped(entry.stored_bytes()), TimeText(entry.received_at())};
         });
-    if (!status.ok()) return status;
-    PrintList(session->json, json, table);
-    return status;
   });
 }
 
@@ -187,72 +180,100 @@ absl::StatusOr<clients::ProfileRange> RangeOf(const std::string& text) {
   return range;
 }
 
-absl::Status WritePoints(const Session& session, const std::string& file, const metrology::Points& points_mm,
+// Where points are written, and how; found wrong before any is fetched.
+struct PointsFile {
+  std::string name;
+  CloudWriter writer = nullptr;
+};
+absl::StatusOr<PointsFile> PointsFileOf(const Session& session, const std::string& out) {
+  if (absl::Status status = CheckOut(session, out); !status.ok()) return status;
+  const absl::StatusOr<CloudWriter> writer = CloudWriterFor(out);
+  if (!writer.ok()) return writer.status();
+  return PointsFile{out, *writer};
+}
+
+absl::Status WritePoints(const Session& session, const PointsFile& file, const metrology::Points& points_mm,
                          std::int64_t of_point_count) {
-  absl::Status status = WriteCloud(file, points_mm);
+  absl::Status status = WriteOut(file.name, file.writer(points_mm));
   if (!status.ok()) return status;
   const auto count = static_cast<std::int64_t>(points_mm.size());
   if (session.json) {
-    PrintJson({{"file", file}, {"point_count", count}, {"of_point_count", of_point_count}});
+    PrintJson({{"file", file.name}, {"point_count", count}, {"of_point_count", of_point_count}});
   } else {
-    std::cout << Grouped(count) << (count == of_point_count ? "" : " of " + Grouped(of_point_count))
-              << " points written to " << file << "\n";
+    BesideOut(file.name) << Grouped(count) << (count == of_point_count ? "" : " of " + Grouped(of_point_count))
+                         << " points written to " << OutText(file.name) << "\n";
   }
   return status;
 }
 
+struct DownloadArguments {
+  std::string id, out, profiles;
+  int point_count = 0;  // of a preview
+};
+
+absl::Status Download(Session* session, const DownloadArguments& arguments) {
+  const absl::StatusOr<PointsFile> file = PointsFileOf(*session, arguments.out);
+  if (!file.ok()) return file.status();
+  std::optional<clients::ProfileRange> range;
+  if (!arguments.profiles.empty()) {
+    const absl::StatusOr<clients::ProfileRange> given = RangeOf(arguments.profiles);
+    if (!given.ok()) return given.status();
+    range = *given;
+  }
+  absl::StatusOr<clients::FetchedScan> fetched;
+  {
+    const Elapsed elapsed("downloading " + arguments.id, session->json);
+    fetched = DownloadScan(session, NameText("scans", arguments.id), range);
+  }
+  if (!fetched.ok()) return fetched.status();
+  return WritePoints(*session, *file, fetched->scan.points_mm, fetched->record.header().point_count());
+}
+
+absl::StatusOr<metrology::Points> PreviewPoints(const ingest::v1::PreviewScanResponse& response) {
+  const std::string& bytes = response.xyz_f32();
+  constexpr std::size_t kPointBytes = 3 * sizeof(float);
+  if (bytes.size() != kPointBytes * static_cast<std::size_t>(std::max(response.point_count(), 0)))
+    return absl::DataLossError("a preview whose bytes do not hold its points");
+  metrology::Points points_mm(bytes.size() / kPointBytes);
+  for (std::size_t i = 0; i < points_mm.size(); ++i) {
+    Eigen::Vector3f point_mm;
+    std::memcpy(point_mm.data(), bytes.data() + kPointBytes * i, kPointBytes);
+    points_mm[i] = point_mm.cast<double>();
+  }
+  return points_mm;
+}
+
+absl::Status Preview(Session* session, const DownloadArguments& arguments) {
+  const absl::StatusOr<PointsFile> file = PointsFileOf(*session, arguments.out);
+  if (!file.ok()) return file.status();
+  ingest::v1::PreviewScanRequest request;
+  request.set_name(NameText("scans", arguments.id));
+  request.set_point_count(arguments.point_count);
+  const absl::StatusOr<ingest::v1::PreviewScanResponse> response = CallAtLength<ScanService>(
+      session, "fetching a preview of " + arguments.id, "ingest", &ScanService::Stub::PreviewScan, request);
+  if (!response.ok()) return response.status();
+  const absl::StatusOr<metrology::Points> points_mm = PreviewPoints(*response);
+  if (!points_mm.ok()) return points_mm.status();
+  return WritePoints(*session, *file, *points_mm, response->scan().header().point_count());
+}
+
 void AddDownload(CLI::App* scan, Session* session) {
-  struct Arguments {
-    std::string id, file, profiles;
-  };
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<DownloadArguments>();
   CLI::App* download = scan->add_subcommand("download", "Writes a scan's points, sensor frame, mm");
   download->add_option("ID", arguments->id, "The scan")->required();
-  download->add_option("-o,--out", arguments->file, ".ply or .xyz")->required();
+  AddOutOption(download, &arguments->out, ".ply or .xyz")->required();
   download->add_option("--profiles", arguments->profiles, "Only these, FIRST:COUNT, counted from 0");
-  session->OnCommand(download, [session, arguments]() -> absl::Status {
-    std::optional<clients::ProfileRange> range;
-    if (!arguments->profiles.empty()) {
-      const absl::StatusOr<clients::ProfileRange> given = RangeOf(arguments->profiles);
-      if (!given.ok()) return given.status();
-      range = *given;
-    }
-    const auto fetched = DownloadScan(session, NameText("scans", arguments->id), range);
-    if (!fetched.ok()) return fetched.status();
-    return WritePoints(*session, arguments->file, fetched->scan.points_mm, fetched->record.header().point_count());
-  });
+  session->OnCommand(download, [session, arguments] { return Download(session, *arguments); });
 }
 
 void AddPreview(CLI::App* scan, Session* session) {
-  struct Arguments {
-    std::string id, file;
-    int point_count = 0;
-  };
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<DownloadArguments>();
   CLI::App* preview = scan->add_subcommand("preview", "Writes every n-th of a scan's points: enough for a picture");
   preview->add_option("ID", arguments->id, "The scan")->required();
-  preview->add_option("-o,--out", arguments->file, ".ply or .xyz")->required();
+  AddOutOption(preview, &arguments->out, ".ply or .xyz")->required();
   preview->add_option("--points", arguments->point_count, "At most so many, to 200000; without it, 20000")
       ->check(CLI::PositiveNumber);
-  session->OnCommand(preview, [session, arguments]() -> absl::Status {
-    ingest::v1::PreviewScanRequest request;
-    request.set_name(NameText("scans", arguments->id));
-    request.set_point_count(arguments->point_count);
-    ingest::v1::PreviewScanResponse response;
-    absl::Status status = session->Call<ScanService>("ingest", &ScanService::Stub::PreviewScan, request, &response);
-    if (!status.ok()) return status;
-    const std::string& bytes = response.xyz_f32();
-    constexpr std::size_t kPointBytes = 3 * sizeof(float);
-    if (bytes.size() != kPointBytes * static_cast<std::size_t>(std::max(response.point_count(), 0)))
-      return absl::DataLossError("a preview whose bytes do not hold its points");
-    metrology::Points points_mm(bytes.size() / kPointBytes);
-    for (std::size_t i = 0; i < points_mm.size(); ++i) {
-      Eigen::Vector3f point_mm;
-      std::memcpy(point_mm.data(), bytes.data() + kPointBytes * i, kPointBytes);
-      points_mm[i] = point_mm.cast<double>();
-    }
-    return WritePoints(*session, arguments->file, points_mm, response.scan().header().point_count());
-  });
+  session->OnCommand(preview, [session, arguments] { return Preview(session, *arguments); });
 }
 
 }  // namespace

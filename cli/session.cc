@@ -81,7 +81,10 @@ void Session::OnCommand(CLI::App* command, std::function<absl::Status()> action)
 }
 
 int Session::Run() {
-  const absl::Status status = action_();
+  absl::Status status = action_();
+  // Done is what was read: a full disk or a reader that went away is no success.
+  if (status.ok() && !std::cout.flush())
+    status = absl::DataLossError("standard output: what was printed did not arrive");
   if (status.ok()) return exit_code_;
   if (json) {
     std::cout << FailureToJson(status, server).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";

@@ -36,6 +36,8 @@ class Session {
   std::string server = "127.0.0.1:7400";
   bool json = false;
   double deadline_s = 300;
+  std::string data;         // folder of this machine's own plant; empty: the usual one
+  std::string config_file;  // whose values stood before the options were read; empty: none
 
   // Who asks, as stored with every result: the user's login.
   const std::string& requested_by() const { return requested_by_; }
@@ -66,11 +68,12 @@ class Session {
 
   // Lets a subcommand run this when it was given.
   void OnCommand(CLI::App* command, std::function<absl::Status()> action);
-  bool has_action() const { return static_cast<bool>(action_); }
   // Runs the command and gives the exit code; a failure is printed with its code, message, reason and the next step.
   int Run();
   // The command is done but its result is not usable.
   void MarkNotUsable() { exit_code_ = kNotUsable; }
+  // What it was asked for is not so, and it has said what is.
+  void MarkFailed() { exit_code_ = kFailed; }
 
  private:
   std::string requested_by_;

@@ -5,9 +5,9 @@
 #include "cli/commands.h"
 #include "cli/number_format.h"
 #include "cli/output.h"
+#include "cli/scan_kind.h"
 #include "cli/table.h"
 #include "services/runtime/errors.h"
-#include "services/runtime/resource_name.h"
 #include "sixpoint/ingest/v1/store.grpc.pb.h"
 
 namespace sixpoint::cli {
@@ -16,18 +16,8 @@ namespace {
 using ingest::v1::CloudStoreService;
 using Stub = CloudStoreService::Stub;
 
-std::string KindName(ingest::v1::ScanKind kind) { return EnumText(ingest::v1::ScanKind_Name(kind), "SCAN_KIND_"); }
-
 std::string HolderName(ingest::v1::BlobHolder holder) {
   return EnumText(ingest::v1::BlobHolder_Name(holder), "BLOB_HOLDER_");
-}
-
-absl::StatusOr<ingest::v1::ScanKind> KindOf(const std::string& text) {
-  for (int i = 1; i < ingest::v1::ScanKind_ARRAYSIZE; ++i) {
-    const auto kind = static_cast<ingest::v1::ScanKind>(i);
-    if (KindName(kind) == text) return kind;
-  }
-  return runtime::Refuse("KIND", text, "artefact, arm, airfoil, local or pins");
 }
 
 std::string KeptText(int keep_days) {
@@ -156,7 +146,7 @@ absl::Status Collect(Session* session, bool dry_run, std::int64_t grace_s) {
 }
 
 absl::Status SetPolicy(Session* session, const std::string& kind_text, int keep_days) {
-  const absl::StatusOr<ingest::v1::ScanKind> kind = KindOf(kind_text);
+  const absl::StatusOr<ingest::v1::ScanKind> kind = ScanKindOf("KIND", kind_text);
   if (!kind.ok()) return kind.status();
   ingest::v1::SetRetentionPolicyRequest request;
   request.set_scan_kind(*kind);
@@ -168,13 +158,13 @@ absl::Status SetPolicy(Session* session, const std::string& kind_text, int keep_
   if (session->json) {
     PrintJson(MessageToJson(response));
   } else {
-    std::cout << "points of " << KindName(response.scan_kind()) << " scans are kept " << KeptText(response.keep_days())
-              << " (revision " << response.revision() << ")\n";
+    std::cout << "points of " << ScanKindText(response.scan_kind()) << " scans are kept "
+              << KeptText(response.keep_days()) << " (revision " << response.revision() << ")\n";
   }
   return status;
 }
 
-absl::Status ListPolicies(Session* session, bool all_revisions) {
+absl::Status ListPolicies(Session* session, bool all_revisions, int limit) {
   ingest::v1::ListRetentionPoliciesRequest request;
   request.set_all_revisions(all_revisions);
   ingest::v1::ListRetentionPoliciesResponse response;
@@ -183,8 +173,9 @@ absl::Status ListPolicies(Session* session, bool all_revisions) {
   nlohmann::json json = nlohmann::json::array();
   Table table({"kind", ">revision", "points kept", "by", "since"});
   for (const ingest::v1::RetentionPolicy& policy : response.policies()) {
+    if (limit > 0 && json.size() == static_cast<std::size_t>(limit)) break;
     json.push_back(MessageToJson(policy));
-    table.AddRow({KindName(policy.scan_kind()), std::to_string(policy.revision()), KeptText(policy.keep_days()),
+    table.AddRow({ScanKindText(policy.scan_kind()), std::to_string(policy.revision()), KeptText(policy.keep_days()),
                   policy.requested_by(), TimeText(policy.recorded_at())});
   }
   PrintList(session->json, json, table);
@@ -214,7 +205,7 @@ absl::Status ApplyPolicies(Session* session, bool dry_run) {
 
 absl::Status DeletePoints(Session* session, const std::string& scan_id, const std::string& reason) {
   ingest::v1::DeleteScanPointsRequest request;
-  request.set_name(runtime::NameOf("scans", scan_id));
+  request.set_name(NameText("scans", scan_id));
   request.set_reason(reason);
   request.set_requested_by(session->requested_by());
   ingest::v1::DeleteScanPointsResponse response;
@@ -242,7 +233,7 @@ void AddRetention(CLI::App* store, Session* session) {
 
   CLI::App* set =
       retention->add_subcommand("set", "Sets the policy of a kind; scans, values and results stay for ever");
-  set->add_option("KIND", *kind, "artefact, arm, airfoil, local or pins")->required();
+  set->add_option("KIND", *kind, kScanKinds)->required();
   CLI::Option_group* how_long = set->add_option_group("how long");
   how_long->add_option("--keep-days", *keep_days, "Whole days since the scan was recorded")
       ->check(CLI::Range(1, 36'525));
@@ -252,7 +243,9 @@ void AddRetention(CLI::App* store, Session* session) {
 
   CLI::App* list = retention->add_subcommand("list", "Lists the policies; a kind without one is kept for ever");
   list->add_flag("--all", *flag, "Also those that newer ones replaced");
-  session->OnCommand(list, [session, flag] { return ListPolicies(session, *flag); });
+  const auto limit = std::make_shared<int>(0);
+  AddLimitOption(list, limit.get());
+  session->OnCommand(list, [session, flag, limit] { return ListPolicies(session, *flag, *limit); });
 
   CLI::App* apply = retention->add_subcommand("apply", "Applies the policies now; ingest does it every hour by itself");
   apply->add_flag("--dry-run", *flag, "Only counts");

@@ -21,6 +21,7 @@ struct Arguments : CalibrationOptions {
   std::string machine, file, calibration;
   std::vector<std::string> names, region;
   double limit = 0, pitch_mm = 0;
+  int most = 0;  // of a list
 };
 
 template <typename Request>
@@ -28,7 +29,8 @@ absl::Status Run(Session* session,
                  grpc::Status (StudyService::Stub::*method)(grpc::ClientContext*, const Request&, Study*),
                  const Arguments& arguments, Request request) {
   SetStudyOptions(*session, arguments, &request);
-  const absl::StatusOr<Study> study = CallAndPrint<StudyService>(session, "calibration", method, request, StudyText);
+  const absl::StatusOr<Study> study =
+      CallAndPrint<StudyService>(session, "calibration", method, request, StudyText, "at work on the study");
   if (!study.ok()) return study.status();
   if (study->verdict() == calibration::v1::STUDY_VERDICT_REJECTED ||
       study->verdict() == calibration::v1::STUDY_VERDICT_UNDECIDABLE)
@@ -54,14 +56,14 @@ absl::Status RunGauge(Session* session, const Arguments& arguments) {
 absl::Status RunArm(Session* session, const Arguments& arguments) {
   calibration::v1::RunArmStudyRequest request;
   for (const std::string& scan : arguments.names) request.add_scans(NameText("scans", scan));
-  if (!arguments.calibration.empty()) request.set_sensor_calibration(NameText("calibrations", arguments.calibration));
+  if (!arguments.calibration.empty()) request.set_sensor_calibration(CalibrationNameText(arguments.calibration));
   request.set_limit_um(arguments.limit);
   return Run(session, &StudyService::Stub::RunArmStudy, arguments, request);
 }
 
 absl::Status RunRepeat(Session* session, const Arguments& arguments) {
   calibration::v1::RunRepeatStudyRequest request;
-  for (const std::string& name : arguments.names) request.add_calibrations(NameText("calibrations", name));
+  for (const std::string& name : arguments.names) request.add_calibrations(CalibrationNameText(name));
   return Run(session, &StudyService::Stub::RunRepeatStudy, arguments, request);
 }
 
@@ -141,21 +143,16 @@ CLI::Option* AddScans(CLI::App* command, const std::shared_ptr<Arguments>& argum
 absl::Status ListAll(Session* session, const Arguments& arguments) {
   calibration::v1::ListStudiesRequest request;
   if (!arguments.machine.empty()) request.set_machine(NameText("machines", arguments.machine));
-  nlohmann::json json = nlohmann::json::array();
-  Table table({"study", "kind", "machine", "verdict", "by", "recorded"});
-  absl::Status status = ForEachPage<StudyService>(
-      session, "calibration", &StudyService::Stub::ListStudies, request,
-      [&](const calibration::v1::ListStudiesResponse& page) {
-        for (const Study& study : page.studies()) {
-          json.push_back(MessageToJson(study));
-          table.AddRow({IdText(study.name()), StudyKindText(study.kind()),
-                        study.machine().empty() ? "-" : IdText(study.machine()), StudyVerdictName(study.verdict()),
-                        study.requested_by(), TimeText(study.recorded_at())});
-        }
-      });
-  if (!status.ok()) return status;
-  PrintList(session->json, json, table);
-  return status;
+  return ListAndPrint<StudyService>(session, "calibration", &StudyService::Stub::ListStudies, request, arguments.most,
+                                    Table({"study", "kind", "machine", "verdict", "by", "recorded"}),
+                                    &calibration::v1::ListStudiesResponse::studies, [](const Study& study) {
+                                      return Cells{IdText(study.name()),
+                                                   StudyKindText(study.kind()),
+                                                   study.machine().empty() ? "-" : IdText(study.machine()),
+                                                   StudyVerdictName(study.verdict()),
+                                                   study.requested_by(),
+                                                   TimeText(study.recorded_at())};
+                                    });
 }
 
 absl::Status Show(Session* session, const std::string& name) {
@@ -196,6 +193,7 @@ void AddStudyCommands(CLI::App* app, Session* session) {
 
   CLI::App* list = study->add_subcommand("list", "Lists studies");
   list->add_option("--machine", arguments->machine, "Only of this machine");
+  AddLimitOption(list, &arguments->most);
   session->OnCommand(list, [session, arguments] { return ListAll(session, *arguments); });
 
   CLI::App* show = study->add_subcommand("show", "Shows a study with the uncertainty of each number");

@@ -20,7 +20,7 @@ Table::Table(std::vector<std::string> headers) : headers_(std::move(headers)) {
   }
 }
 
-void Table::AddRow(std::vector<std::string> cells) {
+void Table::AddRow(Cells cells) {
   cells.resize(headers_.size());
   rows_.push_back(std::move(cells));
 }

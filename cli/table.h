@@ -6,12 +6,14 @@
 
 namespace sixpoint::cli {
 
+using Cells = std::vector<std::string>;
+
 class Table {
  public:
   // Columns whose header starts with '>' are aligned to the right.
   explicit Table(std::vector<std::string> headers);
   // As many cells as there are headers; missing ones are empty.
-  void AddRow(std::vector<std::string> cells);
+  void AddRow(Cells cells);
   bool empty() const { return rows_.empty(); }
   std::string ToText() const;
 

@@ -11,6 +11,7 @@
 #include "cli/output.h"
 #include "cli/plant_documents.h"
 #include "cli/plant_run/jobs.h"
+#include "cli/progress.h"
 #include "cli/reports.h"
 #include "cli/scan_transfer.h"
 #include "services/runtime/resource_name.h"

@@ -17,7 +17,7 @@ std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOp
   plant_options.cad_worker.program = options.worker_folder + "/sixpoint-cad-worker";
   plant_options.cad_worker_count = options.threads;
   plant_options.endpoints = options.peers;
-  plant_options.endpoints["plant"] = options.listen_address;
+  plant_options.endpoints.emplace("plant", options.listen_address);  // unless clients are to be told another address
   std::vector<std::unique_ptr<grpc::Service>> services;
   services.push_back(std::make_unique<PlantService>(std::move(plant_options), database));
   services.push_back(std::make_unique<RecordService>(database));

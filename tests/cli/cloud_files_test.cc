@@ -7,6 +7,8 @@
 #include <cstring>
 #include <filesystem>
 
+#include "cli/document.h"
+
 namespace sixpoint::cli {
 namespace {
 
@@ -46,13 +48,14 @@ TEST(CloudFiles, PlyAndXyzReadBackToTheSameBits) {
 TEST(CloudFiles, WritesAndReadsByTheEndingOfTheName) {
   for (const char* ending : {".ply", ".xyz"}) {
     const std::string path = testing::TempDir() + "/sixpoint_cloud_files_test" + ending;
-    ASSERT_TRUE(WriteCloud(path, SomePoints()).ok());
+    ASSERT_TRUE(WriteFile(path, (*CloudWriterFor(path))(SomePoints())).ok());
     const auto points = ReadCloud(path);
     ASSERT_TRUE(points.ok()) << points.status();
     EXPECT_EQ(*points, SomePoints());
     std::filesystem::remove(path);
   }
-  EXPECT_FALSE(WriteCloud(testing::TempDir() + "/cloud.obj", SomePoints()).ok());
+  EXPECT_EQ((*CloudWriterFor("-"))(SomePoints()), ToXyz(SomePoints()));
+  EXPECT_EQ(CloudWriterFor("cloud.obj").status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_FALSE(ReadCloud(testing::TempDir() + "/cloud.las").ok());
 }
 

@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "cli/document.h"
+#include "cli/batch_again.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
 #include "tests/support/in_process_server.h"
@@ -190,68 +190,6 @@ TEST_F(RegisterBatchTest, EndsWhereNothingGoesOn) {
   EXPECT_EQ(registration_.skips.size(), 1u);
 }
 
-TEST_F(RegisterBatchTest, ReadsAFile) {
-  const auto batch = BatchFromDocument(nlohmann::json::parse(R"({"registrations": [
-    {"blade": "SN-1", "scans": ["a", "scans/b"], "method": "six-point"},
-    {"blade": "SN-2", "scans": ["c"], "method": "local", "axis_tables": true}]})"));
-  ASSERT_TRUE(batch.ok()) << batch.status();
-  ASSERT_EQ(batch->requests_size(), 2);
-  EXPECT_EQ(batch->requests(0).blade(), "blades/SN-1");
-  EXPECT_THAT(batch->requests(0).scans(), ElementsAre("scans/a", "scans/b"));
-  EXPECT_EQ(batch->requests(0).method(), registration::v1::METHOD_SIX_POINT);
-  EXPECT_FALSE(batch->requests(0).apply_axis_tables());
-  EXPECT_TRUE(batch->requests(1).apply_axis_tables());
-
-  const auto wrong = BatchFromDocument(nlohmann::json::parse(R"({"registrations": [
-    {"blade": "SN-1", "scans": [], "method": "guess", "tables": true}]})"));
-  const std::string message(wrong.status().message());
-  EXPECT_THAT(message, HasSubstr("registrations[0].scans"));
-  EXPECT_THAT(message, HasSubstr("registrations[0].method: \"guess\", want one of local"));
-  EXPECT_THAT(message, HasSubstr("tables"));
-  EXPECT_FALSE(BatchFromDocument(nlohmann::json::parse(R"({"registrations": []})")).ok());
-}
-
-TEST_F(RegisterBatchTest, ReadsHowToFitWithDefaults) {
-  const auto batch = BatchFromDocument(nlohmann::json::parse(R"({
-    "defaults": {"method": "best-fit", "out": ["ball:0,0,0:5"], "coarse": true, "weights": [1, 0.5]},
-    "registrations": [
-      {"blade": "SN-1", "scans": ["a", "b"]},
-      {"blade": "SN-2", "scans": ["c"], "method": "local", "in": ["holes:G1:3", "box:0,0,0:1,1,1"], "out": ["ball:1,0,0:2"],
-       "coarse": false, "weights": [2], "free": ["turn-x", "shift-z"]},
-      {"blade": "SN-3", "scans": ["d"], "method": "allowance", "least_stock_mm": -0.2, "greatest_stock_mm": 4,
-       "patch_mm": 2, "least_points": 9}]})"));
-  ASSERT_TRUE(batch.ok()) << batch.status();
-  const auto& first = batch->requests(0);
-  EXPECT_EQ(first.method(), registration::v1::METHOD_BEST_FIT);
-  EXPECT_TRUE(first.options().coarse_start());
-  EXPECT_EQ(first.options().regions_out(0).ball().radius_mm(), 5);
-  EXPECT_THAT(first.options().scan_weights(), ElementsAre(1, 0.5));
-  const auto& second = batch->requests(1);
-  EXPECT_EQ(second.method(), registration::v1::METHOD_LOCAL);
-  EXPECT_FALSE(second.options().coarse_start());
-  EXPECT_EQ(second.options().regions_in(0).hole_group().group(), "G1");
-  ASSERT_EQ(second.options().regions_out_size(), 1);
-  EXPECT_EQ(second.options().regions_out(0).ball().radius_mm(), 2);
-  EXPECT_THAT(second.options().scan_weights(), ElementsAre(2));
-  EXPECT_THAT(second.options().degrees_of_freedom(),
-              ElementsAre(registration::v1::FREEDOM_TURN_X, registration::v1::FREEDOM_SHIFT_Z));
-  const auto& allowance = batch->requests(2).options().allowance();
-  EXPECT_EQ(allowance.least_stock_mm(), -0.2);
-  EXPECT_EQ(allowance.greatest_stock_mm(), 4);
-  EXPECT_EQ(allowance.patch_mm(), 2);
-  EXPECT_EQ(allowance.least_points(), 9);
-
-  const auto wrong = BatchFromDocument(nlohmann::json::parse(R"({
-    "defaults": {"weights": [0], "scans": ["a"]},
-    "registrations": [{"blade": "SN-1", "scans": ["a"], "free": ["turn-w"], "in": ["cone:1"], "coarse": 1, "guess": 2}]})"));
-  const std::string message(wrong.status().message());
-  for (const char* line : {"defaults.weights[0]: 0, want", "defaults.scans", "registrations[0].method",
-                           "registrations[0].free[0]: \"turn-w\", want one of turn-x",
-                           "registrations[0].in[0]: \"cone:1\", want box:X,Y,Z", "registrations[0].coarse: 1, want",
-                           "registrations[0].guess"})
-    EXPECT_THAT(message, HasSubstr(line));
-}
-
 registration::v1::Registration Stored(int number, const std::string& blade, const std::string& part,
                                       const std::string& machine, std::int64_t at_s) {
   registration::v1::Registration one;
@@ -317,25 +255,6 @@ TEST_F(RegisterBatchTest, ShowsHowFarEachBladeMoved) {
   EXPECT_THAT(out.str(), HasSubstr("moved at most um"));
   EXPECT_THAT(out.str(), HasSubstr("12.300"));
   EXPECT_THAT(out.str(), HasSubstr("old-2"));
-}
-
-// A turn of 1 mrad about the origin moves the box's far end, 100 mm off, by 0.1 mm.
-TEST(GreatestMove, IsThatOfTheBoxRoundThePart) {
-  auto before = Stored(1, "blades/A", "parts/p", "machines/m", 1), after = before;
-  const double c = std::cos(1e-3), s = std::sin(1e-3);
-  const double turned[9] = {c, 0, s, 0, 1, 0, -s, 0, c};
-  for (int i = 0; i < 9; ++i) after.mutable_zero_from_part()->set_rotation(i, turned[i]);
-  geometry::v1::Point low, high;
-  high.set_z_mm(100);
-  EXPECT_NEAR(*GreatestMove_um(before, after, low, high), 100, 1e-3);
-}
-
-TEST(TimeOf, ReadsDaysAndTimes) {
-  EXPECT_EQ(TimeOf("--since", "1970-01-02")->seconds(), 86400);
-  EXPECT_EQ(TimeOf("--since", "1970-01-01 00:01:00Z")->seconds(), 60);
-  EXPECT_EQ(TimeOf("--since", "1970-01-01T01:00:00+01:00")->seconds(), 0);
-  EXPECT_THAT(std::string(TimeOf("--since", "yesterday").status().message()),
-              HasSubstr("--since: yesterday, want a time"));
 }
 
 TEST_F(RegisterBatchTest, RegistersOneWithProgressAndRefusesAsRegisterDoes) {

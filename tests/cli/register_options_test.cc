@@ -35,7 +35,7 @@ TEST(AddRegisterOptions, ReadsACommandLine) {
   RegisterOptions options;
   AddRegisterOptions(&app, &options);
   app.parse(
-      "--free turn-x,shift-z --in box:0,0,0:1,1,1 --in holes:G1:2 --out ball:0,0,0:5 --weights 1,0.5 --coarse "
+      "--free turn-x,shift-z --in box:0,0,0:1,1,1 --in holes:G1:2 --not-in ball:0,0,0:5 --weights 1,0.5 --coarse "
       "--least-stock-mm -0.2 --least-points 7");
   const auto fit = FitOptionsOf(options);
   ASSERT_TRUE(fit.ok()) << fit.status();

@@ -1,0 +1,129 @@
+// The commands in groups, each with the words that an engineer would type.
+#include <map>
+#include <sstream>
+
+#include "cli/app.h"
+
+namespace sixpoint::cli {
+namespace {
+
+struct Group {
+  const char* title;
+  std::vector<const char*> commands;
+};
+
+const std::vector<Group>& Groups() {
+  static const auto* groups = new std::vector<Group>{
+      {"A plant on this machine", {"up", "down", "status"}},
+      {"What there is", {"machine", "artefact", "part", "blade"}},
+      {"Clouds", {"scan", "store"}},
+      {"Calibration", {"calibrate", "calibration", "study"}},
+      {"Blades", {"register", "registration", "correct", "correction", "inspect", "inspection"}},
+      {"Besides", {"recall", "plant", "call", "completion"}},
+  };
+  return *groups;
+}
+
+// By command; one example a line.
+const std::map<std::string, const char*>& Examples() {
+  static const auto* examples = new std::map<std::string, const char*>{
+      {"up",
+       "sixpoint up\n"
+       "sixpoint up --data /srv/plant --base-port 7500\n"
+       "sixpoint up --listen 10.1.2.3 --insecure"},
+      {"status", "sixpoint status --json"},
+      {"machine add", "sixpoint machine add docs/examples/machine.yaml"},
+      {"artefact add", "sixpoint artefact add docs/examples/artefact.yaml"},
+      {"part add", "sixpoint part add docs/examples/part.yaml"},
+      {"blade add", "sixpoint blade add SN-1 --part block-1"},
+      {"blade show", "sixpoint blade show SN-1"},
+      {"scan upload",
+       "sixpoint scan upload cloud.ply --machine sarix-1 --subject blade:SN-1 --kind airfoil \\\n"
+       "         --v0-mm -60,-90,281 --a-deg 0 --b-deg 60 --pitch-mm 0.2 --scan-id sn1_b060"},
+      {"scan list", "sixpoint scan list --subject blade:SN-1 --limit 10"},
+      {"scan download",
+       "sixpoint scan download sn1_b060 --out cloud.ply\n"
+       "sixpoint scan download sn1_b060 --profiles 100:50 --out -"},
+      {"scan preview", "sixpoint scan preview sn1_b060 --points 5000 --out small.ply"},
+      {"scan delete-points", "sixpoint scan delete-points sn1_b060 --reason \"wrong blade in the nest\""},
+      {"store retention set",
+       "sixpoint store retention set airfoil --keep-days 365\n"
+       "sixpoint store retention set pins --for-ever"},
+      {"calibrate sensor",
+       "sixpoint calibrate sensor --machine sarix-1 --artefact plate-1 --scans a1,a2 --touch docs/examples/touch.yaml"},
+      {"calibrate rotation",
+       "sixpoint calibrate rotation --machine sarix-1 --poses docs/examples/sphere_poses.yaml\n"
+       "sixpoint calibrate rotation --machine sarix-1 --method standard --gauge docs/examples/gauge.yaml"},
+      {"calibrate axis",
+       "sixpoint calibrate axis --machine sarix-1 --axis A --run docs/examples/axis_run.yaml --temperature-c 20.4"},
+      {"calibrate probe",
+       "sixpoint calibrate probe --machine sarix-1 --readings docs/examples/probe_readings.yaml --draft"},
+      {"calibrate gauge", "sixpoint calibrate gauge --scans s1,s2,s3 --limit-um 3"},
+      {"calibrate arm", "sixpoint calibrate arm --scans arm_01,arm_02"},
+      {"calibration list", "sixpoint calibration list --machine sarix-1 --kind axis"},
+      {"calibration withdraw", "sixpoint calibration withdraw ID --reason \"collision on the table\""},
+      {"calibration trend", "sixpoint calibration trend --machine sarix-1 --limit alpha_deg=0.01"},
+      {"study rr", "sixpoint study rr docs/examples/gauge_rr.yaml"},
+      {"study sphere", "sixpoint study sphere docs/examples/sphere_check.yaml"},
+      {"register",
+       "sixpoint register --blade SN-1 --scans sn1_b000,sn1_b060 --method six-point\n"
+       "sixpoint register --blade SN-1 --scans a,b,c --method local --in holes:G2:6\n"
+       "sixpoint register --blade SN-1 --scans a,b,c --method allowance --least-stock-mm 0.3\n"
+       "sixpoint register --batch docs/examples/batch.yaml\n"
+       "sixpoint register --part block-1 --since 2026-11-21"},
+      {"registration list", "sixpoint registration list --blade SN-1 --limit 5"},
+      {"correct",
+       "sixpoint correct --registration ID --template program.nc --out corrected.nc\n"
+       "sixpoint correct --registration ID --template program.nc --out - | post"},
+      {"inspect", "sixpoint inspect --blade SN-1 --scans sn1_pins_1,sn1_pins_2 --method six-point-normals"},
+      {"inspection list", "sixpoint inspection list --blade SN-1"},
+      {"recall",
+       "sixpoint recall calibrations/ID\n"
+       "sixpoint recall machines/sarix-1 --kinds registration,correction --limit 50"},
+      {"plant run", "sixpoint plant run DIR --out results.json"},
+      {"call", "sixpoint call PlantService/GetMachine '{\"name\": \"machines/sarix-1\"}'"},
+      {"completion", "source <(sixpoint completion bash)"},
+  };
+  return *examples;
+}
+
+CLI::App* CommandOf(CLI::App* app, const std::string& path) {
+  std::istringstream words(path);
+  for (std::string word; words >> word;) app = app->get_subcommand(word);
+  return app;
+}
+
+// "Examples:\n  ..." of text that has one example a line.
+std::string ExamplesText(const std::string& lines) {
+  std::string text = "Examples:\n";
+  std::istringstream in(lines);
+  for (std::string line; std::getline(in, line);) text += "  " + line + "\n";
+  return text;
+}
+
+void DescribeBelow(CLI::App* app, const std::string& path) {
+  for (CLI::App* command : app->get_subcommands([](const CLI::App*) { return true; })) {
+    const std::string& name = command->get_name();
+    if (name.empty()) continue;  // a group of options
+    const std::string own = path.empty() ? name : path + " " + name;
+    const auto found = Examples().find(own);
+    command->footer((found == Examples().end() ? "" : ExamplesText(found->second)) +
+                    "Every command takes --server, --deadline-s, --json and --config too: sixpoint --help");
+    DescribeBelow(command, own);
+  }
+}
+
+}  // namespace
+
+void DescribeCommands(CLI::App* app) {
+  for (const Group& group : Groups())
+    for (const char* command : group.commands) app->get_subcommand(command)->group(group.title);
+  for (const auto& [path, lines] : Examples()) CommandOf(app, path);
+  DescribeBelow(app, "");
+  app->footer(
+      "Exit code 0: done; 1: refused or failed; 2: wrong usage; 3: no plant answers; 4: answered, but the result must "
+      "not "
+      "be used.\nsixpoint COMMAND --help shows its options and examples; docs/cli.md tells the rest.");
+}
+
+}  // namespace sixpoint::cli

@@ -1,0 +1,70 @@
+#include "cli/supervisor.h"
+
+#include <sstream>
+
+namespace sixpoint::cli {
+namespace {
+
+std::string PeersText(const LocalPlant& plant, std::string (LocalPlant::*address)(std::size_t) const) {
+  std::string peers;
+  for (std::size_t i = 0; i < kAreas.size(); ++i)
+    peers += std::string(" --peer ") + kAreas[i] + "=" + (plant.*address)(i);
+  return peers;
+}
+
+// The plant service tells clients where the others are; the others call each other on this machine.
+std::string ServiceCommand(const LocalPlant& plant, std::size_t area) {
+  const std::string name = kAreas[area];
+  std::string command = (plant.binaries / ("sixpoint-" + name)).string() + " --listen " + plant.ListensAt(area) +
+                        " --database \"" + plant.conninfo() + "\" --workers " + plant.binaries.string() +
+                        PeersText(plant, name == "plant" ? &LocalPlant::AnnouncedAt : &LocalPlant::OwnAddress);
+  if (name == "ingest") command += " --blob-store " + plant.blob_store;
+  return command;
+}
+
+std::string PostgresCommand(const LocalPlant& plant) {
+  return std::string(kPostgresBin) + "postgres -D " + plant.database().string() + " -k " + plant.sockets().string() +
+         " -c listen_addresses='' -c max_connections=100 -c shared_buffers=128MB -c wal_compression=on"
+         // After a crash one flush of the file system, not one of each file: seconds less until it is back.
+         " -c recovery_init_sync_method=syncfs";
+}
+
+}  // namespace
+
+std::string SupervisorConfig(const LocalPlant& plant, const std::string& user) {
+  std::ostringstream out;
+  const std::string run_as = user.empty() ? "" : "user=" + user + "\n";
+  const auto program = [&](const std::string& name, const std::string& command, int priority,
+                           const std::string& stop_signal) {
+    // startretries: after a crash PostgreSQL refuses to start for some seconds; a killed service always comes back.
+    out << "\n[program:" << name << "]\ncommand=" << command << "\n"
+        << run_as << "priority=" << priority
+        << "\nautorestart=true\nstartsecs=1\nstartretries=1000\nstopsignal=" << stop_signal
+        << "\nstopwaitsecs=30\nstdout_logfile=/dev/null\nstderr_logfile=" << (plant.logs() / (name + ".log")).string()
+        << "\nstderr_logfile_maxbytes=16MB\nstderr_logfile_backups=4\n";
+  };
+  const std::string socket = (plant.sockets() / "supervisor.sock").string();
+  out << "; Written by `sixpoint up`.\n[supervisord]\nnodaemon=false\nminfds=4096\n"
+      << (user.empty() ? "" : "user=root\n") << "pidfile=" << (plant.data / "supervisord.pid").string()
+      << "\nlogfile=" << (plant.logs() / "supervisord.log").string() << "\nchildlogdir=" << plant.logs().string()
+      << "\n\n[unix_http_server]\nfile=" << socket
+      << "\nchmod=0700\n\n[rpcinterface:supervisor]\n"
+         "supervisor.rpcinterface_factory=supervisor.rpcinterface:make_main_rpcinterface\n\n[supervisorctl]\nserverurl="
+         "unix://"
+      << socket << "\n";
+  program("postgres", PostgresCommand(plant), 1, "INT");
+  for (std::size_t i = 0; i < kAreas.size(); ++i) program(kAreas[i], ServiceCommand(plant, i), 10, "TERM");
+  return out.str();
+}
+
+Finished Supervisorctl(const LocalPlant& plant, std::vector<std::string> words) {
+  std::vector<std::string> command = {"supervisorctl", "-c", plant.supervisor_config().string()};
+  command.insert(command.end(), words.begin(), words.end());
+  return RunProgram(command);
+}
+
+bool SupervisorRuns(const LocalPlant& plant) {
+  return std::filesystem::exists(plant.supervisor_config()) && Supervisorctl(plant, {"pid"}).exit_code == 0;
+}
+
+}  // namespace sixpoint::cli

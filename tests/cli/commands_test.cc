@@ -1,0 +1,228 @@
+// Command lines against services that only remember.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "cli/app.h"
+#include "cli/document.h"
+#include "sixpoint/correction/v1/correction.grpc.pb.h"
+#include "sixpoint/ingest/v1/ingest.grpc.pb.h"
+#include "sixpoint/ingest/v1/store.grpc.pb.h"
+#include "sixpoint/plant/v1/plant.grpc.pb.h"
+#include "sixpoint/registration/v1/registration.grpc.pb.h"
+#include "tests/support/in_process_server.h"
+
+namespace sixpoint::cli {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+struct FakePlant final : plant::v1::PlantService::Service {
+  std::string address;
+  std::vector<int> page_sizes;
+  grpc::Status ListEndpoints(grpc::ServerContext*, const plant::v1::ListEndpointsRequest*,
+                             plant::v1::ListEndpointsResponse* out) override {
+    for (const char* area : {"ingest", "registration", "correction"}) {
+      auto* endpoint = out->add_endpoints();
+      endpoint->set_area(area);
+      endpoint->set_address(address);
+    }
+    return grpc::Status::OK;
+  }
+  // Ten blades, four a page at most.
+  grpc::Status ListBlades(grpc::ServerContext*, const plant::v1::ListBladesRequest* in,
+                          plant::v1::ListBladesResponse* out) override {
+    page_sizes.push_back(in->page_size());
+    const int from = in->page_token().empty() ? 0 : std::stoi(in->page_token());
+    const int end = std::min(10, from + (in->page_size() == 0 ? 4 : std::min(4, in->page_size())));
+    for (int i = from; i < end; ++i) out->add_blades()->set_name("blades/SN-" + std::to_string(i));
+    if (end < 10) out->set_next_page_token(std::to_string(end));
+    return grpc::Status::OK;
+  }
+};
+
+struct FakeStore final : ingest::v1::CloudStoreService::Service {
+  std::vector<std::string> deleted;
+  grpc::Status DeleteScanPoints(grpc::ServerContext*, const ingest::v1::DeleteScanPointsRequest* in,
+                                ingest::v1::DeleteScanPointsResponse* out) override {
+    deleted.push_back(in->name());
+    out->mutable_deletion()->set_scan(in->name());
+    return grpc::Status::OK;
+  }
+};
+
+struct FakeScans final : ingest::v1::ScanService::Service {
+  grpc::Status PreviewScan(grpc::ServerContext*, const ingest::v1::PreviewScanRequest*,
+                           ingest::v1::PreviewScanResponse* out) override {
+    const float point_mm[] = {1, 2.5, -3};
+    out->set_point_count(1);
+    out->set_xyz_f32(std::string(reinterpret_cast<const char*>(point_mm), sizeof point_mm));
+    out->mutable_scan()->mutable_header()->set_point_count(100);
+    return grpc::Status::OK;
+  }
+};
+
+struct FakeRegistrations final : registration::v1::RegistrationService::Service {
+  std::vector<registration::v1::ListRegistrationsRequest> listed;
+  std::vector<std::string> got;
+  grpc::Status ListRegistrations(grpc::ServerContext*, const registration::v1::ListRegistrationsRequest* in,
+                                 registration::v1::ListRegistrationsResponse* out) override {
+    listed.push_back(*in);
+    auto* one = out->add_registrations();
+    one->set_name("registrations/r1");
+    one->set_blade("blades/SN-1");
+    one->mutable_evidence()->set_outcome(registration::v1::OUTCOME_NOT_CONVERGED);
+    return grpc::Status::OK;
+  }
+  grpc::Status GetRegistration(grpc::ServerContext*, const registration::v1::GetRegistrationRequest* in,
+                               registration::v1::Registration* out) override {
+    got.push_back(in->name());
+    out->set_name(in->name());
+    out->mutable_evidence()->set_remark("something to say");
+    return grpc::Status::OK;
+  }
+};
+
+struct FakeCorrections final : correction::v1::CorrectionService::Service {
+  bool released = true;
+  int count = 0;
+  grpc::Status Correct(grpc::ServerContext*, const correction::v1::CorrectRequest*,
+                       correction::v1::Correction* out) override {
+    ++count;
+    out->set_name("corrections/c1");
+    out->set_release(released ? correction::v1::RELEASE_AUTOMATIC : correction::v1::RELEASE_AWAITING_PERSON);
+    if (released) out->set_nc_program("N10 G0 X1\n");
+    return grpc::Status::OK;
+  }
+};
+
+class CommandsTest : public ::testing::Test {
+ protected:
+  CommandsTest() : server_({&plant_, &store_, &scans_, &registrations_, &corrections_}) {
+    plant_.address = server_.address();
+    folder_ = std::filesystem::path(::testing::TempDir()) / "sixpoint_commands_test";
+    std::filesystem::create_directories(folder_);
+  }
+  ~CommandsTest() override { std::filesystem::remove_all(folder_); }
+
+  struct Ended {
+    int exit_code = -1;
+    std::string out, err;
+    nlohmann::json json() const { return nlohmann::json::parse(out, nullptr, false); }
+  };
+  Ended Run(const std::string& words) const {
+    Session session;
+    CLI::App app;
+    AddCommands(&app, &session);
+    app.parse(words + " --server " + server_.address());
+    std::ostringstream out, err;
+    std::streambuf* const cout_before = std::cout.rdbuf(out.rdbuf());
+    std::streambuf* const cerr_before = std::cerr.rdbuf(err.rdbuf());
+    Ended ended;
+    ended.exit_code = session.Run();
+    std::cout.rdbuf(cout_before);
+    std::cerr.rdbuf(cerr_before);
+    ended.out = out.str();
+    ended.err = err.str();
+    return ended;
+  }
+  std::string Template() const {
+    const std::string file = (folder_ / "template.nc").string();
+    std::ofstream(file) << "%\n";
+    return file;
+  }
+
+  FakePlant plant_;
+  FakeStore store_;
+  FakeScans scans_;
+  FakeRegistrations registrations_;
+  FakeCorrections corrections_;
+  testing::InProcessServer server_;
+  std::filesystem::path folder_;
+};
+
+TEST_F(CommandsTest, ListsAllOrNoMoreThanTheLimit) {
+  EXPECT_EQ(Run("blade list --json").json().size(), 10u);
+  plant_.page_sizes.clear();
+  EXPECT_EQ(Run("blade list --json --limit 6").json().size(), 6u);
+  EXPECT_THAT(plant_.page_sizes, ElementsAre(6, 2));  // no more is asked for than is shown
+  EXPECT_THAT(Run("blade list --limit 2").out, AllOf(HasSubstr("SN-1"), Not(HasSubstr("SN-2"))));
+}
+
+TEST_F(CommandsTest, TakesAScanByItsIdOrItsName) {
+  EXPECT_EQ(Run("scan delete-points s1 --reason x").exit_code, kDone);
+  EXPECT_EQ(Run("scan delete-points scans/s1 --reason x").exit_code, kDone);
+  EXPECT_THAT(store_.deleted, ElementsAre("scans/s1", "scans/s1"));
+}
+
+TEST_F(CommandsTest, PrintsZerosAndPlainIntegers) {
+  const nlohmann::json answer = Run("scan delete-points s1 --reason x --json").json();
+  EXPECT_EQ(answer["freed_bytes"].dump(), "0");
+  EXPECT_EQ(answer["already_deleted"], false);
+}
+
+TEST_F(CommandsTest, ShowsRegistrations) {
+  const Ended list = Run("registration list --blade SN-1 --disagreeing --without-inspections");
+  EXPECT_EQ(list.exit_code, kDone);  // shown is done, whatever is shown
+  EXPECT_THAT(list.out, HasSubstr("NOT_CONVERGED"));
+  ASSERT_EQ(registrations_.listed.size(), 1u);
+  EXPECT_EQ(registrations_.listed[0].blade(), "blades/SN-1");
+  EXPECT_TRUE(registrations_.listed[0].only_disagreeing());
+  EXPECT_TRUE(registrations_.listed[0].without_for_inspection());
+  EXPECT_THAT(Run("registration show r1").out, HasSubstr("remark: something to say"));
+  Run("registration show registrations/r1");
+  EXPECT_THAT(registrations_.got, ElementsAre("registrations/r1", "registrations/r1"));
+}
+
+TEST_F(CommandsTest, WritesAFileOrStandardOutput) {
+  const std::string program = (folder_ / "program.nc").string();
+  const std::string correct = "correct --registration r1 --template " + Template() + " --out ";
+  const Ended to_file = Run(correct + program);
+  EXPECT_EQ(to_file.exit_code, kDone);
+  EXPECT_THAT(to_file.out, HasSubstr("program written to " + program));
+  EXPECT_EQ(*ReadFile(program, 1000), "N10 G0 X1\n");
+  const Ended to_stdout = Run(correct + "-");
+  EXPECT_EQ(to_stdout.out, "N10 G0 X1\n");  // the program alone
+  EXPECT_THAT(to_stdout.err, HasSubstr("corrections/c1"));
+  EXPECT_EQ(Run("scan preview s1 --out -").out, "1 2.5 -3\n");
+}
+
+// Before anything is stored.
+TEST_F(CommandsTest, RefusesAnOutThatCannotBeWritten) {
+  const std::string correct = "correct --registration r1 --template " + Template() + " --out ";
+  EXPECT_EQ(Run(correct + "/nowhere/at/all.nc").exit_code, kFailed);
+  EXPECT_EQ(Run(correct + "- --json").exit_code, kFailed);
+  EXPECT_EQ(corrections_.count, 0);
+  EXPECT_EQ(Run("scan preview s1 --out cloud.obj").exit_code, kFailed);
+}
+
+TEST_F(CommandsTest, WritesNoProgramThatWaitsForAPerson) {
+  corrections_.released = false;
+  const Ended ended = Run("correct --registration r1 --template " + Template() + " --out -");
+  EXPECT_EQ(ended.exit_code, kNotUsable);
+  EXPECT_EQ(ended.out, "");
+}
+
+TEST_F(CommandsTest, IsNotDoneWhereItsOutputIsLost) {
+  Session session;
+  CLI::App app;
+  AddCommands(&app, &session);
+  app.parse("blade list --server " + server_.address());
+  std::ofstream full("/dev/full");
+  std::streambuf* const before = std::cout.rdbuf(full.rdbuf());
+  const int exit_code = session.Run();
+  std::cout.rdbuf(before);
+  std::cout.clear();
+  EXPECT_EQ(exit_code, kFailed);
+}
+
+}  // namespace
+}  // namespace sixpoint::cli

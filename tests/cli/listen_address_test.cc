@@ -1,0 +1,56 @@
+#include "cli/listen_address.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sixpoint::cli {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string Refusal(const std::string& listen, const std::string& announce, bool insecure) {
+  return std::string(ListenAddressOf(listen, announce, insecure).status().message());
+}
+
+TEST(ListenAddress, IsAnnouncedAsItListens) {
+  for (const char* host : {"127.0.0.1", "127.0.0.2", "::1", "localhost"}) {
+    const auto address = ListenAddressOf(host, "", /*insecure=*/false);
+    ASSERT_TRUE(address.ok()) << address.status();
+    EXPECT_TRUE(address->IsLoopback()) << host;
+    EXPECT_EQ(address->announce, host);
+    EXPECT_EQ(address->Own(), host);
+  }
+}
+
+TEST(ListenAddress, OffLoopbackWantsToBeToldThatItIsInsecure) {
+  for (const char* host : {"10.1.2.3", "128.0.0.1", "fe80::1", "plant.example", "127.example"}) {
+    EXPECT_THAT(Refusal(host, "", /*insecure=*/false), HasSubstr("--insecure listens all the same")) << host;
+    const auto address = ListenAddressOf(host, "", /*insecure=*/true);
+    ASSERT_TRUE(address.ok()) << address.status();
+    EXPECT_FALSE(address->IsLoopback()) << host;
+  }
+}
+
+// Nobody can connect to "every address".
+TEST(ListenAddress, OfEveryAddressWantsAHostForClients) {
+  EXPECT_THAT(Refusal("0.0.0.0", "", /*insecure=*/true), HasSubstr("--announce too"));
+  EXPECT_THAT(Refusal("::", "0.0.0.0", /*insecure=*/true), HasSubstr("--announce: 0.0.0.0, want"));
+  const auto address = ListenAddressOf("0.0.0.0", "plant.example", /*insecure=*/true);
+  ASSERT_TRUE(address.ok()) << address.status();
+  EXPECT_EQ(address->announce, "plant.example");
+  EXPECT_EQ(address->Own(), "127.0.0.1");
+}
+
+// It becomes a word of a command line.
+TEST(ListenAddress, IsAHostAndNothingElse) {
+  for (const char* host : {"", "10.0.0.1:7400", "a b", "a;b", "%(x)s", "-x"})
+    EXPECT_THAT(Refusal(host, "", /*insecure=*/true), HasSubstr("--listen")) << host;
+}
+
+TEST(HostAndPort, PutsBracketsRoundIpv6) {
+  EXPECT_EQ(HostAndPort("127.0.0.1", 7400), "127.0.0.1:7400");
+  EXPECT_EQ(HostAndPort("::1", 7400), "[::1]:7400");
+}
+
+}  // namespace
+}  // namespace sixpoint::cli
