@@ -23,13 +23,12 @@ void AddCorrectionCommands(CLI::App* app, Session* session) {
     if (!arguments->blade.empty()) request.set_blade(NameText("blades", arguments->blade));
     return ListAndPrint<CorrectionService>(
         session, "correction", &CorrectionService::Stub::ListCorrections, request, arguments->limit,
-        Table({"correction", "blade", "registration", "release", ">groups", "usable until", "by", "recorded"}),
+        Table({"correction", "blade", "registration", "release", "usable until", "by", "recorded"}),
         &correction::v1::ListCorrectionsResponse::corrections, [](const correction::v1::Correction& entry) {
           return Cells{IdText(entry.name()),
                        IdText(entry.blade()),
                        IdText(entry.registration()),
                        EnumText(Release_Name(entry.release()), "RELEASE_"),
-                       std::to_string(entry.groups_size()),
                        TimeText(entry.valid_until()),
                        entry.requested_by(),
                        TimeText(entry.recorded_at())};

@@ -23,12 +23,11 @@ void AddInspectionCommands(CLI::App* app, Session* session) {
     if (!arguments->blade.empty()) request.set_blade(NameText("blades", arguments->blade));
     return ListAndPrint<InspectionService>(
         session, "inspection", &InspectionService::Stub::ListInspections, request, arguments->limit,
-        Table({"inspection", "blade", "verdict", ">holes", "positioned by", "by", "recorded"}),
+        Table({"inspection", "blade", "verdict", "positioned by", "by", "recorded"}),
         &inspection::v1::ListInspectionsResponse::inspections, [](const inspection::v1::Inspection& entry) {
           return Cells{IdText(entry.name()),
                        IdText(entry.blade()),
                        VerdictName(entry.verdict()),
-                       std::to_string(entry.holes_size()),
                        MethodText(entry.positioning().method()),
                        entry.requested_by(),
                        TimeText(entry.recorded_at())};
