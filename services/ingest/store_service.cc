@@ -152,7 +152,7 @@ grpc::Status CloudStoreService::GetScanDeletion(grpc::ServerContext* context, co
       storage::FindScanDeletion(*transaction, *scan_id);
   if (!deletion.ok()) return ToGrpc(deletion.status());
   if (!deletion->has_value())
-    return ToGrpc(runtime::Failure(absl::StatusCode::kNotFound, "DELETION_NOT_FOUND",
+    return ToGrpc(runtime::Failure(absl::StatusCode::kNotFound, "RECORD_ENTRY_NOT_FOUND",
                                    "name: " + request->name() + ", want one of a scan whose points were deleted"));
   *response = ToProto(**deletion);
   return grpc::Status::OK;
