@@ -7,7 +7,9 @@
 #include <functional>
 #include <vector>
 
+#include "metrology/registration/machine_calibration.h"
 #include "metrology/registration/pose_fit.h"
+#include "metrology/registration/scan_portion.h"
 
 namespace sixpoint::metrology {
 
