@@ -25,12 +25,9 @@ void AddCorrectionCommands(CLI::App* app, Session* session) {
         session, "correction", &CorrectionService::Stub::ListCorrections, request, arguments->limit,
         Table({"correction", "blade", "registration", "release", "usable until", "by", "recorded"}),
         &correction::v1::ListCorrectionsResponse::corrections, [](const correction::v1::Correction& entry) {
-          return Cells{IdText(entry.name()),
-                       IdText(entry.blade()),
-                       IdText(entry.registration()),
-                       EnumText(Release_Name(entry.release()), "RELEASE_"),
-                       TimeText(entry.valid_until()),
-                       entry.requested_by(),
+          return Cells{IdText(entry.name()),          IdText(entry.blade()),
+                       IdText(entry.registration()),  EnumText(Release_Name(entry.release()), "RELEASE_"),
+                       TimeText(entry.valid_until()), entry.requested_by(),
                        TimeText(entry.recorded_at())};
         });
   });

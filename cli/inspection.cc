@@ -25,12 +25,9 @@ void AddInspectionCommands(CLI::App* app, Session* session) {
         session, "inspection", &InspectionService::Stub::ListInspections, request, arguments->limit,
         Table({"inspection", "blade", "verdict", "positioned by", "by", "recorded"}),
         &inspection::v1::ListInspectionsResponse::inspections, [](const inspection::v1::Inspection& entry) {
-          return Cells{IdText(entry.name()),
-                       IdText(entry.blade()),
-                       VerdictName(entry.verdict()),
-                       MethodText(entry.positioning().method()),
-                       entry.requested_by(),
-                       TimeText(entry.recorded_at())};
+          return Cells{IdText(entry.name()),         IdText(entry.blade()),
+                       VerdictName(entry.verdict()), MethodText(entry.positioning().method()),
+                       entry.requested_by(),         TimeText(entry.recorded_at())};
         });
   });
 
