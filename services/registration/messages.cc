@@ -2,7 +2,7 @@
 
 #include <google/protobuf/util/json_util.h>
 
-#include "metrology/frames/pose.h"
+#include "metrology/kinematics/calibration_parameters.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
 
