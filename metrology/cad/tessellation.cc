@@ -31,6 +31,8 @@
 
 #include "metrology/cad/refinement.h"
 #include "metrology/surface/mesh_topology.h"
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -43,7 +45,7 @@ constexpr double kCoarseDeflectionMm = 0.05;
 constexpr double kCoarseAngleRad = 0.5;
 
 absl::Status Bad(const std::string& field, const std::string& value, const std::string& wanted) {
-  return absl::InvalidArgumentError("cad." + field + ": " + value + ", want " + wanted);
+  return Refuse("cad." + field, value, wanted);
 }
 
 Eigen::Vector3d ToEigen(const gp_XYZ& v) { return {v.X(), v.Y(), v.Z()}; }
@@ -255,7 +257,10 @@ absl::StatusOr<TriangleMesh> Tessellate(const TopoDS_Shape& shape, double extent
     refinement.patch_error_mm *= 2;
     mesh = Refine(coarse, geometry, refinement);
   }
-  return absl::IsResourceExhausted(mesh.status()) ? absl::InvalidArgumentError(mesh.status().message()) : mesh;
+  if (absl::IsResourceExhausted(mesh.status()))
+    return Bad("triangle_count", "beyond the limit even at " + NumberText(1e3 * refinement.chordal_error_mm) + " um",
+               "at most " + std::to_string(refinement.greatest_triangle_count));
+  return mesh;
 }
 
 absl::StatusOr<TriangleMesh> ReadAndTessellate(CadFormat format, const std::string& path,

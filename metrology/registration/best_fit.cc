@@ -14,6 +14,7 @@
 #include "metrology/registration/registration.h"
 #include "metrology/registration/surface_residuals.h"
 #include "metrology/statistics/ranks.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -142,9 +143,10 @@ class BestFit {
 
   absl::StatusOr<PoseFit> Run() {
     if (coarse_.samples().size() < 6)
-      return absl::InvalidArgumentError(
-          (options_.regions_in.empty() ? "scans: " : "regions: ") + std::to_string(coarse_.samples().size()) +
-          (options_.regions_in.empty() ? " points" : " points in them") + ", want at least 6");
+      return Refuse(
+          options_.regions_in.empty() ? "scans" : "regions",
+          std::to_string(coarse_.samples().size()) + (options_.regions_in.empty() ? " points" : " points in them"),
+          "at least 6");
     if (const absl::Status status = FindPose(); !status.ok()) return status;
     bool converged = false;
     double width = 0;
@@ -492,22 +494,20 @@ absl::Status CheckInputs(const std::vector<ScanPortion>& portions, const Isometr
   for (const ScanPortion& portion : portions) {
     count += portion.sensor.size();
     if (portion.out_of_reach_count > 0)
-      return absl::InvalidArgumentError("scans[" + portion.id + "]: " + std::to_string(portion.out_of_reach_count) +
-                                        " points metres away from the others, want all within 2 m");
+      return Refuse("scans[" + portion.id + "]",
+                    std::to_string(portion.out_of_reach_count) + " points metres away from the others",
+                    "all within 2 m");
   }
   const auto free_count = static_cast<std::size_t>(std::count(options.free.begin(), options.free.end(), true));
-  if (free_count == 0) return absl::InvalidArgumentError("degrees_of_freedom: none free, want at least one");
+  if (free_count == 0) return Refuse("degrees_of_freedom", "none free", "at least one");
   if (count < free_count)
-    return absl::InvalidArgumentError("scans: " + std::to_string(count) + " points, want at least " +
-                                      std::to_string(free_count));
-  if (!zero_from_part.matrix().allFinite())
-    return absl::InvalidArgumentError("zero_from_part_nominal: not finite, want a rigid transform");
+    return Refuse("scans", std::to_string(count) + " points", "at least " + std::to_string(free_count));
+  if (!zero_from_part.matrix().allFinite()) return Refuse("zero_from_part_nominal", "not finite", "a rigid transform");
   if (!options.scan_weights.empty() && options.scan_weights.size() != portions.size())
-    return absl::InvalidArgumentError("scan_weights: " + std::to_string(options.scan_weights.size()) +
-                                      ", want one for each of " + std::to_string(portions.size()) + " scans");
+    return Refuse("scan_weights", std::to_string(options.scan_weights.size()),
+                  "one for each of " + std::to_string(portions.size()) + " scans");
   for (const double weight : options.scan_weights)
-    if (!(weight > 0) || !std::isfinite(weight))
-      return absl::InvalidArgumentError("scan_weights: " + std::to_string(weight) + ", want positive numbers");
+    if (!(weight > 0) || !std::isfinite(weight)) return Refuse("scan_weights", weight, "positive numbers");
   return absl::OkStatus();
 }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "refusal/refusal.h"
+
 namespace sixpoint::metrology {
 namespace {
 
@@ -22,7 +24,7 @@ absl::StatusOr<Disagreement> DisagreementOf(const Surface& surface, const PoseFi
                                             const MachineCalibration& calibration, const Matrix6d& more_covariance,
                                             const FitOptions& options) {
   if (fit.outcome != Outcome::kConverged || other.outcome != Outcome::kConverged)
-    return absl::InvalidArgumentError("disagreement: a pose that has not converged, want two that have");
+    return Refuse("disagreement", "a pose that has not converged", "two that have");
   Disagreement found;
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& place : PlacesOf(surface, options)) {

@@ -13,6 +13,7 @@
 #include <cstring>
 
 #include "metrology/surface/triangle_mesh.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -39,7 +40,7 @@ std::uint64_t TriangleSize(std::uint32_t flags) {
 }
 
 absl::Status Bad(const std::string& field, const std::string& value, const std::string& wanted) {
-  return absl::InvalidArgumentError("mesh." + field + ": " + value + ", want " + wanted);
+  return Refuse("mesh." + field, value, wanted);
 }
 
 template <typename T>

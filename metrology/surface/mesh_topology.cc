@@ -7,6 +7,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "refusal/refusal.h"
+
 namespace sixpoint::metrology {
 namespace {
 
@@ -110,10 +112,10 @@ absl::Status CheckOneSided(const TriangleMesh& mesh) {
   }
   const auto bad = [&mesh](std::size_t count, const Edge& first, const char* what, const char* wanted) {
     const Eigen::Vector3d middle_mm = 0.5 * (mesh.vertices_mm[first.first] + mesh.vertices_mm[first.second]);
-    std::ostringstream text;
-    text << "mesh.edges: " << count << ' ' << what << ", the first at (" << middle_mm.x() << ", " << middle_mm.y()
-         << ", " << middle_mm.z() << ") mm, want " << wanted;
-    return absl::InvalidArgumentError(text.str());
+    std::ostringstream found;
+    found << count << ' ' << what << ", the first at (" << middle_mm.x() << ", " << middle_mm.y() << ", "
+          << middle_mm.z() << ") mm";
+    return Refuse("mesh.edges", found.str(), wanted);
   };
   if (branching > 0)
     return bad(branching, first_branching, "with more than two triangles", "at most two: the boundary of one body");

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "metrology/surface/mesh_topology.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -16,7 +17,7 @@ constexpr double kGreatestCoordinateMm = 1e7;
 constexpr std::size_t kGreatestTriangleCount = 8'000'000;
 
 absl::Status Bad(const std::string& field, const std::string& value, const std::string& wanted) {
-  return absl::InvalidArgumentError("stl." + field + ": " + value + ", want " + wanted);
+  return Refuse("stl." + field, value, wanted);
 }
 
 absl::StatusOr<Points> ReadBinary(std::string_view bytes) {

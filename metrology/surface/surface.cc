@@ -20,6 +20,8 @@
 #include "metrology/surface/near_cells.h"
 #include "metrology/surface/sharp_edges.h"
 #include "metrology/surface/triangle_tree.h"
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -197,13 +199,14 @@ absl::Status Surface::Tree::FindRims() {
     s = e;
   }
   if (branching > 0)
-    return absl::InvalidArgumentError("surface.triangles: " + std::to_string(branching) +
-                                      " edges with more than two triangles, the first at " + At(branching_mm) +
-                                      " mm, want at most two: the boundary of one body");
+    return Refuse(
+        "surface.triangles",
+        std::to_string(branching) + " edges with more than two triangles, the first at " + At(branching_mm) + " mm",
+        "at most two: the boundary of one body");
   // An open sheet has a side all the same, but none to be checked.
   if (open == 0 && Volume() < 0)
-    return absl::InvalidArgumentError("surface.triangles: inside out, volume " + std::to_string(Volume()) +
-                                      " mm3, want corners counter-clockwise seen from outside");
+    return Refuse("surface.triangles", "inside out, volume " + Rounded(Volume()) + " mm3",
+                  "corners counter-clockwise seen from outside");
   sharp = SharpEdges(std::move(sharp_edges));
   FindNearRims();
   vertex_normals.resize(vertices.size());
@@ -383,26 +386,26 @@ double Surface::Tree::Distance(const Vector3d& query, const TriangleTree::Neares
 }
 
 absl::StatusOr<std::shared_ptr<const Surface>> Surface::Prepare(TriangleMesh mesh) {
-  const auto refuse = [](const std::string& what) { return absl::InvalidArgumentError("surface." + what); };
-  if (mesh.triangles.empty()) return refuse("triangles: 0, want at least one");
+  if (mesh.triangles.empty()) return Refuse("surface.triangles", 0, "at least one");
   if (mesh.triangles.size() > kGreatestTriangleCount)
-    return refuse("triangles: " + std::to_string(mesh.triangles.size()) + ", want at most " +
-                  std::to_string(kGreatestTriangleCount));
+    return Refuse("surface.triangles", static_cast<double>(mesh.triangles.size()),
+                  "at most " + std::to_string(kGreatestTriangleCount));
   if (!mesh.corner_normals.empty() && mesh.corner_normals.size() != mesh.triangles.size())
-    return refuse("corner_normals: " + std::to_string(mesh.corner_normals.size()) + ", want one entry per triangle");
+    return Refuse("surface.corner_normals", static_cast<double>(mesh.corner_normals.size()), "one entry per triangle");
   for (std::size_t i = 0; i < mesh.vertices_mm.size(); ++i) {
     const Vector3d& v = mesh.vertices_mm[i];
     if (!(v.cwiseAbs().maxCoeff() <= kGreatestCoordinateMm) || !v.allFinite())
-      return refuse("vertices_mm[" + std::to_string(i) + "]: " + At(v) + ", want finite and within 1e7 mm");
+      return Refuse("surface.vertices_mm[" + std::to_string(i) + "]", At(v), "finite and within 1e7 mm");
   }
   for (const auto& t : mesh.triangles)
     for (const std::uint32_t v : t)
       if (v >= mesh.vertices_mm.size())
-        return refuse("triangles: vertex " + std::to_string(v) + ", want less than " +
-                      std::to_string(mesh.vertices_mm.size()));
+        return Refuse("surface.triangles", "vertex " + std::to_string(v),
+                      "less than " + std::to_string(mesh.vertices_mm.size()));
   for (const auto& normals : mesh.corner_normals)
     for (const Eigen::Vector3f& n : normals)
-      if (!(std::abs(n.squaredNorm() - 1) < 1e-3f)) return refuse("corner_normals: a length other than 1");
+      if (!(std::abs(n.squaredNorm() - 1) < 1e-3f))
+        return Refuse("surface.corner_normals", "a length other than 1", "unit normals");
 
   auto tree = std::make_unique<Tree>();
   tree->mesh = std::move(mesh);

@@ -116,8 +116,8 @@ absl::StatusOr<v1::Calibration> Calibrator::CalibrateSensor(const v1::CalibrateS
   const absl::StatusOr<plant::v1::Artefact> record = plant_.GetArtefact(request.artefact(), 0, caller.make_context());
   if (!record.ok()) return NotKnown("artefact", request.artefact(), record.status());
   const absl::StatusOr<metrology::Artefact> artefact = ArtefactOf(*record);
-  if (!artefact.ok()) return AsRefusal(artefact.status());
-  if (absl::Status s = metrology::CheckTouch(*artefact, *touch); !s.ok()) return AsRefusal(s);
+  if (!artefact.ok()) return WithReason(artefact.status());
+  if (absl::Status s = metrology::CheckTouch(*artefact, *touch); !s.ok()) return WithReason(s);
 
   storage::CalibrationRow row;
   row.machine_id = *runtime::IdOf("machine", "machines", request.machine());
@@ -145,7 +145,7 @@ absl::StatusOr<v1::Calibration> Calibrator::CalibrateSensor(const v1::CalibrateS
   const absl::StatusOr<metrology::SensorCalibration> result =
       sequential ? metrology::CalibrateSensorSequentially(scans, *artefact, *touch, options)
                  : metrology::CalibrateSensor(scans, *artefact, *touch, options);
-  if (!result.ok()) return AsRefusal(result.status());
+  if (!result.ok()) return WithReason(result.status());
   if (!result->converged)
     return runtime::Failure(
         absl::StatusCode::kFailedPrecondition, "CALIBRATION_NOT_CONVERGED",
@@ -185,7 +185,7 @@ absl::StatusOr<v1::Calibration> Calibrator::CalibrateRotation(const v1::Calibrat
     row.inputs.insert(row.inputs.end(), used->begin(), used->end());
   }
   const absl::StatusOr<metrology::RotationCalibration> result = FindAxes(request, *poses, *options, &row.method);
-  if (!result.ok()) return AsRefusal(result.status());
+  if (!result.ok()) return WithReason(result.status());
   if (!result->converged)
     return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_NOT_CONVERGED",
                             "the fit did not settle; probe the sphere at more poses");
@@ -213,13 +213,13 @@ absl::StatusOr<v1::Calibration> Calibrator::CalibrateProbe(const v1::CalibratePr
   const absl::StatusOr<metrology::ProbeCalibration> result =
       linear ? metrology::CalibrateProbeLinearly(inputs->faces, inputs->readings, inputs->options)
              : metrology::CalibrateProbe(inputs->faces, inputs->readings, inputs->options);
-  if (!result.ok()) return AsRefusal(result.status());
+  if (!result.ok()) return WithReason(result.status());
   if (!result->converged)
     return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_NOT_CONVERGED",
                             "the fit did not settle; measure each face at more displacements");
   const absl::StatusOr<std::vector<metrology::ProbeFaceCheck>> checks =
       metrology::CheckProbe(*result, inputs->moved_faces, inputs->moved_readings, inputs->options);
-  if (!checks.ok()) return AsRefusal(checks.status());
+  if (!checks.ok()) return WithReason(checks.status());
   storage::CalibrationRow row;
   row.machine_id = *runtime::IdOf("machine", "machines", request.machine());
   row.inputs = {Revised(request.machine(), machine->revision())};
@@ -249,7 +249,7 @@ absl::StatusOr<v1::Calibration> Calibrator::CharacteriseAxis(const v1::Character
   const absl::StatusOr<metrology::Joint> joint = JointOf(request.machine(), *chain, request.axis());
   if (!joint.ok()) return joint.status();
   const absl::StatusOr<metrology::AxisCharacterisation> result = metrology::CharacteriseAxis(*readings);
-  if (!result.ok()) return AsRefusal(result.status());
+  if (!result.ok()) return WithReason(result.status());
   storage::CalibrationRow row;
   row.machine_id = *runtime::IdOf("machine", "machines", request.machine());
   row.inputs = {Revised(request.machine(), machine->revision())};

@@ -9,16 +9,12 @@
 
 namespace sixpoint::calibration {
 
-// The kernel names field, value and wanted in its message; the wire wants the field apart.
-inline absl::Status AsRefusal(const absl::Status& status,
-                              const std::string& undetermined = "CALIBRATION_UNDETERMINED") {
-  const std::string message(status.message());
-  if (absl::IsFailedPrecondition(status)) return runtime::Failure(status.code(), undetermined, message);
-  const std::size_t colon = message.find(": "), want = message.rfind(", want ");
-  if (!absl::IsInvalidArgument(status) || colon == std::string::npos || want == std::string::npos || want < colon)
-    return status;
-  return runtime::Refuse(message.substr(0, colon), message.substr(colon + 2, want - colon - 2),
-                         message.substr(want + 7));
+// A kernel's FAILED_PRECONDITION says that the data do not determine what was asked for.
+inline absl::Status WithReason(const absl::Status& status,
+                               const std::string& undetermined = "CALIBRATION_UNDETERMINED") {
+  return absl::IsFailedPrecondition(status)
+             ? runtime::Failure(status.code(), undetermined, std::string(status.message()))
+             : status;
 }
 
 // What was asked for and is not there is the request's fault.

@@ -185,7 +185,7 @@ absl::StatusOr<v1::Study> StudyRunner::RunGauge(const v1::RunGaugeStudyRequest& 
   if (request.station_pitch_mm() != 0) options.station_pitch_mm = request.station_pitch_mm();
   options.limit_um = request.limit_um();
   const absl::StatusOr<metrology::GaugeStudy> result = metrology::StudyGauge(fetched->scans, options);
-  if (!result.ok()) return AsRefusal(result.status(), kUndetermined);
+  if (!result.ok()) return WithReason(result.status(), kUndetermined);
   v1::Study study;
   study.set_kind(v1::STUDY_KIND_GAUGE);
   study.set_machine(fetched->machine.name());
@@ -207,7 +207,7 @@ absl::StatusOr<v1::Study> StudyRunner::RunArm(const v1::RunArmStudyRequest& requ
   absl::StatusOr<FetchedScans> fetched = Fetch(request.scans(), true, caller);
   if (!fetched.ok()) return fetched.status();
   const absl::StatusOr<metrology::Artefact> artefact = ArtefactOf(fetched->artefact);
-  if (!artefact.ok()) return AsRefusal(artefact.status());
+  if (!artefact.ok()) return WithReason(artefact.status());
 
   std::optional<storage::CalibrationRow> calibration;
   {
@@ -239,7 +239,7 @@ absl::StatusOr<v1::Study> StudyRunner::RunArm(const v1::RunArmStudyRequest& requ
     options.sensor.rotation(k / 3, k % 3) = calibration->sensor->machine_from_sensor_rotation.at(k);
   for (int k = 0; k < 3; ++k) options.sensor.t_sm_mm(k) = calibration->sensor->t_sm_mm.at(k);
   const auto result = metrology::StudyArm(fetched->scans, *artefact, options);
-  if (!result.ok()) return AsRefusal(result.status(), kUndetermined);
+  if (!result.ok()) return WithReason(result.status(), kUndetermined);
   v1::Study study;
   study.set_kind(v1::STUDY_KIND_ARM);
   study.set_machine(fetched->machine.name());
@@ -313,7 +313,7 @@ absl::StatusOr<v1::Study> StudyRunner::RunGaugeRr(const v1::RunGaugeRrRequest& r
   const metrology::NestedOptions options{filled.confidence(), filled.balanced_only(),
                                          filled.part_level() == v1::PART_LEVEL_OUTER};
   const absl::StatusOr<metrology::NestedVariance> result = metrology::AnalyseNested(observations, options);
-  if (!result.ok()) return AsRefusal(result.status(), kUndetermined);
+  if (!result.ok()) return WithReason(result.status(), kUndetermined);
   v1::Study study;
   study.set_kind(v1::STUDY_KIND_GAUGE_RR);
   std::vector<std::string> inputs;
@@ -364,7 +364,7 @@ absl::StatusOr<v1::Study> StudyRunner::RunSphereCheck(const v1::RunSphereCheckRe
   options.length_mpe_divisor = request.length_mpe_divisor();
   if (request.least_points() != 0) options.least_points = request.least_points();
   const absl::StatusOr<metrology::SphereCheck> result = metrology::CheckSphere(points, lengths, options);
-  if (!result.ok()) return AsRefusal(result.status(), kUndetermined);
+  if (!result.ok()) return WithReason(result.status(), kUndetermined);
   v1::Study study;
   study.set_kind(v1::STUDY_KIND_SPHERE_CHECK);
   std::vector<std::string> inputs;

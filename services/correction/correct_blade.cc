@@ -156,16 +156,6 @@ storage::CorrectionGroupRow RowOf(const metrology::CorrectedHoleGroup& group, bo
   return row;
 }
 
-// The kernel's message is "nc_template line 3: value, want wanted"; the refusal names the field.
-absl::Status TemplateRefusal(const absl::Status& status) {
-  std::string message(status.message());
-  const std::string prefix = "nc_template", want = ", want ";
-  if (message.rfind(prefix, 0) == 0) message.erase(0, prefix.size() + 1);
-  const std::size_t at = message.rfind(want);
-  if (at == std::string::npos) return status;
-  return runtime::Refuse("nc_template", message.substr(0, at), message.substr(at + want.size()));
-}
-
 absl::StatusOr<std::string> ProgramOf(const std::string& nc_template,
                                       const std::vector<metrology::CorrectedHoleGroup>& groups,
                                       const std::array<std::string, 2>& axes) {
@@ -176,10 +166,7 @@ absl::StatusOr<std::string> ProgramOf(const std::string& nc_template,
                                                group.corrected.a_rad / kRad, group.corrected.b_rad / kRad};
     }
   }
-  absl::StatusOr<std::string> program =
-      metrology::ReplaceCoordinates(nc_template, targets, {axes[0].front(), axes[1].front()});
-  if (!program.ok()) return TemplateRefusal(program.status());
-  return program;
+  return metrology::ReplaceCoordinates(nc_template, targets, {axes[0].front(), axes[1].front()});
 }
 
 std::string SummaryOf(const storage::CorrectionRow& row, const std::vector<metrology::CorrectedHoleGroup>& groups) {

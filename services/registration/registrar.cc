@@ -29,16 +29,6 @@ constexpr std::int64_t kMostPoints = 100'000'000;
 
 std::string Revised(const std::string& name, int revision) { return name + "@" + std::to_string(revision); }
 
-// The kernel names field, value and wanted in its message; the wire wants the field apart.
-absl::Status AsRefusal(const absl::Status& status) {
-  const std::string message(status.message());
-  const std::size_t colon = message.find(": "), want = message.rfind(", want ");
-  if (!absl::IsInvalidArgument(status) || colon == std::string::npos || want == std::string::npos || want < colon)
-    return status;
-  return runtime::Refuse(message.substr(0, colon), message.substr(colon + 2, want - colon - 2),
-                         message.substr(want + 7));
-}
-
 // What was asked for and is not there is the request's fault.
 absl::Status NotKnown(const std::string& field, const std::string& name, const absl::Status& status) {
   return absl::IsNotFound(status) ? runtime::Refuse(field, name, "one that the plant knows") : status;
@@ -153,7 +143,7 @@ absl::StatusOr<Registrar::Inputs> Registrar::FetchInputs(const v1::RegisterReque
   if (!nominal.ok()) return nominal.status();
   inputs.asked.zero_from_part_nominal = *nominal;
   auto surface = plant_.GetSurface(inputs.part, caller.make_context(), caller.keep_going);
-  if (!surface.ok()) return AsRefusal(surface.status());
+  if (!surface.ok()) return surface.status();
   inputs.surface = *std::move(surface);
   if (absl::Status status = FetchScans(request, caller, &inputs); !status.ok()) return status;
   return inputs;
@@ -306,10 +296,10 @@ absl::StatusOr<v1::Registration> Registrar::Compute(const v1::RegisterRequest& r
 
   const auto started = std::chrono::steady_clock::now();
   absl::StatusOr<Fitted> fitted = FitAsked(*inputs->surface, inputs->portions, inputs->calibration, inputs->asked);
-  if (!fitted.ok()) return AsRefusal(fitted.status());
+  if (!fitted.ok()) return fitted.status();
   std::vector<metrology::AngleInfluence> angles;
   metrology::Matrix6d difference;
-  if (absl::Status status = AddAngles(*inputs, &*fitted, &angles, &difference); !status.ok()) return AsRefusal(status);
+  if (absl::Status status = AddAngles(*inputs, &*fitted, &angles, &difference); !status.ok()) return status;
   std::optional<metrology::Disagreement> disagreement;
   if (fitted->best_fit.has_value()) {
     auto compared = metrology::DisagreementOf(*inputs->surface, fitted->fit, *fitted->best_fit, inputs->calibration,

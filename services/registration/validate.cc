@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <set>
 #include <tuple>
 
+#include "refusal/message_text.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
@@ -18,18 +18,12 @@ constexpr int kMostRegions = 64;
 constexpr double kGreatestCoordinateMm = 1e6;
 constexpr double kGreatestRadiusMm = 1e4;
 
-std::string Text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
-
 absl::Status CheckPlace(const std::string& field, bool given, const geometry::v1::Point& in) {
   if (!given) return runtime::Refuse(field, "not given", "a point in the part frame");
   const auto point = runtime::FromProto(field, in);
   if (!point.ok()) return point.status();
   if (point->cwiseAbs().maxCoeff() > kGreatestCoordinateMm)
-    return runtime::Refuse(field, Text(point->cwiseAbs().maxCoeff()), "coordinates up to 1e6 mm");
+    return runtime::Refuse(field, point->cwiseAbs().maxCoeff(), "coordinates up to 1e6 mm");
   return absl::OkStatus();
 }
 
@@ -37,7 +31,7 @@ absl::Status CheckRegion(const std::string& field, const v1::Region& region) {
   const auto check_length = [](const std::string& of, double length_mm) {
     return length_mm > 0 && length_mm <= kGreatestRadiusMm
                ? absl::OkStatus()
-               : runtime::Refuse(of, Text(length_mm), "more than 0, at most 1e4 mm");
+               : runtime::Refuse(of, length_mm, "more than 0, at most 1e4 mm");
   };
   switch (region.shape_case()) {
     case v1::Region::kBox: {
@@ -49,7 +43,7 @@ absl::Status CheckRegion(const std::string& field, const v1::Region& region) {
                                             std::tuple("y_mm", box.minimum_mm().y_mm(), box.maximum_mm().y_mm()),
                                             std::tuple("z_mm", box.minimum_mm().z_mm(), box.maximum_mm().z_mm())})
         if (!(low < high))
-          return runtime::Refuse(field + ".box.maximum_mm." + axis, Text(high), "more than its minimum, " + Text(low));
+          return runtime::Refuse(field + ".box.maximum_mm." + axis, high, "more than its minimum, " + NumberText(low));
       return absl::OkStatus();
     }
     case v1::Region::kBall: {
@@ -73,12 +67,12 @@ absl::Status CheckAllowance(const v1::AllowanceOptions& asked) {
   const metrology::AllowanceOptions usual;
   const double least = asked.has_least_stock_mm() ? asked.least_stock_mm() : usual.least_stock_mm;
   const double greatest = asked.has_greatest_stock_mm() ? asked.greatest_stock_mm() : usual.greatest_stock_mm;
-  if (!(std::abs(least) <= 10)) return runtime::Refuse("options.allowance.least_stock_mm", Text(least), "-10 to 10");
+  if (!(std::abs(least) <= 10)) return runtime::Refuse("options.allowance.least_stock_mm", least, "-10 to 10");
   if (!(greatest > std::max(0.0, least) && greatest <= 50))
-    return runtime::Refuse("options.allowance.greatest_stock_mm", Text(greatest),
+    return runtime::Refuse("options.allowance.greatest_stock_mm", greatest,
                            "more than the least stock and than 0, at most 50");
   if (asked.has_patch_mm() && !(asked.patch_mm() >= 0.05 && asked.patch_mm() <= 50))
-    return runtime::Refuse("options.allowance.patch_mm", Text(asked.patch_mm()), "0.05 to 50");
+    return runtime::Refuse("options.allowance.patch_mm", asked.patch_mm(), "0.05 to 50");
   if (asked.has_least_points() && !(asked.least_points() >= 1 && asked.least_points() <= 1'000'000))
     return runtime::Refuse("options.allowance.least_points", std::to_string(asked.least_points()), "1 to 1000000");
   return absl::OkStatus();
@@ -104,8 +98,7 @@ absl::Status CheckOptions(const v1::RegisterRequest& request) {
                            "none, or one for each of " + std::to_string(request.scans_size()) + " scans");
   for (int i = 0; i < options.scan_weights_size(); ++i)
     if (!(options.scan_weights(i) >= 1e-6 && options.scan_weights(i) <= 1e6))
-      return runtime::Refuse("options.scan_weights[" + std::to_string(i) + "]", Text(options.scan_weights(i)),
-                             "1e-6 to 1e6");
+      return runtime::Refuse("options.scan_weights[" + std::to_string(i) + "]", options.scan_weights(i), "1e-6 to 1e6");
   for (const auto& [name, regions] : {std::pair("options.regions_in", &options.regions_in()),
                                       std::pair("options.regions_out", &options.regions_out())}) {
     if (regions->size() > kMostRegions)

@@ -7,19 +7,21 @@
 #include <chrono>
 #include <string>
 
+#include "refusal/refusal.h"
+
 namespace sixpoint::runtime {
 
-// "scan.profile_pitch_mm: -0.025, want > 0" as INVALID_ARGUMENT with a BadRequest field violation.
-absl::Status Refuse(const std::string& field, const std::string& value, const std::string& wanted);
-absl::Status Refuse(const std::string& field, double value, const std::string& wanted);
+// "scan.profile_pitch_mm: -0.025, want > 0": what every layer refuses with.
+using sixpoint::Refusals;
+using sixpoint::Refuse;
 
 // Other codes with a machine-readable reason (UPPER_SNAKE, ErrorInfo.reason; domain "sixpoint").
 absl::Status Failure(absl::StatusCode code, const std::string& reason, const std::string& message);
 
-// The one exhaustive map: code by code, with a serialised google.rpc.Status (BadRequest, ErrorInfo, and RetryInfo for
+// The one exhaustive map: code by code, with a serialised google.rpc.Status (ErrorInfo, BadRequest and Refusal, RetryInfo for
 // UNAVAILABLE and RESOURCE_EXHAUSTED) in the details. INTERNAL hides its message from the client and logs it.
 grpc::Status ToGrpc(const absl::Status& status);
-// Back again, on the client side of a call between services: keeps code, message, reason and RetryInfo.
+// Back again, on the client side of a call between services: keeps code, message, reason, violations and RetryInfo.
 absl::Status FromGrpc(const grpc::Status& status);
 // ErrorInfo.reason of a status made here or received; empty when it has none.
 std::string ReasonOf(const absl::Status& status);
