@@ -44,8 +44,7 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> Session::ChannelTo(const std::str
   }
   const auto address = addresses_.find(area);
   if (address == addresses_.end()) {
-    return runtime::Failure(absl::StatusCode::kNotFound, "SERVICE_MISSING",
-                            "the plant at " + server + " names no service for " + area);
+    return runtime::Failure(errors::v1::SERVICE_MISSING, "the plant at " + server + " names no service for " + area);
   }
   return channels_[area] = runtime::ConnectTo(address->second);
 }

@@ -7,6 +7,7 @@
 #include "storage/blob_rows.h"
 #include "storage/blob_store.h"
 #include "storage/blobs.h"
+#include "storage/reasons.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -58,7 +59,7 @@ absl::StatusOr<std::string> ReadBytes(Database* database, ObjectStore* objects, 
       return WithReason(absl::FailedPreconditionError("blob " + blob.sha256 +
                                                       ": held by an object store, want this "
                                                       "service configured with it (--blob-store)"),
-                        "OBJECT_STORE_MISSING");
+                        kObjectStoreMissing);
     }
     return objects->Get(ObjectKeyOf(blob.sha256), blob.size_bytes, deadline);
   }

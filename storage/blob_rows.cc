@@ -2,6 +2,7 @@
 
 #include "storage/blob_store.h"
 #include "storage/blobs.h"
+#include "storage/reasons.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -103,7 +104,7 @@ absl::Status PutBlobRow(Transaction& transaction, const std::string& sha256, std
 absl::Status BytesDeleted(const std::string& what, const std::string& deleted_at, const std::string& reason) {
   return WithReason(absl::FailedPreconditionError(what + ": its bytes were deleted at " + deleted_at +
                                                   ", reason: " + reason + "; want something that is kept"),
-                    "POINTS_DELETED");
+                    kPointsDeleted);
 }
 
 absl::StatusOr<std::string> ReadBlob(Transaction& transaction, const std::string& sha256, ObjectStore* objects) {
@@ -124,7 +125,7 @@ absl::StatusOr<std::string> ReadBlob(Transaction& transaction, const std::string
       return WithReason(
           absl::FailedPreconditionError(
               "blob " + sha256 + ": held by an object store, want this service configured with it (--blob-store)"),
-          "OBJECT_STORE_MISSING");
+          kObjectStoreMissing);
     }
     absl::StatusOr<std::string> bytes = objects->Get(ObjectKeyOf(sha256), (*row)->size_bytes, transaction.deadline());
     if (bytes.ok()) return Verified(sha256, *std::move(bytes));

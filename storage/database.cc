@@ -38,7 +38,7 @@ Deadline Bounded(Deadline deadline) {
 
 }  // namespace
 
-absl::Status WithReason(absl::Status status, const std::string& reason) {
+absl::Status WithReason(absl::Status status, const char* reason) {
   status.SetPayload(kReasonPayload, absl::Cord(reason));
   return status;
 }

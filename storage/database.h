@@ -2,8 +2,9 @@
 //
 // SQL lives beside its aggregate (storage/scans.cc, ...) as named constants; values travel as $n parameters only.
 // Statuses: UNAVAILABLE (no connection, server restarting), DEADLINE_EXCEEDED, ALREADY_EXISTS (unique violation),
-// FAILED_PRECONDITION (foreign key, check, append-only or serialization), RESOURCE_EXHAUSTED (pool or disk full),
-// INVALID_ARGUMENT (a value the type cannot hold, a NUL byte in a text), else INTERNAL.
+// FAILED_PRECONDITION (foreign key, check, append-only), ABORTED (serialization failure, deadlock: begin again),
+// DATA_LOSS (the server found its files damaged), RESOURCE_EXHAUSTED (pool or disk full), INVALID_ARGUMENT (a value the
+// type cannot hold, a NUL byte in a text), else INTERNAL.
 #pragma once
 
 #include <absl/status/status.h>
@@ -27,7 +28,7 @@ using Instant = std::chrono::system_clock::time_point;  // a timestamptz, micros
 
 // A machine-readable reason (UPPER_SNAKE) travels with a status under this key; runtime puts it on the wire.
 inline constexpr char kReasonPayload[] = "sixpoint.reason";
-absl::Status WithReason(absl::Status status, const std::string& reason);
+absl::Status WithReason(absl::Status status, const char* reason);  // one of storage/reasons.h
 
 // Parameters of one statement, in the order $1, $2, ...
 class Params {

@@ -1,6 +1,5 @@
 #include "storage/retention.h"
 
-#include <absl/strings/cord.h>
 
 #include <nlohmann/json.hpp>
 
@@ -13,7 +12,6 @@ namespace sixpoint::storage {
 namespace {
 
 constexpr int kBatch = 100;
-constexpr char kPolicyChanged[] = "POLICY_CHANGED";
 constexpr char kLockPolicies[] = "SELECT pg_advisory_xact_lock(hashtextextended('retention_policies/' || $1, 0))";
 
 constexpr char kInsertPolicy[] =
@@ -123,9 +121,8 @@ absl::Status CheckPolicyHolds(Transaction& transaction, const RetentionPolicy& p
   const absl::StatusOr<Rows> newest = transaction.Execute(kSelectNewest, Params().Text(policy.scan_kind));
   if (!newest.ok()) return newest.status();
   if (!newest->IsNull(0, 0) && newest->Int(0, 0) == policy.revision) return absl::OkStatus();
-  return WithReason(absl::FailedPreconditionError("retention of " + policy.scan_kind + " scans: revision " +
-                                                  std::to_string(policy.revision) + " is not the newest any more"),
-                    kPolicyChanged);
+  return absl::AbortedError("retention of " + policy.scan_kind + " scans: revision " + std::to_string(policy.revision) +
+                            " is not the newest any more");
 }
 
 RecordEntry EntryOf(const ScanRow& scan, const DeletionOrder& order) {
@@ -293,7 +290,7 @@ absl::StatusOr<RetentionDone> ApplyRetention(Database* database, ObjectStore* ob
         const absl::StatusOr<DeletedPoints> deleted =
             DeleteScanPoints(database, objects, OrderOf(*due, row, options), deadline);
         // Somebody wants to keep them after all; the next batch is asked for under the new policy.
-        if (deleted.status().GetPayload(kReasonPayload) == absl::Cord(kPolicyChanged)) break;
+        if (absl::IsAborted(deleted.status())) break;
         if (!deleted.ok()) return deleted.status();
         done.freed_count += deleted->freed_count;
         done.freed_bytes += deleted->freed_bytes;

@@ -8,7 +8,6 @@
 #include "services/calibration/calibration_trend.h"
 #include "services/calibration/validate.h"
 #include "services/runtime/call.h"
-#include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/pages.h"
 #include "services/runtime/resource_name.h"
@@ -51,18 +50,21 @@ absl::StatusOr<v1::Calibration> InForce(storage::Database* database, storage::De
   const auto withdrawn = storage::WithdrawnCalibration(*transaction, *subject, *at);
   if (!withdrawn.ok()) return withdrawn.status();
   if (withdrawn->has_value())
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_WITHDRAWN",
+    return runtime::Failure(errors::v1::CALIBRATION_WITHDRAWN,
                             request.machine() + ": its " + Described(*subject) + " " + (**withdrawn).name() +
                                 " was withdrawn (" + (**withdrawn).withdrawal->reason +
-                                "), want one in force; calibrate");
+                                "), want one in force; calibrate",
+                            {{"resource", request.machine()}});
   const auto ended = storage::LastValidity(*transaction, *subject, *at);
   if (!ended.ok()) return ended.status();
   if (ended->has_value())
     return runtime::Failure(
-        absl::StatusCode::kFailedPrecondition, "CALIBRATION_EXPIRED",
-        request.machine() + ": its " + Described(*subject) + " has expired, want one in force; calibrate");
-  return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_MISSING",
-                          request.machine() + ": no " + Described(*subject) + ", want one in force; calibrate first");
+        errors::v1::CALIBRATION_EXPIRED,
+        request.machine() + ": its " + Described(*subject) + " has expired, want one in force; calibrate",
+        {{"resource", request.machine()}});
+  return runtime::Failure(errors::v1::CALIBRATION_MISSING,
+                          request.machine() + ": no " + Described(*subject) + ", want one in force; calibrate first",
+                          {{"resource", request.machine()}});
 }
 
 absl::StatusOr<v1::ListCalibrationsResponse> List(storage::Database* database, storage::Deadline deadline,
@@ -98,16 +100,16 @@ CalibrationService::CalibrationService(storage::Database* database, std::shared_
 
 grpc::Status CalibrationService::CalibrateSensor(grpc::ServerContext* context,
                                                  const v1::CalibrateSensorRequest* request, v1::Calibration* response) {
-  const runtime::ComputeSlot slot(&running_, kMostRunning);
-  if (absl::Status free = slot.Check("calibrations", "CALIBRATIONS_FULL"); !free.ok()) return ToGrpc(free);
+  const auto slot = running_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
+  if (!slot.ok()) return ToGrpc(slot.status());
   return Answer(calibrator_.CalibrateSensor(*request, CallerOf(context)), response);
 }
 
 grpc::Status CalibrationService::CalibrateRotation(grpc::ServerContext* context,
                                                    const v1::CalibrateRotationRequest* request,
                                                    v1::Calibration* response) {
-  const runtime::ComputeSlot slot(&running_, kMostRunning);
-  if (absl::Status free = slot.Check("calibrations", "CALIBRATIONS_FULL"); !free.ok()) return ToGrpc(free);
+  const auto slot = running_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
+  if (!slot.ok()) return ToGrpc(slot.status());
   return Answer(calibrator_.CalibrateRotation(*request, CallerOf(context)), response);
 }
 
@@ -120,7 +122,9 @@ grpc::Status CalibrationService::GetCalibration(grpc::ServerContext* context, co
   const auto found = storage::FindCalibration(*transaction, *id);
   if (!found.ok()) return ToGrpc(found.status());
   if (!found->has_value())
-    return ToGrpc(absl::NotFoundError("name: " + request->name() + ", want a calibration that is recorded"));
+    return ToGrpc(runtime::Failure(errors::v1::CALIBRATION_NOT_FOUND,
+                                   "name: " + request->name() + ", want a calibration that is recorded",
+                                   {{"resource", request->name()}}));
   *response = ToProto(**found);
   return grpc::Status::OK;
 }
@@ -141,16 +145,16 @@ grpc::Status CalibrationService::ListCalibrations(grpc::ServerContext* context,
 
 grpc::Status CalibrationService::CalibrateProbe(grpc::ServerContext* context, const v1::CalibrateProbeRequest* request,
                                                 v1::Calibration* response) {
-  const runtime::ComputeSlot slot(&running_, kMostRunning);
-  if (absl::Status free = slot.Check("calibrations", "CALIBRATIONS_FULL"); !free.ok()) return ToGrpc(free);
+  const auto slot = running_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
+  if (!slot.ok()) return ToGrpc(slot.status());
   return Answer(calibrator_.CalibrateProbe(*request, CallerOf(context)), response);
 }
 
 grpc::Status CalibrationService::CharacteriseAxis(grpc::ServerContext* context,
                                                   const v1::CharacteriseAxisRequest* request,
                                                   v1::Calibration* response) {
-  const runtime::ComputeSlot slot(&running_, kMostRunning);
-  if (absl::Status free = slot.Check("calibrations", "CALIBRATIONS_FULL"); !free.ok()) return ToGrpc(free);
+  const auto slot = running_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
+  if (!slot.ok()) return ToGrpc(slot.status());
   return Answer(calibrator_.CharacteriseAxis(*request, CallerOf(context)), response);
 }
 

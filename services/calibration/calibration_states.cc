@@ -21,33 +21,37 @@ constexpr char kWithdrawCall[] = "calibration.WithdrawCalibration";
 
 using storage::CalibrationState;
 
-absl::Status NotNow(const std::string& reason, const std::string& message) {
-  return runtime::Failure(absl::StatusCode::kFailedPrecondition, reason, message);
-}
-
 absl::StatusOr<storage::CalibrationRow> Find(storage::Transaction& transaction, const std::string& name,
                                              storage::Instant now) {
   const absl::StatusOr<std::string> id = CalibrationIdOf("name", name);
   if (!id.ok()) return id.status();
   auto found = storage::FindCalibration(transaction, *id, now);
   if (!found.ok()) return found.status();
-  if (!found->has_value()) return absl::NotFoundError("name: " + name + ", want a calibration that is recorded");
+  if (!found->has_value())
+    return runtime::Failure(errors::v1::CALIBRATION_NOT_FOUND,
+                            "name: " + name + ", want a calibration that is recorded", {{"resource", name}});
   return **std::move(found);
 }
 
 absl::Status CheckNotWithdrawn(const storage::CalibrationRow& row, const std::string& name, const std::string& wanted) {
   if (!row.withdrawal) return absl::OkStatus();
-  return NotNow("CALIBRATION_WITHDRAWN", "name: " + name + ", withdrawn by " + row.withdrawal->requested_by + " (" +
-                                             row.withdrawal->reason + "), want " + wanted);
+  return runtime::Failure(errors::v1::CALIBRATION_WITHDRAWN,
+                          "name: " + name + ", withdrawn by " + row.withdrawal->requested_by + " (" +
+                              row.withdrawal->reason + "), want " + wanted,
+                          {{"resource", name}});
 }
 
 absl::Status CheckReleasable(const storage::CalibrationRow& row, const std::string& name, storage::Instant now) {
   if (absl::Status s = CheckNotWithdrawn(row, name, "a draft"); !s.ok()) return s;
   if (row.state != CalibrationState::kDraft)
-    return NotNow("CALIBRATION_NOT_A_DRAFT",
-                  "name: " + name + (row.is_draft ? ", released already" : ", never a draft") + ", want a draft");
+    return runtime::Failure(
+        errors::v1::CALIBRATION_NOT_A_DRAFT,
+        "name: " + name + (row.is_draft ? ", released already" : ", never a draft") + ", want a draft",
+        {{"resource", name}});
   if (now >= row.valid_until)
-    return NotNow("CALIBRATION_EXPIRED", "name: " + name + ", its validity is over, want one that is still valid");
+    return runtime::Failure(errors::v1::CALIBRATION_EXPIRED,
+                            "name: " + name + ", its validity is over, want one that is still valid",
+                            {{"resource", name}});
   return absl::OkStatus();
 }
 
@@ -63,7 +67,9 @@ storage::CalibrationEvent EventOf(const Request& request) {
 // Two that decide at once: the second finds the first one's event.
 absl::Status DecidedMeanwhile(const absl::Status& status, const std::string& name) {
   if (!absl::IsAlreadyExists(status)) return status;
-  return absl::AbortedError("name: " + name + ", decided by another call meanwhile; look at it and try again");
+  return runtime::Failure(errors::v1::CALIBRATION_DECIDED_MEANWHILE,
+                          "name: " + name + ", decided by another call meanwhile; look at it and try again",
+                          {{"resource", name}});
 }
 
 void AddResting(const std::vector<storage::JournalEntry>& derived, v1::WithdrawCalibrationResponse* response) {

@@ -148,7 +148,7 @@ absl::StatusOr<v1::Calibration> Calibrator::CalibrateSensor(const v1::CalibrateS
   if (!result.ok()) return WithReason(result.status());
   if (!result->converged)
     return runtime::Failure(
-        absl::StatusCode::kFailedPrecondition, "CALIBRATION_NOT_CONVERGED",
+        errors::v1::CALIBRATION_NOT_CONVERGED,
         "the fit did not settle in " + std::to_string(result->iterations) + " iterations; scan the artefact again");
   row.method = sequential ? "SEQUENTIAL" : "JOINT";
   row.valid_from = validity->from;
@@ -187,7 +187,7 @@ absl::StatusOr<v1::Calibration> Calibrator::CalibrateRotation(const v1::Calibrat
   const absl::StatusOr<metrology::RotationCalibration> result = FindAxes(request, *poses, *options, &row.method);
   if (!result.ok()) return WithReason(result.status());
   if (!result->converged)
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_NOT_CONVERGED",
+    return runtime::Failure(errors::v1::CALIBRATION_NOT_CONVERGED,
                             "the fit did not settle; probe the sphere at more poses");
   row.valid_from = validity->from;
   row.valid_until = validity->until;
@@ -215,7 +215,7 @@ absl::StatusOr<v1::Calibration> Calibrator::CalibrateProbe(const v1::CalibratePr
              : metrology::CalibrateProbe(inputs->faces, inputs->readings, inputs->options);
   if (!result.ok()) return WithReason(result.status());
   if (!result->converged)
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_NOT_CONVERGED",
+    return runtime::Failure(errors::v1::CALIBRATION_NOT_CONVERGED,
                             "the fit did not settle; measure each face at more displacements");
   const absl::StatusOr<std::vector<metrology::ProbeFaceCheck>> checks =
       metrology::CheckProbe(*result, inputs->moved_faces, inputs->moved_readings, inputs->options);

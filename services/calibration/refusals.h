@@ -11,10 +11,8 @@ namespace sixpoint::calibration {
 
 // A kernel's FAILED_PRECONDITION says that the data do not determine what was asked for.
 inline absl::Status WithReason(const absl::Status& status,
-                               const std::string& undetermined = "CALIBRATION_UNDETERMINED") {
-  return absl::IsFailedPrecondition(status)
-             ? runtime::Failure(status.code(), undetermined, std::string(status.message()))
-             : status;
+                               runtime::ErrorReason undetermined = errors::v1::CALIBRATION_UNDETERMINED) {
+  return absl::IsFailedPrecondition(status) ? runtime::Failure(undetermined, std::string(status.message())) : status;
 }
 
 // What was asked for and is not there is the request's fault.

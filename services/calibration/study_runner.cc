@@ -21,7 +21,7 @@ namespace {
 
 using runtime::Refuse;
 
-constexpr char kUndetermined[] = "STUDY_UNDETERMINED";
+constexpr runtime::ErrorReason kUndetermined = errors::v1::STUDY_UNDETERMINED;
 constexpr int kMostScans = 200, kMostCalibrations = 500, kMostObservations = 100000, kMostPoints = 100000,
               kMostLengths = 1000, kMostName = 64;
 constexpr std::size_t kMostScanPoints = 40'000'000;
@@ -227,9 +227,10 @@ absl::StatusOr<v1::Study> StudyRunner::RunArm(const v1::RunArmStudyRequest& requ
     }
     if (!found.ok()) return found.status();
     if (!found->has_value())
-      return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_MISSING",
+      return runtime::Failure(errors::v1::CALIBRATION_MISSING,
                               fetched->machine.name() +
-                                  ": no sensor calibration in force, want one; name one that is not (a draft will do)");
+                                  ": no sensor calibration in force, want one; name one that is not (a draft will do)",
+                              {{"resource", fetched->machine.name()}});
     calibration = *std::move(found);
   }
   metrology::ArmStudyOptions options;

@@ -2,7 +2,6 @@
 
 #include "services/calibration/study_messages.h"
 #include "services/runtime/call.h"
-#include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/pages.h"
 #include "services/runtime/resource_name.h"
@@ -20,7 +19,9 @@ absl::StatusOr<v1::Study> Get(storage::Database* database, storage::Deadline dea
   if (!transaction.ok()) return transaction.status();
   const auto found = storage::FindStudy(*transaction, *id);
   if (!found.ok()) return found.status();
-  if (!found->has_value()) return absl::NotFoundError("name: " + name + ", want a study that is recorded");
+  if (!found->has_value())
+    return runtime::Failure(errors::v1::STUDY_NOT_FOUND, "name: " + name + ", want a study that is recorded",
+                            {{"resource", name}});
   return ToProto(**found);
 }
 
@@ -63,8 +64,8 @@ template <typename Request>
 grpc::Status StudyService::Run(grpc::ServerContext* context,
                                absl::StatusOr<v1::Study> (StudyRunner::*method)(const Request&, const Caller&),
                                const Request& request, v1::Study* response) {
-  const runtime::ComputeSlot slot(&running_, kMostRunning);
-  if (absl::Status free = slot.Check("studies", "STUDIES_FULL"); !free.ok()) return ToGrpc(free);
+  const auto slot = running_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
+  if (!slot.ok()) return ToGrpc(slot.status());
   const Caller caller{runtime::DeadlineOf(*context), [context] { return runtime::ContextFor(*context); },
                       runtime::KeepGoing(*context)};
   absl::StatusOr<v1::Study> study = (runner_.*method)(request, caller);

@@ -248,8 +248,9 @@ absl::StatusOr<metrology::RotationOptions> RotationOptionsOf(const plant::v1::Ma
   if (!chain.ok()) return chain.status();
   absl::StatusOr<metrology::RotationOptions> options = metrology::RotationOptions::Of(*chain);
   if (!options.ok())
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "KINEMATICS_UNSUITABLE",
-                            machine.name() + "." + std::string(options.status().message()));
+    return runtime::Failure(errors::v1::KINEMATICS_UNSUITABLE,
+                            machine.name() + "." + std::string(options.status().message()),
+                            {{"resource", machine.name()}});
   return options;
 }
 

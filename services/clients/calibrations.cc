@@ -177,11 +177,12 @@ absl::Status CalibrationClient::NotInForce(const std::string& field, const std::
     return runtime::FromGrpc(s);
   const std::string wanted = ", want a registration that rests on the calibration in force";
   if (found.state() == calibration::v1::CALIBRATION_STATE_WITHDRAWN)
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_WITHDRAWN",
+    return runtime::Failure(errors::v1::CALIBRATION_WITHDRAWN,
                             field + ": " + used + ", withdrawn by " + found.withdrawal().requested_by() + " (" +
-                                found.withdrawal().reason() + ")" + wanted + " (" + in_force + ")");
-  return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_EXPIRED",
-                          field + ": " + used + ", superseded by " + in_force + wanted);
+                                found.withdrawal().reason() + ")" + wanted + " (" + in_force + ")",
+                            {{"resource", used}, {"in_force", in_force}});
+  return runtime::Failure(errors::v1::CALIBRATION_EXPIRED, field + ": " + used + ", superseded by " + in_force + wanted,
+                          {{"resource", used}, {"in_force", in_force}});
 }
 
 }  // namespace sixpoint::clients

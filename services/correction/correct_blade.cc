@@ -119,17 +119,19 @@ absl::StatusOr<std::vector<metrology::NominalHoleGroup>> WantedGroups(const v1::
     wanted.push_back(*std::move(nominal));
   }
   if (wanted.empty()) {
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "PART_WITHOUT_HOLES",
-                            part.name() + ".hole_groups: empty, want at least one");
+    return runtime::Failure(errors::v1::PART_WITHOUT_HOLES, part.name() + ".hole_groups: empty, want at least one",
+                            {{"resource", part.name()}});
   }
   return wanted;
 }
 
-absl::Status PoseFailure(const absl::Status& status) {
-  if (status.code() == absl::StatusCode::kInvalidArgument) return status;
-  const bool singular = status.code() == absl::StatusCode::kFailedPrecondition;
-  return runtime::Failure(absl::StatusCode::kFailedPrecondition, singular ? "POSE_SINGULAR" : "POSE_OUT_OF_LIMITS",
-                          std::string(status.message()));
+// What the kernel says of a hole's pose that cannot be taken; anything else stays what it is.
+absl::Status PoseFailure(const absl::Status& status, const std::string& registration, const std::string& group) {
+  const runtime::Metadata about = {{"resource", registration}, {"group", group}};
+  const std::string message(status.message());
+  if (absl::IsFailedPrecondition(status)) return runtime::Failure(errors::v1::POSE_SINGULAR, message, about);
+  if (absl::IsOutOfRange(status)) return runtime::Failure(errors::v1::POSE_OUT_OF_LIMITS, message, about);
+  return status;
 }
 
 storage::CorrectionGroupRow RowOf(const metrology::CorrectedHoleGroup& group, bool tables_applied) {
@@ -243,11 +245,12 @@ absl::StatusOr<MadeCorrection> CorrectBlade(const Peers& peers, const v1::Correc
   const absl::StatusOr<MachineAxes> machine_axes = AxesOf(inputs->machine);
   if (!machine_axes.ok()) return machine_axes.status();
   if (machine_axes->letters != inputs->rotation.letters)
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "KINEMATICS_UNSUPPORTED",
+    return runtime::Failure(errors::v1::KINEMATICS_UNSUPPORTED,
                             inputs->rotation.name + ".axes: " + inputs->rotation.letters[0] + ", " +
                                 inputs->rotation.letters[1] + ", want " + machine_axes->letters[0] + ", " +
                                 machine_axes->letters[1] + " as " + inputs->machine.name() +
-                                " has them now; calibrate its rotary axes again");
+                                " has them now; calibrate its rotary axes again",
+                            {{"resource", inputs->machine.name()}});
   const auto nominal_pose = runtime::FromProto("part.zero_from_part_nominal", inputs->part.zero_from_part_nominal());
   if (!nominal_pose.ok()) return nominal_pose.status();
   const auto wanted = WantedGroups(request, inputs->part);
@@ -262,7 +265,7 @@ absl::StatusOr<MadeCorrection> CorrectBlade(const Peers& peers, const v1::Correc
   for (const metrology::NominalHoleGroup& group : *wanted) {
     absl::StatusOr<metrology::CorrectedHoleGroup> corrected = metrology::CorrectGroup(
         group, *pose, *nominal_pose, inputs->rotation.axes, machine_axes->nominal, machine_axes->limits);
-    if (!corrected.ok()) return PoseFailure(corrected.status());
+    if (!corrected.ok()) return PoseFailure(corrected.status(), request.registration(), group.name);
     for (std::string& reason : metrology::BeyondEnvelope(*corrected, envelope, machine_axes->letters))
       row->release_reasons.push_back(std::move(reason));
     row->groups.push_back(RowOf(*corrected, pose->positioning.Applies()));

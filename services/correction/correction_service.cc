@@ -5,7 +5,6 @@
 #include "services/correction/correction_messages.h"
 #include "services/correction/validate.h"
 #include "services/runtime/call.h"
-#include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_results.h"
 #include "storage/blobs.h"
@@ -70,13 +69,15 @@ absl::StatusOr<v1::Correction> WithProgram(storage::Transaction& transaction, co
 }  // namespace
 
 CorrectionService::CorrectionService(storage::Database* database, std::unique_ptr<Peers> peers, int greatest_count)
-    : database_(database), peers_(std::move(peers)), greatest_count_(greatest_count) {}
+    : database_(database),
+      peers_(std::move(peers)),
+      running_({greatest_count, 0}, "corrections", errors::v1::CORRECTIONS_FULL) {}
 
 grpc::Status CorrectionService::Correct(grpc::ServerContext* context, const v1::CorrectRequest* request,
                                         v1::Correction* response) {
   if (const auto checked = CheckCorrect(*request); !checked.ok()) return ToGrpc(checked.status());
-  const runtime::ComputeSlot slot(&running_, greatest_count_);
-  if (absl::Status status = slot.Check("corrections", "CORRECTIONS_FULL"); !status.ok()) return ToGrpc(status);
+  const auto slot = running_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
+  if (!slot.ok()) return ToGrpc(slot.status());
   absl::StatusOr<v1::Correction> correction = CorrectOnce(
       database_, *peers_, *request, [context] { return runtime::ContextFor(*context); }, runtime::DeadlineOf(*context));
   if (!correction.ok()) return ToGrpc(correction.status());
@@ -87,7 +88,7 @@ grpc::Status CorrectionService::Correct(grpc::ServerContext* context, const v1::
 grpc::Status CorrectionService::GetCorrection(grpc::ServerContext* context, const v1::GetCorrectionRequest* request,
                                               v1::Correction* response) {
   return ToGrpc(runtime::GetResult(database_, runtime::DeadlineOf(*context), "corrections", request->name(),
-                                   "CORRECTION_NOT_FOUND", storage::FindCorrection, WithProgram, response));
+                                   errors::v1::CORRECTION_NOT_FOUND, storage::FindCorrection, WithProgram, response));
 }
 
 grpc::Status CorrectionService::ListCorrections(grpc::ServerContext* context, const v1::ListCorrectionsRequest* request,

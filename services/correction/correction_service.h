@@ -1,10 +1,10 @@
 // sixpoint.correction.v1.CorrectionService.
 #pragma once
 
-#include <atomic>
 #include <memory>
 
 #include "services/correction/correct_blade.h"
+#include "services/runtime/compute_pool.h"
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
 #include "storage/database.h"
 
@@ -25,8 +25,7 @@ class CorrectionService final : public v1::CorrectionService::Service {
  private:
   storage::Database* const database_;
   const std::unique_ptr<Peers> peers_;
-  const int greatest_count_;
-  std::atomic<int> running_ = 0;
+  runtime::ComputePool running_;
 };
 
 }  // namespace sixpoint::correction

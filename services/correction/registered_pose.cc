@@ -43,10 +43,12 @@ absl::Status CheckConverged(const registration::v1::Registration& registration) 
   if (registration.evidence().outcome() == registration::v1::OUTCOME_CONVERGED && registration.has_zero_from_part())
     return absl::OkStatus();
   const std::string remark = registration.evidence().remark();
-  return runtime::Failure(absl::StatusCode::kFailedPrecondition, "REGISTRATION_NOT_CONVERGED",
+  return runtime::Failure(errors::v1::REGISTRATION_NOT_CONVERGED,
                           "registration: " + registration.name() + " has the outcome " +
                               registration::v1::Outcome_Name(registration.evidence().outcome()) +
-                              (remark.empty() ? "" : " (" + remark + ")") + ", want OUTCOME_CONVERGED");
+                              (remark.empty() ? "" : " (" + remark + ")") + ", want OUTCOME_CONVERGED",
+                          {{"resource", registration.name()},
+                           {"outcome", registration::v1::Outcome_Name(registration.evidence().outcome())}});
 }
 
 absl::StatusOr<metrology::RegisteredPose> RegisteredPoseOf(const registration::v1::Registration& registration,

@@ -5,7 +5,6 @@
 #include "services/inspection/inspection_messages.h"
 #include "services/inspection/validate.h"
 #include "services/runtime/call.h"
-#include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_results.h"
 #include "storage/requests.h"
@@ -53,13 +52,16 @@ absl::StatusOr<v1::Inspection> InspectOnce(storage::Database* database, const Pe
 
 InspectionService::InspectionService(storage::Database* database, std::unique_ptr<Peers> peers,
                                      const InspectionServiceOptions& options)
-    : database_(database), peers_(std::move(peers)), options_(options) {}
+    : database_(database),
+      peers_(std::move(peers)),
+      options_(options),
+      running_({options.greatest_count, 0}, "inspections", errors::v1::INSPECTIONS_FULL) {}
 
 grpc::Status InspectionService::Inspect(grpc::ServerContext* context, const v1::InspectRequest* request,
                                         v1::Inspection* response) {
   if (absl::Status status = CheckInspect(*request); !status.ok()) return ToGrpc(status);
-  const runtime::ComputeSlot slot(&running_, options_.greatest_count);
-  if (absl::Status status = slot.Check("inspections", "INSPECTIONS_FULL"); !status.ok()) return ToGrpc(status);
+  const auto slot = running_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
+  if (!slot.ok()) return ToGrpc(slot.status());
   const Caller caller{[context] { return runtime::ContextFor(*context); }, runtime::KeepGoing(*context),
                       options_.threads};
   absl::StatusOr<v1::Inspection> inspection =
@@ -72,7 +74,7 @@ grpc::Status InspectionService::Inspect(grpc::ServerContext* context, const v1::
 grpc::Status InspectionService::GetInspection(grpc::ServerContext* context, const v1::GetInspectionRequest* request,
                                               v1::Inspection* response) {
   return ToGrpc(runtime::GetResult(
-      database_, runtime::DeadlineOf(*context), "inspections", request->name(), "INSPECTION_NOT_FOUND",
+      database_, runtime::DeadlineOf(*context), "inspections", request->name(), errors::v1::INSPECTION_NOT_FOUND,
       storage::FindInspection,
       [](storage::Transaction&, const storage::InspectionRow& row) -> absl::StatusOr<v1::Inspection> {
         return ToProto(row);

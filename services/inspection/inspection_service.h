@@ -1,10 +1,10 @@
 // sixpoint.inspection.v1.InspectionService.
 #pragma once
 
-#include <atomic>
 #include <memory>
 
 #include "services/inspection/inspect_blade.h"
+#include "services/runtime/compute_pool.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
 #include "storage/database.h"
 
@@ -30,7 +30,7 @@ class InspectionService final : public v1::InspectionService::Service {
   storage::Database* const database_;
   const std::unique_ptr<Peers> peers_;
   const InspectionServiceOptions options_;
-  std::atomic<int> running_ = 0;
+  runtime::ComputePool running_;
 };
 
 }  // namespace sixpoint::inspection

@@ -114,7 +114,7 @@ absl::StatusOr<pid_t> Start(const CadWorkerOptions& options, const CadFile& file
   posix_spawn_file_actions_destroy(&actions);
   for (const int copy : {in, out, err}) close(copy);
   if (failure != 0)
-    return runtime::Failure(absl::StatusCode::kUnavailable, "CAD_WORKER_MISSING",
+    return runtime::Failure(errors::v1::CAD_WORKER_MISSING,
                             "cad worker " + options.program + ": " + std::strerror(failure));
   return pid;
 }

@@ -56,38 +56,39 @@ grpc::Status Once(grpc::ServerContext* context, storage::Database* database, con
 
 // NOT_FOUND with a reason where `found` holds nothing.
 template <typename Row>
-absl::StatusOr<Row> Require(absl::StatusOr<std::optional<Row>> found, const std::string& reason,
+absl::StatusOr<Row> Require(absl::StatusOr<std::optional<Row>> found, runtime::ErrorReason reason,
                             const std::string& name, int revision) {
   if (!found.ok()) return found.status();
   if (*found) return **std::move(found);
-  return runtime::Failure(absl::StatusCode::kNotFound, reason,
-                          revision == 0 ? "name: " + name + ", want one that is registered"
-                                        : "revision: " + std::to_string(revision) + ", want one that " + name + " has");
+  if (revision == 0)
+    return runtime::Failure(reason, "name: " + name + ", want one that is registered", {{"resource", name}});
+  return runtime::Failure(reason, "revision: " + std::to_string(revision) + ", want one that " + name + " has",
+                          {{"resource", name}, {"revision", std::to_string(revision)}});
 }
 
 absl::StatusOr<storage::MachineRow> RequireMachine(Transaction& transaction, const std::string& name, int revision) {
   const absl::StatusOr<std::string> id = runtime::IdOf("name", "machines", name);
   if (!id.ok()) return id.status();
-  return Require(storage::FindMachine(transaction, *id, revision), "MACHINE_NOT_FOUND", name, revision);
+  return Require(storage::FindMachine(transaction, *id, revision), errors::v1::MACHINE_NOT_FOUND, name, revision);
 }
 
 absl::StatusOr<storage::ArtefactRow> RequireArtefact(Transaction& transaction, const std::string& name, int revision) {
   const absl::StatusOr<std::string> id = runtime::IdOf("name", "artefacts", name);
   if (!id.ok()) return id.status();
-  return Require(storage::FindArtefact(transaction, *id, revision), "ARTEFACT_NOT_FOUND", name, revision);
+  return Require(storage::FindArtefact(transaction, *id, revision), errors::v1::ARTEFACT_NOT_FOUND, name, revision);
 }
 
 absl::StatusOr<storage::PartRow> RequirePart(Transaction& transaction, const std::string& field,
                                              const std::string& name, int revision) {
   const absl::StatusOr<std::string> id = runtime::IdOf(field, "parts", name);
   if (!id.ok()) return id.status();
-  return Require(storage::FindPart(transaction, *id, revision), "PART_NOT_FOUND", name, revision);
+  return Require(storage::FindPart(transaction, *id, revision), errors::v1::PART_NOT_FOUND, name, revision);
 }
 
 absl::StatusOr<storage::BladeRow> RequireBlade(Transaction& transaction, const std::string& name) {
   const absl::StatusOr<std::string> serial = runtime::IdOf("name", "blades", name);
   if (!serial.ok()) return serial.status();
-  return Require(storage::FindBlade(transaction, *serial), "BLADE_NOT_FOUND", name, 0);
+  return Require(storage::FindBlade(transaction, *serial), errors::v1::BLADE_NOT_FOUND, name, 0);
 }
 
 // A read of one revision.

@@ -114,7 +114,7 @@ Registrar::Registrar(storage::Database* database, const Peers& peers, const Regi
       scans_(peers.ingest),
       calibrations_(peers.calibration),
       threads_(limits.threads),
-      pool_(limits.pool, "registrations", "REGISTRATIONS_FULL") {}
+      pool_(limits.pool, "registrations", errors::v1::REGISTRATIONS_FULL) {}
 
 absl::StatusOr<Registrar::Inputs> Registrar::FetchInputs(const v1::RegisterRequest& request,
                                                          const Caller& caller) const {
@@ -218,10 +218,11 @@ absl::Status Registrar::FetchAxisTables(const std::string& machine, const client
       without += (without.empty() ? "" : ", ") + rotation.letters[i];
   }
   if (!positioning.Applies())
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "AXIS_NOT_CHARACTERISED",
+    return runtime::Failure(errors::v1::AXIS_NOT_CHARACTERISED,
                             "apply_axis_tables: " + machine + ", whose axes " + rotation.letters[0] + " and " +
                                 rotation.letters[1] +
-                                " have no characterisation in force, want one; run `calibrate axis` first");
+                                " have no characterisation in force, want one; run `calibrate axis` first",
+                            {{"resource", machine}});
   if (!without.empty())
     inputs->remark = "the rotary axes were calibrated without the table of " + without +
                      " that is applied here; calibrate them with it";

@@ -6,7 +6,6 @@
 #include "services/registration/batch.h"
 #include "services/registration/registration_messages.h"
 #include "services/runtime/call.h"
-#include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_results.h"
 #include "storage/registrations.h"
@@ -37,7 +36,7 @@ grpc::Status RegistrationService::GetRegistration(grpc::ServerContext* context,
                                                   const v1::GetRegistrationRequest* request,
                                                   v1::Registration* response) {
   return ToGrpc(runtime::GetResult(
-      database_, runtime::DeadlineOf(*context), "registrations", request->name(), "REGISTRATION_NOT_FOUND",
+      database_, runtime::DeadlineOf(*context), "registrations", request->name(), errors::v1::REGISTRATION_NOT_FOUND,
       storage::FindRegistration,
       [](storage::Transaction&, const storage::RegistrationRow& row) { return ToProto(row); }, response));
 }
@@ -59,10 +58,11 @@ grpc::Status RegistrationService::ListRegistrations(grpc::ServerContext* context
 grpc::Status RegistrationService::RegisterBatch(grpc::ServerContext* context, const v1::RegisterBatchRequest* request,
                                                 grpc::ServerWriter<v1::RegisterBatchResponse>* writer) {
   // One registration that is watched takes no batch's place.
-  std::optional<runtime::ComputeSlot> slot;
+  std::optional<runtime::ComputePool::Slot> slot;
   if (request->requests_size() > 1) {
-    slot.emplace(&batches_, kMostBatches);
-    if (absl::Status free = slot->Check("batches", "BATCHES_FULL"); !free.ok()) return ToGrpc(free);
+    auto free = batches_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
+    if (!free.ok()) return ToGrpc(free.status());
+    slot.emplace(*std::move(free));
   }
   return ToGrpc(RunBatch(
       *request, CallerOf(context),

@@ -1,9 +1,8 @@
 // sixpoint.registration.v1.RegistrationService.
 #pragma once
 
-#include <atomic>
-
 #include "services/registration/registrar.h"
+#include "services/runtime/compute_pool.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
 
 namespace sixpoint::registration {
@@ -27,7 +26,7 @@ class RegistrationService final : public v1::RegistrationService::Service {
 
   storage::Database* database_;
   Registrar registrar_;
-  std::atomic<int> batches_{0};
+  runtime::ComputePool batches_{{kMostBatches, 0}, "batches", errors::v1::BATCHES_FULL};
 };
 
 }  // namespace sixpoint::registration

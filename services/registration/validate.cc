@@ -205,10 +205,11 @@ absl::Status CheckScan(const v1::RegisterRequest& request, const ingest::v1::Sca
 
 absl::StatusOr<std::vector<metrology::DatumPoint>> DatumsOf(const plant::v1::Part& part) {
   if (part.six_points_size() != 6)
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "SIX_POINTS_MISSING",
+    return runtime::Failure(errors::v1::SIX_POINTS_MISSING,
                             "method: six-point for " + part.name() + ", whose six_points has " +
                                 std::to_string(part.six_points_size()) +
-                                " points, want 6; add them to the part or ask for METHOD_BEST_FIT");
+                                " points, want 6; add them to the part or ask for METHOD_BEST_FIT",
+                            {{"resource", part.name()}});
   std::vector<metrology::DatumPoint> datums;
   for (const plant::v1::DatumPoint& in : part.six_points()) {
     const std::string field = "part.six_points[" + in.datum() + "]";

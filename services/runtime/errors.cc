@@ -19,11 +19,12 @@ namespace {
 
 // What travels with an absl::Status inside a process, as plain text.
 using storage::kReasonPayload;
+constexpr char kMetadata[] = "sixpoint.metadata";
 constexpr char kRetryDelay[] = "sixpoint.retry_delay_ms";
 constexpr char kDomain[] = "sixpoint";
 // Details travel in a header block that peers limit to 8 KiB, the message twice.
 constexpr std::size_t kLongestMessage = 1500;
-constexpr std::size_t kLongestViolations = 2500;
+constexpr std::size_t kLongestViolations = 2500, kLongestName = 200;
 constexpr int kRetryDelay_ms = 500;
 constexpr int kLongestRetryDelay_ms = 60'000;
 
@@ -84,7 +85,33 @@ absl::StatusCode AbslCodeOf(grpc::StatusCode code) {
 }
 
 bool MayBeRetried(absl::StatusCode code) {
-  return code == absl::StatusCode::kUnavailable || code == absl::StatusCode::kResourceExhausted;
+  return code == absl::StatusCode::kUnavailable || code == absl::StatusCode::kResourceExhausted ||
+         code == absl::StatusCode::kAborted;
+}
+
+// Metadata stand in a status as they go over the wire.
+void SetMetadata(const google::rpc::ErrorInfo& info, absl::Status* status) {
+  google::rpc::ErrorInfo metadata;
+  *metadata.mutable_metadata() = info.metadata();
+  if (!metadata.metadata().empty()) status->SetPayload(kMetadata, absl::Cord(metadata.SerializeAsString()));
+}
+
+google::rpc::ErrorInfo InfoOf(const absl::Status& status) {
+  google::rpc::ErrorInfo info;
+  if (!info.ParseFromString(PayloadOf(status, kMetadata).value_or(""))) info.Clear();
+  info.set_reason(PayloadOf(status, kReasonPayload).value_or(absl::StatusCodeToString(status.code())));
+  info.set_domain(kDomain);
+  return info;
+}
+
+google::rpc::PreconditionFailure PreconditionOf(const google::rpc::ErrorInfo& info, const std::string& message) {
+  google::rpc::PreconditionFailure failure;
+  auto* violation = failure.add_violations();
+  violation->set_type(info.reason());
+  const auto resource = info.metadata().find("resource");
+  if (resource != info.metadata().end()) violation->set_subject(resource->second);
+  violation->set_description(message);
+  return failure;
 }
 
 // BadRequest for every client, and the parts of each violation for those that know ours. As many as fit.
@@ -118,10 +145,18 @@ absl::Status RefusalOf(const errors::v1::Refusal& received) {
 
 }  // namespace
 
-absl::Status Failure(absl::StatusCode code, const std::string& reason, const std::string& message) {
-  absl::Status failure(code, message);
-  failure.SetPayload(kReasonPayload, absl::Cord(reason));
+absl::Status Failure(ErrorReason reason, const std::string& message, const Metadata& metadata) {
+  absl::Status failure(CodeOf(reason), message);
+  failure.SetPayload(kReasonPayload, absl::Cord(errors::v1::ErrorReason_Name(reason)));
+  google::rpc::ErrorInfo info;
+  for (const auto& [key, value] : metadata) (*info.mutable_metadata())[key] = Tame(value, kLongestName);
+  SetMetadata(info, &failure);
   return failure;
+}
+
+Metadata MetadataOf(const absl::Status& status) {
+  const google::rpc::ErrorInfo info = InfoOf(status);
+  return {info.metadata().begin(), info.metadata().end()};
 }
 
 std::string ReasonOf(const absl::Status& status) { return PayloadOf(status, kReasonPayload).value_or(""); }
@@ -144,10 +179,9 @@ grpc::Status ToGrpc(const absl::Status& status) {
   google::rpc::Status details;
   details.set_code(static_cast<int>(GrpcCodeOf(status.code())));
   details.set_message(message);
-  google::rpc::ErrorInfo info;
-  info.set_reason(PayloadOf(status, kReasonPayload).value_or(absl::StatusCodeToString(status.code())));
-  info.set_domain(kDomain);
+  const google::rpc::ErrorInfo info = InfoOf(status);
   details.add_details()->PackFrom(info);
+  if (absl::IsFailedPrecondition(status)) details.add_details()->PackFrom(PreconditionOf(info, message));
   if (const std::vector<Violation> violations = ViolationsOf(status); !violations.empty()) {
     AddViolations(violations, &details);
   }
@@ -173,6 +207,7 @@ absl::Status FromGrpc(const grpc::Status& status) {
       if (info.reason() != absl::StatusCodeToString(received.code())) {
         received.SetPayload(kReasonPayload, absl::Cord(info.reason()));
       }
+      SetMetadata(info, &received);
     } else if (detail.UnpackTo(&refusal) && refusal.violations_size() > 0 && absl::IsInvalidArgument(received)) {
       const std::string reason = ReasonOf(received);
       received = RefusalOf(refusal);

@@ -5,9 +5,11 @@
 #include <grpcpp/support/status.h>
 
 #include <chrono>
+#include <map>
 #include <string>
 
 #include "refusal/refusal.h"
+#include "sixpoint/errors/v1/error_reason.pb.h"
 
 namespace sixpoint::runtime {
 
@@ -15,16 +17,24 @@ namespace sixpoint::runtime {
 using sixpoint::Refusals;
 using sixpoint::Refuse;
 
-// Other codes with a machine-readable reason (UPPER_SNAKE, ErrorInfo.reason; domain "sixpoint").
-absl::Status Failure(absl::StatusCode code, const std::string& reason, const std::string& message);
+using errors::v1::ErrorReason;
+// ErrorInfo.metadata: "resource" names what the failure is about, other keys as the reason's comment in the contract says.
+using Metadata = std::map<std::string, std::string>;
 
-// The one exhaustive map: code by code, with a serialised google.rpc.Status (ErrorInfo, BadRequest and Refusal, RetryInfo for
-// UNAVAILABLE and RESOURCE_EXHAUSTED) in the details. INTERNAL hides its message from the client and logs it.
+// Any other failure that a client may want to tell from its like: the reason (docs/errors.md) has its code.
+absl::Status Failure(ErrorReason reason, const std::string& message, const Metadata& metadata = {});
+absl::StatusCode CodeOf(ErrorReason reason);
+
+// The one exhaustive map: code by code, with a serialised google.rpc.Status in the details: ErrorInfo; BadRequest and Refusal
+// with all violations of INVALID_ARGUMENT; PreconditionFailure for FAILED_PRECONDITION; RetryInfo for UNAVAILABLE,
+// RESOURCE_EXHAUSTED and ABORTED. INTERNAL hides its message from the client and logs it.
 grpc::Status ToGrpc(const absl::Status& status);
-// Back again, on the client side of a call between services: keeps code, message, reason, violations and RetryInfo.
+// Back again, on the client side of a call between services: keeps code, message, reason, metadata, violations and
+// RetryInfo.
 absl::Status FromGrpc(const grpc::Status& status);
 // ErrorInfo.reason of a status made here or received; empty when it has none.
 std::string ReasonOf(const absl::Status& status);
+Metadata MetadataOf(const absl::Status& status);
 // RetryInfo.retry_delay of a status received, at most a minute; 0 where it has none.
 std::chrono::milliseconds RetryDelayOf(const absl::Status& status);
 

@@ -19,7 +19,7 @@ namespace sixpoint::runtime {
 // collection; NOT_FOUND, with the reason: nothing of that name.
 template <typename Message, typename Row, typename Convert>
 absl::Status GetResult(storage::Database* database, storage::Deadline deadline, const std::string& collection,
-                       const std::string& name, const std::string& reason,
+                       const std::string& name, ErrorReason reason,
                        absl::StatusOr<std::optional<Row>> (*find)(storage::Transaction&, const std::string&),
                        const Convert& convert, Message* out) {
   const absl::StatusOr<std::string> id = IdOf("name", collection, name);
@@ -29,7 +29,7 @@ absl::Status GetResult(storage::Database* database, storage::Deadline deadline, 
   const absl::StatusOr<std::optional<Row>> row = find(*transaction, *id);
   if (!row.ok()) return row.status();
   if (!row->has_value())
-    return Failure(absl::StatusCode::kNotFound, reason, "name: " + name + ", want one of the stored " + collection);
+    return Failure(reason, "name: " + name + ", want one of the stored " + collection, {{"resource", name}});
   absl::StatusOr<Message> message = convert(*transaction, **row);
   if (message.ok()) *out = *std::move(message);
   return message.status();

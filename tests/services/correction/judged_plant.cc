@@ -91,8 +91,8 @@ grpc::Status StandInCalibration::GetCalibrationInForce(grpc::ServerContext*,
   if (expired) return {grpc::StatusCode::FAILED_PRECONDITION, "machine: its calibration has expired"};
   if (request->kind() == calibration::v1::CALIBRATION_KIND_AXIS) {
     if (axes.count(request->axis()) == 0)
-      return runtime::ToGrpc(runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_MISSING",
-                                              "axis: " + request->axis() + " is not characterised"));
+      return runtime::ToGrpc(
+          runtime::Failure(errors::v1::CALIBRATION_MISSING, "axis: " + request->axis() + " is not characterised"));
     *response = axes.at(request->axis());
     return grpc::Status::OK;
   }

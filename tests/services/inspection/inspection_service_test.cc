@@ -289,7 +289,7 @@ TEST_F(InspectionServiceTest, RefusesWhatItCannotRestOnAndStoresNothing) {
 // The registration service refuses to register with it; nothing is judged.
 TEST_F(InspectionServiceTest, PassesOnThatACalibrationWasWithdrawn) {
   plant_.registration.refusal =
-      runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_WITHDRAWN",
+      runtime::Failure(errors::v1::CALIBRATION_WITHDRAWN,
                        "machines/m1: its sensor calibration was withdrawn (sensor was knocked), want one in force");
   const absl::Status refused = Inspect(Request()).status();
   EXPECT_EQ(refused.code(), absl::StatusCode::kFailedPrecondition);

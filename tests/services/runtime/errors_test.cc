@@ -57,8 +57,7 @@ TEST(ToGrpc, EveryCodeStaysItselfThereAndBack) {
 }
 
 TEST(ToGrpc, ReasonAndMessageSurviveTwoHops) {
-  const absl::Status before =
-      Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_EXPIRED", "calibrations/c1: expired");
+  const absl::Status before = Failure(errors::v1::CALIBRATION_EXPIRED, "calibrations/c1: expired");
   const absl::Status after = FromGrpc(ToGrpc(FromGrpc(ToGrpc(before))));
   EXPECT_EQ(after.code(), before.code());
   EXPECT_EQ(after.message(), before.message());
