@@ -421,7 +421,7 @@ absl::StatusOr<std::shared_ptr<const Surface>> Surface::Prepare(TriangleMesh mes
   tree->vertices.reserve(tree->mesh.vertices_mm.size());
   for (const Vector3d& v : tree->mesh.vertices_mm) tree->vertices.push_back(v - tree->centre);
   tree->triangles = std::make_unique<TriangleTree>(tree->vertices, tree->mesh.triangles);
-  if (tree->triangles->empty()) return refuse("triangles: none has an area, want at least one that has");
+  if (tree->triangles->empty()) return Refuse("surface.triangles", "none has an area", "at least one that has");
   tree->Weld();
   if (const absl::Status status = tree->FindRims(); !status.ok()) return status;
   tree->FindMoments();
