@@ -151,7 +151,7 @@ absl::StatusOr<std::optional<FetchedAxis>> CalibrationClient::AxisInForce(
   Calibration found;
   if (const grpc::Status s = stub_->GetCalibrationInForce(context.get(), request, &found); !s.ok()) {
     const absl::Status status = runtime::FromGrpc(s);
-    if (runtime::ReasonOf(status) == "CALIBRATION_MISSING") return std::nullopt;
+    if (runtime::HasReason(status, errors::v1::CALIBRATION_MISSING)) return std::nullopt;
     return status;
   }
   return AxisOf(found);

@@ -154,6 +154,10 @@ absl::Status Failure(ErrorReason reason, const std::string& message, const Metad
   return failure;
 }
 
+bool HasReason(const absl::Status& status, ErrorReason reason) {
+  return ReasonOf(status) == errors::v1::ErrorReason_Name(reason);
+}
+
 Metadata MetadataOf(const absl::Status& status) {
   const google::rpc::ErrorInfo info = InfoOf(status);
   return {info.metadata().begin(), info.metadata().end()};

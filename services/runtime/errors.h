@@ -34,6 +34,7 @@ grpc::Status ToGrpc(const absl::Status& status);
 absl::Status FromGrpc(const grpc::Status& status);
 // ErrorInfo.reason of a status made here or received; empty when it has none.
 std::string ReasonOf(const absl::Status& status);
+bool HasReason(const absl::Status& status, ErrorReason reason);
 Metadata MetadataOf(const absl::Status& status);
 // RetryInfo.retry_delay of a status received, at most a minute; 0 where it has none.
 std::chrono::milliseconds RetryDelayOf(const absl::Status& status);

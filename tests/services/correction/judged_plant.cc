@@ -111,6 +111,8 @@ grpc::Status StandInRegistration::GetRegistration(grpc::ServerContext*,
 
 grpc::Status StandInRegistration::Register(grpc::ServerContext*, const registration::v1::RegisterRequest* request,
                                            registration::v1::Registration* response) {
+  if (const auto one = refusal_by_method.find(request->method()); one != refusal_by_method.end() && !one->second.ok())
+    return runtime::ToGrpc(one->second);
   if (!refusal.ok()) return runtime::ToGrpc(refusal);
   ++register_count;
   applied_axis_tables = request->apply_axis_tables();

@@ -74,7 +74,7 @@ TEST(ErrorReasons, OfTheCatalogueAreAllInTheContract) {
 }
 
 TEST(ErrorReasons, AreEachGivenSomewhere) {
-  const std::string services = CodeUnder("services"), storage = CodeUnder("storage");
+  const std::string services = CodeUnder("services") + CodeUnder("cli"), storage = CodeUnder("storage");
   const std::string of_storage = Content(Source() / "storage/reasons.h");
   for (const ErrorReason reason : Reasons()) {
     const std::string& name = errors::v1::ErrorReason_Name(reason);
@@ -97,8 +97,8 @@ TEST(ErrorReasons, OfStorageAreInTheContract) {
 TEST(ErrorReasons, AreCommentedInTheContract) {
   const std::string contract = Content(Source() / "proto/sixpoint/errors/v1/error_reason.proto");
   for (const ErrorReason reason : Reasons())
-    EXPECT_TRUE(std::regex_search(contract,
-                                  std::regex("\n  // [^\n]+\n  " + errors::v1::ErrorReason_Name(reason) + " = ")))
+    EXPECT_TRUE(
+        std::regex_search(contract, std::regex("\n  // [^\n]+\n  " + errors::v1::ErrorReason_Name(reason) + " = ")))
         << errors::v1::ErrorReason_Name(reason);
 }
 

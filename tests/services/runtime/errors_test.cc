@@ -45,8 +45,9 @@ TEST(ToGrpc, EveryCodeStaysItselfThereAndBack) {
     EXPECT_EQ(static_cast<int>(wire.error_code()), number);
     EXPECT_EQ(FromGrpc(wire).code(), before.code());
     EXPECT_EQ(ReasonOf(FromGrpc(wire)), "");
-    const bool retried =
-        wire.error_code() == grpc::StatusCode::UNAVAILABLE || wire.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED;
+    const bool retried = wire.error_code() == grpc::StatusCode::UNAVAILABLE ||
+                         wire.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED ||
+                         wire.error_code() == grpc::StatusCode::ABORTED;
     bool told = false;
     const google::rpc::Status details = DetailsOf(wire);
     for (const auto& detail : details.details()) told = told || detail.Is<google::rpc::RetryInfo>();
@@ -56,12 +57,33 @@ TEST(ToGrpc, EveryCodeStaysItselfThereAndBack) {
   EXPECT_TRUE(FromGrpc(grpc::Status::OK).ok());
 }
 
-TEST(ToGrpc, ReasonAndMessageSurviveTwoHops) {
-  const absl::Status before = Failure(errors::v1::CALIBRATION_EXPIRED, "calibrations/c1: expired");
+TEST(ToGrpc, ReasonMetadataAndMessageSurviveTwoHops) {
+  const absl::Status before = Failure(errors::v1::CALIBRATION_EXPIRED, "calibrations/c1: expired",
+                                      {{"resource", "calibrations/c1"}, {"in_force", "calibrations/c2"}});
+  EXPECT_EQ(before.code(), absl::StatusCode::kFailedPrecondition);
   const absl::Status after = FromGrpc(ToGrpc(FromGrpc(ToGrpc(before))));
   EXPECT_EQ(after.code(), before.code());
   EXPECT_EQ(after.message(), before.message());
   EXPECT_EQ(ReasonOf(after), "CALIBRATION_EXPIRED");
+  EXPECT_EQ(MetadataOf(after), MetadataOf(before));
+  EXPECT_EQ(MetadataOf(after).at("in_force"), "calibrations/c2");
+}
+
+TEST(ToGrpc, AFailedPreconditionNamesItsReasonAndWhatItIsAbout) {
+  const google::rpc::Status details =
+      DetailsOf(ToGrpc(Failure(errors::v1::PART_WITHOUT_HOLES, "parts/p: no holes", {{"resource", "parts/p"}})));
+  ASSERT_EQ(details.details_size(), 2);
+  google::rpc::ErrorInfo info;
+  ASSERT_TRUE(details.details(0).UnpackTo(&info));
+  EXPECT_EQ(info.reason(), "PART_WITHOUT_HOLES");
+  EXPECT_EQ(info.domain(), "sixpoint");
+  EXPECT_EQ(info.metadata().at("resource"), "parts/p");
+  google::rpc::PreconditionFailure failure;
+  ASSERT_TRUE(details.details(1).UnpackTo(&failure));
+  ASSERT_EQ(failure.violations_size(), 1);
+  EXPECT_EQ(failure.violations(0).type(), "PART_WITHOUT_HOLES");
+  EXPECT_EQ(failure.violations(0).subject(), "parts/p");
+  EXPECT_EQ(failure.violations(0).description(), "parts/p: no holes");
 }
 
 TEST(ToGrpc, EveryViolationSurvivesTwoHops) {
