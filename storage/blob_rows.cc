@@ -1,5 +1,7 @@
 #include "storage/blob_rows.h"
 
+#include <utility>
+
 #include "storage/blob_store.h"
 #include "storage/blobs.h"
 #include "storage/reasons.h"
@@ -34,7 +36,7 @@ absl::StatusOr<std::optional<BlobRow>> ReadRow(Transaction& transaction, const c
   row.store = rows->Text(0, 1);
   if (!rows->IsNull(0, 2)) row.deleted_at = rows->Text(0, 2);
   row.deletion_reason = rows->Text(0, 3);
-  return row;
+  return rows->Checked(std::move(row));
 }
 
 absl::StatusOr<std::string> Verified(const std::string& sha256, std::string bytes) {
@@ -73,7 +75,7 @@ absl::Status ShareDigest(Transaction& transaction, const std::string& sha256) {
 absl::StatusOr<bool> TryTakeDigest(Transaction& transaction, const std::string& sha256) {
   const absl::StatusOr<Rows> taken = transaction.Execute(kTryTakeDigest, Params().Text(sha256));
   if (!taken.ok()) return taken.status();
-  return taken->Bool(0, 0);
+  return taken->Checked(taken->Bool(0, 0));
 }
 
 absl::Status AnnounceBlobChange(Transaction& transaction, const std::string& purpose) {

@@ -1,6 +1,7 @@
 #include "storage/corrections.h"
 
 #include <map>
+#include <utility>
 
 namespace sixpoint::storage {
 namespace {
@@ -141,7 +142,8 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<CorrectionRow>* 
       hole.expanded_uncertainty_um = holes->Real(row, 9);
     }
   }
-  return absl::OkStatus();
+  if (absl::Status read = groups->status(); !read.ok()) return read;
+  return holes->status();
 }
 
 absl::StatusOr<std::vector<CorrectionRow>> ReadCorrections(Transaction& transaction, const char* sql,
@@ -151,7 +153,7 @@ absl::StatusOr<std::vector<CorrectionRow>> ReadCorrections(Transaction& transact
   std::vector<CorrectionRow> corrections;
   for (int row = 0; row < rows->count(); ++row) corrections.push_back(ReadCorrection(*rows, row));
   if (absl::Status status = ReadChildren(transaction, &corrections); !status.ok()) return status;
-  return corrections;
+  return rows->Checked(std::move(corrections));
 }
 
 }  // namespace

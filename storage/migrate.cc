@@ -9,6 +9,7 @@
 #include <map>
 #include <regex>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "refusal/refusal.h"
@@ -94,7 +95,7 @@ absl::StatusOr<size_t> CheckApplied(pg_conn* connection, const std::vector<Migra
                                            ", want the file as it was and a new migration");
     }
   }
-  return static_cast<size_t>(applied.count());
+  return applied.Checked(static_cast<size_t>(applied.count()));
 }
 
 absl::Status Apply(pg_conn* connection, const Migration& migration) {

@@ -1,6 +1,7 @@
 #include "storage/record.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace sixpoint::storage {
 namespace {
@@ -66,7 +67,7 @@ absl::StatusOr<std::vector<JournalEntry>> ReadEntries(Transaction& transaction, 
     read.entry.summary_json = rows->Text(row, 10);
     read.entry.inputs = rows->Texts(row, 11);
   }
-  return entries;
+  return rows->Checked(std::move(entries));
 }
 
 }  // namespace
@@ -91,7 +92,7 @@ absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const RecordEntr
   if (inputs.empty()) return recorded;
   const absl::StatusOr<Rows> edges = transaction.Execute(kInsertInputs, Params().Int(recorded.sequence).Texts(inputs));
   if (!edges.ok()) return edges.status();
-  return recorded;
+  return rows->Checked(std::move(recorded));
 }
 
 absl::StatusOr<std::optional<JournalEntry>> FindEntry(Transaction& transaction, const std::string& name) {
