@@ -1,8 +1,10 @@
 #include "services/calibration/validate.h"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
+#include "refusal/message_text.h"
 #include "services/calibration/axis_messages.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
@@ -112,26 +114,28 @@ absl::StatusOr<Validity> ValidityOf(const google::protobuf::Timestamp* from, con
 }
 
 absl::Status CheckCaller(const std::string& machine, const std::string& requested_by, const std::string& request_id) {
-  if (const auto id = runtime::IdOf("machine", "machines", machine); !id.ok()) return id.status();
+  runtime::Refusals refusals;
+  refusals.Add(runtime::IdOf("machine", "machines", machine).status());
   if (requested_by.size() > kLongestRequester)
-    return Refuse("requested_by", std::to_string(requested_by.size()) + " bytes", "at most 200");
-  return runtime::CheckUuid("request_id", request_id);
+    refusals.Add(Refuse("requested_by", std::to_string(requested_by.size()) + " bytes", "at most 200"));
+  return refusals.Add(runtime::CheckUuid("request_id", request_id)).status();
 }
 
 absl::Status CheckSensorRequest(const v1::CalibrateSensorRequest& request) {
-  if (absl::Status s = CheckCaller(request.machine(), request.requested_by(), request.request_id()); !s.ok()) return s;
-  if (const auto id = runtime::IdOf("artefact", "artefacts", request.artefact()); !id.ok()) return id.status();
-  if (absl::Status s = CheckCount("scans", request.scans_size(), 1, kMostScans); !s.ok()) return s;
+  runtime::Refusals refusals;
+  refusals.Add(CheckCaller(request.machine(), request.requested_by(), request.request_id()))
+      .Add(runtime::IdOf("artefact", "artefacts", request.artefact()).status())
+      .Add(CheckCount("scans", request.scans_size(), 1, kMostScans));
   std::set<std::string> names;
-  for (int i = 0; i < request.scans_size(); ++i) {
-    const auto id = runtime::IdOf(Indexed("scans", i), "scans", request.scans(i));
-    if (!id.ok()) return id.status();
-    if (!names.insert(*id).second) return Refuse(Indexed("scans", i), request.scans(i), "each scan once");
+  for (int i = 0; i < std::min(request.scans_size(), kMostScans); ++i) {
+    refusals.Add(runtime::IdOf(Indexed("scans", i), "scans", request.scans(i)).status());
+    if (!names.insert(request.scans(i)).second)
+      refusals.Add(Refuse(Indexed("scans", i), request.scans(i), "each scan once"));
   }
-  if (!request.has_touch()) return Refuse("touch", "", "the artefact as the touch probe measured it");
+  if (!request.has_touch()) refusals.Add(Refuse("touch", "", "the artefact as the touch probe measured it"));
   if (!v1::SensorMethod_IsValid(request.method()))
-    return Refuse("method", std::to_string(request.method()), "JOINT or SEQUENTIAL");
-  return absl::OkStatus();
+    refusals.Add(Refuse("method", request.method(), "JOINT or SEQUENTIAL"));
+  return refusals.status();
 }
 
 absl::StatusOr<metrology::ArtefactTouch> TouchOf(const v1::TouchData& in) {
@@ -193,21 +197,22 @@ absl::Status CheckScan(const v1::CalibrateSensorRequest& request, const ingest::
     return Refuse("scans", scan.name() + " of " + header.subject(), "scans of " + request.artefact());
   // The touch data are of one place: the artefact stands on axes that must not have turned in between.
   if (header.a_deg() != first.header().a_deg() || header.b_deg() != first.header().b_deg())
-    return Refuse("scans",
-                  scan.name() + " at A " + std::to_string(header.a_deg()) + ", B " + std::to_string(header.b_deg()),
+    return Refuse("scans", scan.name() + " at A " + NumberText(header.a_deg()) + ", B " + NumberText(header.b_deg()),
                   "A and B as in " + first.name());
   return absl::OkStatus();
 }
 
 absl::Status CheckRotationRequest(const v1::CalibrateRotationRequest& request) {
-  if (absl::Status s = CheckCaller(request.machine(), request.requested_by(), request.request_id()); !s.ok()) return s;
   const bool standard = request.method() == v1::ROTATION_METHOD_STANDARD;
-  if (absl::Status s = CheckCount("poses", request.poses_size(), standard ? 0 : 1, kMostPoses); !s.ok()) return s;
+  runtime::Refusals refusals;
+  refusals.Add(CheckCaller(request.machine(), request.requested_by(), request.request_id()))
+      .Add(CheckCount("poses", request.poses_size(), standard ? 0 : 1, kMostPoses));
   if (!v1::RotationMethod_IsValid(request.method()))
-    return Refuse("method", std::to_string(request.method()), "LINES, POINT_C or STANDARD");
+    refusals.Add(Refuse("method", request.method(), "LINES, POINT_C or STANDARD"));
   if (standard != request.has_standard())
-    return Refuse("standard", standard ? "" : "given", standard ? "bore and face" : "none but for method STANDARD");
-  return CheckUncertainty(request.standard_uncertainty_um());
+    refusals.Add(
+        Refuse("standard", standard ? "" : "given", standard ? "bore and face" : "none but for method STANDARD"));
+  return refusals.Add(CheckUncertainty(request.standard_uncertainty_um())).status();
 }
 
 absl::StatusOr<std::vector<metrology::SpherePose>> PosesOf(const v1::CalibrateRotationRequest& request) {
@@ -258,24 +263,28 @@ absl::Status CheckEnvironment(const v1::Environment& in) {
   const auto outside = [](double value, double least, double most) {
     return !std::isfinite(value) || value < least || value > most;
   };
+  runtime::Refusals refusals;
   if (in.has_temperature_c() && outside(in.temperature_c(), -50, 100))
-    return Refuse("environment.temperature_c", in.temperature_c(), "-50 to 100");
+    refusals.Add(Refuse("environment.temperature_c", in.temperature_c(), "-50 to 100"));
   if (in.has_temperature_standard_uncertainty_c() && outside(in.temperature_standard_uncertainty_c(), 0, 50))
-    return Refuse("environment.temperature_standard_uncertainty_c", in.temperature_standard_uncertainty_c(), "0 to 50");
+    refusals.Add(
+        Refuse("environment.temperature_standard_uncertainty_c", in.temperature_standard_uncertainty_c(), "0 to 50"));
   if (in.has_temperature_standard_uncertainty_c() && !in.has_temperature_c())
-    return Refuse("environment.temperature_c", "", "a temperature, of which the uncertainty is stated");
+    refusals.Add(Refuse("environment.temperature_c", "", "a temperature, of which the uncertainty is stated"));
   if (in.has_humidity_percent() && outside(in.humidity_percent(), 0, 100))
-    return Refuse("environment.humidity_percent", in.humidity_percent(), "0 to 100");
+    refusals.Add(Refuse("environment.humidity_percent", in.humidity_percent(), "0 to 100"));
   if (in.note().size() > kLongestReason)
-    return Refuse("environment.note", std::to_string(in.note().size()) + " bytes", "at most 1000");
-  return absl::OkStatus();
+    refusals.Add(Refuse("environment.note", std::to_string(in.note().size()) + " bytes", "at most 1000"));
+  return refusals.status();
 }
 
 absl::Status CheckEvent(const std::string& reason, const std::string& requested_by, const std::string& request_id) {
-  if (reason.size() > kLongestReason) return Refuse("reason", std::to_string(reason.size()) + " bytes", "at most 1000");
+  runtime::Refusals refusals;
+  if (reason.size() > kLongestReason)
+    refusals.Add(Refuse("reason", std::to_string(reason.size()) + " bytes", "at most 1000"));
   if (requested_by.size() > kLongestRequester)
-    return Refuse("requested_by", std::to_string(requested_by.size()) + " bytes", "at most 200");
-  return runtime::CheckUuid("request_id", request_id);
+    refusals.Add(Refuse("requested_by", std::to_string(requested_by.size()) + " bytes", "at most 200"));
+  return refusals.Add(runtime::CheckUuid("request_id", request_id)).status();
 }
 
 std::string KindText(v1::CalibrationKind kind) {

@@ -1,5 +1,6 @@
 #include "services/inspection/validate.h"
 
+#include <algorithm>
 #include <set>
 #include <string>
 
@@ -17,22 +18,23 @@ std::string ScanField(int index) { return "scans[" + std::to_string(index) + "]"
 }  // namespace
 
 absl::Status CheckInspect(const v1::InspectRequest& request) {
-  const absl::StatusOr<std::string> serial = runtime::IdOf("blade", "blades", request.blade());
-  if (!serial.ok()) return serial.status();
+  runtime::Refusals refusals;
+  refusals.Add(runtime::IdOf("blade", "blades", request.blade()).status())
+      .Add(runtime::CheckUuid("request_id", request.request_id()));
   if (request.scans_size() == 0 || request.scans_size() > kGreatestScanCount)
-    return runtime::Refuse("scans", std::to_string(request.scans_size()) + " scans", "1 to 200");
+    refusals.Add(runtime::Refuse("scans", std::to_string(request.scans_size()) + " scans", "1 to 200"));
   std::set<std::string> seen;
-  for (int i = 0; i < request.scans_size(); ++i) {
-    const absl::StatusOr<std::string> scan = runtime::IdOf(ScanField(i), "scans", request.scans(i));
-    if (!scan.ok()) return scan.status();
-    if (!seen.insert(*scan).second) return runtime::Refuse(ScanField(i), request.scans(i), "each scan once");
+  for (int i = 0; i < std::min(request.scans_size(), kGreatestScanCount); ++i) {
+    refusals.Add(runtime::IdOf(ScanField(i), "scans", request.scans(i)).status());
+    if (!seen.insert(request.scans(i)).second)
+      refusals.Add(runtime::Refuse(ScanField(i), request.scans(i), "each scan once"));
   }
   if (request.requested_by().size() > kLongestName)
-    return runtime::Refuse("requested_by", request.requested_by(), "at most 256 bytes");
+    refusals.Add(runtime::Refuse("requested_by", request.requested_by(), "at most 256 bytes"));
   if (request.method() == registration::v1::METHOD_ALLOWANCE || !registration::v1::Method_IsValid(request.method()))
-    return runtime::Refuse("method", registration::v1::Method_Name(request.method()),
-                           "six-point, six-point-normals, best-fit or local; a machined part is not its blank");
-  return runtime::CheckUuid("request_id", request.request_id());
+    refusals.Add(runtime::Refuse("method", registration::v1::Method_Name(request.method()),
+                                 "six-point, six-point-normals, best-fit or local; a machined part is not its blank"));
+  return refusals.status();
 }
 
 absl::Status CheckScan(int index, const ingest::v1::ScanHeader& header, const std::string& blade) {

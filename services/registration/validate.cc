@@ -67,53 +67,69 @@ absl::Status CheckAllowance(const v1::AllowanceOptions& asked) {
   const metrology::AllowanceOptions usual;
   const double least = asked.has_least_stock_mm() ? asked.least_stock_mm() : usual.least_stock_mm;
   const double greatest = asked.has_greatest_stock_mm() ? asked.greatest_stock_mm() : usual.greatest_stock_mm;
-  if (!(std::abs(least) <= 10)) return runtime::Refuse("options.allowance.least_stock_mm", least, "-10 to 10");
-  if (!(greatest > std::max(0.0, least) && greatest <= 50))
-    return runtime::Refuse("options.allowance.greatest_stock_mm", greatest,
-                           "more than the least stock and than 0, at most 50");
+  runtime::Refusals refusals;
+  if (!(std::abs(least) <= 10))
+    refusals.Add(runtime::Refuse("options.allowance.least_stock_mm", least, "-10 to 10"));
+  else if (!(greatest > std::max(0.0, least) && greatest <= 50))
+    refusals.Add(runtime::Refuse("options.allowance.greatest_stock_mm", greatest,
+                                 "more than the least stock and than 0, at most 50"));
   if (asked.has_patch_mm() && !(asked.patch_mm() >= 0.05 && asked.patch_mm() <= 50))
-    return runtime::Refuse("options.allowance.patch_mm", asked.patch_mm(), "0.05 to 50");
+    refusals.Add(runtime::Refuse("options.allowance.patch_mm", asked.patch_mm(), "0.05 to 50"));
   if (asked.has_least_points() && !(asked.least_points() >= 1 && asked.least_points() <= 1'000'000))
-    return runtime::Refuse("options.allowance.least_points", std::to_string(asked.least_points()), "1 to 1000000");
-  return absl::OkStatus();
+    refusals.Add(runtime::Refuse("options.allowance.least_points", asked.least_points(), "1 to 1000000"));
+  return refusals.status();
 }
 
-absl::Status CheckOptions(const v1::RegisterRequest& request) {
+absl::Status CheckFreedoms(const v1::RegisterRequest& request) {
   const v1::FitOptions& options = request.options();
+  runtime::Refusals refusals;
   std::set<int> freedoms;
   for (int i = 0; i < options.degrees_of_freedom_size(); ++i) {
     const int freedom = options.degrees_of_freedom(i);
     const std::string field = "options.degrees_of_freedom[" + std::to_string(i) + "]";
     if (freedom < v1::FREEDOM_TURN_X || freedom > v1::FREEDOM_SHIFT_Z)
-      return runtime::Refuse(field, std::to_string(freedom), "FREEDOM_TURN_X to FREEDOM_SHIFT_Z");
-    if (!freedoms.insert(freedom).second)
-      return runtime::Refuse(field, v1::Freedom_Name(options.degrees_of_freedom(i)), "each direction once");
+      refusals.Add(runtime::Refuse(field, freedom, "FREEDOM_TURN_X to FREEDOM_SHIFT_Z"));
+    else if (!freedoms.insert(freedom).second)
+      refusals.Add(runtime::Refuse(field, v1::Freedom_Name(options.degrees_of_freedom(i)), "each direction once"));
   }
   const bool held = !freedoms.empty() && freedoms.size() < 6;
   if (held && IsSixPoint(request.method()))
-    return runtime::Refuse("options.degrees_of_freedom", std::to_string(freedoms.size()) + " directions",
-                           "none named, as six points hold all six");
-  if (options.scan_weights_size() != 0 && options.scan_weights_size() != request.scans_size())
-    return runtime::Refuse("options.scan_weights", std::to_string(options.scan_weights_size()) + " weights",
-                           "none, or one for each of " + std::to_string(request.scans_size()) + " scans");
-  for (int i = 0; i < options.scan_weights_size(); ++i)
-    if (!(options.scan_weights(i) >= 1e-6 && options.scan_weights(i) <= 1e6))
-      return runtime::Refuse("options.scan_weights[" + std::to_string(i) + "]", options.scan_weights(i), "1e-6 to 1e6");
+    refusals.Add(runtime::Refuse("options.degrees_of_freedom", std::to_string(freedoms.size()) + " directions",
+                                 "none named, as six points hold all six"));
+  if (options.coarse_start() && (held || options.regions_in_size() > 0))
+    refusals.Add(runtime::Refuse("options.coarse_start", held ? "true, with directions held" : "true, with regions_in",
+                                 "neither held directions nor regions_in: the part is not found yet"));
+  return refusals.status();
+}
+
+absl::Status CheckWeights(const v1::RegisterRequest& request) {
+  const auto& weights = request.options().scan_weights();
+  runtime::Refusals refusals;
+  if (weights.size() != 0 && weights.size() != request.scans_size())
+    refusals.Add(runtime::Refuse("options.scan_weights", std::to_string(weights.size()) + " weights",
+                                 "none, or one for each of " + std::to_string(request.scans_size()) + " scans"));
+  for (int i = 0; i < weights.size(); ++i)
+    if (!(weights[i] >= 1e-6 && weights[i] <= 1e6))
+      refusals.Add(runtime::Refuse("options.scan_weights[" + std::to_string(i) + "]", weights[i], "1e-6 to 1e6"));
+  return refusals.status();
+}
+
+absl::Status CheckOptions(const v1::RegisterRequest& request) {
+  const v1::FitOptions& options = request.options();
+  runtime::Refusals refusals;
+  refusals.Add(CheckFreedoms(request)).Add(CheckWeights(request));
   for (const auto& [name, regions] : {std::pair("options.regions_in", &options.regions_in()),
                                       std::pair("options.regions_out", &options.regions_out())}) {
     if (regions->size() > kMostRegions)
-      return runtime::Refuse(name, std::to_string(regions->size()) + " regions",
-                             "at most " + std::to_string(kMostRegions));
-    for (int i = 0; i < regions->size(); ++i)
-      if (absl::Status status = CheckRegion(name + ("[" + std::to_string(i) + "]"), regions->Get(i)); !status.ok())
-        return status;
+      refusals.Add(runtime::Refuse(name, std::to_string(regions->size()) + " regions",
+                                   "at most " + std::to_string(kMostRegions)));
+    for (int i = 0; i < std::min(regions->size(), kMostRegions); ++i)
+      refusals.Add(CheckRegion(name + ("[" + std::to_string(i) + "]"), regions->Get(i)));
   }
-  if (options.coarse_start() && (held || options.regions_in_size() > 0))
-    return runtime::Refuse("options.coarse_start", held ? "true, with directions held" : "true, with regions_in",
-                           "neither held directions nor regions_in: the part is not found yet");
   if (options.has_allowance() && request.method() != v1::METHOD_ALLOWANCE)
-    return runtime::Refuse("options.allowance", "set, with " + v1::Method_Name(request.method()), "METHOD_ALLOWANCE");
-  return CheckAllowance(options.allowance());
+    refusals.Add(
+        runtime::Refuse("options.allowance", "set, with " + v1::Method_Name(request.method()), "METHOD_ALLOWANCE"));
+  return refusals.Add(CheckAllowance(options.allowance())).status();
 }
 
 absl::Status AddRegions(const std::string& field, const google::protobuf::RepeatedPtrField<v1::Region>& in,
@@ -172,24 +188,26 @@ std::string MethodText(v1::Method method) {
 bool IsSixPoint(v1::Method method) { return method == v1::METHOD_SIX_POINT || method == v1::METHOD_SIX_POINT_NORMALS; }
 
 absl::Status CheckRequest(const v1::RegisterRequest& request) {
-  if (const auto blade = runtime::IdOf("blade", "blades", request.blade()); !blade.ok()) return blade.status();
+  runtime::Refusals refusals;
+  refusals.Add(runtime::IdOf("blade", "blades", request.blade()).status());
   if (request.scans_size() < 1 || request.scans_size() > kGreatestScanCount)
-    return runtime::Refuse("scans", std::to_string(request.scans_size()) + " scans",
-                           "1 to " + std::to_string(kGreatestScanCount));
+    refusals.Add(runtime::Refuse("scans", std::to_string(request.scans_size()) + " scans",
+                                 "1 to " + std::to_string(kGreatestScanCount)));
   std::set<std::string> seen;
-  for (int i = 0; i < request.scans_size(); ++i) {
+  for (int i = 0; i < std::min(request.scans_size(), kGreatestScanCount); ++i) {
     const std::string field = "scans[" + std::to_string(i) + "]";
-    if (const auto scan = runtime::IdOf(field, "scans", request.scans(i)); !scan.ok()) return scan.status();
-    if (!seen.insert(request.scans(i)).second) return runtime::Refuse(field, request.scans(i), "each scan once");
+    refusals.Add(runtime::IdOf(field, "scans", request.scans(i)).status());
+    if (!seen.insert(request.scans(i)).second) refusals.Add(runtime::Refuse(field, request.scans(i), "each scan once"));
   }
   if (MethodText(request.method()).empty())
-    return runtime::Refuse(
-        "method", std::to_string(request.method()),
-        "METHOD_BEST_FIT, METHOD_LOCAL, METHOD_SIX_POINT, METHOD_SIX_POINT_NORMALS or METHOD_ALLOWANCE");
-  if (absl::Status status = CheckOptions(request); !status.ok()) return status;
+    refusals.Add(runtime::Refuse(
+        "method", request.method(),
+        "METHOD_BEST_FIT, METHOD_LOCAL, METHOD_SIX_POINT, METHOD_SIX_POINT_NORMALS or METHOD_ALLOWANCE"));
+  refusals.Add(CheckOptions(request));
   if (request.requested_by().size() > kLongestRequester)
-    return runtime::Refuse("requested_by", std::to_string(request.requested_by().size()) + " bytes", "at most 200");
-  return runtime::CheckUuid("request_id", request.request_id());
+    refusals.Add(
+        runtime::Refuse("requested_by", std::to_string(request.requested_by().size()) + " bytes", "at most 200"));
+  return refusals.Add(runtime::CheckUuid("request_id", request.request_id())).status();
 }
 
 absl::Status CheckScan(const v1::RegisterRequest& request, const ingest::v1::Scan& scan,

@@ -28,6 +28,18 @@ TEST(Requests, TheSameRequestGetsTheSameAnswer) {
   EXPECT_EQ(*FindAnswer(*retry, "Inspect", kId, "another"), std::nullopt);  // ids are a method's own
 }
 
+// As an operator's hand may leave it: the reader says so, and answers nothing.
+TEST(Requests, AnAnswerThatLacksAValueIsAnErrorAndNoAnswer) {
+  ThrowawayDatabase database;
+  absl::StatusOr<Transaction> transaction = database.database()->Begin(Soon());
+  ASSERT_TRUE(KeepAnswer(*transaction, "Register", kId, "request", "answer").ok());
+  ASSERT_TRUE(transaction->Execute("ALTER TABLE requests ALTER COLUMN response DROP NOT NULL").ok());
+  const absl::StatusOr<Rows> cleared = transaction->Execute("UPDATE requests SET response = NULL");
+  ASSERT_TRUE(cleared.ok()) << cleared.status();
+  const auto answer = FindAnswer(*transaction, "Register", kId, "request");
+  EXPECT_EQ(answer.status().code(), absl::StatusCode::kInternal) << answer.status();
+}
+
 TEST(Requests, AnEmptyIdIsNeverKept) {
   ThrowawayDatabase database;
   absl::StatusOr<Transaction> transaction = database.database()->Begin(Soon());
