@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "cli/document.h"
-#include "cli/number_format.h"
 #include "metrology/cloud/draco_codec.h"
 #include "refusal/refusal.h"
 
@@ -206,7 +205,7 @@ absl::StatusOr<metrology::Points> ParsePly(const std::string& name, std::string_
         points[i][k] = value;
       }
       if (!std::isfinite(points[i][k])) {
-        return Refuse(name + ": point " + std::to_string(i), Shortest(points[i][k]), "finite coordinates");
+        return Refuse(name + ": point " + std::to_string(i), points[i][k], "finite coordinates");
       }
     }
   }

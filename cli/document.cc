@@ -10,7 +10,7 @@
 #include <fstream>
 #include <set>
 
-#include "cli/number_format.h"
+#include "refusal/message_text.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::cli {
@@ -159,7 +159,7 @@ double Field::Number(double minimum, double maximum) const {
     return 0;
   }
   if (number < minimum || number > maximum) {
-    Refuse("a number from " + Shortest(minimum) + " to " + Shortest(maximum));
+    Refuse("a number from " + NumberText(minimum) + " to " + NumberText(maximum));
     return 0;
   }
   return number;
@@ -169,7 +169,7 @@ double Field::Positive(double maximum) const {
   if (value_ == nullptr) return 1;
   const double number = value_->is_number() ? value_->get<double>() : std::nan("");
   if (!(number > 0 && number <= maximum)) {
-    Refuse("a number > 0" + (maximum < kGreatest ? " and <= " + Shortest(maximum) : std::string()));
+    Refuse("a number > 0" + (maximum < kGreatest ? " and <= " + NumberText(maximum) : std::string()));
     return 1;
   }
   return number;

@@ -297,7 +297,7 @@ absl::StatusOr<TriangleMesh> ReadAndTessellate(CadFormat format, const std::stri
 absl::StatusOr<TriangleMesh> TessellateCad(CadFormat format, const std::string& path,
                                            const TessellationOptions& options) {
   if (!(options.chordal_error_um >= 0.01 && options.chordal_error_um <= 1000))
-    return Bad("chordal_error_um", std::to_string(options.chordal_error_um), "0.01 to 1000");
+    return Bad("chordal_error_um", NumberText(options.chordal_error_um), "0.01 to 1000");
   Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_Printer));
   try {
     return ReadAndTessellate(format, path, options);

@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "refusal/message_text.h"
+
 namespace sixpoint::metrology {
 namespace {
 
@@ -109,8 +111,7 @@ absl::StatusOr<std::vector<AngleInfluence>> InfluencesOf(const std::vector<ScanP
       return absl::FailedPreconditionError(
           std::string(turn.axis == Axis::kA ? "a" : "b") +
           "_deg: " + (turn.commanded_rad ? std::to_string(*turn.commanded_rad * 180 / M_PI) : "all") +
-          ", want a pose that stands when this angle is taken greater by " + std::to_string(step_rad * 180 / M_PI) +
-          " deg");
+          ", want a pose that stands when this angle is taken greater by " + Rounded(step_rad * 180 / M_PI) + " deg");
     return Vector6d(ChangeBetween(fit.zero_from_part, moved->zero_from_part, fit.covariance.reference_mm) / step_rad);
   };
   std::vector<AngleInfluence> angles = TabledAngles(portions, calibration.positioning);

@@ -13,6 +13,7 @@
 #include <cstring>
 
 #include "metrology/surface/triangle_mesh.h"
+#include "refusal/message_text.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
@@ -114,7 +115,7 @@ absl::StatusOr<TriangleMesh> MeshFromBytes(const std::string& bytes) {
       kHeaderSize + 24 * header.vertex_count + TriangleSize(header.flags) * header.triangle_count;
   if (bytes.size() != size) return Bad("size", std::to_string(bytes.size()), std::to_string(size) + " by its header");
   if (!(header.chordal_error_um >= 0) || !std::isfinite(header.chordal_error_um))
-    return Bad("chordal_error_um", std::to_string(header.chordal_error_um), ">= 0");
+    return Bad("chordal_error_um", NumberText(header.chordal_error_um), ">= 0");
 
   TriangleMesh mesh;
   mesh.chordal_error_um = header.chordal_error_um;

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "metrology/surface/mesh_topology.h"
+#include "refusal/message_text.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
@@ -90,7 +91,7 @@ bool IsBinary(std::string_view bytes) {
 }  // namespace
 
 absl::StatusOr<TriangleMesh> ReadStl(std::string_view bytes, double unit_mm) {
-  if (!(unit_mm >= 1e-6 && unit_mm <= 1e4)) return Bad("unit_mm", std::to_string(unit_mm), "1e-6 to 1e4");
+  if (!(unit_mm >= 1e-6 && unit_mm <= 1e4)) return Bad("unit_mm", NumberText(unit_mm), "1e-6 to 1e4");
   const bool binary = IsBinary(bytes);
   if (!binary && bytes.substr(0, 5) != "solid")
     return Bad("size", std::to_string(bytes.size()),

@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "refusal/message_text.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
@@ -90,7 +91,7 @@ absl::StatusOr<FetchedAxis> AxisOf(const Calibration& calibration) {
   out.positioning.table = std::move(table);
   const double uncertainty_deg = in.compensated_standard_uncertainty().value_deg();
   if (!(uncertainty_deg >= 0 && uncertainty_deg < 10))
-    return Damaged(calibration, "compensated_standard_uncertainty: " + std::to_string(uncertainty_deg) + " deg");
+    return Damaged(calibration, "compensated_standard_uncertainty: " + NumberText(uncertainty_deg) + " deg");
   out.positioning.standard_uncertainty_rad = uncertainty_deg * kRadPerDeg;
   return out;
 }

@@ -1,6 +1,8 @@
 // Findings as rows, and a stored inspection as its message.
 #pragma once
 
+#include <absl/status/statusor.h>
+
 #include <vector>
 
 #include "metrology/inspection/blade_inspection.h"
@@ -13,6 +15,7 @@ namespace sixpoint::inspection {
 void SetFindings(const std::vector<metrology::InspectedHole>& holes, const metrology::BladeFindings& findings,
                  storage::InspectionRow* row);
 
-v1::Inspection ToProto(const storage::InspectionRow& row);
+// DATA_LOSS where a stored text names no value of the contract.
+absl::StatusOr<v1::Inspection> ToProto(const storage::InspectionRow& row);
 
 }  // namespace sixpoint::inspection

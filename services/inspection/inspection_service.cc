@@ -22,9 +22,10 @@ absl::StatusOr<v1::Inspection> Store(storage::Transaction& transaction, const v1
   const absl::StatusOr<storage::Recorded> recorded = storage::InsertInspection(transaction, made.row, made.entry);
   if (!recorded.ok()) return recorded.status();
   made.row.recorded = *recorded;
-  v1::Inspection inspection = ToProto(made.row);
+  absl::StatusOr<v1::Inspection> inspection = ToProto(made.row);
+  if (!inspection.ok()) return inspection.status();
   const absl::Status kept = storage::KeepAnswer(transaction, kInspectMethod, request.request_id(),
-                                                request.SerializeAsString(), inspection.SerializeAsString());
+                                                request.SerializeAsString(), inspection->SerializeAsString());
   if (!kept.ok()) return kept;
   if (absl::Status committed = transaction.Commit(); !committed.ok()) return committed;
   return inspection;
@@ -75,10 +76,7 @@ grpc::Status InspectionService::GetInspection(grpc::ServerContext* context, cons
                                               v1::Inspection* response) {
   return ToGrpc(runtime::GetResult(
       database_, runtime::DeadlineOf(*context), "inspections", request->name(), errors::v1::INSPECTION_NOT_FOUND,
-      storage::FindInspection,
-      [](storage::Transaction&, const storage::InspectionRow& row) -> absl::StatusOr<v1::Inspection> {
-        return ToProto(row);
-      },
+      storage::FindInspection, [](storage::Transaction&, const storage::InspectionRow& row) { return ToProto(row); },
       response));
 }
 

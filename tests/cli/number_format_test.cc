@@ -25,12 +25,6 @@ TEST(FixedOrTiny, NeverShowsNothingOfSomething) {
   EXPECT_EQ(FixedOrTiny(std::nan(""), 6), "-");
 }
 
-TEST(Shortest, ReadsBackAsTheSameDouble) {
-  for (const double value : {0.1, 1.0 / 3, 1e-300, -2.5, 202.7765, 4.9e-324})
-    EXPECT_EQ(std::strtod(Shortest(value).c_str(), nullptr), value);
-  EXPECT_EQ(Shortest(0.1), "0.1");
-}
-
 TEST(Grouped, PutsSpacesBetweenThousands) {
   EXPECT_EQ(Grouped(7), "7");
   EXPECT_EQ(Grouped(999), "999");

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <limits>
 
 namespace sixpoint {
@@ -12,6 +13,11 @@ TEST(NumberText, IsTheNumberAsItWasGiven) {
   EXPECT_EQ(NumberText(0.1 + 0.2), "0.30000000000000004");
   EXPECT_EQ(NumberText(1'000'000), "1000000");
   EXPECT_EQ(NumberText(1e300), "1e+300");
+}
+
+TEST(NumberText, ReadsBackAsTheSameNumber) {
+  for (const double value : {0.1, 1.0 / 3, 1e-300, -2.5, 202.7765, 4.9e-324, 123456789.0, 1e15, -1e15 + 1})
+    EXPECT_EQ(std::strtod(NumberText(value).c_str(), nullptr), value);
 }
 
 TEST(NumberText, SaysWhatIsNoNumber) {
