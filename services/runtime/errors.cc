@@ -154,6 +154,12 @@ absl::Status Failure(ErrorReason reason, const std::string& message, const Metad
   return failure;
 }
 
+absl::Status ReceivedFailure(absl::StatusCode code, const std::string& reason, const std::string& message) {
+  absl::Status failure(code, message);
+  if (!reason.empty()) failure.SetPayload(kReasonPayload, absl::Cord(reason));
+  return failure;
+}
+
 bool HasReason(const absl::Status& status, ErrorReason reason) {
   return ReasonOf(status) == errors::v1::ErrorReason_Name(reason);
 }

@@ -24,6 +24,8 @@ using Metadata = std::map<std::string, std::string>;
 // Any other failure that a client may want to tell from its like: the reason (docs/errors.md) has its code.
 absl::Status Failure(ErrorReason reason, const std::string& message, const Metadata& metadata = {});
 absl::StatusCode CodeOf(ErrorReason reason);
+// As another process told it, in a message: its reason may be newer than this program.
+absl::Status ReceivedFailure(absl::StatusCode code, const std::string& reason, const std::string& message);
 
 // The one exhaustive map: code by code, with a serialised google.rpc.Status in the details: ErrorInfo; BadRequest and Refusal
 // with all violations of INVALID_ARGUMENT; PreconditionFailure for FAILED_PRECONDITION; RetryInfo for UNAVAILABLE,
