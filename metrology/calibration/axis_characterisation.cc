@@ -5,10 +5,9 @@
 #include <cmath>
 #include <complex>
 
+#include "metrology/statistics/ranks.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
-
-#include "metrology/statistics/ranks.h"
 
 namespace sixpoint::metrology {
 namespace {
