@@ -12,7 +12,7 @@ namespace sixpoint::runtime {
 template <typename Enum>
 absl::StatusOr<Enum> StoredEnum(bool (*parse)(const std::string&, Enum*), const std::string& name,
                                 const std::string& of) {
-  Enum value;
+  Enum value{};
   if (parse(name, &value)) return value;
   return absl::DataLossError(of + ": its " + name + " is none that this release knows");
 }
