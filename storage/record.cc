@@ -84,6 +84,7 @@ absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const RecordEntr
   const absl::StatusOr<Rows> rows = transaction.Execute(kInsertEntry, params.Json(entry.summary_json));
   if (!rows.ok()) return rows.status();
   const Recorded recorded{rows->Int(0, 0), rows->Time(0, 1)};
+  if (absl::Status read = rows->status(); !read.ok()) return read;
 
   std::vector<std::string> inputs;  // each once, in the order given
   for (const std::string& input : entry.inputs) {
@@ -92,7 +93,7 @@ absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const RecordEntr
   if (inputs.empty()) return recorded;
   const absl::StatusOr<Rows> edges = transaction.Execute(kInsertInputs, Params().Int(recorded.sequence).Texts(inputs));
   if (!edges.ok()) return edges.status();
-  return rows->Checked(std::move(recorded));
+  return recorded;
 }
 
 absl::StatusOr<std::optional<JournalEntry>> FindEntry(Transaction& transaction, const std::string& name) {

@@ -16,6 +16,7 @@ absl::StatusCode CodeOf(ErrorReason reason) {
     case errors::v1::REGISTRATION_NOT_FOUND:
     case errors::v1::CORRECTION_NOT_FOUND:
     case errors::v1::INSPECTION_NOT_FOUND:
+    case errors::v1::RECORD_ENTRY_NOT_FOUND:
     case errors::v1::SERVICE_MISSING:
       return absl::StatusCode::kNotFound;
     case errors::v1::SCAN_DIFFERS:
