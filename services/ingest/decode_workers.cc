@@ -137,7 +137,7 @@ void DecodeWorkers::GiveBack(Worker worker, bool trusted) {
 
 absl::StatusOr<BlockStatistics> DecodeWorkers::Check(std::string_view payload, std::int64_t point_count,
                                                      double profile_pitch_mm, const ProfileCursor& begin,
-                                                     const Patience& caller) {
+                                                     const Caller& caller) {
   if (payload.size() > kGreatestPayloadBytes) return absl::InvalidArgumentError("more bytes than a block may have");
   absl::StatusOr<BlockStatistics> statistics = CheckOnce(payload, point_count, profile_pitch_mm, begin, caller);
   // A worker that died may have been killed from outside; a block that kills two has done it itself.
@@ -150,7 +150,7 @@ absl::StatusOr<BlockStatistics> DecodeWorkers::Check(std::string_view payload, s
 
 absl::StatusOr<BlockStatistics> DecodeWorkers::CheckOnce(std::string_view payload, std::int64_t point_count,
                                                          double profile_pitch_mm, const ProfileCursor& begin,
-                                                         const Patience& caller) {
+                                                         const Caller& caller) {
   const auto slot = at_once_.Enter(caller.deadline, caller.keep_going, runtime::ComputePool::Patience::kPatient);
   if (!slot.ok()) return slot.status();
   const absl::StatusOr<Worker> worker = Take();

@@ -27,15 +27,16 @@ class DecodeWorkers {
   DecodeWorkers(const DecodeWorkers&) = delete;
   DecodeWorkers& operator=(const DecodeWorkers&) = delete;
 
-  // Decodes in a worker. INVALID_ARGUMENT: the block is not what it should be; the message says what is wrong with it.
-  // DEADLINE_EXCEEDED: no worker became free, or the caller's time ended; CANCELLED: it went away while it waited.
-  // UNAVAILABLE: no worker can be started.
-  struct Patience {
+  // How long a block may wait for a worker and for its decoding.
+  struct Caller {
     std::chrono::system_clock::time_point deadline;
     std::function<bool()> keep_going;  // may be empty
   };
+  // Decodes in a worker. INVALID_ARGUMENT: the block is not what it should be; the message says what is wrong with it.
+  // DEADLINE_EXCEEDED: no worker became free, or the caller's time ended; CANCELLED: it went away while it waited.
+  // UNAVAILABLE: no worker can be started.
   absl::StatusOr<BlockStatistics> Check(std::string_view payload, std::int64_t point_count, double profile_pitch_mm,
-                                        const ProfileCursor& begin, const Patience& caller);
+                                        const ProfileCursor& begin, const Caller& caller);
 
   // How many were started so far.
   int started_count() const { return started_count_; }
@@ -46,7 +47,7 @@ class DecodeWorkers {
     int socket = -1;
   };
   absl::StatusOr<BlockStatistics> CheckOnce(std::string_view payload, std::int64_t point_count, double profile_pitch_mm,
-                                            const ProfileCursor& begin, const Patience& caller);
+                                            const ProfileCursor& begin, const Caller& caller);
   absl::StatusOr<Worker> Take();
   absl::StatusOr<Worker> Start();
   void GiveBack(Worker worker, bool trusted);
