@@ -140,6 +140,7 @@ nlohmann::json FailureToJson(const absl::Status& status, const std::string& serv
 }
 
 std::string FailureToText(const absl::Status& status, const std::string& server) {
+  const std::string reason = runtime::ReasonOf(status);
   return "error: " + absl::StatusCodeToString(status.code()) + (reason.empty() ? "" : " (" + reason + ")") + "\n" +
          std::string(status.message()) + "\nnext: " + NextStep(status, server) + "\n";
 }
