@@ -1,6 +1,5 @@
 #include "services/calibration/validate.h"
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
 
