@@ -9,15 +9,11 @@
 #include <vector>
 
 #include "cli/document.h"
-#include "cli/number_format.h"
 #include "metrology/cloud/draco_codec.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::cli {
 namespace {
-
-absl::Status Refused(const std::string& where, const std::string& value, const std::string& wanted) {
-  return absl::InvalidArgumentError(where + ": " + value + ", want " + wanted);
-}
 
 std::string Quoted(std::string_view text) {
   std::string shown = "'";
@@ -82,29 +78,29 @@ absl::StatusOr<metrology::Points> ParseRows(const std::string& name, Lines lines
     const std::vector<std::string_view> words = Words(line, word_count);
     if (words.empty() || words[0][0] == '#' || words[0].substr(0, 2) == "//") continue;
     const std::string where = name + ": line " + std::to_string(lines.number());
-    if (words.size() < word_count) return Refused(where, Quoted(line), std::to_string(word_count) + " numbers");
+    if (words.size() < word_count) return Refuse(where, Quoted(line), std::to_string(word_count) + " numbers");
     Eigen::Vector3d point;
     for (int k = 0; k < 3; ++k) {
       if (!ParseNumber(words[columns[k]], &point[k]) || !std::isfinite(point[k])) {
-        return Refused(where, Quoted(words[columns[k]]), "a finite number");
+        return Refuse(where, Quoted(words[columns[k]]), "a finite number");
       }
     }
     if (static_cast<std::int64_t>(points.size()) >= kGreatestCloudPointCount) {
-      return Refused(name, "more points", "at most " + std::to_string(kGreatestCloudPointCount));
+      return Refuse(name, "more points", "at most " + std::to_string(kGreatestCloudPointCount));
     }
     points.push_back(point);
   }
   if (count >= 0 && static_cast<std::int64_t>(points.size()) != count) {
-    return Refused(name, std::to_string(points.size()) + " points", std::to_string(count) + ", as its header says");
+    return Refuse(name, std::to_string(points.size()) + " points", std::to_string(count) + ", as its header says");
   }
-  if (points.empty()) return Refused(name, "0 points", "at least 1");
+  if (points.empty()) return Refuse(name, "0 points", "at least 1");
   return points;
 }
 
 absl::StatusOr<std::int64_t> ParseCount(const std::string& where, std::string_view word) {
   std::int64_t count = 0;
   if (!ParseNumber(word, &count) || count < 1 || count > kGreatestCloudPointCount) {
-    return Refused(where, Quoted(word), "1 to " + std::to_string(kGreatestCloudPointCount) + " points");
+    return Refuse(where, Quoted(word), "1 to " + std::to_string(kGreatestCloudPointCount) + " points");
   }
   return count;
 }
@@ -134,30 +130,30 @@ absl::StatusOr<PlyHeader> ParsePlyHeader(const std::string& name, Lines* lines) 
   bool in_vertex = false, format_seen = false, other_seen = false;
   std::size_t property_count = 0;
   std::string_view line;
-  if (!lines->Next(&line) || line != "ply") return Refused(name + ": line 1", Quoted(line), "'ply'");
+  if (!lines->Next(&line) || line != "ply") return Refuse(name + ": line 1", Quoted(line), "'ply'");
   while (lines->number() < kGreatestHeaderLineCount && lines->Next(&line)) {
     const std::string where = name + ": line " + std::to_string(lines->number());
     const std::vector<std::string_view> words = Words(line, 8);
     if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
     if (words[0] == "end_header") {
-      if (!format_seen || header.vertex_count < 0) return Refused(where, "no format or vertex element", "both");
+      if (!format_seen || header.vertex_count < 0) return Refuse(where, "no format or vertex element", "both");
       for (int k = 0; k < 3; ++k) {
-        if (header.column[k] == SIZE_MAX) return Refused(where, std::string("no property ") + "xyz"[k], "x, y and z");
+        if (header.column[k] == SIZE_MAX) return Refuse(where, std::string("no property ") + "xyz"[k], "x, y and z");
       }
       return header;
     }
     if (words[0] == "format") {
       if (words.size() < 2 || (words[1] != "ascii" && words[1] != "binary_little_endian")) {
-        return Refused(where, Quoted(line), "format ascii or binary_little_endian");
+        return Refuse(where, Quoted(line), "format ascii or binary_little_endian");
       }
       header.binary = words[1] != "ascii";
       format_seen = true;
     } else if (words[0] == "element") {
-      if (words.size() != 3) return Refused(where, Quoted(line), "element NAME COUNT");
+      if (words.size() != 3) return Refuse(where, Quoted(line), "element NAME COUNT");
       in_vertex = words[1] == "vertex";
       if (in_vertex) {
         if (other_seen || header.vertex_count >= 0)
-          return Refused(where, Quoted(line), "vertex once and before other elements");
+          return Refuse(where, Quoted(line), "vertex once and before other elements");
         absl::StatusOr<std::int64_t> count = ParseCount(where, words[2]);
         if (!count.ok()) return count.status();
         header.vertex_count = *count;
@@ -166,11 +162,11 @@ absl::StatusOr<PlyHeader> ParsePlyHeader(const std::string& name, Lines* lines) 
       }
     } else if (words[0] == "property" && in_vertex) {
       const std::size_t size = words.size() == 3 ? PlyTypeSize(words[1]) : 0;
-      if (size == 0) return Refused(where, Quoted(line), "property TYPE NAME, no lists in a vertex");
+      if (size == 0) return Refuse(where, Quoted(line), "property TYPE NAME, no lists in a vertex");
       for (std::size_t k = 0; k < 3; ++k) {
         if (words[2] != std::string_view("xyz").substr(k, 1)) continue;
         if (words[1] != "float" && words[1] != "float32" && size != 8)
-          return Refused(where, Quoted(line), "float or double");
+          return Refuse(where, Quoted(line), "float or double");
         header.column[k] = property_count;
         header.offset_bytes[k] = header.stride_bytes;
         header.size_bytes[k] = size;
@@ -178,10 +174,10 @@ absl::StatusOr<PlyHeader> ParsePlyHeader(const std::string& name, Lines* lines) 
       ++property_count;
       header.stride_bytes += size;
     } else if (words[0] != "property") {
-      return Refused(where, Quoted(line), "a line of a PLY header");
+      return Refuse(where, Quoted(line), "a line of a PLY header");
     }
   }
-  return Refused(name, "no end_header", "one within " + std::to_string(kGreatestHeaderLineCount) + " lines");
+  return Refuse(name, "no end_header", "one within " + std::to_string(kGreatestHeaderLineCount) + " lines");
 }
 
 }  // namespace
@@ -194,8 +190,8 @@ absl::StatusOr<metrology::Points> ParsePly(const std::string& name, std::string_
   const std::size_t count = static_cast<std::size_t>(header->vertex_count);
   const std::string_view body = lines.rest();
   if (body.size() / header->stride_bytes < count) {
-    return Refused(name, std::to_string(body.size() / header->stride_bytes) + " points",
-                   std::to_string(count) + ", as its header says");
+    return Refuse(name, std::to_string(body.size() / header->stride_bytes) + " points",
+                  std::to_string(count) + ", as its header says");
   }
   metrology::Points points(count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -209,7 +205,7 @@ absl::StatusOr<metrology::Points> ParsePly(const std::string& name, std::string_
         points[i][k] = value;
       }
       if (!std::isfinite(points[i][k])) {
-        return Refused(name + ": point " + std::to_string(i), Shortest(points[i][k]), "finite coordinates");
+        return Refuse(name + ": point " + std::to_string(i), points[i][k], "finite coordinates");
       }
     }
   }
@@ -236,22 +232,22 @@ absl::StatusOr<metrology::Points> ParsePcd(const std::string& name, std::string_
     } else if (words[0] == "COUNT") {
       // Several values in one field would shift the columns after it.
       for (std::size_t i = 1; i < words.size(); ++i) {
-        if (words[i] != "1") return Refused(where, Quoted(line), "COUNT 1 for every field");
+        if (words[i] != "1") return Refuse(where, Quoted(line), "COUNT 1 for every field");
       }
     } else if (words[0] == "POINTS") {
       absl::StatusOr<std::int64_t> parsed = ParseCount(where, words.size() == 2 ? words[1] : "");
       if (!parsed.ok()) return parsed.status();
       count = *parsed;
     } else if (words[0] == "DATA") {
-      if (words.size() != 2 || words[1] != "ascii") return Refused(where, Quoted(line), "DATA ascii");
-      if (count < 0) return Refused(where, "no POINTS", "POINTS before DATA");
+      if (words.size() != 2 || words[1] != "ascii") return Refuse(where, Quoted(line), "DATA ascii");
+      if (count < 0) return Refuse(where, "no POINTS", "POINTS before DATA");
       for (const std::size_t column : columns) {
-        if (column == SIZE_MAX) return Refused(where, "FIELDS without x, y or z", "all three");
+        if (column == SIZE_MAX) return Refuse(where, "FIELDS without x, y or z", "all three");
       }
       return ParseRows(name, lines, columns, count);
     }
   }
-  return Refused(name, "no DATA line", "one within 100 lines");
+  return Refuse(name, "no DATA line", "one within 100 lines");
 }
 
 absl::StatusOr<metrology::Points> ParseXyz(const std::string& name, std::string_view bytes) {
@@ -262,7 +258,7 @@ absl::StatusOr<metrology::Points> ReadCloud(const std::string& path) {
   const std::string ending = std::filesystem::path(path).extension().string();
   const bool text = ending == ".xyz" || ending == ".txt" || ending == ".csv";
   if (!text && ending != ".ply" && ending != ".pcd" && ending != ".drc") {
-    return Refused(path, "file name ends in '" + ending + "'", ".drc, .ply, .pcd, .xyz, .txt or .csv");
+    return Refuse(path, "file name ends in '" + ending + "'", ".drc, .ply, .pcd, .xyz, .txt or .csv");
   }
   absl::StatusOr<std::string> bytes = ReadFile(path, kGreatestCloudBytes);
   if (!bytes.ok()) return bytes.status();
@@ -304,7 +300,7 @@ absl::StatusOr<CloudWriter> CloudWriterFor(const std::string& path) {
   const std::string ending = std::filesystem::path(path).extension().string();
   if (ending == ".ply") return ToPly;
   if (ending == ".xyz" || path == "-") return ToXyz;
-  return Refused(path, "file name ends in '" + ending + "'", ".ply or .xyz");
+  return Refuse(path, "file name ends in '" + ending + "'", ".ply or .xyz");
 }
 
 }  // namespace sixpoint::cli

@@ -10,7 +10,8 @@
 #include <fstream>
 #include <set>
 
-#include "cli/number_format.h"
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::cli {
 namespace {
@@ -158,7 +159,7 @@ double Field::Number(double minimum, double maximum) const {
     return 0;
   }
   if (number < minimum || number > maximum) {
-    Refuse("a number from " + Shortest(minimum) + " to " + Shortest(maximum));
+    Refuse("a number from " + NumberText(minimum) + " to " + NumberText(maximum));
     return 0;
   }
   return number;
@@ -168,7 +169,7 @@ double Field::Positive(double maximum) const {
   if (value_ == nullptr) return 1;
   const double number = value_->is_number() ? value_->get<double>() : std::nan("");
   if (!(number > 0 && number <= maximum)) {
-    Refuse("a number > 0" + (maximum < kGreatest ? " and <= " + Shortest(maximum) : std::string()));
+    Refuse("a number > 0" + (maximum < kGreatest ? " and <= " + NumberText(maximum) : std::string()));
     return 1;
   }
   return number;
@@ -290,8 +291,7 @@ absl::StatusOr<std::string> ReadFile(const std::string& path, std::uint64_t grea
   const std::uint64_t size = std::filesystem::file_size(path, error);
   if (error) return absl::NotFoundError(path + ": " + error.message());
   if (size > greatest_bytes) {
-    return absl::InvalidArgumentError(path + ": " + std::to_string(size) + " bytes, want at most " +
-                                      std::to_string(greatest_bytes));
+    return Refuse(path, std::to_string(size) + " bytes", "at most " + std::to_string(greatest_bytes));
   }
   std::ifstream in(path, std::ios::binary);
   std::string content(size, '\0');
@@ -341,7 +341,7 @@ absl::StatusOr<nlohmann::json> LoadDocument(const std::string& path) {
   const std::string ending = std::filesystem::path(path).extension().string();
   if (ending == ".json") return ParseJson(path, *text);
   if (ending == ".yaml" || ending == ".yml") return ParseYaml(path, *text);
-  return absl::InvalidArgumentError(path + ": file name ends in '" + ending + "', want .yaml, .yml or .json");
+  return Refuse(path, "file name ends in '" + ending + "'", ".yaml, .yml or .json");
 }
 
 }  // namespace sixpoint::cli

@@ -23,15 +23,6 @@ std::string FixedOrTiny(double value, int decimals) {
   return tiny;
 }
 
-std::string Shortest(double value) {
-  char text[40];
-  for (int digits = 1; digits <= 17; ++digits) {
-    std::snprintf(text, sizeof text, "%.*g", digits, value);
-    if (std::strtod(text, nullptr) == value) break;
-  }
-  return text;
-}
-
 std::string Grouped(std::int64_t value) {
   std::string digits = std::to_string(value);
   const std::size_t first = digits[0] == '-' ? 1 : 0;

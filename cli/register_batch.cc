@@ -94,7 +94,7 @@ class Report {
 absl::Status StatusOf(const registration::v1::RegistrationRefusal& refusal) {
   for (int code = 1; code <= static_cast<int>(absl::StatusCode::kUnauthenticated); ++code)
     if (absl::StatusCodeToString(static_cast<absl::StatusCode>(code)) == refusal.code())
-      return runtime::Failure(static_cast<absl::StatusCode>(code), refusal.reason(), refusal.message());
+      return runtime::ReceivedFailure(static_cast<absl::StatusCode>(code), refusal.reason(), refusal.message());
   return absl::UnknownError(refusal.message());
 }
 

@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <sstream>
 
+#include "refusal/refusal.h"
+
 namespace sixpoint::cli {
 namespace {
 
@@ -118,8 +120,7 @@ absl::StatusOr<Region> RegionOf(const std::string& text) {
     region.mutable_hole_group()->set_margin_mm(length);
     return region;
   }
-  return absl::InvalidArgumentError("region: " + text +
-                                    ", want box:X,Y,Z:X,Y,Z, ball:X,Y,Z:RADIUS or holes:GROUP:MARGIN, in mm");
+  return Refuse("region", text, "box:X,Y,Z:X,Y,Z, ball:X,Y,Z:RADIUS or holes:GROUP:MARGIN, in mm");
 }
 
 absl::StatusOr<registration::v1::FitOptions> FitOptionsOf(const RegisterOptions& options) {

@@ -206,7 +206,9 @@ std::string InspectionText(const inspection::v1::Inspection& inspection) {
   if (positioning.disagrees())
     positioned += std::string(": DISAGREES, part and CAD differ in shape; ") +
                   (positioning.covered() ? "U95 holds what another positioning would move each hole (positioning um)"
-                                         : "U95 is about this positioning alone");
+                   : positioning.method() == registration::v1::METHOD_SIX_POINT_NORMALS
+                       ? "U95 is about this positioning alone"
+                       : "U95 may be too small, for another positioning could not be made");
   return inspection.name() + " of " + inspection.blade() + ": " + VerdictName(inspection.verdict()) + " (" +
          inspection.decision_rule() + ")\n" + table.ToText() + positioned + "\n" +
          "deviation from CAD: " + Fixed(deviation.minimum_um(), 1) + " to " + Fixed(deviation.maximum_um(), 1) +

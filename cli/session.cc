@@ -44,8 +44,8 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> Session::ChannelTo(const std::str
   }
   const auto address = addresses_.find(area);
   if (address == addresses_.end()) {
-    return runtime::Failure(absl::StatusCode::kNotFound, "SERVICE_MISSING",
-                            "the plant at " + server + " names no service for " + area);
+    return runtime::Failure(errors::v1::SERVICE_MISSING, "the plant at " + server + " names no service for " + area,
+                            {{"resource", area}});
   }
   return channels_[area] = runtime::ConnectTo(address->second);
 }
@@ -95,13 +95,14 @@ int Session::Run() {
 }
 
 std::string NextStep(const absl::Status& status, const std::string& server) {
-  const std::string reason = runtime::ReasonOf(status);
   const std::string message(status.message());
   const auto about = [&](const char* noun) { return message.find(noun) != std::string::npos; };
-  if (reason == "CALIBRATION_MISSING" || reason == "CALIBRATION_EXPIRED") {
+  if (runtime::HasReason(status, errors::v1::CALIBRATION_MISSING) ||
+      runtime::HasReason(status, errors::v1::CALIBRATION_EXPIRED)) {
     return "calibrate the machine: sixpoint calibrate sensor ..., rotation ..., probe ... or axis ...";
   }
-  if (reason == "POINTS_DELETED") return "its values and results are still there: sixpoint scan show ID";
+  if (runtime::HasReason(status, errors::v1::POINTS_DELETED))
+    return "its values and results are still there: sixpoint scan show ID";
   switch (status.code()) {
     case absl::StatusCode::kUnavailable:
       return "no plant answers at " + server +

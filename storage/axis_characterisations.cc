@@ -75,7 +75,7 @@ absl::Status ReadAxes(Transaction& transaction, const std::vector<std::string>& 
   for (CalibrationRow& c : *calibrations)
     for (int row = 0; row < axes->count(); ++row)
       if (axes->Text(row, 0) == c.calibration_id) c.axis = Read(*axes, row);
-  return absl::OkStatus();
+  return axes->status();
 }
 
 absl::Status ReadAxisTable(Transaction& transaction, const std::string& calibration_id, AxisCharacterisationRow* axis) {
@@ -84,7 +84,7 @@ absl::Status ReadAxisTable(Transaction& transaction, const std::string& calibrat
   if (table->count() != 1) return absl::DataLossError("characterisation " + calibration_id + ": its table is gone");
   axis->forward_error_deg = table->Reals(0, 0);
   axis->backward_error_deg = table->Reals(0, 1);
-  return absl::OkStatus();
+  return table->status();
 }
 
 }  // namespace sixpoint::storage

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <chrono>
 #include <thread>
+#include <utility>
 
 #include "storage/blob_rows.h"
 #include "storage/blob_store.h"
 #include "storage/blobs.h"
+#include "storage/reasons.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -48,7 +50,7 @@ absl::StatusOr<std::vector<Listed>> ReadPage(Database* database, const std::stri
   std::vector<Listed> page;
   for (int row = 0; row < rows->count(); ++row)
     page.push_back({rows->Text(row, 0), rows->Int(row, 1), rows->Text(row, 2)});
-  return page;
+  return rows->Checked(std::move(page));
 }
 
 // NOT_FOUND: not where the row says.
@@ -58,7 +60,7 @@ absl::StatusOr<std::string> ReadBytes(Database* database, ObjectStore* objects, 
       return WithReason(absl::FailedPreconditionError("blob " + blob.sha256 +
                                                       ": held by an object store, want this "
                                                       "service configured with it (--blob-store)"),
-                        "OBJECT_STORE_MISSING");
+                        kObjectStoreMissing);
     }
     return objects->Get(ObjectKeyOf(blob.sha256), blob.size_bytes, deadline);
   }
@@ -67,7 +69,7 @@ absl::StatusOr<std::string> ReadBytes(Database* database, ObjectStore* objects, 
   const absl::StatusOr<Rows> rows = transaction->ExecuteBinary(kSelectBytes, Params().Text(blob.sha256));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0 || rows->IsNull(0, 0)) return absl::NotFoundError("no bytes in the row");
-  return rows->Bytes(0, 0);
+  return rows->Checked(rows->Bytes(0, 0));
 }
 
 std::optional<BlobDamage> DamageOf(const Listed& blob, const absl::StatusOr<std::string>& bytes) {
@@ -157,7 +159,7 @@ absl::StatusOr<CheckState> ReadCheckState(Transaction& transaction) {
   state.progress = {rows->Text(0, 0), rows->Int(0, 1), rows->Int(0, 2), rows->Int(0, 3)};
   state.begun_at = rows->Time(0, 4);
   if (!rows->IsNull(0, 5)) state.finished_at = rows->Time(0, 5);
-  return state;
+  return rows->Checked(std::move(state));
 }
 
 absl::Status KeepCheckProgress(Transaction& transaction, const CheckProgress& progress) {
@@ -179,7 +181,7 @@ absl::StatusOr<std::vector<StoreUse>> ReadStoreUse(Transaction& transaction) {
   for (int row = 0; row < rows->count(); ++row) {
     uses.push_back({rows->Text(row, 0), rows->Int(row, 1), rows->Int(row, 2), rows->Int(row, 3), rows->Int(row, 4)});
   }
-  return uses;
+  return rows->Checked(std::move(uses));
 }
 
 absl::StatusOr<std::vector<BlobDamage>> ListDamages(Transaction& transaction, int limit) {
@@ -190,7 +192,7 @@ absl::StatusOr<std::vector<BlobDamage>> ListDamages(Transaction& transaction, in
     damages.push_back(
         {rows->Text(row, 0), rows->Text(row, 1), rows->Text(row, 2), rows->Text(row, 3), rows->Time(row, 4)});
   }
-  return damages;
+  return rows->Checked(std::move(damages));
 }
 
 }  // namespace sixpoint::storage

@@ -1,6 +1,7 @@
 #include "storage/blob_collector.h"
 
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "storage/blob_references.h"
@@ -51,6 +52,7 @@ absl::StatusOr<Batch> CollectRows(Database* database, const CollectOptions& opti
   Batch batch;
   std::vector<std::string> digests;
   for (int row = 0; row < candidates->count(); ++row) digests.push_back(candidates->Text(row, 0));
+  if (absl::Status read = candidates->status(); !read.ok()) return read;
   if (!digests.empty()) batch.last_sha256 = digests.back();
   if (options.dry_run) {
     Count(*candidates, collected);
@@ -66,7 +68,7 @@ absl::StatusOr<Batch> CollectRows(Database* database, const CollectOptions& opti
   for (int row = 0; row < gone->count(); ++row) {
     if (gone->Text(row, 2) == kStoreS3 && gone->Bool(row, 3)) batch.objects.push_back(gone->Text(row, 0));
   }
-  return batch;
+  return gone->Checked(std::move(batch));
 }
 
 // Empty where the key is none of ours: what others keep in the bucket is not touched.
@@ -84,7 +86,7 @@ absl::StatusOr<std::set<std::string>> ClaimedOf(Database* database, const std::v
   if (!rows.ok()) return rows.status();
   std::set<std::string> claimed;
   for (int row = 0; row < rows->count(); ++row) claimed.insert(rows->Text(row, 0));
-  return claimed;
+  return rows->Checked(std::move(claimed));
 }
 
 absl::Status CollectObjects(Database* database, ObjectStore* objects, const CollectOptions& options, Deadline deadline,

@@ -1,5 +1,7 @@
 #include "storage/blob_references.h"
 
+#include <utility>
+
 namespace sixpoint::storage {
 namespace {
 
@@ -25,7 +27,7 @@ absl::StatusOr<BlobConditions> ReadBlobConditions(Transaction& transaction) {
     conditions.unreferenced += reference + ")";
     conditions.unneeded += reference + (rows->Bool(row, 2) ? kOfKeptScan : "") + ")";
   }
-  return conditions;
+  return rows->Checked(std::move(conditions));
 }
 
 }  // namespace sixpoint::storage

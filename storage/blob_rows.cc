@@ -1,7 +1,10 @@
 #include "storage/blob_rows.h"
 
+#include <utility>
+
 #include "storage/blob_store.h"
 #include "storage/blobs.h"
+#include "storage/reasons.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -33,7 +36,7 @@ absl::StatusOr<std::optional<BlobRow>> ReadRow(Transaction& transaction, const c
   row.store = rows->Text(0, 1);
   if (!rows->IsNull(0, 2)) row.deleted_at = rows->Text(0, 2);
   row.deletion_reason = rows->Text(0, 3);
-  return row;
+  return rows->Checked(std::move(row));
 }
 
 absl::StatusOr<std::string> Verified(const std::string& sha256, std::string bytes) {
@@ -72,7 +75,7 @@ absl::Status ShareDigest(Transaction& transaction, const std::string& sha256) {
 absl::StatusOr<bool> TryTakeDigest(Transaction& transaction, const std::string& sha256) {
   const absl::StatusOr<Rows> taken = transaction.Execute(kTryTakeDigest, Params().Text(sha256));
   if (!taken.ok()) return taken.status();
-  return taken->Bool(0, 0);
+  return taken->Checked(taken->Bool(0, 0));
 }
 
 absl::Status AnnounceBlobChange(Transaction& transaction, const std::string& purpose) {
@@ -103,7 +106,7 @@ absl::Status PutBlobRow(Transaction& transaction, const std::string& sha256, std
 absl::Status BytesDeleted(const std::string& what, const std::string& deleted_at, const std::string& reason) {
   return WithReason(absl::FailedPreconditionError(what + ": its bytes were deleted at " + deleted_at +
                                                   ", reason: " + reason + "; want something that is kept"),
-                    "POINTS_DELETED");
+                    kPointsDeleted);
 }
 
 absl::StatusOr<std::string> ReadBlob(Transaction& transaction, const std::string& sha256, ObjectStore* objects) {
@@ -124,7 +127,7 @@ absl::StatusOr<std::string> ReadBlob(Transaction& transaction, const std::string
       return WithReason(
           absl::FailedPreconditionError(
               "blob " + sha256 + ": held by an object store, want this service configured with it (--blob-store)"),
-          "OBJECT_STORE_MISSING");
+          kObjectStoreMissing);
     }
     absl::StatusOr<std::string> bytes = objects->Get(ObjectKeyOf(sha256), (*row)->size_bytes, transaction.deadline());
     if (bytes.ok()) return Verified(sha256, *std::move(bytes));

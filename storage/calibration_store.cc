@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "storage/blobs.h"
+#include "storage/reasons.h"
 #include "storage/requests.h"
 
 namespace sixpoint::storage {
@@ -29,7 +30,9 @@ absl::StatusOr<CalibrationRow> Decide(Transaction& transaction, const Calibratio
   const absl::StatusOr<Recorded> recorded = record(transaction, **found, decision.event);
   // Two that decide at once: the second is tried again, and then its check finds the first one's event.
   if (absl::IsAlreadyExists(recorded.status()))
-    return absl::AbortedError("calibration " + decision.calibration_id + ": decided by another call meanwhile");
+    return WithReason(absl::AbortedError("calibration " + decision.calibration_id +
+                                         ": decided by another call meanwhile; look at it and try again"),
+                      kCalibrationDecidedMeanwhile);
   if (!recorded.ok()) return recorded.status();
   return ReadAgain(transaction, decision.calibration_id);
 }

@@ -240,7 +240,8 @@ absl::Status ReadStates(Transaction& transaction, Instant now, std::vector<Calib
       if (c.state == CalibrationState::kSuperseded) c.superseded_by = other;
     }
   }
-  return absl::OkStatus();
+  if (absl::Status read = events->status(); !read.ok()) return read;
+  return in_force->status();
 }
 
 // The heads with the results of their kinds and their states: six statements for any number of rows.
@@ -264,6 +265,7 @@ absl::StatusOr<std::vector<CalibrationRow>> ReadCalibrations(Transaction& transa
     c.environment = {OptionalReal(heads, row, 13), OptionalReal(heads, row, 14), OptionalReal(heads, row, 15),
                      heads.Text(row, 16)};
   }
+  if (absl::Status read = heads.status(); !read.ok()) return read;
   const absl::StatusOr<Rows> sensors = transaction.Execute(kSelectSensors, Params().Texts(ids_by_kind["sensor"]));
   if (!sensors.ok()) return sensors.status();
   const absl::StatusOr<Rows> rotations = transaction.Execute(kSelectRotations, Params().Texts(ids_by_kind["rotation"]));
@@ -279,7 +281,8 @@ absl::StatusOr<std::vector<CalibrationRow>> ReadCalibrations(Transaction& transa
       return absl::DataLossError("calibration " + c.calibration_id + ": its result is gone");
   }
   if (const absl::Status read = ReadStates(transaction, now, &found); !read.ok()) return read;
-  return found;
+  if (absl::Status read = sensors->status(); !read.ok()) return read;
+  return rotations->Checked(std::move(found));
 }
 
 absl::Status ReadResiduals(Transaction& transaction, CalibrationRow* calibration) {
@@ -288,7 +291,7 @@ absl::Status ReadResiduals(Transaction& transaction, CalibrationRow* calibration
   const absl::StatusOr<Rows> rows = transaction.Execute(calibration->sensor ? kSelectCentres : kSelectPoses,
                                                         Params().Text(calibration->calibration_id));
   if (!rows.ok()) return rows.status();
-  for (int row = 0; row < rows->count(); ++row) {
+  for (int row = 0; row < rows->count(); ++row)
     if (calibration->sensor)
       calibration->sensor->centres.push_back({rows->Text(row, 0), rows->Text(row, 1), rows->Bool(row, 2),
                                               rows->Real(row, 3), rows->Real(row, 4), rows->Real(row, 5)});
@@ -296,8 +299,7 @@ absl::Status ReadResiduals(Transaction& transaction, CalibrationRow* calibration
       calibration->rotation->poses.push_back(
           {rows->Real(row, 0), rows->Real(row, 1), rows->Real(row, 2), rows->Bool(row, 3),
            rows->IsNull(row, 4) ? std::nullopt : std::optional<double>(rows->Real(row, 4))});
-  }
-  return absl::OkStatus();
+  return rows->status();
 }
 
 absl::StatusOr<std::optional<CalibrationRow>> FindOne(Transaction& transaction, const char* sql, const Params& key,
@@ -365,7 +367,7 @@ absl::StatusOr<std::optional<Instant>> LastValidity(Transaction& transaction, co
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectLastValidity, KeyOf(subject).Time(at));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
-  return rows->Time(0, 0);
+  return rows->Checked(rows->Time(0, 0));
 }
 
 absl::StatusOr<std::vector<CalibrationRow>> ListCalibrations(Transaction& transaction, const CalibrationFilter& filter,
@@ -385,8 +387,7 @@ absl::StatusOr<std::vector<CalibrationRow>> ListCalibrations(Transaction& transa
 absl::StatusOr<std::vector<CalibrationRow>> CalibrationHistory(Transaction& transaction,
                                                                const CalibrationSubject& subject, int limit) {
   const absl::StatusOr<Rows> heads = transaction.Execute(kSelectHistory, KeyOf(subject).Int(limit));
-  if (!heads.ok()) return heads.status();
-  return ReadCalibrations(transaction, *heads, std::chrono::system_clock::now());
+  return heads.ok() ? ReadCalibrations(transaction, *heads, std::chrono::system_clock::now()) : heads.status();
 }
 
 }  // namespace sixpoint::storage

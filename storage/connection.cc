@@ -7,6 +7,8 @@
 #include <cerrno>
 #include <cstdlib>
 
+#include "storage/reasons.h"
+
 namespace sixpoint::storage {
 namespace {
 
@@ -48,7 +50,7 @@ absl::Status StatusOfResult(const pg_result* result) {
   if (!constraint.empty()) message += " (" + constraint + ")";
   const absl::Status status = StatusOfSqlstate(sqlstate == nullptr ? "" : sqlstate, message);
   // Raised by our own triggers where a calibration was withdrawn while a result was made with it.
-  return constraint == "calibration_withdrawn" ? WithReason(status, "CALIBRATION_WITHDRAWN") : status;
+  return constraint == "calibration_withdrawn" ? WithReason(status, kCalibrationWithdrawn) : status;
 }
 
 absl::Status Flush(pg_conn* connection, Deadline deadline) {
@@ -76,7 +78,10 @@ absl::Status StatusOfSqlstate(const std::string& sqlstate, const std::string& me
   if (sqlstate == "57P01" || sqlstate == "57P02" || sqlstate == "57P03") return absl::UnavailableError(text);
   if (sqlstate == "55P03" || sqlstate == "25006") return absl::UnavailableError(text);  // lock timeout; a standby
   if (sqlstate == "23505") return absl::AlreadyExistsError(text);
-  if (state_class == "23" || state_class == "40") return absl::FailedPreconditionError(text);
+  // A serialization failure or a deadlock: the same transaction, begun again, may well go through.
+  if (state_class == "40") return WithReason(absl::AbortedError(text), kTransactionConflict);
+  if (sqlstate == "XX001" || sqlstate == "XX002") return WithReason(absl::DataLossError(text), kDatabaseDamaged);
+  if (state_class == "23") return absl::FailedPreconditionError(text);
   if (state_class == "53" || sqlstate == "54000") return absl::ResourceExhaustedError(text);
   if (state_class == "22") return absl::InvalidArgumentError(text);
   return absl::InternalError(text);

@@ -1,6 +1,7 @@
 #include "storage/corrections.h"
 
 #include <map>
+#include <utility>
 
 #include "storage/blobs.h"
 #include "storage/postgres_results.h"
@@ -152,7 +153,8 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<CorrectionRow>* 
       hole.expanded_uncertainty_um = holes->Real(row, 9);
     }
   }
-  return absl::OkStatus();
+  if (absl::Status read = groups->status(); !read.ok()) return read;
+  return holes->status();
 }
 
 absl::StatusOr<std::vector<CorrectionRow>> ReadCorrections(Transaction& transaction, const char* sql,
@@ -162,7 +164,7 @@ absl::StatusOr<std::vector<CorrectionRow>> ReadCorrections(Transaction& transact
   std::vector<CorrectionRow> corrections;
   for (int row = 0; row < rows->count(); ++row) corrections.push_back(ReadCorrection(*rows, row));
   if (absl::Status status = ReadChildren(transaction, &corrections); !status.ok()) return status;
-  return corrections;
+  return rows->Checked(std::move(corrections));
 }
 
 }  // namespace
@@ -199,7 +201,9 @@ absl::StatusOr<std::optional<CorrectionRow>> FindCorrection(Transaction& transac
   const absl::StatusOr<Rows> program = transaction.Execute(kSelectProgram, Params().Text(correction_id));
   if (!program.ok()) return program.status();
   if (!program->IsNull(0, 0)) {
-    absl::StatusOr<std::string> text = GetBlob(transaction, program->Text(0, 0));
+    const std::string sha256 = program->Text(0, 0);
+    if (absl::Status read = program->status(); !read.ok()) return read;
+    absl::StatusOr<std::string> text = GetBlob(transaction, sha256);
     if (!text.ok()) return text.status();
     rows->front().nc_program = *std::move(text);
   }

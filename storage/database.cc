@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <mutex>
+#include <utility>
 
 #include "storage/connection.h"
 
@@ -38,7 +39,7 @@ Deadline Bounded(Deadline deadline) {
 
 }  // namespace
 
-absl::Status WithReason(absl::Status status, const std::string& reason) {
+absl::Status WithReason(absl::Status status, const char* reason) {
   status.SetPayload(kReasonPayload, absl::Cord(reason));
   return status;
 }
@@ -122,10 +123,12 @@ absl::StatusOr<int> Database::SchemaVersion(Deadline deadline) {
   if (!transaction.ok()) return transaction.status();
   const absl::StatusOr<Rows> known = transaction->Execute("SELECT to_regclass('schema_migrations') IS NOT NULL");
   if (!known.ok()) return known.status();
-  if (!known->Bool(0, 0)) return 0;
+  const bool migrated = known->Bool(0, 0);
+  if (absl::Status read = known->status(); !read.ok()) return read;
+  if (!migrated) return 0;
   const absl::StatusOr<Rows> rows = transaction->Execute("SELECT coalesce(max(version), 0) FROM schema_migrations");
   if (!rows.ok()) return rows.status();
-  return static_cast<int>(rows->Int(0, 0));
+  return rows->Checked(static_cast<int>(rows->Int(0, 0)));
 }
 
 Transaction::Transaction(Database* database, pg_conn* connection, Deadline deadline)

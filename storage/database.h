@@ -2,8 +2,9 @@
 //
 // SQL lives beside its aggregate (storage/scans.cc, ...) as named constants; values travel as $n parameters only.
 // Statuses: UNAVAILABLE (no connection, server restarting), DEADLINE_EXCEEDED, ALREADY_EXISTS (unique violation),
-// FAILED_PRECONDITION (foreign key, check, append-only or serialization), RESOURCE_EXHAUSTED (pool or disk full),
-// INVALID_ARGUMENT (a value the type cannot hold, a NUL byte in a text), else INTERNAL.
+// FAILED_PRECONDITION (foreign key, check, append-only), ABORTED (serialization failure, deadlock: begin again),
+// DATA_LOSS (the server found its files damaged), RESOURCE_EXHAUSTED (pool or disk full), INVALID_ARGUMENT (a value the
+// type cannot hold, a NUL byte in a text), else INTERNAL.
 #pragma once
 
 #include <absl/status/status.h>
@@ -27,7 +28,7 @@ using Instant = std::chrono::system_clock::time_point;  // a timestamptz, micros
 
 // A machine-readable reason (UPPER_SNAKE) travels with a status under this key; runtime puts it on the wire.
 inline constexpr char kReasonPayload[] = "sixpoint.reason";
-absl::Status WithReason(absl::Status status, const std::string& reason);
+absl::Status WithReason(absl::Status status, const char* reason);  // one of storage/reasons.h
 
 // Parameters of one statement, in the order $1, $2, ...
 class Params {
@@ -53,7 +54,8 @@ class Params {
   std::vector<Value> values_;
 };
 
-// Rows of one result. Column numbers start at 0; asking for the wrong type of a value is a programming error (aborts).
+// Rows of one result; column numbers start at 0. Reading what a column does not hold (NULL, another type) gives something
+// that means nothing, and makes status() say so: a reader asks for it, or lets Checked ask, before a value leaves it.
 class Rows {
  public:
   Rows() = default;
@@ -70,8 +72,23 @@ class Rows {
   std::vector<std::string> Texts(int row, int column) const;
   int affected() const;
 
+  // INTERNAL, of the first value that could not be read.
+  absl::Status status() const;
+  // What was made of the rows, if all that was read of them could be.
+  template <typename T>
+  absl::StatusOr<T> Checked(T made) const {
+    if (absl::Status read = status(); !read.ok()) return read;
+    return made;
+  }
+
  private:
-  std::shared_ptr<pg_result> result_;
+  struct State;
+  bool Has(int row, int column) const;
+  std::optional<std::string_view> Value(int row, int column, const char* wanted) const;
+  void Unreadable(int row, int column, std::string_view found, const char* wanted) const;
+  template <typename T, typename Parse>
+  T Parsed(int row, int column, const char* wanted, Parse parse, T otherwise) const;
+  std::shared_ptr<State> state_;
 };
 
 class Database;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include "storage/postgres_results.h"
 
@@ -155,7 +156,8 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<InspectionRow>* 
   const absl::StatusOr<Rows> holes = transaction.Execute(kSelectHoles, Params().Texts(ids));
   if (!holes.ok()) return holes.status();
   for (int row = 0; row < holes->count(); ++row) by_id.at(holes->Text(row, 0))->holes.push_back(ReadHole(*holes, row));
-  return absl::OkStatus();
+  if (absl::Status read = scans->status(); !read.ok()) return read;
+  return holes->status();
 }
 
 absl::StatusOr<std::vector<InspectionRow>> ReadInspections(Transaction& transaction, const char* sql,
@@ -165,7 +167,7 @@ absl::StatusOr<std::vector<InspectionRow>> ReadInspections(Transaction& transact
   std::vector<InspectionRow> inspections;
   for (int row = 0; row < rows->count(); ++row) inspections.push_back(ReadInspection(*rows, row));
   if (absl::Status status = ReadChildren(transaction, &inspections); !status.ok()) return status;
-  return inspections;
+  return rows->Checked(std::move(inspections));
 }
 
 }  // namespace

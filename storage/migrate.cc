@@ -9,8 +9,10 @@
 #include <map>
 #include <regex>
 #include <system_error>
+#include <utility>
 #include <vector>
 
+#include "refusal/refusal.h"
 #include "storage/blobs.h"
 #include "storage/connection.h"
 
@@ -47,7 +49,7 @@ absl::StatusOr<std::vector<Migration>> ReadFolder(const std::string& folder) {
     if (file->path().extension() != ".sql") continue;
     std::smatch match;
     if (!std::regex_match(name, match, form)) {
-      return absl::InvalidArgumentError("migrations: " + name + ", want V0001__verb_object.sql");
+      return Refuse("migrations", name, "V0001__verb_object.sql");
     }
     std::ifstream stream(file->path(), std::ios::binary);
     Migration migration;
@@ -93,7 +95,7 @@ absl::StatusOr<size_t> CheckApplied(pg_conn* connection, const std::vector<Migra
                                            ", want the file as it was and a new migration");
     }
   }
-  return static_cast<size_t>(applied.count());
+  return applied.Checked(static_cast<size_t>(applied.count()));
 }
 
 absl::Status Apply(pg_conn* connection, const Migration& migration) {
@@ -101,8 +103,7 @@ absl::Status Apply(pg_conn* connection, const Migration& migration) {
   absl::StatusOr<Result> result = Query(connection, kBeginFile, nullptr, deadline);
   if (result.ok()) result = Query(connection, migration.sql, nullptr, deadline);
   if (result.ok() && PQtransactionStatus(connection) != PQTRANS_INTRANS) {
-    return absl::InvalidArgumentError("migrations: " + migration.name +
-                                      " ends its transaction, want none of BEGIN, COMMIT");
+    return Refuse("migrations", migration.name + " ends its transaction", "none of BEGIN, COMMIT");
   }
   if (result.ok()) {
     const std::string version = std::to_string(migration.version);

@@ -140,7 +140,8 @@ absl::StatusOr<std::optional<MachineRow>> FindMachine(Transaction& transaction, 
     joint.minimum = joints->Real(row, 6);
     joint.maximum = joints->Real(row, 7);
   }
-  return machine;
+  if (absl::Status read = rows->status(); !read.ok()) return read;
+  return joints->Checked(std::move(machine));
 }
 
 absl::StatusOr<ArtefactRow> InsertArtefact(Transaction& transaction, ArtefactRow artefact, RecordEntry entry) {
@@ -192,7 +193,8 @@ absl::StatusOr<std::optional<ArtefactRow>> FindArtefact(Transaction& transaction
   for (int row = 0; row < features->count(); ++row)
     artefact.features.push_back(
         {features->Text(row, 0), features->Text(row, 1), features->Real(row, 2), features->Real(row, 3)});
-  return artefact;
+  if (absl::Status read = rows->status(); !read.ok()) return read;
+  return features->Checked(std::move(artefact));
 }
 
 absl::StatusOr<BladeRow> InsertBlade(Transaction& transaction, BladeRow blade, RecordEntry entry) {
@@ -222,7 +224,7 @@ absl::StatusOr<std::optional<BladeRow>> FindBlade(Transaction& transaction, cons
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlade, Params().Text(serial));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
-  return ReadBlade(*rows, 0);
+  return rows->Checked(ReadBlade(*rows, 0));
 }
 
 absl::StatusOr<std::vector<BladeRow>> ListBlades(Transaction& transaction, const BladeFilter& filter,
@@ -234,7 +236,7 @@ absl::StatusOr<std::vector<BladeRow>> ListBlades(Transaction& transaction, const
   if (!rows.ok()) return rows.status();
   std::vector<BladeRow> blades;
   for (int row = 0; row < rows->count(); ++row) blades.push_back(ReadBlade(*rows, row));
-  return blades;
+  return rows->Checked(std::move(blades));
 }
 
 std::string CollectionOf(Registered what) {
@@ -250,7 +252,7 @@ absl::StatusOr<std::vector<std::string>> ListRegistered(Transaction& transaction
   if (!rows.ok()) return rows.status();
   std::vector<std::string> ids;
   for (int row = 0; row < rows->count(); ++row) ids.push_back(rows->Text(row, 0));
-  return ids;
+  return rows->Checked(std::move(ids));
 }
 
 }  // namespace sixpoint::storage

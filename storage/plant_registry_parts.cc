@@ -102,7 +102,9 @@ absl::Status ReadHolesAndDatums(Transaction& transaction, PartRow* part) {
   if (!datums.ok()) return datums.status();
   for (int row = 0; row < datums->count(); ++row)
     part->datum_points.push_back({datums->Text(row, 0), datums->Reals(row, 1), datums->Reals(row, 2)});
-  return absl::OkStatus();
+  if (absl::Status read = groups->status(); !read.ok()) return read;
+  if (absl::Status read = holes->status(); !read.ok()) return read;
+  return datums->status();
 }
 
 }  // namespace
@@ -130,7 +132,7 @@ absl::StatusOr<std::optional<TessellationRow>> FindTessellation(Transaction& tra
   TessellationRow row{cad_sha256,       method,           rows->Text(0, 0),  rows->Int(0, 1),
                       rows->Real(0, 2), rows->Bool(0, 3), rows->Reals(0, 4), rows->Reals(0, 5)};
   if (!rows->IsNull(0, 6)) row.gaps = {rows->Int(0, 6), rows->Int(0, 7), rows->Real(0, 8)};
-  return row;
+  return rows->Checked(std::move(row));
 }
 
 absl::StatusOr<PartRow> InsertPart(Transaction& transaction, PartRow part, RecordEntry entry) {
@@ -178,7 +180,7 @@ absl::StatusOr<std::optional<PartRow>> FindPart(Transaction& transaction, const 
   if (!*tessellation) return absl::DataLossError("part " + id + ": its tessellation is gone");
   part.tessellation = **std::move(tessellation);
   if (const absl::Status read = ReadHolesAndDatums(transaction, &part); !read.ok()) return read;
-  return part;
+  return rows->Checked(std::move(part));
 }
 
 }  // namespace sixpoint::storage

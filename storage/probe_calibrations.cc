@@ -95,7 +95,7 @@ absl::Status ReadProbes(Transaction& transaction, const std::vector<std::string>
   for (CalibrationRow& c : *calibrations)
     for (int row = 0; row < probes->count(); ++row)
       if (probes->Text(row, 0) == c.calibration_id) c.probe = ReadProbe(*probes, row);
-  return absl::OkStatus();
+  return probes->status();
 }
 
 absl::Status ReadProbeResiduals(Transaction& transaction, const std::string& calibration_id,
@@ -109,7 +109,8 @@ absl::Status ReadProbeResiduals(Transaction& transaction, const std::string& cal
   for (int row = 0; row < checks->count(); ++row)
     probe->checks.push_back({checks->Text(row, 0), static_cast<int>(checks->Int(row, 1)), checks->Real(row, 2),
                              checks->Real(row, 3), checks->Real(row, 4), checks->Real(row, 5)});
-  return absl::OkStatus();
+  if (absl::Status read = readings->status(); !read.ok()) return read;
+  return checks->status();
 }
 
 }  // namespace sixpoint::storage

@@ -1,6 +1,7 @@
 #include "storage/record.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace sixpoint::storage {
 namespace {
@@ -66,7 +67,7 @@ absl::StatusOr<std::vector<JournalEntry>> ReadEntries(Transaction& transaction, 
     read.entry.summary_json = rows->Text(row, 10);
     read.entry.inputs = rows->Texts(row, 11);
   }
-  return entries;
+  return rows->Checked(std::move(entries));
 }
 
 }  // namespace
@@ -83,6 +84,7 @@ absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const RecordEntr
   const absl::StatusOr<Rows> rows = transaction.Execute(kInsertEntry, params.Json(entry.summary_json));
   if (!rows.ok()) return rows.status();
   const Recorded recorded{rows->Int(0, 0), rows->Time(0, 1)};
+  if (absl::Status read = rows->status(); !read.ok()) return read;
 
   std::vector<std::string> inputs;  // each once, in the order given
   for (const std::string& input : entry.inputs) {

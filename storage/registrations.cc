@@ -1,6 +1,7 @@
 #include "storage/registrations.h"
 
 #include <map>
+#include <utility>
 
 #include "storage/postgres_results.h"
 
@@ -152,7 +153,10 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<RegistrationRow>
     by_id.at(angles->Text(row, 0))
         ->angles.push_back({angles->Text(row, 1), angles->Text(row, 2), angles->Real(row, 3), angles->Real(row, 4),
                             angles->Real(row, 5), angles->Real(row, 6), angles->Reals(row, 7)});
-  return absl::OkStatus();
+  if (absl::Status read = scans->status(); !read.ok()) return read;
+  if (absl::Status read = agreements->status(); !read.ok()) return read;
+  if (absl::Status read = datums->status(); !read.ok()) return read;
+  return angles->status();
 }
 
 absl::StatusOr<std::vector<RegistrationRow>> ReadRegistrations(Transaction& transaction, const char* sql,
@@ -162,7 +166,7 @@ absl::StatusOr<std::vector<RegistrationRow>> ReadRegistrations(Transaction& tran
   std::vector<RegistrationRow> registrations;
   for (int row = 0; row < rows->count(); ++row) registrations.push_back(ReadRegistration(*rows, row));
   if (absl::Status status = ReadChildren(transaction, &registrations); !status.ok()) return status;
-  return registrations;
+  return rows->Checked(std::move(registrations));
 }
 
 }  // namespace

@@ -40,10 +40,12 @@ absl::StatusOr<std::optional<std::string>> FindAnswer(Transaction& transaction, 
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectAnswer, key);
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
-  if (rows->Text(0, 0) != Sha256Hex(request_bytes)) {
+  const std::string known_sha256 = rows->Text(0, 0);
+  if (absl::Status read = rows->status(); !read.ok()) return read;
+  if (known_sha256 != Sha256Hex(request_bytes)) {
     return absl::AlreadyExistsError("request_id: " + request_id + " was used for another request, want a new id");
   }
-  return rows->Bytes(0, 1);
+  return rows->Checked(rows->Bytes(0, 1));
 }
 
 absl::Status KeepAnswer(Transaction& transaction, std::string_view method, const std::string& request_id,

@@ -1,8 +1,7 @@
 #include "storage/retention.h"
 
-#include <absl/strings/cord.h>
-
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "storage/blob_collector.h"
 #include "storage/blob_references.h"
@@ -13,7 +12,6 @@ namespace sixpoint::storage {
 namespace {
 
 constexpr int kBatch = 100;
-constexpr char kPolicyChanged[] = "POLICY_CHANGED";
 constexpr char kLockPolicies[] = "SELECT pg_advisory_xact_lock(hashtextextended('retention_policies/' || $1, 0))";
 
 constexpr char kInsertPolicy[] =
@@ -107,7 +105,7 @@ absl::StatusOr<Freed> DeleteBytes(Transaction& transaction, const std::string& u
     freed.bytes += gone->Int(row, 1);
     if (gone->Text(row, 2) == kStoreS3) freed.objects.push_back(gone->Text(row, 0));
   }
-  return freed;
+  return gone->Checked(std::move(freed));
 }
 
 // What stays because the object store is away is taken by the collector later: it is in the bucket's list.
@@ -122,10 +120,9 @@ void DeleteObjects(Database* database, ObjectStore* objects, const std::vector<s
 absl::Status CheckPolicyHolds(Transaction& transaction, const RetentionPolicy& policy) {
   const absl::StatusOr<Rows> newest = transaction.Execute(kSelectNewest, Params().Text(policy.scan_kind));
   if (!newest.ok()) return newest.status();
-  if (!newest->IsNull(0, 0) && newest->Int(0, 0) == policy.revision) return absl::OkStatus();
-  return WithReason(absl::FailedPreconditionError("retention of " + policy.scan_kind + " scans: revision " +
-                                                  std::to_string(policy.revision) + " is not the newest any more"),
-                    kPolicyChanged);
+  if (!newest->IsNull(0, 0) && newest->Int(0, 0) == policy.revision) return newest->status();
+  return absl::AbortedError("retention of " + policy.scan_kind + " scans: revision " + std::to_string(policy.revision) +
+                            " is not the newest any more");
 }
 
 RecordEntry EntryOf(const ScanRow& scan, const DeletionOrder& order) {
@@ -168,6 +165,7 @@ absl::Status SweepDeletedPoints(Database* database, ObjectStore* objects, const 
     if (!left_over.ok()) return left_over.status();
     if (left_over->count() == 0) return absl::OkStatus();
     const std::vector<std::string> digests = DigestsOf(*left_over);
+    if (absl::Status read = left_over->status(); !read.ok()) return read;
     after_sha256 = digests.back();
     const absl::StatusOr<Freed> freed = DeleteBytes(*transaction, conditions->unneeded, digests, kLeftOverReason);
     if (!freed.ok()) return freed.status();
@@ -202,7 +200,7 @@ absl::StatusOr<RetentionPolicy> SetRetentionPolicy(Transaction& transaction, Ret
   if (!rows.ok()) return rows.status();
   policy.revision = static_cast<int>(rows->Int(0, 0));
   policy.recorded_at = rows->Time(0, 1);
-  return policy;
+  return rows->Checked(std::move(policy));
 }
 
 absl::StatusOr<std::vector<RetentionPolicy>> ListRetentionPolicies(Transaction& transaction, bool all_revisions) {
@@ -210,21 +208,23 @@ absl::StatusOr<std::vector<RetentionPolicy>> ListRetentionPolicies(Transaction& 
   if (!rows.ok()) return rows.status();
   std::vector<RetentionPolicy> policies;
   for (int row = 0; row < rows->count(); ++row) policies.push_back(ReadPolicy(*rows, row));
-  return policies;
+  return rows->Checked(std::move(policies));
 }
 
 absl::StatusOr<std::optional<ScanDeletion>> FindScanDeletion(Transaction& transaction, const std::string& scan_id) {
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectDeletion, Params().Text(scan_id));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
-  return ReadDeletion(*rows);
+  return rows->Checked(ReadDeletion(*rows));
 }
 
 absl::Status RequirePoints(Transaction& transaction, const std::string& scan_id) {
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectDeletion, Params().Text(scan_id));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return absl::OkStatus();
-  return BytesDeleted("points of scans/" + scan_id, rows->Text(0, 9), rows->Text(0, 1));
+  const std::string deleted_at = rows->Text(0, 9), reason = rows->Text(0, 1);
+  if (absl::Status read = rows->status(); !read.ok()) return read;
+  return BytesDeleted("points of scans/" + scan_id, deleted_at, reason);
 }
 
 absl::StatusOr<DeletedPoints> DeleteScanPoints(Database* database, ObjectStore* objects, const DeletionOrder& order,
@@ -265,7 +265,9 @@ absl::StatusOr<DeletedPoints> DeleteScanPoints(Database* database, ObjectStore* 
   if (!recorded.ok()) return recorded.status();
   deleted.deletion.recorded = *recorded;
   if (absl::Status inserted = InsertDeletion(*transaction, deleted.deletion); !inserted.ok()) return inserted;
-  const absl::StatusOr<Freed> freed = DeleteBytes(*transaction, conditions->unneeded, DigestsOf(*locked), order.reason);
+  const std::vector<std::string> digests = DigestsOf(*locked);
+  if (absl::Status read = locked->status(); !read.ok()) return read;
+  const absl::StatusOr<Freed> freed = DeleteBytes(*transaction, conditions->unneeded, digests, order.reason);
   if (!freed.ok()) return freed.status();
   if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;
   deleted.freed_count = freed->count;
@@ -289,17 +291,19 @@ absl::StatusOr<RetentionDone> ApplyRetention(Database* database, ObjectStore* ob
     if (due->count() == 0) break;
     for (int row = 0; row < due->count() && options.keep_going(); ++row) {
       after_sequence = due->Int(row, 5);
+      const DeletionOrder order = OrderOf(*due, row, options);
+      const std::int64_t scan_bytes = due->Int(row, 1);
+      if (absl::Status read = due->status(); !read.ok()) return read;
       if (!options.dry_run) {
-        const absl::StatusOr<DeletedPoints> deleted =
-            DeleteScanPoints(database, objects, OrderOf(*due, row, options), deadline);
+        const absl::StatusOr<DeletedPoints> deleted = DeleteScanPoints(database, objects, order, deadline);
         // Somebody wants to keep them after all; the next batch is asked for under the new policy.
-        if (deleted.status().GetPayload(kReasonPayload) == absl::Cord(kPolicyChanged)) break;
+        if (absl::IsAborted(deleted.status())) break;
         if (!deleted.ok()) return deleted.status();
         done.freed_count += deleted->freed_count;
         done.freed_bytes += deleted->freed_bytes;
       }
       ++done.scan_count;
-      done.scan_bytes += due->Int(row, 1);
+      done.scan_bytes += scan_bytes;
     }
   }
   if (options.dry_run) return done;

@@ -7,6 +7,7 @@
 #include <regex>
 #include <set>
 
+#include "refusal/refusal.h"
 #include "storage/s3_object_store.h"
 
 namespace sixpoint::storage {
@@ -14,7 +15,7 @@ namespace {
 
 absl::Status Refused(const std::string& path, const std::string& key, const std::string& value,
                      const std::string& wanted) {
-  return absl::InvalidArgumentError(path + ": " + key + ": " + (value.empty() ? "empty" : value) + ", want " + wanted);
+  return Refuse(path + ": " + key, value, wanted);
 }
 
 // Every key a known one with one text: a misspelt timeout must not pass for the default.
@@ -61,7 +62,7 @@ absl::StatusOr<S3Config> ReadS3Config(const std::string& path) {
   struct stat file {};
   if (stat(path.c_str(), &file) != 0) return absl::InvalidArgumentError("--blob-store: no file " + path);
   if ((file.st_mode & S_IRWXO) != 0) {
-    return absl::InvalidArgumentError(path + ": holds a secret and everybody may read it, want mode 0600 or 0640");
+    return Refuse(path, "holds a secret and everybody may read it", "mode 0600 or 0640");
   }
   absl::StatusOr<std::map<std::string, std::string>> keys = ReadKeys(path);
   if (!keys.ok()) return keys.status();
@@ -102,8 +103,7 @@ absl::StatusOr<std::unique_ptr<BlobStore>> OpenBlobStore(const std::string& conf
   constexpr char kS3[] = "s3://";
   if (configuration == "postgresql") return MakePostgresqlBlobStore();
   if (configuration.rfind(kS3, 0) != 0) {
-    return absl::InvalidArgumentError("--blob-store: " + configuration +
-                                      ", want postgresql or s3:// and a file's path");
+    return Refuse("--blob-store", configuration, "postgresql or s3:// and a file's path");
   }
   const absl::StatusOr<S3Config> config = ReadS3Config(configuration.substr(sizeof kS3 - 1));
   if (!config.ok()) return config.status();

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "storage/blobs.h"
+#include "storage/reasons.h"
 #include "storage/s3_answers.h"
 
 namespace sixpoint::storage {
@@ -246,23 +247,23 @@ class S3ObjectStore final : public ObjectStore {
     if (answer.transport != CURLE_OK) {
       const std::string why = what + curl_easy_strerror(answer.transport);
       if (std::chrono::system_clock::now() + kClockStep >= deadline) return absl::DeadlineExceededError(why);
-      return WithReason(absl::UnavailableError(why), "OBJECT_STORE_AWAY");
+      return WithReason(absl::UnavailableError(why), kObjectStoreAway);
     }
     if (answer.http_status >= 200 && answer.http_status < 300) return answer;
     const std::string code = S3ErrorCodeOf(answer.body);
     const std::string said = what + std::to_string(answer.http_status) + (code.empty() ? "" : " " + code);
     if (code == "NoSuchBucket") {
-      return WithReason(absl::FailedPreconditionError(said + ", want the bucket made before"), "BUCKET_MISSING");
+      return WithReason(absl::FailedPreconditionError(said + ", want the bucket made before"), kBucketMissing);
     }
     if (answer.http_status == 404) return absl::NotFoundError(said);
     if (answer.http_status == 401 || answer.http_status == 403) {
       const bool full = code == "QuotaExceeded";
       if (full) return absl::ResourceExhaustedError(said);
       return WithReason(absl::FailedPreconditionError(said + ", want keys that it knows and that may read and write"),
-                        "OBJECT_STORE_REFUSED");
+                        kObjectStoreRefused);
     }
     if (answer.http_status == 507) return absl::ResourceExhaustedError(said);
-    if (IsPassing(answer)) return WithReason(absl::UnavailableError(said), "OBJECT_STORE_AWAY");
+    if (IsPassing(answer)) return WithReason(absl::UnavailableError(said), kObjectStoreAway);
     return absl::InternalError(said);
   }
 

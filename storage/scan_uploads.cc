@@ -1,5 +1,7 @@
 #include "storage/scan_uploads.h"
 
+#include <utility>
+
 namespace sixpoint::storage {
 namespace {
 
@@ -39,7 +41,7 @@ absl::StatusOr<std::optional<ScanUploadRow>> FindUpload(Transaction& transaction
   upload.proven_error_um = rows->Real(0, 7);
   upload.open_profile_points = rows->Int(0, 8);
   upload.open_profile_x_mm = rows->Real(0, 9);
-  return upload;
+  return rows->Checked(std::move(upload));
 }
 
 absl::Status BeginUpload(Transaction& transaction, const ScanUploadRow& upload) {

@@ -1,5 +1,7 @@
 #include "storage/scans.h"
 
+#include <utility>
+
 namespace sixpoint::storage {
 namespace {
 
@@ -95,7 +97,7 @@ absl::StatusOr<std::optional<ScanRow>> FindScan(Transaction& transaction, const 
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectScan, Params().Text(scan_id));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
-  return ReadScan(*rows, 0);
+  return rows->Checked(ReadScan(*rows, 0));
 }
 
 absl::StatusOr<std::vector<ScanBlockRow>> ReadBlocks(const Rows& rows, const std::string& scan_id) {
@@ -110,7 +112,7 @@ absl::StatusOr<std::vector<ScanBlockRow>> ReadBlocks(const Rows& rows, const std
     block.profile_count = static_cast<int>(rows.Int(row, 4));
     block.sent_sha256 = rows.Text(row, 5);
   }
-  return blocks;
+  return rows.Checked(std::move(blocks));
 }
 
 absl::StatusOr<std::vector<ScanBlockRow>> BlocksOfScan(Transaction& transaction, const std::string& scan_id) {
@@ -154,7 +156,7 @@ absl::StatusOr<std::vector<ScanRow>> ListScans(Transaction& transaction, const S
   if (!rows.ok()) return rows.status();
   std::vector<ScanRow> scans;
   for (int row = 0; row < rows->count(); ++row) scans.push_back(ReadScan(*rows, row));
-  return scans;
+  return rows->Checked(std::move(scans));
 }
 
 }  // namespace sixpoint::storage

@@ -67,7 +67,7 @@ absl::StatusOr<std::optional<StudyRow>> FindStudy(Transaction& transaction, cons
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectStudy, Params().Text(study_id));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
-  return ReadStudies(*rows).front();
+  return rows->Checked(ReadStudies(*rows).front());
 }
 
 absl::StatusOr<std::vector<StudyRow>> ListStudies(Transaction& transaction, const StudyFilter& filter,
@@ -77,7 +77,7 @@ absl::StatusOr<std::vector<StudyRow>> ListStudies(Transaction& transaction, cons
   AddSpan(filter.recorded, &params);
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectPage, params.Int(before_sequence).Int(limit));
   if (!rows.ok()) return rows.status();
-  return ReadStudies(*rows);
+  return rows->Checked(ReadStudies(*rows));
 }
 
 }  // namespace sixpoint::storage

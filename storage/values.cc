@@ -8,17 +8,15 @@
 #include <cstring>
 #include <ctime>
 #include <limits>
+#include <utility>
 
+#include "refusal/message_text.h"
 #include "storage/database.h"
 
 namespace sixpoint::storage {
 namespace {
 
-[[noreturn]] void WrongType(const char* wanted, std::string_view text) {
-  std::fprintf(stderr, "storage: a column holds '%.*s', want %s\n", static_cast<int>(std::min<size_t>(text.size(), 80)),
-               text.data(), wanted);
-  std::abort();
-}
+constexpr std::size_t kLongestShown = 80;
 
 std::string TextOfReal(double value) {
   if (std::isnan(value)) return "NaN";
@@ -28,21 +26,25 @@ std::string TextOfReal(double value) {
   return std::string(buffer, written.ptr);
 }
 
-double RealOfText(std::string_view text) {
-  if (text == "NaN") return std::numeric_limits<double>::quiet_NaN();
-  if (text == "Infinity") return std::numeric_limits<double>::infinity();
-  if (text == "-Infinity") return -std::numeric_limits<double>::infinity();
-  double value = 0;
+// The whole text as a number.
+template <typename Number>
+std::optional<Number> NumberOfText(std::string_view text) {
+  Number value{};
   const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (read.ec != std::errc() || read.ptr != text.data() + text.size()) WrongType("a double", text);
+  if (read.ec != std::errc() || read.ptr != text.data() + text.size()) return std::nullopt;
   return value;
 }
 
-std::int64_t IntOfText(std::string_view text) {
-  std::int64_t value = 0;
-  const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (read.ec != std::errc() || read.ptr != text.data() + text.size()) WrongType("an integer", text);
-  return value;
+std::optional<double> RealOfText(std::string_view text) {
+  if (text == "NaN") return std::numeric_limits<double>::quiet_NaN();
+  if (text == "Infinity") return std::numeric_limits<double>::infinity();
+  if (text == "-Infinity") return -std::numeric_limits<double>::infinity();
+  return NumberOfText<double>(text);
+}
+
+std::optional<bool> BoolOfText(std::string_view text) {
+  if (text != "t" && text != "f") return std::nullopt;
+  return text == "t";
 }
 
 std::string TextOfTime(Instant value) {
@@ -63,12 +65,12 @@ std::string TextOfTime(Instant value) {
 }
 
 // "2026-11-21 03:27:26.5+00": the session speaks UTC and ISO.
-Instant TimeOfText(const std::string& text) {
+std::optional<Instant> TimeOfText(const std::string& text) {
   std::tm utc{};
   int used = 0;
   if (std::sscanf(text.c_str(), "%d-%d-%d %d:%d:%d%n", &utc.tm_year, &utc.tm_mon, &utc.tm_mday, &utc.tm_hour,
                   &utc.tm_min, &utc.tm_sec, &used) != 6) {
-    WrongType("a time", text);
+    return std::nullopt;
   }
   utc.tm_year -= 1900;
   utc.tm_mon -= 1;
@@ -81,7 +83,7 @@ Instant TimeOfText(const std::string& text) {
     }
     for (; digits < 6; ++digits) microseconds *= 10;
   }
-  if (text.compare(at, std::string::npos, "+00") != 0) WrongType("a time in UTC", text);
+  if (text.compare(at, std::string::npos, "+00") != 0) return std::nullopt;
   return Instant(std::chrono::seconds(timegm(&utc)) + std::chrono::microseconds(microseconds));
 }
 
@@ -100,8 +102,8 @@ std::string TextOfTexts(const std::vector<std::string>& values) {
 }
 
 // A one-dimensional array literal without NULLs.
-std::vector<std::string> ElementsOfText(std::string_view text) {
-  if (text.size() < 2 || text.front() != '{' || text.back() != '}') WrongType("an array", text);
+std::optional<std::vector<std::string>> ElementsOfText(std::string_view text) {
+  if (text.size() < 2 || text.front() != '{' || text.back() != '}') return std::nullopt;
   std::vector<std::string> elements;
   const std::string_view inside = text.substr(1, text.size() - 2);
   for (size_t at = 0; at < inside.size();) {
@@ -109,25 +111,49 @@ std::vector<std::string> ElementsOfText(std::string_view text) {
     if (inside[at] == '"') {
       for (++at; at < inside.size() && inside[at] != '"'; ++at) {
         if (inside[at] == '\\') ++at;
-        if (at >= inside.size()) WrongType("an array", text);
+        if (at >= inside.size()) return std::nullopt;
         element += inside[at];
       }
       ++at;
     } else {
       for (; at < inside.size() && inside[at] != ','; ++at) element += inside[at];
-      if (element == "NULL") WrongType("an array without NULL", text);
+      if (element == "NULL") return std::nullopt;
     }
     elements.push_back(std::move(element));
-    if (at < inside.size() && inside[at] != ',') WrongType("an array of one dimension", text);
+    if (at < inside.size() && inside[at] != ',') return std::nullopt;
     ++at;
   }
   return elements;
+}
+
+std::optional<std::vector<double>> RealsOfText(std::string_view text) {
+  const std::optional<std::vector<std::string>> elements = ElementsOfText(text);
+  if (!elements) return std::nullopt;
+  std::vector<double> values;
+  for (const std::string& element : *elements) {
+    const std::optional<double> value = RealOfText(element);
+    if (!value) return std::nullopt;
+    values.push_back(*value);
+  }
+  return values;
 }
 
 int NibbleOf(char c) {
   if (c >= '0' && c <= '9') return c - '0';
   if (c >= 'a' && c <= 'f') return c - 'a' + 10;
   return -1;
+}
+
+// "\\x" and two digits a byte.
+std::optional<std::string> BytesOfText(std::string_view text) {
+  if (text.size() < 2 || text.size() % 2 != 0 || text[0] != '\\' || text[1] != 'x') return std::nullopt;
+  std::string bytes(text.size() / 2 - 1, '\0');
+  for (size_t i = 0; i < bytes.size(); ++i) {
+    const int high = NibbleOf(text[2 * i + 2]), low = NibbleOf(text[2 * i + 3]);
+    if (high < 0 || low < 0) return std::nullopt;
+    bytes[i] = static_cast<char>(high << 4 | low);
+  }
+  return bytes;
 }
 
 }  // namespace
@@ -166,56 +192,81 @@ Params& Params::Null() {
   return *this;
 }
 
-Rows::Rows(pg_result* result) : result_(result, [](pg_result* owned) { PQclear(owned); }) {}
+struct Rows::State {
+  explicit State(pg_result* of) : result(of) {}
+  ~State() { PQclear(result); }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
 
-int Rows::count() const { return result_ == nullptr ? 0 : PQntuples(result_.get()); }
+  pg_result* const result;
+  absl::Status status;
+};
+
+Rows::Rows(pg_result* result) : state_(std::make_shared<State>(result)) {}
+
+int Rows::count() const { return state_ == nullptr ? 0 : PQntuples(state_->result); }
 
 int Rows::affected() const {
-  const char* count = result_ == nullptr ? "" : PQcmdTuples(result_.get());
+  const char* count = state_ == nullptr ? "" : PQcmdTuples(state_->result);
   return *count == '\0' ? 0 : std::atoi(count);
 }
 
-bool Rows::IsNull(int row, int column) const { return PQgetisnull(result_.get(), row, column) != 0; }
+absl::Status Rows::status() const { return state_ == nullptr ? absl::OkStatus() : state_->status; }
 
-std::string Rows::Text(int row, int column) const {
-  if (row < 0 || row >= count() || column < 0 || column >= PQnfields(result_.get())) {
-    WrongType("a row and column of the result", std::to_string(row) + ", " + std::to_string(column));
-  }
-  if (IsNull(row, column)) WrongType("a value", "NULL");
-  return std::string(PQgetvalue(result_.get(), row, column),
-                     static_cast<size_t>(PQgetlength(result_.get(), row, column)));
+bool Rows::Has(int row, int column) const {
+  return row >= 0 && row < count() && column >= 0 && column < PQnfields(state_->result);
 }
 
-std::int64_t Rows::Int(int row, int column) const { return IntOfText(Text(row, column)); }
-double Rows::Real(int row, int column) const { return RealOfText(Text(row, column)); }
-bool Rows::Bool(int row, int column) const {
-  const std::string text = Text(row, column);
-  if (text != "t" && text != "f") WrongType("a boolean", text);
-  return text == "t";
+bool Rows::IsNull(int row, int column) const {
+  return !Has(row, column) || PQgetisnull(state_->result, row, column) != 0;
 }
-Instant Rows::Time(int row, int column) const { return TimeOfText(Text(row, column)); }
 
+std::optional<std::string_view> Rows::Value(int row, int column, const char* wanted) const {
+  if (!IsNull(row, column))
+    return std::string_view(PQgetvalue(state_->result, row, column),
+                            static_cast<size_t>(PQgetlength(state_->result, row, column)));
+  Unreadable(row, column, Has(row, column) ? "NULL" : "nothing", wanted);
+  return std::nullopt;
+}
+
+void Rows::Unreadable(int row, int column, std::string_view found, const char* wanted) const {
+  if (state_ == nullptr || !state_->status.ok()) return;
+  const char* name = PQfname(state_->result, column);
+  state_->status = absl::InternalError(
+      "database: column " + std::to_string(column) + (name == nullptr ? "" : " (" + std::string(name) + ")") +
+      " of row " + std::to_string(row) + " holds " + Tame(std::string(found), kLongestShown) + ", want " + wanted);
+}
+
+template <typename T, typename Parse>
+T Rows::Parsed(int row, int column, const char* wanted, Parse parse, T otherwise) const {
+  const std::optional<std::string_view> text = Value(row, column, wanted);
+  if (!text) return otherwise;
+  std::optional<T> value = parse(std::string(*text));
+  if (value) return *std::move(value);
+  Unreadable(row, column, *text, wanted);
+  return otherwise;
+}
+
+std::string Rows::Text(int row, int column) const { return std::string(Value(row, column, "a text").value_or("")); }
+std::int64_t Rows::Int(int row, int column) const {
+  return Parsed<std::int64_t>(row, column, "an integer", NumberOfText<std::int64_t>, 0);
+}
+double Rows::Real(int row, int column) const {
+  return Parsed<double>(row, column, "a number", RealOfText, std::numeric_limits<double>::quiet_NaN());
+}
+bool Rows::Bool(int row, int column) const { return Parsed<bool>(row, column, "a boolean", BoolOfText, false); }
+Instant Rows::Time(int row, int column) const {
+  return Parsed<Instant>(row, column, "a time in UTC", TimeOfText, Instant());
+}
 std::string Rows::Bytes(int row, int column) const {
-  if (IsNull(row, column)) WrongType("bytes", "NULL");
-  const char* text = PQgetvalue(result_.get(), row, column);
-  const size_t length = static_cast<size_t>(PQgetlength(result_.get(), row, column));
-  if (PQfformat(result_.get(), column) == 1) return std::string(text, length);
-  if (length < 2 || length % 2 != 0 || text[0] != '\\' || text[1] != 'x') WrongType("bytes", text);
-  std::string bytes(length / 2 - 1, '\0');
-  for (size_t i = 0; i < bytes.size(); ++i) {
-    const int high = NibbleOf(text[2 * i + 2]), low = NibbleOf(text[2 * i + 3]);
-    if (high < 0 || low < 0) WrongType("bytes", text);
-    bytes[i] = static_cast<char>(high << 4 | low);
-  }
-  return bytes;
+  if (!IsNull(row, column) && PQfformat(state_->result, column) == 1) return std::string(*Value(row, column, "bytes"));
+  return Parsed<std::string>(row, column, "bytes", BytesOfText, "");
 }
-
 std::vector<double> Rows::Reals(int row, int column) const {
-  std::vector<double> values;
-  for (const std::string& element : ElementsOfText(Text(row, column))) values.push_back(RealOfText(element));
-  return values;
+  return Parsed<std::vector<double>>(row, column, "an array of numbers", RealsOfText, {});
 }
-
-std::vector<std::string> Rows::Texts(int row, int column) const { return ElementsOfText(Text(row, column)); }
+std::vector<std::string> Rows::Texts(int row, int column) const {
+  return Parsed<std::vector<std::string>>(row, column, "an array of texts", ElementsOfText, {});
+}
 
 }  // namespace sixpoint::storage

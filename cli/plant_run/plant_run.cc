@@ -14,6 +14,7 @@
 #include "cli/progress.h"
 #include "cli/reports.h"
 #include "cli/scan_transfer.h"
+#include "refusal/refusal.h"
 #include "services/runtime/resource_name.h"
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
@@ -129,8 +130,8 @@ absl::Status PlantRun::UploadOne(const DatasetScan& scan, Progress* progress) {
   absl::StatusOr<metrology::Points> points = ReadCloud((folder_ / scan.file).string());
   if (!points.ok()) return points.status();
   if (static_cast<std::int64_t>(points->size()) != scan.point_count) {
-    return absl::InvalidArgumentError(scan.file + ": " + std::to_string(points->size()) + " points, want " +
-                                      std::to_string(scan.point_count) + " as dataset.json says");
+    return Refuse(scan.file, std::to_string(points->size()) + " points",
+                  std::to_string(scan.point_count) + " as dataset.json says");
   }
   ingest::v1::ScanHeader header = scan.header;
   header.set_encoding(ingest::v1::ENCODING_XYZ_F64);

@@ -17,6 +17,7 @@
 #include "metrology/cad/tessellation.h"
 #include "metrology/mesh/mesh_bytes.h"
 #include "metrology/mesh/stl.h"
+#include "refusal/refusal.h"
 
 namespace {
 
@@ -25,8 +26,10 @@ using namespace sixpoint::metrology;  // NOLINT: a main of one page
 constexpr int kRefused = 2;
 constexpr std::uintmax_t kGreatestInputBytes = 64u << 20;
 
-int Refuse(const std::string& message) {
-  std::cerr << message << std::endl;
+// Field, value and wanted on a line each: the server reads them as data.
+int Refused(const absl::Status& status) {
+  const std::vector<sixpoint::Violation> violations = sixpoint::ViolationsOf(status);
+  std::cerr << (violations.empty() ? std::string(status.message()) + "\n" : sixpoint::ViolationLines(violations));
   return kRefused;
 }
 
@@ -59,7 +62,7 @@ absl::StatusOr<TriangleMesh> Read(const std::string& format, const std::string& 
                                   const TessellationOptions& options) {
   if (format == "step") return TessellateCad(CadFormat::kStep, path, options);
   if (format == "iges") return TessellateCad(CadFormat::kIges, path, options);
-  if (format != "stl") return absl::InvalidArgumentError("--format: " + format + ", want step, iges or stl");
+  if (format != "stl") return sixpoint::Refuse("--format", format, "step, iges or stl");
   std::ifstream file(path, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(file), {}};
   return ReadStl(bytes, unit_mm);
@@ -76,9 +79,9 @@ int main(int argc, char** argv) {
   for (int i = 1; i < argc; i += 2) {
     auto flag = flags.find(argv[i]);
     if (flag == flags.end() || i + 1 == argc) {
-      return Refuse(
+      return Refused(absl::InvalidArgumentError(
           "usage: sixpoint-cad-worker --format step|iges|stl --in FILE --out FILE [--unit-mm 1] [--error-um 0.5]"
-          " [--memory-mb 4096] [--cpu-s 120]");
+          " [--memory-mb 4096] [--cpu-s 120]"));
     }
     flag->second = argv[i + 1];
   }
@@ -91,14 +94,16 @@ int main(int argc, char** argv) {
   ForbidNetworkAndPrograms();
 
   struct stat status {};
-  if (stat(flags["--in"].c_str(), &status) != 0 || status.st_size <= 0) return Refuse("cad: empty, want a CAD file");
-  if (std::uintmax_t(status.st_size) > kGreatestInputBytes) return Refuse("cad: too large, want at most 64 MiB");
+  if (stat(flags["--in"].c_str(), &status) != 0 || status.st_size <= 0)
+    return Refused(sixpoint::Refuse("cad", "", "a CAD file"));
+  if (std::uintmax_t(status.st_size) > kGreatestInputBytes)
+    return Refused(sixpoint::Refuse("cad", "too large", "at most 64 MiB"));
 
   TessellationOptions options;
   options.chordal_error_um = std::atof(flags["--error-um"].c_str());
   const absl::StatusOr<TriangleMesh> mesh =
       Read(flags["--format"], flags["--in"], std::atof(flags["--unit-mm"].c_str()), options);
-  if (!mesh.ok()) return Refuse(std::string(mesh.status().message()));
+  if (!mesh.ok()) return Refused(mesh.status());
   const std::string bytes = MeshBytes(*mesh);
   std::ofstream out(flags["--out"], std::ios::binary | std::ios::trunc);
   out.write(bytes.data(), std::streamsize(bytes.size())).flush();

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "metrology/mesh/cubic_patch.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -21,7 +22,7 @@ constexpr double kLeastCosine = 0.98, kFlatEdgeFactor = 2;
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 absl::Status Bad(const std::string& field, const std::string& value, const std::string& wanted) {
-  return absl::InvalidArgumentError("cad." + field + ": " + value + ", want " + wanted);
+  return Refuse("cad." + field, value, wanted);
 }
 
 double DistanceToSegment(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {

@@ -33,6 +33,8 @@
 #include "metrology/mesh/skin.h"
 #include "metrology/mesh/volume.h"
 #include "metrology/mesh/weld.h"
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -45,7 +47,7 @@ constexpr double kCoarseDeflectionMm = 0.05;
 constexpr double kCoarseAngleRad = 0.5;
 
 absl::Status Bad(const std::string& field, const std::string& value, const std::string& wanted) {
-  return absl::InvalidArgumentError("cad." + field + ": " + value + ", want " + wanted);
+  return Refuse("cad." + field, value, wanted);
 }
 
 Eigen::Vector3d ToEigen(const gp_XYZ& v) { return {v.X(), v.Y(), v.Z()}; }
@@ -257,7 +259,10 @@ absl::StatusOr<TriangleMesh> Tessellate(const TopoDS_Shape& shape, double extent
     refinement.patch_error_mm *= 2;
     mesh = Refine(coarse, geometry, refinement);
   }
-  return absl::IsResourceExhausted(mesh.status()) ? absl::InvalidArgumentError(mesh.status().message()) : mesh;
+  if (absl::IsResourceExhausted(mesh.status()))
+    return Bad("triangle_count", "beyond the limit even at " + NumberText(1e3 * refinement.chordal_error_mm) + " um",
+               "at most " + std::to_string(refinement.greatest_triangle_count));
+  return mesh;
 }
 
 absl::StatusOr<TriangleMesh> ReadAndTessellate(CadFormat format, const std::string& path,
@@ -294,7 +299,7 @@ absl::StatusOr<TriangleMesh> ReadAndTessellate(CadFormat format, const std::stri
 absl::StatusOr<TriangleMesh> TessellateCad(CadFormat format, const std::string& path,
                                            const TessellationOptions& options) {
   if (!(options.chordal_error_um >= 0.01 && options.chordal_error_um <= 1000))
-    return Bad("chordal_error_um", std::to_string(options.chordal_error_um), "0.01 to 1000");
+    return Bad("chordal_error_um", NumberText(options.chordal_error_um), "0.01 to 1000");
   Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_Printer));
   try {
     return ReadAndTessellate(format, path, options);

@@ -5,18 +5,11 @@
 #include <cmath>
 #include <set>
 
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
+
 namespace sixpoint::metrology {
 namespace {
-
-std::string Number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
-
-absl::Status Wrong(const std::string& field, const std::string& value, const std::string& wanted) {
-  return absl::InvalidArgumentError(field + ": " + value + ", want " + wanted);
-}
 
 bool Finite(const Points& points) {
   return std::all_of(points.begin(), points.end(), [](const Eigen::Vector3d& p) { return p.allFinite(); });
@@ -33,21 +26,21 @@ double Artefact::ConeDepth() const {
 
 absl::Status Validate(const Artefact& a) {
   const auto positive = [](double v) { return std::isfinite(v) && v > 0 && v < 1e4; };
-  if (!positive(a.side_mm)) return Wrong("artefact.side_mm", Number(a.side_mm), "> 0");
+  if (!positive(a.side_mm)) return Refuse("artefact.side_mm", Rounded(a.side_mm), "> 0");
   if (!positive(a.cone_half_angle_rad) || a.cone_half_angle_rad > 1.4)
-    return Wrong("artefact.cone_half_angle_deg", Number(a.cone_half_angle_rad * 180 / M_PI), "between 0 and 80");
+    return Refuse("artefact.cone_half_angle_deg", Rounded(a.cone_half_angle_rad * 180 / M_PI), "between 0 and 80");
   if (!positive(a.cone_bottom_radius_mm))
-    return Wrong("artefact.cone_bottom_radius_mm", Number(a.cone_bottom_radius_mm), "> 0");
+    return Refuse("artefact.cone_bottom_radius_mm", Rounded(a.cone_bottom_radius_mm), "> 0");
   if (!positive(a.cone_top_radius_mm) || a.cone_top_radius_mm - a.cone_bottom_radius_mm < 0.3)
-    return Wrong("artefact.cone_top_radius_mm", Number(a.cone_top_radius_mm),
-                 "at least 0.3 mm more than cone_bottom_radius_mm");
+    return Refuse("artefact.cone_top_radius_mm", Rounded(a.cone_top_radius_mm),
+                  "at least 0.3 mm more than cone_bottom_radius_mm");
   if (a.cones.size() < 3 || a.cones.size() > 16)
-    return Wrong("artefact.cones", std::to_string(a.cones.size()) + " of them", "3 to 16");
-  if (a.slots.size() > 16) return Wrong("artefact.slots", std::to_string(a.slots.size()) + " of them", "at most 16");
+    return Refuse("artefact.cones", std::to_string(a.cones.size()) + " of them", "3 to 16");
+  if (a.slots.size() > 16) return Refuse("artefact.slots", std::to_string(a.slots.size()) + " of them", "at most 16");
   if (!a.slots.empty() && (!positive(a.slot_width_mm) || a.slot_width_mm < 0.6))
-    return Wrong("artefact.slot_width_mm", Number(a.slot_width_mm), ">= 0.6");
+    return Refuse("artefact.slot_width_mm", Rounded(a.slot_width_mm), ">= 0.6");
   if (!a.slots.empty() && (!positive(a.slot_depth_mm) || a.slot_depth_mm < 0.2))
-    return Wrong("artefact.slot_depth_mm", Number(a.slot_depth_mm), ">= 0.2");
+    return Refuse("artefact.slot_depth_mm", Rounded(a.slot_depth_mm), ">= 0.2");
 
   struct Disc {
     std::string name;
@@ -61,12 +54,12 @@ absl::Status Validate(const Artefact& a) {
   for (size_t i = 0; i < discs.size(); ++i) {
     const Disc& d = discs[i];
     const std::string field = "artefact.features[" + d.name + "]";
-    if (d.name.empty() || !names.insert(d.name).second) return Wrong(field, "'" + d.name + "'", "a name of its own");
+    if (d.name.empty() || !names.insert(d.name).second) return Refuse(field, "'" + d.name + "'", "a name of its own");
     if (!d.centre.allFinite() || d.centre.cwiseAbs().maxCoeff() + d.radius > a.side_mm / 2)
-      return Wrong(field, Number(d.centre.x()) + ", " + Number(d.centre.y()), "a place on the plate");
+      return Refuse(field, Rounded(d.centre.x()) + ", " + Rounded(d.centre.y()), "a place on the plate");
     for (size_t j = 0; j < i; ++j)
       if ((d.centre - discs[j].centre).norm() < d.radius + discs[j].radius + 0.2)
-        return Wrong(field, "overlaps " + discs[j].name, "0.2 mm of upper face between two features");
+        return Refuse(field, "overlaps " + discs[j].name, "0.2 mm of upper face between two features");
   }
   // Twice the area of the best triangle, against the length of its longest side.
   double area = 0, reach = 0;
@@ -80,9 +73,9 @@ absl::Status Validate(const Artefact& a) {
       }
     }
   if (area < 0.05 * reach * reach)
-    return Wrong("artefact.cones", "collinear",
-                 "three cones that span the plate: collinear ones leave the turn about "
-                 "their line undetermined");
+    return Refuse("artefact.cones", "collinear",
+                  "three cones that span the plate: collinear ones leave the turn about "
+                  "their line undetermined");
   return absl::OkStatus();
 }
 
@@ -95,25 +88,26 @@ const Eigen::Vector3d* TouchedCentre(const ArtefactTouch& touch, const std::stri
 absl::Status CheckTouch(const Artefact& artefact, const ArtefactTouch& touch) {
   if (!(std::isfinite(touch.standard_uncertainty_mm) && touch.standard_uncertainty_mm >= 0 &&
         touch.standard_uncertainty_mm <= 0.1))
-    return Wrong("touch.standard_uncertainty_um", Number(1e3 * touch.standard_uncertainty_mm), "0 (not stated) to 100");
+    return Refuse("touch.standard_uncertainty_um", Rounded(1e3 * touch.standard_uncertainty_mm),
+                  "0 (not stated) to 100");
   std::set<std::string> names;
   for (const TouchedPoint& t : touch.centres) {
     const std::string field = "touch.centres[" + t.name + "]";
-    if (!names.insert(t.name).second) return Wrong(field, "given twice", "one centre a feature");
+    if (!names.insert(t.name).second) return Refuse(field, "given twice", "one centre a feature");
     if (!t.point_mm.allFinite() || t.point_mm.cwiseAbs().maxCoeff() > kGreatestCoordinateMm)
-      return Wrong(field, "not finite or off the machine", "machine coordinates in mm");
+      return Refuse(field, "not finite or off the machine", "machine coordinates in mm");
   }
   for (const auto& [field, points] : {std::pair<const char*, const Points*>{"touch.plane_mm", &touch.plane_mm},
                                       {"touch.side_x_mm", &touch.side_x_mm},
                                       {"touch.side_y_mm", &touch.side_y_mm}})
-    if (!Finite(*points)) return Wrong(field, "not finite", "machine coordinates in mm");
+    if (!Finite(*points)) return Refuse(field, "not finite", "machine coordinates in mm");
 
   std::vector<double> ratios;
   double worst_mm = 0;
   for (size_t i = 0; i < artefact.cones.size(); ++i) {
     const Eigen::Vector3d* p = TouchedCentre(touch, artefact.cones[i].name);
     if (p == nullptr)
-      return Wrong("touch.centres", "no " + artefact.cones[i].name, "the centre of every cone: probe it and send it");
+      return Refuse("touch.centres", "no " + artefact.cones[i].name, "the centre of every cone: probe it and send it");
     for (size_t j = 0; j < i; ++j) {
       const double nominal = (artefact.cones[i].centre_mm - artefact.cones[j].centre_mm).norm();
       const double found = (*p - *TouchedCentre(touch, artefact.cones[j].name)).norm();
@@ -125,11 +119,11 @@ absl::Status CheckTouch(const Artefact& artefact, const ArtefactTouch& touch) {
   if (worst_mm <= kWorstDistanceMm) return absl::OkStatus();
   std::sort(ratios.begin(), ratios.end());
   const double ratio = ratios[ratios.size() / 2];
-  std::string wanted = "the distances of the artefact's record within " + Number(kWorstDistanceMm) + " mm";
+  std::string wanted = "the distances of the artefact's record within " + Rounded(kWorstDistanceMm) + " mm";
   for (const double inch : {25.4, 1 / 25.4})
     if (std::abs(ratio / inch - 1) < 0.05)
-      wanted += "; they differ by a factor of " + Number(ratio) + ": send millimetres, these look like other units";
-  return Wrong("touch.centres", "distances between cones off by up to " + Number(worst_mm) + " mm", wanted);
+      wanted += "; they differ by a factor of " + Rounded(ratio) + ": send millimetres, these look like other units";
+  return Refuse("touch.centres", "distances between cones off by up to " + Rounded(worst_mm) + " mm", wanted);
 }
 
 Eigen::Isometry3d RigidFit(const Points& from, const Points& onto) {

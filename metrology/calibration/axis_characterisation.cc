@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <cstdio>
 
 #include "metrology/statistics/ranks.h"
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -16,32 +17,22 @@ constexpr double kTurn = 2 * M_PI;
 constexpr int kLongWaves = 3;
 constexpr int kMostExtraHarmonics = 12;
 
-std::string Number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
-
 // The way's share of the reversal error.
 double Way(Travel travel) { return travel == Travel::kForward ? 0.5 : travel == Travel::kBackward ? -0.5 : 0; }
 
 absl::Status CheckReadings(const std::vector<AxisReading>& run) {
   constexpr double kGreatestErrorRad = 1 * kDegrees, kFarthestRad = 100 * kTurn;
   constexpr size_t kMostReadings = 200'000;
-  if (run.size() > kMostReadings)
-    return absl::InvalidArgumentError("run: " + std::to_string(run.size()) + " readings, want at most 200000");
+  if (run.size() > kMostReadings) return Refuse("run", std::to_string(run.size()) + " readings", "at most 200000");
   for (size_t i = 0; i < run.size(); ++i) {
     const AxisReading& r = run[i];
     const std::string field = "run[" + std::to_string(i) + "]";
     if (!(std::abs(r.commanded_rad) <= kFarthestRad))
-      return absl::InvalidArgumentError(field + ".commanded_deg: " + Number(r.commanded_rad / kDegrees) +
-                                        ", want a number within 100 turns");
+      return Refuse(field + ".commanded_deg", Rounded(r.commanded_rad / kDegrees), "a number within 100 turns");
     if (!(std::abs(r.measured_rad - r.commanded_rad) <= kGreatestErrorRad))
-      return absl::InvalidArgumentError(field + ".measured_deg: " + Number(r.measured_rad / kDegrees) +
-                                        ", want within 1 deg of the command, " + Number(r.commanded_rad / kDegrees) +
-                                        " deg");
-    if (r.travel == Travel::kUnknown)
-      return absl::InvalidArgumentError(field + ".travel: unknown, want forward or backward");
+      return Refuse(field + ".measured_deg", Rounded(r.measured_rad / kDegrees),
+                    "within 1 deg of the command, " + Rounded(r.commanded_rad / kDegrees) + " deg");
+    if (r.travel == Travel::kUnknown) return Refuse(field + ".travel", "unknown", "forward or backward");
   }
   return absl::OkStatus();
 }
@@ -60,7 +51,7 @@ absl::StatusOr<int> HighestOrder(const std::vector<AxisReading>& run) {
     const double span = angles.empty() ? 0 : angles.back() - angles.front();
     if (span < kTurn - kRounding)
       return absl::FailedPreconditionError(
-          std::string("run: ") + name + " it covers " + Number(span / kDegrees) +
+          std::string("run: ") + name + " it covers " + Rounded(span / kDegrees) +
           " deg, want a whole turn both ways (-10 to 370 deg and back); angles in deg");
     if (angles.size() < kFewest)
       return absl::FailedPreconditionError(std::string("run: ") + std::to_string(angles.size()) + " readings " + name +
@@ -69,9 +60,9 @@ absl::StatusOr<int> HighestOrder(const std::vector<AxisReading>& run) {
     for (size_t i = 1; i < angles.size(); ++i) {
       const double step = angles[i] - angles[i - 1];
       if (step > kGreatestGap)
-        return absl::FailedPreconditionError(std::string("run: no reading ") + name + " between " +
-                                             Number(angles[i - 1] / kDegrees) + " and " + Number(angles[i] / kDegrees) +
-                                             " deg, want gaps of at most " + Number(kGreatestGap / kDegrees) + " deg");
+        return absl::FailedPreconditionError(
+            std::string("run: no reading ") + name + " between " + Rounded(angles[i - 1] / kDegrees) + " and " +
+            Rounded(angles[i] / kDegrees) + " deg, want gaps of at most " + Rounded(kGreatestGap / kDegrees) + " deg");
       // Readings at one place again tell nothing of the step.
       if (step > kRounding) steps.push_back(step);
     }
@@ -236,7 +227,7 @@ absl::StatusOr<std::vector<Travel>> TravelOf(const std::vector<double>& commande
   for (size_t i = 1; i < travel.size(); ++i)
     if (travel[i] == Travel::kUnknown) travel[i] = travel[i - 1];
   if (travel.empty() || travel.front() == Travel::kUnknown)
-    return absl::InvalidArgumentError("run.commanded_deg: it never changes, want a turn and back");
+    return Refuse("run.commanded_deg", "it never changes", "a turn and back");
   return travel;
 }
 

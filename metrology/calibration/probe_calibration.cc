@@ -8,6 +8,8 @@
 #include "metrology/linear_algebra/least_squares.h"
 #include "metrology/linear_algebra/pseudo_inverse.h"
 #include "metrology/linear_algebra/singular_values.h"
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -36,10 +38,9 @@ absl::Status CheckScale(const ScaledProbe& probe, const ProbeDesign& design) {
   constexpr double kLeastScale = 0.9, kGreatestScale = 1.1;
   const double scale = probe.along.norm() / design.half_mm;
   if (scale >= kLeastScale && scale <= kGreatestScale) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      "readings.displacement_mm: " + ShortNumber(scale) +
-      " mm along the beam for each mm read, want 0.9 to 1.1: are displacements, positions "
-      "and touched points in mm, not inch, of this block, and each of the face named?");
+  return Refuse("readings.displacement_mm", Rounded(scale) + " mm along the beam for each mm read",
+                "0.9 to 1.1: are displacements, positions and touched points in mm, not inch, of this block, and each "
+                "of the face named?");
 }
 
 // The faces' normals outward, and the angles between them those of the drawing.
@@ -59,8 +60,8 @@ absl::Status OrientFaces(const std::vector<ProbedFace>& given, const ScaledProbe
       const double drawn = between(given[j].nominal_normal, given[k].nominal_normal);
       if (std::abs(touched - drawn) > kWorstAngle)
         return absl::FailedPreconditionError("faces " + given[k].face + " and " + given[j].face +
-                                             " were touched at normals " + ShortNumber(touched / kDegrees) +
-                                             " deg apart, want " + ShortNumber(drawn / kDegrees) +
+                                             " were touched at normals " + Rounded(touched / kDegrees) +
+                                             " deg apart, want " + Rounded(drawn / kDegrees) +
                                              " deg within 0.5 deg: another block, or faces mixed up");
     }
   return absl::OkStatus();
@@ -197,10 +198,9 @@ absl::Status CheckAgreement(const std::vector<ProbedFace>& given, const std::vec
     const FittedFace& face = design.faces[design.face_of[i]];
     const double angle = std::acos(std::clamp(-face.normal.dot(result.direction), -1.0, 1.0));
     if (angle > options.greatest_approach_angle_rad)
-      return absl::InvalidArgumentError(At("readings", i) + ".face: " + readings[i].face + " met at " +
-                                        ShortNumber(angle / kDegrees) + " deg, want at most " +
-                                        ShortNumber(options.greatest_approach_angle_rad / kDegrees) +
-                                        " deg between the beam and the face's normal");
+      return Refuse(At("readings", i) + ".face", readings[i].face + " met at " + Rounded(angle / kDegrees) + " deg",
+                    "at most " + Rounded(options.greatest_approach_angle_rad / kDegrees) +
+                        " deg between the beam and the face's normal");
   }
   constexpr double kWorstSigmas = 10;
   std::size_t worst = 0;
@@ -209,8 +209,8 @@ absl::Status CheckAgreement(const std::vector<ProbedFace>& given, const std::vec
   const double allowed = kWorstSigmas * ReadingSigma(design.faces[design.face_of[worst]], probe, design, options);
   if (std::abs(result.residuals_mm[worst]) > allowed)
     return absl::FailedPreconditionError(
-        At("readings", worst) + " on " + readings[worst].face + ": " + ShortNumber(1e3 * result.residuals_mm[worst]) +
-        " um from the fit, want within " + ShortNumber(1e3 * allowed) +
+        At("readings", worst) + " on " + readings[worst].face + ": " + Rounded(1e3 * result.residuals_mm[worst]) +
+        " um from the fit, want within " + Rounded(1e3 * allowed) +
         " um (10 standard uncertainties): the wrong face or another block, mixed units, "
         "or noise_um understated");
   for (std::size_t j = 0; j < given.size(); ++j)
@@ -218,8 +218,8 @@ absl::Status CheckAgreement(const std::vector<ProbedFace>& given, const std::vec
       const double off = design.faces[j].normal.dot(given[j].touched_mm[k] - design.faces[j].centre_mm);
       if (std::abs(off) > kWorstSigmas * options.touch_uncertainty_mm)
         return absl::FailedPreconditionError(At("faces", j) + "." + At("touched_mm", k) + " of " + given[j].face +
-                                             ": " + ShortNumber(1e3 * off) + " um from its face, want within " +
-                                             ShortNumber(1e4 * options.touch_uncertainty_mm) +
+                                             ": " + Rounded(1e3 * off) + " um from its face, want within " +
+                                             Rounded(1e4 * options.touch_uncertainty_mm) +
                                              " um (10 standard uncertainties): another face was touched, or "
                                              "touch_standard_uncertainty_um is understated");
     }
@@ -313,9 +313,8 @@ absl::StatusOr<ProbeCalibration> CalibrateProbe(const std::vector<ProbedFace>& f
   // Readings in inch as a whole fit as well as those in mm, but 25 times too well.
   constexpr double kTooGood = 0.1, kFewestFreedom = 6;
   if (freedom >= kFewestFreedom && std::sqrt(reduced) < kTooGood)
-    return absl::InvalidArgumentError(
-        "noise_um: residuals are " + ShortNumber(std::sqrt(reduced)) +
-        " of what is stated, want about 1: are positions, displacements and touched points in mm, not inch?");
+    return Refuse("noise_um", "residuals are " + Rounded(std::sqrt(reduced)) + " of what is stated",
+                  "about 1: are positions, displacements and touched points in mm, not inch?");
   return result;
 }
 
@@ -326,7 +325,8 @@ absl::StatusOr<std::vector<ProbeFaceCheck>> CheckProbe(const ProbeCalibration& p
   if (moved_faces.empty() && moved_readings.empty()) return std::vector<ProbeFaceCheck>();
   std::vector<int> face_of;
   if (absl::Status s = CheckProbed(moved_faces, moved_readings, options, &face_of); !s.ok())
-    return absl::Status(s.code(), "moved_" + std::string(s.message()));
+    return absl::IsInvalidArgument(s) ? Under("moved_", s)
+                                      : absl::Status(s.code(), "moved_" + std::string(s.message()));
   std::vector<ProbeFaceCheck> checks;
   for (std::size_t j = 0; j < moved_faces.size(); ++j) {
     std::vector<Eigen::Vector3d> points;
@@ -338,9 +338,8 @@ absl::StatusOr<std::vector<ProbeFaceCheck>> CheckProbe(const ProbeCalibration& p
     constexpr std::size_t kFewestPoints = 3;
     constexpr double kLeastSpreadMm = 0.1;
     if (points.size() < kFewestPoints || !(FitFace(points).spread_mm > kLeastSpreadMm))
-      return absl::InvalidArgumentError("moved_readings of " + moved_faces[j].face + ": " +
-                                        std::to_string(points.size()) +
-                                        " points, want at least 3 that spread over the face");
+      return Refuse("moved_readings of " + moved_faces[j].face, std::to_string(points.size()) + " points",
+                    "at least 3 that spread over the face");
     FittedFace touched = FitFace(moved_faces[j].touched_mm);
     FittedFace seen = FitFace(points);
     if (touched.normal.dot(probe.direction) > 0) touched.normal = -touched.normal;
@@ -366,8 +365,8 @@ absl::StatusOr<std::vector<ProbeFaceCheck>> CheckProbe(const ProbeCalibration& p
 
 absl::StatusOr<double> SmallestBlockAngle(double theta) {
   if (!(theta >= M_PI / 4 - 1e-12 && theta <= M_PI / 2))
-    return absl::InvalidArgumentError("greatest_approach_angle_deg: " + ShortNumber(theta / kDegrees) +
-                                      ", want 45 to 90: no beam meets two square faces at less than 45 deg each");
+    return Refuse("greatest_approach_angle_deg", Rounded(theta / kDegrees),
+                  "45 to 90: no beam meets two square faces at less than 45 deg each");
   if (std::cos(theta) <= 1 / std::sqrt(3.0)) return 0;
   const double psi = std::acos(std::min(1.0, std::sqrt(2.0) * std::cos(theta)));
   return std::atan(1 / (std::tan(psi + theta) * std::sqrt(2.0)));

@@ -6,6 +6,9 @@
 #include <cmath>
 #include <map>
 
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
+
 namespace sixpoint::metrology {
 namespace {
 
@@ -16,16 +19,13 @@ constexpr std::size_t kFewestReadings = 6;
 
 bool OnMachine(const Eigen::Vector3d& p) { return p.allFinite() && p.cwiseAbs().maxCoeff() < kFarthestMm; }
 
-absl::Status Refused(const std::string& field, const std::string& value, const std::string& wanted) {
-  return absl::InvalidArgumentError(field + ": " + value + ", want " + wanted);
-}
 std::string Vector(const Eigen::Vector3d& v) {
   // The sign of an undetermined direction says nothing: the greatest component is shown positive.
   Eigen::Index greatest;
   v.cwiseAbs().maxCoeff(&greatest);
   Eigen::Vector3d shown = v(greatest) < 0 ? Eigen::Vector3d(-v) : v;
   for (double& x : shown) x = std::round(1e3 * x) / 1e3 + 0.0;
-  return "(" + ShortNumber(shown.x()) + ", " + ShortNumber(shown.y()) + ", " + ShortNumber(shown.z()) + ")";
+  return "(" + Rounded(shown.x()) + ", " + Rounded(shown.y()) + ", " + Rounded(shown.z()) + ")";
 }
 std::string Joined(const std::vector<std::string>& names) {
   std::string text;
@@ -36,46 +36,45 @@ std::string Joined(const std::vector<std::string>& names) {
 absl::Status CheckOptions(const ProbeOptions& options) {
   constexpr double kLeastMm = 1e-6, kMostMm = 1;
   const auto within = [](double value, double low, double high) { return value >= low && value <= high; };
-  const auto um = [](double value_mm) { return ShortNumber(1e3 * value_mm); };
-  if (!within(options.noise_mm, kLeastMm, kMostMm)) return Refused("noise_um", um(options.noise_mm), "0.001 to 1000");
+  const auto um = [](double value_mm) { return Rounded(1e3 * value_mm); };
+  if (!within(options.noise_mm, kLeastMm, kMostMm)) return Refuse("noise_um", um(options.noise_mm), "0.001 to 1000");
   if (!within(options.touch_uncertainty_mm, kLeastMm, kMostMm))
-    return Refused("touch_standard_uncertainty_um", um(options.touch_uncertainty_mm), "0.001 to 1000");
+    return Refuse("touch_standard_uncertainty_um", um(options.touch_uncertainty_mm), "0.001 to 1000");
   if (!within(options.position_uncertainty_mm, 0, kMostMm))
-    return Refused("position_standard_uncertainty_um", um(options.position_uncertainty_mm), "0 to 1000");
+    return Refuse("position_standard_uncertainty_um", um(options.position_uncertainty_mm), "0 to 1000");
   if (!std::isfinite(options.least_displacement_mm) || std::abs(options.least_displacement_mm) > kFarthestMm)
-    return Refused("least_displacement_mm", ShortNumber(options.least_displacement_mm), "a finite length");
+    return Refuse("least_displacement_mm", Rounded(options.least_displacement_mm), "a finite length");
   if (!(options.greatest_displacement_mm >= options.least_displacement_mm + 0.01) ||
       options.greatest_displacement_mm > kFarthestMm)
-    return Refused("greatest_displacement_mm", ShortNumber(options.greatest_displacement_mm),
-                   "at least 0.01 mm more than least_displacement_mm");
+    return Refuse("greatest_displacement_mm", Rounded(options.greatest_displacement_mm),
+                  "at least 0.01 mm more than least_displacement_mm");
   if (!within(options.greatest_approach_angle_rad, M_PI / 180, M_PI / 2))
-    return Refused("greatest_approach_angle_deg", ShortNumber(options.greatest_approach_angle_rad * 180 / M_PI),
-                   "1 to 90");
+    return Refuse("greatest_approach_angle_deg", Rounded(options.greatest_approach_angle_rad * 180 / M_PI), "1 to 90");
   return absl::OkStatus();
 }
 
 absl::Status CheckFaces(const std::vector<ProbedFace>& faces, std::map<std::string, int>* index_of) {
   if (faces.empty() || faces.size() > kMostFaces)
-    return Refused("faces", std::to_string(faces.size()) + " of them", "1 to 24");
+    return Refuse("faces", std::to_string(faces.size()) + " of them", "1 to 24");
   for (std::size_t j = 0; j < faces.size(); ++j) {
     const std::string field = "faces[" + std::to_string(j) + "]";
     if (!index_of->emplace(faces[j].face, static_cast<int>(j)).second)
-      return Refused(field + ".face", faces[j].face, "each face once");
+      return Refuse(field + ".face", faces[j].face, "each face once");
     if (!(std::abs(faces[j].nominal_normal.norm() - 1) < 1e-3))
-      return Refused(field + ".nominal_normal", "length " + ShortNumber(faces[j].nominal_normal.norm()),
-                     "a direction of length 1");
+      return Refuse(field + ".nominal_normal", "length " + Rounded(faces[j].nominal_normal.norm()),
+                    "a direction of length 1");
     for (std::size_t k = 0; k < faces[j].touched_mm.size(); ++k)
       if (!OnMachine(faces[j].touched_mm[k]))
-        return Refused(field + ".touched_mm[" + std::to_string(k) + "]", "not finite or off the machine",
-                       "mm in machine coordinates");
+        return Refuse(field + ".touched_mm[" + std::to_string(k) + "]", "not finite or off the machine",
+                      "mm in machine coordinates");
     constexpr std::size_t kFewestTouched = 3;
     constexpr double kLeastSpreadMm = 0.1;
     if (faces[j].touched_mm.size() < kFewestTouched)
-      return Refused(field + ".touched_mm", std::to_string(faces[j].touched_mm.size()) + " points",
-                     "at least 3, not on one line");
+      return Refuse(field + ".touched_mm", std::to_string(faces[j].touched_mm.size()) + " points",
+                    "at least 3, not on one line");
     if (const double spread = FitFace(faces[j].touched_mm).spread_mm; !(spread > kLeastSpreadMm))
-      return Refused(field + ".touched_mm", "points that spread " + ShortNumber(spread) + " mm about a line",
-                     "more than 0.1 mm: touch the face over its whole area");
+      return Refuse(field + ".touched_mm", "points that spread " + Rounded(spread) + " mm about a line",
+                    "more than 0.1 mm: touch the face over its whole area");
   }
   return absl::OkStatus();
 }
@@ -136,18 +135,12 @@ absl::Status CheckDisplacements(const std::vector<ProbedFace>& faces, const std:
   return absl::FailedPreconditionError(
       std::string(approach ? "approach" : "offset") + " along " + Vector(along) +
       " is not determined: condition number " +
-      (std::isfinite(design->condition_number) ? ShortNumber(design->condition_number) : "infinite") + ", want below " +
-      ShortNumber(kWorstCondition) + "; face " + flattest + " was measured over " + ShortNumber(least_span) +
-      " mm of displacement, measure it at least twice, " + ShortNumber(0.2 * design->half_mm) + " mm apart or more");
+      (std::isfinite(design->condition_number) ? Rounded(design->condition_number) : "infinite") + ", want below " +
+      Rounded(kWorstCondition) + "; face " + flattest + " was measured over " + Rounded(least_span) +
+      " mm of displacement, measure it at least twice, " + Rounded(0.2 * design->half_mm) + " mm apart or more");
 }
 
 }  // namespace
-
-std::string ShortNumber(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
 
 FittedFace FitFace(const std::vector<Eigen::Vector3d>& points_mm) {
   FittedFace fit;
@@ -175,20 +168,20 @@ absl::Status CheckProbed(const std::vector<ProbedFace>& faces, const std::vector
   std::map<std::string, int> index_of;
   if (absl::Status s = CheckFaces(faces, &index_of); !s.ok()) return s;
   if (readings.size() > kMostReadings)
-    return Refused("readings", std::to_string(readings.size()) + " of them", "at most 5000");
+    return Refuse("readings", std::to_string(readings.size()) + " of them", "at most 5000");
   for (std::size_t i = 0; i < readings.size(); ++i) {
     const std::string field = "readings[" + std::to_string(i) + "]";
     const auto face = index_of.find(readings[i].face);
     if (face == index_of.end())
-      return Refused(field + ".face", readings[i].face, "a face of the block that was touched");
+      return Refuse(field + ".face", readings[i].face, "a face of the block that was touched");
     face_of->push_back(face->second);
     if (!OnMachine(readings[i].position_mm))
-      return Refused(field + ".position_mm", "not finite or off the machine", "mm in machine coordinates");
+      return Refuse(field + ".position_mm", "not finite or off the machine", "mm in machine coordinates");
     const double displacement = readings[i].displacement_mm;
     if (!(displacement >= options.least_displacement_mm && displacement <= options.greatest_displacement_mm))
-      return Refused(field + ".displacement_mm", ShortNumber(displacement),
-                     ShortNumber(options.least_displacement_mm) + " to " +
-                         ShortNumber(options.greatest_displacement_mm) + ", the probe's range");
+      return Refuse(field + ".displacement_mm", Rounded(displacement),
+                    Rounded(options.least_displacement_mm) + " to " + Rounded(options.greatest_displacement_mm) +
+                        ", the probe's range");
   }
   return absl::OkStatus();
 }

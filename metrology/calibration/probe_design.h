@@ -39,7 +39,4 @@ absl::StatusOr<ProbeDesign> DesignOf(const std::vector<ProbedFace>& faces, const
 absl::Status CheckProbed(const std::vector<ProbedFace>& faces, const std::vector<ProbeReading>& readings,
                          const ProbeOptions& options, std::vector<int>* face_of);
 
-// "%.4g".
-std::string ShortNumber(double value);
-
 }  // namespace sixpoint::metrology

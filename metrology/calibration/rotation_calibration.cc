@@ -7,6 +7,7 @@
 #include <string>
 
 #include "metrology/calibration/rotation_evidence.h"
+#include "refusal/message_text.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -80,7 +81,7 @@ absl::StatusOr<RotationCalibration> CalibrateRotation(const std::vector<SpherePo
     const std::string which =
         weakest < 8 ? options.joints[static_cast<size_t>(weakest / 4)].axis + " axis" : std::string("sphere");
     return absl::FailedPreconditionError(which + " is not determined: condition number " +
-                                         Number(result.condition_number) + ", want below " + Number(kWorstCondition) +
+                                         Rounded(result.condition_number) + ", want below " + Rounded(kWorstCondition) +
                                          "; probe the sphere farther from the axes and over a wider range of " +
                                          BothAxes(options));
   }
@@ -124,8 +125,8 @@ absl::StatusOr<RotationCalibration> CalibratePointC(const std::vector<SpherePose
   result.condition_number = svd.singularValues()(0) / svd.singularValues()(2);
   if (!(result.condition_number < kWorstCondition))
     return absl::FailedPreconditionError("Point C is not determined: condition number " +
-                                         Number(result.condition_number) + "; probe the sphere over a wider range of " +
-                                         BothAxes(options));
+                                         Rounded(result.condition_number) +
+                                         "; probe the sphere over a wider range of " + BothAxes(options));
   const Eigen::Vector3d c = svd.solve(right);
   SetPointC(c, Eigen::Matrix3d::Zero(), &result);
   result.sphere_in_zero_mm =

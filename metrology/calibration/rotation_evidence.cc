@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -30,19 +32,13 @@ absl::Status CheckNominal(const std::string& name, const AxisLine& found, const 
   const double off = found.direction.cross(nominal.point_mm - found.point_mm).norm();
   const double turned = std::acos(std::min(1.0, std::abs(found.direction.dot(nominal.direction))));
   if (off <= kFarthestMm && turned <= kGreatestTurn) return absl::OkStatus();
-  return absl::FailedPreconditionError(name + " axis was found " + Number(off) + " mm and " +
-                                       Number(turned / kDegrees) + " deg from the machine's record, want within " +
-                                       Number(kFarthestMm) + " mm and " + Number(kGreatestTurn / kDegrees) +
+  return absl::FailedPreconditionError(name + " axis was found " + Rounded(off) + " mm and " +
+                                       Rounded(turned / kDegrees) + " deg from the machine's record, want within " +
+                                       Rounded(kFarthestMm) + " mm and " + Rounded(kGreatestTurn / kDegrees) +
                                        " deg: check the poses' units (mm, deg) and that they are of this machine");
 }
 
 }  // namespace
-
-std::string Number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
 
 std::string BothAxes(const RotationOptions& options) {
   return options.joints[0].axis + " and " + options.joints[1].axis;
@@ -54,17 +50,16 @@ absl::Status CheckPoses(const std::vector<SpherePose>& poses, const RotationOpti
     const std::string field = "poses[" + std::to_string(i) + "]";
     if (!std::isfinite(p.a_rad) || !std::isfinite(p.b_rad) || !p.centre_mm.allFinite() ||
         p.centre_mm.cwiseAbs().maxCoeff() > 1e5)
-      return absl::InvalidArgumentError(field +
-                                        ": not finite or off the machine, want degrees and mm in machine coordinates");
+      return Refuse(field, "not finite or off the machine", "degrees and mm in machine coordinates");
     for (int k = 0; k < 2; ++k) {
       const RotaryJoint& joint = options.joints[static_cast<size_t>(k)];
       const double angle = AngleOf(p, k);
       // Limits come from degrees: what is at a limit is within it.
       constexpr double kRounding = 1e-9;
       if (angle < joint.minimum_rad - kRounding || angle > joint.maximum_rad + kRounding)
-        return absl::InvalidArgumentError(field + "." + joint.axis + ": " + Number(angle / kDegrees) + " deg, want " +
-                                          Number(joint.minimum_rad / kDegrees) + " to " +
-                                          Number(joint.maximum_rad / kDegrees) + " deg, the axis's limits");
+        return Refuse(field + "." + joint.axis, Rounded(angle / kDegrees) + " deg",
+                      Rounded(joint.minimum_rad / kDegrees) + " to " + Rounded(joint.maximum_rad / kDegrees) +
+                          " deg, the axis's limits");
     }
   }
   return absl::OkStatus();
@@ -84,9 +79,10 @@ absl::Status CheckTurns(const std::vector<SpherePose>& poses, const RotationOpti
     }
     if (high - low >= kLeastTurn) continue;
     const std::string& axis = options.joints[static_cast<size_t>(k)].axis;
-    return absl::FailedPreconditionError(
-        axis + " axis is not determined: " + axis + " turns by " + (used == 0 ? "0" : Number((high - low) / kDegrees)) +
-        " deg over " + std::to_string(used) + " poses of the fit; probe the sphere over at least 20 deg of " + axis);
+    return absl::FailedPreconditionError(axis + " axis is not determined: " + axis + " turns by " +
+                                         (used == 0 ? "0" : Rounded((high - low) / kDegrees)) + " deg over " +
+                                         std::to_string(used) +
+                                         " poses of the fit; probe the sphere over at least 20 deg of " + axis);
   }
   if (used < kFewestPoses)
     return absl::FailedPreconditionError("poses: " + std::to_string(used) + " for the fit, want at least " +
@@ -154,8 +150,9 @@ absl::Status CheckAgreement(const std::vector<SpherePose>& poses, const Rotation
   if (absl::Status s = CheckNominal(options.joints[1].axis, result.axes.b, options.nominal.b); !s.ok()) return s;
   for (size_t i = 0; i < poses.size(); ++i)
     if (!poses[i].held_out && result.distances_mm[i] > kWorstResidualMm)
-      return absl::FailedPreconditionError("poses[" + std::to_string(i) + "]: " + Number(1e3 * result.distances_mm[i]) +
-                                           " um from the fit, want at most " + Number(1e3 * kWorstResidualMm) +
+      return absl::FailedPreconditionError("poses[" + std::to_string(i) +
+                                           "]: " + Rounded(1e3 * result.distances_mm[i]) +
+                                           " um from the fit, want at most " + Rounded(1e3 * kWorstResidualMm) +
                                            " um: probe it again, or check its " + BothAxes(options) + " and units");
   return absl::OkStatus();
 }

@@ -8,8 +8,6 @@
 
 namespace sixpoint::metrology {
 
-// Four significant digits.
-std::string Number(double value);
 // "A and B".
 std::string BothAxes(const RotationOptions& options);
 

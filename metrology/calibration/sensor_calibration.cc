@@ -6,6 +6,7 @@
 
 #include "metrology/parallel/loops.h"
 #include "metrology/statistics/ranks.h"
+#include "refusal/message_text.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -25,12 +26,6 @@ constexpr double kGateSigma = 4;
 // Below a reading's rounding; keeps the weights finite where a cloud has no noise.
 constexpr double kLeastNoiseMm = 1e-5;
 constexpr size_t kChunkPoints = 1 << 15;
-
-std::string Number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
 
 // Order of the unknowns: rotation vector of R_sm, T_sm, then the artefact's pose (rotation vector about its origin,
 // translation), all in machine axes.
@@ -235,13 +230,13 @@ absl::Status CheckDetermined(const Matrix6d& covariance, double condition, doubl
     const double sigma = std::sqrt(covariance(k, k));
     if (sigma * (k < 3 ? kLeverMm : 1) <= kLimitMm) continue;
     names += (names.empty() ? "" : ", ") + std::string(kParameters[k]) + " to " +
-             (k < 3 ? Number(sigma / kDegrees) + " deg" : Number(sigma) + " mm");
+             (k < 3 ? Rounded(sigma / kDegrees) + " deg" : Rounded(sigma) + " mm");
   }
   if (names.empty()) return absl::OkStatus();
   return absl::FailedPreconditionError("not determined by these data: " + names + " (standard uncertainties; want " +
-                                       Number(kLimitMm / kLeverMm / kDegrees) + " deg and " + Number(kLimitMm) +
-                                       " mm), condition number " + Number(condition) +
-                                       "; touched coordinates count with " + Number(1e3 * sigma_touch) +
+                                       Rounded(kLimitMm / kLeverMm / kDegrees) + " deg and " + Rounded(kLimitMm) +
+                                       " mm), condition number " + Rounded(condition) +
+                                       "; touched coordinates count with " + Rounded(1e3 * sigma_touch) +
                                        " um: probe the artefact again, with more points on its upper and side faces");
 }
 
@@ -251,7 +246,7 @@ absl::Status TooFew(const LineScan& scan, const PlaneFeature& cone, size_t used,
                             " points on cone " + cone.name + "'s wall agree with the artefact's record, want at least ";
   if (seen < kFewestConePoints)
     return absl::FailedPreconditionError(where + std::to_string(kFewestConePoints) + "; scan it whole");
-  return absl::FailedPreconditionError(where + Number(100 * kLeastAgreeing) +
+  return absl::FailedPreconditionError(where + Rounded(100 * kLeastAgreeing) +
                                        " %: check cone_half_angle_deg and cone_top_radius_mm, clean the artefact, "
                                        "see that all scans are by this machine's sensor");
 }
@@ -331,13 +326,13 @@ absl::StatusOr<SensorCalibration> CalibrateSensor(const std::vector<LineScan>& s
   // Residuals four sigma wide hide what does not belong; these limits say when the artefact is not the recorded one.
   const double greatest_noise = std::max(5 * options.optics.noise_mm, 0.01);
   if (sigma_laser > greatest_noise)
-    return absl::FailedPreconditionError("laser readings scatter by " + Number(1e3 * sigma_laser) +
+    return absl::FailedPreconditionError("laser readings scatter by " + Rounded(1e3 * sigma_laser) +
                                          " um about the artefact's record, want at most " +
-                                         Number(1e3 * greatest_noise) + " um: is it this artefact, and this sensor?");
+                                         Rounded(1e3 * greatest_noise) + " um: is it this artefact, and this sensor?");
   const TouchEquations touched = EquationsOfTouch(artefact, touch, state);
   if (const double limit = std::max(0.02, 8 * sigma_touch); touched.worst_mm > limit)
-    return absl::FailedPreconditionError(touched.worst + ": " + Number(1e3 * touched.worst_mm) +
-                                         " um from the artefact's record, want at most " + Number(1e3 * limit) +
+    return absl::FailedPreconditionError(touched.worst + ": " + Rounded(1e3 * touched.worst_mm) +
+                                         " um from the artefact's record, want at most " + Rounded(1e3 * limit) +
                                          " um: probe it again");
   result.sensor = state.sensor;
   result.machine_from_artefact = state.machine_from_artefact;

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "metrology/calibration/sensor_calibration.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -83,7 +84,7 @@ absl::StatusOr<SensorCalibration> CalibrateSensorSequentially(const std::vector<
   Centres centres;
   for (const std::string& name : names) {
     const Eigen::Vector3d* touched = TouchedCentre(touch, name);
-    if (touched == nullptr) return absl::InvalidArgumentError("touch.centres: no " + name + ", want C1, C2 and C3");
+    if (touched == nullptr) return Refuse("touch.centres", "no " + name, "C1, C2 and C3");
     centres.touched.push_back(*touched);
   }
   if (std::abs(centres.touched[2].y() - centres.touched[1].y()) <

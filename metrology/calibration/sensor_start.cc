@@ -3,15 +3,10 @@
 
 #include "metrology/calibration/feature_search.h"
 #include "metrology/calibration/sensor_calibration.h"
+#include "refusal/message_text.h"
 
 namespace sixpoint::metrology {
 namespace {
-
-std::string Number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
 
 // What the sensor's turns act on: the cones' (0, y, z) about their mean. A turn about Y moves them by their z, one about Z by
 // their y, one about X by both.
@@ -58,14 +53,14 @@ absl::StatusOr<SensorStart> StartSensor(const std::vector<LineScan>& scans, cons
   const TurnArms arms(from);
   if (highest - lowest < kLeastHeightMm)
     return absl::FailedPreconditionError(
-        "beta (turn about machine Y) is not determined: all scans see the artefact within " + Number(highest - lowest) +
-        " mm of one height, condition number " + Number(arms.condition_number()) +
-        "; add a scan with machine Z at least " + Number(kLeastHeightMm) + " mm away (20 mm is usual)");
+        "beta (turn about machine Y) is not determined: all scans see the artefact within " +
+        Rounded(highest - lowest) + " mm of one height, condition number " + Rounded(arms.condition_number()) +
+        "; add a scan with machine Z at least " + Rounded(kLeastHeightMm) + " mm away (20 mm is usual)");
   constexpr double kLeastSpreadMm = 1;
   if (arms.y_mm < kLeastSpreadMm)
     return absl::FailedPreconditionError("gamma (turn about machine Z) is not determined: the cones spread by only " +
-                                         Number(arms.y_mm) + " mm along the laser line, condition number " +
-                                         Number(arms.condition_number()) +
+                                         Rounded(arms.y_mm) + " mm along the laser line, condition number " +
+                                         Rounded(arms.condition_number()) +
                                          "; turn the artefact so that its cones lie apart along the laser line");
   const Eigen::Isometry3d fit = RigidFit(from, onto);
   start.sensor.rotation = fit.linear();
@@ -74,8 +69,8 @@ absl::StatusOr<SensorStart> StartSensor(const std::vector<LineScan>& scans, cons
   for (size_t i = 0; i < from.size(); ++i) worst = std::max(worst, (fit * from[i] - onto[i]).norm());
   constexpr double kContradictionMm = 0.4;
   if (worst > kContradictionMm)
-    return absl::FailedPreconditionError("scans, V0 and touch data contradict one another by " + Number(worst) +
-                                         " mm, want at most " + Number(kContradictionMm) +
+    return absl::FailedPreconditionError("scans, V0 and touch data contradict one another by " + Rounded(worst) +
+                                         " mm, want at most " + Rounded(kContradictionMm) +
                                          ": use scans of this artefact as it was probed, all from this machine");
   return start;
 }

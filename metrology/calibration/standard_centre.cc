@@ -4,6 +4,8 @@
 
 #include "metrology/calibration/rotation_calibration.h"
 #include "metrology/calibration/rotation_evidence.h"
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -51,7 +53,7 @@ absl::StatusOr<Bore> FitBore(const Points& points) {
   constexpr double kWorstCondition = 30;  // an arc of some 40 deg
   if (!(bore.condition_number < kWorstCondition) || !bore.centre_mm.allFinite())
     return absl::FailedPreconditionError("bore_mm is not determined: condition number " +
-                                         Number(bore.condition_number) + ", want below " + Number(kWorstCondition) +
+                                         Rounded(bore.condition_number) + ", want below " + Rounded(kWorstCondition) +
                                          "; touch the bore all round");
   const Eigen::Matrix3d inverse =
       svd.matrixV() * svd.singularValues().cwiseInverse().cwiseAbs2().asDiagonal() * svd.matrixV().transpose();
@@ -63,12 +65,11 @@ absl::StatusOr<Bore> FitBore(const Points& points) {
 
 absl::Status CheckPoints(const std::string& field, const Points& points, size_t fewest) {
   if (points.size() < fewest)
-    return absl::InvalidArgumentError(field + ": " + std::to_string(points.size()) + " points, want at least " +
-                                      std::to_string(fewest));
+    return Refuse(field, std::to_string(points.size()) + " points", "at least " + std::to_string(fewest));
   for (size_t i = 0; i < points.size(); ++i)
     if (!points[i].allFinite() || points[i].cwiseAbs().maxCoeff() > 1e5)
-      return absl::InvalidArgumentError(field + "[" + std::to_string(i) +
-                                        "]: not finite or off the machine, want mm in machine coordinates");
+      return Refuse(field + "[" + std::to_string(i) + "]", "not finite or off the machine",
+                    "mm in machine coordinates");
   return absl::OkStatus();
 }
 
@@ -80,8 +81,7 @@ absl::StatusOr<RotationCalibration> CalibrateStandardCentre(const StandardProbin
   if (absl::Status s = CheckPoints("bore_mm", probing.bore_mm, 4); !s.ok()) return s;
   if (absl::Status s = CheckPoints("face_mm", probing.face_mm, 3); !s.ok()) return s;
   if (!(std::abs(probing.face_above_centre_mm) < 1e4))
-    return absl::InvalidArgumentError("face_above_centre_mm: " + Number(probing.face_above_centre_mm) +
-                                      ", want within 10000 mm");
+    return Refuse("face_above_centre_mm", probing.face_above_centre_mm, "within 10000 mm");
   if (absl::Status s = CheckPoses(commanded, options); !s.ok()) return s;
   const absl::StatusOr<Bore> bore = FitBore(probing.bore_mm);
   if (!bore.ok()) return bore.status();
@@ -110,8 +110,8 @@ absl::StatusOr<RotationCalibration> CalibrateStandardCentre(const StandardProbin
   result.residual_rms_mm = std::sqrt(squares / (bores + faces));
   constexpr double kWorstRms = 0.2;
   if (result.residual_rms_mm > kWorstRms)
-    return absl::FailedPreconditionError("bore_mm, face_mm: " + Number(1e3 * result.residual_rms_mm) +
-                                         " um about the bore and the face, want at most " + Number(1e3 * kWorstRms) +
+    return absl::FailedPreconditionError("bore_mm, face_mm: " + Rounded(1e3 * result.residual_rms_mm) +
+                                         " um about the bore and the face, want at most " + Rounded(1e3 * kWorstRms) +
                                          " um: touch them again, or check their units");
   if (absl::Status s = CheckAgreement(checks, options, result); !s.ok()) return s;
   return result;

@@ -11,6 +11,7 @@
 
 #include "metrology/cloud/draco_cloud.h"
 #include "metrology/cloud/range_image.h"
+#include "refusal/message_text.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -38,8 +39,8 @@ absl::StatusOr<Extent> ExtentOf(const Points& points_mm, double error_bound_mm) 
     if (!p.allFinite()) return Invalid("point " + std::to_string(i) + " is not finite");
     const double rounding_mm = (p.cast<float>().cast<double>() - p).cwiseAbs().maxCoeff();
     if (!(rounding_mm <= error_bound_mm)) {
-      return Invalid("point " + std::to_string(i) + ": rounding to float32 costs " + std::to_string(rounding_mm) +
-                     " mm, want at most the error bound of " + std::to_string(error_bound_mm) + " mm");
+      return Invalid("point " + std::to_string(i) + ": rounding to float32 costs " + Rounded(rounding_mm) +
+                     " mm, want at most the error bound of " + Rounded(error_bound_mm) + " mm");
     }
     extent.minimum_mm = extent.minimum_mm.cwiseMin(p);
     maximum_mm = maximum_mm.cwiseMax(p);
@@ -103,8 +104,8 @@ absl::StatusOr<EncodedBlock> EncodeBlock(const Points& points_mm, double error_b
     const double proven_error_mm = GreatestDifferenceMm(points_mm, *decoded);
     if (proven_error_mm <= error_bound_mm) return EncodedBlock{*std::move(bytes), proven_error_mm};
   }
-  return Invalid("coordinates up to " + std::to_string(extent->magnitude_mm) + " mm cannot be kept within " +
-                 std::to_string(error_bound_mm) + " mm in float32");
+  return Invalid("coordinates up to " + Rounded(extent->magnitude_mm) + " mm cannot be kept within " +
+                 Rounded(error_bound_mm) + " mm in float32");
 } catch (const std::exception& error) {
   return absl::ResourceExhaustedError(std::string("Draco encoder: ") + error.what());
 }

@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "metrology/cloud/draco_cloud.h"
+#include "refusal/message_text.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -184,8 +185,8 @@ absl::Status CheckInput(const Points& points_mm, const std::vector<int>& columns
   for (std::size_t i = 0; i < points_mm.size(); ++i) {
     if (!points_mm[i].allFinite()) return Invalid("point " + std::to_string(i) + " is not finite");
     if (points_mm[i].cwiseAbs().maxCoeff() > kGreatestSteps * step_mm) {
-      return Invalid("point " + std::to_string(i) + " is " + std::to_string(points_mm[i].cwiseAbs().maxCoeff()) +
-                     " mm away, too far to be kept within " + std::to_string(0.5e3 * step_mm) + " um");
+      return Invalid("point " + std::to_string(i) + " is " + Rounded(points_mm[i].cwiseAbs().maxCoeff()) +
+                     " mm away, too far to be kept within " + Rounded(0.5e3 * step_mm) + " um");
     }
   }
   for (const int column : columns) {

@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "metrology/statistics/distance_quantile.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -61,7 +62,7 @@ absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, c
                                                 const RotaryAxes& nominal_axes, const RotaryLimits& limits) {
   if (!pose.noise.values.allFinite() || !pose.calibration_covariance.allFinite() ||
       !pose.calibration_sensitivity.allFinite() || !pose.zero_from_part.matrix().allFinite())
-    return absl::InvalidArgumentError("pose: not finite, want a pose with finite covariances");
+    return Refuse("pose", "not finite", "a pose with finite covariances");
   const Chain chain{group, pose, axes};
   const auto values = chain(Parameters::Zero(), group.nominal, limits);
   if (!values.ok()) return Named(group.name, values.status());

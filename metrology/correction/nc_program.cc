@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "refusal/refusal.h"
+
 namespace sixpoint::metrology {
 namespace {
 
@@ -25,7 +27,7 @@ absl::Status RefuseLine(int line, std::string_view found, const std::string& wan
   std::string text(found.substr(0, 60));
   for (char& c : text)
     if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7e) c = '?';
-  return absl::InvalidArgumentError("nc_template line " + std::to_string(line) + ": \"" + text + "\", want " + wanted);
+  return Refuse("nc_template", "line " + std::to_string(line) + ": \"" + text + "\"", wanted);
 }
 
 std::string_view Trimmed(std::string_view text) {
@@ -166,7 +168,7 @@ absl::StatusOr<std::string> ReplaceCoordinates(const std::string& nc_template,
   for (const auto& [name, target] : targets)
     for (const auto& [letter, value] : ValuesOf(target, rotary))
       if (!(std::abs(value) < 1e6))
-        return absl::InvalidArgumentError("target " + name + ": " + letter + ", want a finite coordinate below 1e6");
+        return Refuse("targets[" + name + "]." + letter, value, "a finite coordinate below 1e6");
 
   std::string program;
   program.reserve(nc_template.size() + 4096);
@@ -201,8 +203,7 @@ absl::StatusOr<std::string> ReplaceCoordinates(const std::string& nc_template,
     begin = newline == std::string::npos ? nc_template.size() : newline + 1;
   }
   if (pending) return RefuseLine(pending->second, "SIXPOINT " + pending->first, "a block after the marker");
-  if (marked == 0)
-    return absl::InvalidArgumentError("nc_template: no marked block, want at least one (SIXPOINT group/hole)");
+  if (marked == 0) return Refuse("nc_template", "no marked block", "at least one (SIXPOINT group/hole)");
   return program;
 }
 

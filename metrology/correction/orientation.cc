@@ -8,6 +8,8 @@
 #include <optional>
 #include <string>
 
+#include "refusal/refusal.h"
+
 namespace sixpoint::metrology {
 namespace {
 
@@ -59,8 +61,7 @@ absl::StatusOr<RotaryAngles> Nearest(const RotaryAngles (&branches)[2], const Ro
 absl::Status CheckUnit(const Eigen::Vector3d& direction) {
   // A hole axis has been through a rotation read from text: allow its rounding.
   if (std::abs(direction.norm() - 1) < 1e-6) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      Text("axis_in_zero: (%g, %g, %g), want a unit direction", direction.x(), direction.y(), direction.z()));
+  return Refuse("axis_in_zero", Text("(%g, %g, %g)", direction.x(), direction.y(), direction.z()), "a unit direction");
 }
 
 // Angle about the unit axis that turns `from` onto `to`, both seen along the axis.

@@ -3,6 +3,9 @@
 #include <cmath>
 #include <string>
 
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
+
 namespace sixpoint::metrology {
 namespace {
 
@@ -34,14 +37,14 @@ absl::Status AngleTable::Check() const {
   constexpr size_t kFewest = 4;
   constexpr double kGreatestRad = 0.1;
   if (forward_rad.size() < kFewest || backward_rad.size() != forward_rad.size())
-    return absl::InvalidArgumentError("angle_table: " + std::to_string(forward_rad.size()) + " values forward and " +
-                                      std::to_string(backward_rad.size()) +
-                                      " backward, want as many both ways, at least 4");
+    return Refuse(
+        "angle_table",
+        std::to_string(forward_rad.size()) + " values forward and " + std::to_string(backward_rad.size()) + " backward",
+        "as many both ways, at least 4");
   for (const auto* values : {&forward_rad, &backward_rad})
     for (size_t i = 0; i < values->size(); ++i)
       if (!(std::abs((*values)[i]) <= kGreatestRad))
-        return absl::InvalidArgumentError("angle_table[" + std::to_string(i) + "]: " + std::to_string((*values)[i]) +
-                                          " rad, want within +-0.1");
+        return Refuse("angle_table[" + std::to_string(i) + "]", Rounded((*values)[i]) + " rad", "within +-0.1");
   return absl::OkStatus();
 }
 

@@ -1,33 +1,29 @@
 #include "metrology/kinematics/joint_chain.h"
 
 #include <cmath>
-#include <cstdio>
 #include <set>
+
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
 
 constexpr double kDegPerRad = 180 / M_PI;
 
-std::string Number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
-
 absl::Status CheckJoint(const Joint& joint, std::set<std::string>* axes) {
   const auto refuse = [&](const std::string& field, const std::string& value, const std::string& wanted) {
-    return absl::InvalidArgumentError("joint " + joint.axis + field + ": " + value + ", want " + wanted);
+    return Refuse("joint " + joint.axis + field, value, wanted);
   };
   if (joint.axis.empty() || !axes->insert(joint.axis).second)
     return refuse(".axis", joint.axis, "a letter that no other joint has");
   const AxisLine& line = joint.motion.line;
   if (!(std::abs(line.direction.norm() - 1) <= 1e-6))
-    return refuse(".direction", "length " + Number(line.direction.norm()), "length 1");
+    return refuse(".direction", "length " + Rounded(line.direction.norm()), "length 1");
   if (!line.point_mm.allFinite()) return refuse(".point_mm", "not finite", "a point");
-  if (joint.sign != 1 && joint.sign != -1) return refuse(".sign", Number(joint.sign), "+1 or -1");
+  if (joint.sign != 1 && joint.sign != -1) return refuse(".sign", Rounded(joint.sign), "+1 or -1");
   if (!(joint.minimum < joint.maximum))
-    return refuse(".minimum, .maximum", Number(joint.minimum) + ", " + Number(joint.maximum), "limits in order");
+    return refuse(".minimum, .maximum", Rounded(joint.minimum) + ", " + Rounded(joint.maximum), "limits in order");
   if (!joint.table) return absl::OkStatus();
   if (joint.motion.kind != JointKind::kRotary)
     return refuse(".angle_table", "on a linear joint", "one on a rotary joint");
@@ -103,8 +99,7 @@ absl::StatusOr<JointChain> JointChain::Make(std::vector<Joint> part_side, std::v
   chain.joints_ = std::move(part_side);
   for (Joint& joint : tool_side) chain.joints_.push_back(std::move(joint));
   if (chain.size() > kMostJoints)
-    return absl::InvalidArgumentError("joints: " + std::to_string(chain.size()) + " of them, want at most " +
-                                      std::to_string(kMostJoints));
+    return Refuse("joints", std::to_string(chain.size()) + " of them", "at most " + std::to_string(kMostJoints));
   std::set<std::string> axes;
   for (int i = 0; i < chain.size(); ++i) {
     const Joint& joint = chain.joints_[static_cast<size_t>(i)];
@@ -132,20 +127,19 @@ std::vector<int> JointChain::PartSideRotary() const {
 
 absl::Status JointChain::CheckLimits(const Eigen::VectorXd& positions) const {
   if (positions.size() != size())
-    return absl::InvalidArgumentError("positions: " + std::to_string(positions.size()) + " values, want " +
-                                      std::to_string(size()) + ", one for each joint");
+    return Refuse("positions", std::to_string(positions.size()) + " values",
+                  std::to_string(size()) + ", one for each joint");
   for (int i = 0; i < size(); ++i) {
     const Joint& joint = joints_[static_cast<size_t>(i)];
     const bool rotary = joint.motion.kind == JointKind::kRotary;
     const double unit = rotary ? kDegPerRad : 1;
     const std::string name = rotary ? " deg" : " mm";
-    if (!std::isfinite(positions(i)))
-      return absl::InvalidArgumentError(joint.axis + ": " + Number(positions(i)) + name + ", want a number");
+    if (!std::isfinite(positions(i))) return Refuse(joint.axis, Rounded(positions(i)) + name, "a number");
     // Limits come from degrees: what is at a limit is within it.
     constexpr double kRounding = 1e-12;
     if (positions(i) < joint.minimum - kRounding || positions(i) > joint.maximum + kRounding)
-      return absl::OutOfRangeError(joint.axis + ": " + Number(positions(i) * unit) + name + ", want " +
-                                   Number(joint.minimum * unit) + " to " + Number(joint.maximum * unit) + name);
+      return absl::OutOfRangeError(joint.axis + ": " + Rounded(positions(i) * unit) + name + ", want " +
+                                   Rounded(joint.minimum * unit) + " to " + Rounded(joint.maximum * unit) + name);
   }
   return absl::OkStatus();
 }

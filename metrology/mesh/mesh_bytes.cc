@@ -14,6 +14,9 @@
 #include <cmath>
 #include <cstring>
 
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
+
 namespace sixpoint::metrology {
 namespace {
 
@@ -39,7 +42,7 @@ std::uint64_t TriangleSize(std::uint32_t flags) {
 }
 
 absl::Status Bad(const std::string& field, const std::string& value, const std::string& wanted) {
-  return absl::InvalidArgumentError("mesh." + field + ": " + value + ", want " + wanted);
+  return Refuse("mesh." + field, value, wanted);
 }
 
 template <typename T>
@@ -113,7 +116,7 @@ absl::StatusOr<TriangleMesh> MeshFromBytes(const std::string& bytes) {
       kHeaderSize + 24 * header.vertex_count + TriangleSize(header.flags) * header.triangle_count;
   if (bytes.size() != size) return Bad("size", std::to_string(bytes.size()), std::to_string(size) + " by its header");
   if (!(header.chordal_error_um >= 0) || !std::isfinite(header.chordal_error_um))
-    return Bad("chordal_error_um", std::to_string(header.chordal_error_um), ">= 0");
+    return Bad("chordal_error_um", NumberText(header.chordal_error_um), ">= 0");
 
   TriangleMesh mesh;
   mesh.chordal_error_um = header.chordal_error_um;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "metrology/mesh/edges.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -21,10 +22,10 @@ struct Faults {
   }
   absl::Status Refusal(const TriangleMesh& mesh, const char* what, const char* wanted) const {
     const Eigen::Vector3d middle_mm = 0.5 * (mesh.vertices_mm[first->low] + mesh.vertices_mm[first->high]);
-    std::ostringstream text;
-    text << "mesh.edges: " << count << ' ' << what << ", the first at (" << middle_mm.x() << ", " << middle_mm.y()
-         << ", " << middle_mm.z() << ") mm, want " << wanted;
-    return absl::InvalidArgumentError(text.str());
+    std::ostringstream found;
+    found << count << ' ' << what << ", the first at (" << middle_mm.x() << ", " << middle_mm.y() << ", "
+          << middle_mm.z() << ") mm";
+    return Refuse("mesh.edges", found.str(), wanted);
   }
 };
 

@@ -8,6 +8,8 @@
 #include "metrology/mesh/skin.h"
 #include "metrology/mesh/volume.h"
 #include "metrology/mesh/weld.h"
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -18,7 +20,7 @@ constexpr double kGreatestCoordinateMm = 1e7;
 constexpr std::size_t kGreatestTriangleCount = 8'000'000;
 
 absl::Status Bad(const std::string& field, const std::string& value, const std::string& wanted) {
-  return absl::InvalidArgumentError("stl." + field + ": " + value + ", want " + wanted);
+  return Refuse("stl." + field, value, wanted);
 }
 
 absl::StatusOr<Points> ReadBinary(std::string_view bytes) {
@@ -91,7 +93,7 @@ bool IsBinary(std::string_view bytes) {
 }  // namespace
 
 absl::StatusOr<TriangleMesh> ReadStl(std::string_view bytes, double unit_mm) {
-  if (!(unit_mm >= 1e-6 && unit_mm <= 1e4)) return Bad("unit_mm", std::to_string(unit_mm), "1e-6 to 1e4");
+  if (!(unit_mm >= 1e-6 && unit_mm <= 1e4)) return Bad("unit_mm", NumberText(unit_mm), "1e-6 to 1e4");
   const bool binary = IsBinary(bytes);
   if (!binary && bytes.substr(0, 5) != "solid")
     return Bad("size", std::to_string(bytes.size()),

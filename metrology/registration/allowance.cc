@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <optional>
 
@@ -13,6 +12,8 @@
 #include "metrology/linear_algebra/pseudo_inverse.h"
 #include "metrology/registration/least_distance.h"
 #include "metrology/registration/patch_sums.h"
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -36,20 +37,13 @@ constexpr std::size_t kMostHolding = 7;
 constexpr double kHeldPart = 1e-12;       // of the greatest variance, below which a direction is held from outside
 constexpr double kMostPatches = 200'000;  // over the whole surface: some hundred bytes each, all looked at in each step
 
-std::string Text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
-
 absl::Status Check(const AllowanceOptions& options) {
   if (!(std::abs(options.least_stock_mm) <= 10))
-    return absl::InvalidArgumentError("allowance.least_stock_mm: " + Text(options.least_stock_mm) + ", want -10 to 10");
+    return Refuse("allowance.least_stock_mm", options.least_stock_mm, "-10 to 10");
   if (!(options.greatest_stock_mm > std::max(0.0, options.least_stock_mm) && options.greatest_stock_mm <= 50))
-    return absl::InvalidArgumentError("allowance.greatest_stock_mm: " + Text(options.greatest_stock_mm) +
-                                      ", want more than the least stock, at most 50");
+    return Refuse("allowance.greatest_stock_mm", options.greatest_stock_mm, "more than the least stock, at most 50");
   if (!(options.patch_mm >= 0.05 && options.patch_mm <= 50))
-    return absl::InvalidArgumentError("allowance.patch_mm: " + Text(options.patch_mm) + ", want 0.05 to 50");
+    return Refuse("allowance.patch_mm", options.patch_mm, "0.05 to 50");
   return absl::OkStatus();
 }
 
@@ -118,9 +112,10 @@ class Allowance {
       weight += patch.weight * (1 - 1 / static_cast<double>(patch.count));
     }
     if (static_cast<Eigen::Index>(see_.counted.size()) < free_.cols() + 1)
-      return absl::InvalidArgumentError("scans: " + std::to_string(see_.counted.size()) +
-                                        " patches with points within " + Text(allowance_.greatest_stock_mm) +
-                                        " mm of the design, want at least " + std::to_string(free_.cols() + 1));
+      return Refuse("scans",
+                    std::to_string(see_.counted.size()) + " patches with points within " +
+                        Rounded(allowance_.greatest_stock_mm) + " mm of the design",
+                    "at least " + std::to_string(free_.cols() + 1));
     const double noise = weight > 0 ? squares / weight : 0;
     const auto count = static_cast<Eigen::Index>(sums_.patches.size());
     see_.rows.resize(count, free_.cols());
@@ -220,8 +215,8 @@ class Allowance {
     }
     if (lacking_mm_ > 0) {
       result.fit.outcome = Outcome::kInfeasible;
-      evidence.remark = "no pose near leaves " + Text(allowance_.least_stock_mm) + " mm everywhere: at the best " +
-                        Text(lacking_mm_) + " mm are lacking, held by " + std::to_string(holding.size()) +
+      evidence.remark = "no pose near leaves " + Rounded(allowance_.least_stock_mm) + " mm everywhere: at the best " +
+                        Rounded(lacking_mm_) + " mm are lacking, held by " + std::to_string(holding.size()) +
                         " patches that pull against each other";
     } else {
       const PlacedPose placed = Placed(holding);
@@ -309,8 +304,8 @@ absl::StatusOr<AllowanceFit> FitWithAllowance(const Surface& surface, const std:
   if (absl::Status status = CheckInputs(portions, zero_from_part, options); !status.ok()) return status;
   const double least_patch_mm = std::sqrt(surface.area_mm2() / kMostPatches);
   if (!(allowance.patch_mm >= least_patch_mm))
-    return absl::InvalidArgumentError("allowance.patch_mm: " + Text(allowance.patch_mm) + ", want at least " +
-                                      Text(least_patch_mm) + " on a surface of " + Text(surface.area_mm2()) + " mm2");
+    return Refuse("allowance.patch_mm", allowance.patch_mm,
+                  "at least " + Rounded(least_patch_mm) + " on a surface of " + Rounded(surface.area_mm2()) + " mm2");
   return Allowance(surface, portions, zero_from_part, allowance, calibration, options).Run();
 }
 

@@ -6,6 +6,9 @@
 #include <optional>
 #include <string>
 
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
+
 namespace sixpoint::metrology {
 namespace {
 
@@ -98,7 +101,7 @@ std::vector<AngleInfluence> TabledAngles(const std::vector<ScanPortion>& portion
 absl::StatusOr<std::vector<AngleInfluence>> InfluencesOf(const std::vector<ScanPortion>& portions,
                                                          const MachineCalibration& calibration, const PoseFit& fit,
                                                          const Refit& refit) {
-  if (!fit.placed) return absl::InvalidArgumentError("angles: a pose that has not converged, want one that has");
+  if (!fit.placed) return Refuse("angles", "a pose that has not converged", "one that has");
   const PlacedPose& placed = *fit.placed;
   const double step_mm = std::max(kLeastStepMm, kStepShare * fit.evidence.residual_sigma_mm);
   const auto influence_of = [&](const Turn& turn) -> absl::StatusOr<Vector6d> {
@@ -111,8 +114,7 @@ absl::StatusOr<std::vector<AngleInfluence>> InfluencesOf(const std::vector<ScanP
       return absl::FailedPreconditionError(
           std::string(turn.axis == Axis::kA ? "a" : "b") +
           "_deg: " + (turn.commanded_rad ? std::to_string(*turn.commanded_rad * 180 / M_PI) : "all") +
-          ", want a pose that stands when this angle is taken greater by " + std::to_string(step_rad * 180 / M_PI) +
-          " deg");
+          ", want a pose that stands when this angle is taken greater by " + Rounded(step_rad * 180 / M_PI) + " deg");
     return Vector6d(
         ChangeBetween(placed.zero_from_part, moved->placed->zero_from_part, placed.covariance.reference_mm) / step_rad);
   };

@@ -18,6 +18,7 @@
 #include "metrology/registration/patch_sums.h"
 #include "metrology/registration/surface_residuals.h"
 #include "metrology/statistics/ranks.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -107,9 +108,10 @@ class BestFit {
 
   absl::StatusOr<PoseFit> Run() {
     if (coarse_.samples().size() < 6)
-      return absl::InvalidArgumentError(
-          (options_.regions_in.empty() ? "scans: " : "regions: ") + std::to_string(coarse_.samples().size()) +
-          (options_.regions_in.empty() ? " points" : " points in them") + ", want at least 6");
+      return Refuse(
+          options_.regions_in.empty() ? "scans" : "regions",
+          std::to_string(coarse_.samples().size()) + (options_.regions_in.empty() ? " points" : " points in them"),
+          "at least 6");
     if (const absl::Status status = FindPose(); !status.ok()) return status;
     bool converged = false;
     double width = 0;

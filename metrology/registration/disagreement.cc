@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "refusal/refusal.h"
+
 namespace sixpoint::metrology {
 namespace {
 
@@ -21,8 +23,7 @@ Points PlacesOf(const Surface& surface, const FitOptions& options) {
 absl::StatusOr<Disagreement> DisagreementOf(const Surface& surface, const PoseFit& fit, const PoseFit& other,
                                             const MachineCalibration& calibration, const Matrix6d& more_covariance,
                                             const FitOptions& options) {
-  if (!fit.placed || !other.placed)
-    return absl::InvalidArgumentError("disagreement: a pose that has not converged, want two that have");
+  if (!fit.placed || !other.placed) return Refuse("disagreement", "a pose that has not converged", "two that have");
   const PlacedPose &placed = *fit.placed, &beside = *other.placed;
   Disagreement found;
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();

@@ -1,10 +1,10 @@
 #include "metrology/registration/fit_options.h"
 
-#include <absl/status/status.h>
-
 #include <algorithm>
 #include <cmath>
 #include <string>
+
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 
@@ -24,22 +24,20 @@ absl::Status CheckInputs(const std::vector<ScanPortion>& portions, const Isometr
   for (const ScanPortion& portion : portions) {
     count += portion.sensor.size();
     if (portion.out_of_reach_count > 0)
-      return absl::InvalidArgumentError("scans[" + portion.id + "]: " + std::to_string(portion.out_of_reach_count) +
-                                        " points metres away from the others, want all within 2 m");
+      return Refuse("scans[" + portion.id + "]",
+                    std::to_string(portion.out_of_reach_count) + " points metres away from the others",
+                    "all within 2 m");
   }
   const auto free_count = static_cast<std::size_t>(std::count(options.free.begin(), options.free.end(), true));
-  if (free_count == 0) return absl::InvalidArgumentError("degrees_of_freedom: none free, want at least one");
+  if (free_count == 0) return Refuse("degrees_of_freedom", "none free", "at least one");
   if (count < free_count)
-    return absl::InvalidArgumentError("scans: " + std::to_string(count) + " points, want at least " +
-                                      std::to_string(free_count));
-  if (!zero_from_part.matrix().allFinite())
-    return absl::InvalidArgumentError("zero_from_part_nominal: not finite, want a rigid transform");
+    return Refuse("scans", std::to_string(count) + " points", "at least " + std::to_string(free_count));
+  if (!zero_from_part.matrix().allFinite()) return Refuse("zero_from_part_nominal", "not finite", "a rigid transform");
   if (!options.scan_weights.empty() && options.scan_weights.size() != portions.size())
-    return absl::InvalidArgumentError("scan_weights: " + std::to_string(options.scan_weights.size()) +
-                                      ", want one for each of " + std::to_string(portions.size()) + " scans");
+    return Refuse("scan_weights", std::to_string(options.scan_weights.size()),
+                  "one for each of " + std::to_string(portions.size()) + " scans");
   for (const double weight : options.scan_weights)
-    if (!(weight > 0) || !std::isfinite(weight))
-      return absl::InvalidArgumentError("scan_weights: " + std::to_string(weight) + ", want positive numbers");
+    if (!(weight > 0) || !std::isfinite(weight)) return Refuse("scan_weights", weight, "positive numbers");
   return absl::OkStatus();
 }
 

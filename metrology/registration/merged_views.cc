@@ -9,6 +9,7 @@
 
 #include "metrology/registration/patch_sums.h"
 #include "metrology/statistics/distributions.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -117,7 +118,7 @@ class Merge {
 absl::StatusOr<MergeTest> TestMerge(const Surface& surface, const std::vector<ScanPortion>& portions,
                                     const PoseFit& fit, const MachineCalibration& calibration,
                                     const FitOptions& options) {
-  if (!fit.placed) return absl::InvalidArgumentError("merge: a pose that has not converged, want one that has");
+  if (!fit.placed) return Refuse("merge", "a pose that has not converged", "one that has");
   const double sigma_mm = std::max(fit.evidence.noise_sigma_mm, fit.evidence.residual_sigma_mm);
   const double width_mm = std::max(kWidthInSigmas * sigma_mm, 1e-3 * options.model_error_um);
   const Eigen::Isometry3d& zero_from_part = fit.placed->zero_from_part;

@@ -9,6 +9,8 @@
 #include "metrology/linear_algebra/inverse.h"
 #include "metrology/linear_algebra/symmetric.h"
 #include "metrology/registration/local_height.h"
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -19,23 +21,17 @@ constexpr double kOnSurfaceMm = 0.02;  // a datum's distance from the CAD
 constexpr int kNormalsPassCount = 3;   // the pose moves under the local fits by little: this is ample
 
 absl::Status Check(const Surface& surface, const std::vector<DatumPoint>& datums) {
-  if (datums.size() != 6)
-    return absl::InvalidArgumentError("part.six_points: " + std::to_string(datums.size()) + " points, want 6");
+  if (datums.size() != 6) return Refuse("part.six_points", std::to_string(datums.size()) + " points", "6");
   for (const DatumPoint& datum : datums) {
     const std::string field = "part.six_points[" + datum.name + "]";
     if (!datum.point_mm.allFinite() || !(std::abs(datum.normal.norm() - 1) < 1e-6))
-      return absl::InvalidArgumentError(field + ": not finite or no unit normal, want a point and its outward normal");
+      return Refuse(field, "not finite or no unit normal", "a point and its outward normal");
     const SurfacePoint on = surface.Closest(datum.point_mm);
-    char text[64];
-    if (!(std::abs(on.signed_distance_mm) < kOnSurfaceMm)) {
-      std::snprintf(text, sizeof text, "%.6g", on.signed_distance_mm);
-      return absl::InvalidArgumentError(field + ".point_in_part_mm: " + text + " mm off the CAD, want within 0.02");
-    }
-    if (!(on.normal.dot(datum.normal) > 0.985)) {
-      std::snprintf(text, sizeof text, "%.6g", on.normal.dot(datum.normal));
-      return absl::InvalidArgumentError(field + ".normal_in_part: cosine " + text +
-                                        " with the CAD's outward normal, want above 0.985");
-    }
+    if (!(std::abs(on.signed_distance_mm) < kOnSurfaceMm))
+      return Refuse(field + ".point_in_part_mm", Rounded(on.signed_distance_mm) + " mm off the CAD", "within 0.02");
+    if (!(on.normal.dot(datum.normal) > 0.985))
+      return Refuse(field + ".normal_in_part",
+                    "cosine " + Rounded(on.normal.dot(datum.normal)) + " with the CAD's outward normal", "above 0.985");
   }
   return absl::OkStatus();
 }

@@ -7,6 +7,7 @@
 
 #include "metrology/calibration/feature_search.h"
 #include "metrology/statistics/ranks.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -129,12 +130,10 @@ absl::StatusOr<Fit> FitState(const LineScan& scan, const Artefact& artefact, con
 
 absl::Status CheckScans(const std::vector<LineScan>& scans) {
   if (scans.size() < kFewestArmScans)
-    return absl::InvalidArgumentError("scans: " + std::to_string(scans.size()) +
-                                      " of them, want at least 5 scans of the artefact");
+    return Refuse("scans", std::to_string(scans.size()) + " of them", "at least 5 scans of the artefact");
   for (const LineScan& scan : scans)
     for (const Eigen::Vector3d& p : scan.points_mm)
-      if (!p.allFinite())
-        return absl::InvalidArgumentError("scans: " + scan.id + " with a point that is not finite, want finite ones");
+      if (!p.allFinite()) return Refuse("scans", scan.id + " with a point that is not finite", "finite ones");
   return absl::OkStatus();
 }
 

@@ -4,25 +4,24 @@
 #include <string>
 
 #include "metrology/statistics/distributions.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
 
 absl::Status Check(const std::vector<DatedEstimate>& estimates, const DriftOptions& options) {
   if (!std::isfinite(options.coverage_factor) || options.coverage_factor <= 0 || options.coverage_factor > 8)
-    return absl::InvalidArgumentError("coverage_factor: " + std::to_string(options.coverage_factor) +
-                                      ", want above 0, at most 8");
+    return Refuse("coverage_factor", options.coverage_factor, "above 0, at most 8");
   if (options.limit && !(std::isfinite(*options.limit) && *options.limit > 0))
-    return absl::InvalidArgumentError("limit: " + std::to_string(*options.limit) + ", want > 0");
+    return Refuse("limit", *options.limit, "> 0");
   for (std::size_t i = 0; i < estimates.size(); ++i) {
     const DatedEstimate& e = estimates[i];
     const std::string field = "estimates[" + std::to_string(i) + "]";
-    if (!std::isfinite(e.value)) return absl::InvalidArgumentError(field + ".value: not finite, want a number");
+    if (!std::isfinite(e.value)) return Refuse(field + ".value", e.value, "a number");
     if (!std::isfinite(e.standard_uncertainty) || e.standard_uncertainty <= 0)
-      return absl::InvalidArgumentError(field + ".standard_uncertainty: " + std::to_string(e.standard_uncertainty) +
-                                        ", want > 0");
+      return Refuse(field + ".standard_uncertainty", e.standard_uncertainty, "> 0");
     if (!std::isfinite(e.time_days) || (i > 0 && e.time_days < estimates[i - 1].time_days))
-      return absl::InvalidArgumentError(field + ".time_days: " + std::to_string(e.time_days) + ", want in order");
+      return Refuse(field + ".time_days", e.time_days, "in order");
   }
   return absl::OkStatus();
 }

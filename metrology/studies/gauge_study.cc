@@ -8,21 +8,13 @@
 
 #include "metrology/statistics/ranks.h"
 #include "metrology/statistics/spread.h"
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
 
 constexpr double kLeastFlatMm = 0.05;
-
-absl::Status Refuse(const std::string& field, const std::string& value, const std::string& wanted) {
-  return absl::InvalidArgumentError(field + ": " + value + ", want " + wanted);
-}
-
-std::string Text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
 
 absl::Status Check(const std::vector<LineScan>& scans, const GaugeStudyOptions& options) {
   if (scans.size() < kFewestGaugeScans)
@@ -33,17 +25,17 @@ absl::Status Check(const std::vector<LineScan>& scans, const GaugeStudyOptions& 
       if (!p.allFinite()) return Refuse("scans", scan.id + " with a point that is not finite", "finite coordinates");
   }
   if (!std::isfinite(options.station_pitch_mm) || options.station_pitch_mm <= 0)
-    return Refuse("station_pitch_mm", Text(options.station_pitch_mm), "> 0");
+    return Refuse("station_pitch_mm", Rounded(options.station_pitch_mm), "> 0");
   if (!std::isfinite(options.limit_um) || options.limit_um < 0)
-    return Refuse("limit_um", Text(options.limit_um), "> 0, or 0 for none");
+    return Refuse("limit_um", Rounded(options.limit_um), "> 0, or 0 for none");
   if (!options.region) return absl::OkStatus();
   const StripRegion& r = *options.region;
   for (const double v : {r.x_minimum_mm, r.x_maximum_mm, r.y_minimum_mm, r.y_maximum_mm})
-    if (!std::isfinite(v)) return Refuse("region", Text(v), "finite bounds");
+    if (!std::isfinite(v)) return Refuse("region", Rounded(v), "finite bounds");
   if (r.x_minimum_mm >= r.x_maximum_mm || r.y_minimum_mm >= r.y_maximum_mm)
     return Refuse("region",
-                  "x " + Text(r.x_minimum_mm) + " to " + Text(r.x_maximum_mm) + ", y " + Text(r.y_minimum_mm) + " to " +
-                      Text(r.y_maximum_mm),
+                  "x " + Rounded(r.x_minimum_mm) + " to " + Rounded(r.x_maximum_mm) + ", y " + Rounded(r.y_minimum_mm) +
+                      " to " + Rounded(r.y_maximum_mm),
                   "the lower bound first");
   return absl::OkStatus();
 }
@@ -184,7 +176,7 @@ absl::StatusOr<GaugeStudy> StudyGauge(const std::vector<LineScan>& scans, const 
   const double columns = std::max(1.0, std::floor(width / grid.pitch_mm + 1e-9));
   const double rows = std::max(1.0, std::floor(height / grid.pitch_mm + 1e-9));
   if (columns * rows > kMostStations)
-    return Refuse("station_pitch_mm", Text(options.station_pitch_mm) + " (" + Text(columns * rows) + " stations)",
+    return Refuse("station_pitch_mm", Rounded(options.station_pitch_mm) + " (" + Rounded(columns * rows) + " stations)",
                   "at most 10000 stations: a larger pitch or a smaller region");
   grid.columns = static_cast<int>(columns);
   grid.rows = static_cast<int>(rows);
@@ -195,7 +187,7 @@ absl::StatusOr<GaugeStudy> StudyGauge(const std::vector<LineScan>& scans, const 
                                          " stations that all of them show, want at least 10");
   const StripPlane plane = PlaneOf(readings);
   if (plane.rms_mm > kLeastFlatMm)
-    return Refuse("region", Text(1000 * plane.rms_mm) + " um rms about its plane",
+    return Refuse("region", Rounded(1000 * plane.rms_mm) + " um rms about its plane",
                   "a flat face (at most 50 um): no edge, cone or slot in it");
 
   GaugeStudy study;

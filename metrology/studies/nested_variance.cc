@@ -5,6 +5,7 @@
 #include <map>
 
 #include "metrology/statistics/distributions.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -22,10 +23,6 @@ struct MeanSquares {
   double k1 = 0, k2 = 0, k3 = 0;
 };
 using Coefficients = std::array<double, 3>;  // of a linear combination of the mean squares
-
-absl::Status Refuse(const std::string& field, const std::string& value, const std::string& wanted) {
-  return absl::InvalidArgumentError(field + ": " + value + ", want " + wanted);
-}
 
 double Combine(const Coefficients& c, const MeanSquares& ms) {
   return c[0] * ms.value[0] + c[1] * ms.value[1] + c[2] * ms.value[2];
@@ -59,7 +56,7 @@ Interval IntervalOf(const Coefficients& c, const MeanSquares& ms, double confide
 
 absl::Status CheckObservations(const std::vector<NestedObservation>& observations, const NestedOptions& options) {
   if (!(options.confidence >= 0.5 && options.confidence <= 0.999))
-    return Refuse("confidence", std::to_string(options.confidence), "0.5 to 0.999");
+    return Refuse("confidence", options.confidence, "0.5 to 0.999");
   for (std::size_t i = 0; i < observations.size(); ++i) {
     const std::string field = "observations[" + std::to_string(i) + "]";
     if (!std::isfinite(observations[i].value)) return Refuse(field + ".value", "not finite", "a number");

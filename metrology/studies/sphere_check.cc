@@ -5,25 +5,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
+
 namespace sixpoint::metrology {
 namespace {
 
 constexpr int kMostIterations = 50;
 constexpr double kOtherUnit = 0.1;
 
-absl::Status Refuse(const std::string& field, const std::string& value, const std::string& wanted) {
-  return absl::InvalidArgumentError(field + ": " + value + ", want " + wanted);
-}
-
-std::string Text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
-
 absl::Status CheckNotBelowZero(const std::string& field, double value) {
   if (std::isfinite(value) && value >= 0) return absl::OkStatus();
-  return Refuse(field, Text(value), "a finite number, at least 0");
+  return Refuse(field, Rounded(value), "a finite number, at least 0");
 }
 
 absl::Status Check(const Points& points_mm, const std::vector<MeasuredLength>& lengths,
@@ -35,7 +28,7 @@ absl::Status Check(const Points& points_mm, const std::vector<MeasuredLength>& l
   for (std::size_t i = 0; i < points_mm.size(); ++i)
     if (!points_mm[i].allFinite()) return Refuse("points_mm[" + std::to_string(i) + "]", "not finite", "a point");
   if (!std::isfinite(options.diameter_mm) || options.diameter_mm <= 0)
-    return Refuse("diameter_mm", Text(options.diameter_mm), "> 0");
+    return Refuse("diameter_mm", Rounded(options.diameter_mm), "> 0");
   for (const auto& [field, value] :
        {std::pair{"diameter_standard_uncertainty_um", options.diameter_standard_uncertainty_mm},
         {"sphere_form_um", options.sphere_form_mm},
@@ -48,14 +41,14 @@ absl::Status Check(const Points& points_mm, const std::vector<MeasuredLength>& l
     const std::string field = "lengths[" + std::to_string(i) + "]";
     const MeasuredLength& l = lengths[i];
     if (!std::isfinite(l.calibrated_mm) || l.calibrated_mm <= 0)
-      return Refuse(field + ".calibrated_mm", Text(l.calibrated_mm), "> 0");
+      return Refuse(field + ".calibrated_mm", Rounded(l.calibrated_mm), "> 0");
     if (absl::Status s =
             CheckNotBelowZero(field + ".calibrated_standard_uncertainty_um", l.calibrated_standard_uncertainty_mm);
         !s.ok())
       return s;
     if (!std::isfinite(l.measured_mm) || std::abs(l.measured_mm / l.calibrated_mm - 1) > kOtherUnit)
-      return Refuse(field + ".measured_mm", Text(l.measured_mm),
-                    "about " + Text(l.calibrated_mm) + " (both in millimetres)");
+      return Refuse(field + ".measured_mm", Rounded(l.measured_mm),
+                    "about " + Rounded(l.calibrated_mm) + " (both in millimetres)");
   }
   return absl::OkStatus();
 }
@@ -112,7 +105,7 @@ absl::StatusOr<SphereCheck> CheckSphere(const Points& points_mm, const std::vect
     return absl::FailedPreconditionError(
         "points_mm: they do not determine a sphere, want points spread over half of it");
   if (std::abs(2 * radius / options.diameter_mm - 1) > kOtherUnit)
-    return Refuse("diameter_mm", Text(options.diameter_mm) + " with points on a sphere of " + Text(2 * radius),
+    return Refuse("diameter_mm", Rounded(options.diameter_mm) + " with points on a sphere of " + Rounded(2 * radius),
                   "both in millimetres, of the same sphere");
 
   SphereCheck check;

@@ -9,6 +9,8 @@
 
 #include "metrology/mesh/volume.h"
 #include "metrology/mesh/weld.h"
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -99,17 +101,16 @@ absl::Status Seams::Find(const Vector3d& middle_mm) {
     SetSeam(sides, count, &sharp);
   });
   if (branching > 0) {
-    std::ostringstream text;
-    text << "surface.triangles: " << branching << " edges with more than two triangles, the first at ("
-         << branching_mm.x() << ", " << branching_mm.y() << ", " << branching_mm.z()
-         << ") mm, want at most two: the boundary of one body";
-    return absl::InvalidArgumentError(text.str());
+    std::ostringstream found;
+    found << branching << " edges with more than two triangles, the first at (" << branching_mm.x() << ", "
+          << branching_mm.y() << ", " << branching_mm.z() << ") mm";
+    return Refuse("surface.triangles", found.str(), "at most two: the boundary of one body");
   }
   // An open sheet has a side all the same, but none to be checked.
   const double volume_mm3 = open == 0 ? SignedVolumeOfClosed(vertices_mm_, mesh_.triangles, Vector3d::Zero()) : 0;
   if (volume_mm3 < 0)
-    return absl::InvalidArgumentError("surface.triangles: inside out, volume " + std::to_string(volume_mm3) +
-                                      " mm3, want corners counter-clockwise seen from outside");
+    return Refuse("surface.triangles", "inside out, volume " + Rounded(volume_mm3) + " mm3",
+                  "corners counter-clockwise seen from outside");
   sharp_ = SharpEdges(std::move(sharp));
   FindNearEdges();
   return absl::OkStatus();

@@ -14,6 +14,7 @@
 #include "metrology/parallel/loops.h"
 #include "metrology/surface/curved_foot.h"
 #include "metrology/surface/seams.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -28,18 +29,16 @@ constexpr std::size_t kAhead = 24;                    // points fetched early
 constexpr std::size_t kSlice = std::size_t{1} << 20;  // of points put in order at a time
 constexpr double kNoiseMm = 1e-6;  // nearer to an edge than this, the direction to the query is noise
 
-absl::Status Refused(const std::string& what) { return absl::InvalidArgumentError("surface." + what); }
-
 absl::Status CheckTriangles(const TriangleMesh& mesh) {
-  if (mesh.triangles.empty()) return Refused("triangles: 0, want at least one");
+  if (mesh.triangles.empty()) return Refuse("surface.triangles", 0, "at least one");
   if (mesh.triangles.size() > kGreatestTriangleCount)
-    return Refused("triangles: " + std::to_string(mesh.triangles.size()) + ", want at most " +
-                   std::to_string(kGreatestTriangleCount));
+    return Refuse("surface.triangles", static_cast<double>(mesh.triangles.size()),
+                  "at most " + std::to_string(kGreatestTriangleCount));
   for (const TriangleCorners& corners : mesh.triangles)
     for (const std::uint32_t v : corners)
       if (v >= mesh.vertices_mm.size())
-        return Refused("triangles: vertex " + std::to_string(v) + ", want less than " +
-                       std::to_string(mesh.vertices_mm.size()));
+        return Refuse("surface.triangles", "vertex " + std::to_string(v),
+                      "less than " + std::to_string(mesh.vertices_mm.size()));
   return absl::OkStatus();
 }
 
@@ -47,20 +46,20 @@ absl::Status CheckVertices(const Points& vertices_mm) {
   for (std::size_t i = 0; i < vertices_mm.size(); ++i) {
     const Vector3d& v = vertices_mm[i];
     if (v.cwiseAbs().maxCoeff() <= kGreatestCoordinateMm && v.allFinite()) continue;
-    std::ostringstream text;
-    text << "vertices_mm[" << i << "]: (" << v.x() << ", " << v.y() << ", " << v.z()
-         << "), want finite and within 1e7 mm";
-    return Refused(text.str());
+    std::ostringstream found;
+    found << '(' << v.x() << ", " << v.y() << ", " << v.z() << ')';
+    return Refuse("surface.vertices_mm[" + std::to_string(i) + "]", found.str(), "finite and within 1e7 mm");
   }
   return absl::OkStatus();
 }
 
 absl::Status CheckNormals(const TriangleMesh& mesh) {
   if (!mesh.corner_normals.empty() && mesh.corner_normals.size() != mesh.triangles.size())
-    return Refused("corner_normals: " + std::to_string(mesh.corner_normals.size()) + ", want one entry per triangle");
+    return Refuse("surface.corner_normals", static_cast<double>(mesh.corner_normals.size()), "one entry per triangle");
   for (const auto& normals : mesh.corner_normals)
     for (const Eigen::Vector3f& n : normals)
-      if (!(std::abs(n.squaredNorm() - 1) < 1e-3f)) return Refused("corner_normals: a length other than 1");
+      if (!(std::abs(n.squaredNorm() - 1) < 1e-3f))
+        return Refuse("surface.corner_normals", "a length other than 1", "unit normals");
   return absl::OkStatus();
 }
 
@@ -161,7 +160,8 @@ double Surface::Parts::Distance(const Vector3d& query, const NearestTriangle& ne
 absl::StatusOr<std::shared_ptr<const Surface>> Surface::Prepare(TriangleMesh mesh) {
   if (absl::Status status = Check(mesh); !status.ok()) return status;
   auto parts = std::make_unique<Parts>(std::move(mesh));
-  if (parts->search.triangle_count() == 0) return Refused("triangles: none has an area, want at least one that has");
+  if (parts->search.triangle_count() == 0)
+    return Refuse("surface.triangles", "none has an area", "at least one that has");
   if (absl::Status status = parts->seams.Find(parts->middle_mm); !status.ok()) return status;
   return std::shared_ptr<const Surface>(new Surface(std::move(parts)));
 }

@@ -21,10 +21,11 @@ absl::StatusOr<std::vector<std::string>> AddAxisTables(const storage::Calibratio
     used.push_back((**in_force).name());
   }
   if (used.empty())
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "AXIS_NOT_CHARACTERISED",
+    return runtime::Failure(errors::v1::AXIS_NOT_CHARACTERISED,
                             "machines/" + machine_id + ": neither " + options->joints[0].axis + " nor " +
                                 options->joints[1].axis +
-                                " has a characterisation in force, want one of either; run `calibrate axis` first");
+                                " has a characterisation in force, want one of either; run `calibrate axis` first",
+                            {{"resource", "machines/" + machine_id}});
   return used;
 }
 

@@ -9,7 +9,6 @@
 #include "services/calibration/calibration_trend.h"
 #include "services/calibration/validate.h"
 #include "services/runtime/call.h"
-#include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_results.h"
 #include "services/runtime/resource_name.h"
@@ -41,18 +40,21 @@ absl::StatusOr<v1::Calibration> InForce(const storage::CalibrationReader& calibr
   const auto withdrawn = calibrations.Withdrawn(*subject, *at, deadline);
   if (!withdrawn.ok()) return withdrawn.status();
   if (withdrawn->has_value())
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_WITHDRAWN",
+    return runtime::Failure(errors::v1::CALIBRATION_WITHDRAWN,
                             request.machine() + ": its " + Described(*subject) + " " + (**withdrawn).name() +
                                 " was withdrawn (" + (**withdrawn).withdrawal->reason +
-                                "), want one in force; calibrate");
+                                "), want one in force; calibrate",
+                            {{"resource", request.machine()}});
   const auto ended = calibrations.LastValidity(*subject, *at, deadline);
   if (!ended.ok()) return ended.status();
   if (ended->has_value())
     return runtime::Failure(
-        absl::StatusCode::kFailedPrecondition, "CALIBRATION_EXPIRED",
-        request.machine() + ": its " + Described(*subject) + " has expired, want one in force; calibrate");
-  return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_MISSING",
-                          request.machine() + ": no " + Described(*subject) + ", want one in force; calibrate first");
+        errors::v1::CALIBRATION_EXPIRED,
+        request.machine() + ": its " + Described(*subject) + " has expired, want one in force; calibrate",
+        {{"resource", request.machine()}});
+  return runtime::Failure(errors::v1::CALIBRATION_MISSING,
+                          request.machine() + ": no " + Described(*subject) + ", want one in force; calibrate first",
+                          {{"resource", request.machine()}});
 }
 
 }  // namespace
@@ -64,16 +66,16 @@ CalibrationService::CalibrationService(std::shared_ptr<storage::CalibrationStore
 
 grpc::Status CalibrationService::CalibrateSensor(grpc::ServerContext* context,
                                                  const v1::CalibrateSensorRequest* request, v1::Calibration* response) {
-  const runtime::ComputeSlot slot(&running_, kMostRunning);
-  if (absl::Status free = slot.Check("calibrations", "CALIBRATIONS_FULL"); !free.ok()) return ToGrpc(free);
+  const auto slot = running_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
+  if (!slot.ok()) return ToGrpc(slot.status());
   return Answer(calibrator_.CalibrateSensor(*request, CallerOf(*context)), response);
 }
 
 grpc::Status CalibrationService::CalibrateRotation(grpc::ServerContext* context,
                                                    const v1::CalibrateRotationRequest* request,
                                                    v1::Calibration* response) {
-  const runtime::ComputeSlot slot(&running_, kMostRunning);
-  if (absl::Status free = slot.Check("calibrations", "CALIBRATIONS_FULL"); !free.ok()) return ToGrpc(free);
+  const auto slot = running_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
+  if (!slot.ok()) return ToGrpc(slot.status());
   return Answer(calibrator_.CalibrateRotation(*request, CallerOf(*context)), response);
 }
 
@@ -84,7 +86,9 @@ grpc::Status CalibrationService::GetCalibration(grpc::ServerContext* context, co
   const auto found = store_->Find(*id, runtime::DeadlineOf(*context));
   if (!found.ok()) return ToGrpc(found.status());
   if (!found->has_value())
-    return ToGrpc(absl::NotFoundError("name: " + request->name() + ", want a calibration that is recorded"));
+    return ToGrpc(runtime::Failure(errors::v1::CALIBRATION_NOT_FOUND,
+                                   "name: " + request->name() + ", want a calibration that is recorded",
+                                   {{"resource", request->name()}}));
   *response = ToProto(**found);
   return grpc::Status::OK;
 }
@@ -110,16 +114,16 @@ grpc::Status CalibrationService::ListCalibrations(grpc::ServerContext* context,
 
 grpc::Status CalibrationService::CalibrateProbe(grpc::ServerContext* context, const v1::CalibrateProbeRequest* request,
                                                 v1::Calibration* response) {
-  const runtime::ComputeSlot slot(&running_, kMostRunning);
-  if (absl::Status free = slot.Check("calibrations", "CALIBRATIONS_FULL"); !free.ok()) return ToGrpc(free);
+  const auto slot = running_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
+  if (!slot.ok()) return ToGrpc(slot.status());
   return Answer(calibrator_.CalibrateProbe(*request, CallerOf(*context)), response);
 }
 
 grpc::Status CalibrationService::CharacteriseAxis(grpc::ServerContext* context,
                                                   const v1::CharacteriseAxisRequest* request,
                                                   v1::Calibration* response) {
-  const runtime::ComputeSlot slot(&running_, kMostRunning);
-  if (absl::Status free = slot.Check("calibrations", "CALIBRATIONS_FULL"); !free.ok()) return ToGrpc(free);
+  const auto slot = running_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
+  if (!slot.ok()) return ToGrpc(slot.status());
   return Answer(calibrator_.CharacteriseAxis(*request, CallerOf(*context)), response);
 }
 

@@ -1,10 +1,10 @@
 // sixpoint.calibration.v1.CalibrationService.
 #pragma once
 
-#include <atomic>
 #include <memory>
 
 #include "services/calibration/calibrator.h"
+#include "services/runtime/compute_pool.h"
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
 #include "storage/calibration_store.h"
 
@@ -42,7 +42,7 @@ class CalibrationService final : public v1::CalibrationService::Service {
 
   const std::shared_ptr<storage::CalibrationStore> store_;
   Calibrator calibrator_;
-  std::atomic<int> running_{0};
+  runtime::ComputePool running_{{kMostRunning, 0}, "calibrations", errors::v1::CALIBRATIONS_FULL};
 };
 
 }  // namespace sixpoint::calibration

@@ -20,23 +20,27 @@ constexpr int kMostResting = 1000;  // in one answer
 
 using storage::CalibrationState;
 
-absl::Status NotNow(const std::string& reason, const std::string& message) {
-  return runtime::Failure(absl::StatusCode::kFailedPrecondition, reason, message);
 }
 
 absl::Status CheckNotWithdrawn(const storage::CalibrationRow& row, const std::string& name, const std::string& wanted) {
   if (!row.withdrawal) return absl::OkStatus();
-  return NotNow("CALIBRATION_WITHDRAWN", "name: " + name + ", withdrawn by " + row.withdrawal->requested_by + " (" +
-                                             row.withdrawal->reason + "), want " + wanted);
+  return runtime::Failure(errors::v1::CALIBRATION_WITHDRAWN,
+                          "name: " + name + ", withdrawn by " + row.withdrawal->requested_by + " (" +
+                              row.withdrawal->reason + "), want " + wanted,
+                          {{"resource", name}});
 }
 
 absl::Status CheckReleasable(const storage::CalibrationRow& row, const std::string& name, storage::Instant now) {
   if (absl::Status s = CheckNotWithdrawn(row, name, "a draft"); !s.ok()) return s;
   if (row.state != CalibrationState::kDraft)
-    return NotNow("CALIBRATION_NOT_A_DRAFT",
-                  "name: " + name + (row.is_draft ? ", released already" : ", never a draft") + ", want a draft");
+    return runtime::Failure(
+        errors::v1::CALIBRATION_NOT_A_DRAFT,
+        "name: " + name + (row.is_draft ? ", released already" : ", never a draft") + ", want a draft",
+        {{"resource", name}});
   if (now >= row.valid_until)
-    return NotNow("CALIBRATION_EXPIRED", "name: " + name + ", its validity is over, want one that is still valid");
+    return runtime::Failure(errors::v1::CALIBRATION_EXPIRED,
+                            "name: " + name + ", its validity is over, want one that is still valid",
+                            {{"resource", name}});
   return absl::OkStatus();
 }
 
@@ -51,7 +55,9 @@ absl::StatusOr<storage::CalibrationDecision> DecisionOf(
   decision.event = {request.reason(), request.requested_by(), runtime::SoftwareVersion(), {}};
   decision.check = [name = request.name(),
                     may = std::move(may)](const std::optional<storage::CalibrationRow>& calibration) -> absl::Status {
-    if (!calibration) return absl::NotFoundError("name: " + name + ", want a calibration that is recorded");
+    if (!calibration)
+      return runtime::Failure(errors::v1::CALIBRATION_NOT_FOUND,
+                              "name: " + name + ", want a calibration that is recorded", {{"resource", name}});
     return may(*calibration);
   };
   return decision;

@@ -153,10 +153,11 @@ absl::StatusOr<v1::CalibrationTrend> TrendOf(const storage::CalibrationReader& c
       calibrations.History(*subject, request.most_count() == 0 ? kUsualCount : request.most_count(), deadline);
   if (!rows.ok()) return rows.status();
   if (rows->empty())
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_MISSING",
+    return runtime::Failure(errors::v1::CALIBRATION_MISSING,
                             request.machine() + ": no " + subject->kind + " calibration" +
                                 (subject->axis.empty() ? "" : " of " + subject->axis) +
-                                " was ever in force, want at least one");
+                                " was ever in force, want at least one",
+                            {{"resource", request.machine()}});
 
   if (absl::Status s = CheckNames(request, ParametersOf(rows->front())); !s.ok()) return s;
   std::map<std::string, double> limits;

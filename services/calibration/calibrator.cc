@@ -46,7 +46,7 @@ storage::CalibrationRow Described(const Request& request, const Validity& validi
 }
 
 absl::Status NotConverged(const std::string& what) {
-  return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_NOT_CONVERGED", what);
+  return runtime::Failure(errors::v1::CALIBRATION_NOT_CONVERGED, what);
 }
 
 template <typename Request>
@@ -111,8 +111,8 @@ absl::StatusOr<storage::CalibrationRow> Calibrator::MakeSensor(const v1::Calibra
   const absl::StatusOr<plant::v1::Artefact> record = plant_.GetArtefact(request.artefact(), 0, caller.make_context());
   if (!record.ok()) return NotKnown("artefact", request.artefact(), record.status());
   const absl::StatusOr<metrology::Artefact> artefact = ArtefactOf(*record);
-  if (!artefact.ok()) return AsRefusal(artefact.status());
-  if (absl::Status s = metrology::CheckTouch(*artefact, touch); !s.ok()) return AsRefusal(s);
+  if (!artefact.ok()) return WithReason(artefact.status());
+  if (absl::Status s = metrology::CheckTouch(*artefact, touch); !s.ok()) return WithReason(s);
 
   storage::CalibrationRow row = Described(request, validity);
   row.inputs = {Revised(request.machine(), machine->revision()), Revised(request.artefact(), record->revision())};
@@ -139,7 +139,7 @@ absl::StatusOr<storage::CalibrationRow> Calibrator::MakeSensor(const v1::Calibra
   const absl::StatusOr<metrology::SensorCalibration> result =
       sequential ? metrology::CalibrateSensorSequentially(scans, *artefact, touch, options)
                  : metrology::CalibrateSensor(scans, *artefact, touch, options);
-  if (!result.ok()) return AsRefusal(result.status());
+  if (!result.ok()) return WithReason(result.status());
   if (!result->converged)
     return NotConverged("the fit did not settle in " + std::to_string(result->iterations) +
                         " iterations; scan the artefact again");
@@ -175,7 +175,7 @@ absl::StatusOr<storage::CalibrationRow> Calibrator::MakeRotation(const v1::Calib
     row.inputs.insert(row.inputs.end(), used->begin(), used->end());
   }
   const absl::StatusOr<metrology::RotationCalibration> result = FindAxes(request, poses, *options, &row.method);
-  if (!result.ok()) return AsRefusal(result.status());
+  if (!result.ok()) return WithReason(result.status());
   if (!result->converged) return NotConverged("the fit did not settle; probe the sphere at more poses");
   row.rotation = RowOf(*result, poses, *options);
   return row;
@@ -201,11 +201,11 @@ absl::StatusOr<storage::CalibrationRow> Calibrator::MakeProbe(const v1::Calibrat
   const absl::StatusOr<metrology::ProbeCalibration> result =
       linear ? metrology::CalibrateProbeLinearly(inputs.faces, inputs.readings, inputs.options)
              : metrology::CalibrateProbe(inputs.faces, inputs.readings, inputs.options);
-  if (!result.ok()) return AsRefusal(result.status());
+  if (!result.ok()) return WithReason(result.status());
   if (!result->converged) return NotConverged("the fit did not settle; measure each face at more displacements");
   const absl::StatusOr<std::vector<metrology::ProbeFaceCheck>> checks =
       metrology::CheckProbe(*result, inputs.moved_faces, inputs.moved_readings, inputs.options);
-  if (!checks.ok()) return AsRefusal(checks.status());
+  if (!checks.ok()) return WithReason(checks.status());
   storage::CalibrationRow row = Described(request, validity);
   row.inputs = {Revised(request.machine(), machine->revision())};
   row.method = linear ? "LINEAR" : "WEIGHTED";
@@ -234,7 +234,7 @@ absl::StatusOr<storage::CalibrationRow> Calibrator::MakeAxis(const v1::Character
   const absl::StatusOr<metrology::Joint> joint = JointOf(request.machine(), *chain, request.axis());
   if (!joint.ok()) return joint.status();
   const absl::StatusOr<metrology::AxisCharacterisation> result = metrology::CharacteriseAxis(readings);
-  if (!result.ok()) return AsRefusal(result.status());
+  if (!result.ok()) return WithReason(result.status());
   storage::CalibrationRow row = Described(request, validity);
   row.inputs = {Revised(request.machine(), machine->revision())};
   row.method = "ENCODER_RUN";

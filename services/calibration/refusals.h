@@ -9,12 +9,10 @@
 
 namespace sixpoint::calibration {
 
-// undetermined: the reason of what the points do not determine.
-inline absl::Status AsRefusal(const absl::Status& status,
-                              const std::string& undetermined = "CALIBRATION_UNDETERMINED") {
-  if (absl::IsFailedPrecondition(status))
-    return runtime::Failure(status.code(), undetermined, std::string(status.message()));
-  return runtime::AsRefusal(status);
+// A kernel's FAILED_PRECONDITION says that the data do not determine what was asked for.
+inline absl::Status WithReason(const absl::Status& status,
+                               runtime::ErrorReason undetermined = errors::v1::CALIBRATION_UNDETERMINED) {
+  return absl::IsFailedPrecondition(status) ? runtime::Failure(undetermined, std::string(status.message())) : status;
 }
 
 }  // namespace sixpoint::calibration

@@ -20,7 +20,7 @@ namespace {
 using runtime::NotKnown;
 using runtime::Refuse;
 
-constexpr char kUndetermined[] = "STUDY_UNDETERMINED";
+constexpr runtime::ErrorReason kUndetermined = errors::v1::STUDY_UNDETERMINED;
 constexpr int kMostCalibrations = 500, kMostObservations = 100000, kMostPoints = 100000, kMostLengths = 1000,
               kMostName = 64;
 constexpr std::size_t kMostScanPoints = 40'000'000;
@@ -175,7 +175,7 @@ absl::StatusOr<v1::Study> StudyRunner::Gauge(const v1::RunGaugeStudyRequest& req
   if (request.station_pitch_mm() != 0) options.station_pitch_mm = request.station_pitch_mm();
   options.limit_um = request.limit_um();
   const absl::StatusOr<metrology::GaugeStudy> result = metrology::StudyGauge(fetched->scans, options);
-  if (!result.ok()) return AsRefusal(result.status(), kUndetermined);
+  if (!result.ok()) return WithReason(result.status(), kUndetermined);
   v1::Study study;
   study.set_kind(v1::STUDY_KIND_GAUGE);
   study.set_machine(fetched->machine.name());
@@ -194,8 +194,9 @@ absl::StatusOr<storage::CalibrationRow> StudyRunner::SensorCalibration(const v1:
     if (!in_force.ok()) return in_force.status();
     if (in_force->has_value()) return **std::move(in_force);
     return runtime::Failure(
-        absl::StatusCode::kFailedPrecondition, "CALIBRATION_MISSING",
-        machine + ": no sensor calibration in force, want one; name one that is not (a draft will do)");
+        errors::v1::CALIBRATION_MISSING,
+        machine + ": no sensor calibration in force, want one; name one that is not (a draft will do)",
+        {{"resource", machine}});
   }
   const auto id = runtime::IdOf("sensor_calibration", "calibrations", request.sensor_calibration());
   if (!id.ok()) return id.status();
@@ -221,7 +222,7 @@ absl::StatusOr<v1::Study> StudyRunner::Arm(const v1::RunArmStudyRequest& request
   absl::StatusOr<FetchedScans> fetched = Fetch(request.scans(), true, caller);
   if (!fetched.ok()) return fetched.status();
   const absl::StatusOr<metrology::Artefact> artefact = ArtefactOf(fetched->artefact);
-  if (!artefact.ok()) return AsRefusal(artefact.status());
+  if (!artefact.ok()) return WithReason(artefact.status());
 
   const absl::StatusOr<storage::CalibrationRow> calibration =
       SensorCalibration(request, fetched->machine.name(), caller);
@@ -233,7 +234,7 @@ absl::StatusOr<v1::Study> StudyRunner::Arm(const v1::RunArmStudyRequest& request
     options.sensor.rotation(k / 3, k % 3) = calibration->sensor->machine_from_sensor_rotation.at(k);
   for (int k = 0; k < 3; ++k) options.sensor.t_sm_mm(k) = calibration->sensor->t_sm_mm.at(k);
   const auto result = metrology::StudyArm(fetched->scans, *artefact, options);
-  if (!result.ok()) return AsRefusal(result.status(), kUndetermined);
+  if (!result.ok()) return WithReason(result.status(), kUndetermined);
   v1::Study study;
   study.set_kind(v1::STUDY_KIND_ARM);
   study.set_machine(fetched->machine.name());
@@ -305,7 +306,7 @@ absl::StatusOr<v1::Study> StudyRunner::GaugeRr(const v1::RunGaugeRrRequest& requ
   const metrology::NestedOptions options{filled.confidence(), filled.balanced_only(),
                                          filled.part_level() == v1::PART_LEVEL_OUTER};
   const absl::StatusOr<metrology::NestedVariance> result = metrology::AnalyseNested(observations, options);
-  if (!result.ok()) return AsRefusal(result.status(), kUndetermined);
+  if (!result.ok()) return WithReason(result.status(), kUndetermined);
   v1::Study study;
   study.set_kind(v1::STUDY_KIND_GAUGE_RR);
   std::vector<std::string> inputs;
@@ -358,7 +359,7 @@ absl::StatusOr<v1::Study> StudyRunner::SphereCheck(const v1::RunSphereCheckReque
   options.length_mpe_divisor = request.length_mpe_divisor();
   if (request.least_points() != 0) options.least_points = request.least_points();
   const absl::StatusOr<metrology::SphereCheck> result = metrology::CheckSphere(points, lengths, options);
-  if (!result.ok()) return AsRefusal(result.status(), kUndetermined);
+  if (!result.ok()) return WithReason(result.status(), kUndetermined);
   v1::Study study;
   study.set_kind(v1::STUDY_KIND_SPHERE_CHECK);
   std::vector<std::string> inputs;

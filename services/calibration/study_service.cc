@@ -2,7 +2,6 @@
 
 #include "services/calibration/study_messages.h"
 #include "services/runtime/call.h"
-#include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/list_filters.h"
 #include "services/runtime/recorded_results.h"
@@ -45,8 +44,8 @@ template <typename Request>
 grpc::Status StudyService::Run(grpc::ServerContext* context,
                                absl::StatusOr<v1::Study> (StudyRunner::*method)(const Request&, const Caller&),
                                const Request& request, v1::Study* response) {
-  const runtime::ComputeSlot slot(&running_, kMostRunning);
-  if (absl::Status free = slot.Check("studies", "STUDIES_FULL"); !free.ok()) return ToGrpc(free);
+  const auto slot = running_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
+  if (!slot.ok()) return ToGrpc(slot.status());
   return runtime::Answer((runner_.*method)(request, runtime::CallerOf(*context)), response);
 }
 
@@ -77,10 +76,10 @@ grpc::Status StudyService::RunSphereCheck(grpc::ServerContext* context, const v1
 
 grpc::Status StudyService::GetStudy(grpc::ServerContext* context, const v1::GetStudyRequest* request,
                                     v1::Study* response) {
-  return runtime::Answer(
-      runtime::GetResult<v1::Study>(*store_, runtime::DeadlineOf(*context), "studies", request->name(),
-                                    "STUDY_NOT_FOUND", [](const storage::StudyRow& row) { return ToProto(row); }),
-      response);
+  return runtime::Answer(runtime::GetResult<v1::Study>(*store_, runtime::DeadlineOf(*context), "studies",
+                                                       request->name(), errors::v1::STUDY_NOT_FOUND,
+                                                       [](const storage::StudyRow& row) { return ToProto(row); }),
+                         response);
 }
 
 grpc::Status StudyService::ListStudies(grpc::ServerContext* context, const v1::ListStudiesRequest* request,

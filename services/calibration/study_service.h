@@ -1,10 +1,10 @@
 // sixpoint.calibration.v1.StudyService.
 #pragma once
 
-#include <atomic>
 #include <memory>
 
 #include "services/calibration/study_runner.h"
+#include "services/runtime/compute_pool.h"
 #include "sixpoint/calibration/v1/study.grpc.pb.h"
 #include "storage/studies.h"
 
@@ -40,7 +40,7 @@ class StudyService final : public v1::StudyService::Service {
 
   const std::shared_ptr<storage::StudyStore> store_;
   StudyRunner runner_;
-  std::atomic<int> running_{0};
+  runtime::ComputePool running_{{kMostRunning, 0}, "studies", errors::v1::STUDIES_FULL};
 };
 
 }  // namespace sixpoint::calibration

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "refusal/message_text.h"
 #include "services/calibration/axis_messages.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
@@ -136,19 +137,20 @@ absl::StatusOr<Validity> ValidityOf(const google::protobuf::Timestamp* from, con
 }
 
 absl::Status CheckCaller(const std::string& machine, const std::string& requested_by, const std::string& request_id) {
-  if (const auto id = runtime::IdOf("machine", "machines", machine); !id.ok()) return id.status();
-  return runtime::CheckCaller(requested_by, request_id);
+  runtime::Refusals refusals;
+  refusals.Add(runtime::IdOf("machine", "machines", machine).status());
+  return refusals.Add(runtime::CheckCaller(requested_by, request_id)).status();
 }
 
 absl::Status CheckSensorRequest(const v1::CalibrateSensorRequest& request) {
-  if (absl::Status s = CheckCaller(request.machine(), request.requested_by(), request.request_id()); !s.ok()) return s;
-  if (const auto id = runtime::IdOf("artefact", "artefacts", request.artefact()); !id.ok()) return id.status();
-  if (absl::Status s = runtime::CheckNames("scans", "scans", request.scans(), 1, runtime::kMostScans); !s.ok())
-    return s;
-  if (!request.has_touch()) return Refuse("touch", "", "the artefact as the touch probe measured it");
+  runtime::Refusals refusals;
+  refusals.Add(CheckCaller(request.machine(), request.requested_by(), request.request_id()))
+      .Add(runtime::IdOf("artefact", "artefacts", request.artefact()).status())
+      .Add(runtime::CheckNames("scans", "scans", request.scans(), 1, runtime::kMostScans));
+  if (!request.has_touch()) refusals.Add(Refuse("touch", "", "the artefact as the touch probe measured it"));
   if (!v1::SensorMethod_IsValid(request.method()))
-    return Refuse("method", std::to_string(request.method()), "JOINT or SEQUENTIAL");
-  return absl::OkStatus();
+    refusals.Add(Refuse("method", request.method(), "JOINT or SEQUENTIAL"));
+  return refusals.status();
 }
 
 absl::StatusOr<metrology::ArtefactTouch> TouchOf(const v1::TouchData& in) {
@@ -210,21 +212,22 @@ absl::Status CheckScan(const v1::CalibrateSensorRequest& request, const ingest::
     return Refuse("scans", scan.name() + " of " + header.subject(), "scans of " + request.artefact());
   // The touch data are of one place: the artefact stands on axes that must not have turned in between.
   if (header.a_deg() != first.header().a_deg() || header.b_deg() != first.header().b_deg())
-    return Refuse("scans",
-                  scan.name() + " at A " + std::to_string(header.a_deg()) + ", B " + std::to_string(header.b_deg()),
+    return Refuse("scans", scan.name() + " at A " + NumberText(header.a_deg()) + ", B " + NumberText(header.b_deg()),
                   "A and B as in " + first.name());
   return absl::OkStatus();
 }
 
 absl::Status CheckRotationRequest(const v1::CalibrateRotationRequest& request) {
-  if (absl::Status s = CheckCaller(request.machine(), request.requested_by(), request.request_id()); !s.ok()) return s;
   const bool standard = request.method() == v1::ROTATION_METHOD_STANDARD;
-  if (absl::Status s = CheckCount("poses", request.poses_size(), standard ? 0 : 1, kMostPoses); !s.ok()) return s;
+  runtime::Refusals refusals;
+  refusals.Add(CheckCaller(request.machine(), request.requested_by(), request.request_id()))
+      .Add(CheckCount("poses", request.poses_size(), standard ? 0 : 1, kMostPoses));
   if (!v1::RotationMethod_IsValid(request.method()))
-    return Refuse("method", std::to_string(request.method()), "LINES, POINT_C or STANDARD");
+    refusals.Add(Refuse("method", request.method(), "LINES, POINT_C or STANDARD"));
   if (standard != request.has_standard())
-    return Refuse("standard", standard ? "" : "given", standard ? "bore and face" : "none but for method STANDARD");
-  return CheckUncertainty(request.standard_uncertainty_um());
+    refusals.Add(
+        Refuse("standard", standard ? "" : "given", standard ? "bore and face" : "none but for method STANDARD"));
+  return refusals.Add(CheckUncertainty(request.standard_uncertainty_um())).status();
 }
 
 absl::StatusOr<std::vector<metrology::SpherePose>> PosesOf(const v1::CalibrateRotationRequest& request) {
@@ -265,8 +268,9 @@ absl::StatusOr<metrology::RotationOptions> RotationOptionsOf(const plant::v1::Ma
   if (!chain.ok()) return chain.status();
   absl::StatusOr<metrology::RotationOptions> options = metrology::RotationOptions::Of(*chain);
   if (!options.ok())
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "KINEMATICS_UNSUITABLE",
-                            machine.name() + "." + std::string(options.status().message()));
+    return runtime::Failure(errors::v1::KINEMATICS_UNSUITABLE,
+                            machine.name() + "." + std::string(options.status().message()),
+                            {{"resource", machine.name()}});
   return options;
 }
 
@@ -274,20 +278,23 @@ absl::Status CheckEnvironment(const v1::Environment& in) {
   const auto outside = [](double value, double least, double most) {
     return !std::isfinite(value) || value < least || value > most;
   };
+  runtime::Refusals refusals;
   if (in.has_temperature_c() && outside(in.temperature_c(), -50, 100))
-    return Refuse("environment.temperature_c", in.temperature_c(), "-50 to 100");
+    refusals.Add(Refuse("environment.temperature_c", in.temperature_c(), "-50 to 100"));
   if (in.has_temperature_standard_uncertainty_c() && outside(in.temperature_standard_uncertainty_c(), 0, 50))
-    return Refuse("environment.temperature_standard_uncertainty_c", in.temperature_standard_uncertainty_c(), "0 to 50");
+    refusals.Add(
+        Refuse("environment.temperature_standard_uncertainty_c", in.temperature_standard_uncertainty_c(), "0 to 50"));
   if (in.has_temperature_standard_uncertainty_c() && !in.has_temperature_c())
-    return Refuse("environment.temperature_c", "", "a temperature, of which the uncertainty is stated");
+    refusals.Add(Refuse("environment.temperature_c", "", "a temperature, of which the uncertainty is stated"));
   if (in.has_humidity_percent() && outside(in.humidity_percent(), 0, 100))
-    return Refuse("environment.humidity_percent", in.humidity_percent(), "0 to 100");
-  return runtime::CheckText("environment.note", in.note(), runtime::kLongestReason);
+    refusals.Add(Refuse("environment.humidity_percent", in.humidity_percent(), "0 to 100"));
+  return refusals.Add(runtime::CheckText("environment.note", in.note(), runtime::kLongestReason)).status();
 }
 
 absl::Status CheckEvent(const std::string& reason, const std::string& requested_by, const std::string& request_id) {
-  if (absl::Status s = runtime::CheckText("reason", reason, runtime::kLongestReason); !s.ok()) return s;
-  return runtime::CheckCaller(requested_by, request_id);
+  runtime::Refusals refusals;
+  refusals.Add(runtime::CheckText("reason", reason, runtime::kLongestReason));
+  return refusals.Add(runtime::CheckCaller(requested_by, request_id)).status();
 }
 
 std::string KindText(v1::CalibrationKind kind) {

@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "refusal/message_text.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
@@ -90,7 +91,7 @@ absl::StatusOr<FetchedAxis> AxisOf(const Calibration& calibration) {
   out.positioning.table = std::move(table);
   const double uncertainty_deg = in.compensated_standard_uncertainty().value_deg();
   if (!(uncertainty_deg >= 0 && uncertainty_deg < 10))
-    return Damaged(calibration, "compensated_standard_uncertainty: " + std::to_string(uncertainty_deg) + " deg");
+    return Damaged(calibration, "compensated_standard_uncertainty: " + NumberText(uncertainty_deg) + " deg");
   out.positioning.standard_uncertainty_rad = uncertainty_deg * kRadPerDeg;
   return out;
 }
@@ -151,7 +152,7 @@ absl::StatusOr<std::optional<FetchedAxis>> CalibrationClient::AxisInForce(
   Calibration found;
   if (const grpc::Status s = stub_->GetCalibrationInForce(context.get(), request, &found); !s.ok()) {
     const absl::Status status = runtime::FromGrpc(s);
-    if (runtime::ReasonOf(status) == "CALIBRATION_MISSING") return std::nullopt;
+    if (runtime::HasReason(status, errors::v1::CALIBRATION_MISSING)) return std::nullopt;
     return status;
   }
   return AxisOf(found);
@@ -177,11 +178,12 @@ absl::Status CalibrationClient::NotInForce(const std::string& field, const std::
     return runtime::FromGrpc(s);
   const std::string wanted = ", want a registration that rests on the calibration in force";
   if (found.state() == calibration::v1::CALIBRATION_STATE_WITHDRAWN)
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_WITHDRAWN",
+    return runtime::Failure(errors::v1::CALIBRATION_WITHDRAWN,
                             field + ": " + used + ", withdrawn by " + found.withdrawal().requested_by() + " (" +
-                                found.withdrawal().reason() + ")" + wanted + " (" + in_force + ")");
-  return runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_EXPIRED",
-                          field + ": " + used + ", superseded by " + in_force + wanted);
+                                found.withdrawal().reason() + ")" + wanted + " (" + in_force + ")",
+                            {{"resource", used}, {"in_force", in_force}});
+  return runtime::Failure(errors::v1::CALIBRATION_EXPIRED, field + ": " + used + ", superseded by " + in_force + wanted,
+                          {{"resource", used}, {"in_force", in_force}});
 }
 
 }  // namespace sixpoint::clients

@@ -29,8 +29,9 @@ absl::StatusOr<std::string> Download(plant::v1::PlantService::Stub& stub, const 
     if (bytes.size() + response.chunk().size() > kGreatestSurfaceBytes) {
       context->TryCancel();
       reader->Finish();
-      return runtime::Failure(absl::StatusCode::kResourceExhausted, "SURFACE_TOO_LARGE",
-                              part.name() + ".surface: more than 512 MiB, want a smaller one");
+      return runtime::Failure(errors::v1::SURFACE_TOO_LARGE,
+                              part.name() + ".surface: more than 512 MiB, want a smaller one",
+                              {{"resource", part.name()}});
     }
     bytes += response.chunk();
   }

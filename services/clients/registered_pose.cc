@@ -4,6 +4,7 @@
 #include <set>
 #include <string>
 
+#include "refusal/message_text.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 
@@ -32,7 +33,7 @@ absl::StatusOr<metrology::AngleInfluence> AngleOf(const registration::v1::ScanAn
   angle.half_reversal_rad = in.half_reversal_deg() * kRad;
   for (int i = 0; i < 6; ++i) angle.pose_per_rad(i) = in.pose_per_rad(i);
   if (!angle.pose_per_rad.allFinite() || !std::isfinite(angle.standard_uncertainty_rad + angle.half_reversal_rad))
-    return runtime::Refuse("registration.angles", in.axis() + " " + std::to_string(in.commanded_deg()),
+    return runtime::Refuse("registration.angles", in.axis() + " " + NumberText(in.commanded_deg()),
                            "finite uncertainties and a finite influence");
   return angle;
 }
@@ -43,10 +44,12 @@ absl::Status CheckConverged(const registration::v1::Registration& registration) 
   if (registration.evidence().outcome() == registration::v1::OUTCOME_CONVERGED && registration.has_zero_from_part())
     return absl::OkStatus();
   const std::string remark = registration.evidence().remark();
-  return runtime::Failure(absl::StatusCode::kFailedPrecondition, "REGISTRATION_NOT_CONVERGED",
+  return runtime::Failure(errors::v1::REGISTRATION_NOT_CONVERGED,
                           "registration: " + registration.name() + " has the outcome " +
                               registration::v1::Outcome_Name(registration.evidence().outcome()) +
-                              (remark.empty() ? "" : " (" + remark + ")") + ", want OUTCOME_CONVERGED");
+                              (remark.empty() ? "" : " (" + remark + ")") + ", want OUTCOME_CONVERGED",
+                          {{"resource", registration.name()},
+                           {"outcome", registration::v1::Outcome_Name(registration.evidence().outcome())}});
 }
 
 absl::StatusOr<metrology::RegisteredPose> RegisteredPoseOf(const registration::v1::Registration& registration,

@@ -141,9 +141,10 @@ absl::Status ScanUploader::Open() {
   if (!accepted.has_value()) return WhyItEnded(stream_->Finish());
   const int durable = accepted->complete() ? kEveryBlock : accepted->next_block();
   if (durable < first_kept_) {
-    return runtime::Failure(absl::StatusCode::kDataLoss, "BLOCKS_FORGOTTEN",
+    return runtime::Failure(errors::v1::BLOCKS_FORGOTTEN,
                             "scan " + header_.scan_id() + ": ingest goes on from block " + std::to_string(durable) +
-                                ", but had acknowledged all below " + std::to_string(first_kept_));
+                                ", but had acknowledged all below " + std::to_string(first_kept_),
+                            {{"resource", "scans/" + header_.scan_id()}});
   }
   next_to_send_ = durable;
   TakeAcknowledged(durable);

@@ -25,7 +25,7 @@ constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
 constexpr std::int64_t kGreatestPointCount = 200'000'000;
 
 absl::Status Damaged(const std::string& name, const std::string& what) {
-  return runtime::Failure(absl::StatusCode::kDataLoss, "SCAN_DAMAGED", name + ": " + what);
+  return runtime::Failure(errors::v1::SCAN_DAMAGED, name + ": " + what, {{"resource", name}});
 }
 
 metrology::LineScan LineScanOf(const ingest::v1::Scan& record) {

@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <list>
 #include <mutex>
+#include <new>
 #include <set>
 #include <utility>
 #include <vector>
@@ -16,6 +17,15 @@ using SurfacePointer = std::shared_ptr<const Surface>;
 
 constexpr std::chrono::minutes kLongestWait{10};  // for another call's preparation, where the caller set no deadline
 constexpr std::chrono::milliseconds kBetweenQuestions{20};
+
+// Memory may end while a surface is made: those who wait for it must hear of it.
+SurfaceCache::SurfaceOr Prepared(const std::function<SurfaceCache::SurfaceOr()>& prepare) {
+  try {
+    return prepare();
+  } catch (const std::bad_alloc&) {
+    return absl::ResourceExhaustedError("surface: no memory left to prepare it, want fewer calls at once; try again");
+  }
+}
 
 }  // namespace
 
@@ -96,7 +106,7 @@ SurfaceCache::SurfaceOr SurfaceCache::Get(const std::string& sha256, std::chrono
       if (keep_going && !keep_going()) return absl::CancelledError("surface: stopped by its caller");
     }
   }
-  SurfaceOr surface = prepare();
+  SurfaceOr surface = Prepared(prepare);
   std::vector<SurfacePointer> gone;
   const std::lock_guard<std::mutex> lock(state_->mutex);
   state_->preparing.erase(sha256);

@@ -12,21 +12,13 @@ namespace {
 
 constexpr double kRad = 3.14159265358979323846 / 180;
 
-absl::Status PoseFailure(const absl::Status& status) {
-  if (status.code() == absl::StatusCode::kInvalidArgument) return status;
-  const bool singular = status.code() == absl::StatusCode::kFailedPrecondition;
-  return runtime::Failure(absl::StatusCode::kFailedPrecondition, singular ? "POSE_SINGULAR" : "POSE_OUT_OF_LIMITS",
-                          std::string(status.message()));
-}
-
-// The kernel's message is "nc_template line 3: value, want wanted"; the refusal names the field.
-absl::Status TemplateRefusal(const absl::Status& status) {
-  std::string message(status.message());
-  const std::string prefix = "nc_template", want = ", want ";
-  if (message.rfind(prefix, 0) == 0) message.erase(0, prefix.size() + 1);
-  const std::size_t at = message.rfind(want);
-  if (at == std::string::npos) return status;
-  return runtime::Refuse("nc_template", message.substr(0, at), message.substr(at + want.size()));
+// What the kernel says of a hole's pose that cannot be taken; anything else stays what it is.
+absl::Status PoseFailure(const absl::Status& status, const std::string& registration, const std::string& group) {
+  const runtime::Metadata about = {{"resource", registration}, {"group", group}};
+  const std::string message(status.message());
+  if (absl::IsFailedPrecondition(status)) return runtime::Failure(errors::v1::POSE_SINGULAR, message, about);
+  if (absl::IsOutOfRange(status)) return runtime::Failure(errors::v1::POSE_OUT_OF_LIMITS, message, about);
+  return status;
 }
 
 absl::StatusOr<std::string> ProgramOf(const std::string& nc_template,
@@ -39,10 +31,7 @@ absl::StatusOr<std::string> ProgramOf(const std::string& nc_template,
                                                group.corrected.a_rad / kRad, group.corrected.b_rad / kRad};
     }
   }
-  absl::StatusOr<std::string> program =
-      metrology::ReplaceCoordinates(nc_template, targets, {axes[0].front(), axes[1].front()});
-  if (!program.ok()) return TemplateRefusal(program.status());
-  return program;
+  return metrology::ReplaceCoordinates(nc_template, targets, {axes[0].front(), axes[1].front()});
 }
 
 }  // namespace
@@ -53,7 +42,7 @@ absl::StatusOr<Corrected> CorrectBlade(const v1::CorrectRequest& request, const 
     absl::StatusOr<metrology::CorrectedHoleGroup> moved =
         metrology::CorrectGroup(group, inputs.pose, inputs.zero_from_part_nominal, inputs.rotation.axes,
                                 inputs.machine_axes.nominal, inputs.machine_axes.limits);
-    if (!moved.ok()) return PoseFailure(moved.status());
+    if (!moved.ok()) return PoseFailure(moved.status(), request.registration(), group.name);
     for (std::string& reason : metrology::BeyondEnvelope(*moved, inputs.envelope, inputs.machine_axes.letters))
       corrected.release_reasons.push_back(std::move(reason));
     corrected.groups.push_back(*std::move(moved));

@@ -9,7 +9,6 @@
 #include "services/correction/rows.h"
 #include "services/correction/validate.h"
 #include "services/runtime/call.h"
-#include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_results.h"
 
@@ -19,14 +18,16 @@ using runtime::ToGrpc;
 
 CorrectionService::CorrectionService(std::shared_ptr<storage::CorrectionStore> store,
                                      std::unique_ptr<const Peers> peers, int greatest_count)
-    : store_(std::move(store)), peers_(std::move(peers)), greatest_count_(greatest_count) {}
+    : store_(std::move(store)),
+      peers_(std::move(peers)),
+      running_({greatest_count, 0}, "corrections", errors::v1::CORRECTIONS_FULL) {}
 
 grpc::Status CorrectionService::Correct(grpc::ServerContext* context, const v1::CorrectRequest* request,
                                         v1::Correction* response) {
   if (absl::Status status = CheckCorrect(*request); !status.ok()) return ToGrpc(status);
-  const runtime::ComputeSlot slot(&running_, greatest_count_);
-  if (absl::Status status = slot.Check("corrections", "CORRECTIONS_FULL"); !status.ok()) return ToGrpc(status);
   const runtime::Caller caller = runtime::CallerOf(*context);
+  const auto slot = running_.Enter(caller.deadline, caller.keep_going);
+  if (!slot.ok()) return ToGrpc(slot.status());
   const auto make = [&] { return Make(*request, caller); };
   return runtime::Answer(runtime::RecordedResult<v1::Correction>(store_.get(), "correction.Correct", *request,
                                                                  caller.deadline, make, ToProto),
@@ -45,7 +46,7 @@ absl::StatusOr<runtime::Made<storage::CorrectionRow>> CorrectionService::Make(co
 grpc::Status CorrectionService::GetCorrection(grpc::ServerContext* context, const v1::GetCorrectionRequest* request,
                                               v1::Correction* response) {
   return runtime::Answer(runtime::GetResult<v1::Correction>(*store_, runtime::DeadlineOf(*context), "corrections",
-                                                            request->name(), "CORRECTION_NOT_FOUND", ToProto),
+                                                            request->name(), errors::v1::CORRECTION_NOT_FOUND, ToProto),
                          response);
 }
 

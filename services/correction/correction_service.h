@@ -1,11 +1,11 @@
 // sixpoint.correction.v1.CorrectionService.
 #pragma once
 
-#include <atomic>
 #include <memory>
 
 #include "services/correction/inputs.h"
 #include "services/runtime/call.h"
+#include "services/runtime/compute_pool.h"
 #include "services/runtime/recorded_call.h"
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
 #include "storage/corrections.h"
@@ -32,8 +32,7 @@ class CorrectionService final : public v1::CorrectionService::Service {
 
   const std::shared_ptr<storage::CorrectionStore> store_;
   const std::unique_ptr<const Peers> peers_;
-  const int greatest_count_;
-  std::atomic<int> running_ = 0;
+  runtime::ComputePool running_;
 };
 
 }  // namespace sixpoint::correction

@@ -93,8 +93,8 @@ absl::StatusOr<std::vector<metrology::NominalHoleGroup>> WantedGroups(const v1::
     wanted.push_back(*std::move(nominal));
   }
   if (wanted.empty()) {
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "PART_WITHOUT_HOLES",
-                            part.name() + ".hole_groups: empty, want at least one");
+    return runtime::Failure(errors::v1::PART_WITHOUT_HOLES, part.name() + ".hole_groups: empty, want at least one",
+                            {{"resource", part.name()}});
   }
   return wanted;
 }
@@ -110,10 +110,11 @@ absl::Status FetchMachine(const Peers& peers, const runtime::Caller& caller, Inp
   inputs->envelope = EnvelopeOf(*machine);
   const std::array<std::string, 2>&letters = inputs->machine_axes.letters, &calibrated = inputs->rotation.letters;
   if (letters == calibrated) return absl::OkStatus();
-  return runtime::Failure(absl::StatusCode::kFailedPrecondition, "KINEMATICS_UNSUPPORTED",
+  return runtime::Failure(errors::v1::KINEMATICS_UNSUPPORTED,
                           inputs->rotation.name + ".axes: " + calibrated[0] + ", " + calibrated[1] + ", want " +
                               letters[0] + ", " + letters[1] + " as " + machine->name() +
-                              " has them now; calibrate its rotary axes again");
+                              " has them now; calibrate its rotary axes again",
+                          {{"resource", machine->name()}});
 }
 
 absl::Status FetchPart(const Peers& peers, const v1::CorrectRequest& request, const runtime::Caller& caller,

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "refusal/message_text.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 
@@ -20,12 +21,13 @@ absl::StatusOr<metrology::AxisLine> LineOf(const std::string& field, const plant
   return metrology::AxisLine{sense * *direction, *point};
 }
 
-absl::Status CheckLimits(const std::string& field, const plant::v1::Joint& joint) {
+absl::Status CheckLimits(const std::string& machine, const std::string& field, const plant::v1::Joint& joint) {
   if (std::isfinite(joint.minimum()) && std::isfinite(joint.maximum()) && joint.minimum() < joint.maximum())
     return absl::OkStatus();
-  return runtime::Failure(absl::StatusCode::kFailedPrecondition, "KINEMATICS_UNSUPPORTED",
-                          field + ".minimum, maximum: " + std::to_string(joint.minimum()) + ", " +
-                              std::to_string(joint.maximum()) + ", want finite limits in order");
+  return runtime::Failure(errors::v1::KINEMATICS_UNSUPPORTED,
+                          field + ".minimum, maximum: " + NumberText(joint.minimum()) + ", " +
+                              NumberText(joint.maximum()) + ", want finite limits in order",
+                          {{"resource", machine}});
 }
 
 }  // namespace
@@ -38,10 +40,11 @@ absl::StatusOr<MachineAxes> AxesOf(const plant::v1::Machine& machine) {
   for (const plant::v1::Joint& joint : machine.kinematics().tool_side())
     on_tool += joint.kind() == plant::v1::JOINT_KIND_ROTARY;
   if (rotary.size() != 2 || on_tool != 0) {
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "KINEMATICS_UNSUPPORTED",
+    return runtime::Failure(errors::v1::KINEMATICS_UNSUPPORTED,
                             machine.name() + ".kinematics: " + std::to_string(rotary.size()) +
                                 " rotary joints on the part's side and " + std::to_string(on_tool) +
-                                " on the tool's, want 2 and 0");
+                                " on the tool's, want 2 and 0",
+                            {{"resource", machine.name()}});
   }
   MachineAxes axes;
   const auto a = LineOf("machine.kinematics.part_side." + rotary[0]->axis(), *rotary[0]);
@@ -49,7 +52,8 @@ absl::StatusOr<MachineAxes> AxesOf(const plant::v1::Machine& machine) {
   const auto b = LineOf("machine.kinematics.part_side." + rotary[1]->axis(), *rotary[1]);
   if (!b.ok()) return b.status();
   for (const plant::v1::Joint* joint : rotary) {
-    if (absl::Status status = CheckLimits("machine.kinematics.part_side." + joint->axis(), *joint); !status.ok())
+    if (absl::Status status = CheckLimits(machine.name(), "machine.kinematics.part_side." + joint->axis(), *joint);
+        !status.ok())
       return status;
   }
   axes.nominal = {*a, *b};

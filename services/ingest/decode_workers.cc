@@ -66,7 +66,9 @@ bool IsSane(const DecodeReply& reply, std::int64_t point_count) {
 }  // namespace
 
 DecodeWorkers::DecodeWorkers(std::string program, int worker_count, std::chrono::milliseconds patience)
-    : program_(std::move(program)), worker_count_(std::max(1, worker_count)), patience_(patience) {}
+    : program_(std::move(program)),
+      patience_(patience),
+      at_once_({worker_count, 0}, "decode workers", errors::v1::UPLOADS_FULL) {}
 
 DecodeWorkers::~DecodeWorkers() {
   for (const Worker& worker : idle_) End(worker);
@@ -112,13 +114,9 @@ void DecodeWorkers::End(const Worker& worker) {
   }
 }
 
-absl::StatusOr<DecodeWorkers::Worker> DecodeWorkers::Borrow(Clock::time_point deadline) {
+absl::StatusOr<DecodeWorkers::Worker> DecodeWorkers::Take() {
   {
-    std::unique_lock lock(mutex_);
-    if (!freed_.wait_until(lock, deadline, [this] { return borrowed_count_ < worker_count_; })) {
-      return absl::DeadlineExceededError("no decode worker became free in time");
-    }
-    ++borrowed_count_;
+    std::lock_guard lock(mutex_);
     while (!idle_.empty()) {
       const Worker worker = idle_.back();
       idle_.pop_back();
@@ -128,33 +126,23 @@ absl::StatusOr<DecodeWorkers::Worker> DecodeWorkers::Borrow(Clock::time_point de
       End(worker);
     }
   }
-  absl::StatusOr<Worker> worker = Start();
-  if (!worker.ok()) {
-    std::lock_guard lock(mutex_);
-    --borrowed_count_;
-    freed_.notify_one();
-  }
-  return worker;
+  return Start();
 }
 
 void DecodeWorkers::GiveBack(Worker worker, bool trusted) {
-  if (!trusted) End(worker);
-  {
-    std::lock_guard lock(mutex_);
-    --borrowed_count_;
-    if (trusted) idle_.push_back(worker);
-  }
-  freed_.notify_one();
+  if (!trusted) return End(worker);
+  std::lock_guard lock(mutex_);
+  idle_.push_back(worker);
 }
 
 absl::StatusOr<BlockStatistics> DecodeWorkers::Check(std::string_view payload, std::int64_t point_count,
                                                      double profile_pitch_mm, const ProfileCursor& begin,
-                                                     Clock::time_point deadline) {
+                                                     const Caller& caller) {
   if (payload.size() > kGreatestPayloadBytes) return absl::InvalidArgumentError("more bytes than a block may have");
-  absl::StatusOr<BlockStatistics> statistics = CheckOnce(payload, point_count, profile_pitch_mm, begin, deadline);
+  absl::StatusOr<BlockStatistics> statistics = CheckOnce(payload, point_count, profile_pitch_mm, begin, caller);
   // A worker that died may have been killed from outside; a block that kills two has done it itself.
   if (absl::IsAborted(statistics.status())) {
-    statistics = CheckOnce(payload, point_count, profile_pitch_mm, begin, deadline);
+    statistics = CheckOnce(payload, point_count, profile_pitch_mm, begin, caller);
   }
   if (!absl::IsAborted(statistics.status())) return statistics;
   return absl::InvalidArgumentError(std::string(statistics.status().message()));
@@ -162,10 +150,12 @@ absl::StatusOr<BlockStatistics> DecodeWorkers::Check(std::string_view payload, s
 
 absl::StatusOr<BlockStatistics> DecodeWorkers::CheckOnce(std::string_view payload, std::int64_t point_count,
                                                          double profile_pitch_mm, const ProfileCursor& begin,
-                                                         Clock::time_point deadline) {
-  const absl::StatusOr<Worker> worker = Borrow(deadline);
+                                                         const Caller& caller) {
+  const auto slot = at_once_.Enter(caller.deadline, caller.keep_going, runtime::ComputePool::Patience::kPatient);
+  if (!slot.ok()) return slot.status();
+  const absl::StatusOr<Worker> worker = Take();
   if (!worker.ok()) return worker.status();
-  const Clock::time_point until = std::min(deadline, Clock::now() + patience_);
+  const Clock::time_point until = std::min(caller.deadline, Clock::now() + patience_);
   DecodeRequest request;
   request.payload_bytes = static_cast<std::uint32_t>(payload.size());
   request.point_count = point_count;
@@ -177,7 +167,7 @@ absl::StatusOr<BlockStatistics> DecodeWorkers::CheckOnce(std::string_view payloa
   if (talk == Talk::kDone) talk = ReceiveAll(worker->socket, &reply, sizeof reply, until);
   const bool sane = talk == Talk::kDone && IsSane(reply, point_count);
   GiveBack(*worker, sane && reply.decoded == 1);
-  if (talk == Talk::kTooLate && until == deadline) {
+  if (talk == Talk::kTooLate && until == caller.deadline) {
     return absl::DeadlineExceededError("the call's time ended while a block was decoded");
   }
   if (talk == Talk::kTooLate) return absl::InvalidArgumentError("took too long to decode");

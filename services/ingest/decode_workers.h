@@ -7,13 +7,14 @@
 
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "services/ingest/block_statistics.h"
+#include "services/runtime/compute_pool.h"
 
 namespace sixpoint::ingest {
 
@@ -26,10 +27,16 @@ class DecodeWorkers {
   DecodeWorkers(const DecodeWorkers&) = delete;
   DecodeWorkers& operator=(const DecodeWorkers&) = delete;
 
+  // How long a block may wait for a worker and for its decoding.
+  struct Caller {
+    std::chrono::system_clock::time_point deadline;
+    std::function<bool()> keep_going;  // may be empty
+  };
   // Decodes in a worker. INVALID_ARGUMENT: the block is not what it should be; the message says what is wrong with it.
-  // DEADLINE_EXCEEDED: no worker became free, or the caller's time ended. UNAVAILABLE: no worker can be started.
+  // DEADLINE_EXCEEDED: no worker became free, or the caller's time ended; CANCELLED: it went away while it waited.
+  // UNAVAILABLE: no worker can be started.
   absl::StatusOr<BlockStatistics> Check(std::string_view payload, std::int64_t point_count, double profile_pitch_mm,
-                                        const ProfileCursor& begin, std::chrono::system_clock::time_point deadline);
+                                        const ProfileCursor& begin, const Caller& caller);
 
   // How many were started so far.
   int started_count() const { return started_count_; }
@@ -40,20 +47,18 @@ class DecodeWorkers {
     int socket = -1;
   };
   absl::StatusOr<BlockStatistics> CheckOnce(std::string_view payload, std::int64_t point_count, double profile_pitch_mm,
-                                            const ProfileCursor& begin, std::chrono::system_clock::time_point deadline);
-  absl::StatusOr<Worker> Borrow(std::chrono::system_clock::time_point deadline);
+                                            const ProfileCursor& begin, const Caller& caller);
+  absl::StatusOr<Worker> Take();
   absl::StatusOr<Worker> Start();
   void GiveBack(Worker worker, bool trusted);
   static void End(const Worker& worker);
 
   const std::string program_;
-  const int worker_count_;
   const std::chrono::milliseconds patience_;
   std::atomic<int> started_count_ = 0;
+  runtime::ComputePool at_once_;
   std::mutex mutex_;
-  std::condition_variable freed_;
   std::vector<Worker> idle_;
-  int borrowed_count_ = 0;
 };
 
 }  // namespace sixpoint::ingest

@@ -10,7 +10,6 @@
 #include "services/ingest/stored_scan.h"
 #include "services/ingest/upload.h"
 #include "services/runtime/call.h"
-#include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/pages.h"
 
@@ -25,7 +24,6 @@ constexpr std::chrono::hours kLongestUpload{24};
 constexpr int kUsualPreviewCount = 20'000;
 constexpr int kGreatestPreviewCount = 200'000;
 // Each decodes a whole scan.
-constexpr int kPreviewsAtOnce = 2;
 
 std::chrono::system_clock::time_point UploadDeadline(const grpc::ServerContext& context) {
   return std::min(context.deadline(), std::chrono::system_clock::now() + kLongestUpload);
@@ -92,8 +90,8 @@ ScanService::ScanService(const ScanServiceOptions& options, storage::Database* d
       blobs_(blobs),
       plant_(std::move(plant)),
       workers_(options.decode_worker, options.worker_count, options.decode_patience),
-      encoding_(options.worker_count),
-      greatest_upload_count_(options.greatest_upload_count),
+      encoding_({options.worker_count, 0}, "encoding", errors::v1::UPLOADS_FULL),
+      uploads_({options.greatest_upload_count, 0}, "uploads", errors::v1::UPLOADS_FULL),
       stream_patience_(options.stream_patience) {}
 
 grpc::Status ScanService::UploadScan(grpc::ServerContext* context, UploadStream* stream) {
@@ -101,14 +99,15 @@ grpc::Status ScanService::UploadScan(grpc::ServerContext* context, UploadStream*
 }
 
 absl::Status ScanService::Upload(grpc::ServerContext* context, UploadStream* stream) {
-  const runtime::ComputeSlot slot(&upload_count_, greatest_upload_count_);
-  if (absl::Status free = slot.Check("uploads", "UPLOADS_FULL"); !free.ok()) return free;
+  const auto slot = uploads_.Enter(UploadDeadline(*context), runtime::KeepGoing(*context));
+  if (!slot.ok()) return slot.status();
   CallWatch watch(&watchdog_, context, UploadDeadline(*context), stream_patience_);
   v1::UploadScanRequest request;
   if (!stream->Read(&request) || !request.has_header()) {
     return runtime::Refuse("header", "missing", "the header as the first message");
   }
-  UploadCaller caller{UploadDeadline(*context), [context] { return runtime::ContextFor(*context); }, context->peer()};
+  UploadCaller caller{UploadDeadline(*context), runtime::KeepGoing(*context),
+                      [context] { return runtime::ContextFor(*context); }, context->peer()};
   absl::StatusOr<std::unique_ptr<ScanUpload>> upload = ScanUpload::Begin(
       {database_, blobs_, &workers_, &plant_, &encoding_}, std::move(*request.mutable_header()), std::move(caller));
   if (!upload.ok()) return upload.status();
@@ -198,8 +197,8 @@ grpc::Status ScanService::PreviewScan(grpc::ServerContext* context, const v1::Pr
   if (request->point_count() < 0) {
     return ToGrpc(runtime::Refuse("point_count", std::to_string(request->point_count()), "0 or more"));
   }
-  const runtime::ComputeSlot slot(&preview_count_, kPreviewsAtOnce);
-  if (absl::Status free = slot.Check("previews", "PREVIEWS_FULL"); !free.ok()) return ToGrpc(free);
+  const auto slot = previews_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
+  if (!slot.ok()) return ToGrpc(slot.status());
   const std::int64_t wanted =
       request->point_count() == 0 ? kUsualPreviewCount : std::min(request->point_count(), kGreatestPreviewCount);
   const storage::Deadline deadline = runtime::DeadlineOf(*context);

@@ -1,14 +1,13 @@
 // sixpoint.ingest.v1.ScanService.
 #pragma once
 
-#include <atomic>
 #include <memory>
 #include <string>
 
 #include "services/ingest/call_watch.h"
 #include "services/ingest/decode_workers.h"
 #include "services/ingest/known_plant.h"
-#include "services/ingest/turns.h"
+#include "services/runtime/compute_pool.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "storage/blob_store.h"
 #include "storage/database.h"
@@ -41,6 +40,8 @@ class ScanService final : public v1::ScanService::Service {
                            v1::PreviewScanResponse* response) override;
 
  private:
+  static constexpr int kPreviewsAtOnce = 2;
+
   absl::Status Upload(grpc::ServerContext* context,
                       grpc::ServerReaderWriter<v1::UploadScanResponse, v1::UploadScanRequest>* stream);
 
@@ -48,12 +49,11 @@ class ScanService final : public v1::ScanService::Service {
   storage::BlobStore* const blobs_;
   KnownPlant plant_;
   DecodeWorkers workers_;
-  Turns encoding_;
+  runtime::ComputePool encoding_;
+  runtime::ComputePool uploads_;
+  runtime::ComputePool previews_{{kPreviewsAtOnce, 0}, "previews", errors::v1::PREVIEWS_FULL};
   CallWatchdog watchdog_;
-  const int greatest_upload_count_;
   const std::chrono::milliseconds stream_patience_;
-  std::atomic<int> upload_count_ = 0;
-  std::atomic<int> preview_count_ = 0;
 };
 
 }  // namespace sixpoint::ingest

@@ -132,8 +132,8 @@ grpc::Status CloudStoreService::DeleteScanPoints(grpc::ServerContext* context,
                                      std::nullopt};
   const auto deleted = storage::DeleteScanPoints(database_, store_->objects(), order, runtime::DeadlineOf(*context));
   if (absl::IsNotFound(deleted.status())) {
-    return ToGrpc(runtime::Failure(absl::StatusCode::kNotFound, "SCAN_NOT_FOUND",
-                                   "name: " + request->name() + ", want a stored scan"));
+    return ToGrpc(runtime::Failure(errors::v1::SCAN_NOT_FOUND, "name: " + request->name() + ", want a stored scan",
+                                   {{"resource", request->name()}}));
   }
   if (!deleted.ok()) return ToGrpc(deleted.status());
   *response->mutable_deletion() = ToProto(deleted->deletion);
@@ -152,8 +152,9 @@ grpc::Status CloudStoreService::GetScanDeletion(grpc::ServerContext* context, co
       storage::FindScanDeletion(*transaction, *scan_id);
   if (!deletion.ok()) return ToGrpc(deletion.status());
   if (!deletion->has_value())
-    return ToGrpc(runtime::Failure(absl::StatusCode::kNotFound, "RECORD_ENTRY_NOT_FOUND",
-                                   "name: " + request->name() + ", want one of a scan whose points were deleted"));
+    return ToGrpc(runtime::Failure(errors::v1::DELETION_NOT_FOUND,
+                                   "name: " + request->name() + ", want one of a scan whose points were deleted",
+                                   {{"resource", request->name()}}));
   *response = ToProto(**deletion);
   return grpc::Status::OK;
 }

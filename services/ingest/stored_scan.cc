@@ -9,9 +9,10 @@ namespace sixpoint::ingest {
 namespace {
 
 absl::Status Damaged(const StoredScan& scan, std::size_t index, const absl::Status& status) {
-  return runtime::Failure(absl::StatusCode::kDataLoss, "SCAN_DAMAGED",
+  return runtime::Failure(errors::v1::SCAN_DAMAGED,
                           runtime::NameOf("scans", scan.row.scan_id) + " block[" + std::to_string(index) +
-                              "]: " + std::string(status.message()));
+                              "]: " + std::string(status.message()),
+                          {{"resource", runtime::NameOf("scans", scan.row.scan_id)}});
 }
 
 }  // namespace
@@ -22,7 +23,7 @@ absl::StatusOr<storage::ScanRow> FindScanByName(storage::Transaction& transactio
   absl::StatusOr<std::optional<storage::ScanRow>> row = storage::FindScan(transaction, *scan_id);
   if (!row.ok()) return row.status();
   if (!row->has_value()) {
-    return runtime::Failure(absl::StatusCode::kNotFound, "SCAN_NOT_FOUND", "name: " + name + ", want a stored scan");
+    return runtime::Failure(errors::v1::SCAN_NOT_FOUND, "name: " + name + ", want a stored scan", {{"resource", name}});
   }
   return **std::move(row);
 }

@@ -25,13 +25,15 @@ std::string PayloadField(int block_index) { return "block[" + std::to_string(blo
 
 absl::Status ScanDiffers(const std::string& scan_id, const std::string& what) {
   return runtime::Failure(
-      absl::StatusCode::kAlreadyExists, "SCAN_DIFFERS",
-      "header.scan_id: " + scan_id + " is known with other content (known -> sent: " + what + "), want a new scan_id");
+      errors::v1::SCAN_DIFFERS,
+      "header.scan_id: " + scan_id + " is known with other content (known -> sent: " + what + "), want a new scan_id",
+      {{"resource", runtime::NameOf("scans", scan_id)}});
 }
 
 absl::Status Overtaken(const std::string& scan_id) {
-  return runtime::Failure(absl::StatusCode::kAborted, "UPLOAD_OVERTAKEN",
-                          scan_id + ": another stream has gone on with this upload; call again");
+  return runtime::Failure(errors::v1::UPLOAD_OVERTAKEN,
+                          scan_id + ": another stream has gone on with this upload; call again",
+                          {{"resource", runtime::NameOf("scans", scan_id)}});
 }
 
 // Little-endian doubles; the size was checked.
@@ -182,8 +184,8 @@ absl::Status ScanUpload::Keep(const v1::ScanBlock& block, const std::string& sen
 absl::StatusOr<ScanUpload::Prepared> ScanUpload::Prepare(const v1::ScanBlock& block) {
   if (header_.encoding() != v1::ENCODING_DRACO) return Encode(block);
   const ProfileCursor cursor{row_.open_profile_points, row_.open_profile_x_mm};
-  const absl::StatusOr<BlockStatistics> statistics =
-      tools_.workers->Check(block.payload(), block.point_count(), header_.profile_pitch_mm(), cursor, caller_.deadline);
+  const absl::StatusOr<BlockStatistics> statistics = tools_.workers->Check(
+      block.payload(), block.point_count(), header_.profile_pitch_mm(), cursor, {caller_.deadline, caller_.keep_going});
   if (absl::IsInvalidArgument(statistics.status())) {
     return runtime::Refuse(PayloadField(block.index()), std::string(statistics.status().message()),
                            "a sound Draco cloud of " + std::to_string(block.point_count()) + " finite points");
@@ -194,7 +196,9 @@ absl::StatusOr<ScanUpload::Prepared> ScanUpload::Prepare(const v1::ScanBlock& bl
 }
 
 absl::StatusOr<ScanUpload::Prepared> ScanUpload::Encode(const v1::ScanBlock& block) {
-  const Turns::Turn turn(tools_.encoding);
+  const auto turn =
+      tools_.encoding->Enter(caller_.deadline, caller_.keep_going, runtime::ComputePool::Patience::kPatient);
+  if (!turn.ok()) return turn.status();
   const bool raw = header_.encoding() == v1::ENCODING_RAW_PROFILES;
   const double raw_step_mm = 1e-3 * header_.raw_step_um();
   RawProfiles profiles;
@@ -240,9 +244,11 @@ absl::Status ScanUpload::Compare(int block_index, const std::string& sent_sha256
   const auto index = static_cast<std::size_t>(block_index);
   if (index >= blocks->size()) return Overtaken(row_.scan_id);
   if ((*blocks)[index].sent_sha256 == sent_sha256) return absl::OkStatus();
-  return runtime::Failure(absl::StatusCode::kAlreadyExists, "BLOCK_DIFFERS",
-                          "block[" + std::to_string(block_index) + "]: SHA-256 " + sent_sha256 +
-                              ", want the block that is stored under this index, " + (*blocks)[index].sent_sha256);
+  return runtime::Failure(
+      errors::v1::BLOCK_DIFFERS,
+      "block[" + std::to_string(block_index) + "]: SHA-256 " + sent_sha256 +
+          ", want the block that is stored under this index, " + (*blocks)[index].sent_sha256,
+      {{"resource", runtime::NameOf("scans", header_.scan_id())}, {"block", std::to_string(block_index)}});
 }
 
 absl::StatusOr<v1::StoredScan> ScanUpload::Finish(const v1::ScanEnd& end) {

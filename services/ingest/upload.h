@@ -10,8 +10,8 @@
 
 #include "services/ingest/decode_workers.h"
 #include "services/ingest/known_plant.h"
-#include "services/ingest/turns.h"
 #include "services/ingest/validate.h"
+#include "services/runtime/compute_pool.h"
 #include "sixpoint/ingest/v1/ingest.pb.h"
 #include "storage/blob_store.h"
 #include "storage/scan_uploads.h"
@@ -25,11 +25,12 @@ struct UploadTools {
   storage::BlobStore* blobs = nullptr;
   DecodeWorkers* workers = nullptr;
   KnownPlant* plant = nullptr;
-  Turns* encoding = nullptr;
+  runtime::ComputePool* encoding = nullptr;  // more at once than cores would only make every stream wait longer
 };
 // Who asks, and until when.
 struct UploadCaller {
   storage::Deadline deadline;
+  std::function<bool()> keep_going;
   KnownPlant::ContextMaker make_context;
   std::string requested_by;
 };

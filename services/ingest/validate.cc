@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <initializer_list>
 
 #include "metrology/cloud/draco_codec.h"
+#include "refusal/message_text.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
 
@@ -31,20 +31,7 @@ constexpr double kLeastMarginMm = 0.02;
 
 absl::Status CheckNumber(const std::string& field, double value, double least, double greatest) {
   if (std::isfinite(value) && value >= least && value <= greatest) return absl::OkStatus();
-  const auto text = [](double bound) {
-    std::string number = std::to_string(bound);
-    number.erase(number.find_last_not_of('0') + 1);
-    if (number.back() == '.') number.pop_back();
-    return number;
-  };
-  return Refuse(field, value, "a number from " + text(least) + " to " + text(greatest));
-}
-
-absl::Status First(std::initializer_list<absl::Status> checks) {
-  for (const absl::Status& check : checks) {
-    if (!check.ok()) return check;
-  }
-  return absl::OkStatus();
+  return Refuse(field, value, "a number from " + NumberText(least) + " to " + NumberText(greatest));
 }
 
 absl::Status CheckSubject(const v1::ScanHeader& header) {
@@ -92,56 +79,54 @@ absl::Status CheckAxis(const std::string& field, double command_deg, int positio
 
 std::string BlockField(int index, const std::string& field) { return "block[" + std::to_string(index) + "]." + field; }
 
-}  // namespace
-
-absl::Status CheckHeader(const v1::ScanHeader& header) {
-  if (absl::Status id = runtime::CheckId("header.scan_id", header.scan_id()); !id.ok()) return id;
-  if (absl::Status id = runtime::IdOf("header.machine", "machines", header.machine()).status(); !id.ok()) return id;
-  if (absl::Status subject = CheckSubject(header); !subject.ok()) return subject;
-  if (!header.has_v0_mm()) return Refuse("header.v0_mm", "missing", "the machine's position at the start of the scan");
-  const geometry::v1::Point& v0 = header.v0_mm();
-  const absl::Status numbers = First(
-      {CheckNumber("header.v0_mm.x_mm", v0.x_mm(), -kGreatestCoordinateMm, kGreatestCoordinateMm),
-       CheckNumber("header.v0_mm.y_mm", v0.y_mm(), -kGreatestCoordinateMm, kGreatestCoordinateMm),
-       CheckNumber("header.v0_mm.z_mm", v0.z_mm(), -kGreatestCoordinateMm, kGreatestCoordinateMm),
-       CheckNumber("header.a_deg", header.a_deg(), -kGreatestAngleDeg, kGreatestAngleDeg),
-       CheckNumber("header.b_deg", header.b_deg(), -kGreatestAngleDeg, kGreatestAngleDeg),
-       CheckNumber("header.sender_error_um", header.sender_error_um(), 0, kGreatestErrorUm),
-       CheckNumber("header.error_bound_um", header.error_bound_um(), 0, kGreatestErrorUm), CheckMeasuredAt(header)});
-  if (!numbers.ok()) return numbers;
-  if (!(header.profile_pitch_mm() > 0 && header.profile_pitch_mm() <= kGreatestPitchMm)) {
-    return Refuse("header.profile_pitch_mm", header.profile_pitch_mm(), "> 0 and at most 100");
-  }
-  if (header.columns_per_profile() < 1 || header.columns_per_profile() > metrology::kGreatestColumnCount) {
-    return Refuse("header.columns_per_profile", std::to_string(header.columns_per_profile()), "1 to 65536");
-  }
-  if (header.point_count() < 0 || header.point_count() > kGreatestScanPointCount) {
-    return Refuse("header.point_count", std::to_string(header.point_count()),
-                  "1 to " + std::to_string(kGreatestScanPointCount) + ", or 0 where it is not known yet");
-  }
+absl::Status CheckEncoding(const v1::ScanHeader& header) {
   const bool raw = header.encoding() == v1::ENCODING_RAW_PROFILES;
-  if (!raw && header.encoding() != v1::ENCODING_DRACO && header.encoding() != v1::ENCODING_XYZ_F64) {
+  if (!raw && header.encoding() != v1::ENCODING_DRACO && header.encoding() != v1::ENCODING_XYZ_F64)
     return Refuse("header.encoding", std::to_string(header.encoding()), "DRACO, XYZ_F64 or RAW_PROFILES");
-  }
-  if (raw && !(header.raw_step_um() > 0 && header.raw_step_um() <= kGreatestRawStepUm)) {
+  if (raw && !(header.raw_step_um() > 0 && header.raw_step_um() <= kGreatestRawStepUm))
     return Refuse("header.raw_step_um", header.raw_step_um(), "> 0 and at most 100");
-  }
-  if (!raw && header.raw_step_um() != 0) {
+  if (!raw && header.raw_step_um() != 0)
     return Refuse("header.raw_step_um", header.raw_step_um(), "0: only RAW_PROFILES have steps");
-  }
   return absl::OkStatus();
 }
 
+}  // namespace
+
+absl::Status CheckHeader(const v1::ScanHeader& header) {
+  const geometry::v1::Point& v0 = header.v0_mm();
+  runtime::Refusals refusals;
+  refusals.Add(runtime::CheckId("header.scan_id", header.scan_id()))
+      .Add(runtime::IdOf("header.machine", "machines", header.machine()).status())
+      .Add(CheckSubject(header))
+      .Add(CheckNumber("header.v0_mm.x_mm", v0.x_mm(), -kGreatestCoordinateMm, kGreatestCoordinateMm))
+      .Add(CheckNumber("header.v0_mm.y_mm", v0.y_mm(), -kGreatestCoordinateMm, kGreatestCoordinateMm))
+      .Add(CheckNumber("header.v0_mm.z_mm", v0.z_mm(), -kGreatestCoordinateMm, kGreatestCoordinateMm))
+      .Add(CheckNumber("header.a_deg", header.a_deg(), -kGreatestAngleDeg, kGreatestAngleDeg))
+      .Add(CheckNumber("header.b_deg", header.b_deg(), -kGreatestAngleDeg, kGreatestAngleDeg))
+      .Add(CheckNumber("header.sender_error_um", header.sender_error_um(), 0, kGreatestErrorUm))
+      .Add(CheckNumber("header.error_bound_um", header.error_bound_um(), 0, kGreatestErrorUm))
+      .Add(CheckMeasuredAt(header));
+  if (!header.has_v0_mm())
+    refusals.Add(Refuse("header.v0_mm", "missing", "the machine's position at the start of the scan"));
+  if (!(header.profile_pitch_mm() > 0 && header.profile_pitch_mm() <= kGreatestPitchMm))
+    refusals.Add(Refuse("header.profile_pitch_mm", header.profile_pitch_mm(), "> 0 and at most 100"));
+  if (header.columns_per_profile() < 1 || header.columns_per_profile() > metrology::kGreatestColumnCount)
+    refusals.Add(Refuse("header.columns_per_profile", header.columns_per_profile(), "1 to 65536"));
+  if (header.point_count() < 0 || header.point_count() > kGreatestScanPointCount)
+    refusals.Add(Refuse("header.point_count", std::to_string(header.point_count()),
+                        "1 to " + std::to_string(kGreatestScanPointCount) + ", or 0 where it is not known yet"));
+  return refusals.Add(CheckEncoding(header)).status();
+}
+
 absl::Status CheckAgainstMachine(const v1::ScanHeader& header, const plant::v1::Machine& machine) {
-  const absl::Status axes = First(
-      {CheckAxis("header.a_deg", header.a_deg(), 0, machine), CheckAxis("header.b_deg", header.b_deg(), 1, machine)});
-  if (!axes.ok()) return axes;
-  if (header.columns_per_profile() > machine.sensor().column_count()) {
-    return Refuse(
-        "header.columns_per_profile", std::to_string(header.columns_per_profile()),
-        "1 to " + std::to_string(machine.sensor().column_count()) + ", the columns of the sensor of " + machine.name());
-  }
-  return absl::OkStatus();
+  runtime::Refusals refusals;
+  refusals.Add(CheckAxis("header.a_deg", header.a_deg(), 0, machine))
+      .Add(CheckAxis("header.b_deg", header.b_deg(), 1, machine));
+  if (header.columns_per_profile() > machine.sensor().column_count())
+    refusals.Add(Refuse("header.columns_per_profile", header.columns_per_profile(),
+                        "1 to " + std::to_string(machine.sensor().column_count()) + ", the columns of the sensor of " +
+                            machine.name()));
+  return refusals.status();
 }
 
 absl::Status CheckAgainstTolerance(const v1::ScanHeader& header, double tightest_tolerance_mm) {
@@ -150,7 +135,7 @@ absl::Status CheckAgainstTolerance(const v1::ScanHeader& header, double tightest
   const double error_um = header.sender_error_um() + stored_um;
   if (error_um <= limit_um) return absl::OkStatus();
   return Refuse(stored_um > header.sender_error_um() ? "header.error_bound_um" : "header.sender_error_um", error_um,
-                "with the other at most " + std::to_string(limit_um) +
+                "with the other at most " + Rounded(limit_um) +
                     ", a tenth of the tightest position tolerance of the blade's part");
 }
 
@@ -211,7 +196,7 @@ absl::Status CheckStatistics(const v1::ScanHeader& header, const plant::v1::Sens
     for (const double value_mm : {statistics.minimum_mm[i], statistics.maximum_mm[i]}) {
       if (std::abs(value_mm) <= limit_mm[i]) continue;
       return Refuse(field + "." + "xyz"[i] + "_mm", value_mm,
-                    "within +-" + std::to_string(limit_mm[i]) + ", the range of the sensor");
+                    "within +-" + Rounded(limit_mm[i]) + ", the range of the sensor");
     }
   }
   if (statistics.greatest_backstep_mm > 0) {

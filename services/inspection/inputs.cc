@@ -47,8 +47,8 @@ absl::StatusOr<std::vector<metrology::InspectedHole>> HolesOf(const plant::v1::P
     }
   }
   if (holes.empty()) {
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "PART_WITHOUT_HOLES",
-                            part.name() + ".hole_groups: no holes, want at least one");
+    return runtime::Failure(errors::v1::PART_WITHOUT_HOLES, part.name() + ".hole_groups: no holes, want at least one",
+                            {{"resource", part.name()}});
   }
   return holes;
 }

@@ -10,7 +10,6 @@
 #include "services/inspection/rows.h"
 #include "services/inspection/validate.h"
 #include "services/runtime/call.h"
-#include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_results.h"
 
@@ -20,14 +19,17 @@ using runtime::ToGrpc;
 
 InspectionService::InspectionService(std::shared_ptr<storage::InspectionStore> store,
                                      std::unique_ptr<const Peers> peers, const InspectionServiceOptions& options)
-    : store_(std::move(store)), peers_(std::move(peers)), options_(options) {}
+    : store_(std::move(store)),
+      peers_(std::move(peers)),
+      options_(options),
+      running_({options.greatest_count, 0}, "inspections", errors::v1::INSPECTIONS_FULL) {}
 
 grpc::Status InspectionService::Inspect(grpc::ServerContext* context, const v1::InspectRequest* request,
                                         v1::Inspection* response) {
   if (absl::Status status = CheckInspect(*request); !status.ok()) return ToGrpc(status);
-  const runtime::ComputeSlot slot(&running_, options_.greatest_count);
-  if (absl::Status status = slot.Check("inspections", "INSPECTIONS_FULL"); !status.ok()) return ToGrpc(status);
   const runtime::Caller caller = runtime::CallerOf(*context);
+  const auto slot = running_.Enter(caller.deadline, caller.keep_going);
+  if (!slot.ok()) return ToGrpc(slot.status());
   const auto make = [&] { return Make(*request, caller); };
   return runtime::Answer(runtime::RecordedResult<v1::Inspection>(store_.get(), "inspection.Inspect", *request,
                                                                  caller.deadline, make, ToProto),
@@ -47,7 +49,7 @@ absl::StatusOr<runtime::Made<storage::InspectionRow>> InspectionService::Make(co
 grpc::Status InspectionService::GetInspection(grpc::ServerContext* context, const v1::GetInspectionRequest* request,
                                               v1::Inspection* response) {
   return runtime::Answer(runtime::GetResult<v1::Inspection>(*store_, runtime::DeadlineOf(*context), "inspections",
-                                                            request->name(), "INSPECTION_NOT_FOUND", ToProto),
+                                                            request->name(), errors::v1::INSPECTION_NOT_FOUND, ToProto),
                          response);
 }
 

@@ -1,11 +1,11 @@
 // sixpoint.inspection.v1.InspectionService.
 #pragma once
 
-#include <atomic>
 #include <memory>
 
 #include "services/inspection/peers.h"
 #include "services/runtime/call.h"
+#include "services/runtime/compute_pool.h"
 #include "services/runtime/recorded_call.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
 #include "storage/inspections.h"
@@ -36,7 +36,7 @@ class InspectionService final : public v1::InspectionService::Service {
   const std::shared_ptr<storage::InspectionStore> store_;
   const std::unique_ptr<const Peers> peers_;
   const InspectionServiceOptions options_;
-  std::atomic<int> running_ = 0;
+  runtime::ComputePool running_;
 };
 
 }  // namespace sixpoint::inspection

@@ -1,17 +1,29 @@
 #include "services/inspection/messages.h"
 
 #include <string>
+#include <utility>
 
 #include "services/runtime/resource_name.h"
+#include "services/runtime/stored_enum.h"
 #include "services/runtime/time_proto.h"
 
 namespace sixpoint::inspection {
 namespace {
 
-v1::Verdict VerdictOf(const std::string& text) {
-  v1::Verdict verdict = v1::VERDICT_UNSPECIFIED;
-  v1::Verdict_Parse("VERDICT_" + text, &verdict);
-  return verdict;
+absl::StatusOr<v1::Verdict> VerdictOf(const std::string& text, const std::string& inspection_id) {
+  return runtime::StoredEnum(v1::Verdict_Parse, "VERDICT_" + text, "inspection " + inspection_id);
+}
+
+absl::Status SetVerdicts(const storage::InspectionHoleRow& row, const std::string& inspection_id,
+                         v1::HoleResult* hole) {
+  for (const auto& [text, set] : {std::pair(&row.verdict, &v1::HoleResult::set_verdict),
+                                  std::pair(&row.position_verdict, &v1::HoleResult::set_position_verdict),
+                                  std::pair(&row.inclination_verdict, &v1::HoleResult::set_inclination_verdict)}) {
+    const auto verdict = VerdictOf(*text, inspection_id);
+    if (!verdict.ok()) return verdict.status();
+    (hole->*set)(*verdict);
+  }
+  return absl::OkStatus();
 }
 
 void SetMeasured(const storage::InspectionHoleRow::Measured& measured, v1::HoleResult* hole) {
@@ -30,20 +42,20 @@ void SetMeasured(const storage::InspectionHoleRow::Measured& measured, v1::HoleR
 
 }  // namespace
 
-v1::Inspection ToProto(const storage::InspectionRow& row) {
+absl::StatusOr<v1::Inspection> ToProto(const storage::InspectionRow& row) {
   v1::Inspection inspection;
   inspection.set_name(runtime::NameOf("inspections", row.inspection_id));
   inspection.set_blade(runtime::NameOf("blades", row.blade_serial));
   for (const std::string& scan : row.scan_ids) inspection.add_scans(runtime::NameOf("scans", scan));
   inspection.set_registration(runtime::NameOf("registrations", row.registration_id));
-  inspection.set_verdict(VerdictOf(row.verdict));
+  const auto verdict = VerdictOf(row.verdict, row.inspection_id);
+  if (!verdict.ok()) return verdict.status();
+  inspection.set_verdict(*verdict);
   for (const storage::InspectionHoleRow& hole_row : row.holes) {
     v1::HoleResult& hole = *inspection.add_holes();
     hole.set_group(hole_row.group_name);
     hole.set_hole(hole_row.hole_name);
-    hole.set_verdict(VerdictOf(hole_row.verdict));
-    hole.set_position_verdict(VerdictOf(hole_row.position_verdict));
-    hole.set_inclination_verdict(VerdictOf(hole_row.inclination_verdict));
+    if (absl::Status status = SetVerdicts(hole_row, row.inspection_id, &hole); !status.ok()) return status;
     if (hole_row.measured) SetMeasured(*hole_row.measured, &hole);
     hole.set_position_tolerance_mm(hole_row.position_tolerance_mm);
     hole.set_inclination_tolerance_deg(hole_row.inclination_tolerance_deg);
@@ -62,9 +74,10 @@ v1::Inspection ToProto(const storage::InspectionRow& row) {
   deviation.set_point_count(row.deviation_point_count);
   deviation.set_excluded_count(row.deviation_excluded_count);
   v1::Positioning& positioning = *inspection.mutable_positioning();
-  registration::v1::Method method = registration::v1::METHOD_UNSPECIFIED;
-  registration::v1::Method_Parse("METHOD_" + row.method, &method);
-  positioning.set_method(method);
+  const auto method =
+      runtime::StoredEnum(registration::v1::Method_Parse, "METHOD_" + row.method, "inspection " + row.inspection_id);
+  if (!method.ok()) return method.status();
+  positioning.set_method(*method);
   if (row.disagreement_um) positioning.set_disagreement_um(*row.disagreement_um);
   if (row.disagreement_ratio) positioning.set_disagreement_ratio(*row.disagreement_ratio);
   positioning.set_disagrees(row.positioning_disagrees);

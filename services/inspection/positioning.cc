@@ -41,13 +41,15 @@ absl::StatusOr<registration::v1::Registration> Register(const Peers& peers, cons
   return registration;
 }
 
-// A positioning that cannot be made says nothing; a service that is away, or a caller that is gone, ends all.
+// None where the part or what was asked for does not allow this positioning, or its fit gives no pose: the result says
+// that it lacks. A plant that cannot register now (its calibration, its points, a service that is away) ends the call.
 absl::StatusOr<std::optional<registration::v1::Registration>> Other(const Peers& peers,
                                                                     const v1::InspectRequest& request,
                                                                     registration::v1::Method method,
                                                                     const runtime::Caller& caller, Compared* compared) {
   absl::StatusOr<registration::v1::Registration> other = Register(peers, request, method, caller);
-  if (absl::IsInvalidArgument(other.status()) || absl::IsFailedPrecondition(other.status())) return std::nullopt;
+  if (absl::IsInvalidArgument(other.status()) || runtime::HasReason(other.status(), errors::v1::SIX_POINTS_MISSING))
+    return std::nullopt;
   if (!other.ok()) return other.status();
   compared->names.push_back(other->name());
   if (!clients::CheckConverged(*other).ok()) return std::nullopt;
@@ -79,12 +81,16 @@ absl::StatusOr<Compared> Compare(const Peers& peers, const v1::InspectRequest& r
   compared.disagrees = (compared.disagreement && compared.disagreement->beyond()) ||
                        registration.evidence().model_sigma_um() > kShapeOfTolerance * tightest_um;
   if (!compared.disagrees || method == registration::v1::METHOD_SIX_POINT_NORMALS) return compared;
+  compared.covered = true;
   for (const registration::v1::Method other :
        {registration::v1::METHOD_BEST_FIT, registration::v1::METHOD_SIX_POINT_NORMALS}) {
     if (other == method) continue;
     const auto found = Other(peers, request, other, caller, &compared);
     if (!found.ok()) return found.status();
-    if (!found->has_value()) continue;
+    if (!found->has_value()) {
+      compared.covered = false;
+      continue;
+    }
     const auto pose = runtime::FromProto("registration.zero_from_part", (*found)->zero_from_part());
     if (!pose.ok()) return pose.status();
     compared.other_zero_from_part.push_back(*pose);

@@ -23,7 +23,8 @@ absl::StatusOr<registration::v1::Registration> RegisterAsked(const Peers& peers,
 struct Compared {
   std::optional<registration::v1::Disagreement> disagreement;
   bool disagrees = false;
-  std::vector<Eigen::Isometry3d> other_zero_from_part;  // to be covered
+  std::vector<Eigen::Isometry3d> other_zero_from_part;  // in the uncertainties
+  bool covered = false;                                 // all that were to be
   std::vector<std::string> names;
 };
 

@@ -119,7 +119,7 @@ runtime::Made<storage::InspectionRow> RecordOf(const v1::InspectRequest& request
     row.disagreement_ratio = inputs.compared.disagreement->ratio();
   }
   row.positioning_disagrees = inputs.compared.disagrees;
-  row.positioning_covered = !inputs.compared.other_zero_from_part.empty();
+  row.positioning_covered = inputs.compared.covered;
   SetFindings(inputs.holes, findings, &row);
   row.requested_by = request.requested_by();
   row.software_version = runtime::SoftwareVersion();

@@ -14,15 +14,13 @@ std::string ScanField(int index) { return "scans[" + std::to_string(index) + "]"
 }  // namespace
 
 absl::Status CheckInspect(const v1::InspectRequest& request) {
-  const absl::StatusOr<std::string> serial = runtime::IdOf("blade", "blades", request.blade());
-  if (!serial.ok()) return serial.status();
-  if (absl::Status status = runtime::CheckNames("scans", "scans", request.scans(), 1, runtime::kMostScans);
-      !status.ok())
-    return status;
+  runtime::Refusals refusals;
+  refusals.Add(runtime::IdOf("blade", "blades", request.blade()).status())
+      .Add(runtime::CheckNames("scans", "scans", request.scans(), 1, runtime::kMostScans));
   if (request.method() == registration::v1::METHOD_ALLOWANCE || !registration::v1::Method_IsValid(request.method()))
-    return runtime::Refuse("method", registration::v1::Method_Name(request.method()),
-                           "six-point, six-point-normals, best-fit or local; a machined part is not its blank");
-  return runtime::CheckCaller(request.requested_by(), request.request_id());
+    refusals.Add(runtime::Refuse("method", registration::v1::Method_Name(request.method()),
+                                 "six-point, six-point-normals, best-fit or local; a machined part is not its blank"));
+  return refusals.Add(runtime::CheckCaller(request.requested_by(), request.request_id())).status();
 }
 
 absl::Status CheckScan(int index, const ingest::v1::ScanHeader& header, const std::string& blade) {

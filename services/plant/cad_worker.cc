@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "refusal/message_text.h"
 #include "services/runtime/errors.h"
 
 namespace sixpoint::plant {
@@ -66,22 +67,15 @@ class MemoryFile {
   int descriptor_;
 };
 
-std::string Text(double value) {
-  std::ostringstream text;
-  text.precision(17);
-  text << value;
-  return text.str();
-}
-
 absl::StatusOr<pid_t> Start(const CadWorkerOptions& options, const CadFile& file, const MemoryFile& input,
                             const MemoryFile& output, const MemoryFile& errors) {
   std::vector<std::string> words{options.program,
                                  "--format",
                                  file.format,
                                  "--unit-mm",
-                                 Text(file.unit_mm),
+                                 NumberText(file.unit_mm),
                                  "--error-um",
-                                 Text(file.chordal_error_um),
+                                 NumberText(file.chordal_error_um),
                                  "--memory-mb",
                                  std::to_string(options.memory_mb),
                                  "--cpu-s",
@@ -120,18 +114,15 @@ absl::StatusOr<pid_t> Start(const CadWorkerOptions& options, const CadFile& file
   posix_spawn_file_actions_destroy(&actions);
   for (const int copy : {in, out, err}) close(copy);
   if (failure != 0)
-    return runtime::Failure(absl::StatusCode::kUnavailable, "CAD_WORKER_MISSING",
+    return runtime::Failure(errors::v1::CAD_WORKER_MISSING,
                             "cad worker " + options.program + ": " + std::strerror(failure));
   return pid;
 }
 
-// The worker says "field: value, want wanted", as everybody does.
-absl::Status RefusedAs(const std::string& message) {
-  const std::size_t value = message.find(": "), wanted = message.rfind(", want ");
-  if (value == std::string::npos || wanted == std::string::npos || wanted < value + 2)
-    return runtime::Refuse("cad", message, "readable CAD");
-  return runtime::Refuse(message.substr(0, value), message.substr(value + 2, wanted - value - 2),
-                         message.substr(wanted + 7));
+// The worker writes what it refuses as violations, and anything else as it comes.
+absl::Status RefusedAs(const std::string& written) {
+  const std::vector<Violation> violations = ViolationsOfLines(written);
+  return violations.empty() ? runtime::Refuse("cad", written, "readable CAD") : runtime::Refuse(violations);
 }
 
 enum class End { kExited, kTooLate, kCancelled };
@@ -172,9 +163,7 @@ absl::StatusOr<std::string> TessellateInWorker(const CadWorkerOptions& options, 
     if (mesh.size() <= kGreatestMeshBytes) return mesh;
     return runtime::Refuse("cad", "a surface of more than 512 MiB", "a simpler part");
   }
-  std::string message = errors.Read(kGreatestMessageBytes);
-  message.resize(std::min(message.size(), message.find('\n')));
-  if (WIFEXITED(status) && WEXITSTATUS(status) == kRefused) return RefusedAs(message);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kRefused) return RefusedAs(errors.Read(kGreatestMessageBytes));
   return runtime::Refuse(
       "cad", file.format + " of " + std::to_string(cad.size()) + " bytes, which breaks its reader",
       "a sound file of at most the complexity that " + std::to_string(options.memory_mb) + " MB of memory hold");

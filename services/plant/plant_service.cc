@@ -53,35 +53,39 @@ grpc::Status Once(grpc::ServerContext* context, storage::Database* database, con
 
 // NOT_FOUND with a reason where `found` holds nothing.
 template <typename Row>
-absl::StatusOr<Row> Require(absl::StatusOr<std::optional<Row>> found, const std::string& reason,
-                            const std::string& name) {
+absl::StatusOr<Row> Require(absl::StatusOr<std::optional<Row>> found, runtime::ErrorReason reason,
+                            const std::string& name, int revision = 0) {
   if (!found.ok()) return found.status();
   if (*found) return **std::move(found);
-  return runtime::Failure(absl::StatusCode::kNotFound, reason, "name: " + name + ", want one that is registered");
+  runtime::Metadata about = {{"resource", name}};
+  if (revision != 0) about.emplace("revision", std::to_string(revision));
+  return runtime::Failure(reason, "name: " + name + ", want one that is registered", about);
 }
 
 absl::StatusOr<storage::MachineRow> RequireMachine(Transaction& transaction, const std::string& name) {
   const absl::StatusOr<runtime::RevisedId> of = runtime::RevisedIdOf("name", "machines", name);
   if (!of.ok()) return of.status();
-  return Require(storage::FindMachine(transaction, of->id, of->revision), "MACHINE_NOT_FOUND", name);
+  return Require(storage::FindMachine(transaction, of->id, of->revision), errors::v1::MACHINE_NOT_FOUND, name,
+                 of->revision);
 }
 
 absl::StatusOr<storage::ArtefactRow> RequireArtefact(Transaction& transaction, const std::string& name) {
   const absl::StatusOr<runtime::RevisedId> of = runtime::RevisedIdOf("name", "artefacts", name);
   if (!of.ok()) return of.status();
-  return Require(storage::FindArtefact(transaction, of->id, of->revision), "ARTEFACT_NOT_FOUND", name);
+  return Require(storage::FindArtefact(transaction, of->id, of->revision), errors::v1::ARTEFACT_NOT_FOUND, name,
+                 of->revision);
 }
 
 absl::StatusOr<storage::PartRow> RequirePart(Transaction& transaction, const std::string& name) {
   const absl::StatusOr<runtime::RevisedId> of = runtime::RevisedIdOf("name", "parts", name);
   if (!of.ok()) return of.status();
-  return Require(storage::FindPart(transaction, of->id, of->revision), "PART_NOT_FOUND", name);
+  return Require(storage::FindPart(transaction, of->id, of->revision), errors::v1::PART_NOT_FOUND, name, of->revision);
 }
 
 absl::StatusOr<storage::BladeRow> RequireBlade(Transaction& transaction, const std::string& name) {
   const absl::StatusOr<std::string> serial = runtime::IdOf("name", "blades", name);
   if (!serial.ok()) return serial.status();
-  return Require(storage::FindBlade(transaction, *serial), "BLADE_NOT_FOUND", name);
+  return Require(storage::FindBlade(transaction, *serial), errors::v1::BLADE_NOT_FOUND, name);
 }
 
 // A read of one thing.
@@ -260,7 +264,7 @@ grpc::Status PlantService::CreateBlade(grpc::ServerContext* context, const v1::C
                 const absl::StatusOr<std::string> part_id = runtime::IdOf("part", "parts", request->part());
                 if (!part_id.ok()) return part_id.status();
                 const absl::StatusOr<storage::PartRow> part =
-                    Require(storage::FindPart(transaction, *part_id, 0), "PART_NOT_FOUND", request->part());
+                    Require(storage::FindPart(transaction, *part_id, 0), errors::v1::PART_NOT_FOUND, request->part());
                 if (!part.ok()) return part.status();
                 storage::RecordEntry entry = EntryFor(*context);
                 entry.inputs = {request->part() + "@" + std::to_string(part->revision)};

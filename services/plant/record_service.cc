@@ -20,8 +20,8 @@ using storage::JournalEntry;
 using storage::Transaction;
 
 absl::Status NotRecorded(const std::string& name) {
-  return runtime::Failure(absl::StatusCode::kNotFound, "RECORD_ENTRY_NOT_FOUND",
-                          "name: " + name + ", want one that was recorded");
+  return runtime::Failure(errors::v1::RECORD_ENTRY_NOT_FOUND, "name: " + name + ", want one that was recorded",
+                          {{"resource", name}});
 }
 
 // Oldest first, and one more than asked, which tells whether there is another page.
@@ -58,8 +58,8 @@ absl::Status ReadBladeRecord(Transaction& transaction, const v1::GetBladeRecordR
   const absl::StatusOr<std::optional<storage::BladeRow>> blade = storage::FindBlade(transaction, *serial);
   if (!blade.ok()) return blade.status();
   if (!blade->has_value())
-    return runtime::Failure(absl::StatusCode::kNotFound, "BLADE_NOT_FOUND",
-                            "name: " + request.name() + ", want one that is registered");
+    return runtime::Failure(errors::v1::BLADE_NOT_FOUND, "name: " + request.name() + ", want one that is registered",
+                            {{"resource", request.name()}});
   *response->mutable_blade() = ToProto(**blade);
   const auto entries = storage::RecordOfBlade(transaction, *serial, JournalPageOf(*page));
   if (entries.ok()) Answer(entries, *page, filters, response);

@@ -49,19 +49,16 @@ absl::StatusOr<storage::TessellationRow> Summary(const std::string& mesh_bytes) 
 }  // namespace
 
 Surfaces::Surfaces(CadWorkerOptions options, storage::Database* database, int worker_count)
-    : options_(std::move(options)), database_(database), worker_count_(worker_count) {}
+    : options_(std::move(options)),
+      database_(database),
+      files_at_once_({worker_count, 0}, "CAD files", errors::v1::CAD_WORKERS_BUSY) {}
 
-absl::StatusOr<std::string> Surfaces::Read(const CadFile& file, const std::string& cad,
+absl::StatusOr<std::string> Surfaces::Read(const CadFile& file, const std::string& cad, storage::Deadline deadline,
                                            const std::function<bool()>& keep_going) {
-  absl::StatusOr<std::string> mesh = runtime::Failure(
-      absl::StatusCode::kResourceExhausted, "CAD_WORKERS_BUSY",
-      "cad: " + std::to_string(worker_count_) + " files are being read, want fewer at once; try again");
-  if (running_count_.fetch_add(1) < worker_count_) {
-    ++read_count_;
-    mesh = TessellateInWorker(options_, file, cad, keep_going);
-  }
-  --running_count_;
-  return mesh;
+  const auto slot = files_at_once_.Enter(deadline, keep_going);
+  if (!slot.ok()) return slot.status();
+  ++read_count_;
+  return TessellateInWorker(options_, file, cad, keep_going);
 }
 
 absl::StatusOr<storage::TessellationRow> Surfaces::Of(const std::string& format, double unit_mm, const std::string& cad,
@@ -78,7 +75,7 @@ absl::StatusOr<storage::TessellationRow> Surfaces::Of(const std::string& format,
     if (*known) return **std::move(known);
   }
   // No connection is held while the worker runs.
-  const absl::StatusOr<std::string> mesh = Read(file, cad, keep_going);
+  const absl::StatusOr<std::string> mesh = Read(file, cad, deadline, keep_going);
   if (!mesh.ok()) return mesh.status();
   absl::StatusOr<storage::TessellationRow> row = Summary(*mesh);
   if (!row.ok()) return row.status();

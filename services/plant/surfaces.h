@@ -8,6 +8,7 @@
 #include <string>
 
 #include "services/plant/cad_worker.h"
+#include "services/runtime/compute_pool.h"
 #include "storage/database.h"
 #include "storage/plant_registry.h"
 
@@ -28,13 +29,12 @@ class Surfaces {
   int read_count() const { return read_count_; }
 
  private:
-  absl::StatusOr<std::string> Read(const CadFile& file, const std::string& cad,
+  absl::StatusOr<std::string> Read(const CadFile& file, const std::string& cad, storage::Deadline deadline,
                                    const std::function<bool()>& keep_going);
 
   const CadWorkerOptions options_;
   storage::Database* const database_;
-  const int worker_count_;
-  std::atomic<int> running_count_ = 0;
+  runtime::ComputePool files_at_once_;
   std::atomic<int> read_count_ = 0;
 };
 

@@ -4,6 +4,7 @@
 #include <set>
 #include <utility>
 
+#include "refusal/message_text.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
@@ -25,14 +26,7 @@ absl::Status CheckRange(const std::string& field, double value, double least, do
 }
 absl::Status CheckPositive(const std::string& field, double value, double greatest) {
   if (value > 0 && value <= greatest) return absl::OkStatus();
-  return Refuse(field, value, "> 0 and <= " + std::to_string(static_cast<int>(greatest)));
-}
-
-absl::Status First(std::initializer_list<absl::Status> checks) {
-  for (const absl::Status& check : checks) {
-    if (!check.ok()) return check;
-  }
-  return absl::OkStatus();
+  return Refuse(field, value, "> 0 and <= " + NumberText(greatest));
 }
 
 std::vector<double> Triple(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -88,7 +82,7 @@ absl::StatusOr<storage::JointRow> ValidatedJoint(const std::string& field, const
   status = CheckRange(field + ".minimum", row.minimum, -1e6, 1e6, "a finite limit");
   if (!status.ok()) return status;
   if (!(row.maximum > row.minimum && row.maximum <= 1e6))
-    return Refuse(field + ".maximum", row.maximum, "finite and > minimum " + std::to_string(row.minimum));
+    return Refuse(field + ".maximum", row.maximum, "finite and > minimum " + NumberText(row.minimum));
   return row;
 }
 
@@ -100,39 +94,42 @@ absl::Status ReadSensor(const v1::Sensor& sensor, storage::MachineRow* row) {
   row->sensor_mid_range_mm = sensor.mid_range_mm();
   row->sensor_range_mm = sensor.range_mm();
   row->sensor_line_angle_deg = sensor.line_angle_deg();
+  runtime::Refusals refusals;
   if (row->sensor_model.size() > 200)
-    return Refuse(field + ".model", sensor.model().substr(0, 64), "at most 200 bytes");
+    refusals.Add(Refuse(field + ".model", sensor.model().substr(0, 64), "at most 200 bytes"));
   if (!(row->sensor_line_angle_deg > 0 && row->sensor_line_angle_deg < 180))
-    return Refuse(field + ".line_angle_deg", row->sensor_line_angle_deg, "> 0 and < 180");
-  return First({CheckPositive(field + ".noise_um", row->sensor_noise_um, 10'000),
-                CheckPositive(field + ".column_count", row->sensor_column_count, 1'000'000),
-                CheckPositive(field + ".mid_range_mm", row->sensor_mid_range_mm, 10'000),
-                CheckPositive(field + ".range_mm", row->sensor_range_mm, 10'000)});
+    refusals.Add(Refuse(field + ".line_angle_deg", row->sensor_line_angle_deg, "> 0 and < 180"));
+  return refusals.Add(CheckPositive(field + ".noise_um", row->sensor_noise_um, 10'000))
+      .Add(CheckPositive(field + ".column_count", row->sensor_column_count, 1'000'000))
+      .Add(CheckPositive(field + ".mid_range_mm", row->sensor_mid_range_mm, 10'000))
+      .Add(CheckPositive(field + ".range_mm", row->sensor_range_mm, 10'000))
+      .status();
 }
 
 absl::Status ReadFeatures(const std::string& field, const std::string& kind, double half_side_mm,
                           const google::protobuf::RepeatedPtrField<v1::NamedPlanePoint>& features,
                           std::set<std::string>* names, storage::ArtefactRow* row) {
+  runtime::Refusals refusals;
   for (int i = 0; i < features.size(); ++i) {
     const v1::NamedPlanePoint& feature = features[i];
     const std::string at = field + "[" + std::to_string(i) + "]";
-    const absl::Status status =
-        First({CheckName(at + ".feature", feature.feature(), names),
-               CheckRange(at + ".x_mm", feature.x_mm(), -half_side_mm, half_side_mm, "on the plate"),
-               CheckRange(at + ".y_mm", feature.y_mm(), -half_side_mm, half_side_mm, "on the plate")});
-    if (!status.ok()) return status;
+    refusals.Add(CheckName(at + ".feature", feature.feature(), names))
+        .Add(CheckRange(at + ".x_mm", feature.x_mm(), -half_side_mm, half_side_mm, "on the plate"))
+        .Add(CheckRange(at + ".y_mm", feature.y_mm(), -half_side_mm, half_side_mm, "on the plate"));
     row->features.push_back({kind, feature.feature(), feature.x_mm(), feature.y_mm()});
   }
-  return absl::OkStatus();
+  return refusals.status();
 }
 
 absl::Status ReadHole(const std::string& field, const v1::Hole& hole, std::set<std::string>* names,
                       storage::HoleRow* row) {
   row->hole = hole.hole();
-  return First(
-      {CheckName(field + ".hole", hole.hole(), names),
-       Read(field + ".start_in_part_mm", hole.has_start_in_part_mm(), hole.start_in_part_mm(), &row->start_in_part_mm),
-       Read(field + ".normal_in_part", hole.has_normal_in_part(), hole.normal_in_part(), &row->normal_in_part)});
+  return runtime::Refusals()
+      .Add(CheckName(field + ".hole", hole.hole(), names))
+      .Add(Read(field + ".start_in_part_mm", hole.has_start_in_part_mm(), hole.start_in_part_mm(),
+                &row->start_in_part_mm))
+      .Add(Read(field + ".normal_in_part", hole.has_normal_in_part(), hole.normal_in_part(), &row->normal_in_part))
+      .status();
 }
 
 absl::Status ReadGroup(const std::string& field, const v1::HoleGroup& group, std::set<std::string>* names,
@@ -144,23 +141,22 @@ absl::Status ReadGroup(const std::string& field, const v1::HoleGroup& group, std
   row->b_nominal_deg = group.b_nominal_deg();
   row->position_tolerance_mm = group.position_tolerance_mm();
   row->inclination_tolerance_deg = group.inclination_tolerance_deg();
-  const absl::Status status = First(
-      {CheckName(field + ".group", row->group, names), CheckPositive(field + ".diameter_mm", row->diameter_mm, 100),
-       CheckPositive(field + ".depth_mm", row->depth_mm, 1000),
-       CheckRange(field + ".a_nominal_deg", row->a_nominal_deg, -360, 360, "-360 to 360"),
-       CheckRange(field + ".b_nominal_deg", row->b_nominal_deg, -360, 360, "-360 to 360"),
-       Read(field + ".axis_in_part", group.has_axis_in_part(), group.axis_in_part(), &row->axis_in_part),
-       CheckPositive(field + ".position_tolerance_mm", row->position_tolerance_mm, 100),
-       CheckPositive(field + ".inclination_tolerance_deg", row->inclination_tolerance_deg, 90)});
-  if (!status.ok()) return status;
-  if (group.holes().empty()) return Refuse(field + ".holes", "0 holes", "at least one");
+  runtime::Refusals refusals;
+  refusals.Add(CheckName(field + ".group", row->group, names))
+      .Add(CheckPositive(field + ".diameter_mm", row->diameter_mm, 100))
+      .Add(CheckPositive(field + ".depth_mm", row->depth_mm, 1000))
+      .Add(CheckRange(field + ".a_nominal_deg", row->a_nominal_deg, -360, 360, "-360 to 360"))
+      .Add(CheckRange(field + ".b_nominal_deg", row->b_nominal_deg, -360, 360, "-360 to 360"))
+      .Add(Read(field + ".axis_in_part", group.has_axis_in_part(), group.axis_in_part(), &row->axis_in_part))
+      .Add(CheckPositive(field + ".position_tolerance_mm", row->position_tolerance_mm, 100))
+      .Add(CheckPositive(field + ".inclination_tolerance_deg", row->inclination_tolerance_deg, 90));
+  if (group.holes().empty()) refusals.Add(Refuse(field + ".holes", "0 holes", "at least one"));
   std::set<std::string> hole_names;
   for (int i = 0; i < group.holes_size(); ++i) {
     const std::string at = field + ".holes[" + std::to_string(i) + "]";
-    const absl::Status read = ReadHole(at, group.holes(i), &hole_names, &row->holes.emplace_back());
-    if (!read.ok()) return read;
+    refusals.Add(ReadHole(at, group.holes(i), &hole_names, &row->holes.emplace_back()));
   }
-  return absl::OkStatus();
+  return refusals.status();
 }
 
 absl::Status ReadCad(const v1::CreatePartRequest& request, storage::PartRow* row) {
@@ -184,8 +180,18 @@ absl::Status ReadCad(const v1::CreatePartRequest& request, storage::PartRow* row
   return CheckRange("part.cad_unit_mm", row->cad_unit_mm, 0, 10'000, "0: STEP and IGES say their own unit");
 }
 
+absl::Status ReadNominal(const v1::Part& part, storage::PartRow* row) {
+  if (!part.has_zero_from_part_nominal()) return Refuse("part.zero_from_part_nominal", "", "a rigid transform");
+  const absl::StatusOr<Eigen::Isometry3d> nominal =
+      runtime::FromProto("part.zero_from_part_nominal", part.zero_from_part_nominal());
+  if (!nominal.ok()) return nominal.status();
+  for (int i = 0; i < 9; ++i) row->zero_from_part_nominal_rotation.push_back(nominal->linear()(i / 3, i % 3));
+  row->zero_from_part_nominal_translation_mm = Triple(nominal->translation());
+  return absl::OkStatus();
+}
+
 std::string TextOf(const std::vector<double>& point) {
-  return "(" + std::to_string(point[0]) + ", " + std::to_string(point[1]) + ", " + std::to_string(point[2]) + ")";
+  return "(" + Rounded(point[0]) + ", " + Rounded(point[1]) + ", " + Rounded(point[2]) + ")";
 }
 
 }  // namespace
@@ -197,23 +203,24 @@ absl::StatusOr<storage::MachineRow> Validated(const v1::CreateMachineRequest& re
   row.content_sha256 = ContentSha256(machine);
   row.safety_translation_mm = machine.safety_envelope().translation_mm();
   row.safety_rotation_deg = machine.safety_envelope().rotation_deg();
-  absl::Status status =
-      First({runtime::CheckId("machine_id", row.machine_id), ReadSensor(machine.sensor(), &row),
-             Read("machine.nominal_centre_mm", machine.has_nominal_centre_mm(), machine.nominal_centre_mm(),
-                  &row.nominal_centre_mm),
-             CheckRange("machine.safety_envelope.translation_mm", row.safety_translation_mm, 0, 1e5, "0 to 100000"),
-             CheckRange("machine.safety_envelope.rotation_deg", row.safety_rotation_deg, 0, 180, "0 to 180")});
-  if (!status.ok()) return status;
+  runtime::Refusals refusals;
+  refusals.Add(runtime::CheckId("machine_id", row.machine_id))
+      .Add(ReadSensor(machine.sensor(), &row))
+      .Add(Read("machine.nominal_centre_mm", machine.has_nominal_centre_mm(), machine.nominal_centre_mm(),
+                &row.nominal_centre_mm))
+      .Add(CheckRange("machine.safety_envelope.translation_mm", row.safety_translation_mm, 0, 1e5, "0 to 100000"))
+      .Add(CheckRange("machine.safety_envelope.rotation_deg", row.safety_rotation_deg, 0, 180, "0 to 180"));
   std::set<std::string> axes;
   for (const auto& [side, joints] :
        {std::pair{"part", &machine.kinematics().part_side()}, std::pair{"tool", &machine.kinematics().tool_side()}}) {
     for (int i = 0; i < joints->size(); ++i) {
       const std::string field = std::string("machine.kinematics.") + side + "_side[" + std::to_string(i) + "]";
       absl::StatusOr<storage::JointRow> joint = ValidatedJoint(field, side, (*joints)[i], &axes);
-      if (!joint.ok()) return joint.status();
-      row.joints.push_back(*std::move(joint));
+      refusals.Add(joint.status());
+      if (joint.ok()) row.joints.push_back(*std::move(joint));
     }
   }
+  if (absl::Status status = refusals.status(); !status.ok()) return status;
   return row;
 }
 
@@ -229,28 +236,26 @@ absl::StatusOr<storage::ArtefactRow> Validated(const v1::CreateArtefactRequest& 
   row.slot_width_mm = artefact.slot_width_mm();
   row.slot_depth_mm = artefact.slot_depth_mm();
   const double side = row.side_mm;
-  absl::Status status =
-      First({runtime::CheckId("artefact_id", row.artefact_id), CheckPositive("artefact.side_mm", side, 5'000)});
-  if (!status.ok()) return status;
+  runtime::Refusals refusals;
+  refusals.Add(runtime::CheckId("artefact_id", row.artefact_id)).Add(CheckPositive("artefact.side_mm", side, 5'000));
+  if (absl::Status status = refusals.status(); !status.ok()) return status;  // what follows is measured by the side
   if (!artefact.cones().empty()) {
-    status = First({CheckPositive("artefact.cone_half_angle_deg", row.cone_half_angle_deg, 89),
-                    CheckPositive("artefact.cone_top_radius_mm", row.cone_top_radius_mm, side),
-                    CheckRange("artefact.cone_bottom_radius_mm", row.cone_bottom_radius_mm, 0, row.cone_top_radius_mm,
-                               "0 to cone_top_radius_mm")});
-    if (!status.ok()) return status;
+    refusals.Add(CheckPositive("artefact.cone_half_angle_deg", row.cone_half_angle_deg, 89))
+        .Add(CheckPositive("artefact.cone_top_radius_mm", row.cone_top_radius_mm, side))
+        .Add(CheckRange("artefact.cone_bottom_radius_mm", row.cone_bottom_radius_mm, 0, row.cone_top_radius_mm,
+                        "0 to cone_top_radius_mm"));
   }
   if (!artefact.slots().empty()) {
-    status = First({CheckPositive("artefact.slot_width_mm", row.slot_width_mm, side),
-                    CheckPositive("artefact.slot_depth_mm", row.slot_depth_mm, side)});
-    if (!status.ok()) return status;
+    refusals.Add(CheckPositive("artefact.slot_width_mm", row.slot_width_mm, side))
+        .Add(CheckPositive("artefact.slot_depth_mm", row.slot_depth_mm, side));
   }
   if (artefact.cones_size() + artefact.slots_size() < 3)
-    return Refuse("artefact.cones", std::to_string(artefact.cones_size() + artefact.slots_size()) + " features",
-                  "at least 3 cones and slots together");
+    refusals.Add(Refuse("artefact.cones", std::to_string(artefact.cones_size() + artefact.slots_size()) + " features",
+                        "at least 3 cones and slots together"));
   std::set<std::string> names;
-  status = First({ReadFeatures("artefact.cones", "cone", side / 2, artefact.cones(), &names, &row),
-                  ReadFeatures("artefact.slots", "slot", side / 2, artefact.slots(), &names, &row)});
-  if (!status.ok()) return status;
+  refusals.Add(ReadFeatures("artefact.cones", "cone", side / 2, artefact.cones(), &names, &row))
+      .Add(ReadFeatures("artefact.slots", "slot", side / 2, artefact.slots(), &names, &row));
+  if (absl::Status status = refusals.status(); !status.ok()) return status;
   return row;
 }
 
@@ -258,39 +263,32 @@ absl::StatusOr<storage::PartRow> Validated(const v1::CreatePartRequest& request)
   const v1::Part& part = request.part();
   storage::PartRow row;
   row.part_id = request.part_id();
-  absl::Status status = First({runtime::CheckId("part_id", row.part_id), ReadCad(request, &row)});
-  if (!status.ok()) return status;
-  if (!part.has_zero_from_part_nominal()) return Refuse("part.zero_from_part_nominal", "", "a rigid transform");
-  const absl::StatusOr<Eigen::Isometry3d> nominal =
-      runtime::FromProto("part.zero_from_part_nominal", part.zero_from_part_nominal());
-  if (!nominal.ok()) return nominal.status();
-  for (int i = 0; i < 9; ++i) row.zero_from_part_nominal_rotation.push_back(nominal->linear()(i / 3, i % 3));
-  row.zero_from_part_nominal_translation_mm = Triple(nominal->translation());
+  runtime::Refusals refusals;
+  refusals.Add(runtime::CheckId("part_id", row.part_id)).Add(ReadCad(request, &row)).Add(ReadNominal(part, &row));
 
   std::set<std::string> names;
   int hole_count = 0;
   for (int i = 0; i < part.hole_groups_size(); ++i) {
     hole_count += part.hole_groups(i).holes_size();
-    if (hole_count > kGreatestHoleCount) return Refuse("part.hole_groups", hole_count, "at most 20000 holes");
+    if (hole_count > kGreatestHoleCount)
+      return refusals.Add(Refuse("part.hole_groups", hole_count, "at most 20000 holes")).status();
     const std::string field = "part.hole_groups[" + std::to_string(i) + "]";
-    status = ReadGroup(field, part.hole_groups(i), &names, &row.hole_groups.emplace_back());
-    if (!status.ok()) return status;
+    refusals.Add(ReadGroup(field, part.hole_groups(i), &names, &row.hole_groups.emplace_back()));
   }
   if (part.six_points_size() != 0 && part.six_points_size() != 6)
-    return Refuse("part.six_points", std::to_string(part.six_points_size()) + " points", "6, or none");
+    refusals.Add(Refuse("part.six_points", std::to_string(part.six_points_size()) + " points", "6, or none"));
   std::set<std::string> datums;
   for (int i = 0; i < part.six_points_size(); ++i) {
     const v1::DatumPoint& datum = part.six_points(i);
     const std::string field = "part.six_points[" + std::to_string(i) + "]";
     storage::DatumPointRow& out = row.datum_points.emplace_back();
     out.datum = datum.datum();
-    status = First(
-        {CheckName(field + ".datum", datum.datum(), &datums),
-         Read(field + ".point_in_part_mm", datum.has_point_in_part_mm(), datum.point_in_part_mm(),
-              &out.point_in_part_mm),
-         Read(field + ".normal_in_part", datum.has_normal_in_part(), datum.normal_in_part(), &out.normal_in_part)});
-    if (!status.ok()) return status;
+    refusals.Add(CheckName(field + ".datum", datum.datum(), &datums))
+        .Add(Read(field + ".point_in_part_mm", datum.has_point_in_part_mm(), datum.point_in_part_mm(),
+                  &out.point_in_part_mm))
+        .Add(Read(field + ".normal_in_part", datum.has_normal_in_part(), datum.normal_in_part(), &out.normal_in_part));
   }
+  if (absl::Status status = refusals.status(); !status.ok()) return status;
   v1::Part described = part;
   described.clear_surface();  // ours to say
   row.content_sha256 = ContentSha256(std::move(described), storage::Sha256Hex(request.cad()));
@@ -302,25 +300,25 @@ absl::StatusOr<storage::PartRow> Validated(const v1::CreatePartRequest& request)
 absl::Status CheckInsideBox(const storage::PartRow& part) {
   const std::vector<double>& low = part.tessellation.minimum_mm;
   const std::vector<double>& high = part.tessellation.maximum_mm;
-  auto check = [&](const std::string& field, const std::vector<double>& point) {
-    for (int i = 0; i < 3; ++i) {
-      if (!(point[i] >= low[i] - kBoxMarginMm && point[i] <= high[i] + kBoxMarginMm))
-        return Refuse(field, TextOf(point), "within 1 mm of the CAD's box " + TextOf(low) + " to " + TextOf(high));
-    }
-    return absl::OkStatus();
+  runtime::Refusals refusals;
+  const auto check = [&](const std::string& field, const std::vector<double>& point) {
+    bool inside = true;
+    for (int i = 0; i < 3; ++i)
+      inside = inside && point[i] >= low[i] - kBoxMarginMm && point[i] <= high[i] + kBoxMarginMm;
+    if (!inside)
+      refusals.Add(Refuse(field, TextOf(point), "within 1 mm of the CAD's box " + TextOf(low) + " to " + TextOf(high)));
   };
   for (std::size_t i = 0; i < part.datum_points.size(); ++i) {
     const std::string field = "part.six_points[" + std::to_string(i) + "].point_in_part_mm";
-    if (absl::Status status = check(field, part.datum_points[i].point_in_part_mm); !status.ok()) return status;
+    check(field, part.datum_points[i].point_in_part_mm);
   }
   for (std::size_t g = 0; g < part.hole_groups.size(); ++g) {
     for (std::size_t h = 0; h < part.hole_groups[g].holes.size(); ++h) {
       const std::string field = "part.hole_groups[" + std::to_string(g) + "].holes[" + std::to_string(h) + "]";
-      const absl::Status status = check(field + ".start_in_part_mm", part.hole_groups[g].holes[h].start_in_part_mm);
-      if (!status.ok()) return status;
+      check(field + ".start_in_part_mm", part.hole_groups[g].holes[h].start_in_part_mm);
     }
   }
-  return absl::OkStatus();
+  return refusals.status();
 }
 
 }  // namespace sixpoint::plant

@@ -66,10 +66,11 @@ void Say(const Caller& caller, v1::RegistrationStep step, int scan_count, int it
 
 absl::StatusOr<std::vector<metrology::DatumPoint>> DatumsOf(const plant::v1::Part& part) {
   if (part.six_points_size() != 6)
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "SIX_POINTS_MISSING",
+    return runtime::Failure(errors::v1::SIX_POINTS_MISSING,
                             "method: six-point for " + part.name() + ", whose six_points has " +
                                 std::to_string(part.six_points_size()) +
-                                " points, want 6; add them to the part or ask for METHOD_BEST_FIT");
+                                " points, want 6; add them to the part or ask for METHOD_BEST_FIT",
+                            {{"resource", part.name()}});
   std::vector<metrology::DatumPoint> datums;
   for (const plant::v1::DatumPoint& in : part.six_points()) {
     const std::string field = "part.six_points[" + in.datum() + "]";
@@ -149,7 +150,7 @@ absl::StatusOr<Inputs> InputFetcher::Fetch(const v1::RegisterRequest& request, c
   if (!nominal.ok()) return nominal.status();
   inputs.task.zero_from_part_nominal = *nominal;
   auto surface = plant_.GetSurface(inputs.part, caller.make_context(), caller.keep_going);
-  if (!surface.ok()) return runtime::AsRefusal(surface.status());
+  if (!surface.ok()) return surface.status();
   inputs.surface = *std::move(surface);
   if (absl::Status status = FetchScans(request, caller, &inputs); !status.ok()) return status;
   return inputs;
@@ -230,10 +231,11 @@ absl::Status InputFetcher::FetchAxisTables(const std::string& machine,
       without += (without.empty() ? "" : ", ") + rotation.letters[i];
   }
   if (!positioning.Applies())
-    return runtime::Failure(absl::StatusCode::kFailedPrecondition, "AXIS_NOT_CHARACTERISED",
+    return runtime::Failure(errors::v1::AXIS_NOT_CHARACTERISED,
                             "apply_axis_tables: " + machine + ", whose axes " + rotation.letters[0] + " and " +
                                 rotation.letters[1] +
-                                " have no characterisation in force, want one; run `calibrate axis` first");
+                                " have no characterisation in force, want one; run `calibrate axis` first",
+                            {{"resource", machine}});
   if (!without.empty())
     inputs->remark = "the rotary axes were calibrated without the table of " + without +
                      " that is applied here; calibrate them with it";

@@ -4,6 +4,7 @@
 
 #include "metrology/kinematics/calibration_parameters.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/stored_enum.h"
 #include "services/runtime/time_proto.h"
 
 namespace sixpoint::registration {
@@ -35,9 +36,10 @@ absl::Status FromJson(const std::string& json, const std::string& registration_i
 
 absl::Status SetEvidence(const storage::RegistrationRow& row, v1::Evidence* out) {
   if (absl::Status status = FromJson(row.detail_json, row.registration_id, out); !status.ok()) return status;
-  v1::Outcome outcome = v1::OUTCOME_UNSPECIFIED;
-  v1::Outcome_Parse("OUTCOME_" + row.outcome, &outcome);
-  out->set_outcome(outcome);
+  const auto outcome =
+      runtime::StoredEnum(v1::Outcome_Parse, "OUTCOME_" + row.outcome, "registration " + row.registration_id);
+  if (!outcome.ok()) return outcome.status();
+  out->set_outcome(*outcome);
   out->set_point_count(row.point_count);
   out->set_points_used(row.points_used);
   out->set_iteration_count(row.iteration_count);
@@ -103,9 +105,10 @@ absl::StatusOr<v1::Registration> ToProto(const storage::RegistrationRow& row) {
   out.set_part(runtime::NameOf("parts", row.part_id));
   out.set_part_revision(row.part_revision);
   for (const storage::RegistrationScanRow& scan : row.scans) out.add_scans(runtime::NameOf("scans", scan.scan_id));
-  v1::Method method = v1::METHOD_UNSPECIFIED;
-  v1::Method_Parse("METHOD_" + row.method, &method);
-  out.set_method(method);
+  const auto method =
+      runtime::StoredEnum(v1::Method_Parse, "METHOD_" + row.method, "registration " + row.registration_id);
+  if (!method.ok()) return method.status();
+  out.set_method(*method);
   out.set_sensor_calibration(runtime::NameOf("calibrations", row.sensor_calibration_id));
   out.set_rotation_calibration(runtime::NameOf("calibrations", row.rotation_calibration_id));
   if (!row.zero_from_part.empty()) {

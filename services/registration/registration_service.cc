@@ -12,7 +12,6 @@
 #include "services/registration/rows.h"
 #include "services/registration/validate.h"
 #include "services/runtime/call.h"
-#include "services/runtime/compute_slot.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_call.h"
 #include "services/runtime/recorded_results.h"
@@ -25,7 +24,7 @@ RegistrationService::RegistrationService(std::shared_ptr<storage::RegistrationSt
                                          const RegistrationLimits& limits)
     : store_(std::move(store)),
       inputs_(peers, limits.surface_bytes, limits.threads),
-      pool_(limits.pool, "registrations", "REGISTRATIONS_FULL") {}
+      pool_(limits.pool, "registrations", errors::v1::REGISTRATIONS_FULL) {}
 
 grpc::Status RegistrationService::Register(grpc::ServerContext* context, const v1::RegisterRequest* request,
                                            v1::Registration* response) {
@@ -51,7 +50,7 @@ absl::StatusOr<runtime::Made<storage::RegistrationRow>> RegistrationService::Mak
     if (!inputs.ok()) return inputs.status();
     const auto started = std::chrono::steady_clock::now();
     auto registered = metrology::Register({*inputs->surface, inputs->portions, inputs->calibration}, inputs->task);
-    if (!registered.ok()) return runtime::AsRefusal(registered.status());
+    if (!registered.ok()) return registered.status();
     metrology::AddRemark(inputs->remark, &registered->fit.evidence);
     const std::chrono::duration<double> computed = std::chrono::steady_clock::now() - started;
     return RecordOf(request, *inputs, *registered, computed.count());
@@ -66,9 +65,10 @@ absl::StatusOr<runtime::Made<storage::RegistrationRow>> RegistrationService::Mak
 grpc::Status RegistrationService::GetRegistration(grpc::ServerContext* context,
                                                   const v1::GetRegistrationRequest* request,
                                                   v1::Registration* response) {
-  return runtime::Answer(runtime::GetResult<v1::Registration>(*store_, runtime::DeadlineOf(*context), "registrations",
-                                                              request->name(), "REGISTRATION_NOT_FOUND", ToProto),
-                         response);
+  return runtime::Answer(
+      runtime::GetResult<v1::Registration>(*store_, runtime::DeadlineOf(*context), "registrations", request->name(),
+                                           errors::v1::REGISTRATION_NOT_FOUND, ToProto),
+      response);
 }
 
 grpc::Status RegistrationService::ListRegistrations(grpc::ServerContext* context,
@@ -89,10 +89,11 @@ grpc::Status RegistrationService::ListRegistrations(grpc::ServerContext* context
 grpc::Status RegistrationService::RegisterBatch(grpc::ServerContext* context, const v1::RegisterBatchRequest* request,
                                                 grpc::ServerWriter<v1::RegisterBatchResponse>* writer) {
   // One registration that is watched takes no batch's place.
-  std::optional<runtime::ComputeSlot> slot;
+  std::optional<runtime::ComputePool::Slot> slot;
   if (request->requests_size() > 1) {
-    slot.emplace(&batches_, kMostBatches);
-    if (absl::Status free = slot->Check("batches", "BATCHES_FULL"); !free.ok()) return ToGrpc(free);
+    auto free = batches_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
+    if (!free.ok()) return ToGrpc(free.status());
+    slot.emplace(*std::move(free));
   }
   return ToGrpc(RunBatch(
       *request, Caller{runtime::CallerOf(*context)},

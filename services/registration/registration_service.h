@@ -1,7 +1,6 @@
 // sixpoint.registration.v1.RegistrationService.
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <memory>
 
@@ -46,7 +45,7 @@ class RegistrationService final : public v1::RegistrationService::Service {
   const std::shared_ptr<storage::RegistrationStore> store_;
   const InputFetcher inputs_;
   runtime::ComputePool pool_;
-  std::atomic<int> batches_{0};
+  runtime::ComputePool batches_{{kMostBatches, 0}, "batches", errors::v1::BATCHES_FULL};
 };
 
 }  // namespace sixpoint::registration

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <set>
 #include <tuple>
 
 #include "metrology/registration/allowance.h"
+#include "refusal/message_text.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/limits.h"
@@ -19,18 +19,12 @@ constexpr int kMostRegions = 64;
 constexpr double kGreatestCoordinateMm = 1e6;
 constexpr double kGreatestRadiusMm = 1e4;
 
-std::string Text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
-
 absl::Status CheckPlace(const std::string& field, bool given, const geometry::v1::Point& in) {
   if (!given) return runtime::Refuse(field, "not given", "a point in the part frame");
   const auto point = runtime::FromProto(field, in);
   if (!point.ok()) return point.status();
   if (point->cwiseAbs().maxCoeff() > kGreatestCoordinateMm)
-    return runtime::Refuse(field, Text(point->cwiseAbs().maxCoeff()), "coordinates up to 1e6 mm");
+    return runtime::Refuse(field, point->cwiseAbs().maxCoeff(), "coordinates up to 1e6 mm");
   return absl::OkStatus();
 }
 
@@ -38,7 +32,7 @@ absl::Status CheckRegion(const std::string& field, const v1::Region& region) {
   const auto check_length = [](const std::string& of, double length_mm) {
     return length_mm > 0 && length_mm <= kGreatestRadiusMm
                ? absl::OkStatus()
-               : runtime::Refuse(of, Text(length_mm), "more than 0, at most 1e4 mm");
+               : runtime::Refuse(of, length_mm, "more than 0, at most 1e4 mm");
   };
   switch (region.shape_case()) {
     case v1::Region::kBox: {
@@ -50,7 +44,7 @@ absl::Status CheckRegion(const std::string& field, const v1::Region& region) {
                                             std::tuple("y_mm", box.minimum_mm().y_mm(), box.maximum_mm().y_mm()),
                                             std::tuple("z_mm", box.minimum_mm().z_mm(), box.maximum_mm().z_mm())})
         if (!(low < high))
-          return runtime::Refuse(field + ".box.maximum_mm." + axis, Text(high), "more than its minimum, " + Text(low));
+          return runtime::Refuse(field + ".box.maximum_mm." + axis, high, "more than its minimum, " + NumberText(low));
       return absl::OkStatus();
     }
     case v1::Region::kBall: {
@@ -74,54 +68,69 @@ absl::Status CheckAllowance(const v1::AllowanceOptions& asked) {
   const metrology::AllowanceOptions usual;
   const double least = asked.has_least_stock_mm() ? asked.least_stock_mm() : usual.least_stock_mm;
   const double greatest = asked.has_greatest_stock_mm() ? asked.greatest_stock_mm() : usual.greatest_stock_mm;
-  if (!(std::abs(least) <= 10)) return runtime::Refuse("options.allowance.least_stock_mm", Text(least), "-10 to 10");
-  if (!(greatest > std::max(0.0, least) && greatest <= 50))
-    return runtime::Refuse("options.allowance.greatest_stock_mm", Text(greatest),
-                           "more than the least stock and than 0, at most 50");
+  runtime::Refusals refusals;
+  if (!(std::abs(least) <= 10))
+    refusals.Add(runtime::Refuse("options.allowance.least_stock_mm", least, "-10 to 10"));
+  else if (!(greatest > std::max(0.0, least) && greatest <= 50))
+    refusals.Add(runtime::Refuse("options.allowance.greatest_stock_mm", greatest,
+                                 "more than the least stock and than 0, at most 50"));
   if (asked.has_patch_mm() && !(asked.patch_mm() >= 0.05 && asked.patch_mm() <= 50))
-    return runtime::Refuse("options.allowance.patch_mm", Text(asked.patch_mm()), "0.05 to 50");
+    refusals.Add(runtime::Refuse("options.allowance.patch_mm", asked.patch_mm(), "0.05 to 50"));
   if (asked.has_least_points() && !(asked.least_points() >= 1 && asked.least_points() <= 1'000'000))
-    return runtime::Refuse("options.allowance.least_points", std::to_string(asked.least_points()), "1 to 1000000");
-  return absl::OkStatus();
+    refusals.Add(runtime::Refuse("options.allowance.least_points", asked.least_points(), "1 to 1000000"));
+  return refusals.status();
 }
 
-absl::Status CheckOptions(const v1::RegisterRequest& request) {
+absl::Status CheckFreedoms(const v1::RegisterRequest& request) {
   const v1::FitOptions& options = request.options();
+  runtime::Refusals refusals;
   std::set<int> freedoms;
   for (int i = 0; i < options.degrees_of_freedom_size(); ++i) {
     const int freedom = options.degrees_of_freedom(i);
     const std::string field = "options.degrees_of_freedom[" + std::to_string(i) + "]";
     if (freedom < v1::FREEDOM_TURN_X || freedom > v1::FREEDOM_SHIFT_Z)
-      return runtime::Refuse(field, std::to_string(freedom), "FREEDOM_TURN_X to FREEDOM_SHIFT_Z");
-    if (!freedoms.insert(freedom).second)
-      return runtime::Refuse(field, v1::Freedom_Name(options.degrees_of_freedom(i)), "each direction once");
+      refusals.Add(runtime::Refuse(field, freedom, "FREEDOM_TURN_X to FREEDOM_SHIFT_Z"));
+    else if (!freedoms.insert(freedom).second)
+      refusals.Add(runtime::Refuse(field, v1::Freedom_Name(options.degrees_of_freedom(i)), "each direction once"));
   }
   const bool held = !freedoms.empty() && freedoms.size() < 6;
   if (held && IsSixPoint(request.method()))
-    return runtime::Refuse("options.degrees_of_freedom", std::to_string(freedoms.size()) + " directions",
-                           "none named, as six points hold all six");
-  if (options.scan_weights_size() != 0 && options.scan_weights_size() != request.scans_size())
-    return runtime::Refuse("options.scan_weights", std::to_string(options.scan_weights_size()) + " weights",
-                           "none, or one for each of " + std::to_string(request.scans_size()) + " scans");
-  for (int i = 0; i < options.scan_weights_size(); ++i)
-    if (!(options.scan_weights(i) >= 1e-6 && options.scan_weights(i) <= 1e6))
-      return runtime::Refuse("options.scan_weights[" + std::to_string(i) + "]", Text(options.scan_weights(i)),
-                             "1e-6 to 1e6");
+    refusals.Add(runtime::Refuse("options.degrees_of_freedom", std::to_string(freedoms.size()) + " directions",
+                                 "none named, as six points hold all six"));
+  if (options.coarse_start() && (held || options.regions_in_size() > 0))
+    refusals.Add(runtime::Refuse("options.coarse_start", held ? "true, with directions held" : "true, with regions_in",
+                                 "neither held directions nor regions_in: the part is not found yet"));
+  return refusals.status();
+}
+
+absl::Status CheckWeights(const v1::RegisterRequest& request) {
+  const auto& weights = request.options().scan_weights();
+  runtime::Refusals refusals;
+  if (weights.size() != 0 && weights.size() != request.scans_size())
+    refusals.Add(runtime::Refuse("options.scan_weights", std::to_string(weights.size()) + " weights",
+                                 "none, or one for each of " + std::to_string(request.scans_size()) + " scans"));
+  for (int i = 0; i < weights.size(); ++i)
+    if (!(weights[i] >= 1e-6 && weights[i] <= 1e6))
+      refusals.Add(runtime::Refuse("options.scan_weights[" + std::to_string(i) + "]", weights[i], "1e-6 to 1e6"));
+  return refusals.status();
+}
+
+absl::Status CheckOptions(const v1::RegisterRequest& request) {
+  const v1::FitOptions& options = request.options();
+  runtime::Refusals refusals;
+  refusals.Add(CheckFreedoms(request)).Add(CheckWeights(request));
   for (const auto& [name, regions] : {std::pair("options.regions_in", &options.regions_in()),
                                       std::pair("options.regions_out", &options.regions_out())}) {
     if (regions->size() > kMostRegions)
-      return runtime::Refuse(name, std::to_string(regions->size()) + " regions",
-                             "at most " + std::to_string(kMostRegions));
-    for (int i = 0; i < regions->size(); ++i)
-      if (absl::Status status = CheckRegion(name + ("[" + std::to_string(i) + "]"), regions->Get(i)); !status.ok())
-        return status;
+      refusals.Add(runtime::Refuse(name, std::to_string(regions->size()) + " regions",
+                                   "at most " + std::to_string(kMostRegions)));
+    for (int i = 0; i < std::min(regions->size(), kMostRegions); ++i)
+      refusals.Add(CheckRegion(name + ("[" + std::to_string(i) + "]"), regions->Get(i)));
   }
-  if (options.coarse_start() && (held || options.regions_in_size() > 0))
-    return runtime::Refuse("options.coarse_start", held ? "true, with directions held" : "true, with regions_in",
-                           "neither held directions nor regions_in: the part is not found yet");
   if (options.has_allowance() && request.method() != v1::METHOD_ALLOWANCE)
-    return runtime::Refuse("options.allowance", "set, with " + v1::Method_Name(request.method()), "METHOD_ALLOWANCE");
-  return CheckAllowance(options.allowance());
+    refusals.Add(
+        runtime::Refuse("options.allowance", "set, with " + v1::Method_Name(request.method()), "METHOD_ALLOWANCE"));
+  return refusals.Add(CheckAllowance(options.allowance())).status();
 }
 
 }  // namespace
@@ -161,16 +170,16 @@ metrology::Method MethodOf(v1::Method method) {
 }
 
 absl::Status CheckRequest(const v1::RegisterRequest& request) {
-  if (const auto blade = runtime::IdOf("blade", "blades", request.blade()); !blade.ok()) return blade.status();
-  if (absl::Status status = runtime::CheckNames("scans", "scans", request.scans(), 1, runtime::kMostScans);
-      !status.ok())
-    return status;
+  runtime::Refusals refusals;
+  refusals.Add(runtime::IdOf("blade", "blades", request.blade()).status())
+      .Add(runtime::CheckNames("scans", "scans", request.scans(), 1, runtime::kMostScans));
   if (MethodText(request.method()).empty())
-    return runtime::Refuse(
-        "method", std::to_string(request.method()),
-        "METHOD_BEST_FIT, METHOD_LOCAL, METHOD_SIX_POINT, METHOD_SIX_POINT_NORMALS or METHOD_ALLOWANCE");
-  if (absl::Status status = CheckOptions(request); !status.ok()) return status;
-  return runtime::CheckCaller(request.requested_by(), request.request_id());
+    refusals.Add(runtime::Refuse(
+        "method", request.method(),
+        "METHOD_BEST_FIT, METHOD_LOCAL, METHOD_SIX_POINT, METHOD_SIX_POINT_NORMALS or METHOD_ALLOWANCE"));
+  return refusals.Add(CheckOptions(request))
+      .Add(runtime::CheckCaller(request.requested_by(), request.request_id()))
+      .status();
 }
 
 absl::Status CheckScan(const v1::RegisterRequest& request, const ingest::v1::Scan& scan,

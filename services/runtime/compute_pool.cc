@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "services/runtime/errors.h"
-
 namespace sixpoint::runtime {
 namespace {
 
@@ -12,8 +10,8 @@ constexpr std::chrono::milliseconds kBetweenQuestions{20};
 
 }  // namespace
 
-ComputePool::ComputePool(PoolLimits limits, std::string what, std::string reason)
-    : limits_(limits), what_(std::move(what)), reason_(std::move(reason)) {}
+ComputePool::ComputePool(PoolLimits limits, std::string what, ErrorReason reason)
+    : limits_({std::max(1, limits.at_once), std::max(0, limits.waiting)}), what_(std::move(what)), reason_(reason) {}
 
 absl::StatusOr<ComputePool::Slot> ComputePool::Enter(std::chrono::system_clock::time_point deadline,
                                                      const std::function<bool()>& keep_going, Patience patience) {
@@ -23,9 +21,10 @@ absl::StatusOr<ComputePool::Slot> ComputePool::Enter(std::chrono::system_clock::
     return Slot(this);
   }
   if (patience == Patience::kBounded && bounded_count_ >= limits_.waiting)
-    return Failure(absl::StatusCode::kResourceExhausted, reason_,
+    return Failure(reason_,
                    what_ + ": " + std::to_string(running_) + " are running and " + std::to_string(waiting_.size()) +
-                       " wait, want fewer at once; try again");
+                       " wait, want fewer at once; try again",
+                   {{"limit", std::to_string(limits_.at_once)}});
   const int bounded = patience == Patience::kBounded ? 1 : 0;
   const auto self = waiting_.insert(waiting_.end(), patience);
   bounded_count_ += bounded;

@@ -1,5 +1,6 @@
-// Bounds what computes at once in a server, and how many wait for it: first come, first served. What holds no slot holds no
-// memory but its request.
+// Bounds what runs at once in a server, and how many wait for it: first come, first served. What holds no slot holds no
+// memory but its request. The one bound of its kind: with nobody waiting it refuses at once, with patient callers it is a
+// queue for cores or workers.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -13,18 +14,20 @@
 #include <string>
 #include <utility>
 
+#include "services/runtime/errors.h"
+
 namespace sixpoint::runtime {
 
 struct PoolLimits {
   int at_once = 4;
-  int waiting = 32;  // more are refused at once
+  int waiting = 32;  // more are refused at once; 0: nobody waits
 };
 
 // Thread-safe; outlives its slots.
 class ComputePool {
  public:
   // what: registrations, ... and the reason of a refusal, REGISTRATIONS_FULL, ...
-  ComputePool(PoolLimits limits, std::string what, std::string reason);
+  ComputePool(PoolLimits limits, std::string what, ErrorReason reason);
 
   // Free again at its end.
   class Slot {
@@ -59,7 +62,8 @@ class ComputePool {
   void Leave();
 
   const PoolLimits limits_;
-  const std::string what_, reason_;
+  const std::string what_;
+  const ErrorReason reason_;
   mutable std::mutex mutex_;
   std::condition_variable turn_;
   std::list<Patience> waiting_;  // first come, first in the list

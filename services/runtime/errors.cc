@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <optional>
+#include <vector>
 
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
+#include "refusal/message_text.h"
 #include "services/runtime/log.h"
+#include "sixpoint/errors/v1/refusal.pb.h"
 #include "storage/database.h"
 
 namespace sixpoint::runtime {
@@ -17,26 +19,14 @@ namespace {
 
 // What travels with an absl::Status inside a process, as plain text.
 using storage::kReasonPayload;
-constexpr char kField[] = "sixpoint.field";
+constexpr char kMetadata[] = "sixpoint.metadata";
 constexpr char kRetryDelay[] = "sixpoint.retry_delay_ms";
 constexpr char kDomain[] = "sixpoint";
 // Details travel in a header block that peers limit to 8 KiB, the message twice.
-constexpr size_t kLongestMessage = 1500;
-constexpr size_t kLongestValue = 120;
+constexpr std::size_t kLongestMessage = 1500;
+constexpr std::size_t kLongestViolations = 2500, kLongestName = 200;
 constexpr int kRetryDelay_ms = 500;
 constexpr int kLongestRetryDelay_ms = 60'000;
-
-// Text that came from outside: cut, and without control characters or broken UTF-8 at the cut.
-std::string Tame(std::string text, size_t longest) {
-  if (text.size() > longest) {
-    while (longest > 0 && (static_cast<unsigned char>(text[longest]) & 0xc0) == 0x80) --longest;
-    text = text.substr(0, longest) + "...";
-  }
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-  }
-  return text;
-}
 
 std::optional<std::string> PayloadOf(const absl::Status& status, const char* url) {
   const auto payload = status.GetPayload(url);
@@ -95,45 +85,92 @@ absl::StatusCode AbslCodeOf(grpc::StatusCode code) {
 }
 
 bool MayBeRetried(absl::StatusCode code) {
-  return code == absl::StatusCode::kUnavailable || code == absl::StatusCode::kResourceExhausted;
+  return code == absl::StatusCode::kUnavailable || code == absl::StatusCode::kResourceExhausted ||
+         code == absl::StatusCode::kAborted;
 }
 
-std::string TextOf(double value) {
-  if (std::isnan(value)) return "NaN";
-  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
-  char buffer[32];
-  return std::string(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
+// Metadata stand in a status as they go over the wire.
+void SetMetadata(const google::rpc::ErrorInfo& info, absl::Status* status) {
+  google::rpc::ErrorInfo metadata;
+  *metadata.mutable_metadata() = info.metadata();
+  if (!metadata.metadata().empty()) status->SetPayload(kMetadata, absl::Cord(metadata.SerializeAsString()));
+}
+
+google::rpc::ErrorInfo InfoOf(const absl::Status& status) {
+  google::rpc::ErrorInfo info;
+  if (!info.ParseFromString(PayloadOf(status, kMetadata).value_or(""))) info.Clear();
+  info.set_reason(PayloadOf(status, kReasonPayload).value_or(absl::StatusCodeToString(status.code())));
+  info.set_domain(kDomain);
+  return info;
+}
+
+google::rpc::PreconditionFailure PreconditionOf(const google::rpc::ErrorInfo& info, const std::string& message) {
+  google::rpc::PreconditionFailure failure;
+  auto* violation = failure.add_violations();
+  violation->set_type(info.reason());
+  const auto resource = info.metadata().find("resource");
+  if (resource != info.metadata().end()) violation->set_subject(resource->second);
+  violation->set_description(message);
+  return failure;
+}
+
+// BadRequest for every client, and the parts of each violation for those that know ours. As many as fit.
+void AddViolations(const std::vector<Violation>& violations, google::rpc::Status* details) {
+  google::rpc::BadRequest bad_request;
+  errors::v1::Refusal refusal;
+  for (const Violation& violation : violations) {
+    const std::size_t before = bad_request.ByteSizeLong() + refusal.ByteSizeLong();
+    auto* told = bad_request.add_field_violations();
+    told->set_field(violation.field);
+    told->set_description(violation.field + ": " + violation.value + ", want " + violation.wanted);
+    auto* parts = refusal.add_violations();
+    parts->set_field(violation.field);
+    parts->set_value(violation.value);
+    parts->set_wanted(violation.wanted);
+    if (before > 0 && bad_request.ByteSizeLong() + refusal.ByteSizeLong() > kLongestViolations) {
+      bad_request.mutable_field_violations()->RemoveLast();
+      refusal.mutable_violations()->RemoveLast();
+      break;
+    }
+  }
+  details->add_details()->PackFrom(bad_request);
+  details->add_details()->PackFrom(refusal);
+}
+
+absl::Status RefusalOf(const errors::v1::Refusal& received) {
+  std::vector<Violation> violations;
+  for (const errors::v1::Violation& v : received.violations()) violations.push_back({v.field(), v.value(), v.wanted()});
+  return Refuse(violations);
 }
 
 }  // namespace
 
-absl::Status Refuse(const std::string& field, const std::string& value, const std::string& wanted) {
-  const std::string shown = value.empty() ? "empty" : Tame(value, kLongestValue);
-  absl::Status refusal = absl::InvalidArgumentError(field + ": " + shown + ", want " + wanted);
-  refusal.SetPayload(kField, absl::Cord(field));
-  return refusal;
-}
-
-absl::Status Refuse(const std::string& field, double value, const std::string& wanted) {
-  return Refuse(field, TextOf(value), wanted);
-}
-
-absl::Status Failure(absl::StatusCode code, const std::string& reason, const std::string& message) {
-  absl::Status failure(code, message);
-  failure.SetPayload(kReasonPayload, absl::Cord(reason));
+absl::Status Failure(ErrorReason reason, const std::string& message, const Metadata& metadata) {
+  absl::Status failure(CodeOf(reason), message);
+  failure.SetPayload(kReasonPayload, absl::Cord(errors::v1::ErrorReason_Name(reason)));
+  google::rpc::ErrorInfo info;
+  for (const auto& [key, value] : metadata) (*info.mutable_metadata())[key] = Tame(value, kLongestName);
+  SetMetadata(info, &failure);
   return failure;
-}
-
-absl::Status AsRefusal(const absl::Status& status) {
-  const std::string message(status.message());
-  const std::size_t colon = message.find(": "), want = message.rfind(", want ");
-  if (!absl::IsInvalidArgument(status) || colon == std::string::npos || want == std::string::npos || want < colon)
-    return status;
-  return Refuse(message.substr(0, colon), message.substr(colon + 2, want - colon - 2), message.substr(want + 7));
 }
 
 absl::Status NotKnown(const std::string& field, const std::string& name, const absl::Status& status) {
   return absl::IsNotFound(status) ? Refuse(field, name, "one that the plant knows") : status;
+}
+
+absl::Status ReceivedFailure(absl::StatusCode code, const std::string& reason, const std::string& message) {
+  absl::Status failure(code, message);
+  if (!reason.empty()) failure.SetPayload(kReasonPayload, absl::Cord(reason));
+  return failure;
+}
+
+bool HasReason(const absl::Status& status, ErrorReason reason) {
+  return ReasonOf(status) == errors::v1::ErrorReason_Name(reason);
+}
+
+Metadata MetadataOf(const absl::Status& status) {
+  const google::rpc::ErrorInfo info = InfoOf(status);
+  return {info.metadata().begin(), info.metadata().end()};
 }
 
 std::string ReasonOf(const absl::Status& status) { return PayloadOf(status, kReasonPayload).value_or(""); }
@@ -156,16 +193,11 @@ grpc::Status ToGrpc(const absl::Status& status) {
   google::rpc::Status details;
   details.set_code(static_cast<int>(GrpcCodeOf(status.code())));
   details.set_message(message);
-  google::rpc::ErrorInfo info;
-  info.set_reason(PayloadOf(status, kReasonPayload).value_or(absl::StatusCodeToString(status.code())));
-  info.set_domain(kDomain);
+  const google::rpc::ErrorInfo info = InfoOf(status);
   details.add_details()->PackFrom(info);
-  if (const std::optional<std::string> field = PayloadOf(status, kField)) {
-    google::rpc::BadRequest bad_request;
-    auto* violation = bad_request.add_field_violations();
-    violation->set_field(*field);
-    violation->set_description(message);
-    details.add_details()->PackFrom(bad_request);
+  if (absl::IsFailedPrecondition(status)) details.add_details()->PackFrom(PreconditionOf(info, message));
+  if (const std::vector<Violation> violations = ViolationsOf(status); !violations.empty()) {
+    AddViolations(violations, &details);
   }
   if (MayBeRetried(status.code())) {
     google::rpc::RetryInfo retry;
@@ -182,15 +214,18 @@ absl::Status FromGrpc(const grpc::Status& status) {
   if (!details.ParseFromString(status.error_details())) return received;
   for (const google::protobuf::Any& detail : details.details()) {
     google::rpc::ErrorInfo info;
-    google::rpc::BadRequest bad_request;
+    errors::v1::Refusal refusal;
     google::rpc::RetryInfo retry;
     if (detail.UnpackTo(&info)) {
       // The code's own name stands where no reason was given.
       if (info.reason() != absl::StatusCodeToString(received.code())) {
         received.SetPayload(kReasonPayload, absl::Cord(info.reason()));
       }
-    } else if (detail.UnpackTo(&bad_request) && bad_request.field_violations_size() > 0) {
-      received.SetPayload(kField, absl::Cord(bad_request.field_violations(0).field()));
+      SetMetadata(info, &received);
+    } else if (detail.UnpackTo(&refusal) && refusal.violations_size() > 0 && absl::IsInvalidArgument(received)) {
+      const std::string reason = ReasonOf(received);
+      received = RefusalOf(refusal);
+      if (!reason.empty()) received.SetPayload(kReasonPayload, absl::Cord(reason));
     } else if (detail.UnpackTo(&retry)) {
       const std::int64_t seconds = std::clamp<std::int64_t>(retry.retry_delay().seconds(), 0, 3600);
       received.SetPayload(kRetryDelay,

@@ -1,5 +1,6 @@
 #include "services/runtime/limits.h"
 
+#include <algorithm>
 #include <set>
 
 #include "services/runtime/errors.h"
@@ -16,22 +17,24 @@ absl::Status CheckText(const std::string& field, const std::string& text, std::s
 
 absl::Status CheckNames(const std::string& field, const std::string& collection,
                         const google::protobuf::RepeatedPtrField<std::string>& names, int least, int most) {
+  Refusals refusals;
   if (names.size() < least || names.size() > most)
-    return Refuse(field, std::to_string(names.size()) + " " + collection,
-                  std::to_string(least) + " to " + std::to_string(most));
+    refusals.Add(Refuse(field, std::to_string(names.size()) + " " + collection,
+                        std::to_string(least) + " to " + std::to_string(most)));
   std::set<std::string> seen;
-  for (int i = 0; i < names.size(); ++i) {
+  for (int i = 0; i < std::min(names.size(), most); ++i) {
     const std::string one = field + "[" + std::to_string(i) + "]";
-    if (const auto id = IdOf(one, collection, names[i]); !id.ok()) return id.status();
+    refusals.Add(IdOf(one, collection, names[i]).status());
     if (!seen.insert(names[i]).second)
-      return Refuse(one, names[i], "each " + collection.substr(0, collection.size() - 1) + " once");
+      refusals.Add(Refuse(one, names[i], "each " + collection.substr(0, collection.size() - 1) + " once"));
   }
-  return absl::OkStatus();
+  return refusals.status();
 }
 
 absl::Status CheckCaller(const std::string& requested_by, const std::string& request_id) {
-  if (absl::Status status = CheckText("requested_by", requested_by, kLongestRequester); !status.ok()) return status;
-  return CheckUuid("request_id", request_id);
+  Refusals refusals;
+  refusals.Add(CheckText("requested_by", requested_by, kLongestRequester));
+  return refusals.Add(CheckUuid("request_id", request_id)).status();
 }
 
 }  // namespace sixpoint::runtime

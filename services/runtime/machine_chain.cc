@@ -12,8 +12,8 @@ namespace {
 constexpr double kRadPerDeg = M_PI / 180;
 
 absl::Status Unsuitable(const plant::v1::Machine& machine, const absl::Status& status) {
-  return Failure(absl::StatusCode::kFailedPrecondition, "KINEMATICS_UNSUITABLE",
-                 machine.name() + ".kinematics: " + std::string(status.message()));
+  return Failure(errors::v1::KINEMATICS_UNSUITABLE, machine.name() + ".kinematics: " + std::string(status.message()),
+                 {{"resource", machine.name()}});
 }
 
 absl::StatusOr<metrology::Joint> JointOf(const plant::v1::Machine& machine, const plant::v1::Joint& in) {

@@ -23,14 +23,14 @@ namespace sixpoint::runtime {
 // reason: nothing of that name.
 template <typename Message, typename Row, typename Filter, typename ToProto>
 absl::StatusOr<Message> GetResult(const storage::ResultReader<Row, Filter>& reader, storage::Deadline deadline,
-                                  const std::string& collection, const std::string& name, const std::string& reason,
+                                  const std::string& collection, const std::string& name, ErrorReason reason,
                                   const ToProto& to_proto) {
   const absl::StatusOr<std::string> id = IdOf("name", collection, name);
   if (!id.ok()) return id.status();
   const absl::StatusOr<std::optional<Row>> row = reader.Find(*id, deadline);
   if (!row.ok()) return row.status();
   if (!row->has_value())
-    return Failure(absl::StatusCode::kNotFound, reason, "name: " + name + ", want one of the stored " + collection);
+    return Failure(reason, "name: " + name + ", want one of the stored " + collection, {{"resource", name}});
   return to_proto(**row);
 }
 

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 
 #include "cli/table.h"
 
@@ -23,12 +22,6 @@ TEST(FixedOrTiny, NeverShowsNothingOfSomething) {
   EXPECT_EQ(FixedOrTiny(-4.2e-13, 6), "-4.2e-13");
   EXPECT_EQ(FixedOrTiny(0, 6), "0.000000");
   EXPECT_EQ(FixedOrTiny(std::nan(""), 6), "-");
-}
-
-TEST(Shortest, ReadsBackAsTheSameDouble) {
-  for (const double value : {0.1, 1.0 / 3, 1e-300, -2.5, 202.7765, 4.9e-324})
-    EXPECT_EQ(std::strtod(Shortest(value).c_str(), nullptr), value);
-  EXPECT_EQ(Shortest(0.1), "0.1");
 }
 
 TEST(Grouped, PutsSpacesBetweenThousands) {

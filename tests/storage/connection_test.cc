@@ -1,5 +1,6 @@
 #include "storage/connection.h"
 
+#include <absl/strings/cord.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -9,6 +10,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+
+#include "storage/reasons.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -32,8 +35,8 @@ TEST(StatusOfSqlstate, MapsEveryClassThatTheContractNames) {
       {"23514", absl::StatusCode::kFailedPrecondition},  // check_violation
       {"23502", absl::StatusCode::kFailedPrecondition},  // not_null_violation
       {"23001", absl::StatusCode::kFailedPrecondition},  // restrict_violation: append-only
-      {"40001", absl::StatusCode::kFailedPrecondition},  // serialization_failure
-      {"40P01", absl::StatusCode::kFailedPrecondition},  // deadlock_detected
+      {"40001", absl::StatusCode::kAborted},             // serialization_failure
+      {"40P01", absl::StatusCode::kAborted},             // deadlock_detected
       {"53100", absl::StatusCode::kResourceExhausted},   // disk_full
       {"53200", absl::StatusCode::kResourceExhausted},   // out_of_memory
       {"53300", absl::StatusCode::kResourceExhausted},   // too_many_connections
@@ -41,11 +44,22 @@ TEST(StatusOfSqlstate, MapsEveryClassThatTheContractNames) {
       {"22021", absl::StatusCode::kInvalidArgument},     // character_not_in_repertoire
       {"42601", absl::StatusCode::kInternal},            // syntax_error
       {"42P01", absl::StatusCode::kInternal},            // undefined_table
-      {"XX001", absl::StatusCode::kInternal},            // data_corrupted
+      {"XX000", absl::StatusCode::kInternal},            // internal_error
+      {"XX001", absl::StatusCode::kDataLoss},            // data_corrupted
+      {"XX002", absl::StatusCode::kDataLoss},            // index_corrupted
   };
   for (const auto& [sqlstate, code] : expected) {
     EXPECT_EQ(StatusOfSqlstate(sqlstate, "why").code(), code) << sqlstate;
   }
+}
+
+TEST(StatusOfSqlstate, GivesAReasonWhereAProgramWouldAct) {
+  const auto reason = [](const char* sqlstate) {
+    return std::string(StatusOfSqlstate(sqlstate, "why").GetPayload(kReasonPayload).value_or(absl::Cord()));
+  };
+  EXPECT_EQ(reason("40001"), kTransactionConflict);
+  EXPECT_EQ(reason("XX002"), kDatabaseDamaged);
+  EXPECT_EQ(reason("23505"), "");
 }
 
 TEST(Connect, SaysUnavailableWhereNobodyListens) {

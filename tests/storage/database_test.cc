@@ -1,5 +1,6 @@
 #include "storage/database.h"
 
+#include <absl/strings/cord.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -7,6 +8,7 @@
 #include <atomic>
 #include <thread>
 
+#include "storage/reasons.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::storage {
@@ -70,7 +72,7 @@ TEST_F(DatabaseTest, ViolationsSayWhatTheyAre) {
   EXPECT_EQ(Try("SELEC 1").code(), absl::StatusCode::kInternal);
 }
 
-TEST_F(DatabaseTest, OneOfTwoDeadlockedTransactionsFailsAsSerialization) {
+TEST_F(DatabaseTest, OneOfTwoDeadlockedTransactionsIsAborted) {
   Do("INSERT INTO parents VALUES (1, 1), (2, 1)");
   absl::StatusOr<Transaction> first = database_.database()->Begin(Soon());
   absl::StatusOr<Transaction> second = database_.database()->Begin(Soon());
@@ -82,7 +84,28 @@ TEST_F(DatabaseTest, OneOfTwoDeadlockedTransactionsFailsAsSerialization) {
   { const Transaction ended = *std::move(second); }  // frees the first one where it was the second that failed
   other.join();
   EXPECT_NE(crossed.ok(), back.ok());
-  EXPECT_EQ((crossed.ok() ? back : crossed).code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ((crossed.ok() ? back : crossed).code(), absl::StatusCode::kAborted);
+}
+
+// Each reads what the other writes: one of them has to be begun again, and then goes through.
+TEST_F(DatabaseTest, ATransactionThatCannotBeSerialisedIsAbortedAndMayBeBegunAgain) {
+  Do("INSERT INTO parents VALUES (1, 1), (2, 1)");
+  const auto write = [](Transaction& transaction, const char* id) {
+    for (const std::string sql : {"SET TRANSACTION ISOLATION LEVEL SERIALIZABLE", "SELECT sum(depth_mm) FROM parents"})
+      if (const absl::Status status = transaction.Execute(sql).status(); !status.ok()) return status;
+    return transaction.Execute("UPDATE parents SET depth_mm = 2 WHERE id = " + std::string(id)).status();
+  };
+  absl::StatusOr<Transaction> first = database_.database()->Begin(Soon());
+  absl::StatusOr<Transaction> second = database_.database()->Begin(Soon());
+  ASSERT_TRUE(write(*first, "1").ok());
+  ASSERT_TRUE(write(*second, "2").ok());
+  ASSERT_TRUE(first->Commit().ok());
+  const absl::Status refused = second->Commit();
+  EXPECT_EQ(refused.code(), absl::StatusCode::kAborted) << refused;
+  EXPECT_EQ(refused.GetPayload(kReasonPayload), absl::Cord(kTransactionConflict));
+  absl::StatusOr<Transaction> again = database_.database()->Begin(Soon());
+  ASSERT_TRUE(write(*again, "2").ok());
+  EXPECT_TRUE(again->Commit().ok());
 }
 
 TEST_F(DatabaseTest, CommitAfterAFailedStatementIsNotSuccess) {

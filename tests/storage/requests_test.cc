@@ -4,6 +4,7 @@
 
 #include <thread>
 
+#include "storage/blobs.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::storage {
@@ -26,6 +27,19 @@ TEST(Requests, TheSameRequestGetsTheSameAnswer) {
   EXPECT_EQ(*FindAnswer(*retry, "Register", kId, "request"), std::string("an\0swer", 7));
   EXPECT_EQ(FindAnswer(*retry, "Register", kId, "another").status().code(), absl::StatusCode::kAlreadyExists);
   EXPECT_EQ(*FindAnswer(*retry, "Inspect", kId, "another"), std::nullopt);  // ids are a method's own
+}
+
+// As an operator's hand may leave it: the reader says so, and answers nothing.
+TEST(Requests, AnAnswerThatLacksAValueIsAnErrorAndNoAnswer) {
+  ThrowawayDatabase database;
+  absl::StatusOr<Transaction> transaction = database.database()->Begin(Soon());
+  ASSERT_TRUE(transaction->Execute("ALTER TABLE requests ALTER COLUMN response DROP NOT NULL").ok());
+  const absl::StatusOr<Rows> kept =
+      transaction->Execute("INSERT INTO requests (method, request_id, request_sha256) VALUES ('Register', $1, $2)",
+                           Params().Text(kId).Text(Sha256Hex("request")));
+  ASSERT_TRUE(kept.ok()) << kept.status();
+  const auto answer = FindAnswer(*transaction, "Register", kId, "request");
+  EXPECT_EQ(answer.status().code(), absl::StatusCode::kInternal) << answer.status();
 }
 
 TEST(Requests, AnEmptyIdIsNeverKept) {

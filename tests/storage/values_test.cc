@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <random>
 
@@ -145,11 +146,35 @@ TEST_F(Values, ATextWithANulIsRefusedNotCut) {
   EXPECT_EQ(rows.status().code(), absl::StatusCode::kInvalidArgument);
 }
 
-TEST_F(Values, TheWrongTypeAborts) {
-  const Rows rows = Select("SELECT 'x'::text, NULL::text", {});
-  EXPECT_DEATH(rows.Int(0, 0), "want an integer");
-  EXPECT_DEATH(rows.Text(0, 1), "NULL");
-  EXPECT_DEATH(rows.Text(1, 0), "want a row and column");
+// No value is invented, and the process lives on: whoever reads on learns it from the status.
+TEST_F(Values, WhatAColumnDoesNotHoldMakesTheStatusSaySo) {
+  const auto status = [&](const std::function<void(const Rows&)>& read) {
+    const Rows rows = Select("SELECT 'x'::text AS grade, NULL::text AS depth_mm, '{1,NULL}'::float8[] AS offsets", {});
+    EXPECT_TRUE(rows.status().ok());
+    read(rows);
+    EXPECT_EQ(rows.status().code(), absl::StatusCode::kInternal);
+    EXPECT_EQ(rows.Checked(7).status(), rows.status());
+    return std::string(rows.status().message());
+  };
+  EXPECT_EQ(status([](const Rows& rows) { rows.Int(0, 0); }),
+            "database: column 0 (grade) of row 0 holds x, want an integer");
+  EXPECT_EQ(status([](const Rows& rows) { EXPECT_EQ(rows.Text(0, 1), ""); }),
+            "database: column 1 (depth_mm) of row 0 holds NULL, want a text");
+  EXPECT_EQ(status([](const Rows& rows) { EXPECT_TRUE(std::isnan(rows.Real(0, 1))); }),
+            "database: column 1 (depth_mm) of row 0 holds NULL, want a number");
+  EXPECT_THAT(status([](const Rows& rows) { rows.Reals(0, 2); }), ::testing::HasSubstr("want an array of numbers"));
+  EXPECT_THAT(status([](const Rows& rows) { rows.Time(0, 0); }), ::testing::HasSubstr("want a time"));
+  EXPECT_THAT(status([](const Rows& rows) { rows.Bool(0, 0); }), ::testing::HasSubstr("want a boolean"));
+  EXPECT_THAT(status([](const Rows& rows) { rows.Bytes(0, 0); }), ::testing::HasSubstr("want bytes"));
+  EXPECT_THAT(status([](const Rows& rows) { rows.Text(1, 0); }), ::testing::HasSubstr("of row 1 holds nothing"));
+  EXPECT_THAT(status([](const Rows& rows) { rows.Text(0, 9); }), ::testing::HasSubstr("column 9 of row 0"));
+}
+
+TEST_F(Values, TheFirstThatCannotBeReadIsNamed) {
+  const Rows rows = Select("SELECT NULL::text AS first, NULL::text AS second", {});
+  rows.Text(0, 0);
+  rows.Text(0, 1);
+  EXPECT_THAT(std::string(rows.status().message()), ::testing::HasSubstr("(first)"));
 }
 
 TEST(NewUuid, IsAVersion7UuidAndSortsByTime) {

@@ -18,6 +18,7 @@ namespace {
 using nlohmann::json;
 using sixpoint::testing::Axis;
 using sixpoint::testing::EncoderRun;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 constexpr double kDeg = M_PI / 180;
 
@@ -187,7 +188,7 @@ TEST(AxisCharacterisation, RefusesRunsThatCannotTell) {
     r.commanded_rad *= kDeg;
     r.measured_rad *= kDeg;
   }
-  EXPECT_THAT(refused(radians), HasSubstr("6.632 deg, want a whole turn"));
+  EXPECT_THAT(refused(radians), AllOf(HasSubstr("6.632"), HasSubstr(" deg, want a whole turn")));
   nan[7].measured_rad = std::nan("");
   EXPECT_THAT(refused(nan), HasSubstr("run[7].measured_deg"));
   endless[3].commanded_rad = std::numeric_limits<double>::infinity();

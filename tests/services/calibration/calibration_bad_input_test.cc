@@ -33,6 +33,14 @@ class CalibrationBadInputTest : public CalibrationBench {
     const absl::Status status = Refusal(request);
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << status;
     EXPECT_THAT(std::string(status.message()), says);
+    // The kernels' refusals too arrive in parts, at the other end of the wire.
+    const std::vector<Violation> violations = ViolationsOf(status);
+    ASSERT_FALSE(violations.empty()) << status;
+    for (const Violation& violation : violations) {
+      EXPECT_THAT(violation.field, ::testing::MatchesRegex("[a-z_]+([][.a-zA-Z0-9_]*)")) << status;
+      EXPECT_NE(violation.value, "");
+      EXPECT_NE(violation.wanted, "");
+    }
   }
   template <typename Request>
   void ExpectUndetermined(const Request& request, const ::testing::Matcher<std::string>& says) {

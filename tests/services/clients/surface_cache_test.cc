@@ -8,6 +8,7 @@
 #include <future>
 #include <map>
 #include <mutex>
+#include <new>
 #include <thread>
 
 #include "tests/metrology/mesh/shapes.h"
@@ -148,6 +149,21 @@ TEST_F(SurfaceCacheTest, WhereOneFailsTheNextTries) {
   EXPECT_NE(Get(&cache, "a"), nullptr);
   EXPECT_TRUE(absl::IsCancelled(first.get().status()));
   EXPECT_EQ(made("a"), 1);
+}
+
+TEST_F(SurfaceCacheTest, WhereMemoryEndsTheCallFailsAndThoseWhoWaitAreWoken) {
+  SurfaceCache cache(1 << 30);
+  std::promise<void> begun;
+  auto first = std::async(std::launch::async, [&] {
+    return cache.Get("a", Clock::now() + 30s, nullptr, [&]() -> SurfaceCache::SurfaceOr {
+      begun.set_value();
+      std::this_thread::sleep_for(50ms);
+      throw std::bad_alloc();
+    });
+  });
+  begun.get_future().wait();
+  EXPECT_NE(Get(&cache, "a"), nullptr);  // it makes its own
+  EXPECT_TRUE(absl::IsResourceExhausted(first.get().status()));
 }
 
 TEST_F(SurfaceCacheTest, WhoWaitsEndsWithItsDeadlineOrItsCancellation) {

@@ -78,8 +78,8 @@ grpc::Status StandInCalibration::GetCalibrationInForce(grpc::ServerContext*,
   if (expired) return {grpc::StatusCode::FAILED_PRECONDITION, "machine: its calibration has expired"};
   if (request->kind() == calibration::v1::CALIBRATION_KIND_AXIS) {
     if (axes.count(request->axis()) == 0)
-      return runtime::ToGrpc(runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_MISSING",
-                                              "axis: " + request->axis() + " is not characterised"));
+      return runtime::ToGrpc(
+          runtime::Failure(errors::v1::CALIBRATION_MISSING, "axis: " + request->axis() + " is not characterised"));
     *response = axes.at(request->axis());
     return grpc::Status::OK;
   }
@@ -98,6 +98,8 @@ grpc::Status StandInRegistration::GetRegistration(grpc::ServerContext*,
 
 grpc::Status StandInRegistration::Register(grpc::ServerContext*, const registration::v1::RegisterRequest* request,
                                            registration::v1::Registration* response) {
+  if (const auto one = refusal_by_method.find(request->method()); one != refusal_by_method.end() && !one->second.ok())
+    return runtime::ToGrpc(one->second);
   if (!refusal.ok()) return runtime::ToGrpc(refusal);
   ++register_count;
   applied_axis_tables = request->apply_axis_tables();

@@ -62,7 +62,8 @@ class StandInRegistration final : public registration::v1::RegistrationService::
  public:
   registration::v1::Registration registration;
   int register_count = 0;
-  absl::Status refusal;              // of Register
+  absl::Status refusal;  // of Register
+  std::map<registration::v1::Method, absl::Status> refusal_by_method;
   bool applied_axis_tables = false;  // as the last Register asked
   std::vector<registration::v1::RegisterRequest> asked;
   // What Register answers for these methods, instead of `registration` with the method asked for.

@@ -44,7 +44,7 @@ TEST(DecodeWorkers, TellWhatABlockHolds) {
   DecodeWorkers workers(WorkerProgram(), 1, milliseconds(5000));
   const auto points_mm = SampleProfiles(10, 640);
   const auto block = SampleBlocks(points_mm, points_mm.size())[0];
-  const auto statistics = workers.Check(block.payload(), block.point_count(), 0.05, {}, Soon());
+  const auto statistics = workers.Check(block.payload(), block.point_count(), 0.05, {}, {Soon(), nullptr});
   ASSERT_TRUE(statistics.ok()) << statistics.status();
   const BlockStatistics expected = StatisticsOf(points_mm, 0.05, {});
   EXPECT_EQ(statistics->point_count, 6400);
@@ -55,7 +55,7 @@ TEST(DecodeWorkers, TellWhatABlockHolds) {
     EXPECT_NEAR(statistics->minimum_mm[i], expected.minimum_mm[i], 0.25e-3);
     EXPECT_NEAR(statistics->maximum_mm[i], expected.maximum_mm[i], 0.25e-3);
   }
-  ASSERT_TRUE(workers.Check(block.payload(), block.point_count(), 0.05, {}, Soon()).ok());
+  ASSERT_TRUE(workers.Check(block.payload(), block.point_count(), 0.05, {}, {Soon(), nullptr}).ok());
   EXPECT_EQ(workers.started_count(), 1);  // lives on
 }
 
@@ -65,7 +65,7 @@ TEST(DecodeWorkers, MayMakeNoSystemCallButTheirOwn) {
 #endif
   DecodeWorkers workers(WorkerProgram(), 1, milliseconds(5000));
   const auto block = SampleBlocks(SampleProfiles(2, 100), 200)[0];
-  ASSERT_TRUE(workers.Check(block.payload(), 200, 0.05, {}, Soon()).ok());
+  ASSERT_TRUE(workers.Check(block.payload(), 200, 0.05, {}, {Soon(), nullptr}).ok());
   const std::vector<pid_t> children = Children();
   ASSERT_EQ(children.size(), 1U);
   std::ifstream file("/proc/" + std::to_string(children[0]) + "/status");
@@ -77,11 +77,12 @@ TEST(DecodeWorkers, MayMakeNoSystemCallButTheirOwn) {
 TEST(DecodeWorkers, RefuseWhatIsNotABlock) {
   DecodeWorkers workers(WorkerProgram(), 1, milliseconds(5000));
   const auto block = SampleBlocks(SampleProfiles(2, 100), 200)[0];
-  EXPECT_THAT(workers.Check(block.payload(), 199, 0.05, {}, Soon()).status().message(), HasSubstr("200 points"));
+  EXPECT_THAT(workers.Check(block.payload(), 199, 0.05, {}, {Soon(), nullptr}).status().message(),
+              HasSubstr("200 points"));
   const std::string half = block.payload().substr(0, block.payload().size() / 2);
-  EXPECT_TRUE(absl::IsInvalidArgument(workers.Check(half, 200, 0.05, {}, Soon()).status()));
-  EXPECT_TRUE(absl::IsInvalidArgument(workers.Check("", 200, 0.05, {}, Soon()).status()));
-  EXPECT_TRUE(workers.Check(block.payload(), 200, 0.05, {}, Soon()).ok());
+  EXPECT_TRUE(absl::IsInvalidArgument(workers.Check(half, 200, 0.05, {}, {Soon(), nullptr}).status()));
+  EXPECT_TRUE(absl::IsInvalidArgument(workers.Check("", 200, 0.05, {}, {Soon(), nullptr}).status()));
+  EXPECT_TRUE(workers.Check(block.payload(), 200, 0.05, {}, {Soon(), nullptr}).ok());
 }
 
 // Some hundreds of blocks with damaged bytes, the header spared so that the decoder itself is reached. Some decode to other
@@ -101,7 +102,7 @@ TEST(DecodeWorkers, SurviveMutatedBlocks) {
       bytes[at] = static_cast<char>(random());
     }
     const auto begin = system_clock::now();
-    const auto statistics = workers.Check(bytes, 2000, 0.05, {}, Soon());
+    const auto statistics = workers.Check(bytes, 2000, 0.05, {}, {Soon(), nullptr});
     slowest = std::max(slowest, system_clock::now() - begin);
     if (statistics.ok()) continue;
     EXPECT_TRUE(absl::IsInvalidArgument(statistics.status())) << statistics.status();
@@ -111,26 +112,27 @@ TEST(DecodeWorkers, SurviveMutatedBlocks) {
   EXPECT_LT(slowest, std::chrono::seconds(17));
   RecordProperty("refused", refused);
   RecordProperty("slowest_ms", static_cast<int>(std::chrono::duration_cast<milliseconds>(slowest).count()));
-  EXPECT_TRUE(workers.Check(block.payload(), 2000, 0.05, {}, Soon()).ok());
+  EXPECT_TRUE(workers.Check(block.payload(), 2000, 0.05, {}, {Soon(), nullptr}).ok());
 }
 
 TEST(DecodeWorkers, ReplaceAWorkerThatWasKilled) {
   DecodeWorkers workers(WorkerProgram(), 1, milliseconds(5000));
   const auto block = SampleBlocks(SampleProfiles(2, 100), 200)[0];
-  ASSERT_TRUE(workers.Check(block.payload(), 200, 0.05, {}, Soon()).ok());
+  ASSERT_TRUE(workers.Check(block.payload(), 200, 0.05, {}, {Soon(), nullptr}).ok());
   ASSERT_EQ(Children().size(), 1U);
   ASSERT_EQ(kill(Children()[0], SIGKILL), 0);
-  EXPECT_TRUE(workers.Check(block.payload(), 200, 0.05, {}, Soon()).ok());
+  EXPECT_TRUE(workers.Check(block.payload(), 200, 0.05, {}, {Soon(), nullptr}).ok());
   EXPECT_EQ(workers.started_count(), 2);
 }
 
 TEST(DecodeWorkers, EndAWorkerThatTakesTooLong) {
   DecodeWorkers workers(WorkerProgram(), 1, milliseconds(200));
   const auto block = SampleBlocks(SampleProfiles(2, 100), 200)[0];
-  ASSERT_TRUE(workers.Check(block.payload(), 200, 0.05, {}, Soon()).ok());
+  ASSERT_TRUE(workers.Check(block.payload(), 200, 0.05, {}, {Soon(), nullptr}).ok());
   ASSERT_EQ(kill(Children().at(0), SIGSTOP), 0);
   const auto begin = system_clock::now();
-  EXPECT_THAT(workers.Check(block.payload(), 200, 0.05, {}, Soon()).status().message(), HasSubstr("too long"));
+  EXPECT_THAT(workers.Check(block.payload(), 200, 0.05, {}, {Soon(), nullptr}).status().message(),
+              HasSubstr("too long"));
   EXPECT_LT(system_clock::now() - begin, std::chrono::seconds(5));
   EXPECT_TRUE(Children().empty());
 }
@@ -142,7 +144,8 @@ TEST(DecodeWorkers, ServeMoreCallersThanThereAreWorkers) {
   std::vector<std::thread> callers;
   for (int i = 0; i < 8; ++i) {
     callers.emplace_back([&] {
-      for (int k = 0; k < 10; ++k) sound_count += workers.Check(block.payload(), 200, 0.05, {}, Soon()).ok() ? 1 : 0;
+      for (int k = 0; k < 10; ++k)
+        sound_count += workers.Check(block.payload(), 200, 0.05, {}, {Soon(), nullptr}).ok() ? 1 : 0;
     });
   }
   for (std::thread& caller : callers) caller.join();
@@ -152,14 +155,14 @@ TEST(DecodeWorkers, ServeMoreCallersThanThereAreWorkers) {
 
 TEST(DecodeWorkers, SayThatTheirProgramIsMissing) {
   DecodeWorkers workers("/nowhere/sixpoint-decode-worker", 1, milliseconds(1000));
-  EXPECT_TRUE(absl::IsUnavailable(workers.Check("x", 1, 0.05, {}, Soon()).status()));
+  EXPECT_TRUE(absl::IsUnavailable(workers.Check("x", 1, 0.05, {}, {Soon(), nullptr}).status()));
 }
 
 TEST(DecodeWorkers, LeaveNoProcessBehind) {
   {
     DecodeWorkers workers(WorkerProgram(), 2, milliseconds(5000));
     const auto block = SampleBlocks(SampleProfiles(2, 100), 200)[0];
-    ASSERT_TRUE(workers.Check(block.payload(), 200, 0.05, {}, Soon()).ok());
+    ASSERT_TRUE(workers.Check(block.payload(), 200, 0.05, {}, {Soon(), nullptr}).ok());
     EXPECT_EQ(Children().size(), 1U);
   }
   EXPECT_TRUE(Children().empty());

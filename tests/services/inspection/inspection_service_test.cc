@@ -210,6 +210,43 @@ TEST_F(InspectionServiceTest, CoversPositioningsThatDisagreeAndSaysSo) {
   EXPECT_NEAR(by_best_fit->holes(0).positioning_difference_um(), 50, 0.5);
 }
 
+// The part has no datum points to make the nest of, or the nest's fit gives no pose: the uncertainties hold what was found, and the
+// result says that they lack something.
+TEST_F(InspectionServiceTest, DoesNotCallPositioningsCoveredWhereOneIsLacking) {
+  auto& disagreement = *plant_.registration.registration.mutable_evidence()->mutable_disagreement();
+  disagreement.set_greatest_um(30);
+  disagreement.set_ratio(10);
+  disagreement.set_beyond(true);
+  auto& refusal = plant_.registration.refusal_by_method[registration::v1::METHOD_SIX_POINT_NORMALS];
+  for (const absl::Status& cannot : {runtime::Failure(errors::v1::SIX_POINTS_MISSING, "parts/p1: no six points"),
+                                     runtime::Refuse("part.six_points[P1]", "3 mm off the CAD", "within 0.02")}) {
+    refusal = cannot;
+    const auto inspection = Inspect(Request());
+    ASSERT_TRUE(inspection.ok()) << inspection.status();
+    EXPECT_TRUE(inspection->positioning().disagrees());
+    EXPECT_FALSE(inspection->positioning().covered()) << cannot;
+  }
+  refusal = absl::OkStatus();
+  registration::v1::Registration& nest = plant_.registration.by_method[registration::v1::METHOD_SIX_POINT_NORMALS];
+  nest = plant_.registration.registration;
+  nest.mutable_evidence()->set_outcome(registration::v1::OUTCOME_NOT_CONVERGED);
+  const auto unsettled = Inspect(Request());
+  ASSERT_TRUE(unsettled.ok()) << unsettled.status();
+  EXPECT_FALSE(unsettled->positioning().covered());
+}
+
+// What is no property of the part says nothing about its positionings: the call ends, and a smaller uncertainty is not stored.
+TEST_F(InspectionServiceTest, EndsWhereThePlantCannotMakeTheComparisonNow) {
+  auto& disagreement = *plant_.registration.registration.mutable_evidence()->mutable_disagreement();
+  disagreement.set_greatest_um(30);
+  disagreement.set_ratio(10);
+  disagreement.set_beyond(true);
+  plant_.registration.refusal_by_method[registration::v1::METHOD_SIX_POINT_NORMALS] =
+      runtime::Failure(errors::v1::CALIBRATION_WITHDRAWN, "machines/m1: withdrawn");
+  EXPECT_EQ(runtime::ReasonOf(Inspect(Request()).status()), "CALIBRATION_WITHDRAWN");
+  EXPECT_EQ(Count("inspections"), 0);
+}
+
 // A casting makes the best fit so uncertain that nothing disagrees with it: its shape alone says that the positioning matters.
 // The tolerance is 60 um.
 TEST_F(InspectionServiceTest, TakesAShapeThatDeviatesForADisagreement) {
@@ -289,7 +326,7 @@ TEST_F(InspectionServiceTest, RefusesWhatItCannotRestOnAndStoresNothing) {
 // The registration service refuses to register with it; nothing is judged.
 TEST_F(InspectionServiceTest, PassesOnThatACalibrationWasWithdrawn) {
   plant_.registration.refusal =
-      runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_WITHDRAWN",
+      runtime::Failure(errors::v1::CALIBRATION_WITHDRAWN,
                        "machines/m1: its sensor calibration was withdrawn (sensor was knocked), want one in force");
   const absl::Status refused = Inspect(Request()).status();
   EXPECT_EQ(refused.code(), absl::StatusCode::kFailedPrecondition);

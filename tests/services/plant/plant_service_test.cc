@@ -284,9 +284,8 @@ TEST_F(PlantServiceTest, BadCadStoresNothing) {
 TEST_F(PlantServiceTest, HolesOffTheCadAreRefused) {
   v1::CreatePartRequest request = SamplePart(CylinderCad());
   request.mutable_part()->mutable_hole_groups(0)->mutable_holes(2)->mutable_start_in_part_mm()->set_z_mm(508);
-  EXPECT_THAT(
-      std::string(Create(request).status().message()),
-      HasSubstr("part.hole_groups[0].holes[2].start_in_part_mm: (3.000000, 4.000000, 508.000000), want within"));
+  EXPECT_THAT(std::string(Create(request).status().message()),
+              HasSubstr("part.hole_groups[0].holes[2].start_in_part_mm: (3, 4, 508), want within"));
   EXPECT_EQ(Count("parts"), 0);
 }
 

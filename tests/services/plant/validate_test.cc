@@ -163,7 +163,7 @@ TEST(CheckInsideBox, FindsCadInOtherUnits) {
   row->tessellation.maximum_mm = {5, 5, 20};
   EXPECT_TRUE(CheckInsideBox(*row).ok());
   row->tessellation.maximum_mm = {5 / 25.4, 5 / 25.4, 20 / 25.4};
-  EXPECT_THAT(std::string(CheckInsideBox(*row).message()), HasSubstr("part.six_points[0].point_in_part_mm: (5.0"));
+  EXPECT_THAT(std::string(CheckInsideBox(*row).message()), HasSubstr("part.six_points[0].point_in_part_mm: (5,"));
 }
 
 }  // namespace

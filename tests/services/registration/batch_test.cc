@@ -76,8 +76,7 @@ class BatchTest : public ::testing::Test {
 TEST_F(BatchTest, ARefusalEndsNothingButItsOwn) {
   const absl::Status status = Run(BatchOf(5), [](const v1::RegisterRequest& request, const Caller&) {
     if (request.blade() == "blades/sn2")
-      return absl::StatusOr<v1::Registration>(
-          runtime::Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_EXPIRED", "machine: expired"));
+      return absl::StatusOr<v1::Registration>(runtime::Failure(errors::v1::CALIBRATION_EXPIRED, "machine: expired"));
     return absl::StatusOr<v1::Registration>(Answer(request));
   });
   EXPECT_TRUE(status.ok()) << status;

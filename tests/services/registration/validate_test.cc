@@ -32,6 +32,20 @@ std::string MessageOf(const v1::RegisterRequest& request) {
 
 TEST(CheckRequest, TakesAGoodOne) { EXPECT_TRUE(CheckRequest(Good()).ok()); }
 
+TEST(CheckRequest, NamesAllThatIsWrongAtOnce) {
+  v1::RegisterRequest request = Good();
+  request.set_blade("parts/p1");
+  request.add_scans("scans/a");
+  request.set_method(v1::METHOD_UNSPECIFIED);
+  request.mutable_options()->add_scan_weights(-1);
+  request.mutable_options()->add_regions_in();
+  request.set_request_id("no uuid");
+  std::vector<std::string> fields;
+  for (const Violation& violation : ViolationsOf(CheckRequest(request))) fields.push_back(violation.field);
+  EXPECT_THAT(fields, ::testing::ElementsAre("blade", "scans[2]", "method", "options.scan_weights",
+                                             "options.scan_weights[0]", "options.regions_in[0]", "request_id"));
+}
+
 TEST(CheckRequest, NamesFieldValueAndWhatWasWanted) {
   v1::RegisterRequest request = Good();
   request.set_blade("parts/p1");

@@ -36,7 +36,7 @@ class ComputePoolTest : public ::testing::Test {
 };
 
 TEST_F(ComputePoolTest, NoMoreRunAtOnceThanMay) {
-  ComputePool pool({3, 100}, "fits", "FITS_FULL");
+  ComputePool pool({3, 100}, "fits", errors::v1::REGISTRATIONS_FULL);
   std::atomic<int> running{0}, greatest{0}, done{0};
   std::vector<std::thread> callers;
   for (int i = 0; i < 24; ++i)
@@ -58,7 +58,7 @@ TEST_F(ComputePoolTest, NoMoreRunAtOnceThanMay) {
 }
 
 TEST_F(ComputePoolTest, FirstComeFirstServed) {
-  ComputePool pool({1, 100}, "fits", "FITS_FULL");
+  ComputePool pool({1, 100}, "fits", errors::v1::REGISTRATIONS_FULL);
   auto slot = std::make_unique<absl::StatusOr<ComputePool::Slot>>(Enter(&pool));
   std::mutex mutex;
   std::vector<int> order;
@@ -77,7 +77,7 @@ TEST_F(ComputePoolTest, FirstComeFirstServed) {
 }
 
 TEST_F(ComputePoolTest, MoreThanMayWaitAreRefusedAtOnceWithAHint) {
-  ComputePool pool({1, 2}, "fits", "FITS_FULL");
+  ComputePool pool({1, 2}, "fits", errors::v1::REGISTRATIONS_FULL);
   auto slot = std::make_unique<absl::StatusOr<ComputePool::Slot>>(Enter(&pool));
   std::vector<std::future<bool>> waiting;
   for (int i = 0; i < 2; ++i) waiting.push_back(std::async(std::launch::async, [&] { return Enter(&pool).ok(); }));
@@ -87,7 +87,7 @@ TEST_F(ComputePoolTest, MoreThanMayWaitAreRefusedAtOnceWithAHint) {
   const absl::Status refused = Enter(&pool).status();
   EXPECT_LT(SecondsSince(begin), 1);
   EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
-  EXPECT_EQ(ReasonOf(refused), "FITS_FULL");
+  EXPECT_EQ(ReasonOf(refused), "REGISTRATIONS_FULL");
   EXPECT_THAT(std::string(refused.message()), HasSubstr("1 are running and 2 wait"));
   EXPECT_GT(RetryDelayOf(FromGrpc(ToGrpc(refused))), 0ms);
 
@@ -100,7 +100,7 @@ TEST_F(ComputePoolTest, MoreThanMayWaitAreRefusedAtOnceWithAHint) {
 }
 
 TEST_F(ComputePoolTest, WhoWaitsEndsWithItsDeadlineOrItsCancellationAndGivesItsPlaceUp) {
-  ComputePool pool({1, 1}, "fits", "FITS_FULL");
+  ComputePool pool({1, 1}, "fits", errors::v1::REGISTRATIONS_FULL);
   auto slot = std::make_unique<absl::StatusOr<ComputePool::Slot>>(Enter(&pool));
   auto begin = Clock::now();
   EXPECT_TRUE(absl::IsDeadlineExceeded(pool.Enter(begin + 50ms, kOnAndOn).status()));
@@ -125,7 +125,7 @@ TEST_F(ComputePoolTest, WhoWaitsEndsWithItsDeadlineOrItsCancellationAndGivesItsP
 
 // The first in the row gives up while a slot is free for the second.
 TEST_F(ComputePoolTest, WhoGivesUpDoesNotKeepTheOthersWaiting) {
-  ComputePool pool({1, 8}, "fits", "FITS_FULL");
+  ComputePool pool({1, 8}, "fits", errors::v1::REGISTRATIONS_FULL);
   auto slot = std::make_unique<absl::StatusOr<ComputePool::Slot>>(Enter(&pool));
   std::atomic<bool> alive{true};
   auto first = std::async(std::launch::async,
@@ -137,6 +137,29 @@ TEST_F(ComputePoolTest, WhoGivesUpDoesNotKeepTheOthersWaiting) {
   EXPECT_TRUE(absl::IsCancelled(first.get()));
   slot.reset();
   EXPECT_TRUE(second.get());
+}
+
+TEST_F(ComputePoolTest, WhereNobodyMayWaitAFullPoolRefusesAtOnce) {
+  ComputePool pool({1, 0}, "uploads", errors::v1::UPLOADS_FULL);
+  {
+    const auto slot = Enter(&pool);
+    ASSERT_TRUE(slot.ok()) << slot.status();
+    const absl::Status refused = Enter(&pool).status();
+    EXPECT_EQ(refused.code(), absl::StatusCode::kResourceExhausted);
+    EXPECT_EQ(ReasonOf(refused), "UPLOADS_FULL");
+    EXPECT_EQ(MetadataOf(refused).at("limit"), "1");
+  }
+  EXPECT_TRUE(Enter(&pool).ok());
+}
+
+TEST_F(ComputePoolTest, PatientCallersWaitWhereNobodyElseMay) {
+  ComputePool pool({1, 0}, "encoding", errors::v1::UPLOADS_FULL);
+  auto first = Enter(&pool, Patience::kPatient);
+  ASSERT_TRUE(first.ok());
+  auto second = std::async(std::launch::async, [&] { return Enter(&pool, Patience::kPatient).status(); });
+  WaitUntilWaiting(pool, 1);
+  { const auto done = *std::move(first); }
+  EXPECT_TRUE(second.get().ok());
 }
 
 }  // namespace

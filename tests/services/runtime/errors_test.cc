@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <algorithm>
 
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
@@ -14,33 +14,19 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-TEST(Refuse, NamesFieldValueAndWanted) {
-  const absl::Status refusal = Refuse("scan.profile_pitch_mm", -0.025, "> 0");
-  EXPECT_EQ(refusal.code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_EQ(refusal.message(), "scan.profile_pitch_mm: -0.025, want > 0");
-  EXPECT_EQ(Refuse("a", std::nan(""), "a number").message(), "a: NaN, want a number");
-  EXPECT_EQ(Refuse("a", "", "a name").message(), "a: empty, want a name");
-}
-
-TEST(Refuse, DoesNotRepeatAHostileValue) {
-  const std::string message(Refuse("name", std::string(100000, 'x') + "\n{\"level\"", "a name").message());
-  EXPECT_LT(message.size(), 200u);
-  EXPECT_THAT(std::string(Refuse("name", "a\nb\x1b[31m", "a name").message()), HasSubstr("a?b?[31m"));
-}
-
 google::rpc::Status DetailsOf(const grpc::Status& status) {
   google::rpc::Status details;
   EXPECT_TRUE(details.ParseFromString(status.error_details()));
   return details;
 }
 
-TEST(ToGrpc, ARefusalCarriesTheFieldTwiceOver) {
+TEST(ToGrpc, ARefusalNamesItsFieldForEveryClient) {
   const grpc::Status status = ToGrpc(Refuse("header.a_deg", 400, "-180 to 180"));
   EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   const google::rpc::Status details = DetailsOf(status);
   EXPECT_EQ(details.code(), 3);
   EXPECT_EQ(details.message(), status.error_message());
-  ASSERT_EQ(details.details_size(), 2);
+  ASSERT_EQ(details.details_size(), 3);
   google::rpc::ErrorInfo info;
   ASSERT_TRUE(details.details(0).UnpackTo(&info));
   EXPECT_EQ(info.reason(), "INVALID_ARGUMENT");
@@ -59,8 +45,9 @@ TEST(ToGrpc, EveryCodeStaysItselfThereAndBack) {
     EXPECT_EQ(static_cast<int>(wire.error_code()), number);
     EXPECT_EQ(FromGrpc(wire).code(), before.code());
     EXPECT_EQ(ReasonOf(FromGrpc(wire)), "");
-    const bool retried =
-        wire.error_code() == grpc::StatusCode::UNAVAILABLE || wire.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED;
+    const bool retried = wire.error_code() == grpc::StatusCode::UNAVAILABLE ||
+                         wire.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED ||
+                         wire.error_code() == grpc::StatusCode::ABORTED;
     bool told = false;
     const google::rpc::Status details = DetailsOf(wire);
     for (const auto& detail : details.details()) told = told || detail.Is<google::rpc::RetryInfo>();
@@ -70,20 +57,49 @@ TEST(ToGrpc, EveryCodeStaysItselfThereAndBack) {
   EXPECT_TRUE(FromGrpc(grpc::Status::OK).ok());
 }
 
-TEST(ToGrpc, ReasonAndMessageSurviveTwoHops) {
-  const absl::Status before =
-      Failure(absl::StatusCode::kFailedPrecondition, "CALIBRATION_EXPIRED", "calibrations/c1: expired");
+TEST(ToGrpc, ReasonMetadataAndMessageSurviveTwoHops) {
+  const absl::Status before = Failure(errors::v1::CALIBRATION_EXPIRED, "calibrations/c1: expired",
+                                      {{"resource", "calibrations/c1"}, {"in_force", "calibrations/c2"}});
+  EXPECT_EQ(before.code(), absl::StatusCode::kFailedPrecondition);
   const absl::Status after = FromGrpc(ToGrpc(FromGrpc(ToGrpc(before))));
   EXPECT_EQ(after.code(), before.code());
   EXPECT_EQ(after.message(), before.message());
   EXPECT_EQ(ReasonOf(after), "CALIBRATION_EXPIRED");
+  EXPECT_EQ(MetadataOf(after), MetadataOf(before));
+  EXPECT_EQ(MetadataOf(after).at("in_force"), "calibrations/c2");
 }
 
-TEST(ToGrpc, AFieldSurvivesTheHop) {
-  const google::rpc::Status details = DetailsOf(ToGrpc(FromGrpc(ToGrpc(Refuse("name", "x", "y")))));
-  bool told = false;
-  for (const auto& detail : details.details()) told = told || detail.Is<google::rpc::BadRequest>();
-  EXPECT_TRUE(told);
+TEST(ToGrpc, AFailedPreconditionNamesItsReasonAndWhatItIsAbout) {
+  const google::rpc::Status details =
+      DetailsOf(ToGrpc(Failure(errors::v1::PART_WITHOUT_HOLES, "parts/p: no holes", {{"resource", "parts/p"}})));
+  ASSERT_EQ(details.details_size(), 2);
+  google::rpc::ErrorInfo info;
+  ASSERT_TRUE(details.details(0).UnpackTo(&info));
+  EXPECT_EQ(info.reason(), "PART_WITHOUT_HOLES");
+  EXPECT_EQ(info.domain(), "sixpoint");
+  EXPECT_EQ(info.metadata().at("resource"), "parts/p");
+  google::rpc::PreconditionFailure failure;
+  ASSERT_TRUE(details.details(1).UnpackTo(&failure));
+  ASSERT_EQ(failure.violations_size(), 1);
+  EXPECT_EQ(failure.violations(0).type(), "PART_WITHOUT_HOLES");
+  EXPECT_EQ(failure.violations(0).subject(), "parts/p");
+  EXPECT_EQ(failure.violations(0).description(), "parts/p: no holes");
+}
+
+TEST(ToGrpc, EveryViolationSurvivesTwoHops) {
+  const absl::Status before = Refuse({{"name", "x, want y", "z"}, {"scans[3].a_deg", "400", "-180 to 180"}});
+  EXPECT_EQ(FromGrpc(ToGrpc(FromGrpc(ToGrpc(before)))), before);
+}
+
+TEST(ToGrpc, MoreViolationsThanFitIntoTheHeaderAreCutAtTheEnd) {
+  std::vector<Violation> many;
+  for (int i = 0; i < 100; ++i) many.push_back({"scans[" + std::to_string(i) + "]", std::string(120, 'v'), "less"});
+  const grpc::Status status = ToGrpc(Refuse(many));
+  EXPECT_LT(status.error_message().size() + status.error_details().size() * 4 / 3, 8192u);
+  const std::vector<Violation> told = ViolationsOf(FromGrpc(status));
+  ASSERT_GT(told.size(), 3u);
+  ASSERT_LT(told.size(), 100u);
+  EXPECT_TRUE(std::equal(told.begin(), told.end(), many.begin()));
 }
 
 TEST(ToGrpc, InternalTellsTheLogNotTheClient) {
@@ -99,7 +115,8 @@ TEST(ToGrpc, InternalTellsTheLogNotTheClient) {
 }
 
 TEST(ToGrpc, TheDetailsFitInAHeaderBlock) {
-  const grpc::Status status = ToGrpc(Refuse("f", "v", std::string(1 << 20, 'w')));
+  const grpc::Status status =
+      ToGrpc(Refuse(std::string(1 << 20, 'f'), std::string(1 << 20, 'v'), std::string(1 << 20, 'w')));
   EXPECT_LT(status.error_message().size() + status.error_details().size() * 4 / 3, 8192u);
 }
 

@@ -1,0 +1,21 @@
+// Why a statement or the object store failed, for programs: names of sixpoint.errors.v1.ErrorReason, which storage cannot
+// include. A test of services/runtime holds them against it.
+#pragma once
+
+namespace sixpoint::storage {
+
+inline constexpr char kBucketMissing[] = "BUCKET_MISSING";
+inline constexpr char kCalibrationDecidedMeanwhile[] = "CALIBRATION_DECIDED_MEANWHILE";
+inline constexpr char kCalibrationWithdrawn[] = "CALIBRATION_WITHDRAWN";
+inline constexpr char kDatabaseDamaged[] = "DATABASE_DAMAGED";
+inline constexpr char kObjectStoreAway[] = "OBJECT_STORE_AWAY";
+inline constexpr char kObjectStoreMissing[] = "OBJECT_STORE_MISSING";
+inline constexpr char kObjectStoreRefused[] = "OBJECT_STORE_REFUSED";
+inline constexpr char kPointsDeleted[] = "POINTS_DELETED";
+inline constexpr char kTransactionConflict[] = "TRANSACTION_CONFLICT";
+
+inline constexpr const char* kReasons[] = {
+    kBucketMissing,      kCalibrationDecidedMeanwhile, kCalibrationWithdrawn, kDatabaseDamaged,    kObjectStoreAway,
+    kObjectStoreMissing, kObjectStoreRefused,          kPointsDeleted,        kTransactionConflict};
+
+}  // namespace sixpoint::storage
