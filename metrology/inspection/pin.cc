@@ -98,6 +98,45 @@ double ArcOf(const Points& local, const Parameters& p, const std::vector<std::si
   return 10.0 * std::count_if(cells.begin(), cells.end(), [](int count) { return count >= 3; });
 }
 
+// The cylinder through the points, and their scale about it; why there is none, or nothing. The scale shrinks from the first
+// guess's spread to the noise, so that the loss rejects no part of the pin too early.
+std::string Settle(const Points& local, Parameters* p, double* sigma) {
+  *sigma = std::max(0.03, SigmaOf(*p, local));
+  for (int iteration = 0; iteration < 60; ++iteration) {
+    const Normal normal = NormalOf(*p, local, *sigma);
+    const Parameters step = normal.matrix.ldlt().solve(normal.right);
+    if (!step.allFinite() || step.head<2>().norm() > 1) return "the points do not determine a cylinder";
+    *p += step;
+    const double wanted = SigmaOf(*p, local);
+    const bool shrinking = *sigma > 1.02 * wanted;
+    *sigma = shrinking ? std::max(wanted, *sigma / 2) : wanted;
+    if (!shrinking && step.head<4>().norm() < 1e-9) return "";
+  }
+  return "the cylinder fit did not converge";
+}
+
+// How well a pin was seen.
+struct Seen {
+  double sigma_mm, used_share, height_mm, arc_deg;
+};
+
+// Why a fitted cylinder is not taken for the hole's pin; nothing where it is.
+std::string Unfit(const Seen& seen, const PinFit& fit, const NominalPin& nominal, const PinLimits& limits) {
+  if (seen.sigma_mm * 1e3 > limits.greatest_sigma_um)
+    return Text("residuals of the cylinder spread by %.1f um, want at most %g", seen.sigma_mm * 1e3,
+                limits.greatest_sigma_um);
+  if (seen.used_share < limits.least_used_share)
+    return Text("%.2f of the points lie on the cylinder, want at least %g", seen.used_share, limits.least_used_share);
+  const double ratio = 2 * fit.radius_mm / nominal.hole_diameter_mm;
+  if (!(ratio >= limits.least_diameter_ratio && ratio <= limits.greatest_diameter_ratio))
+    return Text("fitted diameter %.4f mm does not fit the hole's %g mm", 2 * fit.radius_mm, nominal.hole_diameter_mm);
+  if (seen.height_mm < limits.least_height_mm)
+    return Text("the pin is seen over %.2f mm of its length, want at least %g", seen.height_mm, limits.least_height_mm);
+  if (seen.arc_deg < limits.least_arc_deg)
+    return Text("%.0f deg of the circumference seen, want at least %g", seen.arc_deg, limits.least_arc_deg);
+  return fit.noise_covariance.allFinite() ? "" : "the points do not determine a cylinder";
+}
+
 }  // namespace
 
 PinFit FitPin(const NominalPin& nominal, const Points& points_in_part_mm, const PinLimits& limits) {
@@ -134,21 +173,9 @@ PinFit FitPin(const NominalPin& nominal, const Points& points_in_part_mm, const 
     return refuse(Text("%.0f points on the pin's side, want at least %.0f", static_cast<double>(local.size()),
                        limits.least_point_count));
 
-  // The scale shrinks from the first guess's spread to the noise, so that the loss rejects no part of the pin too early.
   Parameters p = AlgebraicCircle(local);
-  double sigma = std::max(0.03, SigmaOf(p, local));
-  bool settled = false;
-  for (int iteration = 0; iteration < 60 && !settled; ++iteration) {
-    const Normal normal = NormalOf(p, local, sigma);
-    const Parameters step = normal.matrix.ldlt().solve(normal.right);
-    if (!step.allFinite() || step.head<2>().norm() > 1) return refuse("the points do not determine a cylinder");
-    p += step;
-    const double wanted = SigmaOf(p, local);
-    const bool shrinking = sigma > 1.02 * wanted;
-    sigma = shrinking ? std::max(wanted, sigma / 2) : wanted;
-    settled = !shrinking && step.head<4>().norm() < 1e-9;
-  }
-  if (!settled) return refuse("the cylinder fit did not converge");
+  double sigma = 0;
+  if (std::string why = Settle(local, &p, &sigma); !why.empty()) return refuse(why);
 
   // The estimate's influence function: with psi = weight * residual, curvature = sum psi' row row'.
   Eigen::Matrix<double, 5, 5> curvature = Eigen::Matrix<double, 5, 5>::Zero(), scatter = curvature;
@@ -184,22 +211,9 @@ PinFit FitPin(const NominalPin& nominal, const Points& points_in_part_mm, const 
   fit.radius_mm = p[4];
   fit.noise_covariance = inverse * scatter * inverse;
 
-  if (sigma * 1e3 > limits.greatest_sigma_um)
-    return refuse(
-        Text("residuals of the cylinder spread by %.1f um, want at most %g", sigma * 1e3, limits.greatest_sigma_um));
-  const double share = static_cast<double>(fit.used.size()) / static_cast<double>(local.size());
-  if (share < limits.least_used_share)
-    return refuse(Text("%.2f of the points lie on the cylinder, want at least %g", share, limits.least_used_share));
-  const double ratio = 2 * p[4] / nominal.hole_diameter_mm;
-  if (!(ratio >= limits.least_diameter_ratio && ratio <= limits.greatest_diameter_ratio)) {
-    return refuse(Text("fitted diameter %.4f mm does not fit the hole's %g mm", 2 * p[4], nominal.hole_diameter_mm));
-  }
-  if (highest - lowest < limits.least_height_mm)
-    return refuse(
-        Text("the pin is seen over %.2f mm of its length, want at least %g", highest - lowest, limits.least_height_mm));
-  if (arc < limits.least_arc_deg)
-    return refuse(Text("%.0f deg of the circumference seen, want at least %g", arc, limits.least_arc_deg));
-  if (!fit.noise_covariance.allFinite()) return refuse("the points do not determine a cylinder");
+  const Seen seen{sigma, static_cast<double>(fit.used.size()) / static_cast<double>(local.size()), highest - lowest,
+                  arc};
+  if (std::string why = Unfit(seen, fit, nominal, limits); !why.empty()) return refuse(why);
   fit.measured = true;
   return fit;
 }

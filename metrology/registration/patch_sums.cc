@@ -115,6 +115,57 @@ class Histogram {
   std::int64_t total_ = 0;
 };
 
+// Of the patch with that key, a new one where there is none: most often the last point's, then one of the latest.
+std::size_t IndexOf(PatchKey key, std::uint32_t portion, std::size_t last, std::vector<Patch>* patches) {
+  if (!patches->empty() && (*patches)[last].key == key) return last;
+  for (std::size_t k = patches->size(); k-- > 0;)
+    if ((*patches)[k].key == key) return k;
+  patches->emplace_back();
+  patches->back().key = key;
+  patches->back().portion = portion;
+  return patches->size() - 1;
+}
+
+// r: its offset; w: its weight; row: of its equation.
+void AddPoint(double r, double w, bool is_used, const Vector6d& row, Patch* patch) {
+  ++patch->count;
+  if (is_used) {
+    ++patch->used;
+    patch->used_squares += r * r;
+  }
+  patch->weight += w;
+  patch->pull += w * r;
+  patch->squares += w * r * r;
+  const Vector6d weighted = w * row;
+  patch->row += weighted;
+  patch->right += r * weighted;
+  for (int a = 0, k = 0; a < 6; ++a)
+    for (int b = 0; b <= a; ++b, ++k) patch->matrix[static_cast<std::size_t>(k)] += weighted[a] * row[b];
+}
+
+// What one portion adds to the sums, beside the portion's own.
+struct Totals {
+  double weight = 0, slope = 0, squares = 0;
+};
+
+// A portion's chunks joined in their order, patches of one key together.
+void Join(const std::vector<ChunkSums>& chunks, std::uint32_t portion, std::unordered_map<PatchKey, std::size_t>* index,
+          Totals* totals, PatchSums* sums) {
+  for (const ChunkSums& part : chunks) {
+    sums->portions[portion].points += part.points;
+    totals->weight += part.weight;
+    totals->slope += part.slope;
+    totals->squares += part.squares;
+    for (const Patch& patch : part.patches) {
+      const auto [at, added] = index->emplace(patch.key, sums->patches.size());
+      if (added)
+        sums->patches.push_back(patch);
+      else
+        Add(patch, &sums->patches[at->second]);
+    }
+  }
+}
+
 }  // namespace
 
 PatchKey PatchKeyOf(const Vector3d& from_centroid_mm, const Vector3d& normal, double patch_mm) {
@@ -152,7 +203,7 @@ absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<S
   const double radius = surface.radius_of_gyration_mm(), width = sum.width_mm;
   PatchSums sums;
   sums.portions.resize(portions.size());
-  double weight = 0, slope = 0, squares = 0;
+  Totals totals;
   const double edge_margin = std::min(width, kEdgeMarginMm);
   Histogram all(width);
   std::vector<float> residuals;
@@ -195,54 +246,16 @@ absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<S
           const Vector3d since = sum.cells_from_part * found.point_mm - found.point_mm;
           const PatchKey key =
               PatchKeyOf(from_centroid + since - found.normal.dot(since) * found.normal, found.normal, sum.patch_mm);
-          if (part.patches.empty() || part.patches[last].key != key) {
-            last = part.patches.size();
-            for (std::size_t k = part.patches.size(); k-- > 0;)
-              if (part.patches[k].key == key) {
-                last = k;
-                break;
-              }
-            if (last == part.patches.size()) {
-              part.patches.emplace_back();
-              part.patches.back().key = key;
-              part.patches.back().portion = p;
-            }
-          }
-          Patch& patch = part.patches[last];
+          last = IndexOf(key, p, last, &part.patches);
           const double tukey = sum.robust ? inside * inside : 1, w = portion_weight * tukey;
-          const Vector6d row = PartRow(from_centroid, found.normal, radius);
-          ++patch.count;
-          if (tukey > 0.5) {
-            ++patch.used;
-            patch.used_squares += r * r;
-          }
-          patch.weight += w;
-          patch.pull += w * r;
-          patch.squares += w * r * r;
-          const Vector6d weighted = w * row;
-          patch.row += weighted;
-          patch.right += r * weighted;
-          for (int a = 0, k = 0; a < 6; ++a)
-            for (int b = 0; b <= a; ++b, ++k) patch.matrix[static_cast<std::size_t>(k)] += weighted[a] * row[b];
+          AddPoint(r, w, tukey > 0.5, PartRow(from_centroid, found.normal, radius), &part.patches[last]);
           part.weight += w;
           part.slope += sum.robust ? portion_weight * inside * (1 - 5 * u * u) : w;
           part.squares += w * w * r * r;
         });
       });
       if (keep_going.stopped()) return absl::CancelledError("registration: stopped by its caller");
-      for (const ChunkSums& part : chunks) {
-        sums.portions[p].points += part.points;
-        weight += part.weight;
-        slope += part.slope;
-        squares += part.squares;
-        for (const Patch& patch : part.patches) {
-          const auto [at, added] = index.emplace(patch.key, sums.patches.size());
-          if (added)
-            sums.patches.push_back(patch);
-          else
-            Add(patch, &sums.patches[at->second]);
-        }
-      }
+      Join(chunks, p, &index, &totals, &sums);
       for (const float r : residuals)
         if (std::isfinite(r)) histogram.Count(r);
     }
@@ -250,9 +263,9 @@ absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<S
     all.Join(histogram);
   }
   sums.residual_sigma_mm = all.RobustSigma();
-  if (weight > 0) {
-    sums.slope = slope / weight;
-    sums.variance = squares / weight;
+  if (totals.weight > 0) {
+    sums.slope = totals.slope / totals.weight;
+    sums.variance = totals.squares / totals.weight;
   }
   return sums;
 }

@@ -20,8 +20,6 @@ constexpr int kMostResting = 1000;  // in one answer
 
 using storage::CalibrationState;
 
-}
-
 absl::Status CheckNotWithdrawn(const storage::CalibrationRow& row, const std::string& name, const std::string& wanted) {
   if (!row.withdrawal) return absl::OkStatus();
   return runtime::Failure(errors::v1::CALIBRATION_WITHDRAWN,
