@@ -19,6 +19,7 @@
 #include "sixpoint/ingest/v1/store.grpc.pb.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
+#include "sixpoint/plant/v1/record.grpc.pb.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
 
 namespace sixpoint::cli {
@@ -33,6 +34,7 @@ absl::StatusOr<const google::protobuf::MethodDescriptor*> FindMethod(const std::
   std::string known;
   for (const auto& [name, service] : std::vector<std::pair<std::string, const google::protobuf::ServiceDescriptor*>>{
            {"plant", plant::v1::Machine::descriptor()->file()->service(0)},
+           {"plant", plant::v1::RecordEntry::descriptor()->file()->service(0)},
            {"ingest", ingest::v1::Scan::descriptor()->file()->service(0)},
            {"ingest", ingest::v1::StoreStatus::descriptor()->file()->service(0)},
            {"calibration", calibration::v1::Calibration::descriptor()->file()->service(0)},

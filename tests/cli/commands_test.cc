@@ -14,6 +14,7 @@
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "sixpoint/ingest/v1/store.grpc.pb.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
+#include "sixpoint/plant/v1/record.grpc.pb.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
 #include "tests/support/in_process_server.h"
 
@@ -104,9 +105,23 @@ struct FakeCorrections final : correction::v1::CorrectionService::Service {
   }
 };
 
+struct FakeRecord final : plant::v1::RecordService::Service {
+  std::vector<plant::v1::RecallRequest> asked;
+  grpc::Status Recall(grpc::ServerContext*, const plant::v1::RecallRequest* in,
+                      plant::v1::RecallResponse* out) override {
+    asked.push_back(*in);
+    if (in->name() == "calibrations/unused") return grpc::Status::OK;
+    auto* entry = out->add_entries();
+    entry->set_kind("registration");
+    entry->set_name("registrations/r1");
+    entry->set_record_sequence(7);
+    return grpc::Status::OK;
+  }
+};
+
 class CommandsTest : public ::testing::Test {
  protected:
-  CommandsTest() : server_({&plant_, &store_, &scans_, &registrations_, &corrections_}) {
+  CommandsTest() : server_({&plant_, &store_, &scans_, &registrations_, &corrections_, &record_}) {
     plant_.address = server_.address();
     folder_ = std::filesystem::path(::testing::TempDir()) / "sixpoint_commands_test";
     std::filesystem::create_directories(folder_);
@@ -145,6 +160,7 @@ class CommandsTest : public ::testing::Test {
   FakeScans scans_;
   FakeRegistrations registrations_;
   FakeCorrections corrections_;
+  FakeRecord record_;
   testing::InProcessServer server_;
   std::filesystem::path folder_;
 };
@@ -180,6 +196,19 @@ TEST_F(CommandsTest, ShowsRegistrations) {
   EXPECT_THAT(Run("registration show r1").out, HasSubstr("remark: something to say"));
   Run("registration show registrations/r1");
   EXPECT_THAT(registrations_.got, ElementsAre("registrations/r1", "registrations/r1"));
+}
+
+TEST_F(CommandsTest, RecallsWhatRestsOnAThing) {
+  EXPECT_THAT(Run("recall calibrations/c1 --kinds registration,correction --limit 5").out,
+              HasSubstr("registrations/r1"));
+  ASSERT_EQ(record_.asked.size(), 1u);
+  EXPECT_EQ(record_.asked[0].name(), "calibrations/c1");
+  EXPECT_THAT(record_.asked[0].kinds(), ElementsAre("registration", "correction"));
+  EXPECT_EQ(record_.asked[0].page_size(), 5);
+  EXPECT_EQ(Run("recall calibrations/c1 --json").json()[0]["record_sequence"].dump(), "7");
+  EXPECT_EQ(Run("recall calibrations/unused").out, "nothing rests on calibrations/unused\n");
+  EXPECT_EQ(Run("recall calibrations/unused --json").json(), nlohmann::json::array());
+  EXPECT_THAT(Run("recall c1").err, HasSubstr("NAME: c1, want a name with its collection"));
 }
 
 TEST_F(CommandsTest, WritesAFileOrStandardOutput) {
