@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "metrology/registration/pose_fit.h"
+#include "metrology/registration/scan_portion.h"
 
 namespace sixpoint::metrology {
 
