@@ -8,6 +8,7 @@
 #include "bench/registration/runs.h"
 #include "metrology/parallel/loops.h"
 #include "metrology/registration/disagreement.h"
+#include "metrology/registration/six_point.h"
 
 namespace sixpoint::bench {
 namespace {

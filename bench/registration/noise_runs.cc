@@ -1,6 +1,7 @@
 // Many noise draws: the pose's errors against the Cramer-Rao bound, and against the covariance that each fit states.
 #include <algorithm>
 #include <cstdio>
+#include <optional>
 
 #include "bench/calibration/error_statistics.h"
 #include "bench/registration/runs.h"

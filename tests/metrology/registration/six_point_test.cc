@@ -1,3 +1,5 @@
+#include "metrology/registration/six_point.h"
+
 #include <gtest/gtest.h>
 
 #include "tests/metrology/registration/sampled_blade.h"
