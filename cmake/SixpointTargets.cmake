@@ -17,6 +17,8 @@ function(sixpoint_program)
   sixpoint_compile(${ARG_NAME})
 endfunction()
 
+set(SIXPOINT_PATIENCE 1 CACHE STRING "By how much tests may take longer than they say, under a sanitizer")
+
 # sixpoint_test(NAME name SOURCES ... LINK ... [LABELS ...] [TIMEOUT seconds]): one GoogleTest binary, one ctest entry.
 # LABELS database: needs a throw-away PostgreSQL (tests/support/throwaway_database.h); end_to_end: the real processes.
 function(sixpoint_test)
@@ -27,6 +29,7 @@ function(sixpoint_test)
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
+  math(EXPR ARG_TIMEOUT "${ARG_TIMEOUT} * ${SIXPOINT_PATIENCE}")
   add_test(NAME ${ARG_NAME} COMMAND ${ARG_NAME} --gtest_output=xml:${CMAKE_BINARY_DIR}/test-results/${ARG_NAME}.xml)
   set_tests_properties(${ARG_NAME} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}"
     ENVIRONMENT "SIXPOINT_SOURCE_DIR=${CMAKE_SOURCE_DIR};SIXPOINT_BIN_DIR=${CMAKE_BINARY_DIR}/bin;SIXPOINT_SHARED_DIR=${CMAKE_SOURCE_DIR}/../shared")
