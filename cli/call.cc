@@ -32,16 +32,18 @@ absl::StatusOr<const google::protobuf::MethodDescriptor*> FindMethod(const std::
   const std::size_t slash = text.find('/');
   const std::string service_name = text.substr(0, slash);
   std::string known;
-  for (const auto& [name, service] : std::vector<std::pair<std::string, const google::protobuf::ServiceDescriptor*>>{
-           {"plant", plant::v1::Machine::descriptor()->file()->service(0)},
-           {"plant", plant::v1::RecordEntry::descriptor()->file()->service(0)},
-           {"ingest", ingest::v1::Scan::descriptor()->file()->service(0)},
-           {"ingest", ingest::v1::StoreStatus::descriptor()->file()->service(0)},
-           {"calibration", calibration::v1::Calibration::descriptor()->file()->service(0)},
-           {"calibration", calibration::v1::Study::descriptor()->file()->service(0)},
-           {"registration", registration::v1::Registration::descriptor()->file()->service(0)},
-           {"correction", correction::v1::Correction::descriptor()->file()->service(0)},
-           {"inspection", inspection::v1::Inspection::descriptor()->file()->service(0)}}) {
+  for (const auto& [name, full_name] : std::vector<std::pair<std::string, std::string>>{
+           {"plant", plant::v1::PlantService::service_full_name()},
+           {"plant", plant::v1::RecordService::service_full_name()},
+           {"ingest", ingest::v1::ScanService::service_full_name()},
+           {"ingest", ingest::v1::CloudStoreService::service_full_name()},
+           {"calibration", calibration::v1::CalibrationService::service_full_name()},
+           {"calibration", calibration::v1::StudyService::service_full_name()},
+           {"registration", registration::v1::RegistrationService::service_full_name()},
+           {"correction", correction::v1::CorrectionService::service_full_name()},
+           {"inspection", inspection::v1::InspectionService::service_full_name()}}) {
+    const auto* service = google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(full_name);
+    if (service == nullptr) return absl::InternalError(full_name + ": not built in");
     if (service_name != service->name() && service_name != service->full_name()) {
       known += (known.empty() ? "" : ", ") + service->name();
       continue;

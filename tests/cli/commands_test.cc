@@ -211,6 +211,12 @@ TEST_F(CommandsTest, RecallsWhatRestsOnAThing) {
   EXPECT_THAT(Run("recall c1").err, HasSubstr("NAME: c1, want a name with its collection"));
 }
 
+TEST_F(CommandsTest, CallsAnyMethod) {
+  EXPECT_EQ(Run("call ScanService/PreviewScan").json()["point_count"], 1);
+  EXPECT_EQ(Run("call sixpoint.plant.v1.RecordService/Recall").json()["entries"].size(), 1u);
+  EXPECT_THAT(Run("call Nothing/AtAll").err, HasSubstr("PlantService, RecordService, ScanService"));
+}
+
 TEST_F(CommandsTest, WritesAFileOrStandardOutput) {
   const std::string program = (folder_ / "program.nc").string();
   const std::string correct = "correct --registration r1 --template " + Template() + " --out ";
