@@ -11,7 +11,7 @@ constexpr std::chrono::milliseconds kBetweenQuestions{20};
 }  // namespace
 
 ComputePool::ComputePool(PoolLimits limits, std::string what, ErrorReason reason)
-    : limits_({std::max(1, limits.at_once), std::max(0, limits.waiting)}), what_(std::move(what)), reason_(reason) {}
+    : limits_({std::max(0, limits.at_once), std::max(0, limits.waiting)}), what_(std::move(what)), reason_(reason) {}
 
 absl::StatusOr<ComputePool::Slot> ComputePool::Enter(std::chrono::system_clock::time_point deadline,
                                                      const std::function<bool()>& keep_going, Patience patience) {

@@ -82,6 +82,7 @@ struct Inspections {
     row.method = "SIX_POINT";
     row.verdict = "NOT_MEASURED";
     row.decision_rule = "rule";
+    row.deviation_point_count = 1;
     row.scan_ids = {"s0"};
     return row;
   }
@@ -225,8 +226,10 @@ TEST(PostgresResults, AResultIsInTheJournalAndItsProgramReadBack) {
   entry.kind = "correction";
   entry.name = "corrections/" + row.correction_id;
   entry.inputs = {sixpoint::testing::kRegistration};
+  entry.software_version = "test";
   const auto answer = [](const CorrectionRow&) -> absl::StatusOr<std::string> { return "answer"; };
-  ASSERT_TRUE(store->Record({"area.Call", "", ""}, row, entry, answer, Soon()).ok());
+  const auto recorded = store->Record({"area.Call", "", ""}, row, entry, answer, Soon());
+  ASSERT_TRUE(recorded.ok()) << recorded.status();
   EXPECT_EQ((**store->Find(row.correction_id, Soon())).nc_program, row.nc_program);
   EXPECT_EQ(store->List({}, 0, 1, Soon())->front().nc_program, "");
   auto transaction = plant.database.database()->Begin(Soon());

@@ -14,9 +14,9 @@ using ::testing::HasSubstr;
 constexpr char kRegistration[] = "registrations/00000000-0000-7000-8000-000000000003";
 
 std::string Refusal(const v1::CorrectRequest& request) {
-  const auto checked = CheckCorrect(request);
-  EXPECT_EQ(checked.status().code(), absl::StatusCode::kInvalidArgument);
-  return std::string(checked.status().message());
+  const absl::Status checked = CheckCorrect(request);
+  EXPECT_EQ(checked.code(), absl::StatusCode::kInvalidArgument);
+  return std::string(checked.message());
 }
 
 TEST(CheckCorrect, NamesTheField) {

@@ -98,7 +98,7 @@ TEST(CheckRequest, RefusesOptionsThatCannotBe) {
                 o->add_scan_weights(1);
                 o->add_scan_weights(std::nan(""));
               }),
-              HasSubstr("options.scan_weights[1]: nan, want 1e-6"));
+              HasSubstr("options.scan_weights[1]: NaN, want 1e-6"));
   EXPECT_THAT(asked([](auto* o) { o->add_regions_in(); }), HasSubstr("options.regions_in[0]: no shape, want box"));
   EXPECT_THAT(asked([](auto* o) { o->add_regions_out()->mutable_ball()->set_radius_mm(1); }),
               HasSubstr("options.regions_out[0].ball.centre_mm: not given"));
