@@ -6,7 +6,7 @@
 
 #include "sixpoint/ingest/v1/ingest.pb.h"
 #include "sixpoint/inspection/v1/inspection.pb.h"
-#include "sixpoint/plant/v1/plant.pb.h"
+#include "sixpoint/plant/v1/record.pb.h"
 #include "sixpoint/registration/v1/registration.pb.h"
 
 namespace sixpoint::cli {

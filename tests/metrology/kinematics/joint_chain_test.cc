@@ -183,7 +183,7 @@ TEST(JointChain, LimitsAreCheckedByName) {
   const absl::Status over = chain.CheckLimits(Values({100.5 * kDeg, 0, 0, 0, 0}));
   EXPECT_EQ(over.code(), absl::StatusCode::kOutOfRange);
   EXPECT_EQ(over.message(), "A: 100.5 deg, want -100 to 100 deg");
-  EXPECT_THAT(std::string(chain.CheckLimits(Values({0, 0, std::nan(""), 0, 0})).message()), HasSubstr("X: nan mm"));
+  EXPECT_THAT(std::string(chain.CheckLimits(Values({0, 0, std::nan(""), 0, 0})).message()), HasSubstr("X: NaN mm"));
   EXPECT_THAT(std::string(chain.CheckLimits(Values({0, 0})).message()), HasSubstr("2 values, want 5"));
   EXPECT_EQ(chain.Find("Z"), 4);
   EXPECT_EQ(chain.Find("C"), std::nullopt);

@@ -88,7 +88,7 @@ TEST(MergedViews, OneScanSaysNothingOfItself) {
   ASSERT_TRUE(test.ok());
   EXPECT_EQ(test->freedom, 0);
   EXPECT_FALSE(test->beyond);
-  fit->outcome = Outcome::kNotConverged;
+  fit->Withdraw(Outcome::kNotConverged, "");
   EXPECT_EQ(TestMerge(*BladeSurface(), portions, *fit, believed, options).status().code(),
             absl::StatusCode::kInvalidArgument);
 }
