@@ -79,7 +79,7 @@ class LocalPlantTest : public ::testing::Test {
     const Answer asked =
         Run({"register", "--blade", "none", "--scans", "none", "--method", "local", "--server", At(host)});
     EXPECT_EQ(asked.exit_code, 1) << asked.text;
-    EXPECT_NE(asked.text.find("NOT_FOUND"), std::string::npos) << asked.text;
+    EXPECT_NE(asked.text.find("blades/none, want one that the plant knows"), std::string::npos) << asked.text;
   }
 
   fs::path folder_;

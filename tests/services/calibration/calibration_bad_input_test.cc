@@ -37,7 +37,7 @@ class CalibrationBadInputTest : public CalibrationBench {
     const std::vector<Violation> violations = ViolationsOf(status);
     ASSERT_FALSE(violations.empty()) << status;
     for (const Violation& violation : violations) {
-      EXPECT_THAT(violation.field, ::testing::MatchesRegex("[a-z_]+([][.a-zA-Z0-9_]*)")) << status;
+      EXPECT_THAT(violation.field, ::testing::MatchesRegex("[a-z_]+([].a-zA-Z0-9_[]*)")) << status;
       EXPECT_NE(violation.value, "");
       EXPECT_NE(violation.wanted, "");
     }

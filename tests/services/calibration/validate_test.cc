@@ -43,7 +43,7 @@ TEST(Validate, NamesTheFieldOfASensorRequest) {
   EXPECT_THAT(Message(CheckSensorRequest(request)), HasSubstr("scans[1]: scans/s1, want each scan once"));
   request = GoodSensorRequest();
   request.clear_scans();
-  EXPECT_THAT(Message(CheckSensorRequest(request)), HasSubstr("scans: 0 of them"));
+  EXPECT_THAT(Message(CheckSensorRequest(request)), HasSubstr("scans: 0 scans"));
   request = GoodSensorRequest();
   request.clear_touch();
   EXPECT_THAT(Message(CheckSensorRequest(request)), HasSubstr("touch: empty"));

@@ -13,7 +13,7 @@ TEST(CheckInspect, NamesTheField) {
   const auto message = [&] { return std::string(CheckInspect(request).message()); };
   EXPECT_THAT(message(), HasSubstr("blade: "));
   request.set_blade("blades/sn1");
-  EXPECT_THAT(message(), HasSubstr("scans: 0 scans, want 1 to 200"));
+  EXPECT_THAT(message(), HasSubstr("scans: 0 scans, want 1 to 64"));
   request.add_scans("scans/s1");
   EXPECT_TRUE(CheckInspect(request).ok());
   request.add_scans("scans/s1");

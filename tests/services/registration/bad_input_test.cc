@@ -267,7 +267,7 @@ TEST_F(BadInputTest, WhatIsNotFiniteIsRefused) {
   runtime::ToProto(plant_.block.pose.zero_from_part, plant_.plant.part.mutable_zero_from_part_nominal());
   v1::RegisterRequest request = Request(v1::METHOD_BEST_FIT);
   for (int i = 0; i < request.scans_size(); ++i) request.mutable_options()->add_scan_weights(i == 2 ? kNan : 1);
-  EXPECT_THAT(RefusalOf(request), StartsWith("options.scan_weights[2]: nan"));
+  EXPECT_THAT(RefusalOf(request), StartsWith("options.scan_weights[2]: NaN"));
 }
 
 }  // namespace
