@@ -86,7 +86,9 @@ TEST_F(CallTest, WorkStopsWhenTheClientIsGone) {
 
 TEST_F(CallTest, WorkStopsAtTheDeadline) {
   const std::unique_ptr<grpc::ClientContext> context = ContextFor(0.2);
-  EXPECT_EQ(Get("wait", context.get()).error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  // The client's own clock says so, or the server, whose work stopped in the same moment, is heard first.
+  const grpc::StatusCode code = Get("wait", context.get()).error_code();
+  EXPECT_TRUE(code == grpc::StatusCode::DEADLINE_EXCEEDED || code == grpc::StatusCode::CANCELLED) << code;
   for (int i = 0; i < 400 && !mirror_.ended; ++i) std::this_thread::sleep_for(milliseconds(5));
   EXPECT_TRUE(mirror_.ended);
 }
