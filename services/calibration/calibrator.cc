@@ -127,7 +127,7 @@ absl::StatusOr<storage::CalibrationRow> Calibrator::MakeSensor(const v1::Calibra
     point_count += fetched->scan.points_mm.size();
     if (point_count > kMostPoints)
       return runtime::Refuse("scans", std::to_string(point_count) + " points", "at most 20000000 together");
-    fetched->scan.id = name.substr(name.find('/') + 1);
+    fetched->scan.id = runtime::LastSegment(name);
     scans.push_back(std::move(fetched->scan));
     row.inputs.push_back(name);
   }

@@ -123,7 +123,7 @@ absl::StatusOr<StudyRunner::FetchedScans> StudyRunner::Fetch(
     point_count += scan->scan.points_mm.size();
     if (point_count > kMostScanPoints)
       return Refuse("scans", std::to_string(point_count) + " points", "at most 40000000 together");
-    scan->scan.id = name.substr(name.find('/') + 1);
+    scan->scan.id = runtime::LastSegment(name);
     fetched.scans.push_back(std::move(scan->scan));
     fetched.inputs.push_back(name);
   }
