@@ -190,13 +190,19 @@ TEST(MirrorRemark, SameOnAnyNumberOfThreadsSoonDoneAndStoppedWhenToldTo) {
   const auto portions = Views(*truth, stand.zero_from_body, 2, 3);
   FitOptions options;
   options.thread_count = 1;
-  const std::clock_t begin = std::clock();
-  const std::string one = RemarkOn(*cad, portions, stand.nominal, options);
-  const double cpu_s = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  const auto cpu_s = [](const auto& work) {
+    const std::clock_t begin = std::clock();
+    work();
+    return static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  };
+  std::string one;
+  const double remark_s = cpu_s([&] { one = RemarkOn(*cad, portions, stand.nominal, options); });
   EXPECT_TRUE(IsSaid(one)) << one;
-  EXPECT_LT(cpu_s, 2);  // so that two threads need less than 1 s
-  RecordProperty("cpu_ms", static_cast<int>(1e3 * cpu_s));
-  std::printf("%.2f s of CPU time\n", cpu_s);
+  const double surface_s = cpu_s([&] { SurfaceOf(shapes::Blade(500, 200, kBladeCentreMm)); });
+  const double ratio = remark_s / surface_s;
+  std::printf("%.2f s of CPU time, %.1f times what the surface took\n", remark_s, ratio);
+  RecordProperty("of_surface", std::to_string(ratio));
+  EXPECT_LT(ratio, 25);  // 8 with AVX-512
   options.thread_count = 3;
   EXPECT_EQ(RemarkOn(*cad, portions, stand.nominal, options), one);
 
