@@ -12,9 +12,9 @@
 namespace sixpoint::metrology {
 namespace {
 
-constexpr int kParameters = 11;  // 8 of the axes, 3 of the sphere
-using Vector11d = Eigen::Matrix<double, kParameters, 1>;
-using Matrix11d = Eigen::Matrix<double, kParameters, kParameters>;
+constexpr int kParameters = kAxisParameterCount + 3;  // and the sphere's centre
+using ParameterVector = Eigen::Matrix<double, kParameters, 1>;
+using ParameterMatrix = Eigen::Matrix<double, kParameters, kParameters>;
 
 constexpr double kWorstCondition = 1e4;
 
@@ -37,8 +37,9 @@ absl::StatusOr<RotationCalibration> CalibrateRotation(const std::vector<SpherePo
     if (!pose.held_out) used.push_back(&pose);
   result.sphere_in_zero_mm = BestSphere(result.axes, poses, false);
   const double lever = std::max(1.0, (result.sphere_in_zero_mm - options.nominal.a.point_mm).norm());
-  Vector11d scale = Vector11d::Ones();
-  for (const int k : {0, 1, 4, 5}) scale(k) = 1 / lever;
+  ParameterVector scale = ParameterVector::Ones();
+  for (int k = 0; k < kAxisParameterCount; ++k)
+    if (kAxisParameters[static_cast<std::size_t>(k)].unit == ParameterUnit::kRad) scale(k) = 1 / lever;
 
   const Eigen::Index rows = 3 * static_cast<Eigen::Index>(used.size());
   Eigen::MatrixXd jacobian(rows, kParameters);
@@ -47,8 +48,9 @@ absl::StatusOr<RotationCalibration> CalibrateRotation(const std::vector<SpherePo
     for (size_t i = 0; i < used.size(); ++i) {
       const SpherePose& pose = *used[i];
       const Eigen::Index row = 3 * static_cast<Eigen::Index>(i);
-      jacobian.block<3, 8>(row, 0) = result.axes.ParameterJacobian(result.sphere_in_zero_mm, pose.a_rad, pose.b_rad);
-      jacobian.block<3, 3>(row, 8) = result.axes.MachineFromZero(pose.a_rad, pose.b_rad).linear();
+      jacobian.block<3, kAxisParameterCount>(row, 0) =
+          result.axes.ParameterJacobian(result.sphere_in_zero_mm, pose.a_rad, pose.b_rad);
+      jacobian.block<3, 3>(row, kAxisParameterCount) = result.axes.MachineFromZero(pose.a_rad, pose.b_rad).linear();
       residual.segment<3>(row) = ResidualOf(result.axes, result.sphere_in_zero_mm, pose);
     }
     jacobian = jacobian * scale.asDiagonal();
@@ -57,14 +59,14 @@ absl::StatusOr<RotationCalibration> CalibrateRotation(const std::vector<SpherePo
   constexpr double kSettledMm = 1e-9;
   for (int iteration = 0; iteration < kMostIterations && !result.converged; ++iteration) {
     linearise();
-    const Vector11d step = jacobian.colPivHouseholderQr().solve(-residual);
+    const ParameterVector step = jacobian.colPivHouseholderQr().solve(-residual);
     if (!step.allFinite() || step.cwiseAbs().maxCoeff() > 1e3)
       return absl::FailedPreconditionError(
           "the axes are not determined by these poses: the solution runs away; probe the sphere off both axes and over "
           "a wider range of " +
           BothAxes(options));
-    const Vector11d w = scale.cwiseProduct(step);
-    result.axes = result.axes.Perturbed(w.head<8>());
+    const ParameterVector w = scale.cwiseProduct(step);
+    result.axes = result.axes.Perturbed(w.head<kAxisParameterCount>());
     result.sphere_in_zero_mm += w.tail<3>();
     result.iterations = iteration + 1;
     result.converged = step.cwiseAbs().maxCoeff() < kSettledMm;
@@ -79,7 +81,9 @@ absl::StatusOr<RotationCalibration> CalibrateRotation(const std::vector<SpherePo
     Eigen::Index weakest;
     svd.matrixV().col(kParameters - 1).cwiseAbs().maxCoeff(&weakest);
     const std::string which =
-        weakest < 8 ? options.joints[static_cast<size_t>(weakest / 4)].axis + " axis" : std::string("sphere");
+        weakest < kAxisParameterCount
+            ? options.joints[static_cast<size_t>(weakest / (kAxisParameterCount / 2))].axis + " axis"
+            : std::string("sphere");
     return absl::FailedPreconditionError(which + " is not determined: condition number " +
                                          Rounded(result.condition_number) + ", want below " + Rounded(kWorstCondition) +
                                          "; probe the sphere farther from the axes and over a wider range of " +
@@ -88,9 +92,10 @@ absl::StatusOr<RotationCalibration> CalibrateRotation(const std::vector<SpherePo
   result.noise_mm =
       NoiseOf(residual.squaredNorm(), static_cast<double>(rows - kParameters), options.standard_uncertainty_mm);
   const Eigen::VectorXd inverse_squares = singular.cwiseInverse().cwiseAbs2();
-  const Matrix11d full = svd.matrixV() * inverse_squares.asDiagonal() * svd.matrixV().transpose();
-  const Matrix11d covariance = result.noise_mm * result.noise_mm * (scale.asDiagonal() * full * scale.asDiagonal());
-  result.covariance = covariance.topLeftCorner<8, 8>();
+  const ParameterMatrix full = svd.matrixV() * inverse_squares.asDiagonal() * svd.matrixV().transpose();
+  const ParameterMatrix covariance =
+      result.noise_mm * result.noise_mm * (scale.asDiagonal() * full * scale.asDiagonal());
+  result.covariance = covariance.topLeftCorner<kAxisParameterCount, kAxisParameterCount>();
   result.covariance = (result.covariance + result.covariance.transpose().eval()) / 2;
   AddEvidence(poses, options, &result);
   if (absl::Status s = CheckAgreement(poses, options, result); !s.ok()) return s;

@@ -48,7 +48,7 @@ void SensorToProto(const storage::SensorCalibrationRow& row, v1::SensorCalibrati
   out->set_alpha_deg(row.alpha_deg);
   out->set_beta_deg(row.beta_deg);
   out->set_gamma_deg(row.gamma_deg);
-  SetMatrix(row.covariance, 6, out->mutable_covariance());
+  SetMatrix(row.covariance, metrology::kSensorParameterCount, out->mutable_covariance());
   out->set_alpha_standard_uncertainty_deg(row.alpha_standard_uncertainty_deg);
   out->set_beta_standard_uncertainty_deg(row.beta_standard_uncertainty_deg);
   out->set_gamma_standard_uncertainty_deg(row.gamma_standard_uncertainty_deg);
@@ -71,7 +71,7 @@ void RotationToProto(const storage::RotationCalibrationRow& row, v1::RotationCal
   SetLine(row.b_direction, row.b_point_mm, out->mutable_b_axis());
   SetPoint(row.point_c_mm, out->mutable_point_c_mm());
   SetPoint(row.point_c_standard_uncertainty_mm, out->mutable_point_c_standard_uncertainty_mm());
-  SetMatrix(row.covariance, 8, out->mutable_covariance());
+  SetMatrix(row.covariance, metrology::kAxisParameterCount, out->mutable_covariance());
   out->set_residual_rms_um(row.residual_rms_um);
   if (row.check_count > 0) out->set_check_rms_um(row.check_rms_um);
   out->set_check_count(row.check_count);
