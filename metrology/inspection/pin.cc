@@ -1,13 +1,13 @@
 #include "metrology/inspection/pin.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 
 #include "metrology/kinematics/rotary_axes.h"
+#include "metrology/linear_algebra/least_squares.h"
 #include "metrology/statistics/ranks.h"
 
 namespace sixpoint::metrology {
@@ -48,7 +48,7 @@ Parameters AlgebraicCircle(const Points& local) {
     left.row(i) << 2 * local[i].x(), 2 * local[i].y(), 1;
     right[i] = local[i].head<2>().squaredNorm();
   }
-  const Eigen::Vector3d solution = left.colPivHouseholderQr().solve(right);
+  const Eigen::Vector3d solution = LeastSquares(left, right);
   Parameters p;
   p << solution[0], solution[1], 0, 0, std::sqrt(std::max(0.0, solution[2] + solution.head<2>().squaredNorm()));
   return p;
