@@ -71,13 +71,13 @@ class PostgresCalibrations final : public CalibrationStore {
     return storage::FindAnswer(*database_, request, deadline);
   }
   absl::StatusOr<std::string> Record(const RecordedRequest& request, CalibrationRow calibration,
-                                     const std::string& summary_json, const AnswerOf<CalibrationRow>& answer_of,
+                                     const RecordEntry& entry, const AnswerOf<CalibrationRow>& answer_of,
                                      Deadline deadline) override {
     return RecordOnce(*database_, request, deadline, [&](Transaction& transaction) -> absl::StatusOr<std::string> {
       absl::StatusOr<std::string> sha256 = PutBlob(transaction, request.bytes);
       if (!sha256.ok()) return sha256.status();
       calibration.request_sha256 = *std::move(sha256);
-      const absl::StatusOr<Recorded> recorded = InsertCalibration(transaction, calibration, summary_json);
+      const absl::StatusOr<Recorded> recorded = InsertCalibration(transaction, calibration, entry);
       if (!recorded.ok()) return recorded.status();
       const absl::StatusOr<CalibrationRow> stored = ReadAgain(transaction, calibration.calibration_id);
       if (!stored.ok()) return stored.status();
