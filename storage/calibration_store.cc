@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "storage/blobs.h"
+#include "storage/one_read.h"
 #include "storage/reasons.h"
 #include "storage/requests.h"
 
@@ -43,27 +44,28 @@ class PostgresCalibrations final : public CalibrationStore {
 
   absl::StatusOr<std::optional<CalibrationRow>> Find(const std::string& calibration_id,
                                                      Deadline deadline) const override {
-    return Read(deadline, [&](Transaction& t) { return FindCalibration(t, calibration_id); });
+    return OneRead(*database_, deadline, [&](Transaction& t) { return FindCalibration(t, calibration_id); });
   }
   absl::StatusOr<std::optional<CalibrationRow>> InForce(const CalibrationSubject& subject, Instant at,
                                                         Deadline deadline) const override {
-    return Read(deadline, [&](Transaction& t) { return CalibrationInForce(t, subject, at); });
+    return OneRead(*database_, deadline, [&](Transaction& t) { return CalibrationInForce(t, subject, at); });
   }
   absl::StatusOr<std::optional<CalibrationRow>> Withdrawn(const CalibrationSubject& subject, Instant at,
                                                           Deadline deadline) const override {
-    return Read(deadline, [&](Transaction& t) { return WithdrawnCalibration(t, subject, at); });
+    return OneRead(*database_, deadline, [&](Transaction& t) { return WithdrawnCalibration(t, subject, at); });
   }
   absl::StatusOr<std::optional<Instant>> LastValidity(const CalibrationSubject& subject, Instant at,
                                                       Deadline deadline) const override {
-    return Read(deadline, [&](Transaction& t) { return storage::LastValidity(t, subject, at); });
+    return OneRead(*database_, deadline, [&](Transaction& t) { return storage::LastValidity(t, subject, at); });
   }
   absl::StatusOr<std::vector<CalibrationRow>> List(const CalibrationFilter& filter, std::int64_t before_sequence,
                                                    int limit, Deadline deadline) const override {
-    return Read(deadline, [&](Transaction& t) { return ListCalibrations(t, filter, before_sequence, limit); });
+    return OneRead(*database_, deadline,
+                   [&](Transaction& t) { return ListCalibrations(t, filter, before_sequence, limit); });
   }
   absl::StatusOr<std::vector<CalibrationRow>> History(const CalibrationSubject& subject, int limit,
                                                       Deadline deadline) const override {
-    return Read(deadline, [&](Transaction& t) { return CalibrationHistory(t, subject, limit); });
+    return OneRead(*database_, deadline, [&](Transaction& t) { return CalibrationHistory(t, subject, limit); });
   }
 
   absl::StatusOr<std::optional<std::string>> FindAnswer(const RecordedRequest& request,
@@ -111,13 +113,6 @@ class PostgresCalibrations final : public CalibrationStore {
   }
 
  private:
-  template <typename Work>
-  auto Read(Deadline deadline, const Work& work) const -> decltype(work(std::declval<Transaction&>())) {
-    absl::StatusOr<Transaction> transaction = database_->Begin(deadline);
-    if (!transaction.ok()) return transaction.status();
-    return work(*transaction);
-  }
-
   Database* const database_;
 };
 
