@@ -25,8 +25,8 @@ class ParentRows {
   }
   const std::vector<std::string>& ids() const { return ids_; }
 
-  // add(parent, children, row) for each row of the statement, whose first column names its parent. DATA_LOSS: a row of none of them;
-  // INTERNAL: a value that could not be read.
+  // add(parent, children, row) for each row of the statement, whose first column names its parent. DATA_LOSS: a row of none of
+  // them; INTERNAL: a value that could not be read.
   template <typename AddChild>
   absl::Status Add(const absl::StatusOr<Rows>& children, const AddChild& add) const {
     if (!children.ok()) return children.status();

@@ -1,5 +1,5 @@
-// What the plant service keeps, apart from where (storage/result_store.h says how): things with revisions, blades, surfaces, and the
-// journal's reading side. PostgreSQL's and the tests' fakes of them pass the same suite (tests/storage/plant_store_test.cc).
+// What the plant service keeps, apart from where (storage/result_store.h says how): things with revisions, blades, surfaces,
+// and the journal's reading side. PostgreSQL's and the tests' fakes of them pass the same suite (tests/storage/plant_store_test.cc).
 // Thread-safe. No call holds a connection after it returned.
 #pragma once
 

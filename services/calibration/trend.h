@@ -21,8 +21,8 @@ struct CalibratedParameter {
 };
 std::vector<CalibratedParameter> ParametersOf(const storage::CalibrationRow& row);
 
-// history: of one subject, at least one, by the time from which they are valid. INVALID_ARGUMENT: a parameter that they have not, or
-// a limit that is none.
+// history: of one subject, at least one, by the time from which they are valid. INVALID_ARGUMENT: a parameter that they have
+// not, or a limit that is none.
 absl::StatusOr<v1::CalibrationTrend> TrendOf(const v1::GetCalibrationTrendRequest& request,
                                              const std::vector<storage::CalibrationRow>& history);
 

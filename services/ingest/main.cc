@@ -42,7 +42,7 @@ std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOp
   const auto plant = options.peers.find("plant");
   std::vector<std::unique_ptr<grpc::Service>> services;
   services.push_back(std::make_unique<ScanService>(
-      scan_options, database, blob_store.get(),
+      scan_options, storage::ScansIn(database, blob_store.get()),
       runtime::ConnectTo(plant == options.peers.end() ? "127.0.0.1:7400" : plant->second)));
   std::unique_ptr<StoreKeeper> keeper;
   if (store_options.tidy_every_s > 0 || store_options.check_mb_s > 0) {
@@ -51,7 +51,8 @@ std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOp
     keeper_options.check_rate_mb_s = store_options.check_mb_s;
     keeper = std::make_unique<StoreKeeper>(keeper_options, options.database, blob_store);
   }
-  services.push_back(std::make_unique<CloudStoreService>(database, blob_store, std::move(keeper)));
+  services.push_back(std::make_unique<CloudStoreService>(
+      storage::RetentionIn(database, blob_store), storage::BlobKeepingIn(database, blob_store), std::move(keeper)));
   return services;
 }
 
