@@ -1,4 +1,4 @@
-#include "services/calibration/calibration_trend.h"
+#include "services/calibration/trend.h"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -7,8 +7,6 @@
 
 #include "metrology/kinematics/rotary_axes.h"
 #include "metrology/studies/drift.h"
-#include "services/calibration/calibration_messages.h"
-#include "services/calibration/validate.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
@@ -19,7 +17,6 @@ namespace {
 constexpr double kDegPerRad = 180 / M_PI;
 constexpr double kSecondsPerDay = 86400;
 constexpr double kUsualCoverage = 3;
-constexpr int kUsualCount = 50, kGreatestCount = 1000;
 
 // How far an axis leans toward a direction across it, with what the covariance says of it.
 CalibratedParameter Lean(const std::string& name, const std::vector<double>& direction, int toward,
@@ -97,6 +94,22 @@ absl::Status CheckNames(const v1::GetCalibrationTrendRequest& request, const std
   return absl::OkStatus();
 }
 
+// By parameter.
+std::map<std::string, Series> SeriesOf(const std::vector<storage::CalibrationRow>& history) {
+  std::map<std::string, Series> all;
+  for (const storage::CalibrationRow& row : history)
+    for (const CalibratedParameter& p : ParametersOf(row)) {
+      // The paper's methods leave a parameter as the record has it and say nothing of its uncertainty; nor is there one of
+      // what was not found.
+      if (!(p.standard_uncertainty > 0)) continue;
+      const double days =
+          std::chrono::duration<double>(row.valid_from - history.front().valid_from).count() / kSecondsPerDay;
+      all[p.name].estimates.push_back({days, p.value, p.standard_uncertainty});
+      all[p.name].rows.push_back(&row);
+    }
+  return all;
+}
+
 absl::StatusOr<v1::ParameterTrend> TrendOfParameter(const std::string& name, const Series& series,
                                                     const metrology::DriftOptions& options) {
   v1::ParameterTrend trend;
@@ -139,45 +152,19 @@ std::vector<CalibratedParameter> ParametersOf(const storage::CalibrationRow& row
   return {};
 }
 
-absl::StatusOr<v1::CalibrationTrend> TrendOf(const storage::CalibrationReader& calibrations, storage::Deadline deadline,
-                                             const v1::GetCalibrationTrendRequest& request) {
-  const absl::StatusOr<storage::CalibrationSubject> subject =
-      SubjectOf(request.machine(), request.kind(), request.axis());
-  if (!subject.ok()) return subject.status();
-  const double coverage = request.coverage_factor() == 0 ? kUsualCoverage : request.coverage_factor();
-  if (!std::isfinite(coverage) || coverage < 1 || coverage > 8)
-    return runtime::Refuse("coverage_factor", request.coverage_factor(), "1 to 8, or 0 for 3");
-  if (request.most_count() < 0 || request.most_count() > kGreatestCount)
-    return runtime::Refuse("most_count", std::to_string(request.most_count()), "0 to 1000");
-  const auto rows =
-      calibrations.History(*subject, request.most_count() == 0 ? kUsualCount : request.most_count(), deadline);
-  if (!rows.ok()) return rows.status();
-  if (rows->empty())
-    return runtime::Failure(errors::v1::CALIBRATION_MISSING,
-                            request.machine() + ": no " + subject->kind + " calibration" +
-                                (subject->axis.empty() ? "" : " of " + subject->axis) +
-                                " was ever in force, want at least one",
-                            {{"resource", request.machine()}});
-
-  if (absl::Status s = CheckNames(request, ParametersOf(rows->front())); !s.ok()) return s;
+absl::StatusOr<v1::CalibrationTrend> TrendOf(const v1::GetCalibrationTrendRequest& request,
+                                             const std::vector<storage::CalibrationRow>& history) {
+  const std::vector<CalibratedParameter> known = ParametersOf(history.front());
+  if (absl::Status s = CheckNames(request, known); !s.ok()) return s;
   std::map<std::string, double> limits;
   for (const v1::ParameterLimit& limit : request.limits()) limits[limit.parameter()] = limit.limit();
   std::vector<std::string> order;
-  for (const CalibratedParameter& p : ParametersOf(rows->front()))
+  for (const CalibratedParameter& p : known)
     if (request.parameters_size() == 0 ||
         std::find(request.parameters().begin(), request.parameters().end(), p.name) != request.parameters().end())
       order.push_back(p.name);
-  std::map<std::string, Series> all;
-  for (const storage::CalibrationRow& row : *rows)
-    for (const CalibratedParameter& p : ParametersOf(row)) {
-      // The paper's methods leave a parameter as the record has it and say nothing of its uncertainty; nor is there one of
-      // what was not found.
-      if (!(p.standard_uncertainty > 0)) continue;
-      const double days =
-          std::chrono::duration<double>(row.valid_from - rows->front().valid_from).count() / kSecondsPerDay;
-      all[p.name].estimates.push_back({days, p.value, p.standard_uncertainty});
-      all[p.name].rows.push_back(&row);
-    }
+  std::map<std::string, Series> all = SeriesOf(history);
+  const double coverage = request.coverage_factor() == 0 ? kUsualCoverage : request.coverage_factor();
   v1::CalibrationTrend trend;
   trend.set_machine(request.machine());
   trend.set_kind(request.kind());

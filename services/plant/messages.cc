@@ -1,4 +1,4 @@
-#include "services/plant/plant_messages.h"
+#include "services/plant/messages.h"
 
 #include <google/protobuf/util/json_util.h>
 

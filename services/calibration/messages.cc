@@ -1,26 +1,17 @@
-#include "services/calibration/calibration_messages.h"
+#include "services/calibration/messages.h"
 
 #include <cmath>
-#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <vector>
 
-#include "services/calibration/axis_messages.h"
-#include "services/calibration/probe_messages.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
 
 namespace sixpoint::calibration {
 namespace {
 
-constexpr double kDegPerRad = 180 / M_PI;
-constexpr double kUmPerMm = 1000;
-
-template <typename Matrix>
-std::vector<double> RowMajor(const Matrix& matrix) {
-  std::vector<double> values;
-  for (Eigen::Index row = 0; row < matrix.rows(); ++row)
-    for (Eigen::Index column = 0; column < matrix.cols(); ++column) values.push_back(matrix(row, column));
-  return values;
-}
+constexpr int kMostResting = 1000;  // in one answer
 
 void SetPoint(const std::vector<double>& in, geometry::v1::Point* out) {
   out->set_x_mm(in.at(0));
@@ -87,6 +78,72 @@ void RotationToProto(const storage::RotationCalibrationRow& row, v1::RotationCal
   }
 }
 
+void SetEstimate(const storage::AngleEstimateRow& in, v1::AngleEstimate* out) {
+  out->set_value_deg(in.value_deg);
+  out->set_standard_uncertainty_deg(in.standard_uncertainty_deg);
+}
+
+void SetPeriodic(int order, const storage::AngleEstimateRow& amplitude, v1::PeriodicError* out) {
+  out->set_period_deg(360.0 / order);
+  SetEstimate(amplitude, out->mutable_amplitude());
+}
+
+void AxisToProto(const storage::AxisCharacterisationRow& row, v1::AxisCharacterisation* out) {
+  out->set_axis(row.axis);
+  out->set_reading_count(row.reading_count);
+  if (row.beyond_limits_count) out->set_beyond_limits_count(*row.beyond_limits_count);
+  SetEstimate(row.reversal, out->mutable_reversal());
+  SetEstimate(row.mean, out->mutable_mean());
+  SetPeriodic(row.long_wave_order, row.long_wave_amplitude, out->mutable_long_wave());
+  if (row.periodic_order) SetPeriodic(*row.periodic_order, row.periodic_amplitude, out->mutable_periodic());
+  out->set_least_detectable_deg(row.least_detectable_deg);
+  SetEstimate(row.greatest_error, out->mutable_greatest_error());
+  out->set_greatest_error_at_deg(row.greatest_error_at_deg);
+  out->set_greatest_error_travel(row.greatest_error_forward ? v1::TRAVEL_FORWARD : v1::TRAVEL_BACKWARD);
+  SetEstimate(row.standard_uncertainty, out->mutable_standard_uncertainty());
+  SetEstimate(row.compensated_standard_uncertainty, out->mutable_compensated_standard_uncertainty());
+  SetEstimate(row.noise, out->mutable_noise());
+  v1::AngleErrorTable* table = out->mutable_table();
+  table->set_standard_uncertainty_deg(row.table_standard_uncertainty_deg);
+  if (row.forward_error_deg.empty()) return;
+  table->set_step_deg(360.0 / static_cast<double>(row.forward_error_deg.size()));
+  table->mutable_forward_error_deg()->Add(row.forward_error_deg.begin(), row.forward_error_deg.end());
+  table->mutable_backward_error_deg()->Add(row.backward_error_deg.begin(), row.backward_error_deg.end());
+}
+
+void ProbeToProto(const storage::ProbeCalibrationRow& row, v1::ProbeCalibration* out) {
+  out->set_block(row.block);
+  out->mutable_approach()->Add(row.approach.begin(), row.approach.end());
+  SetPoint(row.offset_mm, out->mutable_offset_mm());
+  SetMatrix(row.covariance, 6, out->mutable_covariance());
+  out->set_scale(row.scale);
+  out->set_scale_standard_uncertainty(row.scale_standard_uncertainty);
+  out->set_direction_standard_uncertainty_urad(row.direction_standard_uncertainty_urad);
+  SetPoint(row.point_standard_uncertainty_mm, out->mutable_point_standard_uncertainty_mm());
+  out->set_noise_um(row.noise_um);
+  out->set_noise_factor(row.noise_factor);
+  out->set_residual_rms_um(row.residual_rms_um);
+  out->set_touch_rms_um(row.touch_rms_um);
+  out->set_condition_number(row.condition_number);
+  out->set_displacement_matrix_condition_number(row.displacement_matrix_condition_number);
+  out->set_worst_approach_angle_deg(row.worst_approach_angle_deg);
+  for (const storage::ProbeResidualRow& r : row.readings) {
+    v1::ProbeResidual* residual = out->add_residuals();
+    residual->set_face(r.face);
+    residual->set_displacement_mm(r.displacement_mm);
+    residual->set_residual_um(r.residual_um);
+  }
+  for (const storage::ProbeFaceCheckRow& c : row.checks) {
+    v1::ProbeFaceCheck* check = out->add_check();
+    check->set_face(c.face);
+    check->set_reading_count(c.reading_count);
+    check->set_angle_urad(c.angle_urad);
+    check->set_origin_distance_um(c.origin_distance_um);
+    check->set_distance_um(c.distance_um);
+    check->set_residual_range_um(c.residual_range_um);
+  }
+}
+
 v1::CalibrationState ToProto(storage::CalibrationState state) {
   switch (state) {
     case storage::CalibrationState::kDraft:
@@ -127,65 +184,25 @@ void StateToProto(const storage::CalibrationRow& row, v1::Calibration* out) {
   message->set_note(environment.note);
 }
 
+void AddResting(const std::vector<storage::JournalEntry>& derived, v1::WithdrawCalibrationResponse* response) {
+  std::set<std::string> blades;
+  for (const storage::JournalEntry& journal : derived) {
+    const storage::RecordEntry& entry = journal.entry;
+    if (entry.kind == "release" || entry.kind == "withdrawal") continue;  // decisions, not results
+    response->set_resting_count(response->resting_count() + 1);
+    const std::string blade = entry.blade ? runtime::NameOf("blades", *entry.blade) : "";
+    if (!blade.empty() && blades.insert(blade).second) response->add_blades(blade);
+    if (response->resting_size() == kMostResting) continue;
+    v1::RestingResult* out = response->add_resting();
+    out->set_name(entry.name);
+    out->set_kind(entry.kind);
+    out->set_blade(blade);
+    out->set_requested_by(entry.requested_by);
+    runtime::ToProto(journal.recorded.recorded_at, out->mutable_recorded_at());
+  }
+}
+
 }  // namespace
-
-storage::EnvironmentRow RowOf(const v1::Environment& in) {
-  storage::EnvironmentRow row;
-  if (in.has_temperature_c()) row.temperature_c = in.temperature_c();
-  if (in.has_temperature_standard_uncertainty_c())
-    row.temperature_standard_uncertainty_c = in.temperature_standard_uncertainty_c();
-  if (in.has_humidity_percent()) row.humidity_percent = in.humidity_percent();
-  row.note = in.note();
-  return row;
-}
-
-storage::SensorCalibrationRow RowOf(const metrology::SensorCalibration& result) {
-  storage::SensorCalibrationRow row;
-  row.machine_from_sensor_rotation = RowMajor(result.sensor.rotation);
-  row.t_sm_mm = RowMajor(result.sensor.t_sm_mm);
-  row.covariance = RowMajor(result.sensor.covariance);
-  row.alpha_deg = result.angles.alpha * kDegPerRad;
-  row.beta_deg = result.angles.beta * kDegPerRad;
-  row.gamma_deg = result.angles.gamma * kDegPerRad;
-  row.alpha_standard_uncertainty_deg = result.angle_uncertainty.alpha * kDegPerRad;
-  row.beta_standard_uncertainty_deg = result.angle_uncertainty.beta * kDegPerRad;
-  row.gamma_standard_uncertainty_deg = result.angle_uncertainty.gamma * kDegPerRad;
-  row.noise_um = result.noise_mm * kUmPerMm;
-  row.touch_rms_um = result.touch_rms_mm * kUmPerMm;
-  row.residual_rms_um = result.residual_rms_mm * kUmPerMm;
-  row.condition_number = result.condition_number;
-  row.points_used = static_cast<std::int64_t>(result.points_used);
-  for (const auto* centres : {&result.fitted, &result.check})
-    for (const metrology::CentreResidual& c : *centres) {
-      const Eigen::Vector3d d = kUmPerMm * c.laser_minus_touch_mm;
-      row.centres.push_back({c.scan, c.feature, centres == &result.check, d.x(), d.y(), d.z()});
-    }
-  return row;
-}
-
-storage::RotationCalibrationRow RowOf(const metrology::RotationCalibration& result,
-                                      const std::vector<metrology::SpherePose>& poses,
-                                      const metrology::RotationOptions& options) {
-  storage::RotationCalibrationRow row;
-  row.a_direction = RowMajor(result.axes.a.direction);
-  row.a_point_mm = RowMajor(result.axes.a.point_mm);
-  row.b_direction = RowMajor(result.axes.b.direction);
-  row.b_point_mm = RowMajor(result.axes.b.point_mm);
-  row.covariance = RowMajor(result.covariance);
-  row.point_c_mm = RowMajor(result.point_c_mm);
-  const Eigen::Vector3d sigma = result.point_c_covariance_mm2.diagonal().cwiseMax(0).cwiseSqrt();
-  row.point_c_standard_uncertainty_mm = RowMajor(sigma);
-  row.noise_um = result.noise_mm * kUmPerMm;
-  row.residual_rms_um = result.residual_rms_mm * kUmPerMm;
-  row.check_rms_um = result.check_rms_mm * kUmPerMm;
-  row.check_count = result.check_count;
-  row.condition_number = result.condition_number;
-  for (size_t i = 0; i < poses.size(); ++i)
-    row.poses.push_back({poses[i].a_rad * kDegPerRad, poses[i].b_rad * kDegPerRad, result.distances_mm.at(i) * kUmPerMm,
-                         poses[i].held_out, result.before_mm.at(i) * kUmPerMm});
-  row.axes = {options.joints[0].axis, options.joints[1].axis};
-  return row;
-}
 
 v1::Calibration ToProto(const storage::CalibrationRow& row) {
   v1::Calibration out;
@@ -206,36 +223,17 @@ v1::Calibration ToProto(const storage::CalibrationRow& row) {
   if (row.sensor) SensorToProto(*row.sensor, out.mutable_sensor());
   if (row.rotation) RotationToProto(*row.rotation, out.mutable_rotation());
   if (row.probe) ProbeToProto(*row.probe, out.mutable_probe());
-  if (row.axis) *out.mutable_axis() = ToProto(*row.axis);
+  if (row.axis) AxisToProto(*row.axis, out.mutable_axis());
   StateToProto(row, &out);
   return out;
 }
 
-std::string SummaryOf(const storage::CalibrationRow& row) {
-  nlohmann::json summary{{"kind", row.kind()}};
-  if (row.is_draft) summary["draft"] = true;
-  if (row.environment.temperature_c) summary["temperature_c"] = *row.environment.temperature_c;
-  if (row.sensor) {
-    summary["alpha_deg"] = row.sensor->alpha_deg;
-    summary["beta_deg"] = row.sensor->beta_deg;
-    summary["gamma_deg"] = row.sensor->gamma_deg;
-    summary["residual_rms_um"] = row.sensor->residual_rms_um;
-  } else if (row.probe) {
-    summary["approach"] = row.probe->approach;
-    summary["offset_mm"] = row.probe->offset_mm;
-    summary["residual_rms_um"] = row.probe->residual_rms_um;
-  } else if (row.axis) {
-    summary["axis"] = row.axis->axis;
-    summary["reversal_deg"] = row.axis->reversal.value_deg;
-    summary["greatest_error_deg"] = row.axis->greatest_error.value_deg;
-    summary["standard_uncertainty_deg"] = row.axis->standard_uncertainty.value_deg;
-    if (row.axis->periodic_order) summary["periodic_amplitude_deg"] = row.axis->periodic_amplitude.value_deg;
-  } else {
-    summary["point_c_mm"] = row.rotation->point_c_mm;
-    summary["residual_rms_um"] = row.rotation->residual_rms_um;
-    summary["check_rms_um"] = row.rotation->check_rms_um;
-  }
-  return summary.dump();
+v1::WithdrawCalibrationResponse WithdrawalOf(const storage::WithdrawnCalibrationRow& row) {
+  v1::WithdrawCalibrationResponse response;
+  *response.mutable_calibration() = ToProto(row.calibration);
+  AddResting(row.resting, &response);
+  if (row.in_force) response.set_in_force(row.in_force->name());
+  return response;
 }
 
 }  // namespace sixpoint::calibration

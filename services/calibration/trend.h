@@ -7,9 +7,11 @@
 #include <vector>
 
 #include "sixpoint/calibration/v1/calibration.pb.h"
-#include "storage/calibration_store.h"
+#include "storage/calibrations.h"
 
 namespace sixpoint::calibration {
+
+inline constexpr int kUsualTrendCount = 50;  // of calibrations
 
 // One scalar of a calibration with its standard uncertainty; the unit is in the name.
 struct CalibratedParameter {
@@ -19,7 +21,9 @@ struct CalibratedParameter {
 };
 std::vector<CalibratedParameter> ParametersOf(const storage::CalibrationRow& row);
 
-absl::StatusOr<v1::CalibrationTrend> TrendOf(const storage::CalibrationReader& calibrations, storage::Deadline deadline,
-                                             const v1::GetCalibrationTrendRequest& request);
+// history: of one subject, at least one, by the time from which they are valid. INVALID_ARGUMENT: a parameter that they have
+// not, or a limit that is none.
+absl::StatusOr<v1::CalibrationTrend> TrendOf(const v1::GetCalibrationTrendRequest& request,
+                                             const std::vector<storage::CalibrationRow>& history);
 
 }  // namespace sixpoint::calibration
