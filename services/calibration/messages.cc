@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "metrology/kinematics/calibration_parameters.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
 
