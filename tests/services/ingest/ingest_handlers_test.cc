@@ -52,8 +52,10 @@ class IngestHandlersTest : public ::testing::Test {
       upload.Send(blocks[next]);
       upload.Hear(&response);
     }
-    if (block_count == blocks.size()) upload.Send(EndOf(blocks));
-    while (upload.Hear(&response) && !response.has_stored()) {
+    if (block_count == blocks.size()) {
+      upload.Send(EndOf(blocks));
+      while (upload.Hear(&response) && !response.has_stored()) {
+      }
     }
     const absl::Status status = upload.Finish();
     if (!status.ok()) return status;
