@@ -205,7 +205,7 @@ grpc::Status ScanService::PreviewScan(grpc::ServerContext* context, const v1::Pr
   for (std::size_t i = 0; i < scan->blocks.size(); ++i) {
     const std::int64_t end_of_block = first_of_block + scan->blocks[i].point_count;
     if (next < end_of_block) {
-      if (!keep_going()) return ToGrpc(absl::CancelledError("the client went away or its time ended"));
+      if (!keep_going()) return ToGrpc(runtime::Stopped(*context, "nothing was changed"));
       const absl::StatusOr<metrology::Points> points_mm = ReadPoints(*store_, *scan, i, deadline);
       if (!points_mm.ok()) return ToGrpc(points_mm.status());
       for (; next < end_of_block; next += stride) {

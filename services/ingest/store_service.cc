@@ -19,8 +19,7 @@ constexpr std::chrono::seconds kBetweenMessages{1};
 constexpr int kGreatestDamageCount = 100;  // in one status
 // A call that was cut off says so, unlike one that had nothing more to do.
 absl::Status CutOff(const grpc::ServerContext& context) {
-  return context.IsCancelled() ? absl::CancelledError("the client went away or its time ended; what was done is kept")
-                               : absl::OkStatus();
+  return context.IsCancelled() ? runtime::Stopped(context, "what was done is kept") : absl::OkStatus();
 }
 
 std::string RequestedBy(const std::string& named, const grpc::ServerContext& context) {
@@ -84,7 +83,7 @@ grpc::Status CloudStoreService::CheckStore(grpc::ServerContext* context, const v
   const bool complete = checked.ok() && options.keep_going();
   progress.Finish(complete);
   if (!checked.ok() || complete) return ToGrpc(checked);
-  return ToGrpc(absl::CancelledError("the client went away or its time ended; go on from after_sha256"));
+  return ToGrpc(runtime::Stopped(*context, "go on from after_sha256"));
 }
 
 grpc::Status CloudStoreService::CollectGarbage(grpc::ServerContext* context, const v1::CollectGarbageRequest* request,
