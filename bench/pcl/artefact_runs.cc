@@ -176,7 +176,7 @@ Results EmptyResults(const std::vector<Step>& steps, std::size_t cases) {
 void RunArtefact(const RunOptions& options, Figures* figures) {
   const std::vector<Step> steps{FaceStep(), HoleStep(), PoseStep()};
   const std::size_t kinds = ArtefactCaseKinds().size(),
-                    seeds = static_cast<std::size_t>(std::max(2, options.seeds / 2));
+                    seeds = static_cast<std::size_t>(std::max(2, options.seeds / 4));
   std::vector<Results> of_kind(kinds, EmptyResults(steps, seeds));
   Results all = EmptyResults(steps, kinds * seeds);
   metrology::ForEach(seeds, options.threads, [&](std::size_t seed) {

@@ -22,7 +22,8 @@ std::vector<sixpoint::bench::Goal> PclGoals() {
                                                {"start", "start_whole", "coarse start, all sides"},
                                                {"start", "start_one_side", "coarse start, one side"},
                                                {"pins", "pins", "pins"},
-                                               {"thinning", "thinning", "thinning for a fit"}}) {
+                                               {"thinning", "thinning_clean", "thinning for a fit"},
+                                               {"thinning", "thinning_soiled", "thinning for a fit, strays"}}) {
     goals.push_back({part, key + "_failed_more_percent", words + ": fails more often than PCL's best, %", std::nullopt,
                      0, sixpoint::bench::Goal::Counts::kInFull});
     goals.push_back({part, key + "_error_ratio", words + ": error over PCL's best", std::nullopt, 1.05,

@@ -1,5 +1,5 @@
-// Pins in drilled holes with chips and a neighbour about them: every point off the surface given to the robust cylinder, as the
-// product does it, and PCL's clusters or outlier removal before it, or PCL's cylinder in its place.
+// Pins in drilled holes with chips and a neighbour about them: the robust cylinder through every point off the surface, PCL's
+// clusters after it (as the product has them), before it, PCL's outlier removal before it, and PCL's cylinder in its place.
 #include <Eigen/Geometry>
 #include <cstdio>
 #include <functional>
@@ -130,23 +130,22 @@ struct Contender {
   std::function<std::optional<Vector3d>(const NominalPin&, const Points&)> start;
 };
 std::vector<Contender> Contenders() {
-  const auto ours_of = [](const auto& kept) {
-    return [kept](const NominalPin& nominal, const Points& points) -> std::optional<Vector3d> {
-      const metrology::PinFit fit = metrology::FitPin(nominal, kept(points));
+  using Kept = std::function<Points(const Points&)>;
+  const auto fitted = [](double apart_mm, const Kept& kept) {
+    return [=](const NominalPin& nominal, const Points& points) -> std::optional<Vector3d> {
+      metrology::PinLimits limits;
+      limits.apart_mm = apart_mm;
+      const metrology::PinFit fit = metrology::FitPin(nominal, kept(points), limits);
       if (!fit.measured) return std::nullopt;
       return metrology::HoleErrorOf(nominal, fit, fit.noise_covariance).start_in_part_mm;
     };
   };
-  return {{"ours: all points", ours_of([](const Points& points) { return points; })},
-          {"PCL clusters 0.15 mm, then ours", ours_of([](const Points& p) { return PclLargestCluster(p, 0.15); })},
-          {"PCL clusters 0.25 mm, then ours", ours_of([](const Points& p) { return PclLargestCluster(p, 0.25); })},
-          {"ours; where refused, PCL clusters",
-           [ours_of](const NominalPin& nominal, const Points& points) {
-             const auto start = ours_of([](const Points& p) { return p; })(nominal, points);
-             return start ? start
-                          : ours_of([](const Points& p) { return PclLargestCluster(p, 0.15); })(nominal, points);
-           }},
-          {"PCL outlier removal, then ours", ours_of([](const Points& p) { return PclWithoutOutliers(p, 1); })},
+  const auto all = [](const Points& points) { return points; };
+  return {{"product: clusters where refused", fitted(metrology::PinLimits().apart_mm, all)},
+          {"all points", fitted(0, all)},
+          {"clusters 0.15 mm first", fitted(0, [](const Points& p) { return PclLargestCluster(p, 0.15); })},
+          {"clusters 0.25 mm first", fitted(0, [](const Points& p) { return PclLargestCluster(p, 0.25); })},
+          {"outlier removal first", fitted(0, [](const Points& p) { return PclWithoutOutliers(p, 1); })},
           {"PCL cylinder", PclCylinderStart}};
 }
 

@@ -17,7 +17,7 @@ using metrology::Points;
 
 constexpr std::size_t kScanCount = 300'000, kKeptCount = 25'000;
 constexpr double kNoiseMm = 2e-3, kStrays = 0.02;
-constexpr double kCellMm = 0.27;  // leaves about as many
+constexpr double kCellMm = 0.5;  // leaves about as many
 constexpr double kLimitUm = 100;
 
 struct Contender {
@@ -47,7 +47,6 @@ void RunThinning(const RunOptions& options, Figures* figures) {
   const PreparedBlade prepared = PrepareBlade(options.threads);
   const std::vector<Contender> contenders = Contenders();
   const auto seeds = static_cast<std::size_t>(std::max(4, options.seeds / 5));
-  std::vector<std::vector<Result>> all(contenders.size());
   for (const double strays : {0.0, kStrays}) {
     std::vector<std::vector<Result>> results(contenders.size(), std::vector<Result>(seeds));
     std::vector<std::size_t> kept(contenders.size());
@@ -71,7 +70,6 @@ void RunThinning(const RunOptions& options, Figures* figures) {
     std::vector<Tally> tallies;
     for (std::size_t c = 0; c < contenders.size(); ++c) {
       tallies.emplace_back(contenders[c].name + (" (" + std::to_string(kept[c]) + ")"), results[c], kLimitUm);
-      all[c].insert(all[c].end(), results[c].begin(), results[c].end());
     }
     std::printf("\n-- thinning %zu points, %zu scans, %g %% strays: vertices after the fit\n", kScanCount, seeds,
                 100 * strays);
