@@ -19,8 +19,8 @@ using Point = pcl::PointNormal;
 using Cloud = pcl::PointCloud<Point>;
 using Features = pcl::PointCloud<pcl::FPFHSignature33>;
 
-constexpr float kSpacingMm = 1;
-constexpr double kNormalRadiusMm = 1.5, kFeatureRadiusMm = 6;
+constexpr float kSpacingMm = 1.5;
+constexpr double kNormalRadiusMm = 2, kFeatureRadiusMm = 8;
 constexpr std::size_t kSurfaceCount = 60'000;
 
 Point PointOf(const Eigen::Vector3d& p, const Eigen::Vector3d& normal) {
@@ -152,7 +152,7 @@ std::optional<Eigen::Isometry3d> PclStart::Find(const std::vector<metrology::Sca
     search.setMaximumIterations(300);
     search.setNumberOfSamples(3);
     search.setCorrespondenceRandomness(5);
-    search.setMinSampleDistance(8 * kSpacingMm);
+    search.setMinSampleDistance(6 * kSpacingMm);
     search.setMaxCorrespondenceDistance(2 * kSpacingMm);
     search.align(aligned);
     found = search.getFinalTransformation();
