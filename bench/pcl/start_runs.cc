@@ -32,7 +32,7 @@ Result Judge(const PreparedBlade& prepared, const CoarseCase& posed, const std::
 void RunStart(const RunOptions& options, Figures* figures) {
   const PreparedBlade prepared = PrepareBlade(options.threads);
   const PclStart pcl(prepared.blade);
-  const int draws = std::max(2, options.seeds / 5);
+  const int draws = std::max(2, options.seeds / 8);
   for (const bool whole : {true, false}) {
     std::vector<Result> ours, prerejection, sac_ia;
     for (int seed = 1; seed <= draws; ++seed) {
