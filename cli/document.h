@@ -46,7 +46,6 @@ class Field {
   std::vector<std::pair<std::string, Field>> Members(std::size_t minimum_count, std::size_t maximum_count) const;
   // In a strict document: any other key is a problem.
   void OnlyKeys(const std::vector<std::string>& keys) const;
-  bool IsList() const { return value_ != nullptr && value_->is_array(); }
 
   double Number(double minimum = -kGreatest, double maximum = kGreatest) const;
   double Positive(double maximum = kGreatest) const;

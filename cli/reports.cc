@@ -189,7 +189,8 @@ void AddInspectionRows(const inspection::v1::Inspection& inspection, Table* tabl
                    position ? Fixed(hole.position_expanded_uncertainty_um(), 2) : "-",
                    Fixed(hole.position_tolerance_mm(), 4), inclination ? Fixed(hole.inclination_error_deg(), 4) : "-",
                    inclination ? Fixed(hole.inclination_expanded_uncertainty_deg(), 4) : "-",
-                   Fixed(hole.inclination_tolerance_deg(), 3), Fixed(hole.positioning_difference_um(), 1),
+                   Fixed(hole.inclination_tolerance_deg(), 3),
+                   hole.has_positioning_difference_um() ? Fixed(hole.positioning_difference_um(), 1) : "-",
                    Grouped(hole.point_count()), hole.reason()});
   }
 }

@@ -86,12 +86,12 @@ std::string GaugeRrText(const calibration::v1::GaugeRr& rr) {
   Table table({"source", ">df", ">sum of squares", ">mean square", ">F", ">P", ">variance", ">from", ">to", ">std dev",
                ">% of variance"});
   for (const auto& line : rr.lines()) {
-    const bool total = &line == &*rr.lines().rbegin();
     table.AddRow({line.source(), std::to_string(line.degrees_of_freedom()), Fixed(line.sum_of_squares(), 6),
-                  total ? "" : Fixed(line.mean_square(), 6), line.has_f() ? Fixed(line.f(), 3) : "",
+                  line.has_mean_square() ? Fixed(line.mean_square(), 6) : "", line.has_f() ? Fixed(line.f(), 3) : "",
                   line.has_p() ? Fixed(line.p(), 4) : "", Fixed(line.variance(), 6),
-                  total ? "" : Fixed(line.variance_lower(), 6), total ? "" : Fixed(line.variance_upper(), 6),
-                  Fixed(line.standard_deviation(), 5), Fixed(line.percent_of_variance(), 1)});
+                  line.has_variance_lower() ? Fixed(line.variance_lower(), 6) : "",
+                  line.has_variance_upper() ? Fixed(line.variance_upper(), 6) : "", Fixed(line.standard_deviation(), 5),
+                  Fixed(line.percent_of_variance(), 1)});
   }
   return table.ToText() + "mean " + Fixed(rr.mean(), 5) + " (u " + Fixed(rr.mean_standard_uncertainty(), 5) + ") " +
          rr.unit() + "; gauge R&R " + Fixed(rr.gauge_rr_standard_deviation(), 5) + " " + rr.unit() + " (" +

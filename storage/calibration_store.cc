@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "storage/blobs.h"
+#include "storage/one_read.h"
 #include "storage/reasons.h"
 #include "storage/requests.h"
 
@@ -43,27 +44,28 @@ class PostgresCalibrations final : public CalibrationStore {
 
   absl::StatusOr<std::optional<CalibrationRow>> Find(const std::string& calibration_id,
                                                      Deadline deadline) const override {
-    return Read(deadline, [&](Transaction& t) { return FindCalibration(t, calibration_id); });
+    return OneRead(*database_, deadline, [&](Transaction& t) { return FindCalibration(t, calibration_id); });
   }
   absl::StatusOr<std::optional<CalibrationRow>> InForce(const CalibrationSubject& subject, Instant at,
                                                         Deadline deadline) const override {
-    return Read(deadline, [&](Transaction& t) { return CalibrationInForce(t, subject, at); });
+    return OneRead(*database_, deadline, [&](Transaction& t) { return CalibrationInForce(t, subject, at); });
   }
   absl::StatusOr<std::optional<CalibrationRow>> Withdrawn(const CalibrationSubject& subject, Instant at,
                                                           Deadline deadline) const override {
-    return Read(deadline, [&](Transaction& t) { return WithdrawnCalibration(t, subject, at); });
+    return OneRead(*database_, deadline, [&](Transaction& t) { return WithdrawnCalibration(t, subject, at); });
   }
   absl::StatusOr<std::optional<Instant>> LastValidity(const CalibrationSubject& subject, Instant at,
                                                       Deadline deadline) const override {
-    return Read(deadline, [&](Transaction& t) { return storage::LastValidity(t, subject, at); });
+    return OneRead(*database_, deadline, [&](Transaction& t) { return storage::LastValidity(t, subject, at); });
   }
   absl::StatusOr<std::vector<CalibrationRow>> List(const CalibrationFilter& filter, std::int64_t before_sequence,
                                                    int limit, Deadline deadline) const override {
-    return Read(deadline, [&](Transaction& t) { return ListCalibrations(t, filter, before_sequence, limit); });
+    return OneRead(*database_, deadline,
+                   [&](Transaction& t) { return ListCalibrations(t, filter, before_sequence, limit); });
   }
   absl::StatusOr<std::vector<CalibrationRow>> History(const CalibrationSubject& subject, int limit,
                                                       Deadline deadline) const override {
-    return Read(deadline, [&](Transaction& t) { return CalibrationHistory(t, subject, limit); });
+    return OneRead(*database_, deadline, [&](Transaction& t) { return CalibrationHistory(t, subject, limit); });
   }
 
   absl::StatusOr<std::optional<std::string>> FindAnswer(const RecordedRequest& request,
@@ -71,13 +73,13 @@ class PostgresCalibrations final : public CalibrationStore {
     return storage::FindAnswer(*database_, request, deadline);
   }
   absl::StatusOr<std::string> Record(const RecordedRequest& request, CalibrationRow calibration,
-                                     const std::string& summary_json, const AnswerOf<CalibrationRow>& answer_of,
+                                     const RecordEntry& entry, const AnswerOf<CalibrationRow>& answer_of,
                                      Deadline deadline) override {
     return RecordOnce(*database_, request, deadline, [&](Transaction& transaction) -> absl::StatusOr<std::string> {
       absl::StatusOr<std::string> sha256 = PutBlob(transaction, request.bytes);
       if (!sha256.ok()) return sha256.status();
       calibration.request_sha256 = *std::move(sha256);
-      const absl::StatusOr<Recorded> recorded = InsertCalibration(transaction, calibration, summary_json);
+      const absl::StatusOr<Recorded> recorded = InsertCalibration(transaction, calibration, entry);
       if (!recorded.ok()) return recorded.status();
       const absl::StatusOr<CalibrationRow> stored = ReadAgain(transaction, calibration.calibration_id);
       if (!stored.ok()) return stored.status();
@@ -111,13 +113,6 @@ class PostgresCalibrations final : public CalibrationStore {
   }
 
  private:
-  template <typename Work>
-  auto Read(Deadline deadline, const Work& work) const -> decltype(work(std::declval<Transaction&>())) {
-    absl::StatusOr<Transaction> transaction = database_->Begin(deadline);
-    if (!transaction.ok()) return transaction.status();
-    return work(*transaction);
-  }
-
   Database* const database_;
 };
 

@@ -45,12 +45,9 @@ struct WithdrawnCalibrationRow {
   std::optional<CalibrationRow> in_force;  // of its subject now
 };
 
-class CalibrationWriter : public AnswerReader {
+// Record keeps the request's bytes as a blob, too.
+class CalibrationWriter : public ResultWriter<CalibrationRow> {
  public:
-  // The request as a blob, the calibration with its journal entry, and the answer, from the calibration as it reads then.
-  virtual absl::StatusOr<std::string> Record(const RecordedRequest& request, CalibrationRow calibration,
-                                             const std::string& summary_json, const AnswerOf<CalibrationRow>& answer_of,
-                                             Deadline deadline) = 0;
   // The event with its journal entry, and the answer.
   virtual absl::StatusOr<std::string> Release(const RecordedRequest& request, const CalibrationDecision& decision,
                                               const AnswerOf<CalibrationRow>& answer_of, Deadline deadline) = 0;

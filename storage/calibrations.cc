@@ -316,16 +316,7 @@ absl::StatusOr<std::optional<CalibrationRow>> FindOne(Transaction& transaction, 
 }  // namespace
 
 absl::StatusOr<Recorded> InsertCalibration(Transaction& transaction, const CalibrationRow& c,
-                                           const std::string& summary_json) {
-  RecordEntry entry;
-  entry.kind = "calibration";
-  entry.name = c.name();
-  entry.inputs = c.inputs;
-  entry.machine = c.machine_id;
-  entry.method = c.method;
-  entry.software_version = c.software_version;
-  entry.requested_by = c.requested_by;
-  entry.summary_json = summary_json;
+                                           const RecordEntry& entry) {
   const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
   if (!recorded.ok()) return recorded.status();
   Params head;

@@ -156,7 +156,7 @@ struct CalibrationRow {
 
 // Journal entry, calibration and residuals. Call it last before the commit (the journal's lock).
 absl::StatusOr<Recorded> InsertCalibration(Transaction& transaction, const CalibrationRow& calibration,
-                                           const std::string& summary_json);
+                                           const RecordEntry& entry);
 
 // With its residuals, and its state as of `now`.
 absl::StatusOr<std::optional<CalibrationRow>> FindCalibration(Transaction& transaction,

@@ -1,9 +1,9 @@
 #include "storage/corrections.h"
 
-#include <map>
 #include <utility>
 
 #include "storage/blobs.h"
+#include "storage/children.h"
 #include "storage/postgres_results.h"
 
 namespace sixpoint::storage {
@@ -119,42 +119,34 @@ absl::Status InsertGroup(Transaction& transaction, const std::string& id, int po
 
 // Groups and holes of all the rows at once: two statements for a page.
 absl::Status ReadChildren(Transaction& transaction, std::vector<CorrectionRow>* corrections) {
-  std::vector<std::string> ids;
-  std::map<std::string, CorrectionRow*> by_id;
-  for (CorrectionRow& correction : *corrections) {
-    ids.push_back(correction.correction_id);
-    by_id[correction.correction_id] = &correction;
-  }
-  if (ids.empty()) return absl::OkStatus();
-  const absl::StatusOr<Rows> groups = transaction.Execute(kSelectGroups, Params().Texts(ids));
-  if (!groups.ok()) return groups.status();
-  for (int row = 0; row < groups->count(); ++row) {
-    CorrectionGroupRow& group = by_id.at(groups->Text(row, 0))->groups.emplace_back();
-    group.group_name = groups->Text(row, 1);
-    group.a_deg = groups->Real(row, 2);
-    group.b_deg = groups->Real(row, 3);
-    group.a_nominal_deg = groups->Real(row, 4);
-    group.b_nominal_deg = groups->Real(row, 5);
-    group.a_ideal_deg = groups->Real(row, 6);
-    group.b_ideal_deg = groups->Real(row, 7);
-    group.a_standard_uncertainty_deg = groups->Real(row, 8);
-    group.b_standard_uncertainty_deg = groups->Real(row, 9);
-    if (!groups->IsNull(row, 10)) group.reached_deg = {groups->Real(row, 10), groups->Real(row, 11)};
-  }
-  const absl::StatusOr<Rows> holes = transaction.Execute(kSelectHoles, Params().Texts(ids));
-  if (!holes.ok()) return holes.status();
-  for (int row = 0; row < holes->count(); ++row) {
-    for (CorrectionGroupRow& group : by_id.at(holes->Text(row, 0))->groups) {
-      if (group.group_name != holes->Text(row, 1)) continue;
+  const ParentRows<CorrectionRow> parents(corrections, &CorrectionRow::correction_id);
+  if (parents.ids().empty()) return absl::OkStatus();
+  const Params ids = Params().Texts(parents.ids());
+  const absl::Status groups =
+      parents.Add(transaction.Execute(kSelectGroups, ids), [](CorrectionRow& correction, const Rows& rows, int row) {
+        CorrectionGroupRow& group = correction.groups.emplace_back();
+        group.group_name = rows.Text(row, 1);
+        group.a_deg = rows.Real(row, 2);
+        group.b_deg = rows.Real(row, 3);
+        group.a_nominal_deg = rows.Real(row, 4);
+        group.b_nominal_deg = rows.Real(row, 5);
+        group.a_ideal_deg = rows.Real(row, 6);
+        group.b_ideal_deg = rows.Real(row, 7);
+        group.a_standard_uncertainty_deg = rows.Real(row, 8);
+        group.b_standard_uncertainty_deg = rows.Real(row, 9);
+        if (!rows.IsNull(row, 10)) group.reached_deg = {rows.Real(row, 10), rows.Real(row, 11)};
+      });
+  if (!groups.ok()) return groups;
+  return parents.Add(transaction.Execute(kSelectHoles, ids), [](CorrectionRow& correction, const Rows& rows, int row) {
+    for (CorrectionGroupRow& group : correction.groups) {
+      if (group.group_name != rows.Text(row, 1)) continue;
       CorrectionHoleRow& hole = group.holes.emplace_back();
-      hole.hole_name = holes->Text(row, 2);
-      hole.start_mm = {holes->Real(row, 3), holes->Real(row, 4), holes->Real(row, 5)};
-      hole.nominal_start_mm = {holes->Real(row, 6), holes->Real(row, 7), holes->Real(row, 8)};
-      hole.expanded_uncertainty_um = holes->Real(row, 9);
+      hole.hole_name = rows.Text(row, 2);
+      hole.start_mm = {rows.Real(row, 3), rows.Real(row, 4), rows.Real(row, 5)};
+      hole.nominal_start_mm = {rows.Real(row, 6), rows.Real(row, 7), rows.Real(row, 8)};
+      hole.expanded_uncertainty_um = rows.Real(row, 9);
     }
-  }
-  if (absl::Status read = groups->status(); !read.ok()) return read;
-  return holes->status();
+  });
 }
 
 absl::StatusOr<std::vector<CorrectionRow>> ReadCorrections(Transaction& transaction, const char* sql,

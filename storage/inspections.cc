@@ -1,9 +1,9 @@
 #include "storage/inspections.h"
 
 #include <algorithm>
-#include <map>
 #include <utility>
 
+#include "storage/children.h"
 #include "storage/postgres_results.h"
 
 namespace sixpoint::storage {
@@ -143,21 +143,16 @@ Params HoleParams(const std::string& inspection_id, int position, const Inspecti
 
 // Scans and holes of all the rows at once: two statements for a page.
 absl::Status ReadChildren(Transaction& transaction, std::vector<InspectionRow>* inspections) {
-  std::vector<std::string> ids;
-  std::map<std::string, InspectionRow*> by_id;
-  for (InspectionRow& inspection : *inspections) {
-    ids.push_back(inspection.inspection_id);
-    by_id[inspection.inspection_id] = &inspection;
-  }
-  if (ids.empty()) return absl::OkStatus();
-  const absl::StatusOr<Rows> scans = transaction.Execute(kSelectScans, Params().Texts(ids));
-  if (!scans.ok()) return scans.status();
-  for (int row = 0; row < scans->count(); ++row) by_id.at(scans->Text(row, 0))->scan_ids.push_back(scans->Text(row, 1));
-  const absl::StatusOr<Rows> holes = transaction.Execute(kSelectHoles, Params().Texts(ids));
-  if (!holes.ok()) return holes.status();
-  for (int row = 0; row < holes->count(); ++row) by_id.at(holes->Text(row, 0))->holes.push_back(ReadHole(*holes, row));
-  if (absl::Status read = scans->status(); !read.ok()) return read;
-  return holes->status();
+  const ParentRows<InspectionRow> parents(inspections, &InspectionRow::inspection_id);
+  if (parents.ids().empty()) return absl::OkStatus();
+  const Params ids = Params().Texts(parents.ids());
+  const absl::Status scans = parents.Add(
+      transaction.Execute(kSelectScans, ids),
+      [](InspectionRow& inspection, const Rows& rows, int row) { inspection.scan_ids.push_back(rows.Text(row, 1)); });
+  if (!scans.ok()) return scans;
+  return parents.Add(transaction.Execute(kSelectHoles, ids), [](InspectionRow& inspection, const Rows& rows, int row) {
+    inspection.holes.push_back(ReadHole(rows, row));
+  });
 }
 
 absl::StatusOr<std::vector<InspectionRow>> ReadInspections(Transaction& transaction, const char* sql,

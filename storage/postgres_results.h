@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "storage/one_read.h"
 #include "storage/requests.h"
 #include "storage/result_store.h"
 
@@ -24,15 +25,12 @@ class PostgresResults final : public ResultStore<Row, Filter> {
     return storage::FindAnswer(*database_, request, deadline);
   }
   absl::StatusOr<std::optional<Row>> Find(const std::string& id, Deadline deadline) const override {
-    absl::StatusOr<Transaction> transaction = database_->Begin(deadline);
-    if (!transaction.ok()) return transaction.status();
-    return statements_.find(*transaction, id);
+    return OneRead(*database_, deadline, [&](Transaction& t) { return statements_.find(t, id); });
   }
   absl::StatusOr<std::vector<Row>> List(const Filter& filter, std::int64_t before_sequence, int limit,
                                         Deadline deadline) const override {
-    absl::StatusOr<Transaction> transaction = database_->Begin(deadline);
-    if (!transaction.ok()) return transaction.status();
-    return statements_.list(*transaction, filter, before_sequence, limit);
+    return OneRead(*database_, deadline,
+                   [&](Transaction& t) { return statements_.list(t, filter, before_sequence, limit); });
   }
   absl::StatusOr<std::string> Record(const RecordedRequest& request, Row row, const RecordEntry& entry,
                                      const AnswerOf<Row>& answer_of, Deadline deadline) override {

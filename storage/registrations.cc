@@ -1,8 +1,8 @@
 #include "storage/registrations.h"
 
-#include <map>
 #include <utility>
 
+#include "storage/children.h"
 #include "storage/postgres_results.h"
 
 namespace sixpoint::storage {
@@ -124,39 +124,30 @@ RegistrationRow ReadRegistration(const Rows& rows, int row) {
 
 // Scans, agreements, datums and angles of all the rows at once: four statements for a page.
 absl::Status ReadChildren(Transaction& transaction, std::vector<RegistrationRow>* registrations) {
-  std::vector<std::string> ids;
-  std::map<std::string, RegistrationRow*> by_id;
-  for (RegistrationRow& registration : *registrations) {
-    ids.push_back(registration.registration_id);
-    by_id[registration.registration_id] = &registration;
-  }
-  if (ids.empty()) return absl::OkStatus();
-  const absl::StatusOr<Rows> scans = transaction.Execute(kSelectScans, Params().Texts(ids));
-  if (!scans.ok()) return scans.status();
-  for (int row = 0; row < scans->count(); ++row)
-    by_id.at(scans->Text(row, 0))
-        ->scans.push_back({scans->Text(row, 1), scans->Int(row, 2), scans->Int(row, 3), scans->Real(row, 4)});
-  const absl::StatusOr<Rows> agreements = transaction.Execute(kSelectAgreements, Params().Texts(ids));
-  if (!agreements.ok()) return agreements.status();
-  for (int row = 0; row < agreements->count(); ++row)
-    by_id.at(agreements->Text(row, 0))
-        ->agreements.push_back({agreements->Text(row, 1), agreements->Text(row, 2), agreements->Int(row, 3),
-                                agreements->Real(row, 4), agreements->Real(row, 5)});
-  const absl::StatusOr<Rows> datums = transaction.Execute(kSelectDatums, Params().Texts(ids));
-  if (!datums.ok()) return datums.status();
-  for (int row = 0; row < datums->count(); ++row)
-    by_id.at(datums->Text(row, 0))
-        ->datums.push_back({datums->Text(row, 1), datums->Real(row, 2), datums->Real(row, 3), datums->Int(row, 4)});
-  const absl::StatusOr<Rows> angles = transaction.Execute(kSelectAngles, Params().Texts(ids));
-  if (!angles.ok()) return angles.status();
-  for (int row = 0; row < angles->count(); ++row)
-    by_id.at(angles->Text(row, 0))
-        ->angles.push_back({angles->Text(row, 1), angles->Text(row, 2), angles->Real(row, 3), angles->Real(row, 4),
-                            angles->Real(row, 5), angles->Real(row, 6), angles->Reals(row, 7)});
-  if (absl::Status read = scans->status(); !read.ok()) return read;
-  if (absl::Status read = agreements->status(); !read.ok()) return read;
-  if (absl::Status read = datums->status(); !read.ok()) return read;
-  return angles->status();
+  const ParentRows<RegistrationRow> parents(registrations, &RegistrationRow::registration_id);
+  if (parents.ids().empty()) return absl::OkStatus();
+  const Params ids = Params().Texts(parents.ids());
+  absl::Status read =
+      parents.Add(transaction.Execute(kSelectScans, ids), [](RegistrationRow& registration, const Rows& rows, int row) {
+        registration.scans.push_back({rows.Text(row, 1), rows.Int(row, 2), rows.Int(row, 3), rows.Real(row, 4)});
+      });
+  if (!read.ok()) return read;
+  read = parents.Add(
+      transaction.Execute(kSelectAgreements, ids), [](RegistrationRow& registration, const Rows& rows, int row) {
+        registration.agreements.push_back(
+            {rows.Text(row, 1), rows.Text(row, 2), rows.Int(row, 3), rows.Real(row, 4), rows.Real(row, 5)});
+      });
+  if (!read.ok()) return read;
+  read = parents.Add(
+      transaction.Execute(kSelectDatums, ids), [](RegistrationRow& registration, const Rows& rows, int row) {
+        registration.datums.push_back({rows.Text(row, 1), rows.Real(row, 2), rows.Real(row, 3), rows.Int(row, 4)});
+      });
+  if (!read.ok()) return read;
+  return parents.Add(
+      transaction.Execute(kSelectAngles, ids), [](RegistrationRow& registration, const Rows& rows, int row) {
+        registration.angles.push_back({rows.Text(row, 1), rows.Text(row, 2), rows.Real(row, 3), rows.Real(row, 4),
+                                       rows.Real(row, 5), rows.Real(row, 6), rows.Reals(row, 7)});
+      });
 }
 
 absl::StatusOr<std::vector<RegistrationRow>> ReadRegistrations(Transaction& transaction, const char* sql,

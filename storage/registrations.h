@@ -62,11 +62,12 @@ struct RegistrationRow {
   std::string rotation_calibration_id;
   std::string outcome;  // CONVERGED, NOT_CONVERGED, NOT_DETERMINED, TOO_LITTLE_OVERLAP, INFEASIBLE
   // By rows; all five empty unless the outcome is CONVERGED.
-  std::vector<double> zero_from_part;           // 3 x 4
-  std::vector<double> reference_mm;             // 3
-  std::vector<double> covariance;               // 6 x 6
-  std::vector<double> noise_covariance;         // 6 x 6
-  std::vector<double> calibration_sensitivity;  // 6 x 14
+  std::vector<double> zero_from_part;    // 3 x 4
+  std::vector<double> reference_mm;      // 3
+  std::vector<double> covariance;        // 6 x 6
+  std::vector<double> noise_covariance;  // 6 x 6
+  // 6 rows, a column each calibration parameter (metrology/kinematics/calibration_parameters.h).
+  std::vector<double> calibration_sensitivity;
   std::int64_t point_count = 0;
   std::int64_t points_used = 0;
   int iteration_count = 0;

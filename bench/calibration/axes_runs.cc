@@ -37,8 +37,8 @@ Eigen::Vector3d Turned(const metrology::AxisLine& axis, double angle, const Eige
 
 // Inverse Fisher information of the fitted poses, by central differences about the truth, in tangent coordinates at
 // `reference` (where the estimate's own error is told).
-metrology::Matrix8d BoundOf(const simulator::MachineTruth& truth, const std::vector<metrology::SpherePose>& poses,
-                            const metrology::RotaryAxes& reference) {
+metrology::AxesCovariance BoundOf(const simulator::MachineTruth& truth, const std::vector<metrology::SpherePose>& poses,
+                                  const metrology::RotaryAxes& reference) {
   metrology::RotaryAxes axes = truth.axes;  // its points moved to where the estimate has them
   for (const auto& [line, at] : {std::pair{&axes.a, reference.a.point_mm}, std::pair{&axes.b, reference.b.point_mm}})
     line->point_mm += line->direction * line->direction.dot(at - line->point_mm);
@@ -95,7 +95,7 @@ void RunAxes(const RunOptions& options, Figures* figures) {
                    std::string((found.ok() ? paper.status() : found.status()).message()).c_str());
       std::exit(1);
     }
-    const metrology::Matrix8d bound = BoundOf(truth, poses, found->axes);
+    const metrology::AxesCovariance bound = BoundOf(truth, poses, found->axes);
     lines.Add(ErrorOf(found->axes, truth.axes), bound, found->covariance);
     point_c.Add(ErrorOf(paper->axes, truth.axes), bound, paper->covariance);
     lines_check += found->check_rms_mm / options.seeds;

@@ -4,14 +4,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
-#include <iterator>
 #include <tuple>
 
+#include "bench/calibration/plant_files.h"
 #include "bench/calibration/runs.h"
 #include "bench/calibration/traced_scan.h"
 #include "metrology/calibration/rotation_calibration.h"
 #include "metrology/calibration/sensor_calibration.h"
-#include "metrology/cloud/draco_codec.h"
 
 namespace sixpoint::bench {
 namespace {
@@ -19,43 +18,9 @@ namespace {
 using nlohmann::json;
 constexpr double kDegree = M_PI / 180;
 
-Eigen::Vector3d Vector(const json& j) { return {j.at(0).get<double>(), j.at(1).get<double>(), j.at(2).get<double>()}; }
-
 [[noreturn]] void Stop(const std::string& why) {
   std::fprintf(stderr, "bench/run calibration: %s\n", why.c_str());
   std::exit(1);
-}
-
-metrology::LineScan Load(const std::string& folder, const json& data, const std::string& id) {
-  for (const json& s : data.at("scans")) {
-    if (s.at("id") != id) continue;
-    std::ifstream file(folder + "/" + s.at("file").get<std::string>(), std::ios::binary);
-    const std::string bytes((std::istreambuf_iterator<char>(file)), {});
-    absl::StatusOr<metrology::Points> points = metrology::DecodeBlock(bytes, s.at("point_count").get<std::int64_t>());
-    if (!points.ok()) Stop(std::string(points.status().message()));
-    metrology::LineScan scan;
-    scan.id = id;
-    scan.v0_mm = Vector(s.at("v0_mm"));
-    scan.points_mm = *std::move(points);
-    return scan;
-  }
-  Stop("no scan " + id);
-}
-
-simulator::ArtefactGeometry GeometryOf(const json& record) {
-  simulator::ArtefactGeometry geometry;
-  geometry.cones_mm.clear();
-  geometry.slots_mm.clear();
-  for (const auto& [name, at] : record.at("cones_mm").items())
-    geometry.cones_mm[name] = {at.at(0).get<double>(), at.at(1).get<double>()};
-  for (const auto& [name, at] : record.at("slots_mm").items())
-    geometry.slots_mm[name] = {at.at(0).get<double>(), at.at(1).get<double>()};
-  geometry.cone_half_angle_deg = record.at("cone_half_angle_deg");
-  geometry.cone_top_radius_mm = record.at("cone_top_radius_mm");
-  geometry.cone_bottom_radius_mm = record.at("cone_bottom_radius_mm");
-  geometry.slot_width_mm = record.at("slot_width_mm");
-  geometry.slot_depth_mm = record.at("slot_depth_mm");
-  return geometry;
 }
 
 // Root mean square of the touched coordinates that a calibration uses, about the truth.
@@ -90,26 +55,21 @@ void RunPlantA(const RunOptions& options, Figures* figures) {
     return;
   }
   const json data = json::parse(data_file), known = json::parse(truth_file);
-  simulator::MachineTruth truth;
-  for (int i = 0; i < 9; ++i)
-    truth.machine_from_sensor(i / 3, i % 3) = known.at("machine_from_sensor_rotation").at(i / 3).at(i % 3);
-  truth.t_sm_mm = Vector(known.at("T_sm_mm"));
-  for (int i = 0; i < 16; ++i)
-    truth.machine_from_artefact.matrix()(i / 4, i % 4) = known.at("artefact_pose").at(i / 4).at(i % 4);
+  const simulator::MachineTruth truth = TruthOf(known);
   const simulator::ArtefactGeometry geometry = GeometryOf(data.at("artefact"));
   const metrology::Artefact artefact = RecordOf(geometry);
   metrology::ArtefactTouch touch;  // its uncertainty is not stated: the kernel assumes the usual one (ADR 9)
   const json& probe = data.at("touch_probe");
-  for (const auto& [name, at] : probe.at("centres").items()) touch.centres.push_back({name, Vector(at)});
-  for (const json& p : probe.at("plane")) touch.plane_mm.push_back(Vector(p));
-  for (const json& p : probe.at("side_x")) touch.side_x_mm.push_back(Vector(p));
-  for (const json& p : probe.at("side_y")) touch.side_y_mm.push_back(Vector(p));
+  for (const auto& [name, at] : probe.at("centres").items()) touch.centres.push_back({name, VectorOf(at)});
+  for (const json& p : probe.at("plane")) touch.plane_mm.push_back(VectorOf(p));
+  for (const json& p : probe.at("side_x")) touch.side_x_mm.push_back(VectorOf(p));
+  for (const json& p : probe.at("side_y")) touch.side_y_mm.push_back(VectorOf(p));
   metrology::SensorCalibrationOptions calibration;
   calibration.threads = options.threads;
   calibration.optics.mid_range_mm = data.at("sensor").at("mid_range_mm");
   calibration.optics.noise_mm = 1e-3 * data.at("sensor").at("noise_um").get<double>();
-  const std::vector<metrology::LineScan> scans{Load(options.plant, data, "artefact_1"),
-                                               Load(options.plant, data, "artefact_2")};
+  const std::vector<metrology::LineScan> scans{LoadScan(options.plant, data, "artefact_1"),
+                                               LoadScan(options.plant, data, "artefact_2")};
   const auto found = metrology::CalibrateSensor(scans, artefact, touch, calibration);
   if (!found.ok()) Stop(std::string(found.status().message()));
   metrology::SensorCalibrationOptions alone = calibration;
@@ -190,16 +150,16 @@ void RunPlantA(const RunOptions& options, Figures* figures) {
   std::vector<metrology::SpherePose> poses;
   for (const json& p : data.at("sphere_poses"))
     poses.push_back({p.at("a_deg").get<double>() * kDegree, p.at("b_deg").get<double>() * kDegree,
-                     Vector(p.at("centre_mm")), p.at("use") != "fit"});
+                     VectorOf(p.at("centre_mm")), p.at("use") != "fit"});
   metrology::RotationOptions rotation;
-  rotation.nominal.a.point_mm = rotation.nominal.b.point_mm = Vector(data.at("machine").at("nominal_centre_mm"));
+  rotation.nominal.a.point_mm = rotation.nominal.b.point_mm = VectorOf(data.at("machine").at("nominal_centre_mm"));
   const auto axes = metrology::CalibrateRotation(poses, rotation);
   if (!axes.ok()) Stop(std::string(axes.status().message()));
   double worst_axis_sigma = 0;
   int row = 0;
   for (const auto& [line, name] : {std::pair{axes->axes.a, "a_axis"}, std::pair{axes->axes.b, "b_axis"}}) {
-    const Eigen::Vector3d direction = Vector(known.at(name).at("direction")).normalized();
-    Eigen::Vector3d point = Vector(known.at(name).at("point"));
+    const Eigen::Vector3d direction = VectorOf(known.at(name).at("direction")).normalized();
+    Eigen::Vector3d point = VectorOf(known.at(name).at("point"));
     point += direction * direction.dot(line.point_mm - point);
     const Eigen::Matrix<double, 3, 2> across = metrology::TangentBasis(line.direction);
     Eigen::Vector4d off;

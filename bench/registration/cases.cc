@@ -168,11 +168,11 @@ Matrix6d CaseSampler::Information(const Vector3d& reference_mm) const {
 CaseScan MakeScan(const Blade& blade, CaseKind kind, std::size_t count, double noise_mm,
                   const std::optional<Bump>& bump, std::uint64_t seed) {
   CaseSampler sampler(blade, kind, noise_mm, bump, seed);
-  CaseScan scan;
-  scan.scan_mm.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) scan.scan_mm.push_back(sampler.NextScanned());
-  scan.bound.reference_mm = ScanFromPart().translation();  // the part's origin stands in its middle
-  scan.bound.values = sampler.Information(scan.bound.reference_mm).inverse();
+  metrology::Points scan_mm;
+  scan_mm.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) scan_mm.push_back(sampler.NextScanned());
+  const Vector3d middle_mm = ScanFromPart().translation();  // the part's origin stands in its middle
+  CaseScan scan{std::move(scan_mm), {sampler.Information(middle_mm).inverse(), middle_mm}};
   const Matrix6d squares = MeanSquareForm(blade, ScanFromPart(), scan.bound.reference_mm) * scan.bound.values;
   scan.vertex_bound_um = 1e3 * std::sqrt(squares.trace());
   scan.square_scatter = std::sqrt(2 * (squares * squares).trace()) / squares.trace();

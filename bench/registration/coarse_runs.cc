@@ -11,11 +11,7 @@
 namespace sixpoint::bench {
 namespace {
 
-using Eigen::Vector3d;
-
-constexpr double kShiftMm = 50;         // to either side, along each axis
-constexpr std::size_t kPoints = 6'000;  // of a view
-constexpr int kTimedDraws = 12;         // alone, on all threads
+constexpr int kTimedDraws = 12;  // alone, on all threads
 constexpr double kWrongInSigmas = 5, kWrongUm = 2;
 
 struct Outcome {
@@ -24,28 +20,19 @@ struct Outcome {
 };
 
 Outcome RunOne(const PreparedBlade& prepared, bool whole, int threads, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  std::uniform_real_distribution<double> unit(-1, 1);
-  ViewScans scans;
-  scans.zero_from_part.linear() = AnyTurn(seed);
-  for (int k = 0; k < 3; ++k) scans.zero_from_part.translation()[k] += kShiftMm * unit(random);
-  scans.views = whole ? ViewsAround(4, true) : std::vector<View>{View()};
-  scans.points = kPoints;
-  scans.seed = seed;
-  const metrology::MachineCalibration machine = TrueMachine();
-  const auto portions = ScansOf(prepared.blade, scans, machine, machine);
+  const CoarseCase posed = PosedAnywhere(prepared.blade, whole, seed);
   metrology::FitOptions options;
   options.thread_count = threads;
   options.coarse_start = true;
   Outcome outcome;
   const double begin = Seconds();
-  const auto fit = metrology::FitToSurface(*prepared.surface, portions, BladeOnMachine(), machine, options);
+  const auto fit = metrology::FitToSurface(*prepared.surface, posed.portions, BladeOnMachine(), posed.machine, options);
   outcome.seconds = Seconds() - begin;
   if (!fit.ok()) {
     outcome.flagged = true;
     return outcome;
   }
-  outcome.off_um = VertexDisplacementUm(prepared.blade, *fit->evidence.stopped_at, scans.zero_from_part);
+  outcome.off_um = VertexDisplacementUm(prepared.blade, *fit->evidence.stopped_at, posed.zero_from_part);
   if (fit->placed)
     outcome.stated_um =
         VertexDisplacementUm(prepared.blade, fit->placed->zero_from_part, fit->placed->noise_covariance);
@@ -60,7 +47,7 @@ Outcome RunOne(const PreparedBlade& prepared, bool whole, int threads, std::uint
 }  // namespace
 
 void RunCoarse(const PreparedBlade& prepared, const RunOptions& options, Figures* figures) {
-  std::printf("\ncoarse start: turned in any way, up to %g mm off along each axis, %d draws each\n", kShiftMm,
+  std::printf("\ncoarse start: turned in any way, up to %g mm off along each axis, %d draws each\n", kPosedAnywhereMm,
               options.coarse_draws);
   std::printf("%-28s %8s %11s %9s %18s %12s %12s %12s\n", "", "found", "ambiguous", "flagged", "wrong and silent",
               "worst um", "median s", "slowest s");

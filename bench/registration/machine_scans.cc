@@ -169,4 +169,20 @@ Eigen::Matrix3d AnyTurn(std::uint64_t seed) {
   return Eigen::Quaterniond(w, x, y, z).normalized().toRotationMatrix();
 }
 
+CoarseCase PosedAnywhere(const Blade& blade, bool whole, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  ViewScans scans;
+  scans.zero_from_part.linear() = AnyTurn(seed);
+  for (int k = 0; k < 3; ++k) scans.zero_from_part.translation()[k] += kPosedAnywhereMm * unit(random);
+  scans.views = whole ? ViewsAround(4, true) : std::vector<View>{View()};
+  scans.points = 6'000;
+  scans.seed = seed;
+  CoarseCase posed;
+  posed.zero_from_part = scans.zero_from_part;
+  posed.machine = TrueMachine();
+  posed.portions = ScansOf(blade, scans, posed.machine, posed.machine);
+  return posed;
+}
+
 }  // namespace sixpoint::bench

@@ -44,4 +44,14 @@ std::vector<metrology::ScanPortion> ScansOf(const Blade& blade, const ViewScans&
 Eigen::Isometry3d Displaced(const Eigen::Isometry3d& pose, double shift_mm, double turn_rad, std::uint64_t seed);
 Eigen::Matrix3d AnyTurn(std::uint64_t seed);
 
+// A part of which nothing is known: turned in any way, this far off at most along each axis. Its calibrations are the truth.
+constexpr double kPosedAnywhereMm = 50;
+struct CoarseCase {
+  Eigen::Isometry3d zero_from_part;
+  metrology::MachineCalibration machine;
+  std::vector<metrology::ScanPortion> portions;
+};
+// From four sides and one tilted, or from one side; 6000 points of each.
+CoarseCase PosedAnywhere(const Blade& blade, bool whole, std::uint64_t seed);
+
 }  // namespace sixpoint::bench

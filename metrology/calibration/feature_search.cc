@@ -17,20 +17,6 @@ constexpr double kPlaneBandMm = 0.03;  // consensus band about the upper face
 constexpr double kMatchMm = 0.7;       // region's centre against the record's: half a gap off, and tilted
 constexpr double kAgreeMm = 0.15;      // a reading on a cone's wall: shear and tilt of the sensor are not known yet
 
-// Axes of a face: x along the scan direction.
-struct FaceFrame {
-  Plane plane;
-  Eigen::Vector3d u, v;
-  explicit FaceFrame(const Plane& p) : plane(p) {
-    u = (Eigen::Vector3d::UnitX() - p.normal.x() * p.normal).normalized();
-    v = p.normal.cross(u);
-  }
-  Seen See(const Eigen::Vector3d& p) const {
-    const Eigen::Vector3d d = p - plane.point;
-    return {{u.dot(d), v.dot(d)}, -plane.normal.dot(d)};
-  }
-};
-
 struct Feature {
   std::string name;
   Eigen::Vector2d centre;

@@ -1,10 +1,11 @@
 // Holes in a flat face of a raw cloud, without the record of where they are.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <vector>
 
 #include "metrology/calibration/artefact.h"
+#include "metrology/calibration/plane_search.h"
 
 namespace sixpoint::metrology {
 
@@ -15,6 +16,20 @@ constexpr double kBelowMm = 0.12;
 struct Seen {
   Eigen::Vector2d at;
   double depth;
+};
+
+// Axes of a face: x along the scan direction.
+struct FaceFrame {
+  Plane plane;
+  Eigen::Vector3d u, v;
+  explicit FaceFrame(const Plane& p) : plane(p) {
+    u = (Eigen::Vector3d::UnitX() - p.normal.x() * p.normal).normalized();
+    v = p.normal.cross(u);
+  }
+  Seen See(const Eigen::Vector3d& p) const {
+    const Eigen::Vector3d d = p - plane.point;
+    return {{u.dot(d), v.dot(d)}, -plane.normal.dot(d)};
+  }
 };
 
 // A connected part of the face whose readings lie below it.

@@ -1,11 +1,11 @@
 #include "metrology/calibration/probe_design.h"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
+#include "metrology/linear_algebra/singular_values.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
 
@@ -91,11 +91,11 @@ absl::Status CheckSpan(const std::vector<ProbedFace>& faces, const ProbeDesign& 
   Eigen::MatrixXd normals(static_cast<Eigen::Index>(read.size()), 3);
   for (std::size_t j = 0; j < read.size(); ++j)
     normals.row(static_cast<Eigen::Index>(j)) = design.faces[read[j]].normal.transpose();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(normals, Eigen::ComputeFullV);
+  const SingularValueDecomposition svd = DecomposeSingular(normals);
   constexpr double kLeastLean = 0.05;  // about 3 deg out of the plane of the others
-  const bool spans = svd.singularValues().size() == 3 && svd.singularValues()(2) > kLeastLean;
+  const bool spans = svd.values.size() == 3 && svd.values(2) > kLeastLean;
   if (!spans) {
-    const std::string missing = Vector(svd.matrixV().col(2));
+    const std::string missing = Vector(svd.right.col(2));
     if (read.size() == 1)
       return absl::FailedPreconditionError("approach and offset across the normal of " + names[0] +
                                            " are not determined: readings on one face only; measure at least three "
@@ -109,12 +109,11 @@ absl::Status CheckSpan(const std::vector<ProbedFace>& faces, const ProbeDesign& 
 
 absl::Status CheckDisplacements(const std::vector<ProbedFace>& faces, const std::vector<ProbeReading>& readings,
                                 ProbeDesign* design) {
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(design->matrix, Eigen::ComputeFullV);
-  const Eigen::VectorXd& singular = svd.singularValues();
+  const auto [singular, left, right] = DecomposeSingular(design->matrix);
   design->condition_number = singular(0) / singular(5);
   constexpr double kWorstCondition = 200;
   if (design->condition_number < kWorstCondition) return absl::OkStatus();
-  const Eigen::Matrix<double, 6, 1> weakest = svd.matrixV().col(5);
+  const Eigen::Matrix<double, 6, 1> weakest = right.col(5);
   const bool approach = weakest.head<3>().norm() >= weakest.tail<3>().norm();
   const Eigen::Vector3d along = approach ? weakest.head<3>().normalized() : weakest.tail<3>().normalized();
   // The face whose displacements span least carries the direction that is missing.

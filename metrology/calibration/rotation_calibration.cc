@@ -1,20 +1,20 @@
 #include "metrology/calibration/rotation_calibration.h"
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "metrology/calibration/rotation_evidence.h"
+#include "metrology/linear_algebra/least_squares.h"
+#include "metrology/linear_algebra/singular_values.h"
 #include "refusal/message_text.h"
 
 namespace sixpoint::metrology {
 namespace {
 
-constexpr int kParameters = 11;  // 8 of the axes, 3 of the sphere
-using Vector11d = Eigen::Matrix<double, kParameters, 1>;
-using Matrix11d = Eigen::Matrix<double, kParameters, kParameters>;
+constexpr int kParameters = kAxisParameterCount + 3;  // and the sphere's centre
+using ParameterVector = Eigen::Matrix<double, kParameters, 1>;
+using ParameterMatrix = Eigen::Matrix<double, kParameters, kParameters>;
 
 constexpr double kWorstCondition = 1e4;
 
@@ -37,8 +37,9 @@ absl::StatusOr<RotationCalibration> CalibrateRotation(const std::vector<SpherePo
     if (!pose.held_out) used.push_back(&pose);
   result.sphere_in_zero_mm = BestSphere(result.axes, poses, false);
   const double lever = std::max(1.0, (result.sphere_in_zero_mm - options.nominal.a.point_mm).norm());
-  Vector11d scale = Vector11d::Ones();
-  for (const int k : {0, 1, 4, 5}) scale(k) = 1 / lever;
+  ParameterVector scale = ParameterVector::Ones();
+  for (int k = 0; k < kAxisParameterCount; ++k)
+    if (kAxisParameters[static_cast<std::size_t>(k)].unit == ParameterUnit::kRad) scale(k) = 1 / lever;
 
   const Eigen::Index rows = 3 * static_cast<Eigen::Index>(used.size());
   Eigen::MatrixXd jacobian(rows, kParameters);
@@ -47,8 +48,9 @@ absl::StatusOr<RotationCalibration> CalibrateRotation(const std::vector<SpherePo
     for (size_t i = 0; i < used.size(); ++i) {
       const SpherePose& pose = *used[i];
       const Eigen::Index row = 3 * static_cast<Eigen::Index>(i);
-      jacobian.block<3, 8>(row, 0) = result.axes.ParameterJacobian(result.sphere_in_zero_mm, pose.a_rad, pose.b_rad);
-      jacobian.block<3, 3>(row, 8) = result.axes.MachineFromZero(pose.a_rad, pose.b_rad).linear();
+      jacobian.block<3, kAxisParameterCount>(row, 0) =
+          result.axes.ParameterJacobian(result.sphere_in_zero_mm, pose.a_rad, pose.b_rad);
+      jacobian.block<3, 3>(row, kAxisParameterCount) = result.axes.MachineFromZero(pose.a_rad, pose.b_rad).linear();
       residual.segment<3>(row) = ResidualOf(result.axes, result.sphere_in_zero_mm, pose);
     }
     jacobian = jacobian * scale.asDiagonal();
@@ -57,14 +59,14 @@ absl::StatusOr<RotationCalibration> CalibrateRotation(const std::vector<SpherePo
   constexpr double kSettledMm = 1e-9;
   for (int iteration = 0; iteration < kMostIterations && !result.converged; ++iteration) {
     linearise();
-    const Vector11d step = jacobian.colPivHouseholderQr().solve(-residual);
+    const ParameterVector step = LeastSquares(jacobian, -residual);
     if (!step.allFinite() || step.cwiseAbs().maxCoeff() > 1e3)
       return absl::FailedPreconditionError(
           "the axes are not determined by these poses: the solution runs away; probe the sphere off both axes and over "
           "a wider range of " +
           BothAxes(options));
-    const Vector11d w = scale.cwiseProduct(step);
-    result.axes = result.axes.Perturbed(w.head<8>());
+    const ParameterVector w = scale.cwiseProduct(step);
+    result.axes = result.axes.Perturbed(w.head<kAxisParameterCount>());
     result.sphere_in_zero_mm += w.tail<3>();
     result.iterations = iteration + 1;
     result.converged = step.cwiseAbs().maxCoeff() < kSettledMm;
@@ -72,14 +74,15 @@ absl::StatusOr<RotationCalibration> CalibrateRotation(const std::vector<SpherePo
   SlideTo(options.nominal.a.point_mm, &result.axes.a);
   SlideTo(options.nominal.b.point_mm, &result.axes.b);
   linearise();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(jacobian, Eigen::ComputeThinV);
-  const Eigen::VectorXd& singular = svd.singularValues();
+  const auto [singular, left, right] = DecomposeSingular(jacobian);
   result.condition_number = singular(0) / singular(kParameters - 1);
   if (!(result.condition_number < kWorstCondition)) {
     Eigen::Index weakest;
-    svd.matrixV().col(kParameters - 1).cwiseAbs().maxCoeff(&weakest);
+    right.col(kParameters - 1).cwiseAbs().maxCoeff(&weakest);
     const std::string which =
-        weakest < 8 ? options.joints[static_cast<size_t>(weakest / 4)].axis + " axis" : std::string("sphere");
+        weakest < kAxisParameterCount
+            ? options.joints[static_cast<size_t>(weakest / (kAxisParameterCount / 2))].axis + " axis"
+            : std::string("sphere");
     return absl::FailedPreconditionError(which + " is not determined: condition number " +
                                          Rounded(result.condition_number) + ", want below " + Rounded(kWorstCondition) +
                                          "; probe the sphere farther from the axes and over a wider range of " +
@@ -88,9 +91,10 @@ absl::StatusOr<RotationCalibration> CalibrateRotation(const std::vector<SpherePo
   result.noise_mm =
       NoiseOf(residual.squaredNorm(), static_cast<double>(rows - kParameters), options.standard_uncertainty_mm);
   const Eigen::VectorXd inverse_squares = singular.cwiseInverse().cwiseAbs2();
-  const Matrix11d full = svd.matrixV() * inverse_squares.asDiagonal() * svd.matrixV().transpose();
-  const Matrix11d covariance = result.noise_mm * result.noise_mm * (scale.asDiagonal() * full * scale.asDiagonal());
-  result.covariance = covariance.topLeftCorner<8, 8>();
+  const ParameterMatrix full = right * inverse_squares.asDiagonal() * right.transpose();
+  const ParameterMatrix covariance =
+      result.noise_mm * result.noise_mm * (scale.asDiagonal() * full * scale.asDiagonal());
+  result.covariance = covariance.topLeftCorner<kAxisParameterCount, kAxisParameterCount>();
   result.covariance = (result.covariance + result.covariance.transpose().eval()) / 2;
   AddEvidence(poses, options, &result);
   if (absl::Status s = CheckAgreement(poses, options, result); !s.ok()) return s;
@@ -119,15 +123,16 @@ absl::StatusOr<RotationCalibration> CalibratePointC(const std::vector<SpherePose
     matrix.block<3, 3>(row, 0) = Eigen::Matrix3d::Identity() - turn;
     right.segment<3>(row) = used[i]->centre_mm - turn * used[0]->centre_mm;
   }
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const SingularValueDecomposition svd = DecomposeSingular(matrix);
   RotationCalibration result;
   result.axes = options.nominal;
-  result.condition_number = svd.singularValues()(0) / svd.singularValues()(2);
+  result.condition_number = svd.values(0) / svd.values(2);
   if (!(result.condition_number < kWorstCondition))
     return absl::FailedPreconditionError("Point C is not determined: condition number " +
                                          Rounded(result.condition_number) +
                                          "; probe the sphere over a wider range of " + BothAxes(options));
-  const Eigen::Vector3d c = svd.solve(right);
+  const Eigen::MatrixXd solve = svd.right * svd.values.cwiseInverse().asDiagonal() * svd.left.transpose();
+  const Eigen::Vector3d c = solve * right;
   SetPointC(c, Eigen::Matrix3d::Zero(), &result);
   result.sphere_in_zero_mm =
       options.nominal.MachineFromZero(used[0]->a_rad, used[0]->b_rad).linear().transpose() * (used[0]->centre_mm - c) +
@@ -138,8 +143,6 @@ absl::StatusOr<RotationCalibration> CalibratePointC(const std::vector<SpherePose
   const double squares = (matrix * c - right).squaredNorm();
   // A row differs by two probed centres, each of unit turn: twice the variance of one coordinate.
   result.noise_mm = NoiseOf(squares / 2, static_cast<double>(rows - 3), options.standard_uncertainty_mm);
-  const Eigen::MatrixXd solve =
-      svd.matrixV() * svd.singularValues().cwiseInverse().asDiagonal() * svd.matrixU().transpose();
   Eigen::Matrix3d shared = Eigen::Matrix3d::Zero();
   for (size_t i = 1; i < used.size(); ++i)
     shared += solve.middleCols<3>(3 * static_cast<Eigen::Index>(i - 1)) * turn_of(*used[i]) * first_inverse;

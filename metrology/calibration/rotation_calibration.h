@@ -45,8 +45,7 @@ struct RotationOptions {
 struct RotationCalibration {
   RotaryAxes axes;  // each point is the one of its axis nearest to the nominal point of that axis
   Eigen::Vector3d sphere_in_zero_mm = Eigen::Vector3d::Zero();
-  // Order of RotaryAxes::ParameterJacobian, at the axes above.
-  Matrix8d covariance = Matrix8d::Zero();
+  AxesCovariance covariance = AxesCovariance::Zero();  // at the axes above
   Eigen::Vector3d point_c_mm = Eigen::Vector3d::Zero();
   Eigen::Matrix3d point_c_covariance_mm2 = Eigen::Matrix3d::Zero();
   double noise_mm = 0;         // of one coordinate, as used for the covariance

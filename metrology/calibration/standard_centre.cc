@@ -1,9 +1,9 @@
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <cmath>
 
 #include "metrology/calibration/rotation_calibration.h"
 #include "metrology/calibration/rotation_evidence.h"
+#include "metrology/linear_algebra/least_squares.h"
+#include "metrology/linear_algebra/singular_values.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
 
@@ -30,7 +30,7 @@ absl::StatusOr<Bore> FitBore(const Points& points) {
     matrix.row(i) << 2 * p.x(), 2 * p.y(), 1;
     right(i) = p.squaredNorm();
   }
-  const Eigen::Vector3d start = matrix.colPivHouseholderQr().solve(right);
+  const Eigen::Vector3d start = LeastSquares(matrix, right);
   Bore bore;
   bore.centre_mm = start.head<2>();
   bore.radius_mm = std::sqrt(std::max(0.0, start.z() + start.head<2>().squaredNorm()));
@@ -43,20 +43,20 @@ absl::StatusOr<Bore> FitBore(const Points& points) {
       matrix.row(i) << -out.x() / distance, -out.y() / distance, -1;
       residual(i) = distance - bore.radius_mm;
     }
-    const Eigen::Vector3d step = matrix.colPivHouseholderQr().solve(-residual);
+    const Eigen::Vector3d step = LeastSquares(matrix, -residual);
     if (round + 1 == kRounds || step.norm() < 1e-12) break;
     bore.centre_mm += step.head<2>();
     bore.radius_mm += step.z();
   }
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(matrix, Eigen::ComputeThinV);
-  bore.condition_number = svd.singularValues()(0) / svd.singularValues()(2);
+  const SingularValueDecomposition svd = DecomposeSingular(matrix);
+  bore.condition_number = svd.values(0) / svd.values(2);
   constexpr double kWorstCondition = 30;  // an arc of some 40 deg
   if (!(bore.condition_number < kWorstCondition) || !bore.centre_mm.allFinite())
     return absl::FailedPreconditionError("bore_mm is not determined: condition number " +
                                          Rounded(bore.condition_number) + ", want below " + Rounded(kWorstCondition) +
                                          "; touch the bore all round");
   const Eigen::Matrix3d inverse =
-      svd.matrixV() * svd.singularValues().cwiseInverse().cwiseAbs2().asDiagonal() * svd.matrixV().transpose();
+      svd.right * svd.values.cwiseInverse().cwiseAbs2().asDiagonal() * svd.right.transpose();
   bore.inverse = inverse.topLeftCorner<2, 2>();
   bore.squares = residual.squaredNorm();
   bore.centre_mm += mean;

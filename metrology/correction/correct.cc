@@ -13,7 +13,7 @@ namespace sixpoint::metrology {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr int kNoise = 6, kCalibration = 14, kParameters = kNoise + kCalibration;
+constexpr int kNoise = 6, kCalibration = kCalibrationParameterCount, kParameters = kNoise + kCalibration;
 using Parameters = Eigen::Matrix<double, kParameters, 1>;
 
 // The estimates as they would be, had noise and calibration moved them by these parameters.
@@ -25,11 +25,11 @@ struct Chain {
   // a, b and then x, y, z of every start; empty when the direction cannot be turned onto +Z.
   absl::StatusOr<Eigen::VectorXd> operator()(const Parameters& change, const RotaryAngles& near,
                                              const RotaryLimits& limits) const {
-    const Eigen::Matrix<double, kCalibration, 1> calibration = change.tail<kCalibration>();
+    const CalibrationVector calibration = change.tail<kCalibration>();
     Eigen::Isometry3d zero_from_part =
         Perturbed(pose.zero_from_part, pose.calibration_sensitivity * calibration, pose.sensitivity_reference_mm);
     zero_from_part = Perturbed(zero_from_part, change.head<kNoise>(), pose.noise.reference_mm);
-    const RotaryAxes moved = axes.Perturbed(calibration.tail<8>());
+    const RotaryAxes moved = axes.Perturbed(calibration.tail<kAxisParameterCount>());
     const auto angles = Orient(moved, zero_from_part.linear() * group.axis_in_part, near, limits);
     if (!angles.ok()) return angles.status();
     const Eigen::Isometry3d machine_from_zero = moved.MachineFromZero(angles->a_rad, angles->b_rad);
@@ -87,7 +87,7 @@ absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, c
   const RotaryLimits unlimited{-free, free, -free, free};
   Eigen::MatrixXd jacobian(values->size(), kParameters);
   for (int k = 0; k < kParameters; ++k) {
-    const bool angle = k < 3 || (k >= 6 && k < 9) || k == 12 || k == 13 || k == 16 || k == 17;
+    const bool angle = k < kNoise ? k < 3 : CalibrationParameterAt(k - kNoise).unit == ParameterUnit::kRad;
     const double step = angle ? 1e-6 : 1e-4;
     Parameters change = Parameters::Zero();
     change[k] = step;

@@ -7,21 +7,27 @@
 
 #include "metrology/frames/pose.h"
 #include "metrology/kinematics/axis_positioning.h"
+#include "metrology/kinematics/calibration_parameters.h"
 
 namespace sixpoint::metrology {
 
-// Order: sensor rotation vector (3, rad), T_sm (3, mm), the 8 axis parameters of RotaryAxes::ParameterJacobian.
-using Matrix14d = Eigen::Matrix<double, 14, 14>;
-using CalibrationSensitivity = Eigen::Matrix<double, 6, 14>;
-
-// Where the blade stands at A = B = 0, and how well that is known.
+// Where the blade stands at A = B = 0, and how well that is known. None by default: only a registration that converged makes
+// one.
 struct RegisteredPose {
-  Eigen::Isometry3d zero_from_part = Eigen::Isometry3d::Identity();
-  PoseCovariance noise;  // from the scanner's noise alone
-  // Change of the pose per change of the calibration parameters, in the order of PoseCovariance about the reference.
-  CalibrationSensitivity calibration_sensitivity = CalibrationSensitivity::Zero();
-  Eigen::Vector3d sensitivity_reference_mm = Eigen::Vector3d::Zero();
-  Matrix14d calibration_covariance = Matrix14d::Zero();
+  RegisteredPose(const Eigen::Isometry3d& zero_from_part_in, const PoseCovariance& noise_in,
+                 const PoseSensitivity& sensitivity, const Eigen::Vector3d& sensitivity_reference_in_mm,
+                 const CalibrationCovariance& calibrations)
+      : zero_from_part(zero_from_part_in),
+        noise(noise_in),
+        calibration_sensitivity(sensitivity),
+        sensitivity_reference_mm(sensitivity_reference_in_mm),
+        calibration_covariance(calibrations) {}
+
+  Eigen::Isometry3d zero_from_part;
+  PoseCovariance noise;                     // from the scanner's noise and the model error
+  PoseSensitivity calibration_sensitivity;  // about the reference
+  Eigen::Vector3d sensitivity_reference_mm;
+  CalibrationCovariance calibration_covariance;
   // The tables that its scans' angles were taken with, and those angles; about noise.reference_mm.
   RotaryPositioning positioning;
   std::vector<AngleInfluence> angles;

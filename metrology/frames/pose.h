@@ -32,8 +32,12 @@ CardanAngles CardanFromRotation(const Eigen::Matrix3d& rotation);
 // frame to exp(w_r) (p - reference) + reference + w_t. Order of values: rotation x, y, z (rad), translation x, y, z
 // (mm).
 struct PoseCovariance {
-  Matrix6d values = Matrix6d::Zero();
-  Eigen::Vector3d reference_mm = Eigen::Vector3d::Zero();
+  // None by default: an uncertainty of 0 is stated, never left out.
+  PoseCovariance(const Matrix6d& values_in, const Eigen::Vector3d& reference_in_mm)
+      : values(values_in), reference_mm(reference_in_mm) {}
+
+  Matrix6d values;
+  Eigen::Vector3d reference_mm;
 };
 
 // 3 x 6 Jacobian of a point (target frame) with respect to the perturbation above.

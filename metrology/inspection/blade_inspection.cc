@@ -17,6 +17,7 @@ constexpr std::size_t kChunk = 8192;           // fixed: sums do not depend on t
 constexpr std::int64_t kManyPoints = 100'000;  // of a blade: worth the surface's near cells
 constexpr double kBelow_mm = 1;                // the pin region reaches this far under the start, along the axis
 constexpr double kTo_um = 1e3;
+constexpr int kInputs = 6 + kCalibrationParameterCount;  // pose noise, then calibrations
 
 // Within a hole's region: a cylinder about the nominal axis in which its pin must stand.
 bool InRegion(const InspectedHole& hole, const InspectionOptions& options, const Eigen::Vector3d& point) {
@@ -129,17 +130,17 @@ absl::Status BladeInspection::AddPoints(const Points& points_mm) {
   return absl::OkStatus();
 }
 
-Eigen::Matrix<double, 3, 20> BladeInspection::Sensitivity(const PinPoint& point) const {
+Eigen::Matrix<double, 3, kInputs> BladeInspection::Sensitivity(const PinPoint& point) const {
   const ScanPlace& scan = scans_[point.scan];
   const Eigen::Matrix3d part_from_zero = pose_.zero_from_part.linear().transpose();
   const Eigen::Vector3d in_zero = pose_.zero_from_part * point.in_part_mm;
   const Eigen::Matrix3d zero_from_machine = axes_.MachineFromZero(scan.a_rad, scan.b_rad).linear().transpose();
   // How the point's place at `zero` follows the calibrations, and how the pose does: only their difference shows.
-  Eigen::Matrix<double, 3, 14> calibration;
+  PointSensitivity calibration;
   calibration << zero_from_machine * sensor_.ParameterJacobian(point.in_sensor_mm),
       -zero_from_machine * axes_.ParameterJacobian(in_zero, scan.a_rad, scan.b_rad);
   calibration -= PointJacobian(in_zero, pose_.sensitivity_reference_mm) * pose_.calibration_sensitivity;
-  Eigen::Matrix<double, 3, 20> sensitivity;
+  Eigen::Matrix<double, 3, kInputs> sensitivity;
   sensitivity << -PointJacobian(in_zero, pose_.noise.reference_mm), calibration;
   return part_from_zero * sensitivity;
 }
@@ -196,12 +197,12 @@ HoleFinding BladeInspection::Judged(std::size_t hole) const {
   finding.reason = fit.reason;
   if (!fit.measured) return finding;
 
-  Eigen::Matrix<double, 5, 20> sensitivity;
+  Eigen::Matrix<double, 5, kInputs> sensitivity;
   sensitivity.setZero();
   for (std::size_t i = 0; i < fit.used.size(); ++i) sensitivity += fit.gain[i] * Sensitivity(points[fit.used[i]]);
-  Eigen::Matrix<double, 20, 20> inputs = Eigen::Matrix<double, 20, 20>::Zero();
+  Eigen::Matrix<double, kInputs, kInputs> inputs = Eigen::Matrix<double, kInputs, kInputs>::Zero();
   inputs.topLeftCorner<6, 6>() = pose_.noise.values;
-  inputs.bottomRightCorner<14, 14>() = pose_.calibration_covariance;
+  inputs.bottomRightCorner<kCalibrationParameterCount, kCalibrationParameterCount>() = pose_.calibration_covariance;
   Eigen::Matrix<double, 5, 5> covariance = fit.noise_covariance + sensitivity * inputs * sensitivity.transpose();
   if (!pose_.angles.empty()) {
     Eigen::Matrix<double, 5, Eigen::Dynamic> angles =

@@ -109,8 +109,8 @@ class BladeInspection {
   void Sort(const Points& points_mm, std::size_t begin, std::size_t end, const Compared& compared, Chunk* chunk) const;
   void AddPositioning(const NominalPin& nominal, HoleFinding* finding) const;
   HoleFinding Judged(std::size_t hole) const;
-  // 3 x 20: change of a point's place in the part per (pose noise (6), calibration parameters (14)).
-  Eigen::Matrix<double, 3, 20> Sensitivity(const PinPoint& point) const;
+  // Change of a point's place in the part per (pose noise, calibration parameters).
+  Eigen::Matrix<double, 3, 6 + kCalibrationParameterCount> Sensitivity(const PinPoint& point) const;
   // The same per radian that each of the pose's angles is taken greater; where the point was scanned at it, directly too.
   Eigen::Matrix3Xd AngleSensitivity(const PinPoint& point) const;
   DeviationSummary Summary() const;

@@ -1,13 +1,14 @@
 #include "metrology/inspection/pin.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 
+#include "metrology/inspection/largest_cluster.h"
 #include "metrology/kinematics/rotary_axes.h"
+#include "metrology/linear_algebra/least_squares.h"
 #include "metrology/statistics/ranks.h"
 
 namespace sixpoint::metrology {
@@ -48,7 +49,7 @@ Parameters AlgebraicCircle(const Points& local) {
     left.row(i) << 2 * local[i].x(), 2 * local[i].y(), 1;
     right[i] = local[i].head<2>().squaredNorm();
   }
-  const Eigen::Vector3d solution = left.colPivHouseholderQr().solve(right);
+  const Eigen::Vector3d solution = LeastSquares(left, right);
   Parameters p;
   p << solution[0], solution[1], 0, 0, std::sqrt(std::max(0.0, solution[2] + solution.head<2>().squaredNorm()));
   return p;
@@ -137,9 +138,8 @@ std::string Unfit(const Seen& seen, const PinFit& fit, const NominalPin& nominal
   return fit.noise_covariance.allFinite() ? "" : "the points do not determine a cylinder";
 }
 
-}  // namespace
-
-PinFit FitPin(const NominalPin& nominal, const Points& points_in_part_mm, const PinLimits& limits) {
+// The cylinder through all of them.
+PinFit FitAll(const NominalPin& nominal, const Points& points_in_part_mm, const PinLimits& limits) {
   PinFit fit;
   fit.across = TangentBasis(nominal.axis);
   fit.point_count = static_cast<int>(points_in_part_mm.size());
@@ -215,6 +215,20 @@ PinFit FitPin(const NominalPin& nominal, const Points& points_in_part_mm, const 
                   arc};
   if (std::string why = Unfit(seen, fit, nominal, limits); !why.empty()) return refuse(why);
   fit.measured = true;
+  return fit;
+}
+
+}  // namespace
+
+PinFit FitPin(const NominalPin& nominal, const Points& points_in_part_mm, const PinLimits& limits) {
+  PinFit all = FitAll(nominal, points_in_part_mm, limits);
+  if (all.measured || !(limits.apart_mm > 0)) return all;
+  const std::vector<std::size_t> largest = LargestCluster(points_in_part_mm, limits.apart_mm);
+  Points together;
+  for (const std::size_t i : largest) together.push_back(points_in_part_mm[i]);
+  PinFit fit = FitAll(nominal, together, limits);
+  if (!fit.measured) return all;
+  for (std::size_t& i : fit.used) i = largest[i];
   return fit;
 }
 

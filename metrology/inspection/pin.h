@@ -27,6 +27,9 @@ struct PinLimits {
   double greatest_diameter_ratio = 1.6;  // pins are wider than the drawing's hole where it was drilled wider
   double greatest_sigma_um = 10;         // robust standard deviation of the residuals
   double least_used_share = 0.6;         // of the points, after the robust loss
+  // Where all points together are no pin, the largest set of them that stands this far from the others is tried: a chip or a
+  // neighbour's pin is left out. 0: it is not.
+  double apart_mm = 0.15;
 };
 
 // The cylinder of free radius fitted to the points: axis through origin + c1 e1 + c2 e2, along axis + s1 e1 + s2 e2,

@@ -17,10 +17,10 @@ Eigen::Isometry3d RotaryAxes::MachineFromZero(double a_rad, double b_rad) const 
   return Carry(MotionsOf(*this).data(), positions, 2);
 }
 
-Eigen::Matrix<double, 3, 8> RotaryAxes::ParameterJacobian(const Eigen::Vector3d& point_in_zero_mm, double a_rad,
-                                                          double b_rad) const {
+Eigen::Matrix<double, 3, kAxisParameterCount> RotaryAxes::ParameterJacobian(const Eigen::Vector3d& point_in_zero_mm,
+                                                                            double a_rad, double b_rad) const {
   const double positions[] = {a_rad, b_rad};
-  Eigen::Matrix<double, 3, 8> jacobian;
+  Eigen::Matrix<double, 3, kAxisParameterCount> jacobian;
   CarryParameterJacobian(MotionsOf(*this).data(), positions, 2, point_in_zero_mm, jacobian);
   return jacobian;
 }
@@ -41,7 +41,7 @@ absl::StatusOr<RotaryAxes> RotaryAxes::Of(const JointChain& chain) {
   return RotaryAxes{chain.motion(rotary[0]).line, chain.motion(rotary[1]).line};
 }
 
-RotaryAxes RotaryAxes::Perturbed(const Eigen::Matrix<double, 8, 1>& perturbation) const {
+RotaryAxes RotaryAxes::Perturbed(const Eigen::Matrix<double, kAxisParameterCount, 1>& perturbation) const {
   return {PerturbedLine(a, perturbation.head<4>()), PerturbedLine(b, perturbation.tail<4>())};
 }
 

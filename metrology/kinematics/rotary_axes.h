@@ -5,11 +5,10 @@
 #include <Eigen/Geometry>
 
 #include "metrology/kinematics/axis_line.h"
+#include "metrology/kinematics/calibration_parameters.h"
 #include "metrology/kinematics/joint_chain.h"
 
 namespace sixpoint::metrology {
-
-using Matrix8d = Eigen::Matrix<double, 8, 8>;
 
 // The two rotary joints of a part side, from the bed outwards: a carries b. On the SARIX A turns about Y, B about X,
 // nominally; the lines need not meet. It is a joint chain of fixed length, for kernels that turn many points.
@@ -20,10 +19,9 @@ struct RotaryAxes {
   // A part point at `zero` stands at machine_from_zero * p when the axes read (a, b).
   Eigen::Isometry3d MachineFromZero(double a_rad, double b_rad) const;
 
-  // 3 x 8: change of the machine position of a zero point per axis parameter. Order: A direction e1, e2 (rad), A point
-  // e1, e2 (mm), then B likewise.
-  Eigen::Matrix<double, 3, 8> ParameterJacobian(const Eigen::Vector3d& point_in_zero_mm, double a_rad,
-                                                double b_rad) const;
+  // Change of the machine position of a zero point per axis parameter, in the order of kAxisParameters.
+  Eigen::Matrix<double, 3, kAxisParameterCount> ParameterJacobian(const Eigen::Vector3d& point_in_zero_mm, double a_rad,
+                                                                  double b_rad) const;
 
   // 3 x 2: the same per radian of a and of b.
   Eigen::Matrix<double, 3, 2> AngleJacobian(const Eigen::Vector3d& point_in_zero_mm, double a_rad, double b_rad) const;
@@ -32,7 +30,7 @@ struct RotaryAxes {
   static absl::StatusOr<RotaryAxes> Of(const JointChain& chain);
 
   // The axes after a perturbation in those parameters.
-  RotaryAxes Perturbed(const Eigen::Matrix<double, 8, 1>& perturbation) const;
+  RotaryAxes Perturbed(const Eigen::Matrix<double, kAxisParameterCount, 1>& perturbation) const;
 
   // The point of the A axis nearest to the B axis.
   Eigen::Vector3d PointC() const;

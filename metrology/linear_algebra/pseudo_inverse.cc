@@ -8,17 +8,6 @@ namespace sixpoint::metrology {
 using Eigen::MatrixXd;
 
 MatrixXd PseudoInverse(const MatrixXd& matrix) { return matrix.completeOrthogonalDecomposition().pseudoInverse(); }
-Matrix6d PseudoInverse(const Matrix6d& matrix) { return matrix.completeOrthogonalDecomposition().pseudoInverse(); }
-
-Vector6d ShortestSolution(const Matrix6d& matrix, const Vector6d& right) {
-  return matrix.completeOrthogonalDecomposition().solve(right);
-}
-
-Matrix6d ShortestSolutions(const Matrix6d& matrix, const Matrix6d& right) {
-  return matrix.completeOrthogonalDecomposition().solve(right);
-}
-
-Eigen::Index RankOf(const Matrix6d& matrix) { return matrix.completeOrthogonalDecomposition().rank(); }
 
 MatrixXd NullSpace(const MatrixXd& matrix) {
   const Eigen::FullPivLU<MatrixXd> lu(matrix);

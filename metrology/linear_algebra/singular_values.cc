@@ -4,6 +4,11 @@
 
 namespace sixpoint::metrology {
 
+SingularValueDecomposition DecomposeSingular(const Eigen::MatrixXd& matrix) {
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(matrix, Eigen::ComputeThinU | Eigen::ComputeFullV);
+  return {svd.singularValues(), svd.matrixU(), svd.matrixV()};
+}
+
 Eigen::VectorXd SingularValues(const Eigen::MatrixXd& matrix) { return matrix.jacobiSvd().singularValues(); }
 
 Eigen::MatrixXd LeftSingularVectors(const Eigen::MatrixXd& matrix) {

@@ -2,8 +2,10 @@
 
 #include <absl/status/status.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <vector>
+
+#include "metrology/linear_algebra/least_squares.h"
 
 namespace sixpoint::metrology {
 
@@ -31,7 +33,7 @@ absl::StatusOr<VectorXd> SolveNonNegative(const MatrixXd& a, const VectorXd& b,
     for (;;) {
       MatrixXd columns(a.rows(), static_cast<Index>(held.size()));
       for (std::size_t k = 0; k < held.size(); ++k) columns.col(static_cast<Index>(k)) = a.col(held[k]);
-      const VectorXd solved = columns.colPivHouseholderQr().solve(b);
+      const VectorXd solved = LeastSquares(columns, b);
       // Rounding alone brought the newest in: there is nothing to gain.
       if (first && !(solved[static_cast<Index>(held.size()) - 1] > 0)) {
         is_held[static_cast<std::size_t>(held.back())] = false;

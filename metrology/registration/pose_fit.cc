@@ -5,9 +5,9 @@ namespace sixpoint::metrology {
 PlacedPose::PlacedPose(const Eigen::Isometry3d& zero_from_part_in, const Eigen::Vector3d& reference_mm,
                        const Matrix6d& noise, const PoseSensitivity& sensitivity, const MachineCalibration& calibration)
     : zero_from_part(zero_from_part_in),
-      noise_covariance{noise, reference_mm},
+      noise_covariance(noise, reference_mm),
       calibration_sensitivity(sensitivity),
-      covariance{noise + sensitivity * CovarianceOf(calibration) * sensitivity.transpose(), reference_mm} {}
+      covariance(noise + sensitivity * CovarianceOf(calibration) * sensitivity.transpose(), reference_mm) {}
 
 void PoseFit::Withdraw(Outcome why, const std::string& remark) {
   outcome = why;

@@ -25,15 +25,14 @@ struct LineScan {
 struct SensorPose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // R_sm
   Eigen::Vector3d t_sm_mm = Eigen::Vector3d::Zero();
-  // Order: rotation vector in machine axes (rad), t_sm (mm).
-  Matrix6d covariance = Matrix6d::Zero();
+  SensorCovariance covariance = SensorCovariance::Zero();  // in the order of kSensorParameters
 
   Eigen::Vector3d MachineFromSensor(const Eigen::Vector3d& p, const Eigen::Vector3d& v0_mm) const {
     return rotation.col(1) * p.y() + rotation.col(2) * p.z() + Eigen::Vector3d(p.x(), 0, 0) - v0_mm + t_sm_mm;
   }
-  // 3 x 6: change of the machine point per (rotation vector, t_sm).
-  Eigen::Matrix<double, 3, 6> ParameterJacobian(const Eigen::Vector3d& p) const {
-    Eigen::Matrix<double, 3, 6> jacobian;
+  // Change of the machine point per sensor parameter, in the order of kSensorParameters.
+  Eigen::Matrix<double, 3, kSensorParameterCount> ParameterJacobian(const Eigen::Vector3d& p) const {
+    Eigen::Matrix<double, 3, kSensorParameterCount> jacobian;
     jacobian << -Skew(rotation.col(1) * p.y() + rotation.col(2) * p.z()), Eigen::Matrix3d::Identity();
     return jacobian;
   }

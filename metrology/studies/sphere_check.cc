@@ -1,10 +1,10 @@
 #include "metrology/studies/sphere_check.h"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
+#include "metrology/linear_algebra/least_squares.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
 
@@ -82,7 +82,7 @@ absl::StatusOr<SphereCheck> CheckSphere(const Points& points_mm, const std::vect
     rows.row(i) << 2 * p.transpose(), 1;
     right(i) = p.squaredNorm();
   }
-  const Eigen::Vector4d start = rows.colPivHouseholderQr().solve(right);
+  const Eigen::Vector4d start = LeastSquares(rows, right);
   Eigen::Vector3d centre = start.head<3>();
   double radius = std::sqrt(std::max(0.0, start(3) + centre.squaredNorm()));
   Eigen::VectorXd residual(n);
@@ -94,7 +94,7 @@ absl::StatusOr<SphereCheck> CheckSphere(const Points& points_mm, const std::vect
       residual(i) = d.norm() - radius;
       jacobian.row(i) << -d.normalized().transpose(), -1;
     }
-    const Eigen::Vector4d step = jacobian.colPivHouseholderQr().solve(-residual);
+    const Eigen::Vector4d step = LeastSquares(jacobian, -residual);
     centre += step.head<3>();
     radius += step(3);
     settled = step.norm() < 1e-12 * std::max(1.0, radius);

@@ -4,22 +4,24 @@
 #include <string>
 #include <utility>
 
-#include "services/calibration/calibration_messages.h"
-#include "services/calibration/calibration_states.h"
-#include "services/calibration/calibration_trend.h"
+#include "services/calibration/calibrate.h"
+#include "services/calibration/decide.h"
+#include "services/calibration/filters.h"
+#include "services/calibration/messages.h"
+#include "services/calibration/rows.h"
+#include "services/calibration/trend.h"
 #include "services/calibration/validate.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/recorded_call.h"
 #include "services/runtime/recorded_results.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::calibration {
 namespace {
 
-using runtime::ToGrpc;
-
 using runtime::Answer;
-using runtime::CallerOf;
+using runtime::ToGrpc;
 
 // "sensor calibration", "characterisation of axis A".
 std::string Described(const storage::CalibrationSubject& subject) {
@@ -57,26 +59,71 @@ absl::StatusOr<v1::Calibration> InForce(const storage::CalibrationReader& calibr
                           {{"resource", request.machine()}});
 }
 
+absl::StatusOr<v1::CalibrationTrend> Trend(const storage::CalibrationReader& calibrations, storage::Deadline deadline,
+                                           const v1::GetCalibrationTrendRequest& request) {
+  const absl::StatusOr<storage::CalibrationSubject> subject =
+      SubjectOf(request.machine(), request.kind(), request.axis());
+  if (!subject.ok()) return subject.status();
+  if (absl::Status s = CheckRequest(request); !s.ok()) return s;
+  const auto history =
+      calibrations.History(*subject, request.most_count() == 0 ? kUsualTrendCount : request.most_count(), deadline);
+  if (!history.ok()) return history.status();
+  if (history->empty())
+    return runtime::Failure(errors::v1::CALIBRATION_MISSING,
+                            request.machine() + ": no " + subject->kind + " calibration" +
+                                (subject->axis.empty() ? "" : " of " + subject->axis) +
+                                " was ever in force, want at least one",
+                            {{"resource", request.machine()}});
+  return TrendOf(request, *history);
+}
+
+absl::StatusOr<std::string> AnswerBytes(const storage::CalibrationRow& row) { return ToProto(row).SerializeAsString(); }
+
 }  // namespace
 
 CalibrationService::CalibrationService(std::shared_ptr<storage::CalibrationStore> store,
                                        std::shared_ptr<grpc::Channel> plant, std::shared_ptr<grpc::Channel> ingest,
                                        int threads)
-    : store_(store), calibrator_(std::move(store), std::move(plant), std::move(ingest), threads) {}
+    : store_(store), inputs_(std::move(store), std::move(plant), std::move(ingest), threads) {}
+
+template <typename Request>
+grpc::Status CalibrationService::Calibrate(grpc::ServerContext* context, const char* call, const Request& request,
+                                           v1::Calibration* response) {
+  const Caller caller = runtime::CallerOf(*context);
+  const auto slot = running_.Enter(caller.deadline, caller.keep_going);
+  if (!slot.ok()) return ToGrpc(slot.status());
+  if (absl::Status status = CheckRequest(request); !status.ok()) return ToGrpc(status);
+  const auto make = [&]() -> absl::StatusOr<runtime::Made<storage::CalibrationRow>> {
+    const auto inputs = inputs_.Fetch(request, caller);
+    if (!inputs.ok()) return inputs.status();
+    const auto result = calibration::Calibrate(request, *inputs);
+    if (!result.ok()) return result.status();
+    return RecordOf(RowOf(request, *inputs, *result));
+  };
+  return Answer(runtime::RecordedResult<v1::Calibration>(store_.get(), call, request, caller.deadline, make, ToProto),
+                response);
+}
 
 grpc::Status CalibrationService::CalibrateSensor(grpc::ServerContext* context,
                                                  const v1::CalibrateSensorRequest* request, v1::Calibration* response) {
-  const auto slot = running_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
-  if (!slot.ok()) return ToGrpc(slot.status());
-  return Answer(calibrator_.CalibrateSensor(*request, CallerOf(*context)), response);
+  return Calibrate(context, "calibration.CalibrateSensor", *request, response);
 }
 
 grpc::Status CalibrationService::CalibrateRotation(grpc::ServerContext* context,
                                                    const v1::CalibrateRotationRequest* request,
                                                    v1::Calibration* response) {
-  const auto slot = running_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
-  if (!slot.ok()) return ToGrpc(slot.status());
-  return Answer(calibrator_.CalibrateRotation(*request, CallerOf(*context)), response);
+  return Calibrate(context, "calibration.CalibrateRotation", *request, response);
+}
+
+grpc::Status CalibrationService::CalibrateProbe(grpc::ServerContext* context, const v1::CalibrateProbeRequest* request,
+                                                v1::Calibration* response) {
+  return Calibrate(context, "calibration.CalibrateProbe", *request, response);
+}
+
+grpc::Status CalibrationService::CharacteriseAxis(grpc::ServerContext* context,
+                                                  const v1::CharacteriseAxisRequest* request,
+                                                  v1::Calibration* response) {
+  return Calibrate(context, "calibration.CharacteriseAxis", *request, response);
 }
 
 grpc::Status CalibrationService::GetCalibration(grpc::ServerContext* context, const v1::GetCalibrationRequest* request,
@@ -85,10 +132,7 @@ grpc::Status CalibrationService::GetCalibration(grpc::ServerContext* context, co
   if (!id.ok()) return ToGrpc(id.status());
   const auto found = store_->Find(*id, runtime::DeadlineOf(*context));
   if (!found.ok()) return ToGrpc(found.status());
-  if (!found->has_value())
-    return ToGrpc(runtime::Failure(errors::v1::CALIBRATION_NOT_FOUND,
-                                   "name: " + request->name() + ", want a calibration that is recorded",
-                                   {{"resource", request->name()}}));
+  if (!found->has_value()) return ToGrpc(NotRecorded(request->name()));
   *response = ToProto(**found);
   return grpc::Status::OK;
 }
@@ -106,43 +150,43 @@ grpc::Status CalibrationService::ListCalibrations(grpc::ServerContext* context,
   if (!filter.ok()) return ToGrpc(filter.status());
   // What BASIC leaves out is not read.
   const auto leave_basic = [](v1::Calibration*) {};
-  return ToGrpc(runtime::ListResults(
-      *store_, runtime::DeadlineOf(*context), *request, *filter,
-      [](const storage::CalibrationRow& row) -> absl::StatusOr<v1::Calibration> { return ToProto(row); }, leave_basic,
-      response->mutable_calibrations(), response->mutable_next_page_token()));
-}
-
-grpc::Status CalibrationService::CalibrateProbe(grpc::ServerContext* context, const v1::CalibrateProbeRequest* request,
-                                                v1::Calibration* response) {
-  const auto slot = running_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
-  if (!slot.ok()) return ToGrpc(slot.status());
-  return Answer(calibrator_.CalibrateProbe(*request, CallerOf(*context)), response);
-}
-
-grpc::Status CalibrationService::CharacteriseAxis(grpc::ServerContext* context,
-                                                  const v1::CharacteriseAxisRequest* request,
-                                                  v1::Calibration* response) {
-  const auto slot = running_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
-  if (!slot.ok()) return ToGrpc(slot.status());
-  return Answer(calibrator_.CharacteriseAxis(*request, CallerOf(*context)), response);
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, *filter, ToProto, leave_basic,
+                                     response->mutable_calibrations(), response->mutable_next_page_token()));
 }
 
 grpc::Status CalibrationService::ReleaseCalibration(grpc::ServerContext* context,
                                                     const v1::ReleaseCalibrationRequest* request,
                                                     v1::Calibration* response) {
-  return Answer(Release(*store_, runtime::DeadlineOf(*context), *request), response);
+  if (absl::Status status = CheckRequest(*request); !status.ok()) return ToGrpc(status);
+  const storage::Deadline deadline = runtime::DeadlineOf(*context);
+  return Answer(runtime::RecordedCall<v1::Calibration>(
+                    *store_, "calibration.ReleaseCalibration", *request, deadline, [&] { return Decide(*request); },
+                    [&](const storage::RecordedRequest& recorded, const storage::CalibrationDecision& decision) {
+                      return store_->Release(recorded, decision, AnswerBytes, deadline);
+                    }),
+                response);
 }
 
 grpc::Status CalibrationService::WithdrawCalibration(grpc::ServerContext* context,
                                                      const v1::WithdrawCalibrationRequest* request,
                                                      v1::WithdrawCalibrationResponse* response) {
-  return Answer(Withdraw(*store_, runtime::DeadlineOf(*context), *request), response);
+  if (absl::Status status = CheckRequest(*request); !status.ok()) return ToGrpc(status);
+  const storage::Deadline deadline = runtime::DeadlineOf(*context);
+  const auto answer_of = [](const storage::WithdrawnCalibrationRow& row) -> absl::StatusOr<std::string> {
+    return WithdrawalOf(row).SerializeAsString();
+  };
+  return Answer(runtime::RecordedCall<v1::WithdrawCalibrationResponse>(
+                    *store_, "calibration.WithdrawCalibration", *request, deadline, [&] { return Decide(*request); },
+                    [&](const storage::RecordedRequest& recorded, const storage::CalibrationDecision& decision) {
+                      return store_->Withdraw(recorded, decision, answer_of, deadline);
+                    }),
+                response);
 }
 
 grpc::Status CalibrationService::GetCalibrationTrend(grpc::ServerContext* context,
                                                      const v1::GetCalibrationTrendRequest* request,
                                                      v1::CalibrationTrend* response) {
-  return Answer(TrendOf(*store_, runtime::DeadlineOf(*context), *request), response);
+  return Answer(Trend(*store_, runtime::DeadlineOf(*context), *request), response);
 }
 
 }  // namespace sixpoint::calibration

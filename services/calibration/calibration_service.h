@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "services/calibration/calibrator.h"
+#include "services/calibration/inputs.h"
 #include "services/runtime/compute_pool.h"
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
 #include "storage/calibration_store.h"
@@ -40,8 +40,13 @@ class CalibrationService final : public v1::CalibrationService::Service {
  private:
   static constexpr int kMostRunning = 4;
 
+  // Checked, fetched, computed and recorded, once for each request_id.
+  template <typename Request>
+  grpc::Status Calibrate(grpc::ServerContext* context, const char* call, const Request& request,
+                         v1::Calibration* response);
+
   const std::shared_ptr<storage::CalibrationStore> store_;
-  Calibrator calibrator_;
+  const InputFetcher inputs_;
   runtime::ComputePool running_{{kMostRunning, 0}, "calibrations", errors::v1::CALIBRATIONS_FULL};
 };
 

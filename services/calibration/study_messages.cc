@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 
-#include "services/calibration/calibration_messages.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
@@ -223,15 +222,6 @@ v1::SphereCheck ToProto(const metrology::SphereCheck& in) {
     error->set_verdict(ToProto(e.verdict));
   }
   return out;
-}
-
-absl::StatusOr<std::string> JsonOf(const v1::Study& study) {
-  google::protobuf::util::JsonPrintOptions options;
-  options.preserve_proto_field_names = true;
-  std::string json;
-  const auto printed = google::protobuf::util::MessageToJsonString(study, &json, options);
-  if (!printed.ok()) return absl::InternalError("study as JSON: " + std::string(printed.message()));
-  return json;
 }
 
 absl::StatusOr<v1::Study> ToProto(const storage::StudyRow& row) {

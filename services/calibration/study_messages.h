@@ -1,4 +1,4 @@
-// Studies between kernel results, their rows and their messages.
+// Results of studies as messages, and recorded studies as messages.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -32,8 +32,7 @@ v1::RepeatStudy RepeatOf(const std::vector<storage::CalibrationRow>& calibration
 v1::GaugeRr ToProto(const metrology::NestedVariance& analysis, const v1::RunGaugeRrRequest& request);
 v1::SphereCheck ToProto(const metrology::SphereCheck& check);
 
-// What is stored, and what is read back. DATA_LOSS where it cannot be read.
-absl::StatusOr<std::string> JsonOf(const v1::Study& study);
+// DATA_LOSS where what is stored cannot be read.
 absl::StatusOr<v1::Study> ToProto(const storage::StudyRow& row);
 
 }  // namespace sixpoint::calibration

@@ -1,33 +1,23 @@
 #include "services/calibration/study_service.h"
 
+#include <utility>
+
+#include "services/calibration/filters.h"
+#include "services/calibration/study.h"
 #include "services/calibration/study_messages.h"
+#include "services/calibration/study_rows.h"
+#include "services/calibration/validate.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
-#include "services/runtime/list_filters.h"
+#include "services/runtime/recorded_call.h"
 #include "services/runtime/recorded_results.h"
-#include "services/runtime/resource_name.h"
 
 namespace sixpoint::calibration {
 namespace {
 
 using runtime::ToGrpc;
 
-absl::StatusOr<storage::StudyFilter> FilterOf(const v1::ListStudiesRequest& request) {
-  storage::StudyFilter filter;
-  absl::StatusOr<std::string> machine_id = runtime::FilterIdOf("machine", "machines", request.machine());
-  if (!machine_id.ok()) return machine_id.status();
-  filter.machine_id = *std::move(machine_id);
-  filter.kind = KindText(request.kind());
-  if (filter.kind.empty() && request.kind() != v1::STUDY_KIND_UNSPECIFIED)
-    return runtime::Refuse("kind", std::to_string(request.kind()), "a kind of study");
-  if (!v1::StudyVerdict_IsValid(request.verdict()))
-    return runtime::Refuse("verdict", std::to_string(request.verdict()), "a verdict of a study");
-  filter.verdict = VerdictText(request.verdict());
-  const absl::StatusOr<storage::TimeSpan> recorded = runtime::SpanOf("recorded", request.recorded());
-  if (!recorded.ok()) return recorded.status();
-  filter.recorded = *recorded;
-  return filter;
-}
+absl::StatusOr<v1::Study> ToStudy(const storage::StudyRow& row) { return ToProto(row); }
 
 void LeaveBasic(v1::Study* study) {
   if (study->has_gauge()) study->mutable_gauge()->clear_stations();
@@ -36,49 +26,57 @@ void LeaveBasic(v1::Study* study) {
 }  // namespace
 
 StudyService::StudyService(std::shared_ptr<storage::StudyStore> store,
-                           std::shared_ptr<storage::CalibrationStore> calibrations,
+                           std::shared_ptr<const storage::CalibrationReader> calibrations,
                            std::shared_ptr<grpc::Channel> plant, std::shared_ptr<grpc::Channel> ingest)
-    : store_(store), runner_(std::move(store), std::move(calibrations), std::move(plant), std::move(ingest)) {}
+    : store_(std::move(store)), inputs_(std::move(calibrations), std::move(plant), std::move(ingest)) {}
 
 template <typename Request>
-grpc::Status StudyService::Run(grpc::ServerContext* context,
-                               absl::StatusOr<v1::Study> (StudyRunner::*method)(const Request&, const Caller&),
-                               const Request& request, v1::Study* response) {
-  const auto slot = running_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
+grpc::Status StudyService::Run(grpc::ServerContext* context, const char* call, const Request& request,
+                               v1::Study* response) {
+  const Caller caller = runtime::CallerOf(*context);
+  const auto slot = running_.Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());
-  return runtime::Answer((runner_.*method)(request, runtime::CallerOf(*context)), response);
+  if (absl::Status status = CheckRequest(request); !status.ok()) return ToGrpc(status);
+  const auto make = [&]() -> absl::StatusOr<runtime::Made<storage::StudyRow>> {
+    const auto inputs = inputs_.Fetch(request, caller);
+    if (!inputs.ok()) return inputs.status();
+    absl::StatusOr<v1::Study> study = Study(request, *inputs);
+    if (!study.ok()) return study.status();
+    return RecordOf(request, *std::move(study));
+  };
+  return runtime::Answer(
+      runtime::RecordedResult<v1::Study>(store_.get(), call, request, caller.deadline, make, ToStudy), response);
 }
 
 grpc::Status StudyService::RunGaugeStudy(grpc::ServerContext* context, const v1::RunGaugeStudyRequest* request,
                                          v1::Study* response) {
-  return Run(context, &StudyRunner::RunGauge, *request, response);
+  return Run(context, "calibration.RunGaugeStudy", *request, response);
 }
 
 grpc::Status StudyService::RunArmStudy(grpc::ServerContext* context, const v1::RunArmStudyRequest* request,
                                        v1::Study* response) {
-  return Run(context, &StudyRunner::RunArm, *request, response);
+  return Run(context, "calibration.RunArmStudy", *request, response);
 }
 
 grpc::Status StudyService::RunRepeatStudy(grpc::ServerContext* context, const v1::RunRepeatStudyRequest* request,
                                           v1::Study* response) {
-  return Run(context, &StudyRunner::RunRepeat, *request, response);
+  return Run(context, "calibration.RunRepeatStudy", *request, response);
 }
 
 grpc::Status StudyService::RunGaugeRr(grpc::ServerContext* context, const v1::RunGaugeRrRequest* request,
                                       v1::Study* response) {
-  return Run(context, &StudyRunner::RunGaugeRr, *request, response);
+  return Run(context, "calibration.RunGaugeRr", *request, response);
 }
 
 grpc::Status StudyService::RunSphereCheck(grpc::ServerContext* context, const v1::RunSphereCheckRequest* request,
                                           v1::Study* response) {
-  return Run(context, &StudyRunner::RunSphereCheck, *request, response);
+  return Run(context, "calibration.RunSphereCheck", *request, response);
 }
 
 grpc::Status StudyService::GetStudy(grpc::ServerContext* context, const v1::GetStudyRequest* request,
                                     v1::Study* response) {
   return runtime::Answer(runtime::GetResult<v1::Study>(*store_, runtime::DeadlineOf(*context), "studies",
-                                                       request->name(), errors::v1::STUDY_NOT_FOUND,
-                                                       [](const storage::StudyRow& row) { return ToProto(row); }),
+                                                       request->name(), errors::v1::STUDY_NOT_FOUND, ToStudy),
                          response);
 }
 
@@ -86,8 +84,7 @@ grpc::Status StudyService::ListStudies(grpc::ServerContext* context, const v1::L
                                        v1::ListStudiesResponse* response) {
   const absl::StatusOr<storage::StudyFilter> filter = FilterOf(*request);
   if (!filter.ok()) return ToGrpc(filter.status());
-  const auto to_study = [](const storage::StudyRow& row) { return ToProto(row); };
-  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, *filter, to_study, LeaveBasic,
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, *filter, ToStudy, LeaveBasic,
                                      response->mutable_studies(), response->mutable_next_page_token()));
 }
 

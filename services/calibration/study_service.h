@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "services/calibration/study_runner.h"
+#include "services/calibration/study_inputs.h"
 #include "services/runtime/compute_pool.h"
 #include "sixpoint/calibration/v1/study.grpc.pb.h"
 #include "storage/studies.h"
@@ -13,8 +13,9 @@ namespace sixpoint::calibration {
 class StudyService final : public v1::StudyService::Service {
  public:
   // One more than kMostRunning at once gets RESOURCE_EXHAUSTED.
-  StudyService(std::shared_ptr<storage::StudyStore> store, std::shared_ptr<storage::CalibrationStore> calibrations,
-               std::shared_ptr<grpc::Channel> plant, std::shared_ptr<grpc::Channel> ingest);
+  StudyService(std::shared_ptr<storage::StudyStore> store,
+               std::shared_ptr<const storage::CalibrationReader> calibrations, std::shared_ptr<grpc::Channel> plant,
+               std::shared_ptr<grpc::Channel> ingest);
 
   grpc::Status RunGaugeStudy(grpc::ServerContext* context, const v1::RunGaugeStudyRequest* request,
                              v1::Study* response) override;
@@ -33,13 +34,12 @@ class StudyService final : public v1::StudyService::Service {
  private:
   static constexpr int kMostRunning = 2;
 
+  // Checked, fetched, studied and recorded, once for each request_id.
   template <typename Request>
-  grpc::Status Run(grpc::ServerContext* context,
-                   absl::StatusOr<v1::Study> (StudyRunner::*method)(const Request&, const Caller&),
-                   const Request& request, v1::Study* response);
+  grpc::Status Run(grpc::ServerContext* context, const char* call, const Request& request, v1::Study* response);
 
   const std::shared_ptr<storage::StudyStore> store_;
-  StudyRunner runner_;
+  const StudyInputFetcher inputs_;
   runtime::ComputePool running_{{kMostRunning, 0}, "studies", errors::v1::STUDIES_FULL};
 };
 

@@ -44,7 +44,7 @@ absl::StatusOr<FetchedSensorCalibration> SensorOf(const Calibration& calibration
   if (!pose.ok()) return Damaged(calibration, std::string(pose.status().message()));
   out.sensor.rotation = pose->linear();
   out.sensor.t_sm_mm = pose->translation();
-  const auto covariance = CovarianceOf<6>(calibration, in.covariance());
+  const auto covariance = CovarianceOf<metrology::kSensorParameterCount>(calibration, in.covariance());
   if (!covariance.ok()) return covariance.status();
   out.sensor.covariance = *covariance;
   return out;
@@ -62,7 +62,7 @@ absl::StatusOr<FetchedRotationCalibration> RotationOf(const Calibration& calibra
   const absl::StatusOr<metrology::AxisLine> b = runtime::FromProto("b_axis", in.b_axis());
   if (!b.ok()) return Damaged(calibration, std::string(b.status().message()));
   out.axes = {*a, *b};
-  const auto covariance = CovarianceOf<8>(calibration, in.covariance());
+  const auto covariance = CovarianceOf<metrology::kAxisParameterCount>(calibration, in.covariance());
   if (!covariance.ok()) return covariance.status();
   out.covariance = *covariance;
   // Calibrations from before letters were kept are of A and B.

@@ -26,7 +26,7 @@ struct FetchedRotationCalibration {
   std::string name;
   std::chrono::system_clock::time_point valid_until;
   metrology::RotaryAxes axes;
-  metrology::Matrix8d covariance;      // order of RotaryAxes::ParameterJacobian
+  metrology::AxesCovariance covariance;
   std::array<std::string, 2> letters;  // the machine's, of axes.a and axes.b
   std::vector<std::string> inputs;     // resource names
 };

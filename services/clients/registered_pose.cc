@@ -56,26 +56,22 @@ absl::StatusOr<metrology::RegisteredPose> RegisteredPoseOf(const registration::v
                                                            const metrology::SensorPose& sensor,
                                                            const FetchedRotationCalibration& rotation,
                                                            const std::vector<FetchedAxis>& tables) {
-  metrology::RegisteredPose pose;
   const auto zero_from_part = runtime::FromProto("registration.zero_from_part", registration.zero_from_part());
   if (!zero_from_part.ok()) return zero_from_part.status();
-  pose.zero_from_part = *zero_from_part;
   const auto noise = runtime::FromProto("registration.noise_covariance", registration.noise_covariance());
   if (!noise.ok()) return noise.status();
-  pose.noise = *noise;
   const auto covariance = runtime::FromProto("registration.covariance", registration.covariance());
   if (!covariance.ok()) return covariance.status();
-  pose.sensitivity_reference_mm = covariance->reference_mm;
   const auto sensitivity =
       runtime::FromProto("registration.calibration_sensitivity", registration.calibration_sensitivity());
   if (!sensitivity.ok()) return sensitivity.status();
-  if (sensitivity->rows() != 6 || sensitivity->cols() != 14) {
+  if (sensitivity->rows() != 6 || sensitivity->cols() != metrology::kCalibrationParameterCount) {
     return runtime::Refuse("registration.calibration_sensitivity",
-                           std::to_string(sensitivity->rows()) + " x " + std::to_string(sensitivity->cols()), "6 x 14");
+                           std::to_string(sensitivity->rows()) + " x " + std::to_string(sensitivity->cols()),
+                           "6 x " + std::to_string(metrology::kCalibrationParameterCount));
   }
-  pose.calibration_sensitivity = *sensitivity;
-  pose.calibration_covariance.topLeftCorner<6, 6>() = sensor.covariance;
-  pose.calibration_covariance.bottomRightCorner<8, 8>() = rotation.covariance;
+  metrology::RegisteredPose pose(*zero_from_part, *noise, *sensitivity, covariance->reference_mm,
+                                 metrology::JointCovariance(sensor.covariance, rotation.covariance));
   for (const FetchedAxis& table : tables) {
     const absl::StatusOr<metrology::AngleInfluence::Axis> axis = AxisOf(table.name, table.axis, rotation);
     if (!axis.ok()) return axis.status();

@@ -40,7 +40,7 @@ absl::StatusOr<Corrected> CorrectBlade(const v1::CorrectRequest& request, const 
   Corrected corrected;
   for (const metrology::NominalHoleGroup& group : inputs.groups) {
     absl::StatusOr<metrology::CorrectedHoleGroup> moved =
-        metrology::CorrectGroup(group, inputs.pose, inputs.zero_from_part_nominal, inputs.rotation.axes,
+        metrology::CorrectGroup(group, *inputs.pose, inputs.zero_from_part_nominal, inputs.rotation.axes,
                                 inputs.machine_axes.nominal, inputs.machine_axes.limits);
     if (!moved.ok()) return PoseFailure(moved.status(), request.registration(), group.name);
     for (std::string& reason : metrology::BeyondEnvelope(*moved, inputs.envelope, inputs.machine_axes.letters))

@@ -5,6 +5,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -34,8 +35,8 @@ struct Inputs {
   registration::v1::Registration registration;
   clients::FetchedSensorCalibration sensor;
   clients::FetchedRotationCalibration rotation;
-  std::vector<clients::FetchedAxis> tables;  // that the registration applied
-  metrology::RegisteredPose pose;
+  std::vector<clients::FetchedAxis> tables;       // that the registration applied
+  std::optional<metrology::RegisteredPose> pose;  // once fetched
   MachineAxes machine_axes;
   metrology::SafetyEnvelope envelope;
   Eigen::Isometry3d zero_from_part_nominal;

@@ -100,7 +100,7 @@ runtime::Made<storage::CorrectionRow> RecordOf(const v1::CorrectRequest& request
   }
   row.axes = {inputs.rotation.letters.begin(), inputs.rotation.letters.end()};
   for (const metrology::CorrectedHoleGroup& group : corrected.groups)
-    row.groups.push_back(GroupRowOf(group, inputs.pose.positioning.Applies()));
+    row.groups.push_back(GroupRowOf(group, inputs.pose->positioning.Applies()));
   row.requested_by = request.requested_by();
   row.software_version = runtime::SoftwareVersion();
   storage::RecordEntry entry = EntryOf(row, inputs, corrected);

@@ -5,7 +5,7 @@
 #include "services/ingest/block_memory.h"
 #include "services/ingest/scan_service.h"
 #include "services/ingest/store_service.h"
-#include "services/runtime/call.h"
+#include "services/runtime/peers.h"
 #include "services/runtime/server.h"
 #include "storage/s3_config.h"
 
@@ -39,11 +39,9 @@ std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOp
   ScanServiceOptions scan_options;
   scan_options.decode_worker = options.worker_folder + "/sixpoint-decode-worker";
   scan_options.worker_count = options.threads;
-  const auto plant = options.peers.find("plant");
   std::vector<std::unique_ptr<grpc::Service>> services;
-  services.push_back(std::make_unique<ScanService>(
-      scan_options, database, blob_store.get(),
-      runtime::ConnectTo(plant == options.peers.end() ? "127.0.0.1:7400" : plant->second)));
+  services.push_back(std::make_unique<ScanService>(scan_options, storage::ScansIn(database, blob_store.get()),
+                                                   runtime::ConnectToPeer(options, "plant")));
   std::unique_ptr<StoreKeeper> keeper;
   if (store_options.tidy_every_s > 0 || store_options.check_mb_s > 0) {
     StoreKeeperOptions keeper_options;
@@ -51,7 +49,8 @@ std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOp
     keeper_options.check_rate_mb_s = store_options.check_mb_s;
     keeper = std::make_unique<StoreKeeper>(keeper_options, options.database, blob_store);
   }
-  services.push_back(std::make_unique<CloudStoreService>(database, blob_store, std::move(keeper)));
+  services.push_back(std::make_unique<CloudStoreService>(
+      storage::RetentionIn(database, blob_store), storage::BlobKeepingIn(database, blob_store), std::move(keeper)));
   return services;
 }
 

@@ -43,8 +43,6 @@ v1::Encoding EncodingOf(const std::string& text) {
   return v1::ENCODING_UNSPECIFIED;
 }
 
-std::string IdIn(const std::string& name) { return name.substr(name.find('/') + 1); }
-
 }  // namespace
 
 std::string KindText(v1::ScanKind kind) {
@@ -124,13 +122,13 @@ v1::Scan ToProto(const storage::ScanRow& row) {
 storage::ScanRow RowOf(const v1::ScanHeader& header, int machine_revision, int artefact_revision) {
   storage::ScanRow row;
   row.scan_id = header.scan_id();
-  row.machine_id = IdIn(header.machine());
+  row.machine_id = runtime::LastSegment(header.machine());
   row.machine_revision = machine_revision;
   if (header.subject().rfind("artefacts/", 0) == 0) {
-    row.artefact_id = IdIn(header.subject());
+    row.artefact_id = runtime::LastSegment(header.subject());
     row.artefact_revision = artefact_revision;
   } else {
-    row.blade_serial = IdIn(header.subject());
+    row.blade_serial = runtime::LastSegment(header.subject());
   }
   row.kind = KindText(header.kind());
   row.v0_mm = {header.v0_mm().x_mm(), header.v0_mm().y_mm(), header.v0_mm().z_mm()};

@@ -53,9 +53,8 @@ absl::StatusOr<ProfileRange> RangeOf(const v1::DownloadScanRequest& request, con
 bool IsWhole(const ProfileRange& range) { return range.count == std::numeric_limits<int>::max(); }
 
 // One block as the request wants it.
-absl::StatusOr<v1::ScanBlock> BlockOf(storage::Database* database, storage::BlobStore* blobs, const StoredScan& scan,
-                                      std::size_t index, v1::PointFormat format, const ProfileRange& range,
-                                      storage::Deadline deadline) {
+absl::StatusOr<v1::ScanBlock> BlockOf(const storage::ScanReader& scans, const StoredScan& scan, std::size_t index,
+                                      v1::PointFormat format, const ProfileRange& range, storage::Deadline deadline) {
   const storage::ScanBlockRow& row = scan.blocks[index];
   v1::ScanBlock block;
   block.set_index(static_cast<int>(index));
@@ -63,12 +62,12 @@ absl::StatusOr<v1::ScanBlock> BlockOf(storage::Database* database, storage::Blob
   block.set_first_profile(row.first_profile);
   block.set_profile_count(row.profile_count);
   if (format != v1::POINT_FORMAT_XYZ_F64) {
-    absl::StatusOr<std::string> bytes = ReadBlock(database, blobs, scan, index, deadline);
+    absl::StatusOr<std::string> bytes = ReadBlock(scans, scan, index, deadline);
     if (!bytes.ok()) return bytes.status();
     block.set_payload(*std::move(bytes));
     return block;
   }
-  absl::StatusOr<metrology::Points> points_mm = ReadPoints(database, blobs, scan, index, deadline);
+  absl::StatusOr<metrology::Points> points_mm = ReadPoints(scans, scan, index, deadline);
   if (!points_mm.ok()) return points_mm.status();
   if (!IsWhole(range)) {
     points_mm = PointsIn(*points_mm, row, range, scan.row.profile_pitch_mm);
@@ -84,10 +83,9 @@ absl::StatusOr<v1::ScanBlock> BlockOf(storage::Database* database, storage::Blob
 
 }  // namespace
 
-ScanService::ScanService(const ScanServiceOptions& options, storage::Database* database, storage::BlobStore* blobs,
+ScanService::ScanService(const ScanServiceOptions& options, std::shared_ptr<storage::ScanStore> store,
                          std::shared_ptr<grpc::Channel> plant)
-    : database_(database),
-      blobs_(blobs),
+    : store_(std::move(store)),
       plant_(std::move(plant)),
       workers_(options.decode_worker, options.worker_count, options.decode_patience),
       encoding_({options.worker_count, 0}, "encoding", errors::v1::UPLOADS_FULL),
@@ -109,7 +107,7 @@ absl::Status ScanService::Upload(grpc::ServerContext* context, UploadStream* str
   UploadCaller caller{UploadDeadline(*context), runtime::KeepGoing(*context),
                       [context] { return runtime::ContextFor(*context); }, context->peer()};
   absl::StatusOr<std::unique_ptr<ScanUpload>> upload = ScanUpload::Begin(
-      {database_, blobs_, &workers_, &plant_, &encoding_}, std::move(*request.mutable_header()), std::move(caller));
+      {store_.get(), &workers_, &plant_, &encoding_}, std::move(*request.mutable_header()), std::move(caller));
   if (!upload.ok()) return upload.status();
   v1::UploadScanResponse response;
   *response.mutable_accepted() = (*upload)->progress();
@@ -136,9 +134,7 @@ absl::Status ScanService::Upload(grpc::ServerContext* context, UploadStream* str
 }
 
 grpc::Status ScanService::GetScan(grpc::ServerContext* context, const v1::GetScanRequest* request, v1::Scan* response) {
-  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
-  if (!transaction.ok()) return ToGrpc(transaction.status());
-  const absl::StatusOr<storage::ScanRow> row = FindScanByName(*transaction, request->name());
+  const absl::StatusOr<storage::ScanRow> row = FindScanByName(*store_, request->name(), runtime::DeadlineOf(*context));
   if (!row.ok()) return ToGrpc(row.status());
   *response = ToProto(*row);
   return grpc::Status::OK;
@@ -151,11 +147,9 @@ grpc::Status ScanService::ListScans(grpc::ServerContext* context, const v1::List
   const std::string filters = runtime::FiltersOf(*request);
   const absl::StatusOr<runtime::Page> page = runtime::PageOf(filters, request->page_size(), request->page_token());
   if (!page.ok()) return ToGrpc(page.status());
-  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
-  if (!transaction.ok()) return ToGrpc(transaction.status());
   // One more than asked tells whether there is another page.
   const absl::StatusOr<std::vector<storage::ScanRow>> rows =
-      storage::ListScans(*transaction, *filter, page->before_sequence, page->size + 1);
+      store_->List(*filter, page->before_sequence, page->size + 1, runtime::DeadlineOf(*context));
   if (!rows.ok()) return ToGrpc(rows.status());
   for (const storage::ScanRow& row : *rows) {
     if (response->scans_size() == page->size) {
@@ -174,7 +168,7 @@ grpc::Status ScanService::DownloadScan(grpc::ServerContext* context, const v1::D
   }
   const storage::Deadline deadline = runtime::DeadlineOf(*context);
   CallWatch watch(&watchdog_, context, deadline, stream_patience_);
-  const absl::StatusOr<StoredScan> scan = ReadScan(database_, request->name(), deadline);
+  const absl::StatusOr<StoredScan> scan = ReadScan(*store_, request->name(), deadline);
   if (!scan.ok()) return ToGrpc(scan.status());
   const absl::StatusOr<ProfileRange> range = RangeOf(*request, *scan);
   if (!range.ok()) return ToGrpc(range.status());
@@ -183,7 +177,7 @@ grpc::Status ScanService::DownloadScan(grpc::ServerContext* context, const v1::D
   bool open = writer->Write(response);
   for (std::size_t i = 0; open && i < scan->blocks.size(); ++i) {
     if (!IsWhole(*range) && !Overlaps(scan->blocks[i], *range)) continue;
-    absl::StatusOr<v1::ScanBlock> block = BlockOf(database_, blobs_, *scan, i, request->format(), *range, deadline);
+    absl::StatusOr<v1::ScanBlock> block = BlockOf(*store_, *scan, i, request->format(), *range, deadline);
     if (!block.ok()) return ToGrpc(block.status());
     *response.mutable_block() = *std::move(block);
     open = writer->Write(response);
@@ -202,7 +196,7 @@ grpc::Status ScanService::PreviewScan(grpc::ServerContext* context, const v1::Pr
   const std::int64_t wanted =
       request->point_count() == 0 ? kUsualPreviewCount : std::min(request->point_count(), kGreatestPreviewCount);
   const storage::Deadline deadline = runtime::DeadlineOf(*context);
-  const absl::StatusOr<StoredScan> scan = ReadScan(database_, request->name(), deadline);
+  const absl::StatusOr<StoredScan> scan = ReadScan(*store_, request->name(), deadline);
   if (!scan.ok()) return ToGrpc(scan.status());
   const std::int64_t stride = (scan->row.point_count + wanted - 1) / wanted;
   std::vector<float> xyz;
@@ -211,8 +205,8 @@ grpc::Status ScanService::PreviewScan(grpc::ServerContext* context, const v1::Pr
   for (std::size_t i = 0; i < scan->blocks.size(); ++i) {
     const std::int64_t end_of_block = first_of_block + scan->blocks[i].point_count;
     if (next < end_of_block) {
-      if (!keep_going()) return ToGrpc(absl::CancelledError("the client went away or its time ended"));
-      const absl::StatusOr<metrology::Points> points_mm = ReadPoints(database_, blobs_, *scan, i, deadline);
+      if (!keep_going()) return ToGrpc(runtime::Stopped(*context, "nothing was changed"));
+      const absl::StatusOr<metrology::Points> points_mm = ReadPoints(*store_, *scan, i, deadline);
       if (!points_mm.ok()) return ToGrpc(points_mm.status());
       for (; next < end_of_block; next += stride) {
         const Eigen::Vector3f p = (*points_mm)[static_cast<std::size_t>(next - first_of_block)].cast<float>();

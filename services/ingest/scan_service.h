@@ -9,8 +9,7 @@
 #include "services/ingest/known_plant.h"
 #include "services/runtime/compute_pool.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
-#include "storage/blob_store.h"
-#include "storage/database.h"
+#include "storage/scan_store.h"
 
 namespace sixpoint::ingest {
 
@@ -26,7 +25,7 @@ struct ScanServiceOptions {
 
 class ScanService final : public v1::ScanService::Service {
  public:
-  ScanService(const ScanServiceOptions& options, storage::Database* database, storage::BlobStore* blobs,
+  ScanService(const ScanServiceOptions& options, std::shared_ptr<storage::ScanStore> store,
               std::shared_ptr<grpc::Channel> plant);
 
   grpc::Status UploadScan(grpc::ServerContext* context,
@@ -45,8 +44,7 @@ class ScanService final : public v1::ScanService::Service {
   absl::Status Upload(grpc::ServerContext* context,
                       grpc::ServerReaderWriter<v1::UploadScanResponse, v1::UploadScanRequest>* stream);
 
-  storage::Database* const database_;
-  storage::BlobStore* const blobs_;
+  const std::shared_ptr<storage::ScanStore> store_;
   KnownPlant plant_;
   DecodeWorkers workers_;
   runtime::ComputePool encoding_;

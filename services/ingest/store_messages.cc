@@ -70,10 +70,10 @@ v1::ScanDeletion ToProto(const storage::ScanDeletion& deletion) {
   return out;
 }
 
-v1::StoreStatus ToProto(const storage::CheckState& state, const std::vector<storage::StoreUse>& uses,
-                        const std::vector<storage::BlobDamage>& damages) {
+v1::StoreStatus ToProto(const storage::BlobStatus& status) {
   v1::StoreStatus out;
-  for (const storage::StoreUse& use : uses) {
+  out.set_new_blobs(HolderOf(status.store));
+  for (const storage::StoreUse& use : status.uses) {
     v1::HolderUse& to = *out.add_uses();
     to.set_holder(HolderOf(use.store));
     to.set_kept_count(use.kept_count);
@@ -81,11 +81,11 @@ v1::StoreStatus ToProto(const storage::CheckState& state, const std::vector<stor
     to.set_deleted_count(use.deleted_count);
     to.set_deleted_bytes(use.deleted_bytes);
   }
-  out.set_checked_count(state.progress.checked_count);
-  out.set_checked_bytes(state.progress.checked_bytes);
-  runtime::ToProto(state.begun_at, out.mutable_check_begun_at());
-  if (state.finished_at) runtime::ToProto(*state.finished_at, out.mutable_check_finished_at());
-  for (const storage::BlobDamage& damage : damages) *out.add_damages() = ToProto(damage);
+  out.set_checked_count(status.check.progress.checked_count);
+  out.set_checked_bytes(status.check.progress.checked_bytes);
+  runtime::ToProto(status.check.begun_at, out.mutable_check_begun_at());
+  if (status.check.finished_at) runtime::ToProto(*status.check.finished_at, out.mutable_check_finished_at());
+  for (const storage::BlobDamage& damage : status.damages) *out.add_damages() = ToProto(damage);
   return out;
 }
 

@@ -6,8 +6,7 @@
 #include <string>
 
 #include "sixpoint/ingest/v1/store.pb.h"
-#include "storage/blob_check.h"
-#include "storage/retention.h"
+#include "storage/retention_store.h"
 
 namespace sixpoint::ingest {
 
@@ -15,8 +14,7 @@ v1::BlobHolder HolderOf(const std::string& store);
 v1::BlobDamage ToProto(const storage::BlobDamage& damage);
 v1::RetentionPolicy ToProto(const storage::RetentionPolicy& policy);
 v1::ScanDeletion ToProto(const storage::ScanDeletion& deletion);
-v1::StoreStatus ToProto(const storage::CheckState& state, const std::vector<storage::StoreUse>& uses,
-                        const std::vector<storage::BlobDamage>& damages);
+v1::StoreStatus ToProto(const storage::BlobStatus& status);
 
 // Each refusal names the field, its value and what was wanted.
 absl::Status CheckRequest(const v1::CheckStoreRequest& request);

@@ -9,9 +9,6 @@
 #include "services/runtime/log.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
-#include "storage/blob_check.h"
-#include "storage/blob_collector.h"
-#include "storage/retention.h"
 
 namespace sixpoint::ingest {
 namespace {
@@ -22,8 +19,7 @@ constexpr std::chrono::seconds kBetweenMessages{1};
 constexpr int kGreatestDamageCount = 100;  // in one status
 // A call that was cut off says so, unlike one that had nothing more to do.
 absl::Status CutOff(const grpc::ServerContext& context) {
-  return context.IsCancelled() ? absl::CancelledError("the client went away or its time ended; what was done is kept")
-                               : absl::OkStatus();
+  return context.IsCancelled() ? runtime::Stopped(context, "what was done is kept") : absl::OkStatus();
 }
 
 std::string RequestedBy(const std::string& named, const grpc::ServerContext& context) {
@@ -68,9 +64,9 @@ class ProgressWriter {
 
 }  // namespace
 
-CloudStoreService::CloudStoreService(storage::Database* database, std::shared_ptr<storage::BlobStore> store,
-                                     std::unique_ptr<StoreKeeper> keeper)
-    : database_(database), store_(std::move(store)), keeper_(std::move(keeper)) {}
+CloudStoreService::CloudStoreService(std::shared_ptr<storage::RetentionStore> retention,
+                                     std::shared_ptr<storage::BlobKeeping> blobs, std::unique_ptr<StoreKeeper> keeper)
+    : retention_(std::move(retention)), blobs_(std::move(blobs)), keeper_(std::move(keeper)) {}
 
 grpc::Status CloudStoreService::CheckStore(grpc::ServerContext* context, const v1::CheckStoreRequest* request,
                                            grpc::ServerWriter<v1::CheckStoreResponse>* writer) {
@@ -83,12 +79,11 @@ grpc::Status CloudStoreService::CheckStore(grpc::ServerContext* context, const v
   options.on_damage = [&](const storage::BlobDamage& damage) { progress.Take(damage); };
   storage::CheckProgress from;
   from.after_sha256 = request->after_sha256();
-  const absl::Status checked =
-      storage::CheckBlobs(database_, store_->objects(), options, from, runtime::DeadlineOf(*context));
+  const absl::Status checked = blobs_->Check(options, from, runtime::DeadlineOf(*context));
   const bool complete = checked.ok() && options.keep_going();
   progress.Finish(complete);
   if (!checked.ok() || complete) return ToGrpc(checked);
-  return ToGrpc(absl::CancelledError("the client went away or its time ended; go on from after_sha256"));
+  return ToGrpc(runtime::Stopped(*context, "go on from after_sha256"));
 }
 
 grpc::Status CloudStoreService::CollectGarbage(grpc::ServerContext* context, const v1::CollectGarbageRequest* request,
@@ -98,8 +93,7 @@ grpc::Status CloudStoreService::CollectGarbage(grpc::ServerContext* context, con
   if (request->grace_s() > 0) options.grace = std::chrono::seconds(request->grace_s());
   options.dry_run = request->dry_run();
   options.keep_going = runtime::KeepGoing(*context);
-  const absl::StatusOr<storage::Collected> collected =
-      storage::CollectGarbage(database_, store_->objects(), options, runtime::DeadlineOf(*context));
+  const absl::StatusOr<storage::Collected> collected = blobs_->Collect(options, runtime::DeadlineOf(*context));
   if (!collected.ok()) return ToGrpc(collected.status());
   response->set_blob_count(collected->blob_count);
   response->set_blob_bytes(collected->blob_bytes);
@@ -110,16 +104,10 @@ grpc::Status CloudStoreService::CollectGarbage(grpc::ServerContext* context, con
 
 grpc::Status CloudStoreService::GetStoreStatus(grpc::ServerContext* context, const v1::GetStoreStatusRequest*,
                                                v1::StoreStatus* response) {
-  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
-  if (!transaction.ok()) return ToGrpc(transaction.status());
-  const auto state = storage::ReadCheckState(*transaction);
-  if (!state.ok()) return ToGrpc(state.status());
-  const auto uses = storage::ReadStoreUse(*transaction);
-  if (!uses.ok()) return ToGrpc(uses.status());
-  const auto damages = storage::ListDamages(*transaction, kGreatestDamageCount);
-  if (!damages.ok()) return ToGrpc(damages.status());
-  *response = ToProto(*state, *uses, *damages);
-  response->set_new_blobs(HolderOf(store_->name()));
+  const absl::StatusOr<storage::BlobStatus> status =
+      blobs_->Status(kGreatestDamageCount, runtime::DeadlineOf(*context));
+  if (!status.ok()) return ToGrpc(status.status());
+  *response = ToProto(*status);
   return grpc::Status::OK;
 }
 
@@ -130,7 +118,7 @@ grpc::Status CloudStoreService::DeleteScanPoints(grpc::ServerContext* context,
   const storage::DeletionOrder order{*runtime::IdOf("name", "scans", request->name()), request->reason(),
                                      RequestedBy(request->requested_by(), *context), runtime::SoftwareVersion(),
                                      std::nullopt};
-  const auto deleted = storage::DeleteScanPoints(database_, store_->objects(), order, runtime::DeadlineOf(*context));
+  const auto deleted = retention_->DeletePoints(order, runtime::DeadlineOf(*context));
   if (absl::IsNotFound(deleted.status())) {
     return ToGrpc(runtime::Failure(errors::v1::SCAN_NOT_FOUND, "name: " + request->name() + ", want a stored scan",
                                    {{"resource", request->name()}}));
@@ -146,10 +134,8 @@ grpc::Status CloudStoreService::GetScanDeletion(grpc::ServerContext* context, co
                                                 v1::ScanDeletion* response) {
   const absl::StatusOr<std::string> scan_id = runtime::IdOf("name", "deletions", request->name());
   if (!scan_id.ok()) return ToGrpc(scan_id.status());
-  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
-  if (!transaction.ok()) return ToGrpc(transaction.status());
   const absl::StatusOr<std::optional<storage::ScanDeletion>> deletion =
-      storage::FindScanDeletion(*transaction, *scan_id);
+      retention_->FindDeletion(*scan_id, runtime::DeadlineOf(*context));
   if (!deletion.ok()) return ToGrpc(deletion.status());
   if (!deletion->has_value())
     return ToGrpc(runtime::Failure(errors::v1::DELETION_NOT_FOUND,
@@ -163,25 +149,19 @@ grpc::Status CloudStoreService::SetRetentionPolicy(grpc::ServerContext* context,
                                                    const v1::SetRetentionPolicyRequest* request,
                                                    v1::RetentionPolicy* response) {
   if (absl::Status sound = CheckRequest(*request); !sound.ok()) return ToGrpc(sound);
-  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
-  if (!transaction.ok()) return ToGrpc(transaction.status());
   storage::RetentionPolicy policy;
   policy.scan_kind = KindText(request->scan_kind());
   if (request->keep_days() > 0) policy.keep_days = request->keep_days();
   policy.requested_by = RequestedBy(request->requested_by(), *context);
-  const auto set = storage::SetRetentionPolicy(*transaction, std::move(policy));
-  if (!set.ok()) return ToGrpc(set.status());
-  if (absl::Status committed = transaction->Commit(); !committed.ok()) return ToGrpc(committed);
-  *response = ToProto(*set);
-  return grpc::Status::OK;
+  const auto set = retention_->SetPolicy(std::move(policy), runtime::DeadlineOf(*context));
+  if (set.ok()) *response = ToProto(*set);
+  return ToGrpc(set.status());
 }
 
 grpc::Status CloudStoreService::ListRetentionPolicies(grpc::ServerContext* context,
                                                       const v1::ListRetentionPoliciesRequest* request,
                                                       v1::ListRetentionPoliciesResponse* response) {
-  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
-  if (!transaction.ok()) return ToGrpc(transaction.status());
-  const auto policies = storage::ListRetentionPolicies(*transaction, request->all_revisions());
+  const auto policies = retention_->ListPolicies(request->all_revisions(), runtime::DeadlineOf(*context));
   if (!policies.ok()) return ToGrpc(policies.status());
   for (const storage::RetentionPolicy& policy : *policies) *response->add_policies() = ToProto(policy);
   return grpc::Status::OK;
@@ -194,7 +174,7 @@ grpc::Status CloudStoreService::ApplyRetention(grpc::ServerContext* context, con
   options.requested_by = RequestedBy(request->requested_by(), *context);
   options.dry_run = request->dry_run();
   options.keep_going = runtime::KeepGoing(*context);
-  const auto done = storage::ApplyRetention(database_, store_->objects(), options, runtime::DeadlineOf(*context));
+  const auto done = retention_->Apply(options, runtime::DeadlineOf(*context));
   if (!done.ok()) return ToGrpc(done.status());
   response->set_scan_count(done->scan_count);
   response->set_scan_bytes(done->scan_bytes);

@@ -6,15 +6,14 @@
 
 #include "services/ingest/store_keeper.h"
 #include "sixpoint/ingest/v1/store.grpc.pb.h"
-#include "storage/blob_store.h"
-#include "storage/database.h"
+#include "storage/retention_store.h"
 
 namespace sixpoint::ingest {
 
 class CloudStoreService final : public v1::CloudStoreService::Service {
  public:
   // `keeper` may be null; it lives as long as the service.
-  CloudStoreService(storage::Database* database, std::shared_ptr<storage::BlobStore> store,
+  CloudStoreService(std::shared_ptr<storage::RetentionStore> retention, std::shared_ptr<storage::BlobKeeping> blobs,
                     std::unique_ptr<StoreKeeper> keeper = nullptr);
 
   grpc::Status CheckStore(grpc::ServerContext* context, const v1::CheckStoreRequest* request,
@@ -35,8 +34,8 @@ class CloudStoreService final : public v1::CloudStoreService::Service {
                               v1::ApplyRetentionResponse* response) override;
 
  private:
-  storage::Database* const database_;
-  const std::shared_ptr<storage::BlobStore> store_;
+  const std::shared_ptr<storage::RetentionStore> retention_;
+  const std::shared_ptr<storage::BlobKeeping> blobs_;
   const std::unique_ptr<StoreKeeper> keeper_;
 };
 

@@ -3,7 +3,6 @@
 #include "metrology/cloud/draco_codec.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
-#include "storage/retention.h"
 
 namespace sixpoint::ingest {
 namespace {
@@ -17,10 +16,11 @@ absl::Status Damaged(const StoredScan& scan, std::size_t index, const absl::Stat
 
 }  // namespace
 
-absl::StatusOr<storage::ScanRow> FindScanByName(storage::Transaction& transaction, const std::string& name) {
+absl::StatusOr<storage::ScanRow> FindScanByName(const storage::ScanReader& scans, const std::string& name,
+                                                storage::Deadline deadline) {
   const absl::StatusOr<std::string> scan_id = runtime::IdOf("name", "scans", name);
   if (!scan_id.ok()) return scan_id.status();
-  absl::StatusOr<std::optional<storage::ScanRow>> row = storage::FindScan(transaction, *scan_id);
+  absl::StatusOr<std::optional<storage::ScanRow>> row = scans.Find(*scan_id, deadline);
   if (!row.ok()) return row.status();
   if (!row->has_value()) {
     return runtime::Failure(errors::v1::SCAN_NOT_FOUND, "name: " + name + ", want a stored scan", {{"resource", name}});
@@ -28,30 +28,27 @@ absl::StatusOr<storage::ScanRow> FindScanByName(storage::Transaction& transactio
   return **std::move(row);
 }
 
-absl::StatusOr<StoredScan> ReadScan(storage::Database* database, const std::string& name, storage::Deadline deadline) {
-  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  absl::StatusOr<storage::ScanRow> row = FindScanByName(*transaction, name);
+absl::StatusOr<StoredScan> ReadScan(const storage::ScanReader& scans, const std::string& name,
+                                    storage::Deadline deadline) {
+  absl::StatusOr<storage::ScanRow> row = FindScanByName(scans, name, deadline);
   if (!row.ok()) return row.status();
   // Also where another scan keeps some of its blocks alive.
-  if (absl::Status kept = storage::RequirePoints(*transaction, row->scan_id); !kept.ok()) return kept;
-  absl::StatusOr<std::vector<storage::ScanBlockRow>> blocks = storage::BlocksOfScan(*transaction, row->scan_id);
+  if (absl::Status kept = scans.RequirePoints(row->scan_id, deadline); !kept.ok()) return kept;
+  absl::StatusOr<std::vector<storage::ScanBlockRow>> blocks = scans.Blocks(row->scan_id, deadline);
   if (!blocks.ok()) return blocks.status();
   return StoredScan{*std::move(row), *std::move(blocks)};
 }
 
-absl::StatusOr<std::string> ReadBlock(storage::Database* database, storage::BlobStore* blobs, const StoredScan& scan,
-                                      std::size_t index, storage::Deadline deadline) {
-  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  absl::StatusOr<std::string> bytes = blobs->Get(*transaction, scan.blocks[index].blob_sha256);
+absl::StatusOr<std::string> ReadBlock(const storage::ScanReader& scans, const StoredScan& scan, std::size_t index,
+                                      storage::Deadline deadline) {
+  absl::StatusOr<std::string> bytes = scans.Payload(scan.blocks[index].blob_sha256, deadline);
   if (absl::IsNotFound(bytes.status()) || absl::IsDataLoss(bytes.status())) return Damaged(scan, index, bytes.status());
   return bytes;
 }
 
-absl::StatusOr<metrology::Points> ReadPoints(storage::Database* database, storage::BlobStore* blobs,
-                                             const StoredScan& scan, std::size_t index, storage::Deadline deadline) {
-  const absl::StatusOr<std::string> bytes = ReadBlock(database, blobs, scan, index, deadline);
+absl::StatusOr<metrology::Points> ReadPoints(const storage::ScanReader& scans, const StoredScan& scan,
+                                             std::size_t index, storage::Deadline deadline) {
+  const absl::StatusOr<std::string> bytes = ReadBlock(scans, scan, index, deadline);
   if (!bytes.ok()) return bytes.status();
   absl::StatusOr<metrology::Points> points_mm = metrology::DecodeBlock(*bytes, scan.blocks[index].point_count);
   if (!points_mm.ok()) return Damaged(scan, index, points_mm.status());

@@ -8,9 +8,7 @@
 #include <vector>
 
 #include "metrology/frames/pose.h"
-#include "storage/blob_store.h"
-#include "storage/database.h"
-#include "storage/scans.h"
+#include "storage/scan_store.h"
 
 namespace sixpoint::ingest {
 
@@ -20,17 +18,18 @@ struct StoredScan {
 };
 
 // NOT_FOUND with reason SCAN_NOT_FOUND.
-absl::StatusOr<storage::ScanRow> FindScanByName(storage::Transaction& transaction, const std::string& name);
+absl::StatusOr<storage::ScanRow> FindScanByName(const storage::ScanReader& scans, const std::string& name,
+                                                storage::Deadline deadline);
 // FAILED_PRECONDITION with reason POINTS_DELETED where retention took its points.
-absl::StatusOr<StoredScan> ReadScan(storage::Database* database, const std::string& name, storage::Deadline deadline);
+absl::StatusOr<StoredScan> ReadScan(const storage::ScanReader& scans, const std::string& name,
+                                    storage::Deadline deadline);
 
-// The bytes of one block, checked against their digest. In a transaction of its own, so that a client that reads slowly
-// holds no connection. DATA_LOSS with reason SCAN_DAMAGED.
-absl::StatusOr<std::string> ReadBlock(storage::Database* database, storage::BlobStore* blobs, const StoredScan& scan,
-                                      std::size_t index, storage::Deadline deadline);
+// The bytes of one block, checked against their digest. DATA_LOSS with reason SCAN_DAMAGED.
+absl::StatusOr<std::string> ReadBlock(const storage::ScanReader& scans, const StoredScan& scan, std::size_t index,
+                                      storage::Deadline deadline);
 // Decoded here: the block was checked when it came, and its digest now.
-absl::StatusOr<metrology::Points> ReadPoints(storage::Database* database, storage::BlobStore* blobs,
-                                             const StoredScan& scan, std::size_t index, storage::Deadline deadline);
+absl::StatusOr<metrology::Points> ReadPoints(const storage::ScanReader& scans, const StoredScan& scan,
+                                             std::size_t index, storage::Deadline deadline);
 
 // Profiles [first, first + count) of a scan.
 struct ProfileRange {

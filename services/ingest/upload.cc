@@ -97,32 +97,23 @@ absl::Status ScanUpload::Recognise() {
 }
 
 absl::Status ScanUpload::Join() {
-  absl::StatusOr<storage::Transaction> transaction = tools_.database->Begin(SoonEnough());
-  if (!transaction.ok()) return transaction.status();
-  if (absl::Status locked = storage::LockScanId(*transaction, row_.scan_id); !locked.ok()) return locked;
-  absl::StatusOr<std::optional<storage::ScanRow>> stored = storage::FindScan(*transaction, row_.scan_id);
-  if (!stored.ok()) return stored.status();
-  if (stored->has_value()) {
-    stored_ = *std::move(stored);
-    const std::string differences = DifferencesOf(ToProto(*stored_).header(), header_);
-    return differences.empty() ? absl::OkStatus() : ScanDiffers(row_.scan_id, differences);
+  // Whether it is the same scan. Of one of which nothing was acknowledged a sender that mended its header begins anew.
+  const auto goes_on = [&](const storage::ScanUploadRow& upload) -> absl::StatusOr<bool> {
+    v1::ScanHeader begun;
+    if (!begun.ParseFromString(upload.header)) return absl::DataLossError(row_.scan_id + ": header of its upload");
+    const std::string differences = DifferencesOf(begun, header_);
+    if (!differences.empty() && upload.next_block > 0) return ScanDiffers(row_.scan_id, differences);
+    return differences.empty();
+  };
+  absl::StatusOr<storage::KnownScan> known = tools_.store->Join(row_, goes_on, SoonEnough());
+  if (!known.ok()) return known.status();
+  if (!known->complete) {
+    row_ = std::move(known->upload);
+    return absl::OkStatus();
   }
-  const absl::StatusOr<std::optional<storage::ScanUploadRow>> begun = storage::FindUpload(*transaction, row_.scan_id);
-  if (!begun.ok()) return begun.status();
-  if (begun->has_value()) {
-    v1::ScanHeader known;
-    if (!known.ParseFromString((*begun)->header)) return absl::DataLossError(row_.scan_id + ": header of its upload");
-    const std::string differences = DifferencesOf(known, header_);
-    if (differences.empty()) {
-      row_ = **begun;
-      return absl::OkStatus();
-    }
-    if ((*begun)->next_block > 0) return ScanDiffers(row_.scan_id, differences);
-    // Nothing of it was acknowledged: a sender that mended its header begins anew.
-    if (absl::Status ended = storage::EndUpload(*transaction, row_.scan_id); !ended.ok()) return ended;
-  }
-  if (absl::Status inserted = storage::BeginUpload(*transaction, row_); !inserted.ok()) return inserted;
-  return transaction->Commit();
+  stored_ = std::move(known->complete);
+  const std::string differences = DifferencesOf(ToProto(*stored_).header(), header_);
+  return differences.empty() ? absl::OkStatus() : ScanDiffers(row_.scan_id, differences);
 }
 
 v1::UploadProgress ScanUpload::progress() const {
@@ -163,20 +154,13 @@ absl::Status ScanUpload::Keep(const v1::ScanBlock& block, const std::string& sen
   kept.profile_count = after.profile_count - kept.first_profile;
   kept.sent_sha256 = sent_sha256;
 
-  absl::StatusOr<storage::Transaction> transaction = tools_.database->Begin(SoonEnough());
-  if (!transaction.ok()) return transaction.status();
-  absl::StatusOr<std::string> blob = tools_.blobs->Put(*transaction, bytes);
-  if (!blob.ok()) return blob.status();
-  kept.blob_sha256 = *std::move(blob);
-  const absl::StatusOr<bool> added = storage::AddUploadBlock(*transaction, after, kept);
+  const absl::StatusOr<bool> added = tools_.store->AddBlock(after, kept, bytes, SoonEnough());
   if (!added.ok()) return added.status();
   if (!*added) {
-    transaction = absl::CancelledError();  // rolled back before another begins
     if (absl::Status joined = Join(); !joined.ok()) return joined;
     if (block.index() >= progress().next_block()) return Overtaken(row_.scan_id);
     return Compare(block.index(), sent_sha256);
   }
-  if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;
   row_ = std::move(after);
   return absl::OkStatus();
 }
@@ -236,10 +220,9 @@ absl::Status ScanUpload::Believe(int block_index, const BlockStatistics& statist
 }
 
 absl::Status ScanUpload::Compare(int block_index, const std::string& sent_sha256) {
-  absl::StatusOr<storage::Transaction> transaction = tools_.database->Begin(SoonEnough());
-  if (!transaction.ok()) return transaction.status();
   const absl::StatusOr<std::vector<storage::ScanBlockRow>> blocks =
-      stored_ ? storage::BlocksOfScan(*transaction, row_.scan_id) : storage::BlocksOfUpload(*transaction, row_.scan_id);
+      stored_ ? tools_.store->Blocks(row_.scan_id, SoonEnough())
+              : tools_.store->UploadedBlocks(row_.scan_id, SoonEnough());
   if (!blocks.ok()) return blocks.status();
   const auto index = static_cast<std::size_t>(block_index);
   if (index >= blocks->size()) return Overtaken(row_.scan_id);
@@ -253,47 +236,44 @@ absl::Status ScanUpload::Compare(int block_index, const std::string& sent_sha256
 
 absl::StatusOr<v1::StoredScan> ScanUpload::Finish(const v1::ScanEnd& end) {
   if (stored_) return AnswerStored(end);
-  absl::StatusOr<storage::Transaction> transaction = tools_.database->Begin(SoonEnough());
-  if (!transaction.ok()) return transaction.status();
-  if (absl::Status locked = storage::LockScanId(*transaction, row_.scan_id); !locked.ok()) return locked;
-  absl::StatusOr<std::optional<storage::ScanRow>> stored = storage::FindScan(*transaction, row_.scan_id);
-  if (!stored.ok()) return stored.status();
-  stored_ = *std::move(stored);
-  return stored_ ? AnswerStored(end) : Complete(&*transaction, end);
+  const auto make = [&](const storage::ScanUploadRow& upload, const std::vector<storage::ScanBlockRow>& blocks) {
+    return Made(upload, blocks, end);
+  };
+  absl::StatusOr<std::optional<storage::CompletedScan>> completed =
+      tools_.store->Complete(row_.scan_id, make, SoonEnough());
+  if (!completed.ok()) return completed.status();
+  if (!completed->has_value()) return Overtaken(row_.scan_id);
+  if ((**completed).was_complete) {
+    stored_ = std::move((**completed).scan);
+    return AnswerStored(end);
+  }
+  v1::StoredScan answer;
+  *answer.mutable_scan() = ToProto((**completed).scan);
+  return answer;
 }
 
-absl::StatusOr<v1::StoredScan> ScanUpload::Complete(storage::Transaction* transaction, const v1::ScanEnd& end) {
-  const absl::StatusOr<std::optional<storage::ScanUploadRow>> upload = storage::FindUpload(*transaction, row_.scan_id);
-  if (!upload.ok()) return upload.status();
-  if (!upload->has_value()) return Overtaken(row_.scan_id);
-  row_ = **upload;
-  const absl::StatusOr<std::vector<storage::ScanBlockRow>> blocks = storage::BlocksOfUpload(*transaction, row_.scan_id);
-  if (!blocks.ok()) return blocks.status();
+absl::StatusOr<storage::MadeScan> ScanUpload::Made(const storage::ScanUploadRow& upload,
+                                                   const std::vector<storage::ScanBlockRow>& blocks,
+                                                   const v1::ScanEnd& end) const {
   std::vector<std::string> sent, kept;
-  for (const storage::ScanBlockRow& block : *blocks) {
+  for (const storage::ScanBlockRow& block : blocks) {
     sent.push_back(block.sent_sha256);
     kept.push_back(block.blob_sha256);
   }
-  storage::ScanRow scan = RowOf(header_, row_.machine_revision, row_.artefact_revision.value_or(0));
+  storage::ScanRow scan = RowOf(header_, upload.machine_revision, upload.artefact_revision.value_or(0));
   scan.sent_sha256 = storage::Sha256OfDigests(sent);
-  if (absl::Status ends = CheckEnd(header_, end, {row_.next_block, row_.point_count}, scan.sent_sha256); !ends.ok()) {
+  if (absl::Status ends = CheckEnd(header_, end, {upload.next_block, upload.point_count}, scan.sent_sha256);
+      !ends.ok()) {
     return ends;
   }
   scan.stored_sha256 = storage::Sha256OfDigests(kept);
-  scan.block_count = row_.next_block;
-  scan.point_count = row_.point_count;
-  scan.profile_count = row_.profile_count;
-  scan.stored_bytes = row_.stored_bytes;
-  scan.proven_error_um = row_.proven_error_um;
-  if (absl::Status ended = storage::EndUpload(*transaction, row_.scan_id); !ended.ok()) return ended;
-  const absl::StatusOr<storage::Recorded> recorded =
-      storage::InsertScan(*transaction, scan, *blocks, JournalEntry(scan));
-  if (!recorded.ok()) return recorded.status();
-  if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;
-  scan.recorded = *recorded;
-  v1::StoredScan answer;
-  *answer.mutable_scan() = ToProto(scan);
-  return answer;
+  scan.block_count = upload.next_block;
+  scan.point_count = upload.point_count;
+  scan.profile_count = upload.profile_count;
+  scan.stored_bytes = upload.stored_bytes;
+  scan.proven_error_um = upload.proven_error_um;
+  storage::RecordEntry entry = JournalEntry(scan);
+  return storage::MadeScan{std::move(scan), std::move(entry)};
 }
 
 absl::StatusOr<v1::StoredScan> ScanUpload::AnswerStored(const v1::ScanEnd& end) const {

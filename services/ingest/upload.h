@@ -7,22 +7,20 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "services/ingest/decode_workers.h"
 #include "services/ingest/known_plant.h"
 #include "services/ingest/validate.h"
 #include "services/runtime/compute_pool.h"
 #include "sixpoint/ingest/v1/ingest.pb.h"
-#include "storage/blob_store.h"
-#include "storage/scan_uploads.h"
-#include "storage/scans.h"
+#include "storage/scan_store.h"
 
 namespace sixpoint::ingest {
 
 // What an upload works with; outlives it.
 struct UploadTools {
-  storage::Database* database = nullptr;
-  storage::BlobStore* blobs = nullptr;
+  storage::ScanStore* store = nullptr;
   DecodeWorkers* workers = nullptr;
   KnownPlant* plant = nullptr;
   runtime::ComputePool* encoding = nullptr;  // more at once than cores would only make every stream wait longer
@@ -35,8 +33,8 @@ struct UploadCaller {
   std::string requested_by;
 };
 
-// Holds no connection and no lock between its calls: what came so far stands in the database, and each block is a
-// transaction of its own that goes in only where it is the next. One thread at a time.
+// Holds no connection and no lock between its calls: what came so far stands in the store, and a block goes in only where it is
+// the next. One thread at a time.
 class ScanUpload {
  public:
   // Begins the upload, goes on with it, or finds its scan complete.
@@ -59,7 +57,10 @@ class ScanUpload {
   absl::StatusOr<Prepared> Encode(const v1::ScanBlock& block);
   absl::Status Believe(int block_index, const BlockStatistics& statistics) const;
   absl::Status Compare(int block_index, const std::string& sent_sha256);
-  absl::StatusOr<v1::StoredScan> Complete(storage::Transaction* transaction, const v1::ScanEnd& end);
+  // The scan of what was acknowledged, if its end says the same.
+  absl::StatusOr<storage::MadeScan> Made(const storage::ScanUploadRow& upload,
+                                         const std::vector<storage::ScanBlockRow>& blocks,
+                                         const v1::ScanEnd& end) const;
   absl::StatusOr<v1::StoredScan> AnswerStored(const v1::ScanEnd& end) const;
   storage::RecordEntry JournalEntry(const storage::ScanRow& scan) const;
 

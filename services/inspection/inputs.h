@@ -4,6 +4,7 @@
 #include <absl/status/statusor.h>
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "metrology/correction/registered_pose.h"
@@ -21,7 +22,7 @@ namespace sixpoint::inspection {
 struct Inputs {
   registration::v1::Registration registration;  // converged
   Compared compared;
-  metrology::RegisteredPose pose;
+  std::optional<metrology::RegisteredPose> pose;  // once fetched
   metrology::SensorPose sensor;
   metrology::RotaryAxes axes;
   std::vector<metrology::InspectedHole> holes;

@@ -33,7 +33,8 @@ absl::StatusOr<metrology::BladeFindings> InspectBlade(const clients::ScanClient&
   options.threads = thread_count;
   options.keep_going = caller.keep_going;
   options.other_zero_from_part = inputs.compared.other_zero_from_part;
-  metrology::BladeInspection inspection(inputs.surface, inputs.holes, inputs.pose, inputs.sensor, inputs.axes, options);
+  metrology::BladeInspection inspection(inputs.surface, inputs.holes, *inputs.pose, inputs.sensor, inputs.axes,
+                                        options);
   if (absl::Status status = AddScans(scans, inputs.registration, caller, &inspection); !status.ok()) return status;
   return inspection.Finish();
 }

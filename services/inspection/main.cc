@@ -1,6 +1,6 @@
 // sixpoint-inspection: the verdict on a machined blade.
 #include "services/inspection/inspection_service.h"
-#include "services/runtime/call.h"
+#include "services/runtime/peers.h"
 #include "services/runtime/server.h"
 
 namespace sixpoint::inspection {
@@ -9,17 +9,11 @@ namespace {
 // Each inspection has its own threads and some hundred megabytes; more than two at once only slow each other down.
 constexpr int kGreatestCount = 2;
 
-std::shared_ptr<grpc::Channel> PeerOf(const runtime::ServerOptions& options, const std::string& area,
-                                      const std::string& usual) {
-  const auto peer = options.peers.find(area);
-  return runtime::ConnectTo(peer == options.peers.end() ? usual : peer->second);
-}
-
 std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOptions& options,
                                                          storage::Database* database) {
   auto peers = std::make_unique<Peers>(
-      PeerOf(options, "plant", "127.0.0.1:7400"), PeerOf(options, "ingest", "127.0.0.1:7401"),
-      PeerOf(options, "calibration", "127.0.0.1:7402"), PeerOf(options, "registration", "127.0.0.1:7403"));
+      runtime::ConnectToPeer(options, "plant"), runtime::ConnectToPeer(options, "ingest"),
+      runtime::ConnectToPeer(options, "calibration"), runtime::ConnectToPeer(options, "registration"));
   InspectionServiceOptions inspection_options;
   inspection_options.greatest_count = kGreatestCount;
   inspection_options.threads = options.threads;

@@ -60,9 +60,12 @@ absl::StatusOr<v1::Inspection> ToProto(const storage::InspectionRow& row) {
     hole.set_position_tolerance_mm(hole_row.position_tolerance_mm);
     hole.set_inclination_tolerance_deg(hole_row.inclination_tolerance_deg);
     hole.set_point_count(hole_row.point_count);
-    hole.set_pin_residual_rms_um(hole_row.pin_residual_rms_um);
+    if (hole_row.measured) {
+      hole.set_pin_residual_rms_um(hole_row.pin_residual_rms_um);
+      if (row.positioning_covered || hole_row.positioning_difference_um > 0)
+        hole.set_positioning_difference_um(hole_row.positioning_difference_um);
+    }
     hole.set_reason(hole_row.reason);
-    hole.set_positioning_difference_um(hole_row.positioning_difference_um);
   }
   v1::DeviationSummary& deviation = *inspection.mutable_deviation();
   deviation.set_minimum_um(row.deviation_minimum_um);

@@ -19,8 +19,9 @@ std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOp
   plant_options.endpoints = options.peers;
   plant_options.endpoints.emplace("plant", options.listen_address);  // unless clients are to be told another address
   std::vector<std::unique_ptr<grpc::Service>> services;
-  services.push_back(std::make_unique<PlantService>(std::move(plant_options), database));
-  services.push_back(std::make_unique<RecordService>(database));
+  const storage::PlantStores stores = storage::PlantIn(database);
+  services.push_back(std::make_unique<PlantService>(std::move(plant_options), stores));
+  services.push_back(std::make_unique<RecordService>(stores.journal, stores.blades));
   return services;
 }
 

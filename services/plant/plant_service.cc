@@ -4,7 +4,7 @@
 #include <optional>
 #include <utility>
 
-#include "services/plant/plant_messages.h"
+#include "services/plant/messages.h"
 #include "services/plant/validate.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
@@ -13,15 +13,11 @@
 #include "services/runtime/recorded_call.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
-#include "storage/blobs.h"
-#include "storage/record.h"
-#include "storage/requests.h"
 
 namespace sixpoint::plant {
 namespace {
 
 using runtime::ToGrpc;
-using storage::Transaction;
 
 constexpr std::size_t kChunkBytes = std::size_t{1} << 20;
 
@@ -32,23 +28,15 @@ storage::RecordEntry EntryFor(const grpc::ServerContext& context) {
   return entry;
 }
 
-// Done once for each request_id, in the transaction that keeps the answer. Names the call as plant.CreateMachine, ...
-template <typename Response, typename Request, typename Work>
-grpc::Status Once(grpc::ServerContext* context, storage::Database* database, const std::string& call,
-                  const Request& request, Response* response, Work work) {
-  const auto run = [&]() -> absl::StatusOr<Response> {
-    if (absl::Status status = runtime::CheckUuid("request_id", request.request_id()); !status.ok()) return status;
-    const absl::StatusOr<std::string> answer = storage::RecordOnce(
-        *database, runtime::RecordedRequestOf("plant." + call, request), runtime::DeadlineOf(*context),
-        [&](Transaction& transaction) -> absl::StatusOr<std::string> {
-          const auto row = work(transaction);
-          if (!row.ok()) return row.status();
-          return ToProto(*row).SerializeAsString();
-        });
-    if (!answer.ok()) return answer.status();
-    return runtime::ReadAnswer<Response>(*answer);
-  };
-  return runtime::Answer(run(), response);
+// Done once for each request_id. Names the call as plant.CreateMachine, ...; make() gives the row and its journal entry.
+template <typename Response, typename Request, typename Row, typename Make>
+grpc::Status Once(grpc::ServerContext* context, storage::ResultWriter<Row>* store, const std::string& call,
+                  const Request& request, Response* response, const Make& make) {
+  if (absl::Status status = runtime::CheckUuid("request_id", request.request_id()); !status.ok()) return ToGrpc(status);
+  return runtime::Answer(
+      runtime::RecordedResult<Response>(store, "plant." + call, request, runtime::DeadlineOf(*context), make,
+                                        [](const Row& row) { return ToProto(row); }),
+      response);
 }
 
 // NOT_FOUND with a reason where `found` holds nothing.
@@ -62,47 +50,37 @@ absl::StatusOr<Row> Require(absl::StatusOr<std::optional<Row>> found, runtime::E
   return runtime::Failure(reason, "name: " + name + ", want one that is registered", about);
 }
 
-absl::StatusOr<storage::MachineRow> RequireMachine(Transaction& transaction, const std::string& name) {
-  const absl::StatusOr<runtime::RevisedId> of = runtime::RevisedIdOf("name", "machines", name);
+// What has revisions, by its name with or without one.
+template <typename Row>
+absl::StatusOr<Row> Require(const storage::RevisionReader<Row>& reader, const std::string& collection,
+                            const std::string& name, runtime::ErrorReason reason, storage::Deadline deadline) {
+  const absl::StatusOr<runtime::RevisedId> of = runtime::RevisedIdOf("name", collection, name);
   if (!of.ok()) return of.status();
-  return Require(storage::FindMachine(transaction, of->id, of->revision), errors::v1::MACHINE_NOT_FOUND, name,
-                 of->revision);
+  return Require(reader.Find(of->id, of->revision, deadline), reason, name, of->revision);
 }
 
-absl::StatusOr<storage::ArtefactRow> RequireArtefact(Transaction& transaction, const std::string& name) {
-  const absl::StatusOr<runtime::RevisedId> of = runtime::RevisedIdOf("name", "artefacts", name);
-  if (!of.ok()) return of.status();
-  return Require(storage::FindArtefact(transaction, of->id, of->revision), errors::v1::ARTEFACT_NOT_FOUND, name,
-                 of->revision);
-}
-
-absl::StatusOr<storage::PartRow> RequirePart(Transaction& transaction, const std::string& name) {
-  const absl::StatusOr<runtime::RevisedId> of = runtime::RevisedIdOf("name", "parts", name);
-  if (!of.ok()) return of.status();
-  return Require(storage::FindPart(transaction, of->id, of->revision), errors::v1::PART_NOT_FOUND, name, of->revision);
-}
-
-absl::StatusOr<storage::BladeRow> RequireBlade(Transaction& transaction, const std::string& name) {
-  const absl::StatusOr<std::string> serial = runtime::IdOf("name", "blades", name);
-  if (!serial.ok()) return serial.status();
-  return Require(storage::FindBlade(transaction, *serial), errors::v1::BLADE_NOT_FOUND, name);
-}
-
-// A read of one thing.
 template <typename Response, typename Row>
-grpc::Status Get(grpc::ServerContext* context, storage::Database* database, const std::string& name,
-                 absl::StatusOr<Row> (*require)(Transaction&, const std::string&), Response* response) {
-  absl::StatusOr<Transaction> transaction = database->Begin(runtime::DeadlineOf(*context));
-  if (!transaction.ok()) return ToGrpc(transaction.status());
-  const absl::StatusOr<Row> row = require(*transaction, name);
+grpc::Status Get(absl::StatusOr<Row> row, Response* response) {
   if (row.ok()) *response = ToProto(*row);
   return ToGrpc(row.status());
 }
 
-// A page of what has revisions, by id, each with its newest one. `list` and `require` tell which.
+// A page of rows by id, the first `size` of those read; one more than asked tells whether there is another page.
+template <typename Row, typename Message>
+void AddPage(const std::vector<Row>& rows, int size, const std::string& filters,
+             google::protobuf::RepeatedPtrField<Message>* out, std::string* next_page_token) {
+  for (const Row& row : rows) {
+    if (out->size() == size) {
+      *next_page_token = runtime::TokenAfterId(filters, runtime::LastSegment(out->Get(size - 1).name()));
+      return;
+    }
+    *out->Add() = ToProto(row);
+  }
+}
+
+// A page of what has revisions, by id, each with its newest one.
 template <typename Request, typename Message, typename Row>
-absl::Status ListNewest(Transaction& transaction, const Request& request, storage::Registered list,
-                        absl::StatusOr<Row> (*require)(Transaction&, const std::string&),
+absl::Status ListNewest(const storage::RevisionReader<Row>& reader, storage::Deadline deadline, const Request& request,
                         google::protobuf::RepeatedPtrField<Message>* out, std::string* next_page_token) {
   const absl::StatusOr<bool> full = runtime::WantsFull(request.view());
   if (!full.ok()) return full.status();
@@ -110,34 +88,16 @@ absl::Status ListNewest(Transaction& transaction, const Request& request, storag
   absl::StatusOr<runtime::IdPage> page = runtime::IdPageOf(filters, request.page_size(), request.page_token());
   if (!page.ok()) return page.status();
   if (*full) page->size = std::min(page->size, runtime::kGreatestFullPageSize);
-  // One more than asked tells whether there is another page.
-  const absl::StatusOr<std::vector<std::string>> ids =
-      storage::ListRegistered(transaction, list, page->after_id, page->size + 1);
-  if (!ids.ok()) return ids.status();
-  for (const std::string& id : *ids) {
-    if (out->size() == page->size) {
-      *next_page_token = runtime::TokenAfterId(filters, ids->at(static_cast<std::size_t>(page->size) - 1));
-      break;
-    }
-    const absl::StatusOr<Row> row = require(transaction, runtime::NameOf(storage::CollectionOf(list), id));
-    if (!row.ok()) return row.status();
-    Message& message = *out->Add() = ToProto(*row);
-    if (!*full) LeaveBasic(&message);
-  }
+  const absl::StatusOr<std::vector<Row>> rows = reader.List(page->after_id, page->size + 1, deadline);
+  if (!rows.ok()) return rows.status();
+  AddPage(*rows, page->size, filters, out, next_page_token);
+  if (!*full)
+    for (Message& message : *out) LeaveBasic(&message);
   return absl::OkStatus();
 }
 
-template <typename Request, typename Message, typename Row>
-grpc::Status List(grpc::ServerContext* context, storage::Database* database, const Request& request,
-                  storage::Registered list, absl::StatusOr<Row> (*require)(Transaction&, const std::string&),
-                  google::protobuf::RepeatedPtrField<Message>* out, std::string* next_page_token) {
-  absl::StatusOr<Transaction> transaction = database->Begin(runtime::DeadlineOf(*context));
-  if (!transaction.ok()) return ToGrpc(transaction.status());
-  return ToGrpc(ListNewest(*transaction, request, list, require, out, next_page_token));
-}
-
-absl::Status ListBladesIn(Transaction& transaction, const v1::ListBladesRequest& request,
-                          v1::ListBladesResponse* response) {
+absl::Status ListBladesOf(const storage::BladeReader& reader, storage::Deadline deadline,
+                          const v1::ListBladesRequest& request, v1::ListBladesResponse* response) {
   storage::BladeFilter filter;
   absl::StatusOr<std::string> part = runtime::FilterIdOf("part", "parts", request.part());
   if (!part.ok()) return part.status();
@@ -148,105 +108,103 @@ absl::Status ListBladesIn(Transaction& transaction, const v1::ListBladesRequest&
   const std::string filters = runtime::FiltersOf(request);
   const absl::StatusOr<runtime::IdPage> page = runtime::IdPageOf(filters, request.page_size(), request.page_token());
   if (!page.ok()) return page.status();
-  const absl::StatusOr<std::vector<storage::BladeRow>> blades =
-      storage::ListBlades(transaction, filter, page->after_id, page->size + 1);
+  const auto blades = reader.List(filter, page->after_id, page->size + 1, deadline);
   if (!blades.ok()) return blades.status();
-  for (const storage::BladeRow& blade : *blades) {
-    if (response->blades_size() == page->size) {
-      const auto last = static_cast<std::size_t>(page->size) - 1;
-      response->set_next_page_token(runtime::TokenAfterId(filters, blades->at(last).blade_serial));
-      break;
-    }
-    *response->add_blades() = ToProto(blade);
-  }
+  AddPage(*blades, page->size, filters, response->mutable_blades(), response->mutable_next_page_token());
   return absl::OkStatus();
 }
 
 }  // namespace
 
-PlantService::PlantService(PlantServiceOptions options, storage::Database* database)
+PlantService::PlantService(PlantServiceOptions options, storage::PlantStores stores)
     : options_(std::move(options)),
-      database_(database),
-      surfaces_(options_.cad_worker, database, options_.cad_worker_count) {}
+      stores_(std::move(stores)),
+      surfaces_(options_.cad_worker, stores_.surfaces, options_.cad_worker_count) {}
 
 grpc::Status PlantService::CreateMachine(grpc::ServerContext* context, const v1::CreateMachineRequest* request,
                                          v1::Machine* response) {
   absl::StatusOr<storage::MachineRow> machine = Validated(*request);
   if (!machine.ok()) return ToGrpc(machine.status());
-  return Once(context, database_, "CreateMachine", *request, response, [&](Transaction& transaction) {
-    return storage::InsertMachine(transaction, *machine, EntryFor(*context));
-  });
+  const auto make = [&]() -> absl::StatusOr<runtime::Made<storage::MachineRow>> {
+    return runtime::Made<storage::MachineRow>{*std::move(machine), EntryFor(*context)};
+  };
+  return Once(context, stores_.machines.get(), "CreateMachine", *request, response, make);
 }
 
 grpc::Status PlantService::GetMachine(grpc::ServerContext* context, const v1::GetMachineRequest* request,
                                       v1::Machine* response) {
-  return Get(context, database_, request->name(), RequireMachine, response);
+  return Get(Require(*stores_.machines, "machines", request->name(), errors::v1::MACHINE_NOT_FOUND,
+                     runtime::DeadlineOf(*context)),
+             response);
 }
 
 grpc::Status PlantService::ListMachines(grpc::ServerContext* context, const v1::ListMachinesRequest* request,
                                         v1::ListMachinesResponse* response) {
-  return List(context, database_, *request, storage::Registered::kMachines, RequireMachine,
-              response->mutable_machines(), response->mutable_next_page_token());
+  return ToGrpc(ListNewest(*stores_.machines, runtime::DeadlineOf(*context), *request, response->mutable_machines(),
+                           response->mutable_next_page_token()));
 }
 
 grpc::Status PlantService::CreateArtefact(grpc::ServerContext* context, const v1::CreateArtefactRequest* request,
                                           v1::Artefact* response) {
   absl::StatusOr<storage::ArtefactRow> artefact = Validated(*request);
   if (!artefact.ok()) return ToGrpc(artefact.status());
-  return Once(context, database_, "CreateArtefact", *request, response, [&](Transaction& transaction) {
-    return storage::InsertArtefact(transaction, *artefact, EntryFor(*context));
-  });
+  const auto make = [&]() -> absl::StatusOr<runtime::Made<storage::ArtefactRow>> {
+    return runtime::Made<storage::ArtefactRow>{*std::move(artefact), EntryFor(*context)};
+  };
+  return Once(context, stores_.artefacts.get(), "CreateArtefact", *request, response, make);
 }
 
 grpc::Status PlantService::GetArtefact(grpc::ServerContext* context, const v1::GetArtefactRequest* request,
                                        v1::Artefact* response) {
-  return Get(context, database_, request->name(), RequireArtefact, response);
+  return Get(Require(*stores_.artefacts, "artefacts", request->name(), errors::v1::ARTEFACT_NOT_FOUND,
+                     runtime::DeadlineOf(*context)),
+             response);
 }
 
 grpc::Status PlantService::ListArtefacts(grpc::ServerContext* context, const v1::ListArtefactsRequest* request,
                                          v1::ListArtefactsResponse* response) {
-  return List(context, database_, *request, storage::Registered::kArtefacts, RequireArtefact,
-              response->mutable_artefacts(), response->mutable_next_page_token());
+  return ToGrpc(ListNewest(*stores_.artefacts, runtime::DeadlineOf(*context), *request, response->mutable_artefacts(),
+                           response->mutable_next_page_token()));
 }
 
 grpc::Status PlantService::CreatePart(grpc::ServerContext* context, const v1::CreatePartRequest* request,
                                       v1::Part* response) {
   absl::StatusOr<storage::PartRow> part = Validated(*request);
   if (!part.ok()) return ToGrpc(part.status());
-  absl::StatusOr<storage::TessellationRow> tessellation = surfaces_.Of(
-      part->cad_format, part->cad_unit_mm, request->cad(), runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
-  if (!tessellation.ok()) return ToGrpc(tessellation.status());
-  part->tessellation = *std::move(tessellation);
-  if (absl::Status status = CheckInsideBox(*part); !status.ok()) return ToGrpc(status);
-  return Once(context, database_, "CreatePart", *request, response, [&](Transaction& transaction) {
+  const auto make = [&]() -> absl::StatusOr<runtime::Made<storage::PartRow>> {
+    absl::StatusOr<storage::TessellationRow> tessellation =
+        surfaces_.Of(part->cad_format, part->cad_unit_mm, request->cad(), runtime::DeadlineOf(*context),
+                     runtime::KeepGoing(*context));
+    if (!tessellation.ok()) return tessellation.status();
+    part->tessellation = *std::move(tessellation);
+    if (absl::Status status = CheckInsideBox(*part); !status.ok()) return status;
     storage::RecordEntry entry = EntryFor(*context);
     entry.method = part->tessellation.method;
-    return storage::InsertPart(transaction, *part, std::move(entry));
-  });
+    return runtime::Made<storage::PartRow>{*std::move(part), std::move(entry)};
+  };
+  return Once(context, stores_.parts.get(), "CreatePart", *request, response, make);
 }
 
 grpc::Status PlantService::GetPart(grpc::ServerContext* context, const v1::GetPartRequest* request,
                                    v1::Part* response) {
-  return Get(context, database_, request->name(), RequirePart, response);
+  return Get(
+      Require(*stores_.parts, "parts", request->name(), errors::v1::PART_NOT_FOUND, runtime::DeadlineOf(*context)),
+      response);
 }
 
 grpc::Status PlantService::ListParts(grpc::ServerContext* context, const v1::ListPartsRequest* request,
                                      v1::ListPartsResponse* response) {
-  return List(context, database_, *request, storage::Registered::kParts, RequirePart, response->mutable_parts(),
-              response->mutable_next_page_token());
+  return ToGrpc(ListNewest(*stores_.parts, runtime::DeadlineOf(*context), *request, response->mutable_parts(),
+                           response->mutable_next_page_token()));
 }
 
 grpc::Status PlantService::DownloadSurface(grpc::ServerContext* context, const v1::DownloadSurfaceRequest* request,
                                            grpc::ServerWriter<v1::DownloadSurfaceResponse>* writer) {
-  const auto read = [&]() -> absl::StatusOr<std::string> {
-    absl::StatusOr<Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
-    if (!transaction.ok()) return transaction.status();
-    const absl::StatusOr<storage::PartRow> part = RequirePart(*transaction, request->name());
-    if (!part.ok()) return part.status();
-    return storage::GetBlob(*transaction, part->tessellation.surface_sha256);
-  };
-  // The connection goes back before the first chunk: a client that reads slowly holds none.
-  const absl::StatusOr<std::string> bytes = read();
+  const storage::Deadline deadline = runtime::DeadlineOf(*context);
+  const absl::StatusOr<storage::PartRow> part =
+      Require(*stores_.parts, "parts", request->name(), errors::v1::PART_NOT_FOUND, deadline);
+  if (!part.ok()) return ToGrpc(part.status());
+  const absl::StatusOr<std::string> bytes = stores_.surfaces->Bytes(part->tessellation.surface_sha256, deadline);
   if (!bytes.ok()) return ToGrpc(bytes.status());
   v1::DownloadSurfaceResponse response;
   for (std::size_t offset = 0; offset < bytes->size(); offset += kChunkBytes) {
@@ -259,32 +217,33 @@ grpc::Status PlantService::DownloadSurface(grpc::ServerContext* context, const v
 grpc::Status PlantService::CreateBlade(grpc::ServerContext* context, const v1::CreateBladeRequest* request,
                                        v1::Blade* response) {
   if (absl::Status status = runtime::CheckId("serial", request->serial()); !status.ok()) return ToGrpc(status);
-  return Once(context, database_, "CreateBlade", *request, response,
-              [&](Transaction& transaction) -> absl::StatusOr<storage::BladeRow> {
-                const absl::StatusOr<std::string> part_id = runtime::IdOf("part", "parts", request->part());
-                if (!part_id.ok()) return part_id.status();
-                const absl::StatusOr<storage::PartRow> part =
-                    Require(storage::FindPart(transaction, *part_id, 0), errors::v1::PART_NOT_FOUND, request->part());
-                if (!part.ok()) return part.status();
-                storage::RecordEntry entry = EntryFor(*context);
-                entry.inputs = {request->part() + "@" + std::to_string(part->revision)};
-                storage::BladeRow blade;
-                blade.blade_serial = request->serial();
-                blade.part_id = part->part_id;
-                return storage::InsertBlade(transaction, std::move(blade), std::move(entry));
-              });
+  const auto make = [&]() -> absl::StatusOr<runtime::Made<storage::BladeRow>> {
+    const absl::StatusOr<std::string> part_id = runtime::IdOf("part", "parts", request->part());
+    if (!part_id.ok()) return part_id.status();
+    const absl::StatusOr<storage::PartRow> part = Require(
+        stores_.parts->Find(*part_id, 0, runtime::DeadlineOf(*context)), errors::v1::PART_NOT_FOUND, request->part());
+    if (!part.ok()) return part.status();
+    runtime::Made<storage::BladeRow> made{{}, EntryFor(*context)};
+    made.row.blade_serial = request->serial();
+    made.row.part_id = part->part_id;
+    made.entry.inputs = {runtime::RevisedName("parts", part->part_id, part->revision)};
+    return made;
+  };
+  return Once(context, stores_.blades.get(), "CreateBlade", *request, response, make);
 }
 
 grpc::Status PlantService::GetBlade(grpc::ServerContext* context, const v1::GetBladeRequest* request,
                                     v1::Blade* response) {
-  return Get(context, database_, request->name(), RequireBlade, response);
+  const absl::StatusOr<std::string> serial = runtime::IdOf("name", "blades", request->name());
+  if (!serial.ok()) return ToGrpc(serial.status());
+  return Get(Require(stores_.blades->Find(*serial, runtime::DeadlineOf(*context)), errors::v1::BLADE_NOT_FOUND,
+                     request->name()),
+             response);
 }
 
 grpc::Status PlantService::ListBlades(grpc::ServerContext* context, const v1::ListBladesRequest* request,
                                       v1::ListBladesResponse* response) {
-  absl::StatusOr<Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
-  if (!transaction.ok()) return ToGrpc(transaction.status());
-  return ToGrpc(ListBladesIn(*transaction, *request, response));
+  return ToGrpc(ListBladesOf(*stores_.blades, runtime::DeadlineOf(*context), *request, response));
 }
 
 grpc::Status PlantService::ListEndpoints(grpc::ServerContext*, const v1::ListEndpointsRequest*,

@@ -6,7 +6,7 @@
 
 #include "services/plant/surfaces.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
-#include "storage/database.h"
+#include "storage/plant_store.h"
 
 namespace sixpoint::plant {
 
@@ -18,7 +18,7 @@ struct PlantServiceOptions {
 
 class PlantService final : public v1::PlantService::Service {
  public:
-  PlantService(PlantServiceOptions options, storage::Database* database);
+  PlantService(PlantServiceOptions options, storage::PlantStores stores);
 
   grpc::Status CreateMachine(grpc::ServerContext* context, const v1::CreateMachineRequest* request,
                              v1::Machine* response) override;
@@ -55,7 +55,7 @@ class PlantService final : public v1::PlantService::Service {
 
  private:
   const PlantServiceOptions options_;
-  storage::Database* const database_;
+  const storage::PlantStores stores_;
   Surfaces surfaces_;
 };
 

@@ -1,14 +1,19 @@
 // Reads of the journal: one entry, the record of a blade, and what was made from a thing.
 #pragma once
 
+#include <memory>
+#include <utility>
+
 #include "sixpoint/plant/v1/record.grpc.pb.h"
-#include "storage/database.h"
+#include "storage/plant_store.h"
 
 namespace sixpoint::plant {
 
 class RecordService final : public v1::RecordService::Service {
  public:
-  explicit RecordService(storage::Database* database) : database_(database) {}
+  RecordService(std::shared_ptr<const storage::JournalReader> journal,
+                std::shared_ptr<const storage::BladeReader> blades)
+      : journal_(std::move(journal)), blades_(std::move(blades)) {}
 
   grpc::Status GetRecordEntry(grpc::ServerContext* context, const v1::GetRecordEntryRequest* request,
                               v1::RecordEntry* response) override;
@@ -18,7 +23,8 @@ class RecordService final : public v1::RecordService::Service {
                       v1::RecallResponse* response) override;
 
  private:
-  storage::Database* const database_;
+  const std::shared_ptr<const storage::JournalReader> journal_;
+  const std::shared_ptr<const storage::BladeReader> blades_;
 };
 
 }  // namespace sixpoint::plant

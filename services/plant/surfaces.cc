@@ -48,9 +48,9 @@ absl::StatusOr<storage::TessellationRow> Summary(const std::string& mesh_bytes) 
 
 }  // namespace
 
-Surfaces::Surfaces(CadWorkerOptions options, storage::Database* database, int worker_count)
+Surfaces::Surfaces(CadWorkerOptions options, std::shared_ptr<storage::SurfaceStore> store, int worker_count)
     : options_(std::move(options)),
-      database_(database),
+      store_(std::move(store)),
       files_at_once_({worker_count, 0}, "CAD files", errors::v1::CAD_WORKERS_BUSY) {}
 
 absl::StatusOr<std::string> Surfaces::Read(const CadFile& file, const std::string& cad, storage::Deadline deadline,
@@ -65,34 +65,17 @@ absl::StatusOr<storage::TessellationRow> Surfaces::Of(const std::string& format,
                                                       storage::Deadline deadline,
                                                       const std::function<bool()>& keep_going) {
   const CadFile file{format, unit_mm, kChordalErrorUm};
-  const std::string method = MethodOf(file), cad_sha256 = storage::Sha256Hex(cad);
-  {
-    absl::StatusOr<storage::Transaction> transaction = database_->Begin(deadline);
-    if (!transaction.ok()) return transaction.status();
-    absl::StatusOr<std::optional<storage::TessellationRow>> known =
-        storage::FindTessellation(*transaction, cad_sha256, method);
-    if (!known.ok()) return known.status();
-    if (*known) return **std::move(known);
-  }
-  // No connection is held while the worker runs.
+  const std::string method = MethodOf(file);
+  absl::StatusOr<std::optional<storage::TessellationRow>> known =
+      store_->Find(storage::Sha256Hex(cad), method, deadline);
+  if (!known.ok()) return known.status();
+  if (*known) return **std::move(known);
   const absl::StatusOr<std::string> mesh = Read(file, cad, deadline, keep_going);
   if (!mesh.ok()) return mesh.status();
   absl::StatusOr<storage::TessellationRow> row = Summary(*mesh);
   if (!row.ok()) return row.status();
   row->method = method;
-
-  absl::StatusOr<storage::Transaction> transaction = database_->Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  const absl::StatusOr<std::string> cad_blob = storage::PutBlob(*transaction, cad);
-  if (!cad_blob.ok()) return cad_blob.status();
-  const absl::StatusOr<std::string> surface_blob = storage::PutBlob(*transaction, *mesh);
-  if (!surface_blob.ok()) return surface_blob.status();
-  row->cad_sha256 = *cad_blob;
-  row->surface_sha256 = *surface_blob;
-  absl::Status status = storage::InsertTessellation(*transaction, *row, runtime::SoftwareVersion());
-  if (status.ok()) status = transaction->Commit();
-  if (!status.ok()) return status;
-  return row;
+  return store_->Keep(cad, *mesh, *std::move(row), runtime::SoftwareVersion(), deadline);
 }
 
 }  // namespace sixpoint::plant

@@ -5,12 +5,12 @@
 
 #include <atomic>
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "services/plant/cad_worker.h"
 #include "services/runtime/compute_pool.h"
-#include "storage/database.h"
-#include "storage/plant_registry.h"
+#include "storage/plant_store.h"
 
 namespace sixpoint::plant {
 
@@ -18,9 +18,9 @@ namespace sixpoint::plant {
 class Surfaces {
  public:
   // At most worker_count CAD files are read at once; more are refused with RESOURCE_EXHAUSTED.
-  Surfaces(CadWorkerOptions options, storage::Database* database, int worker_count);
+  Surfaces(CadWorkerOptions options, std::shared_ptr<storage::SurfaceStore> store, int worker_count);
 
-  // The stored tessellation of this CAD, after reading it where there is none. Commits on its own: a surface is true of
+  // The stored tessellation of this CAD, after reading it where there is none. Kept on its own: a surface is true of
   // its CAD whatever becomes of the part.
   absl::StatusOr<storage::TessellationRow> Of(const std::string& format, double unit_mm, const std::string& cad,
                                               storage::Deadline deadline, const std::function<bool()>& keep_going);
@@ -33,7 +33,7 @@ class Surfaces {
                                    const std::function<bool()>& keep_going);
 
   const CadWorkerOptions options_;
-  storage::Database* const database_;
+  const std::shared_ptr<storage::SurfaceStore> store_;
   runtime::ComputePool files_at_once_;
   std::atomic<int> read_count_ = 0;
 };

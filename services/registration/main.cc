@@ -3,17 +3,11 @@
 
 #include "services/registration/fit_memory.h"
 #include "services/registration/registration_service.h"
-#include "services/runtime/call.h"
+#include "services/runtime/peers.h"
 #include "services/runtime/server.h"
 
 namespace sixpoint::registration {
 namespace {
-
-std::shared_ptr<grpc::Channel> Peer(const runtime::ServerOptions& options, const std::string& area,
-                                    const std::string& usual) {
-  const auto peer = options.peers.find(area);
-  return runtime::ConnectTo(peer == options.peers.end() ? usual : peer->second);
-}
 
 struct Flags {
   runtime::PoolLimits pool;
@@ -37,8 +31,8 @@ std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOp
   std::vector<std::unique_ptr<grpc::Service>> services;
   services.push_back(std::make_unique<RegistrationService>(
       storage::RegistrationsIn(database),
-      Peers{Peer(options, "plant", "127.0.0.1:7400"), Peer(options, "ingest", "127.0.0.1:7401"),
-            Peer(options, "calibration", "127.0.0.1:7402")},
+      Peers{runtime::ConnectToPeer(options, "plant"), runtime::ConnectToPeer(options, "ingest"),
+            runtime::ConnectToPeer(options, "calibration")},
       RegistrationLimits{options.threads, flags.pool, static_cast<std::size_t>(flags.surfaces_mb) << 20}));
   return services;
 }

@@ -38,6 +38,12 @@ std::function<bool()> KeepGoing(const grpc::ServerContext& context) {
   return [&context, deadline = DeadlineOf(context)] { return Clock::now() < deadline && !context.IsCancelled(); };
 }
 
+absl::Status Stopped(const grpc::ServerContext& context, const std::string& kept) {
+  if (context.IsCancelled() && Clock::now() < context.deadline())
+    return absl::CancelledError("the client went away; " + kept);
+  return absl::DeadlineExceededError("the call's time is over; " + kept);
+}
+
 std::unique_ptr<grpc::ClientContext> ContextFor(const grpc::ServerContext& context) {
   std::unique_ptr<grpc::ClientContext> made = grpc::ClientContext::FromServerContext(context);
   const Clock::time_point now = Clock::now();

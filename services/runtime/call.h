@@ -15,6 +15,9 @@ namespace sixpoint::runtime {
 std::chrono::system_clock::time_point DeadlineOf(const grpc::ServerContext& context);
 // For kernels: false once the client is gone or its time is over. Valid while the call lasts.
 std::function<bool()> KeepGoing(const grpc::ServerContext& context);
+// Why work ended early that KeepGoing told to stop: CANCELLED of a client that is gone, DEADLINE_EXCEEDED of one whose time is
+// over, so that it hears the same from here as from its own clock. `kept`: what becomes of what was done.
+absl::Status Stopped(const grpc::ServerContext& context, const std::string& kept);
 // A context for a call to another service: remaining time less a margin, the same traceparent.
 std::unique_ptr<grpc::ClientContext> ContextFor(const grpc::ServerContext& context);
 // What the work of a call needs of it: its deadline, its cancellation, and a context for each call to another service.

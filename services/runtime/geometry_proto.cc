@@ -120,8 +120,7 @@ absl::StatusOr<metrology::PoseCovariance> FromProto(const std::string& field, co
   if (!values.ok()) return values;
   const absl::StatusOr<Eigen::Vector3d> reference_mm = FromProto(field + ".reference_mm", in.reference_mm());
   if (!reference_mm.ok()) return reference_mm.status();
-  metrology::PoseCovariance covariance;
-  covariance.reference_mm = *reference_mm;
+  metrology::PoseCovariance covariance(metrology::Matrix6d::Zero(), *reference_mm);
   for (int i = 0; i < 36; ++i) covariance.values(i / 6, i % 6) = in.values(i);
   metrology::Vector6d inverse_deviation = metrology::Vector6d::Zero();
   for (int i = 0; i < 6; ++i) {

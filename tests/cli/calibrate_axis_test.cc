@@ -6,8 +6,9 @@
 
 #include "cli/plant_documents.h"
 #include "cli/reports.h"
-#include "metrology/calibration/axis_characterisation.h"
-#include "services/calibration/axis_messages.h"
+#include "services/calibration/calibrate.h"
+#include "services/calibration/messages.h"
+#include "services/calibration/rows.h"
 
 namespace sixpoint::cli {
 namespace {
@@ -23,16 +24,20 @@ TEST(CalibrateAxis, ANoiselessRunShowsItsSmallUncertainties) {
   ASSERT_TRUE(run.ok()) << run.status();
   const auto readings = calibration::ReadingsOf(*run);
   ASSERT_TRUE(readings.ok()) << readings.status();
-  const auto result = metrology::CharacteriseAxis(*readings);
+  calibration::v1::CharacteriseAxisRequest request;
+  request.set_axis("A");
+  calibration::AxisInputs inputs;
+  inputs.readings = *readings;
+  const auto result = calibration::Calibrate(request, inputs);
   ASSERT_TRUE(result.ok()) << result.status();
-  storage::AxisCharacterisationRow row = calibration::RowOf(*result, "A");
-  row.beyond_limits_count = 216;
+  storage::CalibrationRow row = calibration::RowOf(request, inputs, *result);
+  row.axis->beyond_limits_count = 216;
   calibration::v1::Calibration made;
   made.set_name("calibrations/x");
   made.set_kind(calibration::v1::CALIBRATION_KIND_AXIS);
   made.set_state(calibration::v1::CALIBRATION_STATE_SUPERSEDED);
   made.set_superseded_by("calibrations/y");
-  *made.mutable_axis() = calibration::ToProto(row);
+  *made.mutable_axis() = calibration::ToProto(row).axis();
   const std::string text = CalibrationText(made);
   for (const char* part : {"calibrations/x: axis A of", "superseded by calibrations/y",
                            "306 readings, 216 of them beyond", "reversal error                               0.015000",

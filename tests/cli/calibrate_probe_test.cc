@@ -5,7 +5,9 @@
 
 #include <fstream>
 
-#include "services/calibration/probe_messages.h"
+#include "services/calibration/calibrate.h"
+#include "services/calibration/messages.h"
+#include "services/calibration/rows.h"
 
 namespace sixpoint::cli {
 namespace {
@@ -28,14 +30,14 @@ TEST(CalibrateProbe, TheExampleCalibratesAndReadsAsATable) {
   ASSERT_TRUE(request.ok()) << request.status();
   EXPECT_EQ(request->readings_size(), 27);
   EXPECT_EQ(request->moved_readings_size(), 27);
-  const auto inputs = calibration::ProbeInputsOf(*request);
-  ASSERT_TRUE(inputs.ok()) << inputs.status();
-  const auto result = metrology::CalibrateProbe(inputs->faces, inputs->readings, inputs->options);
+  const auto measured = calibration::ProbeReadingsOf(*request);
+  ASSERT_TRUE(measured.ok()) << measured.status();
+  calibration::ProbeInputs inputs;
+  inputs.measured = *measured;
+  const auto result = calibration::Calibrate(*request, inputs);
   ASSERT_TRUE(result.ok()) << result.status();
-  const auto checks = metrology::CheckProbe(*result, inputs->moved_faces, inputs->moved_readings, inputs->options);
-  ASSERT_TRUE(checks.ok()) << checks.status();
-  calibration::v1::ProbeCalibration probe;
-  calibration::ProbeToProto(calibration::RowOf(*result, *checks, *request), &probe);
+  const calibration::v1::ProbeCalibration probe =
+      calibration::ToProto(calibration::RowOf(*request, inputs, *result)).probe();
   EXPECT_NEAR(probe.scale(), 1.0007, 4 * probe.scale_standard_uncertainty());
   EXPECT_NEAR(probe.offset_mm().z_mm(), -150.27, 4 * std::sqrt(probe.covariance().values(35)));
   EXPECT_EQ(probe.noise_factor(), 1);

@@ -284,7 +284,7 @@ TEST(RotationCalibration, ReportsTheInverseFisherInformation) {
     }
     information += jacobian.transpose() * jacobian / 1e-6;
   }
-  const Matrix8d bound = Eigen::Matrix<double, 11, 11>(information.inverse()).topLeftCorner<8, 8>();
+  const AxesCovariance bound = Eigen::Matrix<double, 11, 11>(information.inverse()).topLeftCorner<8, 8>();
   EXPECT_LT((result->covariance - bound).cwiseAbs().maxCoeff(), 1e-4 * bound.cwiseAbs().maxCoeff());
 }
 

@@ -9,6 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "tests/metrology/correction/exact_pose.h"
+
 namespace sixpoint::metrology {
 namespace {
 
@@ -30,7 +32,7 @@ Eigen::Isometry3d Transform(const json& rows) {
 
 struct Case {
   NominalHoleGroup group;
-  RegisteredPose pose;
+  RegisteredPose pose = ExactPose(Eigen::Isometry3d::Identity());
   Eigen::Isometry3d nominal = Eigen::Isometry3d::Identity();
   RotaryAxes axes;
 };
@@ -191,8 +193,7 @@ TEST(CorrectGroup, ReproducesThePlantsTruth) {
   RotaryAxes axes;
   axes.a = {Vector(truth["a_axis"]["direction"]).normalized(), Vector(truth["a_axis"]["point"])};
   axes.b = {Vector(truth["b_axis"]["direction"]).normalized(), Vector(truth["b_axis"]["point"])};
-  RegisteredPose pose;
-  pose.zero_from_part = Transform(truth["zero_from_part"]);
+  const RegisteredPose pose = ExactPose(Transform(truth["zero_from_part"]));
   const Eigen::Isometry3d nominal = Transform(dataset["part"]["zero_from_part_nominal"]);
   int holes = 0;
   for (std::size_t g = 0; g < truth["correction"].size(); ++g) {

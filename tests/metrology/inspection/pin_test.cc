@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "metrology/inspection/hole_error.h"
@@ -112,6 +113,27 @@ TEST(FitPin, IsNotMovedByChipsAndWrongPoints) {
   ASSERT_TRUE(fit.measured) << fit.reason;
   EXPECT_LT((fit.offset_mm - clean.offset_mm).norm(), 0.5e-3);
   EXPECT_LT((fit.slope - clean.slope).norm(), 0.2e-3);
+}
+
+// Half as many points as the pin's own, on another pin that stands 0.8 mm beside it.
+TEST(FitPin, LeavesOutAPinThatStandsApart) {
+  const NominalPin nominal = Nominal();
+  const SimulatedPin pin = Drilled(nominal, {0.04, 0.02}, {3e-3, -2e-3});
+  SimulatedPin other = pin;
+  other.start_mm += 0.8 * TangentBasis(nominal.axis).col(0);
+  std::mt19937_64 random(5);
+  Points points = SeenFrom(pin, AllRound(nominal.axis, 6), 300, &random);
+  const PinFit alone = FitPin(nominal, points);
+  const Points others = SeenFrom(other, AllRound(nominal.axis, 6), 150, &random);
+  points.insert(points.begin(), others.begin(), others.end());
+  const PinFit fit = FitPin(nominal, points);
+  ASSERT_TRUE(fit.measured) << fit.reason;
+  EXPECT_LT((fit.offset_mm - alone.offset_mm).norm(), 0.1e-3);
+  ASSERT_FALSE(fit.used.empty());
+  EXPECT_GE(*std::min_element(fit.used.begin(), fit.used.end()), others.size());
+  PinLimits all_points;
+  all_points.apart_mm = 0;
+  EXPECT_FALSE(FitPin(nominal, points, all_points).measured);
 }
 
 TEST(FitPin, SaysWhyAHoleWasNotMeasured) {

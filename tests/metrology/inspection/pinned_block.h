@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "metrology/inspection/blade_inspection.h"
+#include "tests/metrology/correction/exact_pose.h"
 #include "tests/metrology/inspection/simulated_pin.h"
 
 namespace sixpoint::metrology {
@@ -17,7 +18,7 @@ TriangleMesh BlockMesh();
 struct PinnedBlock {
   SensorPose sensor;
   RotaryAxes axes;
-  RegisteredPose pose;
+  RegisteredPose pose = ExactPose(Eigen::Isometry3d::Identity());
   std::vector<InspectedHole> holes;
   std::vector<SimulatedPin> pins;
   std::vector<double> b_deg = {-60, -20, 20, 60};

@@ -134,11 +134,8 @@ double Whitened(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance)
 
 RegisteredPose PoseOf(const Registered& registered, const MachineCalibration& machine) {
   const PlacedPose& placed = Placed(registered.fit);
-  RegisteredPose pose;
-  pose.zero_from_part = placed.zero_from_part;
-  pose.noise = placed.noise_covariance;
-  pose.calibration_sensitivity = placed.calibration_sensitivity;
-  pose.sensitivity_reference_mm = placed.covariance.reference_mm;
+  RegisteredPose pose(placed.zero_from_part, placed.noise_covariance, placed.calibration_sensitivity,
+                      placed.covariance.reference_mm, CalibrationCovariance::Zero());
   pose.positioning = machine.positioning;
   pose.angles = registered.angles;
   return pose;

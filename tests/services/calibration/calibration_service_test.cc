@@ -203,7 +203,11 @@ TEST_F(CalibrationServiceTest, APoseWithoutItsErrorBeforeReadsBackWithoutIt) {
   (**row).calibration_id = storage::NewUuid();
   (**row).rotation->poses[1].before_um.reset();
   (**row).rotation->poses[2].before_um = 0;
-  ASSERT_TRUE(storage::InsertCalibration(*transaction, **row, "{}").ok());
+  storage::RecordEntry entry;
+  entry.kind = "calibration";
+  entry.name = (**row).name();
+  entry.software_version = "test";
+  ASSERT_TRUE(storage::InsertCalibration(*transaction, **row, entry).ok());
   const auto again = storage::FindCalibration(*transaction, (**row).calibration_id);
   ASSERT_TRUE(again.ok() && again->has_value());
   EXPECT_EQ((**again).rotation->poses[0].before_um, (**row).rotation->poses[0].before_um);

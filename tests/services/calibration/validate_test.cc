@@ -5,6 +5,10 @@
 
 #include <cmath>
 
+#include "services/calibration/inputs.h"
+#include "services/calibration/readings.h"
+#include "services/calibration/validity.h"
+
 namespace sixpoint::calibration {
 namespace {
 
@@ -27,7 +31,7 @@ v1::CalibrateSensorRequest GoodSensorRequest() {
 }
 
 TEST(Validate, AcceptsAGoodSensorRequest) {
-  EXPECT_TRUE(CheckSensorRequest(GoodSensorRequest()).ok());
+  EXPECT_TRUE(CheckRequest(GoodSensorRequest()).ok());
   const auto touch = TouchOf(GoodSensorRequest().touch());
   ASSERT_TRUE(touch.ok()) << touch.status();
   EXPECT_EQ(touch->centres.size(), 3u);
@@ -37,19 +41,19 @@ TEST(Validate, AcceptsAGoodSensorRequest) {
 TEST(Validate, NamesTheFieldOfASensorRequest) {
   v1::CalibrateSensorRequest request = GoodSensorRequest();
   request.set_machine("m1");
-  EXPECT_THAT(Message(CheckSensorRequest(request)), HasSubstr("machine: m1"));
+  EXPECT_THAT(Message(CheckRequest(request)), HasSubstr("machine: m1"));
   request = GoodSensorRequest();
   request.set_scans(1, "scans/s1");
-  EXPECT_THAT(Message(CheckSensorRequest(request)), HasSubstr("scans[1]: scans/s1, want each scan once"));
+  EXPECT_THAT(Message(CheckRequest(request)), HasSubstr("scans[1]: scans/s1, want each scan once"));
   request = GoodSensorRequest();
   request.clear_scans();
-  EXPECT_THAT(Message(CheckSensorRequest(request)), HasSubstr("scans: 0 scans"));
+  EXPECT_THAT(Message(CheckRequest(request)), HasSubstr("scans: 0 scans"));
   request = GoodSensorRequest();
   request.clear_touch();
-  EXPECT_THAT(Message(CheckSensorRequest(request)), HasSubstr("touch: empty"));
+  EXPECT_THAT(Message(CheckRequest(request)), HasSubstr("touch: empty"));
   request = GoodSensorRequest();
   request.set_request_id("not-a-uuid");
-  EXPECT_THAT(Message(CheckSensorRequest(request)), HasSubstr("request_id"));
+  EXPECT_THAT(Message(CheckRequest(request)), HasSubstr("request_id"));
 }
 
 TEST(Validate, RefusesTouchDataThatAreNotNumbers) {
@@ -104,7 +108,7 @@ TEST(Validate, NamesThePoseThatIsWrong) {
   request.set_machine("machines/m1");
   request.add_poses()->mutable_centre_mm();
   request.add_poses()->set_a_deg(NAN);
-  EXPECT_TRUE(CheckRotationRequest(request).ok());
+  EXPECT_TRUE(CheckRequest(request).ok());
   EXPECT_THAT(Message(PosesOf(request).status()), HasSubstr("poses[1].a_deg: NaN"));
   request.mutable_poses(1)->set_a_deg(10);
   EXPECT_THAT(Message(PosesOf(request).status()), HasSubstr("poses[1].centre_mm: empty"));

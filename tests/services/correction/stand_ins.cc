@@ -194,13 +194,12 @@ void StandIns::DescribeRegistration() {
   out.set_sensor_calibration(kSensorCalibration);
   out.set_rotation_calibration(kRotationCalibration);
   runtime::ToProto(block.pose.zero_from_part, out.mutable_zero_from_part());
-  metrology::PoseCovariance covariance;
-  covariance.reference_mm = block.pose.zero_from_part.translation();
-  covariance.values = metrology::Matrix6d::Identity() * 1e-8;
+  metrology::PoseCovariance covariance(metrology::Matrix6d::Identity() * 1e-8, block.pose.zero_from_part.translation());
   covariance.values.topLeftCorner<3, 3>() *= 1e-3;
   runtime::ToProto(covariance, out.mutable_covariance());
   runtime::ToProto(covariance, out.mutable_noise_covariance());
-  runtime::MatrixToProto(Eigen::MatrixXd::Zero(6, 14), out.mutable_calibration_sensitivity());
+  runtime::MatrixToProto(Eigen::MatrixXd::Zero(6, metrology::kCalibrationParameterCount),
+                         out.mutable_calibration_sensitivity());
   out.mutable_evidence()->set_outcome(registration::v1::OUTCOME_CONVERGED);
 }
 

@@ -35,7 +35,7 @@ class ScanServiceTest : public ::testing::Test {
   explicit ScanServiceTest(std::unique_ptr<storage::BlobStore> blobs = storage::MakePostgresqlBlobStore())
       : plant_server_({&plant_}),
         blobs_(std::move(blobs)),
-        service_(OptionsForTest(), database_.database(), blobs_.get(), plant_server_.Connect()),
+        service_(OptionsForTest(), storage::ScansIn(database_.database(), blobs_.get()), plant_server_.Connect()),
         server_({&service_}),
         channel_(server_.Connect()),
         stub_(v1::ScanService::NewStub(channel_)),

@@ -24,7 +24,8 @@ class StoreServiceTest : public ::testing::Test {
  protected:
   StoreServiceTest()
       : store_(storage::MakePostgresqlBlobStore()),
-        service_(database_.database(), store_),
+        service_(storage::RetentionIn(database_.database(), store_),
+                 storage::BlobKeepingIn(database_.database(), store_)),
         server_({&service_}),
         stub_(v1::CloudStoreService::NewStub(server_.Connect())) {
     testing::PutScanSubjects(database_.database());

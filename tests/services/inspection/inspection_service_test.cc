@@ -200,7 +200,7 @@ TEST_F(InspectionServiceTest, CoversPositioningsThatDisagreeAndSaysSo) {
   EXPECT_EQ(by_nest->positioning().method(), registration::v1::METHOD_SIX_POINT_NORMALS);
   EXPECT_TRUE(by_nest->positioning().disagrees());
   EXPECT_FALSE(by_nest->positioning().covered());
-  EXPECT_EQ(by_nest->holes(0).positioning_difference_um(), 0);
+  EXPECT_FALSE(by_nest->holes(0).has_positioning_difference_um());
 
   // A best fit is compared with the pairs, and covered as they are.
   request.set_method(registration::v1::METHOD_BEST_FIT);

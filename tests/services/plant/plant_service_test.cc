@@ -37,7 +37,7 @@ const std::string& CylinderCad() {
 class PlantServiceTest : public ::testing::Test {
  protected:
   PlantServiceTest()
-      : service_(OptionsForTest(), database_.database()),
+      : service_(OptionsForTest(), storage::PlantIn(database_.database())),
         server_({&service_}),
         channel_(server_.Connect()),
         stub_(v1::PlantService::NewStub(channel_)) {}

@@ -29,7 +29,9 @@ storage::RecordEntry Entry(const std::string& kind, const std::string& name, con
 class RecordServiceTest : public ::testing::Test {
  protected:
   RecordServiceTest()
-      : service_(database_.database()), server_({&service_}), stub_(v1::RecordService::NewStub(server_.Connect())) {}
+      : service_(storage::PlantIn(database_.database()).journal, storage::PlantIn(database_.database()).blades),
+        server_({&service_}),
+        stub_(v1::RecordService::NewStub(server_.Connect())) {}
 
   void SetUp() override {
     absl::StatusOr<storage::Transaction> transaction = database_.database()->Begin(testing::Soon());

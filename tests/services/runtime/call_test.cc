@@ -6,6 +6,7 @@
 #include <atomic>
 #include <thread>
 
+#include "services/runtime/errors.h"
 #include "services/runtime/trace.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "tests/support/in_process_server.h"
@@ -29,10 +30,10 @@ class Mirror : public ScanService::Service {
     if (request->name() == "wait") {
       const std::function<bool()> keep_going = KeepGoing(*context);
       while (keep_going()) std::this_thread::sleep_for(milliseconds(5));
+      const absl::Status stopped = Stopped(*context, "nothing is kept");
+      told = stopped.code();
       ended = true;
-      // As a service says it: whichever side the client hears first, it hears the same.
-      return system_clock::now() >= DeadlineOf(*context) ? grpc::Status(grpc::StatusCode::DEADLINE_EXCEEDED, "over")
-                                                         : grpc::Status::CANCELLED;
+      return ToGrpc(stopped);
     }
     deadline = DeadlineOf(*context);
     const std::unique_ptr<grpc::ClientContext> onward = ContextFor(*context);
@@ -41,6 +42,7 @@ class Mirror : public ScanService::Service {
   }
   std::atomic<int> calls{0};
   std::atomic<bool> ended{false};
+  std::atomic<absl::StatusCode> told{absl::StatusCode::kOk};
   system_clock::time_point deadline, onward_deadline;
 };
 
@@ -84,6 +86,7 @@ TEST_F(CallTest, WorkStopsWhenTheClientIsGone) {
   leaves.join();
   for (int i = 0; i < 400 && !mirror_.ended; ++i) std::this_thread::sleep_for(milliseconds(5));
   EXPECT_TRUE(mirror_.ended);
+  EXPECT_EQ(mirror_.told, absl::StatusCode::kCancelled);
 }
 
 TEST_F(CallTest, WorkStopsAtTheDeadline) {
@@ -91,6 +94,7 @@ TEST_F(CallTest, WorkStopsAtTheDeadline) {
   EXPECT_EQ(Get("wait", context.get()).error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
   for (int i = 0; i < 400 && !mirror_.ended; ++i) std::this_thread::sleep_for(milliseconds(5));
   EXPECT_TRUE(mirror_.ended);
+  EXPECT_EQ(mirror_.told, absl::StatusCode::kDeadlineExceeded);
 }
 
 TEST_F(CallTest, UnavailableIsRetriedAndNothingElse) {

@@ -88,12 +88,11 @@ TEST(GeometryProto, ALineRoundTripsAndNamesItsPart) {
 }
 
 TEST(GeometryProto, ACovarianceIsSymmetricAndNotNegative) {
-  metrology::PoseCovariance covariance;
+  metrology::PoseCovariance covariance(metrology::Matrix6d::Zero(), Eigen::Vector3d(1, 2, 3));
   Eigen::Matrix<double, 6, 6> root = Eigen::Matrix<double, 6, 6>::Random();
   root.topRows<3>() *= 1e-6;  // radians beside millimetres
   covariance.values = root * root.transpose();
   covariance.values = (covariance.values + covariance.values.transpose()).eval() / 2;
-  covariance.reference_mm = Eigen::Vector3d(1, 2, 3);
   geometry::v1::PoseCovariance wire;
   ToProto(covariance, &wire);
   const absl::StatusOr<metrology::PoseCovariance> back = FromProto("c", wire);

@@ -1,0 +1,37 @@
+#include "metrology/inspection/largest_cluster.h"
+
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+#include <pcl/search/kdtree.h>
+// With the template's body: PCL's library of segmentation, and the features and learning that it needs, stay away.
+#include <algorithm>
+#include <pcl/segmentation/impl/extract_clusters.hpp>
+
+namespace sixpoint::metrology {
+namespace {
+
+constexpr std::size_t kMostPoints = 50'000;
+
+}  // namespace
+
+std::vector<std::size_t> LargestCluster(const Points& points_mm, double gap_mm) {
+  if (points_mm.empty() || points_mm.size() > kMostPoints) return {};
+  const pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
+  for (const Eigen::Vector3d& p : points_mm) {  // floats hold what is near the origin
+    const Eigen::Vector3f at = (p - points_mm.front()).cast<float>();
+    cloud->emplace_back(at.x(), at.y(), at.z());
+  }
+  const auto tree = pcl::make_shared<pcl::search::KdTree<pcl::PointXYZ>>();
+  tree->setInputCloud(cloud);
+  std::vector<pcl::PointIndices> clusters;
+  pcl::extractEuclideanClusters<pcl::PointXYZ>(*cloud, tree, static_cast<float>(gap_mm), clusters, 1,
+                                               static_cast<unsigned>(points_mm.size()));
+  const auto largest = std::max_element(clusters.begin(), clusters.end(), [](const auto& a, const auto& b) {
+    return a.indices.size() < b.indices.size();
+  });
+  std::vector<std::size_t> indices(largest->indices.begin(), largest->indices.end());
+  std::sort(indices.begin(), indices.end());
+  return indices;
+}
+
+}  // namespace sixpoint::metrology

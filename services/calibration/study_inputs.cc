@@ -1,0 +1,205 @@
+#include "services/calibration/study_inputs.h"
+
+#include <chrono>
+#include <cstddef>
+#include <utility>
+
+#include "services/calibration/inputs.h"
+#include "services/calibration/readings.h"
+#include "services/calibration/refusals.h"
+#include "services/calibration/validate.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::calibration {
+namespace {
+
+using runtime::NotKnown;
+using runtime::Refuse;
+
+constexpr std::size_t kMostScanPoints = 40'000'000;
+constexpr double kMmPerUm = 1e-3;
+
+// A record of the plant's as the journal names it.
+template <typename Record>
+std::string Revised(const std::string& collection, const Record& record) {
+  return runtime::RevisedName(collection, runtime::LastSegment(record.name()), record.revision());
+}
+
+}  // namespace
+
+struct StudyInputFetcher::Scanned {
+  std::vector<metrology::LineScan> scans;
+  plant::v1::Machine machine;
+  plant::v1::Artefact artefact;
+  std::vector<std::string> names;  // machine, artefact, scans
+};
+
+StudyInputFetcher::StudyInputFetcher(std::shared_ptr<const storage::CalibrationReader> calibrations,
+                                     std::shared_ptr<grpc::Channel> plant, std::shared_ptr<grpc::Channel> ingest)
+    : calibrations_(std::move(calibrations)), plant_(std::move(plant)), scans_(std::move(ingest)) {}
+
+absl::StatusOr<StudyInputFetcher::Scanned> StudyInputFetcher::FetchScans(
+    const google::protobuf::RepeatedPtrField<std::string>& names, bool arm_only, const Caller& caller) const {
+  Scanned fetched;
+  ingest::v1::Scan first;
+  std::size_t point_count = 0;
+  for (const std::string& name : names) {
+    absl::StatusOr<clients::FetchedScan> scan = scans_.Fetch(name, caller.make_context());
+    if (!scan.ok()) return NotKnown("scans", name, scan.status());
+    if (fetched.scans.empty()) first = scan->record;
+    if (absl::Status s = CheckStudyScan(scan->record, first, arm_only); !s.ok()) return s;
+    point_count += scan->scan.points_mm.size();
+    if (point_count > kMostScanPoints)
+      return Refuse("scans", std::to_string(point_count) + " points", "at most 40000000 together");
+    scan->scan.id = runtime::LastSegment(name);
+    fetched.scans.push_back(std::move(scan->scan));
+    fetched.names.push_back(name);
+  }
+  auto machine = plant_.GetMachine(first.header().machine(), 0, caller.make_context());
+  if (!machine.ok()) return machine.status();
+  fetched.machine = *std::move(machine);
+  auto artefact = plant_.GetArtefact(first.header().subject(), 0, caller.make_context());
+  if (!artefact.ok()) return artefact.status();
+  fetched.artefact = *std::move(artefact);
+  const std::string machine_name = Revised("machines", fetched.machine),
+                    artefact_name = Revised("artefacts", fetched.artefact);
+  fetched.names.insert(fetched.names.begin(), {machine_name, artefact_name});
+  return fetched;
+}
+
+absl::Status StudyInputFetcher::FetchMachine(const std::string& name, const Caller& caller, StudyInputs* inputs) const {
+  if (name.empty()) return absl::OkStatus();
+  if (absl::Status s = runtime::IdOf("machine", "machines", name).status(); !s.ok()) return s;
+  const absl::StatusOr<plant::v1::Machine> machine = plant_.GetMachine(name, 0, caller.make_context());
+  if (!machine.ok()) return NotKnown("machine", name, machine.status());
+  inputs->machine = name;
+  inputs->names.push_back(Revised("machines", *machine));
+  return absl::OkStatus();
+}
+
+absl::StatusOr<GaugeInputs> StudyInputFetcher::Fetch(const v1::RunGaugeStudyRequest& request,
+                                                     const Caller& caller) const {
+  absl::StatusOr<Scanned> scanned = FetchScans(request.scans(), false, caller);
+  if (!scanned.ok()) return scanned.status();
+  GaugeInputs inputs;
+  inputs.machine = scanned->machine.name();
+  inputs.names = std::move(scanned->names);
+  inputs.scans = std::move(scanned->scans);
+  if (request.has_region())
+    inputs.options.region = metrology::StripRegion{request.region().x_minimum_mm(), request.region().x_maximum_mm(),
+                                                   request.region().y_minimum_mm(), request.region().y_maximum_mm()};
+  if (request.station_pitch_mm() != 0) inputs.options.station_pitch_mm = request.station_pitch_mm();
+  inputs.options.limit_um = request.limit_um();
+  return inputs;
+}
+
+absl::StatusOr<storage::CalibrationRow> StudyInputFetcher::SensorCalibration(const v1::RunArmStudyRequest& request,
+                                                                             const std::string& machine,
+                                                                             const Caller& caller) const {
+  const std::string machine_id = runtime::LastSegment(machine);
+  if (request.sensor_calibration().empty()) {
+    auto in_force = calibrations_->InForce({machine_id, "sensor"}, std::chrono::system_clock::now(), caller.deadline);
+    if (!in_force.ok()) return in_force.status();
+    if (in_force->has_value()) return **std::move(in_force);
+    return runtime::Failure(
+        errors::v1::CALIBRATION_MISSING,
+        machine + ": no sensor calibration in force, want one; name one that is not (a draft will do)",
+        {{"resource", machine}});
+  }
+  const auto id = runtime::IdOf("sensor_calibration", "calibrations", request.sensor_calibration());
+  if (!id.ok()) return id.status();
+  auto found = calibrations_->Find(*id, caller.deadline);
+  if (!found.ok()) return found.status();
+  if (!found->has_value() || !(**found).sensor || (**found).machine_id != machine_id)
+    return Refuse("sensor_calibration", request.sensor_calibration(), "a sensor calibration of " + machine);
+  return **std::move(found);
+}
+
+absl::StatusOr<ArmInputs> StudyInputFetcher::Fetch(const v1::RunArmStudyRequest& request, const Caller& caller) const {
+  absl::StatusOr<Scanned> scanned = FetchScans(request.scans(), true, caller);
+  if (!scanned.ok()) return scanned.status();
+  absl::StatusOr<metrology::Artefact> artefact = ArtefactOf(scanned->artefact);
+  if (!artefact.ok()) return WithReason(artefact.status());
+  const absl::StatusOr<storage::CalibrationRow> calibration =
+      SensorCalibration(request, scanned->machine.name(), caller);
+  if (!calibration.ok()) return calibration.status();
+  ArmInputs inputs;
+  inputs.machine = scanned->machine.name();
+  inputs.names = std::move(scanned->names);
+  inputs.names.push_back(calibration->name());
+  inputs.scans = std::move(scanned->scans);
+  inputs.artefact = *std::move(artefact);
+  inputs.sensor_calibration = calibration->name();
+  inputs.options.optics = OpticsOf(scanned->machine.sensor());
+  inputs.options.keep_going = caller.keep_going;
+  for (int k = 0; k < 9; ++k)
+    inputs.options.sensor.rotation(k / 3, k % 3) = calibration->sensor->machine_from_sensor_rotation.at(k);
+  for (int k = 0; k < 3; ++k) inputs.options.sensor.t_sm_mm(k) = calibration->sensor->t_sm_mm.at(k);
+  return inputs;
+}
+
+absl::StatusOr<RepeatInputs> StudyInputFetcher::Fetch(const v1::RunRepeatStudyRequest& request,
+                                                      const Caller& caller) const {
+  RepeatInputs inputs;
+  std::vector<storage::CalibrationRow>& rows = inputs.calibrations;
+  for (int i = 0; i < request.calibrations_size(); ++i) {
+    const std::string& name = request.calibrations(i);
+    auto found = calibrations_->Find(runtime::LastSegment(name), caller.deadline);
+    if (!found.ok()) return found.status();
+    if (!found->has_value()) return Refuse(Indexed("calibrations", i), name, "one that is recorded");
+    if (!(**found).sensor)
+      return Refuse(Indexed("calibrations", i), name + " of kind " + (**found).kind(), "sensor calibrations");
+    if (!rows.empty() && rows.front().machine_id != (**found).machine_id)
+      return Refuse(Indexed("calibrations", i), name + " of machines/" + (**found).machine_id,
+                    "calibrations of machines/" + rows.front().machine_id);
+    if (!rows.empty() && rows.front().method != (**found).method)
+      return Refuse(Indexed("calibrations", i), name + " by " + (**found).method,
+                    "calibrations by one method, as the first (" + rows.front().method + ")");
+    rows.push_back(**std::move(found));
+  }
+  inputs.machine = runtime::NameOf("machines", rows.front().machine_id);
+  inputs.names.assign(request.calibrations().begin(), request.calibrations().end());
+  return inputs;
+}
+
+v1::RunGaugeRrRequest FilledIn(v1::RunGaugeRrRequest request) {
+  if (request.confidence() == 0) request.set_confidence(0.95);
+  if (request.part_level() == v1::PART_LEVEL_UNSPECIFIED) request.set_part_level(v1::PART_LEVEL_INNER);
+  return request;
+}
+
+absl::StatusOr<GaugeRrInputs> StudyInputFetcher::Fetch(const v1::RunGaugeRrRequest& request,
+                                                       const Caller& caller) const {
+  const v1::RunGaugeRrRequest filled = FilledIn(request);
+  GaugeRrInputs inputs;
+  for (const v1::Observation& o : request.observations())
+    inputs.observations.push_back({o.outer(), o.inner(), o.value()});
+  inputs.options = {filled.confidence(), filled.balanced_only(), filled.part_level() == v1::PART_LEVEL_OUTER};
+  if (absl::Status s = FetchMachine(request.machine(), caller, &inputs); !s.ok()) return s;
+  return inputs;
+}
+
+absl::StatusOr<SphereInputs> StudyInputFetcher::Fetch(const v1::RunSphereCheckRequest& request,
+                                                      const Caller& caller) const {
+  SphereInputs inputs;
+  absl::StatusOr<metrology::Points> points = PointsOf("points_mm", request.points_mm());
+  if (!points.ok()) return points.status();
+  inputs.points_mm = *std::move(points);
+  for (const v1::LengthMeasurement& l : request.lengths())
+    inputs.lengths.push_back(
+        {l.standard(), l.calibrated_mm(), kMmPerUm * l.calibrated_standard_uncertainty_um(), l.measured_mm()});
+  metrology::SphereCheckOptions& options = inputs.options;
+  options.diameter_mm = request.diameter_mm();
+  options.diameter_standard_uncertainty_mm = kMmPerUm * request.diameter_standard_uncertainty_um();
+  options.sphere_form_mm = kMmPerUm * request.sphere_form_um();
+  options.form_mpe_mm = kMmPerUm * request.form_mpe_um();
+  options.size_mpe_mm = kMmPerUm * request.size_mpe_um();
+  options.length_mpe_mm = kMmPerUm * request.length_mpe_um();
+  options.length_mpe_divisor = request.length_mpe_divisor();
+  if (request.least_points() != 0) options.least_points = request.least_points();
+  if (absl::Status s = FetchMachine(request.machine(), caller, &inputs); !s.ok()) return s;
+  return inputs;
+}
+
+}  // namespace sixpoint::calibration

@@ -1,0 +1,170 @@
+#include "services/plant/messages.h"
+
+#include <google/protobuf/util/json_util.h>
+
+#include "services/runtime/resource_name.h"
+#include "services/runtime/time_proto.h"
+
+namespace sixpoint::plant {
+namespace {
+
+void ToProto(const std::vector<double>& triple, geometry::v1::Point* out) {
+  out->set_x_mm(triple[0]);
+  out->set_y_mm(triple[1]);
+  out->set_z_mm(triple[2]);
+}
+
+void ToProto(const std::vector<double>& triple, geometry::v1::Direction* out) {
+  out->set_x(triple[0]);
+  out->set_y(triple[1]);
+  out->set_z(triple[2]);
+}
+
+void ToProto(const storage::JointRow& row, v1::Joint* out) {
+  out->set_axis(row.axis);
+  out->set_kind(row.kind == "rotary" ? v1::JOINT_KIND_ROTARY : v1::JOINT_KIND_LINEAR);
+  ToProto(row.direction, out->mutable_direction());
+  if (row.point_mm) ToProto(*row.point_mm, out->mutable_point_mm());
+  out->set_sign(row.sign);
+  out->set_minimum(row.minimum);
+  out->set_maximum(row.maximum);
+}
+
+void ToProto(const storage::HoleGroupRow& row, v1::HoleGroup* out) {
+  out->set_group(row.group);
+  out->set_diameter_mm(row.diameter_mm);
+  out->set_depth_mm(row.depth_mm);
+  out->set_a_nominal_deg(row.a_nominal_deg);
+  out->set_b_nominal_deg(row.b_nominal_deg);
+  ToProto(row.axis_in_part, out->mutable_axis_in_part());
+  out->set_position_tolerance_mm(row.position_tolerance_mm);
+  out->set_inclination_tolerance_deg(row.inclination_tolerance_deg);
+  for (const storage::HoleRow& hole : row.holes) {
+    v1::Hole* to = out->add_holes();
+    to->set_hole(hole.hole);
+    ToProto(hole.start_in_part_mm, to->mutable_start_in_part_mm());
+    ToProto(hole.normal_in_part, to->mutable_normal_in_part());
+  }
+}
+
+void ToProto(const storage::TessellationRow& row, v1::SurfaceSummary* out) {
+  out->set_cad_sha256(row.cad_sha256);
+  out->set_surface_sha256(row.surface_sha256);
+  out->set_triangle_count(row.triangle_count);
+  out->set_chordal_error_um(row.chordal_error_um);
+  out->set_closed(row.closed);
+  ToProto(row.minimum_mm, out->mutable_minimum_mm());
+  ToProto(row.maximum_mm, out->mutable_maximum_mm());
+  if (!row.gaps) return;
+  out->set_degenerate_triangle_count(row.gaps->degenerate_triangle_count);
+  out->set_open_rim_count(row.gaps->open_rim_count);
+  out->set_open_rim_length_mm(row.gaps->open_rim_length_mm);
+}
+
+}  // namespace
+
+v1::Machine ToProto(const storage::MachineRow& row) {
+  v1::Machine machine;
+  machine.set_name(runtime::NameOf("machines", row.machine_id));
+  machine.set_revision(row.revision);
+  for (const storage::JointRow& joint : row.joints) {
+    v1::Kinematics* kinematics = machine.mutable_kinematics();
+    ToProto(joint, joint.side == "part" ? kinematics->add_part_side() : kinematics->add_tool_side());
+  }
+  v1::Sensor* sensor = machine.mutable_sensor();
+  sensor->set_model(row.sensor_model);
+  sensor->set_noise_um(row.sensor_noise_um);
+  sensor->set_column_count(row.sensor_column_count);
+  sensor->set_mid_range_mm(row.sensor_mid_range_mm);
+  sensor->set_range_mm(row.sensor_range_mm);
+  sensor->set_line_angle_deg(row.sensor_line_angle_deg);
+  ToProto(row.nominal_centre_mm, machine.mutable_nominal_centre_mm());
+  machine.mutable_safety_envelope()->set_translation_mm(row.safety_translation_mm);
+  machine.mutable_safety_envelope()->set_rotation_deg(row.safety_rotation_deg);
+  runtime::ToProto(row.recorded.recorded_at, machine.mutable_created_at());
+  return machine;
+}
+
+v1::Artefact ToProto(const storage::ArtefactRow& row) {
+  v1::Artefact artefact;
+  artefact.set_name(runtime::NameOf("artefacts", row.artefact_id));
+  artefact.set_revision(row.revision);
+  artefact.set_side_mm(row.side_mm);
+  artefact.set_cone_half_angle_deg(row.cone_half_angle_deg);
+  artefact.set_cone_top_radius_mm(row.cone_top_radius_mm);
+  artefact.set_cone_bottom_radius_mm(row.cone_bottom_radius_mm);
+  artefact.set_slot_width_mm(row.slot_width_mm);
+  artefact.set_slot_depth_mm(row.slot_depth_mm);
+  for (const storage::PlateFeatureRow& feature : row.features) {
+    v1::NamedPlanePoint* to = feature.kind == "cone" ? artefact.add_cones() : artefact.add_slots();
+    to->set_feature(feature.feature);
+    to->set_x_mm(feature.x_mm);
+    to->set_y_mm(feature.y_mm);
+  }
+  runtime::ToProto(row.recorded.recorded_at, artefact.mutable_created_at());
+  return artefact;
+}
+
+v1::Part ToProto(const storage::PartRow& row) {
+  v1::Part part;
+  part.set_name(runtime::NameOf("parts", row.part_id));
+  part.set_revision(row.revision);
+  part.set_cad_format(row.cad_format == "step"   ? v1::CAD_FORMAT_STEP
+                      : row.cad_format == "iges" ? v1::CAD_FORMAT_IGES
+                                                 : v1::CAD_FORMAT_STL);
+  part.set_cad_unit_mm(row.cad_unit_mm);
+  for (const storage::HoleGroupRow& group : row.hole_groups) ToProto(group, part.add_hole_groups());
+  for (const storage::DatumPointRow& datum : row.datum_points) {
+    v1::DatumPoint* to = part.add_six_points();
+    to->set_datum(datum.datum);
+    ToProto(datum.point_in_part_mm, to->mutable_point_in_part_mm());
+    ToProto(datum.normal_in_part, to->mutable_normal_in_part());
+  }
+  geometry::v1::RigidTransform* nominal = part.mutable_zero_from_part_nominal();
+  for (const double value : row.zero_from_part_nominal_rotation) nominal->add_rotation(value);
+  ToProto(row.zero_from_part_nominal_translation_mm, nominal->mutable_translation_mm());
+  ToProto(row.tessellation, part.mutable_surface());
+  runtime::ToProto(row.recorded.recorded_at, part.mutable_created_at());
+  return part;
+}
+
+void LeaveBasic(v1::Machine* machine) { machine->clear_kinematics(); }
+
+void LeaveBasic(v1::Artefact* artefact) {
+  artefact->clear_cones();
+  artefact->clear_slots();
+}
+
+void LeaveBasic(v1::Part* part) {
+  part->clear_hole_groups();
+  part->clear_six_points();
+}
+
+v1::Blade ToProto(const storage::BladeRow& row) {
+  v1::Blade blade;
+  blade.set_name(runtime::NameOf("blades", row.blade_serial));
+  blade.set_part(runtime::NameOf("parts", row.part_id));
+  runtime::ToProto(row.recorded.recorded_at, blade.mutable_created_at());
+  return blade;
+}
+
+v1::RecordEntry ToProto(const storage::JournalEntry& entry) {
+  v1::RecordEntry out;
+  out.set_record_sequence(entry.recorded.sequence);
+  out.set_kind(entry.entry.kind);
+  out.set_name(entry.entry.name);
+  for (const std::string& input : entry.entry.inputs) out.add_inputs(input);
+  out.set_method(entry.entry.method);
+  out.set_software_version(entry.entry.software_version);
+  runtime::ToProto(entry.recorded.recorded_at, out.mutable_recorded_at());
+  if (entry.entry.blade) out.set_blade(runtime::NameOf("blades", *entry.entry.blade));
+  if (entry.entry.machine) out.set_machine(runtime::NameOf("machines", *entry.entry.machine));
+  out.set_requested_by(entry.entry.requested_by);
+  if (entry.entry.measured_at) runtime::ToProto(*entry.entry.measured_at, out.mutable_measured_at());
+  // The database holds JSON objects only; one that does not parse would be a summary less, never a record less.
+  if (!google::protobuf::util::JsonStringToMessage(entry.entry.summary_json, out.mutable_summary()).ok())
+    out.mutable_summary()->Clear();
+  return out;
+}
+
+}  // namespace sixpoint::plant

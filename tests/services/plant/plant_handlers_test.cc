@@ -1,0 +1,170 @@
+// The handlers on fake stores: no PostgreSQL, and no CAD is read. What CAD becomes is tested in plant_service_test.cc.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "services/plant/plant_service.h"
+#include "services/plant/record_service.h"
+#include "services/runtime/call.h"
+#include "services/runtime/errors.h"
+#include "tests/services/plant/sample_registry.h"
+#include "tests/support/fake_plant_stores.h"
+#include "tests/support/in_process_server.h"
+
+namespace sixpoint::plant {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using Stub = v1::PlantService::Stub;
+
+constexpr char kId[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
+
+class PlantHandlersTest : public ::testing::Test {
+ protected:
+  template <typename Service, typename Request, typename Response>
+  absl::StatusOr<Response> Call(Service& stub,
+                                grpc::Status (Service::*method)(grpc::ClientContext*, const Request&, Response*),
+                                const Request& request) {
+    Response response;
+    const grpc::Status status = (stub.*method)(runtime::ContextFor(10).get(), request, &response);
+    if (!status.ok()) return runtime::FromGrpc(status);
+    return response;
+  }
+  absl::StatusOr<v1::Machine> Get(const std::string& name) {
+    v1::GetMachineRequest request;
+    request.set_name(name);
+    return Call(*stub_, &Stub::GetMachine, request);
+  }
+  absl::StatusOr<v1::Blade> CreateBlade(const std::string& serial) {
+    v1::CreateBladeRequest request;
+    request.set_serial(serial);
+    request.set_part("parts/vane");
+    return Call(*stub_, &Stub::CreateBlade, request);
+  }
+  // As if its CAD had been read.
+  void AddPart() {
+    storage::PartRow part;
+    part.part_id = "vane";
+    part.zero_from_part_nominal_translation_mm = {0, 0, 0};
+    storage::TessellationRow tessellation;
+    tessellation.minimum_mm = tessellation.maximum_mm = {0, 0, 0};
+    part.tessellation = *stores_.surfaces->Keep("cad", std::string(3 << 20, 's'), tessellation, "test", {});
+    const auto answer = [](const storage::PartRow&) -> absl::StatusOr<std::string> { return ""; };
+    ASSERT_TRUE(stores_.parts->Record({}, part, {}, answer, {}).ok());
+  }
+
+  testing::FakePlantStores stores_;
+  PlantService service_{{}, stores_};
+  RecordService record_service_{stores_.journal, stores_.blades};
+  testing::InProcessServer server_{{&service_, &record_service_}};
+  std::unique_ptr<Stub> stub_ = v1::PlantService::NewStub(server_.Connect());
+  std::unique_ptr<v1::RecordService::Stub> record_stub_ = v1::RecordService::NewStub(server_.Connect());
+};
+
+TEST_F(PlantHandlersTest, AMachineIsRegisteredAndGotByItsRevisions) {
+  v1::CreateMachineRequest request = SampleMachine();
+  ASSERT_TRUE(Call(*stub_, &Stub::CreateMachine, request).ok());
+  request.mutable_machine()->mutable_sensor()->set_noise_um(3);
+  const auto second = Call(*stub_, &Stub::CreateMachine, request);
+  EXPECT_EQ(second->revision(), 2);
+  EXPECT_EQ(Get("machines/m1")->SerializeAsString(), second->SerializeAsString());
+  EXPECT_EQ(Get("machines/m1@1")->sensor().noise_um(), 2);
+  ASSERT_EQ(stores_.record->entries().size(), 2u);
+  EXPECT_EQ(stores_.record->entries().back().entry.name, "machines/m1@2");
+  EXPECT_NE(stores_.record->entries().back().entry.requested_by, "");
+}
+
+TEST_F(PlantHandlersTest, ARetryGetsTheKeptAnswer) {
+  v1::CreateMachineRequest request = SampleMachine();
+  request.set_request_id(kId);
+  const auto first = Call(*stub_, &Stub::CreateMachine, request);
+  ASSERT_TRUE(first.ok()) << first.status();
+  EXPECT_EQ(Call(*stub_, &Stub::CreateMachine, request)->SerializeAsString(), first->SerializeAsString());
+  request.set_machine_id("m2");
+  EXPECT_EQ(Call(*stub_, &Stub::CreateMachine, request).status().code(), absl::StatusCode::kAlreadyExists);
+  request.set_request_id("no uuid");
+  EXPECT_THAT(std::string(Call(*stub_, &Stub::CreateMachine, request).status().message()), HasSubstr("request_id"));
+  EXPECT_EQ(stores_.record->entries().size(), 1u);
+}
+
+TEST_F(PlantHandlersTest, NothingIsRecordedOfWhatIsRefused) {
+  v1::CreateMachineRequest machine = SampleMachine();
+  machine.mutable_machine()->mutable_sensor()->set_noise_um(-1);
+  EXPECT_THAT(std::string(Call(*stub_, &Stub::CreateMachine, machine).status().message()), HasSubstr("noise_um: -1"));
+  EXPECT_EQ(runtime::ReasonOf(CreateBlade("sn1").status()), "PART_NOT_FOUND");
+  EXPECT_EQ(CreateBlade("no serial").status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(runtime::ReasonOf(Get("machines/m1").status()), "MACHINE_NOT_FOUND");
+  EXPECT_EQ(Get("scans/s1").status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_TRUE(stores_.record->entries().empty());
+}
+
+TEST_F(PlantHandlersTest, ListsByPagesAndLeavesOutWhatOnlyTheFullViewHas) {
+  v1::CreateMachineRequest machine = SampleMachine();
+  for (const char* id : {"m2", "m1", "m3"}) {
+    machine.set_machine_id(id);
+    ASSERT_TRUE(Call(*stub_, &Stub::CreateMachine, machine).ok());
+  }
+  v1::ListMachinesRequest request;
+  request.set_page_size(2);
+  auto page = Call(*stub_, &Stub::ListMachines, request);
+  ASSERT_EQ(page->machines_size(), 2);
+  EXPECT_EQ(page->machines(1).name(), "machines/m2");
+  EXPECT_FALSE(page->machines(1).has_kinematics());
+  request.set_page_token(page->next_page_token());
+  request.set_view(list::v1::VIEW_FULL);
+  EXPECT_EQ(Call(*stub_, &Stub::ListMachines, request).status().code(), absl::StatusCode::kInvalidArgument);
+  request.clear_view();
+  page = Call(*stub_, &Stub::ListMachines, request);
+  ASSERT_EQ(page->machines_size(), 1);
+  EXPECT_EQ(page->next_page_token(), "");
+  request.clear_page_token();
+  request.set_view(list::v1::VIEW_FULL);
+  EXPECT_TRUE(Call(*stub_, &Stub::ListMachines, request)->machines(0).has_kinematics());
+}
+
+TEST_F(PlantHandlersTest, ABladeIsInTheRecordAndRecalledByItsPart) {
+  AddPart();
+  ASSERT_TRUE(CreateBlade("sn1").ok());
+  v1::GetBladeRecordRequest record;
+  record.set_name("blades/sn1");
+  const auto of_blade = Call(*record_stub_, &v1::RecordService::Stub::GetBladeRecord, record);
+  ASSERT_TRUE(of_blade.ok()) << of_blade.status();
+  EXPECT_EQ(of_blade->blade().part(), "parts/vane");
+  EXPECT_THAT(of_blade->entries(0).inputs(), ElementsAre("parts/vane@1"));
+  v1::RecallRequest recall;
+  recall.set_name("parts/vane");
+  EXPECT_EQ(Call(*record_stub_, &v1::RecordService::Stub::Recall, recall)->entries(0).name(), "blades/sn1");
+  recall.set_name("parts/p9");
+  EXPECT_EQ(runtime::ReasonOf(Call(*record_stub_, &v1::RecordService::Stub::Recall, recall).status()),
+            "RECORD_ENTRY_NOT_FOUND");
+  v1::GetRecordEntryRequest entry;
+  entry.set_name("parts/vane@1");
+  EXPECT_EQ(Call(*record_stub_, &v1::RecordService::Stub::GetRecordEntry, entry)->kind(), "part");
+}
+
+TEST_F(PlantHandlersTest, ASurfaceComesInChunks) {
+  AddPart();
+  v1::DownloadSurfaceRequest request;
+  request.set_name("parts/vane");
+  const auto context = runtime::ContextFor(10);
+  const auto reader = stub_->DownloadSurface(context.get(), request);
+  v1::DownloadSurfaceResponse response;
+  std::size_t byte_count = 0, chunk_count = 0;
+  for (; reader->Read(&response); ++chunk_count) byte_count += response.chunk().size();
+  EXPECT_TRUE(reader->Finish().ok());
+  EXPECT_EQ(byte_count, std::size_t{3} << 20);
+  EXPECT_EQ(chunk_count, 3u);
+}
+
+TEST_F(PlantHandlersTest, SaysWhatTheStoreSays) {
+  stores_.record->Fail(absl::UnavailableError("database: away"));
+  EXPECT_EQ(Call(*stub_, &Stub::CreateMachine, SampleMachine()).status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(Get("machines/m1").status().code(), absl::StatusCode::kUnavailable);
+  v1::RecallRequest recall;
+  recall.set_name("parts/vane");
+  EXPECT_EQ(Call(*record_stub_, &v1::RecordService::Stub::Recall, recall).status().code(),
+            absl::StatusCode::kUnavailable);
+}
+
+}  // namespace
+}  // namespace sixpoint::plant

@@ -1,0 +1,220 @@
+// What the PlantStores do, PostgreSQL's and the fakes that handlers are tested on.
+#include "storage/plant_store.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <functional>
+
+#include "storage/blobs.h"
+#include "tests/support/fake_plant_stores.h"
+#include "tests/support/throwaway_database.h"
+
+namespace sixpoint::storage {
+namespace {
+
+using sixpoint::testing::Soon;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+constexpr char kRequest[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
+
+RecordEntry Entry(const std::vector<std::string>& inputs = {}) {
+  RecordEntry entry;
+  entry.inputs = inputs;
+  entry.software_version = "test";
+  return entry;
+}
+
+// content: one digit, what its digest consists of.
+MachineRow Machine(const std::string& id, char content = '0') {
+  MachineRow row;
+  row.machine_id = id;
+  row.content_sha256 = std::string(64, content);
+  row.sensor_model = "model";
+  row.sensor_noise_um = 2;
+  row.sensor_column_count = 1280;
+  row.sensor_mid_range_mm = 66;
+  row.sensor_range_mm = 25;
+  row.sensor_line_angle_deg = 20;
+  row.nominal_centre_mm = {0, 0, 0};
+  row.safety_translation_mm = 2;
+  row.safety_rotation_deg = 3;
+  JointRow joint;
+  joint.side = "part";
+  joint.axis = "A";
+  joint.kind = "rotary";
+  joint.direction = {0, 1, 0};
+  joint.point_mm = {{0, 0, 0}};
+  joint.minimum = -100;
+  joint.maximum = 100;
+  row.joints = {joint};
+  return row;
+}
+
+TessellationRow Tessellation() {
+  TessellationRow row;
+  row.method = "step v3";
+  row.triangle_count = 12;
+  row.chordal_error_um = 0.5;
+  row.closed = true;
+  row.minimum_mm = {0, 0, 0};
+  row.maximum_mm = {1, 1, 1};
+  return row;
+}
+
+PartRow Part(const std::string& id, const TessellationRow& tessellation) {
+  PartRow row;
+  row.part_id = id;
+  row.content_sha256 = std::string(64, '1');
+  row.cad_format = "step";
+  row.cad_unit_mm = 1;
+  row.zero_from_part_nominal_rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  row.zero_from_part_nominal_translation_mm = {0, 0, 0};
+  row.tessellation = tessellation;
+  return row;
+}
+
+template <typename Row>
+absl::StatusOr<std::string> Record(ResultWriter<Row>& store, const Row& row, const std::string& request_id = "",
+                                   const std::string& bytes = "request", const RecordEntry& entry = Entry()) {
+  const auto answer = [](const Row& stored) -> absl::StatusOr<std::string> {
+    return "as " + std::to_string(stored.recorded.sequence);
+  };
+  return store.Record({"plant.Call", request_id, bytes}, row, entry, answer, Soon());
+}
+
+absl::StatusOr<std::string> RecordBlade(const PlantStores& plant, const std::string& serial, const std::string& part) {
+  BladeRow blade;
+  blade.blade_serial = serial;
+  blade.part_id = part;
+  return Record(*plant.blades, blade, "", "", Entry({"parts/" + part + "@1"}));
+}
+
+// Two parts of one surface.
+void AddParts(const PlantStores& plant) {
+  const auto kept = plant.surfaces->Keep("cad", "surface", Tessellation(), "test", Soon());
+  ASSERT_TRUE(kept.ok()) << kept.status();
+  for (const char* id : {"p1", "p2"}) ASSERT_TRUE(Record(*plant.parts, Part(id, *kept)).ok());
+}
+
+std::vector<std::string> Names(const absl::StatusOr<std::vector<JournalEntry>>& entries) {
+  EXPECT_TRUE(entries.ok()) << entries.status();
+  std::vector<std::string> names;
+  for (const JournalEntry& entry : *entries) names.push_back(entry.entry.name);
+  return names;
+}
+
+// Each test runs on both.
+void OnBoth(const std::function<void(const PlantStores& plant)>& test) {
+  {
+    SCOPED_TRACE("the fake");
+    test(sixpoint::testing::FakePlantStores());
+  }
+  SCOPED_TRACE("PostgreSQL");
+  sixpoint::testing::ThrowawayDatabase database;
+  test(PlantIn(database.database()));
+}
+
+TEST(PlantStore, AnotherDescriptionIsANewRevisionAndTheSameIsNot) {
+  OnBoth([](const PlantStores& plant) {
+    const auto first = Record(*plant.machines, Machine("m1", 'a'));
+    ASSERT_TRUE(first.ok()) << first.status();
+    EXPECT_EQ(*Record(*plant.machines, Machine("m1", 'a')), *first);
+    ASSERT_TRUE(Record(*plant.machines, Machine("m1", 'b')).ok());
+    EXPECT_EQ((**plant.machines->Find("m1", 0, Soon())).revision, 2);
+    const auto found = plant.machines->Find("m1", 1, Soon());
+    EXPECT_EQ((**found).content_sha256, std::string(64, 'a'));
+    EXPECT_EQ((**found).joints.size(), 1u);
+    EXPECT_FALSE(plant.machines->Find("m1", 3, Soon())->has_value());
+    EXPECT_FALSE(plant.machines->Find("m9", 0, Soon())->has_value());
+    const auto entry = plant.journal->FindEntry("machines/m1@2", Soon());
+    ASSERT_TRUE(entry.ok() && entry->has_value());
+    EXPECT_EQ((**entry).entry.machine, "m1");
+    EXPECT_EQ((**entry).entry.kind, "machine");
+  });
+}
+
+TEST(PlantStore, TheSameRequestIsRecordedOnce) {
+  OnBoth([](const PlantStores& plant) {
+    const auto first = Record(*plant.machines, Machine("m1", 'a'), kRequest);
+    ASSERT_TRUE(first.ok()) << first.status();
+    EXPECT_EQ(**plant.machines->FindAnswer({"plant.Call", kRequest, "request"}, Soon()), *first);
+    EXPECT_EQ(*Record(*plant.machines, Machine("m1", 'b'), kRequest), *first);
+    EXPECT_EQ(Record(*plant.machines, Machine("m1"), kRequest, "another").status().code(),
+              absl::StatusCode::kAlreadyExists);
+    EXPECT_EQ((**plant.machines->Find("m1", 0, Soon())).revision, 1);
+  });
+}
+
+TEST(PlantStore, ListsTheNewestOfEachById) {
+  OnBoth([](const PlantStores& plant) {
+    for (const char* id : {"m3", "m1", "m2"}) ASSERT_TRUE(Record(*plant.machines, Machine(id)).ok());
+    ASSERT_TRUE(Record(*plant.machines, Machine("m2", 'b')).ok());
+    const auto listed = plant.machines->List("m1", 1, Soon());
+    ASSERT_TRUE(listed.ok()) << listed.status();
+    ASSERT_EQ(listed->size(), 1u);
+    EXPECT_EQ(listed->front().machine_id, "m2");
+    EXPECT_EQ(listed->front().revision, 2);
+    EXPECT_EQ(plant.machines->List("", 10, Soon())->size(), 3u);
+    EXPECT_THAT(*plant.artefacts->List("", 10, Soon()), IsEmpty());
+  });
+}
+
+TEST(PlantStore, ASurfaceIsKeptOnceAndAPartShowsIt) {
+  OnBoth([](const PlantStores& plant) {
+    AddParts(plant);
+    const std::string cad_sha256 = Sha256Hex("cad");
+    const auto known = plant.surfaces->Find(cad_sha256, "step v3", Soon());
+    ASSERT_TRUE(known.ok() && known->has_value()) << known.status();
+    EXPECT_EQ((**known).triangle_count, 12);
+    EXPECT_FALSE(plant.surfaces->Find(cad_sha256, "step v4", Soon())->has_value());
+    EXPECT_EQ(*plant.surfaces->Bytes((**known).surface_sha256, Soon()), "surface");
+    EXPECT_EQ(plant.surfaces->Bytes(std::string(64, '0'), Soon()).status().code(), absl::StatusCode::kNotFound);
+    EXPECT_TRUE(plant.surfaces->Keep("cad", "surface", Tessellation(), "test", Soon()).ok());
+    EXPECT_EQ((**plant.parts->Find("p2", 0, Soon())).tessellation.surface_sha256, (**known).surface_sha256);
+  });
+}
+
+TEST(PlantStore, ABladeIsOfOnePart) {
+  OnBoth([](const PlantStores& plant) {
+    AddParts(plant);
+    const auto first = RecordBlade(plant, "sn1", "p1");
+    ASSERT_TRUE(first.ok()) << first.status();
+    EXPECT_EQ(*RecordBlade(plant, "sn1", "p1"), *first);
+    EXPECT_EQ(RecordBlade(plant, "sn1", "p2").status().code(), absl::StatusCode::kAlreadyExists);
+    EXPECT_EQ((**plant.blades->Find("sn1", Soon())).part_id, "p1");
+    EXPECT_FALSE(plant.blades->Find("sn9", Soon())->has_value());
+    ASSERT_TRUE(RecordBlade(plant, "sn2", "p2").ok());
+    BladeFilter filter;
+    EXPECT_EQ(plant.blades->List(filter, "sn1", 10, Soon())->front().blade_serial, "sn2");
+    filter.part_id = "p1";
+    EXPECT_EQ(plant.blades->List(filter, "", 10, Soon())->size(), 1u);
+    filter.recorded.until = std::chrono::system_clock::now() - std::chrono::hours(1);
+    EXPECT_THAT(*plant.blades->List(filter, "", 10, Soon()), IsEmpty());
+  });
+}
+
+TEST(PlantStore, TheJournalIsReadByNameBladeAndEdge) {
+  OnBoth([](const PlantStores& plant) {
+    AddParts(plant);
+    for (const char* serial : {"sn1", "sn2"}) ASSERT_TRUE(RecordBlade(plant, serial, "p1").ok());
+    EXPECT_TRUE(*plant.journal->IsRecorded("parts/p1", Soon()));
+    EXPECT_TRUE(*plant.journal->IsRecorded("parts/p1@1", Soon()));
+    EXPECT_FALSE(*plant.journal->IsRecorded("parts/p", Soon()));
+    EXPECT_FALSE(plant.journal->FindEntry("parts/p1", Soon())->has_value());
+    EXPECT_THAT(Names(plant.journal->RecordOfBlade("sn1", {}, Soon())), ElementsAre("blades/sn1"));
+    EXPECT_THAT(Names(plant.journal->DerivedFrom("parts/p1", {}, {}, Soon())), ElementsAre("blades/sn1", "blades/sn2"));
+    EXPECT_THAT(Names(plant.journal->DerivedFrom("parts/p1", {"scan"}, {}, Soon())), IsEmpty());
+    JournalPage page;
+    page.limit = 1;
+    const auto first = plant.journal->DerivedFrom("parts/p1@1", {"blade"}, page, Soon());
+    EXPECT_THAT(Names(first), ElementsAre("blades/sn1"));
+    page.after_sequence = first->front().recorded.sequence;
+    EXPECT_THAT(Names(plant.journal->DerivedFrom("parts/p1", {}, page, Soon())), ElementsAre("blades/sn2"));
+  });
+}
+
+}  // namespace
+}  // namespace sixpoint::storage

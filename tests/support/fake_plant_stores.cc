@@ -1,0 +1,229 @@
+#include "tests/support/fake_plant_stores.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "storage/blobs.h"
+
+namespace sixpoint::testing {
+namespace {
+
+using storage::Deadline;
+
+// Appended where there is an answer; gives the recorded row's answer.
+template <typename Row>
+absl::StatusOr<std::string> Append(FakeRecord& record, Row* row, storage::RecordEntry entry,
+                                   const storage::AnswerOf<Row>& answer_of) {
+  row->recorded = record.Next();
+  absl::StatusOr<std::string> answer = answer_of(*row);
+  if (answer.ok()) record.Append(std::move(entry), row->recorded);
+  return answer;
+}
+
+template <typename Row>
+class FakeRevisions final : public storage::RevisionStore<Row> {
+ public:
+  // kind: machine, artefact, part; id: the row's member.
+  FakeRevisions(std::shared_ptr<FakeRecord> record, std::string kind, std::string Row::*id)
+      : record_(std::move(record)), kind_(std::move(kind)), id_(id) {}
+
+  absl::StatusOr<std::optional<Row>> Find(const std::string& id, int revision, Deadline) const override {
+    const auto lock = record_->Lock();
+    if (!record_->failure().ok()) return record_->failure();
+    const auto found = revisions_.find(id);
+    const int count = found == revisions_.end() ? 0 : static_cast<int>(found->second.size());
+    if (count == 0 || revision < 0 || revision > count) return std::nullopt;
+    return found->second[static_cast<std::size_t>((revision == 0 ? count : revision) - 1)];
+  }
+  absl::StatusOr<std::vector<Row>> List(const std::string& after, int limit, Deadline) const override {
+    const auto lock = record_->Lock();
+    if (!record_->failure().ok()) return record_->failure();
+    std::vector<Row> listed;
+    for (auto row = revisions_.upper_bound(after); row != revisions_.end() && static_cast<int>(listed.size()) < limit;
+         ++row)
+      listed.push_back(row->second.back());
+    return listed;
+  }
+  absl::StatusOr<std::optional<std::string>> FindAnswer(const storage::RecordedRequest& request,
+                                                        Deadline) const override {
+    const auto lock = record_->Lock();
+    return record_->FindAnswer(request);
+  }
+  absl::StatusOr<std::string> Record(const storage::RecordedRequest& request, Row row,
+                                     const storage::RecordEntry& entry, const storage::AnswerOf<Row>& answer_of,
+                                     Deadline) override {
+    const auto lock = record_->Lock();
+    return record_->Once(request, [&]() -> absl::StatusOr<std::string> {
+      const auto known = revisions_.find(row.*id_);
+      if (known != revisions_.end() && known->second.back().content_sha256 == row.content_sha256)
+        return answer_of(known->second.back());
+      row.revision = known == revisions_.end() ? 1 : known->second.back().revision + 1;
+      storage::RecordEntry named = entry;
+      named.kind = kind_;
+      named.name = kind_ + "s/" + row.*id_ + "@" + std::to_string(row.revision);
+      if (kind_ == "machine") named.machine = row.*id_;
+      absl::StatusOr<std::string> answer = Append(*record_, &row, std::move(named), answer_of);
+      if (answer.ok()) revisions_[row.*id_].push_back(std::move(row));
+      return answer;
+    });
+  }
+
+ private:
+  const std::shared_ptr<FakeRecord> record_;
+  const std::string kind_;
+  std::string Row::*const id_;
+  std::map<std::string, std::vector<Row>> revisions_;  // by id, from the first
+};
+
+class FakeBlades final : public storage::BladeStore {
+ public:
+  explicit FakeBlades(std::shared_ptr<FakeRecord> record) : record_(std::move(record)) {}
+
+  absl::StatusOr<std::optional<storage::BladeRow>> Find(const std::string& serial, Deadline) const override {
+    const auto lock = record_->Lock();
+    if (!record_->failure().ok()) return record_->failure();
+    const auto found = blades_.find(serial);
+    return found == blades_.end() ? std::nullopt : std::optional(found->second);
+  }
+  absl::StatusOr<std::vector<storage::BladeRow>> List(const storage::BladeFilter& filter, const std::string& after,
+                                                      int limit, Deadline) const override {
+    const auto lock = record_->Lock();
+    if (!record_->failure().ok()) return record_->failure();
+    std::vector<storage::BladeRow> listed;
+    for (auto blade = blades_.upper_bound(after); blade != blades_.end() && static_cast<int>(listed.size()) < limit;
+         ++blade) {
+      const storage::BladeRow& row = blade->second;
+      if ((filter.part_id.empty() || filter.part_id == row.part_id) &&
+          (!filter.recorded.from || row.recorded.recorded_at >= *filter.recorded.from) &&
+          (!filter.recorded.until || row.recorded.recorded_at < *filter.recorded.until))
+        listed.push_back(row);
+    }
+    return listed;
+  }
+  absl::StatusOr<std::optional<std::string>> FindAnswer(const storage::RecordedRequest& request,
+                                                        Deadline) const override {
+    const auto lock = record_->Lock();
+    return record_->FindAnswer(request);
+  }
+  absl::StatusOr<std::string> Record(const storage::RecordedRequest& request, storage::BladeRow blade,
+                                     const storage::RecordEntry& entry,
+                                     const storage::AnswerOf<storage::BladeRow>& answer_of, Deadline) override {
+    const auto lock = record_->Lock();
+    return record_->Once(request, [&]() -> absl::StatusOr<std::string> {
+      const auto known = blades_.find(blade.blade_serial);
+      if (known != blades_.end() && known->second.part_id == blade.part_id) return answer_of(known->second);
+      if (known != blades_.end()) return absl::AlreadyExistsError("blade.part: parts/" + blade.part_id);
+      storage::RecordEntry named = entry;
+      named.kind = "blade";
+      named.name = "blades/" + blade.blade_serial;
+      named.blade = blade.blade_serial;
+      absl::StatusOr<std::string> answer = Append(*record_, &blade, std::move(named), answer_of);
+      if (answer.ok()) blades_[blade.blade_serial] = std::move(blade);
+      return answer;
+    });
+  }
+
+ private:
+  const std::shared_ptr<FakeRecord> record_;
+  std::map<std::string, storage::BladeRow> blades_;
+};
+
+class FakeSurfaces final : public storage::SurfaceStore {
+ public:
+  explicit FakeSurfaces(std::shared_ptr<FakeRecord> record) : record_(std::move(record)) {}
+
+  absl::StatusOr<std::optional<storage::TessellationRow>> Find(const std::string& cad_sha256, const std::string& method,
+                                                               Deadline) const override {
+    const auto lock = record_->Lock();
+    if (!record_->failure().ok()) return record_->failure();
+    const auto found = tessellations_.find({cad_sha256, method});
+    return found == tessellations_.end() ? std::nullopt : std::optional(found->second);
+  }
+  absl::StatusOr<std::string> Bytes(const std::string& surface_sha256, Deadline) const override {
+    const auto lock = record_->Lock();
+    if (!record_->failure().ok()) return record_->failure();
+    const auto found = bytes_.find(surface_sha256);
+    if (found == bytes_.end()) return absl::NotFoundError("blob " + surface_sha256);
+    return found->second;
+  }
+  absl::StatusOr<storage::TessellationRow> Keep(const std::string& cad, const std::string& surface,
+                                                storage::TessellationRow row, const std::string&, Deadline) override {
+    const auto lock = record_->Lock();
+    if (!record_->failure().ok()) return record_->failure();
+    row.cad_sha256 = storage::Sha256Hex(cad);
+    row.surface_sha256 = storage::Sha256Hex(surface);
+    bytes_[row.surface_sha256] = surface;
+    tessellations_.emplace(std::pair(row.cad_sha256, row.method), row);
+    return row;
+  }
+
+ private:
+  const std::shared_ptr<FakeRecord> record_;
+  std::map<std::pair<std::string, std::string>, storage::TessellationRow> tessellations_;
+  std::map<std::string, std::string> bytes_;
+};
+
+class FakeJournal final : public storage::JournalReader {
+ public:
+  using Entries = absl::StatusOr<std::vector<storage::JournalEntry>>;
+  explicit FakeJournal(std::shared_ptr<const FakeRecord> record) : record_(std::move(record)) {}
+
+  absl::StatusOr<std::optional<storage::JournalEntry>> FindEntry(const std::string& name, Deadline) const override {
+    const auto lock = record_->Lock();
+    if (!record_->failure().ok()) return record_->failure();
+    for (const storage::JournalEntry& entry : record_->entries())
+      if (entry.entry.name == name) return entry;
+    return std::nullopt;
+  }
+  absl::StatusOr<bool> IsRecorded(const std::string& name, Deadline) const override {
+    const auto lock = record_->Lock();
+    if (!record_->failure().ok()) return record_->failure();
+    const auto& entries = record_->entries();
+    return std::any_of(entries.begin(), entries.end(),
+                       [&](const storage::JournalEntry& entry) { return FakeRecord::Means(name, entry.entry.name); });
+  }
+  Entries RecordOfBlade(const std::string& serial, const storage::JournalPage& page, Deadline) const override {
+    const auto lock = record_->Lock();
+    if (!record_->failure().ok()) return record_->failure();
+    return Page(record_->entries(), page, [&](const storage::RecordEntry& entry) { return entry.blade == serial; });
+  }
+  Entries DerivedFrom(const std::string& name, const std::vector<std::string>& kinds, const storage::JournalPage& page,
+                      Deadline) const override {
+    const auto lock = record_->Lock();
+    if (!record_->failure().ok()) return record_->failure();
+    return Page(record_->DerivedFrom(name), page, [&](const storage::RecordEntry& entry) {
+      return kinds.empty() || std::find(kinds.begin(), kinds.end(), entry.kind) != kinds.end();
+    });
+  }
+
+ private:
+  template <typename Wanted>
+  static std::vector<storage::JournalEntry> Page(const std::vector<storage::JournalEntry>& entries,
+                                                 const storage::JournalPage& page, const Wanted& wanted) {
+    std::vector<storage::JournalEntry> listed;
+    for (const storage::JournalEntry& entry : entries)
+      if (entry.recorded.sequence > page.after_sequence && static_cast<std::int64_t>(listed.size()) < page.limit &&
+          wanted(entry.entry))
+        listed.push_back(entry);
+    return listed;
+  }
+  const std::shared_ptr<const FakeRecord> record_;
+};
+
+}  // namespace
+
+FakePlantStores::FakePlantStores() {
+  machines = std::make_shared<FakeRevisions<storage::MachineRow>>(record, "machine", &storage::MachineRow::machine_id);
+  artefacts =
+      std::make_shared<FakeRevisions<storage::ArtefactRow>>(record, "artefact", &storage::ArtefactRow::artefact_id);
+  parts = std::make_shared<FakeRevisions<storage::PartRow>>(record, "part", &storage::PartRow::part_id);
+  blades = std::make_shared<FakeBlades>(record);
+  surfaces = std::make_shared<FakeSurfaces>(record);
+  journal = std::make_shared<FakeJournal>(record);
+}
+
+}  // namespace sixpoint::testing

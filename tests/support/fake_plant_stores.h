@@ -1,0 +1,17 @@
+// PlantStores in memory, about one journal: what handlers are tested on without PostgreSQL. Held to the real ones by
+// tests/storage/plant_store_test.cc.
+#pragma once
+
+#include <memory>
+
+#include "storage/plant_store.h"
+#include "tests/support/fake_record.h"
+
+namespace sixpoint::testing {
+
+struct FakePlantStores : storage::PlantStores {
+  FakePlantStores();
+  std::shared_ptr<FakeRecord> record = std::make_shared<FakeRecord>();
+};
+
+}  // namespace sixpoint::testing

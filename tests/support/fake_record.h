@@ -1,0 +1,85 @@
+// Kept answers and the journal in memory, as storage/requests.h and storage/record.h keep them: what the fake stores share.
+// Each call of a store holds Lock() while it lasts.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "storage/record.h"
+#include "storage/result_store.h"
+
+namespace sixpoint::testing {
+
+class FakeRecord {
+ public:
+  std::unique_lock<std::mutex> Lock() const { return std::unique_lock(mutex_); }
+  // Every call fails with it from now on, as where the database is away; OK ends that.
+  void Fail(absl::Status failure) { failure_ = std::move(failure); }
+  const absl::Status& failure() const { return failure_; }
+
+  absl::StatusOr<std::optional<std::string>> FindAnswer(const storage::RecordedRequest& request) const {
+    if (!failure_.ok()) return failure_;
+    const auto kept = answers_.find({request.call, request.request_id});
+    if (kept == answers_.end()) return std::nullopt;
+    if (kept->second.first != request.bytes)
+      return absl::AlreadyExistsError("request_id: " + request.request_id + " was used for another request");
+    return kept->second.second;
+  }
+  // The kept answer, or the work's, which is kept. Work that fails stores nothing.
+  template <typename Work>
+  absl::StatusOr<std::string> Once(const storage::RecordedRequest& request, const Work& work) {
+    absl::StatusOr<std::optional<std::string>> kept = FindAnswer(request);
+    if (!kept.ok()) return kept.status();
+    if (kept->has_value()) return **std::move(kept);
+    absl::StatusOr<std::string> answer = work();
+    if (answer.ok() && !request.request_id.empty())
+      answers_[{request.call, request.request_id}] = {request.bytes, *answer};
+    return answer;
+  }
+
+  // What the next entry will be recorded as.
+  storage::Recorded Next() const {
+    return {static_cast<std::int64_t>(entries_.size()) + 1,
+            std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now())};
+  }
+  void Append(storage::RecordEntry entry, const storage::Recorded& recorded) {
+    entries_.push_back({std::move(entry), recorded});
+  }
+  void DropLast() { entries_.pop_back(); }
+  const std::vector<storage::JournalEntry>& entries() const { return entries_; }
+
+  // Whether a thing of that name is meant: itself or, of a name without @revision, one of its revisions.
+  static bool Means(const std::string& name, const std::string& recorded) {
+    return recorded == name || recorded.rfind(name + "@", 0) == 0;
+  }
+  std::vector<storage::JournalEntry> DerivedFrom(const std::string& name) const {
+    std::vector<storage::JournalEntry> derived;
+    std::set<std::string> names;
+    for (const storage::JournalEntry& entry : entries_) {  // inputs are recorded before what is made of them
+      const std::vector<std::string>& inputs = entry.entry.inputs;
+      if (std::none_of(inputs.begin(), inputs.end(),
+                       [&](const std::string& input) { return Means(name, input) || names.count(input) > 0; }))
+        continue;
+      names.insert(entry.entry.name);
+      derived.push_back(entry);
+    }
+    return derived;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  absl::Status failure_;
+  std::vector<storage::JournalEntry> entries_;
+  std::map<std::pair<std::string, std::string>, std::pair<std::string, std::string>> answers_;
+};
+
+}  // namespace sixpoint::testing
