@@ -13,9 +13,8 @@
 namespace sixpoint::metrology {
 namespace {
 
-constexpr std::size_t kChunk = 8192;           // fixed: sums do not depend on the number of threads
-constexpr std::int64_t kManyPoints = 100'000;  // of a blade: worth the surface's near cells
-constexpr double kBelow_mm = 1;                // the pin region reaches this far under the start, along the axis
+constexpr std::size_t kChunk = 8192;  // fixed: sums do not depend on the number of threads
+constexpr double kBelow_mm = 1;       // the pin region reaches this far under the start, along the axis
 constexpr double kTo_um = 1e3;
 constexpr int kInputs = 6 + kCalibrationParameterCount;  // pose noise, then calibrations
 
@@ -103,7 +102,6 @@ BladeInspection::Compared BladeInspection::Compare(const Points& points_mm, Keep
       compared.in_part_mm[i] = place.part_from_machine * sensor_.MachineFromSensor(points_mm[i], place.v0_mm);
   });
   if (!(*keep_going)()) return compared;
-  if (seen_count_ >= kManyPoints) surface_->PrepareNear(options_.threads);
   surface_->SignedDistances(compared.in_part_mm, options_.farthest_mm, options_.threads, &compared.deviations_mm);
   return compared;
 }

@@ -23,7 +23,6 @@ using Eigen::Vector3d;
 
 constexpr double kGreatestCoordinateMm = 1e7;
 constexpr std::size_t kGreatestTriangleCount = 100'000'000;
-constexpr std::size_t kManyPoints = 100'000;          // are worth the near cells
 constexpr std::size_t kTurn = std::size_t{1} << 14;   // of them that a thread takes at a time
 constexpr std::size_t kAhead = 24;                    // points fetched early
 constexpr std::size_t kSlice = std::size_t{1} << 20;  // of points put in order at a time
@@ -210,7 +209,6 @@ void Surface::Batch::Visit(std::size_t from, std::size_t to,
 void Surface::SignedDistances(const Points& points_mm, double limit_mm, int thread_count,
                               std::vector<double>* distances_mm) const {
   distances_mm->resize(points_mm.size());
-  if (points_mm.size() >= kManyPoints) PrepareNear(thread_count);
   for (std::size_t begin = 0; begin < points_mm.size(); begin += kSlice) {
     const std::size_t count = std::min(kSlice, points_mm.size() - begin);
     const auto points_at = [&](const std::uint32_t* indices, std::size_t some, Vector3d* fetched) {
