@@ -4,9 +4,9 @@
 
 #include "services/calibration/calibration_service.h"
 #include "services/calibration/study_service.h"
-#include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "tests/services/calibration/stand_ins.h"
+#include "tests/support/call.h"
 #include "tests/support/fake_calibrations.h"
 #include "tests/support/fake_results.h"
 #include "tests/support/in_process_server.h"
@@ -14,6 +14,7 @@
 namespace sixpoint::calibration {
 namespace {
 
+using testing::Call;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Stub = v1::CalibrationService::Stub;
@@ -23,15 +24,6 @@ constexpr char kId[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
 
 class CalibrationHandlersTest : public ::testing::Test {
  protected:
-  template <typename Service, typename Request, typename Response>
-  absl::StatusOr<Response> Call(Service& stub,
-                                grpc::Status (Service::*method)(grpc::ClientContext*, const Request&, Response*),
-                                const Request& request) {
-    Response response;
-    const grpc::Status status = (stub.*method)(runtime::ContextFor(20).get(), request, &response);
-    if (!status.ok()) return runtime::FromGrpc(status);
-    return response;
-  }
   absl::StatusOr<v1::Calibration> Characterise(const v1::CharacteriseAxisRequest& request) {
     return Call(*stub_, &Stub::CharacteriseAxis, request);
   }

@@ -9,12 +9,14 @@
 #include "tests/services/ingest/conversation.h"
 #include "tests/services/ingest/fake_plant.h"
 #include "tests/services/ingest/sample_scans.h"
+#include "tests/support/call.h"
 #include "tests/support/fake_scans.h"
 #include "tests/support/in_process_server.h"
 
 namespace sixpoint::ingest {
 namespace {
 
+using testing::Call;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Scans = v1::ScanService::Stub;
@@ -22,15 +24,6 @@ using Store = v1::CloudStoreService::Stub;
 
 class IngestHandlersTest : public ::testing::Test {
  protected:
-  template <typename Service, typename Request, typename Response>
-  absl::StatusOr<Response> Call(Service& stub,
-                                grpc::Status (Service::*method)(grpc::ClientContext*, const Request&, Response*),
-                                const Request& request) {
-    Response response;
-    const grpc::Status status = (stub.*method)(runtime::ContextFor(10).get(), request, &response);
-    if (!status.ok()) return runtime::FromGrpc(status);
-    return response;
-  }
   absl::StatusOr<v1::Scan> Get(const std::string& name) {
     v1::GetScanRequest request;
     request.set_name(name);

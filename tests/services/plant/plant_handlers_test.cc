@@ -7,12 +7,14 @@
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "tests/services/plant/sample_registry.h"
+#include "tests/support/call.h"
 #include "tests/support/fake_plant_stores.h"
 #include "tests/support/in_process_server.h"
 
 namespace sixpoint::plant {
 namespace {
 
+using testing::Call;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Stub = v1::PlantService::Stub;
@@ -21,15 +23,6 @@ constexpr char kId[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
 
 class PlantHandlersTest : public ::testing::Test {
  protected:
-  template <typename Service, typename Request, typename Response>
-  absl::StatusOr<Response> Call(Service& stub,
-                                grpc::Status (Service::*method)(grpc::ClientContext*, const Request&, Response*),
-                                const Request& request) {
-    Response response;
-    const grpc::Status status = (stub.*method)(runtime::ContextFor(10).get(), request, &response);
-    if (!status.ok()) return runtime::FromGrpc(status);
-    return response;
-  }
   absl::StatusOr<v1::Machine> Get(const std::string& name) {
     v1::GetMachineRequest request;
     request.set_name(name);
