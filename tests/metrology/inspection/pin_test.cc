@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "metrology/inspection/hole_error.h"
+#include "metrology/inspection/largest_cluster.h"
 #include "metrology/kinematics/rotary_axes.h"
 #include "tests/metrology/inspection/simulated_pin.h"
 
@@ -183,6 +184,17 @@ TEST(HoleErrorOf, PutsTheStartIntoTheTangentPlane) {
   const PinFit fit = FitPin(nominal, SeenFrom(pin, AllRound(nominal.axis, 6), 300, &random));
   const HoleError error = ErrorOf(nominal, fit);
   EXPECT_NEAR((error.start_in_part_mm - nominal.start_mm).dot(nominal.normal), 0, 1e-9);
+}
+
+// Every pair of them would be looked at: minutes.
+TEST(LargestCluster, IsNotLookedForInOnePlace) {
+  Points near, far;
+  for (int i = 0; i < 50'000; ++i) {
+    near.emplace_back(1e-6 * i, 0, 0);
+    far.emplace_back(0.1 * i, 0, 0);
+  }
+  EXPECT_TRUE(LargestCluster(near, 0.15).empty());
+  EXPECT_EQ(LargestCluster(far, 0.15).size(), far.size());
 }
 
 }  // namespace
