@@ -14,7 +14,7 @@ namespace sixpoint::metrology {
 namespace {
 
 constexpr std::size_t kMostPoints = 50'000;
-constexpr std::size_t kMostPairs = 2'000'000;  // in one cube of a gap's side; a pair takes a tenth of a microsecond
+constexpr std::size_t kMostPairs = 2'000'000;  // that share a cube of the gap's side; each takes 0.1 us
 
 // The search looks at every pair within the gap: 50,000 points in one place would take minutes.
 bool TooDense(const Points& points_mm, double gap_mm) {
