@@ -16,7 +16,7 @@ namespace sixpoint::storage {
 
 struct RecordEntry {
   // machine, artefact, part, blade, scan, calibration, registration, correction, inspection, deletion, release,
-  // withdrawal, study
+  // withdrawal, study, policy
   std::string kind;
   std::string name;                    // resource name; unique
   std::vector<std::string> inputs;     // resource names it was made from (parts and machines with @revision)

@@ -15,14 +15,14 @@ constexpr int kBatch = 100;
 constexpr char kLockPolicies[] = "SELECT pg_advisory_xact_lock(hashtextextended('retention_policies/' || $1, 0))";
 
 constexpr char kInsertPolicy[] =
-    "INSERT INTO retention_policies (scan_kind, revision, keep_days, requested_by) "
-    "SELECT $1::text, coalesce(max(revision), 0) + 1, $2::integer, $3::text FROM retention_policies "
-    "WHERE scan_kind = $1 RETURNING revision, recorded_at";
+    "INSERT INTO retention_policies (scan_kind, revision, keep_days, requested_by, record_sequence, recorded_at) "
+    "VALUES ($1, $2, $3, $4, $5, $6)";
 constexpr char kSelectPolicies[] =
-    "SELECT p.scan_kind, p.revision, p.keep_days, p.requested_by, p.recorded_at FROM retention_policies p "
-    "WHERE $1 OR NOT EXISTS (SELECT 1 FROM retention_policies q WHERE q.scan_kind = p.scan_kind AND q.revision > "
-    "p.revision) "
-    "ORDER BY p.scan_kind, p.revision DESC";
+    "SELECT p.scan_kind, p.revision, p.keep_days, p.requested_by, coalesce(p.record_sequence, 0), p.recorded_at "
+    "FROM retention_policies p WHERE ($1 OR NOT EXISTS (SELECT 1 FROM retention_policies q "
+    "WHERE q.scan_kind = p.scan_kind AND q.revision > p.revision)) "
+    "AND ($2 = '' OR p.scan_kind > $2 OR (p.scan_kind = $2 AND p.revision < $3)) "
+    "ORDER BY p.scan_kind, p.revision DESC LIMIT $4";
 constexpr char kSelectNewest[] = "SELECT max(revision) FROM retention_policies WHERE scan_kind = $1";
 
 constexpr char kSelectDeletion[] =
@@ -67,7 +67,7 @@ RetentionPolicy ReadPolicy(const Rows& rows, int row) {
   policy.revision = static_cast<int>(rows.Int(row, 1));
   if (!rows.IsNull(row, 2)) policy.keep_days = static_cast<int>(rows.Int(row, 2));
   policy.requested_by = rows.Text(row, 3);
-  policy.recorded_at = rows.Time(row, 4);
+  policy.recorded = {rows.Int(row, 4), rows.Time(row, 5)};
   return policy;
 }
 
@@ -190,21 +190,31 @@ DeletionOrder OrderOf(const Rows& due, int row, const RetentionOptions& options)
 
 }  // namespace
 
-absl::StatusOr<RetentionPolicy> SetRetentionPolicy(Transaction& transaction, RetentionPolicy policy) {
+absl::StatusOr<RetentionPolicy> SetRetentionPolicy(Transaction& transaction, RetentionPolicy policy,
+                                                   RecordEntry entry) {
   const absl::StatusOr<Rows> locked = transaction.Execute(kLockPolicies, Params().Text(policy.scan_kind));
   if (!locked.ok()) return locked.status();
+  const absl::StatusOr<Rows> newest = transaction.Execute(kSelectNewest, Params().Text(policy.scan_kind));
+  if (!newest.ok()) return newest.status();
+  policy.revision = newest->IsNull(0, 0) ? 1 : static_cast<int>(newest->Int(0, 0)) + 1;
+  if (absl::Status read = newest->status(); !read.ok()) return read;
+  entry.kind = "policy";
+  entry.name = "policies/" + policy.scan_kind + "@" + std::to_string(policy.revision);
+  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
+  if (!recorded.ok()) return recorded.status();
+  policy.recorded = *recorded;
   Params params;
-  params.Text(policy.scan_kind);
+  params.Text(policy.scan_kind).Int(policy.revision);
   policy.keep_days ? params.Int(*policy.keep_days) : params.Null();
-  const absl::StatusOr<Rows> rows = transaction.Execute(kInsertPolicy, params.Text(policy.requested_by));
-  if (!rows.ok()) return rows.status();
-  policy.revision = static_cast<int>(rows->Int(0, 0));
-  policy.recorded_at = rows->Time(0, 1);
-  return rows->Checked(std::move(policy));
+  params.Text(policy.requested_by).Int(recorded->sequence).Time(recorded->recorded_at);
+  if (const auto inserted = transaction.Execute(kInsertPolicy, params); !inserted.ok()) return inserted.status();
+  return policy;
 }
 
-absl::StatusOr<std::vector<RetentionPolicy>> ListRetentionPolicies(Transaction& transaction, bool all_revisions) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectPolicies, Params().Bool(all_revisions));
+absl::StatusOr<std::vector<RetentionPolicy>> ListRetentionPolicies(Transaction& transaction, const PolicyPage& page) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(
+      kSelectPolicies,
+      Params().Bool(page.all_revisions).Text(page.after_kind).Int(page.after_revision).Int(page.limit));
   if (!rows.ok()) return rows.status();
   std::vector<RetentionPolicy> policies;
   for (int row = 0; row < rows->count(); ++row) policies.push_back(ReadPolicy(*rows, row));

@@ -22,11 +22,18 @@ struct RetentionPolicy {
   int revision = 0;              // set by SetRetentionPolicy
   std::optional<int> keep_days;  // none: for ever
   std::string requested_by;
-  Instant recorded_at;  // set by SetRetentionPolicy
+  Recorded recorded;  // set by SetRetentionPolicy
 };
-absl::StatusOr<RetentionPolicy> SetRetentionPolicy(Transaction& transaction, RetentionPolicy policy);
+// The next revision, and the journal's entry of it, policies/{kind}@{revision}: a policy destroys data.
+absl::StatusOr<RetentionPolicy> SetRetentionPolicy(Transaction& transaction, RetentionPolicy policy, RecordEntry entry);
 // By kind, the newest revision first; `all_revisions` false: only that.
-absl::StatusOr<std::vector<RetentionPolicy>> ListRetentionPolicies(Transaction& transaction, bool all_revisions);
+struct PolicyPage {
+  bool all_revisions = false;
+  std::string after_kind;  // with after_revision: the last one of the page before; empty: from the first
+  int after_revision = 0;
+  int limit = 0;
+};
+absl::StatusOr<std::vector<RetentionPolicy>> ListRetentionPolicies(Transaction& transaction, const PolicyPage& page);
 
 struct ScanDeletion {
   std::string scan_id;

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "storage/one_read.h"
+#include "storage/requests.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -16,19 +17,23 @@ class PostgresRetention final : public RetentionStore {
                                                            Deadline deadline) const override {
     return OneRead(*database_, deadline, [&](Transaction& t) { return FindScanDeletion(t, scan_id); });
   }
-  absl::StatusOr<std::vector<RetentionPolicy>> ListPolicies(bool all_revisions, Deadline deadline) const override {
-    return OneRead(*database_, deadline, [&](Transaction& t) { return ListRetentionPolicies(t, all_revisions); });
+  absl::StatusOr<std::vector<RetentionPolicy>> ListPolicies(const PolicyPage& page, Deadline deadline) const override {
+    return OneRead(*database_, deadline, [&](Transaction& t) { return ListRetentionPolicies(t, page); });
   }
   absl::StatusOr<DeletedPoints> DeletePoints(const DeletionOrder& order, Deadline deadline) override {
     return DeleteScanPoints(database_, blobs_->objects(), order, deadline);
   }
-  absl::StatusOr<RetentionPolicy> SetPolicy(RetentionPolicy policy, Deadline deadline) override {
-    absl::StatusOr<Transaction> transaction = database_->Begin(deadline);
-    if (!transaction.ok()) return transaction.status();
-    absl::StatusOr<RetentionPolicy> set = SetRetentionPolicy(*transaction, std::move(policy));
-    if (!set.ok()) return set;
-    if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;
-    return set;
+  absl::StatusOr<std::optional<std::string>> FindAnswer(const RecordedRequest& request,
+                                                        Deadline deadline) const override {
+    return storage::FindAnswer(*database_, request, deadline);
+  }
+  absl::StatusOr<std::string> Record(const RecordedRequest& request, RetentionPolicy policy, const RecordEntry& entry,
+                                     const AnswerOf<RetentionPolicy>& answer_of, Deadline deadline) override {
+    return RecordOnce(*database_, request, deadline, [&](Transaction& transaction) -> absl::StatusOr<std::string> {
+      const absl::StatusOr<RetentionPolicy> set = SetRetentionPolicy(transaction, policy, entry);
+      if (!set.ok()) return set.status();
+      return answer_of(*set);
+    });
   }
   absl::StatusOr<RetentionDone> Apply(const RetentionOptions& options, Deadline deadline) override {
     return ApplyRetention(database_, blobs_->objects(), options, deadline);

@@ -13,6 +13,7 @@
 #include "storage/blob_check.h"
 #include "storage/blob_collector.h"
 #include "storage/blob_store.h"
+#include "storage/result_store.h"
 #include "storage/retention.h"
 
 namespace sixpoint::storage {
@@ -23,14 +24,15 @@ class RetentionReader {
   virtual ~RetentionReader() = default;
   virtual absl::StatusOr<std::optional<ScanDeletion>> FindDeletion(const std::string& scan_id,
                                                                    Deadline deadline) const = 0;
-  virtual absl::StatusOr<std::vector<RetentionPolicy>> ListPolicies(bool all_revisions, Deadline deadline) const = 0;
+  virtual absl::StatusOr<std::vector<RetentionPolicy>> ListPolicies(const PolicyPage& page,
+                                                                    Deadline deadline) const = 0;
 };
 
-class RetentionStore : public RetentionReader {
+// Record makes the next revision of a policy and fills in its number, and the entry's kind and name.
+class RetentionStore : public RetentionReader, public ResultWriter<RetentionPolicy> {
  public:
   // NOT_FOUND: no such scan.
   virtual absl::StatusOr<DeletedPoints> DeletePoints(const DeletionOrder& order, Deadline deadline) = 0;
-  virtual absl::StatusOr<RetentionPolicy> SetPolicy(RetentionPolicy policy, Deadline deadline) = 0;
   virtual absl::StatusOr<RetentionDone> Apply(const RetentionOptions& options, Deadline deadline) = 0;
 };
 

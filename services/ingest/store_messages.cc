@@ -1,7 +1,11 @@
 #include "services/ingest/store_messages.h"
 
+#include <absl/strings/numbers.h>
+
 #include "services/ingest/scan_messages.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/limits.h"
+#include "services/runtime/pages.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
 
@@ -9,7 +13,6 @@ namespace sixpoint::ingest {
 namespace {
 
 constexpr int kGreatestKeepDays = 36'525;  // a hundred years
-constexpr std::size_t kLongestReason = 1000;
 constexpr std::int64_t kGreatestGrace_s = 366 * 86'400;
 
 v1::ScanKind KindOf(const std::string& text) {
@@ -51,7 +54,8 @@ v1::RetentionPolicy ToProto(const storage::RetentionPolicy& policy) {
   out.set_revision(policy.revision);
   out.set_keep_days(policy.keep_days.value_or(0));
   out.set_requested_by(policy.requested_by);
-  runtime::ToProto(policy.recorded_at, out.mutable_recorded_at());
+  runtime::ToProto(policy.recorded.recorded_at, out.mutable_recorded_at());
+  out.set_name(runtime::RevisedName("policies", policy.scan_kind, policy.revision));
   return out;
 }
 
@@ -107,11 +111,11 @@ absl::Status CheckRequest(const v1::CollectGarbageRequest& request) {
 absl::Status CheckRequest(const v1::DeleteScanPointsRequest& request) {
   if (const auto id = runtime::IdOf("name", "scans", request.name()); !id.ok()) return id.status();
   const bool blank = request.reason().find_first_not_of(" \t\r\n") == std::string::npos;
-  if (blank || request.reason().size() > kLongestReason) {
-    return runtime::Refuse("reason", blank ? "" : std::to_string(request.reason().size()) + " bytes",
-                           "why the points go, in 1 to " + std::to_string(kLongestReason) + " bytes");
-  }
-  return absl::OkStatus();
+  if (blank)
+    return runtime::Refuse("reason", "",
+                           "why the points go, in 1 to " + std::to_string(runtime::kLongestReason) + " bytes");
+  if (absl::Status s = runtime::CheckText("reason", request.reason(), runtime::kLongestReason); !s.ok()) return s;
+  return runtime::CheckCaller(request.requested_by(), "");
 }
 
 absl::Status CheckRequest(const v1::SetRetentionPolicyRequest& request) {
@@ -122,7 +126,28 @@ absl::Status CheckRequest(const v1::SetRetentionPolicyRequest& request) {
     return runtime::Refuse("keep_days", std::to_string(request.keep_days()),
                            "1 to " + std::to_string(kGreatestKeepDays) + ", or 0 for ever");
   }
-  return absl::OkStatus();
+  return runtime::CheckCaller(request.requested_by(), request.request_id());
+}
+
+absl::Status CheckRequest(const v1::ApplyRetentionRequest& request) {
+  return runtime::CheckCaller(request.requested_by(), "");
+}
+
+std::string PageTokenAfter(const std::string& filters, const v1::RetentionPolicy& last) {
+  return runtime::TokenAfterId(filters, KindText(last.scan_kind()) + "." + std::to_string(last.revision()));
+}
+
+absl::StatusOr<storage::PolicyPage> PageOf(const v1::ListRetentionPoliciesRequest& request) {
+  const absl::StatusOr<runtime::IdPage> ids =
+      runtime::IdPageOf(runtime::FiltersOf(request), request.page_size(), request.page_token());
+  if (!ids.ok()) return ids.status();
+  storage::PolicyPage page{request.all_revisions(), "", 0, ids->size};
+  if (ids->after_id.empty()) return page;
+  const std::size_t dot = ids->after_id.rfind('.');
+  page.after_kind = ids->after_id.substr(0, dot);
+  if (dot == std::string::npos || !absl::SimpleAtoi(ids->after_id.substr(dot + 1), &page.after_revision))
+    return runtime::Refuse("page_token", request.page_token(), "the next_page_token of a page with the same filters");
+  return page;
 }
 
 }  // namespace sixpoint::ingest

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <absl/status/status.h>
+#include <absl/status/statusor.h>
 
 #include <string>
 
@@ -21,5 +22,9 @@ absl::Status CheckRequest(const v1::CheckStoreRequest& request);
 absl::Status CheckRequest(const v1::CollectGarbageRequest& request);
 absl::Status CheckRequest(const v1::DeleteScanPointsRequest& request);
 absl::Status CheckRequest(const v1::SetRetentionPolicyRequest& request);
+absl::Status CheckRequest(const v1::ApplyRetentionRequest& request);
+absl::StatusOr<storage::PolicyPage> PageOf(const v1::ListRetentionPoliciesRequest& request);
+// Of the page that follows that policy.
+std::string PageTokenAfter(const std::string& filters, const v1::RetentionPolicy& last);
 
 }  // namespace sixpoint::ingest

@@ -7,6 +7,8 @@
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/log.h"
+#include "services/runtime/pages.h"
+#include "services/runtime/recorded_call.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
 
@@ -149,26 +151,45 @@ grpc::Status CloudStoreService::SetRetentionPolicy(grpc::ServerContext* context,
                                                    const v1::SetRetentionPolicyRequest* request,
                                                    v1::RetentionPolicy* response) {
   if (absl::Status sound = CheckRequest(*request); !sound.ok()) return ToGrpc(sound);
-  storage::RetentionPolicy policy;
-  policy.scan_kind = KindText(request->scan_kind());
-  if (request->keep_days() > 0) policy.keep_days = request->keep_days();
-  policy.requested_by = RequestedBy(request->requested_by(), *context);
-  const auto set = retention_->SetPolicy(std::move(policy), runtime::DeadlineOf(*context));
-  if (set.ok()) *response = ToProto(*set);
+  const auto make = [&]() -> absl::StatusOr<runtime::Made<storage::RetentionPolicy>> {
+    runtime::Made<storage::RetentionPolicy> made;
+    made.row.scan_kind = KindText(request->scan_kind());
+    if (request->keep_days() > 0) made.row.keep_days = request->keep_days();
+    made.row.requested_by = RequestedBy(request->requested_by(), *context);
+    made.entry.requested_by = made.row.requested_by;
+    made.entry.software_version = runtime::SoftwareVersion();
+    if (made.row.keep_days) made.entry.summary_json = "{\"keep_days\": " + std::to_string(*made.row.keep_days) + "}";
+    return made;
+  };
+  absl::StatusOr<v1::RetentionPolicy> set = runtime::RecordedResult<v1::RetentionPolicy>(
+      retention_.get(), "ingest.SetRetentionPolicy", *request, runtime::DeadlineOf(*context), make,
+      [](const storage::RetentionPolicy& policy) { return ToProto(policy); });
+  if (set.ok()) *response = *std::move(set);
   return ToGrpc(set.status());
 }
 
 grpc::Status CloudStoreService::ListRetentionPolicies(grpc::ServerContext* context,
                                                       const v1::ListRetentionPoliciesRequest* request,
                                                       v1::ListRetentionPoliciesResponse* response) {
-  const auto policies = retention_->ListPolicies(request->all_revisions(), runtime::DeadlineOf(*context));
+  absl::StatusOr<storage::PolicyPage> page = PageOf(*request);
+  if (!page.ok()) return ToGrpc(page.status());
+  const int size = page->limit;
+  page->limit = size + 1;
+  const auto policies = retention_->ListPolicies(*page, runtime::DeadlineOf(*context));
   if (!policies.ok()) return ToGrpc(policies.status());
-  for (const storage::RetentionPolicy& policy : *policies) *response->add_policies() = ToProto(policy);
+  for (const storage::RetentionPolicy& policy : *policies) {
+    if (response->policies_size() == size) {
+      response->set_next_page_token(PageTokenAfter(runtime::FiltersOf(*request), response->policies(size - 1)));
+      break;
+    }
+    *response->add_policies() = ToProto(policy);
+  }
   return grpc::Status::OK;
 }
 
 grpc::Status CloudStoreService::ApplyRetention(grpc::ServerContext* context, const v1::ApplyRetentionRequest* request,
                                                v1::ApplyRetentionResponse* response) {
+  if (absl::Status sound = CheckRequest(*request); !sound.ok()) return ToGrpc(sound);
   storage::RetentionOptions options;
   options.software_version = runtime::SoftwareVersion();
   options.requested_by = RequestedBy(request->requested_by(), *context);

@@ -94,7 +94,9 @@ class BlobKeeping : public ::testing::TestWithParam<const char*> {
   }
   void SetPolicy(const std::string& kind, std::optional<int> keep_days) {
     Transaction transaction = Begin();
-    const auto set = SetRetentionPolicy(transaction, {kind, 0, keep_days, "a tester", {}});
+    RecordEntry entry;
+    entry.software_version = "test";
+    const auto set = SetRetentionPolicy(transaction, {kind, 0, keep_days, "a tester", {}}, entry);
     EXPECT_TRUE(set.ok()) << set.status();
     EXPECT_TRUE(transaction.Commit().ok());
   }

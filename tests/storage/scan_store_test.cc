@@ -218,22 +218,58 @@ TEST(ScanStore, DeletedPointsGoWhereNoOtherScanNeedsThem) {
   });
 }
 
+// Answers with its kind and revision.
+absl::StatusOr<std::string> RecordPolicy(RetentionStore& retention, const RetentionPolicy& policy,
+                                         const std::string& request_id = "") {
+  RecordEntry entry;
+  entry.software_version = "test";
+  return retention.Record(
+      {"ingest.SetRetentionPolicy", request_id, "request"}, policy, entry,
+      [](const RetentionPolicy& set) -> absl::StatusOr<std::string> {
+        return set.scan_kind + "@" + std::to_string(set.revision);
+      },
+      Soon());
+}
+
+TEST(ScanStore, APolicyIsSetOnceForEachRequest) {
+  OnBoth([](ScanStore&, RetentionStore& retention) {
+    constexpr char kRequest[] = "5f0f3c9e-6a52-4d3a-9a63-2f1d1f6f0b11";
+    RetentionPolicy policy;
+    policy.scan_kind = "arm";
+    policy.requested_by = "a person";
+    EXPECT_EQ(*RecordPolicy(retention, policy, kRequest), "arm@1");
+    EXPECT_EQ(*RecordPolicy(retention, policy, kRequest), "arm@1");
+    EXPECT_EQ(*RecordPolicy(retention, policy), "arm@2");
+  });
+}
+
 TEST(ScanStore, PoliciesHaveRevisionsAndTakeNothingThatIsYoung) {
   OnBoth([](ScanStore& scans, RetentionStore& retention) {
     Store(scans, "s1", {"young"});
     RetentionPolicy policy;
     policy.scan_kind = "artefact";
     policy.requested_by = "a person";
-    EXPECT_EQ(retention.SetPolicy(policy, Soon())->revision, 1);
+    EXPECT_EQ(*RecordPolicy(retention, policy), "artefact@1");
     policy.keep_days = 30;
-    EXPECT_EQ(retention.SetPolicy(policy, Soon())->revision, 2);
+    EXPECT_EQ(*RecordPolicy(retention, policy), "artefact@2");
     policy.scan_kind = "arm";
-    ASSERT_TRUE(retention.SetPolicy(policy, Soon()).ok());
-    const auto newest = retention.ListPolicies(false, Soon());
+    EXPECT_EQ(*RecordPolicy(retention, policy), "arm@1");
+    PolicyPage page;
+    page.limit = 10;
+    const auto newest = retention.ListPolicies(page, Soon());
     ASSERT_EQ(newest->size(), 2u);
     EXPECT_EQ((*newest)[0].scan_kind, "arm");
     EXPECT_EQ((*newest)[1].revision, 2);
-    EXPECT_EQ(retention.ListPolicies(true, Soon())->size(), 3u);
+    EXPECT_GT((*newest)[1].recorded.sequence, 0);
+    page.all_revisions = true;
+    EXPECT_EQ(retention.ListPolicies(page, Soon())->size(), 3u);
+    page.limit = 1;
+    page.after_kind = "artefact";
+    page.after_revision = 2;
+    const auto last = retention.ListPolicies(page, Soon());
+    ASSERT_EQ(last->size(), 1u);
+    EXPECT_EQ(last->front().revision, 1);
+    EXPECT_FALSE(last->front().keep_days.has_value());
     EXPECT_EQ(retention.Apply({}, Soon())->scan_count, 0);
     DeletionOrder order = OrderOf("s1");
     order.policy = policy;

@@ -52,12 +52,10 @@ absl::StatusOr<std::vector<storage::ScanRow>> FakeScans::List(const storage::Sca
   std::vector<storage::ScanRow> listed;
   for (auto scan = scans_.rbegin(); scan != scans_.rend() && static_cast<int>(listed.size()) < limit; ++scan) {
     const storage::ScanRow& row = scan->row;
-    const storage::Instant at = row.recorded.recorded_at;
     if ((before_sequence == 0 || row.recorded.sequence < before_sequence) &&
         Matches(filter.machine_id, row.machine_id) && Matches(filter.artefact_id, row.artefact_id.value_or("")) &&
         Matches(filter.blade_serial, row.blade_serial.value_or("")) && Matches(filter.kind, row.kind) &&
-        filter.part_id.empty() && (!filter.recorded.from || at >= *filter.recorded.from) &&
-        (!filter.recorded.until || at < *filter.recorded.until))
+        filter.part_id.empty() && Contains(filter.recorded, row.recorded.recorded_at))
       listed.push_back(row);
   }
   return listed;
@@ -162,12 +160,18 @@ absl::StatusOr<std::optional<storage::ScanDeletion>> FakeScans::FindDeletion(con
   return found == deletions_.end() ? std::nullopt : std::optional(found->second);
 }
 
-absl::StatusOr<std::vector<storage::RetentionPolicy>> FakeScans::ListPolicies(bool all_revisions, Deadline) const {
+absl::StatusOr<std::vector<storage::RetentionPolicy>> FakeScans::ListPolicies(const storage::PolicyPage& page,
+                                                                              Deadline) const {
   const auto lock = record_.Lock();
   if (!record_.failure().ok()) return record_.failure();
   std::vector<storage::RetentionPolicy> listed;
   for (const auto& [kind, revisions] : policies_)
-    listed.insert(listed.end(), revisions.rbegin(), all_revisions ? revisions.rend() : revisions.rbegin() + 1);
+    for (auto policy = revisions.rbegin(); policy != revisions.rend(); ++policy) {
+      const bool on_page = page.after_kind.empty() || kind > page.after_kind ||
+                           (kind == page.after_kind && policy->revision < page.after_revision);
+      const bool wanted = page.all_revisions || policy == revisions.rbegin();
+      if (on_page && wanted && static_cast<int>(listed.size()) < page.limit) listed.push_back(*policy);
+    }
   return listed;
 }
 
@@ -224,14 +228,29 @@ absl::StatusOr<storage::DeletedPoints> FakeScans::DeletePoints(const storage::De
   return Delete(order);
 }
 
-absl::StatusOr<storage::RetentionPolicy> FakeScans::SetPolicy(storage::RetentionPolicy policy, Deadline) {
+absl::StatusOr<std::optional<std::string>> FakeScans::FindAnswer(const storage::RecordedRequest& request,
+                                                                 Deadline) const {
   const auto lock = record_.Lock();
-  if (!record_.failure().ok()) return record_.failure();
-  std::vector<storage::RetentionPolicy>& revisions = policies_[policy.scan_kind];
-  policy.revision = static_cast<int>(revisions.size()) + 1;
-  policy.recorded_at = record_.Next().recorded_at;
-  revisions.push_back(policy);
-  return policy;
+  return record_.FindAnswer(request);
+}
+
+absl::StatusOr<std::string> FakeScans::Record(const storage::RecordedRequest& request, storage::RetentionPolicy policy,
+                                              const storage::RecordEntry& entry,
+                                              const storage::AnswerOf<storage::RetentionPolicy>& answer_of, Deadline) {
+  const auto lock = record_.Lock();
+  return record_.Once(request, [&]() -> absl::StatusOr<std::string> {
+    std::vector<storage::RetentionPolicy>& revisions = policies_[policy.scan_kind];
+    policy.revision = static_cast<int>(revisions.size()) + 1;
+    policy.recorded = record_.Next();
+    absl::StatusOr<std::string> answer = answer_of(policy);
+    if (!answer.ok()) return answer;
+    storage::RecordEntry named = entry;
+    named.kind = "policy";
+    named.name = "policies/" + policy.scan_kind + "@" + std::to_string(policy.revision);
+    record_.Append(std::move(named), policy.recorded);
+    revisions.push_back(policy);
+    return answer;
+  });
 }
 
 absl::StatusOr<storage::RetentionDone> FakeScans::Apply(const storage::RetentionOptions& options, Deadline) {

@@ -46,10 +46,15 @@ class FakeScans final : public storage::ScanStore, public storage::RetentionStor
 
   absl::StatusOr<std::optional<storage::ScanDeletion>> FindDeletion(const std::string& scan_id,
                                                                     storage::Deadline) const override;
-  absl::StatusOr<std::vector<storage::RetentionPolicy>> ListPolicies(bool all_revisions,
+  absl::StatusOr<std::vector<storage::RetentionPolicy>> ListPolicies(const storage::PolicyPage& page,
                                                                      storage::Deadline) const override;
   absl::StatusOr<storage::DeletedPoints> DeletePoints(const storage::DeletionOrder& order, storage::Deadline) override;
-  absl::StatusOr<storage::RetentionPolicy> SetPolicy(storage::RetentionPolicy policy, storage::Deadline) override;
+  absl::StatusOr<std::optional<std::string>> FindAnswer(const storage::RecordedRequest& request,
+                                                        storage::Deadline) const override;
+  absl::StatusOr<std::string> Record(const storage::RecordedRequest& request, storage::RetentionPolicy policy,
+                                     const storage::RecordEntry& entry,
+                                     const storage::AnswerOf<storage::RetentionPolicy>& answer_of,
+                                     storage::Deadline) override;
   absl::StatusOr<storage::RetentionDone> Apply(const storage::RetentionOptions& options, storage::Deadline) override;
 
  private:

@@ -124,13 +124,35 @@ TEST_F(IngestHandlersTest, PoliciesAreSetAndListed) {
   EXPECT_THAT(std::string(Call(*store_, &Store::SetRetentionPolicy, set).status().message()), HasSubstr("scan_kind"));
   set.set_scan_kind(v1::SCAN_KIND_PINS);
   set.set_keep_days(30);
+  set.set_request_id("one");
+  EXPECT_THAT(std::string(Call(*store_, &Store::SetRetentionPolicy, set).status().message()), HasSubstr("request_id"));
+  set.set_request_id("5f0f3c9e-6a52-4d3a-9a63-2f1d1f6f0b11");
+  set.set_requested_by(std::string(201, 'x'));
+  EXPECT_THAT(std::string(Call(*store_, &Store::SetRetentionPolicy, set).status().message()),
+              HasSubstr("requested_by"));
+  set.set_requested_by("a person");
   EXPECT_EQ(Call(*store_, &Store::SetRetentionPolicy, set)->revision(), 1);
+  EXPECT_EQ(Call(*store_, &Store::SetRetentionPolicy, set)->revision(), 1);  // the same call once more
+  set.clear_request_id();
   set.set_keep_days(0);
-  EXPECT_EQ(Call(*store_, &Store::SetRetentionPolicy, set)->revision(), 2);
+  EXPECT_EQ(Call(*store_, &Store::SetRetentionPolicy, set)->name(), "policies/pins@2");
+  EXPECT_EQ(kept_->entries().back().entry.name, "policies/pins@2");
+  EXPECT_EQ(kept_->entries().back().entry.requested_by, "a person");
   v1::ListRetentionPoliciesRequest list;
   EXPECT_EQ(Call(*store_, &Store::ListRetentionPolicies, list)->policies_size(), 1);
   list.set_all_revisions(true);
-  EXPECT_EQ(Call(*store_, &Store::ListRetentionPolicies, list)->policies(1).keep_days(), 30);
+  list.set_page_size(1);
+  const auto page = Call(*store_, &Store::ListRetentionPolicies, list);
+  ASSERT_EQ(page->policies_size(), 1);
+  EXPECT_EQ(page->policies(0).revision(), 2);
+  list.set_page_token(page->next_page_token());
+  const auto last = Call(*store_, &Store::ListRetentionPolicies, list);
+  ASSERT_EQ(last->policies_size(), 1);
+  EXPECT_EQ(last->policies(0).keep_days(), 30);
+  EXPECT_EQ(last->next_page_token(), "");
+  list.set_page_token(page->next_page_token() + "x");
+  EXPECT_THAT(std::string(Call(*store_, &Store::ListRetentionPolicies, list).status().message()),
+              HasSubstr("page_token"));
   EXPECT_EQ(Call(*store_, &Store::ApplyRetention, v1::ApplyRetentionRequest())->scan_count(), 0);
 }
 

@@ -184,6 +184,10 @@ TEST_F(StoreServiceTest, PoliciesAreRevisionsAndAreApplied) {
   EXPECT_EQ(Call(&Stub::ListRetentionPolicies, list)->policies_size(), 1);
   list.set_all_revisions(true);
   EXPECT_EQ(Call(&Stub::ListRetentionPolicies, list)->policies_size(), 2);
+  EXPECT_EQ(Execute("SELECT count(*) FROM record_entries e JOIN retention_policies p USING (record_sequence) "
+                    "WHERE e.name = 'policies/artefact@' || p.revision AND e.kind = 'policy'")
+                .Int(0, 0),
+            2);
   v1::ApplyRetentionRequest apply;
   apply.set_dry_run(true);
   EXPECT_EQ(Call(&Stub::ApplyRetention, apply)->scan_count(), 1);
