@@ -7,6 +7,7 @@
 
 #include "metrology/kinematics/calibration_parameters.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/stored_geometry.h"
 #include "services/runtime/time_proto.h"
 
 namespace sixpoint::calibration {
@@ -14,38 +15,20 @@ namespace {
 
 constexpr int kMostResting = 1000;  // in one answer
 
-void SetPoint(const std::vector<double>& in, geometry::v1::Point* out) {
-  out->set_x_mm(in.at(0));
-  out->set_y_mm(in.at(1));
-  out->set_z_mm(in.at(2));
-}
-
-void SetLine(const std::vector<double>& direction, const std::vector<double>& point, geometry::v1::Line* out) {
-  out->mutable_direction()->set_x(direction.at(0));
-  out->mutable_direction()->set_y(direction.at(1));
-  out->mutable_direction()->set_z(direction.at(2));
-  SetPoint(point, out->mutable_point_mm());
-}
-
-void SetMatrix(const std::vector<double>& values, int size, geometry::v1::Matrix* out) {
-  out->set_row_count(size);
-  out->set_column_count(size);
-  out->mutable_values()->Add(values.begin(), values.end());
-}
-
 void SensorToProto(const storage::SensorCalibrationRow& row, v1::SensorCalibration* out) {
   out->mutable_machine_from_sensor_rotation()->Add(row.machine_from_sensor_rotation.begin(),
                                                    row.machine_from_sensor_rotation.end());
-  SetPoint(row.t_sm_mm, out->mutable_t_sm_mm());
+  runtime::SetPoint(row.t_sm_mm, out->mutable_t_sm_mm());
   out->set_alpha_deg(row.alpha_deg);
   out->set_beta_deg(row.beta_deg);
   out->set_gamma_deg(row.gamma_deg);
-  SetMatrix(row.covariance, metrology::kSensorParameterCount, out->mutable_covariance());
+  runtime::SetMatrix(row.covariance, metrology::kSensorParameterCount, metrology::kSensorParameterCount,
+                     out->mutable_covariance());
   out->set_alpha_standard_uncertainty_deg(row.alpha_standard_uncertainty_deg);
   out->set_beta_standard_uncertainty_deg(row.beta_standard_uncertainty_deg);
   out->set_gamma_standard_uncertainty_deg(row.gamma_standard_uncertainty_deg);
   const auto sigma = [&](int k) { return std::sqrt(row.covariance.at(7 * k)); };
-  SetPoint({sigma(3), sigma(4), sigma(5)}, out->mutable_t_sm_standard_uncertainty_mm());
+  runtime::SetPoint({sigma(3), sigma(4), sigma(5)}, out->mutable_t_sm_standard_uncertainty_mm());
   out->set_residual_rms_um(row.residual_rms_um);
   out->set_condition_number(row.condition_number);
   for (const storage::CentreResidualRow& c : row.centres) {
@@ -59,11 +42,12 @@ void SensorToProto(const storage::SensorCalibrationRow& row, v1::SensorCalibrati
 }
 
 void RotationToProto(const storage::RotationCalibrationRow& row, v1::RotationCalibration* out) {
-  SetLine(row.a_direction, row.a_point_mm, out->mutable_a_axis());
-  SetLine(row.b_direction, row.b_point_mm, out->mutable_b_axis());
-  SetPoint(row.point_c_mm, out->mutable_point_c_mm());
-  SetPoint(row.point_c_standard_uncertainty_mm, out->mutable_point_c_standard_uncertainty_mm());
-  SetMatrix(row.covariance, metrology::kAxisParameterCount, out->mutable_covariance());
+  runtime::SetLine(row.a_direction, row.a_point_mm, out->mutable_a_axis());
+  runtime::SetLine(row.b_direction, row.b_point_mm, out->mutable_b_axis());
+  runtime::SetPoint(row.point_c_mm, out->mutable_point_c_mm());
+  runtime::SetPoint(row.point_c_standard_uncertainty_mm, out->mutable_point_c_standard_uncertainty_mm());
+  runtime::SetMatrix(row.covariance, metrology::kAxisParameterCount, metrology::kAxisParameterCount,
+                     out->mutable_covariance());
   out->set_residual_rms_um(row.residual_rms_um);
   if (row.check_count > 0) out->set_check_rms_um(row.check_rms_um);
   out->set_check_count(row.check_count);
@@ -115,12 +99,12 @@ void AxisToProto(const storage::AxisCharacterisationRow& row, v1::AxisCharacteri
 void ProbeToProto(const storage::ProbeCalibrationRow& row, v1::ProbeCalibration* out) {
   out->set_block(row.block);
   out->mutable_approach()->Add(row.approach.begin(), row.approach.end());
-  SetPoint(row.offset_mm, out->mutable_offset_mm());
-  SetMatrix(row.covariance, 6, out->mutable_covariance());
+  runtime::SetPoint(row.offset_mm, out->mutable_offset_mm());
+  runtime::SetMatrix(row.covariance, 6, 6, out->mutable_covariance());
   out->set_scale(row.scale);
   out->set_scale_standard_uncertainty(row.scale_standard_uncertainty);
   out->set_direction_standard_uncertainty_urad(row.direction_standard_uncertainty_urad);
-  SetPoint(row.point_standard_uncertainty_mm, out->mutable_point_standard_uncertainty_mm());
+  runtime::SetPoint(row.point_standard_uncertainty_mm, out->mutable_point_standard_uncertainty_mm());
   out->set_noise_um(row.noise_um);
   out->set_noise_factor(row.noise_factor);
   out->set_residual_rms_um(row.residual_rms_um);

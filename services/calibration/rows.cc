@@ -9,6 +9,7 @@
 
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
+#include "services/runtime/stored_geometry.h"
 
 namespace sixpoint::calibration {
 namespace {
@@ -17,14 +18,6 @@ constexpr double kDegPerRad = 180 / M_PI;
 constexpr double kRadPerDeg = M_PI / 180;
 constexpr double kUmPerMm = 1000;
 constexpr double kMicroPerOne = 1e6;
-
-template <typename Matrix>
-std::vector<double> RowMajor(const Matrix& matrix) {
-  std::vector<double> values;
-  for (Eigen::Index row = 0; row < matrix.rows(); ++row)
-    for (Eigen::Index column = 0; column < matrix.cols(); ++column) values.push_back(matrix(row, column));
-  return values;
-}
 
 storage::AngleEstimateRow Degrees(const metrology::Estimate& estimate) {
   return {estimate.value / kRadPerDeg, estimate.standard_uncertainty / kRadPerDeg};
@@ -48,9 +41,9 @@ storage::EnvironmentRow EnvironmentRowOf(const v1::Environment& in) {
 
 storage::SensorCalibrationRow SensorRowOf(const metrology::SensorCalibration& result) {
   storage::SensorCalibrationRow row;
-  row.machine_from_sensor_rotation = RowMajor(result.sensor.rotation);
-  row.t_sm_mm = RowMajor(result.sensor.t_sm_mm);
-  row.covariance = RowMajor(result.sensor.covariance);
+  row.machine_from_sensor_rotation = runtime::RowMajor(result.sensor.rotation);
+  row.t_sm_mm = runtime::RowMajor(result.sensor.t_sm_mm);
+  row.covariance = runtime::RowMajor(result.sensor.covariance);
   row.alpha_deg = result.angles.alpha * kDegPerRad;
   row.beta_deg = result.angles.beta * kDegPerRad;
   row.gamma_deg = result.angles.gamma * kDegPerRad;
@@ -74,14 +67,14 @@ storage::RotationCalibrationRow RotationRowOf(const RotationInputs& inputs,
                                               const metrology::RotationCalibration& result) {
   const std::vector<metrology::SpherePose>& poses = inputs.poses;
   storage::RotationCalibrationRow row;
-  row.a_direction = RowMajor(result.axes.a.direction);
-  row.a_point_mm = RowMajor(result.axes.a.point_mm);
-  row.b_direction = RowMajor(result.axes.b.direction);
-  row.b_point_mm = RowMajor(result.axes.b.point_mm);
-  row.covariance = RowMajor(result.covariance);
-  row.point_c_mm = RowMajor(result.point_c_mm);
+  row.a_direction = runtime::RowMajor(result.axes.a.direction);
+  row.a_point_mm = runtime::RowMajor(result.axes.a.point_mm);
+  row.b_direction = runtime::RowMajor(result.axes.b.direction);
+  row.b_point_mm = runtime::RowMajor(result.axes.b.point_mm);
+  row.covariance = runtime::RowMajor(result.covariance);
+  row.point_c_mm = runtime::RowMajor(result.point_c_mm);
   const Eigen::Vector3d sigma = result.point_c_covariance_mm2.diagonal().cwiseMax(0).cwiseSqrt();
-  row.point_c_standard_uncertainty_mm = RowMajor(sigma);
+  row.point_c_standard_uncertainty_mm = runtime::RowMajor(sigma);
   row.noise_um = result.noise_mm * kUmPerMm;
   row.residual_rms_um = result.residual_rms_mm * kUmPerMm;
   row.check_rms_um = result.check_rms_mm * kUmPerMm;

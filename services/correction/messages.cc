@@ -1,18 +1,10 @@
 #include "services/correction/messages.h"
 
 #include "services/runtime/resource_name.h"
+#include "services/runtime/stored_geometry.h"
 #include "services/runtime/time_proto.h"
 
 namespace sixpoint::correction {
-namespace {
-
-void SetPoint(const std::array<double, 3>& values, geometry::v1::Point* point) {
-  point->set_x_mm(values[0]);
-  point->set_y_mm(values[1]);
-  point->set_z_mm(values[2]);
-}
-
-}  // namespace
 
 v1::Correction ToProto(const storage::CorrectionRow& row) {
   v1::Correction correction;
@@ -39,8 +31,8 @@ v1::Correction ToProto(const storage::CorrectionRow& row) {
     for (const storage::CorrectionHoleRow& hole_row : group_row.holes) {
       v1::CorrectedHole& hole = *group.add_holes();
       hole.set_hole(hole_row.hole_name);
-      SetPoint(hole_row.start_mm, hole.mutable_start_mm());
-      SetPoint(hole_row.nominal_start_mm, hole.mutable_nominal_start_mm());
+      runtime::SetPoint(hole_row.start_mm, hole.mutable_start_mm());
+      runtime::SetPoint(hole_row.nominal_start_mm, hole.mutable_nominal_start_mm());
       hole.set_expanded_uncertainty_um(hole_row.expanded_uncertainty_um);
     }
   }

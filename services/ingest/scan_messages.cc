@@ -7,6 +7,7 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/list_filters.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/stored_geometry.h"
 #include "services/runtime/time_proto.h"
 
 namespace sixpoint::ingest {
@@ -94,9 +95,7 @@ v1::Scan ToProto(const storage::ScanRow& row) {
   header.set_subject(row.artefact_id ? runtime::NameOf("artefacts", *row.artefact_id)
                                      : runtime::NameOf("blades", row.blade_serial.value_or("")));
   header.set_kind(KindOf(row.kind));
-  header.mutable_v0_mm()->set_x_mm(row.v0_mm[0]);
-  header.mutable_v0_mm()->set_y_mm(row.v0_mm[1]);
-  header.mutable_v0_mm()->set_z_mm(row.v0_mm[2]);
+  runtime::SetPoint(row.v0_mm, header.mutable_v0_mm());
   header.set_a_deg(row.a_deg);
   header.set_b_deg(row.b_deg);
   header.set_profile_pitch_mm(row.profile_pitch_mm);

@@ -5,6 +5,7 @@
 
 #include "services/runtime/resource_name.h"
 #include "services/runtime/stored_enum.h"
+#include "services/runtime/stored_geometry.h"
 #include "services/runtime/time_proto.h"
 
 namespace sixpoint::inspection {
@@ -31,12 +32,8 @@ void SetMeasured(const storage::InspectionHoleRow::Measured& measured, v1::HoleR
   hole->set_inclination_error_deg(measured.inclination_error_deg);
   hole->set_position_expanded_uncertainty_um(measured.position_expanded_uncertainty_um);
   hole->set_inclination_expanded_uncertainty_deg(measured.inclination_expanded_uncertainty_deg);
-  hole->mutable_start_in_part_mm()->set_x_mm(measured.start_in_part_mm[0]);
-  hole->mutable_start_in_part_mm()->set_y_mm(measured.start_in_part_mm[1]);
-  hole->mutable_start_in_part_mm()->set_z_mm(measured.start_in_part_mm[2]);
-  hole->mutable_axis_in_part()->set_x(measured.axis_in_part[0]);
-  hole->mutable_axis_in_part()->set_y(measured.axis_in_part[1]);
-  hole->mutable_axis_in_part()->set_z(measured.axis_in_part[2]);
+  runtime::SetPoint(measured.start_in_part_mm, hole->mutable_start_in_part_mm());
+  runtime::SetDirection(measured.axis_in_part, hole->mutable_axis_in_part());
   hole->set_pin_diameter_mm(measured.pin_diameter_mm);
 }
 

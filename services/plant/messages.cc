@@ -3,28 +3,17 @@
 #include <google/protobuf/util/json_util.h>
 
 #include "services/runtime/resource_name.h"
+#include "services/runtime/stored_geometry.h"
 #include "services/runtime/time_proto.h"
 
 namespace sixpoint::plant {
 namespace {
 
-void ToProto(const std::vector<double>& triple, geometry::v1::Point* out) {
-  out->set_x_mm(triple[0]);
-  out->set_y_mm(triple[1]);
-  out->set_z_mm(triple[2]);
-}
-
-void ToProto(const std::vector<double>& triple, geometry::v1::Direction* out) {
-  out->set_x(triple[0]);
-  out->set_y(triple[1]);
-  out->set_z(triple[2]);
-}
-
 void ToProto(const storage::JointRow& row, v1::Joint* out) {
   out->set_axis(row.axis);
   out->set_kind(row.kind == "rotary" ? v1::JOINT_KIND_ROTARY : v1::JOINT_KIND_LINEAR);
-  ToProto(row.direction, out->mutable_direction());
-  if (row.point_mm) ToProto(*row.point_mm, out->mutable_point_mm());
+  runtime::SetDirection(row.direction, out->mutable_direction());
+  if (row.point_mm) runtime::SetPoint(*row.point_mm, out->mutable_point_mm());
   out->set_sign(row.sign);
   out->set_minimum(row.minimum);
   out->set_maximum(row.maximum);
@@ -36,14 +25,14 @@ void ToProto(const storage::HoleGroupRow& row, v1::HoleGroup* out) {
   out->set_depth_mm(row.depth_mm);
   out->set_a_nominal_deg(row.a_nominal_deg);
   out->set_b_nominal_deg(row.b_nominal_deg);
-  ToProto(row.axis_in_part, out->mutable_axis_in_part());
+  runtime::SetDirection(row.axis_in_part, out->mutable_axis_in_part());
   out->set_position_tolerance_mm(row.position_tolerance_mm);
   out->set_inclination_tolerance_deg(row.inclination_tolerance_deg);
   for (const storage::HoleRow& hole : row.holes) {
     v1::Hole* to = out->add_holes();
     to->set_hole(hole.hole);
-    ToProto(hole.start_in_part_mm, to->mutable_start_in_part_mm());
-    ToProto(hole.normal_in_part, to->mutable_normal_in_part());
+    runtime::SetPoint(hole.start_in_part_mm, to->mutable_start_in_part_mm());
+    runtime::SetDirection(hole.normal_in_part, to->mutable_normal_in_part());
   }
 }
 
@@ -53,8 +42,8 @@ void ToProto(const storage::TessellationRow& row, v1::SurfaceSummary* out) {
   out->set_triangle_count(row.triangle_count);
   out->set_chordal_error_um(row.chordal_error_um);
   out->set_closed(row.closed);
-  ToProto(row.minimum_mm, out->mutable_minimum_mm());
-  ToProto(row.maximum_mm, out->mutable_maximum_mm());
+  runtime::SetPoint(row.minimum_mm, out->mutable_minimum_mm());
+  runtime::SetPoint(row.maximum_mm, out->mutable_maximum_mm());
   if (!row.gaps) return;
   out->set_degenerate_triangle_count(row.gaps->degenerate_triangle_count);
   out->set_open_rim_count(row.gaps->open_rim_count);
@@ -78,7 +67,7 @@ v1::Machine ToProto(const storage::MachineRow& row) {
   sensor->set_mid_range_mm(row.sensor_mid_range_mm);
   sensor->set_range_mm(row.sensor_range_mm);
   sensor->set_line_angle_deg(row.sensor_line_angle_deg);
-  ToProto(row.nominal_centre_mm, machine.mutable_nominal_centre_mm());
+  runtime::SetPoint(row.nominal_centre_mm, machine.mutable_nominal_centre_mm());
   machine.mutable_safety_envelope()->set_translation_mm(row.safety_translation_mm);
   machine.mutable_safety_envelope()->set_rotation_deg(row.safety_rotation_deg);
   runtime::ToProto(row.recorded.recorded_at, machine.mutable_created_at());
@@ -117,12 +106,12 @@ v1::Part ToProto(const storage::PartRow& row) {
   for (const storage::DatumPointRow& datum : row.datum_points) {
     v1::DatumPoint* to = part.add_six_points();
     to->set_datum(datum.datum);
-    ToProto(datum.point_in_part_mm, to->mutable_point_in_part_mm());
-    ToProto(datum.normal_in_part, to->mutable_normal_in_part());
+    runtime::SetPoint(datum.point_in_part_mm, to->mutable_point_in_part_mm());
+    runtime::SetDirection(datum.normal_in_part, to->mutable_normal_in_part());
   }
   geometry::v1::RigidTransform* nominal = part.mutable_zero_from_part_nominal();
   for (const double value : row.zero_from_part_nominal_rotation) nominal->add_rotation(value);
-  ToProto(row.zero_from_part_nominal_translation_mm, nominal->mutable_translation_mm());
+  runtime::SetPoint(row.zero_from_part_nominal_translation_mm, nominal->mutable_translation_mm());
   ToProto(row.tessellation, part.mutable_surface());
   runtime::ToProto(row.recorded.recorded_at, part.mutable_created_at());
   return part;

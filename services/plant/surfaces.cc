@@ -7,6 +7,7 @@
 #include "metrology/mesh/skin.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/server.h"
+#include "services/runtime/stored_geometry.h"
 #include "storage/blobs.h"
 
 namespace sixpoint::plant {
@@ -28,8 +29,6 @@ std::string MethodOf(const CadFile& file) {
   return text.str();
 }
 
-std::vector<double> Triple(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
 absl::StatusOr<storage::TessellationRow> Summary(const std::string& mesh_bytes) {
   const absl::StatusOr<metrology::TriangleMesh> mesh = metrology::MeshFromBytes(mesh_bytes);
   if (!mesh.ok()) return absl::InternalError("cad worker: " + std::string(mesh.status().message()));
@@ -39,8 +38,8 @@ absl::StatusOr<storage::TessellationRow> Summary(const std::string& mesh_bytes) 
   row.chordal_error_um = mesh->chordal_error_um;
   row.closed = mesh->closed;
   const Eigen::AlignedBox3d bounds_mm = metrology::BoundsOf(*mesh);
-  row.minimum_mm = Triple(bounds_mm.min());
-  row.maximum_mm = Triple(bounds_mm.max());
+  row.minimum_mm = runtime::RowMajor(bounds_mm.min());
+  row.maximum_mm = runtime::RowMajor(bounds_mm.max());
   const metrology::MeshGaps gaps = metrology::GapsOf(*mesh);
   row.gaps = {gaps.degenerate_triangle_count, gaps.open_rim_count, gaps.open_rim_length_mm};
   return row;

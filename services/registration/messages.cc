@@ -5,28 +5,11 @@
 #include "metrology/kinematics/calibration_parameters.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/stored_enum.h"
+#include "services/runtime/stored_geometry.h"
 #include "services/runtime/time_proto.h"
 
 namespace sixpoint::registration {
 namespace {
-
-void SetPoint(double x, double y, double z, geometry::v1::Point* out) {
-  out->set_x_mm(x);
-  out->set_y_mm(y);
-  out->set_z_mm(z);
-}
-
-void SetTransform(const std::vector<double>& in, geometry::v1::RigidTransform* out) {
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 3; ++column) out->add_rotation(in.at(4 * row + column));
-  SetPoint(in.at(3), in.at(7), in.at(11), out->mutable_translation_mm());
-}
-
-void SetCovariance(const std::vector<double>& values, const std::vector<double>& reference,
-                   geometry::v1::PoseCovariance* out) {
-  out->mutable_values()->Add(values.begin(), values.end());
-  SetPoint(reference.at(0), reference.at(1), reference.at(2), out->mutable_reference_mm());
-}
 
 absl::Status FromJson(const std::string& json, const std::string& registration_id, google::protobuf::Message* out) {
   if (google::protobuf::util::JsonStringToMessage(json, out).ok()) return absl::OkStatus();
@@ -112,13 +95,11 @@ absl::StatusOr<v1::Registration> ToProto(const storage::RegistrationRow& row) {
   out.set_sensor_calibration(runtime::NameOf("calibrations", row.sensor_calibration_id));
   out.set_rotation_calibration(runtime::NameOf("calibrations", row.rotation_calibration_id));
   if (!row.zero_from_part.empty()) {
-    SetTransform(row.zero_from_part, out.mutable_zero_from_part());
-    SetCovariance(row.covariance, row.reference_mm, out.mutable_covariance());
-    SetCovariance(row.noise_covariance, row.reference_mm, out.mutable_noise_covariance());
-    geometry::v1::Matrix* sensitivity = out.mutable_calibration_sensitivity();
-    sensitivity->set_row_count(6);
-    sensitivity->set_column_count(metrology::kCalibrationParameterCount);
-    sensitivity->mutable_values()->Add(row.calibration_sensitivity.begin(), row.calibration_sensitivity.end());
+    runtime::SetTransform(row.zero_from_part, out.mutable_zero_from_part());
+    runtime::SetCovariance(row.covariance, row.reference_mm, out.mutable_covariance());
+    runtime::SetCovariance(row.noise_covariance, row.reference_mm, out.mutable_noise_covariance());
+    runtime::SetMatrix(row.calibration_sensitivity, 6, metrology::kCalibrationParameterCount,
+                       out.mutable_calibration_sensitivity());
   }
   for (const storage::RegistrationAngleRow& in : row.angles) {
     v1::ScanAngle* angle = out.add_angles();

@@ -11,6 +11,7 @@
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
+#include "services/runtime/stored_geometry.h"
 
 namespace sixpoint::registration {
 namespace {
@@ -18,14 +19,6 @@ namespace {
 constexpr double kUmPerMm = 1000;
 constexpr double kDegPerRad = 180 / 3.14159265358979323846;
 constexpr double kGreatestFigure = 1e12;  // what a free direction's uncertainty is stored as
-
-template <typename Matrix>
-std::vector<double> RowMajor(const Matrix& matrix) {
-  std::vector<double> values;
-  for (Eigen::Index row = 0; row < matrix.rows(); ++row)
-    for (Eigen::Index column = 0; column < matrix.cols(); ++column) values.push_back(matrix(row, column));
-  return values;
-}
 
 double Figure(double value) { return value < kGreatestFigure ? value : kGreatestFigure; }
 
@@ -96,11 +89,11 @@ absl::StatusOr<storage::RegistrationRow> FitRowOf(const metrology::PoseFit& fit,
   storage::RegistrationRow row;
   row.outcome = OutcomeText(fit.outcome);
   if (fit.placed) {
-    row.zero_from_part = RowMajor(fit.placed->zero_from_part.matrix().topRows<3>());
-    row.reference_mm = RowMajor(fit.placed->covariance.reference_mm);
-    row.covariance = RowMajor(fit.placed->covariance.values);
-    row.noise_covariance = RowMajor(fit.placed->noise_covariance.values);
-    row.calibration_sensitivity = RowMajor(fit.placed->calibration_sensitivity);
+    row.zero_from_part = runtime::RowMajor(fit.placed->zero_from_part.matrix().topRows<3>());
+    row.reference_mm = runtime::RowMajor(fit.placed->covariance.reference_mm);
+    row.covariance = runtime::RowMajor(fit.placed->covariance.values);
+    row.noise_covariance = runtime::RowMajor(fit.placed->noise_covariance.values);
+    row.calibration_sensitivity = runtime::RowMajor(fit.placed->calibration_sensitivity);
   }
   const metrology::FitEvidence& evidence = fit.evidence;
   row.point_count = evidence.point_count;
@@ -109,7 +102,7 @@ absl::StatusOr<storage::RegistrationRow> FitRowOf(const metrology::PoseFit& fit,
   row.residual_rms_um = kUmPerMm * evidence.residual_rms_mm;
   row.residual_sigma_um = kUmPerMm * evidence.residual_sigma_mm;
   row.condition_number = std::max(1.0, Figure(evidence.condition_number));
-  row.weakest_direction = RowMajor(evidence.weakest_direction);
+  row.weakest_direction = runtime::RowMajor(evidence.weakest_direction);
   row.weakest_standard_uncertainty_um = Figure(kUmPerMm * evidence.weakest_standard_uncertainty_mm);
   row.remark = evidence.remark;
   for (const metrology::PortionEvidence& portion : evidence.portions)
@@ -157,7 +150,7 @@ storage::RegistrationAngleRow AngleRowOf(const metrology::AngleInfluence& angle,
   row.reached_deg = angle.reached_rad * kDegPerRad;
   row.standard_uncertainty_deg = angle.standard_uncertainty_rad * kDegPerRad;
   row.half_reversal_deg = angle.half_reversal_rad * kDegPerRad;
-  if (has_pose) row.pose_per_rad = RowMajor(angle.pose_per_rad);
+  if (has_pose) row.pose_per_rad = runtime::RowMajor(angle.pose_per_rad);
   return row;
 }
 

@@ -65,15 +65,6 @@ void ToProto(const metrology::AxisLine& line, geometry::v1::Line* out) {
   ToProto(line.point_mm, out->mutable_point_mm());
 }
 
-void MatrixToProto(const Eigen::MatrixXd& matrix, geometry::v1::Matrix* out) {
-  out->Clear();
-  out->set_row_count(static_cast<int>(matrix.rows()));
-  out->set_column_count(static_cast<int>(matrix.cols()));
-  for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
-    for (Eigen::Index column = 0; column < matrix.cols(); ++column) out->add_values(matrix(row, column));
-  }
-}
-
 absl::StatusOr<Eigen::Vector3d> FromProto(const std::string& field, const geometry::v1::Point& in) {
   for (const auto& [name, value] : {std::pair{".x_mm", in.x_mm()}, {".y_mm", in.y_mm()}, {".z_mm", in.z_mm()}}) {
     if (const absl::Status finite = CheckFinite(field + name, value); !finite.ok()) return finite;

@@ -17,7 +17,6 @@ void ToProto(const Eigen::Vector3d& direction, geometry::v1::Direction* out);
 void ToProto(const Eigen::Isometry3d& transform, geometry::v1::RigidTransform* out);
 void ToProto(const metrology::PoseCovariance& covariance, geometry::v1::PoseCovariance* out);
 void ToProto(const metrology::AxisLine& line, geometry::v1::Line* out);
-void MatrixToProto(const Eigen::MatrixXd& matrix, geometry::v1::Matrix* out);
 
 // Each refuses NaN, infinities and wrong counts, naming the field.
 absl::StatusOr<Eigen::Vector3d> FromProto(const std::string& field, const geometry::v1::Point& in);

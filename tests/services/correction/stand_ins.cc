@@ -9,6 +9,7 @@
 #include "services/clients/scan_blocks.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
+#include "services/runtime/stored_geometry.h"
 #include "storage/blobs.h"
 
 namespace sixpoint::testing {
@@ -175,11 +176,11 @@ void StandIns::DescribeCalibrations() {
   runtime::ToProto(block.sensor.t_sm_mm, sensor.mutable_t_sm_mm());
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(6, 6) * 1e-7;
   covariance.topLeftCorner(3, 3) *= 1e-3;
-  runtime::MatrixToProto(covariance, sensor.mutable_covariance());
+  runtime::SetMatrix(runtime::RowMajor(covariance), 6, 6, sensor.mutable_covariance());
   calibration::v1::RotationCalibration& rotation = *calibration.rotation.mutable_rotation();
   runtime::ToProto(block.axes.a, rotation.mutable_a_axis());
   runtime::ToProto(block.axes.b, rotation.mutable_b_axis());
-  runtime::MatrixToProto(Eigen::MatrixXd::Identity(8, 8) * 1e-10, rotation.mutable_covariance());
+  runtime::SetMatrix(runtime::RowMajor(Eigen::MatrixXd::Identity(8, 8) * 1e-10), 8, 8, rotation.mutable_covariance());
 }
 
 void StandIns::DescribeRegistration() {
@@ -198,8 +199,8 @@ void StandIns::DescribeRegistration() {
   covariance.values.topLeftCorner<3, 3>() *= 1e-3;
   runtime::ToProto(covariance, out.mutable_covariance());
   runtime::ToProto(covariance, out.mutable_noise_covariance());
-  runtime::MatrixToProto(Eigen::MatrixXd::Zero(6, metrology::kCalibrationParameterCount),
-                         out.mutable_calibration_sensitivity());
+  runtime::SetMatrix(std::vector<double>(6 * metrology::kCalibrationParameterCount), 6,
+                     metrology::kCalibrationParameterCount, out.mutable_calibration_sensitivity());
   out.mutable_evidence()->set_outcome(registration::v1::OUTCOME_CONVERGED);
 }
 

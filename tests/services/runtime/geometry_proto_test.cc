@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "services/runtime/stored_geometry.h"
+
 namespace sixpoint::runtime {
 namespace {
 
@@ -118,7 +120,7 @@ TEST(GeometryProto, AMatrixHasTheCountsThatItClaims) {
   Eigen::MatrixXd matrix(2, 3);
   matrix << 1, 2, 3, 4, 5, 6;
   geometry::v1::Matrix wire;
-  MatrixToProto(matrix, &wire);
+  SetMatrix(RowMajor(matrix), 2, 3, &wire);
   EXPECT_EQ(wire.values(3), 4);
   EXPECT_EQ(*FromProto("m", wire), matrix);
   wire.set_row_count(3);
