@@ -27,10 +27,6 @@ double Between(const std::vector<double>& values, const Piece& piece) {
   return values[piece.first] + piece.part * (values[piece.second] - values[piece.first]);
 }
 
-double Rise(const std::vector<double>& values, const Piece& piece) {
-  return (values[piece.second] - values[piece.first]) * static_cast<double>(values.size()) / kTurn;
-}
-
 }  // namespace
 
 absl::Status AngleTable::Check() const {
@@ -53,13 +49,6 @@ double AngleTable::ErrorAt(double commanded_rad, Travel travel) const {
   if (travel == Travel::kForward) return Between(forward_rad, piece);
   if (travel == Travel::kBackward) return Between(backward_rad, piece);
   return (Between(forward_rad, piece) + Between(backward_rad, piece)) / 2;
-}
-
-double AngleTable::SlopeAt(double commanded_rad, Travel travel) const {
-  const Piece piece = PieceAt(forward_rad.size(), commanded_rad);
-  if (travel == Travel::kForward) return Rise(forward_rad, piece);
-  if (travel == Travel::kBackward) return Rise(backward_rad, piece);
-  return (Rise(forward_rad, piece) + Rise(backward_rad, piece)) / 2;
 }
 
 double AngleTable::CommandFor(double reached_rad, Travel travel) const {

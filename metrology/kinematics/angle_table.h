@@ -19,8 +19,6 @@ struct AngleTable {
   // OK, or INVALID_ARGUMENT: at least 4 values a way, as many both ways, finite, each within 0.1 rad.
   absl::Status Check() const;
   double ErrorAt(double commanded_rad, Travel travel) const;
-  // Its change per commanded radian: of the piece that the angle lies on.
-  double SlopeAt(double commanded_rad, Travel travel) const;
   double Reached(double commanded_rad, Travel travel) const { return commanded_rad + ErrorAt(commanded_rad, travel); }
   // The command that reaches an angle.
   double CommandFor(double reached_rad, Travel travel) const;

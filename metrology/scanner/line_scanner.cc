@@ -9,11 +9,4 @@ Points MachineFromSensor(const LineScan& scan, const SensorPose& sensor) {
   return mapped;
 }
 
-Points ZeroFromSensor(const LineScan& scan, const SensorPose& sensor, const RotaryAxes& axes) {
-  const Eigen::Isometry3d zero_from_machine = axes.MachineFromZero(scan.a_rad, scan.b_rad).inverse();
-  Points mapped = MachineFromSensor(scan, sensor);
-  for (Eigen::Vector3d& p : mapped) p = zero_from_machine * p;
-  return mapped;
-}
-
 }  // namespace sixpoint::metrology

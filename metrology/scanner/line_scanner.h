@@ -38,8 +38,7 @@ struct SensorPose {
   }
 };
 
-// The scan in machine coordinates, and carried back to A = B = 0.
+// The scan in machine coordinates.
 Points MachineFromSensor(const LineScan& scan, const SensorPose& sensor);
-Points ZeroFromSensor(const LineScan& scan, const SensorPose& sensor, const RotaryAxes& axes);
 
 }  // namespace sixpoint::metrology

@@ -64,12 +64,6 @@ double Probability(const Eigen::Vector3d& l, double radius) {
 
 }  // namespace
 
-double DistanceProbability(const Eigen::Matrix3d& covariance, double radius) {
-  const Eigen::Vector3d variances = VariancesDescending(covariance);
-  if (!(variances[0] > 0)) return radius >= 0 ? 1 : 0;
-  return Probability(variances / variances[0], std::max(0.0, radius) / std::sqrt(variances[0]));
-}
-
 double DistanceQuantile(const Eigen::Matrix3d& covariance, double probability) {
   const Eigen::Vector3d variances = VariancesDescending(covariance);
   if (!(variances[0] > 0)) return 0;

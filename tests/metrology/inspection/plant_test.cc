@@ -58,8 +58,10 @@ TEST(PlantPins, AreMeasuredWithinAQuarterMicrometre) {
     scan.a_rad = entry["a_deg"].get<double>() * kRad;
     scan.b_rad = entry["b_deg"].get<double>() * kRad;
     const Eigen::Isometry3d part_from_zero = zero_from_part.inverse(Eigen::Isometry);
-    for (const Eigen::Vector3d& in_zero : ZeroFromSensor(scan, sensor, axes)) {
-      const Eigen::Vector3d in_part = part_from_zero * in_zero;
+    const Eigen::Isometry3d part_from_machine =
+        part_from_zero * axes.MachineFromZero(scan.a_rad, scan.b_rad).inverse(Eigen::Isometry);
+    for (const Eigen::Vector3d& in_machine : MachineFromSensor(scan, sensor)) {
+      const Eigen::Vector3d in_part = part_from_machine * in_machine;
       for (std::size_t i = 0; i < pins.size(); ++i) {
         const Eigen::Vector3d from = in_part - pins[i].start_mm;
         // The airfoil is convex here: what is well above the tangent plane is no part of it.

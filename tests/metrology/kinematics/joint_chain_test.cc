@@ -218,7 +218,6 @@ TEST(AngleTable, IsLinearBetweenItsValuesAndPeriodic) {
   EXPECT_NEAR(table.ErrorAt(-45 * kDeg, Travel::kForward), -0.5e-4, 1e-18);
   EXPECT_NEAR(table.ErrorAt(45 * kDeg + 6 * M_PI, Travel::kBackward), 1e-4, 1e-18);
   EXPECT_NEAR(table.ErrorAt(135 * kDeg, Travel::kUnknown), (1.5e-4 + 0.5e-4) / 2, 1e-18);
-  EXPECT_NEAR(table.SlopeAt(10 * kDeg, Travel::kForward), 1e-4 / (M_PI / 2), 1e-18);
   for (const double angle : {-7.0, 0.1, 3.0}) {
     const double command = table.CommandFor(angle, Travel::kBackward);
     EXPECT_NEAR(table.Reached(command, Travel::kBackward), angle, 1e-14);

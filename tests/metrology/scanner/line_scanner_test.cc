@@ -27,19 +27,6 @@ TEST(LineScanner, MatchesTheRuleOfThePaperPointByPoint) {
             1e-12);
 }
 
-TEST(LineScanner, ZeroIsTheMachineTurnedBack) {
-  const RotaryAxes axes{{Eigen::Vector3d::UnitY(), {26, 55, -193}}, {Eigen::Vector3d::UnitX(), {26, 55, -193}}};
-  LineScan scan;
-  scan.points_mm = {{1, 2, 3}, {-4, 5, -6}};
-  scan.v0_mm = {-60, -87, 269};
-  scan.a_rad = -0.9;
-  scan.b_rad = 2.1;
-  const Points machine = MachineFromSensor(scan, MisMounted());
-  const Points zero = ZeroFromSensor(scan, MisMounted(), axes);
-  for (std::size_t i = 0; i < zero.size(); ++i)
-    EXPECT_LT((axes.MachineFromZero(scan.a_rad, scan.b_rad) * zero[i] - machine[i]).norm(), 1e-11);
-}
-
 TEST(LineScanner, ParameterJacobianIsTheDerivative) {
   const SensorPose sensor = MisMounted();
   const Eigen::Vector3d p(3, -4, 5);

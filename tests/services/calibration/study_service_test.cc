@@ -4,15 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <map>
 #include <random>
 
-#include "metrology/cloud/draco_codec.h"
-#include "services/clients/scan_blocks.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
-#include "services/runtime/geometry_proto.h"
 #include "storage/record.h"
+#include "tests/services/calibration/stand_ins.h"
 #include "tests/support/in_process_server.h"
 #include "tests/support/throwaway_database.h"
 
@@ -21,52 +18,6 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-class FakePlant final : public plant::v1::PlantService::Service {
- public:
-  grpc::Status GetMachine(grpc::ServerContext*, const plant::v1::GetMachineRequest* request,
-                          plant::v1::Machine* out) override {
-    if (request->name() != "machines/m1") return {grpc::StatusCode::NOT_FOUND, "no such machine"};
-    out->set_name("machines/m1");
-    out->set_revision(3);
-    return grpc::Status::OK;
-  }
-  grpc::Status GetArtefact(grpc::ServerContext*, const plant::v1::GetArtefactRequest*,
-                           plant::v1::Artefact* out) override {
-    out->set_name("artefacts/a1");
-    out->set_revision(2);
-    return grpc::Status::OK;
-  }
-};
-
-class FakeIngest final : public ingest::v1::ScanService::Service {
- public:
-  grpc::Status DownloadScan(grpc::ServerContext*, const ingest::v1::DownloadScanRequest* request,
-                            grpc::ServerWriter<ingest::v1::DownloadScanResponse>* writer) override {
-    const auto scan = scans.find(request->name());
-    if (scan == scans.end()) return {grpc::StatusCode::NOT_FOUND, "no such scan"};
-    ingest::v1::DownloadScanResponse response;
-    ingest::v1::Scan* record = response.mutable_scan();
-    record->set_name(request->name());
-    record->mutable_header()->set_machine("machines/m1");
-    record->mutable_header()->set_subject(subject);
-    record->mutable_header()->set_kind(kind);
-    record->mutable_header()->set_point_count(static_cast<std::int64_t>(scan->second.size()));
-    const auto block = metrology::EncodeBlock(scan->second, metrology::kDefaultErrorBoundMm);
-    clients::PayloadsDigest digest;
-    digest.Add(block->bytes);
-    record->set_sha256(digest.ToHex());
-    record->set_profile_count(1);
-    writer->Write(response);
-    response.mutable_block()->set_point_count(static_cast<int>(scan->second.size()));
-    response.mutable_block()->set_payload(block->bytes);
-    writer->Write(response);
-    return grpc::Status::OK;
-  }
-  std::map<std::string, metrology::Points> scans;
-  ingest::v1::ScanKind kind = ingest::v1::SCAN_KIND_ARM;
-  std::string subject = "artefacts/a1";
-};
 
 class StudyServiceTest : public ::testing::Test {
  protected:
@@ -77,6 +28,7 @@ class StudyServiceTest : public ::testing::Test {
                  plant_server_.Connect(), ingest_server_.Connect()),
         server_({&service_}),
         stub_(v1::StudyService::NewStub(server_.Connect())) {
+    ingest_.kind = ingest::v1::SCAN_KIND_ARM;
     auto transaction = database_.database()->Begin(testing::Soon());
     EXPECT_TRUE(transaction->Execute("INSERT INTO machines (machine_id) VALUES ('m1')").ok());
     EXPECT_TRUE(transaction->Commit().ok());
@@ -117,7 +69,7 @@ class StudyServiceTest : public ::testing::Test {
     v1::RunGaugeStudyRequest request;
     for (int s = 0; s < count; ++s) {
       const std::string name = "scans/g" + std::to_string(s);
-      metrology::Points& points = ingest_.scans[name];
+      metrology::Points& points = ingest_.scans[name].points_mm;
       for (int i = 0; i < 5; ++i)
         for (int j = 0; j < 100; ++j) points.emplace_back(0.1 * i, 0.1 * j, 0.02 * j * 0.1 + noise(random));
       request.add_scans(name);
@@ -126,7 +78,7 @@ class StudyServiceTest : public ::testing::Test {
   }
 
   testing::ThrowawayDatabase database_;
-  FakePlant plant_;
+  FakePlant plant_{testing::ArtefactBench::Usual()};
   FakeIngest ingest_;
   testing::InProcessServer plant_server_, ingest_server_;
   StudyService service_;
