@@ -1,10 +1,10 @@
 #include "metrology/calibration/axis_characterisation.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <complex>
 
+#include "metrology/linear_algebra/least_squares.h"
 #include "metrology/statistics/ranks.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
@@ -111,15 +111,12 @@ Fit FitTerms(const std::vector<AxisReading>& run, const Terms& terms) {
     matrix.row(i) = TermsAt(terms, r.commanded_rad, r.travel).transpose();
     error(i) = r.measured_rad - r.commanded_rad;
   }
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(matrix);
   Fit fit;
-  fit.values = qr.solve(error);
+  fit.values = LeastSquares(matrix, error);
   fit.residual = error - matrix * fit.values;
   fit.freedom = static_cast<double>(rows - terms.count());
   fit.noise_rad = std::sqrt(fit.residual.squaredNorm() / fit.freedom);
-  const Eigen::MatrixXd r = qr.matrixQR().topRows(terms.count()).triangularView<Eigen::Upper>();
-  const Eigen::MatrixXd inverse_r =
-      r.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(terms.count(), terms.count()));
+  const Eigen::MatrixXd inverse_r = InverseTriangle(matrix);
   fit.inverse = inverse_r * inverse_r.transpose();
   return fit;
 }
@@ -284,16 +281,6 @@ absl::StatusOr<AxisCharacterisation> CharacteriseAxis(const std::vector<AxisRead
   result.compensated_standard_uncertainty_rad = {std::hypot(noise, result.table_standard_uncertainty_rad),
                                                  result.noise_rad.standard_uncertainty};
   return result;
-}
-
-double ModelError(const AxisCharacterisation& axis, double commanded_rad, Travel travel) {
-  const double way = Way(travel);
-  double error = axis.mean_rad.value + way * axis.reversal_rad.value;
-  for (const Harmonic& h : axis.harmonics)
-    error += h.cosine_rad * std::cos(h.order * commanded_rad) + h.sine_rad * std::sin(h.order * commanded_rad);
-  for (const Harmonic& h : axis.reversal_harmonics)
-    error += way * (h.cosine_rad * std::cos(h.order * commanded_rad) + h.sine_rad * std::sin(h.order * commanded_rad));
-  return error;
 }
 
 }  // namespace sixpoint::metrology

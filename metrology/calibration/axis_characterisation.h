@@ -76,7 +76,4 @@ struct AxisCharacterisation {
 // FAILED_PRECONDITION for runs that do not cover a turn on both ways, or leave gaps.
 absl::StatusOr<AxisCharacterisation> CharacteriseAxis(const std::vector<AxisReading>& run);
 
-// The model's error at an angle.
-double ModelError(const AxisCharacterisation& axis, double commanded_rad, Travel travel);
-
 }  // namespace sixpoint::metrology

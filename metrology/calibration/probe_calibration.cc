@@ -8,6 +8,7 @@
 #include "metrology/linear_algebra/least_squares.h"
 #include "metrology/linear_algebra/pseudo_inverse.h"
 #include "metrology/linear_algebra/singular_values.h"
+#include "metrology/linear_algebra/symmetric.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
 
@@ -258,7 +259,7 @@ absl::StatusOr<ProbeCalibration> CalibrateProbeLinearly(const std::vector<Probed
       noise(i, i) += std::pow(options.noise_mm * face.normal.dot(probe.along) / design->half_mm, 2) +
                      std::pow(options.position_uncertainty_mm, 2);
     }
-    noise += by_face * information.inverse() * by_face.transpose();
+    noise += Propagated(by_face, information.inverse());
   }
   const Eigen::MatrixXd pseudo_inverse = PseudoInverse(design->matrix);
   // The signs of the normals changed after the design was made; both sides of its rows with them.
@@ -268,8 +269,7 @@ absl::StatusOr<ProbeCalibration> CalibrateProbeLinearly(const std::vector<Probed
   Eigen::VectorXd sign(rows);
   for (Eigen::Index i = 0; i < rows; ++i)
     sign(i) = design->matrix.row(i).tail<3>().dot(design->faces[design->face_of[i]].normal) < 0 ? -1 : 1;
-  const Matrix6d covariance =
-      pseudo_inverse * sign.asDiagonal() * noise * sign.asDiagonal() * pseudo_inverse.transpose();
+  const Matrix6d covariance = Propagated(pseudo_inverse * sign.asDiagonal(), noise);
   Describe(faces, readings, *design, probe, covariance, &result);
   if (absl::Status s = CheckAgreement(faces, readings, options, *design, probe, result); !s.ok()) return s;
   return result;

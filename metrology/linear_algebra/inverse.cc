@@ -11,6 +11,9 @@ using Eigen::VectorXd;
 MatrixXd Inverse(const MatrixXd& matrix) { return matrix.inverse(); }
 Matrix6d Inverse(const Matrix6d& matrix) { return matrix.inverse(); }
 
+VectorXd SolvePositiveDefinite(const MatrixXd& matrix, const VectorXd& right) { return matrix.ldlt().solve(right); }
+Vector6d SolvePositiveDefinite(const Matrix6d& matrix, const Vector6d& right) { return matrix.ldlt().solve(right); }
+
 CholeskyFactor::CholeskyFactor(const MatrixXd& matrix) {
   const Eigen::LLT<MatrixXd> factor(matrix);
   lower_ = factor.matrixL();

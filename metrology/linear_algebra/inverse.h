@@ -13,6 +13,10 @@ namespace sixpoint::metrology {
 Eigen::MatrixXd Inverse(const Eigen::MatrixXd& matrix);
 Matrix6d Inverse(const Matrix6d& matrix);
 
+// matrix^-1 right of a positive definite matrix, through its factors L D L^T.
+Eigen::VectorXd SolvePositiveDefinite(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right);
+Vector6d SolvePositiveDefinite(const Matrix6d& matrix, const Vector6d& right);
+
 // A positive definite matrix U^T U, U upper triangular: x -> U x makes its unit ball round.
 class CholeskyFactor {
  public:

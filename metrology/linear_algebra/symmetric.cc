@@ -21,6 +21,10 @@ double ConditionNumberOf(const Eigen::VectorXd& ascending_values) {
   return low > high * 1e-24 ? std::min(1e12, std::sqrt(high / low)) : 1e12;
 }
 
+Eigen::MatrixXd Propagated(const Eigen::MatrixXd& jacobian, const Eigen::MatrixXd& covariance) {
+  return jacobian * covariance * jacobian.transpose();
+}
+
 Eigen::VectorXd SolveHeld(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right, double least) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(matrix);
   const double floor = least * eigen.eigenvalues()[matrix.cols() - 1];

@@ -27,6 +27,9 @@ EigenSystem6 EigenSystemOf(const Matrix6d& matrix);
 // Square root of greatest over smallest eigenvalue, at most 1e12.
 double ConditionNumberOf(const Eigen::VectorXd& ascending_values);
 
+// jacobian covariance jacobian^T: what a linear map makes of a covariance (JCGM 102, 6.2).
+Eigen::MatrixXd Propagated(const Eigen::MatrixXd& jacobian, const Eigen::MatrixXd& covariance);
+
 // Solves in the directions that the matrix holds, their eigenvalue above this part of the greatest; 0 in the others.
 constexpr double kRounding = 1e-13;
 Eigen::VectorXd SolveHeld(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right, double least = kRounding);

@@ -133,8 +133,8 @@ class Allowance {
       normal += patch.Matrix();
       right += patch.right;
     }
-    see_.normal = free_.transpose() * normal * free_;
-    see_.normal += 1e-9 * see_.normal.trace() * MatrixXd::Identity(free_.cols(), free_.cols());
+    see_.normal = Restricted(normal, free_);
+    see_.normal.diagonal().array() += 1e-9 * see_.normal.trace();
     see_.right = free_.transpose() * right;
     return absl::OkStatus();
   }
@@ -240,9 +240,8 @@ class Allowance {
       MatrixXd held(held_count, size);
       for (Eigen::Index i = 0; i < held_count; ++i) held.row(i) = see_.rows.row(holding[static_cast<std::size_t>(i)]);
       const MatrixXd open = NullSpace(held);
-      projection = open.cols() > 0
-                       ? MatrixXd(open * Inverse(MatrixXd(open.transpose() * see_.normal * open)) * open.transpose())
-                       : MatrixXd(MatrixXd::Zero(size, size));
+      projection.setZero();
+      if (open.cols() > 0) projection = Propagated(open, Inverse(Propagated(open.transpose(), see_.normal)));
       held_part = (MatrixXd::Identity(size, size) - projection * see_.normal) * PseudoInverse(held);
     }
     MatrixXd scaled = MatrixXd::Zero(size, size);
@@ -263,7 +262,7 @@ class Allowance {
     to_zero.topLeftCorner<3, 3>() = pose_.linear() / radius_mm_;
     to_zero.bottomRightCorner<3, 3>() = pose_.linear();
     const MatrixXd turned = to_zero * free_;
-    return {pose_, pose_ * surface_.centroid_mm(), turned * scaled * turned.transpose(), turned * moved, calibration_};
+    return {pose_, pose_ * surface_.centroid_mm(), Propagated(turned, scaled), turned * moved, calibration_};
   }
 
   // Weakest direction and condition: the covariance says all there is.
@@ -288,7 +287,7 @@ class Allowance {
   const double radius_mm_;
   Isometry3d pose_;
   std::optional<Isometry3d> part_from_zero_of_cells_;  // of the pose whose patches stay
-  MatrixXd free_;
+  PoseDirections free_;
   PatchSums sums_;
   Stock see_;
   VectorXd multipliers_;

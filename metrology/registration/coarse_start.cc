@@ -9,6 +9,7 @@
 #include <nanoflann.hpp>
 #include <random>
 
+#include "metrology/linear_algebra/inverse.h"
 #include "metrology/parallel/keep_going.h"
 #include "metrology/parallel/loops.h"
 #include "metrology/registration/surface_residuals.h"
@@ -198,7 +199,7 @@ class Search {
       matrix += inside * inside * row * row.transpose();
       right += inside * inside * r * row;
     }
-    Vector6d change = matrix.ldlt().solve(right);
+    Vector6d change = SolvePositiveDefinite(matrix, right);
     change.head<3>() /= size_mm_;
     *pose = *pose * Perturbed(Isometry3d::Identity(), change, Vector3d::Zero());
     pose->linear() = Eigen::Quaterniond(pose->linear()).normalized().toRotationMatrix();

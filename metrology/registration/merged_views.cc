@@ -2,11 +2,12 @@
 
 #include <absl/status/status.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
+#include "metrology/linear_algebra/inverse.h"
+#include "metrology/linear_algebra/symmetric.h"
 #include "metrology/registration/patch_sums.h"
 #include "metrology/statistics/distributions.h"
 #include "refusal/refusal.h"
@@ -69,24 +70,21 @@ class Merge {
     Parameters scale = Parameters::Zero();
     for (int k = 0; k < kParameters; ++k)
       if (diagonal[k] > kToldApart * kToldApart * diagonal.maxCoeff()) scale[k] = 1 / std::sqrt(diagonal[k]);
-    const CalibrationCovariance information = scale.asDiagonal() * information_ * scale.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<CalibrationCovariance> eigen(information);
+    const EigenSystem eigen = EigenSystemOf(MatrixXd(scale.asDiagonal() * information_ * scale.asDiagonal()));
     int first = 0;
-    while (eigen.eigenvalues()[first] < kToldApart * eigen.eigenvalues()[kParameters - 1]) ++first;
-    const MatrixXd axes = eigen.eigenvectors().rightCols(kParameters - first);
-    const VectorXd held = eigen.eigenvalues().tail(kParameters - first);
-    const VectorXd score = axes.transpose() * (scale.asDiagonal() * score_);
+    while (eigen.values[first] < kToldApart * eigen.values[kParameters - 1]) ++first;
+    const VectorXd held = eigen.values.tail(kParameters - first);
+    const MatrixXd axes = (scale.asDiagonal() * eigen.vectors.rightCols(kParameters - first)).transpose();
+    const VectorXd score = axes * score_;
     test.freedom = static_cast<int>(held.size());
     // Patches seen half by one scan and half by another differ by their shape too.
     const double left = squares_ - score.cwiseAbs2().cwiseQuotient(held).sum();
     const int left_freedom = differences_ - test.freedom;
     test.scatter = left_freedom > 0 ? std::sqrt(std::max(1.0, left / left_freedom)) : 1;
-    const MatrixXd by_parameters = axes.transpose() * scale.asDiagonal() * information_;
-    const MatrixXd by_angles = axes.transpose() * scale.asDiagonal() * by_angles_;
-    MatrixXd covariance = by_parameters * CovarianceOf(calibration_) * by_parameters.transpose();
-    covariance += test.scatter * test.scatter * MatrixXd(held.asDiagonal());
-    covariance += by_angles * AngleVariances().asDiagonal() * by_angles.transpose();
-    test.chi_squared = score.dot(covariance.ldlt().solve(score));
+    MatrixXd covariance = Propagated(axes * information_, CovarianceOf(calibration_));
+    covariance += Propagated(axes * by_angles_, AngleVariances().asDiagonal());
+    covariance.diagonal() += test.scatter * test.scatter * held;
+    test.chi_squared = score.dot(SolvePositiveDefinite(covariance, score));
     test.limit = ChiSquaredQuantile(kMergeConfidence, test.freedom);
     test.beyond = !(test.chi_squared <= test.limit);
     return test;
@@ -106,8 +104,8 @@ class Merge {
 
   const std::vector<ScanPortion>& portions_;
   const MachineCalibration& calibration_;
-  CalibrationCovariance information_ = CalibrationCovariance::Zero();
-  Parameters score_ = Parameters::Zero();
+  MatrixXd information_ = MatrixXd::Zero(kParameters, kParameters);
+  VectorXd score_ = VectorXd::Zero(kParameters);
   MatrixXd by_angles_;
   double squares_ = 0;
   int differences_ = 0;

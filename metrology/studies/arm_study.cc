@@ -1,11 +1,11 @@
 #include "metrology/studies/arm_study.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "metrology/calibration/feature_search.h"
+#include "metrology/linear_algebra/inverse.h"
+#include "metrology/linear_algebra/symmetric.h"
 #include "metrology/statistics/ranks.h"
 #include "refusal/refusal.h"
 
@@ -108,17 +108,17 @@ absl::StatusOr<Fit> FitState(const LineScan& scan, const Artefact& artefact, con
     // Angles counted as their effect at kLeverMm.
     Vector6d scale;
     scale << Eigen::Vector3d::Constant(1 / kLeverMm), Eigen::Vector3d::Ones();
-    const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scale.asDiagonal() * eq.normal * scale.asDiagonal());
-    if (eigen.eigenvalues()(0) < kLeastDetermined * eigen.eigenvalues()(5))
+    const EigenSystem6 eigen = EigenSystemOf(Matrix6d(scale.asDiagonal() * eq.normal * scale.asDiagonal()));
+    if (eigen.values(0) < kLeastDetermined * eigen.values(5))
       return Failed(scan.id, "its points do not determine the pose, want cones in view");
-    const Vector6d step = eq.normal.ldlt().solve(eq.right);
+    const Vector6d step = SolvePositiveDefinite(eq.normal, eq.right);
     state = Moved(state, step, unknown);
     const bool settled = std::max(kLeverMm * step.head<3>().norm(), step.tail<3>().norm()) < kSettledMm;
     if (settled && reach_mm == last_reach_mm) {
       double squares = 0;
       for (const double r : eq.readings) squares += r * r;
       const double freedom = static_cast<double>(eq.readings.size()) - 6;
-      return Fit{state, squares / freedom * eq.normal.inverse(), std::sqrt(squares / freedom)};
+      return Fit{state, squares / freedom * Inverse(eq.normal), std::sqrt(squares / freedom)};
     }
     last_reach_mm = reach_mm;
     // Frozen once it has settled, so that points at the gate do not come and go for ever.

@@ -22,6 +22,17 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 constexpr double kDeg = M_PI / 180;
 
+// The model's terms, summed.
+double ModelError(const AxisCharacterisation& axis, double commanded_rad, Travel travel) {
+  const double way = travel == Travel::kForward ? 0.5 : -0.5;
+  double error = axis.mean_rad.value + way * axis.reversal_rad.value;
+  for (const Harmonic& h : axis.harmonics)
+    error += h.cosine_rad * std::cos(h.order * commanded_rad) + h.sine_rad * std::sin(h.order * commanded_rad);
+  for (const Harmonic& h : axis.reversal_harmonics)
+    error += way * (h.cosine_rad * std::cos(h.order * commanded_rad) + h.sine_rad * std::sin(h.order * commanded_rad));
+  return error;
+}
+
 TEST(AxisCharacterisation, FindsEveryComponentExactlyWithoutNoise) {
   const Axis truth;
   const auto axis = CharacteriseAxis(EncoderRun(truth, 0, nullptr));
