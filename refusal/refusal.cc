@@ -12,6 +12,7 @@ namespace {
 // Travels with the status; its value are the violations' lines.
 constexpr char kViolations[] = "sixpoint.violations";
 constexpr std::size_t kLongestText = 500, kLongestValue = 120;
+constexpr std::size_t kMostViolations = 100;  // who mends these hears of the others
 
 Violation TameOf(const Violation& violation) {
   return {Tame(violation.field, kLongestText), violation.value.empty() ? "empty" : Tame(violation.value, kLongestValue),
@@ -56,7 +57,8 @@ absl::Status Under(const std::string& prefix, const absl::Status& status) {
 Refusals& Refusals::Add(const absl::Status& status) {
   std::vector<Violation> found = ViolationsOf(status);
   if (!status.ok() && found.empty() && failure_.ok()) failure_ = status;
-  for (Violation& violation : found) violations_.push_back(std::move(violation));
+  for (Violation& violation : found)
+    if (violations_.size() < kMostViolations) violations_.push_back(std::move(violation));
   return *this;
 }
 

@@ -15,11 +15,12 @@ namespace {
 // How long after the deadline the server's own statement_timeout may still answer, before the connection is given up.
 constexpr std::chrono::milliseconds kGrace{300};
 
-// client_connection_check_interval: a statement whose client is gone stops by itself.
+// client_connection_check_interval: a statement whose client is gone stops by itself. idle_in_transaction_session_timeout: a
+// service that is frozen while it holds a lock (the journal's) keeps it no longer.
 constexpr char kSession[] =
     "SET timezone = 'UTC'; SET datestyle = 'ISO, YMD'; SET extra_float_digits = 1; SET bytea_output = 'hex'; "
     "SET client_encoding = 'UTF8'; SET client_min_messages = 'warning'; SET standard_conforming_strings = on; "
-    "SET client_connection_check_interval = '2s'";
+    "SET client_connection_check_interval = '2s'; SET idle_in_transaction_session_timeout = '8s'";
 
 absl::Status WaitForSocket(int socket, short events, Deadline deadline) {
   for (;;) {
@@ -76,6 +77,7 @@ absl::Status StatusOfSqlstate(const std::string& sqlstate, const std::string& me
   if (sqlstate.empty() || state_class == "08") return absl::UnavailableError(text);
   if (sqlstate == "57014") return absl::DeadlineExceededError(text);  // query_canceled: our statement_timeout
   if (sqlstate == "57P01" || sqlstate == "57P02" || sqlstate == "57P03") return absl::UnavailableError(text);
+  if (sqlstate == "25P03") return absl::UnavailableError(text);                         // we were idle for too long
   if (sqlstate == "55P03" || sqlstate == "25006") return absl::UnavailableError(text);  // lock timeout; a standby
   if (sqlstate == "23505") return absl::AlreadyExistsError(text);
   // A serialization failure or a deadlock: the same transaction, begun again, may well go through.
@@ -88,8 +90,15 @@ absl::Status StatusOfSqlstate(const std::string& sqlstate, const std::string& me
 }
 
 absl::StatusOr<Connection> Connect(const std::string& conninfo, Deadline deadline) {
-  const char* keywords[] = {"dbname", "fallback_application_name", nullptr};
-  const char* values[] = {conninfo.c_str(), "sixpoint", nullptr};
+  // What conninfo says comes after, and wins. A server that went away without a word is noticed while an answer is waited for.
+  const char* keywords[] = {"keepalives_idle",
+                            "keepalives_interval",
+                            "keepalives_count",
+                            "tcp_user_timeout",
+                            "dbname",
+                            "fallback_application_name",
+                            nullptr};
+  const char* values[] = {"10", "5", "3", "20000", conninfo.c_str(), "sixpoint", nullptr};
   Connection connection(PQconnectStartParams(keywords, values, /*expand_dbname=*/1));
   if (connection == nullptr) return absl::ResourceExhaustedError("database: no memory for a connection");
   // The server's notices are for its own log: libpq would print them between our log lines.

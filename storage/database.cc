@@ -131,6 +131,17 @@ absl::StatusOr<int> Database::SchemaVersion(Deadline deadline) {
   return rows->Checked(static_cast<int>(rows->Int(0, 0)));
 }
 
+absl::Status Database::RequireDurable(Deadline deadline) {
+  absl::StatusOr<Transaction> transaction = Begin(deadline);
+  if (!transaction.ok()) return transaction.status();
+  const absl::StatusOr<Rows> off = transaction->Execute(
+      "SELECT name FROM pg_settings WHERE name IN ('fsync', 'full_page_writes', 'synchronous_commit') "
+      "AND setting = 'off' ORDER BY name LIMIT 1");
+  if (!off.ok()) return off.status();
+  if (off->count() == 0) return off->status();
+  return absl::FailedPreconditionError(off->Text(0, 0) + ": off, want on: a database that loses nothing it has kept");
+}
+
 Transaction::Transaction(Database* database, pg_conn* connection, Deadline deadline)
     : database_(database), connection_(connection), deadline_(deadline) {}
 

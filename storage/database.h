@@ -128,6 +128,8 @@ class Database {
   absl::StatusOr<Transaction> Begin(Deadline deadline);
   // Schema version as the migration runner left it, 0 where it never ran; used by readiness.
   absl::StatusOr<int> SchemaVersion(Deadline deadline);
+  // FAILED_PRECONDITION names the setting by which the server may lose what it has committed.
+  absl::Status RequireDurable(Deadline deadline);
 
  private:
   friend class Transaction;

@@ -33,6 +33,9 @@ ServerOptions ParseServerOptions(int argc, char** argv, const std::string& area,
   app.add_option("--threads", options.threads, "Compute threads of kernels")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
+  app.add_flag("--volatile-database", options.volatile_database,
+               "Serves a database too that may lose what was acknowledged (fsync off): for tests")
+      ->envname("SIXPOINT_VOLATILE_DATABASE");
   if (add_own_flags) add_own_flags(&app);
   try {
     app.parse(argc, argv);

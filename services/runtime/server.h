@@ -28,6 +28,7 @@ struct ServerOptions {
   int database_connections = 8;              // --database-connections
   int max_message_mb = 8;                    // greatest message received
   int threads = 2;                           // --threads: compute threads of kernels
+  bool volatile_database = false;            // --volatile-database: one that may lose what was acknowledged is served
 };
 
 // `add_own_flags`: where one server has flags beside these.

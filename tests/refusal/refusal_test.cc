@@ -64,6 +64,14 @@ TEST(Refusals, JoinInTheirOrder) {
   EXPECT_EQ(refusals.status().message(), "a: 1, want 2; b.c: 3, want 4");
 }
 
+TEST(Refusals, AreAHundredAtMost) {
+  Refusals refusals;
+  for (int i = 0; i < 100'000; ++i) refusals.Add(Refuse("f" + std::to_string(i), "1", "2"));
+  const std::vector<Violation> told = ViolationsOf(refusals.status());
+  ASSERT_EQ(told.size(), 100u);
+  EXPECT_EQ(told.back().field, "f99");
+}
+
 TEST(Refusals, AreOutweighedByAFailure) {
   Refusals refusals;
   refusals.Add(Refuse("a", 1, "2")).Add(absl::UnavailableError("away")).Add(absl::InternalError("broken"));

@@ -90,6 +90,8 @@ class Server {
   }
 
   void Start() {
+    // What is thrown away need not be flushed; services that are started from here serve it all the same.
+    setenv("SIXPOINT_VOLATILE_DATABASE", "true", 1);
     const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(40);
     while (std::chrono::steady_clock::now() < give_up) {
       // After a crash a start is refused until the dead server's last processes have gone.
