@@ -1,4 +1,5 @@
 // Parts and the surfaces that their CAD became.
+#include <array>
 #include <utility>
 
 #include "storage/plant_registry.h"
@@ -25,9 +26,12 @@ constexpr char kInsertGroup[] =
     "INSERT INTO part_hole_groups (part_id, revision, group_index, hole_group, diameter_mm, depth_mm, a_nominal_deg, "
     "b_nominal_deg, axis_in_part, position_tolerance_mm, inclination_tolerance_deg) "
     "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
-constexpr char kInsertHole[] =
+constexpr char kInsertHoles[] =
     "INSERT INTO part_holes (part_id, revision, group_index, hole_index, hole, start_in_part_mm, normal_in_part) "
-    "VALUES ($1, $2, $3, $4, $5, $6, $7)";
+    "SELECT $1::text, $2::integer, $3::integer, (position - 1)::integer, hole, ARRAY[x, y, z], ARRAY[nx, ny, nz] "
+    "FROM unnest($4::text[], $5::double precision[], $6::double precision[], $7::double precision[], "
+    "$8::double precision[], $9::double precision[], $10::double precision[]) WITH ORDINALITY "
+    "AS hole (hole, x, y, z, nx, ny, nz, position)";
 constexpr char kInsertDatum[] =
     "INSERT INTO part_datum_points (part_id, revision, datum_index, datum, point_in_part_mm, normal_in_part) "
     "VALUES ($1, $2, $3, $4, $5, $6)";
@@ -54,15 +58,20 @@ absl::Status InsertHoles(Transaction& transaction, const PartRow& part) {
     row.Real(group.position_tolerance_mm).Real(group.inclination_tolerance_deg);
     if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertGroup, row); !inserted.ok())
       return inserted.status();
-    int hole_index = 0;
+    std::vector<std::string> names;
+    std::array<std::vector<double>, 6> values;  // start and normal
     for (const HoleRow& hole : group.holes) {
-      Params hole_row;
-      hole_row.Text(part.part_id).Int(part.revision).Int(group_index).Int(hole_index++).Text(hole.hole);
-      hole_row.Reals(hole.start_in_part_mm).Reals(hole.normal_in_part);
-      if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertHole, hole_row); !inserted.ok())
-        return inserted.status();
+      names.push_back(hole.hole);
+      for (std::size_t k = 0; k < 3; ++k) {
+        values[k].push_back(hole.start_in_part_mm.at(k));
+        values[3 + k].push_back(hole.normal_in_part.at(k));
+      }
     }
-    ++group_index;
+    Params holes;
+    holes.Text(part.part_id).Int(part.revision).Int(group_index++).Texts(names);
+    for (const std::vector<double>& column : values) holes.Reals(column);
+    if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertHoles, holes); !inserted.ok())
+      return inserted.status();
   }
   return absl::OkStatus();
 }

@@ -1,5 +1,6 @@
 #include "services/plant/validate.h"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <utility>
@@ -8,6 +9,7 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/stored_geometry.h"
 #include "storage/blobs.h"
 
 namespace sixpoint::plant {
@@ -17,6 +19,8 @@ using runtime::Refuse;
 
 constexpr std::size_t kGreatestCadBytes = std::size_t{48} << 20;
 constexpr int kGreatestHoleCount = 20'000;
+constexpr int kGreatestFeatureCount = 1'000;  // of an artefact: cones and slots together
+constexpr int kGreatestJointCount = 6;        // each axis has its letter
 constexpr double kBoxMarginMm = 1;
 
 // One range check; lower and upper limits are inside.
@@ -29,8 +33,6 @@ absl::Status CheckPositive(const std::string& field, double value, double greate
   return Refuse(field, value, "> 0 and <= " + NumberText(greatest));
 }
 
-std::vector<double> Triple(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
 // Reads a point or direction into `out`.
 template <typename Message>
 absl::Status Read(const std::string& field, bool given, const Message& in, std::vector<double>* out) {
@@ -38,7 +40,7 @@ absl::Status Read(const std::string& field, bool given, const Message& in, std::
   const absl::StatusOr<Eigen::Vector3d> value = runtime::FromProto(field, in);
   if (!value.ok()) return value.status();
   if (!(value->cwiseAbs().maxCoeff() < 1e7)) return Refuse(field, value->cwiseAbs().maxCoeff(), "within 1e7 mm");
-  *out = Triple(*value);
+  *out = runtime::RowMajor(*value);
   return absl::OkStatus();
 }
 
@@ -186,7 +188,7 @@ absl::Status ReadNominal(const v1::Part& part, storage::PartRow* row) {
       runtime::FromProto("part.zero_from_part_nominal", part.zero_from_part_nominal());
   if (!nominal.ok()) return nominal.status();
   for (int i = 0; i < 9; ++i) row->zero_from_part_nominal_rotation.push_back(nominal->linear()(i / 3, i % 3));
-  row->zero_from_part_nominal_translation_mm = Triple(nominal->translation());
+  row->zero_from_part_nominal_translation_mm = runtime::RowMajor(nominal->translation());
   return absl::OkStatus();
 }
 
@@ -213,8 +215,14 @@ absl::StatusOr<storage::MachineRow> Validated(const v1::CreateMachineRequest& re
   std::set<std::string> axes;
   for (const auto& [side, joints] :
        {std::pair{"part", &machine.kinematics().part_side()}, std::pair{"tool", &machine.kinematics().tool_side()}}) {
+    const std::string side_field = std::string("machine.kinematics.") + side + "_side";
+    if (joints->size() > kGreatestJointCount)
+      return refusals
+          .Add(Refuse(side_field, std::to_string(joints->size()) + " joints",
+                      "at most " + std::to_string(kGreatestJointCount)))
+          .status();
     for (int i = 0; i < joints->size(); ++i) {
-      const std::string field = std::string("machine.kinematics.") + side + "_side[" + std::to_string(i) + "]";
+      const std::string field = side_field + "[" + std::to_string(i) + "]";
       absl::StatusOr<storage::JointRow> joint = ValidatedJoint(field, side, (*joints)[i], &axes);
       refusals.Add(joint.status());
       if (joint.ok()) row.joints.push_back(*std::move(joint));
@@ -249,9 +257,12 @@ absl::StatusOr<storage::ArtefactRow> Validated(const v1::CreateArtefactRequest& 
     refusals.Add(CheckPositive("artefact.slot_width_mm", row.slot_width_mm, side))
         .Add(CheckPositive("artefact.slot_depth_mm", row.slot_depth_mm, side));
   }
-  if (artefact.cones_size() + artefact.slots_size() < 3)
-    refusals.Add(Refuse("artefact.cones", std::to_string(artefact.cones_size() + artefact.slots_size()) + " features",
-                        "at least 3 cones and slots together"));
+  const int feature_count = artefact.cones_size() + artefact.slots_size();
+  if (feature_count < 3 || feature_count > kGreatestFeatureCount)
+    return refusals
+        .Add(Refuse("artefact.cones", std::to_string(feature_count) + " features",
+                    "3 to " + std::to_string(kGreatestFeatureCount) + " cones and slots together"))
+        .status();
   std::set<std::string> names;
   refusals.Add(ReadFeatures("artefact.cones", "cone", side / 2, artefact.cones(), &names, &row))
       .Add(ReadFeatures("artefact.slots", "slot", side / 2, artefact.slots(), &names, &row));
@@ -266,12 +277,12 @@ absl::StatusOr<storage::PartRow> Validated(const v1::CreatePartRequest& request)
   runtime::Refusals refusals;
   refusals.Add(runtime::CheckId("part_id", row.part_id)).Add(ReadCad(request, &row)).Add(ReadNominal(part, &row));
 
+  int hole_count = 0;  // a group without holes, refused below, counts as one
+  for (const v1::HoleGroup& group : part.hole_groups()) hole_count += std::max(1, group.holes_size());
+  if (hole_count > kGreatestHoleCount)
+    return refusals.Add(Refuse("part.hole_groups", std::to_string(hole_count) + " holes", "at most 20000")).status();
   std::set<std::string> names;
-  int hole_count = 0;
   for (int i = 0; i < part.hole_groups_size(); ++i) {
-    hole_count += part.hole_groups(i).holes_size();
-    if (hole_count > kGreatestHoleCount)
-      return refusals.Add(Refuse("part.hole_groups", hole_count, "at most 20000 holes")).status();
     const std::string field = "part.hole_groups[" + std::to_string(i) + "]";
     refusals.Add(ReadGroup(field, part.hole_groups(i), &names, &row.hole_groups.emplace_back()));
   }

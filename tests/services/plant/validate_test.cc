@@ -13,6 +13,7 @@ namespace sixpoint::plant {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -99,6 +100,19 @@ TEST(ValidatedArtefact, RefusalsNameTheField) {
           {[](Request* r) { r->mutable_artefact()->set_slot_width_mm(0); }, "slot_width_mm: 0"},
           {[](Request* r) { r->mutable_artefact()->clear_cones(); }, "artefact.cones: 1 features"},
       });
+}
+
+// Many are one refusal, said at once: each is neither looked at nor stored.
+TEST(Validated, RefusesMoreThanAnyThingHas) {
+  v1::CreateArtefactRequest plate = SampleArtefact();
+  for (int i = 0; i < 300'000; ++i) plate.mutable_artefact()->add_cones()->set_feature("C1");
+  EXPECT_THAT(Refusal(plate), StartsWith("artefact.cones: 300004 features, want 3 to 1000"));
+  v1::CreateMachineRequest machine = SampleMachine();
+  for (int i = 0; i < 300'000; ++i) machine.mutable_machine()->mutable_kinematics()->add_tool_side();
+  EXPECT_EQ(Refusal(machine), "machine.kinematics.tool_side: 300001 joints, want at most 6");
+  v1::CreatePartRequest part = SamplePart("cad");
+  for (int i = 0; i < 300'000; ++i) part.mutable_part()->add_hole_groups();
+  EXPECT_THAT(Refusal(part), HasSubstr("part.hole_groups: 300003 holes, want at most 20000"));
 }
 
 v1::HoleGroup* Group(v1::CreatePartRequest* r) { return r->mutable_part()->mutable_hole_groups(0); }
