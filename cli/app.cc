@@ -1,53 +1,54 @@
 #include "cli/app.h"
 
+#include <CLI/CLI.hpp>
+
 #include "cli/commands.h"
 #include "services/runtime/server.h"
 
 namespace sixpoint::cli {
 namespace {
 
-void AddGlobalOptions(CLI::App* app, Session* session) {
-  app->set_version_flag("--version", runtime::SoftwareVersion());
-  app->add_option("--server", session->server, "The plant service, HOST:PORT")
-      ->envname("SIXPOINT_SERVER")
-      ->capture_default_str();
-  app->add_option("--deadline-s", session->deadline_s, "Longest time for one call")
-      ->check(CLI::Range(0.1, 86400.0))
-      ->capture_default_str();
-  app->add_flag("--json", session->json, "Results on stdout as JSON, for programs");
-  app->add_option("--config", session->config_file, "What holds where no option is given (YAML)")
-      ->capture_default_str();
+void AddGlobalOptions(Command* root, Session* session) {
+  root->app()->set_version_flag("--version", runtime::SoftwareVersion());
+  root->AddOption("--server", &session->server, "The plant service, HOST:PORT")
+      ->FromEnvironment("SIXPOINT_SERVER")
+      ->ShowDefault();
+  root->AddOption("--deadline-s", &session->deadline_s, "Longest time for one call")
+      ->Within(0.1, 86400.0)
+      ->ShowDefault();
+  root->AddFlag("--json", &session->json, "Results on stdout as JSON, for programs");
+  root->AddOption("--config", &session->config_file, "What holds where no option is given (YAML)")->ShowDefault();
 }
 
 }  // namespace
 
-void AddCommands(CLI::App* app, Session* session) {
-  app->name("sixpoint");
-  app->description("Sixpoint: adaptive machining of turbine blades.");
-  app->require_subcommand(1);
-  app->fallthrough();
-  AddGlobalOptions(app, session);
-  AddLocalPlantCommands(app, session);
-  AddMachineCommands(app, session);
-  AddArtefactCommands(app, session);
-  AddPartCommands(app, session);
-  AddBladeCommands(app, session);
-  AddScanCommands(app, session);
-  AddStoreCommands(app, session);
-  AddCalibrateCommands(app, session);
-  AddCalibrationCommands(app, session);
-  AddStudyCommands(app, session);
-  AddRegisterCommand(app, session);
-  AddRegistrationCommands(app, session);
-  AddCorrectCommand(app, session);
-  AddCorrectionCommands(app, session);
-  AddInspectCommand(app, session);
-  AddInspectionCommands(app, session);
-  AddRecallCommand(app, session);
-  AddPlantCommands(app, session);
-  AddCallCommand(app, session);
-  AddCompletionCommand(app, session);
-  DescribeCommands(app);
+void AddCommands(Command* root, Session* session) {
+  root->app()->name("sixpoint");
+  root->app()->description("Sixpoint: adaptive machining of turbine blades.");
+  root->app()->fallthrough();
+  root->RequireCommand();
+  AddGlobalOptions(root, session);
+  AddLocalPlantCommands(root, session);
+  AddMachineCommands(root, session);
+  AddArtefactCommands(root, session);
+  AddPartCommands(root, session);
+  AddBladeCommands(root, session);
+  AddScanCommands(root, session);
+  AddStoreCommands(root, session);
+  AddCalibrateCommands(root, session);
+  AddCalibrationCommands(root, session);
+  AddStudyCommands(root, session);
+  AddRegisterCommand(root, session);
+  AddRegistrationCommands(root, session);
+  AddCorrectCommand(root, session);
+  AddCorrectionCommands(root, session);
+  AddInspectCommand(root, session);
+  AddInspectionCommands(root, session);
+  AddRecallCommand(root, session);
+  AddPlantCommands(root, session);
+  AddCallCommand(root, session);
+  AddCompletionCommand(root, session);
+  DescribeCommands(root->app());
 }
 
 }  // namespace sixpoint::cli

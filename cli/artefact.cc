@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "cli/commands.h"
@@ -14,7 +13,7 @@ namespace {
 using plant::v1::PlantService;
 
 void PrintArtefact(const Session& session, const plant::v1::Artefact& artefact) {
-  if (session.json) return PrintJson(MessageToJson(artefact));
+  if (session.json) return PrintJson(artefact);
   std::cout << artefact.name() << ", revision " << artefact.revision() << ", " << TimeText(artefact.created_at())
             << "\n"
             << "plate  " << Fixed(artefact.side_mm(), 3) << " mm square\n"
@@ -34,13 +33,13 @@ void PrintArtefact(const Session& session, const plant::v1::Artefact& artefact) 
 
 }  // namespace
 
-void AddArtefactCommands(CLI::App* app, Session* session) {
-  CLI::App* artefact = app->add_subcommand("artefact", "Calibration artefacts");
-  artefact->require_subcommand(1);
+void AddArtefactCommands(Command* app, Session* session) {
+  Command* artefact = app->AddCommand("artefact", "Calibration artefacts");
+  artefact->RequireCommand();
   const auto argument = std::make_shared<std::string>();
 
-  CLI::App* add = artefact->add_subcommand("add", "Adds an artefact, or a new revision of it, from a YAML file");
-  add->add_option("FILE", *argument, "YAML as docs/examples/artefact.yaml")->required();
+  Command* add = artefact->AddCommand("add", "Adds an artefact, or a new revision of it, from a YAML file");
+  add->AddOption("FILE", argument.get(), "YAML as docs/examples/artefact.yaml")->Required();
   session->OnCommand(add, [session, argument]() -> absl::Status {
     absl::StatusOr<plant::v1::CreateArtefactRequest> request = LoadArtefact(*argument);
     if (!request.ok()) return request.status();
@@ -52,27 +51,21 @@ void AddArtefactCommands(CLI::App* app, Session* session) {
     return status;
   });
 
-  const auto limit = std::make_shared<int>(0);
-  CLI::App* list = artefact->add_subcommand("list", "Lists the artefacts");
-  AddLimitOption(list, limit.get());
-  session->OnCommand(list, [session, limit] {
-    plant::v1::ListArtefactsRequest request;
-    request.set_view(list::v1::VIEW_FULL);
-    return ListAndPrint<PlantService>(session, "plant", &PlantService::Stub::ListArtefacts, request, *limit,
-                                      Table({"artefact", ">revision", ">side mm", ">cones", ">slots", "since"}),
-                                      &plant::v1::ListArtefactsResponse::artefacts,
-                                      [](const plant::v1::Artefact& entry) {
-                                        return Cells{IdText(entry.name()),
-                                                     std::to_string(entry.revision()),
-                                                     Fixed(entry.side_mm(), 3),
-                                                     std::to_string(entry.cones_size()),
-                                                     std::to_string(entry.slots_size()),
-                                                     TimeText(entry.created_at())};
-                                      });
-  });
+  plant::v1::ListArtefactsRequest whole;  // cones and slots are counted
+  whole.set_view(list::v1::VIEW_FULL);
+  AddListCommand<PlantService>(artefact, session, "Lists the artefacts", "plant", &PlantService::Stub::ListArtefacts,
+                               whole, Table({"artefact", ">revision", ">side mm", ">cones", ">slots", "since"}),
+                               &plant::v1::ListArtefactsResponse::artefacts, [](const plant::v1::Artefact& entry) {
+                                 return Cells{IdText(entry.name()),
+                                              std::to_string(entry.revision()),
+                                              Fixed(entry.side_mm(), 3),
+                                              std::to_string(entry.cones_size()),
+                                              std::to_string(entry.slots_size()),
+                                              TimeText(entry.created_at())};
+                               });
 
-  CLI::App* show = artefact->add_subcommand("show", "Shows an artefact");
-  show->add_option("ID", *argument, "The artefact")->required();
+  Command* show = artefact->AddCommand("show", "Shows an artefact");
+  show->AddOption("ID", argument.get(), "The artefact")->Required();
   session->OnCommand(show, [session, argument]() -> absl::Status {
     plant::v1::GetArtefactRequest request;
     request.set_name(NameText("artefacts", *argument));

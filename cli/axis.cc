@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 
 #include "cli/calibration_options.h"
 #include "cli/commands.h"
@@ -31,12 +30,12 @@ absl::Status CharacteriseAxis(Session* session, const Arguments& arguments) {
 
 }  // namespace
 
-void AddCalibrateAxisCommand(CLI::App* calibrate, Session* session) {
+void AddCalibrateAxisCommand(Command* calibrate, Session* session) {
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* axis = calibrate->add_subcommand("axis", "How a rotary axis positions, from an encoder run over a turn");
-  axis->add_option("--machine", arguments->machine, "The machine")->required();
-  axis->add_option("--axis", arguments->axis, "The axis's letter")->required();
-  axis->add_option("--run", arguments->file, "Encoder run (YAML or JSON), or a dataset.json")->required();
+  Command* axis = calibrate->AddCommand("axis", "How a rotary axis positions, from an encoder run over a turn");
+  axis->AddOption("--machine", &arguments->machine, "The machine")->Required();
+  axis->AddOption("--axis", &arguments->axis, "The axis's letter")->Required();
+  axis->AddOption("--run", &arguments->file, "Encoder run (YAML or JSON), or a dataset.json")->Required();
   AddCalibrationOptions(axis, arguments);
   session->OnCommand(axis, [session, arguments] { return CharacteriseAxis(session, *arguments); });
 }

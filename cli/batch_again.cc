@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "cli/batch_document.h"
+#include "cli/commands.h"
 #include "cli/output.h"
 #include "services/runtime/errors.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
@@ -28,10 +29,6 @@ registration::v1::RegisterRequest AgainRequest(const Registration& before, regis
   if (request.has_options() && request.method() != registration::v1::METHOD_ALLOWANCE)
     request.mutable_options()->clear_allowance();
   return request;
-}
-
-bool Earlier(const google::protobuf::Timestamp& a, const google::protobuf::Timestamp& b) {
-  return std::pair(a.seconds(), a.nanos()) < std::pair(b.seconds(), b.nanos());
 }
 
 }  // namespace
@@ -59,34 +56,24 @@ absl::StatusOr<Again> BatchOfLatest(Session* session, const std::vector<std::str
   return again;
 }
 
-// Registrations are listed newest first: what lies before `since` ends the reading, and a blade's first one is its latest. In
-// the order of the blades' names, so that the same command asks the same when it goes on.
-absl::StatusOr<Again> BatchOfPart(Session* session, const AgainFilter& filter, registration::v1::Method method,
-                                  bool axis_tables) {
+// Registrations are listed newest first: a blade's first one is its latest. In the order of the blades' names, so that the same
+// command asks the same when it goes on.
+absl::StatusOr<Again> BatchOfPart(Session* session, registration::v1::ListRegistrationsRequest which,
+                                  registration::v1::Method method, bool axis_tables) {
+  which.set_page_size(kRegistrationsAPage);
+  which.set_without_for_inspection(true);
   std::map<std::string, Registration> latest;  // by blade
-  registration::v1::ListRegistrationsRequest list;
-  list.set_page_size(kRegistrationsAPage);
-  list.set_without_for_inspection(true);
-  registration::v1::ListRegistrationsResponse page;
-  bool over = false;
-  do {
-    list.set_page_token(page.next_page_token());
-    if (absl::Status status = session->Call<RegistrationService>(
-            "registration", &RegistrationService::Stub::ListRegistrations, list, &page);
-        !status.ok())
-      return status;
-    for (const Registration& one : page.registrations()) {
-      over = over || Earlier(one.recorded_at(), filter.since);
-      if (over || Earlier(filter.until, one.recorded_at()) || one.part() != filter.part ||
-          (!filter.machine.empty() && one.machine() != filter.machine))
-        continue;
-      latest.emplace(one.blade(), one);
-    }
-  } while (!over && !page.next_page_token().empty());
+  const absl::Status listed =
+      ForEachPage<RegistrationService>(session, "registration", &RegistrationService::Stub::ListRegistrations, which,
+                                       [&](const registration::v1::ListRegistrationsResponse& page) {
+                                         for (const Registration& one : page.registrations())
+                                           latest.emplace(one.blade(), one);
+                                       });
+  if (!listed.ok()) return listed;
   if (latest.empty())
-    return runtime::Refuse("--part", IdText(filter.part), "a part of which a blade was registered in that time");
+    return runtime::Refuse("--part", IdText(which.part()), "a part of which a blade was registered in that time");
   if (latest.size() > kMostBatchRequests)
-    return runtime::Refuse("--since", TimeText(filter.since),
+    return runtime::Refuse("--since", TimeText(which.recorded().from()),
                            "a time with at most 1000 blades, not " + std::to_string(latest.size()));
   Again again;
   for (const auto& [blade, one] : latest) {

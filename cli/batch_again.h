@@ -22,13 +22,8 @@ struct Again {
 absl::StatusOr<Again> BatchOfLatest(Session* session, const std::vector<std::string>& blades,
                                     registration::v1::Method method, bool axis_tables);
 
-// Of which registrations the latest of each blade is taken.
-struct AgainFilter {
-  std::string part;     // its name
-  std::string machine;  // its name; empty: any
-  google::protobuf::Timestamp since, until;
-};
-absl::StatusOr<Again> BatchOfPart(Session* session, const AgainFilter& filter, registration::v1::Method method,
-                                  bool axis_tables);
+// Of those registrations, but of none that an inspection made for its verdict, the latest of each blade.
+absl::StatusOr<Again> BatchOfPart(Session* session, registration::v1::ListRegistrationsRequest which,
+                                  registration::v1::Method method, bool axis_tables);
 
 }  // namespace sixpoint::cli

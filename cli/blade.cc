@@ -1,7 +1,8 @@
-#include <CLI/CLI.hpp>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
+#include "cli/message_json.h"
 #include "cli/number_format.h"
 #include "cli/output.h"
 #include "cli/table.h"
@@ -45,15 +46,15 @@ std::string RecordText(const plant::v1::BladeRecord& record) {
 
 }  // namespace
 
-void AddBladeCommands(CLI::App* app, Session* session) {
-  CLI::App* blade = app->add_subcommand("blade", "Blades and their whole record");
-  blade->require_subcommand(1);
+void AddBladeCommands(Command* app, Session* session) {
+  Command* blade = app->AddCommand("blade", "Blades and their whole record");
+  blade->RequireCommand();
   const auto serial = std::make_shared<std::string>();
   const auto part = std::make_shared<std::string>();
 
-  CLI::App* add = blade->add_subcommand("add", "Adds a blade of a part");
-  add->add_option("SERIAL", *serial, "Serial number")->required();
-  add->add_option("--part", *part, "The part that it is one of")->required();
+  Command* add = blade->AddCommand("add", "Adds a blade of a part");
+  add->AddOption("SERIAL", serial.get(), "Serial number")->Required();
+  add->AddOption("--part", part.get(), "The part that it is one of")->Required();
   session->OnCommand(add, [session, serial, part]() -> absl::Status {
     plant::v1::CreateBladeRequest request;
     request.set_serial(*serial);
@@ -62,19 +63,14 @@ void AddBladeCommands(CLI::App* app, Session* session) {
     return CallAndPrint<PlantService>(session, "plant", &PlantService::Stub::CreateBlade, request, BladeText).status();
   });
 
-  const auto limit = std::make_shared<int>(0);
-  CLI::App* list = blade->add_subcommand("list", "Lists the blades");
-  AddLimitOption(list, limit.get());
-  session->OnCommand(list, [session, limit] {
-    return ListAndPrint<PlantService>(
-        session, "plant", &PlantService::Stub::ListBlades, plant::v1::ListBladesRequest(), *limit,
-        Table({"blade", "part", "since"}), &plant::v1::ListBladesResponse::blades, [](const plant::v1::Blade& entry) {
-          return Cells{IdText(entry.name()), IdText(entry.part()), TimeText(entry.created_at())};
-        });
-  });
+  AddListCommand<PlantService>(blade, session, "Lists the blades", "plant", &PlantService::Stub::ListBlades,
+                               plant::v1::ListBladesRequest(), Table({"blade", "part", "since"}),
+                               &plant::v1::ListBladesResponse::blades, [](const plant::v1::Blade& entry) {
+                                 return Cells{IdText(entry.name()), IdText(entry.part()), TimeText(entry.created_at())};
+                               });
 
-  CLI::App* show = blade->add_subcommand("show", "Shows everything that happened to a blade");
-  show->add_option("SERIAL", *serial, "Serial number")->required();
+  Command* show = blade->AddCommand("show", "Shows everything that happened to a blade");
+  show->AddOption("SERIAL", serial.get(), "Serial number")->Required();
   session->OnCommand(show, [session, serial]() -> absl::Status {
     plant::v1::GetBladeRecordRequest request;
     request.set_name(NameText("blades", *serial));

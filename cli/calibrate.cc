@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 
 #include "cli/calibrate_probe.h"
 #include "cli/calibration_options.h"
@@ -73,38 +72,35 @@ absl::Status CalibrateRotation(Session* session, const Arguments& arguments) {
 
 }  // namespace
 
-void AddCalibrateCommands(CLI::App* app, Session* session) {
-  CLI::App* calibrate = app->add_subcommand("calibrate", "Calibrates a machine");
-  calibrate->require_subcommand(1);
+void AddCalibrateCommands(Command* app, Session* session) {
+  Command* calibrate = app->AddCommand("calibrate", "Calibrates a machine");
+  calibrate->RequireCommand();
 
   const auto sensor_arguments = std::make_shared<Arguments>();
-  CLI::App* sensor =
-      calibrate->add_subcommand("sensor", "Sensor to machine, from artefact scans at two heights and touch data");
-  sensor->add_option("--machine", sensor_arguments->machine, "The machine")->required();
-  sensor->add_option("--artefact", sensor_arguments->artefact, "The artefact that was scanned")->required();
-  sensor->add_option("--scans", sensor_arguments->scans, "Its scans: ID,ID,...")
-      ->required()
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  sensor->add_option("--touch", sensor_arguments->file, "Touch data (YAML or JSON), or a dataset.json")->required();
-  sensor->add_option("--method", sensor_arguments->method, "joint (the default) or sequential")
-      ->check(CLI::IsMember({"joint", "sequential"}));
+  Command* sensor =
+      calibrate->AddCommand("sensor", "Sensor to machine, from artefact scans at two heights and touch data");
+  sensor->AddOption("--machine", &sensor_arguments->machine, "The machine")->Required();
+  sensor->AddOption("--artefact", &sensor_arguments->artefact, "The artefact that was scanned")->Required();
+  sensor->AddOption("--scans", &sensor_arguments->scans, "Its scans: ID,ID,...")->Required()->List();
+  sensor->AddOption("--touch", &sensor_arguments->file, "Touch data (YAML or JSON), or a dataset.json")->Required();
+  sensor->AddOption("--method", &sensor_arguments->method, "joint (the default) or sequential")
+      ->OneOf({"joint", "sequential"});
   AddCalibrationOptions(sensor, sensor_arguments);
   session->OnCommand(sensor, [session, sensor_arguments] { return CalibrateSensor(session, *sensor_arguments); });
 
   const auto rotation_arguments = std::make_shared<Arguments>();
-  CLI::App* rotation = calibrate->add_subcommand("rotation", "Rotary axes, from poses of a probed sphere");
-  rotation->add_option("--machine", rotation_arguments->machine, "The machine")->required();
-  rotation->add_option("--poses", rotation_arguments->file,
-                       "Sphere poses (YAML or JSON), by the machine's own axes, or a dataset.json");
-  rotation->add_option("--method", rotation_arguments->method, "lines (the default), point-c or standard")
-      ->check(CLI::IsMember({"lines", "point-c", "standard"}));
-  rotation->add_option("--gauge", rotation_arguments->gauge_file,
-                       "Method standard: points of its bore and face (YAML or JSON); poses then only check");
-  rotation->add_flag("--axis-tables", rotation_arguments->axis_tables,
-                     "Take the axes where their characterisations say they stood; not where the control compensates");
-  rotation->add_option("--standard-uncertainty-um", rotation_arguments->uncertainty_um,
-                       "Of one probed coordinate; without it, estimated from the residuals");
+  Command* rotation = calibrate->AddCommand("rotation", "Rotary axes, from poses of a probed sphere");
+  rotation->AddOption("--machine", &rotation_arguments->machine, "The machine")->Required();
+  rotation->AddOption("--poses", &rotation_arguments->file,
+                      "Sphere poses (YAML or JSON), by the machine's own axes, or a dataset.json");
+  rotation->AddOption("--method", &rotation_arguments->method, "lines (the default), point-c or standard")
+      ->OneOf({"lines", "point-c", "standard"});
+  rotation->AddOption("--gauge", &rotation_arguments->gauge_file,
+                      "Method standard: points of its bore and face (YAML or JSON); poses then only check");
+  rotation->AddFlag("--axis-tables", &rotation_arguments->axis_tables,
+                    "Take the axes where their characterisations say they stood; not where the control compensates");
+  rotation->AddOption("--standard-uncertainty-um", &rotation_arguments->uncertainty_um,
+                      "Of one probed coordinate; without it, estimated from the residuals");
   AddCalibrationOptions(rotation, rotation_arguments);
   session->OnCommand(rotation,
                      [session, rotation_arguments] { return CalibrateRotation(session, *rotation_arguments); });

@@ -1,7 +1,6 @@
 // `calibrate probe`: the document of readings, the call and what an engineer reads of it.
 #include "cli/calibrate_probe.h"
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 
 #include "cli/calibration_options.h"
@@ -122,18 +121,16 @@ std::string ProbeText(const calibration::v1::ProbeCalibration& probe) {
   return text + (check.empty() ? "" : check.ToText());
 }
 
-void AddCalibrateProbeCommand(CLI::App* calibrate, Session* session) {
+void AddCalibrateProbeCommand(Command* calibrate, Session* session) {
   struct Arguments : CalibrationOptions {
     std::string machine, file, method;
   };
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* probe =
-      calibrate->add_subcommand("probe", "Point laser probe, from readings on the faces of a touched block");
-  probe->add_option("--machine", arguments->machine, "The machine")->required();
-  probe->add_option("--readings", arguments->file, "The block's touched faces and the readings (YAML or JSON)")
-      ->required();
-  probe->add_option("--method", arguments->method, "weighted (the default) or linear")
-      ->check(CLI::IsMember({"weighted", "linear"}));
+  Command* probe = calibrate->AddCommand("probe", "Point laser probe, from readings on the faces of a touched block");
+  probe->AddOption("--machine", &arguments->machine, "The machine")->Required();
+  probe->AddOption("--readings", &arguments->file, "The block's touched faces and the readings (YAML or JSON)")
+      ->Required();
+  probe->AddOption("--method", &arguments->method, "weighted (the default) or linear")->OneOf({"weighted", "linear"});
   AddCalibrationOptions(probe, arguments);
   session->OnCommand(probe, [session, arguments]() -> absl::Status {
     absl::StatusOr<CalibrateProbeRequest> request = LoadProbeReadings(arguments->file);

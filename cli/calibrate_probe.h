@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "cli/command_line.h"
 #include "cli/document.h"
 #include "cli/session.h"
 #include "sixpoint/calibration/v1/calibration.pb.h"
@@ -18,6 +19,6 @@ absl::StatusOr<calibration::v1::CalibrateProbeRequest> LoadProbeReadings(const s
 std::string ProbeText(const calibration::v1::ProbeCalibration& probe);
 
 // One of calibrate's.
-void AddCalibrateProbeCommand(CLI::App* calibrate, Session* session);
+void AddCalibrateProbeCommand(Command* calibrate, Session* session);
 
 }  // namespace sixpoint::cli

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <map>
 
@@ -45,26 +44,32 @@ absl::Status Withdraw(Session* session, const Decision& decision) {
       .status();
 }
 
-void AddStateCommands(CLI::App* calibration, Session* session) {
+void AddStateCommands(Command* calibration, Session* session) {
   const auto decision = std::make_shared<Decision>();
-  CLI::App* release = calibration->add_subcommand("release", "Puts a draft in force");
-  release->add_option("ID", decision->calibration, "The calibration")->required();
-  release->add_option("--reason", decision->reason, "Kept in the record");
+  Command* release = calibration->AddCommand("release", "Puts a draft in force");
+  release->AddOption("ID", &decision->calibration, "The calibration")->Required();
+  release->AddOption("--reason", &decision->reason, "Kept in the record");
   session->OnCommand(release, [session, decision] { return Release(session, *decision); });
 
-  CLI::App* withdraw =
-      calibration->add_subcommand("withdraw", "Takes a calibration out of use for ever, and lists what rests on it");
-  withdraw->add_option("ID", decision->calibration, "The calibration")->required();
-  withdraw->add_option("--reason", decision->reason, "Kept in the record")->required();
+  Command* withdraw =
+      calibration->AddCommand("withdraw", "Takes a calibration out of use for ever, and lists what rests on it");
+  withdraw->AddOption("ID", &decision->calibration, "The calibration")->Required();
+  withdraw->AddOption("--reason", &decision->reason, "Kept in the record")->Required();
   session->OnCommand(withdraw, [session, decision] { return Withdraw(session, *decision); });
 }
 
-// What `calibration list` and `calibration trend` call the kinds.
+// What `calibration trend` calls the kinds.
 const std::map<std::string, calibration::v1::CalibrationKind> kKinds = {
     {"sensor", calibration::v1::CALIBRATION_KIND_SENSOR},
     {"rotation", calibration::v1::CALIBRATION_KIND_ROTATION},
     {"probe", calibration::v1::CALIBRATION_KIND_PROBE},
     {"axis", calibration::v1::CALIBRATION_KIND_AXIS}};
+
+std::vector<std::string> KindWords() {
+  std::vector<std::string> words;
+  for (const auto& [word, kind] : kKinds) words.push_back(word);
+  return words;
+}
 
 struct TrendArguments {
   std::string machine, kind = "sensor", axis;
@@ -95,25 +100,17 @@ absl::Status Trend(Session* session, const TrendArguments& arguments) {
   return absl::OkStatus();
 }
 
-void AddTrendCommand(CLI::App* calibration, Session* session) {
+void AddTrendCommand(Command* calibration, Session* session) {
   const auto arguments = std::make_shared<TrendArguments>();
-  CLI::App* trend = calibration->add_subcommand("trend", "Each parameter over time; exit code 4 where one has moved");
-  trend->add_option("--machine", arguments->machine, "The machine")->required();
-  trend->add_option("--kind", arguments->kind, "sensor (the default), rotation, probe or axis")
-      ->check(CLI::IsMember(&kKinds));
-  trend->add_option("--axis", arguments->axis, "Of kind axis: its letter");
-  trend->add_option("--parameters", arguments->parameters, "alpha_deg,...; without it, all")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  trend->add_option("--limit", arguments->limits, "PARAMETER=NUMBER: greatest distance from the first value");
-  trend->add_option("--coverage-factor", arguments->coverage_factor, "Combined standard uncertainties; 3 without it");
+  Command* trend = calibration->AddCommand("trend", "Each parameter over time; exit code 4 where one has moved");
+  trend->AddOption("--machine", &arguments->machine, "The machine")->Required();
+  trend->AddOption("--kind", &arguments->kind, "sensor (the default), rotation, probe or axis")->OneOf(KindWords());
+  trend->AddOption("--axis", &arguments->axis, "Of kind axis: its letter");
+  trend->AddOption("--parameters", &arguments->parameters, "alpha_deg,...; without it, all")->List();
+  trend->AddOption("--limit", &arguments->limits, "PARAMETER=NUMBER: greatest distance from the first value");
+  trend->AddOption("--coverage-factor", &arguments->coverage_factor, "Combined standard uncertainties; 3 without it");
   session->OnCommand(trend, [session, arguments] { return Trend(session, *arguments); });
 }
-
-struct ListArguments {
-  std::string machine, kind, axis;
-  int limit = 0;
-};
 
 std::string RmsText(const calibration::v1::Calibration& entry) {
   if (entry.has_axis()) return "-";
@@ -121,29 +118,6 @@ std::string RmsText(const calibration::v1::Calibration& entry) {
                : entry.has_probe() ? entry.probe().residual_rms_um()
                                    : entry.rotation().residual_rms_um(),
                3);
-}
-
-absl::Status List(Session* session, const ListArguments& arguments) {
-  calibration::v1::ListCalibrationsRequest request;
-  if (!arguments.machine.empty()) request.set_machine(NameText("machines", arguments.machine));
-  // An axis is enough to say which kind is meant.
-  if (!arguments.kind.empty() || !arguments.axis.empty())
-    request.set_kind(kKinds.at(arguments.kind.empty() ? "axis" : arguments.kind));
-  request.set_axis(arguments.axis);
-  return ListAndPrint<CalibrationService>(
-      session, "calibration", &CalibrationService::Stub::ListCalibrations, request, arguments.limit,
-      Table({"calibration", "kind", "machine", "method", "state", ">rms um", "valid from", "valid until", "by"}),
-      &calibration::v1::ListCalibrationsResponse::calibrations, [](const calibration::v1::Calibration& entry) {
-        return Cells{IdText(entry.name()),
-                     CalibrationKindText(entry),
-                     IdText(entry.machine()),
-                     entry.method(),
-                     EnumText(CalibrationState_Name(entry.state()), "CALIBRATION_STATE_"),
-                     RmsText(entry),
-                     TimeText(entry.valid_from()),
-                     TimeText(entry.valid_until()),
-                     entry.requested_by()};
-      });
 }
 
 absl::Status Show(Session* session, const std::string& id) {
@@ -156,21 +130,29 @@ absl::Status Show(Session* session, const std::string& id) {
 
 }  // namespace
 
-void AddCalibrationCommands(CLI::App* app, Session* session) {
-  CLI::App* calibration = app->add_subcommand("calibration", "Calibrations that were made");
-  calibration->require_subcommand(1);
+void AddCalibrationCommands(Command* app, Session* session) {
+  Command* calibration = app->AddCommand("calibration", "Calibrations that were made");
+  calibration->RequireCommand();
 
-  const auto arguments = std::make_shared<ListArguments>();
-  CLI::App* list = calibration->add_subcommand("list", "Lists calibrations");
-  list->add_option("--machine", arguments->machine, "Only of this machine");
-  list->add_option("--kind", arguments->kind, "Only sensor, rotation, probe or axis")->check(CLI::IsMember(&kKinds));
-  list->add_option("--axis", arguments->axis, "Only how this axis positions");
-  AddLimitOption(list, &arguments->limit);
-  session->OnCommand(list, [session, arguments] { return List(session, *arguments); });
+  AddListCommand<CalibrationService>(
+      calibration, session, "Lists calibrations", "calibration", &CalibrationService::Stub::ListCalibrations,
+      calibration::v1::ListCalibrationsRequest(),
+      Table({"calibration", "kind", "machine", "method", "state", ">rms um", "valid from", "valid until", "by"}),
+      &calibration::v1::ListCalibrationsResponse::calibrations, [](const calibration::v1::Calibration& entry) {
+        return Cells{IdText(entry.name()),
+                     CalibrationKindText(entry),
+                     IdText(entry.machine()),
+                     entry.method(),
+                     EnumText(CalibrationState_Name(entry.state()), "CALIBRATION_STATE_"),
+                     RmsText(entry),
+                     TimeText(entry.valid_from()),
+                     TimeText(entry.valid_until()),
+                     entry.requested_by()};
+      });
 
   const auto id = std::make_shared<std::string>();
-  CLI::App* show = calibration->add_subcommand("show", "Shows a calibration with its uncertainties");
-  show->add_option("ID", *id, "The calibration")->required();
+  Command* show = calibration->AddCommand("show", "Shows a calibration with its uncertainties");
+  show->AddOption("ID", id.get(), "The calibration")->Required();
   session->OnCommand(show, [session, id] { return Show(session, *id); });
 
   AddStateCommands(calibration, session);

@@ -1,10 +1,10 @@
 // What every command that makes a calibration or a study takes beside its data.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <optional>
 
+#include "cli/command_line.h"
 #include "cli/session.h"
 
 namespace sixpoint::cli {
@@ -14,12 +14,12 @@ struct CalibrationOptions {
   std::optional<double> temperature_c;
 };
 
-inline void AddTemperatureOption(CLI::App* command, const std::shared_ptr<CalibrationOptions>& options) {
-  command->add_option("--temperature-c", options->temperature_c, "Of machine and artefact");
+inline void AddTemperatureOption(Command* command, const std::shared_ptr<CalibrationOptions>& options) {
+  command->AddOption("--temperature-c", &options->temperature_c, "Of machine and artefact");
 }
 
-inline void AddCalibrationOptions(CLI::App* command, const std::shared_ptr<CalibrationOptions>& options) {
-  command->add_flag("--draft", options->draft, "Not in force before `sixpoint calibration release`");
+inline void AddCalibrationOptions(Command* command, const std::shared_ptr<CalibrationOptions>& options) {
+  command->AddFlag("--draft", &options->draft, "Not in force before `sixpoint calibration release`");
   AddTemperatureOption(command, options);
 }
 

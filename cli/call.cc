@@ -6,7 +6,6 @@
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/support/proto_buffer_reader.h>
 
-#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "cli/commands.h"
@@ -103,7 +102,7 @@ absl::Status Call(Session* session, const std::string& method_text, const std::s
           google::protobuf::MessageFactory::generated_factory()->GetPrototype((*method)->output_type())->New());
       grpc::ProtoBufferReader reader(&response_bytes);
       if (!response->ParseFromZeroCopyStream(&reader)) return absl::DataLossError("an answer that cannot be read");
-      PrintJson(MessageToJson(*response));
+      PrintJson(*response);
     }
   }
   grpc::Status finished;
@@ -114,13 +113,13 @@ absl::Status Call(Session* session, const std::string& method_text, const std::s
 
 }  // namespace
 
-void AddCallCommand(CLI::App* app, Session* session) {
+void AddCallCommand(Command* app, Session* session) {
   const auto method = std::make_shared<std::string>();
   const auto json = std::make_shared<std::string>("{}");
-  CLI::App* command = app->add_subcommand(
-      "call", "Calls any method: sixpoint call PlantService/GetMachine '{\"name\": \"machines/m\"}'");
-  command->add_option("METHOD", *method, "SERVICE/METHOD")->required();
-  command->add_option("JSON", *json, "The request");
+  Command* command =
+      app->AddCommand("call", "Calls any method: sixpoint call PlantService/GetMachine '{\"name\": \"machines/m\"}'");
+  command->AddOption("METHOD", method.get(), "SERVICE/METHOD")->Required();
+  command->AddOption("JSON", json.get(), "The request");
   session->OnCommand(command, [session, method, json] { return Call(session, *method, *json); });
 }
 

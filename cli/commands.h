@@ -1,38 +1,39 @@
 // The commands, one file per noun. Each adds its subcommands and hands their actions to the session.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <iostream>
 
+#include "cli/command_line.h"
+#include "cli/list_filters.h"
 #include "cli/output.h"
 #include "cli/progress.h"
 #include "cli/session.h"
 
 namespace sixpoint::cli {
 
-void AddMachineCommands(CLI::App* app, Session* session);
-void AddArtefactCommands(CLI::App* app, Session* session);
-void AddPartCommands(CLI::App* app, Session* session);
-void AddBladeCommands(CLI::App* app, Session* session);
-void AddScanCommands(CLI::App* app, Session* session);
-void AddDeletePointsCommand(CLI::App* scan, Session* session);  // one of scan's, written with the store's
-void AddStoreCommands(CLI::App* app, Session* session);
-void AddCalibrateCommands(CLI::App* app, Session* session);
-void AddCalibrateAxisCommand(CLI::App* calibrate, Session* session);  // one of calibrate's
-void AddCalibrationCommands(CLI::App* app, Session* session);
-void AddRegisterCommand(CLI::App* app, Session* session);
-void AddRegistrationCommands(CLI::App* app, Session* session);
-void AddCorrectCommand(CLI::App* app, Session* session);
-void AddCorrectionCommands(CLI::App* app, Session* session);
-void AddInspectCommand(CLI::App* app, Session* session);
-void AddInspectionCommands(CLI::App* app, Session* session);
-void AddRecallCommand(CLI::App* app, Session* session);
-void AddCallCommand(CLI::App* app, Session* session);
-void AddPlantCommands(CLI::App* app, Session* session);
-void AddLocalPlantCommands(CLI::App* app, Session* session);
-void AddCompletionCommand(CLI::App* app, Session* session);
-void AddCalibrateStudyCommands(CLI::App* calibrate, Session* session);  // two of calibrate's, written with study's
-void AddStudyCommands(CLI::App* app, Session* session);
+void AddMachineCommands(Command* app, Session* session);
+void AddArtefactCommands(Command* app, Session* session);
+void AddPartCommands(Command* app, Session* session);
+void AddBladeCommands(Command* app, Session* session);
+void AddScanCommands(Command* app, Session* session);
+void AddDeletePointsCommand(Command* scan, Session* session);  // one of scan's, written with the store's
+void AddStoreCommands(Command* app, Session* session);
+void AddCalibrateCommands(Command* app, Session* session);
+void AddCalibrateAxisCommand(Command* calibrate, Session* session);  // one of calibrate's
+void AddCalibrationCommands(Command* app, Session* session);
+void AddRegisterCommand(Command* app, Session* session);
+void AddRegistrationCommands(Command* app, Session* session);
+void AddCorrectCommand(Command* app, Session* session);
+void AddCorrectionCommands(Command* app, Session* session);
+void AddInspectCommand(Command* app, Session* session);
+void AddInspectionCommands(Command* app, Session* session);
+void AddRecallCommand(Command* app, Session* session);
+void AddCallCommand(Command* app, Session* session);
+void AddPlantCommands(Command* app, Session* session);
+void AddLocalPlantCommands(Command* app, Session* session);
+void AddCompletionCommand(Command* app, Session* session);
+void AddCalibrateStudyCommands(Command* calibrate, Session* session);  // two of calibrate's, written with study's
+void AddStudyCommands(Command* app, Session* session);
 
 // One call that takes its time: a line on stderr says what is being done and for how long.
 template <typename Service, typename Request, typename Response>
@@ -74,11 +75,6 @@ absl::Status ForEachPage(Session* session, const std::string& area,
   return absl::OkStatus();
 }
 
-// `--limit N`, which every list has.
-inline void AddLimitOption(CLI::App* list, int* limit) {
-  list->add_option("--limit", *limit, "At most so many; without it, all")->check(CLI::PositiveNumber);
-}
-
 // A list, printed: `request` is a List...Request, `entries` the field of its response that is listed, `row` an entry's cells. Reads
 // no more pages than the limit wants; 0: all. `none`: what people read instead of an empty table.
 template <typename Service, typename Request, typename Response, typename Entry, typename Row>
@@ -87,30 +83,35 @@ absl::Status ListAndPrint(Session* session, const std::string& area,
                           Request request, int limit, Table table,
                           const google::protobuf::RepeatedPtrField<Entry>& (Response::*entries)() const, const Row& row,
                           const std::string& none = "") {
-  nlohmann::json json = nlohmann::json::array();
-  int count = 0;
-  const auto wants_more = [&] { return limit == 0 || count < limit; };
+  ListOutput out(session->json, std::move(table));
+  const auto wants_more = [&] { return limit == 0 || out.count() < limit; };
   Response response;
   do {
     request.set_page_token(response.next_page_token());
-    if (limit > 0) request.set_page_size(limit - count);
+    if (limit > 0) request.set_page_size(limit - out.count());
     if (absl::Status status = session->Call<Service>(area, method, request, &response); !status.ok()) return status;
     for (const Entry& entry : (response.*entries)()) {
       if (!wants_more()) break;
-      ++count;
-      if (session->json) {
-        json.push_back(MessageToJson(entry));
-      } else {
-        table.AddRow(row(entry));
-      }
+      out.Add(entry, [&] { return row(entry); });
     }
   } while (wants_more() && !response.next_page_token().empty());
-  if (!session->json && count == 0 && !none.empty()) {
-    std::cout << none;
-  } else {
-    PrintList(session->json, json, table);
-  }
+  out.Print(none);
   return absl::OkStatus();
+}
+
+// `NOUN list` with the filters of its request as options (cli/list_filters.h); `request` says what is asked of every list.
+template <typename Service, typename Request, typename Response, typename Entry, typename Row>
+void AddListCommand(Command* noun, Session* session, const std::string& help, const std::string& area,
+                    grpc::Status (Service::Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+                    const Request& request, const Table& table,
+                    const google::protobuf::RepeatedPtrField<Entry>& (Response::*entries)() const, const Row& row) {
+  Command* const list = noun->AddCommand("list", help);
+  const auto filters = ListFilters::AddTo(list, *Request::descriptor());
+  session->OnCommand(list, [=] {
+    Request asked = request;
+    if (absl::Status set = filters->SetOn(&asked); !set.ok()) return set;
+    return ListAndPrint<Service>(session, area, method, std::move(asked), filters->limit(), table, entries, row);
+  });
 }
 
 }  // namespace sixpoint::cli

@@ -1,4 +1,5 @@
 // `sixpoint completion bash`: the words that may follow each command, as a script that bash reads once.
+#include <CLI/CLI.hpp>
 #include <iostream>
 #include <set>
 
@@ -72,12 +73,12 @@ std::string BashCompletion(const CLI::App& app) {
          ")\n_sixpoint_with_value=\"" + with_value + "\"" + kFunction;
 }
 
-void AddCompletionCommand(CLI::App* app, Session* session) {
-  CLI::App* completion = app->add_subcommand("completion", "Prints a script that completes commands and options");
+void AddCompletionCommand(Command* root, Session* session) {
+  Command* completion = root->AddCommand("completion", "Prints a script that completes commands and options");
   const auto shell = std::make_shared<std::string>();
-  completion->add_option("SHELL", *shell, "bash")->required()->check(CLI::IsMember({"bash"}));
-  session->OnCommand(completion, [app, shell] {
-    std::cout << BashCompletion(*app);
+  completion->AddOption("SHELL", shell.get(), "bash")->Required()->OneOf({"bash"});
+  session->OnCommand(completion, [root, shell] {
+    std::cout << BashCompletion(*root->app());
     return absl::OkStatus();
   });
 }

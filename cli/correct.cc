@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "cli/commands.h"
@@ -44,7 +43,7 @@ absl::Status Correct(Session* session, const Arguments& arguments) {
     if (!status.ok()) return status;
   }
   if (session->json) {
-    PrintJson(MessageToJson(response));
+    PrintJson(response);
   } else {
     std::ostream& beside = BesideOut(arguments.out);
     beside << CorrectionText(response);
@@ -60,14 +59,12 @@ absl::Status Correct(Session* session, const Arguments& arguments) {
 
 }  // namespace
 
-void AddCorrectCommand(CLI::App* app, Session* session) {
+void AddCorrectCommand(Command* app, Session* session) {
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app->add_subcommand("correct", "Moves the machining program onto the real blade");
-  command->add_option("--registration", arguments->registration, "The registration to correct by")->required();
-  command->add_option("--groups", arguments->groups, "Only these hole groups: G1,G2,...")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  command->add_option("--template", arguments->template_file, "NC program whose coordinates are replaced");
+  Command* command = app->AddCommand("correct", "Moves the machining program onto the real blade");
+  command->AddOption("--registration", &arguments->registration, "The registration to correct by")->Required();
+  command->AddOption("--groups", &arguments->groups, "Only these hole groups: G1,G2,...")->List();
+  command->AddOption("--template", &arguments->template_file, "NC program whose coordinates are replaced");
   AddOutOption(command, &arguments->out, "Where the corrected program is written");
   session->OnCommand(command, [session, arguments] { return Correct(session, *arguments); });
 }

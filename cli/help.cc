@@ -1,4 +1,5 @@
 // The commands in groups, each with the words that an engineer would type.
+#include <CLI/CLI.hpp>
 #include <map>
 #include <sstream>
 

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 
 #include "cli/commands.h"
@@ -10,7 +9,7 @@ namespace sixpoint::cli {
 
 using inspection::v1::InspectionService;
 
-void AddInspectCommand(CLI::App* app, Session* session) {
+void AddInspectCommand(Command* app, Session* session) {
   struct Arguments {
     std::string blade, method;
     std::vector<std::string> scans;
@@ -18,22 +17,17 @@ void AddInspectCommand(CLI::App* app, Session* session) {
     RegisterOptions options;
   };
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command =
-      app->add_subcommand("inspect", "Judges a machined blade; done means judged, whatever the verdict");
-  command->add_option("--blade", arguments->blade, "Serial number")->required();
-  command->add_option("--scans", arguments->scans, "Scans with a pin in each hole: ID,ID,...")
-      ->required()
-      ->delimiter(',')
-      ->allow_extra_args(false);
+  Command* command = app->AddCommand("inspect", "Judges a machined blade; done means judged, whatever the verdict");
+  command->AddOption("--blade", &arguments->blade, "Serial number")->Required();
+  command->AddOption("--scans", &arguments->scans, "Scans with a pin in each hole: ID,ID,...")->Required()->List();
   std::vector<std::string> methods = RegisterMethods();
   methods.erase(std::remove(methods.begin(), methods.end(), "allowance"), methods.end());
   command
-      ->add_option("--method", arguments->method,
-                   "How the part is positioned: six-point (without it), six-point-normals, best-fit or local")
-      ->check(CLI::IsMember(methods));
-  command->add_flag(
-      "--axis-tables", arguments->axis_tables,
-      "Take the scans where the axes' characterisations say they were; not where the control compensates");
+      ->AddOption("--method", &arguments->method,
+                  "How the part is positioned: six-point (without it), six-point-normals, best-fit or local")
+      ->OneOf(methods);
+  command->AddFlag("--axis-tables", &arguments->axis_tables,
+                   "Take the scans where the axes' characterisations say they were; not where the control compensates");
   AddFitOptions(command, &arguments->options);
   session->OnCommand(command, [session, arguments]() -> absl::Status {
     inspection::v1::InspectRequest request;

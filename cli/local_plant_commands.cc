@@ -1,6 +1,6 @@
 // `sixpoint up | down | status`.
-#include <CLI/CLI.hpp>
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
 #include "cli/local_plant.h"
@@ -99,25 +99,25 @@ absl::Status Down(Session* session) {
 
 }  // namespace
 
-void AddLocalPlantCommands(CLI::App* app, Session* session) {
+void AddLocalPlantCommands(Command* app, Session* session) {
   if (session->data.empty()) session->data = UsualDataFolder().string();
-  CLI::App* up = app->add_subcommand("up", "Starts all services and a private PostgreSQL on this machine");
-  CLI::App* down = app->add_subcommand("down", "Stops them");
-  CLI::App* status = app->add_subcommand("status", "Tells what runs; exit code 0 when everything serves");
-  for (CLI::App* command : {up, down, status})
-    command->add_option("--data", session->data, "Data folder")->capture_default_str();
+  Command* up = app->AddCommand("up", "Starts all services and a private PostgreSQL on this machine");
+  Command* down = app->AddCommand("down", "Stops them");
+  Command* status = app->AddCommand("status", "Tells what runs; exit code 0 when everything serves");
+  for (Command* command : {up, down, status})
+    command->AddOption("--data", &session->data, "Data folder")->ShowDefault();
   const auto arguments = std::make_shared<UpArguments>();
-  up->add_option("--base-port", arguments->base_port, "The plant service's port; the others follow it")
-      ->check(CLI::Range(1024, 65000))
-      ->capture_default_str();
-  up->add_option("--listen", arguments->listen, "Address to serve on, so that other hosts reach the plant")
-      ->capture_default_str();
-  up->add_option("--announce", arguments->announce, "Host that clients are told; without it, that of --listen");
-  up->add_flag("--insecure", arguments->insecure, "Listens off loopback, though nothing identifies callers");
-  up->add_option("--migrations", arguments->migrations, "Folder of the SQL migrations");
-  up->add_option("--blob-store", arguments->blob_store,
-                 "Where new clouds go: postgresql, or s3:// and the path of a file that the user sixpoint owns")
-      ->capture_default_str();
+  up->AddOption("--base-port", &arguments->base_port, "The plant service's port; the others follow it")
+      ->Within(1024, 65000)
+      ->ShowDefault();
+  up->AddOption("--listen", &arguments->listen, "Address to serve on, so that other hosts reach the plant")
+      ->ShowDefault();
+  up->AddOption("--announce", &arguments->announce, "Host that clients are told; without it, that of --listen");
+  up->AddFlag("--insecure", &arguments->insecure, "Listens off loopback, though nothing identifies callers");
+  up->AddOption("--migrations", &arguments->migrations, "Folder of the SQL migrations");
+  up->AddOption("--blob-store", &arguments->blob_store,
+                "Where new clouds go: postgresql, or s3:// and the path of a file that the user sixpoint owns")
+      ->ShowDefault();
   session->OnCommand(up, [session, arguments] { return Up(session, *arguments); });
   session->OnCommand(down, [session] { return Down(session); });
   session->OnCommand(status, [session] { return PrintHealth(session); });

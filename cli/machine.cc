@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "cli/commands.h"
@@ -26,7 +25,7 @@ void AddJointRows(const std::string& side, const google::protobuf::RepeatedPtrFi
 }
 
 void PrintMachine(const Session& session, const plant::v1::Machine& machine) {
-  if (session.json) return PrintJson(MessageToJson(machine));
+  if (session.json) return PrintJson(machine);
   std::cout << machine.name() << ", revision " << machine.revision() << ", " << TimeText(machine.created_at()) << "\n"
             << "sensor    " << machine.sensor().model() << ", noise " << Fixed(machine.sensor().noise_um(), 2)
             << " um, range " << Fixed(machine.sensor().range_mm(), 1) << " mm about "
@@ -42,13 +41,13 @@ void PrintMachine(const Session& session, const plant::v1::Machine& machine) {
 
 }  // namespace
 
-void AddMachineCommands(CLI::App* app, Session* session) {
-  CLI::App* machine = app->add_subcommand("machine", "Machines: kinematics, sensor, limits");
-  machine->require_subcommand(1);
+void AddMachineCommands(Command* app, Session* session) {
+  Command* machine = app->AddCommand("machine", "Machines: kinematics, sensor, limits");
+  machine->RequireCommand();
   const auto argument = std::make_shared<std::string>();
 
-  CLI::App* add = machine->add_subcommand("add", "Adds a machine, or a new revision of it, from a YAML file");
-  add->add_option("FILE", *argument, "YAML as docs/examples/machine.yaml")->required();
+  Command* add = machine->AddCommand("add", "Adds a machine, or a new revision of it, from a YAML file");
+  add->AddOption("FILE", argument.get(), "YAML as docs/examples/machine.yaml")->Required();
   session->OnCommand(add, [session, argument]() -> absl::Status {
     absl::StatusOr<plant::v1::CreateMachineRequest> request = LoadMachine(*argument);
     if (!request.ok()) return request.status();
@@ -59,21 +58,15 @@ void AddMachineCommands(CLI::App* app, Session* session) {
     return status;
   });
 
-  const auto limit = std::make_shared<int>(0);
-  CLI::App* list = machine->add_subcommand("list", "Lists the machines");
-  AddLimitOption(list, limit.get());
-  session->OnCommand(list, [session, limit] {
-    return ListAndPrint<PlantService>(session, "plant", &PlantService::Stub::ListMachines,
-                                      plant::v1::ListMachinesRequest(), *limit,
-                                      Table({"machine", ">revision", "sensor", "since"}),
-                                      &plant::v1::ListMachinesResponse::machines, [](const plant::v1::Machine& entry) {
-                                        return Cells{IdText(entry.name()), std::to_string(entry.revision()),
-                                                     entry.sensor().model(), TimeText(entry.created_at())};
-                                      });
-  });
+  AddListCommand<PlantService>(machine, session, "Lists the machines", "plant", &PlantService::Stub::ListMachines,
+                               plant::v1::ListMachinesRequest(), Table({"machine", ">revision", "sensor", "since"}),
+                               &plant::v1::ListMachinesResponse::machines, [](const plant::v1::Machine& entry) {
+                                 return Cells{IdText(entry.name()), std::to_string(entry.revision()),
+                                              entry.sensor().model(), TimeText(entry.created_at())};
+                               });
 
-  CLI::App* show = machine->add_subcommand("show", "Shows a machine");
-  show->add_option("ID", *argument, "The machine")->required();
+  Command* show = machine->AddCommand("show", "Shows a machine");
+  show->AddOption("ID", argument.get(), "The machine")->Required();
   session->OnCommand(show, [session, argument]() -> absl::Status {
     plant::v1::GetMachineRequest request;
     request.set_name(NameText("machines", *argument));

@@ -1,5 +1,4 @@
 // `sixpoint`, the engineer's tool: wiring only.
-#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "cli/app.h"
@@ -14,13 +13,9 @@ int main(int argc, char** argv) {
     std::cerr << FailureToText(read, session.server);
     return kUsage;
   }
-  CLI::App app;
-  AddCommands(&app, &session);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    // Help and version are no failures; all else is wrong usage.
-    return app.exit(error) == 0 ? kDone : kUsage;
-  }
+  CommandLine line;
+  AddCommands(line.root(), &session);
+  // Help and version are no failures; all else is wrong usage.
+  if (const std::optional<int> ended = line.Parse(argc, argv)) return *ended == 0 ? kDone : kUsage;
   return session.Run();
 }

@@ -13,8 +13,8 @@ constexpr char kStandardOutput[] = "-";
 
 }  // namespace
 
-CLI::Option* AddOutOption(CLI::App* command, std::string* out, const std::string& what) {
-  return command->add_option("-o,--out", *out, what + "; - is standard output");
+Option* AddOutOption(Command* command, std::string* out, const std::string& what) {
+  return command->AddOption("-o,--out", out, what + "; - is standard output");
 }
 
 absl::Status CheckOut(const Session& session, const std::string& out) {

@@ -3,15 +3,15 @@
 
 #include <absl/status/status.h>
 
-#include <CLI/CLI.hpp>
 #include <iosfwd>
 #include <string>
 
+#include "cli/command_line.h"
 #include "cli/session.h"
 
 namespace sixpoint::cli {
 
-CLI::Option* AddOutOption(CLI::App* command, std::string* out, const std::string& what);
+Option* AddOutOption(Command* command, std::string* out, const std::string& what);
 
 // To be asked before the work is begun: a file in a folder that is not there, or standard output where --json writes to it too.
 absl::Status CheckOut(const Session& session, const std::string& out);

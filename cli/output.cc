@@ -5,7 +5,10 @@
 #include <cctype>
 #include <ctime>
 #include <iostream>
+#include <nlohmann/json.hpp>
+#include <utility>
 
+#include "cli/message_json.h"
 #include "cli/number_format.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
@@ -16,23 +19,34 @@ void PrintJson(const nlohmann::json& json) {
   std::cout << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
 }
 
+void PrintJson(const google::protobuf::Message& message) { PrintJson(MessageToJson(message)); }
+
 void PrintJsonLine(const nlohmann::json& json) {
   std::cout << json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << "\n" << std::flush;
 }
 
 void PrintMessage(bool as_json, const google::protobuf::Message& message, const std::function<std::string()>& text) {
   if (as_json) {
-    PrintJson(MessageToJson(message));
+    PrintJson(message);
   } else {
     std::cout << text();
   }
 }
 
-void PrintList(bool as_json, const nlohmann::json& json, const Table& table) {
-  if (as_json) {
-    PrintJson(json);
+ListOutput::ListOutput(bool as_json, Table table)
+    : json_(as_json ? std::make_unique<nlohmann::json>(nlohmann::json::array()) : nullptr), table_(std::move(table)) {}
+ListOutput::~ListOutput() = default;
+
+void ListOutput::Add(const google::protobuf::Message& entry, const std::function<Cells()>& cells) {
+  ++count_;
+  json_ != nullptr ? json_->push_back(MessageToJson(entry)) : table_.AddRow(cells());
+}
+
+void ListOutput::Print(const std::string& none) const {
+  if (json_ != nullptr) {
+    PrintJson(*json_);
   } else {
-    std::cout << table.ToText();
+    std::cout << (count_ == 0 && !none.empty() ? none : table_.ToText());
   }
 }
 
@@ -79,6 +93,13 @@ std::string NameText(const std::string& collection, const std::string& id_or_nam
 
 std::string CalibrationNameText(const std::string& id_or_name) {
   return id_or_name.find('/') != std::string::npos ? id_or_name : runtime::NameOf("calibrations", id_or_name);
+}
+
+absl::StatusOr<std::string> SubjectNameText(const std::string& option, const std::string& text) {
+  if (text.rfind("blade:", 0) == 0) return NameText("blades", text.substr(6));
+  if (text.rfind("artefact:", 0) == 0) return NameText("artefacts", text.substr(9));
+  if (text.rfind("blades/", 0) == 0 || text.rfind("artefacts/", 0) == 0) return text;
+  return runtime::Refuse(option, text, "blade:SERIAL or artefact:ID");
 }
 
 }  // namespace sixpoint::cli

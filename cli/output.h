@@ -6,22 +6,37 @@
 #include <google/protobuf/timestamp.pb.h>
 
 #include <functional>
-#include <nlohmann/json.hpp>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "cli/message_json.h"
 #include "cli/table.h"
 #include "sixpoint/geometry/v1/geometry.pb.h"
 
 namespace sixpoint::cli {
 
 void PrintJson(const nlohmann::json& json);
+void PrintJson(const google::protobuf::Message& message);
 // On one line, at once: results that a program reads as they come.
 void PrintJsonLine(const nlohmann::json& json);
 // As JSON, or as people read it.
 void PrintMessage(bool as_json, const google::protobuf::Message& message, const std::function<std::string()>& text);
-// One of the two.
-void PrintList(bool as_json, const nlohmann::json& json, const Table& table);
+
+// A list, an array as JSON or a table, entry by entry.
+class ListOutput {
+ public:
+  ListOutput(bool as_json, Table table);
+  ~ListOutput();
+  void Add(const google::protobuf::Message& entry, const std::function<Cells()>& cells);
+  int count() const { return count_; }
+  // none: what people read instead of an empty table.
+  void Print(const std::string& none = "") const;
+
+ private:
+  const std::unique_ptr<nlohmann::json> json_;  // none: for people
+  Table table_;
+  int count_ = 0;
+};
 
 // "2026-11-21 03:25:01Z"; "-" when unset.
 std::string TimeText(const google::protobuf::Timestamp& time);
@@ -37,5 +52,9 @@ std::string IdText(const std::string& resource_name);
 std::string NameText(const std::string& collection, const std::string& id_or_name);
 // A calibration of any kind: its name as another command printed it, or its id.
 std::string CalibrationNameText(const std::string& id_or_name);
+
+// What was scanned: "blade:SN-1" -> "blades/SN-1", "artefact:P" -> "artefacts/P"; a resource name is taken as it is.
+// INVALID_ARGUMENT names the option.
+absl::StatusOr<std::string> SubjectNameText(const std::string& option, const std::string& text);
 
 }  // namespace sixpoint::cli

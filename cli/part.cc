@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "cli/commands.h"
@@ -25,7 +24,7 @@ std::string GapsText(const plant::v1::SurfaceSummary& surface) {
 }
 
 void PrintPart(const Session& session, const plant::v1::Part& part) {
-  if (session.json) return PrintJson(MessageToJson(part));
+  if (session.json) return PrintJson(part);
   std::cout << part.name() << ", revision " << part.revision() << ", " << TimeText(part.created_at()) << "\n"
             << "cad      " << EnumText(CadFormat_Name(part.cad_format()), "CAD_FORMAT_") << ", sha256 "
             << part.surface().cad_sha256() << "\n"
@@ -53,14 +52,13 @@ void PrintPart(const Session& session, const plant::v1::Part& part) {
 
 }  // namespace
 
-void AddPartCommands(CLI::App* app, Session* session) {
-  CLI::App* part = app->add_subcommand("part", "Part models: CAD, hole groups, six points, tolerances");
-  part->require_subcommand(1);
+void AddPartCommands(Command* app, Session* session) {
+  Command* part = app->AddCommand("part", "Part models: CAD, hole groups, six points, tolerances");
+  part->RequireCommand();
   const auto argument = std::make_shared<std::string>();
 
-  CLI::App* add =
-      part->add_subcommand("add", "Adds a part, or a new revision of it, from a YAML file that names its CAD");
-  add->add_option("FILE", *argument, "YAML as docs/examples/part.yaml")->required();
+  Command* add = part->AddCommand("add", "Adds a part, or a new revision of it, from a YAML file that names its CAD");
+  add->AddOption("FILE", argument.get(), "YAML as docs/examples/part.yaml")->Required();
   session->OnCommand(add, [session, argument]() -> absl::Status {
     absl::StatusOr<plant::v1::CreatePartRequest> request = LoadPart(*argument);
     if (!request.ok()) return request.status();
@@ -71,27 +69,22 @@ void AddPartCommands(CLI::App* app, Session* session) {
     return created.status();
   });
 
-  const auto limit = std::make_shared<int>(0);
-  CLI::App* list = part->add_subcommand("list", "Lists the parts");
-  AddLimitOption(list, limit.get());
-  session->OnCommand(list, [session, limit] {
-    plant::v1::ListPartsRequest request;
-    request.set_view(list::v1::VIEW_FULL);
-    return ListAndPrint<PlantService>(session, "plant", &PlantService::Stub::ListParts, request, *limit,
-                                      Table({"part", ">revision", "cad", ">triangles", ">groups", ">datums", "since"}),
-                                      &plant::v1::ListPartsResponse::parts, [](const plant::v1::Part& entry) {
-                                        return Cells{IdText(entry.name()),
-                                                     std::to_string(entry.revision()),
-                                                     EnumText(CadFormat_Name(entry.cad_format()), "CAD_FORMAT_"),
-                                                     Grouped(entry.surface().triangle_count()),
-                                                     std::to_string(entry.hole_groups_size()),
-                                                     std::to_string(entry.six_points_size()),
-                                                     TimeText(entry.created_at())};
-                                      });
-  });
+  plant::v1::ListPartsRequest whole;  // groups and datums are counted
+  whole.set_view(list::v1::VIEW_FULL);
+  AddListCommand<PlantService>(part, session, "Lists the parts", "plant", &PlantService::Stub::ListParts, whole,
+                               Table({"part", ">revision", "cad", ">triangles", ">groups", ">datums", "since"}),
+                               &plant::v1::ListPartsResponse::parts, [](const plant::v1::Part& entry) {
+                                 return Cells{IdText(entry.name()),
+                                              std::to_string(entry.revision()),
+                                              EnumText(CadFormat_Name(entry.cad_format()), "CAD_FORMAT_"),
+                                              Grouped(entry.surface().triangle_count()),
+                                              std::to_string(entry.hole_groups_size()),
+                                              std::to_string(entry.six_points_size()),
+                                              TimeText(entry.created_at())};
+                               });
 
-  CLI::App* show = part->add_subcommand("show", "Shows a part");
-  show->add_option("ID", *argument, "The part")->required();
+  Command* show = part->AddCommand("show", "Shows a part");
+  show->AddOption("ID", argument.get(), "The part")->Required();
   session->OnCommand(show, [session, argument]() -> absl::Status {
     plant::v1::GetPartRequest request;
     request.set_name(NameText("parts", *argument));

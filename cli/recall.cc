@@ -1,5 +1,4 @@
 // `sixpoint recall NAME`: everything that rests on a thing, as the journal has it.
-#include <CLI/CLI.hpp>
 
 #include "cli/commands.h"
 #include "services/runtime/errors.h"
@@ -9,20 +8,18 @@ namespace sixpoint::cli {
 
 using plant::v1::RecordService;
 
-void AddRecallCommand(CLI::App* app, Session* session) {
+void AddRecallCommand(Command* app, Session* session) {
   struct Arguments {
     std::string name;
     std::vector<std::string> kinds;
     int limit = 0;
   };
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* recall = app->add_subcommand("recall", "Everything that was made, directly or not, from a thing");
+  Command* recall = app->AddCommand("recall", "Everything that was made, directly or not, from a thing");
   recall
-      ->add_option("NAME", arguments->name, "As another command printed it: calibrations/ID, scans/ID, parts/ID@3, ...")
-      ->required();
-  recall->add_option("--kinds", arguments->kinds, "Only these: registration,correction,...")
-      ->delimiter(',')
-      ->allow_extra_args(false);
+      ->AddOption("NAME", &arguments->name, "As another command printed it: calibrations/ID, scans/ID, parts/ID@3, ...")
+      ->Required();
+  recall->AddOption("--kinds", &arguments->kinds, "Only these: registration,correction,...")->List();
   AddLimitOption(recall, &arguments->limit);
   session->OnCommand(recall, [session, arguments]() -> absl::Status {
     // An id alone may be of many things.

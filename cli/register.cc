@@ -1,6 +1,3 @@
-#include <google/protobuf/util/time_util.h>
-
-#include <CLI/CLI.hpp>
 
 #include "cli/batch_again.h"
 #include "cli/batch_document.h"
@@ -26,19 +23,13 @@ struct Arguments {
 absl::StatusOr<Again> ManyOf(Session* session, const Arguments& arguments, registration::v1::Method method) {
   if (!arguments.blades.empty()) return BatchOfLatest(session, arguments.blades, method, arguments.axis_tables);
   if (!arguments.part.empty()) {
-    AgainFilter filter;
-    filter.part = NameText("parts", arguments.part);
-    if (!arguments.machine.empty()) filter.machine = NameText("machines", arguments.machine);
-    const auto since = TimeOf("--since", arguments.since);
-    if (!since.ok()) return since.status();
-    filter.since = *since;
-    filter.until = google::protobuf::util::TimeUtil::GetCurrentTime();
-    if (!arguments.until.empty()) {
-      const auto until = TimeOf("--until", arguments.until);
-      if (!until.ok()) return until.status();
-      filter.until = *until;
-    }
-    return BatchOfPart(session, filter, method, arguments.axis_tables);
+    registration::v1::ListRegistrationsRequest which;
+    which.set_part(NameText("parts", arguments.part));
+    if (!arguments.machine.empty()) which.set_machine(NameText("machines", arguments.machine));
+    const auto recorded = TimeRangeOf(arguments.since, arguments.until);
+    if (!recorded.ok()) return recorded.status();
+    *which.mutable_recorded() = *recorded;
+    return BatchOfPart(session, std::move(which), method, arguments.axis_tables);
   }
   const absl::StatusOr<nlohmann::json> document = LoadDocument(arguments.batch);
   if (!document.ok()) return document.status();
@@ -49,45 +40,42 @@ absl::StatusOr<Again> ManyOf(Session* session, const Arguments& arguments, regis
 
 }  // namespace
 
-void AddRegisterCommand(CLI::App* app, Session* session) {
+void AddRegisterCommand(Command* app, Session* session) {
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app->add_subcommand("register", "Finds where a blade really stands");
-  CLI::Option* blade = command->add_option("--blade", arguments->blade, "Serial number");
-  CLI::Option* scans =
-      command->add_option("--scans", arguments->scans, "Its scans: ID,ID,...")->delimiter(',')->allow_extra_args(false);
-  CLI::Option* method =
-      command->add_option("--method", arguments->method, "local, six-point, six-point-normals, best-fit or allowance")
-          ->check(CLI::IsMember(RegisterMethods()));
-  CLI::Option* axis_tables = command->add_flag(
-      "--axis-tables", arguments->axis_tables,
+  Command* command = app->AddCommand("register", "Finds where a blade really stands");
+  Option* blade = command->AddOption("--blade", &arguments->blade, "Serial number");
+  Option* scans = command->AddOption("--scans", &arguments->scans, "Its scans: ID,ID,...")->List();
+  Option* method =
+      command->AddOption("--method", &arguments->method, "local, six-point, six-point-normals, best-fit or allowance")
+          ->OneOf(RegisterMethods());
+  Option* axis_tables = command->AddFlag(
+      "--axis-tables", &arguments->axis_tables,
       "Take the scans where the axes' characterisations say they were; not where the control compensates");
-  const std::vector<CLI::Option*> how = AddRegisterOptions(command, &arguments->options);
-  CLI::Option* batch = command->add_option("--batch", arguments->batch, "Many blades, from a file");
-  CLI::Option* blades =
-      command
-          ->add_option("--blades", arguments->blades,
-                       "Many blades again, from the scans of each one's latest registration: SN,SN,...")
-          ->delimiter(',')
-          ->allow_extra_args(false);
-  CLI::Option* part = command->add_option("--part", arguments->part,
-                                          "Many blades again: each of this part that was registered since --since");
-  CLI::Option* since = command->add_option("--since", arguments->since, "2026-11-21, or 2026-11-21T03:25:01Z");
-  CLI::Option* until = command->add_option("--until", arguments->until, "As --since; without it until now");
-  CLI::Option* machine = command->add_option("--machine", arguments->machine, "Only what this machine scanned");
-  part->needs(since);
-  for (CLI::Option* other : {since, until, machine}) other->needs(part);
-  CLI::Option* request_id =
-      command->add_option("--request-id", arguments->request_id, "Goes on with a batch that broke off");
-  for (CLI::Option* other : {blade, scans, method, axis_tables, blades, part}) batch->excludes(other);
-  for (CLI::Option* other : {blade, scans, part}) blades->excludes(other);
-  for (CLI::Option* other : {blade, scans}) part->excludes(other);
-  for (CLI::Option* other : how) other->excludes(batch)->excludes(blades)->excludes(part);
-  request_id->excludes(blade);
-  command->parse_complete_callback([=] {
-    if (batch->count() > 0 || blades->count() > 0 || part->count() > 0) return;
-    if (blade->count() == 0) throw CLI::RequiredError("--blade, --blades, --part or --batch");
-    if (scans->count() == 0) throw CLI::RequiredError("--scans");
-    if (method->count() == 0) throw CLI::RequiredError("--method");
+  const std::vector<Option*> how = AddRegisterOptions(command, &arguments->options);
+  Option* batch = command->AddOption("--batch", &arguments->batch, "Many blades, from a file");
+  Option* blades = command
+                       ->AddOption("--blades", &arguments->blades,
+                                   "Many blades again, from the scans of each one's latest registration: SN,SN,...")
+                       ->List();
+  Option* part = command->AddOption("--part", &arguments->part,
+                                    "Many blades again: each of this part that was registered since --since");
+  Option* since = command->AddOption("--since", &arguments->since, "2026-11-21, or 2026-11-21T03:25:01Z");
+  Option* until = command->AddOption("--until", &arguments->until, "As --since; without it until now");
+  Option* machine = command->AddOption("--machine", &arguments->machine, "Only what this machine scanned");
+  part->Needs(since);
+  for (Option* other : {since, until, machine}) other->Needs(part);
+  Option* request_id =
+      command->AddOption("--request-id", &arguments->request_id, "Goes on with a batch that broke off");
+  for (Option* other : {blade, scans, method, axis_tables, blades, part}) batch->Excludes(other);
+  for (Option* other : {blade, scans, part}) blades->Excludes(other);
+  for (Option* other : {blade, scans}) part->Excludes(other);
+  for (Option* other : how) other->Excludes(batch)->Excludes(blades)->Excludes(part);
+  request_id->Excludes(blade);
+  command->RequireAlso([=]() -> std::string {
+    if (batch->given() || blades->given() || part->given()) return "";
+    if (!blade->given()) return "--blade, --blades, --part or --batch";
+    if (!scans->given()) return "--scans";
+    return method->given() ? "" : "--method";
   });
   session->OnCommand(command, [session, arguments]() -> absl::Status {
     const registration::v1::Method asked = RegisterMethodOf(arguments->method);

@@ -1,9 +1,11 @@
 #include "cli/register_batch.h"
 
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "cli/batch_calls.h"
+#include "cli/message_json.h"
 #include "cli/moves.h"
 #include "cli/number_format.h"
 #include "cli/output.h"

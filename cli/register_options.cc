@@ -71,32 +71,31 @@ registration::v1::Method RegisterMethodOf(const std::string& text) {
                                        : METHOD_UNSPECIFIED;
 }
 
-std::vector<CLI::Option*> AddFitOptions(CLI::App* command, RegisterOptions* options) {
+std::vector<Option*> AddFitOptions(Command* command, RegisterOptions* options) {
   const auto list = [&](const char* name, std::vector<std::string>* values, const char* help) {
-    return command->add_option(name, *values, help)->allow_extra_args(false);
+    return command->AddOption(name, values, help)->Repeat();
   };
   return {
       list("--free", &options->free, "Directions in which the part may move: turn-x,...,shift-z; without it all six")
-          ->delimiter(',')
-          ->check(CLI::IsMember(RegisterFreedoms())),
+          ->List()
+          ->OneOf(RegisterFreedoms()),
       list("--in", &options->in,
            "Where points count, part frame, mm: box:X,Y,Z:X,Y,Z, ball:X,Y,Z:RADIUS or holes:GROUP:MARGIN; repeatable"),
       list("--not-in", &options->not_in, "Where points do not count, as --in; repeatable"),
-      command->add_option("--weights", options->weights, "Of each scan's points, in the order of --scans: W,W,...")
-          ->delimiter(',')
-          ->allow_extra_args(false),
-      command->add_flag("--coarse", options->coarse, "Look for the part first, however far off and turned in any way")};
+      command->AddOption("--weights", &options->weights, "Of each scan's points, in the order of --scans: W,W,...")
+          ->List(),
+      command->AddFlag("--coarse", &options->coarse, "Look for the part first, however far off and turned in any way")};
 }
 
-std::vector<CLI::Option*> AddRegisterOptions(CLI::App* command, RegisterOptions* options) {
-  std::vector<CLI::Option*> added = AddFitOptions(command, options);
-  for (CLI::Option* of_allowance :
-       {command->add_option("--least-stock-mm", options->least_stock_mm, "allowance: wanted everywhere; 0"),
-        command->add_option("--greatest-stock-mm", options->greatest_stock_mm,
-                            "allowance: points farther outside belong to something else; 5"),
-        command->add_option("--patch-mm", options->patch_mm,
-                            "allowance: stock is the mean over patches of this width; 1"),
-        command->add_option("--least-points", options->least_points, "allowance: of a patch that counts; 5")})
+std::vector<Option*> AddRegisterOptions(Command* command, RegisterOptions* options) {
+  std::vector<Option*> added = AddFitOptions(command, options);
+  for (Option* of_allowance :
+       {command->AddOption("--least-stock-mm", &options->least_stock_mm, "allowance: wanted everywhere; 0"),
+        command->AddOption("--greatest-stock-mm", &options->greatest_stock_mm,
+                           "allowance: points farther outside belong to something else; 5"),
+        command->AddOption("--patch-mm", &options->patch_mm,
+                           "allowance: stock is the mean over patches of this width; 1"),
+        command->AddOption("--least-points", &options->least_points, "allowance: of a patch that counts; 5")})
     added.push_back(of_allowance);
   return added;
 }

@@ -3,11 +3,11 @@
 
 #include <absl/status/statusor.h>
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "cli/command_line.h"
 #include "sixpoint/registration/v1/registration.pb.h"
 
 namespace sixpoint::cli {
@@ -27,8 +27,8 @@ const std::vector<std::string>& RegisterMethods();
 registration::v1::Method RegisterMethodOf(const std::string& text);
 
 // The options added; the first are those that a blank has no part in.
-std::vector<CLI::Option*> AddFitOptions(CLI::App* command, RegisterOptions* options);
-std::vector<CLI::Option*> AddRegisterOptions(CLI::App* command, RegisterOptions* options);
+std::vector<Option*> AddFitOptions(Command* command, RegisterOptions* options);
+std::vector<Option*> AddRegisterOptions(Command* command, RegisterOptions* options);
 
 // Part frame, mm: "box:X,Y,Z:X,Y,Z" (two corners), "ball:X,Y,Z:RADIUS", "holes:GROUP:MARGIN". INVALID_ARGUMENT names the
 // text and what was wanted.

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
 #include <cstring>
@@ -31,17 +30,9 @@ struct UploadArguments {
   int columns = 0;
 };
 
-// "blade:SN-1" -> "blades/SN-1", "artefact:P" -> "artefacts/P"; a resource name is taken as it is.
-absl::StatusOr<std::string> SubjectName(const std::string& text) {
-  if (text.rfind("blade:", 0) == 0) return NameText("blades", text.substr(6));
-  if (text.rfind("artefact:", 0) == 0) return NameText("artefacts", text.substr(9));
-  if (text.rfind("blades/", 0) == 0 || text.rfind("artefacts/", 0) == 0) return text;
-  return runtime::Refuse("--subject", text, "blade:SERIAL or artefact:ID");
-}
-
 // letters: the machine's, of the axis on the bed and of the one that it carries.
 void PrintScan(const Session& session, const ingest::v1::Scan& scan, const std::vector<std::string>& letters) {
-  if (session.json) return PrintJson(MessageToJson(scan));
+  if (session.json) return PrintJson(scan);
   const ingest::v1::ScanHeader& header = scan.header();
   const double commands_deg[] = {header.a_deg(), header.b_deg()};
   std::string commands;
@@ -59,7 +50,7 @@ void PrintScan(const Session& session, const ingest::v1::Scan& scan, const std::
 
 absl::Status Upload(Session* session, const UploadArguments& arguments) {
   ingest::v1::ScanHeader header;
-  absl::StatusOr<std::string> subject = SubjectName(arguments.subject);
+  absl::StatusOr<std::string> subject = SubjectNameText("--subject", arguments.subject);
   if (!subject.ok()) return subject.status();
   absl::StatusOr<ingest::v1::ScanKind> kind = ScanKindOf("--kind", arguments.kind);
   if (!kind.ok()) return kind.status();
@@ -94,7 +85,7 @@ absl::Status Upload(Session* session, const UploadArguments& arguments) {
   }
   if (!stored.ok()) return stored.status();
   if (session->json) {
-    PrintJson(MessageToJson(*stored));
+    PrintJson(*stored);
     return absl::OkStatus();
   }
   PrintScan(*session, stored->scan(), RotaryLetters(*machine));
@@ -102,68 +93,44 @@ absl::Status Upload(Session* session, const UploadArguments& arguments) {
   return absl::OkStatus();
 }
 
-void AddUpload(CLI::App* scan, Session* session) {
+void AddUpload(Command* scan, Session* session) {
   const auto arguments = std::make_shared<UploadArguments>();
-  CLI::App* upload = scan->add_subcommand("upload", "Uploads one scan; it is durable when the command is done");
-  upload->add_option("FILE", arguments->file, "Sensor frame, mm: .drc, .ply, .pcd, .xyz")->required();
-  upload->add_option("--machine", arguments->machine, "The machine that scanned")->required();
-  upload->add_option("--subject", arguments->subject, "blade:SERIAL or artefact:ID")->required();
-  upload->add_option("--kind", arguments->kind, kScanKinds)->required();
-  upload->add_option("--v0-mm", arguments->v0_mm, "Machine position at the start of the scan: X,Y,Z")
-      ->required()
-      ->delimiter(',')
-      ->allow_extra_args(false);
+  Command* upload = scan->AddCommand("upload", "Uploads one scan; it is durable when the command is done");
+  upload->AddOption("FILE", &arguments->file, "Sensor frame, mm: .drc, .ply, .pcd, .xyz")->Required();
+  upload->AddOption("--machine", &arguments->machine, "The machine that scanned")->Required();
+  upload->AddOption("--subject", &arguments->subject, "blade:SERIAL or artefact:ID")->Required();
+  upload->AddOption("--kind", &arguments->kind, kScanKinds)->Required();
+  upload->AddOption("--v0-mm", &arguments->v0_mm, "Machine position at the start of the scan: X,Y,Z")
+      ->Required()
+      ->List();
   for (const auto& [option, command_deg] :
        {std::pair{"--a-deg", &arguments->commands.a_deg}, std::pair{"--b-deg", &arguments->commands.b_deg},
         std::pair{"--c-deg", &arguments->commands.c_deg}})
-    upload->add_option(option, *command_deg, "Rotary axis as commanded; wanted of each that the part rides on");
-  upload->add_option("--pitch-mm", arguments->pitch_mm, "Encoder distance between profiles")->required();
-  upload->add_option("--columns", arguments->columns,
-                     "Sensor columns in a profile; without it, the machine's sensor says");
+    upload->AddOption(option, command_deg, "Rotary axis as commanded; wanted of each that the part rides on");
+  upload->AddOption("--pitch-mm", &arguments->pitch_mm, "Encoder distance between profiles")->Required();
+  upload->AddOption("--columns", &arguments->columns,
+                    "Sensor columns in a profile; without it, the machine's sensor says");
   upload
-      ->add_option("--error-bound-um", arguments->error_bound_um,
-                   "Greatest coordinate error that storing may add; without it, 0.25")
-      ->check(CLI::PositiveNumber);
-  upload->add_option("--scan-id", arguments->scan_id,
-                     "Id of the scan; the same again is the same scan. Without it: a new one");
+      ->AddOption("--error-bound-um", &arguments->error_bound_um,
+                  "Greatest coordinate error that storing may add; without it, 0.25")
+      ->Positive();
+  upload->AddOption("--scan-id", &arguments->scan_id,
+                    "Id of the scan; the same again is the same scan. Without it: a new one");
   session->OnCommand(upload, [session, arguments] { return Upload(session, *arguments); });
 }
 
-void AddList(CLI::App* scan, Session* session) {
-  struct Arguments {
-    std::string machine, subject, kind;
-    int limit = 0;
-  };
-  const auto arguments = std::make_shared<Arguments>();
-  CLI::App* list = scan->add_subcommand("list", "Lists scans, newest first");
-  list->add_option("--machine", arguments->machine, "Only of this machine");
-  list->add_option("--subject", arguments->subject, "Only of blade:SERIAL or artefact:ID");
-  list->add_option("--kind", arguments->kind, "Only " + std::string(kScanKinds));
-  AddLimitOption(list, &arguments->limit);
-  session->OnCommand(list, [session, arguments]() -> absl::Status {
-    ingest::v1::ListScansRequest request;
-    if (!arguments->machine.empty()) request.set_machine(NameText("machines", arguments->machine));
-    if (!arguments->subject.empty()) {
-      absl::StatusOr<std::string> subject = SubjectName(arguments->subject);
-      if (!subject.ok()) return subject.status();
-      request.set_subject(*subject);
-    }
-    if (!arguments->kind.empty()) {
-      absl::StatusOr<ingest::v1::ScanKind> kind = ScanKindOf("--kind", arguments->kind);
-      if (!kind.ok()) return kind.status();
-      request.set_kind(*kind);
-    }
-    return ListAndPrint<ScanService>(
-        session, "ingest", &ScanService::Stub::ListScans, request, arguments->limit,
-        Table({"scan", "kind", "subject", "machine", ">bed axis deg", ">carried axis deg", ">points", ">bytes",
-               "received"}),
-        &ingest::v1::ListScansResponse::scans, [](const ingest::v1::Scan& entry) {
-          const ingest::v1::ScanHeader& header = entry.header();
-          return Cells{IdText(entry.name()),          ScanKindText(header.kind()),   header.subject(),
-                       IdText(header.machine()),      Fixed(header.a_deg(), 3),      Fixed(header.b_deg(), 3),
-                       Grouped(header.point_count()), Grouped(entry.stored_bytes()), TimeText(entry.received_at())};
-        });
-  });
+void AddList(Command* scan, Session* session) {
+  AddListCommand<ScanService>(
+      scan, session, "Lists scans, newest first", "ingest", &ScanService::Stub::ListScans,
+      ingest::v1::ListScansRequest(),
+      Table({"scan", "kind", "subject", "machine", ">bed axis deg", ">carried axis deg", ">points", ">bytes",
+             "received"}),
+      &ingest::v1::ListScansResponse::scans, [](const ingest::v1::Scan& entry) {
+        const ingest::v1::ScanHeader& header = entry.header();
+        return Cells{IdText(entry.name()),          ScanKindText(header.kind()),   header.subject(),
+                     IdText(header.machine()),      Fixed(header.a_deg(), 3),      Fixed(header.b_deg(), 3),
+                     Grouped(header.point_count()), Grouped(entry.stored_bytes()), TimeText(entry.received_at())};
+      });
 }
 
 // "100:50" -> profiles 100 to 149; "100:" and "100" -> all from 100 on.
@@ -257,30 +224,29 @@ absl::Status Preview(Session* session, const DownloadArguments& arguments) {
   return WritePoints(*session, *file, *points_mm, response->scan().header().point_count());
 }
 
-void AddDownload(CLI::App* scan, Session* session) {
+void AddDownload(Command* scan, Session* session) {
   const auto arguments = std::make_shared<DownloadArguments>();
-  CLI::App* download = scan->add_subcommand("download", "Writes a scan's points, sensor frame, mm");
-  download->add_option("ID", arguments->id, "The scan")->required();
-  AddOutOption(download, &arguments->out, ".ply or .xyz")->required();
-  download->add_option("--profiles", arguments->profiles, "Only these, FIRST:COUNT, counted from 0");
+  Command* download = scan->AddCommand("download", "Writes a scan's points, sensor frame, mm");
+  download->AddOption("ID", &arguments->id, "The scan")->Required();
+  AddOutOption(download, &arguments->out, ".ply or .xyz")->Required();
+  download->AddOption("--profiles", &arguments->profiles, "Only these, FIRST:COUNT, counted from 0");
   session->OnCommand(download, [session, arguments] { return Download(session, *arguments); });
 }
 
-void AddPreview(CLI::App* scan, Session* session) {
+void AddPreview(Command* scan, Session* session) {
   const auto arguments = std::make_shared<DownloadArguments>();
-  CLI::App* preview = scan->add_subcommand("preview", "Writes every n-th of a scan's points: enough for a picture");
-  preview->add_option("ID", arguments->id, "The scan")->required();
-  AddOutOption(preview, &arguments->out, ".ply or .xyz")->required();
-  preview->add_option("--points", arguments->point_count, "At most so many, to 200000; without it, 20000")
-      ->check(CLI::PositiveNumber);
+  Command* preview = scan->AddCommand("preview", "Writes every n-th of a scan's points: enough for a picture");
+  preview->AddOption("ID", &arguments->id, "The scan")->Required();
+  AddOutOption(preview, &arguments->out, ".ply or .xyz")->Required();
+  preview->AddOption("--points", &arguments->point_count, "At most so many, to 200000; without it, 20000")->Positive();
   session->OnCommand(preview, [session, arguments] { return Preview(session, *arguments); });
 }
 
 }  // namespace
 
-void AddScanCommands(CLI::App* app, Session* session) {
-  CLI::App* scan = app->add_subcommand("scan", "Scans: upload, look, download, preview, delete points");
-  scan->require_subcommand(1);
+void AddScanCommands(Command* app, Session* session) {
+  Command* scan = app->AddCommand("scan", "Scans: upload, look, download, preview, delete points");
+  scan->RequireCommand();
   AddUpload(scan, session);
   AddList(scan, session);
   AddDownload(scan, session);
@@ -288,8 +254,8 @@ void AddScanCommands(CLI::App* app, Session* session) {
   AddDeletePointsCommand(scan, session);
 
   const auto id = std::make_shared<std::string>();
-  CLI::App* show = scan->add_subcommand("show", "Shows a scan's record");
-  show->add_option("ID", *id, "The scan")->required();
+  Command* show = scan->AddCommand("show", "Shows a scan's record");
+  show->AddOption("ID", id.get(), "The scan")->Required();
   session->OnCommand(show, [session, id]() -> absl::Status {
     ingest::v1::GetScanRequest request;
     request.set_name(NameText("scans", *id));

@@ -3,7 +3,6 @@
 #include <pwd.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -76,8 +75,8 @@ absl::Status Session::Retrying(const std::string& area,
   }
 }
 
-void Session::OnCommand(CLI::App* command, std::function<absl::Status()> action) {
-  command->callback([this, action = std::move(action)] { action_ = action; });
+void Session::OnCommand(Command* command, std::function<absl::Status()> action) {
+  command->OnChosen([this, action = std::move(action)] { action_ = action; });
 }
 
 int Session::Run() {

@@ -12,12 +12,9 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "cli/command_line.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/retry.h"
-
-namespace CLI {
-class App;
-}
 
 namespace sixpoint::cli {
 
@@ -67,7 +64,7 @@ class Session {
   runtime::RetryLimits Limits() const;
 
   // Lets a subcommand run this when it was given.
-  void OnCommand(CLI::App* command, std::function<absl::Status()> action);
+  void OnCommand(Command* command, std::function<absl::Status()> action);
   // Runs the command and gives the exit code; a failure is printed with its code, message, reason and the next step.
   int Run();
   // The command is done but its result is not usable.

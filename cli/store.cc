@@ -1,8 +1,9 @@
 // The keeping of stored clouds: check, collect, status, retention; `scan delete-points`.
-#include <CLI/CLI.hpp>
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
+#include "cli/message_json.h"
 #include "cli/number_format.h"
 #include "cli/output.h"
 #include "cli/scan_kind.h"
@@ -111,7 +112,7 @@ absl::Status PrintStatus(Session* session) {
   const absl::StatusOr<ingest::v1::StoreStatus> status = GetStatus(session);
   if (!status.ok()) return status.status();
   if (session->json) {
-    PrintJson(MessageToJson(*status));
+    PrintJson(*status);
     return absl::OkStatus();
   }
   Table table({"holder", ">kept", ">bytes", ">deleted", ">bytes deleted"});
@@ -136,7 +137,7 @@ absl::Status Collect(Session* session, bool dry_run, std::int64_t grace_s) {
   absl::Status status = session->Call<CloudStoreService>("ingest", &Stub::CollectGarbage, request, &response);
   if (!status.ok()) return status;
   if (session->json) {
-    PrintJson(MessageToJson(response));
+    PrintJson(response);
     return status;
   }
   std::cout << (dry_run ? "would be collected: " : "collected: ") << Grouped(response.blob_count()) << " blobs ("
@@ -152,33 +153,16 @@ absl::Status SetPolicy(Session* session, const std::string& kind_text, int keep_
   request.set_scan_kind(*kind);
   request.set_keep_days(keep_days);
   request.set_requested_by(session->requested_by());
+  request.set_request_id(NewRequestId());
   ingest::v1::RetentionPolicy response;
   absl::Status status = session->Call<CloudStoreService>("ingest", &Stub::SetRetentionPolicy, request, &response);
   if (!status.ok()) return status;
   if (session->json) {
-    PrintJson(MessageToJson(response));
+    PrintJson(response);
   } else {
     std::cout << "points of " << ScanKindText(response.scan_kind()) << " scans are kept "
               << KeptText(response.keep_days()) << " (revision " << response.revision() << ")\n";
   }
-  return status;
-}
-
-absl::Status ListPolicies(Session* session, bool all_revisions, int limit) {
-  ingest::v1::ListRetentionPoliciesRequest request;
-  request.set_all_revisions(all_revisions);
-  ingest::v1::ListRetentionPoliciesResponse response;
-  absl::Status status = session->Call<CloudStoreService>("ingest", &Stub::ListRetentionPolicies, request, &response);
-  if (!status.ok()) return status;
-  nlohmann::json json = nlohmann::json::array();
-  Table table({"kind", ">revision", "points kept", "by", "since"});
-  for (const ingest::v1::RetentionPolicy& policy : response.policies()) {
-    if (limit > 0 && json.size() == static_cast<std::size_t>(limit)) break;
-    json.push_back(MessageToJson(policy));
-    table.AddRow({ScanKindText(policy.scan_kind()), std::to_string(policy.revision()), KeptText(policy.keep_days()),
-                  policy.requested_by(), TimeText(policy.recorded_at())});
-  }
-  PrintList(session->json, json, table);
   return status;
 }
 
@@ -190,7 +174,7 @@ absl::Status ApplyPolicies(Session* session, bool dry_run) {
   absl::Status status = session->Call<CloudStoreService>("ingest", &Stub::ApplyRetention, request, &response);
   if (!status.ok()) return status;
   if (session->json) {
-    PrintJson(MessageToJson(response));
+    PrintJson(response);
     return status;
   }
   std::cout << (dry_run ? "points of " : "deleted the points of ") << Grouped(response.scan_count()) << " scans ("
@@ -212,7 +196,7 @@ absl::Status DeletePoints(Session* session, const std::string& scan_id, const st
   absl::Status status = session->Call<CloudStoreService>("ingest", &Stub::DeleteScanPoints, request, &response);
   if (!status.ok()) return status;
   if (session->json) {
-    PrintJson(MessageToJson(response));
+    PrintJson(response);
     return status;
   }
   const ingest::v1::ScanDeletion& deletion = response.deletion();
@@ -224,67 +208,64 @@ absl::Status DeletePoints(Session* session, const std::string& scan_id, const st
   return status;
 }
 
-void AddRetention(CLI::App* store, Session* session) {
-  CLI::App* retention = store->add_subcommand("retention", "How long points of scans are kept, by kind of scan");
-  retention->require_subcommand(1);
+void AddRetention(Command* store, Session* session) {
+  Command* retention = store->AddCommand("retention", "How long points of scans are kept, by kind of scan");
+  retention->RequireCommand();
   const auto kind = std::make_shared<std::string>();
   const auto keep_days = std::make_shared<int>(0);
   const auto flag = std::make_shared<bool>(false);
 
-  CLI::App* set =
-      retention->add_subcommand("set", "Sets the policy of a kind; scans, values and results stay for ever");
-  set->add_option("KIND", *kind, kScanKinds)->required();
-  CLI::Option_group* how_long = set->add_option_group("how long");
-  how_long->add_option("--keep-days", *keep_days, "Whole days since the scan was recorded")
-      ->check(CLI::Range(1, 36'525));
-  how_long->add_flag("--for-ever", *flag, "Nothing of this kind is deleted by age");
-  how_long->require_option(1);
+  Command* set = retention->AddCommand("set", "Sets the policy of a kind; scans, values and results stay for ever");
+  set->AddOption("KIND", kind.get(), kScanKinds)->Required();
+  Command* how_long = set->AddChoice("how long");
+  how_long->AddOption("--keep-days", keep_days.get(), "Whole days since the scan was recorded")->Within(1, 36'525);
+  how_long->AddFlag("--for-ever", flag.get(), "Nothing of this kind is deleted by age");
   session->OnCommand(set, [session, kind, keep_days] { return SetPolicy(session, *kind, *keep_days); });
 
-  CLI::App* list = retention->add_subcommand("list", "Lists the policies; a kind without one is kept for ever");
-  list->add_flag("--all", *flag, "Also those that newer ones replaced");
-  const auto limit = std::make_shared<int>(0);
-  AddLimitOption(list, limit.get());
-  session->OnCommand(list, [session, flag, limit] { return ListPolicies(session, *flag, *limit); });
+  AddListCommand<CloudStoreService>(
+      retention, session, "Lists the policies; a kind without one is kept for ever", "ingest",
+      &Stub::ListRetentionPolicies, ingest::v1::ListRetentionPoliciesRequest(),
+      Table({"kind", ">revision", "points kept", "by", "since"}), &ingest::v1::ListRetentionPoliciesResponse::policies,
+      [](const ingest::v1::RetentionPolicy& policy) {
+        return Cells{ScanKindText(policy.scan_kind()), std::to_string(policy.revision()), KeptText(policy.keep_days()),
+                     policy.requested_by(), TimeText(policy.recorded_at())};
+      });
 
-  CLI::App* apply = retention->add_subcommand("apply", "Applies the policies now; ingest does it every hour by itself");
-  apply->add_flag("--dry-run", *flag, "Only counts");
+  Command* apply = retention->AddCommand("apply", "Applies the policies now; ingest does it every hour by itself");
+  apply->AddFlag("--dry-run", flag.get(), "Only counts");
   session->OnCommand(apply, [session, flag] { return ApplyPolicies(session, *flag); });
 }
 
 }  // namespace
 
-void AddDeletePointsCommand(CLI::App* scan, Session* session) {
+void AddDeletePointsCommand(Command* scan, Session* session) {
   const auto id = std::make_shared<std::string>();
   const auto reason = std::make_shared<std::string>();
-  CLI::App* remove =
-      scan->add_subcommand("delete-points", "Deletes a scan's points for good; its values and results stay");
-  remove->add_option("ID", *id, "The scan")->required();
-  remove->add_option("--reason", *reason, "Why; it stays in the record")->required();
+  Command* remove = scan->AddCommand("delete-points", "Deletes a scan's points for good; its values and results stay");
+  remove->AddOption("ID", id.get(), "The scan")->Required();
+  remove->AddOption("--reason", reason.get(), "Why; it stays in the record")->Required();
   session->OnCommand(remove, [session, id, reason] { return DeletePoints(session, *id, *reason); });
 }
 
-void AddStoreCommands(CLI::App* app, Session* session) {
-  CLI::App* store = app->add_subcommand("store", "The keeping of stored clouds");
-  store->require_subcommand(1);
+void AddStoreCommands(Command* app, Session* session) {
+  Command* store = app->AddCommand("store", "The keeping of stored clouds");
+  store->RequireCommand();
   const auto rate_mb_s = std::make_shared<double>(0);
   const auto after_sha256 = std::make_shared<std::string>();
   const auto dry_run = std::make_shared<bool>(false);
   const auto grace_s = std::make_shared<std::int64_t>(0);
 
-  CLI::App* check = store->add_subcommand("check", "Reads every stored blob and holds it against its size and SHA-256");
-  check->add_option("--rate-mb-s", *rate_mb_s, "At most so fast; without it as fast as it goes")
-      ->check(CLI::Range(0.0, 1e6));
-  check->add_option("--after", *after_sha256, "Goes on after this SHA-256");
+  Command* check = store->AddCommand("check", "Reads every stored blob and holds it against its size and SHA-256");
+  check->AddOption("--rate-mb-s", rate_mb_s.get(), "At most so fast; without it as fast as it goes")->Within(0.0, 1e6);
+  check->AddOption("--after", after_sha256.get(), "Goes on after this SHA-256");
   session->OnCommand(check, [session, rate_mb_s, after_sha256] { return Check(session, *rate_mb_s, *after_sha256); });
 
-  CLI::App* collect = store->add_subcommand("collect", "Takes away blobs that nothing refers to");
-  collect->add_flag("--dry-run", *dry_run, "Only counts");
-  collect->add_option("--grace-s", *grace_s, "Leaves younger ones; without it one day")
-      ->check(CLI::Range(1, 31'622'400));
+  Command* collect = store->AddCommand("collect", "Takes away blobs that nothing refers to");
+  collect->AddFlag("--dry-run", dry_run.get(), "Only counts");
+  collect->AddOption("--grace-s", grace_s.get(), "Leaves younger ones; without it one day")->Within(1, 31'622'400);
   session->OnCommand(collect, [session, dry_run, grace_s] { return Collect(session, *dry_run, *grace_s); });
 
-  CLI::App* status = store->add_subcommand("status", "What is stored where, and what the checks found");
+  Command* status = store->AddCommand("status", "What is stored where, and what the checks found");
   session->OnCommand(status, [session] { return PrintStatus(session); });
   AddRetention(store, session);
 }

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 
 #include "cli/calibration_options.h"
 #include "cli/commands.h"
@@ -21,7 +20,6 @@ struct Arguments : CalibrationOptions {
   std::string machine, file, calibration;
   std::vector<std::string> names, region;
   double limit = 0, pitch_mm = 0;
-  int most = 0;  // of a list
 };
 
 template <typename Request>
@@ -133,26 +131,10 @@ absl::Status RunSphere(Session* session, const Arguments& arguments) {
   return Run(session, &StudyService::Stub::RunSphereCheck, arguments, request);
 }
 
-CLI::Option* AddScans(CLI::App* command, const std::shared_ptr<Arguments>& arguments) {
-  return command->add_option("--scans", arguments->names, "ID,ID,... in the order in which they were made")
-      ->required()
-      ->delimiter(',')
-      ->allow_extra_args(false);
-}
-
-absl::Status ListAll(Session* session, const Arguments& arguments) {
-  calibration::v1::ListStudiesRequest request;
-  if (!arguments.machine.empty()) request.set_machine(NameText("machines", arguments.machine));
-  return ListAndPrint<StudyService>(session, "calibration", &StudyService::Stub::ListStudies, request, arguments.most,
-                                    Table({"study", "kind", "machine", "verdict", "by", "recorded"}),
-                                    &calibration::v1::ListStudiesResponse::studies, [](const Study& study) {
-                                      return Cells{IdText(study.name()),
-                                                   StudyKindText(study.kind()),
-                                                   study.machine().empty() ? "-" : IdText(study.machine()),
-                                                   StudyVerdictName(study.verdict()),
-                                                   study.requested_by(),
-                                                   TimeText(study.recorded_at())};
-                                    });
+Option* AddScans(Command* command, const std::shared_ptr<Arguments>& arguments) {
+  return command->AddOption("--scans", &arguments->names, "ID,ID,... in the order in which they were made")
+      ->Required()
+      ->List();
 }
 
 absl::Status Show(Session* session, const std::string& name) {
@@ -163,60 +145,63 @@ absl::Status Show(Session* session, const std::string& name) {
 
 }  // namespace
 
-void AddCalibrateStudyCommands(CLI::App* calibrate, Session* session) {
+void AddCalibrateStudyCommands(Command* calibrate, Session* session) {
   const auto gauge_arguments = std::make_shared<Arguments>();
-  CLI::App* gauge =
-      calibrate->add_subcommand("gauge", "What the scanner repeats, from superposed scans of a ground face");
+  Command* gauge = calibrate->AddCommand("gauge", "What the scanner repeats, from superposed scans of a ground face");
   AddScans(gauge, gauge_arguments);
-  gauge->add_option("--region-mm", gauge_arguments->region, "X0,X1,Y0,Y1 in the sensor frame; without it, all")
-      ->delimiter(',')
-      ->expected(4)
-      ->check(CLI::Number);
-  gauge->add_option("--station-pitch-mm", gauge_arguments->pitch_mm, "0.1 without it");
-  gauge->add_option("--limit-um", gauge_arguments->limit, "Greatest median oscillation that is accepted");
+  gauge->AddOption("--region-mm", &gauge_arguments->region, "X0,X1,Y0,Y1 in the sensor frame; without it, all")
+      ->List()
+      ->Count(4)
+      ->Numbers();
+  gauge->AddOption("--station-pitch-mm", &gauge_arguments->pitch_mm, "0.1 without it");
+  gauge->AddOption("--limit-um", &gauge_arguments->limit, "Greatest median oscillation that is accepted");
   AddTemperatureOption(gauge, gauge_arguments);
   session->OnCommand(gauge, [session, gauge_arguments] { return RunGauge(session, *gauge_arguments); });
 
   const auto arm_arguments = std::make_shared<Arguments>();
-  CLI::App* arm = calibrate->add_subcommand("arm", "What the arm repeats, from scans of kind arm");
+  Command* arm = calibrate->AddCommand("arm", "What the arm repeats, from scans of kind arm");
   AddScans(arm, arm_arguments);
-  arm->add_option("--calibration", arm_arguments->calibration, "Of the sensor; without it, the one in force");
-  arm->add_option("--limit-um", arm_arguments->limit, "Greatest standard deviation of dx, dy, dz that is accepted");
+  arm->AddOption("--calibration", &arm_arguments->calibration, "Of the sensor; without it, the one in force");
+  arm->AddOption("--limit-um", &arm_arguments->limit, "Greatest standard deviation of dx, dy, dz that is accepted");
   AddTemperatureOption(arm, arm_arguments);
   session->OnCommand(arm, [session, arm_arguments] { return RunArm(session, *arm_arguments); });
 }
 
-void AddStudyCommands(CLI::App* app, Session* session) {
-  CLI::App* study = app->add_subcommand("study", "What instruments and procedures can do (also: calibrate gauge, arm)");
-  study->require_subcommand(1);
+void AddStudyCommands(Command* app, Session* session) {
+  Command* study = app->AddCommand("study", "What instruments and procedures can do (also: calibrate gauge, arm)");
+  study->RequireCommand();
   const auto arguments = std::make_shared<Arguments>();
 
-  CLI::App* list = study->add_subcommand("list", "Lists studies");
-  list->add_option("--machine", arguments->machine, "Only of this machine");
-  AddLimitOption(list, &arguments->most);
-  session->OnCommand(list, [session, arguments] { return ListAll(session, *arguments); });
+  AddListCommand<StudyService>(study, session, "Lists studies", "calibration", &StudyService::Stub::ListStudies,
+                               calibration::v1::ListStudiesRequest(),
+                               Table({"study", "kind", "machine", "verdict", "by", "recorded"}),
+                               &calibration::v1::ListStudiesResponse::studies, [](const Study& made) {
+                                 return Cells{IdText(made.name()),
+                                              StudyKindText(made.kind()),
+                                              made.machine().empty() ? "-" : IdText(made.machine()),
+                                              StudyVerdictName(made.verdict()),
+                                              made.requested_by(),
+                                              TimeText(made.recorded_at())};
+                               });
 
-  CLI::App* show = study->add_subcommand("show", "Shows a study with the uncertainty of each number");
-  show->add_option("ID", arguments->file, "The study")->required();
+  Command* show = study->AddCommand("show", "Shows a study with the uncertainty of each number");
+  show->AddOption("ID", &arguments->file, "The study")->Required();
   session->OnCommand(show, [session, arguments] { return Show(session, arguments->file); });
 
-  CLI::App* repeat = study->add_subcommand("repeat", "The tables of a sensor calibration made several times");
-  repeat->add_option("--calibrations", arguments->names, "ID,ID,...; drafts too")
-      ->required()
-      ->delimiter(',')
-      ->allow_extra_args(false);
+  Command* repeat = study->AddCommand("repeat", "The tables of a sensor calibration made several times");
+  repeat->AddOption("--calibrations", &arguments->names, "ID,ID,...; drafts too")->Required()->List();
   AddTemperatureOption(repeat, arguments);
   session->OnCommand(repeat, [session, arguments] { return RunRepeat(session, *arguments); });
 
-  CLI::App* rr = study->add_subcommand("rr", "Gauge R&R: components of variance of nested data");
-  rr->add_option("FILE", arguments->file, "YAML or JSON, as docs/examples/gauge_rr.yaml")->required();
-  rr->add_option("--machine", arguments->machine, "Which it concerns");
+  Command* rr = study->AddCommand("rr", "Gauge R&R: components of variance of nested data");
+  rr->AddOption("FILE", &arguments->file, "YAML or JSON, as docs/examples/gauge_rr.yaml")->Required();
+  rr->AddOption("--machine", &arguments->machine, "Which it concerns");
   AddTemperatureOption(rr, arguments);
   session->OnCommand(rr, [session, arguments] { return RunRr(session, *arguments); });
 
-  CLI::App* sphere = study->add_subcommand("sphere", "A probe on a calibrated sphere and length standards");
-  sphere->add_option("FILE", arguments->file, "YAML or JSON, as docs/examples/sphere_check.yaml")->required();
-  sphere->add_option("--machine", arguments->machine, "Which it concerns");
+  Command* sphere = study->AddCommand("sphere", "A probe on a calibrated sphere and length standards");
+  sphere->AddOption("FILE", &arguments->file, "YAML or JSON, as docs/examples/sphere_check.yaml")->Required();
+  sphere->AddOption("--machine", &arguments->machine, "Which it concerns");
   AddTemperatureOption(sphere, arguments);
   session->OnCommand(sphere, [session, arguments] { return RunSphere(session, *arguments); });
 }

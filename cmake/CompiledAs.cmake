@@ -14,7 +14,7 @@ set(grpc_headers <google/protobuf/extension_set.h> <google/protobuf/generated_en
   <grpcpp/impl/codegen/server_callback_handlers.h> <grpcpp/impl/service_type.h> <grpcpp/support/async_stream.h>
   <grpcpp/support/async_unary_call.h> <grpcpp/support/client_callback.h> <grpcpp/support/message_allocator.h>
   <grpcpp/support/method_handler.h> <grpcpp/support/server_callback.h> <grpcpp/support/sync_stream.h>)
-set(cli_headers <CLI/CLI.hpp> <nlohmann/json.hpp>)
+set(cli_headers <nlohmann/json.hpp>)
 set(test_headers <gmock/gmock.h> <gtest/gtest.h> <random>)
 
 # sixpoint_compiled_as(NAME OPTIMISATION HEADER...)

@@ -30,9 +30,11 @@ constexpr char kInsertArtefactRevision[] =
     "INSERT INTO artefact_revisions (artefact_id, revision, content_sha256, side_mm, cone_half_angle_deg, "
     "cone_top_radius_mm, cone_bottom_radius_mm, slot_width_mm, slot_depth_mm, record_sequence, recorded_at) "
     "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
-constexpr char kInsertFeature[] =
+constexpr char kInsertFeatures[] =
     "INSERT INTO artefact_features (artefact_id, revision, kind, position_index, feature, x_mm, y_mm) "
-    "VALUES ($1, $2, $3, $4, $5, $6, $7)";
+    "SELECT $1::text, $2::integer, kind, (position - 1)::integer, feature, x_mm, y_mm "
+    "FROM unnest($3::text[], $4::text[], $5::double precision[], $6::double precision[]) WITH ORDINALITY "
+    "AS feature (kind, feature, x_mm, y_mm, position)";
 constexpr char kSelectArtefact[] =
     "SELECT revision, content_sha256, side_mm, cone_half_angle_deg, cone_top_radius_mm, cone_bottom_radius_mm, "
     "slot_width_mm, slot_depth_mm, record_sequence, recorded_at FROM artefact_revisions "
@@ -41,11 +43,21 @@ constexpr char kSelectFeatures[] =
     "SELECT kind, feature, x_mm, y_mm FROM artefact_features WHERE artefact_id = $1 AND revision = $2 "
     "ORDER BY kind, position_index";
 
+// The newest revision's time decides.
 constexpr char kSelectMachineIds[] =
-    "SELECT machine_id FROM machines WHERE machine_id > $1 ORDER BY machine_id LIMIT $2";
+    "SELECT machine_id FROM (SELECT DISTINCT ON (machine_id) machine_id, recorded_at FROM machine_revisions WHERE "
+    "machine_id > $1 "
+    "ORDER BY machine_id, revision DESC) newest WHERE ($2::timestamptz IS NULL OR recorded_at >= $2) "
+    "AND ($3::timestamptz IS NULL OR recorded_at < $3) ORDER BY machine_id LIMIT $4";
 constexpr char kSelectArtefactIds[] =
-    "SELECT artefact_id FROM artefacts WHERE artefact_id > $1 ORDER BY artefact_id LIMIT $2";
-constexpr char kSelectPartIds[] = "SELECT part_id FROM parts WHERE part_id > $1 ORDER BY part_id LIMIT $2";
+    "SELECT artefact_id FROM (SELECT DISTINCT ON (artefact_id) artefact_id, recorded_at FROM artefact_revisions WHERE "
+    "artefact_id > $1 "
+    "ORDER BY artefact_id, revision DESC) newest WHERE ($2::timestamptz IS NULL OR recorded_at >= $2) "
+    "AND ($3::timestamptz IS NULL OR recorded_at < $3) ORDER BY artefact_id LIMIT $4";
+constexpr char kSelectPartIds[] =
+    "SELECT part_id FROM (SELECT DISTINCT ON (part_id) part_id, recorded_at FROM part_revisions WHERE part_id > $1 "
+    "ORDER BY part_id, revision DESC) newest WHERE ($2::timestamptz IS NULL OR recorded_at >= $2) "
+    "AND ($3::timestamptz IS NULL OR recorded_at < $3) ORDER BY part_id LIMIT $4";
 
 constexpr char kInsertBlade[] =
     "INSERT INTO blades (blade_serial, part_id, record_sequence, recorded_at) VALUES ($1, $2, $3, $4)";
@@ -162,14 +174,17 @@ absl::StatusOr<ArtefactRow> InsertArtefact(Transaction& transaction, ArtefactRow
   params.Int(recorded->sequence).Time(recorded->recorded_at);
   if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertArtefactRevision, params); !inserted.ok())
     return inserted.status();
-  int position = 0;
+  std::vector<std::string> kinds, names;
+  std::vector<double> x_mm, y_mm;
   for (const PlateFeatureRow& feature : artefact.features) {
-    Params row;
-    row.Text(id).Int(artefact.revision).Text(feature.kind).Int(position++).Text(feature.feature);
-    row.Real(feature.x_mm).Real(feature.y_mm);
-    if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertFeature, row); !inserted.ok())
-      return inserted.status();
+    kinds.push_back(feature.kind);
+    names.push_back(feature.feature);
+    x_mm.push_back(feature.x_mm);
+    y_mm.push_back(feature.y_mm);
   }
+  const absl::StatusOr<Rows> features = transaction.Execute(
+      kInsertFeatures, Params().Text(id).Int(artefact.revision).Texts(kinds).Texts(names).Reals(x_mm).Reals(y_mm));
+  if (!features.ok()) return features.status();
   return artefact;
 }
 
@@ -244,11 +259,14 @@ std::string CollectionOf(Registered what) {
 }
 
 absl::StatusOr<std::vector<std::string>> ListRegistered(Transaction& transaction, Registered what,
-                                                        const std::string& after, int limit) {
+                                                        const TimeSpan& recorded, const std::string& after, int limit) {
   const char* sql = what == Registered::kMachines    ? kSelectMachineIds
                     : what == Registered::kArtefacts ? kSelectArtefactIds
                                                      : kSelectPartIds;
-  const absl::StatusOr<Rows> rows = transaction.Execute(sql, Params().Text(after).Int(limit));
+  Params params;
+  params.Text(after);
+  AddSpan(recorded, &params);
+  const absl::StatusOr<Rows> rows = transaction.Execute(sql, params.Int(limit));
   if (!rows.ok()) return rows.status();
   std::vector<std::string> ids;
   for (int row = 0; row < rows->count(); ++row) ids.push_back(rows->Text(row, 0));

@@ -129,10 +129,10 @@ absl::StatusOr<std::optional<ArtefactRow>> FindArtefact(Transaction& transaction
 absl::StatusOr<std::optional<PartRow>> FindPart(Transaction& transaction, const std::string& id, int revision);
 absl::StatusOr<std::optional<BladeRow>> FindBlade(Transaction& transaction, const std::string& serial);
 
-// In order of id, from after `after` (empty: from the first).
+// In order of id, from after `after` (empty: from the first): those whose newest revision was recorded within the span.
 enum class Registered { kMachines, kArtefacts, kParts };
 absl::StatusOr<std::vector<std::string>> ListRegistered(Transaction& transaction, Registered what,
-                                                        const std::string& after, int limit);
+                                                        const TimeSpan& recorded, const std::string& after, int limit);
 // The collection of its names: machines, artefacts, parts.
 std::string CollectionOf(Registered what);
 struct BladeFilter {

@@ -35,9 +35,10 @@ class PostgresRevisions final : public RevisionStore<Row> {
   absl::StatusOr<std::optional<Row>> Find(const std::string& id, int revision, Deadline deadline) const override {
     return OneRead(*database_, deadline, [&](Transaction& t) { return statements_.find(t, id, revision); });
   }
-  absl::StatusOr<std::vector<Row>> List(const std::string& after, int limit, Deadline deadline) const override {
+  absl::StatusOr<std::vector<Row>> List(const TimeSpan& recorded, const std::string& after, int limit,
+                                        Deadline deadline) const override {
     return OneRead(*database_, deadline, [&](Transaction& t) -> absl::StatusOr<std::vector<Row>> {
-      const absl::StatusOr<std::vector<std::string>> ids = ListRegistered(t, statements_.what, after, limit);
+      const absl::StatusOr<std::vector<std::string>> ids = ListRegistered(t, statements_.what, recorded, after, limit);
       if (!ids.ok()) return ids.status();
       std::vector<Row> rows;
       for (const std::string& id : *ids) {

@@ -22,8 +22,10 @@ class RevisionReader {
   virtual ~RevisionReader() = default;
   // Revision 0: the newest.
   virtual absl::StatusOr<std::optional<Row>> Find(const std::string& id, int revision, Deadline deadline) const = 0;
-  // The newest revision of each, in order of id, from after `after` (empty: from the first).
-  virtual absl::StatusOr<std::vector<Row>> List(const std::string& after, int limit, Deadline deadline) const = 0;
+  // The newest revision of each, where that was recorded within the span, in order of id, from after `after` (empty: from the
+  // first).
+  virtual absl::StatusOr<std::vector<Row>> List(const TimeSpan& recorded, const std::string& after, int limit,
+                                                Deadline deadline) const = 0;
 };
 
 // Record makes the next revision and fills in its number, and the entry's kind and name. A description equal to the newest

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "cli/commands.h"
@@ -8,15 +7,14 @@
 
 namespace sixpoint::cli {
 
-void AddPlantCommands(CLI::App* app, Session* session) {
-  CLI::App* plant = app->add_subcommand("plant", "A whole plant from files");
-  plant->require_subcommand(1);
+void AddPlantCommands(Command* app, Session* session) {
+  Command* plant = app->AddCommand("plant", "A whole plant from files");
+  plant->RequireCommand();
   const auto folder = std::make_shared<std::string>();
   const auto out = std::make_shared<std::string>();
-  CLI::App* run =
-      plant->add_subcommand("run", "Registers, uploads, calibrates, positions, corrects and inspects all of it");
-  run->add_option("DIR", *folder, "Folder with dataset.json")->required();
-  AddOutOption(run, out.get(), "Where the results are written (JSON)")->required();
+  Command* run = plant->AddCommand("run", "Registers, uploads, calibrates, positions, corrects and inspects all of it");
+  run->AddOption("DIR", folder.get(), "Folder with dataset.json")->Required();
+  AddOutOption(run, out.get(), "Where the results are written (JSON)")->Required();
   session->OnCommand(run, [session, folder, out]() -> absl::Status {
     absl::Status status = CheckOut(*session, *out);
     if (!status.ok()) return status;

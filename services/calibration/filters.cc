@@ -75,9 +75,12 @@ absl::StatusOr<storage::CalibrationFilter> FilterOf(const v1::ListCalibrationsRe
   storage::CalibrationFilter filter;
   absl::StatusOr<std::string> machine_id = runtime::FilterIdOf("machine", "machines", request.machine());
   if (!machine_id.ok()) return machine_id.status();
-  if (KindText(request.kind()).empty() && request.kind() != v1::CALIBRATION_KIND_UNSPECIFIED)
-    return UnknownKind(request.kind());
-  absl::StatusOr<storage::CalibrationSubject> subject = Subject(*std::move(machine_id), request.kind(), request.axis());
+  // An axis says which kind is meant.
+  const v1::CalibrationKind kind = request.kind() == v1::CALIBRATION_KIND_UNSPECIFIED && !request.axis().empty()
+                                       ? v1::CALIBRATION_KIND_AXIS
+                                       : request.kind();
+  if (KindText(kind).empty() && kind != v1::CALIBRATION_KIND_UNSPECIFIED) return UnknownKind(kind);
+  absl::StatusOr<storage::CalibrationSubject> subject = Subject(*std::move(machine_id), kind, request.axis());
   if (!subject.ok()) return subject.status();
   filter.subject = *std::move(subject);
   filter.state = StateOf(request.state());

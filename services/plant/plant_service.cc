@@ -84,11 +84,13 @@ absl::Status ListNewest(const storage::RevisionReader<Row>& reader, storage::Dea
                         google::protobuf::RepeatedPtrField<Message>* out, std::string* next_page_token) {
   const absl::StatusOr<bool> full = runtime::WantsFull(request.view());
   if (!full.ok()) return full.status();
+  const absl::StatusOr<storage::TimeSpan> recorded = runtime::SpanOf("recorded", request.recorded());
+  if (!recorded.ok()) return recorded.status();
   const std::string filters = runtime::FiltersOf(request);
   absl::StatusOr<runtime::IdPage> page = runtime::IdPageOf(filters, request.page_size(), request.page_token());
   if (!page.ok()) return page.status();
   if (*full) page->size = std::min(page->size, runtime::kGreatestFullPageSize);
-  const absl::StatusOr<std::vector<Row>> rows = reader.List(page->after_id, page->size + 1, deadline);
+  const absl::StatusOr<std::vector<Row>> rows = reader.List(*recorded, page->after_id, page->size + 1, deadline);
   if (!rows.ok()) return rows.status();
   AddPage(*rows, page->size, filters, out, next_page_token);
   if (!*full)

@@ -135,13 +135,14 @@ class CommandsTest : public ::testing::Test {
   };
   Ended Run(const std::string& words) const {
     Session session;
-    CLI::App app;
-    AddCommands(&app, &session);
-    app.parse(words + " --server " + server_.address());
+    CommandLine line;
+    AddCommands(line.root(), &session);
+    Ended ended;
+    ended.err = line.Parse(words + " --server " + server_.address());
+    if (!ended.err.empty()) return ended;
     std::ostringstream out, err;
     std::streambuf* const cout_before = std::cout.rdbuf(out.rdbuf());
     std::streambuf* const cerr_before = std::cerr.rdbuf(err.rdbuf());
-    Ended ended;
     ended.exit_code = session.Run();
     std::cout.rdbuf(cout_before);
     std::cerr.rdbuf(cerr_before);
@@ -186,7 +187,7 @@ TEST_F(CommandsTest, PrintsZerosAndPlainIntegers) {
 }
 
 TEST_F(CommandsTest, ShowsRegistrations) {
-  const Ended list = Run("registration list --blade SN-1 --disagreeing --without-inspections");
+  const Ended list = Run("registration list --blade SN-1 --only-disagreeing --without-for-inspection");
   EXPECT_EQ(list.exit_code, kDone);  // shown is done, whatever is shown
   EXPECT_THAT(list.out, HasSubstr("NOT_CONVERGED"));
   ASSERT_EQ(registrations_.listed.size(), 1u);
@@ -196,6 +197,27 @@ TEST_F(CommandsTest, ShowsRegistrations) {
   EXPECT_THAT(Run("registration show r1").out, HasSubstr("remark: something to say"));
   Run("registration show registrations/r1");
   EXPECT_THAT(registrations_.got, ElementsAre("registrations/r1", "registrations/r1"));
+}
+
+// Every filter that the contract has is an option.
+TEST_F(CommandsTest, ListsWhatIsAskedFor) {
+  EXPECT_EQ(Run("registration list --machine m1 --part parts/p1 --calibration c1 --outcome NOT-CONVERGED "
+                "--since 2026-11-21 --until 2026-11-22T01:00:00Z")
+                .exit_code,
+            kDone);
+  ASSERT_EQ(registrations_.listed.size(), 1u);
+  const registration::v1::ListRegistrationsRequest& asked = registrations_.listed[0];
+  EXPECT_EQ(asked.machine(), "machines/m1");
+  EXPECT_EQ(asked.part(), "parts/p1");
+  EXPECT_EQ(asked.calibration(), "calibrations/c1");
+  EXPECT_EQ(asked.outcome(), registration::v1::OUTCOME_NOT_CONVERGED);
+  EXPECT_EQ(asked.recorded().until().seconds() - asked.recorded().from().seconds(), 25 * 3600);
+  Run("registration list --since 2026-11-21");
+  EXPECT_FALSE(registrations_.listed[1].recorded().has_until());
+  Run("registration list");
+  EXPECT_FALSE(registrations_.listed[2].has_recorded());
+  EXPECT_THAT(Run("registration list --since yesterday").err, HasSubstr("--since: yesterday"));
+  EXPECT_THAT(Run("registration list --outcome perhaps").err, HasSubstr("--outcome: perhaps not in"));
 }
 
 TEST_F(CommandsTest, RecallsWhatRestsOnAThing) {
@@ -248,9 +270,9 @@ TEST_F(CommandsTest, WritesNoProgramThatWaitsForAPerson) {
 
 TEST_F(CommandsTest, IsNotDoneWhereItsOutputIsLost) {
   Session session;
-  CLI::App app;
-  AddCommands(&app, &session);
-  app.parse("blade list --server " + server_.address());
+  CommandLine line;
+  AddCommands(line.root(), &session);
+  ASSERT_EQ(line.Parse("blade list --server " + server_.address()), "");
   std::ofstream full("/dev/full");
   std::streambuf* const before = std::cout.rdbuf(full.rdbuf());
   const int exit_code = session.Run();

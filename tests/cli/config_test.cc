@@ -36,9 +36,9 @@ class ConfigTest : public ::testing::Test {
     const int count = static_cast<int>(arguments.size());
     Session session;
     EXPECT_TRUE(ApplyConfig(ConfigFileOf(count, arguments.data()), &session).ok());
-    CLI::App app;
-    AddCommands(&app, &session);
-    app.parse(count, arguments.data());
+    CommandLine line;
+    AddCommands(line.root(), &session);
+    EXPECT_FALSE(line.Parse(count, arguments.data()).has_value());
     return session.server;
   }
 

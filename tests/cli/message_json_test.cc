@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "sixpoint/ingest/v1/ingest.pb.h"
 #include "sixpoint/inspection/v1/inspection.pb.h"

@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
 #include <map>
@@ -89,7 +88,10 @@ struct FakeRegistration final : registration::v1::RegistrationService::Service {
                                  registration::v1::ListRegistrationsResponse* out) override {
     std::vector<registration::v1::Registration> listed;
     for (const registration::v1::Registration& one : all)
-      if ((in->blade().empty() || one.blade() == in->blade()) &&
+      if ((in->blade().empty() || one.blade() == in->blade()) && (in->part().empty() || one.part() == in->part()) &&
+          (in->machine().empty() || one.machine() == in->machine()) &&
+          one.recorded_at().seconds() >= in->recorded().from().seconds() &&
+          (!in->recorded().has_until() || one.recorded_at().seconds() < in->recorded().until().seconds()) &&
           !(in->without_for_inspection() && one.for_inspection()))
         listed.push_back(one);
     // At most three a page.
@@ -119,8 +121,8 @@ class RegisterBatchTest : public ::testing::Test {
   }
   // What was printed; the exit code as Session::Run gives it.
   std::string Run(const RegisterBatchRequest& batch) {
-    session_.OnCommand(&app_, [&] { return RegisterBatch(&session_, batch); });
-    app_.parse("");
+    session_.OnCommand(line_.root(), [&] { return RegisterBatch(&session_, batch); });
+    line_.Parse("");
     std::ostringstream out;
     std::streambuf* const before = std::cout.rdbuf(out.rdbuf());
     exit_code_ = session_.Run();
@@ -132,7 +134,7 @@ class RegisterBatchTest : public ::testing::Test {
   FakeRegistration registration_;
   testing::InProcessServer server_;
   Session session_;
-  CLI::App app_;
+  CommandLine line_;
   int exit_code_ = -1;
 };
 
@@ -215,28 +217,28 @@ TEST_F(RegisterBatchTest, TakesThePartsBladesOfATimeAgain) {
       Stored(1, "blades/G", "parts/p", "machines/m", 100)};
   registration_.all.insert(registration_.all.begin() + 1, Stored(85, "blades/A", "parts/p", "machines/m", 840));
   registration_.all[1].set_for_inspection(true);
-  AgainFilter filter;
-  filter.part = "parts/p";
-  filter.since.set_seconds(450);
-  filter.until.set_seconds(850);
-  auto again = BatchOfPart(&session_, filter, registration::v1::METHOD_UNSPECIFIED, false);
+  registration::v1::ListRegistrationsRequest which;
+  which.set_part("parts/p");
+  which.mutable_recorded()->mutable_from()->set_seconds(450);
+  which.mutable_recorded()->mutable_until()->set_seconds(850);
+  auto again = BatchOfPart(&session_, which, registration::v1::METHOD_UNSPECIFIED, false);
   ASSERT_TRUE(again.ok()) << again.status();
   std::vector<std::string> before;
   for (const auto& one : again->before) before.push_back(one.name());
   EXPECT_THAT(before, ElementsAre("registrations/old-8", "registrations/old-6", "registrations/old-5"));
-  EXPECT_EQ(registration_.page_count, 2);  // what is older than the second page was not read
+  EXPECT_EQ(registration_.page_count, 1);  // only what is meant was sent
   EXPECT_THAT(again->request.requests(1).scans(), ElementsAre("scans/s6"));
   EXPECT_EQ(again->request.requests(1).method(), registration::v1::METHOD_SIX_POINT);
 
-  filter.machine = "machines/n";
-  again = BatchOfPart(&session_, filter, registration::v1::METHOD_BEST_FIT, false);
+  which.set_machine("machines/n");
+  again = BatchOfPart(&session_, which, registration::v1::METHOD_BEST_FIT, false);
   ASSERT_TRUE(again.ok());
   ASSERT_EQ(again->request.requests_size(), 1);
   EXPECT_EQ(again->request.requests(0).blade(), "blades/C");
   EXPECT_EQ(again->request.requests(0).method(), registration::v1::METHOD_BEST_FIT);
 
-  filter.part = "parts/none";
-  EXPECT_THAT(std::string(BatchOfPart(&session_, filter, registration::v1::METHOD_LOCAL, false).status().message()),
+  which.set_part("parts/none");
+  EXPECT_THAT(std::string(BatchOfPart(&session_, which, registration::v1::METHOD_LOCAL, false).status().message()),
               HasSubstr("--part: none, want a part of which a blade was registered in that time"));
 }
 
@@ -245,8 +247,8 @@ TEST_F(RegisterBatchTest, ShowsHowFarEachBladeMoved) {
   const std::vector<registration::v1::Registration> before = {Stored(1, "blades/SN-0", "parts/p", "machines/m", 1),
                                                               Stored(2, "blades/SN-1", "parts/p", "machines/m", 1)};
   registration_.moves_to_x_mm = 0.0123;
-  session_.OnCommand(&app_, [&] { return RegisterBatch(&session_, batch, before); });
-  app_.parse("");
+  session_.OnCommand(line_.root(), [&] { return RegisterBatch(&session_, batch, before); });
+  line_.Parse("");
   std::ostringstream out;
   std::streambuf* const old = std::cout.rdbuf(out.rdbuf());
   exit_code_ = session_.Run();

@@ -152,13 +152,19 @@ TEST(PlantStore, ListsTheNewestOfEachById) {
   OnBoth([](const PlantStores& plant) {
     for (const char* id : {"m3", "m1", "m2"}) ASSERT_TRUE(Record(*plant.machines, Machine(id)).ok());
     ASSERT_TRUE(Record(*plant.machines, Machine("m2", 'b')).ok());
-    const auto listed = plant.machines->List("m1", 1, Soon());
+    const auto listed = plant.machines->List({}, "m1", 1, Soon());
     ASSERT_TRUE(listed.ok()) << listed.status();
     ASSERT_EQ(listed->size(), 1u);
     EXPECT_EQ(listed->front().machine_id, "m2");
     EXPECT_EQ(listed->front().revision, 2);
-    EXPECT_EQ(plant.machines->List("", 10, Soon())->size(), 3u);
-    EXPECT_THAT(*plant.artefacts->List("", 10, Soon()), IsEmpty());
+    EXPECT_EQ(plant.machines->List({}, "", 10, Soon())->size(), 3u);
+    EXPECT_THAT(*plant.artefacts->List({}, "", 10, Soon()), IsEmpty());
+    // m1's only revision is older than m2's newest.
+    TimeSpan recorded;
+    recorded.from = listed->front().recorded.recorded_at;
+    EXPECT_EQ(plant.machines->List(recorded, "", 10, Soon())->size(), 1u);
+    std::swap(recorded.from, recorded.until);
+    EXPECT_EQ(plant.machines->List(recorded, "", 10, Soon())->size(), 2u);
   });
 }
 

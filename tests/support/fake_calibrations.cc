@@ -37,10 +37,6 @@ std::int64_t ForceSequence(const CalibrationRow& row) {
   return row.is_draft ? row.release->recorded.sequence : row.recorded.sequence;
 }
 
-bool IsIn(const storage::TimeSpan& span, Instant at) {
-  return (!span.from || at >= *span.from) && (!span.until || at < *span.until);
-}
-
 CalibrationRow WithoutResiduals(CalibrationRow row) {
   if (row.sensor) row.sensor->centres.clear();
   if (row.rotation) row.rotation->poses.clear();
@@ -141,7 +137,7 @@ absl::StatusOr<std::vector<CalibrationRow>> FakeCalibrations::List(const storage
   for (auto row = rows_.rbegin(); row != rows_.rend() && static_cast<int>(listed.size()) < limit; ++row) {
     CalibrationRow found = AsOf(*row, Now());
     if ((before_sequence == 0 || row->recorded.sequence < before_sequence) && Matches(filter.subject, row->subject()) &&
-        (!filter.state || *filter.state == found.state) && IsIn(filter.recorded, row->recorded.recorded_at))
+        (!filter.state || *filter.state == found.state) && Contains(filter.recorded, row->recorded.recorded_at))
       listed.push_back(filter.with_residuals ? std::move(found) : WithoutResiduals(std::move(found)));
   }
   return listed;

@@ -39,13 +39,14 @@ class FakeRevisions final : public storage::RevisionStore<Row> {
     if (count == 0 || revision < 0 || revision > count) return std::nullopt;
     return found->second[static_cast<std::size_t>((revision == 0 ? count : revision) - 1)];
   }
-  absl::StatusOr<std::vector<Row>> List(const std::string& after, int limit, Deadline) const override {
+  absl::StatusOr<std::vector<Row>> List(const storage::TimeSpan& recorded, const std::string& after, int limit,
+                                        Deadline) const override {
     const auto lock = record_->Lock();
     if (!record_->failure().ok()) return record_->failure();
     std::vector<Row> listed;
     for (auto row = revisions_.upper_bound(after); row != revisions_.end() && static_cast<int>(listed.size()) < limit;
          ++row)
-      listed.push_back(row->second.back());
+      if (Contains(recorded, row->second.back().recorded.recorded_at)) listed.push_back(row->second.back());
     return listed;
   }
   absl::StatusOr<std::optional<std::string>> FindAnswer(const storage::RecordedRequest& request,
@@ -98,8 +99,7 @@ class FakeBlades final : public storage::BladeStore {
          ++blade) {
       const storage::BladeRow& row = blade->second;
       if ((filter.part_id.empty() || filter.part_id == row.part_id) &&
-          (!filter.recorded.from || row.recorded.recorded_at >= *filter.recorded.from) &&
-          (!filter.recorded.until || row.recorded.recorded_at < *filter.recorded.until))
+          Contains(filter.recorded, row.recorded.recorded_at))
         listed.push_back(row);
     }
     return listed;
