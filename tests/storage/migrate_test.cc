@@ -134,6 +134,23 @@ TEST_F(MigrateTest, TheProjectsOwnMigrationsApplyTwiceWithoutADifference) {
 }
 
 // V0013 makes calibrations of axis characterisations, V0020 names them so; those of a plant that has some keep figures and time.
+TEST_F(MigrateTest, NoArrayTakesANullElement) {
+  ASSERT_TRUE(Migrate(database_.conninfo(), ThrowawayDatabase::MigrationsFolder()).ok());
+  EXPECT_EQ(
+      Ask("SELECT count(*) FROM pg_attribute a JOIN pg_class c ON c.oid = a.attrelid AND c.relkind = 'r' "
+          "AND c.relnamespace = 'public'::regnamespace JOIN pg_type t ON t.oid = a.atttypid AND t.typcategory = 'A' "
+          "WHERE a.attnum > 0 AND NOT EXISTS (SELECT 1 FROM pg_constraint k WHERE k.conrelid = c.oid "
+          "AND k.contype = 'c' AND k.conkey = ARRAY[a.attnum] "
+          "AND pg_get_constraintdef(k.oid) LIKE '%array_position(' || a.attname || ', NULL%')"),
+      0);
+  EXPECT_EQ(Ask("SELECT count(*) FROM (VALUES (is_triple('{1,NULL,3}')), (is_triple('{1,2}')), (is_triple('{}')), "
+                "(is_triple('{1,2,NaN}')), (is_unit('{1,NULL,0}')), (is_unit('{1,1,0}'))) AS t (taken) WHERE taken"),
+            0);
+  EXPECT_EQ(Ask("SELECT count(*) FROM (VALUES (is_triple('{1,2,3}')), (is_triple(NULL)), (is_unit('{0,-1,0}')), "
+                "(is_unit(NULL))) AS t (taken) WHERE taken"),
+            4);
+}
+
 TEST_F(MigrateTest, CharacterisationsFromBeforeTheyWereCalibrationsAreKept) {
   const std::filesystem::path all = ThrowawayDatabase::MigrationsFolder(), before = folder_ + "/before";
   std::filesystem::create_directory(before);
