@@ -72,25 +72,6 @@ double AngleAbout(const Eigen::Vector3d& axis, const Eigen::Vector3d& from, cons
 
 }  // namespace
 
-absl::StatusOr<RotaryAngles> OrientOnIdealAxes(const Eigen::Vector3d& direction_in_zero, const RotaryAngles& near,
-                                               const RotaryLimits& limits) {
-  if (absl::Status status = CheckUnit(direction_in_zero); !status.ok()) return status;
-  const Eigen::Vector3d v = direction_in_zero.normalized();
-  if (std::hypot(v.y(), v.z()) < kSingularAngle_rad) {
-    return absl::FailedPreconditionError(
-        Text("axis_in_zero: (%.6f, %.6f, %.6f), want a direction that is not along X: B is free there (singular)",
-             v.x(), v.y(), v.z()));
-  }
-  RotaryAngles branches[2];
-  const double b = std::atan2(v.y(), v.z());
-  for (int k = 0; k < 2; ++k) {
-    branches[k].b_rad = b + k * kPi;
-    // Written with the angle itself, so that both branches come from one formula.
-    branches[k].a_rad = std::atan2(-v.x(), v.y() * std::sin(branches[k].b_rad) + v.z() * std::cos(branches[k].b_rad));
-  }
-  return Nearest(branches, near, limits);
-}
-
 absl::StatusOr<RotaryAngles> Orient(const RotaryAxes& axes, const Eigen::Vector3d& direction_in_zero,
                                     const RotaryAngles& near, const RotaryLimits& limits) {
   if (absl::Status status = CheckUnit(direction_in_zero); !status.ok()) return status;

@@ -23,16 +23,10 @@ struct RotaryLimits {
 // of the direction is multiplied by more than a thousand in it).
 inline constexpr double kSingularAngle_rad = 1e-3;
 
-// The paper's closed form on ideal axes, Ry(a) Rx(b) direction = +Z: b = atan2(Vy, Vz), a = atan2(-Vx, Vy sin b + Vz cos b)
-// and the branch b + 180 deg. Of both branches and their whole turns, the one within the limits nearest to `near`.
-// FAILED_PRECONDITION when the direction lies along X (singular), OUT_OF_RANGE when no branch is within the limits.
-absl::StatusOr<RotaryAngles> OrientOnIdealAxes(const Eigen::Vector3d& direction_in_zero, const RotaryAngles& near,
-                                               const RotaryLimits& limits);
-
-// The same on identified axes, whatever their directions: R_A(a) R_B(b) direction = +Z by the two-axis closed form
-// (Paden and Kahan's second subproblem). With A along Y and B along X it is the paper's. FAILED_PRECONDITION when the
-// direction lies along the B axis, Z along the A axis or the two axes are parallel (singular), OUT_OF_RANGE when no
-// angles turn it onto +Z (unreachable), or none within the limits.
+// On identified axes, whatever their directions: R_A(a) R_B(b) direction = +Z by the two-axis closed form (Paden and Kahan's
+// second subproblem). With A along Y and B along X it is the paper's. Of both branches and their whole turns, the one within the
+// limits nearest to `near`. FAILED_PRECONDITION when the direction lies along the B axis, Z along the A axis or the two axes are
+// parallel (singular), OUT_OF_RANGE when no angles turn it onto +Z (unreachable), or none within the limits.
 absl::StatusOr<RotaryAngles> Orient(const RotaryAxes& axes, const Eigen::Vector3d& direction_in_zero,
                                     const RotaryAngles& near, const RotaryLimits& limits);
 

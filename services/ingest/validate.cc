@@ -145,6 +145,9 @@ absl::Status CheckBlock(const v1::ScanHeader& header, const UploadSoFar& so_far,
     return Refuse(BlockField(expected, "index"), std::to_string(block.index()),
                   std::to_string(expected) + ", the next, or one that came already");
   }
+  if (expected >= kMostBlocks)
+    return Refuse(BlockField(expected, "index"), std::to_string(block.index()),
+                  "at most " + std::to_string(kMostBlocks) + " blocks in a scan, of more points each");
   if (block.point_count() < 1 || block.point_count() > kGreatestBlockPointCount) {
     return Refuse(BlockField(expected, "point_count"), std::to_string(block.point_count()),
                   "1 to " + std::to_string(kGreatestBlockPointCount));

@@ -16,6 +16,8 @@ namespace sixpoint::ingest {
 inline constexpr std::int64_t kGreatestScanPointCount = 100'000'000;
 // Three mebibytes of doubles: fits a message with room.
 inline constexpr int kGreatestBlockPointCount = 131'072;
+// Each is a row for ever; a scan of the most points has that many of 1526 points.
+inline constexpr int kMostBlocks = 65'536;
 // A float32 cloud that nothing compressed takes 12 bytes a point.
 inline constexpr std::int64_t kGreatestBytesPerPoint = 16;
 inline constexpr std::int64_t kBlockOverheadBytes = 4096;

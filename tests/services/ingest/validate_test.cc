@@ -115,6 +115,9 @@ TEST(CheckBlock, RefusesWrongOrderCountsAndSizes) {
   ExpectRefused(CheckBlock(header, {2, 200}, blocks[1]), "block[2].index", "1");
   ExpectRefused(CheckBlock(header, {1, 101}, blocks[1]), "block[1].point_count", "100");
   v1::ScanBlock block = blocks[0];
+  block.set_index(kMostBlocks);
+  ExpectRefused(CheckBlock(header, {kMostBlocks, 0}, block), "block[65536].index", "65536");
+  block = blocks[0];
   block.set_point_count(0);
   ExpectRefused(CheckBlock(header, {0, 0}, block), "block[0].point_count", "0");
   block.set_point_count(-3);
