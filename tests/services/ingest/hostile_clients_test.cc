@@ -52,7 +52,8 @@ class HandmadeCall {
     std::int64_t sent = 0;
     Clock::time_point until = Clock::now() + patience;
     while (sent < size && !ended_ && Clock::now() < until) {
-      const std::int64_t part = std::min({window_, connection_window_, std::int64_t{16'000}, size - sent});
+      const std::int64_t part =
+          std::min({window_.load(), connection_window_.load(), std::int64_t{16'000}, size - sent});
       if (part <= 0) {
         Listen(std::chrono::milliseconds(20));
         continue;
@@ -116,7 +117,9 @@ class HandmadeCall {
   int socket_ = -1;
   std::string heard_;
   bool ended_ = false;
-  std::int64_t initial_window_ = 65'535, window_ = 65'535, connection_window_ = 65'535;
+  std::int64_t initial_window_ = 65'535;
+  // One thread may send while another listens.
+  std::atomic<std::int64_t> window_ = 65'535, connection_window_ = 65'535;
 };
 
 // The first bytes of a gRPC message that says it is that long.
