@@ -133,14 +133,15 @@ TEST_F(DatabaseTest, ASlowStatementEndsAtTheDeadlineAndTheConnectionLivesOn) {
   EXPECT_EQ(next->Execute("SELECT 42")->Int(0, 0), 42);
 }
 
-// A service that froze while it held a lock: the others go on within ten seconds, and it hears that its work is not kept.
+// A service that froze while it held a lock: the others go on after eight seconds, and it hears that its work is not kept.
 TEST_F(DatabaseTest, AHolderThatSaysNothingLosesItsLock) {
   absl::StatusOr<Transaction> holder = database_.database()->Begin(Soon(30));
   ASSERT_TRUE(holder->Execute("SELECT pg_advisory_xact_lock(7)").ok());
   const auto begin = steady_clock::now();
   absl::StatusOr<Transaction> waiting = database_.database()->Begin(Soon(30));
   EXPECT_TRUE(waiting->Execute("SELECT pg_advisory_xact_lock(7)").ok());
-  EXPECT_LT(steady_clock::now() - begin, std::chrono::seconds(10));
+  // 8 s by the server's clock; a busy machine notices later.
+  EXPECT_LT(steady_clock::now() - begin, std::chrono::seconds(15));
   EXPECT_EQ(holder->Execute("SELECT 1").status().code(), absl::StatusCode::kUnavailable);
 }
 
