@@ -83,7 +83,7 @@ class CommandLine {
   Command* root() { return &root_; }
   // What the process ends with where nothing is to be done: help was asked for (0), or the line is wrong, which is said on stderr.
   std::optional<int> Parse(int argc, const char* const* argv);
-  // Without the program's name; INVALID_ARGUMENT-like: what is wrong, or nothing.
+  // Without the program's name; gives what is wrong with the line, or nothing.
   std::string Parse(const std::string& words);
 
  private:

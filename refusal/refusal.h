@@ -36,7 +36,8 @@ absl::Status Under(const std::string& prefix, const absl::Status& status);
 // Joins what independent checks find into one status.
 class Refusals {
  public:
-  // An OK adds nothing, and neither does a refusal after the hundredth. A failure that is no refusal outweighs all refusals; the first one counts.
+  // An OK adds nothing, and neither does a violation after the hundredth. A failure that is no refusal outweighs all refusals;
+  // the first one counts.
   Refusals& Add(const absl::Status& status);
   absl::Status status() const;
 

@@ -6,8 +6,8 @@
 namespace sixpoint::metrology {
 
 // |x| for x ~ N(0, covariance) is below this with the probability (0 < probability < 1). Unit: square root of the covariance's.
-// By the distribution function, one-dimensional in the greatest eigenvalue's direction, in polar coordinates across it, to 1e-8.
-// The covariance may be singular.
+// It inverts the distribution function: a quadrature along the direction of the greatest variance, in polar coordinates across
+// it, to 1e-8. The covariance may be singular.
 double DistanceQuantile(const Eigen::Matrix3d& covariance, double probability);
 
 }  // namespace sixpoint::metrology
