@@ -2,6 +2,7 @@
 #include <map>
 
 #include "cli/commands.h"
+#include "cli/list_filters.h"
 #include "cli/number_format.h"
 #include "cli/output.h"
 #include "cli/reports.h"
@@ -58,19 +59,6 @@ void AddStateCommands(Command* calibration, Session* session) {
   session->OnCommand(withdraw, [session, decision] { return Withdraw(session, *decision); });
 }
 
-// What `calibration trend` calls the kinds.
-const std::map<std::string, calibration::v1::CalibrationKind> kKinds = {
-    {"sensor", calibration::v1::CALIBRATION_KIND_SENSOR},
-    {"rotation", calibration::v1::CALIBRATION_KIND_ROTATION},
-    {"probe", calibration::v1::CALIBRATION_KIND_PROBE},
-    {"axis", calibration::v1::CALIBRATION_KIND_AXIS}};
-
-std::vector<std::string> KindWords() {
-  std::vector<std::string> words;
-  for (const auto& [word, kind] : kKinds) words.push_back(word);
-  return words;
-}
-
 struct TrendArguments {
   std::string machine, kind = "sensor", axis;
   std::vector<std::string> parameters, limits;
@@ -80,7 +68,8 @@ struct TrendArguments {
 absl::Status Trend(Session* session, const TrendArguments& arguments) {
   calibration::v1::GetCalibrationTrendRequest request;
   request.set_machine(NameText("machines", arguments.machine));
-  request.set_kind(kKinds.at(arguments.kind));
+  request.set_kind(static_cast<calibration::v1::CalibrationKind>(
+      ValueOf(*calibration::v1::CalibrationKind_descriptor(), arguments.kind)));
   request.set_axis(arguments.axis);
   for (const std::string& parameter : arguments.parameters) request.add_parameters(parameter);
   for (const std::string& text : arguments.limits) {
@@ -104,7 +93,8 @@ void AddTrendCommand(Command* calibration, Session* session) {
   const auto arguments = std::make_shared<TrendArguments>();
   Command* trend = calibration->AddCommand("trend", "Each parameter over time; exit code 4 where one has moved");
   trend->AddOption("--machine", &arguments->machine, "The machine")->Required();
-  trend->AddOption("--kind", &arguments->kind, "sensor (the default), rotation, probe or axis")->OneOf(KindWords());
+  trend->AddOption("--kind", &arguments->kind, "sensor (the default), rotation, probe or axis")
+      ->OneOf(WordsOf(*calibration::v1::CalibrationKind_descriptor()));
   trend->AddOption("--axis", &arguments->axis, "Of kind axis: its letter");
   trend->AddOption("--parameters", &arguments->parameters, "alpha_deg,...; without it, all")->List();
   trend->AddOption("--limit", &arguments->limits, "PARAMETER=NUMBER: greatest distance from the first value");

@@ -26,12 +26,6 @@ std::string PrefixOf(const EnumDescriptor& values) {
   return none.substr(0, none.rfind("UNSPECIFIED"));
 }
 
-std::vector<std::string> WordsOf(const EnumDescriptor& values) {
-  std::vector<std::string> words;
-  for (int i = 1; i < values.value_count(); ++i) words.push_back(EnumText(values.value(i)->name(), PrefixOf(values)));
-  return words;
-}
-
 std::string HelpOf(const FieldDescriptor& field) {
   if (field.name() == "subject") return "Only of blade:SERIAL or artefact:ID";
   if (field.name() == "only_disagreeing") return "Only those that the best fit of their scans contradicts";
@@ -42,6 +36,17 @@ std::string HelpOf(const FieldDescriptor& field) {
 }
 
 }  // namespace
+
+std::vector<std::string> WordsOf(const EnumDescriptor& values) {
+  std::vector<std::string> words;
+  for (int i = 1; i < values.value_count(); ++i) words.push_back(EnumText(values.value(i)->name(), PrefixOf(values)));
+  return words;
+}
+
+int ValueOf(const EnumDescriptor& values, const std::string& word) {
+  const std::vector<std::string> words = WordsOf(values);
+  return values.value(1 + static_cast<int>(std::find(words.begin(), words.end(), word) - words.begin()))->number();
+}
 
 void AddLimitOption(Command* list, int* limit) {
   list->AddOption("--limit", limit, "At most so many; without it, all")->Positive();
@@ -111,10 +116,7 @@ absl::Status ListFilters::SetOn(Message* request) const {
       if (absl::Status set = SetText(*filter, request); !set.ok()) return set;
       continue;
     }
-    const std::vector<std::string> words = WordsOf(*filter->field->enum_type());
-    const auto word = std::find(words.begin(), words.end(), filter->text);
-    fields.SetEnum(request, filter->field,
-                   filter->field->enum_type()->value(1 + static_cast<int>(word - words.begin())));
+    fields.SetEnumValue(request, filter->field, ValueOf(*filter->field->enum_type(), filter->text));
   }
   if (since_.empty() && until_.empty()) return absl::OkStatus();
   const absl::StatusOr<list::v1::TimeRange> range = TimeRangeOf(since_, until_);

@@ -20,6 +20,10 @@ void AddLimitOption(Command* list, int* limit);
 // `--since` and `--until` of it, each empty or a time. INVALID_ARGUMENT names the option.
 absl::StatusOr<list::v1::TimeRange> TimeRangeOf(const std::string& since, const std::string& until);
 
+// The words of an enum's option, its values in small letters without what their names begin with; and the value of one of them.
+std::vector<std::string> WordsOf(const google::protobuf::EnumDescriptor& values);
+int ValueOf(const google::protobuf::EnumDescriptor& values, const std::string& word);
+
 class ListFilters {
  public:
   // `request` describes a List...Request. --blade, --machine, --part and --calibration take an id or a name, --since and --until

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "metrology/frames/pose.h"
-#include "metrology/kinematics/rotary_axes.h"
+#include "metrology/kinematics/calibration_parameters.h"
 
 namespace sixpoint::metrology {
 

@@ -151,13 +151,9 @@ grpc::Status ScanService::ListScans(grpc::ServerContext* context, const v1::List
   const absl::StatusOr<std::vector<storage::ScanRow>> rows =
       store_->List(*filter, page->before_sequence, page->size + 1, runtime::DeadlineOf(*context));
   if (!rows.ok()) return ToGrpc(rows.status());
-  for (const storage::ScanRow& row : *rows) {
-    if (response->scans_size() == page->size) {
-      response->set_next_page_token(runtime::TokenAfter(filters, response->scans(page->size - 1).record_sequence()));
-      break;
-    }
-    *response->add_scans() = ToProto(row);
-  }
+  if (runtime::AddPage(
+          *rows, page->size, [](const storage::ScanRow& row) { return ToProto(row); }, response->mutable_scans()))
+    response->set_next_page_token(runtime::TokenAfter(filters, response->scans(page->size - 1).record_sequence()));
   return grpc::Status::OK;
 }
 

@@ -177,13 +177,10 @@ grpc::Status CloudStoreService::ListRetentionPolicies(grpc::ServerContext* conte
   page->limit = size + 1;
   const auto policies = retention_->ListPolicies(*page, runtime::DeadlineOf(*context));
   if (!policies.ok()) return ToGrpc(policies.status());
-  for (const storage::RetentionPolicy& policy : *policies) {
-    if (response->policies_size() == size) {
-      response->set_next_page_token(PageTokenAfter(runtime::FiltersOf(*request), response->policies(size - 1)));
-      break;
-    }
-    *response->add_policies() = ToProto(policy);
-  }
+  if (runtime::AddPage(
+          *policies, size, [](const storage::RetentionPolicy& policy) { return ToProto(policy); },
+          response->mutable_policies()))
+    response->set_next_page_token(PageTokenAfter(runtime::FiltersOf(*request), response->policies(size - 1)));
   return grpc::Status::OK;
 }
 

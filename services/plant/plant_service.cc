@@ -65,17 +65,13 @@ grpc::Status Get(absl::StatusOr<Row> row, Response* response) {
   return ToGrpc(row.status());
 }
 
-// A page of rows by id, the first `size` of those read; one more than asked tells whether there is another page.
+// A page of rows by id, of which one more than its size was read.
 template <typename Row, typename Message>
-void AddPage(const std::vector<Row>& rows, int size, const std::string& filters,
-             google::protobuf::RepeatedPtrField<Message>* out, std::string* next_page_token) {
-  for (const Row& row : rows) {
-    if (out->size() == size) {
-      *next_page_token = runtime::TokenAfterId(filters, runtime::LastSegment(out->Get(size - 1).name()));
-      return;
-    }
-    *out->Add() = ToProto(row);
-  }
+void AddIdPage(const std::vector<Row>& rows, int size, const std::string& filters,
+               google::protobuf::RepeatedPtrField<Message>* out, std::string* next_page_token) {
+  if (runtime::AddPage(
+          rows, size, [](const Row& row) { return ToProto(row); }, out))
+    *next_page_token = runtime::TokenAfterId(filters, runtime::LastSegment(out->Get(size - 1).name()));
 }
 
 // A page of what has revisions, by id, each with its newest one.
@@ -92,7 +88,7 @@ absl::Status ListNewest(const storage::RevisionReader<Row>& reader, storage::Dea
   if (*full) page->size = std::min(page->size, runtime::kGreatestFullPageSize);
   const absl::StatusOr<std::vector<Row>> rows = reader.List(*recorded, page->after_id, page->size + 1, deadline);
   if (!rows.ok()) return rows.status();
-  AddPage(*rows, page->size, filters, out, next_page_token);
+  AddIdPage(*rows, page->size, filters, out, next_page_token);
   if (!*full)
     for (Message& message : *out) LeaveBasic(&message);
   return absl::OkStatus();
@@ -112,7 +108,7 @@ absl::Status ListBladesOf(const storage::BladeReader& reader, storage::Deadline 
   if (!page.ok()) return page.status();
   const auto blades = reader.List(filter, page->after_id, page->size + 1, deadline);
   if (!blades.ok()) return blades.status();
-  AddPage(*blades, page->size, filters, response->mutable_blades(), response->mutable_next_page_token());
+  AddIdPage(*blades, page->size, filters, response->mutable_blades(), response->mutable_next_page_token());
   return absl::OkStatus();
 }
 

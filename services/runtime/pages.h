@@ -3,9 +3,11 @@
 #pragma once
 
 #include <absl/status/statusor.h>
+#include <google/protobuf/repeated_field.h>
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace sixpoint::runtime {
 
@@ -28,6 +30,17 @@ absl::StatusOr<IdPage> IdPageOf(const std::string& filters, int page_size, const
 // The token of the page that follows the row of that sequence or id, under the same filters.
 std::string TokenAfter(const std::string& filters, std::int64_t last_sequence);
 std::string TokenAfterId(const std::string& filters, const std::string& last_id);
+
+// The first `size` of the rows, of which one more was read: true where it is there, so that a page follows.
+template <typename Row, typename Message, typename ToProto>
+bool AddPage(const std::vector<Row>& rows, int size, const ToProto& to_proto,
+             google::protobuf::RepeatedPtrField<Message>* out) {
+  for (const Row& row : rows) {
+    if (out->size() == size) return true;
+    *out->Add() = to_proto(row);
+  }
+  return false;
+}
 
 // Everything that a request asks beside the page.
 template <typename Request>

@@ -73,8 +73,9 @@ Readiness AskDatabase(const ServerOptions& options, storage::Database* database,
     return Readiness::kNotReady;
   }
   const absl::Status durable = database->RequireDurable(system_clock::now() + kDatabasePatience);
-  if (durable.ok() || (options.volatile_database && absl::IsFailedPrecondition(durable))) return Readiness::kReady;
+  if (durable.ok()) return Readiness::kReady;
   *why_not = std::string(durable.message());
+  if (options.volatile_database && absl::IsFailedPrecondition(durable)) return Readiness::kReady;
   return absl::IsResourceExhausted(durable) ? Readiness::kBusy : Readiness::kNotReady;
 }
 
@@ -100,7 +101,8 @@ void ServeUntilStopped(const ServerOptions& options, grpc::Server* server, stora
     std::string why_not;
     const Readiness readiness = AskDatabase(options, database, &why_not);
     if (readiness == Readiness::kBusy) continue;  // full is not broken: as before
-    if (readiness == Readiness::kNotReady && why_not != said) Log(LogLevel::kWarning, "not ready: " + why_not);
+    if (!why_not.empty() && why_not != said)
+      Log(LogLevel::kWarning, (readiness == Readiness::kReady ? "served all the same: " : "not ready: ") + why_not);
     said = why_not;
     if (serving == (readiness == Readiness::kReady)) continue;
     serving = !serving;

@@ -10,6 +10,7 @@
 #include "metrology/cloud/draco_codec.h"
 #include "metrology/inspection/hole_error.h"
 #include "metrology/inspection/pin.h"
+#include "metrology/kinematics/rotary_axes.h"
 #include "metrology/scanner/line_scanner.h"
 
 namespace sixpoint::metrology {
