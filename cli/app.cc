@@ -35,6 +35,7 @@ void AddCommands(Command* root, Session* session) {
   AddBladeCommands(root, session);
   AddScanCommands(root, session);
   AddStoreCommands(root, session);
+  AddStorageCommands(root, session);
   AddCalibrateCommands(root, session);
   AddCalibrationCommands(root, session);
   AddStudyCommands(root, session);

@@ -18,6 +18,7 @@ void AddBladeCommands(Command* app, Session* session);
 void AddScanCommands(Command* app, Session* session);
 void AddDeletePointsCommand(Command* scan, Session* session);  // one of scan's, written with the store's
 void AddStoreCommands(Command* app, Session* session);
+void AddStorageCommands(Command* app, Session* session);
 void AddCalibrateCommands(Command* app, Session* session);
 void AddCalibrateAxisCommand(Command* calibrate, Session* session);  // one of calibrate's
 void AddCalibrationCommands(Command* app, Session* session);

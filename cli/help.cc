@@ -17,7 +17,7 @@ const std::vector<Group>& Groups() {
   static const auto* groups = new std::vector<Group>{
       {"A plant on this machine", {"up", "down", "status"}},
       {"What there is", {"machine", "artefact", "part", "blade"}},
-      {"Clouds", {"scan", "store"}},
+      {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
       {"Blades", {"register", "registration", "correct", "correction", "inspect", "inspection"}},
       {"Besides", {"recall", "plant", "call", "completion"}},
@@ -50,6 +50,7 @@ const std::map<std::string, const char*>& Examples() {
       {"store retention set",
        "sixpoint store retention set airfoil --keep-days 365\n"
        "sixpoint store retention set pins --for-ever"},
+      {"storage partitions", "sixpoint storage partitions --months-ahead 6"},
       {"calibrate sensor",
        "sixpoint calibrate sensor --machine sarix-1 --artefact plate-1 --scans a1,a2 --touch docs/examples/touch.yaml"},
       {"calibrate rotation",

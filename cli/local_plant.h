@@ -31,7 +31,9 @@ struct LocalPlant {
   std::filesystem::path sockets() const { return data / "run"; }
   std::filesystem::path logs() const { return data / "log"; }
   std::filesystem::path supervisor_config() const { return data / "supervisord.conf"; }
+  // As the owner; a service connects as its own role (migrations/V0010).
   std::string conninfo() const { return "host=" + sockets().string() + " dbname=sixpoint user=sixpoint"; }
+  std::string ConninfoOf(std::size_t area) const { return conninfo() + "_" + kAreas[area]; }
   // Where the area's service binds; where this machine reaches it; where clients are told that it is.
   std::string ListensAt(std::size_t area) const { return At(address.listen, area); }
   std::string OwnAddress(std::size_t area) const { return At(address.Own(), area); }

@@ -1,6 +1,7 @@
 // The keeping of stored clouds: check, collect, status, retention; `scan delete-points`.
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "cli/commands.h"
 #include "cli/message_json.h"
@@ -236,6 +237,31 @@ void AddRetention(Command* store, Session* session) {
   session->OnCommand(apply, [session, flag] { return ApplyPolicies(session, *flag); });
 }
 
+absl::Status Partitions(Session* session, std::optional<int> months_ahead) {
+  ingest::v1::MakeMonthsResponse made;
+  if (months_ahead) {
+    ingest::v1::MakeMonthsRequest make;
+    make.set_months_ahead(*months_ahead);
+    absl::Status status = session->Call<CloudStoreService>("ingest", &Stub::MakeMonths, make, &made);
+    if (!status.ok()) return status;
+  }
+  ingest::v1::ListMonthsResponse months;
+  absl::Status status =
+      session->Call<CloudStoreService>("ingest", &Stub::ListMonths, ingest::v1::ListMonthsRequest(), &months);
+  if (!status.ok()) return status;
+  if (session->json) {
+    PrintJson(months);
+    return status;
+  }
+  Table table({"month", ">partitions", ">rows", ">bytes"});
+  for (const ingest::v1::Month& month : months.months())
+    table.AddRow(
+        {month.month(), std::to_string(month.partition_count()), Grouped(month.row_count()), Grouped(month.bytes())});
+  std::cout << table.ToText();
+  if (months_ahead) std::cout << made.made_count() << " partitions made\n";
+  return status;
+}
+
 }  // namespace
 
 void AddDeletePointsCommand(Command* scan, Session* session) {
@@ -245,6 +271,16 @@ void AddDeletePointsCommand(Command* scan, Session* session) {
   remove->AddOption("ID", id.get(), "The scan")->Required();
   remove->AddOption("--reason", reason.get(), "Why; it stays in the record")->Required();
   session->OnCommand(remove, [session, id, reason] { return DeletePoints(session, *id, *reason); });
+}
+
+void AddStorageCommands(Command* app, Session* session) {
+  Command* storage = app->AddCommand("storage", "The database's own keeping");
+  storage->RequireCommand();
+  const auto months_ahead = std::make_shared<std::optional<int>>();
+  Command* partitions = storage->AddCommand("partitions", "The months that the journal, scans and results are kept by");
+  partitions->AddOption("--months-ahead", months_ahead.get(), "Makes so many beside this one; the plant keeps three")
+      ->Within(0, 120);
+  session->OnCommand(partitions, [session, months_ahead] { return Partitions(session, *months_ahead); });
 }
 
 void AddStoreCommands(Command* app, Session* session) {

@@ -16,7 +16,7 @@ std::string PeersText(const LocalPlant& plant, std::string (LocalPlant::*address
 std::string ServiceCommand(const LocalPlant& plant, std::size_t area) {
   const std::string name = kAreas[area];
   std::string command = (plant.binaries / ("sixpoint-" + name)).string() + " --listen " + plant.ListensAt(area) +
-                        " --database \"" + plant.conninfo() + "\" --workers " + plant.binaries.string() +
+                        " --database \"" + plant.ConninfoOf(area) + "\" --workers " + plant.binaries.string() +
                         PeersText(plant, name == "plant" ? &LocalPlant::AnnouncedAt : &LocalPlant::OwnAddress);
   if (name == "ingest") command += " --blob-store " + plant.blob_store;
   return command;

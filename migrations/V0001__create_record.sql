@@ -1,4 +1,4 @@
--- The ground that every area builds on: content-addressed bytes, the journal of everything recorded, kept answers.
+-- The ground that every area builds on: names, the journal of everything recorded, kept requests, and how tables grow by months.
 -- All of it is append-only: a correction is a new row, never a changed one.
 
 CREATE FUNCTION refuse_change() RETURNS trigger LANGUAGE plpgsql AS $$
@@ -7,93 +7,119 @@ BEGIN
     USING ERRCODE = 'restrict_violation';
 END
 $$;
-COMMENT ON FUNCTION refuse_change() IS
-  'Attach twice to every append-only table: BEFORE UPDATE OR DELETE and BEFORE TRUNCATE, both FOR EACH STATEMENT.';
 
-CREATE TABLE blobs (
-  sha256 text COLLATE "C" NOT NULL,
-  size_bytes bigint NOT NULL,
-  bytes bytea NOT NULL,
-  stored_at timestamptz NOT NULL DEFAULT clock_timestamp(),
-  CONSTRAINT blobs_pk PRIMARY KEY (sha256),
-  CONSTRAINT blobs_sha256_hex CHECK (sha256 ~ '^[0-9a-f]{64}$'),
-  CONSTRAINT blobs_size_true CHECK (size_bytes = octet_length(bytes))
-);
--- EXTERNAL: clouds and meshes are compressed already; do not spend time on compressing them again.
-ALTER TABLE blobs ALTER COLUMN bytes SET STORAGE EXTERNAL;
-COMMENT ON TABLE blobs IS 'Bytes named by their SHA-256: scan blocks, meshes, CAD files, NC programs. The same bytes are one row.';
-COMMENT ON COLUMN blobs.sha256 IS 'SHA-256 of bytes, lower-case hexadecimal; checked again on every read.';
+CREATE FUNCTION make_append_only(held_by regclass) RETURNS void LANGUAGE plpgsql AS $$
+BEGIN
+  EXECUTE format('CREATE TRIGGER append_only BEFORE UPDATE OR DELETE ON %s FOR EACH STATEMENT EXECUTE FUNCTION refuse_change()',
+                 held_by);
+  EXECUTE format('CREATE TRIGGER no_truncate BEFORE TRUNCATE ON %s FOR EACH STATEMENT EXECUTE FUNCTION refuse_change()',
+                 held_by);
+END
+$$;
+COMMENT ON FUNCTION make_append_only(regclass) IS
+  'For every append-only table, and for every partition of one: a statement that names the partition meets only its own triggers.';
+
+-- Three finite values: a position in mm, or a direction. Of NULL elements none: compared with anything they give NULL, which a
+-- CHECK lets pass.
+CREATE FUNCTION is_triple(v double precision[]) RETURNS boolean LANGUAGE sql IMMUTABLE AS $$
+  SELECT v IS NULL OR coalesce(cardinality(v) = 3 AND array_ndims(v) = 1 AND abs(v[1]) < 1e7 AND abs(v[2]) < 1e7
+                               AND abs(v[3]) < 1e7, false)
+$$;
+CREATE FUNCTION is_unit(v double precision[]) RETURNS boolean LANGUAGE sql IMMUTABLE AS $$
+  SELECT v IS NULL OR (is_triple(v) AND abs(sqrt(v[1] * v[1] + v[2] * v[2] + v[3] * v[3]) - 1) <= 1e-6)
+$$;
 
 CREATE SEQUENCE record_sequence AS bigint;
-COMMENT ON SEQUENCE record_sequence IS 'Orders all events of the plant. Drawn under the journal lock; a rolled-back transaction leaves a gap.';
+COMMENT ON SEQUENCE record_sequence IS
+  'Orders all events of the plant. Drawn under the journal''s lock; a rolled-back transaction leaves a gap.';
+
+CREATE TABLE record_names (
+  record_id uuid NOT NULL,
+  name text COLLATE "C" NOT NULL,
+  record_sequence bigint NOT NULL DEFAULT nextval('record_sequence'),
+  recorded_at timestamptz NOT NULL DEFAULT clock_timestamp(),
+  CONSTRAINT record_names_pk PRIMARY KEY (record_id),
+  CONSTRAINT record_names_once UNIQUE (name),
+  CONSTRAINT record_names_sequence_once UNIQUE (record_sequence),
+  CONSTRAINT record_names_sequence_positive CHECK (record_sequence > 0),
+  CONSTRAINT record_names_form CHECK (name ~ '^[a-z]+/[A-Za-z0-9._-]{1,64}(@[0-9]{1,9})?$')
+);
+COMMENT ON TABLE record_names IS
+  'What each recorded thing is called, and when it was recorded. Stays whole where months of the rest are detached: names are '
+  'given once for ever, and what refers to a thing of another month refers to its row here.';
+COMMENT ON COLUMN record_names.record_id IS 'UUID of version 7: time-ordered. Of a result it is the id in its name.';
+COMMENT ON COLUMN record_names.name IS 'Resource name; machines, artefacts and parts with @revision.';
+COMMENT ON COLUMN record_names.record_sequence IS
+  'Order of commit: assigned under a lock held until commit, so a reader by cursor never misses a row.';
+COMMENT ON COLUMN record_names.recorded_at IS 'The database''s clock when the row was written.';
 
 CREATE TABLE record_entries (
-  record_sequence bigint NOT NULL DEFAULT nextval('record_sequence'),
+  record_id uuid NOT NULL,
+  record_sequence bigint NOT NULL,
   kind text NOT NULL,
-  name text COLLATE "C" NOT NULL,
   blade_serial text COLLATE "C",
   machine_id text COLLATE "C",
-  method text NOT NULL DEFAULT '',
+  method text NOT NULL,
   software_version text NOT NULL,
-  requested_by text NOT NULL DEFAULT '',
+  requested_by text NOT NULL,
   measured_at timestamptz,
-  recorded_at timestamptz NOT NULL DEFAULT clock_timestamp(),
-  summary jsonb NOT NULL DEFAULT '{}',
-  CONSTRAINT record_entries_pk PRIMARY KEY (record_sequence),
-  CONSTRAINT record_entries_name_unique UNIQUE (name),
-  CONSTRAINT record_entries_sequence_positive CHECK (record_sequence > 0),
+  summary jsonb NOT NULL,
+  recorded_at timestamptz NOT NULL,
+  CONSTRAINT record_entries_pk PRIMARY KEY (record_id),
+  CONSTRAINT record_entries_name_fk FOREIGN KEY (record_id) REFERENCES record_names (record_id),
   CONSTRAINT record_entries_kind_known CHECK (kind IN ('machine', 'artefact', 'part', 'blade', 'scan', 'calibration',
-                                                       'registration', 'correction', 'inspection')),
-  CONSTRAINT record_entries_name_form CHECK (name ~ '^[a-z]+/[A-Za-z0-9._-]{1,64}(@[0-9]{1,9})?$'),
+    'registration', 'correction', 'inspection', 'deletion', 'release', 'withdrawal', 'study', 'policy')),
   CONSTRAINT record_entries_software_named CHECK (software_version <> ''),
   CONSTRAINT record_entries_measured_finite CHECK (isfinite(measured_at)),
-  CONSTRAINT record_entries_summary_object CHECK (jsonb_typeof(summary) = 'object')
-);
+  CONSTRAINT record_entries_summary_object CHECK (jsonb_typeof(summary) = 'object'),
+  CONSTRAINT record_entries_summary_size CHECK (pg_column_size(summary) <= 20000),
+  CONSTRAINT record_entries_texts CHECK (octet_length(blade_serial) <= 64 AND octet_length(machine_id) <= 64
+    AND octet_length(method) <= 64 AND octet_length(software_version) <= 200 AND octet_length(requested_by) <= 200)
+) PARTITION BY RANGE (record_id);
+CREATE INDEX record_entries_by_kind ON record_entries (kind, record_sequence);
 CREATE INDEX record_entries_by_blade ON record_entries (blade_serial, record_sequence) WHERE blade_serial IS NOT NULL;
 CREATE INDEX record_entries_by_machine ON record_entries (machine_id, record_sequence) WHERE machine_id IS NOT NULL;
 COMMENT ON TABLE record_entries IS
-  'The journal: one row for each stored thing, written in the transaction that stores it.';
-COMMENT ON COLUMN record_entries.record_sequence IS
-  'Order of commit: assigned under a lock held until commit, so a reader by cursor never misses a row.';
-COMMENT ON COLUMN record_entries.name IS 'Resource name; machines, artefacts and parts with @revision.';
+  'The journal: one row for each stored thing, written last in the transaction that stores it, for the lock of its order.';
+COMMENT ON COLUMN record_entries.record_sequence IS 'This and recorded_at as record_names has them: lists find and sort by them.';
 COMMENT ON COLUMN record_entries.measured_at IS 'The device''s clock, where there is one.';
-COMMENT ON COLUMN record_entries.recorded_at IS 'The database''s clock when the row was written.';
 COMMENT ON COLUMN record_entries.summary IS 'A few figures that a reader wants at once; the result itself is in its own table.';
 
+CREATE VIEW recorded AS
+  SELECT record_id, record_sequence, recorded_at, kind AS entry_kind, blade_serial AS entry_blade, machine_id AS entry_machine
+  FROM record_entries;
+COMMENT ON VIEW recorded IS
+  'When each thing was recorded and whom it concerns, to be joined with the results that are kept by months.';
+
 CREATE TABLE record_inputs (
-  record_sequence bigint NOT NULL,
+  record_id uuid NOT NULL,
   position_index integer NOT NULL,
-  input_name text COLLATE "C" NOT NULL,
-  CONSTRAINT record_inputs_pk PRIMARY KEY (record_sequence, position_index),
-  CONSTRAINT record_inputs_once UNIQUE (record_sequence, input_name),
-  CONSTRAINT record_inputs_entry_fk FOREIGN KEY (record_sequence) REFERENCES record_entries (record_sequence),
-  CONSTRAINT record_inputs_position_from_zero CHECK (position_index >= 0),
-  CONSTRAINT record_inputs_name_form CHECK (input_name ~ '^[a-z]+/[A-Za-z0-9._-]{1,64}(@[0-9]{1,9})?$')
-);
-CREATE INDEX record_inputs_by_input ON record_inputs (input_name, record_sequence);
+  input_id uuid NOT NULL,
+  CONSTRAINT record_inputs_pk PRIMARY KEY (record_id, position_index),
+  CONSTRAINT record_inputs_once UNIQUE (record_id, input_id),
+  CONSTRAINT record_inputs_record_fk FOREIGN KEY (record_id) REFERENCES record_names (record_id),
+  CONSTRAINT record_inputs_input_fk FOREIGN KEY (input_id) REFERENCES record_names (record_id),
+  CONSTRAINT record_inputs_position_from_zero CHECK (position_index >= 0)
+) PARTITION BY RANGE (record_id);
+CREATE INDEX record_inputs_by_input ON record_inputs (input_id, record_id);
 COMMENT ON TABLE record_inputs IS 'Edges: what each recorded thing was made from. Followed from input to entry for recall.';
 
 CREATE TABLE requests (
-  method text COLLATE "C" NOT NULL,
-  request_id text COLLATE "C" NOT NULL,
-  request_sha256 text COLLATE "C" NOT NULL,
-  response bytea NOT NULL,
   recorded_at timestamptz NOT NULL DEFAULT clock_timestamp(),
-  CONSTRAINT requests_pk PRIMARY KEY (method, request_id),
-  CONSTRAINT requests_id_given CHECK (request_id <> ''),
-  CONSTRAINT requests_sha256_hex CHECK (request_sha256 ~ '^[0-9a-f]{64}$')
-);
-COMMENT ON TABLE requests IS 'Answers kept for safe retries: the same request_id gets the same answer and does the work once.';
+  call text COLLATE "C" NOT NULL,
+  request_id uuid NOT NULL,
+  request_sha256 bytea NOT NULL,
+  record_id uuid NOT NULL,
+  CONSTRAINT requests_record_fk FOREIGN KEY (record_id) REFERENCES record_names (record_id) DEFERRABLE INITIALLY DEFERRED,
+  CONSTRAINT requests_call_named CHECK (call <> '' AND octet_length(call) <= 64),
+  CONSTRAINT requests_digests CHECK (octet_length(request_sha256) = 32)
+) PARTITION BY RANGE (recorded_at);
+CREATE INDEX requests_by_id ON requests (request_id, call);
+COMMENT ON TABLE requests IS
+  'What each request recorded, for safe retries: the same request_id gets the same thing and does the work once. Of a call and '
+  'id there is one row (by a lock, for a key across months cannot be held unique); months that are over go.';
 
-CREATE TRIGGER blobs_append_only BEFORE UPDATE OR DELETE ON blobs FOR EACH STATEMENT EXECUTE FUNCTION refuse_change();
-CREATE TRIGGER blobs_no_truncate BEFORE TRUNCATE ON blobs FOR EACH STATEMENT EXECUTE FUNCTION refuse_change();
-CREATE TRIGGER record_entries_append_only BEFORE UPDATE OR DELETE ON record_entries
-  FOR EACH STATEMENT EXECUTE FUNCTION refuse_change();
-CREATE TRIGGER record_entries_no_truncate BEFORE TRUNCATE ON record_entries
-  FOR EACH STATEMENT EXECUTE FUNCTION refuse_change();
-CREATE TRIGGER record_inputs_append_only BEFORE UPDATE OR DELETE ON record_inputs
-  FOR EACH STATEMENT EXECUTE FUNCTION refuse_change();
-CREATE TRIGGER record_inputs_no_truncate BEFORE TRUNCATE ON record_inputs
-  FOR EACH STATEMENT EXECUTE FUNCTION refuse_change();
-CREATE TRIGGER requests_append_only BEFORE UPDATE OR DELETE ON requests FOR EACH STATEMENT EXECUTE FUNCTION refuse_change();
-CREATE TRIGGER requests_no_truncate BEFORE TRUNCATE ON requests FOR EACH STATEMENT EXECUTE FUNCTION refuse_change();
+SELECT make_append_only('record_names');
+SELECT make_append_only('record_entries');
+SELECT make_append_only('record_inputs');
+SELECT make_append_only('requests');

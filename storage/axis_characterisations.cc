@@ -13,7 +13,7 @@ constexpr char kInsert[] =
     ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19)";
 constexpr char kSelect[] =
     "SELECT calibration_id, axis, " SIXPOINT_FIGURES
-    " FROM axis_characterisations JOIN calibrations USING (calibration_id) WHERE calibration_id = ANY ($1::text[])";
+    " FROM axis_characterisations JOIN calibrations USING (calibration_id) WHERE calibration_id = ANY ($1::uuid[])";
 constexpr char kSelectTable[] =
     "SELECT forward_error_deg, backward_error_deg FROM axis_characterisations WHERE calibration_id = $1";
 #undef SIXPOINT_FIGURES
@@ -55,7 +55,7 @@ AxisCharacterisationRow Read(const Rows& rows, int row) {
 
 absl::Status InsertAxis(Transaction& transaction, const std::string& id, const AxisCharacterisationRow& a) {
   Params params;
-  params.Text(id).Reals(a.forward_error_deg).Reals(a.backward_error_deg).Int(a.reading_count);
+  params.Uuid(id).Reals(a.forward_error_deg).Reals(a.backward_error_deg).Int(a.reading_count);
   params.Reals(Pair(a.reversal)).Reals(Pair(a.mean)).Int(a.long_wave_order).Reals(Pair(a.long_wave_amplitude));
   if (a.periodic_order)
     params.Int(*a.periodic_order).Reals(Pair(a.periodic_amplitude));
@@ -70,7 +70,7 @@ absl::Status InsertAxis(Transaction& transaction, const std::string& id, const A
 
 absl::Status ReadAxes(Transaction& transaction, const std::vector<std::string>& calibration_ids,
                       std::vector<CalibrationRow>* calibrations) {
-  const absl::StatusOr<Rows> axes = transaction.Execute(kSelect, Params().Texts(calibration_ids));
+  const absl::StatusOr<Rows> axes = transaction.Execute(kSelect, Params().Uuids(calibration_ids));
   if (!axes.ok()) return axes.status();
   for (CalibrationRow& c : *calibrations)
     for (int row = 0; row < axes->count(); ++row)
@@ -79,7 +79,7 @@ absl::Status ReadAxes(Transaction& transaction, const std::vector<std::string>& 
 }
 
 absl::Status ReadAxisTable(Transaction& transaction, const std::string& calibration_id, AxisCharacterisationRow* axis) {
-  const absl::StatusOr<Rows> table = transaction.Execute(kSelectTable, Params().Text(calibration_id));
+  const absl::StatusOr<Rows> table = transaction.Execute(kSelectTable, Params().Uuid(calibration_id));
   if (!table.ok()) return table.status();
   if (table->count() != 1) return absl::DataLossError("characterisation " + calibration_id + ": its table is gone");
   axis->forward_error_deg = table->Reals(0, 0);

@@ -5,6 +5,7 @@
 #include <thread>
 #include <utility>
 
+#include "refusal/message_text.h"
 #include "storage/blob_rows.h"
 #include "storage/blob_store.h"
 #include "storage/blobs.h"
@@ -14,13 +15,14 @@ namespace sixpoint::storage {
 namespace {
 
 constexpr int kPage = 100;
+constexpr std::size_t kLongestDetail = 1000;  // the table takes no more than four times that
 constexpr std::chrono::milliseconds kLongestNap{100};
 
 constexpr char kSelectPage[] =
     "SELECT sha256, size_bytes, store FROM blobs WHERE sha256 > $1 AND deleted_at IS NULL ORDER BY sha256 LIMIT $2";
 constexpr char kSelectBytes[] = "SELECT bytes FROM blobs WHERE sha256 = $1";
 constexpr char kInsertDamage[] =
-    "INSERT INTO blob_damages (sha256, store, what, detail) SELECT $1::text, $2::text, $3::text, $4::text "
+    "INSERT INTO blob_damages (sha256, store, what, detail) SELECT $1::bytea, $2::text, $3::text, $4::text "
     "WHERE NOT EXISTS (SELECT 1 FROM blob_damages WHERE sha256 = $1 AND what = $3)";
 constexpr char kSelectDamages[] =
     "SELECT sha256, store, what, detail, found_at FROM blob_damages ORDER BY damage_id DESC LIMIT $1";
@@ -45,11 +47,11 @@ struct Listed {
 absl::StatusOr<std::vector<Listed>> ReadPage(Database* database, const std::string& after_sha256, Deadline deadline) {
   absl::StatusOr<Transaction> transaction = database->Begin(deadline);
   if (!transaction.ok()) return transaction.status();
-  const absl::StatusOr<Rows> rows = transaction->Execute(kSelectPage, Params().Text(after_sha256).Int(kPage));
+  const absl::StatusOr<Rows> rows = transaction->Execute(kSelectPage, Params().Digest(after_sha256).Int(kPage));
   if (!rows.ok()) return rows.status();
   std::vector<Listed> page;
   for (int row = 0; row < rows->count(); ++row)
-    page.push_back({rows->Text(row, 0), rows->Int(row, 1), rows->Text(row, 2)});
+    page.push_back({rows->Digest(row, 0), rows->Int(row, 1), rows->Text(row, 2)});
   return rows->Checked(std::move(page));
 }
 
@@ -66,7 +68,7 @@ absl::StatusOr<std::string> ReadBytes(Database* database, ObjectStore* objects, 
   }
   absl::StatusOr<Transaction> transaction = database->Begin(deadline);
   if (!transaction.ok()) return transaction.status();
-  const absl::StatusOr<Rows> rows = transaction->ExecuteBinary(kSelectBytes, Params().Text(blob.sha256));
+  const absl::StatusOr<Rows> rows = transaction->ExecuteBinary(kSelectBytes, Params().Digest(blob.sha256));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0 || rows->IsNull(0, 0)) return absl::NotFoundError("no bytes in the row");
   return rows->Checked(rows->Bytes(0, 0));
@@ -102,7 +104,8 @@ absl::StatusOr<bool> KeepDamage(Database* database, const BlobDamage& damage, De
   if (!row.ok()) return row.status();
   if (!row->has_value() || (*row)->deleted_at || (*row)->store != damage.store) return false;
   const absl::StatusOr<Rows> kept = transaction->Execute(
-      kInsertDamage, Params().Text(damage.sha256).Text(damage.store).Text(damage.what).Text(damage.detail));
+      kInsertDamage,
+      Params().Digest(damage.sha256).Text(damage.store).Text(damage.what).Text(Tame(damage.detail, kLongestDetail)));
   if (!kept.ok()) return kept.status();
   if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;
   return true;
@@ -156,7 +159,7 @@ absl::StatusOr<CheckState> ReadCheckState(Transaction& transaction) {
   if (!rows.ok()) return rows.status();
   if (rows->count() != 1) return absl::InternalError("blob_check_progress: no row, want one");
   CheckState state;
-  state.progress = {rows->Text(0, 0), rows->Int(0, 1), rows->Int(0, 2), rows->Int(0, 3)};
+  state.progress = {rows->Digest(0, 0), rows->Int(0, 1), rows->Int(0, 2), rows->Int(0, 3)};
   state.begun_at = rows->Time(0, 4);
   if (!rows->IsNull(0, 5)) state.finished_at = rows->Time(0, 5);
   return rows->Checked(std::move(state));
@@ -165,7 +168,7 @@ absl::StatusOr<CheckState> ReadCheckState(Transaction& transaction) {
 absl::Status KeepCheckProgress(Transaction& transaction, const CheckProgress& progress) {
   return transaction
       .Execute(kUpdateProgress, Params()
-                                    .Text(progress.after_sha256)
+                                    .Digest(progress.after_sha256)
                                     .Int(progress.checked_count)
                                     .Int(progress.checked_bytes)
                                     .Int(progress.damaged_count))
@@ -190,7 +193,7 @@ absl::StatusOr<std::vector<BlobDamage>> ListDamages(Transaction& transaction, in
   std::vector<BlobDamage> damages;
   for (int row = 0; row < rows->count(); ++row) {
     damages.push_back(
-        {rows->Text(row, 0), rows->Text(row, 1), rows->Text(row, 2), rows->Text(row, 3), rows->Time(row, 4)});
+        {rows->Digest(row, 0), rows->Text(row, 1), rows->Text(row, 2), rows->Text(row, 3), rows->Time(row, 4)});
   }
   return rows->Checked(std::move(damages));
 }

@@ -21,10 +21,10 @@ constexpr char kSelectCandidates[] =
 constexpr char kInOrder[] = " ORDER BY b.sha256 LIMIT $3";
 constexpr char kLocked[] = " FOR UPDATE OF b SKIP LOCKED";
 // A statement of its own, so that it sees what was committed before the locks were had.
-constexpr char kDeleteRows[] = "DELETE FROM blobs b WHERE b.sha256 = ANY ($1::text[])";
+constexpr char kDeleteRows[] = "DELETE FROM blobs b WHERE b.sha256 = ANY ($1::bytea[])";
 constexpr char kReturning[] = " RETURNING b.sha256, b.size_bytes, b.store, b.deleted_at IS NULL";
 constexpr char kSelectClaimed[] =
-    "SELECT sha256 FROM blobs WHERE sha256 = ANY ($1::text[]) AND store = 's3' AND deleted_at IS NULL";
+    "SELECT sha256 FROM blobs WHERE sha256 = ANY ($1::bytea[]) AND store = 's3' AND deleted_at IS NULL";
 
 void Count(const Rows& rows, Collected* collected) {
   for (int row = 0; row < rows.count(); ++row) {
@@ -47,11 +47,11 @@ absl::StatusOr<Batch> CollectRows(Database* database, const CollectOptions& opti
   if (!conditions.ok()) return conditions.status();
   const absl::StatusOr<Rows> candidates =
       transaction->Execute(kSelectCandidates + conditions->unreferenced + kInOrder + (options.dry_run ? "" : kLocked),
-                           Params().Text(after_sha256).Real(static_cast<double>(options.grace.count())).Int(kBatch));
+                           Params().Digest(after_sha256).Real(static_cast<double>(options.grace.count())).Int(kBatch));
   if (!candidates.ok()) return candidates.status();
   Batch batch;
   std::vector<std::string> digests;
-  for (int row = 0; row < candidates->count(); ++row) digests.push_back(candidates->Text(row, 0));
+  for (int row = 0; row < candidates->count(); ++row) digests.push_back(candidates->Digest(row, 0));
   if (absl::Status read = candidates->status(); !read.ok()) return read;
   if (!digests.empty()) batch.last_sha256 = digests.back();
   if (options.dry_run) {
@@ -61,12 +61,12 @@ absl::StatusOr<Batch> CollectRows(Database* database, const CollectOptions& opti
   if (digests.empty()) return batch;
   if (absl::Status announced = AnnounceBlobChange(*transaction, "collect"); !announced.ok()) return announced;
   const absl::StatusOr<Rows> gone =
-      transaction->Execute(kDeleteRows + conditions->unreferenced + kReturning, Params().Texts(digests));
+      transaction->Execute(kDeleteRows + conditions->unreferenced + kReturning, Params().Digests(digests));
   if (!gone.ok()) return gone.status();
   if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;
   Count(*gone, collected);
   for (int row = 0; row < gone->count(); ++row) {
-    if (gone->Text(row, 2) == kStoreS3 && gone->Bool(row, 3)) batch.objects.push_back(gone->Text(row, 0));
+    if (gone->Text(row, 2) == kStoreS3 && gone->Bool(row, 3)) batch.objects.push_back(gone->Digest(row, 0));
   }
   return gone->Checked(std::move(batch));
 }
@@ -82,10 +82,10 @@ absl::StatusOr<std::set<std::string>> ClaimedOf(Database* database, const std::v
                                                 Deadline deadline) {
   absl::StatusOr<Transaction> transaction = database->Begin(deadline);
   if (!transaction.ok()) return transaction.status();
-  const absl::StatusOr<Rows> rows = transaction->Execute(kSelectClaimed, Params().Texts(digests));
+  const absl::StatusOr<Rows> rows = transaction->Execute(kSelectClaimed, Params().Digests(digests));
   if (!rows.ok()) return rows.status();
   std::set<std::string> claimed;
-  for (int row = 0; row < rows->count(); ++row) claimed.insert(rows->Text(row, 0));
+  for (int row = 0; row < rows->count(); ++row) claimed.insert(rows->Digest(row, 0));
   return rows->Checked(std::move(claimed));
 }
 

@@ -7,11 +7,11 @@ namespace {
 
 // Names come quoted from the server.
 constexpr char kSelectReferences[] =
-    "SELECT format('%I.%I', n.nspname, c.relname), quote_ident(a.attname), c.relname = 'scan_blocks' "
+    "SELECT format('%I.%I', n.nspname, c.relname), quote_ident(a.attname), c.oid = 'scan_blocks'::regclass "
     "FROM pg_constraint k JOIN pg_class c ON c.oid = k.conrelid JOIN pg_namespace n ON n.oid = c.relnamespace "
     "JOIN pg_attribute a ON a.attrelid = k.conrelid AND a.attnum = k.conkey[1] "
-    "WHERE k.contype = 'f' AND k.confrelid = 'blobs'::regclass ORDER BY 1, 2";
-constexpr char kOfKeptScan[] = " AND NOT EXISTS (SELECT 1 FROM scan_deletions d WHERE d.scan_id = r.scan_id)";
+    "WHERE k.contype = 'f' AND k.confrelid = 'blobs'::regclass AND k.conparentid = 0 ORDER BY 1, 2";
+constexpr char kOfKeptScan[] = " AND NOT EXISTS (SELECT 1 FROM scan_deletions d WHERE d.scan_key = r.scan_key)";
 
 }  // namespace
 

@@ -28,7 +28,7 @@ constexpr char kTryTakeDigest[] = "SELECT pg_try_advisory_xact_lock(hashtextexte
 constexpr int kAttempts = 5;
 
 absl::StatusOr<std::optional<BlobRow>> ReadRow(Transaction& transaction, const char* sql, const std::string& sha256) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(sql, Params().Text(sha256));
+  const absl::StatusOr<Rows> rows = transaction.Execute(sql, Params().Digest(sha256));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
   BlobRow row;
@@ -49,7 +49,7 @@ absl::StatusOr<std::string> Verified(const std::string& sha256, std::string byte
 absl::Status RestoreRow(Transaction& transaction, const std::string& sha256, std::optional<std::string_view> bytes) {
   if (absl::Status announced = AnnounceBlobChange(transaction, "restore_bytes"); !announced.ok()) return announced;
   Params params;
-  params.Text(sha256);
+  params.Digest(sha256);
   bytes ? params.Bytes(*bytes) : params.Null();
   params.Text(bytes ? kStorePostgresql : kStoreS3);
   if (const absl::StatusOr<Rows> restored = transaction.Execute(kRestoreRow, params); !restored.ok()) {
@@ -85,7 +85,7 @@ absl::Status AnnounceBlobChange(Transaction& transaction, const std::string& pur
 absl::Status PutBlobRow(Transaction& transaction, const std::string& sha256, std::int64_t size_bytes,
                         std::optional<std::string_view> bytes) {
   Params params;
-  params.Text(sha256).Int(size_bytes);
+  params.Digest(sha256).Int(size_bytes);
   bytes ? params.Bytes(*bytes) : params.Null();
   params.Text(bytes ? kStorePostgresql : kStoreS3);
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
@@ -113,7 +113,7 @@ absl::StatusOr<std::string> ReadBlob(Transaction& transaction, const std::string
   absl::Status lost;
   // Bytes may move or go between the statements: what is not where the row said is looked for once more.
   for (int attempt = 0; attempt < 2; ++attempt) {
-    const absl::StatusOr<Rows> rows = transaction.ExecuteBinary(kSelectBytes, Params().Text(sha256));
+    const absl::StatusOr<Rows> rows = transaction.ExecuteBinary(kSelectBytes, Params().Digest(sha256));
     if (!rows.ok()) return rows.status();
     if (rows->count() == 0) return absl::NotFoundError("blob " + sha256 + ": not stored");
     if (!rows->IsNull(0, 0)) return Verified(sha256, rows->Bytes(0, 0));

@@ -22,13 +22,15 @@ absl::StatusOr<CalibrationRow> ReadAgain(Transaction& transaction, const std::st
 }
 
 // Checks and records a decision; the calibration as it is after it.
-absl::StatusOr<CalibrationRow> Decide(Transaction& transaction, const CalibrationDecision& decision,
+absl::StatusOr<CalibrationRow> Decide(Transaction& transaction, const RecordedRequest& request,
+                                      const CalibrationDecision& decision,
                                       absl::StatusOr<Recorded> (*record)(Transaction&, const CalibrationRow&,
-                                                                         const CalibrationEvent&)) {
+                                                                         const CalibrationEvent&,
+                                                                         const std::optional<KeptRequest>&)) {
   const absl::StatusOr<std::optional<CalibrationRow>> found = FindCalibration(transaction, decision.calibration_id);
   if (!found.ok()) return found.status();
   if (absl::Status status = decision.check(*found); !status.ok()) return status;
-  const absl::StatusOr<Recorded> recorded = record(transaction, **found, decision.event);
+  const absl::StatusOr<Recorded> recorded = record(transaction, **found, decision.event, KeptRequestOf(request));
   // Two that decide at once: the second is tried again, and then its check finds the first one's event.
   if (absl::IsAlreadyExists(recorded.status()))
     return WithReason(absl::AbortedError("calibration " + decision.calibration_id +
@@ -36,6 +38,33 @@ absl::StatusOr<CalibrationRow> Decide(Transaction& transaction, const Calibratio
                       kCalibrationDecidedMeanwhile);
   if (!recorded.ok()) return recorded.status();
   return ReadAgain(transaction, decision.calibration_id);
+}
+
+// What calibrations/{id} is, and what releases/{id} and withdrawals/{id} are of.
+absl::StatusOr<std::optional<CalibrationRow>> FindNamed(Transaction& transaction, const std::string& name) {
+  return FindCalibration(transaction, IdOfName(name).id);
+}
+
+absl::StatusOr<WithdrawnCalibrationRow> WhatIsLeftOf(Transaction& transaction, CalibrationRow calibration) {
+  WithdrawnCalibrationRow withdrawn;
+  withdrawn.calibration = std::move(calibration);
+  auto resting = DerivedFrom(transaction, withdrawn.calibration.name());
+  if (!resting.ok()) return resting.status();
+  withdrawn.resting = *std::move(resting);
+  auto in_force = CalibrationInForce(transaction, withdrawn.calibration.subject(), Now());
+  if (!in_force.ok()) return in_force.status();
+  withdrawn.in_force = *std::move(in_force);
+  return withdrawn;
+}
+
+absl::StatusOr<std::optional<WithdrawnCalibrationRow>> FindWithdrawn(Transaction& transaction,
+                                                                     const std::string& name) {
+  absl::StatusOr<std::optional<CalibrationRow>> calibration = FindNamed(transaction, name);
+  if (!calibration.ok()) return calibration.status();
+  if (!calibration->has_value()) return std::nullopt;
+  absl::StatusOr<WithdrawnCalibrationRow> withdrawn = WhatIsLeftOf(transaction, **std::move(calibration));
+  if (!withdrawn.ok()) return withdrawn.status();
+  return *std::move(withdrawn);
 }
 
 class PostgresCalibrations final : public CalibrationStore {
@@ -68,48 +97,39 @@ class PostgresCalibrations final : public CalibrationStore {
     return OneRead(*database_, deadline, [&](Transaction& t) { return CalibrationHistory(t, subject, limit); });
   }
 
-  absl::StatusOr<std::optional<std::string>> FindAnswer(const RecordedRequest& request,
-                                                        Deadline deadline) const override {
-    return storage::FindAnswer(*database_, request, deadline);
+  absl::StatusOr<std::optional<CalibrationRow>> FindRecorded(const RecordedRequest& request,
+                                                             Deadline deadline) const override {
+    return storage::FindRecorded<CalibrationRow>(*database_, request, deadline, FindNamed);
   }
-  absl::StatusOr<std::string> Record(const RecordedRequest& request, CalibrationRow calibration,
-                                     const RecordEntry& entry, const AnswerOf<CalibrationRow>& answer_of,
-                                     Deadline deadline) override {
-    return RecordOnce(*database_, request, deadline, [&](Transaction& transaction) -> absl::StatusOr<std::string> {
+  absl::StatusOr<CalibrationRow> Record(const RecordedRequest& request, CalibrationRow calibration,
+                                        const RecordEntry& entry, Deadline deadline) override {
+    RecordEntry kept = entry;
+    kept.request = KeptRequestOf(request);
+    const auto store = [&](Transaction& transaction) -> absl::StatusOr<CalibrationRow> {
       absl::StatusOr<std::string> sha256 = PutBlob(transaction, request.bytes);
       if (!sha256.ok()) return sha256.status();
       calibration.request_sha256 = *std::move(sha256);
-      const absl::StatusOr<Recorded> recorded = InsertCalibration(transaction, calibration, entry);
+      const absl::StatusOr<Recorded> recorded = InsertCalibration(transaction, calibration, kept);
       if (!recorded.ok()) return recorded.status();
-      const absl::StatusOr<CalibrationRow> stored = ReadAgain(transaction, calibration.calibration_id);
-      if (!stored.ok()) return stored.status();
-      return answer_of(*stored);
+      return ReadAgain(transaction, calibration.calibration_id);
+    };
+    return RecordOnce<CalibrationRow>(*database_, request, deadline, FindNamed, store);
+  }
+  absl::StatusOr<CalibrationRow> Release(const RecordedRequest& request, const CalibrationDecision& decision,
+                                         Deadline deadline) override {
+    return RecordOnce<CalibrationRow>(*database_, request, deadline, FindNamed, [&](Transaction& transaction) {
+      return Decide(transaction, request, decision, ReleaseCalibration);
     });
   }
-  absl::StatusOr<std::string> Release(const RecordedRequest& request, const CalibrationDecision& decision,
-                                      const AnswerOf<CalibrationRow>& answer_of, Deadline deadline) override {
-    return RecordOnce(*database_, request, deadline, [&](Transaction& transaction) -> absl::StatusOr<std::string> {
-      const absl::StatusOr<CalibrationRow> released = Decide(transaction, decision, ReleaseCalibration);
-      if (!released.ok()) return released.status();
-      return answer_of(*released);
-    });
-  }
-  absl::StatusOr<std::string> Withdraw(const RecordedRequest& request, const CalibrationDecision& decision,
-                                       const AnswerOf<WithdrawnCalibrationRow>& answer_of, Deadline deadline) override {
-    return RecordOnce(*database_, request, deadline, [&](Transaction& transaction) -> absl::StatusOr<std::string> {
-      absl::StatusOr<CalibrationRow> calibration = Decide(transaction, decision, WithdrawCalibration);
+  absl::StatusOr<WithdrawnCalibrationRow> Withdraw(const RecordedRequest& request, const CalibrationDecision& decision,
+                                                   Deadline deadline) override {
+    const auto withdraw = [&](Transaction& transaction) -> absl::StatusOr<WithdrawnCalibrationRow> {
+      absl::StatusOr<CalibrationRow> calibration = Decide(transaction, request, decision, WithdrawCalibration);
       if (!calibration.ok()) return calibration.status();
-      WithdrawnCalibrationRow withdrawn;
-      withdrawn.calibration = *std::move(calibration);
       // The journal's lock is held: nothing more can come to rest on it.
-      auto resting = DerivedFrom(transaction, withdrawn.calibration.name());
-      if (!resting.ok()) return resting.status();
-      withdrawn.resting = *std::move(resting);
-      auto in_force = CalibrationInForce(transaction, withdrawn.calibration.subject(), Now());
-      if (!in_force.ok()) return in_force.status();
-      withdrawn.in_force = *std::move(in_force);
-      return answer_of(withdrawn);
-    });
+      return WhatIsLeftOf(transaction, *std::move(calibration));
+    };
+    return RecordOnce<WithdrawnCalibrationRow>(*database_, request, deadline, FindWithdrawn, withdraw);
   }
 
  private:

@@ -48,12 +48,11 @@ struct WithdrawnCalibrationRow {
 // Record keeps the request's bytes as a blob, too.
 class CalibrationWriter : public ResultWriter<CalibrationRow> {
  public:
-  // The event with its journal entry, and the answer.
-  virtual absl::StatusOr<std::string> Release(const RecordedRequest& request, const CalibrationDecision& decision,
-                                              const AnswerOf<CalibrationRow>& answer_of, Deadline deadline) = 0;
-  virtual absl::StatusOr<std::string> Withdraw(const RecordedRequest& request, const CalibrationDecision& decision,
-                                               const AnswerOf<WithdrawnCalibrationRow>& answer_of,
-                                               Deadline deadline) = 0;
+  // The event with its journal entry; the calibration after it. A retry gets it as it then stands.
+  virtual absl::StatusOr<CalibrationRow> Release(const RecordedRequest& request, const CalibrationDecision& decision,
+                                                 Deadline deadline) = 0;
+  virtual absl::StatusOr<WithdrawnCalibrationRow> Withdraw(const RecordedRequest& request,
+                                                           const CalibrationDecision& decision, Deadline deadline) = 0;
 };
 
 class CalibrationStore : public CalibrationReader, public CalibrationWriter {};

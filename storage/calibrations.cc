@@ -4,14 +4,17 @@
 
 #include "storage/axis_characterisations.h"
 #include "storage/probe_calibrations.h"
+#include "storage/scan_keys.h"
 
 namespace sixpoint::storage {
 namespace {
 
-#define SIXPOINT_HEAD_COLUMNS                                                                                     \
-  "calibration_id, machine_id, kind, method, inputs, request_sha256, valid_from, valid_until, requested_by, "     \
-  "software_version, record_sequence, recorded_at, is_draft, temperature_c, temperature_standard_uncertainty_c, " \
-  "humidity_percent, environment_note"
+#define SIXPOINT_HEAD_COLUMNS                                                                                 \
+  "calibration_id, machine_id, kind, method, inputs, request_sha256, valid_from, valid_until, requested_by, " \
+  "software_version, is_draft, temperature_c, temperature_standard_uncertainty_c, humidity_percent, environment_note"
+#define SIXPOINT_SELECT_HEADS     \
+  "SELECT " SIXPOINT_HEAD_COLUMNS \
+  ", record_sequence, recorded_at FROM calibrations c JOIN record_names n ON n.record_id = c.calibration_id WHERE "
 #define SIXPOINT_SENSOR_COLUMNS                                                                               \
   "calibration_id, machine_from_sensor_rotation, t_sm_mm, covariance, alpha_deg, beta_deg, gamma_deg, "       \
   "alpha_standard_uncertainty_deg, beta_standard_uncertainty_deg, gamma_standard_uncertainty_deg, noise_um, " \
@@ -22,41 +25,40 @@ namespace {
 
 constexpr char kInsertHead[] = "INSERT INTO calibrations (" SIXPOINT_HEAD_COLUMNS
                                ", axis) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, "
-                               "$15, $16, $17, $18)";
+                               "$15, $16)";
 constexpr char kInsertSensor[] = "INSERT INTO sensor_calibrations (" SIXPOINT_SENSOR_COLUMNS
                                  ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15)";
 constexpr char kInsertCentres[] =
-    "INSERT INTO sensor_calibration_centres (calibration_id, position_index, scan_id, feature, is_check, dx_um, dy_um, "
-    "dz_um) SELECT $1::text, (position - 1)::integer, scan_id, feature, is_check::boolean, dx_um, dy_um, dz_um "
+    "INSERT INTO sensor_calibration_centres (calibration_id, position_index, scan_key, feature, is_check, dx_um, dy_um, "
+    "dz_um) SELECT $1::uuid, (position - 1)::integer, " SIXPOINT_SCAN_KEY(
+        "scan_id") ", feature, is_check::boolean, dx_um, dy_um, dz_um "
     "FROM unnest($2::text[], $3::text[], $4::text[], $5::double precision[], $6::double precision[], "
     "$7::double precision[]) WITH ORDINALITY AS centre (scan_id, feature, is_check, dx_um, dy_um, dz_um, position)";
 constexpr char kInsertRotation[] = "INSERT INTO rotation_calibrations (" SIXPOINT_ROTATION_COLUMNS
                                    ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14)";
 constexpr char kInsertPoses[] =
     "INSERT INTO rotation_calibration_poses (calibration_id, position_index, a_deg, b_deg, distance_um, held_out, "
-    "before_um) SELECT $1::text, (position - 1)::integer, a_deg, b_deg, distance_um, held_out::boolean, before_um "
+    "before_um) SELECT $1::uuid, (position - 1)::integer, a_deg, b_deg, distance_um, held_out::boolean, before_um "
     "FROM unnest($2::double precision[], $3::double precision[], $4::double precision[], $5::text[], "
     "$6::double precision[]) WITH ORDINALITY AS pose (a_deg, b_deg, distance_um, held_out, before_um, position)";
 
-constexpr char kSelectHead[] = "SELECT " SIXPOINT_HEAD_COLUMNS " FROM calibrations WHERE calibration_id = $1";
-constexpr char kSelectInForce[] =
-    "SELECT " SIXPOINT_HEAD_COLUMNS
-    " FROM calibrations WHERE calibration_id = (SELECT f.calibration_id FROM calibration_forces f "
+constexpr char kSelectHead[] = SIXPOINT_SELECT_HEADS "calibration_id = $1";
+constexpr char kSelectInForce[] = SIXPOINT_SELECT_HEADS
+    "calibration_id = (SELECT f.calibration_id FROM calibration_forces f "
     "WHERE f.machine_id = $1 AND f.kind = $2 AND f.axis = $3 AND f.valid_from <= $4 AND $4 < f.valid_until "
     "ORDER BY f.force_sequence DESC LIMIT 1)";
 constexpr char kSelectLastValidity[] =
     "SELECT valid_until FROM calibration_forces WHERE machine_id = $1 AND kind = $2 AND axis = $3 "
     "AND valid_from <= $4 ORDER BY valid_until DESC LIMIT 1";
-constexpr char kSelectWithdrawn[] =
-    "SELECT " SIXPOINT_HEAD_COLUMNS
-    " FROM calibrations WHERE calibration_id = (SELECT c.calibration_id FROM calibrations c "
-    "JOIN calibration_events w ON w.calibration_id = c.calibration_id AND w.event = 'WITHDRAWN' "
-    "WHERE c.machine_id = $1 AND c.kind = $2 AND COALESCE(c.axis, '') = $3 "
-    "AND c.valid_from <= $4 AND $4 < c.valid_until "
-    "ORDER BY w.record_sequence DESC LIMIT 1)";
-constexpr char kSelectHistory[] =
-    "SELECT " SIXPOINT_HEAD_COLUMNS
-    " FROM calibrations WHERE calibration_id IN (SELECT f.calibration_id FROM calibration_forces f "
+constexpr char kSelectWithdrawn[] = SIXPOINT_SELECT_HEADS
+    "calibration_id = (SELECT d.calibration_id FROM calibrations d "
+    "JOIN calibration_events w ON w.calibration_id = d.calibration_id AND w.event = 'WITHDRAWN' "
+    "JOIN record_names m ON m.record_id = w.record_id "
+    "WHERE d.machine_id = $1 AND d.kind = $2 AND COALESCE(d.axis, '') = $3 "
+    "AND d.valid_from <= $4 AND $4 < d.valid_until "
+    "ORDER BY m.record_sequence DESC LIMIT 1)";
+constexpr char kSelectHistory[] = SIXPOINT_SELECT_HEADS
+    "calibration_id IN (SELECT f.calibration_id FROM calibration_forces f "
     "WHERE f.machine_id = $1 AND f.kind = $2 AND f.axis = $3 "
     "ORDER BY f.valid_from DESC, f.force_sequence DESC LIMIT $4) "
     "ORDER BY valid_from, record_sequence";
@@ -64,14 +66,14 @@ constexpr char kSelectStates[] =
     "SELECT c.calibration_id, (SELECT f.calibration_id FROM calibration_forces f "
     "WHERE f.machine_id = c.machine_id AND f.kind = c.kind AND f.axis = COALESCE(c.axis, '') "
     "AND f.valid_from <= $2 AND $2 < f.valid_until "
-    "ORDER BY f.force_sequence DESC LIMIT 1) FROM calibrations c WHERE c.calibration_id = ANY ($1::text[])";
+    "ORDER BY f.force_sequence DESC LIMIT 1) FROM calibrations c WHERE c.calibration_id = ANY ($1::uuid[])";
 constexpr char kSelectEvents[] =
     "SELECT calibration_id, event, reason, requested_by, software_version, record_sequence, recorded_at "
-    "FROM calibration_events WHERE calibration_id = ANY ($1::text[])";
+    "FROM calibration_events e JOIN record_names n ON n.record_id = e.record_id WHERE calibration_id = ANY "
+    "($1::uuid[])";
 // The states as StateOf has them, by what the events and the moment $5 say.
-constexpr char kSelectPage[] =
-    "SELECT " SIXPOINT_HEAD_COLUMNS
-    " FROM calibrations c WHERE ($1 = '' OR machine_id = $1) AND ($2 = '' OR kind = $2) AND ($3 = '' OR axis = $3) "
+constexpr char kSelectPage[] = SIXPOINT_SELECT_HEADS
+    "($1 = '' OR machine_id = $1) AND ($2 = '' OR kind = $2) AND ($3 = '' OR axis = $3) "
     "AND ($4 = '' OR $4 = CASE "
     "WHEN EXISTS (SELECT 1 FROM calibration_events w WHERE w.calibration_id = c.calibration_id "
     "AND w.event = 'WITHDRAWN') THEN 'WITHDRAWN' "
@@ -84,22 +86,24 @@ constexpr char kSelectPage[] =
     "AND ($6::timestamptz IS NULL OR recorded_at >= $6) AND ($7::timestamptz IS NULL OR recorded_at < $7) "
     "AND ($8::bigint = 0 OR record_sequence < $8::bigint) ORDER BY record_sequence DESC LIMIT $9";
 constexpr char kSelectSensors[] =
-    "SELECT " SIXPOINT_SENSOR_COLUMNS " FROM sensor_calibrations WHERE calibration_id = ANY ($1::text[])";
+    "SELECT " SIXPOINT_SENSOR_COLUMNS " FROM sensor_calibrations WHERE calibration_id = ANY ($1::uuid[])";
 constexpr char kSelectRotations[] =
-    "SELECT " SIXPOINT_ROTATION_COLUMNS " FROM rotation_calibrations WHERE calibration_id = ANY ($1::text[])";
+    "SELECT " SIXPOINT_ROTATION_COLUMNS " FROM rotation_calibrations WHERE calibration_id = ANY ($1::uuid[])";
 constexpr char kSelectCentres[] =
-    "SELECT scan_id, feature, is_check, dx_um, dy_um, dz_um FROM sensor_calibration_centres WHERE calibration_id = $1 "
+    "SELECT " SIXPOINT_SCAN_ID("scan_key")
+    ", feature, is_check, dx_um, dy_um, dz_um FROM sensor_calibration_centres WHERE calibration_id = $1 "
     "ORDER BY position_index";
 constexpr char kSelectPoses[] =
     "SELECT a_deg, b_deg, distance_um, held_out, before_um FROM rotation_calibration_poses WHERE calibration_id = $1 "
     "ORDER BY position_index";
 #undef SIXPOINT_HEAD_COLUMNS
+#undef SIXPOINT_SELECT_HEADS
 #undef SIXPOINT_SENSOR_COLUMNS
 #undef SIXPOINT_ROTATION_COLUMNS
 
 absl::Status InsertSensor(Transaction& transaction, const std::string& id, const SensorCalibrationRow& sensor) {
   Params params;
-  params.Text(id).Reals(sensor.machine_from_sensor_rotation).Reals(sensor.t_sm_mm).Reals(sensor.covariance);
+  params.Uuid(id).Reals(sensor.machine_from_sensor_rotation).Reals(sensor.t_sm_mm).Reals(sensor.covariance);
   params.Real(sensor.alpha_deg).Real(sensor.beta_deg).Real(sensor.gamma_deg);
   params.Real(sensor.alpha_standard_uncertainty_deg).Real(sensor.beta_standard_uncertainty_deg);
   params.Real(sensor.gamma_standard_uncertainty_deg).Real(sensor.noise_um).Real(sensor.touch_rms_um);
@@ -118,13 +122,13 @@ absl::Status InsertSensor(Transaction& transaction, const std::string& id, const
   }
   return transaction
       .Execute(kInsertCentres,
-               Params().Text(id).Texts(scans).Texts(features).Texts(checks).Reals(dx).Reals(dy).Reals(dz))
+               Params().Uuid(id).Texts(scans).Texts(features).Texts(checks).Reals(dx).Reals(dy).Reals(dz))
       .status();
 }
 
 absl::Status InsertRotation(Transaction& transaction, const std::string& id, const RotationCalibrationRow& rotation) {
   Params params;
-  params.Text(id).Reals(rotation.a_direction).Reals(rotation.a_point_mm).Reals(rotation.b_direction);
+  params.Uuid(id).Reals(rotation.a_direction).Reals(rotation.a_point_mm).Reals(rotation.b_direction);
   params.Reals(rotation.b_point_mm).Reals(rotation.covariance).Reals(rotation.point_c_mm);
   params.Reals(rotation.point_c_standard_uncertainty_mm).Real(rotation.noise_um).Real(rotation.residual_rms_um);
   params.Real(rotation.check_rms_um).Int(rotation.check_count).Real(rotation.condition_number).Texts(rotation.axes);
@@ -141,7 +145,7 @@ absl::Status InsertRotation(Transaction& transaction, const std::string& id, con
     before.push_back(p.before_um);
   }
   return transaction
-      .Execute(kInsertPoses, Params().Text(id).Reals(a).Reals(b).Reals(distances).Texts(held_out).OptionalReals(before))
+      .Execute(kInsertPoses, Params().Uuid(id).Reals(a).Reals(b).Reals(distances).Texts(held_out).OptionalReals(before))
       .status();
 }
 
@@ -222,9 +226,9 @@ const char* StateText(CalibrationState state) {
 absl::Status ReadStates(Transaction& transaction, Instant now, std::vector<CalibrationRow>* calibrations) {
   std::vector<std::string> ids;
   for (const CalibrationRow& c : *calibrations) ids.push_back(c.calibration_id);
-  const absl::StatusOr<Rows> events = transaction.Execute(kSelectEvents, Params().Texts(ids));
+  const absl::StatusOr<Rows> events = transaction.Execute(kSelectEvents, Params().Uuids(ids));
   if (!events.ok()) return events.status();
-  const absl::StatusOr<Rows> in_force = transaction.Execute(kSelectStates, Params().Texts(ids).Time(now));
+  const absl::StatusOr<Rows> in_force = transaction.Execute(kSelectStates, Params().Uuids(ids).Time(now));
   if (!in_force.ok()) return in_force.status();
   for (CalibrationRow& c : *calibrations) {
     for (int row = 0; row < events->count(); ++row) {
@@ -255,20 +259,20 @@ absl::StatusOr<std::vector<CalibrationRow>> ReadCalibrations(Transaction& transa
     ids_by_kind[heads.Text(row, 2)].push_back(c.calibration_id);
     c.method = heads.Text(row, 3);
     c.inputs = heads.Texts(row, 4);
-    c.request_sha256 = heads.Text(row, 5);
+    c.request_sha256 = heads.Digest(row, 5);
     c.valid_from = heads.Time(row, 6);
     c.valid_until = heads.Time(row, 7);
     c.requested_by = heads.Text(row, 8);
     c.software_version = heads.Text(row, 9);
-    c.recorded = {heads.Int(row, 10), heads.Time(row, 11)};
-    c.is_draft = heads.Bool(row, 12);
-    c.environment = {OptionalReal(heads, row, 13), OptionalReal(heads, row, 14), OptionalReal(heads, row, 15),
-                     heads.Text(row, 16)};
+    c.is_draft = heads.Bool(row, 10);
+    c.environment = {OptionalReal(heads, row, 11), OptionalReal(heads, row, 12), OptionalReal(heads, row, 13),
+                     heads.Text(row, 14)};
+    c.recorded = {heads.Int(row, 15), heads.Time(row, 16)};
   }
   if (absl::Status read = heads.status(); !read.ok()) return read;
-  const absl::StatusOr<Rows> sensors = transaction.Execute(kSelectSensors, Params().Texts(ids_by_kind["sensor"]));
+  const absl::StatusOr<Rows> sensors = transaction.Execute(kSelectSensors, Params().Uuids(ids_by_kind["sensor"]));
   if (!sensors.ok()) return sensors.status();
-  const absl::StatusOr<Rows> rotations = transaction.Execute(kSelectRotations, Params().Texts(ids_by_kind["rotation"]));
+  const absl::StatusOr<Rows> rotations = transaction.Execute(kSelectRotations, Params().Uuids(ids_by_kind["rotation"]));
   if (!rotations.ok()) return rotations.status();
   if (const absl::Status s = ReadProbes(transaction, ids_by_kind["probe"], &found); !s.ok()) return s;
   if (const absl::Status s = ReadAxes(transaction, ids_by_kind["axis"], &found); !s.ok()) return s;
@@ -289,7 +293,7 @@ absl::Status ReadResiduals(Transaction& transaction, CalibrationRow* calibration
   if (calibration->probe) return ReadProbeResiduals(transaction, calibration->calibration_id, &*calibration->probe);
   if (calibration->axis) return ReadAxisTable(transaction, calibration->calibration_id, &*calibration->axis);
   const absl::StatusOr<Rows> rows = transaction.Execute(calibration->sensor ? kSelectCentres : kSelectPoses,
-                                                        Params().Text(calibration->calibration_id));
+                                                        Params().Uuid(calibration->calibration_id));
   if (!rows.ok()) return rows.status();
   for (int row = 0; row < rows->count(); ++row)
     if (calibration->sensor)
@@ -317,12 +321,10 @@ absl::StatusOr<std::optional<CalibrationRow>> FindOne(Transaction& transaction, 
 
 absl::StatusOr<Recorded> InsertCalibration(Transaction& transaction, const CalibrationRow& c,
                                            const RecordEntry& entry) {
-  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
-  if (!recorded.ok()) return recorded.status();
   Params head;
-  head.Text(c.calibration_id).Text(c.machine_id).Text(c.kind()).Text(c.method).Texts(c.inputs).Text(c.request_sha256);
+  head.Uuid(c.calibration_id).Text(c.machine_id).Text(c.kind()).Text(c.method).Texts(c.inputs).Digest(c.request_sha256);
   head.Time(c.valid_from).Time(c.valid_until).Text(c.requested_by).Text(c.software_version);
-  head.Int(recorded->sequence).Time(recorded->recorded_at).Bool(c.is_draft);
+  head.Bool(c.is_draft);
   AddOptional(head, c.environment.temperature_c);
   AddOptional(head, c.environment.temperature_standard_uncertainty_c);
   AddOptional(head, c.environment.humidity_percent);
@@ -335,12 +337,12 @@ absl::StatusOr<Recorded> InsertCalibration(Transaction& transaction, const Calib
                               : c.axis  ? InsertAxis(transaction, c.calibration_id, *c.axis)
                                         : InsertRotation(transaction, c.calibration_id, *c.rotation);
   if (!result.ok()) return result;
-  return recorded;
+  return AppendRecord(transaction, c.calibration_id, entry);
 }
 
 absl::StatusOr<std::optional<CalibrationRow>> FindCalibration(Transaction& transaction, const std::string& id,
                                                               Instant now) {
-  return FindOne(transaction, kSelectHead, Params().Text(id), now);
+  return FindOne(transaction, kSelectHead, Params().Uuid(id), now);
 }
 
 absl::StatusOr<std::optional<CalibrationRow>> CalibrationInForce(Transaction& transaction,

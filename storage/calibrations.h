@@ -39,7 +39,7 @@ struct SensorCalibrationRow {
 struct PoseResidualRow {
   double a_deg = 0, b_deg = 0, distance_um = 0;
   bool held_out = false;
-  std::optional<double> before_um = std::nullopt;  // not kept before V0010
+  std::optional<double> before_um = std::nullopt;
 };
 
 struct RotationCalibrationRow {
@@ -88,7 +88,7 @@ struct AngleEstimateRow {
 struct AxisCharacterisationRow {
   std::string axis;  // the letter of the machine's joint
   int reading_count = 0;
-  std::optional<int> beyond_limits_count;  // not counted before V0013
+  std::optional<int> beyond_limits_count;
   AngleEstimateRow reversal, mean, long_wave_amplitude;
   int long_wave_order = 0;  // periods in a turn
   std::optional<int> periodic_order;
@@ -187,12 +187,14 @@ absl::StatusOr<std::vector<CalibrationRow>> ListCalibrations(Transaction& transa
                                                              std::int64_t before_sequence, int limit,
                                                              Instant now = std::chrono::system_clock::now());
 
-// The journal's entry (releases/{id}, withdrawals/{id}) and the event. ALREADY_EXISTS where the calibration has one
+// The event and the journal's entry (releases/{id}, withdrawals/{id}). ALREADY_EXISTS where the calibration has one
 // already. Holds the journal's lock when it returns: what DerivedFrom gives then is complete.
 absl::StatusOr<Recorded> ReleaseCalibration(Transaction& transaction, const CalibrationRow& calibration,
-                                            const CalibrationEvent& event);
+                                            const CalibrationEvent& event,
+                                            const std::optional<KeptRequest>& request = std::nullopt);
 absl::StatusOr<Recorded> WithdrawCalibration(Transaction& transaction, const CalibrationRow& calibration,
-                                             const CalibrationEvent& event);
+                                             const CalibrationEvent& event,
+                                             const std::optional<KeptRequest>& request = std::nullopt);
 
 // Of a subject, all that were released and not withdrawn, by the time from which they are valid, the newest `limit` of
 // them; without residuals.

@@ -1,5 +1,6 @@
 #include "storage/corrections.h"
 
+#include <array>
 #include <utility>
 
 #include "storage/blobs.h"
@@ -12,43 +13,44 @@ namespace {
 #define SIXPOINT_CORRECTION_COLUMNS                                                                                   \
   "correction_id, blade_serial, registration_id, machine_id, machine_revision, part_id, part_revision, "              \
   "sensor_calibration_id, rotation_calibration_id, nc_template_sha256, nc_program_sha256, release, release_reasons, " \
-  "envelope_translation_mm, envelope_rotation_deg, valid_until, requested_by, software_version, record_sequence, "    \
-  "recorded_at, axes"
-// Whose tables: the registration's are the correction's.
-#define SIXPOINT_CHARACTERISATIONS                                            \
-  ", ARRAY(SELECT DISTINCT a.characterisation_id FROM registration_angles a " \
-  "WHERE a.registration_id = corrections.registration_id ORDER BY 1) AS characterisation_ids "
+  "envelope_translation_mm, envelope_rotation_deg, valid_until, requested_by, software_version, axes"
 constexpr char kInsertCorrection[] = "INSERT INTO corrections (" SIXPOINT_CORRECTION_COLUMNS
                                      ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, "
-                                     "$17, $18, $19, $20, $21)";
-constexpr char kSelectCorrection[] =
-    "SELECT " SIXPOINT_CORRECTION_COLUMNS SIXPOINT_CHARACTERISATIONS "FROM corrections WHERE correction_id = $1";
-constexpr char kListCorrections[] =
-    "SELECT " SIXPOINT_CORRECTION_COLUMNS SIXPOINT_CHARACTERISATIONS
-    "FROM corrections WHERE " SIXPOINT_RESULT_FILTER("corrections") "AND ($8 = '' OR release = $8) "
-    "ORDER BY record_sequence DESC LIMIT $9";
+                                     "$17, $18, $19)";
+// With whose tables: the registration's are the correction's.
+#define SIXPOINT_SELECT_CORRECTIONS                                                                            \
+  "SELECT " SIXPOINT_CORRECTION_COLUMNS                                                                        \
+  ", ARRAY(SELECT DISTINCT a.characterisation_id FROM registration_angles a WHERE a.registration_id = "        \
+  "corrections.registration_id ORDER BY 1), record_sequence, recorded_at FROM corrections JOIN recorded r ON " \
+  "r.record_id = correction_id WHERE "
+constexpr char kSelectCorrection[] = SIXPOINT_SELECT_CORRECTIONS "correction_id = $1";
+constexpr char kListCorrections[] = SIXPOINT_SELECT_CORRECTIONS SIXPOINT_RESULT_FILTER(
+    "corrections", "correction") "AND ($8 = '' OR release = $8) ORDER BY record_sequence DESC LIMIT $9";
+#undef SIXPOINT_SELECT_CORRECTIONS
 constexpr char kSelectProgram[] = "SELECT nc_program_sha256 FROM corrections WHERE correction_id = $1";
-#undef SIXPOINT_CHARACTERISATIONS
 #undef SIXPOINT_CORRECTION_COLUMNS
 constexpr char kInsertGroup[] =
     "INSERT INTO correction_groups (correction_id, position_index, group_name, a_deg, b_deg, a_nominal_deg, "
     "b_nominal_deg, a_ideal_deg, b_ideal_deg, a_standard_uncertainty_deg, b_standard_uncertainty_deg, a_reached_deg, "
     "b_reached_deg) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)";
-constexpr char kInsertHole[] =
+constexpr char kInsertHoles[] =
     "INSERT INTO correction_holes (correction_id, group_name, position_index, hole_name, start_x_mm, start_y_mm, "
     "start_z_mm, nominal_start_x_mm, nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um) "
-    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
+    "SELECT $1::uuid, $2::text, (position - 1)::integer, hole, x, y, z, nominal_x, nominal_y, nominal_z, uncertainty "
+    "FROM unnest($3::text[], $4::double precision[], $5::double precision[], $6::double precision[], "
+    "$7::double precision[], $8::double precision[], $9::double precision[], $10::double precision[]) "
+    "WITH ORDINALITY AS holes (hole, x, y, z, nominal_x, nominal_y, nominal_z, uncertainty, position)";
 constexpr char kSelectGroups[] =
     "SELECT correction_id, group_name, a_deg, b_deg, a_nominal_deg, b_nominal_deg, a_ideal_deg, b_ideal_deg, "
     "a_standard_uncertainty_deg, b_standard_uncertainty_deg, a_reached_deg, b_reached_deg FROM correction_groups "
-    "WHERE correction_id = ANY ($1) ORDER BY correction_id, position_index";
+    "WHERE correction_id = ANY ($1::uuid[]) ORDER BY correction_id, position_index";
 constexpr char kSelectHoles[] =
     "SELECT correction_id, group_name, hole_name, start_x_mm, start_y_mm, start_z_mm, nominal_start_x_mm, "
     "nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um FROM correction_holes "
-    "WHERE correction_id = ANY ($1) ORDER BY correction_id, group_name, position_index";
+    "WHERE correction_id = ANY ($1::uuid[]) ORDER BY correction_id, group_name, position_index";
 
-void AddOptional(Params& params, const std::optional<std::string>& value) {
-  value ? params.Text(*value) : params.Null();
+void AddDigest(Params& params, const std::optional<std::string>& sha256) {
+  sha256 ? params.Digest(*sha256) : params.Null();
 }
 
 CorrectionRow ReadCorrection(const Rows& rows, int row) {
@@ -69,9 +71,9 @@ CorrectionRow ReadCorrection(const Rows& rows, int row) {
   correction.valid_until = rows.Time(row, 15);
   correction.requested_by = rows.Text(row, 16);
   correction.software_version = rows.Text(row, 17);
-  correction.recorded = {rows.Int(row, 18), rows.Time(row, 19)};
-  correction.axes = rows.Texts(row, 20);
-  correction.characterisation_ids = rows.Texts(row, 21);
+  correction.axes = rows.Texts(row, 18);
+  correction.characterisation_ids = rows.Texts(row, 19);
+  correction.recorded = {rows.Int(row, 20), rows.Time(row, 21)};
   return correction;
 }
 
@@ -84,44 +86,49 @@ absl::StatusOr<std::optional<std::string>> KeepText(Transaction& transaction, co
 }
 
 Params CorrectionParams(const CorrectionRow& correction, const std::optional<std::string>& template_sha256,
-                        const std::optional<std::string>& program_sha256, const Recorded& recorded) {
+                        const std::optional<std::string>& program_sha256) {
   Params params;
-  params.Text(correction.correction_id).Text(correction.blade_serial).Text(correction.registration_id);
+  params.Uuid(correction.correction_id).Text(correction.blade_serial).Uuid(correction.registration_id);
   params.Text(correction.machine_id).Int(correction.machine_revision).Text(correction.part_id);
-  params.Int(correction.part_revision).Text(correction.sensor_calibration_id).Text(correction.rotation_calibration_id);
-  AddOptional(params, template_sha256);
-  AddOptional(params, program_sha256);
+  params.Int(correction.part_revision).Uuid(correction.sensor_calibration_id).Uuid(correction.rotation_calibration_id);
+  AddDigest(params, template_sha256);
+  AddDigest(params, program_sha256);
   params.Text(correction.release).Texts(correction.release_reasons).Real(correction.envelope_translation_mm);
   params.Real(correction.envelope_rotation_deg).Time(correction.valid_until).Text(correction.requested_by);
-  params.Text(correction.software_version).Int(recorded.sequence).Time(recorded.recorded_at).Texts(correction.axes);
+  params.Text(correction.software_version).Texts(correction.axes);
   return params;
 }
 
 absl::Status InsertGroup(Transaction& transaction, const std::string& id, int position,
                          const CorrectionGroupRow& group) {
   Params params;
-  params.Text(id).Int(position).Text(group.group_name).Real(group.a_deg).Real(group.b_deg).Real(group.a_nominal_deg);
+  params.Uuid(id).Int(position).Text(group.group_name).Real(group.a_deg).Real(group.b_deg).Real(group.a_nominal_deg);
   params.Real(group.b_nominal_deg).Real(group.a_ideal_deg).Real(group.b_ideal_deg);
   params.Real(group.a_standard_uncertainty_deg).Real(group.b_standard_uncertainty_deg);
   group.reached_deg ? params.Real((*group.reached_deg)[0]).Real((*group.reached_deg)[1]) : params.Null().Null();
   if (const auto stored = transaction.Execute(kInsertGroup, params); !stored.ok()) return stored.status();
-  int hole_position = 0;
+  std::vector<std::string> names;
+  std::array<std::vector<double>, 6> coordinates;  // x, y, z of the starts, and of the nominal ones
+  std::vector<double> uncertainties;
   for (const CorrectionHoleRow& hole : group.holes) {
-    Params values;
-    values.Text(id).Text(group.group_name).Int(hole_position++).Text(hole.hole_name);
-    for (const double value : hole.start_mm) values.Real(value);
-    for (const double value : hole.nominal_start_mm) values.Real(value);
-    values.Real(hole.expanded_uncertainty_um);
-    if (const auto stored = transaction.Execute(kInsertHole, values); !stored.ok()) return stored.status();
+    names.push_back(hole.hole_name);
+    for (std::size_t i = 0; i < 3; ++i) {
+      coordinates[i].push_back(hole.start_mm[i]);
+      coordinates[3 + i].push_back(hole.nominal_start_mm[i]);
+    }
+    uncertainties.push_back(hole.expanded_uncertainty_um);
   }
-  return absl::OkStatus();
+  Params holes;
+  holes.Uuid(id).Text(group.group_name).Texts(names);
+  for (const std::vector<double>& values : coordinates) holes.Reals(values);
+  return transaction.Execute(kInsertHoles, holes.Reals(uncertainties)).status();
 }
 
 // Groups and holes of all the rows at once: two statements for a page.
 absl::Status ReadChildren(Transaction& transaction, std::vector<CorrectionRow>* corrections) {
   const ParentRows<CorrectionRow> parents(corrections, &CorrectionRow::correction_id);
   if (parents.ids().empty()) return absl::OkStatus();
-  const Params ids = Params().Texts(parents.ids());
+  const Params ids = Params().Uuids(parents.ids());
   const absl::Status groups =
       parents.Add(transaction.Execute(kSelectGroups, ids), [](CorrectionRow& correction, const Rows& rows, int row) {
         CorrectionGroupRow& group = correction.groups.emplace_back();
@@ -172,28 +179,25 @@ absl::StatusOr<Recorded> InsertCorrection(Transaction& transaction, const Correc
   if (!nc_template.ok()) return nc_template.status();
   const auto nc_program = KeepText(transaction, correction.nc_program);
   if (!nc_program.ok()) return nc_program.status();
-  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
-  if (!recorded.ok()) return recorded.status();
-  const auto inserted =
-      transaction.Execute(kInsertCorrection, CorrectionParams(correction, *nc_template, *nc_program, *recorded));
+  const auto inserted = transaction.Execute(kInsertCorrection, CorrectionParams(correction, *nc_template, *nc_program));
   if (!inserted.ok()) return inserted.status();
   int position = 0;
   for (const CorrectionGroupRow& group : correction.groups) {
     if (absl::Status status = InsertGroup(transaction, correction.correction_id, position++, group); !status.ok())
       return status;
   }
-  return recorded;
+  return AppendRecord(transaction, correction.correction_id, entry);
 }
 
 absl::StatusOr<std::optional<CorrectionRow>> FindCorrection(Transaction& transaction,
                                                             const std::string& correction_id) {
-  auto rows = ReadCorrections(transaction, kSelectCorrection, Params().Text(correction_id));
+  auto rows = ReadCorrections(transaction, kSelectCorrection, Params().Uuid(correction_id));
   if (!rows.ok()) return rows.status();
   if (rows->empty()) return std::nullopt;
-  const absl::StatusOr<Rows> program = transaction.Execute(kSelectProgram, Params().Text(correction_id));
+  const absl::StatusOr<Rows> program = transaction.Execute(kSelectProgram, Params().Uuid(correction_id));
   if (!program.ok()) return program.status();
   if (!program->IsNull(0, 0)) {
-    const std::string sha256 = program->Text(0, 0);
+    const std::string sha256 = program->Digest(0, 0);
     if (absl::Status read = program->status(); !read.ok()) return read;
     absl::StatusOr<std::string> text = GetBlob(transaction, sha256);
     if (!text.ok()) return text.status();

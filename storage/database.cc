@@ -142,6 +142,22 @@ absl::Status Database::RequireDurable(Deadline deadline) {
   return absl::FailedPreconditionError(off->Text(0, 0) + ": off, want on: a database that loses nothing it has kept");
 }
 
+absl::Status Database::RequireLeastRights(Deadline deadline) {
+  absl::StatusOr<Transaction> transaction = Begin(deadline);
+  if (!transaction.ok()) return transaction.status();
+  const absl::StatusOr<Rows> role = transaction->Execute(
+      "SELECT current_user, r.rolsuper, pg_has_role(current_user, c.relowner, 'MEMBER') FROM pg_roles r, pg_class c "
+      "WHERE r.rolname = current_user AND c.oid = 'record_entries'::regclass");
+  if (!role.ok()) return role.status();
+  const std::string name = role->Text(0, 0);
+  const bool superuser = role->Bool(0, 1), owner = role->Bool(0, 2);
+  if (absl::Status read = role->status(); !read.ok()) return read;
+  if (!superuser && !owner) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      "database role: " + name + (superuser ? ", a superuser" : ", owns the record") +
+      ", want the service's own, sixpoint_plant for instance, which can change nothing");
+}
+
 Transaction::Transaction(Database* database, pg_conn* connection, Deadline deadline)
     : database_(database), connection_(connection), deadline_(deadline) {}
 
@@ -197,6 +213,16 @@ absl::Status Transaction::Commit() {
   database_->Return(connection_, !IsUsable(connection_));
   connection_ = nullptr;
   return absl::OkStatus();
+}
+
+bool IsUuid(std::string_view text) {
+  if (text.size() != 36) return false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool dash = i == 8 || i == 13 || i == 18 || i == 23;
+    const char c = text[i];
+    if (dash ? c != '-' : !((c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'))) return false;
+  }
+  return true;
 }
 
 // RFC 9562 section 5.7; rand_a holds the fraction of the millisecond, so that ids made in turn sort in turn.

@@ -42,7 +42,13 @@ class Params {
   Params& Reals(const std::vector<double>& values);                         // double precision[]
   Params& OptionalReals(const std::vector<std::optional<double>>& values);  // NULL where there is none
   Params& Texts(const std::vector<std::string>& values);                    // text[]
-  Params& Json(std::string_view value) { return Text(value); }              // cast in the SQL: $n::jsonb
+  Params& Digest(std::string_view hex);                                     // bytea, of lower-case hexadecimal
+  Params& Digests(const std::vector<std::string>& hex);                     // bytea[]
+  // uuid. A text that is none is an id that nothing has: the nil UUID.
+  Params& Uuid(std::string_view id);
+  Params& OptionalUuid(std::string_view id);  // NULL where empty
+  Params& Uuids(const std::vector<std::string>& ids);
+  Params& Json(std::string_view value) { return Text(value); }  // cast in the SQL: $n::jsonb
   Params& Null();
 
  private:
@@ -68,6 +74,7 @@ class Rows {
   bool Bool(int row, int column) const;
   Instant Time(int row, int column) const;
   std::string Bytes(int row, int column) const;
+  std::string Digest(int row, int column) const;  // of bytea, as lower-case hexadecimal
   std::vector<double> Reals(int row, int column) const;
   std::vector<std::string> Texts(int row, int column) const;
   int affected() const;
@@ -130,6 +137,8 @@ class Database {
   absl::StatusOr<int> SchemaVersion(Deadline deadline);
   // FAILED_PRECONDITION names the setting by which the server may lose what it has committed.
   absl::Status RequireDurable(Deadline deadline);
+  // FAILED_PRECONDITION names the role that we are, where it could change the record: a superuser, or a member of its owner.
+  absl::Status RequireLeastRights(Deadline deadline);
 
  private:
   friend class Transaction;
@@ -141,5 +150,7 @@ class Database {
 
 // A new UUIDv7 in text form: ids of results, ordered by time.
 std::string NewUuid();
+// Of any version, in lower case.
+bool IsUuid(std::string_view text);
 
 }  // namespace sixpoint::storage

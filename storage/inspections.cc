@@ -1,45 +1,64 @@
 #include "storage/inspections.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "storage/children.h"
 #include "storage/postgres_results.h"
+#include "storage/scan_keys.h"
 
 namespace sixpoint::storage {
 namespace {
 
-#define SIXPOINT_INSPECTION_COLUMNS                                                                                 \
-  "inspection_id, blade_serial, registration_id, machine_id, machine_revision, part_id, part_revision, "            \
-  "sensor_calibration_id, rotation_calibration_id, verdict, decision_rule, deviation_minimum_um, "                  \
-  "deviation_maximum_um, deviation_rms_um, deviation_p05_um, deviation_p50_um, deviation_p95_um, "                  \
-  "deviation_point_count, deviation_excluded_count, requested_by, software_version, record_sequence, recorded_at, " \
-  "method, disagreement_um, disagreement_ratio, positioning_disagrees, positioning_covered"
+#define SIXPOINT_INSPECTION_COLUMNS                                                                      \
+  "inspection_id, blade_serial, registration_id, machine_id, machine_revision, part_id, part_revision, " \
+  "sensor_calibration_id, rotation_calibration_id, verdict, decision_rule, deviation_minimum_um, "       \
+  "deviation_maximum_um, deviation_rms_um, deviation_p05_um, deviation_p50_um, deviation_p95_um, "       \
+  "deviation_point_count, deviation_excluded_count, requested_by, software_version, method, "            \
+  "disagreement_um, disagreement_ratio, positioning_disagrees, positioning_covered"
 constexpr char kInsertInspection[] = "INSERT INTO inspections (" SIXPOINT_INSPECTION_COLUMNS
                                      ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, "
-                                     "$17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27, $28)";
-constexpr char kSelectInspection[] = "SELECT " SIXPOINT_INSPECTION_COLUMNS " FROM inspections WHERE inspection_id = $1";
-constexpr char kListInspections[] =
-    "SELECT " SIXPOINT_INSPECTION_COLUMNS
-    " FROM inspections WHERE " SIXPOINT_RESULT_FILTER("inspections") "AND ($8 = '' OR verdict = $8) "
-    "ORDER BY record_sequence DESC LIMIT $9";
+                                     "$17, $18, $19, $20, $21, $22, $23, $24, $25, $26)";
+#define SIXPOINT_SELECT_INSPECTIONS     \
+  "SELECT " SIXPOINT_INSPECTION_COLUMNS \
+  ", record_sequence, recorded_at FROM inspections JOIN recorded r ON r.record_id = inspection_id WHERE "
+constexpr char kSelectInspection[] = SIXPOINT_SELECT_INSPECTIONS "inspection_id = $1";
+constexpr char kListInspections[] = SIXPOINT_SELECT_INSPECTIONS SIXPOINT_RESULT_FILTER(
+    "inspections", "inspection") "AND ($8 = '' OR verdict = $8) ORDER BY record_sequence DESC LIMIT $9";
+#undef SIXPOINT_SELECT_INSPECTIONS
 #undef SIXPOINT_INSPECTION_COLUMNS
 constexpr char kInsertScans[] =
-    "INSERT INTO inspection_scans (inspection_id, position_index, scan_id) "
-    "SELECT $1::text, (position - 1)::integer, scan FROM unnest($2::text[]) WITH ORDINALITY AS scans (scan, position)";
+    "INSERT INTO inspection_scans (inspection_id, position_index, scan_key) "
+    "SELECT $1::uuid, (position - 1)::integer, " SIXPOINT_SCAN_KEY(
+        "scan") " FROM unnest($2::text[]) WITH ORDINALITY AS scans (scan, position)";
 constexpr char kSelectScans[] =
-    "SELECT inspection_id, scan_id FROM inspection_scans WHERE inspection_id = ANY ($1) "
+    "SELECT inspection_id, " SIXPOINT_SCAN_ID("scan_key") " FROM inspection_scans WHERE inspection_id = ANY ($1::uuid[]) "
     "ORDER BY inspection_id, position_index";
 #define SIXPOINT_HOLE_COLUMNS                                                                                        \
   "group_name, hole_name, verdict, position_verdict, inclination_verdict, position_error_mm, "                       \
   "inclination_error_deg, position_expanded_uncertainty_um, inclination_expanded_uncertainty_deg, "                  \
   "start_in_part_mm, axis_in_part, pin_diameter_mm, position_tolerance_mm, inclination_tolerance_deg, point_count, " \
   "pin_residual_rms_um, reason, positioning_difference_um"
-constexpr char kInsertHole[] = "INSERT INTO inspection_holes (inspection_id, position_index, " SIXPOINT_HOLE_COLUMNS
-                               ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, "
-                               "$18, $19, $20)";
+constexpr char kInsertHoles[] =
+    "INSERT INTO inspection_holes (inspection_id, position_index, " SIXPOINT_HOLE_COLUMNS
+    ") SELECT $1::uuid, (position - 1)::integer, group_name, hole_name, verdict, position_verdict, "
+    "inclination_verdict, "
+    "position_error, inclination_error, position_uncertainty, inclination_uncertainty, "
+    "CASE WHEN start_x IS NOT NULL THEN ARRAY[start_x, start_y, start_z] END, "
+    "CASE WHEN axis_x IS NOT NULL THEN ARRAY[axis_x, axis_y, axis_z] END, diameter, position_tolerance, "
+    "inclination_tolerance, point_count::integer, residual_rms, reason, positioning_difference "
+    "FROM unnest($2::text[], $3::text[], $4::text[], $5::text[], $6::text[], $7::text[], $8::text[], "
+    "$9::double precision[], $10::double precision[], $11::double precision[], $12::double precision[], "
+    "$13::double precision[], $14::double precision[], $15::double precision[], $16::double precision[], "
+    "$17::double precision[], $18::double precision[], $19::double precision[], $20::double precision[], "
+    "$21::double precision[], $22::double precision[], $23::double precision[]) WITH ORDINALITY AS holes (group_name, "
+    "hole_name, verdict, position_verdict, inclination_verdict, reason, point_count, position_error, "
+    "inclination_error, "
+    "position_uncertainty, inclination_uncertainty, start_x, start_y, start_z, axis_x, axis_y, axis_z, diameter, "
+    "position_tolerance, inclination_tolerance, residual_rms, positioning_difference, position)";
 constexpr char kSelectHoles[] = "SELECT inspection_id, " SIXPOINT_HOLE_COLUMNS
-                                " FROM inspection_holes WHERE inspection_id = ANY ($1) "
+                                " FROM inspection_holes WHERE inspection_id = ANY ($1::uuid[]) "
                                 "ORDER BY inspection_id, position_index";
 #undef SIXPOINT_HOLE_COLUMNS
 
@@ -72,25 +91,25 @@ InspectionRow ReadInspection(const Rows& rows, int row) {
   inspection.deviation_excluded_count = rows.Int(row, 18);
   inspection.requested_by = rows.Text(row, 19);
   inspection.software_version = rows.Text(row, 20);
-  inspection.recorded = {rows.Int(row, 21), rows.Time(row, 22)};
-  inspection.method = rows.Text(row, 23);
-  if (!rows.IsNull(row, 24)) inspection.disagreement_um = rows.Real(row, 24);
-  if (!rows.IsNull(row, 25)) inspection.disagreement_ratio = rows.Real(row, 25);
-  inspection.positioning_disagrees = rows.Bool(row, 26);
-  inspection.positioning_covered = rows.Bool(row, 27);
+  inspection.method = rows.Text(row, 21);
+  if (!rows.IsNull(row, 22)) inspection.disagreement_um = rows.Real(row, 22);
+  if (!rows.IsNull(row, 23)) inspection.disagreement_ratio = rows.Real(row, 23);
+  inspection.positioning_disagrees = rows.Bool(row, 24);
+  inspection.positioning_covered = rows.Bool(row, 25);
+  inspection.recorded = {rows.Int(row, 26), rows.Time(row, 27)};
   return inspection;
 }
 
-Params InspectionParams(const InspectionRow& inspection, const Recorded& recorded) {
+Params InspectionParams(const InspectionRow& inspection) {
   Params params;
-  params.Text(inspection.inspection_id).Text(inspection.blade_serial).Text(inspection.registration_id);
+  params.Uuid(inspection.inspection_id).Text(inspection.blade_serial).Uuid(inspection.registration_id);
   params.Text(inspection.machine_id).Int(inspection.machine_revision).Text(inspection.part_id);
-  params.Int(inspection.part_revision).Text(inspection.sensor_calibration_id).Text(inspection.rotation_calibration_id);
+  params.Int(inspection.part_revision).Uuid(inspection.sensor_calibration_id).Uuid(inspection.rotation_calibration_id);
   params.Text(inspection.verdict).Text(inspection.decision_rule).Real(inspection.deviation_minimum_um);
   params.Real(inspection.deviation_maximum_um).Real(inspection.deviation_rms_um).Real(inspection.deviation_p05_um);
   params.Real(inspection.deviation_p50_um).Real(inspection.deviation_p95_um).Int(inspection.deviation_point_count);
   params.Int(inspection.deviation_excluded_count).Text(inspection.requested_by).Text(inspection.software_version);
-  params.Int(recorded.sequence).Time(recorded.recorded_at).Text(inspection.method);
+  params.Text(inspection.method);
   for (const std::optional<double>& value : {inspection.disagreement_um, inspection.disagreement_ratio})
     value ? params.Real(*value) : params.Null();
   params.Bool(inspection.positioning_disagrees).Bool(inspection.positioning_covered);
@@ -122,22 +141,36 @@ InspectionHoleRow ReadHole(const Rows& rows, int row) {
   return hole;
 }
 
-Params HoleParams(const std::string& inspection_id, int position, const InspectionHoleRow& hole) {
-  Params params;
-  params.Text(inspection_id).Int(position).Text(hole.group_name).Text(hole.hole_name).Text(hole.verdict);
-  params.Text(hole.position_verdict).Text(hole.inclination_verdict);
-  if (hole.measured) {
-    const InspectionHoleRow::Measured& measured = *hole.measured;
-    params.Real(measured.position_error_mm).Real(measured.inclination_error_deg);
-    params.Real(measured.position_expanded_uncertainty_um).Real(measured.inclination_expanded_uncertainty_deg);
-    params.Reals({measured.start_in_part_mm.begin(), measured.start_in_part_mm.end()});
-    params.Reals({measured.axis_in_part.begin(), measured.axis_in_part.end()});
-    params.Real(measured.pin_diameter_mm);
-  } else {
-    for (int i = 0; i < 7; ++i) params.Null();
+// As kInsertHoles has them: texts, then numbers, of what was not measured NULL.
+Params HolesParams(const std::string& inspection_id, const std::vector<InspectionHoleRow>& holes) {
+  std::array<std::vector<std::string>, 7> texts;
+  std::array<std::vector<std::optional<double>>, 15> numbers;
+  for (const InspectionHoleRow& hole : holes) {
+    std::size_t column = 0;
+    for (const std::string& text : {hole.group_name, hole.hole_name, hole.verdict, hole.position_verdict,
+                                    hole.inclination_verdict, hole.reason, std::to_string(hole.point_count)})
+      texts[column++].push_back(text);
+    column = 0;
+    const auto add = [&](std::optional<double> value) { numbers[column++].push_back(value); };
+    const auto add_measured = [&](const auto& value_of) {
+      add(hole.measured ? std::optional<double>(value_of(*hole.measured)) : std::nullopt);
+    };
+    using Measured = InspectionHoleRow::Measured;
+    add_measured([](const Measured& m) { return m.position_error_mm; });
+    add_measured([](const Measured& m) { return m.inclination_error_deg; });
+    add_measured([](const Measured& m) { return m.position_expanded_uncertainty_um; });
+    add_measured([](const Measured& m) { return m.inclination_expanded_uncertainty_deg; });
+    for (std::size_t i = 0; i < 3; ++i) add_measured([i](const Measured& m) { return m.start_in_part_mm[i]; });
+    for (std::size_t i = 0; i < 3; ++i) add_measured([i](const Measured& m) { return m.axis_in_part[i]; });
+    add_measured([](const Measured& m) { return m.pin_diameter_mm; });
+    for (const double value : {hole.position_tolerance_mm, hole.inclination_tolerance_deg, hole.pin_residual_rms_um,
+                               hole.positioning_difference_um})
+      add(value);
   }
-  params.Real(hole.position_tolerance_mm).Real(hole.inclination_tolerance_deg).Int(hole.point_count);
-  params.Real(hole.pin_residual_rms_um).Text(hole.reason).Real(hole.positioning_difference_um);
+  Params params;
+  params.Uuid(inspection_id);
+  for (const std::vector<std::string>& column : texts) params.Texts(column);
+  for (const std::vector<std::optional<double>>& column : numbers) params.OptionalReals(column);
   return params;
 }
 
@@ -145,7 +178,7 @@ Params HoleParams(const std::string& inspection_id, int position, const Inspecti
 absl::Status ReadChildren(Transaction& transaction, std::vector<InspectionRow>* inspections) {
   const ParentRows<InspectionRow> parents(inspections, &InspectionRow::inspection_id);
   if (parents.ids().empty()) return absl::OkStatus();
-  const Params ids = Params().Texts(parents.ids());
+  const Params ids = Params().Uuids(parents.ids());
   const absl::Status scans = parents.Add(
       transaction.Execute(kSelectScans, ids),
       [](InspectionRow& inspection, const Rows& rows, int row) { inspection.scan_ids.push_back(rows.Text(row, 1)); });
@@ -174,24 +207,19 @@ std::shared_ptr<InspectionStore> InspectionsIn(Database* database) {
 
 absl::StatusOr<Recorded> InsertInspection(Transaction& transaction, const InspectionRow& inspection,
                                           const RecordEntry& entry) {
-  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
-  if (!recorded.ok()) return recorded.status();
-  const auto inserted = transaction.Execute(kInsertInspection, InspectionParams(inspection, *recorded));
+  const auto inserted = transaction.Execute(kInsertInspection, InspectionParams(inspection));
   if (!inserted.ok()) return inserted.status();
   const auto scans =
-      transaction.Execute(kInsertScans, Params().Text(inspection.inspection_id).Texts(inspection.scan_ids));
+      transaction.Execute(kInsertScans, Params().Uuid(inspection.inspection_id).Texts(inspection.scan_ids));
   if (!scans.ok()) return scans.status();
-  int position = 0;
-  for (const InspectionHoleRow& hole : inspection.holes) {
-    const auto stored = transaction.Execute(kInsertHole, HoleParams(inspection.inspection_id, position++, hole));
-    if (!stored.ok()) return stored.status();
-  }
-  return recorded;
+  const auto holes = transaction.Execute(kInsertHoles, HolesParams(inspection.inspection_id, inspection.holes));
+  if (!holes.ok()) return holes.status();
+  return AppendRecord(transaction, inspection.inspection_id, entry);
 }
 
 absl::StatusOr<std::optional<InspectionRow>> FindInspection(Transaction& transaction,
                                                             const std::string& inspection_id) {
-  auto rows = ReadInspections(transaction, kSelectInspection, Params().Text(inspection_id));
+  auto rows = ReadInspections(transaction, kSelectInspection, Params().Uuid(inspection_id));
   if (!rows.ok()) return rows.status();
   if (rows->empty()) return std::nullopt;
   return std::move(rows->front());

@@ -32,6 +32,9 @@ constexpr char kInsertApplied[] = "INSERT INTO schema_migrations (version, name,
 // A migration that would wait for a table's readers fails instead of holding up everyone behind it; run it again.
 constexpr char kBeginFile[] = "BEGIN; SET LOCAL lock_timeout = '5s'; SET LOCAL statement_timeout = '10min'";
 constexpr std::chrono::minutes kLongestFile{11};
+// A plant that was away for months, or was restored, has none for this one.
+constexpr char kMakeMonths[] =
+    "DO $$ BEGIN IF to_regproc('make_partitions') IS NOT NULL THEN PERFORM make_partitions(3); END IF; END $$";
 
 struct Migration {
   int version = 0;
@@ -132,6 +135,8 @@ absl::StatusOr<int> Migrate(const std::string& conninfo, const std::string& migr
     const absl::Status applied = Apply(connection->get(), (*migrations)[i]);
     if (!applied.ok()) return applied;
   }
+  const absl::StatusOr<Result> months = Query(connection->get(), kMakeMonths, nullptr, Soon(kLongestFile));
+  if (!months.ok()) return months.status();
   return static_cast<int>(migrations->size());  // closing the session gives the lock back
 }
 

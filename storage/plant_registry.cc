@@ -2,34 +2,37 @@
 
 #include <utility>
 
+#include "storage/requests.h"
+
 namespace sixpoint::storage {
 namespace {
 
 constexpr char kInsertMachine[] = "INSERT INTO machines (machine_id) VALUES ($1) ON CONFLICT DO NOTHING";
-constexpr char kLockMachine[] = "SELECT machine_id FROM machines WHERE machine_id = $1 FOR UPDATE";
+constexpr char kLockMachine[] = "SELECT pg_advisory_xact_lock(hashtextextended('machines/' || $1, 0))";
 constexpr char kInsertMachineRevision[] =
     "INSERT INTO machine_revisions (machine_id, revision, content_sha256, sensor_model, sensor_noise_um, "
     "sensor_column_count, sensor_mid_range_mm, sensor_range_mm, sensor_line_angle_deg, nominal_centre_mm, "
-    "safety_translation_mm, safety_rotation_deg, record_sequence, recorded_at) "
-    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14)";
+    "safety_translation_mm, safety_rotation_deg, record_id) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)";
 constexpr char kInsertJoint[] =
     "INSERT INTO machine_joints (machine_id, revision, side, position_index, axis, kind, direction, point_mm, sign, "
     "minimum, maximum) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
 constexpr char kSelectMachine[] =
     "SELECT revision, content_sha256, sensor_model, sensor_noise_um, sensor_column_count, sensor_mid_range_mm, "
     "sensor_range_mm, sensor_line_angle_deg, nominal_centre_mm, safety_translation_mm, safety_rotation_deg, "
-    "record_sequence, recorded_at FROM machine_revisions WHERE machine_id = $1 AND ($2::integer = 0 OR revision = $2) "
+    "record_sequence, recorded_at FROM machine_revisions JOIN record_names USING (record_id) WHERE machine_id = $1 AND "
+    "($2::integer = 0 OR revision = $2) "
     "ORDER BY revision DESC LIMIT 1";
 constexpr char kSelectJoints[] =
     "SELECT side, axis, kind, direction, point_mm, sign, minimum, maximum FROM machine_joints "
     "WHERE machine_id = $1 AND revision = $2 ORDER BY side, position_index";
 
 constexpr char kInsertArtefact[] = "INSERT INTO artefacts (artefact_id) VALUES ($1) ON CONFLICT DO NOTHING";
-constexpr char kLockArtefact[] = "SELECT artefact_id FROM artefacts WHERE artefact_id = $1 FOR UPDATE";
+constexpr char kLockArtefact[] = "SELECT pg_advisory_xact_lock(hashtextextended('artefacts/' || $1, 0))";
 constexpr char kInsertArtefactRevision[] =
     "INSERT INTO artefact_revisions (artefact_id, revision, content_sha256, side_mm, cone_half_angle_deg, "
-    "cone_top_radius_mm, cone_bottom_radius_mm, slot_width_mm, slot_depth_mm, record_sequence, recorded_at) "
-    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
+    "cone_top_radius_mm, cone_bottom_radius_mm, slot_width_mm, slot_depth_mm, record_id) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)";
 constexpr char kInsertFeatures[] =
     "INSERT INTO artefact_features (artefact_id, revision, kind, position_index, feature, x_mm, y_mm) "
     "SELECT $1::text, $2::integer, kind, (position - 1)::integer, feature, x_mm, y_mm "
@@ -37,50 +40,57 @@ constexpr char kInsertFeatures[] =
     "AS feature (kind, feature, x_mm, y_mm, position)";
 constexpr char kSelectArtefact[] =
     "SELECT revision, content_sha256, side_mm, cone_half_angle_deg, cone_top_radius_mm, cone_bottom_radius_mm, "
-    "slot_width_mm, slot_depth_mm, record_sequence, recorded_at FROM artefact_revisions "
+    "slot_width_mm, slot_depth_mm, record_sequence, recorded_at FROM artefact_revisions JOIN record_names USING "
+    "(record_id) "
     "WHERE artefact_id = $1 AND ($2::integer = 0 OR revision = $2) ORDER BY revision DESC LIMIT 1";
 constexpr char kSelectFeatures[] =
     "SELECT kind, feature, x_mm, y_mm FROM artefact_features WHERE artefact_id = $1 AND revision = $2 "
     "ORDER BY kind, position_index";
 
 // The newest revision's time decides.
-constexpr char kSelectMachineIds[] =
-    "SELECT machine_id FROM (SELECT DISTINCT ON (machine_id) machine_id, recorded_at FROM machine_revisions WHERE "
-    "machine_id > $1 "
-    "ORDER BY machine_id, revision DESC) newest WHERE ($2::timestamptz IS NULL OR recorded_at >= $2) "
-    "AND ($3::timestamptz IS NULL OR recorded_at < $3) ORDER BY machine_id LIMIT $4";
-constexpr char kSelectArtefactIds[] =
-    "SELECT artefact_id FROM (SELECT DISTINCT ON (artefact_id) artefact_id, recorded_at FROM artefact_revisions WHERE "
-    "artefact_id > $1 "
-    "ORDER BY artefact_id, revision DESC) newest WHERE ($2::timestamptz IS NULL OR recorded_at >= $2) "
-    "AND ($3::timestamptz IS NULL OR recorded_at < $3) ORDER BY artefact_id LIMIT $4";
-constexpr char kSelectPartIds[] =
-    "SELECT part_id FROM (SELECT DISTINCT ON (part_id) part_id, recorded_at FROM part_revisions WHERE part_id > $1 "
-    "ORDER BY part_id, revision DESC) newest WHERE ($2::timestamptz IS NULL OR recorded_at >= $2) "
-    "AND ($3::timestamptz IS NULL OR recorded_at < $3) ORDER BY part_id LIMIT $4";
+#define SIXPOINT_SELECT_IDS(id, revisions)                                              \
+  "SELECT " id " FROM (SELECT DISTINCT ON (" id ") " id ", recorded_at FROM " revisions \
+  " JOIN record_names USING (record_id) WHERE " id " > $1 ORDER BY " id                 \
+  ", revision DESC) newest WHERE ($2::timestamptz IS NULL OR recorded_at >= $2) "       \
+  "AND ($3::timestamptz IS NULL OR recorded_at < $3) ORDER BY " id " LIMIT $4"
+constexpr char kSelectMachineIds[] = SIXPOINT_SELECT_IDS("machine_id", "machine_revisions");
+constexpr char kSelectArtefactIds[] = SIXPOINT_SELECT_IDS("artefact_id", "artefact_revisions");
+constexpr char kSelectPartIds[] = SIXPOINT_SELECT_IDS("part_id", "part_revisions");
+#undef SIXPOINT_SELECT_IDS
 
-constexpr char kInsertBlade[] =
-    "INSERT INTO blades (blade_serial, part_id, record_sequence, recorded_at) VALUES ($1, $2, $3, $4)";
+constexpr char kInsertBlade[] = "INSERT INTO blades (blade_serial, part_id, record_id) VALUES ($1, $2, $3)";
 constexpr char kLockBlade[] = "SELECT pg_advisory_xact_lock(hashtextextended('blades/' || $1, 0))";
-constexpr char kSelectBlade[] =
-    "SELECT blade_serial, part_id, record_sequence, recorded_at FROM blades WHERE blade_serial = $1";
-constexpr char kSelectBlades[] =
-    "SELECT blade_serial, part_id, record_sequence, recorded_at FROM blades WHERE blade_serial > $1 "
-    "AND ($2 = '' OR part_id = $2) AND ($3::timestamptz IS NULL OR recorded_at >= $3) "
-    "AND ($4::timestamptz IS NULL OR recorded_at < $4) ORDER BY blade_serial LIMIT $5";
+#define SIXPOINT_SELECT_BLADES \
+  "SELECT blade_serial, part_id, record_sequence, recorded_at FROM blades JOIN record_names USING (record_id) WHERE "
+constexpr char kSelectBlade[] = SIXPOINT_SELECT_BLADES "blade_serial = $1";
+constexpr char kSelectBlades[] = SIXPOINT_SELECT_BLADES
+    "blade_serial > $1 AND ($2 = '' OR part_id = $2) AND ($3::timestamptz IS NULL OR "
+    "recorded_at >= $3) AND ($4::timestamptz IS NULL OR recorded_at < $4) ORDER BY blade_serial LIMIT $5";
+#undef SIXPOINT_SELECT_BLADES
 
-// The id's own row, made and locked, so that revisions are numbered one at a time.
+// The id's own row, and a lock on it, so that revisions are numbered one at a time.
 absl::Status Claim(Transaction& transaction, const char* insert, const char* lock, const std::string& id) {
-  if (const absl::StatusOr<Rows> inserted = transaction.Execute(insert, Params().Text(id)); !inserted.ok())
-    return inserted.status();
-  return transaction.Execute(lock, Params().Text(id)).status();
+  if (const absl::StatusOr<Rows> locked = transaction.Execute(lock, Params().Text(id)); !locked.ok())
+    return locked.status();
+  return transaction.Execute(insert, Params().Text(id)).status();
 }
 
-absl::StatusOr<Recorded> Journal(Transaction& transaction, const std::string& kind, const std::string& id, int revision,
-                                 RecordEntry entry) {
+std::string NameOf(const std::string& kind, const std::string& id, int revision) {
+  return kind + "s/" + id + "@" + std::to_string(revision);
+}
+
+absl::StatusOr<Recorded> Journal(Transaction& transaction, const std::string& record_id, const std::string& kind,
+                                 const std::string& id, int revision, RecordEntry entry) {
   entry.kind = kind;
-  entry.name = kind + "s/" + id + "@" + std::to_string(revision);
-  return AppendRecord(transaction, entry);
+  entry.name = NameOf(kind, id, revision);
+  return AppendRecord(transaction, record_id, entry);
+}
+
+// Nothing new: the request gives what was there.
+template <typename Row>
+absl::StatusOr<Row> AsBefore(Transaction& transaction, const RecordEntry& entry, const std::string& name, Row row) {
+  if (absl::Status kept = KeepRequest(transaction, entry.request, name); !kept.ok()) return kept;
+  return row;
 }
 
 BladeRow ReadBlade(const Rows& rows, int row) {
@@ -94,18 +104,16 @@ absl::StatusOr<MachineRow> InsertMachine(Transaction& transaction, MachineRow ma
   if (const absl::Status claimed = Claim(transaction, kInsertMachine, kLockMachine, id); !claimed.ok()) return claimed;
   absl::StatusOr<std::optional<MachineRow>> newest = FindMachine(transaction, id, 0);
   if (!newest.ok()) return newest.status();
-  if (*newest && (*newest)->content_sha256 == machine.content_sha256) return **std::move(newest);
+  if (*newest && (*newest)->content_sha256 == machine.content_sha256)
+    return AsBefore(transaction, entry, NameOf("machine", id, (*newest)->revision), **std::move(newest));
   machine.revision = *newest ? (*newest)->revision + 1 : 1;
-  entry.machine = id;
-  const absl::StatusOr<Recorded> recorded = Journal(transaction, "machine", id, machine.revision, std::move(entry));
-  if (!recorded.ok()) return recorded.status();
-  machine.recorded = *recorded;
+  const std::string record_id = NewUuid();
   Params params;
-  params.Text(id).Int(machine.revision).Text(machine.content_sha256).Text(machine.sensor_model);
+  params.Text(id).Int(machine.revision).Digest(machine.content_sha256).Text(machine.sensor_model);
   params.Real(machine.sensor_noise_um).Int(machine.sensor_column_count).Real(machine.sensor_mid_range_mm);
   params.Real(machine.sensor_range_mm).Real(machine.sensor_line_angle_deg).Reals(machine.nominal_centre_mm);
   params.Real(machine.safety_translation_mm).Real(machine.safety_rotation_deg);
-  params.Int(recorded->sequence).Time(recorded->recorded_at);
+  params.Uuid(record_id);
   if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertMachineRevision, params); !inserted.ok())
     return inserted.status();
   int position = 0;
@@ -118,6 +126,10 @@ absl::StatusOr<MachineRow> InsertMachine(Transaction& transaction, MachineRow ma
     if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertJoint, row); !inserted.ok())
       return inserted.status();
   }
+  entry.machine = id;
+  const absl::StatusOr<Recorded> recorded = Journal(transaction, record_id, "machine", id, machine.revision, entry);
+  if (!recorded.ok()) return recorded.status();
+  machine.recorded = *recorded;
   return machine;
 }
 
@@ -128,7 +140,7 @@ absl::StatusOr<std::optional<MachineRow>> FindMachine(Transaction& transaction, 
   MachineRow machine;
   machine.machine_id = id;
   machine.revision = static_cast<int>(rows->Int(0, 0));
-  machine.content_sha256 = rows->Text(0, 1);
+  machine.content_sha256 = rows->Digest(0, 1);
   machine.sensor_model = rows->Text(0, 2);
   machine.sensor_noise_um = rows->Real(0, 3);
   machine.sensor_column_count = static_cast<int>(rows->Int(0, 4));
@@ -162,16 +174,15 @@ absl::StatusOr<ArtefactRow> InsertArtefact(Transaction& transaction, ArtefactRow
     return claimed;
   absl::StatusOr<std::optional<ArtefactRow>> newest = FindArtefact(transaction, id, 0);
   if (!newest.ok()) return newest.status();
-  if (*newest && (*newest)->content_sha256 == artefact.content_sha256) return **std::move(newest);
+  if (*newest && (*newest)->content_sha256 == artefact.content_sha256)
+    return AsBefore(transaction, entry, NameOf("artefact", id, (*newest)->revision), **std::move(newest));
   artefact.revision = *newest ? (*newest)->revision + 1 : 1;
-  const absl::StatusOr<Recorded> recorded = Journal(transaction, "artefact", id, artefact.revision, std::move(entry));
-  if (!recorded.ok()) return recorded.status();
-  artefact.recorded = *recorded;
+  const std::string record_id = NewUuid();
   Params params;
-  params.Text(id).Int(artefact.revision).Text(artefact.content_sha256).Real(artefact.side_mm);
+  params.Text(id).Int(artefact.revision).Digest(artefact.content_sha256).Real(artefact.side_mm);
   params.Real(artefact.cone_half_angle_deg).Real(artefact.cone_top_radius_mm).Real(artefact.cone_bottom_radius_mm);
   params.Real(artefact.slot_width_mm).Real(artefact.slot_depth_mm);
-  params.Int(recorded->sequence).Time(recorded->recorded_at);
+  params.Uuid(record_id);
   if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertArtefactRevision, params); !inserted.ok())
     return inserted.status();
   std::vector<std::string> kinds, names;
@@ -185,6 +196,9 @@ absl::StatusOr<ArtefactRow> InsertArtefact(Transaction& transaction, ArtefactRow
   const absl::StatusOr<Rows> features = transaction.Execute(
       kInsertFeatures, Params().Text(id).Int(artefact.revision).Texts(kinds).Texts(names).Reals(x_mm).Reals(y_mm));
   if (!features.ok()) return features.status();
+  const absl::StatusOr<Recorded> recorded = Journal(transaction, record_id, "artefact", id, artefact.revision, entry);
+  if (!recorded.ok()) return recorded.status();
+  artefact.recorded = *recorded;
   return artefact;
 }
 
@@ -195,7 +209,7 @@ absl::StatusOr<std::optional<ArtefactRow>> FindArtefact(Transaction& transaction
   ArtefactRow artefact;
   artefact.artefact_id = id;
   artefact.revision = static_cast<int>(rows->Int(0, 0));
-  artefact.content_sha256 = rows->Text(0, 1);
+  artefact.content_sha256 = rows->Digest(0, 1);
   artefact.side_mm = rows->Real(0, 2);
   artefact.cone_half_angle_deg = rows->Real(0, 3);
   artefact.cone_top_radius_mm = rows->Real(0, 4);
@@ -218,20 +232,21 @@ absl::StatusOr<BladeRow> InsertBlade(Transaction& transaction, BladeRow blade, R
     return locked.status();
   absl::StatusOr<std::optional<BladeRow>> known = FindBlade(transaction, blade.blade_serial);
   if (!known.ok()) return known.status();
-  if (*known && (*known)->part_id == blade.part_id) return **std::move(known);
+  if (*known && (*known)->part_id == blade.part_id)
+    return AsBefore(transaction, entry, "blades/" + blade.blade_serial, **std::move(known));
   if (*known)
     return absl::AlreadyExistsError("blade.part: parts/" + blade.part_id + ", want parts/" + (*known)->part_id +
                                     ", which blade " + blade.blade_serial + " already is");
   entry.kind = "blade";
   entry.name = "blades/" + blade.blade_serial;
   entry.blade = blade.blade_serial;
-  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
+  const std::string record_id = NewUuid();
+  const absl::StatusOr<Rows> inserted =
+      transaction.Execute(kInsertBlade, Params().Text(blade.blade_serial).Text(blade.part_id).Uuid(record_id));
+  if (!inserted.ok()) return inserted.status();
+  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, record_id, entry);
   if (!recorded.ok()) return recorded.status();
   blade.recorded = *recorded;
-  const absl::StatusOr<Rows> inserted = transaction.Execute(
-      kInsertBlade,
-      Params().Text(blade.blade_serial).Text(blade.part_id).Int(recorded->sequence).Time(recorded->recorded_at));
-  if (!inserted.ok()) return inserted.status();
   return blade;
 }
 

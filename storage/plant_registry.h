@@ -66,7 +66,7 @@ struct TessellationRow {
   double chordal_error_um = 0;
   bool closed = false;
   std::vector<double> minimum_mm, maximum_mm;
-  // None: not counted before V0016.
+  // None: not counted.
   struct Gaps {
     std::int64_t degenerate_triangle_count = 0;
     std::int64_t open_rim_count = 0;

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "storage/plant_registry.h"
+#include "storage/requests.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -17,11 +18,11 @@ constexpr char kSelectTessellation[] =
     "= $2";
 
 constexpr char kInsertId[] = "INSERT INTO parts (part_id) VALUES ($1) ON CONFLICT DO NOTHING";
-constexpr char kLockId[] = "SELECT part_id FROM parts WHERE part_id = $1 FOR UPDATE";
+constexpr char kLockId[] = "SELECT pg_advisory_xact_lock(hashtextextended('parts/' || $1, 0))";
 constexpr char kInsertRevision[] =
     "INSERT INTO part_revisions (part_id, revision, content_sha256, cad_format, cad_unit_mm, cad_sha256, "
-    "tessellation_method, zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, record_sequence, "
-    "recorded_at) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
+    "tessellation_method, zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, record_id) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)";
 constexpr char kInsertGroup[] =
     "INSERT INTO part_hole_groups (part_id, revision, group_index, hole_group, diameter_mm, depth_mm, a_nominal_deg, "
     "b_nominal_deg, axis_in_part, position_tolerance_mm, inclination_tolerance_deg) "
@@ -38,7 +39,8 @@ constexpr char kInsertDatum[] =
 constexpr char kSelectRevision[] =
     "SELECT revision, content_sha256, cad_format, cad_unit_mm, cad_sha256, tessellation_method, "
     "zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, record_sequence, recorded_at "
-    "FROM part_revisions WHERE part_id = $1 AND ($2::integer = 0 OR revision = $2) ORDER BY revision DESC LIMIT 1";
+    "FROM part_revisions JOIN record_names USING (record_id) WHERE part_id = $1 AND ($2::integer = 0 OR revision = $2) "
+    "ORDER BY revision DESC LIMIT 1";
 constexpr char kSelectGroups[] =
     "SELECT hole_group, diameter_mm, depth_mm, a_nominal_deg, b_nominal_deg, axis_in_part, position_tolerance_mm, "
     "inclination_tolerance_deg FROM part_hole_groups WHERE part_id = $1 AND revision = $2 ORDER BY group_index";
@@ -121,7 +123,7 @@ absl::Status ReadHolesAndDatums(Transaction& transaction, PartRow* part) {
 absl::Status InsertTessellation(Transaction& transaction, const TessellationRow& tessellation,
                                 const std::string& software_version) {
   Params params;
-  params.Text(tessellation.cad_sha256).Text(tessellation.method).Text(tessellation.surface_sha256);
+  params.Digest(tessellation.cad_sha256).Text(tessellation.method).Digest(tessellation.surface_sha256);
   params.Int(tessellation.triangle_count).Real(tessellation.chordal_error_um).Bool(tessellation.closed);
   params.Reals(tessellation.minimum_mm).Reals(tessellation.maximum_mm).Text(software_version);
   if (tessellation.gaps)
@@ -135,38 +137,43 @@ absl::Status InsertTessellation(Transaction& transaction, const TessellationRow&
 
 absl::StatusOr<std::optional<TessellationRow>> FindTessellation(Transaction& transaction, const std::string& cad_sha256,
                                                                 const std::string& method) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectTessellation, Params().Text(cad_sha256).Text(method));
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectTessellation, Params().Digest(cad_sha256).Text(method));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
-  TessellationRow row{cad_sha256,       method,           rows->Text(0, 0),  rows->Int(0, 1),
-                      rows->Real(0, 2), rows->Bool(0, 3), rows->Reals(0, 4), rows->Reals(0, 5)};
+  TessellationRow row{cad_sha256,       method,           rows->Digest(0, 0), rows->Int(0, 1),
+                      rows->Real(0, 2), rows->Bool(0, 3), rows->Reals(0, 4),  rows->Reals(0, 5)};
   if (!rows->IsNull(0, 6)) row.gaps = {rows->Int(0, 6), rows->Int(0, 7), rows->Real(0, 8)};
   return rows->Checked(std::move(row));
 }
 
 absl::StatusOr<PartRow> InsertPart(Transaction& transaction, PartRow part, RecordEntry entry) {
   const std::string& id = part.part_id;
-  for (const char* sql : {kInsertId, kLockId}) {
+  for (const char* sql : {kLockId, kInsertId}) {
     if (const absl::StatusOr<Rows> done = transaction.Execute(sql, Params().Text(id)); !done.ok()) return done.status();
   }
   absl::StatusOr<std::optional<PartRow>> newest = FindPart(transaction, id, 0);
   if (!newest.ok()) return newest.status();
-  if (*newest && (*newest)->content_sha256 == part.content_sha256) return **std::move(newest);
-  part.revision = *newest ? (*newest)->revision + 1 : 1;
+  const bool known = *newest && (*newest)->content_sha256 == part.content_sha256;
+  part.revision = (*newest ? (*newest)->revision : 0) + (known ? 0 : 1);
   entry.kind = "part";
   entry.name = "parts/" + id + "@" + std::to_string(part.revision);
-  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
-  if (!recorded.ok()) return recorded.status();
-  part.recorded = *recorded;
+  if (known) {
+    if (absl::Status kept = KeepRequest(transaction, entry.request, entry.name); !kept.ok()) return kept;
+    return **std::move(newest);
+  }
+  const std::string record_id = NewUuid();
   Params params;
-  params.Text(id).Int(part.revision).Text(part.content_sha256).Text(part.cad_format).Real(part.cad_unit_mm);
-  params.Text(part.tessellation.cad_sha256).Text(part.tessellation.method);
+  params.Text(id).Int(part.revision).Digest(part.content_sha256).Text(part.cad_format).Real(part.cad_unit_mm);
+  params.Digest(part.tessellation.cad_sha256).Text(part.tessellation.method);
   params.Reals(part.zero_from_part_nominal_rotation).Reals(part.zero_from_part_nominal_translation_mm);
-  params.Int(recorded->sequence).Time(recorded->recorded_at);
+  params.Uuid(record_id);
   if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertRevision, params); !inserted.ok())
     return inserted.status();
   if (const absl::Status holes = InsertHoles(transaction, part); !holes.ok()) return holes;
   if (const absl::Status datums = InsertDatums(transaction, part); !datums.ok()) return datums;
+  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, record_id, entry);
+  if (!recorded.ok()) return recorded.status();
+  part.recorded = *recorded;
   return part;
 }
 
@@ -177,14 +184,14 @@ absl::StatusOr<std::optional<PartRow>> FindPart(Transaction& transaction, const 
   PartRow part;
   part.part_id = id;
   part.revision = static_cast<int>(rows->Int(0, 0));
-  part.content_sha256 = rows->Text(0, 1);
+  part.content_sha256 = rows->Digest(0, 1);
   part.cad_format = rows->Text(0, 2);
   part.cad_unit_mm = rows->Real(0, 3);
   part.zero_from_part_nominal_rotation = rows->Reals(0, 6);
   part.zero_from_part_nominal_translation_mm = rows->Reals(0, 7);
   part.recorded = {rows->Int(0, 8), rows->Time(0, 9)};
   absl::StatusOr<std::optional<TessellationRow>> tessellation =
-      FindTessellation(transaction, rows->Text(0, 4), rows->Text(0, 5));
+      FindTessellation(transaction, rows->Digest(0, 4), rows->Text(0, 5));
   if (!tessellation.ok()) return tessellation.status();
   if (!*tessellation) return absl::DataLossError("part " + id + ": its tessellation is gone");
   part.tessellation = **std::move(tessellation);

@@ -9,16 +9,14 @@
 namespace sixpoint::storage {
 namespace {
 
-// The row that insert gives, which may be one of before, is what the answer is made from.
-template <typename Row>
-absl::StatusOr<std::string> RecordRow(Database& database, const RecordedRequest& request, const Row& row,
-                                      const RecordEntry& entry, const AnswerOf<Row>& answer_of, Deadline deadline,
-                                      absl::StatusOr<Row> (*insert)(Transaction&, Row, RecordEntry)) {
-  return RecordOnce(database, request, deadline, [&](Transaction& transaction) -> absl::StatusOr<std::string> {
-    const absl::StatusOr<Row> stored = insert(transaction, row, entry);
-    if (!stored.ok()) return stored.status();
-    return answer_of(*stored);
-  });
+// The row that insert gives may be one of before.
+template <typename Row, typename Find>
+absl::StatusOr<Row> RecordRow(Database& database, const RecordedRequest& request, const Row& row,
+                              const RecordEntry& entry, Deadline deadline, const Find& find,
+                              absl::StatusOr<Row> (*insert)(Transaction&, Row, RecordEntry)) {
+  RecordEntry kept = entry;
+  kept.request = KeptRequestOf(request);
+  return RecordOnce<Row>(database, request, deadline, find, [&](Transaction& t) { return insert(t, row, kept); });
 }
 
 template <typename Row>
@@ -50,16 +48,21 @@ class PostgresRevisions final : public RevisionStore<Row> {
       return rows;
     });
   }
-  absl::StatusOr<std::optional<std::string>> FindAnswer(const RecordedRequest& request,
-                                                        Deadline deadline) const override {
-    return storage::FindAnswer(*database_, request, deadline);
+  absl::StatusOr<std::optional<Row>> FindRecorded(const RecordedRequest& request, Deadline deadline) const override {
+    return storage::FindRecorded<Row>(*database_, request, deadline, finder());
   }
-  absl::StatusOr<std::string> Record(const RecordedRequest& request, Row row, const RecordEntry& entry,
-                                     const AnswerOf<Row>& answer_of, Deadline deadline) override {
-    return RecordRow(*database_, request, row, entry, answer_of, deadline, statements_.insert);
+  absl::StatusOr<Row> Record(const RecordedRequest& request, Row row, const RecordEntry& entry,
+                             Deadline deadline) override {
+    return RecordRow(*database_, request, row, entry, deadline, finder(), statements_.insert);
   }
 
  private:
+  auto finder() const {
+    return [find = statements_.find](Transaction& t, const std::string& name) {
+      const NamedId named = IdOfName(name);
+      return find(t, named.id, named.revision);
+    };
+  }
   Database* const database_;
   const Statements statements_;
 };
@@ -75,16 +78,19 @@ class PostgresBlades final : public BladeStore {
                                              Deadline deadline) const override {
     return OneRead(*database_, deadline, [&](Transaction& t) { return ListBlades(t, filter, after, limit); });
   }
-  absl::StatusOr<std::optional<std::string>> FindAnswer(const RecordedRequest& request,
-                                                        Deadline deadline) const override {
-    return storage::FindAnswer(*database_, request, deadline);
+  absl::StatusOr<std::optional<BladeRow>> FindRecorded(const RecordedRequest& request,
+                                                       Deadline deadline) const override {
+    return storage::FindRecorded<BladeRow>(*database_, request, deadline, FindNamed);
   }
-  absl::StatusOr<std::string> Record(const RecordedRequest& request, BladeRow blade, const RecordEntry& entry,
-                                     const AnswerOf<BladeRow>& answer_of, Deadline deadline) override {
-    return RecordRow(*database_, request, blade, entry, answer_of, deadline, InsertBlade);
+  absl::StatusOr<BladeRow> Record(const RecordedRequest& request, BladeRow blade, const RecordEntry& entry,
+                                  Deadline deadline) override {
+    return RecordRow(*database_, request, blade, entry, deadline, FindNamed, InsertBlade);
   }
 
  private:
+  static absl::StatusOr<std::optional<BladeRow>> FindNamed(Transaction& t, const std::string& name) {
+    return FindBlade(t, IdOfName(name).id);
+  }
   Database* const database_;
 };
 

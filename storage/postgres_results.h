@@ -20,9 +20,8 @@ class PostgresResults final : public ResultStore<Row, Filter> {
   };
   PostgresResults(Database* database, const Statements& statements) : database_(database), statements_(statements) {}
 
-  absl::StatusOr<std::optional<std::string>> FindAnswer(const RecordedRequest& request,
-                                                        Deadline deadline) const override {
-    return storage::FindAnswer(*database_, request, deadline);
+  absl::StatusOr<std::optional<Row>> FindRecorded(const RecordedRequest& request, Deadline deadline) const override {
+    return storage::FindRecorded<Row>(*database_, request, deadline, finder());
   }
   absl::StatusOr<std::optional<Row>> Find(const std::string& id, Deadline deadline) const override {
     return OneRead(*database_, deadline, [&](Transaction& t) { return statements_.find(t, id); });
@@ -32,17 +31,22 @@ class PostgresResults final : public ResultStore<Row, Filter> {
     return OneRead(*database_, deadline,
                    [&](Transaction& t) { return statements_.list(t, filter, before_sequence, limit); });
   }
-  absl::StatusOr<std::string> Record(const RecordedRequest& request, Row row, const RecordEntry& entry,
-                                     const AnswerOf<Row>& answer_of, Deadline deadline) override {
-    return RecordOnce(*database_, request, deadline, [&](Transaction& transaction) -> absl::StatusOr<std::string> {
-      const absl::StatusOr<Recorded> recorded = statements_.insert(transaction, row, entry);
+  absl::StatusOr<Row> Record(const RecordedRequest& request, Row row, const RecordEntry& entry,
+                             Deadline deadline) override {
+    RecordEntry kept = entry;
+    kept.request = KeptRequestOf(request);
+    return RecordOnce<Row>(*database_, request, deadline, finder(), [&](Transaction& t) -> absl::StatusOr<Row> {
+      const absl::StatusOr<Recorded> recorded = statements_.insert(t, row, kept);
       if (!recorded.ok()) return recorded.status();
       row.recorded = *recorded;
-      return answer_of(row);
+      return row;
     });
   }
 
  private:
+  auto finder() const {
+    return [find = statements_.find](Transaction& t, const std::string& name) { return find(t, IdOfName(name).id); };
+  }
   Database* const database_;
   const Statements statements_;
 };

@@ -10,17 +10,17 @@ namespace {
 constexpr char kInsertProbe[] = "INSERT INTO probe_calibrations (" SIXPOINT_PROBE_COLUMNS
                                 ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16)";
 constexpr char kSelectProbes[] =
-    "SELECT " SIXPOINT_PROBE_COLUMNS " FROM probe_calibrations WHERE calibration_id = ANY ($1::text[])";
+    "SELECT " SIXPOINT_PROBE_COLUMNS " FROM probe_calibrations WHERE calibration_id = ANY ($1::uuid[])";
 #undef SIXPOINT_PROBE_COLUMNS
 constexpr char kInsertReadings[] =
     "INSERT INTO probe_calibration_readings (calibration_id, position_index, face, displacement_mm, residual_um) "
-    "SELECT $1::text, (position - 1)::integer, face, displacement_mm, residual_um "
+    "SELECT $1::uuid, (position - 1)::integer, face, displacement_mm, residual_um "
     "FROM unnest($2::text[], $3::double precision[], $4::double precision[]) "
     "WITH ORDINALITY AS reading (face, displacement_mm, residual_um, position)";
 constexpr char kInsertChecks[] =
     "INSERT INTO probe_calibration_checks (calibration_id, position_index, face, reading_count, angle_urad, "
     "origin_distance_um, distance_um, residual_range_um) "
-    "SELECT $1::text, (position - 1)::integer, face, reading_count::integer, angle_urad, origin_distance_um, "
+    "SELECT $1::uuid, (position - 1)::integer, face, reading_count::integer, angle_urad, origin_distance_um, "
     "distance_um, "
     "residual_range_um FROM unnest($2::text[], $3::double precision[], $4::double precision[], $5::double precision[], "
     "$6::double precision[], $7::double precision[]) WITH ORDINALITY AS face_check (face, reading_count, angle_urad, "
@@ -56,7 +56,7 @@ ProbeCalibrationRow ReadProbe(const Rows& rows, int row) {
 
 absl::Status InsertProbe(Transaction& transaction, const std::string& id, const ProbeCalibrationRow& probe) {
   Params params;
-  params.Text(id).Text(probe.block).Reals(probe.approach).Reals(probe.offset_mm).Reals(probe.covariance);
+  params.Uuid(id).Text(probe.block).Reals(probe.approach).Reals(probe.offset_mm).Reals(probe.covariance);
   params.Reals(probe.point_standard_uncertainty_mm).Real(probe.scale).Real(probe.scale_standard_uncertainty);
   params.Real(probe.direction_standard_uncertainty_urad).Real(probe.noise_um).Real(probe.noise_factor);
   params.Real(probe.residual_rms_um).Real(probe.touch_rms_um).Real(probe.condition_number);
@@ -71,7 +71,7 @@ absl::Status InsertProbe(Transaction& transaction, const std::string& id, const 
     residuals.push_back(r.residual_um);
   }
   const absl::StatusOr<Rows> readings =
-      transaction.Execute(kInsertReadings, Params().Text(id).Texts(faces).Reals(displacements).Reals(residuals));
+      transaction.Execute(kInsertReadings, Params().Uuid(id).Texts(faces).Reals(displacements).Reals(residuals));
   if (!readings.ok()) return readings.status();
   std::vector<std::string> checked;
   std::vector<double> counts, angles, origin_distances, distances, ranges;
@@ -90,7 +90,7 @@ absl::Status InsertProbe(Transaction& transaction, const std::string& id, const 
 
 absl::Status ReadProbes(Transaction& transaction, const std::vector<std::string>& calibration_ids,
                         std::vector<CalibrationRow>* calibrations) {
-  const absl::StatusOr<Rows> probes = transaction.Execute(kSelectProbes, Params().Texts(calibration_ids));
+  const absl::StatusOr<Rows> probes = transaction.Execute(kSelectProbes, Params().Uuids(calibration_ids));
   if (!probes.ok()) return probes.status();
   for (CalibrationRow& c : *calibrations)
     for (int row = 0; row < probes->count(); ++row)
@@ -100,11 +100,11 @@ absl::Status ReadProbes(Transaction& transaction, const std::vector<std::string>
 
 absl::Status ReadProbeResiduals(Transaction& transaction, const std::string& calibration_id,
                                 ProbeCalibrationRow* probe) {
-  const absl::StatusOr<Rows> readings = transaction.Execute(kSelectReadings, Params().Text(calibration_id));
+  const absl::StatusOr<Rows> readings = transaction.Execute(kSelectReadings, Params().Uuid(calibration_id));
   if (!readings.ok()) return readings.status();
   for (int row = 0; row < readings->count(); ++row)
     probe->readings.push_back({readings->Text(row, 0), readings->Real(row, 1), readings->Real(row, 2)});
-  const absl::StatusOr<Rows> checks = transaction.Execute(kSelectChecks, Params().Text(calibration_id));
+  const absl::StatusOr<Rows> checks = transaction.Execute(kSelectChecks, Params().Uuid(calibration_id));
   if (!checks.ok()) return checks.status();
   for (int row = 0; row < checks->count(); ++row)
     probe->checks.push_back({checks->Text(row, 0), static_cast<int>(checks->Int(row, 1)), checks->Real(row, 2),

@@ -1,6 +1,7 @@
 #include "storage/record.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <utility>
 
 namespace sixpoint::storage {
@@ -10,35 +11,42 @@ namespace {
 // the 7 that commits later. This lock is held from the draw to the end of the transaction, which makes the orders the
 // same. Append last in a transaction, for the lock makes writers wait for each other.
 constexpr char kLockJournal[] = "SELECT pg_advisory_xact_lock(6021, 1)";
+// Name, entry and edges in one statement, and how many edges there are: an input that nothing is called has none.
 constexpr char kInsertEntry[] =
-    "INSERT INTO record_entries (kind, name, blade_serial, machine_id, method, software_version, requested_by, "
-    "measured_at, summary) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9::jsonb) RETURNING record_sequence, recorded_at";
-constexpr char kInsertInputs[] =
-    "INSERT INTO record_inputs (record_sequence, position_index, input_name) "
-    "SELECT $1, (position - 1)::integer, name FROM unnest($2::text[]) WITH ORDINALITY AS input (name, position)";
+    "WITH named AS (INSERT INTO record_names (record_id, name) VALUES ($1, $2) RETURNING *), "
+    "entry AS (INSERT INTO record_entries (record_id, record_sequence, recorded_at, kind, blade_serial, machine_id, "
+    "method, software_version, requested_by, measured_at, summary) SELECT record_id, record_sequence, recorded_at, $3, "
+    "$4, $5, $6, $7, $8, $9::timestamptz, $10::jsonb FROM named), "
+    "edges AS (INSERT INTO record_inputs (record_id, position_index, input_id) "
+    "SELECT $1, (position - 1)::integer, n.record_id FROM unnest($11::text[]) WITH ORDINALITY AS input (name, "
+    "position) "
+    "JOIN record_names n ON n.name = input.name RETURNING 1), "
+    "kept AS (INSERT INTO requests (call, request_id, request_sha256, record_id) "
+    "SELECT $12, $13::uuid, $14, $1 WHERE $13::uuid IS NOT NULL) "
+    "SELECT record_sequence, recorded_at, (SELECT count(*) FROM edges) FROM named";
 
-#define SIXPOINT_ENTRY_COLUMNS                                                                        \
-  "SELECT e.record_sequence, e.recorded_at, e.kind, e.name, e.blade_serial, e.machine_id, e.method, " \
-  "e.software_version, e.requested_by, e.measured_at, e.summary::text, "                              \
-  "ARRAY(SELECT i.input_name FROM record_inputs i WHERE i.record_sequence = e.record_sequence "       \
-  "ORDER BY i.position_index) FROM record_entries e "
-constexpr char kSelectEntry[] = SIXPOINT_ENTRY_COLUMNS "WHERE e.name = $1";
+#define SIXPOINT_ENTRY_COLUMNS                                                                            \
+  "SELECT e.record_sequence, e.recorded_at, e.kind, n.name, e.blade_serial, e.machine_id, e.method, "     \
+  "e.software_version, e.requested_by, e.measured_at, e.summary::text, "                                  \
+  "ARRAY(SELECT m.name FROM record_inputs i JOIN record_names m ON m.record_id = i.input_id "             \
+  "WHERE i.record_id = e.record_id ORDER BY i.position_index) FROM record_entries e JOIN record_names n " \
+  "ON n.record_id = e.record_id "
+constexpr char kSelectEntry[] = SIXPOINT_ENTRY_COLUMNS "WHERE n.name = $1";
 constexpr char kSelectBlade[] =
     SIXPOINT_ENTRY_COLUMNS "WHERE e.blade_serial = $1 AND e.record_sequence > $2 ORDER BY e.record_sequence LIMIT $3";
 // The thing itself or, for a name without @revision, any of its revisions ('A' follows '@').
-constexpr char kSelectRecorded[] =
-    "SELECT 1 FROM record_entries e WHERE e.name = $1 OR (e.name >= $1 || '@' AND e.name < $1 || 'A') LIMIT 1";
+#define SIXPOINT_MEANT "(n.name = $1 OR (n.name >= $1 || '@' AND n.name < $1 || 'A'))"
+constexpr char kSelectRecorded[] = "SELECT 1 FROM record_names n WHERE " SIXPOINT_MEANT " LIMIT 1";
 // What was made from it, then what was made from that: each step is found by the index of the inputs.
 constexpr char kSelectDerived[] =
-    "WITH RECURSIVE derived (record_sequence) AS ("
-    "SELECT i.record_sequence FROM record_inputs i "
-    "WHERE i.input_name = $1 OR (i.input_name >= $1 || '@' AND i.input_name < $1 || 'A') "
-    "UNION SELECT i.record_sequence FROM derived d JOIN record_entries e ON e.record_sequence = d.record_sequence "
-    "JOIN record_inputs i ON i.input_name = e.name) " SIXPOINT_ENTRY_COLUMNS
-    "JOIN derived d ON d.record_sequence = e.record_sequence "
+    "WITH RECURSIVE derived (record_id) AS ("
+    "SELECT i.record_id FROM record_inputs i JOIN record_names n ON n.record_id = i.input_id WHERE " SIXPOINT_MEANT
+    " UNION SELECT i.record_id FROM derived d JOIN record_inputs i ON i.input_id = d.record_id) " SIXPOINT_ENTRY_COLUMNS
+    "JOIN derived d ON d.record_id = e.record_id "
     "WHERE (cardinality($2::text[]) = 0 OR e.kind = ANY ($2::text[])) AND e.record_sequence > $3 "
     "ORDER BY e.record_sequence LIMIT $4";
 #undef SIXPOINT_ENTRY_COLUMNS
+#undef SIXPOINT_MEANT
 
 void AddOptional(Params& params, const std::optional<std::string>& value) {
   value ? params.Text(*value) : params.Null();
@@ -72,28 +80,41 @@ absl::StatusOr<std::vector<JournalEntry>> ReadEntries(Transaction& transaction, 
 
 }  // namespace
 
-absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const RecordEntry& entry) {
+absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const std::string& record_id,
+                                      const RecordEntry& entry) {
   const absl::StatusOr<Rows> locked = transaction.Execute(kLockJournal);
   if (!locked.ok()) return locked.status();
+  std::vector<std::string> inputs;  // each once, in the order given
+  for (const std::string& input : entry.inputs)
+    if (std::find(inputs.begin(), inputs.end(), input) == inputs.end()) inputs.push_back(input);
   Params params;
-  params.Text(entry.kind).Text(entry.name);
+  params.Uuid(record_id).Text(entry.name).Text(entry.kind);
   AddOptional(params, entry.blade);
   AddOptional(params, entry.machine);
   params.Text(entry.method).Text(entry.software_version).Text(entry.requested_by);
   entry.measured_at ? params.Time(*entry.measured_at) : params.Null();
-  const absl::StatusOr<Rows> rows = transaction.Execute(kInsertEntry, params.Json(entry.summary_json));
+  params.Json(entry.summary_json).Texts(inputs);
+  if (entry.request && !entry.request->request_id.empty())
+    params.Text(entry.request->call).Text(entry.request->request_id).Digest(entry.request->sha256);
+  else
+    params.Null().Null().Null();
+  const absl::StatusOr<Rows> rows = transaction.Execute(kInsertEntry, params);
   if (!rows.ok()) return rows.status();
   const Recorded recorded{rows->Int(0, 0), rows->Time(0, 1)};
+  const auto edge_count = static_cast<std::size_t>(rows->Int(0, 2));
   if (absl::Status read = rows->status(); !read.ok()) return read;
-
-  std::vector<std::string> inputs;  // each once, in the order given
-  for (const std::string& input : entry.inputs) {
-    if (std::find(inputs.begin(), inputs.end(), input) == inputs.end()) inputs.push_back(input);
-  }
-  if (inputs.empty()) return recorded;
-  const absl::StatusOr<Rows> edges = transaction.Execute(kInsertInputs, Params().Int(recorded.sequence).Texts(inputs));
-  if (!edges.ok()) return edges.status();
+  if (edge_count != inputs.size())
+    return absl::FailedPreconditionError("record of " + entry.name + ": " + std::to_string(inputs.size()) +
+                                         " inputs, of which " + std::to_string(edge_count) +
+                                         " are recorded, want all of them");
   return recorded;
+}
+
+NamedId IdOfName(const std::string& name) {
+  const std::string id = name.substr(name.find('/') + 1);
+  const std::size_t at = id.find('@');
+  if (at == std::string::npos) return {id, 0};
+  return {id.substr(0, at), std::atoi(id.c_str() + at + 1)};
 }
 
 absl::StatusOr<std::optional<JournalEntry>> FindEntry(Transaction& transaction, const std::string& name) {

@@ -14,12 +14,20 @@
 
 namespace sixpoint::storage {
 
+// A call that what it recorded is kept under, so that its retry finds that (AIP-155).
+struct KeptRequest {
+  std::string call;        // area.Method: ids are a call's own
+  std::string request_id;  // a UUID; empty: nothing is kept
+  std::string sha256;      // of its bytes
+};
+
 struct RecordEntry {
   // machine, artefact, part, blade, scan, calibration, registration, correction, inspection, deletion, release,
   // withdrawal, study, policy
   std::string kind;
-  std::string name;                    // resource name; unique
-  std::vector<std::string> inputs;     // resource names it was made from (parts and machines with @revision)
+  std::string name;  // resource name; given once for ever
+  std::vector<std::string>
+      inputs;  // names of recorded things that it was made from (parts and machines with @revision)
   std::optional<std::string> blade;    // serial, where it concerns one
   std::optional<std::string> machine;  // id, where it concerns one
   std::string method;                  // empty where there is none
@@ -27,6 +35,7 @@ struct RecordEntry {
   std::string requested_by;
   std::optional<Instant> measured_at;  // the device's clock, where there is one
   std::string summary_json = "{}";     // a few figures a reader wants at once
+  std::optional<KeptRequest> request;  // set by the store
 };
 struct Recorded {
   std::int64_t sequence = 0;
@@ -43,7 +52,16 @@ struct JournalPage {
   std::int64_t limit = std::numeric_limits<std::int64_t>::max();
 };
 
-absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const RecordEntry& entry);
+// record_id: the UUID (version 7) that the thing's own row has already been written with. Comes last before the commit, for its
+// lock makes writers wait for each other. FAILED_PRECONDITION: an input that is not recorded, or a withdrawn calibration.
+absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const std::string& record_id, const RecordEntry& entry);
+// What a resource name says after its collection: "parts/p@2" is p, 2.
+struct NamedId {
+  std::string id;
+  int revision = 0;  // 0: none
+};
+NamedId IdOfName(const std::string& name);
+
 // Of exactly that name.
 absl::StatusOr<std::optional<JournalEntry>> FindEntry(Transaction& transaction, const std::string& name);
 // Whether there is an entry of that name or, for a name without @revision, of one of its revisions.

@@ -4,6 +4,7 @@
 
 #include "storage/children.h"
 #include "storage/postgres_results.h"
+#include "storage/scan_keys.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -13,28 +14,32 @@ namespace {
   "sensor_calibration_id, rotation_calibration_id, outcome, zero_from_part, reference_mm, covariance, "           \
   "noise_covariance, calibration_sensitivity, point_count, points_used, iteration_count, residual_rms_um, "       \
   "residual_sigma_um, condition_number, weakest_direction, weakest_standard_uncertainty_um, remark, "             \
-  "compute_seconds, requested_by, software_version, record_sequence, recorded_at, weakest_direction_in_words, "   \
+  "compute_seconds, requested_by, software_version, weakest_direction_in_words, "                                 \
   "noise_sigma_um, model_sigma_um, information_kept, surface_part, least_stock_mm, lacking_mm, disagreement_um, " \
   "disagreement_ratio, disagrees, for_inspection"
 constexpr char kInsertRegistration[] =
     "INSERT INTO registrations (" SIXPOINT_REGISTRATION_COLUMNS
     ", options, detail) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, "
-    "$20, $21, $22, $23, $24, $25, $26, $27, $28, $29, $30, $31, $32, $33, $34, $35, $36, $37, $38, $39, $40, "
-    "$41::jsonb, $42::jsonb)";
-constexpr char kSelectRegistration[] = "SELECT " SIXPOINT_REGISTRATION_COLUMNS
-                                       ", options::text, detail::text FROM registrations WHERE registration_id = $1";
+    "$20, $21, $22, $23, $24, $25, $26, $27, $28, $29, $30, $31, $32, $33, $34, $35, $36, $37, $38, $39::jsonb, "
+    "$40::jsonb)";
+#define SIXPOINT_SELECT_REGISTRATIONS                                                                  \
+  "SELECT " SIXPOINT_REGISTRATION_COLUMNS                                                              \
+  ", options::text, detail::text, record_sequence, recorded_at FROM registrations JOIN recorded r ON " \
+  "r.record_id = registration_id WHERE "
+constexpr char kSelectRegistration[] = SIXPOINT_SELECT_REGISTRATIONS "registration_id = $1";
 constexpr char kListRegistrations[] =
-    "SELECT " SIXPOINT_REGISTRATION_COLUMNS
-    ", options::text, detail::text FROM registrations WHERE " SIXPOINT_RESULT_FILTER("registrations")
+    SIXPOINT_SELECT_REGISTRATIONS SIXPOINT_RESULT_FILTER("registrations", "registration")
     "AND ($8 = '' OR outcome = $8) AND (NOT $9::boolean OR disagrees) AND NOT ($10::boolean AND for_inspection) "
     "ORDER BY record_sequence DESC LIMIT $11";
+#undef SIXPOINT_SELECT_REGISTRATIONS
 #undef SIXPOINT_REGISTRATION_COLUMNS
 constexpr char kInsertScan[] =
-    "INSERT INTO registration_scans (registration_id, position_index, scan_id, point_count, points_used, "
-    "residual_median_um) VALUES ($1, $2, $3, $4, $5, $6)";
+    "INSERT INTO registration_scans (registration_id, position_index, scan_key, point_count, points_used, "
+    "residual_median_um) VALUES ($1, $2, " SIXPOINT_SCAN_KEY("$3") ", $4, $5, $6)";
 constexpr char kInsertAgreement[] =
-    "INSERT INTO registration_agreements (registration_id, position_index, scan_id, other_scan_id, patch_count, "
-    "difference_rms_um, expected_rms_um) VALUES ($1, $2, $3, $4, $5, $6, $7)";
+    "INSERT INTO registration_agreements (registration_id, position_index, scan_key, other_scan_key, patch_count, "
+    "difference_rms_um, expected_rms_um) VALUES ($1, $2, " SIXPOINT_SCAN_KEY("$3") ", " SIXPOINT_SCAN_KEY(
+        "$4") ", $5, $6, $7)";
 constexpr char kInsertDatum[] =
     "INSERT INTO registration_datums (registration_id, position_index, datum_name, distance_um, "
     "standard_uncertainty_um, point_count) VALUES ($1, $2, $3, $4, $5, $6)";
@@ -43,29 +48,31 @@ constexpr char kInsertAngle[] =
     "reached_deg, standard_uncertainty_deg, half_reversal_deg, pose_per_rad) "
     "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)";
 constexpr char kSelectScans[] =
-    "SELECT registration_id, scan_id, point_count, points_used, residual_median_um FROM registration_scans "
-    "WHERE registration_id = ANY ($1) ORDER BY registration_id, position_index";
+    "SELECT registration_id, " SIXPOINT_SCAN_ID("scan_key")
+    ", point_count, points_used, residual_median_um FROM registration_scans "
+    "WHERE registration_id = ANY ($1::uuid[]) ORDER BY registration_id, position_index";
 constexpr char kSelectDatums[] =
     "SELECT registration_id, datum_name, distance_um, standard_uncertainty_um, point_count FROM registration_datums "
-    "WHERE registration_id = ANY ($1) ORDER BY registration_id, position_index";
+    "WHERE registration_id = ANY ($1::uuid[]) ORDER BY registration_id, position_index";
 constexpr char kSelectAgreements[] =
-    "SELECT registration_id, scan_id, other_scan_id, patch_count, difference_rms_um, expected_rms_um "
-    "FROM registration_agreements WHERE registration_id = ANY ($1) ORDER BY registration_id, position_index";
+    "SELECT registration_id, " SIXPOINT_SCAN_ID("scan_key") ", " SIXPOINT_SCAN_ID("other_scan_key")
+    ", patch_count, difference_rms_um, expected_rms_um "
+    "FROM registration_agreements WHERE registration_id = ANY ($1::uuid[]) ORDER BY registration_id, position_index";
 constexpr char kSelectAngles[] =
     "SELECT registration_id, axis, characterisation_id, commanded_deg, reached_deg, standard_uncertainty_deg, "
-    "half_reversal_deg, pose_per_rad FROM registration_angles WHERE registration_id = ANY ($1) "
+    "half_reversal_deg, pose_per_rad FROM registration_angles WHERE registration_id = ANY ($1::uuid[]) "
     "ORDER BY registration_id, position_index";
 
-Params RegistrationParams(const RegistrationRow& row, const Recorded& recorded) {
+Params RegistrationParams(const RegistrationRow& row) {
   Params params;
-  params.Text(row.registration_id).Text(row.blade_serial).Text(row.machine_id).Int(row.machine_revision);
-  params.Text(row.part_id).Int(row.part_revision).Text(row.method).Text(row.sensor_calibration_id);
-  params.Text(row.rotation_calibration_id).Text(row.outcome).Reals(row.zero_from_part).Reals(row.reference_mm);
+  params.Uuid(row.registration_id).Text(row.blade_serial).Text(row.machine_id).Int(row.machine_revision);
+  params.Text(row.part_id).Int(row.part_revision).Text(row.method).Uuid(row.sensor_calibration_id);
+  params.Uuid(row.rotation_calibration_id).Text(row.outcome).Reals(row.zero_from_part).Reals(row.reference_mm);
   params.Reals(row.covariance).Reals(row.noise_covariance).Reals(row.calibration_sensitivity).Int(row.point_count);
   params.Int(row.points_used).Int(row.iteration_count).Real(row.residual_rms_um).Real(row.residual_sigma_um);
   params.Real(row.condition_number).Reals(row.weakest_direction).Real(row.weakest_standard_uncertainty_um);
   params.Text(row.remark).Real(row.compute_seconds).Text(row.requested_by).Text(row.software_version);
-  params.Int(recorded.sequence).Time(recorded.recorded_at).Text(row.weakest_direction_in_words);
+  params.Text(row.weakest_direction_in_words);
   for (const std::optional<double>& figure :
        {row.noise_sigma_um, row.model_sigma_um, row.information_kept, row.surface_part, row.least_stock_mm,
         row.lacking_mm, row.disagreement_um, row.disagreement_ratio})
@@ -105,8 +112,6 @@ RegistrationRow ReadRegistration(const Rows& rows, int row) {
   read.compute_seconds = rows.Real(row, column++);
   read.requested_by = rows.Text(row, column++);
   read.software_version = rows.Text(row, column++);
-  read.recorded.sequence = rows.Int(row, column++);
-  read.recorded.recorded_at = rows.Time(row, column++);
   read.weakest_direction_in_words = rows.Text(row, column++);
   for (std::optional<double>* figure :
        {&read.noise_sigma_um, &read.model_sigma_um, &read.information_kept, &read.surface_part, &read.least_stock_mm,
@@ -119,6 +124,7 @@ RegistrationRow ReadRegistration(const Rows& rows, int row) {
   read.for_inspection = rows.Bool(row, column++);
   read.options_json = rows.Text(row, column++);
   read.detail_json = rows.Text(row, column++);
+  read.recorded = {rows.Int(row, column), rows.Time(row, column + 1)};
   return read;
 }
 
@@ -126,7 +132,7 @@ RegistrationRow ReadRegistration(const Rows& rows, int row) {
 absl::Status ReadChildren(Transaction& transaction, std::vector<RegistrationRow>* registrations) {
   const ParentRows<RegistrationRow> parents(registrations, &RegistrationRow::registration_id);
   if (parents.ids().empty()) return absl::OkStatus();
-  const Params ids = Params().Texts(parents.ids());
+  const Params ids = Params().Uuids(parents.ids());
   absl::Status read =
       parents.Add(transaction.Execute(kSelectScans, ids), [](RegistrationRow& registration, const Rows& rows, int row) {
         registration.scans.push_back({rows.Text(row, 1), rows.Int(row, 2), rows.Int(row, 3), rows.Real(row, 4)});
@@ -169,45 +175,43 @@ std::shared_ptr<RegistrationStore> RegistrationsIn(Database* database) {
 
 absl::StatusOr<Recorded> InsertRegistration(Transaction& transaction, const RegistrationRow& registration,
                                             const RecordEntry& entry) {
-  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
-  if (!recorded.ok()) return recorded.status();
-  const auto stored = transaction.Execute(kInsertRegistration, RegistrationParams(registration, *recorded));
+  const auto stored = transaction.Execute(kInsertRegistration, RegistrationParams(registration));
   if (!stored.ok()) return stored.status();
   int position = 0;
   for (const RegistrationScanRow& scan : registration.scans) {
     Params params;
-    params.Text(registration.registration_id).Int(position++).Text(scan.scan_id).Int(scan.point_count);
+    params.Uuid(registration.registration_id).Int(position++).Text(scan.scan_id).Int(scan.point_count);
     params.Int(scan.points_used).Real(scan.residual_median_um);
     if (const auto inserted = transaction.Execute(kInsertScan, params); !inserted.ok()) return inserted.status();
   }
   position = 0;
   for (const RegistrationAgreementRow& agreement : registration.agreements) {
     Params params;
-    params.Text(registration.registration_id).Int(position++).Text(agreement.scan_id).Text(agreement.other_scan_id);
+    params.Uuid(registration.registration_id).Int(position++).Text(agreement.scan_id).Text(agreement.other_scan_id);
     params.Int(agreement.patch_count).Real(agreement.difference_rms_um).Real(agreement.expected_rms_um);
     if (const auto inserted = transaction.Execute(kInsertAgreement, params); !inserted.ok()) return inserted.status();
   }
   position = 0;
   for (const RegistrationDatumRow& datum : registration.datums) {
     Params params;
-    params.Text(registration.registration_id).Int(position++).Text(datum.datum_name).Real(datum.distance_um);
+    params.Uuid(registration.registration_id).Int(position++).Text(datum.datum_name).Real(datum.distance_um);
     params.Real(datum.standard_uncertainty_um).Int(datum.point_count);
     if (const auto inserted = transaction.Execute(kInsertDatum, params); !inserted.ok()) return inserted.status();
   }
   position = 0;
   for (const RegistrationAngleRow& angle : registration.angles) {
     Params params;
-    params.Text(registration.registration_id).Int(position++).Text(angle.axis).Text(angle.characterisation_id);
+    params.Uuid(registration.registration_id).Int(position++).Text(angle.axis).Uuid(angle.characterisation_id);
     params.Real(angle.commanded_deg).Real(angle.reached_deg).Real(angle.standard_uncertainty_deg);
     params.Real(angle.half_reversal_deg).Reals(angle.pose_per_rad);
     if (const auto inserted = transaction.Execute(kInsertAngle, params); !inserted.ok()) return inserted.status();
   }
-  return recorded;
+  return AppendRecord(transaction, registration.registration_id, entry);
 }
 
 absl::StatusOr<std::optional<RegistrationRow>> FindRegistration(Transaction& transaction,
                                                                 const std::string& registration_id) {
-  auto rows = ReadRegistrations(transaction, kSelectRegistration, Params().Text(registration_id));
+  auto rows = ReadRegistrations(transaction, kSelectRegistration, Params().Uuid(registration_id));
   if (!rows.ok()) return rows.status();
   if (rows->empty()) return std::nullopt;
   return std::move(rows->front());

@@ -5,72 +5,45 @@
 namespace sixpoint::storage {
 namespace {
 
-// A lock on (method, id) until the transaction ends: of two retries at once the second waits and then finds the answer.
+// A lock on (call, id) until the transaction ends: of two retries at once the second waits and then finds what the first recorded.
 constexpr char kLockRequest[] = "SELECT pg_advisory_xact_lock(hashtextextended($1 || ' ' || $2, 0))";
-constexpr char kSelectAnswer[] = "SELECT request_sha256, response FROM requests WHERE method = $1 AND request_id = $2";
-constexpr char kInsertAnswer[] =
-    "INSERT INTO requests (method, request_id, request_sha256, response) VALUES ($1, $2, $3, $4)";
-
-constexpr int kMostAttempts = 3;
-
-absl::StatusOr<std::string> RecordNow(Database& database, const RecordedRequest& request, Deadline deadline,
-                                      const std::function<absl::StatusOr<std::string>(Transaction&)>& work) {
-  absl::StatusOr<Transaction> transaction = database.Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  absl::StatusOr<std::optional<std::string>> kept =
-      FindAnswer(*transaction, request.call, request.request_id, request.bytes);
-  if (!kept.ok()) return kept.status();
-  if (kept->has_value()) return **std::move(kept);
-  absl::StatusOr<std::string> answer = work(*transaction);
-  if (!answer.ok()) return answer;
-  absl::Status status = KeepAnswer(*transaction, request.call, request.request_id, request.bytes, *answer);
-  if (status.ok()) status = transaction->Commit();
-  if (!status.ok()) return status;
-  return answer;
-}
+constexpr char kSelectKept[] =
+    "SELECT r.request_sha256, n.name FROM requests r JOIN record_names n ON n.record_id = r.record_id "
+    "WHERE r.request_id = $2::uuid AND r.call = $1";
+constexpr char kInsertKept[] =
+    "INSERT INTO requests (call, request_id, request_sha256, record_id) "
+    "SELECT $1, $2::uuid, $3, n.record_id FROM record_names n WHERE n.name = $4";
 
 }  // namespace
 
-absl::StatusOr<std::optional<std::string>> FindAnswer(Transaction& transaction, std::string_view method,
-                                                      const std::string& request_id, std::string_view request_bytes) {
-  if (request_id.empty()) return std::nullopt;
-  const Params key = Params().Text(method).Text(request_id);
+KeptRequest KeptRequestOf(const RecordedRequest& request) {
+  return {request.call, request.request_id, Sha256Hex(request.bytes)};
+}
+
+absl::StatusOr<std::optional<std::string>> FindKept(Transaction& transaction, const RecordedRequest& request) {
+  if (request.request_id.empty()) return std::nullopt;
+  const Params key = Params().Text(request.call).Text(request.request_id);
   const absl::StatusOr<Rows> locked = transaction.Execute(kLockRequest, key);
   if (!locked.ok()) return locked.status();
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectAnswer, key);
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectKept, key);
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
-  const std::string known_sha256 = rows->Text(0, 0);
+  const std::string known_sha256 = rows->Digest(0, 0);
   if (absl::Status read = rows->status(); !read.ok()) return read;
-  if (known_sha256 != Sha256Hex(request_bytes)) {
-    return absl::AlreadyExistsError("request_id: " + request_id + " was used for another request, want a new id");
-  }
-  return rows->Checked(rows->Bytes(0, 1));
+  if (known_sha256 != Sha256Hex(request.bytes))
+    return absl::AlreadyExistsError("request_id: " + request.request_id +
+                                    " was used for another request, want a new id");
+  return rows->Checked(rows->Text(0, 1));
 }
 
-absl::Status KeepAnswer(Transaction& transaction, std::string_view method, const std::string& request_id,
-                        std::string_view request_bytes, std::string_view response_bytes) {
-  if (request_id.empty()) return absl::OkStatus();
-  return transaction
-      .Execute(kInsertAnswer,
-               Params().Text(method).Text(request_id).Text(Sha256Hex(request_bytes)).Bytes(response_bytes))
-      .status();
-}
-
-absl::StatusOr<std::optional<std::string>> FindAnswer(Database& database, const RecordedRequest& request,
-                                                      Deadline deadline) {
-  if (request.request_id.empty()) return std::nullopt;
-  absl::StatusOr<Transaction> transaction = database.Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  return FindAnswer(*transaction, request.call, request.request_id, request.bytes);
-}
-
-absl::StatusOr<std::string> RecordOnce(Database& database, const RecordedRequest& request, Deadline deadline,
-                                       const std::function<absl::StatusOr<std::string>(Transaction&)>& work) {
-  absl::StatusOr<std::string> answer = RecordNow(database, request, deadline, work);
-  for (int attempt = 1; attempt < kMostAttempts && absl::IsAborted(answer.status()); ++attempt)
-    answer = RecordNow(database, request, deadline, work);
-  return answer;
+absl::Status KeepRequest(Transaction& transaction, const std::optional<KeptRequest>& request, const std::string& name) {
+  if (!request || request->request_id.empty()) return absl::OkStatus();
+  const absl::StatusOr<Rows> kept = transaction.Execute(
+      kInsertKept, Params().Text(request->call).Text(request->request_id).Digest(request->sha256).Text(name));
+  if (!kept.ok()) return kept.status();
+  if (kept->affected() != 1)
+    return absl::FailedPreconditionError("request: gives " + name + ", want something recorded");
+  return absl::OkStatus();
 }
 
 // The digest's first bits, but for those that say the version and the variant.

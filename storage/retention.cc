@@ -6,6 +6,7 @@
 #include "storage/blob_collector.h"
 #include "storage/blob_references.h"
 #include "storage/blob_rows.h"
+#include "storage/scan_keys.h"
 #include "storage/scans.h"
 
 namespace sixpoint::storage {
@@ -15,45 +16,51 @@ constexpr int kBatch = 100;
 constexpr char kLockPolicies[] = "SELECT pg_advisory_xact_lock(hashtextextended('retention_policies/' || $1, 0))";
 
 constexpr char kInsertPolicy[] =
-    "INSERT INTO retention_policies (scan_kind, revision, keep_days, requested_by, record_sequence, recorded_at) "
-    "VALUES ($1, $2, $3, $4, $5, $6)";
-constexpr char kSelectPolicies[] =
-    "SELECT p.scan_kind, p.revision, p.keep_days, p.requested_by, coalesce(p.record_sequence, 0), p.recorded_at "
-    "FROM retention_policies p WHERE ($1 OR NOT EXISTS (SELECT 1 FROM retention_policies q "
+    "INSERT INTO retention_policies (scan_kind, revision, keep_days, requested_by, record_id) "
+    "VALUES ($1, $2, $3, $4, $5)";
+#define SIXPOINT_SELECT_POLICIES                                                               \
+  "SELECT p.scan_kind, p.revision, p.keep_days, p.requested_by, record_sequence, recorded_at " \
+  "FROM retention_policies p JOIN record_names USING (record_id) WHERE "
+constexpr char kSelectPolicy[] = SIXPOINT_SELECT_POLICIES "p.scan_kind = $1 AND p.revision = $2";
+constexpr char kSelectPolicies[] = SIXPOINT_SELECT_POLICIES
+    "($1 OR NOT EXISTS (SELECT 1 FROM retention_policies q "
     "WHERE q.scan_kind = p.scan_kind AND q.revision > p.revision)) "
     "AND ($2 = '' OR p.scan_kind > $2 OR (p.scan_kind = $2 AND p.revision < $3)) "
     "ORDER BY p.scan_kind, p.revision DESC LIMIT $4";
+#undef SIXPOINT_SELECT_POLICIES
 constexpr char kSelectNewest[] = "SELECT max(revision) FROM retention_policies WHERE scan_kind = $1";
 
 constexpr char kSelectDeletion[] =
-    "SELECT scan_id, reason, requested_by, coalesce(policy_kind, ''), coalesce(policy_revision, 0), points_sha256, "
-    "points_bytes, record_sequence, deleted_at, to_char(deleted_at AT TIME ZONE 'UTC', 'YYYY-MM-DD HH24:MI:SS\"Z\"') "
-    "FROM scan_deletions WHERE scan_id = $1";
+    "SELECT s.scan_id, d.reason, d.requested_by, coalesce(d.policy_kind, ''), coalesce(d.policy_revision, 0), "
+    "d.points_sha256, d.points_bytes, r.record_sequence, r.recorded_at, "
+    "to_char(r.recorded_at AT TIME ZONE 'UTC', 'YYYY-MM-DD HH24:MI:SS\"Z\"') FROM scan_deletions d "
+    "JOIN scans s USING (scan_key) JOIN record_names r USING (record_id) WHERE d.scan_key = " SIXPOINT_SCAN_KEY("$1");
 constexpr char kInsertDeletion[] =
-    "INSERT INTO scan_deletions (scan_id, reason, requested_by, policy_kind, policy_revision, points_sha256, "
-    "points_bytes, record_sequence, deleted_at) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)";
+    "INSERT INTO scan_deletions (scan_key, reason, requested_by, policy_kind, policy_revision, points_sha256, "
+    "points_bytes, record_id) VALUES (" SIXPOINT_SCAN_KEY("$1") ", $2, $3, $4, $5, $6, $7, $8)";
 
 constexpr char kLockBlobsOfScan[] =
-    "SELECT b.sha256 FROM blobs b WHERE b.sha256 IN (SELECT blob_sha256 FROM scan_blocks WHERE scan_id = $1) "
+    "SELECT b.sha256 FROM blobs b WHERE b.sha256 IN (SELECT blob_sha256 FROM scan_blocks WHERE scan_key = " SIXPOINT_SCAN_KEY("$1") ") "
     "AND b.deleted_at IS NULL ORDER BY b.sha256 FOR UPDATE OF b SKIP LOCKED";
 // BlobConditions::unneeded comes after these two.
 constexpr char kSelectLeftOver[] =
     "SELECT b.sha256 FROM blobs b WHERE b.sha256 > $1 AND b.deleted_at IS NULL AND b.sha256 IN ("
-    "SELECT s.blob_sha256 FROM scan_deletions g JOIN scan_blocks s ON s.scan_id = g.scan_id)";
+    "SELECT s.blob_sha256 FROM scan_deletions g JOIN scan_blocks s ON s.scan_key = g.scan_key)";
 constexpr char kLeftOverInOrder[] = " ORDER BY b.sha256 LIMIT $2 FOR UPDATE OF b SKIP LOCKED";
 constexpr char kDeleteBytes[] =
     "UPDATE blobs b SET bytes = NULL, deleted_at = clock_timestamp(), deletion_reason = $2 "
-    "WHERE b.sha256 = ANY ($1::text[]) AND b.deleted_at IS NULL";
+    "WHERE b.sha256 = ANY ($1::bytea[]) AND b.deleted_at IS NULL";
 constexpr char kReturning[] = " RETURNING b.sha256, b.size_bytes, b.store";
 constexpr char kLeftOverReason[] = "points of its scans were deleted";
 
 constexpr char kSelectDue[] =
-    "SELECT s.scan_id, s.stored_bytes, p.scan_kind, p.revision, p.keep_days, s.record_sequence FROM scans s "
+    "SELECT s.scan_id, s.stored_bytes, p.scan_kind, p.revision, p.keep_days, n.record_sequence FROM scans s "
+    "JOIN recorded n ON n.record_id = s.scan_key AND n.entry_kind = 'scan' "
     "JOIN retention_policies p ON p.scan_kind = s.kind AND p.keep_days IS NOT NULL "
     "WHERE NOT EXISTS (SELECT 1 FROM retention_policies q WHERE q.scan_kind = p.scan_kind AND q.revision > p.revision) "
-    "AND s.recorded_at < clock_timestamp() - make_interval(days => p.keep_days) AND s.record_sequence > $1 "
-    "AND NOT EXISTS (SELECT 1 FROM scan_deletions d WHERE d.scan_id = s.scan_id) "
-    "ORDER BY s.record_sequence LIMIT $2";
+    "AND n.recorded_at < clock_timestamp() - make_interval(days => p.keep_days) AND n.record_sequence > $1 "
+    "AND NOT EXISTS (SELECT 1 FROM scan_deletions d WHERE d.scan_key = s.scan_key) "
+    "ORDER BY n.record_sequence LIMIT $2";
 
 struct Freed {
   std::int64_t count = 0;
@@ -78,7 +85,7 @@ ScanDeletion ReadDeletion(const Rows& rows) {
   deletion.requested_by = rows.Text(0, 2);
   deletion.policy_kind = rows.Text(0, 3);
   deletion.policy_revision = static_cast<int>(rows.Int(0, 4));
-  deletion.points_sha256 = rows.Text(0, 5);
+  deletion.points_sha256 = rows.Digest(0, 5);
   deletion.points_bytes = rows.Int(0, 6);
   deletion.recorded = {rows.Int(0, 7), rows.Time(0, 8)};
   return deletion;
@@ -86,7 +93,7 @@ ScanDeletion ReadDeletion(const Rows& rows) {
 
 std::vector<std::string> DigestsOf(const Rows& rows) {
   std::vector<std::string> digests;
-  for (int row = 0; row < rows.count(); ++row) digests.push_back(rows.Text(row, 0));
+  for (int row = 0; row < rows.count(); ++row) digests.push_back(rows.Digest(row, 0));
   return digests;
 }
 
@@ -97,13 +104,13 @@ absl::StatusOr<Freed> DeleteBytes(Transaction& transaction, const std::string& u
   if (digests.empty()) return freed;
   if (absl::Status announced = AnnounceBlobChange(transaction, "delete_bytes"); !announced.ok()) return announced;
   const absl::StatusOr<Rows> gone =
-      transaction.Execute(kDeleteBytes + unneeded + kReturning, Params().Texts(digests).Text(reason));
+      transaction.Execute(kDeleteBytes + unneeded + kReturning, Params().Digests(digests).Text(reason));
   if (!gone.ok()) return gone.status();
   if (absl::Status done = AnnounceBlobChange(transaction, ""); !done.ok()) return done;
   for (int row = 0; row < gone->count(); ++row) {
     ++freed.count;
     freed.bytes += gone->Int(row, 1);
-    if (gone->Text(row, 2) == kStoreS3) freed.objects.push_back(gone->Text(row, 0));
+    if (gone->Text(row, 2) == kStoreS3) freed.objects.push_back(gone->Digest(row, 0));
   }
   return gone->Checked(std::move(freed));
 }
@@ -142,12 +149,11 @@ RecordEntry EntryOf(const ScanRow& scan, const DeletionOrder& order) {
   return entry;
 }
 
-absl::Status InsertDeletion(Transaction& transaction, const ScanDeletion& deletion) {
+absl::Status InsertDeletion(Transaction& transaction, const ScanDeletion& deletion, const std::string& record_id) {
   Params params;
   params.Text(deletion.scan_id).Text(deletion.reason).Text(deletion.requested_by);
   deletion.policy_kind.empty() ? params.Null().Null() : params.Text(deletion.policy_kind).Int(deletion.policy_revision);
-  params.Text(deletion.points_sha256).Int(deletion.points_bytes);
-  params.Int(deletion.recorded.sequence).Time(deletion.recorded.recorded_at);
+  params.Digest(deletion.points_sha256).Int(deletion.points_bytes).Uuid(record_id);
   return transaction.Execute(kInsertDeletion, params).status();
 }
 
@@ -161,7 +167,7 @@ absl::Status SweepDeletedPoints(Database* database, ObjectStore* objects, const 
     const absl::StatusOr<BlobConditions> conditions = ReadBlobConditions(*transaction);
     if (!conditions.ok()) return conditions.status();
     const absl::StatusOr<Rows> left_over = transaction->Execute(
-        kSelectLeftOver + conditions->unneeded + kLeftOverInOrder, Params().Text(after_sha256).Int(kBatch));
+        kSelectLeftOver + conditions->unneeded + kLeftOverInOrder, Params().Digest(after_sha256).Int(kBatch));
     if (!left_over.ok()) return left_over.status();
     if (left_over->count() == 0) return absl::OkStatus();
     const std::vector<std::string> digests = DigestsOf(*left_over);
@@ -200,15 +206,24 @@ absl::StatusOr<RetentionPolicy> SetRetentionPolicy(Transaction& transaction, Ret
   if (absl::Status read = newest->status(); !read.ok()) return read;
   entry.kind = "policy";
   entry.name = "policies/" + policy.scan_kind + "@" + std::to_string(policy.revision);
-  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
-  if (!recorded.ok()) return recorded.status();
-  policy.recorded = *recorded;
+  const std::string record_id = NewUuid();
   Params params;
   params.Text(policy.scan_kind).Int(policy.revision);
   policy.keep_days ? params.Int(*policy.keep_days) : params.Null();
-  params.Text(policy.requested_by).Int(recorded->sequence).Time(recorded->recorded_at);
+  params.Text(policy.requested_by).Uuid(record_id);
   if (const auto inserted = transaction.Execute(kInsertPolicy, params); !inserted.ok()) return inserted.status();
+  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, record_id, entry);
+  if (!recorded.ok()) return recorded.status();
+  policy.recorded = *recorded;
   return policy;
+}
+
+absl::StatusOr<std::optional<RetentionPolicy>> FindRetentionPolicy(Transaction& transaction,
+                                                                   const std::string& scan_kind, int revision) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectPolicy, Params().Text(scan_kind).Int(revision));
+  if (!rows.ok()) return rows.status();
+  if (rows->count() == 0) return std::nullopt;
+  return rows->Checked(ReadPolicy(*rows, 0));
 }
 
 absl::StatusOr<std::vector<RetentionPolicy>> ListRetentionPolicies(Transaction& transaction, const PolicyPage& page) {
@@ -261,8 +276,7 @@ absl::StatusOr<DeletedPoints> DeleteScanPoints(Database* database, ObjectStore* 
   const absl::StatusOr<Rows> locked = transaction->Execute(kLockBlobsOfScan, Params().Text(order.scan_id));
   if (!locked.ok()) return locked.status();
 
-  // Bytes last, against the custom of appending to the journal last: whether they are needed shows only once the scan counts
-  // as deleted. Writers wait for three statements more.
+  // Whether its bytes are needed shows only once the scan counts as deleted.
   deleted.deletion = {order.scan_id,
                       order.reason,
                       order.requested_by,
@@ -271,14 +285,16 @@ absl::StatusOr<DeletedPoints> DeleteScanPoints(Database* database, ObjectStore* 
                       (*scan)->stored_sha256,
                       (*scan)->stored_bytes,
                       {}};
-  const absl::StatusOr<Recorded> recorded = AppendRecord(*transaction, EntryOf(**scan, order));
-  if (!recorded.ok()) return recorded.status();
-  deleted.deletion.recorded = *recorded;
-  if (absl::Status inserted = InsertDeletion(*transaction, deleted.deletion); !inserted.ok()) return inserted;
+  const std::string record_id = NewUuid();
+  if (absl::Status inserted = InsertDeletion(*transaction, deleted.deletion, record_id); !inserted.ok())
+    return inserted;
   const std::vector<std::string> digests = DigestsOf(*locked);
   if (absl::Status read = locked->status(); !read.ok()) return read;
   const absl::StatusOr<Freed> freed = DeleteBytes(*transaction, conditions->unneeded, digests, order.reason);
   if (!freed.ok()) return freed.status();
+  const absl::StatusOr<Recorded> recorded = AppendRecord(*transaction, record_id, EntryOf(**scan, order));
+  if (!recorded.ok()) return recorded.status();
+  deleted.deletion.recorded = *recorded;
   if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;
   deleted.freed_count = freed->count;
   deleted.freed_bytes = freed->bytes;

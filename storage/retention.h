@@ -27,6 +27,9 @@ struct RetentionPolicy {
 // The next revision, and the journal's entry of it, policies/{kind}@{revision}: a policy destroys data.
 absl::StatusOr<RetentionPolicy> SetRetentionPolicy(Transaction& transaction, RetentionPolicy policy, RecordEntry entry);
 // By kind, the newest revision first; `all_revisions` false: only that.
+absl::StatusOr<std::optional<RetentionPolicy>> FindRetentionPolicy(Transaction& transaction,
+                                                                   const std::string& scan_kind, int revision);
+
 struct PolicyPage {
   bool all_revisions = false;
   std::string after_kind;  // with after_revision: the last one of the page before; empty: from the first

@@ -23,23 +23,26 @@ class PostgresRetention final : public RetentionStore {
   absl::StatusOr<DeletedPoints> DeletePoints(const DeletionOrder& order, Deadline deadline) override {
     return DeleteScanPoints(database_, blobs_->objects(), order, deadline);
   }
-  absl::StatusOr<std::optional<std::string>> FindAnswer(const RecordedRequest& request,
-                                                        Deadline deadline) const override {
-    return storage::FindAnswer(*database_, request, deadline);
+  absl::StatusOr<std::optional<RetentionPolicy>> FindRecorded(const RecordedRequest& request,
+                                                              Deadline deadline) const override {
+    return storage::FindRecorded<RetentionPolicy>(*database_, request, deadline, FindNamed);
   }
-  absl::StatusOr<std::string> Record(const RecordedRequest& request, RetentionPolicy policy, const RecordEntry& entry,
-                                     const AnswerOf<RetentionPolicy>& answer_of, Deadline deadline) override {
-    return RecordOnce(*database_, request, deadline, [&](Transaction& transaction) -> absl::StatusOr<std::string> {
-      const absl::StatusOr<RetentionPolicy> set = SetRetentionPolicy(transaction, policy, entry);
-      if (!set.ok()) return set.status();
-      return answer_of(*set);
-    });
+  absl::StatusOr<RetentionPolicy> Record(const RecordedRequest& request, RetentionPolicy policy,
+                                         const RecordEntry& entry, Deadline deadline) override {
+    RecordEntry kept = entry;
+    kept.request = KeptRequestOf(request);
+    return RecordOnce<RetentionPolicy>(*database_, request, deadline, FindNamed,
+                                       [&](Transaction& t) { return SetRetentionPolicy(t, policy, kept); });
   }
   absl::StatusOr<RetentionDone> Apply(const RetentionOptions& options, Deadline deadline) override {
     return ApplyRetention(database_, blobs_->objects(), options, deadline);
   }
 
  private:
+  static absl::StatusOr<std::optional<RetentionPolicy>> FindNamed(Transaction& t, const std::string& name) {
+    const NamedId named = IdOfName(name);
+    return FindRetentionPolicy(t, named.id, named.revision);
+  }
   Database* const database_;
   const std::shared_ptr<BlobStore> blobs_;
 };
@@ -65,6 +68,17 @@ class PostgresBlobKeeping final : public BlobKeeping {
       if (!damages.ok()) return damages.status();
       return BlobStatus{*std::move(check), *std::move(uses), *std::move(damages), blobs_->name()};
     });
+  }
+  absl::StatusOr<std::vector<MonthUse>> Months(Deadline deadline) const override {
+    return OneRead(*database_, deadline, ListMonths);
+  }
+  absl::StatusOr<int> MakeMonths(int months_ahead, Deadline deadline) override {
+    absl::StatusOr<Transaction> transaction = database_->Begin(deadline);
+    if (!transaction.ok()) return transaction.status();
+    const absl::StatusOr<int> made = storage::MakeMonths(*transaction, months_ahead);
+    if (!made.ok()) return made;
+    if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;
+    return made;
   }
 
  private:

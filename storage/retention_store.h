@@ -13,6 +13,7 @@
 #include "storage/blob_check.h"
 #include "storage/blob_collector.h"
 #include "storage/blob_store.h"
+#include "storage/months.h"
 #include "storage/result_store.h"
 #include "storage/retention.h"
 
@@ -50,6 +51,9 @@ class BlobKeeping {
   virtual absl::Status Check(const CheckOptions& options, const CheckProgress& from, Deadline deadline) = 0;
   virtual absl::StatusOr<Collected> Collect(const CollectOptions& options, Deadline deadline) = 0;
   virtual absl::StatusOr<BlobStatus> Status(int damage_limit, Deadline deadline) const = 0;
+  // As the functions of storage/months.h.
+  virtual absl::StatusOr<std::vector<MonthUse>> Months(Deadline deadline) const = 0;
+  virtual absl::StatusOr<int> MakeMonths(int months_ahead, Deadline deadline) = 0;
 };
 
 // In PostgreSQL, which lives longer, and that store's.

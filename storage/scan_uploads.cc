@@ -16,7 +16,8 @@ constexpr char kInsertBlock[] =
     "stored_bytes = $5, proven_error_um = $6, open_profile_points = $7, open_profile_x_mm = $8, "
     "touched_at = clock_timestamp() WHERE scan_id = $1 AND next_block = $2::integer RETURNING scan_id) "
     "INSERT INTO scan_upload_blocks (scan_id, block_index, point_count, first_profile, profile_count, sent_sha256, "
-    "blob_sha256) SELECT scan_id, $2::integer, $9::integer, $10::integer, $11::integer, $12, $13 FROM advanced";
+    "blob_sha256) SELECT scan_id, $2::integer, $9::integer, $10::integer, $11::integer, $12::bytea, $13::bytea FROM "
+    "advanced";
 constexpr char kSelectBlocks[] =
     "SELECT block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256 FROM scan_upload_blocks "
     "WHERE scan_id = $1 ORDER BY block_index";
@@ -64,8 +65,8 @@ absl::StatusOr<bool> AddUploadBlock(Transaction& transaction, const ScanUploadRo
                                                                           .Int(block.point_count)
                                                                           .Int(block.first_profile)
                                                                           .Int(block.profile_count)
-                                                                          .Text(block.sent_sha256)
-                                                                          .Text(block.blob_sha256));
+                                                                          .Digest(block.sent_sha256)
+                                                                          .Digest(block.blob_sha256));
   if (!rows.ok()) return rows.status();
   return rows->affected() == 1;
 }

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "storage/scan_keys.h"
+
 namespace sixpoint::storage {
 namespace {
 
@@ -11,28 +13,30 @@ constexpr char kLockScanId[] = "SELECT pg_advisory_xact_lock(hashtextextended('s
   "scan_id, machine_id, machine_revision, artefact_id, artefact_revision, blade_serial, kind, v0_x_mm, v0_y_mm, " \
   "v0_z_mm, a_deg, b_deg, profile_pitch_mm, columns_per_profile, point_count, encoding, sender_error_um, "        \
   "error_bound_um, measured_at, block_count, stored_bytes, stored_sha256, sent_sha256, proven_error_um, "         \
-  "record_sequence, recorded_at, stored_encoding, profile_count, raw_step_um"
+  "stored_encoding, profile_count, raw_step_um"
 constexpr char kInsertScan[] = "INSERT INTO scans (" SIXPOINT_SCAN_COLUMNS
-                               ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, "
-                               "$18, $19, $20, $21, $22, $23, $24, $25, $26, $27, $28, $29)";
-constexpr char kSelectScan[] = "SELECT " SIXPOINT_SCAN_COLUMNS " FROM scans WHERE scan_id = $1";
-constexpr char kListScans[] =
-    "SELECT " SIXPOINT_SCAN_COLUMNS
-    " FROM scans WHERE ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR machine_id = $2) "
-    "AND ($3 = '' OR artefact_id = $3) AND ($4 = '' OR blade_serial = $4) "
-    "AND ($5 = '' OR kind = $5) "
+                               ", scan_key) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, "
+                               "$16, $17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27, $28)";
+#define SIXPOINT_SELECT_SCANS     \
+  "SELECT " SIXPOINT_SCAN_COLUMNS \
+  ", record_sequence, recorded_at FROM scans JOIN recorded r ON r.record_id = scan_key WHERE "
+constexpr char kSelectScan[] = SIXPOINT_SELECT_SCANS "scan_key = " SIXPOINT_SCAN_KEY("$1");
+constexpr char kListScans[] = SIXPOINT_SELECT_SCANS
+    "entry_kind = 'scan' AND ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR entry_machine = $2) "
+    "AND ($3 = '' OR artefact_id = $3) AND ($4 = '' OR entry_blade = $4) AND ($5 = '' OR kind = $5) "
     "AND ($6 = '' OR blade_serial IN (SELECT b.blade_serial FROM blades b WHERE b.part_id = $6)) "
     "AND ($7::timestamptz IS NULL OR recorded_at >= $7) AND ($8::timestamptz IS NULL OR recorded_at < $8) "
     "ORDER BY record_sequence DESC LIMIT $9";
+#undef SIXPOINT_SELECT_SCANS
 #undef SIXPOINT_SCAN_COLUMNS
 constexpr char kInsertBlocks[] =
-    "INSERT INTO scan_blocks (scan_id, block_index, point_count, blob_sha256, first_profile, profile_count, "
-    "sent_sha256) SELECT $1::text, (position - 1)::integer, points::integer, blob, first::integer, profiles::integer, "
-    "sent FROM unnest($2::text[], $3::text[], $4::text[], $5::text[], $6::text[]) WITH ORDINALITY "
+    "INSERT INTO scan_blocks (scan_key, block_index, point_count, blob_sha256, first_profile, profile_count, "
+    "sent_sha256) SELECT $1::uuid, (position - 1)::integer, points::integer, blob, first::integer, profiles::integer, "
+    "sent FROM unnest($2::text[], $3::bytea[], $4::text[], $5::text[], $6::bytea[]) WITH ORDINALITY "
     "AS block (points, blob, first, profiles, sent, position)";
 constexpr char kSelectBlocks[] =
     "SELECT block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256 FROM scan_blocks "
-    "WHERE scan_id = $1 ORDER BY block_index";
+    "WHERE scan_key = " SIXPOINT_SCAN_KEY("$1") " ORDER BY block_index";
 
 ScanRow ReadScan(const Rows& rows, int row) {
   ScanRow scan;
@@ -57,13 +61,13 @@ ScanRow ReadScan(const Rows& rows, int row) {
   if (!rows.IsNull(row, 18)) scan.measured_at = rows.Time(row, 18);
   scan.block_count = static_cast<int>(rows.Int(row, 19));
   scan.stored_bytes = rows.Int(row, 20);
-  scan.stored_sha256 = rows.Text(row, 21);
-  scan.sent_sha256 = rows.Text(row, 22);
+  scan.stored_sha256 = rows.Digest(row, 21);
+  scan.sent_sha256 = rows.Digest(row, 22);
   scan.proven_error_um = rows.Real(row, 23);
-  scan.recorded = {rows.Int(row, 24), rows.Time(row, 25)};
-  scan.stored_encoding = rows.Text(row, 26);
-  if (!rows.IsNull(row, 27)) scan.profile_count = static_cast<int>(rows.Int(row, 27));
-  scan.raw_step_um = rows.Real(row, 28);
+  scan.stored_encoding = rows.Text(row, 24);
+  if (!rows.IsNull(row, 25)) scan.profile_count = static_cast<int>(rows.Int(row, 25));
+  scan.raw_step_um = rows.Real(row, 26);
+  scan.recorded = {rows.Int(row, 27), rows.Time(row, 28)};
   return scan;
 }
 
@@ -71,7 +75,7 @@ void AddOptional(Params& params, const std::optional<std::string>& value) {
   value ? params.Text(*value) : params.Null();
 }
 
-Params ScanParams(const ScanRow& scan, const Recorded& recorded) {
+Params ScanParams(const ScanRow& scan, const std::string& scan_key) {
   Params params;
   params.Text(scan.scan_id).Text(scan.machine_id).Int(scan.machine_revision);
   AddOptional(params, scan.artefact_id);
@@ -81,9 +85,9 @@ Params ScanParams(const ScanRow& scan, const Recorded& recorded) {
   params.Real(scan.a_deg).Real(scan.b_deg).Real(scan.profile_pitch_mm).Int(scan.columns_per_profile);
   params.Int(scan.point_count).Text(scan.encoding).Real(scan.sender_error_um).Real(scan.error_bound_um);
   scan.measured_at ? params.Time(*scan.measured_at) : params.Null();
-  params.Int(scan.block_count).Int(scan.stored_bytes).Text(scan.stored_sha256).Text(scan.sent_sha256);
-  params.Real(scan.proven_error_um).Int(recorded.sequence).Time(recorded.recorded_at);
-  params.Text(scan.stored_encoding).Int(scan.profile_count).Real(scan.raw_step_um);
+  params.Int(scan.block_count).Int(scan.stored_bytes).Digest(scan.stored_sha256).Digest(scan.sent_sha256);
+  params.Real(scan.proven_error_um).Text(scan.stored_encoding).Int(scan.profile_count).Real(scan.raw_step_um);
+  params.Uuid(scan_key);
   return params;
 }
 
@@ -106,11 +110,11 @@ absl::StatusOr<std::vector<ScanBlockRow>> ReadBlocks(const Rows& rows, const std
     if (rows.Int(row, 0) != row) return absl::DataLossError("scan " + scan_id + ": block " + std::to_string(row));
     ScanBlockRow& block = blocks.emplace_back();
     block.point_count = static_cast<int>(rows.Int(row, 1));
-    block.blob_sha256 = rows.Text(row, 2);
+    block.blob_sha256 = rows.Digest(row, 2);
     if (rows.IsNull(row, 3)) continue;
     block.first_profile = static_cast<int>(rows.Int(row, 3));
     block.profile_count = static_cast<int>(rows.Int(row, 4));
-    block.sent_sha256 = rows.Text(row, 5);
+    block.sent_sha256 = rows.Digest(row, 5);
   }
   return rows.Checked(std::move(blocks));
 }
@@ -123,9 +127,8 @@ absl::StatusOr<std::vector<ScanBlockRow>> BlocksOfScan(Transaction& transaction,
 
 absl::StatusOr<Recorded> InsertScan(Transaction& transaction, const ScanRow& scan,
                                     const std::vector<ScanBlockRow>& blocks, const RecordEntry& entry) {
-  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
-  if (!recorded.ok()) return recorded.status();
-  const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertScan, ScanParams(scan, *recorded));
+  const std::string scan_key = NewUuid();
+  const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertScan, ScanParams(scan, scan_key));
   if (!inserted.ok()) return inserted.status();
   std::vector<std::string> point_counts, blobs, first_profiles, profile_counts, sent;
   for (const ScanBlockRow& block : blocks) {
@@ -136,14 +139,14 @@ absl::StatusOr<Recorded> InsertScan(Transaction& transaction, const ScanRow& sca
     sent.push_back(block.sent_sha256);
   }
   const absl::StatusOr<Rows> stored = transaction.Execute(kInsertBlocks, Params()
-                                                                             .Text(scan.scan_id)
+                                                                             .Uuid(scan_key)
                                                                              .Texts(point_counts)
-                                                                             .Texts(blobs)
+                                                                             .Digests(blobs)
                                                                              .Texts(first_profiles)
                                                                              .Texts(profile_counts)
-                                                                             .Texts(sent));
+                                                                             .Digests(sent));
   if (!stored.ok()) return stored.status();
-  return recorded;
+  return AppendRecord(transaction, scan_key, entry);
 }
 
 absl::StatusOr<std::vector<ScanRow>> ListScans(Transaction& transaction, const ScanFilter& filter,

@@ -38,7 +38,7 @@ struct ScanRow {
   int block_count = 0;
   std::int64_t stored_bytes = 0;
   std::string stored_encoding;  // draco, range_image
-  int profile_count = 0;        // 0: not known (stored before V0009)
+  int profile_count = 0;        // of the whole scan
   std::string stored_sha256;    // Sha256OfDigests of the blocks
   std::string sent_sha256;      // the same of what was sent
   double proven_error_um = 0;
@@ -49,8 +49,8 @@ struct ScanBlockRow {
   int point_count = 0;
   std::string blob_sha256;
   int first_profile = 0;
-  int profile_count = 0;    // 0: not known (stored before V0009)
-  std::string sent_sha256;  // empty: not known
+  int profile_count = 0;
+  std::string sent_sha256;
 };
 
 // Until the transaction ends, uploads of the same id wait here for each other.

@@ -8,18 +8,18 @@ namespace {
 
 #define SIXPOINT_STUDY_COLUMNS                                                                         \
   "study_id, machine_id, kind, inputs, request_sha256, verdict, result, temperature_c, requested_by, " \
-  "software_version, "                                                                                 \
-  "record_sequence, recorded_at"
-constexpr char kInsertStudy[] = "INSERT INTO studies (" SIXPOINT_STUDY_COLUMNS
-                                ") VALUES ($1, $2, $3, $4, $5, $6, $7::jsonb, $8, $9, $10, $11, $12)";
-constexpr char kSelectStudy[] = "SELECT " SIXPOINT_STUDY_COLUMNS " FROM studies WHERE study_id = $1";
-constexpr char kSelectPage[] = "SELECT " SIXPOINT_STUDY_COLUMNS
-                               " FROM studies WHERE ($1 = '' OR machine_id = $1) AND ($2 = '' OR kind = $2) "
-                               "AND ($3 = '' OR verdict = $3) "
-                               "AND ($4::timestamptz IS NULL OR recorded_at >= $4) "
-                               "AND ($5::timestamptz IS NULL OR recorded_at < $5) "
-                               "AND ($6::bigint = 0 OR record_sequence < $6::bigint) "
-                               "ORDER BY record_sequence DESC LIMIT $7";
+  "software_version"
+constexpr char kInsertStudy[] =
+    "INSERT INTO studies (" SIXPOINT_STUDY_COLUMNS ") VALUES ($1, $2, $3, $4, $5, $6, $7::jsonb, $8, $9, $10)";
+#define SIXPOINT_SELECT_STUDIES    \
+  "SELECT " SIXPOINT_STUDY_COLUMNS \
+  ", record_sequence, recorded_at FROM studies JOIN record_names n ON n.record_id = study_id WHERE "
+constexpr char kSelectStudy[] = SIXPOINT_SELECT_STUDIES "study_id = $1";
+constexpr char kSelectPage[] = SIXPOINT_SELECT_STUDIES
+    "($1 = '' OR machine_id = $1) AND ($2 = '' OR kind = $2) AND ($3 = '' OR verdict = $3) "
+    "AND ($4::timestamptz IS NULL OR recorded_at >= $4) AND ($5::timestamptz IS NULL OR recorded_at < $5) "
+    "AND ($6::bigint = 0 OR record_sequence < $6::bigint) ORDER BY record_sequence DESC LIMIT $7";
+#undef SIXPOINT_SELECT_STUDIES
 #undef SIXPOINT_STUDY_COLUMNS
 
 std::vector<StudyRow> ReadStudies(const Rows& rows) {
@@ -50,21 +50,19 @@ std::shared_ptr<StudyStore> StudiesIn(Database* database) {
 absl::StatusOr<Recorded> InsertStudy(Transaction& transaction, const StudyRow& study, const RecordEntry& entry) {
   const absl::StatusOr<std::string> request_sha256 = PutBlob(transaction, study.request_bytes);
   if (!request_sha256.ok()) return request_sha256.status();
-  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, entry);
-  if (!recorded.ok()) return recorded.status();
   Params params;
-  params.Text(study.study_id);
+  params.Uuid(study.study_id);
   study.machine_id.empty() ? params.Null() : params.Text(study.machine_id);
-  params.Text(study.kind).Texts(study.inputs).Text(*request_sha256).Text(study.verdict).Json(study.result_json);
+  params.Text(study.kind).Texts(study.inputs).Digest(*request_sha256).Text(study.verdict).Json(study.result_json);
   study.temperature_c ? params.Real(*study.temperature_c) : params.Null();
-  params.Text(study.requested_by).Text(study.software_version).Int(recorded->sequence).Time(recorded->recorded_at);
+  params.Text(study.requested_by).Text(study.software_version);
   const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertStudy, params);
   if (!inserted.ok()) return inserted.status();
-  return recorded;
+  return AppendRecord(transaction, study.study_id, entry);
 }
 
 absl::StatusOr<std::optional<StudyRow>> FindStudy(Transaction& transaction, const std::string& study_id) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectStudy, Params().Text(study_id));
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectStudy, Params().Uuid(study_id));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
   return rows->Checked(ReadStudies(*rows).front());

@@ -17,6 +17,7 @@ namespace sixpoint::storage {
 namespace {
 
 constexpr std::size_t kLongestShown = 80;
+constexpr char kNilUuid[] = "00000000-0000-0000-0000-000000000000";
 
 std::string TextOfReal(double value) {
   if (std::isnan(value)) return "NaN";
@@ -187,6 +188,19 @@ Params& Params::OptionalReals(const std::vector<std::optional<double>>& values) 
   return Text(text + "}");
 }
 Params& Params::Texts(const std::vector<std::string>& values) { return Text(TextOfTexts(values)); }
+Params& Params::Digest(std::string_view hex) { return Text("\\x" + std::string(hex)); }
+Params& Params::Digests(const std::vector<std::string>& hex) {
+  std::vector<std::string> texts;
+  for (const std::string& digest : hex) texts.push_back("\\x" + digest);
+  return Texts(texts);
+}
+Params& Params::Uuid(std::string_view id) { return Text(IsUuid(id) ? id : kNilUuid); }
+Params& Params::OptionalUuid(std::string_view id) { return id.empty() ? Null() : Uuid(id); }
+Params& Params::Uuids(const std::vector<std::string>& ids) {
+  std::vector<std::string> known;
+  for (const std::string& id : ids) known.emplace_back(IsUuid(id) ? id : kNilUuid);
+  return Texts(known);
+}
 Params& Params::Null() {
   values_.push_back({std::nullopt, false});
   return *this;
@@ -261,6 +275,13 @@ Instant Rows::Time(int row, int column) const {
 std::string Rows::Bytes(int row, int column) const {
   if (!IsNull(row, column) && PQfformat(state_->result, column) == 1) return std::string(*Value(row, column, "bytes"));
   return Parsed<std::string>(row, column, "bytes", BytesOfText, "");
+}
+std::string Rows::Digest(int row, int column) const {
+  const std::optional<std::string_view> text = Value(row, column, "bytes");
+  if (!text) return "";
+  if (BytesOfText(*text)) return std::string(text->substr(2));
+  Unreadable(row, column, *text, "bytes");
+  return "";
 }
 std::vector<double> Rows::Reals(int row, int column) const {
   return Parsed<std::vector<double>>(row, column, "an array of numbers", RealsOfText, {});

@@ -161,16 +161,18 @@ class Audit {
 
   void Check(const Scan& scan) {
     ++scan_count_;
-    const std::string table = scan.stored ? "scan_blocks" : "scan_upload_blocks";
+    const std::string table = scan.stored ? "scan_blocks JOIN scans USING (scan_key)" : "scan_upload_blocks";
     const storage::Rows rows =
-        Ask("SELECT t.block_index, t.sent_sha256, encode(sha256(b.bytes), 'hex') = b.sha256 FROM " + table +
-                " t JOIN blobs b ON b.sha256 = t.blob_sha256 WHERE t.scan_id = $1 ORDER BY t.block_index",
+        Ask("SELECT block_index, t.sent_sha256, sha256(b.bytes) = b.sha256 FROM (SELECT block_index, " +
+                std::string(scan.stored ? "scan_blocks." : "") + "sent_sha256, blob_sha256 FROM " + table +
+                " WHERE scan_id = $1) t JOIN blobs b ON b.sha256 = t.blob_sha256 ORDER BY block_index",
             scan.id);
     const int wanted = scan.stored ? kBlocksPerScan : scan.acknowledged;
     int sound = 0;
     for (int row = 0; row < rows.count(); ++row) {
       const auto index = static_cast<std::size_t>(rows.Int(row, 0));
-      if (index < scan.digests.size() && rows.Text(row, 1) == HexOf(scan.digests[index]) && rows.Bool(row, 2)) ++sound;
+      if (index < scan.digests.size() && rows.Digest(row, 1) == HexOf(scan.digests[index]) && rows.Bool(row, 2))
+        ++sound;
     }
     checked_blocks_ += wanted;
     if (sound >= wanted) return;
@@ -281,22 +283,22 @@ nlohmann::json UploadThroughFaults(const FaultOptions& options) {
       visible_early +
       audit.Count(
           "SELECT count(*) FROM scans s WHERE block_count <> (SELECT count(*) FROM scan_blocks b WHERE "
-          "b.scan_id = s.scan_id) OR point_count <> (SELECT sum(point_count) FROM scan_blocks b WHERE "
-          "b.scan_id = s.scan_id)") +
+          "b.scan_key = s.scan_key) OR point_count <> (SELECT sum(point_count) FROM scan_blocks b WHERE "
+          "b.scan_key = s.scan_key)") +
       audit.Count(
           "SELECT count(*) FROM scan_uploads u WHERE EXISTS (SELECT 1 FROM scans s WHERE s.scan_id = u.scan_id)") +
       audit.Count(
           "SELECT count(*) FROM scan_uploads u WHERE next_block <> (SELECT count(*) FROM scan_upload_blocks b "
           "WHERE b.scan_id = u.scan_id)") +
       audit.Count(
-          "SELECT count(*) FROM scan_blocks b WHERE NOT EXISTS (SELECT 1 FROM scans s WHERE s.scan_id = "
-          "b.scan_id)") +
+          "SELECT count(*) FROM scan_blocks b WHERE NOT EXISTS (SELECT 1 FROM scans s WHERE s.scan_key = "
+          "b.scan_key)") +
       audit.Count(
           "SELECT count(*) FROM scan_upload_blocks b WHERE NOT EXISTS (SELECT 1 FROM scan_uploads u WHERE "
           "u.scan_id = b.scan_id)") +
       audit.Count(
-          "SELECT count(*) FROM scans s WHERE NOT EXISTS (SELECT 1 FROM record_entries e WHERE e.kind = 'scan' "
-          "AND e.name = 'scans/' || s.scan_id)");
+          "SELECT count(*) FROM scans s WHERE NOT EXISTS (SELECT 1 FROM record_entries e JOIN record_names USING "
+          "(record_id) WHERE e.kind = 'scan' AND name = 'scans/' || s.scan_id)");
   nlohmann::json acks = nlohmann::json::array();
   for (const auto& [sent_s, acknowledged_s] : totals.acks) acks.push_back({sent_s, acknowledged_s});
   std::ofstream(options.acks_file) << acks.dump();

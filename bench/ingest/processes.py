@@ -132,7 +132,7 @@ class Plant:
 
     def service(self, area, port):
         return subprocess.Popen(
-            [f'{BIN}/sixpoint-{area}', '--listen', f'127.0.0.1:{port}', '--database', self.conninfo, '--workers', BIN,
+            [f'{BIN}/sixpoint-{area}', '--listen', f'127.0.0.1:{port}', '--database', f'{self.conninfo}_{area}', '--workers', BIN,
              '--peer', f'plant=127.0.0.1:{self.plant_port}', '--peer', f'ingest={self.ingest_address}'],
             stdout=self.log, stderr=self.log)
 

@@ -64,7 +64,7 @@ void Measure(storage::BlobStore* store, nlohmann::json* figures) {
              for (const std::string& sha256 : digests) {
                storage::Transaction transaction = Must(database.database()->Begin(Soon(60)));
                const char* sql = "SELECT bytes FROM blobs WHERE sha256 = $1";
-               const storage::Params key = storage::Params().Text(sha256);
+               const storage::Params key = storage::Params().Digest(sha256);
                Must(binary ? transaction.ExecuteBinary(sql, key) : transaction.Execute(sql, key)).Bytes(0, 0);
              }
            }));

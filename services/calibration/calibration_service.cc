@@ -77,8 +77,6 @@ absl::StatusOr<v1::CalibrationTrend> Trend(const storage::CalibrationReader& cal
   return TrendOf(request, *history);
 }
 
-absl::StatusOr<std::string> AnswerBytes(const storage::CalibrationRow& row) { return ToProto(row).SerializeAsString(); }
-
 }  // namespace
 
 CalibrationService::CalibrationService(std::shared_ptr<storage::CalibrationStore> store,
@@ -158,29 +156,25 @@ grpc::Status CalibrationService::ReleaseCalibration(grpc::ServerContext* context
                                                     const v1::ReleaseCalibrationRequest* request,
                                                     v1::Calibration* response) {
   if (absl::Status status = CheckRequest(*request); !status.ok()) return ToGrpc(status);
-  const storage::Deadline deadline = runtime::DeadlineOf(*context);
-  return Answer(runtime::RecordedCall<v1::Calibration>(
-                    *store_, "calibration.ReleaseCalibration", *request, deadline, [&] { return Decide(*request); },
-                    [&](const storage::RecordedRequest& recorded, const storage::CalibrationDecision& decision) {
-                      return store_->Release(recorded, decision, AnswerBytes, deadline);
-                    }),
-                response);
+  const absl::StatusOr<storage::CalibrationDecision> decision = Decide(*request);
+  if (!decision.ok()) return ToGrpc(decision.status());
+  const absl::StatusOr<storage::CalibrationRow> released = store_->Release(
+      runtime::RecordedRequestOf("calibration.ReleaseCalibration", *request), *decision, runtime::DeadlineOf(*context));
+  if (released.ok()) *response = ToProto(*released);
+  return ToGrpc(released.status());
 }
 
 grpc::Status CalibrationService::WithdrawCalibration(grpc::ServerContext* context,
                                                      const v1::WithdrawCalibrationRequest* request,
                                                      v1::WithdrawCalibrationResponse* response) {
   if (absl::Status status = CheckRequest(*request); !status.ok()) return ToGrpc(status);
-  const storage::Deadline deadline = runtime::DeadlineOf(*context);
-  const auto answer_of = [](const storage::WithdrawnCalibrationRow& row) -> absl::StatusOr<std::string> {
-    return WithdrawalOf(row).SerializeAsString();
-  };
-  return Answer(runtime::RecordedCall<v1::WithdrawCalibrationResponse>(
-                    *store_, "calibration.WithdrawCalibration", *request, deadline, [&] { return Decide(*request); },
-                    [&](const storage::RecordedRequest& recorded, const storage::CalibrationDecision& decision) {
-                      return store_->Withdraw(recorded, decision, answer_of, deadline);
-                    }),
-                response);
+  const absl::StatusOr<storage::CalibrationDecision> decision = Decide(*request);
+  if (!decision.ok()) return ToGrpc(decision.status());
+  const absl::StatusOr<storage::WithdrawnCalibrationRow> withdrawn =
+      store_->Withdraw(runtime::RecordedRequestOf("calibration.WithdrawCalibration", *request), *decision,
+                       runtime::DeadlineOf(*context));
+  if (withdrawn.ok()) *response = WithdrawalOf(*withdrawn);
+  return ToGrpc(withdrawn.status());
 }
 
 grpc::Status CalibrationService::GetCalibrationTrend(grpc::ServerContext* context,

@@ -1,9 +1,12 @@
 #include "services/ingest/store_keeper.h"
 
+#include <utility>
+
 #include "services/runtime/log.h"
 #include "services/runtime/server.h"
 #include "storage/blob_check.h"
 #include "storage/blob_collector.h"
+#include "storage/months.h"
 #include "storage/retention.h"
 #include "storage/scan_uploads.h"
 
@@ -17,6 +20,8 @@ using runtime::LogLevel;
 constexpr std::chrono::seconds kFirstTidy{60};
 constexpr std::chrono::seconds kPause{5};  // between looks at the clock
 constexpr std::chrono::hours kLongestTidy{6};
+constexpr std::chrono::minutes kAgain{1};
+constexpr std::chrono::hours kBetweenMonths{6};  // looks whether there are enough ahead
 // The check is left so often to keep its place and look for other work.
 constexpr std::chrono::seconds kCheckSlice{30};
 constexpr std::chrono::seconds kPatience{30};
@@ -61,6 +66,7 @@ bool StoreKeeper::Ready() {
 void StoreKeeper::Run() {
   while (KeepGoing()) {
     if (Ready()) {
+      if (std::chrono::steady_clock::now() >= next_months_) KeepMonths();
       if (options_.every.count() > 0 && std::chrono::steady_clock::now() >= next_tidy_) {
         Tidy();
         next_tidy_ = std::chrono::steady_clock::now() + options_.every;
@@ -70,6 +76,24 @@ void StoreKeeper::Run() {
     std::unique_lock lock(mutex_);
     stopped_.wait_for(lock, std::min<std::chrono::seconds>(kPause, std::max(options_.every, std::chrono::seconds(1))),
                       [this] { return stopping_; });
+  }
+}
+
+void StoreKeeper::KeepMonths() {
+  next_months_ = std::chrono::steady_clock::now() + kBetweenMonths;
+  for (const auto& [what, keep] :
+       {std::pair(
+            "months ahead",
+            +[](storage::Transaction& transaction) { return storage::MakeMonths(transaction, storage::kMonthsAhead); }),
+        std::pair("old requests", &storage::ForgetRequests)}) {
+    absl::StatusOr<storage::Transaction> transaction = database_->Begin(In(kPatience));
+    if (!transaction.ok()) return LogFailure(what, transaction.status());
+    const absl::StatusOr<int> count = keep(*transaction);
+    const absl::Status kept = count.ok() ? transaction->Commit() : count.status();
+    LogFailure(what, kept);
+    if (!kept.ok()) next_months_ = std::chrono::steady_clock::now() + kAgain;  // a writer was in the way
+    if (count.ok() && *count > 0)
+      Log(LogLevel::kInfo, "kept by months", {{"what", what}, {"partitions", static_cast<long>(*count)}});
   }
 }
 

@@ -1,4 +1,5 @@
-// Keeps the store in the background, beside the calls: retention and collection now and then, a slow check all the time.
+// Keeps the store in the background, beside the calls: months ahead of time, retention and collection now and then, a slow check all
+// the time.
 #pragma once
 
 #include <chrono>
@@ -31,6 +32,7 @@ class StoreKeeper {
  private:
   void Run();
   void Tidy();
+  void KeepMonths();
   absl::Status ForgetUnfinished();
   void CheckSome();
   bool Ready();
@@ -43,6 +45,7 @@ class StoreKeeper {
   std::condition_variable stopped_;
   bool stopping_ = false;
   std::chrono::steady_clock::time_point next_tidy_;
+  std::chrono::steady_clock::time_point next_months_;  // at once
   std::thread thread_;
 };
 

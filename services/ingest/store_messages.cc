@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kGreatestKeepDays = 36'525;  // a hundred years
 constexpr std::int64_t kGreatestGrace_s = 366 * 86'400;
+constexpr int kMostMonthsAhead = 120;  // as make_partitions (migrations/V0009)
 
 v1::ScanKind KindOf(const std::string& text) {
   for (int i = 1; i < v1::ScanKind_ARRAYSIZE; ++i) {
@@ -74,6 +75,15 @@ v1::ScanDeletion ToProto(const storage::ScanDeletion& deletion) {
   return out;
 }
 
+v1::Month ToProto(const storage::MonthUse& month) {
+  v1::Month out;
+  out.set_month(month.month);
+  out.set_partition_count(month.partition_count);
+  out.set_row_count(month.row_count);
+  out.set_bytes(month.bytes);
+  return out;
+}
+
 v1::StoreStatus ToProto(const storage::BlobStatus& status) {
   v1::StoreStatus out;
   out.set_new_blobs(HolderOf(status.store));
@@ -106,6 +116,12 @@ absl::Status CheckRequest(const v1::CheckStoreRequest& request) {
 absl::Status CheckRequest(const v1::CollectGarbageRequest& request) {
   if (request.grace_s() >= 0 && request.grace_s() <= kGreatestGrace_s) return absl::OkStatus();
   return runtime::Refuse("grace_s", std::to_string(request.grace_s()), "0 to " + std::to_string(kGreatestGrace_s));
+}
+
+absl::Status CheckRequest(const v1::MakeMonthsRequest& request) {
+  if (request.months_ahead() >= 0 && request.months_ahead() <= kMostMonthsAhead) return absl::OkStatus();
+  return runtime::Refuse("months_ahead", std::to_string(request.months_ahead()),
+                         "0 to " + std::to_string(kMostMonthsAhead));
 }
 
 absl::Status CheckRequest(const v1::DeleteScanPointsRequest& request) {

@@ -16,6 +16,7 @@ v1::BlobDamage ToProto(const storage::BlobDamage& damage);
 v1::RetentionPolicy ToProto(const storage::RetentionPolicy& policy);
 v1::ScanDeletion ToProto(const storage::ScanDeletion& deletion);
 v1::StoreStatus ToProto(const storage::BlobStatus& status);
+v1::Month ToProto(const storage::MonthUse& month);
 
 // Each refusal names the field, its value and what was wanted.
 absl::Status CheckRequest(const v1::CheckStoreRequest& request);
@@ -23,6 +24,7 @@ absl::Status CheckRequest(const v1::CollectGarbageRequest& request);
 absl::Status CheckRequest(const v1::DeleteScanPointsRequest& request);
 absl::Status CheckRequest(const v1::SetRetentionPolicyRequest& request);
 absl::Status CheckRequest(const v1::ApplyRetentionRequest& request);
+absl::Status CheckRequest(const v1::MakeMonthsRequest& request);
 absl::StatusOr<storage::PolicyPage> PageOf(const v1::ListRetentionPoliciesRequest& request);
 // Of the page that follows that policy.
 std::string PageTokenAfter(const std::string& filters, const v1::RetentionPolicy& last);

@@ -200,4 +200,20 @@ grpc::Status CloudStoreService::ApplyRetention(grpc::ServerContext* context, con
   return ToGrpc(CutOff(*context));
 }
 
+grpc::Status CloudStoreService::ListMonths(grpc::ServerContext* context, const v1::ListMonthsRequest*,
+                                           v1::ListMonthsResponse* response) {
+  const auto months = blobs_->Months(runtime::DeadlineOf(*context));
+  if (!months.ok()) return ToGrpc(months.status());
+  for (const storage::MonthUse& month : *months) *response->add_months() = ToProto(month);
+  return grpc::Status::OK;
+}
+
+grpc::Status CloudStoreService::MakeMonths(grpc::ServerContext* context, const v1::MakeMonthsRequest* request,
+                                           v1::MakeMonthsResponse* response) {
+  if (absl::Status sound = CheckRequest(*request); !sound.ok()) return ToGrpc(sound);
+  const absl::StatusOr<int> made = blobs_->MakeMonths(request->months_ahead(), runtime::DeadlineOf(*context));
+  if (made.ok()) response->set_made_count(*made);
+  return ToGrpc(made.status());
+}
+
 }  // namespace sixpoint::ingest

@@ -32,6 +32,10 @@ class CloudStoreService final : public v1::CloudStoreService::Service {
                                      v1::ListRetentionPoliciesResponse* response) override;
   grpc::Status ApplyRetention(grpc::ServerContext* context, const v1::ApplyRetentionRequest* request,
                               v1::ApplyRetentionResponse* response) override;
+  grpc::Status ListMonths(grpc::ServerContext* context, const v1::ListMonthsRequest* request,
+                          v1::ListMonthsResponse* response) override;
+  grpc::Status MakeMonths(grpc::ServerContext* context, const v1::MakeMonthsRequest* request,
+                          v1::MakeMonthsResponse* response) override;
 
  private:
   const std::shared_ptr<storage::RetentionStore> retention_;

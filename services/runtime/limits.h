@@ -1,5 +1,5 @@
 // How long texts and lists from outside may be, the same in every service. The database checks the texts again
-// (migrations/V0019).
+// (tests/storage/migrate_test.cc).
 #pragma once
 
 #include <absl/status/status.h>

@@ -1,5 +1,5 @@
-// A call that is recorded, the same for every service: the answer kept for its request_id, or else its work done with no
-// transaction and no connection held, then row, journal entry and answer stored together (storage/result_store.h).
+// A call that is recorded, the same for every service: what its request_id recorded before, or else its work done with no
+// transaction and no connection held, then row and journal entry stored together (storage/result_store.h).
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -17,31 +17,6 @@ storage::RecordedRequest RecordedRequestOf(const std::string& call, const Reques
   return {call, request.request_id(), request.SerializeAsString()};
 }
 
-// DATA_LOSS: kept bytes that are no such message.
-template <typename Answer>
-absl::StatusOr<Answer> ReadAnswer(const std::string& bytes) {
-  Answer answer;
-  if (!answer.ParseFromString(bytes)) return absl::DataLossError("request_id: its kept answer cannot be read");
-  return answer;
-}
-
-// make() does the work and gives what is to be recorded; record(request, made) stores it and gives the answer's bytes. What a
-// client gets is always what was kept. Of two retries at once both may do the work; one result is stored, and both get it.
-template <typename Answer, typename Request, typename Make, typename Record>
-absl::StatusOr<Answer> RecordedCall(const storage::AnswerReader& answers, const std::string& call,
-                                    const Request& request, storage::Deadline deadline, const Make& make,
-                                    const Record& record) {
-  const storage::RecordedRequest recorded = RecordedRequestOf(call, request);
-  const absl::StatusOr<std::optional<std::string>> kept = answers.FindAnswer(recorded, deadline);
-  if (!kept.ok()) return kept.status();
-  if (kept->has_value()) return ReadAnswer<Answer>(**kept);
-  auto made = make();
-  if (!made.ok()) return made.status();
-  const absl::StatusOr<std::string> answer = record(recorded, *std::move(made));
-  if (!answer.ok()) return answer.status();
-  return ReadAnswer<Answer>(*answer);
-}
-
 // A made result: its row and what the journal says of it.
 template <typename Row>
 struct Made {
@@ -49,20 +24,23 @@ struct Made {
   storage::RecordEntry entry;
 };
 
-// The same where one row of one store is all there is to record. to_proto(row) gives the answer's message, or a StatusOr of it.
+// make() does the work and gives what is to be recorded; to_proto(row) gives the answer's message, or a StatusOr of it. A retry is
+// answered by what the first call recorded, as it now stands. Of two at once both may do the work; one result is stored, and both
+// get it. A row that no answer can be made of is not stored.
 template <typename Answer, typename Request, typename Row, typename Make, typename ToProto>
 absl::StatusOr<Answer> RecordedResult(storage::ResultWriter<Row>* store, const std::string& call,
                                       const Request& request, storage::Deadline deadline, const Make& make,
                                       const ToProto& to_proto) {
-  const auto answer_of = [&](const Row& row) -> absl::StatusOr<std::string> {
-    const absl::StatusOr<Answer> answer = to_proto(row);
-    if (!answer.ok()) return answer.status();
-    return answer->SerializeAsString();
-  };
-  return RecordedCall<Answer>(*store, call, request, deadline, make,
-                              [&](const storage::RecordedRequest& recorded, Made<Row> made) {
-                                return store->Record(recorded, std::move(made.row), made.entry, answer_of, deadline);
-                              });
+  const storage::RecordedRequest recorded = RecordedRequestOf(call, request);
+  const absl::StatusOr<std::optional<Row>> before = store->FindRecorded(recorded, deadline);
+  if (!before.ok()) return before.status();
+  if (before->has_value()) return to_proto(**before);
+  absl::StatusOr<Made<Row>> made = make();
+  if (!made.ok()) return made.status();
+  if (const absl::StatusOr<Answer> answerable = to_proto(made->row); !answerable.ok()) return answerable.status();
+  const absl::StatusOr<Row> row = store->Record(recorded, std::move(made->row), made->entry, deadline);
+  if (!row.ok()) return row.status();
+  return to_proto(*row);
 }
 
 }  // namespace sixpoint::runtime

@@ -72,6 +72,11 @@ Readiness AskDatabase(const ServerOptions& options, storage::Database* database,
     *why_not = "schema version: " + std::to_string(*version) + ", want " + std::to_string(NewestMigration());
     return Readiness::kNotReady;
   }
+  const absl::Status least = database->RequireLeastRights(system_clock::now() + kDatabasePatience);
+  if (!least.ok()) {
+    *why_not = std::string(least.message());
+    return absl::IsResourceExhausted(least) ? Readiness::kBusy : Readiness::kNotReady;
+  }
   const absl::Status durable = database->RequireDurable(system_clock::now() + kDatabasePatience);
   if (durable.ok()) return Readiness::kReady;
   *why_not = std::string(durable.message());

@@ -30,9 +30,10 @@ std::vector<std::string> Column(const storage::Rows& rows) {
 
 // The journal's entry of a result, and the names of its inputs.
 std::vector<std::string> ExpectEntry(ThrowawayDatabase& database, const std::string& name, bool has_method) {
-  const storage::Rows entry =
-      Query(database, "SELECT e.method, e.software_version FROM record_entries e WHERE e.name = $1",
-            storage::Params().Text(name));
+  const storage::Rows entry = Query(
+      database,
+      "SELECT e.method, e.software_version FROM record_entries e JOIN record_names USING (record_id) WHERE name = $1",
+      storage::Params().Text(name));
   EXPECT_EQ(entry.count(), 1) << name;
   if (entry.count() != 1) return {};
   if (has_method) {
@@ -40,8 +41,8 @@ std::vector<std::string> ExpectEntry(ThrowawayDatabase& database, const std::str
   }
   EXPECT_NE(entry.Text(0, 1), "") << name;
   return Column(Query(database,
-                      "SELECT i.input_name FROM record_inputs i JOIN record_entries e USING (record_sequence) "
-                      "WHERE e.name = $1 ORDER BY i.position_index",
+                      "SELECT m.name FROM record_inputs i JOIN record_names n USING (record_id) "
+                      "JOIN record_names m ON m.record_id = i.input_id WHERE n.name = $1 ORDER BY i.position_index",
                       storage::Params().Text(name)));
 }
 
@@ -63,11 +64,12 @@ void ExpectRecorded(ThrowawayDatabase& database, const json& machine) {
   EXPECT_THAT(
       Column(Query(database, "SELECT scan_id FROM scans WHERE machine_id = $1", storage::Params().Text(machine_id))),
       UnorderedElementsAreArray(acknowledged));
-  EXPECT_THAT(Column(Query(database,
-                           "SELECT s.scan_id FROM scans s WHERE s.point_count <> "
-                           "(SELECT coalesce(sum(b.point_count), 0) FROM scan_blocks b WHERE b.scan_id = s.scan_id) OR "
-                           "s.block_count <> (SELECT count(*) FROM scan_blocks b WHERE b.scan_id = s.scan_id)")),
-              IsEmpty());
+  EXPECT_THAT(
+      Column(Query(database,
+                   "SELECT s.scan_id FROM scans s WHERE s.point_count <> "
+                   "(SELECT coalesce(sum(b.point_count), 0) FROM scan_blocks b WHERE b.scan_key = s.scan_key) OR "
+                   "s.block_count <> (SELECT count(*) FROM scan_blocks b WHERE b.scan_key = s.scan_key)")),
+      IsEmpty());
   for (const std::string& scan : acknowledged) ExpectEntry(database, "scans/" + scan, false);
 
   // Results: each once, standing on what the machine was told.
@@ -79,7 +81,7 @@ void ExpectRecorded(ThrowawayDatabase& database, const json& machine) {
   EXPECT_EQ(count("SELECT count(*) FROM corrections WHERE blade_serial = $1", serial), 1);
   EXPECT_EQ(count("SELECT count(*) FROM inspections WHERE blade_serial = $1", serial), 1);
   EXPECT_EQ(count("SELECT count(*) FROM registrations r WHERE r.blade_serial = $1 AND (SELECT count(*) FROM "
-                  "registration_scans s JOIN scans USING (scan_id) WHERE s.registration_id = r.registration_id AND "
+                  "registration_scans s JOIN scans USING (scan_key) WHERE s.registration_id = r.registration_id AND "
                   "scans.kind = 'airfoil') > 0",
                   serial),
             2);
@@ -106,8 +108,8 @@ void ExpectRecorded(ThrowawayDatabase& database, const json& machine) {
 
   // A journal that orders everything: no name twice, no entry before one of its inputs.
   EXPECT_EQ(Query(database,
-                  "SELECT count(*) FROM record_inputs i JOIN record_entries e ON e.name = i.input_name "
-                  "WHERE e.record_sequence >= i.record_sequence")
+                  "SELECT count(*) FROM record_inputs i JOIN record_names n ON n.record_id = i.record_id "
+                  "JOIN record_names m ON m.record_id = i.input_id WHERE m.record_sequence >= n.record_sequence")
                 .Int(0, 0),
             0);
 }

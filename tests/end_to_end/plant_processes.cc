@@ -17,6 +17,8 @@
 #include <sstream>
 #include <thread>
 
+#include "tests/support/throwaway_database.h"
+
 namespace sixpoint::testing {
 namespace {
 
@@ -117,9 +119,15 @@ PlantProcesses::~PlantProcesses() {
 }
 
 void PlantProcesses::Start(const std::string& area) {
-  std::vector<std::string> command = {
-      Program("sixpoint-" + area), "--listen", address(area), "--database", conninfo_, "--workers", Program(""),
-      "--database-connections",    "6"};
+  std::vector<std::string> command = {Program("sixpoint-" + area),
+                                      "--listen",
+                                      address(area),
+                                      "--database",
+                                      sixpoint::testing::AsRole(conninfo_, area),
+                                      "--workers",
+                                      Program(""),
+                                      "--database-connections",
+                                      "6"};
   for (const auto& [peer, at] : addresses_) command.insert(command.end(), {"--peer", peer + "=" + at});
   processes_[area] = std::make_unique<Process>(command, folder_ + "/" + area + ".log");
 }

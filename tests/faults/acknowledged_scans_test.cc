@@ -116,7 +116,7 @@ TEST(AcknowledgedScans, SurviveTheDeathOfIngestAndOfTheDatabase) {
   ASSERT_TRUE(transaction.ok()) << transaction.status();
   const auto counts = transaction->Execute(
       "SELECT (SELECT count(*) FROM scans), (SELECT count(*) FROM record_entries WHERE kind = 'scan'), "
-      "(SELECT count(*) FROM scan_blocks b WHERE NOT EXISTS (SELECT 1 FROM scans s WHERE s.scan_id = b.scan_id))");
+      "(SELECT count(*) FROM scan_blocks b WHERE NOT EXISTS (SELECT 1 FROM scans s WHERE s.scan_key = b.scan_key))");
   ASSERT_TRUE(counts.ok()) << counts.status();
   EXPECT_EQ(counts->Int(0, 0), kMachines * kScansEach);
   EXPECT_EQ(counts->Int(0, 1), kMachines * kScansEach);

@@ -38,7 +38,7 @@ class BlobKeeping : public ::testing::TestWithParam<const char*> {
       store_ = MakePostgresqlBlobStore();
     }
     // As a later migration might: nothing else tells the collector of it.
-    Run("CREATE TABLE uses (sha256 text NOT NULL REFERENCES blobs (sha256))");
+    Run("CREATE TABLE uses (sha256 bytea NOT NULL REFERENCES blobs (sha256))");
     sixpoint::testing::PutScanSubjects(database());
   }
   void TearDown() override {
@@ -65,7 +65,7 @@ class BlobKeeping : public ::testing::TestWithParam<const char*> {
     EXPECT_TRUE(sha256.ok()) << sha256.status();
     if (!sha256.ok()) return "";
     if (used) {
-      const auto use = transaction.Execute("INSERT INTO uses VALUES ($1)", Params().Text(*sha256));
+      const auto use = transaction.Execute("INSERT INTO uses VALUES ($1)", Params().Digest(*sha256));
       EXPECT_TRUE(use.ok()) << use.status();
     }
     const absl::Status committed = transaction.Commit();
@@ -156,7 +156,7 @@ TEST_P(BlobKeeping, LeavesWhatAnUncommittedPutHolds) {
   Transaction upload = Begin();
   const std::string sha256 = *store_->Put(upload, "garbage so far");
   EXPECT_EQ(Collect(std::chrono::seconds(0)).blob_count, 0);
-  ASSERT_TRUE(upload.Execute("INSERT INTO uses VALUES ($1)", Params().Text(sha256)).ok());
+  ASSERT_TRUE(upload.Execute("INSERT INTO uses VALUES ($1)", Params().Digest(sha256)).ok());
   ASSERT_TRUE(upload.Commit().ok());
   EXPECT_EQ(Collect(std::chrono::seconds(0)).blob_count, 0);
   EXPECT_EQ(*Get(sha256), "garbage so far");
@@ -254,8 +254,8 @@ TEST_P(BlobKeeping, TheCheckFindsAFlippedBitInEveryBlob) {
     } else {
       const std::string text = std::to_string(bit);
       Run("ALTER TABLE blobs DISABLE TRIGGER USER");  // as a failing disk would
-      Run("UPDATE blobs SET bytes = set_bit(bytes, " + text + ", 1 - get_bit(bytes, " + text + ")) WHERE sha256 = '" +
-          sha256 + "'");
+      Run("UPDATE blobs SET bytes = set_bit(bytes, " + text + ", 1 - get_bit(bytes, " + text +
+          ")) WHERE sha256 = '\\x" + sha256 + "'");
     }
   }
   CheckOptions options;
@@ -406,7 +406,7 @@ TEST_P(BlobKeeping, PoliciesDeletionsAndDamagesAreAppendOnly) {
   PutScan("s1", "artefact", {"points"}, 0);
   Delete("s1");
   SetPolicy("arm", 5);
-  Run("INSERT INTO blob_damages (sha256, store, what, detail) VALUES (repeat('a', 64), 's3', 'missing', '')");
+  Run("INSERT INTO blob_damages (sha256, store, what, detail) VALUES (sha256('a'), 's3', 'missing', '')");
   for (const char* change :
        {"UPDATE scan_deletions SET reason = 'x'", "DELETE FROM scan_deletions", "TRUNCATE scan_deletions",
         "UPDATE retention_policies SET keep_days = 1", "DELETE FROM retention_policies",

@@ -42,7 +42,7 @@ class BlobStoreTest : public ::testing::Test {
   }
   absl::Status Delete(const std::string& sha256) {
     return Change("delete_bytes",
-                  "UPDATE blobs SET bytes = NULL, deleted_at = now(), deletion_reason = 'a test' WHERE sha256 = '" +
+                  "UPDATE blobs SET bytes = NULL, deleted_at = now(), deletion_reason = 'a test' WHERE sha256 = '\\x" +
                       sha256 + "'");
   }
 
@@ -80,7 +80,7 @@ TEST_F(BlobStoreTest, NoOtherChangeIsAllowedWhateverIsAnnounced) {
   const std::string kept = Put("a cloud");
   const std::string gone = Put("another cloud");
   ASSERT_TRUE(Delete(gone).ok());
-  const std::string of_kept = " WHERE sha256 = '" + kept + "'", of_gone = " WHERE sha256 = '" + gone + "'";
+  const std::string of_kept = " WHERE sha256 = '\\x" + kept + "'", of_gone = " WHERE sha256 = '\\x" + gone + "'";
   const std::string drop = "UPDATE blobs SET bytes = NULL, deleted_at = now(), deletion_reason = 'x'";
   const std::pair<std::string, std::string> refused[] = {
       {"", "DELETE FROM blobs"},
@@ -89,7 +89,7 @@ TEST_F(BlobStoreTest, NoOtherChangeIsAllowedWhateverIsAnnounced) {
       {"delete_bytes", "DELETE FROM blobs"},
       {"delete_bytes", "UPDATE blobs SET bytes = 'a clown'" + of_kept},
       {"delete_bytes", drop + ", size_bytes = 1" + of_kept},
-      {"delete_bytes", drop + ", sha256 = '" + std::string(64, '0') + "'" + of_kept},
+      {"delete_bytes", drop + ", sha256 = '\\x" + std::string(64, '0') + "'" + of_kept},
       {"delete_bytes", drop + ", store = 's3'" + of_kept},
       {"delete_bytes", "UPDATE blobs SET deletion_reason = 'other'" + of_gone},
       {"restore_bytes",
@@ -113,7 +113,7 @@ TEST_F(BlobStoreTest, AStateThatContradictsItselfIsRefused) {
                              "NULL, 'tape', NULL, NULL", "NULL, 's3', now(), ''"}) {
     const absl::Status status = Change("",
                                        "INSERT INTO blobs (sha256, size_bytes, bytes, store, deleted_at, "
-                                       "deletion_reason) VALUES ('" +
+                                       "deletion_reason) VALUES ('\\x" +
                                            digest + "', 7, " + values + ")");
     EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition) << values << ": " << status;
   }
@@ -128,8 +128,8 @@ TEST_F(BlobStoreTest, APutThatMeetsADeletionKeepsTheBytes) {
     Transaction deletion = Begin();
     const std::string purpose = change[0] == 'D' ? "collect" : "delete_bytes";
     ASSERT_TRUE(deletion.Execute("SELECT set_config('sixpoint.blob_change', '" + purpose + "', true)").ok());
-    ASSERT_TRUE(deletion.Execute("SELECT 1 FROM blobs WHERE sha256 = $1 FOR UPDATE", Params().Text(sha256)).ok());
-    ASSERT_TRUE(deletion.Execute(change, Params().Text(sha256)).ok());
+    ASSERT_TRUE(deletion.Execute("SELECT 1 FROM blobs WHERE sha256 = $1 FOR UPDATE", Params().Digest(sha256)).ok());
+    ASSERT_TRUE(deletion.Execute(change, Params().Digest(sha256)).ok());
     std::future<std::string> put = std::async(std::launch::async, [this] { return Put("a cloud"); });
     EXPECT_EQ(put.wait_for(std::chrono::milliseconds(200)), std::future_status::timeout) << "Put did not wait";
     ASSERT_TRUE(deletion.Commit().ok());
@@ -140,7 +140,7 @@ TEST_F(BlobStoreTest, APutThatMeetsADeletionKeepsTheBytes) {
 
 TEST_F(BlobStoreTest, WithoutItsObjectStoreABlobThereIsNamedNotLost) {
   const std::string sha256 = Sha256Hex("a cloud");
-  ASSERT_TRUE(Change("", "INSERT INTO blobs (sha256, size_bytes, store) VALUES ('" + sha256 + "', 7, 's3')").ok());
+  ASSERT_TRUE(Change("", "INSERT INTO blobs (sha256, size_bytes, store) VALUES ('\\x" + sha256 + "', 7, 's3')").ok());
   const absl::Status status = Get(sha256).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_EQ(status.GetPayload(kReasonPayload), absl::Cord("OBJECT_STORE_MISSING"));

@@ -4,7 +4,6 @@
 
 #include <thread>
 
-#include "storage/blobs.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::storage {
@@ -15,92 +14,111 @@ using sixpoint::testing::ThrowawayDatabase;
 
 constexpr char kId[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
 
-TEST(Requests, TheSameRequestGetsTheSameAnswer) {
+// Records a thing of that name, under that request.
+absl::Status Append(Transaction& transaction, const RecordedRequest& request, const std::string& name) {
+  RecordEntry entry;
+  entry.kind = "scan";
+  entry.name = name;
+  entry.software_version = "test";
+  entry.request = KeptRequestOf(request);
+  return AppendRecord(transaction, NewUuid(), entry).status();
+}
+
+absl::StatusOr<std::optional<std::string>> Named(Transaction&, const std::string& name) { return name; }
+
+TEST(Requests, TheSameRequestGetsWhatItRecorded) {
   ThrowawayDatabase database;
   absl::StatusOr<Transaction> transaction = database.database()->Begin(Soon());
   ASSERT_TRUE(transaction.ok()) << transaction.status();
-  EXPECT_EQ(*FindAnswer(*transaction, "Register", kId, "request"), std::nullopt);
-  ASSERT_TRUE(KeepAnswer(*transaction, "Register", kId, "request", std::string_view("an\0swer", 7)).ok());
+  const RecordedRequest request{"Register", kId, "request"};
+  EXPECT_EQ(*FindKept(*transaction, request), std::nullopt);
+  ASSERT_TRUE(Append(*transaction, request, "scans/s1").ok());
   ASSERT_TRUE(transaction->Commit().ok());
 
   absl::StatusOr<Transaction> retry = database.database()->Begin(Soon());
-  EXPECT_EQ(*FindAnswer(*retry, "Register", kId, "request"), std::string("an\0swer", 7));
-  EXPECT_EQ(FindAnswer(*retry, "Register", kId, "another").status().code(), absl::StatusCode::kAlreadyExists);
-  EXPECT_EQ(*FindAnswer(*retry, "Inspect", kId, "another"), std::nullopt);  // ids are a method's own
-}
-
-// As an operator's hand may leave it: the reader says so, and answers nothing.
-TEST(Requests, AnAnswerThatLacksAValueIsAnErrorAndNoAnswer) {
-  ThrowawayDatabase database;
-  absl::StatusOr<Transaction> transaction = database.database()->Begin(Soon());
-  ASSERT_TRUE(transaction->Execute("ALTER TABLE requests ALTER COLUMN response DROP NOT NULL").ok());
-  const absl::StatusOr<Rows> kept =
-      transaction->Execute("INSERT INTO requests (method, request_id, request_sha256) VALUES ('Register', $1, $2)",
-                           Params().Text(kId).Text(Sha256Hex("request")));
-  ASSERT_TRUE(kept.ok()) << kept.status();
-  const auto answer = FindAnswer(*transaction, "Register", kId, "request");
-  EXPECT_EQ(answer.status().code(), absl::StatusCode::kInternal) << answer.status();
+  EXPECT_EQ(*FindKept(*retry, request), "scans/s1");
+  EXPECT_EQ(FindKept(*retry, {"Register", kId, "another"}).status().code(), absl::StatusCode::kAlreadyExists);
+  EXPECT_EQ(*FindKept(*retry, {"Inspect", kId, "another"}), std::nullopt);  // ids are a call's own
+  // Of another call, what was there before.
+  ASSERT_TRUE(KeepRequest(*retry, KeptRequestOf({"Inspect", kId, "another"}), "scans/s1").ok());
+  EXPECT_EQ(*FindKept(*retry, {"Inspect", kId, "another"}), "scans/s1");
+  EXPECT_EQ(KeepRequest(*retry, KeptRequestOf({"Other", kId, ""}), "scans/s9").code(),
+            absl::StatusCode::kFailedPrecondition);
 }
 
 TEST(Requests, AnEmptyIdIsNeverKept) {
   ThrowawayDatabase database;
   absl::StatusOr<Transaction> transaction = database.database()->Begin(Soon());
-  ASSERT_TRUE(KeepAnswer(*transaction, "Register", "", "request", "answer").ok());
-  EXPECT_EQ(*FindAnswer(*transaction, "Register", "", "request"), std::nullopt);
+  ASSERT_TRUE(Append(*transaction, {"Register", "", "request"}, "scans/s1").ok());
+  EXPECT_EQ(*FindKept(*transaction, {"Register", "", "request"}), std::nullopt);
 }
 
-TEST(Requests, ARolledBackAnswerIsNotKept) {
+TEST(Requests, WhatIsRolledBackIsNotKept) {
   ThrowawayDatabase database;
+  const RecordedRequest request{"Register", kId, "request"};
   {
     absl::StatusOr<Transaction> transaction = database.database()->Begin(Soon());
-    ASSERT_TRUE(KeepAnswer(*transaction, "Register", kId, "request", "answer").ok());
+    ASSERT_TRUE(Append(*transaction, request, "scans/s1").ok());
   }
   absl::StatusOr<Transaction> retry = database.database()->Begin(Soon());
-  EXPECT_EQ(*FindAnswer(*retry, "Register", kId, "request"), std::nullopt);
+  EXPECT_EQ(*FindKept(*retry, request), std::nullopt);
 }
 
 TEST(Requests, ManyRetriesAtOnceDoTheWorkOnce) {
   ThrowawayDatabase database;
   const std::unique_ptr<Database> pool = database.Open(8);
-  std::atomic<int> worked{0}, answered{0};
+  const RecordedRequest request{"Register", kId, "request"};
+  std::atomic<int> worked{0};
   std::vector<std::thread> threads;
   for (int i = 0; i < 8; ++i) {
     threads.emplace_back([&] {
-      absl::StatusOr<Transaction> transaction = pool->Begin(Soon());
-      const absl::StatusOr<std::optional<std::string>> answer = FindAnswer(*transaction, "Register", kId, "request");
-      ASSERT_TRUE(answer.ok()) << answer.status();
-      if (answer->has_value()) {
-        EXPECT_EQ(**answer, "the answer");
-        ++answered;
-        return;
-      }
-      ++worked;
-      ASSERT_TRUE(KeepAnswer(*transaction, "Register", kId, "request", "the answer").ok());
-      ASSERT_TRUE(transaction->Commit().ok());
+      const auto recorded = RecordOnce<std::string>(
+          *pool, request, Soon(60), Named, [&](Transaction& transaction) -> absl::StatusOr<std::string> {
+            ++worked;
+            const absl::Status done = Append(transaction, request, "scans/s1");
+            if (!done.ok()) return done;
+            return "scans/s1";
+          });
+      ASSERT_TRUE(recorded.ok()) << recorded.status();
+      EXPECT_EQ(*recorded, "scans/s1");
     });
   }
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(worked, 1);
-  EXPECT_EQ(answered, 7);
+}
+
+TEST(Requests, WhatWasRecordedAndIsGoneIsAnErrorAndNoAnswer) {
+  ThrowawayDatabase database;
+  const RecordedRequest request{"Register", kId, "request"};
+  absl::StatusOr<Transaction> transaction = database.database()->Begin(Soon());
+  ASSERT_TRUE(Append(*transaction, request, "scans/s1").ok());
+  ASSERT_TRUE(transaction->Commit().ok());
+  const auto nothing = [](Transaction&, const std::string&) -> absl::StatusOr<std::optional<std::string>> {
+    return std::nullopt;
+  };
+  const auto found = FindRecorded<std::string>(*database.database(), request, Soon(), nothing);
+  EXPECT_EQ(found.status().code(), absl::StatusCode::kDataLoss) << found.status();
 }
 
 TEST(Requests, WorkThatTheDatabaseEndedIsTriedAgainFromItsStart) {
   ThrowawayDatabase database;
+  const RecordedRequest request{"area.Call", kId, "request"};
   int attempts = 0;
   const auto work = [&](Transaction& transaction) -> absl::StatusOr<std::string> {
-    if (const auto written = transaction.Execute("CREATE TABLE written ()"); !written.ok()) return written.status();
+    if (const absl::Status done = Append(transaction, request, "scans/s1"); !done.ok()) return done;
     if (++attempts < 3) return absl::AbortedError("deadlock detected");
-    return "the answer";
+    return "scans/s1";
   };
-  EXPECT_EQ(*RecordOnce(*database.database(), {"area.Call", kId, "request"}, Soon(), work), "the answer");
+  EXPECT_EQ(*RecordOnce<std::string>(*database.database(), request, Soon(), Named, work), "scans/s1");
   EXPECT_EQ(attempts, 3);
-  EXPECT_EQ(*RecordOnce(*database.database(), {"area.Call", kId, "request"}, Soon(), work), "the answer");
+  EXPECT_EQ(*RecordOnce<std::string>(*database.database(), request, Soon(), Named, work), "scans/s1");
   EXPECT_EQ(attempts, 3);  // kept
   const auto aborts = [&](Transaction&) -> absl::StatusOr<std::string> {
     ++attempts;
     return absl::AbortedError("deadlock detected");
   };
-  EXPECT_TRUE(absl::IsAborted(RecordOnce(*database.database(), {"area.Call", "", ""}, Soon(), aborts).status()));
+  EXPECT_TRUE(absl::IsAborted(
+      RecordOnce<std::string>(*database.database(), {"area.Call", "", ""}, Soon(), Named, aborts).status()));
   EXPECT_EQ(attempts, 6);  // not for ever
 }
 

@@ -218,17 +218,14 @@ TEST(ScanStore, DeletedPointsGoWhereNoOtherScanNeedsThem) {
   });
 }
 
-// Answers with its kind and revision.
+// Its kind and revision.
 absl::StatusOr<std::string> RecordPolicy(RetentionStore& retention, const RetentionPolicy& policy,
                                          const std::string& request_id = "") {
   RecordEntry entry;
   entry.software_version = "test";
-  return retention.Record(
-      {"ingest.SetRetentionPolicy", request_id, "request"}, policy, entry,
-      [](const RetentionPolicy& set) -> absl::StatusOr<std::string> {
-        return set.scan_kind + "@" + std::to_string(set.revision);
-      },
-      Soon());
+  const auto set = retention.Record({"ingest.SetRetentionPolicy", request_id, "request"}, policy, entry, Soon());
+  if (!set.ok()) return set.status();
+  return set->scan_kind + "@" + std::to_string(set->revision);
 }
 
 TEST(ScanStore, APolicyIsSetOnceForEachRequest) {

@@ -81,18 +81,22 @@ CalibrationRow FakeCalibrations::AsOf(CalibrationRow row, Instant at) const {
   return row;
 }
 
-absl::StatusOr<std::optional<std::string>> FakeCalibrations::FindAnswer(const storage::RecordedRequest& request,
-                                                                        storage::Deadline) const {
+std::optional<CalibrationRow> FakeCalibrations::Known(const std::string& calibration_id) const {
+  for (const CalibrationRow& row : rows_)
+    if (row.calibration_id == calibration_id) return AsOf(row, Now());
+  return std::nullopt;
+}
+
+FakeCalibrations::Found FakeCalibrations::FindRecorded(const storage::RecordedRequest& request,
+                                                       storage::Deadline) const {
   const auto lock = record_.Lock();
-  return record_.FindAnswer(request);
+  return record_.Kept<CalibrationRow>(request, [this](const std::string& id) { return Known(id); });
 }
 
 FakeCalibrations::Found FakeCalibrations::Find(const std::string& calibration_id, storage::Deadline) const {
   const auto lock = record_.Lock();
   if (!record_.failure().ok()) return record_.failure();
-  for (const CalibrationRow& row : rows_)
-    if (row.calibration_id == calibration_id) return AsOf(row, Now());
-  return std::nullopt;
+  return Known(calibration_id);
 }
 
 FakeCalibrations::Found FakeCalibrations::InForce(const CalibrationSubject& subject, Instant at,
@@ -160,51 +164,58 @@ absl::StatusOr<std::vector<CalibrationRow>> FakeCalibrations::History(const Cali
   return history;
 }
 
-absl::StatusOr<std::string> FakeCalibrations::Record(const storage::RecordedRequest& request,
-                                                     CalibrationRow calibration, const storage::RecordEntry& entry,
-                                                     const storage::AnswerOf<CalibrationRow>& answer_of,
-                                                     storage::Deadline) {
+absl::StatusOr<CalibrationRow> FakeCalibrations::Record(const storage::RecordedRequest& request,
+                                                        CalibrationRow calibration, const storage::RecordEntry& entry,
+                                                        storage::Deadline) {
   const auto lock = record_.Lock();
-  return record_.Once(request, [&]() -> absl::StatusOr<std::string> {
+  const auto work = [&]() -> absl::StatusOr<CalibrationRow> {
     calibration.request_sha256 = storage::Sha256Hex(request.bytes);
     calibration.recorded = record_.Next();
     rows_.push_back(std::move(calibration));
-    absl::StatusOr<std::string> answer = answer_of(AsOf(rows_.back(), Now()));
-    if (answer.ok())
-      record_.Append(entry, rows_.back().recorded);
-    else
-      rows_.pop_back();
-    return answer;
-  });
+    record_.Append(entry, rows_.back().recorded);
+    return AsOf(rows_.back(), Now());
+  };
+  return record_.Once<CalibrationRow>(
+      request, [this](const std::string& id) { return Known(id); }, work,
+      [](const CalibrationRow& row) { return row.calibration_id; });
 }
 
-absl::StatusOr<std::string> FakeCalibrations::Release(const storage::RecordedRequest& request,
-                                                      const storage::CalibrationDecision& decision,
-                                                      const storage::AnswerOf<CalibrationRow>& answer_of,
-                                                      storage::Deadline) {
+absl::StatusOr<CalibrationRow> FakeCalibrations::Release(const storage::RecordedRequest& request,
+                                                         const storage::CalibrationDecision& decision,
+                                                         storage::Deadline) {
   const auto lock = record_.Lock();
-  return record_.Once(request, [&] { return Decide(decision, "release", &CalibrationRow::release, answer_of); });
+  return record_.Once<CalibrationRow>(
+      request, [this](const std::string& id) { return Known(id); },
+      [&] { return Decide(decision, "release", &CalibrationRow::release); },
+      [](const CalibrationRow& row) { return row.calibration_id; });
 }
 
-absl::StatusOr<std::string> FakeCalibrations::Withdraw(
-    const storage::RecordedRequest& request, const storage::CalibrationDecision& decision,
-    const storage::AnswerOf<storage::WithdrawnCalibrationRow>& answer_of, storage::Deadline) {
+storage::WithdrawnCalibrationRow FakeCalibrations::WhatIsLeftOf(const CalibrationRow& calibration) const {
+  storage::WithdrawnCalibrationRow withdrawn;
+  withdrawn.calibration = calibration;
+  withdrawn.resting = record_.DerivedFrom(calibration.name());
+  if (const CalibrationRow* newest = Newest(calibration.subject(), Now())) withdrawn.in_force = AsOf(*newest, Now());
+  return withdrawn;
+}
+
+absl::StatusOr<storage::WithdrawnCalibrationRow> FakeCalibrations::Withdraw(
+    const storage::RecordedRequest& request, const storage::CalibrationDecision& decision, storage::Deadline) {
   const auto lock = record_.Lock();
-  return record_.Once(request, [&] {
-    return Decide(decision, "withdrawal", &CalibrationRow::withdrawal, [&](const CalibrationRow& calibration) {
-      storage::WithdrawnCalibrationRow withdrawn;
-      withdrawn.calibration = calibration;
-      withdrawn.resting = record_.DerivedFrom(calibration.name());
-      if (const CalibrationRow* newest = Newest(calibration.subject(), Now()))
-        withdrawn.in_force = AsOf(*newest, Now());
-      return answer_of(withdrawn);
-    });
-  });
+  const auto find = [this](const std::string& id) -> std::optional<storage::WithdrawnCalibrationRow> {
+    const std::optional<CalibrationRow> known = Known(id);
+    return known ? std::optional(WhatIsLeftOf(*known)) : std::nullopt;
+  };
+  const auto work = [&]() -> absl::StatusOr<storage::WithdrawnCalibrationRow> {
+    const absl::StatusOr<CalibrationRow> calibration = Decide(decision, "withdrawal", &CalibrationRow::withdrawal);
+    if (!calibration.ok()) return calibration.status();
+    return WhatIsLeftOf(*calibration);
+  };
+  return record_.Once<storage::WithdrawnCalibrationRow>(
+      request, find, work, [](const storage::WithdrawnCalibrationRow& row) { return row.calibration.calibration_id; });
 }
 
-absl::StatusOr<std::string> FakeCalibrations::Decide(
-    const storage::CalibrationDecision& decision, const std::string& kind, Event CalibrationRow::*event,
-    const std::function<absl::StatusOr<std::string>(const CalibrationRow&)>& answer_of) {
+absl::StatusOr<CalibrationRow> FakeCalibrations::Decide(const storage::CalibrationDecision& decision,
+                                                        const std::string& kind, Event CalibrationRow::*event) {
   const auto row = std::find_if(rows_.begin(), rows_.end(), [&](const CalibrationRow& one) {
     return one.calibration_id == decision.calibration_id;
   });
@@ -222,12 +233,7 @@ absl::StatusOr<std::string> FakeCalibrations::Decide(
   entry.requested_by = decided.requested_by;
   entry.software_version = decided.software_version;
   record_.Append(std::move(entry), decided.recorded);
-  absl::StatusOr<std::string> answer = answer_of(AsOf(*row, Now()));
-  if (!answer.ok()) {
-    ((*row).*event).reset();
-    record_.DropLast();
-  }
-  return answer;
+  return AsOf(*row, Now());
 }
 
 }  // namespace sixpoint::testing

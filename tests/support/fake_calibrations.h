@@ -22,8 +22,7 @@ class FakeCalibrations final : public storage::CalibrationStore {
   void Fail(absl::Status failure);
   std::vector<storage::JournalEntry> entries() const;
 
-  absl::StatusOr<std::optional<std::string>> FindAnswer(const storage::RecordedRequest& request,
-                                                        storage::Deadline) const override;
+  Found FindRecorded(const storage::RecordedRequest& request, storage::Deadline) const override;
   Found Find(const std::string& calibration_id, storage::Deadline) const override;
   Found InForce(const storage::CalibrationSubject& subject, storage::Instant at, storage::Deadline) const override;
   Found Withdrawn(const storage::CalibrationSubject& subject, storage::Instant at, storage::Deadline) const override;
@@ -34,26 +33,23 @@ class FakeCalibrations final : public storage::CalibrationStore {
   absl::StatusOr<std::vector<Row>> History(const storage::CalibrationSubject& subject, int limit,
                                            storage::Deadline) const override;
 
-  absl::StatusOr<std::string> Record(const storage::RecordedRequest& request, Row calibration,
-                                     const storage::RecordEntry& entry, const storage::AnswerOf<Row>& answer_of,
-                                     storage::Deadline) override;
-  absl::StatusOr<std::string> Release(const storage::RecordedRequest& request,
-                                      const storage::CalibrationDecision& decision,
-                                      const storage::AnswerOf<Row>& answer_of, storage::Deadline) override;
-  absl::StatusOr<std::string> Withdraw(const storage::RecordedRequest& request,
-                                       const storage::CalibrationDecision& decision,
-                                       const storage::AnswerOf<storage::WithdrawnCalibrationRow>& answer_of,
-                                       storage::Deadline) override;
+  absl::StatusOr<Row> Record(const storage::RecordedRequest& request, Row calibration,
+                             const storage::RecordEntry& entry, storage::Deadline) override;
+  absl::StatusOr<Row> Release(const storage::RecordedRequest& request, const storage::CalibrationDecision& decision,
+                              storage::Deadline) override;
+  absl::StatusOr<storage::WithdrawnCalibrationRow> Withdraw(const storage::RecordedRequest& request,
+                                                            const storage::CalibrationDecision& decision,
+                                                            storage::Deadline) override;
 
  private:
   using Event = std::optional<storage::CalibrationEvent>;
   // Of those that were released and not withdrawn and that are wanted, the one released (or made) last.
   const Row* Newest(const storage::CalibrationSubject& subject, storage::Instant at) const;
   Row AsOf(Row row, storage::Instant at) const;  // with its state
-  // Checks and records a decision as `event` of the calibration, answers, and undoes it where there is no answer.
-  absl::StatusOr<std::string> Decide(const storage::CalibrationDecision& decision, const std::string& kind,
-                                     Event Row::*event,
-                                     const std::function<absl::StatusOr<std::string>(const Row&)>& answer_of);
+  std::optional<Row> Known(const std::string& calibration_id) const;
+  storage::WithdrawnCalibrationRow WhatIsLeftOf(const Row& calibration) const;
+  // Checks and records a decision as `event` of the calibration.
+  absl::StatusOr<Row> Decide(const storage::CalibrationDecision& decision, const std::string& kind, Event Row::*event);
 
   FakeRecord record_;
   std::vector<Row> rows_;  // as recorded, with what was decided since

@@ -14,16 +14,6 @@ namespace {
 
 using storage::Deadline;
 
-// Appended where there is an answer; gives the recorded row's answer.
-template <typename Row>
-absl::StatusOr<std::string> Append(FakeRecord& record, Row* row, storage::RecordEntry entry,
-                                   const storage::AnswerOf<Row>& answer_of) {
-  row->recorded = record.Next();
-  absl::StatusOr<std::string> answer = answer_of(*row);
-  if (answer.ok()) record.Append(std::move(entry), row->recorded);
-  return answer;
-}
-
 template <typename Row>
 class FakeRevisions final : public storage::RevisionStore<Row> {
  public:
@@ -34,10 +24,7 @@ class FakeRevisions final : public storage::RevisionStore<Row> {
   absl::StatusOr<std::optional<Row>> Find(const std::string& id, int revision, Deadline) const override {
     const auto lock = record_->Lock();
     if (!record_->failure().ok()) return record_->failure();
-    const auto found = revisions_.find(id);
-    const int count = found == revisions_.end() ? 0 : static_cast<int>(found->second.size());
-    if (count == 0 || revision < 0 || revision > count) return std::nullopt;
-    return found->second[static_cast<std::size_t>((revision == 0 ? count : revision) - 1)];
+    return Known(id, revision);
   }
   absl::StatusOr<std::vector<Row>> List(const storage::TimeSpan& recorded, const std::string& after, int limit,
                                         Deadline) const override {
@@ -49,31 +36,44 @@ class FakeRevisions final : public storage::RevisionStore<Row> {
       if (Contains(recorded, row->second.back().recorded.recorded_at)) listed.push_back(row->second.back());
     return listed;
   }
-  absl::StatusOr<std::optional<std::string>> FindAnswer(const storage::RecordedRequest& request,
-                                                        Deadline) const override {
+  absl::StatusOr<std::optional<Row>> FindRecorded(const storage::RecordedRequest& request, Deadline) const override {
     const auto lock = record_->Lock();
-    return record_->FindAnswer(request);
+    return record_->template Kept<Row>(request, [this](const std::string& name) { return Named(name); });
   }
-  absl::StatusOr<std::string> Record(const storage::RecordedRequest& request, Row row,
-                                     const storage::RecordEntry& entry, const storage::AnswerOf<Row>& answer_of,
-                                     Deadline) override {
+  absl::StatusOr<Row> Record(const storage::RecordedRequest& request, Row row, const storage::RecordEntry& entry,
+                             Deadline) override {
     const auto lock = record_->Lock();
-    return record_->Once(request, [&]() -> absl::StatusOr<std::string> {
+    const auto work = [&]() -> absl::StatusOr<Row> {
       const auto known = revisions_.find(row.*id_);
       if (known != revisions_.end() && known->second.back().content_sha256 == row.content_sha256)
-        return answer_of(known->second.back());
+        return known->second.back();
       row.revision = known == revisions_.end() ? 1 : known->second.back().revision + 1;
+      row.recorded = record_->Next();
       storage::RecordEntry named = entry;
       named.kind = kind_;
-      named.name = kind_ + "s/" + row.*id_ + "@" + std::to_string(row.revision);
+      named.name = NameOf(row);
       if (kind_ == "machine") named.machine = row.*id_;
-      absl::StatusOr<std::string> answer = Append(*record_, &row, std::move(named), answer_of);
-      if (answer.ok()) revisions_[row.*id_].push_back(std::move(row));
-      return answer;
-    });
+      record_->Append(std::move(named), row.recorded);
+      revisions_[row.*id_].push_back(row);
+      return row;
+    };
+    return record_->template Once<Row>(
+        request, [this](const std::string& name) { return Named(name); }, work,
+        [this](const Row& recorded) { return NameOf(recorded); });
   }
 
  private:
+  std::string NameOf(const Row& row) const { return kind_ + "s/" + row.*id_ + "@" + std::to_string(row.revision); }
+  std::optional<Row> Named(const std::string& name) const {
+    const storage::NamedId named = storage::IdOfName(name);
+    return Known(named.id, named.revision);
+  }
+  std::optional<Row> Known(const std::string& id, int revision) const {
+    const auto found = revisions_.find(id);
+    const int count = found == revisions_.end() ? 0 : static_cast<int>(found->second.size());
+    if (count == 0 || revision < 0 || revision > count) return std::nullopt;
+    return found->second[static_cast<std::size_t>((revision == 0 ? count : revision) - 1)];
+  }
   const std::shared_ptr<FakeRecord> record_;
   const std::string kind_;
   std::string Row::*const id_;
@@ -87,8 +87,7 @@ class FakeBlades final : public storage::BladeStore {
   absl::StatusOr<std::optional<storage::BladeRow>> Find(const std::string& serial, Deadline) const override {
     const auto lock = record_->Lock();
     if (!record_->failure().ok()) return record_->failure();
-    const auto found = blades_.find(serial);
-    return found == blades_.end() ? std::nullopt : std::optional(found->second);
+    return Known(serial);
   }
   absl::StatusOr<std::vector<storage::BladeRow>> List(const storage::BladeFilter& filter, const std::string& after,
                                                       int limit, Deadline) const override {
@@ -104,30 +103,37 @@ class FakeBlades final : public storage::BladeStore {
     }
     return listed;
   }
-  absl::StatusOr<std::optional<std::string>> FindAnswer(const storage::RecordedRequest& request,
-                                                        Deadline) const override {
+  absl::StatusOr<std::optional<storage::BladeRow>> FindRecorded(const storage::RecordedRequest& request,
+                                                                Deadline) const override {
     const auto lock = record_->Lock();
-    return record_->FindAnswer(request);
+    return record_->Kept<storage::BladeRow>(request, [this](const std::string& serial) { return Known(serial); });
   }
-  absl::StatusOr<std::string> Record(const storage::RecordedRequest& request, storage::BladeRow blade,
-                                     const storage::RecordEntry& entry,
-                                     const storage::AnswerOf<storage::BladeRow>& answer_of, Deadline) override {
+  absl::StatusOr<storage::BladeRow> Record(const storage::RecordedRequest& request, storage::BladeRow blade,
+                                           const storage::RecordEntry& entry, Deadline) override {
     const auto lock = record_->Lock();
-    return record_->Once(request, [&]() -> absl::StatusOr<std::string> {
+    const auto work = [&]() -> absl::StatusOr<storage::BladeRow> {
       const auto known = blades_.find(blade.blade_serial);
-      if (known != blades_.end() && known->second.part_id == blade.part_id) return answer_of(known->second);
+      if (known != blades_.end() && known->second.part_id == blade.part_id) return known->second;
       if (known != blades_.end()) return absl::AlreadyExistsError("blade.part: parts/" + blade.part_id);
       storage::RecordEntry named = entry;
       named.kind = "blade";
       named.name = "blades/" + blade.blade_serial;
       named.blade = blade.blade_serial;
-      absl::StatusOr<std::string> answer = Append(*record_, &blade, std::move(named), answer_of);
-      if (answer.ok()) blades_[blade.blade_serial] = std::move(blade);
-      return answer;
-    });
+      blade.recorded = record_->Next();
+      record_->Append(std::move(named), blade.recorded);
+      blades_[blade.blade_serial] = blade;
+      return blade;
+    };
+    return record_->Once<storage::BladeRow>(
+        request, [this](const std::string& serial) { return Known(serial); }, work,
+        [](const storage::BladeRow& recorded) { return recorded.blade_serial; });
   }
 
  private:
+  std::optional<storage::BladeRow> Known(const std::string& serial) const {
+    const auto found = blades_.find(serial);
+    return found == blades_.end() ? std::nullopt : std::optional(found->second);
+  }
   const std::shared_ptr<FakeRecord> record_;
   std::map<std::string, storage::BladeRow> blades_;
 };

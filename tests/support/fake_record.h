@@ -1,4 +1,4 @@
-// Kept answers and the journal in memory, as storage/requests.h and storage/record.h keep them: what the fake stores share.
+// Kept requests and the journal in memory, as storage/requests.h and storage/record.h keep them: what the fake stores share.
 // Each call of a store holds Lock() while it lasts.
 #pragma once
 
@@ -26,24 +26,27 @@ class FakeRecord {
   void Fail(absl::Status failure) { failure_ = std::move(failure); }
   const absl::Status& failure() const { return failure_; }
 
-  absl::StatusOr<std::optional<std::string>> FindAnswer(const storage::RecordedRequest& request) const {
+  // What the request recorded before; find(name) gives the row of that name, or none.
+  template <typename Row, typename Find>
+  absl::StatusOr<std::optional<Row>> Kept(const storage::RecordedRequest& request, const Find& find) const {
     if (!failure_.ok()) return failure_;
-    const auto kept = answers_.find({request.call, request.request_id});
-    if (kept == answers_.end()) return std::nullopt;
-    if (kept->second.first != request.bytes)
+    const auto kept = requests_.find({request.call, request.request_id});
+    if (kept == requests_.end()) return std::nullopt;
+    if (kept->second.bytes != request.bytes)
       return absl::AlreadyExistsError("request_id: " + request.request_id + " was used for another request");
-    return kept->second.second;
+    return find(kept->second.name);
   }
-  // The kept answer, or the work's, which is kept. Work that fails stores nothing.
-  template <typename Work>
-  absl::StatusOr<std::string> Once(const storage::RecordedRequest& request, const Work& work) {
-    absl::StatusOr<std::optional<std::string>> kept = FindAnswer(request);
+  // That, or the work's row, which is kept under name_of(row). Work that fails stores nothing.
+  template <typename Row, typename Find, typename Work, typename NameOf>
+  absl::StatusOr<Row> Once(const storage::RecordedRequest& request, const Find& find, const Work& work,
+                           const NameOf& name_of) {
+    const absl::StatusOr<std::optional<Row>> kept = Kept<Row>(request, find);
     if (!kept.ok()) return kept.status();
-    if (kept->has_value()) return **std::move(kept);
-    absl::StatusOr<std::string> answer = work();
-    if (answer.ok() && !request.request_id.empty())
-      answers_[{request.call, request.request_id}] = {request.bytes, *answer};
-    return answer;
+    if (kept->has_value()) return **kept;
+    const absl::StatusOr<Row> row = work();
+    if (row.ok() && !request.request_id.empty())
+      requests_[{request.call, request.request_id}] = {request.bytes, name_of(*row)};
+    return row;
   }
 
   // What the next entry will be recorded as.
@@ -54,7 +57,6 @@ class FakeRecord {
   void Append(storage::RecordEntry entry, const storage::Recorded& recorded) {
     entries_.push_back({std::move(entry), recorded});
   }
-  void DropLast() { entries_.pop_back(); }
   const std::vector<storage::JournalEntry>& entries() const { return entries_; }
 
   // Whether a thing of that name is meant: itself or, of a name without @revision, one of its revisions.
@@ -79,7 +81,10 @@ class FakeRecord {
   mutable std::mutex mutex_;
   absl::Status failure_;
   std::vector<storage::JournalEntry> entries_;
-  std::map<std::pair<std::string, std::string>, std::pair<std::string, std::string>> answers_;
+  struct KeptName {
+    std::string bytes, name;
+  };
+  std::map<std::pair<std::string, std::string>, KeptName> requests_;  // by call and id
 };
 
 }  // namespace sixpoint::testing

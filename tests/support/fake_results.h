@@ -36,17 +36,15 @@ class FakeResults final : public storage::ResultStore<Row, Filter> {
     return entries;
   }
 
-  absl::StatusOr<std::optional<std::string>> FindAnswer(const storage::RecordedRequest& request,
-                                                        storage::Deadline) const override {
+  absl::StatusOr<std::optional<Row>> FindRecorded(const storage::RecordedRequest& request,
+                                                  storage::Deadline) const override {
     const auto lock = record_.Lock();
-    return record_.FindAnswer(request);
+    return record_.template Kept<Row>(request, [this](const std::string& id) { return Known(id); });
   }
   absl::StatusOr<std::optional<Row>> Find(const std::string& id, storage::Deadline) const override {
     const auto lock = record_.Lock();
     if (!record_.failure().ok()) return record_.failure();
-    for (const Row& row : rows_)
-      if (row.*id_ == id) return row;
-    return std::nullopt;
+    return Known(id);
   }
   absl::StatusOr<std::vector<Row>> List(const Filter& filter, std::int64_t before_sequence, int limit,
                                         storage::Deadline) const override {
@@ -58,21 +56,27 @@ class FakeResults final : public storage::ResultStore<Row, Filter> {
         listed.push_back(*row);
     return listed;
   }
-  absl::StatusOr<std::string> Record(const storage::RecordedRequest& request, Row row,
-                                     const storage::RecordEntry& entry, const storage::AnswerOf<Row>& answer_of,
-                                     storage::Deadline) override {
+  absl::StatusOr<Row> Record(const storage::RecordedRequest& request, Row row, const storage::RecordEntry& entry,
+                             storage::Deadline) override {
     const auto lock = record_.Lock();
-    return record_.Once(request, [&]() -> absl::StatusOr<std::string> {
+    const auto work = [&]() -> absl::StatusOr<Row> {
       row.recorded = record_.Next();
-      absl::StatusOr<std::string> answer = answer_of(row);
-      if (!answer.ok()) return answer;
       record_.Append(entry, row.recorded);
-      rows_.push_back(std::move(row));
-      return answer;
-    });
+      rows_.push_back(row);
+      return row;
+    };
+    return record_.template Once<Row>(
+        request, [this](const std::string& id) { return Known(id); }, work,
+        [this](const Row& recorded) { return recorded.*id_; });
   }
 
  private:
+  std::optional<Row> Known(const std::string& id) const {
+    for (const Row& row : rows_)
+      if (row.*id_ == id) return row;
+    return std::nullopt;
+  }
+
   std::string Row::*const id_;
   const std::function<bool(const Row&, const Filter&)> matches_;
   FakeRecord record_;

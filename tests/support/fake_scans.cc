@@ -228,29 +228,37 @@ absl::StatusOr<storage::DeletedPoints> FakeScans::DeletePoints(const storage::De
   return Delete(order);
 }
 
-absl::StatusOr<std::optional<std::string>> FakeScans::FindAnswer(const storage::RecordedRequest& request,
-                                                                 Deadline) const {
-  const auto lock = record_.Lock();
-  return record_.FindAnswer(request);
+std::optional<storage::RetentionPolicy> FakeScans::Policy(const std::string& name) const {
+  const storage::NamedId named = storage::IdOfName(name);
+  return policies_.at(named.id).at(static_cast<std::size_t>(named.revision) - 1);
 }
 
-absl::StatusOr<std::string> FakeScans::Record(const storage::RecordedRequest& request, storage::RetentionPolicy policy,
-                                              const storage::RecordEntry& entry,
-                                              const storage::AnswerOf<storage::RetentionPolicy>& answer_of, Deadline) {
+absl::StatusOr<std::optional<storage::RetentionPolicy>> FakeScans::FindRecorded(const storage::RecordedRequest& request,
+                                                                                Deadline) const {
   const auto lock = record_.Lock();
-  return record_.Once(request, [&]() -> absl::StatusOr<std::string> {
+  return record_.Kept<storage::RetentionPolicy>(request, [this](const std::string& name) { return Policy(name); });
+}
+
+absl::StatusOr<storage::RetentionPolicy> FakeScans::Record(const storage::RecordedRequest& request,
+                                                           storage::RetentionPolicy policy,
+                                                           const storage::RecordEntry& entry, Deadline) {
+  const auto lock = record_.Lock();
+  const auto name_of = [](const storage::RetentionPolicy& set) {
+    return "policies/" + set.scan_kind + "@" + std::to_string(set.revision);
+  };
+  const auto work = [&]() -> absl::StatusOr<storage::RetentionPolicy> {
     std::vector<storage::RetentionPolicy>& revisions = policies_[policy.scan_kind];
     policy.revision = static_cast<int>(revisions.size()) + 1;
     policy.recorded = record_.Next();
-    absl::StatusOr<std::string> answer = answer_of(policy);
-    if (!answer.ok()) return answer;
     storage::RecordEntry named = entry;
     named.kind = "policy";
-    named.name = "policies/" + policy.scan_kind + "@" + std::to_string(policy.revision);
+    named.name = name_of(policy);
     record_.Append(std::move(named), policy.recorded);
     revisions.push_back(policy);
-    return answer;
-  });
+    return policy;
+  };
+  return record_.Once<storage::RetentionPolicy>(
+      request, [this](const std::string& name) { return Policy(name); }, work, name_of);
 }
 
 absl::StatusOr<storage::RetentionDone> FakeScans::Apply(const storage::RetentionOptions& options, Deadline) {
@@ -296,6 +304,18 @@ absl::StatusOr<storage::Collected> FakeBlobKeeping::Collect(const storage::Colle
 absl::StatusOr<storage::BlobStatus> FakeBlobKeeping::Status(int, Deadline) const {
   if (!failure.ok()) return failure;
   return status;
+}
+
+absl::StatusOr<std::vector<storage::MonthUse>> FakeBlobKeeping::Months(Deadline) const {
+  if (!failure.ok()) return failure;
+  return months;
+}
+
+absl::StatusOr<int> FakeBlobKeeping::MakeMonths(int months_ahead, Deadline) {
+  if (!failure.ok()) return failure;
+  const int made = std::max(0, months_ahead + 1 - static_cast<int>(months.size()));
+  months.resize(months.size() + static_cast<std::size_t>(made), {"2026-11", 17, 0, 0});
+  return made;
 }
 
 }  // namespace sixpoint::testing

@@ -49,12 +49,11 @@ class FakeScans final : public storage::ScanStore, public storage::RetentionStor
   absl::StatusOr<std::vector<storage::RetentionPolicy>> ListPolicies(const storage::PolicyPage& page,
                                                                      storage::Deadline) const override;
   absl::StatusOr<storage::DeletedPoints> DeletePoints(const storage::DeletionOrder& order, storage::Deadline) override;
-  absl::StatusOr<std::optional<std::string>> FindAnswer(const storage::RecordedRequest& request,
-                                                        storage::Deadline) const override;
-  absl::StatusOr<std::string> Record(const storage::RecordedRequest& request, storage::RetentionPolicy policy,
-                                     const storage::RecordEntry& entry,
-                                     const storage::AnswerOf<storage::RetentionPolicy>& answer_of,
-                                     storage::Deadline) override;
+  absl::StatusOr<std::optional<storage::RetentionPolicy>> FindRecorded(const storage::RecordedRequest& request,
+                                                                       storage::Deadline) const override;
+  absl::StatusOr<storage::RetentionPolicy> Record(const storage::RecordedRequest& request,
+                                                  storage::RetentionPolicy policy, const storage::RecordEntry& entry,
+                                                  storage::Deadline) override;
   absl::StatusOr<storage::RetentionDone> Apply(const storage::RetentionOptions& options, storage::Deadline) override;
 
  private:
@@ -67,6 +66,7 @@ class FakeScans final : public storage::ScanStore, public storage::RetentionStor
     std::vector<storage::ScanBlockRow> blocks;
   };
   const Stored* Known(const std::string& scan_id) const;
+  std::optional<storage::RetentionPolicy> Policy(const std::string& name) const;
   // Whether a scan whose points are kept, or an upload, has the blob.
   bool IsNeeded(const std::string& blob_sha256) const;
   absl::StatusOr<storage::DeletedPoints> Delete(const storage::DeletionOrder& order);
@@ -85,12 +85,15 @@ struct FakeBlobKeeping final : storage::BlobKeeping {
   std::vector<storage::BlobDamage> damages;  // that every check finds
   storage::Collected collected;
   storage::BlobStatus status;
+  std::vector<storage::MonthUse> months;
   absl::Status failure;
 
   absl::Status Check(const storage::CheckOptions& options, const storage::CheckProgress& from,
                      storage::Deadline) override;
   absl::StatusOr<storage::Collected> Collect(const storage::CollectOptions&, storage::Deadline) override;
   absl::StatusOr<storage::BlobStatus> Status(int damage_limit, storage::Deadline) const override;
+  absl::StatusOr<std::vector<storage::MonthUse>> Months(storage::Deadline) const override;
+  absl::StatusOr<int> MakeMonths(int months_ahead, storage::Deadline) override;
 };
 
 }  // namespace sixpoint::testing

@@ -6,6 +6,7 @@
 #include "storage/blobs.h"
 #include "storage/record.h"
 #include "storage/scans.h"
+#include "tests/support/registered.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::testing {
@@ -22,8 +23,8 @@ Value Must(absl::StatusOr<Value> value) {
 
 void PutScanSubjects(storage::Database* database) {
   storage::Transaction transaction = Must(database->Begin(Soon()));
-  Must(transaction.Execute("INSERT INTO machines VALUES ('m1')"));
-  Must(transaction.Execute("INSERT INTO artefacts VALUES ('p1')"));
+  RegisterMachine(transaction, "m1", 3);
+  RegisterArtefact(transaction, "p1", 2);
   if (!transaction.Commit().ok()) std::exit(1);
 }
 
@@ -62,10 +63,12 @@ void PutScan(storage::Database* database, storage::BlobStore* store, const std::
   entry.machine = "m1";
   entry.software_version = "test";
   Must(storage::InsertScan(transaction, scan, rows, entry));
-  Must(transaction.Execute("ALTER TABLE scans DISABLE TRIGGER USER"));
-  Must(transaction.Execute("UPDATE scans SET recorded_at = recorded_at - make_interval(days => $2) WHERE scan_id = $1",
-                           storage::Params().Text(scan_id).Int(days_ago)));
-  Must(transaction.Execute("ALTER TABLE scans ENABLE TRIGGER USER"));
+  Must(transaction.Execute("ALTER TABLE record_entries DISABLE TRIGGER USER"));
+  Must(
+      transaction.Execute("UPDATE record_entries SET recorded_at = recorded_at - make_interval(days => $2) "
+                          "WHERE record_id = (SELECT record_id FROM record_names WHERE name = 'scans/' || $1)",
+                          storage::Params().Text(scan_id).Int(days_ago)));
+  Must(transaction.Execute("ALTER TABLE record_entries ENABLE TRIGGER USER"));
   if (!transaction.Commit().ok()) std::exit(1);
 }
 

@@ -144,6 +144,8 @@ storage::Deadline Soon(double seconds) {
   return std::chrono::system_clock::now() + std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1e3));
 }
 
+std::string AsRole(const std::string& conninfo, const std::string& area) { return conninfo + " user=sixpoint_" + area; }
+
 ThrowawayDatabase::ThrowawayDatabase(Schema schema) {
   static int number = 0;
   const std::string name = "test_" + std::to_string(++number);

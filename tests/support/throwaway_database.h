@@ -34,6 +34,9 @@ class ThrowawayDatabase {
   std::unique_ptr<storage::Database> database_;
 };
 
+// The same database as a service's role has it (migrations/V0010).
+std::string AsRole(const std::string& conninfo, const std::string& area);
+
 // A deadline for one test's statements.
 storage::Deadline Soon(double seconds = 20);
 

@@ -161,7 +161,7 @@ TEST_F(AxisServiceTest, NothingComesToRestOnAWithdrawnOne) {
   const auto append = [&] {
     auto transaction = database_.database()->Begin(testing::Soon());
     EXPECT_TRUE(transaction.ok()) << transaction.status();
-    return storage::AppendRecord(*transaction, entry).status();
+    return storage::AppendRecord(*transaction, storage::NewUuid(), entry).status();
   };
   const absl::Status refused = append();
   EXPECT_EQ(refused.code(), absl::StatusCode::kFailedPrecondition);

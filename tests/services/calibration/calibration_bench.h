@@ -17,6 +17,7 @@
 #include "storage/scans.h"
 #include "tests/services/calibration/stand_ins.h"
 #include "tests/support/in_process_server.h"
+#include "tests/support/registered.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::calibration {
@@ -33,8 +34,10 @@ class CalibrationBench : public ::testing::Test {
         stub_(v1::CalibrationService::NewStub(server_.Connect())),
         client_(server_.Connect()) {
     std::mt19937_64 random(4);
-    Execute("INSERT INTO machines (machine_id) VALUES ('m1'), ('m2')");
-    Execute("INSERT INTO artefacts (artefact_id) VALUES ('a1')");
+    auto transaction = database_.database()->Begin(testing::Soon());
+    for (const char* machine : {"m1", "m2"}) testing::RegisterMachine(*transaction, machine, 3);
+    testing::RegisterArtefact(*transaction, "a1", 2);
+    EXPECT_TRUE(transaction->Commit().ok());
     AddScan(bench_.Scan("high", 10, 2e-3, &random));
     AddScan(bench_.Scan("low", -10, 2e-3, &random));
     touch_ = bench_.Touch(bench_.touch_noise_mm, &random);

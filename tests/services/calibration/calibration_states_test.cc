@@ -127,7 +127,7 @@ TEST_F(CalibrationStatesTest, AWithdrawalListsEverythingThatRestsOnIt) {
     entry.blade = "SN-1";
     entry.software_version = "test";
     auto transaction = database_.database()->Begin(testing::Soon());
-    ASSERT_TRUE(storage::AppendRecord(*transaction, entry).ok());
+    ASSERT_TRUE(storage::AppendRecord(*transaction, storage::NewUuid(), entry).ok());
     ASSERT_TRUE(transaction->Commit().ok());
   };
   record("registration", "registrations/r1", {"scans/high", made.name()});
@@ -159,7 +159,7 @@ TEST_F(CalibrationStatesTest, AWithdrawalsAnswerIsBounded) {
     entry.inputs = {made.name()};
     entry.blade = "SN-" + std::to_string(i);
     entry.software_version = "test";
-    ASSERT_TRUE(storage::AppendRecord(*transaction, entry).ok());
+    ASSERT_TRUE(storage::AppendRecord(*transaction, storage::NewUuid(), entry).ok());
   }
   ASSERT_TRUE(transaction->Commit().ok());
   v1::WithdrawCalibrationRequest withdraw;

@@ -10,6 +10,7 @@
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 #include "tests/metrology/calibration/probe_bench.h"
 #include "tests/support/in_process_server.h"
+#include "tests/support/registered.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::calibration {
@@ -35,7 +36,9 @@ class ProbeServiceTest : public ::testing::Test {
         service_(storage::CalibrationsIn(database_.database()), plant_server_.Connect(), plant_server_.Connect(), 1),
         server_({&service_}),
         stub_(v1::CalibrationService::NewStub(server_.Connect())) {
-    Execute("INSERT INTO machines (machine_id) VALUES ('m1')");
+    auto transaction = database_.database()->Begin(testing::Soon());
+    testing::RegisterMachine(*transaction, "m1", 3);
+    EXPECT_TRUE(transaction->Commit().ok());
     std::mt19937_64 random(2);
     const ProbeBench bench, moved(0.785, {20, 90, -180}, 1.2);
     request_.set_machine("machines/m1");

@@ -11,6 +11,7 @@
 #include "storage/record.h"
 #include "tests/services/calibration/stand_ins.h"
 #include "tests/support/in_process_server.h"
+#include "tests/support/registered.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::calibration {
@@ -29,9 +30,7 @@ class StudyServiceTest : public ::testing::Test {
         server_({&service_}),
         stub_(v1::StudyService::NewStub(server_.Connect())) {
     ingest_.kind = ingest::v1::SCAN_KIND_ARM;
-    auto transaction = database_.database()->Begin(testing::Soon());
-    EXPECT_TRUE(transaction->Execute("INSERT INTO machines (machine_id) VALUES ('m1')").ok());
-    EXPECT_TRUE(transaction->Commit().ok());
+    testing::RegisterUsual(database_.database());
   }
 
   template <typename Request>
@@ -128,6 +127,7 @@ TEST_F(StudyServiceTest, GaugeRrIsJudgedByItsInterval) {
 TEST_F(StudyServiceTest, AGaugeStudyRestsOnItsScans) {
   v1::RunGaugeStudyRequest request = Strip(20, 0.5e-3);
   request.set_limit_um(3);
+  for (int i = 0; i < 20; ++i) testing::RecordName(database_.database(), "scan", "scans/g" + std::to_string(i));
   const auto made = Call(&v1::StudyService::Stub::RunGaugeStudy, request);
   ASSERT_TRUE(made.ok()) << made.status();
   EXPECT_EQ(made->verdict(), v1::STUDY_VERDICT_ACCEPTED);

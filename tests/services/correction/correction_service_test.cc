@@ -119,8 +119,8 @@ TEST_F(CorrectionServiceTest, CommandsWhatReachesTheAnglesByTheRegistrationsTabl
         "reached_deg, standard_uncertainty_deg, half_reversal_deg, pose_per_rad) "
         "VALUES ($1, 0, 'B', $2, 20, 20.05, 0.002, 0.01, '{0,0,0,0,0,0}')",
         storage::Params()
-            .Text(std::string(testing::kRegistration).substr(14))
-            .Text(std::string(testing::kBCharacterisation).substr(13)));
+            .Uuid(std::string(testing::kRegistration).substr(14))
+            .Uuid(std::string(testing::kBCharacterisation).substr(13)));
     ASSERT_TRUE(stored.ok()) << stored.status();
     ASSERT_TRUE(transaction->Commit().ok());
   }

@@ -7,6 +7,7 @@
 #include "storage/plant_registry.h"
 #include "storage/registrations.h"
 #include "storage/scans.h"
+#include "tests/support/registered.h"
 
 namespace sixpoint::testing {
 namespace {
@@ -19,6 +20,22 @@ storage::RecordEntry Entry(const std::string& kind, const std::string& name) {
   entry.name = name;
   entry.software_version = "test";
   return entry;
+}
+
+// Its result is the calibration service's own; foreign keys end at the head row.
+void StoreCalibration(storage::Transaction& transaction, const std::string& name, const std::string& kind,
+                      const std::string& axis, const std::string& method, const std::string& request_sha256) {
+  storage::Params params;
+  params.Uuid(IdOf(name)).Text(kind);
+  axis.empty() ? params.Null() : params.Text(axis);
+  const auto stored = transaction.Execute(
+      "INSERT INTO calibrations (calibration_id, machine_id, kind, axis, method, inputs, request_sha256, valid_from, "
+      "valid_until, requested_by, software_version) "
+      "VALUES ($1, 'm1', $2, $3, $4, '{}', $5, '2020-01-01', '2100-01-01', '', 'test')",
+      params.Text(method).Digest(request_sha256));
+  ASSERT_TRUE(stored.ok()) << stored.status();
+  const auto recorded = storage::AppendRecord(transaction, IdOf(name), Entry("calibration", name));
+  ASSERT_TRUE(recorded.ok()) << recorded.status();
 }
 
 }  // namespace
@@ -46,19 +63,7 @@ void JudgedPlant::Characterise(bool is_b, const std::vector<double>& forward_err
   ASSERT_TRUE(transaction.ok()) << transaction.status();
   const auto request = storage::PutBlob(*transaction, "encoder run");
   ASSERT_TRUE(request.ok()) << request.status();
-  const auto recorded = storage::AppendRecord(*transaction, Entry("calibration", name));
-  ASSERT_TRUE(recorded.ok()) << recorded.status();
-  const auto stored = transaction->Execute(
-      "INSERT INTO calibrations (calibration_id, machine_id, kind, axis, method, inputs, request_sha256, valid_from, "
-      "valid_until, requested_by, software_version, record_sequence, recorded_at) "
-      "VALUES ($1, 'm1', 'axis', $2, 'ENCODER_RUN', '{}', $3, '2020-01-01', '2100-01-01', '', 'test', $4, $5)",
-      storage::Params()
-          .Text(IdOf(name))
-          .Text(letter)
-          .Text(*request)
-          .Int(recorded->sequence)
-          .Time(recorded->recorded_at));
-  ASSERT_TRUE(stored.ok()) << stored.status();
+  StoreCalibration(*transaction, name, "axis", letter, "ENCODER_RUN", *request);
   ASSERT_TRUE(transaction->Commit().ok());
 }
 
@@ -66,37 +71,19 @@ void JudgedPlant::Characterise(bool is_b, const std::vector<double>& forward_err
 void JudgedPlant::StoreRows() {
   auto transaction = database.database()->Begin(Soon());
   ASSERT_TRUE(transaction.ok()) << transaction.status();
-  storage::MachineRow machine;
-  machine.machine_id = "m1";
-  machine.content_sha256 = std::string(64, '0');
-  machine.sensor_model = "model";
-  machine.sensor_noise_um = 2;
-  machine.sensor_column_count = 1280;
-  machine.sensor_mid_range_mm = 66;
-  machine.sensor_range_mm = 25;
-  machine.sensor_line_angle_deg = 20;
-  machine.nominal_centre_mm = {0, 0, 0};
-  machine.safety_translation_mm = 2;
-  machine.safety_rotation_deg = 3;
-  const auto stored_machine = storage::InsertMachine(*transaction, machine, Entry("machine", ""));
-  ASSERT_TRUE(stored_machine.ok()) << stored_machine.status();
-
+  // The stand-ins' ids are of the first month there is.
+  const auto month = transaction->Execute(
+      "SELECT make_partition(held_by, name, by_uuid, '1970-01-01') FROM partitioned_tables ORDER BY depth, name");
+  ASSERT_TRUE(month.ok()) << month.status();
+  RegisterMachine(*transaction, "m1");
   const auto blob = storage::PutBlob(*transaction, plant.surface_bytes);
   ASSERT_TRUE(blob.ok()) << blob.status();
-  storage::PartRow part;
-  part.part_id = "p1";
-  part.content_sha256 = std::string(64, '0');
-  part.cad_format = "stl";
-  part.cad_unit_mm = 1;
-  part.zero_from_part_nominal_rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  part.zero_from_part_nominal_translation_mm = {0, 0, 0};
-  part.tessellation = {*blob, "stl", *blob, 12, 0, true, {-15, -15, -10}, {15, 15, 0}};
-  const absl::Status tessellation = storage::InsertTessellation(*transaction, part.tessellation, "test");
-  ASSERT_TRUE(tessellation.ok()) << tessellation;
-  const auto stored_part = storage::InsertPart(*transaction, part, Entry("part", ""));
+  const storage::TessellationRow tessellation{*blob, "stl", *blob, 12, 0, true, {-15, -15, -10}, {15, 15, 0}};
+  const absl::Status kept = storage::InsertTessellation(*transaction, tessellation, "test");
+  ASSERT_TRUE(kept.ok()) << kept;
+  const auto stored_part = storage::InsertPart(*transaction, PartOf("p1", tessellation), Entry("part", ""));
   ASSERT_TRUE(stored_part.ok()) << stored_part.status();
-  const auto stored_blade = storage::InsertBlade(*transaction, {"sn1", "p1", {}}, Entry("blade", ""));
-  ASSERT_TRUE(stored_blade.ok()) << stored_blade.status();
+  RegisterBlade(*transaction, "sn1", "p1");
 
   for (const std::string& name : scans) {
     storage::ScanRow scan;
@@ -117,24 +104,8 @@ void JudgedPlant::StoreRows() {
     const auto stored = storage::InsertScan(*transaction, scan, {}, Entry("scan", name));
     ASSERT_TRUE(stored.ok()) << stored.status();
   }
-  // Their results are the calibration service's own; foreign keys end at the head row.
-  for (const auto& [name, kind, method] :
-       {std::tuple{kSensorCalibration, "sensor", "JOINT"}, std::tuple{kRotationCalibration, "rotation", "LINES"}}) {
-    const auto recorded = storage::AppendRecord(*transaction, Entry("calibration", name));
-    ASSERT_TRUE(recorded.ok()) << recorded.status();
-    const auto stored = transaction->Execute(
-        "INSERT INTO calibrations (calibration_id, machine_id, kind, method, inputs, request_sha256, valid_from, "
-        "valid_until, requested_by, software_version, record_sequence, recorded_at) "
-        "VALUES ($1, 'm1', $2, $3, '{}', $4, '2020-01-01', '2100-01-01', '', 'test', $5, $6)",
-        storage::Params()
-            .Text(IdOf(name))
-            .Text(kind)
-            .Text(method)
-            .Text(*blob)
-            .Int(recorded->sequence)
-            .Time(recorded->recorded_at));
-    ASSERT_TRUE(stored.ok()) << stored.status();
-  }
+  StoreCalibration(*transaction, kSensorCalibration, "sensor", "", "JOINT", *blob);
+  StoreCalibration(*transaction, kRotationCalibration, "rotation", "", "LINES", *blob);
   storage::RegistrationRow row;
   row.registration_id = IdOf(kRegistration);
   row.blade_serial = "sn1";

@@ -18,6 +18,7 @@
 #include "tests/services/ingest/fake_plant.h"
 #include "tests/services/ingest/sample_scans.h"
 #include "tests/support/in_process_server.h"
+#include "tests/support/registered.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::ingest {
@@ -40,25 +41,14 @@ class ScanServiceTest : public ::testing::Test {
         channel_(server_.Connect()),
         stub_(v1::ScanService::NewStub(channel_)),
         client_(channel_) {
-    Execute("INSERT INTO machines (machine_id) VALUES ('m1')");
-    Execute("INSERT INTO artefacts (artefact_id) VALUES ('a1')");
-    Execute("INSERT INTO parts (part_id) VALUES ('p1')");
+    testing::RegisterUsual(database_.database());
     for (const std::string serial : {"sn1", "sn2"}) AddBlade(serial);
   }
 
   void AddBlade(const std::string& serial) {
-    storage::RecordEntry entry;
-    entry.kind = "blade";
-    entry.name = "blades/" + serial;
-    entry.software_version = "test";
     auto transaction = database_.database()->Begin(testing::Soon());
     ASSERT_TRUE(transaction.ok()) << transaction.status();
-    const auto recorded = storage::AppendRecord(*transaction, entry);
-    ASSERT_TRUE(recorded.ok()) << recorded.status();
-    const auto inserted = transaction->Execute(
-        "INSERT INTO blades (blade_serial, part_id, record_sequence, recorded_at) VALUES ($1, 'p1', $2, $3)",
-        storage::Params().Text(serial).Int(recorded->sequence).Time(recorded->recorded_at));
-    ASSERT_TRUE(inserted.ok()) << inserted.status();
+    testing::RegisterBlade(*transaction, serial, "p1");
     ASSERT_TRUE(transaction->Commit().ok());
   }
 

@@ -136,8 +136,8 @@ TEST_F(ScanServiceTest, RecordsWhatAScanCameFrom) {
   EXPECT_EQ(entry.recorded.sequence, artefact_scan->scan().record_sequence());
   const auto of_blade = storage::RecordOfBlade(*transaction, "sn1");
   ASSERT_TRUE(of_blade.ok());
-  ASSERT_EQ(of_blade->size(), 1U);
-  EXPECT_THAT(of_blade->front().entry.inputs, ElementsAre("machines/m1@3", "blades/sn1"));
+  ASSERT_EQ(of_blade->size(), 2U);  // the blade, then its scan
+  EXPECT_THAT(of_blade->back().entry.inputs, ElementsAre("machines/m1@3", "blades/sn1"));
 }
 
 TEST_F(ScanServiceTest, TheSameScanTwiceIsOneScan) {

@@ -43,7 +43,7 @@ class StoreServiceTest : public ::testing::Test {
   }
   void FlipABitOf(const std::string& bytes) {
     Execute("ALTER TABLE blobs DISABLE TRIGGER USER");
-    Execute("UPDATE blobs SET bytes = set_bit(bytes, 3, 1 - get_bit(bytes, 3)) WHERE sha256 = '" +
+    Execute("UPDATE blobs SET bytes = set_bit(bytes, 3, 1 - get_bit(bytes, 3)) WHERE sha256 = '\\x" +
             storage::Sha256Hex(bytes) + "'");
     Execute("ALTER TABLE blobs ENABLE TRIGGER USER");
   }
@@ -164,8 +164,9 @@ TEST_F(StoreServiceTest, DeletedPointsAreAnEntryInTheRecord) {
   ASSERT_TRUE(again.ok()) << again.status();
   EXPECT_TRUE(again->already_deleted());
   EXPECT_EQ(again->deletion().reason(), "wrong blade in the nest");
-  const storage::Rows entry =
-      Execute("SELECT kind, summary->>'reason' FROM record_entries WHERE name = 'deletions/s1'");
+  const storage::Rows entry = Execute(
+      "SELECT kind, summary->>'reason' FROM record_entries JOIN record_names USING (record_id) "
+      "WHERE name = 'deletions/s1'");
   ASSERT_EQ(entry.count(), 1);
   EXPECT_EQ(entry.Text(0, 0), "deletion");
   EXPECT_EQ(entry.Text(0, 1), "wrong blade in the nest");
@@ -184,8 +185,9 @@ TEST_F(StoreServiceTest, PoliciesAreRevisionsAndAreApplied) {
   EXPECT_EQ(Call(&Stub::ListRetentionPolicies, list)->policies_size(), 1);
   list.set_all_revisions(true);
   EXPECT_EQ(Call(&Stub::ListRetentionPolicies, list)->policies_size(), 2);
-  EXPECT_EQ(Execute("SELECT count(*) FROM record_entries e JOIN retention_policies p USING (record_sequence) "
-                    "WHERE e.name = 'policies/artefact@' || p.revision AND e.kind = 'policy'")
+  EXPECT_EQ(Execute("SELECT count(*) FROM record_entries e JOIN record_names n USING (record_id) "
+                    "JOIN retention_policies p USING (record_id) "
+                    "WHERE n.name = 'policies/artefact@' || p.revision AND e.kind = 'policy'")
                 .Int(0, 0),
             2);
   v1::ApplyRetentionRequest apply;
@@ -258,8 +260,8 @@ TEST_F(StoreServiceTest, TheKeeperDoesAllThisByItself) {
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
     }
   }
-  EXPECT_EQ(Execute("SELECT scan_id FROM scan_deletions").Text(0, 0), "old");
-  EXPECT_EQ(Execute("SELECT sha256 FROM blob_damages").Text(0, 0), storage::Sha256Hex("to damage"));
+  EXPECT_EQ(Execute("SELECT scan_id FROM scan_deletions JOIN scans USING (scan_key)").Text(0, 0), "old");
+  EXPECT_EQ(Execute("SELECT sha256 FROM blob_damages").Digest(0, 0), storage::Sha256Hex("to damage"));
   EXPECT_TRUE(Call(&Stub::GetStoreStatus, v1::GetStoreStatusRequest())->has_check_finished_at());
 
   options.check_rate_mb_s = 1e-6;  // would take hours

@@ -42,8 +42,7 @@ class PlantHandlersTest : public ::testing::Test {
     storage::TessellationRow tessellation;
     tessellation.minimum_mm = tessellation.maximum_mm = {0, 0, 0};
     part.tessellation = *stores_.surfaces->Keep("cad", std::string(3 << 20, 's'), tessellation, "test", {});
-    const auto answer = [](const storage::PartRow&) -> absl::StatusOr<std::string> { return ""; };
-    ASSERT_TRUE(stores_.parts->Record({}, part, {}, answer, {}).ok());
+    ASSERT_TRUE(stores_.parts->Record({}, part, {}, {}).ok());
   }
 
   testing::FakePlantStores stores_;

@@ -9,6 +9,7 @@
 #include "storage/plant_registry.h"
 #include "storage/record.h"
 #include "tests/support/in_process_server.h"
+#include "tests/support/registered.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::plant {
@@ -36,12 +37,9 @@ class RecordServiceTest : public ::testing::Test {
   void SetUp() override {
     absl::StatusOr<storage::Transaction> transaction = database_.database()->Begin(testing::Soon());
     ASSERT_TRUE(transaction.ok()) << transaction.status();
-    ASSERT_TRUE(transaction->Execute("INSERT INTO parts VALUES ('vane')").ok());
-    storage::BladeRow blade;
-    blade.blade_serial = "sn1";
-    blade.part_id = "vane";
-    ASSERT_TRUE(storage::InsertBlade(*transaction, blade, Entry("", "", {"parts/vane@1"})).ok());
-    Append(&*transaction, Entry("machine", "machines/m1@1", {}));
+    testing::RegisterPart(*transaction, "vane");
+    ASSERT_TRUE(storage::InsertBlade(*transaction, {"sn1", "vane", {}}, Entry("", "", {"parts/vane@1"})).ok());
+    testing::RegisterMachine(*transaction, "m1");
     Append(&*transaction, Entry("calibration", "calibrations/a1", {"machines/m1@1"}));
     storage::RecordEntry calibration = Entry("calibration", "calibrations/c1", {"machines/m1@1", "calibrations/a1"});
     calibration.machine = "m1";
@@ -61,7 +59,7 @@ class RecordServiceTest : public ::testing::Test {
   }
 
   static void Append(storage::Transaction* transaction, const storage::RecordEntry& entry) {
-    const absl::StatusOr<storage::Recorded> recorded = storage::AppendRecord(*transaction, entry);
+    const absl::StatusOr<storage::Recorded> recorded = storage::AppendRecord(*transaction, storage::NewUuid(), entry);
     ASSERT_TRUE(recorded.ok()) << recorded.status();
   }
 

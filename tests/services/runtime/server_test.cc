@@ -137,7 +137,7 @@ class ServerTest : public ::testing::Test {
 
 TEST_F(ServerTest, HealthFollowsSchemaAndDatabase) {
   ThrowawayDatabase database(ThrowawayDatabase::Schema::kEmpty);
-  Start(database.conninfo());
+  Start(sixpoint::testing::AsRole(database.conninfo(), "ingest"));
   std::this_thread::sleep_for(milliseconds(600));
   EXPECT_EQ(HealthOf(""), kNotServing);  // reachable, but without a schema
   EXPECT_EQ(HealthOf(kService), kNotServing);
@@ -156,7 +156,7 @@ TEST_F(ServerTest, HealthFollowsSchemaAndDatabase) {
 TEST_F(ServerTest, ADatabaseThatMayLoseWhatItKeptIsNotServed) {
   ThrowawayDatabase database;
   ASSERT_EQ(unsetenv("SIXPOINT_VOLATILE_DATABASE"), 0);
-  Start(database.conninfo());
+  Start(sixpoint::testing::AsRole(database.conninfo(), "ingest"));
   const std::string why = "not ready: fsync: off, want on: a database that loses nothing it has kept";
   for (const auto end = Soon(20); LogLines(why).empty() && std::chrono::system_clock::now() < end;)
     std::this_thread::sleep_for(milliseconds(50));
@@ -164,13 +164,25 @@ TEST_F(ServerTest, ADatabaseThatMayLoseWhatItKeptIsNotServed) {
   EXPECT_EQ(HealthOf(""), kNotServing);
   Stop(SIGTERM);
   ASSERT_EQ(setenv("SIXPOINT_VOLATILE_DATABASE", "true", 1), 0);
-  Start(database.conninfo());
+  Start(sixpoint::testing::AsRole(database.conninfo(), "ingest"));
   EXPECT_TRUE(BecomesHealth(kServing, 15));
+}
+
+TEST_F(ServerTest, AServiceThatCouldChangeTheRecordDoesNotServe) {
+  ThrowawayDatabase database;
+  Start(database.conninfo());  // as the owner
+  const std::string why =
+      "not ready: database role: sixpoint, a superuser, want the service's own, sixpoint_plant for instance, which can "
+      "change nothing";
+  for (const auto end = Soon(20); LogLines(why).empty() && std::chrono::system_clock::now() < end;)
+    std::this_thread::sleep_for(milliseconds(50));
+  EXPECT_EQ(LogLines(why).size(), 1u);
+  EXPECT_EQ(HealthOf(""), kNotServing);
 }
 
 TEST_F(ServerTest, SigtermLetsRunningCallsEndAndExitsWithZero) {
   ThrowawayDatabase database;
-  Start(database.conninfo());
+  Start(sixpoint::testing::AsRole(database.conninfo(), "ingest"));
   ASSERT_TRUE(BecomesHealth(kServing, 15));
   grpc::Status slow;
   std::thread call([&] {

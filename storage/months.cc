@@ -1,0 +1,39 @@
+#include "storage/months.h"
+
+#include <utility>
+
+namespace sixpoint::storage {
+namespace {
+
+constexpr char kMake[] = "SELECT make_partitions($1)";
+constexpr char kForget[] =
+    "SELECT drop_requests_before((date_trunc('month', clock_timestamp()) - make_interval(months => $1))::date)";
+constexpr char kSelectMonths[] =
+    "SELECT replace(right(c.relname, 7), '_', '-'), count(*), sum(greatest(c.reltuples, 0))::bigint, "
+    "sum(pg_total_relation_size(c.oid))::bigint FROM pg_inherits i JOIN pg_class c ON c.oid = i.inhrelid "
+    "JOIN pg_partitioned_table p ON p.partrelid = i.inhparent GROUP BY 1 ORDER BY 1";
+
+absl::StatusOr<int> Count(Transaction& transaction, const char* sql, int argument) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(sql, Params().Int(argument));
+  if (!rows.ok()) return rows.status();
+  return rows->Checked(static_cast<int>(rows->Int(0, 0)));
+}
+
+}  // namespace
+
+absl::StatusOr<int> MakeMonths(Transaction& transaction, int months_ahead) {
+  return Count(transaction, kMake, months_ahead);
+}
+
+absl::StatusOr<int> ForgetRequests(Transaction& transaction) { return Count(transaction, kForget, kRequestMonths); }
+
+absl::StatusOr<std::vector<MonthUse>> ListMonths(Transaction& transaction) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectMonths);
+  if (!rows.ok()) return rows.status();
+  std::vector<MonthUse> months;
+  for (int row = 0; row < rows->count(); ++row)
+    months.push_back({rows->Text(row, 0), static_cast<int>(rows->Int(row, 1)), rows->Int(row, 2), rows->Int(row, 3)});
+  return rows->Checked(std::move(months));
+}
+
+}  // namespace sixpoint::storage

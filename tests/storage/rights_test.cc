@@ -1,0 +1,111 @@
+// What each service's role may do in the database, and what it may not (migrations/V0010).
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "storage/database.h"
+#include "storage/record.h"
+#include "tests/support/registered.h"
+#include "tests/support/throwaway_database.h"
+
+namespace sixpoint::storage {
+namespace {
+
+using sixpoint::testing::AsRole;
+using sixpoint::testing::Soon;
+using sixpoint::testing::ThrowawayDatabase;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+const char* const kAreas[] = {"plant", "ingest", "calibration", "registration", "correction", "inspection"};
+
+class RightsTest : public ::testing::Test {
+ protected:
+  std::unique_ptr<Database> As(const std::string& area) const {
+    return Database::Open(AsRole(database_.conninfo(), area), 1);
+  }
+  static absl::StatusOr<Rows> Ask(Database& database, const std::string& sql) {
+    absl::StatusOr<Transaction> transaction = database.Begin(Soon());
+    if (!transaction.ok()) return transaction.status();
+    return transaction->Execute(sql);
+  }
+  ThrowawayDatabase database_;
+};
+
+TEST_F(RightsTest, NoServiceChangesTheRecordOrSwitchesATriggerOff) {
+  for (const char* area : kAreas) {
+    const auto database = As(area);
+    for (const char* sql :
+         {"UPDATE record_entries SET kind = 'scan'", "DELETE FROM record_names", "TRUNCATE record_inputs",
+          "DELETE FROM requests", "UPDATE registrations SET outcome = 'CONVERGED'", "DELETE FROM inspections",
+          "UPDATE scans SET kind = 'arm'", "ALTER TABLE record_entries DISABLE TRIGGER ALL",
+          "ALTER TABLE blobs DISABLE TRIGGER USER", "SET session_replication_role = replica",
+          "DROP TABLE record_entries", "CREATE TABLE mine ()",
+          "CREATE OR REPLACE FUNCTION refuse_change() RETURNS "
+          "trigger LANGUAGE plpgsql AS 'BEGIN RETURN NEW; END'",
+          "SELECT detach_month('2020-01-01')", "COPY record_names TO PROGRAM 'true'"}) {
+      const absl::Status refused = Ask(*database, sql).status();
+      EXPECT_THAT(std::string(refused.message()), ::testing::AnyOf(HasSubstr("[42501]"), HasSubstr("[0A000]")))
+          << area << ": " << sql;
+    }
+    EXPECT_TRUE(database->RequireLeastRights(Soon()).ok()) << area;
+  }
+}
+
+// The owner, and whoever belongs to it, could do all of that.
+TEST_F(RightsTest, AServiceThatMayTooMuchIsTold) {
+  const absl::Status told = database_.database()->RequireLeastRights(Soon());
+  EXPECT_EQ(told.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(told.message()), HasSubstr("database role: sixpoint, a superuser, want"));
+}
+
+// By the database's own books: who may insert into, change or read what.
+TEST_F(RightsTest, EachServiceWritesItsOwnTablesOnly) {
+  const auto rights = [&](const std::string& right) {
+    std::map<std::string, std::set<std::string>> areas_of;
+    const absl::StatusOr<Rows> rows =
+        Ask(*database_.database(),
+            "SELECT c.relname, substr(r.rolname, 10) FROM pg_class c CROSS JOIN pg_roles r WHERE r.rolname LIKE "
+            "'sixpoint\\_%' AND c.relkind IN ('r', 'p') AND c.relnamespace IN ('public'::regnamespace, "
+            "'detached'::regnamespace) AND has_table_privilege(r.oid, c.oid, '" +
+                right + "')");
+    EXPECT_TRUE(rows.ok()) << rows.status();
+    for (int row = 0; rows.ok() && row < rows->count(); ++row) areas_of[rows->Text(row, 0)].insert(rows->Text(row, 1));
+    return areas_of;
+  };
+  const std::set<std::string> shared = {"record_names", "record_entries", "record_inputs", "requests", "blobs"};
+  for (const auto& [table, areas] : rights("INSERT"))
+    EXPECT_TRUE(areas.size() == 1 || shared.count(table) > 0) << table << ": " << areas.size();
+  for (const auto& [table, areas] : rights("DELETE"))
+    EXPECT_THAT(table, ::testing::AnyOf("scan_uploads", "scan_upload_blocks", "blobs")) << *areas.begin();
+  for (const auto& [table, areas] : rights("UPDATE"))  // of whole rows
+    EXPECT_THAT(table, ::testing::AnyOf("scan_uploads", "scan_upload_blocks", "blob_check_progress"));
+  EXPECT_THAT(rights("TRUNCATE"), IsEmpty());
+  EXPECT_THAT(rights("TRIGGER"), IsEmpty());
+  EXPECT_EQ(rights("SELECT")["registrations"], std::set<std::string>{"registration"});
+}
+
+TEST_F(RightsTest, EachMayAppendToTheJournalAndIngestMakesMonths) {
+  sixpoint::testing::RegisterUsual(database_.database());
+  for (const char* area : kAreas) {
+    const auto database = As(area);
+    absl::StatusOr<Transaction> transaction = database->Begin(Soon());
+    RecordEntry entry;
+    entry.kind = "scan";
+    entry.name = std::string("scans/of-") + area;
+    entry.inputs = {"machines/m1@1"};
+    entry.software_version = "test";
+    entry.request = KeptRequest{"area.Call", NewUuid(), std::string(64, 'a')};
+    const auto recorded = AppendRecord(*transaction, NewUuid(), entry);
+    ASSERT_TRUE(recorded.ok()) << area << ": " << recorded.status();
+    EXPECT_TRUE(transaction->Commit().ok());
+    EXPECT_EQ(Ask(*database, "SELECT make_partitions(4)").ok(), std::string(area) == "ingest") << area;
+  }
+}
+
+}  // namespace
+}  // namespace sixpoint::storage
