@@ -209,6 +209,21 @@ absl::Status DeletePoints(Session* session, const std::string& scan_id, const st
   return status;
 }
 
+absl::Status AdoptBucket(Session* session) {
+  ingest::v1::AdoptBucketRequest request;
+  request.set_requested_by(session->requested_by());
+  ingest::v1::AdoptBucketResponse response;
+  absl::Status status = session->Call<CloudStoreService>("ingest", &Stub::AdoptBucket, request, &response);
+  if (!status.ok()) return status;
+  if (session->json) {
+    PrintJson(response);
+  } else {
+    std::cout << "the bucket is this plant's; before: "
+              << (response.owner_before().empty() ? "nobody's" : response.owner_before()) << "\n";
+  }
+  return status;
+}
+
 void AddRetention(Command* store, Session* session) {
   Command* retention = store->AddCommand("retention", "How long points of scans are kept, by kind of scan");
   retention->RequireCommand();
@@ -300,6 +315,10 @@ void AddStoreCommands(Command* app, Session* session) {
   collect->AddFlag("--dry-run", dry_run.get(), "Only counts");
   collect->AddOption("--grace-s", grace_s.get(), "Leaves younger ones; without it one day")->Within(1, 31'622'400);
   session->OnCommand(collect, [session, dry_run, grace_s] { return Collect(session, *dry_run, *grace_s); });
+
+  Command* adopt = store->AddCommand(
+      "adopt-bucket", "Makes the bucket this plant's, after a restore or a move; what it lacks a row of may go then");
+  session->OnCommand(adopt, [session] { return AdoptBucket(session); });
 
   Command* status = store->AddCommand("status", "What is stored where, and what the checks found");
   session->OnCommand(status, [session] { return PrintStatus(session); });

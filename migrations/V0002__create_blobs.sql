@@ -12,8 +12,9 @@ CREATE TABLE blobs (
   CONSTRAINT blobs_pk PRIMARY KEY (sha256),
   CONSTRAINT blobs_size_true CHECK (size_bytes = octet_length(bytes)),
   CONSTRAINT blobs_store_known CHECK (store IN ('postgresql', 's3')),
-  CONSTRAINT blobs_state_consistent CHECK (deleted_at IS NULL AND deletion_reason IS NULL AND (bytes IS NOT NULL) = (store =
-    'postgresql') OR deleted_at IS NOT NULL AND deletion_reason IS NOT NULL AND deletion_reason <> '' AND bytes IS NULL),
+  CONSTRAINT blobs_state_consistent CHECK (deleted_at IS NULL AND deletion_reason IS NULL
+    AND (bytes IS NOT NULL) = (store = 'postgresql') OR deleted_at IS NOT NULL AND deletion_reason IS NOT NULL
+    AND deletion_reason <> '' AND bytes IS NULL),
   CONSTRAINT blobs_digests CHECK (octet_length(sha256) = 32),
   CONSTRAINT blobs_texts CHECK (octet_length(deletion_reason) <= 1000)
 );
@@ -62,6 +63,16 @@ COMMENT ON TABLE blob_check_progress IS
 COMMENT ON COLUMN blob_check_progress.finished_at IS 'End of the last whole pass.';
 
 INSERT INTO blob_check_progress DEFAULT VALUES;
+
+CREATE TABLE plant_identity (
+  only_row boolean NOT NULL DEFAULT true,
+  plant_id uuid NOT NULL DEFAULT gen_random_uuid(),
+  CONSTRAINT plant_identity_pk PRIMARY KEY (only_row),
+  CONSTRAINT plant_identity_one_row CHECK (only_row)
+);
+INSERT INTO plant_identity DEFAULT VALUES;
+COMMENT ON TABLE plant_identity IS 'Which plant this is, for what it keeps elsewhere: a bucket says whose clouds it holds.';
+SELECT make_append_only('plant_identity');
 
 -- Rows stay append-only but for three changes, each announced by a transaction-local setting: setting a value by accident is
 -- hard, and the change must still have the one shape that goes with it.

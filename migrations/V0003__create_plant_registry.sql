@@ -25,15 +25,15 @@ CREATE TABLE machine_revisions (
   CONSTRAINT machine_revisions_pk PRIMARY KEY (machine_id, revision),
   CONSTRAINT machine_revisions_record_once UNIQUE (record_id),
   CONSTRAINT machine_revisions_machine_fk FOREIGN KEY (machine_id) REFERENCES machines (machine_id),
-  CONSTRAINT machine_revisions_record_fk FOREIGN KEY (record_id) REFERENCES record_names (record_id) DEFERRABLE INITIALLY
-    DEFERRED,
+  CONSTRAINT machine_revisions_record_fk FOREIGN KEY (record_id) REFERENCES record_names (record_id)
+    DEFERRABLE INITIALLY DEFERRED,
   CONSTRAINT machine_revisions_revision_positive CHECK (revision > 0),
-  CONSTRAINT machine_revisions_sensor_positive CHECK ( sensor_noise_um > 0 AND sensor_noise_um < 1e6 AND sensor_column_count
-    > 0 AND sensor_mid_range_mm > 0 AND sensor_mid_range_mm < 1e6 AND sensor_range_mm > 0 AND sensor_range_mm < 1e6 AND
-    sensor_line_angle_deg > 0 AND sensor_line_angle_deg < 180),
+  CONSTRAINT machine_revisions_sensor_positive CHECK (sensor_noise_um > 0 AND sensor_noise_um < 1e6
+    AND sensor_column_count > 0 AND sensor_mid_range_mm > 0 AND sensor_mid_range_mm < 1e6 AND sensor_range_mm > 0
+    AND sensor_range_mm < 1e6 AND sensor_line_angle_deg > 0 AND sensor_line_angle_deg < 180),
   CONSTRAINT machine_revisions_centre_finite CHECK (is_triple(nominal_centre_mm)),
-  CONSTRAINT machine_revisions_safety_finite CHECK ( safety_translation_mm >= 0 AND safety_translation_mm < 1e6 AND
-    safety_rotation_deg >= 0 AND safety_rotation_deg <= 180),
+  CONSTRAINT machine_revisions_safety_finite CHECK (safety_translation_mm >= 0 AND safety_translation_mm < 1e6
+    AND safety_rotation_deg >= 0 AND safety_rotation_deg <= 180),
   CONSTRAINT machine_revisions_digests CHECK (octet_length(content_sha256) = 32),
   CONSTRAINT machine_revisions_texts CHECK (octet_length(sensor_model) <= 200),
   CONSTRAINT machine_revisions_nominal_centre_mm_whole CHECK (array_position(nominal_centre_mm, NULL) IS NULL)
@@ -57,7 +57,8 @@ CREATE TABLE machine_joints (
   maximum double precision NOT NULL,
   CONSTRAINT machine_joints_pk PRIMARY KEY (machine_id, revision, side, position_index),
   CONSTRAINT machine_joints_axis_once UNIQUE (machine_id, revision, axis),
-  CONSTRAINT machine_joints_machine_fk FOREIGN KEY (machine_id, revision) REFERENCES machine_revisions (machine_id, revision),
+  CONSTRAINT machine_joints_machine_fk FOREIGN KEY (machine_id, revision)
+    REFERENCES machine_revisions (machine_id, revision),
   CONSTRAINT machine_joints_side_known CHECK (side IN ('part', 'tool')),
   CONSTRAINT machine_joints_position_from_zero CHECK (position_index >= 0),
   CONSTRAINT machine_joints_axis_known CHECK (axis IN ('X', 'Y', 'Z', 'A', 'B', 'C')),
@@ -96,14 +97,14 @@ CREATE TABLE artefact_revisions (
   CONSTRAINT artefact_revisions_pk PRIMARY KEY (artefact_id, revision),
   CONSTRAINT artefact_revisions_record_once UNIQUE (record_id),
   CONSTRAINT artefact_revisions_artefact_fk FOREIGN KEY (artefact_id) REFERENCES artefacts (artefact_id),
-  CONSTRAINT artefact_revisions_record_fk FOREIGN KEY (record_id) REFERENCES record_names (record_id) DEFERRABLE INITIALLY
-    DEFERRED,
+  CONSTRAINT artefact_revisions_record_fk FOREIGN KEY (record_id) REFERENCES record_names (record_id)
+    DEFERRABLE INITIALLY DEFERRED,
   CONSTRAINT artefact_revisions_revision_positive CHECK (revision > 0),
   CONSTRAINT artefact_revisions_side_positive CHECK (side_mm > 0 AND side_mm < 1e4),
-  CONSTRAINT artefact_revisions_cones_finite CHECK ( cone_half_angle_deg >= 0 AND cone_half_angle_deg < 90 AND
-    cone_bottom_radius_mm >= 0 AND cone_top_radius_mm >= cone_bottom_radius_mm AND cone_top_radius_mm < 1e4),
-  CONSTRAINT artefact_revisions_slots_finite CHECK ( slot_width_mm >= 0 AND slot_width_mm < 1e4 AND slot_depth_mm >= 0 AND
-    slot_depth_mm < 1e4),
+  CONSTRAINT artefact_revisions_cones_finite CHECK (cone_half_angle_deg >= 0 AND cone_half_angle_deg < 90
+    AND cone_bottom_radius_mm >= 0 AND cone_top_radius_mm >= cone_bottom_radius_mm AND cone_top_radius_mm < 1e4),
+  CONSTRAINT artefact_revisions_slots_finite CHECK (slot_width_mm >= 0 AND slot_width_mm < 1e4 AND slot_depth_mm >= 0
+    AND slot_depth_mm < 1e4),
   CONSTRAINT artefact_revisions_digests CHECK (octet_length(content_sha256) = 32)
 );
 COMMENT ON TABLE artefact_revisions IS 'A plate side_mm x side_mm, its upper face z = 0, with cones and square slots in it.';
@@ -118,8 +119,8 @@ CREATE TABLE artefact_features (
   y_mm double precision NOT NULL,
   CONSTRAINT artefact_features_pk PRIMARY KEY (artefact_id, revision, kind, position_index),
   CONSTRAINT artefact_features_name_once UNIQUE (artefact_id, revision, feature),
-  CONSTRAINT artefact_features_artefact_fk FOREIGN KEY (artefact_id, revision) REFERENCES artefact_revisions (artefact_id,
-    revision),
+  CONSTRAINT artefact_features_artefact_fk FOREIGN KEY (artefact_id, revision)
+    REFERENCES artefact_revisions (artefact_id, revision),
   CONSTRAINT artefact_features_kind_known CHECK (kind IN ('cone', 'slot')),
   CONSTRAINT artefact_features_position_from_zero CHECK (position_index >= 0),
   CONSTRAINT artefact_features_centre_finite CHECK (abs(x_mm) < 1e4 AND abs(y_mm) < 1e4),
@@ -150,8 +151,8 @@ CREATE TABLE tessellations (
   CONSTRAINT tessellations_box_finite CHECK (is_triple(minimum_mm) AND is_triple(maximum_mm)),
   CONSTRAINT tessellations_software_named CHECK (software_version <> ''),
   CONSTRAINT tessellations_degenerate_of_all CHECK (degenerate_triangle_count BETWEEN 0 AND triangle_count),
-  CONSTRAINT tessellations_rims_have_length CHECK (open_rim_count >= 0 AND open_rim_length_mm >= 0 AND open_rim_length_mm <
-    1e12 AND (open_rim_count > 0 OR open_rim_length_mm = 0)),
+  CONSTRAINT tessellations_rims_have_length CHECK (open_rim_count >= 0 AND open_rim_length_mm >= 0
+    AND open_rim_length_mm < 1e12 AND (open_rim_count > 0 OR open_rim_length_mm = 0)),
   CONSTRAINT tessellations_digests CHECK (octet_length(cad_sha256) = 32 AND octet_length(surface_sha256) = 32),
   CONSTRAINT tessellations_texts CHECK (octet_length(method) <= 200 AND octet_length(software_version) <= 200),
   CONSTRAINT tessellations_minimum_mm_whole CHECK (array_position(minimum_mm, NULL) IS NULL),
@@ -189,22 +190,22 @@ CREATE TABLE part_revisions (
   CONSTRAINT part_revisions_pk PRIMARY KEY (part_id, revision),
   CONSTRAINT part_revisions_record_once UNIQUE (record_id),
   CONSTRAINT part_revisions_part_fk FOREIGN KEY (part_id) REFERENCES parts (part_id),
-  CONSTRAINT part_revisions_tessellation_fk FOREIGN KEY (cad_sha256, tessellation_method) REFERENCES tessellations
-    (cad_sha256, method),
-  CONSTRAINT part_revisions_record_fk FOREIGN KEY (record_id) REFERENCES record_names (record_id) DEFERRABLE INITIALLY
-    DEFERRED,
+  CONSTRAINT part_revisions_tessellation_fk FOREIGN KEY (cad_sha256, tessellation_method)
+    REFERENCES tessellations (cad_sha256, method),
+  CONSTRAINT part_revisions_record_fk FOREIGN KEY (record_id) REFERENCES record_names (record_id)
+    DEFERRABLE INITIALLY DEFERRED,
   CONSTRAINT part_revisions_revision_positive CHECK (revision > 0),
   CONSTRAINT part_revisions_format_known CHECK (cad_format IN ('step', 'iges', 'stl')),
   CONSTRAINT part_revisions_unit_finite CHECK (cad_unit_mm >= 0 AND cad_unit_mm <= 1e4),
-  CONSTRAINT part_revisions_rotation_unit CHECK ( cardinality(zero_from_part_nominal_rotation) = 9 AND
-    is_unit(zero_from_part_nominal_rotation[1:3]) AND is_unit(zero_from_part_nominal_rotation[4:6]) AND
-    is_unit(zero_from_part_nominal_rotation[7:9])),
+  CONSTRAINT part_revisions_rotation_unit CHECK (cardinality(zero_from_part_nominal_rotation) = 9
+    AND is_unit(zero_from_part_nominal_rotation[1:3]) AND is_unit(zero_from_part_nominal_rotation[4:6])
+    AND is_unit(zero_from_part_nominal_rotation[7:9])),
   CONSTRAINT part_revisions_translation_finite CHECK (is_triple(zero_from_part_nominal_translation_mm)),
   CONSTRAINT part_revisions_digests CHECK (octet_length(content_sha256) = 32 AND octet_length(cad_sha256) = 32),
   CONSTRAINT part_revisions_zero_from_part_nominal_rotation_whole CHECK (array_position(zero_from_part_nominal_rotation,
-    NULL) IS NULL),
+      NULL) IS NULL),
   CONSTRAINT part_revisions_zero_from_part_nominal_translation_mm_whole CHECK
-    (array_position(zero_from_part_nominal_translation_mm, NULL) IS NULL)
+      (array_position(zero_from_part_nominal_translation_mm, NULL) IS NULL)
 );
 COMMENT ON TABLE part_revisions IS
   'A part model as it was at one time: its CAD, where it stands, its holes and datum points.';
@@ -227,12 +228,12 @@ CREATE TABLE part_hole_groups (
   CONSTRAINT part_hole_groups_pk PRIMARY KEY (part_id, revision, group_index),
   CONSTRAINT part_hole_groups_name_once UNIQUE (part_id, revision, hole_group),
   CONSTRAINT part_hole_groups_part_fk FOREIGN KEY (part_id, revision) REFERENCES part_revisions (part_id, revision),
-  CONSTRAINT part_hole_groups_sizes_positive CHECK ( diameter_mm > 0 AND diameter_mm < 1e3 AND depth_mm > 0 AND depth_mm <
-    1e4),
+  CONSTRAINT part_hole_groups_sizes_positive CHECK (diameter_mm > 0 AND diameter_mm < 1e3 AND depth_mm > 0
+    AND depth_mm < 1e4),
   CONSTRAINT part_hole_groups_angles_finite CHECK (abs(a_nominal_deg) <= 360 AND abs(b_nominal_deg) <= 360),
   CONSTRAINT part_hole_groups_axis_unit CHECK (is_unit(axis_in_part)),
-  CONSTRAINT part_hole_groups_tolerances_positive CHECK ( position_tolerance_mm > 0 AND position_tolerance_mm < 1e3 AND
-    inclination_tolerance_deg > 0 AND inclination_tolerance_deg <= 90),
+  CONSTRAINT part_hole_groups_tolerances_positive CHECK (position_tolerance_mm > 0 AND position_tolerance_mm < 1e3
+    AND inclination_tolerance_deg > 0 AND inclination_tolerance_deg <= 90),
   CONSTRAINT part_hole_groups_texts CHECK (octet_length(hole_group) <= 200),
   CONSTRAINT part_hole_groups_axis_in_part_whole CHECK (array_position(axis_in_part, NULL) IS NULL)
 );
@@ -249,8 +250,8 @@ CREATE TABLE part_holes (
   normal_in_part double precision[] NOT NULL,
   CONSTRAINT part_holes_pk PRIMARY KEY (part_id, revision, group_index, hole_index),
   CONSTRAINT part_holes_name_once UNIQUE (part_id, revision, group_index, hole),
-  CONSTRAINT part_holes_group_fk FOREIGN KEY (part_id, revision, group_index) REFERENCES part_hole_groups (part_id, revision,
-    group_index),
+  CONSTRAINT part_holes_group_fk FOREIGN KEY (part_id, revision, group_index)
+    REFERENCES part_hole_groups (part_id, revision, group_index),
   CONSTRAINT part_holes_start_finite CHECK (is_triple(start_in_part_mm)),
   CONSTRAINT part_holes_normal_unit CHECK (is_unit(normal_in_part)),
   CONSTRAINT part_holes_texts CHECK (octet_length(hole) <= 200),

@@ -21,17 +21,19 @@ CREATE TABLE calibrations (
   CONSTRAINT calibrations_kind_unique UNIQUE (calibration_id, kind),
   CONSTRAINT calibrations_machine_fk FOREIGN KEY (machine_id) REFERENCES machines (machine_id),
   CONSTRAINT calibrations_request_fk FOREIGN KEY (request_sha256) REFERENCES blobs (sha256),
-  CONSTRAINT calibrations_record_fk FOREIGN KEY (calibration_id) REFERENCES record_names (record_id) DEFERRABLE INITIALLY
-    DEFERRED,
+  CONSTRAINT calibrations_record_fk FOREIGN KEY (calibration_id) REFERENCES record_names (record_id)
+    DEFERRABLE INITIALLY DEFERRED,
   CONSTRAINT calibrations_inputs_named CHECK (array_position(inputs, NULL) IS NULL),
-  CONSTRAINT calibrations_validity_ordered CHECK (isfinite(valid_from) AND isfinite(valid_until) AND valid_from <
-    valid_until),
+  CONSTRAINT calibrations_validity_ordered CHECK (isfinite(valid_from) AND isfinite(valid_until)
+    AND valid_from < valid_until),
   CONSTRAINT calibrations_software_named CHECK (software_version <> ''),
-  CONSTRAINT calibrations_environment CHECK (temperature_c BETWEEN -50 AND 100 AND temperature_standard_uncertainty_c BETWEEN
-    0 AND 50 AND humidity_percent BETWEEN 0 AND 100 AND length(environment_note) <= 1000),
-  CONSTRAINT calibrations_uncertain_temperature CHECK (temperature_c IS NOT NULL OR temperature_standard_uncertainty_c IS
-    NULL),
-  CONSTRAINT calibrations_method_fits_kind CHECK (kind = 'sensor' AND method IN ('JOINT', 'SEQUENTIAL') OR kind = 'rotation'
+  CONSTRAINT calibrations_environment CHECK (temperature_c BETWEEN -50 AND 100
+    AND temperature_standard_uncertainty_c BETWEEN 0 AND 50 AND humidity_percent BETWEEN 0 AND 100
+    AND length(environment_note) <= 1000),
+  CONSTRAINT calibrations_uncertain_temperature CHECK (temperature_c IS NOT NULL
+    OR temperature_standard_uncertainty_c IS NULL),
+  CONSTRAINT calibrations_method_fits_kind CHECK (kind = 'sensor' AND method IN ('JOINT',
+      'SEQUENTIAL') OR kind = 'rotation'
     AND method IN ('LINES', 'POINT_C', 'STANDARD') OR kind = 'probe' AND method IN ('WEIGHTED', 'LINEAR') OR kind = 'axis'
     AND method = 'ENCODER_RUN'),
   CONSTRAINT calibrations_axis_fits_kind CHECK ((kind = 'axis') = (axis IS NOT NULL) AND axis IN ('A', 'B', 'C')),
@@ -61,8 +63,8 @@ CREATE TABLE calibration_events (
   CONSTRAINT calibration_events_pk PRIMARY KEY (calibration_id, event),
   CONSTRAINT calibration_events_record_once UNIQUE (record_id),
   CONSTRAINT calibration_events_calibration_fk FOREIGN KEY (calibration_id) REFERENCES calibrations (calibration_id),
-  CONSTRAINT calibration_events_record_fk FOREIGN KEY (record_id) REFERENCES record_names (record_id) DEFERRABLE INITIALLY
-    DEFERRED,
+  CONSTRAINT calibration_events_record_fk FOREIGN KEY (record_id) REFERENCES record_names (record_id)
+    DEFERRABLE INITIALLY DEFERRED,
   CONSTRAINT calibration_events_known CHECK (event IN ('RELEASED', 'WITHDRAWN')),
   CONSTRAINT calibration_events_reason_given CHECK (event <> 'WITHDRAWN' OR reason <> ''),
   CONSTRAINT calibration_events_reason_bounded CHECK (length(reason) <= 1000),
@@ -92,29 +94,29 @@ CREATE TABLE sensor_calibrations (
   condition_number double precision NOT NULL,
   points_used bigint NOT NULL,
   CONSTRAINT sensor_calibrations_pk PRIMARY KEY (calibration_id),
-  CONSTRAINT sensor_calibrations_calibration_fk FOREIGN KEY (calibration_id, kind) REFERENCES calibrations (calibration_id,
-    kind),
+  CONSTRAINT sensor_calibrations_calibration_fk FOREIGN KEY (calibration_id, kind)
+    REFERENCES calibrations (calibration_id, kind),
   CONSTRAINT sensor_calibrations_kind CHECK (kind = 'sensor'),
-  CONSTRAINT sensor_calibrations_rotation_nine CHECK (cardinality(machine_from_sensor_rotation) = 9 AND
-    array_position(machine_from_sensor_rotation, NULL) IS NULL AND 1.000001 > ALL (machine_from_sensor_rotation) AND
-    -1.000001 < ALL (machine_from_sensor_rotation)),
-  CONSTRAINT sensor_calibrations_t_sm_three CHECK (cardinality(t_sm_mm) = 3 AND array_position(t_sm_mm, NULL) IS NULL AND 1e6
-    > ALL (t_sm_mm) AND -1e6 < ALL (t_sm_mm)),
-  CONSTRAINT sensor_calibrations_covariance_finite CHECK (cardinality(covariance) = 36 AND array_position(covariance, NULL)
-    IS NULL AND 1e6 > ALL (covariance) AND -1e6 < ALL (covariance)),
-  CONSTRAINT sensor_calibrations_variance_positive CHECK (covariance[1] > 0 AND covariance[8] > 0 AND covariance[15] > 0 AND
-    covariance[22] > 0 AND covariance[29] > 0 AND covariance[36] > 0),
-  CONSTRAINT sensor_calibrations_angles_in_circle CHECK (abs(alpha_deg) <= 180 AND abs(beta_deg) <= 90 AND abs(gamma_deg) <=
-    180),
-  CONSTRAINT sensor_calibrations_uncertainty_positive CHECK (alpha_standard_uncertainty_deg > 0 AND
-    alpha_standard_uncertainty_deg < 180 AND beta_standard_uncertainty_deg > 0 AND beta_standard_uncertainty_deg < 180 AND
-    gamma_standard_uncertainty_deg > 0 AND gamma_standard_uncertainty_deg < 180),
-  CONSTRAINT sensor_calibrations_evidence_finite CHECK (noise_um >= 0 AND noise_um < 1e6 AND touch_rms_um >= 0 AND
-    touch_rms_um < 1e6 AND residual_rms_um >= 0 AND residual_rms_um < 1e6 AND condition_number >= 1 AND condition_number <
-    1e300),
+  CONSTRAINT sensor_calibrations_rotation_nine CHECK (cardinality(machine_from_sensor_rotation) = 9
+    AND array_position(machine_from_sensor_rotation, NULL) IS NULL AND 1.000001 > ALL (machine_from_sensor_rotation)
+    AND -1.000001 < ALL (machine_from_sensor_rotation)),
+  CONSTRAINT sensor_calibrations_t_sm_three CHECK (cardinality(t_sm_mm) = 3 AND array_position(t_sm_mm, NULL) IS NULL
+    AND 1e6 > ALL (t_sm_mm) AND -1e6 < ALL (t_sm_mm)),
+  CONSTRAINT sensor_calibrations_covariance_finite CHECK (cardinality(covariance) = 36
+    AND array_position(covariance, NULL) IS NULL AND 1e6 > ALL (covariance) AND -1e6 < ALL (covariance)),
+  CONSTRAINT sensor_calibrations_variance_positive CHECK (covariance[1] > 0 AND covariance[8] > 0 AND covariance[15] > 0
+    AND covariance[22] > 0 AND covariance[29] > 0 AND covariance[36] > 0),
+  CONSTRAINT sensor_calibrations_angles_in_circle CHECK (abs(alpha_deg) <= 180 AND abs(beta_deg) <= 90
+    AND abs(gamma_deg) <= 180),
+  CONSTRAINT sensor_calibrations_uncertainty_positive CHECK (alpha_standard_uncertainty_deg > 0
+    AND alpha_standard_uncertainty_deg < 180 AND beta_standard_uncertainty_deg > 0 AND beta_standard_uncertainty_deg < 180
+    AND gamma_standard_uncertainty_deg > 0 AND gamma_standard_uncertainty_deg < 180),
+  CONSTRAINT sensor_calibrations_evidence_finite CHECK (noise_um >= 0 AND noise_um < 1e6 AND touch_rms_um >= 0
+    AND touch_rms_um < 1e6 AND residual_rms_um >= 0 AND residual_rms_um < 1e6 AND condition_number >= 1
+    AND condition_number < 1e300),
   CONSTRAINT sensor_calibrations_points_positive CHECK (points_used > 0),
-  CONSTRAINT sensor_calibrations_machine_from_sensor_rotation_whole CHECK (array_position(machine_from_sensor_rotation, NULL)
-    IS NULL),
+  CONSTRAINT sensor_calibrations_machine_from_sensor_rotation_whole CHECK (array_position(machine_from_sensor_rotation,
+      NULL) IS NULL),
   CONSTRAINT sensor_calibrations_t_sm_mm_whole CHECK (array_position(t_sm_mm, NULL) IS NULL),
   CONSTRAINT sensor_calibrations_covariance_whole CHECK (array_position(covariance, NULL) IS NULL)
 );
@@ -136,8 +138,8 @@ CREATE TABLE sensor_calibration_centres (
   dy_um double precision NOT NULL,
   dz_um double precision NOT NULL,
   CONSTRAINT sensor_calibration_centres_pk PRIMARY KEY (calibration_id, position_index),
-  CONSTRAINT sensor_calibration_centres_calibration_fk FOREIGN KEY (calibration_id) REFERENCES sensor_calibrations
-    (calibration_id),
+  CONSTRAINT sensor_calibration_centres_calibration_fk FOREIGN KEY (calibration_id)
+    REFERENCES sensor_calibrations (calibration_id),
   CONSTRAINT sensor_calibration_centres_scan_fk FOREIGN KEY (scan_key) REFERENCES record_names (record_id),
   CONSTRAINT sensor_calibration_centres_position_from_zero CHECK (position_index >= 0),
   CONSTRAINT sensor_calibration_centres_finite CHECK (abs(dx_um) < 1e9 AND abs(dy_um) < 1e9 AND abs(dz_um) < 1e9),
@@ -164,28 +166,30 @@ CREATE TABLE rotation_calibrations (
   condition_number double precision NOT NULL,
   axes text[] NOT NULL DEFAULT '{A,B}',
   CONSTRAINT rotation_calibrations_pk PRIMARY KEY (calibration_id),
-  CONSTRAINT rotation_calibrations_calibration_fk FOREIGN KEY (calibration_id, kind) REFERENCES calibrations (calibration_id,
-    kind),
+  CONSTRAINT rotation_calibrations_calibration_fk FOREIGN KEY (calibration_id, kind)
+    REFERENCES calibrations (calibration_id, kind),
   CONSTRAINT rotation_calibrations_kind CHECK (kind = 'rotation'),
-  CONSTRAINT rotation_calibrations_a_direction_unit CHECK (cardinality(a_direction) = 3 AND array_position(a_direction, NULL)
-    IS NULL AND abs(sqrt(a_direction[1] * a_direction[1] + a_direction[2] * a_direction[2] + a_direction[3] * a_direction[3])
-    - 1) < 1e-9),
-  CONSTRAINT rotation_calibrations_b_direction_unit CHECK (cardinality(b_direction) = 3 AND array_position(b_direction, NULL)
-    IS NULL AND abs(sqrt(b_direction[1] * b_direction[1] + b_direction[2] * b_direction[2] + b_direction[3] * b_direction[3])
-    - 1) < 1e-9),
-  CONSTRAINT rotation_calibrations_points_finite CHECK (cardinality(a_point_mm) = 3 AND cardinality(b_point_mm) = 3 AND
-    cardinality(point_c_mm) = 3 AND array_position(a_point_mm || b_point_mm || point_c_mm, NULL) IS NULL AND 1e6 > ALL
-    (a_point_mm || b_point_mm || point_c_mm) AND -1e6 < ALL (a_point_mm || b_point_mm || point_c_mm)),
-  CONSTRAINT rotation_calibrations_covariance_finite CHECK (cardinality(covariance) = 64 AND array_position(covariance, NULL)
-    IS NULL AND 1e6 > ALL (covariance) AND -1e6 < ALL (covariance)),
-  CONSTRAINT rotation_calibrations_uncertainty_finite CHECK (cardinality(point_c_standard_uncertainty_mm) = 3 AND
-    array_position(point_c_standard_uncertainty_mm, NULL) IS NULL AND 0 <= ALL (point_c_standard_uncertainty_mm) AND 1e6 >
-    ALL (point_c_standard_uncertainty_mm)),
-  CONSTRAINT rotation_calibrations_evidence_finite CHECK (noise_um >= 0 AND noise_um < 1e6 AND residual_rms_um >= 0 AND
-    residual_rms_um < 1e6 AND check_rms_um >= 0 AND check_rms_um < 1e6 AND check_count >= 0 AND condition_number >= 1 AND
-    condition_number < 1e300),
-  CONSTRAINT rotation_calibrations_axes_two CHECK (cardinality(axes) = 2 AND array_position(axes, NULL) IS NULL AND axes[1]
-    IN ('A', 'B', 'C') AND axes[2] IN ('A', 'B', 'C') AND axes[1] <> axes[2]),
+  CONSTRAINT rotation_calibrations_a_direction_unit CHECK (cardinality(a_direction) = 3
+    AND array_position(a_direction, NULL) IS NULL
+    AND abs(sqrt(a_direction[1] * a_direction[1] + a_direction[2] * a_direction[2] + a_direction[3] * a_direction[3]) - 1) <
+      1e-9),
+  CONSTRAINT rotation_calibrations_b_direction_unit CHECK (cardinality(b_direction) = 3
+    AND array_position(b_direction, NULL) IS NULL
+    AND abs(sqrt(b_direction[1] * b_direction[1] + b_direction[2] * b_direction[2] + b_direction[3] * b_direction[3]) - 1) <
+      1e-9),
+  CONSTRAINT rotation_calibrations_points_finite CHECK (cardinality(a_point_mm) = 3 AND cardinality(b_point_mm) = 3
+    AND cardinality(point_c_mm) = 3 AND array_position(a_point_mm || b_point_mm || point_c_mm, NULL) IS NULL
+    AND 1e6 > ALL (a_point_mm || b_point_mm || point_c_mm) AND -1e6 < ALL (a_point_mm || b_point_mm || point_c_mm)),
+  CONSTRAINT rotation_calibrations_covariance_finite CHECK (cardinality(covariance) = 64
+    AND array_position(covariance, NULL) IS NULL AND 1e6 > ALL (covariance) AND -1e6 < ALL (covariance)),
+  CONSTRAINT rotation_calibrations_uncertainty_finite CHECK (cardinality(point_c_standard_uncertainty_mm) = 3
+    AND array_position(point_c_standard_uncertainty_mm, NULL) IS NULL AND 0 <= ALL (point_c_standard_uncertainty_mm)
+    AND 1e6 > ALL (point_c_standard_uncertainty_mm)),
+  CONSTRAINT rotation_calibrations_evidence_finite CHECK (noise_um >= 0 AND noise_um < 1e6 AND residual_rms_um >= 0
+    AND residual_rms_um < 1e6 AND check_rms_um >= 0 AND check_rms_um < 1e6 AND check_count >= 0 AND condition_number >= 1
+    AND condition_number < 1e300),
+  CONSTRAINT rotation_calibrations_axes_two CHECK (cardinality(axes) = 2 AND array_position(axes, NULL) IS NULL
+    AND axes[1] IN ('A', 'B', 'C') AND axes[2] IN ('A', 'B', 'C') AND axes[1] <> axes[2]),
   CONSTRAINT rotation_calibrations_a_direction_whole CHECK (array_position(a_direction, NULL) IS NULL),
   CONSTRAINT rotation_calibrations_a_point_mm_whole CHECK (array_position(a_point_mm, NULL) IS NULL),
   CONSTRAINT rotation_calibrations_b_direction_whole CHECK (array_position(b_direction, NULL) IS NULL),
@@ -193,7 +197,7 @@ CREATE TABLE rotation_calibrations (
   CONSTRAINT rotation_calibrations_covariance_whole CHECK (array_position(covariance, NULL) IS NULL),
   CONSTRAINT rotation_calibrations_point_c_mm_whole CHECK (array_position(point_c_mm, NULL) IS NULL),
   CONSTRAINT rotation_calibrations_point_c_standard_uncertainty_mm_whole CHECK
-    (array_position(point_c_standard_uncertainty_mm, NULL) IS NULL),
+      (array_position(point_c_standard_uncertainty_mm, NULL) IS NULL),
   CONSTRAINT rotation_calibrations_axes_whole CHECK (array_position(axes, NULL) IS NULL AND cardinality(axes) <= 1000)
 );
 COMMENT ON TABLE rotation_calibrations IS
@@ -213,11 +217,11 @@ CREATE TABLE rotation_calibration_poses (
   held_out boolean NOT NULL,
   before_um double precision,
   CONSTRAINT rotation_calibration_poses_pk PRIMARY KEY (calibration_id, position_index),
-  CONSTRAINT rotation_calibration_poses_calibration_fk FOREIGN KEY (calibration_id) REFERENCES rotation_calibrations
-    (calibration_id),
+  CONSTRAINT rotation_calibration_poses_calibration_fk FOREIGN KEY (calibration_id)
+    REFERENCES rotation_calibrations (calibration_id),
   CONSTRAINT rotation_calibration_poses_position_from_zero CHECK (position_index >= 0),
-  CONSTRAINT rotation_calibration_poses_finite CHECK (abs(a_deg) < 1e6 AND abs(b_deg) < 1e6 AND distance_um >= 0 AND
-    distance_um < 1e9),
+  CONSTRAINT rotation_calibration_poses_finite CHECK (abs(a_deg) < 1e6 AND abs(b_deg) < 1e6 AND distance_um >= 0
+    AND distance_um < 1e9),
   CONSTRAINT rotation_calibration_poses_before CHECK (before_um >= 0 AND before_um < 1e9)
 );
 COMMENT ON TABLE rotation_calibration_poses IS 'The error curve: each sphere pose''s distance from the fitted axes.';
@@ -243,33 +247,34 @@ CREATE TABLE probe_calibrations (
   displacement_matrix_condition_number double precision NOT NULL,
   worst_approach_angle_deg double precision NOT NULL,
   CONSTRAINT probe_calibrations_pk PRIMARY KEY (calibration_id),
-  CONSTRAINT probe_calibrations_calibration_fk FOREIGN KEY (calibration_id, kind) REFERENCES calibrations (calibration_id,
-    kind),
+  CONSTRAINT probe_calibrations_calibration_fk FOREIGN KEY (calibration_id, kind)
+    REFERENCES calibrations (calibration_id, kind),
   CONSTRAINT probe_calibrations_kind CHECK (kind = 'probe'),
   CONSTRAINT probe_calibrations_block_named CHECK (block ~ '^[A-Za-z0-9._-]{1,64}$'),
   CONSTRAINT probe_calibrations_approach_three CHECK (cardinality(approach) = 3 AND array_position(approach, NULL) IS NULL
     AND abs(sqrt(approach[1] * approach[1] + approach[2] * approach[2] + approach[3] * approach[3]) - scale) < 1e-9),
   CONSTRAINT probe_calibrations_offset_three CHECK (cardinality(offset_mm) = 3 AND array_position(offset_mm, NULL) IS NULL
     AND 1e6 > ALL (offset_mm) AND -1e6 < ALL (offset_mm)),
-  CONSTRAINT probe_calibrations_covariance_finite CHECK (cardinality(covariance) = 36 AND array_position(covariance, NULL) IS
-    NULL AND 1e6 > ALL (covariance) AND -1e6 < ALL (covariance)),
-  CONSTRAINT probe_calibrations_variance_positive CHECK (covariance[1] > 0 AND covariance[8] > 0 AND covariance[15] > 0 AND
-    covariance[22] > 0 AND covariance[29] > 0 AND covariance[36] > 0),
+  CONSTRAINT probe_calibrations_covariance_finite CHECK (cardinality(covariance) = 36
+    AND array_position(covariance, NULL) IS NULL AND 1e6 > ALL (covariance) AND -1e6 < ALL (covariance)),
+  CONSTRAINT probe_calibrations_variance_positive CHECK (covariance[1] > 0 AND covariance[8] > 0 AND covariance[15] > 0
+    AND covariance[22] > 0 AND covariance[29] > 0 AND covariance[36] > 0),
   CONSTRAINT probe_calibrations_scale_near_one CHECK (scale > 0.8 AND scale < 1.25),
-  CONSTRAINT probe_calibrations_uncertainty_positive CHECK (scale_standard_uncertainty > 0 AND scale_standard_uncertainty < 1
+  CONSTRAINT probe_calibrations_uncertainty_positive CHECK (scale_standard_uncertainty > 0 AND scale_standard_uncertainty
+      < 1
     AND direction_standard_uncertainty_urad > 0 AND direction_standard_uncertainty_urad < 1e6),
-  CONSTRAINT probe_calibrations_point_uncertainty_three CHECK (cardinality(point_standard_uncertainty_mm) = 3 AND
-    array_position(point_standard_uncertainty_mm, NULL) IS NULL AND 0 < ALL (point_standard_uncertainty_mm) AND 1e6 > ALL
-    (point_standard_uncertainty_mm)),
-  CONSTRAINT probe_calibrations_evidence_finite CHECK (noise_um > 0 AND noise_um < 1e6 AND noise_factor >= 1 AND noise_factor
-    < 1e6 AND residual_rms_um >= 0 AND residual_rms_um < 1e6 AND touch_rms_um >= 0 AND touch_rms_um < 1e6 AND
-    condition_number >= 1 AND condition_number < 1e300 AND displacement_matrix_condition_number >= 1 AND
-    displacement_matrix_condition_number < 1e300 AND worst_approach_angle_deg >= 0 AND worst_approach_angle_deg <= 90),
+  CONSTRAINT probe_calibrations_point_uncertainty_three CHECK (cardinality(point_standard_uncertainty_mm) = 3
+    AND array_position(point_standard_uncertainty_mm, NULL) IS NULL AND 0 < ALL (point_standard_uncertainty_mm)
+    AND 1e6 > ALL (point_standard_uncertainty_mm)),
+  CONSTRAINT probe_calibrations_evidence_finite CHECK (noise_um > 0 AND noise_um < 1e6 AND noise_factor >= 1
+    AND noise_factor < 1e6 AND residual_rms_um >= 0 AND residual_rms_um < 1e6 AND touch_rms_um >= 0 AND touch_rms_um < 1e6
+    AND condition_number >= 1 AND condition_number < 1e300 AND displacement_matrix_condition_number >= 1
+    AND displacement_matrix_condition_number < 1e300 AND worst_approach_angle_deg >= 0 AND worst_approach_angle_deg <= 90),
   CONSTRAINT probe_calibrations_approach_whole CHECK (array_position(approach, NULL) IS NULL),
   CONSTRAINT probe_calibrations_offset_mm_whole CHECK (array_position(offset_mm, NULL) IS NULL),
   CONSTRAINT probe_calibrations_covariance_whole CHECK (array_position(covariance, NULL) IS NULL),
   CONSTRAINT probe_calibrations_point_standard_uncertainty_mm_whole CHECK (array_position(point_standard_uncertainty_mm,
-    NULL) IS NULL)
+      NULL) IS NULL)
 );
 COMMENT ON TABLE probe_calibrations IS
   'p_machine = position + offset + displacement * approach for a reading of the point laser probe.';
@@ -289,8 +294,8 @@ CREATE TABLE probe_calibration_readings (
   displacement_mm double precision NOT NULL,
   residual_um double precision NOT NULL,
   CONSTRAINT probe_calibration_readings_pk PRIMARY KEY (calibration_id, position_index),
-  CONSTRAINT probe_calibration_readings_calibration_fk FOREIGN KEY (calibration_id) REFERENCES probe_calibrations
-    (calibration_id),
+  CONSTRAINT probe_calibration_readings_calibration_fk FOREIGN KEY (calibration_id)
+    REFERENCES probe_calibrations (calibration_id),
   CONSTRAINT probe_calibration_readings_position_from_zero CHECK (position_index >= 0),
   CONSTRAINT probe_calibration_readings_finite CHECK (abs(displacement_mm) < 1e6 AND abs(residual_um) < 1e9),
   CONSTRAINT probe_calibration_readings_texts CHECK (octet_length(face) <= 200)
@@ -307,11 +312,11 @@ CREATE TABLE probe_calibration_checks (
   distance_um double precision NOT NULL,
   residual_range_um double precision NOT NULL,
   CONSTRAINT probe_calibration_checks_pk PRIMARY KEY (calibration_id, position_index),
-  CONSTRAINT probe_calibration_checks_calibration_fk FOREIGN KEY (calibration_id) REFERENCES probe_calibrations
-    (calibration_id),
+  CONSTRAINT probe_calibration_checks_calibration_fk FOREIGN KEY (calibration_id)
+    REFERENCES probe_calibrations (calibration_id),
   CONSTRAINT probe_calibration_checks_position_from_zero CHECK (position_index >= 0),
-  CONSTRAINT probe_calibration_checks_finite CHECK (reading_count >= 3 AND angle_urad >= 0 AND angle_urad < 1e7 AND
-    abs(origin_distance_um) < 1e9 AND abs(distance_um) < 1e9 AND residual_range_um >= 0 AND residual_range_um < 1e9),
+  CONSTRAINT probe_calibration_checks_finite CHECK (reading_count >= 3 AND angle_urad >= 0 AND angle_urad < 1e7
+    AND abs(origin_distance_um) < 1e9 AND abs(distance_um) < 1e9 AND residual_range_um >= 0 AND residual_range_um < 1e9),
   CONSTRAINT probe_calibration_checks_texts CHECK (octet_length(face) <= 200)
 );
 COMMENT ON TABLE probe_calibration_checks IS
@@ -339,44 +344,47 @@ CREATE TABLE axis_characterisations (
   kind text NOT NULL DEFAULT 'axis',
   beyond_limits_count integer,
   CONSTRAINT axis_characterisations_pk PRIMARY KEY (calibration_id),
-  CONSTRAINT axis_characterisations_calibration_fk FOREIGN KEY (calibration_id, kind) REFERENCES calibrations
-    (calibration_id, kind),
+  CONSTRAINT axis_characterisations_calibration_fk FOREIGN KEY (calibration_id, kind)
+    REFERENCES calibrations (calibration_id, kind),
   CONSTRAINT axis_characterisations_readings CHECK (reading_count > 0),
-  CONSTRAINT axis_characterisations_estimates CHECK (cardinality(reversal_deg) = 2 AND cardinality(mean_deg) = 2 AND
-    cardinality(long_wave_amplitude_deg) = 2 AND cardinality(greatest_error_deg) = 2 AND
-    cardinality(standard_uncertainty_deg) = 2 AND cardinality(compensated_standard_uncertainty_deg) = 2 AND
-    cardinality(noise_deg) = 2 AND array_position(reversal_deg || mean_deg || long_wave_amplitude_deg || greatest_error_deg
-    || standard_uncertainty_deg || compensated_standard_uncertainty_deg || noise_deg, NULL) IS NULL AND 10 > ALL
-    (reversal_deg || mean_deg || long_wave_amplitude_deg || greatest_error_deg || standard_uncertainty_deg ||
-    compensated_standard_uncertainty_deg || noise_deg) AND -10 < ALL (reversal_deg || mean_deg || long_wave_amplitude_deg ||
-    greatest_error_deg || standard_uncertainty_deg || compensated_standard_uncertainty_deg || noise_deg)),
-  CONSTRAINT axis_characterisations_uncertainty_positive CHECK (reversal_deg[2] >= 0 AND mean_deg[2] >= 0 AND
-    long_wave_amplitude_deg[2] >= 0 AND greatest_error_deg[2] >= 0 AND standard_uncertainty_deg[2] >= 0 AND
-    compensated_standard_uncertainty_deg[2] >= 0 AND noise_deg[2] >= 0 AND table_standard_uncertainty_deg >= 0 AND
-    table_standard_uncertainty_deg < 10 AND least_detectable_deg >= 0 AND least_detectable_deg < 10),
-  CONSTRAINT axis_characterisations_periodic CHECK (long_wave_order BETWEEN 1 AND 3 AND (periodic_order IS NULL AND
-    periodic_amplitude_deg IS NULL OR periodic_order > 3 AND cardinality(periodic_amplitude_deg) = 2 AND
-    array_position(periodic_amplitude_deg, NULL) IS NULL AND 0 <= ALL (periodic_amplitude_deg) AND 10 > ALL
-    (periodic_amplitude_deg))),
+  CONSTRAINT axis_characterisations_estimates CHECK (cardinality(reversal_deg) = 2 AND cardinality(mean_deg) = 2
+    AND cardinality(long_wave_amplitude_deg) = 2 AND cardinality(greatest_error_deg) = 2
+    AND cardinality(standard_uncertainty_deg) = 2 AND cardinality(compensated_standard_uncertainty_deg) = 2
+    AND cardinality(noise_deg) = 2
+    AND array_position(reversal_deg || mean_deg || long_wave_amplitude_deg || greatest_error_deg || standard_uncertainty_deg
+      || compensated_standard_uncertainty_deg || noise_deg, NULL) IS NULL
+    AND 10 > ALL (reversal_deg || mean_deg || long_wave_amplitude_deg || greatest_error_deg || standard_uncertainty_deg ||
+      compensated_standard_uncertainty_deg || noise_deg)
+    AND -10 < ALL (reversal_deg || mean_deg || long_wave_amplitude_deg || greatest_error_deg || standard_uncertainty_deg ||
+      compensated_standard_uncertainty_deg || noise_deg)),
+  CONSTRAINT axis_characterisations_uncertainty_positive CHECK (reversal_deg[2] >= 0 AND mean_deg[2] >= 0
+    AND long_wave_amplitude_deg[2] >= 0 AND greatest_error_deg[2] >= 0 AND standard_uncertainty_deg[2] >= 0
+    AND compensated_standard_uncertainty_deg[2] >= 0 AND noise_deg[2] >= 0 AND table_standard_uncertainty_deg >= 0
+    AND table_standard_uncertainty_deg < 10 AND least_detectable_deg >= 0 AND least_detectable_deg < 10),
+  CONSTRAINT axis_characterisations_periodic CHECK (long_wave_order BETWEEN 1 AND 3 AND (periodic_order IS NULL
+    AND periodic_amplitude_deg IS NULL OR periodic_order > 3 AND cardinality(periodic_amplitude_deg) = 2
+    AND array_position(periodic_amplitude_deg, NULL) IS NULL AND 0 <= ALL (periodic_amplitude_deg)
+    AND 10 > ALL (periodic_amplitude_deg))),
   CONSTRAINT axis_characterisations_greatest_at CHECK (greatest_error_at_deg >= 0 AND greatest_error_at_deg < 360),
-  CONSTRAINT axis_characterisations_table CHECK (cardinality(forward_error_deg) BETWEEN 4 AND 100000 AND
-    cardinality(backward_error_deg) = cardinality(forward_error_deg) AND array_position(forward_error_deg ||
-    backward_error_deg, NULL) IS NULL AND 5 > ALL (forward_error_deg || backward_error_deg) AND -5 < ALL (forward_error_deg
-    || backward_error_deg)),
+  CONSTRAINT axis_characterisations_table CHECK (cardinality(forward_error_deg) BETWEEN 4 AND 100000
+    AND cardinality(backward_error_deg) = cardinality(forward_error_deg)
+    AND array_position(forward_error_deg || backward_error_deg, NULL) IS NULL
+    AND 5 > ALL (forward_error_deg || backward_error_deg) AND -5 < ALL (forward_error_deg || backward_error_deg)),
   CONSTRAINT axis_characterisations_beyond_limits CHECK (beyond_limits_count BETWEEN 0 AND reading_count),
   CONSTRAINT axis_characterisations_kind CHECK (kind = 'axis'),
   CONSTRAINT axis_characterisations_compensated_standard_uncertainty_deg_who CHECK
-    ((array_position(compensated_standard_uncertainty_deg, NULL::double precision) IS NULL)),
+      ((array_position(compensated_standard_uncertainty_deg, NULL::double precision) IS NULL)),
   CONSTRAINT axis_characterisations_reversal_deg_whole CHECK (array_position(reversal_deg, NULL) IS NULL),
   CONSTRAINT axis_characterisations_mean_deg_whole CHECK (array_position(mean_deg, NULL) IS NULL),
-  CONSTRAINT axis_characterisations_long_wave_amplitude_deg_whole CHECK (array_position(long_wave_amplitude_deg, NULL) IS
-    NULL),
-  CONSTRAINT axis_characterisations_periodic_amplitude_deg_whole CHECK (array_position(periodic_amplitude_deg, NULL) IS NULL),
+  CONSTRAINT axis_characterisations_long_wave_amplitude_deg_whole CHECK (array_position(long_wave_amplitude_deg,
+      NULL) IS NULL),
+  CONSTRAINT axis_characterisations_periodic_amplitude_deg_whole CHECK (array_position(periodic_amplitude_deg,
+      NULL) IS NULL),
   CONSTRAINT axis_characterisations_greatest_error_deg_whole CHECK (array_position(greatest_error_deg, NULL) IS NULL),
-  CONSTRAINT axis_characterisations_standard_uncertainty_deg_whole CHECK (array_position(standard_uncertainty_deg, NULL) IS
-    NULL),
+  CONSTRAINT axis_characterisations_standard_uncertainty_deg_whole CHECK (array_position(standard_uncertainty_deg,
+      NULL) IS NULL),
   CONSTRAINT axis_characterisations_compensated_standard_uncertainty_d_whole CHECK
-    (array_position(compensated_standard_uncertainty_deg, NULL) IS NULL),
+      (array_position(compensated_standard_uncertainty_deg, NULL) IS NULL),
   CONSTRAINT axis_characterisations_noise_deg_whole CHECK (array_position(noise_deg, NULL) IS NULL),
   CONSTRAINT axis_characterisations_forward_error_deg_whole CHECK (array_position(forward_error_deg, NULL) IS NULL),
   CONSTRAINT axis_characterisations_backward_error_deg_whole CHECK (array_position(backward_error_deg, NULL) IS NULL)

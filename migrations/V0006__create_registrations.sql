@@ -43,44 +43,48 @@ CREATE TABLE registrations (
   for_inspection boolean NOT NULL,
   CONSTRAINT registrations_pk PRIMARY KEY (registration_id),
   CONSTRAINT registrations_blade_fk FOREIGN KEY (blade_serial) REFERENCES blades (blade_serial),
-  CONSTRAINT registrations_machine_fk FOREIGN KEY (machine_id, machine_revision) REFERENCES machine_revisions (machine_id,
-    revision),
+  CONSTRAINT registrations_machine_fk FOREIGN KEY (machine_id, machine_revision)
+    REFERENCES machine_revisions (machine_id, revision),
   CONSTRAINT registrations_part_fk FOREIGN KEY (part_id, part_revision) REFERENCES part_revisions (part_id, revision),
-  CONSTRAINT registrations_sensor_calibration_fk FOREIGN KEY (sensor_calibration_id) REFERENCES calibrations (calibration_id),
-  CONSTRAINT registrations_rotation_calibration_fk FOREIGN KEY (rotation_calibration_id) REFERENCES calibrations
-    (calibration_id),
-  CONSTRAINT registrations_record_fk FOREIGN KEY (registration_id) REFERENCES record_names (record_id) DEFERRABLE INITIALLY
-    DEFERRED,
+  CONSTRAINT registrations_sensor_calibration_fk FOREIGN KEY (sensor_calibration_id)
+    REFERENCES calibrations (calibration_id),
+  CONSTRAINT registrations_rotation_calibration_fk FOREIGN KEY (rotation_calibration_id)
+    REFERENCES calibrations (calibration_id),
+  CONSTRAINT registrations_record_fk FOREIGN KEY (registration_id) REFERENCES record_names (record_id)
+    DEFERRABLE INITIALLY DEFERRED,
   CONSTRAINT registrations_revisions_positive CHECK (machine_revision > 0 AND part_revision > 0),
-  CONSTRAINT registrations_pose_only_where_converged CHECK (CASE WHEN outcome = 'CONVERGED' THEN cardinality(zero_from_part)
-    = 12 AND cardinality(reference_mm) = 3 AND cardinality(covariance) = 36 AND cardinality(noise_covariance) = 36 AND
-    cardinality(calibration_sensitivity) = 84 ELSE cardinality(zero_from_part) = 0 AND cardinality(reference_mm) = 0 AND
-    cardinality(covariance) = 0 AND cardinality(noise_covariance) = 0 AND cardinality(calibration_sensitivity) = 0 END),
+  CONSTRAINT registrations_pose_only_where_converged CHECK (CASE WHEN outcome = 'CONVERGED'
+    THEN cardinality(zero_from_part) = 12 AND cardinality(reference_mm) = 3 AND cardinality(covariance) = 36
+    AND cardinality(noise_covariance) = 36 AND cardinality(calibration_sensitivity) = 84 ELSE cardinality(zero_from_part) = 0
+    AND cardinality(reference_mm) = 0 AND cardinality(covariance) = 0 AND cardinality(noise_covariance) = 0
+    AND cardinality(calibration_sensitivity) = 0 END),
   CONSTRAINT registrations_values_finite CHECK (NOT (zero_from_part || reference_mm || covariance || noise_covariance ||
-    calibration_sensitivity || weakest_direction && ARRAY['NaN', 'Infinity', '-Infinity']::double precision[])),
+      calibration_sensitivity || weakest_direction && ARRAY['NaN', 'Infinity', '-Infinity']::double precision[])),
   CONSTRAINT registrations_direction_count CHECK (cardinality(weakest_direction) = 6),
-  CONSTRAINT registrations_counts_possible CHECK (points_used >= 0 AND points_used <= point_count AND iteration_count >= 0),
+  CONSTRAINT registrations_counts_possible CHECK (points_used >= 0 AND points_used <= point_count AND iteration_count >=
+      0),
   CONSTRAINT registrations_figures_finite CHECK (residual_rms_um >= 0 AND residual_rms_um < 1e9 AND residual_sigma_um >= 0
-    AND residual_sigma_um < 1e9 AND condition_number >= 1 AND condition_number < 1e15 AND weakest_standard_uncertainty_um >=
-    0 AND weakest_standard_uncertainty_um < 1e15 AND compute_seconds >= 0 AND compute_seconds < 1e9),
+    AND residual_sigma_um < 1e9 AND condition_number >= 1 AND condition_number < 1e15
+    AND weakest_standard_uncertainty_um >= 0 AND weakest_standard_uncertainty_um < 1e15 AND compute_seconds >= 0
+    AND compute_seconds < 1e9),
   CONSTRAINT registrations_software_named CHECK (software_version <> ''),
   CONSTRAINT registrations_method_known CHECK (method IN ('BEST_FIT', 'LOCAL', 'SIX_POINT', 'SIX_POINT_NORMALS',
-    'ALLOWANCE')),
+      'ALLOWANCE')),
   CONSTRAINT registrations_outcome_known CHECK (outcome IN ('CONVERGED', 'NOT_CONVERGED', 'NOT_DETERMINED',
-    'TOO_LITTLE_OVERLAP', 'INFEASIBLE')),
+      'TOO_LITTLE_OVERLAP', 'INFEASIBLE')),
   CONSTRAINT registrations_infeasible_is_allowance CHECK (outcome <> 'INFEASIBLE' OR method = 'ALLOWANCE'),
-  CONSTRAINT registrations_sigmas_finite CHECK (noise_sigma_um >= 0 AND noise_sigma_um < 1e9 AND model_sigma_um >= 0 AND
-    model_sigma_um < 1e9),
+  CONSTRAINT registrations_sigmas_finite CHECK (noise_sigma_um >= 0 AND noise_sigma_um < 1e9 AND model_sigma_um >= 0
+    AND model_sigma_um < 1e9),
   CONSTRAINT registrations_parts_of_one CHECK (information_kept BETWEEN 0 AND 1 AND surface_part BETWEEN 0 AND 1),
-  CONSTRAINT registrations_stock_of_allowance CHECK ((least_stock_mm IS NULL) = (lacking_mm IS NULL) AND (least_stock_mm IS
-    NULL OR method = 'ALLOWANCE') AND abs(least_stock_mm) <= 100 AND lacking_mm BETWEEN 0 AND 100),
+  CONSTRAINT registrations_stock_of_allowance CHECK ((least_stock_mm IS NULL) = (lacking_mm IS NULL)
+    AND (least_stock_mm IS NULL OR method = 'ALLOWANCE') AND abs(least_stock_mm) <= 100 AND lacking_mm BETWEEN 0 AND 100),
   CONSTRAINT registrations_lacking_is_infeasible CHECK (lacking_mm IS NULL OR lacking_mm = 0 OR outcome <> 'CONVERGED'),
   CONSTRAINT registrations_options_object CHECK (jsonb_typeof(options) = 'object'),
   CONSTRAINT registrations_detail_object CHECK (jsonb_typeof(detail) = 'object'),
   CONSTRAINT registrations_disagrees_where_compared CHECK ((disagrees IS NULL) = (disagreement_ratio IS NULL)),
   CONSTRAINT registrations_requested_by_length CHECK (octet_length(requested_by) <= 200),
-  CONSTRAINT registrations_texts CHECK (octet_length(remark) <= 1000 AND octet_length(software_version) <= 200 AND
-    octet_length(weakest_direction_in_words) <= 200),
+  CONSTRAINT registrations_texts CHECK (octet_length(remark) <= 1000 AND octet_length(software_version) <= 200
+    AND octet_length(weakest_direction_in_words) <= 200),
   CONSTRAINT registrations_zero_from_part_whole CHECK (array_position(zero_from_part, NULL) IS NULL),
   CONSTRAINT registrations_reference_mm_whole CHECK (array_position(reference_mm, NULL) IS NULL),
   CONSTRAINT registrations_covariance_whole CHECK (array_position(covariance, NULL) IS NULL),
@@ -154,10 +158,10 @@ CREATE TABLE registration_agreements (
   expected_rms_um double precision NOT NULL,
   CONSTRAINT registration_agreements_pk PRIMARY KEY (registration_id, position_index),
   CONSTRAINT registration_agreements_once UNIQUE (registration_id, scan_key, other_scan_key),
-  CONSTRAINT registration_agreements_scan_fk FOREIGN KEY (registration_id, scan_key) REFERENCES registration_scans
-    (registration_id, scan_key),
-  CONSTRAINT registration_agreements_other_scan_fk FOREIGN KEY (registration_id, other_scan_key) REFERENCES
-    registration_scans (registration_id, scan_key),
+  CONSTRAINT registration_agreements_scan_fk FOREIGN KEY (registration_id, scan_key)
+    REFERENCES registration_scans (registration_id, scan_key),
+  CONSTRAINT registration_agreements_other_scan_fk FOREIGN KEY (registration_id, other_scan_key)
+    REFERENCES registration_scans (registration_id, scan_key),
   CONSTRAINT registration_agreements_of_two CHECK (scan_key <> other_scan_key),
   CONSTRAINT registration_agreements_position_from_zero CHECK (position_index >= 0),
   CONSTRAINT registration_agreements_values CHECK (patch_count > 0 AND difference_rms_um >= 0 AND difference_rms_um < 1e15
@@ -178,8 +182,8 @@ CREATE TABLE registration_datums (
   CONSTRAINT registration_datums_pk PRIMARY KEY (registration_id, position_index),
   CONSTRAINT registration_datums_registration_fk FOREIGN KEY (registration_id) REFERENCES registrations (registration_id),
   CONSTRAINT registration_datums_position_of_six CHECK (position_index BETWEEN 0 AND 5),
-  CONSTRAINT registration_datums_values_finite CHECK (abs(distance_um) < 1e9 AND standard_uncertainty_um >= 0 AND
-    standard_uncertainty_um < 1e9 AND point_count >= 0),
+  CONSTRAINT registration_datums_values_finite CHECK (abs(distance_um) < 1e9 AND standard_uncertainty_um >= 0
+    AND standard_uncertainty_um < 1e9 AND point_count >= 0),
   CONSTRAINT registration_datums_texts CHECK (octet_length(datum_name) <= 200)
 ) PARTITION BY RANGE (registration_id);
 COMMENT ON TABLE registration_datums IS
@@ -199,16 +203,16 @@ CREATE TABLE registration_angles (
   CONSTRAINT registration_angles_pk PRIMARY KEY (registration_id, position_index),
   CONSTRAINT registration_angles_once UNIQUE (registration_id, axis, commanded_deg),
   CONSTRAINT registration_angles_registration_fk FOREIGN KEY (registration_id) REFERENCES registrations (registration_id),
-  CONSTRAINT registration_angles_characterisation_fk FOREIGN KEY (characterisation_id, kind) REFERENCES calibrations
-    (calibration_id, kind),
+  CONSTRAINT registration_angles_characterisation_fk FOREIGN KEY (characterisation_id, kind)
+    REFERENCES calibrations (calibration_id, kind),
   CONSTRAINT registration_angles_kind CHECK (kind = 'axis'),
   CONSTRAINT registration_angles_axis_known CHECK (axis IN ('A', 'B', 'C')),
   CONSTRAINT registration_angles_position_from_zero CHECK (position_index >= 0),
-  CONSTRAINT registration_angles_near_command CHECK (abs(commanded_deg) < 1e6 AND abs(reached_deg - commanded_deg) < 6 AND
-    abs(half_reversal_deg) < 6),
+  CONSTRAINT registration_angles_near_command CHECK (abs(commanded_deg) < 1e6 AND abs(reached_deg - commanded_deg) < 6
+    AND abs(half_reversal_deg) < 6),
   CONSTRAINT registration_angles_uncertainty CHECK (standard_uncertainty_deg >= 0 AND standard_uncertainty_deg < 10),
-  CONSTRAINT registration_angles_influence CHECK (cardinality(pose_per_rad) IN (0, 6) AND NOT (pose_per_rad && ARRAY['NaN',
-    'Infinity', '-Infinity']::double precision[])),
+  CONSTRAINT registration_angles_influence CHECK (cardinality(pose_per_rad) IN (0, 6)
+    AND NOT (pose_per_rad && ARRAY['NaN', 'Infinity', '-Infinity']::double precision[])),
   CONSTRAINT registration_angles_pose_per_rad_whole CHECK (array_position(pose_per_rad, NULL) IS NULL)
 ) PARTITION BY RANGE (registration_id);
 CREATE INDEX registration_angles_by_characterisation ON registration_angles (characterisation_id);

@@ -30,20 +30,22 @@ CREATE TABLE inspections (
   CONSTRAINT inspections_pk PRIMARY KEY (inspection_id),
   CONSTRAINT inspections_blade_fk FOREIGN KEY (blade_serial) REFERENCES blades (blade_serial),
   CONSTRAINT inspections_registration_fk FOREIGN KEY (registration_id) REFERENCES record_names (record_id),
-  CONSTRAINT inspections_machine_fk FOREIGN KEY (machine_id, machine_revision) REFERENCES machine_revisions (machine_id,
-    revision),
+  CONSTRAINT inspections_machine_fk FOREIGN KEY (machine_id, machine_revision)
+    REFERENCES machine_revisions (machine_id, revision),
   CONSTRAINT inspections_part_fk FOREIGN KEY (part_id, part_revision) REFERENCES part_revisions (part_id, revision),
-  CONSTRAINT inspections_sensor_calibration_fk FOREIGN KEY (sensor_calibration_id) REFERENCES calibrations (calibration_id),
-  CONSTRAINT inspections_rotation_calibration_fk FOREIGN KEY (rotation_calibration_id) REFERENCES calibrations
-    (calibration_id),
-  CONSTRAINT inspections_record_fk FOREIGN KEY (inspection_id) REFERENCES record_names (record_id) DEFERRABLE INITIALLY
-    DEFERRED,
+  CONSTRAINT inspections_sensor_calibration_fk FOREIGN KEY (sensor_calibration_id) REFERENCES calibrations
+      (calibration_id),
+  CONSTRAINT inspections_rotation_calibration_fk FOREIGN KEY (rotation_calibration_id)
+    REFERENCES calibrations (calibration_id),
+  CONSTRAINT inspections_record_fk FOREIGN KEY (inspection_id) REFERENCES record_names (record_id)
+    DEFERRABLE INITIALLY DEFERRED,
   CONSTRAINT inspections_revisions_positive CHECK (machine_revision > 0 AND part_revision > 0),
   CONSTRAINT inspections_verdict_known CHECK (verdict IN ('CONFORM', 'NOT_CONFORM', 'UNDECIDABLE', 'NOT_MEASURED')),
   CONSTRAINT inspections_rule_stated CHECK (decision_rule <> ''),
-  CONSTRAINT inspections_deviation_ordered CHECK (deviation_minimum_um > -1e9 AND deviation_maximum_um < 1e9 AND
-    deviation_minimum_um <= deviation_p05_um AND deviation_p05_um <= deviation_p50_um AND deviation_p50_um <=
-    deviation_p95_um AND deviation_p95_um <= deviation_maximum_um AND deviation_rms_um >= 0 AND deviation_rms_um < 1e9),
+  CONSTRAINT inspections_deviation_ordered CHECK (deviation_minimum_um > -1e9 AND deviation_maximum_um < 1e9
+    AND deviation_minimum_um <= deviation_p05_um AND deviation_p05_um <= deviation_p50_um
+    AND deviation_p50_um <= deviation_p95_um AND deviation_p95_um <= deviation_maximum_um AND deviation_rms_um >= 0
+    AND deviation_rms_um < 1e9),
   CONSTRAINT inspections_points_counted CHECK (deviation_point_count > 0 AND deviation_excluded_count >= 0),
   CONSTRAINT inspections_software_named CHECK (software_version <> ''),
   CONSTRAINT inspections_method_known CHECK (method IN ('BEST_FIT', 'LOCAL', 'SIX_POINT', 'SIX_POINT_NORMALS')),
@@ -106,30 +108,31 @@ CREATE TABLE inspection_holes (
   CONSTRAINT inspection_holes_once UNIQUE (inspection_id, group_name, hole_name),
   CONSTRAINT inspection_holes_inspection_fk FOREIGN KEY (inspection_id) REFERENCES inspections (inspection_id),
   CONSTRAINT inspection_holes_position_from_zero CHECK (position_index >= 0),
-  CONSTRAINT inspection_holes_verdict_known CHECK ( verdict IN ('CONFORM', 'NOT_CONFORM', 'UNDECIDABLE', 'NOT_MEASURED') AND
-    position_verdict IN ('CONFORM', 'NOT_CONFORM', 'UNDECIDABLE', 'NOT_MEASURED') AND inclination_verdict IN ('CONFORM',
-    'NOT_CONFORM', 'UNDECIDABLE', 'NOT_MEASURED')),
-  CONSTRAINT inspection_holes_measured_or_reason CHECK ( CASE WHEN verdict = 'NOT_MEASURED' THEN reason <> '' AND
-    num_nonnulls(position_error_mm, inclination_error_deg, position_expanded_uncertainty_um,
-    inclination_expanded_uncertainty_deg, start_in_part_mm, axis_in_part, pin_diameter_mm) = 0 ELSE
-    num_nulls(position_error_mm, inclination_error_deg, position_expanded_uncertainty_um,
-    inclination_expanded_uncertainty_deg, start_in_part_mm, axis_in_part, pin_diameter_mm) = 0 END),
-  CONSTRAINT inspection_holes_errors_finite CHECK (position_error_mm >= 0 AND position_error_mm < 1e6 AND
-    inclination_error_deg >= 0 AND inclination_error_deg <= 90 AND position_expanded_uncertainty_um >= 0 AND
-    position_expanded_uncertainty_um < 1e9 AND inclination_expanded_uncertainty_deg >= 0 AND
-    inclination_expanded_uncertainty_deg < 1e6),
-  CONSTRAINT inspection_holes_start_three CHECK (cardinality(start_in_part_mm) = 3 AND array_position(start_in_part_mm, NULL)
-    IS NULL AND 1e6 > ALL (start_in_part_mm) AND -1e6 < ALL (start_in_part_mm)),
+  CONSTRAINT inspection_holes_verdict_known CHECK (verdict IN ('CONFORM', 'NOT_CONFORM', 'UNDECIDABLE', 'NOT_MEASURED')
+    AND position_verdict IN ('CONFORM', 'NOT_CONFORM', 'UNDECIDABLE', 'NOT_MEASURED')
+    AND inclination_verdict IN ('CONFORM', 'NOT_CONFORM', 'UNDECIDABLE', 'NOT_MEASURED')),
+  CONSTRAINT inspection_holes_measured_or_reason CHECK (CASE WHEN verdict = 'NOT_MEASURED' THEN reason <> ''
+    AND num_nonnulls(position_error_mm, inclination_error_deg, position_expanded_uncertainty_um,
+      inclination_expanded_uncertainty_deg, start_in_part_mm, axis_in_part, pin_diameter_mm) = 0
+    ELSE num_nulls(position_error_mm, inclination_error_deg, position_expanded_uncertainty_um,
+      inclination_expanded_uncertainty_deg, start_in_part_mm, axis_in_part, pin_diameter_mm) = 0 END),
+  CONSTRAINT inspection_holes_errors_finite CHECK (position_error_mm >= 0 AND position_error_mm < 1e6
+    AND inclination_error_deg >= 0 AND inclination_error_deg <= 90 AND position_expanded_uncertainty_um >= 0
+    AND position_expanded_uncertainty_um < 1e9 AND inclination_expanded_uncertainty_deg >= 0
+    AND inclination_expanded_uncertainty_deg < 1e6),
+  CONSTRAINT inspection_holes_start_three CHECK (cardinality(start_in_part_mm) = 3
+    AND array_position(start_in_part_mm, NULL) IS NULL AND 1e6 > ALL (start_in_part_mm) AND -1e6 < ALL (start_in_part_mm)),
   CONSTRAINT inspection_holes_axis_unit CHECK (cardinality(axis_in_part) = 3 AND array_position(axis_in_part, NULL) IS NULL
-    AND abs(sqrt(axis_in_part[1] * axis_in_part[1] + axis_in_part[2] * axis_in_part[2] + axis_in_part[3] * axis_in_part[3]) -
-    1) < 1e-9),
-  CONSTRAINT inspection_holes_tolerances_finite CHECK (position_tolerance_mm >= 0 AND position_tolerance_mm < 1e6 AND
-    inclination_tolerance_deg >= 0 AND inclination_tolerance_deg <= 90),
-  CONSTRAINT inspection_holes_evidence_finite CHECK (point_count >= 0 AND pin_residual_rms_um >= 0 AND pin_residual_rms_um <
-    1e9 AND pin_diameter_mm > 0 AND pin_diameter_mm < 1e6),
-  CONSTRAINT inspection_holes_positioning_finite CHECK (positioning_difference_um >= 0 AND positioning_difference_um < 1e9),
-  CONSTRAINT inspection_holes_texts CHECK (octet_length(group_name) <= 200 AND octet_length(hole_name) <= 200 AND
-    octet_length(reason) <= 1000),
+    AND abs(sqrt(axis_in_part[1] * axis_in_part[1] + axis_in_part[2] * axis_in_part[2] + axis_in_part[3] * axis_in_part[3])
+      - 1) < 1e-9),
+  CONSTRAINT inspection_holes_tolerances_finite CHECK (position_tolerance_mm >= 0 AND position_tolerance_mm < 1e6
+    AND inclination_tolerance_deg >= 0 AND inclination_tolerance_deg <= 90),
+  CONSTRAINT inspection_holes_evidence_finite CHECK (point_count >= 0 AND pin_residual_rms_um >= 0
+    AND pin_residual_rms_um < 1e9 AND pin_diameter_mm > 0 AND pin_diameter_mm < 1e6),
+  CONSTRAINT inspection_holes_positioning_finite CHECK (positioning_difference_um >= 0 AND positioning_difference_um <
+      1e9),
+  CONSTRAINT inspection_holes_texts CHECK (octet_length(group_name) <= 200 AND octet_length(hole_name) <= 200
+    AND octet_length(reason) <= 1000),
   CONSTRAINT inspection_holes_start_in_part_mm_whole CHECK (array_position(start_in_part_mm, NULL) IS NULL),
   CONSTRAINT inspection_holes_axis_in_part_whole CHECK (array_position(axis_in_part, NULL) IS NULL)
 ) PARTITION BY RANGE (inspection_id);

@@ -30,6 +30,7 @@ GRANT SELECT, INSERT, UPDATE (bytes, store, deleted_at, deletion_reason) ON blob
   TO sixpoint_plant, sixpoint_ingest, sixpoint_calibration, sixpoint_correction;
 GRANT DELETE ON blobs TO sixpoint_ingest;
 GRANT SELECT, INSERT ON blob_damages TO sixpoint_ingest;
+GRANT SELECT ON plant_identity TO sixpoint_ingest;
 GRANT SELECT, UPDATE ON blob_check_progress TO sixpoint_ingest;
 
 GRANT SELECT, INSERT ON machines, machine_revisions, machine_joints, artefacts, artefact_revisions, artefact_features,

@@ -7,6 +7,7 @@
 #include "storage/blob_references.h"
 #include "storage/blob_rows.h"
 #include "storage/blob_store.h"
+#include "storage/bucket_owner.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -132,6 +133,7 @@ absl::StatusOr<bool> DeleteUnclaimedObject(Database* database, ObjectStore* obje
   const absl::StatusOr<std::optional<BlobRow>> row = FindBlobRow(*transaction, sha256);
   if (!row.ok()) return row.status();
   if (row->has_value() && (*row)->store == kStoreS3 && !(*row)->deleted_at) return false;
+  if (absl::Status own = RequireOwnBucket(*transaction, objects); !own.ok()) return own;
   if (absl::Status gone = objects->Delete(ObjectKeyOf(sha256), deadline); !gone.ok()) return gone;
   return true;  // the end of the transaction gives the digest back
 }

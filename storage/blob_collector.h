@@ -32,7 +32,8 @@ struct Collected {
 absl::StatusOr<Collected> CollectGarbage(Database* database, ObjectStore* objects, const CollectOptions& options,
                                          Deadline deadline);
 
-// Deletes the object unless a row claims it or a Put is at it; OK with false then.
+// Deletes the object unless a row claims it or a Put is at it; OK with false then. FAILED_PRECONDITION: the bucket is another plant's
+// (storage/bucket_owner.h), asked before each.
 absl::StatusOr<bool> DeleteUnclaimedObject(Database* database, ObjectStore* objects, const std::string& sha256,
                                            Deadline deadline);
 

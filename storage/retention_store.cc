@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "storage/bucket_owner.h"
 #include "storage/one_read.h"
 #include "storage/requests.h"
 
@@ -71,6 +72,11 @@ class PostgresBlobKeeping final : public BlobKeeping {
   }
   absl::StatusOr<std::vector<MonthUse>> Months(Deadline deadline) const override {
     return OneRead(*database_, deadline, ListMonths);
+  }
+  absl::StatusOr<std::string> AdoptBucket(Deadline deadline) override {
+    if (blobs_->objects() == nullptr)
+      return absl::FailedPreconditionError("bucket: none, want this service configured with one (--blob-store)");
+    return OneRead(*database_, deadline, [&](Transaction& t) { return storage::AdoptBucket(t, blobs_->objects()); });
   }
   absl::StatusOr<int> MakeMonths(int months_ahead, Deadline deadline) override {
     absl::StatusOr<Transaction> transaction = database_->Begin(deadline);

@@ -54,6 +54,8 @@ class BlobKeeping {
   // As the functions of storage/months.h.
   virtual absl::StatusOr<std::vector<MonthUse>> Months(Deadline deadline) const = 0;
   virtual absl::StatusOr<int> MakeMonths(int months_ahead, Deadline deadline) = 0;
+  // As the function of storage/bucket_owner.h; FAILED_PRECONDITION where there is no object store.
+  virtual absl::StatusOr<std::string> AdoptBucket(Deadline deadline) = 0;
 };
 
 // In PostgreSQL, which lives longer, and that store's.

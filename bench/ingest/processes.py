@@ -91,7 +91,8 @@ class Plant:
         self.log = open(f'{self.folder}/log', 'ab')
         self.postgres = self.plant = self.ingest = None
 
-    def up(self, machines):
+    def up_database(self):
+        """A database of the newest schema, without services."""
         subprocess.run(self.as_server + [f'{self.postgres_bin}/initdb', '-D', f'{self.folder}/postgres', '-U', 'sixpoint',
                                          '-A', 'trust', '--data-checksums', '--encoding=UTF8', '--locale=C'],
                        cwd='/', stdout=self.log, stderr=self.log, check=True)
@@ -100,6 +101,9 @@ class Plant:
                         'CREATE DATABASE sixpoint'], stdout=self.log, stderr=self.log, check=True)
         subprocess.run([f'{BIN}/sixpoint-migrate', '--database', self.conninfo, '--migrations', 'migrations'],
                        stdout=self.log, stderr=self.log, check=True)
+
+    def up(self, machines):
+        self.up_database()
         self.plant = self.service('plant', self.plant_port)
         bench('register', '--plant', f'127.0.0.1:{self.plant_port}', '--machines', machines)
         self.start_ingest()

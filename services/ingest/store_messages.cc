@@ -118,6 +118,10 @@ absl::Status CheckRequest(const v1::CollectGarbageRequest& request) {
   return runtime::Refuse("grace_s", std::to_string(request.grace_s()), "0 to " + std::to_string(kGreatestGrace_s));
 }
 
+absl::Status CheckRequest(const v1::AdoptBucketRequest& request) {
+  return runtime::CheckText("requested_by", request.requested_by(), runtime::kLongestRequester);
+}
+
 absl::Status CheckRequest(const v1::MakeMonthsRequest& request) {
   if (request.months_ahead() >= 0 && request.months_ahead() <= kMostMonthsAhead) return absl::OkStatus();
   return runtime::Refuse("months_ahead", std::to_string(request.months_ahead()),

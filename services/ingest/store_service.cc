@@ -200,6 +200,17 @@ grpc::Status CloudStoreService::ApplyRetention(grpc::ServerContext* context, con
   return ToGrpc(CutOff(*context));
 }
 
+grpc::Status CloudStoreService::AdoptBucket(grpc::ServerContext* context, const v1::AdoptBucketRequest* request,
+                                            v1::AdoptBucketResponse* response) {
+  if (absl::Status sound = CheckRequest(*request); !sound.ok()) return ToGrpc(sound);
+  absl::StatusOr<std::string> before = blobs_->AdoptBucket(runtime::DeadlineOf(*context));
+  if (!before.ok()) return ToGrpc(before.status());
+  runtime::Log(runtime::LogLevel::kWarning, "the bucket is this plant's from now on",
+               {{"requested_by", RequestedBy(request->requested_by(), *context)}, {"owner_before", *before}});
+  response->set_owner_before(*std::move(before));
+  return grpc::Status::OK;
+}
+
 grpc::Status CloudStoreService::ListMonths(grpc::ServerContext* context, const v1::ListMonthsRequest*,
                                            v1::ListMonthsResponse* response) {
   const auto months = blobs_->Months(runtime::DeadlineOf(*context));

@@ -32,6 +32,8 @@ class CloudStoreService final : public v1::CloudStoreService::Service {
                                      v1::ListRetentionPoliciesResponse* response) override;
   grpc::Status ApplyRetention(grpc::ServerContext* context, const v1::ApplyRetentionRequest* request,
                               v1::ApplyRetentionResponse* response) override;
+  grpc::Status AdoptBucket(grpc::ServerContext* context, const v1::AdoptBucketRequest* request,
+                           v1::AdoptBucketResponse* response) override;
   grpc::Status ListMonths(grpc::ServerContext* context, const v1::ListMonthsRequest* request,
                           v1::ListMonthsResponse* response) override;
   grpc::Status MakeMonths(grpc::ServerContext* context, const v1::MakeMonthsRequest* request,

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <random>
 #include <set>
@@ -11,6 +12,7 @@
 #include "storage/blob_collector.h"
 #include "storage/blob_store.h"
 #include "storage/blobs.h"
+#include "storage/bucket_owner.h"
 #include "storage/record.h"
 #include "storage/retention.h"
 #include "storage/s3_object_store.h"
@@ -40,6 +42,10 @@ class BlobKeeping : public ::testing::TestWithParam<const char*> {
     // As a later migration might: nothing else tells the collector of it.
     Run("CREATE TABLE uses (sha256 bytea NOT NULL REFERENCES blobs (sha256))");
     sixpoint::testing::PutScanSubjects(database());
+    if (!OnS3()) return;
+    Transaction transaction = Begin();
+    const absl::Status own = RequireOwnBucket(transaction, store_->objects());
+    ASSERT_TRUE(own.ok()) << own;
   }
   void TearDown() override {
     if (store_ == nullptr || !OnS3()) return;
@@ -179,6 +185,52 @@ TEST_P(BlobKeeping, ObjectsOfFailedUploadsGoAndThoseOfOthersStay) {
   EXPECT_TRUE(store_->objects()->SizeOf("sha256/readme", Soon()).ok());
   ASSERT_TRUE(running.Commit().ok());
   EXPECT_EQ(*Get(held), "still being uploaded");
+}
+
+// A staging plant beside the real one, and the real one's database restored: each knows none of the clouds.
+TEST_P(BlobKeeping, ABucketThatIsAnothersLosesNothingAndGetsNothing) {
+  if (!OnS3()) GTEST_SKIP() << "PostgreSQL's bytes are its own";
+  std::vector<std::string> clouds;
+  for (const char* bytes : {"one", "two", "three"}) clouds.push_back(Put(bytes, true));
+  const auto all_there = [&] {
+    return std::all_of(clouds.begin(), clouds.end(), [&](auto& c) { return ObjectIsThere(c); });
+  };
+  CollectOptions everything;
+  everything.grace = std::chrono::seconds(0);
+
+  ThrowawayDatabase other;
+  {
+    absl::StatusOr<Transaction> transaction = other.database()->Begin(Soon());
+    ASSERT_TRUE(transaction->Execute("ALTER TABLE plant_identity DISABLE TRIGGER USER").ok());
+    ASSERT_TRUE(transaction->Execute("UPDATE plant_identity SET plant_id = gen_random_uuid()").ok());
+    ASSERT_TRUE(transaction->Commit().ok());
+  }
+  const absl::Status refused = CollectGarbage(other.database(), store_->objects(), everything, Soon(60)).status();
+  EXPECT_EQ(refused.code(), absl::StatusCode::kFailedPrecondition) << refused;
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("bucket: of plant "));
+  EXPECT_TRUE(all_there());
+  everything.dry_run = true;  // may be looked at
+  EXPECT_EQ(CollectGarbage(other.database(), store_->objects(), everything, Soon(60))->object_count, 3);
+  everything.dry_run = false;
+  {
+    const auto store = MakeObjectBlobStore(MakeS3ObjectStore(ObjectStoreConfig()));
+    absl::StatusOr<Transaction> transaction = other.database()->Begin(Soon());
+    EXPECT_EQ(store->Put(*transaction, "four").status().code(), absl::StatusCode::kFailedPrecondition);
+  }
+
+  Transaction transaction = Begin();
+  const std::string ours = *BucketOwnerHere(transaction);
+  const std::string before_restore = ours.substr(0, ours.rfind('/')) + "/77";
+  ASSERT_TRUE(store_->objects()->Put(kOwnerKey, before_restore, Sha256Hex(before_restore), Soon()).ok());
+  const std::string garbage = Put("garbage", false);  // the store was asked a moment ago
+  const absl::Status restored = CollectGarbage(database(), store_->objects(), everything, Soon(60)).status();
+  EXPECT_EQ(restored.code(), absl::StatusCode::kFailedPrecondition) << restored;
+  EXPECT_THAT(std::string(restored.message()), HasSubstr("after a restore"));
+  EXPECT_TRUE(ObjectIsThere(garbage));
+  EXPECT_EQ(*AdoptBucket(transaction, store_->objects()), before_restore);
+  ASSERT_TRUE(CollectGarbage(database(), store_->objects(), everything, Soon(60)).ok());
+  EXPECT_FALSE(ObjectIsThere(garbage));
+  EXPECT_TRUE(all_there());
 }
 
 // Uploads of bytes that were garbage until now, several of the same at once, while the collector runs without any grace. All

@@ -318,4 +318,9 @@ absl::StatusOr<int> FakeBlobKeeping::MakeMonths(int months_ahead, Deadline) {
   return made;
 }
 
+absl::StatusOr<std::string> FakeBlobKeeping::AdoptBucket(Deadline) {
+  if (!failure.ok()) return failure;
+  return std::exchange(owner, "ours");
+}
+
 }  // namespace sixpoint::testing

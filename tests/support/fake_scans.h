@@ -86,6 +86,7 @@ struct FakeBlobKeeping final : storage::BlobKeeping {
   storage::Collected collected;
   storage::BlobStatus status;
   std::vector<storage::MonthUse> months;
+  std::string owner;  // of the bucket
   absl::Status failure;
 
   absl::Status Check(const storage::CheckOptions& options, const storage::CheckProgress& from,
@@ -94,6 +95,7 @@ struct FakeBlobKeeping final : storage::BlobKeeping {
   absl::StatusOr<storage::BlobStatus> Status(int damage_limit, storage::Deadline) const override;
   absl::StatusOr<std::vector<storage::MonthUse>> Months(storage::Deadline) const override;
   absl::StatusOr<int> MakeMonths(int months_ahead, storage::Deadline) override;
+  absl::StatusOr<std::string> AdoptBucket(storage::Deadline) override;
 };
 
 }  // namespace sixpoint::testing

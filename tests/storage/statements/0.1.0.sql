@@ -45,6 +45,8 @@ SELECT set_config('sixpoint.blob_change', $1, true);
 SELECT pg_advisory_xact_lock_shared(hashtextextended('blobs/' || $1, 0));
 -- storage/blob_rows.cc kTryTakeDigest
 SELECT pg_try_advisory_xact_lock(hashtextextended('blobs/' || $1, 0));
+-- storage/bucket_owner.cc kSelectOwner
+SELECT 'plant ' || plant_id || ', database ' || (SELECT system_identifier FROM pg_control_system()) || '/' || (SELECT timeline_id FROM pg_control_checkpoint()) FROM plant_identity;
 -- storage/calibration_events.cc kInsertEvent
 INSERT INTO calibration_events (calibration_id, event, reason, requested_by, software_version, record_id) VALUES ($1, $2, $3, $4, $5, $6);
 -- storage/calibrations.cc kInsertHead

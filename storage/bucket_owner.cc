@@ -1,0 +1,64 @@
+#include "storage/bucket_owner.h"
+
+#include "refusal/message_text.h"
+#include "storage/blobs.h"
+
+namespace sixpoint::storage {
+namespace {
+
+constexpr char kSelectOwner[] =
+    "SELECT 'plant ' || plant_id || ', database ' || (SELECT system_identifier FROM pg_control_system()) || '/' || "
+    "(SELECT timeline_id FROM pg_control_checkpoint()) FROM plant_identity";
+constexpr char kClouds[] = "sha256/";
+constexpr std::int64_t kLongestOwner = 1000;  // bytes; ours is a tenth of that
+
+absl::Status PutOwner(ObjectStore* objects, const std::string& owner, Deadline deadline) {
+  return objects->Put(kOwnerKey, owner, Sha256Hex(owner), deadline);
+}
+
+// Empty: the bucket does not say.
+absl::StatusOr<std::string> OwnerOf(ObjectStore* objects, Deadline deadline) {
+  absl::StatusOr<std::string> owner = objects->Get(kOwnerKey, kLongestOwner, deadline);
+  if (absl::IsNotFound(owner.status())) return "";
+  return owner;
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> BucketOwnerHere(Transaction& transaction) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectOwner);
+  if (!rows.ok()) return rows.status();
+  return rows->Checked(rows->Text(0, 0));
+}
+
+absl::Status RequireOwnBucket(Transaction& transaction, ObjectStore* objects) {
+  const absl::StatusOr<std::string> here = BucketOwnerHere(transaction);
+  if (!here.ok()) return here.status();
+  absl::StatusOr<std::string> owner = OwnerOf(objects, transaction.deadline());
+  if (!owner.ok()) return owner.status();
+  if (owner->empty()) {
+    const absl::StatusOr<ObjectStore::ListPage> clouds = objects->List(kClouds, "", transaction.deadline());
+    if (!clouds.ok()) return clouds.status();
+    if (!clouds->objects.empty())
+      return absl::FailedPreconditionError(
+          "bucket: holds clouds and does not say whose, want an empty one, or `sixpoint store adopt-bucket`");
+    if (absl::Status put = PutOwner(objects, *here, transaction.deadline()); !put.ok()) return put;
+    owner = OwnerOf(objects, transaction.deadline());  // another plant may have done the same at the same moment
+    if (!owner.ok()) return owner.status();
+  }
+  if (*owner == *here) return absl::OkStatus();
+  return absl::FailedPreconditionError("bucket: of " + Tame(*owner, kLongestOwner) + ", want one of " + *here +
+                                       "; after a restore look at `sixpoint store collect --dry-run`, then `sixpoint "
+                                       "store adopt-bucket`");
+}
+
+absl::StatusOr<std::string> AdoptBucket(Transaction& transaction, ObjectStore* objects) {
+  const absl::StatusOr<std::string> here = BucketOwnerHere(transaction);
+  if (!here.ok()) return here.status();
+  absl::StatusOr<std::string> before = OwnerOf(objects, transaction.deadline());
+  if (!before.ok() && !absl::IsDataLoss(before.status())) return before;
+  if (absl::Status put = PutOwner(objects, *here, transaction.deadline()); !put.ok()) return put;
+  return before.ok() ? *before : "something that is no owner's name";
+}
+
+}  // namespace sixpoint::storage
