@@ -119,6 +119,34 @@ COMMENT ON TABLE requests IS
   'What each request recorded, for safe retries: the same request_id gets the same thing and does the work once. Of a call and '
   'id there is one row (by a lock, for a key across months cannot be held unique); months that are over go.';
 
+-- Name, entry, edges and request of a thing whose own rows have been written. Numbers of a sequence are drawn in one order and committed
+-- in another: a reader that has seen 8 would never look for the 7 that commits later. The lock is held from the draw to the end of the
+-- transaction, which makes the orders the same; so this comes last before the commit. One call, with plans that stay: while it runs,
+-- other writers wait. edge_count: how many of the inputs are recorded.
+CREATE FUNCTION append_record(new_id uuid, new_name text, new_kind text, of_blade text, of_machine text, new_method text,
+                              new_version text, asked_by text, new_measured_at timestamptz, new_summary jsonb, inputs text[],
+                              of_call text, of_request uuid, of_request_sha256 bytea,
+                              OUT new_sequence bigint, OUT new_recorded_at timestamptz, OUT edge_count bigint)
+LANGUAGE plpgsql AS $$
+BEGIN
+  PERFORM pg_advisory_xact_lock(6021, 1);
+  INSERT INTO record_names (record_id, name) VALUES (new_id, new_name)
+    RETURNING record_sequence, recorded_at INTO new_sequence, new_recorded_at;
+  INSERT INTO record_entries (record_id, record_sequence, recorded_at, kind, blade_serial, machine_id, method,
+                              software_version, requested_by, measured_at, summary)
+    VALUES (new_id, new_sequence, new_recorded_at, new_kind, of_blade, of_machine, new_method, new_version, asked_by,
+            new_measured_at, new_summary);
+  INSERT INTO record_inputs (record_id, position_index, input_id)
+    SELECT new_id, (position - 1)::integer, n.record_id FROM unnest(inputs) WITH ORDINALITY AS input (name, position)
+    JOIN record_names n ON n.name = input.name;
+  GET DIAGNOSTICS edge_count = ROW_COUNT;
+  IF of_request IS NOT NULL THEN
+    INSERT INTO requests (call, request_id, request_sha256, record_id)
+      VALUES (of_call, of_request, of_request_sha256, new_id);
+  END IF;
+END
+$$;
+
 SELECT make_append_only('record_names');
 SELECT make_append_only('record_entries');
 SELECT make_append_only('record_inputs');

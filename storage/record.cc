@@ -7,23 +7,10 @@
 namespace sixpoint::storage {
 namespace {
 
-// Numbers of a sequence are drawn in one order and committed in another: a reader that has seen 8 would never look for
-// the 7 that commits later. This lock is held from the draw to the end of the transaction, which makes the orders the
-// same. Append last in a transaction, for the lock makes writers wait for each other.
-constexpr char kLockJournal[] = "SELECT pg_advisory_xact_lock(6021, 1)";
-// Name, entry and edges in one statement, and how many edges there are: an input that nothing is called has none.
-constexpr char kInsertEntry[] =
-    "WITH named AS (INSERT INTO record_names (record_id, name) VALUES ($1, $2) RETURNING *), "
-    "entry AS (INSERT INTO record_entries (record_id, record_sequence, recorded_at, kind, blade_serial, machine_id, "
-    "method, software_version, requested_by, measured_at, summary) SELECT record_id, record_sequence, recorded_at, $3, "
-    "$4, $5, $6, $7, $8, $9::timestamptz, $10::jsonb FROM named), "
-    "edges AS (INSERT INTO record_inputs (record_id, position_index, input_id) "
-    "SELECT $1, (position - 1)::integer, n.record_id FROM unnest($11::text[]) WITH ORDINALITY AS input (name, "
-    "position) "
-    "JOIN record_names n ON n.name = input.name RETURNING 1), "
-    "kept AS (INSERT INTO requests (call, request_id, request_sha256, record_id) "
-    "SELECT $12, $13::uuid, $14, $1 WHERE $13::uuid IS NOT NULL) "
-    "SELECT record_sequence, recorded_at, (SELECT count(*) FROM edges) FROM named";
+// Takes the journal's lock (migrations/V0001).
+constexpr char kAppend[] =
+    "SELECT new_sequence, new_recorded_at, edge_count FROM append_record($1, $2, $3, $4, $5, $6, $7, $8, $9, "
+    "$10::jsonb, $11::text[], $12, $13::uuid, $14::bytea)";
 
 #define SIXPOINT_ENTRY_COLUMNS                                                                            \
   "SELECT e.record_sequence, e.recorded_at, e.kind, n.name, e.blade_serial, e.machine_id, e.method, "     \
@@ -82,8 +69,6 @@ absl::StatusOr<std::vector<JournalEntry>> ReadEntries(Transaction& transaction, 
 
 absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const std::string& record_id,
                                       const RecordEntry& entry) {
-  const absl::StatusOr<Rows> locked = transaction.Execute(kLockJournal);
-  if (!locked.ok()) return locked.status();
   std::vector<std::string> inputs;  // each once, in the order given
   for (const std::string& input : entry.inputs)
     if (std::find(inputs.begin(), inputs.end(), input) == inputs.end()) inputs.push_back(input);
@@ -98,7 +83,7 @@ absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const std::strin
     params.Text(entry.request->call).Text(entry.request->request_id).Digest(entry.request->sha256);
   else
     params.Null().Null().Null();
-  const absl::StatusOr<Rows> rows = transaction.Execute(kInsertEntry, params);
+  const absl::StatusOr<Rows> rows = transaction.Execute(kAppend, params);
   if (!rows.ok()) return rows.status();
   const Recorded recorded{rows->Int(0, 0), rows->Time(0, 1)};
   const auto edge_count = static_cast<std::size_t>(rows->Int(0, 2));

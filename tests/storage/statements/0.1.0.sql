@@ -197,10 +197,8 @@ INSERT INTO probe_calibration_checks (calibration_id, position_index, face, read
 SELECT face, displacement_mm, residual_um FROM probe_calibration_readings WHERE calibration_id = $1 ORDER BY position_index;
 -- storage/probe_calibrations.cc kSelectChecks
 SELECT face, reading_count, angle_urad, origin_distance_um, distance_um, residual_range_um FROM probe_calibration_checks WHERE calibration_id = $1 ORDER BY position_index;
--- storage/record.cc kLockJournal
-SELECT pg_advisory_xact_lock(6021, 1);
--- storage/record.cc kInsertEntry
-WITH named AS (INSERT INTO record_names (record_id, name) VALUES ($1, $2) RETURNING *), entry AS (INSERT INTO record_entries (record_id, record_sequence, recorded_at, kind, blade_serial, machine_id, method, software_version, requested_by, measured_at, summary) SELECT record_id, record_sequence, recorded_at, $3, $4, $5, $6, $7, $8, $9::timestamptz, $10::jsonb FROM named), edges AS (INSERT INTO record_inputs (record_id, position_index, input_id) SELECT $1, (position - 1)::integer, n.record_id FROM unnest($11::text[]) WITH ORDINALITY AS input (name, position) JOIN record_names n ON n.name = input.name RETURNING 1), kept AS (INSERT INTO requests (call, request_id, request_sha256, record_id) SELECT $12, $13::uuid, $14, $1 WHERE $13::uuid IS NOT NULL) SELECT record_sequence, recorded_at, (SELECT count(*) FROM edges) FROM named;
+-- storage/record.cc kAppend
+SELECT new_sequence, new_recorded_at, edge_count FROM append_record($1, $2, $3, $4, $5, $6, $7, $8, $9, $10::jsonb, $11::text[], $12, $13::uuid, $14::bytea);
 -- storage/record.cc kSelectEntry
 SELECT e.record_sequence, e.recorded_at, e.kind, n.name, e.blade_serial, e.machine_id, e.method, e.software_version, e.requested_by, e.measured_at, e.summary::text, ARRAY(SELECT m.name FROM record_inputs i JOIN record_names m ON m.record_id = i.input_id WHERE i.record_id = e.record_id ORDER BY i.position_index) FROM record_entries e JOIN record_names n ON n.record_id = e.record_id WHERE n.name = $1;
 -- storage/record.cc kSelectBlade
