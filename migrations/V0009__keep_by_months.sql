@@ -97,6 +97,7 @@ BEGIN
       EXECUTE format('ALTER TABLE public.%I DROP CONSTRAINT %I', gone, reference.conname);
     END LOOP;
     EXECUTE format('ALTER TABLE public.%I SET SCHEMA detached', gone);
+    EXECUTE format('GRANT SELECT ON detached.%I TO sixpoint_ingest', gone);  -- whose collector asks who refers to a blob
     detached := detached + 1;
   END LOOP;
   RETURN detached;

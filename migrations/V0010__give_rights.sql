@@ -39,7 +39,8 @@ GRANT SELECT, INSERT ON machines, machine_revisions, machine_joints, artefacts, 
 GRANT SELECT, INSERT ON scans, scan_blocks, scan_deletions, retention_policies TO sixpoint_ingest;
 GRANT SELECT, INSERT, UPDATE, DELETE ON scan_uploads, scan_upload_blocks TO sixpoint_ingest;
 GRANT SELECT ON blades TO sixpoint_ingest;
--- The collector asks who refers to a blob.
+-- The collector asks who refers to a blob; detach_month lets it read what it detaches.
+GRANT USAGE ON SCHEMA detached TO sixpoint_ingest;
 GRANT SELECT (cad_sha256, surface_sha256) ON tessellations TO sixpoint_ingest;
 GRANT SELECT (cad_sha256) ON part_revisions TO sixpoint_ingest;
 GRANT SELECT (request_sha256) ON calibrations, studies TO sixpoint_ingest;

@@ -177,7 +177,8 @@ TEST_F(MonthsTest, ADetachedMonthKeepsItsBlobs) {
   EXPECT_EQ(Run("SELECT count(*) FROM scans").Int(0, 0), 1);
   CollectOptions everything;
   everything.grace = std::chrono::seconds(0);
-  const auto collected = CollectGarbage(database_.database(), nullptr, everything, Soon(60));
+  const auto as_ingest = Database::Open(sixpoint::testing::AsRole(database_.conninfo(), "ingest"), 2);
+  const auto collected = CollectGarbage(as_ingest.get(), nullptr, everything, Soon(60));
   ASSERT_TRUE(collected.ok()) << collected.status();
   EXPECT_EQ(collected->blob_count, 0);
   Run("DROP TABLE detached.scan_blocks_" + FirstDay(-3).replace(4, 1, "_").substr(0, 7));

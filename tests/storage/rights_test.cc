@@ -7,9 +7,21 @@
 #include <string>
 #include <vector>
 
+#include "storage/bucket_owner.h"
+#include "storage/calibration_store.h"
+#include "storage/corrections.h"
 #include "storage/database.h"
+#include "storage/inspections.h"
+#include "storage/months.h"
+#include "storage/plant_store.h"
 #include "storage/record.h"
+#include "storage/registrations.h"
+#include "storage/retention_store.h"
+#include "storage/scan_uploads.h"
+#include "storage/scans.h"
+#include "storage/studies.h"
 #include "tests/support/registered.h"
+#include "tests/support/stored_scan.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::storage {
@@ -105,6 +117,69 @@ TEST_F(RightsTest, EachMayAppendToTheJournalAndIngestMakesMonths) {
     EXPECT_TRUE(transaction->Commit().ok());
     EXPECT_EQ(Ask(*database, "SELECT make_partitions(4)").ok(), std::string(area) == "ingest") << area;
   }
+}
+
+// All that the keeper of the store does by itself, as it does it.
+TEST_F(RightsTest, IngestKeepsTheStore) {
+  const std::unique_ptr<BlobStore> store = MakePostgresqlBlobStore();
+  sixpoint::testing::PutScanSubjects(database_.database());
+  sixpoint::testing::PutScan(database_.database(), store.get(), "old", "artefact", {"old points"}, 40);
+  sixpoint::testing::PutScan(database_.database(), store.get(), "young", "artefact", {"young points"}, 3);
+  const auto ingest = As("ingest");
+  const auto retention = RetentionIn(ingest.get(), MakePostgresqlBlobStore());
+  RetentionPolicy policy;
+  policy.scan_kind = "artefact";
+  policy.keep_days = 30;
+  policy.requested_by = "test";
+  RecordEntry entry;
+  entry.software_version = "test";
+  ASSERT_TRUE(retention->Record({"ingest.SetRetentionPolicy", NewUuid(), ""}, policy, entry, Soon()).ok());
+  RetentionOptions options;
+  options.software_version = options.requested_by = "test";
+  const auto applied = retention->Apply(options, Soon(60));
+  ASSERT_TRUE(applied.ok()) << applied.status();
+  EXPECT_EQ(applied->scan_count, 1);
+  const auto keeping = BlobKeepingIn(ingest.get(), MakePostgresqlBlobStore());
+  CollectOptions everything;
+  everything.grace = std::chrono::seconds(0);
+  const auto collected = keeping->Collect(everything, Soon(60));
+  ASSERT_TRUE(collected.ok()) << collected.status();
+  const absl::Status checked = keeping->Check({}, {}, Soon(60));
+  EXPECT_TRUE(checked.ok()) << checked;
+  const auto status = keeping->Status(10, Soon(60));
+  EXPECT_TRUE(status.ok()) << status.status();
+  EXPECT_TRUE(keeping->Months(Soon()).ok());
+  absl::StatusOr<Transaction> transaction = ingest->Begin(Soon());
+  EXPECT_TRUE(ForgetUploads(*transaction, std::chrono::system_clock::now()).ok());
+  EXPECT_TRUE(ForgetRequests(*transaction).ok());
+  EXPECT_TRUE(KeepCheckFinished(*transaction).ok());
+  EXPECT_TRUE(BucketOwnerHere(*transaction).ok());
+  ScanFilter of_part;
+  of_part.part_id = "p1";
+  EXPECT_TRUE(ListScans(*transaction, of_part, 0, 10).ok());
+}
+
+// And what the others ask of lists, with every filter.
+TEST_F(RightsTest, EachReadsItsOwnLists) {
+  ResultFilter all;
+  all.blade_serial = all.machine_id = all.part_id = "none";
+  all.calibration_id = NewUuid();
+  RegistrationFilter registrations;
+  CorrectionFilter corrections;
+  InspectionFilter inspections;
+  static_cast<ResultFilter&>(registrations) = static_cast<ResultFilter&>(corrections) = all;
+  static_cast<ResultFilter&>(inspections) = all;
+  const auto registration = As("registration"), correction = As("correction"), inspection = As("inspection"),
+             calibration = As("calibration");
+  EXPECT_TRUE(RegistrationsIn(registration.get())->List(registrations, 0, 10, Soon()).ok());
+  EXPECT_TRUE(CorrectionsIn(correction.get())->List(corrections, 0, 10, Soon()).ok());
+  EXPECT_TRUE(InspectionsIn(inspection.get())->List(inspections, 0, 10, Soon()).ok());
+  EXPECT_TRUE(CalibrationsIn(calibration.get())->List({}, 0, 10, Soon()).ok());
+  EXPECT_TRUE(StudiesIn(calibration.get())->List({}, 0, 10, Soon()).ok());
+  const auto plant = As("plant");
+  EXPECT_TRUE(PlantIn(plant.get()).blades->List({}, "", 10, Soon()).ok());
+  EXPECT_TRUE(PlantIn(plant.get()).parts->List({}, "", 10, Soon()).ok());
+  EXPECT_TRUE(PlantIn(plant.get()).journal->DerivedFrom("machines/m1", {}, {}, Soon()).ok());
 }
 
 }  // namespace
