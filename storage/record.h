@@ -26,8 +26,8 @@ struct RecordEntry {
   // withdrawal, study, policy
   std::string kind;
   std::string name;  // resource name; given once for ever
-  std::vector<std::string>
-      inputs;  // names of recorded things that it was made from (parts and machines with @revision)
+  // Names of recorded things that it was made from (parts and machines with @revision).
+  std::vector<std::string> inputs;
   std::optional<std::string> blade;    // serial, where it concerns one
   std::optional<std::string> machine;  // id, where it concerns one
   std::string method;                  // empty where there is none
@@ -55,6 +55,7 @@ struct JournalPage {
 // record_id: the UUID (version 7) that the thing's own row has already been written with. Comes last before the commit, for its
 // lock makes writers wait for each other. FAILED_PRECONDITION: an input that is not recorded, or a withdrawn calibration.
 absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const std::string& record_id, const RecordEntry& entry);
+
 // What a resource name says after its collection: "parts/p@2" is p, 2.
 struct NamedId {
   std::string id;
