@@ -68,7 +68,7 @@ END
 $$;
 COMMENT ON FUNCTION make_partitions(integer) IS
   'This month''s partition of everything that is kept by months and those of so many months ahead, where they are not there yet; '
-  'how many it made. Any service may: a plant whose month has no partition can record nothing.';
+  'how many it made. A plant whose month has no partition can record nothing.';
 
 CREATE SCHEMA detached;
 COMMENT ON SCHEMA detached IS 'Months that were taken out of the plant, one table for each: to be written elsewhere and dropped.';

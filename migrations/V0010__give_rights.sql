@@ -58,7 +58,7 @@ GRANT SELECT, INSERT ON inspections, inspection_holes, inspection_scans TO sixpo
 -- Whose tables were applied: the registration's are the correction's, and a filter of lists.
 GRANT SELECT ON registration_angles TO sixpoint_correction, sixpoint_inspection;
 
--- Months are made by whoever looks first; what goes, by ingest. Both run as the owner and can do no more than they say.
+-- Ingest makes months and lets old requests go. Both run as the owner and can do no more than they say.
 REVOKE EXECUTE ON FUNCTION make_partitions(integer), drop_requests_before(date), detach_month(date),
   make_partition(regclass, text, boolean, date), make_append_only(regclass) FROM PUBLIC;
 GRANT EXECUTE ON FUNCTION make_partitions(integer), drop_requests_before(date) TO sixpoint_ingest;

@@ -52,12 +52,10 @@ absl::Status RequireOwnBucket(Transaction& transaction, ObjectStore* objects) {
                                        "store adopt-bucket`");
 }
 
-absl::StatusOr<std::string> AdoptBucket(Transaction& transaction, ObjectStore* objects) {
-  const absl::StatusOr<std::string> here = BucketOwnerHere(transaction);
-  if (!here.ok()) return here.status();
-  absl::StatusOr<std::string> before = OwnerOf(objects, transaction.deadline());
+absl::StatusOr<std::string> AdoptBucket(const std::string& here, ObjectStore* objects, Deadline deadline) {
+  absl::StatusOr<std::string> before = OwnerOf(objects, deadline);
   if (!before.ok() && !absl::IsDataLoss(before.status())) return before;
-  if (absl::Status put = PutOwner(objects, *here, transaction.deadline()); !put.ok()) return put;
+  if (absl::Status put = PutOwner(objects, here, deadline); !put.ok()) return put;
   return before.ok() ? *before : "something that is no owner's name";
 }
 

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "refusal/refusal.h"
+
 namespace sixpoint::storage {
 namespace {
 
@@ -21,8 +23,19 @@ absl::StatusOr<int> Count(Transaction& transaction, const char* sql, int argumen
 
 }  // namespace
 
-absl::StatusOr<int> MakeMonths(Transaction& transaction, int months_ahead) {
-  return Count(transaction, kMake, months_ahead);
+absl::StatusOr<int> MakeMonths(Database& database, int months_ahead, Deadline deadline) {
+  if (months_ahead < 0 || months_ahead > kMostMonthsAhead)
+    return Refuse("months_ahead", std::to_string(months_ahead), "0 to " + std::to_string(kMostMonthsAhead));
+  int made = 0;
+  for (int month = 0; month <= months_ahead; ++month) {
+    absl::StatusOr<Transaction> transaction = database.Begin(deadline);
+    if (!transaction.ok()) return transaction.status();
+    const absl::StatusOr<int> count = Count(*transaction, kMake, month);
+    if (!count.ok()) return count;
+    if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;
+    made += *count;
+  }
+  return made;
 }
 
 absl::StatusOr<int> ForgetRequests(Transaction& transaction) { return Count(transaction, kForget, kRequestMonths); }

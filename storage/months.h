@@ -13,6 +13,8 @@ namespace sixpoint::storage {
 
 // So many are there beforehand: a plant whose service that makes them is away goes on recording for as long.
 inline constexpr int kMonthsAhead = 3;
+// More are refused.
+inline constexpr int kMostMonthsAhead = 120;
 // After so many a retry of a request is a new one.
 inline constexpr int kRequestMonths = 3;
 
@@ -24,9 +26,10 @@ struct MonthUse {
   std::int64_t bytes = 0;      // with indices, without blobs
 };
 
-// This month's partitions and those of so many months ahead, where they are not there yet; how many it made. INVALID_ARGUMENT:
-// more than 120. UNAVAILABLE: something holds a table for longer than 2 s; later.
-absl::StatusOr<int> MakeMonths(Transaction& transaction, int months_ahead);
+// This month's partitions and those of so many months ahead, where they are not there yet; how many it made. A month is a
+// transaction of its own, so that writers, who wait for it, wait for one month at most. INVALID_ARGUMENT: more than 120.
+// UNAVAILABLE: something holds a table for longer than 2 s; later.
+absl::StatusOr<int> MakeMonths(Database& database, int months_ahead, Deadline deadline);
 // Takes away what requests recorded (not what it was) in months that ended so long ago; how many partitions.
 absl::StatusOr<int> ForgetRequests(Transaction& transaction);
 // The oldest first.

@@ -76,15 +76,12 @@ class PostgresBlobKeeping final : public BlobKeeping {
   absl::StatusOr<std::string> AdoptBucket(Deadline deadline) override {
     if (blobs_->objects() == nullptr)
       return absl::FailedPreconditionError("bucket: none, want this service configured with one (--blob-store)");
-    return OneRead(*database_, deadline, [&](Transaction& t) { return storage::AdoptBucket(t, blobs_->objects()); });
+    const absl::StatusOr<std::string> here = OneRead(*database_, deadline, BucketOwnerHere);
+    if (!here.ok()) return here;
+    return storage::AdoptBucket(*here, blobs_->objects(), deadline);
   }
   absl::StatusOr<int> MakeMonths(int months_ahead, Deadline deadline) override {
-    absl::StatusOr<Transaction> transaction = database_->Begin(deadline);
-    if (!transaction.ok()) return transaction.status();
-    const absl::StatusOr<int> made = storage::MakeMonths(*transaction, months_ahead);
-    if (!made.ok()) return made;
-    if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;
-    return made;
+    return storage::MakeMonths(*database_, months_ahead, deadline);
   }
 
  private:

@@ -1,8 +1,6 @@
 #include "bench/ground/blade_rows.h"
 
-#include <cstdio>
-#include <cstdlib>
-
+#include "bench/ground/transactions.h"
 #include "storage/blobs.h"
 #include "storage/calibrations.h"
 #include "storage/corrections.h"
@@ -15,21 +13,6 @@ namespace sixpoint::bench {
 namespace {
 
 constexpr int kBlocksPerScan = 40, kGroups = 6, kHolesPerGroup = 20;
-
-template <typename Value>
-Value Must(absl::StatusOr<Value> value) {
-  if (value.ok()) return *std::move(value);
-  std::fprintf(stderr, "bench ground: %s\n", value.status().ToString().c_str());
-  std::exit(1);
-}
-
-storage::Transaction Begin(storage::Database* database) {
-  return Must(database->Begin(std::chrono::system_clock::now() + std::chrono::minutes(2)));
-}
-
-void Commit(storage::Transaction* transaction) {
-  if (const absl::Status committed = transaction->Commit(); !committed.ok()) Must(absl::StatusOr<int>(committed));
-}
 
 storage::RecordEntry Entry(const std::string& kind, const std::string& name, const std::string& serial,
                            const std::vector<std::string>& inputs) {
@@ -167,8 +150,7 @@ Registry MakeRegistry(storage::Database* database) {
   return registry;
 }
 
-void AddScan(storage::Transaction& transaction, const std::string& serial, const std::string& scan_id,
-             int block_count) {
+void AddScan(storage::Transaction& transaction, const std::string& serial, const std::string& scan_id) {
   storage::ScanRow scan;
   scan.scan_id = scan_id;
   scan.machine_id = "m1";
@@ -177,16 +159,16 @@ void AddScan(storage::Transaction& transaction, const std::string& serial, const
   scan.kind = "airfoil";
   scan.profile_pitch_mm = 0.05;
   scan.columns_per_profile = 1280;
-  scan.point_count = 1280 * 30 * block_count;
+  scan.point_count = 1280 * 30 * kBlocksPerScan;
   scan.encoding = "raw_profiles";
   scan.stored_encoding = "range_image";
-  scan.profile_count = 30 * block_count;
-  scan.block_count = block_count;
-  scan.stored_bytes = 38400L * block_count;
+  scan.profile_count = 30 * kBlocksPerScan;
+  scan.block_count = kBlocksPerScan;
+  scan.stored_bytes = 38400L * kBlocksPerScan;
   scan.stored_sha256 = scan.sent_sha256 = storage::Sha256Hex(scan_id);
   std::vector<storage::ScanBlockRow> blocks;
   std::vector<std::string> digests;
-  for (int i = 0; i < block_count; ++i) {
+  for (int i = 0; i < kBlocksPerScan; ++i) {
     storage::ScanBlockRow& block = blocks.emplace_back();
     block.point_count = 38400;
     block.blob_sha256 = block.sent_sha256 = storage::Sha256Hex(scan_id + "/" + std::to_string(i));
@@ -215,7 +197,7 @@ void AddBlade(storage::Database* database, const Registry& registry, const std::
                 "calibrations/" + registry.rotation_calibration_id};
   for (const char* which : {"-b000", "-b060", "-b120", "-pins"}) {
     storage::Transaction transaction = Begin(database);
-    AddScan(transaction, serial, serial + which, kBlocksPerScan);
+    AddScan(transaction, serial, serial + which);
     Commit(&transaction);
     scans.push_back(serial + which);
     inputs.push_back("scans/" + serial + which);

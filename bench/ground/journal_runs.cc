@@ -13,6 +13,7 @@
 
 #include "bench/ground/blade_rows.h"
 #include "bench/ground/runs.h"
+#include "bench/ground/transactions.h"
 #include "storage/record.h"
 #include "tests/support/registered.h"
 
@@ -23,7 +24,7 @@ using std::chrono::steady_clock;
 
 constexpr int kFlushes = 300;
 constexpr std::chrono::microseconds kBetweenLooks{200};
-constexpr int kBlocksPerScan = 40, kFeatures = 1000;
+constexpr int kFeatures = 1000;
 
 double MillisecondsSince(steady_clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(steady_clock::now() - begin).count();
@@ -33,21 +34,6 @@ double Quantile(std::vector<double> values, double part) {
   if (values.empty()) return 0;
   std::sort(values.begin(), values.end());
   return values[static_cast<std::size_t>(part * static_cast<double>(values.size() - 1))];
-}
-
-template <typename Value>
-Value Must(absl::StatusOr<Value> value) {
-  if (value.ok()) return *std::move(value);
-  std::fprintf(stderr, "bench ground: %s\n", value.status().ToString().c_str());
-  std::exit(1);
-}
-
-storage::Transaction Begin(storage::Database* database) {
-  return Must(database->Begin(std::chrono::system_clock::now() + std::chrono::minutes(2)));
-}
-
-void Commit(storage::Transaction* transaction) {
-  if (const absl::Status committed = transaction->Commit(); !committed.ok()) Must(absl::StatusOr<int>(committed));
 }
 
 // What the disk takes to have a page: the floor of any commit.
@@ -126,7 +112,7 @@ int Write(storage::Database* database, int writer, const std::atomic<bool>& goin
       Commit(&transaction);
     } else {
       storage::Transaction transaction = Begin(database);
-      AddScan(transaction, serial, id, kBlocksPerScan);
+      AddScan(transaction, serial, id);
       Commit(&transaction);
     }
   }

@@ -1,12 +1,11 @@
 #include <algorithm>
-#include <cstdio>
-#include <cstdlib>
 #include <map>
 #include <thread>
 #include <vector>
 
 #include "bench/ground/blade_rows.h"
 #include "bench/ground/runs.h"
+#include "bench/ground/transactions.h"
 
 namespace sixpoint::bench {
 namespace {
@@ -24,18 +23,13 @@ struct Use {
 };
 
 std::map<std::string, Use> UseOf(storage::Database* database) {
-  auto transaction = database->Begin(std::chrono::system_clock::now() + std::chrono::minutes(2));
-  absl::StatusOr<storage::Rows> rows = absl::UnavailableError("no transaction");
-  if (transaction.ok()) rows = transaction->Execute("ANALYZE");
-  if (rows.ok()) rows = transaction->Execute(kUse);
-  if (!rows.ok()) {
-    std::fprintf(stderr, "bench ground: %s\n", rows.status().ToString().c_str());
-    std::exit(1);
-  }
+  storage::Transaction transaction = Begin(database);
+  Must(transaction.Execute("ANALYZE"));
+  const storage::Rows rows = Must(transaction.Execute(kUse));
   std::map<std::string, Use> uses;
-  for (int row = 0; row < rows->count(); ++row)
-    uses[rows->Text(row, 0)] = {rows->Bool(row, 1), static_cast<double>(std::max<std::int64_t>(0, rows->Int(row, 2))),
-                                static_cast<double>(rows->Int(row, 3)), static_cast<double>(rows->Int(row, 4))};
+  for (int row = 0; row < rows.count(); ++row)
+    uses[rows.Text(row, 0)] = {rows.Bool(row, 1), static_cast<double>(std::max<std::int64_t>(0, rows.Int(row, 2))),
+                               static_cast<double>(rows.Int(row, 3)), static_cast<double>(rows.Int(row, 4))};
   return uses;
 }
 

@@ -1,7 +1,5 @@
 #include "services/ingest/store_keeper.h"
 
-#include <utility>
-
 #include "services/runtime/log.h"
 #include "services/runtime/server.h"
 #include "storage/blob_check.h"
@@ -80,21 +78,19 @@ void StoreKeeper::Run() {
 }
 
 void StoreKeeper::KeepMonths() {
+  next_months_ = std::chrono::steady_clock::now() + kAgain;  // where the database is away, or a writer in the way
+  const absl::StatusOr<int> made = storage::MakeMonths(*database_, storage::kMonthsAhead, In(kPatience));
+  LogFailure("months ahead", made.status());
+  absl::StatusOr<storage::Transaction> transaction = database_->Begin(In(kPatience));
+  if (!transaction.ok()) return LogFailure("old requests", transaction.status());
+  const absl::StatusOr<int> forgotten = storage::ForgetRequests(*transaction);
+  const absl::Status kept = forgotten.ok() ? transaction->Commit() : forgotten.status();
+  LogFailure("old requests", kept);
+  if (!made.ok() || !kept.ok()) return;
   next_months_ = std::chrono::steady_clock::now() + kBetweenMonths;
-  for (const auto& [what, keep] :
-       {std::pair(
-            "months ahead",
-            +[](storage::Transaction& transaction) { return storage::MakeMonths(transaction, storage::kMonthsAhead); }),
-        std::pair("old requests", &storage::ForgetRequests)}) {
-    absl::StatusOr<storage::Transaction> transaction = database_->Begin(In(kPatience));
-    if (!transaction.ok()) return LogFailure(what, transaction.status());
-    const absl::StatusOr<int> count = keep(*transaction);
-    const absl::Status kept = count.ok() ? transaction->Commit() : count.status();
-    LogFailure(what, kept);
-    if (!kept.ok()) next_months_ = std::chrono::steady_clock::now() + kAgain;  // a writer was in the way
-    if (count.ok() && *count > 0)
-      Log(LogLevel::kInfo, "kept by months", {{"what", what}, {"partitions", static_cast<long>(*count)}});
-  }
+  if (*made + *forgotten > 0)
+    Log(LogLevel::kInfo, "kept by months",
+        {{"made", static_cast<long>(*made)}, {"forgotten", static_cast<long>(*forgotten)}});
 }
 
 void StoreKeeper::Tidy() {

@@ -14,7 +14,6 @@ namespace {
 
 constexpr int kGreatestKeepDays = 36'525;  // a hundred years
 constexpr std::int64_t kGreatestGrace_s = 366 * 86'400;
-constexpr int kMostMonthsAhead = 120;  // as make_partitions (migrations/V0009)
 
 v1::ScanKind KindOf(const std::string& text) {
   for (int i = 1; i < v1::ScanKind_ARRAYSIZE; ++i) {
@@ -120,12 +119,6 @@ absl::Status CheckRequest(const v1::CollectGarbageRequest& request) {
 
 absl::Status CheckRequest(const v1::AdoptBucketRequest& request) {
   return runtime::CheckText("requested_by", request.requested_by(), runtime::kLongestRequester);
-}
-
-absl::Status CheckRequest(const v1::MakeMonthsRequest& request) {
-  if (request.months_ahead() >= 0 && request.months_ahead() <= kMostMonthsAhead) return absl::OkStatus();
-  return runtime::Refuse("months_ahead", std::to_string(request.months_ahead()),
-                         "0 to " + std::to_string(kMostMonthsAhead));
 }
 
 absl::Status CheckRequest(const v1::DeleteScanPointsRequest& request) {

@@ -51,12 +51,7 @@ class MonthsTest : public ::testing::Test {
     EXPECT_TRUE(months.ok()) << months.status();
     return months.ok() ? *months : std::vector<MonthUse>();
   }
-  absl::StatusOr<int> Make(int months_ahead) {
-    absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon(60));
-    const absl::StatusOr<int> made = MakeMonths(*transaction, months_ahead);
-    if (made.ok() && !transaction->Commit().ok()) return absl::UnknownError("not committed");
-    return made;
-  }
+  absl::StatusOr<int> Make(int months_ahead) { return MakeMonths(*database_.database(), months_ahead, Soon(60)); }
   absl::StatusOr<Recorded> Append(const std::string& record_id, const std::string& name,
                                   const std::vector<std::string>& inputs = {}) {
     absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
