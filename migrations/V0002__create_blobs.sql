@@ -7,11 +7,13 @@ CREATE TABLE blobs (
   bytes bytea,
   stored_at timestamptz NOT NULL DEFAULT clock_timestamp(),
   store text NOT NULL DEFAULT 'postgresql',
+  object_id uuid,
   deleted_at timestamptz,
   deletion_reason text,
   CONSTRAINT blobs_pk PRIMARY KEY (sha256),
   CONSTRAINT blobs_size_true CHECK (size_bytes = octet_length(bytes)),
   CONSTRAINT blobs_store_known CHECK (store IN ('postgresql', 's3')),
+  CONSTRAINT blobs_object_named CHECK ((store = 's3') = (object_id IS NOT NULL)),
   CONSTRAINT blobs_state_consistent CHECK (deleted_at IS NULL AND deletion_reason IS NULL
     AND (bytes IS NOT NULL) = (store = 'postgresql') OR deleted_at IS NOT NULL AND deletion_reason IS NOT NULL
     AND deletion_reason <> '' AND bytes IS NULL),
@@ -22,10 +24,12 @@ CREATE TABLE blobs (
 ALTER TABLE blobs ALTER COLUMN bytes SET STORAGE EXTERNAL;
 COMMENT ON TABLE blobs IS
   'The catalogue of bytes named by their SHA-256: scan blocks, meshes, CAD files, NC programs. The same bytes are one '
-  'row. Kept here (store postgresql), kept as object sha256/ab/cd/<sha256> (store s3), or deleted (deleted_at).';
+  'row. Kept here (store postgresql), kept as object sha256/ab/cd/<sha256>/<object_id> (store s3), or deleted (deleted_at).';
 COMMENT ON COLUMN blobs.sha256 IS 'SHA-256 of bytes; checked again on every read.';
 COMMENT ON COLUMN blobs.bytes IS 'NULL where an object store holds them, or where they were deleted.';
 COMMENT ON COLUMN blobs.store IS 'Who holds the bytes; who held them, where they were deleted.';
+COMMENT ON COLUMN blobs.object_id IS
+  'Which object: a new one each time the bytes are put, so that none that is being deleted is ever put again.';
 COMMENT ON COLUMN blobs.deleted_at IS 'When retention or a person took the bytes away; sha256 and size_bytes stay.';
 
 CREATE TABLE blob_damages (
@@ -91,7 +95,7 @@ BEGIN
       END IF;
       -- The same bytes came again. Those that come here prove themselves.
       IF purpose = 'restore_bytes' AND OLD.bytes IS NULL AND NEW.deleted_at IS NULL
-         AND (NEW.store = 's3' AND OLD.deleted_at IS NOT NULL OR sha256(NEW.bytes) = NEW.sha256) THEN
+         AND (NEW.store = 's3' AND (OLD.deleted_at IS NOT NULL OR OLD.store = 's3') OR sha256(NEW.bytes) = NEW.sha256) THEN
         RETURN NEW;
       END IF;
     END IF;
@@ -104,4 +108,62 @@ COMMENT ON FUNCTION refuse_blob_change() IS
   '(rows that nothing refers to).';
 CREATE TRIGGER append_only BEFORE UPDATE OR DELETE ON blobs FOR EACH ROW EXECUTE FUNCTION refuse_blob_change();
 CREATE TRIGGER no_truncate BEFORE TRUNCATE ON blobs FOR EACH STATEMENT EXECUTE FUNCTION refuse_change();
+
+-- How much each store holds, without reading the catalogue: each change of it adds a row here, and now and then they are added up.
+CREATE TABLE blob_use (
+  use_id bigint GENERATED ALWAYS AS IDENTITY,
+  store text NOT NULL,
+  kept_count bigint NOT NULL,
+  kept_bytes bigint NOT NULL,
+  deleted_count bigint NOT NULL,
+  deleted_bytes bigint NOT NULL,
+  CONSTRAINT blob_use_pk PRIMARY KEY (use_id),
+  CONSTRAINT blob_use_store_known CHECK (store IN ('postgresql', 's3'))
+);
+COMMENT ON TABLE blob_use IS
+  'Differences that add up to what each store holds. Not part of the record: add_up_blob_use() makes one row of many.';
+COMMENT ON COLUMN blob_use.kept_count IS 'Blobs whose bytes are there, more or (below 0) fewer than before.';
+COMMENT ON COLUMN blob_use.deleted_count IS 'Blobs whose bytes were deleted.';
+
+CREATE FUNCTION count_blob_use() RETURNS trigger LANGUAGE plpgsql SECURITY DEFINER SET search_path = public, pg_temp AS $$
+BEGIN
+  IF TG_OP <> 'INSERT' THEN
+    INSERT INTO blob_use (store, kept_count, kept_bytes, deleted_count, deleted_bytes)
+      SELECT store, -count(*) FILTER (WHERE deleted_at IS NULL),
+             -coalesce(sum(size_bytes) FILTER (WHERE deleted_at IS NULL), 0), -count(deleted_at),
+             -coalesce(sum(size_bytes) FILTER (WHERE deleted_at IS NOT NULL), 0) FROM was GROUP BY store;
+  END IF;
+  IF TG_OP <> 'DELETE' THEN
+    INSERT INTO blob_use (store, kept_count, kept_bytes, deleted_count, deleted_bytes)
+      SELECT store, count(*) FILTER (WHERE deleted_at IS NULL),
+             coalesce(sum(size_bytes) FILTER (WHERE deleted_at IS NULL), 0), count(deleted_at),
+             coalesce(sum(size_bytes) FILTER (WHERE deleted_at IS NOT NULL), 0) FROM becomes GROUP BY store;
+  END IF;
+  RETURN NULL;
+END
+$$;
+CREATE TRIGGER use_of_inserted AFTER INSERT ON blobs REFERENCING NEW TABLE AS becomes
+  FOR EACH STATEMENT EXECUTE FUNCTION count_blob_use();
+CREATE TRIGGER use_of_updated AFTER UPDATE ON blobs REFERENCING OLD TABLE AS was NEW TABLE AS becomes
+  FOR EACH STATEMENT EXECUTE FUNCTION count_blob_use();
+CREATE TRIGGER use_of_deleted AFTER DELETE ON blobs REFERENCING OLD TABLE AS was
+  FOR EACH STATEMENT EXECUTE FUNCTION count_blob_use();
+
+CREATE FUNCTION add_up_blob_use() RETURNS void LANGUAGE sql SECURITY DEFINER SET search_path = public, pg_temp AS $$
+  WITH added AS (DELETE FROM blob_use RETURNING store, kept_count, kept_bytes, deleted_count, deleted_bytes)
+  INSERT INTO blob_use (store, kept_count, kept_bytes, deleted_count, deleted_bytes)
+    SELECT store, sum(kept_count), sum(kept_bytes), sum(deleted_count), sum(deleted_bytes) FROM added GROUP BY store
+$$;
+COMMENT ON FUNCTION add_up_blob_use() IS 'One row a store, of all that was committed; readers and writers do not wait.';
+
+-- What the collector looks at: asking of each blob who refers to it would read the whole catalogue each hour.
+CREATE TABLE loose_blobs (
+  sha256 bytea NOT NULL,
+  noted_at timestamptz NOT NULL DEFAULT clock_timestamp(),
+  CONSTRAINT loose_blobs_pk PRIMARY KEY (sha256),
+  CONSTRAINT loose_blobs_digests CHECK (octet_length(sha256) = 32)
+);
+COMMENT ON TABLE loose_blobs IS
+  'Blobs that lost a reference and may be needed no more: of uploads that were forgotten, of scans whose points were deleted. '
+  'Not part of the record: a hint, which the collector takes away once it has looked.';
 SELECT make_append_only('blob_damages');

@@ -198,6 +198,19 @@ COMMENT ON COLUMN scan_deletions.points_sha256 IS
   'stored_sha256 of the scan: whoever has the points elsewhere can prove it.';
 COMMENT ON COLUMN scan_deletions.points_bytes IS 'As stored. Blocks that another scan or thing still uses did not go.';
 
+CREATE TABLE retention_progress (
+  scan_kind text NOT NULL,
+  policy_revision integer NOT NULL,
+  after_scan_key uuid NOT NULL,
+  CONSTRAINT retention_progress_pk PRIMARY KEY (scan_kind),
+  CONSTRAINT retention_progress_policy_fk FOREIGN KEY (scan_kind, policy_revision)
+    REFERENCES retention_policies (scan_kind, revision)
+);
+COMMENT ON TABLE retention_progress IS
+  'How far each kind''s policy has been applied, so that scans deleted years ago are not read each hour. Not part of the record: '
+  'changed in place; a new revision begins anew.';
+COMMENT ON COLUMN retention_progress.after_scan_key IS 'Everything up to this one has been looked at and was due.';
+
 SELECT make_append_only('scans');
 SELECT make_append_only('scan_blocks');
 SELECT make_append_only('retention_policies');

@@ -26,12 +26,15 @@ $$;
 ALTER FUNCTION refuse_withdrawn_input() SECURITY DEFINER SET search_path = public, pg_temp;
 
 -- Bytes: whoever puts some may put back what was deleted (the trigger lets nothing else pass); ingest alone takes away.
-GRANT SELECT, INSERT, UPDATE (bytes, store, deleted_at, deletion_reason) ON blobs
+GRANT SELECT, INSERT, UPDATE (bytes, store, object_id, deleted_at, deletion_reason) ON blobs
   TO sixpoint_plant, sixpoint_ingest, sixpoint_calibration, sixpoint_correction;
 GRANT DELETE ON blobs TO sixpoint_ingest;
 GRANT SELECT, INSERT ON blob_damages TO sixpoint_ingest;
 GRANT SELECT ON plant_identity TO sixpoint_ingest;
 GRANT SELECT, UPDATE ON blob_check_progress TO sixpoint_ingest;
+GRANT SELECT ON blob_use TO sixpoint_ingest;
+GRANT SELECT, INSERT, DELETE ON loose_blobs TO sixpoint_ingest;
+GRANT SELECT, INSERT, UPDATE ON retention_progress TO sixpoint_ingest;
 
 GRANT SELECT, INSERT ON machines, machine_revisions, machine_joints, artefacts, artefact_revisions, artefact_features,
   tessellations, parts, part_revisions, part_hole_groups, part_holes, part_datum_points, blades TO sixpoint_plant;
@@ -59,6 +62,6 @@ GRANT SELECT, INSERT ON inspections, inspection_holes, inspection_scans TO sixpo
 GRANT SELECT ON registration_angles TO sixpoint_correction, sixpoint_inspection;
 
 -- Ingest makes months and lets old requests go. Both run as the owner and can do no more than they say.
-REVOKE EXECUTE ON FUNCTION make_partitions(integer), drop_requests_before(date), detach_month(date),
+REVOKE EXECUTE ON FUNCTION make_partitions(integer), drop_requests_before(date), detach_month(date), add_up_blob_use(),
   make_partition(regclass, text, boolean, date), make_append_only(regclass) FROM PUBLIC;
-GRANT EXECUTE ON FUNCTION make_partitions(integer), drop_requests_before(date) TO sixpoint_ingest;
+GRANT EXECUTE ON FUNCTION make_partitions(integer), drop_requests_before(date), add_up_blob_use() TO sixpoint_ingest;

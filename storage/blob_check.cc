@@ -19,7 +19,8 @@ constexpr std::size_t kLongestDetail = 1000;  // the table takes no more than fo
 constexpr std::chrono::milliseconds kLongestNap{100};
 
 constexpr char kSelectPage[] =
-    "SELECT sha256, size_bytes, store FROM blobs WHERE sha256 > $1 AND deleted_at IS NULL ORDER BY sha256 LIMIT $2";
+    "SELECT sha256, size_bytes, store, coalesce(object_id::text, '') FROM blobs WHERE sha256 > $1 AND deleted_at IS "
+    "NULL ORDER BY sha256 LIMIT $2";
 constexpr char kSelectBytes[] = "SELECT bytes FROM blobs WHERE sha256 = $1";
 constexpr char kInsertDamage[] =
     "INSERT INTO blob_damages (sha256, store, what, detail) SELECT $1::bytea, $2::text, $3::text, $4::text "
@@ -34,14 +35,15 @@ constexpr char kUpdateFinished[] =
     "UPDATE blob_check_progress SET after_sha256 = '', checked_count = 0, checked_bytes = 0, damaged_count = 0, "
     "begun_at = clock_timestamp(), finished_at = clock_timestamp()";
 constexpr char kSelectUse[] =
-    "SELECT store, count(*) FILTER (WHERE deleted_at IS NULL), "
-    "coalesce(sum(size_bytes) FILTER (WHERE deleted_at IS NULL), 0), count(deleted_at), "
-    "coalesce(sum(size_bytes) FILTER (WHERE deleted_at IS NOT NULL), 0) FROM blobs GROUP BY store ORDER BY store";
+    "SELECT store, sum(kept_count), sum(kept_bytes), sum(deleted_count), sum(deleted_bytes) FROM blob_use "
+    "GROUP BY store ORDER BY store";
+constexpr char kAddUpUse[] = "SELECT add_up_blob_use()";
 
 struct Listed {
   std::string sha256;
   std::int64_t size_bytes = 0;
   std::string store;
+  std::string object_id;
 };
 
 absl::StatusOr<std::vector<Listed>> ReadPage(Database* database, const std::string& after_sha256, Deadline deadline) {
@@ -51,20 +53,15 @@ absl::StatusOr<std::vector<Listed>> ReadPage(Database* database, const std::stri
   if (!rows.ok()) return rows.status();
   std::vector<Listed> page;
   for (int row = 0; row < rows->count(); ++row)
-    page.push_back({rows->Digest(row, 0), rows->Int(row, 1), rows->Text(row, 2)});
+    page.push_back({rows->Digest(row, 0), rows->Int(row, 1), rows->Text(row, 2), rows->Text(row, 3)});
   return rows->Checked(std::move(page));
 }
 
 // NOT_FOUND: not where the row says.
 absl::StatusOr<std::string> ReadBytes(Database* database, ObjectStore* objects, const Listed& blob, Deadline deadline) {
   if (blob.store == kStoreS3) {
-    if (objects == nullptr) {
-      return WithReason(absl::FailedPreconditionError("blob " + blob.sha256 +
-                                                      ": held by an object store, want this "
-                                                      "service configured with it (--blob-store)"),
-                        kObjectStoreMissing);
-    }
-    return objects->Get(ObjectKeyOf(blob.sha256), blob.size_bytes, deadline);
+    if (objects == nullptr) return HeldElsewhere(blob.sha256);
+    return objects->Get(ObjectKeyOf(blob.sha256, blob.object_id), blob.size_bytes, deadline);
   }
   absl::StatusOr<Transaction> transaction = database->Begin(deadline);
   if (!transaction.ok()) return transaction.status();
@@ -97,12 +94,13 @@ bool SaysNothingOfTheBlob(const Listed& blob, const absl::Status& status) {
 }
 
 // OK with false where the blob moved or went on purpose while it was read.
-absl::StatusOr<bool> KeepDamage(Database* database, const BlobDamage& damage, Deadline deadline) {
+absl::StatusOr<bool> KeepDamage(Database* database, const Listed& blob, const BlobDamage& damage, Deadline deadline) {
   absl::StatusOr<Transaction> transaction = database->Begin(deadline);
   if (!transaction.ok()) return transaction.status();
   const absl::StatusOr<std::optional<BlobRow>> row = FindBlobRow(*transaction, damage.sha256);
   if (!row.ok()) return row.status();
-  if (!row->has_value() || (*row)->deleted_at || (*row)->store != damage.store) return false;
+  if (!row->has_value() || (*row)->deleted_at || (*row)->store != blob.store || (*row)->object_id != blob.object_id)
+    return false;
   const absl::StatusOr<Rows> kept = transaction->Execute(
       kInsertDamage,
       Params().Digest(damage.sha256).Text(damage.store).Text(damage.what).Text(Tame(damage.detail, kLongestDetail)));
@@ -137,7 +135,7 @@ absl::Status CheckBlobs(Database* database, ObjectStore* objects, const CheckOpt
       const absl::StatusOr<std::string> bytes = ReadBytes(database, objects, blob, deadline);
       if (SaysNothingOfTheBlob(blob, bytes.status())) return bytes.status();
       if (const std::optional<BlobDamage> damage = DamageOf(blob, bytes)) {
-        const absl::StatusOr<bool> true_damage = KeepDamage(database, *damage, deadline);
+        const absl::StatusOr<bool> true_damage = KeepDamage(database, blob, *damage, deadline);
         if (!true_damage.ok()) return true_damage.status();
         if (*true_damage) {
           ++progress.damaged_count;
@@ -186,6 +184,8 @@ absl::StatusOr<std::vector<StoreUse>> ReadStoreUse(Transaction& transaction) {
   }
   return rows->Checked(std::move(uses));
 }
+
+absl::Status AddUpStoreUse(Transaction& transaction) { return transaction.Execute(kAddUpUse).status(); }
 
 absl::StatusOr<std::vector<BlobDamage>> ListDamages(Transaction& transaction, int limit) {
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectDamages, Params().Int(limit));

@@ -59,7 +59,10 @@ struct StoreUse {
   std::int64_t deleted_count = 0;
   std::int64_t deleted_bytes = 0;
 };
+// From sums that the catalogue's changes leave behind them, not from the catalogue.
 absl::StatusOr<std::vector<StoreUse>> ReadStoreUse(Transaction& transaction);
+// One row a store of what the changes left: now and then, so that there is little to sum.
+absl::Status AddUpStoreUse(Transaction& transaction);
 // Newest first.
 absl::StatusOr<std::vector<BlobDamage>> ListDamages(Transaction& transaction, int limit);
 

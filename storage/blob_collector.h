@@ -1,5 +1,8 @@
 // Takes away what nothing refers to: rows of blobs that no foreign key points at, and objects that no row claims. Safe
 // beside running uploads: whatever a Put holds is left alone, and the foreign keys are the last word.
+//
+// Asking of each blob who refers to it reads the whole catalogue. What runs each hour reads what is said to be loose (table
+// loose_blobs) and one part of the bucket after another; the whole is read when a person asks.
 #pragma once
 
 #include <absl/status/status.h>
@@ -8,6 +11,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "storage/database.h"
@@ -15,9 +19,15 @@
 
 namespace sixpoint::storage {
 
+inline constexpr int kCollectParts = 128;
+
 struct CollectOptions {
   // Younger ones are left: what was put may be about to be referred to.
   std::chrono::seconds grace = std::chrono::hours(24);
+  // Of objects that no row claims; longer than an upload may take from the object to its row.
+  std::chrono::seconds object_grace = std::chrono::hours(24);
+  // Only loose blobs, and objects of this part of kCollectParts; none: everything.
+  std::optional<int> part;
   bool dry_run = false;  // counts only
   std::function<bool()> keep_going = [] { return true; };
 };
@@ -32,9 +42,13 @@ struct Collected {
 absl::StatusOr<Collected> CollectGarbage(Database* database, ObjectStore* objects, const CollectOptions& options,
                                          Deadline deadline);
 
-// Deletes the object unless a row claims it or a Put is at it; OK with false then. FAILED_PRECONDITION: the bucket is another plant's
+// An object that a row claimed, or might.
+struct ClaimedObject {
+  std::string sha256;
+  std::string object_id;
+};
+// Deletes one that no row claims. With no transaction open. FAILED_PRECONDITION: the bucket is another plant's
 // (storage/bucket_owner.h), asked before each.
-absl::StatusOr<bool> DeleteUnclaimedObject(Database* database, ObjectStore* objects, const std::string& sha256,
-                                           Deadline deadline);
+absl::Status DeleteObject(Database* database, ObjectStore* objects, const ClaimedObject& object, Deadline deadline);
 
 }  // namespace sixpoint::storage

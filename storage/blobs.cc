@@ -32,14 +32,16 @@ std::string Sha256OfDigests(const std::vector<std::string>& digests) {
 }
 
 absl::StatusOr<std::string> PutBlob(Transaction& transaction, std::string_view bytes) {
-  const std::string sha256 = Sha256Hex(bytes);
-  const absl::Status stored = PutBlobRow(transaction, sha256, static_cast<std::int64_t>(bytes.size()), bytes);
-  if (!stored.ok()) return stored;
-  return sha256;
+  const StagedBlob blob{Sha256Hex(bytes), bytes, ""};
+  if (absl::Status stored = PutBlobRow(transaction, blob); !stored.ok()) return stored;
+  return blob.sha256;
 }
 
 absl::StatusOr<std::string> GetBlob(Transaction& transaction, const std::string& sha256) {
-  return ReadBlob(transaction, sha256, nullptr);
+  absl::StatusOr<FoundBlob> found = FindBlob(transaction, sha256);
+  if (!found.ok()) return found.status();
+  if (!found->bytes) return HeldElsewhere(sha256);
+  return *std::move(found->bytes);
 }
 
 }  // namespace sixpoint::storage

@@ -2,6 +2,7 @@
 
 #include "refusal/message_text.h"
 #include "storage/blobs.h"
+#include "storage/one_read.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -31,19 +32,19 @@ absl::StatusOr<std::string> BucketOwnerHere(Transaction& transaction) {
   return rows->Checked(rows->Text(0, 0));
 }
 
-absl::Status RequireOwnBucket(Transaction& transaction, ObjectStore* objects) {
-  const absl::StatusOr<std::string> here = BucketOwnerHere(transaction);
+absl::Status RequireOwnBucket(Database& database, ObjectStore* objects, Deadline deadline) {
+  const absl::StatusOr<std::string> here = OneRead(database, deadline, BucketOwnerHere);
   if (!here.ok()) return here.status();
-  absl::StatusOr<std::string> owner = OwnerOf(objects, transaction.deadline());
+  absl::StatusOr<std::string> owner = OwnerOf(objects, deadline);
   if (!owner.ok()) return owner.status();
   if (owner->empty()) {
-    const absl::StatusOr<ObjectStore::ListPage> clouds = objects->List(kClouds, "", transaction.deadline());
+    const absl::StatusOr<ObjectStore::ListPage> clouds = objects->List(kClouds, "", deadline);
     if (!clouds.ok()) return clouds.status();
     if (!clouds->objects.empty())
       return absl::FailedPreconditionError(
           "bucket: holds clouds and does not say whose, want an empty one, or `sixpoint store adopt-bucket`");
-    if (absl::Status put = PutOwner(objects, *here, transaction.deadline()); !put.ok()) return put;
-    owner = OwnerOf(objects, transaction.deadline());  // another plant may have done the same at the same moment
+    if (absl::Status put = PutOwner(objects, *here, deadline); !put.ok()) return put;
+    owner = OwnerOf(objects, deadline);  // another plant may have done the same at the same moment
     if (!owner.ok()) return owner.status();
   }
   if (*owner == *here) return absl::OkStatus();

@@ -19,8 +19,8 @@ inline constexpr char kOwnerKey[] = "sixpoint-plant";
 absl::StatusOr<std::string> BucketOwnerHere(Transaction& transaction);
 
 // OK where the bucket says that it is ours; an empty one that says nothing says so from now on. FAILED_PRECONDITION names whose it is.
-// Ends by the transaction's deadline.
-absl::Status RequireOwnBucket(Transaction& transaction, ObjectStore* objects);
+// With no transaction open: it asks the object store.
+absl::Status RequireOwnBucket(Database& database, ObjectStore* objects, Deadline deadline);
 
 // A person's decision: of `here` (BucketOwnerHere) from now on, whoever's it was. What it said before; empty: nothing.
 absl::StatusOr<std::string> AdoptBucket(const std::string& here, ObjectStore* objects, Deadline deadline);

@@ -6,6 +6,7 @@
 #include "storage/blob_collector.h"
 #include "storage/blob_references.h"
 #include "storage/blob_rows.h"
+#include "storage/one_read.h"
 #include "storage/scan_keys.h"
 #include "storage/scans.h"
 
@@ -42,30 +43,47 @@ constexpr char kInsertDeletion[] =
 constexpr char kLockBlobsOfScan[] =
     "SELECT b.sha256 FROM blobs b WHERE b.sha256 IN (SELECT blob_sha256 FROM scan_blocks WHERE scan_key = " SIXPOINT_SCAN_KEY("$1") ") "
     "AND b.deleted_at IS NULL ORDER BY b.sha256 FOR UPDATE OF b SKIP LOCKED";
-// BlobConditions::unneeded comes after these two.
-constexpr char kSelectLeftOver[] =
-    "SELECT b.sha256 FROM blobs b WHERE b.sha256 > $1 AND b.deleted_at IS NULL AND b.sha256 IN ("
-    "SELECT s.blob_sha256 FROM scan_deletions g JOIN scan_blocks s ON s.scan_key = g.scan_key)";
-constexpr char kLeftOverInOrder[] = " ORDER BY b.sha256 LIMIT $2 FOR UPDATE OF b SKIP LOCKED";
+// Those of a deletion that somebody else holds just now, or another deletion of the same bytes that is not committed.
+constexpr char kNoteLoose[] =
+    "INSERT INTO loose_blobs (sha256) SELECT b.sha256 FROM blobs b WHERE b.sha256 IN (SELECT blob_sha256 FROM scan_blocks "
+    "WHERE scan_key = " SIXPOINT_SCAN_KEY("$1") ") AND b.deleted_at IS NULL AND NOT b.sha256 = ANY ($2::bytea[]) "
+    "ON CONFLICT (sha256) DO NOTHING";
+// What something refers to: the rest is the collector's. BlobConditions::unreferenced comes between the two.
+constexpr char kSelectLoose[] =
+    "SELECT b.sha256 FROM blobs b WHERE b.sha256 > $1 AND b.sha256 IN (SELECT l.sha256 FROM loose_blobs l) AND NOT "
+    "(true";
+constexpr char kLooseInOrder[] = ") ORDER BY b.sha256 LIMIT $2 FOR UPDATE OF b SKIP LOCKED";
+constexpr char kForgetLoose[] = "DELETE FROM loose_blobs WHERE sha256 = ANY ($1::bytea[])";
 constexpr char kDeleteBytes[] =
     "UPDATE blobs b SET bytes = NULL, deleted_at = clock_timestamp(), deletion_reason = $2 "
     "WHERE b.sha256 = ANY ($1::bytea[]) AND b.deleted_at IS NULL";
-constexpr char kReturning[] = " RETURNING b.sha256, b.size_bytes, b.store";
+constexpr char kReturning[] = " RETURNING b.sha256, b.size_bytes, b.store, coalesce(b.object_id::text, '')";
 constexpr char kLeftOverReason[] = "points of its scans were deleted";
 
+constexpr char kSelectInForce[] =
+    "SELECT p.scan_kind, p.revision, p.keep_days, coalesce(g.after_scan_key, '00000000-0000-0000-0000-000000000000') "
+    "FROM retention_policies p LEFT JOIN retention_progress g "
+    "ON g.scan_kind = p.scan_kind AND g.policy_revision = p.revision "
+    "WHERE p.keep_days IS NOT NULL AND NOT EXISTS ("
+    "SELECT 1 FROM retention_policies q WHERE q.scan_kind = p.scan_kind AND q.revision > p.revision) ORDER BY "
+    "p.scan_kind";
+// In the order of their keys, which is that of time: what was looked at before is not read again. A key is a little older than
+// its record, and may be for as long as its transaction took.
 constexpr char kSelectDue[] =
-    "SELECT s.scan_id, s.stored_bytes, p.scan_kind, p.revision, p.keep_days, n.record_sequence FROM scans s "
-    "JOIN recorded n ON n.record_id = s.scan_key AND n.entry_kind = 'scan' "
-    "JOIN retention_policies p ON p.scan_kind = s.kind AND p.keep_days IS NOT NULL "
-    "WHERE NOT EXISTS (SELECT 1 FROM retention_policies q WHERE q.scan_kind = p.scan_kind AND q.revision > p.revision) "
-    "AND n.recorded_at < clock_timestamp() - make_interval(days => p.keep_days) AND n.record_sequence > $1 "
-    "AND NOT EXISTS (SELECT 1 FROM scan_deletions d WHERE d.scan_key = s.scan_key) "
-    "ORDER BY n.record_sequence LIMIT $2";
+    "SELECT s.scan_id, s.stored_bytes, s.scan_key, "
+    "EXISTS (SELECT 1 FROM scan_deletions d WHERE d.scan_key = s.scan_key), "
+    "n.recorded_at < now() - make_interval(days => $3) FROM scans s "
+    "JOIN recorded n ON n.record_id = s.scan_key WHERE s.kind = $1 AND s.scan_key > $2 "
+    "AND s.scan_key < least_uuid_of(now() - make_interval(days => $3, hours => 1)) ORDER BY s.scan_key LIMIT $4";
+constexpr char kKeepProgress[] =
+    "INSERT INTO retention_progress (scan_kind, policy_revision, after_scan_key) VALUES ($1, $2, $3) "
+    "ON CONFLICT (scan_kind) DO UPDATE SET policy_revision = excluded.policy_revision, "
+    "after_scan_key = excluded.after_scan_key";
 
 struct Freed {
   std::int64_t count = 0;
   std::int64_t bytes = 0;
-  std::vector<std::string> objects;  // to be deleted after the commit
+  std::vector<ClaimedObject> objects;  // to be deleted after the commit
 };
 
 RetentionPolicy ReadPolicy(const Rows& rows, int row) {
@@ -110,17 +128,17 @@ absl::StatusOr<Freed> DeleteBytes(Transaction& transaction, const std::string& u
   for (int row = 0; row < gone->count(); ++row) {
     ++freed.count;
     freed.bytes += gone->Int(row, 1);
-    if (gone->Text(row, 2) == kStoreS3) freed.objects.push_back(gone->Digest(row, 0));
+    if (gone->Text(row, 2) == kStoreS3) freed.objects.push_back({gone->Digest(row, 0), gone->Text(row, 3)});
   }
   return gone->Checked(std::move(freed));
 }
 
 // What stays because the object store is away is taken by the collector later: it is in the bucket's list.
-void DeleteObjects(Database* database, ObjectStore* objects, const std::vector<std::string>& digests,
+void DeleteObjects(Database* database, ObjectStore* objects, const std::vector<ClaimedObject>& gone,
                    Deadline deadline) {
   if (objects == nullptr) return;
-  for (const std::string& sha256 : digests) {
-    if (!DeleteUnclaimedObject(database, objects, sha256, deadline).ok()) return;
+  for (const ClaimedObject& object : gone) {
+    if (!DeleteObject(database, objects, object, deadline).ok()) return;
   }
 }
 
@@ -157,24 +175,26 @@ absl::Status InsertDeletion(Transaction& transaction, const ScanDeletion& deleti
   return transaction.Execute(kInsertDeletion, params).status();
 }
 
-// Bytes that were held by an upload when their scan's points were deleted, or shared with a scan that is gone since.
-absl::Status SweepDeletedPoints(Database* database, ObjectStore* objects, const RetentionOptions& options,
-                                Deadline deadline, RetentionDone* done) {
+// Bytes of deleted scans that were held by somebody when their scan's points were deleted.
+absl::Status SweepLoose(Database* database, ObjectStore* objects, const RetentionOptions& options, Deadline deadline,
+                        RetentionDone* done) {
   std::string after_sha256;
   while (options.keep_going()) {
     absl::StatusOr<Transaction> transaction = database->Begin(deadline);
     if (!transaction.ok()) return transaction.status();
     const absl::StatusOr<BlobConditions> conditions = ReadBlobConditions(*transaction);
     if (!conditions.ok()) return conditions.status();
-    const absl::StatusOr<Rows> left_over = transaction->Execute(
-        kSelectLeftOver + conditions->unneeded + kLeftOverInOrder, Params().Digest(after_sha256).Int(kBatch));
-    if (!left_over.ok()) return left_over.status();
-    if (left_over->count() == 0) return absl::OkStatus();
-    const std::vector<std::string> digests = DigestsOf(*left_over);
-    if (absl::Status read = left_over->status(); !read.ok()) return read;
+    const absl::StatusOr<Rows> loose = transaction->Execute(kSelectLoose + conditions->unreferenced + kLooseInOrder,
+                                                            Params().Digest(after_sha256).Int(kBatch));
+    if (!loose.ok()) return loose.status();
+    if (loose->count() == 0) return absl::OkStatus();
+    const std::vector<std::string> digests = DigestsOf(*loose);
+    if (absl::Status read = loose->status(); !read.ok()) return read;
     after_sha256 = digests.back();
     const absl::StatusOr<Freed> freed = DeleteBytes(*transaction, conditions->unneeded, digests, kLeftOverReason);
     if (!freed.ok()) return freed.status();
+    const absl::StatusOr<Rows> forgotten = transaction->Execute(kForgetLoose, Params().Digests(digests));
+    if (!forgotten.ok()) return forgotten.status();
     if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;
     done->freed_count += freed->count;
     done->freed_bytes += freed->bytes;
@@ -183,15 +203,83 @@ absl::Status SweepDeletedPoints(Database* database, ObjectStore* objects, const 
   return absl::OkStatus();
 }
 
-// Of a row of kSelectDue.
-DeletionOrder OrderOf(const Rows& due, int row, const RetentionOptions& options) {
+struct PolicyInForce {
   RetentionPolicy policy;
-  policy.scan_kind = due.Text(row, 2);
-  policy.revision = static_cast<int>(due.Int(row, 3));
-  policy.keep_days = static_cast<int>(due.Int(row, 4));
+  std::string after_scan_key;  // everything up to this one is done
+};
+
+absl::StatusOr<std::vector<PolicyInForce>> PoliciesInForce(Transaction& transaction) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectInForce);
+  if (!rows.ok()) return rows.status();
+  std::vector<PolicyInForce> in_force;
+  for (int row = 0; row < rows->count(); ++row) {
+    PolicyInForce& one = in_force.emplace_back();
+    one.policy.scan_kind = rows->Text(row, 0);
+    one.policy.revision = static_cast<int>(rows->Int(row, 1));
+    one.policy.keep_days = static_cast<int>(rows->Int(row, 2));
+    one.after_scan_key = rows->Text(row, 3);
+  }
+  return rows->Checked(std::move(in_force));
+}
+
+struct DueScan {
+  std::string scan_id;
+  std::int64_t stored_bytes = 0;
+  std::string scan_key;
+  bool deleted = false;  // by name, or before the policy was
+};
+
+absl::StatusOr<std::vector<DueScan>> DueScans(Transaction& transaction, const PolicyInForce& in_force) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectDue, Params()
+                                                                        .Text(in_force.policy.scan_kind)
+                                                                        .Uuid(in_force.after_scan_key)
+                                                                        .Int(*in_force.policy.keep_days)
+                                                                        .Int(kBatch));
+  if (!rows.ok()) return rows.status();
+  std::vector<DueScan> due;
+  for (int row = 0; row < rows->count() && rows->Bool(row, 4); ++row)
+    due.push_back({rows->Text(row, 0), rows->Int(row, 1), rows->Text(row, 2), rows->Bool(row, 3)});
+  return rows->Checked(std::move(due));
+}
+
+absl::Status KeepProgress(Database* database, const PolicyInForce& in_force, Deadline deadline) {
+  absl::StatusOr<Transaction> transaction = database->Begin(deadline);
+  if (!transaction.ok()) return transaction.status();
+  const absl::StatusOr<Rows> kept = transaction->Execute(
+      kKeepProgress,
+      Params().Text(in_force.policy.scan_kind).Int(in_force.policy.revision).Uuid(in_force.after_scan_key));
+  if (!kept.ok()) return kept.status();
+  return transaction->Commit();
+}
+
+DeletionOrder OrderOf(const std::string& scan_id, const RetentionPolicy& policy, const RetentionOptions& options) {
   const std::string reason = "retention: " + policy.scan_kind + " scans are kept " + std::to_string(*policy.keep_days) +
                              " days (policy revision " + std::to_string(policy.revision) + ")";
-  return {due.Text(row, 0), reason, options.requested_by, options.software_version, policy};
+  return {scan_id, reason, options.requested_by, options.software_version, policy};
+}
+
+// A batch of what is due; false where there was none. ABORTED: the policy is not in force any more.
+absl::StatusOr<bool> ApplyToSome(Database* database, ObjectStore* objects, const RetentionOptions& options,
+                                 PolicyInForce* in_force, Deadline deadline, RetentionDone* done) {
+  const absl::StatusOr<std::vector<DueScan>> due =
+      OneRead(*database, deadline, [&](Transaction& transaction) { return DueScans(transaction, *in_force); });
+  if (!due.ok()) return due.status();
+  for (const DueScan& scan : *due) {
+    if (!options.keep_going()) break;
+    if (!scan.deleted && !options.dry_run) {
+      const DeletionOrder order = OrderOf(scan.scan_id, in_force->policy, options);
+      const absl::StatusOr<DeletedPoints> deleted = DeleteScanPoints(database, objects, order, deadline);
+      if (!deleted.ok()) return deleted.status();
+      done->freed_count += deleted->freed_count;
+      done->freed_bytes += deleted->freed_bytes;
+    }
+    in_force->after_scan_key = scan.scan_key;
+    done->scan_count += !scan.deleted;
+    done->scan_bytes += scan.deleted ? 0 : scan.stored_bytes;
+  }
+  if (due->empty() || options.dry_run) return !due->empty();
+  if (absl::Status kept = KeepProgress(database, *in_force, deadline); !kept.ok()) return kept;
+  return true;
 }
 
 }  // namespace
@@ -290,6 +378,8 @@ absl::StatusOr<DeletedPoints> DeleteScanPoints(Database* database, ObjectStore* 
     return inserted;
   const std::vector<std::string> digests = DigestsOf(*locked);
   if (absl::Status read = locked->status(); !read.ok()) return read;
+  const absl::StatusOr<Rows> noted = transaction->Execute(kNoteLoose, Params().Text(order.scan_id).Digests(digests));
+  if (!noted.ok()) return noted.status();
   const absl::StatusOr<Freed> freed = DeleteBytes(*transaction, conditions->unneeded, digests, order.reason);
   if (!freed.ok()) return freed.status();
   const absl::StatusOr<Recorded> recorded = AppendRecord(*transaction, record_id, EntryOf(**scan, order));
@@ -305,35 +395,17 @@ absl::StatusOr<DeletedPoints> DeleteScanPoints(Database* database, ObjectStore* 
 absl::StatusOr<RetentionDone> ApplyRetention(Database* database, ObjectStore* objects, const RetentionOptions& options,
                                              Deadline deadline) {
   RetentionDone done;
-  std::int64_t after_sequence = 0;
-  while (options.keep_going()) {
-    absl::StatusOr<Rows> due = absl::UnknownError("not asked");
-    {
-      absl::StatusOr<Transaction> transaction = database->Begin(deadline);
-      if (!transaction.ok()) return transaction.status();
-      due = transaction->Execute(kSelectDue, Params().Int(after_sequence).Int(kBatch));
-    }
-    if (!due.ok()) return due.status();
-    if (due->count() == 0) break;
-    for (int row = 0; row < due->count() && options.keep_going(); ++row) {
-      after_sequence = due->Int(row, 5);
-      const DeletionOrder order = OrderOf(*due, row, options);
-      const std::int64_t scan_bytes = due->Int(row, 1);
-      if (absl::Status read = due->status(); !read.ok()) return read;
-      if (!options.dry_run) {
-        const absl::StatusOr<DeletedPoints> deleted = DeleteScanPoints(database, objects, order, deadline);
-        // Somebody wants to keep them after all; the next batch is asked for under the new policy.
-        if (absl::IsAborted(deleted.status())) break;
-        if (!deleted.ok()) return deleted.status();
-        done.freed_count += deleted->freed_count;
-        done.freed_bytes += deleted->freed_bytes;
-      }
-      ++done.scan_count;
-      done.scan_bytes += scan_bytes;
-    }
+  absl::StatusOr<std::vector<PolicyInForce>> in_force = OneRead(*database, deadline, PoliciesInForce);
+  if (!in_force.ok()) return in_force.status();
+  for (PolicyInForce& one : *in_force) {
+    absl::StatusOr<bool> more = true;
+    while (more.ok() && *more && options.keep_going())
+      more = ApplyToSome(database, objects, options, &one, deadline, &done);
+    // Somebody wants to keep them after all; the next time knows the new policy.
+    if (!more.ok() && !absl::IsAborted(more.status())) return more.status();
   }
   if (options.dry_run) return done;
-  if (absl::Status swept = SweepDeletedPoints(database, objects, options, deadline, &done); !swept.ok()) return swept;
+  if (absl::Status swept = SweepLoose(database, objects, options, deadline, &done); !swept.ok()) return swept;
   return done;
 }
 

@@ -84,7 +84,7 @@ struct RetentionDone {
   std::int64_t freed_count = 0;  // 0 in a dry run: what is shared shows only then
   std::int64_t freed_bytes = 0;
 };
-// Every scan older than its kind's policy, oldest first, then the sweep.
+// Every scan older than its kind's policy, oldest first, then the sweep of loose bytes. Reads what became due since the last time.
 absl::StatusOr<RetentionDone> ApplyRetention(Database* database, ObjectStore* objects, const RetentionOptions& options,
                                              Deadline deadline);
 

@@ -99,9 +99,10 @@ absl::StatusOr<S3Config> ReadS3Config(const std::string& path) {
   return config;
 }
 
-absl::StatusOr<std::unique_ptr<BlobStore>> OpenBlobStore(const std::string& configuration) {
+absl::StatusOr<std::unique_ptr<BlobStore>> OpenBlobStore(const std::string& configuration,
+                                                         std::int64_t most_postgresql_bytes) {
   constexpr char kS3[] = "s3://";
-  if (configuration == "postgresql") return MakePostgresqlBlobStore();
+  if (configuration == "postgresql") return MakePostgresqlBlobStore(nullptr, most_postgresql_bytes);
   if (configuration.rfind(kS3, 0) != 0) {
     return Refuse("--blob-store", configuration, "postgresql or s3:// and a file's path");
   }
@@ -109,7 +110,7 @@ absl::StatusOr<std::unique_ptr<BlobStore>> OpenBlobStore(const std::string& conf
   if (!config.ok()) return config.status();
   std::unique_ptr<ObjectStore> objects = MakeS3ObjectStore(*config);
   return config->new_blobs == "s3" ? MakeObjectBlobStore(std::move(objects))
-                                   : MakePostgresqlBlobStore(std::move(objects));
+                                   : MakePostgresqlBlobStore(std::move(objects), most_postgresql_bytes);
 }
 
 }  // namespace sixpoint::storage

@@ -37,7 +37,9 @@ struct S3Config {
 // INVALID_ARGUMENT names the key, its value (never a secret) and what was wanted.
 absl::StatusOr<S3Config> ReadS3Config(const std::string& path);
 
-// "postgresql", or "s3://" and the path of the file above: s3:///etc/sixpoint/s3.yaml. Connects to nothing yet.
-absl::StatusOr<std::unique_ptr<BlobStore>> OpenBlobStore(const std::string& configuration);
+// "postgresql", or "s3://" and the path of the file above: s3:///etc/sixpoint/s3.yaml. `most_postgresql_bytes`: of new clouds there.
+// Connects to nothing yet.
+absl::StatusOr<std::unique_ptr<BlobStore>> OpenBlobStore(const std::string& configuration,
+                                                         std::int64_t most_postgresql_bytes = kMostPostgresqlBytes);
 
 }  // namespace sixpoint::storage

@@ -26,7 +26,7 @@ class PostgresScans final : public ScanStore {
     return OneRead(*database_, deadline, [&](Transaction& t) { return BlocksOfScan(t, scan_id); });
   }
   absl::StatusOr<std::string> Payload(const std::string& blob_sha256, Deadline deadline) const override {
-    return OneRead(*database_, deadline, [&](Transaction& t) { return blobs_->Get(t, blob_sha256); });
+    return blobs_->Get(*database_, blob_sha256, deadline);
   }
 
   absl::StatusOr<KnownScan> Join(const ScanUploadRow& upload,
@@ -58,11 +58,12 @@ class PostgresScans final : public ScanStore {
 
   absl::StatusOr<bool> AddBlock(const ScanUploadRow& after, ScanBlockRow block, std::string_view payload,
                                 Deadline deadline) override {
+    absl::StatusOr<StagedBlob> blob = blobs_->Stage(*database_, payload, deadline);
+    if (!blob.ok()) return blob.status();
     absl::StatusOr<Transaction> transaction = database_->Begin(deadline);
     if (!transaction.ok()) return transaction.status();
-    absl::StatusOr<std::string> blob = blobs_->Put(*transaction, payload);
-    if (!blob.ok()) return blob.status();
-    block.blob_sha256 = *std::move(blob);
+    if (absl::Status put = blobs_->Put(*transaction, *blob); !put.ok()) return put;
+    block.blob_sha256 = std::move(blob->sha256);
     const absl::StatusOr<bool> added = AddUploadBlock(*transaction, after, block);
     if (!added.ok() || !*added) return added;
     if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;

@@ -22,7 +22,11 @@ constexpr char kSelectBlocks[] =
     "SELECT block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256 FROM scan_upload_blocks "
     "WHERE scan_id = $1 ORDER BY block_index";
 constexpr char kDeleteUpload[] = "DELETE FROM scan_uploads WHERE scan_id = $1";
-constexpr char kDeleteUntouched[] = "DELETE FROM scan_uploads WHERE touched_at < $1";
+// The blocks as they are before they go with their uploads.
+constexpr char kDeleteUntouched[] =
+    "WITH gone AS (DELETE FROM scan_uploads WHERE touched_at < $1 RETURNING scan_id), "
+    "loose AS (INSERT INTO loose_blobs (sha256) SELECT DISTINCT blob_sha256 FROM scan_upload_blocks "
+    "WHERE scan_id IN (SELECT scan_id FROM gone) ON CONFLICT (sha256) DO NOTHING) SELECT count(*) FROM gone";
 
 }  // namespace
 
@@ -84,7 +88,7 @@ absl::Status EndUpload(Transaction& transaction, const std::string& scan_id) {
 absl::StatusOr<int> ForgetUploads(Transaction& transaction, Instant untouched_since) {
   const absl::StatusOr<Rows> rows = transaction.Execute(kDeleteUntouched, Params().Time(untouched_since));
   if (!rows.ok()) return rows.status();
-  return rows->affected();
+  return rows->Checked(static_cast<int>(rows->Int(0, 0)));
 }
 
 }  // namespace sixpoint::storage

@@ -17,12 +17,17 @@ struct StoreOptions {
   std::string blob_store = "postgresql";
   std::int64_t tidy_every_s = 3600;
   double check_mb_s = 5;
+  double most_postgresql_gb = storage::kMostPostgresqlBytes / 1e9;
 };
 
 void AddStoreFlags(CLI::App* app, StoreOptions* options) {
   app->add_option(
          "--blob-store", options->blob_store,
          "Where new clouds go: postgresql, or s3:// and the path of the file that says where and by which keys")
+      ->capture_default_str();
+  app->add_option("--most-postgresql-gb", options->most_postgresql_gb,
+                  "Clouds that PostgreSQL may hold; beyond it they are refused, and want an object store")
+      ->check(CLI::Range(0.001, 32'000.0))
       ->capture_default_str();
   app->add_option("--tidy-every-s", options->tidy_every_s,
                   "Time between applications of retention and collections of garbage; 0: never by itself")
@@ -63,7 +68,8 @@ int main(int argc, char** argv) {
   ingest::StoreOptions store_options;
   const runtime::ServerOptions options = runtime::ParseServerOptions(
       argc, argv, "ingest", [&](CLI::App* app) { ingest::AddStoreFlags(app, &store_options); });
-  absl::StatusOr<std::unique_ptr<storage::BlobStore>> opened = storage::OpenBlobStore(store_options.blob_store);
+  absl::StatusOr<std::unique_ptr<storage::BlobStore>> opened = storage::OpenBlobStore(
+      store_options.blob_store, static_cast<std::int64_t>(store_options.most_postgresql_gb * 1e9));
   if (!opened.ok()) {
     std::fprintf(stderr, "sixpoint-ingest: %s\n", std::string(opened.status().message()).c_str());
     return 2;

@@ -105,8 +105,12 @@ void StoreKeeper::Tidy() {
         {{"scans", static_cast<long>(applied->scan_count)}, {"freed_bytes", static_cast<long>(applied->freed_bytes)}});
   }
   LogFailure("unfinished uploads", ForgetUnfinished());
+  LogFailure("use of the store", AddUpUse());
   storage::CollectOptions collection;
-  collection.grace = options_.grace;
+  collection.grace = collection.object_grace = options_.grace;
+  // Which part is told by the clock: all in their turn, also where the service is restarted each day.
+  collection.part =
+      static_cast<int>(std::chrono::system_clock::now().time_since_epoch() / options_.every % storage::kCollectParts);
   collection.keep_going = retention.keep_going;
   const auto collected = storage::CollectGarbage(database_.get(), store_->objects(), collection, In(kLongestTidy));
   LogFailure("collection", collected.status());
@@ -128,6 +132,13 @@ absl::Status StoreKeeper::ForgetUnfinished() {
   if (*forgotten > 0) {
     Log(LogLevel::kWarning, "forgot uploads that nobody went on with", {{"uploads", static_cast<long>(*forgotten)}});
   }
+  return transaction->Commit();
+}
+
+absl::Status StoreKeeper::AddUpUse() {
+  absl::StatusOr<storage::Transaction> transaction = database_->Begin(In(kPatience));
+  if (!transaction.ok()) return transaction.status();
+  if (absl::Status added = storage::AddUpStoreUse(*transaction); !added.ok()) return added;
   return transaction->Commit();
 }
 

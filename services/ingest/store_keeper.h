@@ -34,6 +34,7 @@ class StoreKeeper {
   void Tidy();
   void KeepMonths();
   absl::Status ForgetUnfinished();
+  absl::Status AddUpUse();
   void CheckSome();
   bool Ready();
   bool KeepGoing();

@@ -18,7 +18,8 @@ namespace {
 using runtime::ToGrpc;
 
 constexpr std::chrono::seconds kBetweenMessages{1};
-constexpr int kGreatestDamageCount = 100;  // in one status
+constexpr std::chrono::hours kLeastObjectGrace{1};  // an upload is in the middle of it for a minute at most
+constexpr int kGreatestDamageCount = 100;           // in one status
 // A call that was cut off says so, unlike one that had nothing more to do.
 absl::Status CutOff(const grpc::ServerContext& context) {
   return context.IsCancelled() ? runtime::Stopped(context, "what was done is kept") : absl::OkStatus();
@@ -93,6 +94,7 @@ grpc::Status CloudStoreService::CollectGarbage(grpc::ServerContext* context, con
   if (absl::Status sound = CheckRequest(*request); !sound.ok()) return ToGrpc(sound);
   storage::CollectOptions options;
   if (request->grace_s() > 0) options.grace = std::chrono::seconds(request->grace_s());
+  options.object_grace = std::max<std::chrono::seconds>(options.grace, kLeastObjectGrace);
   options.dry_run = request->dry_run();
   options.keep_going = runtime::KeepGoing(*context);
   const absl::StatusOr<storage::Collected> collected = blobs_->Collect(options, runtime::DeadlineOf(*context));

@@ -43,8 +43,7 @@ class BlobKeeping : public ::testing::TestWithParam<const char*> {
     Run("CREATE TABLE uses (sha256 bytea NOT NULL REFERENCES blobs (sha256))");
     sixpoint::testing::PutScanSubjects(database());
     if (!OnS3()) return;
-    Transaction transaction = Begin();
-    const absl::Status own = RequireOwnBucket(transaction, store_->objects());
+    const absl::Status own = RequireOwnBucket(*database(), store_->objects(), Soon());
     ASSERT_TRUE(own.ok()) << own;
   }
   void TearDown() override {
@@ -65,26 +64,37 @@ class BlobKeeping : public ::testing::TestWithParam<const char*> {
     EXPECT_TRUE(transaction.Commit().ok());
     return rows.ok() ? *rows : Rows();
   }
+  std::string PutIn(Transaction& transaction, const std::string& bytes) {
+    const absl::StatusOr<StagedBlob> staged = store_->Stage(*database(), bytes, Soon(60));
+    EXPECT_TRUE(staged.ok()) << staged.status();
+    if (!staged.ok()) return "";
+    const absl::Status put = store_->Put(transaction, *staged);
+    EXPECT_TRUE(put.ok()) << put;
+    return staged->sha256;
+  }
   std::string Put(const std::string& bytes, bool used) {
     Transaction transaction = Begin();
-    const absl::StatusOr<std::string> sha256 = store_->Put(transaction, bytes);
-    EXPECT_TRUE(sha256.ok()) << sha256.status();
-    if (!sha256.ok()) return "";
+    const std::string sha256 = PutIn(transaction, bytes);
     if (used) {
-      const auto use = transaction.Execute("INSERT INTO uses VALUES ($1)", Params().Digest(*sha256));
+      const auto use = transaction.Execute("INSERT INTO uses VALUES ($1)", Params().Digest(sha256));
       EXPECT_TRUE(use.ok()) << use.status();
     }
     const absl::Status committed = transaction.Commit();
     EXPECT_TRUE(committed.ok()) << committed;
-    return *sha256;
+    return sha256;
   }
-  absl::StatusOr<std::string> Get(const std::string& sha256) {
-    Transaction transaction = Begin();
-    return store_->Get(transaction, sha256);
+  absl::StatusOr<std::string> Get(const std::string& sha256) { return store_->Get(*database(), sha256, Soon(60)); }
+  // Of the object that the row claims, or claimed when its bytes were deleted.
+  std::string KeyOf(const std::string& sha256) {
+    const Rows rows = Run("SELECT object_id FROM blobs WHERE sha256 = '\\x" + sha256 + "'");
+    EXPECT_EQ(rows.count(), 1) << sha256;
+    return rows.count() == 1 ? ObjectKeyOf(sha256, rows.Text(0, 0)) : "";
   }
-  Collected Collect(std::chrono::seconds grace, bool dry_run = false) {
+  Collected Collect(std::chrono::seconds grace, bool dry_run = false,
+                    std::chrono::seconds object_grace = std::chrono::seconds(0)) {
     CollectOptions options;
     options.grace = grace;
+    options.object_grace = object_grace;
     options.dry_run = dry_run;
     const absl::StatusOr<Collected> collected = CollectGarbage(database(), store_->objects(), options, Soon(60));
     EXPECT_TRUE(collected.ok()) << collected.status();
@@ -121,7 +131,7 @@ class BlobKeeping : public ::testing::TestWithParam<const char*> {
     EXPECT_TRUE(deleted.ok()) << deleted.status();
     return deleted.value_or(DeletedPoints());
   }
-  bool ObjectIsThere(const std::string& sha256) { return store_->objects()->SizeOf(ObjectKeyOf(sha256), Soon()).ok(); }
+  bool ObjectIsThere(const std::string& key) { return store_->objects()->SizeOf(key, Soon()).ok(); }
 
   ThrowawayDatabase database_;
   std::unique_ptr<BlobStore> store_;
@@ -131,6 +141,7 @@ INSTANTIATE_TEST_SUITE_P(Stores, BlobKeeping, ::testing::Values("postgresql", "s
 TEST_P(BlobKeeping, CollectsWhatNothingRefersToAfterTheGrace) {
   const std::string used = Put("used", true), unused = Put("unused", false);
   PutScan("s1", "artefact", {"block"}, 0);
+  const std::string key = OnS3() ? KeyOf(unused) : "";
   EXPECT_EQ(Collect(std::chrono::hours(24)).blob_count, 0);
   EXPECT_EQ(Collect(std::chrono::seconds(0), /*dry_run=*/true).blob_count, 1);
   EXPECT_TRUE(Get(unused).ok());
@@ -140,7 +151,7 @@ TEST_P(BlobKeeping, CollectsWhatNothingRefersToAfterTheGrace) {
   EXPECT_EQ(Get(unused).status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(*Get(used), "used");
   EXPECT_EQ(*Get(Sha256Hex("block")), "block");
-  EXPECT_FALSE(OnS3() && ObjectIsThere(unused));
+  EXPECT_FALSE(OnS3() && ObjectIsThere(key));
   EXPECT_EQ(Put("unused", true), unused);
   EXPECT_EQ(*Get(unused), "unused");
 }
@@ -149,7 +160,7 @@ TEST_P(BlobKeeping, CollectsMoreThanOneBatch) {
   const int count = OnS3() ? 210 : 1001;
   {
     Transaction transaction = Begin();
-    for (int i = 0; i < count; ++i) ASSERT_TRUE(store_->Put(transaction, "garbage " + std::to_string(i)).ok());
+    for (int i = 0; i < count; ++i) PutIn(transaction, "garbage " + std::to_string(i));
     ASSERT_TRUE(transaction.Commit().ok());
   }
   EXPECT_EQ(Collect(std::chrono::seconds(0), true).blob_count, count);
@@ -160,8 +171,8 @@ TEST_P(BlobKeeping, CollectsMoreThanOneBatch) {
 TEST_P(BlobKeeping, LeavesWhatAnUncommittedPutHolds) {
   Put("garbage so far", false);
   Transaction upload = Begin();
-  const std::string sha256 = *store_->Put(upload, "garbage so far");
-  EXPECT_EQ(Collect(std::chrono::seconds(0)).blob_count, 0);
+  const std::string sha256 = PutIn(upload, "garbage so far");
+  EXPECT_EQ(Collect(std::chrono::seconds(0), false, std::chrono::hours(1)).blob_count, 0);
   ASSERT_TRUE(upload.Execute("INSERT INTO uses VALUES ($1)", Params().Digest(sha256)).ok());
   ASSERT_TRUE(upload.Commit().ok());
   EXPECT_EQ(Collect(std::chrono::seconds(0)).blob_count, 0);
@@ -170,18 +181,15 @@ TEST_P(BlobKeeping, LeavesWhatAnUncommittedPutHolds) {
 
 TEST_P(BlobKeeping, ObjectsOfFailedUploadsGoAndThoseOfOthersStay) {
   if (!OnS3()) GTEST_SKIP() << "PostgreSQL rolls its bytes back with the row";
+  const StagedBlob failed = *store_->Stage(*database(), "never committed", Soon());
+  const std::string orphan = ObjectKeyOf(failed.sha256, failed.object_id);
+  std::this_thread::sleep_for(std::chrono::milliseconds(3100));  // the object store tells seconds
   Transaction running = Begin();
-  const std::string held = *store_->Put(running, "still being uploaded");
-  std::string orphan;
-  {
-    Transaction failed = Begin();
-    orphan = *store_->Put(failed, "never committed");
-  }
+  const std::string held = PutIn(running, "still being uploaded");
   ASSERT_TRUE(store_->objects()->Put("sha256/readme", "ours", Sha256Hex("ours"), Soon()).ok());
-  EXPECT_EQ(Collect(std::chrono::hours(24)).object_count, 0);
-  EXPECT_EQ(Collect(std::chrono::seconds(0)).object_count, 1);
+  EXPECT_EQ(Collect(std::chrono::seconds(0), false, std::chrono::hours(24)).object_count, 0);
+  EXPECT_EQ(Collect(std::chrono::seconds(0), false, std::chrono::seconds(2)).object_count, 1);
   EXPECT_FALSE(ObjectIsThere(orphan));
-  EXPECT_TRUE(ObjectIsThere(held));
   EXPECT_TRUE(store_->objects()->SizeOf("sha256/readme", Soon()).ok());
   ASSERT_TRUE(running.Commit().ok());
   EXPECT_EQ(*Get(held), "still being uploaded");
@@ -191,12 +199,12 @@ TEST_P(BlobKeeping, ObjectsOfFailedUploadsGoAndThoseOfOthersStay) {
 TEST_P(BlobKeeping, ABucketThatIsAnothersLosesNothingAndGetsNothing) {
   if (!OnS3()) GTEST_SKIP() << "PostgreSQL's bytes are its own";
   std::vector<std::string> clouds;
-  for (const char* bytes : {"one", "two", "three"}) clouds.push_back(Put(bytes, true));
+  for (const char* bytes : {"one", "two", "three"}) clouds.push_back(KeyOf(Put(bytes, true)));
   const auto all_there = [&] {
     return std::all_of(clouds.begin(), clouds.end(), [&](auto& c) { return ObjectIsThere(c); });
   };
   CollectOptions everything;
-  everything.grace = std::chrono::seconds(0);
+  everything.grace = everything.object_grace = std::chrono::seconds(0);
 
   ThrowawayDatabase other;
   {
@@ -214,15 +222,14 @@ TEST_P(BlobKeeping, ABucketThatIsAnothersLosesNothingAndGetsNothing) {
   everything.dry_run = false;
   {
     const auto store = MakeObjectBlobStore(MakeS3ObjectStore(ObjectStoreConfig()));
-    absl::StatusOr<Transaction> transaction = other.database()->Begin(Soon());
-    EXPECT_EQ(store->Put(*transaction, "four").status().code(), absl::StatusCode::kFailedPrecondition);
+    EXPECT_EQ(store->Stage(*other.database(), "four", Soon()).status().code(), absl::StatusCode::kFailedPrecondition);
   }
 
   Transaction transaction = Begin();
   const std::string ours = *BucketOwnerHere(transaction);
   const std::string before_restore = ours.substr(0, ours.rfind('/')) + "/77";
   ASSERT_TRUE(store_->objects()->Put(kOwnerKey, before_restore, Sha256Hex(before_restore), Soon()).ok());
-  const std::string garbage = Put("garbage", false);  // the store was asked a moment ago
+  const std::string garbage = KeyOf(Put("garbage", false));  // the store was asked a moment ago
   const absl::Status restored = CollectGarbage(database(), store_->objects(), everything, Soon(60)).status();
   EXPECT_EQ(restored.code(), absl::StatusCode::kFailedPrecondition) << restored;
   EXPECT_THAT(std::string(restored.message()), HasSubstr("after a restore"));
@@ -245,12 +252,12 @@ TEST_P(BlobKeeping, ACollectorNeverTakesWhatAPutJustStored) {
     Transaction before = Begin();
     for (int i = 0; i < kPayloads; ++i) {
       const std::string bytes = "cloud " + std::to_string(wave) + "/" + std::to_string(i);
-      payloads[*store_->Put(before, bytes)] = bytes;
+      payloads[PutIn(before, bytes)] = bytes;
     }
     ASSERT_TRUE(before.Commit().ok());
     std::atomic<bool> running{true};
     std::thread collector([&] {
-      while (running) collected_count += Collect(std::chrono::seconds(0)).blob_count;
+      while (running) collected_count += Collect(std::chrono::seconds(0), false, std::chrono::hours(1)).blob_count;
     });
     std::vector<std::thread> uploaders;
     for (int uploader = 0; uploader < kUploaders; ++uploader) {
@@ -302,7 +309,7 @@ TEST_P(BlobKeeping, TheCheckFindsAFlippedBitInEveryBlob) {
     const std::size_t bit = generator() % (8 * bytes.size());
     if (OnS3()) {
       bytes[bit / 8] = static_cast<char>(bytes[bit / 8] ^ (1 << bit % 8));
-      ASSERT_TRUE(store_->objects()->Put(ObjectKeyOf(sha256), bytes, Sha256Hex(bytes), Soon()).ok());
+      ASSERT_TRUE(store_->objects()->Put(KeyOf(sha256), bytes, Sha256Hex(bytes), Soon()).ok());
     } else {
       const std::string text = std::to_string(bit);
       Run("ALTER TABLE blobs DISABLE TRIGGER USER");  // as a failing disk would
@@ -330,9 +337,9 @@ TEST_P(BlobKeeping, TheCheckFindsAFlippedBitInEveryBlob) {
 TEST_P(BlobKeeping, TheCheckFindsObjectsThatAreGoneOrOfAnotherLength) {
   if (!OnS3()) GTEST_SKIP() << "PostgreSQL's CHECK keeps bytes and length together";
   const std::string gone = Put("gone", true), longer = Put("longer", true), shorter = Put("shorter", true);
-  ASSERT_TRUE(store_->objects()->Delete(ObjectKeyOf(gone), Soon()).ok());
-  ASSERT_TRUE(store_->objects()->Put(ObjectKeyOf(longer), "longer!", Sha256Hex("longer!"), Soon()).ok());
-  ASSERT_TRUE(store_->objects()->Put(ObjectKeyOf(shorter), "short", Sha256Hex("short"), Soon()).ok());
+  ASSERT_TRUE(store_->objects()->Delete(KeyOf(gone), Soon()).ok());
+  ASSERT_TRUE(store_->objects()->Put(KeyOf(longer), "longer!", Sha256Hex("longer!"), Soon()).ok());
+  ASSERT_TRUE(store_->objects()->Put(KeyOf(shorter), "short", Sha256Hex("short"), Soon()).ok());
   std::map<std::string, std::string> found;
   CheckOptions options;
   options.on_damage = [&](const BlobDamage& damage) { found[damage.sha256] = damage.what; };
@@ -398,7 +405,7 @@ TEST_P(BlobKeeping, DeletedPointsLeaveTheScanItsDigestAndAnEntryInTheRecord) {
   const absl::Status first = Get(Sha256Hex("first")).status();
   EXPECT_EQ(first.code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_EQ(first.GetPayload(kReasonPayload), absl::Cord("POINTS_DELETED"));
-  EXPECT_FALSE(OnS3() && ObjectIsThere(Sha256Hex("first")));
+  EXPECT_FALSE(OnS3() && ObjectIsThere(KeyOf(Sha256Hex("first"))));
   EXPECT_EQ(*Get(Sha256Hex("shared")), "shared");
   EXPECT_EQ(*Get(Sha256Hex("used")), "used");
   const absl::Status refused = PointsOf("s1");
@@ -446,12 +453,104 @@ TEST_P(BlobKeeping, BytesThatAnUploadHeldAreSweptLater) {
   PutScan("s1", "artefact", {"points"}, 0);
   {
     Transaction upload = Begin();  // fails in the end
-    ASSERT_TRUE(store_->Put(upload, "points").ok());
+    PutIn(upload, "points");
     EXPECT_EQ(Delete("s1").freed_count, 0);
   }
   EXPECT_TRUE(Get(Sha256Hex("points")).ok());
   EXPECT_EQ(Apply().freed_count, 1);
   EXPECT_EQ(Get(Sha256Hex("points")).status().code(), absl::StatusCode::kFailedPrecondition);
+}
+
+// Two scans of the same bytes, deleted at once: neither deletion sees the other's.
+TEST_P(BlobKeeping, BytesOfTwoDeletionsAtOnceAreSweptLater) {
+  PutScan("s1", "artefact", {"points"}, 0);
+  PutScan("s2", "artefact", {"points"}, 0);
+  {
+    Transaction first = Begin();  // as a deletion that is not committed yet: the row is its
+    ASSERT_TRUE(first.Execute("SELECT 1 FROM blobs FOR UPDATE").ok());
+    EXPECT_EQ(Delete("s1").freed_count, 0);
+    EXPECT_EQ(Delete("s2").freed_count, 0);
+  }
+  EXPECT_EQ(Apply().freed_count, 1);
+  EXPECT_EQ(Get(Sha256Hex("points")).status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(Run("SELECT count(*) FROM loose_blobs").Int(0, 0), 0);
+}
+
+// What runs each hour: only what lost a reference is looked at, of whatever part of the bucket.
+TEST_P(BlobKeeping, ALooseBlobGoesAndNothingElseIsLookedAt) {
+  const std::string loose = Put("loose", false), needed = Put("needed", true);
+  Put("not known to be loose", false);
+  Run("INSERT INTO loose_blobs (sha256) VALUES ('\\x" + loose + "'), ('\\x" + needed + "')");
+  CollectOptions options;
+  options.grace = options.object_grace = std::chrono::hours(1);
+  options.part = 5;
+  EXPECT_EQ(CollectGarbage(database(), store_->objects(), options, Soon(60))->blob_count, 0);
+  options.grace = std::chrono::seconds(0);
+  EXPECT_EQ(CollectGarbage(database(), store_->objects(), options, Soon(60))->blob_count, 1);
+  EXPECT_EQ(Get(loose).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(*Get(needed), "needed");
+  EXPECT_EQ(Apply().freed_count, 0);  // takes the hint of what is needed away
+  EXPECT_EQ(Run("SELECT count(*) FROM loose_blobs").Int(0, 0), 0);
+  EXPECT_EQ(Collect(std::chrono::seconds(0)).blob_count, 1);  // a person's collection looks at all
+}
+
+TEST_P(BlobKeeping, ThePartsTogetherAreTheWholeBucket) {
+  if (!OnS3()) GTEST_SKIP() << "PostgreSQL has no bucket";
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(store_->Stage(*database(), "orphan " + std::to_string(i), Soon()).ok());
+  std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // the object store tells seconds
+  CollectOptions options;
+  options.object_grace = std::chrono::seconds(0);
+  std::int64_t object_count = 0, greatest = 0;
+  for (int part = 0; part < kCollectParts; ++part) {
+    options.part = part;
+    const Collected collected = *CollectGarbage(database(), store_->objects(), options, Soon(60));
+    object_count += collected.object_count;
+    greatest = std::max(greatest, collected.object_count);
+  }
+  EXPECT_EQ(object_count, 20);
+  EXPECT_LT(greatest, 10);
+}
+
+TEST_P(BlobKeeping, WhatIsKeptIsSummedWithoutReadingTheCatalogue) {
+  PutScan("s1", "artefact", {"first", "second"}, 0);
+  Put("unused", false);
+  Put("first", true);  // the same again is no more
+  const auto expect = [&](std::int64_t kept_count, std::int64_t kept_bytes, std::int64_t deleted_count) {
+    Transaction transaction = Begin();
+    const auto uses = *ReadStoreUse(transaction);
+    ASSERT_EQ(uses.size(), 1u);
+    EXPECT_EQ(uses[0].store, GetParam());
+    EXPECT_EQ(uses[0].kept_count, kept_count);
+    EXPECT_EQ(uses[0].kept_bytes, kept_bytes);
+    EXPECT_EQ(uses[0].deleted_count, deleted_count);
+  };
+  expect(3, 17, 0);
+  Delete("s1");
+  Collect(std::chrono::seconds(0));
+  expect(1, 5, 1);
+  {
+    Transaction transaction = Begin();
+    ASSERT_TRUE(AddUpStoreUse(transaction).ok());
+    ASSERT_TRUE(transaction.Commit().ok());
+  }
+  EXPECT_EQ(Run("SELECT count(*) FROM blob_use").Int(0, 0), 1);
+  expect(1, 5, 1);
+  PutScan("s2", "artefact", {"second"}, 0);  // comes back
+  expect(2, 11, 0);
+}
+
+TEST_P(BlobKeeping, RetentionGoesOnWhereItWas) {
+  for (int i = 0; i < 5; ++i) PutScan("s" + std::to_string(i), "artefact", {"p" + std::to_string(i)}, 100 - i);
+  SetPolicy("artefact", 98);
+  EXPECT_EQ(Apply().scan_count, 2);
+  const std::string after = Run("SELECT after_scan_key FROM retention_progress").Text(0, 0);
+  EXPECT_EQ(after, Run("SELECT record_id FROM record_names WHERE name = 'scans/s1'").Text(0, 0));
+  EXPECT_EQ(Apply().scan_count, 0);
+  Delete("s2");
+  SetPolicy("artefact", 96);  // begins anew
+  EXPECT_EQ(Apply(/*dry_run=*/true).scan_count, 1);
+  EXPECT_EQ(Apply().scan_count, 1);
+  EXPECT_TRUE(PointsOf("s4").ok());
 }
 
 TEST_P(BlobKeeping, PoliciesDeletionsAndDamagesAreAppendOnly) {

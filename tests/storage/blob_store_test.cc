@@ -19,15 +19,17 @@ class BlobStoreTest : public ::testing::Test {
  protected:
   Transaction Begin() { return std::move(database_.database()->Begin(Soon())).value(); }
   std::string Put(const std::string& bytes) {
+    const absl::StatusOr<StagedBlob> staged = store_->Stage(*database_.database(), bytes, Soon());
+    EXPECT_TRUE(staged.ok()) << staged.status();
+    if (!staged.ok()) return "";
     Transaction transaction = Begin();
-    const absl::StatusOr<std::string> sha256 = store_->Put(transaction, bytes);
-    EXPECT_TRUE(sha256.ok()) << sha256.status();
+    const absl::Status put = store_->Put(transaction, *staged);
+    EXPECT_TRUE(put.ok()) << put;
     EXPECT_TRUE(transaction.Commit().ok());
-    return sha256.value_or("");
+    return staged->sha256;
   }
   absl::StatusOr<std::string> Get(const std::string& sha256) {
-    Transaction transaction = Begin();
-    return store_->Get(transaction, sha256);
+    return store_->Get(*database_.database(), sha256, Soon());
   }
   // With the setting that announces the change; empty: none.
   absl::Status Change(const std::string& purpose, const std::string& sql) {
@@ -110,7 +112,7 @@ TEST_F(BlobStoreTest, AStateThatContradictsItselfIsRefused) {
   const std::string digest(64, 'a');
   for (const char* values : {"NULL, 'postgresql', NULL, NULL", "'a cloud', 's3', NULL, NULL", "NULL, 's3', now(), NULL",
                              "NULL, 's3', NULL, 'why'", "'a cloud', 'postgresql', now(), 'why'",
-                             "NULL, 'tape', NULL, NULL", "NULL, 's3', now(), ''"}) {
+                             "NULL, 'tape', NULL, NULL", "NULL, 's3', now(), ''", "NULL, 's3', NULL, NULL"}) {
     const absl::Status status = Change("",
                                        "INSERT INTO blobs (sha256, size_bytes, bytes, store, deleted_at, "
                                        "deletion_reason) VALUES ('\\x" +
@@ -138,9 +140,26 @@ TEST_F(BlobStoreTest, APutThatMeetsADeletionKeepsTheBytes) {
   }
 }
 
+TEST_F(BlobStoreTest, NoMoreCloudsThanPostgresqlMayHold) {
+  Put(std::string(600, 'a'));
+  const auto full = MakePostgresqlBlobStore(nullptr, 1000);
+  ASSERT_TRUE(full->Stage(*database_.database(), "small", Soon()).ok());
+  Put(std::string(400, 'b'));
+  const absl::Status refused =
+      MakePostgresqlBlobStore(nullptr, 1000)->Stage(*database_.database(), "small", Soon()).status();
+  EXPECT_EQ(refused.code(), absl::StatusCode::kResourceExhausted) << refused;
+  EXPECT_EQ(refused.message(),
+            "clouds in PostgreSQL: 1000 bytes, want less than 1000: an object store (--blob-store), or a retention "
+            "policy");
+  ASSERT_TRUE(Delete(Sha256Hex(std::string(400, 'b'))).ok());  // as retention does
+  EXPECT_TRUE(MakePostgresqlBlobStore(nullptr, 1000)->Stage(*database_.database(), "small", Soon()).ok());
+}
+
 TEST_F(BlobStoreTest, WithoutItsObjectStoreABlobThereIsNamedNotLost) {
   const std::string sha256 = Sha256Hex("a cloud");
-  ASSERT_TRUE(Change("", "INSERT INTO blobs (sha256, size_bytes, store) VALUES ('\\x" + sha256 + "', 7, 's3')").ok());
+  ASSERT_TRUE(Change("", "INSERT INTO blobs (sha256, size_bytes, store, object_id) VALUES ('\\x" + sha256 +
+                             "', 7, 's3', gen_random_uuid())")
+                  .ok());
   const absl::Status status = Get(sha256).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_EQ(status.GetPayload(kReasonPayload), absl::Cord("OBJECT_STORE_MISSING"));

@@ -155,12 +155,7 @@ TEST_F(MonthsTest, ADetachedMonthKeepsItsBlobs) {
   const std::unique_ptr<BlobStore> store = MakePostgresqlBlobStore();
   sixpoint::testing::PutScanSubjects(database_.database());
   PutScan(database_.database(), store.get(), "new", "artefact", {"new points"}, 0);
-  std::string old_blob;
-  {
-    absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
-    old_blob = *store->Put(*transaction, "old points");
-    ASSERT_TRUE(transaction->Commit().ok());
-  }
+  const std::string old_blob = sixpoint::testing::PutCloud(database_.database(), store.get(), "old points");
   // The new scan once more, of three months ago.
   const std::string old_id = IdOfOldMonth(3);
   ASSERT_TRUE(Append(old_id, "scans/old").ok());

@@ -93,9 +93,11 @@ TEST_F(RightsTest, EachServiceWritesItsOwnTablesOnly) {
   for (const auto& [table, areas] : rights("INSERT"))
     EXPECT_TRUE(areas.size() == 1 || shared.count(table) > 0) << table << ": " << areas.size();
   for (const auto& [table, areas] : rights("DELETE"))
-    EXPECT_THAT(table, ::testing::AnyOf("scan_uploads", "scan_upload_blocks", "blobs")) << *areas.begin();
+    EXPECT_THAT(table, ::testing::AnyOf("scan_uploads", "scan_upload_blocks", "blobs", "loose_blobs"))
+        << *areas.begin();
   for (const auto& [table, areas] : rights("UPDATE"))  // of whole rows
-    EXPECT_THAT(table, ::testing::AnyOf("scan_uploads", "scan_upload_blocks", "blob_check_progress"));
+    EXPECT_THAT(table,
+                ::testing::AnyOf("scan_uploads", "scan_upload_blocks", "blob_check_progress", "retention_progress"));
   EXPECT_THAT(rights("TRUNCATE"), IsEmpty());
   EXPECT_THAT(rights("TRIGGER"), IsEmpty());
   EXPECT_EQ(rights("SELECT")["registrations"], std::set<std::string>{"registration"});

@@ -8,6 +8,9 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <condition_variable>
+#include <future>
+#include <mutex>
 #include <thread>
 
 #include "storage/blob_store.h"
@@ -229,6 +232,65 @@ TEST_F(RealObjectStore, WrongKeysAndAMissingBucketSayWhatIsWanted) {
   EXPECT_EQ(ReasonOf(MakeS3ObjectStore(elsewhere)->Get("k", 1, Soon()).status()), "BUCKET_MISSING");
 }
 
+// Another's object store that can be made to stand still.
+class ObjectStoreGate {
+ public:
+  std::unique_ptr<ObjectStore> Open() { return std::make_unique<Gated>(this); }
+  void Close() { Set(true); }
+  void Release() { Set(false); }
+  void AwaitHeld(int count) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return held_ >= count; });
+  }
+
+ private:
+  class Gated final : public ObjectStore {
+   public:
+    explicit Gated(ObjectStoreGate* gate) : gate_(gate) {}
+    absl::Status Put(const std::string& key, std::string_view bytes, const std::string& sha256,
+                     Deadline deadline) override {
+      gate_->Pass();
+      return real_->Put(key, bytes, sha256, deadline);
+    }
+    absl::StatusOr<std::string> Get(const std::string& key, std::int64_t greatest_bytes, Deadline deadline) override {
+      gate_->Pass();
+      return real_->Get(key, greatest_bytes, deadline);
+    }
+    absl::StatusOr<std::int64_t> SizeOf(const std::string& key, Deadline deadline) override {
+      gate_->Pass();
+      return real_->SizeOf(key, deadline);
+    }
+    absl::Status Delete(const std::string& key, Deadline deadline) override {
+      gate_->Pass();
+      return real_->Delete(key, deadline);
+    }
+    absl::StatusOr<ListPage> List(const std::string& prefix, const std::string& next, Deadline deadline) override {
+      gate_->Pass();
+      return real_->List(prefix, next, deadline);
+    }
+
+   private:
+    ObjectStoreGate* const gate_;
+    const std::unique_ptr<ObjectStore> real_ = MakeS3ObjectStore(ObjectStoreConfig());
+  };
+  void Set(bool closed) {
+    std::lock_guard lock(mutex_);
+    closed_ = closed;
+    changed_.notify_all();
+  }
+  void Pass() {
+    std::unique_lock lock(mutex_);
+    ++held_;
+    changed_.notify_all();
+    changed_.wait(lock, [&] { return !closed_; });
+    --held_;
+  }
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool closed_ = false;
+  int held_ = 0;
+};
+
 class ObjectBlobs : public RealObjectStore {
  protected:
   void SetUp() override {
@@ -238,16 +300,24 @@ class ObjectBlobs : public RealObjectStore {
     store_ = MakeObjectBlobStore(MakeS3ObjectStore(ObjectStoreConfig()));
   }
   Transaction Begin() { return std::move(database_->database()->Begin(Soon())).value(); }
-  std::string Put(const std::string& bytes) {
+  std::string Put(const std::string& bytes) { return PutIn(*store_, bytes); }
+  std::string PutIn(BlobStore& store, const std::string& bytes) {
+    const absl::StatusOr<StagedBlob> staged = store.Stage(*database_->database(), bytes, Soon());
+    EXPECT_TRUE(staged.ok()) << staged.status();
+    if (!staged.ok()) return "";
     Transaction transaction = Begin();
-    const absl::StatusOr<std::string> sha256 = store_->Put(transaction, bytes);
-    EXPECT_TRUE(sha256.ok()) << sha256.status();
+    const absl::Status put = store.Put(transaction, *staged);
+    EXPECT_TRUE(put.ok()) << put;
     EXPECT_TRUE(transaction.Commit().ok());
-    return sha256.value_or("");
+    return staged->sha256;
   }
   absl::StatusOr<std::string> Get(const std::string& sha256) {
+    return store_->Get(*database_->database(), sha256, Soon());
+  }
+  std::string KeyOf(const std::string& sha256) {
     Transaction transaction = Begin();
-    return store_->Get(transaction, sha256);
+    const auto rows = transaction.Execute("SELECT object_id FROM blobs WHERE sha256 = $1", Params().Digest(sha256));
+    return ObjectKeyOf(sha256, rows->Text(0, 0));
   }
   std::unique_ptr<ThrowawayDatabase> database_;
   std::unique_ptr<BlobStore> store_;
@@ -257,8 +327,9 @@ TEST_F(ObjectBlobs, BytesAreAnObjectAndTheRowSaysSo) {
   const std::string sha256 = Put("a cloud");
   EXPECT_EQ(Put("a cloud"), sha256);
   EXPECT_EQ(*Get(sha256), "a cloud");
-  EXPECT_EQ(*objects_->Get("sha256/" + sha256.substr(0, 2) + "/" + sha256.substr(2, 2) + "/" + sha256, 7, Soon()),
-            "a cloud");
+  const std::string key = KeyOf(sha256);
+  EXPECT_EQ(key.substr(0, 78), "sha256/" + sha256.substr(0, 2) + "/" + sha256.substr(2, 2) + "/" + sha256 + "/");
+  EXPECT_EQ(*objects_->Get(key, 7, Soon()), "a cloud");
   Transaction transaction = Begin();
   const auto rows = transaction.Execute("SELECT store, bytes IS NULL, size_bytes, count(*) OVER () FROM blobs");
   EXPECT_EQ(rows->Text(0, 0), "s3");
@@ -270,7 +341,7 @@ TEST_F(ObjectBlobs, BytesAreAnObjectAndTheRowSaysSo) {
 TEST_F(ObjectBlobs, ACorruptedObjectIsDataLossWhateverItsLength) {
   const std::string sha256 = Put("cloud to corrupt");
   for (const std::string other : {"cloud to corrupT", "cloud", "cloud to corrupt and more", ""}) {
-    ASSERT_TRUE(objects_->Put(ObjectKeyOf(sha256), other, Sha256Hex(other), Soon()).ok());
+    ASSERT_TRUE(objects_->Put(KeyOf(sha256), other, Sha256Hex(other), Soon()).ok());
     const absl::Status status = Get(sha256).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << other << ": " << status;
   }
@@ -278,7 +349,7 @@ TEST_F(ObjectBlobs, ACorruptedObjectIsDataLossWhateverItsLength) {
 
 TEST_F(ObjectBlobs, AnObjectDeletedBehindOurBackIsDataLossUntilItComesAgain) {
   const std::string sha256 = Put("cloud to lose");
-  ASSERT_TRUE(objects_->Delete(ObjectKeyOf(sha256), Soon()).ok());
+  ASSERT_TRUE(objects_->Delete(KeyOf(sha256), Soon()).ok());
   const absl::Status status = Get(sha256).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << status;
   EXPECT_THAT(std::string(status.message()), HasSubstr("missing from store s3"));
@@ -288,26 +359,43 @@ TEST_F(ObjectBlobs, AnObjectDeletedBehindOurBackIsDataLossUntilItComesAgain) {
 
 TEST_F(ObjectBlobs, APlantThatChangedStoresReadsBoth) {
   const auto before = MakePostgresqlBlobStore();
-  Transaction transaction = Begin();
-  const std::string old = *before->Put(transaction, "an old cloud");
-  ASSERT_TRUE(transaction.Commit().ok());
+  const std::string old = PutIn(*before, "an old cloud");
   const std::string young = Put("a young cloud");
   EXPECT_EQ(Put("an old cloud"), old);  // stays where it is
   EXPECT_EQ(*Get(old), "an old cloud");
   EXPECT_EQ(*Get(young), "a young cloud");
-  Transaction reading = Begin();
   const auto back = MakePostgresqlBlobStore(MakeS3ObjectStore(ObjectStoreConfig()));
-  EXPECT_EQ(*back->Get(reading, young), "a young cloud");
+  EXPECT_EQ(*back->Get(*database_->database(), young, Soon()), "a young cloud");
 }
 
 TEST_F(ObjectBlobs, NoRowIsSeenOfATransactionThatWasRolledBack) {
-  const std::string bytes = "cloud of a failed upload", sha256 = Sha256Hex(bytes);
+  const std::string bytes = "cloud of a failed upload";
+  const StagedBlob staged = *store_->Stage(*database_->database(), bytes, Soon());
   {
     Transaction transaction = Begin();
-    ASSERT_TRUE(store_->Put(transaction, bytes).ok());
+    ASSERT_TRUE(store_->Put(transaction, staged).ok());
   }
-  EXPECT_EQ(Get(sha256).status().code(), absl::StatusCode::kNotFound);
-  EXPECT_TRUE(objects_->SizeOf(ObjectKeyOf(sha256), Soon()).ok());  // left to the collector
+  EXPECT_EQ(Get(staged.sha256).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_TRUE(objects_->SizeOf(ObjectKeyOf(staged.sha256, staged.object_id), Soon()).ok());  // left to the collector
+}
+
+// An object store that does not answer holds neither a connection nor a transaction: there is only one, and others have it.
+TEST_F(ObjectBlobs, NoConnectionIsHeldWhileTheObjectStoreIsWaitedFor) {
+  const std::string sha256 = Put("a cloud");
+  const auto single = database_->Open(1);
+  ObjectStoreGate gate;  // lets no request through while it is closed
+  const auto slow = MakeObjectBlobStore(gate.Open());
+  ASSERT_TRUE(slow->Stage(*single, "first", Soon()).ok());
+  gate.Close();
+  std::future<absl::StatusOr<StagedBlob>> stage =
+      std::async(std::launch::async, [&] { return slow->Stage(*single, "another cloud", Soon(20)); });
+  std::future<absl::StatusOr<std::string>> get =
+      std::async(std::launch::async, [&] { return slow->Get(*single, sha256, Soon(20)); });
+  gate.AwaitHeld(2);
+  EXPECT_TRUE(single->Begin(Soon(1)).ok());
+  gate.Release();
+  EXPECT_TRUE(stage.get().ok());
+  EXPECT_EQ(*get.get(), "a cloud");
 }
 
 }  // namespace

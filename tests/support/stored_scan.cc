@@ -19,6 +19,30 @@ Value Must(absl::StatusOr<Value> value) {
   std::exit(1);
 }
 
+// As if it had been recorded then: its key says when, and chooses the month.
+void MakeOlder(storage::Transaction& transaction, const std::string& scan_id, int days) {
+  Must(
+      transaction.Execute("SELECT make_partition(held_by, name, by_uuid, date_trunc('month', now() - "
+                          "make_interval(days => $1))::date) FROM partitioned_tables ORDER BY depth, name",
+                          storage::Params().Int(days)));
+  Must(transaction.Execute("SET LOCAL session_replication_role = replica"));  // no triggers, no foreign keys
+  for (const char* change :
+       {"UPDATE scan_blocks SET scan_key = older", "UPDATE scans SET scan_key = older",
+        "UPDATE record_inputs SET record_id = older",
+        "UPDATE record_entries SET record_id = older, recorded_at = recorded_at - make_interval(days => $2)",
+        "UPDATE record_names SET record_id = older"}) {
+    const bool by_key = std::string(change).find("scan_key") != std::string::npos;
+    Must(transaction.Execute(std::string(change) +
+                                 " FROM (SELECT record_id AS newer, (left(least_uuid_of(now() - "
+                                 "make_interval(days => $2))::text, "
+                                 "14) || right(record_id::text, 22))::uuid AS older FROM record_names WHERE name = "
+                                 "'scans/' || $1) n WHERE " +
+                                 (by_key ? "scan_key" : "record_id") + " = newer",
+                             storage::Params().Text(scan_id).Int(days)));
+  }
+  Must(transaction.Execute("SET LOCAL session_replication_role = DEFAULT"));
+}
+
 }  // namespace
 
 void PutScanSubjects(storage::Database* database) {
@@ -26,6 +50,13 @@ void PutScanSubjects(storage::Database* database) {
   RegisterMachine(transaction, "m1", 3);
   RegisterArtefact(transaction, "p1", 2);
   if (!transaction.Commit().ok()) std::exit(1);
+}
+
+std::string PutCloud(storage::Database* database, storage::BlobStore* store, const std::string& bytes) {
+  const storage::StagedBlob staged = Must(store->Stage(*database, bytes, Soon(60)));
+  storage::Transaction transaction = Must(database->Begin(Soon(60)));
+  if (!store->Put(transaction, staged).ok() || !transaction.Commit().ok()) std::exit(1);
+  return staged.sha256;
 }
 
 void PutScan(storage::Database* database, storage::BlobStore* store, const std::string& scan_id,
@@ -48,7 +79,9 @@ void PutScan(storage::Database* database, storage::BlobStore* store, const std::
   for (const std::string& block : blocks) {
     storage::ScanBlockRow& row = rows.emplace_back();
     row.point_count = 1;
-    row.blob_sha256 = Must(store->Put(transaction, block));
+    const storage::StagedBlob staged = Must(store->Stage(*database, block, Soon(60)));
+    if (!store->Put(transaction, staged).ok()) std::exit(1);
+    row.blob_sha256 = staged.sha256;
     row.first_profile = static_cast<int>(rows.size()) - 1;
     row.profile_count = 1;
     row.sent_sha256 = storage::Sha256Hex(block);
@@ -63,12 +96,7 @@ void PutScan(storage::Database* database, storage::BlobStore* store, const std::
   entry.machine = "m1";
   entry.software_version = "test";
   Must(storage::InsertScan(transaction, scan, rows, entry));
-  Must(transaction.Execute("ALTER TABLE record_entries DISABLE TRIGGER USER"));
-  Must(
-      transaction.Execute("UPDATE record_entries SET recorded_at = recorded_at - make_interval(days => $2) "
-                          "WHERE record_id = (SELECT record_id FROM record_names WHERE name = 'scans/' || $1)",
-                          storage::Params().Text(scan_id).Int(days_ago)));
-  Must(transaction.Execute("ALTER TABLE record_entries ENABLE TRIGGER USER"));
+  if (days_ago > 0) MakeOlder(transaction, scan_id, days_ago);
   if (!transaction.Commit().ok()) std::exit(1);
 }
 

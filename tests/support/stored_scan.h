@@ -11,6 +11,8 @@ namespace sixpoint::testing {
 
 // Machine m1 and artefact p1, which the scans below name.
 void PutScanSubjects(storage::Database* database);
+// Bytes that nothing refers to; their digest.
+std::string PutCloud(storage::Database* database, storage::BlobStore* store, const std::string& bytes);
 // Of kind artefact or arm, of these payloads, recorded so many days ago.
 void PutScan(storage::Database* database, storage::BlobStore* store, const std::string& scan_id,
              const std::string& kind, const std::vector<std::string>& blocks, int days_ago);

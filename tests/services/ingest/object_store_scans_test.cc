@@ -41,8 +41,10 @@ TEST_F(ObjectStoreScansTest, AreAcknowledgedResumedAndReadLikeAnyOther) {
     ASSERT_LE((fetched->scan.points_mm[i] - points_mm[i]).cwiseAbs().maxCoeff(), 0.25e-3);
   }
   // An object that somebody deleted behind our back is a damaged scan, not a shorter one.
-  const std::string sha256 = Execute("SELECT blob_sha256 FROM scan_blocks WHERE block_index = 1").Digest(0, 0);
-  ASSERT_TRUE(blobs_->objects()->Delete(storage::ObjectKeyOf(sha256), testing::Soon()).ok());
+  const storage::Rows row =
+      Execute("SELECT sha256, object_id FROM blobs JOIN scan_blocks ON blob_sha256 = sha256 WHERE block_index = 1");
+  const std::string key = storage::ObjectKeyOf(row.Digest(0, 0), row.Text(0, 1));
+  ASSERT_TRUE(blobs_->objects()->Delete(key, testing::Soon()).ok());
   const absl::Status damaged = client_.Fetch("scans/s1", runtime::ContextFor(20.0)).status();
   EXPECT_TRUE(absl::IsDataLoss(damaged)) << damaged;
   EXPECT_EQ(runtime::ReasonOf(damaged), "SCAN_DAMAGED");

@@ -127,11 +127,7 @@ TEST_F(StoreServiceTest, ASlowCheckSendsProgressAndGoesOnFromWhereItStopped) {
 
 TEST_F(StoreServiceTest, CollectionLeavesWhatIsYoungAndWhatIsUsed) {
   PutScan("s1", {"used"});
-  {
-    auto transaction = database_.database()->Begin(testing::Soon());
-    ASSERT_TRUE(store_->Put(*transaction, "unused").ok());
-    ASSERT_TRUE(transaction->Commit().ok());
-  }
+  testing::PutCloud(database_.database(), store_.get(), "unused");
   EXPECT_EQ(Call(&Stub::CollectGarbage, v1::CollectGarbageRequest())->blob_count(), 0);
   std::this_thread::sleep_for(std::chrono::milliseconds(1100));
   v1::CollectGarbageRequest request;

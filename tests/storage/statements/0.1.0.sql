@@ -6,7 +6,7 @@ SELECT calibration_id, axis, reading_count, reversal_deg, mean_deg, long_wave_or
 -- storage/axis_characterisations.cc kSelectTable
 SELECT forward_error_deg, backward_error_deg FROM axis_characterisations WHERE calibration_id = $1;
 -- storage/blob_check.cc kSelectPage
-SELECT sha256, size_bytes, store FROM blobs WHERE sha256 > $1 AND deleted_at IS NULL ORDER BY sha256 LIMIT $2;
+SELECT sha256, size_bytes, store, coalesce(object_id::text, '') FROM blobs WHERE sha256 > $1 AND deleted_at IS NULL ORDER BY sha256 LIMIT $2;
 -- storage/blob_check.cc kSelectBytes
 SELECT bytes FROM blobs WHERE sha256 = $1;
 -- storage/blob_check.cc kInsertDamage
@@ -20,31 +20,31 @@ UPDATE blob_check_progress SET after_sha256 = $1, checked_count = $2, checked_by
 -- storage/blob_check.cc kUpdateFinished
 UPDATE blob_check_progress SET after_sha256 = '', checked_count = 0, checked_bytes = 0, damaged_count = 0, begun_at = clock_timestamp(), finished_at = clock_timestamp();
 -- storage/blob_check.cc kSelectUse
-SELECT store, count(*) FILTER (WHERE deleted_at IS NULL), coalesce(sum(size_bytes) FILTER (WHERE deleted_at IS NULL), 0), count(deleted_at), coalesce(sum(size_bytes) FILTER (WHERE deleted_at IS NOT NULL), 0) FROM blobs GROUP BY store ORDER BY store;
+SELECT store, sum(kept_count), sum(kept_bytes), sum(deleted_count), sum(deleted_bytes) FROM blob_use GROUP BY store ORDER BY store;
+-- storage/blob_check.cc kAddUpUse
+SELECT add_up_blob_use();
 -- storage/blob_collector.cc kSelectCandidates
 SELECT b.sha256, b.size_bytes, b.store, b.deleted_at IS NULL FROM blobs b WHERE b.sha256 > $1 AND b.stored_at <= clock_timestamp() - make_interval(secs => $2);
 -- storage/blob_collector.cc kDeleteRows
 DELETE FROM blobs b WHERE b.sha256 = ANY ($1::bytea[]);
+-- storage/blob_collector.cc kForgetLoose
+DELETE FROM loose_blobs l WHERE l.sha256 = ANY ($1::bytea[]) AND NOT EXISTS (SELECT 1 FROM blobs b WHERE b.sha256 = l.sha256);
 -- storage/blob_collector.cc kSelectClaimed
-SELECT sha256 FROM blobs WHERE sha256 = ANY ($1::bytea[]) AND store = 's3' AND deleted_at IS NULL;
+SELECT object_id FROM blobs WHERE sha256 = ANY ($1::bytea[]) AND store = 's3' AND deleted_at IS NULL;
 -- storage/blob_references.cc kSelectReferences
 SELECT format('%I.%I', n.nspname, c.relname), quote_ident(a.attname), c.oid = 'scan_blocks'::regclass FROM pg_constraint k JOIN pg_class c ON c.oid = k.conrelid JOIN pg_namespace n ON n.oid = c.relnamespace JOIN pg_attribute a ON a.attrelid = k.conrelid AND a.attnum = k.conkey[1] WHERE k.contype = 'f' AND k.confrelid = 'blobs'::regclass AND k.conparentid = 0 ORDER BY 1, 2;
 -- storage/blob_rows.cc kSelectRow
-SELECT size_bytes, store, to_char(deleted_at AT TIME ZONE 'UTC', 'YYYY-MM-DD HH24:MI:SS"Z"'), coalesce(deletion_reason, '') FROM blobs WHERE sha256 = $1;
+SELECT size_bytes, store, to_char(deleted_at AT TIME ZONE 'UTC', 'YYYY-MM-DD HH24:MI:SS"Z"'), coalesce(deletion_reason, ''), object_id FROM blobs WHERE sha256 = $1;
 -- storage/blob_rows.cc kHoldRow
-SELECT size_bytes, store, to_char(deleted_at AT TIME ZONE 'UTC', 'YYYY-MM-DD HH24:MI:SS"Z"'), coalesce(deletion_reason, '') FROM blobs WHERE sha256 = $1 FOR KEY SHARE;
+SELECT size_bytes, store, to_char(deleted_at AT TIME ZONE 'UTC', 'YYYY-MM-DD HH24:MI:SS"Z"'), coalesce(deletion_reason, ''), object_id FROM blobs WHERE sha256 = $1 FOR KEY SHARE;
 -- storage/blob_rows.cc kSelectBytes
 SELECT bytes FROM blobs WHERE sha256 = $1;
 -- storage/blob_rows.cc kInsertRow
-INSERT INTO blobs (sha256, size_bytes, bytes, store) VALUES ($1, $2, $3, $4) ON CONFLICT (sha256) DO NOTHING;
+INSERT INTO blobs (sha256, size_bytes, bytes, store, object_id) VALUES ($1, $2, $3, $4, $5) ON CONFLICT (sha256) DO NOTHING;
 -- storage/blob_rows.cc kRestoreRow
-UPDATE blobs SET bytes = $2, store = $3, deleted_at = NULL, deletion_reason = NULL WHERE sha256 = $1 AND bytes IS NULL AND (deleted_at IS NOT NULL OR store <> $3);
+UPDATE blobs SET bytes = $2, store = $3, object_id = $4, deleted_at = NULL, deletion_reason = NULL WHERE sha256 = $1 AND bytes IS NULL;
 -- storage/blob_rows.cc kAnnounce
 SELECT set_config('sixpoint.blob_change', $1, true);
--- storage/blob_rows.cc kShareDigest
-SELECT pg_advisory_xact_lock_shared(hashtextextended('blobs/' || $1, 0));
--- storage/blob_rows.cc kTryTakeDigest
-SELECT pg_try_advisory_xact_lock(hashtextextended('blobs/' || $1, 0));
 -- storage/bucket_owner.cc kSelectOwner
 SELECT 'plant ' || plant_id || ', database ' || (SELECT system_identifier FROM pg_control_system()) || '/' || (SELECT timeline_id FROM pg_control_checkpoint()) FROM plant_identity;
 -- storage/calibration_events.cc kInsertEvent
@@ -251,12 +251,20 @@ SELECT s.scan_id, d.reason, d.requested_by, coalesce(d.policy_kind, ''), coalesc
 INSERT INTO scan_deletions (scan_key, reason, requested_by, policy_kind, policy_revision, points_sha256, points_bytes, record_id) VALUES ((SELECT n.record_id FROM record_names n WHERE n.name = 'scans/' || $1::text), $2, $3, $4, $5, $6, $7, $8);
 -- storage/retention.cc kLockBlobsOfScan
 SELECT b.sha256 FROM blobs b WHERE b.sha256 IN (SELECT blob_sha256 FROM scan_blocks WHERE scan_key = (SELECT n.record_id FROM record_names n WHERE n.name = 'scans/' || $1::text)) AND b.deleted_at IS NULL ORDER BY b.sha256 FOR UPDATE OF b SKIP LOCKED;
--- storage/retention.cc kSelectLeftOver
-SELECT b.sha256 FROM blobs b WHERE b.sha256 > $1 AND b.deleted_at IS NULL AND b.sha256 IN (SELECT s.blob_sha256 FROM scan_deletions g JOIN scan_blocks s ON s.scan_key = g.scan_key);
+-- storage/retention.cc kNoteLoose
+INSERT INTO loose_blobs (sha256) SELECT b.sha256 FROM blobs b WHERE b.sha256 IN (SELECT blob_sha256 FROM scan_blocks WHERE scan_key = (SELECT n.record_id FROM record_names n WHERE n.name = 'scans/' || $1::text)) AND b.deleted_at IS NULL AND NOT b.sha256 = ANY ($2::bytea[]) ON CONFLICT (sha256) DO NOTHING;
+-- storage/retention.cc kSelectLoose
+SELECT b.sha256 FROM blobs b WHERE b.sha256 > $1 AND b.sha256 IN (SELECT l.sha256 FROM loose_blobs l) AND NOT (true;
+-- storage/retention.cc kForgetLoose
+DELETE FROM loose_blobs WHERE sha256 = ANY ($1::bytea[]);
 -- storage/retention.cc kDeleteBytes
 UPDATE blobs b SET bytes = NULL, deleted_at = clock_timestamp(), deletion_reason = $2 WHERE b.sha256 = ANY ($1::bytea[]) AND b.deleted_at IS NULL;
+-- storage/retention.cc kSelectInForce
+SELECT p.scan_kind, p.revision, p.keep_days, coalesce(g.after_scan_key, '00000000-0000-0000-0000-000000000000') FROM retention_policies p LEFT JOIN retention_progress g ON g.scan_kind = p.scan_kind AND g.policy_revision = p.revision WHERE p.keep_days IS NOT NULL AND NOT EXISTS (SELECT 1 FROM retention_policies q WHERE q.scan_kind = p.scan_kind AND q.revision > p.revision) ORDER BY p.scan_kind;
 -- storage/retention.cc kSelectDue
-SELECT s.scan_id, s.stored_bytes, p.scan_kind, p.revision, p.keep_days, n.record_sequence FROM scans s JOIN recorded n ON n.record_id = s.scan_key AND n.entry_kind = 'scan' JOIN retention_policies p ON p.scan_kind = s.kind AND p.keep_days IS NOT NULL WHERE NOT EXISTS (SELECT 1 FROM retention_policies q WHERE q.scan_kind = p.scan_kind AND q.revision > p.revision) AND n.recorded_at < clock_timestamp() - make_interval(days => p.keep_days) AND n.record_sequence > $1 AND NOT EXISTS (SELECT 1 FROM scan_deletions d WHERE d.scan_key = s.scan_key) ORDER BY n.record_sequence LIMIT $2;
+SELECT s.scan_id, s.stored_bytes, s.scan_key, EXISTS (SELECT 1 FROM scan_deletions d WHERE d.scan_key = s.scan_key), n.recorded_at < now() - make_interval(days => $3) FROM scans s JOIN recorded n ON n.record_id = s.scan_key WHERE s.kind = $1 AND s.scan_key > $2 AND s.scan_key < least_uuid_of(now() - make_interval(days => $3, hours => 1)) ORDER BY s.scan_key LIMIT $4;
+-- storage/retention.cc kKeepProgress
+INSERT INTO retention_progress (scan_kind, policy_revision, after_scan_key) VALUES ($1, $2, $3) ON CONFLICT (scan_kind) DO UPDATE SET policy_revision = excluded.policy_revision, after_scan_key = excluded.after_scan_key;
 -- storage/scan_uploads.cc kSelectUpload
 SELECT header, machine_revision, artefact_revision, next_block, point_count, profile_count, stored_bytes, proven_error_um, open_profile_points, open_profile_x_mm FROM scan_uploads WHERE scan_id = $1;
 -- storage/scan_uploads.cc kInsertUpload
@@ -268,7 +276,7 @@ SELECT block_index, point_count, blob_sha256, first_profile, profile_count, sent
 -- storage/scan_uploads.cc kDeleteUpload
 DELETE FROM scan_uploads WHERE scan_id = $1;
 -- storage/scan_uploads.cc kDeleteUntouched
-DELETE FROM scan_uploads WHERE touched_at < $1;
+WITH gone AS (DELETE FROM scan_uploads WHERE touched_at < $1 RETURNING scan_id), loose AS (INSERT INTO loose_blobs (sha256) SELECT DISTINCT blob_sha256 FROM scan_upload_blocks WHERE scan_id IN (SELECT scan_id FROM gone) ON CONFLICT (sha256) DO NOTHING) SELECT count(*) FROM gone;
 -- storage/scans.cc kLockScanId
 SELECT pg_advisory_xact_lock(hashtextextended('scans/' || $1, 0));
 -- storage/scans.cc kInsertScan
