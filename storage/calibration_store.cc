@@ -1,6 +1,5 @@
 #include "storage/calibration_store.h"
 
-#include <chrono>
 #include <utility>
 
 #include "storage/blobs.h"
@@ -10,8 +9,6 @@
 
 namespace sixpoint::storage {
 namespace {
-
-Instant Now() { return std::chrono::system_clock::now(); }
 
 // The calibration as it reads in this transaction: its state depends on what else there is.
 absl::StatusOr<CalibrationRow> ReadAgain(Transaction& transaction, const std::string& calibration_id) {
@@ -51,7 +48,7 @@ absl::StatusOr<WithdrawnCalibrationRow> WhatIsLeftOf(Transaction& transaction, C
   auto resting = DerivedFrom(transaction, withdrawn.calibration.name());
   if (!resting.ok()) return resting.status();
   withdrawn.resting = *std::move(resting);
-  auto in_force = CalibrationInForce(transaction, withdrawn.calibration.subject(), Now());
+  auto in_force = CalibrationInForce(transaction, withdrawn.calibration.subject(), withdrawn.calibration.as_of);
   if (!in_force.ok()) return in_force.status();
   withdrawn.in_force = *std::move(in_force);
   return withdrawn;
@@ -71,6 +68,7 @@ class PostgresCalibrations final : public CalibrationStore {
  public:
   explicit PostgresCalibrations(Database* database) : database_(database) {}
 
+  absl::StatusOr<Instant> Now(Deadline deadline) const override { return OneRead(*database_, deadline, NowOf); }
   absl::StatusOr<std::optional<CalibrationRow>> Find(const std::string& calibration_id,
                                                      Deadline deadline) const override {
     return OneRead(*database_, deadline, [&](Transaction& t) { return FindCalibration(t, calibration_id); });

@@ -19,6 +19,8 @@ namespace sixpoint::storage {
 
 class CalibrationReader : public ResultReader<CalibrationRow, CalibrationFilter> {
  public:
+  // By which validity counts: NowOf.
+  virtual absl::StatusOr<Instant> Now(Deadline deadline) const = 0;
   // As the functions of these names in storage/calibrations.h.
   virtual absl::StatusOr<std::optional<CalibrationRow>> InForce(const CalibrationSubject& subject, Instant at,
                                                                 Deadline deadline) const = 0;

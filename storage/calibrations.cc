@@ -42,6 +42,7 @@ constexpr char kInsertPoses[] =
     "FROM unnest($2::double precision[], $3::double precision[], $4::double precision[], $5::text[], "
     "$6::double precision[]) WITH ORDINALITY AS pose (a_deg, b_deg, distance_um, held_out, before_um, position)";
 
+constexpr char kSelectNow[] = "SELECT clock_timestamp()";
 constexpr char kSelectHead[] = SIXPOINT_SELECT_HEADS "calibration_id = $1";
 constexpr char kSelectInForce[] = SIXPOINT_SELECT_HEADS
     "calibration_id = (SELECT f.calibration_id FROM calibration_forces f "
@@ -240,6 +241,7 @@ absl::Status ReadStates(Transaction& transaction, Instant now, std::vector<Calib
     for (int row = 0; row < in_force->count(); ++row) {
       if (in_force->Text(row, 0) != c.calibration_id) continue;
       const std::string other = in_force->IsNull(row, 1) ? "" : in_force->Text(row, 1);
+      c.as_of = now;
       c.state = StateOf(c, other, now);
       if (c.state == CalibrationState::kSuperseded) c.superseded_by = other;
     }
@@ -340,9 +342,16 @@ absl::StatusOr<Recorded> InsertCalibration(Transaction& transaction, const Calib
   return AppendRecord(transaction, c.calibration_id, entry);
 }
 
-absl::StatusOr<std::optional<CalibrationRow>> FindCalibration(Transaction& transaction, const std::string& id,
-                                                              Instant now) {
-  return FindOne(transaction, kSelectHead, Params().Uuid(id), now);
+absl::StatusOr<Instant> NowOf(Transaction& transaction) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectNow);
+  if (!rows.ok()) return rows.status();
+  return rows->Checked(rows->Time(0, 0));
+}
+
+absl::StatusOr<std::optional<CalibrationRow>> FindCalibration(Transaction& transaction, const std::string& id) {
+  const absl::StatusOr<Instant> now = NowOf(transaction);
+  if (!now.ok()) return now.status();
+  return FindOne(transaction, kSelectHead, Params().Uuid(id), *now);
 }
 
 absl::StatusOr<std::optional<CalibrationRow>> CalibrationInForce(Transaction& transaction,
@@ -364,13 +373,15 @@ absl::StatusOr<std::optional<Instant>> LastValidity(Transaction& transaction, co
 }
 
 absl::StatusOr<std::vector<CalibrationRow>> ListCalibrations(Transaction& transaction, const CalibrationFilter& filter,
-                                                             std::int64_t before_sequence, int limit, Instant now) {
+                                                             std::int64_t before_sequence, int limit) {
+  const absl::StatusOr<Instant> now = NowOf(transaction);
+  if (!now.ok()) return now.status();
   Params params = KeyOf(filter.subject);
-  params.Text(filter.state ? StateText(*filter.state) : "").Time(now);
+  params.Text(filter.state ? StateText(*filter.state) : "").Time(*now);
   AddSpan(filter.recorded, &params);
   const absl::StatusOr<Rows> heads = transaction.Execute(kSelectPage, params.Int(before_sequence).Int(limit));
   if (!heads.ok()) return heads.status();
-  absl::StatusOr<std::vector<CalibrationRow>> found = ReadCalibrations(transaction, *heads, now);
+  absl::StatusOr<std::vector<CalibrationRow>> found = ReadCalibrations(transaction, *heads, *now);
   if (!found.ok() || !filter.with_residuals) return found;
   for (CalibrationRow& calibration : *found)
     if (absl::Status read = ReadResiduals(transaction, &calibration); !read.ok()) return read;
@@ -379,8 +390,10 @@ absl::StatusOr<std::vector<CalibrationRow>> ListCalibrations(Transaction& transa
 
 absl::StatusOr<std::vector<CalibrationRow>> CalibrationHistory(Transaction& transaction,
                                                                const CalibrationSubject& subject, int limit) {
+  const absl::StatusOr<Instant> now = NowOf(transaction);
+  if (!now.ok()) return now.status();
   const absl::StatusOr<Rows> heads = transaction.Execute(kSelectHistory, KeyOf(subject).Int(limit));
-  return heads.ok() ? ReadCalibrations(transaction, *heads, std::chrono::system_clock::now()) : heads.status();
+  return heads.ok() ? ReadCalibrations(transaction, *heads, *now) : heads.status();
 }
 
 }  // namespace sixpoint::storage

@@ -144,7 +144,8 @@ struct CalibrationRow {
   bool is_draft = false;  // made as a draft
   EnvironmentRow environment;
 
-  // Set by reading: what has become of it, as of the moment given.
+  // Set by reading: what has become of it by that moment.
+  Instant as_of;
   CalibrationState state = CalibrationState::kInForce;
   std::string superseded_by;  // id; where state is kSuperseded
   std::optional<CalibrationEvent> release, withdrawal;
@@ -158,10 +159,12 @@ struct CalibrationRow {
 absl::StatusOr<Recorded> InsertCalibration(Transaction& transaction, const CalibrationRow& calibration,
                                            const RecordEntry& entry);
 
-// With its residuals, and its state as of `now`.
+// The database's clock: the one by which validity counts, whatever the clocks of the services say.
+absl::StatusOr<Instant> NowOf(Transaction& transaction);
+
+// With its residuals, and its state as of now.
 absl::StatusOr<std::optional<CalibrationRow>> FindCalibration(Transaction& transaction,
-                                                              const std::string& calibration_id,
-                                                              Instant now = std::chrono::system_clock::now());
+                                                              const std::string& calibration_id);
 
 // Of a subject's that are released, not withdrawn and valid at `at`, the one released (or, if it never was a
 // draft, made) last; with its residuals. `at` asks about validity with the knowledge of now: a calibration that was
@@ -182,10 +185,9 @@ struct CalibrationFilter {
   TimeSpan recorded;
   bool with_residuals = false;  // reads those too
 };
-// Newest first, from below `before_sequence` (0: from the newest); states as of `now`.
+// Newest first, from below `before_sequence` (0: from the newest); states as of now.
 absl::StatusOr<std::vector<CalibrationRow>> ListCalibrations(Transaction& transaction, const CalibrationFilter& filter,
-                                                             std::int64_t before_sequence, int limit,
-                                                             Instant now = std::chrono::system_clock::now());
+                                                             std::int64_t before_sequence, int limit);
 
 // The event and the journal's entry (releases/{id}, withdrawals/{id}). ALREADY_EXISTS where the calibration has one
 // already. Holds the journal's lock when it returns: what DerivedFrom gives then is complete.

@@ -33,8 +33,8 @@ absl::StatusOr<v1::Calibration> InForce(const storage::CalibrationReader& calibr
   const absl::StatusOr<storage::CalibrationSubject> subject =
       SubjectOf(request.machine(), request.kind(), request.axis());
   if (!subject.ok()) return subject.status();
-  absl::StatusOr<storage::Instant> at = std::chrono::system_clock::now();
-  if (request.has_at()) at = InstantOf("at", request.at());
+  const absl::StatusOr<storage::Instant> at =
+      request.has_at() ? InstantOf("at", request.at()) : calibrations.Now(deadline);
   if (!at.ok()) return at.status();
   const auto found = calibrations.InForce(*subject, *at, deadline);
   if (!found.ok()) return found.status();

@@ -23,14 +23,14 @@ absl::Status CheckNotWithdrawn(const storage::CalibrationRow& row, const std::st
                           {{"resource", name}});
 }
 
-absl::Status CheckReleasable(const storage::CalibrationRow& row, const std::string& name, storage::Instant now) {
+absl::Status CheckReleasable(const storage::CalibrationRow& row, const std::string& name) {
   if (absl::Status s = CheckNotWithdrawn(row, name, "a draft"); !s.ok()) return s;
   if (row.state != CalibrationState::kDraft)
     return runtime::Failure(
         errors::v1::CALIBRATION_NOT_A_DRAFT,
         "name: " + name + (row.is_draft ? ", released already" : ", never a draft") + ", want a draft",
         {{"resource", name}});
-  if (now >= row.valid_until)
+  if (row.as_of >= row.valid_until)
     return runtime::Failure(errors::v1::CALIBRATION_EXPIRED,
                             "name: " + name + ", its validity is over, want one that is still valid",
                             {{"resource", name}});
@@ -56,9 +56,8 @@ absl::StatusOr<storage::CalibrationDecision> DecisionOf(
 }  // namespace
 
 absl::StatusOr<storage::CalibrationDecision> Decide(const v1::ReleaseCalibrationRequest& request) {
-  return DecisionOf(request, [name = request.name()](const storage::CalibrationRow& row) {
-    return CheckReleasable(row, name, std::chrono::system_clock::now());
-  });
+  return DecisionOf(request,
+                    [name = request.name()](const storage::CalibrationRow& row) { return CheckReleasable(row, name); });
 }
 
 absl::StatusOr<storage::CalibrationDecision> Decide(const v1::WithdrawCalibrationRequest& request) {

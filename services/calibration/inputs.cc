@@ -53,7 +53,7 @@ absl::StatusOr<SensorInputs> InputFetcher::Fetch(const v1::CalibrateSensorReques
                                                  const Caller& caller) const {
   absl::StatusOr<metrology::ArtefactTouch> touch = TouchOf(request.touch());
   if (!touch.ok()) return touch.status();
-  const absl::StatusOr<Validity> validity = ValidityIn(request);
+  const absl::StatusOr<Validity> validity = ValidityIn(request, calibrations_->Now(caller.deadline));
   if (!validity.ok()) return validity.status();
   SensorInputs inputs;
   inputs.touch = *std::move(touch);
@@ -99,7 +99,7 @@ absl::StatusOr<RotationInputs> InputFetcher::Fetch(const v1::CalibrateRotationRe
                                                    const Caller& caller) const {
   absl::StatusOr<std::vector<metrology::SpherePose>> poses = PosesOf(request);
   if (!poses.ok()) return poses.status();
-  const absl::StatusOr<Validity> validity = ValidityIn(request);
+  const absl::StatusOr<Validity> validity = ValidityIn(request, calibrations_->Now(caller.deadline));
   if (!validity.ok()) return validity.status();
   RotationInputs inputs;
   inputs.poses = *std::move(poses);
@@ -122,11 +122,12 @@ absl::StatusOr<RotationInputs> InputFetcher::Fetch(const v1::CalibrateRotationRe
 
 absl::Status InputFetcher::FetchAxisTables(const std::string& machine, const Caller& caller,
                                            RotationInputs* inputs) const {
-  const storage::Instant now = std::chrono::system_clock::now();
+  const absl::StatusOr<storage::Instant> now = calibrations_->Now(caller.deadline);
+  if (!now.ok()) return now.status();
   const std::string machine_id = runtime::LastSegment(machine);
   bool found = false;
   for (metrology::RotaryJoint& joint : inputs->options.joints) {
-    const auto in_force = calibrations_->InForce({machine_id, "axis", joint.axis}, now, caller.deadline);
+    const auto in_force = calibrations_->InForce({machine_id, "axis", joint.axis}, *now, caller.deadline);
     if (!in_force.ok()) return in_force.status();
     if (!in_force->has_value()) continue;
     joint.table = TableOf(*(**in_force).axis);
@@ -144,7 +145,7 @@ absl::Status InputFetcher::FetchAxisTables(const std::string& machine, const Cal
 absl::StatusOr<ProbeInputs> InputFetcher::Fetch(const v1::CalibrateProbeRequest& request, const Caller& caller) const {
   absl::StatusOr<ProbeReadings> measured = ProbeReadingsOf(request);
   if (!measured.ok()) return measured.status();
-  const absl::StatusOr<Validity> validity = ValidityIn(request);
+  const absl::StatusOr<Validity> validity = ValidityIn(request, calibrations_->Now(caller.deadline));
   if (!validity.ok()) return validity.status();
   ProbeInputs inputs;
   inputs.measured = *std::move(measured);
@@ -157,7 +158,8 @@ absl::StatusOr<ProbeInputs> InputFetcher::Fetch(const v1::CalibrateProbeRequest&
 absl::StatusOr<AxisInputs> InputFetcher::Fetch(const v1::CharacteriseAxisRequest& request, const Caller& caller) const {
   absl::StatusOr<std::vector<metrology::AxisReading>> readings = ReadingsOf(request.run());
   if (!readings.ok()) return readings.status();
-  const absl::StatusOr<Validity> validity = ValidityIn(request, kUsualAxisValidity);
+  const absl::StatusOr<Validity> validity =
+      ValidityIn(request, calibrations_->Now(caller.deadline), kUsualAxisValidity);
   if (!validity.ok()) return validity.status();
   AxisInputs inputs;
   inputs.readings = *std::move(readings);

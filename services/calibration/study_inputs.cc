@@ -99,7 +99,9 @@ absl::StatusOr<storage::CalibrationRow> StudyInputFetcher::SensorCalibration(con
                                                                              const Caller& caller) const {
   const std::string machine_id = runtime::LastSegment(machine);
   if (request.sensor_calibration().empty()) {
-    auto in_force = calibrations_->InForce({machine_id, "sensor"}, std::chrono::system_clock::now(), caller.deadline);
+    const absl::StatusOr<storage::Instant> now = calibrations_->Now(caller.deadline);
+    if (!now.ok()) return now.status();
+    auto in_force = calibrations_->InForce({machine_id, "sensor"}, *now, caller.deadline);
     if (!in_force.ok()) return in_force.status();
     if (in_force->has_value()) return **std::move(in_force);
     return runtime::Failure(

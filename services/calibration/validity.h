@@ -21,12 +21,13 @@ absl::StatusOr<Validity> ValidityOf(const google::protobuf::Timestamp* from, con
                                     storage::Instant now, std::chrono::hours usual = kUsualValidity);
 absl::StatusOr<storage::Instant> InstantOf(const std::string& field, const google::protobuf::Timestamp& time);
 
-// As a request asks for it.
+// As a request asks for it; `now` is the database's.
 template <typename Request>
-absl::StatusOr<Validity> ValidityIn(const Request& request, std::chrono::hours usual = kUsualValidity) {
+absl::StatusOr<Validity> ValidityIn(const Request& request, const absl::StatusOr<storage::Instant>& now,
+                                    std::chrono::hours usual = kUsualValidity) {
+  if (!now.ok()) return now.status();
   return ValidityOf(request.has_valid_from() ? &request.valid_from() : nullptr,
-                    request.has_valid_until() ? &request.valid_until() : nullptr, std::chrono::system_clock::now(),
-                    usual);
+                    request.has_valid_until() ? &request.valid_until() : nullptr, *now, usual);
 }
 
 }  // namespace sixpoint::calibration

@@ -15,8 +15,6 @@ using storage::Instant;
 
 namespace {
 
-Instant Now() { return std::chrono::system_clock::now(); }
-
 // What is empty matches all.
 bool Matches(const CalibrationSubject& wanted, const CalibrationSubject& subject) {
   return (wanted.machine_id.empty() || wanted.machine_id == subject.machine_id) &&
@@ -54,6 +52,13 @@ void FakeCalibrations::Fail(absl::Status failure) {
   record_.Fail(std::move(failure));
 }
 
+void FakeCalibrations::SetClockAhead(std::chrono::hours ahead) {
+  const auto lock = record_.Lock();
+  ahead_ = ahead;
+}
+
+Instant FakeCalibrations::ClockNow() const { return std::chrono::system_clock::now() + ahead_; }
+
 std::vector<storage::JournalEntry> FakeCalibrations::entries() const {
   const auto lock = record_.Lock();
   return record_.entries();
@@ -69,6 +74,7 @@ const CalibrationRow* FakeCalibrations::Newest(const CalibrationSubject& subject
 }
 
 CalibrationRow FakeCalibrations::AsOf(CalibrationRow row, Instant at) const {
+  row.as_of = at;
   const CalibrationRow* newest = Newest(row.subject(), at);
   const bool superseded = newest != nullptr && newest->calibration_id != row.calibration_id;
   row.state = row.withdrawal                 ? CalibrationState::kWithdrawn
@@ -83,8 +89,14 @@ CalibrationRow FakeCalibrations::AsOf(CalibrationRow row, Instant at) const {
 
 std::optional<CalibrationRow> FakeCalibrations::Known(const std::string& calibration_id) const {
   for (const CalibrationRow& row : rows_)
-    if (row.calibration_id == calibration_id) return AsOf(row, Now());
+    if (row.calibration_id == calibration_id) return AsOf(row, ClockNow());
   return std::nullopt;
+}
+
+absl::StatusOr<Instant> FakeCalibrations::Now(storage::Deadline) const {
+  const auto lock = record_.Lock();
+  if (!record_.failure().ok()) return record_.failure();
+  return ClockNow();
 }
 
 FakeCalibrations::Found FakeCalibrations::FindRecorded(const storage::RecordedRequest& request,
@@ -139,7 +151,7 @@ absl::StatusOr<std::vector<CalibrationRow>> FakeCalibrations::List(const storage
   if (!record_.failure().ok()) return record_.failure();
   std::vector<CalibrationRow> listed;
   for (auto row = rows_.rbegin(); row != rows_.rend() && static_cast<int>(listed.size()) < limit; ++row) {
-    CalibrationRow found = AsOf(*row, Now());
+    CalibrationRow found = AsOf(*row, ClockNow());
     if ((before_sequence == 0 || row->recorded.sequence < before_sequence) && Matches(filter.subject, row->subject()) &&
         (!filter.state || *filter.state == found.state) && Contains(filter.recorded, row->recorded.recorded_at))
       listed.push_back(filter.with_residuals ? std::move(found) : WithoutResiduals(std::move(found)));
@@ -153,7 +165,7 @@ absl::StatusOr<std::vector<CalibrationRow>> FakeCalibrations::History(const Cali
   if (!record_.failure().ok()) return record_.failure();
   std::vector<CalibrationRow> history;
   for (const CalibrationRow& row : rows_)
-    if (IsOf(row, subject) && HasForce(row)) history.push_back(WithoutResiduals(AsOf(row, Now())));
+    if (IsOf(row, subject) && HasForce(row)) history.push_back(WithoutResiduals(AsOf(row, ClockNow())));
   std::sort(history.begin(), history.end(), [](const CalibrationRow& a, const CalibrationRow& b) {
     return std::pair(a.valid_from, ForceSequence(a)) < std::pair(b.valid_from, ForceSequence(b));
   });
@@ -173,7 +185,7 @@ absl::StatusOr<CalibrationRow> FakeCalibrations::Record(const storage::RecordedR
     calibration.recorded = record_.Next();
     rows_.push_back(std::move(calibration));
     record_.Append(entry, rows_.back().recorded);
-    return AsOf(rows_.back(), Now());
+    return AsOf(rows_.back(), ClockNow());
   };
   return record_.Once<CalibrationRow>(
       request, [this](const std::string& id) { return Known(id); }, work,
@@ -194,7 +206,8 @@ storage::WithdrawnCalibrationRow FakeCalibrations::WhatIsLeftOf(const Calibratio
   storage::WithdrawnCalibrationRow withdrawn;
   withdrawn.calibration = calibration;
   withdrawn.resting = record_.DerivedFrom(calibration.name());
-  if (const CalibrationRow* newest = Newest(calibration.subject(), Now())) withdrawn.in_force = AsOf(*newest, Now());
+  if (const CalibrationRow* newest = Newest(calibration.subject(), ClockNow()))
+    withdrawn.in_force = AsOf(*newest, ClockNow());
   return withdrawn;
 }
 
@@ -219,7 +232,7 @@ absl::StatusOr<CalibrationRow> FakeCalibrations::Decide(const storage::Calibrati
   const auto row = std::find_if(rows_.begin(), rows_.end(), [&](const CalibrationRow& one) {
     return one.calibration_id == decision.calibration_id;
   });
-  const absl::Status may = decision.check(row == rows_.end() ? std::nullopt : std::optional(AsOf(*row, Now())));
+  const absl::Status may = decision.check(row == rows_.end() ? std::nullopt : std::optional(AsOf(*row, ClockNow())));
   if (!may.ok()) return may;
   if ((*row).*event) return absl::AbortedError("calibration " + decision.calibration_id + ": decided already");
   storage::CalibrationEvent decided = decision.event;
@@ -233,7 +246,7 @@ absl::StatusOr<CalibrationRow> FakeCalibrations::Decide(const storage::Calibrati
   entry.requested_by = decided.requested_by;
   entry.software_version = decided.software_version;
   record_.Append(std::move(entry), decided.recorded);
-  return AsOf(*row, Now());
+  return AsOf(*row, ClockNow());
 }
 
 }  // namespace sixpoint::testing

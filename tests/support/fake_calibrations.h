@@ -2,6 +2,7 @@
 // tests/storage/calibration_store_test.cc.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -20,8 +21,11 @@ class FakeCalibrations final : public storage::CalibrationStore {
 
   // Every call fails with it from now on, as where the database is away; OK ends that.
   void Fail(absl::Status failure);
+  // The store's clock is so much ahead of ours from now on.
+  void SetClockAhead(std::chrono::hours ahead);
   std::vector<storage::JournalEntry> entries() const;
 
+  absl::StatusOr<storage::Instant> Now(storage::Deadline) const override;
   Found FindRecorded(const storage::RecordedRequest& request, storage::Deadline) const override;
   Found Find(const std::string& calibration_id, storage::Deadline) const override;
   Found InForce(const storage::CalibrationSubject& subject, storage::Instant at, storage::Deadline) const override;
@@ -42,6 +46,7 @@ class FakeCalibrations final : public storage::CalibrationStore {
                                                             storage::Deadline) override;
 
  private:
+  storage::Instant ClockNow() const;
   using Event = std::optional<storage::CalibrationEvent>;
   // Of those that were released and not withdrawn and that are wanted, the one released (or made) last.
   const Row* Newest(const storage::CalibrationSubject& subject, storage::Instant at) const;
@@ -52,6 +57,7 @@ class FakeCalibrations final : public storage::CalibrationStore {
   absl::StatusOr<Row> Decide(const storage::CalibrationDecision& decision, const std::string& kind, Event Row::*event);
 
   FakeRecord record_;
+  std::chrono::hours ahead_{0};
   std::vector<Row> rows_;  // as recorded, with what was decided since
 };
 

@@ -155,6 +155,32 @@ TEST_F(CalibrationHandlersTest, SaysWhyNoneIsInForce) {
   EXPECT_EQ(runtime::ReasonOf(Call(*stub_, &Stub::GetCalibrationTrend, trend).status()), "CALIBRATION_MISSING");
 }
 
+// Whatever the clock of the computer that this service runs on says.
+TEST_F(CalibrationHandlersTest, ValidityCountsByTheClockOfTheStore) {
+  v1::CalibrateRotationRequest request = RotationRequest();
+  const auto made = Rotate(request);
+  ASSERT_TRUE(made.ok()) << made.status();
+  request.set_draft(true);
+  const auto draft = Rotate(request);
+  ASSERT_TRUE(draft.ok()) << draft.status();
+  v1::GetCalibrationInForceRequest get;
+  get.set_machine("machines/m1");
+  get.set_kind(v1::CALIBRATION_KIND_ROTATION);
+  EXPECT_EQ(Call(*stub_, &Stub::GetCalibrationInForce, get)->name(), made->name());
+  store_->SetClockAhead(std::chrono::hours(31 * 24));
+  EXPECT_EQ(runtime::ReasonOf(Call(*stub_, &Stub::GetCalibrationInForce, get).status()), "CALIBRATION_EXPIRED");
+  EXPECT_EQ(Get(made->name())->state(), v1::CALIBRATION_STATE_EXPIRED);
+  v1::ReleaseCalibrationRequest release;
+  release.set_name(draft->name());
+  release.set_reason("checked");
+  EXPECT_EQ(runtime::ReasonOf(Call(*stub_, &Stub::ReleaseCalibration, release).status()), "CALIBRATION_EXPIRED");
+  request.set_draft(false);
+  const auto later = Rotate(request);
+  ASSERT_TRUE(later.ok()) << later.status();
+  EXPECT_GT(later->valid_from().seconds(), made->valid_from().seconds() + 30 * 24 * 3600);
+  EXPECT_EQ(Call(*stub_, &Stub::GetCalibrationInForce, get)->name(), later->name());
+}
+
 TEST_F(CalibrationHandlersTest, AStudyIsRecordedOnceAndReadBack) {
   v1::RunGaugeRrRequest request;
   request.set_outer_name("part");

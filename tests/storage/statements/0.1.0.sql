@@ -59,6 +59,8 @@ INSERT INTO sensor_calibration_centres (calibration_id, position_index, scan_key
 INSERT INTO rotation_calibrations (calibration_id, a_direction, a_point_mm, b_direction, b_point_mm, covariance, point_c_mm, point_c_standard_uncertainty_mm, noise_um, residual_rms_um, check_rms_um, check_count, condition_number, axes) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14);
 -- storage/calibrations.cc kInsertPoses
 INSERT INTO rotation_calibration_poses (calibration_id, position_index, a_deg, b_deg, distance_um, held_out, before_um) SELECT $1::uuid, (position - 1)::integer, a_deg, b_deg, distance_um, held_out::boolean, before_um FROM unnest($2::double precision[], $3::double precision[], $4::double precision[], $5::text[], $6::double precision[]) WITH ORDINALITY AS pose (a_deg, b_deg, distance_um, held_out, before_um, position);
+-- storage/calibrations.cc kSelectNow
+SELECT clock_timestamp();
 -- storage/calibrations.cc kSelectHead
 SELECT calibration_id, machine_id, kind, method, inputs, request_sha256, valid_from, valid_until, requested_by, software_version, is_draft, temperature_c, temperature_standard_uncertainty_c, humidity_percent, environment_note, record_sequence, recorded_at FROM calibrations c JOIN record_names n ON n.record_id = c.calibration_id WHERE calibration_id = $1;
 -- storage/calibrations.cc kSelectInForce
