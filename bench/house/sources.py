@@ -2,7 +2,7 @@
 import re
 import subprocess
 
-PRODUCT = ['metrology', 'services', 'storage', 'cli', 'simulator']
+PRODUCT = ['metrology', 'services', 'storage', 'sandbox', 'cli', 'simulator']
 
 
 def listed(*patterns):

@@ -1,14 +1,12 @@
-// sixpoint-cad-worker: one CAD file in, mesh bytes out, within limits that it puts on itself before it reads a byte.
-// Exit code 0: the mesh is written. 2: refused, the reason is on stderr. Anything else: the parser broke.
-#include <seccomp.h>
-#include <sys/prctl.h>
-#include <sys/resource.h>
+// sixpoint-cad-worker: one CAD file in at descriptor 0, mesh bytes out at 3, confined before it reads a byte. What its parsers
+// print goes to 1, which the plant gives nowhere to lead.
+// Exit code 0: the mesh is written. 2: refused, the reason is on stderr. 3: it could not confine itself. Anything else:
+// the parser broke.
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <cerrno>
-#include <csignal>
 #include <cstdlib>
-#include <fstream>
 #include <iostream>
 #include <iterator>
 #include <map>
@@ -18,13 +16,16 @@
 #include "metrology/mesh/mesh_bytes.h"
 #include "metrology/mesh/stl.h"
 #include "refusal/refusal.h"
+#include "sandbox/confine.h"
 
 namespace {
 
 using namespace sixpoint::metrology;  // NOLINT: a main of one page
 
 constexpr int kRefused = 2;
-constexpr std::uintmax_t kGreatestInputBytes = 64u << 20;
+constexpr int kMesh = 3;  // descriptor
+constexpr off_t kGreatestInputBytes = off_t{64} << 20;
+constexpr rlim_t kGreatestMeshBytes = rlim_t{1} << 30;
 
 // Field, value and wanted on a line each: the server reads them as data.
 int Refused(const absl::Status& status) {
@@ -33,79 +34,55 @@ int Refused(const absl::Status& status) {
   return kRefused;
 }
 
-void Limit(int resource, rlim_t value, rlim_t grace = 0) {
-  const rlimit limit{value, value + grace};
-  if (setrlimit(static_cast<__rlimit_resource>(resource), &limit) != 0) {
-    std::cerr << "cannot limit resource " << resource << std::endl;
-    std::_Exit(1);
-  }
-}
-
-// A parser that a file took over reaches no network and starts no program.
-void ForbidNetworkAndPrograms() {
-  scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ALLOW);
-  // OpenCASCADE asks for the user's name when it reads IGES, and the C library the name service: it has to do without.
-  bool made = filter != nullptr && seccomp_rule_add(filter, SCMP_ACT_ERRNO(EACCES), SCMP_SYS(socket), 0) == 0;
-  for (const int call :
-       {SCMP_SYS(connect), SCMP_SYS(bind), SCMP_SYS(execve), SCMP_SYS(execveat), SCMP_SYS(ptrace),
-        SCMP_SYS(process_vm_readv), SCMP_SYS(process_vm_writev), SCMP_SYS(mount), SCMP_SYS(bpf), SCMP_SYS(keyctl)}) {
-    made = made && seccomp_rule_add(filter, SCMP_ACT_KILL_PROCESS, call, 0) == 0;
-  }
-  if (!made || seccomp_load(filter) != 0) {
-    std::cerr << "cannot filter system calls" << std::endl;
-    std::_Exit(1);
-  }
-  seccomp_release(filter);
-}
-
-absl::StatusOr<TriangleMesh> Read(const std::string& format, const std::string& path, double unit_mm,
-                                  const TessellationOptions& options) {
-  if (format == "step") return TessellateCad(CadFormat::kStep, path, options);
-  if (format == "iges") return TessellateCad(CadFormat::kIges, path, options);
+absl::StatusOr<TriangleMesh> Read(const std::string& format, double unit_mm, const TessellationOptions& options) {
+  if (format == "step") return TessellateCad(CadFormat::kStep, "", options);
+  if (format == "iges") return TessellateCad(CadFormat::kIges, "", options);
   if (format != "stl") return sixpoint::Refuse("--format", format, "step, iges or stl");
-  std::ifstream file(path, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  const std::string bytes{std::istreambuf_iterator<char>(std::cin), {}};
   return ReadStl(bytes, unit_mm);
+}
+
+bool WriteAll(const std::string& bytes) {
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t put = write(kMesh, bytes.data() + done, bytes.size() - done);
+    if (put < 0 && errno == EINTR) continue;
+    if (put <= 0) return false;
+    done += static_cast<std::size_t>(put);
+  }
+  return true;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
-  std::map<std::string, std::string> flags{{"--format", ""},   {"--in", ""},          {"--out", ""},
-                                           {"--unit-mm", "1"}, {"--error-um", "0.5"}, {"--memory-mb", "4096"},
-                                           {"--cpu-s", "120"}};
+  std::map<std::string, std::string> flags{
+      {"--format", ""}, {"--unit-mm", "1"}, {"--error-um", "0.5"}, {"--memory-mb", "4096"}, {"--cpu-s", "120"}};
   for (int i = 1; i < argc; i += 2) {
     auto flag = flags.find(argv[i]);
     if (flag == flags.end() || i + 1 == argc) {
       return Refused(absl::InvalidArgumentError(
-          "usage: sixpoint-cad-worker --format step|iges|stl --in FILE --out FILE [--unit-mm 1] [--error-um 0.5]"
-          " [--memory-mb 4096] [--cpu-s 120]"));
+          "usage: sixpoint-cad-worker --format step|iges|stl [--unit-mm 1] [--error-um 0.5] [--memory-mb 4096]"
+          " [--cpu-s 120] <CAD 3>MESH"));
     }
     flag->second = argv[i + 1];
   }
-  Limit(RLIMIT_CORE, 0);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // these reserve terabytes of address space
-  Limit(RLIMIT_AS, rlim_t(std::atol(flags["--memory-mb"].c_str())) << 20);
-#endif
-  Limit(RLIMIT_CPU, rlim_t(std::atol(flags["--cpu-s"].c_str())), 1);  // SIGXCPU first: it says what the matter was
-  Limit(RLIMIT_FSIZE, rlim_t(1) << 30);
-  ForbidNetworkAndPrograms();
+  // Asked here: behind the confinement a descriptor tells nothing.
+  struct stat input {};
+  if (fstat(STDIN_FILENO, &input) != 0 || input.st_size <= 0) return Refused(sixpoint::Refuse("cad", "", "a CAD file"));
+  if (input.st_size > kGreatestInputBytes) return Refused(sixpoint::Refuse("cad", "too large", "at most 64 MiB"));
 
-  struct stat status {};
-  if (stat(flags["--in"].c_str(), &status) != 0 || status.st_size <= 0)
-    return Refused(sixpoint::Refuse("cad", "", "a CAD file"));
-  if (std::uintmax_t(status.st_size) > kGreatestInputBytes)
-    return Refused(sixpoint::Refuse("cad", "too large", "at most 64 MiB"));
+  sixpoint::sandbox::Confinement confinement;
+  confinement.descriptor_count = kMesh + 1;
+  confinement.memory_bytes = rlim_t(std::atol(flags["--memory-mb"].c_str())) << 20;
+  confinement.file_bytes = kGreatestMeshBytes;
+  confinement.cpu_s = rlim_t(std::atol(flags["--cpu-s"].c_str()));
+  confinement.ends_with_starter = true;
+  sixpoint::sandbox::Confine(confinement);
 
   TessellationOptions options;
   options.chordal_error_um = std::atof(flags["--error-um"].c_str());
-  const absl::StatusOr<TriangleMesh> mesh =
-      Read(flags["--format"], flags["--in"], std::atof(flags["--unit-mm"].c_str()), options);
+  const absl::StatusOr<TriangleMesh> mesh = Read(flags["--format"], std::atof(flags["--unit-mm"].c_str()), options);
   if (!mesh.ok()) return Refused(mesh.status());
-  const std::string bytes = MeshBytes(*mesh);
-  std::ofstream out(flags["--out"], std::ios::binary | std::ios::trunc);
-  out.write(bytes.data(), std::streamsize(bytes.size())).flush();
-  return out ? 0 : 1;
+  return WriteAll(MeshBytes(*mesh)) ? 0 : 1;
 }

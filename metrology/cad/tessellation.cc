@@ -23,6 +23,7 @@
 #include <TopoDS_Face.hxx>
 #include <algorithm>
 #include <cmath>
+#include <iostream>
 #include <limits>
 #include <map>
 #include <tuple>
@@ -53,19 +54,18 @@ absl::Status Bad(const std::string& field, const std::string& value, const std::
 Eigen::Vector3d ToEigen(const gp_XYZ& v) { return {v.X(), v.Y(), v.Z()}; }
 
 absl::StatusOr<TopoDS_Shape> Read(CadFormat format, const std::string& path) {
-  auto transfer = [&](auto& reader, const char* name) -> absl::StatusOr<TopoDS_Shape> {
-    if (reader.ReadFile(path.c_str()) != IFSelect_RetDone)
-      return Bad("content", "unreadable", std::string("a ") + name + " file");
+  auto transfer = [](auto& reader, IFSelect_ReturnStatus read, const char* name) -> absl::StatusOr<TopoDS_Shape> {
+    if (read != IFSelect_RetDone) return Bad("content", "unreadable", std::string("a ") + name + " file");
     reader.TransferRoots();
     if (reader.NbShapes() < 1) return Bad("content", "no shape", "a solid, shell or face");
     return reader.OneShape();
   };
   if (format == CadFormat::kStep) {
     STEPControl_Reader reader;
-    return transfer(reader, "STEP");
+    return transfer(reader, path.empty() ? reader.ReadStream("", std::cin) : reader.ReadFile(path.c_str()), "STEP");
   }
   IGESControl_Reader reader;
-  return transfer(reader, "IGES");
+  return transfer(reader, reader.ReadFile(path.c_str()), "IGES");  // its parser takes an empty path as we do
 }
 
 int CountFaces(const TopoDS_Shape& shape) {

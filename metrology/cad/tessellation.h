@@ -26,6 +26,7 @@ struct TessellationOptions {
 // shells open at the ends (a blade's airfoil alone) by the volume of their capped tube.
 // chordal_error_um is measured on the result: the greatest distance of the true surface at each triangle's centroid and
 // edge midpoints (in the face's parameters) from the triangles there, and of the true edge curves from their chords.
+// An empty path is the standard input, for a process that may open no file.
 // INVALID_ARGUMENT: nothing readable, no faces, extent below 0.1 mm or above 10 m, non-finite numbers, too many triangles,
 // edges more than 10 um off their faces, edges that more than two faces share, faces turned against each other.
 absl::StatusOr<TriangleMesh> TessellateCad(CadFormat format, const std::string& path,

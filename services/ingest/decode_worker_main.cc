@@ -1,9 +1,5 @@
-// sixpoint-decode-worker: decodes untrusted Draco blocks that come over the socket at its standard input, in limited memory
-// and CPU time, with no files, and with no system call but the few that decoding takes. What a hostile block breaks is
-// this process, which ingest replaces.
-#include <seccomp.h>
-#include <sys/mman.h>
-#include <sys/prctl.h>
+// sixpoint-decode-worker: decodes untrusted Draco blocks that come over the socket at its standard input, confined before it
+// reads one. What a hostile block breaks is this process, which ingest replaces.
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -13,6 +9,7 @@
 #include <string>
 
 #include "metrology/cloud/draco_codec.h"
+#include "sandbox/confine.h"
 #include "services/ingest/decode_worker_protocol.h"
 
 namespace sixpoint::ingest {
@@ -21,52 +18,13 @@ namespace {
 constexpr rlim_t kMemoryBytes = rlim_t{512} << 20;
 constexpr rlim_t kCpuSecondsPerBlock = 5;
 
-void Limit(int resource, rlim_t value) {
-  const rlimit limit{value, value};
-  if (setrlimit(static_cast<__rlimit_resource>(resource), &limit) != 0) _exit(3);
-}
-
 // The soft limit only, so that it can be moved on for every block.
 void AllowCpuForOneBlock() {
   rusage used{};
   getrusage(RUSAGE_SELF, &used);
   const auto used_s = static_cast<rlim_t>(used.ru_utime.tv_sec + used.ru_stime.tv_sec);
   const rlimit limit{used_s + 1 + kCpuSecondsPerBlock, RLIM_INFINITY};
-  if (setrlimit(RLIMIT_CPU, &limit) != 0) _exit(3);
-}
-
-// Any other call ends the process: bytes that take over the decoder find no file, no socket, no program to start.
-[[maybe_unused]] void AllowOnlyDecoding() {
-  scmp_filter_ctx filter = seccomp_init(SCMP_ACT_KILL_PROCESS);
-  if (filter == nullptr) _exit(3);
-  bool made = true;
-  for (const int call : {SCMP_SYS(read), SCMP_SYS(write), SCMP_SYS(exit), SCMP_SYS(exit_group), SCMP_SYS(brk),
-                         SCMP_SYS(munmap), SCMP_SYS(mremap), SCMP_SYS(madvise), SCMP_SYS(futex), SCMP_SYS(rt_sigreturn),
-                         SCMP_SYS(rt_sigprocmask), SCMP_SYS(getrusage), SCMP_SYS(setrlimit), SCMP_SYS(prlimit64),
-                         SCMP_SYS(getpid), SCMP_SYS(gettid), SCMP_SYS(tgkill), SCMP_SYS(clock_gettime)}) {
-    made = made && seccomp_rule_add(filter, SCMP_ACT_ALLOW, call, 0) == 0;
-  }
-  // Memory, but none that can be executed.
-  for (const int call : {SCMP_SYS(mmap), SCMP_SYS(mprotect)}) {
-    made = made && seccomp_rule_add(filter, SCMP_ACT_ALLOW, call, 1, SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0)) == 0;
-  }
-  if (!made || seccomp_load(filter) != 0) _exit(3);
-  seccomp_release(filter);
-}
-
-void Confine() {
-  if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 || prctl(PR_SET_DUMPABLE, 0, 0, 0, 0) != 0) _exit(3);
-  if (close_range(3, ~0U, 0) != 0) _exit(3);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // these reserve terabytes of address space
-  Limit(RLIMIT_AS, kMemoryBytes);
-#endif
-  Limit(RLIMIT_CORE, 0);
-  Limit(RLIMIT_FSIZE, 0);
-  Limit(RLIMIT_NOFILE, 3);  // 0, 1 and 2 are open; nothing else ever is
-  Limit(RLIMIT_NPROC, 0);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-  AllowOnlyDecoding();
-#endif
+  if (setrlimit(RLIMIT_CPU, &limit) != 0) _exit(sandbox::kNotConfined);
 }
 
 // False at the end of the stream.
@@ -108,7 +66,9 @@ DecodeReply Answer(const DecodeRequest& request, const std::string& payload) {
 }
 
 int Work() {
-  Confine();
+  sandbox::Confinement confinement;
+  confinement.memory_bytes = kMemoryBytes;
+  sandbox::Confine(confinement);
   std::string payload;
   for (DecodeRequest request; ReadAll(&request, sizeof request);) {
     if (request.magic != kDecodeMagic || request.payload_bytes > kGreatestPayloadBytes) return 2;

@@ -1,9 +1,7 @@
 #include "services/ingest/decode_workers.h"
 
-#include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -13,6 +11,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "sandbox/worker_process.h"
 #include "services/ingest/decode_worker_protocol.h"
 
 namespace sixpoint::ingest {
@@ -79,39 +78,23 @@ absl::StatusOr<DecodeWorkers::Worker> DecodeWorkers::Start() {
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets) != 0) {
     return absl::UnavailableError(std::string("decode worker: ") + std::strerror(errno));
   }
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, sockets[1], STDIN_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, sockets[1], STDOUT_FILENO);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t none;
-  sigset_t all;
-  sigemptyset(&none);
-  sigfillset(&all);
-  posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setsigdefault(&attributes, &all);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-  char* arguments[] = {const_cast<char*>(program_.c_str()), nullptr};
-  char* environment[] = {nullptr};  // it needs nothing of ours
-  pid_t pid = -1;
-  const int failure = posix_spawn(&pid, program_.c_str(), &actions, &attributes, arguments, environment);
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&actions);
+  const absl::StatusOr<pid_t> pid = sandbox::StartWorker({program_}, {sockets[1], sockets[1], sandbox::kNothing});
   close(sockets[1]);
-  if (failure != 0) {
+  if (!pid.ok()) {
     close(sockets[0]);
-    return absl::UnavailableError("decode worker " + program_ + ": " + std::strerror(failure));
+    return absl::UnavailableError("decode worker " + std::string(pid.status().message()));
   }
   ++started_count_;
-  return Worker{pid, sockets[0]};
+  return Worker{*pid, sockets[0]};
 }
 
-void DecodeWorkers::End(const Worker& worker) {
+int DecodeWorkers::End(const Worker& worker) {
   close(worker.socket);
   kill(worker.pid, SIGKILL);
-  while (waitpid(worker.pid, nullptr, 0) < 0 && errno == EINTR) {
+  int status = 0;
+  while (waitpid(worker.pid, &status, 0) < 0 && errno == EINTR) {
   }
+  return status;
 }
 
 absl::StatusOr<DecodeWorkers::Worker> DecodeWorkers::Take() {
@@ -129,10 +112,11 @@ absl::StatusOr<DecodeWorkers::Worker> DecodeWorkers::Take() {
   return Start();
 }
 
-void DecodeWorkers::GiveBack(Worker worker, bool trusted) {
-  if (!trusted) return End(worker);
+bool DecodeWorkers::GiveBack(Worker worker, bool trusted) {
+  if (!trusted) return !sandbox::CouldNotConfine(End(worker));
   std::lock_guard lock(mutex_);
   idle_.push_back(worker);
+  return true;
 }
 
 absl::StatusOr<BlockStatistics> DecodeWorkers::Check(std::string_view payload, std::int64_t point_count,
@@ -166,7 +150,9 @@ absl::StatusOr<BlockStatistics> DecodeWorkers::CheckOnce(std::string_view payloa
   if (talk == Talk::kDone) talk = SendAll(worker->socket, payload.data(), payload.size(), until);
   if (talk == Talk::kDone) talk = ReceiveAll(worker->socket, &reply, sizeof reply, until);
   const bool sane = talk == Talk::kDone && IsSane(reply, point_count);
-  GiveBack(*worker, sane && reply.decoded == 1);
+  if (!GiveBack(*worker, sane && reply.decoded == 1)) {
+    return absl::UnavailableError("decode worker " + program_ + ": cannot confine itself; started by hand it says why");
+  }
   if (talk == Talk::kTooLate && until == caller.deadline) {
     return absl::DeadlineExceededError("the call's time ended while a block was decoded");
   }

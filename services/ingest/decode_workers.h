@@ -34,7 +34,7 @@ class DecodeWorkers {
   };
   // Decodes in a worker. INVALID_ARGUMENT: the block is not what it should be; the message says what is wrong with it.
   // DEADLINE_EXCEEDED: no worker became free, or the caller's time ended; CANCELLED: it went away while it waited.
-  // UNAVAILABLE: no worker can be started.
+  // UNAVAILABLE: no worker can be started, or it could not confine itself.
   absl::StatusOr<BlockStatistics> Check(std::string_view payload, std::int64_t point_count, double profile_pitch_mm,
                                         const ProfileCursor& begin, const Caller& caller);
 
@@ -50,8 +50,9 @@ class DecodeWorkers {
                                             const ProfileCursor& begin, const Caller& caller);
   absl::StatusOr<Worker> Take();
   absl::StatusOr<Worker> Start();
-  void GiveBack(Worker worker, bool trusted);
-  static void End(const Worker& worker);
+  // False: it ended because it could not confine itself.
+  bool GiveBack(Worker worker, bool trusted);
+  static int End(const Worker& worker);  // what waitpid says
 
   const std::string program_;
   const std::chrono::milliseconds patience_;

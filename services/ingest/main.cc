@@ -2,9 +2,11 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "sandbox/landlock.h"
 #include "services/ingest/block_memory.h"
 #include "services/ingest/scan_service.h"
 #include "services/ingest/store_service.h"
+#include "services/runtime/log.h"
 #include "services/runtime/peers.h"
 #include "services/runtime/server.h"
 #include "storage/s3_config.h"
@@ -44,6 +46,7 @@ std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOp
   ScanServiceOptions scan_options;
   scan_options.decode_worker = options.worker_folder + "/sixpoint-decode-worker";
   scan_options.worker_count = options.threads;
+  if (sandbox::LandlockVersion() == 0) runtime::Log(runtime::LogLevel::kWarning, sandbox::kWithoutLandlock);
   std::vector<std::unique_ptr<grpc::Service>> services;
   services.push_back(std::make_unique<ScanService>(scan_options, storage::ScansIn(database, blob_store.get()),
                                                    runtime::ConnectToPeer(options, "plant")));

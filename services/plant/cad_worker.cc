@@ -1,8 +1,6 @@
 #include "services/plant/cad_worker.h"
 
-#include <fcntl.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -15,6 +13,7 @@
 #include <vector>
 
 #include "refusal/message_text.h"
+#include "sandbox/worker_process.h"
 #include "services/runtime/errors.h"
 
 namespace sixpoint::plant {
@@ -23,7 +22,6 @@ namespace {
 constexpr int kRefused = 2;  // the worker's own exit code for a file that it does not take
 constexpr std::size_t kGreatestMeshBytes = std::size_t{512} << 20;
 constexpr std::size_t kGreatestMessageBytes = 2000;
-constexpr int kInput = 3, kOutput = 4;  // descriptors in the worker
 
 // A file in memory without a name.
 class MemoryFile {
@@ -69,54 +67,14 @@ class MemoryFile {
 
 absl::StatusOr<pid_t> Start(const CadWorkerOptions& options, const CadFile& file, const MemoryFile& input,
                             const MemoryFile& output, const MemoryFile& errors) {
-  std::vector<std::string> words{options.program,
-                                 "--format",
-                                 file.format,
-                                 "--unit-mm",
-                                 NumberText(file.unit_mm),
-                                 "--error-um",
-                                 NumberText(file.chordal_error_um),
-                                 "--memory-mb",
-                                 std::to_string(options.memory_mb),
-                                 "--cpu-s",
-                                 std::to_string(options.cpu_s),
-                                 "--in",
-                                 "/proc/self/fd/" + std::to_string(kInput),
-                                 "--out",
-                                 "/proc/self/fd/" + std::to_string(kOutput)};
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  char* environment[] = {nullptr};  // it needs nothing of ours
+  return sandbox::StartWorker({options.program, "--format", file.format, "--unit-mm", NumberText(file.unit_mm),
+                               "--error-um", NumberText(file.chordal_error_um), "--memory-mb",
+                               std::to_string(options.memory_mb), "--cpu-s", std::to_string(options.cpu_s)},
+                              {input.descriptor(), sandbox::kNothing, errors.descriptor(), output.descriptor()});
+}
 
-  // High copies first: a memory file's own number may be one of the worker's.
-  const int in = fcntl(input.descriptor(), F_DUPFD_CLOEXEC, 64), out = fcntl(output.descriptor(), F_DUPFD_CLOEXEC, 64),
-            err = fcntl(errors.descriptor(), F_DUPFD_CLOEXEC, 64);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_adddup2(&actions, err, STDERR_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, in, kInput);
-  posix_spawn_file_actions_adddup2(&actions, out, kOutput);
-  posix_spawn_file_actions_addclosefrom_np(&actions, kOutput + 1);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t none, all;
-  sigemptyset(&none);
-  sigfillset(&all);
-  posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setsigdefault(&attributes, &all);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-  pid_t pid = -1;
-  const int failure = posix_spawn(&pid, options.program.c_str(), &actions, &attributes, arguments.data(), environment);
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&actions);
-  for (const int copy : {in, out, err}) close(copy);
-  if (failure != 0)
-    return runtime::Failure(errors::v1::CAD_WORKER_MISSING,
-                            "cad worker " + options.program + ": " + std::strerror(failure));
-  return pid;
+absl::Status Missing(const std::string& why) {
+  return runtime::Failure(errors::v1::CAD_WORKER_MISSING, "cad worker " + why);
 }
 
 // The worker writes what it refuses as violations, and anything else as it comes.
@@ -150,10 +108,11 @@ absl::StatusOr<std::string> TessellateInWorker(const CadWorkerOptions& options, 
   if (input.descriptor() < 0 || output.descriptor() < 0 || errors.descriptor() < 0 || !input.Write(cad))
     return absl::ResourceExhaustedError("cad: no memory for " + std::to_string(cad.size()) + " bytes");
   const absl::StatusOr<pid_t> pid = Start(options, file, input, output, errors);
-  if (!pid.ok()) return pid.status();
+  if (!pid.ok()) return Missing(std::string(pid.status().message()));
   int status = 0;
   const End end = WaitFor(*pid, options.patience, keep_going, &status);
   if (end == End::kCancelled) return absl::CancelledError("the client went away or its time ended; nothing is stored");
+  if (sandbox::CouldNotConfine(status)) return Missing(options.program + ": " + errors.Read(kGreatestMessageBytes));
   if (end == End::kTooLate || (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU))
     return runtime::Refuse("cad",
                            file.format + " of " + std::to_string(cad.size()) + " bytes, still unread after its time",

@@ -1,8 +1,10 @@
 // sixpoint-plant: what the plant owns, and the record of everything.
 #include <algorithm>
 
+#include "sandbox/landlock.h"
 #include "services/plant/plant_service.h"
 #include "services/plant/record_service.h"
+#include "services/runtime/log.h"
 #include "services/runtime/server.h"
 
 namespace sixpoint::plant {
@@ -18,6 +20,7 @@ std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOp
   plant_options.cad_worker_count = options.threads;
   plant_options.endpoints = options.peers;
   plant_options.endpoints.emplace("plant", options.listen_address);  // unless clients are to be told another address
+  if (sandbox::LandlockVersion() == 0) runtime::Log(runtime::LogLevel::kWarning, sandbox::kWithoutLandlock);
   std::vector<std::unique_ptr<grpc::Service>> services;
   const storage::PlantStores stores = storage::PlantIn(database);
   services.push_back(std::make_unique<PlantService>(std::move(plant_options), stores));

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -10,6 +11,8 @@
 #include <random>
 #include <thread>
 
+#include "sandbox/confine.h"
+#include "tests/sandbox/denied_call.h"
 #include "tests/services/ingest/sample_scans.h"
 
 namespace sixpoint::ingest {
@@ -59,10 +62,9 @@ TEST(DecodeWorkers, TellWhatABlockHolds) {
   EXPECT_EQ(workers.started_count(), 1);  // lives on
 }
 
-TEST(DecodeWorkers, MayMakeNoSystemCallButTheirOwn) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "sanitizers make calls of their own";
-#endif
+// What that holds them from is in tests/sandbox.
+TEST(DecodeWorkers, AreConfined) {
+  if (!sandbox::kApplied) GTEST_SKIP() << "sanitizers make calls of their own: workers are not confined under one";
   DecodeWorkers workers(WorkerProgram(), 1, milliseconds(5000));
   const auto block = SampleBlocks(SampleProfiles(2, 100), 200)[0];
   ASSERT_TRUE(workers.Check(block.payload(), 200, 0.05, {}, {Soon(), nullptr}).ok());
@@ -72,6 +74,20 @@ TEST(DecodeWorkers, MayMakeNoSystemCallButTheirOwn) {
   const std::string status{std::istreambuf_iterator<char>(file), {}};
   EXPECT_THAT(status, HasSubstr("Seccomp:\t2\n"));  // a filter is at work
   EXPECT_THAT(status, HasSubstr("NoNewPrivs:\t1\n"));
+}
+
+TEST(DecodeWorkers, SayThatTheyCannotConfineThemselves) {
+  if (!sandbox::kApplied) GTEST_SKIP() << "sanitizers make calls of their own: workers are not confined under one";
+  const auto block = SampleBlocks(SampleProfiles(2, 100), 200)[0];
+  EXPECT_EXIT(
+      {
+        testing::DenyCall("seccomp", EPERM);
+        DecodeWorkers workers(WorkerProgram(), 1, milliseconds(5000));
+        const auto statistics = workers.Check(block.payload(), 200, 0.05, {}, {Soon(), nullptr});
+        std::fprintf(stderr, "%s\n", statistics.status().ToString().c_str());
+        _exit(absl::IsUnavailable(statistics.status()) ? 0 : 1);
+      },
+      ::testing::ExitedWithCode(0), "cannot confine itself");
 }
 
 TEST(DecodeWorkers, RefuseWhatIsNotABlock) {

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -14,7 +15,9 @@
 #include "metrology/mesh/mesh_bytes.h"
 #include "metrology/mesh/triangle_mesh.h"
 #include "metrology/mesh/volume.h"
+#include "sandbox/confine.h"
 #include "tests/metrology/cad/sample_cad.h"
+#include "tests/sandbox/denied_call.h"
 
 namespace sixpoint::plant {
 namespace {
@@ -84,6 +87,18 @@ TEST(CadWorker, IsMissedClearly) {
   CadWorkerOptions options = WorkerOptions();
   options.program += "-of-another-name";
   EXPECT_EQ(TessellateInWorker(options, kStep, "x", Always).status().code(), absl::StatusCode::kUnavailable);
+}
+
+TEST(CadWorker, SaysWhyItCannotConfineItself) {
+  if (!sandbox::kApplied) GTEST_SKIP() << "sanitizers make calls of their own: workers are not confined under one";
+  EXPECT_EXIT(
+      {
+        testing::DenyCall("seccomp", EPERM);
+        const auto mesh = TessellateInWorker(WorkerOptions(), kStep, testing::StepOf(SampleShape::kBox), Always);
+        std::fprintf(stderr, "%s\n", mesh.status().ToString().c_str());
+        _exit(absl::IsUnavailable(mesh.status()) ? 0 : 1);
+      },
+      ::testing::ExitedWithCode(0), "cannot confine itself: filter of system calls: Operation not permitted");
 }
 
 std::string RealVane() {
