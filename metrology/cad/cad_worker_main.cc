@@ -8,9 +8,9 @@
 #include <cerrno>
 #include <cstdlib>
 #include <iostream>
-#include <iterator>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "metrology/cad/tessellation.h"
 #include "metrology/mesh/mesh_bytes.h"
@@ -34,11 +34,14 @@ int Refused(const absl::Status& status) {
   return kRefused;
 }
 
-absl::StatusOr<TriangleMesh> Read(const std::string& format, double unit_mm, const TessellationOptions& options) {
+absl::StatusOr<TriangleMesh> Read(const std::string& format, off_t size, double unit_mm,
+                                  const TessellationOptions& options) {
   if (format == "step") return TessellateCad(CadFormat::kStep, "", options);
   if (format == "iges") return TessellateCad(CadFormat::kIges, "", options);
   if (format != "stl") return sixpoint::Refuse("--format", format, "step, iges or stl");
-  const std::string bytes{std::istreambuf_iterator<char>(std::cin), {}};
+  std::string bytes(static_cast<std::size_t>(size), '\0');
+  std::cin.read(bytes.data(), size);
+  bytes.resize(static_cast<std::size_t>(std::cin.gcount()));
   return ReadStl(bytes, unit_mm);
 }
 
@@ -70,7 +73,8 @@ int main(int argc, char** argv) {
   // Asked here: behind the confinement a descriptor tells nothing.
   struct stat input {};
   if (fstat(STDIN_FILENO, &input) != 0 || input.st_size <= 0) return Refused(sixpoint::Refuse("cad", "", "a CAD file"));
-  if (input.st_size > kGreatestInputBytes) return Refused(sixpoint::Refuse("cad", "too large", "at most 64 MiB"));
+  if (input.st_size > kGreatestInputBytes)
+    return Refused(sixpoint::Refuse("cad", std::to_string(input.st_size) + " bytes", "at most 64 MiB"));
 
   sixpoint::sandbox::Confinement confinement;
   confinement.descriptor_count = kMesh + 1;
@@ -82,7 +86,8 @@ int main(int argc, char** argv) {
 
   TessellationOptions options;
   options.chordal_error_um = std::atof(flags["--error-um"].c_str());
-  const absl::StatusOr<TriangleMesh> mesh = Read(flags["--format"], std::atof(flags["--unit-mm"].c_str()), options);
+  const absl::StatusOr<TriangleMesh> mesh =
+      Read(flags["--format"], input.st_size, std::atof(flags["--unit-mm"].c_str()), options);
   if (!mesh.ok()) return Refused(mesh.status());
   return WriteAll(MeshBytes(*mesh)) ? 0 : 1;
 }

@@ -11,6 +11,7 @@
 #include <fstream>
 #include <iterator>
 #include <random>
+#include <sstream>
 
 #include "metrology/mesh/mesh_bytes.h"
 #include "metrology/mesh/triangle_mesh.h"
@@ -54,6 +55,21 @@ TEST(CadWorker, ReadsIgesBehindItsFilter) {
   const auto mesh = metrology::MeshFromBytes(*bytes);
   ASSERT_TRUE(mesh.ok()) << mesh.status();
   EXPECT_NEAR(std::abs(metrology::SignedVolume(*mesh)), 2 * M_PI * M_PI * 10 * 9, 10);  // 4 um over 1184 mm2, both ways
+}
+
+TEST(CadWorker, ReadsStlBehindItsFilter) {
+  std::string stl = "solid corner\n";
+  for (const char* facet : {"0 0 0 0 1 0 1 0 0", "0 0 0 1 0 0 0 0 1", "0 0 0 0 0 1 0 1 0", "1 0 0 0 1 0 0 0 1"}) {
+    std::istringstream corners(facet);
+    stl += "facet normal 0 0 0\nouter loop\n";
+    for (std::string x, y, z; corners >> x >> y >> z;) stl += "vertex " + x + " " + y + " " + z + "\n";
+    stl += "endloop\nendfacet\n";
+  }
+  const auto bytes = TessellateInWorker(WorkerOptions(), {"stl", 2, 1}, stl + "endsolid corner\n", Always);
+  ASSERT_TRUE(bytes.ok()) << bytes.status();
+  const auto mesh = metrology::MeshFromBytes(*bytes);
+  ASSERT_TRUE(mesh.ok()) << mesh.status();
+  EXPECT_NEAR(metrology::SignedVolume(*mesh), 8.0 / 6, 1e-12);
 }
 
 TEST(CadWorker, PassesTheReasonOfARefusalOn) {
