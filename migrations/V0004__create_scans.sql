@@ -74,12 +74,12 @@ COMMENT ON COLUMN scans.error_bound_um IS
   'Greatest coordinate error that storing was allowed to add, as asked; 0: the default.';
 COMMENT ON COLUMN scans.measured_at IS 'The machine''s clock at the start of the scan, where it told.';
 COMMENT ON COLUMN scans.stored_sha256 IS
-  'Over the binary SHA-256 digests of the stored blocks, in order.';
+  'Over the binary SHA-256 digests of the blocks that readers decode, in order.';
 COMMENT ON COLUMN scans.sent_sha256 IS
   'Over the binary SHA-256 digests of the blocks as sent, in order.';
 COMMENT ON COLUMN scans.proven_error_um IS
-  'Measured by decoding again where encoded here; sender_error_um where kept as sent.';
-COMMENT ON COLUMN scans.stored_encoding IS 'draco: as the machine sent it; range_image: encoded here.';
+  'Measured by decoding again where encoded here; sender_error_um where the points are those sent.';
+COMMENT ON COLUMN scans.stored_encoding IS 'draco: the points that the machine sent, to the last bit; range_image: encoded here.';
 COMMENT ON COLUMN scans.raw_step_um IS 'raw_profiles: what one step of y and z was; else 0.';
 
 CREATE TABLE scan_blocks (
@@ -90,17 +90,24 @@ CREATE TABLE scan_blocks (
   first_profile integer,
   profile_count integer,
   sent_sha256 bytea,
+  evidence_sha256 bytea,
   CONSTRAINT scan_blocks_pk PRIMARY KEY (scan_key, block_index),
   CONSTRAINT scan_blocks_scan_fk FOREIGN KEY (scan_key) REFERENCES scans (scan_key),
   CONSTRAINT scan_blocks_blob_fk FOREIGN KEY (blob_sha256) REFERENCES blobs (sha256),
+  CONSTRAINT scan_blocks_evidence_fk FOREIGN KEY (evidence_sha256) REFERENCES blobs (sha256),
   CONSTRAINT scan_blocks_index_from_zero CHECK (block_index >= 0),
   CONSTRAINT scan_blocks_points_positive CHECK (point_count > 0),
   CONSTRAINT scan_blocks_profiles CHECK (first_profile >= 0 AND profile_count > 0),
-  CONSTRAINT scan_blocks_digests CHECK (octet_length(blob_sha256) = 32 AND octet_length(sent_sha256) = 32)
+  CONSTRAINT scan_blocks_digests CHECK (octet_length(blob_sha256) = 32 AND octet_length(sent_sha256) = 32
+    AND evidence_sha256 = sent_sha256)
 ) PARTITION BY RANGE (scan_key);
 CREATE INDEX scan_blocks_by_blob ON scan_blocks (blob_sha256);
+CREATE INDEX scan_blocks_by_evidence ON scan_blocks (evidence_sha256) WHERE evidence_sha256 IS NOT NULL;
 COMMENT ON TABLE scan_blocks IS 'The blocks of each scan in the order measured; some tens of profiles each.';
 COMMENT ON COLUMN scan_blocks.first_profile IS 'Of the scan; a profile that goes on from the block before counts in both.';
+COMMENT ON COLUMN scan_blocks.blob_sha256 IS 'What readers decode: written by our own encoder.';
+COMMENT ON COLUMN scan_blocks.evidence_sha256 IS
+  'The payload as sent, kept and never decoded again; NULL where it is what readers decode, or was no cloud of its own.';
 COMMENT ON COLUMN scan_blocks.sent_sha256 IS 'SHA-256 of the payload as sent: tells a repeated block from another one.';
 
 CREATE TABLE scan_uploads (
@@ -141,14 +148,18 @@ CREATE TABLE scan_upload_blocks (
   profile_count integer NOT NULL,
   sent_sha256 bytea NOT NULL,
   blob_sha256 bytea NOT NULL,
+  evidence_sha256 bytea,
   CONSTRAINT scan_upload_blocks_pk PRIMARY KEY (scan_id, block_index),
   CONSTRAINT scan_upload_blocks_upload_fk FOREIGN KEY (scan_id) REFERENCES scan_uploads (scan_id) ON DELETE CASCADE,
   CONSTRAINT scan_upload_blocks_blob_fk FOREIGN KEY (blob_sha256) REFERENCES blobs (sha256),
+  CONSTRAINT scan_upload_blocks_evidence_fk FOREIGN KEY (evidence_sha256) REFERENCES blobs (sha256),
   CONSTRAINT scan_upload_blocks_index_from_zero CHECK (block_index >= 0),
   CONSTRAINT scan_upload_blocks_counts CHECK (point_count > 0 AND first_profile >= 0 AND profile_count > 0),
-  CONSTRAINT scan_upload_blocks_digests CHECK (octet_length(sent_sha256) = 32 AND octet_length(blob_sha256) = 32)
+  CONSTRAINT scan_upload_blocks_digests CHECK (octet_length(sent_sha256) = 32 AND octet_length(blob_sha256) = 32
+    AND evidence_sha256 = sent_sha256)
 );
 CREATE INDEX scan_upload_blocks_by_blob ON scan_upload_blocks (blob_sha256);
+CREATE INDEX scan_upload_blocks_by_evidence ON scan_upload_blocks (evidence_sha256) WHERE evidence_sha256 IS NOT NULL;
 COMMENT ON TABLE scan_upload_blocks IS 'Acknowledged blocks of scans that are not complete.';
 
 CREATE TABLE retention_policies (

@@ -40,14 +40,18 @@ constexpr char kInsertDeletion[] =
     "INSERT INTO scan_deletions (scan_key, reason, requested_by, policy_kind, policy_revision, points_sha256, "
     "points_bytes, record_id) VALUES (" SIXPOINT_SCAN_KEY("$1") ", $2, $3, $4, $5, $6, $7, $8)";
 
-constexpr char kLockBlobsOfScan[] =
-    "SELECT b.sha256 FROM blobs b WHERE b.sha256 IN (SELECT blob_sha256 FROM scan_blocks WHERE scan_key = " SIXPOINT_SCAN_KEY("$1") ") "
-    "AND b.deleted_at IS NULL ORDER BY b.sha256 FOR UPDATE OF b SKIP LOCKED";
+#define SIXPOINT_BLOBS_OF_SCAN \
+  "SELECT unnest(ARRAY[blob_sha256, evidence_sha256]) FROM scan_blocks WHERE scan_key = " SIXPOINT_SCAN_KEY("$1")
+constexpr char kLockBlobsOfScan[] = "SELECT b.sha256 FROM blobs b WHERE b.sha256 IN (" SIXPOINT_BLOBS_OF_SCAN
+                                    ") "
+                                    "AND b.deleted_at IS NULL ORDER BY b.sha256 FOR UPDATE OF b SKIP LOCKED";
 // Those of a deletion that somebody else holds just now, or another deletion of the same bytes that is not committed.
 constexpr char kNoteLoose[] =
-    "INSERT INTO loose_blobs (sha256) SELECT b.sha256 FROM blobs b WHERE b.sha256 IN (SELECT blob_sha256 FROM scan_blocks "
-    "WHERE scan_key = " SIXPOINT_SCAN_KEY("$1") ") AND b.deleted_at IS NULL AND NOT b.sha256 = ANY ($2::bytea[]) "
+    "INSERT INTO loose_blobs (sha256) SELECT b.sha256 FROM blobs b WHERE b.sha256 IN (" SIXPOINT_BLOBS_OF_SCAN
+    ") "
+    "AND b.deleted_at IS NULL AND NOT b.sha256 = ANY ($2::bytea[]) "
     "ON CONFLICT (sha256) DO NOTHING";
+#undef SIXPOINT_BLOBS_OF_SCAN
 // What something refers to: the rest is the collector's. BlobConditions::unreferenced comes between the two.
 constexpr char kSelectLoose[] =
     "SELECT b.sha256 FROM blobs b WHERE b.sha256 > $1 AND b.sha256 IN (SELECT l.sha256 FROM loose_blobs l) AND NOT "

@@ -1,6 +1,7 @@
 #include "storage/scan_store.h"
 
 #include <utility>
+#include <vector>
 
 #include "storage/one_read.h"
 #include "storage/retention.h"
@@ -57,13 +58,20 @@ class PostgresScans final : public ScanStore {
   }
 
   absl::StatusOr<bool> AddBlock(const ScanUploadRow& after, ScanBlockRow block, std::string_view payload,
-                                Deadline deadline) override {
-    absl::StatusOr<StagedBlob> blob = blobs_->Stage(*database_, payload, deadline);
-    if (!blob.ok()) return blob.status();
+                                std::string_view evidence, Deadline deadline) override {
+    std::vector<StagedBlob> staged;
+    for (const std::string_view bytes : {payload, evidence}) {
+      if (bytes.empty()) continue;
+      absl::StatusOr<StagedBlob> blob = blobs_->Stage(*database_, bytes, deadline);
+      if (!blob.ok()) return blob.status();
+      staged.push_back(*std::move(blob));
+    }
     absl::StatusOr<Transaction> transaction = database_->Begin(deadline);
     if (!transaction.ok()) return transaction.status();
-    if (absl::Status put = blobs_->Put(*transaction, *blob); !put.ok()) return put;
-    block.blob_sha256 = std::move(blob->sha256);
+    for (const StagedBlob& blob : staged)
+      if (absl::Status put = blobs_->Put(*transaction, blob); !put.ok()) return put;
+    block.blob_sha256 = staged.front().sha256;
+    if (!evidence.empty()) block.evidence_sha256 = staged.back().sha256;
     const absl::StatusOr<bool> added = AddUploadBlock(*transaction, after, block);
     if (!added.ok() || !*added) return added;
     if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;

@@ -58,10 +58,10 @@ class UploadStore {
   virtual absl::StatusOr<KnownScan> Join(const ScanUploadRow& upload,
                                          const std::function<absl::StatusOr<bool>(const ScanUploadRow& known)>& goes_on,
                                          Deadline deadline) = 0;
-  // The next block with its bytes, and what the upload adds up to with it (after.next_block = the block's index + 1). False, and
+  // The next block with the bytes that readers decode, and those sent where they are other ones and stay (empty: none), and what the upload adds up to with it (after.next_block = the block's index + 1). False, and
   // nothing changed, where another stream has been quicker or the upload is gone.
   virtual absl::StatusOr<bool> AddBlock(const ScanUploadRow& after, ScanBlockRow block, std::string_view payload,
-                                        Deadline deadline) = 0;
+                                        std::string_view evidence, Deadline deadline) = 0;
   virtual absl::StatusOr<std::vector<ScanBlockRow>> UploadedBlocks(const std::string& scan_id,
                                                                    Deadline deadline) const = 0;
   // Makes the scan of its upload, which ends, and appends to the journal. Nothing where there is neither scan nor upload.

@@ -16,17 +16,19 @@ constexpr char kInsertBlock[] =
     "stored_bytes = $5, proven_error_um = $6, open_profile_points = $7, open_profile_x_mm = $8, "
     "touched_at = clock_timestamp() WHERE scan_id = $1 AND next_block = $2::integer RETURNING scan_id) "
     "INSERT INTO scan_upload_blocks (scan_id, block_index, point_count, first_profile, profile_count, sent_sha256, "
-    "blob_sha256) SELECT scan_id, $2::integer, $9::integer, $10::integer, $11::integer, $12::bytea, $13::bytea FROM "
-    "advanced";
+    "blob_sha256, evidence_sha256) SELECT scan_id, $2::integer, $9::integer, $10::integer, $11::integer, $12::bytea, "
+    "$13::bytea, decode(nullif($14::text, ''), 'hex') FROM advanced";
 constexpr char kSelectBlocks[] =
-    "SELECT block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256 FROM scan_upload_blocks "
-    "WHERE scan_id = $1 ORDER BY block_index";
+    "SELECT block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256, evidence_sha256 "
+    "FROM scan_upload_blocks WHERE scan_id = $1 ORDER BY block_index";
 constexpr char kDeleteUpload[] = "DELETE FROM scan_uploads WHERE scan_id = $1";
 // The blocks as they are before they go with their uploads.
 constexpr char kDeleteUntouched[] =
     "WITH gone AS (DELETE FROM scan_uploads WHERE touched_at < $1 RETURNING scan_id), "
-    "loose AS (INSERT INTO loose_blobs (sha256) SELECT DISTINCT blob_sha256 FROM scan_upload_blocks "
-    "WHERE scan_id IN (SELECT scan_id FROM gone) ON CONFLICT (sha256) DO NOTHING) SELECT count(*) FROM gone";
+    "loose AS (INSERT INTO loose_blobs (sha256) SELECT blob_sha256 FROM scan_upload_blocks "
+    "WHERE scan_id IN (SELECT scan_id FROM gone) UNION SELECT evidence_sha256 FROM scan_upload_blocks "
+    "WHERE scan_id IN (SELECT scan_id FROM gone) AND evidence_sha256 IS NOT NULL ON CONFLICT (sha256) DO NOTHING) "
+    "SELECT count(*) FROM gone";
 
 }  // namespace
 
@@ -70,7 +72,8 @@ absl::StatusOr<bool> AddUploadBlock(Transaction& transaction, const ScanUploadRo
                                                                           .Int(block.first_profile)
                                                                           .Int(block.profile_count)
                                                                           .Digest(block.sent_sha256)
-                                                                          .Digest(block.blob_sha256));
+                                                                          .Digest(block.blob_sha256)
+                                                                          .Text(block.evidence_sha256));
   if (!rows.ok()) return rows.status();
   return rows->affected() == 1;
 }

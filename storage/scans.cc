@@ -31,12 +31,13 @@ constexpr char kListScans[] = SIXPOINT_SELECT_SCANS
 #undef SIXPOINT_SCAN_COLUMNS
 constexpr char kInsertBlocks[] =
     "INSERT INTO scan_blocks (scan_key, block_index, point_count, blob_sha256, first_profile, profile_count, "
-    "sent_sha256) SELECT $1::uuid, (position - 1)::integer, points::integer, blob, first::integer, profiles::integer, "
-    "sent FROM unnest($2::text[], $3::bytea[], $4::text[], $5::text[], $6::bytea[]) WITH ORDINALITY "
-    "AS block (points, blob, first, profiles, sent, position)";
+    "sent_sha256, evidence_sha256) SELECT $1::uuid, (position - 1)::integer, points::integer, blob, first::integer, "
+    "profiles::integer, sent, decode(nullif(evidence, ''), 'hex') "
+    "FROM unnest($2::text[], $3::bytea[], $4::text[], $5::text[], $6::bytea[], $7::text[]) WITH ORDINALITY "
+    "AS block (points, blob, first, profiles, sent, evidence, position)";
 constexpr char kSelectBlocks[] =
-    "SELECT block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256 FROM scan_blocks "
-    "WHERE scan_key = " SIXPOINT_SCAN_KEY("$1") " ORDER BY block_index";
+    "SELECT block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256, evidence_sha256 "
+    "FROM scan_blocks WHERE scan_key = " SIXPOINT_SCAN_KEY("$1") " ORDER BY block_index";
 
 ScanRow ReadScan(const Rows& rows, int row) {
   ScanRow scan;
@@ -115,6 +116,7 @@ absl::StatusOr<std::vector<ScanBlockRow>> ReadBlocks(const Rows& rows, const std
     block.first_profile = static_cast<int>(rows.Int(row, 3));
     block.profile_count = static_cast<int>(rows.Int(row, 4));
     block.sent_sha256 = rows.Digest(row, 5);
+    if (!rows.IsNull(row, 6)) block.evidence_sha256 = rows.Digest(row, 6);
   }
   return rows.Checked(std::move(blocks));
 }
@@ -130,13 +132,14 @@ absl::StatusOr<Recorded> InsertScan(Transaction& transaction, const ScanRow& sca
   const std::string scan_key = NewUuid();
   const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertScan, ScanParams(scan, scan_key));
   if (!inserted.ok()) return inserted.status();
-  std::vector<std::string> point_counts, blobs, first_profiles, profile_counts, sent;
+  std::vector<std::string> point_counts, blobs, first_profiles, profile_counts, sent, evidence;
   for (const ScanBlockRow& block : blocks) {
     point_counts.push_back(std::to_string(block.point_count));
     blobs.push_back(block.blob_sha256);
     first_profiles.push_back(std::to_string(block.first_profile));
     profile_counts.push_back(std::to_string(block.profile_count));
     sent.push_back(block.sent_sha256);
+    evidence.push_back(block.evidence_sha256);
   }
   const absl::StatusOr<Rows> stored = transaction.Execute(kInsertBlocks, Params()
                                                                              .Uuid(scan_key)
@@ -144,7 +147,8 @@ absl::StatusOr<Recorded> InsertScan(Transaction& transaction, const ScanRow& sca
                                                                              .Digests(blobs)
                                                                              .Texts(first_profiles)
                                                                              .Texts(profile_counts)
-                                                                             .Digests(sent));
+                                                                             .Digests(sent)
+                                                                             .Texts(evidence));
   if (!stored.ok()) return stored.status();
   return AppendRecord(transaction, scan_key, entry);
 }

@@ -51,6 +51,7 @@ struct ScanBlockRow {
   int first_profile = 0;
   int profile_count = 0;
   std::string sent_sha256;
+  std::string evidence_sha256;  // of what was sent, where it is kept beside what is read; empty: it is not
 };
 
 // Until the transaction ends, uploads of the same id wait here for each other.
@@ -59,7 +60,7 @@ absl::Status LockScanId(Transaction& transaction, const std::string& scan_id);
 absl::StatusOr<std::optional<ScanRow>> FindScan(Transaction& transaction, const std::string& scan_id);
 // In scan order.
 absl::StatusOr<std::vector<ScanBlockRow>> BlocksOfScan(Transaction& transaction, const std::string& scan_id);
-// Columns block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256. DATA_LOSS where one is missing.
+// Columns block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256, evidence_sha256. DATA_LOSS where one is missing.
 absl::StatusOr<std::vector<ScanBlockRow>> ReadBlocks(const Rows& rows, const std::string& scan_id);
 
 // Journal entry, scan and blocks, whose blobs are stored already. Call it last before the commit (the journal's lock).

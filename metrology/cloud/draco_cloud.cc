@@ -1,8 +1,11 @@
 #include "metrology/cloud/draco_cloud.h"
 
+#include <draco/attributes/attribute_quantization_transform.h>
 #include <draco/compression/decode.h>
 #include <draco/compression/expert_encode.h>
 #include <draco/point_cloud/point_cloud.h>
+
+#include <algorithm>
 
 namespace sixpoint::metrology {
 namespace {
@@ -23,6 +26,26 @@ absl::StatusOr<std::string> EncodeCloud(const draco::PointCloud& cloud, const Dr
   const draco::Status status = encoder.EncodeToBuffer(&buffer);
   if (!status.ok()) return absl::InternalError("Draco encoder: " + status.error_msg_string());
   return std::string(buffer.data(), buffer.size());
+}
+
+absl::StatusOr<DracoQuantisation> QuantisationOf(std::string_view bytes) {
+  draco::DecoderBuffer buffer;
+  buffer.Init(bytes.data(), bytes.size());
+  draco::Decoder decoder;
+  decoder.SetSkipAttributeTransform(
+      draco::GeometryAttribute::POSITION);  // leaves the integers, and says what they were
+  draco::StatusOr<std::unique_ptr<draco::PointCloud>> decoded = decoder.DecodePointCloudFromBuffer(&buffer);
+  if (!decoded.ok()) return absl::InvalidArgumentError("Draco: " + decoded.status().error_msg_string());
+  DracoQuantisation quantisation;
+  if (decoded.value() == nullptr || decoded.value()->num_attributes() != 1) return quantisation;
+  draco::AttributeQuantizationTransform transform;
+  const draco::PointAttribute* position = decoded.value()->attribute(0);
+  if (position->GetAttributeTransformData() == nullptr || !transform.InitFromAttribute(*position)) return quantisation;
+  if (transform.min_values().size() != quantisation.origin.size()) return quantisation;
+  quantisation.bits = transform.quantization_bits();
+  std::copy_n(transform.min_values().begin(), quantisation.origin.size(), quantisation.origin.begin());
+  quantisation.range = transform.range();
+  return quantisation;
 }
 
 absl::StatusOr<std::unique_ptr<draco::PointCloud>> DecodeCloud(std::string_view bytes, std::int64_t point_count) {

@@ -3,6 +3,7 @@
 
 #include <absl/status/statusor.h>
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -21,6 +22,14 @@ struct DracoQuantiser {
   float range = 0;
 };
 absl::StatusOr<std::string> EncodeCloud(const draco::PointCloud& cloud, const DracoQuantiser& quantiser);
+
+// How a cloud's POSITION was quantised by whoever encoded it; bits 0: it was not.
+struct DracoQuantisation {
+  int bits = 0;
+  std::array<float, 3> origin{};
+  float range = 0;
+};
+absl::StatusOr<DracoQuantisation> QuantisationOf(std::string_view bytes);
 
 // INVALID_ARGUMENT unless the bytes decode to that many points. May throw what the decoder throws.
 absl::StatusOr<std::unique_ptr<draco::PointCloud>> DecodeCloud(std::string_view bytes, std::int64_t point_count);

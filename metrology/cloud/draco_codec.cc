@@ -8,6 +8,7 @@
 #include <exception>
 #include <limits>
 #include <memory>
+#include <new>
 
 #include "metrology/cloud/draco_cloud.h"
 #include "metrology/cloud/range_image.h"
@@ -108,6 +109,34 @@ absl::StatusOr<EncodedBlock> EncodeBlock(const Points& points_mm, double error_b
                  Rounded(error_bound_mm) + " mm in float32");
 } catch (const std::exception& error) {
   return absl::ResourceExhaustedError(std::string("Draco encoder: ") + error.what());
+}
+
+absl::StatusOr<ReencodedBlock> ReencodeBlock(std::string_view bytes, std::int64_t expected_point_count) try {
+  ReencodedBlock block;
+  absl::StatusOr<Points> points_mm = DecodeBlock(bytes, expected_point_count);
+  if (!points_mm.ok()) return points_mm.status();
+  block.points_mm = *std::move(points_mm);
+  const absl::StatusOr<DracoQuantisation> sent = QuantisationOf(bytes);
+  if (!sent.ok()) return sent.status();
+  const std::unique_ptr<draco::PointCloud> cloud = CloudOf(block.points_mm);
+  const auto keeps_every_bit = [&](const std::string& again) {
+    const absl::StatusOr<Points> decoded = DecodeBlock(again, expected_point_count);
+    return decoded.ok() &&
+           std::memcmp(decoded->data(), block.points_mm.data(), block.points_mm.size() * sizeof(Eigen::Vector3d)) == 0;
+  };
+  // On the sender's own lattice; where that does not give the same floats, as floats.
+  for (const DracoQuantiser& quantiser :
+       {DracoQuantiser{sent->bits, sent->origin.data(), sent->range}, DracoQuantiser{}}) {
+    absl::StatusOr<std::string> again = EncodeCloud(*cloud, quantiser);
+    if (!again.ok() || !keeps_every_bit(*again)) continue;
+    block.bytes = *std::move(again);
+    return block;
+  }
+  return Invalid("points that cannot be encoded again without a change");
+} catch (const std::bad_alloc&) {
+  return absl::ResourceExhaustedError("Draco: no memory to encode the block again");
+} catch (const std::exception& error) {
+  return Invalid(std::string("Draco: ") + error.what());
 }
 
 absl::StatusOr<DracoHeader> InspectHeader(std::string_view bytes, std::int64_t point_count_limit) {

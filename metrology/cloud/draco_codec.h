@@ -35,6 +35,15 @@ struct EncodedBlock {
 // cannot hold at these coordinates (Draco quantises in float32: 0.25 um is held for |coordinate| up to 250 mm).
 absl::StatusOr<EncodedBlock> EncodeBlock(const Points& points_mm, double error_bound_mm);
 
+struct ReencodedBlock {
+  Points points_mm;
+  std::string bytes;
+};
+// The same points, to the last bit, in bytes that this encoder wrote: what processes that are not limited may decode instead of
+// bytes from outside. Decodes both, so untrusted blocks only in a process of limited memory and time. As DecodeBlock refuses;
+// RESOURCE_EXHAUSTED: the encoder found no memory.
+absl::StatusOr<ReencodedBlock> ReencodeBlock(std::string_view bytes, std::int64_t expected_point_count);
+
 struct DracoHeader {
   int minor_version = 0;
   std::int64_t point_count = 0;

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstddef>
 #include <string>
+#include <utility>
 
 #include "metrology/cloud/draco_codec.h"
 #include "sandbox/confine.h"
@@ -52,15 +53,19 @@ bool WriteAll(const void* bytes, std::size_t size) {
   return true;
 }
 
-DecodeReply Answer(const DecodeRequest& request, const std::string& payload) {
+// `reencoded`: what follows the reply.
+DecodeReply Answer(const DecodeRequest& request, const std::string& payload, std::string* reencoded) {
   DecodeReply reply;
-  const auto points_mm = metrology::DecodeBlock(payload, request.point_count);
-  if (points_mm.ok()) {
+  reencoded->clear();
+  auto block = metrology::ReencodeBlock(payload, request.point_count);
+  if (block.ok()) {
     reply.decoded = 1;
-    reply.statistics = StatisticsOf(*points_mm, request.profile_pitch_mm, request.begin);
+    reply.statistics = StatisticsOf(block->points_mm, request.profile_pitch_mm, request.begin);
+    if (block->bytes != payload) *reencoded = std::move(block->bytes);
+    reply.reencoded_bytes = static_cast<std::uint32_t>(reencoded->size());
     return reply;
   }
-  const std::string message(points_mm.status().message());
+  const std::string message(block.status().message());
   std::copy_n(message.begin(), std::min(message.size(), reply.message.size() - 1), reply.message.begin());
   return reply;
 }
@@ -69,14 +74,14 @@ int Work() {
   sandbox::Confinement confinement;
   confinement.memory_bytes = kMemoryBytes;
   sandbox::Confine(confinement);
-  std::string payload;
+  std::string payload, reencoded;
   for (DecodeRequest request; ReadAll(&request, sizeof request);) {
     if (request.magic != kDecodeMagic || request.payload_bytes > kGreatestPayloadBytes) return 2;
     payload.resize(request.payload_bytes);
     if (!ReadAll(payload.data(), payload.size())) return 2;
     AllowCpuForOneBlock();
-    const DecodeReply reply = Answer(request, payload);
-    if (!WriteAll(&reply, sizeof reply)) return 2;
+    const DecodeReply reply = Answer(request, payload, &reencoded);
+    if (!WriteAll(&reply, sizeof reply) || !WriteAll(reencoded.data(), reencoded.size())) return 2;
   }
   return 0;
 }

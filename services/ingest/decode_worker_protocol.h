@@ -21,9 +21,11 @@ struct DecodeRequest {
   ProfileCursor begin;
 };
 
+// Followed by reencoded_bytes bytes: the same points as our own encoder writes them; none where it writes the payload again.
 struct DecodeReply {
   std::uint32_t magic = kDecodeMagic;
   std::uint32_t decoded = 0;  // 1: statistics hold; 0: message says what is wrong
+  std::uint32_t reencoded_bytes = 0;
   BlockStatistics statistics;
   std::array<char, 256> message{};  // ends with a NUL
 };

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "metrology/cloud/draco_codec.h"
 #include "sandbox/worker_process.h"
 #include "services/ingest/decode_worker_protocol.h"
 
@@ -53,10 +54,20 @@ Talk ReceiveAll(int socket, void* bytes, std::size_t size, Clock::time_point unt
   });
 }
 
+// Three floats a point, and what Draco puts before them.
+std::int64_t GreatestReencodedBytes(std::int64_t point_count) { return 12 * point_count + 4096; }
+
+// What every block from outside is held to before it is decoded anywhere.
+bool IsBounded(const std::string& reencoded, std::int64_t point_count) {
+  const auto header = metrology::InspectHeader(reencoded, point_count);
+  return header.ok() && header->point_count == point_count;
+}
+
 // A worker that a block took over may say anything.
 bool IsSane(const DecodeReply& reply, std::int64_t point_count) {
   if (reply.magic != kDecodeMagic || reply.decoded > 1 || reply.message.back() != '\0') return false;
   const BlockStatistics& s = reply.statistics;
+  if (reply.reencoded_bytes > GreatestReencodedBytes(point_count)) return false;
   return std::isfinite(s.greatest_backstep_mm) && std::isfinite(s.end.profile_x_mm) && s.goes_on <= 1 &&
          s.begun_profile_count >= 0 && s.begun_profile_count <= point_count && s.end.column_count >= 0 &&
          (reply.decoded == 0 || s.begun_profile_count + s.goes_on > 0);
@@ -119,22 +130,20 @@ bool DecodeWorkers::GiveBack(Worker worker, bool trusted) {
   return true;
 }
 
-absl::StatusOr<BlockStatistics> DecodeWorkers::Check(std::string_view payload, std::int64_t point_count,
-                                                     double profile_pitch_mm, const ProfileCursor& begin,
-                                                     const Caller& caller) {
+absl::StatusOr<CheckedBlock> DecodeWorkers::Check(std::string_view payload, std::int64_t point_count,
+                                                  double profile_pitch_mm, const ProfileCursor& begin,
+                                                  const Caller& caller) {
   if (payload.size() > kGreatestPayloadBytes) return absl::InvalidArgumentError("more bytes than a block may have");
-  absl::StatusOr<BlockStatistics> statistics = CheckOnce(payload, point_count, profile_pitch_mm, begin, caller);
+  absl::StatusOr<CheckedBlock> checked = CheckOnce(payload, point_count, profile_pitch_mm, begin, caller);
   // A worker that died may have been killed from outside; a block that kills two has done it itself.
-  if (absl::IsAborted(statistics.status())) {
-    statistics = CheckOnce(payload, point_count, profile_pitch_mm, begin, caller);
-  }
-  if (!absl::IsAborted(statistics.status())) return statistics;
-  return absl::InvalidArgumentError(std::string(statistics.status().message()));
+  if (absl::IsAborted(checked.status())) checked = CheckOnce(payload, point_count, profile_pitch_mm, begin, caller);
+  if (!absl::IsAborted(checked.status())) return checked;
+  return absl::InvalidArgumentError(std::string(checked.status().message()));
 }
 
-absl::StatusOr<BlockStatistics> DecodeWorkers::CheckOnce(std::string_view payload, std::int64_t point_count,
-                                                         double profile_pitch_mm, const ProfileCursor& begin,
-                                                         const Caller& caller) {
+absl::StatusOr<CheckedBlock> DecodeWorkers::CheckOnce(std::string_view payload, std::int64_t point_count,
+                                                      double profile_pitch_mm, const ProfileCursor& begin,
+                                                      const Caller& caller) {
   const auto slot = at_once_.Enter(caller.deadline, caller.keep_going, runtime::ComputePool::Patience::kPatient);
   if (!slot.ok()) return slot.status();
   const absl::StatusOr<Worker> worker = Take();
@@ -149,7 +158,10 @@ absl::StatusOr<BlockStatistics> DecodeWorkers::CheckOnce(std::string_view payloa
   Talk talk = SendAll(worker->socket, &request, sizeof request, until);
   if (talk == Talk::kDone) talk = SendAll(worker->socket, payload.data(), payload.size(), until);
   if (talk == Talk::kDone) talk = ReceiveAll(worker->socket, &reply, sizeof reply, until);
-  const bool sane = talk == Talk::kDone && IsSane(reply, point_count);
+  bool sane = talk == Talk::kDone && IsSane(reply, point_count);
+  std::string reencoded(sane ? reply.reencoded_bytes : 0, '\0');
+  if (sane) talk = ReceiveAll(worker->socket, reencoded.data(), reencoded.size(), until);
+  sane = sane && talk == Talk::kDone && (reencoded.empty() || IsBounded(reencoded, point_count));
   if (!GiveBack(*worker, sane && reply.decoded == 1)) {
     return absl::UnavailableError("decode worker " + program_ + ": cannot confine itself; started by hand it says why");
   }
@@ -159,7 +171,7 @@ absl::StatusOr<BlockStatistics> DecodeWorkers::CheckOnce(std::string_view payloa
   if (talk == Talk::kTooLate) return absl::InvalidArgumentError("took too long to decode");
   if (!sane) return absl::AbortedError("the decoder ran into its limits of memory or CPU time, or failed on it");
   if (reply.decoded == 0) return absl::InvalidArgumentError(reply.message.data());
-  return reply.statistics;
+  return CheckedBlock{reply.statistics, std::move(reencoded)};
 }
 
 }  // namespace sixpoint::ingest

@@ -18,6 +18,14 @@
 
 namespace sixpoint::ingest {
 
+// What a worker found of a block.
+struct CheckedBlock {
+  BlockStatistics statistics;
+  // The same points, to the last bit, as our own encoder writes them: all that any other process decodes. Empty where that is
+  // the payload itself.
+  std::string reencoded;
+};
+
 // Thread-safe.
 class DecodeWorkers {
  public:
@@ -35,8 +43,8 @@ class DecodeWorkers {
   // Decodes in a worker. INVALID_ARGUMENT: the block is not what it should be; the message says what is wrong with it.
   // DEADLINE_EXCEEDED: no worker became free, or the caller's time ended; CANCELLED: it went away while it waited.
   // UNAVAILABLE: no worker can be started, or it could not confine itself.
-  absl::StatusOr<BlockStatistics> Check(std::string_view payload, std::int64_t point_count, double profile_pitch_mm,
-                                        const ProfileCursor& begin, const Caller& caller);
+  absl::StatusOr<CheckedBlock> Check(std::string_view payload, std::int64_t point_count, double profile_pitch_mm,
+                                     const ProfileCursor& begin, const Caller& caller);
 
   // How many were started so far.
   int started_count() const { return started_count_; }
@@ -46,8 +54,8 @@ class DecodeWorkers {
     pid_t pid = -1;
     int socket = -1;
   };
-  absl::StatusOr<BlockStatistics> CheckOnce(std::string_view payload, std::int64_t point_count, double profile_pitch_mm,
-                                            const ProfileCursor& begin, const Caller& caller);
+  absl::StatusOr<CheckedBlock> CheckOnce(std::string_view payload, std::int64_t point_count, double profile_pitch_mm,
+                                         const ProfileCursor& begin, const Caller& caller);
   absl::StatusOr<Worker> Take();
   absl::StatusOr<Worker> Start();
   // False: it ended because it could not confine itself.

@@ -62,7 +62,8 @@ absl::StatusOr<v1::ScanBlock> BlockOf(const storage::ScanReader& scans, const St
   block.set_first_profile(row.first_profile);
   block.set_profile_count(row.profile_count);
   if (format != v1::POINT_FORMAT_XYZ_F64) {
-    absl::StatusOr<std::string> bytes = ReadBlock(scans, scan, index, deadline);
+    absl::StatusOr<std::string> bytes = format == v1::POINT_FORMAT_SENT ? ReadSentBlock(scans, scan, index, deadline)
+                                                                        : ReadBlock(scans, scan, index, deadline);
     if (!bytes.ok()) return bytes.status();
     block.set_payload(*std::move(bytes));
     return block;
@@ -160,12 +161,14 @@ grpc::Status ScanService::ListScans(grpc::ServerContext* context, const v1::List
 grpc::Status ScanService::DownloadScan(grpc::ServerContext* context, const v1::DownloadScanRequest* request,
                                        grpc::ServerWriter<v1::DownloadScanResponse>* writer) {
   if (!v1::PointFormat_IsValid(request->format())) {
-    return ToGrpc(runtime::Refuse("format", std::to_string(request->format()), "STORED or XYZ_F64"));
+    return ToGrpc(runtime::Refuse("format", std::to_string(request->format()), "STORED, XYZ_F64 or SENT"));
   }
   const storage::Deadline deadline = runtime::DeadlineOf(*context);
   CallWatch watch(&watchdog_, context, deadline, stream_patience_);
   const absl::StatusOr<StoredScan> scan = ReadScan(*store_, request->name(), deadline);
   if (!scan.ok()) return ToGrpc(scan.status());
+  if (request->format() == v1::POINT_FORMAT_SENT && scan->row.encoding != "draco")
+    return ToGrpc(runtime::Refuse("format", "SENT", "STORED or XYZ_F64: plain coordinates are kept encoded"));
   const absl::StatusOr<ProfileRange> range = RangeOf(*request, *scan);
   if (!range.ok()) return ToGrpc(range.status());
   v1::DownloadScanResponse response;

@@ -14,6 +14,13 @@ absl::Status Damaged(const StoredScan& scan, std::size_t index, const absl::Stat
                           {{"resource", runtime::NameOf("scans", scan.row.scan_id)}});
 }
 
+absl::StatusOr<std::string> ReadBlob(const storage::ScanReader& scans, const StoredScan& scan, std::size_t index,
+                                     const std::string& sha256, storage::Deadline deadline) {
+  absl::StatusOr<std::string> bytes = scans.Payload(sha256, deadline);
+  if (absl::IsNotFound(bytes.status()) || absl::IsDataLoss(bytes.status())) return Damaged(scan, index, bytes.status());
+  return bytes;
+}
+
 }  // namespace
 
 absl::StatusOr<storage::ScanRow> FindScanByName(const storage::ScanReader& scans, const std::string& name,
@@ -41,9 +48,14 @@ absl::StatusOr<StoredScan> ReadScan(const storage::ScanReader& scans, const std:
 
 absl::StatusOr<std::string> ReadBlock(const storage::ScanReader& scans, const StoredScan& scan, std::size_t index,
                                       storage::Deadline deadline) {
-  absl::StatusOr<std::string> bytes = scans.Payload(scan.blocks[index].blob_sha256, deadline);
-  if (absl::IsNotFound(bytes.status()) || absl::IsDataLoss(bytes.status())) return Damaged(scan, index, bytes.status());
-  return bytes;
+  return ReadBlob(scans, scan, index, scan.blocks[index].blob_sha256, deadline);
+}
+
+absl::StatusOr<std::string> ReadSentBlock(const storage::ScanReader& scans, const StoredScan& scan, std::size_t index,
+                                          storage::Deadline deadline) {
+  const storage::ScanBlockRow& block = scan.blocks[index];
+  return ReadBlob(scans, scan, index, block.evidence_sha256.empty() ? block.blob_sha256 : block.evidence_sha256,
+                  deadline);
 }
 
 absl::StatusOr<metrology::Points> ReadPoints(const storage::ScanReader& scans, const StoredScan& scan,

@@ -27,7 +27,10 @@ absl::StatusOr<StoredScan> ReadScan(const storage::ScanReader& scans, const std:
 // The bytes of one block, checked against their digest. DATA_LOSS with reason SCAN_DAMAGED.
 absl::StatusOr<std::string> ReadBlock(const storage::ScanReader& scans, const StoredScan& scan, std::size_t index,
                                       storage::Deadline deadline);
-// Decoded here: the block was checked when it came, and its digest now.
+// The same as the machine sent it, of a scan sent as Draco: evidence, not to be decoded here.
+absl::StatusOr<std::string> ReadSentBlock(const storage::ScanReader& scans, const StoredScan& scan, std::size_t index,
+                                          storage::Deadline deadline);
+// Decoded here: our own encoder wrote it, and its digest was checked now.
 absl::StatusOr<metrology::Points> ReadPoints(const storage::ScanReader& scans, const StoredScan& scan,
                                              std::size_t index, storage::Deadline deadline);
 

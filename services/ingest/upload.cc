@@ -53,7 +53,8 @@ std::string WithRevision(const std::string& name, int revision) { return name + 
 
 // A block as it will be stored.
 struct ScanUpload::Prepared {
-  std::string encoded_here;  // empty where it is kept as sent
+  std::string encoded_here;  // what readers decode; empty: as it was sent
+  bool is_evidence = false;  // what was sent stays beside it
   double proven_error_um = 0;
   BlockStatistics statistics;
 };
@@ -139,12 +140,13 @@ absl::Status ScanUpload::Keep(const v1::ScanBlock& block, const std::string& sen
   if (!prepared.ok()) return prepared.status();
   const BlockStatistics& statistics = prepared->statistics;
   const std::string& bytes = prepared->encoded_here.empty() ? block.payload() : prepared->encoded_here;
+  const std::string_view evidence = prepared->is_evidence ? std::string_view(block.payload()) : std::string_view();
 
   storage::ScanUploadRow after = row_;
   ++after.next_block;
   after.point_count += block.point_count();
   after.profile_count += static_cast<int>(statistics.begun_profile_count);
-  after.stored_bytes += static_cast<std::int64_t>(bytes.size());
+  after.stored_bytes += static_cast<std::int64_t>(bytes.size() + evidence.size());
   after.proven_error_um = std::max(after.proven_error_um, prepared->proven_error_um);
   after.open_profile_points = statistics.end.column_count;
   after.open_profile_x_mm = statistics.end.profile_x_mm;
@@ -154,7 +156,7 @@ absl::Status ScanUpload::Keep(const v1::ScanBlock& block, const std::string& sen
   kept.profile_count = after.profile_count - kept.first_profile;
   kept.sent_sha256 = sent_sha256;
 
-  const absl::StatusOr<bool> added = tools_.store->AddBlock(after, kept, bytes, SoonEnough());
+  const absl::StatusOr<bool> added = tools_.store->AddBlock(after, kept, bytes, evidence, SoonEnough());
   if (!added.ok()) return added.status();
   if (!*added) {
     if (absl::Status joined = Join(); !joined.ok()) return joined;
@@ -168,15 +170,16 @@ absl::Status ScanUpload::Keep(const v1::ScanBlock& block, const std::string& sen
 absl::StatusOr<ScanUpload::Prepared> ScanUpload::Prepare(const v1::ScanBlock& block) {
   if (header_.encoding() != v1::ENCODING_DRACO) return Encode(block);
   const ProfileCursor cursor{row_.open_profile_points, row_.open_profile_x_mm};
-  const absl::StatusOr<BlockStatistics> statistics = tools_.workers->Check(
+  absl::StatusOr<CheckedBlock> checked = tools_.workers->Check(
       block.payload(), block.point_count(), header_.profile_pitch_mm(), cursor, {caller_.deadline, caller_.keep_going});
-  if (absl::IsInvalidArgument(statistics.status())) {
-    return runtime::Refuse(PayloadField(block.index()), std::string(statistics.status().message()),
+  if (absl::IsInvalidArgument(checked.status())) {
+    return runtime::Refuse(PayloadField(block.index()), std::string(checked.status().message()),
                            "a sound Draco cloud of " + std::to_string(block.point_count()) + " finite points");
   }
-  if (!statistics.ok()) return statistics.status();
-  if (absl::Status believed = Believe(block.index(), *statistics); !believed.ok()) return believed;
-  return Prepared{"", header_.sender_error_um(), *statistics};
+  if (!checked.ok()) return checked.status();
+  if (absl::Status believed = Believe(block.index(), checked->statistics); !believed.ok()) return believed;
+  const bool is_evidence = !checked->reencoded.empty();
+  return Prepared{std::move(checked->reencoded), is_evidence, header_.sender_error_um(), checked->statistics};
 }
 
 absl::StatusOr<ScanUpload::Prepared> ScanUpload::Encode(const v1::ScanBlock& block) {

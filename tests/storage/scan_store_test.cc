@@ -45,7 +45,7 @@ absl::StatusOr<bool> Add(ScanStore& scans, ScanUploadRow* upload, const std::str
   block.first_profile = after.profile_count - 1;
   block.profile_count = 1;
   block.sent_sha256 = Sha256Hex(payload);
-  const absl::StatusOr<bool> added = scans.AddBlock(after, block, payload, Soon());
+  const absl::StatusOr<bool> added = scans.AddBlock(after, block, payload, "", Soon());
   if (added.ok() && *added) *upload = after;
   return added;
 }

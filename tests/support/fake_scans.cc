@@ -107,14 +107,18 @@ absl::StatusOr<storage::KnownScan> FakeScans::Join(
 }
 
 absl::StatusOr<bool> FakeScans::AddBlock(const storage::ScanUploadRow& after, storage::ScanBlockRow block,
-                                         std::string_view payload, Deadline) {
+                                         std::string_view payload, std::string_view evidence, Deadline) {
   const auto lock = record_.Lock();
   if (!record_.failure().ok()) return record_.failure();
   const auto upload = uploads_.find(after.scan_id);
   if (upload == uploads_.end() || upload->second.row.next_block != after.next_block - 1) return false;
-  block.blob_sha256 = storage::Sha256Hex(payload);
-  payloads_[block.blob_sha256] = payload;
-  deleted_payloads_.erase(block.blob_sha256);
+  for (const std::string_view bytes : {payload, evidence}) {
+    if (bytes.empty()) continue;
+    const std::string sha256 = storage::Sha256Hex(bytes);
+    (bytes.data() == payload.data() ? block.blob_sha256 : block.evidence_sha256) = sha256;
+    payloads_[sha256] = bytes;
+    deleted_payloads_.erase(sha256);
+  }
   // Who it is of was said when it began.
   storage::ScanUploadRow row = after;
   row.header = upload->second.row.header;

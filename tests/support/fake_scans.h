@@ -35,7 +35,7 @@ class FakeScans final : public storage::ScanStore, public storage::RetentionStor
       const std::function<absl::StatusOr<bool>(const storage::ScanUploadRow& known)>& goes_on,
       storage::Deadline) override;
   absl::StatusOr<bool> AddBlock(const storage::ScanUploadRow& after, storage::ScanBlockRow block,
-                                std::string_view payload, storage::Deadline) override;
+                                std::string_view payload, std::string_view evidence, storage::Deadline) override;
   absl::StatusOr<std::vector<storage::ScanBlockRow>> UploadedBlocks(const std::string& scan_id,
                                                                     storage::Deadline) const override;
   absl::StatusOr<std::optional<storage::CompletedScan>> Complete(

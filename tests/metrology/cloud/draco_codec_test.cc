@@ -7,12 +7,15 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <sstream>
+
+#include "tests/support/stock_draco.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -122,6 +125,50 @@ std::string HeaderOf(std::int32_t count, char type = 0, char method = 0, char fl
   bytes += {major, 3, type, method, flags, 0};
   for (int i = 0; i < 4; ++i) bytes += static_cast<char>(static_cast<std::uint32_t>(count) >> (8 * i));
   return bytes;
+}
+
+// Whatever encoder and lattice a sender has, the points come out bit by bit, in bytes that are ours and no larger than floats.
+TEST(ReencodeBlock, KeepsEveryBitOfWhatOthersEncoded) {
+  const Points wavy_mm = LineScanLike(20, 640, 5);
+  Points far_mm = wavy_mm, flat_mm(50, Eigen::Vector3d(1.5, -2.25, 3));
+  for (Eigen::Vector3d& p : far_mm) p += Eigen::Vector3d(700, -900, 40);
+  for (const Points& points_mm : {wavy_mm, far_mm, flat_mm, Points{{0.0, -0.0, 1e-30}}}) {
+    const auto count = static_cast<std::int64_t>(points_mm.size());
+    for (const int bits : {0, 1, 8, 11, 14, 20, 24, 30}) {
+      for (const int speed : {0, 5, 10}) {
+        const std::string sent = sixpoint::testing::StockDraco(points_mm, bits, speed);
+        const auto decoded = DecodeBlock(sent, count);
+        ASSERT_TRUE(decoded.ok()) << decoded.status();
+        const auto again = ReencodeBlock(sent, count);
+        ASSERT_TRUE(again.ok()) << bits << " bits, speed " << speed << ": " << again.status();
+        const auto read = DecodeBlock(again->bytes, count);
+        ASSERT_TRUE(read.ok()) << read.status();
+        EXPECT_EQ(std::memcmp(read->data(), decoded->data(), read->size() * sizeof(Eigen::Vector3d)), 0);
+        EXPECT_EQ(std::memcmp(again->points_mm.data(), decoded->data(), read->size() * sizeof(Eigen::Vector3d)), 0);
+        EXPECT_LE(again->bytes.size(), 12 * points_mm.size() + 4096);
+        if (bits > 0 && bits <= 20 && points_mm.size() > 1000)
+          EXPECT_LE(again->bytes.size(),
+                    1.1 * static_cast<double>(sixpoint::testing::StockDraco(points_mm, bits, 5).size()))
+              << bits;
+      }
+    }
+  }
+}
+
+TEST(ReencodeBlock, WritesWhatOurEncoderWroteTheSame) {
+  for (const double bound_mm : {0.25e-3, 1e-3}) {
+    const Points points_mm = LineScanLike(20, 640, 6);
+    const std::string bytes = EncodeBlock(points_mm, bound_mm)->bytes;
+    EXPECT_EQ(ReencodeBlock(bytes, static_cast<std::int64_t>(points_mm.size()))->bytes, bytes);
+  }
+}
+
+TEST(ReencodeBlock, RefusesWhatDecodeBlockRefuses) {
+  const Points points_mm = LineScanLike(2, 64, 7);
+  const std::string bytes = EncodeBlock(points_mm, 0.25e-3)->bytes;
+  EXPECT_FALSE(ReencodeBlock(bytes, 127).ok());
+  EXPECT_FALSE(ReencodeBlock(bytes.substr(0, bytes.size() / 2), 128).ok());
+  EXPECT_FALSE(ReencodeBlock("", 1).ok());
 }
 
 TEST(InspectHeader, LetsOnlyBoundedSequentialCloudsThrough) {

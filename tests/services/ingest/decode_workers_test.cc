@@ -11,9 +11,11 @@
 #include <random>
 #include <thread>
 
+#include "metrology/cloud/draco_codec.h"
 #include "sandbox/confine.h"
 #include "tests/sandbox/denied_call.h"
 #include "tests/services/ingest/sample_scans.h"
+#include "tests/support/stock_draco.h"
 
 namespace sixpoint::ingest {
 namespace {
@@ -43,12 +45,26 @@ std::vector<pid_t> Children() {
   return children;
 }
 
+TEST(DecodeWorkers, WriteAnothersBlockAgain) {
+  DecodeWorkers workers(WorkerProgram(), 1, milliseconds(5000));
+  const std::string sent = testing::StockDraco(SampleProfiles(10, 640), 14, 10);
+  const auto checked = workers.Check(sent, 6400, 0.05, {}, {Soon(), nullptr});
+  ASSERT_TRUE(checked.ok()) << checked.status();
+  EXPECT_NE(checked->reencoded, sent);
+  const auto points_mm = metrology::DecodeBlock(sent, 6400),
+             again_mm = metrology::DecodeBlock(checked->reencoded, 6400);
+  ASSERT_TRUE(points_mm.ok() && again_mm.ok()) << again_mm.status();
+  EXPECT_EQ(metrology::GreatestDifferenceMm(*points_mm, *again_mm), 0);
+}
+
 TEST(DecodeWorkers, TellWhatABlockHolds) {
   DecodeWorkers workers(WorkerProgram(), 1, milliseconds(5000));
   const auto points_mm = SampleProfiles(10, 640);
   const auto block = SampleBlocks(points_mm, points_mm.size())[0];
-  const auto statistics = workers.Check(block.payload(), block.point_count(), 0.05, {}, {Soon(), nullptr});
-  ASSERT_TRUE(statistics.ok()) << statistics.status();
+  const auto checked = workers.Check(block.payload(), block.point_count(), 0.05, {}, {Soon(), nullptr});
+  ASSERT_TRUE(checked.ok()) << checked.status();
+  EXPECT_EQ(checked->reencoded, "");  // our own encoder wrote it
+  const BlockStatistics* const statistics = &checked->statistics;
   const BlockStatistics expected = StatisticsOf(points_mm, 0.05, {});
   EXPECT_EQ(statistics->point_count, 6400);
   EXPECT_EQ(statistics->greatest_column_count, 640);

@@ -22,9 +22,11 @@
 #include "storage/blob_store.h"
 #include "storage/blobs.h"
 #include "storage/record.h"
+#include "storage/retention.h"
 #include "tests/services/ingest/conversation.h"
 #include "tests/services/ingest/sample_scans.h"
 #include "tests/services/ingest/scan_service_fixture.h"
+#include "tests/support/stock_draco.h"
 
 namespace sixpoint::ingest {
 namespace {
@@ -74,6 +76,44 @@ TEST_F(ScanServiceTest, StoresADracoScanAndGivesItBackAsSent) {
   }
   EXPECT_FALSE(reader->Read(&response));
   EXPECT_TRUE(reader->Finish().ok());
+}
+
+// What another encoder wrote stays as evidence, and is decoded by nobody but the worker; readers get the same points of ours.
+TEST_F(ScanServiceTest, KeepsWhatWasSentBesideWhatReadersDecode) {
+  const auto points_mm = SampleProfiles(8, 100);
+  v1::ScanBlock sent;
+  sent.set_point_count(800);
+  sent.set_payload(testing::StockDraco(points_mm, 14, 10));
+  const auto stored = Upload(SampleHeader("s1", 800), {sent});
+  ASSERT_TRUE(stored.ok()) << stored.status();
+  EXPECT_EQ(stored->scan().sent_sha256(), EndOf({sent}).sha256());
+  EXPECT_NE(stored->scan().sha256(), stored->scan().sent_sha256());
+  const auto block_in = [&](v1::PointFormat format) {
+    const auto context = runtime::ContextFor(20.0);
+    v1::DownloadScanRequest request;
+    request.set_name("scans/s1");
+    request.set_format(format);
+    const auto reader = stub_->DownloadScan(context.get(), request);
+    v1::DownloadScanResponse response;
+    while (reader->Read(&response)) {
+    }
+    EXPECT_TRUE(reader->Finish().ok());
+    return response.block().payload();
+  };
+  EXPECT_EQ(block_in(v1::POINT_FORMAT_SENT), sent.payload());
+  const std::string read = block_in(v1::POINT_FORMAT_STORED);
+  EXPECT_NE(read, sent.payload());
+  EXPECT_EQ(static_cast<std::size_t>(stored->scan().stored_bytes()), read.size() + sent.payload().size());
+  EXPECT_EQ(
+      metrology::GreatestDifferenceMm(*metrology::DecodeBlock(read, 800), *metrology::DecodeBlock(sent.payload(), 800)),
+      0);
+  EXPECT_TRUE(Upload(SampleHeader("s1", 800), {sent})->already_stored());
+
+  // Both go with the scan's points.
+  const auto deleted =
+      storage::DeleteScanPoints(database_.database(), nullptr, {"s1", "a test", "x", "x", {}}, testing::Soon());
+  ASSERT_TRUE(deleted.ok()) << deleted.status();
+  EXPECT_EQ(deleted->freed_count, 2);
 }
 
 TEST_F(ScanServiceTest, EncodesDoublesOnArrivalWithinTheBoundAsked) {

@@ -252,9 +252,9 @@ SELECT s.scan_id, d.reason, d.requested_by, coalesce(d.policy_kind, ''), coalesc
 -- storage/retention.cc kInsertDeletion
 INSERT INTO scan_deletions (scan_key, reason, requested_by, policy_kind, policy_revision, points_sha256, points_bytes, record_id) VALUES ((SELECT n.record_id FROM record_names n WHERE n.name = 'scans/' || $1::text), $2, $3, $4, $5, $6, $7, $8);
 -- storage/retention.cc kLockBlobsOfScan
-SELECT b.sha256 FROM blobs b WHERE b.sha256 IN (SELECT blob_sha256 FROM scan_blocks WHERE scan_key = (SELECT n.record_id FROM record_names n WHERE n.name = 'scans/' || $1::text)) AND b.deleted_at IS NULL ORDER BY b.sha256 FOR UPDATE OF b SKIP LOCKED;
+SELECT b.sha256 FROM blobs b WHERE b.sha256 IN (SELECT unnest(ARRAY[blob_sha256, evidence_sha256]) FROM scan_blocks WHERE scan_key = (SELECT n.record_id FROM record_names n WHERE n.name = 'scans/' || $1::text)) AND b.deleted_at IS NULL ORDER BY b.sha256 FOR UPDATE OF b SKIP LOCKED;
 -- storage/retention.cc kNoteLoose
-INSERT INTO loose_blobs (sha256) SELECT b.sha256 FROM blobs b WHERE b.sha256 IN (SELECT blob_sha256 FROM scan_blocks WHERE scan_key = (SELECT n.record_id FROM record_names n WHERE n.name = 'scans/' || $1::text)) AND b.deleted_at IS NULL AND NOT b.sha256 = ANY ($2::bytea[]) ON CONFLICT (sha256) DO NOTHING;
+INSERT INTO loose_blobs (sha256) SELECT b.sha256 FROM blobs b WHERE b.sha256 IN (SELECT unnest(ARRAY[blob_sha256, evidence_sha256]) FROM scan_blocks WHERE scan_key = (SELECT n.record_id FROM record_names n WHERE n.name = 'scans/' || $1::text)) AND b.deleted_at IS NULL AND NOT b.sha256 = ANY ($2::bytea[]) ON CONFLICT (sha256) DO NOTHING;
 -- storage/retention.cc kSelectLoose
 SELECT b.sha256 FROM blobs b WHERE b.sha256 > $1 AND b.sha256 IN (SELECT l.sha256 FROM loose_blobs l) AND NOT (true;
 -- storage/retention.cc kForgetLoose
@@ -272,13 +272,13 @@ SELECT header, machine_revision, artefact_revision, next_block, point_count, pro
 -- storage/scan_uploads.cc kInsertUpload
 INSERT INTO scan_uploads (scan_id, header, machine_revision, artefact_revision) VALUES ($1, $2, $3, $4);
 -- storage/scan_uploads.cc kInsertBlock
-WITH advanced AS (UPDATE scan_uploads SET next_block = $2::integer + 1, point_count = $3, profile_count = $4, stored_bytes = $5, proven_error_um = $6, open_profile_points = $7, open_profile_x_mm = $8, touched_at = clock_timestamp() WHERE scan_id = $1 AND next_block = $2::integer RETURNING scan_id) INSERT INTO scan_upload_blocks (scan_id, block_index, point_count, first_profile, profile_count, sent_sha256, blob_sha256) SELECT scan_id, $2::integer, $9::integer, $10::integer, $11::integer, $12::bytea, $13::bytea FROM advanced;
+WITH advanced AS (UPDATE scan_uploads SET next_block = $2::integer + 1, point_count = $3, profile_count = $4, stored_bytes = $5, proven_error_um = $6, open_profile_points = $7, open_profile_x_mm = $8, touched_at = clock_timestamp() WHERE scan_id = $1 AND next_block = $2::integer RETURNING scan_id) INSERT INTO scan_upload_blocks (scan_id, block_index, point_count, first_profile, profile_count, sent_sha256, blob_sha256, evidence_sha256) SELECT scan_id, $2::integer, $9::integer, $10::integer, $11::integer, $12::bytea, $13::bytea, decode(nullif($14::text, ''), 'hex') FROM advanced;
 -- storage/scan_uploads.cc kSelectBlocks
-SELECT block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256 FROM scan_upload_blocks WHERE scan_id = $1 ORDER BY block_index;
+SELECT block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256, evidence_sha256 FROM scan_upload_blocks WHERE scan_id = $1 ORDER BY block_index;
 -- storage/scan_uploads.cc kDeleteUpload
 DELETE FROM scan_uploads WHERE scan_id = $1;
 -- storage/scan_uploads.cc kDeleteUntouched
-WITH gone AS (DELETE FROM scan_uploads WHERE touched_at < $1 RETURNING scan_id), loose AS (INSERT INTO loose_blobs (sha256) SELECT DISTINCT blob_sha256 FROM scan_upload_blocks WHERE scan_id IN (SELECT scan_id FROM gone) ON CONFLICT (sha256) DO NOTHING) SELECT count(*) FROM gone;
+WITH gone AS (DELETE FROM scan_uploads WHERE touched_at < $1 RETURNING scan_id), loose AS (INSERT INTO loose_blobs (sha256) SELECT blob_sha256 FROM scan_upload_blocks WHERE scan_id IN (SELECT scan_id FROM gone) UNION SELECT evidence_sha256 FROM scan_upload_blocks WHERE scan_id IN (SELECT scan_id FROM gone) AND evidence_sha256 IS NOT NULL ON CONFLICT (sha256) DO NOTHING) SELECT count(*) FROM gone;
 -- storage/scans.cc kLockScanId
 SELECT pg_advisory_xact_lock(hashtextextended('scans/' || $1, 0));
 -- storage/scans.cc kInsertScan
@@ -288,9 +288,9 @@ SELECT scan_id, machine_id, machine_revision, artefact_id, artefact_revision, bl
 -- storage/scans.cc kListScans
 SELECT scan_id, machine_id, machine_revision, artefact_id, artefact_revision, blade_serial, kind, v0_x_mm, v0_y_mm, v0_z_mm, a_deg, b_deg, profile_pitch_mm, columns_per_profile, point_count, encoding, sender_error_um, error_bound_um, measured_at, block_count, stored_bytes, stored_sha256, sent_sha256, proven_error_um, stored_encoding, profile_count, raw_step_um, record_sequence, recorded_at FROM scans JOIN recorded r ON r.record_id = scan_key WHERE entry_kind = 'scan' AND ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR entry_machine = $2) AND ($3 = '' OR artefact_id = $3) AND ($4 = '' OR entry_blade = $4) AND ($5 = '' OR kind = $5) AND ($6 = '' OR blade_serial IN (SELECT b.blade_serial FROM blades b WHERE b.part_id = $6)) AND ($7::timestamptz IS NULL OR recorded_at >= $7) AND ($8::timestamptz IS NULL OR recorded_at < $8) ORDER BY record_sequence DESC LIMIT $9;
 -- storage/scans.cc kInsertBlocks
-INSERT INTO scan_blocks (scan_key, block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256) SELECT $1::uuid, (position - 1)::integer, points::integer, blob, first::integer, profiles::integer, sent FROM unnest($2::text[], $3::bytea[], $4::text[], $5::text[], $6::bytea[]) WITH ORDINALITY AS block (points, blob, first, profiles, sent, position);
+INSERT INTO scan_blocks (scan_key, block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256, evidence_sha256) SELECT $1::uuid, (position - 1)::integer, points::integer, blob, first::integer, profiles::integer, sent, decode(nullif(evidence, ''), 'hex') FROM unnest($2::text[], $3::bytea[], $4::text[], $5::text[], $6::bytea[], $7::text[]) WITH ORDINALITY AS block (points, blob, first, profiles, sent, evidence, position);
 -- storage/scans.cc kSelectBlocks
-SELECT block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256 FROM scan_blocks WHERE scan_key = (SELECT n.record_id FROM record_names n WHERE n.name = 'scans/' || $1::text) ORDER BY block_index;
+SELECT block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256, evidence_sha256 FROM scan_blocks WHERE scan_key = (SELECT n.record_id FROM record_names n WHERE n.name = 'scans/' || $1::text) ORDER BY block_index;
 -- storage/studies.cc kInsertStudy
 INSERT INTO studies (study_id, machine_id, kind, inputs, request_sha256, verdict, result, temperature_c, requested_by, software_version) VALUES ($1, $2, $3, $4, $5, $6, $7::jsonb, $8, $9, $10);
 -- storage/studies.cc kSelectStudy
