@@ -1,200 +1,292 @@
 #include "cli/local_plant.h"
 
-#include <grpcpp/grpcpp.h>
-#include <pwd.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cstdlib>
-#include <fstream>
-#include <nlohmann/json.hpp>
+#include <set>
 #include <thread>
 
+#include "cli/document.h"
+#include "cli/last_words.h"
+#include "cli/plant_folder.h"
+#include "cli/plant_ports.h"
+#include "cli/service_health.h"
+#include "cli/service_user.h"
 #include "cli/subprocess.h"
 #include "cli/supervisor.h"
-#include "grpc/health/v1/health.grpc.pb.h"
 #include "services/runtime/errors.h"
 
 namespace sixpoint::cli {
 namespace {
 
 namespace fs = std::filesystem;
+using std::chrono::steady_clock;
 
-constexpr char kServiceUser[] = "sixpoint";
-// A unix socket's path holds 107 bytes; PostgreSQL appends "/.s.PGSQL.5432.lock".
-constexpr std::size_t kLongestSocketFolder = 80;
+constexpr std::chrono::seconds kHealthPatience{2};
+constexpr std::chrono::seconds kStartPatience{60};
+// A service that says for so long why it does not serve will not serve by waiting.
+constexpr std::chrono::seconds kReasonPatience{10};
 
-bool IsRoot() { return geteuid() == 0; }
-
-// PostgreSQL refuses root, and no service needs it: as root, everything runs as the system user `sixpoint`.
-absl::Status EnsureServiceUser() {
-  if (!IsRoot() || getpwnam(kServiceUser) != nullptr) return absl::OkStatus();
-  const Finished made = RunProgram({"useradd", "--system", "--user-group", "--home-dir", "/nonexistent", "--shell",
-                                    "/usr/sbin/nologin", kServiceUser});
-  if (made.exit_code == 0) return absl::OkStatus();
-  return absl::InternalError("cannot add the system user sixpoint: " + made.output);
+std::vector<fs::path> ProgramFiles(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const char* area : kAreas) files.push_back(folder / (std::string("sixpoint-") + area));
+  for (const char* name : {"sixpoint-migrate", "sixpoint-cad-worker", "sixpoint-decode-worker"})
+    files.push_back(folder / name);
+  return files;
 }
 
-std::vector<std::string> AsServiceUser(std::vector<std::string> command) {
-  if (!IsRoot()) return command;
-  std::vector<std::string> wrapped = {"runuser", "-u", kServiceUser, "--"};
-  wrapped.insert(wrapped.end(), command.begin(), command.end());
-  return wrapped;
-}
-
-absl::Status MakeFolder(const fs::path& folder) {
-  fs::create_directories(folder);
-  fs::permissions(folder, fs::perms::owner_all);
-  if (!IsRoot()) return absl::OkStatus();
-  const passwd* user = getpwnam(kServiceUser);
-  if (chown(folder.c_str(), user->pw_uid, user->pw_gid) == 0) return absl::OkStatus();
-  return absl::PermissionDeniedError("cannot give " + folder.string() + " to the user sixpoint");
-}
-
-absl::Status MakeFolders(LocalPlant* plant) {
-  if (absl::Status status = MakeFolder(plant->data); !status.ok()) return status;
-  plant->data = fs::canonical(plant->data);
-  if (plant->sockets().string().size() > kLongestSocketFolder)
-    return runtime::Refuse("--data", plant->data.string(), "a shorter path (unix sockets hold 107 bytes)");
-  for (const fs::path& folder : {plant->database(), plant->sockets(), plant->logs()})
-    if (absl::Status status = MakeFolder(folder); !status.ok()) return status;
+// What root reads and runs is where the service user cannot put anything else.
+absl::Status CheckPrograms(LocalPlant* plant, const ServiceUser& user) {
+  for (const fs::path& program : ProgramFiles(plant->binaries))
+    if (const auto safe = OutOfReach("programs", program, user); !safe.ok()) return safe.status();
+  absl::StatusOr<fs::path> migrations = OutOfReach("--migrations", plant->migrations, user);
+  if (!migrations.ok()) return migrations.status();
+  plant->migrations = *std::move(migrations);
+  int count = 0;
+  for (const auto& entry : fs::directory_iterator(plant->migrations)) {
+    if (entry.path().extension() != ".sql") continue;
+    if (const auto safe = OutOfReach("--migrations", entry.path(), user); !safe.ok()) return safe.status();
+    ++count;
+  }
+  if (count == 0) return runtime::Refuse("--migrations", plant->migrations.string(), "a folder of V0001__*.sql, ...");
+  for (const fs::path& folder : {plant->binaries, plant->migrations})
+    if (!IsPlainPath(folder.string()))
+      return runtime::Refuse("programs", folder.string(), "a path of letters, digits and /._-+@");
   return absl::OkStatus();
 }
 
-// A checkout under /root cannot be entered by the service user: then the programs are copied beside the data.
-absl::Status MakeBinariesReachable(LocalPlant* plant) {
-  if (!IsRoot()) return absl::OkStatus();
-  const Finished reachable = RunProgram(AsServiceUser({"test", "-x", (plant->binaries / "sixpoint-ingest").string()}));
-  if (reachable.exit_code == 0) return absl::OkStatus();
-  const fs::path copies = plant->data / "bin";
-  if (absl::Status status = MakeFolder(copies); !status.ok()) return status;
-  for (const auto& entry : fs::directory_iterator(plant->binaries)) {
-    const std::string name = entry.path().filename().string();
-    if (name.rfind("sixpoint-", 0) == 0 && entry.is_regular_file())
-      fs::copy_file(entry.path(), copies / name, fs::copy_options::update_existing);
+// A plant that runs holds its ports, unless what holds one keeps its service from running.
+absl::Status CheckPorts(const LocalPlant& plant) {
+  std::set<int> own;
+  if (const auto stored = StoredSettings(plant.data); stored.ok() && stored->has_value()) {
+    const auto states = ProgramStates(plant);
+    for (std::size_t i = 0; i < kAreas.size(); ++i)
+      if (const auto state = states.find(kAreas[i]); state != states.end() && state->second == "RUNNING")
+        own.insert((*stored)->base_port + static_cast<int>(i));
   }
+  return RequirePorts(plant.settings.listen, plant.settings.base_port, static_cast<int>(kAreas.size()), own);
+}
+
+// A checkout under /root cannot be entered by the service user: then the programs are copied beside the data.
+bool ServiceUserReaches(const LocalPlant& plant) {
+  const std::string program = (plant.binaries / "sixpoint-migrate").string();
+  return RunProgram(AsServiceUser({"test", "-x", program, "-a", "-r", plant.migrations.string()})).exit_code == 0;
+}
+
+absl::Status CopyMigrations(LocalPlant* plant) {
+  const fs::path copies = plant->data / "migrations";
+  fs::remove_all(copies);  // another release's
+  if (absl::Status status = CopyFiles(plant->migrations, "V", copies); !status.ok()) return status;
+  plant->migrations = copies;
+  return CopyFiles(plant->binaries, "sixpoint-migrate", plant->data / "bin");
+}
+
+absl::Status CopyPrograms(LocalPlant* plant) {
+  const fs::path copies = plant->data / "bin";
+  if (absl::Status status = CopyFiles(plant->binaries, "sixpoint-", copies); !status.ok()) return status;
   plant->binaries = copies;
   return absl::OkStatus();
 }
 
-absl::Status CreateDatabase(const LocalPlant& plant) {
-  if (fs::exists(plant.database() / "PG_VERSION")) return absl::OkStatus();
+// Made beside and then renamed, so that a cluster is whole or not there.
+absl::Status CreateDatabase(const LocalPlant& plant, const ServiceUser& user) {
+  if (fs::symlink_status(plant.database()).type() != fs::file_type::not_found)
+    return MakeServiceFolder(plant.database(), user);
+  const fs::path beside = plant.database().string() + ".part";
+  if (absl::Status status = MakeServiceFolder(beside, user); !status.ok()) return status;
+  RunProgram(AsServiceUser({"find", beside.string(), "-mindepth", "1", "-delete"}));
   const Finished made = RunProgram(
-      AsServiceUser({std::string(kPostgresBin) + "initdb", "--pgdata", plant.database().string(), "--data-checksums",
+      AsServiceUser({std::string(kPostgresBin) + "initdb", "--pgdata", beside.string(), "--data-checksums",
                      "--encoding", "UTF8", "--locale", "C.UTF-8", "--username", "sixpoint", "--auth", "trust"}));
-  return made.exit_code == 0 ? absl::OkStatus() : absl::InternalError("initdb failed: " + made.output);
+  if (made.exit_code != 0) return absl::InternalError("initdb failed: " + made.output);
+  fs::rename(beside, plant.database());
+  return absl::OkStatus();
 }
 
 bool DatabaseAccepts(const LocalPlant& plant) {
-  return RunProgram({std::string(kPostgresBin) + "pg_isready", "-q", "-h", plant.sockets().string()}).exit_code == 0;
+  return RunProgram(AsServiceUser({std::string(kPostgresBin) + "pg_isready", "-q", "-h", plant.sockets().string()}))
+             .exit_code == 0;
 }
 
 absl::Status WaitForDatabase(const LocalPlant& plant) {
   for (int attempt = 0; attempt < 120; ++attempt) {
     if (DatabaseAccepts(plant)) {
-      const Finished made = RunProgram(
-          {std::string(kPostgresBin) + "createdb", "-h", plant.sockets().string(), "-U", "sixpoint", "sixpoint"});
+      const Finished made =
+          RunProgram(AsServiceUser({std::string(kPostgresBin) + "createdb", "-h", plant.sockets().string(), "-U",
+                                    "sixpoint", "--maintenance-db", "postgres", "sixpoint"}));
       if (made.exit_code == 0 || made.output.find("already exists") != std::string::npos) return absl::OkStatus();
+      if (made.output.find("role \"sixpoint\" does not exist") != std::string::npos)
+        return runtime::Refuse("--data", plant.database().string(), "a PostgreSQL cluster that `sixpoint up` made");
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(250));
   }
   return absl::InternalError("PostgreSQL did not start within 30 s; see " + (plant.logs() / "postgres.log").string());
 }
 
-absl::Status Migrate(const LocalPlant& plant) {
-  const Finished migrated = RunProgram({(plant.binaries / "sixpoint-migrate").string(), "--database", plant.conninfo(),
-                                        "--migrations", plant.migrations.string()});
-  return migrated.exit_code == 0 ? absl::OkStatus() : absl::InternalError("migration failed: " + migrated.output);
+absl::Status Migrate(const LocalPlant& plant, const fs::path& program) {
+  const Finished migrated = RunProgram(AsServiceUser(
+      {program.string(), "--database", plant.conninfo(), "--migrations", plant.migrations.string(), "--wait-s", "10"}));
+  if (migrated.exit_code == 0) return absl::OkStatus();
+  // "sixpoint-migrate: CODE: message"
+  const std::string prefix = "FAILED_PRECONDITION: ";
+  const std::size_t refused = migrated.output.find(prefix);
+  if (refused == std::string::npos) return absl::InternalError("migration failed: " + migrated.output);
+  const std::string sentence = migrated.output.substr(refused + prefix.size());
+  return absl::FailedPreconditionError(sentence.substr(0, sentence.find_last_not_of('\n') + 1));
 }
 
-std::string ServiceHealth(const std::string& address) {
-  grpc::ChannelArguments arguments;
-  // A proxy in the environment is for the world outside, not for the plant's own services.
-  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  const auto stub = grpc::health::v1::Health::NewStub(
-      grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments));
-  grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(2));
-  grpc::health::v1::HealthCheckResponse response;
-  const grpc::Status status = stub->Check(&context, {}, &response);
-  if (!status.ok()) return "NOT_REACHED";
-  return grpc::health::v1::HealthCheckResponse::ServingStatus_Name(response.status());
+absl::Status WriteSupervisorConfig(const LocalPlant& plant, Programs programs) {
+  return WriteFile(plant.supervisor_config().string(), SupervisorConfig(plant, programs));
 }
 
-absl::Status WaitForServices(const LocalPlant& plant, ProgressLine* progress) {
-  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-  for (std::size_t i = 0; i < kAreas.size(); ++i) {
-    while (ServiceHealth(plant.OwnAddress(i)) != "SERVING") {
-      progress->Show("starting the services: " + std::to_string(i) + " of " + std::to_string(kAreas.size()) +
-                     " serve, waiting for " + kAreas[i]);
-      if (std::chrono::steady_clock::now() > give_up)
-        return absl::InternalError(std::string(kAreas[i]) + " is not serving after 60 s; see " +
-                                   (plant.logs() / (std::string(kAreas[i]) + ".log")).string());
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    }
-  }
-  return absl::OkStatus();
+// PostgreSQL alone, where nothing runs yet: no service of the new release may meet the old schema. Says whether it was started here.
+absl::StatusOr<bool> StartDatabase(const LocalPlant& plant) {
+  if (SupervisorRuns(plant)) return false;
+  if (absl::Status status = WriteSupervisorConfig(plant, Programs::kDatabase); !status.ok()) return status;
+  const Finished started = RunProgram(AsServiceUser({"supervisord", "-c", plant.supervisor_config().string()}));
+  if (started.exit_code != 0) return absl::InternalError("supervisord: " + started.output);
+  return true;
+}
+
+absl::Status StopSupervisor(const LocalPlant& plant) {
+  Supervisorctl(plant.supervisor_config(), {"shutdown"});
+  for (int attempt = 0; attempt < 600 && fs::exists(plant.supervisor_pid()); ++attempt)
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  if (!fs::exists(plant.supervisor_pid())) return absl::OkStatus();
+  return absl::InternalError("the services did not stop within 60 s; see " + plant.logs().string());
+}
+
+bool Newer(const fs::path& program, const fs::path& than) {
+  return !fs::exists(than) || fs::last_write_time(program) > fs::last_write_time(than);
 }
 
 // New programs take the place of old ones, and those whose words changed start again; PostgreSQL goes on.
-void Refresh(const LocalPlant& plant, bool programs_changed) {
-  Supervisorctl(plant, {"update"});
+absl::Status StartServices(const LocalPlant& plant, bool all_start) {
+  bool programs_changed = false;
+  for (const fs::path& program : ProgramFiles(plant.binaries))
+    programs_changed = programs_changed || Newer(program, plant.supervisor_config());
+  if (absl::Status status = WriteSupervisorConfig(plant, Programs::kAll); !status.ok()) return status;
+  Supervisorctl(plant.supervisor_config(), {"update"});
+  if (all_start || !programs_changed) return absl::OkStatus();
   std::vector<std::string> restart = {"restart"};
   restart.insert(restart.end(), kAreas.begin(), kAreas.end());
-  if (programs_changed) Supervisorctl(plant, restart);
+  Supervisorctl(plant.supervisor_config(), restart);
+  return absl::OkStatus();
 }
 
-absl::Status Supervise(const LocalPlant& plant) {
-  const fs::path last_up = plant.data / "plant.json";
-  bool programs_changed = !fs::exists(last_up);
-  for (const char* area : kAreas)
-    programs_changed = programs_changed || fs::last_write_time(plant.binaries / (std::string("sixpoint-") + area)) >
-                                               fs::last_write_time(last_up);
-  std::ofstream(plant.supervisor_config()) << SupervisorConfig(plant, IsRoot() ? kServiceUser : "");
-  std::ofstream(last_up) << nlohmann::json{{"base_port", plant.base_port},
-                                           {"listen", plant.address.listen},
-                                           {"announce", plant.address.announce}}
-                                .dump()
-                         << "\n";
-  if (SupervisorRuns(plant)) {
-    Refresh(plant, programs_changed);
-    return absl::OkStatus();
+// One that answers and is not ours is another plant's.
+ServiceState StateOf(const LocalPlant& plant, std::size_t area, const std::string& program_state) {
+  ServiceState state;
+  state.health = program_state == "RUNNING" ? ServiceHealth(plant.OwnAddress(area), kHealthPatience) : "NOT_REACHED";
+  if (state.health != "SERVING") state.why = LastWords(plant.logs() / (std::string(kAreas[area]) + ".log"));
+  return state;
+}
+
+std::vector<ServiceState> StatesOf(const LocalPlant& plant, const std::map<std::string, std::string>& programs) {
+  std::vector<ServiceState> states;
+  for (std::size_t i = 0; i < kAreas.size(); ++i) {
+    const auto program = programs.find(kAreas[i]);
+    states.push_back(StateOf(plant, i, program == programs.end() ? "" : program->second));
   }
-  const Finished started = RunProgram({"supervisord", "-c", plant.supervisor_config().string()});
-  return started.exit_code == 0 ? absl::OkStatus() : absl::InternalError("supervisord: " + started.output);
+  return states;
+}
+
+absl::Status DoesNotServe(const LocalPlant& plant, std::size_t area, const std::string& why) {
+  const std::string name = kAreas[area];
+  if (!why.empty()) return absl::FailedPreconditionError(name + " does not serve: " + why);
+  return absl::InternalError(name + " does not serve; see " + (plant.logs() / (name + ".log")).string());
+}
+
+absl::Status WaitForServices(const LocalPlant& plant, ProgressLine* progress) {
+  const auto start = steady_clock::now();
+  std::string said;
+  auto said_since = start;
+  for (;;) {
+    const std::vector<ServiceState> states = StatesOf(plant, ProgramStates(plant));
+    std::size_t waiting = 0;
+    while (waiting < states.size() && states[waiting].health == "SERVING") ++waiting;
+    if (waiting == states.size()) return absl::OkStatus();
+    progress->Show("starting the services: waiting for " + std::string(kAreas[waiting]));
+    if (states[waiting].why != said) {
+      said = states[waiting].why;
+      said_since = steady_clock::now();
+    }
+    if (steady_clock::now() > start + kStartPatience ||
+        (!said.empty() && steady_clock::now() > said_since + kReasonPatience))
+      return DoesNotServe(plant, waiting, said);
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+}
+
+// The schema first: what runs already goes on with the new one, and what is new never meets the old one.
+absl::Status BringUp(LocalPlant* plant, bool reached, ProgressLine* progress) {
+  if (absl::Status status = WaitForDatabase(*plant); !status.ok()) return status;
+  progress->Show("bringing the schema up to date");
+  const fs::path migrate = (reached ? plant->binaries : plant->data / "bin") / "sixpoint-migrate";
+  if (absl::Status status = Migrate(*plant, migrate); !status.ok()) return status;
+  return reached ? absl::OkStatus() : CopyPrograms(plant);
 }
 
 absl::Status Start(LocalPlant* plant, ProgressLine* progress) {
   progress->Show("preparing " + plant->data.string());
-  if (absl::Status status = EnsureServiceUser(); !status.ok()) return status;
-  if (absl::Status status = MakeFolders(plant); !status.ok()) return status;
-  if (absl::Status status = MakeBinariesReachable(plant); !status.ok()) return status;
+  if (absl::Status status = CheckPrograms(plant, FindServiceUser()); !status.ok()) return status;
+  if (absl::Status status = CheckPorts(*plant); !status.ok()) return status;
+  umask(022);
+  const absl::StatusOr<ServiceUser> user = EnsureServiceUser();
+  if (!user.ok()) return user.status();
+  const absl::StatusOr<std::optional<PlantSettings>> stored = StoredSettings(plant->data);
+  if (!stored.ok()) return stored.status();
+  if (absl::Status status = MakeDataFolder(plant->data, *user); !status.ok()) return status;
+  // Whatever becomes of this start, the folder is a plant's from now on.
+  if (!stored->has_value())
+    if (absl::Status status = StoreSettings(plant->data, plant->settings); !status.ok()) return status;
   progress->Show("making the database");
-  if (absl::Status status = CreateDatabase(*plant); !status.ok()) return status;
+  if (absl::Status status = CreateDatabase(*plant, *user); !status.ok()) return status;
+  const bool reached = ServiceUserReaches(*plant);
+  if (!reached)
+    if (absl::Status status = CopyMigrations(plant); !status.ok()) return status;
   progress->Show("starting PostgreSQL");
-  if (absl::Status status = Supervise(*plant); !status.ok()) return status;
-  if (absl::Status status = WaitForDatabase(*plant); !status.ok()) return status;
-  progress->Show("bringing the schema up to date");
-  if (absl::Status status = Migrate(*plant); !status.ok()) return status;
+  const absl::StatusOr<bool> started = StartDatabase(*plant);
+  if (!started.ok()) return started.status();
+  if (absl::Status status = BringUp(plant, reached, progress); !status.ok()) {
+    if (*started) StopSupervisor(*plant).IgnoreError();
+    return status;
+  }
+  if (absl::Status status = StoreSettings(plant->data, plant->settings); !status.ok()) return status;
+  if (absl::Status status = StartServices(*plant, *started); !status.ok()) return status;
   return WaitForServices(*plant, progress);
 }
 
-// The plant that was last started there.
-absl::StatusOr<LocalPlant> Stored(const fs::path& data) {
-  LocalPlant plant;
-  std::error_code missing;
-  plant.data = fs::canonical(data, missing);
-  std::ifstream file(plant.data / "plant.json");
-  const nlohmann::json stored = nlohmann::json::parse(file, nullptr, false);
-  if (missing || !stored.is_object()) return runtime::Refuse("--data", data.string(), "a folder made by `sixpoint up`");
-  plant.base_port = stored.value("base_port", plant.base_port);
-  plant.address.listen = stored.value("listen", plant.address.listen);
-  plant.address.announce = stored.value("announce", plant.address.listen);
+// One that was started there before.
+absl::StatusOr<LocalPlant> Known(const fs::path& data) {
+  absl::StatusOr<LocalPlant> plant = PlantIn(data);
+  if (!plant.ok()) return plant;
+  const absl::StatusOr<std::optional<PlantSettings>> stored = StoredSettings(plant->data);
+  if (stored.ok() && !stored->has_value())
+    return runtime::Refuse("--data", data.string(), "a folder made by `sixpoint up`");
   return plant;
 }
 
 }  // namespace
+
+absl::StatusOr<LocalPlant> PlantIn(const fs::path& data) {
+  try {
+    LocalPlant plant;
+    absl::StatusOr<fs::path> folder = CheckDataFolder(data, FindServiceUser());
+    if (!folder.ok()) return folder.status();
+    plant.data = *std::move(folder);
+    absl::StatusOr<std::optional<PlantSettings>> stored = StoredSettings(plant.data);
+    if (!stored.ok()) return stored.status();
+    plant.settings = std::move(*stored).value_or(PlantSettings());
+    absl::StatusOr<ListenAddress> address = plant.settings.Address();
+    if (!address.ok()) return address.status();
+    plant.address = *std::move(address);
+    return plant;
+  } catch (const fs::filesystem_error& error) {
+    return absl::PermissionDeniedError(error.what());
+  }
+}
 
 absl::Status StartPlant(LocalPlant plant, ProgressLine* progress) {
   try {
@@ -205,30 +297,26 @@ absl::Status StartPlant(LocalPlant plant, ProgressLine* progress) {
 }
 
 absl::Status StopPlant(const fs::path& data) {
-  const absl::StatusOr<LocalPlant> plant = Stored(data);
+  const absl::StatusOr<LocalPlant> plant = Known(data);
   if (!plant.ok()) return plant.status();
-  if (!SupervisorRuns(*plant)) return absl::OkStatus();
-  Supervisorctl(*plant, {"shutdown"});
-  for (int attempt = 0; attempt < 600 && fs::exists(plant->data / "supervisord.pid"); ++attempt)
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  if (!fs::exists(plant->data / "supervisord.pid")) return absl::OkStatus();
-  return absl::InternalError("the services did not stop within 60 s; see " + plant->logs().string());
+  return SupervisorRuns(*plant) ? StopSupervisor(*plant) : absl::OkStatus();
 }
 
 bool PlantHealth::AllServe() const {
   bool all = supervised && database;
-  for (const std::string& health : services) all = all && health == "SERVING";
+  for (const ServiceState& service : services) all = all && service.health == "SERVING";
   return all;
 }
 
 absl::StatusOr<PlantHealth> HealthOf(const fs::path& data) {
-  absl::StatusOr<LocalPlant> plant = Stored(data);
+  absl::StatusOr<LocalPlant> plant = Known(data);
   if (!plant.ok()) return plant.status();
   PlantHealth health;
   health.plant = *std::move(plant);
-  health.supervised = SupervisorRuns(health.plant);
+  const std::map<std::string, std::string> programs = ProgramStates(health.plant);
+  health.supervised = !programs.empty();
   health.database = DatabaseAccepts(health.plant);
-  for (std::size_t i = 0; i < kAreas.size(); ++i) health.services.push_back(ServiceHealth(health.plant.OwnAddress(i)));
+  health.services = StatesOf(health.plant, programs);
   return health;
 }
 

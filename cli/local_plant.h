@@ -1,5 +1,5 @@
 // A whole plant on one machine. A private PostgreSQL (unix socket, checksums) and all services run as separate processes under
-// supervisord, in one data folder, as their own user where root starts them.
+// supervisord, in one data folder, all of them as the service user where root starts them.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cli/listen_address.h"
+#include "cli/plant_settings.h"
 #include "cli/progress.h"
 
 namespace sixpoint::cli {
@@ -23,13 +24,13 @@ struct LocalPlant {
   std::filesystem::path data;
   std::filesystem::path binaries;    // where the service programs are
   std::filesystem::path migrations;  // where the SQL files are
-  int base_port = 7400;
-  ListenAddress address;
-  std::string blob_store = "postgresql";
+  PlantSettings settings;
+  ListenAddress address;  // as the settings say
 
   std::filesystem::path database() const { return data / "postgres"; }
   std::filesystem::path sockets() const { return data / "run"; }
   std::filesystem::path logs() const { return data / "log"; }
+  std::filesystem::path supervisor_pid() const { return sockets() / "supervisord.pid"; }
   std::filesystem::path supervisor_config() const { return data / "supervisord.conf"; }
   // As the owner; a service connects as its own role (migrations/V0010).
   std::string conninfo() const { return "host=" + sockets().string() + " dbname=sixpoint user=sixpoint"; }
@@ -41,20 +42,27 @@ struct LocalPlant {
 
  private:
   std::string At(const std::string& host, std::size_t area) const {
-    return HostAndPort(host, base_port + static_cast<int>(area));
+    return HostAndPort(host, settings.base_port + static_cast<int>(area));
   }
 };
 
-// Until everything serves. Once more on a plant that runs: with the new programs, addresses and schema.
+// What is to be started in a folder, by what it was told before; nothing is changed yet. Refuses a folder that is no plant's.
+absl::StatusOr<LocalPlant> PlantIn(const std::filesystem::path& data);
+// Until everything serves. Once more on a plant that runs: with the new programs, addresses and schema; the schema comes first. The
+// folder, the ports and the programs are looked at before anything is changed.
 absl::Status StartPlant(LocalPlant plant, ProgressLine* progress);
 // Nothing to do where nothing runs. INVALID_ARGUMENT where the folder holds no plant.
 absl::Status StopPlant(const std::filesystem::path& data);
 
+struct ServiceState {
+  std::string health;  // SERVING, NOT_SERVING, NOT_REACHED or SILENT
+  std::string why;     // it does not serve, in its own words; empty where it says nothing
+};
 struct PlantHealth {
   LocalPlant plant;
   bool supervised = false;
-  bool database = false;              // accepts connections
-  std::vector<std::string> services;  // by area: SERVING, NOT_SERVING or NOT_REACHED
+  bool database = false;               // accepts connections
+  std::vector<ServiceState> services;  // by area
   bool AllServe() const;
 };
 absl::StatusOr<PlantHealth> HealthOf(const std::filesystem::path& data);

@@ -11,9 +11,9 @@ namespace {
 namespace fs = std::filesystem;
 
 struct UpArguments {
-  std::string migrations, blob_store = "postgresql", listen = "127.0.0.1", announce;
-  int base_port = 7400;
-  bool insecure = false;
+  std::string migrations;
+  PlantSettings settings;
+  const Option *base_port = nullptr, *listen = nullptr, *announce = nullptr, *insecure = nullptr, *blob_store = nullptr;
 };
 
 fs::path OwnFolder() { return fs::canonical("/proc/self/exe").parent_path(); }
@@ -28,7 +28,10 @@ fs::path UsualMigrations() {
 nlohmann::json ToJson(const PlantHealth& health) {
   nlohmann::json services = nlohmann::json::array();
   for (std::size_t i = 0; i < kAreas.size(); ++i)
-    services.push_back({{"area", kAreas[i]}, {"address", health.plant.AnnouncedAt(i)}, {"health", health.services[i]}});
+    services.push_back({{"area", kAreas[i]},
+                        {"address", health.plant.AnnouncedAt(i)},
+                        {"health", health.services[i].health},
+                        {"why", health.services[i].why}});
   return {{"data", health.plant.data.string()},
           {"supervisor", health.supervised},
           {"database", health.database ? "accepting connections" : "not reached"},
@@ -44,7 +47,9 @@ std::string ToText(const PlantHealth& health) {
   for (std::size_t i = 0; i < kAreas.size(); ++i) {
     std::string area = kAreas[i];
     area.resize(14, ' ');
-    text += area + health.plant.AnnouncedAt(i) + "  " + health.services[i] + "\n";
+    const ServiceState& state = health.services[i];
+    text +=
+        area + health.plant.AnnouncedAt(i) + "  " + state.health + (state.why.empty() ? "" : ": " + state.why) + "\n";
   }
   if (!health.plant.address.IsLoopback())
     text += "INSECURE      listens on " + health.plant.address.listen + ", and nothing identifies callers\n";
@@ -63,23 +68,35 @@ absl::Status PrintHealth(Session* session) {
   return absl::OkStatus();
 }
 
+// As the plant was told before, and now. Who names another address decides anew what belongs to it.
+PlantSettings SettingsOf(const UpArguments& arguments, PlantSettings settings) {
+  const PlantSettings& given = arguments.settings;
+  if (arguments.base_port->given()) settings.base_port = given.base_port;
+  if (arguments.listen->given()) {
+    settings.listen = given.listen;
+    settings.announce.clear();
+    settings.insecure = false;
+  }
+  if (arguments.announce->given()) settings.announce = given.announce;
+  if (arguments.insecure->given()) settings.insecure = given.insecure;
+  if (arguments.blob_store->given()) settings.blob_store = given.blob_store;
+  return settings;
+}
+
 absl::Status Up(Session* session, const UpArguments& arguments) {
-  const absl::StatusOr<ListenAddress> address =
-      ListenAddressOf(arguments.listen, arguments.announce, arguments.insecure);
-  if (!address.ok()) return address.status();
-  LocalPlant plant;
-  plant.data = session->data;
-  plant.binaries = OwnFolder();
-  plant.migrations = arguments.migrations.empty() ? UsualMigrations() : fs::path(arguments.migrations);
-  plant.base_port = arguments.base_port;
-  plant.address = *address;
-  plant.blob_store = arguments.blob_store;
-  if (!address->IsLoopback())
-    std::cerr << "warning: INSECURE: the plant listens on " << address->listen
+  absl::StatusOr<LocalPlant> plant = PlantIn(session->data);
+  if (!plant.ok()) return plant.status();
+  plant->settings = SettingsOf(arguments, plant->settings);
+  if (absl::Status status = CheckSettings(plant->settings); !status.ok()) return status;
+  plant->address = *plant->settings.Address();
+  plant->binaries = OwnFolder();
+  plant->migrations = arguments.migrations.empty() ? UsualMigrations() : fs::path(arguments.migrations);
+  if (!plant->address.IsLoopback())
+    std::cerr << "warning: INSECURE: the plant listens on " << plant->address.listen
               << ", and nothing identifies callers: whoever reaches it may read and change everything in it\n";
   {
     ProgressLine progress(session->json);
-    if (absl::Status status = StartPlant(std::move(plant), &progress); !status.ok()) return status;
+    if (absl::Status status = StartPlant(*plant, &progress); !status.ok()) return status;
   }
   return PrintHealth(session);
 }
@@ -107,17 +124,23 @@ void AddLocalPlantCommands(Command* app, Session* session) {
   for (Command* command : {up, down, status})
     command->AddOption("--data", &session->data, "Data folder")->ShowDefault();
   const auto arguments = std::make_shared<UpArguments>();
-  up->AddOption("--base-port", &arguments->base_port, "The plant service's port; the others follow it")
-      ->Within(1024, 65000)
-      ->ShowDefault();
-  up->AddOption("--listen", &arguments->listen, "Address to serve on, so that other hosts reach the plant")
-      ->ShowDefault();
-  up->AddOption("--announce", &arguments->announce, "Host that clients are told; without it, that of --listen");
-  up->AddFlag("--insecure", &arguments->insecure, "Listens off loopback, though nothing identifies callers");
+  PlantSettings* const settings = &arguments->settings;
+  arguments->base_port =
+      up->AddOption("--base-port", &settings->base_port, "The plant service's port; the others follow it")
+          ->Within(kLowestPort, kHighestBasePort)
+          ->ShowDefault();
+  arguments->listen =
+      up->AddOption("--listen", &settings->listen, "Address to serve on, so that other hosts reach the plant")
+          ->ShowDefault();
+  arguments->announce =
+      up->AddOption("--announce", &settings->announce, "Host that clients are told; without it, that of --listen");
+  arguments->insecure =
+      up->AddFlag("--insecure", &settings->insecure, "Listens off loopback, though nothing identifies callers");
   up->AddOption("--migrations", &arguments->migrations, "Folder of the SQL migrations");
-  up->AddOption("--blob-store", &arguments->blob_store,
-                "Where new clouds go: postgresql, or s3:// and the path of a file that the user sixpoint owns")
-      ->ShowDefault();
+  arguments->blob_store =
+      up->AddOption("--blob-store", &settings->blob_store,
+                    "Where new clouds go: postgresql, or s3:// and the path of a file that the user sixpoint owns")
+          ->ShowDefault();
   session->OnCommand(up, [session, arguments] { return Up(session, *arguments); });
   session->OnCommand(down, [session] { return Down(session); });
   session->OnCommand(status, [session] { return PrintHealth(session); });

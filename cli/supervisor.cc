@@ -1,6 +1,10 @@
 #include "cli/supervisor.h"
 
+#include <algorithm>
+#include <cctype>
 #include <sstream>
+
+#include "cli/service_user.h"
 
 namespace sixpoint::cli {
 namespace {
@@ -18,7 +22,7 @@ std::string ServiceCommand(const LocalPlant& plant, std::size_t area) {
   std::string command = (plant.binaries / ("sixpoint-" + name)).string() + " --listen " + plant.ListensAt(area) +
                         " --database \"" + plant.ConninfoOf(area) + "\" --workers " + plant.binaries.string() +
                         PeersText(plant, name == "plant" ? &LocalPlant::AnnouncedAt : &LocalPlant::OwnAddress);
-  if (name == "ingest") command += " --blob-store " + plant.blob_store;
+  if (name == "ingest") command += " --blob-store " + plant.settings.blob_store;
   return command;
 }
 
@@ -31,40 +35,52 @@ std::string PostgresCommand(const LocalPlant& plant) {
 
 }  // namespace
 
-std::string SupervisorConfig(const LocalPlant& plant, const std::string& user) {
+std::string SupervisorConfig(const LocalPlant& plant, Programs programs) {
   std::ostringstream out;
-  const std::string run_as = user.empty() ? "" : "user=" + user + "\n";
   const auto program = [&](const std::string& name, const std::string& command, int priority,
                            const std::string& stop_signal) {
     // startretries: after a crash PostgreSQL refuses to start for some seconds; a killed service always comes back.
-    out << "\n[program:" << name << "]\ncommand=" << command << "\n"
-        << run_as << "priority=" << priority
+    out << "\n[program:" << name << "]\ncommand=" << command << "\npriority=" << priority
         << "\nautorestart=true\nstartsecs=1\nstartretries=1000\nstopsignal=" << stop_signal
         << "\nstopwaitsecs=30\nstdout_logfile=/dev/null\nstderr_logfile=" << (plant.logs() / (name + ".log")).string()
         << "\nstderr_logfile_maxbytes=16MB\nstderr_logfile_backups=4\n";
   };
   const std::string socket = (plant.sockets() / "supervisor.sock").string();
-  out << "; Written by `sixpoint up`.\n[supervisord]\nnodaemon=false\nminfds=4096\n"
-      << (user.empty() ? "" : "user=root\n") << "pidfile=" << (plant.data / "supervisord.pid").string()
-      << "\nlogfile=" << (plant.logs() / "supervisord.log").string() << "\nchildlogdir=" << plant.logs().string()
-      << "\n\n[unix_http_server]\nfile=" << socket
+  out << "; Written by `sixpoint up`.\n[supervisord]\nnodaemon=false\nminfds=4096\ndirectory=/\npidfile="
+      << plant.supervisor_pid().string() << "\nlogfile=" << (plant.logs() / "supervisord.log").string()
+      << "\nchildlogdir=" << plant.logs().string() << "\n\n[unix_http_server]\nfile=" << socket
       << "\nchmod=0700\n\n[rpcinterface:supervisor]\n"
          "supervisor.rpcinterface_factory=supervisor.rpcinterface:make_main_rpcinterface\n\n[supervisorctl]\nserverurl="
          "unix://"
       << socket << "\n";
   program("postgres", PostgresCommand(plant), 1, "INT");
+  if (programs == Programs::kDatabase) return out.str();
   for (std::size_t i = 0; i < kAreas.size(); ++i) program(kAreas[i], ServiceCommand(plant, i), 10, "TERM");
   return out.str();
 }
 
-Finished Supervisorctl(const LocalPlant& plant, std::vector<std::string> words) {
-  std::vector<std::string> command = {"supervisorctl", "-c", plant.supervisor_config().string()};
-  command.insert(command.end(), words.begin(), words.end());
-  return RunProgram(command);
+Finished Supervisorctl(const std::filesystem::path& config, std::vector<std::string> words) {
+  const std::vector<std::string> program = {"supervisorctl", "-c", config.string()};
+  words.insert(words.begin(), program.begin(), program.end());
+  return RunProgram(AsServiceUser(std::move(words)));
 }
 
 bool SupervisorRuns(const LocalPlant& plant) {
-  return std::filesystem::exists(plant.supervisor_config()) && Supervisorctl(plant, {"pid"}).exit_code == 0;
+  return std::filesystem::exists(plant.supervisor_config()) &&
+         Supervisorctl(plant.supervisor_config(), {"pid"}).exit_code == 0;
+}
+
+std::map<std::string, std::string> ProgramStates(const LocalPlant& plant) {
+  std::map<std::string, std::string> states;
+  std::istringstream lines(Supervisorctl(plant.supervisor_config(), {"status"}).output);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string name, state;
+    words >> name >> state;
+    const auto capital = [](unsigned char c) { return std::isupper(c) != 0; };
+    if (!state.empty() && std::all_of(state.begin(), state.end(), capital)) states[name] = state;
+  }
+  return states;
 }
 
 }  // namespace sixpoint::cli

@@ -1,6 +1,7 @@
 // supervisord, as a local plant uses it: its configuration, and orders to it.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -9,10 +10,13 @@
 
 namespace sixpoint::cli {
 
-// PostgreSQL first, then the services; where root starts them, as the user.
-std::string SupervisorConfig(const LocalPlant& plant, const std::string& user);
-// As supervisorctl takes it: {"restart", "ingest"}.
-Finished Supervisorctl(const LocalPlant& plant, std::vector<std::string> words);
+// The database alone is what a migration needs.
+enum class Programs { kDatabase, kAll };
+std::string SupervisorConfig(const LocalPlant& plant, Programs programs);
+// As supervisorctl takes it: {"restart", "ingest"}. supervisord runs as the service user, and so does what orders it.
+Finished Supervisorctl(const std::filesystem::path& config, std::vector<std::string> words);
 bool SupervisorRuns(const LocalPlant& plant);
+// By program: RUNNING, STARTING, BACKOFF, ... Empty where no supervisor answers.
+std::map<std::string, std::string> ProgramStates(const LocalPlant& plant);
 
 }  // namespace sixpoint::cli

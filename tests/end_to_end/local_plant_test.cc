@@ -3,15 +3,12 @@
 #include <gtest/gtest.h>
 #include <ifaddrs.h>
 #include <net/if.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "tests/end_to_end/plant_processes.h"
+#include "tests/end_to_end/plant_on_this_machine.h"
 
 namespace sixpoint::testing {
 namespace {
@@ -35,40 +32,8 @@ std::optional<std::string> OuterAddress() {
   return found;
 }
 
-class LocalPlantTest : public ::testing::Test {
+class LocalPlantTest : public PlantOnThisMachine {
  protected:
-  void SetUp() override {
-    if (std::system("command -v supervisord >/dev/null") != 0) GTEST_SKIP() << "SKIPPED: no supervisord";
-    std::string pattern = (fs::temp_directory_path() / "sixpoint-up-XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-    chmod(folder_.c_str(), 0755);  // the services run as another user
-    port_ = 20000 + getpid() % 800 * 10;
-  }
-  void TearDown() override {
-    if (folder_.empty()) return;
-    Run({"down", "--data", data()});
-    fs::remove_all(folder_);
-  }
-
-  std::string data() const { return (folder_ / "plant").string(); }
-  std::string At(const std::string& host) const { return host + ":" + std::to_string(port_); }
-  struct Answer {
-    int exit_code = -1;
-    std::string text;  // stdout and stderr
-  };
-  Answer Run(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), PlantProcesses::Program("sixpoint"));
-    const std::string log = (folder_ / (std::to_string(++run_count_) + ".log")).string();
-    Process process(arguments, log);
-    const int exit_code = process.Wait(120);
-    return {exit_code, ReadFile(log)};
-  }
-  Answer Up(std::vector<std::string> options) {
-    const std::vector<std::string> words = {"up", "--data", data(), "--base-port", std::to_string(port_)};
-    options.insert(options.begin(), words.begin(), words.end());
-    return Run(options);
-  }
   // Every service, found by the plant's address on that host; the last one calls others itself.
   void ExpectAllReachedAt(const std::string& host) {
     for (const char* noun : {"machine", "scan", "calibration", "registration", "correction", "inspection"}) {
@@ -81,10 +46,6 @@ class LocalPlantTest : public ::testing::Test {
     EXPECT_EQ(asked.exit_code, 1) << asked.text;
     EXPECT_NE(asked.text.find("blades/none, want one that the plant knows"), std::string::npos) << asked.text;
   }
-
-  fs::path folder_;
-  int port_ = 0;
-  int run_count_ = 0;
 };
 
 TEST_F(LocalPlantTest, IsReachedWhereItWasToldToListen) {

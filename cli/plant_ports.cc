@@ -1,0 +1,68 @@
+#include "cli/plant_ports.h"
+
+#include <grpcpp/grpcpp.h>
+#include <netdb.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <memory>
+
+#include "cli/listen_address.h"
+#include "services/runtime/call.h"
+#include "services/runtime/errors.h"
+#include "sixpoint/plant/v1/plant.grpc.pb.h"
+
+namespace sixpoint::cli {
+namespace {
+
+// 0, or errno's of a socket that would listen there.
+int BindError(const addrinfo& address) {
+  const int handle = socket(address.ai_family, address.ai_socktype | SOCK_CLOEXEC, address.ai_protocol);
+  if (handle < 0) return errno;
+  const int yes = 1;  // as servers do: connections that are closing do not count
+  setsockopt(handle, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  const int error = bind(handle, address.ai_addr, address.ai_addrlen) == 0 ? 0 : errno;
+  close(handle);
+  return error;
+}
+
+bool IsPlant(const std::string& address) {
+  plant::v1::ListEndpointsResponse endpoints;
+  const auto stub = plant::v1::PlantService::NewStub(runtime::ConnectTo(address));
+  return stub->ListEndpoints(runtime::ContextFor(2).get(), {}, &endpoints).ok();
+}
+
+absl::Status RequirePort(const std::string& host, int port) {
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_NUMERICSERV;
+  addrinfo* found = nullptr;
+  const int failed = getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found);
+  if (failed != 0)
+    return runtime::Refuse("--listen", host, std::string("a host of this machine: ") + gai_strerror(failed));
+  const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> owned(found, &freeaddrinfo);
+  int error = 0;
+  for (const addrinfo* address = found; address != nullptr && error != EADDRINUSE; address = address->ai_next)
+    error = BindError(*address);
+  if (error == 0) return absl::OkStatus();
+  if (error != EADDRINUSE)
+    return runtime::Refuse("--listen", host, std::string("an address of this machine: ") + std::strerror(error));
+  const std::string at = HostAndPort(ListenAddress{host, host}.Own(), port);
+  return runtime::Refuse("--base-port",
+                         at + " (" + (IsPlant(at) ? "another plant" : "another program") + " listens there)",
+                         "six ports that are free, or this plant's own");
+}
+
+}  // namespace
+
+absl::Status RequirePorts(const std::string& host, int base_port, int count, const std::set<int>& own) {
+  for (int port = base_port; port < base_port + count; ++port) {
+    if (own.count(port) != 0) continue;
+    if (absl::Status status = RequirePort(host, port); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace sixpoint::cli

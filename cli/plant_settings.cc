@@ -1,0 +1,55 @@
+#include "cli/plant_settings.h"
+
+#include <algorithm>
+#include <cctype>
+#include <nlohmann/json.hpp>
+
+#include "cli/document.h"
+#include "services/runtime/errors.h"
+
+namespace sixpoint::cli {
+
+bool IsPlainPath(const std::string& path) {
+  return !path.empty() && path[0] == '/' && std::all_of(path.begin(), path.end(), [](unsigned char c) {
+    return std::isalnum(c) || std::string("/._-+@").find(static_cast<char>(c)) != std::string::npos;
+  });
+}
+
+absl::Status CheckSettings(const PlantSettings& settings) {
+  if (const auto address = settings.Address(); !address.ok()) return address.status();
+  const std::string s3 = "s3://";
+  const bool in_s3 = settings.blob_store.rfind(s3, 0) == 0 && IsPlainPath(settings.blob_store.substr(s3.size()));
+  if (in_s3 || settings.blob_store == "postgresql") return absl::OkStatus();
+  return runtime::Refuse("--blob-store", settings.blob_store,
+                         "postgresql, or s3:// and a path from / on of letters, digits and /._-+@");
+}
+
+absl::StatusOr<PlantSettings> ParseSettings(const std::string& name, const std::string& text) {
+  const absl::StatusOr<nlohmann::json> document = ParseJson(name, text);
+  if (!document.ok()) return document.status();
+  Problems problems(/*strict=*/true);
+  const Field root(&*document, "", &problems);
+  if (!document->is_object()) root.Refuse("an object");
+  root.OnlyKeys({"base_port", "listen", "announce", "insecure", "blob_store"});
+  PlantSettings settings;
+  if (const auto field = root.Find("base_port"))
+    settings.base_port = static_cast<int>(field->Whole(kLowestPort, kHighestBasePort));
+  if (const auto field = root.Find("listen")) settings.listen = field->Text();
+  if (const auto field = root.Find("announce")) settings.announce = field->Text();
+  if (const auto field = root.Find("insecure")) settings.insecure = field->Flag();
+  if (const auto field = root.Find("blob_store")) settings.blob_store = field->Text();
+  const absl::Status wrong = problems.empty() ? CheckSettings(settings) : problems.ToStatus();
+  if (!wrong.ok()) return absl::InvalidArgumentError(name + ": " + std::string(wrong.message()));
+  return settings;
+}
+
+std::string SettingsText(const PlantSettings& settings) {
+  nlohmann::ordered_json text = {{"base_port", settings.base_port},
+                                 {"listen", settings.listen},
+                                 {"insecure", settings.insecure},
+                                 {"blob_store", settings.blob_store}};
+  if (!settings.announce.empty()) text["announce"] = settings.announce;
+  return text.dump(2) + "\n";
+}
+
+}  // namespace sixpoint::cli

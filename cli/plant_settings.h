@@ -1,0 +1,32 @@
+// What a plant was told when it was started, kept in its folder (plant.json), so that it starts again in the same way.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <string>
+
+#include "cli/listen_address.h"
+
+namespace sixpoint::cli {
+
+inline constexpr int kLowestPort = 1024, kHighestBasePort = 65000;
+
+struct PlantSettings {
+  int base_port = 7400;
+  std::string listen = "127.0.0.1", announce;  // an empty `announce` is `listen`
+  bool insecure = false;
+  std::string blob_store = "postgresql";
+
+  absl::StatusOr<ListenAddress> Address() const { return ListenAddressOf(listen, announce, insecure); }
+};
+
+// OK, or what is wrong with them, whether they come from the file or from the command line.
+absl::Status CheckSettings(const PlantSettings& settings);
+// Of the file's text; `name` is what a refusal calls the file.
+absl::StatusOr<PlantSettings> ParseSettings(const std::string& name, const std::string& text);
+std::string SettingsText(const PlantSettings& settings);
+
+// What is a word of supervisord's configuration as it stands: letters, digits and /._-+@, beginning with /.
+bool IsPlainPath(const std::string& path);
+
+}  // namespace sixpoint::cli

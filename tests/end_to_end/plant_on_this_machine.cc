@@ -1,0 +1,68 @@
+#include "tests/end_to_end/plant_on_this_machine.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "tests/end_to_end/plant_processes.h"
+
+namespace sixpoint::testing {
+
+namespace fs = std::filesystem;
+
+void PlantOnThisMachine::SetUp() {
+  if (std::system("command -v supervisord >/dev/null") != 0) GTEST_SKIP() << "SKIPPED: no supervisord";
+  std::string pattern = (fs::temp_directory_path() / "sixpoint-up-XXXXXX").string();
+  ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+  folder_ = pattern;
+  chmod(folder_.c_str(), 0755);  // the services run as another user
+  port_ = 20000 + getpid() % 800 * 10;
+}
+
+void PlantOnThisMachine::TearDown() {
+  if (folder_.empty()) return;
+  Run({"down", "--data", data()});
+  fs::remove_all(folder_);
+}
+
+PlantOnThisMachine::Answer PlantOnThisMachine::Run(std::vector<std::string> words) {
+  words.insert(words.begin(), PlantProcesses::Program("sixpoint"));
+  const std::string log = (folder_ / (std::to_string(++run_count_) + ".log")).string();
+  Process process(words, log);
+  const int exit_code = process.Wait(120);
+  return {exit_code, ReadFile(log)};
+}
+
+PlantOnThisMachine::Answer PlantOnThisMachine::Up(std::vector<std::string> options) {
+  const std::vector<std::string> words = {"up", "--data", data(), "--base-port", std::to_string(port_)};
+  options.insert(options.begin(), words.begin(), words.end());
+  return Run(options);
+}
+
+std::string PlantOnThisMachine::Order(const std::string& words) {
+  return ShellOutput("supervisorctl -c " + data() + "/supervisord.conf " + words);
+}
+
+std::string PlantOnThisMachine::Sql(const std::string& statement) {
+  return ShellOutput("psql -h " + data() + "/run -U sixpoint -d sixpoint -Atc \"" + statement + "\"");
+}
+
+std::string ShellOutput(const std::string& command) {
+  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
+  if (pipe == nullptr) return "cannot run " + command;
+  std::string output;
+  for (char buffer[4096]; const std::size_t got = std::fread(buffer, 1, sizeof buffer, pipe);)
+    output.append(buffer, got);
+  pclose(pipe);
+  while (!output.empty() && output.back() == '\n') output.pop_back();
+  return output;
+}
+
+std::string ServiceShellOutput(const std::string& command) {
+  const std::string user = geteuid() == 0 ? "setpriv --reuid=sixpoint --regid=sixpoint --init-groups " : "";
+  return ShellOutput(user + "sh -c '" + command + "'");
+}
+
+}  // namespace sixpoint::testing

@@ -1,0 +1,212 @@
+// What `sixpoint up` refuses: in one sentence, by its exit code, and with nothing changed.
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <pwd.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "tests/end_to_end/plant_on_this_machine.h"
+#include "tests/end_to_end/plant_processes.h"
+#include "tests/support/throwaway_database.h"
+
+namespace sixpoint::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class PlantRefusalsTest : public PlantOnThisMachine {
+ protected:
+  // Names, owners, modes, times of change and content of all that lies there.
+  static std::string Everything(const fs::path& folder) {
+    return ShellOutput("find " + folder.string() + " -printf '%p %U %m %C@ %l\\n' | sort; find " + folder.string() +
+                       " -type f -exec sha256sum {} +");
+  }
+  void ExpectRefused(const std::string& folder, const std::string& sentence) {
+    const std::string before = Everything(folder_ / "foreign");
+    const Answer answer = Run({"up", "--data", folder, "--base-port", std::to_string(port_)});
+    EXPECT_EQ(answer.exit_code, 1) << answer.text;
+    EXPECT_THAT(answer.text, HasSubstr(sentence));
+    EXPECT_EQ(Everything(folder_ / "foreign"), before);
+  }
+  void ExpectSaid(const Answer& answer, const std::string& sentence) {
+    EXPECT_EQ(answer.exit_code, 1) << answer.text;
+    EXPECT_THAT(answer.text, HasSubstr(sentence));
+  }
+};
+
+TEST_F(PlantRefusalsTest, AFolderThatIsNoPlants) {
+  const fs::path foreign = folder_ / "foreign";
+  for (const char* name : {"home", "cluster", "empty", "odd"}) fs::create_directories(foreign / name);
+  std::ofstream(foreign / "home" / "letter.txt") << "Dear Ada,\n";
+  std::ofstream(foreign / "cluster" / "PG_VERSION") << "15\n";
+  std::ofstream(foreign / "odd" / "plant.json") << "{\"colour\": \"green\"}\n";
+  fs::create_directory_symlink("empty", foreign / "link");
+  ExpectRefused(foreign / "home", "(holds something else), want an empty folder, or one that `sixpoint up` made");
+  ExpectRefused(foreign / "cluster", "(a PostgreSQL cluster), want an empty folder");
+  ExpectRefused(foreign / "link", "(a symbolic link), want the folder itself");
+  ExpectRefused(foreign / "home" / "letter.txt", "(not a folder), want an empty folder");
+  ExpectRefused(foreign / "odd", "plant.json: colour: unknown, want one of base_port");
+  ExpectRefused(foreign / "two words", "two words, want at most 76 letters, digits and /._-+@");
+  for (const char* word : {"status", "down"})
+    ExpectSaid(Run({word, "--data", foreign / "empty"}), "want a folder made by `sixpoint up`");
+  if (geteuid() != 0) GTEST_SKIP() << "SKIPPED from here on: only root can give a folder away";
+  ASSERT_EQ(chown((foreign / "empty").c_str(), 1, 1), 0);
+  ExpectRefused(foreign / "empty", "(of the user daemon), want a folder of root's");
+}
+
+TEST_F(PlantRefusalsTest, APortThatAnotherHolds) {
+  ASSERT_EQ(Up().exit_code, 0);
+  const std::string other = (folder_ / "other").string();
+  ExpectSaid(Run({"up", "--data", other, "--base-port", std::to_string(port_)}),
+             "--base-port: " + At("127.0.0.1") + " (another plant listens there), want six ports that are free");
+  EXPECT_FALSE(fs::exists(other));
+
+  const int handle = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  ASSERT_EQ(bind(handle, reinterpret_cast<sockaddr*>(&address), size), 0);
+  ASSERT_EQ(listen(handle, 1), 0);
+  getsockname(handle, reinterpret_cast<sockaddr*>(&address), &size);
+  const int taken = ntohs(address.sin_port);
+  const std::string settings = ReadFile(data() + "/plant.json"), running = Pid("all");
+  ExpectSaid(Run({"up", "--data", data(), "--base-port", std::to_string(taken)}),
+             ":" + std::to_string(taken) + " (another program listens there)");
+  close(handle);
+  EXPECT_EQ(ReadFile(data() + "/plant.json"), settings);
+  EXPECT_EQ(Pid("all"), running);
+
+  // While this plant is down another takes its port: it is not taken for this one.
+  ASSERT_EQ(Run({"down", "--data", data()}).exit_code, 0);
+  ASSERT_EQ(Run({"up", "--data", other, "--base-port", std::to_string(port_)}).exit_code, 0);
+  EXPECT_EQ(Run({"status", "--data", data()}).exit_code, 1);
+  ExpectSaid(Run({"up", "--data", data()}), "(another plant listens there)");
+  EXPECT_EQ(Run({"down", "--data", other}).exit_code, 0);
+}
+
+TEST_F(PlantRefusalsTest, SettingsThatAreWrong) {
+  ASSERT_EQ(Up().exit_code, 0);
+  const std::string running = Pid("all");
+  for (const auto& [text, sentence] : {std::pair("{", "plant.json: not JSON"),
+                                       std::pair("{\"base_port\": 80}", "base_port: 80, want a whole number from 1024"),
+                                       std::pair("{\"listen\": \"10.1.2.3\"}", "--listen: 10.1.2.3, want a loopback"),
+                                       std::pair("{\"blob_store\": \"s3://x\\n[program:y]\"}", "blob_store:")}) {
+    std::ofstream(data() + "/plant.json") << text;
+    for (const char* word : {"up", "status"}) ExpectSaid(Run({word, "--data", data()}), sentence);
+  }
+  std::ofstream(data() + "/plant.json") << "{\"base_port\": " << port_ << "}";
+  EXPECT_EQ(Pid("all"), running);
+}
+
+TEST_F(PlantRefusalsTest, ADatabaseThatIsNotFitToServe) {
+  ASSERT_EQ(Up().exit_code, 0);
+  Sql("ALTER ROLE sixpoint_correction SUPERUSER");
+  const std::string too_much = "database role: sixpoint_correction, a superuser, want the service's own";
+  Order("restart correction");
+  ExpectSaid(Up(), "correction does not serve: " + too_much);
+  ExpectSaid(Run({"status", "--data", data()}), "NOT_SERVING: " + too_much);
+  Sql("ALTER ROLE sixpoint_correction NOSUPERUSER");
+
+  const std::string volatile_one = "fsync: off, want on: a database that loses nothing it has kept";
+  Sql("ALTER SYSTEM SET fsync = off");
+  Sql("SELECT pg_reload_conf()");
+  ExpectSaid(Up(), "plant does not serve: " + volatile_one);
+  ExpectSaid(Run({"status", "--data", data()}), "NOT_SERVING: " + volatile_one);
+  Sql("ALTER SYSTEM RESET fsync");
+  Sql("SELECT pg_reload_conf()");
+  EXPECT_EQ(Up().exit_code, 0);
+
+  // A service that ends at its start is heard too.
+  ExpectSaid(Up({"--blob-store", "s3:///no/such.yaml"}),
+             "ingest does not serve: sixpoint-ingest: --blob-store: no file");
+}
+
+// The service user may do what it likes below its folders; what root does there ends inside.
+class RootsFollowingTest : public PlantRefusalsTest {
+ protected:
+  void SetUp() override {
+    if (geteuid() != 0) GTEST_SKIP() << "SKIPPED: only root has another to follow";
+    PlantRefusalsTest::SetUp();
+  }
+};
+
+TEST_F(RootsFollowingTest, NoLinkThatTheServiceUserPlanted) {
+  ASSERT_EQ(Up().exit_code, 0);
+  // Nothing of root's runs in the plant, and beside its folders the service user plants nothing.
+  EXPECT_EQ(ShellOutput("ps -o user= -p $(supervisorctl -c " + data() + "/supervisord.conf pid) | sort -u"),
+            "sixpoint");
+  for (const char* name : {"x", "plant.json", "supervisord.conf", "supervisord.conf.part"})
+    EXPECT_THAT(ServiceShellOutput("ln -sf /etc/passwd " + data() + "/" + name), HasSubstr("Permission denied"))
+        << name;
+  EXPECT_THAT(ServiceShellOutput("mv " + data() + "/log " + data() + "/log2"), HasSubstr("Permission denied"));
+
+  ASSERT_EQ(Run({"down", "--data", data()}).exit_code, 0);
+  const fs::path target = folder_ / "foreign" / "root-only";
+  fs::create_directories(target);
+  std::ofstream(target / "file") << "root's\n";
+  ShellOutput("chmod 600 " + (target / "file").string());
+  const std::string before = Everything(folder_ / "foreign");
+  for (const char* name : {"log/ingest.log", "log/plant.log", "log/supervisord.log", "run/supervisord.pid",
+                           "run/supervisor.sock", "postgres/postmaster.pid", "postgres/PG_VERSION"})
+    ASSERT_EQ(ServiceShellOutput("ln -sf " + (target / "file").string() + " " + data() + "/" + name), "");
+  ASSERT_EQ(ServiceShellOutput("ln -sfn " + target.string() + " " + data() + "/postgres/base"), "");
+  EXPECT_EQ(Up().exit_code, 1);
+  EXPECT_EQ(Everything(folder_ / "foreign"), before);
+  Run({"status", "--data", data()});
+  Run({"down", "--data", data()});
+  EXPECT_EQ(Everything(folder_ / "foreign"), before);
+}
+
+TEST_F(RootsFollowingTest, NoFolderThatIsALink) {
+  const fs::path foreign = folder_ / "foreign";
+  fs::create_directories(foreign);
+  for (const char* name : {"run", "log", "postgres"}) {
+    fs::create_directories(data());
+    std::ofstream(data() + "/plant.json") << "{}";
+    fs::create_directory_symlink(foreign, fs::path(data()) / name);
+    const std::string before = Everything(foreign);
+    ExpectSaid(Up(), std::string(name) + " (not a folder itself), want a folder of the plant's own, and no link");
+    EXPECT_EQ(Everything(foreign), before);
+    fs::remove_all(data());
+  }
+}
+
+TEST_F(RootsFollowingTest, NoProgramOrMigrationThatTheServiceUserMayWrite) {
+  const passwd* user = getpwnam("sixpoint");
+  if (user == nullptr) GTEST_SKIP() << "SKIPPED: no user sixpoint yet";
+  const fs::path migrations = folder_ / "migrations";
+  fs::copy(ThrowawayDatabase::MigrationsFolder(), migrations);
+  const std::string one = (migrations / "V0003__create_plant_registry.sql").string();
+  const auto expect_refused = [&](const std::string& what) {
+    ExpectSaid(Up({"--migrations", migrations}),
+               "--migrations: " + what + ", want what the user sixpoint cannot write");
+    EXPECT_FALSE(fs::exists(data()));
+  };
+  ASSERT_EQ(chown(one.c_str(), user->pw_uid, 0), 0);
+  expect_refused(one);
+  ASSERT_EQ(chown(one.c_str(), 0, user->pw_gid), 0);
+  ShellOutput("chmod 664 " + one);
+  expect_refused(one);
+  ShellOutput("chmod 644 " + one + "; chmod 777 " + migrations.string());
+  expect_refused(migrations.string());
+  ShellOutput("chmod 755 " + migrations.string() + "; chown sixpoint " + folder_.string());
+  ExpectSaid(Up({"--migrations", migrations}), ": " + folder_.string() + ", want what the user sixpoint cannot write");
+  ShellOutput("chown root " + folder_.string());
+
+  const fs::path programs = folder_ / "bin";
+  fs::create_directory(programs);
+  for (const char* name : {"sixpoint", "sixpoint-plant"}) fs::copy_file(PlantProcesses::Program(name), programs / name);
+  ShellOutput("chown sixpoint " + (programs / "sixpoint-plant").string());
+  const std::string answer = ShellOutput((programs / "sixpoint").string() + " up --data " + data() + " --migrations " +
+                                         ThrowawayDatabase::MigrationsFolder());
+  EXPECT_THAT(answer,
+              HasSubstr("programs: " + (programs / "sixpoint-plant").string() + ", want what the user sixpoint"));
+  EXPECT_FALSE(fs::exists(data()));
+}
+
+}  // namespace
+}  // namespace sixpoint::testing
