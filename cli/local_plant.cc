@@ -31,7 +31,7 @@ constexpr std::chrono::seconds kReasonPatience{10};
 std::vector<fs::path> ProgramFiles(const fs::path& folder) {
   std::vector<fs::path> files;
   for (const char* area : kAreas) files.push_back(folder / (std::string("sixpoint-") + area));
-  for (const char* name : {"sixpoint-migrate", "sixpoint-cad-worker", "sixpoint-decode-worker"})
+  for (const char* name : {"sixpoint-migrate", "sixpoint-watchdog", "sixpoint-cad-worker", "sixpoint-decode-worker"})
     files.push_back(folder / name);
   return files;
 }
@@ -169,7 +169,7 @@ absl::Status StartServices(const LocalPlant& plant, bool all_start) {
   if (absl::Status status = WriteSupervisorConfig(plant, Programs::kAll); !status.ok()) return status;
   Supervisorctl(plant.supervisor_config(), {"update"});
   if (all_start || !programs_changed) return absl::OkStatus();
-  std::vector<std::string> restart = {"restart"};
+  std::vector<std::string> restart = {"restart", "watchdog"};
   restart.insert(restart.end(), kAreas.begin(), kAreas.end());
   Supervisorctl(plant.supervisor_config(), restart);
   return absl::OkStatus();

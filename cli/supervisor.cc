@@ -33,6 +33,15 @@ std::string PostgresCommand(const LocalPlant& plant) {
          " -c recovery_init_sync_method=syncfs";
 }
 
+// Asks each service from outside, where one that is stuck cannot hide it.
+std::string WatchdogCommand(const LocalPlant& plant) {
+  std::string command =
+      (plant.binaries / "sixpoint-watchdog").string() + " --supervisor " + plant.supervisor_config().string();
+  for (std::size_t i = 0; i < kAreas.size(); ++i)
+    command += std::string(" --service ") + kAreas[i] + "=" + plant.OwnAddress(i);
+  return command;
+}
+
 }  // namespace
 
 std::string SupervisorConfig(const LocalPlant& plant, Programs programs) {
@@ -56,6 +65,7 @@ std::string SupervisorConfig(const LocalPlant& plant, Programs programs) {
   program("postgres", PostgresCommand(plant), 1, "INT");
   if (programs == Programs::kDatabase) return out.str();
   for (std::size_t i = 0; i < kAreas.size(); ++i) program(kAreas[i], ServiceCommand(plant, i), 10, "TERM");
+  program("watchdog", WatchdogCommand(plant), 20, "TERM");
   return out.str();
 }
 

@@ -1,0 +1,56 @@
+// sixpoint-watchdog: asks each service for its health from outside, and ends one that does not answer.
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "cli/service_health.h"
+#include "cli/supervisor.h"
+#include "cli/watchdog.h"
+#include "services/runtime/log.h"
+
+namespace sixpoint::cli {
+namespace {
+
+// Three times that without an answer is stuck. A machine that is busy answers late, not never.
+constexpr std::chrono::seconds kPeriod{3};
+
+[[noreturn]] void WatchService(const std::string& config, const std::string& area, const std::string& address) {
+  Watch watch;
+  for (;;) {
+    const auto next = std::chrono::steady_clock::now() + kPeriod;
+    if (watch.IsStuckAfter(ServiceHealth(address, kPeriod))) {
+      // One that is stuck heeds no request to stop. What it acknowledged is committed, and clients call again.
+      const Finished killed = Supervisorctl(config, {"signal", "KILL", area});
+      runtime::Log(runtime::LogLevel::kError, area + " does not answer: ended, to be started anew",
+                   {{"address", address}, {"supervisor", killed.output}});
+    }
+    std::this_thread::sleep_until(next);
+  }
+}
+
+}  // namespace
+}  // namespace sixpoint::cli
+
+int main(int argc, char** argv) {
+  using namespace sixpoint;
+  std::string config;
+  std::vector<std::string> services;
+  CLI::App app("Ends services that look alive and answer nobody; their supervisor starts them anew.",
+               "sixpoint-watchdog");
+  app.add_option("--supervisor", config, "supervisord's configuration")->required();
+  app.add_option("--service", services, "program=address; repeated")->required()->check([](const std::string& service) {
+    const std::size_t equals = service.find('=');
+    const bool whole = equals != std::string::npos && equals > 0 && equals + 1 < service.size();
+    return whole ? std::string() : "--service: " + service + ", want program=address";
+  });
+  CLI11_PARSE(app, argc, argv);
+  runtime::StartLog("watchdog");
+  std::vector<std::thread> watches;
+  for (const std::string& service : services) {
+    const std::size_t equals = service.find('=');
+    watches.emplace_back(cli::WatchService, config, service.substr(0, equals), service.substr(equals + 1));
+  }
+  for (std::thread& watch : watches) watch.join();
+}

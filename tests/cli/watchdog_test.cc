@@ -1,0 +1,43 @@
+#include "cli/watchdog.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace sixpoint::cli {
+namespace {
+
+// After how many of these answers the service is ended; 0: after none.
+int EndedAfter(const std::string& health, int most) {
+  Watch watch;
+  for (int count = 1; count <= most; ++count)
+    if (watch.IsStuckAfter(health)) return count;
+  return 0;
+}
+
+TEST(Watch, EndsWhatIsSilentThreeTimesInARow) {
+  EXPECT_EQ(EndedAfter("SILENT", 10), 3);
+  Watch watch;
+  for (int round = 0; round < 10; ++round) {
+    EXPECT_FALSE(watch.IsStuckAfter("SILENT"));
+    EXPECT_FALSE(watch.IsStuckAfter("SILENT"));
+    EXPECT_FALSE(watch.IsStuckAfter("SERVING"));
+  }
+}
+
+TEST(Watch, TakesEveryAnswerForOne) {
+  EXPECT_EQ(EndedAfter("SERVING", 1000), 0);
+  EXPECT_EQ(EndedAfter("NOT_SERVING", 1000), 0);
+}
+
+// One that starts is given a minute; one that was ended begins anew.
+TEST(Watch, LeavesWhatStartsAlone) {
+  EXPECT_EQ(EndedAfter("NOT_REACHED", 100), 20);
+  Watch watch;
+  for (int count = 1; count <= 3; ++count) EXPECT_EQ(watch.IsStuckAfter("SILENT"), count == 3);
+  EXPECT_FALSE(watch.IsStuckAfter("SILENT"));
+  EXPECT_FALSE(watch.IsStuckAfter("NOT_REACHED"));
+}
+
+}  // namespace
+}  // namespace sixpoint::cli

@@ -1,0 +1,56 @@
+// What the supervisor does not see: services that live and answer nobody.
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <thread>
+
+#include "tests/end_to_end/plant_on_this_machine.h"
+#include "tests/end_to_end/plant_processes.h"
+
+namespace sixpoint::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class StuckServiceTest : public PlantOnThisMachine, public ::testing::WithParamInterface<const char*> {};
+
+TEST_P(StuckServiceTest, IsStartedAnew) {
+  ASSERT_EQ(Up().exit_code, 0);
+  const std::string stuck = Pid("ingest"), other = Pid("plant");
+  ASSERT_EQ(ServiceShellOutput("pid=" + stuck + "; " + GetParam()), "");
+  const auto start = std::chrono::steady_clock::now();
+  const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+  while (seconds() < 40 && (Pid("ingest") == stuck || Run({"status", "--data", data()}).exit_code != 0))
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  std::printf("%s: serves again after %.1f s\n", GetParam(), seconds());
+  EXPECT_LT(seconds(), 40);  // 12 s of silence, the supervisor's second, the start; the rest is for a busy machine
+  EXPECT_EQ(Pid("plant"), other);
+  EXPECT_EQ(Run({"scan", "list", "--json", "--server", At("127.0.0.1")}).text, "[]\n");
+}
+
+INSTANTIATE_TEST_SUITE_P(Ways, StuckServiceTest,
+                         ::testing::Values("kill -STOP $pid",
+                                           // No descriptor is left for another connection.
+                                           "prlimit --pid $pid --nofile=$(ls /proc/$pid/fd | wc -l):"));
+
+using StuckPlantTest = PlantOnThisMachine;
+
+// No restart brings the database back.
+TEST_F(StuckPlantTest, NotServingIsAnAnswer) {
+  ASSERT_EQ(Up().exit_code, 0);
+  std::string before;
+  for (const std::string& area : PlantProcesses::Areas()) before += Pid(area) + " ";
+  Order("stop postgres");
+  std::this_thread::sleep_for(std::chrono::seconds(16));  // longer than a silent service is borne
+  const Answer status = Run({"status", "--data", data()});
+  EXPECT_EQ(status.exit_code, 1);
+  EXPECT_THAT(status.text, HasSubstr("NOT_SERVING"));
+  std::string after;
+  for (const std::string& area : PlantProcesses::Areas()) after += Pid(area) + " ";
+  EXPECT_EQ(after, before);
+  EXPECT_THAT(ReadFile(data() + "/log/watchdog.log"), Not(HasSubstr("does not answer")));
+}
+
+}  // namespace
+}  // namespace sixpoint::testing
