@@ -7,14 +7,15 @@
 namespace sixpoint::calibration {
 namespace {
 
-std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOptions& options,
-                                                         storage::Database* database) {
+std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& options, storage::Database* database) {
   const auto calibrations = storage::CalibrationsIn(database);
   const auto plant = runtime::ConnectToPeer(options, "plant");
   const auto ingest = runtime::ConnectToPeer(options, "ingest");
-  std::vector<std::unique_ptr<grpc::Service>> services;
-  services.push_back(std::make_unique<CalibrationService>(calibrations, plant, ingest, options.threads));
-  services.push_back(std::make_unique<StudyService>(storage::StudiesIn(database), calibrations, plant, ingest));
+  std::vector<runtime::ServedService> services;
+  services.push_back({v1::CalibrationService::service_full_name(),
+                      std::make_unique<CalibrationService>(calibrations, plant, ingest, options.threads)});
+  services.push_back({v1::StudyService::service_full_name(),
+                      std::make_unique<StudyService>(storage::StudiesIn(database), calibrations, plant, ingest)});
   return services;
 }
 

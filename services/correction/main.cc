@@ -9,14 +9,14 @@ namespace {
 // Corrections at once: each is some remote calls and milliseconds of computing.
 constexpr int kGreatestCount = 16;
 
-std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOptions& options,
-                                                         storage::Database* database) {
+std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& options, storage::Database* database) {
   auto peers =
       std::make_unique<Peers>(runtime::ConnectToPeer(options, "plant"), runtime::ConnectToPeer(options, "calibration"),
                               runtime::ConnectToPeer(options, "registration"));
-  std::vector<std::unique_ptr<grpc::Service>> services;
+  std::vector<runtime::ServedService> services;
   services.push_back(
-      std::make_unique<CorrectionService>(storage::CorrectionsIn(database), std::move(peers), kGreatestCount));
+      {v1::CorrectionService::service_full_name(),
+       std::make_unique<CorrectionService>(storage::CorrectionsIn(database), std::move(peers), kGreatestCount)});
   return services;
 }
 

@@ -40,16 +40,17 @@ void AddStoreFlags(CLI::App* app, StoreOptions* options) {
       ->capture_default_str();
 }
 
-std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOptions& options,
-                                                         storage::Database* database, const StoreOptions& store_options,
-                                                         const std::shared_ptr<storage::BlobStore>& blob_store) {
+std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& options, storage::Database* database,
+                                                 const StoreOptions& store_options,
+                                                 const std::shared_ptr<storage::BlobStore>& blob_store) {
   ScanServiceOptions scan_options;
   scan_options.decode_worker = options.worker_folder + "/sixpoint-decode-worker";
   scan_options.worker_count = options.threads;
   if (sandbox::LandlockVersion() == 0) runtime::Log(runtime::LogLevel::kWarning, sandbox::kWithoutLandlock);
-  std::vector<std::unique_ptr<grpc::Service>> services;
-  services.push_back(std::make_unique<ScanService>(scan_options, storage::ScansIn(database, blob_store.get()),
-                                                   runtime::ConnectToPeer(options, "plant")));
+  std::vector<runtime::ServedService> services;
+  services.push_back({v1::ScanService::service_full_name(),
+                      std::make_unique<ScanService>(scan_options, storage::ScansIn(database, blob_store.get()),
+                                                    runtime::ConnectToPeer(options, "plant"))});
   std::unique_ptr<StoreKeeper> keeper;
   if (store_options.tidy_every_s > 0 || store_options.check_mb_s > 0) {
     StoreKeeperOptions keeper_options;
@@ -57,8 +58,10 @@ std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOp
     keeper_options.check_rate_mb_s = store_options.check_mb_s;
     keeper = std::make_unique<StoreKeeper>(keeper_options, options.database, blob_store);
   }
-  services.push_back(std::make_unique<CloudStoreService>(
-      storage::RetentionIn(database, blob_store), storage::BlobKeepingIn(database, blob_store), std::move(keeper)));
+  services.push_back(
+      {v1::CloudStoreService::service_full_name(),
+       std::make_unique<CloudStoreService>(storage::RetentionIn(database, blob_store),
+                                           storage::BlobKeepingIn(database, blob_store), std::move(keeper))});
   return services;
 }
 

@@ -9,17 +9,17 @@ namespace {
 // Each inspection has its own threads and some hundred megabytes; more than two at once only slow each other down.
 constexpr int kGreatestCount = 2;
 
-std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOptions& options,
-                                                         storage::Database* database) {
+std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& options, storage::Database* database) {
   auto peers = std::make_unique<Peers>(
       runtime::ConnectToPeer(options, "plant"), runtime::ConnectToPeer(options, "ingest"),
       runtime::ConnectToPeer(options, "calibration"), runtime::ConnectToPeer(options, "registration"));
   InspectionServiceOptions inspection_options;
   inspection_options.greatest_count = kGreatestCount;
   inspection_options.threads = options.threads;
-  std::vector<std::unique_ptr<grpc::Service>> services;
+  std::vector<runtime::ServedService> services;
   services.push_back(
-      std::make_unique<InspectionService>(storage::InspectionsIn(database), std::move(peers), inspection_options));
+      {v1::InspectionService::service_full_name(),
+       std::make_unique<InspectionService>(storage::InspectionsIn(database), std::move(peers), inspection_options)});
   return services;
 }
 

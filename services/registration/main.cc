@@ -26,14 +26,16 @@ void AddFlags(CLI::App* app, Flags* flags) {
       ->capture_default_str();
 }
 
-std::vector<std::unique_ptr<grpc::Service>> MakeServices(const runtime::ServerOptions& options, const Flags& flags,
-                                                         storage::Database* database) {
-  std::vector<std::unique_ptr<grpc::Service>> services;
-  services.push_back(std::make_unique<RegistrationService>(
-      storage::RegistrationsIn(database),
-      Peers{runtime::ConnectToPeer(options, "plant"), runtime::ConnectToPeer(options, "ingest"),
-            runtime::ConnectToPeer(options, "calibration")},
-      RegistrationLimits{options.threads, flags.pool, static_cast<std::size_t>(flags.surfaces_mb) << 20}));
+std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& options, const Flags& flags,
+                                                 storage::Database* database) {
+  std::vector<runtime::ServedService> services;
+  services.push_back(
+      {v1::RegistrationService::service_full_name(),
+       std::make_unique<RegistrationService>(
+           storage::RegistrationsIn(database),
+           Peers{runtime::ConnectToPeer(options, "plant"), runtime::ConnectToPeer(options, "ingest"),
+                 runtime::ConnectToPeer(options, "calibration")},
+           RegistrationLimits{options.threads, flags.pool, static_cast<std::size_t>(flags.surfaces_mb) << 20})});
   return services;
 }
 

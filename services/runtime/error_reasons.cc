@@ -60,6 +60,7 @@ absl::StatusCode CodeOf(ErrorReason reason) {
       return absl::StatusCode::kResourceExhausted;
     case errors::v1::OBJECT_STORE_AWAY:
     case errors::v1::CAD_WORKER_MISSING:
+    case errors::v1::SERVICE_NOT_READY:
       return absl::StatusCode::kUnavailable;
     case errors::v1::SCAN_DAMAGED:
     case errors::v1::BLOCKS_FORGOTTEN:

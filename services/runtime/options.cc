@@ -27,9 +27,6 @@ ServerOptions ParseServerOptions(int argc, char** argv, const std::string& area,
   app.add_option("--database-connections", options.database_connections, "Most connections held at once")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  app.add_option("--max-message-mb", options.max_message_mb, "Greatest message received")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
   app.add_option("--threads", options.threads, "Compute threads of kernels")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();

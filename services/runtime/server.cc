@@ -5,13 +5,20 @@
 #include <grpcpp/health_check_service_interface.h>
 #include <pthread.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <ctime>
+#include <optional>
 #include <thread>
 
+#include "services/runtime/admission.h"
 #include "services/runtime/call_log.h"
+#include "services/runtime/connection_acceptor.h"
+#include "services/runtime/flood_watch.h"
+#include "services/runtime/listening_sockets.h"
 #include "services/runtime/log.h"
+#include "services/runtime/message_limits.h"
 
 namespace sixpoint::runtime {
 namespace {
@@ -29,9 +36,17 @@ constexpr size_t kQuotaPerMessage = 64;
 
 enum class Readiness { kReady, kBusy, kNotReady };
 
-// Without these limits one connection that resets its streams takes gigabytes (CVE-2023-44487; gRPC 1.51 measured).
-void SetLimits(const ServerOptions& options, grpc::ServerBuilder* builder) {
-  const int message_bytes = options.max_message_mb << 20;
+int GreatestMessage_bytes(const std::vector<ServedService>& services) {
+  std::size_t greatest_bytes = 0;
+  for (const ServedService& each : services) {
+    const auto* service = google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(each.full_name);
+    for (int i = 0; i < service->method_count(); ++i)
+      greatest_bytes = std::max(greatest_bytes, GreatestRequest_bytes(*service->method(i)));
+  }
+  return static_cast<int>(greatest_bytes);
+}
+
+void SetLimits(const ServerOptions& options, int message_bytes, grpc::ServerBuilder* builder) {
   grpc::ResourceQuota quota("sixpoint-" + options.area);
   quota.Resize(kQuotaPerMessage * static_cast<size_t>(message_bytes));
   quota.SetMaxThreads(kMostThreads);
@@ -50,39 +65,56 @@ void SetLimits(const ServerOptions& options, grpc::ServerBuilder* builder) {
   builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
   builder->AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS, 30 * 60'000);
   builder->AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_GRACE_MS, 10 * 60'000);
-  // Two servers on one port would share its calls without a word.
-  builder->AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  builder->AddChannelArgument(GRPC_ARG_ENABLE_CHANNELZ, 1);  // what FloodWatch looks at
+  // Who connects and says nothing holds its place no longer than this.
+  builder->AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 20'000);
 }
 
-std::vector<std::string> ServiceNamesOf(const std::string& area) {
-  std::vector<std::string> names;
-  const auto* file =
-      google::protobuf::DescriptorPool::generated_pool()->FindFileByName("sixpoint/" + area + "/v1/" + area + ".proto");
-  for (int i = 0; file != nullptr && i < file->service_count(); ++i) names.push_back(file->service(i)->full_name());
-  return names;
-}
+// Asks little where nothing has changed: the schema's version each time; what we may and what the database keeps, which is asked
+// of its catalogues, after a failure, another version or a minute.
+class ReadinessQuestion {
+ public:
+  ReadinessQuestion(storage::Database* database, bool volatile_database)
+      : database_(database), volatile_database_(volatile_database) {}
 
-Readiness AskDatabase(const ServerOptions& options, storage::Database* database, std::string* why_not) {
-  const absl::StatusOr<int> version = database->SchemaVersion(system_clock::now() + kDatabasePatience);
-  if (!version.ok()) {
-    *why_not = std::string(version.status().message());
-    return version.status().code() == absl::StatusCode::kResourceExhausted ? Readiness::kBusy : Readiness::kNotReady;
+  Readiness Ask(std::string* why_not) {
+    const absl::StatusOr<int> version = database_->SchemaVersion(system_clock::now() + kDatabasePatience);
+    if (!version.ok()) return NotReady(version.status(), why_not);
+    if (*version < NewestMigration()) {
+      return NotReady(absl::FailedPreconditionError("schema version: " + std::to_string(*version) + ", want " +
+                                                    std::to_string(NewestMigration())),
+                      why_not);
+    }
+    const auto now = std::chrono::steady_clock::now();
+    if (version_ == *version && now < asked_all_ + kBetweenAll) {
+      *why_not = said_;
+      return Readiness::kReady;
+    }
+    const absl::Status least = database_->RequireLeastRights(system_clock::now() + kDatabasePatience);
+    if (!least.ok()) return NotReady(least, why_not);
+    const absl::Status durable = database_->RequireDurable(system_clock::now() + kDatabasePatience);
+    if (!durable.ok() && !(volatile_database_ && absl::IsFailedPrecondition(durable)))
+      return NotReady(durable, why_not);
+    *why_not = said_ = std::string(durable.message());
+    version_ = *version;
+    asked_all_ = now;
+    return Readiness::kReady;
   }
-  if (*version < NewestMigration()) {
-    *why_not = "schema version: " + std::to_string(*version) + ", want " + std::to_string(NewestMigration());
-    return Readiness::kNotReady;
+
+ private:
+  Readiness NotReady(const absl::Status& status, std::string* why_not) {
+    version_.reset();
+    *why_not = std::string(status.message());
+    return absl::IsResourceExhausted(status) ? Readiness::kBusy : Readiness::kNotReady;
   }
-  const absl::Status least = database->RequireLeastRights(system_clock::now() + kDatabasePatience);
-  if (!least.ok()) {
-    *why_not = std::string(least.message());
-    return absl::IsResourceExhausted(least) ? Readiness::kBusy : Readiness::kNotReady;
-  }
-  const absl::Status durable = database->RequireDurable(system_clock::now() + kDatabasePatience);
-  if (durable.ok()) return Readiness::kReady;
-  *why_not = std::string(durable.message());
-  if (options.volatile_database && absl::IsFailedPrecondition(durable)) return Readiness::kReady;
-  return absl::IsResourceExhausted(durable) ? Readiness::kBusy : Readiness::kNotReady;
-}
+
+  static constexpr std::chrono::minutes kBetweenAll{1};
+  storage::Database* const database_;
+  const bool volatile_database_;
+  std::optional<int> version_;
+  std::string said_;  // of a database that is served all the same
+  std::chrono::steady_clock::time_point asked_all_;
+};
 
 // How long running calls get. Without calls only idle connections are left, whose clients may take 5 s to say good-bye.
 std::chrono::milliseconds DrainTime() {
@@ -97,18 +129,23 @@ bool WaitForStop(const sigset_t& signals, long milliseconds) {
   return sigtimedwait(&signals, nullptr, &patience) > 0;
 }
 
-// Keeps health in step with the database until a signal comes.
-void ServeUntilStopped(const ServerOptions& options, grpc::Server* server, storage::Database* database,
-                       const std::vector<std::string>& names, const sigset_t& signals) {
+// Keeps health and admission in step with the database until a signal comes.
+void ServeUntilStopped(const ServerOptions& options, grpc::Server* server, Admission* admission,
+                       storage::Database* database, const std::vector<std::string>& names, const sigset_t& signals) {
+  ReadinessQuestion question(database, options.volatile_database);
   bool serving = false;
   std::string said;
   do {
     std::string why_not;
-    const Readiness readiness = AskDatabase(options, database, &why_not);
+    const Readiness readiness = question.Ask(&why_not);
     if (readiness == Readiness::kBusy) continue;  // full is not broken: as before
     if (!why_not.empty() && why_not != said)
       Log(LogLevel::kWarning, (readiness == Readiness::kReady ? "served all the same: " : "not ready: ") + why_not);
     said = why_not;
+    if (readiness == Readiness::kReady)
+      admission->SetReady();
+    else
+      admission->SetNotReady(why_not);
     if (serving == (readiness == Readiness::kReady)) continue;
     serving = !serving;
     for (const std::string& name : names) server->GetHealthCheckService()->SetServingStatus(name, serving);
@@ -127,34 +164,52 @@ int Serve(const ServerOptions& options, const ServiceFactory& factory) {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   std::signal(SIGPIPE, SIG_IGN);  // a worker or client that is gone is an error code, not our end
   StartLog(options.area);
+  const ConnectionLimits connection_limits = RaiseDescriptorLimit({});
 
   const std::unique_ptr<storage::Database> database =
       storage::Database::Open(options.database, options.database_connections);
-  const std::vector<std::unique_ptr<grpc::Service>> services = factory(options, database.get());
+  const std::vector<ServedService> services = factory(options, database.get());
+  OpenConnections connections(connection_limits);
+  Admission admission;
 
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
-  SetLimits(options, &builder);
+  SetLimits(options, GreatestMessage_bytes(services), &builder);
   std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
   interceptors.push_back(std::make_unique<CallLogFactory>());
   builder.experimental().SetInterceptorCreators(std::move(interceptors));
-  builder.AddListeningPort(options.listen_address, grpc::InsecureServerCredentials());
-  for (const std::unique_ptr<grpc::Service>& service : services) builder.RegisterService(service.get());
-  const std::unique_ptr<grpc::Server> server = builder.BuildAndStart();
-  if (server == nullptr) {
-    Log(LogLevel::kError, "cannot listen", {{"address", options.listen_address}});
+  auto taker = builder.experimental().AddExternalConnectionAcceptor(
+      grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, grpc::InsecureServerCredentials());
+  std::vector<std::unique_ptr<grpc::Service>> admitted;
+  std::vector<std::string> names = {""};  // the server as a whole
+  for (const ServedService& each : services) {
+    admitted.push_back(admission.Admit(each.full_name, each.service.get()));
+    builder.RegisterService(admitted.back().get());
+    names.push_back(each.full_name);
+  }
+  absl::StatusOr<std::vector<Descriptor>> sockets = ListenAt(options.listen_address);
+  if (!sockets.ok()) {
+    Log(LogLevel::kError, "cannot listen", {{"why", std::string(sockets.status().message())}});
     return 1;
   }
-  std::vector<std::string> names = ServiceNamesOf(options.area);
-  names.emplace_back();  // the server as a whole
+  const std::unique_ptr<grpc::Server> server = builder.BuildAndStart();
+  if (server == nullptr) {
+    Log(LogLevel::kError, "gRPC does not start");
+    return 1;
+  }
   for (const std::string& name : names) server->GetHealthCheckService()->SetServingStatus(name, false);
+  auto acceptor = std::make_unique<ConnectionAcceptor>(*std::move(sockets), &connections, std::move(taker));
+  auto flood_watch = std::make_unique<FloodWatch>(&connections);
   Log(LogLevel::kInfo, "listening", {{"address", options.listen_address}});
 
-  ServeUntilStopped(options, server.get(), database.get(), names, signals);
+  ServeUntilStopped(options, server.get(), &admission, database.get(), names, signals);
 
   server->GetHealthCheckService()->Shutdown();
   Log(LogLevel::kInfo, "stopping: running calls may end, new ones are refused");
+  acceptor.reset();
+  flood_watch.reset();
+  RemoveUnixSocket(options.listen_address);
   server->Shutdown(system_clock::now() + DrainTime());
   server->Wait();
   Log(LogLevel::kInfo, "stopped");

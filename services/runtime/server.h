@@ -26,7 +26,6 @@ struct ServerOptions {
   std::map<std::string, std::string> peers;  // --peer plant=127.0.0.1:7400 (repeated): the other services
   std::string worker_folder;                 // --workers DIR: where sixpoint-cad-worker and sixpoint-decode-worker are
   int database_connections = 8;              // --database-connections
-  int max_message_mb = 8;                    // greatest message received
   int threads = 2;                           // --threads: compute threads of kernels
   bool volatile_database = false;            // --volatile-database: one that may lose what was acknowledged is served
 };
@@ -35,11 +34,16 @@ struct ServerOptions {
 ServerOptions ParseServerOptions(int argc, char** argv, const std::string& area,
                                  const std::function<void(CLI::App*)>& add_own_flags = nullptr);
 
-// Builds the service from its options, serves until SIGTERM or SIGINT, then: NOT_SERVING, drain, stop. Health ("" and the
+struct ServedService {
+  std::string full_name;  // sixpoint.plant.v1.PlantService
+  std::unique_ptr<grpc::Service> service;
+};
+
+// Builds the services from their options, serves until SIGTERM or SIGINT, then: NOT_SERVING, drain, stop. Health ("" and each
 // service's name) turns SERVING once the database is reachable and its schema is at least the one this binary knows: the
-// next release's migrations come before its binaries, and change nothing that these read.
-using ServiceFactory =
-    std::function<std::vector<std::unique_ptr<grpc::Service>>(const ServerOptions&, storage::Database*)>;
+// next release's migrations come before its binaries, and change nothing that these read. Until then every method answers
+// UNAVAILABLE, SERVICE_NOT_READY.
+using ServiceFactory = std::function<std::vector<ServedService>(const ServerOptions&, storage::Database*)>;
 int Serve(const ServerOptions& options, const ServiceFactory& factory);
 
 // version+git hash, as stored with every result.

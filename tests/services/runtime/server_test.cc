@@ -5,10 +5,12 @@
 #include <grpcpp/generic/generic_stub.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -16,9 +18,11 @@
 #include <sstream>
 #include <thread>
 
+#include "services/runtime/errors.h"
 #include "services/runtime/trace.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "storage/migrate.h"
+#include "tests/services/runtime/raw_connection.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::runtime {
@@ -30,6 +34,10 @@ using ingest::v1::ScanService;
 using sixpoint::testing::Soon;
 using sixpoint::testing::ThrowawayDatabase;
 using std::chrono::milliseconds;
+using testing::CallHeaders;
+using testing::Frame;
+using testing::FrameOf;
+using testing::RawConnection;
 
 constexpr char kService[] = "sixpoint.ingest.v1.ScanService";
 enum Health { kUnknown = 0, kServing = 1, kNotServing = 2 };  // grpc.health.v1.HealthCheckResponse.ServingStatus
@@ -53,17 +61,35 @@ class ServerTest : public ::testing::Test {
     const pid_t child = fork();
     if (child == 0) {
       if (std::freopen(log.c_str(), "a", stderr) == nullptr) _exit(126);
-      execl(program.c_str(), program.c_str(), "--listen", listen.c_str(), "--database", conninfo.c_str(),
-            "--max-message-mb", "1", nullptr);
+      const rlimit descriptors{descriptor_limit_, descriptor_limit_};
+      if (descriptor_limit_ > 0 && setrlimit(RLIMIT_NOFILE, &descriptors) != 0) _exit(125);
+      execl(program.c_str(), program.c_str(), "--listen", listen.c_str(), "--database", conninfo.c_str(), nullptr);
       _exit(127);
     }
     return child;
   }
-  void Start(const std::string& conninfo) {
-    pid_ = Spawn(Address(), conninfo);
-    channel_ = grpc::CreateChannel(Address(), grpc::InsecureChannelCredentials());
+  void Start(const std::string& conninfo) { StartAt(Address(), conninfo); }
+  void StartAt(const std::string& address, const std::string& conninfo) {
+    pid_ = Spawn(address, conninfo);
+    channel_ = NewChannel(address);
     ASSERT_TRUE(channel_->WaitForConnected(Soon(15)));
   }
+  // With a database that it may use.
+  void StartReady(const std::string& address) {
+    database_ = std::make_unique<ThrowawayDatabase>();
+    StartAt(address, sixpoint::testing::AsRole(database_->conninfo(), "ingest"));
+    ASSERT_TRUE(BecomesHealth(kServing, 15));
+  }
+  // With a connection of its own.
+  static std::shared_ptr<grpc::Channel> NewChannel(const std::string& address) {
+    grpc::ChannelArguments of_its_own;
+    of_its_own.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+    of_its_own.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 200);
+    of_its_own.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
+    of_its_own.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 5000);
+    return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), of_its_own);
+  }
+  static std::string TcpAddress() { return "127.0.0.1:" + std::to_string(20000 + getpid() % 20000); }
   std::string Address() const { return "unix:" + folder_ + "/socket"; }
   int Stop(int signal) {
     kill(pid_, signal);
@@ -131,6 +157,8 @@ class ServerTest : public ::testing::Test {
   }
 
   std::string folder_;
+  std::unique_ptr<ThrowawayDatabase> database_;
+  rlim_t descriptor_limit_ = 0;  // 0: as ours
   pid_t pid_ = 0;
   std::shared_ptr<grpc::Channel> channel_;
 };
@@ -151,6 +179,40 @@ TEST_F(ServerTest, HealthFollowsSchemaAndDatabase) {
   EXPECT_EQ(HealthOf("nobody", &code), kUnknown);
   EXPECT_EQ(code, grpc::StatusCode::NOT_FOUND);
   EXPECT_THAT(LogLines("serving").size(), 2);
+}
+
+// Handlers of a service that has no database fail in ways of their own: none is run.
+TEST_F(ServerTest, EveryMethodIsUnavailableUntilTheServiceIsReady) {
+  ThrowawayDatabase database(ThrowawayDatabase::Schema::kEmpty);
+  Start(sixpoint::testing::AsRole(database.conninfo(), "ingest"));
+  const std::string why = "the service is not ready: schema version: 0, want " + std::to_string(NewestMigration());
+  Scan scan;
+  grpc::Status unready;
+  for (const auto end = Soon(15); unready.error_message() != why && std::chrono::system_clock::now() < end;)
+    unready = Get("x", &scan);
+  EXPECT_EQ(unready.error_message(), why);
+  EXPECT_EQ(unready.error_code(), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_TRUE(HasReason(FromGrpc(unready), errors::v1::SERVICE_NOT_READY));
+  // Of every kind: those that stream answers, and requests too.
+  const auto stub = ScanService::NewStub(channel_);
+  grpc::ClientContext download, upload;
+  ingest::v1::DownloadScanResponse downloaded;
+  const auto reader = stub->DownloadScan(&download, {});
+  EXPECT_FALSE(reader->Read(&downloaded));
+  EXPECT_EQ(reader->Finish().error_message(), why);
+  ingest::v1::UploadScanResponse uploaded;
+  const auto stream = stub->UploadScan(&upload);
+  EXPECT_FALSE(stream->Read(&uploaded));
+  EXPECT_EQ(stream->Finish().error_message(), why);
+  // Migrated, it serves; one that loses its database no longer does.
+  ASSERT_TRUE(storage::Migrate(database.conninfo(), ThrowawayDatabase::MigrationsFolder()).ok());
+  ASSERT_TRUE(BecomesHealth(kServing, 15));
+  EXPECT_TRUE(Get("x", &scan).ok());
+  ThrowawayDatabase::KillServer();
+  EXPECT_TRUE(BecomesHealth(kNotServing, 15));
+  EXPECT_TRUE(HasReason(FromGrpc(Get("x", &scan)), errors::v1::SERVICE_NOT_READY));
+  ThrowawayDatabase::StartServer();
+  EXPECT_TRUE(BecomesHealth(kServing, 30));
 }
 
 TEST_F(ServerTest, ADatabaseThatMayLoseWhatItKeptIsNotServed) {
@@ -207,7 +269,7 @@ TEST_F(ServerTest, StopsAtOnceAlsoWithoutADatabase) {
 }
 
 TEST_F(ServerTest, EachCallIsOneLogLineWithItsTrace) {
-  Start("host=/nowhere-at-all dbname=x");
+  StartReady(Address());
   const std::string given = "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01";
   Scan scan;
   ASSERT_TRUE(Get("a", &scan, given).ok());
@@ -244,22 +306,24 @@ TEST_F(ServerTest, EachCallIsOneLogLineWithItsTrace) {
 }
 
 TEST_F(ServerTest, TooLargeAMessageOrHeaderIsRefused) {
-  Start("host=/nowhere-at-all dbname=x");
+  StartReady(Address());
   Scan scan;
-  EXPECT_TRUE(Get(std::string(1 << 19, 'x'), &scan).ok());
-  EXPECT_EQ(Get(std::string((1 << 20) + 1, 'x'), &scan).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_TRUE(Get(std::string(200'000, 'x'), &scan).ok());
+  // What is too large for its method, and for every method of the server (UploadScan's 8 MiB).
+  const grpc::Status large = Get(std::string(300'000, 'x'), &scan);
+  EXPECT_EQ(large.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(large.error_message(), "request: 300004 bytes, want at most 262144");
+  EXPECT_EQ(Get(std::string(9 << 20, 'x'), &scan).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_FALSE(Get("x", &scan, std::string(40'000, 'h')).ok());
   // The server ends the connection that sent such a header, and lives on for others.
-  grpc::ChannelArguments of_its_own;
-  of_its_own.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-  channel_ = grpc::CreateCustomChannel(Address(), grpc::InsecureChannelCredentials(), of_its_own);
+  channel_ = NewChannel(Address());
   const grpc::Status after = Get("x", &scan);
   EXPECT_TRUE(after.ok()) << after.error_message();
 }
 
 // 100 MB that are 100 KB on the wire.
 TEST_F(ServerTest, ACompressedMessageIsRefusedBeforeItIsInflated) {
-  Start("host=/nowhere-at-all dbname=x");
+  StartReady(Address());
   Scan scan;
   ASSERT_TRUE(Get("x", &scan).ok());
   const std::int64_t before_kb = PeakKb();
@@ -309,15 +373,124 @@ TEST_F(ServerTest, ReflectionNamesTheService) {
 }
 
 TEST_F(ServerTest, ATakenPortIsAnErrorNotASharedPort) {
-  const std::string port = std::to_string(20000 + getpid() % 20000);
-  pid_ = Spawn("127.0.0.1:" + port, "host=/nowhere-at-all dbname=x");
-  channel_ = grpc::CreateChannel("127.0.0.1:" + port, grpc::InsecureChannelCredentials());
-  ASSERT_TRUE(channel_->WaitForConnected(Soon(15)));
-  const pid_t second = Spawn("127.0.0.1:" + port, "host=/nowhere-at-all dbname=x");
+  StartAt(TcpAddress(), "host=/nowhere-at-all dbname=x");
+  const pid_t second = Spawn(TcpAddress(), "host=/nowhere-at-all dbname=x");
   int status = 0;
   ASSERT_EQ(waitpid(second, &status, 0), second);
   EXPECT_EQ(WEXITSTATUS(status), 1);
-  EXPECT_EQ(LogLines("cannot listen").size(), 1u);
+  const auto lines = LogLines("cannot listen");
+  ASSERT_EQ(lines.size(), 1u);
+  EXPECT_EQ(lines[0]["why"],
+            "--listen: " + TcpAddress() + " (Address already in use), want an address of this machine that is free");
+}
+
+// One peer with 3000 connections, each of which has said that it speaks HTTP/2 and says nothing more.
+TEST_F(ServerTest, OnePeersConnectionsNeitherStopOthersNorGrowMemory) {
+  rlimit ours{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &ours), 0);
+  if (ours.rlim_max < 4000) GTEST_SKIP() << "SKIPPED: at most " << ours.rlim_max << " descriptors, want 4000";
+  ours.rlim_cur = ours.rlim_max;
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &ours), 0);
+  StartReady(TcpAddress());
+  Scan scan;
+  ASSERT_TRUE(Get("x", &scan).ok());
+  const std::int64_t before_kb = PeakKb();
+  std::vector<RawConnection> idle;
+  for (int i = 0; i < 3000; ++i) {
+    idle.emplace_back(TcpAddress(), "127.0.0.2");
+    ASSERT_TRUE(idle.back().connected());
+    idle.back().Send(testing::Preface());
+  }
+  // Another peer is served all the while, on a connection of its own.
+  channel_ = NewChannel(TcpAddress());
+  const grpc::Status another = Get("x", &scan);
+  EXPECT_TRUE(another.ok()) << another.error_message();
+  const std::int64_t growth_kb = PeakKb() - before_kb;
+  const auto open_count = [&idle] {
+    return std::count_if(idle.begin(), idle.end(), [](RawConnection& one) { return !one.IsClosedWithin(0); });
+  };
+  for (const auto end = Soon(20); open_count() > 256 && std::chrono::system_clock::now() < end;)
+    std::this_thread::sleep_for(milliseconds(50));
+  EXPECT_EQ(open_count(), 256);  // as ConnectionLimits says
+  std::printf("3000 connections of one peer: %ld KB\n", static_cast<long>(growth_kb));
+  EXPECT_LT(growth_kb, 32'000);  // 256 connections of about 64 KB, twice
+  EXPECT_EQ(LogLines("connection refused").size(), 1u);
+  // Its places are free again once it has gone.
+  idle.clear();
+  bool again = false;
+  for (const auto end = Soon(20); !again && std::chrono::system_clock::now() < end;) {
+    RawConnection one(TcpAddress(), "127.0.0.2");
+    again = one.Send(testing::Preface()) && !one.IsClosedWithin(0.2);
+  }
+  EXPECT_TRUE(again);
+}
+
+TEST_F(ServerTest, ExhaustedDescriptorsRecover) {
+  descriptor_limit_ = 128;
+  StartReady(TcpAddress());
+  Scan scan;
+  ASSERT_TRUE(Get("hold every descriptor", &scan).ok());
+  // Refused, not left to wait; the connections that are there go on.
+  for (int i = 0; i < 200; ++i) EXPECT_TRUE(RawConnection(TcpAddress()).IsClosedWithin(10)) << i;
+  ASSERT_TRUE(Get("give them back", &scan).ok());
+  channel_ = NewChannel(TcpAddress());
+  const grpc::Status after = Get("x", &scan);
+  EXPECT_TRUE(after.ok()) << after.error_message();
+}
+
+TEST_F(ServerTest, ConnectionsLeaveDescriptorsForTheServersOwnWork) {
+  descriptor_limit_ = 128;
+  StartReady(TcpAddress());
+  Scan scan;
+  std::vector<RawConnection> idle;
+  for (int i = 0; i < 100; ++i) idle.emplace_back(TcpAddress(), "127.0.0." + std::to_string(2 + i % 4));
+  for (const auto end = Soon(20); LogLines("connection refused").empty() && std::chrono::system_clock::now() < end;)
+    std::this_thread::sleep_for(milliseconds(50));
+  EXPECT_EQ(LogLines("connection refused").size(), 1u);
+  ASSERT_TRUE(Get("hold every descriptor", &scan).ok());
+  EXPECT_GT(std::stoi(scan.name()), 32);  // of 128, 64 are for connections; gRPC and logs have some
+}
+
+// CVE-2023-44487: calls that are begun and given up at once, as fast as the server takes them, on four connections that are opened anew
+// whenever it ends them. Requests that are still to come, and such as have come whole.
+TEST_F(ServerTest, StreamsThatAreResetAtOnceTakeLittleMemory) {
+  StartReady(TcpAddress());
+  Scan scan;
+  ASSERT_TRUE(Get("x", &scan).ok());
+  const std::int64_t before_kb = PeakKb();
+  const std::string headers = CallHeaders("/" + std::string(kService) + "/GetScan");
+  const std::string cancel("\0\0\0\x08", 4);
+  std::atomic<int> sent = 0, connections = 0;
+  const auto attack = [&](int flags) {
+    for (const auto end = Soon(4); std::chrono::system_clock::now() < end;) {
+      RawConnection stranger(TcpAddress(), "127.0.0.2");
+      if (!stranger.Send(testing::Preface())) continue;
+      ++connections;
+      bool open = true;
+      for (unsigned stream = 1; open && std::chrono::system_clock::now() < end;) {
+        std::string burst;
+        for (int i = 0; i < 100; ++i, stream += 2)
+          burst += FrameOf(Frame::kHeaders, flags, stream, headers) + FrameOf(Frame::kResetStream, 0, stream, cancel);
+        open = stranger.Send(burst);
+        if (open) sent += 100;
+      }
+    }
+  };
+  for (const int end_headers_and_stream : {0x04, 0x05}) {
+    std::vector<std::thread> strangers;
+    for (int i = 0; i < 4; ++i) strangers.emplace_back(attack, end_headers_and_stream);
+    const grpc::Status meanwhile = Get("x", &scan);
+    EXPECT_TRUE(meanwhile.ok()) << meanwhile.error_message();
+    for (std::thread& stranger : strangers) stranger.join();
+    std::this_thread::sleep_for(std::chrono::seconds(5));  // so long a stranger whom it has cut off is refused
+  }
+  const std::int64_t growth_kb = PeakKb() - before_kb;
+  std::printf("%d streams reset on %d connections: %ld KB\n", sent.load(), connections.load(),
+              static_cast<long>(growth_kb));
+  EXPECT_GT(sent, 2000);
+  EXPECT_LT(growth_kb, 100'000);
+  EXPECT_GE(LogLines("connection ended: its calls were given up unanswered").size(), 2u);
+  EXPECT_TRUE(Get("x", &scan).ok());
 }
 
 }  // namespace

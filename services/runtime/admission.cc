@@ -1,0 +1,118 @@
+#include "services/runtime/admission.h"
+
+#include <google/protobuf/descriptor.h>
+#include <grpc/byte_buffer.h>
+#include <grpcpp/impl/rpc_service_method.h>
+#include <grpcpp/support/method_handler.h>
+
+#include <list>
+
+#include "services/runtime/errors.h"
+#include "services/runtime/message_limits.h"
+
+namespace sixpoint::runtime {
+
+using grpc::internal::MethodHandler;
+using grpc::internal::RpcMethod;
+
+namespace {
+
+RpcMethod::RpcType TypeOf(const google::protobuf::MethodDescriptor& method) {
+  if (method.client_streaming())
+    return method.server_streaming() ? RpcMethod::BIDI_STREAMING : RpcMethod::CLIENT_STREAMING;
+  return method.server_streaming() ? RpcMethod::SERVER_STREAMING : RpcMethod::NORMAL_RPC;
+}
+
+// Whatever the call's kind, a handler with a failure to tell answers that alone: it has no function to call.
+void End(const MethodHandler::HandlerParameter& call, const grpc::Status& why) {
+  grpc::internal::RpcMethodHandler<grpc::Service, grpc::ByteBuffer, grpc::ByteBuffer>(nullptr, nullptr)
+      .RunHandler({call.call, call.server_context, nullptr, why, nullptr, call.call_requester});
+}
+
+}  // namespace
+
+class AdmittedMethod : public MethodHandler {
+ public:
+  AdmittedMethod(const Admission& admission, const google::protobuf::MethodDescriptor& method, MethodHandler* handler)
+      : admission_(admission),
+        greatest_bytes_(GreatestRequest_bytes(method)),
+        streams_requests_(method.client_streaming()),
+        handler_(handler) {}
+
+  // As it came, until the call is admitted.
+  void* Deserialize(grpc_call*, grpc_byte_buffer* request, grpc::Status*, void**) override { return request; }
+
+  void RunHandler(const HandlerParameter& call) override {
+    auto* const request = static_cast<grpc_byte_buffer*>(call.request);
+    if (absl::Status admitted = Check(call, request); !admitted.ok()) {
+      if (request != nullptr) grpc_byte_buffer_destroy(request);
+      return End(call, ToGrpc(admitted));
+    }
+    if (streams_requests_) return handler_->RunHandler(call);
+    grpc::Status parsed;
+    void* data = nullptr;
+    void* const message = handler_->Deserialize(call.call->call(), request, &parsed, &data);
+    handler_->RunHandler({call.call, call.server_context, message, parsed, data, call.call_requester});
+  }
+
+ private:
+  absl::Status Check(const HandlerParameter& call, grpc_byte_buffer* request) const {
+    if (call.server_context->IsCancelled()) return absl::CancelledError("the client went away before its turn came");
+    if (absl::Status ready = admission_.CheckReady(); !ready.ok()) return ready;
+    const std::size_t size_bytes = request == nullptr ? 0 : grpc_byte_buffer_length(request);
+    if (size_bytes <= greatest_bytes_) return absl::OkStatus();
+    return Refuse("request", std::to_string(size_bytes) + " bytes", "at most " + std::to_string(greatest_bytes_));
+  }
+
+  const Admission& admission_;
+  const std::size_t greatest_bytes_;
+  const bool streams_requests_;
+  MethodHandler* const handler_;  // its service's
+};
+
+namespace {
+
+// gRPC 1.51 lets nothing refuse a call before its handler: an interceptor only watches. So a service of ours has the methods,
+// and each runs the handler of the service behind it.
+class AdmittedService : public grpc::Service {
+ public:
+  AdmittedService(const Admission& admission, const google::protobuf::ServiceDescriptor& descriptor,
+                  grpc::Service* behind) {
+    // Generated code adds its methods in the order of the contract. GetHandler is a derived class's to call.
+    const auto handler_of = &AdmittedService::GetHandler;
+    for (int i = 0; i < descriptor.method_count(); ++i) {
+      const auto& method = *descriptor.method(i);
+      names_.push_back("/" + descriptor.full_name() + "/" + method.name());
+      AddMethod(new grpc::internal::RpcServiceMethod(names_.back().c_str(), TypeOf(method),
+                                                     new AdmittedMethod(admission, method, (behind->*handler_of)(i))));
+    }
+  }
+
+ private:
+  std::list<std::string> names_;  // gRPC keeps where they lie
+};
+
+}  // namespace
+
+void Admission::SetNotReady(const std::string& why) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  not_ready_ = why;
+}
+
+void Admission::SetReady() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  not_ready_.reset();
+}
+
+absl::Status Admission::CheckReady() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!not_ready_.has_value()) return absl::OkStatus();
+  return Failure(errors::v1::SERVICE_NOT_READY, "the service is not ready: " + *not_ready_);
+}
+
+std::unique_ptr<grpc::Service> Admission::Admit(const std::string& full_name, grpc::Service* service) {
+  const auto* descriptor = google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(full_name);
+  return std::make_unique<AdmittedService>(*this, *descriptor, service);
+}
+
+}  // namespace sixpoint::runtime

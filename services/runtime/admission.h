@@ -1,0 +1,35 @@
+// What every call of our own services passes before its handler: is its client still there, is the server ready, is the request
+// as small as the method's is. Nothing of a request is parsed before.
+#pragma once
+
+#include <absl/status/status.h>
+#include <grpcpp/grpcpp.h>
+#include <grpcpp/impl/service_type.h>
+
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+namespace sixpoint::runtime {
+
+// Thread-safe. Outlives the services that it admits to.
+class Admission {
+ public:
+  // SERVICE_NOT_READY with that sentence; at first, before anything is known, with one of its own.
+  void SetNotReady(const std::string& why);
+  void SetReady();
+
+  // The methods of `service`, each behind this. full_name: sixpoint.plant.v1.PlantService, whose methods it has. `service`
+  // lives longer.
+  std::unique_ptr<grpc::Service> Admit(const std::string& full_name, grpc::Service* service);
+
+ private:
+  friend class AdmittedMethod;
+  absl::Status CheckReady() const;
+
+  mutable std::mutex mutex_;
+  std::optional<std::string> not_ready_ = "it has not asked its database yet";
+};
+
+}  // namespace sixpoint::runtime
