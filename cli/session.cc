@@ -53,7 +53,7 @@ runtime::RetryLimits Session::Limits() const {
   runtime::RetryLimits limits;
   limits.away_s = kRestartPatience_s;
   limits.full_s = deadline_s;
-  limits.deadline = std::chrono::system_clock::now() + std::chrono::milliseconds(std::llround(1e3 * deadline_s));
+  limits.deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(std::llround(1e3 * deadline_s));
   return limits;
 }
 
@@ -66,7 +66,7 @@ absl::Status Session::Retrying(const std::string& area,
     const auto channel = ChannelTo(area);
     absl::Status status = channel.status();
     if (channel.ok()) {
-      const double left_s = std::chrono::duration<double>(limits.deadline - std::chrono::system_clock::now()).count();
+      const double left_s = std::chrono::duration<double>(limits.deadline - std::chrono::steady_clock::now()).count();
       status = attempt(*channel, runtime::ContextFor(std::max(left_s, 0.001)));
     }
     // A service that is being restarted is back within seconds; a plant that nobody started should not be waited for.

@@ -77,7 +77,7 @@ absl::StatusOr<ingest::v1::StoredScan> PlantLink::Upload(ingest::v1::ScanHeader 
   const double raw_step_mm = 1e-3 * header.raw_step_um();
   clients::UploadOptions options;
   options.retry = Limits();
-  options.retry.deadline = std::chrono::system_clock::now() + std::chrono::seconds(static_cast<int>(kUploadDeadline_s));
+  options.retry.deadline = std::chrono::steady_clock::now() + std::chrono::seconds(static_cast<int>(kUploadDeadline_s));
   options.profiles_per_s = profiles_per_s;
   clients::ScanUploader uploader(channels_.at("ingest"), std::move(options));
   absl::Status status = uploader.Begin(std::move(header));

@@ -24,7 +24,7 @@ constexpr char kSession[] =
 
 absl::Status WaitForSocket(int socket, short events, Deadline deadline) {
   for (;;) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::system_clock::now()).count();
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now()).count();
     if (left <= 0) return absl::DeadlineExceededError("database: no answer before the deadline");
     pollfd waiting{socket, events, 0};
     const int ready = poll(&waiting, 1, static_cast<int>(std::min<long>(left, 60'000)));

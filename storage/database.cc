@@ -25,7 +25,7 @@ constexpr std::int64_t kLongestTimeout_ms = 24 * 3600 * 1000;
 absl::Status DeadlineOver() { return absl::DeadlineExceededError("database: the deadline is over"); }
 
 std::int64_t MillisecondsUntil(Deadline deadline) {
-  const Deadline now = std::chrono::system_clock::now();
+  const Deadline now = std::chrono::steady_clock::now();
   if (deadline <= now) return 0;
   // Deadline::max() less now would overflow in nothing here, but its milliseconds are beyond the server's type.
   return std::min<std::int64_t>(std::chrono::ceil<std::chrono::milliseconds>(deadline - now).count(),
@@ -34,7 +34,7 @@ std::int64_t MillisecondsUntil(Deadline deadline) {
 
 // Leaves room for the grace of a wait: a deadline of "never" must not overflow when it is added to.
 Deadline Bounded(Deadline deadline) {
-  return std::min(deadline, std::chrono::system_clock::now() + std::chrono::milliseconds(kLongestTimeout_ms));
+  return std::min(deadline, std::chrono::steady_clock::now() + std::chrono::milliseconds(kLongestTimeout_ms));
 }
 
 }  // namespace
@@ -170,7 +170,7 @@ Transaction::~Transaction() {
   if (connection_ == nullptr) return;
   bool broken = !IsUsable(connection_);
   if (!broken && PQtransactionStatus(connection_) != PQTRANS_IDLE) {
-    broken = !Query(connection_, "ROLLBACK", nullptr, std::chrono::system_clock::now() + kRollbackPatience).ok() ||
+    broken = !Query(connection_, "ROLLBACK", nullptr, std::chrono::steady_clock::now() + kRollbackPatience).ok() ||
              !IsUsable(connection_);
   }
   database_->Return(connection_, broken);

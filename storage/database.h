@@ -23,8 +23,8 @@ struct pg_result;
 
 namespace sixpoint::storage {
 
-using Deadline = std::chrono::system_clock::time_point;
-using Instant = std::chrono::system_clock::time_point;  // a timestamptz, microseconds kept
+using Deadline = std::chrono::steady_clock::time_point;  // a clock that is set moves none
+using Instant = std::chrono::system_clock::time_point;   // a timestamptz, microseconds kept
 
 // A machine-readable reason (UPPER_SNAKE) travels with a status under this key; runtime puts it on the wire.
 inline constexpr char kReasonPayload[] = "sixpoint.reason";

@@ -76,7 +76,7 @@ absl::StatusOr<std::vector<Migration>> ReadFolder(const std::string& folder) {
   return migrations;
 }
 
-Deadline Soon(std::chrono::seconds patience) { return std::chrono::system_clock::now() + patience; }
+Deadline Soon(std::chrono::seconds patience) { return std::chrono::steady_clock::now() + patience; }
 
 // What the database says was applied, against what the files say now. Returns how many of the files are applied.
 absl::StatusOr<size_t> CheckApplied(pg_conn* connection, const std::vector<Migration>& migrations) {

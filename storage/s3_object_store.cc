@@ -224,10 +224,10 @@ class S3ObjectStore final : public ObjectStore {
   absl::StatusOr<Answer> Call(const Request& request, Deadline deadline) {
     std::chrono::milliseconds pause = kFirstPause;
     for (int attempt = 1;; ++attempt) {
-      const auto left = std::chrono::floor<std::chrono::milliseconds>(deadline - std::chrono::system_clock::now());
+      const auto left = std::chrono::floor<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
       if (left.count() <= 0) return absl::DeadlineExceededError("object store: the deadline is over");
       Answer answer = Once(request, std::min(left, config_.request_timeout));
-      const bool in_time = std::chrono::system_clock::now() + pause < deadline;
+      const bool in_time = std::chrono::steady_clock::now() + pause < deadline;
       if (!IsPassing(answer) || attempt == kAttempts || !in_time) return StatusOf(request, std::move(answer), deadline);
       std::this_thread::sleep_for(pause / 2 + Jitter(pause / 2));
       pause *= 2;
@@ -246,7 +246,7 @@ class S3ObjectStore final : public ObjectStore {
     if (answer.too_long) return TooLong(request.path, static_cast<std::int64_t>(answer.longest_bytes));
     if (answer.transport != CURLE_OK) {
       const std::string why = what + curl_easy_strerror(answer.transport);
-      if (std::chrono::system_clock::now() + kClockStep >= deadline) return absl::DeadlineExceededError(why);
+      if (std::chrono::steady_clock::now() + kClockStep >= deadline) return absl::DeadlineExceededError(why);
       return WithReason(absl::UnavailableError(why), kObjectStoreAway);
     }
     if (answer.http_status >= 200 && answer.http_status < 300) return answer;

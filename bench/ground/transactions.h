@@ -20,7 +20,7 @@ Value Must(absl::StatusOr<Value> value) {
 }
 
 inline storage::Transaction Begin(storage::Database* database) {
-  return Must(database->Begin(std::chrono::system_clock::now() + std::chrono::minutes(2)));
+  return Must(database->Begin(std::chrono::steady_clock::now() + std::chrono::minutes(2)));
 }
 
 inline void Commit(storage::Transaction* transaction) {

@@ -23,7 +23,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-storage::Deadline Soon() { return std::chrono::system_clock::now() + std::chrono::seconds(30); }
+storage::Deadline Soon() { return std::chrono::steady_clock::now() + std::chrono::seconds(30); }
 
 double ThreadCpu_s() {
   timespec t{};

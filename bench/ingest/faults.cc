@@ -33,7 +33,7 @@ constexpr double kStreamDeadline_s = 20;
 constexpr std::chrono::milliseconds kPause{50};
 
 double Now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-storage::Deadline Soon() { return std::chrono::system_clock::now() + std::chrono::seconds(60); }
+storage::Deadline Soon() { return std::chrono::steady_clock::now() + std::chrono::seconds(60); }
 
 // What a client knows of one scan.
 struct Scan {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "metrology/mesh/mesh_bytes.h"
+#include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 
 namespace sixpoint::clients {
@@ -90,7 +91,7 @@ absl::StatusOr<std::shared_ptr<const metrology::Surface>> PlantClient::GetSurfac
     const std::function<bool()>& keep_going) const {
   const std::string& sha256 = part.surface().surface_sha256();
   if (sha256.empty()) return runtime::Refuse("part.surface.surface_sha256", "", "a part as the plant service gave it");
-  return surfaces_->Get(sha256, context->deadline(), keep_going, [&]() -> SurfaceCache::SurfaceOr {
+  return surfaces_->Get(sha256, runtime::DeadlineOf(*context), keep_going, [&]() -> SurfaceCache::SurfaceOr {
     absl::StatusOr<metrology::TriangleMesh> mesh = [&]() -> absl::StatusOr<metrology::TriangleMesh> {
       const absl::StatusOr<std::string> bytes = Download(*stub_, part, context.get());
       if (!bytes.ok()) return bytes.status();

@@ -22,8 +22,8 @@ using ingest::v1::UploadScanResponse;
 constexpr double kNoDeadline_s = 365.0 * 86400;
 constexpr int kEveryBlock = std::numeric_limits<int>::max();
 
-std::unique_ptr<grpc::ClientContext> ContextUntil(std::chrono::system_clock::time_point deadline) {
-  const double left_s = std::chrono::duration<double>(deadline - std::chrono::system_clock::now()).count();
+std::unique_ptr<grpc::ClientContext> ContextUntil(std::chrono::steady_clock::time_point deadline) {
+  const double left_s = std::chrono::duration<double>(deadline - std::chrono::steady_clock::now()).count();
   return runtime::ContextFor(std::clamp(left_s, 0.001, kNoDeadline_s));
 }
 

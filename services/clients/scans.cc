@@ -10,6 +10,7 @@
 
 #include "metrology/cloud/draco_codec.h"
 #include "services/clients/scan_upload.h"
+#include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 
 namespace sixpoint::clients {
@@ -211,7 +212,7 @@ absl::StatusOr<ingest::v1::StoredScan> ScanClient::Upload(ScanHeader header, con
   const absl::StatusOr<OutgoingScan> scan = PrepareScan(std::move(header), points_mm);
   if (!scan.ok()) return scan.status();
   UploadOptions options;
-  options.retry.deadline = context->deadline();
+  options.retry.deadline = runtime::DeadlineOf(*context);
   return UploadScan(channel_, *scan, std::move(options));
 }
 

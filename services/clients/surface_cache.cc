@@ -91,10 +91,10 @@ struct SurfaceCache::State : std::enable_shared_from_this<State> {
 SurfaceCache::SurfaceCache(std::size_t limit_bytes, std::function<std::size_t(const Surface&)> bytes_of)
     : state_(std::make_shared<State>(limit_bytes, bytes_of ? std::move(bytes_of) : &Surface::memory_bytes)) {}
 
-SurfaceCache::SurfaceOr SurfaceCache::Get(const std::string& sha256, std::chrono::system_clock::time_point deadline,
+SurfaceCache::SurfaceOr SurfaceCache::Get(const std::string& sha256, std::chrono::steady_clock::time_point deadline,
                                           const std::function<bool()>& keep_going,
                                           const std::function<SurfaceOr()>& prepare) {
-  using Clock = std::chrono::system_clock;
+  using Clock = std::chrono::steady_clock;
   const Clock::time_point until = std::min(deadline, Clock::now() + kLongestWait);
   {
     std::unique_lock<std::mutex> lock(state_->mutex);

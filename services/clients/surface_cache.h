@@ -27,7 +27,7 @@ class SurfaceCache {
   // The surface of that digest; where there is none, the caller's `prepare` makes it, once for all that ask meanwhile. They
   // wait, at most until their deadline (DEADLINE_EXCEEDED) or until keep_going (may be empty) says no (CANCELLED); where it
   // fails, the next of them tries. RESOURCE_EXHAUSTED: there was no memory to make it.
-  SurfaceOr Get(const std::string& sha256, std::chrono::system_clock::time_point deadline,
+  SurfaceOr Get(const std::string& sha256, std::chrono::steady_clock::time_point deadline,
                 const std::function<bool()>& keep_going, const std::function<SurfaceOr()>& prepare);
 
   struct Use {

@@ -30,7 +30,7 @@ void CallWatchdog::Watch() {
 }
 
 CallWatch::CallWatch(CallWatchdog* watchdog, grpc::ServerContext* context,
-                     std::chrono::system_clock::time_point deadline, std::chrono::milliseconds patience)
+                     std::chrono::steady_clock::time_point deadline, std::chrono::milliseconds patience)
     : watchdog_(watchdog) {
   std::lock_guard lock(watchdog_->mutex_);
   watched_ = watchdog_->watched_.emplace(watchdog_->watched_.end());

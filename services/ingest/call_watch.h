@@ -22,7 +22,7 @@ class CallWatchdog {
 
  private:
   friend class CallWatch;
-  using Clock = std::chrono::system_clock;
+  using Clock = std::chrono::steady_clock;
   struct Watched {
     grpc::ServerContext* context;
     Clock::time_point deadline;
@@ -41,7 +41,7 @@ class CallWatchdog {
 // Lives inside the handler; cancels its call at the deadline, or when it was not touched for `patience`.
 class CallWatch {
  public:
-  CallWatch(CallWatchdog* watchdog, grpc::ServerContext* context, std::chrono::system_clock::time_point deadline,
+  CallWatch(CallWatchdog* watchdog, grpc::ServerContext* context, std::chrono::steady_clock::time_point deadline,
             std::chrono::milliseconds patience);
   ~CallWatch();
   CallWatch(const CallWatch&) = delete;

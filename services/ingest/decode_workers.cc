@@ -18,7 +18,7 @@
 namespace sixpoint::ingest {
 namespace {
 
-using Clock = std::chrono::system_clock;
+using Clock = std::chrono::steady_clock;
 
 // How a conversation with a worker went.
 enum class Talk { kDone, kBroken, kTooLate };

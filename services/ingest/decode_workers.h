@@ -37,7 +37,7 @@ class DecodeWorkers {
 
   // How long a block may wait for a worker and for its decoding.
   struct Caller {
-    std::chrono::system_clock::time_point deadline;
+    std::chrono::steady_clock::time_point deadline;
     std::function<bool()> keep_going;  // may be empty
   };
   // Decodes in a worker. INVALID_ARGUMENT: the block is not what it should be; the message says what is wrong with it.

@@ -25,10 +25,6 @@ constexpr int kUsualPreviewCount = 20'000;
 constexpr int kGreatestPreviewCount = 200'000;
 // Each decodes a whole scan.
 
-std::chrono::system_clock::time_point UploadDeadline(const grpc::ServerContext& context) {
-  return std::min(context.deadline(), std::chrono::system_clock::now() + kLongestUpload);
-}
-
 absl::StatusOr<ProfileRange> RangeOf(const v1::DownloadScanRequest& request, const StoredScan& scan) {
   const int profile_count = scan.row.profile_count;
   if (request.first_profile() == 0 && request.profile_count() == 0) {
@@ -98,14 +94,14 @@ grpc::Status ScanService::UploadScan(grpc::ServerContext* context, UploadStream*
 }
 
 absl::Status ScanService::Upload(grpc::ServerContext* context, UploadStream* stream) {
-  const auto slot = uploads_.Enter(UploadDeadline(*context), runtime::KeepGoing(*context));
+  const auto slot = uploads_.Enter(runtime::DeadlineWithin(*context, kLongestUpload), runtime::KeepGoing(*context));
   if (!slot.ok()) return slot.status();
-  CallWatch watch(&watchdog_, context, UploadDeadline(*context), stream_patience_);
+  CallWatch watch(&watchdog_, context, runtime::DeadlineWithin(*context, kLongestUpload), stream_patience_);
   v1::UploadScanRequest request;
   if (!stream->Read(&request) || !request.has_header()) {
     return runtime::Refuse("header", "missing", "the header as the first message");
   }
-  UploadCaller caller{UploadDeadline(*context), runtime::KeepGoing(*context),
+  UploadCaller caller{runtime::DeadlineWithin(*context, kLongestUpload), runtime::KeepGoing(*context),
                       [context] { return runtime::ContextFor(*context); }, context->peer()};
   absl::StatusOr<std::unique_ptr<ScanUpload>> upload = ScanUpload::Begin(
       {store_.get(), &workers_, &plant_, &encoding_}, std::move(*request.mutable_header()), std::move(caller));

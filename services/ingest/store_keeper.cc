@@ -25,7 +25,7 @@ constexpr std::chrono::seconds kCheckSlice{30};
 constexpr std::chrono::seconds kPatience{30};
 constexpr char kRequestedBy[] = "sixpoint-ingest";
 
-storage::Deadline In(std::chrono::seconds patience) { return std::chrono::system_clock::now() + patience; }
+storage::Deadline In(std::chrono::seconds patience) { return std::chrono::steady_clock::now() + patience; }
 
 void LogFailure(const char* what, const absl::Status& status) {
   if (!status.ok()) Log(LogLevel::kWarning, std::string(what) + ": " + std::string(status.message()));

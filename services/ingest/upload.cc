@@ -63,7 +63,7 @@ ScanUpload::ScanUpload(const UploadTools& tools, v1::ScanHeader header, UploadCa
     : tools_(tools), header_(std::move(header)), caller_(std::move(caller)) {}
 
 storage::Deadline ScanUpload::SoonEnough() const {
-  return std::min(caller_.deadline, std::chrono::system_clock::now() + kDatabasePatience);
+  return std::min(caller_.deadline, std::chrono::steady_clock::now() + kDatabasePatience);
 }
 
 absl::StatusOr<std::unique_ptr<ScanUpload>> ScanUpload::Begin(const UploadTools& tools, v1::ScanHeader header,

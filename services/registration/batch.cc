@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/retry.h"
@@ -19,7 +20,7 @@
 namespace sixpoint::registration {
 namespace {
 
-using Clock = std::chrono::system_clock;
+using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kBetweenProgress{200};
 constexpr std::chrono::milliseconds kBetweenQuestions{50};
@@ -143,7 +144,7 @@ class Run {
     if (!alone) caller.deadline = std::min<storage::Deadline>(caller_.deadline, Clock::now() + limits_.longest_one);
     caller.make_context = [this, deadline = caller.deadline] {
       std::unique_ptr<grpc::ClientContext> context = caller_.make_context();
-      context->set_deadline(std::min<storage::Deadline>(context->deadline(), deadline));
+      runtime::EndBy(deadline, context.get());
       return context;
     };
     caller.keep_going = [this, deadline = caller.deadline] { return Clock::now() < deadline && KeepGoing(); };

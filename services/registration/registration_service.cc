@@ -57,7 +57,7 @@ absl::StatusOr<runtime::Made<storage::RegistrationRow>> RegistrationService::Mak
   };
   auto made = make();
   // A kernel that is told to stop does not know why.
-  if (absl::IsCancelled(made.status()) && std::chrono::system_clock::now() >= caller.deadline)
+  if (absl::IsCancelled(made.status()) && std::chrono::steady_clock::now() >= caller.deadline)
     return absl::DeadlineExceededError("register: its time was over before its end");
   return made;
 }

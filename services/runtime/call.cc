@@ -7,7 +7,7 @@
 namespace sixpoint::runtime {
 namespace {
 
-using Clock = std::chrono::system_clock;
+using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::seconds kDefaultDeadline{120};
 constexpr std::chrono::hours kLongestDeadline{1};
@@ -25,13 +25,34 @@ constexpr char kServiceConfig[] = R"({
   "retryThrottling": {"maxTokens": 10, "tokenRatio": 0.1}
 })";
 
+// What is left until then; centuries where there is none.
+std::chrono::milliseconds LeftUntil(gpr_timespec deadline) {
+  return std::chrono::milliseconds(gpr_time_to_millis(gpr_time_sub(deadline, gpr_now(deadline.clock_type))));
+}
+
+gpr_timespec In(Clock::duration patience) {
+  const auto left = std::chrono::duration_cast<std::chrono::nanoseconds>(patience);
+  return gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC), gpr_time_from_nanos(left.count(), GPR_TIMESPAN));
+}
+
 }  // namespace
 
 Clock::time_point DeadlineOf(const grpc::ServerContext& context) {
-  const Clock::time_point now = Clock::now();
-  const Clock::time_point given = context.deadline();
-  // A call without a deadline has one centuries away.
-  return given > now + std::chrono::hours(24) ? now + kDefaultDeadline : std::min(given, now + kLongestDeadline);
+  const std::chrono::milliseconds left = LeftUntil(context.raw_deadline());
+  if (left > std::chrono::hours(24)) return Clock::now() + kDefaultDeadline;
+  return Clock::now() + std::min<Clock::duration>(left, kLongestDeadline);
+}
+
+Clock::time_point DeadlineWithin(const grpc::ServerContext& context, std::chrono::hours longest) {
+  return Clock::now() + std::min<Clock::duration>(LeftUntil(context.raw_deadline()), longest);
+}
+
+Clock::time_point DeadlineOf(const grpc::ClientContext& context) {
+  return Clock::now() + std::min<Clock::duration>(LeftUntil(context.raw_deadline()), std::chrono::hours(24));
+}
+
+void EndBy(Clock::time_point deadline, grpc::ClientContext* context) {
+  context->set_deadline(In(std::max<Clock::duration>(std::min(DeadlineOf(*context), deadline) - Clock::now(), {})));
 }
 
 std::function<bool()> KeepGoing(const grpc::ServerContext& context) {
@@ -39,16 +60,15 @@ std::function<bool()> KeepGoing(const grpc::ServerContext& context) {
 }
 
 absl::Status Stopped(const grpc::ServerContext& context, const std::string& kept) {
-  if (context.IsCancelled() && Clock::now() < context.deadline())
+  if (context.IsCancelled() && LeftUntil(context.raw_deadline()).count() > 0)
     return absl::CancelledError("the client went away; " + kept);
   return absl::DeadlineExceededError("the call's time is over; " + kept);
 }
 
 std::unique_ptr<grpc::ClientContext> ContextFor(const grpc::ServerContext& context) {
   std::unique_ptr<grpc::ClientContext> made = grpc::ClientContext::FromServerContext(context);
-  const Clock::time_point now = Clock::now();
-  const Clock::time_point deadline = DeadlineOf(context);
-  made->set_deadline(deadline - std::min<Clock::duration>(kMargin, std::max(deadline - now, {}) / 10));
+  const Clock::duration left = std::max<Clock::duration>(DeadlineOf(context) - Clock::now(), {});
+  made->set_deadline(In(left - std::min<Clock::duration>(kMargin, left / 10)));
   const auto traceparent = context.client_metadata().find(kTraceparent);
   made->AddMetadata(kTraceparent, traceparent == context.client_metadata().end()
                                       ? NewTraceparent()
@@ -62,7 +82,7 @@ Caller CallerOf(const grpc::ServerContext& context) {
 
 std::unique_ptr<grpc::ClientContext> ContextFor(double seconds) {
   auto made = std::make_unique<grpc::ClientContext>();
-  made->set_deadline(Clock::now() + std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1e3)));
+  made->set_deadline(In(std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1e3))));
   made->AddMetadata(kTraceparent, NewTraceparent());
   return made;
 }

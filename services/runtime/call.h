@@ -11,8 +11,15 @@
 
 namespace sixpoint::runtime {
 
-// The client's deadline, or now + 120 s where it gave none.
-std::chrono::system_clock::time_point DeadlineOf(const grpc::ServerContext& context);
+// The client's deadline, at most an hour from now, or now + 120 s where it gave none. Deadlines are of the clock that nobody sets: a
+// computer that learns the time while a call runs neither ends it nor lets it run for ever.
+std::chrono::steady_clock::time_point DeadlineOf(const grpc::ServerContext& context);
+// The same, where calls may last longer; so long where the client gave none.
+std::chrono::steady_clock::time_point DeadlineWithin(const grpc::ServerContext& context, std::chrono::hours longest);
+// Of a call that we make; a day from now where it has none.
+std::chrono::steady_clock::time_point DeadlineOf(const grpc::ClientContext& context);
+// Ends a call that we make then, if it would not end before.
+void EndBy(std::chrono::steady_clock::time_point deadline, grpc::ClientContext* context);
 // For kernels: false once the client is gone or its time is over. Valid while the call lasts.
 std::function<bool()> KeepGoing(const grpc::ServerContext& context);
 // Why work ended early that KeepGoing told to stop: CANCELLED of a client that is gone, DEADLINE_EXCEEDED of one whose time is
@@ -22,7 +29,7 @@ absl::Status Stopped(const grpc::ServerContext& context, const std::string& kept
 std::unique_ptr<grpc::ClientContext> ContextFor(const grpc::ServerContext& context);
 // What the work of a call needs of it: its deadline, its cancellation, and a context for each call to another service.
 struct Caller {
-  std::chrono::system_clock::time_point deadline;
+  std::chrono::steady_clock::time_point deadline;
   std::function<std::unique_ptr<grpc::ClientContext>()> make_context;
   std::function<bool()> keep_going;
 };

@@ -13,7 +13,7 @@ constexpr std::chrono::milliseconds kBetweenQuestions{20};
 ComputePool::ComputePool(PoolLimits limits, std::string what, ErrorReason reason)
     : limits_({std::max(0, limits.at_once), std::max(0, limits.waiting)}), what_(std::move(what)), reason_(reason) {}
 
-absl::StatusOr<ComputePool::Slot> ComputePool::Enter(std::chrono::system_clock::time_point deadline,
+absl::StatusOr<ComputePool::Slot> ComputePool::Enter(std::chrono::steady_clock::time_point deadline,
                                                      const std::function<bool()>& keep_going, Patience patience) {
   std::unique_lock<std::mutex> lock(mutex_);
   if (waiting_.empty() && running_ < limits_.at_once) {
@@ -30,8 +30,8 @@ absl::StatusOr<ComputePool::Slot> ComputePool::Enter(std::chrono::system_clock::
   bounded_count_ += bounded;
   absl::Status stopped;
   while (self != waiting_.begin() || running_ >= limits_.at_once) {
-    turn_.wait_until(lock, std::min(deadline, std::chrono::system_clock::now() + kBetweenQuestions));
-    if (std::chrono::system_clock::now() >= deadline) {
+    turn_.wait_until(lock, std::min(deadline, std::chrono::steady_clock::now() + kBetweenQuestions));
+    if (std::chrono::steady_clock::now() >= deadline) {
       stopped = absl::DeadlineExceededError(what_ + ": its time was over while it waited for its turn");
     } else if (keep_going && !keep_going()) {
       stopped = absl::CancelledError(what_ + ": stopped by its caller while it waited for its turn");

@@ -49,7 +49,7 @@ class ComputePool {
   };
   // The caller's turn, waited for. DEADLINE_EXCEEDED at the deadline, CANCELLED within some hundredths of a second after
   // keep_going says so.
-  absl::StatusOr<Slot> Enter(std::chrono::system_clock::time_point deadline, const std::function<bool()>& keep_going,
+  absl::StatusOr<Slot> Enter(std::chrono::steady_clock::time_point deadline, const std::function<bool()>& keep_going,
                              Patience patience = Patience::kBounded);
 
   struct Use {

@@ -52,7 +52,7 @@ bool Retry::TryAgain(const absl::Status& status, const std::shared_ptr<grpc::Cha
   const Clock::duration pause = std::max<Clock::duration>(pause_, RetryDelayOf(status));
   const double patience_s = absl::IsResourceExhausted(status) ? limits_.full_s : limits_.away_s;
   if (AwaySeconds() + std::chrono::duration<double>(pause).count() > patience_s ||
-      limits_.deadline - std::chrono::system_clock::now() < pause) {
+      limits_.deadline - std::chrono::steady_clock::now() < pause) {
     char after[40];
     std::snprintf(after, sizeof after, " did not answer after %.1f s", AwaySeconds());
     Say(after);

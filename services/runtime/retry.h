@@ -23,7 +23,7 @@ struct RetryLimits {
   double away_s = 60;
   double full_s = 60;
   // No attempt begins after this.
-  std::chrono::system_clock::time_point deadline = std::chrono::system_clock::time_point::max();
+  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
   // Hears when a service does not answer, and when it does again; may be empty.
   std::function<void(const std::string&)> say;
 };

@@ -78,7 +78,7 @@ class ReadinessQuestion {
       : database_(database), volatile_database_(volatile_database) {}
 
   Readiness Ask(std::string* why_not) {
-    const absl::StatusOr<int> version = database_->SchemaVersion(system_clock::now() + kDatabasePatience);
+    const absl::StatusOr<int> version = database_->SchemaVersion(std::chrono::steady_clock::now() + kDatabasePatience);
     if (!version.ok()) return NotReady(version.status(), why_not);
     if (*version < NewestMigration()) {
       return NotReady(absl::FailedPreconditionError("schema version: " + std::to_string(*version) + ", want " +
@@ -90,9 +90,9 @@ class ReadinessQuestion {
       *why_not = said_;
       return Readiness::kReady;
     }
-    const absl::Status least = database_->RequireLeastRights(system_clock::now() + kDatabasePatience);
+    const absl::Status least = database_->RequireLeastRights(std::chrono::steady_clock::now() + kDatabasePatience);
     if (!least.ok()) return NotReady(least, why_not);
-    const absl::Status durable = database_->RequireDurable(system_clock::now() + kDatabasePatience);
+    const absl::Status durable = database_->RequireDurable(std::chrono::steady_clock::now() + kDatabasePatience);
     if (!durable.ok() && !(volatile_database_ && absl::IsFailedPrecondition(durable)))
       return NotReady(durable, why_not);
     *why_not = said_ = std::string(durable.message());

@@ -141,7 +141,7 @@ Server& TheServer() {
 }  // namespace
 
 storage::Deadline Soon(double seconds) {
-  return std::chrono::system_clock::now() + std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1e3));
+  return std::chrono::steady_clock::now() + std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1e3));
 }
 
 std::string AsRole(const std::string& conninfo, const std::string& area) { return conninfo + " user=sixpoint_" + area; }

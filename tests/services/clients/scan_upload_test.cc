@@ -190,7 +190,7 @@ TEST_F(ScanUploadTest, EachAcknowledgedBlockRenewsThePatience) {
 }
 
 TEST_F(ScanUploadTest, TheCallersDeadlineHolds) {
-  options_.retry.deadline = std::chrono::system_clock::now() + std::chrono::milliseconds(250);
+  options_.retry.deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(250);
   for (int i = 0; i < 9; ++i) service_.Script({kAway, 0});
   EXPECT_FALSE(Upload().ok());
   EXPECT_LE(service_.received().size(), 3u);
@@ -243,7 +243,7 @@ TEST_F(ScanUploadTest, WithoutAcknowledgementsTheSourceWaits) {
   silent.acknowledged_blocks = 0;
   service_.Script(silent);
   options_.unacknowledged_limit_bytes = 3 * scan_.blocks[0].payload.size();
-  options_.retry.deadline = std::chrono::system_clock::now() + std::chrono::milliseconds(500);
+  options_.retry.deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(500);
   ScanUploader uploader(channel_, options_);
   ASSERT_TRUE(uploader.Begin(scan_.header).ok());
   for (std::size_t i = 0; i < 3; ++i) ASSERT_TRUE(uploader.Send(scan_.blocks[i]).ok());

@@ -18,7 +18,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-using Clock = std::chrono::system_clock;
+using Clock = std::chrono::steady_clock;
 using metrology::Surface;
 
 SurfaceCache::SurfaceOr MakeSurface() {

@@ -44,7 +44,7 @@ TEST_F(RegistrationServiceTest, FindsTheBladeAndReadsBackTheSame) {
     EXPECT_EQ(registration->calibration_sensitivity().values_size(), 84);
 
     EXPECT_EQ(Get(registration->name()).SerializeAsString(), registration->SerializeAsString());
-    auto transaction = plant_.database.database()->Begin(std::chrono::system_clock::now() + std::chrono::seconds(10));
+    auto transaction = plant_.database.database()->Begin(std::chrono::steady_clock::now() + std::chrono::seconds(10));
     const auto derived = storage::DerivedFrom(*transaction, testing::kRotationCalibration);
     ASSERT_TRUE(derived.ok());
     std::vector<std::string> names;

@@ -18,7 +18,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using namespace std::chrono_literals;
 
-using Clock = std::chrono::system_clock;
+using Clock = std::chrono::steady_clock;
 using Patience = ComputePool::Patience;
 
 const auto kOnAndOn = [] { return true; };
