@@ -17,6 +17,11 @@
 #include <fstream>
 #include <iterator>
 
+#if defined(__SANITIZE_ADDRESS__)
+// OpenCASCADE's readers and writers keep their tables for as long as the process lives.
+extern "C" const char* __lsan_default_suppressions() { return "leak:libTK"; }
+#endif
+
 namespace sixpoint::testing {
 namespace {
 
