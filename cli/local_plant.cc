@@ -136,6 +136,19 @@ absl::Status Migrate(const LocalPlant& plant, const fs::path& program) {
   return absl::FailedPreconditionError(sentence.substr(0, sentence.find_last_not_of('\n') + 1));
 }
 
+// That no other plant's clouds are in the bucket. The ingest service asks, which knows how.
+absl::Status CheckBucket(const LocalPlant& plant) {
+  if (plant.settings.blob_store == PlantSettings().blob_store) return absl::OkStatus();
+  const std::size_t ingest = 1;
+  const Finished asked = RunProgram(
+      AsServiceUser({(plant.binaries / "sixpoint-ingest").string(), "--listen", plant.ListensAt(ingest), "--database",
+                     plant.ConninfoOf(ingest), "--blob-store", plant.settings.blob_store, "--check-bucket"}));
+  if (asked.exit_code == 0) return absl::OkStatus();
+  const std::string said = LastWordsOf(asked.output), name = "sixpoint-ingest: ";
+  if (said.empty()) return runtime::Refuse("--blob-store", plant.settings.blob_store, "one that can be asked");
+  return absl::InvalidArgumentError(said.rfind(name, 0) == 0 ? said.substr(name.size()) : said);
+}
+
 absl::Status WriteSupervisorConfig(const LocalPlant& plant, Programs programs) {
   return WriteFile(plant.supervisor_config().string(), SupervisorConfig(plant, programs));
 }
@@ -219,13 +232,26 @@ absl::Status WaitForServices(const LocalPlant& plant, ProgressLine* progress) {
   }
 }
 
+// A bucket that the plant was not told of before must be its own. One that it was told of may be another's since a restore: then it
+// starts, and a person says which is right.
+absl::Status CheckNewBucket(const LocalPlant& plant, ProgressLine* progress) {
+  const absl::Status own = CheckBucket(plant);
+  const absl::StatusOr<std::optional<PlantSettings>> stored = StoredSettings(plant.data);
+  const bool known = stored.ok() && stored->has_value() && (*stored)->blob_store == plant.settings.blob_store;
+  if (own.ok() || !known) return own;
+  progress->Keep("warning: " + std::string(own.message()));
+  return absl::OkStatus();
+}
+
 // The schema first: what runs already goes on with the new one, and what is new never meets the old one.
 absl::Status BringUp(LocalPlant* plant, bool reached, ProgressLine* progress) {
   if (absl::Status status = WaitForDatabase(*plant); !status.ok()) return status;
   progress->Show("bringing the schema up to date");
   const fs::path migrate = (reached ? plant->binaries : plant->data / "bin") / "sixpoint-migrate";
   if (absl::Status status = Migrate(*plant, migrate); !status.ok()) return status;
-  return reached ? absl::OkStatus() : CopyPrograms(plant);
+  if (!reached)
+    if (absl::Status status = CopyPrograms(plant); !status.ok()) return status;
+  return CheckNewBucket(*plant, progress);
 }
 
 absl::Status Start(LocalPlant* plant, ProgressLine* progress) {
@@ -238,9 +264,9 @@ absl::Status Start(LocalPlant* plant, ProgressLine* progress) {
   const absl::StatusOr<std::optional<PlantSettings>> stored = StoredSettings(plant->data);
   if (!stored.ok()) return stored.status();
   if (absl::Status status = MakeDataFolder(plant->data, *user); !status.ok()) return status;
-  // Whatever becomes of this start, the folder is a plant's from now on.
+  // Whatever becomes of this start, the folder is a plant's from now on; what it was told counts once the schema is there.
   if (!stored->has_value())
-    if (absl::Status status = StoreSettings(plant->data, plant->settings); !status.ok()) return status;
+    if (absl::Status status = StoreSettings(plant->data, PlantSettings()); !status.ok()) return status;
   progress->Show("making the database");
   if (absl::Status status = CreateDatabase(*plant, *user); !status.ok()) return status;
   const bool reached = ServiceUserReaches(*plant);

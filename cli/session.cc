@@ -124,6 +124,8 @@ std::string NextStep(const absl::Status& status, const std::string& server) {
     case absl::StatusCode::kDeadlineExceeded:
       return "the service did not answer in time; run the command again with a longer --deadline-s";
     case absl::StatusCode::kFailedPrecondition:
+      if (about("does not serve")) return "cure what it says; it serves by itself then, and `sixpoint status` tells";
+      if (about("newer release")) return "run `sixpoint up` of the release that made it, or of a newer one";
       return "do what is missing first; `sixpoint blade show SN` and `sixpoint calibration list` show what there is";
     case absl::StatusCode::kPermissionDenied:
     case absl::StatusCode::kUnauthenticated:

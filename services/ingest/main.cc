@@ -1,5 +1,6 @@
 // sixpoint-ingest: the plant's front door for scans.
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <cstdio>
 
 #include "sandbox/landlock.h"
@@ -9,10 +10,13 @@
 #include "services/runtime/log.h"
 #include "services/runtime/peers.h"
 #include "services/runtime/server.h"
+#include "storage/bucket_owner.h"
 #include "storage/s3_config.h"
 
 namespace sixpoint::ingest {
 namespace {
+
+constexpr std::chrono::seconds kBucketPatience{30};
 
 // Where clouds go, and how they are kept there.
 struct StoreOptions {
@@ -20,6 +24,7 @@ struct StoreOptions {
   std::int64_t tidy_every_s = 3600;
   double check_mb_s = 5;
   double most_postgresql_gb = storage::kMostPostgresqlBytes / 1e9;
+  bool check_bucket = false;
 };
 
 void AddStoreFlags(CLI::App* app, StoreOptions* options) {
@@ -38,6 +43,8 @@ void AddStoreFlags(CLI::App* app, StoreOptions* options) {
   app->add_option("--check-mb-s", options->check_mb_s, "Rate of the continuous check of stored clouds; 0: no check")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
+  app->add_flag("--check-bucket", options->check_bucket,
+                "Serves nothing: asks whether the bucket is this plant's, and ends");
 }
 
 std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& options, storage::Database* database,
@@ -65,6 +72,13 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   return services;
 }
 
+// An empty bucket is this plant's from now on.
+absl::Status CheckBucket(const runtime::ServerOptions& options, const storage::BlobStore& blob_store) {
+  if (blob_store.objects() == nullptr) return absl::OkStatus();
+  const auto database = storage::Database::Open(options.database, 1);
+  return storage::RequireOwnBucket(*database, blob_store.objects(), std::chrono::steady_clock::now() + kBucketPatience);
+}
+
 }  // namespace
 }  // namespace sixpoint::ingest
 
@@ -81,6 +95,11 @@ int main(int argc, char** argv) {
     return 2;
   }
   const std::shared_ptr<storage::BlobStore> blob_store = *std::move(opened);
+  if (store_options.check_bucket) {
+    const absl::Status own = ingest::CheckBucket(options, *blob_store);
+    if (!own.ok()) std::fprintf(stderr, "sixpoint-ingest: %s\n", std::string(own.message()).c_str());
+    return own.ok() ? 0 : 1;
+  }
   return runtime::Serve(options, [&](const runtime::ServerOptions& given, storage::Database* database) {
     return ingest::MakeServices(given, database, store_options, blob_store);
   });

@@ -17,8 +17,8 @@ void PlantOnThisMachine::SetUp() {
   std::string pattern = (fs::temp_directory_path() / "sixpoint-up-XXXXXX").string();
   ASSERT_NE(mkdtemp(pattern.data()), nullptr);
   folder_ = pattern;
-  chmod(folder_.c_str(), 0755);  // the services run as another user
-  port_ = 20000 + getpid() % 800 * 10;
+  chmod(folder_.c_str(), 0755);         // the services run as another user
+  port_ = 20000 + getpid() % 400 * 20;  // room for two plants
 }
 
 void PlantOnThisMachine::TearDown() {

@@ -9,6 +9,7 @@
 
 #include "tests/end_to_end/plant_on_this_machine.h"
 #include "tests/end_to_end/plant_processes.h"
+#include "tests/support/object_store_server.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::testing {
@@ -114,15 +115,43 @@ TEST_F(PlantRefusalsTest, ADatabaseThatIsNotFitToServe) {
   const std::string volatile_one = "fsync: off, want on: a database that loses nothing it has kept";
   Sql("ALTER SYSTEM SET fsync = off");
   Sql("SELECT pg_reload_conf()");
-  ExpectSaid(Up(), "plant does not serve: " + volatile_one);
+  ExpectSaid(Up(), "plant does not serve: " + volatile_one + "\nnext: cure what it says");
   ExpectSaid(Run({"status", "--data", data()}), "NOT_SERVING: " + volatile_one);
   Sql("ALTER SYSTEM RESET fsync");
   Sql("SELECT pg_reload_conf()");
   EXPECT_EQ(Up().exit_code, 0);
 
-  // A service that ends at its start is heard too.
-  ExpectSaid(Up({"--blob-store", "s3:///no/such.yaml"}),
-             "ingest does not serve: sixpoint-ingest: --blob-store: no file");
+  // What is new is looked at before anything is changed; a service that ends at its start is heard too.
+  const std::string settings = ReadFile(data() + "/plant.json"), no_file = "--blob-store: no file /no/such.yaml";
+  ExpectSaid(Up({"--blob-store", "s3:///no/such.yaml"}), no_file);
+  EXPECT_EQ(ReadFile(data() + "/plant.json"), settings);
+  std::ofstream(data() + "/plant.json") << "{\"base_port\": " << port_ << ", \"blob_store\": \"s3:///no/such.yaml\"}";
+  ExpectSaid(Up(), "ingest does not serve: sixpoint-ingest: " + no_file);
+}
+
+TEST_F(PlantRefusalsTest, ABucketOfAnotherPlant) {
+  if (!WhyNoObjectStore().empty()) GTEST_SKIP() << "SKIPPED: " << WhyNoObjectStore();
+  const storage::S3Config config = ObjectStoreConfig();
+  const fs::path keys = folder_ / "s3.yaml";
+  std::ofstream(keys) << "endpoint: " << config.endpoint << "\nbucket: " << config.bucket
+                      << "\nregion: " << config.region << "\naccess_key: " << config.access_key
+                      << "\nsecret_key: " << config.secret_key << "\n";
+  ASSERT_EQ(Up().exit_code, 0);
+  ShellOutput("chmod 600 " + keys.string() + "; chown --reference=" + data() + "/run " + keys.string());
+  const std::string bucket = "s3://" + keys.string();
+  ASSERT_EQ(Up({"--blob-store", bucket}).exit_code, 0);
+
+  const std::string other = (folder_ / "other").string(), port = std::to_string(port_ + 10);
+  ExpectSaid(Run({"up", "--data", other, "--base-port", port, "--blob-store", bucket}), "bucket: of plant ");
+  EXPECT_THAT(ReadFile(other + "/plant.json"), HasSubstr("\"blob_store\": \"postgresql\""));
+  EXPECT_THAT(Run({"status", "--data", other}).text, HasSubstr("supervisor    not running"));
+
+  // Told of before, it may be a plant that was restored: it starts, for a person to look, and says so.
+  std::ofstream(other + "/plant.json") << "{\"base_port\": " << port << ", \"blob_store\": \"" << bucket << "\"}";
+  const Answer known = Run({"up", "--data", other});
+  EXPECT_EQ(known.exit_code, 0) << known.text;
+  EXPECT_THAT(known.text, HasSubstr("warning: bucket: of plant "));
+  EXPECT_EQ(Run({"down", "--data", other}).exit_code, 0);
 }
 
 // The service user may do what it likes below its folders; what root does there ends inside.

@@ -1,5 +1,6 @@
 // What `sixpoint up` does on a plant that is there already.
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <fstream>
@@ -75,6 +76,7 @@ TEST_F(PlantStartTest, BringsTheSchemaBeforeTheServices) {
   EXPECT_EQ(old.exit_code, 1);
   EXPECT_THAT(old.text, HasSubstr("the database has V0011__look_ahead.sql"));
   EXPECT_THAT(old.text, HasSubstr("a newer release made this database"));
+  EXPECT_THAT(old.text, HasSubstr("next: run `sixpoint up` of the release that made it"));
   EXPECT_EQ(Pid("plant"), after);
 }
 
@@ -104,6 +106,22 @@ TEST_F(PlantStartTest, RemembersItsFlags) {
   ASSERT_EQ(moved.exit_code, 0) << moved.text;
   EXPECT_THAT(moved.text, HasSubstr(At("127.0.0.3") + "  SERVING"));
   EXPECT_EQ(Settings()["base_port"], port_);
+}
+
+// A checkout under /root, for instance: copies lie beside the data, and a newer program takes the place of one that runs.
+TEST_F(PlantStartTest, CopiesProgramsThatTheServiceUserCannotReach) {
+  if (geteuid() != 0) GTEST_SKIP() << "SKIPPED: only root has another whom it keeps out";
+  const fs::path closed = folder_ / "closed";
+  ShellOutput("mkdir -m 700 " + closed.string() + "; cp " + PlantProcesses::Program("sixpoint*") + " " +
+              closed.string() + "; cp -r " + ThrowawayDatabase::MigrationsFolder() + " " + closed.string());
+  const std::string up = (closed / "sixpoint").string() + " up --data " + data() + " --base-port ";
+  const std::string first = ShellOutput(up + std::to_string(port_));
+  ASSERT_THAT(first, HasSubstr("inspection    127.0.0.1:" + std::to_string(port_ + 5) + "  SERVING")) << first;
+  const std::string before = Pid("plant");
+  EXPECT_EQ(fs::read_symlink("/proc/" + before + "/exe"), data() + "/bin/sixpoint-plant");
+  ShellOutput("touch " + (closed / "sixpoint-plant").string());
+  ASSERT_THAT(ShellOutput(up + std::to_string(port_)), HasSubstr("SERVING"));
+  EXPECT_NE(Pid("plant"), before);
 }
 
 }  // namespace
