@@ -255,7 +255,8 @@ TEST_F(ServerTest, SigtermLetsRunningCallsEndAndExitsWithZero) {
     Scan scan;
     slow = Get("slow", &scan);
   });
-  std::this_thread::sleep_for(milliseconds(200));
+  for (const auto end = Soon(10); LogLines("slow call begun").empty() && std::chrono::system_clock::now() < end;)
+    std::this_thread::sleep_for(milliseconds(20));
   const int status = Stop(SIGTERM);
   call.join();
   EXPECT_TRUE(slow.ok()) << slow.error_message();

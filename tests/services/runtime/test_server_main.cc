@@ -6,6 +6,7 @@
 
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/log.h"
 #include "services/runtime/listening_sockets.h"
 #include "services/runtime/server.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
@@ -25,7 +26,10 @@ class Scans : public sixpoint::ingest::v1::ScanService::Service {
       return grpc::Status::OK;
     }
     if (request->name() == "give them back") held_.clear();
-    if (request->name() == "slow") std::this_thread::sleep_for(std::chrono::milliseconds(700));
+    if (request->name() == "slow") {
+      sixpoint::runtime::Log(sixpoint::runtime::LogLevel::kInfo, "slow call begun");
+      std::this_thread::sleep_for(std::chrono::milliseconds(700));
+    }
     // The trace that a call to another service would carry.
     const auto trace = context->client_metadata().find("traceparent");
     if (trace != context->client_metadata().end()) scan->set_name({trace->second.data(), trace->second.size()});
