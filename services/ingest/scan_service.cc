@@ -23,7 +23,12 @@ using UploadStream = grpc::ServerReaderWriter<v1::UploadScanResponse, v1::Upload
 constexpr std::chrono::hours kLongestUpload{24};
 constexpr int kUsualPreviewCount = 20'000;
 constexpr int kGreatestPreviewCount = 200'000;
-// Each decodes a whole scan.
+
+absl::Status ShareIsFull(const std::string& what, const runtime::PeerShares& shares) {
+  const std::string most = std::to_string(shares.most_per_peer());
+  return runtime::Failure(errors::v1::UPLOADS_FULL,
+                          what + ": this peer has " + most + ", want fewer at once; try again", {{"limit", most}});
+}
 
 absl::StatusOr<ProfileRange> RangeOf(const v1::DownloadScanRequest& request, const StoredScan& scan) {
   const int profile_count = scan.row.profile_count;
@@ -86,25 +91,43 @@ ScanService::ScanService(const ScanServiceOptions& options, std::shared_ptr<stor
       plant_(std::move(plant)),
       workers_(options.decode_worker, options.worker_count, options.decode_patience),
       encoding_({options.worker_count, 0}, "encoding", errors::v1::UPLOADS_FULL),
+      headers_({2 * options.greatest_upload_count, 0}, "streams without a header", errors::v1::UPLOADS_FULL),
       uploads_({options.greatest_upload_count, 0}, "uploads", errors::v1::UPLOADS_FULL),
+      header_shares_(options.greatest_upload_count),
+      upload_shares_(std::max(1, options.greatest_upload_count / 2)),
+      header_patience_(std::min(options.header_patience, options.stream_patience)),
       stream_patience_(options.stream_patience) {}
 
 grpc::Status ScanService::UploadScan(grpc::ServerContext* context, UploadStream* stream) {
   return ToGrpc(Upload(context, stream));
 }
 
+absl::StatusOr<v1::ScanHeader> ScanService::ReadHeader(grpc::ServerContext* context, UploadStream* stream) {
+  const auto share = header_shares_.Take(context->peer());
+  if (!share.has_value()) return ShareIsFull("streams without a header", header_shares_);
+  const auto place = headers_.Enter(runtime::DeadlineWithin(*context, kLongestUpload), runtime::KeepGoing(*context));
+  if (!place.ok()) return place.status();
+  const runtime::CallWatch watch(&watchdog_, context, runtime::DeadlineWithin(*context, kLongestUpload),
+                                 header_patience_);
+  v1::UploadScanRequest request;
+  if (!stream->Read(&request) || !request.has_header())
+    return runtime::Refuse("header", "missing", "the header as the first message");
+  return std::move(*request.mutable_header());
+}
+
 absl::Status ScanService::Upload(grpc::ServerContext* context, UploadStream* stream) {
+  absl::StatusOr<v1::ScanHeader> header = ReadHeader(context, stream);
+  if (!header.ok()) return header.status();
+  const auto share = upload_shares_.Take(context->peer());
+  if (!share.has_value()) return ShareIsFull("uploads", upload_shares_);
   const auto slot = uploads_.Enter(runtime::DeadlineWithin(*context, kLongestUpload), runtime::KeepGoing(*context));
   if (!slot.ok()) return slot.status();
-  CallWatch watch(&watchdog_, context, runtime::DeadlineWithin(*context, kLongestUpload), stream_patience_);
+  runtime::CallWatch watch(&watchdog_, context, runtime::DeadlineWithin(*context, kLongestUpload), stream_patience_);
   v1::UploadScanRequest request;
-  if (!stream->Read(&request) || !request.has_header()) {
-    return runtime::Refuse("header", "missing", "the header as the first message");
-  }
   UploadCaller caller{runtime::DeadlineWithin(*context, kLongestUpload), runtime::KeepGoing(*context),
                       [context] { return runtime::ContextFor(*context); }, context->peer()};
-  absl::StatusOr<std::unique_ptr<ScanUpload>> upload = ScanUpload::Begin(
-      {store_.get(), &workers_, &plant_, &encoding_}, std::move(*request.mutable_header()), std::move(caller));
+  absl::StatusOr<std::unique_ptr<ScanUpload>> upload =
+      ScanUpload::Begin({store_.get(), &workers_, &plant_, &encoding_}, *std::move(header), std::move(caller));
   if (!upload.ok()) return upload.status();
   v1::UploadScanResponse response;
   *response.mutable_accepted() = (*upload)->progress();
@@ -160,7 +183,7 @@ grpc::Status ScanService::DownloadScan(grpc::ServerContext* context, const v1::D
     return ToGrpc(runtime::Refuse("format", std::to_string(request->format()), "STORED, XYZ_F64 or SENT"));
   }
   const storage::Deadline deadline = runtime::DeadlineOf(*context);
-  CallWatch watch(&watchdog_, context, deadline, stream_patience_);
+  runtime::CallWatch watch(&watchdog_, context, deadline, stream_patience_);
   const absl::StatusOr<StoredScan> scan = ReadScan(*store_, request->name(), deadline);
   if (!scan.ok()) return ToGrpc(scan.status());
   if (request->format() == v1::POINT_FORMAT_SENT && scan->row.encoding != "draco")

@@ -4,10 +4,11 @@
 #include <memory>
 #include <string>
 
-#include "services/ingest/call_watch.h"
 #include "services/ingest/decode_workers.h"
 #include "services/ingest/known_plant.h"
+#include "services/runtime/call_watch.h"
 #include "services/runtime/compute_pool.h"
+#include "services/runtime/peer_shares.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "storage/scan_store.h"
 
@@ -19,6 +20,8 @@ struct ScanServiceOptions {
   std::chrono::milliseconds decode_patience{10'000};  // for one block
   // Each holds a thread and one block; more are RESOURCE_EXHAUSTED at once.
   int greatest_upload_count = 64;
+  // For its header, until which a stream has no place among the uploads.
+  std::chrono::milliseconds header_patience{5'000};
   // A stream on which nothing moves for so long is ended.
   std::chrono::milliseconds stream_patience{60'000};
 };
@@ -41,6 +44,9 @@ class ScanService final : public v1::ScanService::Service {
  private:
   static constexpr int kPreviewsAtOnce = 2;
 
+  // The first message of a stream, for which it waits among a bounded number of others.
+  absl::StatusOr<v1::ScanHeader> ReadHeader(
+      grpc::ServerContext* context, grpc::ServerReaderWriter<v1::UploadScanResponse, v1::UploadScanRequest>* stream);
   absl::Status Upload(grpc::ServerContext* context,
                       grpc::ServerReaderWriter<v1::UploadScanResponse, v1::UploadScanRequest>* stream);
 
@@ -48,10 +54,12 @@ class ScanService final : public v1::ScanService::Service {
   KnownPlant plant_;
   DecodeWorkers workers_;
   runtime::ComputePool encoding_;
-  runtime::ComputePool uploads_;
+  // Twice as many wait for their header as upload; of both one peer has at most half, so that others go on.
+  runtime::ComputePool headers_, uploads_;
+  runtime::PeerShares header_shares_, upload_shares_;
   runtime::ComputePool previews_{{kPreviewsAtOnce, 0}, "previews", errors::v1::PREVIEWS_FULL};
-  CallWatchdog watchdog_;
-  const std::chrono::milliseconds stream_patience_;
+  runtime::CallWatchdog watchdog_;
+  const std::chrono::milliseconds header_patience_, stream_patience_;
 };
 
 }  // namespace sixpoint::ingest

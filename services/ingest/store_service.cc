@@ -74,6 +74,8 @@ CloudStoreService::CloudStoreService(std::shared_ptr<storage::RetentionStore> re
 grpc::Status CloudStoreService::CheckStore(grpc::ServerContext* context, const v1::CheckStoreRequest* request,
                                            grpc::ServerWriter<v1::CheckStoreResponse>* writer) {
   if (absl::Status sound = CheckRequest(*request); !sound.ok()) return ToGrpc(sound);
+  const auto slot = checks_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
+  if (!slot.ok()) return ToGrpc(slot.status());
   ProgressWriter progress(writer);
   storage::CheckOptions options;
   options.rate_mb_s = request->rate_mb_s();

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "services/ingest/store_keeper.h"
+#include "services/runtime/compute_pool.h"
 #include "sixpoint/ingest/v1/store.grpc.pb.h"
 #include "storage/retention_store.h"
 
@@ -43,6 +44,8 @@ class CloudStoreService final : public v1::CloudStoreService::Service {
   const std::shared_ptr<storage::RetentionStore> retention_;
   const std::shared_ptr<storage::BlobKeeping> blobs_;
   const std::unique_ptr<StoreKeeper> keeper_;
+  // Each reads the whole store.
+  runtime::ComputePool checks_{{1, 0}, "checks of the store", errors::v1::STORE_CHECKS_FULL};
 };
 
 }  // namespace sixpoint::ingest

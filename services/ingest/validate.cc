@@ -148,6 +148,11 @@ absl::Status CheckBlock(const v1::ScanHeader& header, const UploadSoFar& so_far,
   if (expected >= kMostBlocks)
     return Refuse(BlockField(expected, "index"), std::to_string(block.index()),
                   "at most " + std::to_string(kMostBlocks) + " blocks in a scan, of more points each");
+  if (expected >= kMostSmallBlocks && so_far.point_count < (expected - kMostSmallBlocks + 1) * kLeastMeanPointCount)
+    return Refuse(BlockField(expected, "index"),
+                  std::to_string(block.index()) + " after " + std::to_string(so_far.point_count) + " points",
+                  "at most " + std::to_string(kMostSmallBlocks) + " blocks, and one more for every " +
+                      std::to_string(kLeastMeanPointCount) + " points");
   if (block.point_count() < 1 || block.point_count() > kGreatestBlockPointCount) {
     return Refuse(BlockField(expected, "point_count"), std::to_string(block.point_count()),
                   "1 to " + std::to_string(kGreatestBlockPointCount));

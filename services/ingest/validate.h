@@ -16,8 +16,11 @@ namespace sixpoint::ingest {
 inline constexpr std::int64_t kGreatestScanPointCount = 100'000'000;
 // Three mebibytes of doubles: fits a message with room.
 inline constexpr int kGreatestBlockPointCount = 131'072;
-// Each is a row for ever; a scan of the most points has that many of 1526 points.
+// Each is a row for ever. Scanners send 10 to 100 profiles of about 1000 points in one, and never less than a thousand on the mean of
+// many: a scan of one-point blocks ends at its thousandth.
 inline constexpr int kMostBlocks = 65'536;
+inline constexpr int kMostSmallBlocks = 1000;
+inline constexpr std::int64_t kLeastMeanPointCount = 1000;  // of the blocks after those
 // A float32 cloud that nothing compressed takes 12 bytes a point.
 inline constexpr std::int64_t kGreatestBytesPerPoint = 16;
 inline constexpr std::int64_t kBlockOverheadBytes = 4096;

@@ -1,10 +1,13 @@
 // The plant's registry.
 #pragma once
 
+#include <chrono>
 #include <map>
 #include <string>
 
 #include "services/plant/surfaces.h"
+#include "services/runtime/call_watch.h"
+#include "services/runtime/compute_pool.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 #include "storage/plant_store.h"
 
@@ -14,6 +17,8 @@ struct PlantServiceOptions {
   CadWorkerOptions cad_worker;
   int cad_worker_count = 2;
   std::map<std::string, std::string> endpoints;  // area -> address, the plant's own included
+  // A reader of a surface that takes nothing for so long is let go.
+  std::chrono::milliseconds stream_patience{60'000};
 };
 
 class PlantService final : public v1::PlantService::Service {
@@ -57,6 +62,11 @@ class PlantService final : public v1::PlantService::Service {
   const PlantServiceOptions options_;
   const storage::PlantStores stores_;
   Surfaces surfaces_;
+  runtime::CallWatchdog watchdog_;
+  // Each holds a whole surface.
+  static constexpr int kDownloadsAtOnce = 8, kDownloadsWaiting = 32;
+  runtime::ComputePool downloads_{
+      {kDownloadsAtOnce, kDownloadsWaiting}, "downloads of surfaces", errors::v1::DOWNLOADS_FULL};
 };
 
 }  // namespace sixpoint::plant

@@ -290,6 +290,7 @@ absl::StatusOr<storage::RetentionDone> FakeScans::Apply(const storage::Retention
 
 absl::Status FakeBlobKeeping::Check(const storage::CheckOptions& options, const storage::CheckProgress& from,
                                     Deadline) {
+  if (during_check) during_check();
   storage::CheckProgress progress = from;
   for (const storage::BlobDamage& damage : damages) {
     options.on_damage(damage);

@@ -83,6 +83,7 @@ class FakeScans final : public storage::ScanStore, public storage::RetentionStor
 // Finds nothing to do, or what is set here.
 struct FakeBlobKeeping final : storage::BlobKeeping {
   std::vector<storage::BlobDamage> damages;  // that every check finds
+  std::function<void()> during_check;        // where one takes its time
   storage::Collected collected;
   storage::BlobStatus status;
   std::vector<storage::MonthUse> months;

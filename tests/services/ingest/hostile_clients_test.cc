@@ -159,6 +159,19 @@ TEST_F(HostileClientsTest, OneByteASecondLosesItsSlotAndHarmsNobody) {
   dripping.join();
 }
 
+// Streams that have said nothing hold no place among the uploads.
+TEST_F(HostileClientsTest, StreamsWithoutAHeaderTakeNoSlot) {
+  std::vector<std::unique_ptr<HandmadeCall>> silent;
+  for (int i = 0; i < kUploadSlots - kSlotsOfAPeer; ++i)
+    silent.push_back(std::make_unique<HandmadeCall>(server_.address(), "UploadScan"));
+  std::vector<std::unique_ptr<Conversation>> uploads;
+  for (int i = 0; i < kSlotsOfAPeer; ++i) {
+    uploads.push_back(std::make_unique<Conversation>(stub_.get(), 20.0));
+    EXPECT_TRUE(uploads.back()->Say(SampleHeader("s" + std::to_string(i), 800)).has_accepted()) << i;
+  }
+  for (const auto& stream : silent) EXPECT_TRUE(stream->WaitForEnd(4 * kStreamPatience));
+}
+
 TEST_F(HostileClientsTest, AMessageThatSaysItIsHugeIsRefusedAtOnce) {
   HandmadeCall upload(server_.address(), "UploadScan");
   ASSERT_TRUE(upload.SendData(MessageHead(0xfffffff0)));

@@ -156,6 +156,23 @@ TEST_F(IngestHandlersTest, PoliciesAreSetAndListed) {
   EXPECT_EQ(Call(*store_, &Store::ApplyRetention, v1::ApplyRetentionRequest())->scan_count(), 0);
 }
 
+// Each reads the whole store.
+TEST_F(IngestHandlersTest, TheStoreIsCheckedOnceAtATime) {
+  const auto check = [&] {
+    const auto context = runtime::ContextFor(10);
+    const auto reader = store_->CheckStore(context.get(), {});
+    for (v1::CheckStoreResponse response; reader->Read(&response);) continue;
+    return runtime::FromGrpc(reader->Finish());
+  };
+  absl::Status second;
+  blobs_->during_check = [&] { second = check(); };
+  EXPECT_TRUE(check().ok());
+  EXPECT_TRUE(absl::IsResourceExhausted(second)) << second;
+  EXPECT_EQ(runtime::ReasonOf(second), "STORE_CHECKS_FULL");
+  blobs_->during_check = nullptr;
+  EXPECT_TRUE(check().ok());
+}
+
 TEST_F(IngestHandlersTest, TheStoreTellsHowItFares) {
   storage::BlobDamage damage;
   damage.sha256 = std::string(64, 'a');

@@ -30,7 +30,7 @@ inline std::string WorkerProgram() {
 
 class ScanServiceTest : public ::testing::Test {
  protected:
-  static constexpr int kUploadSlots = 3;
+  static constexpr int kUploadSlots = 6, kSlotsOfAPeer = kUploadSlots / 2;
   static constexpr std::chrono::milliseconds kStreamPatience{1500};
 
   explicit ScanServiceTest(std::unique_ptr<storage::BlobStore> blobs = storage::MakePostgresqlBlobStore())

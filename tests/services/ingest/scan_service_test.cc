@@ -225,7 +225,7 @@ TEST_F(ScanServiceTest, IdenticalUploadsAtOnceAreOneScan) {
   std::atomic<int> stored_count = 0;
   std::atomic<int> already_count = 0;
   std::vector<std::thread> machines;
-  for (int i = 0; i < kUploadSlots; ++i) {
+  for (int i = 0; i < kSlotsOfAPeer; ++i) {
     machines.emplace_back([&] {
       const auto answer = Upload(SampleHeader("s1", 800), blocks);
       EXPECT_TRUE(answer.ok()) << answer.status();
@@ -234,7 +234,7 @@ TEST_F(ScanServiceTest, IdenticalUploadsAtOnceAreOneScan) {
   }
   for (std::thread& machine : machines) machine.join();
   EXPECT_EQ(stored_count, 1);
-  EXPECT_EQ(already_count, kUploadSlots - 1);
+  EXPECT_EQ(already_count, kSlotsOfAPeer - 1);
   EXPECT_EQ(Count("scans"), 1);
 }
 
@@ -437,9 +437,10 @@ TEST_F(ScanServiceTest, EndsAStreamThatStandsStillAndKeepsWhatWasAcknowledged) {
   EXPECT_EQ(again.Say(SampleHeader("s1", 800)).accepted().next_block(), 1);
 }
 
-TEST_F(ScanServiceTest, RefusesMoreUploadsAtOnceThanItHasRoomFor) {
+// Half of the slots are other peers'.
+TEST_F(ScanServiceTest, RefusesMoreUploadsOfOnePeerThanItsShare) {
   std::vector<std::unique_ptr<Conversation>> uploads;
-  for (int i = 0; i < kUploadSlots; ++i) {
+  for (int i = 0; i < kSlotsOfAPeer; ++i) {
     uploads.push_back(std::make_unique<Conversation>(stub_.get(), 20.0));
     ASSERT_TRUE(uploads.back()->Say(SampleHeader("s" + std::to_string(i), 800)).has_accepted());
   }

@@ -119,7 +119,10 @@ TEST_F(StoreServiceTest, ASlowCheckSendsProgressAndGoesOnFromWhereItStopped) {
   request.set_rate_mb_s(0);
   request.set_after_sha256(last.after_sha256());
   absl::Status status;
-  const auto rest = Check(request, &status);
+  auto rest = Check(request, &status);
+  // The first one may not have ended yet: it hears of its end when it looks next.
+  for (const auto end = testing::Soon(10); absl::IsResourceExhausted(status) && std::chrono::system_clock::now() < end;)
+    rest = Check(request, &status);
   ASSERT_TRUE(status.ok()) << status;
   EXPECT_EQ(rest.back().checked_count() + last.checked_count(), 4);
   EXPECT_TRUE(rest.back().complete());

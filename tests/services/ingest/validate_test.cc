@@ -107,6 +107,22 @@ TEST(CheckBlock, AcceptsBlocksInOrder) {
   }
 }
 
+// Each block is a row for ever.
+TEST(CheckBlock, RefusesBlocksThatAreTooSmallOnTheMean) {
+  v1::ScanHeader header = SampleHeader("s1", 0);
+  v1::ScanBlock block = SampleBlocks(SampleProfiles(4, 50), 100)[0];
+  const auto at = [&](int index, std::int64_t points) {
+    block.set_index(index);
+    return CheckBlock(header, {index, points}, block);
+  };
+  EXPECT_TRUE(at(999, 999).ok());
+  ExpectRefused(at(1000, 1000 - 1), "block[1000].index", "1000 after 999 points");
+  EXPECT_TRUE(at(1000, 1000).ok());
+  ExpectRefused(at(20'000, 19'000'000), "block[20000].index", "20000 after 19000000 points");
+  // The smallest blocks of a scanner: ten profiles of a thousand points.
+  EXPECT_TRUE(at(9'999, 99'990'000).ok());
+}
+
 TEST(CheckBlock, RefusesWrongOrderCountsAndSizes) {
   const auto points_mm = SampleProfiles(4, 50);
   const v1::ScanHeader header = SampleHeader("s1", 200);
@@ -116,7 +132,7 @@ TEST(CheckBlock, RefusesWrongOrderCountsAndSizes) {
   ExpectRefused(CheckBlock(header, {1, 101}, blocks[1]), "block[1].point_count", "100");
   v1::ScanBlock block = blocks[0];
   block.set_index(kMostBlocks);
-  ExpectRefused(CheckBlock(header, {kMostBlocks, 0}, block), "block[65536].index", "65536");
+  ExpectRefused(CheckBlock(header, {kMostBlocks, 99'000'000}, block), "block[65536].index", "65536");
   block = blocks[0];
   block.set_point_count(0);
   ExpectRefused(CheckBlock(header, {0, 0}, block), "block[0].point_count", "0");

@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <thread>
+
 #include "services/plant/plant_service.h"
 #include "services/plant/record_service.h"
 #include "services/runtime/call.h"
@@ -45,8 +48,15 @@ class PlantHandlersTest : public ::testing::Test {
     ASSERT_TRUE(stores_.parts->Record({}, part, {}, {}).ok());
   }
 
+  static constexpr std::chrono::milliseconds kStreamPatience{1000};
+  static PlantServiceOptions Options() {
+    PlantServiceOptions options;
+    options.stream_patience = kStreamPatience;
+    return options;
+  }
+
   testing::FakePlantStores stores_;
-  PlantService service_{{}, stores_};
+  PlantService service_{Options(), stores_};
   RecordService record_service_{stores_.journal, stores_.blades};
   testing::InProcessServer server_{{&service_, &record_service_}};
   std::unique_ptr<Stub> stub_ = v1::PlantService::NewStub(server_.Connect());
@@ -129,6 +139,13 @@ TEST_F(PlantHandlersTest, ABladeIsInTheRecordAndRecalledByItsPart) {
   recall.set_name("parts/p9");
   EXPECT_EQ(runtime::ReasonOf(Call(*record_stub_, &v1::RecordService::Stub::Recall, recall).status()),
             "RECORD_ENTRY_NOT_FOUND");
+  for (int i = 0; i < 33; ++i) recall.add_kinds("blade");
+  EXPECT_EQ(Call(*record_stub_, &v1::RecordService::Stub::Recall, recall).status().message(),
+            "kinds: 33 kinds, want at most 32");
+  recall.clear_kinds();
+  recall.add_kinds(std::string(65, 'x'));
+  EXPECT_EQ(Call(*record_stub_, &v1::RecordService::Stub::Recall, recall).status().message(),
+            "kinds[0]: 65 bytes, want at most 64");
   v1::GetRecordEntryRequest entry;
   entry.set_name("parts/vane@1");
   EXPECT_EQ(Call(*record_stub_, &v1::RecordService::Stub::GetRecordEntry, entry)->kind(), "part");
@@ -146,6 +163,40 @@ TEST_F(PlantHandlersTest, ASurfaceComesInChunks) {
   EXPECT_TRUE(reader->Finish().ok());
   EXPECT_EQ(byte_count, std::size_t{3} << 20);
   EXPECT_EQ(chunk_count, 3u);
+}
+
+// Each holds a whole surface, and a thread.
+TEST_F(PlantHandlersTest, WhoDoesNotReadASurfaceIsLetGo) {
+  AddPart();
+  v1::DownloadSurfaceRequest request;
+  request.set_name("parts/vane");
+  struct Reader {
+    std::unique_ptr<grpc::ClientContext> context = runtime::ContextFor(60);
+    std::unique_ptr<grpc::ClientReader<v1::DownloadSurfaceResponse>> stream;
+  };
+  std::vector<Reader> idle(8);  // as many as there may be at once
+  // gRPC itself reads no further ahead than the 64 KB that HTTP/2 begins with.
+  grpc::ChannelArguments reads_little;
+  reads_little.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+  const auto slow_stub = v1::PlantService::NewStub(
+      grpc::CreateCustomChannel(server_.address(), grpc::InsecureChannelCredentials(), reads_little));
+  for (Reader& reader : idle) reader.stream = slow_stub->DownloadSurface(reader.context.get(), request);
+  std::this_thread::sleep_for(kStreamPatience / 2);
+  // Waits for its turn, which comes once they are let go.
+  const auto context = runtime::ContextFor(30);
+  const auto begin = std::chrono::steady_clock::now();
+  const auto reader = stub_->DownloadSurface(context.get(), request);
+  v1::DownloadSurfaceResponse response;
+  std::size_t byte_count = 0;
+  while (reader->Read(&response)) byte_count += response.chunk().size();
+  EXPECT_TRUE(reader->Finish().ok());
+  EXPECT_EQ(byte_count, std::size_t{3} << 20);
+  EXPECT_GT(std::chrono::steady_clock::now() - begin, kStreamPatience / 4);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 8 * kStreamPatience);
+  for (Reader& one : idle) {
+    while (one.stream->Read(&response)) continue;
+    EXPECT_EQ(one.stream->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  }
 }
 
 TEST_F(PlantHandlersTest, SaysWhatTheStoreSays) {

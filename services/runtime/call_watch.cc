@@ -1,6 +1,6 @@
-#include "services/ingest/call_watch.h"
+#include "services/runtime/call_watch.h"
 
-namespace sixpoint::ingest {
+namespace sixpoint::runtime {
 namespace {
 
 constexpr std::chrono::milliseconds kRound{100};
@@ -47,4 +47,4 @@ CallWatch::~CallWatch() {
 
 void CallWatch::Touch() { watched_->touched = CallWatchdog::Clock::now().time_since_epoch().count(); }
 
-}  // namespace sixpoint::ingest
+}  // namespace sixpoint::runtime

@@ -10,7 +10,7 @@
 #include <mutex>
 #include <thread>
 
-namespace sixpoint::ingest {
+namespace sixpoint::runtime {
 
 // One thread for all calls of a service. Thread-safe; outlives its watches.
 class CallWatchdog {
@@ -55,4 +55,4 @@ class CallWatch {
   std::list<CallWatchdog::Watched>::iterator watched_;
 };
 
-}  // namespace sixpoint::ingest
+}  // namespace sixpoint::runtime
