@@ -238,6 +238,8 @@ TEST_P(BlobKeeping, ABucketThatIsAnothersLosesNothingAndGetsNothing) {
   ASSERT_TRUE(CollectGarbage(database(), store_->objects(), everything, Soon(60)).ok());
   EXPECT_FALSE(ObjectIsThere(garbage));
   EXPECT_TRUE(all_there());
+  RecordProperty("foreign_deleted", static_cast<int>(std::count_if(clouds.begin(), clouds.end(),
+                                                                   [&](auto& c) { return !ObjectIsThere(c); })));
 }
 
 // Uploads of bytes that were garbage until now, several of the same at once, while the collector runs without any grace. All

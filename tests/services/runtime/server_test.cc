@@ -341,7 +341,9 @@ TEST_F(ServerTest, ACompressedMessageIsRefusedBeforeItIsInflated) {
     const grpc::Status status = ScanService::NewStub(channel_)->GetScan(&context, bomb, &scan);
     EXPECT_EQ(status.error_code(), grpc::StatusCode::UNIMPLEMENTED) << status.error_message();
   }
-  EXPECT_LT(PeakKb() - before_kb, 20'000);
+  const std::int64_t growth_kb = PeakKb() - before_kb;
+  RecordProperty("bomb_rss_mb", std::to_string(1e-3 * static_cast<double>(growth_kb)));
+  EXPECT_LT(growth_kb, 20'000);
   EXPECT_TRUE(Get("x", &scan).ok());
 }
 
@@ -417,7 +419,7 @@ TEST_F(ServerTest, OnePeersConnectionsNeitherStopOthersNorGrowMemory) {
   for (const auto end = Soon(20); open_count() > 256 && std::chrono::system_clock::now() < end;)
     std::this_thread::sleep_for(milliseconds(50));
   EXPECT_EQ(open_count(), 256);  // as ConnectionLimits says
-  std::printf("3000 connections of one peer: %ld KB\n", static_cast<long>(growth_kb));
+  RecordProperty("idle_connections_rss_mb", std::to_string(1e-3 * static_cast<double>(growth_kb)));
   EXPECT_LT(growth_kb, 32'000);  // 256 connections of about 64 KB, twice
   EXPECT_EQ(LogLines("connection refused").size(), 1u);
   // Its places are free again once it has gone.
@@ -490,8 +492,8 @@ TEST_F(ServerTest, StreamsThatAreResetAtOnceTakeLittleMemory) {
     std::this_thread::sleep_for(std::chrono::seconds(5));  // so long a stranger whom it has cut off is refused
   }
   const std::int64_t growth_kb = PeakKb() - before_kb;
-  std::printf("%d streams reset on %d connections: %ld KB\n", sent.load(), connections.load(),
-              static_cast<long>(growth_kb));
+  std::printf("%d streams reset on %d connections\n", sent.load(), connections.load());
+  RecordProperty("rapid_reset_rss_mb", std::to_string(1e-3 * static_cast<double>(growth_kb)));
   EXPECT_GT(sent, 2000);
   EXPECT_LT(growth_kb, 100'000);
   EXPECT_GE(LogLines("connection ended: its calls were given up unanswered").size(), 2u);

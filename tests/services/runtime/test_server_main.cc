@@ -6,8 +6,8 @@
 
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
-#include "services/runtime/log.h"
 #include "services/runtime/listening_sockets.h"
+#include "services/runtime/log.h"
 #include "services/runtime/server.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 
