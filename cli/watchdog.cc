@@ -4,7 +4,8 @@ namespace sixpoint::cli {
 namespace {
 
 constexpr int kMostSilent = 3;
-// Nothing listens: it is starting, or has ended, which is the supervisor's. After a minute it is neither.
+// Nothing listens: it is starting, or has ended, which is the supervisor's; or it ends each connection at once: somebody holds all its
+// places or descriptors, and may let go of them. After a minute it is none of these.
 constexpr int kMostAway = 20;
 
 }  // namespace

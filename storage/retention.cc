@@ -52,10 +52,10 @@ constexpr char kNoteLoose[] =
     "AND b.deleted_at IS NULL AND NOT b.sha256 = ANY ($2::bytea[]) "
     "ON CONFLICT (sha256) DO NOTHING";
 #undef SIXPOINT_BLOBS_OF_SCAN
-// What something refers to: the rest is the collector's. BlobConditions::unreferenced comes between the two.
+// What something refers to: the rest is the collector's. BlobConditions::unreferenced comes between the last two.
 constexpr char kSelectLoose[] =
-    "SELECT b.sha256 FROM blobs b WHERE b.sha256 > $1 AND b.sha256 IN (SELECT l.sha256 FROM loose_blobs l) AND NOT "
-    "(true";
+    "SELECT b.sha256 FROM blobs b WHERE b.sha256 > $1 AND b.sha256 IN (SELECT l.sha256 FROM loose_blobs l)";
+constexpr char kReferredTo[] = " AND NOT (true";
 constexpr char kLooseInOrder[] = ") ORDER BY b.sha256 LIMIT $2 FOR UPDATE OF b SKIP LOCKED";
 constexpr char kForgetLoose[] = "DELETE FROM loose_blobs WHERE sha256 = ANY ($1::bytea[])";
 constexpr char kDeleteBytes[] =
@@ -188,8 +188,9 @@ absl::Status SweepLoose(Database* database, ObjectStore* objects, const Retentio
     if (!transaction.ok()) return transaction.status();
     const absl::StatusOr<BlobConditions> conditions = ReadBlobConditions(*transaction);
     if (!conditions.ok()) return conditions.status();
-    const absl::StatusOr<Rows> loose = transaction->Execute(kSelectLoose + conditions->unreferenced + kLooseInOrder,
-                                                            Params().Digest(after_sha256).Int(kBatch));
+    const absl::StatusOr<Rows> loose =
+        transaction->Execute(std::string(kSelectLoose) + kReferredTo + conditions->unreferenced + kLooseInOrder,
+                             Params().Digest(after_sha256).Int(kBatch));
     if (!loose.ok()) return loose.status();
     if (loose->count() == 0) return absl::OkStatus();
     const std::vector<std::string> digests = DigestsOf(*loose);

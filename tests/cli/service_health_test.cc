@@ -7,6 +7,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "sixpoint/ingest/v1/ingest.grpc.pb.h"
+
 namespace sixpoint::cli {
 namespace {
 
@@ -16,6 +18,8 @@ TEST(ServiceHealth, IsWhatTheServiceSays) {
   grpc::EnableDefaultHealthCheckService(true);
   int port = 0;
   grpc::ServerBuilder builder;
+  ingest::v1::ScanService::Service service;  // gRPC wants one
+  builder.RegisterService(&service);
   builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
   const std::unique_ptr<grpc::Server> server = builder.BuildAndStart();
   const std::string address = "127.0.0.1:" + std::to_string(port);

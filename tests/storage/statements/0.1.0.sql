@@ -256,7 +256,7 @@ SELECT b.sha256 FROM blobs b WHERE b.sha256 IN (SELECT unnest(ARRAY[blob_sha256,
 -- storage/retention.cc kNoteLoose
 INSERT INTO loose_blobs (sha256) SELECT b.sha256 FROM blobs b WHERE b.sha256 IN (SELECT unnest(ARRAY[blob_sha256, evidence_sha256]) FROM scan_blocks WHERE scan_key = (SELECT n.record_id FROM record_names n WHERE n.name = 'scans/' || $1::text)) AND b.deleted_at IS NULL AND NOT b.sha256 = ANY ($2::bytea[]) ON CONFLICT (sha256) DO NOTHING;
 -- storage/retention.cc kSelectLoose
-SELECT b.sha256 FROM blobs b WHERE b.sha256 > $1 AND b.sha256 IN (SELECT l.sha256 FROM loose_blobs l) AND NOT (true;
+SELECT b.sha256 FROM blobs b WHERE b.sha256 > $1 AND b.sha256 IN (SELECT l.sha256 FROM loose_blobs l);
 -- storage/retention.cc kForgetLoose
 DELETE FROM loose_blobs WHERE sha256 = ANY ($1::bytea[]);
 -- storage/retention.cc kDeleteBytes
