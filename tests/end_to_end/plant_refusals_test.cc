@@ -115,6 +115,7 @@ TEST_F(PlantRefusalsTest, ADatabaseThatIsNotFitToServe) {
   const std::string volatile_one = "fsync: off, want on: a database that loses nothing it has kept";
   Sql("ALTER SYSTEM SET fsync = off");
   Sql("SELECT pg_reload_conf()");
+  Order("restart plant");  // one that runs asks once a minute
   ExpectSaid(Up(), "plant does not serve: " + volatile_one + "\nnext: cure what it says");
   ExpectSaid(Run({"status", "--data", data()}), "NOT_SERVING: " + volatile_one);
   Sql("ALTER SYSTEM RESET fsync");
