@@ -176,10 +176,10 @@ void AddScan(storage::Transaction& transaction, const std::string& serial, const
     block.profile_count = 30;
     digests.push_back(block.blob_sha256);
   }
-  Must(
-      transaction.Execute("INSERT INTO blobs (sha256, size_bytes, store) SELECT sha256, 38400, 's3' "
-                          "FROM unnest($1::bytea[]) AS object (sha256)",
-                          storage::Params().Digests(digests)));
+  Must(transaction.Execute(
+      "INSERT INTO blobs (sha256, size_bytes, store, object_id) SELECT sha256, 38400, 's3', gen_random_uuid() "
+      "FROM unnest($1::bytea[]) AS object (sha256)",
+      storage::Params().Digests(digests)));
   Must(storage::InsertScan(transaction, scan, blocks,
                            Entry("scan", "scans/" + scan_id, serial, {"machines/m1@1", "blades/" + serial})));
 }

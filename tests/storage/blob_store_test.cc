@@ -110,12 +110,15 @@ TEST_F(BlobStoreTest, NoOtherChangeIsAllowedWhateverIsAnnounced) {
 
 TEST_F(BlobStoreTest, AStateThatContradictsItselfIsRefused) {
   const std::string digest(64, 'a');
-  for (const char* values : {"NULL, 'postgresql', NULL, NULL", "'a cloud', 's3', NULL, NULL", "NULL, 's3', now(), NULL",
-                             "NULL, 's3', NULL, 'why'", "'a cloud', 'postgresql', now(), 'why'",
-                             "NULL, 'tape', NULL, NULL", "NULL, 's3', now(), ''", "NULL, 's3', NULL, NULL"}) {
+  const std::string object = ", gen_random_uuid()", none = ", NULL";
+  for (const std::string& values : {"NULL, 'postgresql', NULL, NULL" + none, "'a cloud', 's3', NULL, NULL" + object,
+                                    "NULL, 's3', now(), NULL" + object, "NULL, 's3', NULL, 'why'" + object,
+                                    "'a cloud', 'postgresql', now(), 'why'" + none, "NULL, 'tape', NULL, NULL" + none,
+                                    "NULL, 's3', now(), ''" + object, "NULL, 's3', NULL, NULL" + none,
+                                    "'a cloud', 'postgresql', NULL, NULL" + object}) {
     const absl::Status status = Change("",
                                        "INSERT INTO blobs (sha256, size_bytes, bytes, store, deleted_at, "
-                                       "deletion_reason) VALUES ('\\x" +
+                                       "deletion_reason, object_id) VALUES ('\\x" +
                                            digest + "', 7, " + values + ")");
     EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition) << values << ": " << status;
   }
