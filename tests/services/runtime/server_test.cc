@@ -41,6 +41,13 @@ using testing::RawConnection;
 constexpr char kService[] = "sixpoint.ingest.v1.ScanService";
 enum Health { kUnknown = 0, kServing = 1, kNotServing = 2 };  // grpc.health.v1.HealthCheckResponse.ServingStatus
 
+// A sanitizer keeps what was freed: there a server's memory says nothing of it.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kMemoryCounts = false;
+#else
+constexpr bool kMemoryCounts = true;
+#endif
+
 // For gRPC's own calls, which want the clock of the day.
 std::chrono::system_clock::time_point Soon(double seconds) {
   return std::chrono::system_clock::now() + milliseconds(static_cast<std::int64_t>(seconds * 1e3));
@@ -343,7 +350,7 @@ TEST_F(ServerTest, ACompressedMessageIsRefusedBeforeItIsInflated) {
   }
   const std::int64_t growth_kb = PeakKb() - before_kb;
   RecordProperty("bomb_rss_mb", std::to_string(1e-3 * static_cast<double>(growth_kb)));
-  EXPECT_LT(growth_kb, 20'000);
+  EXPECT_TRUE(!kMemoryCounts || growth_kb < 20'000) << growth_kb;
   EXPECT_TRUE(Get("x", &scan).ok());
 }
 
@@ -420,7 +427,7 @@ TEST_F(ServerTest, OnePeersConnectionsNeitherStopOthersNorGrowMemory) {
     std::this_thread::sleep_for(milliseconds(50));
   EXPECT_EQ(open_count(), 256);  // as ConnectionLimits says
   RecordProperty("idle_connections_rss_mb", std::to_string(1e-3 * static_cast<double>(growth_kb)));
-  EXPECT_LT(growth_kb, 32'000);  // 256 connections of about 64 KB, twice
+  EXPECT_TRUE(!kMemoryCounts || growth_kb < 32'000) << growth_kb;  // 256 connections of about 64 KB, twice
   EXPECT_EQ(LogLines("connection refused").size(), 1u);
   // Its places are free again once it has gone.
   idle.clear();
@@ -495,7 +502,7 @@ TEST_F(ServerTest, StreamsThatAreResetAtOnceTakeLittleMemory) {
   std::printf("%d streams reset on %d connections\n", sent.load(), connections.load());
   RecordProperty("rapid_reset_rss_mb", std::to_string(1e-3 * static_cast<double>(growth_kb)));
   EXPECT_GT(sent, 2000);
-  EXPECT_LT(growth_kb, 100'000);
+  EXPECT_TRUE(!kMemoryCounts || growth_kb < 100'000) << growth_kb;
   EXPECT_GE(LogLines("connection ended: its calls were given up unanswered").size(), 2u);
   EXPECT_TRUE(Get("x", &scan).ok());
 }
