@@ -14,22 +14,6 @@ namespace sixpoint::storage {
 namespace {
 
 constexpr int kBatch = 100;
-constexpr char kLockPolicies[] = "SELECT pg_advisory_xact_lock(hashtextextended('retention_policies/' || $1, 0))";
-
-constexpr char kInsertPolicy[] =
-    "INSERT INTO retention_policies (scan_kind, revision, keep_days, requested_by, record_id) "
-    "VALUES ($1, $2, $3, $4, $5)";
-#define SIXPOINT_SELECT_POLICIES                                                               \
-  "SELECT p.scan_kind, p.revision, p.keep_days, p.requested_by, record_sequence, recorded_at " \
-  "FROM retention_policies p JOIN record_names USING (record_id) WHERE "
-constexpr char kSelectPolicy[] = SIXPOINT_SELECT_POLICIES "p.scan_kind = $1 AND p.revision = $2";
-constexpr char kSelectPolicies[] = SIXPOINT_SELECT_POLICIES
-    "($1 OR NOT EXISTS (SELECT 1 FROM retention_policies q "
-    "WHERE q.scan_kind = p.scan_kind AND q.revision > p.revision)) "
-    "AND ($2 = '' OR p.scan_kind > $2 OR (p.scan_kind = $2 AND p.revision < $3)) "
-    "ORDER BY p.scan_kind, p.revision DESC LIMIT $4";
-#undef SIXPOINT_SELECT_POLICIES
-constexpr char kSelectNewest[] = "SELECT max(revision) FROM retention_policies WHERE scan_kind = $1";
 
 constexpr char kSelectDeletion[] =
     "SELECT s.scan_id, d.reason, d.requested_by, coalesce(d.policy_kind, ''), coalesce(d.policy_revision, 0), "
@@ -90,16 +74,6 @@ struct Freed {
   std::vector<ClaimedObject> objects;  // to be deleted after the commit
 };
 
-RetentionPolicy ReadPolicy(const Rows& rows, int row) {
-  RetentionPolicy policy;
-  policy.scan_kind = rows.Text(row, 0);
-  policy.revision = static_cast<int>(rows.Int(row, 1));
-  if (!rows.IsNull(row, 2)) policy.keep_days = static_cast<int>(rows.Int(row, 2));
-  policy.requested_by = rows.Text(row, 3);
-  policy.recorded = {rows.Int(row, 4), rows.Time(row, 5)};
-  return policy;
-}
-
 ScanDeletion ReadDeletion(const Rows& rows) {
   ScanDeletion deletion;
   deletion.scan_id = rows.Text(0, 0);
@@ -147,9 +121,9 @@ void DeleteObjects(Database* database, ObjectStore* objects, const std::vector<C
 }
 
 absl::Status CheckPolicyHolds(Transaction& transaction, const RetentionPolicy& policy) {
-  const absl::StatusOr<Rows> newest = transaction.Execute(kSelectNewest, Params().Text(policy.scan_kind));
+  const absl::StatusOr<int> newest = NewestPolicyRevision(transaction, policy.scan_kind);
   if (!newest.ok()) return newest.status();
-  if (!newest->IsNull(0, 0) && newest->Int(0, 0) == policy.revision) return newest->status();
+  if (*newest == policy.revision) return absl::OkStatus();
   return absl::AbortedError("retention of " + policy.scan_kind + " scans: revision " + std::to_string(policy.revision) +
                             " is not the newest any more");
 }
@@ -288,46 +262,6 @@ absl::StatusOr<bool> ApplyToSome(Database* database, ObjectStore* objects, const
 }
 
 }  // namespace
-
-absl::StatusOr<RetentionPolicy> SetRetentionPolicy(Transaction& transaction, RetentionPolicy policy,
-                                                   RecordEntry entry) {
-  const absl::StatusOr<Rows> locked = transaction.Execute(kLockPolicies, Params().Text(policy.scan_kind));
-  if (!locked.ok()) return locked.status();
-  const absl::StatusOr<Rows> newest = transaction.Execute(kSelectNewest, Params().Text(policy.scan_kind));
-  if (!newest.ok()) return newest.status();
-  policy.revision = newest->IsNull(0, 0) ? 1 : static_cast<int>(newest->Int(0, 0)) + 1;
-  if (absl::Status read = newest->status(); !read.ok()) return read;
-  entry.kind = "policy";
-  entry.name = "policies/" + policy.scan_kind + "@" + std::to_string(policy.revision);
-  const std::string record_id = NewUuid();
-  Params params;
-  params.Text(policy.scan_kind).Int(policy.revision);
-  policy.keep_days ? params.Int(*policy.keep_days) : params.Null();
-  params.Text(policy.requested_by).Uuid(record_id);
-  if (const auto inserted = transaction.Execute(kInsertPolicy, params); !inserted.ok()) return inserted.status();
-  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, record_id, entry);
-  if (!recorded.ok()) return recorded.status();
-  policy.recorded = *recorded;
-  return policy;
-}
-
-absl::StatusOr<std::optional<RetentionPolicy>> FindRetentionPolicy(Transaction& transaction,
-                                                                   const std::string& scan_kind, int revision) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectPolicy, Params().Text(scan_kind).Int(revision));
-  if (!rows.ok()) return rows.status();
-  if (rows->count() == 0) return std::nullopt;
-  return rows->Checked(ReadPolicy(*rows, 0));
-}
-
-absl::StatusOr<std::vector<RetentionPolicy>> ListRetentionPolicies(Transaction& transaction, const PolicyPage& page) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(
-      kSelectPolicies,
-      Params().Bool(page.all_revisions).Text(page.after_kind).Int(page.after_revision).Int(page.limit));
-  if (!rows.ok()) return rows.status();
-  std::vector<RetentionPolicy> policies;
-  for (int row = 0; row < rows->count(); ++row) policies.push_back(ReadPolicy(*rows, row));
-  return rows->Checked(std::move(policies));
-}
 
 absl::StatusOr<std::optional<ScanDeletion>> FindScanDeletion(Transaction& transaction, const std::string& scan_id) {
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectDeletion, Params().Text(scan_id));

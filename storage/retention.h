@@ -26,6 +26,8 @@ struct RetentionPolicy {
 };
 // The next revision, and the journal's entry of it, policies/{kind}@{revision}: a policy destroys data.
 absl::StatusOr<RetentionPolicy> SetRetentionPolicy(Transaction& transaction, RetentionPolicy policy, RecordEntry entry);
+// 0: the kind has none.
+absl::StatusOr<int> NewestPolicyRevision(Transaction& transaction, const std::string& scan_kind);
 // By kind, the newest revision first; `all_revisions` false: only that.
 absl::StatusOr<std::optional<RetentionPolicy>> FindRetentionPolicy(Transaction& transaction,
                                                                    const std::string& scan_kind, int revision);

@@ -237,16 +237,6 @@ SELECT pg_advisory_xact_lock(hashtextextended($1 || ' ' || $2, 0));
 SELECT r.request_sha256, n.name FROM requests r JOIN record_names n ON n.record_id = r.record_id WHERE r.request_id = $2::uuid AND r.call = $1;
 -- storage/requests.cc kInsertKept
 INSERT INTO requests (call, request_id, request_sha256, record_id) SELECT $1, $2::uuid, $3, n.record_id FROM record_names n WHERE n.name = $4;
--- storage/retention.cc kLockPolicies
-SELECT pg_advisory_xact_lock(hashtextextended('retention_policies/' || $1, 0));
--- storage/retention.cc kInsertPolicy
-INSERT INTO retention_policies (scan_kind, revision, keep_days, requested_by, record_id) VALUES ($1, $2, $3, $4, $5);
--- storage/retention.cc kSelectPolicy
-SELECT p.scan_kind, p.revision, p.keep_days, p.requested_by, record_sequence, recorded_at FROM retention_policies p JOIN record_names USING (record_id) WHERE p.scan_kind = $1 AND p.revision = $2;
--- storage/retention.cc kSelectPolicies
-SELECT p.scan_kind, p.revision, p.keep_days, p.requested_by, record_sequence, recorded_at FROM retention_policies p JOIN record_names USING (record_id) WHERE ($1 OR NOT EXISTS (SELECT 1 FROM retention_policies q WHERE q.scan_kind = p.scan_kind AND q.revision > p.revision)) AND ($2 = '' OR p.scan_kind > $2 OR (p.scan_kind = $2 AND p.revision < $3)) ORDER BY p.scan_kind, p.revision DESC LIMIT $4;
--- storage/retention.cc kSelectNewest
-SELECT max(revision) FROM retention_policies WHERE scan_kind = $1;
 -- storage/retention.cc kSelectDeletion
 SELECT s.scan_id, d.reason, d.requested_by, coalesce(d.policy_kind, ''), coalesce(d.policy_revision, 0), d.points_sha256, d.points_bytes, r.record_sequence, r.recorded_at, to_char(r.recorded_at AT TIME ZONE 'UTC', 'YYYY-MM-DD HH24:MI:SS"Z"') FROM scan_deletions d JOIN scans s USING (scan_key) JOIN record_names r USING (record_id) WHERE d.scan_key = (SELECT n.record_id FROM record_names n WHERE n.name = 'scans/' || $1::text);
 -- storage/retention.cc kInsertDeletion
@@ -267,6 +257,16 @@ SELECT p.scan_kind, p.revision, p.keep_days, coalesce(g.after_scan_key, '0000000
 SELECT s.scan_id, s.stored_bytes, s.scan_key, EXISTS (SELECT 1 FROM scan_deletions d WHERE d.scan_key = s.scan_key), n.recorded_at < now() - make_interval(days => $3) FROM scans s JOIN recorded n ON n.record_id = s.scan_key WHERE s.kind = $1 AND s.scan_key > $2 AND s.scan_key < least_uuid_of(now() - make_interval(days => $3, hours => 1)) ORDER BY s.scan_key LIMIT $4;
 -- storage/retention.cc kKeepProgress
 INSERT INTO retention_progress (scan_kind, policy_revision, after_scan_key) VALUES ($1, $2, $3) ON CONFLICT (scan_kind) DO UPDATE SET policy_revision = excluded.policy_revision, after_scan_key = excluded.after_scan_key;
+-- storage/retention_policies.cc kLockPolicies
+SELECT pg_advisory_xact_lock(hashtextextended('retention_policies/' || $1, 0));
+-- storage/retention_policies.cc kInsertPolicy
+INSERT INTO retention_policies (scan_kind, revision, keep_days, requested_by, record_id) VALUES ($1, $2, $3, $4, $5);
+-- storage/retention_policies.cc kSelectPolicy
+SELECT p.scan_kind, p.revision, p.keep_days, p.requested_by, record_sequence, recorded_at FROM retention_policies p JOIN record_names USING (record_id) WHERE p.scan_kind = $1 AND p.revision = $2;
+-- storage/retention_policies.cc kSelectPolicies
+SELECT p.scan_kind, p.revision, p.keep_days, p.requested_by, record_sequence, recorded_at FROM retention_policies p JOIN record_names USING (record_id) WHERE ($1 OR NOT EXISTS (SELECT 1 FROM retention_policies q WHERE q.scan_kind = p.scan_kind AND q.revision > p.revision)) AND ($2 = '' OR p.scan_kind > $2 OR (p.scan_kind = $2 AND p.revision < $3)) ORDER BY p.scan_kind, p.revision DESC LIMIT $4;
+-- storage/retention_policies.cc kSelectNewest
+SELECT max(revision) FROM retention_policies WHERE scan_kind = $1;
 -- storage/scan_uploads.cc kSelectUpload
 SELECT header, machine_revision, artefact_revision, next_block, point_count, profile_count, stored_bytes, proven_error_um, open_profile_points, open_profile_x_mm FROM scan_uploads WHERE scan_id = $1;
 -- storage/scan_uploads.cc kInsertUpload
