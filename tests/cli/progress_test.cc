@@ -1,13 +1,10 @@
 #include "cli/progress.h"
 
-#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <pty.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <array>
 #include <functional>
 #include <string>
 
@@ -25,11 +22,13 @@ std::string OnATerminal(const std::function<void()>& work) {
   dup2(keyboard, STDERR_FILENO);
   work();
   dup2(before, STDERR_FILENO);
-  fcntl(terminal, F_SETFL, O_NONBLOCK);
-  std::array<char, 4096> bytes;
-  const ssize_t count = read(terminal, bytes.data(), bytes.size());
+  // A terminal hands on what was written piece by piece, some of it later: it is read to this mark.
+  constexpr char kEnd = '\0';
+  std::string seen;
+  if (write(keyboard, &kEnd, 1) != 1) return "no terminal";
+  for (char byte = 0; read(terminal, &byte, 1) == 1 && byte != kEnd;) seen += byte;
   for (const int handle : {terminal, keyboard, before}) close(handle);
-  return std::string(bytes.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
+  return seen;
 }
 
 std::string OnAFile(const std::function<void()>& work) {
