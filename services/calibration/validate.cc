@@ -7,7 +7,6 @@
 #include "metrology/studies/gauge_study.h"
 #include "refusal/message_text.h"
 #include "services/runtime/errors.h"
-#include "services/runtime/limits.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::calibration {
@@ -15,18 +14,8 @@ namespace {
 
 using runtime::Refuse;
 
-constexpr int kMostPoses = 5000;
-constexpr int kMostFaces = 24, kMostReadings = 5000;
 constexpr int kGreatestTrendCount = 1000;
-constexpr int kFewestCalibrations = 3, kMostCalibrations = 500;
-constexpr int kMostObservations = 100000, kMostPoints = 100000, kMostLengths = 1000, kMostName = 64;
-
-// What all calibrations have: the machine's name, who asks, request_id.
-absl::Status CheckCaller(const std::string& machine, const std::string& requested_by, const std::string& request_id) {
-  runtime::Refusals refusals;
-  refusals.Add(runtime::IdOf("machine", "machines", machine).status());
-  return refusals.Add(runtime::CheckCaller(requested_by, request_id)).status();
-}
+constexpr int kFewestCalibrations = 3;
 
 absl::Status CheckEnvironment(const v1::Environment& in) {
   const auto outside = [](double value, double least, double most) {
@@ -42,14 +31,7 @@ absl::Status CheckEnvironment(const v1::Environment& in) {
     refusals.Add(Refuse("environment.temperature_c", "", "a temperature, of which the uncertainty is stated"));
   if (in.has_humidity_percent() && outside(in.humidity_percent(), 0, 100))
     refusals.Add(Refuse("environment.humidity_percent", in.humidity_percent(), "0 to 100"));
-  return refusals.Add(runtime::CheckText("environment.note", in.note(), runtime::kLongestReason)).status();
-}
-
-// What releases, withdrawals and studies have: a reason, who asks, request_id.
-absl::Status CheckEvent(const std::string& reason, const std::string& requested_by, const std::string& request_id) {
-  runtime::Refusals refusals;
-  refusals.Add(runtime::CheckText("reason", reason, runtime::kLongestReason));
-  return refusals.Add(runtime::CheckCaller(requested_by, request_id)).status();
+  return refusals.status();
 }
 
 absl::Status CheckLimit(const std::string& field, double value) {
@@ -57,19 +39,13 @@ absl::Status CheckLimit(const std::string& field, double value) {
   return Refuse(field, value, "> 0, or 0 for none");
 }
 
-template <typename Request>
-absl::Status CheckCommon(const Request& request) {
-  if (absl::Status s = CheckEvent("", request.requested_by(), request.request_id()); !s.ok()) return s;
-  return CheckEnvironment(request.environment());
-}
-
 }  // namespace
 
 std::string Indexed(const std::string& field, int i) { return field + "[" + std::to_string(i) + "]"; }
 
-absl::Status CheckCount(const std::string& field, int count, int least, int most) {
-  if (count >= least && count <= most) return absl::OkStatus();
-  return Refuse(field, std::to_string(count) + " of them", std::to_string(least) + " to " + std::to_string(most));
+absl::Status CheckCount(const std::string& field, int count, int least) {
+  if (count >= least) return absl::OkStatus();
+  return Refuse(field, std::to_string(count) + " of them", "at least " + std::to_string(least));
 }
 
 absl::Status CheckUncertainty(double value_um) {
@@ -79,9 +55,9 @@ absl::Status CheckUncertainty(double value_um) {
 
 absl::Status CheckRequest(const v1::CalibrateSensorRequest& request) {
   runtime::Refusals refusals;
-  refusals.Add(CheckCaller(request.machine(), request.requested_by(), request.request_id()))
+  refusals.Add(runtime::IdOf("machine", "machines", request.machine()).status())
       .Add(runtime::IdOf("artefact", "artefacts", request.artefact()).status())
-      .Add(runtime::CheckNames("scans", "scans", request.scans(), 1, runtime::kMostScans));
+      .Add(runtime::CheckNames("scans", "scans", request.scans(), 1));
   if (!request.has_touch()) refusals.Add(Refuse("touch", "", "the artefact as the touch probe measured it"));
   if (!v1::SensorMethod_IsValid(request.method()))
     refusals.Add(Refuse("method", request.method(), "JOINT or SEQUENTIAL"));
@@ -92,8 +68,8 @@ absl::Status CheckRequest(const v1::CalibrateSensorRequest& request) {
 absl::Status CheckRequest(const v1::CalibrateRotationRequest& request) {
   const bool standard = request.method() == v1::ROTATION_METHOD_STANDARD;
   runtime::Refusals refusals;
-  refusals.Add(CheckCaller(request.machine(), request.requested_by(), request.request_id()))
-      .Add(CheckCount("poses", request.poses_size(), standard ? 0 : 1, kMostPoses));
+  refusals.Add(runtime::IdOf("machine", "machines", request.machine()).status())
+      .Add(CheckCount("poses", request.poses_size(), standard ? 0 : 1));
   if (!v1::RotationMethod_IsValid(request.method()))
     refusals.Add(Refuse("method", request.method(), "LINES, POINT_C or STANDARD"));
   if (standard != request.has_standard())
@@ -105,13 +81,11 @@ absl::Status CheckRequest(const v1::CalibrateRotationRequest& request) {
 }
 
 absl::Status CheckRequest(const v1::CalibrateProbeRequest& request) {
-  if (absl::Status s = CheckCaller(request.machine(), request.requested_by(), request.request_id()); !s.ok()) return s;
+  if (absl::Status s = runtime::IdOf("machine", "machines", request.machine()).status(); !s.ok()) return s;
   if (absl::Status s = runtime::CheckId("block", request.block()); !s.ok()) return s;
-  if (absl::Status s = CheckCount("faces", request.faces_size(), 1, kMostFaces); !s.ok()) return s;
-  if (absl::Status s = CheckCount("readings", request.readings_size(), 1, kMostReadings); !s.ok()) return s;
-  if (absl::Status s = CheckCount("moved_faces", request.moved_faces_size(), 0, kMostFaces); !s.ok()) return s;
+  if (absl::Status s = CheckCount("faces", request.faces_size(), 1); !s.ok()) return s;
+  if (absl::Status s = CheckCount("readings", request.readings_size(), 1); !s.ok()) return s;
   const int moved = request.moved_readings_size();
-  if (absl::Status s = CheckCount("moved_readings", moved, 0, kMostReadings); !s.ok()) return s;
   if ((moved > 0) != (request.moved_faces_size() > 0))
     return Refuse("moved_readings", std::to_string(moved) + " of them", "both moved_faces and moved_readings, or none");
   if (!v1::ProbeMethod_IsValid(request.method()))
@@ -120,7 +94,7 @@ absl::Status CheckRequest(const v1::CalibrateProbeRequest& request) {
 }
 
 absl::Status CheckRequest(const v1::CharacteriseAxisRequest& request) {
-  if (absl::Status s = CheckCaller(request.machine(), request.requested_by(), request.request_id()); !s.ok()) return s;
+  if (absl::Status s = runtime::IdOf("machine", "machines", request.machine()).status(); !s.ok()) return s;
   if (request.axis().empty()) return Refuse("axis", "", "the letter of a rotary axis");
   if (absl::Status s = runtime::CheckId("axis", request.axis()); !s.ok()) return s;
   return CheckEnvironment(request.environment());
@@ -140,12 +114,7 @@ absl::Status CheckScan(const v1::CalibrateSensorRequest& request, const ingest::
   return absl::OkStatus();
 }
 
-absl::Status CheckRequest(const v1::ReleaseCalibrationRequest& request) {
-  return CheckEvent(request.reason(), request.requested_by(), request.request_id());
-}
-
 absl::Status CheckRequest(const v1::WithdrawCalibrationRequest& request) {
-  if (absl::Status s = CheckEvent(request.reason(), request.requested_by(), request.request_id()); !s.ok()) return s;
   return request.reason().empty() ? Refuse("reason", "", "why it must not be used") : absl::OkStatus();
 }
 
@@ -159,44 +128,37 @@ absl::Status CheckRequest(const v1::GetCalibrationTrendRequest& request) {
 }
 
 absl::Status CheckRequest(const v1::RunGaugeStudyRequest& request) {
-  if (absl::Status s = CheckCommon(request); !s.ok()) return s;
-  return runtime::CheckNames("scans", "scans", request.scans(), metrology::kFewestGaugeScans, runtime::kMostStudyScans);
+  if (absl::Status s = CheckEnvironment(request.environment()); !s.ok()) return s;
+  return runtime::CheckNames("scans", "scans", request.scans(), metrology::kFewestGaugeScans);
 }
 
 absl::Status CheckRequest(const v1::RunArmStudyRequest& request) {
-  if (absl::Status s = CheckCommon(request); !s.ok()) return s;
+  if (absl::Status s = CheckEnvironment(request.environment()); !s.ok()) return s;
   if (absl::Status s = CheckLimit("limit_um", request.limit_um()); !s.ok()) return s;
-  return runtime::CheckNames("scans", "scans", request.scans(), metrology::kFewestArmScans, runtime::kMostStudyScans);
+  return runtime::CheckNames("scans", "scans", request.scans(), metrology::kFewestArmScans);
 }
 
 absl::Status CheckRequest(const v1::RunRepeatStudyRequest& request) {
-  if (absl::Status s = CheckCommon(request); !s.ok()) return s;
-  return runtime::CheckNames("calibrations", "calibrations", request.calibrations(), kFewestCalibrations,
-                             kMostCalibrations);
+  if (absl::Status s = CheckEnvironment(request.environment()); !s.ok()) return s;
+  return runtime::CheckNames("calibrations", "calibrations", request.calibrations(), kFewestCalibrations);
 }
 
 absl::Status CheckRequest(const v1::RunGaugeRrRequest& request) {
-  if (absl::Status s = CheckCommon(request); !s.ok()) return s;
+  if (absl::Status s = CheckEnvironment(request.environment()); !s.ok()) return s;
   if (absl::Status s = CheckLimit("limit_percent", request.limit_percent()); !s.ok()) return s;
   for (const auto& [field, text] : {std::pair<const char*, const std::string&>{"outer_name", request.outer_name()},
                                     {"inner_name", request.inner_name()},
                                     {"unit", request.unit()}})
-    if (text.empty() || text.size() > kMostName) return Refuse(field, text, "1 to 64 characters");
-  if (request.observations_size() > kMostObservations)
-    return Refuse("observations", std::to_string(request.observations_size()) + " of them", "at most 100000");
+    if (text.empty()) return Refuse(field, "", "a name");
   if (!v1::PartLevel_IsValid(request.part_level()))
     return Refuse("part_level", std::to_string(request.part_level()), "INNER or OUTER");
   return absl::OkStatus();
 }
 
 absl::Status CheckRequest(const v1::RunSphereCheckRequest& request) {
-  if (absl::Status s = CheckCommon(request); !s.ok()) return s;
-  if (request.points_mm_size() > kMostPoints || request.lengths_size() > kMostLengths)
-    return Refuse(request.points_mm_size() > kMostPoints ? "points_mm" : "lengths", "too many",
-                  "at most 100000 points and 1000 lengths");
+  if (absl::Status s = CheckEnvironment(request.environment()); !s.ok()) return s;
   for (int i = 0; i < request.lengths_size(); ++i)
-    if (const std::string& standard = request.lengths(i).standard(); standard.empty() || standard.size() > kMostName)
-      return Refuse(Indexed("lengths", i) + ".standard", standard, "1 to 64 characters");
+    if (request.lengths(i).standard().empty()) return Refuse(Indexed("lengths", i) + ".standard", "", "a name");
   return absl::OkStatus();
 }
 

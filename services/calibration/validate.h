@@ -14,7 +14,7 @@ namespace sixpoint::calibration {
 
 // "poses", 3 -> "poses[3]".
 std::string Indexed(const std::string& field, int i);
-absl::Status CheckCount(const std::string& field, int count, int least, int most);
+absl::Status CheckCount(const std::string& field, int count, int least);
 absl::Status CheckUncertainty(double value_um);
 
 // Names, counts, method and environment.
@@ -26,7 +26,6 @@ absl::Status CheckRequest(const v1::CharacteriseAxisRequest& request);
 absl::Status CheckScan(const v1::CalibrateSensorRequest& request, const ingest::v1::Scan& scan,
                        const ingest::v1::Scan& first);
 
-absl::Status CheckRequest(const v1::ReleaseCalibrationRequest& request);
 absl::Status CheckRequest(const v1::WithdrawCalibrationRequest& request);
 // Its numbers; what it names is known only with the calibrations.
 absl::Status CheckRequest(const v1::GetCalibrationTrendRequest& request);

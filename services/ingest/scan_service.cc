@@ -12,6 +12,7 @@
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/pages.h"
+#include "services/runtime/request_checks.h"
 
 namespace sixpoint::ingest {
 namespace {
@@ -112,6 +113,7 @@ absl::StatusOr<v1::ScanHeader> ScanService::ReadHeader(grpc::ServerContext* cont
   v1::UploadScanRequest request;
   if (!stream->Read(&request) || !request.has_header())
     return runtime::Refuse("header", "missing", "the header as the first message");
+  if (absl::Status bounded = runtime::CheckBounds(request); !bounded.ok()) return bounded;
   return std::move(*request.mutable_header());
 }
 
@@ -134,6 +136,7 @@ absl::Status ScanService::Upload(grpc::ServerContext* context, UploadStream* str
   bool open = stream->Write(response);
   while (open && stream->Read(&request)) {
     watch.Touch();
+    if (absl::Status bounded = runtime::CheckBounds(request); !bounded.ok()) return bounded;
     if (request.has_end()) {
       absl::StatusOr<v1::StoredScan> stored = (*upload)->Finish(request.end());
       if (!stored.ok()) return stored.status();

@@ -4,7 +4,6 @@
 
 #include "services/ingest/scan_messages.h"
 #include "services/runtime/errors.h"
-#include "services/runtime/limits.h"
 #include "services/runtime/pages.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
@@ -117,18 +116,10 @@ absl::Status CheckRequest(const v1::CollectGarbageRequest& request) {
   return runtime::Refuse("grace_s", std::to_string(request.grace_s()), "0 to " + std::to_string(kGreatestGrace_s));
 }
 
-absl::Status CheckRequest(const v1::AdoptBucketRequest& request) {
-  return runtime::CheckText("requested_by", request.requested_by(), runtime::kLongestRequester);
-}
-
 absl::Status CheckRequest(const v1::DeleteScanPointsRequest& request) {
   if (const auto id = runtime::IdOf("name", "scans", request.name()); !id.ok()) return id.status();
   const bool blank = request.reason().find_first_not_of(" \t\r\n") == std::string::npos;
-  if (blank)
-    return runtime::Refuse("reason", "",
-                           "why the points go, in 1 to " + std::to_string(runtime::kLongestReason) + " bytes");
-  if (absl::Status s = runtime::CheckText("reason", request.reason(), runtime::kLongestReason); !s.ok()) return s;
-  return runtime::CheckCaller(request.requested_by(), "");
+  return blank ? runtime::Refuse("reason", "", "why the points go") : absl::OkStatus();
 }
 
 absl::Status CheckRequest(const v1::SetRetentionPolicyRequest& request) {
@@ -139,11 +130,7 @@ absl::Status CheckRequest(const v1::SetRetentionPolicyRequest& request) {
     return runtime::Refuse("keep_days", std::to_string(request.keep_days()),
                            "1 to " + std::to_string(kGreatestKeepDays) + ", or 0 for ever");
   }
-  return runtime::CheckCaller(request.requested_by(), request.request_id());
-}
-
-absl::Status CheckRequest(const v1::ApplyRetentionRequest& request) {
-  return runtime::CheckCaller(request.requested_by(), "");
+  return absl::OkStatus();
 }
 
 std::string PageTokenAfter(const std::string& filters, const v1::RetentionPolicy& last) {

@@ -23,8 +23,6 @@ absl::Status CheckRequest(const v1::CheckStoreRequest& request);
 absl::Status CheckRequest(const v1::CollectGarbageRequest& request);
 absl::Status CheckRequest(const v1::DeleteScanPointsRequest& request);
 absl::Status CheckRequest(const v1::SetRetentionPolicyRequest& request);
-absl::Status CheckRequest(const v1::ApplyRetentionRequest& request);
-absl::Status CheckRequest(const v1::AdoptBucketRequest& request);
 absl::StatusOr<storage::PolicyPage> PageOf(const v1::ListRetentionPoliciesRequest& request);
 // Of the page that follows that policy.
 std::string PageTokenAfter(const std::string& filters, const v1::RetentionPolicy& last);

@@ -190,7 +190,6 @@ grpc::Status CloudStoreService::ListRetentionPolicies(grpc::ServerContext* conte
 
 grpc::Status CloudStoreService::ApplyRetention(grpc::ServerContext* context, const v1::ApplyRetentionRequest* request,
                                                v1::ApplyRetentionResponse* response) {
-  if (absl::Status sound = CheckRequest(*request); !sound.ok()) return ToGrpc(sound);
   storage::RetentionOptions options;
   options.software_version = runtime::SoftwareVersion();
   options.requested_by = RequestedBy(request->requested_by(), *context);
@@ -206,7 +205,6 @@ grpc::Status CloudStoreService::ApplyRetention(grpc::ServerContext* context, con
 
 grpc::Status CloudStoreService::AdoptBucket(grpc::ServerContext* context, const v1::AdoptBucketRequest* request,
                                             v1::AdoptBucketResponse* response) {
-  if (absl::Status sound = CheckRequest(*request); !sound.ok()) return ToGrpc(sound);
   absl::StatusOr<std::string> before = blobs_->AdoptBucket(runtime::DeadlineOf(*context));
   if (!before.ok()) return ToGrpc(before.status());
   runtime::Log(runtime::LogLevel::kWarning, "the bucket is this plant's from now on",

@@ -3,7 +3,6 @@
 #include <string>
 
 #include "services/runtime/errors.h"
-#include "services/runtime/limits.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::inspection {
@@ -16,11 +15,11 @@ std::string ScanField(int index) { return "scans[" + std::to_string(index) + "]"
 absl::Status CheckInspect(const v1::InspectRequest& request) {
   runtime::Refusals refusals;
   refusals.Add(runtime::IdOf("blade", "blades", request.blade()).status())
-      .Add(runtime::CheckNames("scans", "scans", request.scans(), 1, runtime::kMostScans));
+      .Add(runtime::CheckNames("scans", "scans", request.scans(), 1));
   if (request.method() == registration::v1::METHOD_ALLOWANCE || !registration::v1::Method_IsValid(request.method()))
     refusals.Add(runtime::Refuse("method", registration::v1::Method_Name(request.method()),
                                  "six-point, six-point-normals, best-fit or local; a machined part is not its blank"));
-  return refusals.Add(runtime::CheckCaller(request.requested_by(), request.request_id())).status();
+  return refusals.status();
 }
 
 absl::Status CheckScan(int index, const ingest::v1::ScanHeader& header, const std::string& blade) {

@@ -7,7 +7,6 @@
 #include "services/plant/messages.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
-#include "services/runtime/limits.h"
 #include "services/runtime/pages.h"
 #include "services/runtime/resource_name.h"
 
@@ -35,21 +34,6 @@ void Answer(const std::vector<JournalEntry>& entries, const runtime::Page& page,
     }
     *response->add_entries() = ToProto(entry);
   }
-}
-
-// The journal knows about a dozen.
-constexpr int kMostKinds = 32;
-
-absl::Status CheckKinds(const v1::RecallRequest& request) {
-  if (request.kinds_size() > kMostKinds)
-    return runtime::Refuse("kinds", std::to_string(request.kinds_size()) + " kinds",
-                           "at most " + std::to_string(kMostKinds));
-  for (int i = 0; i < request.kinds_size(); ++i) {
-    absl::Status text =
-        runtime::CheckText("kinds[" + std::to_string(i) + "]", request.kinds(i), runtime::kLongestLabel);
-    if (!text.ok()) return text;
-  }
-  return absl::OkStatus();
 }
 
 }  // namespace
@@ -90,7 +74,6 @@ grpc::Status RecordService::Recall(grpc::ServerContext* context, const v1::Recal
                                    v1::RecallResponse* response) {
   const std::string& name = request->name();
   if (absl::Status status = runtime::CheckName("name", name); !status.ok()) return ToGrpc(status);
-  if (absl::Status status = CheckKinds(*request); !status.ok()) return ToGrpc(status);
   const std::string filters = runtime::FiltersOf(*request);
   const absl::StatusOr<runtime::Page> page = runtime::PageOf(filters, request->page_size(), request->page_token());
   if (!page.ok()) return ToGrpc(page.status());

@@ -17,10 +17,8 @@ namespace {
 
 using runtime::Refuse;
 
-constexpr std::size_t kGreatestCadBytes = std::size_t{48} << 20;
 constexpr int kGreatestHoleCount = 20'000;
 constexpr int kGreatestFeatureCount = 1'000;  // of an artefact: cones and slots together
-constexpr int kGreatestJointCount = 6;        // each axis has its letter
 constexpr double kBoxMarginMm = 1;
 
 // One range check; lower and upper limits are inside.
@@ -97,8 +95,6 @@ absl::Status ReadSensor(const v1::Sensor& sensor, storage::MachineRow* row) {
   row->sensor_range_mm = sensor.range_mm();
   row->sensor_line_angle_deg = sensor.line_angle_deg();
   runtime::Refusals refusals;
-  if (row->sensor_model.size() > 200)
-    refusals.Add(Refuse(field + ".model", sensor.model().substr(0, 64), "at most 200 bytes"));
   if (!(row->sensor_line_angle_deg > 0 && row->sensor_line_angle_deg < 180))
     refusals.Add(Refuse(field + ".line_angle_deg", row->sensor_line_angle_deg, "> 0 and < 180"));
   return refusals.Add(CheckPositive(field + ".noise_um", row->sensor_noise_um, 10'000))
@@ -163,8 +159,6 @@ absl::Status ReadGroup(const std::string& field, const v1::HoleGroup& group, std
 
 absl::Status ReadCad(const v1::CreatePartRequest& request, storage::PartRow* row) {
   if (request.cad().empty()) return Refuse("cad", "0 bytes", "a STEP, IGES or STL file");
-  if (request.cad().size() > kGreatestCadBytes)
-    return Refuse("cad", std::to_string(request.cad().size()) + " bytes", "at most 48 MiB");
   row->cad_unit_mm = request.part().cad_unit_mm();
   switch (request.part().cad_format()) {
     case v1::CAD_FORMAT_STEP:
@@ -216,11 +210,6 @@ absl::StatusOr<storage::MachineRow> Validated(const v1::CreateMachineRequest& re
   for (const auto& [side, joints] :
        {std::pair{"part", &machine.kinematics().part_side()}, std::pair{"tool", &machine.kinematics().tool_side()}}) {
     const std::string side_field = std::string("machine.kinematics.") + side + "_side";
-    if (joints->size() > kGreatestJointCount)
-      return refusals
-          .Add(Refuse(side_field, std::to_string(joints->size()) + " joints",
-                      "at most " + std::to_string(kGreatestJointCount)))
-          .status();
     for (int i = 0; i < joints->size(); ++i) {
       const std::string field = side_field + "[" + std::to_string(i) + "]";
       absl::StatusOr<storage::JointRow> joint = ValidatedJoint(field, side, (*joints)[i], &axes);

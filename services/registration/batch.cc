@@ -204,9 +204,7 @@ class Run {
 }  // namespace
 
 absl::Status CheckBatch(const v1::RegisterBatchRequest& batch) {
-  if (batch.requests_size() < 1 || batch.requests_size() > kGreatestBatch)
-    return runtime::Refuse("requests", std::to_string(batch.requests_size()) + " requests",
-                           "1 to " + std::to_string(kGreatestBatch));
+  if (batch.requests_size() < 1) return runtime::Refuse("requests", "0 requests", "at least one");
   for (int i = 0; i < batch.requests_size(); ++i) {
     const std::string field = "requests[" + std::to_string(i) + "].";
     const v1::RegisterRequest& request = batch.requests(i);
@@ -224,13 +222,12 @@ absl::Status CheckBatch(const v1::RegisterBatchRequest& batch) {
     if (skipped[static_cast<std::size_t>(index)]) return runtime::Refuse(field, std::to_string(index), "each once");
     skipped[static_cast<std::size_t>(index)] = true;
   }
-  return runtime::CheckUuid("request_id", batch.request_id());
+  return absl::OkStatus();
 }
 
 v1::RegisterRequest RequestAt(const v1::RegisterBatchRequest& batch, int index) {
   v1::RegisterRequest request = batch.requests(index);
   request.set_requested_by(batch.requested_by());
-  if (batch.request_id().empty()) return request;
   request.set_request_id(storage::UuidFrom(batch.request_id() + " " + std::to_string(index)));
   return request;
 }

@@ -12,8 +12,6 @@
 
 namespace sixpoint::registration {
 
-inline constexpr int kGreatestBatch = 1000;
-
 // The batch's own fields, and that its requests leave to it what is the batch's. What a request asks for is left to Register.
 absl::Status CheckBatch(const v1::RegisterBatchRequest& batch);
 

@@ -9,13 +9,11 @@
 #include "refusal/message_text.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
-#include "services/runtime/limits.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::registration {
 namespace {
 
-constexpr int kMostRegions = 64;
 constexpr double kGreatestCoordinateMm = 1e6;
 constexpr double kGreatestRadiusMm = 1e4;
 
@@ -120,13 +118,9 @@ absl::Status CheckOptions(const v1::RegisterRequest& request) {
   runtime::Refusals refusals;
   refusals.Add(CheckFreedoms(request)).Add(CheckWeights(request));
   for (const auto& [name, regions] : {std::pair("options.regions_in", &options.regions_in()),
-                                      std::pair("options.regions_out", &options.regions_out())}) {
-    if (regions->size() > kMostRegions)
-      refusals.Add(runtime::Refuse(name, std::to_string(regions->size()) + " regions",
-                                   "at most " + std::to_string(kMostRegions)));
-    for (int i = 0; i < std::min(regions->size(), kMostRegions); ++i)
+                                      std::pair("options.regions_out", &options.regions_out())})
+    for (int i = 0; i < regions->size(); ++i)
       refusals.Add(CheckRegion(name + ("[" + std::to_string(i) + "]"), regions->Get(i)));
-  }
   if (options.has_allowance() && request.method() != v1::METHOD_ALLOWANCE)
     refusals.Add(
         runtime::Refuse("options.allowance", "set, with " + v1::Method_Name(request.method()), "METHOD_ALLOWANCE"));
@@ -172,14 +166,12 @@ metrology::Method MethodOf(v1::Method method) {
 absl::Status CheckRequest(const v1::RegisterRequest& request) {
   runtime::Refusals refusals;
   refusals.Add(runtime::IdOf("blade", "blades", request.blade()).status())
-      .Add(runtime::CheckNames("scans", "scans", request.scans(), 1, runtime::kMostScans));
+      .Add(runtime::CheckNames("scans", "scans", request.scans(), 1));
   if (MethodText(request.method()).empty())
     refusals.Add(runtime::Refuse(
         "method", request.method(),
         "METHOD_BEST_FIT, METHOD_LOCAL, METHOD_SIX_POINT, METHOD_SIX_POINT_NORMALS or METHOD_ALLOWANCE"));
-  return refusals.Add(CheckOptions(request))
-      .Add(runtime::CheckCaller(request.requested_by(), request.request_id()))
-      .status();
+  return refusals.Add(CheckOptions(request)).status();
 }
 
 absl::Status CheckScan(const v1::RegisterRequest& request, const ingest::v1::Scan& scan,

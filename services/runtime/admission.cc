@@ -1,6 +1,7 @@
 #include "services/runtime/admission.h"
 
 #include <google/protobuf/descriptor.h>
+#include <google/protobuf/message.h>
 #include <grpc/byte_buffer.h>
 #include <grpcpp/impl/rpc_service_method.h>
 #include <grpcpp/support/method_handler.h>
@@ -9,6 +10,7 @@
 
 #include "services/runtime/errors.h"
 #include "services/runtime/message_limits.h"
+#include "services/runtime/request_checks.h"
 
 namespace sixpoint::runtime {
 
@@ -35,6 +37,7 @@ class AdmittedMethod : public MethodHandler {
  public:
   AdmittedMethod(const Admission& admission, const google::protobuf::MethodDescriptor& method, MethodHandler* handler)
       : admission_(admission),
+        method_(method),
         greatest_bytes_(GreatestRequest_bytes(method)),
         streams_requests_(method.client_streaming()),
         handler_(handler) {}
@@ -52,10 +55,20 @@ class AdmittedMethod : public MethodHandler {
     grpc::Status parsed;
     void* data = nullptr;
     void* const message = handler_->Deserialize(call.call->call(), request, &parsed, &data);
+    if (parsed.ok()) {
+      // Generated messages have one base, at their beginning. A handler that is told of a failure leaves the message to us.
+      auto* const fields = static_cast<google::protobuf::Message*>(message);
+      parsed = ToGrpc(CheckFields(*fields));
+      if (!parsed.ok()) fields->~Message();
+    }
     handler_->RunHandler({call.call, call.server_context, message, parsed, data, call.call_requester});
   }
 
  private:
+  absl::Status CheckFields(const google::protobuf::Message& request) const {
+    return Refusals().Add(CheckBounds(request)).Add(CheckRequestId(method_, request)).status();
+  }
+
   absl::Status Check(const HandlerParameter& call, grpc_byte_buffer* request) const {
     if (call.server_context->IsCancelled()) return absl::CancelledError("the client went away before its turn came");
     if (absl::Status ready = admission_.CheckReady(); !ready.ok()) return ready;
@@ -65,6 +78,7 @@ class AdmittedMethod : public MethodHandler {
   }
 
   const Admission& admission_;
+  const google::protobuf::MethodDescriptor& method_;
   const std::size_t greatest_bytes_;
   const bool streams_requests_;
   MethodHandler* const handler_;  // its service's

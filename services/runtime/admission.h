@@ -1,5 +1,6 @@
 // What every call of our own services passes before its handler: is its client still there, is the server ready, is the request
-// as small as the method's is. Nothing of a request is parsed before.
+// as small as the method's is (message_limits.h), does each of its fields keep its bound (request_checks.h). Nothing of a request is
+// parsed before the first three. What a client streams is its handler's to check.
 #pragma once
 
 #include <absl/status/status.h>

@@ -1,8 +1,6 @@
 #include "services/runtime/connection_acceptor.h"
 
-#include <arpa/inet.h>
 #include <fcntl.h>
-#include <netinet/in.h>
 #include <poll.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -13,6 +11,7 @@
 #include <cstring>
 
 #include "services/runtime/log.h"
+#include "services/runtime/peer_address.h"
 
 namespace sixpoint::runtime {
 namespace {
@@ -23,40 +22,6 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kPause{50};
 constexpr std::chrono::seconds kBetweenLogLines{60};
 constexpr std::chrono::seconds kRefusedAfterClose{5};
-constexpr char kUnixPeer[] = "unix:";  // who connects to a unix socket has no name
-
-// IPv6 gives a host 2^64 addresses, so its network counts as one.
-std::string PeerKey(const sockaddr_storage& peer) {
-  if (peer.ss_family == AF_INET) {
-    const auto& address = reinterpret_cast<const sockaddr_in&>(peer).sin_addr;
-    return {reinterpret_cast<const char*>(&address), sizeof address};
-  }
-  if (peer.ss_family == AF_INET6) {
-    const auto& address = reinterpret_cast<const sockaddr_in6&>(peer).sin6_addr;
-    const char* bytes = reinterpret_cast<const char*>(&address);
-    return IN6_IS_ADDR_V4MAPPED(&address) ? std::string(bytes + 12, 4) : std::string(bytes, 8);
-  }
-  return kUnixPeer;
-}
-
-// ServerContext::peer() of a connection.
-std::string GrpcName(const sockaddr_storage& peer) {
-  char text[INET6_ADDRSTRLEN] = "";
-  if (peer.ss_family == AF_INET) {
-    const auto& address = reinterpret_cast<const sockaddr_in&>(peer);
-    inet_ntop(AF_INET, &address.sin_addr, text, sizeof text);
-    return "ipv4:" + std::string(text) + ":" + std::to_string(ntohs(address.sin_port));
-  }
-  if (peer.ss_family != AF_INET6) return kUnixPeer;
-  const auto& address = reinterpret_cast<const sockaddr_in6&>(peer);
-  const std::string port = std::to_string(ntohs(address.sin6_port));
-  if (IN6_IS_ADDR_V4MAPPED(&address.sin6_addr)) {
-    inet_ntop(AF_INET, reinterpret_cast<const char*>(&address.sin6_addr) + 12, text, sizeof text);
-    return "ipv4:" + std::string(text) + ":" + port;
-  }
-  inet_ntop(AF_INET6, &address.sin6_addr, text, sizeof text);
-  return "ipv6:%5B" + std::string(text) + "%5D:" + port;
-}
 
 // 0: no longer open.
 ino_t InodeOf(int fd) {

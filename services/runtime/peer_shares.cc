@@ -1,9 +1,11 @@
 #include "services/runtime/peer_shares.h"
 
+#include "services/runtime/peer_address.h"
+
 namespace sixpoint::runtime {
 
 std::optional<PeerShares::Share> PeerShares::Take(const std::string& grpc_peer) {
-  const std::string peer = grpc_peer.substr(0, grpc_peer.rfind(':'));
+  const std::string peer = PeerKey(grpc_peer);
   const std::lock_guard<std::mutex> lock(mutex_);
   int& count = count_[peer];
   if (count >= most_per_peer_) return std::nullopt;

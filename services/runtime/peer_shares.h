@@ -28,7 +28,7 @@ class PeerShares {
     PeerShares* shares_;
     std::string peer_;
   };
-  // grpc_peer: as grpc::ServerContext::peer() names it; its port does not matter. None where it holds as many as it may.
+  // grpc_peer: as grpc::ServerContext::peer() names it; who is one peer, peer_address.h says. None where it holds as many as it may.
   std::optional<Share> Take(const std::string& grpc_peer);
   int most_per_peer() const { return most_per_peer_; }
 

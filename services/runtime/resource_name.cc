@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <optional>
+#include <set>
 
 #include "services/runtime/errors.h"
 
@@ -76,6 +77,21 @@ absl::Status CheckName(const std::string& field, const std::string& name) {
 
 absl::Status CheckId(const std::string& field, const std::string& id) {
   return IsId(id) ? absl::OkStatus() : Refuse(field, id, kWantedId);
+}
+
+absl::Status CheckNames(const std::string& field, const std::string& collection,
+                        const google::protobuf::RepeatedPtrField<std::string>& names, int least) {
+  Refusals refusals;
+  if (names.size() < least)
+    refusals.Add(Refuse(field, std::to_string(names.size()) + " " + collection, "at least " + std::to_string(least)));
+  std::set<std::string> seen;
+  for (int i = 0; i < names.size(); ++i) {
+    const std::string one = field + "[" + std::to_string(i) + "]";
+    refusals.Add(IdOf(one, collection, names[i]).status());
+    if (!seen.insert(names[i]).second)
+      refusals.Add(Refuse(one, names[i], "each " + collection.substr(0, collection.size() - 1) + " once"));
+  }
+  return refusals.status();
 }
 
 absl::Status CheckUuid(const std::string& field, const std::string& uuid) {

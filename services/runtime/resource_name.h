@@ -4,6 +4,7 @@
 #pragma once
 
 #include <absl/status/statusor.h>
+#include <google/protobuf/repeated_ptr_field.h>
 
 #include <string>
 
@@ -30,6 +31,9 @@ absl::StatusOr<RevisedId> RevisedIdOf(const std::string& field, const std::strin
 absl::Status CheckName(const std::string& field, const std::string& name);
 // Validates an id that a client chose.
 absl::Status CheckId(const std::string& field, const std::string& id);
+// Resource names of one collection, each once, at least so many of them.
+absl::Status CheckNames(const std::string& field, const std::string& collection,
+                        const google::protobuf::RepeatedPtrField<std::string>& names, int least);
 // Validates a UUID (request_id, ids of results); an empty one passes.
 absl::Status CheckUuid(const std::string& field, const std::string& uuid);
 

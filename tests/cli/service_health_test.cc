@@ -1,12 +1,10 @@
 #include "cli/service_health.h"
 
-#include <arpa/inet.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <gtest/gtest.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
+#include "services/runtime/listening_sockets.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 
 namespace sixpoint::cli {
@@ -34,16 +32,9 @@ TEST(ServiceHealth, IsWhatTheServiceSays) {
 
 // As a service without descriptors does: the kernel takes the connection, and nobody speaks.
 TEST(ServiceHealth, SilenceIsNotAbsence) {
-  const int handle = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof address;
-  ASSERT_EQ(bind(handle, reinterpret_cast<sockaddr*>(&address), size), 0);
-  ASSERT_EQ(listen(handle, 8), 0);
-  ASSERT_EQ(getsockname(handle, reinterpret_cast<sockaddr*>(&address), &size), 0);
-  EXPECT_EQ(ServiceHealth("127.0.0.1:" + std::to_string(ntohs(address.sin_port)), kPatience), "SILENT");
-  close(handle);
+  const auto sockets = runtime::ListenAt("127.0.0.1:0");
+  ASSERT_TRUE(sockets.ok()) << sockets.status();
+  EXPECT_EQ(ServiceHealth("127.0.0.1:" + std::to_string(runtime::PortOf(sockets->front())), kPatience), "SILENT");
 }
 
 }  // namespace

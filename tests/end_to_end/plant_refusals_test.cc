@@ -1,12 +1,11 @@
 // What `sixpoint up` refuses: in one sentence, by its exit code, and with nothing changed.
-#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <pwd.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include <fstream>
 
+#include "services/runtime/listening_sockets.h"
 #include "tests/end_to_end/plant_on_this_machine.h"
 #include "tests/end_to_end/plant_processes.h"
 #include "tests/support/object_store_server.h"
@@ -65,19 +64,13 @@ TEST_F(PlantRefusalsTest, APortThatAnotherHolds) {
              "--base-port: " + At("127.0.0.1") + " (another plant listens there), want six ports that are free");
   EXPECT_FALSE(fs::exists(other));
 
-  const int handle = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof address;
-  ASSERT_EQ(bind(handle, reinterpret_cast<sockaddr*>(&address), size), 0);
-  ASSERT_EQ(listen(handle, 1), 0);
-  getsockname(handle, reinterpret_cast<sockaddr*>(&address), &size);
-  const int taken = ntohs(address.sin_port);
+  auto other_program = runtime::ListenAt("127.0.0.1:0");
+  ASSERT_TRUE(other_program.ok()) << other_program.status();
+  const int taken = runtime::PortOf(other_program->front());
   const std::string settings = ReadFile(data() + "/plant.json"), running = Pid("all");
   ExpectSaid(Run({"up", "--data", data(), "--base-port", std::to_string(taken)}),
              ":" + std::to_string(taken) + " (another program listens there)");
-  close(handle);
+  other_program->clear();
   EXPECT_EQ(ReadFile(data() + "/plant.json"), settings);
   EXPECT_EQ(Pid("all"), running);
 

@@ -1,5 +1,5 @@
 // What the contract promises to those who write clients: every element says what it is, every field that a client may set
-// says whether it must, and every method says whether it may be repeated.
+// says whether it must and how much it may hold, and every method says whether it may be repeated.
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/descriptor.pb.h>
 #include <gtest/gtest.h>
@@ -11,6 +11,8 @@
 #include <set>
 #include <string>
 #include <vector>
+
+#include "sixpoint/bounds/v1/bounds.pb.h"
 
 namespace {
 
@@ -113,6 +115,19 @@ TEST_F(Contract, AFieldThatAClientMaySetSaysWhetherItMust) {
   }
 }
 
+TEST_F(Contract, WhatAClientMaySendIsBounded) {
+  for (const Descriptor* message : Sent()) {
+    for (int i = 0; i < message->field_count(); ++i) {
+      const FieldDescriptor* field = message->field(i);
+      if (StartsWith(CommentOf(*field), "Output only.")) continue;
+      const auto& options = field->options();
+      const bool is_text = field->cpp_type() == FieldDescriptor::CPPTYPE_STRING;
+      EXPECT_EQ(options.GetExtension(sixpoint::bounds::v1::most_items) > 0, field->is_repeated()) << field->full_name();
+      EXPECT_EQ(options.GetExtension(sixpoint::bounds::v1::most_bytes) > 0, is_text) << field->full_name();
+    }
+  }
+}
+
 TEST_F(Contract, WhatTheServerAloneWritesIsNotMarkedForClients) {
   const std::set<const Descriptor*> sent = Sent();
   for (const Descriptor* message : messages_) {
@@ -131,6 +146,21 @@ TEST_F(Contract, AMethodThatOnlyReadsSaysSo) {
     const bool reads = std::any_of(reading.begin(), reading.end(),
                                    [&](const std::string& verb) { return StartsWith(method->name(), verb); });
     EXPECT_EQ(method->options().idempotency_level() == MethodOptions::NO_SIDE_EFFECTS, reads) << method->full_name();
+  }
+}
+
+// A call that changes something is known again by its request_id, or by what it names.
+TEST_F(Contract, AMethodThatChangesSomethingHasARequestId) {
+  const std::set<std::string> named_by_what_they_change = {"UploadScan",        // a scan_id of the client's
+                                                           "DeleteScanPoints",  // a scan's points, once
+                                                           "CheckStore",        // reads, and notes what is damaged
+                                                           "CollectGarbage",   "ApplyRetention", "AdoptBucket",
+                                                           "MakeMonths"};  // again: what is left to do
+  for (const MethodDescriptor* method : methods_) {
+    if (method->options().idempotency_level() == MethodOptions::NO_SIDE_EFFECTS) continue;
+    EXPECT_EQ(method->input_type()->FindFieldByName("request_id") == nullptr,
+              named_by_what_they_change.count(method->name()) > 0)
+        << method->full_name();
   }
 }
 

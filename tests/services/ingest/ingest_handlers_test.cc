@@ -124,12 +124,7 @@ TEST_F(IngestHandlersTest, PoliciesAreSetAndListed) {
   EXPECT_THAT(std::string(Call(*store_, &Store::SetRetentionPolicy, set).status().message()), HasSubstr("scan_kind"));
   set.set_scan_kind(v1::SCAN_KIND_PINS);
   set.set_keep_days(30);
-  set.set_request_id("one");
-  EXPECT_THAT(std::string(Call(*store_, &Store::SetRetentionPolicy, set).status().message()), HasSubstr("request_id"));
   set.set_request_id("5f0f3c9e-6a52-4d3a-9a63-2f1d1f6f0b11");
-  set.set_requested_by(std::string(201, 'x'));
-  EXPECT_THAT(std::string(Call(*store_, &Store::SetRetentionPolicy, set).status().message()),
-              HasSubstr("requested_by"));
   set.set_requested_by("a person");
   EXPECT_EQ(Call(*store_, &Store::SetRetentionPolicy, set)->revision(), 1);
   EXPECT_EQ(Call(*store_, &Store::SetRetentionPolicy, set)->revision(), 1);  // the same call once more

@@ -69,11 +69,8 @@ TEST_F(InspectionHandlersTest, ARetryRegistersNothingAnew) {
 
 TEST_F(InspectionHandlersTest, NothingIsRecordedOfWhatIsRefusedOrFails) {
   v1::InspectRequest request = Request();
-  for (int i = 0; i < 65; ++i) request.add_scans("scans/more" + std::to_string(i));
-  EXPECT_THAT(std::string(Inspect(request).status().message()), HasSubstr("scans: 69 scans, want 1 to 64"));
-  request = Request();
-  request.set_requested_by(std::string(201, 'x'));
-  EXPECT_THAT(std::string(Inspect(request).status().message()), HasSubstr("requested_by: 201 bytes, want at most 200"));
+  request.clear_scans();
+  EXPECT_THAT(std::string(Inspect(request).status().message()), HasSubstr("scans: 0 scans, want at least 1"));
   plant_.registration.refusal = absl::UnavailableError("registration: away");
   EXPECT_EQ(Inspect(Request()).status().code(), absl::StatusCode::kUnavailable);
   plant_.registration.refusal = absl::OkStatus();

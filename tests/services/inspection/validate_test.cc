@@ -13,7 +13,7 @@ TEST(CheckInspect, NamesTheField) {
   const auto message = [&] { return std::string(CheckInspect(request).message()); };
   EXPECT_THAT(message(), HasSubstr("blade: "));
   request.set_blade("blades/sn1");
-  EXPECT_THAT(message(), HasSubstr("scans: 0 scans, want 1 to 64"));
+  EXPECT_THAT(message(), HasSubstr("scans: 0 scans, want at least 1"));
   request.add_scans("scans/s1");
   EXPECT_TRUE(CheckInspect(request).ok());
   request.add_scans("scans/s1");
@@ -21,11 +21,7 @@ TEST(CheckInspect, NamesTheField) {
   request.set_scans(1, "blades/s2");
   EXPECT_THAT(message(), HasSubstr("scans[1]"));
   request.set_scans(1, "scans/s2");
-  request.set_request_id("x");
-  EXPECT_THAT(message(), HasSubstr("request_id"));
-  request.clear_request_id();
-  for (int i = 0; i < 200; ++i) request.add_scans("scans/t" + std::to_string(i));
-  EXPECT_THAT(message(), HasSubstr("202 scans"));
+  EXPECT_TRUE(CheckInspect(request).ok());
 }
 
 TEST(CheckScan, WantsPinsOfTheBlade) {

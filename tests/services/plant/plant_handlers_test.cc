@@ -84,8 +84,6 @@ TEST_F(PlantHandlersTest, ARetryGetsTheKeptAnswer) {
   EXPECT_EQ(Call(*stub_, &Stub::CreateMachine, request)->SerializeAsString(), first->SerializeAsString());
   request.set_machine_id("m2");
   EXPECT_EQ(Call(*stub_, &Stub::CreateMachine, request).status().code(), absl::StatusCode::kAlreadyExists);
-  request.set_request_id("no uuid");
-  EXPECT_THAT(std::string(Call(*stub_, &Stub::CreateMachine, request).status().message()), HasSubstr("request_id"));
   EXPECT_EQ(stores_.record->entries().size(), 1u);
 }
 
@@ -139,13 +137,6 @@ TEST_F(PlantHandlersTest, ABladeIsInTheRecordAndRecalledByItsPart) {
   recall.set_name("parts/p9");
   EXPECT_EQ(runtime::ReasonOf(Call(*record_stub_, &v1::RecordService::Stub::Recall, recall).status()),
             "RECORD_ENTRY_NOT_FOUND");
-  for (int i = 0; i < 33; ++i) recall.add_kinds("blade");
-  EXPECT_EQ(Call(*record_stub_, &v1::RecordService::Stub::Recall, recall).status().message(),
-            "kinds: 33 kinds, want at most 32");
-  recall.clear_kinds();
-  recall.add_kinds(std::string(65, 'x'));
-  EXPECT_EQ(Call(*record_stub_, &v1::RecordService::Stub::Recall, recall).status().message(),
-            "kinds[0]: 65 bytes, want at most 64");
   v1::GetRecordEntryRequest entry;
   entry.set_name("parts/vane@1");
   EXPECT_EQ(Call(*record_stub_, &v1::RecordService::Stub::GetRecordEntry, entry)->kind(), "part");

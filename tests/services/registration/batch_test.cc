@@ -116,8 +116,6 @@ TEST_F(BatchTest, EachRequestHasAnIdOfItsOwnThatStays) {
   v1::RegisterBatchRequest other = batch;
   other.set_request_id("00000000-0000-4000-8000-0000000000ab");
   EXPECT_EQ(ids.count(RequestAt(other, 0).request_id()), 0u);
-  other.clear_request_id();
-  EXPECT_EQ(RequestAt(other, 0).request_id(), "");
 }
 
 TEST_F(BatchTest, WaitsForAServiceThatRestarts) {
@@ -267,8 +265,7 @@ TEST_F(BatchTest, TellsHowFarEachIs) {
 TEST_F(BatchTest, RefusesWhatIsNoBatch) {
   const auto refusal = [](const v1::RegisterBatchRequest& batch) { return std::string(CheckBatch(batch).message()); };
   EXPECT_EQ(refusal(BatchOf(1000)), "");
-  EXPECT_THAT(refusal(BatchOf(0)), HasSubstr("requests: 0 requests, want 1 to 1000"));
-  EXPECT_THAT(refusal(BatchOf(1001)), HasSubstr("requests: 1001 requests, want 1 to 1000"));
+  EXPECT_THAT(refusal(BatchOf(0)), HasSubstr("requests: 0 requests, want at least one"));
   v1::RegisterBatchRequest batch = BatchOf(2);
   batch.mutable_requests(1)->set_requested_by("someone");
   EXPECT_THAT(refusal(batch), HasSubstr("requests[1].requested_by: someone, want empty"));
@@ -281,9 +278,6 @@ TEST_F(BatchTest, RefusesWhatIsNoBatch) {
   batch.set_skip(0, 1);
   batch.add_skip(1);
   EXPECT_THAT(refusal(batch), HasSubstr("skip[1]: 1, want each once"));
-  batch = BatchOf(2);
-  batch.set_request_id("seven");
-  EXPECT_THAT(refusal(batch), HasSubstr("request_id: seven, want a UUID"));
 }
 
 }  // namespace

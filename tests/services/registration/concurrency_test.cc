@@ -317,7 +317,6 @@ TEST_F(ConcurrencyTest, ABatchRegistersAsSingleCallsDo) {
   Serve({4, 32});
   v1::RegisterBatchRequest batch = Batch();
   batch.mutable_requests(2)->set_scans(1, ScanName(3, 1));  // of another blade
-  batch.clear_request_id();
   const BatchAnswer answer = RegisterBatch(batch);
   EXPECT_TRUE(answer.status.ok()) << answer.status;
   ASSERT_EQ(answer.registrations.size(), kBladeCount - 1u);

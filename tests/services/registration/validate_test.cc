@@ -39,11 +39,10 @@ TEST(CheckRequest, NamesAllThatIsWrongAtOnce) {
   request.set_method(v1::METHOD_UNSPECIFIED);
   request.mutable_options()->add_scan_weights(-1);
   request.mutable_options()->add_regions_in();
-  request.set_request_id("no uuid");
   std::vector<std::string> fields;
   for (const Violation& violation : ViolationsOf(CheckRequest(request))) fields.push_back(violation.field);
   EXPECT_THAT(fields, ::testing::ElementsAre("blade", "scans[2]", "method", "options.scan_weights",
-                                             "options.scan_weights[0]", "options.regions_in[0]", "request_id"));
+                                             "options.scan_weights[0]", "options.regions_in[0]"));
 }
 
 TEST(CheckRequest, NamesFieldValueAndWhatWasWanted) {
@@ -52,10 +51,7 @@ TEST(CheckRequest, NamesFieldValueAndWhatWasWanted) {
   EXPECT_THAT(MessageOf(request), HasSubstr("blade: parts/p1"));
   request = Good();
   request.clear_scans();
-  EXPECT_THAT(MessageOf(request), HasSubstr("scans: 0 scans, want 1 to 64"));
-  request = Good();
-  for (int i = 0; i < 64; ++i) request.add_scans("scans/" + std::to_string(i));
-  EXPECT_THAT(MessageOf(request), HasSubstr("scans: 66 scans"));
+  EXPECT_THAT(MessageOf(request), HasSubstr("scans: 0 scans, want at least 1"));
   request = Good();
   request.add_scans("scans/a");
   EXPECT_THAT(MessageOf(request), HasSubstr("scans[2]: scans/a, want each scan once"));
@@ -122,10 +118,6 @@ TEST(CheckRequest, RefusesOptionsThatCannotBe) {
               HasSubstr("options.regions_in[0].hole_group.group: empty"));
   EXPECT_THAT(asked([](auto* o) { o->add_regions_in()->mutable_hole_group()->set_group("G1"); }),
               HasSubstr("options.regions_in[0].hole_group.margin_mm: 0, want more than 0"));
-  EXPECT_THAT(asked([](auto* o) {
-                for (int i = 0; i < 65; ++i) o->add_regions_out();
-              }),
-              HasSubstr("options.regions_out: 65 regions, want at most 64"));
   EXPECT_THAT(asked([](auto* o) {
                 o->set_coarse_start(true);
                 o->add_degrees_of_freedom(v1::FREEDOM_SHIFT_X);
