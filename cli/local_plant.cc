@@ -264,6 +264,8 @@ absl::Status Start(LocalPlant* plant, ProgressLine* progress) {
   const absl::StatusOr<std::optional<PlantSettings>> stored = StoredSettings(plant->data);
   if (!stored.ok()) return stored.status();
   if (absl::Status status = MakeDataFolder(plant->data, *user); !status.ok()) return status;
+  const absl::StatusOr<DataFolderLock> lock = DataFolderLock::Take(plant->data);
+  if (!lock.ok()) return lock.status();
   // Whatever becomes of this start, the folder is a plant's from now on; what it was told counts once the schema is there.
   if (!stored->has_value())
     if (absl::Status status = StoreSettings(plant->data, PlantSettings()); !status.ok()) return status;

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <pwd.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -114,6 +115,18 @@ absl::Status MakeDataFolder(const fs::path& data, const ServiceUser& user) {
   for (const char* name : {"run", "log"})
     if (absl::Status status = MakeServiceFolder(data / name, user); !status.ok()) return status;
   return absl::OkStatus();
+}
+
+absl::StatusOr<DataFolderLock> DataFolderLock::Take(const fs::path& data) {
+  const int handle = open(data.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (handle < 0) return absl::PermissionDeniedError(data.string() + ": " + std::strerror(errno));
+  DataFolderLock lock(handle);
+  if (flock(handle, LOCK_EX | LOCK_NB) == 0) return lock;
+  return absl::FailedPreconditionError(data.string() + ": another `sixpoint up` is at work on it, wait for its end");
+}
+
+DataFolderLock::~DataFolderLock() {
+  if (handle_ >= 0) close(handle_);
 }
 
 absl::Status MakeServiceFolder(const fs::path& folder, const ServiceUser& user) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "cli/plant_settings.h"
 #include "cli/service_user.h"
@@ -21,6 +22,20 @@ absl::Status StoreSettings(const std::filesystem::path& data, const PlantSetting
 
 // With its folders; those that are there keep what they hold.
 absl::Status MakeDataFolder(const std::filesystem::path& data, const ServiceUser& user);
+// While one lives nobody else gets one for that folder, which is there: one `sixpoint up` at a time works on it.
+class DataFolderLock {
+ public:
+  // FAILED_PRECONDITION where another has it.
+  static absl::StatusOr<DataFolderLock> Take(const std::filesystem::path& data);
+  DataFolderLock(DataFolderLock&& other) noexcept : handle_(std::exchange(other.handle_, -1)) {}
+  DataFolderLock& operator=(DataFolderLock&&) = delete;
+  ~DataFolderLock();
+
+ private:
+  explicit DataFolderLock(int handle) : handle_(handle) {}
+  int handle_;
+};
+
 // Below the data folder, for the service user alone.
 absl::Status MakeServiceFolder(const std::filesystem::path& folder, const ServiceUser& user);
 // Each file of it, or only those whose names begin so: replaced whole, since what is at work may be replaced but not written to.

@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "services/runtime/log.h"
 
@@ -17,7 +18,8 @@ namespace {
 constexpr std::chrono::milliseconds kBetweenLooks{10};
 // Fewer new calls than this in all are no flood, and no connection is looked at.
 constexpr std::int64_t kFewCalls = 500;
-// Of one connection in its life of half an hour: it may have 100 open at once, and a client gives up one now and then.
+// Of one connection in a minute: it may have 100 open at once, and a client gives up one now and then.
+constexpr std::chrono::minutes kCounted{1};
 constexpr std::int64_t kMostUnanswered = 500;
 // In a flood, which many connections may share, no more than may be open at once.
 constexpr std::int64_t kFlood = 500, kMostUnansweredInFlood = 100;
@@ -32,6 +34,35 @@ nlohmann::json Parsed(char* text) {
 std::int64_t Count(const nlohmann::json& message, const char* name) {
   const auto found = message.find(name);
   return found == message.end() ? 0 : std::stoll(found->get<std::string>());
+}
+
+struct Socket {
+  std::int64_t id;
+  std::string peer;  // as grpc::ServerContext::peer() names it
+  std::int64_t
+      unanswered;  // gRPC counts alike what is not answered yet, what was given up, and what was given up and is still in line
+};
+
+// All connections of the server.
+std::vector<Socket> SocketsOf(std::int64_t server_id) {
+  std::vector<Socket> found;
+  nlohmann::json sockets;
+  std::int64_t next_id = 0;
+  do {
+    sockets = Parsed(grpc_channelz_get_server_sockets(server_id, next_id, 0));
+    if (!sockets.contains("socketRef")) return found;
+    for (const nlohmann::json& ref : sockets["socketRef"]) {
+      const std::int64_t id = Count(ref, "socketId");
+      next_id = id + 1;
+      const nlohmann::json socket = Parsed(grpc_channelz_get_socket(id));
+      if (!socket.contains("socket")) continue;
+      const nlohmann::json& data = socket["socket"].at("data");
+      const std::string name = socket["socket"].at("ref").at("name");  // "chttp2 ipv4:127.0.0.1:40000"
+      found.push_back(
+          {id, name.substr(name.rfind(' ') + 1), Count(data, "streamsStarted") - Count(data, "streamsSucceeded")});
+    }
+  } while (!sockets.value("end", false));
+  return found;
 }
 
 }  // namespace
@@ -58,29 +89,26 @@ void FloodWatch::Look() {
   const nlohmann::json& server = servers["server"].at(0);
   const nlohmann::json& counts = server.at("data");
   const std::int64_t calls = Count(counts, "callsStarted");
-  if (calls < calls_looked_at_ + kFewCalls) return;
-  calls_looked_at_ = calls;
-  const std::int64_t open = calls - Count(counts, "callsSucceeded") - Count(counts, "callsFailed");
-  const std::int64_t most = open > kFlood ? kMostUnansweredInFlood : kMostUnanswered;
-  const std::int64_t server_id = Count(server.at("ref"), "serverId");
-  nlohmann::json sockets;
-  std::int64_t next_id = 0;
-  do {
-    sockets = Parsed(grpc_channelz_get_server_sockets(server_id, next_id, 0));
-    if (!sockets.contains("socketRef")) return;
-    for (const nlohmann::json& ref : sockets["socketRef"]) {
-      next_id = Count(ref, "socketId") + 1;
-      const nlohmann::json socket = Parsed(grpc_channelz_get_socket(next_id - 1));
-      if (!socket.contains("socket")) continue;
-      const nlohmann::json& data = socket["socket"].at("data");
-      // Given up, not answered yet, or given up and still in line: gRPC counts these two alike.
-      if (Count(data, "streamsStarted") - Count(data, "streamsSucceeded") <= most) continue;
-      const std::string name = socket["socket"].at("ref").at("name");  // "chttp2 ipv4:127.0.0.1:40000"
-      const std::string peer = name.substr(name.rfind(' ') + 1);
-      if (connections_->Close(peer))
-        Log(LogLevel::kWarning, "connection ended: its calls were given up unanswered", {{"peer", peer}});
+  const auto now = std::chrono::steady_clock::now();
+  const bool counts_anew = now >= counted_anew_ + kCounted;
+  const bool many = calls >= calls_looked_at_ + kFewCalls;
+  if (!many && !counts_anew) return;
+  const std::vector<Socket> sockets = SocketsOf(Count(server.at("ref"), "serverId"));
+  if (many) {
+    calls_looked_at_ = calls;
+    const std::int64_t open = calls - Count(counts, "callsSucceeded") - Count(counts, "callsFailed");
+    const std::int64_t most = open > kFlood ? kMostUnansweredInFlood : kMostUnanswered;
+    for (const Socket& socket : sockets) {
+      const auto before = unanswered_before_.find(socket.id);
+      if (socket.unanswered - (before == unanswered_before_.end() ? 0 : before->second) > most &&
+          connections_->Close(socket.peer))
+        Log(LogLevel::kWarning, "connection ended: its calls were given up unanswered", {{"peer", socket.peer}});
     }
-  } while (!sockets.value("end", false));
+  }
+  if (!counts_anew) return;
+  counted_anew_ = now;
+  unanswered_before_.clear();
+  for (const Socket& socket : sockets) unanswered_before_[socket.id] = socket.unanswered;
 }
 
 }  // namespace sixpoint::runtime

@@ -2,8 +2,10 @@
 // bytes a call and gRPC 1.51 some 15 KB until a thread comes to it; while such a flood is read, none does.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <map>
 #include <mutex>
 #include <thread>
 
@@ -24,7 +26,10 @@ class FloodWatch {
   void Look();
 
   OpenConnections* const connections_;
+
   std::int64_t calls_looked_at_ = 0;
+  std::chrono::steady_clock::time_point counted_anew_;
+  std::map<std::int64_t, std::int64_t> unanswered_before_;  // of each socket, when it was counted anew
   std::mutex mutex_;
   std::condition_variable stopping_;
   bool stopped_ = false;

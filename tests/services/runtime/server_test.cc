@@ -320,7 +320,10 @@ TEST_F(ServerTest, EachCallIsOneLogLineWithItsTrace) {
 TEST_F(ServerTest, TooLargeAMessageOrHeaderIsRefused) {
   StartReady(Address());
   Scan scan;
-  EXPECT_TRUE(Get(std::string(200'000, 'x'), &scan).ok());
+  EXPECT_TRUE(Get(std::string(128, 'x'), &scan).ok());
+  const grpc::Status long_name = Get(std::string(129, 'x'), &scan);
+  EXPECT_EQ(long_name.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(long_name.error_message(), "name: 129 bytes, want at most 128 bytes");
   // What is too large for its method, and for every method of the server (UploadScan's 8 MiB).
   const grpc::Status large = Get(std::string(300'000, 'x'), &scan);
   EXPECT_EQ(large.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
