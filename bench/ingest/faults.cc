@@ -78,7 +78,11 @@ class Client {
         scan.digests.push_back(blocks_[static_cast<std::size_t>(i)].Make(i, variant).digest);
       }
       const int until = scan.abandoned ? 1 + static_cast<int>(random() % (kBlocksPerScan - 1)) : kBlocksPerScan;
-      while (!Attempt(&scan, until)) std::this_thread::sleep_for(kPause);
+      while (!Attempt(&scan, until)) {
+        std::this_thread::sleep_for(kPause);
+        // gRPC goes on with a connection while somebody waits for it, and else looks at it every five seconds.
+        channel_->WaitForConnected(std::chrono::system_clock::now() + kPause);
+      }
     }
   }
   const std::vector<Scan>& scans() const { return scans_; }
