@@ -1,3 +1,6 @@
+#include <absl/strings/numbers.h>
+#include <absl/strings/str_split.h>
+
 #include <iostream>
 
 #include "cli/commands.h"
@@ -15,8 +18,27 @@ using correction::v1::CorrectionService;
 
 struct Arguments {
   std::string registration, template_file, out;
-  std::vector<std::string> groups;
+  std::vector<std::string> groups, work_offsets;
 };
+
+// "G54=0,0,-5,0,0": X, Y, Z in mm, the two rotary axes in deg.
+absl::Status AddWorkOffset(const std::string& text, correction::v1::CorrectRequest* request) {
+  correction::v1::WorkOffset& offset = *request->add_work_offsets();
+  const std::size_t equals = text.find('=');
+  offset.set_code(text.substr(0, equals));
+  const std::vector<std::string> parts =
+      absl::StrSplit(equals == std::string::npos ? std::string() : text.substr(equals + 1), ',');
+  double values[5] = {};
+  bool sound = parts.size() == 5;
+  for (std::size_t i = 0; sound && i < 5; ++i) sound = absl::SimpleAtod(parts[i], &values[i]);
+  if (!sound) return runtime::Refuse("--work-offset", text, "CODE=X,Y,Z,A,B such as G54=0,0,0,0,0");
+  offset.set_x_mm(values[0]);
+  offset.set_y_mm(values[1]);
+  offset.set_z_mm(values[2]);
+  offset.set_a_deg(values[3]);
+  offset.set_b_deg(values[4]);
+  return absl::OkStatus();
+}
 
 absl::Status Correct(Session* session, const Arguments& arguments) {
   if (!arguments.out.empty() && arguments.template_file.empty()) {
@@ -32,6 +54,8 @@ absl::Status Correct(Session* session, const Arguments& arguments) {
     if (!nc_template.ok()) return nc_template.status();
     request.set_nc_template(*nc_template);
   }
+  for (const std::string& offset : arguments.work_offsets)
+    if (status = AddWorkOffset(offset, &request); !status.ok()) return status;
   request.set_requested_by(session->requested_by());
   request.set_request_id(NewRequestId());
   correction::v1::Correction response;
@@ -65,6 +89,8 @@ void AddCorrectCommand(Command* app, Session* session) {
   command->AddOption("--registration", &arguments->registration, "The registration to correct by")->Required();
   command->AddOption("--groups", &arguments->groups, "Only these hole groups: G1,G2,...")->List();
   command->AddOption("--template", &arguments->template_file, "NC program whose coordinates are replaced");
+  command->AddOption("--work-offset", &arguments->work_offsets,
+                     "What the control holds for a code that the template calls: G54=X,Y,Z,A,B (repeatable)");
   AddOutOption(command, &arguments->out, "Where the corrected program is written");
   session->OnCommand(command, [session, arguments] { return Correct(session, *arguments); });
 }

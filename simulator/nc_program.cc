@@ -18,7 +18,8 @@ std::string NominalProgram(const DesignedPart& part, const MachineDesign& design
           ideal.MachineFromZero(group.a_nominal_deg * kDegree, group.b_nominal_deg * kDegree) *
           part.zero_from_part_nominal * hole.start_mm;
       char line[200];
-      std::snprintf(line, sizeof line, "N%d G0 A%.6f B%.6f X%.6f Y%.6f Z%.6f (SIXPOINT %s/%s)\nN%d M98 P1000\n", number,
+      std::snprintf(line, sizeof line,
+                    "N%d G0 A%.6f B%.6f X%.6f Y%.6f Z%.6f (SIXPOINT %s/%s)\nN%d M62 P1\nG4 P0.2\nM63 P1\n", number,
                     group.a_nominal_deg, group.b_nominal_deg, start.x(), start.y(), start.z(), group.name.c_str(),
                     hole.name.c_str(), number + 5);
       program += line;

@@ -1,5 +1,6 @@
 #include "storage/corrections.h"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -13,10 +14,12 @@ namespace {
 #define SIXPOINT_CORRECTION_COLUMNS                                                                                   \
   "correction_id, blade_serial, registration_id, machine_id, machine_revision, part_id, part_revision, "              \
   "sensor_calibration_id, rotation_calibration_id, nc_template_sha256, nc_program_sha256, release, release_reasons, " \
-  "envelope_translation_mm, envelope_rotation_deg, valid_until, requested_by, software_version, axes"
+  "envelope_translation_mm, envelope_rotation_deg, valid_until, requested_by, software_version, axes, "               \
+  "nc_reader_version, nc_pose_count, nc_greatest_difference_um, nc_greatest_tilt_deg, nc_work_offset_codes, "         \
+  "nc_work_offsets"
 constexpr char kInsertCorrection[] = "INSERT INTO corrections (" SIXPOINT_CORRECTION_COLUMNS
                                      ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, "
-                                     "$17, $18, $19)";
+                                     "$17, $18, $19, $20, $21, $22, $23, $24, $25)";
 // With whose tables: the registration's are the correction's.
 #define SIXPOINT_SELECT_CORRECTIONS                                                                            \
   "SELECT " SIXPOINT_CORRECTION_COLUMNS                                                                        \
@@ -53,6 +56,17 @@ void AddDigest(Params& params, const std::optional<std::string>& sha256) {
   sha256 ? params.Digest(*sha256) : params.Null();
 }
 
+// The database holds five values for each code.
+void ReadOffsets(const Rows& rows, int row, CorrectionRow* correction) {
+  const std::vector<std::string> codes = rows.Texts(row, 23);
+  const std::vector<double> values = rows.Reals(row, 24);
+  for (std::size_t i = 0; i < codes.size() && 5 * i + 5 <= values.size(); ++i) {
+    WorkOffsetRow& out = correction->work_offsets.emplace_back();
+    out.code = codes[i];
+    std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(5 * i), 5, out.offset.begin());
+  }
+}
+
 CorrectionRow ReadCorrection(const Rows& rows, int row) {
   CorrectionRow correction;
   correction.correction_id = rows.Text(row, 0);
@@ -72,8 +86,12 @@ CorrectionRow ReadCorrection(const Rows& rows, int row) {
   correction.requested_by = rows.Text(row, 16);
   correction.software_version = rows.Text(row, 17);
   correction.axes = rows.Texts(row, 18);
-  correction.characterisation_ids = rows.Texts(row, 19);
-  correction.recorded = {rows.Int(row, 20), rows.Time(row, 21)};
+  if (!rows.IsNull(row, 19))
+    correction.proof = ProgramProofRow{rows.Text(row, 19), static_cast<int>(rows.Int(row, 20)), rows.Real(row, 21),
+                                       rows.Real(row, 22)};
+  if (!rows.IsNull(row, 23)) ReadOffsets(rows, row, &correction);
+  correction.characterisation_ids = rows.Texts(row, 25);
+  correction.recorded = {rows.Int(row, 26), rows.Time(row, 27)};
   return correction;
 }
 
@@ -96,6 +114,21 @@ Params CorrectionParams(const CorrectionRow& correction, const std::optional<std
   params.Text(correction.release).Texts(correction.release_reasons).Real(correction.envelope_translation_mm);
   params.Real(correction.envelope_rotation_deg).Time(correction.valid_until).Text(correction.requested_by);
   params.Text(correction.software_version).Texts(correction.axes);
+  if (const auto& proof = correction.proof; proof.has_value())
+    params.Text(proof->reader_version)
+        .Int(proof->pose_count)
+        .Real(proof->greatest_difference_um)
+        .Real(proof->greatest_tilt_deg);
+  else
+    params.Null().Null().Null().Null();
+  if (correction.work_offsets.empty()) return std::move(params.Null().Null());
+  std::vector<std::string> codes;
+  std::vector<double> values;
+  for (const WorkOffsetRow& one : correction.work_offsets) {
+    codes.push_back(one.code);
+    values.insert(values.end(), one.offset.begin(), one.offset.end());
+  }
+  params.Texts(codes).Reals(values);
   return params;
 }
 

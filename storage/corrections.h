@@ -34,6 +34,18 @@ struct CorrectionGroupRow {
   std::vector<CorrectionHoleRow> holes;
 };
 
+// What the written program was proven to do.
+struct ProgramProofRow {
+  std::string reader_version;
+  int pose_count = 0;
+  double greatest_difference_um = 0;
+  double greatest_tilt_deg = 0;
+};
+struct WorkOffsetRow {
+  std::string code;                // "G54"
+  std::array<double, 5> offset{};  // machine less program: X, Y, Z in mm, the two rotary axes in deg
+};
+
 struct CorrectionRow {
   std::string correction_id;
   std::string blade_serial;
@@ -56,6 +68,8 @@ struct CorrectionRow {
   Recorded recorded;                              // set by InsertCorrection
   std::vector<std::string> axes{"A", "B"};        // the machine's letters of a and b
   std::vector<std::string> characterisation_ids;  // read only: whose tables the registration's angles were taken with
+  std::optional<ProgramProofRow> proof;           // none without a template
+  std::vector<WorkOffsetRow> work_offsets;
   std::vector<CorrectionGroupRow> groups;
 };
 

@@ -109,15 +109,24 @@ std::string Formatted(double value, int decimals, bool plus) {
 // What the words of one target become, by their letters.
 using Values = std::map<char, double>;
 
-Values ValuesOf(const NcTarget& target, const RotaryLetters& rotary) {
-  return {
-      {'X', target.x_mm}, {'Y', target.y_mm}, {'Z', target.z_mm}, {rotary[0], target.a_deg}, {rotary[1], target.b_deg}};
+Values ValuesOf(const NcTarget& target, const RotaryLetters& rotary, const std::array<double, 5>& offset = {}) {
+  return {{'X', target.x_mm - offset[0]},
+          {'Y', target.y_mm - offset[1]},
+          {'Z', target.z_mm - offset[2]},
+          {rotary[0], target.a_deg - offset[3]},
+          {rotary[1], target.b_deg - offset[4]}};
 }
 
 // Modal states that change what a coordinate means.
 struct Modes {
-  bool increments = false, inches = false;
+  bool increments = false, inches = false, in_machine = false;
+  std::array<double, 5> work_offset{};
+  const NcFrame& frame;
+  explicit Modes(const NcFrame& stated) : frame(stated) {}
+  std::array<double, 5> Offset() const { return in_machine ? std::array<double, 5>() : work_offset; }
+
   void Read(std::string_view line, const std::vector<Word>& words) {
+    in_machine = false;
     for (const Word& word : words) {
       if (word.letter != 'G') continue;
       const std::string_view code = line.substr(word.begin, word.end - word.begin);
@@ -125,6 +134,10 @@ struct Modes {
       if (code == "91") increments = true;
       if (code == "20" || code == "70") inches = true;
       if (code == "21" || code == "71") inches = false;
+      if (code == "53") in_machine = true;
+      if (code == "500") work_offset = {};
+      const auto stated = frame.work_offsets.find("G" + std::string(code));
+      if (stated != frame.work_offsets.end()) work_offset = stated->second;
     }
   }
 };
@@ -164,7 +177,7 @@ absl::StatusOr<std::string> ReplacedLine(std::string_view line, const std::vecto
 
 absl::StatusOr<std::string> ReplaceCoordinates(const std::string& nc_template,
                                                const std::map<std::string, NcTarget>& targets,
-                                               const RotaryLetters& rotary) {
+                                               const RotaryLetters& rotary, const NcFrame& frame) {
   for (const auto& [name, target] : targets)
     for (const auto& [letter, value] : ValuesOf(target, rotary))
       if (!(std::abs(value) < 1e6))
@@ -172,7 +185,7 @@ absl::StatusOr<std::string> ReplaceCoordinates(const std::string& nc_template,
 
   std::string program;
   program.reserve(nc_template.size() + 4096);
-  Modes modes;
+  Modes modes(frame);
   std::optional<std::pair<std::string, int>> pending;  // marker waiting for its block, and the marker's line
   int marked = 0, line_number = 0;
   for (std::size_t begin = 0; begin < nc_template.size();) {
@@ -191,7 +204,8 @@ absl::StatusOr<std::string> ReplaceCoordinates(const std::string& nc_template,
     if (pending && !block.words.empty()) {
       if (modes.increments) return RefuseLine(line_number, line, "absolute coordinates (G90) in a marked block");
       if (modes.inches) return RefuseLine(line_number, line, "millimetres (G21 or G71) in a marked block");
-      auto replaced = ReplacedLine(line, block.words, ValuesOf(targets.at(pending->first), rotary), line_number);
+      auto replaced =
+          ReplacedLine(line, block.words, ValuesOf(targets.at(pending->first), rotary, modes.Offset()), line_number);
       if (!replaced.ok()) return replaced.status();
       program += *replaced;
       pending.reset();

@@ -7,6 +7,8 @@
 #include <map>
 #include <string>
 
+#include "metrology/correction/nc_frame.h"
+
 namespace sixpoint::metrology {
 
 // What the words of a marked block become; a_deg and b_deg are those of the machine's two rotary axes.
@@ -20,8 +22,9 @@ using RotaryLetters = std::array<char, 2>;
 // Targets are keyed "group/hole". INVALID_ARGUMENT, naming the line, for an unknown target, a marker without a block, a
 // marked block without coordinate words or with one that is twice there or not a plain number, or one that the template
 // reads as increments (G91) or inches (G20, G70). Decimals stay as in the template, at least four.
+// Where a stated offset is in force, it is taken off what is written.
 absl::StatusOr<std::string> ReplaceCoordinates(const std::string& nc_template,
                                                const std::map<std::string, NcTarget>& targets,
-                                               const RotaryLetters& rotary = {'A', 'B'});
+                                               const RotaryLetters& rotary = {'A', 'B'}, const NcFrame& frame = {});
 
 }  // namespace sixpoint::metrology

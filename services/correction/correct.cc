@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "metrology/correction/nc_program.h"
+#include "metrology/correction/nc_proof.h"
+#include "metrology/correction/nc_reader.h"
 #include "services/runtime/errors.h"
 
 namespace sixpoint::correction {
@@ -21,9 +23,7 @@ absl::Status PoseFailure(const absl::Status& status, const std::string& registra
   return status;
 }
 
-absl::StatusOr<std::string> ProgramOf(const std::string& nc_template,
-                                      const std::vector<metrology::CorrectedHoleGroup>& groups,
-                                      const std::array<std::string, 2>& axes) {
+std::map<std::string, metrology::NcTarget> TargetsOf(const std::vector<metrology::CorrectedHoleGroup>& groups) {
   std::map<std::string, metrology::NcTarget> targets;
   for (const metrology::CorrectedHoleGroup& group : groups) {
     for (const metrology::CorrectedHole& hole : group.holes) {
@@ -31,10 +31,33 @@ absl::StatusOr<std::string> ProgramOf(const std::string& nc_template,
                                                group.corrected.a_rad / kRad, group.corrected.b_rad / kRad};
     }
   }
-  return metrology::ReplaceCoordinates(nc_template, targets, {axes[0].front(), axes[1].front()});
+  return targets;
+}
+
+// Written, then read back and proven: no program leaves this without.
+absl::StatusOr<std::string> ProgramOf(const v1::CorrectRequest& request, const Inputs& inputs, Corrected* corrected) {
+  const metrology::RotaryLetters rotary = {inputs.machine_axes.letters[0].front(),
+                                           inputs.machine_axes.letters[1].front()};
+  const metrology::NcFrame frame = FrameOf(request);
+  const std::map<std::string, metrology::NcTarget> targets = TargetsOf(corrected->groups);
+  absl::StatusOr<std::string> program = metrology::ReplaceCoordinates(request.nc_template(), targets, rotary, frame);
+  if (!program.ok()) return program;
+  const auto moves = metrology::ReadNcProgram(*program, rotary, frame);
+  if (!moves.ok()) return moves.status();
+  const auto proof = metrology::ProveProgram(*moves, targets, inputs.rotation.axes);
+  if (!proof.ok()) return proof.status();
+  corrected->proof = *proof;
+  return program;
 }
 
 }  // namespace
+
+metrology::NcFrame FrameOf(const v1::CorrectRequest& request) {
+  metrology::NcFrame frame;
+  for (const v1::WorkOffset& one : request.work_offsets())
+    frame.work_offsets[one.code()] = {one.x_mm(), one.y_mm(), one.z_mm(), one.a_deg(), one.b_deg()};
+  return frame;
+}
 
 absl::StatusOr<Corrected> CorrectBlade(const v1::CorrectRequest& request, const Inputs& inputs) {
   Corrected corrected;
@@ -48,7 +71,7 @@ absl::StatusOr<Corrected> CorrectBlade(const v1::CorrectRequest& request, const 
     corrected.groups.push_back(*std::move(moved));
   }
   if (request.nc_template().empty()) return corrected;
-  absl::StatusOr<std::string> program = ProgramOf(request.nc_template(), corrected.groups, inputs.machine_axes.letters);
+  absl::StatusOr<std::string> program = ProgramOf(request, inputs, &corrected);
   if (!program.ok()) return program.status();
   if (corrected.release_reasons.empty()) corrected.nc_program = *std::move(program);
   return corrected;

@@ -47,6 +47,22 @@ v1::Correction ToProto(const storage::CorrectionRow& row) {
   for (const std::string& axis : row.axes) correction.add_axes(axis);
   for (const std::string& id : row.characterisation_ids)
     correction.add_axis_characterisations(runtime::NameOf("calibrations", id));
+  if (row.proof) {
+    v1::ProgramProof& proof = *correction.mutable_proof();
+    proof.set_reader_version(row.proof->reader_version);
+    proof.set_pose_count(row.proof->pose_count);
+    proof.set_greatest_difference_um(row.proof->greatest_difference_um);
+    proof.set_greatest_tilt_deg(row.proof->greatest_tilt_deg);
+  }
+  for (const storage::WorkOffsetRow& one : row.work_offsets) {
+    v1::WorkOffset& out = *correction.add_work_offsets();
+    out.set_code(one.code);
+    out.set_x_mm(one.offset[0]);
+    out.set_y_mm(one.offset[1]);
+    out.set_z_mm(one.offset[2]);
+    out.set_a_deg(one.offset[3]);
+    out.set_b_deg(one.offset[4]);
+  }
   return correction;
 }
 

@@ -101,6 +101,10 @@ runtime::Made<storage::CorrectionRow> RecordOf(const v1::CorrectRequest& request
   row.axes = {inputs.rotation.letters.begin(), inputs.rotation.letters.end()};
   for (const metrology::CorrectedHoleGroup& group : corrected.groups)
     row.groups.push_back(GroupRowOf(group, inputs.pose->positioning.Applies()));
+  if (const auto& proof = corrected.proof; proof.has_value())
+    row.proof = storage::ProgramProofRow{metrology::kNcReaderVersion, proof->pose_count, proof->greatest_difference_um,
+                                         proof->greatest_tilt_deg};
+  for (const auto& [code, offset] : FrameOf(request).work_offsets) row.work_offsets.push_back({code, offset});
   row.requested_by = request.requested_by();
   row.software_version = runtime::SoftwareVersion();
   storage::RecordEntry entry = EntryOf(row, inputs, corrected);

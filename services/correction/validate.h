@@ -7,7 +7,7 @@
 
 namespace sixpoint::correction {
 
-// Refuses bad names, and repeated groups.
+// Refuses bad names, repeated groups, and offsets that no control has.
 absl::Status CheckCorrect(const v1::CorrectRequest& request);
 
 }  // namespace sixpoint::correction

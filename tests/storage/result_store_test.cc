@@ -214,6 +214,8 @@ TEST(PostgresResults, AResultIsInTheJournalAndItsProgramReadBack) {
   const auto store = CorrectionsIn(plant.database.database());
   CorrectionRow row = Corrections::Make();
   row.correction_id = NewUuid();
+  row.proof = ProgramProofRow{"1", 12, 0.07, 1e-5};
+  row.work_offsets = {{"G54", {}}, {"G55", {1, 2, 3, 4, 5}}};
   RecordEntry entry;
   entry.kind = "correction";
   entry.name = "corrections/" + row.correction_id;
@@ -223,6 +225,15 @@ TEST(PostgresResults, AResultIsInTheJournalAndItsProgramReadBack) {
   ASSERT_TRUE(recorded.ok()) << recorded.status();
   EXPECT_EQ((**store->Find(row.correction_id, Soon())).nc_program, row.nc_program);
   EXPECT_EQ(store->List({}, 0, 1, Soon())->front().nc_program, "");
+  const CorrectionRow read = **store->Find(row.correction_id, Soon());
+  ASSERT_TRUE(read.proof.has_value());
+  EXPECT_EQ(read.proof->reader_version, "1");
+  EXPECT_EQ(read.proof->pose_count, 12);
+  EXPECT_EQ(read.proof->greatest_difference_um, 0.07);
+  EXPECT_EQ(read.proof->greatest_tilt_deg, 1e-5);
+  ASSERT_EQ(read.work_offsets.size(), 2u);
+  EXPECT_EQ(read.work_offsets[0].code, "G54");
+  EXPECT_EQ(read.work_offsets[1].offset, (std::array<double, 5>{1, 2, 3, 4, 5}));
   auto transaction = plant.database.database()->Begin(Soon());
   const auto derived = DerivedFrom(*transaction, sixpoint::testing::kRegistration);
   ASSERT_TRUE(derived.ok());

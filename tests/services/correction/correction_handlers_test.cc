@@ -46,7 +46,7 @@ class CorrectionHandlersTest : public ::testing::Test {
 
 TEST_F(CorrectionHandlersTest, RecordsWhatItRestsOnWithTheAnswer) {
   v1::CorrectRequest request = Request();
-  request.set_nc_template("G90\nX1 Y2 Z3 A4 B5 (SIXPOINT G1/H2)\n");
+  request.set_nc_template("G90\nG0 X1 Y2 Z3 A4 B5 (SIXPOINT G1/H1)\nX1 Y2 Z3 (SIXPOINT G1/H2)\n");
   const auto correction = Correct(request);
   ASSERT_TRUE(correction.ok()) << correction.status();
   ASSERT_EQ(store_->rows().size(), 1u);

@@ -57,7 +57,7 @@ class CorrectionServiceTest : public ::testing::Test {
 
 TEST_F(CorrectionServiceTest, CorrectsEveryHoleAndReadsBackTheSame) {
   v1::CorrectRequest request = Request();
-  request.set_nc_template("G90\nX1 Y2 Z3 A4 B5 (SIXPOINT G1/H2)\n");
+  request.set_nc_template("G90\nG0 X1 Y2 Z3 A4 B5 (SIXPOINT G1/H1)\nX1 Y2 Z3 (SIXPOINT G1/H2)\n");
   const auto correction = Correct(request);
   ASSERT_TRUE(correction.ok()) << correction.status();
   ASSERT_EQ(correction->groups_size(), 1);
@@ -77,7 +77,11 @@ TEST_F(CorrectionServiceTest, CorrectsEveryHoleAndReadsBackTheSame) {
   EXPECT_EQ(correction->release(), v1::RELEASE_AUTOMATIC);
   char x[32];
   std::snprintf(x, sizeof x, "X%.4f ", start.x_mm());
-  EXPECT_THAT(correction->nc_program(), StartsWith("G90\n" + std::string(x)));
+  EXPECT_THAT(correction->nc_program(), HasSubstr("\n" + std::string(x)));
+  EXPECT_EQ(correction->proof().reader_version(), "1");
+  EXPECT_EQ(correction->proof().pose_count(), 2);
+  EXPECT_LT(correction->proof().greatest_difference_um(), 0.2);  // four decimals
+  EXPECT_LT(correction->proof().greatest_tilt_deg(), 1e-4);
   // The earlier of the two calibrations' ends.
   EXPECT_EQ(correction->valid_until().seconds(), plant_.calibration.rotation.valid_until().seconds());
 
@@ -93,6 +97,26 @@ TEST_F(CorrectionServiceTest, CorrectsEveryHoleAndReadsBackTheSame) {
   std::vector<std::string> names;
   for (const storage::JournalEntry& journal : *derived) names.push_back(journal.entry.name);
   EXPECT_THAT(names, Contains(correction->name()));
+}
+
+// The control adds what it holds for the code, so it is taken off; what is not stated is not guessed.
+TEST_F(CorrectionServiceTest, WritesForTheOffsetsThatAreStated) {
+  v1::CorrectRequest request = Request();
+  request.set_nc_template("G90 G55\nG0 X1 Y2 Z3 A4 B5 (SIXPOINT G1/H1)\nX1 Y2 Z3 (SIXPOINT G1/H2)\n");
+  EXPECT_THAT(std::string(Correct(request).status().message()), HasSubstr("want G55 stated with its offset"));
+  v1::WorkOffset& offset = *request.add_work_offsets();
+  offset.set_code("G55");
+  offset.set_x_mm(100);
+  offset.set_b_deg(-1);
+  const auto correction = Correct(request);
+  ASSERT_TRUE(correction.ok()) << correction.status();
+  char words[64];
+  std::snprintf(words, sizeof words, "\nX%.4f Y%.4f ", correction->groups(0).holes(1).start_mm().x_mm() - 100,
+                correction->groups(0).holes(1).start_mm().y_mm());
+  EXPECT_THAT(correction->nc_program(), HasSubstr(words));
+  EXPECT_EQ(correction->work_offsets(0).SerializeAsString(), offset.SerializeAsString());
+  request.add_work_offsets()->set_code("G55");
+  EXPECT_THAT(std::string(Correct(request).status().message()), HasSubstr("work_offsets[1].code: G55, want each once"));
 }
 
 // What the registration's angles were taken by commands the angles of the holes.
@@ -125,7 +149,7 @@ TEST_F(CorrectionServiceTest, CommandsWhatReachesTheAnglesByTheRegistrationsTabl
     ASSERT_TRUE(transaction->Commit().ok());
   }
   v1::CorrectRequest request = Request();
-  request.set_nc_template("A4.000000 B5.000000 (SIXPOINT G1/H2)\n");
+  request.set_nc_template("G0 A4.000000 B5.000000 X1 Y2 Z3 (SIXPOINT G1/H1)\nX1 Y2 Z3 (SIXPOINT G1/H2)\n");
   const auto correction = Correct(request);
   ASSERT_TRUE(correction.ok()) << correction.status();
   const v1::CorrectedGroup &group = correction->groups(0), &before = plain->groups(0);
@@ -184,13 +208,13 @@ TEST_F(CorrectionServiceTest, WritesTheMachinesOwnLetters) {
   plant_.calibration.rotation.mutable_rotation()->add_axes("B");
   plant_.calibration.rotation.mutable_rotation()->add_axes("C");
   v1::CorrectRequest request = Request();
-  request.set_nc_template("G0 B1.0000 C2.0000 A7 (SIXPOINT G1/H1)\n");
+  request.set_nc_template("G0 B1.0000 C2.0000 X1 Y2 Z3 (SIXPOINT G1/H1)\nX1 Y2 Z3 (SIXPOINT G1/H2)\n");
   const auto correction = Correct(request);
   ASSERT_TRUE(correction.ok()) << correction.status();
   EXPECT_THAT(correction->axes(), ElementsAre("B", "C"));
   EXPECT_EQ(correction->groups(0).a_deg(), plain->groups(0).a_deg());
   char want[64];
-  std::snprintf(want, sizeof want, "G0 B%.4f C%.4f A7 (", correction->groups(0).a_deg(), correction->groups(0).b_deg());
+  std::snprintf(want, sizeof want, "G0 B%.4f C%.4f X", correction->groups(0).a_deg(), correction->groups(0).b_deg());
   EXPECT_THAT(correction->nc_program(), StartsWith(want));
   plant_.plant.machine.mutable_safety_envelope()->set_rotation_deg(1e-6);
   const auto waiting = Correct(request);
@@ -256,6 +280,11 @@ TEST_F(CorrectionServiceTest, RefusesWhatItCannotRestOnAndStoresNothing) {
   const absl::Status refused = Correct(bad_template).status();
   EXPECT_EQ(refused.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(refused.message()), HasSubstr("nc_template: line 2"));
+  // The angles stand in a block that nothing marks: the holes would be drilled where they are and not as they point.
+  v1::CorrectRequest half = Request();
+  half.set_nc_template("G90\nG0 A4 B5\nX1 Y2 Z3 (SIXPOINT G1/H1)\nX1 Y2 Z3 (SIXPOINT G1/H2)\n");
+  EXPECT_THAT(std::string(Correct(half).status().message()),
+              HasSubstr("nc_template: G1/H1 is left before all axes were at it"));
   v1::CorrectRequest missing = Request();
   missing.set_registration("registrations/00000000-0000-7000-8000-000000000077");
   EXPECT_EQ(Correct(missing).status().code(), absl::StatusCode::kNotFound);
@@ -272,7 +301,7 @@ TEST_F(CorrectionServiceTest, RefusesWhatItCannotRestOnAndStoresNothing) {
 TEST_F(CorrectionServiceTest, WaitsForAPersonBeyondTheEnvelope) {
   plant_.plant.machine.mutable_safety_envelope()->set_translation_mm(0.1);
   v1::CorrectRequest request = Request();
-  request.set_nc_template("X1 (SIXPOINT G1/H1)");
+  request.set_nc_template("G0 A4 B5 X1 Y2 Z3 (SIXPOINT G1/H1)\nX1 Y2 Z3 (SIXPOINT G1/H2)\n");
   const auto correction = Correct(request);
   ASSERT_TRUE(correction.ok()) << correction.status();
   EXPECT_EQ(correction->release(), v1::RELEASE_AWAITING_PERSON);

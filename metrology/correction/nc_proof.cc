@@ -1,0 +1,183 @@
+#include "metrology/correction/nc_proof.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+
+#include "refusal/refusal.h"
+
+namespace sixpoint::metrology {
+namespace {
+
+constexpr double kRad = 3.14159265358979323846 / 180;
+constexpr std::size_t kZ = 2;
+constexpr double kSame_mm = 1e-3 * kGreatestNcDifference_um;
+
+struct Difference {
+  double um = 0, tilt_deg = 0;
+  bool Small() const { return um <= kGreatestNcDifference_um && tilt_deg <= kGreatestNcTilt_deg; }
+};
+
+absl::Status RefuseMove(const NcMove& move, const std::string& found, const std::string& wanted) {
+  return Refuse("nc_template", "line " + std::to_string(move.line) + ": " + found, wanted);
+}
+
+bool Changes(const NcMove& move, std::size_t axis) { return move.from[axis] != move.to[axis]; }
+bool OnlyZ(const NcMove& move) {
+  for (std::size_t i = 0; i < move.to.size(); ++i)
+    if (i != kZ && Changes(move, i)) return false;
+  return true;
+}
+bool Known(const NcPosition& at) {
+  return std::all_of(at.begin(), at.end(), [](const auto& axis) { return axis.has_value(); });
+}
+
+class Proof {
+ public:
+  Proof(const std::map<std::string, NcTarget>& targets, const RotaryAxes& axes) : targets_(targets), axes_(axes) {}
+
+  absl::Status Follow(const NcMove& move) {
+    if (move.switches_on) return Shot(move);
+    if (!OnlyZ(move) && InHole(move.from)) return RefuseMove(move, "sideways out of " + last_reached_, "Z raised first");
+    if (!move.target.empty()) return Marked(move);
+    follows_ = follows_ && OnlyZ(move) && move.by_steps;
+    if (move.feed) return UnmarkedFeed(move);
+    return UnmarkedRapid(move);
+  }
+
+  absl::Status End() const {
+    if (absl::Status left = Leave(); !left.ok()) return left;
+    for (const auto& [name, target] : targets_)
+      if (reached_.count(name) == 0)
+        return Refuse("nc_template", name + " is not in it", "every hole of the correction");
+    return absl::OkStatus();
+  }
+
+  NcProof proof;
+
+ private:
+  // Where the axes hold which point of the part under the tool, and in what direction. Axes seldom turn between two looks.
+  const Eigen::Isometry3d& ZeroFromMachine(double a_deg, double b_deg) {
+    if (a_deg != a_deg_ || b_deg != b_deg_)
+      zero_from_machine_ = axes_.MachineFromZero((a_deg_ = a_deg) * kRad, (b_deg_ = b_deg) * kRad).inverse();
+    return zero_from_machine_;
+  }
+
+  struct Pose {
+    Eigen::Vector3d start_mm, direction;  // on the part
+  };
+  Pose PoseAt(const Eigen::Vector3d& point_mm, double a_deg, double b_deg) {
+    const Eigen::Isometry3d& zero_from_machine = ZeroFromMachine(a_deg, b_deg);
+    return {zero_from_machine * point_mm, zero_from_machine.linear().col(2)};
+  }
+
+  // Of that position from the target's, with Z as it is or as the target's.
+  Difference From(const NcPosition& at, const std::string& name, bool with_z) {
+    const NcTarget& target = targets_.at(name);
+    auto known = poses_.find(name);
+    if (known == poses_.end())
+      known = poses_.emplace(name, PoseAt({target.x_mm, target.y_mm, target.z_mm}, target.a_deg, target.b_deg)).first;
+    const Pose& wanted = known->second;
+    const Pose found = PoseAt({*at[0], *at[1], with_z ? *at[kZ] : target.z_mm}, *at[3], *at[4]);
+    return {1e3 * (found.start_mm - wanted.start_mm).norm(),
+            std::atan2(found.direction.cross(wanted.direction).norm(), found.direction.dot(wanted.direction)) / kRad};
+  }
+
+  absl::Status Marked(const NcMove& move) {
+    const auto found = targets_.find(move.target);
+    if (found == targets_.end()) return RefuseMove(move, move.target, "a hole of the correction");
+    if (open_ != move.target) {
+      if (absl::Status left = Leave(); !left.ok()) return left;
+      open_ = move.target;
+      reached_now_ = false;
+    }
+    const NcTarget& target = found->second;
+    if (Known(move.to)) {
+      const Difference difference = From(move.to, move.target, true);
+      if (difference.Small()) return Reach(move.target, difference);
+    }
+    // On its way: from above, and not yet down.
+    const bool above = move.from[kZ].has_value() && move.to[kZ].has_value() && *move.from[kZ] > target.z_mm &&
+                       *move.to[kZ] > target.z_mm + kSame_mm;
+    if (move.feed && !above) return RefuseMove(move, "cuts away from " + move.target, WantedPose());
+    return absl::OkStatus();
+  }
+
+  absl::Status Shot(const NcMove& move) {
+    if (open_.empty() || !reached_now_ || !Known(move.to))
+      return RefuseMove(move, "an output switched on away from every hole", "a hole reached before");
+    const Difference difference = From(move.to, open_, !follows_);
+    if (!difference.Small()) return RefuseMove(move, "an output switched on away from " + open_, WantedPose());
+    return Reach(open_, difference, follows_);
+  }
+
+  absl::Status UnmarkedFeed(const NcMove& move) {
+    if (open_.empty() || !reached_now_ || !OnlyZ(move) || !Known(move.from) || !Known(move.to))
+      return RefuseMove(move, "a feed (G1) that is not marked", "rapid (G0), or a marker");
+    const Difference difference = From(move.from, open_, false);
+    if (!difference.Small()) return RefuseMove(move, "a feed away from " + open_, WantedPose());
+    if (*move.to[kZ] >= *move.from[kZ]) return absl::OkStatus();  // out of the hole
+    if (!follows_)
+      return RefuseMove(move, "a depth that does not follow the hole", "steps (G91) from its start, or a marker");
+    return Reach(open_, difference);
+  }
+
+  absl::Status UnmarkedRapid(const NcMove& move) {
+    if (!reached_now_ || !Known(move.from)) return absl::OkStatus();
+    const NcTarget& target = targets_.at(open_);
+    if (!OnlyZ(move) && *move.from[kZ] <= target.z_mm + kSame_mm)
+      return RefuseMove(move, "sideways from " + open_, "Z raised first, or a marker");
+    if (move.to[kZ].has_value() && *move.to[kZ] < *move.from[kZ] && !follows_)
+      return RefuseMove(move, "a rapid down that does not follow " + open_, "steps (G91) from its start, or a marker");
+    return absl::OkStatus();
+  }
+
+  // Deeper than the start of the hole that was reached last.
+  bool InHole(const NcPosition& at) const {
+    return !last_reached_.empty() && at[kZ].has_value() && *at[kZ] < targets_.at(last_reached_).z_mm - kSame_mm;
+  }
+
+  absl::Status Reach(const std::string& name, const Difference& difference, bool follows = true) {
+    reached_now_ = true;
+    follows_ = follows;
+    reached_.insert(name);
+    last_reached_ = name;
+    ++proof.pose_count;
+    proof.greatest_difference_um = std::max(proof.greatest_difference_um, difference.um);
+    proof.greatest_tilt_deg = std::max(proof.greatest_tilt_deg, difference.tilt_deg);
+    return absl::OkStatus();
+  }
+
+  absl::Status Leave() const {
+    if (open_.empty() || reached_now_) return absl::OkStatus();
+    return Refuse("nc_template", open_ + " is left before all axes were at it", WantedPose());
+  }
+
+  static std::string WantedPose() { return "X, Y, Z and both rotary axes at the corrected pose, from marked blocks"; }
+
+  const std::map<std::string, NcTarget>& targets_;
+  const RotaryAxes& axes_;
+  double a_deg_ = std::numeric_limits<double>::quiet_NaN(), b_deg_ = a_deg_;
+  Eigen::Isometry3d zero_from_machine_;  // at those
+  std::map<std::string, Pose> poses_;    // of targets that were looked at
+  std::string open_;                     // whose marked blocks were the last
+  bool reached_now_ = false;             // since they began
+  bool follows_ = false;  // since then only steps along Z were made: depth counts from the corrected start
+  std::set<std::string> reached_;
+  std::string last_reached_;
+};
+
+}  // namespace
+
+absl::StatusOr<NcProof> ProveProgram(const std::vector<NcMove>& moves, const std::map<std::string, NcTarget>& targets,
+                                     const RotaryAxes& axes) {
+  Proof proof(targets, axes);
+  for (const NcMove& move : moves)
+    if (absl::Status status = proof.Follow(move); !status.ok()) return status;
+  if (absl::Status status = proof.End(); !status.ok()) return status;
+  return proof.proof;
+}
+
+}  // namespace sixpoint::metrology

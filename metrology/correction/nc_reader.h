@@ -1,0 +1,37 @@
+// What a control does with a machining program, read apart from what writes one (nc_program.h): the two share no code, so that a fault
+// of the one is not a fault of the other. What is understood stands in docs/nc_template.md; every other word is refused.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "metrology/correction/nc_frame.h"
+
+namespace sixpoint::metrology {
+
+// X, Y, Z in mm and the machine's two rotary axes in deg, as commanded, machine coordinates; none where the program does not say.
+using NcPosition = std::array<std::optional<double>, 5>;
+
+// A block that moves axes, or switches an output on where they stand.
+struct NcMove {
+  int line = 0;              // of the program, from 1
+  bool feed = false;         // cutting feed (G1), or no word yet says which; else rapid (G0)
+  bool by_steps = false;     // G91
+  bool switches_on = false;  // M62, M64: a laser's or a generator's shot; from and to are the same
+  std::string target;        // group/hole of its marker; empty: not marked
+  NcPosition from, to;
+};
+
+// reader's version, stored with what it proved.
+inline constexpr char kNcReaderVersion[] = "1";
+
+// The program's lines are its template's, and refusals name that. rotary: the letters of the axis on the bed, and of the one that it carries. INVALID_ARGUMENT, naming the line, for any word,
+// mode or offset that is not understood, and for a marker with no block.
+absl::StatusOr<std::vector<NcMove>> ReadNcProgram(const std::string& program, const std::array<char, 2>& rotary,
+                                                  const NcFrame& frame = {});
+
+}  // namespace sixpoint::metrology
