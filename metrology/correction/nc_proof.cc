@@ -40,7 +40,8 @@ class Proof {
 
   absl::Status Follow(const NcMove& move) {
     if (move.switches_on) return Shot(move);
-    if (!OnlyZ(move) && InHole(move.from)) return RefuseMove(move, "sideways out of " + last_reached_, "Z raised first");
+    if (!OnlyZ(move) && InHole(move.from))
+      return RefuseMove(move, "sideways out of " + last_reached_, "Z raised first");
     if (!move.target.empty()) return Marked(move);
     follows_ = follows_ && OnlyZ(move) && move.by_steps;
     if (move.feed) return UnmarkedFeed(move);
