@@ -169,6 +169,10 @@ std::string CorrectionText(const correction::v1::Correction& correction) {
   std::string text = correction.name() + " of " + correction.blade() + " from " + correction.registration() +
                      " (mm, deg)\n" + table.ToText();
   for (const std::string& name : correction.axis_characterisations()) text += "angles commanded by " + name + "\n";
+  if (correction.has_proof())
+    text += "program proven: " + Grouped(correction.proof().pose_count()) + " poses, at most " +
+            Fixed(correction.proof().greatest_difference_um(), 3) + " um and " +
+            Fixed(correction.proof().greatest_tilt_deg(), 6) + " deg from the correction\n";
   if (correction.release() == correction::v1::RELEASE_AWAITING_PERSON) {
     text += "waits for a person's release:\n";
     for (const std::string& reason : correction.release_reasons()) text += "  " + reason + "\n";

@@ -99,6 +99,7 @@ class Proof {
       const Difference difference = From(move.to, move.target, true);
       if (difference.Small()) return Reach(move.target, difference);
     }
+    follows_ = false;
     // On its way: from above, and not yet down.
     const bool above = move.from[kZ].has_value() && move.to[kZ].has_value() && *move.from[kZ] > target.z_mm &&
                        *move.to[kZ] > target.z_mm + kSame_mm;

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "services/runtime/server.h"
 #include "tests/end_to_end/plant_on_this_machine.h"
 #include "tests/end_to_end/plant_processes.h"
 #include "tests/support/throwaway_database.h"
@@ -19,12 +20,18 @@ using ::testing::HasSubstr;
 
 class PlantStartTest : public PlantOnThisMachine {
  protected:
+  static int NextVersion() { return runtime::NewestMigration() + 1; }
+  static std::string NextName() {
+    char name[40];
+    std::snprintf(name, sizeof name, "V%04d__look_ahead.sql", NextVersion());
+    return name;
+  }
   // The migrations of this release and one more.
   std::string NextMigrations(const std::string& sql) {
     const fs::path next = folder_ / "migrations";
     fs::remove_all(next);
     fs::copy(ThrowawayDatabase::MigrationsFolder(), next);
-    std::ofstream(next / "V0011__look_ahead.sql") << sql;
+    std::ofstream(next / NextName()) << sql;
     return next.string();
   }
   // As after a new release: each program is newer than the plant's last start.
@@ -68,13 +75,14 @@ TEST_F(PlantStartTest, BringsTheSchemaBeforeTheServices) {
   upgrade.join();
   ASSERT_EQ(up.exit_code, 0) << up.text;
   EXPECT_NE(Pid("plant"), before);
-  for (const std::string& area : PlantProcesses::Areas()) EXPECT_GT(ListeningSince(area), AppliedAt(11)) << area;
+  for (const std::string& area : PlantProcesses::Areas())
+    EXPECT_GT(ListeningSince(area), AppliedAt(NextVersion())) << area;
 
   // The release before says what it met, and leaves it.
   const std::string after = Pid("plant");
   const Answer old = Up();
   EXPECT_EQ(old.exit_code, 1);
-  EXPECT_THAT(old.text, HasSubstr("the database has V0011__look_ahead.sql"));
+  EXPECT_THAT(old.text, HasSubstr("the database has " + NextName()));
   EXPECT_THAT(old.text, HasSubstr("a newer release made this database"));
   EXPECT_THAT(old.text, HasSubstr("next: run `sixpoint up` of the release that made it"));
   EXPECT_EQ(Pid("plant"), after);
@@ -90,7 +98,8 @@ TEST_F(PlantStartTest, AStoppedPlantGetsTheSchemaFirstToo) {
 
   const Answer up = Up({"--migrations", NextMigrations("SELECT pg_sleep(2);")});
   ASSERT_EQ(up.exit_code, 0) << up.text;
-  for (const std::string& area : PlantProcesses::Areas()) EXPECT_GT(ListeningSince(area), AppliedAt(11)) << area;
+  for (const std::string& area : PlantProcesses::Areas())
+    EXPECT_GT(ListeningSince(area), AppliedAt(NextVersion())) << area;
 }
 
 TEST_F(PlantStartTest, RemembersItsFlags) {
