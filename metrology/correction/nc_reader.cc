@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kAxes = 5;
 constexpr double kMmPerInch = 25.4;
+constexpr std::size_t kMostCodes = 16;  // of a block; each is compared with each
 
 // G words that change no coordinate: exact stop, planes and cycles of other machining off, feed units, return planes.
 const std::set<std::string> kHarmlessG = {"8",  "9",  "17", "40", "49", "50", "60", "61", "64",
@@ -161,6 +162,7 @@ class Reader {
     bool switches = false, switches_on = false;
     for (const ReadWord& word : words) {
       if (word.letter == 'G') {
+        if (codes.size() == kMostCodes) return Wrong("at most 16 G words in a block");
         codes.push_back(CodeOf(word.number));
         continue;
       }

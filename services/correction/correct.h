@@ -21,10 +21,11 @@ struct Corrected {
   std::string nc_program;                    // empty: no template was sent, or a person has to release it
 };
 
-// FAILED_PRECONDITION with a reason: POSE_SINGULAR, POSE_OUT_OF_LIMITS. INVALID_ARGUMENT: a template that cannot be replaced,
-// whether or not its program may be given now.
-// Of a request that CheckCorrect let pass.
+// The offsets that the request states; CheckCorrect let them pass.
 metrology::NcFrame FrameOf(const v1::CorrectRequest& request);
+
+// FAILED_PRECONDITION with a reason: POSE_SINGULAR, POSE_OUT_OF_LIMITS. INVALID_ARGUMENT: a template that cannot be replaced, or
+// whose program is not proven, whether or not it may be given now.
 absl::StatusOr<Corrected> CorrectBlade(const v1::CorrectRequest& request, const Inputs& inputs);
 
 }  // namespace sixpoint::correction

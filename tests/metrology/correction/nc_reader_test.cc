@@ -94,6 +94,10 @@ TEST(NcReader, RefusesWhatItDoesNotUnderstand) {
                            "x1\rY2"})
     EXPECT_THAT(RefusalOf(std::string("G21 G90\n") + line + "\n"), HasSubstr("nc_template: line 2: ")) << line;
   EXPECT_THAT(RefusalOf("M30\nX1"), HasSubstr("line 2"));
+  // A megabyte in one block is refused at once.
+  std::string many;
+  for (int i = 0; i < 400'000; ++i) many += "G1";
+  EXPECT_THAT(RefusalOf(many), HasSubstr("at most 16 G words in a block"));
   EXPECT_THAT(RefusalOf("X1\n(SIXPOINT G1/H1)\n"), HasSubstr("a block after the marker of G1/H1"));
   EXPECT_THAT(RefusalOf("(SIXPOINT G1/H1)\nM8\n"), HasSubstr("a word of an axis in a marked block"));
   EXPECT_THAT(RefusalOf("(SIXPOINT G1/H1)\nX1 (SIXPOINT G1/H2)"), HasSubstr("one marker for a block"));
