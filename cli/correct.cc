@@ -18,7 +18,8 @@ using correction::v1::CorrectionService;
 
 struct Arguments {
   std::string registration, template_file, out;
-  std::vector<std::string> groups, work_offsets;
+  std::vector<std::string> groups, work_offsets, tools;
+  bool dry_run = false;
 };
 
 // "G54=0,0,-5,0,0": X, Y, Z in mm, the two rotary axes in deg.
@@ -40,6 +41,20 @@ absl::Status AddWorkOffset(const std::string& text, correction::v1::CorrectReque
   return absl::OkStatus();
 }
 
+// "1=120.5": a tool's number and its length in mm.
+absl::Status AddTool(const std::string& text, correction::v1::CorrectRequest* request) {
+  const std::size_t equals = text.find('=');
+  correction::v1::ToolLength& tool = *request->add_tool_lengths();
+  int number = 0;
+  double length_mm = 0;
+  if (equals == std::string::npos || !absl::SimpleAtoi(text.substr(0, equals), &number) ||
+      !absl::SimpleAtod(text.substr(equals + 1), &length_mm))
+    return runtime::Refuse("--tool", text, "NUMBER=LENGTH_MM such as 1=120.5");
+  tool.set_number(number);
+  tool.set_length_mm(length_mm);
+  return absl::OkStatus();
+}
+
 absl::Status Correct(Session* session, const Arguments& arguments) {
   if (!arguments.out.empty() && arguments.template_file.empty()) {
     return runtime::Refuse("--out", arguments.out, "--template too: the program is made from it");
@@ -56,12 +71,15 @@ absl::Status Correct(Session* session, const Arguments& arguments) {
   }
   for (const std::string& offset : arguments.work_offsets)
     if (status = AddWorkOffset(offset, &request); !status.ok()) return status;
+  for (const std::string& tool : arguments.tools)
+    if (status = AddTool(tool, &request); !status.ok()) return status;
+  request.set_dry_run(arguments.dry_run);
   request.set_requested_by(session->requested_by());
   request.set_request_id(NewRequestId());
   correction::v1::Correction response;
   status = session->Call<CorrectionService>("correction", &CorrectionService::Stub::Correct, request, &response);
   if (!status.ok()) return status;
-  const bool released = response.release() == correction::v1::RELEASE_AUTOMATIC;
+  const bool released = response.state() == correction::v1::CORRECTION_STATE_RELEASED;
   if (!arguments.out.empty() && released) {
     status = WriteOut(arguments.out, response.nc_program());
     if (!status.ok()) return status;
@@ -77,7 +95,8 @@ absl::Status Correct(Session* session, const Arguments& arguments) {
       beside << response.nc_program();
     }
   }
-  if (!released) session->MarkNotUsable();
+  const bool usable = arguments.dry_run ? response.release() == correction::v1::RELEASE_AUTOMATIC : released;
+  if (!usable) session->MarkNotUsable();
   return absl::OkStatus();
 }
 
@@ -91,6 +110,9 @@ void AddCorrectCommand(Command* app, Session* session) {
   command->AddOption("--template", &arguments->template_file, "NC program whose coordinates are replaced");
   command->AddOption("--work-offset", &arguments->work_offsets,
                      "What the control holds for a code that the template calls: G54=X,Y,Z,A,B (repeatable)");
+  command->AddOption("--tool", &arguments->tools,
+                     "A tool whose length the template takes into account (G43 H): NUMBER=LENGTH_MM (repeatable)");
+  command->AddFlag("--dry-run", &arguments->dry_run, "Says what would be, and records nothing");
   AddOutOption(command, &arguments->out, "Where the corrected program is written");
   session->OnCommand(command, [session, arguments] { return Correct(session, *arguments); });
 }

@@ -31,8 +31,11 @@ void PrintMachine(const Session& session, const plant::v1::Machine& machine) {
             << " um, range " << Fixed(machine.sensor().range_mm(), 1) << " mm about "
             << Fixed(machine.sensor().mid_range_mm(), 1) << " mm, " << machine.sensor().column_count() << " columns\n"
             << "centre    " << PointText(machine.nominal_centre_mm(), 4) << " mm\n"
-            << "envelope  " << Fixed(machine.safety_envelope().translation_mm(), 2) << " mm, "
-            << Fixed(machine.safety_envelope().rotation_deg(), 2) << " deg\n";
+            << "released  within " << Fixed(machine.safety_envelope().translation_mm(), 2) << " mm and "
+            << Fixed(machine.safety_envelope().rotation_deg(), 2) << " deg of nominal, U95 at most "
+            << Fixed(100 * machine.safety_envelope().uncertainty_share(), 1) << " % of a tolerance, registered at most "
+            << Fixed(machine.safety_envelope().registration_age_h(), 1) << " h ago, tool "
+            << Fixed(machine.safety_envelope().keep_out_mm(), 2) << " mm from the part\n";
   Table table({"side", "axis", "kind", "direction", "point mm", ">from", ">to", "unit"});
   AddJointRows("part", machine.kinematics().part_side(), &table);
   AddJointRows("tool", machine.kinematics().tool_side(), &table);

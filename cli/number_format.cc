@@ -23,6 +23,12 @@ std::string FixedOrTiny(double value, int decimals) {
   return tiny;
 }
 
+std::string Significant(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
 std::string Grouped(std::int64_t value) {
   std::string digits = std::to_string(value);
   const std::size_t first = digits[0] == '-' ? 1 : 0;

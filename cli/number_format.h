@@ -10,6 +10,8 @@ namespace sixpoint::cli {
 std::string Fixed(double value, int decimals);
 // An uncertainty: as Fixed, but where that leaves no digit of what is not 0, with an exponent: "3.1e-09".
 std::string FixedOrTiny(double value, int decimals);
+// Four significant digits: "0.03333", "5060", "1.2e+12".
+std::string Significant(double value);
 // 20316804 -> "20 316 804".
 std::string Grouped(std::int64_t value);
 

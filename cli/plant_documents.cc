@@ -110,6 +110,17 @@ plant::v1::Sensor ReadSensor(const Field& sensor) {
   return out;
 }
 
+plant::v1::SafetyEnvelope ReadSafetyEnvelope(const Field& envelope) {
+  envelope.OnlyKeys({"translation_mm", "rotation_deg", "uncertainty_share", "registration_age_h", "keep_out_mm"});
+  plant::v1::SafetyEnvelope out;
+  if (const auto value = envelope.Find("translation_mm")) out.set_translation_mm(value->Number(0, 100000));
+  if (const auto value = envelope.Find("rotation_deg")) out.set_rotation_deg(value->Number(0, 180));
+  if (const auto value = envelope.Find("uncertainty_share")) out.set_uncertainty_share(value->Number(0, 1));
+  if (const auto value = envelope.Find("registration_age_h")) out.set_registration_age_h(value->Number(0, 8760));
+  if (const auto value = envelope.Find("keep_out_mm")) out.set_keep_out_mm(value->Number(0, 100));
+  return out;
+}
+
 plant::v1::Machine ReadMachine(const Field& machine) {
   machine.OnlyKeys({"id", "part_side", "tool_side", "nominal_centre_mm", "sensor", "safety_envelope"});
   plant::v1::Machine out;
@@ -117,10 +128,8 @@ plant::v1::Machine ReadMachine(const Field& machine) {
   ReadJoints(machine.At("tool_side"), out.mutable_kinematics()->mutable_tool_side());
   *out.mutable_sensor() = ReadSensor(machine.At("sensor"));
   runtime::ToProto(machine.At("nominal_centre_mm").Vector3(), out.mutable_nominal_centre_mm());
-  const Field envelope = machine.At("safety_envelope");
-  envelope.OnlyKeys({"translation_mm", "rotation_deg"});
-  out.mutable_safety_envelope()->set_translation_mm(envelope.At("translation_mm").Positive(1000));
-  out.mutable_safety_envelope()->set_rotation_deg(envelope.At("rotation_deg").Positive(180));
+  if (const auto envelope = machine.Find("safety_envelope"))
+    *out.mutable_safety_envelope() = ReadSafetyEnvelope(*envelope);
   return out;
 }
 

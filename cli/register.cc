@@ -13,7 +13,7 @@ namespace sixpoint::cli {
 namespace {
 
 struct Arguments {
-  std::string blade, method, batch, request_id, part, machine, since, until;
+  std::string blade, clamping, method, batch, request_id, part, machine, since, until;
   std::vector<std::string> scans, blades;
   bool axis_tables = false;
   RegisterOptions options;
@@ -51,6 +51,9 @@ void AddRegisterCommand(Command* app, Session* session) {
   Option* axis_tables = command->AddFlag(
       "--axis-tables", &arguments->axis_tables,
       "Take the scans where the axes' characterisations say they were; not where the control compensates");
+  Option* clamping =
+      command->AddOption("--clamping", &arguments->clamping,
+                         "As the machine calls it, another with every clamping; asked again at the program");
   const std::vector<Option*> how = AddRegisterOptions(command, &arguments->options);
   Option* batch = command->AddOption("--batch", &arguments->batch, "Many blades, from a file");
   Option* blades = command
@@ -66,9 +69,9 @@ void AddRegisterCommand(Command* app, Session* session) {
   for (Option* other : {since, until, machine}) other->Needs(part);
   Option* request_id =
       command->AddOption("--request-id", &arguments->request_id, "Goes on with a batch that broke off");
-  for (Option* other : {blade, scans, method, axis_tables, blades, part}) batch->Excludes(other);
-  for (Option* other : {blade, scans, part}) blades->Excludes(other);
-  for (Option* other : {blade, scans}) part->Excludes(other);
+  for (Option* other : {blade, scans, clamping, method, axis_tables, blades, part}) batch->Excludes(other);
+  for (Option* other : {blade, scans, clamping, part}) blades->Excludes(other);
+  for (Option* other : {blade, scans, clamping}) part->Excludes(other);
   for (Option* other : how) other->Excludes(batch)->Excludes(blades)->Excludes(part);
   request_id->Excludes(blade);
   command->RequireAlso([=]() -> std::string {
@@ -94,6 +97,7 @@ void AddRegisterCommand(Command* app, Session* session) {
     request.set_method(asked);
     *request.mutable_options() = *std::move(options);
     request.set_apply_axis_tables(arguments->axis_tables);
+    request.set_clamping(arguments->clamping);
     request.set_requested_by(session->requested_by());
     request.set_request_id(NewRequestId());
     const absl::StatusOr<registration::v1::Registration> response = RegisterWatched(session, std::move(request));

@@ -1,6 +1,7 @@
 #include "cli/reports.h"
 
 #include <cmath>
+#include <tuple>
 
 #include "cli/calibrate_probe.h"
 #include "cli/number_format.h"
@@ -162,6 +163,26 @@ void AddCorrectionRows(const std::string& label, const correction::v1::Correctio
   }
 }
 
+namespace {
+
+// The gate's questions; what did not pass is marked.
+std::string ChecksText(const correction::v1::Correction& correction) {
+  if (correction.checks().empty()) return "";
+  Table table({"check", "where", ">found", ">limit", "passed"});
+  for (const auto& check : correction.checks()) {
+    const std::string kind = check.kind() == correction::v1::RELEASE_CHECK_KIND_UNSPECIFIED
+                                 ? "unknown"
+                                 : EnumText(ReleaseCheckKind_Name(check.kind()), "RELEASE_CHECK_KIND_");
+    table.AddRow(
+        {kind, check.subject().empty() ? "-" : check.subject(), check.has_value() ? Significant(check.value()) : "-",
+         Significant(check.limit()),
+         check.passed() ? "yes" : "NO" + (check.failed_count() > 1 ? ", " + Grouped(check.failed_count()) : "")});
+  }
+  return table.ToText();
+}
+
+}  // namespace
+
 std::string CorrectionText(const correction::v1::Correction& correction) {
   const bool named = correction.axes_size() == 2;
   Table table = CorrectionTable("blade", named ? correction.axes(0) : "A", named ? correction.axes(1) : "B");
@@ -173,11 +194,25 @@ std::string CorrectionText(const correction::v1::Correction& correction) {
     text += "program proven: " + Grouped(correction.proof().pose_count()) + " poses, at most " +
             Fixed(correction.proof().greatest_difference_um(), 3) + " um and " +
             Fixed(correction.proof().greatest_tilt_deg(), 6) + " deg from the correction\n";
-  if (correction.release() == correction::v1::RELEASE_AWAITING_PERSON) {
-    text += "waits for a person's release:\n";
-    for (const std::string& reason : correction.release_reasons()) text += "  " + reason + "\n";
-  }
-  return text + "not to be used after " + TimeText(correction.valid_until()) + "\n";
+  text += ChecksText(correction);
+  int cut = 0, holes = 0;
+  for (const auto& group : correction.groups())
+    for (const auto& hole : group.holes()) ++holes, cut += hole.has_reported_cut_at();
+  if (cut > 0) text += "cut: " + Grouped(cut) + " of " + Grouped(holes) + " holes\n";
+  if (correction.state() == correction::v1::CORRECTION_STATE_UNSPECIFIED)
+    return text +
+           (correction.release() == correction::v1::RELEASE_AUTOMATIC ? "would be released"
+                                                                      : "would wait for a person") +
+           "; nothing was recorded\n";
+  text += "state: " + EnumText(CorrectionState_Name(correction.state()), "CORRECTION_STATE_");
+  if (!correction.superseded_by().empty()) text += " by " + correction.superseded_by();
+  text += "\n";
+  for (const auto& [what, there, decision] : {std::tuple("released", correction.has_released(), &correction.released()),
+                                              std::tuple("refused", correction.has_refused(), &correction.refused())})
+    if (there)
+      text += std::string(what) + " by " + decision->requested_by() + ", " + TimeText(decision->recorded_at()) + ": " +
+              decision->reason() + "\n";
+  return text + "not to be used after " + TimeText(correction.usable_until()) + "\n";
 }
 
 Table InspectionTable() {

@@ -256,6 +256,12 @@ metrology::TriangleMesh Cast(const DesignedPart& part, double greatest_mm, std::
   return mesh;
 }
 
+void StickFoil(const DesignedDatum& datum, double thickness_mm, metrology::TriangleMesh* mesh) {
+  constexpr double kRadius_mm = 5;
+  for (Eigen::Vector3d& vertex : mesh->vertices_mm)
+    if ((vertex - datum.point_mm).norm() < kRadius_mm) vertex += thickness_mm * datum.normal;
+}
+
 std::string BinaryStl(const metrology::TriangleMesh& mesh) {
   static_assert(sizeof(float) == 4);
   std::string bytes(80, '\0');

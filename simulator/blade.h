@@ -83,6 +83,9 @@ double NestConditioning(const std::vector<DesignedDatum>& datums);
 // points, where the six-point nest holds the blade.
 metrology::TriangleMesh Cast(const DesignedPart& part, double greatest_mm, std::uint64_t seed);
 
+// A foil on it, as wide as a thumb.
+void StickFoil(const DesignedDatum& datum, double thickness_mm, metrology::TriangleMesh* mesh);
+
 // Little-endian binary STL.
 std::string BinaryStl(const metrology::TriangleMesh& mesh);
 

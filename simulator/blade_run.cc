@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "services/runtime/geometry_proto.h"
+#include "simulator/blade_requests.h"
 #include "simulator/nc_program.h"
 #include "simulator/registry.h"
 
@@ -16,7 +17,6 @@ namespace {
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
 constexpr double kPinStandsOut_mm = 2.5;
-const char kRequestedBy[] = "simulator";
 
 using Clock = std::chrono::steady_clock;
 double SecondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
@@ -36,7 +36,7 @@ class BladeRun {
   BladeRun(PlantLink& plant, const MachineDesign& design, const DesignedPart& part, const BladeRunPlan& plan,
            const std::function<void(const std::string&)>& say, BladeRunResult* result)
       : plant_(plant), design_(design), part_(part), plan_(plan), say_(say), result_(*result) {
-    truth_ = MountedByHand(design, SeedOf(kMounting));
+    truth_ = MountedByHand(design, plan.mounting_seed == 0 ? SeedOf(kMounting) : plan.mounting_seed);
     zero_from_part_ = ClampedByHand(part, 1, 1, SeedOf(kClamping));
     for (const auto& group : part.hole_groups)
       for (const auto& hole : group.holes) checked_points_mm_.push_back(hole.start_mm);
@@ -46,8 +46,14 @@ class BladeRun {
   absl::Status Run() {
     const auto start = Clock::now();
     using Step = absl::Status (BladeRun::*)();
-    for (const Step step : {&BladeRun::Register, &BladeRun::CalibrateSensor, &BladeRun::CalibrateRotation,
-                            &BladeRun::Position, &BladeRun::Correct, &BladeRun::DrillByProgram, &BladeRun::Inspect}) {
+    std::vector<Step> steps = {&BladeRun::Register};
+    if (plan_.calibrate) steps.insert(steps.end(), {&BladeRun::CalibrateSensor, &BladeRun::CalibrateRotation});
+    steps.insert(steps.end(), {&BladeRun::Position, &BladeRun::Correct});
+    if (!plan_.stop_at_correction) steps.insert(steps.end(), {&BladeRun::DrillByProgram, &BladeRun::Inspect});
+    for (const Step step : steps) {
+      if (step == &BladeRun::Position && plan_.since_calibration) plan_.since_calibration(&truth_);
+      if (step == &BladeRun::Correct && plan_.before_correction)
+        if (absl::Status status = plan_.before_correction(); !status.ok()) return status;
       const absl::Status status = (this->*step)();
       result_.total_s = SecondsSince(start);
       if (!status.ok()) return status;
@@ -98,9 +104,11 @@ class BladeRun {
 
   absl::Status CalibrateSensor() {
     const ArtefactGeometry artefact;
-    calibration::v1::CalibrateSensorRequest request;
-    request.set_machine(result_.machine);
-    request.set_artefact(plan_.artefact);
+    constexpr double kProbeNoise_um = 1;
+    calibration::v1::CalibrateSensorRequest request =
+        SensorRequest(result_.machine, plan_.artefact,
+                      ProbeArtefact(artefact, truth_.machine_from_artefact, kProbeNoise_um, Random(SeedOf(kProbing))),
+                      kProbeNoise_um);
     int height = 0;
     for (const ScanPlan& scan_plan : PlanArtefact(design_)) {
       Say(Text("scans the artefact, height %d of 2", ++height));
@@ -109,22 +117,6 @@ class BladeRun {
       if (!scan.ok()) return scan.status();
       request.add_scans(*scan);
     }
-    constexpr double kProbeNoise_um = 1;
-    const TouchProbing probing =
-        ProbeArtefact(artefact, truth_.machine_from_artefact, kProbeNoise_um, Random(SeedOf(kProbing)));
-    calibration::v1::TouchData* touch = request.mutable_touch();
-    for (const auto& [name, centre] : probing.centres_mm) {
-      calibration::v1::NamedPoint* point = touch->add_centres();
-      point->set_feature(name);
-      runtime::ToProto(centre, point->mutable_point_mm());
-    }
-    for (const Eigen::Vector3d& point : probing.plane_mm) runtime::ToProto(point, touch->add_plane_mm());
-    for (const Eigen::Vector3d& point : probing.side_x_mm) runtime::ToProto(point, touch->add_side_x_mm());
-    for (const Eigen::Vector3d& point : probing.side_y_mm) runtime::ToProto(point, touch->add_side_y_mm());
-    touch->set_standard_uncertainty_um(kProbeNoise_um);
-    request.set_method(calibration::v1::SENSOR_METHOD_JOINT);
-    request.set_requested_by(kRequestedBy);
-    request.set_request_id(NewRequestId());
     const auto start = Clock::now();
     auto calibration = plant_.Call("calibration", &calibration::v1::CalibrationService::Stub::CalibrateSensor, request);
     if (!calibration.ok()) return calibration.status();
@@ -148,18 +140,8 @@ class BladeRun {
 
   absl::Status CalibrateRotation() {
     constexpr double kProbeNoise_um = 1;
-    calibration::v1::CalibrateRotationRequest request;
-    request.set_machine(result_.machine);
-    for (const ProbedSphere& probed : ProbeSphere(truth_, kProbeNoise_um, SeedOf(kSphere))) {
-      calibration::v1::SpherePose* pose = request.add_poses();
-      pose->set_a_deg(probed.a_deg);
-      pose->set_b_deg(probed.b_deg);
-      runtime::ToProto(probed.centre_mm, pose->mutable_centre_mm());
-      pose->set_held_out(probed.held_out);
-    }
-    request.set_method(calibration::v1::ROTATION_METHOD_LINES);
-    request.set_requested_by(kRequestedBy);
-    request.set_request_id(NewRequestId());
+    const calibration::v1::CalibrateRotationRequest request =
+        RotationRequest(result_.machine, ProbeSphere(truth_, kProbeNoise_um, SeedOf(kSphere)));
     const auto start = Clock::now();
     auto calibration =
         plant_.Call("calibration", &calibration::v1::CalibrationService::Stub::CalibrateRotation, request);
@@ -189,8 +171,11 @@ class BladeRun {
   // All portions of the blade with what stands in it.
   absl::Status ScanBlade(const std::string& name, ingest::v1::ScanKind kind, double pitch_mm, int step_deg,
                          google::protobuf::RepeatedPtrField<std::string>* scans) {
-    std::vector<std::pair<double, double>> poses{{-50, 0}, {-50, 180}};
-    for (int b_deg = 0; b_deg < 360; b_deg += step_deg) poses.push_back({0, b_deg});
+    std::vector<std::pair<double, double>> poses = plan_.poses_deg;
+    if (poses.empty()) {
+      poses = {{-50, 0}, {-50, 180}};
+      for (int b_deg = 0; b_deg < 360; b_deg += step_deg) poses.push_back({0, b_deg});
+    }
     const std::vector<ScanPlan> plans = PlanBlade(part_, design_, pitch_mm, poses);
     for (std::size_t i = 0; i < plans.size(); ++i) {
       const ScanPlan& scan_plan = plans[i];
@@ -215,14 +200,17 @@ class BladeRun {
   }
 
   absl::Status Position() {
-    blade_shapes_ = {std::make_shared<TriangleShape>(
-        plan_.casting_mm == 0 ? part_.mesh : Cast(part_, plan_.casting_mm, SeedOf(kCasting)))};
+    metrology::TriangleMesh mesh = plan_.casting_mm == 0 ? part_.mesh : Cast(part_, plan_.casting_mm, SeedOf(kCasting));
+    if (plan_.foil_mm > 0) StickFoil(part_.six_points.front(), plan_.foil_mm, &mesh);
+    blade_shapes_ = {std::make_shared<TriangleShape>(std::move(mesh))};
     registration::v1::RegisterRequest request;
     request.set_blade(result_.blade);
     const absl::Status scanned =
         ScanBlade("airfoil", ingest::v1::SCAN_KIND_AIRFOIL, plan_.airfoil_pitch_mm, 60, request.mutable_scans());
     if (!scanned.ok()) return scanned;
     request.set_requested_by(kRequestedBy);
+    request.set_clamping(Clamping());
+    for (const registration::v1::Freedom free : plan_.free) request.mutable_options()->add_degrees_of_freedom(free);
     // A casting deviates everywhere but at its datum points, where the nest holds it: only the 3-2-1 variant finds that.
     struct Fit {
       registration::v1::Method method;
@@ -234,6 +222,7 @@ class BladeRun {
          {Fit{registration::v1::METHOD_BEST_FIT, "best fit", &result_.best_fit, &result_.best_fit_error_um},
           Fit{plan_.casting_mm > 0 ? registration::v1::METHOD_SIX_POINT_NORMALS : registration::v1::METHOD_SIX_POINT,
               "six-point", &result_.six_point, &result_.six_point_error_um}}) {
+      if (plan_.only_six_point && fit.registration == &result_.best_fit) continue;
       request.set_method(fit.method);
       request.set_request_id(NewRequestId());
       const auto start = Clock::now();
@@ -264,18 +253,42 @@ class BladeRun {
     if (!correction.ok()) return correction.status();
     result_.correct_s += SecondsSince(start);
     result_.correction = *correction;
-    if (correction->release() != correction::v1::RELEASE_AUTOMATIC) {
+    result_.correction_error_um = WorstStart_um(result_.correction, part_, truth_, zero_from_part_);
+    if (plan_.stop_at_correction) return absl::OkStatus();
+    if (correction->state() == correction::v1::CORRECTION_STATE_DRAFT) {
       std::string reasons = "the correction waits for a person:";
       for (const std::string& reason : correction->release_reasons()) reasons += " " + reason + ";";
-      return absl::FailedPreconditionError(reasons);
+      if (plan_.casting_mm == 0) return absl::FailedPreconditionError(reasons);
+      Say(reasons);
+      if (absl::Status status = ReleaseAsEngineer(); !status.ok()) return status;
     }
+    if (absl::Status status = FetchProgram(); !status.ok()) return status;
     Say(Text("program corrected in %.2f s for %d hole groups", SecondsSince(start), correction->groups_size()));
     return absl::OkStatus();
   }
 
+  // A casting is off its CAD, and the gate says so; who cast it knows that its datum points are true.
+  absl::Status ReleaseAsEngineer() {
+    return plant_
+        .Call("correction", &correction::v1::CorrectionService::Stub::ReleaseCorrection,
+              ReleaseRequest(result_.correction.name(), "a casting whose datum points are true to CAD"))
+        .status();
+  }
+
+  absl::Status FetchProgram() {
+    auto fetched = plant_.Call("correction", &correction::v1::CorrectionService::Stub::FetchProgram,
+                               FetchRequest(result_.correction.name(), result_.machine, result_.blade, Clamping()));
+    if (!fetched.ok()) return fetched.status();
+    program_ = fetched->nc_program();
+    return absl::OkStatus();
+  }
+
+  // The machine counts its clampings: this run has one.
+  std::string Clamping() const { return plan_.scan_prefix + "1"; }
+
   // The machine reads the corrected program, as a real one would, and pins are put into what it drilled.
   absl::Status DrillByProgram() {
-    auto commands = ReadProgram(result_.correction.nc_program());
+    auto commands = ReadProgram(program_);
     if (!commands.ok()) return commands.status();
     std::uint64_t number = 0;
     for (const DesignedHoleGroup& group : part_.hole_groups) {
@@ -291,7 +304,10 @@ class BladeRun {
       }
     }
     Say(Text("drilled %zu holes, put a pin into each", result_.holes.size()));
-    return absl::OkStatus();
+    return plant_
+        .Call("correction", &correction::v1::CorrectionService::Stub::ReportCut,
+              CutRequest(result_.correction.name(), part_))
+        .status();
   }
 
   // A casting's datum points are true to CAD: the nest judges its holes as a true blade's.
@@ -361,6 +377,7 @@ class BladeRun {
   std::vector<Eigen::Vector3d> checked_points_mm_;  // part frame
   std::vector<std::shared_ptr<const Shape>> blade_shapes_;
   std::uint64_t scan_count_ = 0;
+  std::string program_;
 };
 
 }  // namespace

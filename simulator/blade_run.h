@@ -28,6 +28,17 @@ struct BladeRunPlan {
   double casting_mm = 0;      // greatest deviation of the casting from the CAD
   double profiles_per_s = 0;  // 0: as fast as the plant takes them
   int threads = 1;
+
+  // For what goes wrong in a plant, and for many blades on one machine; nothing of it in the demo.
+  std::uint64_t mounting_seed = 0;                       // how the scanner and the axes are mounted; 0: by `seed`
+  bool calibrate = true;                                 // false: an earlier run did, of the same mounting
+  bool only_six_point = false;                           // no best fit of its own
+  bool stop_at_correction = false;                       // released or not
+  double foil_mm = 0;                                    // stuck on the first datum point's place
+  std::function<void(MachineTruth*)> since_calibration;  // what happened to the machine
+  std::function<absl::Status()> before_correction;       // and in it, once the blade was registered
+  std::vector<std::pair<double, double>> poses_deg;      // A, B of the airfoil's scans; empty: all round, and both ends
+  std::vector<registration::v1::Freedom> free;           // what the fit may move; empty: all
 };
 
 struct HoleComparison {
@@ -51,6 +62,7 @@ struct BladeRunResult {
   registration::v1::Registration best_fit, six_point;
   double best_fit_error_um = 0, six_point_error_um = 0;  // worst hole or datum point
   correction::v1::Correction correction;
+  double correction_error_um = 0;  // worst hole's start, by the true axes
   inspection::v1::Inspection inspection;
   std::vector<HoleComparison> holes;
   double worst_position_difference_um = 0, worst_inclination_difference_deg = 0;

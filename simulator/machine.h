@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <vector>
 
 #include "metrology/kinematics/rotary_axes.h"
@@ -41,6 +42,7 @@ struct MachineDesign {
   Eigen::Vector3d t_sm_mm{15, -42, 85};
   Eigen::Vector3d artefact_mm{205, 137, -180};  // its upper face's centre
   ScannerDesign scanner;
+  double registration_age_h = 8;  // how long a registration holds
 };
 
 // A truth near the design: the scanner turned by up to 0.5 deg and shifted by up to 0.4 mm, the axes up to 0.01 deg and
@@ -100,9 +102,11 @@ struct DrilledHole {
   double position_error_mm = 0;      // from the designed start
   double inclination_error_deg = 0;  // from the designed axis
 };
+// Not finite until it is said.
 struct DrillCommand {
-  double a_deg = 0, b_deg = 0;
-  Eigen::Vector3d start_mm;  // machine coordinates
+  static constexpr double kUnsaid = std::numeric_limits<double>::quiet_NaN();
+  double a_deg = kUnsaid, b_deg = kUnsaid;
+  Eigen::Vector3d start_mm{kUnsaid, kUnsaid, kUnsaid};  // machine coordinates
 };
 struct DrillingError {
   double position_sigma_mm = 0.004;

@@ -1,5 +1,6 @@
 #include "simulator/nc_program.h"
 
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <sstream>
@@ -8,25 +9,30 @@ namespace sixpoint::simulator {
 
 std::string NominalProgram(const DesignedPart& part, const MachineDesign& design) {
   constexpr double kDegree = 3.14159265358979323846 / 180;
+  constexpr double kClearOfCentre_mm = 120;
   metrology::RotaryAxes ideal;
   ideal.a.point_mm = ideal.b.point_mm = design.centre_mm;
   std::string program = "%\n(FILM COOLING HOLES)\nG21 G90\n";
   int number = 10;
+  // Above whatever way the part is turned.
+  const double clear_mm = design.centre_mm.z() + kClearOfCentre_mm;
   for (const DesignedHoleGroup& group : part.hole_groups) {
     for (const DesignedHole& hole : group.holes) {
       const Eigen::Vector3d start =
           ideal.MachineFromZero(group.a_nominal_deg * kDegree, group.b_nominal_deg * kDegree) *
           part.zero_from_part_nominal * hole.start_mm;
-      char line[200];
+      char line[400];
+      const std::string mark = "(SIXPOINT " + group.name + "/" + hole.name + ")";
+      // Up, turned and over the hole, down to it, a shot.
       std::snprintf(line, sizeof line,
-                    "N%d G0 A%.6f B%.6f X%.6f Y%.6f Z%.6f (SIXPOINT %s/%s)\nN%d M62 P1\nG4 P0.2\nM63 P1\n", number,
-                    group.a_nominal_deg, group.b_nominal_deg, start.x(), start.y(), start.z(), group.name.c_str(),
-                    hole.name.c_str(), number + 5);
+                    "N%d G0 Z%.3f\nN%d A%.6f B%.6f X%.6f Y%.6f %s\nN%d G1 Z%.6f F200 %s\nM62 P1\nG4 P0.2\nM63 P1\n",
+                    number, clear_mm, number + 2, group.a_nominal_deg, group.b_nominal_deg, start.x(), start.y(),
+                    mark.c_str(), number + 4, start.z(), mark.c_str());
       program += line;
       number += 10;
     }
   }
-  return program + "M30\n%\n";
+  return program + "G0 Z" + std::to_string(clear_mm) + "\nM30\n%\n";
 }
 
 absl::StatusOr<std::map<std::string, DrillCommand>> ReadProgram(const std::string& program) {
@@ -37,23 +43,23 @@ absl::StatusOr<std::map<std::string, DrillCommand>> ReadProgram(const std::strin
     const std::size_t comment = line.find(marker);
     if (comment == std::string::npos) continue;
     const std::size_t name = comment + marker.size();
-    DrillCommand command;
-    std::map<char, double*> wanted{{'A', &command.a_deg},
-                                   {'B', &command.b_deg},
-                                   {'X', &command.start_mm.x()},
-                                   {'Y', &command.start_mm.y()},
-                                   {'Z', &command.start_mm.z()}};
+    DrillCommand& command = commands[line.substr(name, line.find(')', name) - name)];
+    const std::map<char, double*> wanted{{'A', &command.a_deg},
+                                         {'B', &command.b_deg},
+                                         {'X', &command.start_mm.x()},
+                                         {'Y', &command.start_mm.y()},
+                                         {'Z', &command.start_mm.z()}};
     for (std::size_t i = 0; i < comment; ++i) {
       const auto word = wanted.find(line[i]);
       if (word == wanted.end()) continue;
       char* end = nullptr;
       *word->second = std::strtod(line.c_str() + i + 1, &end);
       if (end == line.c_str() + i + 1) return absl::InvalidArgumentError("program block without a number: " + line);
-      wanted.erase(word);
     }
-    if (!wanted.empty()) return absl::InvalidArgumentError("program block without A, B, X, Y and Z: " + line);
-    commands[line.substr(name, line.find(')', name) - name)] = command;
   }
+  for (const auto& [name, command] : commands)
+    if (!std::isfinite(command.a_deg + command.b_deg + command.start_mm.sum()))
+      return absl::InvalidArgumentError("program without A, B, X, Y and Z of " + name);
   return commands;
 }
 

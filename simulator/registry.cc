@@ -43,6 +43,7 @@ plant::v1::Machine MachineRecord(const MachineDesign& design) {
   // A blade clamped by hand is off by up to 1 mm and 1 deg, about 2 mm at a hole; beyond twice that a person looks.
   machine.mutable_safety_envelope()->set_translation_mm(4);
   machine.mutable_safety_envelope()->set_rotation_deg(4);
+  machine.mutable_safety_envelope()->set_registration_age_h(design.registration_age_h);
   return machine;
 }
 

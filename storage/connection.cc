@@ -50,8 +50,9 @@ absl::Status StatusOfResult(const pg_result* result) {
   const std::string constraint = field == nullptr ? "" : field;
   if (!constraint.empty()) message += " (" + constraint + ")";
   const absl::Status status = StatusOfSqlstate(sqlstate == nullptr ? "" : sqlstate, message);
-  // Raised by our own triggers where a calibration was withdrawn while a result was made with it.
-  return constraint == "calibration_withdrawn" ? WithReason(status, kCalibrationWithdrawn) : status;
+  // Raised by our own triggers: a calibration was withdrawn while a result was made with it, a program is not to leave.
+  if (constraint == "calibration_withdrawn") return WithReason(status, kCalibrationWithdrawn);
+  return constraint == "program_not_released" ? WithReason(status, kProgramNotReleased) : status;
 }
 
 absl::Status Flush(pg_conn* connection, Deadline deadline) {

@@ -16,26 +16,27 @@ namespace {
   "sensor_calibration_id, rotation_calibration_id, nc_template_sha256, nc_program_sha256, release, release_reasons, " \
   "envelope_translation_mm, envelope_rotation_deg, valid_until, requested_by, software_version, axes, "               \
   "nc_reader_version, nc_pose_count, nc_greatest_difference_um, nc_greatest_tilt_deg, nc_work_offset_codes, "         \
-  "nc_work_offsets"
+  "nc_work_offsets, nc_held_sha256, nc_tool_numbers, nc_tool_lengths_mm, registration_age_h, clamping"
 constexpr char kInsertCorrection[] = "INSERT INTO corrections (" SIXPOINT_CORRECTION_COLUMNS
                                      ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, "
-                                     "$17, $18, $19, $20, $21, $22, $23, $24, $25)";
+                                     "$17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27::integer[], $28, $29, $30)";
 // With whose tables: the registration's are the correction's.
-#define SIXPOINT_SELECT_CORRECTIONS                                                                            \
-  "SELECT " SIXPOINT_CORRECTION_COLUMNS                                                                        \
-  ", ARRAY(SELECT DISTINCT a.characterisation_id FROM registration_angles a WHERE a.registration_id = "        \
-  "corrections.registration_id ORDER BY 1), record_sequence, recorded_at FROM corrections JOIN recorded r ON " \
-  "r.record_id = correction_id WHERE "
+#define SIXPOINT_SELECT_CORRECTIONS                                                                               \
+  "SELECT " SIXPOINT_CORRECTION_COLUMNS                                                                           \
+  ", ARRAY(SELECT DISTINCT a.characterisation_id FROM registration_angles a WHERE a.registration_id = "           \
+  "corrections.registration_id ORDER BY 1), record_sequence, recorded_at, state, usable_until, superseded_by "    \
+  "FROM corrections JOIN recorded r ON r.record_id = correction_id JOIN correction_states USING (correction_id) " \
+  "WHERE "
 constexpr char kSelectCorrection[] = SIXPOINT_SELECT_CORRECTIONS "correction_id = $1";
 constexpr char kListCorrections[] = SIXPOINT_SELECT_CORRECTIONS SIXPOINT_RESULT_FILTER(
-    "corrections", "correction") "AND ($8 = '' OR release = $8) ORDER BY record_sequence DESC LIMIT $9";
+    "corrections",
+    "correction") "AND ($8 = '' OR release = $8) AND ($9 = '' OR state = $9) ORDER BY record_sequence DESC LIMIT $10";
 #undef SIXPOINT_SELECT_CORRECTIONS
-constexpr char kSelectProgram[] = "SELECT nc_program_sha256 FROM corrections WHERE correction_id = $1";
 #undef SIXPOINT_CORRECTION_COLUMNS
 constexpr char kInsertGroup[] =
     "INSERT INTO correction_groups (correction_id, position_index, group_name, a_deg, b_deg, a_nominal_deg, "
     "b_nominal_deg, a_ideal_deg, b_ideal_deg, a_standard_uncertainty_deg, b_standard_uncertainty_deg, a_reached_deg, "
-    "b_reached_deg) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)";
+    "b_reached_deg, tilt_deg) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14)";
 constexpr char kInsertHoles[] =
     "INSERT INTO correction_holes (correction_id, group_name, position_index, hole_name, start_x_mm, start_y_mm, "
     "start_z_mm, nominal_start_x_mm, nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um) "
@@ -43,14 +44,26 @@ constexpr char kInsertHoles[] =
     "FROM unnest($3::text[], $4::double precision[], $5::double precision[], $6::double precision[], "
     "$7::double precision[], $8::double precision[], $9::double precision[], $10::double precision[]) "
     "WITH ORDINALITY AS holes (hole, x, y, z, nominal_x, nominal_y, nominal_z, uncertainty, position)";
+constexpr char kInsertCheck[] =
+    "INSERT INTO correction_checks (correction_id, position_index, kind, subject, value, limit_value, passed, "
+    "failed_count) VALUES ($1, $2, $3, $4, $5, $6, $7, $8)";
+constexpr char kSelectChecks[] =
+    "SELECT correction_id, kind, subject, value, limit_value, passed, failed_count FROM correction_checks "
+    "WHERE correction_id = ANY ($1::uuid[]) ORDER BY correction_id, position_index";
+constexpr char kSelectDecisions[] =
+    "SELECT correction_id, event, reason, requested_by, recorded_at FROM correction_events "
+    "JOIN record_names USING (record_id) WHERE correction_id = ANY ($1::uuid[])";
 constexpr char kSelectGroups[] =
     "SELECT correction_id, group_name, a_deg, b_deg, a_nominal_deg, b_nominal_deg, a_ideal_deg, b_ideal_deg, "
-    "a_standard_uncertainty_deg, b_standard_uncertainty_deg, a_reached_deg, b_reached_deg FROM correction_groups "
+    "a_standard_uncertainty_deg, b_standard_uncertainty_deg, a_reached_deg, b_reached_deg, tilt_deg FROM "
+    "correction_groups "
     "WHERE correction_id = ANY ($1::uuid[]) ORDER BY correction_id, position_index";
 constexpr char kSelectHoles[] =
-    "SELECT correction_id, group_name, hole_name, start_x_mm, start_y_mm, start_z_mm, nominal_start_x_mm, "
-    "nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um FROM correction_holes "
-    "WHERE correction_id = ANY ($1::uuid[]) ORDER BY correction_id, group_name, position_index";
+    "SELECT h.correction_id, h.group_name, h.hole_name, start_x_mm, start_y_mm, start_z_mm, nominal_start_x_mm, "
+    "nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um, n.recorded_at FROM correction_holes h "
+    "LEFT JOIN correction_cuts c USING (correction_id, group_name, hole_name) "
+    "LEFT JOIN record_names n ON n.record_id = c.record_id "
+    "WHERE h.correction_id = ANY ($1::uuid[]) ORDER BY h.correction_id, h.group_name, h.position_index";
 
 void AddDigest(Params& params, const std::optional<std::string>& sha256) {
   sha256 ? params.Digest(*sha256) : params.Null();
@@ -65,6 +78,13 @@ void ReadOffsets(const Rows& rows, int row, CorrectionRow* correction) {
     out.code = codes[i];
     std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(5 * i), 5, out.offset.begin());
   }
+}
+
+// The database holds as many of the one as of the other.
+void ReadTools(const Rows& rows, int row, CorrectionRow* correction) {
+  const std::vector<double> numbers = rows.Reals(row, 26), lengths_mm = rows.Reals(row, 27);
+  for (std::size_t i = 0; i < numbers.size() && i < lengths_mm.size(); ++i)
+    correction->tool_lengths.push_back({static_cast<int>(numbers[i]), lengths_mm[i]});
 }
 
 CorrectionRow ReadCorrection(const Rows& rows, int row) {
@@ -90,8 +110,16 @@ CorrectionRow ReadCorrection(const Rows& rows, int row) {
     correction.proof = ProgramProofRow{rows.Text(row, 19), static_cast<int>(rows.Int(row, 20)), rows.Real(row, 21),
                                        rows.Real(row, 22)};
   if (!rows.IsNull(row, 23)) ReadOffsets(rows, row, &correction);
-  correction.characterisation_ids = rows.Texts(row, 25);
-  correction.recorded = {rows.Int(row, 26), rows.Time(row, 27)};
+  for (const int program : {10, 25})
+    if (!rows.IsNull(row, program)) correction.program_sha256 = rows.Digest(row, program);
+  if (!rows.IsNull(row, 26)) ReadTools(rows, row, &correction);
+  if (!rows.IsNull(row, 28)) correction.registration_age_h = rows.Real(row, 28);
+  if (!rows.IsNull(row, 29)) correction.clamping = rows.Text(row, 29);
+  correction.characterisation_ids = rows.Texts(row, 30);
+  correction.recorded = {rows.Int(row, 31), rows.Time(row, 32)};
+  correction.state = rows.Text(row, 33);
+  correction.usable_until = rows.Time(row, 34);
+  if (!rows.IsNull(row, 35)) correction.superseded_by = rows.Text(row, 35);
   return correction;
 }
 
@@ -103,14 +131,17 @@ absl::StatusOr<std::optional<std::string>> KeepText(Transaction& transaction, co
   return *std::move(sha256);
 }
 
-Params CorrectionParams(const CorrectionRow& correction, const std::optional<std::string>& template_sha256,
-                        const std::optional<std::string>& program_sha256) {
+struct KeptTexts {
+  std::optional<std::string> nc_template, nc_program, nc_held;  // their digests
+};
+
+Params CorrectionParams(const CorrectionRow& correction, const KeptTexts& kept) {
   Params params;
   params.Uuid(correction.correction_id).Text(correction.blade_serial).Uuid(correction.registration_id);
   params.Text(correction.machine_id).Int(correction.machine_revision).Text(correction.part_id);
   params.Int(correction.part_revision).Uuid(correction.sensor_calibration_id).Uuid(correction.rotation_calibration_id);
-  AddDigest(params, template_sha256);
-  AddDigest(params, program_sha256);
+  AddDigest(params, kept.nc_template);
+  AddDigest(params, kept.nc_program);
   params.Text(correction.release).Texts(correction.release_reasons).Real(correction.envelope_translation_mm);
   params.Real(correction.envelope_rotation_deg).Time(correction.valid_until).Text(correction.requested_by);
   params.Text(correction.software_version).Texts(correction.axes);
@@ -121,15 +152,34 @@ Params CorrectionParams(const CorrectionRow& correction, const std::optional<std
         .Real(proof->greatest_tilt_deg);
   else
     params.Null().Null().Null().Null();
-  if (correction.work_offsets.empty()) return std::move(params.Null().Null());
   std::vector<std::string> codes;
-  std::vector<double> values;
+  std::vector<double> values, tools, lengths_mm;
   for (const WorkOffsetRow& one : correction.work_offsets) {
     codes.push_back(one.code);
     values.insert(values.end(), one.offset.begin(), one.offset.end());
   }
-  params.Texts(codes).Reals(values);
+  codes.empty() ? params.Null().Null() : params.Texts(codes).Reals(values);
+  AddDigest(params, kept.nc_held);
+  for (const ToolLengthRow& tool : correction.tool_lengths) {
+    tools.push_back(tool.number);
+    lengths_mm.push_back(tool.length_mm);
+  }
+  tools.empty() ? params.Null().Null() : params.Reals(tools).Reals(lengths_mm);
+  correction.registration_age_h.has_value() ? params.Real(*correction.registration_age_h) : params.Null();
+  correction.clamping.empty() ? params.Null() : params.Text(correction.clamping);
   return params;
+}
+
+absl::Status InsertChecks(Transaction& transaction, const CorrectionRow& correction) {
+  int position = 0;
+  for (const CorrectionCheckRow& check : correction.checks) {
+    Params params;
+    params.Uuid(correction.correction_id).Int(position++).Text(check.kind).Text(check.subject);
+    check.value.has_value() ? params.Real(*check.value) : params.Null();
+    params.Real(check.limit).Bool(check.passed).Int(check.failed_count);
+    if (const auto stored = transaction.Execute(kInsertCheck, params); !stored.ok()) return stored.status();
+  }
+  return absl::OkStatus();
 }
 
 absl::Status InsertGroup(Transaction& transaction, const std::string& id, int position,
@@ -139,6 +189,7 @@ absl::Status InsertGroup(Transaction& transaction, const std::string& id, int po
   params.Real(group.b_nominal_deg).Real(group.a_ideal_deg).Real(group.b_ideal_deg);
   params.Real(group.a_standard_uncertainty_deg).Real(group.b_standard_uncertainty_deg);
   group.reached_deg ? params.Real((*group.reached_deg)[0]).Real((*group.reached_deg)[1]) : params.Null().Null();
+  group.tilt_deg.has_value() ? params.Real(*group.tilt_deg) : params.Null();
   if (const auto stored = transaction.Execute(kInsertGroup, params); !stored.ok()) return stored.status();
   std::vector<std::string> names;
   std::array<std::vector<double>, 6> coordinates;  // x, y, z of the starts, and of the nominal ones
@@ -175,8 +226,26 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<CorrectionRow>* 
         group.a_standard_uncertainty_deg = rows.Real(row, 8);
         group.b_standard_uncertainty_deg = rows.Real(row, 9);
         if (!rows.IsNull(row, 10)) group.reached_deg = {rows.Real(row, 10), rows.Real(row, 11)};
+        if (!rows.IsNull(row, 12)) group.tilt_deg = rows.Real(row, 12);
       });
   if (!groups.ok()) return groups;
+  const absl::Status checks =
+      parents.Add(transaction.Execute(kSelectChecks, ids), [](CorrectionRow& correction, const Rows& rows, int row) {
+        CorrectionCheckRow& check = correction.checks.emplace_back();
+        check.kind = rows.Text(row, 1);
+        check.subject = rows.Text(row, 2);
+        if (!rows.IsNull(row, 3)) check.value = rows.Real(row, 3);
+        check.limit = rows.Real(row, 4);
+        check.passed = rows.Bool(row, 5);
+        check.failed_count = static_cast<int>(rows.Int(row, 6));
+      });
+  if (!checks.ok()) return checks;
+  const absl::Status decisions =
+      parents.Add(transaction.Execute(kSelectDecisions, ids), [](CorrectionRow& correction, const Rows& rows, int row) {
+        (rows.Text(row, 1) == "RELEASED" ? correction.released : correction.refused) =
+            CorrectionDecisionRow{rows.Text(row, 2), rows.Text(row, 3), rows.Time(row, 4)};
+      });
+  if (!decisions.ok()) return decisions;
   return parents.Add(transaction.Execute(kSelectHoles, ids), [](CorrectionRow& correction, const Rows& rows, int row) {
     for (CorrectionGroupRow& group : correction.groups) {
       if (group.group_name != rows.Text(row, 1)) continue;
@@ -185,6 +254,7 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<CorrectionRow>* 
       hole.start_mm = {rows.Real(row, 3), rows.Real(row, 4), rows.Real(row, 5)};
       hole.nominal_start_mm = {rows.Real(row, 6), rows.Real(row, 7), rows.Real(row, 8)};
       hole.expanded_uncertainty_um = rows.Real(row, 9);
+      if (!rows.IsNull(row, 10)) hole.reported_cut_at = rows.Time(row, 10);
     }
   });
 }
@@ -208,12 +278,17 @@ std::shared_ptr<CorrectionStore> CorrectionsIn(Database* database) {
 
 absl::StatusOr<Recorded> InsertCorrection(Transaction& transaction, const CorrectionRow& correction,
                                           const RecordEntry& entry) {
-  const auto nc_template = KeepText(transaction, correction.nc_template);
-  if (!nc_template.ok()) return nc_template.status();
-  const auto nc_program = KeepText(transaction, correction.nc_program);
-  if (!nc_program.ok()) return nc_program.status();
-  const auto inserted = transaction.Execute(kInsertCorrection, CorrectionParams(correction, *nc_template, *nc_program));
+  KeptTexts kept;
+  for (const auto& [text, digest] :
+       {std::pair(&correction.nc_template, &kept.nc_template), std::pair(&correction.nc_program, &kept.nc_program),
+        std::pair(&correction.nc_held, &kept.nc_held)}) {
+    absl::StatusOr<std::optional<std::string>> sha256 = KeepText(transaction, *text);
+    if (!sha256.ok()) return sha256.status();
+    *digest = *std::move(sha256);
+  }
+  const auto inserted = transaction.Execute(kInsertCorrection, CorrectionParams(correction, kept));
   if (!inserted.ok()) return inserted.status();
+  if (absl::Status checks = InsertChecks(transaction, correction); !checks.ok()) return checks;
   int position = 0;
   for (const CorrectionGroupRow& group : correction.groups) {
     if (absl::Status status = InsertGroup(transaction, correction.correction_id, position++, group); !status.ok())
@@ -227,14 +302,11 @@ absl::StatusOr<std::optional<CorrectionRow>> FindCorrection(Transaction& transac
   auto rows = ReadCorrections(transaction, kSelectCorrection, Params().Uuid(correction_id));
   if (!rows.ok()) return rows.status();
   if (rows->empty()) return std::nullopt;
-  const absl::StatusOr<Rows> program = transaction.Execute(kSelectProgram, Params().Uuid(correction_id));
-  if (!program.ok()) return program.status();
-  if (!program->IsNull(0, 0)) {
-    const std::string sha256 = program->Digest(0, 0);
-    if (absl::Status read = program->status(); !read.ok()) return read;
-    absl::StatusOr<std::string> text = GetBlob(transaction, sha256);
+  CorrectionRow& correction = rows->front();
+  if (!correction.program_sha256.empty()) {
+    absl::StatusOr<std::string> text = GetBlob(transaction, correction.program_sha256);
     if (!text.ok()) return text.status();
-    rows->front().nc_program = *std::move(text);
+    (correction.release == "AUTOMATIC" ? correction.nc_program : correction.nc_held) = *std::move(text);
   }
   return std::move(rows->front());
 }
@@ -242,7 +314,7 @@ absl::StatusOr<std::optional<CorrectionRow>> FindCorrection(Transaction& transac
 absl::StatusOr<std::vector<CorrectionRow>> ListCorrections(Transaction& transaction, const CorrectionFilter& filter,
                                                            std::int64_t before_sequence, int limit) {
   return ReadCorrections(transaction, kListCorrections,
-                         FilterParams(before_sequence, filter).Text(filter.release).Int(limit));
+                         FilterParams(before_sequence, filter).Text(filter.release).Text(filter.state).Int(limit));
 }
 
 }  // namespace sixpoint::storage

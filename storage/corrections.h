@@ -22,6 +22,7 @@ struct CorrectionHoleRow {
   std::array<double, 3> start_mm{};
   std::array<double, 3> nominal_start_mm{};
   double expanded_uncertainty_um = 0;
+  std::optional<Instant> reported_cut_at;  // read only
 };
 
 struct CorrectionGroupRow {
@@ -31,6 +32,7 @@ struct CorrectionGroupRow {
   double a_ideal_deg = 0, b_ideal_deg = 0;
   double a_standard_uncertainty_deg = 0, b_standard_uncertainty_deg = 0;
   std::optional<std::array<double, 2>> reached_deg;  // a, b; where axis tables were applied
+  std::optional<double> tilt_deg;                    // none: made before it was kept
   std::vector<CorrectionHoleRow> holes;
 };
 
@@ -46,6 +48,25 @@ struct WorkOffsetRow {
   std::array<double, 5> offset{};  // machine less program: X, Y, Z in mm, the two rotary axes in deg
 };
 
+struct ToolLengthRow {
+  int number = 0;
+  double length_mm = 0;
+};
+// What the gate asked, and what it found where it is worst.
+struct CorrectionCheckRow {
+  std::string kind;             // START_SHIFT, ...: correction.v1.ReleaseCheckKind
+  std::string subject;          // empty: the whole correction
+  std::optional<double> value;  // none: it could not be told
+  double limit = 0;
+  bool passed = false;
+  int failed_count = 0;
+};
+// What a person decided about it.
+struct CorrectionDecisionRow {
+  std::string reason, requested_by;
+  Instant recorded_at;
+};
+
 struct CorrectionRow {
   std::string correction_id;
   std::string blade_serial;
@@ -57,8 +78,9 @@ struct CorrectionRow {
   std::string sensor_calibration_id;
   std::string rotation_calibration_id;
   std::string nc_template;  // as it was sent; empty: none. Kept as a blob, not read back
-  std::string nc_program;   // empty: none. Kept as a blob; read by FindCorrection, left out of lists
-  std::string release;      // AUTOMATIC, AWAITING_PERSON
+  std::string nc_program;   // empty: none, or held. Kept as a blob; read by FindCorrection, left out of lists
+  std::string nc_held;  // the program while a person's release is awaited, and after it; kept and read as nc_program
+  std::string release;  // AUTOMATIC, AWAITING_PERSON
   std::vector<std::string> release_reasons;
   double envelope_translation_mm = 0;
   double envelope_rotation_deg = 0;
@@ -70,11 +92,25 @@ struct CorrectionRow {
   std::vector<std::string> characterisation_ids;  // read only: whose tables the registration's angles were taken with
   std::optional<ProgramProofRow> proof;           // none without a template
   std::vector<WorkOffsetRow> work_offsets;
+  std::vector<ToolLengthRow> tool_lengths;
+  std::optional<double> registration_age_h;  // how long the registration, or a person's release, holds
+  std::string clamping;                      // the registration's; empty: not stated
+  std::vector<CorrectionCheckRow> checks;
   std::vector<CorrectionGroupRow> groups;
+
+  // What it is now; as made, until it is read. DRAFT, RELEASED, REFUSED, SUPERSEDED, EXPIRED, WITHDRAWN, CUT.
+  std::string state;
+  Instant usable_until;        // read only, as are those below
+  std::string superseded_by;   // an id; empty: by none
+  std::string program_sha256;  // of nc_program or nc_held; empty: there is none
+  std::optional<CorrectionDecisionRow> released, refused;
+
+  const std::string& program() const { return nc_program.empty() ? nc_held : nc_program; }
 };
 
 struct CorrectionFilter : ResultFilter {
   std::string release;  // empty: any
+  std::string state;    // now; empty: any
 };
 
 using CorrectionStore = ResultStore<CorrectionRow, CorrectionFilter>;
@@ -82,7 +118,7 @@ using CorrectionStore = ResultStore<CorrectionRow, CorrectionFilter>;
 std::shared_ptr<CorrectionStore> CorrectionsIn(Database* database);
 
 // The same in a transaction of the caller's.
-// Blobs, journal entry, correction, groups and holes. Call it last before the commit (the journal's lock).
+// Blobs, journal entry, correction, checks, groups and holes. Call it last before the commit (the journal's lock).
 absl::StatusOr<Recorded> InsertCorrection(Transaction& transaction, const CorrectionRow& correction,
                                           const RecordEntry& entry);
 

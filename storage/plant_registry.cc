@@ -12,15 +12,17 @@ constexpr char kLockMachine[] = "SELECT pg_advisory_xact_lock(hashtextextended('
 constexpr char kInsertMachineRevision[] =
     "INSERT INTO machine_revisions (machine_id, revision, content_sha256, sensor_model, sensor_noise_um, "
     "sensor_column_count, sensor_mid_range_mm, sensor_range_mm, sensor_line_angle_deg, nominal_centre_mm, "
-    "safety_translation_mm, safety_rotation_deg, record_id) "
-    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)";
+    "safety_translation_mm, safety_rotation_deg, safety_uncertainty_share, safety_registration_age_h, "
+    "safety_keep_out_mm, "
+    "record_id) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16)";
 constexpr char kInsertJoint[] =
     "INSERT INTO machine_joints (machine_id, revision, side, position_index, axis, kind, direction, point_mm, sign, "
     "minimum, maximum) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
 constexpr char kSelectMachine[] =
     "SELECT revision, content_sha256, sensor_model, sensor_noise_um, sensor_column_count, sensor_mid_range_mm, "
     "sensor_range_mm, sensor_line_angle_deg, nominal_centre_mm, safety_translation_mm, safety_rotation_deg, "
-    "record_sequence, recorded_at FROM machine_revisions JOIN record_names USING (record_id) WHERE machine_id = $1 AND "
+    "safety_uncertainty_share, safety_registration_age_h, safety_keep_out_mm, record_sequence, recorded_at FROM "
+    "machine_revisions JOIN record_names USING (record_id) WHERE machine_id = $1 AND "
     "($2::integer = 0 OR revision = $2) "
     "ORDER BY revision DESC LIMIT 1";
 constexpr char kSelectJoints[] =
@@ -112,7 +114,8 @@ absl::StatusOr<MachineRow> InsertMachine(Transaction& transaction, MachineRow ma
   params.Text(id).Int(machine.revision).Digest(machine.content_sha256).Text(machine.sensor_model);
   params.Real(machine.sensor_noise_um).Int(machine.sensor_column_count).Real(machine.sensor_mid_range_mm);
   params.Real(machine.sensor_range_mm).Real(machine.sensor_line_angle_deg).Reals(machine.nominal_centre_mm);
-  params.Real(machine.safety_translation_mm).Real(machine.safety_rotation_deg);
+  params.Real(machine.safety_translation_mm).Real(machine.safety_rotation_deg).Real(machine.safety_uncertainty_share);
+  params.Real(machine.safety_registration_age_h).Real(machine.safety_keep_out_mm);
   params.Uuid(record_id);
   if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertMachineRevision, params); !inserted.ok())
     return inserted.status();
@@ -150,7 +153,10 @@ absl::StatusOr<std::optional<MachineRow>> FindMachine(Transaction& transaction, 
   machine.nominal_centre_mm = rows->Reals(0, 8);
   machine.safety_translation_mm = rows->Real(0, 9);
   machine.safety_rotation_deg = rows->Real(0, 10);
-  machine.recorded = {rows->Int(0, 11), rows->Time(0, 12)};
+  machine.safety_uncertainty_share = rows->Real(0, 11);
+  machine.safety_registration_age_h = rows->Real(0, 12);
+  machine.safety_keep_out_mm = rows->Real(0, 13);
+  machine.recorded = {rows->Int(0, 14), rows->Time(0, 15)};
   const absl::StatusOr<Rows> joints = transaction.Execute(kSelectJoints, Params().Text(id).Int(machine.revision));
   if (!joints.ok()) return joints.status();
   for (int row = 0; row < joints->count(); ++row) {

@@ -38,6 +38,7 @@ struct MachineRow {
   double sensor_mid_range_mm = 0, sensor_range_mm = 0, sensor_line_angle_deg = 0;
   std::vector<double> nominal_centre_mm;
   double safety_translation_mm = 0, safety_rotation_deg = 0;
+  double safety_uncertainty_share = 0, safety_registration_age_h = 0, safety_keep_out_mm = 0;
   Recorded recorded;
 };
 

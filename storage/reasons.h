@@ -7,15 +7,20 @@ namespace sixpoint::storage {
 inline constexpr char kBucketMissing[] = "BUCKET_MISSING";
 inline constexpr char kCalibrationDecidedMeanwhile[] = "CALIBRATION_DECIDED_MEANWHILE";
 inline constexpr char kCalibrationWithdrawn[] = "CALIBRATION_WITHDRAWN";
+inline constexpr char kCorrectionDecidedMeanwhile[] = "CORRECTION_DECIDED_MEANWHILE";
 inline constexpr char kDatabaseDamaged[] = "DATABASE_DAMAGED";
 inline constexpr char kObjectStoreAway[] = "OBJECT_STORE_AWAY";
 inline constexpr char kObjectStoreMissing[] = "OBJECT_STORE_MISSING";
 inline constexpr char kObjectStoreRefused[] = "OBJECT_STORE_REFUSED";
 inline constexpr char kPointsDeleted[] = "POINTS_DELETED";
+inline constexpr char kProgramNotReleased[] = "PROGRAM_NOT_RELEASED";
 inline constexpr char kTransactionConflict[] = "TRANSACTION_CONFLICT";
 
-inline constexpr const char* kReasons[] = {
-    kBucketMissing,      kCalibrationDecidedMeanwhile, kCalibrationWithdrawn, kDatabaseDamaged,    kObjectStoreAway,
-    kObjectStoreMissing, kObjectStoreRefused,          kPointsDeleted,        kTransactionConflict};
+inline constexpr const char* kReasons[] = {kBucketMissing,        kCalibrationDecidedMeanwhile,
+                                           kCalibrationWithdrawn, kCorrectionDecidedMeanwhile,
+                                           kDatabaseDamaged,      kObjectStoreAway,
+                                           kObjectStoreMissing,   kObjectStoreRefused,
+                                           kPointsDeleted,        kProgramNotReleased,
+                                           kTransactionConflict};
 
 }  // namespace sixpoint::storage

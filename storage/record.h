@@ -23,7 +23,7 @@ struct KeptRequest {
 
 struct RecordEntry {
   // machine, artefact, part, blade, scan, calibration, registration, correction, inspection, deletion, release,
-  // withdrawal, study, policy
+  // withdrawal, study, policy, refusal, fetch, cut
   std::string kind;
   std::string name;  // resource name; given once for ever
   // Names of recorded things that it was made from (parts and machines with @revision).

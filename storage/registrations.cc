@@ -16,12 +16,12 @@ namespace {
   "residual_sigma_um, condition_number, weakest_direction, weakest_standard_uncertainty_um, remark, "             \
   "compute_seconds, requested_by, software_version, weakest_direction_in_words, "                                 \
   "noise_sigma_um, model_sigma_um, information_kept, surface_part, least_stock_mm, lacking_mm, disagreement_um, " \
-  "disagreement_ratio, disagrees, for_inspection"
+  "disagreement_ratio, disagrees, for_inspection, clamping"
 constexpr char kInsertRegistration[] =
     "INSERT INTO registrations (" SIXPOINT_REGISTRATION_COLUMNS
     ", options, detail) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, "
-    "$20, $21, $22, $23, $24, $25, $26, $27, $28, $29, $30, $31, $32, $33, $34, $35, $36, $37, $38, $39::jsonb, "
-    "$40::jsonb)";
+    "$20, $21, $22, $23, $24, $25, $26, $27, $28, $29, $30, $31, $32, $33, $34, $35, $36, $37, $38, $39, "
+    "$40::jsonb, $41::jsonb)";
 #define SIXPOINT_SELECT_REGISTRATIONS                                                                  \
   "SELECT " SIXPOINT_REGISTRATION_COLUMNS                                                              \
   ", options::text, detail::text, record_sequence, recorded_at FROM registrations JOIN recorded r ON " \
@@ -78,7 +78,9 @@ Params RegistrationParams(const RegistrationRow& row) {
         row.lacking_mm, row.disagreement_um, row.disagreement_ratio})
     figure.has_value() ? params.Real(*figure) : params.Null();
   row.disagrees.has_value() ? params.Bool(*row.disagrees) : params.Null();
-  params.Bool(row.for_inspection).Json(row.options_json).Json(row.detail_json);
+  params.Bool(row.for_inspection);
+  row.clamping.empty() ? params.Null() : params.Text(row.clamping);
+  params.Json(row.options_json).Json(row.detail_json);
   return params;
 }
 
@@ -122,6 +124,8 @@ RegistrationRow ReadRegistration(const Rows& rows, int row) {
   if (!rows.IsNull(row, column)) read.disagrees = rows.Bool(row, column);
   ++column;
   read.for_inspection = rows.Bool(row, column++);
+  if (!rows.IsNull(row, column)) read.clamping = rows.Text(row, column);
+  ++column;
   read.options_json = rows.Text(row, column++);
   read.detail_json = rows.Text(row, column++);
   read.recorded = {rows.Int(row, column), rows.Time(row, column + 1)};

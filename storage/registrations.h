@@ -87,6 +87,7 @@ struct RegistrationRow {
   std::optional<double> disagreement_um, disagreement_ratio;  // where compared with the best fit
   std::optional<bool> disagrees;                              // beyond the limit in force when it was made
   bool for_inspection = false;                                // made by one for its verdict
+  std::string clamping;                                       // as stated; empty: it was not
   std::string options_json = "{}";                            // registration.v1.FitOptions
   std::string detail_json = "{}";                             // registration.v1.Evidence: what has no column
   Recorded recorded;                                          // set by InsertRegistration

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "metrology/correction/nc_program.h"
 #include "metrology/correction/nc_proof.h"
 
 namespace {

@@ -48,12 +48,8 @@ plant::v1::Machine ReadDatasetMachine(const Field& root) {
   runtime::ToProto(machine.At("nominal_centre_mm").Vector3(), out.mutable_nominal_centre_mm());
   ReadNominalKinematics(machine, &out);
   *out.mutable_sensor() = ReadSensor(root.At("sensor"));
-  out.mutable_safety_envelope()->set_translation_mm(kUsualEnvelopeTranslationMm);
-  out.mutable_safety_envelope()->set_rotation_deg(kUsualEnvelopeRotationDeg);
-  if (const auto envelope = machine.Find("safety_envelope")) {
-    out.mutable_safety_envelope()->set_translation_mm(envelope->At("translation_mm").Positive(1000));
-    out.mutable_safety_envelope()->set_rotation_deg(envelope->At("rotation_deg").Positive(180));
-  }
+  if (const auto envelope = machine.Find("safety_envelope"))
+    *out.mutable_safety_envelope() = ReadSafetyEnvelope(*envelope);
   return out;
 }
 

@@ -16,13 +16,18 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr int kNoise = 6, kCalibration = kCalibrationParameterCount, kParameters = kNoise + kCalibration;
 using Parameters = Eigen::Matrix<double, kParameters, 1>;
 
+constexpr std::size_t kBeforeStarts = 4;  // values of the chain
+
+// A third, as the gate's share: what uncertainty adds has room beside it.
+double AllowedTilt(const NominalHoleGroup& group) { return group.inclination_tolerance_rad / 3; }
+
 // The estimates as they would be, had noise and calibration moved them by these parameters.
 struct Chain {
   const NominalHoleGroup& group;
   const RegisteredPose& pose;
   const RotaryAxes& axes;
 
-  // a, b and then x, y, z of every start; empty when the direction cannot be turned onto +Z.
+  // a, b, x and y of the turned direction, and then x, y, z of every start.
   absl::StatusOr<Eigen::VectorXd> operator()(const Parameters& change, const RotaryAngles& near,
                                              const RotaryLimits& limits) const {
     const CalibrationVector calibration = change.tail<kCalibration>();
@@ -30,13 +35,15 @@ struct Chain {
         Perturbed(pose.zero_from_part, pose.calibration_sensitivity * calibration, pose.sensitivity_reference_mm);
     zero_from_part = Perturbed(zero_from_part, change.head<kNoise>(), pose.noise.reference_mm);
     const RotaryAxes moved = axes.Perturbed(calibration.tail<kAxisParameterCount>());
-    const auto angles = Orient(moved, zero_from_part.linear() * group.axis_in_part, near, limits);
+    const Eigen::Vector3d direction = zero_from_part.linear() * group.axis_in_part;
+    const auto angles = Orient(moved, direction, near, limits, AllowedTilt(group));
     if (!angles.ok()) return angles.status();
     const Eigen::Isometry3d machine_from_zero = moved.MachineFromZero(angles->a_rad, angles->b_rad);
-    Eigen::VectorXd values(2 + 3 * group.holes.size());
+    Eigen::VectorXd values(kBeforeStarts + 3 * group.holes.size());
     values.head<2>() << angles->a_rad, angles->b_rad;
+    values.segment<2>(2) = (machine_from_zero.linear() * direction).head<2>();
     for (std::size_t i = 0; i < group.holes.size(); ++i)
-      values.segment<3>(2 + 3 * i) = machine_from_zero * (zero_from_part * group.holes[i].start_in_part_mm);
+      values.segment<3>(kBeforeStarts + 3 * i) = machine_from_zero * (zero_from_part * group.holes[i].start_in_part_mm);
     return values;
   }
 };
@@ -77,7 +84,9 @@ absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, c
        {CheckCommand("a", result.corrected.a_rad, limits.a_minimum_rad, limits.a_maximum_rad),
         CheckCommand("b", result.corrected.b_rad, limits.b_minimum_rad, limits.b_maximum_rad)})
     if (!status.ok()) return Named(group.name, status);
-  const auto ideal = Orient(nominal_axes, pose.zero_from_part.linear() * group.axis_in_part, group.nominal, limits);
+  const Eigen::Vector3d direction = pose.zero_from_part.linear() * group.axis_in_part;
+  result.tilt_rad = TiltOf(axes, direction, result.reached);
+  const auto ideal = Orient(nominal_axes, direction, group.nominal, limits, AllowedTilt(group));
   if (!ideal.ok()) return Named(group.name, ideal.status());
   result.ideal = *ideal;
 
@@ -110,14 +119,15 @@ absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, c
   const Eigen::Vector2d turn_variance_rad2 = turn_rad.cwiseAbs2();
   result.a_standard_uncertainty_rad = std::sqrt(std::max(0.0, variance(0) + turn_variance_rad2[0]));
   result.b_standard_uncertainty_rad = std::sqrt(std::max(0.0, variance(1) + turn_variance_rad2[1]));
+  result.tilt_standard_uncertainty_rad = std::sqrt(std::max(0.0, variance(2) + variance(3)));
   const Eigen::Isometry3d nominal_machine_from_part =
       axes.MachineFromZero(group.nominal.a_rad, group.nominal.b_rad) * zero_from_part_nominal;
   for (std::size_t i = 0; i < group.holes.size(); ++i) {
     CorrectedHole hole;
     hole.name = group.holes[i].name;
-    hole.start_mm = values->segment<3>(2 + 3 * i);
+    hole.start_mm = values->segment<3>(kBeforeStarts + 3 * i);
     hole.nominal_start_mm = nominal_machine_from_part * group.holes[i].start_in_part_mm;
-    const Eigen::Matrix<double, 3, kParameters> rows = jacobian.middleRows<3>(2 + 3 * i);
+    const Eigen::Matrix<double, 3, kParameters> rows = jacobian.middleRows<3>(kBeforeStarts + 3 * i);
     hole.covariance_mm2 = rows * covariance * rows.transpose();
     if (positioning.Applies()) {
       const Eigen::Matrix<double, 3, 2> turned = axes.AngleJacobian(
@@ -128,29 +138,6 @@ absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, c
     result.holes.push_back(hole);
   }
   return result;
-}
-
-std::vector<std::string> BeyondEnvelope(const CorrectedHoleGroup& group, const SafetyEnvelope& envelope,
-                                        const std::array<std::string, 2>& axes) {
-  std::vector<std::string> reasons;
-  char line[256];
-  const auto angle = [&](const std::string& axis, double corrected, double nominal) {
-    const double change = std::abs(corrected - nominal);
-    if (change <= envelope.rotation_rad) return;
-    std::snprintf(line, sizeof line, "group %s: %s corrected by %.4f deg, want at most %g", group.name.c_str(),
-                  axis.c_str(), change * 180 / kPi, envelope.rotation_rad * 180 / kPi);
-    reasons.emplace_back(line);
-  };
-  angle(axes[0], group.corrected.a_rad, group.nominal.a_rad);
-  angle(axes[1], group.corrected.b_rad, group.nominal.b_rad);
-  for (const CorrectedHole& hole : group.holes) {
-    const double change = (hole.start_mm - hole.nominal_start_mm).norm();
-    if (change <= envelope.translation_mm) continue;
-    std::snprintf(line, sizeof line, "group %s hole %s: start moved by %.4f mm, want at most %g", group.name.c_str(),
-                  hole.name.c_str(), change, envelope.translation_mm);
-    reasons.emplace_back(line);
-  }
-  return reasons;
 }
 
 }  // namespace sixpoint::metrology

@@ -24,6 +24,8 @@ struct NominalHoleGroup {
   Eigen::Vector3d axis_in_part = Eigen::Vector3d::UnitZ();  // unit, out of the part
   RotaryAngles nominal;
   std::vector<NominalHole> holes;
+  double position_tolerance_mm = 0;  // of a start, as a distance
+  double inclination_tolerance_rad = 0;
 };
 
 struct CorrectedHole {
@@ -38,8 +40,10 @@ struct CorrectedHoleGroup {
   RotaryAngles corrected;  // commands, on the identified axes
   RotaryAngles reached;    // by those commands: the same where no table is applied
   RotaryAngles nominal;
-  RotaryAngles ideal;                     // on the machine's nominal axes: the paper's closed form
-  double a_standard_uncertainty_rad = 0;  // of what is reached, beside what should be
+  double tilt_rad = 0;                       // of the direction from machine Z at these angles (orientation.h)
+  double tilt_standard_uncertainty_rad = 0;  // beside what turns the axes, which follow: 0 where the tilt is
+  RotaryAngles ideal;                        // on the machine's nominal axes: the paper's closed form
+  double a_standard_uncertainty_rad = 0;     // of what is reached, beside what should be
   double b_standard_uncertainty_rad = 0;
   std::vector<CorrectedHole> holes;
 };
@@ -52,14 +56,5 @@ struct CorrectedHoleGroup {
 absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, const RegisteredPose& pose,
                                                 const Eigen::Isometry3d& zero_from_part_nominal, const RotaryAxes& axes,
                                                 const RotaryAxes& nominal_axes, const RotaryLimits& limits);
-
-// How far a correction may go without a person's release.
-struct SafetyEnvelope {
-  double translation_mm = 2;
-  double rotation_rad = 3 * 3.14159265358979323846 / 180;
-};
-// What lies beyond it, one line each; empty: nothing does. axes: the machine's letters of a and b.
-std::vector<std::string> BeyondEnvelope(const CorrectedHoleGroup& group, const SafetyEnvelope& envelope,
-                                        const std::array<std::string, 2>& axes = {"A", "B"});
 
 }  // namespace sixpoint::metrology

@@ -221,4 +221,20 @@ absl::StatusOr<std::string> ReplaceCoordinates(const std::string& nc_template,
   return program;
 }
 
+std::vector<NcLine> LinesOf(const std::string& program) {
+  std::vector<NcLine> lines;
+  for (std::size_t begin = 0, end = 0; begin < program.size(); begin = end) {
+    const std::size_t newline = program.find('\n', begin);
+    end = newline == std::string::npos ? program.size() : newline + 1;
+    NcLine& line = lines.emplace_back();
+    line.text = program.substr(begin, end - begin);
+    const std::string_view text(program.data() + begin, (newline == std::string::npos ? end : newline) - begin);
+    const Block block = Split(text);
+    if (!block.markers.empty()) line.marker = std::string(block.markers.front());
+    for (const Word& word : block.words)
+      line.words.push_back({word.letter, std::string(text.substr(word.begin, word.end - word.begin))});
+  }
+  return lines;
+}
+
 }  // namespace sixpoint::metrology

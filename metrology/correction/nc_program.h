@@ -6,16 +6,13 @@
 #include <array>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "metrology/correction/nc_frame.h"
+#include "metrology/correction/nc_target.h"
 
 namespace sixpoint::metrology {
 
-// What the words of a marked block become; a_deg and b_deg are those of the machine's two rotary axes.
-struct NcTarget {
-  double x_mm = 0, y_mm = 0, z_mm = 0;
-  double a_deg = 0, b_deg = 0;
-};
 // The letters of their words: of the axis on the bed, and of the one that it carries.
 using RotaryLetters = std::array<char, 2>;
 
@@ -26,5 +23,17 @@ using RotaryLetters = std::array<char, 2>;
 absl::StatusOr<std::string> ReplaceCoordinates(const std::string& nc_template,
                                                const std::map<std::string, NcTarget>& targets,
                                                const RotaryLetters& rotary = {'A', 'B'}, const NcFrame& frame = {});
+
+// A line of a program as the writer takes it apart.
+struct NcWord {
+  char letter = 0;
+  std::string value;
+};
+struct NcLine {
+  std::string text;    // with its end
+  std::string marker;  // the hole that it names; empty: none
+  std::vector<NcWord> words;
+};
+std::vector<NcLine> LinesOf(const std::string& program);
 
 }  // namespace sixpoint::metrology

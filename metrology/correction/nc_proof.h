@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "metrology/correction/nc_program.h"
 #include "metrology/correction/nc_reader.h"
+#include "metrology/correction/nc_target.h"
 #include "metrology/kinematics/rotary_axes.h"
 
 namespace sixpoint::metrology {

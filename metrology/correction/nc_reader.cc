@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cstdio>
 #include <set>
 
 #include "refusal/refusal.h"
@@ -13,6 +14,7 @@ namespace sixpoint::metrology {
 namespace {
 
 constexpr int kAxes = 5;
+constexpr std::size_t kZ = 2;
 constexpr double kMmPerInch = 25.4;
 constexpr std::size_t kMostCodes = 16;  // of a block; each is compared with each
 
@@ -159,7 +161,8 @@ class Reader {
     NcPosition said;
     Codes codes;
     std::string letters;
-    bool switches = false, switches_on = false;
+    bool switches = false, switches_on = false, changes_tool = false;
+    std::optional<double> tool, length;
     for (const ReadWord& word : words) {
       if (word.letter == 'G') {
         if (codes.size() == kMostCodes) return Wrong("at most 16 G words in a block");
@@ -173,6 +176,7 @@ class Reader {
         ended_ = ended_ || code == 2 || code == 30;
         switches = switches || (code >= 62 && code <= 65);
         switches_on = switches_on || code == 62 || code == 64;
+        changes_tool = changes_tool || code == 6;
         continue;
       }
       if (letters.find(word.letter) != std::string::npos)
@@ -180,9 +184,15 @@ class Reader {
       letters += word.letter;
       if (const int axis = AxisOf(word.letter); axis >= 0)
         said[static_cast<std::size_t>(axis)] = word.value;
+      else if (word.letter == 'H')
+        length = word.value;
       else if (std::string("NFSTOP").find(word.letter) == std::string::npos)
         return Wrong("no " + Named(word) + ", which is not understood");
+      if (word.letter == 'T') tool = word.value;
+      if (word.letter == 'F') rate_ = word.value;
     }
+    if (absl::Status status = TakeTool(tool, changes_tool); !status.ok()) return status;
+    if (absl::Status status = TakeLength(codes, length); !status.ok()) return status;
     const bool dwells = Holds(codes, "4");
     const bool moves_axes = Says(said);
     if (letters.find('P') != std::string::npos && !dwells && !switches)
@@ -194,10 +204,53 @@ class Reader {
     if (absl::Status status = Apply(codes, said, moves_axes); !status.ok()) return status;
     // Once its axes stand where the block sends them, whatever the order of its words.
     if (switches_on) {
-      NcMove shot{line_, false, false, true, "", position_, position_};
+      NcMove shot{line_, false, false, true, "", position_, position_, rate_};
       moves.push_back(std::move(shot));
     }
     return absl::OkStatus();
+  }
+
+  // By its number, what is stated of it.
+  absl::StatusOr<double> LengthOf(char letter, double number) const {
+    for (const auto& [stated, length_mm] : frame_.tool_lengths_mm)
+      if (stated == number) return length_mm;
+    char name[32];
+    std::snprintf(name, sizeof name, "%c%g", letter, number);
+    return Wrong(std::string(name) + " stated with the tool's length");
+  }
+
+  // T chooses, M6 puts it into the spindle: another tool's tip is elsewhere.
+  absl::Status TakeTool(const std::optional<double>& tool, bool changes) {
+    if (frame_.tool_lengths_mm.empty()) return absl::OkStatus();
+    if (tool.has_value()) chosen_tool_ = tool;
+    if (!changes) return absl::OkStatus();
+    if (!chosen_tool_.has_value()) return Wrong("a T for its M6");
+    const absl::StatusOr<double> length_mm = LengthOf('T', *chosen_tool_);
+    if (!length_mm.ok()) return length_mm.status();
+    spindle_length_mm_ = *length_mm;
+    position_[kZ].reset();
+    return absl::OkStatus();
+  }
+
+  absl::Status TakeLength(const Codes& codes, const std::optional<double>& number) {
+    const bool sets = Holds(codes, "43");
+    if (sets != number.has_value()) return Wrong(sets ? "G43 with its H" : "no H but with G43");
+    if (sets && Holds(codes, "49")) return Wrong("one of G43 and G49");
+    if (Holds(codes, "49")) added_length_mm_.reset();
+    if (!sets) return absl::OkStatus();
+    const absl::StatusOr<double> length_mm = LengthOf('H', *number);
+    if (!length_mm.ok()) return length_mm.status();
+    added_length_mm_ = *length_mm;
+    // A program that does not say what is in the spindle has the tool that it takes the length of.
+    if (!spindle_length_mm_.has_value()) spindle_length_mm_ = *length_mm;
+    return absl::OkStatus();
+  }
+
+  // What the tip's Z is more than the coordinate that the control is given; none: no tool is known.
+  std::optional<double> TipLess(bool in_machine) const {
+    if (frame_.tool_lengths_mm.empty()) return 0;
+    if (!spindle_length_mm_.has_value()) return std::nullopt;
+    return (in_machine ? 0 : added_length_mm_.value_or(0)) - *spindle_length_mm_;
   }
 
   static std::string Named(const ReadWord& word) { return std::string(1, word.letter) + word.number; }
@@ -228,22 +281,28 @@ class Reader {
         const auto stated = frame_.work_offsets.find("G" + code);
         if (stated == frame_.work_offsets.end()) return Wrong("G" + code + " stated with its offset, zero or not");
         offset_ = stated->second;
-      } else if (code != "4" && kHarmlessG.count(code) == 0) {
+      } else if (code != "4" && code != "43" && kHarmlessG.count(code) == 0) {
         return Wrong("no G" + code + ", which is not understood");
       }
     }
     if (homes) return Home(said);
     if (in_machine && by_steps_) return Wrong("no steps (G91) in the machine's coordinates (G53)");
     if (!moves_axes) return target_.empty() ? absl::OkStatus() : Wrong("a word of an axis in a marked block");
-    NcMove move{line_, feed_, by_steps_, false, target_, position_, position_};
+    NcMove move{line_, feed_, by_steps_, false, target_, position_, position_, rate_};
     for (std::size_t i = 0; i < kAxes; ++i) {
       if (!said[i].has_value()) continue;
       const double value = *said[i] * (inches_ && i < 3 ? kMmPerInch : 1);
       std::optional<double>& to = move.to[i];
-      if (!by_steps_)
-        to = value + (in_machine ? 0 : offset_[i]);
-      else if (to.has_value())
-        to = *to + value;
+      if (by_steps_) {
+        if (to.has_value()) to = *to + value;
+        continue;
+      }
+      to = value + (in_machine ? 0 : offset_[i]);
+      if (i != kZ) continue;
+      if (const std::optional<double> tip = TipLess(in_machine); tip.has_value())
+        to = *to + *tip;
+      else
+        to.reset();
     }
     position_ = move.to;
     moves.push_back(std::move(move));
@@ -253,7 +312,7 @@ class Reader {
   // To where the machine's maker put it: by rapid, over a point that nobody checks.
   absl::Status Home(const NcPosition& said) {
     if (!target_.empty()) return Wrong("no return to the reference (G28, G30) in a marked block");
-    NcMove move{line_, false, by_steps_, false, "", position_, position_};
+    NcMove move{line_, false, by_steps_, false, "", position_, position_, rate_};
     for (std::size_t i = 0; i < kAxes; ++i)
       if (said[i].has_value() || !Says(said)) move.to[i].reset();
     position_ = move.to;
@@ -268,6 +327,9 @@ class Reader {
   std::string target_;  // of a marker whose block is still to come, or has come
   bool feed_ = true, by_steps_ = false, inches_ = false, ended_ = false;
   std::array<double, kAxes> offset_{};
+  std::optional<double> chosen_tool_, spindle_length_mm_;  // where lengths are stated: by T, and of what M6 or G43 took
+  std::optional<double> added_length_mm_;                  // G43; none: G49
+  std::optional<double> rate_;
   NcPosition position_;
 };
 

@@ -13,7 +13,8 @@
 
 namespace sixpoint::metrology {
 
-// X, Y, Z in mm and the machine's two rotary axes in deg, as commanded, machine coordinates; none where the program does not say.
+// The tip's X, Y, Z in mm and the machine's two rotary axes in deg, as commanded, machine coordinates; none where the program does
+// not say.
 using NcPosition = std::array<std::optional<double>, 5>;
 
 // A block that moves axes, or switches an output on where they stand.
@@ -24,13 +25,15 @@ struct NcMove {
   bool switches_on = false;  // M62, M64: a laser's or a generator's shot; from and to are the same
   std::string target;        // group/hole of its marker; empty: not marked
   NcPosition from, to;
+  std::optional<double> rate;  // F in force; none: not said yet
 };
 
 // reader's version, stored with what it proved.
-inline constexpr char kNcReaderVersion[] = "1";
+inline constexpr char kNcReaderVersion[] = "2";
 
-// The program's lines are its template's, and refusals name that. rotary: the letters of the axis on the bed, and of the one that it carries. INVALID_ARGUMENT, naming the line, for any word,
-// mode or offset that is not understood, and for a marker with no block.
+// The program's lines are its template's, and refusals name that. rotary: the letters of the axis on the bed, and of the one that
+// it carries. INVALID_ARGUMENT, naming the line, for any word, mode, offset or tool that is not understood, and for a marker with no
+// block.
 absl::StatusOr<std::vector<NcMove>> ReadNcProgram(const std::string& program, const std::array<char, 2>& rotary,
                                                   const NcFrame& frame = {});
 

@@ -2,6 +2,7 @@
 
 #include <absl/status/status.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -70,10 +71,8 @@ double AngleAbout(const Eigen::Vector3d& axis, const Eigen::Vector3d& from, cons
   return std::atan2(axis.dot(u.cross(v)), u.dot(v));
 }
 
-}  // namespace
-
-absl::StatusOr<RotaryAngles> Orient(const RotaryAxes& axes, const Eigen::Vector3d& direction_in_zero,
-                                    const RotaryAngles& near, const RotaryLimits& limits) {
+absl::StatusOr<RotaryAngles> OrientExactly(const RotaryAxes& axes, const Eigen::Vector3d& direction_in_zero,
+                                           const RotaryAngles& near, const RotaryLimits& limits) {
   if (absl::Status status = CheckUnit(direction_in_zero); !status.ok()) return status;
   const Eigen::Vector3d v = direction_in_zero.normalized(), z = Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d wa = axes.a.direction.normalized(), wb = axes.b.direction.normalized();
@@ -103,6 +102,61 @@ absl::StatusOr<RotaryAngles> Orient(const RotaryAxes& axes, const Eigen::Vector3
     branches[k] = {AngleAbout(wa, c, z), AngleAbout(wb, v, c)};
   }
   return Nearest(branches, near, limits);
+}
+
+// The outer angle that brings the direction nearest to +Z at that inner angle; none within the limits.
+std::optional<RotaryAngles> AtInner(const RotaryAxes& axes, const Eigen::Vector3d& v, double b_rad,
+                                    const RotaryAngles& near, const RotaryLimits& limits) {
+  const Eigen::Vector3d c = Eigen::AngleAxisd(b_rad, axes.b.direction.normalized()) * v;
+  const Eigen::Vector3d wa = axes.a.direction.normalized();
+  const auto a =
+      WithinLimits(AngleAbout(wa, c, Eigen::Vector3d::UnitZ()), near.a_rad, limits.a_minimum_rad, limits.a_maximum_rad);
+  if (!a || b_rad < limits.b_minimum_rad || b_rad > limits.b_maximum_rad) return std::nullopt;
+  return RotaryAngles{*a, b_rad};
+}
+
+// The least swing of the inner axis, on the way to the exact angle, that leaves no more tilt than is allowed.
+std::optional<RotaryAngles> OrientByLeastSwing(const RotaryAxes& axes, const Eigen::Vector3d& v,
+                                               const absl::StatusOr<RotaryAngles>& exact, const RotaryAngles& near,
+                                               const RotaryLimits& limits, double allowed_tilt_rad) {
+  const auto at = [&](double part) -> std::optional<RotaryAngles> {
+    const double b_rad = exact.ok() ? near.b_rad + part * (exact->b_rad - near.b_rad) : near.b_rad;
+    const auto angles = AtInner(axes, v, b_rad, near, limits);
+    return angles && TiltOf(axes, v, *angles) <= allowed_tilt_rad ? angles : std::nullopt;
+  };
+  std::optional<RotaryAngles> best = at(0);
+  if (best || !exact.ok()) return best;
+  constexpr int kHalvings = 40;
+  double low = 0, high = 1;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = (low + high) / 2;
+    if (auto angles = at(middle)) {
+      best = angles;
+      high = middle;
+    } else {
+      low = middle;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+double TiltOf(const RotaryAxes& axes, const Eigen::Vector3d& direction_in_zero, const RotaryAngles& angles) {
+  const Eigen::Vector3d turned = axes.MachineFromZero(angles.a_rad, angles.b_rad).linear() * direction_in_zero;
+  return std::atan2(turned.cross(Eigen::Vector3d::UnitZ()).norm(), turned.z());
+}
+
+absl::StatusOr<RotaryAngles> Orient(const RotaryAxes& axes, const Eigen::Vector3d& direction_in_zero,
+                                    const RotaryAngles& near, const RotaryLimits& limits, double allowed_tilt_rad) {
+  const absl::StatusOr<RotaryAngles> exact = OrientExactly(axes, direction_in_zero, near, limits);
+  if (!(allowed_tilt_rad > 0) || absl::IsInvalidArgument(exact.status())) return exact;
+  if (exact.ok() && std::abs(exact->b_rad - near.b_rad) <= kLongSwing_rad) return exact;
+  const Eigen::Vector3d v = direction_in_zero.normalized();
+  if (axes.b.direction.normalized().cross(v).norm() >= std::sin(kNearSingular_rad)) return exact;
+  const auto least = OrientByLeastSwing(axes, v, exact, near, limits, allowed_tilt_rad);
+  if (least) return *least;
+  return exact;
 }
 
 }  // namespace sixpoint::metrology

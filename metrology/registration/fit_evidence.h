@@ -42,6 +42,15 @@ struct DatumDistance {
   std::int64_t point_count = 0;
 };
 
+// Whether the scans put the surface at one place (merged_views.h).
+struct MergeTest {
+  int freedom = 0;  // calibration errors that the overlaps can tell apart; 0: no overlap
+  double chi_squared = 0;
+  double limit = 0;  // of chi squared
+  bool beyond = false;
+  double scatter = 1;  // of the differences that no calibration error explains, by the noise
+};
+
 struct FitEvidence {
   std::int64_t point_count = 0;  // points looked at, after thinning
   std::int64_t points_used = 0;  // weight above 1/2
@@ -62,6 +71,7 @@ struct FitEvidence {
   // zero_from_part where the search stopped, which the figures above are of: no place of the part unless the fit converged.
   std::optional<Eigen::Isometry3d> stopped_at;
   std::vector<PortionAgreement> agreements;
+  std::optional<MergeTest> merge;  // of a converged fit
   std::vector<RegionResidual> regions;
   std::vector<PortionEvidence> portions;
   std::vector<DatumDistance> datums;

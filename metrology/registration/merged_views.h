@@ -16,14 +16,6 @@ namespace sixpoint::metrology {
 
 constexpr double kMergeConfidence = 0.999;  // of right calibrations so many are not flagged
 
-struct MergeTest {
-  int freedom = 0;  // calibration errors that the overlaps can tell apart; 0: no overlap
-  double chi_squared = 0;
-  double limit = 0;  // of chi squared
-  bool beyond = false;
-  double scatter = 1;  // of the differences that no calibration error explains, by the noise
-};
-
 // Of a converged fit of the same portions. INVALID_ARGUMENT: it is not; CANCELLED as FitToSurface.
 absl::StatusOr<MergeTest> TestMerge(const Surface& surface, const std::vector<ScanPortion>& portions,
                                     const PoseFit& fit, const MachineCalibration& calibration,

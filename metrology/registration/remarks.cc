@@ -66,9 +66,12 @@ absl::Status RemarkBlankFailure(const ScannedBlade& blade, const Eigen::Isometry
 }
 
 absl::Status RemarkMerge(const ScannedBlade& blade, const FitOptions& options, PoseFit* fit) {
-  if (!fit->placed || blade.portions.size() < 2) return absl::OkStatus();
+  if (!fit->placed) return absl::OkStatus();
+  fit->evidence.merge = MergeTest();
+  if (blade.portions.size() < 2) return absl::OkStatus();
   const auto test = TestMerge(blade.surface, blade.portions, *fit, blade.calibration, options);
   if (!test.ok()) return test.status();
+  fit->evidence.merge = *test;
   if (!test->beyond) return absl::OkStatus();
   char text[192];
   std::snprintf(

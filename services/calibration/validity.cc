@@ -1,7 +1,5 @@
 #include "services/calibration/validity.h"
 
-#include <cstdint>
-
 #include "services/runtime/errors.h"
 #include "services/runtime/time_proto.h"
 
@@ -11,14 +9,11 @@ namespace {
 using runtime::Refuse;
 
 constexpr std::chrono::hours kLongestValidity{10 * 366 * 24};
-// 2000-01-01 and 2200-01-01.
-constexpr std::int64_t kEarliest_s = 946684800, kLatest_s = 7258118400;
 
 }  // namespace
 
 absl::StatusOr<storage::Instant> InstantOf(const std::string& field, const google::protobuf::Timestamp& time) {
-  if (time.seconds() < kEarliest_s || time.seconds() > kLatest_s || time.nanos() < 0 || time.nanos() > 999'999'999)
-    return Refuse(field, std::to_string(time.seconds()) + " s", "a time between the years 2000 and 2200");
+  if (absl::Status status = runtime::CheckMoment(field, time); !status.ok()) return status;
   return runtime::MomentOf(time);
 }
 

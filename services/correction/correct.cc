@@ -1,12 +1,12 @@
 #include "services/correction/correct.h"
 
-#include <array>
-#include <map>
+#include <algorithm>
 #include <utility>
 
 #include "metrology/correction/nc_program.h"
 #include "metrology/correction/nc_proof.h"
 #include "metrology/correction/nc_reader.h"
+#include "services/correction/gate.h"
 #include "services/runtime/errors.h"
 
 namespace sixpoint::correction {
@@ -23,6 +23,41 @@ absl::Status PoseFailure(const absl::Status& status, const std::string& registra
   return status;
 }
 
+// Written, then read back and proven: no program leaves this without.
+absl::StatusOr<ReadProgram> MakeProgram(const v1::CorrectRequest& request, const Inputs& inputs, Corrected* corrected) {
+  const metrology::RotaryLetters rotary = {inputs.machine_axes.letters[0].front(),
+                                           inputs.machine_axes.letters[1].front()};
+  const metrology::NcFrame frame = FrameOf(request);
+  ReadProgram read;
+  read.targets = TargetsOf(corrected->groups);
+  absl::StatusOr<std::string> program =
+      metrology::ReplaceCoordinates(request.nc_template(), read.targets, rotary, frame);
+  if (!program.ok()) return program.status();
+  auto moves = metrology::ReadNcProgram(*program, rotary, frame);
+  if (!moves.ok()) return moves.status();
+  const auto proof = metrology::ProveProgram(*moves, read.targets, inputs.rotation.axes);
+  if (!proof.ok()) return proof.status();
+  corrected->proof = *proof;
+  corrected->nc_program = *std::move(program);
+  read.moves = *std::move(moves);
+  for (const auto& [number, length_mm] : frame.tool_lengths_mm) {
+    const bool first = number == frame.tool_lengths_mm.begin()->first;
+    read.tip_below_mm = {first ? length_mm : std::min(read.tip_below_mm[0], length_mm),
+                         std::max(read.tip_below_mm[1], length_mm)};
+  }
+  return read;
+}
+
+}  // namespace
+
+metrology::NcFrame FrameOf(const v1::CorrectRequest& request) {
+  metrology::NcFrame frame;
+  for (const v1::WorkOffset& one : request.work_offsets())
+    frame.work_offsets[one.code()] = {one.x_mm(), one.y_mm(), one.z_mm(), one.a_deg(), one.b_deg()};
+  for (const v1::ToolLength& tool : request.tool_lengths()) frame.tool_lengths_mm[tool.number()] = tool.length_mm();
+  return frame;
+}
+
 std::map<std::string, metrology::NcTarget> TargetsOf(const std::vector<metrology::CorrectedHoleGroup>& groups) {
   std::map<std::string, metrology::NcTarget> targets;
   for (const metrology::CorrectedHoleGroup& group : groups) {
@@ -34,46 +69,27 @@ std::map<std::string, metrology::NcTarget> TargetsOf(const std::vector<metrology
   return targets;
 }
 
-// Written, then read back and proven: no program leaves this without.
-absl::StatusOr<std::string> ProgramOf(const v1::CorrectRequest& request, const Inputs& inputs, Corrected* corrected) {
-  const metrology::RotaryLetters rotary = {inputs.machine_axes.letters[0].front(),
-                                           inputs.machine_axes.letters[1].front()};
-  const metrology::NcFrame frame = FrameOf(request);
-  const std::map<std::string, metrology::NcTarget> targets = TargetsOf(corrected->groups);
-  absl::StatusOr<std::string> program = metrology::ReplaceCoordinates(request.nc_template(), targets, rotary, frame);
-  if (!program.ok()) return program;
-  const auto moves = metrology::ReadNcProgram(*program, rotary, frame);
-  if (!moves.ok()) return moves.status();
-  const auto proof = metrology::ProveProgram(*moves, targets, inputs.rotation.axes);
-  if (!proof.ok()) return proof.status();
-  corrected->proof = *proof;
-  return program;
-}
-
-}  // namespace
-
-metrology::NcFrame FrameOf(const v1::CorrectRequest& request) {
-  metrology::NcFrame frame;
-  for (const v1::WorkOffset& one : request.work_offsets())
-    frame.work_offsets[one.code()] = {one.x_mm(), one.y_mm(), one.z_mm(), one.a_deg(), one.b_deg()};
-  return frame;
-}
-
-absl::StatusOr<Corrected> CorrectBlade(const v1::CorrectRequest& request, const Inputs& inputs) {
+absl::StatusOr<Corrected> CorrectBlade(const v1::CorrectRequest& request, const Inputs& inputs,
+                                       const std::function<bool()>& keep_going) {
   Corrected corrected;
   for (const metrology::NominalHoleGroup& group : inputs.groups) {
     absl::StatusOr<metrology::CorrectedHoleGroup> moved =
         metrology::CorrectGroup(group, *inputs.pose, inputs.zero_from_part_nominal, inputs.rotation.axes,
                                 inputs.machine_axes.nominal, inputs.machine_axes.limits);
     if (!moved.ok()) return PoseFailure(moved.status(), request.registration(), group.name);
-    for (std::string& reason : metrology::BeyondEnvelope(*moved, inputs.envelope, inputs.machine_axes.letters))
-      corrected.release_reasons.push_back(std::move(reason));
     corrected.groups.push_back(*std::move(moved));
   }
-  if (request.nc_template().empty()) return corrected;
-  absl::StatusOr<std::string> program = ProgramOf(request, inputs, &corrected);
-  if (!program.ok()) return program.status();
-  if (corrected.release_reasons.empty()) corrected.nc_program = *std::move(program);
+  ReadProgram program;
+  if (!request.nc_template().empty()) {
+    absl::StatusOr<ReadProgram> made = MakeProgram(request, inputs, &corrected);
+    if (!made.ok()) return made.status();
+    program = *std::move(made);
+  }
+  absl::StatusOr<std::vector<metrology::GateCheck>> checks = Judge(inputs, corrected.groups, program, keep_going);
+  if (!checks.ok()) return checks.status();
+  corrected.checks = *std::move(checks);
+  corrected.released = std::all_of(corrected.checks.begin(), corrected.checks.end(),
+                                   [](const metrology::GateCheck& check) { return check.passed(); });
   return corrected;
 }
 

@@ -3,12 +3,15 @@
 
 #include <absl/status/statusor.h>
 
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "metrology/correction/correct.h"
 #include "metrology/correction/nc_proof.h"
+#include "metrology/correction/release_gate.h"
 #include "services/correction/inputs.h"
 #include "sixpoint/correction/v1/correction.pb.h"
 
@@ -16,16 +19,22 @@ namespace sixpoint::correction {
 
 struct Corrected {
   std::vector<metrology::CorrectedHoleGroup> groups;
-  std::vector<std::string> release_reasons;  // why a person has to release it; empty: nothing speaks against it
-  std::optional<metrology::NcProof> proof;   // none where no template was sent
-  std::string nc_program;                    // empty: no template was sent, or a person has to release it
+  std::vector<metrology::GateCheck> checks;
+  bool released = false;                    // every check passed
+  std::optional<metrology::NcProof> proof;  // none where no template was sent
+  std::string nc_program;                   // empty where no template was sent
 };
 
-// The offsets that the request states; CheckCorrect let them pass.
+// The offsets and tools that the request states; CheckCorrect let them pass.
 metrology::NcFrame FrameOf(const v1::CorrectRequest& request);
+
+// Where a program has to take each hole, by "group/hole".
+std::map<std::string, metrology::NcTarget> TargetsOf(const std::vector<metrology::CorrectedHoleGroup>& groups);
 
 // FAILED_PRECONDITION with a reason: POSE_SINGULAR, POSE_OUT_OF_LIMITS. INVALID_ARGUMENT: a template that cannot be replaced, or
 // whose program is not proven, whether or not it may be given now.
-absl::StatusOr<Corrected> CorrectBlade(const v1::CorrectRequest& request, const Inputs& inputs);
+// CANCELLED where keep_going (may be empty) says no.
+absl::StatusOr<Corrected> CorrectBlade(const v1::CorrectRequest& request, const Inputs& inputs,
+                                       const std::function<bool()>& keep_going);
 
 }  // namespace sixpoint::correction

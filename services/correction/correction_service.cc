@@ -5,20 +5,44 @@
 #include <utility>
 
 #include "services/correction/correct.h"
+#include "services/correction/decide.h"
+#include "services/correction/fetch.h"
 #include "services/correction/messages.h"
 #include "services/correction/rows.h"
 #include "services/correction/validate.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_results.h"
+#include "services/runtime/resource_name.h"
 
 namespace sixpoint::correction {
 
 using runtime::ToGrpc;
 
+namespace {
+
+int CutCount(const storage::CorrectionRow& row) {
+  int count = 0;
+  for (const storage::CorrectionGroupRow& group : row.groups)
+    for (const storage::CorrectionHoleRow& hole : group.holes) count += hole.reported_cut_at.has_value();
+  return count;
+}
+
+// Of the groups that are corrected now.
+void TakeCutBefore(const std::vector<storage::CutHoleRow>& cut, Inputs* inputs) {
+  for (const storage::CutHoleRow& row : cut)
+    for (const metrology::NominalHoleGroup& group : inputs->groups)
+      if (group.name == row.hole.group_name)
+        inputs->cut_before.push_back(row.hole.group_name + "/" + row.hole.hole_name);
+}
+
+}  // namespace
+
 CorrectionService::CorrectionService(std::shared_ptr<storage::CorrectionStore> store,
+                                     std::shared_ptr<storage::CorrectionEventStore> events,
                                      std::unique_ptr<const Peers> peers, int greatest_count)
     : store_(std::move(store)),
+      events_(std::move(events)),
       peers_(std::move(peers)),
       running_({greatest_count, 0}, "corrections", errors::v1::CORRECTIONS_FULL) {}
 
@@ -28,19 +52,112 @@ grpc::Status CorrectionService::Correct(grpc::ServerContext* context, const v1::
   const runtime::Caller caller = runtime::CallerOf(*context);
   const auto slot = running_.Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());
+  if (request->dry_run()) return runtime::Answer(DryRun(*request, caller), response);
   const auto make = [&] { return Make(*request, caller); };
-  return runtime::Answer(runtime::RecordedResult<v1::Correction>(store_.get(), "correction.Correct", *request,
-                                                                 caller.deadline, make, ToProto),
+  const auto recorded = runtime::RecordedResult<v1::Correction>(store_.get(), "correction.Correct", *request,
+                                                                caller.deadline, make, ToProto);
+  if (!recorded.ok()) return ToGrpc(recorded.status());
+  // What it is now, of a new one too: what it rests on may have been withdrawn, a program leaves only of what is released.
+  return runtime::Answer(runtime::GetResult<v1::Correction>(*store_, caller.deadline, "corrections", recorded->name(),
+                                                            errors::v1::CORRECTION_NOT_FOUND, WithProgram),
                          response);
 }
 
 absl::StatusOr<runtime::Made<storage::CorrectionRow>> CorrectionService::Make(const v1::CorrectRequest& request,
                                                                               const runtime::Caller& caller) const {
-  const absl::StatusOr<Inputs> inputs = FetchInputs(*peers_, request, caller);
+  absl::StatusOr<Inputs> inputs = FetchInputs(*peers_, request, caller);
   if (!inputs.ok()) return inputs.status();
-  const absl::StatusOr<Corrected> corrected = CorrectBlade(request, *inputs);
+  const auto cut = events_->CutHoles(runtime::LastSegment(inputs->registration.blade()), caller.deadline);
+  if (!cut.ok()) return cut.status();
+  TakeCutBefore(*cut, &*inputs);
+  const absl::StatusOr<Corrected> corrected = CorrectBlade(request, *inputs, caller.keep_going);
   if (!corrected.ok()) return corrected.status();
   return RecordOf(request, *inputs, *corrected);
+}
+
+absl::StatusOr<v1::Correction> CorrectionService::DryRun(const v1::CorrectRequest& request,
+                                                         const runtime::Caller& caller) const {
+  const auto made = Make(request, caller);
+  if (!made.ok()) return made.status();
+  absl::StatusOr<v1::Correction> correction = ToProto(made->row);
+  if (!correction.ok()) return correction;
+  correction->clear_name();
+  correction->clear_state();
+  correction->clear_recorded_at();
+  correction->clear_program_sha256();
+  return correction;
+}
+
+template <typename Request>
+absl::StatusOr<v1::Correction> CorrectionService::Decided(const char* call, const Request& request,
+                                                          storage::Deadline deadline) const {
+  const absl::StatusOr<storage::CorrectionDecision> decision = Decide(request);
+  if (!decision.ok()) return decision.status();
+  const auto decided = events_->Decide(runtime::RecordedRequestOf(call, request), *decision, deadline);
+  if (!decided.ok()) return decided.status();
+  return ToProto(*decided);
+}
+
+grpc::Status CorrectionService::ReleaseCorrection(grpc::ServerContext* context,
+                                                  const v1::ReleaseCorrectionRequest* request,
+                                                  v1::Correction* response) {
+  return runtime::Answer(Decided("correction.ReleaseCorrection", *request, runtime::DeadlineOf(*context)), response);
+}
+
+grpc::Status CorrectionService::RefuseCorrection(grpc::ServerContext* context,
+                                                 const v1::RefuseCorrectionRequest* request, v1::Correction* response) {
+  return runtime::Answer(Decided("correction.RefuseCorrection", *request, runtime::DeadlineOf(*context)), response);
+}
+
+grpc::Status CorrectionService::FetchProgram(grpc::ServerContext* context, const v1::FetchProgramRequest* request,
+                                             v1::FetchProgramResponse* response) {
+  if (absl::Status status = CheckFetch(*request); !status.ok()) return ToGrpc(status);
+  const runtime::Caller caller = runtime::CallerOf(*context);
+  const auto slot = running_.Enter(caller.deadline, caller.keep_going);
+  if (!slot.ok()) return ToGrpc(slot.status());
+  return runtime::Answer(Fetch(*request, caller), response);
+}
+
+absl::StatusOr<v1::FetchProgramResponse> CorrectionService::Fetch(const v1::FetchProgramRequest& request,
+                                                                  const runtime::Caller& caller) const {
+  const storage::RecordedRequest recorded = runtime::RecordedRequestOf("correction.FetchProgram", request);
+  const auto found = store_->Find(runtime::LastSegment(request.name()), caller.deadline);
+  if (!found.ok()) return found.status();
+  if (!found->has_value()) return NotRecorded(request.name());
+  const storage::CorrectionRow& correction = **found;
+  if (absl::Status status = CheckFetchable(correction, request); !status.ok()) return status;
+  const auto before = events_->FindFetch(recorded, caller.deadline);
+  if (!before.ok()) return before.status();
+  if (before->has_value()) {
+    // What it gave then would cut again what was cut since.
+    if ((**before).cut_count == CutCount(correction)) return ResponseOf(**before, correction);
+    return runtime::Failure(errors::v1::CORRECTION_DECIDED_MEANWHILE,
+                            request.name() + ": holes were cut since it was fetched, want a new request_id", {});
+  }
+  const absl::StatusOr<storage::ProgramFetchRow> fetch = FetchOf(request, correction, *peers_, caller);
+  if (!fetch.ok()) return fetch.status();
+  // Asked again where nothing can come between: it may have been stopped or cut while this was made.
+  const auto check = [&](const std::optional<storage::CorrectionRow>& now) -> absl::Status {
+    if (!now.has_value()) return NotRecorded(request.name());
+    if (absl::Status status = CheckFetchable(*now, request); !status.ok()) return status;
+    return CutCount(*now) == fetch->cut_count
+               ? absl::OkStatus()
+               : runtime::Failure(errors::v1::CORRECTION_DECIDED_MEANWHILE,
+                                  request.name() + ": holes were reported cut meanwhile; call again", {});
+  };
+  const auto stored = events_->RecordFetch(recorded, *fetch, check, caller.deadline);
+  if (!stored.ok()) return stored.status();
+  return ResponseOf(*stored, correction);
+}
+
+grpc::Status CorrectionService::ReportCut(grpc::ServerContext* context, const v1::ReportCutRequest* request,
+                                          v1::Correction* response) {
+  const absl::StatusOr<storage::CutReport> report = ReportOf(*request);
+  if (!report.ok()) return ToGrpc(report.status());
+  const auto reported = events_->ReportCut(runtime::RecordedRequestOf("correction.ReportCut", *request), *report,
+                                           runtime::DeadlineOf(*context));
+  if (!reported.ok()) return ToGrpc(reported.status());
+  return runtime::Answer(ToProto(*reported), response);
 }
 
 grpc::Status CorrectionService::GetCorrection(grpc::ServerContext* context, const v1::GetCorrectionRequest* request,
@@ -58,6 +175,10 @@ grpc::Status CorrectionService::ListCorrections(grpc::ServerContext* context, co
     return ToGrpc(runtime::Refuse("release", std::to_string(request->release()), "a release, or none"));
   if (request->release() != v1::RELEASE_UNSPECIFIED)
     filter.release = v1::Release_Name(request->release()).substr(std::strlen("RELEASE_"));
+  if (!v1::CorrectionState_IsValid(request->state()))
+    return ToGrpc(runtime::Refuse("state", std::to_string(request->state()), "a state, or none"));
+  if (request->state() != v1::CORRECTION_STATE_UNSPECIFIED)
+    filter.state = v1::CorrectionState_Name(request->state()).substr(std::strlen("CORRECTION_STATE_"));
   return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, ToProto, LeaveBasic,
                                      response->mutable_corrections(), response->mutable_next_page_token()));
 }

@@ -8,6 +8,7 @@
 #include "services/runtime/compute_pool.h"
 #include "services/runtime/recorded_call.h"
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
+#include "storage/correction_events.h"
 #include "storage/corrections.h"
 
 namespace sixpoint::correction {
@@ -15,14 +16,22 @@ namespace sixpoint::correction {
 class CorrectionService final : public v1::CorrectionService::Service {
  public:
   // More than greatest_count corrections at once are RESOURCE_EXHAUSTED.
-  CorrectionService(std::shared_ptr<storage::CorrectionStore> store, std::unique_ptr<const Peers> peers,
+  CorrectionService(std::shared_ptr<storage::CorrectionStore> store,
+                    std::shared_ptr<storage::CorrectionEventStore> events, std::unique_ptr<const Peers> peers,
                     int greatest_count);
 
   grpc::Status Correct(grpc::ServerContext* context, const v1::CorrectRequest* request,
                        v1::Correction* response) override;
+  grpc::Status ReleaseCorrection(grpc::ServerContext* context, const v1::ReleaseCorrectionRequest* request,
+                                 v1::Correction* response) override;
+  grpc::Status RefuseCorrection(grpc::ServerContext* context, const v1::RefuseCorrectionRequest* request,
+                                v1::Correction* response) override;
+  grpc::Status FetchProgram(grpc::ServerContext* context, const v1::FetchProgramRequest* request,
+                            v1::FetchProgramResponse* response) override;
+  grpc::Status ReportCut(grpc::ServerContext* context, const v1::ReportCutRequest* request,
+                         v1::Correction* response) override;
   grpc::Status GetCorrection(grpc::ServerContext* context, const v1::GetCorrectionRequest* request,
                              v1::Correction* response) override;
-  // Programs are left to GetCorrection.
   grpc::Status ListCorrections(grpc::ServerContext* context, const v1::ListCorrectionsRequest* request,
                                v1::ListCorrectionsResponse* response) override;
 
@@ -30,7 +39,15 @@ class CorrectionService final : public v1::CorrectionService::Service {
   absl::StatusOr<runtime::Made<storage::CorrectionRow>> Make(const v1::CorrectRequest& request,
                                                              const runtime::Caller& caller) const;
 
+  absl::StatusOr<v1::Correction> DryRun(const v1::CorrectRequest& request, const runtime::Caller& caller) const;
+  // A decision that Decide made of the request, recorded.
+  template <typename Request>
+  absl::StatusOr<v1::Correction> Decided(const char* call, const Request& request, storage::Deadline deadline) const;
+  absl::StatusOr<v1::FetchProgramResponse> Fetch(const v1::FetchProgramRequest& request,
+                                                 const runtime::Caller& caller) const;
+
   const std::shared_ptr<storage::CorrectionStore> store_;
+  const std::shared_ptr<storage::CorrectionEventStore> events_;
   const std::unique_ptr<const Peers> peers_;
   runtime::ComputePool running_;
 };

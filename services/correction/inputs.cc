@@ -59,6 +59,8 @@ absl::StatusOr<metrology::NominalHoleGroup> NominalGroup(const plant::v1::HoleGr
   if (!axis.ok()) return axis.status();
   nominal.axis_in_part = *axis;
   nominal.nominal = {group.a_nominal_deg() * kRad, group.b_nominal_deg() * kRad};
+  nominal.position_tolerance_mm = group.position_tolerance_mm();
+  nominal.inclination_tolerance_rad = group.inclination_tolerance_deg() * kRad;
   for (const plant::v1::Hole& hole : group.holes()) {
     const auto start = runtime::FromProto("part.hole_groups." + group.group() + "." + hole.hole() + ".start_in_part_mm",
                                           hole.start_in_part_mm());
@@ -107,7 +109,10 @@ absl::Status FetchMachine(const Peers& peers, const runtime::Caller& caller, Inp
   absl::StatusOr<MachineAxes> axes = AxesOf(*machine);
   if (!axes.ok()) return axes.status();
   inputs->machine_axes = *std::move(axes);
-  inputs->envelope = EnvelopeOf(*machine);
+  absl::StatusOr<std::vector<metrology::LinearTravel>> travel = TravelOf(*machine);
+  if (!travel.ok()) return travel.status();
+  inputs->travel = *std::move(travel);
+  inputs->limits = LimitsOf(*machine);
   const std::array<std::string, 2>&letters = inputs->machine_axes.letters, &calibrated = inputs->rotation.letters;
   if (letters == calibrated) return absl::OkStatus();
   return runtime::Failure(errors::v1::KINEMATICS_UNSUPPORTED,
@@ -128,23 +133,71 @@ absl::Status FetchPart(const Peers& peers, const v1::CorrectRequest& request, co
   auto groups = WantedGroups(request, *part);
   if (!groups.ok()) return groups.status();
   inputs->groups = *std::move(groups);
+  if (!(inputs->limits.keep_out_mm > 0)) return absl::OkStatus();
+  auto surface = peers.plant.GetSurface(*part, caller.make_context(), caller.keep_going);
+  if (!surface.ok()) return surface.status();
+  inputs->surface = *std::move(surface);
   return absl::OkStatus();
+}
+
+// A registration of the same machine, or of the same blade, that was made later.
+bool SpeaksAgainst(const registration::v1::Registration& later, const registration::v1::Registration& registration) {
+  const bool stated = !later.clamping().empty() && !registration.clamping().empty();
+  const bool same = stated && later.clamping() == registration.clamping();
+  if (later.machine() != registration.machine()) return true;  // the blade has gone there
+  // A machine with several fixtures says so by its clampings.
+  return later.blade() == registration.blade() ? stated && !same : !stated || same;
 }
 
 }  // namespace
 
+absl::StatusOr<registration::v1::Registration> RegistrationOf(const Peers& peers, const std::string& name,
+                                                              const runtime::Caller& caller) {
+  registration::v1::GetRegistrationRequest get;
+  get.set_name(name);
+  registration::v1::Registration registration;
+  const grpc::Status got = peers.registration->GetRegistration(caller.make_context().get(), get, &registration);
+  if (!got.ok()) return runtime::FromGrpc(got);
+  return registration;
+}
+
+absl::StatusOr<std::vector<std::string>> AgainstClamping(const Peers& peers,
+                                                         const registration::v1::Registration& registration,
+                                                         const runtime::Caller& caller) {
+  std::vector<std::string> against;
+  for (const bool of_blade : {false, true}) {
+    registration::v1::ListRegistrationsRequest request;
+    of_blade ? request.set_blade(registration.blade()) : request.set_machine(registration.machine());
+    *request.mutable_recorded()->mutable_from() = registration.recorded_at();
+    request.set_without_for_inspection(true);  // a verdict may be computed at any time later
+    request.set_page_size(200);
+    registration::v1::ListRegistrationsResponse page;
+    const grpc::Status got = peers.registration->ListRegistrations(caller.make_context().get(), request, &page);
+    if (!got.ok()) return runtime::FromGrpc(got);
+    for (const registration::v1::Registration& later : page.registrations())
+      if (later.record_sequence() > registration.record_sequence() && SpeaksAgainst(later, registration))
+        against.push_back(later.name());
+    // More than a page in the time that a registration holds: nobody knows what they say.
+    if (!page.next_page_token().empty()) against.push_back("more registrations than can be looked at");
+  }
+  return against;
+}
+
 absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::CorrectRequest& request,
                                    const runtime::Caller& caller) {
   Inputs inputs;
-  registration::v1::GetRegistrationRequest get;
-  get.set_name(request.registration());
-  const grpc::Status got = peers.registration->GetRegistration(caller.make_context().get(), get, &inputs.registration);
-  if (!got.ok()) return runtime::FromGrpc(got);
+  absl::StatusOr<registration::v1::Registration> registration = RegistrationOf(peers, request.registration(), caller);
+  if (!registration.ok()) return registration.status();
+  inputs.registration = *std::move(registration);
   absl::Status status = clients::CheckConverged(inputs.registration);
   if (status.ok()) status = FetchCalibrations(peers, caller, &inputs);
   if (status.ok()) status = FetchMachine(peers, caller, &inputs);
   if (status.ok()) status = FetchPart(peers, request, caller, &inputs);
   if (!status.ok()) return status;
+  auto against = AgainstClamping(peers, inputs.registration, caller);
+  if (!against.ok()) return against.status();
+  inputs.against_clamping = *std::move(against);
+  inputs.now = std::chrono::system_clock::now();
   return inputs;
 }
 

@@ -4,8 +4,10 @@
 #include <absl/status/statusor.h>
 #include <grpcpp/grpcpp.h>
 
+#include <chrono>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -38,9 +40,14 @@ struct Inputs {
   std::vector<clients::FetchedAxis> tables;       // that the registration applied
   std::optional<metrology::RegisteredPose> pose;  // once fetched
   MachineAxes machine_axes;
-  metrology::SafetyEnvelope envelope;
+  std::vector<metrology::LinearTravel> travel;
+  metrology::GateLimits limits;
   Eigen::Isometry3d zero_from_part_nominal;
-  std::vector<metrology::NominalHoleGroup> groups;  // those asked for, in the part's order
+  std::vector<metrology::NominalHoleGroup> groups;    // those asked for, in the part's order
+  std::shared_ptr<const metrology::Surface> surface;  // none where the machine's record asks for no keep-out
+  std::vector<std::string> against_clamping;          // registrations that say that the blade stands there no more
+  std::vector<std::string> cut_before;                // holes of those groups, by other programs of this blade
+  std::chrono::system_clock::time_point now;
 };
 
 // FAILED_PRECONDITION with a reason: REGISTRATION_NOT_CONVERGED; CALIBRATION_EXPIRED where a calibration that the
@@ -48,5 +55,15 @@ struct Inputs {
 // for an unknown group.
 absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::CorrectRequest& request,
                                    const runtime::Caller& caller);
+
+// As the registration service has it.
+absl::StatusOr<registration::v1::Registration> RegistrationOf(const Peers& peers, const std::string& name,
+                                                              const runtime::Caller& caller);
+
+// Registrations made since then that speak against the clamping of this one: of another blade on its machine, of its blade on another
+// machine, or of its blade in another clamping.
+absl::StatusOr<std::vector<std::string>> AgainstClamping(const Peers& peers,
+                                                         const registration::v1::Registration& registration,
+                                                         const runtime::Caller& caller);
 
 }  // namespace sixpoint::correction

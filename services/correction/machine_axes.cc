@@ -63,13 +63,31 @@ absl::StatusOr<MachineAxes> AxesOf(const plant::v1::Machine& machine) {
   return axes;
 }
 
-metrology::SafetyEnvelope EnvelopeOf(const plant::v1::Machine& machine) {
-  metrology::SafetyEnvelope envelope;
-  if (machine.safety_envelope().translation_mm() > 0)
-    envelope.translation_mm = machine.safety_envelope().translation_mm();
-  if (machine.safety_envelope().rotation_deg() > 0)
-    envelope.rotation_rad = machine.safety_envelope().rotation_deg() * kRad;
-  return envelope;
+metrology::GateLimits LimitsOf(const plant::v1::Machine& machine) {
+  const plant::v1::SafetyEnvelope& envelope = machine.safety_envelope();
+  metrology::GateLimits limits;
+  limits.translation_mm = envelope.translation_mm();
+  limits.rotation_rad = envelope.rotation_deg() * kRad;
+  limits.uncertainty_share = envelope.uncertainty_share();
+  limits.registration_age_h = envelope.registration_age_h();
+  limits.keep_out_mm = envelope.keep_out_mm();
+  return limits;
+}
+
+absl::StatusOr<std::vector<metrology::LinearTravel>> TravelOf(const plant::v1::Machine& machine) {
+  std::vector<metrology::LinearTravel> travel;
+  for (const bool on_tool : {false, true}) {
+    const auto& joints = on_tool ? machine.kinematics().tool_side() : machine.kinematics().part_side();
+    for (const plant::v1::Joint& joint : joints) {
+      if (joint.kind() != plant::v1::JOINT_KIND_LINEAR) continue;
+      const auto direction = runtime::FromProto("machine.kinematics." + joint.axis() + ".direction", joint.direction());
+      if (!direction.ok()) return direction.status();
+      // A joint under the part moves it the other way.
+      const double sense = (joint.sign() < 0 ? -1.0 : 1.0) * (on_tool ? 1.0 : -1.0);
+      travel.push_back({joint.axis(), sense * *direction, joint.minimum(), joint.maximum()});
+    }
+  }
+  return travel;
 }
 
 }  // namespace sixpoint::correction

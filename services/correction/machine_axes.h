@@ -5,9 +5,11 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
-#include "metrology/correction/correct.h"
+#include "metrology/correction/keep_out.h"
 #include "metrology/correction/orientation.h"
+#include "metrology/correction/release_gate.h"
 #include "metrology/kinematics/rotary_axes.h"
 #include "sixpoint/plant/v1/plant.pb.h"
 
@@ -23,7 +25,9 @@ struct MachineAxes {
 // outer first, and the tool's side none.
 absl::StatusOr<MachineAxes> AxesOf(const plant::v1::Machine& machine);
 
-// Absent or 0 means the default of metrology::SafetyEnvelope.
-metrology::SafetyEnvelope EnvelopeOf(const plant::v1::Machine& machine);
+// What its record asks of a correction that is to be used without a person looking at it.
+metrology::GateLimits LimitsOf(const plant::v1::Machine& machine);
+// Of the linear joints that the record has; none: travel is not asked.
+absl::StatusOr<std::vector<metrology::LinearTravel>> TravelOf(const plant::v1::Machine& machine);
 
 }  // namespace sixpoint::correction

@@ -16,7 +16,8 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   std::vector<runtime::ServedService> services;
   services.push_back(
       {v1::CorrectionService::service_full_name(),
-       std::make_unique<CorrectionService>(storage::CorrectionsIn(database), std::move(peers), kGreatestCount)});
+       std::make_unique<CorrectionService>(storage::CorrectionsIn(database), storage::CorrectionEventsIn(database),
+                                           std::move(peers), kGreatestCount)});
   return services;
 }
 

@@ -1,13 +1,47 @@
 #include "services/correction/messages.h"
 
+#include <optional>
+
 #include "services/runtime/resource_name.h"
+#include "services/runtime/stored_enum.h"
 #include "services/runtime/stored_geometry.h"
 #include "services/runtime/time_proto.h"
 
 namespace sixpoint::correction {
 
-v1::Correction ToProto(const storage::CorrectionRow& row) {
+namespace {
+
+void ToProto(const std::optional<storage::CorrectionDecisionRow>& row, v1::CorrectionDecision* (*out)(v1::Correction*),
+             v1::Correction* correction) {
+  if (!row.has_value()) return;
+  v1::CorrectionDecision& decision = *out(correction);
+  decision.set_requested_by(row->requested_by);
+  decision.set_reason(row->reason);
+  runtime::ToProto(row->recorded_at, decision.mutable_recorded_at());
+}
+
+void AddChecks(const storage::CorrectionRow& row, v1::Correction* correction) {
+  for (const storage::CorrectionCheckRow& in : row.checks) {
+    v1::ReleaseCheck& check = *correction->add_checks();
+    v1::ReleaseCheckKind kind = v1::RELEASE_CHECK_KIND_UNSPECIFIED;
+    // One that a later release asked: this one does not know its name.
+    if (v1::ReleaseCheckKind_Parse("RELEASE_CHECK_KIND_" + in.kind, &kind)) check.set_kind(kind);
+    check.set_subject(in.subject);
+    if (in.value) check.set_value(*in.value);
+    check.set_limit(in.limit);
+    check.set_passed(in.passed);
+    check.set_failed_count(in.failed_count);
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<v1::Correction> ToProto(const storage::CorrectionRow& row) {
   v1::Correction correction;
+  const auto state = runtime::StoredEnum(v1::CorrectionState_Parse, "CORRECTION_STATE_" + row.state,
+                                         "correction " + row.correction_id);
+  if (!state.ok()) return state.status();
+  correction.set_state(*state);
   correction.set_name(runtime::NameOf("corrections", row.correction_id));
   correction.set_blade(runtime::NameOf("blades", row.blade_serial));
   correction.set_registration(runtime::NameOf("registrations", row.registration_id));
@@ -28,15 +62,16 @@ v1::Correction ToProto(const storage::CorrectionRow& row) {
       group.set_a_reached_deg((*group_row.reached_deg)[0]);
       group.set_b_reached_deg((*group_row.reached_deg)[1]);
     }
+    if (group_row.tilt_deg) group.set_tilt_deg(*group_row.tilt_deg);
     for (const storage::CorrectionHoleRow& hole_row : group_row.holes) {
       v1::CorrectedHole& hole = *group.add_holes();
       hole.set_hole(hole_row.hole_name);
       runtime::SetPoint(hole_row.start_mm, hole.mutable_start_mm());
       runtime::SetPoint(hole_row.nominal_start_mm, hole.mutable_nominal_start_mm());
       hole.set_expanded_uncertainty_um(hole_row.expanded_uncertainty_um);
+      if (hole_row.reported_cut_at) runtime::ToProto(*hole_row.reported_cut_at, hole.mutable_reported_cut_at());
     }
   }
-  correction.set_nc_program(row.nc_program);
   correction.set_release(row.release == "AUTOMATIC" ? v1::RELEASE_AUTOMATIC : v1::RELEASE_AWAITING_PERSON);
   for (const std::string& reason : row.release_reasons) correction.add_release_reasons(reason);
   runtime::ToProto(row.valid_until, correction.mutable_valid_until());
@@ -47,13 +82,7 @@ v1::Correction ToProto(const storage::CorrectionRow& row) {
   for (const std::string& axis : row.axes) correction.add_axes(axis);
   for (const std::string& id : row.characterisation_ids)
     correction.add_axis_characterisations(runtime::NameOf("calibrations", id));
-  if (row.proof) {
-    v1::ProgramProof& proof = *correction.mutable_proof();
-    proof.set_reader_version(row.proof->reader_version);
-    proof.set_pose_count(row.proof->pose_count);
-    proof.set_greatest_difference_um(row.proof->greatest_difference_um);
-    proof.set_greatest_tilt_deg(row.proof->greatest_tilt_deg);
-  }
+  if (row.proof) SetProof(*row.proof, correction.mutable_proof());
   for (const storage::WorkOffsetRow& one : row.work_offsets) {
     v1::WorkOffset& out = *correction.add_work_offsets();
     out.set_code(one.code);
@@ -63,6 +92,35 @@ v1::Correction ToProto(const storage::CorrectionRow& row) {
     out.set_a_deg(one.offset[3]);
     out.set_b_deg(one.offset[4]);
   }
+  for (const storage::ToolLengthRow& one : row.tool_lengths) {
+    v1::ToolLength& out = *correction.add_tool_lengths();
+    out.set_number(one.number);
+    out.set_length_mm(one.length_mm);
+  }
+  AddChecks(row, &correction);
+  ToProto(
+      row.released, [](v1::Correction* out) { return out->mutable_released(); }, &correction);
+  ToProto(
+      row.refused, [](v1::Correction* out) { return out->mutable_refused(); }, &correction);
+  if (!row.superseded_by.empty() && row.state == "SUPERSEDED")
+    correction.set_superseded_by(runtime::NameOf("corrections", row.superseded_by));
+  runtime::ToProto(row.usable_until, correction.mutable_usable_until());
+  correction.set_program_sha256(row.program_sha256);
+  correction.set_clamping(row.clamping);
+  return correction;
+}
+
+void SetProof(const storage::ProgramProofRow& row, v1::ProgramProof* proof) {
+  proof->set_reader_version(row.reader_version);
+  proof->set_pose_count(row.pose_count);
+  proof->set_greatest_difference_um(row.greatest_difference_um);
+  proof->set_greatest_tilt_deg(row.greatest_tilt_deg);
+}
+
+absl::StatusOr<v1::Correction> WithProgram(const storage::CorrectionRow& row) {
+  absl::StatusOr<v1::Correction> correction = ToProto(row);
+  if (correction.ok() && correction->state() == v1::CORRECTION_STATE_RELEASED)
+    correction->set_nc_program(row.program());
   return correction;
 }
 

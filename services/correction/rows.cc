@@ -7,6 +7,7 @@
 
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
+#include "storage/blobs.h"
 
 namespace sixpoint::correction {
 namespace {
@@ -24,6 +25,7 @@ storage::CorrectionGroupRow GroupRowOf(const metrology::CorrectedHoleGroup& grou
   row.b_ideal_deg = group.ideal.b_rad / kRad;
   row.a_standard_uncertainty_deg = group.a_standard_uncertainty_rad / kRad;
   row.b_standard_uncertainty_deg = group.b_standard_uncertainty_rad / kRad;
+  row.tilt_deg = group.tilt_rad / kRad;
   if (tables_applied) row.reached_deg = {group.reached.a_rad / kRad, group.reached.b_rad / kRad};
   for (const metrology::CorrectedHole& hole : group.holes) {
     storage::CorrectionHoleRow& hole_row = row.holes.emplace_back();
@@ -88,11 +90,18 @@ runtime::Made<storage::CorrectionRow> RecordOf(const v1::CorrectRequest& request
   row.sensor_calibration_id = runtime::LastSegment(inputs.sensor.name);
   row.rotation_calibration_id = runtime::LastSegment(inputs.rotation.name);
   row.nc_template = request.nc_template();
-  row.nc_program = corrected.nc_program;
-  row.release = corrected.release_reasons.empty() ? "AUTOMATIC" : "AWAITING_PERSON";
-  row.release_reasons = corrected.release_reasons;
-  row.envelope_translation_mm = inputs.envelope.translation_mm;
-  row.envelope_rotation_deg = inputs.envelope.rotation_rad / kRad;
+  (corrected.released ? row.nc_program : row.nc_held) = corrected.nc_program;
+  row.release = corrected.released ? "AUTOMATIC" : "AWAITING_PERSON";
+  row.state = corrected.released ? "RELEASED" : "DRAFT";
+  for (const metrology::GateCheck& check : corrected.checks) {
+    row.checks.push_back(
+        {metrology::NameOf(check.kind), check.subject, check.value, check.limit, check.passed(), check.failed_count});
+    if (!check.passed()) row.release_reasons.push_back(metrology::TextOf(check));
+  }
+  row.envelope_translation_mm = inputs.limits.translation_mm;
+  row.envelope_rotation_deg = inputs.limits.rotation_rad / kRad;
+  row.registration_age_h = inputs.limits.registration_age_h;
+  row.clamping = registration.clamping();
   row.valid_until = std::min(inputs.sensor.valid_until, inputs.rotation.valid_until);
   for (const clients::FetchedAxis& table : inputs.tables) {
     row.valid_until = std::min(row.valid_until, table.valid_until);
@@ -105,6 +114,10 @@ runtime::Made<storage::CorrectionRow> RecordOf(const v1::CorrectRequest& request
     row.proof = storage::ProgramProofRow{metrology::kNcReaderVersion, proof->pose_count, proof->greatest_difference_um,
                                          proof->greatest_tilt_deg};
   for (const auto& [code, offset] : FrameOf(request).work_offsets) row.work_offsets.push_back({code, offset});
+  for (const v1::ToolLength& tool : request.tool_lengths())
+    row.tool_lengths.push_back({tool.number(), tool.length_mm()});
+  row.usable_until = row.valid_until;
+  if (!corrected.nc_program.empty()) row.program_sha256 = storage::Sha256Hex(corrected.nc_program);
   row.requested_by = request.requested_by();
   row.software_version = runtime::SoftwareVersion();
   storage::RecordEntry entry = EntryOf(row, inputs, corrected);

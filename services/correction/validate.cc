@@ -7,6 +7,7 @@
 
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/time_proto.h"
 
 namespace sixpoint::correction {
 
@@ -35,6 +36,49 @@ absl::Status CheckCorrect(const v1::CorrectRequest& request) {
           std::pair("a_deg", one.a_deg()), std::pair("b_deg", one.b_deg())})
       if (!(std::abs(value) <= 1e5)) refusals.Add(runtime::Refuse(field + "." + name, value, "-100000 to 100000"));
   }
+  std::set<int> tools;
+  for (int i = 0; i < request.tool_lengths_size(); ++i) {
+    const v1::ToolLength& tool = request.tool_lengths(i);
+    const std::string field = "tool_lengths[" + std::to_string(i) + "]";
+    if (tool.number() < 1 || tool.number() > 9999)
+      refusals.Add(runtime::Refuse(field + ".number", tool.number(), "1 to 9999"));
+    else if (!tools.insert(tool.number()).second)
+      refusals.Add(runtime::Refuse(field + ".number", tool.number(), "each once"));
+    if (!(tool.length_mm() >= 0 && tool.length_mm() <= 2000))
+      refusals.Add(runtime::Refuse(field + ".length_mm", tool.length_mm(), "0 to 2000"));
+  }
+  if (request.nc_template().empty() && request.work_offsets_size() + request.tool_lengths_size() > 0)
+    refusals.Add(runtime::Refuse("nc_template", "empty", "the template that the offsets and tools are of"));
+  return refusals.status();
+}
+
+absl::Status CheckDecision(const std::string& name, const std::string& reason, const std::string& requested_by) {
+  runtime::Refusals refusals;
+  refusals.Add(runtime::IdOf("name", "corrections", name).status());
+  if (reason.find_first_not_of(" \t\r\n") == std::string::npos) refusals.Add(runtime::Refuse("reason", reason, "why"));
+  if (requested_by.find_first_not_of(" \t\r\n") == std::string::npos)
+    refusals.Add(runtime::Refuse("requested_by", requested_by, "who answers for it"));
+  return refusals.status();
+}
+
+absl::Status CheckFetch(const v1::FetchProgramRequest& request) {
+  return runtime::Refusals()
+      .Add(runtime::IdOf("name", "corrections", request.name()).status())
+      .Add(runtime::IdOf("machine", "machines", request.machine()).status())
+      .Add(runtime::IdOf("blade", "blades", request.blade()).status())
+      .status();
+}
+
+absl::Status CheckReport(const v1::ReportCutRequest& request) {
+  runtime::Refusals refusals;
+  refusals.Add(runtime::IdOf("name", "corrections", request.name()).status());
+  if (request.holes().empty()) refusals.Add(runtime::Refuse("holes", "none", "at least one"));
+  std::set<std::pair<std::string, std::string>> seen;
+  for (int i = 0; i < request.holes_size(); ++i)
+    if (!seen.insert({request.holes(i).group(), request.holes(i).hole()}).second)
+      refusals.Add(runtime::Refuse("holes[" + std::to_string(i) + "]",
+                                   request.holes(i).group() + "/" + request.holes(i).hole(), "each hole once"));
+  if (request.has_cut_at()) refusals.Add(runtime::CheckMoment("cut_at", request.cut_at()));
   return refusals.status();
 }
 

@@ -3,11 +3,17 @@
 
 #include <absl/status/status.h>
 
+#include <string>
+
 #include "sixpoint/correction/v1/correction.pb.h"
 
 namespace sixpoint::correction {
 
-// Refuses bad names, repeated groups, and offsets that no control has.
+// Refuses bad names, repeated groups, and offsets and tools that no control has.
 absl::Status CheckCorrect(const v1::CorrectRequest& request);
+// A person's: who and why are wanted.
+absl::Status CheckDecision(const std::string& name, const std::string& reason, const std::string& requested_by);
+absl::Status CheckFetch(const v1::FetchProgramRequest& request);
+absl::Status CheckReport(const v1::ReportCutRequest& request);
 
 }  // namespace sixpoint::correction

@@ -68,8 +68,12 @@ v1::Machine ToProto(const storage::MachineRow& row) {
   sensor->set_range_mm(row.sensor_range_mm);
   sensor->set_line_angle_deg(row.sensor_line_angle_deg);
   runtime::SetPoint(row.nominal_centre_mm, machine.mutable_nominal_centre_mm());
-  machine.mutable_safety_envelope()->set_translation_mm(row.safety_translation_mm);
-  machine.mutable_safety_envelope()->set_rotation_deg(row.safety_rotation_deg);
+  v1::SafetyEnvelope* envelope = machine.mutable_safety_envelope();
+  envelope->set_translation_mm(row.safety_translation_mm);
+  envelope->set_rotation_deg(row.safety_rotation_deg);
+  envelope->set_uncertainty_share(row.safety_uncertainty_share);
+  envelope->set_registration_age_h(row.safety_registration_age_h);
+  envelope->set_keep_out_mm(row.safety_keep_out_mm);
   runtime::ToProto(row.recorded.recorded_at, machine.mutable_created_at());
   return machine;
 }

@@ -190,6 +190,23 @@ std::string TextOf(const std::vector<double>& point) {
   return "(" + Rounded(point[0]) + ", " + Rounded(point[1]) + ", " + Rounded(point[2]) + ")";
 }
 
+// What is not stated is as the contract says.
+absl::Status ReadEnvelope(const v1::SafetyEnvelope& in, storage::MachineRow* row) {
+  row->safety_translation_mm = in.has_translation_mm() ? in.translation_mm() : 2;
+  row->safety_rotation_deg = in.has_rotation_deg() ? in.rotation_deg() : 3;
+  row->safety_uncertainty_share = in.has_uncertainty_share() ? in.uncertainty_share() : 1.0 / 3;
+  row->safety_registration_age_h = in.has_registration_age_h() ? in.registration_age_h() : 8;
+  row->safety_keep_out_mm = in.has_keep_out_mm() ? in.keep_out_mm() : 0.5;
+  const std::string field = "machine.safety_envelope.";
+  return runtime::Refusals()
+      .Add(CheckRange(field + "translation_mm", row->safety_translation_mm, 0, 1e5, "0 to 100000"))
+      .Add(CheckRange(field + "rotation_deg", row->safety_rotation_deg, 0, 180, "0 to 180"))
+      .Add(CheckRange(field + "uncertainty_share", row->safety_uncertainty_share, 0, 1, "0 to 1"))
+      .Add(CheckRange(field + "registration_age_h", row->safety_registration_age_h, 0, 8760, "0 to 8760"))
+      .Add(CheckRange(field + "keep_out_mm", row->safety_keep_out_mm, 0, 100, "0 to 100"))
+      .status();
+}
+
 }  // namespace
 
 absl::StatusOr<storage::MachineRow> Validated(const v1::CreateMachineRequest& request) {
@@ -197,15 +214,12 @@ absl::StatusOr<storage::MachineRow> Validated(const v1::CreateMachineRequest& re
   storage::MachineRow row;
   row.machine_id = request.machine_id();
   row.content_sha256 = ContentSha256(machine);
-  row.safety_translation_mm = machine.safety_envelope().translation_mm();
-  row.safety_rotation_deg = machine.safety_envelope().rotation_deg();
   runtime::Refusals refusals;
   refusals.Add(runtime::CheckId("machine_id", row.machine_id))
       .Add(ReadSensor(machine.sensor(), &row))
       .Add(Read("machine.nominal_centre_mm", machine.has_nominal_centre_mm(), machine.nominal_centre_mm(),
                 &row.nominal_centre_mm))
-      .Add(CheckRange("machine.safety_envelope.translation_mm", row.safety_translation_mm, 0, 1e5, "0 to 100000"))
-      .Add(CheckRange("machine.safety_envelope.rotation_deg", row.safety_rotation_deg, 0, 180, "0 to 180"));
+      .Add(ReadEnvelope(machine.safety_envelope(), &row));
   std::set<std::string> axes;
   for (const auto& [side, joints] :
        {std::pair{"part", &machine.kinematics().part_side()}, std::pair{"tool", &machine.kinematics().tool_side()}}) {

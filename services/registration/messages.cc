@@ -116,6 +116,7 @@ absl::StatusOr<v1::Registration> ToProto(const storage::RegistrationRow& row) {
   runtime::ToProto(row.recorded.recorded_at, out.mutable_recorded_at());
   out.set_record_sequence(row.recorded.sequence);
   out.set_for_inspection(row.for_inspection);
+  out.set_clamping(row.clamping);
   return out;
 }
 

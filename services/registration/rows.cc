@@ -74,6 +74,13 @@ v1::Evidence DetailOf(const metrology::PoseFit& fit, const std::optional<metrolo
       patch->set_standard_uncertainty_um(kUmPerMm * in.standard_uncertainty_mm);
       patch->set_share(in.share);
     }
+  if (evidence.merge.has_value()) {
+    v1::MergeTest& merge = *detail.mutable_merge();
+    merge.set_freedom(evidence.merge->freedom);
+    merge.set_chi_squared(Figure(evidence.merge->chi_squared));
+    merge.set_limit(evidence.merge->limit);
+    merge.set_beyond(evidence.merge->beyond);
+  }
   if (disagreement.has_value()) {
     v1::Disagreement& out = *detail.mutable_disagreement();
     runtime::ToProto(disagreement->point_mm, out.mutable_point_mm());
@@ -198,6 +205,7 @@ absl::StatusOr<runtime::Made<storage::RegistrationRow>> RecordOf(const v1::Regis
   row.blade_serial = runtime::LastSegment(request.blade());
   row.method = MethodText(request.method());
   row.for_inspection = request.for_inspection();
+  row.clamping = request.clamping();
   row.machine_id = runtime::LastSegment(inputs.machine.name());
   row.machine_revision = inputs.machine.revision();
   row.part_id = runtime::LastSegment(inputs.part.name());

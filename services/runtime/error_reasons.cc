@@ -26,6 +26,7 @@ absl::StatusCode CodeOf(ErrorReason reason) {
     case errors::v1::UPLOAD_OVERTAKEN:
     case errors::v1::TRANSACTION_CONFLICT:
     case errors::v1::CALIBRATION_DECIDED_MEANWHILE:
+    case errors::v1::CORRECTION_DECIDED_MEANWHILE:
       return absl::StatusCode::kAborted;
     case errors::v1::CALIBRATION_MISSING:
     case errors::v1::CALIBRATION_EXPIRED:
@@ -42,6 +43,12 @@ absl::StatusCode CodeOf(ErrorReason reason) {
     case errors::v1::REGISTRATION_NOT_CONVERGED:
     case errors::v1::POSE_OUT_OF_LIMITS:
     case errors::v1::POSE_SINGULAR:
+    case errors::v1::CORRECTION_DECIDED:
+    case errors::v1::PROGRAM_NOT_RELEASED:
+    case errors::v1::PROGRAM_MISSING:
+    case errors::v1::CLAMPING_DIFFERS:
+    case errors::v1::HOLE_CUT_BEFORE:
+    case errors::v1::PROGRAM_NOT_DIVISIBLE:
     case errors::v1::POINTS_DELETED:
     case errors::v1::SURFACE_TOO_LARGE:
     case errors::v1::OBJECT_STORE_MISSING:

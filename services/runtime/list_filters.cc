@@ -4,21 +4,6 @@
 #include "services/runtime/time_proto.h"
 
 namespace sixpoint::runtime {
-namespace {
-
-// 2000-01-01 and 2200-01-01.
-constexpr std::int64_t kEarliest_s = 946'684'800, kLatest_s = 7'258'118'400;
-
-absl::Status CheckMoment(const std::string& field, const google::protobuf::Timestamp& time) {
-  if (time.seconds() < kEarliest_s || time.seconds() >= kLatest_s)
-    return Refuse(field + ".seconds", std::to_string(time.seconds()), "a time in the years 2000 to 2199");
-  if (time.nanos() < 0 || time.nanos() > 999'999'999)
-    return Refuse(field + ".nanos", std::to_string(time.nanos()), "0 to 999999999");
-  return absl::OkStatus();
-}
-
-}  // namespace
-
 absl::StatusOr<bool> WantsFull(list::v1::View view) {
   if (!list::v1::View_IsValid(view)) return Refuse("view", std::to_string(view), "VIEW_BASIC or VIEW_FULL");
   return view == list::v1::VIEW_FULL;

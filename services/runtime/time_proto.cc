@@ -1,5 +1,9 @@
 #include "services/runtime/time_proto.h"
 
+#include <cstdint>
+
+#include "services/runtime/errors.h"
+
 namespace sixpoint::runtime {
 namespace {
 
@@ -18,6 +22,16 @@ std::chrono::system_clock::time_point MomentOf(const google::protobuf::Timestamp
   using Moment = std::chrono::system_clock::time_point;
   return Moment(std::chrono::duration_cast<Moment::duration>(std::chrono::seconds(time.seconds()) +
                                                              std::chrono::microseconds(time.nanos() / kNanosPerMicro)));
+}
+
+absl::Status CheckMoment(const std::string& field, const google::protobuf::Timestamp& time) {
+  // 2000-01-01 and 2200-01-01.
+  constexpr std::int64_t kEarliest_s = 946'684'800, kLatest_s = 7'258'118'400;
+  if (time.seconds() < kEarliest_s || time.seconds() >= kLatest_s)
+    return Refuse(field + ".seconds", std::to_string(time.seconds()), "a time in the years 2000 to 2199");
+  if (time.nanos() < 0 || time.nanos() > 999'999'999)
+    return Refuse(field + ".nanos", std::to_string(time.nanos()), "0 to 999999999");
+  return absl::OkStatus();
 }
 
 }  // namespace sixpoint::runtime

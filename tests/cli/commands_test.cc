@@ -100,7 +100,47 @@ struct FakeCorrections final : correction::v1::CorrectionService::Service {
     ++count;
     out->set_name("corrections/c1");
     out->set_release(released ? correction::v1::RELEASE_AUTOMATIC : correction::v1::RELEASE_AWAITING_PERSON);
+    out->set_state(released ? correction::v1::CORRECTION_STATE_RELEASED : correction::v1::CORRECTION_STATE_DRAFT);
     if (released) out->set_nc_program("N10 G0 X1\n");
+    correction::v1::ReleaseCheck& check = *out->add_checks();
+    check.set_kind(correction::v1::RELEASE_CHECK_KIND_START_UNCERTAINTY);
+    check.set_subject("G1/H1");
+    check.set_value(released ? 9 : 119);
+    check.set_limit(10);
+    check.set_passed(released);
+    check.set_failed_count(released ? 0 : 3);
+    return grpc::Status::OK;
+  }
+  std::vector<std::string> decided;
+  template <typename Request>
+  grpc::Status Decided(const char* what, const Request& in, correction::v1::Correction* out) {
+    decided.push_back(what + (" " + in.name()) + ": " + in.reason());
+    out->set_name(in.name());
+    out->set_state(correction::v1::CORRECTION_STATE_RELEASED);
+    return grpc::Status::OK;
+  }
+  grpc::Status ReleaseCorrection(grpc::ServerContext*, const correction::v1::ReleaseCorrectionRequest* in,
+                                 correction::v1::Correction* out) override {
+    return Decided("release", *in, out);
+  }
+  grpc::Status RefuseCorrection(grpc::ServerContext*, const correction::v1::RefuseCorrectionRequest* in,
+                                correction::v1::Correction* out) override {
+    return Decided("refuse", *in, out);
+  }
+  grpc::Status FetchProgram(grpc::ServerContext*, const correction::v1::FetchProgramRequest* in,
+                            correction::v1::FetchProgramResponse* out) override {
+    decided.push_back("fetch " + in->name() + " " + in->machine() + " " + in->blade() + " " + in->clamping());
+    out->set_name("fetches/f1");
+    out->set_correction(in->name());
+    out->set_nc_program("N10 G0 X1\n");
+    out->set_hole_count(1);
+    out->set_cut_count(2);
+    return grpc::Status::OK;
+  }
+  grpc::Status ReportCut(grpc::ServerContext*, const correction::v1::ReportCutRequest* in,
+                         correction::v1::Correction* out) override {
+    for (const auto& hole : in->holes()) decided.push_back("cut " + hole.group() + " " + hole.hole());
+    out->set_name(in->name());
     return grpc::Status::OK;
   }
 };
@@ -266,6 +306,29 @@ TEST_F(CommandsTest, WritesNoProgramThatWaitsForAPerson) {
   const Ended ended = Run("correct --registration r1 --template " + Template() + " --out -");
   EXPECT_EQ(ended.exit_code, kNotUsable);
   EXPECT_EQ(ended.out, "");
+}
+
+TEST_F(CommandsTest, SaysWhatSpeaksAgainstAProgram) {
+  corrections_.released = false;
+  const Ended ended = Run("correct --registration r1 --template " + Template() + " --dry-run");
+  EXPECT_EQ(ended.exit_code, kNotUsable);
+  EXPECT_THAT(ended.out, ::testing::ContainsRegex("start-uncertainty +G1/H1 +119 +10 +NO, 3"));
+}
+
+TEST_F(CommandsTest, APersonDecidesAndAMachineFetchesAndReports) {
+  EXPECT_THAT(Run("correction release c1").err, HasSubstr("--reason"));  // why
+  EXPECT_EQ(Run("correction release c1 --reason seen").exit_code, kDone);
+  EXPECT_EQ(Run("correction refuse corrections/c1 --reason foil").exit_code, kDone);
+  const Ended fetched = Run("correction fetch c1 --machine m1 --blade SN-1 --clamping 7 --folder " + folder_.string());
+  EXPECT_EQ(fetched.exit_code, kDone) << fetched.err;
+  EXPECT_THAT(fetched.out, AllOf(HasSubstr("fetches/f1: program of corrections/c1, 1 holes, 2 cut before and left out"),
+                                 HasSubstr("program written to " + (folder_ / "SN-1.nc").string())));
+  EXPECT_EQ(*ReadFile((folder_ / "SN-1.nc").string(), 1000), "N10 G0 X1\n");
+  EXPECT_EQ(Run("correction cut c1 --holes G1/H1,G2/H3").exit_code, kDone);
+  EXPECT_EQ(Run("correction cut c1 --holes H1").exit_code, kFailed);
+  EXPECT_THAT(corrections_.decided,
+              ElementsAre("release corrections/c1: seen", "refuse corrections/c1: foil",
+                          "fetch corrections/c1 machines/m1 blades/SN-1 7", "cut G1 H1", "cut G2 H3"));
 }
 
 TEST_F(CommandsTest, IsNotDoneWhereItsOutputIsLost) {

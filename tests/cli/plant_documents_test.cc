@@ -80,7 +80,6 @@ TEST(PlantDocuments, AMachineSaysEverythingThatIsWrongAtOnce) {
   EXPECT_THAT(message, HasSubstr("nominal_centre_mm: 2 values"));
   EXPECT_THAT(message, HasSubstr("sensor.noise_um: -2"));
   EXPECT_THAT(message, HasSubstr("safty_envelope: unknown"));
-  EXPECT_THAT(message, HasSubstr("safety_envelope: missing"));
   EXPECT_THAT(message, HasSubstr("part_side[0].axis: \"Q\""));
   EXPECT_THAT(message, HasSubstr("part_side[0].point_mm: missing"));
   EXPECT_THAT(message, HasSubstr("part_side[0].limits_deg: missing"));

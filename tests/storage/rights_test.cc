@@ -9,6 +9,7 @@
 
 #include "storage/bucket_owner.h"
 #include "storage/calibration_store.h"
+#include "storage/correction_events.h"
 #include "storage/corrections.h"
 #include "storage/database.h"
 #include "storage/inspections.h"
@@ -175,6 +176,7 @@ TEST_F(RightsTest, EachReadsItsOwnLists) {
              calibration = As("calibration");
   EXPECT_TRUE(RegistrationsIn(registration.get())->List(registrations, 0, 10, Soon()).ok());
   EXPECT_TRUE(CorrectionsIn(correction.get())->List(corrections, 0, 10, Soon()).ok());
+  EXPECT_TRUE(CorrectionEventsIn(correction.get())->CutHoles("none", Soon()).ok());
   EXPECT_TRUE(InspectionsIn(inspection.get())->List(inspections, 0, 10, Soon()).ok());
   EXPECT_TRUE(CalibrationsIn(calibration.get())->List({}, 0, 10, Soon()).ok());
   EXPECT_TRUE(StudiesIn(calibration.get())->List({}, 0, 10, Soon()).ok());

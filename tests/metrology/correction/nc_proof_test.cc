@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <string>
 
+#include "metrology/correction/nc_program.h"
+
 namespace sixpoint::metrology {
 namespace {
 
@@ -66,6 +68,17 @@ std::string With(std::string text, const std::string& part, const std::string& i
   const std::size_t at = text.find(part);
   EXPECT_NE(at, std::string::npos) << part;
   return at == std::string::npos ? text : text.replace(at, part.size(), instead);
+}
+
+TEST(NcProof, ACutWithoutTheLengthInForceIsRefused) {
+  NcFrame tools;
+  tools.tool_lengths_mm = {{1, 120}, {2, 120.05}};
+  EXPECT_EQ(Proven("T1 M6\nG43 H1\n" + Drill(), tools), "proven");
+  EXPECT_EQ(Proven("G43 H1\n" + Drill(), tools), "proven");
+  EXPECT_THAT(Proven(Drill(), tools), HasSubstr("not proven"));
+  EXPECT_THAT(Proven("T1 M6\n" + Drill(), tools), HasSubstr("not proven"));
+  EXPECT_THAT(Proven("T2 M6\nG43 H1\n" + Drill(), tools), HasSubstr("not proven"));  // 50 um deeper
+  EXPECT_THAT(Proven("T1 M6\nG43 H1\n" + Drill("G49 "), tools), HasSubstr("not proven"));
 }
 
 TEST(NcProof, RefusesWhatWouldCutElsewhere) {

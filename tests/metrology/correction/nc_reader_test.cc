@@ -51,6 +51,49 @@ TEST(NcReader, KnowsUnitsAndOffsetsThatAreStated) {
   EXPECT_EQ(moves[2].to[0], 1.0);
 }
 
+NcFrame TwoTools() {
+  NcFrame frame;
+  frame.tool_lengths_mm = {{1, 120.5}, {2, 80}};
+  return frame;
+}
+
+TEST(NcReader, ALengthInForceMakesCoordinatesTheTips) {
+  const auto moves = MovesOf(
+      "T1 M6\nG0 Z100\nG43 H01 Z50\nG43 H2 Z50\nG91 Z-1\nG90 G49 Z50\nG53 Z0\nT2 M6\nX1\nG43 H2 Z5\n", TwoTools());
+  EXPECT_EQ(moves[0].to[2], 100 - 120.5);      // no length in force: the spindle is sent there
+  EXPECT_EQ(moves[1].to[2], 50.0);             // its own length
+  EXPECT_EQ(moves[2].to[2], 50 + 80 - 120.5);  // another tool's
+  EXPECT_EQ(moves[3].to[2], 50 + 80 - 121.5);
+  EXPECT_EQ(moves[4].to[2], 50 - 120.5);
+  EXPECT_EQ(moves[5].to[2], -120.5);
+  EXPECT_EQ(moves[6].to[2], std::nullopt);  // another tool: its tip is elsewhere
+  EXPECT_EQ(moves[7].to[2], 5.0);
+}
+
+TEST(NcReader, WithoutAToolNothingIsKnownOfTheTip) {
+  const auto moves = MovesOf("G0 Z100\nG43 H2\nG0 Z50\n", TwoTools());
+  EXPECT_EQ(moves[0].to[2], std::nullopt);
+  EXPECT_EQ(moves[1].to[2], 50.0);  // the tool is the one whose length is taken
+}
+
+TEST(NcReader, RefusesLengthsThatAreNotStated) {
+  const auto refusal = [](const std::string& program) {
+    const auto moves = ReadNcProgram(program, {'A', 'B'}, TwoTools());
+    return moves.ok() ? "read" : std::string(moves.status().message());
+  };
+  EXPECT_THAT(RefusalOf("G43 H1 Z1"), HasSubstr("want H1 stated with the tool's length"));
+  EXPECT_THAT(refusal("G43 H3 Z1"), HasSubstr("want H3 stated"));
+  EXPECT_THAT(refusal("G43 H1.5 Z1"), HasSubstr("want H1.5 stated"));
+  EXPECT_THAT(refusal("G43 H9999999999 Z1"), HasSubstr("stated"));
+  EXPECT_THAT(refusal("T3 M6"), HasSubstr("want T3 stated"));
+  EXPECT_THAT(refusal("M6"), HasSubstr("want a T for its M6"));
+  EXPECT_THAT(refusal("G43 Z1"), HasSubstr("want G43 with its H"));
+  EXPECT_THAT(refusal("H1"), HasSubstr("want no H but with G43"));
+  EXPECT_THAT(refusal("G43 G49 H1"), HasSubstr("want one of G43 and G49"));
+  EXPECT_THAT(refusal("G43.4 H1"), HasSubstr("want no H but with G43"));
+  EXPECT_THAT(refusal("G44 H1"), HasSubstr("want no H but with G43"));
+}
+
 TEST(NcReader, AfterAReturnToTheReferenceNothingIsKnownOfThoseAxes) {
   const auto moves = MovesOf("G0 X1 Y2 Z3 A4 B5\nG28 Z10\nG28");
   EXPECT_EQ(moves[1].to, (NcPosition{1.0, 2.0, std::nullopt, 4.0, 5.0}));

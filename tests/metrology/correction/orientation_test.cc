@@ -136,6 +136,82 @@ TEST(Orient, SaysSingularAlongTheInnerAxis) {
   EXPECT_TRUE(Orient(RotaryAxes(), Eigen::Vector3d(1, 2e-3, 0).normalized(), {}, kWide).ok());
 }
 
+// Outer B about Y, inner C about Z, in the zero frame: a hole along C needs no C, and C stays where the nominal program has it.
+RotaryAxes TiltRotaryTable() {
+  RotaryAxes axes;
+  axes.a.direction = Eigen::Vector3d::UnitY();
+  axes.b.direction = Eigen::Vector3d::UnitZ();
+  return axes;
+}
+Eigen::Vector3d OffC(double tilt_deg, double azimuth_deg) {
+  const double t = tilt_deg * kRad, z = azimuth_deg * kRad;
+  return {std::sin(t) * std::cos(z), std::sin(t) * std::sin(z), std::cos(t)};
+}
+
+TEST(OrientNearC, KeepsCWhereItIsFree) {
+  const RotaryAngles nominal{0, 130 * kRad};
+  const auto angles = Orient(TiltRotaryTable(), Eigen::Vector3d::UnitZ(), nominal, kWide, 0.1 * kRad);
+  ASSERT_TRUE(angles.ok()) << angles.status();
+  EXPECT_EQ(angles->b_rad, nominal.b_rad);
+  EXPECT_NEAR(angles->a_rad, 0, 1e-15);
+  EXPECT_NEAR(TiltOf(TiltRotaryTable(), Eigen::Vector3d::UnitZ(), *angles), 0, 1e-15);
+}
+
+// The exact answer swings C by whatever the azimuth is; of a tilt that is allowed it stays, and B takes its share.
+TEST(OrientNearC, DoesNotSwingForATenthOfADegree) {
+  const RotaryAngles nominal{0, 20 * kRad};
+  for (int azimuth = 0; azimuth < 360; azimuth += 15) {
+    const Eigen::Vector3d v = OffC(0.1, azimuth);
+    const auto exact = Orient(TiltRotaryTable(), v, nominal, kWide);
+    const auto angles = Orient(TiltRotaryTable(), v, nominal, kWide, 0.15 * kRad);
+    ASSERT_TRUE(angles.ok()) << angles.status();
+    EXPECT_LE(std::abs(angles->b_rad - nominal.b_rad), kLongSwing_rad + 1e-12) << azimuth;
+    // What B alone leaves: the part of the tilt across its plane.
+    const double left = 0.1 * kRad * std::abs(std::sin((azimuth + 20) * kRad));
+    const double tilt = TiltOf(TiltRotaryTable(), v, *angles);
+    EXPECT_LE(tilt, left + 1e-9);
+    if (exact.ok() && std::abs(exact->b_rad - nominal.b_rad) > kLongSwing_rad) {
+      EXPECT_EQ(angles->b_rad, nominal.b_rad);
+      EXPECT_NEAR(tilt, left, 1e-8);
+    }
+  }
+}
+
+TEST(OrientNearC, SwingsNoFartherThanTheAllowedTiltAsks) {
+  const RotaryAngles nominal{0, 0};
+  for (const int azimuth : {40, 60, 90, 120, -75}) {
+    const Eigen::Vector3d v = OffC(1, azimuth);
+    const double allowed = 0.2 * kRad;
+    const auto exact = Orient(TiltRotaryTable(), v, nominal, kWide);
+    const auto angles = Orient(TiltRotaryTable(), v, nominal, kWide, allowed);
+    ASSERT_TRUE(exact.ok() && angles.ok());
+    EXPECT_NEAR(TiltOf(TiltRotaryTable(), v, *exact), 0, 1e-12);
+    EXPECT_NEAR(TiltOf(TiltRotaryTable(), v, *angles), allowed, 1e-9);
+    // sin(swing that is left) = allowed / tilt.
+    EXPECT_NEAR(std::abs(exact->b_rad - angles->b_rad) / kRad, 11.54, 0.02) << azimuth;
+    EXPECT_LT(std::abs(angles->b_rad), std::abs(exact->b_rad));
+  }
+}
+
+// Away from it the exact answer is the only one, allowed tilt or not.
+TEST(OrientNearC, IsExactElsewhere) {
+  for (const auto& [tilt, azimuth] : {std::pair(1.0, 2.0), {6.0, 90.0}, {40.0, 170.0}}) {
+    const Eigen::Vector3d v = OffC(tilt, azimuth);
+    const auto exact = Orient(TiltRotaryTable(), v, {}, kWide),
+               allowed = Orient(TiltRotaryTable(), v, {}, kWide, 0.2 * kRad);
+    ASSERT_TRUE(exact.ok() && allowed.ok());
+    EXPECT_EQ(exact->a_rad, allowed->a_rad);
+    EXPECT_EQ(exact->b_rad, allowed->b_rad);
+  }
+}
+
+TEST(OrientNearC, KeepsTheLimits) {
+  RotaryLimits limits = kWide;
+  limits.a_minimum_rad = 10 * kRad;  // B cannot stand at 0
+  limits.a_maximum_rad = 20 * kRad;
+  EXPECT_FALSE(Orient(TiltRotaryTable(), Eigen::Vector3d::UnitZ(), {12 * kRad, 0}, limits, 0.1 * kRad).ok());
+}
+
 TEST(Orient, SaysSingularWhenAnAxisIsAlongZOrBothAreParallel) {
   RotaryAxes axes;
   axes.a.direction = Eigen::Vector3d::UnitZ();

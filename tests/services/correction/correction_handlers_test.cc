@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <utility>
+
 #include "services/correction/correction_service.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
@@ -16,6 +19,31 @@ using ::testing::HasSubstr;
 using Store = testing::FakeResults<storage::CorrectionRow, storage::CorrectionFilter>;
 
 constexpr char kId[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
+
+// Of corrections to which nothing happens.
+class NoEvents final : public storage::CorrectionEventStore {
+ public:
+  absl::StatusOr<storage::CorrectionRow> Decide(const storage::RecordedRequest&, const storage::CorrectionDecision&,
+                                                storage::Deadline) override {
+    return absl::UnimplementedError("not here");
+  }
+  absl::StatusOr<storage::CorrectionRow> ReportCut(const storage::RecordedRequest&, const storage::CutReport&,
+                                                   storage::Deadline) override {
+    return absl::UnimplementedError("not here");
+  }
+  absl::StatusOr<std::optional<storage::ProgramFetchRow>> FindFetch(const storage::RecordedRequest&,
+                                                                    storage::Deadline) const override {
+    return std::nullopt;
+  }
+  absl::StatusOr<storage::ProgramFetchRow> RecordFetch(const storage::RecordedRequest&, const storage::ProgramFetchRow&,
+                                                       const storage::CorrectionCheck&, storage::Deadline) override {
+    return absl::UnimplementedError("not here");
+  }
+  absl::StatusOr<std::vector<storage::CutHoleRow>> CutHoles(const std::string&, storage::Deadline) const override {
+    return cut;
+  }
+  std::vector<storage::CutHoleRow> cut;
+};
 
 class CorrectionHandlersTest : public ::testing::Test {
  protected:
@@ -39,7 +67,9 @@ class CorrectionHandlersTest : public ::testing::Test {
                               [](const storage::CorrectionRow& row, const storage::CorrectionFilter& filter) {
                                 return filter.blade_serial.empty() || row.blade_serial == filter.blade_serial;
                               });
-  CorrectionService service_{store_, std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect()), 4};
+  std::shared_ptr<NoEvents> events_ = std::make_shared<NoEvents>();
+  CorrectionService service_{store_, events_,
+                             std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect()), 4};
   testing::InProcessServer server_{{&service_}};
   std::unique_ptr<v1::CorrectionService::Stub> stub_ = v1::CorrectionService::NewStub(server_.Connect());
 };
@@ -73,6 +103,116 @@ TEST_F(CorrectionHandlersTest, ARetryGetsTheKeptAnswerEvenWhereTheWorldHasChange
   v1::CorrectRequest other = Request(kId);
   other.add_groups("G1");
   EXPECT_EQ(Correct(other).status().code(), absl::StatusCode::kAlreadyExists);
+}
+
+TEST_F(CorrectionHandlersTest, ADryRunSaysAllAndRecordsNothing) {
+  v1::CorrectRequest request = Request(kId);
+  request.set_nc_template("G90\nG0 X1 Y2 Z3 A4 B5 (SIXPOINT G1/H1)\nX1 Y2 Z3 (SIXPOINT G1/H2)\n");
+  request.set_dry_run(true);
+  const auto dry = Correct(request);
+  ASSERT_TRUE(dry.ok()) << dry.status();
+  EXPECT_EQ(dry->name(), "");
+  EXPECT_EQ(dry->nc_program(), "");
+  EXPECT_EQ(dry->state(), v1::CORRECTION_STATE_UNSPECIFIED);
+  EXPECT_EQ(dry->release(), v1::RELEASE_AUTOMATIC);
+  EXPECT_EQ(dry->proof().pose_count(), 2);
+  EXPECT_TRUE(store_->rows().empty());
+  request.set_dry_run(false);
+  const auto real = Correct(request);
+  ASSERT_TRUE(real.ok()) << real.status();
+  EXPECT_EQ(real->groups(0).SerializeAsString(), dry->groups(0).SerializeAsString());
+}
+
+// One thing wrong at a time: the gate names it, with its numbers, and no program leaves.
+TEST_F(CorrectionHandlersTest, WhatSpeaksAgainstAReleaseIsNamedAndWaits) {
+  v1::CorrectRequest request = Request();
+  request.set_nc_template("G90\nG0 X1 Y2 Z3 A4 B5 (SIXPOINT G1/H1)\nX1 Y2 Z3 (SIXPOINT G1/H2)\n");
+  const auto clean = Correct(request);
+  ASSERT_TRUE(clean.ok()) << clean.status();
+  EXPECT_EQ(clean->state(), v1::CORRECTION_STATE_RELEASED);
+  EXPECT_NE(clean->nc_program(), "");
+  EXPECT_EQ(clean->program_sha256().size(), 64u);
+  EXPECT_EQ(clean->checks_size(), 12);  // no linear axes, no keep-out
+  const registration::v1::Registration sound = plant_.registration.registration;
+  const plant::v1::Machine machine = plant_.plant.machine;
+  const plant::v1::Part part = plant_.plant.part;
+  registration::v1::Registration& now = plant_.registration.registration;
+  registration::v1::Registration later = sound;
+  later.set_record_sequence(2);
+  const auto envelope = [this] { return plant_.plant.machine.mutable_safety_envelope(); };
+  const auto evidence = [&now] { return now.mutable_evidence(); };
+  const auto says = [this](registration::v1::Registration one) { plant_.registration.later = {std::move(one)}; };
+  const std::vector<std::pair<std::string, std::function<void()>>> wrong = {
+      {"START_SHIFT of G1/H", [&] { envelope()->set_translation_mm(0); }},
+      {"AXIS_CHANGE of ", [&] { envelope()->set_rotation_deg(0); }},
+      {"START_UNCERTAINTY of G1/H", [&] { plant_.plant.part.mutable_hole_groups(0)->set_position_tolerance_mm(1e-5); }},
+      {"DISAGREEMENT: 4.2, want at most 4.1", [&] { evidence()->mutable_disagreement()->set_ratio(4.2); }},
+      {"DISAGREEMENT: not known", [&] { evidence()->clear_disagreement(); }},
+      {"MERGE: 20, want at most 16.3", [&] { evidence()->mutable_merge()->set_chi_squared(20); }},
+      {"MERGE: not known", [&] { evidence()->mutable_merge()->set_freedom(0); }},
+      {"MERGE: not known", [&] { evidence()->clear_merge(); }},
+      {"CONDITION: 150, want at most 100", [&] { evidence()->set_condition_number(150); }},
+      {"INFORMATION: 0.4, want at least 0.5", [&] { evidence()->set_information_kept(0.4); }},
+      {"INFORMATION: not known", [&] { evidence()->clear_information_kept(); }},
+      {"HELD_DIRECTIONS: 5, want at most 0",
+       [&] { now.mutable_options()->add_degrees_of_freedom(registration::v1::FREEDOM_SHIFT_X); }},
+      {"REGISTRATION_AGE: ", [&] { now.mutable_recorded_at()->set_seconds(now.recorded_at().seconds() - 9 * 3600); }},
+      {"REGISTRATION_AGE: ", [&] { envelope()->set_registration_age_h(0); }},
+      {"CLAMPING of registrations/other: 1, want at most 0",
+       [&] {
+         later.set_name("registrations/other");
+         later.set_blade("blades/sn2");
+         says(later);
+       }},
+      {"CUT_BEFORE of G1/H2: 1, want at most 0",
+       [&] {
+         events_->cut = {{"another", {"G1", "H2"}}};
+       }},
+  };
+  for (const auto& [reason, spoil] : wrong) {
+    SCOPED_TRACE(reason);
+    spoil();
+    const auto waiting = Correct(request);
+    ASSERT_TRUE(waiting.ok()) << waiting.status();
+    EXPECT_EQ(waiting->release(), v1::RELEASE_AWAITING_PERSON);
+    EXPECT_EQ(waiting->state(), v1::CORRECTION_STATE_DRAFT);
+    EXPECT_EQ(waiting->nc_program(), "");
+    EXPECT_EQ(store_->rows().back().nc_program, "");
+    EXPECT_EQ(store_->rows().back().nc_held, store_->rows().front().nc_program);  // proven, and held
+    ASSERT_EQ(waiting->release_reasons_size(), 1) << waiting->ShortDebugString();
+    EXPECT_THAT(waiting->release_reasons(0), ::testing::StartsWith(reason));
+    now = sound;
+    plant_.plant.machine = machine;
+    plant_.plant.part = part;
+    plant_.registration.later.clear();
+    events_->cut.clear();
+  }
+}
+
+TEST_F(CorrectionHandlersTest, AnotherClampingSpeaksAgainstThisOne) {
+  registration::v1::Registration& now = plant_.registration.registration;
+  registration::v1::Registration later = now;
+  later.set_record_sequence(2);
+  const auto waits = [&](const std::string& clamping, const std::string& blade, const std::string& machine,
+                         const std::string& later_clamping) {
+    now.set_clamping(clamping);
+    later.set_blade(blade);
+    later.set_machine(machine);
+    later.set_clamping(later_clamping);
+    plant_.registration.later = {later};
+    const auto correction = Correct(Request());
+    EXPECT_TRUE(correction.ok()) << correction.status();
+    return correction.ok() && correction->state() == v1::CORRECTION_STATE_DRAFT;
+  };
+  const std::string blade = now.blade(), machine = now.machine();
+  EXPECT_FALSE(waits("", blade, machine, ""));  // measured again
+  EXPECT_FALSE(waits("7", blade, machine, "7"));
+  EXPECT_FALSE(waits("7", "blades/sn2", machine, "8"));  // a machine with two fixtures
+  EXPECT_TRUE(waits("7", blade, machine, "8"));
+  EXPECT_TRUE(waits("", "blades/sn2", machine, ""));
+  EXPECT_TRUE(waits("7", "blades/sn2", machine, "7"));  // another blade in the same clamping: swapped
+  EXPECT_TRUE(waits("7", "blades/sn2", machine, ""));
+  EXPECT_TRUE(waits("7", blade, "machines/m2", "9"));
 }
 
 TEST_F(CorrectionHandlersTest, NothingIsRecordedOfWhatIsRefusedOrFails) {

@@ -112,6 +112,16 @@ grpc::Status StandInRegistration::Register(grpc::ServerContext*, const registrat
   return grpc::Status::OK;
 }
 
+grpc::Status StandInRegistration::ListRegistrations(grpc::ServerContext*,
+                                                    const registration::v1::ListRegistrationsRequest* request,
+                                                    registration::v1::ListRegistrationsResponse* response) {
+  for (const registration::v1::Registration& one : later)
+    if ((request->blade().empty() || one.blade() == request->blade()) &&
+        (request->machine().empty() || one.machine() == request->machine()))
+      *response->add_registrations() = one;
+  return grpc::Status::OK;
+}
+
 StandIns::StandIns() : block(metrology::MakePinnedBlock()), server_({&plant, &ingest, &calibration, &registration}) {
   DescribePlant();
   DescribeCalibrations();
@@ -133,6 +143,12 @@ void StandIns::DescribePlant() {
     joint.set_minimum(-100);
     joint.set_maximum(100);
   }
+  plant::v1::SafetyEnvelope& envelope = *plant.machine.mutable_safety_envelope();
+  envelope.set_translation_mm(2);
+  envelope.set_rotation_deg(3);
+  envelope.set_uncertainty_share(1);
+  envelope.set_registration_age_h(8);
+  envelope.set_keep_out_mm(0);  // the tests' templates go straight from hole to hole
   plant.part.set_name(kPart);
   plant.part.set_revision(1);
   runtime::ToProto(block.pose.zero_from_part, plant.part.mutable_zero_from_part_nominal());
@@ -201,7 +217,17 @@ void StandIns::DescribeRegistration() {
   runtime::ToProto(covariance, out.mutable_noise_covariance());
   runtime::SetMatrix(std::vector<double>(6 * metrology::kCalibrationParameterCount), 6,
                      metrology::kCalibrationParameterCount, out.mutable_calibration_sensitivity());
-  out.mutable_evidence()->set_outcome(registration::v1::OUTCOME_CONVERGED);
+  out.set_record_sequence(1);
+  out.mutable_recorded_at()->set_seconds(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now()) - 60);
+  // Nothing that a gate would stop.
+  registration::v1::Evidence& evidence = *out.mutable_evidence();
+  evidence.set_outcome(registration::v1::OUTCOME_CONVERGED);
+  evidence.set_condition_number(5);
+  evidence.set_information_kept(0.9);
+  evidence.mutable_disagreement()->set_ratio(1);
+  evidence.mutable_merge()->set_freedom(3);
+  evidence.mutable_merge()->set_chi_squared(2);
+  evidence.mutable_merge()->set_limit(16.3);
 }
 
 void StandIns::AddScans() {

@@ -72,6 +72,9 @@ class StandInRegistration final : public registration::v1::RegistrationService::
                                registration::v1::Registration* response) override;
   grpc::Status Register(grpc::ServerContext*, const registration::v1::RegisterRequest* request,
                         registration::v1::Registration* response) override;
+  std::vector<registration::v1::Registration> later;  // made since, of the machine or of the blade
+  grpc::Status ListRegistrations(grpc::ServerContext*, const registration::v1::ListRegistrationsRequest* request,
+                                 registration::v1::ListRegistrationsResponse* response) override;
 };
 
 class StandIns {

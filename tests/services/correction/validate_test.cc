@@ -70,12 +70,38 @@ TEST(AxesOf, RefusesOtherKinematics) {
   EXPECT_EQ(runtime::ReasonOf(AxesOf(empty).status()), "KINEMATICS_UNSUPPORTED");
 }
 
-TEST(EnvelopeOf, IsTheDefaultWhereNoneIsGiven) {
+TEST(LimitsOf, AreTheRecords) {
   plant::v1::Machine machine;
-  EXPECT_EQ(EnvelopeOf(machine).translation_mm, 2);
-  EXPECT_NEAR(EnvelopeOf(machine).rotation_rad, 0.0523598775598299, 1e-15);
   machine.mutable_safety_envelope()->set_translation_mm(0.5);
-  EXPECT_EQ(EnvelopeOf(machine).translation_mm, 0.5);
+  machine.mutable_safety_envelope()->set_rotation_deg(3);
+  const metrology::GateLimits limits = LimitsOf(machine);
+  EXPECT_EQ(limits.translation_mm, 0.5);
+  EXPECT_NEAR(limits.rotation_rad, 0.0523598775598299, 1e-15);
+  EXPECT_EQ(limits.uncertainty_share, 0);  // 0 is 0: every correction waits
+}
+
+// The tool's joints move it; those under the part move it the other way.
+TEST(TravelOf, IsOfTheLinearJoints) {
+  plant::v1::Machine machine = TwoAxes();
+  plant::v1::Joint& z = *machine.mutable_kinematics()->add_tool_side();
+  z.set_axis("Z");
+  z.set_kind(plant::v1::JOINT_KIND_LINEAR);
+  z.mutable_direction()->set_z(1);
+  z.set_sign(1);
+  z.set_minimum(-100);
+  z.set_maximum(50);
+  plant::v1::Joint& x = *machine.mutable_kinematics()->add_part_side();
+  x = z;
+  x.set_axis("X");
+  x.mutable_direction()->set_z(0);
+  x.mutable_direction()->set_x(1);
+  const auto travel = TravelOf(machine);
+  ASSERT_TRUE(travel.ok()) << travel.status();
+  ASSERT_EQ(travel->size(), 2u);
+  EXPECT_EQ((*travel)[0].axis, "X");
+  EXPECT_EQ((*travel)[0].direction, Eigen::Vector3d(-1, 0, 0));
+  EXPECT_EQ((*travel)[1].direction, Eigen::Vector3d(0, 0, 1));
+  EXPECT_EQ((*travel)[1].minimum_mm, -100);
 }
 
 }  // namespace

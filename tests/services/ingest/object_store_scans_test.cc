@@ -24,7 +24,7 @@ TEST_F(ObjectStoreScansTest, AreAcknowledgedResumedAndReadLikeAnyOther) {
   const auto blocks = SampleBlocks(points_mm, 300, v1::ENCODING_XYZ_F64);
   const v1::ScanHeader header = SampleHeader("s1", 0, v1::ENCODING_XYZ_F64);
   {
-    Conversation broken(stub_.get(), 20.0);
+    Conversation broken(stub_.get(), 60.0);  // a gateway that has just begun makes its pools first
     broken.Say(header);
     ASSERT_TRUE(broken.Send(blocks[0]));
     ASSERT_EQ(broken.HearAcknowledged(), 1);

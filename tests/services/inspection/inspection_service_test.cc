@@ -137,6 +137,7 @@ TEST_F(InspectionServiceTest, TakesScansAtTheAnglesOfItsRegistration) {
 // were not so. Asked for by name, the nest is what the datum points define, and the flag says what it differs from.
 TEST_F(InspectionServiceTest, CoversPositioningsThatDisagreeAndSaysSo) {
   using registration::v1::Method;
+  plant_.registration.registration.mutable_evidence()->clear_disagreement();
   const auto calm = Inspect(Request());
   ASSERT_TRUE(calm.ok()) << calm.status();
   EXPECT_EQ(calm->positioning().method(), registration::v1::METHOD_SIX_POINT);

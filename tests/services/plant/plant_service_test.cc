@@ -116,6 +116,24 @@ TEST_F(PlantServiceTest, AMachineComesBackBitForBit) {
   EXPECT_TRUE(MessageDifferencer::Equals(described, request.machine())) << described.DebugString();
 }
 
+// As the contract says; 0 is 0, and lets nothing pass.
+TEST_F(PlantServiceTest, AnEnvelopeThatIsNotStatedIsTheContracts) {
+  v1::CreateMachineRequest request = SampleMachine();
+  request.mutable_machine()->clear_safety_envelope();
+  const auto usual = Create(request);
+  ASSERT_TRUE(usual.ok()) << usual.status();
+  EXPECT_EQ(usual->safety_envelope().translation_mm(), 2);
+  EXPECT_EQ(usual->safety_envelope().rotation_deg(), 3);
+  EXPECT_EQ(usual->safety_envelope().uncertainty_share(), 1.0 / 3);
+  EXPECT_EQ(usual->safety_envelope().registration_age_h(), 8);
+  EXPECT_EQ(usual->safety_envelope().keep_out_mm(), 0.5);
+  request.mutable_machine()->mutable_safety_envelope()->set_translation_mm(0);
+  const auto never = Create(request);
+  ASSERT_TRUE(never.ok()) << never.status();
+  EXPECT_EQ(never->safety_envelope().translation_mm(), 0);
+  EXPECT_EQ(never->safety_envelope().rotation_deg(), 3);
+}
+
 TEST_F(PlantServiceTest, AnotherDescriptionIsANewRevisionAndTheSameIsNot) {
   v1::CreateMachineRequest request = SampleMachine();
   ASSERT_TRUE(Create(request).ok());

@@ -49,6 +49,9 @@ v1::CreateMachineRequest SampleMachine() {
   Set(26.6352, 54.8952, -1.0 / 3, machine.mutable_nominal_centre_mm());
   machine.mutable_safety_envelope()->set_translation_mm(2);
   machine.mutable_safety_envelope()->set_rotation_deg(3);
+  machine.mutable_safety_envelope()->set_uncertainty_share(0.25);
+  machine.mutable_safety_envelope()->set_registration_age_h(12);
+  machine.mutable_safety_envelope()->set_keep_out_mm(0.4);
   return request;
 }
 

@@ -1,0 +1,140 @@
+#include "services/correction/fetch.h"
+
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "metrology/correction/keep_out.h"
+#include "metrology/correction/nc_proof.h"
+#include "metrology/correction/nc_remaining.h"
+#include "services/correction/machine_axes.h"
+#include "services/correction/messages.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/geometry_proto.h"
+#include "services/runtime/resource_name.h"
+#include "services/runtime/server.h"
+#include "services/runtime/time_proto.h"
+
+namespace sixpoint::correction {
+namespace {
+
+absl::Status NotDivisible(const std::string& correction, const std::string& why) {
+  return runtime::Failure(errors::v1::PROGRAM_NOT_DIVISIBLE, correction + ": " + why, {{"resource", correction}});
+}
+
+struct Holes {
+  std::map<std::string, metrology::NcTarget> left;
+  std::set<std::string> cut;
+};
+
+Holes HolesOf(const storage::CorrectionRow& correction) {
+  Holes holes;
+  for (const storage::CorrectionGroupRow& group : correction.groups)
+    for (const storage::CorrectionHoleRow& hole : group.holes) {
+      const std::string name = group.group_name + "/" + hole.hole_name;
+      if (hole.reported_cut_at)
+        holes.cut.insert(name);
+      else
+        holes.left[name] = {hole.start_mm[0], hole.start_mm[1], hole.start_mm[2], group.a_deg, group.b_deg};
+    }
+  return holes;
+}
+
+metrology::NcFrame FrameOf(const storage::CorrectionRow& correction) {
+  metrology::NcFrame frame;
+  for (const storage::WorkOffsetRow& one : correction.work_offsets) frame.work_offsets[one.code] = one.offset;
+  for (const storage::ToolLengthRow& one : correction.tool_lengths) frame.tool_lengths_mm[one.number] = one.length_mm;
+  return frame;
+}
+
+// The ways between what is left are new: they were not looked at when the whole program was judged.
+absl::Status CheckWays(const std::vector<metrology::NcMove>& moves, const Holes& holes,
+                       const registration::v1::Registration& registration, const metrology::RotaryAxes& axes,
+                       const Peers& peers, const runtime::Caller& caller) {
+  const auto machine =
+      peers.plant.GetMachine(registration.machine(), registration.machine_revision(), caller.make_context());
+  if (!machine.ok()) return machine.status();
+  const double keep_out_mm = LimitsOf(*machine).keep_out_mm;
+  if (!(keep_out_mm > 0)) return absl::OkStatus();
+  const auto part = peers.plant.GetPart(registration.part(), registration.part_revision(), caller.make_context());
+  if (!part.ok()) return part.status();
+  const auto surface = peers.plant.GetSurface(*part, caller.make_context(), caller.keep_going);
+  if (!surface.ok()) return surface.status();
+  const auto pose = runtime::FromProto("registration.zero_from_part", registration.zero_from_part());
+  if (!pose.ok()) return pose.status();
+  const auto check =
+      metrology::CheckKeepOut(moves, holes.left, {**surface, *pose, axes}, keep_out_mm, caller.keep_going);
+  if (!check.ok()) return check.status();
+  return check->passed() ? absl::OkStatus() : absl::FailedPreconditionError(metrology::TextOf(*check));
+}
+
+absl::Status TakeRemaining(const storage::CorrectionRow& correction, const Holes& holes,
+                           const registration::v1::Registration& registration, const Peers& peers,
+                           const runtime::Caller& caller, storage::ProgramFetchRow* fetch) {
+  const std::string name = runtime::NameOf("corrections", correction.correction_id);
+  const auto rotation = peers.calibrations.Rotation(runtime::NameOf("calibrations", correction.rotation_calibration_id),
+                                                    caller.make_context());
+  if (!rotation.ok()) return rotation.status();
+  auto remaining = metrology::LeaveOut(correction.program(), holes.cut,
+                                       {correction.axes[0].front(), correction.axes[1].front()}, FrameOf(correction));
+  if (!remaining.ok()) return NotDivisible(name, std::string(remaining.status().message()));
+  const auto proof = metrology::ProveProgram(remaining->moves, holes.left, rotation->axes);
+  if (!proof.ok()) return NotDivisible(name, std::string(proof.status().message()));
+  const absl::Status ways = CheckWays(remaining->moves, holes, registration, rotation->axes, peers, caller);
+  if (absl::IsFailedPrecondition(ways)) return NotDivisible(name, std::string(ways.message()));
+  if (!ways.ok()) return ways;
+  fetch->nc_program = std::move(remaining->program);
+  fetch->proof = {metrology::kNcReaderVersion, proof->pose_count, proof->greatest_difference_um,
+                  proof->greatest_tilt_deg};
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<storage::ProgramFetchRow> FetchOf(const v1::FetchProgramRequest& request,
+                                                 const storage::CorrectionRow& correction, const Peers& peers,
+                                                 const runtime::Caller& caller) {
+  const auto registration = RegistrationOf(peers, runtime::NameOf("registrations", correction.registration_id), caller);
+  if (!registration.ok()) return registration.status();
+  const auto against = AgainstClamping(peers, *registration, caller);
+  if (!against.ok()) return against.status();
+  if (!against->empty())
+    return runtime::Failure(
+        errors::v1::CLAMPING_DIFFERS,
+        request.name() + ": " + against->front() + " was made since, want no registration of another blade or clamping",
+        {{"resource", request.name()}, {"field", "clamping"}});
+  const Holes holes = HolesOf(correction);
+  storage::ProgramFetchRow fetch;
+  fetch.fetch_id = storage::NewUuid();
+  fetch.correction_id = correction.correction_id;
+  fetch.hole_count = static_cast<int>(holes.left.size());
+  fetch.cut_count = static_cast<int>(holes.cut.size());
+  fetch.requested_by = request.requested_by();
+  fetch.software_version = runtime::SoftwareVersion();
+  if (holes.cut.empty()) {
+    if (!correction.proof)
+      return NotDivisible(request.name(), "made by a release that proved nothing, want another correction");
+    fetch.nc_program = correction.program();
+    fetch.proof = *correction.proof;
+    return fetch;
+  }
+  if (absl::Status taken = TakeRemaining(correction, holes, *registration, peers, caller, &fetch); !taken.ok())
+    return taken;
+  return fetch;
+}
+
+v1::FetchProgramResponse ResponseOf(const storage::ProgramFetchRow& fetch, const storage::CorrectionRow& correction) {
+  v1::FetchProgramResponse response;
+  response.set_name(runtime::NameOf("fetches", fetch.fetch_id));
+  response.set_correction(runtime::NameOf("corrections", fetch.correction_id));
+  response.set_nc_program(fetch.nc_program);
+  response.set_program_sha256(fetch.program_sha256);
+  SetProof(fetch.proof, response.mutable_proof());
+  response.set_hole_count(fetch.hole_count);
+  response.set_cut_count(fetch.cut_count);
+  runtime::ToProto(correction.usable_until, response.mutable_usable_until());
+  return response;
+}
+
+}  // namespace sixpoint::correction

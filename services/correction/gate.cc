@@ -1,0 +1,71 @@
+#include "services/correction/gate.h"
+
+#include <chrono>
+
+#include "metrology/correction/keep_out.h"
+#include "services/runtime/time_proto.h"
+
+namespace sixpoint::correction {
+namespace {
+
+using metrology::GateCheck;
+using metrology::GateCheckKind;
+
+constexpr int kDirections = 6;
+
+// Best fit is what the others are compared with; local by scans of the region alone has no best fit beside it.
+bool CanDisagree(const registration::v1::Registration& registration) {
+  switch (registration.method()) {
+    case registration::v1::METHOD_SIX_POINT:
+    case registration::v1::METHOD_SIX_POINT_NORMALS:
+      return true;
+    default:
+      return registration.evidence().has_disagreement();
+  }
+}
+
+metrology::RegistrationEvidence EvidenceOf(const registration::v1::Registration& registration,
+                                           std::chrono::system_clock::time_point now) {
+  const registration::v1::Evidence& in = registration.evidence();
+  metrology::RegistrationEvidence out;
+  out.has_disagreement = CanDisagree(registration);
+  if (in.has_disagreement()) out.disagreement = in.disagreement().ratio();
+  // Scans that share no surface say nothing of the calibrations that put them together.
+  if (in.has_merge() && in.merge().freedom() > 0) out.merge_chi_squared = in.merge().chi_squared();
+  out.merge_limit = in.merge().limit();
+  out.condition_number = in.condition_number();
+  if (in.has_information_kept()) out.information_kept = in.information_kept();
+  const int free = registration.options().degrees_of_freedom_size();
+  out.held_directions = free == 0 ? 0 : kDirections - free;
+  out.age_h =
+      std::chrono::duration<double, std::ratio<3600>>(now - runtime::MomentOf(registration.recorded_at())).count();
+  return out;
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<GateCheck>> Judge(const Inputs& inputs,
+                                             const std::vector<metrology::CorrectedHoleGroup>& corrected,
+                                             const ReadProgram& program, const std::function<bool()>& keep_going) {
+  std::vector<GateCheck> checks =
+      metrology::JudgeHoles(inputs.groups, corrected, inputs.limits, inputs.machine_axes.letters);
+  for (GateCheck& check : metrology::JudgeRegistration(EvidenceOf(inputs.registration, inputs.now), inputs.limits))
+    checks.push_back(std::move(check));
+  checks.push_back(metrology::CountAgainst(GateCheckKind::kClamping, inputs.against_clamping));
+  if (!inputs.travel.empty())
+    checks.push_back(metrology::CheckTravel(corrected, program.moves, inputs.travel, program.tip_below_mm));
+  if (inputs.surface != nullptr) {
+    if (!program.moves.empty()) {
+      const metrology::PlacedPart part{*inputs.surface, inputs.pose->zero_from_part, inputs.rotation.axes};
+      absl::StatusOr<GateCheck> keep_out =
+          metrology::CheckKeepOut(program.moves, program.targets, part, inputs.limits.keep_out_mm, keep_going);
+      if (!keep_out.ok()) return keep_out.status();
+      checks.push_back(*std::move(keep_out));
+    }
+    checks.push_back(metrology::CheckLinesOfSight(inputs.groups, *inputs.surface, inputs.limits.keep_out_mm));
+  }
+  checks.push_back(metrology::CountAgainst(GateCheckKind::kCutBefore, inputs.cut_before));
+  return checks;
+}
+
+}  // namespace sixpoint::correction
