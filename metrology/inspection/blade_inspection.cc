@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <limits>
+#include <optional>
 #include <utility>
 
 #include "metrology/parallel/keep_going.h"
@@ -18,13 +21,40 @@ constexpr double kBelow_mm = 1;       // the pin region reaches this far under t
 constexpr double kTo_um = 1e3;
 constexpr int kInputs = 6 + kCalibrationParameterCount;  // pose noise, then calibrations
 
-// Within a hole's region: a cylinder about the nominal axis in which its pin must stand.
-bool InRegion(const InspectedHole& hole, const InspectionOptions& options, const Eigen::Vector3d& point) {
+// A hole's region: a cylinder about the nominal axis in which its pin must stand. The square of the distance from that axis; none
+// outside.
+std::optional<double> InRegion(const InspectedHole& hole, const InspectionOptions& options,
+                               const Eigen::Vector3d& point) {
   const Eigen::Vector3d from = point - hole.pin.start_mm;
   const double height = from.dot(hole.pin.axis);
-  if (height < -kBelow_mm || height > options.longest_pin_mm) return false;
+  if (height < -kBelow_mm || height > options.longest_pin_mm) return std::nullopt;
   const double radius = options.pin.greatest_diameter_ratio * hole.pin.hole_diameter_mm / 2 + options.search_mm;
-  return (from - height * hole.pin.axis).squaredNorm() < radius * radius;
+  const double square = (from - height * hole.pin.axis).squaredNorm();
+  if (square >= radius * radius) return std::nullopt;
+  return square;
+}
+
+std::string FartherThan(double reach_mm, double offset_mm) {
+  char text[128];
+  std::snprintf(text, sizeof text,
+                "a pin stands %.3f mm from the hole's axis, want at most %.3f: another hole's, or none", offset_mm,
+                reach_mm);
+  return text;
+}
+
+// Half of the way to the nearest hole, across this one's axis, or as far as is searched.
+double ReachOf(const std::vector<InspectedHole>& holes, std::size_t index, const InspectionOptions& options) {
+  double reach = options.search_mm;
+  const NominalPin& pin = holes[index].pin;
+  for (std::size_t other = 0; other < holes.size(); ++other) {
+    const Eigen::Vector3d from = holes[other].pin.start_mm - pin.start_mm;
+    // One through the other wall has no pin here.
+    const bool beside =
+        std::abs(from.dot(pin.axis)) < options.longest_pin_mm && holes[other].pin.axis.dot(pin.axis) > 0.5;
+    if (other == index || !beside) continue;
+    reach = std::min(reach, (from - from.dot(pin.axis) * pin.axis).norm() / 2);
+  }
+  return reach;
 }
 
 }  // namespace
@@ -49,7 +79,21 @@ BladeInspection::BladeInspection(std::shared_ptr<const Surface> surface, std::ve
       sensor_(std::move(sensor)),
       axes_(axes),
       options_(std::move(options)),
-      pin_points_(holes_.size()) {}
+      pin_points_(holes_.size()) {
+  for (std::size_t hole = 0; hole < holes_.size(); ++hole) reach_mm_.push_back(ReachOf(holes_, hole, options_));
+}
+
+std::size_t BladeInspection::HoleAt(const Eigen::Vector3d& in_part_mm) const {
+  std::size_t nearest = holes_.size();
+  double least = 0;
+  for (std::size_t hole = 0; hole < holes_.size(); ++hole) {
+    const std::optional<double> square = InRegion(holes_[hole], options_, in_part_mm);
+    if (!square || (nearest < holes_.size() && *square >= least)) continue;
+    nearest = hole;
+    least = *square;
+  }
+  return nearest;
+}
 
 void BladeInspection::Sort(const Points& points_mm, std::size_t begin, std::size_t end, const Compared& compared,
                            Chunk* chunk) const {
@@ -58,15 +102,15 @@ void BladeInspection::Sort(const Points& points_mm, std::size_t begin, std::size
   for (std::size_t i = begin; i < end; ++i) {
     const Eigen::Vector3d& in_part = compared.in_part_mm[i];
     const double deviation = compared.deviations_mm[i];
-    bool in_region = false;
-    for (std::size_t hole = 0; hole < holes_.size(); ++hole) {
-      if (!InRegion(holes_[hole], options_, in_part)) continue;
-      in_region = true;
+    const std::size_t hole = HoleAt(in_part);
+    const bool in_region = hole < holes_.size();
+    if (in_region) {
       // Beyond farthest_mm there is no distance; outside and far, since the region stands on the surface.
-      const bool off_surface = !std::isfinite(deviation) || deviation > options_.pin_clearance_mm;
+      const double off_mm = std::isfinite(deviation) ? deviation : std::numeric_limits<double>::infinity();
       const bool above = (in_part - holes_[hole].pin.start_mm).dot(holes_[hole].pin.axis) > 0;
-      if (off_surface && above)
-        chunk->pin_points.emplace_back(static_cast<std::uint32_t>(hole), PinPoint{in_part, points_mm[i], scan_index});
+      if (off_mm > options_.pin_clearances_mm.front() && above)
+        chunk->pin_points.emplace_back(static_cast<std::uint32_t>(hole),
+                                       PinPoint{in_part, points_mm[i], scan_index, static_cast<float>(off_mm)});
     }
     if (in_region || !std::isfinite(deviation)) {
       ++chunk->excluded_count;
@@ -180,13 +224,19 @@ void BladeInspection::AddPositioning(const NominalPin& nominal, HoleFinding* fin
       std::hypot(error.inclination_standard_uncertainty_rad, finding->positioning_difference_rad / std::sqrt(3.0));
 }
 
-HoleFinding BladeInspection::Judged(std::size_t hole) const {
+HoleFinding BladeInspection::Judged(std::size_t hole, double clearance_mm) const {
   const InspectedHole& wanted = holes_[hole];
-  const std::vector<PinPoint>& points = pin_points_[hole];
+  std::vector<PinPoint> points;
+  for (const PinPoint& point : pin_points_[hole])
+    if (point.deviation_mm > clearance_mm) points.push_back(point);
   Points in_part;
   in_part.reserve(points.size());
   for (const PinPoint& point : points) in_part.push_back(point.in_part_mm);
-  const PinFit fit = FitPin(wanted.pin, in_part, options_.pin);
+  PinFit fit = FitPin(wanted.pin, in_part, options_.pin);
+  if (fit.measured && !(fit.offset_mm.norm() <= reach_mm_[hole])) {
+    fit.measured = false;
+    fit.reason = FartherThan(reach_mm_[hole], fit.offset_mm.norm());
+  }
 
   HoleFinding finding;
   finding.point_count = static_cast<int>(fit.used.size());
@@ -244,7 +294,15 @@ absl::StatusOr<BladeFindings> BladeInspection::Finish() {
                                          " mm of the CAD, want scans of this blade");
   BladeFindings findings;
   findings.holes.resize(holes_.size());
-  ForEach(holes_.size(), options_.threads, [&](std::size_t i) { findings.holes[i] = Judged(i); });
+  ForEach(holes_.size(), options_.threads, [&](std::size_t i) {
+    for (const double clearance_mm : options_.pin_clearances_mm) {
+      HoleFinding finding = Judged(i, clearance_mm);
+      const bool first = clearance_mm == options_.pin_clearances_mm.front();
+      // Why not is said of all its points.
+      if (first || finding.reason.empty()) findings.holes[i] = std::move(finding);
+      if (findings.holes[i].reason.empty()) break;
+    }
+  });
   findings.verdict = holes_.empty() ? Verdict::kNotMeasured : Verdict::kConform;
   for (const HoleFinding& hole : findings.holes) findings.verdict = Worst(findings.verdict, hole.verdict);
   findings.deviation = Summary();

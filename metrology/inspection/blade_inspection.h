@@ -60,9 +60,11 @@ struct BladeFindings {
 
 struct InspectionOptions {
   int threads = 2;
-  double farthest_mm = 1;          // a point farther from the CAD is not of this part (chip, fixture)
-  double pin_clearance_mm = 0.15;  // a pin's point is at least this far off the CAD
-  double search_mm = 0.3;          // a pin's axis may lie this far from the nominal
+  double farthest_mm = 1;  // a point farther from the CAD is not of this part (chip, fixture)
+  // A pin's point is at least this far off the CAD. Where a casting stands proud beside the hole, that is no pin: farther off is tried.
+  std::vector<double> pin_clearances_mm = {0.15, 0.3, 0.5, 0.8};
+  // A pin's axis may lie this far from the nominal, and nearer than half of the way to the next hole: what is farther is that one's.
+  double search_mm = 0.3;
   double longest_pin_mm = 25;
   std::int64_t greatest_point_count = 60'000'000;
   PinLimits pin;
@@ -99,6 +101,7 @@ class BladeInspection {
   struct PinPoint {
     Eigen::Vector3d in_part_mm, in_sensor_mm;
     std::uint32_t scan;
+    float deviation_mm;  // infinite where the CAD is not near
   };
   struct Chunk;
   struct Compared;
@@ -108,7 +111,10 @@ class BladeInspection {
   // What is a deviation, what belongs to a pin, and what is set aside.
   void Sort(const Points& points_mm, std::size_t begin, std::size_t end, const Compared& compared, Chunk* chunk) const;
   void AddPositioning(const NominalPin& nominal, HoleFinding* finding) const;
-  HoleFinding Judged(std::size_t hole) const;
+  // The hole in whose region the point stands, the nearest of several; none: holes_.size().
+  std::size_t HoleAt(const Eigen::Vector3d& in_part_mm) const;
+  // From the points that are farther off the CAD than that.
+  HoleFinding Judged(std::size_t hole, double clearance_mm) const;
   // Change of a point's place in the part per (pose noise, calibration parameters).
   Eigen::Matrix<double, 3, 6 + kCalibrationParameterCount> Sensitivity(const PinPoint& point) const;
   // The same per radian that each of the pose's angles is taken greater; where the point was scanned at it, directly too.
@@ -117,6 +123,7 @@ class BladeInspection {
 
   std::shared_ptr<const Surface> surface_;
   std::vector<InspectedHole> holes_;
+  std::vector<double> reach_mm_;  // per hole: how far its pin's axis may lie from the nominal
   RegisteredPose pose_;
   SensorPose sensor_;
   RotaryAxes axes_;
