@@ -120,7 +120,7 @@ CREATE TABLE program_fetches (
   requested_by text NOT NULL,
   software_version text NOT NULL,
   CONSTRAINT program_fetches_pk PRIMARY KEY (fetch_id),
-  CONSTRAINT program_fetches_correction_fk FOREIGN KEY (correction_id) REFERENCES corrections (correction_id),
+  CONSTRAINT program_fetches_correction_fk FOREIGN KEY (correction_id) REFERENCES record_names (record_id),
   CONSTRAINT program_fetches_program_fk FOREIGN KEY (program_sha256) REFERENCES blobs (sha256),
   CONSTRAINT program_fetches_record_fk FOREIGN KEY (fetch_id) REFERENCES record_names (record_id) DEFERRABLE INITIALLY DEFERRED,
   CONSTRAINT program_fetches_counts CHECK (hole_count > 0 AND cut_count >= 0),
@@ -135,13 +135,15 @@ CREATE INDEX program_fetches_by_program ON program_fetches (program_sha256);
 COMMENT ON TABLE program_fetches IS 'Every time that a program left by FetchProgram, and exactly what left.';
 COMMENT ON COLUMN program_fetches.cut_count IS 'Holes that were reported cut before and left out of it.';
 
--- When each correction that was not refused became usable, by rule or by a person.
+-- When each correction that was not refused became usable, by rule or by a person. One that was made before there was a gate passed
+-- none: it is a draft.
 CREATE VIEW correction_releases AS
   SELECT c.correction_id, c.blade_serial, c.registration_id, n.record_sequence AS release_sequence, n.recorded_at AS released_at,
          coalesce(c.nc_program_sha256, c.nc_held_sha256) IS NOT NULL AS has_program
   FROM corrections c
   LEFT JOIN correction_events e ON e.correction_id = c.correction_id AND e.event = 'RELEASED'
-  JOIN record_names n ON n.record_id = CASE WHEN c.release = 'AUTOMATIC' THEN c.correction_id ELSE e.record_id END
+  JOIN record_names n ON n.record_id = CASE WHEN c.release = 'AUTOMATIC' AND c.registration_age_h IS NOT NULL THEN c.correction_id
+                                       ELSE e.record_id END
   WHERE NOT EXISTS (SELECT 1 FROM correction_events r WHERE r.correction_id = c.correction_id AND r.event = 'REFUSED');
 COMMENT ON VIEW correction_releases IS 'Corrections that are or were released, in the order of their release.';
 
@@ -150,9 +152,9 @@ CREATE VIEW correction_states AS
       WHEN f.is_refused THEN 'REFUSED'
       WHEN f.is_withdrawn THEN 'WITHDRAWN'
       WHEN f.is_cut THEN 'CUT'
-      WHEN f.usable_until <= clock_timestamp() THEN 'EXPIRED'
-      WHEN NOT f.is_released THEN 'DRAFT'
+      WHEN f.usable_until <= statement_timestamp() THEN 'EXPIRED'
       WHEN f.superseded_by IS NOT NULL THEN 'SUPERSEDED'
+      WHEN NOT f.is_released THEN 'DRAFT'
       ELSE 'RELEASED' END AS state
   FROM (
     SELECT c.correction_id, l.correction_id IS NOT NULL AS is_released,
@@ -164,16 +166,28 @@ CREATE VIEW correction_states AS
               SELECT 1 FROM up JOIN calibration_events w ON w.calibration_id = up.input_id AND w.event = 'WITHDRAWN') AS is_withdrawn,
       (SELECT count(*) FROM correction_cuts k WHERE k.correction_id = c.correction_id)
         = (SELECT count(*) FROM correction_holes h WHERE h.correction_id = c.correction_id) AS is_cut,
-      CASE WHEN c.registration_age_h IS NULL OR l.correction_id IS NULL THEN c.valid_until
+      CASE WHEN coalesce(c.registration_age_h, 0) = 0 OR l.correction_id IS NULL THEN c.valid_until
            ELSE least(c.valid_until, CASE WHEN c.release = 'AUTOMATIC' THEN g.recorded_at ELSE l.released_at END
                                      + c.registration_age_h * interval '1 hour') END AS usable_until,
-      (SELECT s.correction_id FROM correction_releases s
-       WHERE s.blade_serial = c.blade_serial AND s.has_program AND s.release_sequence > l.release_sequence
-         AND (s.registration_id <> c.registration_id
-              OR EXISTS (SELECT 1 FROM correction_groups a JOIN correction_groups b ON b.group_name = a.group_name
-                         WHERE a.correction_id = c.correction_id AND b.correction_id = s.correction_id))
-       ORDER BY s.release_sequence DESC LIMIT 1) AS superseded_by
+      coalesce(
+        -- Another program has cut holes of it since it was made: it would cut them again.
+        (SELECT k.correction_id FROM corrections o JOIN correction_cuts k ON k.correction_id = o.correction_id
+         JOIN record_names m ON m.record_id = k.record_id
+         JOIN correction_holes h ON h.correction_id = c.correction_id AND h.group_name = k.group_name AND h.hole_name = k.hole_name
+         WHERE o.blade_serial = c.blade_serial AND o.correction_id <> c.correction_id
+           AND (m.record_sequence > n.record_sequence OR c.release = 'AUTOMATIC')
+         ORDER BY m.record_sequence DESC LIMIT 1),
+        -- A draft too is over once another registration has brought forth a program.
+        (SELECT s.correction_id FROM correction_releases s
+         WHERE s.blade_serial = c.blade_serial AND s.has_program AND s.correction_id <> c.correction_id
+           AND s.release_sequence > coalesce(l.release_sequence, n.record_sequence)
+           AND (s.registration_id <> c.registration_id
+                OR l.correction_id IS NOT NULL
+                   AND EXISTS (SELECT 1 FROM correction_groups a JOIN correction_groups b ON b.group_name = a.group_name
+                               WHERE a.correction_id = c.correction_id AND b.correction_id = s.correction_id))
+         ORDER BY s.release_sequence DESC LIMIT 1)) AS superseded_by
     FROM corrections c
+    JOIN record_names n ON n.record_id = c.correction_id
     JOIN record_names g ON g.record_id = c.registration_id
     LEFT JOIN correction_releases l ON l.correction_id = c.correction_id) f;
 COMMENT ON VIEW correction_states IS 'What each correction is now: it follows from rows that never change, and the clock.';
@@ -224,3 +238,8 @@ GRANT SELECT (nc_held_sha256) ON corrections TO sixpoint_ingest;
 GRANT SELECT (program_sha256) ON program_fetches TO sixpoint_ingest;
 REVOKE EXECUTE ON FUNCTION refuse_unreleased_fetch() FROM PUBLIC;
 SELECT make_partitions(3);
+-- And the months that corrections have already: what was made then can be stopped, too.
+SELECT make_partition(t.held_by, t.name, t.by_uuid, to_date(right(c.relname, 7), 'YYYY_MM'))
+FROM pg_inherits i JOIN pg_class c ON c.oid = i.inhrelid,
+     (SELECT * FROM partitioned_tables WHERE name IN ('correction_checks', 'correction_events', 'correction_cuts') ORDER BY depth, name) t
+WHERE i.inhparent = 'corrections'::regclass;

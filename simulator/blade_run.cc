@@ -220,7 +220,9 @@ class BladeRun {
     };
     for (const Fit& fit :
          {Fit{registration::v1::METHOD_BEST_FIT, "best fit", &result_.best_fit, &result_.best_fit_error_um},
-          Fit{plan_.casting_mm > 0 ? registration::v1::METHOD_SIX_POINT_NORMALS : registration::v1::METHOD_SIX_POINT,
+          Fit{plan_.method != registration::v1::METHOD_UNSPECIFIED ? plan_.method
+              : plan_.casting_mm > 0                               ? registration::v1::METHOD_SIX_POINT_NORMALS
+                                                                   : registration::v1::METHOD_SIX_POINT,
               "six-point", &result_.six_point, &result_.six_point_error_um}}) {
       if (plan_.only_six_point && fit.registration == &result_.best_fit) continue;
       request.set_method(fit.method);

@@ -30,9 +30,11 @@ struct BladeRunPlan {
   int threads = 1;
 
   // For what goes wrong in a plant, and for many blades on one machine; nothing of it in the demo.
-  std::uint64_t mounting_seed = 0;                       // how the scanner and the axes are mounted; 0: by `seed`
-  bool calibrate = true;                                 // false: an earlier run did, of the same mounting
-  bool only_six_point = false;                           // no best fit of its own
+  std::uint64_t mounting_seed = 0;  // how the scanner and the axes are mounted; 0: by `seed`
+  bool calibrate = true;            // false: an earlier run did, of the same mounting
+  bool only_six_point = false;      // no best fit of its own
+  // What the program is corrected by; unspecified: six points.
+  registration::v1::Method method = registration::v1::METHOD_UNSPECIFIED;
   bool stop_at_correction = false;                       // released or not
   double foil_mm = 0;                                    // stuck on the first datum point's place
   std::function<void(MachineTruth*)> since_calibration;  // what happened to the machine

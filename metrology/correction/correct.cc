@@ -18,8 +18,8 @@ using Parameters = Eigen::Matrix<double, kParameters, 1>;
 
 constexpr std::size_t kBeforeStarts = 4;  // values of the chain
 
-// A third, as the gate's share: what uncertainty adds has room beside it.
-double AllowedTilt(const NominalHoleGroup& group) { return group.inclination_tolerance_rad / 3; }
+// A quarter: of the gate's third, the rest is left for what uncertainty adds.
+double AllowedTilt(const NominalHoleGroup& group) { return group.inclination_tolerance_rad / 4; }
 
 // The estimates as they would be, had noise and calibration moved them by these parameters.
 struct Chain {

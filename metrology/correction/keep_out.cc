@@ -88,7 +88,8 @@ class Clearances {
         part_from_zero_ * (part_.axes.MachineFromZero(middle(3), middle(4)).inverse() * tip_mm);
     const double from_box_mm = DistanceFromBox(in_part, part_.surface.minimum_mm(), part_.surface.maximum_mm());
     if (from_box_mm >= asked_mm) return from_box_mm;
-    return std::abs(part_.surface.Closest(in_part).signed_distance_mm);
+    const double distance_mm = part_.surface.Closest(in_part).signed_distance_mm;
+    return part_.surface.mesh().closed ? distance_mm : std::abs(distance_mm);  // of a sheet nothing is inside
   }
 
   static void Split(const Piece& piece, const std::array<double, kAxes>& reach, bool straight,
@@ -112,11 +113,11 @@ class HoleAxes {
  public:
   explicit HoleAxes(const std::map<std::string, NcTarget>& targets) {
     for (const auto& [name, target] : targets)
-      axes_.push_back({target.x_mm, target.y_mm, target.a_deg * kRad, target.b_deg * kRad});
+      axes_.push_back({target.x_mm, target.y_mm, target.a_deg * kRad, target.b_deg * kRad, target.z_mm});
     std::sort(axes_.begin(), axes_.end());
   }
-  // Along the axis of a hole that is turned to the tool.
-  bool Hold(const Position& from, const Position& to) const {
+  // Along the axis of a hole that is turned to the tool; no rapid goes down below its start, but by steps.
+  bool Hold(const NcMove& move, const Position& from, const Position& to) const {
     for (const std::size_t i : {0u, 1u, 3u, 4u})
       if (std::abs(from[i] - to[i]) > (i < 3 ? kOnAxis : kOnAxis * kRad)) return false;
     const auto less = [](const Axis& axis, double x_mm) { return axis[0] < x_mm; };
@@ -124,12 +125,12 @@ class HoleAxes {
          axis != axes_.end() && (*axis)[0] <= to[0] + kOnAxis; ++axis)
       if (std::abs((*axis)[1] - to[1]) <= kOnAxis && std::abs((*axis)[2] - to[3]) <= kOnAxis * kRad &&
           std::abs((*axis)[3] - to[4]) <= kOnAxis * kRad)
-        return true;
+        return move.feed || move.by_steps || to[kZ] >= from[kZ] || to[kZ] >= (*axis)[4] - kOnAxis;
     return false;
   }
 
  private:
-  using Axis = std::array<double, 4>;  // X, Y, and the rotary axes
+  using Axis = std::array<double, 5>;  // X, Y, the rotary axes, and the start's Z
   std::vector<Axis> axes_;
 };
 
@@ -154,13 +155,26 @@ absl::StatusOr<GateCheck> CheckKeepOut(const std::vector<NcMove>& moves, const s
   Clearances clearances(part, keep_out_mm);
   const HoleAxes holes(targets);
   Nearest nearest(GateCheckKind::kKeepOut, keep_out_mm);
+  const double above_mm = (part.surface.maximum_mm() - part.surface.minimum_mm()).norm();
+  bool known_once = false;
   for (const NcMove& move : moves) {
     if (keep_going && !keep_going()) return absl::CancelledError("keep-out: the caller went away");
     const std::optional<Position> to = PositionOf(move.to);
-    // Where the machine comes from before its program has said so is its operator's.
-    const std::optional<Position> from = PositionOf(move.from);
-    if (!to.has_value() || (from.has_value() && holes.Hold(*from, *to))) continue;
-    nearest.Look("line " + std::to_string(move.line), clearances.Of({from.value_or(*to), *to}, move.feed));
+    if (!to.has_value()) continue;  // home, or on the way to being known
+    // Where the machine comes from before its program has said so is its operator's. Home is above.
+    std::optional<Position> from = PositionOf(move.from);
+    if (!from.has_value()) {
+      NcPosition from_above = move.from;
+      from_above[kZ] = *move.to[kZ] + above_mm;
+      from = move.from[kZ].has_value() ? std::nullopt : PositionOf(from_above);
+    }
+    const std::string line = "line " + std::to_string(move.line);
+    if (from.has_value() && holes.Hold(move, *from, *to)) continue;
+    if (!from.has_value() && known_once)
+      nearest.Look(line, 0);  // it was sent home sideways, and nobody knows over what it comes back
+    else
+      nearest.Look(line, clearances.Of({from.value_or(*to), *to}, move.feed));
+    known_once = true;
   }
   if (!nearest.check.value.has_value()) nearest.check.failed_count = 1;  // no move could be followed
   return nearest.check;
@@ -197,7 +211,7 @@ GateCheck CheckTravel(const std::vector<CorrectedHoleGroup>& groups, const std::
         if (!(excess_mm > 1e-9)) continue;
         beyond = true;
         if (excess_mm <= *check.value) continue;
-        check.value = excess_mm;
+        check.value = std::min(excess_mm, 1e9);  // of absurd coordinates too
         check.subject = axis.axis + " at " + subject;
       }
     }

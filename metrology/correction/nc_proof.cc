@@ -127,8 +127,13 @@ class Proof {
   }
 
   absl::Status UnmarkedRapid(const NcMove& move) {
-    if (!reached_now_ || !Known(move.from)) return absl::OkStatus();
+    if (open_.empty()) return absl::OkStatus();
     const NcTarget& target = targets_.at(open_);
+    // Steps may go deeper from a start that was reached.
+    if (!follows_ && move.to[kZ].has_value() && *move.to[kZ] < target.z_mm - kSame_mm &&
+        !(move.from[kZ].has_value() && *move.to[kZ] >= *move.from[kZ]))
+      return RefuseMove(move, "a rapid below the start of " + open_, "a feed (G1) from its start");
+    if (!reached_now_ || !Known(move.from)) return absl::OkStatus();
     if (!OnlyZ(move) && *move.from[kZ] <= target.z_mm + kSame_mm)
       return RefuseMove(move, "sideways from " + open_, "Z raised first, or a marker");
     if (move.to[kZ].has_value() && *move.to[kZ] < *move.from[kZ] && !follows_)

@@ -170,7 +170,7 @@ class Reader {
         continue;
       }
       if (word.letter == 'M') {
-        const int code = static_cast<int>(word.value);
+        const int code = word.value >= 0 && word.value < 1000 ? static_cast<int>(word.value) : -1;
         if (code != word.value || kHarmlessM.count(code) == 0)
           return Wrong("no " + Named(word) + ", which is not understood");
         ended_ = ended_ || code == 2 || code == 30;
@@ -236,10 +236,14 @@ class Reader {
     const bool sets = Holds(codes, "43");
     if (sets != number.has_value()) return Wrong(sets ? "G43 with its H" : "no H but with G43");
     if (sets && Holds(codes, "49")) return Wrong("one of G43 and G49");
-    if (Holds(codes, "49")) added_length_mm_.reset();
+    if (Holds(codes, "49") && added_length_mm_.has_value()) {
+      added_length_mm_.reset();
+      position_[kZ].reset();  // some controls move by the length, others with the next Z
+    }
     if (!sets) return absl::OkStatus();
     const absl::StatusOr<double> length_mm = LengthOf('H', *number);
     if (!length_mm.ok()) return length_mm.status();
+    if (added_length_mm_ != *length_mm) position_[kZ].reset();
     added_length_mm_ = *length_mm;
     // A program that does not say what is in the spindle has the tool that it takes the length of.
     if (!spindle_length_mm_.has_value()) spindle_length_mm_ = *length_mm;
@@ -312,6 +316,9 @@ class Reader {
   // To where the machine's maker put it: by rapid, over a point that nobody checks.
   absl::Status Home(const NcPosition& said) {
     if (!target_.empty()) return Wrong("no return to the reference (G28, G30) in a marked block");
+    for (const std::optional<double>& value : said)
+      if (value.has_value() && (!by_steps_ || *value != 0))
+        return Wrong("G28 and G30 of all axes, or by no step (G91 G28 Z0): else they go over a point first");
     NcMove move{line_, false, by_steps_, false, "", position_, position_, rate_};
     for (std::size_t i = 0; i < kAxes; ++i)
       if (said[i].has_value() || !Says(said)) move.to[i].reset();

@@ -30,7 +30,13 @@ bool OnlyZ(const NcMove& move) {
 
 // What a line does beside moving, that something later may need: it cannot go. Outputs (M62 to M65) are a hole's own.
 std::optional<std::string> Needed(const NcLine& line) {
+  static const std::set<std::string> kMoves = {"0",  "1",  "4",  "20", "21", "53", "54", "55", "56",
+                                               "57", "58", "59", "70", "71", "90", "91", "500"};
   for (const NcWord& word : line.words) {
+    if (word.letter == 'G') {
+      const std::size_t first = std::min(word.value.find_first_not_of('0'), word.value.size() - 1);
+      if (word.value.empty() || kMoves.count(word.value.substr(first)) == 0) return "G" + word.value;
+    }
     if (word.letter == 'M' && word.value != "62" && word.value != "63" && word.value != "64" && word.value != "65")
       return "M" + word.value;
     if (word.letter == 'S' || word.letter == 'T' || word.letter == 'H' || word.letter == 'O')
@@ -62,7 +68,10 @@ class Divider {
  public:
   Divider(const std::vector<NcLine>& lines, const std::vector<NcMove>& moves, const std::set<std::string>& cut,
           const std::array<char, 2>& rotary)
-      : lines_(lines), cut_(cut), rotary_(rotary), keep_(lines.size(), true) {
+      : lines_(lines), cut_(cut), rotary_(rotary), keep_(lines.size(), true), next_kept_(lines.size()) {
+    std::string next;
+    for (std::size_t i = lines.size(); i-- > 0; next_kept_[i] = next)
+      if (!lines[i].marker.empty() && cut.count(lines[i].marker) == 0) next = lines[i].marker;
     for (const NcMove& move : moves) moves_[move.line].push_back(&move);
   }
 
@@ -93,6 +102,8 @@ class Divider {
   }
 
   void StandAfter(std::size_t line) {
+    for (const NcWord& word : lines_[line].words)
+      if (word.letter == 'M' && (word.value == "6" || word.value == "06")) height_mm_.reset();  // another tool's tip
     for (const NcMove* move : MovesAt(line)) height_mm_ = move->to[kZ];
   }
 
@@ -109,6 +120,7 @@ class Divider {
     while (worked < past && MovesAt(worked).empty() && !Needed(lines_[worked]).has_value() &&
            !lines_[worked].words.empty())
       ++worked;
+    if (absl::Status status = CheckOutputs(first, worked); !status.ok()) return status;
     const std::string heir = HeirOf(past, lines_[first].marker);
     for (std::size_t i = first; i < worked; ++i) {
       if (!heir.empty() && TurnsOnly(i)) {
@@ -122,8 +134,11 @@ class Divider {
     }
     for (std::size_t i = worked; i < past; ++i) {
       const auto& moves = MovesAt(i);
-      if (moves.size() == 1 && OnlyZ(*moves[0]) && moves[0]->to[kZ].has_value() && height_mm_.has_value() &&
-          *moves[0]->to[kZ] <= *height_mm_) {
+      const bool only_z = moves.size() == 1 && OnlyZ(*moves[0]) && moves[0]->to[kZ].has_value();
+      if (only_z && !height_mm_.has_value())
+        return NotDivisible(static_cast<int>(i) + 1,
+                            "a retract from where nobody knows, want Z raised before " + lines_[first].marker);
+      if (only_z && *moves[0]->to[kZ] <= *height_mm_) {
         if (const auto needed = Needed(lines_[i]))
           return NotDivisible(static_cast<int>(i) + 1, *needed + " in a retract");
         keep_[i] = false;
@@ -134,14 +149,29 @@ class Divider {
     return absl::OkStatus();
   }
 
+  // What a hole switches on it switches off again: nothing else is left as it would not have been.
+  absl::Status CheckOutputs(std::size_t first, std::size_t worked) const {
+    std::set<std::string> on;
+    for (std::size_t i = first; i < worked; ++i) {
+      std::string output, code;
+      for (const NcWord& word : lines_[i].words) {
+        if (word.letter == 'P') output = word.value;
+        if (word.letter == 'M') code = word.value;
+      }
+      const bool off = code == "63" || code == "65";
+      if (code == "62" || code == "64") on.insert(output);
+      if (off && on.erase(output) == 0)
+        return NotDivisible(static_cast<int>(i) + 1, "switches off what another block switched on");
+    }
+    return on.empty() ? absl::OkStatus()
+                      : NotDivisible(static_cast<int>(first) + 1, "an output stays on after " + lines_[first].marker);
+  }
+
   // The next hole that stays, if it is of the same group: the turn for the group is for it now.
   std::string HeirOf(std::size_t from, const std::string& hole) const {
-    for (std::size_t i = from; i < lines_.size(); ++i) {
-      const std::string& next = lines_[i].marker;
-      if (next.empty() || cut_.count(next) > 0) continue;
-      return GroupOf(next) == GroupOf(hole) ? next : "";
-    }
-    return "";
+    if (from >= lines_.size()) return "";
+    const std::string& next = next_kept_[from];
+    return GroupOf(next) == GroupOf(hole) ? next : "";
   }
 
   // A marked block that has the rotary axes alone, as many templates turn once for a group.
@@ -157,7 +187,8 @@ class Divider {
   std::map<std::size_t, std::string> remarked_;
   std::map<int, std::vector<const NcMove*>> moves_;  // by line, from 1
   std::vector<bool> keep_;
-  std::optional<double> height_mm_;  // of the tool after the lines that stay
+  std::vector<std::string> next_kept_;  // from each line on, the hole that stays and comes first; empty: none
+  std::optional<double> height_mm_;     // of the tool after the lines that stay
 };
 
 bool SameWay(const NcMove& move, const NcMove& old, const std::array<bool, 5>& said) {

@@ -53,14 +53,21 @@ grpc::Status CorrectionService::Correct(grpc::ServerContext* context, const v1::
   const auto slot = running_.Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());
   if (request->dry_run()) return runtime::Answer(DryRun(*request, caller), response);
-  const auto make = [&] { return Make(*request, caller); };
+  bool made = false;
+  const auto make = [&] {
+    made = true;
+    return Make(*request, caller);
+  };
   const auto recorded = runtime::RecordedResult<v1::Correction>(store_.get(), "correction.Correct", *request,
                                                                 caller.deadline, make, ToProto);
   if (!recorded.ok()) return ToGrpc(recorded.status());
-  // What it is now, of a new one too: what it rests on may have been withdrawn, a program leaves only of what is released.
-  return runtime::Answer(runtime::GetResult<v1::Correction>(*store_, caller.deadline, "corrections", recorded->name(),
-                                                            errors::v1::CORRECTION_NOT_FOUND, WithProgram),
-                         response);
+  // What it is now, of a new one too: what it rests on may have been withdrawn. A program leaves with what made it; a retry may come
+  // hours later, and asks FetchProgram.
+  return runtime::Answer(
+      runtime::GetResult<v1::Correction>(
+          *store_, caller.deadline, "corrections", recorded->name(), errors::v1::CORRECTION_NOT_FOUND,
+          [made](const storage::CorrectionRow& row) { return made ? WithProgram(row) : ToProto(row); }),
+      response);
 }
 
 absl::StatusOr<runtime::Made<storage::CorrectionRow>> CorrectionService::Make(const v1::CorrectRequest& request,
@@ -126,6 +133,8 @@ absl::StatusOr<v1::FetchProgramResponse> CorrectionService::Fetch(const v1::Fetc
   if (!found->has_value()) return NotRecorded(request.name());
   const storage::CorrectionRow& correction = **found;
   if (absl::Status status = CheckFetchable(correction, request); !status.ok()) return status;
+  const auto registration = StandingRegistration(correction, *peers_, caller);
+  if (!registration.ok()) return registration.status();
   const auto before = events_->FindFetch(recorded, caller.deadline);
   if (!before.ok()) return before.status();
   if (before->has_value()) {
@@ -134,7 +143,7 @@ absl::StatusOr<v1::FetchProgramResponse> CorrectionService::Fetch(const v1::Fetc
     return runtime::Failure(errors::v1::CORRECTION_DECIDED_MEANWHILE,
                             request.name() + ": holes were cut since it was fetched, want a new request_id", {});
   }
-  const absl::StatusOr<storage::ProgramFetchRow> fetch = FetchOf(request, correction, *peers_, caller);
+  const absl::StatusOr<storage::ProgramFetchRow> fetch = FetchOf(request, correction, *registration, *peers_, caller);
   if (!fetch.ok()) return fetch.status();
   // Asked again where nothing can come between: it may have been stopped or cut while this was made.
   const auto check = [&](const std::optional<storage::CorrectionRow>& now) -> absl::Status {

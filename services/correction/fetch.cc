@@ -92,18 +92,25 @@ absl::Status TakeRemaining(const storage::CorrectionRow& correction, const Holes
 
 }  // namespace
 
-absl::StatusOr<storage::ProgramFetchRow> FetchOf(const v1::FetchProgramRequest& request,
-                                                 const storage::CorrectionRow& correction, const Peers& peers,
-                                                 const runtime::Caller& caller) {
-  const auto registration = RegistrationOf(peers, runtime::NameOf("registrations", correction.registration_id), caller);
-  if (!registration.ok()) return registration.status();
+absl::StatusOr<registration::v1::Registration> StandingRegistration(const storage::CorrectionRow& correction,
+                                                                    const Peers& peers, const runtime::Caller& caller) {
+  auto registration = RegistrationOf(peers, runtime::NameOf("registrations", correction.registration_id), caller);
+  if (!registration.ok()) return registration;
+  if (absl::Status in_force = CheckCalibrations(peers, *registration, caller); !in_force.ok()) return in_force;
   const auto against = AgainstClamping(peers, *registration, caller);
   if (!against.ok()) return against.status();
-  if (!against->empty())
-    return runtime::Failure(
-        errors::v1::CLAMPING_DIFFERS,
-        request.name() + ": " + against->front() + " was made since, want no registration of another blade or clamping",
-        {{"resource", request.name()}, {"field", "clamping"}});
+  if (against->empty()) return registration;
+  const std::string name = runtime::NameOf("corrections", correction.correction_id);
+  return runtime::Failure(
+      errors::v1::CLAMPING_DIFFERS,
+      name + ": " + against->front() + " was made since, want no registration of another blade or clamping",
+      {{"resource", name}, {"field", "clamping"}});
+}
+
+absl::StatusOr<storage::ProgramFetchRow> FetchOf(const v1::FetchProgramRequest& request,
+                                                 const storage::CorrectionRow& correction,
+                                                 const registration::v1::Registration& registration, const Peers& peers,
+                                                 const runtime::Caller& caller) {
   const Holes holes = HolesOf(correction);
   storage::ProgramFetchRow fetch;
   fetch.fetch_id = storage::NewUuid();
@@ -119,7 +126,7 @@ absl::StatusOr<storage::ProgramFetchRow> FetchOf(const v1::FetchProgramRequest& 
     fetch.proof = *correction.proof;
     return fetch;
   }
-  if (absl::Status taken = TakeRemaining(correction, holes, *registration, peers, caller, &fetch); !taken.ok())
+  if (absl::Status taken = TakeRemaining(correction, holes, registration, peers, caller, &fetch); !taken.ok())
     return taken;
   return fetch;
 }

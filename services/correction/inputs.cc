@@ -140,13 +140,11 @@ absl::Status FetchPart(const Peers& peers, const v1::CorrectRequest& request, co
   return absl::OkStatus();
 }
 
-// A registration of the same machine, or of the same blade, that was made later.
+// A registration of the same machine, or of the same blade, that was made later. What stands on a machine is what was registered there
+// last, whatever its clampings are called.
 bool SpeaksAgainst(const registration::v1::Registration& later, const registration::v1::Registration& registration) {
-  const bool stated = !later.clamping().empty() && !registration.clamping().empty();
-  const bool same = stated && later.clamping() == registration.clamping();
-  if (later.machine() != registration.machine()) return true;  // the blade has gone there
-  // A machine with several fixtures says so by its clampings.
-  return later.blade() == registration.blade() ? stated && !same : !stated || same;
+  if (later.machine() != registration.machine() || later.blade() != registration.blade()) return true;
+  return !later.clamping().empty() && !registration.clamping().empty() && later.clamping() != registration.clamping();
 }
 
 }  // namespace
@@ -159,6 +157,13 @@ absl::StatusOr<registration::v1::Registration> RegistrationOf(const Peers& peers
   const grpc::Status got = peers.registration->GetRegistration(caller.make_context().get(), get, &registration);
   if (!got.ok()) return runtime::FromGrpc(got);
   return registration;
+}
+
+absl::Status CheckCalibrations(const Peers& peers, const registration::v1::Registration& registration,
+                               const runtime::Caller& caller) {
+  Inputs inputs;
+  inputs.registration = registration;
+  return FetchCalibrations(peers, caller, &inputs);
 }
 
 absl::StatusOr<std::vector<std::string>> AgainstClamping(const Peers& peers,

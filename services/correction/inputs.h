@@ -60,6 +60,10 @@ absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::CorrectRequest&
 absl::StatusOr<registration::v1::Registration> RegistrationOf(const Peers& peers, const std::string& name,
                                                               const runtime::Caller& caller);
 
+// As FetchInputs has it: refused where what the registration rests on is not in force.
+absl::Status CheckCalibrations(const Peers& peers, const registration::v1::Registration& registration,
+                               const runtime::Caller& caller);
+
 // Registrations made since then that speak against the clamping of this one: of another blade on its machine, of its blade on another
 // machine, or of its blade in another clamping.
 absl::StatusOr<std::vector<std::string>> AgainstClamping(const Peers& peers,

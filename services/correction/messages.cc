@@ -120,7 +120,7 @@ void SetProof(const storage::ProgramProofRow& row, v1::ProgramProof* proof) {
 absl::StatusOr<v1::Correction> WithProgram(const storage::CorrectionRow& row) {
   absl::StatusOr<v1::Correction> correction = ToProto(row);
   if (correction.ok() && correction->state() == v1::CORRECTION_STATE_RELEASED)
-    correction->set_nc_program(row.program());
+    correction->set_nc_program(row.nc_program);
   return correction;
 }
 

@@ -10,7 +10,7 @@ namespace sixpoint::correction {
 
 // Without its program. DATA_LOSS: a state that no service writes.
 absl::StatusOr<v1::Correction> ToProto(const storage::CorrectionRow& row);
-// With it, where it may be used and the row was read with it.
+// With it, where it was released by rule, may be used, and the row was read with it.
 absl::StatusOr<v1::Correction> WithProgram(const storage::CorrectionRow& row);
 
 void SetProof(const storage::ProgramProofRow& row, v1::ProgramProof* proof);

@@ -210,7 +210,7 @@ TEST(CorrectGroup, KeepsCOfAHoleAlongIt) {
   group.name = "G1";
   group.axis_in_part = Eigen::Vector3d::UnitZ();
   group.nominal.b_rad = 30 * kRad;
-  group.inclination_tolerance_rad = 0.5 * kRad;
+  group.inclination_tolerance_rad = 0.5 * kRad;  // a quarter: 0.125 deg
   group.holes = {{"H1", {12, 3, 5}}};
   const RotaryLimits limits{-100 * kRad, 100 * kRad, -360 * kRad, 360 * kRad};
   RegisteredPose pose = ExactPose(Eigen::Isometry3d::Identity());

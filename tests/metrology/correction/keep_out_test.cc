@@ -59,6 +59,20 @@ TEST(KeepOut, NamesTheMoveThatIsTooNear) {
   EXPECT_FALSE(Block().Check("G1 X0 Y0 Z1 A0 B0\nA45\n").passed());
 }
 
+// A hole's own axis is no way in for a rapid, and the inside of the block no place to stand.
+TEST(KeepOut, NoRapidGoesDownAHolesAxisIntoThePart) {
+  EXPECT_FALSE(Block().Check("G0 Z10 A0 B0\nX1 Y2\nZ-2\n").passed());
+  EXPECT_TRUE(Block().Check("G0 Z10 A0 B0\nX1 Y2\nZ0\nG1 Z-2 F5\nG0 Z10\nX40\n").passed());
+  EXPECT_FALSE(Block().Check("G1 X0 Y0 Z-2 A0 B0\n").passed());
+}
+
+// Sent home upwards it comes back from above; sent home sideways nobody knows over what.
+TEST(KeepOut, KnowsWhatItComesBackFrom) {
+  EXPECT_TRUE(Block().Check("G0 X40 Y0 Z10 A0 B0\nG91 G28 Z0\nG90 Z10\n").passed());
+  EXPECT_FALSE(Block().Check("G0 X0 Y0 Z10 A0 B0\nG91 G28 Z0\nG90 Z-2\n").passed());
+  EXPECT_FALSE(Block().Check("G0 X40 Y0 Z10 A0 B0\nG91 G28 A0\nG90 A0\n").passed());
+}
+
 // Each axis may arrive in its own time: the corner between the ends counts.
 TEST(KeepOut, ARapidMayGoRoundTheCorner) {
   const char* program = "G0 X0 Y0 Z1 A0 B0\n%s X14 Z-3\n";

@@ -91,7 +91,10 @@ TEST(NcProof, RefusesWhatWouldCutElsewhere) {
   EXPECT_THAT(Proven(Drill("Z-15\n")), HasSubstr("a depth that does not follow the hole"));
   EXPECT_THAT(Proven(Drill("G91 Z-3\nG90\nG0 X20\n")), HasSubstr("sideways out of G1/H1"));
   EXPECT_THAT(Proven(Drill("G0 X20\n")), HasSubstr("sideways from G1/H1"));
-  EXPECT_THAT(Proven(Drill("Z30\nG0 Z-12.5\n")), HasSubstr("a rapid down"));
+  EXPECT_THAT(Proven(Drill("Z30\nG0 Z-12.5\n")), HasSubstr("a rapid below the start of G1/H1"));
+  // Down its axis by rapid, and up to the start by feed.
+  EXPECT_THAT(Proven(With(Drill(), "(SIXPOINT G1/H1)\nN50", "G0 Z-13\n(SIXPOINT G1/H1)\nN50")),
+              HasSubstr("a rapid below the start of G1/H1"));
   EXPECT_THAT(Proven(Drill("X11\n")), HasSubstr("a feed (G1) that is not marked"));
   // A laser's shot where not all axes were sent.
   EXPECT_THAT(Proven(With(Laser(), "X12.0000 Y5.1000 Z-12.5000 (SIXPOINT G1/H2)", "X12.0000 Y5.1000 (SIXPOINT G1/H2)")),
@@ -103,8 +106,8 @@ TEST(NcProof, RefusesWhatWouldCutElsewhere) {
   // Steps count from the corrected start alone.
   EXPECT_THAT(Proven(Drill("Z-12.5\nG91 Z-2.5\nG90\n")), HasSubstr("a depth that does not follow the hole"));
   EXPECT_THAT(Proven("G90\nG0 A1 B1 X1 Y1 Z1 (SIXPOINT G1/H1)\n"), HasSubstr("G1/H2 is not in it"));
-  EXPECT_THAT(Proven(With(Drill(), "G21 G90", "G21 G90\nG28 A0 B0")), HasSubstr("proven"));
-  EXPECT_THAT(Proven(With(Drill(), "N60 Z30\n", "N60 Z30\nG28 A0\n")), HasSubstr("cuts away from G1/H2"));
+  EXPECT_THAT(Proven(With(Drill(), "G21 G90", "G21 G90\nG91 G28 A0 B0\nG90")), HasSubstr("proven"));
+  EXPECT_THAT(Proven(With(Drill(), "N60 Z30\n", "N60 Z30\nG91 G28 A0\nG90\n")), HasSubstr("cuts away from G1/H2"));
 }
 
 }  // namespace

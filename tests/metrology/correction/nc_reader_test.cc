@@ -95,9 +95,16 @@ TEST(NcReader, RefusesLengthsThatAreNotStated) {
 }
 
 TEST(NcReader, AfterAReturnToTheReferenceNothingIsKnownOfThoseAxes) {
-  const auto moves = MovesOf("G0 X1 Y2 Z3 A4 B5\nG28 Z10\nG28");
+  const auto moves = MovesOf("G0 X1 Y2 Z3 A4 B5\nG91 G28 Z0\nG28");
   EXPECT_EQ(moves[1].to, (NcPosition{1.0, 2.0, std::nullopt, 4.0, 5.0}));
   EXPECT_EQ(moves[2].to, NcPosition{});
+}
+
+// By a point that nobody looked at.
+TEST(NcReader, RefusesAReturnOverAPoint) {
+  EXPECT_THAT(RefusalOf("G28 Z10"), HasSubstr("want G28 and G30 of all axes, or by no step"));
+  EXPECT_THAT(RefusalOf("G91 G30 Z-1"), HasSubstr("by no step"));
+  EXPECT_EQ(RefusalOf("G91 G28 Z0"), "read");
 }
 
 TEST(NcReader, RefusesWhatItDoesNotUnderstand) {

@@ -139,6 +139,23 @@ TEST(NcRemaining, RefusesWhereWhatStaysWouldDoOtherwise) {
       HasSubstr("line 3: S500 among the blocks of G1/H1"));
 }
 
+TEST(NcRemaining, RefusesWhatWouldBeLeftOtherwise) {
+  const std::string h2 = "A1 B2 X3 Y2 (SIXPOINT G1/H2)\nG1 Z0 F20 (SIXPOINT G1/H2)\nG0 Z50\nM30\n";
+  // A retract that would be a plunge: nothing says where the tool is before the first hole.
+  EXPECT_THAT(Refusal("G90\nG0 A1 B2 X1 Y2 (SIXPOINT G1/H1)\nG1 Z0 F20 (SIXPOINT G1/H1)\nG0 Z5\n" + h2, "G1/H1"),
+              HasSubstr("line 4: a retract from where nobody knows"));
+  EXPECT_THAT(
+      Refusal("G90\nG0 Z50\nA1 B2 X1 Y2 (SIXPOINT G1/H1)\nG94 G1 Z0 F20 (SIXPOINT G1/H1)\nG0 Z50\n" + h2, "G1/H1"),
+      HasSubstr("G94 among the blocks of G1/H1"));
+  EXPECT_THAT(
+      Refusal("G90\nG0 Z50\nA1 B2 X1 Y2 (SIXPOINT G1/H1)\nG1 Z0 F20 (SIXPOINT G1/H1)\nM62 P1\nG0 Z50\n" + h2, "G1/H1"),
+      HasSubstr("an output stays on after G1/H1"));
+  EXPECT_THAT(
+      Refusal("G90\nM62 P1\nG0 Z50\nA1 B2 X1 Y2 (SIXPOINT G1/H1)\nG1 Z0 F20 (SIXPOINT G1/H1)\nM63 P1\nG0 Z50\n" + h2,
+              "G1/H1"),
+      HasSubstr("switches off what another block switched on"));
+}
+
 // Lines taken out of and put into sound programs at random: refused, or what is left does what it did.
 TEST(NcRemaining, WhatStaysDoesWhatItDid) {
   std::mt19937_64 random(5);

@@ -207,8 +207,9 @@ TEST_F(CorrectionHandlersTest, AnotherClampingSpeaksAgainstThisOne) {
   const std::string blade = now.blade(), machine = now.machine();
   EXPECT_FALSE(waits("", blade, machine, ""));  // measured again
   EXPECT_FALSE(waits("7", blade, machine, "7"));
-  EXPECT_FALSE(waits("7", "blades/sn2", machine, "8"));  // a machine with two fixtures
+  EXPECT_FALSE(waits("7", blade, machine, ""));
   EXPECT_TRUE(waits("7", blade, machine, "8"));
+  EXPECT_TRUE(waits("7", "blades/sn2", machine, "8"));
   EXPECT_TRUE(waits("", "blades/sn2", machine, ""));
   EXPECT_TRUE(waits("7", "blades/sn2", machine, "7"));  // another blade in the same clamping: swapped
   EXPECT_TRUE(waits("7", "blades/sn2", machine, ""));

@@ -281,6 +281,65 @@ TEST_F(ReleaseTest, TheOneReleasedLastIsTheOneToUse) {
   EXPECT_EQ(refused->corrections(0).name(), draft);
 }
 
+// Each was sound when it was made; the other has cut the hole since.
+TEST_F(ReleaseTest, AHoleThatAnotherProgramCutIsNotCutAgain) {
+  const std::string draft = Correct(true).name(), first = Correct(false).name(), second = Correct(false).name();
+  ASSERT_TRUE(Cut(first, {"H1"}).ok());
+  EXPECT_EQ(StateOf(second), "SUPERSEDED");
+  EXPECT_EQ(Get(second).superseded_by(), first);
+  EXPECT_THAT(Refused(Fetch(second).status()), HasSubstr("PROGRAM_NOT_RELEASED"));
+  EXPECT_THAT(Refused(Release(draft).status()), HasSubstr("SUPERSEDED by " + first + ", want a draft"));
+  // The first goes on once what superseded it is out of the way.
+  ASSERT_TRUE(RefuseIt(second).ok());
+  const auto rest = Fetch(first);
+  ASSERT_TRUE(rest.ok()) << rest.status();
+  EXPECT_EQ(rest->hole_count(), 1);
+  // One that is made now knows of it, and a person may have it cut again.
+  const v1::Correction again = Correct(false);
+  EXPECT_EQ(again.state(), v1::CORRECTION_STATE_DRAFT);
+  ASSERT_TRUE(Release(again.name()).ok());
+  EXPECT_EQ(StateOf(again.name()), "RELEASED");
+}
+
+TEST_F(ReleaseTest, OnlyTheCallThatMadeItGivesTheProgram) {
+  v1::CorrectRequest request;
+  request.set_registration(testing::kRegistration);
+  request.set_nc_template(kTemplate);
+  request.set_request_id(storage::NewUuid());
+  const auto made = Call(&Stub::Correct, request), again = Call(&Stub::Correct, request);
+  ASSERT_TRUE(made.ok() && again.ok()) << made.status() << again.status();
+  EXPECT_NE(made->nc_program(), "");
+  EXPECT_EQ(again->name(), made->name());
+  EXPECT_EQ(again->nc_program(), "");  // a blade later
+}
+
+TEST_F(ReleaseTest, IsFetchedWithTheCalibrationsInForce) {
+  const std::string name = Correct(false).name();
+  plant_.calibration.replacement = "calibrations/00000000-0000-7000-8000-000000000098";
+  EXPECT_EQ(runtime::ReasonOf(Fetch(name).status()), "CALIBRATION_EXPIRED");
+  plant_.calibration.replacement.clear();
+  EXPECT_TRUE(Fetch(name).ok());
+}
+
+// As the release before wrote it: by its envelope alone.
+TEST_F(ReleaseTest, WhatNoGateHasJudgedIsADraft) {
+  const auto store = storage::CorrectionsIn(database_.get());
+  const std::string id = Correct(false).name().substr(std::string("corrections/").size());
+  auto row = **store->Find(id, testing::Soon());
+  row.correction_id = storage::NewUuid();
+  row.nc_template = kTemplate;
+  row.registration_age_h.reset();
+  storage::RecordEntry entry;
+  entry.kind = "correction";
+  entry.name = "corrections/" + row.correction_id;
+  entry.blade = "sn1";
+  entry.software_version = "0.1.0";
+  ASSERT_TRUE(store->Record({"correction.Correct", storage::NewUuid(), "x"}, row, entry, testing::Soon()).ok());
+  EXPECT_EQ(StateOf(entry.name), "DRAFT");
+  EXPECT_THAT(Refused(Fetch(entry.name).status()), HasSubstr("DRAFT, want RELEASED"));
+  EXPECT_TRUE(RefuseIt(entry.name).ok());
+}
+
 TEST_F(ReleaseTest, GoesWithACalibrationThatIsWithdrawn) {
   const std::string released = Correct(false).name(), draft = Correct(true).name();
   plant_.Withdraw(testing::kRotationCalibration);
