@@ -180,11 +180,13 @@ absl::StatusOr<GateCheck> CheckKeepOut(const std::vector<NcMove>& moves, const s
   return nearest.check;
 }
 
-GateCheck CheckLinesOfSight(const std::vector<NominalHoleGroup>& groups, const Surface& surface, double keep_out_mm) {
+absl::StatusOr<GateCheck> CheckLinesOfSight(const std::vector<NominalHoleGroup>& groups, const Surface& surface,
+                                            double keep_out_mm, const std::function<bool()>& keep_going) {
   Nearest nearest(GateCheckKind::kLineOfSight, keep_out_mm);
   const double size_mm = (surface.maximum_mm() - surface.minimum_mm()).norm();
   for (const NominalHoleGroup& group : groups) {
     for (const NominalHole& hole : group.holes) {
+      if (keep_going && !keep_going()) return absl::CancelledError("lines of sight: the caller went away");
       double least_mm = std::numeric_limits<double>::infinity();
       // On by what is free: nothing can be nearer there.
       for (double height_mm = 4 * keep_out_mm; height_mm < size_mm && least_mm >= keep_out_mm;) {

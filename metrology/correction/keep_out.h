@@ -33,7 +33,9 @@ absl::StatusOr<GateCheck> CheckKeepOut(const std::vector<NcMove>& moves, const s
                                        const std::function<bool()>& keep_going);
 
 // LINE_OF_SIGHT: the distance from the part of each hole's axis above its start, from four times the keep-out on.
-GateCheck CheckLinesOfSight(const std::vector<NominalHoleGroup>& groups, const Surface& surface, double keep_out_mm);
+// CANCELLED as CheckKeepOut.
+absl::StatusOr<GateCheck> CheckLinesOfSight(const std::vector<NominalHoleGroup>& groups, const Surface& surface,
+                                            double keep_out_mm, const std::function<bool()>& keep_going);
 
 // TRAVEL: what lies beyond a linear axis's limits.
 struct LinearTravel {

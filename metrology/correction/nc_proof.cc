@@ -24,12 +24,6 @@ absl::Status RefuseMove(const NcMove& move, const std::string& found, const std:
   return Refuse("nc_template", "line " + std::to_string(move.line) + ": " + found, wanted);
 }
 
-bool Changes(const NcMove& move, std::size_t axis) { return move.from[axis] != move.to[axis]; }
-bool OnlyZ(const NcMove& move) {
-  for (std::size_t i = 0; i < move.to.size(); ++i)
-    if (i != kZ && Changes(move, i)) return false;
-  return true;
-}
 bool Known(const NcPosition& at) {
   return std::all_of(at.begin(), at.end(), [](const auto& axis) { return axis.has_value(); });
 }

@@ -342,6 +342,12 @@ class Reader {
 
 }  // namespace
 
+bool OnlyZ(const NcMove& move) {
+  for (std::size_t i = 0; i < move.to.size(); ++i)
+    if (i != kZ && move.from[i] != move.to[i]) return false;
+  return true;
+}
+
 absl::StatusOr<std::vector<NcMove>> ReadNcProgram(const std::string& program, const std::array<char, 2>& rotary,
                                                   const NcFrame& frame) {
   Reader reader(rotary, frame);

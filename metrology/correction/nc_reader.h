@@ -28,7 +28,10 @@ struct NcMove {
   std::optional<double> rate;  // F in force; none: not said yet
 };
 
-// reader's version, stored with what it proved.
+// Whether no other axis than Z moves.
+bool OnlyZ(const NcMove& move);
+
+// The reader's version, stored with what it proved.
 inline constexpr char kNcReaderVersion[] = "2";
 
 // The program's lines are its template's, and refusals name that. rotary: the letters of the axis on the bed, and of the one that

@@ -22,12 +22,6 @@ absl::Status NotDivisible(int line, const std::string& why) {
 // Cuts, steps or is marked: belongs to a hole.
 bool Works(const NcMove& move) { return !move.target.empty() || move.by_steps || move.switches_on; }
 
-bool OnlyZ(const NcMove& move) {
-  for (std::size_t i = 0; i < move.to.size(); ++i)
-    if (i != kZ && move.from[i] != move.to[i]) return false;
-  return move.from[kZ] != move.to[kZ];
-}
-
 // What a line does beside moving, that something later may need: it cannot go. Outputs (M62 to M65) are a hole's own.
 std::optional<std::string> Needed(const NcLine& line) {
   static const std::set<std::string> kMoves = {"0",  "1",  "4",  "20", "21", "53", "54", "55", "56",
@@ -134,7 +128,8 @@ class Divider {
     }
     for (std::size_t i = worked; i < past; ++i) {
       const auto& moves = MovesAt(i);
-      const bool only_z = moves.size() == 1 && OnlyZ(*moves[0]) && moves[0]->to[kZ].has_value();
+      const bool only_z = moves.size() == 1 && OnlyZ(*moves[0]) && moves[0]->from[kZ] != moves[0]->to[kZ] &&
+                          moves[0]->to[kZ].has_value();
       if (only_z && !height_mm_.has_value())
         return NotDivisible(static_cast<int>(i) + 1,
                             "a retract from where nobody knows, want Z raised before " + lines_[first].marker);

@@ -23,6 +23,18 @@ absl::Status PoseFailure(const absl::Status& status, const std::string& registra
   return status;
 }
 
+// Where a program has to take each hole, by "group/hole".
+std::map<std::string, metrology::NcTarget> TargetsOf(const std::vector<metrology::CorrectedHoleGroup>& groups) {
+  std::map<std::string, metrology::NcTarget> targets;
+  for (const metrology::CorrectedHoleGroup& group : groups) {
+    for (const metrology::CorrectedHole& hole : group.holes) {
+      targets[group.name + "/" + hole.name] = {hole.start_mm.x(), hole.start_mm.y(), hole.start_mm.z(),
+                                               group.corrected.a_rad / kRad, group.corrected.b_rad / kRad};
+    }
+  }
+  return targets;
+}
+
 // Written, then read back and proven: no program leaves this without.
 absl::StatusOr<ReadProgram> MakeProgram(const v1::CorrectRequest& request, const Inputs& inputs, Corrected* corrected) {
   const metrology::RotaryLetters rotary = {inputs.machine_axes.letters[0].front(),
@@ -56,17 +68,6 @@ metrology::NcFrame FrameOf(const v1::CorrectRequest& request) {
     frame.work_offsets[one.code()] = {one.x_mm(), one.y_mm(), one.z_mm(), one.a_deg(), one.b_deg()};
   for (const v1::ToolLength& tool : request.tool_lengths()) frame.tool_lengths_mm[tool.number()] = tool.length_mm();
   return frame;
-}
-
-std::map<std::string, metrology::NcTarget> TargetsOf(const std::vector<metrology::CorrectedHoleGroup>& groups) {
-  std::map<std::string, metrology::NcTarget> targets;
-  for (const metrology::CorrectedHoleGroup& group : groups) {
-    for (const metrology::CorrectedHole& hole : group.holes) {
-      targets[group.name + "/" + hole.name] = {hole.start_mm.x(), hole.start_mm.y(), hole.start_mm.z(),
-                                               group.corrected.a_rad / kRad, group.corrected.b_rad / kRad};
-    }
-  }
-  return targets;
 }
 
 absl::StatusOr<Corrected> CorrectBlade(const v1::CorrectRequest& request, const Inputs& inputs,

@@ -4,7 +4,6 @@
 #include <absl/status/statusor.h>
 
 #include <functional>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,9 +26,6 @@ struct Corrected {
 
 // The offsets and tools that the request states; CheckCorrect let them pass.
 metrology::NcFrame FrameOf(const v1::CorrectRequest& request);
-
-// Where a program has to take each hole, by "group/hole".
-std::map<std::string, metrology::NcTarget> TargetsOf(const std::vector<metrology::CorrectedHoleGroup>& groups);
 
 // FAILED_PRECONDITION with a reason: POSE_SINGULAR, POSE_OUT_OF_LIMITS. INVALID_ARGUMENT: a template that cannot be replaced, or
 // whose program is not proven, whether or not it may be given now.

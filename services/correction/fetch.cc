@@ -10,6 +10,7 @@
 #include "metrology/correction/nc_remaining.h"
 #include "services/correction/machine_axes.h"
 #include "services/correction/messages.h"
+#include "services/correction/rows.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
@@ -85,8 +86,7 @@ absl::Status TakeRemaining(const storage::CorrectionRow& correction, const Holes
   if (absl::IsFailedPrecondition(ways)) return NotDivisible(name, std::string(ways.message()));
   if (!ways.ok()) return ways;
   fetch->nc_program = std::move(remaining->program);
-  fetch->proof = {metrology::kNcReaderVersion, proof->pose_count, proof->greatest_difference_um,
-                  proof->greatest_tilt_deg};
+  fetch->proof = RowOf(*proof);
   return absl::OkStatus();
 }
 

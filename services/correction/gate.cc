@@ -62,7 +62,10 @@ absl::StatusOr<std::vector<GateCheck>> Judge(const Inputs& inputs,
       if (!keep_out.ok()) return keep_out.status();
       checks.push_back(*std::move(keep_out));
     }
-    checks.push_back(metrology::CheckLinesOfSight(inputs.groups, *inputs.surface, inputs.limits.keep_out_mm));
+    absl::StatusOr<GateCheck> sight =
+        metrology::CheckLinesOfSight(inputs.groups, *inputs.surface, inputs.limits.keep_out_mm, keep_going);
+    if (!sight.ok()) return sight.status();
+    checks.push_back(*std::move(sight));
   }
   checks.push_back(metrology::CountAgainst(GateCheckKind::kCutBefore, inputs.cut_before));
   return checks;

@@ -76,6 +76,10 @@ storage::RecordEntry EntryOf(const storage::CorrectionRow& row, const Inputs& in
 
 }  // namespace
 
+storage::ProgramProofRow RowOf(const metrology::NcProof& proof) {
+  return {metrology::kNcReaderVersion, proof.pose_count, proof.greatest_difference_um, proof.greatest_tilt_deg};
+}
+
 runtime::Made<storage::CorrectionRow> RecordOf(const v1::CorrectRequest& request, const Inputs& inputs,
                                                const Corrected& corrected) {
   const registration::v1::Registration& registration = inputs.registration;
@@ -110,9 +114,7 @@ runtime::Made<storage::CorrectionRow> RecordOf(const v1::CorrectRequest& request
   row.axes = {inputs.rotation.letters.begin(), inputs.rotation.letters.end()};
   for (const metrology::CorrectedHoleGroup& group : corrected.groups)
     row.groups.push_back(GroupRowOf(group, inputs.pose->positioning.Applies()));
-  if (const auto& proof = corrected.proof; proof.has_value())
-    row.proof = storage::ProgramProofRow{metrology::kNcReaderVersion, proof->pose_count, proof->greatest_difference_um,
-                                         proof->greatest_tilt_deg};
+  if (const auto& proof = corrected.proof; proof.has_value()) row.proof = RowOf(*proof);
   for (const auto& [code, offset] : FrameOf(request).work_offsets) row.work_offsets.push_back({code, offset});
   for (const v1::ToolLength& tool : request.tool_lengths())
     row.tool_lengths.push_back({tool.number(), tool.length_mm()});

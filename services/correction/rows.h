@@ -11,6 +11,8 @@
 
 namespace sixpoint::correction {
 
+storage::ProgramProofRow RowOf(const metrology::NcProof& proof);
+
 // With a new id.
 runtime::Made<storage::CorrectionRow> RecordOf(const v1::CorrectRequest& request, const Inputs& inputs,
                                                const Corrected& corrected);

@@ -133,16 +133,17 @@ TEST(LineOfSight, IsBlockedByWhatStandsOverTheHole) {
   NominalHoleGroup group;
   group.name = "G1";
   group.holes = {{"H1", {0, 0, 0}}};
-  GateCheck check = CheckLinesOfSight({group}, *block.surface, 0.5);
+  GateCheck check = *CheckLinesOfSight({group}, *block.surface, 0.5, nullptr);
   EXPECT_TRUE(check.passed()) << TextOf(check);
   group.axis_in_part = Eigen::Vector3d(1, 0, 0.7).normalized();  // inclined, and free
-  EXPECT_TRUE(CheckLinesOfSight({group}, *block.surface, 0.5).passed());
+  EXPECT_TRUE(CheckLinesOfSight({group}, *block.surface, 0.5, nullptr)->passed());
   group.axis_in_part = Eigen::Vector3d(1, 0, 0.05).normalized();  // along the face
-  EXPECT_FALSE(CheckLinesOfSight({group}, *block.surface, 0.5).passed());
+  EXPECT_FALSE(CheckLinesOfSight({group}, *block.surface, 0.5, nullptr)->passed());
   group.axis_in_part = -Eigen::Vector3d::UnitZ();  // from below, through the block
-  check = CheckLinesOfSight({group}, *block.surface, 0.5);
+  check = *CheckLinesOfSight({group}, *block.surface, 0.5, nullptr);
   EXPECT_FALSE(check.passed());
   EXPECT_EQ(check.subject, "G1/H1");
+  EXPECT_TRUE(absl::IsCancelled(CheckLinesOfSight({group}, *block.surface, 0.5, [] { return false; }).status()));
 }
 
 TEST(Travel, NamesAxisHoleAndExcess) {
