@@ -18,8 +18,8 @@ constexpr std::size_t kMostRegions = 64;
 
 const std::vector<std::string>& HowKeys() {
   static const auto* keys = new std::vector<std::string>{
-      "method",         "axis_tables",       "free",     "in",          "not_in", "weights", "coarse",
-      "least_stock_mm", "greatest_stock_mm", "patch_mm", "least_points"};
+      "method",         "axis_tables",       "free",     "in",           "not_in",         "weights", "coarse",
+      "least_stock_mm", "greatest_stock_mm", "patch_mm", "least_points", "least_side_part"};
   return *keys;
 }
 
@@ -58,6 +58,7 @@ struct How {
       if (const auto field = item.Find(key)) *out = field->Number();
     if (const auto field = item.Find("least_points"))
       options.least_points = static_cast<int>(field->Whole(1, 1'000'000));
+    if (const auto field = item.Find("least_side_part")) options.least_side_part = field->Number(0, 1);
   }
 };
 

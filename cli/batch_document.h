@@ -11,7 +11,8 @@ namespace sixpoint::cli {
 
 inline constexpr std::size_t kMostBatchRequests = 1000;
 
-// {defaults: {method, axis_tables, free, in, not_in, weights, coarse, least_stock_mm, greatest_stock_mm, patch_mm, least_points},
+// {defaults: {method, axis_tables, free, in, not_in, weights, coarse, least_stock_mm, greatest_stock_mm, patch_mm, least_points,
+// least_side_part},
 // registrations: [{blade, scans: [...], the same}]}: what an entry has stands for the default. One line for each thing that is
 // wrong.
 absl::StatusOr<registration::v1::RegisterBatchRequest> BatchFromDocument(const nlohmann::json& document);

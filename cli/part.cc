@@ -33,12 +33,15 @@ void PrintPart(const Session& session, const plant::v1::Part& part) {
             << ", from " << PointText(part.surface().minimum_mm(), 3) << " to "
             << PointText(part.surface().maximum_mm(), 3) << " mm\n"
             << GapsText(part.surface());
-  Table groups(
-      {"group", ">holes", ">diameter mm", ">depth mm", ">A deg", ">B deg", ">position tol mm", ">inclination tol deg"});
+  Table groups({"group", ">holes", ">diameter mm", ">depth mm", ">A deg", ">B deg", ">position tol mm", "zone",
+                ">inclination tol deg", ">gauge pin mm"});
   for (const auto& group : part.hole_groups()) {
     groups.AddRow({group.group(), std::to_string(group.holes_size()), Fixed(group.diameter_mm(), 3),
                    Fixed(group.depth_mm(), 2), Fixed(group.a_nominal_deg(), 4), Fixed(group.b_nominal_deg(), 4),
-                   Fixed(group.position_tolerance_mm(), 3), Fixed(group.inclination_tolerance_deg(), 3)});
+                   Fixed(group.position_tolerance_mm(), 3),
+                   EnumText(PositionZone_Name(group.position_zone()), "POSITION_ZONE_"),
+                   Fixed(group.inclination_tolerance_deg(), 3),
+                   group.has_gauge_pin() ? Fixed(group.gauge_pin().diameter_mm(), 4) : "-"});
   }
   if (!groups.empty()) std::cout << groups.ToText();
   Table datums({"datum", "point mm", "normal"});
@@ -65,8 +68,13 @@ void AddPartCommands(Command* app, Session* session) {
     request->set_request_id(NewRequestId());
     const absl::StatusOr<plant::v1::Part> created =
         CallAtLength<PlantService>(session, "reading the CAD", "plant", &PlantService::Stub::CreatePart, *request);
-    if (created.ok()) PrintPart(*session, *created);
-    return created.status();
+    if (!created.ok()) return created.status();
+    for (int i = 0; i < created->hole_groups_size() && i < request->part().hole_groups_size(); ++i)
+      if (created->hole_groups(i).position_zone() != request->part().hole_groups(i).position_zone())
+        return absl::FailedPreconditionError(
+            created->name() + ": the plant took no position_zone, want a plant of this release (sixpoint up)");
+    PrintPart(*session, *created);
+    return absl::OkStatus();
   });
 
   plant::v1::ListPartsRequest whole;  // groups and datums are counted

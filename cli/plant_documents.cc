@@ -57,9 +57,23 @@ double SideFromPlaneText(const Field& plane) {
   return std::stod(sides[1]);
 }
 
-void ReadHoleGroup(const Field& item, plant::v1::HoleGroup* group) {
+plant::v1::PositionZone ReadZone(const Field& group, plant::v1::PositionZone unless_said) {
+  if (unless_said != plant::v1::POSITION_ZONE_UNSPECIFIED && !group.Find("position_zone")) return unless_said;
+  return group.At("position_zone").Choice({"diameter", "radius"}) == "diameter" ? plant::v1::POSITION_ZONE_DIAMETER
+                                                                                : plant::v1::POSITION_ZONE_RADIUS;
+}
+
+void ReadGaugePin(const Field& pin, plant::v1::GaugePin* out) {
+  pin.OnlyKeys({"diameter_mm", "diameter_standard_uncertainty_um", "greatest_play_mm", "least_depth_mm"});
+  out->set_diameter_mm(pin.At("diameter_mm").Positive(160));
+  out->set_diameter_standard_uncertainty_um(pin.At("diameter_standard_uncertainty_um").Positive(5));
+  out->set_greatest_play_mm(pin.At("greatest_play_mm").Number(0, 1));
+  if (const auto depth = pin.Find("least_depth_mm")) out->set_least_depth_mm(depth->Positive(1000));
+}
+
+void ReadHoleGroup(const Field& item, plant::v1::PositionZone unless_said, plant::v1::HoleGroup* group) {
   item.OnlyKeys({"name", "diameter_mm", "depth_mm", "a_nominal_deg", "b_nominal_deg", "axis_in_part", "holes",
-                 "position_tolerance_mm", "inclination_tolerance_deg"});
+                 "position_tolerance_mm", "position_zone", "inclination_tolerance_deg", "gauge_pin"});
   group->set_group(item.At("name").Id());
   group->set_diameter_mm(item.At("diameter_mm").Positive(100));
   group->set_depth_mm(item.At("depth_mm").Positive(1000));
@@ -67,7 +81,9 @@ void ReadHoleGroup(const Field& item, plant::v1::HoleGroup* group) {
   group->set_b_nominal_deg(item.At("b_nominal_deg").Number(-360, 360));
   runtime::ToProto(item.At("axis_in_part").Direction(), group->mutable_axis_in_part());
   group->set_position_tolerance_mm(item.At("position_tolerance_mm").Positive(100));
+  group->set_position_zone(ReadZone(item, unless_said));
   group->set_inclination_tolerance_deg(item.At("inclination_tolerance_deg").Positive(180));
+  if (const auto pin = item.Find("gauge_pin")) ReadGaugePin(*pin, group->mutable_gauge_pin());
   std::set<std::string> names;
   for (const Field& hole : item.At("holes").Items(1, kGreatestHoleCount)) {
     hole.OnlyKeys({"name", "start_in_part_mm", "normal_in_part"});
@@ -150,7 +166,7 @@ plant::v1::Artefact ReadArtefact(const Field& artefact) {
   return out;
 }
 
-plant::v1::Part ReadPart(const Field& part, const std::string& cad_file) {
+plant::v1::Part ReadPart(const Field& part, const std::string& cad_file, plant::v1::PositionZone unless_said) {
   part.OnlyKeys({"id", "cad", "cad_unit", "zero_from_part_nominal", "hole_groups", "six_points"});
   plant::v1::Part out;
   std::string ending = std::filesystem::path(cad_file).extension().string();
@@ -170,7 +186,7 @@ plant::v1::Part ReadPart(const Field& part, const std::string& cad_file) {
   runtime::ToProto(zero_from_part_nominal, out.mutable_zero_from_part_nominal());
   std::set<std::string> names;
   for (const Field& group : part.At("hole_groups").Items(0, kGreatestGroupCount)) {
-    ReadHoleGroup(group, out.add_hole_groups());
+    ReadHoleGroup(group, unless_said, out.add_hole_groups());
     const std::string& name = out.hole_groups(out.hole_groups_size() - 1).group();
     if (!name.empty() && !names.insert(name).second) group.At("name").Refuse("a name that no other group has");
   }

@@ -19,8 +19,10 @@ plant::v1::Machine ReadMachine(const Field& machine);
 plant::v1::Sensor ReadSensor(const Field& sensor);
 // `plane: "..., 24 x 24 mm"` stands for side_mm where that is absent.
 plant::v1::Artefact ReadArtefact(const Field& artefact);
-// The CAD format follows from the file's name.
-plant::v1::Part ReadPart(const Field& part, const std::string& cad_file);
+// The CAD format follows from the file's name. unless_said: what the tolerances of groups without position_zone are;
+// POSITION_ZONE_UNSPECIFIED: they must say it.
+plant::v1::Part ReadPart(const Field& part, const std::string& cad_file,
+                         plant::v1::PositionZone unless_said = plant::v1::POSITION_ZONE_UNSPECIFIED);
 // {centres: {C1: [x, y, z], ...}, plane, side_x, side_y}, machine frame, mm.
 calibration::v1::TouchData ReadTouchData(const Field& touch);
 // [{a_deg, b_deg, centre_mm, use: fit | check}, ...], with the machine's letters of the axis on the bed and of the one that it

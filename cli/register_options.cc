@@ -95,7 +95,9 @@ std::vector<Option*> AddRegisterOptions(Command* command, RegisterOptions* optio
                            "allowance: points farther outside belong to something else; 5"),
         command->AddOption("--patch-mm", &options->patch_mm,
                            "allowance: stock is the mean over patches of this width; 1"),
-        command->AddOption("--least-points", &options->least_points, "allowance: of a patch that counts; 5")})
+        command->AddOption("--least-points", &options->least_points, "allowance: of a patch that counts; 5"),
+        command->AddOption("--least-side-part", &options->least_side_part,
+                           "allowance: of each side of the part, what must have been seen; 0.9")})
     added.push_back(of_allowance);
   return added;
 }
@@ -141,6 +143,7 @@ absl::StatusOr<registration::v1::FitOptions> FitOptionsOf(const RegisterOptions&
   if (options.greatest_stock_mm) out.mutable_allowance()->set_greatest_stock_mm(*options.greatest_stock_mm);
   if (options.patch_mm) out.mutable_allowance()->set_patch_mm(*options.patch_mm);
   if (options.least_points) out.mutable_allowance()->set_least_points(*options.least_points);
+  if (options.least_side_part) out.mutable_allowance()->set_least_side_part(*options.least_side_part);
   return out;
 }
 

@@ -16,7 +16,7 @@ struct RegisterOptions {
   std::vector<std::string> free, in, not_in;
   std::vector<double> weights;
   bool coarse = false;
-  std::optional<double> least_stock_mm, greatest_stock_mm, patch_mm;
+  std::optional<double> least_stock_mm, greatest_stock_mm, patch_mm, least_side_part;
   std::optional<int> least_points;
 };
 

@@ -69,7 +69,12 @@ std::string AllowanceText(const Evidence& evidence) {
   for (const auto& in : allowance.holding())
     table.AddRow({PointText(in.point_mm(), 3), Vector(in.normal()), Fixed(in.stock_mm(), 4),
                   FixedOrTiny(in.standard_uncertainty_um(), 2), Fixed(100 * in.share(), 1)});
-  return table.empty() ? text : text + table.ToText();
+  if (!table.empty()) text += table.ToText();
+  Table sides({"side", ">area mm2", ">seen %", "not seen about, part mm"});
+  for (const auto& side : allowance.sides())
+    sides.AddRow({Vector(side.direction()), Fixed(side.area_mm2(), 1), Fixed(100 * side.seen_part(), 0),
+                  side.has_unseen_about_mm() ? PointText(side.unseen_about_mm(), 1) : "-"});
+  return sides.empty() ? text : text + sides.ToText();
 }
 
 std::string DisagreementText(const Evidence& evidence) {
@@ -93,10 +98,10 @@ std::string RegistrationText(const Registration& registration) {
   if (!evidence.weakest_direction_in_words().empty())
     text += "weakest direction: " + evidence.weakest_direction_in_words() + ", standard uncertainty " +
             FixedOrTiny(evidence.weakest_standard_uncertainty_um(), 3) + " um\n";
-  if (evidence.surface_part() > 0)
+  if (evidence.has_noise_sigma_um())
     text += "noise " + FixedOrTiny(evidence.noise_sigma_um(), 3) + " um a point, casting and CAD " +
-            FixedOrTiny(evidence.model_sigma_um(), 3) + " um a patch; covered " +
-            Fixed(100 * evidence.surface_part(), 0) + " % of the surface\n";
+            FixedOrTiny(evidence.model_sigma_um(), 3) + " um a patch\n";
+  if (evidence.has_surface_part()) text += "seen: " + Fixed(100 * evidence.surface_part(), 0) + " % of the surface\n";
   text += DisagreementText(evidence) + AllowanceText(evidence);
   Table scans({"scan", ">points", ">used", ">median um"});
   for (const auto& in : evidence.scans())

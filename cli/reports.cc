@@ -217,7 +217,7 @@ std::string CorrectionText(const correction::v1::Correction& correction) {
 
 Table InspectionTable() {
   return Table({"group", "hole", "verdict", ">position mm", ">U95 um", ">tolerance mm", ">inclination deg", ">U95 deg",
-                ">tolerance deg", ">positioning um", ">points", "reason"});
+                ">tolerance deg", ">positioning um", ">half play um", ">points", "reason"});
 }
 
 void AddInspectionRows(const inspection::v1::Inspection& inspection, Table* table) {
@@ -230,7 +230,8 @@ void AddInspectionRows(const inspection::v1::Inspection& inspection, Table* tabl
                    inclination ? Fixed(hole.inclination_expanded_uncertainty_deg(), 4) : "-",
                    Fixed(hole.inclination_tolerance_deg(), 3),
                    hole.has_positioning_difference_um() ? Fixed(hole.positioning_difference_um(), 1) : "-",
-                   Grouped(hole.point_count()), hole.reason()});
+                   hole.has_pin_half_play_um() ? Fixed(hole.pin_half_play_um(), 1) : "-", Grouped(hole.point_count()),
+                   hole.reason()});
   }
 }
 

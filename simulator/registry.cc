@@ -80,6 +80,11 @@ plant::v1::Part PartRecord(const DesignedPart& designed) {
     runtime::ToProto(from.axis, group->mutable_axis_in_part());
     group->set_position_tolerance_mm(from.position_tolerance_mm);
     group->set_inclination_tolerance_deg(from.inclination_tolerance_deg);
+    group->set_position_zone(plant::v1::POSITION_ZONE_RADIUS);
+    // As this machine puts them in: PinIn.
+    group->mutable_gauge_pin()->set_diameter_mm(from.diameter_mm);
+    group->mutable_gauge_pin()->set_diameter_standard_uncertainty_um(0.5);
+    group->mutable_gauge_pin()->set_greatest_play_mm(0);
     for (const DesignedHole& hole : from.holes) {
       plant::v1::Hole* to = group->add_holes();
       to->set_hole(hole.name);

@@ -39,7 +39,7 @@ constexpr char kSelectScans[] =
   "group_name, hole_name, verdict, position_verdict, inclination_verdict, position_error_mm, "                       \
   "inclination_error_deg, position_expanded_uncertainty_um, inclination_expanded_uncertainty_deg, "                  \
   "start_in_part_mm, axis_in_part, pin_diameter_mm, position_tolerance_mm, inclination_tolerance_deg, point_count, " \
-  "pin_residual_rms_um, reason, positioning_difference_um"
+  "pin_residual_rms_um, reason, positioning_difference_um, pin_half_play_um"
 constexpr char kInsertHoles[] =
     "INSERT INTO inspection_holes (inspection_id, position_index, " SIXPOINT_HOLE_COLUMNS
     ") SELECT $1::uuid, (position - 1)::integer, group_name, hole_name, verdict, position_verdict, "
@@ -47,16 +47,17 @@ constexpr char kInsertHoles[] =
     "position_error, inclination_error, position_uncertainty, inclination_uncertainty, "
     "CASE WHEN start_x IS NOT NULL THEN ARRAY[start_x, start_y, start_z] END, "
     "CASE WHEN axis_x IS NOT NULL THEN ARRAY[axis_x, axis_y, axis_z] END, diameter, position_tolerance, "
-    "inclination_tolerance, point_count::integer, residual_rms, reason, positioning_difference "
+    "inclination_tolerance, point_count::integer, residual_rms, reason, positioning_difference, pin_play "
     "FROM unnest($2::text[], $3::text[], $4::text[], $5::text[], $6::text[], $7::text[], $8::text[], "
     "$9::double precision[], $10::double precision[], $11::double precision[], $12::double precision[], "
     "$13::double precision[], $14::double precision[], $15::double precision[], $16::double precision[], "
     "$17::double precision[], $18::double precision[], $19::double precision[], $20::double precision[], "
-    "$21::double precision[], $22::double precision[], $23::double precision[]) WITH ORDINALITY AS holes (group_name, "
+    "$21::double precision[], $22::double precision[], $23::double precision[], $24::double precision[]) WITH "
+    "ORDINALITY AS holes (group_name, "
     "hole_name, verdict, position_verdict, inclination_verdict, reason, point_count, position_error, "
     "inclination_error, "
     "position_uncertainty, inclination_uncertainty, start_x, start_y, start_z, axis_x, axis_y, axis_z, diameter, "
-    "position_tolerance, inclination_tolerance, residual_rms, positioning_difference, position)";
+    "position_tolerance, inclination_tolerance, residual_rms, positioning_difference, pin_play, position)";
 constexpr char kSelectHoles[] = "SELECT inspection_id, " SIXPOINT_HOLE_COLUMNS
                                 " FROM inspection_holes WHERE inspection_id = ANY ($1::uuid[]) "
                                 "ORDER BY inspection_id, position_index";
@@ -138,13 +139,14 @@ InspectionHoleRow ReadHole(const Rows& rows, int row) {
   hole.pin_residual_rms_um = rows.Real(row, 16);
   hole.reason = rows.Text(row, 17);
   hole.positioning_difference_um = rows.Real(row, 18);
+  if (!rows.IsNull(row, 19)) hole.pin_half_play_um = rows.Real(row, 19);
   return hole;
 }
 
 // As kInsertHoles has them: texts, then numbers, of what was not measured NULL.
 Params HolesParams(const std::string& inspection_id, const std::vector<InspectionHoleRow>& holes) {
   std::array<std::vector<std::string>, 7> texts;
-  std::array<std::vector<std::optional<double>>, 15> numbers;
+  std::array<std::vector<std::optional<double>>, 16> numbers;
   for (const InspectionHoleRow& hole : holes) {
     std::size_t column = 0;
     for (const std::string& text : {hole.group_name, hole.hole_name, hole.verdict, hole.position_verdict,
@@ -166,6 +168,7 @@ Params HolesParams(const std::string& inspection_id, const std::vector<Inspectio
     for (const double value : {hole.position_tolerance_mm, hole.inclination_tolerance_deg, hole.pin_residual_rms_um,
                                hole.positioning_difference_um})
       add(value);
+    add(hole.pin_half_play_um);
   }
   Params params;
   params.Uuid(inspection_id);

@@ -40,6 +40,7 @@ struct InspectionHoleRow {
   double pin_residual_rms_um = 0;
   std::string reason;
   double positioning_difference_um = 0;
+  std::optional<double> pin_half_play_um = std::nullopt;
 };
 
 struct InspectionRow {

@@ -87,6 +87,12 @@ struct HoleGroupRow {
   double a_nominal_deg = 0, b_nominal_deg = 0;
   std::vector<double> axis_in_part;
   double position_tolerance_mm = 0, inclination_tolerance_deg = 0;
+  std::string position_zone;  // DIAMETER, RADIUS
+  struct GaugePin {
+    double diameter_mm = 0, diameter_standard_uncertainty_um = 0, greatest_play_mm = 0;
+    std::optional<double> least_depth_mm = std::nullopt;
+  };
+  std::optional<GaugePin> gauge_pin = std::nullopt;
   std::vector<HoleRow> holes;
 };
 

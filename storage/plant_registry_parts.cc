@@ -25,8 +25,9 @@ constexpr char kInsertRevision[] =
     "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)";
 constexpr char kInsertGroup[] =
     "INSERT INTO part_hole_groups (part_id, revision, group_index, hole_group, diameter_mm, depth_mm, a_nominal_deg, "
-    "b_nominal_deg, axis_in_part, position_tolerance_mm, inclination_tolerance_deg) "
-    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
+    "b_nominal_deg, axis_in_part, position_tolerance_mm, inclination_tolerance_deg, position_zone, "
+    "gauge_pin_diameter_mm, gauge_pin_diameter_standard_uncertainty_um, gauge_pin_greatest_play_mm, "
+    "gauge_pin_least_depth_mm) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16)";
 constexpr char kInsertHoles[] =
     "INSERT INTO part_holes (part_id, revision, group_index, hole_index, hole, start_in_part_mm, normal_in_part) "
     "SELECT $1::text, $2::integer, $3::integer, (position - 1)::integer, hole, ARRAY[x, y, z], ARRAY[nx, ny, nz] "
@@ -43,7 +44,9 @@ constexpr char kSelectRevision[] =
     "ORDER BY revision DESC LIMIT 1";
 constexpr char kSelectGroups[] =
     "SELECT hole_group, diameter_mm, depth_mm, a_nominal_deg, b_nominal_deg, axis_in_part, position_tolerance_mm, "
-    "inclination_tolerance_deg FROM part_hole_groups WHERE part_id = $1 AND revision = $2 ORDER BY group_index";
+    "inclination_tolerance_deg, position_zone, gauge_pin_diameter_mm, gauge_pin_diameter_standard_uncertainty_um, "
+    "gauge_pin_greatest_play_mm, gauge_pin_least_depth_mm FROM part_hole_groups WHERE part_id = $1 AND revision = $2 "
+    "ORDER BY group_index";
 constexpr char kSelectHoles[] =
     "SELECT group_index, hole, start_in_part_mm, normal_in_part FROM part_holes WHERE part_id = $1 AND revision = $2 "
     "ORDER BY group_index, hole_index";
@@ -57,7 +60,13 @@ absl::Status InsertHoles(Transaction& transaction, const PartRow& part) {
     Params row;
     row.Text(part.part_id).Int(part.revision).Int(group_index).Text(group.group).Real(group.diameter_mm);
     row.Real(group.depth_mm).Real(group.a_nominal_deg).Real(group.b_nominal_deg).Reals(group.axis_in_part);
-    row.Real(group.position_tolerance_mm).Real(group.inclination_tolerance_deg);
+    row.Real(group.position_tolerance_mm).Real(group.inclination_tolerance_deg).Text(group.position_zone);
+    if (const auto& pin = group.gauge_pin) {
+      row.Real(pin->diameter_mm).Real(pin->diameter_standard_uncertainty_um).Real(pin->greatest_play_mm);
+      pin->least_depth_mm ? row.Real(*pin->least_depth_mm) : row.Null();
+    } else {
+      row.Null().Null().Null().Null();
+    }
     if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertGroup, row); !inserted.ok())
       return inserted.status();
     std::vector<std::string> names;
@@ -90,20 +99,28 @@ absl::Status InsertDatums(Transaction& transaction, const PartRow& part) {
   return absl::OkStatus();
 }
 
+HoleGroupRow ReadGroup(const Rows& rows, int row) {
+  HoleGroupRow group;
+  group.group = rows.Text(row, 0);
+  group.diameter_mm = rows.Real(row, 1);
+  group.depth_mm = rows.Real(row, 2);
+  group.a_nominal_deg = rows.Real(row, 3);
+  group.b_nominal_deg = rows.Real(row, 4);
+  group.axis_in_part = rows.Reals(row, 5);
+  group.position_tolerance_mm = rows.Real(row, 6);
+  group.inclination_tolerance_deg = rows.Real(row, 7);
+  group.position_zone = rows.Text(row, 8);
+  if (rows.IsNull(row, 9)) return group;
+  group.gauge_pin = {rows.Real(row, 9), rows.Real(row, 10), rows.Real(row, 11)};
+  if (!rows.IsNull(row, 12)) group.gauge_pin->least_depth_mm = rows.Real(row, 12);
+  return group;
+}
+
 absl::Status ReadHolesAndDatums(Transaction& transaction, PartRow* part) {
   const Params key = Params().Text(part->part_id).Int(part->revision);
   const absl::StatusOr<Rows> groups = transaction.Execute(kSelectGroups, key);
   if (!groups.ok()) return groups.status();
-  for (int row = 0; row < groups->count(); ++row)
-    part->hole_groups.push_back({groups->Text(row, 0),
-                                 groups->Real(row, 1),
-                                 groups->Real(row, 2),
-                                 groups->Real(row, 3),
-                                 groups->Real(row, 4),
-                                 groups->Reals(row, 5),
-                                 groups->Real(row, 6),
-                                 groups->Real(row, 7),
-                                 {}});
+  for (int row = 0; row < groups->count(); ++row) part->hole_groups.push_back(ReadGroup(*groups, row));
   const absl::StatusOr<Rows> holes = transaction.Execute(kSelectHoles, key);
   if (!holes.ok()) return holes.status();
   for (int row = 0; row < holes->count(); ++row)

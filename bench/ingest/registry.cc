@@ -79,6 +79,7 @@ plant::v1::CreatePartRequest Part() {
   runtime::ToProto(Eigen::Vector3d(0, 0, -1), group->mutable_axis_in_part());
   group->set_position_tolerance_mm(0.08);
   group->set_inclination_tolerance_deg(0.5);
+  group->set_position_zone(plant::v1::POSITION_ZONE_RADIUS);
   plant::v1::Hole* hole = group->add_holes();
   hole->set_hole("H1");
   runtime::ToProto(Eigen::Vector3d(10, 10, 0), hole->mutable_start_in_part_mm());

@@ -34,6 +34,7 @@ class Drawing {
     one_.nominal.axis = Vector3d(-0.65, 0.76, -0.03).normalized();
     one_.nominal.normal = Vector3d(-0.27, 0.96, 0.05).normalized();
     one_.nominal.hole_diameter_mm = 0.44;
+    one_.nominal.hole_depth_mm = 6;
     across_ = metrology::TangentBasis(one_.nominal.axis);
   }
   // Displaced by some hundredths of a millimetre, tilted by some tenths of a degree.

@@ -73,6 +73,7 @@ Outcome RunOne(const metrology::Surface& design, double margin_um, std::uint64_t
   }
   metrology::AllowanceOptions allowance;
   allowance.least_stock_mm = asked_mm;
+  allowance.least_side_part = 0.8;  // 0.95 of its length and of its width were scanned
   metrology::FitOptions options;
   options.thread_count = 1;
   const auto found = metrology::FitWithAllowance(design, {PortionOf(points)}, Eigen::Isometry3d::Identity(), allowance,

@@ -109,7 +109,8 @@ absl::StatusOr<Dataset> ParseDataset(const nlohmann::json& document) {
   const Field part = root.At("part");
   dataset.part_id = part.At("id").Id();
   dataset.cad_file = part.At("cad").PathInside();
-  dataset.part = ReadPart(part, dataset.cad_file);
+  dataset.part =
+      ReadPart(part, dataset.cad_file, plant::v1::POSITION_ZONE_RADIUS);  // as datasets without a zone mean it
   dataset.touch = ReadTouchData(root.At("touch_probe"));
   dataset.sphere_poses = ReadSpherePoses(root.At("sphere_poses"));
   std::set<std::string> ids;

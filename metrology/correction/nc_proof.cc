@@ -33,7 +33,10 @@ class Proof {
   Proof(const std::map<std::string, NcTarget>& targets, const RotaryAxes& axes) : targets_(targets), axes_(axes) {}
 
   absl::Status Follow(const NcMove& move) {
+    if (move.path_tolerance_mm > kSame_mm)
+      return RefuseMove(move, "a path tolerance (G64 P)", "exact moves: G61, or G64 without P");
     if (move.switches_on) return Shot(move);
+    if (move.arc) return RefuseMove(move, "an arc (G2, G3)", "straight moves (G0, G1)");
     if (!OnlyZ(move) && InHole(move.from))
       return RefuseMove(move, "sideways out of " + last_reached_, "Z raised first");
     if (!move.target.empty()) return Marked(move);

@@ -29,6 +29,7 @@ inline constexpr double kGreatestNcTilt_deg = 5e-4;
 // - every target is reached: a marked block ends with all five axes at its pose, before another target's block comes;
 // - every feed ends at a target's pose, comes down to it from above in a marked block, steps on from it along Z (G91), or leaves it
 //   upwards;
+// - no move is an arc, marked or not, and none has a path tolerance (G64 P) of more than 1 um;
 // - an output is switched on (M62, M64) at a target's pose, or further along its Z by steps;
 // - a target is left upwards before an unmarked block moves another axis, and no unmarked block goes down again but by steps.
 absl::StatusOr<NcProof> ProveProgram(const std::vector<NcMove>& moves, const std::map<std::string, NcTarget>& targets,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <set>
 
@@ -18,9 +19,10 @@ constexpr std::size_t kZ = 2;
 constexpr double kMmPerInch = 25.4;
 constexpr std::size_t kMostCodes = 16;  // of a block; each is compared with each
 
-// G words that change no coordinate: exact stop, planes and cycles of other machining off, feed units, return planes.
-const std::set<std::string> kHarmlessG = {"8",  "9",  "17", "40", "49", "50", "60", "61", "64",
-                                          "69", "80", "93", "94", "95", "97", "98", "99"};
+// G words that change no coordinate: exact stop, planes and cycles of other machining off, feed units, return planes, how an arc's
+// centre is written.
+const std::set<std::string> kHarmlessG = {"8",  "9",  "17", "40", "49", "50", "60", "61",   "64",  "69",
+                                          "80", "93", "94", "95", "97", "98", "99", "90.1", "91.1"};
 // Stops, spindle, tool, coolant, clamps, outputs and the program's end. Not M96 to M99 and M128: jumps, calls, tool centre point.
 const std::set<int> kHarmlessM = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 19, 30, 48, 49, 62, 63, 64, 65};
 
@@ -163,6 +165,8 @@ class Reader {
     std::string letters;
     bool switches = false, switches_on = false, changes_tool = false;
     std::optional<double> tool, length;
+    std::string centre;  // a word of an arc's
+    double path_mm = 0;  // of a G64
     for (const ReadWord& word : words) {
       if (word.letter == 'G') {
         if (codes.size() == kMostCodes) return Wrong("at most 16 G words in a block");
@@ -186,25 +190,33 @@ class Reader {
         said[static_cast<std::size_t>(axis)] = word.value;
       else if (word.letter == 'H')
         length = word.value;
-      else if (std::string("NFSTOP").find(word.letter) == std::string::npos)
+      else if (std::string("IJKR").find(word.letter) != std::string::npos)
+        centre = Named(word);
+      else if (std::string("NFSTOPQ").find(word.letter) == std::string::npos)
         return Wrong("no " + Named(word) + ", which is not understood");
       if (word.letter == 'T') tool = word.value;
       if (word.letter == 'F') rate_ = word.value;
+      if (word.letter == 'P') path_mm = kMmPerInch * std::abs(word.value);  // in whichever unit, not less
     }
     if (absl::Status status = TakeTool(tool, changes_tool); !status.ok()) return status;
     if (absl::Status status = TakeLength(codes, length); !status.ok()) return status;
-    const bool dwells = Holds(codes, "4");
+    const bool dwells = Holds(codes, "4"), blends = Holds(codes, "64");
+    if (blends || Holds(codes, "60") || Holds(codes, "61")) path_tolerance_mm_ = blends ? path_mm : 0;
     const bool moves_axes = Says(said);
-    if (letters.find('P') != std::string::npos && !dwells && !switches)
-      return Wrong("no P but of a dwell (G4) or an output (M62 to M65)");
+    if (letters.find('P') != std::string::npos && !dwells && !switches && !blends)
+      return Wrong("no P but of a dwell (G4), an output (M62 to M65) or a path tolerance (G64)");
+    if (letters.find('Q') != std::string::npos && !blends) return Wrong("no Q but of a path tolerance (G64)");
     if (letters.find('O') != std::string::npos && (words.front().letter != 'O' || words.size() > 1))
       return Wrong("O, the program's number, alone");
     if (dwells && moves_axes)
       return Wrong("a dwell by P alone: G4 X is read as a move by one control, as a time by another");
     if (absl::Status status = Apply(codes, said, moves_axes); !status.ok()) return status;
+    const bool on_arc = arc_ && moves_axes && !Holds(codes, "28") && !Holds(codes, "30");
+    if (!centre.empty() && !on_arc) return Wrong("no " + centre + " but of an arc (G2, G3)");
+    if (centre.empty() && on_arc) return Wrong("an arc's centre or radius");
     // Once its axes stand where the block sends them, whatever the order of its words.
     if (switches_on) {
-      NcMove shot{line_, false, false, true, "", position_, position_, rate_};
+      NcMove shot{line_, false, false, false, true, "", position_, position_, rate_, path_tolerance_mm_};
       moves.push_back(std::move(shot));
     }
     return absl::OkStatus();
@@ -267,9 +279,11 @@ class Reader {
   absl::Status Apply(const Codes& codes, const NcPosition& said, bool moves_axes) {
     bool in_machine = false, homes = false;
     for (const std::string& code : codes) {
-      if (code == "0" || code == "1") {
-        if (Holds(codes, "0") && Holds(codes, "1")) return Wrong("one of G0 and G1");
-        feed_ = code == "1";
+      if (code == "0" || code == "1" || code == "2" || code == "3") {
+        if (Holds(codes, "0") + Holds(codes, "1") + Holds(codes, "2") + Holds(codes, "3") > 1)
+          return Wrong("one of G0, G1, G2 and G3");
+        feed_ = code != "0";
+        arc_ = code == "2" || code == "3";
       } else if (code == "90" || code == "91") {
         if (Holds(codes, "90") && Holds(codes, "91")) return Wrong("one of G90 and G91");
         by_steps_ = code == "91";
@@ -289,10 +303,11 @@ class Reader {
         return Wrong("no G" + code + ", which is not understood");
       }
     }
+    if (homes && (Holds(codes, "2") || Holds(codes, "3"))) return Wrong("no arc (G2, G3) beside G28 and G30");
     if (homes) return Home(said);
     if (in_machine && by_steps_) return Wrong("no steps (G91) in the machine's coordinates (G53)");
     if (!moves_axes) return target_.empty() ? absl::OkStatus() : Wrong("a word of an axis in a marked block");
-    NcMove move{line_, feed_, by_steps_, false, target_, position_, position_, rate_};
+    NcMove move{line_, feed_, arc_, by_steps_, false, target_, position_, position_, rate_, path_tolerance_mm_};
     for (std::size_t i = 0; i < kAxes; ++i) {
       if (!said[i].has_value()) continue;
       const double value = *said[i] * (inches_ && i < 3 ? kMmPerInch : 1);
@@ -319,7 +334,7 @@ class Reader {
     for (const std::optional<double>& value : said)
       if (value.has_value() && (!by_steps_ || *value != 0))
         return Wrong("G28 and G30 of all axes, or by no step (G91 G28 Z0): else they go over a point first");
-    NcMove move{line_, false, by_steps_, false, "", position_, position_, rate_};
+    NcMove move{line_, false, false, by_steps_, false, "", position_, position_, rate_, path_tolerance_mm_};
     for (std::size_t i = 0; i < kAxes; ++i)
       if (said[i].has_value() || !Says(said)) move.to[i].reset();
     position_ = move.to;
@@ -332,11 +347,12 @@ class Reader {
   int line_ = 0;
   std::string text_;
   std::string target_;  // of a marker whose block is still to come, or has come
-  bool feed_ = true, by_steps_ = false, inches_ = false, ended_ = false;
+  bool feed_ = true, arc_ = false, by_steps_ = false, inches_ = false, ended_ = false;
   std::array<double, kAxes> offset_{};
   std::optional<double> chosen_tool_, spindle_length_mm_;  // where lengths are stated: by T, and of what M6 or G43 took
   std::optional<double> added_length_mm_;                  // G43; none: G49
   std::optional<double> rate_;
+  double path_tolerance_mm_ = 0;
   NcPosition position_;
 };
 

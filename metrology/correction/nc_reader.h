@@ -20,19 +20,23 @@ using NcPosition = std::array<std::optional<double>, 5>;
 // A block that moves axes, or switches an output on where they stand.
 struct NcMove {
   int line = 0;              // of the program, from 1
-  bool feed = false;         // cutting feed (G1), or no word yet says which; else rapid (G0)
+  bool feed = false;         // cutting feed (G1 to G3), or no word yet says which; else rapid (G0)
+  bool arc = false;          // G2, G3: `from` and `to` are its ends
   bool by_steps = false;     // G91
   bool switches_on = false;  // M62, M64: a laser's or a generator's shot; from and to are the same
   std::string target;        // group/hole of its marker; empty: not marked
   NcPosition from, to;
   std::optional<double> rate;  // F in force; none: not said yet
+  // G64 P in force: so far it may pass beside its ends, at most (as inches, whatever the unit). 0: none is stated, and the control's own
+  // exactness holds.
+  double path_tolerance_mm = 0;
 };
 
 // Whether no other axis than Z moves.
 bool OnlyZ(const NcMove& move);
 
 // The reader's version, stored with what it proved.
-inline constexpr char kNcReaderVersion[] = "2";
+inline constexpr char kNcReaderVersion[] = "3";
 
 // The program's lines are its template's, and refusals name that. rotary: the letters of the axis on the bed, and of the one that
 // it carries. INVALID_ARGUMENT, naming the line, for any word, mode, offset or tool that is not understood, and for a marker with no

@@ -28,7 +28,9 @@ std::optional<double> InRegion(const InspectedHole& hole, const InspectionOption
   const Eigen::Vector3d from = point - hole.pin.start_mm;
   const double height = from.dot(hole.pin.axis);
   if (height < -kBelow_mm || height > options.longest_pin_mm) return std::nullopt;
-  const double radius = options.pin.greatest_diameter_ratio * hole.pin.hole_diameter_mm / 2 + options.search_mm;
+  const double widest_mm =
+      hole.pin.gauge ? hole.pin.gauge->diameter_mm : options.pin.greatest_diameter_ratio * hole.pin.hole_diameter_mm;
+  const double radius = widest_mm / 2 + options.search_mm;
   const double square = (from - height * hole.pin.axis).squaredNorm();
   if (square >= radius * radius) return std::nullopt;
   return square;
@@ -258,16 +260,32 @@ HoleFinding BladeInspection::Judged(std::size_t hole, double clearance_mm) const
     for (std::size_t i = 0; i < fit.used.size(); ++i) angles += fit.gain[i] * AngleSensitivity(points[fit.used[i]]);
     covariance += angles * ErrorCovariance(pose_.angles) * angles.transpose();
   }
+  const PinPlay play = PlayOf(wanted.pin, fit, options_.pin);
+  finding.pin_half_play_mm = play.half_mm;
+  covariance += PlayCovariance(play);
   finding.error = HoleErrorOf(wanted.pin, fit, covariance);
   AddPositioning(wanted.pin, &finding);
   finding.position_expanded_uncertainty_mm = 2 * finding.error.position_standard_uncertainty_mm;
   finding.inclination_expanded_uncertainty_rad = 2 * finding.error.inclination_standard_uncertainty_rad;
-  finding.position_verdict =
-      Judge(finding.error.position_mm, finding.position_expanded_uncertainty_mm, wanted.position_tolerance_mm);
-  finding.inclination_verdict = Judge(finding.error.inclination_rad, finding.inclination_expanded_uncertainty_rad,
-                                      wanted.inclination_tolerance_rad);
-  finding.verdict = Worst(finding.position_verdict, finding.inclination_verdict);
+  Judge(wanted, play, &finding);
   return finding;
+}
+
+// How wide a hole was drilled is not on the drawing: where nobody says how loosely its pin stands, none is passed, and none failed
+// that the widest hole would excuse.
+void BladeInspection::Judge(const InspectedHole& hole, const PinPlay& play, HoleFinding* finding) const {
+  const auto judged = [&](double value, double u, double unstated, double tolerance) {
+    const Verdict verdict = metrology::Judge(value, u, tolerance);
+    if (metrology::Judge(value, u + unstated, tolerance) == verdict) return verdict;
+    finding->reason = "how loosely the pin stands is not stated (gauge_pin of the part's hole group)";
+    return Verdict::kUndecidable;
+  };
+  const double unstated_mm = play.unstated_half_mm / std::abs(hole.pin.normal.dot(hole.pin.axis));
+  finding->position_verdict = judged(finding->error.position_mm, finding->position_expanded_uncertainty_mm, unstated_mm,
+                                     hole.position_tolerance_mm);
+  finding->inclination_verdict = judged(finding->error.inclination_rad, finding->inclination_expanded_uncertainty_rad,
+                                        2 * play.unstated_half_mm / play.depth_mm, hole.inclination_tolerance_rad);
+  finding->verdict = Worst(finding->position_verdict, finding->inclination_verdict);
 }
 
 DeviationSummary BladeInspection::Summary() const {
@@ -298,9 +316,10 @@ absl::StatusOr<BladeFindings> BladeInspection::Finish() {
     for (const double clearance_mm : options_.pin_clearances_mm) {
       HoleFinding finding = Judged(i, clearance_mm);
       const bool first = clearance_mm == options_.pin_clearances_mm.front();
+      const bool measured = finding.verdict != Verdict::kNotMeasured;
       // Why not is said of all its points.
-      if (first || finding.reason.empty()) findings.holes[i] = std::move(finding);
-      if (findings.holes[i].reason.empty()) break;
+      if (first || measured) findings.holes[i] = std::move(finding);
+      if (measured) break;
     }
   });
   findings.verdict = holes_.empty() ? Verdict::kNotMeasured : Verdict::kConform;

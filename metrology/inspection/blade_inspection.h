@@ -36,11 +36,12 @@ struct HoleFinding {
   double position_expanded_uncertainty_mm = 0;      // k = 2
   double inclination_expanded_uncertainty_rad = 0;  // k = 2
   double pin_radius_mm = 0;
+  double pin_half_play_mm = 0;  // in the expanded uncertainties
   // How far the other positionings (InspectionOptions) move the hole, at most: in the expanded uncertainties.
   double positioning_difference_mm = 0, positioning_difference_rad = 0;
   int point_count = 0;
   double pin_residual_rms_um = 0;
-  std::string reason;  // why it was not measured
+  std::string reason;  // why it was not measured, or not judged although it was
 };
 
 // Signed, positive outside the CAD.
@@ -110,6 +111,8 @@ class BladeInspection {
   Compared Compare(const Points& points_mm, KeepGoing* keep_going) const;
   // What is a deviation, what belongs to a pin, and what is set aside.
   void Sort(const Points& points_mm, std::size_t begin, std::size_t end, const Compared& compared, Chunk* chunk) const;
+  // The verdicts that the values and their uncertainties allow.
+  void Judge(const InspectedHole& hole, const PinPlay& play, HoleFinding* finding) const;
   void AddPositioning(const NominalPin& nominal, HoleFinding* finding) const;
   // The hole in whose region the point stands, the nearest of several; none: holes_.size().
   std::size_t HoleAt(const Eigen::Vector3d& in_part_mm) const;

@@ -129,13 +129,36 @@ std::string Unfit(const Seen& seen, const PinFit& fit, const NominalPin& nominal
   if (seen.used_share < limits.least_used_share)
     return Text("%.2f of the points lie on the cylinder, want at least %g", seen.used_share, limits.least_used_share);
   const double ratio = 2 * fit.radius_mm / nominal.hole_diameter_mm;
-  if (!(ratio >= limits.least_diameter_ratio && ratio <= limits.greatest_diameter_ratio))
+  if (nominal.gauge) {
+    const double allowed_mm =
+        limits.greatest_diameter_difference_um / 1e3 +
+        2 * std::hypot(nominal.gauge->diameter_standard_uncertainty_mm, 2 * std::sqrt(fit.noise_covariance(4, 4)));
+    if (!(std::abs(2 * fit.radius_mm - nominal.gauge->diameter_mm) <= allowed_mm))
+      return Text("fitted diameter %.4f mm, want the gauge pin's %g mm: another pin, or none", 2 * fit.radius_mm,
+                  nominal.gauge->diameter_mm);
+  } else if (!(ratio >= limits.least_diameter_ratio && ratio <= limits.greatest_diameter_ratio))
     return Text("fitted diameter %.4f mm does not fit the hole's %g mm", 2 * fit.radius_mm, nominal.hole_diameter_mm);
   if (seen.height_mm < limits.least_height_mm)
     return Text("the pin is seen over %.2f mm of its length, want at least %g", seen.height_mm, limits.least_height_mm);
   if (seen.arc_deg < limits.least_arc_deg)
     return Text("%.0f deg of the circumference seen, want at least %g", seen.arc_deg, limits.least_arc_deg);
   return fit.noise_covariance.allFinite() ? "" : "the points do not determine a cylinder";
+}
+
+// The diameter is known beside the points: an observation of one parameter (Kalman's update). Where a pin shines or its edge is
+// blurred the scanner sees another diameter than the certificate's, anywhere within what is let pass.
+void TakeDiameter(const GaugePin& gauge, const PinLimits& limits, PinFit* fit) {
+  const double seen_otherwise_mm = limits.greatest_diameter_difference_um / 1e3 / 2;
+  const double variance =
+      std::pow(gauge.diameter_standard_uncertainty_mm / 2, 2) + seen_otherwise_mm * seen_otherwise_mm / 3;
+  const Parameters weight = fit->noise_covariance.col(4) / (fit->noise_covariance(4, 4) + variance);
+  const Parameters change = weight * (gauge.diameter_mm / 2 - fit->radius_mm);
+  fit->offset_mm += change.head<2>();
+  fit->slope += change.segment<2>(2);
+  for (Eigen::Matrix<double, 5, 3>& gain : fit->gain) gain -= weight * gain.row(4).eval();
+  Eigen::Matrix<double, 5, 5> kept = Eigen::Matrix<double, 5, 5>::Identity();
+  kept.col(4) -= weight;
+  fit->noise_covariance = kept * fit->noise_covariance * kept.transpose() + variance * weight * weight.transpose();
 }
 
 // The cylinder through all of them.
@@ -214,6 +237,7 @@ PinFit FitAll(const NominalPin& nominal, const Points& points_in_part_mm, const 
   const Seen seen{sigma, static_cast<double>(fit.used.size()) / static_cast<double>(local.size()), highest - lowest,
                   arc};
   if (std::string why = Unfit(seen, fit, nominal, limits); !why.empty()) return refuse(why);
+  if (nominal.gauge) TakeDiameter(*nominal.gauge, limits, &fit);
   fit.measured = true;
   return fit;
 }
@@ -230,6 +254,34 @@ PinFit FitPin(const NominalPin& nominal, const Points& points_in_part_mm, const 
   if (!fit.measured) return all;
   for (std::size_t& i : fit.used) i = largest[i];
   return fit;
+}
+
+PinPlay PlayOf(const NominalPin& nominal, const PinFit& fit, const PinLimits& limits) {
+  const double seen_mm = 2 * fit.radius_mm, hole_mm = nominal.hole_diameter_mm;
+  if (!nominal.gauge)
+    return {std::max(0.0, hole_mm - seen_mm) / 2, nominal.hole_depth_mm,
+            std::max(0.0, limits.greatest_diameter_ratio * hole_mm - seen_mm) / 2};
+  const GaugePin& gauge = *nominal.gauge;
+  // The certificate may err, and of a pin that is seen thinner, beyond what both may err, the play is more by as much.
+  const double pin_u_mm = 2 * gauge.diameter_standard_uncertainty_mm;
+  const double err_mm = std::hypot(pin_u_mm, 4 * std::sqrt(fit.noise_covariance(4, 4)));
+  const double thinner_mm = gauge.diameter_mm - seen_mm;
+  return {(gauge.greatest_play_mm + std::max(pin_u_mm, thinner_mm > err_mm ? thinner_mm : 0)) / 2,
+          gauge.least_depth_mm.value_or(nominal.hole_depth_mm), 0};
+}
+
+// At the surface the pin's axis lies at m from the hole's, at its foot at b, each half the play long where it touches, and each in a
+// direction that nobody knows; the slope is (m - b) / depth.
+Eigen::Matrix<double, 5, 5> PlayCovariance(const PinPlay& play) {
+  Eigen::Matrix<double, 5, 5> covariance = Eigen::Matrix<double, 5, 5>::Zero();
+  if (!(play.half_mm > 0)) return covariance;
+  const double variance = play.half_mm * play.half_mm / 2;
+  for (int k = 0; k < 2; ++k) {
+    covariance(k, k) = variance;
+    covariance(k, 2 + k) = covariance(2 + k, k) = variance / play.depth_mm;
+    covariance(2 + k, 2 + k) = 2 * variance / (play.depth_mm * play.depth_mm);
+  }
+  return covariance;
 }
 
 }  // namespace sixpoint::metrology

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,23 +11,34 @@
 
 namespace sixpoint::metrology {
 
+// A calibrated pin, as its certificate has it, and how it stands in its hole.
+struct GaugePin {
+  double diameter_mm = 0;
+  double diameter_standard_uncertainty_mm = 0;
+  double greatest_play_mm = 0;                          // across the hole as drilled
+  std::optional<double> least_depth_mm = std::nullopt;  // in the hole; none: the hole's
+};
+
 // Where a pin is looked for; part frame.
 struct NominalPin {
   Eigen::Vector3d start_mm = Eigen::Vector3d::Zero();  // where the nominal axis meets the surface
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();     // unit, out of the part
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   // outward surface normal at the start, unit
   double hole_diameter_mm = 0;
+  double hole_depth_mm = 0;                      // > 0
+  std::optional<GaugePin> gauge = std::nullopt;  // none: any pin that goes into the hole
 };
 
 // What a fit must show to be a measurement.
 struct PinLimits {
   int least_point_count = 60;
-  double least_arc_deg = 150;            // of the circumference, in cells of 10 deg with points
-  double least_height_mm = 1;            // between the lowest and highest point used
-  double least_diameter_ratio = 0.5;     // fitted diameter over the hole's
-  double greatest_diameter_ratio = 1.6;  // pins are wider than the drawing's hole where it was drilled wider
-  double greatest_sigma_um = 10;         // robust standard deviation of the residuals
-  double least_used_share = 0.6;         // of the points, after the robust loss
+  double least_arc_deg = 150;                   // of the circumference, in cells of 10 deg with points
+  double least_height_mm = 1;                   // between the lowest and highest point used
+  double least_diameter_ratio = 0.5;            // fitted diameter over the hole's
+  double greatest_diameter_ratio = 1.6;         // pins are wider than the drawing's hole where it was drilled wider
+  double greatest_diameter_difference_um = 10;  // of the fitted diameter from a gauge pin's, beside both uncertainties
+  double greatest_sigma_um = 10;                // robust standard deviation of the residuals
+  double least_used_share = 0.6;                // of the points, after the robust loss
   // Where all points together are no pin, the largest set of them that stands this far from the others is tried: a chip or a
   // neighbour's pin is left out. 0: it is not.
   double apart_mm = 0.15;
@@ -40,7 +52,7 @@ struct PinFit {
   Eigen::Matrix<double, 3, 2> across;
   Eigen::Vector2d offset_mm = Eigen::Vector2d::Zero();  // c1, c2
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();      // s1, s2
-  double radius_mm = 0;
+  double radius_mm = 0;                                 // as seen, as residual_rms_um is, whatever a certificate says
   // Of (c1, c2, s1, s2, radius) from the scanner's noise, by the residuals themselves (sandwich estimator).
   Eigen::Matrix<double, 5, 5> noise_covariance = Eigen::Matrix<double, 5, 5>::Zero();
   int point_count = 0;
@@ -51,7 +63,20 @@ struct PinFit {
 };
 
 // Points of the pin and little else: off the surface, near the nominal axis. Robust (Tukey's biweight from an algebraic
-// circle); the top of the pin and what the loss rejects take no part. The pin's length and diameter need not be known.
+// circle); the top of the pin and what the loss rejects take no part. The pin's length need not be known, nor its diameter; a gauge
+// pin's takes part with its uncertainty, and what is seen with another diameter is not that pin.
 PinFit FitPin(const NominalPin& nominal, const Points& points_in_part_mm, const PinLimits& limits = {});
+
+// How far a pin's axis may stand from its hole's.
+struct PinPlay {
+  double half_mm =
+      0;  // at the surface and at the pin's foot: by the part's record, else what the drawing's diameter leaves
+  double depth_mm = 0;  // of the foot
+  // Where the part's record states no play: if the hole was drilled as wide as any is (PinLimits::greatest_diameter_ratio). Else 0.
+  double unstated_half_mm = 0;
+};
+PinPlay PlayOf(const NominalPin& nominal, const PinFit& fit, const PinLimits& limits = {});
+// Of (c1, c2, s1, s2, radius) about the hole's axis: either end of the pin touches the hole somewhere.
+Eigen::Matrix<double, 5, 5> PlayCovariance(const PinPlay& play);
 
 }  // namespace sixpoint::metrology

@@ -34,8 +34,16 @@ constexpr double kPatchesStay = 0.1;
 constexpr double kFeasibleMm = 1e-4;   // lacking less than this is rounding
 constexpr double kMotionPrice = 1e-4;  // of the motion beside the lack of stock, so that the least motion is chosen
 constexpr std::size_t kMostHolding = 7;
+constexpr double kCellMm = 1;             // of what was seen, at most
+constexpr double kLeastSideMm2 = 4;       // below which a side is none to ask about
 constexpr double kHeldPart = 1e-12;       // of the greatest variance, below which a direction is held from outside
 constexpr double kMostPatches = 200'000;  // over the whole surface: some hundred bytes each, all looked at in each step
+
+// +x, -z: of a side's direction.
+std::string DirectionName(const Vector3d& direction) {
+  const int side = SideOf(direction);
+  return std::string(side % 2 == 0 ? "+" : "-") + "xyz"[side / 2];
+}
 
 absl::Status Check(const AllowanceOptions& options) {
   if (!(std::abs(options.least_stock_mm) <= 10))
@@ -44,6 +52,8 @@ absl::Status Check(const AllowanceOptions& options) {
     return Refuse("allowance.greatest_stock_mm", options.greatest_stock_mm, "more than the least stock, at most 50");
   if (!(options.patch_mm >= 0.05 && options.patch_mm <= 50))
     return Refuse("allowance.patch_mm", options.patch_mm, "0.05 to 50");
+  if (!(options.least_side_part >= 0 && options.least_side_part <= 1))
+    return Refuse("allowance.least_side_part", options.least_side_part, "0 to 1");
   return absl::OkStatus();
 }
 
@@ -179,8 +189,11 @@ class Allowance {
     return constrained;
   }
 
-  AllowanceFit Report(bool rested, int steps) {
+  absl::StatusOr<AllowanceFit> Report(bool rested, int steps) {
     AllowanceFit result;
+    auto sides = LookedAt();
+    if (!sides.ok()) return sides.status();
+    result.stock.sides = *std::move(sides);
     result.fit.evidence.stopped_at = pose_;
     result.stock.least_stock_mm = least_stock_mm_;
     result.stock.lacking_mm = lacking_mm_;
@@ -228,7 +241,41 @@ class Allowance {
         evidence.remark = "the pose still moves after " + std::to_string(steps) + " steps";
       }
     }
+    JudgeSides(&result);
     return result;
+  }
+
+  // By cells of their own, fine enough for what a patch's mean does not show; wider than kCellMm where there would be too many.
+  absl::StatusOr<std::vector<SeenSide>> LookedAt() const {
+    const double cell_mm =
+        std::max(std::min(allowance_.patch_mm, kCellMm), std::sqrt(surface_.area_mm2() / kMostPatches));
+    const auto cells = SumPatches(surface_, portions_, pose_, {allowance_.greatest_stock_mm, cell_mm, false}, options_);
+    if (!cells.ok()) return cells.status();
+    std::vector<PatchKey> seen;
+    for (const Patch& cell : cells->patches) seen.push_back(cell.key);
+    return SeenSides(surface_, seen, cell_mm, options_);
+  }
+
+  void JudgeSides(AllowanceFit* result) const {
+    FitEvidence& evidence = result->fit.evidence;
+    double area = 0, seen = 0;
+    for (const SeenSide& side : result->stock.sides) {
+      area += side.area_mm2;
+      seen += side.seen_mm2;
+    }
+    evidence.surface_part = area > 0 ? seen / area : 0;
+    if (!result->fit.placed) return;
+    std::string unseen;
+    for (const SeenSide& side : result->stock.sides) {
+      if (side.area_mm2 < kLeastSideMm2 || side.seen_part() >= allowance_.least_side_part) continue;
+      unseen +=
+          (unseen.empty() ? "" : "; ") + DirectionName(side.direction) + " " + Percent(side.seen_part()) + " seen";
+    }
+    if (!unseen.empty())
+      result->fit.Withdraw(Outcome::kNotDetermined,
+                           "nothing is known of stock that was not seen: of the side that looks to the part's " +
+                               unseen + ", want at least " + Percent(allowance_.least_side_part) +
+                               " of each, or regions that leave it out");
   }
 
   // The pose is linear in the patches' stock: those that hold it act through the equalities, the others through the fit.

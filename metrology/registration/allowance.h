@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "metrology/registration/best_fit.h"
+#include "metrology/registration/seen_sides.h"
 
 namespace sixpoint::metrology {
 
@@ -20,6 +21,8 @@ struct AllowanceOptions {
   double greatest_stock_mm = 5;   // points farther outside than this belong to something else
   double patch_mm = 1;            // stock is the mean over patches of this width
   std::int64_t least_points = 5;  // of a patch that counts
+  // Of each side of the part with 4 mm2, what must have been seen, in cells of a patch or 1 mm: of what was not, nothing is certified.
+  double least_side_part = 0.9;
 };
 
 // A patch that holds the pose, or that lacks stock.
@@ -33,14 +36,15 @@ struct AllowancePatch {
 
 // What the stock is at the pose that was found, or at the one that lacks least.
 struct AllowanceFinding {
-  double least_stock_mm = 0;  // of any patch
+  double least_stock_mm = 0;  // of any patch that was seen
   double lacking_mm = 0;      // by how much it falls short of what was asked; 0 where it does not
   // At most seven patches that keep the pose from being better, greatest share first.
   std::vector<AllowancePatch> holding;
+  std::vector<SeenSide> sides;
 };
 
 struct AllowanceFit {
-  PoseFit fit;  // kConverged, kNotConverged or kInfeasible
+  PoseFit fit;  // kConverged, kNotConverged, kInfeasible, or kNotDetermined: a side was seen too little
   AllowanceFinding stock;
 };
 

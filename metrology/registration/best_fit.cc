@@ -56,8 +56,6 @@ std::string Um(double mm) {
   return text;
 }
 
-std::string Percent(double part) { return std::to_string(static_cast<int>(100 * part)) + " %"; }
-
 // The directions in which the points do not hold the part.
 std::string FreeDirections(const Matrix6d& matrix, double condition_limit) {
   const EigenSystem6 eigen = EigenSystemOf(matrix);

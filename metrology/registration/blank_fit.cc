@@ -8,8 +8,6 @@
 namespace sixpoint::metrology {
 namespace {
 
-std::string Percent(double part) { return std::to_string(static_cast<int>(100 * part)) + " %"; }
-
 // Scan by scan, what lay within the greatest stock.
 absl::Status CountScans(const ScannedBlade& blade, const AllowanceOptions& allowance, const FitOptions& options,
                         PoseFit* fit) {
@@ -52,7 +50,8 @@ absl::StatusOr<AllowanceFit> FitBlank(const ScannedBlade& blade, const Eigen::Is
     fit.Withdraw(Outcome::kNotDetermined, ambiguous);
     return blank;
   }
-  if (fit.placed) return blank;
+  // A side that was not seen says nothing of the CAD.
+  if (fit.placed || fit.outcome == Outcome::kNotDetermined) return blank;
   absl::Status status = RemarkBlankFailure(blade, zero_from_part_nominal, options, &fit);
   if (!status.ok()) return status;
   return blank;

@@ -81,5 +81,7 @@ struct FitEvidence {
 
 // Added to the remark; nothing for no words.
 void AddRemark(const std::string& more, FitEvidence* evidence);
+// A part of one as remarks have it: "62 %", cut to a whole number.
+std::string Percent(double part);
 
 }  // namespace sixpoint::metrology

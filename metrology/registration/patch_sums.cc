@@ -30,13 +30,6 @@ constexpr std::size_t kSliceSize = std::size_t{1} << 19;  // points summed at a 
 constexpr double kEdgeMarginMm = Surface::kEdgeReachMm;
 constexpr int kHistogramBins = 4096;
 
-int SideOf(const Vector3d& normal) {
-  int axis = 0;
-  for (int k = 1; k < 3; ++k)
-    if (std::abs(normal[k]) > std::abs(normal[axis])) axis = k;
-  return 2 * axis + (normal[axis] < 0 ? 1 : 0);
-}
-
 std::array<std::int64_t, 3> CellOf(PatchKey key) {
   constexpr PatchKey kMask = (PatchKey{1} << kCellBits) - 1;
   std::array<std::int64_t, 3> cell{};
@@ -167,6 +160,13 @@ void Join(const std::vector<ChunkSums>& chunks, std::uint32_t portion, std::unor
 }
 
 }  // namespace
+
+int SideOf(const Vector3d& normal) {
+  int axis = 0;
+  for (int k = 1; k < 3; ++k)
+    if (std::abs(normal[k]) > std::abs(normal[axis])) axis = k;
+  return 2 * axis + (normal[axis] < 0 ? 1 : 0);
+}
 
 PatchKey PatchKeyOf(const Vector3d& from_centroid_mm, const Vector3d& normal, double patch_mm) {
   std::array<std::int64_t, 3> cell{};

@@ -15,6 +15,8 @@ namespace sixpoint::metrology {
 
 // Where on the surface: a cubic cell of the part and the side its normals look to.
 using PatchKey = std::uint64_t;
+// The axis of the part along which a normal looks most: 0 to 5 for +x, -x, +y, ...
+int SideOf(const Eigen::Vector3d& normal);
 PatchKey PatchKeyOf(const Eigen::Vector3d& from_centroid_mm, const Eigen::Vector3d& normal, double patch_mm);
 // The key of cells `times` as wide.
 PatchKey CoarserKey(PatchKey key, int times);

@@ -15,6 +15,8 @@ void PoseFit::Withdraw(Outcome why, const std::string& remark) {
   evidence.remark = remark;
 }
 
+std::string Percent(double part) { return std::to_string(static_cast<int>(100 * part)) + " %"; }
+
 void AddRemark(const std::string& more, FitEvidence* evidence) {
   if (!more.empty()) evidence->remark += (evidence->remark.empty() ? "" : "; ") + more;
 }

@@ -42,6 +42,11 @@ absl::StatusOr<std::string> Download(plant::v1::PlantService::Stub& stub, const 
 
 }  // namespace
 
+double GreatestPositionError_mm(const plant::v1::HoleGroup& group) {
+  return group.position_zone() == plant::v1::POSITION_ZONE_RADIUS ? group.position_tolerance_mm()
+                                                                  : group.position_tolerance_mm() / 2;
+}
+
 PlantClient::PlantClient(std::shared_ptr<grpc::Channel> plant, std::size_t surface_bytes)
     : stub_(plant::v1::PlantService::NewStub(plant)), surfaces_(std::make_unique<SurfaceCache>(surface_bytes)) {}
 PlantClient::~PlantClient() = default;

@@ -15,6 +15,10 @@
 
 namespace sixpoint::clients {
 
+// How far a start may be from its nominal: the tolerance of a radius; half of it of a diameter, or where a plant of the release before
+// does not say.
+double GreatestPositionError_mm(const plant::v1::HoleGroup& group);
+
 // Thread-safe.
 class PlantClient {
  public:

@@ -59,7 +59,7 @@ absl::StatusOr<metrology::NominalHoleGroup> NominalGroup(const plant::v1::HoleGr
   if (!axis.ok()) return axis.status();
   nominal.axis_in_part = *axis;
   nominal.nominal = {group.a_nominal_deg() * kRad, group.b_nominal_deg() * kRad};
-  nominal.position_tolerance_mm = group.position_tolerance_mm();
+  nominal.position_tolerance_mm = clients::GreatestPositionError_mm(group);
   nominal.inclination_tolerance_rad = group.inclination_tolerance_deg() * kRad;
   for (const plant::v1::Hole& hole : group.holes()) {
     const auto start = runtime::FromProto("part.hole_groups." + group.group() + "." + hole.hole() + ".start_in_part_mm",

@@ -64,9 +64,9 @@ absl::StatusOr<KnownSubject> KnownPlant::Subject(const std::string& name, const 
     const absl::StatusOr<plant::v1::Part> part = client_.GetPart(blade->part(), 0, make_context());
     if (!part.ok()) return part.status();
     for (const plant::v1::HoleGroup& group : part->hole_groups()) {
-      if (!(group.position_tolerance_mm() > 0)) continue;
-      subject.tightest_tolerance_mm = std::min(subject.tightest_tolerance_mm.value_or(group.position_tolerance_mm()),
-                                               group.position_tolerance_mm());
+      const double tolerance_mm = clients::GreatestPositionError_mm(group);
+      if (tolerance_mm > 0)
+        subject.tightest_tolerance_mm = std::min(subject.tightest_tolerance_mm.value_or(tolerance_mm), tolerance_mm);
     }
     return subject;
   });

@@ -27,6 +27,12 @@ absl::Status CheckScans(const Peers& peers, const v1::InspectRequest& request, c
   return absl::OkStatus();
 }
 
+metrology::GaugePin GaugePinOf(const plant::v1::GaugePin& pin) {
+  metrology::GaugePin gauge{pin.diameter_mm(), pin.diameter_standard_uncertainty_um() / 1e3, pin.greatest_play_mm()};
+  if (pin.has_least_depth_mm()) gauge.least_depth_mm = pin.least_depth_mm();
+  return gauge;
+}
+
 absl::StatusOr<std::vector<metrology::InspectedHole>> HolesOf(const plant::v1::Part& part) {
   std::vector<metrology::InspectedHole> holes;
   for (const plant::v1::HoleGroup& group : part.hole_groups()) {
@@ -41,8 +47,9 @@ absl::StatusOr<std::vector<metrology::InspectedHole>> HolesOf(const plant::v1::P
       metrology::InspectedHole& wanted = holes.emplace_back();
       wanted.group = group.group();
       wanted.name = hole.hole();
-      wanted.pin = {*start, *axis, *normal, group.diameter_mm()};
-      wanted.position_tolerance_mm = group.position_tolerance_mm();
+      wanted.pin = {*start, *axis, *normal, group.diameter_mm(), group.depth_mm()};
+      wanted.position_tolerance_mm = clients::GreatestPositionError_mm(group);
+      if (group.has_gauge_pin()) wanted.pin.gauge = GaugePinOf(group.gauge_pin());
       wanted.inclination_tolerance_rad = group.inclination_tolerance_deg() * kRad;
     }
   }

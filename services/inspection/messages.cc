@@ -61,6 +61,7 @@ absl::StatusOr<v1::Inspection> ToProto(const storage::InspectionRow& row) {
       hole.set_pin_residual_rms_um(hole_row.pin_residual_rms_um);
       if (row.positioning_covered || hole_row.positioning_difference_um > 0)
         hole.set_positioning_difference_um(hole_row.positioning_difference_um);
+      if (hole_row.pin_half_play_um) hole.set_pin_half_play_um(*hole_row.pin_half_play_um);
     }
     hole.set_reason(hole_row.reason);
   }

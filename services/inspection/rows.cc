@@ -66,6 +66,7 @@ void SetFindings(const std::vector<metrology::InspectedHole>& holes, const metro
     hole.pin_residual_rms_um = finding.pin_residual_rms_um;
     hole.reason = finding.reason;
     hole.positioning_difference_um = finding.positioning_difference_mm * 1e3;
+    if (hole.measured) hole.pin_half_play_um = finding.pin_half_play_mm * 1e3;
   }
 }
 

@@ -28,6 +28,13 @@ void ToProto(const storage::HoleGroupRow& row, v1::HoleGroup* out) {
   runtime::SetDirection(row.axis_in_part, out->mutable_axis_in_part());
   out->set_position_tolerance_mm(row.position_tolerance_mm);
   out->set_inclination_tolerance_deg(row.inclination_tolerance_deg);
+  out->set_position_zone(row.position_zone == "DIAMETER" ? v1::POSITION_ZONE_DIAMETER : v1::POSITION_ZONE_RADIUS);
+  if (row.gauge_pin) {
+    out->mutable_gauge_pin()->set_diameter_mm(row.gauge_pin->diameter_mm);
+    out->mutable_gauge_pin()->set_diameter_standard_uncertainty_um(row.gauge_pin->diameter_standard_uncertainty_um);
+    out->mutable_gauge_pin()->set_greatest_play_mm(row.gauge_pin->greatest_play_mm);
+    if (row.gauge_pin->least_depth_mm) out->mutable_gauge_pin()->set_least_depth_mm(*row.gauge_pin->least_depth_mm);
+  }
   for (const storage::HoleRow& hole : row.holes) {
     v1::Hole* to = out->add_holes();
     to->set_hole(hole.hole);

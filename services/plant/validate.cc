@@ -130,6 +130,35 @@ absl::Status ReadHole(const std::string& field, const v1::Hole& hole, std::set<s
       .status();
 }
 
+absl::Status ReadZone(const std::string& field, v1::PositionZone zone, std::string* row) {
+  if (zone != v1::POSITION_ZONE_DIAMETER && zone != v1::POSITION_ZONE_RADIUS)
+    return Refuse(field, v1::PositionZone_Name(zone),
+                  "POSITION_ZONE_DIAMETER where the drawing's tolerance is a diameter, else POSITION_ZONE_RADIUS");
+  *row = v1::PositionZone_Name(zone).substr(std::string("POSITION_ZONE_").size());
+  return absl::OkStatus();
+}
+
+absl::Status ReadGaugePin(const std::string& field, const v1::HoleGroup& group, storage::HoleGroupRow* row) {
+  const v1::GaugePin& pin = group.gauge_pin();
+  const double hole_mm = group.diameter_mm();
+  row->gauge_pin = {pin.diameter_mm(), pin.diameter_standard_uncertainty_um(), pin.greatest_play_mm()};
+  runtime::Refusals refusals;
+  refusals
+      .Add(CheckRange(field + ".diameter_mm", pin.diameter_mm(), 0.5 * hole_mm, 1.6 * hole_mm,
+                      "0.5 to 1.6 of the hole's diameter"))
+      .Add(CheckPositive(field + ".diameter_standard_uncertainty_um", pin.diameter_standard_uncertainty_um(), 5));
+  if (!pin.has_greatest_play_mm()) refusals.Add(Refuse(field + ".greatest_play_mm", "unset", "0 to 1"));
+  if (pin.has_greatest_play_mm() &&
+      !(pin.greatest_play_mm() >= std::max(0.0, hole_mm - pin.diameter_mm()) - 1e-9 && pin.greatest_play_mm() <= 1))
+    refusals.Add(Refuse(field + ".greatest_play_mm", pin.greatest_play_mm(),
+                        "0 to 1, and what the hole's diameter leaves beside the pin's at least"));
+  if (!pin.has_least_depth_mm()) return refusals.status();
+  row->gauge_pin->least_depth_mm = pin.least_depth_mm();
+  if (!(pin.least_depth_mm() > 0 && pin.least_depth_mm() <= group.depth_mm()))
+    refusals.Add(Refuse(field + ".least_depth_mm", pin.least_depth_mm(), "more than 0, at most the hole's depth"));
+  return refusals.status();
+}
+
 absl::Status ReadGroup(const std::string& field, const v1::HoleGroup& group, std::set<std::string>* names,
                        storage::HoleGroupRow* row) {
   row->group = group.group();
@@ -148,6 +177,8 @@ absl::Status ReadGroup(const std::string& field, const v1::HoleGroup& group, std
       .Add(Read(field + ".axis_in_part", group.has_axis_in_part(), group.axis_in_part(), &row->axis_in_part))
       .Add(CheckPositive(field + ".position_tolerance_mm", row->position_tolerance_mm, 100))
       .Add(CheckPositive(field + ".inclination_tolerance_deg", row->inclination_tolerance_deg, 90));
+  refusals.Add(ReadZone(field + ".position_zone", group.position_zone(), &row->position_zone));
+  if (group.has_gauge_pin()) refusals.Add(ReadGaugePin(field + ".gauge_pin", group, row));
   if (group.holes().empty()) refusals.Add(Refuse(field + ".holes", "0 holes", "at least one"));
   std::set<std::string> hole_names;
   for (int i = 0; i < group.holes_size(); ++i) {
@@ -305,7 +336,8 @@ absl::StatusOr<storage::PartRow> Validated(const v1::CreatePartRequest& request)
   if (absl::Status status = refusals.status(); !status.ok()) return status;
   v1::Part described = part;
   described.clear_surface();  // ours to say
-  row.content_sha256 = ContentSha256(std::move(described), storage::Sha256Hex(request.cad()));
+  // A process of the release before zones were stated kept no zone of what it took, and the digest of all of it: ours is another.
+  row.content_sha256 = ContentSha256(std::move(described), storage::Sha256Hex(request.cad()) + "zone");
   return row;
 }
 

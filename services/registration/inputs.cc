@@ -103,6 +103,7 @@ metrology::AllowanceOptions AllowanceOptionsOf(const v1::FitOptions& options) {
   if (asked.has_greatest_stock_mm()) out.greatest_stock_mm = asked.greatest_stock_mm();
   if (asked.has_patch_mm()) out.patch_mm = asked.patch_mm();
   if (asked.has_least_points()) out.least_points = asked.least_points();
+  if (asked.has_least_side_part()) out.least_side_part = asked.least_side_part();
   return out;
 }
 
@@ -115,6 +116,7 @@ v1::FitOptions FilledIn(const v1::RegisterRequest& request) {
   filled.set_greatest_stock_mm(allowance.greatest_stock_mm);
   filled.set_patch_mm(allowance.patch_mm);
   filled.set_least_points(static_cast<int>(allowance.least_points));
+  filled.set_least_side_part(allowance.least_side_part);
   return options;
 }
 

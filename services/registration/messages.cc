@@ -131,7 +131,9 @@ void LeaveBasic(v1::Registration* registration) {
   evidence.clear_weakest_direction();
   evidence.clear_agreements();
   evidence.clear_regions();
-  if (evidence.has_allowance()) evidence.mutable_allowance()->clear_holding();
+  if (!evidence.has_allowance()) return;
+  evidence.mutable_allowance()->clear_holding();
+  evidence.mutable_allowance()->clear_sides();
 }
 
 }  // namespace sixpoint::registration

@@ -47,6 +47,24 @@ absl::StatusOr<std::string> JsonOf(const google::protobuf::Message& message) {
   return json;
 }
 
+void AddAllowance(const metrology::AllowanceFinding& allowance, v1::Allowance* detail) {
+  for (const metrology::AllowancePatch& in : allowance.holding) {
+    v1::AllowancePatch* patch = detail->add_holding();
+    runtime::ToProto(in.point_mm, patch->mutable_point_mm());
+    runtime::ToProto(in.normal, patch->mutable_normal());
+    patch->set_stock_mm(in.stock_mm);
+    patch->set_standard_uncertainty_um(kUmPerMm * in.standard_uncertainty_mm);
+    patch->set_share(in.share);
+  }
+  for (const metrology::SeenSide& in : allowance.sides) {
+    v1::AllowanceSide* side = detail->add_sides();
+    runtime::ToProto(in.direction, side->mutable_direction());
+    side->set_area_mm2(in.area_mm2);
+    side->set_seen_part(std::clamp(in.seen_part(), 0.0, 1.0));
+    if (in.seen_part() < 1) runtime::ToProto(in.unseen_about_mm, side->mutable_unseen_about_mm());
+  }
+}
+
 // What has no column: a registration without it, from before it was kept, has a detail without fields.
 v1::Evidence DetailOf(const metrology::PoseFit& fit, const std::optional<metrology::AllowanceFinding>& allowance,
                       const std::optional<metrology::Disagreement>& disagreement) {
@@ -65,15 +83,7 @@ v1::Evidence DetailOf(const metrology::PoseFit& fit, const std::optional<metrolo
     region->set_mean_um(kUmPerMm * in.mean_mm);
     region->set_used_part(in.used_part);
   }
-  if (allowance.has_value())
-    for (const metrology::AllowancePatch& in : allowance->holding) {
-      v1::AllowancePatch* patch = detail.mutable_allowance()->add_holding();
-      runtime::ToProto(in.point_mm, patch->mutable_point_mm());
-      runtime::ToProto(in.normal, patch->mutable_normal());
-      patch->set_stock_mm(in.stock_mm);
-      patch->set_standard_uncertainty_um(kUmPerMm * in.standard_uncertainty_mm);
-      patch->set_share(in.share);
-    }
+  if (allowance.has_value()) AddAllowance(*allowance, detail.mutable_allowance());
   if (evidence.merge.has_value()) {
     v1::MergeTest& merge = *detail.mutable_merge();
     merge.set_freedom(evidence.merge->freedom);
@@ -131,8 +141,8 @@ absl::StatusOr<storage::RegistrationRow> FitRowOf(const metrology::PoseFit& fit,
     row.noise_sigma_um = kUmPerMm * evidence.noise_sigma_mm;
     row.model_sigma_um = kUmPerMm * evidence.model_sigma_mm;
     row.information_kept = std::clamp(evidence.information_kept, 0.0, 1.0);
-    row.surface_part = std::clamp(evidence.surface_part, 0.0, 1.0);
   }
+  row.surface_part = std::clamp(evidence.surface_part, 0.0, 1.0);
   if (disagreement.has_value()) {
     row.disagreement_um = kUmPerMm * disagreement->greatest_mm;
     row.disagreement_ratio = Figure(disagreement->ratio);

@@ -76,6 +76,8 @@ absl::Status CheckAllowance(const v1::AllowanceOptions& asked) {
     refusals.Add(runtime::Refuse("options.allowance.patch_mm", asked.patch_mm(), "0.05 to 50"));
   if (asked.has_least_points() && !(asked.least_points() >= 1 && asked.least_points() <= 1'000'000))
     refusals.Add(runtime::Refuse("options.allowance.least_points", asked.least_points(), "1 to 1000000"));
+  if (asked.has_least_side_part() && !(asked.least_side_part() >= 0 && asked.least_side_part() <= 1))
+    refusals.Add(runtime::Refuse("options.allowance.least_side_part", asked.least_side_part(), "0 to 1"));
   return refusals.status();
 }
 

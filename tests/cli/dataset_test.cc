@@ -31,6 +31,8 @@ TEST(Dataset, ReadsASmallPlant) {
   EXPECT_EQ(dataset->artefact.side_mm(), 24);
   EXPECT_EQ(dataset->part.cad_format(), plant::v1::CAD_FORMAT_STEP);
   EXPECT_EQ(dataset->part.six_points_size(), 6);
+  EXPECT_EQ(dataset->part.hole_groups(0).position_zone(),
+            plant::v1::POSITION_ZONE_RADIUS);  // as datasets without one mean it
   EXPECT_FALSE(dataset->sphere_poses[0].held_out());
   EXPECT_TRUE(dataset->sphere_poses[1].held_out());
   ASSERT_EQ(dataset->scans.size(), 2u);

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 
 namespace sixpoint::cli {
 namespace {
@@ -51,7 +52,32 @@ TEST(PlantDocuments, ThePartOfTheDocsIsReadWithTheCadBesideIt) {
   EXPECT_EQ(request->part().cad_format(), plant::v1::CAD_FORMAT_STL);
   EXPECT_FALSE(request->cad().empty());
   EXPECT_EQ(request->part().six_points_size(), 6);
+  EXPECT_EQ(request->part().hole_groups(0).position_zone(), plant::v1::POSITION_ZONE_DIAMETER);
+  EXPECT_EQ(request->part().hole_groups(0).gauge_pin().diameter_mm(), 0.44);
+  EXPECT_EQ(request->part().hole_groups(0).gauge_pin().greatest_play_mm(), 0.005);
   EXPECT_EQ(request->part().zero_from_part_nominal().rotation_size(), 9);
+}
+
+// Half or whole is not guessed.
+TEST(PlantDocuments, APartSaysWhatItsPositionTolerancesAre) {
+  const std::string folder = ::testing::TempDir() + "/zone";
+  std::filesystem::create_directories(folder);
+  std::filesystem::copy_file(Example("block.stl"), folder + "/block.stl",
+                             std::filesystem::copy_options::overwrite_existing);
+  std::string text = *ReadFile(Example("part.yaml"), kGreatestDocumentBytes);
+  const std::string zone = "    position_zone: diameter\n";
+  ASSERT_NE(text.find(zone), std::string::npos);
+  const auto with = [&](const std::string& line) {
+    std::string changed = text;
+    changed.replace(changed.find(zone), zone.size(), line);
+    EXPECT_TRUE(WriteFile(folder + "/part.yaml", changed).ok());
+    return LoadPart(folder + "/part.yaml");
+  };
+  EXPECT_THAT(std::string(with("").status().message()), HasSubstr("hole_groups[0].position_zone: missing"));
+  EXPECT_THAT(std::string(with("    position_zone: both\n").status().message()), HasSubstr("position_zone: \"both\""));
+  const auto radius = with("    position_zone: radius\n");
+  ASSERT_TRUE(radius.ok()) << radius.status();
+  EXPECT_EQ(radius->part().hole_groups(0).position_zone(), plant::v1::POSITION_ZONE_RADIUS);
 }
 
 TEST(PlantDocuments, TheTouchDataAndSpherePosesOfTheDocsAreRead) {

@@ -257,13 +257,17 @@ TEST_P(BlobKeeping, ACollectorNeverTakesWhatAPutJustStored) {
       payloads[PutIn(before, bytes)] = bytes;
     }
     ASSERT_TRUE(before.Commit().ok());
-    std::atomic<bool> running{true};
+    std::atomic<bool> running{true}, begun{false};
     std::thread collector([&] {
-      while (running) collected_count += Collect(std::chrono::seconds(0), false, std::chrono::hours(1)).blob_count;
+      for (begun = true; running;)
+        collected_count += Collect(std::chrono::seconds(0), false, std::chrono::hours(1)).blob_count;
     });
     std::vector<std::thread> uploaders;
     for (int uploader = 0; uploader < kUploaders; ++uploader) {
       uploaders.emplace_back([&] {
+        while (!begun) std::this_thread::yield();
+        std::this_thread::sleep_for(
+            std::chrono::microseconds(500 * (wave % 10)));  // into another of its steps each time
         for (const auto& [sha256, bytes] : payloads) EXPECT_EQ(Put(bytes, true), sha256);
       });
     }

@@ -103,6 +103,13 @@ TEST(NcProof, RefusesWhatWouldCutElsewhere) {
   EXPECT_THAT(Proven(With(Laser(), "M62\n", "Z100\nM62\n")), HasSubstr("an output switched on away from G1/H1"));
   EXPECT_THAT(Proven(Without(With(Laser(), "A-7.5000 B15.0000 ", ""), "M62\nG4 P0.2\nM63\nZ100")),
               HasSubstr("G2/H1 is left before all axes were at it"));
+  // An arc's ends may be right, and what lies between them is not.
+  EXPECT_THAT(Proven(Drill("G91 G2 Z2 I0.1 J0\nG90 G1\n")), HasSubstr("an arc (G2, G3), want straight moves"));
+  EXPECT_THAT(Proven(With(Drill(), "(SIXPOINT G1/H1)\nN50 G1", "(SIXPOINT G1/H1)\nN50 G3 R1")), HasSubstr("an arc"));
+  // Past the start, as far as it likes.
+  EXPECT_THAT(Proven("G64 P0.005\n" + Drill()), HasSubstr("a path tolerance (G64 P), want exact moves"));
+  EXPECT_EQ(Proven("G64 P0.005\nG61\n" + Drill()), "proven");
+  EXPECT_EQ(Proven("G64\n" + Drill()), "proven");
   // Steps count from the corrected start alone.
   EXPECT_THAT(Proven(Drill("Z-12.5\nG91 Z-2.5\nG90\n")), HasSubstr("a depth that does not follow the hole"));
   EXPECT_THAT(Proven("G90\nG0 A1 B1 X1 Y1 Z1 (SIXPOINT G1/H1)\n"), HasSubstr("G1/H2 is not in it"));

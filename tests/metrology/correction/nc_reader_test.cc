@@ -108,39 +108,41 @@ TEST(NcReader, RefusesAReturnOverAPoint) {
 }
 
 TEST(NcReader, RefusesWhatItDoesNotUnderstand) {
-  for (const char* line : {"G2 X1 Y1 R5", "G3 X1 I1 J1",
-                           "G5 X1",       "G10 L2 P1 X0",
-                           "G18",         "G19",
-                           "G41 D1",      "G43 H1",
-                           "G43.4 H1",    "G51 X2",
-                           "G51.1 X0",    "G52 X1",
-                           "G54",         "G54.1 P1",
-                           "G59.1",       "G65 P100",
-                           "G66 P1",      "G68 X0 Y0 R10",
-                           "G68.2 X0",    "G81 Z-1 R1",
-                           "G83 Z-1 Q1",  "G92 X0",
-                           "G92.1",       "G93.5",
-                           "G96 S10",     "M98 P1000",
-                           "M99",         "M97 P1",
-                           "M128",        "M198 P1",
-                           "TRAORI",      "TRANS X1",
-                           "ROT Z10",     "CYCLE800(0)",
-                           "GOTO 10",     "IF [#1 EQ 1] GOTO 5",
-                           "WHILE",       "X#1",
-                           "X[1+2]",      "X=5",
-                           "#1=5",        "R1=5",
-                           "L10",         "X1 X2",
-                           "G0 G1 X1",    "G90 G91 X1",
-                           "/X1",         "X1.2.3",
-                           "X1-2",        "X--1",
-                           "C5",          "U1",
-                           "W1",          "H1",
-                           "D1",          "Q1",
-                           "E5",          "I1",
-                           "P1",          "G4 X1.",
-                           "O1 X1",       "X1 (never closed",
-                           "X1E3",        "X1 & Y2",
-                           "M3.5",        ":100",
+  for (const char* line : {"G2 X1 Y1",   "G3 I1 J1",
+                           "G1 X1 R5",   "G2 G3 X1 R5",
+                           "G2.1 X1 R5", "G64 Q1 R1",
+                           "G5 X1",      "G10 L2 P1 X0",
+                           "G18",        "G19",
+                           "G41 D1",     "G43 H1",
+                           "G43.4 H1",   "G51 X2",
+                           "G51.1 X0",   "G52 X1",
+                           "G54",        "G54.1 P1",
+                           "G59.1",      "G65 P100",
+                           "G66 P1",     "G68 X0 Y0 R10",
+                           "G68.2 X0",   "G81 Z-1 R1",
+                           "G83 Z-1 Q1", "G92 X0",
+                           "G92.1",      "G93.5",
+                           "G96 S10",    "M98 P1000",
+                           "M99",        "M97 P1",
+                           "M128",       "M198 P1",
+                           "TRAORI",     "TRANS X1",
+                           "ROT Z10",    "CYCLE800(0)",
+                           "GOTO 10",    "IF [#1 EQ 1] GOTO 5",
+                           "WHILE",      "X#1",
+                           "X[1+2]",     "X=5",
+                           "#1=5",       "R1=5",
+                           "L10",        "X1 X2",
+                           "G0 G1 X1",   "G90 G91 X1",
+                           "/X1",        "X1.2.3",
+                           "X1-2",       "X--1",
+                           "C5",         "U1",
+                           "W1",         "H1",
+                           "D1",         "Q1",
+                           "E5",         "I1",
+                           "P1",         "G4 X1.",
+                           "O1 X1",      "X1 (never closed",
+                           "X1E3",       "X1 & Y2",
+                           "M3.5",       ":100",
                            "x1\rY2"})
     EXPECT_THAT(RefusalOf(std::string("G21 G90\n") + line + "\n"), HasSubstr("nc_template: line 2: ")) << line;
   EXPECT_THAT(RefusalOf("M30\nX1"), HasSubstr("line 2"));
@@ -152,6 +154,24 @@ TEST(NcReader, RefusesWhatItDoesNotUnderstand) {
   EXPECT_THAT(RefusalOf("(SIXPOINT G1/H1)\nM8\n"), HasSubstr("a word of an axis in a marked block"));
   EXPECT_THAT(RefusalOf("(SIXPOINT G1/H1)\nX1 (SIXPOINT G1/H2)"), HasSubstr("one marker for a block"));
   EXPECT_THAT(RefusalOf("(SIXPOINT)\nX1"), HasSubstr("a marker (SIXPOINT group/hole)"));
+}
+
+// Its ends, with what is in force; where it goes between is nobody's hole (nc_proof.h).
+TEST(NcReader, FollowsArcsToTheirEnds) {
+  const auto moves = MovesOf("G91.1 G64 P0.005 Q0.01\nG0 X1 Y2 Z3 A4 B5\nG2 X2 Y1 R5\nG91 X1 I0.5 J0\nG1 Z-1");
+  ASSERT_EQ(moves.size(), 4u);
+  EXPECT_FALSE(moves[0].arc);
+  EXPECT_TRUE(moves[1].arc && moves[1].feed);
+  EXPECT_EQ(moves[1].to, (NcPosition{2.0, 1.0, 3.0, 4.0, 5.0}));
+  EXPECT_TRUE(moves[2].arc);
+  EXPECT_EQ(moves[2].to, (NcPosition{3.0, 1.0, 3.0, 4.0, 5.0}));
+  EXPECT_FALSE(moves[3].arc);
+  EXPECT_EQ(moves[1].path_tolerance_mm, 0.127);
+  EXPECT_THAT(RefusalOf("G91 G2 G28 Z0 R5"), HasSubstr("no arc (G2, G3) beside G28"));
+  EXPECT_THAT(RefusalOf("G2 X1 R5\nG91 G28 Z0 R5"), HasSubstr("no R5 but of an arc"));
+  EXPECT_THAT(RefusalOf("G91 G2 G28 Z0"), HasSubstr("no arc (G2, G3) beside G28"));
+  EXPECT_EQ(RefusalOf("G2 X1 R5\nG91 G28 Z0"), "read");
+  EXPECT_THAT(RefusalOf("G2 X1 R5\nX2"), HasSubstr("line 2: \"X2\", want an arc's centre or radius"));
 }
 
 TEST(NcReader, TakesHarmlessWords) {

@@ -110,9 +110,34 @@ TEST(BladeInspection, DoesNotPassAHoleWithoutAPin) {
   EXPECT_EQ(findings->verdict, Verdict::kNotMeasured);
 }
 
+// How wide the holes were drilled is not known: one that a hole as wide as any would not excuse is bad, and none is good but with
+// room for that.
+TEST(BladeInspection, JudgesNothingThatAnUnknownPlayWouldTurn) {
+  PinnedBlock plant = MakePinnedBlock();
+  for (InspectedHole& hole : plant.holes) hole.pin.gauge.reset();
+  std::mt19937_64 random(11);
+  const auto findings = Inspect(plant, ScansOf(plant, &random, 1000));
+  ASSERT_TRUE(findings.ok());
+  for (const HoleFinding& finding : findings->holes) {
+    EXPECT_EQ(finding.position_verdict, Verdict::kUndecidable);
+    EXPECT_NE(finding.reason.find("how loosely the pin stands"), std::string::npos) << finding.reason;
+    EXPECT_LT(finding.pin_half_play_mm, 2e-3);
+  }
+  // 132 um to either side, a little more on the slope; and 264 um over 6 mm.
+  plant.holes[0].position_tolerance_mm = 0.18;
+  plant.holes[0].inclination_tolerance_rad = 0.07;
+  plant.pins[1].start_mm.x() += 0.15;
+  const auto wide = Inspect(plant, ScansOf(plant, &random, 1000));
+  ASSERT_TRUE(wide.ok());
+  EXPECT_EQ(wide->holes[0].verdict, Verdict::kConform) << wide->holes[0].reason;
+  EXPECT_EQ(wide->holes[1].position_verdict, Verdict::kNotConform);
+}
+
 // Wrong calibrations and a pose that follows them: the stated uncertainty holds as often as k = 2 says.
 TEST(BladeInspection, StatesUncertaintiesThatDrawsConfirm) {
-  const PinnedBlock truth = MakePinnedBlock();
+  PinnedBlock truth = MakePinnedBlock();
+  // No pin is seen thinner than that by chance, which would be taken for play.
+  for (InspectedHole& hole : truth.holes) hole.pin.gauge->diameter_mm -= 2e-3;
   std::mt19937_64 random(4);
   std::normal_distribution<double> normal;
   RegisteredPose pose = truth.pose;

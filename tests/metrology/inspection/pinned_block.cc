@@ -33,7 +33,8 @@ PinnedBlock MakePinnedBlock() {
     InspectedHole hole;
     hole.group = "G1";
     hole.name = "H" + std::to_string(i + 1);
-    hole.pin = {{6.0 * i - 3, 2, 0}, axis, Eigen::Vector3d::UnitZ(), 0.44};
+    hole.pin = {{6.0 * i - 3, 2, 0}, axis, Eigen::Vector3d::UnitZ(), 0.44, 6};
+    hole.pin.gauge = GaugePin{0.44, 1e-5, 0};  // as these are
     hole.position_tolerance_mm = 0.06;
     hole.inclination_tolerance_rad = 0.5 * kRad;
     SimulatedPin pin;

@@ -45,7 +45,8 @@ TEST(PlantPins, AreMeasuredWithinAQuarterMicrometre) {
   for (const json& group : dataset["part"]["hole_groups"])
     for (const json& hole : group["holes"])
       pins.push_back({Vector(hole["start_in_part_mm"]), Vector(group["axis_in_part"]).normalized(),
-                      Vector(hole["normal_in_part"]).normalized(), group["diameter_mm"].get<double>()});
+                      Vector(hole["normal_in_part"]).normalized(), group["diameter_mm"].get<double>(),
+                      group["depth_mm"].get<double>()});
   std::vector<Points> points(pins.size());
   for (const json& entry : dataset["scans"]) {
     if (entry["kind"] != "pins") continue;

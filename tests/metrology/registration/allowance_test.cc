@@ -28,8 +28,8 @@ std::shared_ptr<const Surface> BoxSurface() {
   return *Surface::Prepare(mesh);
 }
 
-// The six faces of a blank at their own distances from the middle: low x, high x, low y, ...
-Points Blank(const std::array<double, 6>& faces_mm, double noise_mm, std::uint64_t seed) {
+// The six faces of a blank at their own distances from the middle: low x, high x, low y, ... ; so much of their length and width.
+Points Blank(const std::array<double, 6>& faces_mm, double noise_mm, std::uint64_t seed, double scanned = 0.85) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> unit(-1, 1);
   std::normal_distribution<double> noise(0, 1);
@@ -37,15 +37,17 @@ Points Blank(const std::array<double, 6>& faces_mm, double noise_mm, std::uint64
   for (int face = 0; face < 6; ++face)
     for (int i = 0; i < 4000; ++i) {
       Vector3d p(unit(random), unit(random), unit(random));
-      p = 0.85 * p.cwiseProduct(kHalf);
+      p = scanned * p.cwiseProduct(kHalf);
       p[face / 2] = (face % 2 == 0 ? -1 : 1) * (faces_mm[static_cast<std::size_t>(face)] + noise_mm * noise(random));
       points.push_back(p);
     }
   return points;
 }
 
-AllowanceFit Fit(const Points& points, const AllowanceOptions& allowance,
-                 const Isometry3d& start = Isometry3d::Identity(), const FitOptions& options = {}) {
+// What is not about coverage does with what Blank leaves.
+AllowanceFit Fit(const Points& points, AllowanceOptions allowance, const Isometry3d& start = Isometry3d::Identity(),
+                 const FitOptions& options = {}) {
+  allowance.least_side_part = std::min(allowance.least_side_part, 0.6);
   auto fit = FitWithAllowance(*BoxSurface(), {PortionAtZero(points)}, start, allowance, {}, options);
   EXPECT_TRUE(fit.ok()) << fit.status();
   return fit.ok() ? *fit : AllowanceFit();
@@ -138,6 +140,69 @@ TEST(Allowance, UsesTheLowerTolerance) {
   const AllowanceFit fit = Fit(Blank({10.3, 10.3, 5.3, 5.3, 2.98, 2.92}, 0, 4), allowance);
   EXPECT_EQ(fit.fit.outcome, Outcome::kConverged) << fit.fit.evidence.remark;
   EXPECT_GE(fit.stock.least_stock_mm, -0.0601);
+}
+
+AllowanceFit FitSeen(const Points& points, const AllowanceOptions& allowance = {}, const FitOptions& options = {}) {
+  auto fit = FitWithAllowance(*BoxSurface(), {PortionAtZero(points)}, Isometry3d::Identity(), allowance, {}, options);
+  EXPECT_TRUE(fit.ok()) << fit.status();
+  return fit.ok() ? *fit : AllowanceFit();
+}
+
+// A blank's low x face and half of its low z face were not scanned: the pose would be pushed out there, and nothing would show it.
+TEST(Allowance, CertifiesNoSideThatItDidNotSee) {
+  const Points whole = Blank({10.4, 10.8, 5.5, 5.3, 3.4, 3.6}, 0, 9, 0.999);
+  EXPECT_EQ(FitSeen(whole).fit.outcome, Outcome::kConverged);
+  Points points;
+  for (const Vector3d& p : whole)
+    if (p.x() > -10 && !(p.z() < -3 && p.x() < 0)) points.push_back(p);
+  const AllowanceFit fit = FitSeen(points);
+  EXPECT_EQ(fit.fit.outcome, Outcome::kNotDetermined);
+  EXPECT_FALSE(fit.fit.placed.has_value());
+  EXPECT_NE(fit.fit.evidence.remark.find("-x 0 % seen; -z "), std::string::npos) << fit.fit.evidence.remark;
+  ASSERT_EQ(fit.stock.sides.size(), 6u);
+  double area = 0, seen = 0;
+  for (const SeenSide& side : fit.stock.sides) {
+    const double here = side.direction.cwiseAbs().dot(Vector3d(60, 120, 200));  // of a face, mm2
+    EXPECT_NEAR(side.area_mm2, here, 1e-6 * here);
+    area += side.area_mm2;
+    seen += side.seen_mm2;
+    if (side.direction.z() < 0) {
+      EXPECT_NEAR(side.seen_part(), 0.5, 0.06);  // to whole cells
+      EXPECT_LT(side.unseen_about_mm.x(), -3);
+    } else {
+      EXPECT_NEAR(side.seen_part(), side.direction.x() < 0 ? 0 : 1, 0.06);
+    }
+  }
+  EXPECT_NEAR(fit.fit.evidence.surface_part, seen / area, 1e-12);
+
+  // Where nobody asks about them they may stay unseen; and who says so takes them on trust.
+  FitOptions above;
+  above.regions_in = {{Region::Shape::kBox, {2, 0, 1}, {7, 6, 3.5}}};
+  const AllowanceFit part = FitSeen(points, {}, above);
+  EXPECT_EQ(part.fit.outcome, Outcome::kConverged) << part.fit.evidence.remark;
+  EXPECT_EQ(part.stock.sides.size(), 3u);  // both y and high z
+  AllowanceOptions trusting;
+  trusting.least_side_part = 0;
+  EXPECT_EQ(FitSeen(points, trusting).fit.outcome, Outcome::kConverged);
+  // A blank that is too small is so whatever else was not seen.
+  AllowanceOptions more;
+  more.least_stock_mm = 0.5;
+  EXPECT_EQ(FitSeen(points, more).fit.outcome, Outcome::kInfeasible);
+}
+
+// A spot every three millimetres has not seen a face, however wide the patches are over which stock is averaged.
+TEST(Allowance, SeesNoMoreForWiderPatches) {
+  Points spots;
+  for (const Vector3d& p : Blank({10.4, 10.8, 5.5, 5.3, 3.4, 3.6}, 0, 10, 0.999))
+    if (!(p.z() > 3 && (std::fmod(p.x() + 30, 3) > 1 || std::fmod(p.y() + 30, 3) > 1))) spots.push_back(p);
+  for (const double patch_mm : {1.0, 3.0, 10.0}) {
+    AllowanceOptions wide;
+    wide.patch_mm = patch_mm;
+    const AllowanceFit fit = FitSeen(spots, wide);
+    EXPECT_EQ(fit.fit.outcome, Outcome::kNotDetermined) << patch_mm;
+    EXPECT_NE(fit.fit.evidence.remark.find("+z "), std::string::npos) << fit.fit.evidence.remark;
+    EXPECT_LT(fit.fit.evidence.surface_part, 0.93) << patch_mm;
+  }
 }
 
 TEST(Allowance, ComesFromAPoseThatIsOff) {

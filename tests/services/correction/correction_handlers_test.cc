@@ -189,6 +189,22 @@ TEST_F(CorrectionHandlersTest, WhatSpeaksAgainstAReleaseIsNamedAndWaits) {
   }
 }
 
+TEST_F(CorrectionHandlersTest, HalfOfAZonesDiameterIsWhatAStartMayBeOff) {
+  plant::v1::HoleGroup& group = *plant_.plant.part.mutable_hole_groups(0);
+  group.set_position_tolerance_mm(0.08);
+  const auto limit_um = [&](plant::v1::PositionZone zone) {
+    group.set_position_zone(zone);
+    const auto correction = Correct(Request());
+    EXPECT_TRUE(correction.ok()) << correction.status();
+    for (const v1::ReleaseCheck& check : correction->checks())
+      if (check.kind() == v1::RELEASE_CHECK_KIND_START_UNCERTAINTY) return check.limit();
+    return 0.0;
+  };
+  EXPECT_EQ(limit_um(plant::v1::POSITION_ZONE_RADIUS), 80);
+  EXPECT_EQ(limit_um(plant::v1::POSITION_ZONE_DIAMETER), 40);
+  EXPECT_EQ(limit_um(plant::v1::POSITION_ZONE_UNSPECIFIED), 40);  // of a plant of the release before
+}
+
 TEST_F(CorrectionHandlersTest, AnotherClampingSpeaksAgainstThisOne) {
   registration::v1::Registration& now = plant_.registration.registration;
   registration::v1::Registration later = now;

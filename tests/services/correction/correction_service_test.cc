@@ -83,7 +83,7 @@ TEST_F(CorrectionServiceTest, CorrectsEveryHoleAndReadsBackTheSame) {
   char x[32];
   std::snprintf(x, sizeof x, "X%.4f ", start.x_mm());
   EXPECT_THAT(correction->nc_program(), HasSubstr("\n" + std::string(x)));
-  EXPECT_EQ(correction->proof().reader_version(), "2");
+  EXPECT_EQ(correction->proof().reader_version(), metrology::kNcReaderVersion);
   EXPECT_EQ(correction->proof().pose_count(), 2);
   EXPECT_LT(correction->proof().greatest_difference_um(), 0.2);  // four decimals
   EXPECT_LT(correction->proof().greatest_tilt_deg(), 1e-4);

@@ -161,6 +161,10 @@ void StandIns::DescribePlant() {
   group.set_depth_mm(6);
   group.set_position_tolerance_mm(block.holes[0].position_tolerance_mm);
   group.set_inclination_tolerance_deg(block.holes[0].inclination_tolerance_rad * kDeg);
+  group.set_position_zone(plant::v1::POSITION_ZONE_RADIUS);
+  group.mutable_gauge_pin()->set_diameter_mm(2 * block.pins[0].radius_mm);
+  group.mutable_gauge_pin()->set_diameter_standard_uncertainty_um(0.5);
+  group.mutable_gauge_pin()->set_greatest_play_mm(0);
   runtime::ToProto(block.holes[0].pin.axis, group.mutable_axis_in_part());
   // Where the axis points along Z, to a degree.
   const Eigen::Vector3d v = block.pose.zero_from_part.linear() * block.holes[0].pin.axis;

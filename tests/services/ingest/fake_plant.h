@@ -36,8 +36,11 @@ class FakePlant final : public plant::v1::PlantService::Service {
                        plant::v1::Part* response) override {
     if (request->name() != "parts/p1") return NotFound(request->name());
     response->set_name(request->name());
-    for (const double tolerance_mm : {0.05, 0.03, 0.04}) {
-      response->add_hole_groups()->set_position_tolerance_mm(tolerance_mm);
+    for (const double tolerance_mm : {0.05, 0.06, 0.04}) {
+      plant::v1::HoleGroup& group = *response->add_hole_groups();
+      group.set_position_tolerance_mm(tolerance_mm);
+      group.set_position_zone(tolerance_mm == 0.06 ? plant::v1::POSITION_ZONE_DIAMETER
+                                                   : plant::v1::POSITION_ZONE_RADIUS);
     }
     return grpc::Status::OK;
   }

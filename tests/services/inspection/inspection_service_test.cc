@@ -100,6 +100,49 @@ TEST_F(InspectionServiceTest, JudgesTheBladeAndReadsBackTheSame) {
   EXPECT_THAT(names, Contains(inspection->name()));
 }
 
+// A drawing's "diameter 0.06" is 0.03 to either side, and a pin that is thinner than its hole says less of it.
+TEST_F(InspectionServiceTest, JudgesByTheZonesKindAndByThePinsPlay) {
+  plant::v1::HoleGroup& group = *plant_.plant.part.mutable_hole_groups(0);
+  group.set_position_tolerance_mm(0.04);
+  group.set_position_zone(plant::v1::POSITION_ZONE_RADIUS);
+  const auto radius = Inspect(Request());
+  ASSERT_TRUE(radius.ok()) << radius.status();
+  EXPECT_EQ(radius->holes(0).position_tolerance_mm(), 0.04);
+  EXPECT_EQ(radius->holes(0).position_verdict(), v1::VERDICT_CONFORM);
+  group.set_position_zone(plant::v1::POSITION_ZONE_DIAMETER);
+  const auto diameter = Inspect(Request());
+  ASSERT_TRUE(diameter.ok()) << diameter.status();
+  EXPECT_EQ(diameter->holes(0).position_tolerance_mm(), 0.02);
+  EXPECT_EQ(diameter->holes(0).position_error_mm(), radius->holes(0).position_error_mm());
+  EXPECT_EQ(diameter->holes(0).position_verdict(), v1::VERDICT_NOT_CONFORM);
+
+  plant::v1::GaugePin& pin = *group.mutable_gauge_pin();
+  pin.set_greatest_play_mm(0.03);
+  const auto loose = Inspect(Request());
+  ASSERT_TRUE(loose.ok()) << loose.status();
+  EXPECT_NEAR(loose->holes(0).pin_half_play_um(), 15.5, 1);
+  EXPECT_GT(loose->holes(0).position_expanded_uncertainty_um(), 20);
+  EXPECT_EQ(loose->holes(0).position_verdict(), v1::VERDICT_UNDECIDABLE);
+  const double tilt_u_deg = loose->holes(0).inclination_expanded_uncertainty_deg();
+  pin.set_least_depth_mm(2);
+  const auto shallow = Inspect(Request());
+  ASSERT_TRUE(shallow.ok()) << shallow.status();
+  EXPECT_NEAR(shallow->holes(0).inclination_expanded_uncertainty_deg() / tilt_u_deg, 3, 0.1);
+
+  pin.set_diameter_mm(0.4);
+  const auto other = Inspect(Request());
+  ASSERT_TRUE(other.ok()) << other.status();
+  EXPECT_EQ(other->holes(0).verdict(), v1::VERDICT_NOT_MEASURED);
+  EXPECT_THAT(other->holes(0).reason(), HasSubstr("want the gauge pin's 0.4 mm"));
+  EXPECT_FALSE(other->holes(0).has_pin_half_play_um());
+
+  group.clear_gauge_pin();
+  const auto unknown = Inspect(Request());
+  ASSERT_TRUE(unknown.ok()) << unknown.status();
+  EXPECT_EQ(unknown->holes(0).position_verdict(), v1::VERDICT_UNDECIDABLE);
+  EXPECT_THAT(unknown->holes(0).reason(), HasSubstr("how loosely the pin stands is not stated"));
+}
+
 // B reaches 0.05 deg beyond its commands; the scans were taken where they say plus that.
 TEST_F(InspectionServiceTest, TakesScansAtTheAnglesOfItsRegistration) {
   const auto before = Inspect(Request());

@@ -95,6 +95,11 @@ v1::CreatePartRequest SamplePart(const std::string& cad) {
   Set(0.6, 0.8, 0, group->mutable_axis_in_part());
   group->set_position_tolerance_mm(0.1);
   group->set_inclination_tolerance_deg(0.5);
+  group->set_position_zone(v1::POSITION_ZONE_DIAMETER);
+  group->mutable_gauge_pin()->set_diameter_mm(0.4381);
+  group->mutable_gauge_pin()->set_diameter_standard_uncertainty_um(0.3);
+  group->mutable_gauge_pin()->set_greatest_play_mm(0.005);
+  group->mutable_gauge_pin()->set_least_depth_mm(2.5);
   for (int i = 0; i < 3; ++i) {
     v1::Hole* hole = group->add_holes();
     hole->set_hole("H" + std::to_string(i + 1));

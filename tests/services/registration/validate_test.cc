@@ -126,6 +126,7 @@ TEST(CheckRequest, RefusesOptionsThatCannotBe) {
   EXPECT_THAT(allowed([](auto* a) { a->set_least_stock_mm(5.5); }), HasSubstr("allowance.greatest_stock_mm: 5, want"));
   EXPECT_THAT(allowed([](auto* a) { a->set_patch_mm(0); }), HasSubstr("options.allowance.patch_mm: 0, want 0.05"));
   EXPECT_THAT(allowed([](auto* a) { a->set_least_points(0); }), HasSubstr("allowance.least_points: 0, want 1"));
+  EXPECT_THAT(allowed([](auto* a) { a->set_least_side_part(1.1); }), HasSubstr("allowance.least_side_part: 1.1, want"));
 }
 
 TEST(FitOptionsOf, TakesHoleGroupsForBallsRoundTheirStarts) {
