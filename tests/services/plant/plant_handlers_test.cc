@@ -172,7 +172,9 @@ TEST_F(PlantHandlersTest, WhoDoesNotReadASurfaceIsLetGo) {
   const auto slow_stub = v1::PlantService::NewStub(
       grpc::CreateCustomChannel(server_.address(), grpc::InsecureChannelCredentials(), reads_little));
   for (Reader& reader : idle) reader.stream = slow_stub->DownloadSurface(reader.context.get(), request);
-  std::this_thread::sleep_for(kStreamPatience / 2);
+  // Each has begun, however busy the machine is.
+  for (Reader& reader : idle) reader.stream->WaitForInitialMetadata();
+  const auto all_begun = std::chrono::steady_clock::now();
   // Waits for its turn, which comes once they are let go.
   const auto context = runtime::ContextFor(30);
   const auto begin = std::chrono::steady_clock::now();
@@ -184,6 +186,8 @@ TEST_F(PlantHandlersTest, WhoDoesNotReadASurfaceIsLetGo) {
   EXPECT_EQ(byte_count, std::size_t{3} << 20);
   EXPECT_GT(std::chrono::steady_clock::now() - begin, kStreamPatience / 4);
   EXPECT_LT(std::chrono::steady_clock::now() - begin, 8 * kStreamPatience);
+  // One that is read before its patience is out gets its surface.
+  std::this_thread::sleep_until(all_begun + 3 * kStreamPatience);
   for (Reader& one : idle) {
     while (one.stream->Read(&response)) continue;
     EXPECT_EQ(one.stream->Finish().error_code(), grpc::StatusCode::CANCELLED);
