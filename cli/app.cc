@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "cli/commands.h"
+#include "cli/local_plant.h"
 #include "services/runtime/server.h"
 
 namespace sixpoint::cli {
@@ -13,6 +14,13 @@ void AddGlobalOptions(Command* root, Session* session) {
   root->AddOption("--server", &session->server, "The plant service, HOST:PORT")
       ->FromEnvironment("SIXPOINT_SERVER")
       ->ShowDefault();
+  root->AddOption(
+          "--identity", &session->identity,
+          "Folder of the certificate that is shown to the plant; without it that of `sixpoint up` in --data, or "
+          "~/.config/sixpoint/identity")
+      ->FromEnvironment("SIXPOINT_IDENTITY");
+  if (session->data.empty()) session->data = UsualDataFolder().string();
+  root->AddOption("--data", &session->data, "Folder of this computer's own plant")->ShowDefault();
   root->AddOption("--deadline-s", &session->deadline_s, "Longest time for one call")
       ->Within(0.1, 86400.0)
       ->ShowDefault();
@@ -29,6 +37,7 @@ void AddCommands(Command* root, Session* session) {
   root->RequireCommand();
   AddGlobalOptions(root, session);
   AddLocalPlantCommands(root, session);
+  AddCertsCommands(root, session);
   AddMachineCommands(root, session);
   AddArtefactCommands(root, session);
   AddPartCommands(root, session);

@@ -22,7 +22,7 @@ absl::Status CharacteriseAxis(Session* session, const Arguments& arguments) {
   request.set_machine(NameText("machines", arguments.machine));
   request.set_axis(arguments.axis);
   *request.mutable_run() = *run;
-  SetCalibrationOptions(*session, arguments, &request);
+  SetCalibrationOptions(arguments, &request);
   return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::CharacteriseAxis, request,
                                           CalibrationText, "characterising axis " + arguments.axis)
       .status();

@@ -32,7 +32,7 @@ absl::Status CalibrateSensor(Session* session, const Arguments& arguments) {
   *request.mutable_touch() = *touch;
   request.set_method(arguments.method == "sequential" ? calibration::v1::SENSOR_METHOD_SEQUENTIAL
                                                       : calibration::v1::SENSOR_METHOD_JOINT);
-  SetCalibrationOptions(*session, arguments, &request);
+  SetCalibrationOptions(arguments, &request);
   return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::CalibrateSensor, request,
                                           CalibrationText, "calibrating the sensor")
       .status();
@@ -64,7 +64,7 @@ absl::Status CalibrateRotation(Session* session, const Arguments& arguments) {
   request.set_method(standard                        ? calibration::v1::ROTATION_METHOD_STANDARD
                      : arguments.method == "point-c" ? calibration::v1::ROTATION_METHOD_POINT_C
                                                      : calibration::v1::ROTATION_METHOD_LINES);
-  SetCalibrationOptions(*session, arguments, &request);
+  SetCalibrationOptions(arguments, &request);
   return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::CalibrateRotation, request,
                                           CalibrationText, "calibrating the rotary axes")
       .status();

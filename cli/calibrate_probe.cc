@@ -138,7 +138,7 @@ void AddCalibrateProbeCommand(Command* calibrate, Session* session) {
     request->set_machine(NameText("machines", arguments->machine));
     request->set_method(arguments->method == "linear" ? calibration::v1::PROBE_METHOD_LINEAR
                                                       : calibration::v1::PROBE_METHOD_WEIGHTED);
-    SetCalibrationOptions(*session, *arguments, &*request);
+    SetCalibrationOptions(*arguments, &*request);
     return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::CalibrateProbe, *request,
                                             CalibrationText, "calibrating the probe")
         .status();

@@ -22,25 +22,24 @@ struct Decision {
 };
 
 template <typename Request>
-Request RequestOf(const Session& session, const Decision& decision) {
+Request RequestOf(const Decision& decision) {
   Request request;
   request.set_name(CalibrationNameText(decision.calibration));
   request.set_reason(decision.reason);
-  request.set_requested_by(session.requested_by());
   request.set_request_id(NewRequestId());
   return request;
 }
 
 absl::Status Release(Session* session, const Decision& decision) {
   return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::ReleaseCalibration,
-                                          RequestOf<calibration::v1::ReleaseCalibrationRequest>(*session, decision),
+                                          RequestOf<calibration::v1::ReleaseCalibrationRequest>(decision),
                                           CalibrationText)
       .status();
 }
 
 absl::Status Withdraw(Session* session, const Decision& decision) {
   return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::WithdrawCalibration,
-                                          RequestOf<calibration::v1::WithdrawCalibrationRequest>(*session, decision),
+                                          RequestOf<calibration::v1::WithdrawCalibrationRequest>(decision),
                                           WithdrawalText)
       .status();
 }

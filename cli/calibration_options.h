@@ -23,18 +23,17 @@ inline void AddCalibrationOptions(Command* command, const std::shared_ptr<Calibr
   AddTemperatureOption(command, options);
 }
 
-// Who asks, the id that makes a retry safe, and the temperature.
+// The id that makes a retry safe, and the temperature.
 template <typename Request>
-void SetStudyOptions(const Session& session, const CalibrationOptions& options, Request* request) {
+void SetStudyOptions(const CalibrationOptions& options, Request* request) {
   if (options.temperature_c) request->mutable_environment()->set_temperature_c(*options.temperature_c);
-  request->set_requested_by(session.requested_by());
   request->set_request_id(NewRequestId());
 }
 
 // The same, and whether it is a draft.
 template <typename Request>
-void SetCalibrationOptions(const Session& session, const CalibrationOptions& options, Request* request) {
-  SetStudyOptions(session, options, request);
+void SetCalibrationOptions(const CalibrationOptions& options, Request* request) {
+  SetStudyOptions(options, request);
   request->set_draft(options.draft);
 }
 

@@ -17,14 +17,14 @@ std::string Environment(const char* name) {
   return value == nullptr ? "" : value;
 }
 
-// Where programs keep such files (the XDG base directory specification).
-fs::path UsualFile() {
-  const std::string configs = Environment("XDG_CONFIG_HOME");
-  const fs::path folder = configs.empty() ? fs::path(Environment("HOME")) / ".config" : fs::path(configs);
-  return folder / "sixpoint" / "config.yaml";
-}
+fs::path UsualFile() { return ConfigFolder() / "config.yaml"; }
 
 }  // namespace
+
+fs::path ConfigFolder() {
+  const std::string configs = Environment("XDG_CONFIG_HOME");
+  return (configs.empty() ? fs::path(Environment("HOME")) / ".config" : fs::path(configs)) / "sixpoint";
+}
 
 std::string ConfigFileOf(int argc, const char* const* argv) {
   const std::string option = "--config";
@@ -46,9 +46,10 @@ absl::Status ApplyConfig(const std::string& file, Session* session) {
   if (document->is_null()) return absl::OkStatus();  // an empty file
   Problems problems(/*strict=*/true);
   const Field root(&*document, "", &problems);
-  root.OnlyKeys({"server", "data", "json", "deadline_s"});
+  root.OnlyKeys({"server", "data", "identity", "json", "deadline_s"});
   if (const auto field = root.Find("server")) session->server = field->Text();
   if (const auto field = root.Find("data")) session->data = field->Text();
+  if (const auto field = root.Find("identity")) session->identity = field->Text();
   if (const auto field = root.Find("json")) session->json = field->Flag();
   if (const auto field = root.Find("deadline_s")) session->deadline_s = field->Positive(kLongestDeadline_s);
   if (problems.empty()) return absl::OkStatus();

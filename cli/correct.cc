@@ -74,7 +74,6 @@ absl::Status Correct(Session* session, const Arguments& arguments) {
   for (const std::string& tool : arguments.tools)
     if (status = AddTool(tool, &request); !status.ok()) return status;
   request.set_dry_run(arguments.dry_run);
-  request.set_requested_by(session->requested_by());
   request.set_request_id(NewRequestId());
   correction::v1::Correction response;
   status = session->Call<CorrectionService>("correction", &CorrectionService::Stub::Correct, request, &response);

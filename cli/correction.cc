@@ -19,11 +19,10 @@ struct Decision {
 };
 
 template <typename Request>
-Request RequestOf(const Session& session, const Decision& decision) {
+Request RequestOf(const Decision& decision) {
   Request request;
   request.set_name(NameText("corrections", decision.correction));
   request.set_reason(decision.reason);
-  request.set_requested_by(session.requested_by());
   request.set_request_id(NewRequestId());
   return request;
 }
@@ -38,13 +37,13 @@ void AddDecisionCommands(Command* correction, Session* session) {
   }
   session->OnCommand(release, [session, decision] {
     return CallAndPrint<CorrectionService>(session, "correction", &CorrectionService::Stub::ReleaseCorrection,
-                                           RequestOf<correction::v1::ReleaseCorrectionRequest>(*session, *decision),
+                                           RequestOf<correction::v1::ReleaseCorrectionRequest>(*decision),
                                            CorrectionText)
         .status();
   });
   session->OnCommand(refuse, [session, decision] {
     return CallAndPrint<CorrectionService>(session, "correction", &CorrectionService::Stub::RefuseCorrection,
-                                           RequestOf<correction::v1::RefuseCorrectionRequest>(*session, *decision),
+                                           RequestOf<correction::v1::RefuseCorrectionRequest>(*decision),
                                            CorrectionText)
         .status();
   });
@@ -71,7 +70,6 @@ absl::Status Fetch(Session* session, const FetchArguments& arguments) {
   request.set_machine(NameText("machines", arguments.machine));
   request.set_blade(NameText("blades", arguments.blade));
   request.set_clamping(arguments.clamping);
-  request.set_requested_by(session->requested_by());
   request.set_request_id(NewRequestId());
   correction::v1::FetchProgramResponse fetched;
   status = session->Call<CorrectionService>("correction", &CorrectionService::Stub::FetchProgram, request, &fetched);
@@ -116,7 +114,6 @@ absl::Status ReportCut(Session* session, const CutArguments& arguments) {
     hole.set_group(name.substr(0, slash));
     hole.set_hole(name.substr(slash + 1));
   }
-  request.set_requested_by(session->requested_by());
   request.set_request_id(NewRequestId());
   return CallAndPrint<CorrectionService>(session, "correction", &CorrectionService::Stub::ReportCut, request,
                                          CorrectionText)

@@ -15,7 +15,7 @@ struct Group {
 
 const std::vector<Group>& Groups() {
   static const auto* groups = new std::vector<Group>{
-      {"A plant on this machine", {"up", "down", "status"}},
+      {"A plant on this machine", {"up", "down", "status", "certs"}},
       {"What there is", {"machine", "artefact", "part", "blade"}},
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
@@ -31,8 +31,20 @@ const std::map<std::string, const char*>& Examples() {
       {"up",
        "sixpoint up\n"
        "sixpoint up --data /srv/plant --base-port 7500\n"
-       "sixpoint up --listen 10.1.2.3 --insecure"},
+       "sixpoint up --listen 10.1.2.3\n"
+       "sixpoint up --listen 0.0.0.0 --announce plant.example"},
       {"status", "sixpoint status --json"},
+      {"certs init", "sixpoint certs init --authority /srv/authority --plant works-2"},
+      {"certs issue",
+       "sixpoint certs issue users/jane --role engineer --role quality --out jane\n"
+       "sixpoint certs issue machines/sarix-1 --out sarix-1 --valid-days 397\n"
+       "sixpoint certs issue services/plant --host plant.example --host 10.1.2.3 --out plant"},
+      {"certs list", "sixpoint certs list --all"},
+      {"certs revoke",
+       "sixpoint certs revoke users/jane\n"
+       "sixpoint certs revoke 5b1f9c02d4"},
+      {"certs show", "sixpoint certs show jane"},
+      {"certs renew", "sixpoint certs renew"},
       {"machine add", "sixpoint machine add docs/examples/machine.yaml"},
       {"artefact add", "sixpoint artefact add docs/examples/artefact.yaml"},
       {"part add", "sixpoint part add docs/examples/part.yaml"},
@@ -109,8 +121,9 @@ void DescribeBelow(CLI::App* app, const std::string& path) {
     if (name.empty()) continue;  // a group of options
     const std::string own = path.empty() ? name : path + " " + name;
     const auto found = Examples().find(own);
-    command->footer((found == Examples().end() ? "" : ExamplesText(found->second)) +
-                    "Every command takes --server, --deadline-s, --json and --config too: sixpoint --help");
+    command->footer(
+        (found == Examples().end() ? "" : ExamplesText(found->second)) +
+        "Every command takes --server, --identity, --data, --deadline-s, --json and --config too: sixpoint --help");
     DescribeBelow(command, own);
   }
 }

@@ -38,7 +38,6 @@ void AddInspectCommand(Command* app, Session* session) {
     if (!options.ok()) return options.status();
     if (options->ByteSizeLong() > 0) *request.mutable_options() = *std::move(options);
     request.set_apply_axis_tables(arguments->axis_tables);
-    request.set_requested_by(session->requested_by());
     request.set_request_id(NewRequestId());
     return CallAndPrint<InspectionService>(session, "inspection", &InspectionService::Stub::Inspect, request,
                                            InspectionText, "inspecting " + arguments->blade)

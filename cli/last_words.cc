@@ -28,11 +28,12 @@ std::string LastWordsOf(std::string_view log) {
       if (!text.empty()) words = text;
       continue;
     }
-    const std::string level = TextOf(line, "level"), message = TextOf(line, "msg"), address = TextOf(line, "address");
+    const std::string level = TextOf(line, "level"), message = TextOf(line, "msg"), address = TextOf(line, "address"),
+                      why = TextOf(line, "why");
     if (message == "listening" || message == "serving") words.clear();
     const bool of_a_call = message == "call" || TextOf(line, "from") == "grpc";
     if ((level == "warning" || level == "error") && !of_a_call)
-      words = message + (address.empty() ? "" : " " + address);
+      words = message + (address.empty() ? "" : " " + address) + (why.empty() ? "" : ": " + why);
   }
   const std::string not_ready = "not ready: ";
   if (words.rfind(not_ready, 0) == 0) words.erase(0, not_ready.size());

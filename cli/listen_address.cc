@@ -11,21 +11,43 @@ namespace sixpoint::cli {
 namespace {
 
 constexpr char kWantedHost[] = "an IP address or a host name";
+constexpr std::size_t kLongestName = 253, kLongestLabel = 63;
 
 bool IsIpv6(const std::string& host) {
   in6_addr address;
   return inet_pton(AF_INET6, host.c_str(), &address) == 1;
 }
 
-bool IsEveryAddress(const std::string& host) { return host == "0.0.0.0" || host == "::"; }
+// What lies between the dots of a name.
+bool IsLabel(const std::string& label) {
+  return !label.empty() && label.size() <= kLongestLabel && label.front() != '-' && label.back() != '-' &&
+         std::all_of(label.begin(), label.end(), [](unsigned char c) { return std::isalnum(c) || c == '-'; });
+}
 
-// It becomes a word of a configuration file.
-bool IsHost(const std::string& host) {
-  const auto in_a_name = [](unsigned char c) { return std::isalnum(c) || c == '.' || c == '-'; };
-  return IsIpv6(host) || (!host.empty() && host[0] != '-' && std::all_of(host.begin(), host.end(), in_a_name));
+// A certificate names an address as the system writes it, and is compared letter by letter: "fe80::1" of "FE80:0::1".
+std::string AsTheSystemWrites(const std::string& host) {
+  in6_addr address;
+  char text[INET6_ADDRSTRLEN];
+  if (inet_pton(AF_INET6, host.c_str(), &address) != 1) return host;
+  return inet_ntop(AF_INET6, &address, text, sizeof text) == nullptr ? host : text;
 }
 
 }  // namespace
+
+bool IsEveryAddress(const std::string& host) { return host == "0.0.0.0" || host == "::"; }
+
+bool IsHost(const std::string& host) {
+  in_addr address;
+  if (IsIpv6(host) || inet_pton(AF_INET, host.c_str(), &address) == 1) return true;
+  if (host.size() > kLongestName) return false;
+  std::string label;
+  for (std::size_t from = 0; from <= host.size(); from += label.size() + 1) {
+    label = host.substr(from, host.find('.', from) - from);
+    if (!IsLabel(label)) return false;
+  }
+  // 10.0.0.256 is an address with a mistake.
+  return !std::all_of(label.begin(), label.end(), [](unsigned char c) { return std::isdigit(c); });
+}
 
 bool ListenAddress::IsLoopback() const {
   in_addr address;
@@ -35,19 +57,14 @@ bool ListenAddress::IsLoopback() const {
 
 std::string ListenAddress::Own() const { return listen == "0.0.0.0" ? "127.0.0.1" : listen == "::" ? "::1" : listen; }
 
-absl::StatusOr<ListenAddress> ListenAddressOf(const std::string& listen, const std::string& announce, bool insecure) {
+absl::StatusOr<ListenAddress> ListenAddressOf(const std::string& listen, const std::string& announce) {
   if (!IsHost(listen)) return runtime::Refuse("--listen", listen, kWantedHost);
-  if (!announce.empty() && (!IsHost(announce) || IsEveryAddress(announce)))
+  const std::string listens = AsTheSystemWrites(listen), announced = AsTheSystemWrites(announce);
+  if (!announced.empty() && (!IsHost(announced) || IsEveryAddress(announced)))
     return runtime::Refuse("--announce", announce, kWantedHost);
-  if (announce.empty() && IsEveryAddress(listen))
+  if (announced.empty() && IsEveryAddress(listens))
     return runtime::Refuse("--listen", listen, "--announce too: the host by which clients reach this machine");
-  const ListenAddress address{listen, announce.empty() ? listen : announce};
-  if (!address.IsLoopback() && !insecure)
-    return runtime::Refuse(
-        "--listen", listen,
-        "a loopback address: nothing identifies callers yet, so that whoever reaches the plant may read "
-        "and change everything in it. --insecure listens all the same");
-  return address;
+  return ListenAddress{listens, announced.empty() ? listens : announced};
 }
 
 std::string HostAndPort(const std::string& host, int port) {

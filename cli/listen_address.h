@@ -17,9 +17,13 @@ struct ListenAddress {
   std::string Own() const;
 };
 
-// An empty `announce` is `listen`. INVALID_ARGUMENT where clients could not use what they were told, and off loopback without
-// `insecure`: nothing identifies callers yet.
-absl::StatusOr<ListenAddress> ListenAddressOf(const std::string& listen, const std::string& announce, bool insecure);
+// An empty `announce` is `listen`. INVALID_ARGUMENT where clients could not use what they were told.
+absl::StatusOr<ListenAddress> ListenAddressOf(const std::string& listen, const std::string& announce);
+
+// An IP address or a name: one word of a configuration file, and what a certificate can hold.
+bool IsHost(const std::string& host);
+// 0.0.0.0 or ::, which is no host for a client.
+bool IsEveryAddress(const std::string& host);
 
 // "127.0.0.1:7400", "[::1]:7400".
 std::string HostAndPort(const std::string& host, int port);

@@ -9,12 +9,14 @@
 
 #include "cli/document.h"
 #include "cli/last_words.h"
+#include "cli/plant_certificates.h"
 #include "cli/plant_folder.h"
 #include "cli/plant_ports.h"
 #include "cli/service_health.h"
 #include "cli/service_user.h"
 #include "cli/subprocess.h"
 #include "cli/supervisor.h"
+#include "services/runtime/credentials.h"
 #include "services/runtime/errors.h"
 
 namespace sixpoint::cli {
@@ -140,9 +142,10 @@ absl::Status Migrate(const LocalPlant& plant, const fs::path& program) {
 absl::Status CheckBucket(const LocalPlant& plant) {
   if (plant.settings.blob_store == PlantSettings().blob_store) return absl::OkStatus();
   const std::size_t ingest = 1;
-  const Finished asked = RunProgram(
-      AsServiceUser({(plant.binaries / "sixpoint-ingest").string(), "--listen", plant.ListensAt(ingest), "--database",
-                     plant.ConninfoOf(ingest), "--blob-store", plant.settings.blob_store, "--check-bucket"}));
+  const Finished asked = RunProgram(AsServiceUser(
+      {(plant.binaries / "sixpoint-ingest").string(), "--listen", plant.ListensAt(ingest), "--database",
+       plant.ConninfoOf(ingest), "--certificates", plant.certificates_of(kAreas[ingest]).string(), "--revoked",
+       plant.revoked().string(), "--blob-store", plant.settings.blob_store, "--check-bucket"}));
   if (asked.exit_code == 0) return absl::OkStatus();
   const std::string said = LastWordsOf(asked.output), name = "sixpoint-ingest: ";
   if (said.empty()) return runtime::Refuse("--blob-store", plant.settings.blob_store, "one that can be asked");
@@ -189,18 +192,21 @@ absl::Status StartServices(const LocalPlant& plant, bool all_start) {
 }
 
 // One that answers and is not ours is another plant's.
-ServiceState StateOf(const LocalPlant& plant, std::size_t area, const std::string& program_state) {
-  ServiceState state;
-  state.health = program_state == "RUNNING" ? ServiceHealth(plant.OwnAddress(area), kHealthPatience) : "NOT_REACHED";
-  if (state.health != "SERVING") state.why = LastWords(plant.logs() / (std::string(kAreas[area]) + ".log"));
-  return state;
-}
-
 std::vector<ServiceState> StatesOf(const LocalPlant& plant, const std::map<std::string, std::string>& programs) {
+  // As nobody: the folder has no identity.
+  const auto credentials = runtime::ChannelCredentialsOf(plant.certificates());
   std::vector<ServiceState> states;
   for (std::size_t i = 0; i < kAreas.size(); ++i) {
-    const auto program = programs.find(kAreas[i]);
-    states.push_back(StateOf(plant, i, program == programs.end() ? "" : program->second));
+    const std::string area = kAreas[i];
+    const auto program = programs.find(area);
+    const bool runs = program != programs.end() && program->second == "RUNNING";
+    ServiceState state{"NOT_REACHED", ""};
+    if (runs && credentials.ok()) state.health = ServiceHealth(plant.OwnAddress(i), *credentials, kHealthPatience);
+    if (state.health != "SERVING") state.why = LastWords(plant.logs() / (area + ".log"));
+    if (runs && !credentials.ok()) state.why = std::string(credentials.status().message());
+    if (state.health == "NOT_TRUSTED" && state.why.empty())
+      state.why = "its certificate does not hold, want what `sixpoint certs renew` makes";
+    states.push_back(std::move(state));
   }
   return states;
 }
@@ -243,15 +249,18 @@ absl::Status CheckNewBucket(const LocalPlant& plant, ProgressLine* progress) {
   return absl::OkStatus();
 }
 
-// The schema first: what runs already goes on with the new one, and what is new never meets the old one.
-absl::Status BringUp(LocalPlant* plant, bool reached, ProgressLine* progress) {
+// The schema first: what runs already goes on with the new one, and what is new never meets the old one. The certificates last: what
+// runs already takes those that are new by itself.
+absl::Status BringUp(LocalPlant* plant, const ServiceUser& user, bool reached, ProgressLine* progress) {
   if (absl::Status status = WaitForDatabase(*plant); !status.ok()) return status;
   progress->Show("bringing the schema up to date");
   const fs::path migrate = (reached ? plant->binaries : plant->data / "bin") / "sixpoint-migrate";
   if (absl::Status status = Migrate(*plant, migrate); !status.ok()) return status;
   if (!reached)
     if (absl::Status status = CopyPrograms(plant); !status.ok()) return status;
-  return CheckNewBucket(*plant, progress);
+  if (absl::Status status = CheckNewBucket(*plant, progress); !status.ok()) return status;
+  progress->Show("looking at the certificates");
+  return RenewCertificates(*plant, user, Renewal::kWhereDue).status();
 }
 
 absl::Status Start(LocalPlant* plant, ProgressLine* progress) {
@@ -269,6 +278,7 @@ absl::Status Start(LocalPlant* plant, ProgressLine* progress) {
   // Whatever becomes of this start, the folder is a plant's from now on; what it was told counts once the schema is there.
   if (!stored->has_value())
     if (absl::Status status = StoreSettings(plant->data, PlantSettings()); !status.ok()) return status;
+  if (absl::Status status = MakeAuthority(*plant, *user); !status.ok()) return status;
   progress->Show("making the database");
   if (absl::Status status = CreateDatabase(*plant, *user); !status.ok()) return status;
   const bool reached = ServiceUserReaches(*plant);
@@ -277,23 +287,13 @@ absl::Status Start(LocalPlant* plant, ProgressLine* progress) {
   progress->Show("starting PostgreSQL");
   const absl::StatusOr<bool> started = StartDatabase(*plant);
   if (!started.ok()) return started.status();
-  if (absl::Status status = BringUp(plant, reached, progress); !status.ok()) {
+  if (absl::Status status = BringUp(plant, *user, reached, progress); !status.ok()) {
     if (*started) StopSupervisor(*plant).IgnoreError();
     return status;
   }
   if (absl::Status status = StoreSettings(plant->data, plant->settings); !status.ok()) return status;
   if (absl::Status status = StartServices(*plant, *started); !status.ok()) return status;
   return WaitForServices(*plant, progress);
-}
-
-// One that was started there before.
-absl::StatusOr<LocalPlant> Known(const fs::path& data) {
-  absl::StatusOr<LocalPlant> plant = PlantIn(data);
-  if (!plant.ok()) return plant;
-  const absl::StatusOr<std::optional<PlantSettings>> stored = StoredSettings(plant->data);
-  if (stored.ok() && !stored->has_value())
-    return runtime::Refuse("--data", data.string(), "a folder made by `sixpoint up`");
-  return plant;
 }
 
 }  // namespace
@@ -316,6 +316,15 @@ absl::StatusOr<LocalPlant> PlantIn(const fs::path& data) {
   }
 }
 
+absl::StatusOr<LocalPlant> KnownPlant(const fs::path& data) {
+  absl::StatusOr<LocalPlant> plant = PlantIn(data);
+  if (!plant.ok()) return plant;
+  const absl::StatusOr<std::optional<PlantSettings>> stored = StoredSettings(plant->data);
+  if (stored.ok() && !stored->has_value())
+    return runtime::Refuse("--data", data.string(), "a folder made by `sixpoint up`");
+  return plant;
+}
+
 absl::Status StartPlant(LocalPlant plant, ProgressLine* progress) {
   try {
     return Start(&plant, progress);
@@ -325,7 +334,7 @@ absl::Status StartPlant(LocalPlant plant, ProgressLine* progress) {
 }
 
 absl::Status StopPlant(const fs::path& data) {
-  const absl::StatusOr<LocalPlant> plant = Known(data);
+  const absl::StatusOr<LocalPlant> plant = KnownPlant(data);
   if (!plant.ok()) return plant.status();
   return SupervisorRuns(*plant) ? StopSupervisor(*plant) : absl::OkStatus();
 }
@@ -337,7 +346,7 @@ bool PlantHealth::AllServe() const {
 }
 
 absl::StatusOr<PlantHealth> HealthOf(const fs::path& data) {
-  absl::StatusOr<LocalPlant> plant = Known(data);
+  absl::StatusOr<LocalPlant> plant = KnownPlant(data);
   if (!plant.ok()) return plant.status();
   PlantHealth health;
   health.plant = *std::move(plant);
@@ -345,6 +354,7 @@ absl::StatusOr<PlantHealth> HealthOf(const fs::path& data) {
   health.supervised = !programs.empty();
   health.database = DatabaseAccepts(health.plant);
   health.services = StatesOf(health.plant, programs);
+  health.certificates = ServiceCertificates(health.plant, FindServiceUser());
   return health;
 }
 

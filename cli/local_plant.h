@@ -6,12 +6,14 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "cli/listen_address.h"
 #include "cli/plant_settings.h"
 #include "cli/progress.h"
+#include "identity/authority.h"
 
 namespace sixpoint::cli {
 
@@ -19,6 +21,15 @@ namespace sixpoint::cli {
 inline constexpr std::array<const char*, 6> kAreas = {"plant",        "ingest",     "calibration",
                                                       "registration", "correction", "inspection"};
 inline constexpr char kPostgresBin[] = "/usr/lib/postgresql/15/bin/";
+
+// Of a plant in that folder: its authority; what everybody may read of it, beside a folder for each service's certificate; and the
+// certificate of the user who started it.
+inline std::filesystem::path AuthorityIn(const std::filesystem::path& data) { return data / "authority"; }
+inline std::filesystem::path CertificatesIn(const std::filesystem::path& data) { return data / "certificates"; }
+inline std::filesystem::path LocalIdentityIn(const std::filesystem::path& data) {
+  return CertificatesIn(data) / "local";
+}
+inline constexpr char kRevokedFile[] = "revoked.pem";
 
 struct LocalPlant {
   std::filesystem::path data;
@@ -32,6 +43,11 @@ struct LocalPlant {
   std::filesystem::path logs() const { return data / "log"; }
   std::filesystem::path supervisor_pid() const { return sockets() / "supervisord.pid"; }
   std::filesystem::path supervisor_config() const { return data / "supervisord.conf"; }
+  // The authority's folder is out of the service user's reach (cli/plant_certificates.h).
+  std::filesystem::path authority() const { return AuthorityIn(data); }
+  std::filesystem::path certificates() const { return CertificatesIn(data); }
+  std::filesystem::path certificates_of(const std::string& area) const { return certificates() / area; }
+  std::filesystem::path revoked() const { return certificates() / kRevokedFile; }
   // As the owner; a service connects as its own role (migrations/V0010).
   std::string conninfo() const { return "host=" + sockets().string() + " dbname=sixpoint user=sixpoint"; }
   std::string ConninfoOf(std::size_t area) const { return conninfo() + "_" + kAreas[area]; }
@@ -48,6 +64,8 @@ struct LocalPlant {
 
 // What is to be started in a folder, by what it was told before; nothing is changed yet. Refuses a folder that is no plant's.
 absl::StatusOr<LocalPlant> PlantIn(const std::filesystem::path& data);
+// One that was started there before.
+absl::StatusOr<LocalPlant> KnownPlant(const std::filesystem::path& data);
 // Until everything serves. Once more on a plant that runs: with the new programs, addresses and schema; the schema comes first. The
 // folder, the ports and the programs are looked at before anything is changed.
 absl::Status StartPlant(LocalPlant plant, ProgressLine* progress);
@@ -55,7 +73,7 @@ absl::Status StartPlant(LocalPlant plant, ProgressLine* progress);
 absl::Status StopPlant(const std::filesystem::path& data);
 
 struct ServiceState {
-  std::string health;  // SERVING, NOT_SERVING, NOT_REACHED or SILENT
+  std::string health;  // SERVING, NOT_SERVING, NOT_REACHED, SILENT or NOT_TRUSTED (cli/service_health.h)
   std::string why;     // it does not serve, in its own words; empty where it says nothing
 };
 struct PlantHealth {
@@ -63,6 +81,8 @@ struct PlantHealth {
   bool supervised = false;
   bool database = false;               // accepts connections
   std::vector<ServiceState> services;  // by area
+  // By area; none where there is none, or none that can be read.
+  std::vector<std::optional<identity::IssuedCertificate>> certificates;
   bool AllServe() const;
 };
 absl::StatusOr<PlantHealth> HealthOf(const std::filesystem::path& data);

@@ -1,7 +1,9 @@
 // `sixpoint up | down | status`.
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
+#include "cli/certificate_text.h"
 #include "cli/commands.h"
 #include "cli/local_plant.h"
 
@@ -13,7 +15,7 @@ namespace fs = std::filesystem;
 struct UpArguments {
   std::string migrations;
   PlantSettings settings;
-  const Option *base_port = nullptr, *listen = nullptr, *announce = nullptr, *insecure = nullptr, *blob_store = nullptr;
+  const Option *base_port = nullptr, *listen = nullptr, *announce = nullptr, *blob_store = nullptr;
 };
 
 fs::path OwnFolder() { return fs::canonical("/proc/self/exe").parent_path(); }
@@ -25,13 +27,24 @@ fs::path UsualMigrations() {
   return OwnFolder() / "migrations";
 }
 
+// Before clients refuse the service for it. Empty where nothing is to be done.
+std::string CertificateWarning(const std::string& area, const std::optional<identity::IssuedCertificate>& certificate) {
+  if (certificate && StateText(*certificate) == "valid") return "";
+  return "warning       the certificate of " + area +
+         (certificate ? ": " + StateText(*certificate) + ", until " + TimeText(certificate->not_after)
+                      : " is missing or cannot be read") +
+         "; run `sixpoint certs renew`\n";
+}
+
 nlohmann::json ToJson(const PlantHealth& health) {
   nlohmann::json services = nlohmann::json::array();
   for (std::size_t i = 0; i < kAreas.size(); ++i)
-    services.push_back({{"area", kAreas[i]},
-                        {"address", health.plant.AnnouncedAt(i)},
-                        {"health", health.services[i].health},
-                        {"why", health.services[i].why}});
+    services.push_back(
+        {{"area", kAreas[i]},
+         {"address", health.plant.AnnouncedAt(i)},
+         {"health", health.services[i].health},
+         {"why", health.services[i].why},
+         {"certificate", health.certificates[i] ? CertificateToJson(*health.certificates[i]) : nullptr}});
   return {{"data", health.plant.data.string()},
           {"supervisor", health.supervised},
           {"database", health.database ? "accepting connections" : "not reached"},
@@ -51,8 +64,7 @@ std::string ToText(const PlantHealth& health) {
     text +=
         area + health.plant.AnnouncedAt(i) + "  " + state.health + (state.why.empty() ? "" : ": " + state.why) + "\n";
   }
-  if (!health.plant.address.IsLoopback())
-    text += "INSECURE      listens on " + health.plant.address.listen + ", and nothing identifies callers\n";
+  for (std::size_t i = 0; i < kAreas.size(); ++i) text += CertificateWarning(kAreas[i], health.certificates[i]);
   return text;
 }
 
@@ -75,10 +87,8 @@ PlantSettings SettingsOf(const UpArguments& arguments, PlantSettings settings) {
   if (arguments.listen->given()) {
     settings.listen = given.listen;
     settings.announce.clear();
-    settings.insecure = false;
   }
   if (arguments.announce->given()) settings.announce = given.announce;
-  if (arguments.insecure->given()) settings.insecure = given.insecure;
   if (arguments.blob_store->given()) settings.blob_store = given.blob_store;
   return settings;
 }
@@ -91,9 +101,6 @@ absl::Status Up(Session* session, const UpArguments& arguments) {
   plant->address = *plant->settings.Address();
   plant->binaries = OwnFolder();
   plant->migrations = arguments.migrations.empty() ? UsualMigrations() : fs::path(arguments.migrations);
-  if (!plant->address.IsLoopback())
-    std::cerr << "warning: INSECURE: the plant listens on " << plant->address.listen
-              << ", and nothing identifies callers: whoever reaches it may read and change everything in it\n";
   {
     ProgressLine progress(session->json);
     if (absl::Status status = StartPlant(*plant, &progress); !status.ok()) return status;
@@ -117,12 +124,9 @@ absl::Status Down(Session* session) {
 }  // namespace
 
 void AddLocalPlantCommands(Command* app, Session* session) {
-  if (session->data.empty()) session->data = UsualDataFolder().string();
   Command* up = app->AddCommand("up", "Starts all services and a private PostgreSQL on this machine");
   Command* down = app->AddCommand("down", "Stops them");
   Command* status = app->AddCommand("status", "Tells what runs; exit code 0 when everything serves");
-  for (Command* command : {up, down, status})
-    command->AddOption("--data", &session->data, "Data folder")->ShowDefault();
   const auto arguments = std::make_shared<UpArguments>();
   PlantSettings* const settings = &arguments->settings;
   arguments->base_port =
@@ -134,8 +138,6 @@ void AddLocalPlantCommands(Command* app, Session* session) {
           ->ShowDefault();
   arguments->announce =
       up->AddOption("--announce", &settings->announce, "Host that clients are told; without it, that of --listen");
-  arguments->insecure =
-      up->AddFlag("--insecure", &settings->insecure, "Listens off loopback, though nothing identifies callers");
   up->AddOption("--migrations", &arguments->migrations, "Folder of the SQL migrations");
   arguments->blob_store =
       up->AddOption("--blob-store", &settings->blob_store,

@@ -12,6 +12,7 @@
 #include "cli/number_format.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/time_proto.h"
 
 namespace sixpoint::cli {
 
@@ -58,6 +59,12 @@ std::string TimeText(const google::protobuf::Timestamp& time) {
   char text[40];
   std::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%SZ", &parts);
   return text;
+}
+
+std::string TimeText(std::chrono::system_clock::time_point moment) {
+  google::protobuf::Timestamp time;
+  runtime::ToProto(moment, &time);
+  return TimeText(time);
 }
 
 absl::StatusOr<google::protobuf::Timestamp> TimeOf(const std::string& option, const std::string& text) {

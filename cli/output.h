@@ -5,6 +5,7 @@
 #include <google/protobuf/message.h>
 #include <google/protobuf/timestamp.pb.h>
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
@@ -40,6 +41,7 @@ class ListOutput {
 
 // "2026-11-21 03:25:01Z"; "-" when unset.
 std::string TimeText(const google::protobuf::Timestamp& time);
+std::string TimeText(std::chrono::system_clock::time_point moment);
 // "2026-11-21", "2026-11-21 03:25:01Z" or RFC 3339; UTC where it names no zone. INVALID_ARGUMENT names the option.
 absl::StatusOr<google::protobuf::Timestamp> TimeOf(const std::string& option, const std::string& text);
 // "1.0000, 2.0000, 3.0000".

@@ -1,13 +1,13 @@
 #include "cli/plant_folder.h"
 
 #include <fcntl.h>
-#include <pwd.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+#include <thread>
 
 #include "cli/document.h"
 #include "services/runtime/errors.h"
@@ -18,39 +18,27 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kSettingsFile[] = "plant.json";
-constexpr off_t kGreatestSettings_bytes = 65536;
+constexpr off_t kGreatestFile_bytes = 65536;
 constexpr char kWantedFolder[] = "an empty folder, or one that `sixpoint up` made";
 // A unix socket's path holds 107 bytes; PostgreSQL appends "/.s.PGSQL.5432.lock".
 constexpr std::size_t kLongestFolder = 76;
-
-std::string NameOf(uid_t uid) {
-  const passwd* entry = getpwuid(uid);
-  return entry == nullptr ? std::to_string(uid) : entry->pw_name;
-}
 
 absl::Status RefuseFolder(const fs::path& folder, const std::string& what, const std::string& wanted = kWantedFolder) {
   return runtime::Refuse("--data", folder.string() + " (" + what + ")", wanted);
 }
 
-struct Descriptor {
-  int number = -1;
-  ~Descriptor() {
-    if (number >= 0) close(number);
-  }
-};
-
 // Never through a link. A folder that is another's stays as it is.
 absl::Status MakeFolder(const fs::path& folder, uid_t uid, gid_t gid, mode_t mode) {
   const bool made = mkdir(folder.c_str(), 0700) == 0;
   if (!made && errno != EEXIST) return absl::PermissionDeniedError(folder.string() + ": " + std::strerror(errno));
-  const Descriptor opened{open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC)};
+  const Descriptor opened(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
   struct stat found {};
-  if (opened.number < 0 || fstat(opened.number, &found) != 0)
+  if (opened.number() < 0 || fstat(opened.number(), &found) != 0)
     return RefuseFolder(folder, "not a folder itself", "a folder of the plant's own, and no link");
   if (!made && found.st_uid != uid)
-    return RefuseFolder(folder, "of the user " + NameOf(found.st_uid), NameOf(uid) + "'s");
-  if (fchown(opened.number, uid, gid) == 0 && fchmod(opened.number, mode) == 0) return absl::OkStatus();
-  return absl::PermissionDeniedError(folder.string() + ": cannot be given to " + NameOf(uid));
+    return RefuseFolder(folder, "of the user " + UserName(found.st_uid), UserName(uid) + "'s");
+  if (fchown(opened.number(), uid, gid) == 0 && fchmod(opened.number(), mode) == 0) return absl::OkStatus();
+  return absl::PermissionDeniedError(folder.string() + ": cannot be given to " + UserName(uid));
 }
 
 absl::Status CheckContent(const fs::path& folder) {
@@ -83,25 +71,42 @@ absl::StatusOr<fs::path> CheckDataFolder(const fs::path& data, const ServiceUser
   if (S_ISLNK(found.st_mode)) return RefuseFolder(folder, "a symbolic link", "the folder itself");
   if (!S_ISDIR(found.st_mode)) return RefuseFolder(folder, "not a folder");
   if (found.st_uid != geteuid())
-    return RefuseFolder(folder, "of the user " + NameOf(found.st_uid), "a folder of " + NameOf(geteuid()) + "'s");
+    return RefuseFolder(folder, "of the user " + UserName(found.st_uid), "a folder of " + UserName(geteuid()) + "'s");
   if (const auto safe = OutOfReach("--data", folder, user); !safe.ok()) return safe.status();
   if (absl::Status status = CheckContent(folder); !status.ok()) return status;
   return folder;
 }
 
+Descriptor::~Descriptor() {
+  if (number_ >= 0) close(number_);
+}
+
+absl::StatusOr<Descriptor> OpenFileOf(uid_t uid, const fs::path& file) {
+  Descriptor opened(open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+  if (opened.number() < 0 && errno == ENOENT) return absl::NotFoundError(file.string() + ": no such file");
+  struct stat found {};
+  if (opened.number() < 0 || fstat(opened.number(), &found) != 0 || !S_ISREG(found.st_mode) || found.st_uid != uid ||
+      found.st_size > kGreatestFile_bytes)
+    return absl::InvalidArgumentError(file.string() + ": want a file of " + UserName(uid) +
+                                      "'s, no link, of at most 64 KiB");
+  return opened;
+}
+
+absl::StatusOr<std::string> ReadFileOf(uid_t uid, const fs::path& file) {
+  const absl::StatusOr<Descriptor> opened = OpenFileOf(uid, file);
+  if (!opened.ok()) return opened.status();
+  std::string text(kGreatestFile_bytes, '\0');
+  const ssize_t got = read(opened->number(), text.data(), text.size());
+  text.resize(got < 0 ? 0 : static_cast<std::size_t>(got));
+  return text;
+}
+
 absl::StatusOr<std::optional<PlantSettings>> StoredSettings(const fs::path& data) {
   const fs::path file = data / kSettingsFile;
-  const Descriptor opened{open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC)};
-  if (opened.number < 0 && errno == ENOENT) return std::nullopt;
-  struct stat found {};
-  if (opened.number < 0 || fstat(opened.number, &found) != 0 || !S_ISREG(found.st_mode) || found.st_uid != geteuid() ||
-      found.st_size > kGreatestSettings_bytes)
-    return absl::InvalidArgumentError(file.string() + ": want a file of " + NameOf(geteuid()) +
-                                      "'s, no link, of at most 64 KiB");
-  std::string text(static_cast<std::size_t>(found.st_size), '\0');
-  const ssize_t got = read(opened.number, text.data(), text.size());
-  text.resize(got < 0 ? 0 : static_cast<std::size_t>(got));
-  return ParseSettings(file.string(), text);
+  const absl::StatusOr<std::string> text = ReadFileOf(geteuid(), file);
+  if (absl::IsNotFound(text.status())) return std::nullopt;
+  if (!text.ok()) return text.status();
+  return ParseSettings(file.string(), *text);
 }
 
 absl::Status StoreSettings(const fs::path& data, const PlantSettings& settings) {
@@ -117,16 +122,20 @@ absl::Status MakeDataFolder(const fs::path& data, const ServiceUser& user) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<DataFolderLock> DataFolderLock::Take(const fs::path& data) {
-  const int handle = open(data.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (handle < 0) return absl::PermissionDeniedError(data.string() + ": " + std::strerror(errno));
-  DataFolderLock lock(handle);
-  if (flock(handle, LOCK_EX | LOCK_NB) == 0) return lock;
-  return absl::FailedPreconditionError(data.string() + ": another `sixpoint up` is at work on it, wait for its end");
+absl::StatusOr<DataFolderLock> DataFolderLock::Take(const fs::path& folder, std::chrono::seconds patience) {
+  Descriptor handle(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (handle.number() < 0) return absl::ErrnoToStatus(errno, folder.string());
+  const auto until = std::chrono::steady_clock::now() + patience;
+  while (flock(handle.number(), LOCK_EX | LOCK_NB) != 0) {
+    if (std::chrono::steady_clock::now() >= until)
+      return absl::FailedPreconditionError(folder.string() + ": another `sixpoint` is at work on it, wait for its end");
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  return DataFolderLock(std::move(handle));
 }
 
-DataFolderLock::~DataFolderLock() {
-  if (handle_ >= 0) close(handle_);
+absl::Status MakeOwnFolder(const fs::path& folder, mode_t mode) {
+  return MakeFolder(folder, geteuid(), getegid(), mode);
 }
 
 absl::Status MakeServiceFolder(const fs::path& folder, const ServiceUser& user) {
@@ -134,7 +143,7 @@ absl::Status MakeServiceFolder(const fs::path& folder, const ServiceUser& user) 
 }
 
 absl::Status CopyFiles(const fs::path& from, const std::string& beginning, const fs::path& to) {
-  if (absl::Status status = MakeFolder(to, geteuid(), getegid(), 0755); !status.ok()) return status;
+  if (absl::Status status = MakeOwnFolder(to, 0755); !status.ok()) return status;
   for (const auto& entry : fs::directory_iterator(from)) {
     const std::string name = entry.path().filename().string();
     if (name.rfind(beginning, 0) != 0 || !entry.is_regular_file()) continue;

@@ -1,6 +1,5 @@
 #include "cli/plant_ports.h"
 
-#include <grpcpp/grpcpp.h>
 #include <netdb.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -10,9 +9,7 @@
 #include <memory>
 
 #include "cli/listen_address.h"
-#include "services/runtime/call.h"
 #include "services/runtime/errors.h"
-#include "sixpoint/plant/v1/plant.grpc.pb.h"
 
 namespace sixpoint::cli {
 namespace {
@@ -26,12 +23,6 @@ int BindError(const addrinfo& address) {
   const int error = bind(handle, address.ai_addr, address.ai_addrlen) == 0 ? 0 : errno;
   close(handle);
   return error;
-}
-
-bool IsPlant(const std::string& address) {
-  plant::v1::ListEndpointsResponse endpoints;
-  const auto stub = plant::v1::PlantService::NewStub(runtime::ConnectTo(address));
-  return stub->ListEndpoints(runtime::ContextFor(2).get(), {}, &endpoints).ok();
 }
 
 absl::Status RequirePort(const std::string& host, int port) {
@@ -50,8 +41,8 @@ absl::Status RequirePort(const std::string& host, int port) {
   if (error != EADDRINUSE)
     return runtime::Refuse("--listen", host, std::string("an address of this machine: ") + std::strerror(error));
   const std::string at = HostAndPort(ListenAddress{host, host}.Own(), port);
-  return runtime::Refuse("--base-port",
-                         at + " (" + (IsPlant(at) ? "another plant" : "another program") + " listens there)",
+  // Which one it is cannot be told: another plant shows a certificate that this one has no way to judge.
+  return runtime::Refuse("--base-port", at + " (another program or plant listens there)",
                          "six ports that are free, or this plant's own");
 }
 

@@ -30,13 +30,13 @@ absl::StatusOr<PlantSettings> ParseSettings(const std::string& name, const std::
   Problems problems(/*strict=*/true);
   const Field root(&*document, "", &problems);
   if (!document->is_object()) root.Refuse("an object");
+  // `insecure` is of a release before mutual TLS: its files are read, whatever it says there, and written without it.
   root.OnlyKeys({"base_port", "listen", "announce", "insecure", "blob_store"});
   PlantSettings settings;
   if (const auto field = root.Find("base_port"))
     settings.base_port = static_cast<int>(field->Whole(kLowestPort, kHighestBasePort));
   if (const auto field = root.Find("listen")) settings.listen = field->Text();
   if (const auto field = root.Find("announce")) settings.announce = field->Text();
-  if (const auto field = root.Find("insecure")) settings.insecure = field->Flag();
   if (const auto field = root.Find("blob_store")) settings.blob_store = field->Text();
   const absl::Status wrong = problems.empty() ? CheckSettings(settings) : problems.ToStatus();
   if (!wrong.ok()) return absl::InvalidArgumentError(name + ": " + std::string(wrong.message()));
@@ -44,10 +44,8 @@ absl::StatusOr<PlantSettings> ParseSettings(const std::string& name, const std::
 }
 
 std::string SettingsText(const PlantSettings& settings) {
-  nlohmann::ordered_json text = {{"base_port", settings.base_port},
-                                 {"listen", settings.listen},
-                                 {"insecure", settings.insecure},
-                                 {"blob_store", settings.blob_store}};
+  nlohmann::ordered_json text = {
+      {"base_port", settings.base_port}, {"listen", settings.listen}, {"blob_store", settings.blob_store}};
   if (!settings.announce.empty()) text["announce"] = settings.announce;
   return text.dump(2) + "\n";
 }

@@ -14,10 +14,9 @@ inline constexpr int kLowestPort = 1024, kHighestBasePort = 65000;
 struct PlantSettings {
   int base_port = 7400;
   std::string listen = "127.0.0.1", announce;  // an empty `announce` is `listen`
-  bool insecure = false;
   std::string blob_store = "postgresql";
 
-  absl::StatusOr<ListenAddress> Address() const { return ListenAddressOf(listen, announce, insecure); }
+  absl::StatusOr<ListenAddress> Address() const { return ListenAddressOf(listen, announce); }
 };
 
 // OK, or what is wrong with them, whether they come from the file or from the command line.

@@ -87,7 +87,6 @@ void AddRegisterCommand(Command* app, Session* session) {
     if (arguments->blade.empty()) {
       absl::StatusOr<Again> many = ManyOf(session, *arguments, asked);
       if (!many.ok()) return many.status();
-      many->request.set_requested_by(session->requested_by());
       many->request.set_request_id(arguments->request_id.empty() ? NewRequestId() : arguments->request_id);
       return RegisterBatch(session, std::move(many->request), many->before);
     }
@@ -98,7 +97,6 @@ void AddRegisterCommand(Command* app, Session* session) {
     *request.mutable_options() = *std::move(options);
     request.set_apply_axis_tables(arguments->axis_tables);
     request.set_clamping(arguments->clamping);
-    request.set_requested_by(session->requested_by());
     request.set_request_id(NewRequestId());
     const absl::StatusOr<registration::v1::Registration> response = RegisterWatched(session, std::move(request));
     if (!response.ok()) return response.status();

@@ -120,9 +120,7 @@ absl::Status RegisterBatch(Session* session, RegisterBatchRequest request, const
 
 absl::StatusOr<Registration> RegisterWatched(Session* session, registration::v1::RegisterRequest request) {
   RegisterBatchRequest one;
-  one.set_requested_by(request.requested_by());
   one.set_request_id(request.request_id());
-  request.clear_requested_by();
   request.clear_request_id();
   *one.add_requests() = std::move(request);
   BatchCalls batch(session, std::move(one), [](const std::string&, const FinishedRegistration& finished) {

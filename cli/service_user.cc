@@ -29,6 +29,11 @@ bool MayWrite(const ServiceUser& user, const struct stat& found, bool through) {
 
 bool IsRoot() { return geteuid() == 0; }
 
+std::string UserName(uid_t uid) {
+  const passwd* entry = getpwuid(uid);
+  return entry == nullptr ? "uid-" + std::to_string(uid) : entry->pw_name;
+}
+
 ServiceUser FindServiceUser() {
   if (!IsRoot()) return {geteuid(), getegid(), {}};
   const passwd* entry = getpwnam(kServiceUser);

@@ -13,6 +13,8 @@
 namespace sixpoint::cli {
 
 bool IsRoot();
+// The login, or "uid-1000" where there is none.
+std::string UserName(uid_t uid);
 
 struct ServiceUser {
   uid_t uid = static_cast<uid_t>(-1);  // nobody's: there is no such user yet

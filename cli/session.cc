@@ -1,15 +1,16 @@
 #include "cli/session.h"
 
-#include <pwd.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "cli/identity_folder.h"
+#include "cli/tls_failure.h"
 #include "services/runtime/call.h"
+#include "services/runtime/credentials.h"
 #include "services/runtime/errors.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 
@@ -18,19 +19,22 @@ namespace {
 
 constexpr double kRestartPatience_s = 20;
 
-std::string LoginName() {
-  const passwd* user = getpwuid(geteuid());
-  return user != nullptr ? user->pw_name : "uid " + std::to_string(geteuid());
-}
-
 }  // namespace
 
-Session::Session() : requested_by_(LoginName()) {}
+absl::Status Session::MakeCredentials() {
+  if (credentials != nullptr) return absl::OkStatus();
+  const absl::StatusOr<std::filesystem::path> folder = IdentityFolder(identity, data);
+  if (!folder.ok()) return folder.status();
+  auto made = runtime::ChannelCredentialsOf(*folder);
+  if (made.ok()) credentials = *std::move(made);
+  return made.status();
+}
 
 absl::StatusOr<std::shared_ptr<grpc::Channel>> Session::ChannelTo(const std::string& area) {
   std::lock_guard<std::mutex> lock(mutex_);
+  if (absl::Status status = MakeCredentials(); !status.ok()) return status;
   auto& plant_channel = channels_["plant"];
-  if (plant_channel == nullptr) plant_channel = runtime::ConnectTo(server);
+  if (plant_channel == nullptr) plant_channel = runtime::ConnectTo(server, credentials);
   if (area == "plant") return plant_channel;
   if (const auto found = channels_.find(area); found != channels_.end()) return found->second;
   if (addresses_.empty()) {
@@ -46,7 +50,7 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> Session::ChannelTo(const std::str
     return runtime::Failure(errors::v1::SERVICE_MISSING, "the plant at " + server + " names no service for " + area,
                             {{"resource", area}});
   }
-  return channels_[area] = runtime::ConnectTo(address->second);
+  return channels_[area] = runtime::ConnectTo(address->second, credentials);
 }
 
 runtime::RetryLimits Session::Limits() const {
@@ -93,6 +97,45 @@ int Session::Run() {
   return absl::IsUnavailable(status) ? kUnreachable : kFailed;
 }
 
+namespace {
+
+// gRPC says of an end that it does not believe no more than that it is not there.
+std::string NextStepUnreachable(const absl::Status& status, const std::string& server) {
+  const std::string message(status.message());
+  switch (runtime::ReasonOf(status).empty() ? TlsFailureOf(message) : TlsFailure::kNone) {
+    case TlsFailure::kNone:
+      break;
+    case TlsFailure::kNotTrusted:
+      return "the plant's certificate has expired, or another authority made it than yours: `sixpoint certs renew` on "
+             "its computer, or name the folder of your certificate for that plant by --identity";
+    case TlsFailure::kOtherHost:
+      return "the plant's certificate is for other hosts than it was called by: call it as it announces itself, or "
+             "have it announced by that host with `sixpoint up --announce HOST`";
+    case TlsFailure::kNoTls:
+      return "what listens there speaks no TLS: another program, or a plant of an older release; see `sixpoint status`";
+    case TlsFailure::kOther:
+      return "TLS failed: look at your own certificate, `sixpoint certs show`, and at the plant's, `sixpoint status`";
+  }
+  return "no plant answers at " + server +
+         "; see `sixpoint status`, start one by `sixpoint up`, or name another by --server";
+}
+
+// What the plant said of the certificate that it was shown, or of whom it names (docs/errors.md).
+std::string NextStepRefused(const absl::Status& status) {
+  if (absl::IsUnauthenticated(status))
+    return "look at the certificate that you show: sixpoint certs show; who runs the plant makes a new one: sixpoint "
+           "certs issue, and his own: sixpoint certs renew";
+  if (runtime::HasReason(status, errors::v1::MACHINE_DIFFERS))
+    return "show that machine's own certificate by --identity; whose yours is: sixpoint certs show";
+  if (runtime::HasReason(status, errors::v1::ROLE_MISSING))
+    return "ask who runs the plant for a certificate with the role; which roles yours has: sixpoint certs show";
+  if (runtime::HasReason(status, errors::v1::CODE_NOT_VALID))
+    return "ask who runs the plant for another code: sixpoint certs offer";
+  return "ask for the right to do this";
+}
+
+}  // namespace
+
 std::string NextStep(const absl::Status& status, const std::string& server) {
   const std::string message(status.message());
   const auto about = [&](const char* noun) { return message.find(noun) != std::string::npos; };
@@ -102,11 +145,16 @@ std::string NextStep(const absl::Status& status, const std::string& server) {
   }
   if (runtime::HasReason(status, errors::v1::POINTS_DELETED))
     return "its values and results are still there: sixpoint scan show ID";
+  if (runtime::HasReason(status, errors::v1::RENEWAL_NOT_OFFERED))
+    return "`sixpoint certs renew` on the plant's computer makes one, once it is due; until when yours holds: sixpoint "
+           "certs show";
   switch (status.code()) {
     case absl::StatusCode::kUnavailable:
-      return "no plant answers at " + server +
-             "; see `sixpoint status`, start one by `sixpoint up`, or name another by --server";
+      return NextStepUnreachable(status, server);
     case absl::StatusCode::kNotFound:
+      if (about("authority: none"))
+        return "start a plant by `sixpoint up`, or name the authority's folder by --authority";
+      if (about("serial")) return "see which there are: sixpoint certs list --all";
       if (about("machine")) return "see which there are: sixpoint machine list";
       if (about("artefact")) return "see which there are: sixpoint artefact list";
       if (about("part")) return "see which there are: sixpoint part list";
@@ -125,11 +173,13 @@ std::string NextStep(const absl::Status& status, const std::string& server) {
       return "the service did not answer in time; run the command again with a longer --deadline-s";
     case absl::StatusCode::kFailedPrecondition:
       if (about("does not serve")) return "cure what it says; it serves by itself then, and `sixpoint status` tells";
+      if (about("no certificate to show"))
+        return "have one made, and name its folder by --identity or SIXPOINT_IDENTITY";
       if (about("newer release")) return "run `sixpoint up` of the release that made it, or of a newer one";
       return "do what is missing first; `sixpoint blade show SN` and `sixpoint calibration list` show what there is";
     case absl::StatusCode::kPermissionDenied:
     case absl::StatusCode::kUnauthenticated:
-      return "ask for the right to do this";
+      return NextStepRefused(status);
     default:
       return "see the service's log; `sixpoint status` tells which services run";
   }

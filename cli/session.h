@@ -34,14 +34,14 @@ class Session {
   bool json = false;
   double deadline_s = 300;
   std::string data;         // folder of this machine's own plant; empty: the usual one
+  std::string identity;     // folder of the certificate that is shown to the plant; empty: as IdentityFolder finds it
   std::string config_file;  // whose values stood before the options were read; empty: none
 
-  // Who asks, as stored with every result: the user's login.
-  const std::string& requested_by() const { return requested_by_; }
-  Session();
+  // In place of what `identity` holds: for tests, and for programs that have theirs already. Made at the first call where it is empty.
+  std::shared_ptr<grpc::ChannelCredentials> credentials;
 
   // The channel to a service, found by ListEndpoints of the plant service and kept. UNAVAILABLE where the plant does not
-  // answer, NOT_FOUND where it has no such service.
+  // answer, NOT_FOUND where it has no such service, FAILED_PRECONDITION where there is no certificate to show to it.
   absl::StatusOr<std::shared_ptr<grpc::Channel>> ChannelTo(const std::string& area);
 
   // One unary call on a fresh context for each attempt; a service that is away or full is tried again with growing
@@ -73,7 +73,8 @@ class Session {
   void MarkFailed() { exit_code_ = kFailed; }
 
  private:
-  std::string requested_by_;
+  absl::Status MakeCredentials();
+
   std::function<absl::Status()> action_;
   int exit_code_ = kDone;
   std::atomic<bool> reached_{false};  // the plant answered once

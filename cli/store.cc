@@ -153,7 +153,6 @@ absl::Status SetPolicy(Session* session, const std::string& kind_text, int keep_
   ingest::v1::SetRetentionPolicyRequest request;
   request.set_scan_kind(*kind);
   request.set_keep_days(keep_days);
-  request.set_requested_by(session->requested_by());
   request.set_request_id(NewRequestId());
   ingest::v1::RetentionPolicy response;
   absl::Status status = session->Call<CloudStoreService>("ingest", &Stub::SetRetentionPolicy, request, &response);
@@ -170,7 +169,6 @@ absl::Status SetPolicy(Session* session, const std::string& kind_text, int keep_
 absl::Status ApplyPolicies(Session* session, bool dry_run) {
   ingest::v1::ApplyRetentionRequest request;
   request.set_dry_run(dry_run);
-  request.set_requested_by(session->requested_by());
   ingest::v1::ApplyRetentionResponse response;
   absl::Status status = session->Call<CloudStoreService>("ingest", &Stub::ApplyRetention, request, &response);
   if (!status.ok()) return status;
@@ -192,7 +190,6 @@ absl::Status DeletePoints(Session* session, const std::string& scan_id, const st
   ingest::v1::DeleteScanPointsRequest request;
   request.set_name(NameText("scans", scan_id));
   request.set_reason(reason);
-  request.set_requested_by(session->requested_by());
   ingest::v1::DeleteScanPointsResponse response;
   absl::Status status = session->Call<CloudStoreService>("ingest", &Stub::DeleteScanPoints, request, &response);
   if (!status.ok()) return status;
@@ -211,7 +208,6 @@ absl::Status DeletePoints(Session* session, const std::string& scan_id, const st
 
 absl::Status AdoptBucket(Session* session) {
   ingest::v1::AdoptBucketRequest request;
-  request.set_requested_by(session->requested_by());
   ingest::v1::AdoptBucketResponse response;
   absl::Status status = session->Call<CloudStoreService>("ingest", &Stub::AdoptBucket, request, &response);
   if (!status.ok()) return status;

@@ -26,7 +26,7 @@ template <typename Request>
 absl::Status Run(Session* session,
                  grpc::Status (StudyService::Stub::*method)(grpc::ClientContext*, const Request&, Study*),
                  const Arguments& arguments, Request request) {
-  SetStudyOptions(*session, arguments, &request);
+  SetStudyOptions(arguments, &request);
   const absl::StatusOr<Study> study =
       CallAndPrint<StudyService>(session, "calibration", method, request, StudyText, "at work on the study");
   if (!study.ok()) return study.status();

@@ -21,6 +21,8 @@ std::string ServiceCommand(const LocalPlant& plant, std::size_t area) {
   const std::string name = kAreas[area];
   std::string command = (plant.binaries / ("sixpoint-" + name)).string() + " --listen " + plant.ListensAt(area) +
                         " --database \"" + plant.ConninfoOf(area) + "\" --workers " + plant.binaries.string() +
+                        " --certificates " + plant.certificates_of(kAreas[area]).string() + " --revoked " +
+                        plant.revoked().string() +
                         PeersText(plant, name == "plant" ? &LocalPlant::AnnouncedAt : &LocalPlant::OwnAddress);
   if (name == "ingest") command += " --blob-store " + plant.settings.blob_store;
   return command;
@@ -35,8 +37,8 @@ std::string PostgresCommand(const LocalPlant& plant) {
 
 // Asks each service from outside, where one that is stuck cannot hide it.
 std::string WatchdogCommand(const LocalPlant& plant) {
-  std::string command =
-      (plant.binaries / "sixpoint-watchdog").string() + " --supervisor " + plant.supervisor_config().string();
+  std::string command = (plant.binaries / "sixpoint-watchdog").string() + " --supervisor " +
+                        plant.supervisor_config().string() + " --certificates " + plant.certificates().string();
   for (std::size_t i = 0; i < kAreas.size(); ++i)
     command += std::string(" --service ") + kAreas[i] + "=" + plant.OwnAddress(i);
   return command;

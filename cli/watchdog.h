@@ -10,7 +10,7 @@ namespace sixpoint::cli {
 class Watch {
  public:
   // True where the service is to be ended, so that the supervisor starts it anew. Any answer will do: NOT_SERVING says that the
-  // database is away, which no restart brings back.
+  // database is away, NOT_TRUSTED that its certificate ended, which no restart brings back.
   bool IsStuckAfter(const std::string& health);
 
  private:

@@ -1,6 +1,7 @@
 // sixpoint-watchdog: asks each service for its health from outside, and ends one that does not answer.
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "cli/service_health.h"
 #include "cli/supervisor.h"
 #include "cli/watchdog.h"
+#include "services/runtime/credentials.h"
 #include "services/runtime/log.h"
 
 namespace sixpoint::cli {
@@ -16,11 +18,12 @@ namespace {
 // Three times that without an answer is stuck. A machine that is busy answers late, not never.
 constexpr std::chrono::seconds kPeriod{3};
 
-[[noreturn]] void WatchService(const std::string& config, const std::string& area, const std::string& address) {
+[[noreturn]] void WatchService(const std::string& config, const std::string& area, const std::string& address,
+                               const std::shared_ptr<grpc::ChannelCredentials>& credentials) {
   Watch watch;
   for (;;) {
     const auto next = std::chrono::steady_clock::now() + kPeriod;
-    if (watch.IsStuckAfter(ServiceHealth(address, kPeriod))) {
+    if (watch.IsStuckAfter(ServiceHealth(address, credentials, kPeriod))) {
       // One that is stuck heeds no request to stop. What it acknowledged is committed, and clients call again.
       const Finished killed = Supervisorctl(config, {"signal", "KILL", area});
       runtime::Log(runtime::LogLevel::kError, area + " does not answer: ended, to be started anew",
@@ -35,7 +38,7 @@ constexpr std::chrono::seconds kPeriod{3};
 
 int main(int argc, char** argv) {
   using namespace sixpoint;
-  std::string config;
+  std::string config, certificates;
   std::vector<std::string> services;
   CLI::App app("Ends services that look alive and answer nobody; their supervisor starts them anew.",
                "sixpoint-watchdog");
@@ -45,12 +48,21 @@ int main(int argc, char** argv) {
     const bool whole = equals != std::string::npos && equals > 0 && equals + 1 < service.size();
     return whole ? std::string() : "--service: " + service + ", want program=address";
   });
+  app.add_option("--certificates", certificates, "Folder of the plant's authority.pem, by which it knows the services")
+      ->required();
   CLI11_PARSE(app, argc, argv);
   runtime::StartLog("watchdog");
+  // Of no identity: a health check needs none, and what has none cannot lose it.
+  const auto credentials = runtime::ChannelCredentialsOf(certificates);
+  if (!credentials.ok()) {
+    runtime::Log(runtime::LogLevel::kError, std::string(credentials.status().message()));
+    return 1;
+  }
   std::vector<std::thread> watches;
   for (const std::string& service : services) {
     const std::size_t equals = service.find('=');
-    watches.emplace_back(cli::WatchService, config, service.substr(0, equals), service.substr(equals + 1));
+    watches.emplace_back(cli::WatchService, config, service.substr(0, equals), service.substr(equals + 1),
+                         *credentials);
   }
   for (std::thread& watch : watches) watch.join();
 }

@@ -14,7 +14,6 @@ template <typename Request>
 Request Named(const std::string& name) {
   Request request;
   request.set_name(name);
-  request.set_requested_by(kRequestedBy);
   request.set_request_id(runtime::NewRequestId());
   return request;
 }
@@ -37,7 +36,6 @@ calibration::v1::CalibrateSensorRequest SensorRequest(const std::string& machine
   for (const Eigen::Vector3d& point : probing.side_y_mm) runtime::ToProto(point, touch->add_side_y_mm());
   touch->set_standard_uncertainty_um(probe_noise_um);
   request.set_method(calibration::v1::SENSOR_METHOD_JOINT);
-  request.set_requested_by(kRequestedBy);
   request.set_request_id(runtime::NewRequestId());
   return request;
 }
@@ -54,7 +52,6 @@ calibration::v1::CalibrateRotationRequest RotationRequest(const std::string& mac
     pose->set_held_out(sphere.held_out);
   }
   request.set_method(calibration::v1::ROTATION_METHOD_LINES);
-  request.set_requested_by(kRequestedBy);
   request.set_request_id(runtime::NewRequestId());
   return request;
 }

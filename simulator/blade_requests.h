@@ -1,4 +1,4 @@
-// What a machine asks of the plant on a blade's way, as messages. request_id and requested_by are filled in.
+// What a machine asks of the plant on a blade's way, as messages. request_id is filled in.
 #pragma once
 
 #include <string>
@@ -11,8 +11,6 @@
 #include "sixpoint/correction/v1/correction.pb.h"
 
 namespace sixpoint::simulator {
-
-inline constexpr char kRequestedBy[] = "simulator";
 
 // The scans are added by who makes them.
 calibration::v1::CalibrateSensorRequest SensorRequest(const std::string& machine, const std::string& artefact,

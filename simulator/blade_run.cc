@@ -208,7 +208,6 @@ class BladeRun {
     const absl::Status scanned =
         ScanBlade("airfoil", ingest::v1::SCAN_KIND_AIRFOIL, plan_.airfoil_pitch_mm, 60, request.mutable_scans());
     if (!scanned.ok()) return scanned;
-    request.set_requested_by(kRequestedBy);
     request.set_clamping(Clamping());
     for (const registration::v1::Freedom free : plan_.free) request.mutable_options()->add_degrees_of_freedom(free);
     // A casting deviates everywhere but at its datum points, where the nest holds it: only the 3-2-1 variant finds that.
@@ -248,7 +247,6 @@ class BladeRun {
     correction::v1::CorrectRequest request;
     request.set_registration(result_.six_point.name());
     request.set_nc_template(NominalProgram(part_, design_));
-    request.set_requested_by(kRequestedBy);
     request.set_request_id(NewRequestId());
     const auto start = Clock::now();
     auto correction = plant_.Call("correction", &correction::v1::CorrectionService::Stub::Correct, request);
@@ -333,7 +331,6 @@ class BladeRun {
     const absl::Status scanned =
         ScanBlade("pins", ingest::v1::SCAN_KIND_PINS, plan_.pins_pitch_mm, 45, request.mutable_scans());
     if (!scanned.ok()) return scanned;
-    request.set_requested_by(kRequestedBy);
     request.set_request_id(NewRequestId());
     const auto start = Clock::now();
     auto inspection = plant_.Call("inspection", &inspection::v1::InspectionService::Stub::Inspect, request);

@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "services/runtime/credentials.h"
 #include "simulator/blade_run.h"
 #include "simulator/registry.h"
 #include "simulator/report.h"
@@ -58,7 +59,9 @@ int RunDemo(const DemoOptions& options) {
   const MachineDesign design;
   const DesignedPart part = DesignPart({}, design.centre_mm);
   say("run " + run + ": " + std::to_string(options.machines) + " machines, plant at " + options.server);
-  auto link = PlantLink::Connect(options.server, kPatience_s, say);
+  const auto credentials = runtime::ChannelCredentialsOf(options.identity);
+  if (!credentials.ok()) return fail("certificate", credentials.status());
+  auto link = PlantLink::Connect(options.server, *credentials, kPatience_s, say);
   if (!link.ok()) return fail("connect to " + options.server, link.status());
   PlantLink& plant = **link;
   auto artefact = RegisterArtefact(plant, "sim-plate", ArtefactGeometry());

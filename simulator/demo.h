@@ -8,6 +8,7 @@ namespace sixpoint::simulator {
 
 struct DemoOptions {
   std::string server = "127.0.0.1:7400";
+  std::string identity;  // folder of the certificate by which the plant knows its machines and who registers them
   int machines = 2;
   std::uint64_t seed = 1;
   bool line_rate = false;  // send 300 profiles a second, as the scanner measures, instead of as fast as possible

@@ -1,10 +1,26 @@
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
+#include <cstdlib>
 
 #include "services/runtime/server.h"
 #include "simulator/demo.h"
 
+namespace {
+
+// Where `sixpoint up` leaves what lets its user in, without --data (cli/local_plant.h).
+std::string UsualIdentity() {
+  const char* const home = std::getenv("HOME");
+  const std::string data =
+      geteuid() == 0 ? "/var/lib/sixpoint" : (home == nullptr ? "." : home) + std::string("/.sixpoint");
+  return data + "/certificates/local";
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
   sixpoint::simulator::DemoOptions options;
+  options.identity = UsualIdentity();
   CLI::App app("Simulated machine tools with line scanners, for demos and tests.", "sixpoint-simulator");
   app.set_version_flag("--version", sixpoint::runtime::SoftwareVersion());
   app.require_subcommand(1);
@@ -12,6 +28,9 @@ int main(int argc, char** argv) {
                                       "Several machines at once, each calibrates, scans, positions, drills, "
                                       "scans again and is judged; checked against the simulator's truth");
   demo->add_option("--server", options.server, "Address of the plant service")->capture_default_str();
+  demo->add_option("--identity", options.identity, "Folder with identity.pem and authority.pem, of an engineer")
+      ->envname("SIXPOINT_IDENTITY")
+      ->capture_default_str();
   demo->add_option("--machines", options.machines, "Machines at work at once")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();

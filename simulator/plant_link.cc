@@ -32,18 +32,20 @@ bool SawNothing(const ScanProfiles& profiles) {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<PlantLink>> PlantLink::Connect(const std::string& server, double patience_s,
-                                                              std::function<void(const std::string&)> retrying) {
+absl::StatusOr<std::unique_ptr<PlantLink>> PlantLink::Connect(
+    const std::string& server, const std::shared_ptr<grpc::ChannelCredentials>& credentials, double patience_s,
+    std::function<void(const std::string&)> retrying) {
   std::unique_ptr<PlantLink> link(new PlantLink);
   link->patience_s_ = patience_s;
   link->retrying_ = std::move(retrying);
-  link->channels_["plant"] = runtime::ConnectTo(server);
+  link->channels_["plant"] = runtime::ConnectTo(server, credentials);
   auto endpoints =
       link->Call("plant", &plant::v1::PlantService::Stub::ListEndpoints, plant::v1::ListEndpointsRequest());
   if (!endpoints.ok()) return endpoints.status();
   link->software_version_ = endpoints->software_version();
   for (const auto& endpoint : endpoints->endpoints()) {
-    if (endpoint.area() != "plant") link->channels_[endpoint.area()] = runtime::ConnectTo(endpoint.address());
+    if (endpoint.area() != "plant")
+      link->channels_[endpoint.area()] = runtime::ConnectTo(endpoint.address(), credentials);
   }
   for (const char* area : {"ingest", "calibration", "registration", "correction", "inspection"}) {
     if (link->channels_.count(area) == 0)

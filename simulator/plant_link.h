@@ -24,8 +24,9 @@ class PlantLink {
  public:
   // Waits until the plant service answers, at most patience_s. `retrying` hears when a service does not answer and when
   // it does again.
-  static absl::StatusOr<std::unique_ptr<PlantLink>> Connect(const std::string& server, double patience_s,
-                                                            std::function<void(const std::string&)> retrying);
+  static absl::StatusOr<std::unique_ptr<PlantLink>> Connect(
+      const std::string& server, const std::shared_ptr<grpc::ChannelCredentials>& credentials, double patience_s,
+      std::function<void(const std::string&)> retrying);
 
   const std::string& software_version() const { return software_version_; }
   bool Knows(const std::string& area) const { return channels_.count(area) > 0; }

@@ -24,6 +24,9 @@ ATTACKS = [
     ('confinement_test', 'HostileWorker.IsRefusedEveryAct', 'a worker taken over: 26 acts', None),
     ('storage_blob_keeping_test', 'Stores/BlobKeeping.ABucketThatIsAnothersLosesNothingAndGetsNothing/1', 'two plants on one bucket',
      'foreign_deleted'),
+    ('door_test', 'Door.EveryCertificateThatDoesNotCountIsRefusedAndKept', 'no certificate, or one that does not count', None),
+    ('door_test', 'Door.EveryMethodLetsInWhomItsRuleNamesAndNobodyElse', 'every method by every role that may not call it', None),
+    ('door_test', 'Door.ARevocationCountsForTheNextCallAndEndsOpenStreams', 'a certificate taken back, on connections of before', None),
     ('storage_rights_test', 'RightsTest.*', 'a service that wants to change the record', None),
 ]
 

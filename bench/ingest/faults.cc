@@ -259,7 +259,8 @@ nlohmann::json UploadThroughFaults(const FaultOptions& options) {
   for (std::thread& thread : threads) thread.join();
 
   Audit audit(options.conninfo, &totals);
-  const auto stub = ingest::v1::ScanService::NewStub(runtime::ConnectTo(options.ingest));
+  const auto stub =
+      ingest::v1::ScanService::NewStub(runtime::ConnectTo(options.ingest.address, options.ingest.credentials));
   std::int64_t stored = 0, abandoned = 0, downloaded = 0, visible_early = 0;
   for (const auto& client : clients) {
     for (const Scan& scan : client->scans()) {

@@ -4,10 +4,13 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "bench/ingest/upload_stream.h"
+
 namespace sixpoint::bench {
 
 struct FaultOptions {
-  std::string ingest, conninfo;
+  Endpoint ingest;
+  std::string conninfo;
   int client_count = 8;
   std::uint64_t seed = 1;
   std::string acks_file;  // JSON: [[sent, acknowledged], ...] by the monotonic clock, s

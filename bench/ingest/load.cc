@@ -223,7 +223,7 @@ nlohmann::json StreamScans(const LoadOptions& options) {
           {"errors", all.errors}};
 }
 
-nlohmann::json StreamSmallScans(const std::string& ingest, int scan_count, std::uint64_t seed) {
+nlohmann::json StreamSmallScans(const Endpoint& ingest, int scan_count, std::uint64_t seed) {
   constexpr int kThreads = 4, kProfiles = 4, kColumns = 100;
   const RawScan scan = BladeLikeScan(kProfiles, kColumns, seed);
   const BlockTemplate shape(RawPayload(scan, 0, kProfiles), kProfiles * kColumns);

@@ -2,12 +2,13 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
-#include <string>
+
+#include "bench/ingest/upload_stream.h"
 
 namespace sixpoint::bench {
 
 struct LoadOptions {
-  std::string ingest;
+  Endpoint ingest;
   int machine_count = 8;
   double seconds = 15;
   double profiles_per_s = 300;  // of one machine; 0: as fast as ingest takes them
@@ -22,6 +23,6 @@ struct LoadOptions {
 nlohmann::json StreamScans(const LoadOptions& options);
 
 // Scans of one block of 4 profiles x 100 columns, by four machines.
-nlohmann::json StreamSmallScans(const std::string& ingest, int scan_count, std::uint64_t seed);
+nlohmann::json StreamSmallScans(const Endpoint& ingest, int scan_count, std::uint64_t seed);
 
 }  // namespace sixpoint::bench

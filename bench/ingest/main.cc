@@ -9,6 +9,23 @@
 #include "bench/ingest/peers.h"
 #include "bench/ingest/registry.h"
 #include "bench/ingest/stored_bytes.h"
+#include "services/runtime/credentials.h"
+
+namespace {
+
+void AddEndpoint(CLI::App* part, const std::string& name, sixpoint::bench::Endpoint* endpoint) {
+  part->add_option(name, endpoint->address)->required();
+  part->add_option_function<std::string>(
+      "--identity",
+      [endpoint](const std::string& folder) {
+        const auto credentials = sixpoint::runtime::ChannelCredentialsOf(folder);
+        if (!credentials.ok()) throw CLI::ValidationError("--identity", credentials.status().ToString());
+        endpoint->credentials = *credentials;
+      },
+      "Folder with identity.pem and authority.pem; without it no TLS, as the sink wants it");
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   using namespace sixpoint::bench;
@@ -20,22 +37,23 @@ int main(int argc, char** argv) {
     if (result.contains("error")) exit_code = 1;
   };
 
-  std::string address, conninfo, folder;
+  Endpoint endpoint;
+  std::string conninfo, folder;
   std::uint64_t seed = 1;
   int count = 0, profiles_per_block = 48;
   double seconds = 15;
 
   CLI::App* registry = app.add_subcommand("register", "Registers machines, a part and a blade");
-  registry->add_option("--plant", address)->required();
+  AddEndpoint(registry, "--plant", &endpoint);
   registry->add_option("--machines", count)->required();
   registry->callback([&] {
-    const absl::Status registered = Register(address, count);
+    const absl::Status registered = Register(endpoint, count);
     print(registered.ok() ? nlohmann::json{{"machines", count}} : nlohmann::json{{"error", registered.ToString()}});
   });
 
   LoadOptions load;
   CLI::App* stream = app.add_subcommand("stream", "Machines that stream raw profiles");
-  stream->add_option("--ingest", load.ingest)->required();
+  AddEndpoint(stream, "--ingest", &load.ingest);
   stream->add_option("--machines", load.machine_count)->required();
   stream->add_option("--seconds", load.seconds);
   stream->add_option("--profiles-per-s", load.profiles_per_s, "Of one machine; 0: as fast as it goes");
@@ -45,10 +63,10 @@ int main(int argc, char** argv) {
   stream->callback([&] { print(StreamScans(load)); });
 
   CLI::App* small = app.add_subcommand("small-scans", "Many small scans");
-  small->add_option("--ingest", address)->required();
+  AddEndpoint(small, "--ingest", &endpoint);
   small->add_option("--count", count)->required();
   small->add_option("--seed", seed);
-  small->callback([&] { print(StreamSmallScans(address, count, seed)); });
+  small->callback([&] { print(StreamSmallScans(endpoint, count, seed)); });
 
   CLI::App* profile = app.add_subcommand("block-profile", "Where the time of a block goes");
   profile->add_option("--database", conninfo)->required();
@@ -75,13 +93,13 @@ int main(int argc, char** argv) {
   insert->callback([&] { print(InsertBlocks(conninfo, count, seconds, profiles_per_block, compressible)); });
 
   CLI::App* sink = app.add_subcommand("sink", "A gRPC server that stores nothing, until standard input ends");
-  sink->add_option("--listen", address)->required();
-  sink->callback([&] { exit_code = ServeSink(address); });
+  sink->add_option("--listen", endpoint.address)->required();
+  sink->callback([&] { exit_code = ServeSink(endpoint.address); });
 
   FaultOptions faults;
   CLI::App* fault =
       app.add_subcommand("faults", "Clients that resume, until standard input ends; then checks the record");
-  fault->add_option("--ingest", faults.ingest)->required();
+  AddEndpoint(fault, "--ingest", &faults.ingest);
   fault->add_option("--database", faults.conninfo)->required();
   fault->add_option("--clients", faults.client_count);
   fault->add_option("--seed", faults.seed);
@@ -90,7 +108,7 @@ int main(int argc, char** argv) {
 
   MutantOptions mutants;
   CLI::App* mutant = app.add_subcommand("mutants", "Mutated uploads");
-  mutant->add_option("--ingest", mutants.ingest)->required();
+  AddEndpoint(mutant, "--ingest", &mutants.ingest);
   mutant->add_option("--ingest-pid", mutants.ingest_pid)->required();
   mutant->add_option("--encoding", mutants.encoding, "DRACO, XYZ_F64 or RAW_PROFILES")->required();
   mutant->add_option("--count", mutants.count)->required();

@@ -6,10 +6,12 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "bench/ingest/upload_stream.h"
+
 namespace sixpoint::bench {
 
 struct MutantOptions {
-  std::string ingest;
+  Endpoint ingest;
   pid_t ingest_pid = 0;
   std::string encoding;
   int count = 500;

@@ -69,6 +69,25 @@ def memory_mb(pid, what):
     return 0.0
 
 
+class Certificates:
+    """An authority of the bench's own, and a folder of credentials for each whom it lets in."""
+
+    def __init__(self, folder):
+        self.folder, self.authority = folder, f'{folder}/authority'
+        self.revoked = f'{self.authority}/revoked.pem'
+        os.mkdir(folder, 0o700)
+        self.certs('init', '--plant', 'bench')
+
+    def issue(self, name, *options):
+        out = f'{self.folder}/{name}'
+        os.makedirs(os.path.dirname(out), exist_ok=True)
+        self.certs('issue', name, '--out', out, *options)
+        return out
+
+    def certs(self, *words):
+        subprocess.run([f'{BIN}/sixpoint', 'certs', *words, '--authority', self.authority], check=True, stdout=subprocess.DEVNULL)
+
+
 class Plant:
     """PostgreSQL, sixpoint-plant and sixpoint-ingest, gone at the end."""
 
@@ -90,6 +109,8 @@ class Plant:
         self.ingest_address = f'127.0.0.1:{self.ingest_port}'
         self.log = open(f'{self.folder}/log', 'ab')
         self.postgres = self.plant = self.ingest = None
+        self.certificates, self.credentials = None, {}  # of up()
+        self.to_ingest = []  # the words by which the bench's program finds it, and is let in
 
     def up_database(self):
         """A database of the newest schema, without services."""
@@ -104,8 +125,14 @@ class Plant:
 
     def up(self, machines):
         self.up_database()
+        self.certificates = Certificates(f'{self.folder}/certificates')
+        for area in ('plant', 'ingest'):
+            self.credentials[area] = self.certificates.issue(f'services/{area}', '--host', '127.0.0.1')
+        roles = [word for role in ('engineer', 'quality', 'mes-reader', 'admin') for word in ('--role', role)]
+        user = ['--identity', self.certificates.issue('users/bench', *roles)]
+        self.to_ingest = ['--ingest', self.ingest_address, *user]
         self.plant = self.service('plant', self.plant_port)
-        bench('register', '--plant', f'127.0.0.1:{self.plant_port}', '--machines', machines)
+        bench('register', '--plant', f'127.0.0.1:{self.plant_port}', *user, '--machines', machines)
         self.start_ingest()
         self.wait_for_ingest()
 
@@ -137,6 +164,7 @@ class Plant:
     def service(self, area, port):
         return subprocess.Popen(
             [f'{BIN}/sixpoint-{area}', '--listen', f'127.0.0.1:{port}', '--database', f'{self.conninfo}_{area}', '--workers', BIN,
+             '--certificates', self.credentials[area], '--revoked', self.certificates.revoked,
              '--peer', f'plant=127.0.0.1:{self.plant_port}', '--peer', f'ingest={self.ingest_address}'],
             stdout=self.log, stderr=self.log)
 
@@ -157,7 +185,7 @@ class Plant:
         while time.monotonic() < end:
             if self.ingest.poll() is not None:
                 self.start_ingest()
-            stored = bench('small-scans', '--ingest', self.ingest_address, '--count', 1, '--seed',
+            stored = bench('small-scans', *self.to_ingest, '--count', 1, '--seed',
                            random.randrange(1 << 30), may_fail=True)
             if stored.get('stored') == 1:
                 return

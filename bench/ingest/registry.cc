@@ -99,8 +99,8 @@ absl::Status Create(Plant* plant, grpc::Status (Plant::*method)(grpc::ClientCont
 
 }  // namespace
 
-absl::Status Register(const std::string& plant, int machine_count) {
-  const auto stub = plant::v1::PlantService::NewStub(runtime::ConnectTo(plant));
+absl::Status Register(const Endpoint& plant, int machine_count) {
+  const auto stub = plant::v1::PlantService::NewStub(runtime::ConnectTo(plant.address, plant.credentials));
   for (int i = 0; i < machine_count; ++i) {
     plant::v1::CreateMachineRequest request;
     request.set_machine_id("bench-" + std::to_string(i));

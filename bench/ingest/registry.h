@@ -3,11 +3,11 @@
 
 #include <absl/status/status.h>
 
-#include <string>
+#include "bench/ingest/upload_stream.h"
 
 namespace sixpoint::bench {
 
 // What is there already stays; waits until the plant answers.
-absl::Status Register(const std::string& plant, int machine_count);
+absl::Status Register(const Endpoint& plant, int machine_count);
 
 }  // namespace sixpoint::bench

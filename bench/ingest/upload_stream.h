@@ -42,8 +42,13 @@ class BlockTemplate {
   std::vector<unsigned char> digest_of_body_;  // SHA256_CTX
 };
 
+// A service, and the credentials by which it and we know each other: none, as of the sink, unless given.
+struct Endpoint {
+  std::string address;
+  std::shared_ptr<grpc::ChannelCredentials> credentials = grpc::InsecureChannelCredentials();
+};
 // A connection of its own, as a machine has.
-std::shared_ptr<grpc::Channel> OwnConnection(const std::string& address);
+std::shared_ptr<grpc::Channel> OwnConnection(const Endpoint& endpoint);
 
 class UploadStream {
  public:

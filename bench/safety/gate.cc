@@ -1,6 +1,7 @@
 // Blades through a running plant until the gate has spoken: clean ones, and ones with which something is wrong. The simulator knows what, and
-// where each hole should have been; the plant is told nothing of it. usage: sixpoint-bench-gate SERVER COUNT SEED. Prints a line a case, and
-// {"clean": ..., "clean_released": ..., "faults": ..., "wrong_released": ..., "worst_released_um": ...} as its last line.
+// where each hole should have been; the plant is told nothing of it. usage: sixpoint-bench-gate SERVER IDENTITY COUNT SEED (IDENTITY: an
+// engineer's folder of credentials). Prints a line a case, and {"clean": ..., "clean_released": ..., "faults": ..., "wrong_released": ...,
+// "worst_released_um": ...} as its last line.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -11,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "services/runtime/credentials.h"
 #include "simulator/blade_run.h"
 #include "simulator/registry.h"
 
@@ -111,8 +113,10 @@ class Gate {
   std::map<std::string, bool> calibrated_;
 };
 
-int Main(const std::string& server, int count, std::uint64_t seed) {
-  auto plant = simulator::PlantLink::Connect(server, 60, [](const std::string&) {});
+int Main(const std::string& server, const std::string& identity, int count, std::uint64_t seed) {
+  const auto credentials = runtime::ChannelCredentialsOf(identity);
+  if (!credentials.ok()) return std::fprintf(stderr, "%s\n", credentials.status().ToString().c_str()), 2;
+  auto plant = simulator::PlantLink::Connect(server, *credentials, 60, [](const std::string&) {});
   if (!plant.ok()) return std::fprintf(stderr, "%s\n", plant.status().ToString().c_str()), 2;
   Gate gate(**plant, seed);
   if (absl::Status begun = gate.Begin(); !begun.ok()) return std::fprintf(stderr, "%s\n", begun.ToString().c_str()), 2;
@@ -158,6 +162,6 @@ int Main(const std::string& server, int count, std::uint64_t seed) {
 }  // namespace sixpoint::bench
 
 int main(int argc, char** argv) {
-  if (argc != 4) return std::fprintf(stderr, "usage: sixpoint-bench-gate SERVER COUNT SEED\n"), 2;
-  return sixpoint::bench::Main(argv[1], std::atoi(argv[2]), static_cast<std::uint64_t>(std::atoll(argv[3])));
+  if (argc != 5) return std::fprintf(stderr, "usage: sixpoint-bench-gate SERVER IDENTITY COUNT SEED\n"), 2;
+  return sixpoint::bench::Main(argv[1], argv[2], std::atoi(argv[3]), static_cast<std::uint64_t>(std::atoll(argv[4])));
 }

@@ -200,7 +200,6 @@ absl::Status PlantRun::CalibrateSensor(calibration::v1::Calibration* out) {
   for (const std::string& scan : *scans) request.add_scans(scan);
   *request.mutable_touch() = dataset_.touch;
   request.set_method(calibration::v1::SENSOR_METHOD_JOINT);
-  request.set_requested_by(session_->requested_by());
   request.set_request_id(NewRequestId());
   return session_->Call<CalibrationService>("calibration", &CalibrationService::Stub::CalibrateSensor, request, out);
 }
@@ -210,7 +209,6 @@ absl::Status PlantRun::CalibrateRotation(calibration::v1::Calibration* out) {
   request.set_machine(runtime::NameOf("machines", dataset_.machine_id));
   for (const calibration::v1::SpherePose& pose : dataset_.sphere_poses) *request.add_poses() = pose;
   request.set_method(calibration::v1::ROTATION_METHOD_LINES);
-  request.set_requested_by(session_->requested_by());
   request.set_request_id(NewRequestId());
   return session_->Call<CalibrationService>("calibration", &CalibrationService::Stub::CalibrateRotation, request, out);
 }
@@ -247,7 +245,6 @@ absl::Status PlantRun::RegisterBlade(RegisteredBlade* entry, ingest::v1::ScanKin
   if (!scans.ok()) return scans.status();
   for (const std::string& scan : *scans) request.add_scans(scan);
   request.set_method(method);
-  request.set_requested_by(session_->requested_by());
   request.set_request_id(NewRequestId());
   const auto start = std::chrono::steady_clock::now();
   absl::Status status = session_->Call<RegistrationService>("registration", &RegistrationService::Stub::Register,
@@ -310,7 +307,6 @@ void PlantRun::CorrectBlades() {
     corrected[i].method = registered.method;
     correction::v1::CorrectRequest request;
     request.set_registration(registered.registration.name());
-    request.set_requested_by(session_->requested_by());
     request.set_request_id(NewRequestId());
     const auto call_start = std::chrono::steady_clock::now();
     statuses[i] = session_->Call<CorrectionService>("correction", &CorrectionService::Stub::Correct, request,
@@ -345,7 +341,6 @@ void PlantRun::InspectBlades() {
       return;
     }
     for (const std::string& scan : *scans) request.add_scans(scan);
-    request.set_requested_by(session_->requested_by());
     request.set_request_id(NewRequestId());
     const auto call_start = std::chrono::steady_clock::now();
     statuses[i] = session_->Call<InspectionService>("inspection", &InspectionService::Stub::Inspect, request,

@@ -12,6 +12,7 @@
 #include "services/calibration/trend.h"
 #include "services/calibration/validate.h"
 #include "services/runtime/call.h"
+#include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_call.h"
 #include "services/runtime/recorded_results.h"
@@ -98,8 +99,7 @@ grpc::Status CalibrationService::Calibrate(grpc::ServerContext* context, const c
     if (!result.ok()) return result.status();
     return RecordOf(RowOf(request, *inputs, *result));
   };
-  return Answer(runtime::RecordedResult<v1::Calibration>(store_.get(), call, request, caller.deadline, make, ToProto),
-                response);
+  return Answer(runtime::RecordedResult<v1::Calibration>(store_.get(), call, request, caller, make, ToProto), response);
 }
 
 grpc::Status CalibrationService::CalibrateSensor(grpc::ServerContext* context,
@@ -155,7 +155,7 @@ grpc::Status CalibrationService::ListCalibrations(grpc::ServerContext* context,
 grpc::Status CalibrationService::ReleaseCalibration(grpc::ServerContext* context,
                                                     const v1::ReleaseCalibrationRequest* request,
                                                     v1::Calibration* response) {
-  const absl::StatusOr<storage::CalibrationDecision> decision = Decide(*request);
+  const absl::StatusOr<storage::CalibrationDecision> decision = Decide(*request, runtime::RequestedBy(*context));
   if (!decision.ok()) return ToGrpc(decision.status());
   const absl::StatusOr<storage::CalibrationRow> released = store_->Release(
       runtime::RecordedRequestOf("calibration.ReleaseCalibration", *request), *decision, runtime::DeadlineOf(*context));
@@ -167,7 +167,7 @@ grpc::Status CalibrationService::WithdrawCalibration(grpc::ServerContext* contex
                                                      const v1::WithdrawCalibrationRequest* request,
                                                      v1::WithdrawCalibrationResponse* response) {
   if (absl::Status status = CheckRequest(*request); !status.ok()) return ToGrpc(status);
-  const absl::StatusOr<storage::CalibrationDecision> decision = Decide(*request);
+  const absl::StatusOr<storage::CalibrationDecision> decision = Decide(*request, runtime::RequestedBy(*context));
   if (!decision.ok()) return ToGrpc(decision.status());
   const absl::StatusOr<storage::WithdrawnCalibrationRow> withdrawn =
       store_->Withdraw(runtime::RecordedRequestOf("calibration.WithdrawCalibration", *request), *decision,

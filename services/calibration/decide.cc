@@ -40,12 +40,13 @@ absl::Status CheckReleasable(const storage::CalibrationRow& row, const std::stri
 // `may` is asked of the calibration as it is when it is decided about.
 template <typename Request>
 absl::StatusOr<storage::CalibrationDecision> DecisionOf(
-    const Request& request, std::function<absl::Status(const storage::CalibrationRow&)> may) {
+    const Request& request, const std::string& requested_by,
+    std::function<absl::Status(const storage::CalibrationRow&)> may) {
   const absl::StatusOr<std::string> id = runtime::IdOf("name", "calibrations", request.name());
   if (!id.ok()) return id.status();
   storage::CalibrationDecision decision;
   decision.calibration_id = *id;
-  decision.event = {request.reason(), request.requested_by(), runtime::SoftwareVersion(), {}};
+  decision.event = {request.reason(), requested_by, runtime::SoftwareVersion(), {}};
   decision.check = [name = request.name(),
                     may = std::move(may)](const std::optional<storage::CalibrationRow>& calibration) {
     return calibration ? may(*calibration) : NotRecorded(name);
@@ -55,13 +56,15 @@ absl::StatusOr<storage::CalibrationDecision> DecisionOf(
 
 }  // namespace
 
-absl::StatusOr<storage::CalibrationDecision> Decide(const v1::ReleaseCalibrationRequest& request) {
-  return DecisionOf(request,
+absl::StatusOr<storage::CalibrationDecision> Decide(const v1::ReleaseCalibrationRequest& request,
+                                                    const std::string& requested_by) {
+  return DecisionOf(request, requested_by,
                     [name = request.name()](const storage::CalibrationRow& row) { return CheckReleasable(row, name); });
 }
 
-absl::StatusOr<storage::CalibrationDecision> Decide(const v1::WithdrawCalibrationRequest& request) {
-  return DecisionOf(request, [name = request.name()](const storage::CalibrationRow& row) {
+absl::StatusOr<storage::CalibrationDecision> Decide(const v1::WithdrawCalibrationRequest& request,
+                                                    const std::string& requested_by) {
+  return DecisionOf(request, requested_by, [name = request.name()](const storage::CalibrationRow& row) {
     return CheckNotWithdrawn(row, name, "one that is not");
   });
 }

@@ -160,7 +160,6 @@ storage::CalibrationRow Described(const Request& request, const Inputs& inputs, 
   row.inputs = inputs.names;
   row.valid_from = inputs.validity.from;
   row.valid_until = inputs.validity.until;
-  row.requested_by = request.requested_by();
   row.software_version = runtime::SoftwareVersion();
   row.is_draft = request.draft();
   row.environment = EnvironmentRowOf(request.environment());
@@ -240,7 +239,6 @@ runtime::Made<storage::CalibrationRow> RecordOf(storage::CalibrationRow row) {
   entry.machine = row.machine_id;
   entry.method = row.method;
   entry.software_version = row.software_version;
-  entry.requested_by = row.requested_by;
   entry.summary_json = SummaryOf(row);
   return {std::move(row), std::move(entry)};
 }

@@ -229,6 +229,7 @@ absl::StatusOr<v1::Study> ToProto(const storage::StudyRow& row) {
   const auto parsed = google::protobuf::util::JsonStringToMessage(row.result_json, &study);
   if (!parsed.ok()) return absl::DataLossError("study " + row.study_id + ": its result cannot be read");
   study.set_name(runtime::NameOf("studies", row.study_id));
+  study.set_requested_by(row.requested_by);
   runtime::ToProto(row.recorded.recorded_at, study.mutable_recorded_at());
   study.set_record_sequence(row.recorded.sequence);
   return study;

@@ -29,7 +29,6 @@ absl::StatusOr<runtime::Made<storage::StudyRow>> RecordOf(const v1::Study& study
   row.inputs.assign(study.inputs().begin(), study.inputs().end());
   row.request_bytes = std::move(request_bytes);
   row.verdict = VerdictText(study.verdict());
-  row.requested_by = study.requested_by();
   row.software_version = study.software_version();
   if (study.environment().has_temperature_c()) row.temperature_c = study.environment().temperature_c();
   absl::StatusOr<std::string> json = JsonOf(study);
@@ -42,7 +41,6 @@ absl::StatusOr<runtime::Made<storage::StudyRow>> RecordOf(const v1::Study& study
   if (!row.machine_id.empty()) entry.machine = row.machine_id;
   entry.method = row.kind;
   entry.software_version = row.software_version;
-  entry.requested_by = row.requested_by;
   entry.summary_json = nlohmann::json{{"kind", row.kind}, {"verdict", row.verdict}}.dump();
   return runtime::Made<storage::StudyRow>{std::move(row), std::move(entry)};
 }

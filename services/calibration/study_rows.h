@@ -19,7 +19,6 @@ absl::StatusOr<runtime::Made<storage::StudyRow>> RecordOf(const v1::Study& study
 // The same, once it says who asked for it, and where and when it was measured.
 template <typename Request>
 absl::StatusOr<runtime::Made<storage::StudyRow>> RecordOf(const Request& request, v1::Study study) {
-  study.set_requested_by(request.requested_by());
   study.set_software_version(runtime::SoftwareVersion());
   if (request.has_environment()) *study.mutable_environment() = request.environment();
   return RecordOf(study, request.SerializeAsString());

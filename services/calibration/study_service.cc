@@ -44,8 +44,8 @@ grpc::Status StudyService::Run(grpc::ServerContext* context, const char* call, c
     if (!study.ok()) return study.status();
     return RecordOf(request, *std::move(study));
   };
-  return runtime::Answer(
-      runtime::RecordedResult<v1::Study>(store_.get(), call, request, caller.deadline, make, ToStudy), response);
+  return runtime::Answer(runtime::RecordedResult<v1::Study>(store_.get(), call, request, caller, make, ToStudy),
+                         response);
 }
 
 grpc::Status StudyService::RunGaugeStudy(grpc::ServerContext* context, const v1::RunGaugeStudyRequest* request,

@@ -11,6 +11,7 @@
 #include "services/correction/rows.h"
 #include "services/correction/validate.h"
 #include "services/runtime/call.h"
+#include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_results.h"
 #include "services/runtime/resource_name.h"
@@ -58,8 +59,8 @@ grpc::Status CorrectionService::Correct(grpc::ServerContext* context, const v1::
     made = true;
     return Make(*request, caller);
   };
-  const auto recorded = runtime::RecordedResult<v1::Correction>(store_.get(), "correction.Correct", *request,
-                                                                caller.deadline, make, ToProto);
+  const auto recorded =
+      runtime::RecordedResult<v1::Correction>(store_.get(), "correction.Correct", *request, caller, make, ToProto);
   if (!recorded.ok()) return ToGrpc(recorded.status());
   // What it is now, of a new one too: what it rests on may have been withdrawn. A program leaves with what made it; a retry may come
   // hours later, and asks FetchProgram.
@@ -84,8 +85,9 @@ absl::StatusOr<runtime::Made<storage::CorrectionRow>> CorrectionService::Make(co
 
 absl::StatusOr<v1::Correction> CorrectionService::DryRun(const v1::CorrectRequest& request,
                                                          const runtime::Caller& caller) const {
-  const auto made = Make(request, caller);
+  auto made = Make(request, caller);
   if (!made.ok()) return made.status();
+  made->row.requested_by = caller.requested_by;
   absl::StatusOr<v1::Correction> correction = ToProto(made->row);
   if (!correction.ok()) return correction;
   correction->clear_name();
@@ -97,10 +99,10 @@ absl::StatusOr<v1::Correction> CorrectionService::DryRun(const v1::CorrectReques
 
 template <typename Request>
 absl::StatusOr<v1::Correction> CorrectionService::Decided(const char* call, const Request& request,
-                                                          storage::Deadline deadline) const {
-  const absl::StatusOr<storage::CorrectionDecision> decision = Decide(request);
+                                                          const runtime::Caller& caller) const {
+  const absl::StatusOr<storage::CorrectionDecision> decision = Decide(request, caller.requested_by);
   if (!decision.ok()) return decision.status();
-  const auto decided = events_->Decide(runtime::RecordedRequestOf(call, request), *decision, deadline);
+  const auto decided = events_->Decide(runtime::RecordedRequestOf(call, request), *decision, caller.deadline);
   if (!decided.ok()) return decided.status();
   return ToProto(*decided);
 }
@@ -108,12 +110,12 @@ absl::StatusOr<v1::Correction> CorrectionService::Decided(const char* call, cons
 grpc::Status CorrectionService::ReleaseCorrection(grpc::ServerContext* context,
                                                   const v1::ReleaseCorrectionRequest* request,
                                                   v1::Correction* response) {
-  return runtime::Answer(Decided("correction.ReleaseCorrection", *request, runtime::DeadlineOf(*context)), response);
+  return runtime::Answer(Decided("correction.ReleaseCorrection", *request, runtime::CallerOf(*context)), response);
 }
 
 grpc::Status CorrectionService::RefuseCorrection(grpc::ServerContext* context,
                                                  const v1::RefuseCorrectionRequest* request, v1::Correction* response) {
-  return runtime::Answer(Decided("correction.RefuseCorrection", *request, runtime::DeadlineOf(*context)), response);
+  return runtime::Answer(Decided("correction.RefuseCorrection", *request, runtime::CallerOf(*context)), response);
 }
 
 grpc::Status CorrectionService::FetchProgram(grpc::ServerContext* context, const v1::FetchProgramRequest* request,
@@ -161,7 +163,7 @@ absl::StatusOr<v1::FetchProgramResponse> CorrectionService::Fetch(const v1::Fetc
 
 grpc::Status CorrectionService::ReportCut(grpc::ServerContext* context, const v1::ReportCutRequest* request,
                                           v1::Correction* response) {
-  const absl::StatusOr<storage::CutReport> report = ReportOf(*request);
+  const absl::StatusOr<storage::CutReport> report = ReportOf(*request, runtime::RequestedBy(*context));
   if (!report.ok()) return ToGrpc(report.status());
   const auto reported = events_->ReportCut(runtime::RecordedRequestOf("correction.ReportCut", *request), *report,
                                            runtime::DeadlineOf(*context));

@@ -42,7 +42,7 @@ class CorrectionService final : public v1::CorrectionService::Service {
   absl::StatusOr<v1::Correction> DryRun(const v1::CorrectRequest& request, const runtime::Caller& caller) const;
   // A decision that Decide made of the request, recorded.
   template <typename Request>
-  absl::StatusOr<v1::Correction> Decided(const char* call, const Request& request, storage::Deadline deadline) const;
+  absl::StatusOr<v1::Correction> Decided(const char* call, const Request& request, const runtime::Caller& caller) const;
   absl::StatusOr<v1::FetchProgramResponse> Fetch(const v1::FetchProgramRequest& request,
                                                  const runtime::Caller& caller) const;
 

@@ -27,14 +27,15 @@ absl::Status WrongState(const CorrectionRow& row, const std::string& name, error
 }
 
 template <typename Request>
-absl::StatusOr<storage::CorrectionDecision> DecisionOf(const Request& request, const char* event,
+absl::StatusOr<storage::CorrectionDecision> DecisionOf(const Request& request, const std::string& requested_by,
+                                                       const char* event,
                                                        absl::Status (*may)(const CorrectionRow&, const std::string&)) {
-  if (absl::Status s = CheckDecision(request.name(), request.reason(), request.requested_by()); !s.ok()) return s;
+  if (absl::Status s = CheckDecision(request.name(), request.reason()); !s.ok()) return s;
   storage::CorrectionDecision decision;
   decision.correction_id = runtime::LastSegment(request.name());
   decision.event = event;
   decision.reason = request.reason();
-  decision.requested_by = request.requested_by();
+  decision.requested_by = requested_by;
   decision.software_version = runtime::SoftwareVersion();
   decision.check = [name = request.name(), may](const std::optional<CorrectionRow>& row) {
     return row ? may(*row, name) : NotRecorded(name);
@@ -80,21 +81,23 @@ absl::Status NotRecorded(const std::string& name) {
                           {{"resource", name}});
 }
 
-absl::StatusOr<storage::CorrectionDecision> Decide(const v1::ReleaseCorrectionRequest& request) {
-  return DecisionOf(request, "RELEASED", MayRelease);
+absl::StatusOr<storage::CorrectionDecision> Decide(const v1::ReleaseCorrectionRequest& request,
+                                                   const std::string& requested_by) {
+  return DecisionOf(request, requested_by, "RELEASED", MayRelease);
 }
 
-absl::StatusOr<storage::CorrectionDecision> Decide(const v1::RefuseCorrectionRequest& request) {
-  return DecisionOf(request, "REFUSED", MayRefuse);
+absl::StatusOr<storage::CorrectionDecision> Decide(const v1::RefuseCorrectionRequest& request,
+                                                   const std::string& requested_by) {
+  return DecisionOf(request, requested_by, "REFUSED", MayRefuse);
 }
 
-absl::StatusOr<storage::CutReport> ReportOf(const v1::ReportCutRequest& request) {
+absl::StatusOr<storage::CutReport> ReportOf(const v1::ReportCutRequest& request, const std::string& requested_by) {
   if (absl::Status status = CheckReport(request); !status.ok()) return status;
   storage::CutReport report;
   report.correction_id = runtime::LastSegment(request.name());
   for (const v1::CutHole& hole : request.holes()) report.holes.push_back({hole.group(), hole.hole()});
   if (request.has_cut_at()) report.cut_at = runtime::MomentOf(request.cut_at());
-  report.requested_by = request.requested_by();
+  report.requested_by = requested_by;
   report.software_version = runtime::SoftwareVersion();
   report.check = [request](const std::optional<CorrectionRow>& row) {
     return row ? MayReport(*row, request) : NotRecorded(request.name());

@@ -117,7 +117,7 @@ absl::StatusOr<storage::ProgramFetchRow> FetchOf(const v1::FetchProgramRequest& 
   fetch.correction_id = correction.correction_id;
   fetch.hole_count = static_cast<int>(holes.left.size());
   fetch.cut_count = static_cast<int>(holes.cut.size());
-  fetch.requested_by = request.requested_by();
+  fetch.requested_by = caller.requested_by;
   fetch.software_version = runtime::SoftwareVersion();
   if (holes.cut.empty()) {
     if (!correction.proof)

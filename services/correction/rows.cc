@@ -69,7 +69,6 @@ storage::RecordEntry EntryOf(const storage::CorrectionRow& row, const Inputs& in
   entry.machine = row.machine_id;
   entry.method = registration::v1::Method_Name(inputs.registration.method());
   entry.software_version = row.software_version;
-  entry.requested_by = row.requested_by;
   entry.summary_json = SummaryOf(row, corrected.groups);
   return entry;
 }
@@ -120,7 +119,6 @@ runtime::Made<storage::CorrectionRow> RecordOf(const v1::CorrectRequest& request
     row.tool_lengths.push_back({tool.number(), tool.length_mm()});
   row.usable_until = row.valid_until;
   if (!corrected.nc_program.empty()) row.program_sha256 = storage::Sha256Hex(corrected.nc_program);
-  row.requested_by = request.requested_by();
   row.software_version = runtime::SoftwareVersion();
   storage::RecordEntry entry = EntryOf(row, inputs, corrected);
   return {std::move(row), std::move(entry)};

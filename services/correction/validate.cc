@@ -52,12 +52,10 @@ absl::Status CheckCorrect(const v1::CorrectRequest& request) {
   return refusals.status();
 }
 
-absl::Status CheckDecision(const std::string& name, const std::string& reason, const std::string& requested_by) {
+absl::Status CheckDecision(const std::string& name, const std::string& reason) {
   runtime::Refusals refusals;
   refusals.Add(runtime::IdOf("name", "corrections", name).status());
   if (reason.find_first_not_of(" \t\r\n") == std::string::npos) refusals.Add(runtime::Refuse("reason", reason, "why"));
-  if (requested_by.find_first_not_of(" \t\r\n") == std::string::npos)
-    refusals.Add(runtime::Refuse("requested_by", requested_by, "who answers for it"));
   return refusals.status();
 }
 

@@ -11,8 +11,8 @@ namespace sixpoint::correction {
 
 // Refuses bad names, repeated groups, and offsets and tools that no control has.
 absl::Status CheckCorrect(const v1::CorrectRequest& request);
-// A person's: who and why are wanted.
-absl::Status CheckDecision(const std::string& name, const std::string& reason, const std::string& requested_by);
+// A person's: why is wanted.
+absl::Status CheckDecision(const std::string& name, const std::string& reason);
 absl::Status CheckFetch(const v1::FetchProgramRequest& request);
 absl::Status CheckReport(const v1::ReportCutRequest& request);
 

@@ -10,6 +10,7 @@
 #include "services/ingest/stored_scan.h"
 #include "services/ingest/upload.h"
 #include "services/runtime/call.h"
+#include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/pages.h"
 #include "services/runtime/request_checks.h"
@@ -120,6 +121,7 @@ absl::StatusOr<v1::ScanHeader> ScanService::ReadHeader(grpc::ServerContext* cont
 absl::Status ScanService::Upload(grpc::ServerContext* context, UploadStream* stream) {
   absl::StatusOr<v1::ScanHeader> header = ReadHeader(context, stream);
   if (!header.ok()) return header.status();
+  if (absl::Status own = runtime::CheckOwnMachine(*context, "header.machine", header->machine()); !own.ok()) return own;
   const auto share = upload_shares_.Take(context->peer());
   if (!share.has_value()) return ShareIsFull("uploads", upload_shares_);
   const auto slot = uploads_.Enter(runtime::DeadlineWithin(*context, kLongestUpload), runtime::KeepGoing(*context));
@@ -127,7 +129,7 @@ absl::Status ScanService::Upload(grpc::ServerContext* context, UploadStream* str
   runtime::CallWatch watch(&watchdog_, context, runtime::DeadlineWithin(*context, kLongestUpload), stream_patience_);
   v1::UploadScanRequest request;
   UploadCaller caller{runtime::DeadlineWithin(*context, kLongestUpload), runtime::KeepGoing(*context),
-                      [context] { return runtime::ContextFor(*context); }, context->peer()};
+                      [context] { return runtime::ContextFor(*context); }, runtime::RequestedBy(*context)};
   absl::StatusOr<std::unique_ptr<ScanUpload>> upload =
       ScanUpload::Begin({store_.get(), &workers_, &plant_, &encoding_}, *std::move(header), std::move(caller));
   if (!upload.ok()) return upload.status();

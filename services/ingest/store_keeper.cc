@@ -23,7 +23,7 @@ constexpr std::chrono::hours kBetweenMonths{6};  // looks whether there are enou
 // The check is left so often to keep its place and look for other work.
 constexpr std::chrono::seconds kCheckSlice{30};
 constexpr std::chrono::seconds kPatience{30};
-constexpr char kRequestedBy[] = "sixpoint-ingest";
+constexpr char kRequestedBy[] = "services/ingest";
 
 storage::Deadline In(std::chrono::seconds patience) { return std::chrono::steady_clock::now() + patience; }
 

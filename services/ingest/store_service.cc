@@ -5,6 +5,7 @@
 #include "services/ingest/scan_messages.h"
 #include "services/ingest/store_messages.h"
 #include "services/runtime/call.h"
+#include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/log.h"
 #include "services/runtime/pages.h"
@@ -23,10 +24,6 @@ constexpr int kGreatestDamageCount = 100;           // in one status
 // A call that was cut off says so, unlike one that had nothing more to do.
 absl::Status CutOff(const grpc::ServerContext& context) {
   return context.IsCancelled() ? runtime::Stopped(context, "what was done is kept") : absl::OkStatus();
-}
-
-std::string RequestedBy(const std::string& named, const grpc::ServerContext& context) {
-  return named.empty() ? context.peer() : named;
 }
 
 // Progress as messages, about one a second.
@@ -122,8 +119,7 @@ grpc::Status CloudStoreService::DeleteScanPoints(grpc::ServerContext* context,
                                                  v1::DeleteScanPointsResponse* response) {
   if (absl::Status sound = CheckRequest(*request); !sound.ok()) return ToGrpc(sound);
   const storage::DeletionOrder order{*runtime::IdOf("name", "scans", request->name()), request->reason(),
-                                     RequestedBy(request->requested_by(), *context), runtime::SoftwareVersion(),
-                                     std::nullopt};
+                                     runtime::RequestedBy(*context), runtime::SoftwareVersion(), std::nullopt};
   const auto deleted = retention_->DeletePoints(order, runtime::DeadlineOf(*context));
   if (absl::IsNotFound(deleted.status())) {
     return ToGrpc(runtime::Failure(errors::v1::SCAN_NOT_FOUND, "name: " + request->name() + ", want a stored scan",
@@ -159,14 +155,12 @@ grpc::Status CloudStoreService::SetRetentionPolicy(grpc::ServerContext* context,
     runtime::Made<storage::RetentionPolicy> made;
     made.row.scan_kind = KindText(request->scan_kind());
     if (request->keep_days() > 0) made.row.keep_days = request->keep_days();
-    made.row.requested_by = RequestedBy(request->requested_by(), *context);
-    made.entry.requested_by = made.row.requested_by;
     made.entry.software_version = runtime::SoftwareVersion();
     if (made.row.keep_days) made.entry.summary_json = "{\"keep_days\": " + std::to_string(*made.row.keep_days) + "}";
     return made;
   };
   absl::StatusOr<v1::RetentionPolicy> set = runtime::RecordedResult<v1::RetentionPolicy>(
-      retention_.get(), "ingest.SetRetentionPolicy", *request, runtime::DeadlineOf(*context), make,
+      retention_.get(), "ingest.SetRetentionPolicy", *request, runtime::CallerOf(*context), make,
       [](const storage::RetentionPolicy& policy) { return ToProto(policy); });
   if (set.ok()) *response = *std::move(set);
   return ToGrpc(set.status());
@@ -192,7 +186,7 @@ grpc::Status CloudStoreService::ApplyRetention(grpc::ServerContext* context, con
                                                v1::ApplyRetentionResponse* response) {
   storage::RetentionOptions options;
   options.software_version = runtime::SoftwareVersion();
-  options.requested_by = RequestedBy(request->requested_by(), *context);
+  options.requested_by = runtime::RequestedBy(*context);
   options.dry_run = request->dry_run();
   options.keep_going = runtime::KeepGoing(*context);
   const auto done = retention_->Apply(options, runtime::DeadlineOf(*context));
@@ -203,12 +197,12 @@ grpc::Status CloudStoreService::ApplyRetention(grpc::ServerContext* context, con
   return ToGrpc(CutOff(*context));
 }
 
-grpc::Status CloudStoreService::AdoptBucket(grpc::ServerContext* context, const v1::AdoptBucketRequest* request,
+grpc::Status CloudStoreService::AdoptBucket(grpc::ServerContext* context, const v1::AdoptBucketRequest*,
                                             v1::AdoptBucketResponse* response) {
   absl::StatusOr<std::string> before = blobs_->AdoptBucket(runtime::DeadlineOf(*context));
   if (!before.ok()) return ToGrpc(before.status());
   runtime::Log(runtime::LogLevel::kWarning, "the bucket is this plant's from now on",
-               {{"requested_by", RequestedBy(request->requested_by(), *context)}, {"owner_before", *before}});
+               {{"requested_by", runtime::RequestedBy(*context)}, {"owner_before", *before}});
   response->set_owner_before(*std::move(before));
   return grpc::Status::OK;
 }

@@ -31,9 +31,9 @@ grpc::Status InspectionService::Inspect(grpc::ServerContext* context, const v1::
   const auto slot = running_.Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());
   const auto make = [&] { return Make(*request, caller); };
-  return runtime::Answer(runtime::RecordedResult<v1::Inspection>(store_.get(), "inspection.Inspect", *request,
-                                                                 caller.deadline, make, ToProto),
-                         response);
+  return runtime::Answer(
+      runtime::RecordedResult<v1::Inspection>(store_.get(), "inspection.Inspect", *request, caller, make, ToProto),
+      response);
 }
 
 absl::StatusOr<runtime::Made<storage::InspectionRow>> InspectionService::Make(const v1::InspectRequest& request,
@@ -43,7 +43,7 @@ absl::StatusOr<runtime::Made<storage::InspectionRow>> InspectionService::Make(co
   const absl::StatusOr<metrology::BladeFindings> findings =
       InspectBlade(peers_->scans, *inputs, options_.threads, caller);
   if (!findings.ok()) return findings.status();
-  return RecordOf(request, *inputs, *findings);
+  return RecordOf(*inputs, *findings);
 }
 
 grpc::Status InspectionService::GetInspection(grpc::ServerContext* context, const v1::GetInspectionRequest* request,

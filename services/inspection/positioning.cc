@@ -26,7 +26,6 @@ absl::StatusOr<registration::v1::Registration> Register(const Peers& peers, cons
   wanted.set_method(method);
   if (request.has_options()) *wanted.mutable_options() = request.options();
   wanted.set_apply_axis_tables(request.apply_axis_tables());
-  wanted.set_requested_by(request.requested_by());
   wanted.set_for_inspection(true);
   // Answers are kept by method and id: a retry of this inspection finds the registrations that it made.
   wanted.set_request_id(request.request_id());

@@ -93,15 +93,13 @@ storage::RecordEntry EntryOf(const storage::InspectionRow& row, const Inputs& in
   entry.machine = row.machine_id;
   entry.method = registration::v1::Method_Name(registration.method());
   entry.software_version = row.software_version;
-  entry.requested_by = row.requested_by;
   entry.summary_json = SummaryOf(row);
   return entry;
 }
 
 }  // namespace
 
-runtime::Made<storage::InspectionRow> RecordOf(const v1::InspectRequest& request, const Inputs& inputs,
-                                               const metrology::BladeFindings& findings) {
+runtime::Made<storage::InspectionRow> RecordOf(const Inputs& inputs, const metrology::BladeFindings& findings) {
   const registration::v1::Registration& registration = inputs.registration;
   storage::InspectionRow row;
   row.inspection_id = storage::NewUuid();
@@ -122,7 +120,6 @@ runtime::Made<storage::InspectionRow> RecordOf(const v1::InspectRequest& request
   row.positioning_disagrees = inputs.compared.disagrees;
   row.positioning_covered = inputs.compared.covered;
   SetFindings(inputs.holes, findings, &row);
-  row.requested_by = request.requested_by();
   row.software_version = runtime::SoftwareVersion();
   storage::RecordEntry entry = EntryOf(row, inputs);
   return {std::move(row), std::move(entry)};

@@ -10,7 +10,6 @@
 namespace sixpoint::inspection {
 
 // With a new id.
-runtime::Made<storage::InspectionRow> RecordOf(const v1::InspectRequest& request, const Inputs& inputs,
-                                               const metrology::BladeFindings& findings);
+runtime::Made<storage::InspectionRow> RecordOf(const Inputs& inputs, const metrology::BladeFindings& findings);
 
 }  // namespace sixpoint::inspection

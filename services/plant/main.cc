@@ -1,5 +1,9 @@
 // sixpoint-plant: what the plant owns, and the record of everything.
+#include <filesystem>
+
+#include "identity/credentials.h"
 #include "sandbox/landlock.h"
+#include "services/plant/credentials_service.h"
 #include "services/plant/plant_service.h"
 #include "services/plant/record_service.h"
 #include "services/runtime/log.h"
@@ -21,6 +25,11 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
       {v1::PlantService::service_full_name(), std::make_unique<PlantService>(std::move(plant_options), stores)});
   services.push_back(
       {v1::RecordService::service_full_name(), std::make_unique<RecordService>(stores.journal, stores.blades)});
+  services.push_back({v1::CredentialsService::service_full_name(),
+                      std::make_unique<CredentialsService>(
+                          database, std::make_unique<identity::Trust>(
+                                        std::filesystem::path(options.certificates) / identity::kAuthorityFile,
+                                        options.revoked_file))});
   return services;
 }
 

@@ -21,10 +21,9 @@ using runtime::ToGrpc;
 
 constexpr std::size_t kChunkBytes = std::size_t{1} << 20;
 
-storage::RecordEntry EntryFor(const grpc::ServerContext& context) {
+storage::RecordEntry NewEntry() {
   storage::RecordEntry entry;
   entry.software_version = runtime::SoftwareVersion();
-  entry.requested_by = context.peer();
   return entry;
 }
 
@@ -33,10 +32,9 @@ template <typename Response, typename Request, typename Row, typename Make>
 grpc::Status Once(grpc::ServerContext* context, storage::ResultWriter<Row>* store, const std::string& call,
                   const Request& request, Response* response, const Make& make) {
   if (absl::Status status = runtime::CheckUuid("request_id", request.request_id()); !status.ok()) return ToGrpc(status);
-  return runtime::Answer(
-      runtime::RecordedResult<Response>(store, "plant." + call, request, runtime::DeadlineOf(*context), make,
-                                        [](const Row& row) { return ToProto(row); }),
-      response);
+  return runtime::Answer(runtime::RecordedResult<Response>(store, "plant." + call, request, runtime::CallerOf(*context),
+                                                           make, [](const Row& row) { return ToProto(row); }),
+                         response);
 }
 
 // NOT_FOUND with a reason where `found` holds nothing.
@@ -124,7 +122,7 @@ grpc::Status PlantService::CreateMachine(grpc::ServerContext* context, const v1:
   absl::StatusOr<storage::MachineRow> machine = Validated(*request);
   if (!machine.ok()) return ToGrpc(machine.status());
   const auto make = [&]() -> absl::StatusOr<runtime::Made<storage::MachineRow>> {
-    return runtime::Made<storage::MachineRow>{*std::move(machine), EntryFor(*context)};
+    return runtime::Made<storage::MachineRow>{*std::move(machine), NewEntry()};
   };
   return Once(context, stores_.machines.get(), "CreateMachine", *request, response, make);
 }
@@ -147,7 +145,7 @@ grpc::Status PlantService::CreateArtefact(grpc::ServerContext* context, const v1
   absl::StatusOr<storage::ArtefactRow> artefact = Validated(*request);
   if (!artefact.ok()) return ToGrpc(artefact.status());
   const auto make = [&]() -> absl::StatusOr<runtime::Made<storage::ArtefactRow>> {
-    return runtime::Made<storage::ArtefactRow>{*std::move(artefact), EntryFor(*context)};
+    return runtime::Made<storage::ArtefactRow>{*std::move(artefact), NewEntry()};
   };
   return Once(context, stores_.artefacts.get(), "CreateArtefact", *request, response, make);
 }
@@ -176,7 +174,7 @@ grpc::Status PlantService::CreatePart(grpc::ServerContext* context, const v1::Cr
     if (!tessellation.ok()) return tessellation.status();
     part->tessellation = *std::move(tessellation);
     if (absl::Status status = CheckInsideBox(*part); !status.ok()) return status;
-    storage::RecordEntry entry = EntryFor(*context);
+    storage::RecordEntry entry = NewEntry();
     entry.method = part->tessellation.method;
     return runtime::Made<storage::PartRow>{*std::move(part), std::move(entry)};
   };
@@ -225,7 +223,7 @@ grpc::Status PlantService::CreateBlade(grpc::ServerContext* context, const v1::C
     const absl::StatusOr<storage::PartRow> part = Require(
         stores_.parts->Find(*part_id, 0, runtime::DeadlineOf(*context)), errors::v1::PART_NOT_FOUND, request->part());
     if (!part.ok()) return part.status();
-    runtime::Made<storage::BladeRow> made{{}, EntryFor(*context)};
+    runtime::Made<storage::BladeRow> made{{}, NewEntry()};
     made.row.blade_serial = request->serial();
     made.row.part_id = part->part_id;
     made.entry.inputs = {runtime::RevisedName("parts", part->part_id, part->revision)};

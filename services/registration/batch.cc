@@ -208,8 +208,6 @@ absl::Status CheckBatch(const v1::RegisterBatchRequest& batch) {
   for (int i = 0; i < batch.requests_size(); ++i) {
     const std::string field = "requests[" + std::to_string(i) + "].";
     const v1::RegisterRequest& request = batch.requests(i);
-    if (!request.requested_by().empty())
-      return runtime::Refuse(field + "requested_by", request.requested_by(), "empty; the batch's stands for all");
     if (!request.request_id().empty())
       return runtime::Refuse(field + "request_id", request.request_id(), "empty; it follows from the batch's");
   }
@@ -227,7 +225,6 @@ absl::Status CheckBatch(const v1::RegisterBatchRequest& batch) {
 
 v1::RegisterRequest RequestAt(const v1::RegisterBatchRequest& batch, int index) {
   v1::RegisterRequest request = batch.requests(index);
-  request.set_requested_by(batch.requested_by());
   request.set_request_id(storage::UuidFrom(batch.request_id() + " " + std::to_string(index)));
   return request;
 }

@@ -15,8 +15,7 @@ namespace sixpoint::registration {
 // The batch's own fields, and that its requests leave to it what is the batch's. What a request asks for is left to Register.
 absl::Status CheckBatch(const v1::RegisterBatchRequest& batch);
 
-// The request at that index as Register gets it: with the batch's requested_by, and a request_id that follows from the
-// batch's and the index.
+// The request at that index as Register gets it: with a request_id that follows from the batch's and the index.
 v1::RegisterRequest RequestAt(const v1::RegisterBatchRequest& batch, int index);
 
 using RegisterOne = std::function<absl::StatusOr<v1::Registration>(const v1::RegisterRequest&, const Caller&)>;

@@ -35,8 +35,8 @@ absl::StatusOr<v1::Registration> RegistrationService::RegisterOnce(const v1::Reg
                                                                    const Caller& caller) {
   if (absl::Status status = CheckRequest(request); !status.ok()) return status;
   const auto make = [&] { return Make(request, caller); };
-  return runtime::RecordedResult<v1::Registration>(store_.get(), "registration.Register", request, caller.deadline,
-                                                   make, ToProto);
+  return runtime::RecordedResult<v1::Registration>(store_.get(), "registration.Register", request, caller, make,
+                                                   ToProto);
 }
 
 absl::StatusOr<runtime::Made<storage::RegistrationRow>> RegistrationService::Make(const v1::RegisterRequest& request,

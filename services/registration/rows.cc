@@ -196,7 +196,6 @@ storage::RecordEntry EntryOf(const v1::RegisterRequest& request, const storage::
   entry.machine = row.machine_id;
   entry.method = row.method;
   entry.software_version = row.software_version;
-  entry.requested_by = row.requested_by;
   entry.summary_json = SummaryOf(row);
   return entry;
 }
@@ -228,7 +227,6 @@ absl::StatusOr<runtime::Made<storage::RegistrationRow>> RecordOf(const v1::Regis
                                     registered.fit.placed.has_value()));
   }
   row.compute_seconds = seconds;
-  row.requested_by = request.requested_by();
   row.software_version = runtime::SoftwareVersion();
   storage::RecordEntry entry = EntryOf(request, row);
   return runtime::Made<storage::RegistrationRow>{std::move(row), std::move(entry)};

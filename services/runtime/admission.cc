@@ -8,7 +8,10 @@
 
 #include <list>
 
+#include "services/runtime/call.h"
+#include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/log.h"
 #include "services/runtime/message_limits.h"
 #include "services/runtime/request_checks.h"
 
@@ -35,8 +38,8 @@ void End(const MethodHandler::HandlerParameter& call, const grpc::Status& why) {
 
 class AdmittedMethod : public MethodHandler {
  public:
-  AdmittedMethod(const Admission& admission, const google::protobuf::MethodDescriptor& method, MethodHandler* handler)
-      : admission_(admission),
+  AdmittedMethod(Admission* admission, const google::protobuf::MethodDescriptor& method, MethodHandler* handler)
+      : admission_(*admission),
         method_(method),
         greatest_bytes_(GreatestRequest_bytes(method)),
         streams_requests_(method.client_streaming()),
@@ -47,10 +50,12 @@ class AdmittedMethod : public MethodHandler {
 
   void RunHandler(const HandlerParameter& call) override {
     auto* const request = static_cast<grpc_byte_buffer*>(call.request);
-    if (absl::Status admitted = Check(call, request); !admitted.ok()) {
+    const absl::StatusOr<identity::Identity> caller = Check(call, request);
+    if (!caller.ok()) {
       if (request != nullptr) grpc_byte_buffer_destroy(request);
-      return End(call, ToGrpc(admitted));
+      return End(call, ToGrpc(caller.status()));
     }
+    const Opened opened(&admission_, *call.server_context);
     if (streams_requests_) return handler_->RunHandler(call);
     grpc::Status parsed;
     void* data = nullptr;
@@ -58,26 +63,50 @@ class AdmittedMethod : public MethodHandler {
     if (parsed.ok()) {
       // Generated messages have one base, at their beginning. A handler that is told of a failure leaves the message to us.
       auto* const fields = static_cast<google::protobuf::Message*>(message);
-      parsed = ToGrpc(CheckFields(*fields));
+      parsed = ToGrpc(CheckFields(*fields, *caller, *call.server_context));
       if (!parsed.ok()) fields->~Message();
     }
     handler_->RunHandler({call.call, call.server_context, message, parsed, data, call.call_requester});
   }
 
  private:
-  absl::Status CheckFields(const google::protobuf::Message& request) const {
-    return Refusals().Add(CheckBounds(request)).Add(CheckRequestId(method_, request)).status();
+  // While one lives, its call may be ended for its certificate.
+  class Opened {
+   public:
+    Opened(Admission* admission, const grpc::ServerContextBase& context) : admission_(*admission) {
+      std::string certificate_pem = ShownCertificate(context);
+      const std::lock_guard<std::mutex> lock(admission_.mutex_);
+      place_ = admission_.open_calls_.insert(admission_.open_calls_.end(), {&context, std::move(certificate_pem)});
+    }
+    ~Opened() {
+      const std::lock_guard<std::mutex> lock(admission_.mutex_);
+      admission_.open_calls_.erase(place_);
+    }
+    Opened(const Opened&) = delete;
+    Opened& operator=(const Opened&) = delete;
+
+   private:
+    Admission& admission_;
+    std::list<Admission::OpenCall>::iterator place_;
+  };
+
+  absl::Status CheckFields(const google::protobuf::Message& request, const identity::Identity& caller,
+                           const grpc::ServerContextBase& context) const {
+    absl::Status status = Refusals().Add(CheckBounds(request)).Add(CheckRequestId(method_, request)).status();
+    if (!status.ok()) return status;
+    return admission_.access_.CheckMachine(method_, caller, request, DeadlineOf(context));
   }
 
-  absl::Status Check(const HandlerParameter& call, grpc_byte_buffer* request) const {
+  absl::StatusOr<identity::Identity> Check(const HandlerParameter& call, grpc_byte_buffer* request) const {
     if (call.server_context->IsCancelled()) return absl::CancelledError("the client went away before its turn came");
     if (absl::Status ready = admission_.CheckReady(); !ready.ok()) return ready;
+    absl::StatusOr<identity::Identity> caller = admission_.access_.Admit(method_, *call.server_context);
     const std::size_t size_bytes = request == nullptr ? 0 : grpc_byte_buffer_length(request);
-    if (size_bytes <= greatest_bytes_) return absl::OkStatus();
+    if (!caller.ok() || size_bytes <= greatest_bytes_) return caller;
     return Refuse("request", std::to_string(size_bytes) + " bytes", "at most " + std::to_string(greatest_bytes_));
   }
 
-  const Admission& admission_;
+  Admission& admission_;
   const google::protobuf::MethodDescriptor& method_;
   const std::size_t greatest_bytes_;
   const bool streams_requests_;
@@ -90,8 +119,7 @@ namespace {
 // and each runs the handler of the service behind it.
 class AdmittedService : public grpc::Service {
  public:
-  AdmittedService(const Admission& admission, const google::protobuf::ServiceDescriptor& descriptor,
-                  grpc::Service* behind) {
+  AdmittedService(Admission* admission, const google::protobuf::ServiceDescriptor& descriptor, grpc::Service* behind) {
     // Generated code adds its methods in the order of the contract. GetHandler is a derived class's to call.
     const auto handler_of = &AdmittedService::GetHandler;
     for (int i = 0; i < descriptor.method_count(); ++i) {
@@ -126,7 +154,17 @@ absl::Status Admission::CheckReady() const {
 
 std::unique_ptr<grpc::Service> Admission::Admit(const std::string& full_name, grpc::Service* service) {
   const auto* descriptor = google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(full_name);
-  return std::make_unique<AdmittedService>(*this, *descriptor, service);
+  return std::make_unique<AdmittedService>(this, *descriptor, service);
+}
+
+void Admission::EndUnbelieved() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (const OpenCall& call : open_calls_) {
+    const absl::Status counts = access_.StillCounts(call.certificate_pem);
+    if (counts.ok() || !absl::IsUnauthenticated(counts)) continue;
+    Log(LogLevel::kWarning, "call ended: " + std::string(counts.message()), {{"caller", RequestedBy(*call.context)}});
+    call.context->TryCancel();
+  }
 }
 
 }  // namespace sixpoint::runtime

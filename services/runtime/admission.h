@@ -1,22 +1,28 @@
-// What every call of our own services passes before its handler: is its client still there, is the server ready, is the request
-// as small as the method's is (message_limits.h), does each of its fields keep its bound (request_checks.h). Nothing of a request is
-// parsed before the first three. What a client streams is its handler's to check.
+// What every call of our own services passes before its handler: is its client still there, is the server ready, may the caller (access.h),
+// is the request as small as the method's is (message_limits.h), does each of its fields keep its bound (request_checks.h), is it about the
+// caller's own machine. Nothing of a request is parsed before the first four. What a client streams is its handler's to check.
 #pragma once
 
 #include <absl/status/status.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/impl/service_type.h>
 
+#include <list>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+
+#include "services/runtime/access.h"
 
 namespace sixpoint::runtime {
 
 // Thread-safe. Outlives the services that it admits to.
 class Admission {
  public:
+  // `access` lives longer.
+  explicit Admission(const Access* access) : access_(*access) {}
+
   // SERVICE_NOT_READY with that sentence; at first, before anything is known, with one of its own.
   void SetNotReady(const std::string& why);
   void SetReady();
@@ -25,11 +31,20 @@ class Admission {
   // lives longer.
   std::unique_ptr<grpc::Service> Admit(const std::string& full_name, grpc::Service* service);
 
+  // Ends the calls that run for a certificate that does not count any more.
+  void EndUnbelieved();
+
  private:
   friend class AdmittedMethod;
+  struct OpenCall {
+    const grpc::ServerContextBase* context;
+    std::string certificate_pem;
+  };
   absl::Status CheckReady() const;
 
+  const Access& access_;
   mutable std::mutex mutex_;
+  std::list<OpenCall> open_calls_;
   std::optional<std::string> not_ready_ = "it has not asked its database yet";
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "services/runtime/caller_identity.h"
 #include "services/runtime/trace.h"
 
 namespace sixpoint::runtime {
@@ -37,7 +38,7 @@ gpr_timespec In(Clock::duration patience) {
 
 }  // namespace
 
-Clock::time_point DeadlineOf(const grpc::ServerContext& context) {
+Clock::time_point DeadlineOf(const grpc::ServerContextBase& context) {
   const std::chrono::milliseconds left = LeftUntil(context.raw_deadline());
   if (left > std::chrono::hours(24)) return Clock::now() + kDefaultDeadline;
   return Clock::now() + std::min<Clock::duration>(left, kLongestDeadline);
@@ -73,11 +74,12 @@ std::unique_ptr<grpc::ClientContext> ContextFor(const grpc::ServerContext& conte
   made->AddMetadata(kTraceparent, traceparent == context.client_metadata().end()
                                       ? NewTraceparent()
                                       : std::string(traceparent->second.data(), traceparent->second.size()));
+  if (const std::string asker = RequestedFor(context); !asker.empty()) made->AddMetadata(kRequestedFor, asker);
   return made;
 }
 
 Caller CallerOf(const grpc::ServerContext& context) {
-  return {DeadlineOf(context), [&context] { return ContextFor(context); }, KeepGoing(context)};
+  return {DeadlineOf(context), [&context] { return ContextFor(context); }, KeepGoing(context), RequestedBy(context)};
 }
 
 std::unique_ptr<grpc::ClientContext> ContextFor(double seconds) {
@@ -87,7 +89,8 @@ std::unique_ptr<grpc::ClientContext> ContextFor(double seconds) {
   return made;
 }
 
-std::shared_ptr<grpc::Channel> ConnectTo(const std::string& address) {
+std::shared_ptr<grpc::Channel> ConnectTo(const std::string& address,
+                                         const std::shared_ptr<grpc::ChannelCredentials>& credentials) {
   grpc::ChannelArguments arguments;
   arguments.SetServiceConfigJSON(kServiceConfig);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
@@ -98,7 +101,7 @@ std::shared_ptr<grpc::Channel> ConnectTo(const std::string& address) {
   // A proxy in the environment is for the world outside, not for the plant's own services.
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   arguments.SetMaxReceiveMessageSize(kLargestAnswer_bytes);
-  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+  return grpc::CreateCustomChannel(address, credentials, arguments);
 }
 
 }  // namespace sixpoint::runtime

@@ -13,7 +13,7 @@ namespace sixpoint::runtime {
 
 // The client's deadline, at most an hour from now, or now + 120 s where it gave none. Deadlines are of the clock that nobody sets: a
 // computer that learns the time while a call runs neither ends it nor lets it run for ever.
-std::chrono::steady_clock::time_point DeadlineOf(const grpc::ServerContext& context);
+std::chrono::steady_clock::time_point DeadlineOf(const grpc::ServerContextBase& context);
 // The same, where calls may last longer; so long where the client gave none.
 std::chrono::steady_clock::time_point DeadlineWithin(const grpc::ServerContext& context, std::chrono::hours longest);
 // Of a call that we make; a day from now where it has none.
@@ -25,19 +25,22 @@ std::function<bool()> KeepGoing(const grpc::ServerContext& context);
 // Why work ended early that KeepGoing told to stop: CANCELLED of a client that is gone, DEADLINE_EXCEEDED of one whose time is
 // over, so that it hears the same from here as from its own clock. `kept`: what becomes of what was done.
 absl::Status Stopped(const grpc::ServerContext& context, const std::string& kept);
-// A context for a call to another service: remaining time less a margin, the same traceparent.
+// A context for a call to another service: remaining time less a margin, the same traceparent, for the same caller.
 std::unique_ptr<grpc::ClientContext> ContextFor(const grpc::ServerContext& context);
-// What the work of a call needs of it: its deadline, its cancellation, and a context for each call to another service.
+// What the work of a call needs of it: its deadline, its cancellation, a context for each call to another service, and who asks
+// (caller_identity.h), as what it records names him.
 struct Caller {
   std::chrono::steady_clock::time_point deadline;
   std::function<std::unique_ptr<grpc::ClientContext>()> make_context;
   std::function<bool()> keep_going;
+  std::string requested_by;
 };
 // Valid while the call lasts.
 Caller CallerOf(const grpc::ServerContext& context);
 // The same for programs (cli, simulator): a deadline that many seconds from now.
 std::unique_ptr<grpc::ClientContext> ContextFor(double seconds);
-// A channel with keepalive, message limits and retry of UNAVAILABLE.
-std::shared_ptr<grpc::Channel> ConnectTo(const std::string& address);
+// A channel with keepalive, message limits and retry of UNAVAILABLE. credentials: credentials.h.
+std::shared_ptr<grpc::Channel> ConnectTo(const std::string& address,
+                                         const std::shared_ptr<grpc::ChannelCredentials>& credentials);
 
 }  // namespace sixpoint::runtime

@@ -8,6 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "services/runtime/caller_identity.h"
+#include "services/runtime/errors.h"
 #include "services/runtime/log.h"
 #include "services/runtime/trace.h"
 
@@ -21,28 +23,45 @@ std::atomic<int> calls_in_flight{0};
 
 class CallLog : public grpc::experimental::Interceptor {
  public:
-  explicit CallLog(const char* method) : method_(method) { ++calls_in_flight; }
+  CallLog(grpc::experimental::ServerRpcInfo* info, Denials* denials)
+      : method_(info->method()), context_(*info->server_context()), denials_(*denials) {
+    ++calls_in_flight;
+  }
 
   // The end of the call, however it came: without a status the client had gone.
   ~CallLog() override {
     const double duration_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin_).count();
     const bool at_fault = code_ == "INTERNAL" || code_ == "UNKNOWN" || code_ == "DATA_LOSS";
     Log(at_fault ? LogLevel::kError : LogLevel::kInfo, "call",
-        {{"trace_id", TraceIdOf(traceparent_)}, {"rpc", method_}, {"code", code_}, {"dur_ms", duration_ms}});
+        {{"trace_id", TraceIdOf(traceparent_)},
+         {"rpc", method_},
+         {"caller", caller_},
+         {"code", code_},
+         {"dur_ms", duration_ms}});
     --calls_in_flight;
   }
 
   void Intercept(grpc::experimental::InterceptorBatchMethods* methods) override {
     if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::POST_RECV_INITIAL_METADATA)) {
       TakeTraceparent(methods->GetRecvInitialMetadata());
+      caller_ = RequestedBy(context_);
     }
-    if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_STATUS)) {
-      code_ = absl::StatusCodeToString(static_cast<absl::StatusCode>(methods->GetSendStatus().error_code()));
-    }
+    if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_STATUS))
+      TakeStatus(methods->GetSendStatus());
     methods->Proceed();
   }
 
  private:
+  void TakeStatus(const grpc::Status& status) {
+    code_ = absl::StatusCodeToString(static_cast<absl::StatusCode>(status.error_code()));
+    if (status.error_code() != grpc::StatusCode::UNAUTHENTICATED &&
+        status.error_code() != grpc::StatusCode::PERMISSION_DENIED)
+      return;
+    const auto shown = ShownIdentity(context_);
+    denials_.Add(method_.substr(1), shown ? shown->Text() : "", context_.peer(), ReasonOf(FromGrpc(status)),
+                 status.error_message());
+  }
+
   void TakeTraceparent(std::multimap<grpc::string_ref, grpc::string_ref>* metadata) {
     if (metadata == nullptr) return;
     const auto given = metadata->find(kTraceparent);
@@ -56,6 +75,9 @@ class CallLog : public grpc::experimental::Interceptor {
   }
 
   const std::string method_;
+  const grpc::ServerContextBase& context_;  // lives as long as the call
+  Denials& denials_;
+  std::string caller_;
   const Clock::time_point begin_ = Clock::now();
   std::string traceparent_;
   std::string code_ = "CANCELLED";
@@ -69,7 +91,7 @@ grpc::experimental::Interceptor* CallLogFactory::CreateServerInterceptor(grpc::e
   const std::string_view method = info->method();
   // Probes come every few seconds for ever.
   if (method.rfind("/sixpoint.", 0) != 0) return nullptr;
-  return new CallLog(info->method());
+  return new CallLog(info, denials_);
 }
 
 }  // namespace sixpoint::runtime

@@ -19,6 +19,7 @@ absl::StatusCode CodeOf(ErrorReason reason) {
     case errors::v1::RECORD_ENTRY_NOT_FOUND:
     case errors::v1::DELETION_NOT_FOUND:
     case errors::v1::SERVICE_MISSING:
+    case errors::v1::RENEWAL_NOT_OFFERED:
       return absl::StatusCode::kNotFound;
     case errors::v1::SCAN_DIFFERS:
     case errors::v1::BLOCK_DIFFERS:
@@ -28,6 +29,15 @@ absl::StatusCode CodeOf(ErrorReason reason) {
     case errors::v1::CALIBRATION_DECIDED_MEANWHILE:
     case errors::v1::CORRECTION_DECIDED_MEANWHILE:
       return absl::StatusCode::kAborted;
+    case errors::v1::CERTIFICATE_MISSING:
+    case errors::v1::CERTIFICATE_FOREIGN:
+    case errors::v1::CERTIFICATE_EXPIRED:
+    case errors::v1::CERTIFICATE_REVOKED:
+      return absl::StatusCode::kUnauthenticated;
+    case errors::v1::ROLE_MISSING:
+    case errors::v1::MACHINE_DIFFERS:
+    case errors::v1::CODE_NOT_VALID:
+      return absl::StatusCode::kPermissionDenied;
     case errors::v1::CALIBRATION_MISSING:
     case errors::v1::CALIBRATION_EXPIRED:
     case errors::v1::CALIBRATION_WITHDRAWN:

@@ -23,6 +23,9 @@ ServerOptions ParseServerOptions(int argc, char** argv, const std::string& area,
     const bool whole = equals != std::string::npos && equals > 0 && equals + 1 < peer.size();
     return whole ? std::string() : "--peer: " + peer + ", want area=address";
   });
+  app.add_option("--certificates", options.certificates, "Folder of this service's identity.pem and of authority.pem")
+      ->required();
+  app.add_option("--revoked", options.revoked_file, "The authority's revocation list")->required();
   app.add_option("--workers", options.worker_folder, "Folder of the worker programs")->capture_default_str();
   app.add_option("--database-connections", options.database_connections, "Most connections held at once")
       ->check(CLI::Range(1, 1000))

@@ -16,7 +16,7 @@ std::string PeerAddress(const ServerOptions& options, const std::string& area) {
 }
 
 std::shared_ptr<grpc::Channel> ConnectToPeer(const ServerOptions& options, const std::string& area) {
-  return ConnectTo(PeerAddress(options, area));
+  return ConnectTo(PeerAddress(options, area), options.credentials);
 }
 
 }  // namespace sixpoint::runtime

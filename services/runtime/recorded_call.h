@@ -6,8 +6,10 @@
 
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 
+#include "services/runtime/call.h"
 #include "storage/result_store.h"
 
 namespace sixpoint::runtime {
@@ -17,28 +19,36 @@ storage::RecordedRequest RecordedRequestOf(const std::string& call, const Reques
   return {call, request.request_id(), request.SerializeAsString()};
 }
 
-// A made result: its row and what the journal says of it.
+// A made result: its row and what the journal says of it. Who asked for it is written into both when it is recorded.
 template <typename Row>
 struct Made {
   Row row;
   storage::RecordEntry entry;
 };
 
+// Whether a row has a column of its own for it.
+template <typename Row, typename = void>
+struct SaysWhoAsked : std::false_type {};
+template <typename Row>
+struct SaysWhoAsked<Row, std::void_t<decltype(std::declval<Row&>().requested_by)>> : std::true_type {};
+
 // make() does the work and gives what is to be recorded; to_proto(row) gives the answer's message, or a StatusOr of it. A retry is
 // answered by what the first call recorded, as it now stands. Of two at once both may do the work; one result is stored, and both
 // get it. A row that no answer can be made of is not stored.
 template <typename Answer, typename Request, typename Row, typename Make, typename ToProto>
 absl::StatusOr<Answer> RecordedResult(storage::ResultWriter<Row>* store, const std::string& call,
-                                      const Request& request, storage::Deadline deadline, const Make& make,
+                                      const Request& request, const Caller& caller, const Make& make,
                                       const ToProto& to_proto) {
   const storage::RecordedRequest recorded = RecordedRequestOf(call, request);
-  const absl::StatusOr<std::optional<Row>> before = store->FindRecorded(recorded, deadline);
+  const absl::StatusOr<std::optional<Row>> before = store->FindRecorded(recorded, caller.deadline);
   if (!before.ok()) return before.status();
   if (before->has_value()) return to_proto(**before);
   absl::StatusOr<Made<Row>> made = make();
   if (!made.ok()) return made.status();
+  made->entry.requested_by = caller.requested_by;
+  if constexpr (SaysWhoAsked<Row>::value) made->row.requested_by = caller.requested_by;
   if (const absl::StatusOr<Answer> answerable = to_proto(made->row); !answerable.ok()) return answerable.status();
-  const absl::StatusOr<Row> row = store->Record(recorded, std::move(made->row), made->entry, deadline);
+  const absl::StatusOr<Row> row = store->Record(recorded, std::move(made->row), made->entry, caller.deadline);
   if (!row.ok()) return row.status();
   return to_proto(*row);
 }

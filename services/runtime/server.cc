@@ -9,16 +9,22 @@
 #include <chrono>
 #include <csignal>
 #include <ctime>
+#include <filesystem>
 #include <optional>
 #include <thread>
 
+#include "identity/credentials.h"
 #include "services/runtime/admission.h"
 #include "services/runtime/call_log.h"
 #include "services/runtime/connection_acceptor.h"
+#include "services/runtime/credentials.h"
+#include "services/runtime/denials.h"
 #include "services/runtime/flood_watch.h"
 #include "services/runtime/listening_sockets.h"
 #include "services/runtime/log.h"
 #include "services/runtime/message_limits.h"
+#include "storage/denials.h"
+#include "storage/record.h"
 
 namespace sixpoint::runtime {
 namespace {
@@ -116,6 +122,36 @@ class ReadinessQuestion {
   std::chrono::steady_clock::time_point asked_all_;
 };
 
+// The journal knows of which machine a thing is.
+Access::MachineOf MachineBy(storage::Database* database) {
+  return [database](const std::string& name,
+                    std::chrono::steady_clock::time_point deadline) -> absl::StatusOr<std::optional<std::string>> {
+    absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
+    if (!transaction.ok()) return transaction.status();
+    const auto entry = storage::FindEntry(*transaction, name);
+    if (!entry.ok()) return entry.status();
+    if (!entry->has_value()) return std::nullopt;
+    return (*entry)->entry.machine.value_or("");
+  };
+}
+
+absl::Status WriteDenials(storage::Database* database, const std::vector<storage::Denial>& denials) {
+  absl::StatusOr<storage::Transaction> transaction =
+      database->Begin(std::chrono::steady_clock::now() + kDatabasePatience);
+  if (!transaction.ok()) return transaction.status();
+  if (absl::Status status = storage::AppendDenials(*transaction, denials); !status.ok()) return status;
+  return transaction->Commit();
+}
+
+void KeepDenials(storage::Database* database, Denials* denials) {
+  const std::vector<storage::Denial> taken = denials->Take();
+  if (taken.empty()) return;
+  const absl::Status written = WriteDenials(database, taken);
+  if (written.ok()) return;
+  denials->PutBack(taken);
+  Log(LogLevel::kWarning, "denials are not written yet: " + std::string(written.message()));
+}
+
 // How long running calls get. Without calls only idle connections are left, whose clients may take 5 s to say good-bye.
 std::chrono::milliseconds DrainTime() {
   constexpr std::chrono::milliseconds kStep{10};
@@ -130,12 +166,14 @@ bool WaitForStop(const sigset_t& signals, long milliseconds) {
 }
 
 // Keeps health and admission in step with the database until a signal comes.
-void ServeUntilStopped(const ServerOptions& options, grpc::Server* server, Admission* admission,
+void ServeUntilStopped(const ServerOptions& options, grpc::Server* server, Admission* admission, Denials* denials,
                        storage::Database* database, const std::vector<std::string>& names, const sigset_t& signals) {
   ReadinessQuestion question(database, options.volatile_database);
   bool serving = false;
   std::string said;
   do {
+    admission->EndUnbelieved();
+    if (serving) KeepDenials(database, denials);
     std::string why_not;
     const Readiness readiness = question.Ask(&why_not);
     if (readiness == Readiness::kBusy) continue;  // full is not broken: as before
@@ -155,7 +193,7 @@ void ServeUntilStopped(const ServerOptions& options, grpc::Server* server, Admis
 
 }  // namespace
 
-int Serve(const ServerOptions& options, const ServiceFactory& factory) {
+int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   // Blocked before any thread starts, so that only this one takes them.
   sigset_t signals;
   sigemptyset(&signals);
@@ -163,24 +201,36 @@ int Serve(const ServerOptions& options, const ServiceFactory& factory) {
   sigaddset(&signals, SIGINT);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   std::signal(SIGPIPE, SIG_IGN);  // a worker or client that is gone is an error code, not our end
-  StartLog(options.area);
+  StartLog(given.area);
+  ServerOptions options = given;
+  const auto server_credentials = ServerCredentialsOf(options.certificates);
+  const auto own_credentials = ChannelCredentialsOf(options.certificates);
+  identity::Trust trust(std::filesystem::path(options.certificates) / identity::kAuthorityFile, options.revoked_file);
+  for (const absl::Status& status : {server_credentials.status(), own_credentials.status(), trust.CheckFiles()}) {
+    if (status.ok()) continue;
+    Log(LogLevel::kError, "cannot know its callers", {{"why", std::string(status.message())}});
+    return 1;
+  }
+  options.credentials = *own_credentials;
   const ConnectionLimits connection_limits = RaiseDescriptorLimit({});
 
   const std::unique_ptr<storage::Database> database =
       storage::Database::Open(options.database, options.database_connections);
   const std::vector<ServedService> services = factory(options, database.get());
   OpenConnections connections(connection_limits);
-  Admission admission;
+  const Access access(&trust, MachineBy(database.get()));
+  Admission admission(&access);
+  Denials denials(options.area);
 
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
   SetLimits(options, GreatestMessage_bytes(services), &builder);
   std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
-  interceptors.push_back(std::make_unique<CallLogFactory>());
+  interceptors.push_back(std::make_unique<CallLogFactory>(&denials));
   builder.experimental().SetInterceptorCreators(std::move(interceptors));
   auto taker = builder.experimental().AddExternalConnectionAcceptor(
-      grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, grpc::InsecureServerCredentials());
+      grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, *server_credentials);
   std::vector<std::unique_ptr<grpc::Service>> admitted;
   std::vector<std::string> names = {""};  // the server as a whole
   for (const ServedService& each : services) {
@@ -203,7 +253,7 @@ int Serve(const ServerOptions& options, const ServiceFactory& factory) {
   auto flood_watch = std::make_unique<FloodWatch>(&connections);
   Log(LogLevel::kInfo, "listening", {{"address", options.listen_address}});
 
-  ServeUntilStopped(options, server.get(), &admission, database.get(), names, signals);
+  ServeUntilStopped(options, server.get(), &admission, &denials, database.get(), names, signals);
 
   server->GetHealthCheckService()->Shutdown();
   Log(LogLevel::kInfo, "stopping: running calls may end, new ones are refused");
@@ -212,6 +262,7 @@ int Serve(const ServerOptions& options, const ServiceFactory& factory) {
   RemoveUnixSocket(options.listen_address);
   server->Shutdown(system_clock::now() + DrainTime());
   server->Wait();
+  KeepDenials(database.get(), &denials);
   Log(LogLevel::kInfo, "stopped");
   return 0;
 }

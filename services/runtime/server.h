@@ -24,10 +24,13 @@ struct ServerOptions {
   std::string listen_address;                // --listen 127.0.0.1:7401
   std::string database;                      // --database 'host=/... dbname=sixpoint'
   std::map<std::string, std::string> peers;  // --peer plant=127.0.0.1:7400 (repeated): the other services
-  std::string worker_folder;                 // --workers DIR: where sixpoint-cad-worker and sixpoint-decode-worker are
-  int database_connections = 8;              // --database-connections
-  int threads = 2;                           // --threads: compute threads of kernels
-  bool volatile_database = false;            // --volatile-database: one that may lose what was acknowledged is served
+  std::string certificates;      // --certificates DIR: this service's own, and the authority's (credentials.h)
+  std::string revoked_file;      // --revoked FILE: the authority's revocation list
+  std::string worker_folder;     // --workers DIR: where sixpoint-cad-worker and sixpoint-decode-worker are
+  int database_connections = 8;  // --database-connections
+  int threads = 2;               // --threads: compute threads of kernels
+  std::shared_ptr<grpc::ChannelCredentials> credentials;  // by which it calls the others; set by Serve
+  bool volatile_database = false;  // --volatile-database: one that may lose what was acknowledged is served
 };
 
 // `add_own_flags`: where one server has flags beside these.
@@ -39,7 +42,7 @@ struct ServedService {
   std::unique_ptr<grpc::Service> service;
 };
 
-// Builds the services from their options, serves until SIGTERM or SIGINT, then: NOT_SERVING, drain, stop. Health ("" and each
+// Builds the services from their options, serves those whom the plant's authority gave a certificate (access.h) until SIGTERM or SIGINT, then: NOT_SERVING, drain, stop. Health ("" and each
 // service's name) turns SERVING once the database is reachable and its schema is at least the one this binary knows: the
 // next release's migrations come before its binaries, and change nothing that these read. Until then every method answers
 // UNAVAILABLE, SERVICE_NOT_READY.

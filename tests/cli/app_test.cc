@@ -79,6 +79,7 @@ TEST_F(AppTest, GivesExamplesThatAreRight) {
 
 TEST_F(AppTest, CompletesCommandsAndOptions) {
   EXPECT_EQ(Completed("sixpoint regist"), (std::set<std::string>{"register", "registration"}));
+  EXPECT_EQ(Completed("sixpoint certs re"), (std::set<std::string>{"renew", "revoke"}));
   EXPECT_EQ(Completed("sixpoint scan delete"), (std::set<std::string>{"delete-points"}));
   EXPECT_EQ(Completed("sixpoint scan list --li"), (std::set<std::string>{"--limit"}));
   EXPECT_EQ(Completed("sixpoint --json scan list --serv"), (std::set<std::string>{"--server"}));

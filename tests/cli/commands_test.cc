@@ -6,7 +6,6 @@
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "cli/app.h"
 #include "cli/document.h"
@@ -16,6 +15,7 @@
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 #include "sixpoint/plant/v1/record.grpc.pb.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
+#include "tests/cli/command_run.h"
 #include "tests/support/in_process_server.h"
 
 namespace sixpoint::cli {
@@ -168,28 +168,8 @@ class CommandsTest : public ::testing::Test {
   }
   ~CommandsTest() override { std::filesystem::remove_all(folder_); }
 
-  struct Ended {
-    int exit_code = -1;
-    std::string out, err;
-    nlohmann::json json() const { return nlohmann::json::parse(out, nullptr, false); }
-  };
-  Ended Run(const std::string& words) const {
-    Session session;
-    CommandLine line;
-    AddCommands(line.root(), &session);
-    Ended ended;
-    ended.err = line.Parse(words + " --server " + server_.address());
-    if (!ended.err.empty()) return ended;
-    std::ostringstream out, err;
-    std::streambuf* const cout_before = std::cout.rdbuf(out.rdbuf());
-    std::streambuf* const cerr_before = std::cerr.rdbuf(err.rdbuf());
-    ended.exit_code = session.Run();
-    std::cout.rdbuf(cout_before);
-    std::cerr.rdbuf(cerr_before);
-    ended.out = out.str();
-    ended.err = err.str();
-    return ended;
-  }
+  static void WithoutTls(Session* session) { session->credentials = grpc::InsecureChannelCredentials(); }
+  Ended Run(const std::string& words) const { return RunCommand(words + " --server " + server_.address(), WithoutTls); }
   std::string Template() const {
     const std::string file = (folder_ / "template.nc").string();
     std::ofstream(file) << "%\n";
@@ -333,6 +313,7 @@ TEST_F(CommandsTest, APersonDecidesAndAMachineFetchesAndReports) {
 
 TEST_F(CommandsTest, IsNotDoneWhereItsOutputIsLost) {
   Session session;
+  WithoutTls(&session);
   CommandLine line;
   AddCommands(line.root(), &session);
   ASSERT_EQ(line.Parse("blade list --server " + server_.address()), "");

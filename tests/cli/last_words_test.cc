@@ -15,6 +15,8 @@ TEST(LastWords, AreTheLastWarningOrError) {
             "schema version: 9, want 10");
   EXPECT_EQ(LastWordsOf(Line("error", "cannot listen", ",\"address\":\"127.0.0.1:7401\"") + Line("info", "stopped")),
             "cannot listen 127.0.0.1:7401");
+  EXPECT_EQ(LastWordsOf(Line("error", "cannot know its callers", ",\"why\":\"certificates: /x, want a key\"")),
+            "cannot know its callers: certificates: /x, want a key");
 }
 
 TEST(LastWords, OfAnEarlierLifeDoNotCount) {

@@ -18,7 +18,7 @@ TEST(DataFolderLock, IsOneAtATime) {
   ASSERT_TRUE(first->ok()) << first->status();
   const absl::Status second = DataFolderLock::Take(folder).status();
   EXPECT_EQ(second.code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_THAT(std::string(second.message()), ::testing::HasSubstr("another `sixpoint up` is at work on it"));
+  EXPECT_THAT(std::string(second.message()), ::testing::HasSubstr("another `sixpoint` is at work on it"));
   first.reset();
   EXPECT_TRUE(DataFolderLock::Take(folder).ok());
   fs::remove_all(folder);

@@ -136,6 +136,7 @@ class PlantRunTest : public ::testing::Test {
         server_({&plant_, &ingest_, &calibration_, &registration_, &correction_, &inspection_}) {
     plant_.address = server_.address();
     session_.server = server_.address();
+    session_.credentials = grpc::InsecureChannelCredentials();
     session_.json = true;
     std::filesystem::create_directories(folder_);
     std::ofstream(folder_ / "cad.step") << "the CAD";
@@ -289,6 +290,7 @@ TEST(NameText, TakesIdsAndNames) {
 
 TEST_F(PlantRunTest, NoPlantIsSaidToBeUnreachable) {
   Session session;
+  session.credentials = grpc::InsecureChannelCredentials();
   session.server = "127.0.0.1:1";
   session.deadline_s = 1;
   plant::v1::ListEndpointsResponse endpoints;

@@ -109,6 +109,7 @@ class RegisterBatchTest : public ::testing::Test {
   RegisterBatchTest() : server_({&plant_, &registration_}) {
     plant_.address = server_.address();
     session_.server = server_.address();
+    session_.credentials = grpc::InsecureChannelCredentials();
   }
   static RegisterBatchRequest BatchOf(int count) {
     RegisterBatchRequest batch;

@@ -28,6 +28,7 @@ TEST(Watch, EndsWhatIsSilentThreeTimesInARow) {
 TEST(Watch, TakesEveryAnswerForOne) {
   EXPECT_EQ(EndedAfter("SERVING", 1000), 0);
   EXPECT_EQ(EndedAfter("NOT_SERVING", 1000), 0);
+  EXPECT_EQ(EndedAfter("NOT_TRUSTED", 1000), 0);  // no restart makes a certificate
 }
 
 // One that starts is given a minute; one that was ended begins anew.

@@ -19,9 +19,12 @@ void PlantOnThisMachine::SetUp() {
   folder_ = pattern;
   chmod(folder_.c_str(), 0755);         // the services run as another user
   port_ = 20000 + getpid() % 400 * 20;  // room for two plants
+  // Else the plant would be looked for where one without --data is.
+  setenv("SIXPOINT_IDENTITY", (data() + "/certificates/local").c_str(), 1);
 }
 
 void PlantOnThisMachine::TearDown() {
+  unsetenv("SIXPOINT_IDENTITY");
   if (folder_.empty()) return;
   Run({"down", "--data", data()});
   fs::remove_all(folder_);

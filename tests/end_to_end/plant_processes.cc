@@ -17,6 +17,7 @@
 #include <sstream>
 #include <thread>
 
+#include "services/runtime/credentials.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::testing {
@@ -100,7 +101,17 @@ std::string PlantProcesses::Program(const std::string& name) {
   return (folder == nullptr ? std::string(".") : std::string(folder)) + "/" + name;
 }
 
-PlantProcesses::PlantProcesses(const std::string& conninfo) : conninfo_(conninfo) {
+PlantProcesses::PlantProcesses(const std::string& conninfo)
+    : conninfo_(conninfo),
+      identity_(
+          certificates_.User("tester", {identity::Role::kEngineer, identity::Role::kQuality, identity::Role::kAdmin})) {
+  auto credentials = runtime::ChannelCredentialsOf(identity_);
+  if (!credentials.ok()) {
+    ADD_FAILURE() << credentials.status();
+    std::abort();
+  }
+  credentials_ = *credentials;
+  setenv("SIXPOINT_IDENTITY", identity_.c_str(), 1);
   std::string pattern = (fs::temp_directory_path() / "sixpoint-plant-XXXXXX").string();
   if (mkdtemp(pattern.data()) == nullptr) {
     ADD_FAILURE() << "cannot make " << pattern;
@@ -113,6 +124,7 @@ PlantProcesses::PlantProcesses(const std::string& conninfo) : conninfo_(conninfo
 }
 
 PlantProcesses::~PlantProcesses() {
+  unsetenv("SIXPOINT_IDENTITY");
   processes_.clear();
   std::error_code ignored;
   fs::remove_all(folder_, ignored);
@@ -124,6 +136,10 @@ void PlantProcesses::Start(const std::string& area) {
                                       address(area),
                                       "--database",
                                       sixpoint::testing::AsRole(conninfo_, area),
+                                      "--certificates",
+                                      certificates_.Service(area),
+                                      "--revoked",
+                                      certificates_.revoked_file(),
                                       "--workers",
                                       Program(""),
                                       "--database-connections",
@@ -135,7 +151,7 @@ void PlantProcesses::Start(const std::string& area) {
 void PlantProcesses::Kill(const std::string& area) { processes_.at(area)->Kill(); }
 
 bool PlantProcesses::WaitUntilUp(const std::string& area, double seconds) const {
-  const auto channel = grpc::CreateChannel(address(area), grpc::InsecureChannelCredentials());
+  const auto channel = grpc::CreateChannel(address(area), credentials_);
   return channel->WaitForConnected(std::chrono::system_clock::now() +
                                    std::chrono::milliseconds(static_cast<std::int64_t>(1e3 * seconds)));
 }

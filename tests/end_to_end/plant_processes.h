@@ -1,12 +1,15 @@
 // The plant's real executables ($SIXPOINT_BIN_DIR) as child processes on free ports, to be killed and started again.
 #pragma once
 
+#include <grpcpp/security/credentials.h>
 #include <sys/types.h>
 
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
+
+#include "tests/support/plant_certificates.h"
 
 namespace sixpoint::testing {
 
@@ -33,7 +36,8 @@ class Process {
 
 class PlantProcesses {
  public:
-  // Starts the six services; they become ready by themselves.
+  // Starts the six services; they become ready by themselves. While it lives $SIXPOINT_IDENTITY is identity(), so that programs
+  // which the test starts are let in.
   explicit PlantProcesses(const std::string& conninfo);
   ~PlantProcesses();
 
@@ -43,15 +47,23 @@ class PlantProcesses {
   std::string server() const { return addresses_.at("plant"); }
   std::string folder() const { return folder_; }
   std::string address(const std::string& area) const { return addresses_.at(area); }
+  // A user with the roles engineer, quality and admin: the folder, and what a channel takes.
+  std::string identity() const { return identity_; }
+  std::shared_ptr<grpc::ChannelCredentials> credentials() const { return credentials_; }
+  PlantCertificates& certificates() { return certificates_; }
   // Accepts connections within that time.
   bool WaitUntilUp(const std::string& area, double seconds) const;
   void Kill(const std::string& area);
+  // With a certificate of its own, new at each start.
   void Start(const std::string& area);
   // The ends of all logs, for a failed test.
   std::string Logs() const;
 
  private:
   std::string folder_, conninfo_;
+  PlantCertificates certificates_;
+  std::string identity_;
+  std::shared_ptr<grpc::ChannelCredentials> credentials_;
   std::map<std::string, std::string> addresses_;
   std::map<std::string, std::unique_ptr<Process>> processes_;
 };

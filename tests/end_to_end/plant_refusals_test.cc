@@ -60,8 +60,9 @@ TEST_F(PlantRefusalsTest, AFolderThatIsNoPlants) {
 TEST_F(PlantRefusalsTest, APortThatAnotherHolds) {
   ASSERT_EQ(Up().exit_code, 0);
   const std::string other = (folder_ / "other").string();
-  ExpectSaid(Run({"up", "--data", other, "--base-port", std::to_string(port_)}),
-             "--base-port: " + At("127.0.0.1") + " (another plant listens there), want six ports that are free");
+  ExpectSaid(
+      Run({"up", "--data", other, "--base-port", std::to_string(port_)}),
+      "--base-port: " + At("127.0.0.1") + " (another program or plant listens there), want six ports that are free");
   EXPECT_FALSE(fs::exists(other));
 
   auto other_program = runtime::ListenAt("127.0.0.1:0");
@@ -69,7 +70,7 @@ TEST_F(PlantRefusalsTest, APortThatAnotherHolds) {
   const int taken = runtime::PortOf(other_program->front());
   const std::string settings = ReadFile(data() + "/plant.json"), running = Pid("all");
   ExpectSaid(Run({"up", "--data", data(), "--base-port", std::to_string(taken)}),
-             ":" + std::to_string(taken) + " (another program listens there)");
+             ":" + std::to_string(taken) + " (another program or plant listens there)");
   other_program->clear();
   EXPECT_EQ(ReadFile(data() + "/plant.json"), settings);
   EXPECT_EQ(Pid("all"), running);
@@ -78,17 +79,18 @@ TEST_F(PlantRefusalsTest, APortThatAnotherHolds) {
   ASSERT_EQ(Run({"down", "--data", data()}).exit_code, 0);
   ASSERT_EQ(Run({"up", "--data", other, "--base-port", std::to_string(port_)}).exit_code, 0);
   EXPECT_EQ(Run({"status", "--data", data()}).exit_code, 1);
-  ExpectSaid(Run({"up", "--data", data()}), "(another plant listens there)");
+  ExpectSaid(Run({"up", "--data", data()}), "(another program or plant listens there)");
   EXPECT_EQ(Run({"down", "--data", other}).exit_code, 0);
 }
 
 TEST_F(PlantRefusalsTest, SettingsThatAreWrong) {
   ASSERT_EQ(Up().exit_code, 0);
   const std::string running = Pid("all");
-  for (const auto& [text, sentence] : {std::pair("{", "plant.json: not JSON"),
-                                       std::pair("{\"base_port\": 80}", "base_port: 80, want a whole number from 1024"),
-                                       std::pair("{\"listen\": \"10.1.2.3\"}", "--listen: 10.1.2.3, want a loopback"),
-                                       std::pair("{\"blob_store\": \"s3://x\\n[program:y]\"}", "blob_store:")}) {
+  for (const auto& [text, sentence] :
+       {std::pair("{", "plant.json: not JSON"),
+        std::pair("{\"base_port\": 80}", "base_port: 80, want a whole number from 1024"),
+        std::pair("{\"listen\": \"10.1.2.256\"}", "--listen: 10.1.2.256, want an IP address"),
+        std::pair("{\"blob_store\": \"s3://x\\n[program:y]\"}", "blob_store:")}) {
     std::ofstream(data() + "/plant.json") << text;
     for (const char* word : {"up", "status"}) ExpectSaid(Run({word, "--data", data()}), sentence);
   }
@@ -162,10 +164,14 @@ TEST_F(RootsFollowingTest, NoLinkThatTheServiceUserPlanted) {
   // Nothing of root's runs in the plant, and beside its folders the service user plants nothing.
   EXPECT_EQ(ShellOutput("ps -o user= -p $(supervisorctl -c " + data() + "/supervisord.conf pid) | sort -u"),
             "sixpoint");
-  for (const char* name : {"x", "plant.json", "supervisord.conf", "supervisord.conf.part"})
+  for (const char* name : {"x", "plant.json", "supervisord.conf", "supervisord.conf.part", "certificates/revoked.pem",
+                           "certificates/authority.pem.part", "certificates/local/x", "authority/key.pem"})
     EXPECT_THAT(ServiceShellOutput("ln -sf /etc/passwd " + data() + "/" + name), HasSubstr("Permission denied"))
         << name;
   EXPECT_THAT(ServiceShellOutput("mv " + data() + "/log " + data() + "/log2"), HasSubstr("Permission denied"));
+  // Who breaks into a service makes no identities by it, and is nobody else.
+  for (const char* name : {"authority/key.pem", "certificates/local/identity.pem"})
+    EXPECT_THAT(ServiceShellOutput("cat " + data() + "/" + name), HasSubstr("Permission denied")) << name;
 
   ASSERT_EQ(Run({"down", "--data", data()}).exit_code, 0);
   const fs::path target = folder_ / "foreign" / "root-only";
@@ -174,7 +180,8 @@ TEST_F(RootsFollowingTest, NoLinkThatTheServiceUserPlanted) {
   ShellOutput("chmod 600 " + (target / "file").string());
   const std::string before = Everything(folder_ / "foreign");
   for (const char* name : {"log/ingest.log", "log/plant.log", "log/supervisord.log", "run/supervisord.pid",
-                           "run/supervisor.sock", "postgres/postmaster.pid", "postgres/PG_VERSION"})
+                           "run/supervisor.sock", "postgres/postmaster.pid", "postgres/PG_VERSION",
+                           "certificates/ingest/identity.pem", "certificates/plant/authority.pem"})
     ASSERT_EQ(ServiceShellOutput("ln -sf " + (target / "file").string() + " " + data() + "/" + name), "");
   ASSERT_EQ(ServiceShellOutput("ln -sfn " + target.string() + " " + data() + "/postgres/base"), "");
   EXPECT_EQ(Up().exit_code, 1);
@@ -187,8 +194,8 @@ TEST_F(RootsFollowingTest, NoLinkThatTheServiceUserPlanted) {
 TEST_F(RootsFollowingTest, NoFolderThatIsALink) {
   const fs::path foreign = folder_ / "foreign";
   fs::create_directories(foreign);
-  for (const char* name : {"run", "log", "postgres"}) {
-    fs::create_directories(data());
+  for (const char* name : {"run", "log", "postgres", "authority", "certificates", "certificates/plant"}) {
+    fs::create_directories((fs::path(data()) / name).parent_path());
     std::ofstream(data() + "/plant.json") << "{}";
     fs::create_directory_symlink(foreign, fs::path(data()) / name);
     const std::string before = Everything(foreign);

@@ -117,6 +117,42 @@ TEST_F(PlantStartTest, RemembersItsFlags) {
   EXPECT_EQ(Settings()["base_port"], port_);
 }
 
+// One of the release before has no certificates, and a setting that there is no more.
+TEST_F(PlantStartTest, APlantOfTheReleaseBeforeGetsItsCertificates) {
+  ASSERT_EQ(Up().exit_code, 0);
+  ASSERT_EQ(Run({"down", "--data", data()}).exit_code, 0);
+  for (const char* name : {"authority", "certificates"}) fs::remove_all(fs::path(data()) / name);
+  nlohmann::json settings = Settings();
+  settings["insecure"] = true;
+  std::ofstream(data() + "/plant.json") << settings;
+  const Answer status = Run({"status", "--data", data()});
+  EXPECT_EQ(status.exit_code, 1);
+  EXPECT_THAT(status.text, HasSubstr("the certificate of plant is missing"));
+
+  const Answer up = Run({"up", "--data", data()});
+  ASSERT_EQ(up.exit_code, 0) << up.text;
+  EXPECT_THAT(up.text, ::testing::Not(HasSubstr("warning")));
+  EXPECT_FALSE(Settings().contains("insecure"));
+  EXPECT_EQ(Run({"machine", "list", "--json", "--server", At("127.0.0.1")}).text, "[]\n");
+}
+
+TEST_F(PlantStartTest, RenewsCertificatesWhereOthersAreWanted) {
+  ASSERT_EQ(Up().exit_code, 0);
+  const auto listed = [&] {
+    return nlohmann::json::parse(Run({"certs", "list", "--json", "--data", data()}).text, nullptr, false).size();
+  };
+  EXPECT_EQ(listed(), 7u);  // six services, and who started them
+  ASSERT_EQ(Up().exit_code, 0);
+  EXPECT_EQ(listed(), 7u);
+  ASSERT_EQ(Up({"--listen", "127.0.0.2"}).exit_code, 0);
+  EXPECT_EQ(listed(), 13u);
+  ASSERT_EQ(Run({"certs", "revoke", "services/ingest", "--data", data()}).exit_code, 0);
+  EXPECT_THAT(Run({"status", "--data", data()}).text, HasSubstr("the certificate of ingest: revoked"));
+  const Answer up = Up();
+  ASSERT_EQ(up.exit_code, 0) << up.text;
+  EXPECT_THAT(up.text, ::testing::Not(HasSubstr("warning")));
+}
+
 // A checkout under /root, for instance: copies lie beside the data, and a newer program takes the place of one that runs.
 TEST_F(PlantStartTest, CopiesProgramsThatTheServiceUserCannotReach) {
   if (geteuid() != 0) GTEST_SKIP() << "SKIPPED: only root has another whom it keeps out";

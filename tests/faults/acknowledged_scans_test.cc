@@ -30,7 +30,8 @@ TEST(AcknowledgedScans, SurviveTheDeathOfIngestAndOfTheDatabase) {
   ThrowawayDatabase database;
   PlantProcesses plant(database.conninfo());
   std::atomic<int> retries{0};
-  auto link = simulator::PlantLink::Connect(plant.server(), 60, [&](const std::string&) { ++retries; });
+  auto link =
+      simulator::PlantLink::Connect(plant.server(), plant.credentials(), 60, [&](const std::string&) { ++retries; });
   ASSERT_TRUE(link.ok()) << link.status() << plant.Logs();
   const simulator::MachineDesign design;
   const simulator::ArtefactGeometry geometry;
@@ -97,7 +98,7 @@ TEST(AcknowledgedScans, SurviveTheDeathOfIngestAndOfTheDatabase) {
   plant.Kill("ingest");
   plant.Start("ingest");
   ASSERT_TRUE(plant.WaitUntilUp("ingest", 30));
-  const clients::ScanClient client(runtime::ConnectTo(plant.address("ingest")));
+  const clients::ScanClient client(runtime::ConnectTo(plant.address("ingest"), plant.credentials()));
   for (const auto& of_machine : scans) {
     for (const SentScan& scan : of_machine) {
       auto context = runtime::ContextFor(30);

@@ -90,11 +90,13 @@ TEST_F(RightsTest, EachServiceWritesItsOwnTablesOnly) {
     for (int row = 0; rows.ok() && row < rows->count(); ++row) areas_of[rows->Text(row, 0)].insert(rows->Text(row, 1));
     return areas_of;
   };
-  const std::set<std::string> shared = {"record_names", "record_entries", "record_inputs", "requests", "blobs"};
+  const std::set<std::string> shared = {"record_names", "record_entries", "record_inputs",
+                                        "requests",     "blobs",          "denials"};
   for (const auto& [table, areas] : rights("INSERT"))
     EXPECT_TRUE(areas.size() == 1 || shared.count(table) > 0) << table << ": " << areas.size();
   for (const auto& [table, areas] : rights("DELETE"))
-    EXPECT_THAT(table, ::testing::AnyOf("scan_uploads", "scan_upload_blocks", "blobs", "loose_blobs"))
+    EXPECT_THAT(table,
+                ::testing::AnyOf("scan_uploads", "scan_upload_blocks", "blobs", "loose_blobs", "credential_offers"))
         << *areas.begin();
   for (const auto& [table, areas] : rights("UPDATE"))  // of whole rows
     EXPECT_THAT(table,

@@ -153,6 +153,9 @@ TEST_F(Contract, AMethodThatOnlyReadsSaysSo) {
 TEST_F(Contract, AMethodThatChangesSomethingHasARequestId) {
   const std::set<std::string> named_by_what_they_change = {"UploadScan",        // a scan_id of the client's
                                                            "DeleteScanPoints",  // a scan's points, once
+                                                           "OfferCredentials",  // a pickup_id
+                                                           "TakeCredentials",   // the same, once
+                                                           "OfferRenewal",      // a certificate
                                                            "CheckStore",        // reads, and notes what is damaged
                                                            "CollectGarbage",   "ApplyRetention", "AdoptBucket",
                                                            "MakeMonths"};  // again: what is left to do

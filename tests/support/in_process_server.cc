@@ -25,6 +25,8 @@ InProcessServer::~InProcessServer() {
   server_->Wait();
 }
 
-std::shared_ptr<grpc::Channel> InProcessServer::Connect() const { return runtime::ConnectTo(address()); }
+std::shared_ptr<grpc::Channel> InProcessServer::Connect() const {
+  return runtime::ConnectTo(address(), grpc::InsecureChannelCredentials());
+}
 
 }  // namespace sixpoint::testing

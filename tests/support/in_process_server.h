@@ -1,4 +1,4 @@
-// Serves given services on 127.0.0.1 inside the test's own process.
+// Serves given services on 127.0.0.1 inside the test's own process: handlers alone, without the door that real services have.
 #pragma once
 
 #include <grpcpp/grpcpp.h>

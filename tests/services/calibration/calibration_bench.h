@@ -96,7 +96,6 @@ class CalibrationBench : public ::testing::Test {
     for (const auto& p : touch_.plane_mm) runtime::ToProto(p, request.mutable_touch()->add_plane_mm());
     for (const auto& p : touch_.side_x_mm) runtime::ToProto(p, request.mutable_touch()->add_side_x_mm());
     for (const auto& p : touch_.side_y_mm) runtime::ToProto(p, request.mutable_touch()->add_side_y_mm());
-    request.set_requested_by("engineer");
     return request;
   }
 

@@ -47,7 +47,6 @@ class ProbeServiceTest : public ::testing::Test {
     request_.set_touch_standard_uncertainty_um(0.53);
     request_.set_least_displacement_mm(-5);
     request_.set_greatest_displacement_mm(5);
-    request_.set_requested_by("test");
     Add(bench.Touch(&random), bench.Measure(&random), request_.mutable_faces(), request_.mutable_readings());
     Add(moved.Touch(&random), moved.Measure(&random), request_.mutable_moved_faces(),
         request_.mutable_moved_readings());

@@ -89,7 +89,6 @@ TEST_F(StudyServiceTest, AStudyIsStoredWholeAndReadBackToTheSameBits) {
   v1::RunGaugeRrRequest request = Wings();
   request.set_machine("machines/m1");
   request.mutable_environment()->set_temperature_c(20.25);
-  request.set_requested_by("engineer");
   request.set_request_id(storage::NewUuid());
   const auto made = Call(&v1::StudyService::Stub::RunGaugeRr, request);
   ASSERT_TRUE(made.ok()) << made.status();

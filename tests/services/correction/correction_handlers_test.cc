@@ -57,7 +57,6 @@ class CorrectionHandlersTest : public ::testing::Test {
     v1::CorrectRequest request;
     request.set_registration(testing::kRegistration);
     request.set_request_id(request_id);
-    request.set_requested_by("operator");
     return request;
   }
 
@@ -85,7 +84,7 @@ TEST_F(CorrectionHandlersTest, RecordsWhatItRestsOnWithTheAnswer) {
   EXPECT_EQ(row.nc_template, request.nc_template());
   EXPECT_EQ(row.nc_program, correction->nc_program());
   EXPECT_NE(row.nc_program, "");
-  EXPECT_EQ(row.requested_by, "operator");
+  EXPECT_THAT(row.requested_by, ::testing::StartsWith("ipv4:127.0.0.1:"));  // no certificate
   const storage::RecordEntry entry = store_->entries().front();
   EXPECT_EQ(entry.name, correction->name());
   EXPECT_THAT(entry.inputs, ElementsAre(testing::kRegistration, "machines/m1@1", "parts/p1@1",

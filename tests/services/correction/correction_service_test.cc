@@ -41,7 +41,6 @@ class CorrectionServiceTest : public ::testing::Test {
   static v1::CorrectRequest Request() {
     v1::CorrectRequest request;
     request.set_registration(testing::kRegistration);
-    request.set_requested_by("operator");
     return request;
   }
   // A program leaves by Correct and FetchProgram alone.
@@ -244,7 +243,7 @@ TEST_F(CorrectionServiceTest, AnswersARetryOnce) {
   ASSERT_TRUE(first.ok() && second.ok()) << first.status() << second.status();
   EXPECT_EQ(first->name(), second->name());
   EXPECT_EQ(Count("corrections"), 1);
-  request.set_requested_by("somebody else");
+  request.add_groups("another");
   EXPECT_EQ(Correct(request).status().code(), absl::StatusCode::kAlreadyExists);
 }
 

@@ -42,7 +42,6 @@ class InspectionServiceTest : public ::testing::Test {
     v1::InspectRequest request;
     request.set_blade("blades/sn1");
     for (const std::string& scan : plant_.scans) request.add_scans(scan);
-    request.set_requested_by("operator");
     return request;
   }
   std::int64_t Count(const std::string& table) {

@@ -31,7 +31,6 @@ v1::RegisterBatchRequest BatchOf(int count) {
   v1::RegisterBatchRequest batch;
   for (int i = 0; i < count; ++i) batch.add_requests()->set_blade("blades/sn" + std::to_string(i));
   batch.set_request_id(kBatchId);
-  batch.set_requested_by("engineer");
   return batch;
 }
 
@@ -109,7 +108,6 @@ TEST_F(BatchTest, EachRequestHasAnIdOfItsOwnThatStays) {
     const v1::RegisterRequest request = RequestAt(batch, i);
     EXPECT_EQ(request.request_id(), RequestAt(batch, i).request_id());
     EXPECT_TRUE(runtime::CheckUuid("request_id", request.request_id()).ok()) << request.request_id();
-    EXPECT_EQ(request.requested_by(), "engineer");
     ids.insert(request.request_id());
   }
   EXPECT_EQ(ids.size(), 1000u);
@@ -267,9 +265,6 @@ TEST_F(BatchTest, RefusesWhatIsNoBatch) {
   EXPECT_EQ(refusal(BatchOf(1000)), "");
   EXPECT_THAT(refusal(BatchOf(0)), HasSubstr("requests: 0 requests, want at least one"));
   v1::RegisterBatchRequest batch = BatchOf(2);
-  batch.mutable_requests(1)->set_requested_by("someone");
-  EXPECT_THAT(refusal(batch), HasSubstr("requests[1].requested_by: someone, want empty"));
-  batch = BatchOf(2);
   batch.mutable_requests(1)->set_request_id(kBatchId);
   EXPECT_THAT(refusal(batch), HasSubstr("requests[1].request_id"));
   batch = BatchOf(2);

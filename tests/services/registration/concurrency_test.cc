@@ -139,7 +139,6 @@ class ConcurrencyTest : public FakePlantTest {
     v1::RegisterBatchRequest batch;
     for (int blade = 0; blade < kBladeCount; ++blade) *batch.add_requests() = Request(blade);
     batch.set_request_id(kBatchId);
-    batch.set_requested_by("engineer");
     return batch;
   }
   struct BatchAnswer {
@@ -171,7 +170,7 @@ class ConcurrencyTest : public FakePlantTest {
     registration.clear_name();
     registration.clear_recorded_at();
     registration.clear_record_sequence();
-    registration.clear_requested_by();
+    registration.clear_requested_by();  // by whose connection
     registration.mutable_evidence()->clear_seconds();
     return registration.SerializeAsString();
   }
@@ -331,7 +330,6 @@ TEST_F(ConcurrencyTest, ABatchRegistersAsSingleCallsDo) {
   EXPECT_EQ(answer.steps.count(v1::REGISTRATION_STEP_FETCHING), 1u);
   EXPECT_EQ(answer.steps.count(v1::REGISTRATION_STEP_FITTING), 1u);
   for (const auto& [index, registration] : answer.registrations) {
-    EXPECT_EQ(registration.requested_by(), "engineer");
     const auto alone = TryRegister(Request(index));
     ASSERT_TRUE(alone.ok()) << alone.status();
     EXPECT_EQ(Bits(registration), Bits(*alone)) << index;

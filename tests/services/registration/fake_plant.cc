@@ -142,7 +142,6 @@ v1::RegisterRequest FakePlantTest::Request(v1::Method method) const {
   request.set_blade("blades/sn1");
   for (const std::string& scan : plant_.scans) request.add_scans(scan);
   request.set_method(method);
-  request.set_requested_by("operator");
   return request;
 }
 

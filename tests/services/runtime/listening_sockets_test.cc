@@ -18,6 +18,7 @@ namespace {
 
 using ::testing::HasSubstr;
 using testing::RawConnection;
+using testing::Speaks;
 
 bool HasIpv6() {
   const Descriptor made(socket(AF_INET6, SOCK_STREAM, 0));
@@ -36,7 +37,7 @@ TEST(ListeningSockets, EveryFormOfAnAddressIsListenedOn) {
     const int port = PortOf(sockets->front());
     EXPECT_GT(port, 0) << address;
     for (const Descriptor& socket : *sockets) EXPECT_EQ(PortOf(socket), port) << address;
-    EXPECT_TRUE(RawConnection("127.0.0.1:" + std::to_string(port)).connected()) << address;
+    EXPECT_TRUE(RawConnection("127.0.0.1:" + std::to_string(port), "", Speaks::kNothing).connected()) << address;
   }
 }
 
@@ -46,7 +47,7 @@ TEST(ListeningSockets, Ipv6) {
   // Every address is those of IPv4 too.
   const auto every = ListenAt("[::]:0");
   ASSERT_TRUE(every.ok()) << every.status();
-  EXPECT_TRUE(RawConnection("127.0.0.1:" + std::to_string(PortOf(every->front()))).connected());
+  EXPECT_TRUE(RawConnection("127.0.0.1:" + std::to_string(PortOf(every->front())), "", Speaks::kNothing).connected());
 }
 
 TEST(ListeningSockets, ATakenPortIsRefused) {
@@ -64,7 +65,7 @@ TEST(ListeningSockets, AUnixSocketLeftBehindIsReplacedAndAFileIsNot) {
   for (int i = 0; i < 2; ++i) {
     const auto sockets = ListenAt(address);
     ASSERT_TRUE(sockets.ok()) << sockets.status();
-    EXPECT_TRUE(RawConnection(address).connected());
+    EXPECT_TRUE(RawConnection(address, "", Speaks::kNothing).connected());
   }
   RemoveUnixSocket(address);
   EXPECT_FALSE(std::filesystem::exists(folder + "/socket"));

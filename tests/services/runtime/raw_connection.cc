@@ -1,7 +1,9 @@
 #include "tests/services/runtime/raw_connection.h"
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <netinet/in.h>
+#include <openssl/ssl.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -9,6 +11,7 @@
 
 #include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <cstring>
 #include <utility>
 
@@ -47,16 +50,59 @@ int Connect(const std::string& address, const std::string& source) {
   return -1;
 }
 
+// HTTP/2 is agreed on in the handshake; nobody's certificate is looked at.
+SSL_CTX* ClientContext() {
+  static SSL_CTX* const context = [] {
+    SSL_CTX* const made = SSL_CTX_new(TLS_client_method());
+    const unsigned char h2[] = {2, 'h', '2'};
+    SSL_CTX_set_alpn_protos(made, h2, sizeof h2);
+    SSL_CTX_set_mode(made, SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER);
+    return made;
+  }();
+  return context;
+}
+
 }  // namespace
 
-RawConnection::RawConnection(const std::string& address, const std::string& source) : fd_(Connect(address, source)) {}
-RawConnection::RawConnection(RawConnection&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+struct RawConnection::Tls {
+  Tls() : ssl(SSL_new(ClientContext())) {}
+  ~Tls() { SSL_free(ssl); }
+  Tls(const Tls&) = delete;
+  Tls& operator=(const Tls&) = delete;
+  // Waits for the other end no longer than we have patience.
+  bool ShakeHands(int fd) const {
+    const timeval patience{kPatience_ms / 1000, 0};
+    setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
+    return SSL_set_fd(ssl, fd) == 1 && SSL_connect(ssl) == 1 && fcntl(fd, F_SETFL, O_NONBLOCK) == 0;
+  }
+  bool MayGoOn(int result) const {
+    const int error = SSL_get_error(ssl, result);
+    return error == SSL_ERROR_WANT_READ || error == SSL_ERROR_WANT_WRITE;
+  }
+  SSL* const ssl;
+};
+
+RawConnection::RawConnection(const std::string& address, const std::string& source, Speaks speaks)
+    : fd_(Connect(address, source)) {
+  std::signal(SIGPIPE, SIG_IGN);  // OpenSSL writes without MSG_NOSIGNAL
+  if (fd_ < 0 || speaks == Speaks::kNothing) return;
+  tls_ = std::make_unique<Tls>();
+  if (!tls_->ShakeHands(fd_)) tls_.reset();
+}
+RawConnection::RawConnection(RawConnection&& other) noexcept
+    : fd_(std::exchange(other.fd_, -1)), tls_(std::move(other.tls_)) {}
 RawConnection::~RawConnection() {
+  tls_.reset();
   if (fd_ >= 0) close(fd_);
 }
 
 bool RawConnection::ReadAway() {
   char bytes[65'536];
+  while (tls_ != nullptr) {
+    const int count = SSL_read(tls_->ssl, bytes, sizeof bytes);
+    if (count <= 0) return tls_->MayGoOn(count);
+  }
   while (true) {
     const ssize_t count = recv(fd_, bytes, sizeof bytes, MSG_DONTWAIT);
     if (count == 0 || (count < 0 && errno != EAGAIN)) return false;
@@ -65,13 +111,14 @@ bool RawConnection::ReadAway() {
 }
 
 bool RawConnection::Send(std::string_view bytes) {
+  if (tls_ == nullptr) return false;
   while (!bytes.empty()) {
     pollfd ready{fd_, POLLIN | POLLOUT, 0};
     if (poll(&ready, 1, kPatience_ms) <= 0) return false;
     if ((ready.revents & ~POLLOUT) != 0 && !ReadAway()) return false;
     if ((ready.revents & POLLOUT) == 0) continue;
-    const ssize_t count = send(fd_, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
-    if (count < 0 && errno != EAGAIN) return false;
+    const int count = SSL_write(tls_->ssl, bytes.data(), static_cast<int>(bytes.size()));
+    if (count <= 0 && !tls_->MayGoOn(count)) return false;
     if (count > 0) bytes.remove_prefix(static_cast<std::size_t>(count));
   }
   return true;

@@ -18,11 +18,13 @@
 #include <sstream>
 #include <thread>
 
+#include "services/runtime/credentials.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/trace.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "storage/migrate.h"
 #include "tests/services/runtime/raw_connection.h"
+#include "tests/support/plant_certificates.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::runtime {
@@ -69,12 +71,14 @@ class ServerTest : public ::testing::Test {
     if (bin == nullptr) ADD_FAILURE() << "SIXPOINT_BIN_DIR is not set, want the folder of the programs (ctest sets it)";
     const std::string program = std::string(bin == nullptr ? "." : bin) + "/runtime_test_server";
     const std::string log = folder_ + "/log";
+    const std::string own = certificates_.Service("ingest").string(), revoked = certificates_.revoked_file().string();
     const pid_t child = fork();
     if (child == 0) {
       if (std::freopen(log.c_str(), "a", stderr) == nullptr) _exit(126);
       const rlimit descriptors{descriptor_limit_, descriptor_limit_};
       if (descriptor_limit_ > 0 && setrlimit(RLIMIT_NOFILE, &descriptors) != 0) _exit(125);
-      execl(program.c_str(), program.c_str(), "--listen", listen.c_str(), "--database", conninfo.c_str(), nullptr);
+      execl(program.c_str(), program.c_str(), "--listen", listen.c_str(), "--database", conninfo.c_str(),
+            "--certificates", own.c_str(), "--revoked", revoked.c_str(), nullptr);
       _exit(127);
     }
     return child;
@@ -92,13 +96,17 @@ class ServerTest : public ::testing::Test {
     ASSERT_TRUE(BecomesHealth(kServing, 15));
   }
   // With a connection of its own.
-  static std::shared_ptr<grpc::Channel> NewChannel(const std::string& address) {
+  std::shared_ptr<grpc::Channel> NewChannel(const std::string& address) const {
+    return NewChannel(address, credentials_);
+  }
+  static std::shared_ptr<grpc::Channel> NewChannel(const std::string& address,
+                                                   const std::shared_ptr<grpc::ChannelCredentials>& credentials) {
     grpc::ChannelArguments of_its_own;
     of_its_own.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
     of_its_own.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 200);
     of_its_own.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
     of_its_own.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 5000);
-    return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), of_its_own);
+    return grpc::CreateCustomChannel(address, credentials, of_its_own);
   }
   static std::string TcpAddress() { return "127.0.0.1:" + std::to_string(20000 + getpid() % 20000); }
   std::string Address() const { return "unix:" + folder_ + "/socket"; }
@@ -168,6 +176,9 @@ class ServerTest : public ::testing::Test {
   }
 
   std::string folder_;
+  sixpoint::testing::PlantCertificates certificates_;
+  std::shared_ptr<grpc::ChannelCredentials> credentials_ =
+      ChannelCredentialsOf(certificates_.User("jane", {identity::Role::kEngineer})).value();
   std::unique_ptr<ThrowawayDatabase> database_;
   rlim_t descriptor_limit_ = 0;  // 0: as ours
   pid_t pid_ = 0;
@@ -448,7 +459,8 @@ TEST_F(ServerTest, ExhaustedDescriptorsRecover) {
   Scan scan;
   ASSERT_TRUE(Get("hold every descriptor", &scan).ok());
   // Refused, not left to wait; the connections that are there go on.
-  for (int i = 0; i < 200; ++i) EXPECT_TRUE(RawConnection(TcpAddress()).IsClosedWithin(10)) << i;
+  for (int i = 0; i < 200; ++i)
+    EXPECT_TRUE(RawConnection(TcpAddress(), "", testing::Speaks::kNothing).IsClosedWithin(10)) << i;
   ASSERT_TRUE(Get("give them back", &scan).ok());
   channel_ = NewChannel(TcpAddress());
   const grpc::Status after = Get("x", &scan);
@@ -460,7 +472,8 @@ TEST_F(ServerTest, ConnectionsLeaveDescriptorsForTheServersOwnWork) {
   StartReady(TcpAddress());
   Scan scan;
   std::vector<RawConnection> idle;
-  for (int i = 0; i < 100; ++i) idle.emplace_back(TcpAddress(), "127.0.0." + std::to_string(2 + i % 4));
+  for (int i = 0; i < 100; ++i)
+    idle.emplace_back(TcpAddress(), "127.0.0." + std::to_string(2 + i % 4), testing::Speaks::kNothing);
   for (const auto end = Soon(20); LogLines("connection refused").empty() && std::chrono::system_clock::now() < end;)
     std::this_thread::sleep_for(milliseconds(50));
   EXPECT_EQ(LogLines("connection refused").size(), 1u);

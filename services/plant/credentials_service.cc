@@ -1,0 +1,128 @@
+#include "services/plant/credentials_service.h"
+
+#include <algorithm>
+#include <chrono>
+#include <string>
+#include <utility>
+
+#include "identity/credentials.h"
+#include "services/runtime/call.h"
+#include "services/runtime/caller_identity.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/log.h"
+#include "services/runtime/time_proto.h"
+#include "storage/blobs.h"
+#include "storage/credentials.h"
+
+namespace sixpoint::plant {
+namespace {
+
+using runtime::ToGrpc;
+using std::chrono::system_clock;
+
+constexpr std::size_t kPickupId_bytes = 64;
+constexpr int kMostHours = 720;
+
+absl::Status CheckPickupId(const std::string& pickup_id) {
+  const auto is_hex = [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); };
+  if (pickup_id.size() == kPickupId_bytes && std::all_of(pickup_id.begin(), pickup_id.end(), is_hex))
+    return absl::OkStatus();
+  return runtime::Refuse("pickup_id", std::to_string(pickup_id.size()) + " bytes",
+                         "lower-case hexadecimal of 32 bytes");
+}
+
+absl::Status CheckOffer(const v1::OfferCredentialsRequest& request) {
+  runtime::Refusals refusals;
+  refusals.Add(CheckPickupId(request.pickup_id()));
+  if (request.sealed().empty()) refusals.Add(runtime::Refuse("sealed", "", "sealed credentials"));
+  if (request.identity().empty()) refusals.Add(runtime::Refuse("identity", "", "whose they are: machines/m1"));
+  if (request.valid_hours() < 1 || request.valid_hours() > kMostHours)
+    refusals.Add(runtime::Refuse("valid_hours", request.valid_hours(), "1 to " + std::to_string(kMostHours)));
+  return refusals.status();
+}
+
+// One transaction, committed where `work` went well.
+template <typename Work>
+auto InTransaction(storage::Database* database, const grpc::ServerContext& context, const Work& work)
+    -> decltype(work(std::declval<storage::Transaction&>())) {
+  absl::StatusOr<storage::Transaction> transaction = database->Begin(runtime::DeadlineOf(context));
+  if (!transaction.ok()) return transaction.status();
+  auto done = work(*transaction);
+  if (!done.ok()) return done;
+  if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;
+  return done;
+}
+
+}  // namespace
+
+grpc::Status CredentialsService::OfferCredentials(grpc::ServerContext* context,
+                                                  const v1::OfferCredentialsRequest* request,
+                                                  v1::OfferCredentialsResponse* response) {
+  if (absl::Status status = CheckOffer(*request); !status.ok()) return ToGrpc(status);
+  const storage::CredentialOffer offer{storage::Sha256Hex(request->pickup_id()), request->sealed(), request->identity(),
+                                       runtime::RequestedBy(*context),
+                                       system_clock::now() + std::chrono::hours(request->valid_hours())};
+  const absl::StatusOr<storage::Instant> ends = InTransaction(
+      database_, *context, [&](storage::Transaction& transaction) { return storage::KeepOffer(transaction, offer); });
+  if (!ends.ok()) return ToGrpc(ends.status());
+  runtime::Log(runtime::LogLevel::kInfo, "credentials offered",
+               {{"identity", offer.identity}, {"by", offer.offered_by}});
+  runtime::ToProto(*ends, response->mutable_expires_at());
+  return grpc::Status::OK;
+}
+
+grpc::Status CredentialsService::TakeCredentials(grpc::ServerContext* context,
+                                                 const v1::TakeCredentialsRequest* request,
+                                                 v1::TakeCredentialsResponse* response) {
+  if (absl::Status status = CheckPickupId(request->pickup_id()); !status.ok()) return ToGrpc(status);
+  absl::StatusOr<std::optional<storage::CredentialOffer>> offer =
+      InTransaction(database_, *context, [&](storage::Transaction& transaction) {
+        return storage::TakeOffer(transaction, storage::Sha256Hex(request->pickup_id()));
+      });
+  if (!offer.ok()) return ToGrpc(offer.status());
+  if (!offer->has_value())
+    return ToGrpc(runtime::Failure(errors::v1::CODE_NOT_VALID,
+                                   "pickup_id: nothing waits under it, want one of a code that "
+                                   "was not used and is not over"));
+  runtime::Log(runtime::LogLevel::kInfo, "credentials taken",
+               {{"identity", (*offer)->identity}, {"peer", context->peer()}});
+  response->set_sealed(std::move((*offer)->sealed));
+  return grpc::Status::OK;
+}
+
+grpc::Status CredentialsService::OfferRenewal(grpc::ServerContext* context, const v1::OfferRenewalRequest* request,
+                                              v1::OfferRenewalResponse*) {
+  const identity::Judgement judged = trust_->Judge(request->certificate_pem());
+  const auto certificate = identity::CertificateOf(request->certificate_pem());
+  if (judged.standing != identity::Standing::kGood || !certificate.ok())
+    return ToGrpc(runtime::Refuse("certificate_pem", judged.why_not, "one of this plant's authority that holds now"));
+  const storage::CertificateRenewal renewal{certificate->public_key_sha256, certificate->serial,
+                                            certificate->identity.Text(),   request->certificate_pem(),
+                                            certificate->not_after,         runtime::RequestedBy(*context)};
+  const absl::StatusOr<bool> kept =
+      InTransaction(database_, *context, [&](storage::Transaction& transaction) -> absl::StatusOr<bool> {
+        if (absl::Status status = storage::KeepRenewal(transaction, renewal); !status.ok()) return status;
+        return true;
+      });
+  return ToGrpc(kept.status());
+}
+
+grpc::Status CredentialsService::GetRenewal(grpc::ServerContext* context, const v1::GetRenewalRequest*,
+                                            v1::Renewal* response) {
+  const auto shown = identity::CertificateOf(runtime::ShownCertificate(*context));
+  if (!shown.ok()) return ToGrpc(shown.status());
+  const absl::StatusOr<std::optional<storage::CertificateRenewal>> renewal = InTransaction(
+      database_, *context,
+      [&](storage::Transaction& transaction) { return storage::FindRenewal(transaction, shown->public_key_sha256); });
+  if (!renewal.ok()) return ToGrpc(renewal.status());
+  const std::string who = shown->identity.Text();
+  if (!renewal->has_value() || (*renewal)->not_after <= shown->not_after || (*renewal)->identity != who)
+    return ToGrpc(runtime::Failure(errors::v1::RENEWAL_NOT_OFFERED,
+                                   "renewal: none is kept for " + who + ", want one that lasts longer",
+                                   {{"resource", who}}));
+  response->set_certificate_pem((*renewal)->certificate_pem);
+  runtime::ToProto((*renewal)->not_after, response->mutable_not_after());
+  return grpc::Status::OK;
+}
+
+}  // namespace sixpoint::plant

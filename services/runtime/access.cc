@@ -1,0 +1,165 @@
+#include "services/runtime/access.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "refusal/message_text.h"
+#include "services/runtime/caller_identity.h"
+#include "services/runtime/errors.h"
+#include "sixpoint/access/v1/access.pb.h"
+#include "storage/record.h"
+
+namespace sixpoint::runtime {
+namespace {
+
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+using google::protobuf::MethodDescriptor;
+using identity::Identity;
+using identity::Role;
+using identity::Standing;
+
+constexpr std::size_t kLongestName = 80;
+
+// Exhaustive by its lack of a default.
+access::v1::Role Wire(Role role) {
+  switch (role) {
+    case Role::kMachine:
+      return access::v1::ROLE_MACHINE;
+    case Role::kEngineer:
+      return access::v1::ROLE_ENGINEER;
+    case Role::kQuality:
+      return access::v1::ROLE_QUALITY;
+    case Role::kMesReader:
+      return access::v1::ROLE_MES_READER;
+    case Role::kAdmin:
+      return access::v1::ROLE_ADMIN;
+    case Role::kService:
+      return access::v1::ROLE_SERVICE;
+  }
+  return access::v1::ROLE_UNSPECIFIED;
+}
+
+// Of a judgement that is not good.
+ErrorReason ReasonOf(Standing standing) {
+  switch (standing) {
+    case Standing::kNotOurs:
+      return errors::v1::CERTIFICATE_FOREIGN;
+    case Standing::kNotYetValid:
+    case Standing::kExpired:
+      return errors::v1::CERTIFICATE_EXPIRED;
+    case Standing::kRevoked:
+      return errors::v1::CERTIFICATE_REVOKED;
+    case Standing::kUndecidable:
+      return errors::v1::SERVICE_NOT_READY;
+    case Standing::kGood:
+    case Standing::kUnreadable:
+      break;
+  }
+  return errors::v1::CERTIFICATE_MISSING;
+}
+
+std::string WantedRoles(const access::v1::Rule& rule) {
+  std::string wanted;
+  for (const Role role :
+       {Role::kMachine, Role::kEngineer, Role::kQuality, Role::kMesReader, Role::kAdmin, Role::kService})
+    if (std::count(rule.roles().begin(), rule.roles().end(), Wire(role)) > 0)
+      wanted += (wanted.empty() ? "" : " or ") + identity::RoleText(role);
+  return wanted.empty() ? "nobody" : wanted;
+}
+
+std::string RolesText(const Identity& caller) {
+  std::string text;
+  for (const Role role : caller.roles) text += (text.empty() ? "" : ", ") + identity::RoleText(role);
+  return text;
+}
+
+// What the field says, each of them where it is repeated.
+std::vector<std::string> TextsOf(const Message& request, const FieldDescriptor& field) {
+  const auto& reflection = *request.GetReflection();
+  if (!field.is_repeated()) return {reflection.GetString(request, &field)};
+  std::vector<std::string> texts;
+  for (int i = 0; i < reflection.FieldSize(request, &field); ++i)
+    texts.push_back(reflection.GetRepeatedString(request, &field, i));
+  return texts;
+}
+
+absl::Status NotOwn(const std::string& field, const std::string& name, const Identity& caller) {
+  return Failure(errors::v1::MACHINE_DIFFERS,
+                 field + ": " + (name.empty() ? "empty" : Tame(name, kLongestName)) + ", want what is of " +
+                     caller.Text() + ", whose certificate was shown",
+                 {{"resource", caller.Text()}, {"machine", Tame(name, kLongestName)}});
+}
+
+// Whom a service says that it calls for is a text of its own; no more is taken than an identity could be.
+bool IsIdentity(const std::string& text) {
+  const bool user = text.rfind("users/", 0) == 0;
+  return identity::IdentityOf(text, user ? std::vector<Role>{Role::kMesReader} : std::vector<Role>{}).ok();
+}
+
+absl::Status CheckRequestedFor(const grpc::ServerContextBase& context, const Identity& caller) {
+  const auto [begin, end] = context.client_metadata().equal_range(kRequestedFor);
+  if (begin == end) return absl::OkStatus();
+  const std::string other(begin->second.data(), begin->second.size());
+  if (caller.kind == identity::Kind::kService && std::next(begin) == end && IsIdentity(other)) return absl::OkStatus();
+  return Failure(errors::v1::ROLE_MISSING,
+                 std::string(kRequestedFor) + ": " + Tame(other, kLongestName) +
+                     ", want none: who asks is told by his certificate",
+                 {{"resource", caller.Text()}});
+}
+
+}  // namespace
+
+absl::StatusOr<Identity> Access::Believe(const std::string& certificate_pem) const {
+  if (certificate_pem.empty())
+    return Failure(errors::v1::CERTIFICATE_MISSING,
+                   "certificate: none was shown, want one that the plant's authority gave");
+  const identity::Judgement judged = trust_->Judge(certificate_pem);
+  if (judged.standing == Standing::kGood) return judged.identity;
+  const bool named = !judged.identity.name.empty();
+  return Failure(ReasonOf(judged.standing), judged.why_not,
+                 named ? Metadata{{"resource", judged.identity.Text()}} : Metadata{});
+}
+
+absl::Status Access::StillCounts(const std::string& certificate_pem) const { return Believe(certificate_pem).status(); }
+
+absl::StatusOr<Identity> Access::Admit(const MethodDescriptor& method, const grpc::ServerContextBase& context) const {
+  const access::v1::Rule& rule = method.options().GetExtension(access::v1::rule);
+  if (rule.anybody()) return Identity();
+  const absl::StatusOr<Identity> caller = Believe(ShownCertificate(context));
+  if (!caller.ok()) return caller;
+  const bool may = std::any_of(caller->roles.begin(), caller->roles.end(), [&](Role role) {
+    return std::count(rule.roles().begin(), rule.roles().end(), Wire(role)) > 0;
+  });
+  if (!may) {
+    return Failure(errors::v1::ROLE_MISSING,
+                   method.name() + ": " + caller->Text() + " is " + RolesText(*caller) + ", want " + WantedRoles(rule),
+                   {{"resource", caller->Text()}});
+  }
+  if (absl::Status status = CheckRequestedFor(context, *caller); !status.ok()) return status;
+  return caller;
+}
+
+absl::Status Access::CheckMachine(const MethodDescriptor& method, const Identity& caller, const Message& request,
+                                  std::chrono::steady_clock::time_point deadline) const {
+  const access::v1::Rule& rule = method.options().GetExtension(access::v1::rule);
+  if (caller.kind != identity::Kind::kMachine || rule.any_machine() || method.client_streaming())
+    return absl::OkStatus();
+  const FieldDescriptor* const field = request.GetDescriptor()->FindFieldByName(rule.own_machine());
+  if (field == nullptr || field->cpp_type() != FieldDescriptor::CPPTYPE_STRING)
+    return NotOwn("request", rule.own_machine(), caller);  // a rule that says neither: nobody's
+  for (const std::string& name : TextsOf(request, *field)) {
+    if (name.rfind("machines/", 0) == 0) {
+      if (storage::IdOfName(name).id != caller.name) return NotOwn(field->name(), name, caller);
+      continue;
+    }
+    if (name.empty()) return NotOwn(field->name(), name, caller);
+    const absl::StatusOr<std::optional<std::string>> machine = machine_of_(name, deadline);
+    if (!machine.ok()) return machine.status();
+    if (!machine->has_value() || (!(*machine)->empty() && **machine != caller.name))
+      return NotOwn(field->name(), name, caller);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace sixpoint::runtime

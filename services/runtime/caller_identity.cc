@@ -1,0 +1,64 @@
+#include "services/runtime/caller_identity.h"
+
+#include <grpc/grpc_security_constants.h>
+
+#include <vector>
+
+#include "refusal/message_text.h"
+#include "services/runtime/errors.h"
+
+namespace sixpoint::runtime {
+namespace {
+
+std::vector<std::string> Shown(const grpc::ServerContextBase& context, const char* property) {
+  std::vector<std::string> values;
+  const auto shown = context.auth_context();
+  if (shown == nullptr) return values;
+  for (const grpc::string_ref& value : shown->FindPropertyValues(property))
+    values.emplace_back(value.data(), value.size());
+  return values;
+}
+
+std::string MetadataFor(const grpc::ServerContextBase& context) {
+  const auto found = context.client_metadata().find(kRequestedFor);
+  if (found == context.client_metadata().end()) return "";
+  return std::string(found->second.data(), found->second.size());
+}
+
+}  // namespace
+
+std::optional<identity::Identity> ShownIdentity(const grpc::ServerContextBase& context) {
+  absl::StatusOr<identity::Identity> shown = identity::IdentityOfUris(Shown(context, GRPC_PEER_URI_PROPERTY_NAME));
+  if (!shown.ok()) return std::nullopt;
+  return *std::move(shown);
+}
+
+std::string ShownCertificate(const grpc::ServerContextBase& context) {
+  const std::vector<std::string> shown = Shown(context, GRPC_X509_PEM_CERT_PROPERTY_NAME);
+  return shown.empty() ? "" : shown.front();
+}
+
+std::string RequestedFor(const grpc::ServerContextBase& context) {
+  const auto shown = ShownIdentity(context);
+  if (!shown) return "";
+  const std::string other = shown->kind == identity::Kind::kService ? MetadataFor(context) : "";
+  return other.empty() ? shown->Text() : other;
+}
+
+std::string RequestedBy(const grpc::ServerContextBase& context) {
+  const auto shown = ShownIdentity(context);
+  if (!shown) return context.peer();
+  const std::string asker = RequestedFor(context), own = shown->Text();
+  return asker == own ? own : asker + " via " + own;
+}
+
+absl::Status CheckOwnMachine(const grpc::ServerContextBase& context, const std::string& field,
+                             const std::string& machine) {
+  const auto shown = ShownIdentity(context);
+  if (!shown || shown->kind != identity::Kind::kMachine || machine == shown->Text()) return absl::OkStatus();
+  return Failure(errors::v1::MACHINE_DIFFERS,
+                 field + ": " + Tame(machine, 80) + ", want " + shown->Text() + ", whose certificate was shown",
+                 {{"resource", shown->Text()}, {"machine", machine}});
+}
+
+}  // namespace sixpoint::runtime

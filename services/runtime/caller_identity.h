@@ -1,0 +1,33 @@
+// Who asks for a call, by the certificate that was shown with its connection. Admission (admission.h) has judged it before any
+// handler runs; nothing here judges again.
+#pragma once
+
+#include <absl/status/status.h>
+#include <grpcpp/grpcpp.h>
+
+#include <optional>
+#include <string>
+
+#include "identity/identity.h"
+
+namespace sixpoint::runtime {
+
+// Metadata of a call that one of the plant's services makes for another: whom it does it for. Nobody else may send it.
+inline constexpr char kRequestedFor[] = "sixpoint-requested-for";
+
+// Of the certificate, whether it counts or not; none where none was shown, or one that names nobody.
+std::optional<identity::Identity> ShownIdentity(const grpc::ServerContextBase& context);
+// The certificate itself; empty: none was shown.
+std::string ShownCertificate(const grpc::ServerContextBase& context);
+
+// As the record keeps it: "users/jane", or "users/jane via services/inspection". Without a certificate, which no server of ours
+// lets pass, the address.
+std::string RequestedBy(const grpc::ServerContextBase& context);
+// Whom a call to another service is made for: the caller, or whom the caller does it for. Empty without a certificate.
+std::string RequestedFor(const grpc::ServerContextBase& context);
+
+// Where requests are streamed, their handler asks this of the first: MACHINE_DIFFERS where a machine names another's.
+absl::Status CheckOwnMachine(const grpc::ServerContextBase& context, const std::string& field,
+                             const std::string& machine);
+
+}  // namespace sixpoint::runtime

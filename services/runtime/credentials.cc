@@ -1,0 +1,75 @@
+#include "services/runtime/credentials.h"
+
+#include <grpcpp/security/tls_certificate_provider.h>
+#include <grpcpp/security/tls_certificate_verifier.h>
+#include <grpcpp/security/tls_credentials_options.h>
+
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "identity/credentials.h"
+#include "services/runtime/errors.h"
+
+namespace sixpoint::runtime {
+namespace {
+
+namespace fs = std::filesystem;
+using grpc::experimental::FileWatcherCertificateProvider;
+
+// How soon a renewed file counts for new connections.
+constexpr unsigned kLook_s = 1;
+
+// gRPC says nothing of a file that it cannot use, and connects to nobody.
+absl::Status CheckAuthority(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file, std::ios::binary).rdbuf();
+  if (text.str().find("-----BEGIN CERTIFICATE-----") != std::string::npos) return absl::OkStatus();
+  return Refuse("certificates", file.string(), "the certificate of the plant's authority");
+}
+
+absl::Status CheckIdentity(const fs::path& file) {
+  const auto own = identity::ReadCertificate(file);
+  if (own.ok()) return absl::OkStatus();
+  return Refuse("certificates", file.string() + " (" + std::string(own.status().message()) + ")",
+                "a key and its certificate");
+}
+
+}  // namespace
+
+absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> ChannelCredentialsOf(const fs::path& folder) {
+  const fs::path authority = folder / identity::kAuthorityFile, own = folder / identity::kIdentityFile;
+  if (absl::Status status = CheckAuthority(authority); !status.ok()) return status;
+  grpc::experimental::TlsChannelCredentialsOptions options;
+  std::error_code unreadable;
+  if (fs::exists(own, unreadable) || unreadable) {
+    if (absl::Status status = CheckIdentity(own); !status.ok()) return status;
+    options.set_certificate_provider(
+        std::make_shared<FileWatcherCertificateProvider>(own.string(), own.string(), authority.string(), kLook_s));
+    options.watch_identity_key_cert_pairs();
+  } else {
+    options.set_certificate_provider(std::make_shared<FileWatcherCertificateProvider>(authority.string(), kLook_s));
+  }
+  options.watch_root_certs();
+  return grpc::experimental::TlsCredentials(options);
+}
+
+std::shared_ptr<grpc::ChannelCredentials> CredentialsForAStranger() {
+  grpc::experimental::TlsChannelCredentialsOptions options;
+  options.set_verify_server_certs(false);
+  options.set_certificate_verifier(std::make_shared<grpc::experimental::NoOpCertificateVerifier>());
+  options.set_check_call_host(false);
+  return grpc::experimental::TlsCredentials(options);
+}
+
+absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> ServerCredentialsOf(const fs::path& folder) {
+  const fs::path own = folder / identity::kIdentityFile;
+  if (absl::Status status = CheckIdentity(own); !status.ok()) return status;
+  grpc::experimental::TlsServerCredentialsOptions options(
+      std::make_shared<FileWatcherCertificateProvider>(own.string(), own.string(), kLook_s));
+  options.watch_identity_key_cert_pairs();
+  options.set_cert_request_type(GRPC_SSL_REQUEST_CLIENT_CERTIFICATE_BUT_DONT_VERIFY);
+  return grpc::experimental::TlsServerCredentials(options);
+}
+
+}  // namespace sixpoint::runtime

@@ -1,0 +1,61 @@
+#include "services/runtime/denials.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace sixpoint::runtime {
+namespace {
+
+using std::chrono::steady_clock;
+
+// Stands for all methods, once there are too many different denials to keep apart.
+constexpr char kAny[] = "*";
+
+}  // namespace
+
+void Denials::Add(const std::string& method, const std::string& caller, const std::string& peer_address,
+                  const std::string& reason, const std::string& sentence) {
+  const storage::Instant now = std::chrono::system_clock::now();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  Merge({area_, method, caller, peer_address, reason, sentence, 1, now, now});
+}
+
+void Denials::Merge(storage::Denial denial) {
+  auto key = std::make_tuple(denial.method, denial.caller, denial.reason);
+  if (kept_.size() >= kKept && kept_.count(key) == 0) {
+    denial.method = kAny;
+    denial.caller.clear();
+    key = std::make_tuple(denial.method, denial.caller, denial.reason);
+  }
+  const auto [place, is_new] = kept_.emplace(std::move(key), denial);
+  if (is_new) return;
+  storage::Denial& kept = place->second;
+  kept.count += denial.count;
+  kept.first_denied_at = std::min(kept.first_denied_at, denial.first_denied_at);
+  kept.last_denied_at = std::max(kept.last_denied_at, denial.last_denied_at);
+}
+
+std::vector<storage::Denial> Denials::Take() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto now = steady_clock::now();
+  if (now - minute_ >= std::chrono::minutes(1)) {
+    minute_ = now;
+    rows_of_minute_ = 0;
+  }
+  std::vector<storage::Denial> taken;
+  while (!kept_.empty() && rows_of_minute_ < kRowsAMinute) {
+    taken.push_back(std::move(kept_.begin()->second));
+    kept_.erase(kept_.begin());
+    ++rows_of_minute_;
+  }
+  return taken;
+}
+
+void Denials::PutBack(const std::vector<storage::Denial>& denials) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (const storage::Denial& denial : denials) Merge(denial);
+  rows_of_minute_ -= static_cast<int>(denials.size());
+}
+
+}  // namespace sixpoint::runtime

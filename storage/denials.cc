@@ -1,0 +1,47 @@
+#include "storage/denials.h"
+
+namespace sixpoint::storage {
+namespace {
+
+constexpr char kInsert[] =
+    "INSERT INTO denials (denial_id, area, method, caller, peer_address, reason, sentence, denied_count, "
+    "first_denied_at, "
+    "last_denied_at) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)";
+constexpr char kSelect[] =
+    "SELECT area, method, caller, peer_address, reason, sentence, denied_count, first_denied_at, last_denied_at "
+    "FROM denials ORDER BY denial_id DESC LIMIT $1";
+
+// Not in the middle of a character.
+std::string Cut(const std::string& text, std::size_t most_bytes) {
+  if (text.size() <= most_bytes) return text;
+  std::size_t end = most_bytes;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
+  return text.substr(0, end);
+}
+
+}  // namespace
+
+absl::Status AppendDenials(Transaction& transaction, const std::vector<Denial>& denials) {
+  for (const Denial& denial : denials) {
+    Params params;
+    params.Uuid(NewUuid()).Text(Cut(denial.area, 64)).Text(Cut(denial.method, 200)).Text(Cut(denial.caller, 200));
+    params.Text(Cut(denial.peer_address, 200)).Text(Cut(denial.reason, 64)).Text(Cut(denial.sentence, 1000));
+    params.Int(denial.count).Time(denial.first_denied_at).Time(denial.last_denied_at);
+    if (const auto inserted = transaction.Execute(kInsert, params); !inserted.ok()) return inserted.status();
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<Denial>> NewestDenials(Transaction& transaction, int limit) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelect, Params().Int(limit));
+  if (!rows.ok()) return rows.status();
+  std::vector<Denial> denials;
+  for (int row = 0; row < rows->count(); ++row) {
+    denials.push_back({rows->Text(row, 0), rows->Text(row, 1), rows->Text(row, 2), rows->Text(row, 3),
+                       rows->Text(row, 4), rows->Text(row, 5), rows->Int(row, 6), rows->Time(row, 7),
+                       rows->Time(row, 8)});
+  }
+  return rows->Checked(std::move(denials));
+}
+
+}  // namespace sixpoint::storage

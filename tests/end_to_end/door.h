@@ -1,0 +1,83 @@
+// A plant of real processes, and callers with all kinds of certificates.
+#pragma once
+
+#include <gmock/gmock.h>
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "services/runtime/credentials.h"
+#include "services/runtime/errors.h"
+#include "sixpoint/plant/v1/plant.grpc.pb.h"
+#include "storage/denials.h"
+#include "tests/end_to_end/plant_processes.h"
+#include "tests/support/throwaway_database.h"
+
+namespace sixpoint::testing {
+
+inline std::chrono::system_clock::time_point Within(int seconds) {
+  return std::chrono::system_clock::now() + std::chrono::seconds(seconds);
+}
+
+class Door : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    for (const std::string& area : PlantProcesses::Areas())
+      ASSERT_TRUE(plant_.WaitUntilUp(area, 30)) << area << "\n" << plant_.Logs();
+    // Ready, which is more than up.
+    for (const auto end = Within(30); Unary(plant_.credentials()).error_code() == grpc::StatusCode::UNAVAILABLE &&
+                                      std::chrono::system_clock::now() < end;)
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  void TearDown() override {
+    if (HasFailure()) std::printf("%s\n", plant_.Logs().c_str());
+  }
+
+  static std::shared_ptr<grpc::ChannelCredentials> Of(const std::filesystem::path& folder) {
+    return runtime::ChannelCredentialsOf(folder).value();
+  }
+  // On a connection of its own.
+  std::shared_ptr<grpc::Channel> ChannelTo(const std::string& area,
+                                           const std::shared_ptr<grpc::ChannelCredentials>& credentials) const {
+    grpc::ChannelArguments arguments;
+    arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+    return grpc::CreateCustomChannel(plant_.address(area), credentials, arguments);
+  }
+  // GetMachine of a machine that is not there: NOT_FOUND for whoever is let in.
+  grpc::Status Unary(const std::shared_ptr<grpc::ChannelCredentials>& credentials) const {
+    return GetMachine(ChannelTo("plant", credentials));
+  }
+  static grpc::Status GetMachine(const std::shared_ptr<grpc::Channel>& channel,
+                                 const std::string& name = "machines/m1") {
+    grpc::ClientContext context;
+    context.set_deadline(Within(10));
+    plant::v1::GetMachineRequest request;
+    request.set_name(name);
+    plant::v1::Machine machine;
+    return plant::v1::PlantService::NewStub(channel)->GetMachine(&context, request, &machine);
+  }
+  static std::string ReasonOf(const grpc::Status& status) { return runtime::ReasonOf(runtime::FromGrpc(status)); }
+  // The denials that were written, once `reason` is among them.
+  std::vector<storage::Denial> Denials(const std::string& reason) {
+    const auto database = storage::Database::Open(database_.conninfo(), 1);
+    for (const auto end = Within(20);; std::this_thread::sleep_for(std::chrono::milliseconds(200))) {
+      auto transaction = database->Begin(Soon());
+      const auto denials = storage::NewestDenials(*transaction, 1000);
+      EXPECT_TRUE(denials.ok()) << denials.status();
+      for (const storage::Denial& denial : *denials)
+        if (denial.reason == reason) return *denials;
+      if (std::chrono::system_clock::now() > end) return *denials;
+    }
+  }
+
+  ThrowawayDatabase database_;
+  PlantProcesses plant_{database_.conninfo()};
+};
+
+}  // namespace sixpoint::testing
