@@ -94,7 +94,16 @@ int main(int argc, char** argv) {
 
   CLI::App* sink = app.add_subcommand("sink", "A gRPC server that stores nothing, until standard input ends");
   sink->add_option("--listen", endpoint.address)->required();
-  sink->callback([&] { exit_code = ServeSink(endpoint.address); });
+  auto sink_credentials = grpc::InsecureServerCredentials();
+  sink->add_option_function<std::string>(
+      "--certificates",
+      [&](const std::string& own) {
+        const auto credentials = sixpoint::runtime::ServerCredentialsOf(own);
+        if (!credentials.ok()) throw CLI::ValidationError("--certificates", credentials.status().ToString());
+        sink_credentials = *credentials;
+      },
+      "Folder with identity.pem and authority.pem; without it no TLS");
+  sink->callback([&] { exit_code = ServeSink(endpoint.address, sink_credentials); });
 
   FaultOptions faults;
   CLI::App* fault =

@@ -104,11 +104,11 @@ nlohmann::json InsertBlocks(const std::string& conninfo, int connection_count, d
           {"failed", failed.load()}};
 }
 
-int ServeSink(const std::string& address) {
+int ServeSink(const std::string& address, const std::shared_ptr<grpc::ServerCredentials>& credentials) {
   Sink sink;
   grpc::ServerBuilder builder;
   builder.SetMaxReceiveMessageSize(8 << 20);
-  builder.AddListeningPort(address, grpc::InsecureServerCredentials());
+  builder.AddListeningPort(address, credentials);
   builder.RegisterService(&sink);
   const auto server = builder.BuildAndStart();
   if (server == nullptr) return 1;

@@ -1,6 +1,9 @@
 // The same blocks through the tools that one would take without ingest.
 #pragma once
 
+#include <grpcpp/security/server_credentials.h>
+
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -12,6 +15,6 @@ nlohmann::json InsertBlocks(const std::string& conninfo, int connection_count, d
 
 // A gRPC server that reads UploadScan streams, acknowledges every block and stores nothing. Serves until standard input
 // ends; prints the address first.
-int ServeSink(const std::string& address);
+int ServeSink(const std::string& address, const std::shared_ptr<grpc::ServerCredentials>& credentials);
 
 }  // namespace sixpoint::bench
