@@ -29,8 +29,8 @@ struct CertsArguments {
   std::string who;  // also a serial, where one is revoked
   std::string folder;
   std::string code;
-  std::vector<std::string> roles, hosts;
-  int valid_days = 30, offer_hours = 24;
+  std::vector<std::string> roles, hosts, holders;
+  int valid_days = 90, offer_hours = 24;
   bool all = false;
 };
 
@@ -214,19 +214,31 @@ absl::Status Show(Session* session, const CertsArguments& arguments) {
   return absl::OkStatus();
 }
 
-// What users and machines hold lies with them: the plant keeps what follows until they fetch it.
-absl::Status RenewForHolders(Session* session, nlohmann::json* json, Table* table) {
+// What machines and users hold lies with them: the plant keeps what follows until they fetch it. What was made before and could not be
+// brought to the plant is brought now.
+absl::Status RenewForHolders(Session* session, const CertsArguments& arguments, nlohmann::json* json, Table* table) {
   absl::StatusOr<Authority> authority = OpenAuthority(AuthorityIn(session->data));
   if (!authority.ok()) return authority.status();
   const absl::StatusOr<std::vector<IssuedCertificate>> issued = authority->Issued();
   if (!issued.ok()) return issued.status();
-  for (const IssuedCertificate& due : DueForRenewal(*issued, std::chrono::system_clock::now())) {
-    const auto lasts = std::chrono::duration_cast<std::chrono::hours>(due.not_after - due.not_before);
+  const HandedOver over = HandOver(*issued, arguments.holders, std::chrono::system_clock::now());
+  for (const IssuedCertificate& due : over.due) {
+    // Whole days: what it was dated back by for late clocks is not added each time.
+    const auto lasts = std::max(std::chrono::hours(1),
+                                (due.not_after - due.not_before) / std::chrono::hours(24) * std::chrono::hours(24));
     const absl::StatusOr<std::string> renewed = authority->Renew(due.serial, lasts);
     if (!renewed.ok()) return renewed.status();
     if (absl::Status status = OfferRenewal(session, *renewed); !status.ok()) return status;
-    json->push_back({{"who", due.identity.Text()}, {"renewed", true}, {"to_be_fetched", true}});
-    table->AddRow({due.identity.Text(), TimeText(due.not_after), "waits for `certs fetch`"});
+    const absl::StatusOr<IssuedCertificate> next = identity::CertificateOf(*renewed);
+    if (!next.ok()) return next.status();
+    json->push_back(CertificateToJson(*next));
+    json->back()["renewed"] = true;
+    table->AddRow({next->identity.Text(), TimeText(next->not_after), "waits for `certs fetch`"});
+  }
+  for (const IssuedCertificate& made : over.to_offer) {
+    const absl::StatusOr<std::string> pem = authority->CertificatePemOf(made.serial);
+    if (!pem.ok()) return pem.status();
+    if (absl::Status status = OfferRenewal(session, *pem); !status.ok()) return status;
   }
   return absl::OkStatus();
 }
@@ -234,6 +246,7 @@ absl::Status RenewForHolders(Session* session, nlohmann::json* json, Table* tabl
 absl::Status Renew(Session* session, const CertsArguments& arguments) {
   const absl::StatusOr<LocalPlant> plant = KnownPlant(session->data);
   if (!plant.ok()) return plant.status();
+  session->server = plant->OwnAddress(0);  // this folder's own plant, whatever is usual
   const absl::StatusOr<std::vector<Renewed>> renewed =
       RenewCertificates(*plant, FindServiceUser(), arguments.all ? Renewal::kAll : Renewal::kWhereDue);
   if (!renewed.ok()) return renewed.status();
@@ -244,7 +257,7 @@ absl::Status Renew(Session* session, const CertsArguments& arguments) {
     json.back()["renewed"] = is_new;
     table.AddRow({certificate.identity.Text(), TimeText(certificate.not_after), is_new ? "yes" : "not due"});
   }
-  if (absl::Status status = RenewForHolders(session, &json, &table); !status.ok()) return status;
+  if (absl::Status status = RenewForHolders(session, arguments, &json, &table); !status.ok()) return status;
   if (session->json) {
     PrintJson(json);
   } else {
@@ -305,6 +318,10 @@ void AddCertsCommands(Command* app, Session* session) {
       ->Required();
   show->AddOption("DIR", &arguments->folder, "Folder with identity.pem");
   renew->AddFlag("--all", &arguments->all, "Also what is not due");
+  renew
+      ->AddOption("--holder", &arguments->holders,
+                  "A user whose certificate is followed as machines' are, users/mes; repeatable")
+      ->Repeat();
 }
 
 }  // namespace sixpoint::cli

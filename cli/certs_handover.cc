@@ -2,9 +2,11 @@
 // follows as certificates of the same key.
 #include "cli/certs_handover.h"
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "cli/certificate_text.h"
@@ -81,10 +83,12 @@ absl::Status OfferCredentials(Session* session, const identity::Identity& whose,
 absl::Status TakeCredentials(Session* session, const std::string& code, const fs::path& out) {
   const absl::StatusOr<std::string> pickup_id = identity::PickupIdOf(code);
   if (!pickup_id.ok()) return pickup_id.status();
-  // Before the code is used up.
+  // Before the code is used up: where it is to lie, something can.
   std::error_code unreadable;
   if (fs::exists(out / identity::kIdentityFile, unreadable) || unreadable)
     return runtime::Refuse("--out", out.string(), "a folder without identity.pem");
+  if (absl::Status may = identity::WriteCredentials(out / "probe", {"x", "x"}); !may.ok()) return may;
+  fs::remove_all(out / "probe", unreadable);
   const absl::StatusOr<std::string> sealed = TakeSealed(session->server, *pickup_id);
   if (!sealed.ok()) return sealed.status();
   const absl::StatusOr<identity::Credentials> credentials = identity::Unseal(code, *sealed);
@@ -114,18 +118,27 @@ absl::Status OfferRenewal(Session* session, const std::string& certificate_pem) 
   return session->Call<CredentialsService>("plant", &Stub::OfferRenewal, request, &response);
 }
 
-std::vector<IssuedCertificate> DueForRenewal(const std::vector<IssuedCertificate>& issued, identity::TimePoint now) {
-  // The newest of each comes first: a certificate of a key that another followed is not kept alive.
-  std::map<std::string, const IssuedCertificate*> newest;
-  for (const IssuedCertificate& certificate : issued) newest.emplace(certificate.identity.Text(), &certificate);
-  std::vector<IssuedCertificate> due;
-  for (const auto& [who, certificate] : newest) {
-    if (certificate->identity.kind == identity::Kind::kService || certificate->revoked_at) continue;
-    const auto left = certificate->not_after - now;
-    if (left > left.zero() && left < (certificate->not_after - certificate->not_before) / 3)
-      due.push_back(*certificate);
+HandedOver HandOver(const std::vector<IssuedCertificate>& issued, const std::vector<std::string>& users,
+                    identity::TimePoint now) {
+  // What counts, by its key: the one that lasts longest, and whether it follows another.
+  std::map<std::string, const IssuedCertificate*> longest;
+  std::map<std::string, int> count;
+  for (const IssuedCertificate& certificate : issued) {
+    const bool named = std::find(users.begin(), users.end(), certificate.identity.Text()) != users.end();
+    const bool follows = certificate.identity.kind == identity::Kind::kMachine || named;
+    if (!follows || certificate.revoked_at || certificate.not_after <= now) continue;
+    const IssuedCertificate*& one = longest[certificate.public_key_sha256];
+    if (one == nullptr || certificate.not_after > one->not_after) one = &certificate;
+    ++count[certificate.public_key_sha256];
   }
-  return due;
+  HandedOver over;
+  for (const auto& [key, certificate] : longest) {
+    if (certificate->not_after - now < (certificate->not_after - certificate->not_before) / 2)
+      over.due.push_back(*certificate);
+    else if (count.at(key) > 1)
+      over.to_offer.push_back(*certificate);
+  }
+  return over;
 }
 
 }  // namespace sixpoint::cli

@@ -25,9 +25,13 @@ absl::Status OfferRenewal(Session* session, const std::string& certificate_pem);
 // By the holder: puts the certificate that waits for it in the place of its own.
 absl::Status FetchRenewal(Session* session);
 
-// Of users and machines, the newest certificate of each, where less than a third of its time is left and it still counts. `issued`:
-// newest first.
-std::vector<identity::IssuedCertificate> DueForRenewal(const std::vector<identity::IssuedCertificate>& issued,
-                                                       identity::TimePoint now);
+// What lies with others, of machines and of the users that are named: `due` has less than half of its time left and is to be followed
+// by another of its key; `to_offer` has followed one and may still wait to be fetched. Of each key the one that lasts longest; what was
+// revoked or is over counts for nothing.
+struct HandedOver {
+  std::vector<identity::IssuedCertificate> due, to_offer;
+};
+HandedOver HandOver(const std::vector<identity::IssuedCertificate>& issued, const std::vector<std::string>& users,
+                    identity::TimePoint now);
 
 }  // namespace sixpoint::cli

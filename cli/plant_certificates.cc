@@ -14,6 +14,7 @@
 
 #include "cli/document.h"
 #include "cli/plant_folder.h"
+#include "services/runtime/errors.h"
 
 namespace sixpoint::cli {
 namespace {
@@ -135,6 +136,14 @@ absl::StatusOr<Authority> OpenAuthority(const fs::path& folder) {
 }
 
 absl::Status MakeAuthority(const LocalPlant& plant, const ServiceUser& user) {
+  // A new one would shut out everybody whom the old one let in.
+  const fs::path told = plant.certificates() / identity::kAuthorityFile;
+  std::error_code unreadable;
+  if (fs::exists(told, unreadable) && !fs::exists(plant.authority() / "key.pem", unreadable))
+    return runtime::Refuse("--data", plant.authority().string() + " (no key.pem)",
+                           "the authority that " + told.string() +
+                               " is of, restored; or that file gone too, and everybody's "
+                               "certificates made anew");
   if (absl::Status status = MakeOwnFolder(plant.authority(), 0700); !status.ok()) return status;
   if (absl::Status status = MakeOwnFolder(plant.certificates(), 0755); !status.ok()) return status;
   for (const char* area : kAreas)

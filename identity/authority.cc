@@ -20,7 +20,7 @@ using std::chrono::hours;
 using std::chrono::system_clock;
 
 constexpr char kPem[] = ".pem";
-constexpr auto kAuthorityLife = hours(24 * 3653);  // ten years
+constexpr auto kAuthorityLife = hours(24 * 14610);  // forty years: as long as a plant answers for its parts
 constexpr hours kShortest{1}, kLongest{24 * 397};
 // What Trust reads (kMostCertificate_bytes) holds so many of the longest.
 constexpr std::size_t kMostHosts = 16;
@@ -155,7 +155,9 @@ absl::Status Authority::Create(const fs::path& path, const std::string& plant) {
   if (!IsPlant(plant)) return Refuse("plant", plant, "1 to 64 printable characters");
   const absl::StatusOr<Folder> folder = Folder::Make(path);
   if (!folder.ok()) return folder.status();
-  if (absl::Status is_free = CheckFree(*folder); !is_free.ok()) return is_free;
+  // What lies beside an authority that is there is nobody's trouble.
+  if (const absl::StatusOr<bool> is_there = folder->Holds(kKeyFile); !is_there.ok() || !*is_there)
+    if (absl::Status is_free = CheckFree(*folder); !is_free.ok()) return is_free;
   if (absl::Status made = folder->MakePrivate(); !made.ok()) return made;
   const absl::StatusOr<Descriptor> turn = folder->Lock();
   if (!turn.ok()) return turn.status();
@@ -258,6 +260,19 @@ absl::StatusOr<std::string> Authority::Renew(const std::string& serial, hours va
                                                                  old->issued.identity, old->issued.hosts, *valid);
   if (!certificate.ok()) return certificate.status();
   return Keep(*issued, certificate->get());
+}
+
+absl::StatusOr<std::string> Authority::CertificatePemOf(const std::string& serial) const {
+  const OwnErrors errors;
+  const absl::StatusOr<Folder> folder = OpenFolder(folder_);
+  if (!folder.ok()) return folder.status();
+  const absl::StatusOr<Folder> issued = folder->OpenInside(kIssuedFolder);
+  if (!issued.ok()) return issued.status();
+  const absl::StatusOr<std::string> name = FileOfSerial(*issued, serial);
+  if (!name.ok()) return name.status();
+  const absl::StatusOr<Given> given = ReadGiven(*issued, *name);
+  if (!given.ok()) return given.status();
+  return PemOf(given->certificate.get());
 }
 
 absl::StatusOr<std::vector<IssuedCertificate>> Authority::Issued() const {

@@ -25,7 +25,7 @@ struct CertificateWish {
 // Not thread-safe; two processes at once take turns (a lock of the folder).
 class Authority {
  public:
-  // Key, certificate (for ten years) and an empty revocation list. ALREADY_EXISTS where there is one: a new one would make every
+  // Key, certificate (for forty years) and an empty revocation list. ALREADY_EXISTS where there is one: a new one would make every
   // certificate worthless. `plant`: its name in the certificate, 1 to 64 printable characters.
   static absl::Status Create(const std::filesystem::path& folder, const std::string& plant);
   // NOT_FOUND where there is none; PERMISSION_DENIED where others than its owner may read the key.
@@ -36,6 +36,8 @@ class Authority {
   // holder keeps his key and shows it to nobody. FAILED_PRECONDITION of one that was taken back or has expired, NOT_FOUND of a serial
   // that it never gave.
   absl::StatusOr<std::string> Renew(const std::string& serial, std::chrono::hours valid_for);
+  // One that it gave, as it gave it. NOT_FOUND of a serial that it never gave.
+  absl::StatusOr<std::string> CertificatePemOf(const std::string& serial) const;
   // Newest first, renewals among them: of one person's or machine's, all are to be taken back.
   absl::StatusOr<std::vector<IssuedCertificate>> Issued() const;
   // NOT_FOUND of a serial that it never gave. Once more: nothing changes.

@@ -22,8 +22,9 @@ namespace sixpoint::identity {
 inline constexpr char kKeyFile[] = "key.pem", kCertificateFile[] = "certificate.pem", kRevokedFile[] = "revoked.pem";
 inline constexpr char kIssuedFolder[] = "issued";
 inline constexpr mode_t kSecret = 0600, kPublic = 0644;
-// How far the clocks of a plant's computers may lie apart: what is given now holds for one that is late, too.
-inline constexpr auto kClockDifference = std::chrono::minutes(5);
+// How far the clocks of a plant's computers may lie apart, or be set back: what is given now holds for one that is late, too. An hour
+// is what a control's clock is off that knows nothing of summer.
+inline constexpr auto kClockDifference = std::chrono::hours(3);
 
 // The same failure, saying of which file.
 absl::Status InFile(const std::filesystem::path& file, const absl::Status& status);

@@ -1,5 +1,6 @@
 #include "refusal/message_text.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -12,6 +13,25 @@ std::string Written(double value, Format... format) {
   if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
   char buffer[64];
   return std::string(buffer, std::to_chars(buffer, buffer + sizeof buffer, value, format...).ptr);
+}
+
+// Bytes of the character there, of UTF-8 as RFC 3629 has it; 0: none begins there.
+std::size_t CharacterAt(const std::string& text, std::size_t begin) {
+  const auto byte = [&](std::size_t i) -> unsigned {
+    return begin + i < text.size() ? static_cast<unsigned char>(text[begin + i]) : 0;
+  };
+  const unsigned first = byte(0);
+  if (first < 0x80) return 1;
+  const std::size_t length = first >= 0xc2 && first <= 0xdf   ? 2
+                             : first >= 0xe0 && first <= 0xef ? 3
+                             : first >= 0xf0 && first <= 0xf4 ? 4
+                                                              : 0;
+  for (std::size_t i = 1; i < length; ++i)
+    if ((byte(i) & 0xc0) != 0x80) return 0;
+  // Longer than need be, half of a pair, beyond the last character.
+  const bool wrong = (first == 0xe0 && byte(1) < 0xa0) || (first == 0xed && byte(1) > 0x9f) ||
+                     (first == 0xf0 && byte(1) < 0x90) || (first == 0xf4 && byte(1) > 0x8f);
+  return wrong ? 0 : length;
 }
 
 }  // namespace
@@ -31,8 +51,10 @@ std::string Tame(std::string text, std::size_t longest) {
     while (longest > 0 && (static_cast<unsigned char>(text[longest]) & 0xc0) == 0x80) --longest;
     text = text.substr(0, longest) + "...";
   }
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t length = CharacterAt(text, i);
+    if (length == 0 || static_cast<unsigned char>(text[i]) < 0x20 || text[i] == 0x7f) text[i] = '?';
+    i += std::max<std::size_t>(length, 1);
   }
   return text;
 }

@@ -12,7 +12,8 @@ std::string NumberText(double value);
 std::string Rounded(double value);
 
 // Text that came from outside: at most `longest` bytes (3 or more), the last three dots where it
-// was cut (never within a character of UTF-8); without control characters.
+// was cut (never within a character of UTF-8); without control characters, and without what is no UTF-8: neither database nor
+// protobuf takes that.
 std::string Tame(std::string text, std::size_t longest);
 
 }  // namespace sixpoint

@@ -7,19 +7,19 @@ constexpr char kForget[] = "DELETE FROM credential_offers WHERE expires_at <= cl
 constexpr char kCount[] = "SELECT count(*) FROM credential_offers";
 constexpr char kKeepOffer[] =
     "INSERT INTO credential_offers (pickup_sha256, sealed, identity, offered_by, expires_at) VALUES ($1, $2, $3, $4, "
-    "$5) "
+    "clock_timestamp() + make_interval(hours => $5::integer)) "
     "ON CONFLICT (pickup_sha256) DO NOTHING";
 constexpr char kOfferEnds[] = "SELECT expires_at FROM credential_offers WHERE pickup_sha256 = $1";
 // Of two at once one gets it: the other waits for its commit and finds nothing.
 constexpr char kTake[] =
     "DELETE FROM credential_offers WHERE pickup_sha256 = $1 AND expires_at > clock_timestamp() "
-    "RETURNING identity, offered_by, expires_at, sealed";
+    "RETURNING identity, offered_by, sealed";
 constexpr char kKeepRenewal[] =
     "INSERT INTO certificate_renewals (public_key_sha256, serial, identity, certificate_pem, not_after, offered_by) "
     "VALUES ($1, $2, $3, $4, $5, $6) ON CONFLICT (public_key_sha256, serial) DO NOTHING";
-constexpr char kFindRenewal[] =
+constexpr char kFindRenewals[] =
     "SELECT serial, identity, certificate_pem, not_after, offered_by FROM certificate_renewals "
-    "WHERE public_key_sha256 = $1 ORDER BY not_after DESC, serial LIMIT 1";
+    "WHERE public_key_sha256 = $1 ORDER BY not_after DESC, serial LIMIT 10";
 constexpr std::int64_t kMostOffers = 1000;
 
 }  // namespace
@@ -33,7 +33,7 @@ absl::StatusOr<Instant> KeepOffer(Transaction& transaction, const CredentialOffe
                                         " wait to be taken, want fewer");
   Params params;
   params.Digest(offer.pickup_sha256).Bytes(offer.sealed).Text(offer.identity).Text(offer.offered_by);
-  params.Time(offer.expires_at);
+  params.Int(offer.valid_hours);
   if (const auto kept = transaction.Execute(kKeepOffer, params); !kept.ok()) return kept.status();
   const absl::StatusOr<Rows> ends = transaction.Execute(kOfferEnds, Params().Digest(offer.pickup_sha256));
   if (!ends.ok()) return ends.status();
@@ -45,7 +45,7 @@ absl::StatusOr<std::optional<CredentialOffer>> TakeOffer(Transaction& transactio
   const absl::StatusOr<Rows> rows = transaction.Execute(kTake, Params().Digest(pickup_sha256));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
-  CredentialOffer offer{pickup_sha256, rows->Bytes(0, 3), rows->Text(0, 0), rows->Text(0, 1), rows->Time(0, 2)};
+  CredentialOffer offer{pickup_sha256, rows->Bytes(0, 2), rows->Text(0, 0), rows->Text(0, 1)};
   return rows->Checked(std::optional(std::move(offer)));
 }
 
@@ -56,14 +56,16 @@ absl::Status KeepRenewal(Transaction& transaction, const CertificateRenewal& ren
   return transaction.Execute(kKeepRenewal, params).status();
 }
 
-absl::StatusOr<std::optional<CertificateRenewal>> FindRenewal(Transaction& transaction,
-                                                              const std::string& public_key_sha256) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kFindRenewal, Params().Digest(public_key_sha256));
+absl::StatusOr<std::vector<CertificateRenewal>> FindRenewals(Transaction& transaction,
+                                                             const std::string& public_key_sha256) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kFindRenewals, Params().Digest(public_key_sha256));
   if (!rows.ok()) return rows.status();
-  if (rows->count() == 0) return std::nullopt;
-  CertificateRenewal renewal{public_key_sha256, rows->Text(0, 0), rows->Text(0, 1),
-                             rows->Text(0, 2),  rows->Time(0, 3), rows->Text(0, 4)};
-  return rows->Checked(std::optional(std::move(renewal)));
+  std::vector<CertificateRenewal> renewals;
+  for (int row = 0; row < rows->count(); ++row) {
+    renewals.push_back({public_key_sha256, rows->Text(row, 0), rows->Text(row, 1), rows->Text(row, 2),
+                        rows->Time(row, 3), rows->Text(row, 4)});
+  }
+  return rows->Checked(std::move(renewals));
 }
 
 }  // namespace sixpoint::storage

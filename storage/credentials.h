@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "storage/database.h"
 
@@ -13,7 +14,7 @@ namespace sixpoint::storage {
 struct CredentialOffer {
   std::string pickup_sha256;  // lower-case hexadecimal
   std::string sealed, identity, offered_by;
-  Instant expires_at;
+  int valid_hours = 0;  // from now on, by the database's clock
 };
 // The same again changes nothing; when the one that is kept ends. Also forgets what is over. RESOURCE_EXHAUSTED: a thousand wait.
 absl::StatusOr<Instant> KeepOffer(Transaction& transaction, const CredentialOffer& offer);
@@ -27,8 +28,8 @@ struct CertificateRenewal {
   std::string offered_by;
 };
 absl::Status KeepRenewal(Transaction& transaction, const CertificateRenewal& renewal);
-// The one that lasts longest.
-absl::StatusOr<std::optional<CertificateRenewal>> FindRenewal(Transaction& transaction,
-                                                              const std::string& public_key_sha256);
+// The ten that last longest, the longest first.
+absl::StatusOr<std::vector<CertificateRenewal>> FindRenewals(Transaction& transaction,
+                                                             const std::string& public_key_sha256);
 
 }  // namespace sixpoint::storage

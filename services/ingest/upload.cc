@@ -30,6 +30,13 @@ absl::Status ScanDiffers(const std::string& scan_id, const std::string& what) {
       {{"resource", runtime::NameOf("scans", scan_id)}});
 }
 
+// Of another machine's scan nothing is told, and nothing of its upload taken.
+absl::Status OfAnother(const std::string& scan_id, const std::string& machine) {
+  return runtime::Failure(errors::v1::MACHINE_DIFFERS,
+                          "header.scan_id: " + scan_id + " is another machine's, want a new scan_id",
+                          {{"resource", machine}, {"machine", machine}});
+}
+
 absl::Status Overtaken(const std::string& scan_id) {
   return runtime::Failure(errors::v1::UPLOAD_OVERTAKEN,
                           scan_id + ": another stream has gone on with this upload; call again",
@@ -102,6 +109,7 @@ absl::Status ScanUpload::Join() {
   const auto goes_on = [&](const storage::ScanUploadRow& upload) -> absl::StatusOr<bool> {
     v1::ScanHeader begun;
     if (!begun.ParseFromString(upload.header)) return absl::DataLossError(row_.scan_id + ": header of its upload");
+    if (begun.machine() != header_.machine()) return OfAnother(row_.scan_id, header_.machine());
     const std::string differences = DifferencesOf(begun, header_);
     if (!differences.empty() && upload.next_block > 0) return ScanDiffers(row_.scan_id, differences);
     return differences.empty();
@@ -113,7 +121,9 @@ absl::Status ScanUpload::Join() {
     return absl::OkStatus();
   }
   stored_ = std::move(known->complete);
-  const std::string differences = DifferencesOf(ToProto(*stored_).header(), header_);
+  const v1::ScanHeader kept = ToProto(*stored_).header();
+  if (kept.machine() != header_.machine()) return OfAnother(row_.scan_id, header_.machine());
+  const std::string differences = DifferencesOf(kept, header_);
   return differences.empty() ? absl::OkStatus() : ScanDiffers(row_.scan_id, differences);
 }
 

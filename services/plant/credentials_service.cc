@@ -1,7 +1,6 @@
 #include "services/plant/credentials_service.h"
 
 #include <algorithm>
-#include <chrono>
 #include <string>
 #include <utility>
 
@@ -18,7 +17,6 @@ namespace sixpoint::plant {
 namespace {
 
 using runtime::ToGrpc;
-using std::chrono::system_clock;
 
 constexpr std::size_t kPickupId_bytes = 64;
 constexpr int kMostHours = 720;
@@ -49,6 +47,8 @@ auto InTransaction(storage::Database* database, const grpc::ServerContext& conte
   if (!transaction.ok()) return transaction.status();
   auto done = work(*transaction);
   if (!done.ok()) return done;
+  // What is given once is not given to who is gone.
+  if (context.IsCancelled()) return absl::CancelledError("the client went away");
   if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;
   return done;
 }
@@ -60,8 +60,7 @@ grpc::Status CredentialsService::OfferCredentials(grpc::ServerContext* context,
                                                   v1::OfferCredentialsResponse* response) {
   if (absl::Status status = CheckOffer(*request); !status.ok()) return ToGrpc(status);
   const storage::CredentialOffer offer{storage::Sha256Hex(request->pickup_id()), request->sealed(), request->identity(),
-                                       runtime::RequestedBy(*context),
-                                       system_clock::now() + std::chrono::hours(request->valid_hours())};
+                                       runtime::RequestedBy(*context), request->valid_hours()};
   const absl::StatusOr<storage::Instant> ends = InTransaction(
       database_, *context, [&](storage::Transaction& transaction) { return storage::KeepOffer(transaction, offer); });
   if (!ends.ok()) return ToGrpc(ends.status());
@@ -111,17 +110,22 @@ grpc::Status CredentialsService::GetRenewal(grpc::ServerContext* context, const 
                                             v1::Renewal* response) {
   const auto shown = identity::CertificateOf(runtime::ShownCertificate(*context));
   if (!shown.ok()) return ToGrpc(shown.status());
-  const absl::StatusOr<std::optional<storage::CertificateRenewal>> renewal = InTransaction(
+  const absl::StatusOr<std::vector<storage::CertificateRenewal>> kept = InTransaction(
       database_, *context,
-      [&](storage::Transaction& transaction) { return storage::FindRenewal(transaction, shown->public_key_sha256); });
-  if (!renewal.ok()) return ToGrpc(renewal.status());
+      [&](storage::Transaction& transaction) { return storage::FindRenewals(transaction, shown->public_key_sha256); });
+  if (!kept.ok()) return ToGrpc(kept.status());
   const std::string who = shown->identity.Text();
-  if (!renewal->has_value() || (*renewal)->not_after <= shown->not_after || (*renewal)->identity != who)
+  // One that was taken back since is no help to its holder.
+  const auto renewal = std::find_if(kept->begin(), kept->end(), [&](const storage::CertificateRenewal& one) {
+    return one.not_after > shown->not_after && one.identity == who &&
+           trust_->Judge(one.certificate_pem).standing == identity::Standing::kGood;
+  });
+  if (renewal == kept->end())
     return ToGrpc(runtime::Failure(errors::v1::RENEWAL_NOT_OFFERED,
                                    "renewal: none is kept for " + who + ", want one that lasts longer",
                                    {{"resource", who}}));
-  response->set_certificate_pem((*renewal)->certificate_pem);
-  runtime::ToProto((*renewal)->not_after, response->mutable_not_after());
+  response->set_certificate_pem(renewal->certificate_pem);
+  runtime::ToProto(renewal->not_after, response->mutable_not_after());
   return grpc::Status::OK;
 }
 

@@ -7,6 +7,7 @@
 #include <grpcpp/support/method_handler.h>
 
 #include <list>
+#include <optional>
 
 #include "services/runtime/call.h"
 #include "services/runtime/caller_identity.h"
@@ -55,7 +56,9 @@ class AdmittedMethod : public MethodHandler {
       if (request != nullptr) grpc_byte_buffer_destroy(request);
       return End(call, ToGrpc(caller.status()));
     }
-    const Opened opened(&admission_, *call.server_context);
+    // Who needs no certificate loses none.
+    std::optional<Opened> opened;
+    if (!caller->name.empty()) opened.emplace(&admission_, *call.server_context);
     if (streams_requests_) return handler_->RunHandler(call);
     grpc::Status parsed;
     void* data = nullptr;
@@ -76,7 +79,8 @@ class AdmittedMethod : public MethodHandler {
     Opened(Admission* admission, const grpc::ServerContextBase& context) : admission_(*admission) {
       std::string certificate_pem = ShownCertificate(context);
       const std::lock_guard<std::mutex> lock(admission_.mutex_);
-      place_ = admission_.open_calls_.insert(admission_.open_calls_.end(), {&context, std::move(certificate_pem)});
+      place_ =
+          admission_.open_calls_.insert(admission_.open_calls_.end(), {&context, std::move(certificate_pem), false});
     }
     ~Opened() {
       const std::lock_guard<std::mutex> lock(admission_.mutex_);
@@ -99,10 +103,11 @@ class AdmittedMethod : public MethodHandler {
 
   absl::StatusOr<identity::Identity> Check(const HandlerParameter& call, grpc_byte_buffer* request) const {
     if (call.server_context->IsCancelled()) return absl::CancelledError("the client went away before its turn came");
-    if (absl::Status ready = admission_.CheckReady(); !ready.ok()) return ready;
     absl::StatusOr<identity::Identity> caller = admission_.access_.Admit(method_, *call.server_context);
+    if (!caller.ok()) return caller;
+    if (absl::Status ready = admission_.CheckReady(); !ready.ok()) return ready;
     const std::size_t size_bytes = request == nullptr ? 0 : grpc_byte_buffer_length(request);
-    if (!caller.ok() || size_bytes <= greatest_bytes_) return caller;
+    if (size_bytes <= greatest_bytes_) return caller;
     return Refuse("request", std::to_string(size_bytes) + " bytes", "at most " + std::to_string(greatest_bytes_));
   }
 
@@ -159,11 +164,13 @@ std::unique_ptr<grpc::Service> Admission::Admit(const std::string& full_name, gr
 
 void Admission::EndUnbelieved() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  for (const OpenCall& call : open_calls_) {
+  for (OpenCall& call : open_calls_) {
+    if (call.is_ended) continue;
     const absl::Status counts = access_.StillCounts(call.certificate_pem);
     if (counts.ok() || !absl::IsUnauthenticated(counts)) continue;
-    Log(LogLevel::kWarning, "call ended: " + std::string(counts.message()), {{"caller", RequestedBy(*call.context)}});
+    Log(LogLevel::kWarning, "call ended: " + std::string(counts.message()));
     call.context->TryCancel();
+    call.is_ended = true;
   }
 }
 

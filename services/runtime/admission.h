@@ -1,4 +1,4 @@
-// What every call of our own services passes before its handler: is its client still there, is the server ready, may the caller (access.h),
+// What every call of our own services passes before its handler: is its client still there, may the caller (access.h), is the server ready,
 // is the request as small as the method's is (message_limits.h), does each of its fields keep its bound (request_checks.h), is it about the
 // caller's own machine. Nothing of a request is parsed before the first four. What a client streams is its handler's to check.
 #pragma once
@@ -39,6 +39,7 @@ class Admission {
   struct OpenCall {
     const grpc::ServerContextBase* context;
     std::string certificate_pem;
+    bool is_ended = false;
   };
   absl::Status CheckReady() const;
 

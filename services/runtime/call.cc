@@ -20,7 +20,8 @@ constexpr int kLargestAnswer_bytes = 64 << 20;
 // gRPC 1.51 fails the client's next Write and yet sends what it had buffered again, as a call of its own: a stream cut
 // short, or one that nobody ends. Who uploads starts the stream again himself.
 constexpr char kServiceConfig[] = R"({
-  "methodConfig": [{"name": [{"service": "sixpoint.ingest.v1.ScanService", "method": "UploadScan"}]},
+  "methodConfig": [{"name": [{"service": "sixpoint.ingest.v1.ScanService", "method": "UploadScan"},
+                             {"service": "sixpoint.plant.v1.CredentialsService", "method": "TakeCredentials"}]},
                    {"name": [{}], "retryPolicy": {"maxAttempts": 4, "initialBackoff": "0.1s", "maxBackoff": "1s",
                     "backoffMultiplier": 2, "retryableStatusCodes": ["UNAVAILABLE"]}}],
   "retryThrottling": {"maxTokens": 10, "tokenRatio": 0.1}

@@ -5,6 +5,8 @@
 #include <atomic>
 #include <chrono>
 #include <map>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -21,6 +23,20 @@ using Clock = std::chrono::steady_clock;
 
 std::atomic<int> calls_in_flight{0};
 
+// So many lines a second of calls that were refused for who asked: strangers do not roll the log away.
+bool MayLogDenial() {
+  constexpr int kLinesASecond = 5;
+  static std::mutex mutex;
+  static Clock::time_point second;
+  static int lines = 0;
+  const std::lock_guard<std::mutex> lock(mutex);
+  if (const Clock::time_point now = Clock::now(); now - second >= std::chrono::seconds(1)) {
+    second = now;
+    lines = 0;
+  }
+  return ++lines <= kLinesASecond;
+}
+
 class CallLog : public grpc::experimental::Interceptor {
  public:
   CallLog(grpc::experimental::ServerRpcInfo* info, Denials* denials)
@@ -30,6 +46,8 @@ class CallLog : public grpc::experimental::Interceptor {
 
   // The end of the call, however it came: without a status the client had gone.
   ~CallLog() override {
+    --calls_in_flight;
+    if (is_denied_ && !MayLogDenial()) return;  // counted all the same
     const double duration_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin_).count();
     const bool at_fault = code_ == "INTERNAL" || code_ == "UNKNOWN" || code_ == "DATA_LOSS";
     Log(at_fault ? LogLevel::kError : LogLevel::kInfo, "call",
@@ -38,13 +56,11 @@ class CallLog : public grpc::experimental::Interceptor {
          {"caller", caller_},
          {"code", code_},
          {"dur_ms", duration_ms}});
-    --calls_in_flight;
   }
 
   void Intercept(grpc::experimental::InterceptorBatchMethods* methods) override {
     if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::POST_RECV_INITIAL_METADATA)) {
       TakeTraceparent(methods->GetRecvInitialMetadata());
-      caller_ = RequestedBy(context_);
     }
     if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_STATUS))
       TakeStatus(methods->GetSendStatus());
@@ -54,12 +70,17 @@ class CallLog : public grpc::experimental::Interceptor {
  private:
   void TakeStatus(const grpc::Status& status) {
     code_ = absl::StatusCodeToString(static_cast<absl::StatusCode>(status.error_code()));
-    if (status.error_code() != grpc::StatusCode::UNAUTHENTICATED &&
-        status.error_code() != grpc::StatusCode::PERMISSION_DENIED)
-      return;
-    const auto shown = ShownIdentity(context_);
-    denials_.Add(method_.substr(1), shown ? shown->Text() : "", context_.peer(), ReasonOf(FromGrpc(status)),
-                 status.error_message());
+    const absl::Status said = FromGrpc(status);
+    // Whom another authority names is nobody here: names that strangers think of are kept nowhere.
+    bool is_known = true;
+    for (const ErrorReason reason :
+         {errors::v1::CERTIFICATE_FOREIGN, errors::v1::CERTIFICATE_MISSING, errors::v1::CODE_NOT_VALID})
+      is_known = is_known && !HasReason(said, reason);
+    const auto shown = is_known ? ShownIdentity(context_) : std::nullopt;
+    if (shown) caller_ = shown->Text();
+    if (!absl::IsUnauthenticated(said) && !absl::IsPermissionDenied(said)) return;
+    is_denied_ = true;
+    denials_.Add(method_.substr(1), caller_, context_.peer(), ReasonOf(said), status.error_message());
   }
 
   void TakeTraceparent(std::multimap<grpc::string_ref, grpc::string_ref>* metadata) {
@@ -78,6 +99,7 @@ class CallLog : public grpc::experimental::Interceptor {
   const grpc::ServerContextBase& context_;  // lives as long as the call
   Denials& denials_;
   std::string caller_;
+  bool is_denied_ = false;
   const Clock::time_point begin_ = Clock::now();
   std::string traceparent_;
   std::string code_ = "CANCELLED";

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <utility>
 
+#include "refusal/message_text.h"
+
 namespace sixpoint::runtime {
 namespace {
 
@@ -11,6 +13,7 @@ using std::chrono::steady_clock;
 
 // Stands for all methods, once there are too many different denials to keep apart.
 constexpr char kAny[] = "*";
+constexpr std::size_t kLongestText = 200, kLongestSentence = 1000;
 
 }  // namespace
 
@@ -18,7 +21,8 @@ void Denials::Add(const std::string& method, const std::string& caller, const st
                   const std::string& reason, const std::string& sentence) {
   const storage::Instant now = std::chrono::system_clock::now();
   const std::lock_guard<std::mutex> lock(mutex_);
-  Merge({area_, method, caller, peer_address, reason, sentence, 1, now, now});
+  Merge({area_, method, Tame(caller, kLongestText), Tame(peer_address, kLongestText), reason,
+         Tame(sentence, kLongestSentence), 1, now, now});
 }
 
 void Denials::Merge(storage::Denial denial) {
@@ -32,7 +36,11 @@ void Denials::Merge(storage::Denial denial) {
   if (is_new) return;
   storage::Denial& kept = place->second;
   kept.count += denial.count;
-  kept.first_denied_at = std::min(kept.first_denied_at, denial.first_denied_at);
+  if (denial.first_denied_at < kept.first_denied_at) {
+    kept.first_denied_at = denial.first_denied_at;
+    kept.peer_address = denial.peer_address;
+    kept.sentence = denial.sentence;
+  }
   kept.last_denied_at = std::max(kept.last_denied_at, denial.last_denied_at);
 }
 

@@ -45,6 +45,8 @@ absl::StatusOr<Answer> RecordedResult(storage::ResultWriter<Row>* store, const s
   if (before->has_value()) return to_proto(**before);
   absl::StatusOr<Made<Row>> made = make();
   if (!made.ok()) return made.status();
+  // Its client is gone, or its certificate does not count any more.
+  if (!caller.keep_going()) return absl::CancelledError("the call was ended before its result was recorded");
   made->entry.requested_by = caller.requested_by;
   if constexpr (SaysWhoAsked<Row>::value) made->row.requested_by = caller.requested_by;
   if (const absl::StatusOr<Answer> answerable = to_proto(made->row); !answerable.ok()) return answerable.status();

@@ -1,11 +1,11 @@
 #include "services/runtime/server.h"
 
 #include <google/protobuf/descriptor.h>
-#include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <pthread.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <ctime>
@@ -39,6 +39,8 @@ constexpr long kPollStarting_ms = 200;
 constexpr long kPollServing_ms = 1000;
 constexpr int kMostThreads = 256;
 constexpr size_t kQuotaPerMessage = 64;
+// How soon a call ends whose certificate does not count any more.
+constexpr std::chrono::milliseconds kBetweenJudgements{500};
 
 enum class Readiness { kReady, kBusy, kNotReady };
 
@@ -148,8 +150,11 @@ void KeepDenials(storage::Database* database, Denials* denials) {
   if (taken.empty()) return;
   const absl::Status written = WriteDenials(database, taken);
   if (written.ok()) return;
-  denials->PutBack(taken);
-  Log(LogLevel::kWarning, "denials are not written yet: " + std::string(written.message()));
+  // What the database would never take is not tried for ever.
+  const bool may_be_taken = !absl::IsInvalidArgument(written) && !absl::IsFailedPrecondition(written);
+  if (may_be_taken) denials->PutBack(taken);
+  Log(LogLevel::kWarning, std::string(may_be_taken ? "denials are not written yet: " : "denials are lost: ") +
+                              std::string(written.message()));
 }
 
 // How long running calls get. Without calls only idle connections are left, whose clients may take 5 s to say good-bye.
@@ -172,7 +177,6 @@ void ServeUntilStopped(const ServerOptions& options, grpc::Server* server, Admis
   bool serving = false;
   std::string said;
   do {
-    admission->EndUnbelieved();
     if (serving) KeepDenials(database, denials);
     std::string why_not;
     const Readiness readiness = question.Ask(&why_not);
@@ -223,7 +227,6 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   Denials denials(options.area);
 
   grpc::EnableDefaultHealthCheckService(true);
-  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
   SetLimits(options, GreatestMessage_bytes(services), &builder);
   std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
@@ -251,6 +254,10 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   for (const std::string& name : names) server->GetHealthCheckService()->SetServingStatus(name, false);
   auto acceptor = std::make_unique<ConnectionAcceptor>(*std::move(sockets), &connections, std::move(taker));
   auto flood_watch = std::make_unique<FloodWatch>(&connections);
+  std::atomic<bool> stopping{false};
+  std::thread certificate_watch([&] {
+    for (; !stopping; std::this_thread::sleep_for(kBetweenJudgements)) admission.EndUnbelieved();
+  });
   Log(LogLevel::kInfo, "listening", {{"address", options.listen_address}});
 
   ServeUntilStopped(options, server.get(), &admission, &denials, database.get(), names, signals);
@@ -262,6 +269,8 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   RemoveUnixSocket(options.listen_address);
   server->Shutdown(system_clock::now() + DrainTime());
   server->Wait();
+  stopping = true;
+  certificate_watch.join();
   KeepDenials(database.get(), &denials);
   Log(LogLevel::kInfo, "stopped");
   return 0;

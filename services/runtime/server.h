@@ -1,4 +1,4 @@
-// What every server needs once: flags, limits, health, reflection, graceful stop.
+// What every server needs once: flags, limits, who is let in, health, graceful stop.
 #pragma once
 
 #include <grpcpp/grpcpp.h>

@@ -103,9 +103,15 @@ TEST_F(PlantCertificatesTest, LieWhereOnlyTheirOwnersReadThem) {
     EXPECT_NE(entry.path().extension(), ".part") << entry.path();
 }
 
-TEST_F(PlantCertificatesTest, OfAnotherAuthorityAreMadeAnew) {
+// A data folder that came back without it: a new authority would shut out whom the old one let in.
+TEST_F(PlantCertificatesTest, OfAnotherAuthorityAreMadeAnewOnceTheOldOneIsGivenUp) {
   Renew();
   fs::remove_all(plant_.authority());
+  const absl::Status lost = MakeAuthority(plant_, user_);
+  EXPECT_EQ(lost.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(lost.message()), ::testing::HasSubstr("no key.pem"));
+  EXPECT_FALSE(fs::exists(plant_.authority()));
+  fs::remove(plant_.certificates() / "authority.pem");
   ASSERT_TRUE(MakeAuthority(plant_, user_).ok());
   EXPECT_EQ(Renew().size(), kAreas.size() + 1);
   EXPECT_THAT(Renew(), ElementsAre());

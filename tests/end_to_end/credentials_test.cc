@@ -72,6 +72,35 @@ TEST_F(Door, ACodeOpensItsCredentialsOnce) {
   }
 }
 
+// However long the database takes: who needs no certificate is not ended for having none.
+TEST_F(Door, AStrangerIsGivenTimeToTakeHisCredentials) {
+  auto& certificates = plant_.certificates();
+  const Client admin(ChannelTo("plant", Of(certificates.User("it", {Role::kAdmin}))));
+  const Client stranger(ChannelTo("plant", runtime::CredentialsForAStranger()));
+  plant::v1::OfferCredentialsRequest offer;
+  offer.set_pickup_id(std::string(64, 'a'));
+  offer.set_sealed("sealed");
+  offer.set_identity("machines/m1");
+  offer.set_valid_hours(1);
+  ASSERT_TRUE(admin.Call(&Credentials::OfferCredentials, offer).ok());
+  const auto owner = storage::Database::Open(database_.conninfo(), 1);
+  grpc::Status taken;
+  std::thread taking;
+  {
+    auto holder = owner->Begin(Soon());
+    ASSERT_TRUE(holder->Execute("SELECT 1 FROM credential_offers FOR UPDATE").ok());
+    taking = std::thread([&] {
+      plant::v1::TakeCredentialsRequest take;
+      take.set_pickup_id(offer.pickup_id());
+      plant::v1::TakeCredentialsResponse response;
+      taken = stranger.Call(&Credentials::TakeCredentials, take, &response);
+    });
+    std::this_thread::sleep_for(std::chrono::seconds(3));
+  }
+  taking.join();
+  EXPECT_TRUE(taken.ok()) << taken.error_message();
+}
+
 // The key stays where it is; the plant keeps only what its own authority gave, for the holder of that key.
 TEST_F(Door, ACertificateIsFollowedByTheNextOfItsKey) {
   auto& certificates = plant_.certificates();

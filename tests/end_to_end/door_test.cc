@@ -16,6 +16,8 @@
 #include "sixpoint/access/v1/access.pb.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "sixpoint/plant/v1/record.grpc.pb.h"
+#include "storage/blob_store.h"
+#include "tests/support/stored_scan.h"
 
 namespace sixpoint::testing {
 namespace {
@@ -178,6 +180,29 @@ TEST_F(Door, EveryMethodLetsInWhomItsRuleNamesAndNobodyElse) {
   std::printf("role matrix: %zu methods, %d let in, %d refused\n", contract.methods().size(), let_in, refused);
   RecordProperty("role_matrix_methods", static_cast<int>(contract.methods().size()));
   EXPECT_EQ(let_in + refused, static_cast<int>(6 * contract.methods().size()));
+}
+
+// What the record says of a scan is whose it is, whatever it is called by.
+TEST_F(Door, AnotherMachinesScanIsNobodyElses) {
+  const auto owner = storage::Database::Open(database_.conninfo(), 2);
+  PutScanSubjects(owner.get());  // of machine m1
+  const auto store = storage::MakePostgresqlBlobStore();
+  PutScan(owner.get(), store.get(), "s1", "artefact", {"a block"}, 0);
+  const auto asked = [](const std::shared_ptr<grpc::Channel>& channel, const std::string& name) {
+    grpc::ClientContext context;
+    context.set_deadline(Within(10));
+    ingest::v1::GetScanRequest request;
+    request.set_name(name);
+    ingest::v1::Scan scan;
+    return ingest::v1::ScanService::NewStub(channel)->GetScan(&context, request, &scan);
+  };
+  const auto own = ChannelTo("ingest", Of(plant_.certificates().Machine("m1")));
+  const auto other = ChannelTo("ingest", Of(plant_.certificates().Machine("m2")));
+  EXPECT_TRUE(asked(own, "scans/s1").ok()) << asked(own, "scans/s1").error_message();
+  const grpc::Status theirs = asked(other, "scans/s1"), nobodys = asked(other, "scans/s2");
+  EXPECT_EQ(ReasonOf(theirs), "MACHINE_DIFFERS") << theirs.error_message();
+  EXPECT_EQ(nobodys.error_code(), theirs.error_code());
+  EXPECT_EQ(ReasonOf(asked(other, "SCANS/s1")), "MACHINE_DIFFERS");
 }
 
 // Every text of every request is SQL that would be felt.

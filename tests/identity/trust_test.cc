@@ -86,6 +86,16 @@ TEST_F(TrustTest, LooksAtTheTimeAtEveryCall) {
                                TimeText(now_) + " by this clock");
 }
 
+// A plant that was made, a certificate that was given and a list that was signed a moment ago, by clocks that are an hour off.
+TEST_F(TrustTest, AClockThatIsAnHourOffRefusesNobody) {
+  const std::string certificate = CertificateOf(plant_.Issue(testing::WishOf("machines/m1", {})));
+  const auto now = std::chrono::system_clock::now();
+  for (const auto off : {hours(-1), hours(0), hours(1), hours(-2)}) {
+    now_ = now + off;
+    EXPECT_EQ(StandingOf(certificate), Standing::kGood) << off.count();
+  }
+}
+
 TEST_F(TrustTest, BelievesNobodyLongerThanTheAuthority) {
   const AuthorityKey authority = plant_.key();
   const Span its = *ValidityOf(authority.certificate.get());

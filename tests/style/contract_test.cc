@@ -9,9 +9,11 @@
 #include <fstream>
 #include <functional>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
+#include "sixpoint/access/v1/access.pb.h"
 #include "sixpoint/bounds/v1/bounds.pb.h"
 
 namespace {
@@ -165,6 +167,24 @@ TEST_F(Contract, AMethodThatChangesSomethingHasARequestId) {
               named_by_what_they_change.count(method->name()) > 0)
         << method->full_name();
   }
+}
+
+// Who may call what, as people have looked at it: a rule that changes changes this page too.
+TEST_F(Contract, TheRulesAreThoseOfThePage) {
+  std::string page;
+  for (const MethodDescriptor* method : methods_) {
+    const auto& rule = method->options().GetExtension(sixpoint::access::v1::rule);
+    std::string line = method->service()->name() + "." + method->name() + ":";
+    for (const int role : rule.roles()) line += " " + sixpoint::access::v1::Role_Name(role).substr(5);
+    if (rule.anybody()) line += " anybody";
+    if (!rule.own_machine().empty()) line += "; own machine by " + rule.own_machine();
+    if (rule.any_machine()) line += "; any machine";
+    page += line + "\n";
+  }
+  std::ifstream in(std::string(std::getenv("SIXPOINT_SOURCE_DIR")) + "/docs/access_rules.txt");
+  std::stringstream kept;
+  kept << in.rdbuf();
+  EXPECT_EQ(kept.str(), page);
 }
 
 TEST_F(Contract, AMethodWithARequestIdMayBeRepeated) {

@@ -47,6 +47,17 @@ TEST(Denials, AFloodOfNamesIsBoundedAndCountedWhole) {
   EXPECT_EQ(CountOf(taken), rest->count + Denials::kRowsAMinute - 1);
 }
 
+// No database takes them, and what stands beside them would not be written either.
+TEST(Denials, BytesThatAreNoTextAreNone) {
+  Denials denials("ingest");
+  denials.Add("S/M", "users/\xff\xfe", "p\xc0\xaf", "ROLE_MISSING", "said \xed\xa0\x80\x01 and ü");
+  const auto taken = denials.Take();
+  ASSERT_EQ(taken.size(), 1u);
+  EXPECT_EQ(taken[0].caller, "users/??");
+  EXPECT_EQ(taken[0].peer_address, "p??");
+  EXPECT_EQ(taken[0].sentence, "said ???? and ü");
+}
+
 TEST(Denials, WhatCouldNotBeWrittenIsWrittenLater) {
   Denials denials("ingest");
   denials.Add("S/M", "users/jane", "peer", "ROLE_MISSING", "no");

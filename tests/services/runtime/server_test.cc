@@ -368,38 +368,6 @@ TEST_F(ServerTest, ACompressedMessageIsRefusedBeforeItIsInflated) {
   EXPECT_TRUE(Get("x", &scan).ok());
 }
 
-TEST_F(ServerTest, ReflectionNamesTheService) {
-  Start("host=/nowhere-at-all dbname=x");
-  grpc::GenericStub stub(channel_);
-  grpc::ClientContext context;
-  context.set_deadline(Soon(5));
-  grpc::CompletionQueue queue;
-  const auto next = [&queue] {
-    void* tag = nullptr;
-    bool done = false;
-    return queue.Next(&tag, &done) && done;
-  };
-  const auto call =
-      stub.PrepareCall(&context, "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", &queue);
-  call->StartCall(this);
-  ASSERT_TRUE(next());
-  grpc::Slice list_services(std::string("\x3a\x00", 2));  // field 7, an empty string
-  call->Write(grpc::ByteBuffer(&list_services, 1), this);
-  ASSERT_TRUE(next());
-  grpc::ByteBuffer received;
-  call->Read(&received, this);
-  ASSERT_TRUE(next());
-  grpc::Slice answer;
-  ASSERT_TRUE(received.DumpToSingleSlice(&answer).ok());
-  const std::string text(answer.begin(), answer.end());
-  EXPECT_THAT(text, ::testing::HasSubstr(kService));
-  EXPECT_THAT(text, ::testing::HasSubstr("grpc.health.v1.Health"));
-  grpc::Status status;
-  call->Finish(&status, this);
-  context.TryCancel();
-  next();
-}
-
 TEST_F(ServerTest, ATakenPortIsAnErrorNotASharedPort) {
   StartAt(TcpAddress(), "host=/nowhere-at-all dbname=x");
   const pid_t second = Spawn(TcpAddress(), "host=/nowhere-at-all dbname=x");
