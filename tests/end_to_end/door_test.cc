@@ -25,6 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 using google::protobuf::MethodDescriptor;
 using identity::Role;
+using ::testing::AnyOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
@@ -308,7 +309,8 @@ TEST_F(Door, ARevocationCountsForTheNextCallAndEndsOpenStreams) {
   const auto begin = std::chrono::steady_clock::now();
   ingest::v1::UploadScanResponse response;
   EXPECT_FALSE(stream->Read(&response));
-  EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  // On a machine so busy that the stream had not begun it is refused like any other call.
+  EXPECT_THAT(stream->Finish().error_code(), AnyOf(grpc::StatusCode::CANCELLED, grpc::StatusCode::UNAUTHENTICATED));
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
 }
 
@@ -321,7 +323,10 @@ TEST_F(Door, ASwappedCertificateChangesNobodyOnALiveConnection) {
   EXPECT_EQ(GetMachine(live).error_code(), grpc::StatusCode::NOT_FOUND);
   fs::copy_file(other / identity::kIdentityFile, folder / identity::kIdentityFile,
                 fs::copy_options::overwrite_existing);
-  std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+  // Looked for once a second.
+  for (const auto end = Within(20); ReasonOf(GetMachine(ChannelTo("plant", credentials))) != "MACHINE_DIFFERS" &&
+                                    std::chrono::system_clock::now() < end;)
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
   EXPECT_EQ(GetMachine(live).error_code(), grpc::StatusCode::NOT_FOUND);
   EXPECT_EQ(ReasonOf(GetMachine(live, "machines/m2")), "MACHINE_DIFFERS");
   const auto renewed = ChannelTo("plant", credentials);
