@@ -47,12 +47,6 @@ std::string StateText(const IssuedCertificate& certificate) {
   return "";
 }
 
-std::string RolesText(const identity::Identity& identity) {
-  std::string text;
-  for (const identity::Role role : identity.roles) text += (text.empty() ? "" : ", ") + identity::RoleText(role);
-  return text;
-}
-
 nlohmann::json CertificateToJson(const IssuedCertificate& certificate) {
   nlohmann::json roles = nlohmann::json::array();
   for (const identity::Role role : certificate.identity.roles) roles.push_back(identity::RoleText(role));
@@ -72,7 +66,7 @@ Table CertificateTable() { return Table({"serial", "who", "roles", "from", "unti
 Cells CertificateCells(const IssuedCertificate& certificate) {
   return {certificate.serial,
           certificate.identity.Text(),
-          RolesText(certificate.identity),
+          certificate.identity.RolesText(),
           TimeText(certificate.not_before),
           TimeText(certificate.not_after),
           StateText(certificate)};

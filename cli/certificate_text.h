@@ -14,8 +14,6 @@ enum class CertificateState { kValid, kExpiresSoon, kExpired, kRevoked };
 CertificateState StateOf(const identity::IssuedCertificate& certificate, identity::TimePoint now);
 // "valid", "expires soon", "expired", "revoked".
 std::string StateText(const identity::IssuedCertificate& certificate);
-// "engineer, quality".
-std::string RolesText(const identity::Identity& identity);
 
 nlohmann::json CertificateToJson(const identity::IssuedCertificate& certificate);
 Table CertificateTable();

@@ -42,7 +42,7 @@ fs::path AuthorityFolder(const Session& session, const CertsArguments& arguments
 std::string CertificateText(const IssuedCertificate& certificate) {
   std::string hosts;
   for (const std::string& host : certificate.hosts) hosts += (hosts.empty() ? "" : ", ") + host;
-  return "who           " + certificate.identity.Text() + "\nroles         " + RolesText(certificate.identity) +
+  return "who           " + certificate.identity.Text() + "\nroles         " + certificate.identity.RolesText() +
          "\nserial        " + certificate.serial + "\nfrom          " + TimeText(certificate.not_before) +
          "\nuntil         " + TimeText(certificate.not_after) + "  " + StateText(certificate) + "\n" +
          (hosts.empty() ? "" : "hosts         " + hosts + "\n");

@@ -57,12 +57,19 @@ std::optional<std::string> SerialOfFile(const std::string& name) {
   return PlainSerial(name.substr(0, name.size() - ending.size()));
 }
 
-// The name of that certificate's file.
-absl::StatusOr<std::string> FileOfSerial(const Folder& issued, const std::string& given) {
+// Where a certificate that was given lies.
+struct GivenFile {
+  Folder issued;
+  std::string name;
+};
+
+absl::StatusOr<GivenFile> FileOfSerial(const Folder& folder, const std::string& given) {
+  absl::StatusOr<Folder> issued = folder.OpenInside(kIssuedFolder);
+  if (!issued.ok()) return issued.status();
   const std::optional<std::string> serial = PlainSerial(given);
-  const absl::StatusOr<bool> known = serial ? issued.Holds(*serial + kPem) : false;
+  const absl::StatusOr<bool> known = serial ? issued->Holds(*serial + kPem) : false;
   if (!known.ok()) return known.status();
-  if (*known) return *serial + kPem;
+  if (*known) return GivenFile{*std::move(issued), *serial + kPem};
   return absl::NotFoundError("serial: " + Tame(given, kLongestShown) +
                              ", want that of a certificate which this authority gave");
 }
@@ -239,38 +246,34 @@ absl::StatusOr<std::string> Authority::Renew(const std::string& serial, hours va
   if (!folder.ok()) return folder.status();
   const absl::StatusOr<Descriptor> turn = folder->Lock();
   if (!turn.ok()) return turn.status();
-  const absl::StatusOr<Folder> issued = folder->OpenInside(kIssuedFolder);
-  if (!issued.ok()) return issued.status();
-  const absl::StatusOr<std::string> name = FileOfSerial(*issued, serial);
-  if (!name.ok()) return name.status();
+  const absl::StatusOr<GivenFile> file = FileOfSerial(*folder, serial);
+  if (!file.ok()) return file.status();
   const absl::StatusOr<AuthorityKey> authority = ReadAuthority(*folder);
   if (!authority.ok()) return authority.status();
   X509* const own = authority->certificate.get();
   const absl::StatusOr<RevocationList> revoked = ReadRevoked(*folder, own);
   if (!revoked.ok()) return revoked.status();
-  const absl::StatusOr<Given> old = ReadGiven(*issued, *name);
+  const absl::StatusOr<Given> old = ReadGiven(file->issued, file->name);
   if (!old.ok()) return old.status();
   // Of a file that somebody laid there the authority's word is not given anew.
   if (absl::Status ours = CheckGivenBy(old->certificate.get(), own); !ours.ok())
-    return InFile(issued->path() / *name, ours);
+    return InFile(file->issued.path() / file->name, ours);
   if (absl::Status holds = CheckHolds(old->issued, *revoked); !holds.ok()) return holds;
   const absl::StatusOr<Span> valid = LifeFromNow(valid_for, own);
   if (!valid.ok()) return valid.status();
   const absl::StatusOr<Certificate> certificate = NewCertificate(*authority, X509_get0_pubkey(old->certificate.get()),
                                                                  old->issued.identity, old->issued.hosts, *valid);
   if (!certificate.ok()) return certificate.status();
-  return Keep(*issued, certificate->get());
+  return Keep(file->issued, certificate->get());
 }
 
 absl::StatusOr<std::string> Authority::CertificatePemOf(const std::string& serial) const {
   const OwnErrors errors;
   const absl::StatusOr<Folder> folder = OpenFolder(folder_);
   if (!folder.ok()) return folder.status();
-  const absl::StatusOr<Folder> issued = folder->OpenInside(kIssuedFolder);
-  if (!issued.ok()) return issued.status();
-  const absl::StatusOr<std::string> name = FileOfSerial(*issued, serial);
-  if (!name.ok()) return name.status();
-  const absl::StatusOr<Given> given = ReadGiven(*issued, *name);
+  const absl::StatusOr<GivenFile> file = FileOfSerial(*folder, serial);
+  if (!file.ok()) return file.status();
+  const absl::StatusOr<Given> given = ReadGiven(file->issued, file->name);
   if (!given.ok()) return given.status();
   return PemOf(given->certificate.get());
 }
@@ -313,16 +316,14 @@ absl::Status Authority::Revoke(const std::string& serial) {
   if (!folder.ok()) return folder.status();
   const absl::StatusOr<Descriptor> turn = folder->Lock();
   if (!turn.ok()) return turn.status();
-  const absl::StatusOr<Folder> issued = folder->OpenInside(kIssuedFolder);
-  if (!issued.ok()) return issued.status();
-  const absl::StatusOr<std::string> name = FileOfSerial(*issued, serial);
-  if (!name.ok()) return name.status();
+  const absl::StatusOr<GivenFile> file = FileOfSerial(*folder, serial);
+  if (!file.ok()) return file.status();
   const absl::StatusOr<AuthorityKey> authority = ReadAuthority(*folder);
   if (!authority.ok()) return authority.status();
   // A list that cannot be read is not begun anew: what it took back would count again.
   absl::StatusOr<RevocationList> list = ReadRevoked(*folder, authority->certificate.get());
   if (!list.ok()) return list.status();
-  if (!list->revoked_at.emplace(*SerialOfFile(*name), system_clock::now()).second) return absl::OkStatus();
+  if (!list->revoked_at.emplace(*SerialOfFile(file->name), system_clock::now()).second) return absl::OkStatus();
   ++list->number;
   return WriteRevoked(*folder, *authority, *list);
 }

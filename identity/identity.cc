@@ -66,6 +66,12 @@ bool Identity::Has(Role role) const { return std::find(roles.begin(), roles.end(
 
 std::string Identity::Text() const { return KindText(kind) + "/" + name; }
 
+std::string Identity::RolesText() const {
+  std::string text;
+  for (const Role role : roles) text += (text.empty() ? "" : ", ") + RoleText(role);
+  return text;
+}
+
 std::string RoleText(Role role) {
   for (const auto& [known, text] : kRoleTexts)
     if (known == role) return std::string(text);

@@ -23,6 +23,8 @@ struct Identity {
   bool Has(Role role) const;
   // "machines/m1", "users/jane", "services/ingest": how the record names who asked.
   std::string Text() const;
+  // "engineer, quality".
+  std::string RolesText() const;
 };
 
 // "machine", "engineer", "quality", "mes-reader", "admin", "service".

@@ -68,12 +68,6 @@ std::string WantedRoles(const access::v1::Rule& rule) {
   return wanted.empty() ? "nobody" : wanted;
 }
 
-std::string RolesText(const Identity& caller) {
-  std::string text;
-  for (const Role role : caller.roles) text += (text.empty() ? "" : ", ") + identity::RoleText(role);
-  return text;
-}
-
 // What the field says, each of them where it is repeated.
 std::vector<std::string> TextsOf(const Message& request, const FieldDescriptor& field) {
   const auto& reflection = *request.GetReflection();
@@ -133,7 +127,7 @@ absl::StatusOr<Identity> Access::Admit(const MethodDescriptor& method, const grp
   });
   if (!may) {
     return Failure(errors::v1::ROLE_MISSING,
-                   method.name() + ": " + caller->Text() + " is " + RolesText(*caller) + ", want " + WantedRoles(rule),
+                   method.name() + ": " + caller->Text() + " is " + caller->RolesText() + ", want " + WantedRoles(rule),
                    {{"resource", caller->Text()}});
   }
   if (absl::Status status = CheckRequestedFor(context, *caller); !status.ok()) return status;

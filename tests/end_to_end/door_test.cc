@@ -46,16 +46,10 @@ class Contract {
     }
   }
   const std::vector<const MethodDescriptor*>& methods() const { return methods_; }
-  // As the program knows it: of another pool, options are unknown fields.
-  static access::v1::Rule RuleOf(const MethodDescriptor& method) {
-    google::protobuf::MethodOptions options;
-    options.ParseFromString(method.options().SerializeAsString());
-    return options.GetExtension(access::v1::rule);
-  }
   // Empty but for the field that says of which machine it is.
   std::string Request(const MethodDescriptor& method, const std::string& machine) {
     const std::unique_ptr<google::protobuf::Message> message(messages_.GetPrototype(method.input_type())->New());
-    const std::string path = RuleOf(method).own_machine();
+    const std::string path = method.options().GetExtension(access::v1::rule).own_machine();
     google::protobuf::Message* of = message.get();
     std::string name = path;
     if (const std::size_t dot = path.find('.'); dot != std::string::npos) {
@@ -157,7 +151,7 @@ TEST_F(Door, EveryMethodLetsInWhomItsRuleNamesAndNobodyElse) {
     for (const std::string& area : PlantProcesses::Areas()) channels[area] = ChannelTo(area, Of(folder));
     for (const MethodDescriptor* method : contract.methods()) {
       SCOPED_TRACE(method->full_name() + " by " + access::v1::Role_Name(role));
-      const access::v1::Rule rule = Contract::RuleOf(*method);
+      const access::v1::Rule rule = method->options().GetExtension(access::v1::rule);
       const bool may = rule.anybody() || std::count(rule.roles().begin(), rule.roles().end(), role) > 0;
       const auto& channel = channels.at(AreaOf(*method));
       const bool machine = role == access::v1::ROLE_MACHINE;

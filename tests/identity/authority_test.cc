@@ -26,20 +26,14 @@ using testing::Contents;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using testing::MessageOf;
 using testing::ModeOf;
 using testing::Must;
+using testing::NamesIn;
 using testing::Plant;
 using testing::TemporaryFolder;
 using ::testing::UnorderedElementsAre;
 using testing::WishOf;
-
-std::set<std::string> NamesIn(const fs::path& folder) {
-  std::set<std::string> names;
-  for (const auto& entry : fs::directory_iterator(folder)) names.insert(entry.path().filename());
-  return names;
-}
-
-std::string MessageOf(const absl::Status& status) { return std::string(status.message()); }
 
 TEST(Authority, IsAFolderThatItsOwnerAloneReads) {
   Plant plant;

@@ -52,6 +52,14 @@ std::string Contents(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
+std::set<std::string> NamesIn(const fs::path& folder) {
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) names.insert(entry.path().filename());
+  return names;
+}
+
+std::string MessageOf(const absl::Status& status) { return std::string(status.message()); }
+
 unsigned ModeOf(const fs::path& path) {
   struct stat found {};
   EXPECT_EQ(lstat(path.c_str(), &found), 0) << path;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,8 @@ namespace sixpoint::identity::testing {
 
 std::string Contents(const std::filesystem::path& file);
 unsigned ModeOf(const std::filesystem::path& path);  // 0600
+std::set<std::string> NamesIn(const std::filesystem::path& folder);
+std::string MessageOf(const absl::Status& status);
 template <typename Value>
 Value Must(absl::StatusOr<Value> value) {
   return std::move(value).value();  // ends the test's program, saying why
