@@ -82,7 +82,7 @@ absl::Status ReplaceCertificate(const fs::path& identity_file, const std::string
   if (!renewed.ok()) return InFile(kRenewed, renewed.status());
   const fs::path above = identity_file.has_parent_path() ? identity_file.parent_path() : fs::path(".");
   const std::string name = identity_file.filename();
-  // One folder throughout, and no link followed in it: root does this in folders that are others'.
+  // The key's file in one folder throughout, and no link followed to it: root does this in folders that are others'.
   const absl::StatusOr<Folder> folder = Folder::Open(above);
   if (!folder.ok()) return folder.status();
   struct stat found {};

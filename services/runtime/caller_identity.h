@@ -1,5 +1,5 @@
 // Who asks for a call, by the certificate that was shown with its connection. Admission (admission.h) has judged it before any
-// handler runs; nothing here judges again.
+// handler runs, but of methods that let in anybody; nothing here judges again.
 #pragma once
 
 #include <absl/status/status.h>
@@ -20,8 +20,8 @@ std::optional<identity::Identity> ShownIdentity(const grpc::ServerContextBase& c
 // The certificate itself; empty: none was shown.
 std::string ShownCertificate(const grpc::ServerContextBase& context);
 
-// As the record keeps it: "users/jane", or "users/jane via services/inspection". Without a certificate, which no server of ours
-// lets pass, the address.
+// As the record keeps it: "users/jane", or "users/jane via services/inspection". Without a certificate, which only
+// methods that let in anybody do without, the address.
 std::string RequestedBy(const grpc::ServerContextBase& context);
 // Whom a call to another service is made for: the caller, or whom the caller does it for. Empty without a certificate.
 std::string RequestedFor(const grpc::ServerContextBase& context);
