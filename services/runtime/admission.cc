@@ -3,11 +3,16 @@
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/message.h>
 #include <grpc/byte_buffer.h>
+#include <grpc/grpc.h>
+#include <grpc/support/time.h>
 #include <grpcpp/impl/rpc_service_method.h>
 #include <grpcpp/support/method_handler.h>
 
+#include <chrono>
 #include <list>
+#include <memory>
 #include <optional>
+#include <string>
 
 #include "services/runtime/call.h"
 #include "services/runtime/caller_identity.h"
@@ -23,10 +28,39 @@ using grpc::internal::RpcMethod;
 
 namespace {
 
+// gRPC reads the one request of a method before anything of ours runs, but of a method that streams requests, which looks the same
+// on the wire. So to gRPC all of ours do.
 RpcMethod::RpcType TypeOf(const google::protobuf::MethodDescriptor& method) {
-  if (method.client_streaming())
-    return method.server_streaming() ? RpcMethod::BIDI_STREAMING : RpcMethod::CLIENT_STREAMING;
-  return method.server_streaming() ? RpcMethod::SERVER_STREAMING : RpcMethod::NORMAL_RPC;
+  return method.server_streaming() ? RpcMethod::BIDI_STREAMING : RpcMethod::CLIENT_STREAMING;
+}
+
+// How long a request may take to come: a method's greatest at this rate.
+constexpr std::chrono::seconds kPatience{10};
+constexpr std::size_t kSlowest_bytes_per_s = 500'000;
+
+// Whose the bytes are.
+struct Destroy {
+  void operator()(grpc_byte_buffer* bytes) const { grpc_byte_buffer_destroy(bytes); }
+};
+using Bytes = std::unique_ptr<grpc_byte_buffer, Destroy>;
+
+// The one message of a call; none where it is given up, or is too large for any method of this server. A call whose message does not
+// come is ended.
+Bytes Read(const MethodHandler::HandlerParameter& call, std::chrono::milliseconds patience) {
+  grpc_byte_buffer* bytes = nullptr;
+  grpc_op read{};
+  read.op = GRPC_OP_RECV_MESSAGE;
+  read.data.recv_message.recv_message = &bytes;
+  if (grpc_call_start_batch(call.call->call(), &read, 1, &bytes, nullptr) != GRPC_CALL_OK) return nullptr;
+  grpc_completion_queue* const queue = call.call->cq()->cq();
+  const gpr_timespec end =
+      gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC), gpr_time_from_millis(patience.count(), GPR_TIMESPAN));
+  if (grpc_completion_queue_pluck(queue, &bytes, end, nullptr).type == GRPC_QUEUE_TIMEOUT) {
+    const std::string why = "request: not there after " + std::to_string(patience.count()) + " ms, want it sooner";
+    grpc_call_cancel_with_status(call.call->call(), GRPC_STATUS_DEADLINE_EXCEEDED, why.c_str(), nullptr);
+    grpc_completion_queue_pluck(queue, &bytes, gpr_inf_future(GPR_CLOCK_MONOTONIC), nullptr);
+  }
+  return Bytes(bytes);
 }
 
 // Whatever the call's kind, a handler with a failure to tell answers that alone: it has no function to call.
@@ -46,23 +80,18 @@ class AdmittedMethod : public MethodHandler {
         streams_requests_(method.client_streaming()),
         handler_(handler) {}
 
-  // As it came, until the call is admitted.
-  void* Deserialize(grpc_call*, grpc_byte_buffer* request, grpc::Status*, void**) override { return request; }
-
   void RunHandler(const HandlerParameter& call) override {
-    auto* const request = static_cast<grpc_byte_buffer*>(call.request);
-    const absl::StatusOr<identity::Identity> caller = Check(call, request);
-    if (!caller.ok()) {
-      if (request != nullptr) grpc_byte_buffer_destroy(request);
-      return End(call, ToGrpc(caller.status()));
-    }
+    const absl::StatusOr<identity::Identity> caller = Check(*call.server_context);
+    if (!caller.ok()) return End(call, ToGrpc(caller.status()));
     // Who needs no certificate loses none.
     std::optional<Opened> opened;
     if (!caller->name.empty()) opened.emplace(&admission_, *call.server_context);
     if (streams_requests_) return handler_->RunHandler(call);
+    absl::StatusOr<Bytes> request = Receive(call);
+    if (!request.ok()) return End(call, ToGrpc(request.status()));
     grpc::Status parsed;
     void* data = nullptr;
-    void* const message = handler_->Deserialize(call.call->call(), request, &parsed, &data);
+    void* const message = handler_->Deserialize(call.call->call(), request->release(), &parsed, &data);
     if (parsed.ok()) {
       // Generated messages have one base, at their beginning. A handler that is told of a failure leaves the message to us.
       auto* const fields = static_cast<google::protobuf::Message*>(message);
@@ -101,13 +130,28 @@ class AdmittedMethod : public MethodHandler {
     return admission_.access_.CheckMachine(method_, caller, request, DeadlineOf(context));
   }
 
-  absl::StatusOr<identity::Identity> Check(const HandlerParameter& call, grpc_byte_buffer* request) const {
-    if (call.server_context->IsCancelled()) return absl::CancelledError("the client went away before its turn came");
-    absl::StatusOr<identity::Identity> caller = admission_.access_.Admit(method_, *call.server_context);
+  absl::StatusOr<identity::Identity> Check(const grpc::ServerContextBase& context) const {
+    if (context.IsCancelled()) return absl::CancelledError("the client went away before its turn came");
+    absl::StatusOr<identity::Identity> caller = admission_.access_.Admit(method_, context);
     if (!caller.ok()) return caller;
     if (absl::Status ready = admission_.CheckReady(); !ready.ok()) return ready;
-    const std::size_t size_bytes = request == nullptr ? 0 : grpc_byte_buffer_length(request);
-    if (size_bytes <= greatest_bytes_) return caller;
+    return caller;
+  }
+
+  absl::StatusOr<Bytes> Receive(const HandlerParameter& call) const {
+    const auto share = admission_.readings_.Take(call.server_context->peer());
+    if (!share) {
+      const std::string most = std::to_string(admission_.readings_.most_per_peer());
+      return Failure(errors::v1::REQUESTS_UNFINISHED,
+                     "requests: " + most + " of this peer have not come yet, want fewer at once; try again",
+                     {{"limit", most}});
+    }
+    const auto patience = kPatience + std::chrono::seconds(greatest_bytes_ / kSlowest_bytes_per_s);
+    Bytes request = Read(call, patience);
+    if (request == nullptr)
+      return Refuse("request", "none", "one message of at most " + std::to_string(greatest_bytes_) + " bytes");
+    const std::size_t size_bytes = grpc_byte_buffer_length(request.get());
+    if (size_bytes <= greatest_bytes_) return request;
     return Refuse("request", std::to_string(size_bytes) + " bytes", "at most " + std::to_string(greatest_bytes_));
   }
 

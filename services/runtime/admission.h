@@ -1,6 +1,7 @@
 // What every call of our own services passes before its handler: is its client still there, may the caller (access.h), is the server ready,
 // is the request as small as the method's is (message_limits.h), does each of its fields keep its bound (request_checks.h), is it about the
-// caller's own machine. Nothing of a request is parsed before the first four. What a client streams is its handler's to check.
+// caller's own machine. Nothing of a request is read before the first three: of a stranger no more is held than HTTP/2's window.
+// What a client streams is its handler's to check.
 #pragma once
 
 #include <absl/status/status.h>
@@ -14,6 +15,7 @@
 #include <string>
 
 #include "services/runtime/access.h"
+#include "services/runtime/peer_shares.h"
 
 namespace sixpoint::runtime {
 
@@ -43,7 +45,11 @@ class Admission {
   };
   absl::Status CheckReady() const;
 
+  // So many of one peer may be waited for to send their request; each holds a thread.
+  static constexpr int kMostReadPerPeer = 64;
+
   const Access& access_;
+  PeerShares readings_{kMostReadPerPeer};
   mutable std::mutex mutex_;
   std::list<OpenCall> open_calls_;
   std::optional<std::string> not_ready_ = "it has not asked its database yet";

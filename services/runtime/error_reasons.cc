@@ -76,6 +76,7 @@ absl::StatusCode CodeOf(ErrorReason reason) {
     case errors::v1::CAD_WORKERS_BUSY:
     case errors::v1::STORE_CHECKS_FULL:
     case errors::v1::DOWNLOADS_FULL:
+    case errors::v1::REQUESTS_UNFINISHED:
       return absl::StatusCode::kResourceExhausted;
     case errors::v1::OBJECT_STORE_AWAY:
     case errors::v1::CAD_WORKER_MISSING:

@@ -368,6 +368,69 @@ TEST_F(ServerTest, ACompressedMessageIsRefusedBeforeItIsInflated) {
   EXPECT_TRUE(Get("x", &scan).ok());
 }
 
+// Who has no certificate is refused by what his call says of itself; what he sends besides is not even taken.
+TEST_F(ServerTest, OfAStrangersRequestsNextToNothingIsHeld) {
+  StartReady(Address());
+  Scan scan;
+  ASSERT_TRUE(Get("x", &scan).ok());
+  const std::int64_t before_kb = PeakKb();
+  GetScanRequest large;
+  large.set_name(std::string(8'000'000, 'x'));
+  std::atomic<int> refused = 0;
+  std::vector<std::thread> strangers;
+  for (int i = 0; i < 30; ++i) {
+    strangers.emplace_back([&] {
+      const auto channel = NewChannel(Address(), CredentialsForAStranger());
+      for (int k = 0; k < 3; ++k) {
+        Scan nothing;
+        grpc::ClientContext context;
+        context.set_deadline(Soon(60));
+        refused += ScanService::NewStub(channel)->GetScan(&context, large, &nothing).error_code() ==
+                   grpc::StatusCode::UNAUTHENTICATED;
+      }
+    });
+  }
+  for (std::thread& stranger : strangers) stranger.join();
+  EXPECT_EQ(refused, 90);
+  const std::int64_t growth_kb = PeakKb() - before_kb;
+  RecordProperty("strangers_rss_mb", std::to_string(1e-3 * static_cast<double>(growth_kb)));
+  EXPECT_TRUE(!kMemoryCounts || growth_kb < 60'000) << growth_kb;
+  EXPECT_TRUE(Get("x", &scan).ok());
+}
+
+// Each holds a thread, so that one peer has so many of them and so long.
+TEST_F(ServerTest, CallsWhoseRequestDoesNotComeAreEnded) {
+  StartReady(Address());
+  Scan scan;
+  ASSERT_TRUE(Get("x", &scan).ok());
+  grpc::GenericStub stub(channel_);
+  grpc::CompletionQueue queue;
+  constexpr int kCalls = 64;
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<std::unique_ptr<grpc::GenericClientAsyncReaderWriter>> calls;
+  void* tag = nullptr;
+  bool done = false;
+  for (int i = 0; i < kCalls; ++i) {
+    contexts.push_back(std::make_unique<grpc::ClientContext>());
+    contexts.back()->set_deadline(Soon(120));
+    calls.push_back(stub.PrepareCall(contexts.back().get(), "/" + std::string(kService) + "/GetScan", &queue));
+    calls.back()->StartCall(nullptr);
+    queue.Next(&tag, &done);
+  }
+  grpc::Status one_more;
+  for (const auto end = Soon(8); one_more.ok() && std::chrono::system_clock::now() < end;) one_more = Get("x", &scan);
+  EXPECT_EQ(one_more.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << one_more.error_message();
+  EXPECT_TRUE(HasReason(FromGrpc(one_more), errors::v1::REQUESTS_UNFINISHED));
+  for (const auto& call : calls) {
+    grpc::Status ended;
+    call->Finish(&ended, nullptr);
+    queue.Next(&tag, &done);
+    EXPECT_EQ(ended.error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+    EXPECT_EQ(ended.error_message(), "request: not there after 10000 ms, want it sooner");
+  }
+  EXPECT_TRUE(Get("x", &scan).ok());
+}
+
 TEST_F(ServerTest, ATakenPortIsAnErrorNotASharedPort) {
   StartAt(TcpAddress(), "host=/nowhere-at-all dbname=x");
   const pid_t second = Spawn(TcpAddress(), "host=/nowhere-at-all dbname=x");
