@@ -13,6 +13,7 @@ namespace sixpoint::cli {
 
 void AddMachineCommands(Command* app, Session* session);
 void AddArtefactCommands(Command* app, Session* session);
+void AddPersonCommands(Command* app, Session* session);
 void AddPartCommands(Command* app, Session* session);
 void AddBladeCommands(Command* app, Session* session);
 void AddScanCommands(Command* app, Session* session);

@@ -12,9 +12,10 @@ namespace {
 #define SIXPOINT_HEAD_COLUMNS                                                                                 \
   "calibration_id, machine_id, kind, method, inputs, request_sha256, valid_from, valid_until, requested_by, " \
   "software_version, is_draft, temperature_c, temperature_standard_uncertainty_c, humidity_percent, environment_note"
-#define SIXPOINT_SELECT_HEADS     \
-  "SELECT " SIXPOINT_HEAD_COLUMNS \
-  ", record_sequence, recorded_at FROM calibrations c JOIN record_names n ON n.record_id = c.calibration_id WHERE "
+#define SIXPOINT_SELECT_HEADS                                                                                       \
+  "SELECT " SIXPOINT_HEAD_COLUMNS                                                                                   \
+  ", record_sequence, recorded_at, name_of(requested_by) FROM calibrations c JOIN record_names n ON n.record_id = " \
+  "c.calibration_id WHERE "
 #define SIXPOINT_SENSOR_COLUMNS                                                                               \
   "calibration_id, machine_from_sensor_rotation, t_sm_mm, covariance, alpha_deg, beta_deg, gamma_deg, "       \
   "alpha_standard_uncertainty_deg, beta_standard_uncertainty_deg, gamma_standard_uncertainty_deg, noise_um, " \
@@ -69,7 +70,7 @@ constexpr char kSelectStates[] =
     "AND f.valid_from <= $2 AND $2 < f.valid_until "
     "ORDER BY f.force_sequence DESC LIMIT 1) FROM calibrations c WHERE c.calibration_id = ANY ($1::uuid[])";
 constexpr char kSelectEvents[] =
-    "SELECT calibration_id, event, reason, requested_by, software_version, record_sequence, recorded_at "
+    "SELECT calibration_id, event, reason, name_of(requested_by), software_version, record_sequence, recorded_at "
     "FROM calibration_events e JOIN record_names n ON n.record_id = e.record_id WHERE calibration_id = ANY "
     "($1::uuid[])";
 // The states as StateOf has them, by what the events and the moment $5 say.
@@ -264,7 +265,7 @@ absl::StatusOr<std::vector<CalibrationRow>> ReadCalibrations(Transaction& transa
     c.request_sha256 = heads.Digest(row, 5);
     c.valid_from = heads.Time(row, 6);
     c.valid_until = heads.Time(row, 7);
-    c.requested_by = heads.Text(row, 8);
+    c.requested_by = heads.Text(row, 17);
     c.software_version = heads.Text(row, 9);
     c.is_draft = heads.Bool(row, 10);
     c.environment = {OptionalReal(heads, row, 11), OptionalReal(heads, row, 12), OptionalReal(heads, row, 13),

@@ -24,13 +24,14 @@ constexpr char kInsertFetch[] =
     "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
 constexpr char kSelectFetch[] =
     "SELECT correction_id, program_sha256, hole_count, cut_count, nc_reader_version, nc_pose_count, "
-    "nc_greatest_difference_um, nc_greatest_tilt_deg, requested_by, software_version FROM program_fetches WHERE "
+    "nc_greatest_difference_um, nc_greatest_tilt_deg, name_of(requested_by), software_version FROM program_fetches "
+    "WHERE "
     "fetch_id = $1";
 constexpr char kSelectCutHoles[] =
     "SELECT k.correction_id, k.group_name, k.hole_name FROM corrections c JOIN correction_cuts k USING (correction_id) "
     "WHERE c.blade_serial = $1 ORDER BY k.correction_id, k.group_name, k.hole_name";
-// Taken before the state is read, not only with the entry: a decision that comes meanwhile waits, or was there before.
-constexpr char kLockJournal[] = "SELECT pg_advisory_xact_lock(6021, 1)";
+// The pseudonym first, for who waits for one must not hold the lock. Taken before the state is read, not only with the entry: a decision that comes meanwhile waits, or was there before.
+constexpr char kLockJournal[] = "SELECT pseudonym_of($1), pg_advisory_xact_lock(6021, 1)";
 
 using FoundCorrection = absl::StatusOr<std::optional<CorrectionRow>>;
 
@@ -49,8 +50,9 @@ FoundCorrection FindOfReport(Transaction& transaction, const std::string& name) 
 
 // As it is with the journal's lock held, and if it may be done.
 absl::StatusOr<CorrectionRow> FindChecked(Transaction& transaction, const std::string& id,
-                                          const CorrectionCheck& check) {
-  if (const auto locked = transaction.Execute(kLockJournal, Params()); !locked.ok()) return locked.status();
+                                          const std::string& requested_by, const CorrectionCheck& check) {
+  const auto locked = transaction.Execute(kLockJournal, Params().Text(requested_by));
+  if (!locked.ok()) return locked.status();
   FoundCorrection found = FindCorrection(transaction, id);
   if (!found.ok()) return found.status();
   if (absl::Status status = check(*found); !status.ok()) return status;
@@ -117,7 +119,7 @@ class PostgresCorrectionEvents final : public CorrectionEventStore {
                                        Deadline deadline) override {
     const auto decide = [&](Transaction& transaction) -> absl::StatusOr<CorrectionRow> {
       const std::string& id = decision.correction_id;
-      const auto correction = FindChecked(transaction, id, decision.check);
+      const auto correction = FindChecked(transaction, id, decision.requested_by, decision.check);
       if (!correction.ok()) return correction.status();
       const std::string record_id = NewUuid();
       const auto inserted = transaction.Execute(kInsertEvent, Params()
@@ -142,7 +144,7 @@ class PostgresCorrectionEvents final : public CorrectionEventStore {
                                           Deadline deadline) override {
     const auto store = [&](Transaction& transaction) -> absl::StatusOr<CorrectionRow> {
       const std::string& id = report.correction_id;
-      const auto correction = FindChecked(transaction, id, report.check);
+      const auto correction = FindChecked(transaction, id, report.requested_by, report.check);
       if (!correction.ok()) return correction.status();
       const std::string record_id = NewUuid();
       std::vector<std::string> groups, holes;
@@ -175,7 +177,7 @@ class PostgresCorrectionEvents final : public CorrectionEventStore {
       // The blob first: the journal's lock is held for no longer than it must be.
       absl::StatusOr<std::string> sha256 = PutBlob(transaction, fetch.nc_program);
       if (!sha256.ok()) return sha256.status();
-      const auto correction = FindChecked(transaction, fetch.correction_id, check);
+      const auto correction = FindChecked(transaction, fetch.correction_id, fetch.requested_by, check);
       if (!correction.ok()) return correction.status();
       const auto inserted = transaction.Execute(kInsertFetch, Params()
                                                                   .Uuid(fetch.fetch_id)

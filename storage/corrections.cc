@@ -24,7 +24,8 @@ constexpr char kInsertCorrection[] = "INSERT INTO corrections (" SIXPOINT_CORREC
 #define SIXPOINT_SELECT_CORRECTIONS                                                                               \
   "SELECT " SIXPOINT_CORRECTION_COLUMNS                                                                           \
   ", ARRAY(SELECT DISTINCT a.characterisation_id FROM registration_angles a WHERE a.registration_id = "           \
-  "corrections.registration_id ORDER BY 1), record_sequence, recorded_at, state, usable_until, superseded_by "    \
+  "corrections.registration_id ORDER BY 1), record_sequence, recorded_at, state, usable_until, superseded_by, "   \
+  "name_of(requested_by) "                                                                                        \
   "FROM corrections JOIN recorded r ON r.record_id = correction_id JOIN correction_states USING (correction_id) " \
   "WHERE "
 constexpr char kSelectCorrection[] = SIXPOINT_SELECT_CORRECTIONS "correction_id = $1";
@@ -51,7 +52,7 @@ constexpr char kSelectChecks[] =
     "SELECT correction_id, kind, subject, value, limit_value, passed, failed_count FROM correction_checks "
     "WHERE correction_id = ANY ($1::uuid[]) ORDER BY correction_id, position_index";
 constexpr char kSelectDecisions[] =
-    "SELECT correction_id, event, reason, requested_by, recorded_at FROM correction_events "
+    "SELECT correction_id, event, reason, name_of(requested_by), recorded_at FROM correction_events "
     "JOIN record_names USING (record_id) WHERE correction_id = ANY ($1::uuid[])";
 constexpr char kSelectGroups[] =
     "SELECT correction_id, group_name, a_deg, b_deg, a_nominal_deg, b_nominal_deg, a_ideal_deg, b_ideal_deg, "
@@ -103,7 +104,7 @@ CorrectionRow ReadCorrection(const Rows& rows, int row) {
   correction.envelope_translation_mm = rows.Real(row, 13);
   correction.envelope_rotation_deg = rows.Real(row, 14);
   correction.valid_until = rows.Time(row, 15);
-  correction.requested_by = rows.Text(row, 16);
+  correction.requested_by = rows.Text(row, 36);
   correction.software_version = rows.Text(row, 17);
   correction.axes = rows.Texts(row, 18);
   if (!rows.IsNull(row, 19))

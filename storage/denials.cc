@@ -8,7 +8,8 @@ constexpr char kInsert[] =
     "first_denied_at, "
     "last_denied_at) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)";
 constexpr char kSelect[] =
-    "SELECT area, method, caller, peer_address, reason, sentence, denied_count, first_denied_at, last_denied_at "
+    "SELECT area, method, name_of(caller), peer_address, reason, sentence, denied_count, first_denied_at, "
+    "last_denied_at "
     "FROM denials ORDER BY denial_id DESC LIMIT $1";
 
 // Not in the middle of a character.

@@ -20,9 +20,10 @@ namespace {
 constexpr char kInsertInspection[] = "INSERT INTO inspections (" SIXPOINT_INSPECTION_COLUMNS
                                      ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, "
                                      "$17, $18, $19, $20, $21, $22, $23, $24, $25, $26)";
-#define SIXPOINT_SELECT_INSPECTIONS     \
-  "SELECT " SIXPOINT_INSPECTION_COLUMNS \
-  ", record_sequence, recorded_at FROM inspections JOIN recorded r ON r.record_id = inspection_id WHERE "
+#define SIXPOINT_SELECT_INSPECTIONS                                                                          \
+  "SELECT " SIXPOINT_INSPECTION_COLUMNS                                                                      \
+  ", record_sequence, recorded_at, name_of(requested_by) FROM inspections JOIN recorded r ON r.record_id = " \
+  "inspection_id WHERE "
 constexpr char kSelectInspection[] = SIXPOINT_SELECT_INSPECTIONS "inspection_id = $1";
 constexpr char kListInspections[] = SIXPOINT_SELECT_INSPECTIONS SIXPOINT_RESULT_FILTER(
     "inspections", "inspection") "AND ($8 = '' OR verdict = $8) ORDER BY record_sequence DESC LIMIT $9";
@@ -90,7 +91,7 @@ InspectionRow ReadInspection(const Rows& rows, int row) {
   inspection.deviation_p95_um = rows.Real(row, 16);
   inspection.deviation_point_count = rows.Int(row, 17);
   inspection.deviation_excluded_count = rows.Int(row, 18);
-  inspection.requested_by = rows.Text(row, 19);
+  inspection.requested_by = rows.Text(row, 28);
   inspection.software_version = rows.Text(row, 20);
   inspection.method = rows.Text(row, 21);
   if (!rows.IsNull(row, 22)) inspection.disagreement_um = rows.Real(row, 22);

@@ -10,13 +10,13 @@ namespace {
 // Takes the journal's lock (migrations/V0001).
 constexpr char kAppend[] =
     "SELECT new_sequence, new_recorded_at, edge_count FROM append_record($1, $2, $3, $4, $5, $6, $7, $8, $9, "
-    "$10::jsonb, $11::text[], $12, $13::uuid, $14::bytea)";
+    "$10::jsonb, $11::text[], $12, $13::uuid, $14::bytea, $15)";
 
-#define SIXPOINT_ENTRY_COLUMNS                                                                            \
-  "SELECT e.record_sequence, e.recorded_at, e.kind, n.name, e.blade_serial, e.machine_id, e.method, "     \
-  "e.software_version, e.requested_by, e.measured_at, e.summary::text, "                                  \
-  "ARRAY(SELECT m.name FROM record_inputs i JOIN record_names m ON m.record_id = i.input_id "             \
-  "WHERE i.record_id = e.record_id ORDER BY i.position_index) FROM record_entries e JOIN record_names n " \
+#define SIXPOINT_ENTRY_COLUMNS                                                                                        \
+  "SELECT e.record_sequence, e.recorded_at, e.kind, n.name, e.blade_serial, e.machine_id, e.method, "                 \
+  "e.software_version, name_of(e.requested_by), e.measured_at, e.summary::text, "                                     \
+  "ARRAY(SELECT m.name FROM record_inputs i JOIN record_names m ON m.record_id = i.input_id "                         \
+  "WHERE i.record_id = e.record_id ORDER BY i.position_index), e.trace_id FROM record_entries e JOIN record_names n " \
   "ON n.record_id = e.record_id "
 constexpr char kSelectEntry[] = SIXPOINT_ENTRY_COLUMNS "WHERE n.name = $1";
 constexpr char kSelectBlade[] =
@@ -44,6 +44,11 @@ std::optional<std::string> OptionalText(const Rows& rows, int row, int column) {
   return rows.Text(row, column);
 }
 
+std::optional<std::string> TraceOf(const RecordEntry& entry) {
+  if (entry.trace_id || !entry.request || entry.request->trace_id.empty()) return entry.trace_id;
+  return entry.request->trace_id;
+}
+
 absl::StatusOr<std::vector<JournalEntry>> ReadEntries(Transaction& transaction, const char* sql, const Params& params) {
   const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
   if (!rows.ok()) return rows.status();
@@ -61,6 +66,7 @@ absl::StatusOr<std::vector<JournalEntry>> ReadEntries(Transaction& transaction, 
     if (!rows->IsNull(row, 9)) read.entry.measured_at = rows->Time(row, 9);
     read.entry.summary_json = rows->Text(row, 10);
     read.entry.inputs = rows->Texts(row, 11);
+    read.entry.trace_id = OptionalText(*rows, row, 12);
   }
   return rows->Checked(std::move(entries));
 }
@@ -83,6 +89,7 @@ absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const std::strin
     params.Text(entry.request->call).Text(entry.request->request_id).Digest(entry.request->sha256);
   else
     params.Null().Null().Null();
+  AddOptional(params, TraceOf(entry));
   const absl::StatusOr<Rows> rows = transaction.Execute(kAppend, params);
   if (!rows.ok()) return rows.status();
   const Recorded recorded{rows->Int(0, 0), rows->Time(0, 1)};

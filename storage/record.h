@@ -19,6 +19,7 @@ struct KeptRequest {
   std::string call;        // area.Method: ids are a call's own
   std::string request_id;  // a UUID; empty: nothing is kept
   std::string sha256;      // of its bytes
+  std::string trace_id{};  // of the call; empty: none
 };
 
 struct RecordEntry {
@@ -33,6 +34,7 @@ struct RecordEntry {
   std::string method;                  // empty where there is none
   std::string software_version;
   std::string requested_by;
+  std::optional<std::string> trace_id;  // of the call that recorded it (W3C), where one did; where a request is kept, that says it
   std::optional<Instant> measured_at;  // the device's clock, where there is one
   std::string summary_json = "{}";     // a few figures a reader wants at once
   std::optional<KeptRequest> request;  // set by the store

@@ -22,9 +22,10 @@ constexpr char kInsertRegistration[] =
     ", options, detail) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, "
     "$20, $21, $22, $23, $24, $25, $26, $27, $28, $29, $30, $31, $32, $33, $34, $35, $36, $37, $38, $39, "
     "$40::jsonb, $41::jsonb)";
-#define SIXPOINT_SELECT_REGISTRATIONS                                                                  \
-  "SELECT " SIXPOINT_REGISTRATION_COLUMNS                                                              \
-  ", options::text, detail::text, record_sequence, recorded_at FROM registrations JOIN recorded r ON " \
+#define SIXPOINT_SELECT_REGISTRATIONS                                                                           \
+  "SELECT " SIXPOINT_REGISTRATION_COLUMNS                                                                       \
+  ", options::text, detail::text, record_sequence, recorded_at, name_of(requested_by) FROM registrations JOIN " \
+  "recorded r ON "                                                                                              \
   "r.record_id = registration_id WHERE "
 constexpr char kSelectRegistration[] = SIXPOINT_SELECT_REGISTRATIONS "registration_id = $1";
 constexpr char kListRegistrations[] =
@@ -112,7 +113,7 @@ RegistrationRow ReadRegistration(const Rows& rows, int row) {
   read.weakest_standard_uncertainty_um = rows.Real(row, column++);
   read.remark = rows.Text(row, column++);
   read.compute_seconds = rows.Real(row, column++);
-  read.requested_by = rows.Text(row, column++);
+  ++column;  // requested_by: whose it is stands last
   read.software_version = rows.Text(row, column++);
   read.weakest_direction_in_words = rows.Text(row, column++);
   for (std::optional<double>* figure :
@@ -129,6 +130,7 @@ RegistrationRow ReadRegistration(const Rows& rows, int row) {
   read.options_json = rows.Text(row, column++);
   read.detail_json = rows.Text(row, column++);
   read.recorded = {rows.Int(row, column), rows.Time(row, column + 1)};
+  read.requested_by = rows.Text(row, column + 2);
   return read;
 }
 

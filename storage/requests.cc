@@ -17,7 +17,7 @@ constexpr char kInsertKept[] =
 }  // namespace
 
 KeptRequest KeptRequestOf(const RecordedRequest& request) {
-  return {request.call, request.request_id, Sha256Hex(request.bytes)};
+  return {request.call, request.request_id, Sha256Hex(request.bytes), request.trace_id};
 }
 
 absl::StatusOr<std::optional<std::string>> FindKept(Transaction& transaction, const RecordedRequest& request) {

@@ -21,6 +21,7 @@ struct RecordedRequest {
   std::string call;        // area.Method: ids are a call's own
   std::string request_id;  // a UUID; empty: every call is a new one
   std::string bytes;       // of the request: the same id with others is ALREADY_EXISTS
+  std::string trace_id{};  // of the call (W3C); empty: none
 };
 
 template <typename Row, typename Filter>

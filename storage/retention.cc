@@ -16,7 +16,7 @@ namespace {
 constexpr int kBatch = 100;
 
 constexpr char kSelectDeletion[] =
-    "SELECT s.scan_id, d.reason, d.requested_by, coalesce(d.policy_kind, ''), coalesce(d.policy_revision, 0), "
+    "SELECT s.scan_id, d.reason, name_of(d.requested_by), coalesce(d.policy_kind, ''), coalesce(d.policy_revision, 0), "
     "d.points_sha256, d.points_bytes, r.record_sequence, r.recorded_at, "
     "to_char(r.recorded_at AT TIME ZONE 'UTC', 'YYYY-MM-DD HH24:MI:SS\"Z\"') FROM scan_deletions d "
     "JOIN scans s USING (scan_key) JOIN record_names r USING (record_id) WHERE d.scan_key = " SIXPOINT_SCAN_KEY("$1");
@@ -138,6 +138,7 @@ RecordEntry EntryOf(const ScanRow& scan, const DeletionOrder& order) {
   entry.method = order.policy ? "retention" : "by name";
   entry.software_version = order.software_version;
   entry.requested_by = order.requested_by;
+  if (!order.trace_id.empty()) entry.trace_id = order.trace_id;
   entry.summary_json =
       nlohmann::json(
           {{"reason", order.reason}, {"points_sha256", scan.stored_sha256}, {"points_bytes", scan.stored_bytes}})
@@ -234,7 +235,7 @@ absl::Status KeepProgress(Database* database, const PolicyInForce& in_force, Dea
 DeletionOrder OrderOf(const std::string& scan_id, const RetentionPolicy& policy, const RetentionOptions& options) {
   const std::string reason = "retention: " + policy.scan_kind + " scans are kept " + std::to_string(*policy.keep_days) +
                              " days (policy revision " + std::to_string(policy.revision) + ")";
-  return {scan_id, reason, options.requested_by, options.software_version, policy};
+  return {scan_id, reason, options.requested_by, options.software_version, policy, options.trace_id};
 }
 
 // A batch of what is due; false where there was none. ABORTED: the policy is not in force any more.

@@ -62,6 +62,7 @@ struct DeletionOrder {
   std::string requested_by;
   std::string software_version;
   std::optional<RetentionPolicy> policy;
+  std::string trace_id{};  // of the call that asks for it; empty: none
 };
 struct DeletedPoints {
   ScanDeletion deletion;
@@ -77,6 +78,7 @@ absl::StatusOr<DeletedPoints> DeleteScanPoints(Database* database, ObjectStore* 
 struct RetentionOptions {
   std::string software_version;
   std::string requested_by;
+  std::string trace_id;  // of the call; empty: none
   bool dry_run = false;
   std::function<bool()> keep_going = [] { return true; };
 };

@@ -11,8 +11,8 @@ constexpr char kLockPolicies[] = "SELECT pg_advisory_xact_lock(hashtextextended(
 constexpr char kInsertPolicy[] =
     "INSERT INTO retention_policies (scan_kind, revision, keep_days, requested_by, record_id) "
     "VALUES ($1, $2, $3, $4, $5)";
-#define SIXPOINT_SELECT_POLICIES                                                               \
-  "SELECT p.scan_kind, p.revision, p.keep_days, p.requested_by, record_sequence, recorded_at " \
+#define SIXPOINT_SELECT_POLICIES                                                                        \
+  "SELECT p.scan_kind, p.revision, p.keep_days, name_of(p.requested_by), record_sequence, recorded_at " \
   "FROM retention_policies p JOIN record_names USING (record_id) WHERE "
 constexpr char kSelectPolicy[] = SIXPOINT_SELECT_POLICIES "p.scan_kind = $1 AND p.revision = $2";
 constexpr char kSelectPolicies[] = SIXPOINT_SELECT_POLICIES

@@ -11,9 +11,10 @@ namespace {
   "software_version"
 constexpr char kInsertStudy[] =
     "INSERT INTO studies (" SIXPOINT_STUDY_COLUMNS ") VALUES ($1, $2, $3, $4, $5, $6, $7::jsonb, $8, $9, $10)";
-#define SIXPOINT_SELECT_STUDIES    \
-  "SELECT " SIXPOINT_STUDY_COLUMNS \
-  ", record_sequence, recorded_at FROM studies JOIN record_names n ON n.record_id = study_id WHERE "
+#define SIXPOINT_SELECT_STUDIES                                                                                       \
+  "SELECT " SIXPOINT_STUDY_COLUMNS                                                                                    \
+  ", record_sequence, recorded_at, name_of(requested_by) FROM studies JOIN record_names n ON n.record_id = study_id " \
+  "WHERE "
 constexpr char kSelectStudy[] = SIXPOINT_SELECT_STUDIES "study_id = $1";
 constexpr char kSelectPage[] = SIXPOINT_SELECT_STUDIES
     "($1 = '' OR machine_id = $1) AND ($2 = '' OR kind = $2) AND ($3 = '' OR verdict = $3) "
@@ -33,7 +34,7 @@ std::vector<StudyRow> ReadStudies(const Rows& rows) {
     s.verdict = rows.Text(row, 5);
     s.result_json = rows.Text(row, 6);
     if (!rows.IsNull(row, 7)) s.temperature_c = rows.Real(row, 7);
-    s.requested_by = rows.Text(row, 8);
+    s.requested_by = rows.Text(row, 12);
     s.software_version = rows.Text(row, 9);
     s.recorded = {rows.Int(row, 10), rows.Time(row, 11)};
   }

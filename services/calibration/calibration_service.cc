@@ -158,7 +158,8 @@ grpc::Status CalibrationService::ReleaseCalibration(grpc::ServerContext* context
   const absl::StatusOr<storage::CalibrationDecision> decision = Decide(*request, runtime::RequestedBy(*context));
   if (!decision.ok()) return ToGrpc(decision.status());
   const absl::StatusOr<storage::CalibrationRow> released = store_->Release(
-      runtime::RecordedRequestOf("calibration.ReleaseCalibration", *request), *decision, runtime::DeadlineOf(*context));
+      runtime::RecordedRequestOf("calibration.ReleaseCalibration", *request, runtime::TraceIdOf(*context)), *decision,
+      runtime::DeadlineOf(*context));
   if (released.ok()) *response = ToProto(*released);
   return ToGrpc(released.status());
 }
@@ -169,9 +170,9 @@ grpc::Status CalibrationService::WithdrawCalibration(grpc::ServerContext* contex
   if (absl::Status status = CheckRequest(*request); !status.ok()) return ToGrpc(status);
   const absl::StatusOr<storage::CalibrationDecision> decision = Decide(*request, runtime::RequestedBy(*context));
   if (!decision.ok()) return ToGrpc(decision.status());
-  const absl::StatusOr<storage::WithdrawnCalibrationRow> withdrawn =
-      store_->Withdraw(runtime::RecordedRequestOf("calibration.WithdrawCalibration", *request), *decision,
-                       runtime::DeadlineOf(*context));
+  const absl::StatusOr<storage::WithdrawnCalibrationRow> withdrawn = store_->Withdraw(
+      runtime::RecordedRequestOf("calibration.WithdrawCalibration", *request, runtime::TraceIdOf(*context)), *decision,
+      runtime::DeadlineOf(*context));
   if (withdrawn.ok()) *response = WithdrawalOf(*withdrawn);
   return ToGrpc(withdrawn.status());
 }

@@ -102,7 +102,8 @@ absl::StatusOr<v1::Correction> CorrectionService::Decided(const char* call, cons
                                                           const runtime::Caller& caller) const {
   const absl::StatusOr<storage::CorrectionDecision> decision = Decide(request, caller.requested_by);
   if (!decision.ok()) return decision.status();
-  const auto decided = events_->Decide(runtime::RecordedRequestOf(call, request), *decision, caller.deadline);
+  const auto decided =
+      events_->Decide(runtime::RecordedRequestOf(call, request, caller.trace_id), *decision, caller.deadline);
   if (!decided.ok()) return decided.status();
   return ToProto(*decided);
 }
@@ -129,7 +130,8 @@ grpc::Status CorrectionService::FetchProgram(grpc::ServerContext* context, const
 
 absl::StatusOr<v1::FetchProgramResponse> CorrectionService::Fetch(const v1::FetchProgramRequest& request,
                                                                   const runtime::Caller& caller) const {
-  const storage::RecordedRequest recorded = runtime::RecordedRequestOf("correction.FetchProgram", request);
+  const storage::RecordedRequest recorded =
+      runtime::RecordedRequestOf("correction.FetchProgram", request, caller.trace_id);
   const auto found = store_->Find(runtime::LastSegment(request.name()), caller.deadline);
   if (!found.ok()) return found.status();
   if (!found->has_value()) return NotRecorded(request.name());
@@ -163,10 +165,11 @@ absl::StatusOr<v1::FetchProgramResponse> CorrectionService::Fetch(const v1::Fetc
 
 grpc::Status CorrectionService::ReportCut(grpc::ServerContext* context, const v1::ReportCutRequest* request,
                                           v1::Correction* response) {
-  const absl::StatusOr<storage::CutReport> report = ReportOf(*request, runtime::RequestedBy(*context));
+  const runtime::Caller caller = runtime::CallerOf(*context);
+  const absl::StatusOr<storage::CutReport> report = ReportOf(*request, caller.requested_by);
   if (!report.ok()) return ToGrpc(report.status());
-  const auto reported = events_->ReportCut(runtime::RecordedRequestOf("correction.ReportCut", *request), *report,
-                                           runtime::DeadlineOf(*context));
+  const auto reported = events_->ReportCut(
+      runtime::RecordedRequestOf("correction.ReportCut", *request, caller.trace_id), *report, caller.deadline);
   if (!reported.ok()) return ToGrpc(reported.status());
   return runtime::Answer(ToProto(*reported), response);
 }

@@ -129,7 +129,8 @@ absl::Status ScanService::Upload(grpc::ServerContext* context, UploadStream* str
   runtime::CallWatch watch(&watchdog_, context, runtime::DeadlineWithin(*context, kLongestUpload), stream_patience_);
   v1::UploadScanRequest request;
   UploadCaller caller{runtime::DeadlineWithin(*context, kLongestUpload), runtime::KeepGoing(*context),
-                      [context] { return runtime::ContextFor(*context); }, runtime::RequestedBy(*context)};
+                      [context] { return runtime::ContextFor(*context); }, runtime::RequestedBy(*context),
+                      runtime::TraceIdOf(*context)};
   absl::StatusOr<std::unique_ptr<ScanUpload>> upload =
       ScanUpload::Begin({store_.get(), &workers_, &plant_, &encoding_}, *std::move(header), std::move(caller));
   if (!upload.ok()) return upload.status();

@@ -118,8 +118,12 @@ grpc::Status CloudStoreService::DeleteScanPoints(grpc::ServerContext* context,
                                                  const v1::DeleteScanPointsRequest* request,
                                                  v1::DeleteScanPointsResponse* response) {
   if (absl::Status sound = CheckRequest(*request); !sound.ok()) return ToGrpc(sound);
-  const storage::DeletionOrder order{*runtime::IdOf("name", "scans", request->name()), request->reason(),
-                                     runtime::RequestedBy(*context), runtime::SoftwareVersion(), std::nullopt};
+  const storage::DeletionOrder order{*runtime::IdOf("name", "scans", request->name()),
+                                     request->reason(),
+                                     runtime::RequestedBy(*context),
+                                     runtime::SoftwareVersion(),
+                                     std::nullopt,
+                                     runtime::TraceIdOf(*context)};
   const auto deleted = retention_->DeletePoints(order, runtime::DeadlineOf(*context));
   if (absl::IsNotFound(deleted.status())) {
     return ToGrpc(runtime::Failure(errors::v1::SCAN_NOT_FOUND, "name: " + request->name() + ", want a stored scan",
@@ -187,6 +191,7 @@ grpc::Status CloudStoreService::ApplyRetention(grpc::ServerContext* context, con
   storage::RetentionOptions options;
   options.software_version = runtime::SoftwareVersion();
   options.requested_by = runtime::RequestedBy(*context);
+  options.trace_id = runtime::TraceIdOf(*context);
   options.dry_run = request->dry_run();
   options.keep_going = runtime::KeepGoing(*context);
   const auto done = retention_->Apply(options, runtime::DeadlineOf(*context));

@@ -310,6 +310,7 @@ storage::RecordEntry ScanUpload::JournalEntry(const storage::ScanRow& scan) cons
   entry.machine = scan.machine_id;
   entry.software_version = runtime::SoftwareVersion();
   entry.requested_by = caller_.requested_by;
+  if (!caller_.trace_id.empty()) entry.trace_id = caller_.trace_id;
   entry.measured_at = scan.measured_at;
   entry.summary_json = "{\"kind\": \"" + scan.kind + "\", \"point_count\": " + std::to_string(scan.point_count) +
                        ", \"stored_bytes\": " + std::to_string(scan.stored_bytes) +

@@ -30,7 +30,7 @@ struct UploadCaller {
   storage::Deadline deadline;
   std::function<bool()> keep_going;
   KnownPlant::ContextMaker make_context;
-  std::string requested_by;
+  std::string requested_by, trace_id;
 };
 
 // Holds no connection and no lock between its calls: what came so far stands in the store, and a block goes in only where it is

@@ -4,6 +4,7 @@
 #include "identity/credentials.h"
 #include "sandbox/landlock.h"
 #include "services/plant/credentials_service.h"
+#include "services/plant/person_service.h"
 #include "services/plant/plant_service.h"
 #include "services/plant/record_service.h"
 #include "services/runtime/log.h"
@@ -30,6 +31,7 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
                           database, std::make_unique<identity::Trust>(
                                         std::filesystem::path(options.certificates) / identity::kAuthorityFile,
                                         options.revoked_file))});
+  services.push_back({v1::PersonService::service_full_name(), std::make_unique<PersonService>(database)});
   return services;
 }
 

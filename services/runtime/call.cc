@@ -67,6 +67,12 @@ absl::Status Stopped(const grpc::ServerContext& context, const std::string& kept
   return absl::DeadlineExceededError("the call's time is over; " + kept);
 }
 
+std::string TraceIdOf(const grpc::ServerContextBase& context) {
+  const auto given = context.client_metadata().find(kTraceparent);
+  if (given == context.client_metadata().end()) return "";
+  return TraceIdOf(std::string_view(given->second.data(), given->second.size()));
+}
+
 std::unique_ptr<grpc::ClientContext> ContextFor(const grpc::ServerContext& context) {
   std::unique_ptr<grpc::ClientContext> made = grpc::ClientContext::FromServerContext(context);
   const Clock::duration left = std::max<Clock::duration>(DeadlineOf(context) - Clock::now(), {});
@@ -80,7 +86,8 @@ std::unique_ptr<grpc::ClientContext> ContextFor(const grpc::ServerContext& conte
 }
 
 Caller CallerOf(const grpc::ServerContext& context) {
-  return {DeadlineOf(context), [&context] { return ContextFor(context); }, KeepGoing(context), RequestedBy(context)};
+  return {DeadlineOf(context), [&context] { return ContextFor(context); }, KeepGoing(context), RequestedBy(context),
+          TraceIdOf(context)};
 }
 
 std::unique_ptr<grpc::ClientContext> ContextFor(double seconds) {

@@ -25,15 +25,18 @@ std::function<bool()> KeepGoing(const grpc::ServerContext& context);
 // Why work ended early that KeepGoing told to stop: CANCELLED of a client that is gone, DEADLINE_EXCEEDED of one whose time is
 // over, so that it hears the same from here as from its own clock. `kept`: what becomes of what was done.
 absl::Status Stopped(const grpc::ServerContext& context, const std::string& kept);
+// The trace that a call is of (trace.h).
+std::string TraceIdOf(const grpc::ServerContextBase& context);
 // A context for a call to another service: remaining time less a margin, the same traceparent, for the same caller.
 std::unique_ptr<grpc::ClientContext> ContextFor(const grpc::ServerContext& context);
 // What the work of a call needs of it: its deadline, its cancellation, a context for each call to another service, and who asks
-// (caller_identity.h), as what it records names him.
+// (caller_identity.h) and in which trace, as what it records says.
 struct Caller {
   std::chrono::steady_clock::time_point deadline;
   std::function<std::unique_ptr<grpc::ClientContext>()> make_context;
   std::function<bool()> keep_going;
   std::string requested_by;
+  std::string trace_id;
 };
 // Valid while the call lasts.
 Caller CallerOf(const grpc::ServerContext& context);

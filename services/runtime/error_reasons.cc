@@ -18,6 +18,7 @@ absl::StatusCode CodeOf(ErrorReason reason) {
     case errors::v1::INSPECTION_NOT_FOUND:
     case errors::v1::RECORD_ENTRY_NOT_FOUND:
     case errors::v1::DELETION_NOT_FOUND:
+    case errors::v1::PERSON_NOT_FOUND:
     case errors::v1::SERVICE_MISSING:
     case errors::v1::RENEWAL_NOT_OFFERED:
       return absl::StatusCode::kNotFound;

@@ -15,8 +15,9 @@
 namespace sixpoint::runtime {
 
 template <typename Request>
-storage::RecordedRequest RecordedRequestOf(const std::string& call, const Request& request) {
-  return {call, request.request_id(), request.SerializeAsString()};
+storage::RecordedRequest RecordedRequestOf(const std::string& call, const Request& request,
+                                           const std::string& trace_id) {
+  return {call, request.request_id(), request.SerializeAsString(), trace_id};
 }
 
 // A made result: its row and what the journal says of it. Who asked for it is written into both when it is recorded.
@@ -39,7 +40,7 @@ template <typename Answer, typename Request, typename Row, typename Make, typena
 absl::StatusOr<Answer> RecordedResult(storage::ResultWriter<Row>* store, const std::string& call,
                                       const Request& request, const Caller& caller, const Make& make,
                                       const ToProto& to_proto) {
-  const storage::RecordedRequest recorded = RecordedRequestOf(call, request);
+  const storage::RecordedRequest recorded = RecordedRequestOf(call, request, caller.trace_id);
   const absl::StatusOr<std::optional<Row>> before = store->FindRecorded(recorded, caller.deadline);
   if (!before.ok()) return before.status();
   if (before->has_value()) return to_proto(**before);

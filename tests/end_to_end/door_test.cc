@@ -15,6 +15,7 @@
 #include "simulator/registry.h"
 #include "sixpoint/access/v1/access.pb.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
+#include "sixpoint/plant/v1/person.grpc.pb.h"
 #include "sixpoint/plant/v1/record.grpc.pb.h"
 #include "storage/blob_store.h"
 #include "tests/support/stored_scan.h"
@@ -348,6 +349,62 @@ TEST_F(Door, TheRecordSaysWhoByTheCertificateWhateverTheRequestSays) {
   lying.AddMetadata("sixpoint-requested-for", "users/boss");
   const grpc::Status lied = plant::v1::RecordService::NewStub(channel)->GetRecordEntry(&lying, entry_request, &entry);
   EXPECT_EQ(lied.error_code(), grpc::StatusCode::PERMISSION_DENIED) << lied.error_message();
+  EXPECT_FALSE(Denials("ROLE_MISSING").empty());
+}
+
+// Of every row of every table, after all kinds of calls.
+TEST_F(Door, APersonsNameIsInOneTableAndIsForgotten) {
+  const auto credentials = Of(plant_.certificates().User("jane.doe", {Role::kEngineer, Role::kAdmin}));
+  const auto channel = ChannelTo("plant", credentials);
+  auto link = simulator::PlantLink::Connect(plant_.server(), credentials, 30, [](const std::string&) {});
+  ASSERT_TRUE(link.ok()) << link.status();
+  ASSERT_TRUE(simulator::RegisterArtefact(**link, "plate", simulator::ArtefactGeometry()).ok());
+  const auto poor = Of(plant_.certificates().User("jane.doe", {Role::kMesReader}));
+  plant::v1::CreateBladeRequest refused;
+  refused.set_request_id(storage::NewUuid());
+  grpc::ClientContext refusing;
+  refusing.set_deadline(Within(10));
+  plant::v1::Blade blade;
+  EXPECT_EQ(
+      plant::v1::PlantService::NewStub(ChannelTo("plant", poor))->CreateBlade(&refusing, refused, &blade).error_code(),
+      grpc::StatusCode::PERMISSION_DENIED);
+  EXPECT_FALSE(Denials("ROLE_MISSING").empty());
+
+  const auto owner = storage::Database::Open(database_.conninfo(), 1);
+  const auto tables_that_say = [&](const std::string& name) {
+    std::vector<std::string> found;
+    auto transaction = owner->Begin(Soon());
+    const auto tables = transaction->Execute(
+        "SELECT c.relname FROM pg_class c WHERE c.relkind IN ('r', 'p') AND c.relnamespace = 'public'::regnamespace "
+        "AND NOT c.relispartition");
+    EXPECT_TRUE(tables.ok() && tables->count() > 40) << tables.status();
+    for (int row = 0; row < tables->count(); ++row) {
+      const auto rows = transaction->Execute("SELECT 1 FROM " + tables->Text(row, 0) + " t WHERE position('" + name +
+                                             "' IN t::text) > 0 LIMIT 1");
+      EXPECT_TRUE(rows.ok()) << rows.status();
+      if (rows.ok() && rows->count() > 0) found.push_back(tables->Text(row, 0));
+    }
+    return found;
+  };
+  EXPECT_THAT(tables_that_say("jane.doe"), ::testing::ElementsAre("persons"));
+
+  plant::v1::ForgetPersonRequest forget;
+  forget.set_name("users/jane.doe");
+  grpc::ClientContext forgetting;
+  forgetting.set_deadline(Within(10));
+  plant::v1::Person person;
+  const grpc::Status forgot = plant::v1::PersonService::NewStub(channel)->ForgetPerson(&forgetting, forget, &person);
+  ASSERT_TRUE(forgot.ok()) << forgot.error_message();
+  EXPECT_TRUE(person.user().empty());
+  EXPECT_THAT(tables_that_say("jane.doe"), ::testing::IsEmpty());
+  plant::v1::GetRecordEntryRequest entry_request;
+  entry_request.set_name("artefacts/plate@1");
+  grpc::ClientContext again;
+  again.set_deadline(Within(10));
+  plant::v1::RecordEntry entry;
+  ASSERT_TRUE(plant::v1::RecordService::NewStub(channel)->GetRecordEntry(&again, entry_request, &entry).ok());
+  EXPECT_EQ(entry.requested_by(), person.name());
+  EXPECT_THAT(entry.trace_id(), ::testing::MatchesRegex("[0-9a-f]{32}"));
 }
 
 }  // namespace

@@ -158,6 +158,7 @@ TEST_F(Contract, AMethodThatChangesSomethingHasARequestId) {
                                                            "OfferCredentials",  // a pickup_id
                                                            "TakeCredentials",   // the same, once
                                                            "OfferRenewal",      // a certificate
+                                                           "ForgetPerson",      // a person, once
                                                            "CheckStore",        // reads, and notes what is damaged
                                                            "CollectGarbage",   "ApplyRetention", "AdoptBucket",
                                                            "MakeMonths"};  // again: what is left to do
@@ -185,6 +186,62 @@ TEST_F(Contract, TheRulesAreThoseOfThePage) {
   std::stringstream kept;
   kept << in.rdbuf();
   EXPECT_EQ(kept.str(), page);
+}
+
+// What a client that was built of a contract before relies on.
+std::string ShapeOf(const FieldDescriptor& field) {
+  std::string shape = field.full_name() + " = " + std::to_string(field.number()) + ", " + field.type_name() + ", ";
+  shape += field.is_map() ? "map" : field.is_repeated() ? "repeated" : field.has_presence() ? "one or none" : "one";
+  if (field.message_type() != nullptr) shape += ", " + field.message_type()->full_name();
+  if (field.enum_type() != nullptr) shape += ", " + field.enum_type()->full_name();
+  if (field.real_containing_oneof() != nullptr) shape += ", of " + field.real_containing_oneof()->full_name();
+  return shape;
+}
+std::string ShapeOf(const MethodDescriptor& method) {
+  return method.full_name() + "(" + (method.client_streaming() ? "stream " : "") + method.input_type()->full_name() +
+         ") " + (method.server_streaming() ? "stream " : "") + method.output_type()->full_name();
+}
+void AddShapes(const Descriptor& message, std::set<std::string>* shapes) {
+  shapes->insert(message.full_name());
+  for (int i = 0; i < message.field_count(); ++i) shapes->insert(ShapeOf(*message.field(i)));
+  for (int i = 0; i < message.nested_type_count(); ++i) AddShapes(*message.nested_type(i), shapes);
+  for (int i = 0; i < message.enum_type_count(); ++i)
+    for (int k = 0; k < message.enum_type(i)->value_count(); ++k)
+      shapes->insert(message.enum_type(i)->value(k)->full_name() + " = " +
+                     std::to_string(message.enum_type(i)->value(k)->number()));
+}
+std::set<std::string> ShapesOf(const FileDescriptor& file) {
+  std::set<std::string> shapes;
+  for (int i = 0; i < file.message_type_count(); ++i) AddShapes(*file.message_type(i), &shapes);
+  for (int i = 0; i < file.enum_type_count(); ++i)
+    for (int k = 0; k < file.enum_type(i)->value_count(); ++k)
+      shapes.insert(file.enum_type(i)->value(k)->full_name() + " = " +
+                    std::to_string(file.enum_type(i)->value(k)->number()));
+  for (int i = 0; i < file.service_count(); ++i)
+    for (int k = 0; k < file.service(i)->method_count(); ++k) shapes.insert(ShapeOf(*file.service(i)->method(k)));
+  return shapes;
+}
+
+// `buf breaking` (check_protos) knows more of it; this one is asked on every computer.
+TEST_F(Contract, WhatWasPromisedStays) {
+  std::ifstream in(std::string(std::getenv("SIXPOINT_SOURCE_DIR")) + "/proto/frozen.binpb", std::ios::binary);
+  google::protobuf::FileDescriptorSet frozen;
+  ASSERT_TRUE(frozen.ParseFromIstream(&in));
+  google::protobuf::DescriptorPool pool;
+  std::size_t promised_count = 0;
+  for (const google::protobuf::FileDescriptorProto& proto : frozen.file()) {
+    const FileDescriptor* const before = pool.BuildFile(proto);
+    ASSERT_NE(before, nullptr) << proto.name();
+    if (!IsOurs(before)) continue;
+    const FileDescriptor* const now = pool_.FindFileByName(proto.name());
+    ASSERT_NE(now, nullptr) << proto.name() << " is gone";
+    const std::set<std::string> shapes = ShapesOf(*now);
+    for (const std::string& promised : ShapesOf(*before)) {
+      EXPECT_EQ(shapes.count(promised), 1u) << promised << ": gone, or another; a contract only grows";
+      ++promised_count;
+    }
+  }
+  EXPECT_GT(promised_count, 1000u);
 }
 
 TEST_F(Contract, AMethodWithARequestIdMayBeRepeated) {

@@ -41,7 +41,7 @@ class RegistrationHandlersTest : public ::testing::Test {
     row.blade_serial = serial;
     row.method = "BEST_FIT";
     row.outcome = "NOT_CONVERGED";
-    ASSERT_TRUE(store_->Record(runtime::RecordedRequestOf("registration.Register", request), row, {}, {}).ok());
+    ASSERT_TRUE(store_->Record(runtime::RecordedRequestOf("registration.Register", request, ""), row, {}, {}).ok());
   }
   std::vector<std::string> Names(const v1::ListRegistrationsRequest& request, std::string* next_page_token) {
     v1::ListRegistrationsResponse page;

@@ -1,0 +1,85 @@
+#include "services/plant/person_service.h"
+
+#include <string>
+#include <vector>
+
+#include "services/runtime/call.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/log.h"
+#include "services/runtime/pages.h"
+#include "services/runtime/resource_name.h"
+#include "services/runtime/time_proto.h"
+#include "storage/persons.h"
+
+namespace sixpoint::plant {
+namespace {
+
+using runtime::ToGrpc;
+
+absl::StatusOr<storage::PersonFilter> FilterOf(const std::string& field, const std::string& name) {
+  for (const char* collection : {"users/", "persons/"}) {
+    if (name.rfind(collection, 0) != 0 || name == collection) continue;
+    const std::string id = name.substr(std::string(collection).size());
+    return collection == std::string("users/") ? storage::PersonFilter{id, ""} : storage::PersonFilter{"", id};
+  }
+  return runtime::Refuse(field, name, "users/{user} or persons/{pseudonym}");
+}
+
+v1::Person ToProto(const storage::PersonRow& row) {
+  v1::Person person;
+  person.set_name(runtime::NameOf("persons", row.pseudonym));
+  if (row.user_name) person.set_user(runtime::NameOf("users", *row.user_name));
+  runtime::ToProto(row.first_seen_at, person.mutable_first_seen_at());
+  if (row.forgotten_at) runtime::ToProto(*row.forgotten_at, person.mutable_forgotten_at());
+  return person;
+}
+
+}  // namespace
+
+grpc::Status PersonService::ListPersons(grpc::ServerContext* context, const v1::ListPersonsRequest* request,
+                                        v1::ListPersonsResponse* response) {
+  absl::StatusOr<storage::PersonFilter> filter = storage::PersonFilter();
+  if (!request->person().empty()) filter = FilterOf("person", request->person());
+  if (!filter.ok()) return ToGrpc(filter.status());
+  const std::string filters = runtime::FiltersOf(*request);
+  const auto page = runtime::IdPageOf(filters, request->page_size(), request->page_token());
+  if (!page.ok()) return ToGrpc(page.status());
+  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
+  if (!transaction.ok()) return ToGrpc(transaction.status());
+  const auto persons = storage::ListPersons(*transaction, *filter, page->after_id, page->size + 1);
+  if (!persons.ok()) return ToGrpc(persons.status());
+  if (runtime::AddPage(*persons, page->size, ToProto, response->mutable_persons()))
+    response->set_next_page_token(
+        runtime::TokenAfterId(filters, (*persons)[static_cast<std::size_t>(page->size) - 1].pseudonym));
+  return grpc::Status::OK;
+}
+
+absl::StatusOr<v1::Person> PersonService::Forget(const grpc::ServerContext& context,
+                                                 const v1::ForgetPersonRequest& request) const {
+  const absl::StatusOr<storage::PersonFilter> filter = FilterOf("name", request.name());
+  if (!filter.ok()) return filter.status();
+  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(context));
+  if (!transaction.ok()) return transaction.status();
+  const auto known = storage::ListPersons(*transaction, *filter, "", 1);
+  if (!known.ok()) return known.status();
+  if (known->empty())
+    return runtime::Failure(errors::v1::PERSON_NOT_FOUND,
+                            "name: " + request.name() + ", want one of whom something is recorded, and who is known",
+                            {{"resource", request.name()}});
+  if (!known->front().user_name) return ToProto(known->front());
+  if (absl::Status status = storage::ForgetPerson(*transaction, *known->front().user_name); !status.ok()) return status;
+  const auto forgotten = storage::ListPersons(*transaction, {"", known->front().pseudonym}, "", 1);
+  if (!forgotten.ok()) return forgotten.status();
+  if (forgotten->empty()) return absl::DataLossError("persons/" + known->front().pseudonym + " is gone");
+  if (absl::Status status = transaction->Commit(); !status.ok()) return status;
+  // Not whose it was.
+  runtime::Log(runtime::LogLevel::kInfo, "person forgotten", {{"person", "persons/" + known->front().pseudonym}});
+  return ToProto(forgotten->front());
+}
+
+grpc::Status PersonService::ForgetPerson(grpc::ServerContext* context, const v1::ForgetPersonRequest* request,
+                                         v1::Person* response) {
+  return runtime::Answer(Forget(*context, *request), response);
+}
+
+}  // namespace sixpoint::plant
