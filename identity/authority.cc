@@ -120,14 +120,15 @@ absl::Status CheckHolds(const IssuedCertificate& certificate, const RevocationLi
 
 // As whoever wrote it can only have meant it: its roles those of its kind.
 absl::StatusOr<Identity> CheckIdentity(const Identity& wished) {
-  const Role own = wished.kind == Kind::kMachine ? Role::kMachine : Role::kService;
-  const bool said = wished.kind != Kind::kUser && wished.roles == std::vector<Role>{own};
-  return IdentityOf(wished.Text(), said ? std::vector<Role>() : wished.roles);
+  if (wished.kind == Kind::kUser) return IdentityOf(wished.Text(), wished.roles);
+  absl::StatusOr<Identity> own = IdentityOf(wished.Text(), {});
+  return !own.ok() || wished.roles.empty() || wished.roles == own->roles ? own
+                                                                         : IdentityOf(wished.Text(), wished.roles);
 }
 
 absl::Status CheckHosts(const CertificateWish& wish) {
-  const bool serves = wish.identity.kind == Kind::kService;
-  if (!serves && !wish.hosts.empty()) return Refuse("hosts", wish.hosts[0], "none but of a service");
+  const bool serves = wish.identity.kind == Kind::kService && wish.identity.name != kGatewayName;
+  if (!serves && !wish.hosts.empty()) return Refuse("hosts", wish.hosts[0], "none but of a service that others call");
   if (serves && (wish.hosts.empty() || wish.hosts.size() > kMostHosts))
     return Refuse("hosts", static_cast<double>(wish.hosts.size()), "1 to 16 of a service");
   Refusals refusals;

@@ -21,7 +21,8 @@ constexpr std::pair<Kind, std::string_view> kKinds[] = {
     {Kind::kMachine, "machines"}, {Kind::kUser, "users"}, {Kind::kService, "services"}};
 constexpr std::pair<Role, std::string_view> kRoleTexts[] = {
     {Role::kMachine, "machine"},      {Role::kEngineer, "engineer"}, {Role::kQuality, "quality"},
-    {Role::kMesReader, "mes-reader"}, {Role::kAdmin, "admin"},       {Role::kService, "service"}};
+    {Role::kMesReader, "mes-reader"}, {Role::kAdmin, "admin"},       {Role::kService, "service"},
+    {Role::kGateway, "gateway"}};
 
 std::string KindText(Kind kind) {
   for (const auto& [known, text] : kKinds)
@@ -45,11 +46,16 @@ bool IsName(std::string_view name) {
          std::all_of(name.begin(), name.end(), IsNameCharacter);
 }
 
-absl::StatusOr<std::vector<Role>> RolesOf(Kind kind, const std::vector<Role>& roles) {
+Role OwnRole(Kind kind, std::string_view name) {
+  if (kind == Kind::kMachine) return Role::kMachine;
+  return name == kGatewayName ? Role::kGateway : Role::kService;
+}
+
+absl::StatusOr<std::vector<Role>> RolesOf(Kind kind, std::string_view name, const std::vector<Role>& roles) {
   if (kind != Kind::kUser) {
     if (!roles.empty())
       return Refuse("roles", RoleText(roles[0]), "none of " + KindText(kind) + ", who have their own");
-    return std::vector<Role>{kind == Kind::kMachine ? Role::kMachine : Role::kService};
+    return std::vector<Role>{OwnRole(kind, name)};
   }
   if (roles.empty()) return Refuse("roles", "", "at least one of engineer, quality, mes-reader and admin");
   for (const Role role : roles) {
@@ -81,7 +87,7 @@ std::string RoleText(Role role) {
 absl::StatusOr<Role> RoleOf(const std::string& field, const std::string& text) {
   for (const auto& [role, known] : kRoleTexts)
     if (known == text) return role;
-  return Refuse(field, text, "machine, engineer, quality, mes-reader, admin or service");
+  return Refuse(field, text, "machine, engineer, quality, mes-reader, admin, service or gateway");
 }
 
 absl::StatusOr<Identity> IdentityOf(const std::string& text, const std::vector<Role>& roles) {
@@ -89,7 +95,7 @@ absl::StatusOr<Identity> IdentityOf(const std::string& text, const std::vector<R
   const std::optional<Kind> kind = KindOf(std::string_view(text).substr(0, slash));
   if (slash == std::string::npos || !kind || !IsName(std::string_view(text).substr(slash + 1)))
     return Refuse("identity", text, kWantedIdentity);
-  absl::StatusOr<std::vector<Role>> its_roles = RolesOf(*kind, roles);
+  absl::StatusOr<std::vector<Role>> its_roles = RolesOf(*kind, std::string_view(text).substr(slash + 1), roles);
   if (!its_roles.ok()) return its_roles.status();
   return Identity{*kind, text.substr(slash + 1), *std::move(its_roles)};
 }

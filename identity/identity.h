@@ -11,9 +11,12 @@ namespace sixpoint::identity {
 
 enum class Kind { kMachine, kUser, kService };
 
-// What one may do goes by these (proto/sixpoint/access/v1). A machine's and a service's are their own; a user has those that
-// the authority gave.
-enum class Role { kMachine, kEngineer, kQuality, kMesReader, kAdmin, kService };
+// What one may do goes by these (proto/sixpoint/access/v1). A machine's and a service's are their own, services/gateway has
+// kGateway in kService's stead; a user has those that the authority gave.
+enum class Role { kMachine, kEngineer, kQuality, kMesReader, kAdmin, kService, kGateway };
+
+// services/gateway: people reach the plant by it, and it calls for them by their sessions (session.h).
+inline constexpr char kGatewayName[] = "gateway";
 
 struct Identity {
   Kind kind = Kind::kUser;
@@ -27,7 +30,7 @@ struct Identity {
   std::string RolesText() const;
 };
 
-// "machine", "engineer", "quality", "mes-reader", "admin", "service".
+// "machine", "engineer", "quality", "mes-reader", "admin", "service", "gateway".
 std::string RoleText(Role role);
 // None of an unknown word: INVALID_ARGUMENT naming `field`.
 absl::StatusOr<Role> RoleOf(const std::string& field, const std::string& text);

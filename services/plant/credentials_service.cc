@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "identity/credentials.h"
-#include "services/runtime/call.h"
+#include "services/plant/in_transaction.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/log.h"
@@ -37,20 +37,6 @@ absl::Status CheckOffer(const v1::OfferCredentialsRequest& request) {
   if (request.valid_hours() < 1 || request.valid_hours() > kMostHours)
     refusals.Add(runtime::Refuse("valid_hours", request.valid_hours(), "1 to " + std::to_string(kMostHours)));
   return refusals.status();
-}
-
-// One transaction, committed where `work` went well.
-template <typename Work>
-auto InTransaction(storage::Database* database, const grpc::ServerContext& context, const Work& work)
-    -> decltype(work(std::declval<storage::Transaction&>())) {
-  absl::StatusOr<storage::Transaction> transaction = database->Begin(runtime::DeadlineOf(context));
-  if (!transaction.ok()) return transaction.status();
-  auto done = work(*transaction);
-  if (!done.ok()) return done;
-  // What is given once is not given to who is gone.
-  if (context.IsCancelled()) return absl::CancelledError("the client went away");
-  if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;
-  return done;
 }
 
 }  // namespace

@@ -1,8 +1,12 @@
 // sixpoint-plant: what the plant owns, and the record of everything.
+#include <CLI/CLI.hpp>
 #include <filesystem>
+#include <iostream>
+#include <utility>
 
 #include "identity/credentials.h"
 #include "sandbox/landlock.h"
+#include "services/plant/account_service.h"
 #include "services/plant/credentials_service.h"
 #include "services/plant/person_service.h"
 #include "services/plant/plant_service.h"
@@ -13,7 +17,14 @@
 namespace sixpoint::plant {
 namespace {
 
-std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& options, storage::Database* database) {
+std::unique_ptr<identity::Trust> TrustOf(const runtime::ServerOptions& options) {
+  return std::make_unique<identity::Trust>(std::filesystem::path(options.certificates) / identity::kAuthorityFile,
+                                           options.revoked_file);
+}
+
+// provider: null where the plant has none.
+std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& options, storage::Database* database,
+                                                 std::unique_ptr<IdentityProvider> provider) {
   PlantServiceOptions plant_options;
   plant_options.cad_worker.program = options.worker_folder + "/sixpoint-cad-worker";
   plant_options.cad_worker_count = options.threads;
@@ -26,11 +37,15 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
       {v1::PlantService::service_full_name(), std::make_unique<PlantService>(std::move(plant_options), stores)});
   services.push_back(
       {v1::RecordService::service_full_name(), std::make_unique<RecordService>(stores.journal, stores.blades)});
-  services.push_back({v1::CredentialsService::service_full_name(),
-                      std::make_unique<CredentialsService>(
-                          database, std::make_unique<identity::Trust>(
-                                        std::filesystem::path(options.certificates) / identity::kAuthorityFile,
-                                        options.revoked_file))});
+  services.push_back(
+      {v1::CredentialsService::service_full_name(), std::make_unique<CredentialsService>(database, TrustOf(options))});
+  SessionDeskOptions desk;
+  desk.identity_file = std::filesystem::path(options.certificates) / identity::kIdentityFile;
+  desk.trust = TrustOf(options);
+  desk.provider = std::move(provider);
+  desk.count_refused = options.count_refused_sign_in;
+  services.push_back(
+      {v1::AccountService::service_full_name(), std::make_unique<AccountService>(database, std::move(desk))});
   services.push_back({v1::PersonService::service_full_name(), std::make_unique<PersonService>(database)});
   return services;
 }
@@ -39,6 +54,21 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
 }  // namespace sixpoint::plant
 
 int main(int argc, char** argv) {
-  return sixpoint::runtime::Serve(sixpoint::runtime::ParseServerOptions(argc, argv, "plant"),
-                                  sixpoint::plant::MakeServices);
+  using namespace sixpoint;
+  std::string oidc_file;
+  const runtime::ServerOptions options = runtime::ParseServerOptions(argc, argv, "plant", [&](CLI::App* app) {
+    app->add_option("--oidc", oidc_file, "The identity provider by which people sign in, a YAML file (docs/access.md)");
+  });
+  std::unique_ptr<plant::IdentityProvider> provider;
+  if (!oidc_file.empty()) {
+    absl::StatusOr<plant::IdentityProviderConfig> config = plant::ReadIdentityProviderConfig(oidc_file);
+    if (!config.ok()) {
+      std::cerr << "sixpoint-plant: " << config.status().message() << "\n";
+      return 1;
+    }
+    provider = std::make_unique<plant::IdentityProvider>(*std::move(config));
+  }
+  return runtime::Serve(options, [&](const runtime::ServerOptions& served, storage::Database* database) {
+    return plant::MakeServices(served, database, std::move(provider));
+  });
 }

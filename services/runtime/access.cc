@@ -17,6 +17,7 @@ using google::protobuf::Message;
 using google::protobuf::MethodDescriptor;
 using identity::Identity;
 using identity::Role;
+using identity::SessionStanding;
 using identity::Standing;
 
 constexpr std::size_t kLongestName = 80;
@@ -36,6 +37,8 @@ access::v1::Role Wire(Role role) {
       return access::v1::ROLE_ADMIN;
     case Role::kService:
       return access::v1::ROLE_SERVICE;
+    case Role::kGateway:
+      return access::v1::ROLE_GATEWAY;
   }
   return access::v1::ROLE_UNSPECIFIED;
 }
@@ -61,8 +64,8 @@ ErrorReason ReasonOf(Standing standing) {
 
 std::string WantedRoles(const access::v1::Rule& rule) {
   std::string wanted;
-  for (const Role role :
-       {Role::kMachine, Role::kEngineer, Role::kQuality, Role::kMesReader, Role::kAdmin, Role::kService})
+  for (const Role role : {Role::kMachine, Role::kEngineer, Role::kQuality, Role::kMesReader, Role::kAdmin,
+                          Role::kService, Role::kGateway})
     if (std::count(rule.roles().begin(), rule.roles().end(), Wire(role)) > 0)
       wanted += (wanted.empty() ? "" : " or ") + identity::RoleText(role);
   return wanted.empty() ? "nobody" : wanted;
@@ -95,10 +98,19 @@ absl::Status CheckRequestedFor(const grpc::ServerContextBase& context, const Ide
   const auto [begin, end] = context.client_metadata().equal_range(kRequestedFor);
   if (begin == end) return absl::OkStatus();
   const std::string other(begin->second.data(), begin->second.size());
-  if (caller.kind == identity::Kind::kService && std::next(begin) == end && IsIdentity(other)) return absl::OkStatus();
+  if (caller.Has(Role::kService) && std::next(begin) == end && IsIdentity(other)) return absl::OkStatus();
   return Failure(errors::v1::ROLE_MISSING,
                  std::string(kRequestedFor) + ": " + Tame(other, kLongestName) +
                      ", want none: who asks is told by his certificate",
+                 {{"resource", caller.Text()}});
+}
+
+// A person's session is the gateway's to send, once; from anybody else it is refused, whatever it holds.
+absl::Status CheckMaySendSession(const grpc::ServerContextBase& context, const Identity& caller) {
+  if (caller.Has(Role::kGateway) && context.client_metadata().count(kSession) == 1) return absl::OkStatus();
+  return Failure(errors::v1::ROLE_MISSING,
+                 std::string(kSession) + ": with a call of " + caller.Text() +
+                     ", want none: a session is sent by services/gateway alone, and one a call",
                  {{"resource", caller.Text()}});
 }
 
@@ -115,13 +127,42 @@ absl::StatusOr<Identity> Access::Believe(const std::string& certificate_pem) con
                  named ? Metadata{{"resource", judged.identity.Text()}} : Metadata{});
 }
 
-absl::Status Access::StillCounts(const std::string& certificate_pem) const { return Believe(certificate_pem).status(); }
+absl::StatusOr<Identity> Access::BelieveSession(const std::string& token) const {
+  identity::SessionJudgement judged = sessions_.Judge(token);
+  switch (judged.standing) {
+    case SessionStanding::kGood:
+      break;
+    case SessionStanding::kNotValid:
+      return Failure(errors::v1::SESSION_NOT_VALID, judged.why_not);
+    case SessionStanding::kOver:
+      return Failure(errors::v1::SESSION_ENDED, judged.why_not, {{"resource", judged.session.person.Text()}});
+    case SessionStanding::kUndecidable:
+      return Failure(errors::v1::SERVICE_NOT_READY, judged.why_not);
+  }
+  const absl::Status lasts = session_ends_->Check(judged.session, std::chrono::steady_clock::now());
+  if (!lasts.ok()) return lasts;
+  return std::move(judged.session.person);
+}
+
+absl::Status Access::StillCounts(const std::string& certificate_pem, const std::string& session_token) const {
+  const absl::Status counts = Believe(certificate_pem).status();
+  if (!counts.ok() || session_token.empty()) return counts;
+  const absl::Status session = BelieveSession(session_token).status();
+  // What is not known for so long does not count: a certificate is judged by files that lie here, a session's end by the database.
+  return absl::IsUnavailable(session) ? absl::UnauthenticatedError(session.message()) : session;
+}
 
 absl::StatusOr<Identity> Access::Admit(const MethodDescriptor& method, const grpc::ServerContextBase& context) const {
   const access::v1::Rule& rule = method.options().GetExtension(access::v1::rule);
-  if (rule.anybody()) return Identity();
-  const absl::StatusOr<Identity> caller = Believe(ShownCertificate(context));
+  const bool by_session = context.client_metadata().count(kSession) > 0;
+  if (rule.anybody() && !by_session) return Identity();
+  absl::StatusOr<Identity> caller = Believe(ShownCertificate(context));
   if (!caller.ok()) return caller;
+  if (by_session) {
+    if (absl::Status status = CheckMaySendSession(context, *caller); !status.ok()) return status;
+    caller = BelieveSession(ShownSession(context));
+    if (!caller.ok() || rule.anybody()) return caller;
+  }
   const bool may = std::any_of(caller->roles.begin(), caller->roles.end(), [&](Role role) {
     return std::count(rule.roles().begin(), rule.roles().end(), Wire(role)) > 0;
   });

@@ -1,5 +1,5 @@
-// Who calls, and whether he may: the certificate shown (identity/trust.h) and the method's rule (sixpoint/access/v1). Private to
-// runtime; admission asks.
+// Who calls, and whether he may: the certificate shown (identity/trust.h), over the gateway the person's session (identity/session.h),
+// and the method's rule (sixpoint/access/v1). Private to runtime; admission asks.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -13,7 +13,9 @@
 #include <string>
 
 #include "identity/identity.h"
+#include "identity/session.h"
 #include "identity/trust.h"
+#include "services/runtime/session_ends.h"
 
 namespace sixpoint::runtime {
 
@@ -24,12 +26,14 @@ class Access {
   using MachineOf = std::function<absl::StatusOr<std::optional<std::string>>(
       const std::string& name, std::chrono::steady_clock::time_point deadline)>;
 
-  // Both live longer.
-  Access(identity::Trust* trust, MachineOf machine_of) : trust_(trust), machine_of_(std::move(machine_of)) {}
+  // All live longer.
+  Access(identity::Trust* trust, const SessionEnds* session_ends, MachineOf machine_of)
+      : trust_(trust), sessions_(trust), session_ends_(session_ends), machine_of_(std::move(machine_of)) {}
 
   // Before anything of a request is parsed: UNAUTHENTICATED (CERTIFICATE_...) of a certificate that does not count now,
-  // PERMISSION_DENIED (ROLE_MISSING) where the method's rule names none of its roles, or there is no rule. Where its rule lets in
-  // anybody: nobody, without a name.
+  // UNAUTHENTICATED (SESSION_...) of a session that does not, PERMISSION_DENIED (ROLE_MISSING) where the method's rule names none of
+  // its roles, there is no rule, or a session came that is not the gateway's to send. Where its rule lets in anybody: nobody, without
+  // a name.
   absl::StatusOr<identity::Identity> Admit(const google::protobuf::MethodDescriptor& method,
                                            const grpc::ServerContextBase& context) const;
   // PERMISSION_DENIED (MACHINE_DIFFERS) where a machine asks for what is not its own, or is not recorded: it learns no more of
@@ -37,13 +41,16 @@ class Access {
   absl::Status CheckMachine(const google::protobuf::MethodDescriptor& method, const identity::Identity& caller,
                             const google::protobuf::Message& request,
                             std::chrono::steady_clock::time_point deadline) const;
-  // Of a call that runs: whether its certificate still counts.
-  absl::Status StillCounts(const std::string& certificate_pem) const;
+  // Of a call that runs: whether its certificate still counts, and the session that came with it (empty: none).
+  absl::Status StillCounts(const std::string& certificate_pem, const std::string& session_token) const;
 
  private:
   absl::StatusOr<identity::Identity> Believe(const std::string& certificate_pem) const;
+  absl::StatusOr<identity::Identity> BelieveSession(const std::string& token) const;
 
   identity::Trust* const trust_;
+  mutable identity::SessionTrust sessions_;  // keeps what it found
+  const SessionEnds* const session_ends_;
   const MachineOf machine_of_;
 };
 

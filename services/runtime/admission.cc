@@ -106,10 +106,10 @@ class AdmittedMethod : public MethodHandler {
   class Opened {
    public:
     Opened(Admission* admission, const grpc::ServerContextBase& context) : admission_(*admission) {
-      std::string certificate_pem = ShownCertificate(context);
+      std::string certificate_pem = ShownCertificate(context), session_token = ShownSession(context);
       const std::lock_guard<std::mutex> lock(admission_.mutex_);
-      place_ =
-          admission_.open_calls_.insert(admission_.open_calls_.end(), {&context, std::move(certificate_pem), false});
+      place_ = admission_.open_calls_.insert(admission_.open_calls_.end(),
+                                             {&context, std::move(certificate_pem), std::move(session_token), false});
     }
     ~Opened() {
       const std::lock_guard<std::mutex> lock(admission_.mutex_);
@@ -210,7 +210,7 @@ void Admission::EndUnbelieved() {
   const std::lock_guard<std::mutex> lock(mutex_);
   for (OpenCall& call : open_calls_) {
     if (call.is_ended) continue;
-    const absl::Status counts = access_.StillCounts(call.certificate_pem);
+    const absl::Status counts = access_.StillCounts(call.certificate_pem, call.session_token);
     if (counts.ok() || !absl::IsUnauthenticated(counts)) continue;
     Log(LogLevel::kWarning, "call ended: " + std::string(counts.message()));
     call.context->TryCancel();

@@ -33,14 +33,14 @@ class Admission {
   // lives longer.
   std::unique_ptr<grpc::Service> Admit(const std::string& full_name, grpc::Service* service);
 
-  // Ends the calls that run for a certificate that does not count any more.
+  // Ends the calls that run for a certificate or a session that does not count any more.
   void EndUnbelieved();
 
  private:
   friend class AdmittedMethod;
   struct OpenCall {
     const grpc::ServerContextBase* context;
-    std::string certificate_pem;
+    std::string certificate_pem, session_token;
     bool is_ended = false;
   };
   absl::Status CheckReady() const;

@@ -76,11 +76,19 @@ class CallLog : public grpc::experimental::Interceptor {
     for (const ErrorReason reason :
          {errors::v1::CERTIFICATE_FOREIGN, errors::v1::CERTIFICATE_MISSING, errors::v1::CODE_NOT_VALID})
       is_known = is_known && !HasReason(said, reason);
-    const auto shown = is_known ? ShownIdentity(context_) : std::nullopt;
-    if (shown) caller_ = shown->Text();
+    if (is_known && ShownIdentity(context_)) caller_ = CallerText(said);
     if (!absl::IsUnauthenticated(said) && !absl::IsPermissionDenied(said)) return;
     is_denied_ = true;
+    // Its handler counts it, under the account that was meant (ServerOptions::count_refused_sign_in).
+    if (HasReason(said, errors::v1::SIGN_IN_REFUSED)) return;
     denials_.Add(method_.substr(1), caller_, context_.peer(), ReasonOf(said), status.error_message());
+  }
+
+  // Of a session that does not count the gateway alone is believed: its token may say anything.
+  std::string CallerText(const absl::Status& said) const {
+    const bool is_believed =
+        !HasReason(said, errors::v1::SESSION_NOT_VALID) && !HasReason(said, errors::v1::SERVICE_NOT_READY);
+    return is_believed && SessionOf(context_) ? RequestedBy(context_) : ShownIdentity(context_)->Text();
   }
 
   void TakeTraceparent(std::multimap<grpc::string_ref, grpc::string_ref>* metadata) {

@@ -19,8 +19,8 @@ std::vector<std::string> Shown(const grpc::ServerContextBase& context, const cha
   return values;
 }
 
-std::string MetadataFor(const grpc::ServerContextBase& context) {
-  const auto found = context.client_metadata().find(kRequestedFor);
+std::string MetadataFor(const grpc::ServerContextBase& context, const char* key) {
+  const auto found = context.client_metadata().find(key);
   if (found == context.client_metadata().end()) return "";
   return std::string(found->second.data(), found->second.size());
 }
@@ -38,11 +38,30 @@ std::string ShownCertificate(const grpc::ServerContextBase& context) {
   return shown.empty() ? "" : shown.front();
 }
 
-std::string RequestedFor(const grpc::ServerContextBase& context) {
+std::string ShownSession(const grpc::ServerContextBase& context) {
   const auto shown = ShownIdentity(context);
-  if (!shown) return "";
-  const std::string other = shown->kind == identity::Kind::kService ? MetadataFor(context) : "";
-  return other.empty() ? shown->Text() : other;
+  const bool may = shown && shown->Has(identity::Role::kGateway) && context.client_metadata().count(kSession) == 1;
+  return may ? MetadataFor(context, kSession) : "";
+}
+
+std::optional<identity::Session> SessionOf(const grpc::ServerContextBase& context) {
+  const std::string token = ShownSession(context);
+  if (token.empty()) return std::nullopt;
+  absl::StatusOr<identity::Session> session = identity::ReadSession(token);
+  if (!session.ok()) return std::nullopt;
+  return *std::move(session);
+}
+
+std::optional<identity::Identity> CallingIdentity(const grpc::ServerContextBase& context) {
+  const std::optional<identity::Session> session = SessionOf(context);
+  return session ? session->person : ShownIdentity(context);
+}
+
+std::string RequestedFor(const grpc::ServerContextBase& context) {
+  const auto caller = CallingIdentity(context);
+  if (!caller) return "";
+  const std::string other = caller->Has(identity::Role::kService) ? MetadataFor(context, kRequestedFor) : "";
+  return other.empty() ? caller->Text() : other;
 }
 
 std::string RequestedBy(const grpc::ServerContextBase& context) {
@@ -54,7 +73,7 @@ std::string RequestedBy(const grpc::ServerContextBase& context) {
 
 absl::Status CheckOwnMachine(const grpc::ServerContextBase& context, const std::string& field,
                              const std::string& machine) {
-  const auto shown = ShownIdentity(context);
+  const auto shown = CallingIdentity(context);
   if (!shown || shown->kind != identity::Kind::kMachine || machine == shown->Text()) return absl::OkStatus();
   return Failure(errors::v1::MACHINE_DIFFERS,
                  field + ": " + Tame(machine, 80) + ", want " + shown->Text() + ", whose certificate was shown",

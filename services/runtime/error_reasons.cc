@@ -21,9 +21,11 @@ absl::StatusCode CodeOf(ErrorReason reason) {
     case errors::v1::PERSON_NOT_FOUND:
     case errors::v1::SERVICE_MISSING:
     case errors::v1::RENEWAL_NOT_OFFERED:
+    case errors::v1::ACCOUNT_NOT_FOUND:
       return absl::StatusCode::kNotFound;
     case errors::v1::SCAN_DIFFERS:
     case errors::v1::BLOCK_DIFFERS:
+    case errors::v1::ACCOUNT_EXISTS:
       return absl::StatusCode::kAlreadyExists;
     case errors::v1::UPLOAD_OVERTAKEN:
     case errors::v1::TRANSACTION_CONFLICT:
@@ -34,6 +36,9 @@ absl::StatusCode CodeOf(ErrorReason reason) {
     case errors::v1::CERTIFICATE_FOREIGN:
     case errors::v1::CERTIFICATE_EXPIRED:
     case errors::v1::CERTIFICATE_REVOKED:
+    case errors::v1::SESSION_NOT_VALID:
+    case errors::v1::SESSION_ENDED:
+    case errors::v1::SIGN_IN_REFUSED:
       return absl::StatusCode::kUnauthenticated;
     case errors::v1::ROLE_MISSING:
     case errors::v1::MACHINE_DIFFERS:
@@ -65,6 +70,7 @@ absl::StatusCode CodeOf(ErrorReason reason) {
     case errors::v1::OBJECT_STORE_MISSING:
     case errors::v1::OBJECT_STORE_REFUSED:
     case errors::v1::BUCKET_MISSING:
+    case errors::v1::IDENTITY_PROVIDER_MISSING:
       return absl::StatusCode::kFailedPrecondition;
     case errors::v1::REGISTRATIONS_FULL:
     case errors::v1::BATCHES_FULL:
@@ -78,10 +84,13 @@ absl::StatusCode CodeOf(ErrorReason reason) {
     case errors::v1::STORE_CHECKS_FULL:
     case errors::v1::DOWNLOADS_FULL:
     case errors::v1::REQUESTS_UNFINISHED:
+    case errors::v1::SIGN_IN_SLOWED:
+    case errors::v1::SIGN_INS_FULL:
       return absl::StatusCode::kResourceExhausted;
     case errors::v1::OBJECT_STORE_AWAY:
     case errors::v1::CAD_WORKER_MISSING:
     case errors::v1::SERVICE_NOT_READY:
+    case errors::v1::IDENTITY_PROVIDER_AWAY:
       return absl::StatusCode::kUnavailable;
     case errors::v1::SCAN_DAMAGED:
     case errors::v1::BLOCKS_FORGOTTEN:

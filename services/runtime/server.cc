@@ -23,6 +23,7 @@
 #include "services/runtime/listening_sockets.h"
 #include "services/runtime/log.h"
 #include "services/runtime/message_limits.h"
+#include "services/runtime/session_ends.h"
 #include "storage/denials.h"
 #include "storage/record.h"
 
@@ -172,7 +173,8 @@ bool WaitForStop(const sigset_t& signals, long milliseconds) {
 
 // Keeps health and admission in step with the database until a signal comes.
 void ServeUntilStopped(const ServerOptions& options, grpc::Server* server, Admission* admission, Denials* denials,
-                       storage::Database* database, const std::vector<std::string>& names, const sigset_t& signals) {
+                       SessionEnds* session_ends, storage::Database* database, const std::vector<std::string>& names,
+                       const sigset_t& signals) {
   ReadinessQuestion question(database, options.volatile_database);
   bool serving = false;
   std::string said;
@@ -180,6 +182,8 @@ void ServeUntilStopped(const ServerOptions& options, grpc::Server* server, Admis
     if (serving) KeepDenials(database, denials);
     std::string why_not;
     const Readiness readiness = question.Ask(&why_not);
+    if (readiness == Readiness::kReady)
+      session_ends->Read(database, std::chrono::steady_clock::now() + kDatabasePatience);
     if (readiness == Readiness::kBusy) continue;  // full is not broken: as before
     if (!why_not.empty() && why_not != said)
       Log(LogLevel::kWarning, (readiness == Readiness::kReady ? "served all the same: " : "not ready: ") + why_not);
@@ -220,11 +224,15 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
 
   const std::unique_ptr<storage::Database> database =
       storage::Database::Open(options.database, options.database_connections);
+  Denials denials(options.area);
+  options.count_refused_sign_in = [&denials](const RefusedSignIn& one) {
+    denials.Add(one.method, one.account, one.peer_address, one.reason, one.sentence);
+  };
   const std::vector<ServedService> services = factory(options, database.get());
   OpenConnections connections(connection_limits);
-  const Access access(&trust, MachineBy(database.get()));
+  SessionEnds session_ends;
+  const Access access(&trust, &session_ends, MachineBy(database.get()));
   Admission admission(&access);
-  Denials denials(options.area);
 
   grpc::EnableDefaultHealthCheckService(true);
   grpc::ServerBuilder builder;
@@ -260,7 +268,7 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   });
   Log(LogLevel::kInfo, "listening", {{"address", options.listen_address}});
 
-  ServeUntilStopped(options, server.get(), &admission, &denials, database.get(), names, signals);
+  ServeUntilStopped(options, server.get(), &admission, &denials, &session_ends, database.get(), names, signals);
 
   server->GetHealthCheckService()->Shutdown();
   Log(LogLevel::kInfo, "stopping: running calls may end, new ones are refused");

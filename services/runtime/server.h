@@ -18,6 +18,10 @@ class App;
 
 namespace sixpoint::runtime {
 
+struct RefusedSignIn {
+  std::string method, account, peer_address, reason, sentence;
+};
+
 // Read from the command line by ParseServerOptions; every server has these flags.
 struct ServerOptions {
   std::string area;                          // ingest, calibration, ...
@@ -30,6 +34,8 @@ struct ServerOptions {
   int database_connections = 8;  // --database-connections
   int threads = 2;               // --threads: compute threads of kernels
   std::shared_ptr<grpc::ChannelCredentials> credentials;  // by which it calls the others; set by Serve
+  // Counts a sign-in that was refused (denials.h), under the account that it named where there is one; set by Serve.
+  std::function<void(const RefusedSignIn&)> count_refused_sign_in;
   bool volatile_database = false;  // --volatile-database: one that may lose what was acknowledged is served
 };
 

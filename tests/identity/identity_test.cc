@@ -126,8 +126,8 @@ TEST(Identity, OfUrisIsExactlyOne) {
 }
 
 TEST(Role, IsTheSameAfterItsText) {
-  for (const Role role :
-       {Role::kMachine, Role::kEngineer, Role::kQuality, Role::kMesReader, Role::kAdmin, Role::kService})
+  for (const Role role : {Role::kMachine, Role::kEngineer, Role::kQuality, Role::kMesReader, Role::kAdmin,
+                          Role::kService, Role::kGateway})
     EXPECT_EQ(*RoleOf("--role", RoleText(role)), role);
   EXPECT_EQ(RoleText(Role::kMesReader), "mes-reader");
   for (const std::string word : {"", "Engineer", "root", "engineer ", "unknown"}) {

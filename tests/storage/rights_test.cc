@@ -95,8 +95,8 @@ TEST_F(RightsTest, EachServiceWritesItsOwnTablesOnly) {
   for (const auto& [table, areas] : rights("INSERT"))
     EXPECT_TRUE(areas.size() == 1 || shared.count(table) > 0) << table << ": " << areas.size();
   for (const auto& [table, areas] : rights("DELETE"))
-    EXPECT_THAT(table,
-                ::testing::AnyOf("scan_uploads", "scan_upload_blocks", "blobs", "loose_blobs", "credential_offers"))
+    EXPECT_THAT(table, ::testing::AnyOf("scan_uploads", "scan_upload_blocks", "blobs", "loose_blobs",
+                                        "credential_offers", "sign_in_failures"))
         << *areas.begin();
   for (const auto& [table, areas] : rights("UPDATE"))  // of whole rows
     EXPECT_THAT(table,

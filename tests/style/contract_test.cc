@@ -153,15 +153,19 @@ TEST_F(Contract, AMethodThatOnlyReadsSaysSo) {
 
 // A call that changes something is known again by its request_id, or by what it names.
 TEST_F(Contract, AMethodThatChangesSomethingHasARequestId) {
-  const std::set<std::string> named_by_what_they_change = {"UploadScan",        // a scan_id of the client's
-                                                           "DeleteScanPoints",  // a scan's points, once
-                                                           "OfferCredentials",  // a pickup_id
-                                                           "TakeCredentials",   // the same, once
-                                                           "OfferRenewal",      // a certificate
-                                                           "ForgetPerson",      // a person, once
-                                                           "CheckStore",        // reads, and notes what is damaged
-                                                           "CollectGarbage",   "ApplyRetention", "AdoptBucket",
-                                                           "MakeMonths"};  // again: what is left to do
+  const std::set<std::string> named_by_what_they_change = {
+      "UploadScan",        // a scan_id of the client's
+      "DeleteScanPoints",  // a scan's points, once
+      "OfferCredentials",  // a pickup_id
+      "TakeCredentials",   // the same, once
+      "OfferRenewal",      // a certificate
+      "ForgetPerson",      // a person, once
+      // an account, and what it is to be
+      "CreateAccount", "SetAccountRoles", "SetPassword", "ChangeOwnPassword", "DisableAccount", "EnableAccount",
+      // an account or a session; another one is as good
+      "SignIn", "SignInWithIdToken", "RenewSession", "SignOut",
+      "CheckStore",                                                      // reads, and notes what is damaged
+      "CollectGarbage", "ApplyRetention", "AdoptBucket", "MakeMonths"};  // again: what is left to do
   for (const MethodDescriptor* method : methods_) {
     if (method->options().idempotency_level() == MethodOptions::NO_SIDE_EFFECTS) continue;
     EXPECT_EQ(method->input_type()->FindFieldByName("request_id") == nullptr,

@@ -34,7 +34,9 @@ class AccessTest : public ::testing::Test {
   }
 
   identity::Trust trust_{"/nowhere", "/nowhere"};
-  Access access_{&trust_, [](const std::string& name, auto) -> absl::StatusOr<std::optional<std::string>> {
+  SessionEnds session_ends_;
+  Access access_{&trust_, &session_ends_,
+                 [](const std::string& name, auto) -> absl::StatusOr<std::optional<std::string>> {
                    const auto found = kRecorded.find(name);
                    if (found == kRecorded.end()) return std::nullopt;
                    return found->second;

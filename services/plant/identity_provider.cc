@@ -1,0 +1,161 @@
+#include "services/plant/identity_provider.h"
+
+#include <sys/stat.h>
+#include <yaml-cpp/yaml.h>
+
+#include <fstream>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "services/plant/key_set_fetch.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/log.h"
+
+namespace sixpoint::plant {
+namespace {
+
+using runtime::Refuse;
+using std::chrono::seconds;
+
+constexpr std::chrono::milliseconds kFetchPatience{5000};
+constexpr seconds kKeysLast{3600}, kBetweenTries{60}, kBetweenTriesWithout{5};
+// Keys that could not be got anew count no longer than this.
+constexpr seconds kOldestKeys{24 * 3600};
+constexpr off_t kLongestConfig_bytes = 65536;
+
+// Every key a known one with one text, but `roles`.
+struct Texts {
+  std::map<std::string, std::string> keys;
+  std::map<std::string, std::string> roles;
+};
+
+absl::StatusOr<Texts> ReadTexts(const std::string& path) {
+  static const std::set<std::string> kKnown = {"issuer",  "client_id",  "keys_url",   "keys_file",
+                                               "ca_file", "name_claim", "roles_claim"};
+  struct stat file {};
+  if (stat(path.c_str(), &file) != 0 || !S_ISREG(file.st_mode) || file.st_size > kLongestConfig_bytes)
+    return Refuse("--oidc", path, "a file of at most 64 KiB");
+  Texts texts;
+  try {
+    const YAML::Node root = YAML::LoadFile(path);
+    if (!root.IsMap()) return Refuse(path, "something else", "keys and values (issuer, client_id, ...)");
+    std::set<std::string> seen;
+    for (const auto& entry : root) {
+      const std::string key = entry.first.as<std::string>();
+      if (!seen.insert(key).second) return Refuse(path + ": " + key, "twice", "once");
+      if (key == "roles" && entry.second.IsMap()) {
+        for (const auto& role : entry.second)
+          if (!texts.roles.emplace(role.first.as<std::string>(), role.second.as<std::string>()).second)
+            return Refuse(path + ": roles", role.first.as<std::string>() + " twice", "once");
+        continue;
+      }
+      if (kKnown.count(key) == 0) return Refuse(path, key, "a key that services/plant/identity_provider.h lists");
+      if (!entry.second.IsScalar()) return Refuse(path + ": " + key, "not one value", "one text");
+      texts.keys[key] = entry.second.as<std::string>();
+    }
+  } catch (const YAML::Exception& error) {
+    return Refuse(path, "line " + std::to_string(error.mark.line + 1), "YAML");
+  }
+  return texts;
+}
+
+bool IsHttps(const std::string& url) { return url.rfind("https://", 0) == 0 && url.size() > 8 && url.size() <= 1024; }
+
+absl::StatusOr<std::string> ReadSmallFile(const std::string& path) {
+  struct stat file {};
+  if (stat(path.c_str(), &file) != 0 || !S_ISREG(file.st_mode) ||
+      file.st_size > static_cast<off_t>(identity::kLongestKeySet_bytes))
+    return absl::UnavailableError("keys: " + path + ", want a file of at most 256 KiB");
+  std::ifstream in(path, std::ios::binary);
+  std::string text(static_cast<std::size_t>(file.st_size), '\0');
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
+  return text;
+}
+
+}  // namespace
+
+absl::StatusOr<IdentityProviderConfig> ReadIdentityProviderConfig(const std::string& path) {
+  const absl::StatusOr<Texts> texts = ReadTexts(path);
+  if (!texts.ok()) return texts.status();
+  IdentityProviderConfig config;
+  const auto take = [&](const char* key, std::string* value) {
+    if (const auto found = texts->keys.find(key); found != texts->keys.end()) *value = found->second;
+  };
+  take("issuer", &config.policy.issuer);
+  take("client_id", &config.policy.client_id);
+  take("keys_url", &config.keys_url);
+  take("keys_file", &config.keys_file);
+  take("ca_file", &config.ca_file);
+  take("name_claim", &config.policy.name_claim);
+  take("roles_claim", &config.policy.roles_claim);
+  runtime::Refusals refusals;
+  const auto refuse = [&](const std::string& key, const std::string& value, const std::string& wanted) {
+    refusals.Add(Refuse(path + ": " + key, value, wanted));
+  };
+  if (!IsHttps(config.policy.issuer)) refuse("issuer", config.policy.issuer, "https://..., as iss says it");
+  if (config.policy.client_id.empty()) refuse("client_id", "", "the gateway's, by the provider");
+  if (config.policy.name_claim.empty()) refuse("name_claim", "", "a claim's name");
+  if (config.policy.roles_claim.empty()) refuse("roles_claim", "", "a claim's name");
+  if (config.keys_url.empty() == config.keys_file.empty())
+    refuse("keys_url", config.keys_url, "it or keys_file, and not both");
+  if (!config.keys_url.empty() && !IsHttps(config.keys_url)) refuse("keys_url", config.keys_url, "https://...");
+  if (texts->roles.empty()) refuse("roles", "", "at least one of the claim's values and the role that it gives");
+  for (const auto& [value, word] : texts->roles) {
+    const absl::StatusOr<identity::Role> role = identity::RoleOf(path + ": roles." + value, word);
+    const bool is_users = role.ok() && identity::IdentityOf("users/any", {*role}).ok();
+    if (!is_users) {
+      refuse("roles." + value, word, "engineer, quality, mes-reader or admin");
+      continue;
+    }
+    config.policy.roles.emplace(value, *role);
+  }
+  if (absl::Status status = refusals.status(); !status.ok()) return status;
+  return config;
+}
+
+absl::StatusOr<identity::KeySet> IdentityProvider::Get() const {
+  const absl::StatusOr<std::string> json =
+      config_.keys_file.empty()
+          ? FetchByHttps(config_.keys_url, config_.ca_file, identity::kLongestKeySet_bytes, kFetchPatience)
+          : ReadSmallFile(config_.keys_file);
+  if (!json.ok()) return json.status();
+  return identity::KeySet::Read(*json);
+}
+
+IdentityProvider::Keys IdentityProvider::KeysYoungerThan(seconds age) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const Clock::time_point now = Clock::now();
+  if (keys_ != nullptr && now - got_at_ < age) return keys_;
+  const seconds between = keys_ == nullptr ? kBetweenTriesWithout : kBetweenTries;
+  if (!tried_at_ || now - *tried_at_ >= between) {
+    tried_at_ = now;
+    absl::StatusOr<identity::KeySet> got = Get();
+    if (got.ok()) {
+      keys_ = std::make_shared<const identity::KeySet>(*std::move(got));
+      got_at_ = now;
+    } else {
+      runtime::Log(runtime::LogLevel::kWarning,
+                   "the identity provider's keys cannot be had: " + std::string(got.status().message()));
+    }
+  }
+  if (keys_ != nullptr && now - got_at_ > kOldestKeys) keys_.reset();
+  return keys_;
+}
+
+absl::StatusOr<identity::SignedInPerson> IdentityProvider::Judge(const std::string& id_token,
+                                                                 const std::string& nonce) {
+  absl::StatusOr<identity::SignedInPerson> person = absl::NotFoundError("");
+  for (const seconds age : {kKeysLast, seconds(0)}) {  // of a key that is not among them: once more, with new ones
+    const Keys keys = KeysYoungerThan(age);
+    if (keys == nullptr)
+      return runtime::Failure(errors::v1::IDENTITY_PROVIDER_AWAY,
+                              "the identity provider's keys cannot be had now; the plant's log says why");
+    person = identity::JudgeIdToken(id_token, nonce, config_.policy, *keys, std::chrono::system_clock::now());
+    if (!absl::IsNotFound(person.status())) return person;
+  }
+  return absl::UnauthenticatedError(person.status().message());
+}
+
+}  // namespace sixpoint::plant

@@ -1,0 +1,60 @@
+// The plant's identity provider (OpenID Connect), as a YAML file says it; no key of it is secret:
+//
+//   issuer: https://id.plant.example/realms/plant   # as iss says it
+//   client_id: sixpoint                             # the gateway's
+//   keys_url: https://id.plant.example/realms/plant/protocol/openid-connect/certs   # the provider's jwks_uri
+//   keys_file: /etc/sixpoint/keys.json              # in its stead: the same document, brought by hand
+//   ca_file: /etc/sixpoint/ca.pem                   # optional: who vouches for keys_url; else the system's
+//   name_claim: preferred_username                  # optional
+//   roles_claim: groups                             # optional
+//   roles:                                          # which of the claim's values give which role
+//     turbine-engineers: engineer
+//     turbine-quality: quality
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <chrono>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "identity/id_token.h"
+
+namespace sixpoint::plant {
+
+struct IdentityProviderConfig {
+  identity::IdTokenPolicy policy;
+  std::string keys_url, keys_file;  // one of them
+  std::string ca_file;
+};
+
+// INVALID_ARGUMENT names the key, its value and what was wanted; also of a key that is not known, for a misspelt one must not pass.
+absl::StatusOr<IdentityProviderConfig> ReadIdentityProviderConfig(const std::string& path);
+
+// Thread-safe.
+class IdentityProvider {
+ public:
+  explicit IdentityProvider(IdentityProviderConfig config) : config_(std::move(config)) {}
+
+  // As identity::JudgeIdToken, by the provider's keys as they were got within the last hour; of a key that is not among them they are
+  // got again, at most once a minute. UNAVAILABLE (IDENTITY_PROVIDER_AWAY) where there are none.
+  absl::StatusOr<identity::SignedInPerson> Judge(const std::string& id_token, const std::string& nonce);
+  const std::string& issuer() const { return config_.policy.issuer; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  using Keys = std::shared_ptr<const identity::KeySet>;
+  // Got now where what there is is older than that; what there was stays where it cannot be had.
+  Keys KeysYoungerThan(std::chrono::seconds age);
+  absl::StatusOr<identity::KeySet> Get() const;
+
+  const IdentityProviderConfig config_;
+  std::mutex mutex_;  // held while they are got: one at a time
+  Keys keys_;
+  std::optional<Clock::time_point> tried_at_;
+  Clock::time_point got_at_;
+};
+
+}  // namespace sixpoint::plant
