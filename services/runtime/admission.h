@@ -1,6 +1,6 @@
 // What every call of our own services passes before its handler: is its client still there, may the caller (access.h), is the server ready,
 // is the request as small as the method's is (message_limits.h), does each of its fields keep its bound (request_checks.h), is it about the
-// caller's own machine. Nothing of a request is parsed before the first four. What a client streams is its handler's to check.
+// caller's own machine, and about parts that he may see (clearance.h). Nothing of a request is parsed before the first four. What a client streams is its handler's to check.
 #pragma once
 
 #include <absl/status/status.h>
@@ -14,14 +14,15 @@
 #include <string>
 
 #include "services/runtime/access.h"
+#include "services/runtime/clearance.h"
 
 namespace sixpoint::runtime {
 
 // Thread-safe. Outlives the services that it admits to.
 class Admission {
  public:
-  // `access` lives longer.
-  explicit Admission(const Access* access) : access_(*access) {}
+  // Both live longer.
+  Admission(const Access* access, const Clearance* clearance) : access_(*access), clearance_(*clearance) {}
 
   // SERVICE_NOT_READY with that sentence; at first, before anything is known, with one of its own.
   void SetNotReady(const std::string& why);
@@ -44,6 +45,7 @@ class Admission {
   absl::Status CheckReady() const;
 
   const Access& access_;
+  const Clearance& clearance_;
   mutable std::mutex mutex_;
   std::list<OpenCall> open_calls_;
   std::optional<std::string> not_ready_ = "it has not asked its database yet";

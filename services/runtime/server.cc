@@ -23,6 +23,7 @@
 #include "services/runtime/listening_sockets.h"
 #include "services/runtime/log.h"
 #include "services/runtime/message_limits.h"
+#include "storage/clearances.h"
 #include "storage/denials.h"
 #include "storage/record.h"
 
@@ -223,7 +224,8 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   const std::vector<ServedService> services = factory(options, database.get());
   OpenConnections connections(connection_limits);
   const Access access(&trust, MachineBy(database.get()));
-  Admission admission(&access);
+  const Clearance clearance(storage::ClearancesIn(database.get()));
+  Admission admission(&access, &clearance);
   Denials denials(options.area);
 
   grpc::EnableDefaultHealthCheckService(true);
