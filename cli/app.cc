@@ -39,6 +39,7 @@ void AddCommands(Command* root, Session* session) {
   AddLocalPlantCommands(root, session);
   AddCertsCommands(root, session);
   AddPersonCommands(root, session);
+  AddClearanceCommands(root, session);
   AddMachineCommands(root, session);
   AddArtefactCommands(root, session);
   AddPartCommands(root, session);

@@ -15,7 +15,7 @@ struct Group {
 
 const std::vector<Group>& Groups() {
   static const auto* groups = new std::vector<Group>{
-      {"A plant on this machine", {"up", "down", "status", "certs"}},
+      {"A plant on this machine", {"up", "down", "status", "certs", "clearance"}},
       {"What there is", {"machine", "artefact", "part", "blade"}},
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
@@ -47,7 +47,16 @@ const std::map<std::string, const char*>& Examples() {
       {"certs renew", "sixpoint certs renew"},
       {"machine add", "sixpoint machine add docs/examples/machine.yaml"},
       {"artefact add", "sixpoint artefact add docs/examples/artefact.yaml"},
-      {"part add", "sixpoint part add docs/examples/part.yaml"},
+      {"part add",
+       "sixpoint part add docs/examples/part.yaml\n"
+       "sixpoint part add docs/examples/part.yaml --customer acme"},
+      {"clearance grant",
+       "sixpoint clearance grant users/jane customers/acme\n"
+       "sixpoint clearance grant machines/sarix-1 parts/block-1"},
+      {"clearance withdraw", "sixpoint clearance withdraw users/jane customers/acme"},
+      {"clearance list",
+       "sixpoint clearance list --scope customers/acme\n"
+       "sixpoint clearance list --holder users/jane --withdrawn-too"},
       {"blade add", "sixpoint blade add SN-1 --part block-1"},
       {"blade show", "sixpoint blade show SN-1"},
       {"scan upload",

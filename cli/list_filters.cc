@@ -31,6 +31,9 @@ std::string HelpOf(const FieldDescriptor& field) {
   if (field.name() == "only_disagreeing") return "Only those that the best fit of their scans contradicts";
   if (field.name() == "without_for_inspection") return "Not those that an inspection made for its verdict";
   if (field.name() == "all_revisions") return "Also those that newer ones replaced";
+  if (field.name() == "withdrawn_too") return "Also those that were withdrawn";
+  if (field.name() == "holder") return "Only of users/NAME or machines/ID";
+  if (field.name() == "scope") return "Only for customers/ID or parts/ID, exactly that";
   if (field.name() == "calibration") return "Only what rests on it";
   return "Only of this " + OptionOf(field.name());
 }

@@ -26,8 +26,9 @@ std::string GapsText(const plant::v1::SurfaceSummary& surface) {
 void PrintPart(const Session& session, const plant::v1::Part& part) {
   if (session.json) return PrintJson(part);
   std::cout << part.name() << ", revision " << part.revision() << ", " << TimeText(part.created_at()) << "\n"
-            << "cad      " << EnumText(CadFormat_Name(part.cad_format()), "CAD_FORMAT_") << ", sha256 "
-            << part.surface().cad_sha256() << "\n"
+            << (part.customer().empty() ? "" : "customer " + part.customer() + "\n") << "cad      "
+            << EnumText(CadFormat_Name(part.cad_format()), "CAD_FORMAT_") << ", sha256 " << part.surface().cad_sha256()
+            << "\n"
             << "surface  " << Grouped(part.surface().triangle_count()) << " triangles within "
             << Fixed(part.surface().chordal_error_um(), 3) << " um, " << (part.surface().closed() ? "closed" : "open")
             << ", from " << PointText(part.surface().minimum_mm(), 3) << " to "
@@ -58,17 +59,24 @@ void PrintPart(const Session& session, const plant::v1::Part& part) {
 void AddPartCommands(Command* app, Session* session) {
   Command* part = app->AddCommand("part", "Part models: CAD, hole groups, six points, tolerances");
   part->RequireCommand();
-  const auto argument = std::make_shared<std::string>();
+  const auto argument = std::make_shared<std::string>(), customer = std::make_shared<std::string>();
 
   Command* add = part->AddCommand("add", "Adds a part, or a new revision of it, from a YAML file that names its CAD");
   add->AddOption("FILE", argument.get(), "YAML as docs/examples/part.yaml")->Required();
-  session->OnCommand(add, [session, argument]() -> absl::Status {
+  add->AddOption(
+      "--customer", customer.get(),
+      "Whose part it is: seen by those alone who are cleared for customers/ID or the part; without it, as before");
+  session->OnCommand(add, [session, argument, customer]() -> absl::Status {
     absl::StatusOr<plant::v1::CreatePartRequest> request = LoadPart(*argument);
     if (!request.ok()) return request.status();
+    if (!customer->empty()) request->mutable_part()->set_customer(IdText(*customer));
     request->set_request_id(NewRequestId());
     const absl::StatusOr<plant::v1::Part> created =
         CallAtLength<PlantService>(session, "reading the CAD", "plant", &PlantService::Stub::CreatePart, *request);
     if (!created.ok()) return created.status();
+    if (!request->part().customer().empty() && created->customer() != request->part().customer())
+      return absl::FailedPreconditionError(created->name() +
+                                           ": the plant took no customer, want a plant of this release (sixpoint up)");
     for (int i = 0; i < created->hole_groups_size() && i < request->part().hole_groups_size(); ++i)
       if (created->hole_groups(i).position_zone() != request->part().hole_groups(i).position_zone())
         return absl::FailedPreconditionError(
@@ -79,17 +87,19 @@ void AddPartCommands(Command* app, Session* session) {
 
   plant::v1::ListPartsRequest whole;  // groups and datums are counted
   whole.set_view(list::v1::VIEW_FULL);
-  AddListCommand<PlantService>(part, session, "Lists the parts", "plant", &PlantService::Stub::ListParts, whole,
-                               Table({"part", ">revision", "cad", ">triangles", ">groups", ">datums", "since"}),
-                               &plant::v1::ListPartsResponse::parts, [](const plant::v1::Part& entry) {
-                                 return Cells{IdText(entry.name()),
-                                              std::to_string(entry.revision()),
-                                              EnumText(CadFormat_Name(entry.cad_format()), "CAD_FORMAT_"),
-                                              Grouped(entry.surface().triangle_count()),
-                                              std::to_string(entry.hole_groups_size()),
-                                              std::to_string(entry.six_points_size()),
-                                              TimeText(entry.created_at())};
-                               });
+  AddListCommand<PlantService>(
+      part, session, "Lists the parts", "plant", &PlantService::Stub::ListParts, whole,
+      Table({"part", ">revision", "customer", "cad", ">triangles", ">groups", ">datums", "since"}),
+      &plant::v1::ListPartsResponse::parts, [](const plant::v1::Part& entry) {
+        return Cells{IdText(entry.name()),
+                     std::to_string(entry.revision()),
+                     entry.customer().empty() ? "-" : entry.customer(),
+                     EnumText(CadFormat_Name(entry.cad_format()), "CAD_FORMAT_"),
+                     Grouped(entry.surface().triangle_count()),
+                     std::to_string(entry.hole_groups_size()),
+                     std::to_string(entry.six_points_size()),
+                     TimeText(entry.created_at())};
+      });
 
   Command* show = part->AddCommand("show", "Shows a part");
   show->AddOption("ID", argument.get(), "The part")->Required();

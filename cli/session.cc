@@ -129,6 +129,8 @@ std::string NextStepRefused(const absl::Status& status) {
     return "show that machine's own certificate by --identity; whose yours is: sixpoint certs show";
   if (runtime::HasReason(status, errors::v1::ROLE_MISSING))
     return "ask who runs the plant for a certificate with the role; which roles yours has: sixpoint certs show";
+  if (runtime::HasReason(status, errors::v1::CLEARANCE_MISSING))
+    return "look at the name; where it is right, ask who runs the plant to clear you: sixpoint clearance grant";
   if (runtime::HasReason(status, errors::v1::CODE_NOT_VALID))
     return "ask who runs the plant for another code: sixpoint certs offer";
   return "ask for the right to do this";

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <fstream>
 #include <iostream>
+#include <set>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "sixpoint/access/v1/access.pb.h"
 
@@ -31,15 +33,54 @@ const FieldDescriptor* FieldAt(const Descriptor* message, const std::string& pat
   return field;
 }
 
+bool Has(const google::protobuf::RepeatedPtrField<std::string>& paths, const std::string& path) {
+  return std::find(paths.begin(), paths.end(), path) != paths.end();
+}
+
+// The texts of a request that are called as what is of a part is: their paths.
+void AddOfPart(const Descriptor& message, const std::string& before, int depth, std::vector<std::string>* paths) {
+  static const std::set<std::string> kOfPart = {
+      "part",       "blade",       "subject",    "scan",        "scans", "registration", "registrations",
+      "correction", "corrections", "inspection", "inspections", "study", "studies"};
+  for (int i = 0; i < message.field_count(); ++i) {
+    const FieldDescriptor& field = *message.field(i);
+    const std::string path = before + field.name();
+    if (field.type() == FieldDescriptor::TYPE_STRING && kOfPart.count(field.name()) > 0) paths->push_back(path);
+    if (field.type() == FieldDescriptor::TYPE_MESSAGE && depth < 8)
+      AddOfPart(*field.message_type(), path + ".", depth + 1, paths);
+  }
+}
+
+// Of what a method says of parts, so that none can forget to.
+std::string PartFaultOf(const MethodDescriptor& method, const Rule& rule) {
+  if (rule.no_part() == (rule.filtered() || !rule.of_part().empty()))
+    return "of_part, no_part, filtered: want no_part alone, or of_part, filtered or both";
+  for (const std::string& path : rule.of_part()) {
+    const FieldDescriptor* const field = FieldAt(method.input_type(), path);
+    if (field == nullptr || field->type() != FieldDescriptor::TYPE_STRING)
+      return "of_part: " + path + ", want a text of " + method.input_type()->name();
+  }
+  if (method.client_streaming() && !rule.filtered())
+    return "of_part: want filtered: what is streamed is its handler's to ask";
+  std::vector<std::string> paths;
+  AddOfPart(*method.input_type(), "", 0, &paths);
+  for (const std::string& path : paths)
+    if (!rule.filtered() && !Has(rule.of_part(), path))
+      return "of_part: not " + path + ", want what the request can name of a part";
+  return "";
+}
+
 // What is wrong; empty: nothing.
 std::string FaultOf(const MethodDescriptor& method, const Rule& rule) {
   if (rule.anybody()) {
-    const bool alone = rule.roles().empty() && rule.own_machine().empty() && !rule.any_machine();
+    const bool alone = rule.roles().empty() && rule.own_machine().empty() && !rule.any_machine() &&
+                       rule.of_part().empty() && !rule.no_part() && !rule.filtered();
     return alone ? "" : "anybody, want nothing beside it";
   }
   if (rule.roles().empty()) return "no rule, want option (access.v1.rule) with the roles that may call it";
   if (std::count(rule.roles().begin(), rule.roles().end(), sixpoint::access::v1::ROLE_UNSPECIFIED) > 0)
     return "ROLE_UNSPECIFIED, want a role";
+  if (const std::string fault = PartFaultOf(method, rule); !fault.empty()) return fault;
   const bool machines = std::count(rule.roles().begin(), rule.roles().end(), sixpoint::access::v1::ROLE_MACHINE) > 0;
   const int said = (rule.own_machine().empty() ? 0 : 1) + (rule.any_machine() ? 1 : 0);
   if (said != (machines ? 1 : 0))

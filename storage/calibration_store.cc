@@ -42,10 +42,13 @@ absl::StatusOr<std::optional<CalibrationRow>> FindNamed(Transaction& transaction
   return FindCalibration(transaction, IdOfName(name).id);
 }
 
-absl::StatusOr<WithdrawnCalibrationRow> WhatIsLeftOf(Transaction& transaction, CalibrationRow calibration) {
+absl::StatusOr<WithdrawnCalibrationRow> WhatIsLeftOf(Transaction& transaction, CalibrationRow calibration,
+                                                     const Reader& reader) {
   WithdrawnCalibrationRow withdrawn;
   withdrawn.calibration = std::move(calibration);
-  auto resting = DerivedFrom(transaction, withdrawn.calibration.name());
+  JournalPage all;
+  all.reader = reader;
+  auto resting = DerivedFrom(transaction, withdrawn.calibration.name(), {}, all);
   if (!resting.ok()) return resting.status();
   withdrawn.resting = *std::move(resting);
   auto in_force = CalibrationInForce(transaction, withdrawn.calibration.subject(), withdrawn.calibration.as_of);
@@ -54,12 +57,12 @@ absl::StatusOr<WithdrawnCalibrationRow> WhatIsLeftOf(Transaction& transaction, C
   return withdrawn;
 }
 
-absl::StatusOr<std::optional<WithdrawnCalibrationRow>> FindWithdrawn(Transaction& transaction,
-                                                                     const std::string& name) {
+absl::StatusOr<std::optional<WithdrawnCalibrationRow>> FindWithdrawn(Transaction& transaction, const std::string& name,
+                                                                     const Reader& reader) {
   absl::StatusOr<std::optional<CalibrationRow>> calibration = FindNamed(transaction, name);
   if (!calibration.ok()) return calibration.status();
   if (!calibration->has_value()) return std::nullopt;
-  absl::StatusOr<WithdrawnCalibrationRow> withdrawn = WhatIsLeftOf(transaction, **std::move(calibration));
+  absl::StatusOr<WithdrawnCalibrationRow> withdrawn = WhatIsLeftOf(transaction, **std::move(calibration), reader);
   if (!withdrawn.ok()) return withdrawn.status();
   return *std::move(withdrawn);
 }
@@ -125,9 +128,12 @@ class PostgresCalibrations final : public CalibrationStore {
       absl::StatusOr<CalibrationRow> calibration = Decide(transaction, request, decision, WithdrawCalibration);
       if (!calibration.ok()) return calibration.status();
       // The journal's lock is held: nothing more can come to rest on it.
-      return WhatIsLeftOf(transaction, *std::move(calibration));
+      return WhatIsLeftOf(transaction, *std::move(calibration), decision.reader);
     };
-    return RecordOnce<WithdrawnCalibrationRow>(*database_, request, deadline, FindWithdrawn, withdraw);
+    const auto find = [&](Transaction& transaction, const std::string& name) {
+      return FindWithdrawn(transaction, name, decision.reader);
+    };
+    return RecordOnce<WithdrawnCalibrationRow>(*database_, request, deadline, find, withdraw);
   }
 
  private:

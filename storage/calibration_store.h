@@ -38,12 +38,13 @@ struct CalibrationDecision {
   CalibrationEvent event;
   // Whether it may be decided so, asked of the calibration as it is then; nothing where there is none of that id.
   std::function<absl::Status(const std::optional<CalibrationRow>& calibration)> check;
+  Reader reader = {};  // of a withdrawal: what he may not see is not told to rest on it
 };
 
 // What a withdrawal left behind, complete: nothing can come to rest on the calibration any more.
 struct WithdrawnCalibrationRow {
   CalibrationRow calibration;
-  std::vector<JournalEntry> resting;       // made from it, directly or not
+  std::vector<JournalEntry> resting;       // made from it, directly or not, as far as the reader may see
   std::optional<CalibrationRow> in_force;  // of its subject now
 };
 

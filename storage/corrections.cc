@@ -31,7 +31,7 @@ constexpr char kInsertCorrection[] = "INSERT INTO corrections (" SIXPOINT_CORREC
 constexpr char kSelectCorrection[] = SIXPOINT_SELECT_CORRECTIONS "correction_id = $1";
 constexpr char kListCorrections[] = SIXPOINT_SELECT_CORRECTIONS SIXPOINT_RESULT_FILTER(
     "corrections",
-    "correction") "AND ($8 = '' OR release = $8) AND ($9 = '' OR state = $9) ORDER BY record_sequence DESC LIMIT $10";
+    "correction") "AND ($10 = '' OR release = $10) AND ($11 = '' OR state = $11) ORDER BY record_sequence DESC LIMIT $12";
 #undef SIXPOINT_SELECT_CORRECTIONS
 #undef SIXPOINT_CORRECTION_COLUMNS
 constexpr char kInsertGroup[] =
@@ -314,8 +314,9 @@ absl::StatusOr<std::optional<CorrectionRow>> FindCorrection(Transaction& transac
 
 absl::StatusOr<std::vector<CorrectionRow>> ListCorrections(Transaction& transaction, const CorrectionFilter& filter,
                                                            std::int64_t before_sequence, int limit) {
-  return ReadCorrections(transaction, kListCorrections,
-                         FilterParams(before_sequence, filter).Text(filter.release).Text(filter.state).Int(limit));
+  absl::StatusOr<Params> params = FilterParams(transaction, before_sequence, filter);
+  if (!params.ok()) return params.status();
+  return ReadCorrections(transaction, kListCorrections, params->Text(filter.release).Text(filter.state).Int(limit));
 }
 
 }  // namespace sixpoint::storage

@@ -26,7 +26,7 @@ constexpr char kInsertInspection[] = "INSERT INTO inspections (" SIXPOINT_INSPEC
   "inspection_id WHERE "
 constexpr char kSelectInspection[] = SIXPOINT_SELECT_INSPECTIONS "inspection_id = $1";
 constexpr char kListInspections[] = SIXPOINT_SELECT_INSPECTIONS SIXPOINT_RESULT_FILTER(
-    "inspections", "inspection") "AND ($8 = '' OR verdict = $8) ORDER BY record_sequence DESC LIMIT $9";
+    "inspections", "inspection") "AND ($10 = '' OR verdict = $10) ORDER BY record_sequence DESC LIMIT $11";
 #undef SIXPOINT_SELECT_INSPECTIONS
 #undef SIXPOINT_INSPECTION_COLUMNS
 constexpr char kInsertScans[] =
@@ -231,8 +231,9 @@ absl::StatusOr<std::optional<InspectionRow>> FindInspection(Transaction& transac
 
 absl::StatusOr<std::vector<InspectionRow>> ListInspections(Transaction& transaction, const InspectionFilter& filter,
                                                            std::int64_t before_sequence, int limit) {
-  return ReadInspections(transaction, kListInspections,
-                         FilterParams(before_sequence, filter).Text(filter.verdict).Int(limit));
+  absl::StatusOr<Params> params = FilterParams(transaction, before_sequence, filter);
+  if (!params.ok()) return params.status();
+  return ReadInspections(transaction, kListInspections, params->Text(filter.verdict).Int(limit));
 }
 
 }  // namespace sixpoint::storage

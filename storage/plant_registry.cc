@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "storage/clearances.h"
 #include "storage/requests.h"
 
 namespace sixpoint::storage {
@@ -50,14 +51,14 @@ constexpr char kSelectFeatures[] =
     "ORDER BY kind, position_index";
 
 // The newest revision's time decides.
-#define SIXPOINT_SELECT_IDS(id, revisions)                                              \
+#define SIXPOINT_SELECT_IDS(id, revisions, hidden)                                      \
   "SELECT " id " FROM (SELECT DISTINCT ON (" id ") " id ", recorded_at FROM " revisions \
   " JOIN record_names USING (record_id) WHERE " id " > $1 ORDER BY " id                 \
   ", revision DESC) newest WHERE ($2::timestamptz IS NULL OR recorded_at >= $2) "       \
-  "AND ($3::timestamptz IS NULL OR recorded_at < $3) ORDER BY " id " LIMIT $4"
-constexpr char kSelectMachineIds[] = SIXPOINT_SELECT_IDS("machine_id", "machine_revisions");
-constexpr char kSelectArtefactIds[] = SIXPOINT_SELECT_IDS("artefact_id", "artefact_revisions");
-constexpr char kSelectPartIds[] = SIXPOINT_SELECT_IDS("part_id", "part_revisions");
+  "AND ($3::timestamptz IS NULL OR recorded_at < $3) " hidden "ORDER BY " id " LIMIT $4"
+constexpr char kSelectMachineIds[] = SIXPOINT_SELECT_IDS("machine_id", "machine_revisions", "");
+constexpr char kSelectArtefactIds[] = SIXPOINT_SELECT_IDS("artefact_id", "artefact_revisions", "");
+constexpr char kSelectPartIds[] = SIXPOINT_SELECT_IDS("part_id", "part_revisions", "AND part_id <> ALL ($5::text[]) ");
 #undef SIXPOINT_SELECT_IDS
 
 constexpr char kInsertBlade[] = "INSERT INTO blades (blade_serial, part_id, record_id) VALUES ($1, $2, $3)";
@@ -67,7 +68,8 @@ constexpr char kLockBlade[] = "SELECT pg_advisory_xact_lock(hashtextextended('bl
 constexpr char kSelectBlade[] = SIXPOINT_SELECT_BLADES "blade_serial = $1";
 constexpr char kSelectBlades[] = SIXPOINT_SELECT_BLADES
     "blade_serial > $1 AND ($2 = '' OR part_id = $2) AND ($3::timestamptz IS NULL OR "
-    "recorded_at >= $3) AND ($4::timestamptz IS NULL OR recorded_at < $4) ORDER BY blade_serial LIMIT $5";
+    "recorded_at >= $3) AND ($4::timestamptz IS NULL OR recorded_at < $4) AND part_id <> ALL ($5::text[]) "
+    "AND ($6::text[] IS NULL OR blade_serial = ANY ($6::text[])) ORDER BY blade_serial LIMIT $7";
 #undef SIXPOINT_SELECT_BLADES
 
 // The id's own row, and a lock on it, so that revisions are numbered one at a time.
@@ -240,9 +242,13 @@ absl::StatusOr<BladeRow> InsertBlade(Transaction& transaction, BladeRow blade, R
   if (!known.ok()) return known.status();
   if (*known && (*known)->part_id == blade.part_id)
     return AsBefore(transaction, entry, "blades/" + blade.blade_serial, **std::move(known));
-  if (*known)
+  if (*known) {
+    const auto hidden = FirstHidden(transaction, entry.reader, {"blades/" + blade.blade_serial}, Unrecorded::kIsSeen);
+    if (!hidden.ok()) return hidden.status();
+    if (hidden->has_value()) return NotSeen("serial", blade.blade_serial, entry.reader);
     return absl::AlreadyExistsError("blade.part: parts/" + blade.part_id + ", want parts/" + (*known)->part_id +
                                     ", which blade " + blade.blade_serial + " already is");
+  }
   entry.kind = "blade";
   entry.name = "blades/" + blade.blade_serial;
   entry.blade = blade.blade_serial;
@@ -268,6 +274,10 @@ absl::StatusOr<std::vector<BladeRow>> ListBlades(Transaction& transaction, const
   Params params;
   params.Text(after).Text(filter.part_id);
   AddSpan(filter.recorded, &params);
+  const absl::StatusOr<Sight> sight = SightOf(transaction, filter.reader);
+  if (!sight.ok()) return sight.status();
+  params.Texts(sight->hidden_parts);
+  sight->seen_blades ? params.Texts(*sight->seen_blades) : params.Null();
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlades, params.Int(limit));
   if (!rows.ok()) return rows.status();
   std::vector<BladeRow> blades;
@@ -280,14 +290,21 @@ std::string CollectionOf(Registered what) {
 }
 
 absl::StatusOr<std::vector<std::string>> ListRegistered(Transaction& transaction, Registered what,
-                                                        const TimeSpan& recorded, const std::string& after, int limit) {
+                                                        const RegisteredFilter& filter, const std::string& after,
+                                                        int limit) {
   const char* sql = what == Registered::kMachines    ? kSelectMachineIds
                     : what == Registered::kArtefacts ? kSelectArtefactIds
                                                      : kSelectPartIds;
   Params params;
   params.Text(after);
-  AddSpan(recorded, &params);
-  const absl::StatusOr<Rows> rows = transaction.Execute(sql, params.Int(limit));
+  AddSpan(filter.recorded, &params);
+  params.Int(limit);
+  if (what == Registered::kParts) {
+    const absl::StatusOr<Sight> sight = SightOf(transaction, filter.reader);
+    if (!sight.ok()) return sight.status();
+    params.Texts(sight->hidden_parts);
+  }
+  const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
   if (!rows.ok()) return rows.status();
   std::vector<std::string> ids;
   for (int row = 0; row < rows->count(); ++row) ids.push_back(rows->Text(row, 0));

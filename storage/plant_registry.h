@@ -105,7 +105,8 @@ struct PartRow {
   std::string part_id;
   int revision = 0;  // set by InsertPart, as `recorded`
   std::string content_sha256;
-  std::string cad_format;  // step, iges, stl
+  std::string customer_id;  // empty: as the revision before says, or nobody's
+  std::string cad_format;   // step, iges, stl
   double cad_unit_mm = 0;
   std::vector<double> zero_from_part_nominal_rotation;  // 9, row-major
   std::vector<double> zero_from_part_nominal_translation_mm;
@@ -125,9 +126,10 @@ struct BladeRow {
 // id wait. Call it last before the commit (the journal's lock).
 absl::StatusOr<MachineRow> InsertMachine(Transaction& transaction, MachineRow machine, RecordEntry entry);
 absl::StatusOr<ArtefactRow> InsertArtefact(Transaction& transaction, ArtefactRow artefact, RecordEntry entry);
-// The tessellation has to be stored.
+// The tessellation has to be stored. PERMISSION_DENIED (CLEARANCE_MISSING) where entry.reader may not see the part, or its customer's.
 absl::StatusOr<PartRow> InsertPart(Transaction& transaction, PartRow part, RecordEntry entry);
-// A blade that is there with the same part is returned as it is; ALREADY_EXISTS with another part.
+// A blade that is there with the same part is returned as it is; ALREADY_EXISTS with another part; PERMISSION_DENIED
+// (CLEARANCE_MISSING) where entry.reader may not see that one.
 absl::StatusOr<BladeRow> InsertBlade(Transaction& transaction, BladeRow blade, RecordEntry entry);
 
 // Revision 0: the newest.
@@ -138,13 +140,19 @@ absl::StatusOr<std::optional<BladeRow>> FindBlade(Transaction& transaction, cons
 
 // In order of id, from after `after` (empty: from the first): those whose newest revision was recorded within the span.
 enum class Registered { kMachines, kArtefacts, kParts };
+struct RegisteredFilter {
+  TimeSpan recorded;
+  Reader reader;  // parts that he may not see are not listed
+};
 absl::StatusOr<std::vector<std::string>> ListRegistered(Transaction& transaction, Registered what,
-                                                        const TimeSpan& recorded, const std::string& after, int limit);
+                                                        const RegisteredFilter& filter, const std::string& after,
+                                                        int limit);
 // The collection of its names: machines, artefacts, parts.
 std::string CollectionOf(Registered what);
 struct BladeFilter {
   std::string part_id;  // empty: all
   TimeSpan recorded;
+  Reader reader;  // what he may not see is not listed
 };
 absl::StatusOr<std::vector<BladeRow>> ListBlades(Transaction& transaction, const BladeFilter& filter,
                                                  const std::string& after, int limit);

@@ -2,6 +2,7 @@
 #include <array>
 #include <utility>
 
+#include "storage/clearances.h"
 #include "storage/plant_registry.h"
 #include "storage/requests.h"
 
@@ -21,8 +22,8 @@ constexpr char kInsertId[] = "INSERT INTO parts (part_id) VALUES ($1) ON CONFLIC
 constexpr char kLockId[] = "SELECT pg_advisory_xact_lock(hashtextextended('parts/' || $1, 0))";
 constexpr char kInsertRevision[] =
     "INSERT INTO part_revisions (part_id, revision, content_sha256, cad_format, cad_unit_mm, cad_sha256, "
-    "tessellation_method, zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, record_id) "
-    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)";
+    "tessellation_method, zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, record_id, "
+    "customer_id) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
 constexpr char kInsertGroup[] =
     "INSERT INTO part_hole_groups (part_id, revision, group_index, hole_group, diameter_mm, depth_mm, a_nominal_deg, "
     "b_nominal_deg, axis_in_part, position_tolerance_mm, inclination_tolerance_deg, position_zone, "
@@ -39,8 +40,9 @@ constexpr char kInsertDatum[] =
     "VALUES ($1, $2, $3, $4, $5, $6)";
 constexpr char kSelectRevision[] =
     "SELECT revision, content_sha256, cad_format, cad_unit_mm, cad_sha256, tessellation_method, "
-    "zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, record_sequence, recorded_at "
-    "FROM part_revisions JOIN record_names USING (record_id) WHERE part_id = $1 AND ($2::integer = 0 OR revision = $2) "
+    "zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, record_sequence, recorded_at, "
+    "(SELECT r.customer_id FROM restricted_parts r WHERE r.part_id = $1) FROM part_revisions JOIN record_names USING "
+    "(record_id) WHERE part_id = $1 AND ($2::integer = 0 OR revision = $2) "
     "ORDER BY revision DESC LIMIT 1";
 constexpr char kSelectGroups[] =
     "SELECT hole_group, diameter_mm, depth_mm, a_nominal_deg, b_nominal_deg, axis_in_part, position_tolerance_mm, "
@@ -170,6 +172,9 @@ absl::StatusOr<PartRow> InsertPart(Transaction& transaction, PartRow part, Recor
   }
   absl::StatusOr<std::optional<PartRow>> newest = FindPart(transaction, id, 0);
   if (!newest.ok()) return newest.status();
+  if (absl::Status seen = CheckPartSeen(transaction, entry.reader, id, part.customer_id); !seen.ok()) return seen;
+  // Once stated it stays until another is stated: who knows of no customers opens no part.
+  if (*newest && part.customer_id.empty()) part.customer_id = (*newest)->customer_id;
   const bool known = *newest && (*newest)->content_sha256 == part.content_sha256;
   part.revision = (*newest ? (*newest)->revision : 0) + (known ? 0 : 1);
   entry.kind = "part";
@@ -184,6 +189,7 @@ absl::StatusOr<PartRow> InsertPart(Transaction& transaction, PartRow part, Recor
   params.Digest(part.tessellation.cad_sha256).Text(part.tessellation.method);
   params.Reals(part.zero_from_part_nominal_rotation).Reals(part.zero_from_part_nominal_translation_mm);
   params.Uuid(record_id);
+  part.customer_id.empty() ? params.Null() : params.Text(part.customer_id);
   if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertRevision, params); !inserted.ok())
     return inserted.status();
   if (const absl::Status holes = InsertHoles(transaction, part); !holes.ok()) return holes;
@@ -207,6 +213,7 @@ absl::StatusOr<std::optional<PartRow>> FindPart(Transaction& transaction, const 
   part.zero_from_part_nominal_rotation = rows->Reals(0, 6);
   part.zero_from_part_nominal_translation_mm = rows->Reals(0, 7);
   part.recorded = {rows->Int(0, 8), rows->Time(0, 9)};
+  if (!rows->IsNull(0, 10)) part.customer_id = rows->Text(0, 10);
   absl::StatusOr<std::optional<TessellationRow>> tessellation =
       FindTessellation(transaction, rows->Digest(0, 4), rows->Text(0, 5));
   if (!tessellation.ok()) return tessellation.status();

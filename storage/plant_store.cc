@@ -33,10 +33,10 @@ class PostgresRevisions final : public RevisionStore<Row> {
   absl::StatusOr<std::optional<Row>> Find(const std::string& id, int revision, Deadline deadline) const override {
     return OneRead(*database_, deadline, [&](Transaction& t) { return statements_.find(t, id, revision); });
   }
-  absl::StatusOr<std::vector<Row>> List(const TimeSpan& recorded, const std::string& after, int limit,
+  absl::StatusOr<std::vector<Row>> List(const RegisteredFilter& filter, const std::string& after, int limit,
                                         Deadline deadline) const override {
     return OneRead(*database_, deadline, [&](Transaction& t) -> absl::StatusOr<std::vector<Row>> {
-      const absl::StatusOr<std::vector<std::string>> ids = ListRegistered(t, statements_.what, recorded, after, limit);
+      const absl::StatusOr<std::vector<std::string>> ids = ListRegistered(t, statements_.what, filter, after, limit);
       if (!ids.ok()) return ids.status();
       std::vector<Row> rows;
       for (const std::string& id : *ids) {
@@ -163,6 +163,7 @@ PlantStores PlantIn(Database* database) {
   stores.blades = std::make_shared<PostgresBlades>(database);
   stores.surfaces = std::make_shared<PostgresSurfaces>(database);
   stores.journal = std::make_shared<PostgresJournal>(database);
+  stores.clearances = ClearancesIn(database);
   return stores;
 }
 

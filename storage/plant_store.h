@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "storage/clearances.h"
 #include "storage/plant_registry.h"
 #include "storage/record.h"
 #include "storage/result_store.h"
@@ -24,7 +25,7 @@ class RevisionReader {
   virtual absl::StatusOr<std::optional<Row>> Find(const std::string& id, int revision, Deadline deadline) const = 0;
   // The newest revision of each, where that was recorded within the span, in order of id, from after `after` (empty: from the
   // first).
-  virtual absl::StatusOr<std::vector<Row>> List(const TimeSpan& recorded, const std::string& after, int limit,
+  virtual absl::StatusOr<std::vector<Row>> List(const RegisteredFilter& filter, const std::string& after, int limit,
                                                 Deadline deadline) const = 0;
 };
 
@@ -85,6 +86,7 @@ struct PlantStores {
   std::shared_ptr<BladeStore> blades;
   std::shared_ptr<SurfaceStore> surfaces;
   std::shared_ptr<const JournalReader> journal;
+  std::shared_ptr<const ClearanceReader> clearances;
 };
 // In PostgreSQL; the database lives longer.
 PlantStores PlantIn(Database* database);

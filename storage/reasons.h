@@ -7,6 +7,7 @@ namespace sixpoint::storage {
 inline constexpr char kBucketMissing[] = "BUCKET_MISSING";
 inline constexpr char kCalibrationDecidedMeanwhile[] = "CALIBRATION_DECIDED_MEANWHILE";
 inline constexpr char kCalibrationWithdrawn[] = "CALIBRATION_WITHDRAWN";
+inline constexpr char kClearanceMissing[] = "CLEARANCE_MISSING";
 inline constexpr char kCorrectionDecidedMeanwhile[] = "CORRECTION_DECIDED_MEANWHILE";
 inline constexpr char kDatabaseDamaged[] = "DATABASE_DAMAGED";
 inline constexpr char kObjectStoreAway[] = "OBJECT_STORE_AWAY";
@@ -16,11 +17,9 @@ inline constexpr char kPointsDeleted[] = "POINTS_DELETED";
 inline constexpr char kProgramNotReleased[] = "PROGRAM_NOT_RELEASED";
 inline constexpr char kTransactionConflict[] = "TRANSACTION_CONFLICT";
 
-inline constexpr const char* kReasons[] = {kBucketMissing,        kCalibrationDecidedMeanwhile,
-                                           kCalibrationWithdrawn, kCorrectionDecidedMeanwhile,
-                                           kDatabaseDamaged,      kObjectStoreAway,
-                                           kObjectStoreMissing,   kObjectStoreRefused,
-                                           kPointsDeleted,        kProgramNotReleased,
-                                           kTransactionConflict};
+inline constexpr const char* kReasons[] = {kBucketMissing,    kCalibrationDecidedMeanwhile, kCalibrationWithdrawn,
+                                           kClearanceMissing, kCorrectionDecidedMeanwhile,  kDatabaseDamaged,
+                                           kObjectStoreAway,  kObjectStoreMissing,          kObjectStoreRefused,
+                                           kPointsDeleted,    kProgramNotReleased,          kTransactionConflict};
 
 }  // namespace sixpoint::storage

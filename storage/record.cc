@@ -4,6 +4,8 @@
 #include <cstdlib>
 #include <utility>
 
+#include "storage/clearances.h"
+
 namespace sixpoint::storage {
 namespace {
 
@@ -31,7 +33,10 @@ constexpr char kSelectDerived[] =
     " UNION SELECT i.record_id FROM derived d JOIN record_inputs i ON i.input_id = d.record_id) " SIXPOINT_ENTRY_COLUMNS
     "JOIN derived d ON d.record_id = e.record_id "
     "WHERE (cardinality($2::text[]) = 0 OR e.kind = ANY ($2::text[])) AND e.record_sequence > $3 "
-    "ORDER BY e.record_sequence LIMIT $4";
+    "AND (cardinality($4::text[]) = 0 OR CASE WHEN e.blade_serial IS NULL "
+    "THEN coalesce(NOT parts_of_record(e.record_id) && $4::text[], false) ELSE EXISTS (SELECT 1 FROM blades b "
+    "WHERE b.blade_serial = e.blade_serial AND b.part_id <> ALL ($4::text[])) END) "
+    "ORDER BY e.record_sequence LIMIT $5";
 #undef SIXPOINT_ENTRY_COLUMNS
 #undef SIXPOINT_MEANT
 
@@ -129,8 +134,11 @@ absl::StatusOr<std::vector<JournalEntry>> RecordOfBlade(Transaction& transaction
 
 absl::StatusOr<std::vector<JournalEntry>> DerivedFrom(Transaction& transaction, const std::string& name,
                                                       const std::vector<std::string>& kinds, const JournalPage& page) {
-  return ReadEntries(transaction, kSelectDerived,
-                     Params().Text(name).Texts(kinds).Int(page.after_sequence).Int(page.limit));
+  const absl::StatusOr<Sight> sight = SightOf(transaction, page.reader);
+  if (!sight.ok()) return sight.status();
+  Params params;
+  params.Text(name).Texts(kinds).Int(page.after_sequence).Texts(sight->hidden_parts).Int(page.limit);
+  return ReadEntries(transaction, kSelectDerived, params);
 }
 
 }  // namespace sixpoint::storage

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "storage/database.h"
+#include "storage/reader.h"
 
 namespace sixpoint::storage {
 
@@ -35,6 +36,7 @@ struct RecordEntry {
   std::string software_version;
   std::string requested_by;
   std::optional<std::string> trace_id;  // of the call that recorded it (W3C), where one did; where a request is kept, that says it
+  Reader reader;                       // who asked: what he may not see is not made anew, nor told
   std::optional<Instant> measured_at;  // the device's clock, where there is one
   std::string summary_json = "{}";     // a few figures a reader wants at once
   std::optional<KeptRequest> request;  // set by the store
@@ -52,6 +54,7 @@ struct JournalEntry {
 struct JournalPage {
   std::int64_t after_sequence = 0;
   std::int64_t limit = std::numeric_limits<std::int64_t>::max();
+  Reader reader = {};  // of a recall: what he may not see is left out
 };
 
 // record_id: the UUID (version 7) that the thing's own row has already been written with. Comes last before the commit, for its

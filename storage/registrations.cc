@@ -30,8 +30,8 @@ constexpr char kInsertRegistration[] =
 constexpr char kSelectRegistration[] = SIXPOINT_SELECT_REGISTRATIONS "registration_id = $1";
 constexpr char kListRegistrations[] =
     SIXPOINT_SELECT_REGISTRATIONS SIXPOINT_RESULT_FILTER("registrations", "registration")
-    "AND ($8 = '' OR outcome = $8) AND (NOT $9::boolean OR disagrees) AND NOT ($10::boolean AND for_inspection) "
-    "ORDER BY record_sequence DESC LIMIT $11";
+    "AND ($10 = '' OR outcome = $10) AND (NOT $11::boolean OR disagrees) AND NOT ($12::boolean AND for_inspection) "
+    "ORDER BY record_sequence DESC LIMIT $13";
 #undef SIXPOINT_SELECT_REGISTRATIONS
 #undef SIXPOINT_REGISTRATION_COLUMNS
 constexpr char kInsertScan[] =
@@ -226,9 +226,10 @@ absl::StatusOr<std::optional<RegistrationRow>> FindRegistration(Transaction& tra
 absl::StatusOr<std::vector<RegistrationRow>> ListRegistrations(Transaction& transaction,
                                                                const RegistrationFilter& filter,
                                                                std::int64_t before_sequence, int limit) {
-  Params params = FilterParams(before_sequence, filter);
-  params.Text(filter.outcome).Bool(filter.only_disagreeing).Bool(filter.without_for_inspection).Int(limit);
-  return ReadRegistrations(transaction, kListRegistrations, params);
+  absl::StatusOr<Params> params = FilterParams(transaction, before_sequence, filter);
+  if (!params.ok()) return params.status();
+  params->Text(filter.outcome).Bool(filter.only_disagreeing).Bool(filter.without_for_inspection).Int(limit);
+  return ReadRegistrations(transaction, kListRegistrations, *params);
 }
 
 }  // namespace sixpoint::storage

@@ -30,6 +30,12 @@ class PostgresScans final : public ScanStore {
     return blobs_->Get(*database_, blob_sha256, deadline);
   }
 
+  absl::StatusOr<std::optional<std::string>> FirstHidden(const Reader& reader, const std::vector<std::string>& names,
+                                                         Unrecorded unrecorded, Deadline deadline) const override {
+    return OneRead(*database_, deadline,
+                   [&](Transaction& t) { return storage::FirstHidden(t, reader, names, unrecorded); });
+  }
+
   absl::StatusOr<KnownScan> Join(const ScanUploadRow& upload,
                                  const std::function<absl::StatusOr<bool>(const ScanUploadRow& known)>& goes_on,
                                  Deadline deadline) override {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "storage/blob_store.h"
+#include "storage/clearances.h"
 #include "storage/record.h"
 #include "storage/result_store.h"
 #include "storage/scan_uploads.h"
@@ -71,7 +72,7 @@ class UploadStore {
       Deadline deadline) = 0;
 };
 
-class ScanStore : public ScanReader, public UploadStore {};
+class ScanStore : public ScanReader, public UploadStore, public ClearanceReader {};
 
 // In PostgreSQL, the bytes in `blobs`; both live longer.
 std::shared_ptr<ScanStore> ScansIn(Database* database, BlobStore* blobs);

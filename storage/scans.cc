@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "storage/clearances.h"
 #include "storage/scan_keys.h"
 
 namespace sixpoint::storage {
@@ -26,7 +27,8 @@ constexpr char kListScans[] = SIXPOINT_SELECT_SCANS
     "AND ($3 = '' OR artefact_id = $3) AND ($4 = '' OR entry_blade = $4) AND ($5 = '' OR kind = $5) "
     "AND ($6 = '' OR blade_serial IN (SELECT b.blade_serial FROM blades b WHERE b.part_id = $6)) "
     "AND ($7::timestamptz IS NULL OR recorded_at >= $7) AND ($8::timestamptz IS NULL OR recorded_at < $8) "
-    "ORDER BY record_sequence DESC LIMIT $9";
+    "AND (cardinality($9::text[]) = 0 OR entry_blade IS NULL OR NOT EXISTS (SELECT 1 FROM blades b "
+    "WHERE b.blade_serial = entry_blade AND b.part_id = ANY ($9::text[]))) ORDER BY record_sequence DESC LIMIT $10";
 #undef SIXPOINT_SELECT_SCANS
 #undef SIXPOINT_SCAN_COLUMNS
 constexpr char kInsertBlocks[] =
@@ -159,7 +161,9 @@ absl::StatusOr<std::vector<ScanRow>> ListScans(Transaction& transaction, const S
   params.Int(before_sequence).Text(filter.machine_id).Text(filter.artefact_id).Text(filter.blade_serial);
   params.Text(filter.kind).Text(filter.part_id);
   AddSpan(filter.recorded, &params);
-  const absl::StatusOr<Rows> rows = transaction.Execute(kListScans, params.Int(limit));
+  const absl::StatusOr<Sight> sight = SightOf(transaction, filter.reader);
+  if (!sight.ok()) return sight.status();
+  const absl::StatusOr<Rows> rows = transaction.Execute(kListScans, params.Texts(sight->hidden_parts).Int(limit));
   if (!rows.ok()) return rows.status();
   std::vector<ScanRow> scans;
   for (int row = 0; row < rows->count(); ++row) scans.push_back(ReadScan(*rows, row));

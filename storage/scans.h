@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "storage/database.h"
+#include "storage/reader.h"
 #include "storage/record.h"
 #include "storage/time_span.h"
 
@@ -75,6 +76,7 @@ struct ScanFilter {
   std::string kind;
   std::string part_id;  // of the blade
   TimeSpan recorded;
+  Reader reader;  // what he may not see is not listed
 };
 absl::StatusOr<std::vector<ScanRow>> ListScans(Transaction& transaction, const ScanFilter& filter,
                                                std::int64_t before_sequence, int limit);

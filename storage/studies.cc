@@ -1,6 +1,7 @@
 #include "storage/studies.h"
 
 #include "storage/blobs.h"
+#include "storage/clearances.h"
 #include "storage/postgres_results.h"
 
 namespace sixpoint::storage {
@@ -19,7 +20,8 @@ constexpr char kSelectStudy[] = SIXPOINT_SELECT_STUDIES "study_id = $1";
 constexpr char kSelectPage[] = SIXPOINT_SELECT_STUDIES
     "($1 = '' OR machine_id = $1) AND ($2 = '' OR kind = $2) AND ($3 = '' OR verdict = $3) "
     "AND ($4::timestamptz IS NULL OR recorded_at >= $4) AND ($5::timestamptz IS NULL OR recorded_at < $5) "
-    "AND ($6::bigint = 0 OR record_sequence < $6::bigint) ORDER BY record_sequence DESC LIMIT $7";
+    "AND ($6::bigint = 0 OR record_sequence < $6::bigint) AND (cardinality($7::text[]) = 0 OR "
+    "coalesce(NOT parts_of_record(study_id) && $7::text[], false)) ORDER BY record_sequence DESC LIMIT $8";
 #undef SIXPOINT_SELECT_STUDIES
 #undef SIXPOINT_STUDY_COLUMNS
 
@@ -74,7 +76,10 @@ absl::StatusOr<std::vector<StudyRow>> ListStudies(Transaction& transaction, cons
   Params params;
   params.Text(filter.machine_id).Text(filter.kind).Text(filter.verdict);
   AddSpan(filter.recorded, &params);
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectPage, params.Int(before_sequence).Int(limit));
+  const absl::StatusOr<Sight> sight = SightOf(transaction, filter.reader);
+  if (!sight.ok()) return sight.status();
+  params.Int(before_sequence).Texts(sight->hidden_parts);
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectPage, params.Int(limit));
   if (!rows.ok()) return rows.status();
   return rows->Checked(ReadStudies(*rows));
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "storage/database.h"
+#include "storage/reader.h"
 #include "storage/record.h"
 #include "storage/result_store.h"
 #include "storage/time_span.h"
@@ -36,6 +37,7 @@ struct StudyFilter {
   std::string kind;
   std::string verdict;
   TimeSpan recorded;
+  Reader reader;  // what he may not see is not listed
 };
 
 using StudyStore = ResultStore<StudyRow, StudyFilter>;

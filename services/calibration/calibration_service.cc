@@ -168,8 +168,9 @@ grpc::Status CalibrationService::WithdrawCalibration(grpc::ServerContext* contex
                                                      const v1::WithdrawCalibrationRequest* request,
                                                      v1::WithdrawCalibrationResponse* response) {
   if (absl::Status status = CheckRequest(*request); !status.ok()) return ToGrpc(status);
-  const absl::StatusOr<storage::CalibrationDecision> decision = Decide(*request, runtime::RequestedBy(*context));
+  absl::StatusOr<storage::CalibrationDecision> decision = Decide(*request, runtime::RequestedBy(*context));
   if (!decision.ok()) return ToGrpc(decision.status());
+  decision->reader = runtime::ReaderOf(*context);
   const absl::StatusOr<storage::WithdrawnCalibrationRow> withdrawn = store_->Withdraw(
       runtime::RecordedRequestOf("calibration.WithdrawCalibration", *request, runtime::TraceIdOf(*context)), *decision,
       runtime::DeadlineOf(*context));

@@ -8,6 +8,7 @@
 #include "services/calibration/study_rows.h"
 #include "services/calibration/validate.h"
 #include "services/runtime/call.h"
+#include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_call.h"
 #include "services/runtime/recorded_results.h"
@@ -82,8 +83,9 @@ grpc::Status StudyService::GetStudy(grpc::ServerContext* context, const v1::GetS
 
 grpc::Status StudyService::ListStudies(grpc::ServerContext* context, const v1::ListStudiesRequest* request,
                                        v1::ListStudiesResponse* response) {
-  const absl::StatusOr<storage::StudyFilter> filter = FilterOf(*request);
+  absl::StatusOr<storage::StudyFilter> filter = FilterOf(*request);
   if (!filter.ok()) return ToGrpc(filter.status());
+  filter->reader = runtime::ReaderOf(*context);
   return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, *filter, ToStudy, LeaveBasic,
                                      response->mutable_studies(), response->mutable_next_page_token()));
 }

@@ -185,6 +185,7 @@ grpc::Status CorrectionService::ListCorrections(grpc::ServerContext* context, co
                                                 v1::ListCorrectionsResponse* response) {
   storage::CorrectionFilter filter;
   if (absl::Status status = runtime::ReadFilter(*request, &filter); !status.ok()) return ToGrpc(status);
+  filter.reader = runtime::ReaderOf(*context);
   if (!v1::Release_IsValid(request->release()))
     return ToGrpc(runtime::Refuse("release", std::to_string(request->release()), "a release, or none"));
   if (request->release() != v1::RELEASE_UNSPECIFIED)

@@ -177,11 +177,12 @@ absl::StatusOr<std::vector<std::string>> AgainstClamping(const Peers& peers,
     request.set_without_for_inspection(true);  // a verdict may be computed at any time later
     request.set_page_size(200);
     registration::v1::ListRegistrationsResponse page;
-    const grpc::Status got = peers.registration->ListRegistrations(caller.make_context().get(), request, &page);
+    // What stands on the machine is nobody's to hide from it.
+    const grpc::Status got = peers.registration->ListRegistrations(caller.make_own_context().get(), request, &page);
     if (!got.ok()) return runtime::FromGrpc(got);
     for (const registration::v1::Registration& later : page.registrations())
       if (later.record_sequence() > registration.record_sequence() && SpeaksAgainst(later, registration))
-        against.push_back(later.name());
+        against.push_back(later.part() == registration.part() ? later.name() : "a registration of another part");
     // More than a page in the time that a registration holds: nobody knows what they say.
     if (!page.next_page_token().empty()) against.push_back("more registrations than can be looked at");
   }

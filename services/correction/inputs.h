@@ -65,7 +65,8 @@ absl::Status CheckCalibrations(const Peers& peers, const registration::v1::Regis
                                const runtime::Caller& caller);
 
 // Registrations made since then that speak against the clamping of this one: of another blade on its machine, of its blade on another
-// machine, or of its blade in another clamping.
+// machine, or of its blade in another clamping. All count, whoever asks; one of another part is not named, for who sees this part need
+// not see that one.
 absl::StatusOr<std::vector<std::string>> AgainstClamping(const Peers& peers,
                                                          const registration::v1::Registration& registration,
                                                          const runtime::Caller& caller);

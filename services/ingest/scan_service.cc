@@ -130,7 +130,7 @@ absl::Status ScanService::Upload(grpc::ServerContext* context, UploadStream* str
   v1::UploadScanRequest request;
   UploadCaller caller{runtime::DeadlineWithin(*context, kLongestUpload), runtime::KeepGoing(*context),
                       [context] { return runtime::ContextFor(*context); }, runtime::RequestedBy(*context),
-                      runtime::TraceIdOf(*context)};
+                      runtime::TraceIdOf(*context), runtime::ReaderOf(*context)};
   absl::StatusOr<std::unique_ptr<ScanUpload>> upload =
       ScanUpload::Begin({store_.get(), &workers_, &plant_, &encoding_}, *std::move(header), std::move(caller));
   if (!upload.ok()) return upload.status();
@@ -168,8 +168,9 @@ grpc::Status ScanService::GetScan(grpc::ServerContext* context, const v1::GetSca
 
 grpc::Status ScanService::ListScans(grpc::ServerContext* context, const v1::ListScansRequest* request,
                                     v1::ListScansResponse* response) {
-  const absl::StatusOr<storage::ScanFilter> filter = FilterOf(*request);
+  absl::StatusOr<storage::ScanFilter> filter = FilterOf(*request);
   if (!filter.ok()) return ToGrpc(filter.status());
+  filter->reader = runtime::ReaderOf(*context);
   const std::string filters = runtime::FiltersOf(*request);
   const absl::StatusOr<runtime::Page> page = runtime::PageOf(filters, request->page_size(), request->page_token());
   if (!page.ok()) return ToGrpc(page.status());

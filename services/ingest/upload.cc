@@ -9,6 +9,7 @@
 #include "metrology/cloud/range_image.h"
 #include "services/ingest/raw_profiles.h"
 #include "services/ingest/scan_messages.h"
+#include "services/runtime/clearance.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
@@ -89,7 +90,17 @@ absl::StatusOr<std::unique_ptr<ScanUpload>> ScanUpload::Begin(const UploadTools&
   return upload;
 }
 
+absl::Status ScanUpload::CheckSeen(const std::string& field, const std::string& name,
+                                   storage::Unrecorded unrecorded) const {
+  return runtime::CheckSeen(*tools_.store, caller_.reader, field, name, unrecorded, SoonEnough());
+}
+
 absl::Status ScanUpload::Recognise() {
+  // What is of another part than it may be is not told of, neither by what differs.
+  absl::Status seen = CheckSeen("header.subject", header_.subject(), storage::Unrecorded::kIsHidden);
+  if (seen.ok())
+    seen = CheckSeen("header.scan_id", runtime::NameOf("scans", header_.scan_id()), storage::Unrecorded::kIsSeen);
+  if (!seen.ok()) return seen;
   absl::StatusOr<plant::v1::Machine> machine = tools_.plant->Machine(header_.machine(), 0, caller_.make_context);
   if (!machine.ok()) return machine.status();
   machine_ = *std::move(machine);
@@ -105,10 +116,20 @@ absl::Status ScanUpload::Recognise() {
 }
 
 absl::Status ScanUpload::Join() {
+  std::string other_subject;  // of the scan that is known under this id
+  const absl::Status joined = JoinKnown(&other_subject);
+  if (joined.ok() || other_subject.empty()) return joined;
+  const absl::Status seen = CheckSeen("header.scan_id", other_subject, storage::Unrecorded::kIsHidden);
+  return seen.ok() ? joined
+                   : storage::NotSeen("header.scan_id", runtime::NameOf("scans", row_.scan_id), caller_.reader);
+}
+
+absl::Status ScanUpload::JoinKnown(std::string* other_subject) {
   // Whether it is the same scan. Of one of which nothing was acknowledged a sender that mended its header begins anew.
   const auto goes_on = [&](const storage::ScanUploadRow& upload) -> absl::StatusOr<bool> {
     v1::ScanHeader begun;
     if (!begun.ParseFromString(upload.header)) return absl::DataLossError(row_.scan_id + ": header of its upload");
+    if (begun.subject() != header_.subject()) *other_subject = begun.subject();
     if (begun.machine() != header_.machine()) return OfAnother(row_.scan_id, header_.machine());
     const std::string differences = DifferencesOf(begun, header_);
     if (!differences.empty() && upload.next_block > 0) return ScanDiffers(row_.scan_id, differences);
@@ -122,6 +143,7 @@ absl::Status ScanUpload::Join() {
   }
   stored_ = std::move(known->complete);
   const v1::ScanHeader kept = ToProto(*stored_).header();
+  if (kept.subject() != header_.subject()) *other_subject = kept.subject();
   if (kept.machine() != header_.machine()) return OfAnother(row_.scan_id, header_.machine());
   const std::string differences = DifferencesOf(kept, header_);
   return differences.empty() ? absl::OkStatus() : ScanDiffers(row_.scan_id, differences);

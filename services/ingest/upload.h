@@ -31,6 +31,7 @@ struct UploadCaller {
   std::function<bool()> keep_going;
   KnownPlant::ContextMaker make_context;
   std::string requested_by, trace_id;
+  storage::Reader reader;
 };
 
 // Holds no connection and no lock between its calls: what came so far stands in the store, and a block goes in only where it is
@@ -50,8 +51,10 @@ class ScanUpload {
   struct Prepared;
   ScanUpload(const UploadTools& tools, v1::ScanHeader header, UploadCaller caller);
   storage::Deadline SoonEnough() const;
+  absl::Status CheckSeen(const std::string& field, const std::string& name, storage::Unrecorded unrecorded) const;
   absl::Status Recognise();
   absl::Status Join();
+  absl::Status JoinKnown(std::string* other_subject);
   absl::Status Keep(const v1::ScanBlock& block, const std::string& sent_sha256);
   absl::StatusOr<Prepared> Prepare(const v1::ScanBlock& block);
   absl::StatusOr<Prepared> Encode(const v1::ScanBlock& block);

@@ -10,6 +10,7 @@
 #include "services/inspection/rows.h"
 #include "services/inspection/validate.h"
 #include "services/runtime/call.h"
+#include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_results.h"
 
@@ -57,6 +58,7 @@ grpc::Status InspectionService::ListInspections(grpc::ServerContext* context, co
                                                 v1::ListInspectionsResponse* response) {
   storage::InspectionFilter filter;
   if (absl::Status status = runtime::ReadFilter(*request, &filter); !status.ok()) return ToGrpc(status);
+  filter.reader = runtime::ReaderOf(*context);
   if (!v1::Verdict_IsValid(request->verdict()))
     return ToGrpc(runtime::Refuse("verdict", std::to_string(request->verdict()), "a verdict, or none"));
   if (request->verdict() != v1::VERDICT_UNSPECIFIED)

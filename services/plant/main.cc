@@ -7,6 +7,7 @@
 #include "identity/credentials.h"
 #include "sandbox/landlock.h"
 #include "services/plant/account_service.h"
+#include "services/plant/clearance_service.h"
 #include "services/plant/credentials_service.h"
 #include "services/plant/person_service.h"
 #include "services/plant/plant_service.h"
@@ -47,6 +48,7 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   services.push_back(
       {v1::AccountService::service_full_name(), std::make_unique<AccountService>(database, std::move(desk))});
   services.push_back({v1::PersonService::service_full_name(), std::make_unique<PersonService>(database)});
+  services.push_back({v1::ClearanceService::service_full_name(), std::make_unique<ClearanceService>(database)});
   return services;
 }
 

@@ -109,6 +109,7 @@ v1::Part ToProto(const storage::PartRow& row) {
   v1::Part part;
   part.set_name(runtime::NameOf("parts", row.part_id));
   part.set_revision(row.revision);
+  part.set_customer(row.customer_id);
   part.set_cad_format(row.cad_format == "step"   ? v1::CAD_FORMAT_STEP
                       : row.cad_format == "iges" ? v1::CAD_FORMAT_IGES
                                                  : v1::CAD_FORMAT_STL);

@@ -7,6 +7,8 @@
 #include "services/plant/messages.h"
 #include "services/plant/validate.h"
 #include "services/runtime/call.h"
+#include "services/runtime/caller_identity.h"
+#include "services/runtime/clearance.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/list_filters.h"
 #include "services/runtime/pages.h"
@@ -74,8 +76,9 @@ void AddIdPage(const std::vector<Row>& rows, int size, const std::string& filter
 
 // A page of what has revisions, by id, each with its newest one.
 template <typename Request, typename Message, typename Row>
-absl::Status ListNewest(const storage::RevisionReader<Row>& reader, storage::Deadline deadline, const Request& request,
-                        google::protobuf::RepeatedPtrField<Message>* out, std::string* next_page_token) {
+absl::Status ListNewest(const storage::RevisionReader<Row>& reader, const grpc::ServerContext& context,
+                        const Request& request, google::protobuf::RepeatedPtrField<Message>* out,
+                        std::string* next_page_token) {
   const absl::StatusOr<bool> full = runtime::WantsFull(request.view());
   if (!full.ok()) return full.status();
   const absl::StatusOr<storage::TimeSpan> recorded = runtime::SpanOf("recorded", request.recorded());
@@ -84,7 +87,8 @@ absl::Status ListNewest(const storage::RevisionReader<Row>& reader, storage::Dea
   absl::StatusOr<runtime::IdPage> page = runtime::IdPageOf(filters, request.page_size(), request.page_token());
   if (!page.ok()) return page.status();
   if (*full) page->size = std::min(page->size, runtime::kGreatestFullPageSize);
-  const absl::StatusOr<std::vector<Row>> rows = reader.List(*recorded, page->after_id, page->size + 1, deadline);
+  const absl::StatusOr<std::vector<Row>> rows = reader.List({*recorded, runtime::ReaderOf(context)}, page->after_id,
+                                                            page->size + 1, runtime::DeadlineOf(context));
   if (!rows.ok()) return rows.status();
   AddIdPage(*rows, page->size, filters, out, next_page_token);
   if (!*full)
@@ -92,7 +96,7 @@ absl::Status ListNewest(const storage::RevisionReader<Row>& reader, storage::Dea
   return absl::OkStatus();
 }
 
-absl::Status ListBladesOf(const storage::BladeReader& reader, storage::Deadline deadline,
+absl::Status ListBladesOf(const storage::BladeReader& reader, const grpc::ServerContext& context,
                           const v1::ListBladesRequest& request, v1::ListBladesResponse* response) {
   storage::BladeFilter filter;
   absl::StatusOr<std::string> part = runtime::FilterIdOf("part", "parts", request.part());
@@ -101,10 +105,11 @@ absl::Status ListBladesOf(const storage::BladeReader& reader, storage::Deadline 
   const absl::StatusOr<storage::TimeSpan> recorded = runtime::SpanOf("recorded", request.recorded());
   if (!recorded.ok()) return recorded.status();
   filter.recorded = *recorded;
+  filter.reader = runtime::ReaderOf(context);
   const std::string filters = runtime::FiltersOf(request);
   const absl::StatusOr<runtime::IdPage> page = runtime::IdPageOf(filters, request.page_size(), request.page_token());
   if (!page.ok()) return page.status();
-  const auto blades = reader.List(filter, page->after_id, page->size + 1, deadline);
+  const auto blades = reader.List(filter, page->after_id, page->size + 1, runtime::DeadlineOf(context));
   if (!blades.ok()) return blades.status();
   AddIdPage(*blades, page->size, filters, response->mutable_blades(), response->mutable_next_page_token());
   return absl::OkStatus();
@@ -136,7 +141,7 @@ grpc::Status PlantService::GetMachine(grpc::ServerContext* context, const v1::Ge
 
 grpc::Status PlantService::ListMachines(grpc::ServerContext* context, const v1::ListMachinesRequest* request,
                                         v1::ListMachinesResponse* response) {
-  return ToGrpc(ListNewest(*stores_.machines, runtime::DeadlineOf(*context), *request, response->mutable_machines(),
+  return ToGrpc(ListNewest(*stores_.machines, *context, *request, response->mutable_machines(),
                            response->mutable_next_page_token()));
 }
 
@@ -159,7 +164,7 @@ grpc::Status PlantService::GetArtefact(grpc::ServerContext* context, const v1::G
 
 grpc::Status PlantService::ListArtefacts(grpc::ServerContext* context, const v1::ListArtefactsRequest* request,
                                          v1::ListArtefactsResponse* response) {
-  return ToGrpc(ListNewest(*stores_.artefacts, runtime::DeadlineOf(*context), *request, response->mutable_artefacts(),
+  return ToGrpc(ListNewest(*stores_.artefacts, *context, *request, response->mutable_artefacts(),
                            response->mutable_next_page_token()));
 }
 
@@ -167,6 +172,11 @@ grpc::Status PlantService::CreatePart(grpc::ServerContext* context, const v1::Cr
                                       v1::Part* response) {
   absl::StatusOr<storage::PartRow> part = Validated(*request);
   if (!part.ok()) return ToGrpc(part.status());
+  // Asked again when it is stored; here so that neither a retry nor an unreadable CAD file tells of it.
+  absl::Status seen =
+      runtime::CheckSeen(*stores_.clearances, runtime::ReaderOf(*context), "part_id", "parts/" + part->part_id,
+                         storage::Unrecorded::kIsSeen, runtime::DeadlineOf(*context));
+  if (!seen.ok()) return ToGrpc(seen);
   const auto make = [&]() -> absl::StatusOr<runtime::Made<storage::PartRow>> {
     absl::StatusOr<storage::TessellationRow> tessellation =
         surfaces_.Of(part->cad_format, part->cad_unit_mm, request->cad(), runtime::DeadlineOf(*context),
@@ -190,8 +200,8 @@ grpc::Status PlantService::GetPart(grpc::ServerContext* context, const v1::GetPa
 
 grpc::Status PlantService::ListParts(grpc::ServerContext* context, const v1::ListPartsRequest* request,
                                      v1::ListPartsResponse* response) {
-  return ToGrpc(ListNewest(*stores_.parts, runtime::DeadlineOf(*context), *request, response->mutable_parts(),
-                           response->mutable_next_page_token()));
+  return ToGrpc(
+      ListNewest(*stores_.parts, *context, *request, response->mutable_parts(), response->mutable_next_page_token()));
 }
 
 grpc::Status PlantService::DownloadSurface(grpc::ServerContext* context, const v1::DownloadSurfaceRequest* request,
@@ -243,7 +253,7 @@ grpc::Status PlantService::GetBlade(grpc::ServerContext* context, const v1::GetB
 
 grpc::Status PlantService::ListBlades(grpc::ServerContext* context, const v1::ListBladesRequest* request,
                                       v1::ListBladesResponse* response) {
-  return ToGrpc(ListBladesOf(*stores_.blades, runtime::DeadlineOf(*context), *request, response));
+  return ToGrpc(ListBladesOf(*stores_.blades, *context, *request, response));
 }
 
 grpc::Status PlantService::ListEndpoints(grpc::ServerContext*, const v1::ListEndpointsRequest*,

@@ -6,6 +6,7 @@
 
 #include "services/plant/messages.h"
 #include "services/runtime/call.h"
+#include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/pages.h"
 #include "services/runtime/resource_name.h"
@@ -22,7 +23,7 @@ absl::Status NotRecorded(const std::string& name) {
 }
 
 // Oldest first, and one more than asked, which tells whether there is another page.
-storage::JournalPage JournalPageOf(const runtime::Page& page) { return {page.before_sequence, page.size + 1}; }
+storage::JournalPage JournalPageOf(const runtime::Page& page) { return {page.before_sequence, page.size + 1, {}}; }
 
 template <typename Response>
 void Answer(const std::vector<JournalEntry>& entries, const runtime::Page& page, const std::string& filters,
@@ -81,8 +82,10 @@ grpc::Status RecordService::Recall(grpc::ServerContext* context, const v1::Recal
   const absl::StatusOr<bool> recorded = journal_->IsRecorded(name, deadline);
   if (!recorded.ok()) return ToGrpc(recorded.status());
   if (!*recorded) return ToGrpc(NotRecorded(name));
+  storage::JournalPage wanted = JournalPageOf(*page);
+  wanted.reader = runtime::ReaderOf(*context);
   const auto entries =
-      journal_->DerivedFrom(name, {request->kinds().begin(), request->kinds().end()}, JournalPageOf(*page), deadline);
+      journal_->DerivedFrom(name, {request->kinds().begin(), request->kinds().end()}, wanted, deadline);
   if (!entries.ok()) return ToGrpc(entries.status());
   Answer(*entries, *page, filters, response);
   return grpc::Status::OK;

@@ -311,6 +311,9 @@ absl::StatusOr<storage::PartRow> Validated(const v1::CreatePartRequest& request)
   runtime::Refusals refusals;
   refusals.Add(runtime::CheckId("part_id", row.part_id)).Add(ReadCad(request, &row)).Add(ReadNominal(part, &row));
 
+  row.customer_id = part.customer();
+  if (!row.customer_id.empty()) refusals.Add(runtime::CheckId("part.customer", row.customer_id));
+
   int hole_count = 0;  // a group without holes, refused below, counts as one
   for (const v1::HoleGroup& group : part.hole_groups()) hole_count += std::max(1, group.holes_size());
   if (hole_count > kGreatestHoleCount)
@@ -337,7 +340,9 @@ absl::StatusOr<storage::PartRow> Validated(const v1::CreatePartRequest& request)
   v1::Part described = part;
   described.clear_surface();  // ours to say
   // A process of the release before zones were stated kept no zone of what it took, and the digest of all of it: ours is another.
-  row.content_sha256 = ContentSha256(std::move(described), storage::Sha256Hex(request.cad()) + "zone");
+  // As little did one before customers.
+  row.content_sha256 = ContentSha256(
+      std::move(described), storage::Sha256Hex(request.cad()) + "zone" + (row.customer_id.empty() ? "" : "customer"));
   return row;
 }
 

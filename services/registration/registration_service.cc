@@ -12,6 +12,7 @@
 #include "services/registration/rows.h"
 #include "services/registration/validate.h"
 #include "services/runtime/call.h"
+#include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_call.h"
 #include "services/runtime/recorded_results.h"
@@ -76,6 +77,7 @@ grpc::Status RegistrationService::ListRegistrations(grpc::ServerContext* context
                                                     v1::ListRegistrationsResponse* response) {
   storage::RegistrationFilter filter;
   if (absl::Status status = runtime::ReadFilter(*request, &filter); !status.ok()) return ToGrpc(status);
+  filter.reader = runtime::ReaderOf(*context);
   if (!v1::Outcome_IsValid(request->outcome()))
     return ToGrpc(runtime::Refuse("outcome", std::to_string(request->outcome()), "an outcome, or none"));
   if (request->outcome() != v1::OUTCOME_UNSPECIFIED)

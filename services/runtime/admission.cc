@@ -127,7 +127,9 @@ class AdmittedMethod : public MethodHandler {
                            const grpc::ServerContextBase& context) const {
     absl::Status status = Refusals().Add(CheckBounds(request)).Add(CheckRequestId(method_, request)).status();
     if (!status.ok()) return status;
-    return admission_.access_.CheckMachine(method_, caller, request, DeadlineOf(context));
+    status = admission_.access_.CheckMachine(method_, caller, request, DeadlineOf(context));
+    if (!status.ok()) return status;
+    return admission_.clearance_.Check(method_, ReaderOf(context), request, DeadlineOf(context));
   }
 
   absl::StatusOr<identity::Identity> Check(const grpc::ServerContextBase& context) const {

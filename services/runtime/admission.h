@@ -1,6 +1,6 @@
 // What every call of our own services passes before its handler: is its client still there, may the caller (access.h), is the server ready,
 // is the request as small as the method's is (message_limits.h), does each of its fields keep its bound (request_checks.h), is it about the
-// caller's own machine. Nothing of a request is read before the first three: of a stranger no more is held than HTTP/2's window.
+// caller's own machine, and about parts that he may see (clearance.h). Nothing of a request is read before the first three: of a stranger no more is held than HTTP/2's window.
 // What a client streams is its handler's to check.
 #pragma once
 
@@ -15,6 +15,7 @@
 #include <string>
 
 #include "services/runtime/access.h"
+#include "services/runtime/clearance.h"
 #include "services/runtime/peer_shares.h"
 
 namespace sixpoint::runtime {
@@ -22,8 +23,8 @@ namespace sixpoint::runtime {
 // Thread-safe. Outlives the services that it admits to.
 class Admission {
  public:
-  // `access` lives longer.
-  explicit Admission(const Access* access) : access_(*access) {}
+  // Both live longer.
+  Admission(const Access* access, const Clearance* clearance) : access_(*access), clearance_(*clearance) {}
 
   // SERVICE_NOT_READY with that sentence; at first, before anything is known, with one of its own.
   void SetNotReady(const std::string& why);
@@ -49,6 +50,7 @@ class Admission {
   static constexpr int kMostReadPerPeer = 64;
 
   const Access& access_;
+  const Clearance& clearance_;
   PeerShares readings_{kMostReadPerPeer};
   mutable std::mutex mutex_;
   std::list<OpenCall> open_calls_;

@@ -73,7 +73,9 @@ std::string TraceIdOf(const grpc::ServerContextBase& context) {
   return TraceIdOf(std::string_view(given->second.data(), given->second.size()));
 }
 
-std::unique_ptr<grpc::ClientContext> ContextFor(const grpc::ServerContext& context) {
+namespace {
+
+std::unique_ptr<grpc::ClientContext> ContextOf(const grpc::ServerContext& context) {
   std::unique_ptr<grpc::ClientContext> made = grpc::ClientContext::FromServerContext(context);
   const Clock::duration left = std::max<Clock::duration>(DeadlineOf(context) - Clock::now(), {});
   made->set_deadline(In(left - std::min<Clock::duration>(kMargin, left / 10)));
@@ -81,13 +83,20 @@ std::unique_ptr<grpc::ClientContext> ContextFor(const grpc::ServerContext& conte
   made->AddMetadata(kTraceparent, traceparent == context.client_metadata().end()
                                       ? NewTraceparent()
                                       : std::string(traceparent->second.data(), traceparent->second.size()));
+  return made;
+}
+
+}  // namespace
+
+std::unique_ptr<grpc::ClientContext> ContextFor(const grpc::ServerContext& context) {
+  std::unique_ptr<grpc::ClientContext> made = ContextOf(context);
   if (const std::string asker = RequestedFor(context); !asker.empty()) made->AddMetadata(kRequestedFor, asker);
   return made;
 }
 
 Caller CallerOf(const grpc::ServerContext& context) {
   return {DeadlineOf(context), [&context] { return ContextFor(context); }, KeepGoing(context), RequestedBy(context),
-          TraceIdOf(context)};
+          TraceIdOf(context), ReaderOf(context), [&context] { return ContextOf(context); }};
 }
 
 std::unique_ptr<grpc::ClientContext> ContextFor(double seconds) {

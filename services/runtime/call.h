@@ -9,6 +9,8 @@
 #include <memory>
 #include <string>
 
+#include "storage/reader.h"
+
 namespace sixpoint::runtime {
 
 // The client's deadline, at most an hour from now, or now + 120 s where it gave none. Deadlines are of the clock that nobody sets: a
@@ -37,6 +39,9 @@ struct Caller {
   std::function<bool()> keep_going;
   std::string requested_by;
   std::string trace_id;
+  storage::Reader reader = {};
+  // As make_context, for nobody: what a machine's safety rests on does not depend on who may see it. What comes back is not told.
+  std::function<std::unique_ptr<grpc::ClientContext>()> make_own_context = nullptr;
 };
 // Valid while the call lasts.
 Caller CallerOf(const grpc::ServerContext& context);

@@ -71,6 +71,11 @@ std::string RequestedBy(const grpc::ServerContextBase& context) {
   return asker == own ? own : asker + " via " + own;
 }
 
+storage::Reader ReaderOf(const grpc::ServerContextBase& context) {
+  const std::string asker = RequestedFor(context);
+  return asker.rfind("services/", 0) == 0 ? storage::Reader::Everything() : storage::Reader{asker};
+}
+
 absl::Status CheckOwnMachine(const grpc::ServerContextBase& context, const std::string& field,
                              const std::string& machine) {
   const auto shown = CallingIdentity(context);

@@ -10,6 +10,7 @@
 
 #include "identity/identity.h"
 #include "identity/session.h"
+#include "storage/reader.h"
 
 namespace sixpoint::runtime {
 
@@ -34,6 +35,9 @@ std::optional<identity::Identity> CallingIdentity(const grpc::ServerContextBase&
 std::string RequestedBy(const grpc::ServerContextBase& context);
 // Whom a call to another service is made for: the caller, or whom the caller does it for. Empty without a certificate.
 std::string RequestedFor(const grpc::ServerContextBase& context);
+
+// Whose eyes an answer is for: whom the call is made for. A service that calls for nobody does the plant's own work, and sees all.
+storage::Reader ReaderOf(const grpc::ServerContextBase& context);
 
 // Where requests are streamed, their handler asks this of the first: MACHINE_DIFFERS where a machine names another's.
 absl::Status CheckOwnMachine(const grpc::ServerContextBase& context, const std::string& field,

@@ -22,6 +22,7 @@ absl::StatusCode CodeOf(ErrorReason reason) {
     case errors::v1::SERVICE_MISSING:
     case errors::v1::RENEWAL_NOT_OFFERED:
     case errors::v1::ACCOUNT_NOT_FOUND:
+    case errors::v1::CLEARANCE_NOT_FOUND:
       return absl::StatusCode::kNotFound;
     case errors::v1::SCAN_DIFFERS:
     case errors::v1::BLOCK_DIFFERS:
@@ -43,6 +44,7 @@ absl::StatusCode CodeOf(ErrorReason reason) {
     case errors::v1::ROLE_MISSING:
     case errors::v1::MACHINE_DIFFERS:
     case errors::v1::CODE_NOT_VALID:
+    case errors::v1::CLEARANCE_MISSING:
       return absl::StatusCode::kPermissionDenied;
     case errors::v1::CALIBRATION_MISSING:
     case errors::v1::CALIBRATION_EXPIRED:

@@ -49,6 +49,7 @@ absl::StatusOr<Answer> RecordedResult(storage::ResultWriter<Row>* store, const s
   // Its client is gone, or its certificate does not count any more.
   if (!caller.keep_going()) return absl::CancelledError("the call was ended before its result was recorded");
   made->entry.requested_by = caller.requested_by;
+  made->entry.reader = caller.reader;
   if constexpr (SaysWhoAsked<Row>::value) made->row.requested_by = caller.requested_by;
   if (const absl::StatusOr<Answer> answerable = to_proto(made->row); !answerable.ok()) return answerable.status();
   const absl::StatusOr<Row> row = store->Record(recorded, std::move(made->row), made->entry, caller.deadline);

@@ -24,6 +24,7 @@
 #include "services/runtime/log.h"
 #include "services/runtime/message_limits.h"
 #include "services/runtime/session_ends.h"
+#include "storage/clearances.h"
 #include "storage/denials.h"
 #include "storage/record.h"
 
@@ -232,7 +233,8 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   OpenConnections connections(connection_limits);
   SessionEnds session_ends;
   const Access access(&trust, &session_ends, MachineBy(database.get()));
-  Admission admission(&access);
+  const Clearance clearance(storage::ClearancesIn(database.get()));
+  Admission admission(&access, &clearance);
 
   grpc::EnableDefaultHealthCheckService(true);
   grpc::ServerBuilder builder;

@@ -2,9 +2,7 @@
 #include "tests/end_to_end/door.h"
 
 #include <google/protobuf/descriptor.h>
-#include <google/protobuf/descriptor.pb.h>
-#include <google/protobuf/dynamic_message.h>
-#include <grpcpp/generic/generic_stub.h>
+#include <google/protobuf/message.h>
 #include <openssl/pem.h>
 #include <openssl/x509.h>
 
@@ -18,6 +16,7 @@
 #include "sixpoint/plant/v1/person.grpc.pb.h"
 #include "sixpoint/plant/v1/record.grpc.pb.h"
 #include "storage/blob_store.h"
+#include "tests/end_to_end/contract_calls.h"
 #include "tests/support/stored_scan.h"
 
 namespace sixpoint::testing {
@@ -32,24 +31,11 @@ using ::testing::HasSubstr;
 
 constexpr char kRequestId[] = "6f1d3c52-0f6e-4d4e-8f46-3f1f0c1d2e3f";
 
-// The contract as it was built, with all its methods.
-class Contract {
+class Contract : public ContractMethods {
  public:
-  Contract() {
-    std::ifstream in(PlantProcesses::Program("../contract.binpb"), std::ios::binary);
-    google::protobuf::FileDescriptorSet files;
-    EXPECT_TRUE(files.ParseFromIstream(&in));
-    for (const auto& file : files.file()) {
-      const auto* built = pool_.BuildFile(file);
-      if (built == nullptr || file.package().rfind("sixpoint.", 0) != 0) continue;
-      for (int s = 0; s < built->service_count(); ++s)
-        for (int m = 0; m < built->service(s)->method_count(); ++m) methods_.push_back(built->service(s)->method(m));
-    }
-  }
-  const std::vector<const MethodDescriptor*>& methods() const { return methods_; }
   // Empty but for the field that says of which machine it is.
   std::string Request(const MethodDescriptor& method, const std::string& machine) {
-    const std::unique_ptr<google::protobuf::Message> message(messages_.GetPrototype(method.input_type())->New());
+    const std::unique_ptr<google::protobuf::Message> message = NewRequest(method);
     const std::string path = method.options().GetExtension(access::v1::rule).own_machine();
     google::protobuf::Message* of = message.get();
     std::string name = path;
@@ -71,7 +57,7 @@ class Contract {
 
   // Every text that it may hold is `text`, but its request_id.
   std::string RequestOfTexts(const MethodDescriptor& method, const std::string& text) {
-    const std::unique_ptr<google::protobuf::Message> message(messages_.GetPrototype(method.input_type())->New());
+    const std::unique_ptr<google::protobuf::Message> message = NewRequest(method);
     FillTexts(message.get(), text, 0);
     return message->SerializeAsString();
   }
@@ -92,46 +78,12 @@ class Contract {
       }
     }
   }
-
-  google::protobuf::DescriptorPool pool_;
-  google::protobuf::DynamicMessageFactory messages_{&pool_};
-  std::vector<const MethodDescriptor*> methods_;
 };
-
-// "sixpoint.plant.v1.PlantService" is the plant's.
-std::string AreaOf(const MethodDescriptor& method) {
-  const std::string package = method.service()->file()->package();
-  const std::size_t begin = package.find('.') + 1;
-  return package.substr(begin, package.find('.', begin) - begin);
-}
 
 // Any method with one request, as bytes.
 grpc::Status Call(const std::shared_ptr<grpc::Channel>& channel, const MethodDescriptor& method,
                   const std::string& request) {
-  grpc::GenericStub stub(channel);
-  grpc::ClientContext context;
-  context.set_deadline(Within(20));
-  grpc::CompletionQueue queue;
-  const auto next = [&queue] {
-    void* tag = nullptr;
-    bool done = false;
-    return queue.Next(&tag, &done) && done;
-  };
-  const auto call = stub.PrepareCall(&context, "/" + method.service()->full_name() + "/" + method.name(), &queue);
-  call->StartCall(nullptr);
-  next();
-  grpc::Slice slice(request);
-  call->Write(grpc::ByteBuffer(&slice, 1), nullptr);
-  next();
-  call->WritesDone(nullptr);
-  next();
-  grpc::ByteBuffer received;
-  do call->Read(&received, nullptr);
-  while (next());
-  grpc::Status status;
-  call->Finish(&status, nullptr);
-  next();
-  return status;
+  return CallMethod(channel, method, request).status;
 }
 // Both ways: whom the rule names is let in, whoever it does not name is refused, and the refusal is kept.
 TEST_F(Door, EveryMethodLetsInWhomItsRuleNamesAndNobodyElse) {

@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "storage/blobs.h"
+#include "tests/support/customers_parts.h"
 #include "tests/support/fake_plant_stores.h"
 #include "tests/support/registered.h"
 #include "tests/support/throwaway_database.h"
@@ -77,6 +78,24 @@ std::vector<std::string> Names(const absl::StatusOr<std::vector<JournalEntry>>& 
   return names;
 }
 
+// Clears somebody for something.
+using ClearFor = std::function<void(const std::string& holder, const std::string& scope)>;
+
+void OnBothWithClearances(const std::function<void(const PlantStores& plant, const ClearFor& clear)>& test) {
+  {
+    SCOPED_TRACE("the fake");
+    const sixpoint::testing::FakePlantStores fake;
+    test(fake, [&](const std::string& holder, const std::string& scope) {
+      fake.fake_clearances->clearances.emplace(holder, scope);
+    });
+  }
+  SCOPED_TRACE("PostgreSQL");
+  sixpoint::testing::ThrowawayDatabase database;
+  test(PlantIn(database.database()), [&](const std::string& holder, const std::string& scope) {
+    sixpoint::testing::Clear(database.database(), holder, scope);
+  });
+}
+
 // Each test runs on both.
 void OnBoth(const std::function<void(const PlantStores& plant)>& test) {
   {
@@ -135,9 +154,9 @@ TEST(PlantStore, ListsTheNewestOfEachById) {
     // m1's only revision is older than m2's newest.
     TimeSpan recorded;
     recorded.from = listed->front().recorded.recorded_at;
-    EXPECT_EQ(plant.machines->List(recorded, "", 10, Soon())->size(), 1u);
+    EXPECT_EQ(plant.machines->List({recorded, {}}, "", 10, Soon())->size(), 1u);
     std::swap(recorded.from, recorded.until);
-    EXPECT_EQ(plant.machines->List(recorded, "", 10, Soon())->size(), 2u);
+    EXPECT_EQ(plant.machines->List({recorded, {}}, "", 10, Soon())->size(), 2u);
   });
 }
 
@@ -172,6 +191,58 @@ TEST(PlantStore, ABladeIsOfOnePart) {
     EXPECT_EQ(plant.blades->List(filter, "", 10, Soon())->size(), 1u);
     filter.recorded.until = std::chrono::system_clock::now() - std::chrono::hours(1);
     EXPECT_THAT(*plant.blades->List(filter, "", 10, Soon()), IsEmpty());
+  });
+}
+
+TEST(PlantStore, ACustomersPartIsForWhoIsCleared) {
+  OnBothWithClearances([](const PlantStores& plant, const ClearFor& clear) {
+    AddParts(plant);
+    const Reader jane{"users/jane"}, jack{"users/jack"};
+    const auto surface = plant.surfaces->Keep("cad", "surface", Tessellation(), "test", Soon());
+    PartRow part = sixpoint::testing::PartOf("p3", *surface);
+    part.customer_id = "acme";
+    RecordEntry by_jane = Entry(), by_jack = Entry();
+    by_jane.reader = jane;
+    by_jack.reader = jack;
+    const auto refused = Record(*plant.parts, part, "", "request", by_jane).status();
+    EXPECT_EQ(refused.code(), absl::StatusCode::kPermissionDenied) << refused;
+    clear("users/jane", "customers/acme");
+    ASSERT_TRUE(Record(*plant.parts, part, "", "request", by_jane).ok());
+    RecordEntry blade_entry = Entry({"parts/p3@1"});
+    blade_entry.reader = jane;
+    ASSERT_TRUE(Record(*plant.blades, BladeRow{"sn3", "p3", {}}, "", "", blade_entry).ok());
+    const auto parts_of = [&](const Reader& reader) { return plant.parts->List({{}, reader}, "", 10, Soon())->size(); };
+    BladeFilter filter;
+    filter.reader = jane;
+    EXPECT_EQ(parts_of(jane), 3u);
+    EXPECT_EQ(plant.blades->List(filter, "", 10, Soon())->size(), 1u);
+    filter.reader = jack;
+    EXPECT_EQ(parts_of(jack), 2u);
+    EXPECT_THAT(*plant.blades->List(filter, "", 10, Soon()), IsEmpty());
+    EXPECT_EQ(parts_of(Reader::Everything()), 3u);
+    JournalPage recall;
+    recall.reader = jane;
+    EXPECT_THAT(Names(plant.journal->DerivedFrom("parts/p3", {}, recall, Soon())), ElementsAre("blades/sn3"));
+    recall.reader = jack;
+    EXPECT_THAT(Names(plant.journal->DerivedFrom("parts/p3", {}, recall, Soon())), IsEmpty());
+    // What is there already is neither changed nor told by who does not see it.
+    part.customer_id = "";
+    part.content_sha256 = std::string(64, 'e');
+    EXPECT_EQ(Record(*plant.parts, part, "", "request", by_jack).status().code(), absl::StatusCode::kPermissionDenied);
+    EXPECT_EQ(Record(*plant.parts, part, "", "request", by_jane)->customer_id, "acme");
+    blade_entry.reader = jack;
+    const auto taken = Record(*plant.blades, BladeRow{"sn3", "p1", {}}, "", "", blade_entry).status();
+    EXPECT_EQ(taken.code(), absl::StatusCode::kPermissionDenied) << taken;
+    const auto hidden = [&](const Reader& reader, const std::string& name, Unrecorded unrecorded) {
+      return plant.clearances->FirstHidden(reader, {name}, unrecorded, Soon())->has_value();
+    };
+    for (const Unrecorded unrecorded : {Unrecorded::kIsHidden, Unrecorded::kIsSeen}) {
+      EXPECT_TRUE(hidden(jack, "parts/p3", unrecorded));
+      EXPECT_TRUE(hidden(jack, "blades/sn3", unrecorded));
+      EXPECT_FALSE(hidden(jack, "parts/p1", unrecorded));
+      EXPECT_FALSE(hidden(jane, "parts/none", unrecorded));
+      EXPECT_EQ(hidden(jack, "parts/none", unrecorded), unrecorded == Unrecorded::kIsHidden);
+    }
   });
 }
 

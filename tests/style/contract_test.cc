@@ -184,6 +184,9 @@ TEST_F(Contract, TheRulesAreThoseOfThePage) {
     if (rule.anybody()) line += " anybody";
     if (!rule.own_machine().empty()) line += "; own machine by " + rule.own_machine();
     if (rule.any_machine()) line += "; any machine";
+    for (const std::string& path : rule.of_part()) line += (&path == &rule.of_part(0) ? "; of part by " : ", ") + path;
+    if (rule.filtered()) line += "; filtered";
+    if (rule.no_part()) line += "; no part";
     page += line + "\n";
   }
   std::ifstream in(std::string(std::getenv("SIXPOINT_SOURCE_DIR")) + "/docs/access_rules.txt");

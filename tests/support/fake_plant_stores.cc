@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -18,22 +19,24 @@ template <typename Row>
 class FakeRevisions final : public storage::RevisionStore<Row> {
  public:
   // kind: machine, artefact, part; id: the row's member.
-  FakeRevisions(std::shared_ptr<FakeRecord> record, std::string kind, std::string Row::*id)
-      : record_(std::move(record)), kind_(std::move(kind)), id_(id) {}
+  FakeRevisions(std::shared_ptr<FakeRecord> record, std::shared_ptr<FakeClearances> clearances, std::string kind,
+                std::string Row::*id)
+      : record_(std::move(record)), clearances_(std::move(clearances)), kind_(std::move(kind)), id_(id) {}
 
   absl::StatusOr<std::optional<Row>> Find(const std::string& id, int revision, Deadline) const override {
     const auto lock = record_->Lock();
     if (!record_->failure().ok()) return record_->failure();
     return Known(id, revision);
   }
-  absl::StatusOr<std::vector<Row>> List(const storage::TimeSpan& recorded, const std::string& after, int limit,
+  absl::StatusOr<std::vector<Row>> List(const storage::RegisteredFilter& filter, const std::string& after, int limit,
                                         Deadline) const override {
     const auto lock = record_->Lock();
     if (!record_->failure().ok()) return record_->failure();
     std::vector<Row> listed;
     for (auto row = revisions_.upper_bound(after); row != revisions_.end() && static_cast<int>(listed.size()) < limit;
          ++row)
-      if (Contains(recorded, row->second.back().recorded.recorded_at)) listed.push_back(row->second.back());
+      if (Contains(filter.recorded, row->second.back().recorded.recorded_at) && !Hides(filter.reader, row->first))
+        listed.push_back(row->second.back());
     return listed;
   }
   absl::StatusOr<std::optional<Row>> FindRecorded(const storage::RecordedRequest& request, Deadline) const override {
@@ -44,6 +47,8 @@ class FakeRevisions final : public storage::RevisionStore<Row> {
                              Deadline) override {
     const auto lock = record_->Lock();
     const auto work = [&]() -> absl::StatusOr<Row> {
+      if (Hides(entry.reader, row.*id_)) return storage::NotSeen("part_id", row.*id_, entry.reader);
+      if (absl::Status stated = StateCustomer(entry.reader, &row); !stated.ok()) return stated;
       const auto known = revisions_.find(row.*id_);
       if (known != revisions_.end() && known->second.back().content_sha256 == row.content_sha256)
         return known->second.back();
@@ -63,6 +68,25 @@ class FakeRevisions final : public storage::RevisionStore<Row> {
   }
 
  private:
+  bool Hides(const storage::Reader& reader, const std::string& id) const {
+    return kind_ == "part" && clearances_->Hides(reader, id);
+  }
+  // Once stated it stays until another is.
+  absl::Status StateCustomer(const storage::Reader& reader, Row* row) {
+    if constexpr (std::is_same_v<Row, storage::PartRow>) {
+      clearances_->part_of["parts/" + row->part_id] = row->part_id;
+      const auto before = clearances_->customers.find(row->part_id);
+      if (row->customer_id.empty()) {
+        if (before != clearances_->customers.end()) row->customer_id = before->second;
+        return absl::OkStatus();
+      }
+      if (!clearances_->IsCleared(reader, "parts/" + row->part_id) &&
+          !clearances_->IsCleared(reader, "customers/" + row->customer_id))
+        return storage::NotSeen("part.customer", row->customer_id, reader);
+      clearances_->customers[row->part_id] = row->customer_id;
+    }
+    return absl::OkStatus();
+  }
   std::string NameOf(const Row& row) const { return kind_ + "s/" + row.*id_ + "@" + std::to_string(row.revision); }
   std::optional<Row> Named(const std::string& name) const {
     const storage::NamedId named = storage::IdOfName(name);
@@ -75,6 +99,7 @@ class FakeRevisions final : public storage::RevisionStore<Row> {
     return found->second[static_cast<std::size_t>((revision == 0 ? count : revision) - 1)];
   }
   const std::shared_ptr<FakeRecord> record_;
+  const std::shared_ptr<FakeClearances> clearances_;  // a change needs the record's lock
   const std::string kind_;
   std::string Row::*const id_;
   std::map<std::string, std::vector<Row>> revisions_;  // by id, from the first
@@ -82,7 +107,8 @@ class FakeRevisions final : public storage::RevisionStore<Row> {
 
 class FakeBlades final : public storage::BladeStore {
  public:
-  explicit FakeBlades(std::shared_ptr<FakeRecord> record) : record_(std::move(record)) {}
+  FakeBlades(std::shared_ptr<FakeRecord> record, std::shared_ptr<FakeClearances> clearances)
+      : record_(std::move(record)), clearances_(std::move(clearances)) {}
 
   absl::StatusOr<std::optional<storage::BladeRow>> Find(const std::string& serial, Deadline) const override {
     const auto lock = record_->Lock();
@@ -98,7 +124,7 @@ class FakeBlades final : public storage::BladeStore {
          ++blade) {
       const storage::BladeRow& row = blade->second;
       if ((filter.part_id.empty() || filter.part_id == row.part_id) &&
-          Contains(filter.recorded, row.recorded.recorded_at))
+          Contains(filter.recorded, row.recorded.recorded_at) && !clearances_->Hides(filter.reader, row.part_id))
         listed.push_back(row);
     }
     return listed;
@@ -114,11 +140,14 @@ class FakeBlades final : public storage::BladeStore {
     const auto work = [&]() -> absl::StatusOr<storage::BladeRow> {
       const auto known = blades_.find(blade.blade_serial);
       if (known != blades_.end() && known->second.part_id == blade.part_id) return known->second;
+      if (known != blades_.end() && clearances_->Hides(entry.reader, known->second.part_id))
+        return storage::NotSeen("serial", blade.blade_serial, entry.reader);
       if (known != blades_.end()) return absl::AlreadyExistsError("blade.part: parts/" + blade.part_id);
       storage::RecordEntry named = entry;
       named.kind = "blade";
       named.name = "blades/" + blade.blade_serial;
       named.blade = blade.blade_serial;
+      clearances_->part_of[named.name] = blade.part_id;
       blade.recorded = record_->Next();
       record_->Append(std::move(named), blade.recorded);
       blades_[blade.blade_serial] = blade;
@@ -135,6 +164,7 @@ class FakeBlades final : public storage::BladeStore {
     return found == blades_.end() ? std::nullopt : std::optional(found->second);
   }
   const std::shared_ptr<FakeRecord> record_;
+  const std::shared_ptr<FakeClearances> clearances_;
   std::map<std::string, storage::BladeRow> blades_;
 };
 
@@ -176,7 +206,8 @@ class FakeSurfaces final : public storage::SurfaceStore {
 class FakeJournal final : public storage::JournalReader {
  public:
   using Entries = absl::StatusOr<std::vector<storage::JournalEntry>>;
-  explicit FakeJournal(std::shared_ptr<const FakeRecord> record) : record_(std::move(record)) {}
+  FakeJournal(std::shared_ptr<const FakeRecord> record, std::shared_ptr<const FakeClearances> clearances)
+      : record_(std::move(record)), clearances_(std::move(clearances)) {}
 
   absl::StatusOr<std::optional<storage::JournalEntry>> FindEntry(const std::string& name, Deadline) const override {
     const auto lock = record_->Lock();
@@ -202,7 +233,11 @@ class FakeJournal final : public storage::JournalReader {
     const auto lock = record_->Lock();
     if (!record_->failure().ok()) return record_->failure();
     return Page(record_->DerivedFrom(name), page, [&](const storage::RecordEntry& entry) {
-      return kinds.empty() || std::find(kinds.begin(), kinds.end(), entry.kind) != kinds.end();
+      if (!kinds.empty() && std::find(kinds.begin(), kinds.end(), entry.kind) == kinds.end()) return false;
+      const std::string of =
+          entry.kind == "part" ? entry.name.substr(0, entry.name.find('@')) : "blades/" + entry.blade.value_or("");
+      const auto part = clearances_->part_of.find(of);
+      return part == clearances_->part_of.end() || !clearances_->Hides(page.reader, part->second);
     });
   }
 
@@ -218,18 +253,23 @@ class FakeJournal final : public storage::JournalReader {
     return listed;
   }
   const std::shared_ptr<const FakeRecord> record_;
+  const std::shared_ptr<const FakeClearances> clearances_;
 };
 
 }  // namespace
 
 FakePlantStores::FakePlantStores() {
-  machines = std::make_shared<FakeRevisions<storage::MachineRow>>(record, "machine", &storage::MachineRow::machine_id);
+  using storage::ArtefactRow;
+  using storage::MachineRow;
+  using storage::PartRow;
+  machines = std::make_shared<FakeRevisions<MachineRow>>(record, fake_clearances, "machine", &MachineRow::machine_id);
   artefacts =
-      std::make_shared<FakeRevisions<storage::ArtefactRow>>(record, "artefact", &storage::ArtefactRow::artefact_id);
-  parts = std::make_shared<FakeRevisions<storage::PartRow>>(record, "part", &storage::PartRow::part_id);
-  blades = std::make_shared<FakeBlades>(record);
+      std::make_shared<FakeRevisions<ArtefactRow>>(record, fake_clearances, "artefact", &ArtefactRow::artefact_id);
+  parts = std::make_shared<FakeRevisions<PartRow>>(record, fake_clearances, "part", &PartRow::part_id);
+  blades = std::make_shared<FakeBlades>(record, fake_clearances);
   surfaces = std::make_shared<FakeSurfaces>(record);
-  journal = std::make_shared<FakeJournal>(record);
+  journal = std::make_shared<FakeJournal>(record, fake_clearances);
+  clearances = fake_clearances;
 }
 
 }  // namespace sixpoint::testing

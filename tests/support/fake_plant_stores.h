@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "storage/plant_store.h"
+#include "tests/support/fake_clearances.h"
 #include "tests/support/fake_record.h"
 
 namespace sixpoint::testing {
@@ -12,6 +13,7 @@ namespace sixpoint::testing {
 struct FakePlantStores : storage::PlantStores {
   FakePlantStores();
   std::shared_ptr<FakeRecord> record = std::make_shared<FakeRecord>();
+  std::shared_ptr<FakeClearances> fake_clearances = std::make_shared<FakeClearances>();
 };
 
 }  // namespace sixpoint::testing

@@ -11,6 +11,7 @@
 
 #include "storage/retention_store.h"
 #include "storage/scan_store.h"
+#include "tests/support/fake_clearances.h"
 #include "tests/support/fake_record.h"
 
 namespace sixpoint::testing {
@@ -29,6 +30,14 @@ class FakeScans final : public storage::ScanStore, public storage::RetentionStor
   absl::StatusOr<std::vector<storage::ScanBlockRow>> Blocks(const std::string& scan_id,
                                                             storage::Deadline) const override;
   absl::StatusOr<std::string> Payload(const std::string& blob_sha256, storage::Deadline) const override;
+
+  FakeClearances clearances;
+  absl::StatusOr<std::optional<std::string>> FirstHidden(const storage::Reader& reader,
+                                                         const std::vector<std::string>& names,
+                                                         storage::Unrecorded unrecorded,
+                                                         storage::Deadline deadline) const override {
+    return clearances.FirstHidden(reader, names, unrecorded, deadline);
+  }
 
   absl::StatusOr<storage::KnownScan> Join(
       const storage::ScanUploadRow& upload,

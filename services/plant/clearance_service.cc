@@ -1,0 +1,114 @@
+#include "services/plant/clearance_service.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "identity/identity.h"
+#include "services/runtime/call.h"
+#include "services/runtime/caller_identity.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/pages.h"
+#include "services/runtime/resource_name.h"
+#include "services/runtime/time_proto.h"
+#include "storage/clearances.h"
+#include "storage/one_read.h"
+
+namespace sixpoint::plant {
+namespace {
+
+using runtime::ToGrpc;
+
+absl::Status CheckHolder(const std::string& holder) {
+  const bool is_user = holder.rfind("users/", 0) == 0, is_machine = holder.rfind("machines/", 0) == 0;
+  // A user has some role; which is not asked.
+  const std::vector<identity::Role> roles =
+      is_user ? std::vector{identity::Role::kMesReader} : std::vector<identity::Role>{};
+  if ((is_user || is_machine) && identity::IdentityOf(holder, roles).ok()) return absl::OkStatus();
+  return runtime::Refuse("holder", holder, "users/NAME or machines/ID");
+}
+
+absl::Status CheckScope(const std::string& scope) {
+  if (runtime::IdOf("scope", "customers", scope).ok() || runtime::IdOf("scope", "parts", scope).ok())
+    return absl::OkStatus();
+  return runtime::Refuse("scope", scope, "customers/ID or parts/ID");
+}
+
+template <typename Request>
+absl::StatusOr<storage::ClearanceOrder> OrderOf(const Request& request, const grpc::ServerContext& context) {
+  const absl::Status sound =
+      runtime::Refusals().Add(CheckHolder(request.holder())).Add(CheckScope(request.scope())).status();
+  if (!sound.ok()) return sound;
+  return storage::ClearanceOrder{request.holder(), request.scope(), runtime::RequestedBy(context),
+                                 request.request_id()};
+}
+
+v1::Clearance ToProto(const storage::ClearanceRow& row) {
+  v1::Clearance clearance;
+  clearance.set_holder(row.holder);
+  clearance.set_scope(row.scope);
+  runtime::ToProto(row.granted_at, clearance.mutable_granted_at());
+  clearance.set_granted_by(row.granted_by);
+  if (row.withdrawn_at) runtime::ToProto(*row.withdrawn_at, clearance.mutable_withdrawn_at());
+  clearance.set_withdrawn_by(row.withdrawn_by);
+  return clearance;
+}
+
+}  // namespace
+
+grpc::Status ClearanceService::GrantClearance(grpc::ServerContext* context, const v1::GrantClearanceRequest* request,
+                                              v1::Clearance* response) {
+  const absl::StatusOr<storage::ClearanceOrder> order = OrderOf(*request, *context);
+  if (!order.ok()) return ToGrpc(order.status());
+  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
+  if (!transaction.ok()) return ToGrpc(transaction.status());
+  const absl::StatusOr<storage::ClearanceRow> granted = storage::GrantClearance(*transaction, *order);
+  if (!granted.ok()) return ToGrpc(granted.status());
+  if (absl::Status committed = transaction->Commit(); !committed.ok()) return ToGrpc(committed);
+  *response = ToProto(*granted);
+  return grpc::Status::OK;
+}
+
+grpc::Status ClearanceService::WithdrawClearance(grpc::ServerContext* context,
+                                                 const v1::WithdrawClearanceRequest* request, v1::Clearance* response) {
+  const absl::StatusOr<storage::ClearanceOrder> order = OrderOf(*request, *context);
+  if (!order.ok()) return ToGrpc(order.status());
+  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
+  if (!transaction.ok()) return ToGrpc(transaction.status());
+  const absl::StatusOr<std::optional<storage::ClearanceRow>> withdrawn =
+      storage::WithdrawClearance(*transaction, *order);
+  if (!withdrawn.ok()) return ToGrpc(withdrawn.status());
+  if (!withdrawn->has_value())
+    return ToGrpc(
+        runtime::Failure(errors::v1::CLEARANCE_NOT_FOUND,
+                         "clearance: of " + order->holder + " for " + order->scope + ", want one that was granted",
+                         {{"resource", order->holder}}));
+  if (absl::Status committed = transaction->Commit(); !committed.ok()) return ToGrpc(committed);
+  *response = ToProto(**withdrawn);
+  return grpc::Status::OK;
+}
+
+grpc::Status ClearanceService::ListClearances(grpc::ServerContext* context, const v1::ListClearancesRequest* request,
+                                              v1::ListClearancesResponse* response) {
+  runtime::Refusals refusals;
+  if (!request->holder().empty()) refusals.Add(CheckHolder(request->holder()));
+  if (!request->scope().empty()) refusals.Add(CheckScope(request->scope()));
+  if (absl::Status sound = refusals.status(); !sound.ok()) return ToGrpc(sound);
+  const std::string filters = runtime::FiltersOf(*request);
+  const absl::StatusOr<runtime::Page> page = runtime::PageOf(filters, request->page_size(), request->page_token());
+  if (!page.ok()) return ToGrpc(page.status());
+  const storage::ClearanceFilter filter{request->holder(), request->scope(), request->withdrawn_too()};
+  const auto rows = storage::OneRead(*database_, runtime::DeadlineOf(*context), [&](storage::Transaction& transaction) {
+    return storage::ListClearances(transaction, filter, page->before_sequence, page->size + 1);
+  });
+  if (!rows.ok()) return ToGrpc(rows.status());
+  if (runtime::AddPage(
+          *rows, page->size, [](const storage::ClearanceRow& row) { return ToProto(row); },
+          response->mutable_clearances())) {
+    const auto last = static_cast<std::size_t>(page->size) - 1;
+    response->set_next_page_token(runtime::TokenAfter(filters, (*rows)[last].granted_sequence));
+  }
+  return grpc::Status::OK;
+}
+
+}  // namespace sixpoint::plant

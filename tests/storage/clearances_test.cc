@@ -1,0 +1,354 @@
+// Who sees what: clearances as they are granted and withdrawn, and what lists and recalls leave out for whom.
+#include "storage/clearances.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <set>
+
+#include "storage/corrections.h"
+#include "storage/inspections.h"
+#include "storage/plant_store.h"
+#include "storage/record.h"
+#include "storage/registrations.h"
+#include "storage/scans.h"
+#include "storage/studies.h"
+#include "tests/support/customers_parts.h"
+#include "tests/support/registered.h"
+#include "tests/support/throwaway_database.h"
+
+namespace sixpoint::storage {
+namespace {
+
+using sixpoint::testing::Clear;
+using sixpoint::testing::CustomersPart;
+using sixpoint::testing::MachinesCalibrations;
+using sixpoint::testing::PutCalibratedMachine;
+using sixpoint::testing::PutCustomersPart;
+using sixpoint::testing::Soon;
+using sixpoint::testing::ThrowawayDatabase;
+using sixpoint::testing::Unclear;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::UnorderedElementsAre;
+
+const Reader kJane{"users/jane"};
+
+template <typename Row>
+std::vector<Row> Listed(const absl::StatusOr<std::vector<Row>>& rows) {
+  EXPECT_TRUE(rows.ok()) << rows.status();
+  return rows.ok() ? *rows : std::vector<Row>();
+}
+
+class ClearancesTest : public ::testing::Test {
+ protected:
+  Transaction Begin() { return *database_.database()->Begin(Soon()); }
+  Database* plant() { return database_.database(); }
+
+  // Everything that lists give to that reader, by word: "kappa", "sigma", ...
+  std::set<std::string> WordsSeenBy(const Reader& reader) {
+    Transaction t = Begin();
+    std::set<std::string> seen;
+    const auto add = [&seen](const std::string& list, const std::string& id) {
+      seen.insert(list + " " + id.substr(0, id.find('-')));
+    };
+    for (const std::string& id : Listed(ListRegistered(t, Registered::kParts, {{}, reader}, "", 100))) add("part", id);
+    BladeFilter blades;
+    blades.reader = reader;
+    for (const BladeRow& row : Listed(ListBlades(t, blades, "", 100))) add("blade", row.blade_serial);
+    ScanFilter scans;
+    scans.reader = reader;
+    for (const ScanRow& row : Listed(ListScans(t, scans, 0, 100))) add("scan", row.scan_id);
+    RegistrationFilter registrations;
+    registrations.reader = reader;
+    for (const auto& row : Listed(ListRegistrations(t, registrations, 0, 100))) add("registration", row.part_id);
+    CorrectionFilter corrections;
+    corrections.reader = reader;
+    for (const auto& row : Listed(ListCorrections(t, corrections, 0, 100))) add("correction", row.part_id);
+    InspectionFilter inspections;
+    inspections.reader = reader;
+    for (const auto& row : Listed(ListInspections(t, inspections, 0, 100))) add("inspection", row.part_id);
+    StudyFilter studies;
+    studies.reader = reader;
+    for (const StudyRow& row : Listed(ListStudies(t, studies, 0, 100))) add("study", row.inputs.front().substr(6));
+    JournalPage page;
+    page.reader = reader;
+    for (const JournalEntry& entry : Listed(DerivedFrom(t, calibrations_.sensor, {}, page)))
+      add("recall of " + entry.entry.kind, entry.entry.blade.value_or("?"));
+    for (const JournalEntry& entry : Listed(DerivedFrom(t, "machines/m1", {"study"}, page)))
+      add("recall", entry.entry.kind);
+    return seen;
+  }
+  std::set<std::string> AllOf(const std::set<std::string>& words, int studies) {
+    std::set<std::string> all;
+    for (const std::string& word : words)
+      for (const char* list : {"part", "blade", "scan", "registration", "correction", "inspection", "study",
+                               "recall of registration", "recall of correction", "recall of inspection"})
+        all.insert(std::string(list) + " " + word);
+    if (studies > 0) all.insert("recall study");
+    return all;
+  }
+  std::optional<std::string> Hidden(const Reader& reader, const std::vector<std::string>& names,
+                                    Unrecorded unrecorded = Unrecorded::kIsHidden) {
+    Transaction t = Begin();
+    const auto hidden = FirstHidden(t, reader, names, unrecorded);
+    EXPECT_TRUE(hidden.ok()) << hidden.status();
+    return hidden.ok() ? *hidden : std::nullopt;
+  }
+
+  ThrowawayDatabase database_;
+  MachinesCalibrations calibrations_ = PutCalibratedMachine(database_.database());
+};
+
+TEST_F(ClearancesTest, WithoutCustomersNothingIsHidden) {
+  const CustomersPart open = PutCustomersPart(plant(), "open", false, calibrations_);
+  EXPECT_EQ(WordsSeenBy(kJane), AllOf({"open"}, 1));
+  EXPECT_EQ(WordsSeenBy(Reader()), AllOf({"open"}, 1));
+  EXPECT_FALSE(Hidden(kJane, open.names()).has_value());
+  EXPECT_FALSE(Hidden(kJane, {"scans/none"}).has_value());
+}
+
+TEST_F(ClearancesTest, EachListAndRecallGivesWhatIsClearedAndNothingElse) {
+  for (const char* word : {"kappa", "sigma"}) PutCustomersPart(plant(), word, true, calibrations_);
+  PutCustomersPart(plant(), "open", false, calibrations_);
+  EXPECT_EQ(WordsSeenBy(Reader::Everything()), AllOf({"kappa", "sigma", "open"}, 3));
+  EXPECT_EQ(WordsSeenBy(kJane), AllOf({"open"}, 1));
+  EXPECT_EQ(WordsSeenBy(Reader()), AllOf({"open"}, 1)) << "who is not named sees what is everybody's";
+  Clear(plant(), "users/jane", "customers/sigma");
+  EXPECT_EQ(WordsSeenBy(kJane), AllOf({"sigma", "open"}, 2));
+  EXPECT_EQ(WordsSeenBy({"users/jan"}), AllOf({"open"}, 1));
+  Clear(plant(), "users/jane", "parts/kappa-part");
+  EXPECT_EQ(WordsSeenBy(kJane), AllOf({"kappa", "sigma", "open"}, 3));
+  Unclear(plant(), "users/jane", "customers/sigma");
+  EXPECT_EQ(WordsSeenBy(kJane), AllOf({"kappa", "open"}, 2));
+  Clear(plant(), "users/jane", "customers/sigma");
+  Unclear(plant(), "users/jane", "parts/kappa-part");
+  EXPECT_EQ(WordsSeenBy(kJane), AllOf({"sigma", "open"}, 2));
+}
+
+TEST_F(ClearancesTest, EachNameIsOfItsPart) {
+  const CustomersPart kappa = PutCustomersPart(plant(), "kappa", true, calibrations_);
+  const CustomersPart open = PutCustomersPart(plant(), "open", false, calibrations_);
+  std::vector<std::string> hidden = kappa.names(), seen = open.names();
+  hidden.insert(hidden.end(), {"parts/kappa-part@1", "parts/kappa-part@9"});
+  seen.insert(seen.end(), {"parts/open-part@1", "machines/m1", "machines/m1@1", calibrations_.sensor});
+  for (const std::string& name : hidden) EXPECT_EQ(Hidden(kJane, {name}), name);
+  for (const std::string& name : seen) EXPECT_FALSE(Hidden(kJane, {name}).has_value()) << name;
+  for (const char* name : {"scans/none", "parts/none", "blades/none", "machines/none", "SCANS/open-scan", "parts", "",
+                           "blades/open-sn@1", "scans/open-scan/x", "users/jane"}) {
+    EXPECT_EQ(Hidden(kJane, {name}), name) << "what is not recorded is as hidden";
+    EXPECT_FALSE(Hidden(kJane, {name}, Unrecorded::kIsSeen).has_value()) << name;
+    EXPECT_FALSE(Hidden(Reader::Everything(), {name}).has_value()) << name;
+  }
+  EXPECT_EQ(Hidden(kJane, {open.scan, kappa.scan, kappa.part}), kappa.scan);
+  Clear(plant(), "users/jane", "customers/kappa");
+  hidden.push_back("scans/none");
+  EXPECT_FALSE(Hidden(kJane, hidden).has_value()) << "from whom nothing is hidden nothing is asked";
+}
+
+// A study of blades of two parts shows both.
+TEST_F(ClearancesTest, AStudyIsSeenByWhoSeesAllThatItRestsOn) {
+  const CustomersPart kappa = PutCustomersPart(plant(), "kappa", true, calibrations_);
+  const CustomersPart open = PutCustomersPart(plant(), "open", false, calibrations_);
+  const std::string id = NewUuid();
+  {
+    Transaction t = Begin();
+    StudyRow row;
+    row.study_id = id;
+    row.kind = "GAUGE_RR";
+    row.inputs = {open.scan, kappa.scan};
+    row.verdict = "REPORTED";
+    row.result_json = "{}";
+    row.software_version = "test";
+    RecordEntry entry;
+    entry.kind = "study";
+    entry.name = "studies/" + id;
+    entry.inputs = row.inputs;
+    entry.software_version = "test";
+    ASSERT_TRUE(InsertStudy(t, row, entry).ok());
+    ASSERT_TRUE(t.Commit().ok());
+  }
+  StudyFilter filter;
+  filter.reader = kJane;
+  Transaction t = Begin();
+  EXPECT_EQ(ListStudies(t, filter, 0, 10)->size(), 1u);
+  EXPECT_EQ(Hidden(kJane, {"studies/" + id}), "studies/" + id);
+  Clear(plant(), "users/jane", "customers/kappa");
+  EXPECT_EQ(ListStudies(t, filter, 0, 10)->size(), 3u);
+  EXPECT_FALSE(Hidden(kJane, {"studies/" + id}).has_value());
+}
+
+TEST_F(ClearancesTest, ACustomerOnceStatedStaysUntilAnotherIs) {
+  PutCustomersPart(plant(), "kappa", true, calibrations_);
+  Clear(plant(), "users/jane", "customers/kappa");
+  const auto revise = [&](const std::string& customer, char content, const Reader& by) -> absl::StatusOr<PartRow> {
+    Transaction t = Begin();
+    PartRow part = **FindPart(t, "kappa-part", 0);
+    part.customer_id = customer;
+    part.content_sha256 = std::string(64, content);
+    RecordEntry entry;
+    entry.software_version = "test";
+    entry.reader = by;
+    auto made = InsertPart(t, part, entry);
+    if (!made.ok()) return made;
+    EXPECT_TRUE(t.Commit().ok());
+    return made;
+  };
+  EXPECT_EQ(revise("", 'a', kJane)->customer_id, "kappa");
+  EXPECT_EQ(Hidden({"users/jack"}, {"parts/kappa-part"}), "parts/kappa-part");
+  // Neither who does not see it, nor who would not see it then, makes it another's.
+  for (const auto& [customer, by] :
+       std::vector<std::pair<std::string, Reader>>{{"", {"users/jack"}}, {"jacks", {"users/jack"}}, {"sigma", kJane}}) {
+    const absl::Status refused = revise(customer, 'b', by).status();
+    EXPECT_EQ(refused.code(), absl::StatusCode::kPermissionDenied) << refused;
+  }
+  Clear(plant(), "users/jane", "customers/sigma");
+  EXPECT_EQ(revise("sigma", 'c', kJane)->customer_id, "sigma");
+  Unclear(plant(), "users/jane", "customers/sigma");
+  EXPECT_EQ(Hidden(kJane, {"parts/kappa-part"}), "parts/kappa-part") << "kappa's no more";
+  // As a process of the release before, which knows of no customers.
+  Transaction t = Begin();
+  ASSERT_TRUE(
+      t.Execute("INSERT INTO part_revisions (part_id, revision, content_sha256, cad_format, cad_unit_mm, cad_sha256, "
+                "tessellation_method, zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, "
+                "record_id) SELECT part_id, 9, content_sha256, cad_format, cad_unit_mm, cad_sha256, "
+                "tessellation_method, zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, "
+                "gen_random_uuid() FROM part_revisions WHERE part_id = 'kappa-part' AND revision = 1")
+          .ok());
+  EXPECT_EQ(**FirstHidden(t, kJane, {"parts/kappa-part"}, Unrecorded::kIsHidden), "parts/kappa-part");
+  EXPECT_EQ((**FindPart(t, "kappa-part", 0)).customer_id, "sigma");
+}
+
+TEST_F(ClearancesTest, ABladeOfAHiddenPartIsNotTold) {
+  PutCustomersPart(plant(), "kappa", true, calibrations_);
+  PutCustomersPart(plant(), "open", false, calibrations_);
+  Transaction t = Begin();
+  RecordEntry entry;
+  entry.software_version = "test";
+  entry.reader = kJane;
+  const absl::Status refused = InsertBlade(t, {"kappa-sn", "open-part", {}}, entry).status();
+  EXPECT_EQ(refused.code(), absl::StatusCode::kPermissionDenied) << refused;
+  EXPECT_THAT(std::string(refused.message()), ::testing::Not(HasSubstr("kappa-part")));
+  entry.reader = Reader::Everything();
+  EXPECT_EQ(InsertBlade(t, {"kappa-sn", "open-part", {}}, entry).status().code(), absl::StatusCode::kAlreadyExists);
+}
+
+TEST_F(ClearancesTest, WhoCouldSeeWhatWhenStays) {
+  const auto decide = [&](bool grant, const std::string& request_id) {
+    Transaction t = Begin();
+    const ClearanceOrder order{"users/jane", "customers/kappa", "users/keeper", request_id};
+    const auto done = grant ? [&]() -> absl::StatusOr<std::optional<ClearanceRow>> {
+      auto row = GrantClearance(t, order);
+      if (!row.ok()) return row.status();
+      return *std::move(row);
+    }()
+        : WithdrawClearance(t, order);
+    EXPECT_TRUE(done.ok()) << done.status();
+    EXPECT_TRUE(t.Commit().ok());
+    return *done;
+  };
+  EXPECT_FALSE(decide(false, NewUuid()).has_value()) << "nothing was there";
+  const std::string request_id = NewUuid();
+  const auto granted = decide(true, request_id);
+  ASSERT_TRUE(granted.has_value());
+  EXPECT_FALSE(granted->withdrawn_at.has_value());
+  EXPECT_EQ(decide(true, NewUuid())->granted_sequence, granted->granted_sequence) << "it holds already";
+  const auto withdrawn = decide(false, NewUuid());
+  EXPECT_EQ(withdrawn->granted_sequence, granted->granted_sequence);
+  ASSERT_TRUE(withdrawn->withdrawn_at.has_value());
+  EXPECT_GE(*withdrawn->withdrawn_at, granted->granted_at);
+  EXPECT_EQ(withdrawn->withdrawn_by, "users/keeper");
+  EXPECT_TRUE(decide(true, request_id)->withdrawn_at.has_value()) << "a retry that comes late grants nothing";
+  const auto again = decide(true, NewUuid());
+  EXPECT_GT(again->granted_sequence, granted->granted_sequence);
+  Transaction t = Begin();
+  const auto holding = ListClearances(t, {"users/jane", "", false}, 0, 10);
+  ASSERT_EQ(holding->size(), 1u);
+  EXPECT_EQ(holding->front().granted_sequence, again->granted_sequence);
+  const auto ever = ListClearances(t, {"", "customers/kappa", true}, 0, 10);
+  ASSERT_EQ(ever->size(), 2u);
+  EXPECT_EQ(ever->back().granted_sequence, granted->granted_sequence);
+  EXPECT_EQ(ListClearances(t, {"", "", true}, again->granted_sequence, 10)->size(), 1u);
+  EXPECT_THAT(*ListClearances(t, {"users/jan", "", true}, 0, 10), IsEmpty());
+  const ClearanceOrder other{"users/jack", "customers/kappa", "users/keeper", request_id};
+  EXPECT_EQ(GrantClearance(t, other).status().code(), absl::StatusCode::kAlreadyExists);
+}
+
+// A study of a month that is gone cannot be told to be anybody's.
+TEST_F(ClearancesTest, WhatCannotBeToldIsHidden) {
+  PutCustomersPart(plant(), "kappa", true, calibrations_);
+  Transaction t = Begin();
+  const auto parts = t.Execute(
+      "SELECT parts_of_record('00000000-0000-7000-8000-000000000000') IS NULL, "
+      "(SELECT parts_of_record(record_id) = ARRAY['kappa-part'] FROM record_names WHERE name = "
+      "'scans/kappa-scan'), (SELECT parts_of_record(record_id) = '{}' FROM record_names WHERE name "
+      "= 'machines/m1@1')");
+  ASSERT_TRUE(parts.ok()) << parts.status();
+  for (int column = 0; column < 3; ++column) EXPECT_TRUE(parts->Bool(0, column)) << column;
+  ASSERT_TRUE(t.Execute("SET LOCAL session_replication_role = replica").ok());
+  ASSERT_TRUE(
+      t.Execute("DELETE FROM record_entries USING record_names n WHERE n.record_id = record_entries.record_id AND "
+                "n.name = 'scans/kappa-scan'")
+          .ok());
+  ASSERT_TRUE(t.Execute("SET LOCAL session_replication_role = DEFAULT").ok());
+  const auto study = t.Execute("SELECT bool_and(parts_of_record(study_id) IS NULL) FROM studies");
+  ASSERT_TRUE(study.ok()) << study.status();
+  EXPECT_TRUE(study->Bool(0, 0));
+}
+
+// One part of a hundred, at a plant whose other parts are made every day: its rows are found by its blades, not by leaving out all
+// others, however old they are.
+TEST_F(ClearancesTest, AReaderOfOnePartOfAHundredReadsNoMonths) {
+  constexpr int kParts = 100, kEach = 60;
+  {
+    Transaction t = Begin();
+    for (int i = 0; i < kParts; ++i) {
+      const std::string id = "p" + std::to_string(i);
+      sixpoint::testing::RegisterPart(t, id);
+      sixpoint::testing::RegisterBlade(t, "sn" + std::to_string(i), id);
+    }
+    // The reader's are the oldest.
+    for (int i = 0; i < kParts; ++i)
+      sixpoint::testing::PutRegistrations(t, "p" + std::to_string(i), "sn" + std::to_string(i), calibrations_, kEach);
+    ASSERT_TRUE(t.Execute("SET LOCAL session_replication_role = replica").ok());
+    ASSERT_TRUE(t.Execute("UPDATE part_revisions SET customer_id = 'of-' || part_id").ok());
+    ASSERT_TRUE(t.Execute("SET LOCAL session_replication_role = DEFAULT").ok());
+    ASSERT_TRUE(t.Commit().ok());
+  }
+  Clear(plant(), "users/jane", "customers/of-p0");
+  Transaction t = Begin();
+  for (const char* table : {"record_entries", "record_names", "registrations", "blades", "part_revisions"})
+    ASSERT_TRUE(t.Execute(std::string("ANALYZE ") + table).ok());
+  const auto sight = SightOf(t, kJane);
+  ASSERT_TRUE(sight.ok()) << sight.status();
+  EXPECT_EQ(sight->hidden_parts.size(), 99u);
+  ASSERT_TRUE(sight->seen_blades.has_value());
+  EXPECT_THAT(*sight->seen_blades, ElementsAre("sn0"));
+  // As PostgreSQL counts what it read: rows of the journal and of registrations, fetched or scanned.
+  const auto rows_read = [&](const Reader& reader, std::size_t wanted) {
+    const std::string counted =
+        "SELECT sum(seq_tup_read + idx_tup_fetch)::bigint FROM pg_stat_xact_user_tables WHERE relname LIKE "
+        "'record\\_entries%' OR relname LIKE 'registrations%'";
+    const auto before = t.Execute(counted);
+    RegistrationFilter filter;
+    filter.reader = reader;
+    const auto begin = std::chrono::steady_clock::now();
+    const auto listed = ListRegistrations(t, filter, 0, 50);
+    const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    EXPECT_TRUE(listed.ok()) << listed.status();
+    EXPECT_EQ(listed->size(), wanted);
+    for (const RegistrationRow& row : *listed) EXPECT_TRUE(reader.sees_all || row.part_id == "p0") << row.part_id;
+    const auto after = t.Execute(counted);
+    const std::int64_t read = after->Int(0, 0) - before->Int(0, 0);
+    std::printf("list of 50 of %d registrations by %s: %ld rows read, %.1f ms\n", kParts * kEach,
+                reader.sees_all ? "everybody" : "a reader of 1 of 100 parts", static_cast<long>(read), ms);
+    return read;
+  };
+  EXPECT_LT(rows_read(Reader::Everything(), 50), 1000);
+  EXPECT_LT(rows_read(kJane, 50), 1000);
+}
+
+}  // namespace
+}  // namespace sixpoint::storage

@@ -1,0 +1,230 @@
+#include "tests/support/customers_parts.h"
+
+#include <cstdio>
+#include <cstdlib>
+#include <utility>
+
+#include "storage/blobs.h"
+#include "storage/clearances.h"
+#include "storage/corrections.h"
+#include "storage/inspections.h"
+#include "storage/plant_registry.h"
+#include "storage/registrations.h"
+#include "storage/retention.h"
+#include "storage/scans.h"
+#include "storage/studies.h"
+#include "tests/support/registered.h"
+#include "tests/support/throwaway_database.h"
+
+namespace sixpoint::testing {
+namespace {
+
+template <typename Value>
+Value Must(absl::StatusOr<Value> value) {
+  if (value.ok()) return *std::move(value);
+  std::fprintf(stderr, "customer's part: %s\n", value.status().ToString().c_str());
+  std::exit(1);
+}
+
+void Must(const absl::Status& status) { Must(status.ok() ? absl::StatusOr<int>(0) : absl::StatusOr<int>(status)); }
+
+std::string IdOf(const std::string& name) { return name.substr(name.find('/') + 1); }
+
+storage::RecordEntry Entry(const std::string& name, const std::vector<std::string>& inputs, const std::string& blade) {
+  storage::RecordEntry entry;
+  entry.kind = name.substr(0, name.find('/') - 1);
+  entry.name = name;
+  entry.inputs = inputs;
+  if (!blade.empty()) entry.blade = blade;
+  entry.machine = "m1";
+  entry.software_version = "test";
+  entry.reader = storage::Reader::Everything();
+  return entry;
+}
+
+std::string PutCalibration(storage::Transaction& transaction, const std::string& kind, const std::string& method) {
+  const std::string id = storage::NewUuid();
+  const std::string request = Must(storage::PutBlob(transaction, "request of " + kind));
+  Must(transaction
+           .Execute("INSERT INTO calibrations (calibration_id, machine_id, kind, method, inputs, request_sha256, "
+                    "valid_from, valid_until, requested_by, software_version) VALUES ($1, 'm1', $2, $3, '{}', $4, "
+                    "'2020-01-01', '2100-01-01', '', 'test')",
+                    storage::Params().Uuid(id).Text(kind).Text(method).Digest(request))
+           .status());
+  storage::RecordEntry entry = Entry("calibrations/" + id, {"machines/m1@1"}, "");
+  entry.kind = "calibration";
+  Must(storage::AppendRecord(transaction, id, entry));
+  return "calibrations/" + id;
+}
+
+// What registrations, corrections and inspections have in common.
+template <typename Row>
+Row ResultOf(const std::string& part_id, const std::string& blade_serial, const MachinesCalibrations& calibrations) {
+  Row row;
+  row.blade_serial = blade_serial;
+  row.machine_id = "m1";
+  row.machine_revision = 1;
+  row.part_id = part_id;
+  row.part_revision = 1;
+  row.sensor_calibration_id = IdOf(calibrations.sensor);
+  row.rotation_calibration_id = IdOf(calibrations.rotation);
+  row.requested_by = "users/maker";
+  row.software_version = "test";
+  return row;
+}
+
+std::string PutRegistration(storage::Transaction& transaction, const std::string& part_id,
+                            const std::string& blade_serial, const MachinesCalibrations& calibrations,
+                            const std::string& scan) {
+  auto row = ResultOf<storage::RegistrationRow>(part_id, blade_serial, calibrations);
+  row.registration_id = storage::NewUuid();
+  row.method = "SIX_POINT";
+  row.outcome = "NOT_CONVERGED";
+  row.weakest_direction = std::vector<double>(6, 0.4);
+  std::vector<std::string> inputs = {"blades/" + blade_serial, calibrations.sensor, calibrations.rotation};
+  if (!scan.empty()) {
+    row.scans = {{IdOf(scan), 1, 1, 0}};
+    inputs.push_back(scan);
+  }
+  const std::string name = "registrations/" + row.registration_id;
+  Must(storage::InsertRegistration(transaction, row, Entry(name, inputs, blade_serial)));
+  return name;
+}
+
+std::string PutCorrection(storage::Transaction& transaction, const CustomersPart& of,
+                          const MachinesCalibrations& calibrations) {
+  auto row = ResultOf<storage::CorrectionRow>(IdOf(of.part), IdOf(of.blade), calibrations);
+  row.correction_id = storage::NewUuid();
+  row.registration_id = IdOf(of.registration);
+  row.nc_template = "X1 (SIXPOINT " + of.word + "/H1)";
+  row.nc_program = "X2 (SIXPOINT " + of.word + "/H1)";
+  row.release = "AUTOMATIC";
+  row.envelope_translation_mm = 2;
+  row.envelope_rotation_deg = 3;
+  row.valid_until = storage::Instant(std::chrono::seconds(4'000'000'000));
+  const std::string name = "corrections/" + row.correction_id;
+  Must(storage::InsertCorrection(transaction, row, Entry(name, {of.registration}, IdOf(of.blade))));
+  return name;
+}
+
+std::string PutInspection(storage::Transaction& transaction, const CustomersPart& of,
+                          const MachinesCalibrations& calibrations) {
+  auto row = ResultOf<storage::InspectionRow>(IdOf(of.part), IdOf(of.blade), calibrations);
+  row.inspection_id = storage::NewUuid();
+  row.registration_id = IdOf(of.registration);
+  row.method = "SIX_POINT";
+  row.verdict = "NOT_MEASURED";
+  row.decision_rule = "rule of " + of.word;
+  row.deviation_point_count = 1;
+  row.scan_ids = {IdOf(of.scan)};
+  const std::string name = "inspections/" + row.inspection_id;
+  Must(storage::InsertInspection(transaction, row, Entry(name, {of.registration}, IdOf(of.blade))));
+  return name;
+}
+
+std::string PutStudy(storage::Transaction& transaction, const CustomersPart& of) {
+  storage::StudyRow row;
+  row.study_id = storage::NewUuid();
+  row.machine_id = "m1";
+  row.kind = "GAUGE";
+  row.inputs = {of.scan};
+  row.request_bytes = "study of " + of.word;
+  row.verdict = "REPORTED";
+  row.result_json = "{}";
+  row.requested_by = "users/maker";
+  row.software_version = "test";
+  storage::RecordEntry entry = Entry("studies/" + row.study_id, {of.scan}, "");
+  entry.kind = "study";
+  Must(storage::InsertStudy(transaction, row, entry));
+  return "studies/" + row.study_id;
+}
+
+void PutScan(storage::Transaction& transaction, const CustomersPart& of) {
+  storage::ScanRow scan;
+  scan.scan_id = IdOf(of.scan);
+  scan.machine_id = "m1";
+  scan.machine_revision = 1;
+  scan.blade_serial = IdOf(of.blade);
+  scan.kind = "airfoil";
+  scan.profile_pitch_mm = 0.1;
+  scan.columns_per_profile = 1280;
+  scan.point_count = 1;
+  scan.encoding = "draco";
+  scan.block_count = 1;
+  scan.profile_count = 1;
+  scan.stored_encoding = "draco";
+  scan.stored_bytes = 1;
+  scan.stored_sha256 = scan.sent_sha256 = std::string(64, '0');
+  Must(storage::InsertScan(transaction, scan, {}, Entry(of.scan, {"machines/m1@1", of.blade}, IdOf(of.blade))));
+}
+
+void PutPart(storage::Transaction& transaction, const CustomersPart& of, bool has_customer) {
+  const std::string surface = Must(storage::PutBlob(transaction, "surface of " + of.word));
+  const storage::TessellationRow tessellation{surface, "stl", surface, 12, 0, true, {-15, -15, -10}, {15, 15, 0}};
+  Must(storage::InsertTessellation(transaction, tessellation, "test"));
+  storage::PartRow part = PartOf(IdOf(of.part), tessellation);
+  if (has_customer) part.customer_id = of.word;
+  storage::RecordEntry entry = Entry("parts/", {}, "");
+  entry.machine.reset();
+  Must(storage::InsertPart(transaction, part, entry));
+  Must(storage::InsertBlade(transaction, {IdOf(of.blade), part.part_id, {}}, entry));
+}
+
+template <typename Decide>
+void Decided(storage::Database* database, const Decide& decide) {
+  storage::Transaction transaction = Must(database->Begin(Soon(60)));
+  decide(transaction);
+  Must(transaction.Commit());
+}
+
+}  // namespace
+
+MachinesCalibrations PutCalibratedMachine(storage::Database* database) {
+  storage::Transaction transaction = Must(database->Begin(Soon(60)));
+  RegisterMachine(transaction, "m1");
+  MachinesCalibrations calibrations;
+  calibrations.sensor = PutCalibration(transaction, "sensor", "JOINT");
+  calibrations.rotation = PutCalibration(transaction, "rotation", "LINES");
+  Must(transaction.Commit());
+  return calibrations;
+}
+
+CustomersPart PutCustomersPart(storage::Database* database, const std::string& word, bool has_customer,
+                               const MachinesCalibrations& calibrations) {
+  CustomersPart made;
+  made.word = word;
+  made.part = "parts/" + word + "-part";
+  made.blade = "blades/" + word + "-sn";
+  made.scan = "scans/" + word + "-scan";
+  made.deletion = "deletions/" + word + "-scan";
+  Decided(database, [&](storage::Transaction& transaction) {
+    PutPart(transaction, made, has_customer);
+    PutScan(transaction, made);
+    made.registration = PutRegistration(transaction, IdOf(made.part), IdOf(made.blade), calibrations, made.scan);
+    made.correction = PutCorrection(transaction, made, calibrations);
+    made.inspection = PutInspection(transaction, made, calibrations);
+    made.study = PutStudy(transaction, made);
+  });
+  Must(storage::DeleteScanPoints(database, nullptr,
+                                 {IdOf(made.scan), "of " + word, "users/maker", "test", std::nullopt}, Soon(60)));
+  return made;
+}
+
+void PutRegistrations(storage::Transaction& transaction, const std::string& part_id, const std::string& blade_serial,
+                      const MachinesCalibrations& calibrations, int count) {
+  for (int i = 0; i < count; ++i) PutRegistration(transaction, part_id, blade_serial, calibrations, "");
+}
+
+void Clear(storage::Database* database, const std::string& holder, const std::string& scope) {
+  Decided(database, [&](storage::Transaction& transaction) {
+    Must(storage::GrantClearance(transaction, {holder, scope, "users/keeper", storage::NewUuid()}));
+  });
+}
+
+void Unclear(storage::Database* database, const std::string& holder, const std::string& scope) {
+  Decided(database, [&](storage::Transaction& transaction) {
+    Must(storage::WithdrawClearance(transaction, {holder, scope, "users/keeper", storage::NewUuid()}));
+  });
+}
+
+}  // namespace sixpoint::testing

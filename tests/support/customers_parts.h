@@ -1,0 +1,37 @@
+// Parts that have a customer, each with a blade and one of everything that is recorded of it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "storage/database.h"
+
+namespace sixpoint::testing {
+
+// Names of what is recorded of one part; `word` is in all that a person chose.
+struct CustomersPart {
+  std::string word, part, blade, scan, registration, correction, inspection, study, deletion;
+
+  std::vector<std::string> names() const {
+    return {part, blade, scan, registration, correction, inspection, study, deletion};
+  }
+};
+
+// Machine m1 with a calibration of its sensor and one of its axes, which rest on nothing.
+struct MachinesCalibrations {
+  std::string sensor, rotation;  // calibrations/{uuid}
+};
+MachinesCalibrations PutCalibratedMachine(storage::Database* database);
+
+// WORD-part of the customer WORD (empty: everybody's), with WORD-sn and so on; all of it on machine m1. Ends the program where it cannot.
+CustomersPart PutCustomersPart(storage::Database* database, const std::string& word, bool has_customer,
+                               const MachinesCalibrations& calibrations);
+// So many more registrations of its blade.
+void PutRegistrations(storage::Transaction& transaction, const std::string& part_id, const std::string& blade_serial,
+                      const MachinesCalibrations& calibrations, int count);
+
+// That somebody is cleared from now on, or no more.
+void Clear(storage::Database* database, const std::string& holder, const std::string& scope);
+void Unclear(storage::Database* database, const std::string& holder, const std::string& scope);
+
+}  // namespace sixpoint::testing
