@@ -23,7 +23,7 @@ CREATE TABLE accounts (
     AND octet_length(issuer_subject) <= 255),
   CONSTRAINT accounts_times CHECK (isfinite(created_at) AND isfinite(changed_at))
 );
-COMMENT ON TABLE accounts IS 'Who may sign in, as it stands now; what was done to it is in account_events. No row ever goes.';
+COMMENT ON TABLE accounts IS 'Who may sign in, as it stands now; what was done to it is in account_events.';
 COMMENT ON COLUMN accounts.name IS 'users/jane, as the record names who asked.';
 COMMENT ON COLUMN accounts.sign_in_method IS 'password, or oidc: the plant''s identity provider.';
 COMMENT ON COLUMN accounts.password_phc IS 'What argon2id makes of the password, with its parameters and salt.';

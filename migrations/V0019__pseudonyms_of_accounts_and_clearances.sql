@@ -31,12 +31,12 @@ DECLARE
 BEGIN
   IF EXISTS (SELECT 1 FROM accounts a WHERE a.name = 'users/' || of_user AND NOT a.disabled) THEN
     RAISE EXCEPTION 'name: users/%, an account that counts, want it disabled before it is forgotten', of_user
-      USING ERRCODE = 'object_not_in_prerequisite_state';
+      USING ERRCODE = 'restrict_violation';
   END IF;
   IF EXISTS (SELECT 1 FROM session_ends s WHERE s.account = 'users/' || of_user
              AND s.ended_before > clock_timestamp() - interval '20 minutes') THEN
     RAISE EXCEPTION 'name: users/%, whose sessions ended less than 20 minutes ago, want it forgotten after that', of_user
-      USING ERRCODE = 'object_not_in_prerequisite_state';
+      USING ERRCODE = 'restrict_violation';
   END IF;
   UPDATE persons SET user_name = NULL, forgotten_at = clock_timestamp() WHERE user_name = of_user RETURNING pseudonym INTO was;
   DELETE FROM certificate_renewals WHERE identity = 'users/' || of_user;

@@ -13,6 +13,8 @@
 #include "simulator/registry.h"
 #include "sixpoint/access/v1/access.pb.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
+#include "sixpoint/plant/v1/account.grpc.pb.h"
+#include "sixpoint/plant/v1/clearance.grpc.pb.h"
 #include "sixpoint/plant/v1/person.grpc.pb.h"
 #include "sixpoint/plant/v1/record.grpc.pb.h"
 #include "storage/blob_store.h"
@@ -304,6 +306,12 @@ TEST_F(Door, TheRecordSaysWhoByTheCertificateWhateverTheRequestSays) {
   EXPECT_FALSE(Denials("ROLE_MISSING").empty());
 }
 
+std::unique_ptr<grpc::ClientContext> Call() {
+  auto context = std::make_unique<grpc::ClientContext>();
+  context->set_deadline(Within(20));
+  return context;
+}
+
 // Of every row of every table, after all kinds of calls.
 TEST_F(Door, APersonsNameIsInOneTableAndIsForgotten) {
   const auto credentials = Of(plant_.certificates().User("jane.doe", {Role::kEngineer, Role::kAdmin}));
@@ -321,6 +329,25 @@ TEST_F(Door, APersonsNameIsInOneTableAndIsForgotten) {
       plant::v1::PlantService::NewStub(ChannelTo("plant", poor))->CreateBlade(&refusing, refused, &blade).error_code(),
       grpc::StatusCode::PERMISSION_DENIED);
   EXPECT_FALSE(Denials("ROLE_MISSING").empty());
+  plant::v1::CreateAccountRequest creating;
+  creating.set_name("users/jane.doe");
+  creating.add_roles(access::v1::ROLE_ENGINEER);
+  creating.set_password("correct horse battery");
+  plant::v1::Account account;
+  const auto accounts = plant::v1::AccountService::NewStub(channel);
+  const auto done = [](const grpc::Status& status) {
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return status.ok();
+  };
+  ASSERT_TRUE(done(accounts->CreateAccount(Call().get(), creating, &account)));
+  plant::v1::GrantClearanceRequest granting;
+  granting.set_holder("users/jane.doe");
+  granting.set_scope("customers/acme");
+  granting.set_request_id(storage::NewUuid());
+  plant::v1::Clearance clearance;
+  ASSERT_TRUE(done(plant::v1::ClearanceService::NewStub(channel)->GrantClearance(Call().get(), granting, &clearance)));
+  EXPECT_EQ(clearance.holder(), "users/jane.doe");
+  EXPECT_EQ(clearance.granted_by(), "users/jane.doe");
 
   const auto owner = storage::Database::Open(database_.conninfo(), 1);
   const auto tables_that_say = [&](const std::string& name) {
@@ -338,15 +365,28 @@ TEST_F(Door, APersonsNameIsInOneTableAndIsForgotten) {
     }
     return found;
   };
-  EXPECT_THAT(tables_that_say("jane.doe"), ::testing::ElementsAre("persons"));
+  EXPECT_THAT(tables_that_say("jane.doe"), ::testing::UnorderedElementsAre("persons", "accounts"));
 
   plant::v1::ForgetPersonRequest forget;
   forget.set_name("users/jane.doe");
-  grpc::ClientContext forgetting;
-  forgetting.set_deadline(Within(10));
   plant::v1::Person person;
-  const grpc::Status forgot = plant::v1::PersonService::NewStub(channel)->ForgetPerson(&forgetting, forget, &person);
-  ASSERT_TRUE(forgot.ok()) << forgot.error_message();
+  const auto persons = plant::v1::PersonService::NewStub(channel);
+  const auto is_refused_for = [&](const std::string& words) {
+    const grpc::Status status = persons->ForgetPerson(Call().get(), forget, &person);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+    EXPECT_THAT(status.error_message(), HasSubstr(words));
+  };
+  is_refused_for("want it disabled");
+  plant::v1::DisableAccountRequest disabling;
+  disabling.set_name("users/jane.doe");
+  ASSERT_TRUE(done(accounts->DisableAccount(Call().get(), disabling, &account)));
+  is_refused_for("less than 20 minutes ago");
+  {
+    auto transaction = owner->Begin(Soon());
+    ASSERT_TRUE(transaction->Execute("UPDATE session_ends SET ended_before = ended_before - interval '1 hour'").ok());
+    ASSERT_TRUE(transaction->Commit().ok());
+  }
+  ASSERT_TRUE(done(persons->ForgetPerson(Call().get(), forget, &person)));
   EXPECT_TRUE(person.user().empty());
   EXPECT_THAT(tables_that_say("jane.doe"), ::testing::IsEmpty());
   plant::v1::GetRecordEntryRequest entry_request;
