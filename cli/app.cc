@@ -38,6 +38,7 @@ void AddCommands(Command* root, Session* session) {
   AddGlobalOptions(root, session);
   AddLocalPlantCommands(root, session);
   AddCertsCommands(root, session);
+  AddAccountsCommands(root, session);
   AddPersonCommands(root, session);
   AddClearanceCommands(root, session);
   AddMachineCommands(root, session);

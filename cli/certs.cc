@@ -84,7 +84,8 @@ absl::StatusOr<Identity> WishedIdentity(const CertsArguments& arguments) {
     if (wished->name == area) return wished;
     areas += (areas.empty() ? "" : ", ") + std::string(area);
   }
-  return runtime::Refuse("NAME", arguments.who, "services/ and one of " + areas);
+  if (wished->Has(identity::Role::kGateway)) return wished;
+  return runtime::Refuse("NAME", arguments.who, "services/ and one of " + areas + ", gateway");
 }
 
 // Empty, or what is to be renewed: nobody's credentials are lost by a wrong folder's name.
@@ -123,8 +124,9 @@ absl::Status Issue(Session* session, const CertsArguments& arguments) {
 absl::Status Offer(Session* session, const CertsArguments& arguments) {
   const absl::StatusOr<Identity> wished = WishedIdentity(arguments);
   if (!wished.ok()) return wished.status();
-  if (wished->kind == identity::Kind::kService)
-    return runtime::Refuse("NAME", arguments.who, "machines/ID or users/NAME; a service is given its folder");
+  if (wished->Has(identity::Role::kService))
+    return runtime::Refuse("NAME", arguments.who,
+                           "machines/ID, users/NAME or services/gateway; another service is given its folder");
   absl::StatusOr<Authority> authority = OpenAuthority(AuthorityFolder(*session, arguments));
   if (!authority.ok()) return authority.status();
   const absl::StatusOr<identity::Credentials> credentials =
@@ -295,8 +297,8 @@ void AddCertsCommands(Command* app, Session* session) {
                   "What its certificate calls the plant; without it, this computer's name");
   for (Command* command : {issue, offer, list, revoke})
     command->AddOption("--authority", &arguments->authority, authority_help);
-  issue->AddOption("NAME", &arguments->who, "machines/ID, users/NAME or services/AREA")->Required();
-  offer->AddOption("NAME", &arguments->who, "machines/ID or users/NAME")->Required();
+  issue->AddOption("NAME", &arguments->who, "machines/ID, users/NAME, services/AREA or services/gateway")->Required();
+  offer->AddOption("NAME", &arguments->who, "machines/ID, users/NAME or services/gateway")->Required();
   offer->AddOption("--hours", &arguments->offer_hours, "How long the code is good")->Within(1, 720)->ShowDefault();
   take->AddOption("--code", &arguments->code, "As `certs offer` printed it")->Required();
   take->AddOption("--out", &arguments->folder, "Folder for identity.pem and authority.pem")->Required();
@@ -311,7 +313,8 @@ void AddCertsCommands(Command* app, Session* session) {
         ->Within(1, kLongest_days)
         ->ShowDefault();
   }
-  issue->AddOption("--host", &arguments->hosts, "Of a service: by which clients reach it; repeatable")->Repeat();
+  issue->AddOption("--host", &arguments->hosts, "Of a service but the gateway: by which clients reach it; repeatable")
+      ->Repeat();
   list->AddFlag("--all", &arguments->all, "Also what has expired or was revoked");
   revoke
       ->AddOption("SERIAL|NAME", &arguments->who, "One certificate, or all that still count of users/NAME or the like")
@@ -320,7 +323,7 @@ void AddCertsCommands(Command* app, Session* session) {
   renew->AddFlag("--all", &arguments->all, "Also what is not due");
   renew
       ->AddOption("--holder", &arguments->holders,
-                  "A user whose certificate is followed as machines' are, users/mes; repeatable")
+                  "A user, or services/gateway, whose certificate is followed as machines' are; repeatable")
       ->Repeat();
 }
 

@@ -35,6 +35,7 @@ void AddPlantCommands(Command* app, Session* session);
 void AddLocalPlantCommands(Command* app, Session* session);
 void AddCertsCommands(Command* app, Session* session);
 void AddClearanceCommands(Command* app, Session* session);
+void AddAccountsCommands(Command* app, Session* session);
 void AddCompletionCommand(Command* app, Session* session);
 void AddCalibrateStudyCommands(Command* calibrate, Session* session);  // two of calibrate's, written with study's
 void AddStudyCommands(Command* app, Session* session);

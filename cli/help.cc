@@ -15,7 +15,7 @@ struct Group {
 
 const std::vector<Group>& Groups() {
   static const auto* groups = new std::vector<Group>{
-      {"A plant on this machine", {"up", "down", "status", "certs", "clearance"}},
+      {"A plant on this machine", {"up", "down", "status", "certs", "accounts", "person", "clearance"}},
       {"What there is", {"machine", "artefact", "part", "blade"}},
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
@@ -40,6 +40,10 @@ const std::map<std::string, const char*>& Examples() {
        "sixpoint certs issue machines/sarix-1 --out sarix-1 --valid-days 397\n"
        "sixpoint certs issue services/plant --host plant.example --host 10.1.2.3 --out plant"},
       {"certs list", "sixpoint certs list --all"},
+      {"accounts create",
+       "sixpoint accounts create jane --role engineer --role quality\n"
+       "pass plant/jane | sixpoint accounts create jane --role engineer --password-file -"},
+      {"accounts roles", "sixpoint accounts roles jane --role quality"},
       {"certs revoke",
        "sixpoint certs revoke users/jane\n"
        "sixpoint certs revoke 5b1f9c02d4"},

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 struct UpArguments {
   std::string migrations;
   PlantSettings settings;
-  const Option *base_port = nullptr, *listen = nullptr, *announce = nullptr, *blob_store = nullptr;
+  const Option *base_port = nullptr, *listen = nullptr, *announce = nullptr, *blob_store = nullptr, *oidc = nullptr;
 };
 
 fs::path OwnFolder() { return fs::canonical("/proc/self/exe").parent_path(); }
@@ -90,6 +90,7 @@ PlantSettings SettingsOf(const UpArguments& arguments, PlantSettings settings) {
   }
   if (arguments.announce->given()) settings.announce = given.announce;
   if (arguments.blob_store->given()) settings.blob_store = given.blob_store;
+  if (arguments.oidc->given()) settings.oidc = given.oidc == "none" ? "" : given.oidc;
   return settings;
 }
 
@@ -143,6 +144,10 @@ void AddLocalPlantCommands(Command* app, Session* session) {
       up->AddOption("--blob-store", &settings->blob_store,
                     "Where new clouds go: postgresql, or s3:// and the path of a file that the user sixpoint owns")
           ->ShowDefault();
+  arguments->oidc =
+      up->AddOption("--oidc", &settings->oidc,
+                    "The identity provider by which people sign in: a YAML file that the user sixpoint may "
+                    "read, or none");
   session->OnCommand(up, [session, arguments] { return Up(session, *arguments); });
   session->OnCommand(down, [session] { return Down(session); });
   session->OnCommand(status, [session] { return PrintHealth(session); });

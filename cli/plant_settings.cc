@@ -18,6 +18,8 @@ bool IsPlainPath(const std::string& path) {
 absl::Status CheckSettings(const PlantSettings& settings) {
   if (const auto address = settings.Address(); !address.ok()) return address.status();
   const std::string s3 = "s3://";
+  if (!settings.oidc.empty() && !IsPlainPath(settings.oidc))
+    return runtime::Refuse("--oidc", settings.oidc, "none, or a path from / on of letters, digits and /._-+@");
   const bool in_s3 = settings.blob_store.rfind(s3, 0) == 0 && IsPlainPath(settings.blob_store.substr(s3.size()));
   if (in_s3 || settings.blob_store == "postgresql") return absl::OkStatus();
   return runtime::Refuse("--blob-store", settings.blob_store,
@@ -31,13 +33,14 @@ absl::StatusOr<PlantSettings> ParseSettings(const std::string& name, const std::
   const Field root(&*document, "", &problems);
   if (!document->is_object()) root.Refuse("an object");
   // `insecure` is of a release before mutual TLS: its files are read, whatever it says there, and written without it.
-  root.OnlyKeys({"base_port", "listen", "announce", "insecure", "blob_store"});
+  root.OnlyKeys({"base_port", "listen", "announce", "insecure", "blob_store", "oidc"});
   PlantSettings settings;
   if (const auto field = root.Find("base_port"))
     settings.base_port = static_cast<int>(field->Whole(kLowestPort, kHighestBasePort));
   if (const auto field = root.Find("listen")) settings.listen = field->Text();
   if (const auto field = root.Find("announce")) settings.announce = field->Text();
   if (const auto field = root.Find("blob_store")) settings.blob_store = field->Text();
+  if (const auto field = root.Find("oidc")) settings.oidc = field->Text();
   const absl::Status wrong = problems.empty() ? CheckSettings(settings) : problems.ToStatus();
   if (!wrong.ok()) return absl::InvalidArgumentError(name + ": " + std::string(wrong.message()));
   return settings;
@@ -47,6 +50,7 @@ std::string SettingsText(const PlantSettings& settings) {
   nlohmann::ordered_json text = {
       {"base_port", settings.base_port}, {"listen", settings.listen}, {"blob_store", settings.blob_store}};
   if (!settings.announce.empty()) text["announce"] = settings.announce;
+  if (!settings.oidc.empty()) text["oidc"] = settings.oidc;
   return text.dump(2) + "\n";
 }
 

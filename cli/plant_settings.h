@@ -15,6 +15,7 @@ struct PlantSettings {
   int base_port = 7400;
   std::string listen = "127.0.0.1", announce;  // an empty `announce` is `listen`
   std::string blob_store = "postgresql";
+  std::string oidc;  // the identity provider's file (docs/access.md); empty: none
 
   absl::StatusOr<ListenAddress> Address() const { return ListenAddressOf(listen, announce); }
 };

@@ -147,6 +147,9 @@ std::string NextStep(const absl::Status& status, const std::string& server) {
   }
   if (runtime::HasReason(status, errors::v1::POINTS_DELETED))
     return "its values and results are still there: sixpoint scan show ID";
+  if (runtime::HasReason(status, errors::v1::ACCOUNT_NOT_FOUND) ||
+      runtime::HasReason(status, errors::v1::ACCOUNT_EXISTS))
+    return "see which there are: sixpoint accounts list";
   if (runtime::HasReason(status, errors::v1::RENEWAL_NOT_OFFERED))
     return "`sixpoint certs renew` on the plant's computer makes one, once it is due; until when yours holds: sixpoint "
            "certs show";

@@ -25,6 +25,7 @@ std::string ServiceCommand(const LocalPlant& plant, std::size_t area) {
                         plant.revoked().string() +
                         PeersText(plant, name == "plant" ? &LocalPlant::AnnouncedAt : &LocalPlant::OwnAddress);
   if (name == "ingest") command += " --blob-store " + plant.settings.blob_store;
+  if (name == "plant" && !plant.settings.oidc.empty()) command += " --oidc " + plant.settings.oidc;
   return command;
 }
 

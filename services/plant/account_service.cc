@@ -174,13 +174,13 @@ grpc::Status AccountService::SetPassword(grpc::ServerContext* context, const v1:
 grpc::Status AccountService::ChangeOwnPassword(grpc::ServerContext* context,
                                                const v1::ChangeOwnPasswordRequest* request,
                                                v1::ChangeOwnPasswordResponse*) {
+  if (absl::Status status = identity::CheckNewPassword("new_password", request->new_password()); !status.ok())
+    return ToGrpc(status);
   const std::optional<identity::Session> session = runtime::SessionOf(*context);
   if (!session || session->signed_in_by != identity::SignedInBy::kPassword)
     return ToGrpc(
         Failure(errors::v1::ROLE_MISSING, "ChangeOwnPassword: " + runtime::RequestedBy(*context) +
                                               ", want a person who signed in with a password over the gateway"));
-  if (absl::Status status = identity::CheckNewPassword("new_password", request->new_password()); !status.ok())
-    return ToGrpc(status);
   const std::string name = session->person.Text();
   const absl::StatusOr<AccountRow> before = desk_.CheckOwnPassword(*context, name, request->old_password());
   if (!before.ok()) return ToGrpc(before.status());

@@ -126,7 +126,7 @@ absl::StatusOr<identity::KeySet> IdentityProvider::Get() const {
 
 IdentityProvider::Keys IdentityProvider::KeysYoungerThan(seconds age) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  const Clock::time_point now = Clock::now();
+  const Clock::time_point now = now_();
   if (keys_ != nullptr && now - got_at_ < age) return keys_;
   const seconds between = keys_ == nullptr ? kBetweenTriesWithout : kBetweenTries;
   if (!tried_at_ || now - *tried_at_ >= between) {

@@ -15,6 +15,7 @@
 #include <absl/status/statusor.h>
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -36,7 +37,10 @@ absl::StatusOr<IdentityProviderConfig> ReadIdentityProviderConfig(const std::str
 // Thread-safe.
 class IdentityProvider {
  public:
-  explicit IdentityProvider(IdentityProviderConfig config) : config_(std::move(config)) {}
+  using Clock = std::chrono::steady_clock;
+  // `now`: a test has its own.
+  explicit IdentityProvider(IdentityProviderConfig config, std::function<Clock::time_point()> now = Clock::now)
+      : config_(std::move(config)), now_(std::move(now)) {}
 
   // As identity::JudgeIdToken, by the provider's keys as they were got within the last hour; of a key that is not among them they are
   // got again, at most once a minute. UNAVAILABLE (IDENTITY_PROVIDER_AWAY) where there are none.
@@ -44,13 +48,13 @@ class IdentityProvider {
   const std::string& issuer() const { return config_.policy.issuer; }
 
  private:
-  using Clock = std::chrono::steady_clock;
   using Keys = std::shared_ptr<const identity::KeySet>;
   // Got now where what there is is older than that; what there was stays where it cannot be had.
   Keys KeysYoungerThan(std::chrono::seconds age);
   absl::StatusOr<identity::KeySet> Get() const;
 
   const IdentityProviderConfig config_;
+  const std::function<Clock::time_point()> now_;
   std::mutex mutex_;  // held while they are got: one at a time
   Keys keys_;
   std::optional<Clock::time_point> tried_at_;

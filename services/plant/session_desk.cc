@@ -55,6 +55,16 @@ absl::Status Ended(const std::string& account, const std::string& how) {
                  {{"resource", account}});
 }
 
+// That a plant's own service gave it, over or not.
+absl::Status CheckOurs(const std::string& token, const identity::SessionJudgement& judged) {
+  if (token.empty()) return runtime::Refuse("token", "", "a session's");
+  if (judged.standing == identity::SessionStanding::kUndecidable)
+    return Failure(errors::v1::SERVICE_NOT_READY, judged.why_not);
+  if (judged.standing == identity::SessionStanding::kNotValid)
+    return Failure(errors::v1::SESSION_NOT_VALID, judged.why_not);
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 access::v1::Role RoleToProto(identity::Role role) {
@@ -297,12 +307,9 @@ absl::StatusOr<v1::Session> SessionDesk::Given(const AccountRow& account, Instan
 
 absl::StatusOr<v1::Session> SessionDesk::Renew(const grpc::ServerContext& context, const std::string& token) {
   const identity::SessionJudgement judged = sessions_.Judge(token);
+  if (absl::Status ours = CheckOurs(token, judged); !ours.ok()) return ours;
   const std::string name = judged.session.person.Text();
   if (judged.standing == identity::SessionStanding::kOver) return Ended(name, "over");
-  if (judged.standing == identity::SessionStanding::kUndecidable)
-    return Failure(errors::v1::SERVICE_NOT_READY, judged.why_not);
-  if (judged.standing != identity::SessionStanding::kGood)
-    return Failure(errors::v1::SESSION_NOT_VALID, judged.why_not);
   return InTransaction(database_, context, [&](Transaction& transaction) -> absl::StatusOr<v1::Session> {
     const absl::StatusOr<std::optional<AccountRow>> account = storage::LockAccount(transaction, name);
     if (!account.ok()) return account.status();
@@ -319,11 +326,8 @@ absl::StatusOr<v1::Session> SessionDesk::Renew(const grpc::ServerContext& contex
 
 absl::Status SessionDesk::SignOut(const grpc::ServerContext& context, const std::string& token) {
   const identity::SessionJudgement judged = sessions_.Judge(token);
+  if (absl::Status ours = CheckOurs(token, judged); !ours.ok()) return ours;
   if (judged.standing == identity::SessionStanding::kOver) return absl::OkStatus();
-  if (judged.standing == identity::SessionStanding::kUndecidable)
-    return Failure(errors::v1::SERVICE_NOT_READY, judged.why_not);
-  if (judged.standing != identity::SessionStanding::kGood)
-    return Failure(errors::v1::SESSION_NOT_VALID, judged.why_not);
   const std::string name = judged.session.person.Text();
   const auto done = InTransaction(database_, context, [&](Transaction& transaction) -> absl::StatusOr<bool> {
     const absl::StatusOr<std::optional<AccountRow>> account = storage::LockAccount(transaction, name);

@@ -18,12 +18,14 @@ TEST(PlantSettings, AreReadAsTheyWereWritten) {
   settings.listen = "0.0.0.0";
   settings.announce = "plant.example";
   settings.blob_store = "s3:///etc/sixpoint/s3.yaml";
+  settings.oidc = "/etc/sixpoint/oidc.yaml";
   const auto read = ParseSettings("plant.json", SettingsText(settings));
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(read->base_port, 8400);
   EXPECT_EQ(read->listen, "0.0.0.0");
   EXPECT_EQ(read->announce, "plant.example");
   EXPECT_EQ(read->blob_store, "s3:///etc/sixpoint/s3.yaml");
+  EXPECT_EQ(read->oidc, "/etc/sixpoint/oidc.yaml");
 }
 
 TEST(PlantSettings, OfAnEmptyFileAreTheUsualOnes) {
@@ -50,6 +52,11 @@ TEST(PlantSettings, OfAReleaseBeforeMutualTlsAreRead) {
 
 // It becomes words of supervisord's configuration, where a blank, a % or a new line would be more than a path.
 TEST(PlantSettings, ABlobStoreIsOneWord) {
+  for (const char* oidc : {"relative.yaml", "/a b", "/a%(x)s", "/a;b"}) {
+    PlantSettings settings;
+    settings.oidc = oidc;
+    EXPECT_THAT(std::string(CheckSettings(settings).message()), HasSubstr("--oidc: " + std::string(oidc)));
+  }
   for (const char* blob_store : {"s3://relative.yaml", "s3:///a b", "s3:///a%(x)s", "s3:///a;b", "s3://", "disk"}) {
     PlantSettings settings;
     settings.blob_store = blob_store;

@@ -56,6 +56,8 @@ fs::path PlantCertificates::User(const std::string& name, const std::vector<Role
 
 fs::path PlantCertificates::Machine(const std::string& machine_id) { return IssueTo("machines/" + machine_id, {}); }
 
+fs::path PlantCertificates::Gateway() { return IssueTo("services/gateway", {}); }
+
 fs::path PlantCertificates::Nobody() {
   const fs::path folder = folder_ / "nobody";
   fs::create_directory(folder);

@@ -24,6 +24,8 @@ class PlantCertificates {
   std::filesystem::path Service(const std::string& area);
   std::filesystem::path User(const std::string& name, const std::vector<identity::Role>& roles);
   std::filesystem::path Machine(const std::string& machine_id);
+  // services/gateway, over which people call by their sessions.
+  std::filesystem::path Gateway();
   // Knows the authority, and is nobody: a stranger.
   std::filesystem::path Nobody();
   // Any other: beyond its time soon, reached by another host.

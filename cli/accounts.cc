@@ -1,0 +1,137 @@
+// `sixpoint accounts`: people who sign in at the gateway, what they may do, and until when.
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/commands.h"
+#include "cli/output.h"
+#include "cli/secret_input.h"
+#include "cli/table.h"
+#include "identity/identity.h"
+#include "sixpoint/plant/v1/account.grpc.pb.h"
+
+namespace sixpoint::cli {
+namespace {
+
+using plant::v1::Account;
+using plant::v1::AccountService;
+using Stub = AccountService::Stub;
+
+struct AccountsArguments {
+  std::string name, password_file;
+  std::vector<std::string> roles;
+};
+
+std::string RolesText(const Account& account) {
+  std::string text;
+  for (const int role : account.roles())
+    text += (text.empty() ? "" : ", ") + EnumText(access::v1::Role_Name(static_cast<access::v1::Role>(role)), "ROLE_");
+  return text;
+}
+
+std::string MethodText(const Account& account) {
+  return EnumText(plant::v1::SignInMethod_Name(account.sign_in_method()), "SIGN_IN_METHOD_");
+}
+
+std::string AccountText(const Account& account) {
+  return "who        " + account.name() + "\nroles      " + RolesText(account) + "\nsigns in   " +
+         (account.disabled() ? "not: disabled" : "by " + MethodText(account)) + "\nmade       " +
+         TimeText(account.created_at()) + "\nchanged    " + TimeText(account.changed_at()) + "\n";
+}
+
+// As the contract has them; what a user's roles are the plant says.
+template <typename Request>
+absl::Status SetRoles(const std::vector<std::string>& words, Request* request) {
+  for (const std::string& word : words) {
+    const absl::StatusOr<identity::Role> known = identity::RoleOf("--role", word);
+    if (!known.ok()) return known.status();
+    std::string name = "ROLE_" + word;
+    for (char& c : name) c = c == '-' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    access::v1::Role role = access::v1::ROLE_UNSPECIFIED;
+    access::v1::Role_Parse(name, &role);
+    request->add_roles(role);
+  }
+  return absl::OkStatus();
+}
+
+template <typename Request>
+absl::Status Change(Session* session, grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Account*),
+                    Request request, const AccountsArguments& arguments) {
+  request.set_name(NameText("users", arguments.name));
+  return CallAndPrint<AccountService>(session, "plant", method, request, AccountText).status();
+}
+
+absl::Status Create(Session* session, const AccountsArguments& arguments) {
+  plant::v1::CreateAccountRequest request;
+  if (absl::Status status = SetRoles(arguments.roles, &request); !status.ok()) return status;
+  const absl::StatusOr<std::string> password =
+      ReadSecret("password of " + NameText("users", arguments.name), arguments.password_file, /*twice=*/true);
+  if (!password.ok()) return password.status();
+  request.set_password(*password);
+  return Change(session, &Stub::CreateAccount, std::move(request), arguments);
+}
+
+absl::Status Show(Session* session, const AccountsArguments& arguments) {
+  return Change(session, &Stub::GetAccount, plant::v1::GetAccountRequest(), arguments);
+}
+
+absl::Status Roles(Session* session, const AccountsArguments& arguments) {
+  plant::v1::SetAccountRolesRequest request;
+  if (absl::Status status = SetRoles(arguments.roles, &request); !status.ok()) return status;
+  return Change(session, &Stub::SetAccountRoles, std::move(request), arguments);
+}
+
+absl::Status Password(Session* session, const AccountsArguments& arguments) {
+  plant::v1::SetPasswordRequest request;
+  const absl::StatusOr<std::string> password =
+      ReadSecret("new password of " + NameText("users", arguments.name), arguments.password_file, /*twice=*/true);
+  if (!password.ok()) return password.status();
+  request.set_password(*password);
+  return Change(session, &Stub::SetPassword, std::move(request), arguments);
+}
+
+absl::Status Disable(Session* session, const AccountsArguments& arguments) {
+  return Change(session, &Stub::DisableAccount, plant::v1::DisableAccountRequest(), arguments);
+}
+
+absl::Status Enable(Session* session, const AccountsArguments& arguments) {
+  return Change(session, &Stub::EnableAccount, plant::v1::EnableAccountRequest(), arguments);
+}
+
+}  // namespace
+
+void AddAccountsCommands(Command* app, Session* session) {
+  Command* accounts = app->AddCommand("accounts", "People who sign in at the gateway, and what they may do");
+  accounts->RequireCommand();
+  const auto arguments = std::make_shared<AccountsArguments>();
+  const auto add = [&](const char* name, const char* help, absl::Status (*action)(Session*, const AccountsArguments&)) {
+    Command* const command = accounts->AddCommand(name, help);
+    session->OnCommand(command, [session, arguments, action] { return action(session, *arguments); });
+    command->AddOption("NAME", &arguments->name, "users/NAME, or NAME alone")->Required();
+    return command;
+  };
+  Command* create = add("create", "An account with a password, which is asked for at the terminal", Create);
+  AddListCommand<AccountService>(accounts, session, "Who may sign in", "plant", &Stub::ListAccounts,
+                                 plant::v1::ListAccountsRequest(), Table({"who", "roles", "signs in", "changed"}),
+                                 &plant::v1::ListAccountsResponse::accounts, [](const Account& account) {
+                                   return Cells{account.name(), RolesText(account),
+                                                account.disabled() ? "disabled" : "by " + MethodText(account),
+                                                TimeText(account.changed_at())};
+                                 });
+  add("show", "One account", Show);
+  Command* roles = add("roles", "Its roles from now on; its sessions end", Roles);
+  Command* password = add("password", "Another password; its sessions end", Password);
+  add("disable", "Nobody signs in by it any more; its sessions end", Disable);
+  add("enable", "The opposite", Enable);
+  for (Command* command : {create, roles})
+    command->AddOption("--role", &arguments->roles, "engineer, quality, mes-reader or admin; repeatable")
+        ->Repeat()
+        ->Required();
+  for (Command* command : {create, password})
+    command->AddOption("--password-file", &arguments->password_file,
+                       "A file whose first line it is, - for standard input, fd:N for an open descriptor; without it "
+                       "the terminal asks");
+}
+
+}  // namespace sixpoint::cli
