@@ -130,8 +130,8 @@ IdentityProvider::Keys IdentityProvider::KeysYoungerThan(seconds age) {
   if (keys_ != nullptr && now - got_at_ < age) return keys_;
   const seconds between = keys_ == nullptr ? kBetweenTriesWithout : kBetweenTries;
   if (!tried_at_ || now - *tried_at_ >= between) {
-    tried_at_ = now;
     absl::StatusOr<identity::KeySet> got = Get();
+    tried_at_ = now_();  // who waited for this turn does not wait for another try
     if (got.ok()) {
       keys_ = std::make_shared<const identity::KeySet>(*std::move(got));
       got_at_ = now;

@@ -232,9 +232,10 @@ TEST_F(SignIn, WhateverEndsASessionEndsItsCallsToo) {
   EXPECT_EQ(Look(Jane()).error_code(), grpc::StatusCode::NOT_FOUND);
 }
 
-// Whether the account is there shows in nothing; a restart forgets no failure.
+// Whether the account is there shows in nothing; a restart forgets no failure, and no session.
 TEST_F(SignIn, WhoGuessesWaitsAlsoAfterARestart) {
   plant::v1::Session session;
+  const std::string jane = Jane();
   std::string said;
   for (const char* name : {"users/jane", "users/nobody"}) {
     for (int i = 0; i < 5; ++i) {
@@ -262,6 +263,7 @@ TEST_F(SignIn, WhoGuessesWaitsAlsoAfterARestart) {
        std::this_thread::sleep_for(std::chrono::milliseconds(100)))
     if ((after = Try("users/jane", kPassword, &session)).error_code() != grpc::StatusCode::UNAVAILABLE) break;
   EXPECT_EQ(ReasonOf(after), "SIGN_IN_SLOWED") << after.error_message();
+  EXPECT_EQ(Look(jane).error_code(), grpc::StatusCode::NOT_FOUND) << Look(jane).error_message();
 }
 
 // What the tool says, and that a password is on no command line.
