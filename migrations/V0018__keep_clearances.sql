@@ -159,4 +159,6 @@ COMMENT ON FUNCTION sight_of(text, integer) IS
 
 SELECT make_append_only('clearance_events');
 GRANT SELECT, INSERT ON clearance_events TO sixpoint_plant;
-GRANT SELECT ON clearances TO sixpoint_plant;
+GRANT SELECT ON clearances, restricted_parts TO sixpoint_plant;
+-- What rests on a withdrawn calibration is told as far as it is seen.
+GRANT SELECT (blade_serial, part_id) ON blades TO sixpoint_calibration;

@@ -50,6 +50,9 @@ struct Sight {
   std::optional<std::vector<std::string>>
       seen_blades;  // where something is hidden and these are few: all that are seen
 };
+// Two arrays: hidden parts and, or else NULL, the blades that are seen, which say it alone: PostgreSQL would take both for rarer
+// than either, and read whole months to find them.
+void AddSight(const Sight& sight, Params* params);
 absl::StatusOr<Sight> SightOf(Transaction& transaction, const Reader& reader);
 
 enum class Unrecorded { kIsHidden, kIsSeen };  // for whom something is hidden from

@@ -30,8 +30,8 @@ constexpr char kInsertCorrection[] = "INSERT INTO corrections (" SIXPOINT_CORREC
   "WHERE "
 constexpr char kSelectCorrection[] = SIXPOINT_SELECT_CORRECTIONS "correction_id = $1";
 constexpr char kListCorrections[] = SIXPOINT_SELECT_CORRECTIONS SIXPOINT_RESULT_FILTER(
-    "corrections",
-    "correction") "AND ($10 = '' OR release = $10) AND ($11 = '' OR state = $11) ORDER BY record_sequence DESC LIMIT $12";
+    "corrections", "correction") "AND ($10 = '' OR release = $10) AND ($11 = '' OR state = $11) " SIXPOINT_NEWEST_FIRST
+                                 "LIMIT $12";
 #undef SIXPOINT_SELECT_CORRECTIONS
 #undef SIXPOINT_CORRECTION_COLUMNS
 constexpr char kInsertGroup[] =

@@ -26,7 +26,7 @@ constexpr char kInsertInspection[] = "INSERT INTO inspections (" SIXPOINT_INSPEC
   "inspection_id WHERE "
 constexpr char kSelectInspection[] = SIXPOINT_SELECT_INSPECTIONS "inspection_id = $1";
 constexpr char kListInspections[] = SIXPOINT_SELECT_INSPECTIONS SIXPOINT_RESULT_FILTER(
-    "inspections", "inspection") "AND ($10 = '' OR verdict = $10) ORDER BY record_sequence DESC LIMIT $11";
+    "inspections", "inspection") "AND ($10 = '' OR verdict = $10) " SIXPOINT_NEWEST_FIRST "LIMIT $11";
 #undef SIXPOINT_SELECT_INSPECTIONS
 #undef SIXPOINT_INSPECTION_COLUMNS
 constexpr char kInsertScans[] =

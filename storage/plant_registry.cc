@@ -276,8 +276,7 @@ absl::StatusOr<std::vector<BladeRow>> ListBlades(Transaction& transaction, const
   AddSpan(filter.recorded, &params);
   const absl::StatusOr<Sight> sight = SightOf(transaction, filter.reader);
   if (!sight.ok()) return sight.status();
-  params.Texts(sight->hidden_parts);
-  sight->seen_blades ? params.Texts(*sight->seen_blades) : params.Null();
+  AddSight(*sight, &params);
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlades, params.Int(limit));
   if (!rows.ok()) return rows.status();
   std::vector<BladeRow> blades;

@@ -31,7 +31,7 @@ constexpr char kSelectRegistration[] = SIXPOINT_SELECT_REGISTRATIONS "registrati
 constexpr char kListRegistrations[] =
     SIXPOINT_SELECT_REGISTRATIONS SIXPOINT_RESULT_FILTER("registrations", "registration")
     "AND ($10 = '' OR outcome = $10) AND (NOT $11::boolean OR disagrees) AND NOT ($12::boolean AND for_inspection) "
-    "ORDER BY record_sequence DESC LIMIT $13";
+    SIXPOINT_NEWEST_FIRST "LIMIT $13";
 #undef SIXPOINT_SELECT_REGISTRATIONS
 #undef SIXPOINT_REGISTRATION_COLUMNS
 constexpr char kInsertScan[] =

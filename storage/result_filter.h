@@ -31,6 +31,11 @@ struct ResultFilter {
   "AND ($6::timestamptz IS NULL OR recorded_at >= $6) AND ($7::timestamptz IS NULL OR recorded_at < $7) " \
   "AND part_id <> ALL ($8::text[]) AND ($9::text[] IS NULL OR entry_blade = ANY ($9::text[])) "
 
+// Where blades are named ($9) their rows are found and then sorted: by the index of the order PostgreSQL would walk through everybody's
+// until it met enough of them.
+#define SIXPOINT_NEWEST_FIRST \
+  "ORDER BY (CASE WHEN $9::text[] IS NULL THEN record_sequence ELSE record_sequence + 0 END) DESC "
+
 inline absl::StatusOr<Params> FilterParams(Transaction& transaction, std::int64_t before_sequence,
                                            const ResultFilter& filter) {
   const absl::StatusOr<Sight> sight = SightOf(transaction, filter.reader);
@@ -39,8 +44,7 @@ inline absl::StatusOr<Params> FilterParams(Transaction& transaction, std::int64_
   params.Int(before_sequence).Text(filter.blade_serial).Text(filter.machine_id).Text(filter.part_id);
   params.OptionalUuid(filter.calibration_id);
   AddSpan(filter.recorded, &params);
-  params.Texts(sight->hidden_parts);
-  sight->seen_blades ? params.Texts(*sight->seen_blades) : params.Null();
+  AddSight(*sight, &params);
   return params;
 }
 

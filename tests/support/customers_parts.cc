@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "storage/blobs.h"
+#include "storage/calibrations.h"
 #include "storage/clearances.h"
 #include "storage/corrections.h"
 #include "storage/inspections.h"
@@ -42,19 +43,47 @@ storage::RecordEntry Entry(const std::string& name, const std::vector<std::strin
   return entry;
 }
 
-std::string PutCalibration(storage::Transaction& transaction, const std::string& kind, const std::string& method) {
-  const std::string id = storage::NewUuid();
-  const std::string request = Must(storage::PutBlob(transaction, "request of " + kind));
-  Must(transaction
-           .Execute("INSERT INTO calibrations (calibration_id, machine_id, kind, method, inputs, request_sha256, "
-                    "valid_from, valid_until, requested_by, software_version) VALUES ($1, 'm1', $2, $3, '{}', $4, "
-                    "'2020-01-01', '2100-01-01', '', 'test')",
-                    storage::Params().Uuid(id).Text(kind).Text(method).Digest(request))
-           .status());
-  storage::RecordEntry entry = Entry("calibrations/" + id, {"machines/m1@1"}, "");
+std::string PutCalibration(storage::Transaction& transaction, storage::CalibrationRow row) {
+  row.calibration_id = storage::NewUuid();
+  row.machine_id = "m1";
+  row.inputs = {"machines/m1@1"};
+  row.request_sha256 = Must(storage::PutBlob(transaction, "request of " + row.method));
+  row.valid_from = storage::Instant(std::chrono::seconds(1'600'000'000));
+  row.valid_until = storage::Instant(std::chrono::seconds(4'000'000'000));
+  row.requested_by = "users/maker";
+  row.software_version = "test";
+  storage::RecordEntry entry = Entry(row.name(), row.inputs, "");
   entry.kind = "calibration";
-  Must(storage::AppendRecord(transaction, id, entry));
-  return "calibrations/" + id;
+  Must(storage::InsertCalibration(transaction, row, entry));
+  return row.name();
+}
+
+storage::CalibrationRow Sensor() {
+  storage::CalibrationRow row;
+  row.method = "JOINT";
+  row.sensor.emplace();
+  row.sensor->machine_from_sensor_rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  row.sensor->t_sm_mm = {1, 2, 3};
+  row.sensor->covariance = std::vector<double>(36, 1);
+  row.sensor->alpha_standard_uncertainty_deg = row.sensor->beta_standard_uncertainty_deg = 0.1;
+  row.sensor->gamma_standard_uncertainty_deg = 0.1;
+  row.sensor->condition_number = 1;
+  row.sensor->points_used = 1;
+  return row;
+}
+
+storage::CalibrationRow Rotation() {
+  storage::CalibrationRow row;
+  row.method = "LINES";
+  row.rotation.emplace();
+  row.rotation->a_direction = {0, 1, 0};
+  row.rotation->b_direction = {1, 0, 0};
+  row.rotation->a_point_mm = row.rotation->b_point_mm = row.rotation->point_c_mm = {1, 2, 3};
+  row.rotation->point_c_standard_uncertainty_mm = {0.1, 0.1, 0.1};
+  row.rotation->covariance = std::vector<double>(64, 0);
+  row.rotation->condition_number = 1;
+  row.rotation->poses = {{10, 20, 1.5, false, 2.5}};
+  return row;
 }
 
 // What registrations, corrections and inspections have in common.
@@ -130,7 +159,7 @@ std::string PutStudy(storage::Transaction& transaction, const CustomersPart& of)
   row.inputs = {of.scan};
   row.request_bytes = "study of " + of.word;
   row.verdict = "REPORTED";
-  row.result_json = "{}";
+  row.result_json = "{\"inputs\": [\"" + of.scan + "\"]}";
   row.requested_by = "users/maker";
   row.software_version = "test";
   storage::RecordEntry entry = Entry("studies/" + row.study_id, {of.scan}, "");
@@ -183,8 +212,8 @@ MachinesCalibrations PutCalibratedMachine(storage::Database* database) {
   storage::Transaction transaction = Must(database->Begin(Soon(60)));
   RegisterMachine(transaction, "m1");
   MachinesCalibrations calibrations;
-  calibrations.sensor = PutCalibration(transaction, "sensor", "JOINT");
-  calibrations.rotation = PutCalibration(transaction, "rotation", "LINES");
+  calibrations.sensor = PutCalibration(transaction, Sensor());
+  calibrations.rotation = PutCalibration(transaction, Rotation());
   Must(transaction.Commit());
   return calibrations;
 }

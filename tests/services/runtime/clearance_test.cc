@@ -80,16 +80,18 @@ TEST_F(ClearanceTest, RulesThatNameNothingAskNothing) {
 // As where a contract without such a rule had been built after all.
 TEST_F(ClearanceTest, AMethodThatSaysNothingOfPartsIsForWhoSeesAll) {
   google::protobuf::FileDescriptorProto file;
-  google::protobuf::DescriptorPool::generated_pool()->FindFileByName("sixpoint/ingest/v1/ingest.proto")->CopyTo(&file);
-  for (auto& service : *file.mutable_service())
-    for (auto& method : *service.mutable_method()) method.clear_options();
   file.set_name("without_rules.proto");
-  file.set_package("without");
+  file.add_dependency("sixpoint/ingest/v1/ingest.proto");
+  auto& service = *file.add_service();
+  service.set_name("WithoutRules");
+  service.add_method()->set_name("GetScan");
+  service.mutable_method(0)->set_input_type(".sixpoint.ingest.v1.GetScanRequest");
+  service.mutable_method(0)->set_output_type(".sixpoint.ingest.v1.GetScanRequest");
+  ASSERT_NE(ingest::v1::GetScanRequest::descriptor(), nullptr);  // its file is in the pool from here on
   google::protobuf::DescriptorPool pool(google::protobuf::DescriptorPool::generated_pool());
   const auto* built = pool.BuildFile(file);
   ASSERT_NE(built, nullptr);
-  const auto* method = built->FindServiceByName("ScanService")->FindMethodByName("GetScan");
-  ASSERT_NE(method, nullptr);
+  const auto* method = built->service(0)->method(0);
   ingest::v1::GetScanRequest scan;
   scan.set_name("scans/open");
   EXPECT_FALSE(Clearance(fake_).Check(*method, {"users/jane"}, scan, {}).ok());
