@@ -51,6 +51,12 @@ class AdmittedMethod : public MethodHandler {
 
   void RunHandler(const HandlerParameter& call) override {
     auto* const request = static_cast<grpc_byte_buffer*>(call.request);
+    // How many stream their requests at once is their handlers' to say.
+    const auto place = streams_requests_ ? std::nullopt : admission_.gate_.Enter(*call.server_context);
+    if (!streams_requests_ && !place.has_value()) {
+      if (request != nullptr) grpc_byte_buffer_destroy(request);
+      return End(call, CallGate::Refusal());
+    }
     const absl::StatusOr<identity::Identity> caller = Check(call, request);
     if (!caller.ok()) {
       if (request != nullptr) grpc_byte_buffer_destroy(request);

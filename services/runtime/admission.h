@@ -1,4 +1,4 @@
-// What every call of our own services passes before its handler: is its client still there, may the caller (access.h), is the server ready,
+// What every call of our own services passes before its handler: is there room for it (call_gate.h), is its client still there, may the caller (access.h), is the server ready,
 // is the request as small as the method's is (message_limits.h), does each of its fields keep its bound (request_checks.h), is it about the
 // caller's own machine. Nothing of a request is parsed before the first four. What a client streams is its handler's to check.
 #pragma once
@@ -14,14 +14,15 @@
 #include <string>
 
 #include "services/runtime/access.h"
+#include "services/runtime/call_gate.h"
 
 namespace sixpoint::runtime {
 
 // Thread-safe. Outlives the services that it admits to.
 class Admission {
  public:
-  // `access` lives longer.
-  explicit Admission(const Access* access) : access_(*access) {}
+  // Both live longer.
+  Admission(const Access* access, CallGate* gate) : access_(*access), gate_(*gate) {}
 
   // SERVICE_NOT_READY with that sentence; at first, before anything is known, with one of its own.
   void SetNotReady(const std::string& why);
@@ -44,6 +45,7 @@ class Admission {
   absl::Status CheckReady() const;
 
   const Access& access_;
+  CallGate& gate_;
   mutable std::mutex mutex_;
   std::list<OpenCall> open_calls_;
   std::optional<std::string> not_ready_ = "it has not asked its database yet";

@@ -15,6 +15,7 @@
 
 #include "identity/credentials.h"
 #include "services/runtime/admission.h"
+#include "services/runtime/call_gate.h"
 #include "services/runtime/call_log.h"
 #include "services/runtime/connection_acceptor.h"
 #include "services/runtime/credentials.h"
@@ -37,7 +38,8 @@ constexpr std::chrono::seconds kDatabasePatience{2};
 // How often the database is asked: at once until it is there, then at leisure.
 constexpr long kPollStarting_ms = 200;
 constexpr long kPollServing_ms = 1000;
-constexpr int kMostThreads = 256;
+// Ingest's 64 uploads and 128 streams without a header, the calls of CallLimits, and some.
+constexpr int kMostThreads = 320;
 constexpr size_t kQuotaPerMessage = 64;
 // How soon a call ends whose certificate does not count any more.
 constexpr std::chrono::milliseconds kBetweenJudgements{500};
@@ -63,7 +65,7 @@ void SetLimits(const ServerOptions& options, int message_bytes, grpc::ServerBuil
   // gRPC inflates a message before it looks at its size: 260 KB of it took 300 MB. Refused with UNIMPLEMENTED.
   for (const grpc_compression_algorithm inflated : {GRPC_COMPRESS_DEFLATE, GRPC_COMPRESS_GZIP})
     builder->SetCompressionAlgorithmSupportStatus(inflated, false);
-  builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, 100);
+  builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, CallLimits{}.per_connection);
   builder->AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, 8192);
   // Our clients ping every 30 s; a stricter server would answer GOAWAY.
   builder->AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 15'000);
@@ -223,7 +225,8 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   const std::vector<ServedService> services = factory(options, database.get());
   OpenConnections connections(connection_limits);
   const Access access(&trust, MachineBy(database.get()));
-  Admission admission(&access);
+  CallGate gate({}, &connections);
+  Admission admission(&access, &gate);
   Denials denials(options.area);
 
   grpc::EnableDefaultHealthCheckService(true);

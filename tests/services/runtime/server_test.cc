@@ -449,6 +449,49 @@ TEST_F(ServerTest, ConnectionsLeaveDescriptorsForTheServersOwnWork) {
   EXPECT_GT(std::stoi(scan.name()), 32);  // of 128, 64 are for connections; gRPC and logs have some
 }
 
+// More calls than are answered at once, of one certificate: each end is told at once, with when to come again; somebody else is served
+// meanwhile, and the connections that were paused for it are read again.
+TEST_F(ServerTest, MoreCallsThanAreAnsweredAtOnceAreRefusedAndStopNobodyElse) {
+  StartReady(TcpAddress());
+  std::vector<std::shared_ptr<grpc::Channel>> channels;
+  for (int i = 0; i < 8; ++i) channels.push_back(NewChannel(TcpAddress()));
+  std::atomic<int> served = 0, refused = 0, with_delay = 0;
+  std::vector<std::thread> callers;
+  for (int i = 0; i < 160; ++i) {
+    callers.emplace_back([&, stub = ScanService::NewStub(channels[static_cast<std::size_t>(i) % 8])] {
+      GetScanRequest request;
+      request.set_name("slow");
+      grpc::ClientContext context;
+      context.set_deadline(Soon(60));
+      Scan scan;
+      const grpc::Status status = stub->GetScan(&context, request, &scan);
+      served += status.ok() ? 1 : 0;
+      if (status.error_code() != grpc::StatusCode::RESOURCE_EXHAUSTED) return;
+      ++refused;
+      with_delay += RetryDelayOf(FromGrpc(status)) > milliseconds(0) ? 1 : 0;
+    });
+  }
+  const auto others = ChannelCredentialsOf(certificates_.Machine("m1"));
+  ASSERT_TRUE(others.ok()) << others.status();
+  channel_ = NewChannel(TcpAddress(), *others);
+  for (int i = 0; i < 20; ++i) {
+    Scan scan;
+    const grpc::Status other = Get("machines/m1", &scan);
+    EXPECT_NE(other.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << other.error_message();
+  }
+  for (std::thread& caller : callers) caller.join();
+  EXPECT_EQ(served + refused, 160);
+  EXPECT_GE(served, 48);
+  EXPECT_GT(refused, 0);
+  EXPECT_EQ(with_delay, refused);
+  for (const auto& channel : channels) {
+    channel_ = channel;
+    Scan scan;
+    const grpc::Status after = Get("x", &scan);
+    EXPECT_TRUE(after.ok()) << after.error_message();
+  }
+}
+
 // CVE-2023-44487: calls that are begun and given up at once, as fast as the server takes them, on four connections that are opened anew
 // whenever it ends them. Requests that are still to come, and such as have come whole.
 TEST_F(ServerTest, StreamsThatAreResetAtOnceTakeLittleMemory) {
