@@ -7,6 +7,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <fstream>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -221,6 +222,26 @@ nlohmann::json StreamScans(const LoadOptions& options) {
           {"proven_error_um", all.proven_error_um},
           {"generator_cpu_s", CpuSeconds() - cpu_before_s},
           {"errors", all.errors}};
+}
+
+nlohmann::json WriteUploadBodies(const std::string& folder, int count, const std::string& scan_id) {
+  constexpr int kProfiles = 4, kColumns = 100, kMachines = 4;
+  const BlockTemplate shape(RawPayload(BladeLikeScan(kProfiles, kColumns, 1), 0, kProfiles), kProfiles * kColumns);
+  for (int i = 0; i < count; ++i) {
+    const BlockTemplate::Block block = shape.Make(0, static_cast<std::uint32_t>(i));
+    std::ofstream file(folder + "/" + std::to_string(i), std::ios::binary);
+    for (const grpc::ByteBuffer& message :
+         {FrameOf(HeaderFor(scan_id, i % kMachines, ingest::v1::ENCODING_RAW_PROFILES)), block.frame,
+          FrameOf(EndOf({block.digest}, shape.point_count()))}) {
+      grpc::Slice bytes;
+      if (!message.DumpToSingleSlice(&bytes).ok()) return {{"error", "a message cannot be written"}};
+      file.put('\0');  // not compressed
+      for (int shift = 24; shift >= 0; shift -= 8) file.put(static_cast<char>(bytes.size() >> shift & 0xff));
+      file.write(reinterpret_cast<const char*>(bytes.begin()), static_cast<std::streamsize>(bytes.size()));
+    }
+    if (!file.flush()) return {{"error", folder + " cannot be written to"}};
+  }
+  return {{"written", count}};
 }
 
 nlohmann::json StreamSmallScans(const Endpoint& ingest, int scan_count, std::uint64_t seed) {

@@ -23,6 +23,8 @@ struct LoadOptions {
 nlohmann::json StreamScans(const LoadOptions& options);
 
 // Scans of one block of 4 profiles x 100 columns, by four machines.
+// Whole request streams of such scans, as gRPC frames their messages, one a file: for a generator that only sends bytes.
+nlohmann::json WriteUploadBodies(const std::string& folder, int count, const std::string& scan_id);
 nlohmann::json StreamSmallScans(const Endpoint& ingest, int scan_count, std::uint64_t seed);
 
 }  // namespace sixpoint::bench

@@ -68,6 +68,13 @@ int main(int argc, char** argv) {
   small->add_option("--seed", seed);
   small->callback([&] { print(StreamSmallScans(endpoint, count, seed)); });
 
+  std::string scan_id;
+  CLI::App* bodies = app.add_subcommand("upload-bodies", "Whole request streams of small scans, one a file");
+  bodies->add_option("--folder", folder)->required();
+  bodies->add_option("--count", count)->required();
+  bodies->add_option("--scan-id", scan_id)->required();
+  bodies->callback([&] { print(WriteUploadBodies(folder, count, scan_id)); });
+
   CLI::App* profile = app.add_subcommand("block-profile", "Where the time of a block goes");
   profile->add_option("--database", conninfo)->required();
   profile->add_option("--profiles-per-block", profiles_per_block);

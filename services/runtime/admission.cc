@@ -81,6 +81,9 @@ class AdmittedMethod : public MethodHandler {
         handler_(handler) {}
 
   void RunHandler(const HandlerParameter& call) override {
+    // How many stream their requests at once is their handlers' to say.
+    const auto place = streams_requests_ ? std::nullopt : admission_.gate_.Enter(*call.server_context);
+    if (!streams_requests_ && !place.has_value()) return End(call, CallGate::Refusal());
     const absl::StatusOr<identity::Identity> caller = Check(*call.server_context);
     if (!caller.ok()) return End(call, ToGrpc(caller.status()));
     // Who needs no certificate loses none.
@@ -141,13 +144,6 @@ class AdmittedMethod : public MethodHandler {
   }
 
   absl::StatusOr<Bytes> Receive(const HandlerParameter& call) const {
-    const auto share = admission_.readings_.Take(call.server_context->peer());
-    if (!share) {
-      const std::string most = std::to_string(admission_.readings_.most_per_peer());
-      return Failure(errors::v1::REQUESTS_UNFINISHED,
-                     "requests: " + most + " of this peer have not come yet, want fewer at once; try again",
-                     {{"limit", most}});
-    }
     const auto patience = kPatience + std::chrono::seconds(greatest_bytes_ / kSlowest_bytes_per_s);
     Bytes request = Read(call, patience);
     if (request == nullptr)

@@ -1,4 +1,4 @@
-// What every call of our own services passes before its handler: is its client still there, may the caller (access.h), is the server ready,
+// What every call of our own services passes before its handler: is there room for it (call_gate.h), is its client still there, may the caller (access.h), is the server ready,
 // is the request as small as the method's is (message_limits.h), does each of its fields keep its bound (request_checks.h), is it about the
 // caller's own machine, and about parts that he may see (clearance.h). Nothing of a request is read before the first three: of a stranger no more is held than HTTP/2's window.
 // What a client streams is its handler's to check.
@@ -15,16 +15,17 @@
 #include <string>
 
 #include "services/runtime/access.h"
+#include "services/runtime/call_gate.h"
 #include "services/runtime/clearance.h"
-#include "services/runtime/peer_shares.h"
 
 namespace sixpoint::runtime {
 
 // Thread-safe. Outlives the services that it admits to.
 class Admission {
  public:
-  // Both live longer.
-  Admission(const Access* access, const Clearance* clearance) : access_(*access), clearance_(*clearance) {}
+  // All live longer.
+  Admission(const Access* access, const Clearance* clearance, CallGate* gate)
+      : access_(*access), clearance_(*clearance), gate_(*gate) {}
 
   // SERVICE_NOT_READY with that sentence; at first, before anything is known, with one of its own.
   void SetNotReady(const std::string& why);
@@ -46,12 +47,9 @@ class Admission {
   };
   absl::Status CheckReady() const;
 
-  // So many of one peer may be waited for to send their request; each holds a thread.
-  static constexpr int kMostReadPerPeer = 64;
-
   const Access& access_;
   const Clearance& clearance_;
-  PeerShares readings_{kMostReadPerPeer};
+  CallGate& gate_;
   mutable std::mutex mutex_;
   std::list<OpenCall> open_calls_;
   std::optional<std::string> not_ready_ = "it has not asked its database yet";

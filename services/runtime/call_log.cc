@@ -23,8 +23,8 @@ using Clock = std::chrono::steady_clock;
 
 std::atomic<int> calls_in_flight{0};
 
-// So many lines a second of calls that were refused for who asked: strangers do not roll the log away.
-bool MayLogDenial() {
+// So many lines a second of calls that were refused for who asked, or for how many did: nobody rolls the log away.
+bool MayLogRefusal() {
   constexpr int kLinesASecond = 5;
   static std::mutex mutex;
   static Clock::time_point second;
@@ -47,7 +47,7 @@ class CallLog : public grpc::experimental::Interceptor {
   // The end of the call, however it came: without a status the client had gone.
   ~CallLog() override {
     --calls_in_flight;
-    if (is_denied_ && !MayLogDenial()) return;  // counted all the same
+    if (is_refused_ && !MayLogRefusal()) return;  // who was denied is counted all the same
     const double duration_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin_).count();
     const bool at_fault = code_ == "INTERNAL" || code_ == "UNKNOWN" || code_ == "DATA_LOSS";
     Log(at_fault ? LogLevel::kError : LogLevel::kInfo, "call",
@@ -77,8 +77,9 @@ class CallLog : public grpc::experimental::Interceptor {
          {errors::v1::CERTIFICATE_FOREIGN, errors::v1::CERTIFICATE_MISSING, errors::v1::CODE_NOT_VALID})
       is_known = is_known && !HasReason(said, reason);
     if (is_known && ShownIdentity(context_)) caller_ = CallerText(said);
-    if (!absl::IsUnauthenticated(said) && !absl::IsPermissionDenied(said)) return;
-    is_denied_ = true;
+    const bool is_denied = absl::IsUnauthenticated(said) || absl::IsPermissionDenied(said);
+    is_refused_ = is_denied || absl::IsResourceExhausted(said);
+    if (!is_denied) return;
     // Its handler counts it, under the account that was meant (ServerOptions::count_refused_sign_in).
     if (HasReason(said, errors::v1::SIGN_IN_REFUSED)) return;
     denials_.Add(method_.substr(1), caller_, context_.peer(), ReasonOf(said), status.error_message());
@@ -107,7 +108,7 @@ class CallLog : public grpc::experimental::Interceptor {
   const grpc::ServerContextBase& context_;  // lives as long as the call
   Denials& denials_;
   std::string caller_;
-  bool is_denied_ = false;
+  bool is_refused_ = false;
   const Clock::time_point begin_ = Clock::now();
   std::string traceparent_;
   std::string code_ = "CANCELLED";

@@ -25,6 +25,12 @@ absl::StatusOr<ComputePool::Slot> ComputePool::Enter(std::chrono::steady_clock::
                    what_ + ": " + std::to_string(running_) + " are running and " + std::to_string(waiting_.size()) +
                        " wait, want fewer at once; try again",
                    {{"limit", std::to_string(limits_.at_once)}});
+  const auto before = usual_ * (waiting_.size() + 1) / std::max(1, limits_.at_once);
+  if (patience == Patience::kBounded && std::chrono::steady_clock::now() + before + usual_ > deadline)
+    return Failure(reason_,
+                   what_ + ": " + std::to_string(running_) + " are running and " + std::to_string(waiting_.size()) +
+                       " wait, too many to end before this call's deadline; try again",
+                   {{"limit", std::to_string(limits_.at_once)}});
   const int bounded = patience == Patience::kBounded ? 1 : 0;
   const auto self = waiting_.insert(waiting_.end(), patience);
   bounded_count_ += bounded;
@@ -46,8 +52,10 @@ absl::StatusOr<ComputePool::Slot> ComputePool::Enter(std::chrono::steady_clock::
   return Slot(this);
 }
 
-void ComputePool::Leave() {
+void ComputePool::Leave(std::chrono::steady_clock::time_point begin) {
   const std::lock_guard<std::mutex> lock(mutex_);
+  const auto held = std::chrono::steady_clock::now() - begin;
+  usual_ = usual_.count() == 0 ? held : (usual_ * 7 + held) / 8;
   --running_;
   turn_.notify_all();
 }

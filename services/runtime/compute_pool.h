@@ -33,18 +33,21 @@ class ComputePool {
   class Slot {
    public:
     explicit Slot(ComputePool* pool) : pool_(pool) {}
-    Slot(Slot&& other) noexcept : pool_(std::exchange(other.pool_, nullptr)) {}
+    Slot(Slot&& other) noexcept : pool_(std::exchange(other.pool_, nullptr)), begin_(other.begin_) {}
     Slot& operator=(Slot&&) = delete;
     ~Slot() {
-      if (pool_ != nullptr) pool_->Leave();
+      if (pool_ != nullptr) pool_->Leave(begin_);
     }
 
    private:
     ComputePool* pool_;
+    std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   };
 
   enum class Patience {
-    kBounded,  // RESOURCE_EXHAUSTED where as many wait as may
+    // RESOURCE_EXHAUSTED where as many wait as may, or where those before it would, by what was seen, leave it no time: who
+    // cannot end before its deadline would only take the time of those who can.
+    kBounded,
     kPatient,  // waits beyond that bound: for callers whose number their service bounds by itself
   };
   // The caller's turn, waited for. DEADLINE_EXCEEDED at the deadline, CANCELLED within some hundredths of a second after
@@ -59,7 +62,7 @@ class ComputePool {
   Use use() const;
 
  private:
-  void Leave();
+  void Leave(std::chrono::steady_clock::time_point begin);
 
   const PoolLimits limits_;
   const std::string what_;
@@ -69,6 +72,7 @@ class ComputePool {
   std::list<Patience> waiting_;  // first come, first in the list
   int bounded_count_ = 0;        // of those waiting
   int running_ = 0;
+  std::chrono::steady_clock::duration usual_{};  // of a slot held, the latest counting most; 0: none was yet
 };
 
 }  // namespace sixpoint::runtime

@@ -22,6 +22,8 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kPause{50};
 constexpr std::chrono::seconds kBetweenLogLines{60};
 constexpr std::chrono::seconds kRefusedAfterClose{5};
+// Of a connection that is paused: more than the calls that may be open on one, less than a block of a scan.
+constexpr int kMuch_bytes = 64 << 10;
 
 // 0: no longer open.
 ino_t InodeOf(int fd) {
@@ -76,15 +78,35 @@ bool OpenConnections::Add(const sockaddr_storage& peer, int fd) {
   return true;
 }
 
+// gRPC may close it meanwhile, and the number be another's: a duplicate stays what it is.
+Descriptor OpenConnections::HeldOf(const Connection& one) {
+  Descriptor held(fcntl(one.fd, F_DUPFD_CLOEXEC, 0));
+  if (held.is_open() && InodeOf(held.get()) != one.inode) held.Reset();
+  return held;
+}
+
+bool OpenConnections::SetPaused(const std::string& grpc_peer, bool is_paused) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto of_peer = of_peer_.find(PeerKey(grpc_peer));
+  if (of_peer == of_peer_.end()) return false;
+  for (const Connection& one : of_peer->second) {
+    if (one.name != grpc_peer) continue;
+    const Descriptor held = HeldOf(one);
+    const int least_bytes = is_paused ? kMuch_bytes : 1;
+    if (held.is_open() && setsockopt(held.get(), SOL_SOCKET, SO_RCVLOWAT, &least_bytes, sizeof least_bytes) == 0)
+      return true;
+  }
+  return false;
+}
+
 bool OpenConnections::Close(const std::string& grpc_peer) {
   const std::lock_guard<std::mutex> lock(mutex_);
   bool any = false;
   for (const auto& [key, connections] : of_peer_) {
     for (const Connection& one : connections) {
       if (one.name != grpc_peer) continue;
-      // gRPC may close it meanwhile, and the number be another's: a duplicate stays what it is.
-      const Descriptor held(fcntl(one.fd, F_DUPFD_CLOEXEC, 0));
-      if (!held.is_open() || InodeOf(held.get()) != one.inode) continue;
+      const Descriptor held = HeldOf(one);
+      if (!held.is_open()) continue;
       shutdown(held.get(), SHUT_RDWR);
       // What came already is no longer gRPC's to read.
       char bytes[65'536];

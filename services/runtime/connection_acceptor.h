@@ -37,6 +37,8 @@ class OpenConnections {
   // Ends the connection of that peer, as grpc::ServerContext::peer() names it (of a unix socket all of them: they have one name), and
   // lets its address open none for some seconds. False: there is none.
   bool Close(const std::string& grpc_peer);
+  // While it is paused, the kernel keeps what comes of that connection (of TCP), and tells gRPC of it once it is much. False: there is none.
+  bool SetPaused(const std::string& grpc_peer, bool is_paused);
 
  private:
   struct Connection {
@@ -46,6 +48,7 @@ class OpenConnections {
   };
   using Connections = std::vector<Connection>;
   static void ForgetClosed(Connections* connections);
+  static Descriptor HeldOf(const Connection& one);
   int CountAll() const;
 
   const ConnectionLimits limits_;

@@ -85,7 +85,7 @@ absl::StatusCode CodeOf(ErrorReason reason) {
     case errors::v1::CAD_WORKERS_BUSY:
     case errors::v1::STORE_CHECKS_FULL:
     case errors::v1::DOWNLOADS_FULL:
-    case errors::v1::REQUESTS_UNFINISHED:
+    case errors::v1::CALLS_FULL:
     case errors::v1::SIGN_IN_SLOWED:
     case errors::v1::SIGN_INS_FULL:
       return absl::StatusCode::kResourceExhausted;

@@ -15,6 +15,7 @@
 
 #include "identity/credentials.h"
 #include "services/runtime/admission.h"
+#include "services/runtime/call_gate.h"
 #include "services/runtime/call_log.h"
 #include "services/runtime/connection_acceptor.h"
 #include "services/runtime/credentials.h"
@@ -39,7 +40,8 @@ constexpr std::chrono::seconds kDatabasePatience{2};
 // How often the database is asked: at once until it is there, then at leisure.
 constexpr long kPollStarting_ms = 200;
 constexpr long kPollServing_ms = 1000;
-constexpr int kMostThreads = 256;
+// Ingest's 64 uploads and 128 streams without a header, the calls of CallLimits, and some.
+constexpr int kMostThreads = 320;
 constexpr size_t kQuotaPerMessage = 64;
 // How soon a call ends whose certificate does not count any more.
 constexpr std::chrono::milliseconds kBetweenJudgements{500};
@@ -65,10 +67,11 @@ void SetLimits(const ServerOptions& options, int message_bytes, grpc::ServerBuil
   // gRPC inflates a message before it looks at its size: 260 KB of it took 300 MB. Refused with UNIMPLEMENTED.
   for (const grpc_compression_algorithm inflated : {GRPC_COMPRESS_DEFLATE, GRPC_COMPRESS_GZIP})
     builder->SetCompressionAlgorithmSupportStatus(inflated, false);
-  builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, 100);
+  builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, CallLimits{}.per_connection);
   builder->AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, 8192);
-  // Our clients ping every 30 s; a stricter server would answer GOAWAY.
-  builder->AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 15'000);
+  // Pings are answered, however many: who counts them (GOAWAY, too_many_pings) takes 7 KB for each one that has come by then, 270 MB
+  // in a flood of four connections. Of answers that nobody reads gRPC keeps 10,000, and then reads no more.
+  builder->AddChannelArgument(GRPC_ARG_HTTP2_MAX_PING_STRIKES, 0);
   builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   // A machine that was switched off does not hold its call for ever.
   builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
@@ -234,7 +237,8 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   SessionEnds session_ends;
   const Access access(&trust, &session_ends, MachineBy(database.get()));
   const Clearance clearance(storage::ClearancesIn(database.get()));
-  Admission admission(&access, &clearance);
+  CallGate gate({}, &connections);
+  Admission admission(&access, &clearance, &gate);
 
   grpc::EnableDefaultHealthCheckService(true);
   grpc::ServerBuilder builder;

@@ -22,6 +22,7 @@ class Process {
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
+  pid_t pid() const { return pid_; }
   // The exit status (128 + signal where a signal ended it), or -1 while it runs.
   int Poll();
   // Waits at most that long; -1 when it still runs then.

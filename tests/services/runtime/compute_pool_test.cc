@@ -123,6 +123,27 @@ TEST_F(ComputePoolTest, WhoWaitsEndsWithItsDeadlineOrItsCancellationAndGivesItsP
   EXPECT_TRUE(next.get());
 }
 
+// Under overload a queue of those whose time is nearly over would be all that is ever worked for.
+TEST_F(ComputePoolTest, WhoCouldNotEndBeforeItsDeadlineIsRefusedAtOnce) {
+  ComputePool pool({1, 8}, "fits", errors::v1::REGISTRATIONS_FULL);
+  {
+    const auto slot = Enter(&pool);
+    std::this_thread::sleep_for(200ms);  // so long they take here
+  }
+  auto slot = std::make_unique<absl::StatusOr<ComputePool::Slot>>(Enter(&pool));
+  const absl::Status refused = pool.Enter(Clock::now() + 300ms, kOnAndOn).status();
+  EXPECT_EQ(ReasonOf(refused), "REGISTRATIONS_FULL") << refused;
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("before this call's deadline"));
+  // Who has the time waits, and so does who is bounded elsewhere.
+  auto next = std::async(std::launch::async, [&] { return Enter(&pool).ok(); });
+  WaitUntilWaiting(pool, 1);
+  auto patient = std::async(std::launch::async,
+                            [&] { return pool.Enter(Clock::now() + 300ms, kOnAndOn, Patience::kPatient).status(); });
+  EXPECT_TRUE(absl::IsDeadlineExceeded(patient.get()));
+  slot.reset();
+  EXPECT_TRUE(next.get());
+}
+
 // The first in the row gives up while a slot is free for the second.
 TEST_F(ComputePoolTest, WhoGivesUpDoesNotKeepTheOthersWaiting) {
   ComputePool pool({1, 8}, "fits", errors::v1::REGISTRATIONS_FULL);

@@ -13,6 +13,8 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <map>
+#include <mutex>
 #include <utility>
 
 namespace sixpoint::runtime::testing {
@@ -50,22 +52,28 @@ int Connect(const std::string& address, const std::string& source) {
   return -1;
 }
 
-// HTTP/2 is agreed on in the handshake; nobody's certificate is looked at.
-SSL_CTX* ClientContext() {
-  static SSL_CTX* const context = [] {
-    SSL_CTX* const made = SSL_CTX_new(TLS_client_method());
-    const unsigned char h2[] = {2, 'h', '2'};
-    SSL_CTX_set_alpn_protos(made, h2, sizeof h2);
-    SSL_CTX_set_mode(made, SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER);
-    return made;
-  }();
-  return context;
+// HTTP/2 is agreed on in the handshake; the server's certificate is not looked at. One for each identity.
+SSL_CTX* ClientContext(const std::string& identity) {
+  static std::mutex mutex;
+  static std::map<std::string, SSL_CTX*> contexts;
+  const std::lock_guard<std::mutex> lock(mutex);
+  SSL_CTX*& made = contexts[identity];
+  if (made != nullptr) return made;
+  made = SSL_CTX_new(TLS_client_method());
+  const unsigned char h2[] = {2, 'h', '2'};
+  SSL_CTX_set_alpn_protos(made, h2, sizeof h2);
+  SSL_CTX_set_mode(made, SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER);
+  if (identity.empty()) return made;
+  const std::string file = identity + "/identity.pem";
+  SSL_CTX_use_certificate_chain_file(made, file.c_str());
+  SSL_CTX_use_PrivateKey_file(made, file.c_str(), SSL_FILETYPE_PEM);
+  return made;
 }
 
 }  // namespace
 
 struct RawConnection::Tls {
-  Tls() : ssl(SSL_new(ClientContext())) {}
+  explicit Tls(const std::string& identity) : ssl(SSL_new(ClientContext(identity))) {}
   ~Tls() { SSL_free(ssl); }
   Tls(const Tls&) = delete;
   Tls& operator=(const Tls&) = delete;
@@ -83,11 +91,12 @@ struct RawConnection::Tls {
   SSL* const ssl;
 };
 
-RawConnection::RawConnection(const std::string& address, const std::string& source, Speaks speaks)
+RawConnection::RawConnection(const std::string& address, const std::string& source, Speaks speaks,
+                             const std::string& identity)
     : fd_(Connect(address, source)) {
   std::signal(SIGPIPE, SIG_IGN);  // OpenSSL writes without MSG_NOSIGNAL
   if (fd_ < 0 || speaks == Speaks::kNothing) return;
-  tls_ = std::make_unique<Tls>();
+  tls_ = std::make_unique<Tls>(identity);
   if (!tls_->ShakeHands(fd_)) tls_.reset();
 }
 RawConnection::RawConnection(RawConnection&& other) noexcept
@@ -110,11 +119,13 @@ bool RawConnection::ReadAway() {
   }
 }
 
-bool RawConnection::Send(std::string_view bytes) {
+bool RawConnection::Send(std::string_view bytes, Answers answers) {
   if (tls_ == nullptr) return false;
+  const short events = answers == Answers::kLeft ? POLLOUT : POLLIN | POLLOUT;
   while (!bytes.empty()) {
-    pollfd ready{fd_, POLLIN | POLLOUT, 0};
+    pollfd ready{fd_, events, 0};
     if (poll(&ready, 1, kPatience_ms) <= 0) return false;
+    if (answers == Answers::kLeft && (ready.revents & ~POLLOUT) != 0) return false;
     if ((ready.revents & ~POLLOUT) != 0 && !ReadAway()) return false;
     if ((ready.revents & POLLOUT) == 0) continue;
     const int count = SSL_write(tls_->ssl, bytes.data(), static_cast<int>(bytes.size()));
@@ -122,6 +133,16 @@ bool RawConnection::Send(std::string_view bytes) {
     if (count > 0) bytes.remove_prefix(static_cast<std::size_t>(count));
   }
   return true;
+}
+
+bool RawConnection::SendBare(std::string_view bytes) {
+  return send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
+}
+
+bool RawConnection::Renegotiate() {
+  if (tls_ == nullptr || SSL_renegotiate(tls_->ssl) != 1) return false;
+  const int result = SSL_do_handshake(tls_->ssl);
+  return (result == 1 || tls_->MayGoOn(result)) && ReadAway();
 }
 
 bool RawConnection::IsClosedWithin(double seconds) {

@@ -398,14 +398,14 @@ TEST_F(ServerTest, OfAStrangersRequestsNextToNothingIsHeld) {
   EXPECT_TRUE(Get("x", &scan).ok());
 }
 
-// Each holds a thread, so that one peer has so many of them and so long.
+// Each holds a place (call_gate.h), of which one caller has so many and each for so long.
 TEST_F(ServerTest, CallsWhoseRequestDoesNotComeAreEnded) {
   StartReady(Address());
   Scan scan;
   ASSERT_TRUE(Get("x", &scan).ok());
-  grpc::GenericStub stub(channel_);
+  grpc::GenericStub stubs[] = {grpc::GenericStub(NewChannel(Address())), grpc::GenericStub(NewChannel(Address()))};
   grpc::CompletionQueue queue;
-  constexpr int kCalls = 64;
+  constexpr int kCalls = 48;
   std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
   std::vector<std::unique_ptr<grpc::GenericClientAsyncReaderWriter>> calls;
   void* tag = nullptr;
@@ -413,14 +413,14 @@ TEST_F(ServerTest, CallsWhoseRequestDoesNotComeAreEnded) {
   for (int i = 0; i < kCalls; ++i) {
     contexts.push_back(std::make_unique<grpc::ClientContext>());
     contexts.back()->set_deadline(Soon(120));
-    calls.push_back(stub.PrepareCall(contexts.back().get(), "/" + std::string(kService) + "/GetScan", &queue));
+    calls.push_back(stubs[i % 2].PrepareCall(contexts.back().get(), "/" + std::string(kService) + "/GetScan", &queue));
     calls.back()->StartCall(nullptr);
     queue.Next(&tag, &done);
   }
   grpc::Status one_more;
   for (const auto end = Soon(8); one_more.ok() && std::chrono::system_clock::now() < end;) one_more = Get("x", &scan);
   EXPECT_EQ(one_more.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << one_more.error_message();
-  EXPECT_TRUE(HasReason(FromGrpc(one_more), errors::v1::REQUESTS_UNFINISHED));
+  EXPECT_TRUE(HasReason(FromGrpc(one_more), errors::v1::CALLS_FULL));
   for (const auto& call : calls) {
     grpc::Status ended;
     call->Finish(&ended, nullptr);
@@ -510,6 +510,49 @@ TEST_F(ServerTest, ConnectionsLeaveDescriptorsForTheServersOwnWork) {
   EXPECT_EQ(LogLines("connection refused").size(), 1u);
   ASSERT_TRUE(Get("hold every descriptor", &scan).ok());
   EXPECT_GT(std::stoi(scan.name()), 32);  // of 128, 64 are for connections; gRPC and logs have some
+}
+
+// More calls than are answered at once, of one certificate: each end is told at once, with when to come again; somebody else is served
+// meanwhile, and the connections that were paused for it are read again.
+TEST_F(ServerTest, MoreCallsThanAreAnsweredAtOnceAreRefusedAndStopNobodyElse) {
+  StartReady(TcpAddress());
+  std::vector<std::shared_ptr<grpc::Channel>> channels;
+  for (int i = 0; i < 8; ++i) channels.push_back(NewChannel(TcpAddress()));
+  std::atomic<int> served = 0, refused = 0, with_delay = 0;
+  std::vector<std::thread> callers;
+  for (int i = 0; i < 160; ++i) {
+    callers.emplace_back([&, stub = ScanService::NewStub(channels[static_cast<std::size_t>(i) % 8])] {
+      GetScanRequest request;
+      request.set_name("slow");
+      grpc::ClientContext context;
+      context.set_deadline(Soon(60));
+      Scan scan;
+      const grpc::Status status = stub->GetScan(&context, request, &scan);
+      served += status.ok() ? 1 : 0;
+      if (status.error_code() != grpc::StatusCode::RESOURCE_EXHAUSTED) return;
+      ++refused;
+      with_delay += RetryDelayOf(FromGrpc(status)) > milliseconds(0) ? 1 : 0;
+    });
+  }
+  const auto others = ChannelCredentialsOf(certificates_.Machine("m1"));
+  ASSERT_TRUE(others.ok()) << others.status();
+  channel_ = NewChannel(TcpAddress(), *others);
+  for (int i = 0; i < 20; ++i) {
+    Scan scan;
+    const grpc::Status other = Get("machines/m1", &scan);
+    EXPECT_NE(other.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << other.error_message();
+  }
+  for (std::thread& caller : callers) caller.join();
+  EXPECT_EQ(served + refused, 160);
+  EXPECT_GE(served, 48);
+  EXPECT_GT(refused, 0);
+  EXPECT_EQ(with_delay, refused);
+  for (const auto& channel : channels) {
+    channel_ = channel;
+    Scan scan;
+    const grpc::Status after = Get("x", &scan);
+    EXPECT_TRUE(after.ok()) << after.error_message();
+  }
 }
 
 // CVE-2023-44487: calls that are begun and given up at once, as fast as the server takes them, on four connections that are opened anew

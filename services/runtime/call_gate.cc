@@ -1,0 +1,127 @@
+#include "services/runtime/call_gate.h"
+
+#include <algorithm>
+
+#include "services/runtime/caller_identity.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/peer_address.h"
+
+namespace sixpoint::runtime {
+namespace {
+
+// A twentieth of a core is for refusals; so many may come in one go.
+constexpr double kRefusalsPerS = 500, kRefusalsAtOnce = 100;
+constexpr std::chrono::milliseconds kBetweenLooks{4};
+// Where no room comes a connection is read again all the same, one in so long a time.
+constexpr std::chrono::milliseconds kLongestPause{100};
+// By when a connection that is read again has brought what waited in it.
+constexpr std::chrono::milliseconds kTurn{1000};
+
+std::string CallerKey(const grpc::ServerContextBase& context) {
+  std::string certificate = ShownCertificate(context);
+  return certificate.empty() ? PeerKey(context.peer()) : certificate;
+}
+
+}  // namespace
+
+CallGate::CallGate(CallLimits limits, OpenConnections* connections)
+    : limits_(limits), connections_(connections), refusals_left_(kRefusalsAtOnce), thread_([this] { Run(); }) {}
+
+CallGate::~CallGate() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    stopped_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+const grpc::Status& CallGate::Refusal() {
+  static const auto* const refusal = new grpc::Status(
+      ToGrpc(Failure(errors::v1::CALLS_FULL, "calls: as many are answered as may be, want fewer at once; try again")));
+  return *refusal;
+}
+
+std::optional<CallGate::Place> CallGate::Enter(const grpc::ServerContextBase& context) {
+  std::string caller = CallerKey(context), peer = context.peer();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto of_caller = of_caller_.emplace(caller, 0).first;
+  // While connections wait for their turn, each has as many calls in a turn as it may have open at once.
+  const auto turn = turns_.find(peer);
+  const bool is_its_turn = turn != turns_.end() && Clock::now() < turn->second.until;
+  if (is_its_turn || (in_all_ < limits_.at_once && of_caller->second < limits_.per_caller)) {
+    if (is_its_turn && --turn->second.calls_left == 0) {
+      turns_.erase(turn);
+      if (!paused_.empty()) Pause(std::move(peer), caller);
+    }
+    ++in_all_;
+    ++of_caller->second;
+    return Place(this, std::move(caller));
+  }
+  if (of_caller->second == 0) of_caller_.erase(of_caller);
+  if (!MayRefuse() || !paused_.empty()) Pause(std::move(peer), caller);
+  return std::nullopt;
+}
+
+void CallGate::Pause(std::string peer, const std::string& caller) {
+  const bool is_paused =
+      std::any_of(paused_.begin(), paused_.end(), [&](const Paused& one) { return one.peer == peer; });
+  if (is_paused || !connections_->SetPaused(peer, true)) return;
+  if (paused_.empty()) read_again_ = Clock::now();
+  paused_.push_back({std::move(peer), caller});
+  changed_.notify_all();
+}
+
+void CallGate::Leave(const std::string& caller) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  --in_all_;
+  const auto found = of_caller_.find(caller);
+  if (--found->second == 0) of_caller_.erase(found);
+}
+
+bool CallGate::MayRefuse() {
+  const Clock::time_point now = Clock::now();
+  const double past_s = std::chrono::duration<double>(now - refusals_counted_).count();
+  refusals_counted_ = now;
+  refusals_left_ = std::min(kRefusalsAtOnce, refusals_left_ + past_s * kRefusalsPerS) - 1;
+  refusals_left_ = std::max(refusals_left_, -kRefusalsAtOnce);
+  return refusals_left_ >= 0;
+}
+
+void CallGate::Run() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (!stopped_) {
+    changed_.wait(lock, [this] { return stopped_ || !paused_.empty(); });
+    changed_.wait_for(lock, kBetweenLooks, [this] { return stopped_; });
+    ReadAgain();
+  }
+}
+
+// Who waits longest first, of those all of whose calls would find places.
+void CallGate::ReadAgain() {
+  const Clock::time_point now = Clock::now();
+  for (auto each = turns_.begin(); each != turns_.end();)
+    each = now < each->second.until ? std::next(each) : turns_.erase(each);
+  int in_all = in_all_;
+  std::map<std::string, int> given;
+  const auto has_room = [&](const Paused& one) {
+    const auto of_caller = of_caller_.find(one.caller);
+    const int own = (of_caller == of_caller_.end() ? 0 : of_caller->second) + given[one.caller];
+    return std::min(limits_.at_once - in_all, limits_.per_caller - own) >= limits_.per_connection;
+  };
+  for (auto one = paused_.begin(); one != paused_.end();) {
+    const bool its_turn = has_room(*one);
+    if (!its_turn && !stopped_ && now < read_again_ + kLongestPause) {
+      ++one;
+      continue;
+    }
+    if (its_turn) turns_[one->peer] = {limits_.per_connection, now + kTurn};
+    connections_->SetPaused(one->peer, false);
+    in_all += limits_.per_connection;
+    given[one->caller] += limits_.per_connection;
+    read_again_ = now;
+    one = paused_.erase(one);
+  }
+}
+
+}  // namespace sixpoint::runtime
