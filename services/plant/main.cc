@@ -4,6 +4,7 @@
 #include "identity/credentials.h"
 #include "sandbox/landlock.h"
 #include "services/plant/credentials_service.h"
+#include "services/plant/metrics.h"
 #include "services/plant/plant_service.h"
 #include "services/plant/record_service.h"
 #include "services/runtime/log.h"
@@ -23,8 +24,8 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   const storage::PlantStores stores = storage::PlantIn(database);
   services.push_back(
       {v1::PlantService::service_full_name(), std::make_unique<PlantService>(std::move(plant_options), stores)});
-  services.push_back(
-      {v1::RecordService::service_full_name(), std::make_unique<RecordService>(stores.journal, stores.blades)});
+  services.push_back({v1::RecordService::service_full_name(),
+                      std::make_unique<RecordService>(stores.journal, stores.blades), RecordSampled()});
   services.push_back({v1::CredentialsService::service_full_name(),
                       std::make_unique<CredentialsService>(
                           database, std::make_unique<identity::Trust>(

@@ -27,6 +27,8 @@ class Access {
   // Both live longer.
   Access(identity::Trust* trust, MachineOf machine_of) : trust_(trust), machine_of_(std::move(machine_of)) {}
 
+  // Whose certificate it is, where it counts now; else UNAUTHENTICATED (CERTIFICATE_...).
+  absl::StatusOr<identity::Identity> Believe(const std::string& certificate_pem) const;
   // Before anything of a request is parsed: UNAUTHENTICATED (CERTIFICATE_...) of a certificate that does not count now,
   // PERMISSION_DENIED (ROLE_MISSING) where the method's rule names none of its roles, or there is no rule. Where its rule lets in
   // anybody: nobody, without a name.
@@ -41,8 +43,6 @@ class Access {
   absl::Status StillCounts(const std::string& certificate_pem) const;
 
  private:
-  absl::StatusOr<identity::Identity> Believe(const std::string& certificate_pem) const;
-
   identity::Trust* const trust_;
   const MachineOf machine_of_;
 };

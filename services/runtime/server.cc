@@ -23,6 +23,7 @@
 #include "services/runtime/listening_sockets.h"
 #include "services/runtime/log.h"
 #include "services/runtime/message_limits.h"
+#include "services/runtime/observation.h"
 #include "storage/denials.h"
 #include "storage/record.h"
 
@@ -170,9 +171,21 @@ bool WaitForStop(const sigset_t& signals, long milliseconds) {
   return sigtimedwait(&signals, nullptr, &patience) > 0;
 }
 
+// To stop: before any thread starts, so that only this one takes them.
+sigset_t BlockSignals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);  // a worker or client that is gone is an error code, not our end
+  return signals;
+}
+
 // Keeps health and admission in step with the database until a signal comes.
 void ServeUntilStopped(const ServerOptions& options, grpc::Server* server, Admission* admission, Denials* denials,
-                       storage::Database* database, const std::vector<std::string>& names, const sigset_t& signals) {
+                       Observation* observation, storage::Database* database, const std::vector<std::string>& names,
+                       const sigset_t& signals) {
   ReadinessQuestion question(database, options.volatile_database);
   bool serving = false;
   std::string said;
@@ -184,6 +197,7 @@ void ServeUntilStopped(const ServerOptions& options, grpc::Server* server, Admis
     if (!why_not.empty() && why_not != said)
       Log(LogLevel::kWarning, (readiness == Readiness::kReady ? "served all the same: " : "not ready: ") + why_not);
     said = why_not;
+    observation->SetReady(readiness == Readiness::kReady);
     if (readiness == Readiness::kReady)
       admission->SetReady();
     else
@@ -198,13 +212,7 @@ void ServeUntilStopped(const ServerOptions& options, grpc::Server* server, Admis
 }  // namespace
 
 int Serve(const ServerOptions& given, const ServiceFactory& factory) {
-  // Blocked before any thread starts, so that only this one takes them.
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGTERM);
-  sigaddset(&signals, SIGINT);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  std::signal(SIGPIPE, SIG_IGN);  // a worker or client that is gone is an error code, not our end
+  const sigset_t signals = BlockSignals();
   StartLog(given.area);
   ServerOptions options = given;
   const auto server_credentials = ServerCredentialsOf(options.certificates);
@@ -220,11 +228,12 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
 
   const std::unique_ptr<storage::Database> database =
       storage::Database::Open(options.database, options.database_connections);
-  const std::vector<ServedService> services = factory(options, database.get());
-  OpenConnections connections(connection_limits);
   const Access access(&trust, MachineBy(database.get()));
-  Admission admission(&access);
   Denials denials(options.area);
+  Observation observation(options, database.get(), &access, &denials);
+  std::vector<ServedService> services = factory(options, database.get());
+  OpenConnections connections(connection_limits);
+  Admission admission(&access);
 
   grpc::EnableDefaultHealthCheckService(true);
   grpc::ServerBuilder builder;
@@ -252,6 +261,10 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
     return 1;
   }
   for (const std::string& name : names) server->GetHealthCheckService()->SetServingStatus(name, false);
+  if (absl::Status begun = observation.Begin(&services); !begun.ok()) {
+    Log(LogLevel::kError, "cannot be seen", {{"why", std::string(begun.message())}});
+    return 1;
+  }
   auto acceptor = std::make_unique<ConnectionAcceptor>(*std::move(sockets), &connections, std::move(taker));
   auto flood_watch = std::make_unique<FloodWatch>(&connections);
   std::atomic<bool> stopping{false};
@@ -260,8 +273,9 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   });
   Log(LogLevel::kInfo, "listening", {{"address", options.listen_address}});
 
-  ServeUntilStopped(options, server.get(), &admission, &denials, database.get(), names, signals);
+  ServeUntilStopped(options, server.get(), &admission, &denials, &observation, database.get(), names, signals);
 
+  observation.SetReady(false);
   server->GetHealthCheckService()->Shutdown();
   Log(LogLevel::kInfo, "stopping: running calls may end, new ones are refused");
   acceptor.reset();
@@ -271,6 +285,7 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   server->Wait();
   stopping = true;
   certificate_watch.join();
+  observation.End();
   KeepDenials(database.get(), &denials);
   Log(LogLevel::kInfo, "stopped");
   return 0;

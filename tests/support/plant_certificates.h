@@ -24,6 +24,8 @@ class PlantCertificates {
   std::filesystem::path Service(const std::string& area);
   std::filesystem::path User(const std::string& name, const std::vector<identity::Role>& roles);
   std::filesystem::path Machine(const std::string& machine_id);
+  // Of the plant's own authority; ended an hour ago.
+  std::filesystem::path Expired(const std::string& user, const std::vector<identity::Role>& roles);
   // Knows the authority, and is nobody: a stranger.
   std::filesystem::path Nobody();
   // Any other: beyond its time soon, reached by another host.
