@@ -8,10 +8,10 @@ namespace {
 constexpr char kHead[] = "SELECT coalesce(max(record_sequence), 0) FROM record_names";
 // A partition is called after its month: record_entries_2026_11.
 constexpr char kMonths[] =
-    "SELECT left(newest, 4)::integer * 12 + right(newest, 2)::integer - (extract(year FROM now()) * 12 + "
-    "extract(month FROM now()))::integer FROM (SELECT min(newest) AS newest FROM (SELECT max(right(c.relname, 7)) AS "
-    "newest FROM pg_inherits i JOIN pg_class c ON c.oid = i.inhrelid JOIN pg_partitioned_table p ON p.partrelid = "
-    "i.inhparent GROUP BY i.inhparent) AS of_each) AS least";
+    "SELECT left(newest, 4)::integer * 12 + right(newest, 2)::integer - (extract(year FROM utc) * 12 + "
+    "extract(month FROM utc))::integer FROM (SELECT min(newest) AS newest, now() AT TIME ZONE 'UTC' AS utc FROM "
+    "(SELECT max(right(c.relname, 7)) AS newest FROM pg_inherits i JOIN pg_class c ON c.oid = i.inhrelid "
+    "JOIN pg_partitioned_table p ON p.partrelid = i.inhparent GROUP BY i.inhparent) AS of_each) AS least";
 constexpr char kDamages[] = "SELECT count(*) FROM blob_damages";
 constexpr char kAges[] =
     "SELECT DISTINCT ON (machine_id, kind, axis) machine_id, kind, axis, extract(epoch FROM now() - "
