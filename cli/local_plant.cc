@@ -12,6 +12,7 @@
 #include "cli/plant_certificates.h"
 #include "cli/plant_folder.h"
 #include "cli/plant_ports.h"
+#include "cli/prometheus_config.h"
 #include "cli/service_health.h"
 #include "cli/service_user.h"
 #include "cli/subprocess.h"
@@ -65,9 +66,15 @@ absl::Status CheckPorts(const LocalPlant& plant) {
     const auto states = ProgramStates(plant);
     for (std::size_t i = 0; i < kAreas.size(); ++i)
       if (const auto state = states.find(kAreas[i]); state != states.end() && state->second == "RUNNING")
-        own.insert((*stored)->base_port + static_cast<int>(i));
+        for (const int above : {0, kMetricsAbove}) own.insert((*stored)->base_port + above + static_cast<int>(i));
   }
-  return RequirePorts(plant.settings.listen, plant.settings.base_port, static_cast<int>(kAreas.size()), own);
+  for (const int above : {0, kMetricsAbove}) {
+    if (absl::Status status =
+            RequirePorts(plant.settings.listen, plant.settings.base_port + above, static_cast<int>(kAreas.size()), own);
+        !status.ok())
+      return status;
+  }
+  return absl::OkStatus();
 }
 
 // A checkout under /root cannot be entered by the service user: then the programs are copied beside the data.
@@ -292,6 +299,8 @@ absl::Status Start(LocalPlant* plant, ProgressLine* progress) {
     return status;
   }
   if (absl::Status status = StoreSettings(plant->data, plant->settings); !status.ok()) return status;
+  if (absl::Status status = WriteFile(plant->prometheus_config().string(), PrometheusConfig(*plant)); !status.ok())
+    return status;
   if (absl::Status status = StartServices(*plant, *started); !status.ok()) return status;
   return WaitForServices(*plant, progress);
 }

@@ -20,6 +20,8 @@ namespace sixpoint::cli {
 // Areas in the order of their ports: base_port + index.
 inline constexpr std::array<const char*, 6> kAreas = {"plant",        "ingest",     "calibration",
                                                       "registration", "correction", "inspection"};
+// Each is seen (services/runtime/observation.h) at a port of its own, so far above that of its calls.
+inline constexpr int kMetricsAbove = 20;
 inline constexpr char kPostgresBin[] = "/usr/lib/postgresql/15/bin/";
 
 // Of a plant in that folder: its authority; what everybody may read of it, beside a folder for each service's certificate; and the
@@ -35,6 +37,7 @@ struct LocalPlant {
   std::filesystem::path data;
   std::filesystem::path binaries;    // where the service programs are
   std::filesystem::path migrations;  // where the SQL files are
+  std::filesystem::path alerts;      // Prometheus' rules; empty: they are not here
   PlantSettings settings;
   ListenAddress address;  // as the settings say
 
@@ -43,6 +46,7 @@ struct LocalPlant {
   std::filesystem::path logs() const { return data / "log"; }
   std::filesystem::path supervisor_pid() const { return sockets() / "supervisord.pid"; }
   std::filesystem::path supervisor_config() const { return data / "supervisord.conf"; }
+  std::filesystem::path prometheus_config() const { return data / "prometheus.yml"; }
   // The authority's folder is out of the service user's reach (cli/plant_certificates.h).
   std::filesystem::path authority() const { return AuthorityIn(data); }
   std::filesystem::path certificates() const { return CertificatesIn(data); }
@@ -55,6 +59,10 @@ struct LocalPlant {
   std::string ListensAt(std::size_t area) const { return At(address.listen, area); }
   std::string OwnAddress(std::size_t area) const { return At(address.Own(), area); }
   std::string AnnouncedAt(std::size_t area) const { return At(address.announce, area); }
+  // The same of where it is seen.
+  std::string MetricsAt(std::size_t area) const { return At(address.listen, area + kMetricsAbove); }
+  std::string OwnMetrics(std::size_t area) const { return At(address.Own(), area + kMetricsAbove); }
+  std::string AnnouncedMetrics(std::size_t area) const { return At(address.announce, area + kMetricsAbove); }
 
  private:
   std::string At(const std::string& host, std::size_t area) const {

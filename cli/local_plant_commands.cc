@@ -27,6 +27,12 @@ fs::path UsualMigrations() {
   return OwnFolder() / "migrations";
 }
 
+// They lie where the migrations do, or nowhere.
+fs::path AlertsBeside(const fs::path& migrations) {
+  const fs::path alerts = fs::weakly_canonical(migrations).parent_path() / "deploy" / "observe" / "alerts.yml";
+  return fs::exists(alerts) ? alerts : fs::path();
+}
+
 // Before clients refuse the service for it. Empty where nothing is to be done.
 std::string CertificateWarning(const std::string& area, const std::optional<identity::IssuedCertificate>& certificate) {
   if (certificate && StateText(*certificate) == "valid") return "";
@@ -42,6 +48,7 @@ nlohmann::json ToJson(const PlantHealth& health) {
     services.push_back(
         {{"area", kAreas[i]},
          {"address", health.plant.AnnouncedAt(i)},
+         {"metrics", health.plant.AnnouncedMetrics(i)},
          {"health", health.services[i].health},
          {"why", health.services[i].why},
          {"certificate", health.certificates[i] ? CertificateToJson(*health.certificates[i]) : nullptr}});
@@ -64,6 +71,9 @@ std::string ToText(const PlantHealth& health) {
     text +=
         area + health.plant.AnnouncedAt(i) + "  " + state.health + (state.why.empty() ? "" : ": " + state.why) + "\n";
   }
+  text += "metrics       https://" + health.plant.AnnouncedMetrics(0) + "/metrics and the next " +
+          std::to_string(kAreas.size() - 1) + " ports; for Prometheus: " + health.plant.prometheus_config().string() +
+          "\n";
   for (std::size_t i = 0; i < kAreas.size(); ++i) text += CertificateWarning(kAreas[i], health.certificates[i]);
   return text;
 }
@@ -102,6 +112,7 @@ absl::Status Up(Session* session, const UpArguments& arguments) {
   plant->address = *plant->settings.Address();
   plant->binaries = OwnFolder();
   plant->migrations = arguments.migrations.empty() ? UsualMigrations() : fs::path(arguments.migrations);
+  plant->alerts = AlertsBeside(plant->migrations);
   {
     ProgressLine progress(session->json);
     if (absl::Status status = StartPlant(*plant, &progress); !status.ok()) return status;
@@ -130,10 +141,10 @@ void AddLocalPlantCommands(Command* app, Session* session) {
   Command* status = app->AddCommand("status", "Tells what runs; exit code 0 when everything serves");
   const auto arguments = std::make_shared<UpArguments>();
   PlantSettings* const settings = &arguments->settings;
-  arguments->base_port =
-      up->AddOption("--base-port", &settings->base_port, "The plant service's port; the others follow it")
-          ->Within(kLowestPort, kHighestBasePort)
-          ->ShowDefault();
+  arguments->base_port = up->AddOption("--base-port", &settings->base_port,
+                                       "The plant service's port; the others follow it, metrics 20 above")
+                             ->Within(kLowestPort, kHighestBasePort)
+                             ->ShowDefault();
   arguments->listen =
       up->AddOption("--listen", &settings->listen, "Address to serve on, so that other hosts reach the plant")
           ->ShowDefault();

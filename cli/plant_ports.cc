@@ -43,7 +43,7 @@ absl::Status RequirePort(const std::string& host, int port) {
   const std::string at = HostAndPort(ListenAddress{host, host}.Own(), port);
   // Which one it is cannot be told: another plant shows a certificate that this one has no way to judge.
   return runtime::Refuse("--base-port", at + " (another program or plant listens there)",
-                         "six ports that are free, or this plant's own");
+                         "six ports that are free, and the six that are 20 above them, or this plant's own");
 }
 
 }  // namespace

@@ -51,6 +51,8 @@ struct Database::Pool {
   std::condition_variable freed;
   std::vector<Connection> idle;
   int in_use_count = 0;  // handed out, or being connected
+  std::optional<Deadline> answered;
+  OnWait on_wait;
 };
 
 std::unique_ptr<Database> Database::Open(std::string conninfo, int pool_size) {
@@ -66,9 +68,12 @@ Database::~Database() = default;
 absl::StatusOr<Transaction> Database::Begin(Deadline deadline) {
   deadline = Bounded(deadline);
   Connection connection;
+  const Deadline asked = std::chrono::steady_clock::now();
   {
     std::unique_lock lock(pool_->mutex);
-    if (!pool_->freed.wait_until(lock, deadline, [this] { return pool_->in_use_count < pool_->size; })) {
+    const bool got_one = pool_->freed.wait_until(lock, deadline, [this] { return pool_->in_use_count < pool_->size; });
+    if (pool_->on_wait) pool_->on_wait(std::chrono::steady_clock::now() - asked, got_one);
+    if (!got_one) {
       return absl::ResourceExhaustedError("database: all " + std::to_string(pool_->size) +
                                           " connections are in use, want a free one before the deadline");
     }
@@ -81,7 +86,7 @@ absl::StatusOr<Transaction> Database::Begin(Deadline deadline) {
   const std::string begin = "BEGIN; SET LOCAL statement_timeout = " + std::to_string(MillisecondsUntil(deadline) + 1);
   if (connection != nullptr) {
     const absl::StatusOr<Result> begun = Query(connection.get(), begin, nullptr, deadline);
-    if (begun.ok()) return Transaction(this, connection.release(), deadline);
+    if (begun.ok()) return Begun(connection.release(), deadline);
     if (IsUsable(connection.get())) {
       Return(connection.release(), /*broken=*/true);
       return begun.status();
@@ -98,7 +103,7 @@ absl::StatusOr<Transaction> Database::Begin(Deadline deadline) {
     if (fresh.ok()) {
       connection = *std::move(fresh);
       const absl::StatusOr<Result> begun = Query(connection.get(), begin, nullptr, deadline);
-      if (begun.ok()) return Transaction(this, connection.release(), deadline);
+      if (begun.ok()) return Begun(connection.release(), deadline);
       failure = begun.status();
     } else {
       failure = fresh.status();
@@ -106,6 +111,24 @@ absl::StatusOr<Transaction> Database::Begin(Deadline deadline) {
   }
   Return(connection.release(), /*broken=*/true);
   return failure;
+}
+
+Transaction Database::Begun(pg_conn* connection, Deadline deadline) {
+  {
+    const std::lock_guard lock(pool_->mutex);
+    pool_->answered = std::chrono::steady_clock::now();
+  }
+  return Transaction(this, connection, deadline);
+}
+
+Database::Use Database::use() const {
+  const std::lock_guard lock(pool_->mutex);
+  return {pool_->size, pool_->in_use_count, pool_->answered};
+}
+
+void Database::Watch(OnWait on_wait) {
+  const std::lock_guard lock(pool_->mutex);
+  pool_->on_wait = std::move(on_wait);
 }
 
 void Database::Return(pg_conn* connection, bool broken) {

@@ -12,6 +12,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -135,6 +136,14 @@ class Database {
   absl::StatusOr<Transaction> Begin(Deadline deadline);
   // Schema version as the migration runner left it, 0 where it never ran; used by readiness.
   absl::StatusOr<int> SchemaVersion(Deadline deadline);
+  struct Use {
+    int size = 0, in_use = 0;          // connections: at most, and now
+    std::optional<Deadline> answered;  // when the server last began a transaction; none: never yet
+  };
+  Use use() const;
+  // Told of each Begin how long it waited for a connection, and whether it got one. Once, before the first Begin.
+  using OnWait = std::function<void(std::chrono::duration<double> waited, bool got_one)>;
+  void Watch(OnWait on_wait);
   // FAILED_PRECONDITION names the setting by which the server may lose what it has committed.
   absl::Status RequireDurable(Deadline deadline);
   // FAILED_PRECONDITION names the role that we are, where it could change the record: a superuser, or a member of its owner.
@@ -144,6 +153,7 @@ class Database {
   friend class Transaction;
   struct Pool;
   explicit Database(std::unique_ptr<Pool> pool);
+  Transaction Begun(pg_conn* connection, Deadline deadline);
   void Return(pg_conn* connection, bool broken);
   std::unique_ptr<Pool> pool_;
 };

@@ -1,5 +1,6 @@
 // sixpoint-calibration: sensor to machine, and the rotary axes.
 #include "services/calibration/calibration_service.h"
+#include "services/calibration/metrics.h"
 #include "services/calibration/study_service.h"
 #include "services/runtime/peers.h"
 #include "services/runtime/server.h"
@@ -13,7 +14,8 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   const auto ingest = runtime::ConnectToPeer(options, "ingest");
   std::vector<runtime::ServedService> services;
   services.push_back({v1::CalibrationService::service_full_name(),
-                      std::make_unique<CalibrationService>(calibrations, plant, ingest, options.threads)});
+                      std::make_unique<CalibrationService>(calibrations, plant, ingest, options.threads),
+                      CalibrationsSampled()});
   services.push_back({v1::StudyService::service_full_name(),
                       std::make_unique<StudyService>(storage::StudiesIn(database), calibrations, plant, ingest)});
   return services;

@@ -8,6 +8,7 @@
 #include "services/correction/decide.h"
 #include "services/correction/fetch.h"
 #include "services/correction/messages.h"
+#include "services/correction/metrics.h"
 #include "services/correction/rows.h"
 #include "services/correction/validate.h"
 #include "services/runtime/call.h"
@@ -45,7 +46,9 @@ CorrectionService::CorrectionService(std::shared_ptr<storage::CorrectionStore> s
     : store_(std::move(store)),
       events_(std::move(events)),
       peers_(std::move(peers)),
-      running_({greatest_count, 0}, "corrections", errors::v1::CORRECTIONS_FULL) {}
+      running_({greatest_count, 0}, "corrections", errors::v1::CORRECTIONS_FULL) {
+  Metrics();
+}
 
 grpc::Status CorrectionService::Correct(grpc::ServerContext* context, const v1::CorrectRequest* request,
                                         v1::Correction* response) {
@@ -55,13 +58,17 @@ grpc::Status CorrectionService::Correct(grpc::ServerContext* context, const v1::
   if (!slot.ok()) return ToGrpc(slot.status());
   if (request->dry_run()) return runtime::Answer(DryRun(*request, caller), response);
   bool made = false;
+  std::string made_id, release;
   const auto make = [&] {
     made = true;
-    return Make(*request, caller);
+    auto record = Make(*request, caller);
+    if (record.ok()) made_id = record->row.correction_id, release = record->row.release;
+    return record;
   };
   const auto recorded =
       runtime::RecordedResult<v1::Correction>(store_.get(), "correction.Correct", *request, caller, make, ToProto);
   if (!recorded.ok()) return ToGrpc(recorded.status());
+  if (runtime::LastSegment(recorded->name()) == made_id) Metrics().recorded.Add(release);
   // What it is now, of a new one too: what it rests on may have been withdrawn. A program leaves with what made it; a retry may come
   // hours later, and asks FetchProgram.
   return runtime::Answer(
@@ -105,6 +112,7 @@ absl::StatusOr<v1::Correction> CorrectionService::Decided(const char* call, cons
   const auto decided =
       events_->Decide(runtime::RecordedRequestOf(call, request, caller.trace_id), *decision, caller.deadline);
   if (!decided.ok()) return decided.status();
+  Metrics().decided.Add(decision->event);
   return ToProto(*decided);
 }
 

@@ -96,6 +96,7 @@ absl::StatusOr<DecodeWorkers::Worker> DecodeWorkers::Start() {
     return absl::UnavailableError("decode worker " + std::string(pid.status().message()));
   }
   ++started_count_;
+  started_.Add();
   return Worker{*pid, sockets[0]};
 }
 

@@ -15,6 +15,7 @@
 
 #include "services/ingest/block_statistics.h"
 #include "services/runtime/compute_pool.h"
+#include "services/runtime/metrics.h"
 
 namespace sixpoint::ingest {
 
@@ -65,6 +66,7 @@ class DecodeWorkers {
   const std::string program_;
   const std::chrono::milliseconds patience_;
   std::atomic<int> started_count_ = 0;
+  runtime::Counter started_{"sixpoint_decode_workers_started_total", "Decode workers that were started, anew too."};
   runtime::ComputePool at_once_;
   std::mutex mutex_;
   std::vector<Worker> idle_;

@@ -5,6 +5,7 @@
 
 #include "sandbox/landlock.h"
 #include "services/ingest/block_memory.h"
+#include "services/ingest/metrics.h"
 #include "services/ingest/scan_service.h"
 #include "services/ingest/store_service.h"
 #include "services/runtime/log.h"
@@ -68,7 +69,8 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   services.push_back(
       {v1::CloudStoreService::service_full_name(),
        std::make_unique<CloudStoreService>(storage::RetentionIn(database, blob_store),
-                                           storage::BlobKeepingIn(database, blob_store), std::move(keeper))});
+                                           storage::BlobKeepingIn(database, blob_store), std::move(keeper)),
+       StoreSampled(1e9 * store_options.most_postgresql_gb)});
   return services;
 }
 

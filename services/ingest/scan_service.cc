@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "services/ingest/metrics.h"
 #include "services/ingest/scan_messages.h"
 #include "services/ingest/stored_scan.h"
 #include "services/ingest/upload.h"
@@ -98,7 +99,9 @@ ScanService::ScanService(const ScanServiceOptions& options, std::shared_ptr<stor
       header_shares_(options.greatest_upload_count),
       upload_shares_(std::max(1, options.greatest_upload_count / 2)),
       header_patience_(std::min(options.header_patience, options.stream_patience)),
-      stream_patience_(options.stream_patience) {}
+      stream_patience_(options.stream_patience) {
+  Metrics();
+}
 
 grpc::Status ScanService::UploadScan(grpc::ServerContext* context, UploadStream* stream) {
   return ToGrpc(Upload(context, stream));

@@ -7,6 +7,7 @@
 
 #include "metrology/cloud/draco_codec.h"
 #include "metrology/cloud/range_image.h"
+#include "services/ingest/metrics.h"
 #include "services/ingest/raw_profiles.h"
 #include "services/ingest/scan_messages.h"
 #include "services/runtime/clearance.h"
@@ -195,6 +196,10 @@ absl::Status ScanUpload::Keep(const v1::ScanBlock& block, const std::string& sen
     if (block.index() >= progress().next_block()) return Overtaken(row_.scan_id);
     return Compare(block.index(), sent_sha256);
   }
+  Metrics().blocks.Add();
+  Metrics().points.Add(static_cast<double>(block.point_count()));
+  Metrics().sent_bytes.Add(static_cast<double>(block.payload().size()));
+  Metrics().stored_bytes.Add(static_cast<double>(after.stored_bytes - row_.stored_bytes));
   row_ = std::move(after);
   return absl::OkStatus();
 }
@@ -205,6 +210,7 @@ absl::StatusOr<ScanUpload::Prepared> ScanUpload::Prepare(const v1::ScanBlock& bl
   absl::StatusOr<CheckedBlock> checked = tools_.workers->Check(
       block.payload(), block.point_count(), header_.profile_pitch_mm(), cursor, {caller_.deadline, caller_.keep_going});
   if (absl::IsInvalidArgument(checked.status())) {
+    Metrics().rejected.Add("draco");
     return runtime::Refuse(PayloadField(block.index()), std::string(checked.status().message()),
                            "a sound Draco cloud of " + std::to_string(block.point_count()) + " finite points");
   }
@@ -225,6 +231,7 @@ absl::StatusOr<ScanUpload::Prepared> ScanUpload::Encode(const v1::ScanBlock& blo
     absl::StatusOr<RawProfiles> parsed =
         ParseRawProfiles(block.payload(), header_.columns_per_profile(), raw_step_mm, block.point_count());
     if (!parsed.ok()) {
+      Metrics().rejected.Add("profiles");
       return runtime::Refuse(PayloadField(block.index()), std::string(parsed.status().message()),
                              "whole profiles of " + std::to_string(header_.columns_per_profile()) + " columns");
     }
@@ -241,6 +248,7 @@ absl::StatusOr<ScanUpload::Prepared> ScanUpload::Encode(const v1::ScanBlock& blo
   absl::StatusOr<metrology::EncodedBlock> encoded =
       metrology::EncodeRangeImage(profiles.points_mm, profiles.columns, FanOf(machine_.sensor()), step_mm);
   if (absl::IsInvalidArgument(encoded.status())) {
+    Metrics().rejected.Add("error_bound");
     return runtime::Refuse(PayloadField(block.index()), std::string(encoded.status().message()),
                            "points that can be kept within header.error_bound_um");
   }
@@ -251,7 +259,9 @@ absl::StatusOr<ScanUpload::Prepared> ScanUpload::Encode(const v1::ScanBlock& blo
 }
 
 absl::Status ScanUpload::Believe(int block_index, const BlockStatistics& statistics) const {
-  return CheckStatistics(header_, machine_.sensor(), block_index, statistics);
+  absl::Status believed = CheckStatistics(header_, machine_.sensor(), block_index, statistics);
+  if (!believed.ok()) Metrics().rejected.Add("statistics");
+  return believed;
 }
 
 absl::Status ScanUpload::Compare(int block_index, const std::string& sent_sha256) {
@@ -282,6 +292,7 @@ absl::StatusOr<v1::StoredScan> ScanUpload::Finish(const v1::ScanEnd& end) {
     stored_ = std::move((**completed).scan);
     return AnswerStored(end);
   }
+  Metrics().scans.Add();
   v1::StoredScan answer;
   *answer.mutable_scan() = ToProto((**completed).scan);
   return answer;

@@ -7,12 +7,14 @@
 #include "services/inspection/inputs.h"
 #include "services/inspection/inspect.h"
 #include "services/inspection/messages.h"
+#include "services/inspection/metrics.h"
 #include "services/inspection/rows.h"
 #include "services/inspection/validate.h"
 #include "services/runtime/call.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_results.h"
+#include "services/runtime/resource_name.h"
 
 namespace sixpoint::inspection {
 
@@ -23,7 +25,9 @@ InspectionService::InspectionService(std::shared_ptr<storage::InspectionStore> s
     : store_(std::move(store)),
       peers_(std::move(peers)),
       options_(options),
-      running_({options.greatest_count, 0}, "inspections", errors::v1::INSPECTIONS_FULL) {}
+      running_({options.greatest_count, 0}, "inspections", errors::v1::INSPECTIONS_FULL) {
+  Metrics();
+}
 
 grpc::Status InspectionService::Inspect(grpc::ServerContext* context, const v1::InspectRequest* request,
                                         v1::Inspection* response) {
@@ -31,10 +35,25 @@ grpc::Status InspectionService::Inspect(grpc::ServerContext* context, const v1::
   const runtime::Caller caller = runtime::CallerOf(*context);
   const auto slot = running_.Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());
-  const auto make = [&] { return Make(*request, caller); };
-  return runtime::Answer(
-      runtime::RecordedResult<v1::Inspection>(store_.get(), "inspection.Inspect", *request, caller, make, ToProto),
-      response);
+  std::string made_id, verdict;
+  double deviation_rms_um = 0;
+  const auto make = [&] {
+    auto made = Make(*request, caller);
+    if (made.ok()) {
+      made_id = made->row.inspection_id;
+      verdict = made->row.verdict;
+      deviation_rms_um = made->row.deviation_rms_um;
+    }
+    return made;
+  };
+  const auto recorded =
+      runtime::RecordedResult<v1::Inspection>(store_.get(), "inspection.Inspect", *request, caller, make, ToProto);
+  // Not where an earlier call recorded it, or another one meanwhile.
+  if (recorded.ok() && runtime::LastSegment(recorded->name()) == made_id) {
+    Metrics().recorded.Add(verdict);
+    Metrics().deviation_rms_metres.Observe(deviation_rms_um * 1e-6);
+  }
+  return runtime::Answer(recorded, response);
 }
 
 absl::StatusOr<runtime::Made<storage::InspectionRow>> InspectionService::Make(const v1::InspectRequest& request,

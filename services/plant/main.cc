@@ -9,6 +9,7 @@
 #include "services/plant/account_service.h"
 #include "services/plant/clearance_service.h"
 #include "services/plant/credentials_service.h"
+#include "services/plant/metrics.h"
 #include "services/plant/person_service.h"
 #include "services/plant/plant_service.h"
 #include "services/plant/record_service.h"
@@ -37,7 +38,7 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   services.push_back(
       {v1::PlantService::service_full_name(), std::make_unique<PlantService>(std::move(plant_options), stores)});
   services.push_back(
-      {v1::RecordService::service_full_name(), std::make_unique<RecordService>(stores.journal, stores.blades)});
+      {v1::RecordService::service_full_name(), std::make_unique<RecordService>(stores.journal, stores.blades), RecordSampled()});
   services.push_back(
       {v1::CredentialsService::service_full_name(), std::make_unique<CredentialsService>(database, TrustOf(options))});
   SessionDeskOptions desk;

@@ -9,6 +9,7 @@
 #include "metrology/registration/register.h"
 #include "services/registration/batch.h"
 #include "services/registration/messages.h"
+#include "services/registration/metrics.h"
 #include "services/registration/rows.h"
 #include "services/registration/validate.h"
 #include "services/runtime/call.h"
@@ -16,6 +17,7 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_call.h"
 #include "services/runtime/recorded_results.h"
+#include "services/runtime/resource_name.h"
 
 namespace sixpoint::registration {
 
@@ -25,7 +27,9 @@ RegistrationService::RegistrationService(std::shared_ptr<storage::RegistrationSt
                                          const RegistrationLimits& limits)
     : store_(std::move(store)),
       inputs_(peers, limits.surface_bytes, limits.threads),
-      pool_(limits.pool, "registrations", errors::v1::REGISTRATIONS_FULL) {}
+      pool_(limits.pool, "registrations", errors::v1::REGISTRATIONS_FULL) {
+  Metrics();
+}
 
 grpc::Status RegistrationService::Register(grpc::ServerContext* context, const v1::RegisterRequest* request,
                                            v1::Registration* response) {
@@ -35,9 +39,19 @@ grpc::Status RegistrationService::Register(grpc::ServerContext* context, const v
 absl::StatusOr<v1::Registration> RegistrationService::RegisterOnce(const v1::RegisterRequest& request,
                                                                    const Caller& caller) {
   if (absl::Status status = CheckRequest(request); !status.ok()) return status;
-  const auto make = [&] { return Make(request, caller); };
-  return runtime::RecordedResult<v1::Registration>(store_.get(), "registration.Register", request, caller, make,
-                                                   ToProto);
+  RecordedFit fit;
+  const auto make = [&] {
+    auto made = Make(request, caller);
+    if (made.ok())
+      fit = {made->row.registration_id, made->row.outcome, made->row.compute_seconds, made->row.residual_rms_um,
+             made->row.condition_number};
+    return made;
+  };
+  absl::StatusOr<v1::Registration> recorded =
+      runtime::RecordedResult<v1::Registration>(store_.get(), "registration.Register", request, caller, make, ToProto);
+  // Not where an earlier call recorded it, or another one meanwhile.
+  if (recorded.ok() && runtime::LastSegment(recorded->name()) == fit.registration_id) CountRecorded(fit);
+  return recorded;
 }
 
 absl::StatusOr<runtime::Made<storage::RegistrationRow>> RegistrationService::Make(const v1::RegisterRequest& request,

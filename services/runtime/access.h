@@ -30,6 +30,8 @@ class Access {
   Access(identity::Trust* trust, const SessionEnds* session_ends, MachineOf machine_of)
       : trust_(trust), sessions_(trust), session_ends_(session_ends), machine_of_(std::move(machine_of)) {}
 
+  // Whose certificate it is, where it counts now; else UNAUTHENTICATED (CERTIFICATE_...).
+  absl::StatusOr<identity::Identity> Believe(const std::string& certificate_pem) const;
   // Before anything of a request is parsed: UNAUTHENTICATED (CERTIFICATE_...) of a certificate that does not count now,
   // UNAUTHENTICATED (SESSION_...) of a session that does not, PERMISSION_DENIED (ROLE_MISSING) where the method's rule names none of
   // its roles, there is no rule, or a session came that is not the gateway's to send. Where its rule lets in anybody: nobody, without
@@ -45,7 +47,6 @@ class Access {
   absl::Status StillCounts(const std::string& certificate_pem, const std::string& session_token) const;
 
  private:
-  absl::StatusOr<identity::Identity> Believe(const std::string& certificate_pem) const;
   absl::StatusOr<identity::Identity> BelieveSession(const std::string& token) const;
 
   identity::Trust* const trust_;

@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "services/runtime/call_metrics.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/log.h"
@@ -42,11 +43,13 @@ class CallLog : public grpc::experimental::Interceptor {
   CallLog(grpc::experimental::ServerRpcInfo* info, Denials* denials)
       : method_(info->method()), context_(*info->server_context()), denials_(*denials) {
     ++calls_in_flight;
+    CallBegins(counts_);
   }
 
   // The end of the call, however it came: without a status the client had gone.
   ~CallLog() override {
     --calls_in_flight;
+    CallEnds(counts_, status_code_, Clock::now() - begin_);
     if (is_refused_ && !MayLogRefusal()) return;  // who was denied is counted all the same
     const double duration_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin_).count();
     const bool at_fault = code_ == "INTERNAL" || code_ == "UNKNOWN" || code_ == "DATA_LOSS";
@@ -69,6 +72,7 @@ class CallLog : public grpc::experimental::Interceptor {
 
  private:
   void TakeStatus(const grpc::Status& status) {
+    status_code_ = status.error_code();
     code_ = absl::StatusCodeToString(static_cast<absl::StatusCode>(status.error_code()));
     const absl::Status said = FromGrpc(status);
     // Whom another authority names is nobody here: names that strangers think of are kept nowhere.
@@ -105,6 +109,7 @@ class CallLog : public grpc::experimental::Interceptor {
   }
 
   const std::string method_;
+  CallCounts* const counts_ = CallCountsOf(method_);
   const grpc::ServerContextBase& context_;  // lives as long as the call
   Denials& denials_;
   std::string caller_;
@@ -112,6 +117,7 @@ class CallLog : public grpc::experimental::Interceptor {
   const Clock::time_point begin_ = Clock::now();
   std::string traceparent_;
   std::string code_ = "CANCELLED";
+  int status_code_ = grpc::StatusCode::CANCELLED;
 };
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "services/runtime/errors.h"
+#include "services/runtime/metrics.h"
 
 namespace sixpoint::runtime {
 
@@ -67,6 +68,9 @@ class ComputePool {
   const PoolLimits limits_;
   const std::string what_;
   const ErrorReason reason_;
+  Gauge running_gauge_, waiting_gauge_;
+  Histogram wait_s_;
+  Counter refused_;
   mutable std::mutex mutex_;
   std::condition_variable turn_;
   std::list<Patience> waiting_;  // first come, first in the list

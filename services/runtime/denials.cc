@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "refusal/message_text.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/metrics.h"
 
 namespace sixpoint::runtime {
 namespace {
@@ -15,10 +17,30 @@ using std::chrono::steady_clock;
 constexpr char kAny[] = "*";
 constexpr std::size_t kLongestText = 200, kLongestSentence = 1000;
 
+std::vector<std::string> AllReasons() {
+  std::vector<std::string> all;
+  const auto* const reasons = errors::v1::ErrorReason_descriptor();
+  for (int i = 0; i < reasons->value_count(); ++i) all.push_back(reasons->value(i)->name());
+  return all;
+}
+
+// The reasons that who asks has; others are there once they were.
+CounterBy& Counted() {
+  static CounterBy counted("sixpoint_denials_total", "Calls that were refused for who asked, by errors.v1.ErrorReason.",
+                           "reason",
+                           {"CERTIFICATE_MISSING", "CERTIFICATE_FOREIGN", "CERTIFICATE_EXPIRED", "CERTIFICATE_REVOKED",
+                            "ROLE_MISSING", "MACHINE_DIFFERS", "CODE_NOT_VALID"},
+                           AllReasons());
+  return counted;
+}
+
 }  // namespace
+
+Denials::Denials(std::string area) : area_(std::move(area)) { Counted(); }
 
 void Denials::Add(const std::string& method, const std::string& caller, const std::string& peer_address,
                   const std::string& reason, const std::string& sentence) {
+  Counted().Add(reason);
   const storage::Instant now = std::chrono::system_clock::now();
   const std::lock_guard<std::mutex> lock(mutex_);
   Merge({area_, method, Tame(caller, kLongestText), Tame(peer_address, kLongestText), reason,

@@ -16,7 +16,7 @@ namespace sixpoint::runtime {
 // Thread-safe.
 class Denials {
  public:
-  explicit Denials(std::string area) : area_(std::move(area)) {}
+  explicit Denials(std::string area);
 
   void Add(const std::string& method, const std::string& caller, const std::string& peer_address,
            const std::string& reason, const std::string& sentence);

@@ -26,6 +26,8 @@ ServerOptions ParseServerOptions(int argc, char** argv, const std::string& area,
   app.add_option("--certificates", options.certificates, "Folder of this service's identity.pem and of authority.pem")
       ->required();
   app.add_option("--revoked", options.revoked_file, "The authority's revocation list")->required();
+  app.add_option("--metrics", options.metrics_address,
+                 "Address of /metrics and /health, over TLS, such as 127.0.0.1:7421; without it there is none");
   app.add_option("--workers", options.worker_folder, "Folder of the worker programs")->capture_default_str();
   app.add_option("--database-connections", options.database_connections, "Most connections held at once")
       ->check(CLI::Range(1, 1000))

@@ -24,6 +24,7 @@
 #include "services/runtime/listening_sockets.h"
 #include "services/runtime/log.h"
 #include "services/runtime/message_limits.h"
+#include "services/runtime/observation.h"
 #include "services/runtime/session_ends.h"
 #include "storage/clearances.h"
 #include "storage/denials.h"
@@ -175,30 +176,52 @@ bool WaitForStop(const sigset_t& signals, long milliseconds) {
   return sigtimedwait(&signals, nullptr, &patience) > 0;
 }
 
+// To stop: before any thread starts, so that only this one takes them.
+sigset_t BlockSignals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);  // a worker or client that is gone is an error code, not our end
+  return signals;
+}
+
+// What is kept in step while a server serves.
+struct Served {
+  grpc::Server* server;
+  Admission* admission;
+  Denials* denials;
+  SessionEnds* session_ends;
+  Observation* observation;
+  storage::Database* database;
+  std::vector<std::string> names;  // of health
+};
+
 // Keeps health and admission in step with the database until a signal comes.
-void ServeUntilStopped(const ServerOptions& options, grpc::Server* server, Admission* admission, Denials* denials,
-                       SessionEnds* session_ends, storage::Database* database, const std::vector<std::string>& names,
-                       const sigset_t& signals) {
-  ReadinessQuestion question(database, options.volatile_database);
+void ServeUntilStopped(const ServerOptions& options, const Served& served, const sigset_t& signals) {
+  ReadinessQuestion question(served.database, options.volatile_database);
   bool serving = false;
   std::string said;
   do {
-    if (serving) KeepDenials(database, denials);
+    if (serving) KeepDenials(served.database, served.denials);
     std::string why_not;
     const Readiness readiness = question.Ask(&why_not);
     if (readiness == Readiness::kReady)
-      session_ends->Read(database, std::chrono::steady_clock::now() + kDatabasePatience);
+      served.session_ends->Read(served.database, std::chrono::steady_clock::now() + kDatabasePatience);
     if (readiness == Readiness::kBusy) continue;  // full is not broken: as before
     if (!why_not.empty() && why_not != said)
       Log(LogLevel::kWarning, (readiness == Readiness::kReady ? "served all the same: " : "not ready: ") + why_not);
     said = why_not;
+    served.observation->SetReady(readiness == Readiness::kReady);
     if (readiness == Readiness::kReady)
-      admission->SetReady();
+      served.admission->SetReady();
     else
-      admission->SetNotReady(why_not);
+      served.admission->SetNotReady(why_not);
     if (serving == (readiness == Readiness::kReady)) continue;
     serving = !serving;
-    for (const std::string& name : names) server->GetHealthCheckService()->SetServingStatus(name, serving);
+    for (const std::string& name : served.names)
+      served.server->GetHealthCheckService()->SetServingStatus(name, serving);
     Log(LogLevel::kInfo, serving ? "serving" : "not serving");
   } while (!WaitForStop(signals, serving ? kPollServing_ms : kPollStarting_ms));
 }
@@ -206,13 +229,7 @@ void ServeUntilStopped(const ServerOptions& options, grpc::Server* server, Admis
 }  // namespace
 
 int Serve(const ServerOptions& given, const ServiceFactory& factory) {
-  // Blocked before any thread starts, so that only this one takes them.
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGTERM);
-  sigaddset(&signals, SIGINT);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  std::signal(SIGPIPE, SIG_IGN);  // a worker or client that is gone is an error code, not our end
+  const sigset_t signals = BlockSignals();
   StartLog(given.area);
   ServerOptions options = given;
   const auto server_credentials = ServerCredentialsOf(options.certificates);
@@ -232,10 +249,11 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   options.count_refused_sign_in = [&denials](const RefusedSignIn& one) {
     denials.Add(one.method, one.account, one.peer_address, one.reason, one.sentence);
   };
-  const std::vector<ServedService> services = factory(options, database.get());
-  OpenConnections connections(connection_limits);
   SessionEnds session_ends;
   const Access access(&trust, &session_ends, MachineBy(database.get()));
+  Observation observation(options, database.get(), &access, &denials);
+  std::vector<ServedService> services = factory(options, database.get());
+  OpenConnections connections(connection_limits);
   const Clearance clearance(storage::ClearancesIn(database.get()));
   CallGate gate({}, &connections);
   Admission admission(&access, &clearance, &gate);
@@ -266,6 +284,10 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
     return 1;
   }
   for (const std::string& name : names) server->GetHealthCheckService()->SetServingStatus(name, false);
+  if (absl::Status begun = observation.Begin(&services); !begun.ok()) {
+    Log(LogLevel::kError, "cannot be seen", {{"why", std::string(begun.message())}});
+    return 1;
+  }
   auto acceptor = std::make_unique<ConnectionAcceptor>(*std::move(sockets), &connections, std::move(taker));
   auto flood_watch = std::make_unique<FloodWatch>(&connections);
   std::atomic<bool> stopping{false};
@@ -274,8 +296,10 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   });
   Log(LogLevel::kInfo, "listening", {{"address", options.listen_address}});
 
-  ServeUntilStopped(options, server.get(), &admission, &denials, &session_ends, database.get(), names, signals);
+  ServeUntilStopped(options, {server.get(), &admission, &denials, &session_ends, &observation, database.get(), names},
+                    signals);
 
+  observation.SetReady(false);
   server->GetHealthCheckService()->Shutdown();
   Log(LogLevel::kInfo, "stopping: running calls may end, new ones are refused");
   acceptor.reset();
@@ -285,6 +309,7 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   server->Wait();
   stopping = true;
   certificate_watch.join();
+  observation.End();
   KeepDenials(database.get(), &denials);
   Log(LogLevel::kInfo, "stopped");
   return 0;

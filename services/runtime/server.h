@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "services/runtime/sampler.h"
 #include "storage/database.h"
 
 namespace CLI {
@@ -29,6 +30,7 @@ struct ServerOptions {
   std::string database;                      // --database 'host=/... dbname=sixpoint'
   std::map<std::string, std::string> peers;  // --peer plant=127.0.0.1:7400 (repeated): the other services
   std::string certificates;      // --certificates DIR: this service's own, and the authority's (credentials.h)
+  std::string metrics_address;   // --metrics 127.0.0.1:7421; empty: nobody sees it from outside
   std::string revoked_file;      // --revoked FILE: the authority's revocation list
   std::string worker_folder;     // --workers DIR: where sixpoint-cad-worker and sixpoint-decode-worker are
   int database_connections = 8;  // --database-connections
@@ -46,6 +48,7 @@ ServerOptions ParseServerOptions(int argc, char** argv, const std::string& area,
 struct ServedService {
   std::string full_name;  // sixpoint.plant.v1.PlantService
   std::unique_ptr<grpc::Service> service;
+  std::unique_ptr<Sampled> sampled = nullptr;  // what the database knows of its work; none: nothing
 };
 
 // Builds the services from their options, serves those whom the plant's authority gave a certificate (access.h) until SIGTERM or SIGINT, then: NOT_SERVING, drain, stop. Health ("" and each

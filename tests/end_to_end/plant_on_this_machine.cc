@@ -18,7 +18,7 @@ void PlantOnThisMachine::SetUp() {
   ASSERT_NE(mkdtemp(pattern.data()), nullptr);
   folder_ = pattern;
   chmod(folder_.c_str(), 0755);         // the services run as another user
-  port_ = 20000 + getpid() % 400 * 20;  // room for two plants
+  port_ = 20000 + getpid() % 200 * 40;  // room for two plants, and where each is seen
   // Else the plant would be looked for where one without --data is.
   setenv("SIXPOINT_IDENTITY", (data() + "/certificates/local").c_str(), 1);
 }

@@ -5,7 +5,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <sstream>
 #include <utility>
+
+#include "identity/certificates.h"
 
 namespace sixpoint::testing {
 namespace {
@@ -52,6 +55,22 @@ fs::path PlantCertificates::Service(const std::string& area) {
 
 fs::path PlantCertificates::User(const std::string& name, const std::vector<Role>& roles) {
   return IssueTo("users/" + name, roles);
+}
+
+fs::path PlantCertificates::Expired(const std::string& user, const std::vector<Role>& roles) {
+  const fs::path folder = User(user, roles);
+  std::ostringstream key_pem;
+  key_pem << std::ifstream(folder_ / "authority" / "key.pem").rdbuf();
+  const identity::AuthorityKey signer{Must(identity::KeyOfPem(key_pem.str())),
+                                      Must(identity::CertificateOfPem(Must(authority_->CertificatePem())))};
+  const auto now = std::chrono::system_clock::now();
+  const identity::Key own = Must(identity::NewKey());
+  const identity::Certificate certificate =
+      Must(identity::NewCertificate(signer, own.get(), Must(identity::IdentityOf("users/" + user, roles)), {},
+                                    {now - std::chrono::hours(2), now - std::chrono::hours(1)}));
+  std::ofstream(folder / identity::kIdentityFile)
+      << Must(identity::PemOf(own.get())) << Must(identity::PemOf(certificate.get()));
+  return folder;
 }
 
 fs::path PlantCertificates::Machine(const std::string& machine_id) { return IssueTo("machines/" + machine_id, {}); }

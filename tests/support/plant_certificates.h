@@ -26,6 +26,8 @@ class PlantCertificates {
   std::filesystem::path Machine(const std::string& machine_id);
   // services/gateway, over which people call by their sessions.
   std::filesystem::path Gateway();
+  // Of the plant's own authority; ended an hour ago.
+  std::filesystem::path Expired(const std::string& user, const std::vector<identity::Role>& roles);
   // Knows the authority, and is nobody: a stranger.
   std::filesystem::path Nobody();
   // Any other: beyond its time soon, reached by another host.

@@ -1,0 +1,127 @@
+#include "storage/observed.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "storage/calibration_store.h"
+#include "storage/months.h"
+#include "tests/support/registered.h"
+#include "tests/support/throwaway_database.h"
+
+namespace sixpoint::storage {
+namespace {
+
+using sixpoint::testing::Soon;
+using sixpoint::testing::ThrowawayDatabase;
+using std::chrono::hours;
+
+class ObservedTest : public ::testing::Test {
+ protected:
+  // As the service reads it.
+  template <typename Value>
+  Value Read(const std::string& area, const std::function<absl::StatusOr<Value>(Transaction&)>& read) {
+    const auto as_role = Database::Open(sixpoint::testing::AsRole(database_.conninfo(), area), 1);
+    auto transaction = as_role->Begin(Soon());
+    EXPECT_TRUE(transaction.ok()) << transaction.status();
+    const absl::StatusOr<Value> value = read(*transaction);
+    EXPECT_TRUE(value.ok()) << value.status();
+    return value.ok() ? *value : Value();
+  }
+  std::optional<int> Months() { return Read<std::optional<int>>("plant", MonthsAhead); }
+  std::int64_t Head() { return Read<std::int64_t>("plant", RecordHead); }
+  std::vector<CalibrationAge> Ages(int limit = 10) {
+    return Read<std::vector<CalibrationAge>>("calibration",
+                                             [limit](Transaction& t) { return CalibrationAges(t, limit); });
+  }
+  std::string Sql(const std::string& statement) {
+    auto transaction = database_.database()->Begin(Soon());
+    const auto rows = transaction->Execute(statement);
+    EXPECT_TRUE(rows.ok()) << rows.status();
+    const std::string first = rows.ok() && rows->count() > 0 ? rows->Text(0, 0) : "";
+    EXPECT_TRUE(transaction->Commit().ok());
+    return first;
+  }
+  void Record(const std::string& machine, hours from, std::optional<hours> until, bool is_draft = false) {
+    CalibrationRow row;
+    row.calibration_id = NewUuid();
+    row.machine_id = machine;
+    row.method = "LINES";
+    row.inputs = {"machines/" + machine + "@1"};
+    const Instant now = std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now());
+    row.valid_from = now + from;
+    if (until) row.valid_until = now + *until;
+    row.requested_by = "users/jane";
+    row.software_version = "test";
+    row.is_draft = is_draft;
+    row.rotation.emplace();
+    row.rotation->a_direction = {0, 1, 0};
+    row.rotation->b_direction = {1, 0, 0};
+    row.rotation->a_point_mm = row.rotation->b_point_mm = row.rotation->point_c_mm = {1, 2, 3};
+    row.rotation->point_c_standard_uncertainty_mm = {0.1, 0.1, 0.1};
+    row.rotation->covariance = std::vector<double>(64, 0);
+    row.rotation->condition_number = 1;
+    row.rotation->poses = {{10, 20, 1.5, false, 2.5}};
+    RecordEntry entry;
+    entry.kind = "calibration";
+    entry.name = row.name();
+    entry.inputs = row.inputs;
+    entry.machine = machine;
+    entry.software_version = row.software_version;
+    const auto recorded =
+        CalibrationsIn(database_.database())->Record({"area.Call", "", row.calibration_id}, row, entry, Soon());
+    ASSERT_TRUE(recorded.ok()) << recorded.status();
+  }
+
+  ThrowawayDatabase database_;
+};
+
+TEST_F(ObservedTest, TheHeadIsTheNewestSequence) {
+  EXPECT_EQ(Head(), 0);
+  sixpoint::testing::RecordName(database_.database(), "machine", "machines/m1@1");
+  const std::int64_t first = Head();
+  EXPECT_GT(first, 0);
+  sixpoint::testing::RecordName(database_.database(), "machine", "machines/m2@1");
+  EXPECT_GT(Head(), first);
+  EXPECT_EQ(std::to_string(Head()), Sql("SELECT max(record_sequence) FROM record_names"));
+  EXPECT_EQ(Read<std::int64_t>("ingest", CountDamages), 0);
+}
+
+TEST_F(ObservedTest, MonthsAreThoseOfTheTableThatHasFewest) {
+  EXPECT_EQ(Months(), kMonthsAhead);
+  ASSERT_TRUE(MakeMonths(*database_.database(), 5, Soon(60)).ok());
+  EXPECT_EQ(Months(), 5);
+  const std::string newest =
+      Sql("SELECT max(c.relname) FROM pg_inherits i JOIN pg_class c ON c.oid = i.inhrelid WHERE i.inhparent = "
+          "'denials'::regclass");
+  Sql("DROP TABLE " + newest);
+  EXPECT_EQ(Months(), 4);
+}
+
+TEST_F(ObservedTest, AgesAreOfWhatIsInForceOrWasLast) {
+  auto transaction = database_.database()->Begin(Soon());
+  for (const char* machine : {"m1", "m2", "m3"}) sixpoint::testing::RegisterMachine(*transaction, machine);
+  ASSERT_TRUE(transaction->Commit().ok());
+  EXPECT_TRUE(Ages().empty());
+  // Of two that hold, the later one; one that has ended since counts only where there is no other.
+  Record("m1", hours(-50), hours(1000));
+  Record("m1", hours(-30), hours(100));
+  Record("m1", hours(-20), hours(-10));
+  Record("m2", hours(-40), hours(-30));
+  Record("m2", hours(-20), hours(-10));
+  Record("m3", hours(-20), hours(10), /*is_draft=*/true);
+  Record("m3", hours(5), hours(10));  // not yet
+  const std::vector<CalibrationAge> ages = Ages();
+  ASSERT_EQ(ages.size(), 2u);
+  EXPECT_EQ(ages[0].machine_id, "m1");
+  EXPECT_EQ(ages[0].kind, "rotation");
+  EXPECT_EQ(ages[0].axis, "");
+  EXPECT_NEAR(ages[0].age_s, 30 * 3600, 600);
+  EXPECT_NEAR(ages[0].left_s.value_or(0), 100 * 3600, 600);
+  EXPECT_EQ(ages[1].machine_id, "m2");
+  EXPECT_NEAR(ages[1].age_s, 20 * 3600, 600);
+  EXPECT_NEAR(ages[1].left_s.value_or(0), -10 * 3600, 600);
+  EXPECT_EQ(Ages(1).size(), 1u);
+}
+
+}  // namespace
+}  // namespace sixpoint::storage
