@@ -32,6 +32,8 @@ void AddRecallCommand(Command* app, Session* session);
 void AddCallCommand(Command* app, Session* session);
 void AddPlantCommands(Command* app, Session* session);
 void AddLocalPlantCommands(Command* app, Session* session);
+void AddLogsCommand(Command* app, Session* session);
+void AddDoctorCommand(Command* app, Session* session);
 void AddCertsCommands(Command* app, Session* session);
 void AddCompletionCommand(Command* app, Session* session);
 void AddCalibrateStudyCommands(Command* calibrate, Session* session);  // two of calibrate's, written with study's

@@ -6,15 +6,21 @@
 #include <grpcpp/impl/rpc_service_method.h>
 #include <grpcpp/support/method_handler.h>
 
+#include <chrono>
 #include <list>
+#include <memory>
 #include <optional>
+#include <vector>
 
 #include "services/runtime/call.h"
+#include "services/runtime/call_log.h"
+#include "services/runtime/call_scope.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/log.h"
 #include "services/runtime/message_limits.h"
 #include "services/runtime/request_checks.h"
+#include "services/runtime/server.h"
 
 namespace sixpoint::runtime {
 
@@ -35,6 +41,26 @@ void End(const MethodHandler::HandlerParameter& call, const grpc::Status& why) {
       .RunHandler({call.call, call.server_context, nullptr, why, nullptr, call.call_requester});
 }
 
+// Machine, blade and scan of a request, wherever its own fields name one.
+void SayWhatItConcerns(const google::protobuf::Message& request, CallFacts* facts) {
+  using google::protobuf::FieldDescriptor;
+  const google::protobuf::Reflection& reflection = *request.GetReflection();
+  std::vector<const FieldDescriptor*> fields;
+  reflection.ListFields(request, &fields);
+  for (const FieldDescriptor* const field : fields)
+    if (field->type() == FieldDescriptor::TYPE_STRING)
+      facts->Concerns(field->is_repeated() ? reflection.GetRepeatedString(request, field, 0)
+                                           : reflection.GetString(request, field));
+}
+
+// To whom it lets in, a server says which program it is and what time it has: `sixpoint doctor` compares.
+void TellServer(grpc::ServerContextBase* context) {
+  const auto now_us =
+      std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch());
+  context->AddTrailingMetadata(kServerVersion, SoftwareVersion());
+  context->AddTrailingMetadata(kServerTime_us, std::to_string(now_us.count()));
+}
+
 }  // namespace
 
 class AdmittedMethod : public MethodHandler {
@@ -50,12 +76,16 @@ class AdmittedMethod : public MethodHandler {
   void* Deserialize(grpc_call*, grpc_byte_buffer* request, grpc::Status*, void**) override { return request; }
 
   void RunHandler(const HandlerParameter& call) override {
+    const std::shared_ptr<CallFacts> facts = FactsOf(*call.server_context);
+    const CallScope scope(facts);
     auto* const request = static_cast<grpc_byte_buffer*>(call.request);
     const absl::StatusOr<identity::Identity> caller = Check(call, request);
     if (!caller.ok()) {
       if (request != nullptr) grpc_byte_buffer_destroy(request);
       return End(call, ToGrpc(caller.status()));
     }
+    if (facts != nullptr) facts->SetCaller(caller->name.empty() ? "" : caller->Text());
+    TellServer(call.server_context);
     // Who needs no certificate loses none.
     std::optional<Opened> opened;
     if (!caller->name.empty()) opened.emplace(&admission_, *call.server_context);
@@ -66,6 +96,7 @@ class AdmittedMethod : public MethodHandler {
     if (parsed.ok()) {
       // Generated messages have one base, at their beginning. A handler that is told of a failure leaves the message to us.
       auto* const fields = static_cast<google::protobuf::Message*>(message);
+      if (facts != nullptr) SayWhatItConcerns(*fields, facts.get());
       parsed = ToGrpc(CheckFields(*fields, *caller, *call.server_context));
       if (!parsed.ok()) fields->~Message();
     }
