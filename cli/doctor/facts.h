@@ -62,7 +62,8 @@ struct Service {
 };
 
 struct CertificateFile {
-  std::string whose;  // "ingest", "you", "authority"
+  bool is_authority = false;  // of which the key alone is looked at; its certificate is in everybody's folder
+  std::string whose;          // "ingest", "you", "authority"
   std::string path;
   std::optional<identity::IssuedCertificate> certificate;
   std::string why_not;               // it is none, or key, certificate and authority do not belong together

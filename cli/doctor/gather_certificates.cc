@@ -64,6 +64,7 @@ std::vector<CertificateFile> GatherCertificates(const LocalPlant& plant, std::st
   const std::string plants_authority = plants.ok() ? *plants : "";
 
   CertificateFile authority;
+  authority.is_authority = true;
   authority.whose = "authority";
   authority.path = (plant.authority() / "key.pem").string();
   if (plants.ok()) {

@@ -135,11 +135,12 @@ TEST_F(DoctorTest, WhatIsBrokenInTheDatabase) {
   Sql("SELECT pg_reload_conf()");
   // Somebody who looked at something by hand and went to lunch; and somebody who waits behind him.
   const std::string psql = "psql -h " + data() + "/run -U sixpoint -d sixpoint -c ";
-  Process lunch({"bash", "-c", psql + "'BEGIN; SELECT pg_advisory_xact_lock(6021, 1); SELECT pg_sleep(120)'"},
+  Process lunch({"/bin/bash", "-c", psql + "'BEGIN; SELECT pg_advisory_xact_lock(6021, 1); SELECT pg_sleep(120)'"},
                 (folder_ / "lunch.log").string());
-  while (Sql("SELECT count(*) FROM pg_locks WHERE locktype = 'advisory' AND classid = 6021 AND objid = 1") == "0")
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  Process waiting({"bash", "-c", psql + "'SELECT pg_advisory_xact_lock(6021, 1)'"}, (folder_ / "waiting.log").string());
+  const std::string held = "SELECT count(*) FROM pg_locks WHERE locktype = 'advisory' AND classid = 6021 AND objid = 1";
+  for (int i = 0; i < 300 && Sql(held) == "0"; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  Process waiting({"/bin/bash", "-c", psql + "'SELECT pg_advisory_xact_lock(6021, 1)'"},
+                  (folder_ / "waiting.log").string());
   const Told told = AskUntil([](const Told& now) {
     return now.Grade("PostgreSQL: slow statements") == "WARNING" && now.Grade("PostgreSQL: journal") == "WRONG";
   });
