@@ -37,6 +37,8 @@ void AddCommands(Command* root, Session* session) {
   root->RequireCommand();
   AddGlobalOptions(root, session);
   AddLocalPlantCommands(root, session);
+  AddLogsCommand(root, session);
+  AddDoctorCommand(root, session);
   AddCertsCommands(root, session);
   AddAccountsCommands(root, session);
   AddPersonCommands(root, session);

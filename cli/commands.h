@@ -33,6 +33,8 @@ void AddRecallCommand(Command* app, Session* session);
 void AddCallCommand(Command* app, Session* session);
 void AddPlantCommands(Command* app, Session* session);
 void AddLocalPlantCommands(Command* app, Session* session);
+void AddLogsCommand(Command* app, Session* session);
+void AddDoctorCommand(Command* app, Session* session);
 void AddCertsCommands(Command* app, Session* session);
 void AddClearanceCommands(Command* app, Session* session);
 void AddAccountsCommands(Command* app, Session* session);

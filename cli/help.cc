@@ -15,7 +15,7 @@ struct Group {
 
 const std::vector<Group>& Groups() {
   static const auto* groups = new std::vector<Group>{
-      {"A plant on this machine", {"up", "down", "status", "certs", "accounts", "person", "clearance"}},
+      {"A plant on this machine", {"up", "down", "status", "doctor", "logs", "certs", "accounts", "person", "clearance"}},
       {"What there is", {"machine", "artefact", "part", "blade"}},
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
@@ -34,6 +34,14 @@ const std::map<std::string, const char*>& Examples() {
        "sixpoint up --listen 10.1.2.3\n"
        "sixpoint up --listen 0.0.0.0 --announce plant.example"},
       {"status", "sixpoint status --json"},
+      {"doctor",
+       "sixpoint doctor\n"
+       "sixpoint doctor --server plant.example:7400"},
+      {"logs",
+       "sixpoint logs --follow\n"
+       "sixpoint logs ingest postgres --since 10m --level warning\n"
+       "sixpoint logs --trace 4bf92f3577b34da6a3ce929d0e0e4736\n"
+       "sixpoint logs --blade SN-1 --since 2h"},
       {"certs init", "sixpoint certs init --authority /srv/authority --plant works-2"},
       {"certs issue",
        "sixpoint certs issue users/jane --role engineer --role quality --out jane\n"

@@ -1,6 +1,7 @@
 #include "cli/local_plant.h"
 
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cstdlib>
@@ -10,6 +11,7 @@
 #include "cli/document.h"
 #include "cli/last_words.h"
 #include "cli/plant_certificates.h"
+#include "cli/plant_checks.h"
 #include "cli/plant_folder.h"
 #include "cli/plant_ports.h"
 #include "cli/prometheus_config.h"
@@ -274,6 +276,8 @@ absl::Status Start(LocalPlant* plant, ProgressLine* progress) {
   progress->Show("preparing " + plant->data.string());
   if (absl::Status status = CheckPrograms(plant, FindServiceUser()); !status.ok()) return status;
   if (absl::Status status = CheckPorts(*plant); !status.ok()) return status;
+  if (absl::Status status = CheckRoom(*plant); !status.ok()) return status;
+  if (absl::Status status = CheckCluster(*plant, FindServiceUser()); !status.ok()) return status;
   umask(022);
   const absl::StatusOr<ServiceUser> user = EnsureServiceUser();
   if (!user.ok()) return user.status();
@@ -288,6 +292,9 @@ absl::Status Start(LocalPlant* plant, ProgressLine* progress) {
   if (absl::Status status = MakeAuthority(*plant, *user); !status.ok()) return status;
   progress->Show("making the database");
   if (absl::Status status = CreateDatabase(*plant, *user); !status.ok()) return status;
+  const absl::StatusOr<std::string> system = DatabaseSystemOf(*plant);
+  if (!system.ok()) return system.status();
+  plant->settings.database_system = *system;
   const bool reached = ServiceUserReaches(*plant);
   if (!reached)
     if (absl::Status status = CopyMigrations(plant); !status.ok()) return status;
@@ -338,7 +345,8 @@ absl::Status StartPlant(LocalPlant plant, ProgressLine* progress) {
   try {
     return Start(&plant, progress);
   } catch (const fs::filesystem_error& error) {
-    return absl::PermissionDeniedError(error.what());
+    return runtime::Refuse("--data", error.path1().string() + " (" + error.code().message() + ")",
+                           "a folder that " + UserName(geteuid()) + " can write");
   }
 }
 

@@ -174,7 +174,10 @@ absl::StatusOr<std::vector<Renewed>> RenewCertificates(const LocalPlant& plant, 
     const uid_t owner = holder.is_service ? user.uid : geteuid();
     absl::StatusOr<IssuedCertificate> has = CertificateIn(holder.folder, owner);
     const absl::StatusOr<std::string> has_authority = ReadFileOf(owner, holder.folder / identity::kAuthorityFile);
-    const bool is_due = which == Renewal::kAll || !has.ok() || IsDue(*has, holder.wish, *issued) ||
+    const absl::StatusOr<std::string> has_pem = ReadFileOf(owner, holder.folder / identity::kIdentityFile);
+    const bool belong_together =
+        has_pem.ok() && has_authority.ok() && identity::CheckBelongTogether({*has_pem, *has_authority}).ok();
+    const bool is_due = !belong_together || which == Renewal::kAll || !has.ok() || IsDue(*has, holder.wish, *issued) ||
                         !has_authority.ok() || *has_authority != *authority_pem;
     if (is_due) {
       const absl::StatusOr<Credentials> credentials = authority->Issue(holder.wish);

@@ -23,7 +23,7 @@ struct Renewed {
   bool is_new = false;
 };
 // Of each service and of the local user, in this order. Due is what is missing, has less than a third of its time left, names other
-// hosts or roles than are wanted now, was revoked or is of another authority. Services that run take it by themselves.
+// hosts or roles than are wanted now, was revoked, is of another authority or of another key than lies beside it. Services that run take it by themselves.
 absl::StatusOr<std::vector<Renewed>> RenewCertificates(const LocalPlant& plant, const ServiceUser& user, Renewal which);
 
 // As they lie in the services' folders, by area; revoked_at where the authority is this user's to read.

@@ -8,6 +8,11 @@
 #include "services/runtime/errors.h"
 
 namespace sixpoint::cli {
+namespace {
+
+constexpr int kMostLayout = 1'000'000;
+
+}  // namespace
 
 bool IsPlainPath(const std::string& path) {
   return !path.empty() && path[0] == '/' && std::all_of(path.begin(), path.end(), [](unsigned char c) {
@@ -33,8 +38,11 @@ absl::StatusOr<PlantSettings> ParseSettings(const std::string& name, const std::
   const Field root(&*document, "", &problems);
   if (!document->is_object()) root.Refuse("an object");
   // `insecure` is of a release before mutual TLS: its files are read, whatever it says there, and written without it.
-  root.OnlyKeys({"base_port", "listen", "announce", "insecure", "blob_store", "oidc"});
+  root.OnlyKeys({"base_port", "listen", "announce", "insecure", "blob_store", "oidc", "layout", "database_system"});
   PlantSettings settings;
+  if (const auto field = root.Find("layout"); field && field->Whole(1, kMostLayout) > kFolderLayout)
+    field->Refuse(std::to_string(kFolderLayout) + " or less: a newer release made this folder");
+  if (const auto field = root.Find("database_system")) settings.database_system = field->Text();
   if (const auto field = root.Find("base_port"))
     settings.base_port = static_cast<int>(field->Whole(kLowestPort, kHighestBasePort));
   if (const auto field = root.Find("listen")) settings.listen = field->Text();
@@ -51,6 +59,8 @@ std::string SettingsText(const PlantSettings& settings) {
       {"base_port", settings.base_port}, {"listen", settings.listen}, {"blob_store", settings.blob_store}};
   if (!settings.announce.empty()) text["announce"] = settings.announce;
   if (!settings.oidc.empty()) text["oidc"] = settings.oidc;
+  text["layout"] = kFolderLayout;
+  if (!settings.database_system.empty()) text["database_system"] = settings.database_system;
   return text.dump(2) + "\n";
 }
 

@@ -9,6 +9,8 @@
 
 namespace sixpoint::cli {
 
+// How a plant's folder is laid out; a release that lays it out anew counts one on.
+inline constexpr int kFolderLayout = 1;
 inline constexpr int kLowestPort = 1024, kHighestBasePort = 65000;
 
 struct PlantSettings {
@@ -16,6 +18,7 @@ struct PlantSettings {
   std::string listen = "127.0.0.1", announce;  // an empty `announce` is `listen`
   std::string blob_store = "postgresql";
   std::string oidc;  // the identity provider's file (docs/access.md); empty: none
+  std::string database_system;  // of the plant's own PostgreSQL cluster (cli/plant_checks.h); empty: not known yet
 
   absl::StatusOr<ListenAddress> Address() const { return ListenAddressOf(listen, announce); }
 };

@@ -10,6 +10,7 @@
 #include "cli/identity_folder.h"
 #include "cli/tls_failure.h"
 #include "services/runtime/call.h"
+#include "services/runtime/call_scope.h"
 #include "services/runtime/credentials.h"
 #include "services/runtime/errors.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
@@ -84,15 +85,20 @@ void Session::OnCommand(Command* command, std::function<absl::Status()> action) 
 }
 
 int Session::Run() {
+  const std::string trace_id = runtime::BeginOwnTrace();
   absl::Status status = action_();
   // Done is what was read: a full disk or a reader that went away is no success.
   if (status.ok() && !std::cout.flush())
     status = absl::DataLossError("standard output: what was printed did not arrive");
   if (status.ok()) return exit_code_;
   if (json) {
-    std::cout << FailureToJson(status, server).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
+    nlohmann::json failure = FailureToJson(status, server);
+    if (reached_) failure["error"]["trace_id"] = trace_id;
+    std::cout << failure.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
   } else {
     std::cerr << FailureToText(status, server);
+    // By which who runs the plant finds it: `sixpoint logs --trace`.
+    if (reached_) std::cerr << "trace: " << trace_id << "\n";
   }
   return absl::IsUnavailable(status) ? kUnreachable : kFailed;
 }

@@ -31,7 +31,8 @@ std::string ServiceCommand(const LocalPlant& plant, std::size_t area) {
 
 std::string PostgresCommand(const LocalPlant& plant) {
   return std::string(kPostgresBin) + "postgres -D " + plant.database().string() + " -k " + plant.sockets().string() +
-         " -c listen_addresses='' -c max_connections=100 -c shared_buffers=128MB -c wal_compression=on"
+         " -c listen_addresses='' -c log_timezone=UTC -c max_connections=100 -c shared_buffers=128MB -c "
+         "wal_compression=on"
          // After a crash one flush of the file system, not one of each file: seconds less until it is back.
          " -c recovery_init_sync_method=syncfs";
 }

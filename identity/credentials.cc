@@ -75,6 +75,21 @@ absl::StatusOr<IssuedCertificate> ReadCertificate(const fs::path& identity_file)
   return read;
 }
 
+absl::StatusOr<IssuedCertificate> CheckBelongTogether(const Credentials& credentials) {
+  const OwnErrors errors;
+  if (credentials.identity_pem.size() > kMostKey_bytes + kMostCertificate_bytes ||
+      credentials.authority_pem.size() > kMostCertificate_bytes)
+    return Refuse("certificate", "longer", "at most 16 KiB of PEM");
+  const absl::StatusOr<OwnKey> own = OwnKeyOf(credentials.identity_pem);
+  if (!own.ok()) return InFile(kIdentityFile, own.status());
+  const absl::StatusOr<Certificate> authority = CertificateOfPem(credentials.authority_pem);
+  const absl::Status right = authority.ok() ? CheckAuthority(authority->get()) : authority.status();
+  if (!right.ok()) return InFile(kAuthorityFile, right);
+  const absl::Status given = CheckGivenBy(own->certificate.get(), authority->get());
+  if (!given.ok()) return InFile(kIdentityFile, given);
+  return IssuedOf(own->certificate.get());
+}
+
 absl::Status ReplaceCertificate(const fs::path& identity_file, const std::string& certificate_pem) {
   const OwnErrors errors;
   if (certificate_pem.size() > kMostCertificate_bytes) return Refuse(kRenewed, "longer", "at most 16 KiB of PEM");

@@ -42,6 +42,10 @@ absl::StatusOr<IssuedCertificate> CertificateOf(const std::string& pem);
 // Of a credentials folder's own certificate: whose it is, and until when. NOT_FOUND where there is none.
 absl::StatusOr<IssuedCertificate> ReadCertificate(const std::filesystem::path& identity_file);
 
+// Whose the texts of such a folder's two files are: INVALID_ARGUMENT where the key is another certificate's, or the authority did not
+// give it. Of time and revocation it says nothing.
+absl::StatusOr<IssuedCertificate> CheckBelongTogether(const Credentials& credentials);
+
 // Puts a renewed certificate in the place of the one there, beside the key that stays. The file is replaced whole, 0600, and remains
 // its owner's; it is no link. INVALID_ARGUMENT of a certificate of another key or identity, of one that ends earlier than the one
 // there, and of one that the authority.pem of the same folder, where there is one, did not sign; NOT_FOUND where no file is.

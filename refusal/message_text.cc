@@ -54,6 +54,8 @@ std::string Tame(std::string text, std::size_t longest) {
   for (std::size_t i = 0; i < text.size();) {
     const std::size_t length = CharacterAt(text, i);
     if (length == 0 || static_cast<unsigned char>(text[i]) < 0x20 || text[i] == 0x7f) text[i] = '?';
+    // U+0080 to U+009F: controls of a terminal too.
+    if (length == 2 && text[i] == '\xc2' && static_cast<unsigned char>(text[i + 1]) < 0xa0) text[i] = text[i + 1] = '?';
     i += std::max<std::size_t>(length, 1);
   }
   return text;

@@ -10,7 +10,9 @@
 #include <thread>
 #include <vector>
 
+#include "services/runtime/call_scope.h"
 #include "services/runtime/credentials.h"
+#include "services/runtime/trace.h"
 #include "simulator/blade_run.h"
 #include "simulator/registry.h"
 #include "simulator/report.h"
@@ -91,6 +93,7 @@ int RunDemo(const DemoOptions& options) {
     plan.profiles_per_s = options.line_rate ? kProfilesPerS : 0;
     plan.threads = std::max(1, cores / options.machines);
     machines.emplace_back([&, i] {
+      const runtime::CallScope trace(std::make_shared<runtime::CallFacts>(runtime::NewTraceparent()));
       statuses[i] = RunBlade(plant, design, part, plans[i], say, &results[i]);
       if (!statuses[i].ok()) say(plans[i].machine_id + "  stopped: " + statuses[i].ToString());
     });

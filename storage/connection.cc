@@ -12,6 +12,9 @@
 namespace sixpoint::storage {
 namespace {
 
+// What schema and statements are written and tested for.
+constexpr int kOldestServer = 150000;
+
 // How long after the deadline the server's own statement_timeout may still answer, before the connection is given up.
 constexpr std::chrono::milliseconds kGrace{300};
 
@@ -91,6 +94,12 @@ absl::Status StatusOfSqlstate(const std::string& sqlstate, const std::string& me
 }
 
 absl::StatusOr<Connection> Connect(const std::string& conninfo, Deadline deadline) {
+  // What libpq says of a text that it cannot read repeats parts of it, and a password may be one.
+  const std::unique_ptr<PQconninfoOption, decltype(&PQconninfoFree)> readable(
+      PQconninfoParse(conninfo.c_str(), nullptr), &PQconninfoFree);
+  const bool is_a_name = conninfo.find('=') == std::string::npos && conninfo.find("://") == std::string::npos;
+  if (readable == nullptr && !is_a_name)
+    return absl::UnavailableError("database: --database: not readable, want a connection string as libpq takes it");
   // What conninfo says comes after, and wins. A server that went away without a word is noticed while an answer is waited for.
   const char* keywords[] = {"keepalives_idle",
                             "keepalives_interval",
@@ -115,6 +124,9 @@ absl::StatusOr<Connection> Connect(const std::string& conninfo, Deadline deadlin
     if (!ready.ok()) return ready;
     polling = PQconnectPoll(connection.get());
   }
+  if (const int version = PQserverVersion(connection.get()); version < kOldestServer)
+    return absl::FailedPreconditionError("PostgreSQL: version " + std::to_string(version / 10000) + "." +
+                                         std::to_string(version % 10000) + ", want 15 or newer");
   if (PQsetnonblocking(connection.get(), 1) != 0) return BrokenConnection(connection.get());
   const absl::StatusOr<Result> session = Query(connection.get(), kSession, nullptr, deadline);
   if (!session.ok()) return session.status();

@@ -10,6 +10,7 @@
 #include "services/ingest/metrics.h"
 #include "services/ingest/raw_profiles.h"
 #include "services/ingest/scan_messages.h"
+#include "services/runtime/call_scope.h"
 #include "services/runtime/clearance.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
@@ -78,6 +79,9 @@ storage::Deadline ScanUpload::SoonEnough() const {
 absl::StatusOr<std::unique_ptr<ScanUpload>> ScanUpload::Begin(const UploadTools& tools, v1::ScanHeader header,
                                                               UploadCaller caller) {
   if (absl::Status sound = CheckHeader(header); !sound.ok()) return sound;
+  if (const auto call = runtime::CurrentCall())
+    for (const std::string& name : {header.machine(), header.subject(), "scans/" + header.scan_id()})
+      call->Concerns(name);
   RoundAsStored(&header);
   std::unique_ptr<ScanUpload> upload(new ScanUpload(tools, std::move(header), std::move(caller)));
   if (absl::Status recognised = upload->Recognise(); !recognised.ok()) return recognised;

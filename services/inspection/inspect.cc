@@ -2,13 +2,18 @@
 
 #include <future>
 
+#include "services/runtime/call_scope.h"
+
 namespace sixpoint::inspection {
 namespace {
 
 // Scan by scan, each decoded block by block; the next is fetched meanwhile.
 absl::Status AddScans(const clients::ScanClient& scans, const registration::v1::Registration& registration,
                       const runtime::Caller& caller, metrology::BladeInspection* inspection) {
-  const auto fetch = [&](int i) { return scans.FetchBlocks(registration.scans(i), caller.make_context()); };
+  const auto fetch = [&, call = runtime::CurrentCall()](int i) {
+    const runtime::CallScope scope(call);
+    return scans.FetchBlocks(registration.scans(i), caller.make_context());
+  };
   std::future<absl::StatusOr<clients::StoredBlocks>> next = std::async(std::launch::async, fetch, 0);
   for (int i = 0; i < registration.scans_size(); ++i) {
     const absl::StatusOr<clients::StoredBlocks> fetched = next.get();

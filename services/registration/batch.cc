@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "services/runtime/call.h"
+#include "services/runtime/call_scope.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/retry.h"
@@ -57,7 +58,11 @@ class Run {
     std::vector<std::thread> workers;
     const std::size_t count = std::min(at_once_, open_.size());
     running_ = static_cast<int>(count);
-    for (std::size_t i = 0; i < count; ++i) workers.emplace_back([this] { Work(); });
+    for (std::size_t i = 0; i < count; ++i)
+      workers.emplace_back([this, call = runtime::CurrentCall()] {
+        const runtime::CallScope scope(call);
+        Work();
+      });
     while (true) {
       std::vector<v1::RegisterBatchResponse> responses;
       {

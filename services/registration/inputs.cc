@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "services/registration/validate.h"
+#include "services/runtime/call_scope.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
@@ -161,7 +162,10 @@ absl::StatusOr<Inputs> InputFetcher::Fetch(const v1::RegisterRequest& request, c
 // Scan by scan, each decoded block by block and thinned; the next is fetched meanwhile. The calibrations are those of the
 // first scan's machine.
 absl::Status InputFetcher::FetchScans(const v1::RegisterRequest& request, const Caller& caller, Inputs* inputs) const {
-  const auto fetch = [&](int i) { return scans_.FetchBlocks(request.scans(i), caller.make_context()); };
+  const auto fetch = [&, call = runtime::CurrentCall()](int i) {
+    const runtime::CallScope scope(call);
+    return scans_.FetchBlocks(request.scans(i), caller.make_context());
+  };
   metrology::Thinning thinning;
   thinning.target_count =
       (inputs->task.options.regions_in.empty() ? kPointBudget : kRegionPointBudget) / request.scans_size();

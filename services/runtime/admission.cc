@@ -13,13 +13,17 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "services/runtime/call.h"
+#include "services/runtime/call_log.h"
+#include "services/runtime/call_scope.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/log.h"
 #include "services/runtime/message_limits.h"
 #include "services/runtime/request_checks.h"
+#include "services/runtime/server.h"
 
 namespace sixpoint::runtime {
 
@@ -69,6 +73,26 @@ void End(const MethodHandler::HandlerParameter& call, const grpc::Status& why) {
       .RunHandler({call.call, call.server_context, nullptr, why, nullptr, call.call_requester});
 }
 
+// Machine, blade and scan of a request, wherever its own fields name one.
+void SayWhatItConcerns(const google::protobuf::Message& request, CallFacts* facts) {
+  using google::protobuf::FieldDescriptor;
+  const google::protobuf::Reflection& reflection = *request.GetReflection();
+  std::vector<const FieldDescriptor*> fields;
+  reflection.ListFields(request, &fields);
+  for (const FieldDescriptor* const field : fields)
+    if (field->type() == FieldDescriptor::TYPE_STRING)
+      facts->Concerns(field->is_repeated() ? reflection.GetRepeatedString(request, field, 0)
+                                           : reflection.GetString(request, field));
+}
+
+// To whom it lets in, a server says which program it is and what time it has: `sixpoint doctor` compares.
+void TellServer(grpc::ServerContextBase* context) {
+  const auto now_us =
+      std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch());
+  context->AddTrailingMetadata(kServerVersion, SoftwareVersion());
+  context->AddTrailingMetadata(kServerTime_us, std::to_string(now_us.count()));
+}
+
 }  // namespace
 
 class AdmittedMethod : public MethodHandler {
@@ -84,8 +108,12 @@ class AdmittedMethod : public MethodHandler {
     // How many stream their requests at once is their handlers' to say.
     const auto place = streams_requests_ ? std::nullopt : admission_.gate_.Enter(*call.server_context);
     if (!streams_requests_ && !place.has_value()) return End(call, CallGate::Refusal());
+    const std::shared_ptr<CallFacts> facts = FactsOf(*call.server_context);
+    const CallScope scope(facts);
     const absl::StatusOr<identity::Identity> caller = Check(*call.server_context);
     if (!caller.ok()) return End(call, ToGrpc(caller.status()));
+    if (facts != nullptr) facts->SetCaller(caller->name.empty() ? "" : caller->Text());
+    TellServer(call.server_context);
     // Who needs no certificate loses none.
     std::optional<Opened> opened;
     if (!caller->name.empty()) opened.emplace(&admission_, *call.server_context);
@@ -98,6 +126,7 @@ class AdmittedMethod : public MethodHandler {
     if (parsed.ok()) {
       // Generated messages have one base, at their beginning. A handler that is told of a failure leaves the message to us.
       auto* const fields = static_cast<google::protobuf::Message*>(message);
+      if (facts != nullptr) SayWhatItConcerns(*fields, facts.get());
       parsed = ToGrpc(CheckFields(*fields, *caller, *call.server_context));
       if (!parsed.ok()) fields->~Message();
     }

@@ -1,8 +1,12 @@
 #include "services/runtime/call.h"
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
+#include "services/runtime/call_scope.h"
 #include "services/runtime/caller_identity.h"
+#include "services/runtime/client_spans.h"
 #include "services/runtime/trace.h"
 
 namespace sixpoint::runtime {
@@ -102,7 +106,7 @@ Caller CallerOf(const grpc::ServerContext& context) {
 std::unique_ptr<grpc::ClientContext> ContextFor(double seconds) {
   auto made = std::make_unique<grpc::ClientContext>();
   made->set_deadline(In(std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1e3))));
-  made->AddMetadata(kTraceparent, NewTraceparent());
+  made->AddMetadata(kTraceparent, CurrentTraceparent());
   return made;
 }
 
@@ -118,7 +122,10 @@ std::shared_ptr<grpc::Channel> ConnectTo(const std::string& address,
   // A proxy in the environment is for the world outside, not for the plant's own services.
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   arguments.SetMaxReceiveMessageSize(kLargestAnswer_bytes);
-  return grpc::CreateCustomChannel(address, credentials, arguments);
+  std::vector<std::unique_ptr<grpc::experimental::ClientInterceptorFactoryInterface>> interceptors;
+  interceptors.push_back(std::make_unique<ClientSpans>());
+  return grpc::experimental::CreateCustomChannelWithInterceptors(address, credentials, arguments,
+                                                                 std::move(interceptors));
 }
 
 }  // namespace sixpoint::runtime

@@ -13,6 +13,10 @@
 
 namespace sixpoint::runtime {
 
+// In the trailing metadata of each call that is let in: SoftwareVersion() of the server, and its clock when the call began, in
+// microseconds since 1970.
+inline constexpr char kServerVersion[] = "sixpoint-version", kServerTime_us[] = "sixpoint-time-us";
+
 // The client's deadline, at most an hour from now, or now + 120 s where it gave none. Deadlines are of the clock that nobody sets: a
 // computer that learns the time while a call runs neither ends it nor lets it run for ever.
 std::chrono::steady_clock::time_point DeadlineOf(const grpc::ServerContextBase& context);
@@ -29,7 +33,7 @@ std::function<bool()> KeepGoing(const grpc::ServerContext& context);
 absl::Status Stopped(const grpc::ServerContext& context, const std::string& kept);
 // The trace that a call is of (trace.h).
 std::string TraceIdOf(const grpc::ServerContextBase& context);
-// A context for a call to another service: remaining time less a margin, the same traceparent, for the same caller.
+// A context for a call to another service: remaining time less a margin, part of this call's span, for the same caller.
 std::unique_ptr<grpc::ClientContext> ContextFor(const grpc::ServerContext& context);
 // What the work of a call needs of it: its deadline, its cancellation, a context for each call to another service, and who asks
 // (caller_identity.h) and in which trace, as what it records says.
@@ -45,9 +49,9 @@ struct Caller {
 };
 // Valid while the call lasts.
 Caller CallerOf(const grpc::ServerContext& context);
-// The same for programs (cli, simulator): a deadline that many seconds from now.
+// The same for programs (cli, simulator): a deadline that many seconds from now, part of what the thread does (call_scope.h).
 std::unique_ptr<grpc::ClientContext> ContextFor(double seconds);
-// A channel with keepalive, message limits and retry of UNAVAILABLE. credentials: credentials.h.
+// A channel with keepalive, message limits and retry of UNAVAILABLE; each call on it is a span. credentials: credentials.h.
 std::shared_ptr<grpc::Channel> ConnectTo(const std::string& address,
                                          const std::shared_ptr<grpc::ChannelCredentials>& credentials);
 

@@ -14,6 +14,7 @@
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/log.h"
+#include "services/runtime/span.h"
 #include "services/runtime/trace.h"
 
 namespace sixpoint::runtime {
@@ -23,6 +24,15 @@ using grpc::experimental::InterceptionHookPoints;
 using Clock = std::chrono::steady_clock;
 
 std::atomic<int> calls_in_flight{0};
+
+struct OpenFacts {
+  std::mutex mutex;
+  std::map<const grpc::ServerContextBase*, std::shared_ptr<CallFacts>> by_context;
+};
+OpenFacts& Open() {
+  static OpenFacts* const open = new OpenFacts();
+  return *open;
+}
 
 // So many lines a second of calls that were refused for who asked, or for how many did: nobody rolls the log away.
 bool MayLogRefusal() {
@@ -49,16 +59,16 @@ class CallLog : public grpc::experimental::Interceptor {
   // The end of the call, however it came: without a status the client had gone.
   ~CallLog() override {
     --calls_in_flight;
-    CallEnds(counts_, status_code_, Clock::now() - begin_);
+    {
+      const std::lock_guard<std::mutex> lock(Open().mutex);
+      Open().by_context.erase(&context_);
+    }
+    CallEnds(counts_, code_, Clock::now() - begin_);
     if (is_refused_ && !MayLogRefusal()) return;  // who was denied is counted all the same
-    const double duration_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin_).count();
-    const bool at_fault = code_ == "INTERNAL" || code_ == "UNKNOWN" || code_ == "DATA_LOSS";
-    Log(at_fault ? LogLevel::kError : LogLevel::kInfo, "call",
-        {{"trace_id", TraceIdOf(traceparent_)},
-         {"rpc", method_},
-         {"caller", caller_},
-         {"code", code_},
-         {"dur_ms", duration_ms}});
+    if (!span_) Begin("");                        // it ended before its metadata came
+    const bool at_fault = code_ == grpc::StatusCode::INTERNAL || code_ == grpc::StatusCode::UNKNOWN ||
+                          code_ == grpc::StatusCode::DATA_LOSS;
+    span_->Write(at_fault ? LogLevel::kError : LogLevel::kInfo, code_, facts_.get());
   }
 
   void Intercept(grpc::experimental::InterceptorBatchMethods* methods) override {
@@ -72,8 +82,7 @@ class CallLog : public grpc::experimental::Interceptor {
 
  private:
   void TakeStatus(const grpc::Status& status) {
-    status_code_ = status.error_code();
-    code_ = absl::StatusCodeToString(static_cast<absl::StatusCode>(status.error_code()));
+    code_ = status.error_code();
     const absl::Status said = FromGrpc(status);
     // Whom another authority names is nobody here: names that strangers think of are kept nowhere.
     bool is_known = true;
@@ -81,6 +90,7 @@ class CallLog : public grpc::experimental::Interceptor {
          {errors::v1::CERTIFICATE_FOREIGN, errors::v1::CERTIFICATE_MISSING, errors::v1::CODE_NOT_VALID})
       is_known = is_known && !HasReason(said, reason);
     if (is_known && ShownIdentity(context_)) caller_ = CallerText(said);
+    if (facts_ != nullptr) facts_->SetCaller(caller_);
     const bool is_denied = absl::IsUnauthenticated(said) || absl::IsPermissionDenied(said);
     is_refused_ = is_denied || absl::IsResourceExhausted(said);
     if (!is_denied) return;
@@ -97,15 +107,18 @@ class CallLog : public grpc::experimental::Interceptor {
   }
 
   void TakeTraceparent(std::multimap<grpc::string_ref, grpc::string_ref>* metadata) {
-    if (metadata == nullptr) return;
+    if (metadata == nullptr || span_) return;
     const auto given = metadata->find(kTraceparent);
-    if (given != metadata->end()) {
-      traceparent_.assign(given->second.data(), given->second.size());
-      if (!TraceIdOf(traceparent_).empty()) return;
-      metadata->erase(kTraceparent);
-    }
-    traceparent_ = NewTraceparent();
-    metadata->emplace(kTraceparent, traceparent_);  // refers to our text, which lives as long as the call
+    Begin(given == metadata->end() ? "" : std::string(given->second.data(), given->second.size()));
+    metadata->erase(kTraceparent);
+    metadata->emplace(kTraceparent, span_->traceparent());  // refers to our text, which lives as long as the call
+    const std::lock_guard<std::mutex> lock(Open().mutex);
+    Open().by_context[&context_] = facts_;
+  }
+
+  void Begin(const std::string& parent) {
+    span_.emplace(Span::Kind::kServer, method_, parent);
+    facts_ = std::make_shared<CallFacts>(span_->traceparent(), method_);
   }
 
   const std::string method_;
@@ -115,12 +128,18 @@ class CallLog : public grpc::experimental::Interceptor {
   std::string caller_;
   bool is_refused_ = false;
   const Clock::time_point begin_ = Clock::now();
-  std::string traceparent_;
-  std::string code_ = "CANCELLED";
-  int status_code_ = grpc::StatusCode::CANCELLED;
+  std::optional<Span> span_;
+  std::shared_ptr<CallFacts> facts_;
+  grpc::StatusCode code_ = grpc::StatusCode::CANCELLED;
 };
 
 }  // namespace
+
+std::shared_ptr<CallFacts> FactsOf(const grpc::ServerContextBase& context) {
+  const std::lock_guard<std::mutex> lock(Open().mutex);
+  const auto found = Open().by_context.find(&context);
+  return found == Open().by_context.end() ? nullptr : found->second;
+}
 
 int CallsInFlight() { return calls_in_flight; }
 

@@ -35,7 +35,29 @@ absl::Status CheckIdentity(const fs::path& file) {
                 "a key and its certificate");
 }
 
+// Of a file that is looked at for its form elsewhere.
+std::string TextOf(const fs::path& file) {
+  constexpr std::streamsize kMost_bytes = 65536;
+  std::string text(kMost_bytes, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(text.data(), kMost_bytes);
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  return text;
+}
+
 }  // namespace
+
+absl::Status CheckServiceCredentials(const fs::path& folder, const std::string& area) {
+  const identity::Credentials found = {TextOf(folder / identity::kIdentityFile),
+                                       TextOf(folder / identity::kAuthorityFile)};
+  const auto own = identity::CheckBelongTogether(found);
+  if (!own.ok())
+    return absl::InvalidArgumentError("certificates: " + folder.string() + ": " + std::string(own.status().message()));
+  const std::string wanted = "services/" + area;
+  if (own->identity.Text() == wanted) return absl::OkStatus();
+  return Refuse("certificates", (folder / identity::kIdentityFile).string() + " (of " + own->identity.Text() + ")",
+                "one of " + wanted);
+}
 
 absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> ChannelCredentialsOf(const fs::path& folder) {
   const fs::path authority = folder / identity::kAuthorityFile, own = folder / identity::kIdentityFile;

@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
 
 namespace sixpoint::runtime {
 
@@ -21,5 +22,9 @@ std::shared_ptr<grpc::ChannelCredentials> CredentialsForAStranger();
 // Of a service: asks whoever connects for a certificate and lets admission judge it, call by call, in plain words
 // (admission.h): a handshake could only hang up.
 absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> ServerCredentialsOf(const std::filesystem::path& folder);
+
+// Of a service, at its start: that its key, its certificate and the authority beside them belong together, and are this service's. What
+// clients would else see is a handshake that fails.
+absl::Status CheckServiceCredentials(const std::filesystem::path& folder, const std::string& area);
 
 }  // namespace sixpoint::runtime

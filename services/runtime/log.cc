@@ -4,11 +4,14 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "refusal/message_text.h"
+#include "services/runtime/call_scope.h"
 #include "services/runtime/server.h"
 
 namespace sixpoint::runtime {
@@ -46,6 +49,22 @@ void LogFromGrpc(gpr_log_func_args* args) {
       {{"from", std::string("grpc")}});
 }
 
+// Each character that JSON escapes is two bytes at most, once a text is tame.
+constexpr std::size_t kLongestBegin = 2 * kLongestLogText + 512, kMostLookedAt = 4 * kLongestLogText;
+
+std::string Shown(std::string text) {
+  text.resize(std::min(text.size(), kMostLookedAt));
+  return Tame(WithoutSecrets(std::move(text)), kLongestLogText);
+}
+
+nlohmann::ordered_json JsonOf(const LogFields::value_type::second_type& value) {
+  if (const auto* text = std::get_if<std::string>(&value)) return Shown(*text);
+  if (const auto* json = std::get_if<JsonText>(&value))
+    return nlohmann::ordered_json::parse(json->text, nullptr, false);
+  if (const auto* number = std::get_if<double>(&value)) return *number;
+  return std::get<long>(value);
+}
+
 }  // namespace
 
 void StartLog(const std::string& service) {
@@ -53,16 +72,29 @@ void StartLog(const std::string& service) {
   gpr_set_log_function(&LogFromGrpc);
 }
 
+const std::string& LoggedService() { return ServiceName(); }
+
 void Log(LogLevel level, std::string_view message, const LogFields& fields) {
   nlohmann::ordered_json line;
   line["ts"] = NowText();
   line["level"] = level == LogLevel::kInfo ? "info" : level == LogLevel::kWarning ? "warning" : "error";
   line["service"] = ServiceName();
   line["version"] = SoftwareVersion();
-  line["msg"] = message;
-  for (const auto& [name, value] : fields) {
-    std::visit([&line, &name = name](const auto& known) { line[name] = known; }, value);
-  }
+  line["msg"] = Shown(std::string(message.substr(0, kMostLookedAt)));
+  std::vector<std::string> cut;
+  std::size_t size_bytes = 0;
+  const auto add = [&](const std::string& name, nlohmann::ordered_json value) {
+    size_bytes += name.size() + value.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).size() + 4;
+    if (size_bytes > kLongestLogLine - kLongestBegin) {
+      cut.push_back(name);
+    } else if (!line.contains(name)) {
+      line[name] = std::move(value);
+    }
+  };
+  for (const auto& [name, value] : fields) add(name, JsonOf(value));
+  if (const auto call = CurrentCall())
+    for (const auto& [name, value] : call->Known()) add(name, value);
+  if (!cut.empty()) line["left_out_count"] = cut.size();
   // Bytes that are no UTF-8 come from outside; a log line must not fail on them.
   Sink().info(line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
   Sink().flush();

@@ -4,12 +4,14 @@
 
 #include <absl/status/statusor.h>
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
 
 #include "services/runtime/call.h"
+#include "services/runtime/call_scope.h"
 #include "storage/result_store.h"
 
 namespace sixpoint::runtime {
@@ -33,6 +35,14 @@ struct SaysWhoAsked : std::false_type {};
 template <typename Row>
 struct SaysWhoAsked<Row, std::void_t<decltype(std::declval<Row&>().requested_by)>> : std::true_type {};
 
+// Now it is known; the call's line in the log has it too.
+inline void LogWhatItConcerns(const storage::RecordEntry& entry) {
+  const std::shared_ptr<CallFacts> call = CurrentCall();
+  if (call == nullptr) return;
+  if (entry.machine) call->Concerns("machines/" + *entry.machine);
+  if (entry.blade) call->Concerns("blades/" + *entry.blade);
+}
+
 // make() does the work and gives what is to be recorded; to_proto(row) gives the answer's message, or a StatusOr of it. A retry is
 // answered by what the first call recorded, as it now stands. Of two at once both may do the work; one result is stored, and both
 // get it. A row that no answer can be made of is not stored.
@@ -50,6 +60,7 @@ absl::StatusOr<Answer> RecordedResult(storage::ResultWriter<Row>* store, const s
   if (!caller.keep_going()) return absl::CancelledError("the call was ended before its result was recorded");
   made->entry.requested_by = caller.requested_by;
   made->entry.reader = caller.reader;
+  LogWhatItConcerns(made->entry);
   if constexpr (SaysWhoAsked<Row>::value) made->row.requested_by = caller.requested_by;
   if (const absl::StatusOr<Answer> answerable = to_proto(made->row); !answerable.ok()) return answerable.status();
   const absl::StatusOr<Row> row = store->Record(recorded, std::move(made->row), made->entry, caller.deadline);

@@ -235,7 +235,8 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   const auto server_credentials = ServerCredentialsOf(options.certificates);
   const auto own_credentials = ChannelCredentialsOf(options.certificates);
   identity::Trust trust(std::filesystem::path(options.certificates) / identity::kAuthorityFile, options.revoked_file);
-  for (const absl::Status& status : {server_credentials.status(), own_credentials.status(), trust.CheckFiles()}) {
+  for (const absl::Status& status : {server_credentials.status(), own_credentials.status(),
+                                     CheckServiceCredentials(options.certificates, options.area), trust.CheckFiles()}) {
     if (status.ok()) continue;
     Log(LogLevel::kError, "cannot know its callers", {{"why", std::string(status.message())}});
     return 1;

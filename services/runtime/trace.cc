@@ -29,4 +29,20 @@ std::string TraceIdOf(std::string_view traceparent) {
   return well_formed ? std::string(traceparent.substr(3, 32)) : std::string();
 }
 
+std::string SpanIdOf(std::string_view traceparent) {
+  return TraceIdOf(traceparent).empty() ? std::string() : std::string(traceparent.substr(36, 16));
+}
+
+std::string ChildOf(std::string_view traceparent) {
+  const std::string fresh = NewTraceparent();
+  if (TraceIdOf(traceparent).empty()) return fresh;
+  return std::string(traceparent.substr(0, 36)) + SpanIdOf(fresh) + std::string(traceparent.substr(52));
+}
+
+bool IsSampled(std::string_view traceparent) {
+  if (TraceIdOf(traceparent).empty()) return false;
+  const char last = traceparent[54];
+  return ((last <= '9' ? last - '0' : last - 'a' + 10) & 1) != 0;
+}
+
 }  // namespace sixpoint::runtime

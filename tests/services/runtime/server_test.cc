@@ -296,7 +296,10 @@ TEST_F(ServerTest, EachCallIsOneLogLineWithItsTrace) {
   const std::string given = "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01";
   Scan scan;
   ASSERT_TRUE(Get("a", &scan, given).ok());
-  EXPECT_EQ(scan.name(), given);
+  // The handler works in a span of its own.
+  EXPECT_EQ(TraceIdOf(scan.name()), TraceIdOf(given));
+  EXPECT_NE(SpanIdOf(scan.name()), SpanIdOf(given));
+  const std::string own_span = SpanIdOf(scan.name());
   ASSERT_TRUE(Get("b", &scan).ok());
   const std::string minted = scan.name();
   EXPECT_EQ(TraceIdOf(minted).size(), 32u);
@@ -314,6 +317,9 @@ TEST_F(ServerTest, EachCallIsOneLogLineWithItsTrace) {
   std::sort(calls.begin(), calls.end(),
             [&](const nlohmann::json& a, const nlohmann::json& b) { return place(a) < place(b); });
   EXPECT_EQ(calls[0]["trace_id"], "4bf92f3577b34da6a3ce929d0e0e4736");
+  EXPECT_EQ(calls[0]["span_id"], own_span);
+  EXPECT_EQ(calls[0]["parent_span_id"], SpanIdOf(given));
+  EXPECT_FALSE(calls[1].contains("parent_span_id"));
   EXPECT_EQ(calls[1]["trace_id"], TraceIdOf(minted));
   EXPECT_EQ(calls[0]["code"], "OK");
   EXPECT_EQ(calls[2]["code"], "INTERNAL");

@@ -1,0 +1,79 @@
+#include "cli/plant_checks.h"
+
+#include <sys/statvfs.h>
+
+#include <cstdint>
+#include <sstream>
+
+#include "cli/plant_folder.h"
+#include "cli/subprocess.h"
+#include "services/runtime/errors.h"
+
+namespace sixpoint::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kPostgresVersion[] = "15";
+// An empty plant is 60 MB; its write-ahead log grows to some hundred before it is used again.
+constexpr std::uint64_t kNewPlant_bytes = 500'000'000, kKnownPlant_bytes = 64'000'000;
+
+bool HasCluster(const LocalPlant& plant) {
+  std::error_code none;
+  return fs::symlink_status(plant.database(), none).type() != fs::file_type::not_found;
+}
+
+}  // namespace
+
+absl::Status CheckRoom(const LocalPlant& plant) {
+  fs::path there = plant.data;
+  std::error_code none;
+  while (!fs::exists(there, none) && there != there.root_path()) there = there.parent_path();
+  struct statvfs found {};
+  if (statvfs(there.c_str(), &found) != 0) return absl::OkStatus();  // who cannot be asked says so when he is used
+  if ((found.f_flag & ST_RDONLY) != 0)
+    return runtime::Refuse("--data", plant.data.string() + " (mounted to be read only)",
+                           "a folder that can be written");
+  const std::uint64_t free_bytes = static_cast<std::uint64_t>(found.f_bavail) * found.f_frsize,
+                      wanted_bytes = HasCluster(plant) ? kKnownPlant_bytes : kNewPlant_bytes;
+  if (free_bytes >= wanted_bytes) return absl::OkStatus();
+  return runtime::Refuse("--data", plant.data.string() + " (" + std::to_string(free_bytes / 1'000'000) + " MB free)",
+                         "a disk with at least " + std::to_string(wanted_bytes / 1'000'000) + " MB free");
+}
+
+absl::StatusOr<std::string> DatabaseSystemOf(const LocalPlant& plant) {
+  if (!HasCluster(plant)) return "";
+  const Finished read = RunProgram(
+      AsServiceUser({"env", "LC_ALL=C", std::string(kPostgresBin) + "pg_controldata", plant.database().string()}));
+  const std::string name = "Database system identifier:";
+  const std::size_t at = read.output.find(name);
+  if (read.exit_code != 0 || at == std::string::npos)
+    return runtime::Refuse("--data", plant.database().string() + " (pg_controldata cannot read it)",
+                           "a PostgreSQL cluster that `sixpoint up` made");
+  std::istringstream words(read.output.substr(at + name.size()));
+  std::string number;
+  words >> number;
+  return number;
+}
+
+absl::Status CheckCluster(const LocalPlant& plant, const ServiceUser& user) {
+  if (!HasCluster(plant)) return absl::OkStatus();
+  const absl::StatusOr<std::string> version = ReadFileOf(user.uid, plant.database() / "PG_VERSION");
+  // What is no cluster, or leads elsewhere, is refused by who looks closer.
+  if (!version.ok()) return absl::OkStatus();
+  const std::string number = version->substr(0, version->find('\n'));
+  if (number != kPostgresVersion)
+    return runtime::Refuse("--data", plant.database().string() + " (of PostgreSQL " + number.substr(0, 20) + ")",
+                           std::string("one of PostgreSQL ") + kPostgresVersion + ": move it by pg_upgrade");
+  const std::string& known = plant.settings.database_system;
+  if (known.empty()) return absl::OkStatus();
+  const absl::StatusOr<std::string> system = DatabaseSystemOf(plant);
+  if (!system.ok()) return system.status();
+  if (*system == known) return absl::OkStatus();
+  return runtime::Refuse("--data", plant.database().string() + " (database system " + *system + ", another plant's)",
+                         known +
+                             ", as plant.json has it; where this one is right from now on, take `database_system` "
+                             "out of that file");
+}
+
+}  // namespace sixpoint::cli
