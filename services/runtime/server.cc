@@ -187,6 +187,36 @@ sigset_t BlockSignals() {
   return signals;
 }
 
+// gRPC's server, not serving yet, with each service behind admission. Connections come by `taker`.
+struct Built {
+  std::vector<std::unique_ptr<grpc::Service>> admitted;
+  std::vector<std::string> names = {""};  // of health: the server as a whole, and each service
+  std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> taker;
+  std::unique_ptr<grpc::Server> server;  // none: it does not start
+};
+
+Built Build(const ServerOptions& options, const std::vector<ServedService>& services,
+            const std::shared_ptr<grpc::ServerCredentials>& credentials, Admission* admission, Denials* denials) {
+  Built built;
+  grpc::EnableDefaultHealthCheckService(true);
+  grpc::ServerBuilder builder;
+  SetLimits(options, GreatestMessage_bytes(services), &builder);
+  std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
+  interceptors.push_back(std::make_unique<CallLogFactory>(denials));
+  builder.experimental().SetInterceptorCreators(std::move(interceptors));
+  built.taker = builder.experimental().AddExternalConnectionAcceptor(
+      grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, credentials);
+  for (const ServedService& each : services) {
+    built.admitted.push_back(admission->Admit(each.full_name, each.service.get()));
+    builder.RegisterService(built.admitted.back().get());
+    built.names.push_back(each.full_name);
+  }
+  built.server = builder.BuildAndStart();
+  if (built.server == nullptr) return built;
+  for (const std::string& name : built.names) built.server->GetHealthCheckService()->SetServingStatus(name, false);
+  return built;
+}
+
 // What is kept in step while a server serves.
 struct Served {
   grpc::Server* server;
@@ -259,37 +289,22 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   CallGate gate({}, &connections);
   Admission admission(&access, &clearance, &gate);
 
-  grpc::EnableDefaultHealthCheckService(true);
-  grpc::ServerBuilder builder;
-  SetLimits(options, GreatestMessage_bytes(services), &builder);
-  std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
-  interceptors.push_back(std::make_unique<CallLogFactory>(&denials));
-  builder.experimental().SetInterceptorCreators(std::move(interceptors));
-  auto taker = builder.experimental().AddExternalConnectionAcceptor(
-      grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, *server_credentials);
-  std::vector<std::unique_ptr<grpc::Service>> admitted;
-  std::vector<std::string> names = {""};  // the server as a whole
-  for (const ServedService& each : services) {
-    admitted.push_back(admission.Admit(each.full_name, each.service.get()));
-    builder.RegisterService(admitted.back().get());
-    names.push_back(each.full_name);
-  }
   absl::StatusOr<std::vector<Descriptor>> sockets = ListenAt(options.listen_address);
   if (!sockets.ok()) {
     Log(LogLevel::kError, "cannot listen", {{"why", std::string(sockets.status().message())}});
     return 1;
   }
-  const std::unique_ptr<grpc::Server> server = builder.BuildAndStart();
+  Built built = Build(options, services, *server_credentials, &admission, &denials);
+  grpc::Server* const server = built.server.get();
   if (server == nullptr) {
     Log(LogLevel::kError, "gRPC does not start");
     return 1;
   }
-  for (const std::string& name : names) server->GetHealthCheckService()->SetServingStatus(name, false);
   if (absl::Status begun = observation.Begin(&services); !begun.ok()) {
     Log(LogLevel::kError, "cannot be seen", {{"why", std::string(begun.message())}});
     return 1;
   }
-  auto acceptor = std::make_unique<ConnectionAcceptor>(*std::move(sockets), &connections, std::move(taker));
+  auto acceptor = std::make_unique<ConnectionAcceptor>(*std::move(sockets), &connections, std::move(built.taker));
   auto flood_watch = std::make_unique<FloodWatch>(&connections);
   std::atomic<bool> stopping{false};
   std::thread certificate_watch([&] {
@@ -297,7 +312,7 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   });
   Log(LogLevel::kInfo, "listening", {{"address", options.listen_address}});
 
-  ServeUntilStopped(options, {server.get(), &admission, &denials, &session_ends, &observation, database.get(), names},
+  ServeUntilStopped(options, {server, &admission, &denials, &session_ends, &observation, database.get(), built.names},
                     signals);
 
   observation.SetReady(false);
