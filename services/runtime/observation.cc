@@ -118,12 +118,15 @@ HttpAnswer Observation::Metrics(const HttpRequest& request) const {
   const absl::Status may = caller.ok() ? CheckRole(*caller) : caller.status();
   if (may.ok()) return {200, ExpositionText(), kExposition};
   const std::string reason = ReasonOf(may);
-  // Whom another authority names is nobody here.
-  const auto named = identity::CertificateOf(request.certificate_pem);
-  const bool is_ours = !HasReason(may, errors::v1::CERTIFICATE_FOREIGN);
-  denials_.Add("GET " + std::string(kMetricsPath), named.ok() && is_ours ? named->identity.Text() : "", request.peer,
-               reason, std::string(may.message()));
+  // Where nobody can be judged, nobody is denied.
   const int code = absl::IsPermissionDenied(may) ? 403 : absl::IsUnauthenticated(may) ? 401 : 503;
+  if (code != 503) {
+    // Whom another authority names is nobody here.
+    const auto named = identity::CertificateOf(request.certificate_pem);
+    const bool is_ours = named.ok() && !HasReason(may, errors::v1::CERTIFICATE_FOREIGN);
+    denials_.Add(std::string("GET ") + kMetricsPath, is_ours ? named->identity.Text() : "", request.peer, reason,
+                 std::string(may.message()));
+  }
   return {code, reason + ": " + std::string(may.message()) + "\n"};
 }
 

@@ -5,7 +5,7 @@
 namespace sixpoint::runtime {
 namespace {
 
-constexpr std::chrono::seconds kPatience{5};
+constexpr std::chrono::seconds kPatience{2};
 // Until the database is there.
 constexpr std::chrono::milliseconds kSoonAgain{1000};
 

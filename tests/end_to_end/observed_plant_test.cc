@@ -127,13 +127,13 @@ TEST_F(ObservedPlantTest, EveryDashboardAndAlertFindsSomethingToShow) {
       {"/usr/bin/prometheus", "--config.file=" + config, "--storage.tsdb.path=" + (folder_ / "tsdb").string(),
        "--web.listen-address=127.0.0.1:" + std::to_string(port_ + 19)},
       log);
-  EXPECT_TRUE(Within(60, [&] { return TargetsUp() == kAreaCount; })) << Ask("targets").dump(1) << ReadFile(log);
 
   const std::string report = (folder_ / "report.json").string(), output = (folder_ / "demo.log").string();
   Process demo({PlantProcesses::Program("sixpoint-simulator"), "demo", "--server", At("127.0.0.1"), "--machines", "1",
                 "--seed", "1", "--airfoil-pitch-mm", "0.4", "--pins-pitch-mm", "0.15", "--report", report},
                output);
   ASSERT_EQ(demo.Wait(240), 0) << ReadFile(output);
+  EXPECT_TRUE(Within(60, [&] { return TargetsUp() == kAreaCount; })) << Ask("targets").dump(1) << ReadFile(log);
   EXPECT_TRUE(Within(60, [&] { return RulesAreEvaluated(); }));
 
   const auto value = [&](const std::string& expression) {

@@ -6,6 +6,7 @@
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
+#include "services/runtime/metrics.h"
 #include "storage/record.h"
 #include "tests/services/registration/fake_plant.h"
 
@@ -178,8 +179,16 @@ TEST_F(RegistrationServiceTest, AnUndeterminedPoseIsKeptWithItsEvidenceAndHasNoP
             Count("registrations WHERE outcome <> 'CONVERGED'"));
 }
 
+// As whoever watches is told.
+double CountedConverged() {
+  const std::string told = runtime::ExpositionText(), series = "sixpoint_registrations_total{outcome=\"CONVERGED\"} ";
+  const std::size_t at = told.find(series);
+  return at == std::string::npos ? 0 : std::stod(told.substr(at + series.size()));
+}
+
 TEST_F(RegistrationServiceTest, AnswersARetryOnceAndPages) {
   MountBlade();
+  const double counted = CountedConverged();
   const std::int64_t before = Count("registrations");
   v1::RegisterRequest request = Request(v1::METHOD_BEST_FIT);
   request.set_request_id("00000000-0000-7000-8000-0000000000aa");
@@ -187,6 +196,7 @@ TEST_F(RegistrationServiceTest, AnswersARetryOnceAndPages) {
   ASSERT_TRUE(first.ok() && second.ok()) << first.status() << second.status();
   EXPECT_EQ(first->SerializeAsString(), second->SerializeAsString());
   EXPECT_EQ(Count("registrations"), before + 1);
+  EXPECT_EQ(CountedConverged(), counted + 1);
   request.set_method(v1::METHOD_LOCAL);
   EXPECT_EQ(TryRegister(request).status().code(), absl::StatusCode::kAlreadyExists);
 
