@@ -208,24 +208,30 @@ TEST_F(SignIn, WhateverEndsASessionEndsItsCallsToo) {
   };
   const std::vector<std::pair<std::string, std::function<grpc::Status(const std::string&)>>> ends = {
       {"signed out", sign_out}, {"other roles", roles}, {"another password", password}, {"disabled", disable}};
+  const auto owner = storage::Database::Open(database_.conninfo(), 1);
   for (const auto& [how, end] : ends) {
     SCOPED_TRACE(how);
     const std::string jane = Jane();
     EXPECT_EQ(Look(jane).error_code(), grpc::StatusCode::NOT_FOUND);
+    // A download that waits for its scan, and would for a minute.
+    auto holder = owner->Begin(Soon(60));
+    ASSERT_TRUE(holder->Execute("LOCK TABLE scans IN ACCESS EXCLUSIVE MODE").ok());
     grpc::ClientContext context;
     context.set_deadline(Within(60));
     context.AddMetadata("sixpoint-session", jane);
-    const auto stream = ingest::v1::ScanService::NewStub(gateway_to_ingest_)->UploadScan(&context);
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));  // it waits for a header now
+    ingest::v1::DownloadScanRequest request;
+    request.set_name("scans/s1");
+    const auto stream = ingest::v1::ScanService::NewStub(gateway_to_ingest_)->DownloadScan(&context, request);
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
     const grpc::Status ended = end(jane);
     ASSERT_TRUE(ended.ok()) << ended.error_message();
     const auto begin = std::chrono::steady_clock::now();
-    ingest::v1::UploadScanResponse response;
+    ingest::v1::DownloadScanResponse response;
     EXPECT_FALSE(stream->Read(&response));
     const grpc::Status status = stream->Finish();
     std::printf("%s: the stream ended after %.1f s\n", how.c_str(),
                 std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-    // A header that does not come ends an upload otherwise. On a machine so busy that it had not begun it is refused.
+    // On a machine so busy that it had not begun it is refused like any other call.
     EXPECT_THAT(status.error_code(), ::testing::AnyOf(grpc::StatusCode::CANCELLED, grpc::StatusCode::UNAUTHENTICATED))
         << status.error_message();
     EXPECT_EQ(ReasonOnceRefused(jane), "SESSION_ENDED");
