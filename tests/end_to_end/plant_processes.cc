@@ -130,7 +130,7 @@ PlantProcesses::~PlantProcesses() {
   fs::remove_all(folder_, ignored);
 }
 
-void PlantProcesses::Start(const std::string& area) {
+void PlantProcesses::Start(const std::string& area, const std::vector<std::string>& flags) {
   std::vector<std::string> command = {Program("sixpoint-" + area),
                                       "--listen",
                                       address(area),
@@ -145,6 +145,7 @@ void PlantProcesses::Start(const std::string& area) {
                                       "--database-connections",
                                       "6"};
   for (const auto& [peer, at] : addresses_) command.insert(command.end(), {"--peer", peer + "=" + at});
+  command.insert(command.end(), flags.begin(), flags.end());
   processes_[area] = std::make_unique<Process>(command, folder_ + "/" + area + ".log");
 }
 

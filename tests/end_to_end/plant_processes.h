@@ -55,8 +55,8 @@ class PlantProcesses {
   // Accepts connections within that time.
   bool WaitUntilUp(const std::string& area, double seconds) const;
   void Kill(const std::string& area);
-  // With a certificate of its own, new at each start.
-  void Start(const std::string& area);
+  // With a certificate of its own, new at each start, and these flags besides.
+  void Start(const std::string& area, const std::vector<std::string>& flags = {});
   // The ends of all logs, for a failed test.
   std::string Logs() const;
 

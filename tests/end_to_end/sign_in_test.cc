@@ -8,6 +8,7 @@
 #include "sixpoint/plant/v1/credentials.grpc.pb.h"
 #include "sixpoint/plant/v1/record.grpc.pb.h"
 #include "tests/end_to_end/door.h"
+#include "tests/services/plant/provider_tokens.h"
 #include "tests/services/plant/sample_registry.h"
 
 namespace sixpoint::testing {
@@ -74,6 +75,15 @@ class SignIn : public Door {
     plant::v1::Machine machine;
     return Ask(plant::v1::PlantService::NewStub(channel == nullptr ? gateway_ : channel),
                &plant::v1::PlantService::Stub::GetMachine, request, &machine, session);
+  }
+  // And serves again.
+  void RestartPlant(const std::vector<std::string>& flags = {}) {
+    plant_.Kill("plant");
+    plant_.Start("plant", flags);
+    EXPECT_TRUE(plant_.WaitUntilUp("plant", 30));
+    for (const auto end = Within(30);
+         Look("").error_code() == grpc::StatusCode::UNAVAILABLE && std::chrono::system_clock::now() < end;)
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
   // Every service knows it within two seconds; a busy machine is given more.
   std::string ReasonOnceRefused(const std::string& session, const std::shared_ptr<grpc::Channel>& channel = nullptr) {
@@ -198,24 +208,30 @@ TEST_F(SignIn, WhateverEndsASessionEndsItsCallsToo) {
   };
   const std::vector<std::pair<std::string, std::function<grpc::Status(const std::string&)>>> ends = {
       {"signed out", sign_out}, {"other roles", roles}, {"another password", password}, {"disabled", disable}};
+  const auto owner = storage::Database::Open(database_.conninfo(), 1);
   for (const auto& [how, end] : ends) {
     SCOPED_TRACE(how);
     const std::string jane = Jane();
     EXPECT_EQ(Look(jane).error_code(), grpc::StatusCode::NOT_FOUND);
+    // A download that waits for its scan, and would for a minute.
+    auto holder = owner->Begin(Soon(60));
+    ASSERT_TRUE(holder->Execute("LOCK TABLE scans IN ACCESS EXCLUSIVE MODE").ok());
     grpc::ClientContext context;
     context.set_deadline(Within(60));
     context.AddMetadata("sixpoint-session", jane);
-    const auto stream = ingest::v1::ScanService::NewStub(gateway_to_ingest_)->UploadScan(&context);
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));  // it waits for a header now
+    ingest::v1::DownloadScanRequest request;
+    request.set_name("scans/s1");
+    const auto stream = ingest::v1::ScanService::NewStub(gateway_to_ingest_)->DownloadScan(&context, request);
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
     const grpc::Status ended = end(jane);
     ASSERT_TRUE(ended.ok()) << ended.error_message();
     const auto begin = std::chrono::steady_clock::now();
-    ingest::v1::UploadScanResponse response;
+    ingest::v1::DownloadScanResponse response;
     EXPECT_FALSE(stream->Read(&response));
     const grpc::Status status = stream->Finish();
     std::printf("%s: the stream ended after %.1f s\n", how.c_str(),
                 std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-    // A header that does not come ends an upload otherwise. On a machine so busy that it had not begun it is refused.
+    // On a machine so busy that it had not begun it is refused like any other call.
     EXPECT_THAT(status.error_code(), ::testing::AnyOf(grpc::StatusCode::CANCELLED, grpc::StatusCode::UNAUTHENTICATED))
         << status.error_message();
     EXPECT_EQ(ReasonOnceRefused(jane), "SESSION_ENDED");
@@ -255,15 +271,35 @@ TEST_F(SignIn, WhoGuessesWaitsAlsoAfterARestart) {
     EXPECT_THAT(denial.caller, Not(HasSubstr("nobody")));
     EXPECT_THAT(denial.sentence, Not(HasSubstr("horse")));
   }
-  plant_.Kill("plant");
-  plant_.Start("plant");
-  ASSERT_TRUE(plant_.WaitUntilUp("plant", 30));
-  grpc::Status after;
-  for (const auto end = Within(30); std::chrono::system_clock::now() < end;
-       std::this_thread::sleep_for(std::chrono::milliseconds(100)))
-    if ((after = Try("users/jane", kPassword, &session)).error_code() != grpc::StatusCode::UNAVAILABLE) break;
+  RestartPlant();
+  const grpc::Status after = Try("users/jane", kPassword, &session);
   EXPECT_EQ(ReasonOf(after), "SIGN_IN_SLOWED") << after.error_message();
   EXPECT_EQ(Look(jane).error_code(), grpc::StatusCode::NOT_FOUND) << Look(jane).error_message();
+}
+
+// By the plant's identity provider, as its file says it.
+TEST_F(SignIn, ThePlantsDirectoryVouchesForPeople) {
+  if (!plant::ProviderTokens::MayBeMade()) GTEST_SKIP() << "python3-jwt or python3-cryptography is absent";
+  const plant::ProviderTokens files;
+  ASSERT_TRUE(files.Make());
+  const auto sign_in = [&](const std::string& token, plant::v1::Session* session) {
+    plant::v1::SignInWithIdTokenRequest request;
+    request.set_id_token(files.Text(token));
+    request.set_nonce("n-1");
+    request.set_client_address("192.0.2.1");
+    return Ask(desk_, &AccountService::Stub::SignInWithIdToken, request, session);
+  };
+  plant::v1::Session session;
+  EXPECT_EQ(ReasonOf(sign_in("good.es256", &session)), "IDENTITY_PROVIDER_MISSING");
+  RestartPlant({"--oidc", files.Config("issuer: https://id.plant.example\nclient_id: sixpoint\nkeys_file: " +
+                                       (files.folder() / "keys.json").string() +
+                                       "\nname_claim: sub\nroles: {turbine-engineers: engineer}\n")});
+  const grpc::Status signed_in = sign_in("good.es256", &session);
+  ASSERT_TRUE(signed_in.ok()) << signed_in.error_message();
+  EXPECT_EQ(session.name(), "users/f3a1");
+  EXPECT_EQ(Look(session.token()).error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_EQ(ReasonOf(sign_in("bad.hs256_by_public_pem", &session)), "SIGN_IN_REFUSED");
+  EXPECT_THAT(Denials("SIGN_IN_REFUSED"), Contains(Field(&storage::Denial::sentence, HasSubstr("algorithm"))));
 }
 
 // What the tool says, and that a password is on no command line.

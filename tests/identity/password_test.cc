@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <ctime>
 
 #include "refusal/refusal.h"
@@ -37,9 +36,9 @@ TEST(Password, ATextThatWantsTooMuchIsRefused) {
   for (const std::string phc : {"$argon2id$v=19$m=4194304,t=3,p=1$c29tZXNhbHRzb21lc2FsdA$AAAA",
                                 "$argon2id$v=19$m=65536,t=1000,p=1$c29tZXNhbHRzb21lc2FsdA$AAAA",
                                 "$argon2id$v=19$m=65536,t=3,p=64$c29tZXNhbHRzb21lc2FsdA$AAAA", "x"}) {
-    const auto begin = std::chrono::steady_clock::now();
+    const std::clock_t begin = std::clock();
     EXPECT_FALSE(PasswordMatches(phc, kPassword).ok()) << phc;
-    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(50)) << phc;
+    EXPECT_LT(std::clock() - begin, CLOCKS_PER_SEC / 20) << phc;
   }
 }
 
