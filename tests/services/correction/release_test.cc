@@ -201,6 +201,11 @@ TEST_F(ReleaseTest, ItIsForOneBladeOnOneMachineInOneClamping) {
   plant_.registration.later = {later};
   EXPECT_THAT(Refused(Call(&Stub::FetchProgram, request).status()),
               HasSubstr("CLAMPING_DIFFERS " + correction.name() + ": registrations/later was made since"));
+  // One of another part counts as much; who fetches may not know of it.
+  plant_.registration.later[0].set_part("parts/anothers");
+  const std::string refused = Refused(Call(&Stub::FetchProgram, request).status());
+  EXPECT_THAT(refused, HasSubstr(": a registration of another part was made since"));
+  EXPECT_THAT(refused, Not(HasSubstr("later")));
   plant_.registration.later.clear();
   EXPECT_TRUE(Call(&Stub::FetchProgram, request).ok());
 }
