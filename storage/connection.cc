@@ -18,6 +18,10 @@ constexpr int kOldestServer = 150000;
 // How long after the deadline the server's own statement_timeout may still answer, before the connection is given up.
 constexpr std::chrono::milliseconds kGrace{300};
 
+// statement_timeout ends with our deadline; a server that gives up so much earlier had its clock set, for its timeouts go by the
+// clock of the day.
+constexpr std::chrono::milliseconds kEarly{250};
+
 // client_connection_check_interval: a statement whose client is gone stops by itself. idle_in_transaction_session_timeout: a
 // service that is frozen while it holds a lock (the journal's) keeps it no longer.
 constexpr char kSession[] =
@@ -168,6 +172,8 @@ absl::StatusOr<Result> Query(pg_conn* connection, const std::string& sql, const 
     }
     last = std::move(result);
   }
+  if (absl::IsDeadlineExceeded(failure) && std::chrono::steady_clock::now() + kEarly < deadline)
+    return absl::UnavailableError(std::string(failure.message()) + ", long before the deadline: its clock was set");
   if (!failure.ok()) return failure;
   if (last == nullptr) return BrokenConnection(connection);
   return last;

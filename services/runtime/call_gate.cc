@@ -9,7 +9,7 @@
 namespace sixpoint::runtime {
 namespace {
 
-// A twentieth of a core is for refusals; so many may come in one go.
+// Less than a tenth of a core is for refusals; so many may come in one go.
 constexpr double kRefusalsPerS = 500, kRefusalsAtOnce = 100;
 constexpr std::chrono::milliseconds kBetweenLooks{4};
 // Where no room comes a connection is read again all the same, one in so long a time.

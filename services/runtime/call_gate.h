@@ -1,5 +1,5 @@
 // How many calls a server answers at once. More are refused before anything is spent on them, and a connection that keeps a
-// server at refusing is read again only when there is room: a refusal costs gRPC a sixth of what a small read costs, and 10 times as
+// server at refusing is read again only when there is room: a refusal costs gRPC a third of what a small read costs, and 10 times as
 // many calls as can be answered would leave time for refusals alone. Private to runtime; admission asks.
 #pragma once
 

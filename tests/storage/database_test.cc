@@ -145,6 +145,16 @@ TEST_F(DatabaseTest, AHolderThatSaysNothingLosesItsLock) {
   EXPECT_EQ(holder->Execute("SELECT 1").status().code(), absl::StatusCode::kUnavailable);
 }
 
+// What PostgreSQL does with every statement under way when its clock is set forward.
+TEST_F(DatabaseTest, AServerThatGivesUpBeforeTheDeadlineIsAskedAgain) {
+  auto transaction = database_.database()->Begin(Soon(60));
+  ASSERT_TRUE(transaction.ok()) << transaction.status();
+  ASSERT_TRUE(transaction->Execute("SET LOCAL statement_timeout = 20").ok());
+  const absl::Status early = transaction->Execute("SELECT pg_sleep(30)").status();
+  EXPECT_TRUE(absl::IsUnavailable(early)) << early;
+  EXPECT_NE(early.message().find("its clock was set"), std::string::npos) << early;
+}
+
 TEST_F(DatabaseTest, ADeadlineThatIsOverIsRefusedAtOnce) {
   EXPECT_EQ(database_.database()->Begin(Soon(-1)).status().code(), absl::StatusCode::kDeadlineExceeded);
 }
