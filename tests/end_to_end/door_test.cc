@@ -320,15 +320,10 @@ TEST_F(Door, APersonsNameIsInOneTableAndIsForgotten) {
   auto link = simulator::PlantLink::Connect(plant_.server(), credentials, 30, [](const std::string&) {});
   ASSERT_TRUE(link.ok()) << link.status();
   ASSERT_TRUE(simulator::RegisterArtefact(**link, "plate", simulator::ArtefactGeometry()).ok());
-  const auto poor = Of(plant_.certificates().User("jane.doe", {Role::kMesReader}));
-  plant::v1::CreateBladeRequest refused;
-  refused.set_request_id(storage::NewUuid());
-  grpc::ClientContext refusing;
-  refusing.set_deadline(Within(10));
-  plant::v1::Blade blade;
-  EXPECT_EQ(
-      plant::v1::PlantService::NewStub(ChannelTo("plant", poor))->CreateBlade(&refusing, refused, &blade).error_code(),
-      grpc::StatusCode::PERMISSION_DENIED);
+  plant::v1::SignInRequest refused;
+  plant::v1::Session session;
+  EXPECT_EQ(plant::v1::AccountService::NewStub(channel)->SignIn(Call().get(), refused, &session).error_code(),
+            grpc::StatusCode::PERMISSION_DENIED);
   EXPECT_FALSE(Denials("ROLE_MISSING").empty());
   plant::v1::CreateAccountRequest creating;
   creating.set_name("users/jane.doe");
