@@ -1,4 +1,5 @@
 // `sixpoint`, the engineer's tool: wiring only.
+#include <cstdlib>
 #include <iostream>
 
 #include "cli/app.h"
@@ -6,6 +7,8 @@
 
 int main(int argc, char** argv) {
   using namespace sixpoint::cli;
+  // What gRPC says on stderr of a connection that fails is said in our own words (GRPC_VERBOSITY=info shows it).
+  setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);
   Session session;
   // Before the options are added, so that those given on the command line or by the environment come after it.
   session.config_file = ConfigFileOf(argc, argv);

@@ -63,21 +63,24 @@ BEGIN
 END
 $$;
 
--- The sentence of a denial names its caller.
-CREATE FUNCTION keep_pseudonym_of_caller() RETURNS trigger LANGUAGE plpgsql AS $$
+-- The sentence of a denial names its caller, or somebody whose session the gateway sent.
+CREATE FUNCTION keep_pseudonym_of_caller() RETURNS trigger LANGUAGE plpgsql SECURITY DEFINER SET search_path = public, pg_temp AS $$
 DECLARE
-  named text := substring(NEW.caller FROM '^users/[^ ]+');
+  named text;
 BEGIN
-  IF named IS NOT NULL THEN
-    NEW.sentence := replace(NEW.sentence, named, pseudonym_of(named));
-    IF octet_length(NEW.sentence) > 1000 THEN
-      NEW.sentence := left(NEW.sentence, 250);  -- of characters that take four bytes at most
-    END IF;
-    NEW.caller := pseudonym_of(NEW.caller);
+  NEW.caller := pseudonym_of(NEW.caller);
+  FOR named IN SELECT DISTINCT m.words[1] FROM regexp_matches(NEW.sentence, 'users/[A-Za-z0-9._-]+', 'g') AS m (words)
+      ORDER BY 1 DESC LOOP
+    NEW.sentence := replace(NEW.sentence, named,
+      coalesce((SELECT 'persons/' || p.pseudonym FROM persons p WHERE p.user_name = substr(named, 7)), 'users/*'));
+  END LOOP;
+  IF octet_length(NEW.sentence) > 1000 THEN
+    NEW.sentence := left(NEW.sentence, 250);  -- of characters that take four bytes at most
   END IF;
   RETURN NEW;
 END
 $$;
+COMMENT ON FUNCTION keep_pseudonym_of_caller() IS 'Who is named and not known is nobody''s to keep: users/*.';
 CREATE TRIGGER pseudonyms BEFORE INSERT ON denials FOR EACH ROW EXECUTE FUNCTION keep_pseudonym_of_caller();
 
 -- Certificates name their holders, and wait for them only: what waits for a person goes with the name.

@@ -20,7 +20,8 @@ CREATE TRIGGER pseudonyms BEFORE INSERT ON clearance_events FOR EACH ROW EXECUTE
 -- Who has no pseudonym yet was cleared for nothing.
 CREATE OR REPLACE FUNCTION clearance_holder(of_identity text) RETURNS text
 LANGUAGE sql STABLE SECURITY DEFINER SET search_path = public, pg_temp AS $$
-  SELECT coalesce((SELECT 'persons/' || p.pseudonym FROM persons p WHERE 'users/' || p.user_name = of_identity), of_identity)
+  SELECT coalesce((SELECT 'persons/' || p.pseudonym FROM persons p
+                   WHERE of_identity LIKE 'users/%' AND p.user_name = substr(of_identity, 7)), of_identity)
 $$;
 
 -- As V0016 has it. An account that somebody may still sign in by, or whose sessions may still live, is not forgotten.
@@ -29,6 +30,7 @@ LANGUAGE plpgsql SECURITY DEFINER SET search_path = public, pg_temp AS $$
 DECLARE
   was text;
 BEGIN
+  PERFORM 1 FROM accounts a WHERE a.name = 'users/' || of_user FOR UPDATE;  -- nobody enables it meanwhile
   IF EXISTS (SELECT 1 FROM accounts a WHERE a.name = 'users/' || of_user AND NOT a.disabled) THEN
     RAISE EXCEPTION 'name: users/%, an account that counts, want it disabled before it is forgotten', of_user
       USING ERRCODE = 'restrict_violation';
@@ -43,7 +45,7 @@ BEGIN
   DELETE FROM credential_offers WHERE identity = 'users/' || of_user;
   UPDATE certificate_renewals SET offered_by = 'persons/' || was WHERE offered_by = 'users/' || of_user AND was IS NOT NULL;
   UPDATE credential_offers SET offered_by = 'persons/' || was WHERE offered_by = 'users/' || of_user AND was IS NOT NULL;
-  DELETE FROM accounts WHERE name = 'users/' || of_user;
+  DELETE FROM accounts WHERE name = 'users/' || of_user AND disabled;
   DELETE FROM session_ends WHERE account = 'users/' || of_user;
   RETURN was;
 END

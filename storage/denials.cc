@@ -1,5 +1,7 @@
 #include "storage/denials.h"
 
+#include <algorithm>
+
 namespace sixpoint::storage {
 namespace {
 
@@ -22,7 +24,10 @@ std::string Cut(const std::string& text, std::size_t most_bytes) {
 
 }  // namespace
 
-absl::Status AppendDenials(Transaction& transaction, const std::vector<Denial>& denials) {
+absl::Status AppendDenials(Transaction& transaction, std::vector<Denial> denials) {
+  // Two services that see persons for the first time see them in one order.
+  std::stable_sort(denials.begin(), denials.end(),
+                   [](const Denial& a, const Denial& b) { return a.caller < b.caller; });
   for (const Denial& denial : denials) {
     Params params;
     params.Uuid(NewUuid()).Text(Cut(denial.area, 64)).Text(Cut(denial.method, 200)).Text(Cut(denial.caller, 200));

@@ -18,7 +18,7 @@ struct Denial {
   Instant first_denied_at, last_denied_at;  // the service's clock
 };
 
-absl::Status AppendDenials(Transaction& transaction, const std::vector<Denial>& denials);
+absl::Status AppendDenials(Transaction& transaction, std::vector<Denial> denials);
 // Newest first.
 absl::StatusOr<std::vector<Denial>> NewestDenials(Transaction& transaction, int limit);
 

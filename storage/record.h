@@ -35,8 +35,9 @@ struct RecordEntry {
   std::string method;                  // empty where there is none
   std::string software_version;
   std::string requested_by;
-  std::optional<std::string> trace_id;  // of the call that recorded it (W3C), where one did; where a request is kept, that says it
-  Reader reader;                       // who asked: what he may not see is not made anew, nor told
+  std::optional<std::string>
+      trace_id;   // of the call that recorded it (W3C), where one did; where a request is kept, that says it
+  Reader reader;  // who asked: what he may not see is not made anew, nor told
   std::optional<Instant> measured_at;  // the device's clock, where there is one
   std::string summary_json = "{}";     // a few figures a reader wants at once
   std::optional<KeptRequest> request;  // set by the store

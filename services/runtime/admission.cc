@@ -39,7 +39,7 @@ RpcMethod::RpcType TypeOf(const google::protobuf::MethodDescriptor& method) {
 }
 
 // How long a request may take to come: a method's greatest at this rate.
-constexpr std::chrono::seconds kPatience{10};
+constexpr std::chrono::seconds kPatience{10}, kPatienceWithNobody{2};
 constexpr std::size_t kSlowest_bytes_per_s = 500'000;
 
 // Whose the bytes are.
@@ -105,20 +105,24 @@ class AdmittedMethod : public MethodHandler {
         handler_(handler) {}
 
   void RunHandler(const HandlerParameter& call) override {
-    // How many stream their requests at once is their handlers' to say.
-    const auto place = streams_requests_ ? std::nullopt : admission_.gate_.Enter(*call.server_context);
-    if (!streams_requests_ && !place.has_value()) return End(call, CallGate::Refusal());
     const std::shared_ptr<CallFacts> facts = FactsOf(*call.server_context);
     const CallScope scope(facts);
     const absl::StatusOr<identity::Identity> caller = Check(*call.server_context);
-    if (!caller.ok()) return End(call, ToGrpc(caller.status()));
-    if (facts != nullptr) facts->SetCaller(caller->name.empty() ? "" : caller->Text());
+    if (!caller.ok()) {
+      admission_.gate_.Refused(*call.server_context);
+      return End(call, ToGrpc(caller.status()));
+    }
+    const std::string name = caller->name.empty() ? "" : caller->Text();
+    // How many stream their requests at once is their handlers' to say.
+    const auto place = streams_requests_ ? std::nullopt : admission_.gate_.Enter(name, *call.server_context);
+    if (!streams_requests_ && !place.has_value()) return End(call, CallGate::Refusal());
+    if (facts != nullptr) facts->SetCaller(name);
     TellServer(call.server_context);
     // Who needs no certificate loses none.
     std::optional<Opened> opened;
     if (!caller->name.empty()) opened.emplace(&admission_, *call.server_context);
     if (streams_requests_) return handler_->RunHandler(call);
-    absl::StatusOr<Bytes> request = Receive(call);
+    absl::StatusOr<Bytes> request = Receive(call, /*of_nobody=*/name.empty());
     if (!request.ok()) return End(call, ToGrpc(request.status()));
     grpc::Status parsed;
     void* data = nullptr;
@@ -172,8 +176,9 @@ class AdmittedMethod : public MethodHandler {
     return caller;
   }
 
-  absl::StatusOr<Bytes> Receive(const HandlerParameter& call) const {
-    const auto patience = kPatience + std::chrono::seconds(greatest_bytes_ / kSlowest_bytes_per_s);
+  absl::StatusOr<Bytes> Receive(const HandlerParameter& call, bool of_nobody) const {
+    const std::chrono::milliseconds patience =
+        of_nobody ? kPatienceWithNobody : kPatience + std::chrono::seconds(greatest_bytes_ / kSlowest_bytes_per_s);
     Bytes request = Read(call, patience);
     if (request == nullptr)
       return Refuse("request", "none", "one message of at most " + std::to_string(greatest_bytes_) + " bytes");

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 
-#include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
-#include "services/runtime/peer_address.h"
 
 namespace sixpoint::runtime {
 namespace {
@@ -12,15 +10,11 @@ namespace {
 // Less than a tenth of a core is for refusals; so many may come in one go.
 constexpr double kRefusalsPerS = 500, kRefusalsAtOnce = 100;
 constexpr std::chrono::milliseconds kBetweenLooks{4};
-// Where no room comes a connection is read again all the same, one in so long a time.
-constexpr std::chrono::milliseconds kLongestPause{100};
-// By when a connection that is read again has brought what waited in it.
+// Where no room comes a connection is read again all the same, one in so long a time: what it brings is within what may be refused.
+constexpr std::chrono::milliseconds kLongestPause{64};
+// By when a connection that is read again has brought what waited in it, and how much of that finds places for certain.
 constexpr std::chrono::milliseconds kTurn{1000};
-
-std::string CallerKey(const grpc::ServerContextBase& context) {
-  std::string certificate = ShownCertificate(context);
-  return certificate.empty() ? PeerKey(context.peer()) : certificate;
-}
+constexpr int kLeastCallsOfATurn = 8, kMostCallsOfATurn = 32;
 
 }  // namespace
 
@@ -42,14 +36,25 @@ const grpc::Status& CallGate::Refusal() {
   return *refusal;
 }
 
-std::optional<CallGate::Place> CallGate::Enter(const grpc::ServerContextBase& context) {
-  std::string caller = CallerKey(context), peer = context.peer();
+// Of places that are kept for connections whose turn it is; empty: all of them.
+int CallGate::ReservedOf(const std::string& caller) const {
+  int reserved = 0;
+  const Clock::time_point now = Clock::now();
+  for (const auto& [peer, turn] : turns_)
+    if (now < turn.until && (caller.empty() || turn.caller == caller)) reserved += turn.calls_left;
+  return reserved;
+}
+
+std::optional<CallGate::Place> CallGate::Enter(std::string caller, const grpc::ServerContextBase& context) {
+  std::string peer = context.peer();
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto of_caller = of_caller_.emplace(caller, 0).first;
-  // While connections wait for their turn, each has as many calls in a turn as it may have open at once.
+  // While connections wait for their turn, each has as many calls in a turn as it was given.
   const auto turn = turns_.find(peer);
-  const bool is_its_turn = turn != turns_.end() && Clock::now() < turn->second.until;
-  if (is_its_turn || (in_all_ < limits_.at_once && of_caller->second < limits_.per_caller)) {
+  const bool is_its_turn = turn != turns_.end() && turn->second.caller == caller && Clock::now() < turn->second.until;
+  const bool has_room = caller.empty() ? of_caller->second < limits_.of_nobody
+                                       : of_caller->second + ReservedOf(caller) < limits_.per_caller;
+  if (is_its_turn || (has_room && in_all_ + ReservedOf("") < limits_.at_once)) {
     if (is_its_turn && --turn->second.calls_left == 0) {
       turns_.erase(turn);
       if (!paused_.empty()) Pause(std::move(peer), caller);
@@ -61,6 +66,11 @@ std::optional<CallGate::Place> CallGate::Enter(const grpc::ServerContextBase& co
   if (of_caller->second == 0) of_caller_.erase(of_caller);
   if (!MayRefuse() || !paused_.empty()) Pause(std::move(peer), caller);
   return std::nullopt;
+}
+
+void CallGate::Refused(const grpc::ServerContextBase& context) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!MayRefuse()) Pause(context.peer(), "");
 }
 
 void CallGate::Pause(std::string peer, const std::string& caller) {
@@ -97,29 +107,27 @@ void CallGate::Run() {
   }
 }
 
-// Who waits longest first, of those all of whose calls would find places.
+// Who waits longest first, of those some of whose calls would find places.
 void CallGate::ReadAgain() {
   const Clock::time_point now = Clock::now();
   for (auto each = turns_.begin(); each != turns_.end();)
     each = now < each->second.until ? std::next(each) : turns_.erase(each);
-  int in_all = in_all_;
-  std::map<std::string, int> given;
-  const auto has_room = [&](const Paused& one) {
+  const auto room_of = [&](const Paused& one) {
+    if (one.caller.empty()) return 0;
     const auto of_caller = of_caller_.find(one.caller);
-    const int own = (of_caller == of_caller_.end() ? 0 : of_caller->second) + given[one.caller];
-    return std::min(limits_.at_once - in_all, limits_.per_caller - own) >= limits_.per_connection;
+    const int own = (of_caller == of_caller_.end() ? 0 : of_caller->second) + ReservedOf(one.caller);
+    return std::min({limits_.at_once - in_all_ - ReservedOf(""), limits_.per_caller - own, kMostCallsOfATurn});
   };
   for (auto one = paused_.begin(); one != paused_.end();) {
-    const bool its_turn = has_room(*one);
+    const int room = room_of(*one);
+    const bool its_turn = room >= kLeastCallsOfATurn;
     if (!its_turn && !stopped_ && now < read_again_ + kLongestPause) {
       ++one;
       continue;
     }
-    if (its_turn) turns_[one->peer] = {limits_.per_connection, now + kTurn};
+    if (its_turn) turns_[one->peer] = {one->caller, room, now + kTurn};
+    if (!its_turn) read_again_ = now;
     connections_->SetPaused(one->peer, false);
-    in_all += limits_.per_connection;
-    given[one->caller] += limits_.per_connection;
-    read_again_ = now;
     one = paused_.erase(one);
   }
 }

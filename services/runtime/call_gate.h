@@ -1,6 +1,7 @@
-// How many calls a server answers at once. More are refused before anything is spent on them, and a connection that keeps a
+// How many calls a server answers at once. More are refused before anything is read of them, and a connection that keeps a
 // server at refusing is read again only when there is room: a refusal costs gRPC a third of what a small read costs, and 10 times as
-// many calls as can be answered would leave time for refusals alone. Private to runtime; admission asks.
+// many calls as can be answered would leave time for refusals alone. Private to runtime; admission asks, once it knows who calls: a
+// certificate that nobody gave would be another caller each time.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -21,9 +22,10 @@ namespace sixpoint::runtime {
 
 struct CallLimits {
   int at_once = 96;
-  int per_caller = 48;  // one certificate, or one peer where none was shown: others always find places
-  // Of one connection (HTTP/2's MAX_CONCURRENT_STREAMS): so much room is waited for before a paused one is read again.
-  int per_connection = 32;
+  int per_caller = 48;  // one identity, over the gateway one person: two together may take all places, one never
+  int of_nobody = 8;    // of all together who call what anybody may, without a certificate
+  // Of one connection (HTTP/2's MAX_CONCURRENT_STREAMS): what waits for a slot of a service (compute_pool.h: 36) leaves room beside it.
+  int per_connection = 64;
 };
 
 // Thread-safe; outlives its places. One thread, which reads paused connections again.
@@ -49,8 +51,10 @@ class CallGate {
     CallGate* gate_;
     std::string caller_;
   };
-  // None: the call is to be answered with Refusal().
-  std::optional<Place> Enter(const grpc::ServerContextBase& context);
+  // caller: an identity's text; empty: nobody's. None: the call is to be answered with Refusal().
+  std::optional<Place> Enter(std::string caller, const grpc::ServerContextBase& context);
+  // A call was refused for who asked: it costs as much.
+  void Refused(const grpc::ServerContextBase& context);
   // RESOURCE_EXHAUSTED, and when to come again.
   static const grpc::Status& Refusal();
 
@@ -61,12 +65,14 @@ class CallGate {
   void Run();
   void ReadAgain();
   void Pause(std::string peer, const std::string& caller);
+  int ReservedOf(const std::string& caller) const;
 
   struct Paused {
-    std::string peer, caller;  // the connection as gRPC names it, and whose it is
+    std::string peer, caller;  // the connection as gRPC names it, and whose it is: no room is kept for nobody
   };
   // Of a connection that is read again: room was waited for, and nobody who comes meanwhile takes it.
   struct Turn {
+    std::string caller;
     int calls_left;
     Clock::time_point until;
   };

@@ -13,6 +13,7 @@
 #include "services/runtime/call_metrics.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/line_budget.h"
 #include "services/runtime/log.h"
 #include "services/runtime/span.h"
 #include "services/runtime/trace.h"
@@ -34,18 +35,10 @@ OpenFacts& Open() {
   return *open;
 }
 
-// So many lines a second of calls that were refused for who asked, or for how many did: nobody rolls the log away.
-bool MayLogRefusal() {
-  constexpr int kLinesASecond = 5;
-  static std::mutex mutex;
-  static Clock::time_point second;
-  static int lines = 0;
-  const std::lock_guard<std::mutex> lock(mutex);
-  if (const Clock::time_point now = Clock::now(); now - second >= std::chrono::seconds(1)) {
-    second = now;
-    lines = 0;
-  }
-  return ++lines <= kLinesASecond;
+// Of calls that were refused for who asked, or for how many did, and of those that ended before anybody was known.
+LineBudget& Budget() {
+  static LineBudget* const budget = new LineBudget();
+  return *budget;
 }
 
 class CallLog : public grpc::experimental::Interceptor {
@@ -64,8 +57,9 @@ class CallLog : public grpc::experimental::Interceptor {
       Open().by_context.erase(&context_);
     }
     CallEnds(counts_, code_, Clock::now() - begin_);
-    if (is_refused_ && !MayLogRefusal()) return;  // who was denied is counted all the same
-    if (!span_) Begin("");                        // it ended before its metadata came
+    const bool is_nobodys = facts_ == nullptr || facts_->caller().empty();
+    if ((is_refused_ || is_nobodys) && !Budget().Take()) return;  // who was denied is counted all the same
+    if (!span_) Begin("");                                        // it ended before its metadata came
     const bool at_fault = code_ == grpc::StatusCode::INTERNAL || code_ == grpc::StatusCode::UNKNOWN ||
                           code_ == grpc::StatusCode::DATA_LOSS;
     span_->Write(at_fault ? LogLevel::kError : LogLevel::kInfo, code_, facts_.get());
@@ -84,12 +78,7 @@ class CallLog : public grpc::experimental::Interceptor {
   void TakeStatus(const grpc::Status& status) {
     code_ = status.error_code();
     const absl::Status said = FromGrpc(status);
-    // Whom another authority names is nobody here: names that strangers think of are kept nowhere.
-    bool is_known = true;
-    for (const ErrorReason reason :
-         {errors::v1::CERTIFICATE_FOREIGN, errors::v1::CERTIFICATE_MISSING, errors::v1::CODE_NOT_VALID})
-      is_known = is_known && !HasReason(said, reason);
-    if (is_known && ShownIdentity(context_)) caller_ = CallerText(said);
+    caller_ = CallerText(said);
     if (facts_ != nullptr) facts_->SetCaller(caller_);
     const bool is_denied = absl::IsUnauthenticated(said) || absl::IsPermissionDenied(said);
     is_refused_ = is_denied || absl::IsResourceExhausted(said);
@@ -99,11 +88,18 @@ class CallLog : public grpc::experimental::Interceptor {
     denials_.Add(method_.substr(1), caller_, context_.peer(), ReasonOf(said), status.error_message());
   }
 
-  // Of a session that does not count the gateway alone is believed: its token may say anything.
+  // Nobody, until admission knows him: what a certificate or a session says by itself anybody can write. A certificate of ours that does
+  // not count any more, or a role that is missing, was judged so far.
   std::string CallerText(const absl::Status& said) const {
-    const bool is_believed =
-        !HasReason(said, errors::v1::SESSION_NOT_VALID) && !HasReason(said, errors::v1::SERVICE_NOT_READY);
-    return is_believed && SessionOf(context_) ? RequestedBy(context_) : ShownIdentity(context_)->Text();
+    const auto shown = ShownIdentity(context_);
+    if (!shown) return "";
+    const bool is_admitted = facts_ != nullptr && !facts_->caller().empty();
+    if (is_admitted || HasReason(said, errors::v1::ROLE_MISSING) || HasReason(said, errors::v1::SESSION_ENDED))
+      return SessionOf(context_) ? RequestedBy(context_) : shown->Text();
+    for (const ErrorReason reason :
+         {errors::v1::CERTIFICATE_EXPIRED, errors::v1::CERTIFICATE_REVOKED, errors::v1::SESSION_NOT_VALID})
+      if (HasReason(said, reason)) return shown->Text();
+    return "";
   }
 
   void TakeTraceparent(std::multimap<grpc::string_ref, grpc::string_ref>* metadata) {

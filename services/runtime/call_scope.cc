@@ -24,6 +24,11 @@ void CallFacts::SetCaller(const std::string& caller) {
   caller_ = Tame(caller, kLongestName);
 }
 
+std::string CallFacts::caller() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return caller_;
+}
+
 void CallFacts::Concerns(const std::string& name) {
   for (const auto& [kind, collection] :
        {std::pair("machine", "machines/"), std::pair("blade", "blades/"), std::pair("scan", "scans/")}) {

@@ -19,6 +19,7 @@ class CallFacts {
       : traceparent_(std::move(traceparent)), rpc_(std::move(rpc)) {}
   const std::string& traceparent() const { return traceparent_; }
   void SetCaller(const std::string& caller);
+  std::string caller() const;  // empty: not known, or nobody
   // The first machine, blade and scan that it is about, by resource name; another kind of name is left out.
   void Concerns(const std::string& name);
   // trace_id, span_id, rpc, and of the rest what is known.

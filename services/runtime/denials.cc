@@ -52,6 +52,7 @@ void Denials::Merge(storage::Denial denial) {
   if (kept_.size() >= kKept && kept_.count(key) == 0) {
     denial.method = kAny;
     denial.caller.clear();
+    denial.sentence.clear();  // of one of many, whom it names
     key = std::make_tuple(denial.method, denial.caller, denial.reason);
   }
   const auto [place, is_new] = kept_.emplace(std::move(key), denial);

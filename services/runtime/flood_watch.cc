@@ -21,10 +21,10 @@ constexpr std::chrono::milliseconds kBetweenLooks{10};
 constexpr std::chrono::milliseconds kWorkBetweenLooks{5};
 // Fewer new calls than this in all are no flood, and no connection is looked at.
 constexpr std::int64_t kFewCalls = 500;
-// Of one connection in a minute: it may have 100 open at once, and a client gives up one now and then.
+// Of one connection in a minute: it may have 64 open at once (call_gate.h), and a client gives up one now and then.
 constexpr std::chrono::minutes kCounted{1};
 constexpr std::int64_t kMostUnanswered = 500;
-// In a flood, which many connections may share, no more than may be open at once.
+// In a flood, which many connections may share, little more than may be open at once.
 constexpr std::int64_t kFlood = 500, kMostUnansweredInFlood = 100;
 
 // Of all threads of this process.

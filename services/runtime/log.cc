@@ -12,6 +12,7 @@
 
 #include "refusal/message_text.h"
 #include "services/runtime/call_scope.h"
+#include "services/runtime/line_budget.h"
 #include "services/runtime/server.h"
 
 namespace sixpoint::runtime {
@@ -44,9 +45,12 @@ std::string NowText() {
 }
 
 void LogFromGrpc(gpr_log_func_args* args) {
-  if (args->severity == GPR_LOG_SEVERITY_DEBUG) return;
-  Log(args->severity == GPR_LOG_SEVERITY_ERROR ? LogLevel::kError : LogLevel::kInfo, args->message,
-      {{"from", std::string("grpc")}});
+  static LineBudget* const budget = new LineBudget();  // a handshake that fails is a line of gRPC's
+  if (args->severity == GPR_LOG_SEVERITY_DEBUG || !budget->Take()) return;
+  LogFields fields = {{"from", std::string("grpc")}};
+  if (const long left_out_count = budget->TakeLeftOut(); left_out_count > 0)
+    fields.emplace_back("messages_left_out_count", left_out_count);
+  Log(args->severity == GPR_LOG_SEVERITY_ERROR ? LogLevel::kError : LogLevel::kInfo, args->message, fields);
 }
 
 // Each character that JSON escapes is two bytes at most, once a text is tame.

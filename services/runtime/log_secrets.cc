@@ -32,11 +32,12 @@ void HidePrivateKeys(std::string* text) {
   }
 }
 
-// The value after `name`, as libpq, YAML and headers write it: quoted, or up to a blank.
-void HideValues(const char* name, std::string* text) {
+// The value after `name`, as libpq, YAML, JSON and headers write it: quoted, or up to a blank; a header's to the end of its line.
+void HideValues(const char* name, bool to_line_end, std::string* text) {
   for (std::size_t at = 0; (at = FindAnyCase(*text, name, at)) != std::string::npos;) {
     std::size_t value = at + std::strlen(name);
     at = value;
+    if (value < text->size() && ((*text)[value] == '"' || (*text)[value] == '\'')) ++value;  // the name's own
     while (value < text->size() && (*text)[value] == ' ') ++value;
     if (value >= text->size() || ((*text)[value] != '=' && (*text)[value] != ':')) continue;
     ++value;
@@ -48,7 +49,8 @@ void HideValues(const char* name, std::string* text) {
       while (last < text->size() && (*text)[last] != quote) last += (*text)[last] == '\\' ? 2 : 1;
       last = std::min(last + 1, text->size());
     } else {
-      while (last < text->size() && std::strchr(" \t\n,;&", (*text)[last]) == nullptr) ++last;
+      const char* const ends = to_line_end ? "\r\n" : " \t\n,;&";
+      while (last < text->size() && std::strchr(ends, (*text)[last]) == nullptr) ++last;
     }
     text->replace(value, last - value, kHidden);
     at = value;
@@ -71,8 +73,11 @@ void HideInUrls(std::string* text) {
 
 std::string WithoutSecrets(std::string text) {
   HidePrivateKeys(&text);
-  for (const char* name : {"password", "passwd", "secret_key", "secret-key", "access_key", "authorization"})
-    HideValues(name, &text);
+  for (const char* name : {"password", "passwd", "secret_key", "secret-key", "access_key", "client_secret", "id_token",
+                           "access_token", "session_token"})
+    HideValues(name, /*to_line_end=*/false, &text);
+  for (const char* name : {"authorization", "cookie", "sixpoint-session"})
+    HideValues(name, /*to_line_end=*/true, &text);
   HideInUrls(&text);
   return text;
 }

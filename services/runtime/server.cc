@@ -276,6 +276,8 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
 
   const std::unique_ptr<storage::Database> database =
       storage::Database::Open(options.database, options.database_connections);
+  // Readiness, denials and the ends of sessions do not wait behind calls.
+  const std::unique_ptr<storage::Database> own_database = storage::Database::Open(options.database, 1);
   Denials denials(options.area);
   options.count_refused_sign_in = [&denials](const RefusedSignIn& one) {
     denials.Add(one.method, one.account, one.peer_address, one.reason, one.sentence);
@@ -312,8 +314,8 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   });
   Log(LogLevel::kInfo, "listening", {{"address", options.listen_address}});
 
-  ServeUntilStopped(options, {server, &admission, &denials, &session_ends, &observation, database.get(), built.names},
-                    signals);
+  ServeUntilStopped(
+      options, {server, &admission, &denials, &session_ends, &observation, own_database.get(), built.names}, signals);
 
   observation.SetReady(false);
   server->GetHealthCheckService()->Shutdown();
@@ -326,7 +328,7 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   stopping = true;
   certificate_watch.join();
   observation.End();
-  KeepDenials(database.get(), &denials);
+  KeepDenials(own_database.get(), &denials);
   Log(LogLevel::kInfo, "stopped");
   return 0;
 }

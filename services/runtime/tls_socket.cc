@@ -54,6 +54,8 @@ Context ContextOf(const std::string& pem) {
   SSL_CTX_set_max_cert_list(context.get(), kMostShown_bytes);
   SSL_CTX_set_mode(context.get(),
                    SSL_MODE_RELEASE_BUFFERS | SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER);
+  // Who sends one record after another that is no data would keep a read from ever coming back.
+  SSL_CTX_clear_mode(context.get(), SSL_MODE_AUTO_RETRY);
   SSL_CTX_set_verify(context.get(), SSL_VERIFY_PEER, TakeAny);
   if (SSL_CTX_use_certificate(context.get(), certificate.get()) != 1 ||
       SSL_CTX_use_PrivateKey(context.get(), key.get()) != 1 || SSL_CTX_check_private_key(context.get()) != 1)

@@ -1,6 +1,8 @@
 // A first certificate by a one-time code, and certificates that follow others, on the real processes.
 #include "identity/credentials.h"
 
+#include <grpcpp/generic/generic_stub.h>
+
 #include "identity/sealed_credentials.h"
 #include "sixpoint/plant/v1/credentials.grpc.pb.h"
 #include "tests/end_to_end/door.h"
@@ -36,6 +38,41 @@ class Client {
  private:
   const std::unique_ptr<Credentials> stub_;
 };
+
+// Whom anybody may call is called by whoever likes: with nothing behind it, on as many connections as he likes, again and again.
+TEST_F(Door, StrangersWhoTakeNothingKeepNobodyOut) {
+  constexpr int kConnections = 4, kCallsEach = 40;
+  std::vector<grpc::GenericStub> stubs;
+  for (int i = 0; i < kConnections; ++i) stubs.emplace_back(ChannelTo("plant", runtime::CredentialsForAStranger()));
+  grpc::CompletionQueue queue;
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<std::unique_ptr<grpc::GenericClientAsyncReaderWriter>> calls;
+  const auto end = Within(6);
+  int answered = 0;
+  std::thread strangers([&] {
+    while (std::chrono::system_clock::now() < end) {
+      contexts.push_back(std::make_unique<grpc::ClientContext>());
+      contexts.back()->set_deadline(Within(20));
+      calls.push_back(stubs[calls.size() % kConnections].PrepareCall(
+          contexts.back().get(), "/sixpoint.plant.v1.CredentialsService/TakeCredentials", &queue));
+      calls.back()->StartCall(calls.back().get());
+      if (calls.size() % (kConnections * kCallsEach) == 0) std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    }
+  });
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  const auto own = ChannelTo("plant", plant_.credentials());
+  while (std::chrono::system_clock::now() < end) {
+    const grpc::Status status = GetMachine(own);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND) << status.error_message();
+    ++answered;
+  }
+  EXPECT_GT(answered, 20);
+  strangers.join();
+  for (const auto& context : contexts) context->TryCancel();
+  queue.Shutdown();
+  void* tag = nullptr;
+  for (bool done = false; queue.Next(&tag, &done);) continue;
+}
 
 TEST_F(Door, ACodeOpensItsCredentialsOnce) {
   auto& certificates = plant_.certificates();

@@ -123,12 +123,18 @@ TEST_F(PersonsTest, NoAppendOnlyTableKeepsWhoAskedByName) {
   denial.reason = "ROLE_MISSING";
   denial.sentence = "Y: users/jane is mes-reader, want admin";
   denial.count = 1;
+  // Whose session it was is in the sentence alone, and who is not known is nobody's.
+  Denial of_gateway = denial;
+  of_gateway.caller = "services/gateway";
+  of_gateway.sentence = "session: of users/jane, ended; users/mallory, too";
   Denial long_denial = denial;  // longer with the pseudonym than it may be
   for (int i = 0; i < 70; ++i) long_denial.sentence += " users/jane \xC3\xA9";
   absl::StatusOr<Transaction> denying = database_.database()->Begin(Soon());
-  ASSERT_TRUE(AppendDenials(*denying, {denial, long_denial}).ok());
+  ASSERT_TRUE(AppendDenials(*denying, {denial, of_gateway, long_denial}).ok());
   ASSERT_TRUE(denying->Commit().ok());
   EXPECT_THAT(Kept("SELECT d::text FROM denials d"), Not(::testing::HasSubstr("jane")));
+  EXPECT_THAT(Kept("SELECT sentence FROM denials WHERE caller = 'services/gateway'"),
+              MatchesRegex("session: of persons/[0-9a-f]{16}, ended; users/\\*, too\n"));
   EXPECT_THAT(Kept("SELECT e::text FROM record_entries e"), Not(::testing::HasSubstr("jane")));
 }
 

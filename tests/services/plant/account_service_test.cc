@@ -101,7 +101,7 @@ class AccountServiceTest : public ::testing::Test {
   }
   std::vector<std::string> Events() {
     auto transaction = database_.database()->Begin(testing::Soon());
-    const auto rows = transaction->Execute("SELECT subject || ' ' || event FROM account_events ORDER BY event_id");
+    const auto rows = transaction->Execute("SELECT name_of(subject) || ' ' || event FROM account_events ORDER BY event_id");
     std::vector<std::string> events;
     for (int row = 0; rows.ok() && row < rows->count(); ++row) events.push_back(rows->Text(row, 0));
     return events;

@@ -100,6 +100,10 @@ TEST_F(LogTest, HidesWhatNobodyIsToRead) {
   EXPECT_EQ(WithoutSecrets("PASSWORD = 'it is \\' secret' z"), "PASSWORD = [hidden] z");
   EXPECT_EQ(WithoutSecrets("password='secret never closed"), "password=[hidden]");
   EXPECT_EQ(WithoutSecrets("secret_key: abc/def+"), "secret_key: [hidden]");
+  EXPECT_EQ(WithoutSecrets("Authorization: Bearer secret\r\nHost: x"), "Authorization: [hidden]\r\nHost: x");
+  EXPECT_EQ(WithoutSecrets(R"({"password":"secret","user":"jane"})"), R"({"password":[hidden],"user":"jane"})");
+  EXPECT_EQ(WithoutSecrets("client_secret=secret&x=1"), "client_secret=[hidden]&x=1");
+  EXPECT_EQ(WithoutSecrets("Cookie: a=secret; b=secret"), "Cookie: [hidden]");
   EXPECT_EQ(WithoutSecrets("postgresql://jane:sec:ret@host:5432/db"), "postgresql://jane:[hidden]@host:5432/db");
   const std::string certificate = "-----BEGIN CERTIFICATE-----\nMIIB\n-----END CERTIFICATE-----";
   for (const std::string& harmless :
