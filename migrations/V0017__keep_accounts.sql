@@ -10,6 +10,7 @@ CREATE TABLE accounts (
   disabled boolean NOT NULL DEFAULT false,
   created_at timestamptz NOT NULL DEFAULT clock_timestamp(),
   changed_at timestamptz NOT NULL DEFAULT clock_timestamp(),
+  newest_session_at timestamptz,
   CONSTRAINT accounts_pk PRIMARY KEY (name),
   CONSTRAINT accounts_one_subject UNIQUE (issuer, issuer_subject),
   CONSTRAINT accounts_name CHECK (name ~ '^users/[A-Za-z0-9_-][A-Za-z0-9._-]{0,63}$'),
@@ -21,13 +22,16 @@ CREATE TABLE accounts (
     ELSE false END),
   CONSTRAINT accounts_sizes CHECK (octet_length(sign_in_method) <= 16 AND octet_length(password_phc) <= 256 AND octet_length(issuer) <= 1024
     AND octet_length(issuer_subject) <= 255),
-  CONSTRAINT accounts_times CHECK (isfinite(created_at) AND isfinite(changed_at))
+  CONSTRAINT accounts_times CHECK (isfinite(created_at) AND isfinite(changed_at) AND isfinite(newest_session_at))
 );
 COMMENT ON TABLE accounts IS 'Who may sign in, as it stands now; what was done to it is in account_events.';
 COMMENT ON COLUMN accounts.name IS 'users/jane, as the record names who asked.';
 COMMENT ON COLUMN accounts.sign_in_method IS 'password, or oidc: the plant''s identity provider.';
 COMMENT ON COLUMN accounts.password_phc IS 'What argon2id makes of the password, with its parameters and salt.';
 COMMENT ON COLUMN accounts.issuer IS 'Of the identity provider; with issuer_subject it is one person, whatever he is called.';
+
+COMMENT ON COLUMN accounts.newest_session_at IS
+  'The latest moment that a session of it was dated by, which may be ahead of a clock that was set back: an end is not before it. NULL: none yet.';
 
 CREATE TABLE account_events (
   event_id uuid NOT NULL,
@@ -75,11 +79,11 @@ CREATE INDEX sign_in_failures_by_time ON sign_in_failures (last_failed_at);
 COMMENT ON TABLE sign_in_failures IS
   'Sign-ins that failed lately, so that the next must wait; also of accounts that are not there, for nobody is to learn which are.';
 COMMENT ON COLUMN sign_in_failures.of_sha256 IS
-  'Of the account''s name or the address: what people type into the wrong field is kept nowhere.';
+  'Of the account''s name or the address, each with its kind before it: what people type into the wrong field is kept nowhere.';
 COMMENT ON COLUMN sign_in_failures.blocked_until IS 'Sign-ins before are refused unseen.';
 
 SELECT make_append_only('account_events');
-GRANT SELECT, INSERT, UPDATE (roles, password_phc, disabled, changed_at) ON accounts TO sixpoint_plant;
+GRANT SELECT, INSERT, UPDATE (roles, password_phc, disabled, changed_at, newest_session_at) ON accounts TO sixpoint_plant;
 GRANT SELECT, INSERT ON account_events TO sixpoint_plant;
 GRANT SELECT, INSERT, UPDATE (ended_before) ON session_ends TO sixpoint_plant;
 GRANT SELECT ON session_ends TO sixpoint_ingest, sixpoint_calibration, sixpoint_registration, sixpoint_correction,

@@ -18,6 +18,10 @@ constexpr char kUpdate[] =
     "UPDATE accounts SET roles = $2, password_phc = $3, disabled = $4, changed_at = clock_timestamp() WHERE name = $1";
 constexpr char kAppendEvent[] =
     "INSERT INTO account_events (event_id, subject, event, roles, requested_by) VALUES ($1, $2, $3, $4, $5)";
+constexpr char kKnown[] =
+    "SELECT EXISTS (SELECT 1 FROM persons WHERE user_name = substr($1::text, 7)) "
+    "OR EXISTS (SELECT 1 FROM credential_offers WHERE identity = $1) "
+    "OR EXISTS (SELECT 1 FROM certificate_renewals WHERE identity = $1)";
 constexpr char kNow[] = "SELECT clock_timestamp()";
 
 std::string WordOf(AccountEvent event) {
@@ -114,6 +118,12 @@ absl::Status AppendAccountEvent(Transaction& transaction, const AccountRow& acco
   Params params;
   params.Uuid(NewUuid()).Text(account.name).Text(WordOf(event)).Texts(account.roles).Text(requested_by);
   return transaction.Execute(kAppendEvent, params).status();
+}
+
+absl::StatusOr<bool> IsSomebody(Transaction& transaction, const std::string& name) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kKnown, Params().Text(name));
+  if (!rows.ok()) return rows.status();
+  return rows->Checked(rows->Bool(0, 0));
 }
 
 absl::StatusOr<Instant> DatabaseNow(Transaction& transaction) {

@@ -40,6 +40,9 @@ absl::StatusOr<bool> InsertAccount(Transaction& transaction, const AccountRow& a
 absl::Status UpdateAccount(Transaction& transaction, const AccountRow& account);
 absl::Status AppendAccountEvent(Transaction& transaction, const AccountRow& account, AccountEvent event,
                                 const std::string& requested_by);
+// Whether the plant knows a person of that name (users/jane), with an account or without: he asked for something, was cleared for
+// something, or was offered a certificate.
+absl::StatusOr<bool> IsSomebody(Transaction& transaction, const std::string& name);
 // What sessions are dated by.
 absl::StatusOr<Instant> DatabaseNow(Transaction& transaction);
 

@@ -8,8 +8,13 @@ constexpr char kRecent[] =
     "SELECT account, ended_before FROM session_ends WHERE ended_before > clock_timestamp() - interval '30 minutes' "
     "LIMIT 10001";
 constexpr char kOfAccount[] = "SELECT ended_before FROM session_ends WHERE account = $1";
+constexpr char kStart[] =
+    "SELECT greatest(clock.now, e.ended_before + interval '1 microsecond'), clock.now "
+    "FROM (SELECT clock_timestamp() AS now) clock LEFT JOIN session_ends e ON e.account = $1";
+constexpr char kKeepStart[] = "UPDATE accounts SET newest_session_at = greatest(newest_session_at, $2) WHERE name = $1";
 constexpr char kEnd[] =
-    "INSERT INTO session_ends (account, ended_before) VALUES ($1, clock_timestamp()) "
+    "INSERT INTO session_ends (account, ended_before) "
+    "VALUES ($1, greatest(clock_timestamp(), (SELECT newest_session_at FROM accounts WHERE name = $1))) "
     "ON CONFLICT (account) DO UPDATE SET ended_before = greatest(session_ends.ended_before, excluded.ended_before)";
 constexpr int kMost = 10000;
 
@@ -30,6 +35,17 @@ absl::StatusOr<std::optional<Instant>> SessionsEndedBefore(Transaction& transact
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
   return rows->Checked(std::optional(rows->Time(0, 0)));
+}
+
+absl::StatusOr<SessionStart> BeginSession(Transaction& transaction, const std::string& account) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kStart, Params().Text(account));
+  if (!rows.ok()) return rows.status();
+  const SessionStart start{rows->Time(0, 0), rows->Time(0, 1)};
+  if (absl::Status read = rows->status(); !read.ok()) return read;
+  const absl::StatusOr<Rows> kept = transaction.Execute(kKeepStart, Params().Text(account).Time(start.since));
+  if (!kept.ok()) return kept.status();
+  if (kept->affected() != 1) return absl::InternalError("accounts: a row that was there is not");
+  return start;
 }
 
 absl::Status EndSessions(Transaction& transaction, const std::string& account) {

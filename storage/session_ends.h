@@ -16,7 +16,14 @@ namespace sixpoint::storage {
 absl::StatusOr<std::map<std::string, Instant>> RecentSessionEnds(Transaction& transaction);
 // Of one account, however long ago; none: never.
 absl::StatusOr<std::optional<Instant>> SessionsEndedBefore(Transaction& transaction, const std::string& account);
-// None of its sessions that began before now counts any more.
+
+// When a session begins that is given now: after all that ended, also where the database's clock was set back since. Kept with the
+// account, which is locked and there.
+struct SessionStart {
+  Instant since, now;
+};
+absl::StatusOr<SessionStart> BeginSession(Transaction& transaction, const std::string& account);
+// None of its sessions counts any more, also of those that began when the database's clock was ahead. The account is locked.
 absl::Status EndSessions(Transaction& transaction, const std::string& account);
 
 }  // namespace sixpoint::storage

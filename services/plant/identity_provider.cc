@@ -24,10 +24,10 @@ constexpr seconds kKeysLast{3600}, kBetweenTries{60}, kBetweenTriesWithout{5};
 constexpr seconds kOldestKeys{24 * 3600};
 constexpr off_t kLongestConfig_bytes = 65536;
 
-// Every key a known one with one text, but `roles`.
+// Every key a known one with one text, but `roles` and `persons`.
 struct Texts {
   std::map<std::string, std::string> keys;
-  std::map<std::string, std::string> roles;
+  std::map<std::string, std::string> roles, persons;
 };
 
 absl::StatusOr<Texts> ReadTexts(const std::string& path) {
@@ -44,10 +44,11 @@ absl::StatusOr<Texts> ReadTexts(const std::string& path) {
     for (const auto& entry : root) {
       const std::string key = entry.first.as<std::string>();
       if (!seen.insert(key).second) return Refuse(path + ": " + key, "twice", "once");
-      if (key == "roles" && entry.second.IsMap()) {
-        for (const auto& role : entry.second)
-          if (!texts.roles.emplace(role.first.as<std::string>(), role.second.as<std::string>()).second)
-            return Refuse(path + ": roles", role.first.as<std::string>() + " twice", "once");
+      if ((key == "roles" || key == "persons") && entry.second.IsMap()) {
+        std::map<std::string, std::string>& of_key = key == "roles" ? texts.roles : texts.persons;
+        for (const auto& one : entry.second)
+          if (!of_key.emplace(one.first.as<std::string>(), one.second.as<std::string>()).second)
+            return Refuse(path + ": " + key, one.first.as<std::string>() + " twice", "once");
         continue;
       }
       if (kKnown.count(key) == 0) return Refuse(path, key, "a key that services/plant/identity_provider.h lists");
@@ -58,6 +59,23 @@ absl::StatusOr<Texts> ReadTexts(const std::string& path) {
     return Refuse(path, "line " + std::to_string(error.mark.line + 1), "YAML");
   }
   return texts;
+}
+
+// Whom the plant's people say a subject of the provider is: each of them one, and nobody two.
+absl::StatusOr<std::map<std::string, std::string>> PersonsOf(const std::string& path, const Texts& texts) {
+  std::map<std::string, std::string> persons;
+  std::set<std::string> seen;
+  runtime::Refusals refusals;
+  for (const auto& [subject, name] : texts.persons) {
+    const auto person = identity::IdentityOf(name, {identity::Role::kMesReader});  // no machine or service has that
+    if (!person.ok())
+      refusals.Add(Refuse(path + ": persons." + subject, name, "users/NAME"));
+    else if (!seen.insert(name).second)
+      refusals.Add(Refuse(path + ": persons." + subject, name + ", another subject's too", "one subject of each"));
+    persons.emplace(subject, name);
+  }
+  if (absl::Status status = refusals.status(); !status.ok()) return status;
+  return persons;
 }
 
 bool IsHttps(const std::string& url) { return url.rfind("https://", 0) == 0 && url.size() > 8 && url.size() <= 1024; }
@@ -111,8 +129,19 @@ absl::StatusOr<IdentityProviderConfig> ReadIdentityProviderConfig(const std::str
     }
     config.policy.roles.emplace(value, *role);
   }
+  absl::StatusOr<std::map<std::string, std::string>> persons = PersonsOf(path, *texts);
+  if (persons.ok())
+    config.persons = *std::move(persons);
+  else
+    refusals.Add(persons.status());
   if (absl::Status status = refusals.status(); !status.ok()) return status;
   return config;
+}
+
+std::optional<std::string> IdentityProvider::PersonOf(const std::string& subject) const {
+  const auto found = config_.persons.find(subject);
+  if (found == config_.persons.end()) return std::nullopt;
+  return found->second;
 }
 
 absl::StatusOr<identity::KeySet> IdentityProvider::Get() const {

@@ -10,12 +10,15 @@
 //   roles:                                          # which of the claim's values give which role
 //     turbine-engineers: engineer
 //     turbine-quality: quality
+//   persons:                                        # optional: subjects (sub) who are persons that the plant knows already
+//     f3a1c7: users/jane
 #pragma once
 
 #include <absl/status/statusor.h>
 
 #include <chrono>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -29,6 +32,7 @@ struct IdentityProviderConfig {
   identity::IdTokenPolicy policy;
   std::string keys_url, keys_file;  // one of them
   std::string ca_file;
+  std::map<std::string, std::string> persons;  // by subject: users/jane
 };
 
 // INVALID_ARGUMENT names the key, its value and what was wanted; also of a key that is not known, for a misspelt one must not pass.
@@ -45,6 +49,8 @@ class IdentityProvider {
   // As identity::JudgeIdToken, by the provider's keys as they were got within the last hour; of a key that is not among them they are
   // got again, at most once a minute. UNAVAILABLE (IDENTITY_PROVIDER_AWAY) where there are none.
   absl::StatusOr<identity::SignedInPerson> Judge(const std::string& id_token, const std::string& nonce);
+  // Whom the file says that subject is; none: whom the token names.
+  std::optional<std::string> PersonOf(const std::string& subject) const;
   const std::string& issuer() const { return config_.policy.issuer; }
 
  private:

@@ -1,8 +1,5 @@
 #include "services/plant/session_desk.h"
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
-
 #include <algorithm>
 #include <chrono>
 
@@ -12,7 +9,6 @@
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/log.h"
-#include "services/runtime/peer_address.h"
 #include "services/runtime/time_proto.h"
 #include "storage/session_ends.h"
 
@@ -25,30 +21,9 @@ using storage::AccountRow;
 using storage::Instant;
 using storage::Transaction;
 
-constexpr char kService[] = "sixpoint.plant.v1.AccountService/";
-// More of an address than of an account: many people of a plant may come from one.
-constexpr int kFreeOfAccount = 5, kFreeOfAddress = 20;
-constexpr char kPassword[] = "password", kOidc[] = "oidc";
-
-// The same for all that one host may choose from.
-std::optional<std::string> AddressKey(const std::string& address) {
-  sockaddr_storage peer{};
-  if (inet_pton(AF_INET, address.c_str(), &reinterpret_cast<sockaddr_in&>(peer).sin_addr) == 1)
-    peer.ss_family = AF_INET;
-  else if (inet_pton(AF_INET6, address.c_str(), &reinterpret_cast<sockaddr_in6&>(peer).sin6_addr) == 1)
-    peer.ss_family = AF_INET6;
-  else
-    return std::nullopt;
-  return runtime::PeerKey(peer);
-}
-
-std::string HexOf(const std::string& bytes) {
-  constexpr char kDigits[] = "0123456789abcdef";
-  std::string hex;
-  for (const char byte : bytes)
-    hex += {kDigits[static_cast<unsigned char>(byte) >> 4], kDigits[static_cast<unsigned char>(byte) & 0xf]};
-  return hex;
-}
+constexpr char kOidc[] = "oidc";
+// As services' clocks may differ: a session that begins later is believed by nobody.
+constexpr std::chrono::minutes kMostAhead{1};
 
 absl::Status Ended(const std::string& account, const std::string& how) {
   return Failure(errors::v1::SESSION_ENDED, "session: of " + account + ", " + how + ", want a new sign-in",
@@ -105,55 +80,6 @@ v1::SignInMethod MethodToProto(const std::string& sign_in_method) {
   return sign_in_method == kOidc ? v1::SIGN_IN_METHOD_OIDC : v1::SIGN_IN_METHOD_PASSWORD;
 }
 
-absl::StatusOr<SessionDesk::Attempt> SessionDesk::AttemptOf(const std::string& method, const std::string& account,
-                                                            const std::string& client_address) {
-  const std::optional<std::string> key = AddressKey(client_address);
-  if (!key) return runtime::Refuse("client_address", client_address, "an IPv4 or IPv6 address");
-  Attempt attempt{method, account, client_address, {}, {"address " + HexOf(*key), kFreeOfAddress}};
-  attempt.counters = {attempt.address};
-  if (!account.empty()) attempt.counters.push_back({account, kFreeOfAccount});
-  return attempt;
-}
-
-absl::Status SessionDesk::Refused(const Attempt& attempt, const std::string& account, const std::string& why) const {
-  const absl::Status refused =
-      Failure(errors::v1::SIGN_IN_REFUSED, attempt.method +
-                                               ": nobody is signed in by this, want an account's own password, or "
-                                               "an ID token of the plant's identity provider");
-  if (options_.count_refused)
-    options_.count_refused(
-        {kService + attempt.method, account, attempt.client_address, runtime::ReasonOf(refused), why});
-  return refused;
-}
-
-absl::Status SessionDesk::Slowed(const Attempt& attempt, const std::string& account, Instant until) const {
-  const auto left = std::chrono::ceil<std::chrono::seconds>(until - std::chrono::system_clock::now());
-  const std::string wait_s = std::to_string(std::max<std::int64_t>(1, left.count()));
-  const absl::Status slowed = Failure(
-      errors::v1::SIGN_IN_SLOWED,
-      attempt.method + ": too many failed, of this account or from this address, want none for " + wait_s + " s",
-      {{"wait_s", wait_s}});
-  if (options_.count_refused)
-    options_.count_refused(
-        {kService + attempt.method, account, attempt.client_address, runtime::ReasonOf(slowed), "before its time"});
-  return slowed;
-}
-
-absl::StatusOr<std::optional<AccountRow>> SessionDesk::CheckMay(const grpc::ServerContext& context,
-                                                                const Attempt& attempt, bool begins) {
-  std::optional<Instant> waits;
-  absl::StatusOr<std::optional<AccountRow>> account =
-      InTransaction(database_, context, [&](Transaction& transaction) -> absl::StatusOr<std::optional<AccountRow>> {
-        const auto until = begins ? storage::BeginSignIn(transaction, attempt.counters)
-                                  : storage::SignInsWaitUntil(transaction, attempt.counters);
-        if (!until.ok()) return until.status();
-        waits = *until;
-        return storage::FindAccount(transaction, attempt.account);
-      });
-  if (!account.ok() || !waits) return account;
-  return Slowed(attempt, account->has_value() ? (*account)->name : "", *waits);
-}
-
 absl::StatusOr<std::string> SessionDesk::Hash(const grpc::ServerContext& context, const std::string& password) {
   const auto turn = hashings_.Enter(runtime::DeadlineOf(context), runtime::KeepGoing(context));
   if (!turn.ok()) return turn.status();
@@ -167,72 +93,79 @@ absl::StatusOr<bool> SessionDesk::Matches(const grpc::ServerContext& context, co
   return identity::PasswordMatches(phc, password);
 }
 
-absl::StatusOr<AccountRow> SessionDesk::Judged(const grpc::ServerContext& context, const Attempt& attempt,
-                                               const std::string& password) {
+absl::StatusOr<AccountRow> SessionDesk::Judged(const grpc::ServerContext& context, const std::string& password,
+                                               SignInTry* one) {
   // Who has to wait takes nobody's turn.
-  if (const auto may = CheckMay(context, attempt, /*begins=*/false); !may.ok()) return may.status();
+  if (absl::Status may = tries_.CheckMay(context, *one); !may.ok()) return may;
   const auto turn = hashings_.Enter(runtime::DeadlineOf(context), runtime::KeepGoing(context));
   if (!turn.ok()) return turn.status();
-  const absl::StatusOr<std::optional<AccountRow>> account = CheckMay(context, attempt, /*begins=*/true);
+  const absl::StatusOr<std::optional<AccountRow>> account = tries_.Begin(context, one);
   if (!account.ok()) return account.status();
   // Of who is not there, or has no password: as much work.
   const absl::StatusOr<bool> matches =
       identity::PasswordMatches(account->has_value() ? (*account)->password_phc : "", password);
   if (!matches.ok()) return matches.status();
-  if (!account->has_value()) return Refused(attempt, "", "no such account");
-  if (!*matches) return Refused(attempt, (*account)->name, "another password");
+  if (!account->has_value()) return tries_.Refused(*one, "", "no such account");
+  if (!*matches) return tries_.Refused(*one, (*account)->name, "another password");
   return **account;
 }
 
 absl::StatusOr<v1::Session> SessionDesk::SignIn(const grpc::ServerContext& context, const v1::SignInRequest& request) {
-  const absl::StatusOr<Attempt> attempt = AttemptOf("SignIn", request.name(), request.client_address());
-  if (!attempt.ok()) return attempt.status();
-  const absl::StatusOr<AccountRow> judged = Judged(context, *attempt, request.password());
+  absl::StatusOr<SignInTry> one = SignInTries::Of("SignIn", request.name(), request.client_address());
+  if (!one.ok()) return one.status();
+  absl::StatusOr<v1::Session> session = ByPassword(context, request.password(), &*one);
+  tries_.End(*one, session.status());
+  return session;
+}
+
+absl::StatusOr<v1::Session> SessionDesk::ByPassword(const grpc::ServerContext& context, const std::string& password,
+                                                    SignInTry* one) {
+  const absl::StatusOr<AccountRow> judged = Judged(context, password, one);
   if (!judged.ok()) return judged.status();
   return InTransaction(database_, context, [&](Transaction& transaction) -> absl::StatusOr<v1::Session> {
     const absl::StatusOr<std::optional<AccountRow>> account = storage::LockAccount(transaction, judged->name);
     if (!account.ok()) return account.status();
     // It may have changed while the password was judged.
     if (!account->has_value() || (*account)->disabled || (*account)->password_phc != judged->password_phc)
-      return Refused(*attempt, judged->name, "the account is disabled, or changed meanwhile");
-    absl::Status done = storage::SignInWentWell(transaction, attempt->account, attempt->address);
-    if (done.ok())
-      done =
-          storage::AppendAccountEvent(transaction, **account, AccountEvent::kSignedIn, runtime::RequestedBy(context));
-    const absl::StatusOr<Instant> now = done.ok() ? storage::DatabaseNow(transaction) : done;
-    if (!now.ok()) return now.status();
-    return Given(**account, *now, *now);
+      return tries_.Refused(*one, judged->name, "the account is disabled, or changed meanwhile");
+    return Begun(transaction, **account, *one, runtime::RequestedBy(context));
   });
 }
 
 absl::StatusOr<AccountRow> SessionDesk::CheckOwnPassword(const grpc::ServerContext& context, const std::string& account,
                                                          const std::string& password) {
-  const Attempt attempt{"ChangeOwnPassword", account, "", {{account, kFreeOfAccount}}, {}};
-  absl::StatusOr<AccountRow> judged = Judged(context, attempt, password);
-  if (!judged.ok()) return judged;
-  const auto well = InTransaction(database_, context, [&](Transaction& transaction) -> absl::StatusOr<bool> {
-    const absl::Status done = storage::SignInWentWell(transaction, account, attempt.address);
-    if (!done.ok()) return done;
-    return true;
-  });
-  if (!well.ok()) return well.status();
+  SignInTry one = SignInTries::OfOwnPassword("ChangeOwnPassword", account);
+  absl::StatusOr<AccountRow> judged = Judged(context, password, &one);
+  if (judged.ok()) {
+    const auto well = InTransaction(database_, context, [&](Transaction& transaction) -> absl::StatusOr<bool> {
+      if (absl::Status done = tries_.WentWell(transaction, one); !done.ok()) return done;
+      return true;
+    });
+    if (!well.ok()) judged = well.status();
+  }
+  tries_.End(one, judged.status());
   return judged;
 }
 
-// The provider's subject is the person, whatever he is called now: whoever gets a name that was another's gets no account with it.
+// The provider's subject is the person, whatever he is called now: whoever gets a name that was another's gets no account with it, nor
+// what the record and the clearances know under that name.
 absl::StatusOr<AccountRow> SessionDesk::AccountOf(Transaction& transaction, const identity::SignedInPerson& person,
-                                                  const Attempt& attempt, const std::string& requested_by) const {
+                                                  const SignInTry& one, const std::string& requested_by) const {
   const std::string& issuer = options_.provider->issuer();
-  const std::vector<std::string> roles = WordsOf(person.person.roles);
+  const std::optional<std::string> linked = options_.provider->PersonOf(person.subject);
+  AccountRow made;
+  made.name = linked.value_or(person.person.Text());
+  made.sign_in_method = kOidc;
+  made.roles = WordsOf(person.person.roles);
+  made.issuer = issuer;
+  made.issuer_subject = person.subject;
+  // Asked before the account is: where his own first sign-in at the same moment makes him known, it has made the account, too.
+  const absl::StatusOr<bool> is_somebody = storage::IsSomebody(transaction, made.name);
+  if (!is_somebody.ok()) return is_somebody.status();
   absl::StatusOr<std::optional<AccountRow>> found = storage::LockAccountOfSubject(transaction, issuer, person.subject);
   if (!found.ok()) return found.status();
   if (!found->has_value()) {
-    AccountRow made;
-    made.name = person.person.Text();
-    made.sign_in_method = kOidc;
-    made.roles = roles;
-    made.issuer = issuer;
-    made.issuer_subject = person.subject;
+    if (*is_somebody && !linked) return RefusedName(one, made);
     const absl::StatusOr<bool> inserted = storage::InsertAccount(transaction, made);
     if (!inserted.ok()) return inserted.status();
     if (*inserted) {
@@ -242,12 +175,12 @@ absl::StatusOr<AccountRow> SessionDesk::AccountOf(Transaction& transaction, cons
     found = storage::LockAccountOfSubject(transaction, issuer,
                                           person.subject);  // another one's sign-in may have been first
     if (!found.ok()) return found.status();
-    if (!found->has_value()) return Refused(attempt, made.name, "an account of that name is another one's");
+    if (!found->has_value()) return RefusedName(one, made);
   }
   AccountRow account = **std::move(found);
-  if (account.disabled) return Refused(attempt, account.name, "the account is disabled");
-  if (account.roles == roles) return account;
-  account.roles = roles;
+  if (account.disabled) return tries_.Refused(one, account.name, "the account is disabled");
+  if (account.roles == made.roles) return account;
+  account.roles = made.roles;
   absl::Status done = storage::UpdateAccount(transaction, account);
   if (done.ok()) done = storage::AppendAccountEvent(transaction, account, AccountEvent::kRolesSet, requested_by);
   if (done.ok()) done = storage::EndSessions(transaction, account.name);
@@ -255,27 +188,53 @@ absl::StatusOr<AccountRow> SessionDesk::AccountOf(Transaction& transaction, cons
   return account;
 }
 
+// Who the subject is, the plant's people say (docs/access.md).
+absl::Status SessionDesk::RefusedName(const SignInTry& one, const AccountRow& wanted) const {
+  runtime::Log(runtime::LogLevel::kWarning,
+               "a first sign-in by the identity provider is refused: the plant knows somebody of that name; where both "
+               "are one person, want the subject under persons of the --oidc file",
+               {{"name", wanted.name}, {"subject", wanted.issuer_subject}, {"issuer", wanted.issuer}});
+  return tries_.Refused(one, wanted.name, "the name is another one's: the plant knew it before this subject came");
+}
+
 absl::StatusOr<v1::Session> SessionDesk::SignInWithIdToken(const grpc::ServerContext& context,
                                                            const v1::SignInWithIdTokenRequest& request) {
   if (options_.provider == nullptr)
     return Failure(errors::v1::IDENTITY_PROVIDER_MISSING,
                    "the plant knows no identity provider, want sixpoint-plant to be started with --oidc FILE");
-  const absl::StatusOr<Attempt> attempt = AttemptOf("SignInWithIdToken", "", request.client_address());
-  if (!attempt.ok()) return attempt.status();
-  if (const auto may = CheckMay(context, *attempt, /*begins=*/true); !may.ok()) return may.status();
+  absl::StatusOr<SignInTry> one = SignInTries::Of("SignInWithIdToken", "", request.client_address());
+  if (!one.ok()) return one.status();
+  absl::StatusOr<v1::Session> session = ByIdToken(context, request, &*one);
+  tries_.End(*one, session.status());
+  return session;
+}
+
+absl::StatusOr<v1::Session> SessionDesk::ByIdToken(const grpc::ServerContext& context,
+                                                   const v1::SignInWithIdTokenRequest& request, SignInTry* one) {
+  if (const auto may = tries_.Begin(context, one); !may.ok()) return may.status();
   const absl::StatusOr<identity::SignedInPerson> person = options_.provider->Judge(request.id_token(), request.nonce());
-  if (absl::IsUnauthenticated(person.status())) return Refused(*attempt, "", std::string(person.status().message()));
+  if (absl::IsUnauthenticated(person.status())) return tries_.Refused(*one, "", std::string(person.status().message()));
   if (!person.ok()) return person.status();
   return InTransaction(database_, context, [&](Transaction& transaction) -> absl::StatusOr<v1::Session> {
     const std::string requested_by = runtime::RequestedBy(context);
-    const absl::StatusOr<AccountRow> account = AccountOf(transaction, *person, *attempt, requested_by);
+    const absl::StatusOr<AccountRow> account = AccountOf(transaction, *person, *one, requested_by);
     if (!account.ok()) return account.status();
-    absl::Status done = storage::SignInWentWell(transaction, attempt->account, attempt->address);
-    if (done.ok()) done = storage::AppendAccountEvent(transaction, *account, AccountEvent::kSignedIn, requested_by);
-    const absl::StatusOr<Instant> now = done.ok() ? storage::DatabaseNow(transaction) : done;
-    if (!now.ok()) return now.status();
-    return Given(*account, *now, *now);
+    return Begun(transaction, *account, *one, requested_by);
   });
+}
+
+absl::StatusOr<v1::Session> SessionDesk::Begun(Transaction& transaction, const AccountRow& account,
+                                               const SignInTry& one, const std::string& requested_by) const {
+  absl::Status done = tries_.WentWell(transaction, one);
+  if (done.ok()) done = storage::AppendAccountEvent(transaction, account, AccountEvent::kSignedIn, requested_by);
+  const absl::StatusOr<storage::SessionStart> start =
+      done.ok() ? storage::BeginSession(transaction, account.name) : done;
+  if (!start.ok()) return start.status();
+  if (start->since <= start->now + kMostAhead) return Given(account, start->since, start->now);
+  const auto ahead = std::chrono::ceil<std::chrono::seconds>(start->since - start->now);
+  return Failure(errors::v1::SERVICE_NOT_READY,
+                 "the newest end of sessions of " + account.name + " is " + std::to_string(ahead.count()) +
+                     " s ahead of the database's clock, which was set back; want it right, or that time to pass");
 }
 
 absl::StatusOr<v1::Session> SessionDesk::Given(const AccountRow& account, Instant since, Instant now) const {
@@ -327,14 +286,18 @@ absl::StatusOr<v1::Session> SessionDesk::Renew(const grpc::ServerContext& contex
 absl::Status SessionDesk::SignOut(const grpc::ServerContext& context, const std::string& token) {
   const identity::SessionJudgement judged = sessions_.Judge(token);
   if (absl::Status ours = CheckOurs(token, judged); !ours.ok()) return ours;
-  if (judged.standing == identity::SessionStanding::kOver) return absl::OkStatus();
   const std::string name = judged.session.person.Text();
   const auto done = InTransaction(database_, context, [&](Transaction& transaction) -> absl::StatusOr<bool> {
     const absl::StatusOr<std::optional<AccountRow>> account = storage::LockAccount(transaction, name);
     if (!account.ok()) return account.status();
     const absl::StatusOr<std::optional<Instant>> ended = storage::SessionsEndedBefore(transaction, name);
     if (!ended.ok()) return ended.status();
-    if (!account->has_value() || (ended->has_value() && judged.session.since <= **ended)) return false;
+    const absl::StatusOr<Instant> now = storage::DatabaseNow(transaction);
+    if (!now.ok()) return now.status();
+    // Of a token that is over there may be one that was renewed, and others of the account.
+    const bool is_over = judged.session.since + identity::kLongestSession <= *now;
+    const bool is_ended = ended->has_value() && judged.session.since <= **ended;
+    if (!account->has_value() || is_over || is_ended) return false;
     absl::Status out = storage::EndSessions(transaction, name);
     if (out.ok())
       out = storage::AppendAccountEvent(transaction, **account, AccountEvent::kSignedOut,

@@ -1,12 +1,11 @@
 // Where people are signed in: passwords and ID tokens are judged, sessions given, renewed and ended (identity/session.h). Who guesses is
-// slowed down, and never told what was wrong.
+// slowed down (sign_in_tries.h).
 #pragma once
 
 #include <absl/status/statusor.h>
 #include <grpcpp/grpcpp.h>
 
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,20 +15,19 @@
 #include "identity/session.h"
 #include "identity/trust.h"
 #include "services/plant/identity_provider.h"
+#include "services/plant/sign_in_tries.h"
 #include "services/runtime/compute_pool.h"
-#include "services/runtime/server.h"
 #include "sixpoint/plant/v1/account.pb.h"
 #include "storage/accounts.h"
 #include "storage/database.h"
-#include "storage/sign_in_failures.h"
 
 namespace sixpoint::plant {
 
 struct SessionDeskOptions {
   std::filesystem::path identity_file;  // the plant service's own: sessions are signed with its key
   std::unique_ptr<identity::Trust> trust;
-  std::unique_ptr<IdentityProvider> provider;                        // null: people sign in by password alone
-  std::function<void(const runtime::RefusedSignIn&)> count_refused;  // empty: not counted
+  std::unique_ptr<IdentityProvider> provider;  // null: people sign in by password alone
+  SignInTries::CountRefused count_refused;     // empty: not counted
 };
 
 // Thread-safe.
@@ -37,7 +35,10 @@ class SessionDesk {
  public:
   // `database` lives longer.
   SessionDesk(storage::Database* database, SessionDeskOptions options)
-      : database_(database), options_(std::move(options)), sessions_(options_.trust.get()) {}
+      : database_(database),
+        options_(std::move(options)),
+        sessions_(options_.trust.get()),
+        tries_(database, options_.count_refused) {}
 
   absl::StatusOr<v1::Session> SignIn(const grpc::ServerContext& context, const v1::SignInRequest& request);
   absl::StatusOr<v1::Session> SignInWithIdToken(const grpc::ServerContext& context,
@@ -53,34 +54,28 @@ class SessionDesk {
   absl::StatusOr<bool> Matches(const grpc::ServerContext& context, const std::string& phc, const std::string& password);
 
  private:
-  // Who tries, for the counters and the denials.
-  struct Attempt {
-    std::string method;          // of AccountService
-    std::string account;         // as it was named; empty: an ID token's
-    std::string client_address;  // empty: not of a sign-in
-    std::vector<storage::FailureCounter> counters;
-    storage::FailureCounter address;
-  };
-  static absl::StatusOr<Attempt> AttemptOf(const std::string& method, const std::string& account,
-                                           const std::string& client_address);
   // The account whose password that is, as it stood before its password was judged.
-  absl::StatusOr<storage::AccountRow> Judged(const grpc::ServerContext& context, const Attempt& attempt,
-                                             const std::string& password);
-  // begins: counts it as failed, until it went well. SIGN_IN_SLOWED where it has to wait. Else the account, where it is there.
-  absl::StatusOr<std::optional<storage::AccountRow>> CheckMay(const grpc::ServerContext& context,
-                                                              const Attempt& attempt, bool begins);
-  // account: empty where none is there. why: for the plant's people.
-  absl::Status Refused(const Attempt& attempt, const std::string& account, const std::string& why) const;
-  absl::Status Slowed(const Attempt& attempt, const std::string& account, storage::Instant until) const;
+  absl::StatusOr<storage::AccountRow> Judged(const grpc::ServerContext& context, const std::string& password,
+                                             SignInTry* one);
+  absl::StatusOr<v1::Session> ByPassword(const grpc::ServerContext& context, const std::string& password,
+                                         SignInTry* one);
+  absl::StatusOr<v1::Session> ByIdToken(const grpc::ServerContext& context, const v1::SignInWithIdTokenRequest& request,
+                                        SignInTry* one);
+  // Of a person whom the provider vouches for; made where there is none, and nobody of that name.
   absl::StatusOr<storage::AccountRow> AccountOf(storage::Transaction& transaction,
-                                                const identity::SignedInPerson& person, const Attempt& attempt,
+                                                const identity::SignedInPerson& person, const SignInTry& one,
                                                 const std::string& requested_by) const;
+  absl::Status RefusedName(const SignInTry& one, const storage::AccountRow& wanted) const;
+  // A new session of an account that is locked.
+  absl::StatusOr<v1::Session> Begun(storage::Transaction& transaction, const storage::AccountRow& account,
+                                    const SignInTry& one, const std::string& requested_by) const;
   absl::StatusOr<v1::Session> Given(const storage::AccountRow& account, storage::Instant since,
                                     storage::Instant now) const;
 
   storage::Database* const database_;
   const SessionDeskOptions options_;
   identity::SessionTrust sessions_;
+  const SignInTries tries_;
   runtime::ComputePool hashings_{{2, 16}, "sign-ins", errors::v1::SIGN_INS_FULL};
 };
 

@@ -18,6 +18,11 @@ using sixpoint::testing::Soon;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
+FailureCounters Of(const std::string& account) { return {FailureCounter{account, 5}, std::nullopt}; }
+FailureCounters Of(const std::string& account, const std::string& address, int free_of_address = 6) {
+  return {FailureCounter{account, 5}, FailureCounter{address, free_of_address}};
+}
+
 AccountRow Jane() {
   AccountRow row;
   row.name = "users/jane";
@@ -38,20 +43,26 @@ class AccountsTest : public ::testing::Test {
     EXPECT_TRUE(transaction->Commit().ok());
     return done;
   }
-  // A statement of the owner's, as if time had passed.
+  // As if time had passed.
   void Later(const std::string& table, const std::string& interval) {
+    Do("UPDATE " + table + " SET first_failed_at = first_failed_at - interval '" + interval +
+       "', last_failed_at = last_failed_at - interval '" + interval + "', blocked_until = blocked_until - interval '" +
+       interval + "'");
+  }
+  SignInStart Start(const FailureCounters& counters) {
+    const auto start = In([&](Transaction& t) { return BeginSignIn(t, counters); });
+    EXPECT_TRUE(start.ok()) << start.status();
+    const SignInStart started = start.value_or(SignInStart());
+    EXPECT_NE(started.waits_until.has_value(), started.counted_at.has_value());
+    return started;
+  }
+  std::optional<Instant> Begin(const FailureCounters& counters) { return Start(counters).waits_until; }
+  // As the owner, who may do anything.
+  void Do(const std::string& sql) {
     auto transaction = throwaway_.database()->Begin(Soon());
-    const std::string sql = "UPDATE " + table + " SET first_failed_at = first_failed_at - interval '" + interval +
-                            "', last_failed_at = last_failed_at - interval '" + interval +
-                            "', blocked_until = blocked_until - interval '" + interval + "'";
     const auto done = transaction->Execute(sql);
     EXPECT_TRUE(done.ok()) << done.status();
     EXPECT_TRUE(transaction->Commit().ok());
-  }
-  std::optional<Instant> Begin(const std::vector<FailureCounter>& counters) {
-    const auto waits = In([&](Transaction& t) { return BeginSignIn(t, counters); });
-    EXPECT_TRUE(waits.ok()) << waits.status();
-    return waits.value_or(std::nullopt);
   }
 
   sixpoint::testing::ThrowawayDatabase throwaway_;
@@ -158,7 +169,7 @@ TEST_F(AccountsTest, EveryServiceReadsTheEndsOfSessions) {
 }
 
 TEST_F(AccountsTest, AfterFiveFailuresTheWaitGrows) {
-  const std::vector<FailureCounter> jane = {{"users/jane", 5}};
+  const FailureCounters jane = Of("users/jane");
   for (int i = 0; i < 5; ++i) EXPECT_FALSE(Begin(jane)) << i;
   double before_s = 0;
   for (int i = 0; i < 8; ++i) {
@@ -175,7 +186,7 @@ TEST_F(AccountsTest, AfterFiveFailuresTheWaitGrows) {
     EXPECT_FALSE(Begin(jane)) << i;  // and fails once more
   }
   EXPECT_GT(before_s, 800);
-  EXPECT_FALSE(Begin({{"users/joe", 5}}));
+  EXPECT_FALSE(Begin(Of("users/joe")));
   // Quiet for a quarter of an hour after the last wait: as new.
   Later("sign_in_failures", "31 minutes");
   for (int i = 0; i < 5; ++i) EXPECT_FALSE(Begin(jane)) << i;
@@ -183,13 +194,65 @@ TEST_F(AccountsTest, AfterFiveFailuresTheWaitGrows) {
 }
 
 TEST_F(AccountsTest, ASignInThatWentWellForgetsTheAccountsFailuresAlone) {
-  const FailureCounter address{"address 1", 6};
-  for (int i = 0; i < 4; ++i) EXPECT_FALSE(Begin({{"users/jane", 5}, address}));
-  ASSERT_TRUE(In([&](Transaction& t) { return SignInWentWell(t, "users/jane", address); }).ok());
+  const FailureCounters jane = Of("users/jane", "1");
+  SignInStart last;
+  for (int i = 0; i < 4; ++i) last = Start(jane);
+  ASSERT_TRUE(In([&](Transaction& t) { return SignInWentWell(t, jane, *last.counted_at); }).ok());
   // Three of the address are left: three more are free.
-  for (int i = 0; i < 3; ++i) EXPECT_FALSE(Begin({{"users/jane", 5}, address})) << i;
-  EXPECT_TRUE(Begin({{"users/joe", 5}, address}));
-  EXPECT_FALSE(Begin({{"users/jane", 5}, {"address 2", 6}}));
+  for (int i = 0; i < 3; ++i) EXPECT_FALSE(Begin(jane)) << i;
+  EXPECT_TRUE(Begin(Of("users/joe", "1")));
+  EXPECT_FALSE(Begin(Of("users/jane", "2")));
+}
+
+// What came to nothing by no fault of who tried leaves nothing, also where it would have made him wait.
+TEST_F(AccountsTest, WhatWasNotJudgedIsGivenBack) {
+  const FailureCounters jane = Of("users/jane", "1");
+  const auto give_back = [&](const SignInStart& start) {
+    ASSERT_TRUE(start.counted_at);
+    ASSERT_TRUE(In([&](Transaction& t) { return GiveSignInBack(t, jane, *start.counted_at); }).ok());
+  };
+  for (int i = 0; i < 12; ++i) give_back(Start(jane));
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(Begin(jane)) << i;
+  EXPECT_TRUE(Begin(jane));
+  // After its wait, too: the sixth, seventh, ... are not judged, and none has to wait for them.
+  Later("sign_in_failures", "31 seconds");
+  for (int i = 0; i < 4; ++i) give_back(Start(jane));
+  const SignInStart slow = Start(jane);
+  ASSERT_TRUE(slow.counted_at);
+  EXPECT_TRUE(Begin(jane));
+  // Of a counter that began anew meanwhile nothing is taken: what failed since has failed.
+  ASSERT_TRUE(In([&](Transaction& t) { return SignInWentWell(t, Of("users/jane"), *slow.counted_at); }).ok());
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(Begin(Of("users/jane"))) << i;
+  give_back(slow);
+  EXPECT_TRUE(Begin(Of("users/jane")));
+}
+
+// One that takes so long that another failed since gives back itself, and not the other's wait.
+TEST_F(AccountsTest, WhatIsGivenBackLateLeavesTheWaitOfWhoFailedSince) {
+  const FailureCounters jane = Of("users/jane");
+  for (int i = 0; i < 6; ++i) {
+    Later("sign_in_failures", "61 seconds");
+    EXPECT_FALSE(Begin(jane)) << i;
+  }
+  Later("sign_in_failures", "61 seconds");
+  const SignInStart slow = Start(jane);
+  ASSERT_TRUE(slow.counted_at);
+  Do("UPDATE sign_in_failures SET blocked_until = clock_timestamp()");  // its wait is over, and it still runs
+  EXPECT_FALSE(Begin(jane));
+  ASSERT_TRUE(In([&](Transaction& t) { return GiveSignInBack(t, jane, *slow.counted_at); }).ok());
+  EXPECT_TRUE(Begin(jane));
+}
+
+// Whatever is typed as an account counts for no address, and the other way round.
+TEST_F(AccountsTest, NoAccountIsAnAddress) {
+  for (const std::string typed : {"0a000001", "address 0a000001", "account 0a000001", ""}) {
+    for (int i = 0; i < 5; ++i) EXPECT_FALSE(Begin(Of(typed))) << typed << i;
+    EXPECT_TRUE(Begin(Of(typed))) << typed;
+  }
+  EXPECT_FALSE(Begin({std::nullopt, FailureCounter{"0a000001", 1}}));
+  EXPECT_TRUE(Begin({std::nullopt, FailureCounter{"0a000001", 1}}));
+  EXPECT_FALSE(Begin(Of("address 1", "2")));
+  EXPECT_FALSE(Begin({std::nullopt, FailureCounter{"1", 1}}));
 }
 
 // Many at once get no more tries than one after the other.
@@ -199,19 +262,75 @@ TEST_F(AccountsTest, ManyAtOnceCountAsMany) {
   for (int i = 0; i < 4; ++i)
     threads.emplace_back([&, i] {
       for (int j = 0; j < 5; ++j)
-        // Addresses that come before and after the account, so that each takes locks in another order if they are not sorted.
-        if (!Begin({{i % 2 == 0 ? "zzz" : "aaa", 1000}, {"users/jane", 5}})) ++let_in;
+        if (!Begin(Of("users/jane", std::to_string(i % 2), 1000))) ++let_in;
     });
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(let_in, 5);
 }
 
 TEST_F(AccountsTest, WhatIsLongOverIsForgotten) {
-  for (int i = 0; i < 50; ++i) Begin({{"users/u" + std::to_string(i), 5}});
+  for (int i = 0; i < 50; ++i) Begin(Of("users/u" + std::to_string(i)));
   Later("sign_in_failures", "2 hours");
-  Begin({{"users/last", 5}});
+  Begin(Of("users/last"));
+  // One that somebody tries on is left to him, and waited for by nobody.
+  auto holder = database_->Begin(Soon());
+  ASSERT_TRUE(BeginSignIn(*holder, Of("users/u7")).ok());
+  EXPECT_TRUE(In(ForgetSignInFailures).ok());
+  ASSERT_TRUE(holder->Commit().ok());
   auto owner = throwaway_.database()->Begin(Soon());
-  EXPECT_EQ(owner->Execute("SELECT count(*) FROM sign_in_failures")->Int(0, 0), 1);
+  EXPECT_EQ(owner->Execute("SELECT count(*) FROM sign_in_failures")->Int(0, 0), 2);
+}
+
+// Who begins holds his own counters alone, so that no two wait for each other.
+TEST_F(AccountsTest, WhoBeginsHoldsNobodyElsesCounter) {
+  Begin(Of("users/joe", "2"));
+  Later("sign_in_failures", "2 hours");
+  auto holder = database_->Begin(Soon());
+  ASSERT_TRUE(BeginSignIn(*holder, Of("users/jane", "1")).ok());
+  EXPECT_FALSE(Begin(Of("users/joe", "2")));
+  EXPECT_TRUE(holder->Commit().ok());
+}
+
+// The database's clock cannot be set here: what was dated while it was ahead is written as if it had been.
+TEST_F(AccountsTest, AnEndCoversASessionThatAClockAheadDated) {
+  ASSERT_TRUE(*In([](Transaction& t) { return InsertAccount(t, Jane()); }));
+  const auto first = In([](Transaction& t) { return BeginSession(t, "users/jane"); });
+  ASSERT_TRUE(first.ok()) << first.status();
+  EXPECT_EQ(first->since, first->now);
+  Do("UPDATE accounts SET newest_session_at = newest_session_at + interval '40 minutes'");
+  // A sign-in since, by the clock that is right again, does not hide it.
+  ASSERT_TRUE(In([](Transaction& t) { return BeginSession(t, "users/jane"); }).ok());
+  ASSERT_TRUE(In([](Transaction& t) { return EndSessions(t, "users/jane"); }).ok());
+  const auto ended = In([](Transaction& t) { return SessionsEndedBefore(t, "users/jane"); });
+  EXPECT_EQ(**ended, first->since + std::chrono::minutes(40));
+  // And the next one begins after that end.
+  const auto next = In([](Transaction& t) { return BeginSession(t, "users/jane"); });
+  ASSERT_TRUE(next.ok()) << next.status();
+  EXPECT_EQ(next->since, **ended + std::chrono::microseconds(1));
+  EXPECT_LT(next->now, next->since);
+  ASSERT_TRUE(In([](Transaction& t) { return EndSessions(t, "users/jane"); }).ok());
+  EXPECT_GE(**In([](Transaction& t) { return SessionsEndedBefore(t, "users/jane"); }), next->since);
+  auto transaction = database_->Begin(Soon());
+  EXPECT_FALSE(BeginSession(*transaction, "users/nobody").ok());
+}
+
+// By whatever the plant knows a person: what was recorded of him, a clearance, a certificate that waits.
+TEST_F(AccountsTest, SomebodyIsWhomThePlantKnowsByAnything) {
+  const auto is_somebody = [&](const std::string& name) {
+    const auto known = In([&](Transaction& t) { return IsSomebody(t, name); });
+    EXPECT_TRUE(known.ok()) << known.status();
+    return known.value_or(false);
+  };
+  for (const char* name : {"users/jane", "users/joe", "users/ann"}) EXPECT_FALSE(is_somebody(name)) << name;
+  Do("SELECT pseudonym_of('users/jane via services/inspection')");
+  EXPECT_TRUE(is_somebody("users/jane"));
+  EXPECT_FALSE(is_somebody("users/jan"));
+  Do("INSERT INTO credential_offers (pickup_sha256, sealed, identity, offered_by, expires_at) "
+     "VALUES (sha256('x'), 'x', 'users/joe', 'users/it', clock_timestamp() + interval '1 hour')");
+  EXPECT_TRUE(is_somebody("users/joe"));
+  EXPECT_FALSE(is_somebody("users/ann"));
+  Do("SELECT forget_person('jane')");
+  EXPECT_FALSE(is_somebody("users/jane"));
 }
 
 }  // namespace

@@ -39,8 +39,10 @@ class Desk {
   template <typename Method, typename Request, typename Response>
   std::string Ask(Method method, const Request& request, Response* response) {
     grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));
+    context.set_deadline(std::chrono::system_clock::now() + patience);
+    running = &context;
     last_ = runtime::FromGrpc((stub_.get()->*method)(&context, request, response));
+    running = nullptr;
     const std::string reason = runtime::ReasonOf(last_);
     return reason.empty() ? absl::StatusCodeToString(last_.code()) : reason;
   }
@@ -61,6 +63,8 @@ class Desk {
   }
   const absl::Status& last() const { return last_; }
   std::vector<runtime::RefusedSignIn> refused;
+  std::chrono::milliseconds patience{60000};
+  std::atomic<grpc::ClientContext*> running{nullptr};
 
  private:
   SessionDeskOptions Options(testing::PlantCertificates& certificates, std::unique_ptr<IdentityProvider> provider) {
@@ -99,12 +103,26 @@ class AccountServiceTest : public ::testing::Test {
     request.set_name(name);
     return desk_.Ask(method, request, &account_);
   }
-  std::vector<std::string> Events() {
+  // Of one column, as the owner, committed.
+  std::vector<std::string> Texts(const std::string& sql) {
     auto transaction = database_.database()->Begin(testing::Soon());
-    const auto rows = transaction->Execute("SELECT name_of(subject) || ' ' || event FROM account_events ORDER BY event_id");
-    std::vector<std::string> events;
-    for (int row = 0; rows.ok() && row < rows->count(); ++row) events.push_back(rows->Text(row, 0));
-    return events;
+    const auto rows = transaction->Execute(sql);
+    EXPECT_TRUE(rows.ok()) << rows.status();
+    EXPECT_TRUE(transaction->Commit().ok());
+    std::vector<std::string> texts;
+    for (int row = 0; rows.ok() && row < rows->count(); ++row) texts.push_back(rows->Text(row, 0));
+    return texts;
+  }
+  std::vector<std::string> Events() {
+    return Texts("SELECT name_of(subject) || ' ' || event FROM account_events ORDER BY event_id");
+  }
+  // On all counters; what is given back is so soon after its answer.
+  std::string FailedOnceSettled(const std::string& wanted) {
+    const std::string sql = "SELECT coalesce(sum(failed_count), 0)::text FROM sign_in_failures";
+    for (const auto end = testing::Soon(60);; std::this_thread::sleep_for(std::chrono::milliseconds(50))) {
+      const std::string failed = Texts(sql).at(0);
+      if (failed == wanted || std::chrono::steady_clock::now() > end) return failed;
+    }
   }
 
   testing::ThrowawayDatabase database_;
@@ -253,8 +271,8 @@ TEST_F(AccountServiceTest, WhoTriesManyAccountsFromOneNetworkWaitsToo) {
   // As eighteen that failed before, without the work of judging them.
   for (int i = 0; i < 18; ++i) {
     auto transaction = as_plant_->Begin(testing::Soon());
-    const auto waits = storage::BeginSignIn(*transaction, {{"address 20010db800000000", 20}});
-    ASSERT_TRUE(waits.ok() && !waits->has_value()) << i << waits.status();
+    const auto start = storage::BeginSignIn(*transaction, {{}, storage::FailureCounter{"20010db800000000", 20}});
+    ASSERT_TRUE(start.ok() && start->counted_at) << i << start.status();
     ASSERT_TRUE(transaction->Commit().ok());
   }
   EXPECT_EQ(desk_.SignIn("users/a", "wrong horse battery", &session_, "2001:db8::1"), "SIGN_IN_REFUSED");
@@ -263,6 +281,88 @@ TEST_F(AccountServiceTest, WhoTriesManyAccountsFromOneNetworkWaitsToo) {
   EXPECT_EQ(desk_.SignIn("users/jane", kPassword, &session_, "2001:db8::ffff"), "SIGN_IN_SLOWED");
   EXPECT_GE(std::stoi(runtime::MetadataOf(desk_.last()).at("wait_s")), 1);
   EXPECT_EQ(desk_.SignIn("users/jane", kPassword, &session_, "2001:db8:0:1::1"), "OK") << desk_.last();
+}
+
+// What is typed as an account's name is no address.
+TEST_F(AccountServiceTest, NobodyTypesAnAddressIntoWaiting) {
+  ASSERT_EQ(Create("users/jane"), "OK");
+  for (int i = 0; i < 5; ++i)
+    EXPECT_EQ(desk_.SignIn("address c0000202", "wrong horse battery", &session_, "198.51.100.1"), "SIGN_IN_REFUSED");
+  EXPECT_EQ(desk_.SignIn("address c0000202", "wrong horse battery", &session_, "198.51.100.1"), "SIGN_IN_SLOWED");
+  EXPECT_EQ(desk_.SignIn("users/jane", kPassword, &session_, "192.0.2.2"), "OK") << desk_.last();
+}
+
+// Right or wrong it was not: a database that does not answer after the password was judged, a client that is gone.
+TEST_F(AccountServiceTest, WhatIsNotRefusedIsNotCounted) {
+  ASSERT_EQ(Create("users/jane"), "OK");
+  {
+    auto holder = database_.database()->Begin(testing::Soon(60));
+    ASSERT_TRUE(holder->Execute("SELECT 1 FROM accounts FOR UPDATE").ok());
+    desk_.patience = std::chrono::seconds(4);
+    EXPECT_THAT(desk_.SignIn("users/jane", kPassword, &session_), AnyOf("DEADLINE_EXCEEDED", "CANCELLED"));
+    EXPECT_EQ(FailedOnceSettled("0"), "0");
+    desk_.patience = std::chrono::seconds(60);
+    std::thread gone([&] { EXPECT_EQ(desk_.SignIn("users/jane", kPassword, &session_), "CANCELLED"); });
+    EXPECT_EQ(FailedOnceSettled("2"), "2");  // of the account, and of the address, while it is judged
+    if (grpc::ClientContext* const context = desk_.running) context->TryCancel();
+    gone.join();
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));  // for the server to hear of it
+  }
+  EXPECT_EQ(FailedOnceSettled("0"), "0");
+  EXPECT_THAT(Events(), ElementsAre("users/jane created"));
+  EXPECT_EQ(desk_.SignIn("users/jane", "wrong horse battery staple", &session_), "SIGN_IN_REFUSED");
+  EXPECT_EQ(FailedOnceSettled("2"), "2");
+  EXPECT_EQ(desk_.SignIn("users/jane", kPassword, &session_), "OK") << desk_.last();
+  EXPECT_EQ(FailedOnceSettled("1"), "1");
+}
+
+// A token that is over ends the account's sessions too, as long as one that was renewed from it may live.
+TEST_F(AccountServiceTest, ASignOutByATokenThatIsOverEndsWhatWasRenewed) {
+  ASSERT_EQ(Create("users/jane"), "OK");
+  ASSERT_EQ(desk_.SignIn("users/jane", kPassword, &session_), "OK");
+  const auto over = [&](std::chrono::minutes ago) {
+    identity::Session session = identity::ReadSession(session_.token()).value();
+    session.since -= ago;
+    session.until = session.since + identity::kLongestToken;
+    return identity::SignSession(session, certificates_.Service("plant") / identity::kIdentityFile).value();
+  };
+  v1::SignOutRequest out;
+  v1::SignOutResponse done;
+  v1::RenewSessionRequest renew;
+  v1::Session renewed;
+  renew.set_token(session_.token());
+  out.set_token(over(std::chrono::minutes(12 * 60 + 1)));
+  EXPECT_EQ(desk_.Ask(&Stub::SignOut, out, &done), "OK") << desk_.last();
+  EXPECT_EQ(desk_.Ask(&Stub::RenewSession, renew, &renewed), "OK") << desk_.last();
+  out.set_token(over(std::chrono::minutes(16)));
+  EXPECT_EQ(desk_.Ask(&Stub::SignOut, out, &done), "OK") << desk_.last();
+  EXPECT_EQ(desk_.Ask(&Stub::RenewSession, renew, &renewed), "SESSION_ENDED");
+  EXPECT_THAT(Events(), ElementsAre("users/jane created", "users/jane signed_in", "users/jane signed_out"));
+}
+
+// An end that the database's clock has not reached, for it was set back: what begins then begins after it, or is told why not.
+TEST_F(AccountServiceTest, AClockThatWasSetBackIsToldOrMadeUpFor) {
+  ASSERT_EQ(Create("users/jane"), "OK");
+  ASSERT_EQ(desk_.SignIn("users/jane", kPassword, &session_), "OK");
+  v1::SignOutRequest out;
+  v1::SignOutResponse done;
+  out.set_token(session_.token());
+  ASSERT_EQ(desk_.Ask(&Stub::SignOut, out, &done), "OK");
+  const auto end_in = [&](const std::string& ahead) {
+    Texts("UPDATE session_ends SET ended_before = clock_timestamp() + interval '" + ahead + "'");
+  };
+  end_in("40 seconds");
+  ASSERT_EQ(desk_.SignIn("users/jane", kPassword, &session_), "OK") << desk_.last();
+  v1::RenewSessionRequest renew;
+  renew.set_token(session_.token());
+  EXPECT_EQ(desk_.Ask(&Stub::RenewSession, renew, &session_), "OK") << desk_.last();
+  out.set_token(session_.token());
+  ASSERT_EQ(desk_.Ask(&Stub::SignOut, out, &done), "OK");
+  EXPECT_EQ(desk_.Ask(&Stub::RenewSession, renew, &session_), "SESSION_ENDED");
+  end_in("1 hour");
+  EXPECT_EQ(desk_.SignIn("users/jane", kPassword, &session_), "SERVICE_NOT_READY");
+  EXPECT_THAT(std::string(desk_.last().message()), HasSubstr("set back"));
+  EXPECT_EQ(FailedOnceSettled("0"), "0");
 }
 
 // Sixteen at once, of which two are judged at a time: none gets a try more than one after the other would.
@@ -290,12 +390,14 @@ class OidcTest : public AccountServiceTest {
     if (!ProviderTokens::MayBeMade()) GTEST_SKIP() << "python3-jwt or python3-cryptography is absent";
     ASSERT_TRUE(files_.Make());
   }
-  std::unique_ptr<IdentityProvider> Provider(identity::Role role) const {
+  std::unique_ptr<IdentityProvider> Provider(identity::Role role,
+                                             const std::map<std::string, std::string>& persons = {}) const {
     IdentityProviderConfig config;
     config.policy.issuer = "https://id.plant.example";
     config.policy.client_id = "sixpoint";
     config.policy.roles = {{"turbine-engineers", role}};
     config.keys_file = (files_.folder() / "keys.json").string();
+    config.persons = persons;
     return std::make_unique<IdentityProvider>(config);
   }
   const ProviderTokens files_;
@@ -336,6 +438,59 @@ TEST_F(OidcTest, ANameOfAnotherOneIsNotTaken) {
   EXPECT_EQ(desk.SignInWithIdToken(files_.Text("good.rs256"), &session_), "SIGN_IN_REFUSED");
   EXPECT_THAT(desk.refused.back().sentence, HasSubstr("another one's"));
   EXPECT_EQ(desk_.SignInWithIdToken(files_.Text("good.rs256"), &session_), "IDENTITY_PROVIDER_MISSING");
+}
+
+// Whoever may choose what a directory calls him becomes nobody whom the plant knows without an account: who asked with a
+// certificate, who was cleared in advance, whom a certificate waits for.
+TEST_F(OidcTest, ANameThatThePlantKnowsIsNotTaken) {
+  Desk desk(as_plant_.get(), certificates_, Provider(identity::Role::kEngineer));
+  for (const auto& [known_by, again] : std::vector<std::pair<std::string, std::string>>{
+           {"SELECT pseudonym_of('users/jane')", "SELECT forget_person('jane')"},
+           {"INSERT INTO clearance_events (event_id, holder, scope, granted, requested_by, request_id) VALUES "
+            "(gen_random_uuid(), 'users/jane', 'customers/acme', true, 'users/it', gen_random_uuid())",
+            "SELECT forget_person('jane')"},
+           {"INSERT INTO credential_offers (pickup_sha256, sealed, identity, offered_by, expires_at) VALUES "
+            "(sha256('x'), 'x', 'users/jane', 'users/it', clock_timestamp() + interval '1 hour')",
+            "DELETE FROM credential_offers"}}) {
+    Texts(known_by);
+    EXPECT_EQ(desk.SignInWithIdToken(files_.Text("good.rs256"), &session_), "SIGN_IN_REFUSED") << known_by;
+    EXPECT_EQ(desk.refused.back().account, "users/jane");
+    EXPECT_THAT(desk.refused.back().sentence, HasSubstr("another one's"));
+    EXPECT_THAT(Events(), ElementsAre()) << known_by;
+    Texts(again);
+  }
+  // Nor does a refusal make anybody known: now nobody is, and she has her account.
+  EXPECT_EQ(desk.SignInWithIdToken(files_.Text("good.rs256"), &session_), "OK") << desk.last();
+  EXPECT_EQ(desk.SignInWithIdToken(files_.Text("good.es256"), &session_), "OK") << desk.last();
+}
+
+// Who starts the plant says which subject is whom.
+TEST_F(OidcTest, WhoSaysWhoASubjectIsLinksThem) {
+  Texts("SELECT pseudonym_of('users/jane')");
+  Texts("SELECT pseudonym_of('users/j.doe')");
+  Desk other(as_plant_.get(), certificates_, Provider(identity::Role::kEngineer, {{"e2b0", "users/jane"}}));
+  EXPECT_EQ(other.SignInWithIdToken(files_.Text("good.rs256"), &session_), "SIGN_IN_REFUSED");
+  Desk desk(as_plant_.get(), certificates_, Provider(identity::Role::kEngineer, {{"f3a1", "users/j.doe"}}));
+  EXPECT_EQ(desk.SignInWithIdToken(files_.Text("good.rs256"), &session_), "OK") << desk.last();
+  EXPECT_EQ(session_.name(), "users/j.doe");
+  // It stays hers, whatever the file says later; and an account that another one has is not given by it.
+  EXPECT_EQ(other.SignInWithIdToken(files_.Text("good.rs256"), &session_), "OK") << other.last();
+  EXPECT_EQ(session_.name(), "users/j.doe");
+}
+
+TEST_F(OidcTest, AnAccountIsNotGivenAwayByTheFile) {
+  ASSERT_EQ(Create("users/joe"), "OK");
+  Desk desk(as_plant_.get(), certificates_, Provider(identity::Role::kEngineer, {{"f3a1", "users/joe"}}));
+  EXPECT_EQ(desk.SignInWithIdToken(files_.Text("good.rs256"), &session_), "SIGN_IN_REFUSED");
+}
+
+TEST_F(OidcTest, OfAProviderThatIsAwayNothingIsCounted) {
+  Desk desk(as_plant_.get(), certificates_, Provider(identity::Role::kEngineer));
+  std::filesystem::rename(files_.folder() / "keys.json", files_.folder() / "away.json");
+  for (int i = 0; i < 25; ++i)
+    ASSERT_EQ(desk.SignInWithIdToken(files_.Text("good.rs256"), &session_), "IDENTITY_PROVIDER_AWAY") << i;
+  EXPECT_EQ(FailedOnceSettled("0"), "0");
+  EXPECT_TRUE(desk.refused.empty());
 }
 
 }  // namespace

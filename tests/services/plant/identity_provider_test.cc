@@ -26,7 +26,8 @@ TEST(IdentityProviderConfig, IsReadAsItStands) {
   const ProviderTokens files;
   const auto config = ReadIdentityProviderConfig(
       files.Config(std::string(kBegin) + "  turbine-readers: mes-reader\nkeys_url: https://id.plant.example/keys\n"
-                                         "name_claim: short_name\nroles_claim: roles\nca_file: /etc/ca.pem\n"));
+                                         "name_claim: short_name\nroles_claim: roles\nca_file: /etc/ca.pem\n"
+                                         "persons:\n  f3a1: users/jane\n  00b7: users/joe\n"));
   ASSERT_TRUE(config.ok()) << config.status();
   EXPECT_EQ(config->policy.issuer, "https://id.plant.example");
   EXPECT_EQ(config->policy.client_id, "sixpoint");
@@ -36,6 +37,10 @@ TEST(IdentityProviderConfig, IsReadAsItStands) {
   EXPECT_EQ(config->policy.roles.size(), 2u);
   EXPECT_EQ(config->keys_url, "https://id.plant.example/keys");
   EXPECT_EQ(config->ca_file, "/etc/ca.pem");
+  const IdentityProvider provider(*config);
+  EXPECT_EQ(provider.PersonOf("f3a1"), "users/jane");
+  EXPECT_EQ(provider.PersonOf("00b7"), "users/joe");
+  EXPECT_EQ(provider.PersonOf("F3A1"), std::nullopt);
 }
 
 TEST(IdentityProviderConfig, WhatIsOddIsRefusedByItsKey) {
@@ -54,6 +59,11 @@ TEST(IdentityProviderConfig, WhatIsOddIsRefusedByItsKey) {
            {"issuer: https://id\nclient_id: x\nkeys_file: k\nroles: {a: gateway}\n", "roles.a: gateway, want engineer"},
            {"issuer: https://id\nclient_id: x\nkeys_file: k\nroles: {a: boss}\n", "roles.a: boss"},
            {"issuer: https://id\nclient_id: x\nkeys_file: k\nroles: admin\n", "roles"},
+           {kBegin + url + "persons: {a: jane}\n", "persons.a: jane, want users/NAME"},
+           {kBegin + url + "persons: {a: machines/m1}\n", "persons.a: machines/m1, want users/NAME"},
+           {kBegin + url + "persons: {a: users/jane, b: users/jane}\n", "persons.b: users/jane, another subject's too"},
+           {kBegin + url + "persons: {a: users/jane, a: users/joe}\n", "persons: a twice"},
+           {kBegin + url + "persons: users/jane\n", "persons"},
            {"issuer: [https://id]\nclient_id: x\n", "issuer: not one value"},
            {"[]", "want keys and values"},
            {"issuer: {x\n", "want YAML"}}) {
