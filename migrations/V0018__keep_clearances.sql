@@ -18,6 +18,7 @@ CREATE TABLE clearance_events (
   holder text COLLATE "C" NOT NULL,
   scope text COLLATE "C" NOT NULL,
   granted boolean NOT NULL,
+  took_effect boolean NOT NULL,
   requested_by text NOT NULL,
   request_id uuid NOT NULL,
   recorded_at timestamptz NOT NULL DEFAULT clock_timestamp(),
@@ -36,6 +37,8 @@ COMMENT ON COLUMN clearance_events.event_sequence IS 'Of one holder and scope in
 COMMENT ON COLUMN clearance_events.holder IS 'Who may see it, as clearance_holder() writes him.';
 COMMENT ON COLUMN clearance_events.scope IS 'customers/ID: all of that customer''s parts, those to come too; parts/ID: that part.';
 COMMENT ON COLUMN clearance_events.granted IS 'False: withdrawn.';
+COMMENT ON COLUMN clearance_events.took_effect IS
+  'False: it was so already. Kept for its request_id: come again after the opposite, that request changes nothing.';
 
 -- Whoever is looked for in clearance_events is looked for under this name, here and nowhere else.
 CREATE FUNCTION clearance_holder(of_identity text) RETURNS text LANGUAGE sql STABLE AS $$ SELECT of_identity $$;
@@ -47,7 +50,7 @@ CREATE VIEW clearances AS
     SELECT e.recorded_at, e.requested_by FROM clearance_events e
     WHERE e.holder = g.holder AND e.scope = g.scope AND e.event_sequence > g.event_sequence AND NOT e.granted
     ORDER BY e.event_sequence LIMIT 1) w ON true
-  WHERE g.granted;
+  WHERE g.granted AND g.took_effect;
 COMMENT ON VIEW clearances IS 'From when until when who was cleared for what; withdrawn_at NULL: still.';
 
 -- All that follows runs as the owner: a service learns what it asks, and needs no right to the tables behind.
@@ -160,5 +163,7 @@ COMMENT ON FUNCTION sight_of(text, integer) IS
 SELECT make_append_only('clearance_events');
 GRANT SELECT, INSERT ON clearance_events TO sixpoint_plant;
 GRANT SELECT ON clearances, restricted_parts TO sixpoint_plant;
+-- A reader of few blades finds scans by these and, of artefacts, newest first, by this; so few entries are of no blade that it is small.
+CREATE INDEX record_entries_of_no_blade ON record_entries (kind, record_sequence) WHERE blade_serial IS NULL;
 -- What rests on a withdrawn calibration is told as far as it is seen.
 GRANT SELECT (blade_serial, part_id) ON blades TO sixpoint_calibration;

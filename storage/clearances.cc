@@ -13,8 +13,9 @@ constexpr char kSelectRequest[] =
     "SELECT holder = clearance_holder($2) AND scope = $3 AND granted = $4::boolean FROM clearance_events "
     "WHERE request_id = $1::uuid";
 constexpr char kInsert[] =
-    "INSERT INTO clearance_events (event_id, holder, scope, granted, requested_by, request_id) VALUES ($1, $2, $3, "
-    "$4::boolean, $5, $6::uuid)";
+    "INSERT INTO clearance_events (event_id, holder, scope, granted, took_effect, requested_by, request_id) VALUES "
+    "($1, "
+    "$2, $3, $4::boolean, $5::boolean, $6, $7::uuid)";
 #define SIXPOINT_SELECT_CLEARANCES                                                                   \
   "SELECT name_of(holder), scope, granted_sequence, granted_at, name_of(granted_by), withdrawn_at, " \
   "name_of(withdrawn_by) FROM clearances WHERE "
@@ -30,9 +31,13 @@ constexpr char kSight[] = "SELECT hidden, seen_blades FROM sight_of($1, $2::inte
 constexpr char kByIndex[] =
     "SELECT set_config('enable_hashjoin', 'off', true), set_config('enable_mergejoin', 'off', true)";
 constexpr char kFirstHidden[] = "SELECT first_hidden($1::text[], $2, $3::boolean)";
-constexpr char kSeesCustomer[] =
-    "SELECT EXISTS (SELECT 1 FROM clearances WHERE holder = clearance_holder($1) AND withdrawn_at "
-    "IS NULL AND scope = ANY (ARRAY['parts/' || $2, 'customers/' || $3]))";
+// Of the customer that a part is to have ($3) and the one that it has, who is not cleared for; where they are the same nothing is asked.
+constexpr char kCustomerMissing[] =
+    "WITH present AS (SELECT customer_id FROM restricted_parts WHERE part_id = $2) "
+    "SELECT asked.customer_id FROM (SELECT $3::text COLLATE \"C\" AS customer_id UNION ALL SELECT customer_id FROM "
+    "present) asked "
+    "WHERE NOT EXISTS (SELECT 1 FROM present WHERE customer_id = $3) AND NOT EXISTS (SELECT 1 FROM clearances WHERE "
+    "holder = clearance_holder($1) AND withdrawn_at IS NULL AND scope = 'customers/' || asked.customer_id) LIMIT 1";
 // Of a reader who sees no more than these, lists go by blade; of one who sees more, few rows have to be left out on the way.
 constexpr int kFewBlades = 1000;
 constexpr std::size_t kLongestName = 80;
@@ -82,10 +87,10 @@ absl::StatusOr<std::optional<ClearanceRow>> Decide(Transaction& transaction, con
   absl::StatusOr<std::optional<ClearanceRow>> newest = Newest(transaction, order);
   if (!newest.ok() || *before) return newest;
   const bool holds = newest->has_value() && !(*newest)->withdrawn_at.has_value();
-  if (holds == granted || (!granted && !newest->has_value())) return newest;
+  if (!granted && !newest->has_value()) return newest;
   Params params;
-  params.Uuid(NewUuid()).Text(order.holder).Text(order.scope).Bool(granted).Text(order.requested_by);
-  params.Text(order.request_id);
+  params.Uuid(NewUuid()).Text(order.holder).Text(order.scope).Bool(granted).Bool(holds != granted);
+  params.Text(order.requested_by).Text(order.request_id);
   if (const auto inserted = transaction.Execute(kInsert, params); !inserted.ok()) return inserted.status();
   return Newest(transaction, order);
 }
@@ -168,11 +173,15 @@ absl::Status CheckPartSeen(Transaction& transaction, const Reader& reader, const
   if (hidden->has_value()) return NotSeen("part_id", name, reader);
   if (customer_id.empty() || reader.sees_all) return absl::OkStatus();
   const absl::StatusOr<Rows> rows =
-      transaction.Execute(kSeesCustomer, Params().Text(reader.identity).Text(part_id).Text(customer_id));
+      transaction.Execute(kCustomerMissing, Params().Text(reader.identity).Text(part_id).Text(customer_id));
   if (!rows.ok()) return rows.status();
-  const bool sees = rows->Bool(0, 0);
+  if (rows->count() == 0) return rows->status();
+  const std::string missing = rows->Text(0, 0);
   if (absl::Status read = rows->status(); !read.ok()) return read;
-  return sees ? absl::OkStatus() : NotSeen("part.customer", customer_id, reader);
+  return WithReason(
+      absl::PermissionDeniedError("part.customer: " + Tame(customer_id, kLongestName) + ", want " + reader.identity +
+                                  " cleared for customers/" + Tame(missing, kLongestName)),
+      kClearanceMissing);
 }
 
 std::shared_ptr<const ClearanceReader> ClearancesIn(Database* database) {

@@ -30,7 +30,7 @@ struct ClearanceOrder {
   std::string request_id;  // a UUID
 };
 
-// In a transaction of the caller's. What holds already is answered as it stands. ALREADY_EXISTS: the request_id was another's.
+// In a transaction of the caller's. What holds already is answered as it stands, and its request_id kept. ALREADY_EXISTS: the request_id was another's.
 absl::StatusOr<ClearanceRow> GrantClearance(Transaction& transaction, const ClearanceOrder& order);
 // What is withdrawn already is answered as it stands; none: there never was one.
 absl::StatusOr<std::optional<ClearanceRow>> WithdrawClearance(Transaction& transaction, const ClearanceOrder& order);
@@ -59,7 +59,8 @@ enum class Unrecorded { kIsHidden, kIsSeen };  // for whom something is hidden f
 // The first of the names that the reader may not see.
 absl::StatusOr<std::optional<std::string>> FirstHidden(Transaction& transaction, const Reader& reader,
                                                        const std::vector<std::string>& names, Unrecorded unrecorded);
-// OK where the reader may make a part of that id and customer (empty: as it was); else PERMISSION_DENIED (CLEARANCE_MISSING).
+// OK where the reader may make a part of that id and customer (empty: as it was); else PERMISSION_DENIED (CLEARANCE_MISSING). Who gives
+// a part to a customer is cleared for that customer and for the one it had: whose part it is says who sees all that is of it.
 absl::Status CheckPartSeen(Transaction& transaction, const Reader& reader, const std::string& part_id,
                            const std::string& customer_id);
 // PERMISSION_DENIED (CLEARANCE_MISSING), the same for what is hidden and what is not recorded.

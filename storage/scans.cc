@@ -22,13 +22,24 @@ constexpr char kInsertScan[] = "INSERT INTO scans (" SIXPOINT_SCAN_COLUMNS
   "SELECT " SIXPOINT_SCAN_COLUMNS \
   ", record_sequence, recorded_at FROM scans JOIN recorded r ON r.record_id = scan_key WHERE "
 constexpr char kSelectScan[] = SIXPOINT_SELECT_SCANS "scan_key = " SIXPOINT_SCAN_KEY("$1");
-constexpr char kListScans[] = SIXPOINT_SELECT_SCANS
-    "entry_kind = 'scan' AND ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR entry_machine = $2) "
-    "AND ($3 = '' OR artefact_id = $3) AND ($4 = '' OR entry_blade = $4) AND ($5 = '' OR kind = $5) "
-    "AND ($6 = '' OR blade_serial IN (SELECT b.blade_serial FROM blades b WHERE b.part_id = $6)) "
-    "AND ($7::timestamptz IS NULL OR recorded_at >= $7) AND ($8::timestamptz IS NULL OR recorded_at < $8) "
+#define SIXPOINT_LIST_SCANS                                                                                       \
+  SIXPOINT_SELECT_SCANS                                                                                           \
+  "entry_kind = 'scan' AND ($1::bigint = 0 OR record_sequence < $1::bigint) AND ($2 = '' OR entry_machine = $2) " \
+  "AND ($3 = '' OR artefact_id = $3) AND ($4 = '' OR entry_blade = $4) AND ($5 = '' OR kind = $5) "               \
+  "AND ($6 = '' OR blade_serial IN (SELECT b.blade_serial FROM blades b WHERE b.part_id = $6)) "                  \
+  "AND ($7::timestamptz IS NULL OR recorded_at >= $7) AND ($8::timestamptz IS NULL OR recorded_at < $8) "
+// $9: the parts that are hidden.
+constexpr char kListScans[] = SIXPOINT_LIST_SCANS
     "AND (cardinality($9::text[]) = 0 OR entry_blade IS NULL OR NOT EXISTS (SELECT 1 FROM blades b "
     "WHERE b.blade_serial = entry_blade AND b.part_id = ANY ($9::text[]))) ORDER BY record_sequence DESC LIMIT $10";
+// $9: the blades that are seen. Their scans are found and then sorted, as SIXPOINT_NEWEST_FIRST says; those of artefacts stand in order.
+constexpr char kListSeenScans[] =
+    "(" SIXPOINT_LIST_SCANS
+    "AND entry_blade = ANY ($9::text[]) ORDER BY record_sequence + 0 DESC LIMIT $10) UNION ALL "
+    "(" SIXPOINT_LIST_SCANS
+    "AND entry_blade IS NULL ORDER BY record_sequence DESC LIMIT $10) "
+    "ORDER BY record_sequence DESC LIMIT $10";
+#undef SIXPOINT_LIST_SCANS
 #undef SIXPOINT_SELECT_SCANS
 #undef SIXPOINT_SCAN_COLUMNS
 constexpr char kInsertBlocks[] =
@@ -163,7 +174,8 @@ absl::StatusOr<std::vector<ScanRow>> ListScans(Transaction& transaction, const S
   AddSpan(filter.recorded, &params);
   const absl::StatusOr<Sight> sight = SightOf(transaction, filter.reader);
   if (!sight.ok()) return sight.status();
-  const absl::StatusOr<Rows> rows = transaction.Execute(kListScans, params.Texts(sight->hidden_parts).Int(limit));
+  params.Texts(sight->seen_blades ? *sight->seen_blades : sight->hidden_parts).Int(limit);
+  const absl::StatusOr<Rows> rows = transaction.Execute(sight->seen_blades ? kListSeenScans : kListScans, params);
   if (!rows.ok()) return rows.status();
   std::vector<ScanRow> scans;
   for (int row = 0; row < rows->count(); ++row) scans.push_back(ReadScan(*rows, row));
