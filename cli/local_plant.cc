@@ -5,7 +5,6 @@
 
 #include <chrono>
 #include <cstdlib>
-#include <set>
 #include <thread>
 
 #include "cli/document.h"
@@ -13,7 +12,6 @@
 #include "cli/plant_certificates.h"
 #include "cli/plant_checks.h"
 #include "cli/plant_folder.h"
-#include "cli/plant_ports.h"
 #include "cli/prometheus_config.h"
 #include "cli/service_health.h"
 #include "cli/service_user.h"
@@ -58,24 +56,6 @@ absl::Status CheckPrograms(LocalPlant* plant, const ServiceUser& user) {
   for (const fs::path& folder : {plant->binaries, plant->migrations})
     if (!IsPlainPath(folder.string()))
       return runtime::Refuse("programs", folder.string(), "a path of letters, digits and /._-+@");
-  return absl::OkStatus();
-}
-
-// A plant that runs holds its ports, unless what holds one keeps its service from running.
-absl::Status CheckPorts(const LocalPlant& plant) {
-  std::set<int> own;
-  if (const auto stored = StoredSettings(plant.data); stored.ok() && stored->has_value()) {
-    const auto states = ProgramStates(plant);
-    for (std::size_t i = 0; i < kAreas.size(); ++i)
-      if (const auto state = states.find(kAreas[i]); state != states.end() && state->second == "RUNNING")
-        for (const int above : {0, kMetricsAbove}) own.insert((*stored)->base_port + above + static_cast<int>(i));
-  }
-  for (const int above : {0, kMetricsAbove}) {
-    if (absl::Status status =
-            RequirePorts(plant.settings.listen, plant.settings.base_port + above, static_cast<int>(kAreas.size()), own);
-        !status.ok())
-      return status;
-  }
   return absl::OkStatus();
 }
 

@@ -20,8 +20,7 @@ namespace sixpoint::cli {
 // Areas in the order of their ports: base_port + index.
 inline constexpr std::array<const char*, 6> kAreas = {"plant",        "ingest",     "calibration",
                                                       "registration", "correction", "inspection"};
-// Each is seen (services/runtime/observation.h) at a port of its own, so far above that of its calls.
-inline constexpr int kMetricsAbove = 20;
+static_assert(kAreas.size() == kPortCount);
 inline constexpr char kPostgresBin[] = "/usr/lib/postgresql/15/bin/";
 
 // Of a plant in that folder: its authority; what everybody may read of it, beside a folder for each service's certificate; and the
@@ -59,14 +58,18 @@ struct LocalPlant {
   std::string ListensAt(std::size_t area) const { return At(address.listen, area); }
   std::string OwnAddress(std::size_t area) const { return At(address.Own(), area); }
   std::string AnnouncedAt(std::size_t area) const { return At(address.announce, area); }
-  // The same of where it is seen.
-  std::string MetricsAt(std::size_t area) const { return At(address.listen, area + kMetricsAbove); }
-  std::string OwnMetrics(std::size_t area) const { return At(address.Own(), area + kMetricsAbove); }
-  std::string AnnouncedMetrics(std::size_t area) const { return At(address.announce, area + kMetricsAbove); }
+  // The same of where it is seen, if at all.
+  bool IsSeen() const { return settings.MetricsPort() != 0; }
+  std::string MetricsAt(std::size_t area) const { return SeenAt(address.listen, area); }
+  std::string OwnMetrics(std::size_t area) const { return SeenAt(address.Own(), area); }
+  std::string AnnouncedMetrics(std::size_t area) const { return SeenAt(address.announce, area); }
 
  private:
   std::string At(const std::string& host, std::size_t area) const {
     return HostAndPort(host, settings.base_port + static_cast<int>(area));
+  }
+  std::string SeenAt(const std::string& host, std::size_t area) const {
+    return HostAndPort(host, settings.MetricsPort() + static_cast<int>(area));
   }
 };
 

@@ -15,7 +15,8 @@ namespace fs = std::filesystem;
 struct UpArguments {
   std::string migrations;
   PlantSettings settings;
-  const Option *base_port = nullptr, *listen = nullptr, *announce = nullptr, *blob_store = nullptr, *oidc = nullptr;
+  const Option *base_port = nullptr, *metrics_port = nullptr, *listen = nullptr, *announce = nullptr,
+               *blob_store = nullptr, *oidc = nullptr;
 };
 
 fs::path OwnFolder() { return fs::canonical("/proc/self/exe").parent_path(); }
@@ -48,7 +49,7 @@ nlohmann::json ToJson(const PlantHealth& health) {
     services.push_back(
         {{"area", kAreas[i]},
          {"address", health.plant.AnnouncedAt(i)},
-         {"metrics", health.plant.AnnouncedMetrics(i)},
+         {"metrics", health.plant.IsSeen() ? health.plant.AnnouncedMetrics(i) : ""},
          {"health", health.services[i].health},
          {"why", health.services[i].why},
          {"certificate", health.certificates[i] ? CertificateToJson(*health.certificates[i]) : nullptr}});
@@ -71,9 +72,13 @@ std::string ToText(const PlantHealth& health) {
     text +=
         area + health.plant.AnnouncedAt(i) + "  " + state.health + (state.why.empty() ? "" : ": " + state.why) + "\n";
   }
-  text += "metrics       https://" + health.plant.AnnouncedMetrics(0) + "/metrics and the next " +
-          std::to_string(kAreas.size() - 1) + " ports; for Prometheus: " + health.plant.prometheus_config().string() +
-          "\n";
+  text += "metrics       ";
+  if (health.plant.IsSeen())
+    text += "https://" + health.plant.AnnouncedMetrics(0) + "/metrics and the next " +
+            std::to_string(kAreas.size() - 1) + " ports; for Prometheus: " + health.plant.prometheus_config().string() +
+            "\n";
+  else
+    text += "none (--metrics-port 0)\n";
   for (std::size_t i = 0; i < kAreas.size(); ++i) text += CertificateWarning(kAreas[i], health.certificates[i]);
   return text;
 }
@@ -94,6 +99,7 @@ absl::Status PrintHealth(Session* session) {
 PlantSettings SettingsOf(const UpArguments& arguments, PlantSettings settings) {
   const PlantSettings& given = arguments.settings;
   if (arguments.base_port->given()) settings.base_port = given.base_port;
+  if (arguments.metrics_port->given()) settings.metrics_port = given.metrics_port;
   if (arguments.listen->given()) {
     settings.listen = given.listen;
     settings.announce.clear();
@@ -141,10 +147,14 @@ void AddLocalPlantCommands(Command* app, Session* session) {
   Command* status = app->AddCommand("status", "Tells what runs; exit code 0 when everything serves");
   const auto arguments = std::make_shared<UpArguments>();
   PlantSettings* const settings = &arguments->settings;
-  arguments->base_port = up->AddOption("--base-port", &settings->base_port,
-                                       "The plant service's port; the others follow it, metrics 20 above")
-                             ->Within(kLowestPort, kHighestBasePort)
-                             ->ShowDefault();
+  arguments->base_port =
+      up->AddOption("--base-port", &settings->base_port, "The plant service's port; the others follow it")
+          ->Within(kLowestPort, kHighestBasePort)
+          ->ShowDefault();
+  arguments->metrics_port =
+      up->AddOption("--metrics-port", &settings->metrics_port,
+                    "Where it is seen, the others following; 20 above --base-port unless told, 0 for none")
+          ->Within(0, kHighestBasePort);
   arguments->listen =
       up->AddOption("--listen", &settings->listen, "Address to serve on, so that other hosts reach the plant")
           ->ShowDefault();

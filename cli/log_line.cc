@@ -176,8 +176,12 @@ std::string JsonOf(const LogLine& line) {
   return object.dump(-1, ' ', /*ensure_ascii=*/true, json::error_handler_t::replace);
 }
 
+// Hides what turns the direction of what comes after it (Unicode's Bidi_Control).
 std::string ForTerminal(std::string text) {
   text = Tame(std::move(text), kLongestLine_bytes);
+  const std::string arabic_letter_mark = "\xd8\x9c";
+  for (std::size_t at = 0; (at = text.find(arabic_letter_mark, at)) != std::string::npos; ++at)
+    text.replace(at, arabic_letter_mark.size(), "?");
   for (std::size_t at = 0; (at = text.find('\xe2', at)) != std::string::npos; ++at) {
     const std::string_view character(text.data() + at, 3);
     const auto last = static_cast<unsigned char>(character[2]);

@@ -68,12 +68,19 @@ std::vector<LogTree::Call> LogTree::Calls() const {
   }
   std::reverse(open.begin(), open.end());
   std::vector<Call> calls;
-  while (!open.empty()) {
+  std::set<const LogLine*> reached;
+  auto next = spans.begin();
+  for (;;) {
+    // Those whose parents lead back to themselves hang from no root: the first of them is made one.
+    while (open.empty() && next != spans.end())
+      if (const LogLine* const span = *next++; reached.count(span) == 0) open.push_back({span, nullptr, 0});
+    if (open.empty()) break;
     Call call = open.back();
     open.pop_back();
+    if (!reached.insert(call.line).second) continue;
     auto callees = below.find(FieldText(*call.line, "span_id"));
     if (IsOutgoingCall(*call.line) && callees != below.end() && callees->second.size() == 1 &&
-        IsCall(*callees->second.front())) {
+        IsCall(*callees->second.front()) && reached.insert(callees->second.front()).second) {
       call.asked = call.line;
       call.line = callees->second.front();
       callees = below.find(FieldText(*call.line, "span_id"));

@@ -1,12 +1,16 @@
 #include "cli/plant_checks.h"
 
 #include <sys/statvfs.h>
+#include <unistd.h>
 
 #include <cstdint>
+#include <set>
 #include <sstream>
 
 #include "cli/plant_folder.h"
+#include "cli/plant_ports.h"
 #include "cli/subprocess.h"
+#include "cli/supervisor.h"
 #include "services/runtime/errors.h"
 
 namespace sixpoint::cli {
@@ -23,7 +27,35 @@ bool HasCluster(const LocalPlant& plant) {
   return fs::symlink_status(plant.database(), none).type() != fs::file_type::not_found;
 }
 
+// A plant that runs holds its ports, unless what holds one keeps its service from running. Where it is seen it holds what its
+// supervisor was told: what runs may be of a release, or of settings, without.
+std::set<int> OwnPorts(const LocalPlant& plant) {
+  std::set<int> own;
+  const auto stored = StoredSettings(plant.data);
+  if (!stored.ok() || !stored->has_value()) return own;
+  LocalPlant running = plant;
+  running.settings = **stored;
+  if (const auto address = running.settings.Address(); address.ok()) running.address = *address;
+  const absl::StatusOr<std::string> told = ReadFileOf(geteuid(), plant.supervisor_config());
+  const auto states = ProgramStates(plant);
+  for (std::size_t i = 0; i < kAreas.size(); ++i) {
+    if (const auto state = states.find(kAreas[i]); state == states.end() || state->second != "RUNNING") continue;
+    own.insert(running.settings.base_port + static_cast<int>(i));
+    if (told.ok() && told->find(" --metrics " + running.MetricsAt(i) + " ") != std::string::npos)
+      own.insert(running.settings.MetricsPort() + static_cast<int>(i));
+  }
+  return own;
+}
+
 }  // namespace
+
+absl::Status CheckPorts(const LocalPlant& plant) {
+  const std::set<int> own = OwnPorts(plant);
+  const PlantSettings& settings = plant.settings;
+  absl::Status free = RequirePorts("--base-port", settings.listen, settings.base_port, own);
+  if (!free.ok() || !plant.IsSeen()) return free;
+  return RequirePorts("--metrics-port", settings.listen, settings.MetricsPort(), own);
+}
 
 absl::Status CheckRoom(const LocalPlant& plant) {
   fs::path there = plant.data;

@@ -1,5 +1,5 @@
-// What `sixpoint up` looks at before it changes anything: that there is room, and that the database there is this plant's and of a
-// version that can be served.
+// What `sixpoint up` looks at before it changes anything: that its ports are free, that there is room, and that the database there is
+// this plant's and of a version that can be served.
 #pragma once
 
 #include <absl/status/status.h>
@@ -12,6 +12,8 @@
 
 namespace sixpoint::cli {
 
+// Those of the calls and those where it is seen.
+absl::Status CheckPorts(const LocalPlant& plant);
 // In the folder, or where it is to be made.
 absl::Status CheckRoom(const LocalPlant& plant);
 // Nothing to say where no cluster is.

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "cli/listen_address.h"
+#include "cli/plant_settings.h"
 #include "services/runtime/errors.h"
 
 namespace sixpoint::cli {
@@ -25,7 +26,7 @@ int BindError(const addrinfo& address) {
   return error;
 }
 
-absl::Status RequirePort(const std::string& host, int port) {
+absl::Status RequirePort(const std::string& option, const std::string& host, int port) {
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
   hints.ai_flags = AI_NUMERICSERV;
@@ -42,16 +43,18 @@ absl::Status RequirePort(const std::string& host, int port) {
     return runtime::Refuse("--listen", host, std::string("an address of this machine: ") + std::strerror(error));
   const std::string at = HostAndPort(ListenAddress{host, host}.Own(), port);
   // Which one it is cannot be told: another plant shows a certificate that this one has no way to judge.
-  return runtime::Refuse("--base-port", at + " (another program or plant listens there)",
-                         "six ports that are free, and the six that are 20 above them, or this plant's own");
+  return runtime::Refuse(
+      option, at + " (another program or plant listens there)",
+      "six ports that are free, or this plant's own" + std::string(option == "--metrics-port" ? "; 0 for none" : ""));
 }
 
 }  // namespace
 
-absl::Status RequirePorts(const std::string& host, int base_port, int count, const std::set<int>& own) {
-  for (int port = base_port; port < base_port + count; ++port) {
+absl::Status RequirePorts(const std::string& option, const std::string& host, int first_port,
+                          const std::set<int>& own) {
+  for (int port = first_port; port < first_port + kPortCount; ++port) {
     if (own.count(port) != 0) continue;
-    if (absl::Status status = RequirePort(host, port); !status.ok()) return status;
+    if (absl::Status status = RequirePort(option, host, port); !status.ok()) return status;
   }
   return absl::OkStatus();
 }

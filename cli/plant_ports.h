@@ -8,8 +8,8 @@
 
 namespace sixpoint::cli {
 
-// INVALID_ARGUMENT names the first of `count` ports from `base_port` on that a program holds, unless it is one of `own`. Nothing is
-// left listening.
-absl::Status RequirePorts(const std::string& host, int base_port, int count, const std::set<int>& own);
+// INVALID_ARGUMENT names the first of a plant's ports from that one on which a program holds, unless it is one of `own`, and the
+// option by which it is another. Nothing is left listening.
+absl::Status RequirePorts(const std::string& option, const std::string& host, int first_port, const std::set<int>& own);
 
 }  // namespace sixpoint::cli

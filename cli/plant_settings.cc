@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "cli/document.h"
@@ -22,6 +23,11 @@ bool IsPlainPath(const std::string& path) {
 
 absl::Status CheckSettings(const PlantSettings& settings) {
   if (const auto address = settings.Address(); !address.ok()) return address.status();
+  const int metrics = settings.MetricsPort();
+  if (metrics != 0 && (metrics < kLowestPort || std::abs(metrics - settings.base_port) < kPortCount))
+    return runtime::Refuse("--metrics-port", std::to_string(metrics),
+                           "0 for none, or the first of six ports from " + std::to_string(kLowestPort) +
+                               " on that are not those of the calls");
   const std::string s3 = "s3://";
   if (!settings.oidc.empty() && !IsPlainPath(settings.oidc))
     return runtime::Refuse("--oidc", settings.oidc, "none, or a path from / on of letters, digits and /._-+@");
@@ -38,13 +44,16 @@ absl::StatusOr<PlantSettings> ParseSettings(const std::string& name, const std::
   const Field root(&*document, "", &problems);
   if (!document->is_object()) root.Refuse("an object");
   // `insecure` is of a release before mutual TLS: its files are read, whatever it says there, and written without it.
-  root.OnlyKeys({"base_port", "listen", "announce", "insecure", "blob_store", "oidc", "layout", "database_system"});
+  root.OnlyKeys({"base_port", "metrics_port", "listen", "announce", "insecure", "blob_store", "oidc", "layout",
+                 "database_system"});
   PlantSettings settings;
   if (const auto field = root.Find("layout"); field && field->Whole(1, kMostLayout) > kFolderLayout)
     field->Refuse(std::to_string(kFolderLayout) + " or less: a newer release made this folder");
   if (const auto field = root.Find("database_system")) settings.database_system = field->Text();
   if (const auto field = root.Find("base_port"))
     settings.base_port = static_cast<int>(field->Whole(kLowestPort, kHighestBasePort));
+  if (const auto field = root.Find("metrics_port"))
+    settings.metrics_port = static_cast<int>(field->Whole(0, kHighestBasePort));
   if (const auto field = root.Find("listen")) settings.listen = field->Text();
   if (const auto field = root.Find("announce")) settings.announce = field->Text();
   if (const auto field = root.Find("blob_store")) settings.blob_store = field->Text();
@@ -57,6 +66,7 @@ absl::StatusOr<PlantSettings> ParseSettings(const std::string& name, const std::
 std::string SettingsText(const PlantSettings& settings) {
   nlohmann::ordered_json text = {
       {"base_port", settings.base_port}, {"listen", settings.listen}, {"blob_store", settings.blob_store}};
+  if (settings.metrics_port) text["metrics_port"] = *settings.metrics_port;
   if (!settings.announce.empty()) text["announce"] = settings.announce;
   if (!settings.oidc.empty()) text["oidc"] = settings.oidc;
   text["layout"] = kFolderLayout;

@@ -3,6 +3,7 @@
 
 #include <absl/status/statusor.h>
 
+#include <optional>
 #include <string>
 
 #include "cli/listen_address.h"
@@ -12,14 +13,18 @@ namespace sixpoint::cli {
 // How a plant's folder is laid out; a release that lays it out anew counts one on.
 inline constexpr int kFolderLayout = 1;
 inline constexpr int kLowestPort = 1024, kHighestBasePort = 65000;
+// A port for each service, one after another; where it is seen (services/runtime/observation.h), so far above unless told otherwise.
+inline constexpr int kPortCount = 6, kMetricsAbove = 20;
 
 struct PlantSettings {
   int base_port = 7400;
+  std::optional<int> metrics_port;             // of the plant service; 0: none is seen from outside
   std::string listen = "127.0.0.1", announce;  // an empty `announce` is `listen`
   std::string blob_store = "postgresql";
-  std::string oidc;  // the identity provider's file (docs/access.md); empty: none
+  std::string oidc;             // the identity provider's file (docs/access.md); empty: none
   std::string database_system;  // of the plant's own PostgreSQL cluster (cli/plant_checks.h); empty: not known yet
 
+  int MetricsPort() const { return metrics_port.value_or(base_port + kMetricsAbove); }
   absl::StatusOr<ListenAddress> Address() const { return ListenAddressOf(listen, announce); }
 };
 

@@ -22,8 +22,9 @@ std::string PrometheusConfig(const LocalPlant& plant) {
   text += "scrape_configs:\n  - job_name: sixpoint\n    scheme: https\n    tls_config:\n      ca_file: " +
           Quoted((plant.certificates() / identity::kAuthorityFile).string()) +
           "\n      # Key and certificate are in one file.\n      cert_file: " + Quoted(own) +
-          "\n      key_file: " + Quoted(own) + "\n    static_configs:\n";
-  for (std::size_t i = 0; i < kAreas.size(); ++i)
+          "\n      key_file: " + Quoted(own) +
+          "\n    static_configs:" + (plant.IsSeen() ? "\n" : " []  # --metrics-port 0\n");
+  for (std::size_t i = 0; i < kAreas.size() && plant.IsSeen(); ++i)
     text += "      - targets: [" + Quoted(plant.OwnMetrics(i)) + "]\n        labels: {area: " + kAreas[i] + "}\n";
   return text;
 }

@@ -20,8 +20,8 @@ std::string PeersText(const LocalPlant& plant, std::string (LocalPlant::*address
 std::string ServiceCommand(const LocalPlant& plant, std::size_t area) {
   const std::string name = kAreas[area];
   std::string command = (plant.binaries / ("sixpoint-" + name)).string() + " --listen " + plant.ListensAt(area) +
-                        " --metrics " + plant.MetricsAt(area) + " --database \"" + plant.ConninfoOf(area) +
-                        "\" --workers " + plant.binaries.string() + " --certificates " +
+                        (plant.IsSeen() ? " --metrics " + plant.MetricsAt(area) : "") + " --database \"" +
+                        plant.ConninfoOf(area) + "\" --workers " + plant.binaries.string() + " --certificates " +
                         plant.certificates_of(kAreas[area]).string() + " --revoked " + plant.revoked().string() +
                         PeersText(plant, name == "plant" ? &LocalPlant::AnnouncedAt : &LocalPlant::OwnAddress);
   if (name == "ingest") command += " --blob-store " + plant.settings.blob_store;

@@ -53,7 +53,15 @@ struct Database::Pool {
   int in_use_count = 0;  // handed out, or being connected
   std::optional<Deadline> answered;
   OnWait on_wait;
+  void NoteAnswer(pg_conn* connection);
 };
+
+// After a question: a connection that still waits, or broke, heard nothing.
+void Database::Pool::NoteAnswer(pg_conn* connection) {
+  if (!IsUsable(connection)) return;
+  const std::lock_guard lock(mutex);
+  answered = std::chrono::steady_clock::now();
+}
 
 std::unique_ptr<Database> Database::Open(std::string conninfo, int pool_size) {
   auto pool = std::make_unique<Pool>();
@@ -114,10 +122,7 @@ absl::StatusOr<Transaction> Database::Begin(Deadline deadline) {
 }
 
 Transaction Database::Begun(pg_conn* connection, Deadline deadline) {
-  {
-    const std::lock_guard lock(pool_->mutex);
-    pool_->answered = std::chrono::steady_clock::now();
-  }
+  pool_->NoteAnswer(connection);
   return Transaction(this, connection, deadline);
 }
 
@@ -220,6 +225,7 @@ absl::StatusOr<Rows> Transaction::Run(std::string_view sql, const Params& params
     wire.formats.push_back(value.binary ? 1 : 0);
   }
   absl::StatusOr<Result> result = Query(connection_, std::string(sql), &wire, deadline_);
+  database_->pool_->NoteAnswer(connection_);
   if (!result.ok()) return result.status();
   return Rows(result->release());
 }
@@ -228,6 +234,7 @@ absl::Status Transaction::Commit() {
   if (connection_ == nullptr) return absl::FailedPreconditionError("database: the transaction has ended");
   if (MillisecondsUntil(deadline_) == 0) return DeadlineOver();
   const absl::StatusOr<Result> result = Query(connection_, "COMMIT", nullptr, deadline_);
+  database_->pool_->NoteAnswer(connection_);
   if (!result.ok()) return result.status();
   // COMMIT of a transaction in which a statement failed succeeds, and says ROLLBACK.
   if (std::strcmp(PQcmdStatus(result->get()), "COMMIT") != 0) {

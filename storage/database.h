@@ -138,7 +138,7 @@ class Database {
   absl::StatusOr<int> SchemaVersion(Deadline deadline);
   struct Use {
     int size = 0, in_use = 0;          // connections: at most, and now
-    std::optional<Deadline> answered;  // when the server last began a transaction; none: never yet
+    std::optional<Deadline> answered;  // when the server last answered, refusals too; none: never yet
   };
   Use use() const;
   // Told of each Begin how long it waited for a connection, and whether it got one. Once, before the first Begin.

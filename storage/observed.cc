@@ -6,18 +6,31 @@ namespace sixpoint::storage {
 namespace {
 
 constexpr char kHead[] = "SELECT coalesce(max(record_sequence), 0) FROM record_names";
-// A partition is called after its month: record_entries_2026_11.
+// As `sixpoint doctor` asks (cli/doctor/gather_database.cc): by what there is, for the newest name says nothing of those before it.
+// Of the catalogue, where the view partitioned_tables finds them too: that one is the owner's alone.
 constexpr char kMonths[] =
-    "SELECT left(newest, 4)::integer * 12 + right(newest, 2)::integer - (extract(year FROM utc) * 12 + "
-    "extract(month FROM utc))::integer FROM (SELECT min(newest) AS newest, now() AT TIME ZONE 'UTC' AS utc FROM "
-    "(SELECT max(right(c.relname, 7)) AS newest FROM pg_inherits i JOIN pg_class c ON c.oid = i.inhrelid "
-    "JOIN pg_partitioned_table p ON p.partrelid = i.inhparent GROUP BY i.inhparent) AS of_each) AS least";
-constexpr char kDamages[] = "SELECT count(*) FROM blob_damages";
+    "WITH each_table AS MATERIALIZED (SELECT c.relname AS name FROM pg_partitioned_table p JOIN pg_class c ON c.oid = "
+    "p.partrelid AND c.relnamespace = 'public'::regnamespace) "
+    "SELECT (SELECT coalesce(min(m), 13) - 1 FROM generate_series(0, 12) AS m WHERE EXISTS (SELECT FROM each_table t "
+    "WHERE to_regclass('public.' || partition_name(t.name, (date_trunc('month', clock_timestamp() AT TIME ZONE 'UTC') "
+    "+ make_interval(months => m))::date)) IS NULL)) FROM (SELECT) AS once WHERE EXISTS (SELECT FROM each_table)";
+constexpr char kDamages[] = "SELECT count(DISTINCT sha256) FROM blob_damages";
+// As the view calibration_forces has it, which asks the journal for all that there ever was, and the journal grows with every blade:
+// here it is asked for the sequence of those alone among which that decides. What ended a month ago counts while its machine scans.
 constexpr char kAges[] =
-    "SELECT DISTINCT ON (machine_id, kind, axis) machine_id, kind, axis, extract(epoch FROM now() - "
-    "valid_from)::float8, "
-    "extract(epoch FROM valid_until - now())::float8 FROM calibration_forces WHERE valid_from <= now() "
-    "ORDER BY machine_id, kind, axis, (valid_until IS NULL OR valid_until > now()) DESC, force_sequence DESC LIMIT $1";
+    "WITH may AS (SELECT c.machine_id, c.kind, coalesce(c.axis, '') AS axis, c.valid_from, c.valid_until, "
+    "CASE WHEN c.is_draft THEN r.record_id ELSE c.calibration_id END AS force_id, "
+    "max(c.valid_until) OVER (PARTITION BY c.machine_id, c.kind, c.axis) AS last_end FROM calibrations c "
+    "LEFT JOIN calibration_events r ON r.calibration_id = c.calibration_id AND r.event = 'RELEASED' "
+    "WHERE c.valid_from <= now() AND (NOT c.is_draft OR r.record_id IS NOT NULL) AND NOT EXISTS (SELECT FROM "
+    "calibration_events w WHERE w.calibration_id = c.calibration_id AND w.event = 'WITHDRAWN')), "
+    "each AS (SELECT DISTINCT ON (machine_id, kind, axis) machine_id, kind, axis, valid_from, valid_until FROM may "
+    "WHERE valid_until > now() OR valid_until = last_end ORDER BY machine_id, kind, axis, valid_until > now() DESC, "
+    "(SELECT n.record_sequence FROM record_names n WHERE n.record_id = force_id) DESC) "
+    "SELECT machine_id, kind, axis, extract(epoch FROM now() - valid_from)::float8, "
+    "extract(epoch FROM valid_until - now())::float8 FROM each WHERE valid_until > now() - interval '30 days' "
+    "OR EXISTS (SELECT FROM record_entries e WHERE e.machine_id = each.machine_id AND e.kind = 'scan' "
+    "AND e.record_id >= least_uuid_of(each.valid_until)) ORDER BY machine_id, kind, axis LIMIT $1";
 
 absl::StatusOr<std::int64_t> Number(Transaction& transaction, const char* sql) {
   const absl::StatusOr<Rows> rows = transaction.Execute(sql);

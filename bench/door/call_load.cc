@@ -11,7 +11,7 @@
 #include <memory>
 #include <stdexcept>
 
-#include "bench/door/tls_socket.h"
+#include "bench/door/flood_connection.h"
 
 namespace sixpoint::bench {
 namespace {
@@ -107,7 +107,7 @@ class Connection {
 
  private:
   void Open() {
-    socket_ = TlsSocket::Connect(load_.address, load_.identity, load_.source);
+    socket_ = FloodConnection::Connect(load_.address, load_.identity, load_.source);
     nghttp2_session_del(session_);
     session_ = nullptr;
     nghttp2_session_callbacks* callbacks = nullptr;
@@ -193,7 +193,7 @@ class Connection {
 
   const CallLoad& load_;
   Tally& tally_;
-  std::unique_ptr<TlsSocket> socket_;
+  std::unique_ptr<FloodConnection> socket_;
   nghttp2_session* session_ = nullptr;
   std::map<std::int32_t, std::unique_ptr<Call>> calls_;  // by stream: the oldest first
   std::string unsent_;

@@ -13,6 +13,11 @@ Finding FindingOf(const CertificateFile& file, Time now) {
   const std::string renew =
       file.whose == "you" ? "sixpoint certs renew, or have one made: sixpoint certs issue" : kRenew;
   if (!file.why_not.empty()) return {name, Grade::kWrong, file.path + ": " + file.why_not, renew};
+  // What runs goes on without: services need the authority's certificate alone.
+  if (file.is_missing)
+    return {name, Grade::kWarning,
+            file.path + ": not there, so that `sixpoint up` refuses and no certificate can be made or taken back",
+            "put it back from where it is kept; where it is lost, everybody's certificates have to be made anew"};
   if (file.others_read)
     return {name, Grade::kWrong, file.path + ": others than its owner may read the private key",
             "chmod 600 " + file.path + ", and a new key, for this one may be known: " +

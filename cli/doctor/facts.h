@@ -63,6 +63,7 @@ struct Service {
 
 struct CertificateFile {
   bool is_authority = false;  // of which the key alone is looked at; its certificate is in everybody's folder
+  bool is_missing = false;    // of the authority: its key is kept elsewhere, or lost
   std::string whose;          // "ingest", "you", "authority"
   std::string path;
   std::optional<identity::IssuedCertificate> certificate;

@@ -73,8 +73,10 @@ std::vector<CertificateFile> GatherCertificates(const LocalPlant& plant, std::st
     if (lstat(authority.path.c_str(), &key) == 0) {
       authority.others_read = (key.st_mode & 077) != 0;
       if (!opened.ok() && !authority.others_read) authority.why_not = Sentence(opened);
-      files.push_back(authority);
-    }  // else it is kept elsewhere, as it should be where the plant's network is not believed
+    } else {
+      authority.is_missing = true;
+    }
+    files.push_back(authority);
   }
   for (const char* area : kAreas)
     files.push_back(FileIn(area, plant.certificates_of(area), FindServiceUser().uid, plants_authority, &trust));

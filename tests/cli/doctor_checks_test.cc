@@ -163,6 +163,7 @@ INSTANTIATE_TEST_SUITE_P(
         Way{"certificate's key", [](Facts* f) { f->certificates[0].why_not = "identity.pem: a certificate of another key"; }, Grade::kWrong, "of another key", "certs renew"},
         Way{"key readable", [](Facts* f) { f->certificates[0].others_read = true; }, Grade::kWrong, "others than its owner may read the private key", "chmod 600"},
         Way{"other authority", [](Facts* f) { f->certificates[0].is_other_authoritys = true; }, Grade::kWrong, "another authority", "certs renew"},
+        Way{"no key of the authority", [](Facts* f) { CertificateFile key; key.is_authority = key.is_missing = true; key.whose = "authority"; key.path = "/srv/plant/authority/key.pem"; f->certificates.push_back(key); }, Grade::kWarning, "/srv/plant/authority/key.pem: not there", "put it back"},
         Way{"revocation list", [](Facts* f) { f->revocation_why_not = "revoked.pem: no such file"; }, Grade::kWrong, "services believe nobody", "certs renew"},
         Way{"shown expired", [](Facts* f) { f->services[1].shown = CertificateFor(hours(-1)); }, Grade::kWrong, "expired, until", "certs renew"},
         Way{"database away", [](Facts* f) { f->database->why_not = "connection refused"; }, Grade::kWrong, "does not answer: connection refused", "sixpoint logs postgres"},

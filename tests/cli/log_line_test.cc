@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <set>
 
 #include "cli/log_tree.h"
 
@@ -82,6 +83,16 @@ TEST(LogLine, NothingReachesATerminalAsItIs) {
   }
 }
 
+TEST(LogLine, NoCharacterTurnsTheDirection) {
+  // All of Unicode's Bidi_Control.
+  for (const char* turns : {"\u061c", "\u200e", "\u200f", "\u202a", "\u202b", "\u202c", "\u202d", "\u202e", "\u2066",
+                            "\u2067", "\u2068", "\u2069"}) {
+    EXPECT_EQ(ForTerminal(std::string("a") + turns + turns + "b"), "a??b");
+    EXPECT_EQ(ForTerminal(turns), "?");
+  }
+  EXPECT_EQ(ForTerminal("\u0613\u2010\u2030 \u2065\u206a"), "\u0613\u2010\u2030 \u2065\u206a");
+}
+
 TEST(LogTree, IsWhoCalledWhom) {
   LogTree tree;
   // Written at each call's end: the innermost first.
@@ -110,12 +121,33 @@ TEST(LogTree, IsWhoCalledWhom) {
   EXPECT_EQ(json["lines"].size(), 1u);
 }
 
+// Whatever the lines say of their parents, each call is there once; an outgoing one may be one row with its answer.
+TEST(LogTree, NoCallIsLost) {
+  std::mt19937 random(11);
+  for (int round = 0; round < 2000; ++round) {
+    LogTree tree;
+    const int count = 1 + static_cast<int>(random() % 6);
+    for (int i = 0; i < count; ++i)
+      tree.Add(ParseLogLine("ingest", CallLine(random() % 3 == 0 ? "called" : "call", std::to_string(i),
+                                               std::to_string(random() % 7), 10 + i, 1)));
+    int seen = 0;
+    std::set<std::string> spans;
+    const nlohmann::json json = tree.ToJson();
+    for (const nlohmann::json& call : json["calls"]) {
+      seen += call.contains("dur_ms_to_who_asked") ? 2 : 1;
+      EXPECT_TRUE(spans.insert(call["span_id"]).second) << round;
+    }
+    ASSERT_EQ(seen, count) << round << "\n" << tree.ToText();
+  }
+}
+
 TEST(LogTree, LinesThatLieDoNotHangIt) {
   LogTree tree;
   for (const auto& [span, parent] :
        {std::pair("a", "a"), std::pair("b", "c"), std::pair("c", "b"), std::pair("a", "b")})
     tree.Add(ParseLogLine("ingest", CallLine("call", span, parent, 10, -1e300)));
   EXPECT_FALSE(tree.ToText().empty());
+  EXPECT_EQ(tree.ToJson()["calls"].size(), 3u);
   LogTree full;
   const LogLine line = ParseLogLine("ingest", CallLine("call", "a", "", 10, 1));
   std::size_t count = 0;

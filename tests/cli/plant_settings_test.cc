@@ -15,6 +15,7 @@ std::string Refusal(const std::string& text) {
 TEST(PlantSettings, AreReadAsTheyWereWritten) {
   PlantSettings settings;
   settings.base_port = 8400;
+  settings.metrics_port = 9100;
   settings.listen = "0.0.0.0";
   settings.announce = "plant.example";
   settings.blob_store = "s3:///etc/sixpoint/s3.yaml";
@@ -22,6 +23,7 @@ TEST(PlantSettings, AreReadAsTheyWereWritten) {
   const auto read = ParseSettings("plant.json", SettingsText(settings));
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(read->base_port, 8400);
+  EXPECT_EQ(read->MetricsPort(), 9100);
   EXPECT_EQ(read->listen, "0.0.0.0");
   EXPECT_EQ(read->announce, "plant.example");
   EXPECT_EQ(read->blob_store, "s3:///etc/sixpoint/s3.yaml");
@@ -41,6 +43,17 @@ TEST(PlantSettings, AreHeldAgainstWhatTheCommandLineMaySay) {
   EXPECT_THAT(Refusal("{\"listen\": \"0.0.0.0\"}"), HasSubstr("--listen: 0.0.0.0, want --announce too"));
   EXPECT_THAT(Refusal("{\"listen\": \"127.0.0.1 --x\"}"), HasSubstr("want an IP address or a host name"));
   EXPECT_THAT(Refusal("{\"colour\": \"green\"}"), HasSubstr("colour: unknown, want one of base_port"));
+}
+
+TEST(PlantSettings, SayWhereAPlantIsSeen) {
+  EXPECT_EQ(ParseSettings("plant.json", "{\"base_port\": 8400}")->MetricsPort(), 8420);
+  EXPECT_EQ(ParseSettings("plant.json", "{\"metrics_port\": 0}")->MetricsPort(), 0);
+  for (const int own : {7395, 7400, 7405})
+    EXPECT_THAT(Refusal("{\"metrics_port\": " + std::to_string(own) + "}"),
+                HasSubstr("--metrics-port: " + std::to_string(own) + ", want 0 for none, or the first of six ports"));
+  for (const int beside : {7394, 7406}) EXPECT_EQ(Refusal("{\"metrics_port\": " + std::to_string(beside) + "}"), "");
+  EXPECT_THAT(Refusal("{\"metrics_port\": 80}"), HasSubstr("--metrics-port: 80, want 0 for none"));
+  EXPECT_THAT(Refusal("{\"metrics_port\": 65001}"), HasSubstr("metrics_port: 65001, want a whole number from 0 to"));
 }
 
 TEST(PlantSettings, OfAReleaseBeforeMutualTlsAreRead) {

@@ -83,6 +83,29 @@ TEST_F(PlantRefusalsTest, APortThatAnotherHolds) {
   EXPECT_EQ(Run({"down", "--data", other}).exit_code, 0);
 }
 
+// Two plants 20 ports apart, of which one is to serve where the other is seen; each can be told to be seen elsewhere, or not at all.
+TEST_F(PlantRefusalsTest, APortAtWhichItIsToBeSeen) {
+  auto other_program = runtime::ListenAt("127.0.0.1:" + std::to_string(port_ + 23));
+  ASSERT_TRUE(other_program.ok()) << other_program.status();
+  const std::string named = "--metrics-port: 127.0.0.1:" + std::to_string(port_ + 23) +
+                            " (another program or plant listens there), want six ports";
+  ExpectSaid(Up(), named);
+  EXPECT_FALSE(fs::exists(data()));
+  const Answer unseen = Up({"--metrics-port", "0"});
+  ASSERT_EQ(unseen.exit_code, 0) << unseen.text;
+  EXPECT_THAT(unseen.text, HasSubstr("metrics       none"));
+  EXPECT_FALSE(runtime::ListenAt("127.0.0.1:" + std::to_string(port_ + 23)).ok());
+  EXPECT_TRUE(runtime::ListenAt("127.0.0.1:" + std::to_string(port_ + 20)).ok());
+  // What runs holds none of them, so that the program is no part of it.
+  ExpectSaid(Up({"--metrics-port", std::to_string(port_ + 20)}), named);
+  EXPECT_EQ(Run({"status", "--data", data()}).exit_code, 0);
+  const Answer seen = Up({"--metrics-port", std::to_string(port_ + 10)});
+  ASSERT_EQ(seen.exit_code, 0) << seen.text;
+  EXPECT_THAT(seen.text, HasSubstr("metrics       https://127.0.0.1:" + std::to_string(port_ + 10) + "/metrics"));
+  EXPECT_EQ(Up().exit_code, 0);  // kept, and its own
+  EXPECT_FALSE(runtime::ListenAt("127.0.0.1:" + std::to_string(port_ + 15)).ok());
+}
+
 TEST_F(PlantRefusalsTest, SettingsThatAreWrong) {
   ASSERT_EQ(Up().exit_code, 0);
   const std::string running = Pid("all");

@@ -238,6 +238,39 @@ TEST_F(DatabaseTest, AFrozenServerDoesNotHoldTheCallerPastItsDeadline) {
   kill(frozen, SIGCONT);
 }
 
+// Of whatever it answers, for work may take longer than a silence that somebody is told of.
+TEST_F(DatabaseTest, WhenItLastAnsweredIsKnown) {
+  const std::unique_ptr<Database> database = database_.Open(1);
+  auto last = steady_clock::now();
+  const auto heard = [&] {
+    const auto answered = database->use().answered;
+    const bool is_new = answered && *answered > last;
+    last = steady_clock::now();
+    return is_new;
+  };
+  EXPECT_FALSE(heard());
+  {
+    absl::StatusOr<Transaction> transaction = database->Begin(Soon());
+    ASSERT_TRUE(transaction.ok()) << transaction.status();
+    EXPECT_TRUE(heard());
+    EXPECT_FALSE(heard());
+    ASSERT_TRUE(transaction->Execute("SELECT 1").ok());
+    EXPECT_TRUE(heard());
+    ASSERT_FALSE(transaction->Execute("SELECT 1 / 0").ok());
+    EXPECT_TRUE(heard());
+    EXPECT_FALSE(transaction->Commit().ok());
+    EXPECT_TRUE(heard());
+  }
+  absl::StatusOr<Transaction> next = database->Begin(Soon(2));
+  ASSERT_TRUE(next.ok()) << next.status();
+  const auto frozen = static_cast<pid_t>(next->Execute("SELECT pg_backend_pid()")->Int(0, 0));
+  ASSERT_EQ(kill(frozen, SIGSTOP), 0);
+  EXPECT_TRUE(heard());
+  EXPECT_FALSE(next->Execute("SELECT 1").ok());
+  EXPECT_FALSE(heard());
+  kill(frozen, SIGCONT);
+}
+
 TEST_F(DatabaseTest, AServerThatCrashesIsUnavailableAndComesBackByItself) {
   Do("INSERT INTO parents VALUES (1, 1)");
   absl::StatusOr<Transaction> open = database_.database()->Begin(Soon());

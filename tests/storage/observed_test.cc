@@ -41,6 +41,22 @@ class ObservedTest : public ::testing::Test {
     EXPECT_TRUE(transaction->Commit().ok());
     return first;
   }
+  // Rows alone, without what else has to be there for them.
+  void Put(const std::vector<std::string>& statements) {
+    auto transaction = database_.database()->Begin(Soon());
+    ASSERT_TRUE(transaction->Execute("SET LOCAL session_replication_role = replica").ok());
+    for (const std::string& statement : statements) {
+      const auto put = transaction->Execute(statement);
+      ASSERT_TRUE(put.ok()) << put.status();
+    }
+    ASSERT_TRUE(transaction->Commit().ok());
+  }
+  // Of that month's partition of a table; 0: this one.
+  static std::string Partition(const std::string& table, int month) {
+    return "(SELECT partition_name('" + table +
+           "', (date_trunc('month', now() AT TIME ZONE 'UTC') + make_interval(months => " + std::to_string(month) +
+           "))::date))";
+  }
   void Record(const std::string& machine, hours from, std::optional<hours> until, bool is_draft = false) {
     CalibrationRow row;
     row.calibration_id = NewUuid();
@@ -97,6 +113,24 @@ TEST_F(ObservedTest, MonthsAreThoseOfTheTableThatHasFewest) {
   EXPECT_EQ(Months(), 4);
 }
 
+// The newest names would say 5 of each of these.
+TEST_F(ObservedTest, AMonthThatIsMissingAmongOthersIsSeen) {
+  ASSERT_TRUE(MakeMonths(*database_.database(), 5, Soon(60)).ok());
+  Sql("DROP TABLE " + Sql("SELECT " + Partition("denials", 3)));
+  EXPECT_EQ(Months(), 2);
+  Sql("DROP TABLE " + Sql("SELECT " + Partition("requests", 0)));
+  EXPECT_EQ(Months(), -1);
+  ASSERT_TRUE(MakeMonths(*database_.database(), 5, Soon(60)).ok());
+  EXPECT_EQ(Months(), 5);
+}
+
+TEST_F(ObservedTest, ABlobThatIsDamagedInTwoWaysIsOne) {
+  Put(
+      {"INSERT INTO blob_damages (sha256, store, what, detail) SELECT sha256(of), 'postgresql', what, '' FROM (VALUES "
+       "('one'::bytea, 'size'), ('one', 'digest'), ('one', 'digest'), ('two', 'missing')) AS found (of, what)"});
+  EXPECT_EQ(Read<std::int64_t>("ingest", CountDamages), 2);
+}
+
 TEST_F(ObservedTest, AgesAreOfWhatIsInForceOrWasLast) {
   auto transaction = database_.database()->Begin(Soon());
   for (const char* machine : {"m1", "m2", "m3"}) sixpoint::testing::RegisterMachine(*transaction, machine);
@@ -121,6 +155,46 @@ TEST_F(ObservedTest, AgesAreOfWhatIsInForceOrWasLast) {
   EXPECT_NEAR(ages[1].age_s, 20 * 3600, 600);
   EXPECT_NEAR(ages[1].left_s.value_or(0), -10 * 3600, 600);
   EXPECT_EQ(Ages(1).size(), 1u);
+}
+
+// What ended long ago is told of machines that still scan, and of no others.
+TEST_F(ObservedTest, AMachineThatIsGoneIsNotToldForEver) {
+  auto transaction = database_.database()->Begin(Soon());
+  for (const char* machine : {"m1", "m2", "m3"}) sixpoint::testing::RegisterMachine(*transaction, machine);
+  ASSERT_TRUE(transaction->Commit().ok());
+  for (const char* machine : {"m1", "m2"}) Record(machine, hours(-24 * 60), hours(-24 * 31));
+  Record("m3", hours(-24 * 60), hours(-24 * 29));
+  ASSERT_EQ(Ages().size(), 1u);
+  EXPECT_EQ(Ages().front().machine_id, "m3");
+  Put(
+      {"INSERT INTO record_entries (record_id, record_sequence, kind, machine_id, method, software_version, "
+       "requested_by, "
+       "summary, recorded_at) VALUES (least_uuid_of(now()), 1000000, 'scan', 'm2', '', 't', 'users/jane', '{}', "
+       "now())"});
+  ASSERT_EQ(Ages().size(), 2u);
+  EXPECT_EQ(Ages().front().machine_id, "m2");
+  EXPECT_NEAR(Ages().front().left_s.value_or(0), -24 * 31 * 3600, 600);
+}
+
+// The journal holds every scan; asked for all calibrations at once, PostgreSQL reads it from end to end.
+TEST_F(ObservedTest, AgesDoNotReadTheWholeJournal) {
+  const std::string name = "INSERT INTO record_names (record_id, name, record_sequence) SELECT gen_random_uuid(), ";
+  Put({name + "'scans/s' || i, 1000000 + i FROM generate_series(1, 20000) i",
+       name + "'calibrations/c' || i, 2000000 + i FROM generate_series(1, 3000) i",
+       "INSERT INTO calibrations (calibration_id, machine_id, kind, method, inputs, request_sha256, valid_from, "
+       "valid_until, requested_by, software_version) SELECT record_id, 'm' || record_sequence % 20, 'rotation', "
+       "'LINES', "
+       "'{}', sha256(''), now() - interval '1 year', now() + interval '1 min' * (record_sequence - 2002900), "
+       "'users/jane', "
+       "'t' FROM record_names WHERE name LIKE 'calibrations/%'"});
+  Sql("ANALYZE record_names, calibrations");
+  auto transaction = database_.database()->Begin(Soon());
+  const char* const read = "SELECT pg_stat_get_xact_tuples_returned('record_names'::regclass)";
+  const std::int64_t before = transaction->Execute(read)->Int(0, 0);
+  const auto ages = CalibrationAges(*transaction, 100);
+  ASSERT_TRUE(ages.ok()) << ages.status();
+  EXPECT_EQ(ages->size(), 20u);
+  EXPECT_LT(transaction->Execute(read)->Int(0, 0) - before, 1000);
 }
 
 }  // namespace

@@ -20,6 +20,7 @@
 
 #include "services/runtime/credentials.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/listening_sockets.h"
 #include "services/runtime/trace.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "storage/migrate.h"
@@ -108,7 +109,15 @@ class ServerTest : public ::testing::Test {
     of_its_own.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 5000);
     return grpc::CreateCustomChannel(address, credentials, of_its_own);
   }
-  static std::string TcpAddress() { return "127.0.0.1:" + std::to_string(20000 + getpid() % 20000); }
+  // One that the kernel found free, the same throughout a test.
+  const std::string& TcpAddress() {
+    if (tcp_address_.empty()) {
+      const auto sockets = ListenAt("127.0.0.1:0");
+      EXPECT_TRUE(sockets.ok()) << sockets.status();
+      tcp_address_ = "127.0.0.1:" + std::to_string(sockets.ok() ? PortOf(sockets->front()) : 0);
+    }
+    return tcp_address_;
+  }
   std::string Address() const { return "unix:" + folder_ + "/socket"; }
   int Stop(int signal) {
     kill(pid_, signal);
@@ -175,7 +184,7 @@ class ServerTest : public ::testing::Test {
     return ScanService::NewStub(channel_)->GetScan(&context, request, scan);
   }
 
-  std::string folder_;
+  std::string folder_, tcp_address_;
   sixpoint::testing::PlantCertificates certificates_;
   std::shared_ptr<grpc::ChannelCredentials> credentials_ =
       ChannelCredentialsOf(certificates_.User("jane", {identity::Role::kEngineer})).value();
