@@ -15,7 +15,8 @@ struct Group {
 
 const std::vector<Group>& Groups() {
   static const auto* groups = new std::vector<Group>{
-      {"A plant on this machine", {"up", "down", "status", "doctor", "logs", "certs", "accounts", "person", "clearance"}},
+      {"A plant on this machine",
+       {"up", "down", "status", "doctor", "logs", "certs", "accounts", "person", "clearance"}},
       {"What there is", {"machine", "artefact", "part", "blade"}},
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},

@@ -131,9 +131,12 @@ absl::Status ScanService::Upload(grpc::ServerContext* context, UploadStream* str
   if (!slot.ok()) return slot.status();
   runtime::CallWatch watch(&watchdog_, context, runtime::DeadlineWithin(*context, kLongestUpload), stream_patience_);
   v1::UploadScanRequest request;
-  UploadCaller caller{runtime::DeadlineWithin(*context, kLongestUpload), runtime::KeepGoing(*context),
-                      [context] { return runtime::ContextFor(*context); }, runtime::RequestedBy(*context),
-                      runtime::TraceIdOf(*context), runtime::ReaderOf(*context)};
+  UploadCaller caller{runtime::DeadlineWithin(*context, kLongestUpload),
+                      runtime::KeepGoing(*context),
+                      [context] { return runtime::ContextFor(*context); },
+                      runtime::RequestedBy(*context),
+                      runtime::TraceIdOf(*context),
+                      runtime::ReaderOf(*context)};
   absl::StatusOr<std::unique_ptr<ScanUpload>> upload =
       ScanUpload::Begin({store_.get(), &workers_, &plant_, &encoding_}, *std::move(header), std::move(caller));
   if (!upload.ok()) return upload.status();

@@ -37,8 +37,8 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   const storage::PlantStores stores = storage::PlantIn(database);
   services.push_back(
       {v1::PlantService::service_full_name(), std::make_unique<PlantService>(std::move(plant_options), stores)});
-  services.push_back(
-      {v1::RecordService::service_full_name(), std::make_unique<RecordService>(stores.journal, stores.blades), RecordSampled()});
+  services.push_back({v1::RecordService::service_full_name(),
+                      std::make_unique<RecordService>(stores.journal, stores.blades), RecordSampled()});
   services.push_back(
       {v1::CredentialsService::service_full_name(), std::make_unique<CredentialsService>(database, TrustOf(options))});
   SessionDeskOptions desk;

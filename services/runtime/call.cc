@@ -99,8 +99,13 @@ std::unique_ptr<grpc::ClientContext> ContextFor(const grpc::ServerContext& conte
 }
 
 Caller CallerOf(const grpc::ServerContext& context) {
-  return {DeadlineOf(context), [&context] { return ContextFor(context); }, KeepGoing(context), RequestedBy(context),
-          TraceIdOf(context), ReaderOf(context), [&context] { return ContextOf(context); }};
+  return {DeadlineOf(context),
+          [&context] { return ContextFor(context); },
+          KeepGoing(context),
+          RequestedBy(context),
+          TraceIdOf(context),
+          ReaderOf(context),
+          [&context] { return ContextOf(context); }};
 }
 
 std::unique_ptr<grpc::ClientContext> ContextFor(double seconds) {
