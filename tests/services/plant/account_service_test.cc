@@ -40,9 +40,9 @@ class Desk {
   std::string Ask(Method method, const Request& request, Response* response) {
     grpc::ClientContext context;
     context.set_deadline(std::chrono::system_clock::now() + patience);
-    running = &context;
+    SetRunning(&context);
     last_ = runtime::FromGrpc((stub_.get()->*method)(&context, request, response));
-    running = nullptr;
+    SetRunning(nullptr);
     const std::string reason = runtime::ReasonOf(last_);
     return reason.empty() ? absl::StatusCodeToString(last_.code()) : reason;
   }
@@ -61,10 +61,14 @@ class Desk {
     request.set_client_address("192.0.2.1");
     return Ask(&Stub::SignInWithIdToken, request, session);
   }
+  // What is asked now by another thread.
+  void Cancel() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (running_ != nullptr) running_->TryCancel();
+  }
   const absl::Status& last() const { return last_; }
   std::vector<runtime::RefusedSignIn> refused;
   std::chrono::milliseconds patience{60000};
-  std::atomic<grpc::ClientContext*> running{nullptr};
 
  private:
   SessionDeskOptions Options(testing::PlantCertificates& certificates, std::unique_ptr<IdentityProvider> provider) {
@@ -80,7 +84,13 @@ class Desk {
     return options;
   }
 
+  void SetRunning(grpc::ClientContext* context) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    running_ = context;
+  }
+
   std::mutex mutex_;
+  grpc::ClientContext* running_ = nullptr;
   AccountService service_;
   testing::InProcessServer server_;
   const std::unique_ptr<Stub> stub_;
@@ -304,7 +314,7 @@ TEST_F(AccountServiceTest, WhatIsNotRefusedIsNotCounted) {
     desk_.patience = std::chrono::seconds(60);
     std::thread gone([&] { EXPECT_EQ(desk_.SignIn("users/jane", kPassword, &session_), "CANCELLED"); });
     EXPECT_EQ(FailedOnceSettled("2"), "2");  // of the account, and of the address, while it is judged
-    if (grpc::ClientContext* const context = desk_.running) context->TryCancel();
+    desk_.Cancel();
     gone.join();
     std::this_thread::sleep_for(std::chrono::milliseconds(300));  // for the server to hear of it
   }
