@@ -45,8 +45,8 @@ std::vector<Reading> SecondsLeft(const std::vector<std::pair<std::string, std::f
 
 }  // namespace
 
-Observation::Observation(const ServerOptions& options, storage::Database* database, const Access* access,
-                         Denials* denials)
+Observation::Observation(const ServerOptions& options, storage::Database* database, storage::Database* own_database,
+                         const Access* access, Denials* denials)
     : options_(options), database_(database), access_(*access), denials_(*denials), process_(options.area) {
   const auto add = [this](const char* name, const char* help, std::vector<std::string> labels, Computed::Ask ask) {
     own_.push_back(std::make_unique<Computed>(name, help, std::move(labels), std::move(ask)));
@@ -62,8 +62,8 @@ Observation::Observation(const ServerOptions& options, storage::Database* databa
           [this] { return static_cast<double>(database_->use().size); });
   add_one("sixpoint_database_pool_in_use", "Connections to the database that are in use.",
           [this] { return static_cast<double>(database_->use().in_use); });
-  add("sixpoint_database_silence_seconds", "Time since the database last answered.", {}, [this] {
-    const auto answered = database_->use().answered;
+  add("sixpoint_database_silence_seconds", "Time since the database last answered.", {}, [this, own_database] {
+    const auto answered = std::max(database_->use().answered, own_database->use().answered);
     if (!answered) return std::vector<Reading>();
     return std::vector<Reading>{{{}, Seconds(std::chrono::steady_clock::now() - *answered).count()}};
   });

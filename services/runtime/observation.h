@@ -22,8 +22,9 @@ namespace sixpoint::runtime {
 
 class Observation {
  public:
-  // All live longer.
-  Observation(const ServerOptions& options, storage::Database* database, const Access* access, Denials* denials);
+  // All live longer. database: of the calls; own_database: which is asked each second, calls or not.
+  Observation(const ServerOptions& options, storage::Database* database, storage::Database* own_database,
+              const Access* access, Denials* denials);
 
   // From now on it is answered, where the options say at which address: of these services' calls, and of what is sampled of them,
   // which it takes. Before calls come.

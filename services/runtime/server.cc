@@ -284,7 +284,7 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   };
   SessionEnds session_ends;
   const Access access(&trust, &session_ends, MachineBy(database.get()));
-  Observation observation(options, database.get(), &access, &denials);
+  Observation observation(options, database.get(), own_database.get(), &access, &denials);
   std::vector<ServedService> services = factory(options, database.get());
   OpenConnections connections(connection_limits);
   const Clearance clearance(storage::ClearancesIn(database.get()));

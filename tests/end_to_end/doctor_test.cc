@@ -170,11 +170,17 @@ TEST_F(DoctorTest, WhatIsBrokenInProcessesAndCertificates) {
                     calibration = data() + "/certificates/calibration/identity.pem", authority = data() + "/authority/";
   ShellOutput("chmod 644 " + correction);
   // The certificate of another key, and one whose time is over.
-  ShellOutput("(openssl pkey -in " + correction + "; openssl x509 -in " + inspection + ") > " + inspection +
-              ".new; cat " + inspection + ".new > " + inspection + "; rm " + inspection + ".new");
-  ShellOutput("(openssl pkey -in " + calibration + "; openssl x509 -in " + calibration + " -CA " + authority +
-              "authority.pem -CAkey " + authority + "key.pem -days -1) > " + calibration + ".new; cat " + calibration +
-              ".new > " + calibration + "; rm " + calibration + ".new");
+  const auto replace = [](const std::string& file, const std::string& certificate, const std::string& key_of) {
+    // Whole: gRPC ends a process that reads an empty one.
+    const std::string made = file + ".new";
+    ShellOutput("(openssl pkey -in " + key_of + "; " + certificate + ") > " + made + "; chmod 600 " + made +
+                "; chown --reference=" + file + " " + made + "; mv " + made + " " + file);
+  };
+  replace(inspection, "openssl x509 -in " + inspection, correction);
+  replace(calibration,
+          "openssl x509 -in " + calibration + " -CA " + authority + "certificate.pem -CAkey " + authority +
+              "key.pem -days -1",
+          calibration);
   ShellOutput("kill -SEGV " + Pid("registration"));
   const Told told = AskUntil([](const Told& now) { return now.Grade("crashes") == "WRONG"; });
   ExpectTold(told, "watchdog", "WRONG", "does not run (STOPPED)");
