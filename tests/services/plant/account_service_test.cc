@@ -456,8 +456,8 @@ TEST_F(OidcTest, ANameThatThePlantKnowsIsNotTaken) {
   Desk desk(as_plant_.get(), certificates_, Provider(identity::Role::kEngineer));
   for (const auto& [known_by, again] : std::vector<std::pair<std::string, std::string>>{
            {"SELECT pseudonym_of('users/jane')", "SELECT forget_person('jane')"},
-           {"INSERT INTO clearance_events (event_id, holder, scope, granted, requested_by, request_id) VALUES "
-            "(gen_random_uuid(), 'users/jane', 'customers/acme', true, 'users/it', gen_random_uuid())",
+           {"INSERT INTO clearance_events (event_id, holder, scope, granted, requested_by, request_id, took_effect) "
+            "VALUES (gen_random_uuid(), 'users/jane', 'customers/acme', true, 'users/it', gen_random_uuid(), true)",
             "SELECT forget_person('jane')"},
            {"INSERT INTO credential_offers (pickup_sha256, sealed, identity, offered_by, expires_at) VALUES "
             "(sha256('x'), 'x', 'users/jane', 'users/it', clock_timestamp() + interval '1 hour')",
