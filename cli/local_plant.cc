@@ -147,7 +147,10 @@ absl::Status WriteSupervisorConfig(const LocalPlant& plant, Programs programs) {
 
 // PostgreSQL alone, where nothing runs yet: no service of the new release may meet the old schema. Says whether it was started here.
 absl::StatusOr<bool> StartDatabase(const LocalPlant& plant) {
-  if (SupervisorRuns(plant)) return false;
+  if (SupervisorRuns(plant)) {
+    Supervisorctl(plant.supervisor_config(), {"start", "postgres"});  // where a person had stopped it
+    return false;
+  }
   if (absl::Status status = WriteSupervisorConfig(plant, Programs::kDatabase); !status.ok()) return status;
   const Finished started = RunProgram(AsServiceUser({"supervisord", "-c", plant.supervisor_config().string()}));
   if (started.exit_code != 0) return absl::InternalError("supervisord: " + started.output);
@@ -173,6 +176,7 @@ absl::Status StartServices(const LocalPlant& plant, bool all_start) {
     programs_changed = programs_changed || Newer(program, plant.supervisor_config());
   if (absl::Status status = WriteSupervisorConfig(plant, Programs::kAll); !status.ok()) return status;
   Supervisorctl(plant.supervisor_config(), {"update"});
+  Supervisorctl(plant.supervisor_config(), {"start", "all"});  // what a person had stopped, or was given up
   if (all_start || !programs_changed) return absl::OkStatus();
   std::vector<std::string> restart = {"restart", "watchdog"};
   restart.insert(restart.end(), kAreas.begin(), kAreas.end());

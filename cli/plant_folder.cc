@@ -30,8 +30,9 @@ absl::Status RefuseFolder(const fs::path& folder, const std::string& what, const
 // Never through a link. A folder that is another's stays as it is.
 absl::Status MakeFolder(const fs::path& folder, uid_t uid, gid_t gid, mode_t mode) {
   const bool made = mkdir(folder.c_str(), 0700) == 0;
-  if (const int why = errno; !made && why != EEXIST)  // asking for the user's name sets it anew
-    return RefuseFolder(folder, std::strerror(why), "a folder that " + UserName(geteuid()) + " can write");
+  const int error = errno;
+  if (!made && error != EEXIST)
+    return RefuseFolder(folder, std::strerror(error), "a folder that " + UserName(geteuid()) + " can write");
   const Descriptor opened(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
   struct stat found {};
   if (opened.number() < 0 || fstat(opened.number(), &found) != 0)

@@ -1,5 +1,8 @@
 // `sixpoint doctor`: what is wrong with a plant, and what to do about it.
+#include <grpc/support/log.h>
+
 #include <algorithm>
+#include <cctype>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -77,6 +80,8 @@ absl::StatusOr<Facts> Gather(Session* session, bool is_remote) {
 }
 
 absl::Status Doctor(Session* session, bool is_remote) {
+  // What hangs up on us is told in our words.
+  gpr_set_log_function([](gpr_log_func_args*) {});
   const absl::StatusOr<Facts> facts = Gather(session, is_remote);
   if (!facts.ok()) return facts.status();
   const Findings findings = doctor::Judge(*facts);

@@ -128,6 +128,9 @@ std::string BytesText(double bytes) {
 void JudgeHost(const Facts& facts, Findings* findings) {
   if (facts.is_local) {
     for (const Disk& disk : facts.host.disks) JudgeDisk(disk, findings);
+    if (facts.blobs_in_object_store)
+      findings->push_back({"disk: clouds", Grade::kUnknown,
+                           "new clouds go to an object store; how much room it has its owner can say", ""});
     JudgeMemory(facts.host, findings);
     JudgeKernel(facts.host, findings);
   }

@@ -54,7 +54,9 @@ class CallLog : public grpc::experimental::Interceptor {
     --calls_in_flight;
     {
       const std::lock_guard<std::mutex> lock(Open().mutex);
-      Open().by_context.erase(&context_);
+      // Its context may be gone before it, and another call's lie in the same place.
+      const auto own = Open().by_context.find(&context_);
+      if (own != Open().by_context.end() && own->second == facts_) Open().by_context.erase(own);
     }
     CallEnds(counts_, code_, Clock::now() - begin_);
     const bool is_nobodys = facts_ == nullptr || facts_->caller().empty();

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "identity/certificates.h"
 #include "services/runtime/listening_sockets.h"
 #include "tests/end_to_end/plant_on_this_machine.h"
 #include "tests/end_to_end/plant_processes.h"
@@ -61,6 +62,20 @@ class DoctorTest : public PlantOnThisMachine {
     EXPECT_EQ(told.Grade(check), grade) << check << "\n" << told.answer.dump(1);
     EXPECT_THAT(told.Words(check), HasSubstr(words)) << check;
     EXPECT_EQ(told.Of(check, "next").empty(), grade == "OK") << check;
+  }
+  // The same certificate of the same authority, with an end that is past.
+  void Expire(const std::string& identity_file) const {
+    const identity::AuthorityKey authority{
+        identity::KeyOfPem(ReadFile(data() + "/authority/key.pem")).value(),
+        identity::CertificateOfPem(ReadFile(data() + "/certificates/authority.pem")).value()};
+    const identity::OwnKey own = identity::OwnKeyOf(ReadFile(identity_file)).value();
+    const identity::IssuedCertificate known = identity::IssuedOf(own.certificate.get()).value();
+    const auto now = std::chrono::system_clock::now();
+    const identity::Certificate expired =
+        identity::NewCertificate(authority, own.key.get(), known.identity, known.hosts,
+                                 {now - std::chrono::hours(2), now - std::chrono::hours(1)})
+            .value();
+    std::ofstream(identity_file) << identity::PemOf(own.key.get()).value() << identity::PemOf(expired.get()).value();
   }
   static std::string Everything(const fs::path& folder) {
     return ShellOutput("{ find " + folder.string() + " -printf '%p %U %m %C@ %l\\n' | sort; find " + folder.string() +
@@ -167,22 +182,14 @@ TEST_F(DoctorTest, WhatIsBrokenInProcessesAndCertificates) {
   ASSERT_EQ(ServiceShellOutput("kill -STOP " + stuck), "");
   const std::string correction = data() + "/certificates/correction/identity.pem",
                     inspection = data() + "/certificates/inspection/identity.pem",
-                    calibration = data() + "/certificates/calibration/identity.pem", authority = data() + "/authority/";
+                    calibration = data() + "/certificates/calibration/identity.pem";
   ShellOutput("chmod 644 " + correction);
   // The certificate of another key, and one whose time is over.
-  const auto replace = [](const std::string& file, const std::string& certificate, const std::string& key_of) {
-    // Whole: gRPC ends a process that reads an empty one.
-    const std::string made = file + ".new";
-    ShellOutput("(openssl pkey -in " + key_of + "; " + certificate + ") > " + made + "; chmod 600 " + made +
-                "; chown --reference=" + file + " " + made + "; mv " + made + " " + file);
-  };
-  replace(inspection, "openssl x509 -in " + inspection, correction);
-  replace(calibration,
-          // The same again by a request: what is not its own signer's, openssl signs by no other way.
-          "openssl x509 -x509toreq -copy_extensions copyall -in " + calibration + " -signkey " + calibration +
-              " | openssl x509 -req -copy_extensions copyall -CA " + authority + "certificate.pem -CAkey " + authority +
-              "key.pem -days -1",
-          calibration);
+  // Whole: gRPC ends a process that reads an empty one.
+  ShellOutput("(openssl pkey -in " + correction + "; openssl x509 -in " + inspection + ") > " + inspection +
+              ".new; chmod 600 " + inspection + ".new; chown --reference=" + inspection + " " + inspection +
+              ".new; mv " + inspection + ".new " + inspection);
+  Expire(calibration);
   ShellOutput("kill -SEGV " + Pid("registration"));
   const Told told = AskUntil([](const Told& now) { return now.Grade("crashes") == "WRONG"; });
   ExpectTold(told, "watchdog", "WRONG", "does not run (STOPPED)");
@@ -203,7 +210,8 @@ TEST_F(DoctorTest, WhatIsBrokenInProcessesAndCertificates) {
   other->clear();
 
   // `up` mends what it can: keys that do not fit, certificates that ended.
-  { const Answer up = Up(); EXPECT_EQ(up.exit_code, 0) << up.text; }
+  const Answer up = Up();
+  EXPECT_EQ(up.exit_code, 0) << up.text;
   const Told mended = AskUntil([](const Told& now) { return now.Grade("certificate: calibration") == "OK"; });
   for (const char* check : {"certificate: inspection", "certificate: calibration", "watchdog", "ports"})
     EXPECT_EQ(mended.Grade(check), "OK") << check << ": " << mended.Words(check);

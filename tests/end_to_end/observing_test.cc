@@ -124,7 +124,7 @@ TEST_F(ObservingTest, OneTraceRunsThroughAllServices) {
     const json& span = line["resourceSpans"][0]["scopeSpans"][0]["spans"][0];
     EXPECT_TRUE(spans.insert(span["spanId"].get<std::string>()).second);
     EXPECT_EQ(span["traceId"], kTraceId);
-    EXPECT_LT(text.size(), 16384u);
+    EXPECT_LT(text.size(), 2048u);
   }
   EXPECT_GE(spans.size(), trace["calls"].size());
 

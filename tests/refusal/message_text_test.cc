@@ -34,5 +34,16 @@ TEST(Rounded, KeepsSixDigitsAndNoZerosBehind) {
   EXPECT_EQ(Rounded(12.3456789), "12.3457");
 }
 
+// Neither the controls of ASCII nor those that UTF-8 has beside them (U+0080 to U+009F), which terminals obey as well.
+TEST(Tame, LeavesNoControlCharacter) {
+  EXPECT_EQ(Tame("\x1b[2J\x7f\n", 80), "?[2J??");
+  EXPECT_EQ(Tame("\xc2\x9b"
+                 "31m \xc2\x80 \xc2\x9f",
+                 80),
+            "??31m ?? ??");
+  EXPECT_EQ(Tame("\xc2\xa0\xc2\xb5\xc3\xa4 \xe2\x82\xac", 80), "\xc2\xa0\xc2\xb5\xc3\xa4 \xe2\x82\xac");
+  EXPECT_EQ(Tame("\xc2", 80), "?");
+}
+
 }  // namespace
 }  // namespace sixpoint
