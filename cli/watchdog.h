@@ -14,7 +14,7 @@ class Watch {
   bool IsStuckAfter(const std::string& health);
 
  private:
-  int silent_count_ = 0, away_count_ = 0;
+  int silent_count_ = 0, unanswered_count_ = 0;  // in a row
 };
 
 }  // namespace sixpoint::cli

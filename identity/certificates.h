@@ -1,4 +1,5 @@
-// A plant's certificates, made and read: the authority's own, and those that it gives. Private to the room.
+// A plant's certificates, made and read: the authority's own, and those that it gives. Private to the room, but OwnKeyOf, for
+// whoever serves by such a file.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -100,6 +100,12 @@ absl::StatusOr<Identity> IdentityOf(const std::string& text, const std::vector<R
   return Identity{*kind, text.substr(slash + 1), *std::move(its_roles)};
 }
 
+bool IsUser(const std::string& text) {
+  return IdentityOf(text, {Role::kMesReader}).ok();
+}  // no machine or service has that
+
+bool IsIdentity(const std::string& text) { return IsUser(text) || IdentityOf(text, {}).ok(); }
+
 std::vector<std::string> UrisOf(const Identity& identity) {
   const std::string urn(kUrn);
   std::vector<std::string> uris{urn + KindText(identity.kind) + ":" + identity.name};

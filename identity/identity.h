@@ -36,6 +36,9 @@ std::string RoleText(Role role);
 absl::StatusOr<Role> RoleOf(const std::string& field, const std::string& text);
 // Of "machines/m1" and the like. `roles`: a user's, at least one of engineer, quality, mes-reader and admin; none of others.
 absl::StatusOr<Identity> IdentityOf(const std::string& text, const std::vector<Role>& roles);
+// Whether a text names somebody, of whatever roles; a user.
+bool IsIdentity(const std::string& text);
+bool IsUser(const std::string& text);
 
 // As subject alternative names (RFC 5280): urn:sixpoint:machines:m1, urn:sixpoint:users:jane, urn:sixpoint:roles:engineer.
 std::vector<std::string> UrisOf(const Identity& identity);

@@ -1,4 +1,5 @@
-// OpenSSL's objects as C++ owns them, its errors as ours, and its forms of text, time and number. Private to the room.
+// OpenSSL's objects as C++ owns them, its errors as ours, and its forms of text, time and number. Private to the room and
+// to whoever uses OpenSSL beside it.
 #pragma once
 
 #include <absl/status/statusor.h>

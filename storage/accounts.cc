@@ -22,7 +22,6 @@ constexpr char kKnown[] =
     "SELECT EXISTS (SELECT 1 FROM persons WHERE user_name = substr($1::text, 7)) "
     "OR EXISTS (SELECT 1 FROM credential_offers WHERE identity = $1) "
     "OR EXISTS (SELECT 1 FROM certificate_renewals WHERE identity = $1)";
-constexpr char kNow[] = "SELECT clock_timestamp()";
 
 std::string WordOf(AccountEvent event) {
   switch (event) {
@@ -42,13 +41,6 @@ std::string WordOf(AccountEvent event) {
       return "signed_out";
   }
   return "";
-}
-
-void AddTextOrNull(Params& params, const std::string& text) {
-  if (text.empty())
-    params.Null();
-  else
-    params.Text(text);
 }
 
 std::string TextOrEmpty(const Rows& rows, int row, int column) {
@@ -95,9 +87,7 @@ absl::StatusOr<std::vector<AccountRow>> ListAccounts(Transaction& transaction, c
 absl::StatusOr<bool> InsertAccount(Transaction& transaction, const AccountRow& account) {
   Params params;
   params.Text(account.name).Text(account.sign_in_method).Texts(account.roles);
-  AddTextOrNull(params, account.password_phc);
-  AddTextOrNull(params, account.issuer);
-  AddTextOrNull(params, account.issuer_subject);
+  params.OptionalText(account.password_phc).OptionalText(account.issuer).OptionalText(account.issuer_subject);
   const absl::StatusOr<Rows> inserted = transaction.Execute(kInsert, params);
   if (!inserted.ok()) return inserted.status();
   return inserted->affected() == 1;
@@ -105,9 +95,7 @@ absl::StatusOr<bool> InsertAccount(Transaction& transaction, const AccountRow& a
 
 absl::Status UpdateAccount(Transaction& transaction, const AccountRow& account) {
   Params params;
-  params.Text(account.name).Texts(account.roles);
-  AddTextOrNull(params, account.password_phc);
-  params.Bool(account.disabled);
+  params.Text(account.name).Texts(account.roles).OptionalText(account.password_phc).Bool(account.disabled);
   const absl::StatusOr<Rows> updated = transaction.Execute(kUpdate, params);
   if (!updated.ok()) return updated.status();
   return updated->affected() == 1 ? absl::OkStatus() : absl::InternalError("accounts: a row that was there is not");
@@ -124,12 +112,6 @@ absl::StatusOr<bool> IsSomebody(Transaction& transaction, const std::string& nam
   const absl::StatusOr<Rows> rows = transaction.Execute(kKnown, Params().Text(name));
   if (!rows.ok()) return rows.status();
   return rows->Checked(rows->Bool(0, 0));
-}
-
-absl::StatusOr<Instant> DatabaseNow(Transaction& transaction) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kNow);
-  if (!rows.ok()) return rows.status();
-  return rows->Checked(rows->Time(0, 0));
 }
 
 }  // namespace sixpoint::storage

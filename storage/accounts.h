@@ -43,7 +43,5 @@ absl::Status AppendAccountEvent(Transaction& transaction, const AccountRow& acco
 // Whether the plant knows a person of that name (users/jane), with an account or without: he asked for something, was cleared for
 // something, or was offered a certificate.
 absl::StatusOr<bool> IsSomebody(Transaction& transaction, const std::string& name);
-// What sessions are dated by.
-absl::StatusOr<Instant> DatabaseNow(Transaction& transaction);
 
 }  // namespace sixpoint::storage

@@ -43,7 +43,6 @@ constexpr char kInsertPoses[] =
     "FROM unnest($2::double precision[], $3::double precision[], $4::double precision[], $5::text[], "
     "$6::double precision[]) WITH ORDINALITY AS pose (a_deg, b_deg, distance_um, held_out, before_um, position)";
 
-constexpr char kSelectNow[] = "SELECT clock_timestamp()";
 constexpr char kSelectHead[] = SIXPOINT_SELECT_HEADS "calibration_id = $1";
 constexpr char kSelectInForce[] = SIXPOINT_SELECT_HEADS
     "calibration_id = (SELECT f.calibration_id FROM calibration_forces f "
@@ -341,12 +340,6 @@ absl::StatusOr<Recorded> InsertCalibration(Transaction& transaction, const Calib
                                         : InsertRotation(transaction, c.calibration_id, *c.rotation);
   if (!result.ok()) return result;
   return AppendRecord(transaction, c.calibration_id, entry);
-}
-
-absl::StatusOr<Instant> NowOf(Transaction& transaction) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectNow);
-  if (!rows.ok()) return rows.status();
-  return rows->Checked(rows->Time(0, 0));
 }
 
 absl::StatusOr<std::optional<CalibrationRow>> FindCalibration(Transaction& transaction, const std::string& id) {

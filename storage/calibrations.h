@@ -159,9 +159,6 @@ struct CalibrationRow {
 absl::StatusOr<Recorded> InsertCalibration(Transaction& transaction, const CalibrationRow& calibration,
                                            const RecordEntry& entry);
 
-// The database's clock: the one by which validity counts, whatever the clocks of the services say.
-absl::StatusOr<Instant> NowOf(Transaction& transaction);
-
 // With its residuals, and its state as of now.
 absl::StatusOr<std::optional<CalibrationRow>> FindCalibration(Transaction& transaction,
                                                               const std::string& calibration_id);

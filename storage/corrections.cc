@@ -167,7 +167,7 @@ Params CorrectionParams(const CorrectionRow& correction, const KeptTexts& kept) 
   }
   tools.empty() ? params.Null().Null() : params.Reals(tools).Reals(lengths_mm);
   correction.registration_age_h.has_value() ? params.Real(*correction.registration_age_h) : params.Null();
-  correction.clamping.empty() ? params.Null() : params.Text(correction.clamping);
+  params.OptionalText(correction.clamping);
   return params;
 }
 

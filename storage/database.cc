@@ -204,6 +204,12 @@ Transaction::~Transaction() {
   database_->Return(connection_, broken);
 }
 
+absl::StatusOr<Instant> NowOf(Transaction& transaction) {
+  const absl::StatusOr<Rows> rows = transaction.Execute("SELECT clock_timestamp()");
+  if (!rows.ok()) return rows.status();
+  return rows->Checked(rows->Time(0, 0));
+}
+
 absl::StatusOr<Rows> Transaction::Execute(std::string_view sql, const Params& params) { return Run(sql, params, 0); }
 
 absl::StatusOr<Rows> Transaction::ExecuteBinary(std::string_view sql, const Params& params) {

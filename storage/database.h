@@ -47,7 +47,8 @@ class Params {
   Params& Digests(const std::vector<std::string>& hex);                     // bytea[]
   // uuid. A text that is none is an id that nothing has: the nil UUID.
   Params& Uuid(std::string_view id);
-  Params& OptionalUuid(std::string_view id);  // NULL where empty
+  Params& OptionalUuid(std::string_view id);    // NULL where empty
+  Params& OptionalText(std::string_view text);  // NULL of an empty one
   Params& Uuids(const std::vector<std::string>& ids);
   Params& Json(std::string_view value) { return Text(value); }  // cast in the SQL: $n::jsonb
   Params& Null();
@@ -125,6 +126,9 @@ class Transaction {
   pg_conn* connection_;
   Deadline deadline_;
 };
+
+// The database's clock: the one by which validity and sessions count, whatever the clocks of the services say.
+absl::StatusOr<Instant> NowOf(Transaction& transaction);
 
 // Thread-safe.
 class Database {

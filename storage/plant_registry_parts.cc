@@ -189,7 +189,7 @@ absl::StatusOr<PartRow> InsertPart(Transaction& transaction, PartRow part, Recor
   params.Digest(part.tessellation.cad_sha256).Text(part.tessellation.method);
   params.Reals(part.zero_from_part_nominal_rotation).Reals(part.zero_from_part_nominal_translation_mm);
   params.Uuid(record_id);
-  part.customer_id.empty() ? params.Null() : params.Text(part.customer_id);
+  params.OptionalText(part.customer_id);
   if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertRevision, params); !inserted.ok())
     return inserted.status();
   if (const absl::Status holes = InsertHoles(transaction, part); !holes.ok()) return holes;

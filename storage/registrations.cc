@@ -80,7 +80,7 @@ Params RegistrationParams(const RegistrationRow& row) {
     figure.has_value() ? params.Real(*figure) : params.Null();
   row.disagrees.has_value() ? params.Bool(*row.disagrees) : params.Null();
   params.Bool(row.for_inspection);
-  row.clamping.empty() ? params.Null() : params.Text(row.clamping);
+  params.OptionalText(row.clamping);
   params.Json(row.options_json).Json(row.detail_json);
   return params;
 }

@@ -55,7 +55,7 @@ absl::StatusOr<Recorded> InsertStudy(Transaction& transaction, const StudyRow& s
   if (!request_sha256.ok()) return request_sha256.status();
   Params params;
   params.Uuid(study.study_id);
-  study.machine_id.empty() ? params.Null() : params.Text(study.machine_id);
+  params.OptionalText(study.machine_id);
   params.Text(study.kind).Texts(study.inputs).Digest(*request_sha256).Text(study.verdict).Json(study.result_json);
   study.temperature_c ? params.Real(*study.temperature_c) : params.Null();
   params.Text(study.requested_by).Text(study.software_version);

@@ -196,6 +196,7 @@ Params& Params::Digests(const std::vector<std::string>& hex) {
 }
 Params& Params::Uuid(std::string_view id) { return Text(IsUuid(id) ? id : kNilUuid); }
 Params& Params::OptionalUuid(std::string_view id) { return id.empty() ? Null() : Uuid(id); }
+Params& Params::OptionalText(std::string_view text) { return text.empty() ? Null() : Text(text); }
 Params& Params::Uuids(const std::vector<std::string>& ids) {
   std::vector<std::string> known;
   for (const std::string& id : ids) known.emplace_back(IsUuid(id) ? id : kNilUuid);

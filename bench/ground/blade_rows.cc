@@ -8,6 +8,7 @@
 #include "storage/registrations.h"
 #include "storage/scans.h"
 #include "tests/support/registered.h"
+#include "tests/support/sample_calibrations.h"
 
 namespace sixpoint::bench {
 namespace {
@@ -126,26 +127,9 @@ storage::InspectionRow InspectionOf(const Registry& registry, const std::string&
 Registry MakeRegistry(storage::Database* database) {
   testing::RegisterUsual(database);
   storage::Transaction transaction = Begin(database);
-  storage::CalibrationRow sensor, rotation;
-  sensor.method = "JOINT";
-  sensor.sensor.emplace();
-  sensor.sensor->machine_from_sensor_rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  sensor.sensor->t_sm_mm = {1, 2, 3};
-  sensor.sensor->covariance = std::vector<double>(36, 1e-6);
-  sensor.sensor->alpha_standard_uncertainty_deg = sensor.sensor->beta_standard_uncertainty_deg = 0.1;
-  sensor.sensor->gamma_standard_uncertainty_deg = 0.1;
-  sensor.sensor->condition_number = sensor.sensor->points_used = 1;
-  rotation.method = "LINES";
-  rotation.rotation.emplace();
-  rotation.rotation->a_direction = {0, 1, 0};
-  rotation.rotation->b_direction = {1, 0, 0};
-  rotation.rotation->a_point_mm = rotation.rotation->b_point_mm = rotation.rotation->point_c_mm = {1, 2, 3};
-  rotation.rotation->point_c_standard_uncertainty_mm = {0.1, 0.1, 0.1};
-  rotation.rotation->covariance = std::vector<double>(64, 0);
-  rotation.rotation->condition_number = 1;
   Registry registry;
-  registry.sensor_calibration_id = Calibrate(transaction, sensor);
-  registry.rotation_calibration_id = Calibrate(transaction, rotation);
+  registry.sensor_calibration_id = Calibrate(transaction, testing::SampleSensorCalibration());
+  registry.rotation_calibration_id = Calibrate(transaction, testing::SampleRotationCalibration());
   Commit(&transaction);
   return registry;
 }

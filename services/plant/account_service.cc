@@ -27,8 +27,7 @@ using storage::Transaction;
 constexpr std::string_view kUsers = "users/";
 
 absl::Status CheckName(const std::string& name) {
-  const auto person = identity::IdentityOf(name, {Role::kMesReader});  // no machine or service has that
-  if (person.ok()) return absl::OkStatus();
+  if (identity::IsUser(name)) return absl::OkStatus();
   return runtime::Refuse("name", name, "users/ and 1 to 64 of A-Z, a-z, 0-9, '.', '_', '-', the first not '.'");
 }
 

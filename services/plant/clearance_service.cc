@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "identity/identity.h"
+#include "services/plant/in_transaction.h"
 #include "services/runtime/call.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
@@ -20,11 +21,8 @@ namespace {
 using runtime::ToGrpc;
 
 absl::Status CheckHolder(const std::string& holder) {
-  const bool is_user = holder.rfind("users/", 0) == 0, is_machine = holder.rfind("machines/", 0) == 0;
-  // A user has some role; which is not asked.
-  const std::vector<identity::Role> roles =
-      is_user ? std::vector{identity::Role::kMesReader} : std::vector<identity::Role>{};
-  if ((is_user || is_machine) && identity::IdentityOf(holder, roles).ok()) return absl::OkStatus();
+  const bool is_machine = holder.rfind("machines/", 0) == 0;
+  if (identity::IsUser(holder) || (is_machine && identity::IsIdentity(holder))) return absl::OkStatus();
   return runtime::Refuse("holder", holder, "users/NAME or machines/ID");
 }
 
@@ -60,30 +58,26 @@ grpc::Status ClearanceService::GrantClearance(grpc::ServerContext* context, cons
                                               v1::Clearance* response) {
   const absl::StatusOr<storage::ClearanceOrder> order = OrderOf(*request, *context);
   if (!order.ok()) return ToGrpc(order.status());
-  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
-  if (!transaction.ok()) return ToGrpc(transaction.status());
-  const absl::StatusOr<storage::ClearanceRow> granted = storage::GrantClearance(*transaction, *order);
-  if (!granted.ok()) return ToGrpc(granted.status());
-  if (absl::Status committed = transaction->Commit(); !committed.ok()) return ToGrpc(committed);
-  *response = ToProto(*granted);
-  return grpc::Status::OK;
+  const auto granted = InTransaction(database_, *context, [&](storage::Transaction& transaction) {
+    return storage::GrantClearance(transaction, *order);
+  });
+  if (granted.ok()) *response = ToProto(*granted);
+  return ToGrpc(granted.status());
 }
 
 grpc::Status ClearanceService::WithdrawClearance(grpc::ServerContext* context,
                                                  const v1::WithdrawClearanceRequest* request, v1::Clearance* response) {
   const absl::StatusOr<storage::ClearanceOrder> order = OrderOf(*request, *context);
   if (!order.ok()) return ToGrpc(order.status());
-  absl::StatusOr<storage::Transaction> transaction = database_->Begin(runtime::DeadlineOf(*context));
-  if (!transaction.ok()) return ToGrpc(transaction.status());
-  const absl::StatusOr<std::optional<storage::ClearanceRow>> withdrawn =
-      storage::WithdrawClearance(*transaction, *order);
+  const auto withdrawn = InTransaction(database_, *context, [&](storage::Transaction& transaction) {
+    return storage::WithdrawClearance(transaction, *order);
+  });
   if (!withdrawn.ok()) return ToGrpc(withdrawn.status());
   if (!withdrawn->has_value())
     return ToGrpc(
         runtime::Failure(errors::v1::CLEARANCE_NOT_FOUND,
                          "clearance: of " + order->holder + " for " + order->scope + ", want one that was granted",
                          {{"resource", order->holder}}));
-  if (absl::Status committed = transaction->Commit(); !committed.ok()) return ToGrpc(committed);
   *response = ToProto(**withdrawn);
   return grpc::Status::OK;
 }

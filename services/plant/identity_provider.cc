@@ -1,13 +1,12 @@
 #include "services/plant/identity_provider.h"
 
-#include <sys/stat.h>
 #include <yaml-cpp/yaml.h>
 
-#include <fstream>
 #include <map>
 #include <set>
 #include <utility>
 
+#include "identity/files.h"
 #include "services/plant/key_set_fetch.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/log.h"
@@ -22,7 +21,7 @@ constexpr std::chrono::milliseconds kFetchPatience{5000};
 constexpr seconds kKeysLast{3600}, kBetweenTries{60}, kBetweenTriesWithout{5};
 // Keys that could not be got anew count no longer than this.
 constexpr seconds kOldestKeys{24 * 3600};
-constexpr off_t kLongestConfig_bytes = 65536;
+constexpr std::size_t kLongestConfig_bytes = 65536;
 
 // Every key a known one with one text, but `roles` and `persons`.
 struct Texts {
@@ -33,12 +32,11 @@ struct Texts {
 absl::StatusOr<Texts> ReadTexts(const std::string& path) {
   static const std::set<std::string> kKnown = {"issuer",  "client_id",  "keys_url",   "keys_file",
                                                "ca_file", "name_claim", "roles_claim"};
-  struct stat file {};
-  if (stat(path.c_str(), &file) != 0 || !S_ISREG(file.st_mode) || file.st_size > kLongestConfig_bytes)
-    return Refuse("--oidc", path, "a file of at most 64 KiB");
+  const absl::StatusOr<std::string> text = identity::ReadFile(path, kLongestConfig_bytes);
+  if (!text.ok()) return Refuse("--oidc", path, "a file of at most 64 KiB");
   Texts texts;
   try {
-    const YAML::Node root = YAML::LoadFile(path);
+    const YAML::Node root = YAML::Load(*text);
     if (!root.IsMap()) return Refuse(path, "something else", "keys and values (issuer, client_id, ...)");
     std::set<std::string> seen;
     for (const auto& entry : root) {
@@ -67,8 +65,7 @@ absl::StatusOr<std::map<std::string, std::string>> PersonsOf(const std::string& 
   std::set<std::string> seen;
   runtime::Refusals refusals;
   for (const auto& [subject, name] : texts.persons) {
-    const auto person = identity::IdentityOf(name, {identity::Role::kMesReader});  // no machine or service has that
-    if (!person.ok())
+    if (!identity::IsUser(name))
       refusals.Add(Refuse(path + ": persons." + subject, name, "users/NAME"));
     else if (!seen.insert(name).second)
       refusals.Add(Refuse(path + ": persons." + subject, name + ", another subject's too", "one subject of each"));
@@ -79,18 +76,6 @@ absl::StatusOr<std::map<std::string, std::string>> PersonsOf(const std::string& 
 }
 
 bool IsHttps(const std::string& url) { return url.rfind("https://", 0) == 0 && url.size() > 8 && url.size() <= 1024; }
-
-absl::StatusOr<std::string> ReadSmallFile(const std::string& path) {
-  struct stat file {};
-  if (stat(path.c_str(), &file) != 0 || !S_ISREG(file.st_mode) ||
-      file.st_size > static_cast<off_t>(identity::kLongestKeySet_bytes))
-    return absl::UnavailableError("keys: " + path + ", want a file of at most 256 KiB");
-  std::ifstream in(path, std::ios::binary);
-  std::string text(static_cast<std::size_t>(file.st_size), '\0');
-  in.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
-  return text;
-}
 
 }  // namespace
 
@@ -148,18 +133,28 @@ absl::StatusOr<identity::KeySet> IdentityProvider::Get() const {
   const absl::StatusOr<std::string> json =
       config_.keys_file.empty()
           ? FetchByHttps(config_.keys_url, config_.ca_file, identity::kLongestKeySet_bytes, kFetchPatience)
-          : ReadSmallFile(config_.keys_file);
+          : identity::ReadFile(config_.keys_file, identity::kLongestKeySet_bytes);
   if (!json.ok()) return json.status();
   return identity::KeySet::Read(*json);
 }
 
 IdentityProvider::Keys IdentityProvider::KeysYoungerThan(seconds age) {
-  const std::lock_guard<std::mutex> lock(mutex_);
+  std::unique_lock<std::mutex> lock(mutex_);
+  const auto are_young = [&] { return keys_ != nullptr && now_() - got_at_ < age; };
+  if (are_young()) return keys_;
+  // One asks the provider, without the lock: whose keys are young enough goes on meanwhile. The others have what he gets.
+  if (is_fetching_) {
+    fetched_.wait(lock, [this] { return !is_fetching_; });
+    return keys_;
+  }
   const Clock::time_point now = now_();
-  if (keys_ != nullptr && now - got_at_ < age) return keys_;
   const seconds between = keys_ == nullptr ? kBetweenTriesWithout : kBetweenTries;
   if (!tried_at_ || now - *tried_at_ >= between) {
+    is_fetching_ = true;
+    lock.unlock();
     absl::StatusOr<identity::KeySet> got = Get();
+    lock.lock();
+    is_fetching_ = false;
     tried_at_ = now_();  // who waited for this turn does not wait for another try
     if (got.ok()) {
       keys_ = std::make_shared<const identity::KeySet>(*std::move(got));
@@ -168,6 +163,7 @@ IdentityProvider::Keys IdentityProvider::KeysYoungerThan(seconds age) {
       runtime::Log(runtime::LogLevel::kWarning,
                    "the identity provider's keys cannot be had: " + std::string(got.status().message()));
     }
+    fetched_.notify_all();
   }
   if (keys_ != nullptr && now - got_at_ > kOldestKeys) keys_.reset();
   return keys_;

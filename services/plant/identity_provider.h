@@ -17,6 +17,7 @@
 #include <absl/status/statusor.h>
 
 #include <chrono>
+#include <condition_variable>
 #include <functional>
 #include <map>
 #include <memory>
@@ -61,7 +62,9 @@ class IdentityProvider {
 
   const IdentityProviderConfig config_;
   const std::function<Clock::time_point()> now_;
-  std::mutex mutex_;  // held while they are got: one at a time
+  std::mutex mutex_;
+  std::condition_variable fetched_;
+  bool is_fetching_ = false;  // by one, who does not hold the lock meanwhile
   Keys keys_;
   std::optional<Clock::time_point> tried_at_;
   Clock::time_point got_at_;

@@ -277,7 +277,7 @@ absl::StatusOr<v1::Session> SessionDesk::Renew(const grpc::ServerContext& contex
     const bool is_ended = ended->has_value() && judged.session.since <= **ended;
     if (!account->has_value() || (*account)->disabled || is_ended)
       return Ended(name, "ended by a sign-out or a change of the account");
-    const absl::StatusOr<Instant> now = storage::DatabaseNow(transaction);
+    const absl::StatusOr<Instant> now = storage::NowOf(transaction);
     if (!now.ok()) return now.status();
     return Given(**account, judged.session.since, *now);
   });
@@ -292,7 +292,7 @@ absl::Status SessionDesk::SignOut(const grpc::ServerContext& context, const std:
     if (!account.ok()) return account.status();
     const absl::StatusOr<std::optional<Instant>> ended = storage::SessionsEndedBefore(transaction, name);
     if (!ended.ok()) return ended.status();
-    const absl::StatusOr<Instant> now = storage::DatabaseNow(transaction);
+    const absl::StatusOr<Instant> now = storage::NowOf(transaction);
     if (!now.ok()) return now.status();
     // Of a token that is over there may be one that was renewed, and others of the account.
     const bool is_over = judged.session.since + identity::kLongestSession <= *now;

@@ -38,14 +38,6 @@ std::optional<std::string> AddressKey(const std::string& address) {
   return runtime::PeerKey(peer);
 }
 
-std::string HexOf(const std::string& bytes) {
-  constexpr char kDigits[] = "0123456789abcdef";
-  std::string hex;
-  for (const char byte : bytes)
-    hex += {kDigits[static_cast<unsigned char>(byte) >> 4], kDigits[static_cast<unsigned char>(byte) & 0xf]};
-  return hex;
-}
-
 }  // namespace
 
 absl::StatusOr<SignInTry> SignInTries::Of(const std::string& method, const std::string& account,
@@ -53,7 +45,7 @@ absl::StatusOr<SignInTry> SignInTries::Of(const std::string& method, const std::
   const std::optional<std::string> key = AddressKey(client_address);
   if (!key) return runtime::Refuse("client_address", client_address, "an IPv4 or IPv6 address");
   SignInTry one{method, account, client_address, {}, {}};
-  one.counters.address = {HexOf(*key), kFreeOfAddress};
+  one.counters.address = {*key, kFreeOfAddress};
   if (!account.empty()) one.counters.account = {account, kFreeOfAccount};
   return one;
 }
@@ -120,25 +112,22 @@ absl::Status SignInTries::WentWell(Transaction& transaction, const SignInTry& on
   return storage::SignInWentWell(transaction, one.counters, *one.counted_at);
 }
 
-void SignInTries::End(const SignInTry& one, const absl::Status& outcome) const {
-  if (outcome.ok() || !one.counted_at || runtime::HasReason(outcome, errors::v1::SIGN_IN_REFUSED)) return;
+// Beside a call that may be gone: what fails is said, and nothing of the call's.
+template <typename Work>
+void SignInTries::Aside(const std::string& otherwise, const Work& work) const {
   absl::StatusOr<Transaction> transaction = database_->Begin(std::chrono::steady_clock::now() + kPatience);
   absl::Status done = transaction.status();
-  if (done.ok()) done = storage::GiveSignInBack(*transaction, one.counters, *one.counted_at);
+  if (done.ok()) done = work(*transaction);
   if (done.ok()) done = transaction->Commit();
-  if (!done.ok())
-    runtime::Log(runtime::LogLevel::kWarning, "a sign-in that was not judged stays counted as failed",
-                 {{"why", std::string(done.message())}});
+  if (!done.ok()) runtime::Log(runtime::LogLevel::kWarning, otherwise, {{"why", std::string(done.message())}});
 }
 
-void SignInTries::Forget() const {
-  absl::StatusOr<Transaction> transaction = database_->Begin(std::chrono::steady_clock::now() + kPatience);
-  absl::Status done = transaction.status();
-  if (done.ok()) done = storage::ForgetSignInFailures(*transaction);
-  if (done.ok()) done = transaction->Commit();
-  if (!done.ok())
-    runtime::Log(runtime::LogLevel::kWarning, "old failures of sign-ins are not forgotten",
-                 {{"why", std::string(done.message())}});
+void SignInTries::End(const SignInTry& one, const absl::Status& outcome) const {
+  if (outcome.ok() || !one.counted_at || runtime::HasReason(outcome, errors::v1::SIGN_IN_REFUSED)) return;
+  Aside("a sign-in that was not judged stays counted as failed",
+        [&](Transaction& transaction) { return storage::GiveSignInBack(transaction, one.counters, *one.counted_at); });
 }
+
+void SignInTries::Forget() const { Aside("old failures of sign-ins are not forgotten", storage::ForgetSignInFailures); }
 
 }  // namespace sixpoint::plant

@@ -53,6 +53,8 @@ class SignInTries {
  private:
   absl::Status Slowed(const SignInTry& one, const std::string& account, storage::Instant until) const;
   void Forget() const;
+  template <typename Work>
+  void Aside(const std::string& otherwise, const Work& work) const;
 
   storage::Database* const database_;
   const CountRefused count_refused_;

@@ -89,16 +89,11 @@ absl::Status NotOwn(const std::string& field, const std::string& name, const Ide
 }
 
 // Whom a service says that it calls for is a text of its own; no more is taken than an identity could be.
-bool IsIdentity(const std::string& text) {
-  const bool user = text.rfind("users/", 0) == 0;
-  return identity::IdentityOf(text, user ? std::vector<Role>{Role::kMesReader} : std::vector<Role>{}).ok();
-}
-
 absl::Status CheckRequestedFor(const grpc::ServerContextBase& context, const Identity& caller) {
   const auto [begin, end] = context.client_metadata().equal_range(kRequestedFor);
   if (begin == end) return absl::OkStatus();
   const std::string other(begin->second.data(), begin->second.size());
-  if (caller.Has(Role::kService) && std::next(begin) == end && IsIdentity(other)) return absl::OkStatus();
+  if (caller.Has(Role::kService) && std::next(begin) == end && identity::IsIdentity(other)) return absl::OkStatus();
   return Failure(errors::v1::ROLE_MISSING,
                  std::string(kRequestedFor) + ": " + Tame(other, kLongestName) +
                      ", want none: who asks is told by his certificate",

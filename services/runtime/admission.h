@@ -1,7 +1,8 @@
-// What every call of our own services passes before its handler: is there room for it (call_gate.h), is its client still there, may the caller (access.h), is the server ready,
-// is the request as small as the method's is (message_limits.h), does each of its fields keep its bound (request_checks.h), is it about the
-// caller's own machine, and about parts that he may see (clearance.h). Nothing of a request is read before the first three: of a stranger no more is held than HTTP/2's window.
-// What a client streams is its handler's to check.
+// What every call of our own services passes before its handler: is its client still there, may the caller (access.h), is the server
+// ready, is there room for one more of his (call_gate.h), is the request as small as the method's is (message_limits.h), does each of its
+// fields keep its bound (request_checks.h), is it about the caller's own machine, and about parts that he may see (clearance.h). Nothing
+// of a request is read before the first four: of a stranger no more is held than HTTP/2's window. What a client streams is its handler's
+// to check.
 #pragma once
 
 #include <absl/status/status.h>

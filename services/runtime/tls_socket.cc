@@ -1,12 +1,11 @@
 #include "services/runtime/tls_socket.h"
 
 #include <openssl/err.h>
-#include <openssl/pem.h>
 #include <openssl/ssl.h>
 
 #include <array>
-#include <ctime>
 
+#include "identity/certificates.h"
 #include "services/runtime/errors.h"
 
 namespace sixpoint::runtime {
@@ -16,36 +15,15 @@ constexpr std::size_t kMostFile_bytes = 64 * 1024;
 // Of certificates that somebody shows; ours are below one.
 constexpr long kMostShown_bytes = 16 * 1024;
 
-template <auto Free>
-struct FreedBy {
-  template <typename Object>
-  void operator()(Object* object) const {
-    Free(object);
-  }
-};
-using Bio = std::unique_ptr<BIO, FreedBy<BIO_free>>;
-using Certificate = std::unique_ptr<X509, FreedBy<X509_free>>;
-using Key = std::unique_ptr<EVP_PKEY, FreedBy<EVP_PKEY_free>>;
-using Context = std::unique_ptr<SSL_CTX, FreedBy<SSL_CTX_free>>;
-
-Certificate CertificateOf(const std::string& pem) {
-  const Bio bio(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
-  return Certificate(bio == nullptr ? nullptr : PEM_read_bio_X509(bio.get(), nullptr, nullptr, nullptr));
-}
-
-Key KeyOf(const std::string& pem) {
-  const Bio bio(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
-  return Key(bio == nullptr ? nullptr : PEM_read_bio_PrivateKey(bio.get(), nullptr, nullptr, nullptr));
-}
+using Context = std::unique_ptr<SSL_CTX, identity::FreedBy<SSL_CTX_free>>;
 
 // That whoever shows a certificate holds its key the handshake proves; whose it is, is asked later.
 int TakeAny(int, X509_STORE_CTX*) { return 1; }
 
 Context ContextOf(const std::string& pem) {
-  const Certificate certificate = CertificateOf(pem);
-  const Key key = KeyOf(pem);
+  const absl::StatusOr<identity::OwnKey> own = identity::OwnKeyOf(pem);
   Context context(SSL_CTX_new(TLS_server_method()));
-  if (certificate == nullptr || key == nullptr || context == nullptr) return nullptr;
+  if (!own.ok() || context == nullptr) return nullptr;
   SSL_CTX_set_min_proto_version(context.get(), TLS1_2_VERSION);
   // A session that is taken up again would show the certificate of another handshake.
   SSL_CTX_set_session_cache_mode(context.get(), SSL_SESS_CACHE_OFF);
@@ -57,8 +35,8 @@ Context ContextOf(const std::string& pem) {
   // Who sends one record after another that is no data would keep a read from ever coming back.
   SSL_CTX_clear_mode(context.get(), SSL_MODE_AUTO_RETRY);
   SSL_CTX_set_verify(context.get(), SSL_VERIFY_PEER, TakeAny);
-  if (SSL_CTX_use_certificate(context.get(), certificate.get()) != 1 ||
-      SSL_CTX_use_PrivateKey(context.get(), key.get()) != 1 || SSL_CTX_check_private_key(context.get()) != 1)
+  if (SSL_CTX_use_certificate(context.get(), own->certificate.get()) != 1 ||
+      SSL_CTX_use_PrivateKey(context.get(), own->key.get()) != 1)
     return nullptr;
   return context;
 }
@@ -142,22 +120,17 @@ void TlsSocket::Close() {
 
 std::string TlsSocket::PeerCertificatePem() const {
   if (is_broken_) return "";
-  const Certificate shown(SSL_get1_peer_certificate(tls_));
-  const Bio bio(BIO_new(BIO_s_mem()));
-  char* text = nullptr;
-  if (shown == nullptr || bio == nullptr || PEM_write_bio_X509(bio.get(), shown.get()) != 1) return "";
-  const long size = BIO_get_mem_data(bio.get(), &text);
-  return std::string(text, static_cast<std::size_t>(size));
+  const identity::Certificate shown(SSL_get1_peer_certificate(tls_));
+  return shown == nullptr ? "" : identity::PemOf(shown.get()).value_or("");
 }
 
 std::optional<std::chrono::system_clock::time_point> CertificateEnd(const std::filesystem::path& file) {
   const absl::StatusOr<std::string> pem = identity::ReadFile(file, kMostFile_bytes);
-  const Certificate certificate = pem.ok() ? CertificateOf(*pem) : nullptr;
-  std::tm end{};
-  const bool is_read = certificate != nullptr && ASN1_TIME_to_tm(X509_get0_notAfter(certificate.get()), &end) == 1;
-  ERR_clear_error();
-  if (!is_read) return std::nullopt;
-  return std::chrono::system_clock::from_time_t(timegm(&end));
+  if (!pem.ok()) return std::nullopt;
+  const absl::StatusOr<identity::Certificate> certificate = identity::CertificateOfPem(*pem, /*beside_key=*/true);
+  if (!certificate.ok()) return std::nullopt;
+  const auto end = identity::TimePointOf(X509_get0_notAfter(certificate->get()));
+  return end.ok() ? std::optional(*end) : std::nullopt;
 }
 
 }  // namespace sixpoint::runtime

@@ -40,5 +40,14 @@ TEST(Watch, LeavesWhatStartsAlone) {
   EXPECT_FALSE(watch.IsStuckAfter("NOT_REACHED"));
 }
 
+// Out of descriptors and busy: now the connection is ended, now nobody serves it. It is as stuck as one that does only either.
+TEST(Watch, ASilenceBetweenDoesNotBeginTheMinuteAnew) {
+  Watch watch;
+  int count = 0;
+  while (count < 100 && !watch.IsStuckAfter(++count % 5 == 0 ? "SILENT" : "NOT_REACHED")) {
+  }
+  EXPECT_EQ(count, 20);
+}
+
 }  // namespace
 }  // namespace sixpoint::cli

@@ -148,7 +148,7 @@ TEST_F(AccountsTest, ListsByName) {
 }
 
 TEST_F(AccountsTest, EveryServiceReadsTheEndsOfSessions) {
-  const Instant before = *In([](Transaction& t) { return DatabaseNow(t); });
+  const Instant before = *In([](Transaction& t) { return NowOf(t); });
   ASSERT_TRUE(In([](Transaction& t) { return EndSessions(t, "users/jane"); }).ok());
   ASSERT_TRUE(In([](Transaction& t) { return EndSessions(t, "users/jane"); }).ok());
   for (const char* area : {"plant", "ingest", "calibration", "registration", "correction", "inspection"}) {
@@ -173,7 +173,7 @@ TEST_F(AccountsTest, AfterFiveFailuresTheWaitGrows) {
   for (int i = 0; i < 5; ++i) EXPECT_FALSE(Begin(jane)) << i;
   double before_s = 0;
   for (int i = 0; i < 8; ++i) {
-    const Instant now = *In([](Transaction& t) { return DatabaseNow(t); });
+    const Instant now = *In([](Transaction& t) { return NowOf(t); });
     const std::optional<Instant> until = Begin(jane);
     ASSERT_TRUE(until) << i;
     const double wait_s = std::chrono::duration<double>(*until - now).count();

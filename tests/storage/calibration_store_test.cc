@@ -10,6 +10,7 @@
 
 #include "tests/support/fake_calibrations.h"
 #include "tests/support/registered.h"
+#include "tests/support/sample_calibrations.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::storage {
@@ -27,39 +28,24 @@ const CalibrationSubject kRotation{"m1", "rotation"};
 Instant Now() { return std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now()); }
 
 CalibrationRow New(bool is_draft = false, Instant from = Now() - hours(1), Instant until = Now() + hours(1)) {
-  CalibrationRow row;
+  CalibrationRow row = sixpoint::testing::SampleRotationCalibration();
   row.calibration_id = NewUuid();
   row.machine_id = "m1";
-  row.method = "LINES";
   row.inputs = {"machines/m1@1"};
   row.valid_from = from;
   row.valid_until = until;
   row.requested_by = "engineer";
   row.software_version = "test";
   row.is_draft = is_draft;
-  row.rotation.emplace();
-  row.rotation->a_direction = {0, 1, 0};
-  row.rotation->b_direction = {1, 0, 0};
-  row.rotation->a_point_mm = row.rotation->b_point_mm = row.rotation->point_c_mm = {1, 2, 3};
-  row.rotation->point_c_standard_uncertainty_mm = {0.1, 0.1, 0.1};
-  row.rotation->covariance = std::vector<double>(64, 0);
-  row.rotation->condition_number = 1;
-  row.rotation->poses = {{10, 20, 1.5, false, 2.5}};
   return row;
 }
 
 CalibrationRow NewSensor() {
+  const CalibrationRow sample = sixpoint::testing::SampleSensorCalibration();
   CalibrationRow row = New();
   row.rotation.reset();
-  row.method = "JOINT";
-  row.sensor.emplace();
-  row.sensor->machine_from_sensor_rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  row.sensor->t_sm_mm = {1, 2, 3};
-  row.sensor->covariance = std::vector<double>(36, 1);
-  row.sensor->alpha_standard_uncertainty_deg = row.sensor->beta_standard_uncertainty_deg = 0.1;
-  row.sensor->gamma_standard_uncertainty_deg = 0.1;
-  row.sensor->condition_number = 1;
-  row.sensor->points_used = 1;
+  row.method = sample.method;
+  row.sensor = sample.sensor;
   return row;
 }
 

@@ -6,6 +6,7 @@
 #include "storage/calibration_store.h"
 #include "storage/months.h"
 #include "tests/support/registered.h"
+#include "tests/support/sample_calibrations.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::storage {
@@ -58,10 +59,9 @@ class ObservedTest : public ::testing::Test {
            "))::date))";
   }
   void Record(const std::string& machine, hours from, std::optional<hours> until, bool is_draft = false) {
-    CalibrationRow row;
+    CalibrationRow row = sixpoint::testing::SampleRotationCalibration();
     row.calibration_id = NewUuid();
     row.machine_id = machine;
-    row.method = "LINES";
     row.inputs = {"machines/" + machine + "@1"};
     const Instant now = std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now());
     row.valid_from = now + from;
@@ -69,14 +69,6 @@ class ObservedTest : public ::testing::Test {
     row.requested_by = "users/jane";
     row.software_version = "test";
     row.is_draft = is_draft;
-    row.rotation.emplace();
-    row.rotation->a_direction = {0, 1, 0};
-    row.rotation->b_direction = {1, 0, 0};
-    row.rotation->a_point_mm = row.rotation->b_point_mm = row.rotation->point_c_mm = {1, 2, 3};
-    row.rotation->point_c_standard_uncertainty_mm = {0.1, 0.1, 0.1};
-    row.rotation->covariance = std::vector<double>(64, 0);
-    row.rotation->condition_number = 1;
-    row.rotation->poses = {{10, 20, 1.5, false, 2.5}};
     RecordEntry entry;
     entry.kind = "calibration";
     entry.name = row.name();

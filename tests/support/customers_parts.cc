@@ -15,6 +15,7 @@
 #include "storage/scans.h"
 #include "storage/studies.h"
 #include "tests/support/registered.h"
+#include "tests/support/sample_calibrations.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::testing {
@@ -56,34 +57,6 @@ std::string PutCalibration(storage::Transaction& transaction, storage::Calibrati
   entry.kind = "calibration";
   Must(storage::InsertCalibration(transaction, row, entry));
   return row.name();
-}
-
-storage::CalibrationRow Sensor() {
-  storage::CalibrationRow row;
-  row.method = "JOINT";
-  row.sensor.emplace();
-  row.sensor->machine_from_sensor_rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  row.sensor->t_sm_mm = {1, 2, 3};
-  row.sensor->covariance = std::vector<double>(36, 1);
-  row.sensor->alpha_standard_uncertainty_deg = row.sensor->beta_standard_uncertainty_deg = 0.1;
-  row.sensor->gamma_standard_uncertainty_deg = 0.1;
-  row.sensor->condition_number = 1;
-  row.sensor->points_used = 1;
-  return row;
-}
-
-storage::CalibrationRow Rotation() {
-  storage::CalibrationRow row;
-  row.method = "LINES";
-  row.rotation.emplace();
-  row.rotation->a_direction = {0, 1, 0};
-  row.rotation->b_direction = {1, 0, 0};
-  row.rotation->a_point_mm = row.rotation->b_point_mm = row.rotation->point_c_mm = {1, 2, 3};
-  row.rotation->point_c_standard_uncertainty_mm = {0.1, 0.1, 0.1};
-  row.rotation->covariance = std::vector<double>(64, 0);
-  row.rotation->condition_number = 1;
-  row.rotation->poses = {{10, 20, 1.5, false, 2.5}};
-  return row;
 }
 
 // What registrations, corrections and inspections have in common.
@@ -212,8 +185,8 @@ MachinesCalibrations PutCalibratedMachine(storage::Database* database) {
   storage::Transaction transaction = Must(database->Begin(Soon(60)));
   RegisterMachine(transaction, "m1");
   MachinesCalibrations calibrations;
-  calibrations.sensor = PutCalibration(transaction, Sensor());
-  calibrations.rotation = PutCalibration(transaction, Rotation());
+  calibrations.sensor = PutCalibration(transaction, SampleSensorCalibration());
+  calibrations.rotation = PutCalibration(transaction, SampleRotationCalibration());
   Must(transaction.Commit());
   return calibrations;
 }
