@@ -8,13 +8,13 @@ namespace sixpoint::runtime {
 namespace {
 
 // Less than a tenth of a core is for refusals; so many may come in one go.
-constexpr double kRefusalsPerS = 500, kRefusalsAtOnce = 100;
+constexpr double kRefusalsPerS = 500, kRefusalsAtOnce = 16;
 constexpr std::chrono::milliseconds kBetweenLooks{4};
-// Where no room comes a connection is read again all the same, one in so long a time: what it brings is within what may be refused.
-constexpr std::chrono::milliseconds kLongestPause{64};
-// By when a connection that is read again has brought what waited in it, and how much of that finds places for certain.
-constexpr std::chrono::milliseconds kTurn{1000};
-constexpr int kLeastCallsOfATurn = 8, kMostCallsOfATurn = 32;
+// Where no room comes a connection is read again all the same, after so long a time and one at a time: what it brings is within what may be
+// refused. Nobody is kept room for.
+constexpr std::chrono::milliseconds kLongestPause{500}, kLongestPauseOfNobody{64}, kBetweenRefusedReads{32};
+// By when a connection that is read again has brought the first of what waited in it, and then the rest.
+constexpr std::chrono::milliseconds kTurn{400}, kRestOfTurn{50};
 
 }  // namespace
 
@@ -55,8 +55,10 @@ std::optional<CallGate::Place> CallGate::Enter(std::string caller, const grpc::S
   const bool has_room = caller.empty() ? of_caller->second < limits_.of_nobody
                                        : of_caller->second + ReservedOf(caller) < limits_.per_caller;
   if (is_its_turn || (has_room && in_all_ + ReservedOf("") < limits_.at_once)) {
-    if (is_its_turn && --turn->second.calls_left == 0) {
-      turns_.erase(turn);
+    if (is_its_turn) {
+      // What waited was read at one go and is here; what comes now waits for the next turn.
+      turn->second.until = std::min(turn->second.until, Clock::now() + kRestOfTurn);
+      if (--turn->second.calls_left == 0) turns_.erase(turn);
       if (!paused_.empty()) Pause(std::move(peer), caller);
     }
     ++in_all_;
@@ -77,8 +79,7 @@ void CallGate::Pause(std::string peer, const std::string& caller) {
   const bool is_paused =
       std::any_of(paused_.begin(), paused_.end(), [&](const Paused& one) { return one.peer == peer; });
   if (is_paused || !connections_->SetPaused(peer, true)) return;
-  if (paused_.empty()) read_again_ = Clock::now();
-  paused_.push_back({std::move(peer), caller});
+  paused_.push_back({std::move(peer), caller, Clock::now()});
   changed_.notify_all();
 }
 
@@ -107,26 +108,30 @@ void CallGate::Run() {
   }
 }
 
+// Whether all that it may have waited with finds places.
+bool CallGate::HasATurnFor(const Paused& one) const {
+  if (one.caller.empty()) return false;
+  const auto of_caller = of_caller_.find(one.caller);
+  const int own = (of_caller == of_caller_.end() ? 0 : of_caller->second) + ReservedOf(one.caller);
+  return own <= limits_.per_caller && in_all_ + ReservedOf("") + limits_.per_connection <= limits_.at_once;
+}
+
 // Who waits longest first, of those some of whose calls would find places.
 void CallGate::ReadAgain() {
   const Clock::time_point now = Clock::now();
   for (auto each = turns_.begin(); each != turns_.end();)
     each = now < each->second.until ? std::next(each) : turns_.erase(each);
-  const auto room_of = [&](const Paused& one) {
-    if (one.caller.empty()) return 0;
-    const auto of_caller = of_caller_.find(one.caller);
-    const int own = (of_caller == of_caller_.end() ? 0 : of_caller->second) + ReservedOf(one.caller);
-    return std::min({limits_.at_once - in_all_ - ReservedOf(""), limits_.per_caller - own, kMostCallsOfATurn});
-  };
   for (auto one = paused_.begin(); one != paused_.end();) {
-    const int room = room_of(*one);
-    const bool its_turn = room >= kLeastCallsOfATurn;
-    if (!its_turn && !stopped_ && now < read_again_ + kLongestPause) {
+    const bool its_turn = HasATurnFor(*one);
+    const Clock::time_point longest = one->since + (one->caller.empty() ? kLongestPauseOfNobody : kLongestPause);
+    if (!its_turn && !stopped_ && now < std::max(longest, read_for_refusal_ + kBetweenRefusedReads)) {
       ++one;
       continue;
     }
-    if (its_turn) turns_[one->peer] = {one->caller, room, now + kTurn};
-    if (!its_turn) read_again_ = now;
+    if (its_turn)
+      turns_[one->peer] = {one->caller, limits_.per_connection, now + kTurn};
+    else
+      read_for_refusal_ = now;
     connections_->SetPaused(one->peer, false);
     one = paused_.erase(one);
   }

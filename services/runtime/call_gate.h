@@ -22,10 +22,12 @@ namespace sixpoint::runtime {
 
 struct CallLimits {
   int at_once = 96;
-  int per_caller = 48;  // one identity, over the gateway one person: two together may take all places, one never
-  int of_nobody = 8;    // of all together who call what anybody may, without a certificate
-  // Of one connection (HTTP/2's MAX_CONCURRENT_STREAMS): what waits for a slot of a service (compute_pool.h: 36) leaves room beside it.
-  int per_connection = 64;
+  // One identity, over the gateway one person: two together may take all places, one never. In a turn (below) one connection more.
+  int per_caller = 48;
+  int of_nobody = 8;  // of all together who call what anybody may, without a certificate
+  // Of one connection (HTTP/2's MAX_CONCURRENT_STREAMS). More wait in their client, where they cost nothing; what one connection brings
+  // at one go is soon answered, or refused.
+  int per_connection = 16;
 };
 
 // Thread-safe; outlives its places. One thread, which reads paused connections again.
@@ -60,22 +62,26 @@ class CallGate {
 
  private:
   using Clock = std::chrono::steady_clock;
+  struct Paused {
+    std::string peer, caller;  // the connection as gRPC names it, and whose it is: no room is kept for nobody
+    Clock::time_point since;
+  };
+  // Of a connection that is read again: room was waited for, and nobody who comes meanwhile takes it. gRPC reads at one go all that it
+  // waited with, so all of it is taken: what waited is answered, not refused after all.
+  struct Turn {
+    std::string caller;
+    int calls_left;
+    Clock::time_point until;
+  };
+
   void Leave(const std::string& caller);
   bool MayRefuse();
   void Run();
   void ReadAgain();
   void Pause(std::string peer, const std::string& caller);
   int ReservedOf(const std::string& caller) const;
+  bool HasATurnFor(const Paused& one) const;
 
-  struct Paused {
-    std::string peer, caller;  // the connection as gRPC names it, and whose it is: no room is kept for nobody
-  };
-  // Of a connection that is read again: room was waited for, and nobody who comes meanwhile takes it.
-  struct Turn {
-    std::string caller;
-    int calls_left;
-    Clock::time_point until;
-  };
   const CallLimits limits_;
   OpenConnections* const connections_;
   std::mutex mutex_;
@@ -85,7 +91,7 @@ class CallGate {
   Clock::time_point refusals_counted_ = Clock::now();
   std::list<Paused> paused_;  // who waits longest first
   std::map<std::string, Turn> turns_;
-  Clock::time_point read_again_;
+  Clock::time_point read_for_refusal_;
   std::condition_variable changed_;
   bool stopped_ = false;
   std::thread thread_;

@@ -21,7 +21,7 @@ constexpr std::chrono::milliseconds kBetweenLooks{10};
 constexpr std::chrono::milliseconds kWorkBetweenLooks{5};
 // Fewer new calls than this in all are no flood, and no connection is looked at.
 constexpr std::int64_t kFewCalls = 500;
-// Of one connection in a minute: it may have 64 open at once (call_gate.h), and a client gives up one now and then.
+// Of one connection in a minute: it may have 16 open at once (call_gate.h), and a client gives up one now and then.
 constexpr std::chrono::minutes kCounted{1};
 constexpr std::int64_t kMostUnanswered = 500;
 // In a flood, which many connections may share, little more than may be open at once.

@@ -22,6 +22,7 @@
 #include "services/runtime/credentials.h"
 #include "services/runtime/denials.h"
 #include "services/runtime/flood_watch.h"
+#include "services/runtime/frame_watch.h"
 #include "services/runtime/listening_sockets.h"
 #include "services/runtime/log.h"
 #include "services/runtime/message_limits.h"
@@ -42,7 +43,7 @@ constexpr std::chrono::seconds kDatabasePatience{2};
 // How often the database is asked: at once until it is there, then at leisure.
 constexpr long kPollStarting_ms = 200;
 constexpr long kPollServing_ms = 1000;
-// Ingest's 64 uploads and 128 streams without a header, the calls of CallLimits, and some.
+// Ingest's 64 uploads and 128 streams without a header, the calls of CallLimits and of a turn, and some.
 constexpr int kMostThreads = 320;
 constexpr size_t kQuotaPerMessage = 64;
 constexpr int kMostReadAtOnce_bytes = 256 * 1024;
@@ -268,6 +269,7 @@ void ServeUntilStopped(const ServerOptions& options, const Served& served, const
 
 int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   BoundReads();
+  WatchFrames();
   const sigset_t signals = BlockSignals();
   StartLog(given.area);
   ServerOptions options = given;

@@ -2,6 +2,7 @@
 // bounded, others are served meanwhile, and it is as before soon after. `bench/run door` runs the same for longer and judges the times.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -36,7 +37,7 @@ constexpr int kEndHeaders = 4;
 
 double AttackSeconds() {
   const char* given = std::getenv("SIXPOINT_ATTACK_S");
-  return given == nullptr ? 0.7 : std::stod(given);
+  return given == nullptr ? 1 : std::stod(given);
 }
 
 // One of them alone, for whoever looks into it.
@@ -243,6 +244,8 @@ class DoorAttacks : public ::testing::Test {
     std::vector<std::thread> attackers;
     for (int i = 0; i < 4; ++i)
       attackers.emplace_back([&] {
+        // They are other machines: what they take of these processors would be told as what they take of the service.
+        setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 10);
         attack(attacker, end);
         --attacking;
       });

@@ -612,5 +612,29 @@ TEST_F(ServerTest, StreamsThatAreResetAtOnceTakeLittleMemory) {
   EXPECT_TRUE(Get("x", &scan).ok());
 }
 
+// CVE-2023-33953: gRPC 1.51 keeps all of a header block, however long it gets; and it reads what carries nothing as fast as it comes.
+TEST_F(ServerTest, AHeaderBlockWithoutEndEndsTheConnection) {
+  StartReady(TcpAddress());
+  Scan scan;
+  ASSERT_TRUE(Get("x", &scan).ok());
+  const auto sends_of = [&](const std::string& first, const std::string& again, int most) {
+    RawConnection stranger(TcpAddress(), "127.0.0.2");
+    EXPECT_TRUE(stranger.Send(testing::Preface() + first));
+    for (int sent = 0; sent < most; ++sent)
+      if (!stranger.Send(again)) return sent;
+    return stranger.IsClosedWithin(10) ? most : most + 1;
+  };
+  const std::string headers = CallHeaders("/" + std::string(kService) + "/GetScan");
+  EXPECT_LE(sends_of(FrameOf(Frame::kHeaders, 0, 1, headers),
+                     FrameOf(Frame::kContinuation, 0, 1, std::string(16'000, '\0')), 8),
+            8);
+  std::string nothing;
+  for (int i = 0; i < 15'000; ++i) nothing += FrameOf(Frame::kUnknown, 0, 0, "");
+  EXPECT_LE(sends_of("", nothing, 2), 2);
+  EXPECT_GE(LogLines("connection ended: a header block of more than 64 KB or 64 frames").size(), 1u);
+  EXPECT_GE(LogLines("connection ended: more than 10,000 frames a second that carry nothing").size(), 1u);
+  EXPECT_TRUE(Get("x", &scan).ok());
+}
+
 }  // namespace
 }  // namespace sixpoint::runtime
