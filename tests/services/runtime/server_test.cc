@@ -418,7 +418,8 @@ TEST_F(ServerTest, CallsWhoseRequestDoesNotComeAreEnded) {
   StartReady(Address());
   Scan scan;
   ASSERT_TRUE(Get("x", &scan).ok());
-  grpc::GenericStub stubs[] = {grpc::GenericStub(NewChannel(Address())), grpc::GenericStub(NewChannel(Address()))};
+  std::vector<grpc::GenericStub> stubs;  // of a connection each, for one has not as many calls
+  for (int i = 0; i < 4; ++i) stubs.emplace_back(NewChannel(Address()));
   grpc::CompletionQueue queue;
   constexpr int kCalls = 48;
   std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
@@ -428,7 +429,8 @@ TEST_F(ServerTest, CallsWhoseRequestDoesNotComeAreEnded) {
   for (int i = 0; i < kCalls; ++i) {
     contexts.push_back(std::make_unique<grpc::ClientContext>());
     contexts.back()->set_deadline(Soon(120));
-    calls.push_back(stubs[i % 2].PrepareCall(contexts.back().get(), "/" + std::string(kService) + "/GetScan", &queue));
+    calls.push_back(stubs[static_cast<std::size_t>(i) % stubs.size()].PrepareCall(
+        contexts.back().get(), "/" + std::string(kService) + "/GetScan", &queue));
     calls.back()->StartCall(nullptr);
     queue.Next(&tag, &done);
   }
