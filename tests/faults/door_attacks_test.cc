@@ -61,8 +61,10 @@ double P99_ms(std::vector<double> values) {
 // Whom the attacker is, and where.
 struct Attacker {
   std::string address, identity;
-  RawConnection Connect(Speaks speaks = Speaks::kTls, int source = 2) const {
-    return RawConnection(address, "127.0.0." + std::to_string(source), speaks, identity);
+  int source = 2;  // another in each attack: an address whose connection was ended waits for the next
+  RawConnection Connect(Speaks speaks = Speaks::kTls) const { return Connect(speaks, source); }
+  RawConnection Connect(Speaks speaks, int own_source) const {
+    return RawConnection(address, "127.0.0." + std::to_string(own_source), speaks, identity);
   }
 };
 
@@ -280,14 +282,16 @@ class DoorAttacks : public ::testing::Test {
 
 TEST_F(DoorAttacks, FloodsOfAStranger) {
   Start();
+  int source = 10;
   for (const NamedAttack& each : Attacks())
-    if (IsWanted(each.name)) Run(std::string(each.name) + "_stranger", {address_, ""}, each.attack);
+    if (IsWanted(each.name)) Run(std::string(each.name) + "_stranger", {address_, "", ++source}, each.attack);
 }
 
 TEST_F(DoorAttacks, FloodsWithAGoodCertificate) {
   Start();
+  int source = 10;
   for (const NamedAttack& each : Attacks())
-    if (IsWanted(each.name)) Run(std::string(each.name) + "_certified", {address_, certified_}, each.attack);
+    if (IsWanted(each.name)) Run(std::string(each.name) + "_certified", {address_, certified_, ++source}, each.attack);
 }
 
 // As many connections as there are descriptors, from four addresses, held until the end.
