@@ -26,7 +26,7 @@ sockaddr_in Ipv4(const std::string& host, int port) {
 
 // One for each identity: what it shows is read once. None: it could not be made.
 SSL_CTX* ContextOf(const std::string& identity) {
-  static std::map<std::string, SSL_CTX*> contexts;
+  static auto& contexts = *new std::map<std::string, SSL_CTX*>;  // OpenSSL ends before what is static here
   SSL_CTX*& context = contexts[identity];
   if (context != nullptr) return context;
   context = SSL_CTX_new(TLS_client_method());

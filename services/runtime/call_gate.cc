@@ -15,6 +15,8 @@ constexpr std::chrono::milliseconds kBetweenLooks{4};
 constexpr std::chrono::milliseconds kLongestPause{500}, kLongestPauseOfNobody{64}, kBetweenRefusedReads{32};
 // By when a connection that is read again has brought the first of what waited in it, and then the rest.
 constexpr std::chrono::milliseconds kTurn{400}, kRestOfTurn{50};
+// Of a caller's places: for those of his calls that come on other connections while some bring nothing in their turn.
+constexpr int kNeverKept = 8;
 
 }  // namespace
 
@@ -113,7 +115,8 @@ bool CallGate::HasATurnFor(const Paused& one) const {
   if (one.caller.empty()) return false;
   const auto of_caller = of_caller_.find(one.caller);
   const int own = (of_caller == of_caller_.end() ? 0 : of_caller->second) + ReservedOf(one.caller);
-  return own <= limits_.per_caller && in_all_ + ReservedOf("") + limits_.per_connection <= limits_.at_once;
+  return own + limits_.per_connection + kNeverKept <= limits_.per_caller &&
+         in_all_ + ReservedOf("") + limits_.per_connection <= limits_.at_once;
 }
 
 // Who waits longest first, of those some of whose calls would find places.

@@ -22,7 +22,7 @@ namespace sixpoint::runtime {
 
 struct CallLimits {
   int at_once = 96;
-  // One identity, over the gateway one person: two together may take all places, one never. In a turn (below) one connection more.
+  // One identity, over the gateway one person: two together may take all places, one never.
   int per_caller = 48;
   int of_nobody = 8;  // of all together who call what anybody may, without a certificate
   // Of one connection (HTTP/2's MAX_CONCURRENT_STREAMS). More wait in their client, where they cost nothing; what one connection brings

@@ -55,7 +55,7 @@ int Connect(const std::string& address, const std::string& source) {
 // HTTP/2 is agreed on in the handshake; the server's certificate is not looked at. One for each identity.
 SSL_CTX* ClientContext(const std::string& identity) {
   static std::mutex mutex;
-  static std::map<std::string, SSL_CTX*> contexts;
+  static auto& contexts = *new std::map<std::string, SSL_CTX*>;  // OpenSSL ends before what is static here
   const std::lock_guard<std::mutex> lock(mutex);
   SSL_CTX*& made = contexts[identity];
   if (made != nullptr) return made;
