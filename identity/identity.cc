@@ -100,9 +100,8 @@ absl::StatusOr<Identity> IdentityOf(const std::string& text, const std::vector<R
   return Identity{*kind, text.substr(slash + 1), *std::move(its_roles)};
 }
 
-bool IsUser(const std::string& text) {
-  return IdentityOf(text, {Role::kMesReader}).ok();
-}  // no machine or service has that
+// No machine or service has a user's role.
+bool IsUser(const std::string& text) { return IdentityOf(text, {Role::kMesReader}).ok(); }
 
 bool IsIdentity(const std::string& text) { return IsUser(text) || IdentityOf(text, {}).ok(); }
 
