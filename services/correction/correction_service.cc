@@ -42,11 +42,11 @@ void TakeCutBefore(const std::vector<storage::CutHoleRow>& cut, Inputs* inputs) 
 
 CorrectionService::CorrectionService(std::shared_ptr<storage::CorrectionStore> store,
                                      std::shared_ptr<storage::CorrectionEventStore> events,
-                                     std::unique_ptr<const Peers> peers, int greatest_count)
+                                     std::unique_ptr<const Peers> peers, runtime::PoolLimits limits)
     : store_(std::move(store)),
       events_(std::move(events)),
       peers_(std::move(peers)),
-      running_({greatest_count, 0}, "corrections", errors::v1::CORRECTIONS_FULL) {
+      running_(limits, "corrections", errors::v1::CORRECTIONS_FULL) {
   Metrics();
 }
 

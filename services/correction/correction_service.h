@@ -15,10 +15,10 @@ namespace sixpoint::correction {
 
 class CorrectionService final : public v1::CorrectionService::Service {
  public:
-  // More than greatest_count corrections at once are RESOURCE_EXHAUSTED.
+  // limits: of corrections and fetched programs; more are RESOURCE_EXHAUSTED.
   CorrectionService(std::shared_ptr<storage::CorrectionStore> store,
                     std::shared_ptr<storage::CorrectionEventStore> events, std::unique_ptr<const Peers> peers,
-                    int greatest_count);
+                    runtime::PoolLimits limits);
 
   grpc::Status Correct(grpc::ServerContext* context, const v1::CorrectRequest* request,
                        v1::Correction* response) override;

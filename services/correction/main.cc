@@ -7,7 +7,7 @@ namespace sixpoint::correction {
 namespace {
 
 // Corrections at once: each is some remote calls and milliseconds of computing.
-constexpr int kGreatestCount = 16;
+constexpr runtime::PoolLimits kLimits{16, runtime::kAllLetIn};
 
 std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& options, storage::Database* database) {
   auto peers =
@@ -17,7 +17,7 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   services.push_back(
       {v1::CorrectionService::service_full_name(),
        std::make_unique<CorrectionService>(storage::CorrectionsIn(database), storage::CorrectionEventsIn(database),
-                                           std::move(peers), kGreatestCount)});
+                                           std::move(peers), kLimits)});
   return services;
 }
 

@@ -20,7 +20,6 @@ namespace sixpoint::ingest {
 namespace {
 
 using runtime::ToGrpc;
-using UploadStream = grpc::ServerReaderWriter<v1::UploadScanResponse, v1::UploadScanRequest>;
 
 // An upload lasts as long as its scan, and ends by standing still.
 constexpr std::chrono::hours kLongestUpload{24};
@@ -94,11 +93,12 @@ ScanService::ScanService(const ScanServiceOptions& options, std::shared_ptr<stor
       plant_(std::move(plant)),
       workers_(options.decode_worker, options.worker_count, options.decode_patience),
       encoding_({options.worker_count, 0}, "encoding", errors::v1::UPLOADS_FULL),
-      headers_({2 * options.greatest_upload_count, 0}, "streams without a header", errors::v1::UPLOADS_FULL),
-      uploads_({options.greatest_upload_count, 0}, "uploads", errors::v1::UPLOADS_FULL),
+      headers_({2 * options.greatest_upload_count, 0}, "streams without an upload's place", errors::v1::UPLOADS_FULL),
+      uploads_({options.greatest_upload_count, 2 * options.greatest_upload_count}, "uploads", errors::v1::UPLOADS_FULL),
       header_shares_(options.greatest_upload_count),
       upload_shares_(std::max(1, options.greatest_upload_count / 2)),
       header_patience_(std::min(options.header_patience, options.stream_patience)),
+      place_patience_(options.place_patience),
       stream_patience_(options.stream_patience) {
   Metrics();
 }
@@ -107,11 +107,27 @@ grpc::Status ScanService::UploadScan(grpc::ServerContext* context, UploadStream*
   return ToGrpc(Upload(context, stream));
 }
 
+absl::StatusOr<ScanService::Begun> ScanService::BeginUpload(grpc::ServerContext* context, UploadStream* stream) {
+  const auto waiting_share = header_shares_.Take(context->peer());
+  if (!waiting_share.has_value()) return ShareIsFull("streams without an upload's place", header_shares_);
+  const auto keep_going = runtime::KeepGoing(*context);
+  const auto waiting = headers_.Enter(runtime::DeadlineWithin(*context, kLongestUpload), keep_going);
+  if (!waiting.ok()) return waiting.status();
+  absl::StatusOr<v1::ScanHeader> header = ReadHeader(context, stream);
+  if (!header.ok()) return header.status();
+  if (absl::Status own = runtime::CheckOwnMachine(*context, "header.machine", header->machine()); !own.ok()) return own;
+  const storage::Deadline until =
+      std::min(runtime::DeadlineWithin(*context, kLongestUpload), std::chrono::steady_clock::now() + place_patience_);
+  auto share = upload_shares_.Take(context->peer(), until, keep_going);
+  if (!share.has_value()) return ShareIsFull("uploads", upload_shares_);
+  auto slot = uploads_.Enter(until, keep_going);
+  if (absl::IsDeadlineExceeded(slot.status()))
+    return runtime::Failure(errors::v1::UPLOADS_FULL, "uploads: none ended in time, want fewer at once; try again");
+  if (!slot.ok()) return slot.status();
+  return Begun{*std::move(header), *std::move(share), *std::move(slot)};
+}
+
 absl::StatusOr<v1::ScanHeader> ScanService::ReadHeader(grpc::ServerContext* context, UploadStream* stream) {
-  const auto share = header_shares_.Take(context->peer());
-  if (!share.has_value()) return ShareIsFull("streams without a header", header_shares_);
-  const auto place = headers_.Enter(runtime::DeadlineWithin(*context, kLongestUpload), runtime::KeepGoing(*context));
-  if (!place.ok()) return place.status();
   const runtime::CallWatch watch(&watchdog_, context, runtime::DeadlineWithin(*context, kLongestUpload),
                                  header_patience_);
   v1::UploadScanRequest request;
@@ -122,13 +138,8 @@ absl::StatusOr<v1::ScanHeader> ScanService::ReadHeader(grpc::ServerContext* cont
 }
 
 absl::Status ScanService::Upload(grpc::ServerContext* context, UploadStream* stream) {
-  absl::StatusOr<v1::ScanHeader> header = ReadHeader(context, stream);
-  if (!header.ok()) return header.status();
-  if (absl::Status own = runtime::CheckOwnMachine(*context, "header.machine", header->machine()); !own.ok()) return own;
-  const auto share = upload_shares_.Take(context->peer());
-  if (!share.has_value()) return ShareIsFull("uploads", upload_shares_);
-  const auto slot = uploads_.Enter(runtime::DeadlineWithin(*context, kLongestUpload), runtime::KeepGoing(*context));
-  if (!slot.ok()) return slot.status();
+  absl::StatusOr<Begun> begun = BeginUpload(context, stream);
+  if (!begun.ok()) return begun.status();
   runtime::CallWatch watch(&watchdog_, context, runtime::DeadlineWithin(*context, kLongestUpload), stream_patience_);
   v1::UploadScanRequest request;
   UploadCaller caller{runtime::DeadlineWithin(*context, kLongestUpload),
@@ -138,7 +149,7 @@ absl::Status ScanService::Upload(grpc::ServerContext* context, UploadStream* str
                       runtime::TraceIdOf(*context),
                       runtime::ReaderOf(*context)};
   absl::StatusOr<std::unique_ptr<ScanUpload>> upload =
-      ScanUpload::Begin({store_.get(), &workers_, &plant_, &encoding_}, *std::move(header), std::move(caller));
+      ScanUpload::Begin({store_.get(), &workers_, &plant_, &encoding_}, std::move(begun->header), std::move(caller));
   if (!upload.ok()) return upload.status();
   v1::UploadScanResponse response;
   *response.mutable_accepted() = (*upload)->progress();

@@ -22,6 +22,8 @@ struct ScanServiceOptions {
   int greatest_upload_count = 64;
   // For its header, until which a stream has no place among the uploads.
   std::chrono::milliseconds header_patience{5'000};
+  // For its place, once the header is there: a small scan's upload is soon over, and to refuse one costs nearly as much.
+  std::chrono::milliseconds place_patience{10'000};
   // A stream on which nothing moves for so long is ended.
   std::chrono::milliseconds stream_patience{60'000};
 };
@@ -44,22 +46,28 @@ class ScanService final : public v1::ScanService::Service {
  private:
   static constexpr int kPreviewsAtOnce = 2;
 
-  // The first message of a stream, for which it waits among a bounded number of others.
-  absl::StatusOr<v1::ScanHeader> ReadHeader(
-      grpc::ServerContext* context, grpc::ServerReaderWriter<v1::UploadScanResponse, v1::UploadScanRequest>* stream);
-  absl::Status Upload(grpc::ServerContext* context,
-                      grpc::ServerReaderWriter<v1::UploadScanResponse, v1::UploadScanRequest>* stream);
+  using UploadStream = grpc::ServerReaderWriter<v1::UploadScanResponse, v1::UploadScanRequest>;
+  // A stream that is an upload: its header, and its place.
+  struct Begun {
+    v1::ScanHeader header;
+    runtime::PeerShares::Share share;
+    runtime::ComputePool::Slot slot;
+  };
+  // Waits among a bounded number of others.
+  absl::StatusOr<Begun> BeginUpload(grpc::ServerContext* context, UploadStream* stream);
+  absl::StatusOr<v1::ScanHeader> ReadHeader(grpc::ServerContext* context, UploadStream* stream);
+  absl::Status Upload(grpc::ServerContext* context, UploadStream* stream);
 
   const std::shared_ptr<storage::ScanStore> store_;
   KnownPlant plant_;
   DecodeWorkers workers_;
   runtime::ComputePool encoding_;
-  // Twice as many wait for their header as upload; of both one peer has at most half, so that others go on.
+  // Twice as many wait, for their header or their place, as upload; of both one peer has at most half, so that others go on.
   runtime::ComputePool headers_, uploads_;
   runtime::PeerShares header_shares_, upload_shares_;
   runtime::ComputePool previews_{{kPreviewsAtOnce, 0}, "previews", errors::v1::PREVIEWS_FULL};
   runtime::CallWatchdog watchdog_;
-  const std::chrono::milliseconds header_patience_, stream_patience_;
+  const std::chrono::milliseconds header_patience_, place_patience_, stream_patience_;
 };
 
 }  // namespace sixpoint::ingest

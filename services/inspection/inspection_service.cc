@@ -25,7 +25,7 @@ InspectionService::InspectionService(std::shared_ptr<storage::InspectionStore> s
     : store_(std::move(store)),
       peers_(std::move(peers)),
       options_(options),
-      running_({options.greatest_count, 0}, "inspections", errors::v1::INSPECTIONS_FULL) {
+      running_(options.pool, "inspections", errors::v1::INSPECTIONS_FULL) {
   Metrics();
 }
 

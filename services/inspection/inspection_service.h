@@ -13,8 +13,8 @@
 namespace sixpoint::inspection {
 
 struct InspectionServiceOptions {
-  int greatest_count = 2;  // inspections at once; more are RESOURCE_EXHAUSTED
-  int threads = 2;         // compute threads of each
+  runtime::PoolLimits pool{2, runtime::kAllLetIn};  // inspections at once; more are RESOURCE_EXHAUSTED
+  int threads = 2;                                  // compute threads of each
 };
 
 class InspectionService final : public v1::InspectionService::Service {

@@ -7,14 +7,14 @@ namespace sixpoint::inspection {
 namespace {
 
 // Each inspection has its own threads and some hundred megabytes; more than two at once only slow each other down.
-constexpr int kGreatestCount = 2;
+constexpr runtime::PoolLimits kLimits{2, runtime::kAllLetIn};
 
 std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& options, storage::Database* database) {
   auto peers = std::make_unique<Peers>(
       runtime::ConnectToPeer(options, "plant"), runtime::ConnectToPeer(options, "ingest"),
       runtime::ConnectToPeer(options, "calibration"), runtime::ConnectToPeer(options, "registration"));
   InspectionServiceOptions inspection_options;
-  inspection_options.greatest_count = kGreatestCount;
+  inspection_options.pool = kLimits;
   inspection_options.threads = options.threads;
   std::vector<runtime::ServedService> services;
   services.push_back(

@@ -16,12 +16,13 @@
 #include <thread>
 #include <utility>
 
+#include "services/runtime/compute_pool.h"
 #include "services/runtime/connection_acceptor.h"
 
 namespace sixpoint::runtime {
 
 struct CallLimits {
-  int at_once = 96;
+  int at_once = kAllLetIn;
   // One identity, over the gateway one person: two together may take all places, one never.
   int per_caller = 48;
   int of_nobody = 8;  // of all together who call what anybody may, without a certificate

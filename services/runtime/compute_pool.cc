@@ -48,12 +48,12 @@ absl::StatusOr<ComputePool::Slot> ComputePool::Enter(std::chrono::steady_clock::
                    {{"limit", std::to_string(limits_.at_once)}});
   }
   const int bounded = patience == Patience::kBounded ? 1 : 0;
-  const auto self = waiting_.insert(waiting_.end(), patience);
+  const auto self = waiting_.emplace(waiting_.end());
   bounded_count_ += bounded;
   waiting_gauge_.Add(1);
   absl::Status stopped;
   while (self != waiting_.begin() || running_ >= limits_.at_once) {
-    turn_.wait_until(lock, std::min(deadline, std::chrono::steady_clock::now() + kBetweenQuestions));
+    self->turn.wait_until(lock, std::min(deadline, std::chrono::steady_clock::now() + kBetweenQuestions));
     if (std::chrono::steady_clock::now() >= deadline) {
       stopped = absl::DeadlineExceededError(what_ + ": its time was over while it waited for its turn");
     } else if (keep_going && !keep_going()) {
@@ -65,10 +65,12 @@ absl::StatusOr<ComputePool::Slot> ComputePool::Enter(std::chrono::steady_clock::
   bounded_count_ -= bounded;
   waiting_gauge_.Add(-1);
   wait_s_.Observe(std::chrono::duration<double>(std::chrono::steady_clock::now() - asked).count());
-  turn_.notify_all();  // another one is first now
+  if (stopped.ok()) {
+    ++running_;
+    running_gauge_.Add(1);
+  }
+  WakeFirst();
   if (!stopped.ok()) return stopped;
-  ++running_;
-  running_gauge_.Add(1);
   return Slot(this);
 }
 
@@ -78,7 +80,11 @@ void ComputePool::Leave(std::chrono::steady_clock::time_point begin) {
   usual_ = usual_.count() == 0 ? held : (usual_ * 7 + held) / 8;
   --running_;
   running_gauge_.Add(-1);
-  turn_.notify_all();
+  WakeFirst();
+}
+
+void ComputePool::WakeFirst() {
+  if (!waiting_.empty() && running_ < limits_.at_once) waiting_.front().turn.notify_one();
 }
 
 ComputePool::Use ComputePool::use() const {

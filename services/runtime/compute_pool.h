@@ -24,6 +24,10 @@ struct PoolLimits {
   int waiting = 32;  // more are refused at once; 0: nobody waits
 };
 
+// As many as the call gate lets in: they wait, and it is the gate that refuses. A pool's refusal comes after the questions of who may,
+// which cost nearly what a small call costs.
+inline constexpr int kAllLetIn = 96;
+
 // Thread-safe; outlives its slots.
 class ComputePool {
  public:
@@ -72,9 +76,13 @@ class ComputePool {
   Histogram wait_s_;
   Counter refused_;
   mutable std::mutex mutex_;
-  std::condition_variable turn_;
-  std::list<Patience> waiting_;  // first come, first in the list
-  int bounded_count_ = 0;        // of those waiting
+  // Each is woken when it may be its turn, and no other.
+  struct Waiting {
+    std::condition_variable turn;
+  };
+  void WakeFirst();
+  std::list<Waiting> waiting_;  // first come, first in the list
+  int bounded_count_ = 0;       // of those waiting
   int running_ = 0;
   std::chrono::steady_clock::duration usual_{};  // of a slot held, the latest counting most; 0: none was yet
 };

@@ -1,6 +1,10 @@
 // What one peer may hold at most of something that all share.
 #pragma once
 
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <list>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -30,14 +34,25 @@ class PeerShares {
   };
   // grpc_peer: as grpc::ServerContext::peer() names it; who is one peer, peer_address.h says. None where it holds as many as it may.
   std::optional<Share> Take(const std::string& grpc_peer);
+  // The same, and waited for: first come, first served among the calls of one peer.
+  std::optional<Share> Take(const std::string& grpc_peer, std::chrono::steady_clock::time_point until,
+                            const std::function<bool()>& keep_going);
   int most_per_peer() const { return most_per_peer_; }
 
  private:
+  struct Waiting {
+    std::string peer;
+    std::condition_variable turn;
+  };
   void GiveBack(const std::string& peer);
+  bool IsFirst(std::list<Waiting>::const_iterator one) const;
+  bool HasRoom(const std::string& peer) const;
+  void WakeFirst(const std::string& peer);
 
   const int most_per_peer_;
   std::mutex mutex_;
   std::map<std::string, int> count_;  // of those who hold any
+  std::list<Waiting> waiting_;
 };
 
 }  // namespace sixpoint::runtime

@@ -43,7 +43,7 @@ constexpr std::chrono::seconds kDatabasePatience{2};
 // How often the database is asked: at once until it is there, then at leisure.
 constexpr long kPollStarting_ms = 200;
 constexpr long kPollServing_ms = 1000;
-// Ingest's 64 uploads and 128 streams without a header, the calls of CallLimits, and some.
+// Ingest's 64 uploads and 128 that wait for their place, the calls of CallLimits, and some.
 constexpr int kMostThreads = 320;
 constexpr size_t kQuotaPerMessage = 64;
 constexpr int kMostReadAtOnce_bytes = 256 * 1024;

@@ -56,6 +56,7 @@ class ScanServiceTest : public ::testing::Test {
     ScanServiceOptions options;
     options.decode_worker = WorkerProgram();
     options.greatest_upload_count = kUploadSlots;
+    options.place_patience = std::chrono::milliseconds(200);
     options.stream_patience = kStreamPatience;
     return options;
   }

@@ -24,7 +24,7 @@ class InspectionServiceTest : public ::testing::Test {
   void Start(int greatest_count) {
     server_.reset();
     InspectionServiceOptions options;
-    options.greatest_count = greatest_count;
+    options.pool = {greatest_count, 0};
     service_ = std::make_unique<InspectionService>(
         storage::InspectionsIn(plant_.database.database()),
         std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()), options);
