@@ -73,7 +73,7 @@ void ReadGaugePin(const Field& pin, plant::v1::GaugePin* out) {
 
 void ReadHoleGroup(const Field& item, plant::v1::PositionZone unless_said, plant::v1::HoleGroup* group) {
   item.OnlyKeys({"name", "diameter_mm", "depth_mm", "a_nominal_deg", "b_nominal_deg", "axis_in_part", "holes",
-                 "position_tolerance_mm", "position_zone", "inclination_tolerance_deg", "gauge_pin"});
+                 "position_tolerance_mm", "position_zone", "inclination_tolerance_deg", "gauge_pin", "pin_standing"});
   group->set_group(item.At("name").Id());
   group->set_diameter_mm(item.At("diameter_mm").Positive(100));
   group->set_depth_mm(item.At("depth_mm").Positive(1000));
@@ -84,6 +84,12 @@ void ReadHoleGroup(const Field& item, plant::v1::PositionZone unless_said, plant
   group->set_position_zone(ReadZone(item, unless_said));
   group->set_inclination_tolerance_deg(item.At("inclination_tolerance_deg").Positive(180));
   if (const auto pin = item.Find("gauge_pin")) ReadGaugePin(*pin, group->mutable_gauge_pin());
+  if (const auto standing = item.Find("pin_standing")) {
+    standing->OnlyKeys({"clearance_standard_uncertainty_um", "tilt_standard_uncertainty_deg"});
+    plant::v1::PinStanding& out = *group->mutable_pin_standing();
+    out.set_clearance_standard_uncertainty_um(standing->At("clearance_standard_uncertainty_um").Number(0, 1000));
+    out.set_tilt_standard_uncertainty_deg(standing->At("tilt_standard_uncertainty_deg").Number(0, 10));
+  }
   std::set<std::string> names;
   for (const Field& hole : item.At("holes").Items(1, kGreatestHoleCount)) {
     hole.OnlyKeys({"name", "start_in_part_mm", "normal_in_part"});
@@ -138,7 +144,7 @@ plant::v1::SafetyEnvelope ReadSafetyEnvelope(const Field& envelope) {
 }
 
 plant::v1::Machine ReadMachine(const Field& machine) {
-  machine.OnlyKeys({"id", "part_side", "tool_side", "nominal_centre_mm", "sensor", "safety_envelope"});
+  machine.OnlyKeys({"id", "part_side", "tool_side", "nominal_centre_mm", "sensor", "safety_envelope", "error_sources"});
   plant::v1::Machine out;
   ReadJoints(machine.At("part_side"), out.mutable_kinematics()->mutable_part_side());
   ReadJoints(machine.At("tool_side"), out.mutable_kinematics()->mutable_tool_side());
@@ -146,6 +152,17 @@ plant::v1::Machine ReadMachine(const Field& machine) {
   runtime::ToProto(machine.At("nominal_centre_mm").Vector3(), out.mutable_nominal_centre_mm());
   if (const auto envelope = machine.Find("safety_envelope"))
     *out.mutable_safety_envelope() = ReadSafetyEnvelope(*envelope);
+  const auto sources = machine.Find("error_sources");
+  if (!sources) return out;
+  sources->OnlyKeys({"approach", "touch_offset_um", "scanner_field_um"});
+  if (const auto approach = sources->Find("approach"))
+    out.mutable_error_sources()->set_approach(approach->Choice({"upwards", "downwards"}) == "upwards"
+                                                  ? plant::v1::APPROACH_UPWARDS
+                                                  : plant::v1::APPROACH_DOWNWARDS);
+  if (const auto touch = sources->Find("touch_offset_um"))
+    out.mutable_error_sources()->set_touch_offset_um(touch->Positive(1000));
+  if (const auto field = sources->Find("scanner_field_um"))
+    out.mutable_error_sources()->set_scanner_field_um(field->Positive(1000));
   return out;
 }
 
@@ -301,14 +318,8 @@ absl::StatusOr<std::vector<calibration::v1::SpherePose>> LoadSpherePoses(const s
   return poses;
 }
 
-absl::StatusOr<calibration::v1::AxisRun> LoadAxisRun(const std::string& path, const std::string& axis) {
+calibration::v1::AxisRun ReadAxisRun(const Field& in) {
   constexpr std::size_t kMostReadings = 200'000;
-  std::string member_path;
-  const absl::StatusOr<nlohmann::json> document = LoadMember(path, "axis_runs", &member_path);
-  if (!document.ok()) return document.status();
-  Problems problems(member_path.empty());
-  const Field root(&*document, member_path, &problems);
-  const Field in = member_path.empty() ? root : root.At(axis);
   in.OnlyKeys({"commanded_deg", "measured_deg", "error_deg", "direction"});
   calibration::v1::AxisRun run;
   for (const Field& value : in.At("commanded_deg").Items(1, kMostReadings)) run.add_commanded_deg(value.Number());
@@ -325,6 +336,16 @@ absl::StatusOr<calibration::v1::AxisRun> LoadAxisRun(const std::string& path, co
       if (direction == 0) value.Refuse("1 or -1");
       run.add_travel(direction > 0 ? calibration::v1::TRAVEL_FORWARD : calibration::v1::TRAVEL_BACKWARD);
     }
+  return run;
+}
+
+absl::StatusOr<calibration::v1::AxisRun> LoadAxisRun(const std::string& path, const std::string& axis) {
+  std::string member_path;
+  const absl::StatusOr<nlohmann::json> document = LoadMember(path, "axis_runs", &member_path);
+  if (!document.ok()) return document.status();
+  Problems problems(member_path.empty());
+  const Field root(&*document, member_path, &problems);
+  calibration::v1::AxisRun run = ReadAxisRun(member_path.empty() ? root : root.At(axis));
   if (!problems.empty()) return problems.ToStatus();
   return run;
 }

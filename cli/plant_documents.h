@@ -42,6 +42,7 @@ absl::StatusOr<calibration::v1::TouchData> LoadTouchData(const std::string& path
 absl::StatusOr<std::vector<calibration::v1::SpherePose>> LoadSpherePoses(const std::string& path,
                                                                          const AxisPair& axes = {"A", "B"});
 // {commanded_deg, measured_deg or error_deg, direction (1 or -1; optional)}, lists; in a dataset, axis_runs of that axis.
+calibration::v1::AxisRun ReadAxisRun(const Field& run);
 absl::StatusOr<calibration::v1::AxisRun> LoadAxisRun(const std::string& path, const std::string& axis);
 // {bore_mm, face_mm, face_above_centre_mm}.
 absl::StatusOr<calibration::v1::StandardProbing> LoadStandardProbing(const std::string& path);

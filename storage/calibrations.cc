@@ -19,7 +19,7 @@ namespace {
 #define SIXPOINT_SENSOR_COLUMNS                                                                               \
   "calibration_id, machine_from_sensor_rotation, t_sm_mm, covariance, alpha_deg, beta_deg, gamma_deg, "       \
   "alpha_standard_uncertainty_deg, beta_standard_uncertainty_deg, gamma_standard_uncertainty_deg, noise_um, " \
-  "touch_rms_um, residual_rms_um, condition_number, points_used"
+  "touch_rms_um, residual_rms_um, condition_number, points_used, field_response, arm_series"
 #define SIXPOINT_ROTATION_COLUMNS                                                              \
   "calibration_id, a_direction, a_point_mm, b_direction, b_point_mm, covariance, point_c_mm, " \
   "point_c_standard_uncertainty_mm, noise_um, residual_rms_um, check_rms_um, check_count, condition_number, axes"
@@ -28,7 +28,8 @@ constexpr char kInsertHead[] = "INSERT INTO calibrations (" SIXPOINT_HEAD_COLUMN
                                ", axis) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, "
                                "$15, $16)";
 constexpr char kInsertSensor[] = "INSERT INTO sensor_calibrations (" SIXPOINT_SENSOR_COLUMNS
-                                 ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15)";
+                                 ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, "
+                                 "$16, $17)";
 constexpr char kInsertCentres[] =
     "INSERT INTO sensor_calibration_centres (calibration_id, position_index, scan_key, feature, is_check, dx_um, dy_um, "
     "dz_um) SELECT $1::uuid, (position - 1)::integer, " SIXPOINT_SCAN_KEY(
@@ -109,6 +110,8 @@ absl::Status InsertSensor(Transaction& transaction, const std::string& id, const
   params.Real(sensor.alpha_standard_uncertainty_deg).Real(sensor.beta_standard_uncertainty_deg);
   params.Real(sensor.gamma_standard_uncertainty_deg).Real(sensor.noise_um).Real(sensor.touch_rms_um);
   params.Real(sensor.residual_rms_um).Real(sensor.condition_number).Int(sensor.points_used);
+  sensor.field_response.empty() ? params.Null() : params.Reals(sensor.field_response);
+  params.OptionalText(sensor.arm_series);
   const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertSensor, params);
   if (!inserted.ok()) return inserted.status();
   std::vector<std::string> scans, features, checks;
@@ -166,6 +169,8 @@ SensorCalibrationRow ReadSensor(const Rows& rows, int row) {
   s.residual_rms_um = rows.Real(row, 12);
   s.condition_number = rows.Real(row, 13);
   s.points_used = rows.Int(row, 14);
+  if (!rows.IsNull(row, 15)) s.field_response = rows.Reals(row, 15);
+  if (!rows.IsNull(row, 16)) s.arm_series = rows.Text(row, 16);
   return s;
 }
 

@@ -33,6 +33,8 @@ struct SensorCalibrationRow {
   double residual_rms_um = 0;
   double condition_number = 0;
   std::int64_t points_used = 0;
+  std::vector<double> field_response;  // 6 x 9, row-major; empty: not known
+  std::string arm_series;              // empty: not known, or several
   std::vector<CentreResidualRow> centres;
 };
 

@@ -40,11 +40,12 @@ constexpr char kInsertGroup[] =
     "b_reached_deg, tilt_deg) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14)";
 constexpr char kInsertHoles[] =
     "INSERT INTO correction_holes (correction_id, group_name, position_index, hole_name, start_x_mm, start_y_mm, "
-    "start_z_mm, nominal_start_x_mm, nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um) "
-    "SELECT $1::uuid, $2::text, (position - 1)::integer, hole, x, y, z, nominal_x, nominal_y, nominal_z, uncertainty "
+    "start_z_mm, nominal_start_x_mm, nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um, budget) "
+    "SELECT $1::uuid, $2::text, (position - 1)::integer, hole, x, y, z, nominal_x, nominal_y, nominal_z, uncertainty, "
+    "nullif(budget, '')::jsonb "
     "FROM unnest($3::text[], $4::double precision[], $5::double precision[], $6::double precision[], "
-    "$7::double precision[], $8::double precision[], $9::double precision[], $10::double precision[]) "
-    "WITH ORDINALITY AS holes (hole, x, y, z, nominal_x, nominal_y, nominal_z, uncertainty, position)";
+    "$7::double precision[], $8::double precision[], $9::double precision[], $10::double precision[], $11::text[]) "
+    "WITH ORDINALITY AS holes (hole, x, y, z, nominal_x, nominal_y, nominal_z, uncertainty, budget, position)";
 constexpr char kInsertCheck[] =
     "INSERT INTO correction_checks (correction_id, position_index, kind, subject, value, limit_value, passed, "
     "failed_count) VALUES ($1, $2, $3, $4, $5, $6, $7, $8)";
@@ -61,7 +62,8 @@ constexpr char kSelectGroups[] =
     "WHERE correction_id = ANY ($1::uuid[]) ORDER BY correction_id, position_index";
 constexpr char kSelectHoles[] =
     "SELECT h.correction_id, h.group_name, h.hole_name, start_x_mm, start_y_mm, start_z_mm, nominal_start_x_mm, "
-    "nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um, n.recorded_at FROM correction_holes h "
+    "nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um, n.recorded_at, budget::text FROM "
+    "correction_holes h "
     "LEFT JOIN correction_cuts c USING (correction_id, group_name, hole_name) "
     "LEFT JOIN record_names n ON n.record_id = c.record_id "
     "WHERE h.correction_id = ANY ($1::uuid[]) ORDER BY h.correction_id, h.group_name, h.position_index";
@@ -192,7 +194,7 @@ absl::Status InsertGroup(Transaction& transaction, const std::string& id, int po
   group.reached_deg ? params.Real((*group.reached_deg)[0]).Real((*group.reached_deg)[1]) : params.Null().Null();
   group.tilt_deg.has_value() ? params.Real(*group.tilt_deg) : params.Null();
   if (const auto stored = transaction.Execute(kInsertGroup, params); !stored.ok()) return stored.status();
-  std::vector<std::string> names;
+  std::vector<std::string> names, budgets;
   std::array<std::vector<double>, 6> coordinates;  // x, y, z of the starts, and of the nominal ones
   std::vector<double> uncertainties;
   for (const CorrectionHoleRow& hole : group.holes) {
@@ -202,11 +204,12 @@ absl::Status InsertGroup(Transaction& transaction, const std::string& id, int po
       coordinates[3 + i].push_back(hole.nominal_start_mm[i]);
     }
     uncertainties.push_back(hole.expanded_uncertainty_um);
+    budgets.push_back(hole.budget_json);
   }
   Params holes;
   holes.Uuid(id).Text(group.group_name).Texts(names);
   for (const std::vector<double>& values : coordinates) holes.Reals(values);
-  return transaction.Execute(kInsertHoles, holes.Reals(uncertainties)).status();
+  return transaction.Execute(kInsertHoles, holes.Reals(uncertainties).Texts(budgets)).status();
 }
 
 // Groups and holes of all the rows at once: two statements for a page.
@@ -256,6 +259,7 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<CorrectionRow>* 
       hole.nominal_start_mm = {rows.Real(row, 6), rows.Real(row, 7), rows.Real(row, 8)};
       hole.expanded_uncertainty_um = rows.Real(row, 9);
       if (!rows.IsNull(row, 10)) hole.reported_cut_at = rows.Time(row, 10);
+      if (!rows.IsNull(row, 11)) hole.budget_json = rows.Text(row, 11);
     }
   });
 }

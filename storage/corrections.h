@@ -22,6 +22,7 @@ struct CorrectionHoleRow {
   std::array<double, 3> start_mm{};
   std::array<double, 3> nominal_start_mm{};
   double expanded_uncertainty_um = 0;
+  std::string budget_json;                 // source to standard uncertainty, um; empty: made before it was kept
   std::optional<Instant> reported_cut_at;  // read only
 };
 

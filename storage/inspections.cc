@@ -43,24 +43,26 @@ constexpr char kSelectScans[] =
   "pin_residual_rms_um, reason, positioning_difference_um, pin_half_play_um"
 constexpr char kInsertHoles[] =
     "INSERT INTO inspection_holes (inspection_id, position_index, " SIXPOINT_HOLE_COLUMNS
-    ") SELECT $1::uuid, (position - 1)::integer, group_name, hole_name, verdict, position_verdict, "
+    ", budget) SELECT $1::uuid, (position - 1)::integer, group_name, hole_name, verdict, position_verdict, "
     "inclination_verdict, "
     "position_error, inclination_error, position_uncertainty, inclination_uncertainty, "
     "CASE WHEN start_x IS NOT NULL THEN ARRAY[start_x, start_y, start_z] END, "
     "CASE WHEN axis_x IS NOT NULL THEN ARRAY[axis_x, axis_y, axis_z] END, diameter, position_tolerance, "
-    "inclination_tolerance, point_count::integer, residual_rms, reason, positioning_difference, pin_play "
+    "inclination_tolerance, point_count::integer, residual_rms, reason, positioning_difference, pin_play, "
+    "nullif(budget, '')::jsonb "
     "FROM unnest($2::text[], $3::text[], $4::text[], $5::text[], $6::text[], $7::text[], $8::text[], "
     "$9::double precision[], $10::double precision[], $11::double precision[], $12::double precision[], "
     "$13::double precision[], $14::double precision[], $15::double precision[], $16::double precision[], "
     "$17::double precision[], $18::double precision[], $19::double precision[], $20::double precision[], "
-    "$21::double precision[], $22::double precision[], $23::double precision[], $24::double precision[]) WITH "
+    "$21::double precision[], $22::double precision[], $23::double precision[], $24::double precision[], $25::text[]) "
+    "WITH "
     "ORDINALITY AS holes (group_name, "
     "hole_name, verdict, position_verdict, inclination_verdict, reason, point_count, position_error, "
     "inclination_error, "
     "position_uncertainty, inclination_uncertainty, start_x, start_y, start_z, axis_x, axis_y, axis_z, diameter, "
-    "position_tolerance, inclination_tolerance, residual_rms, positioning_difference, pin_play, position)";
+    "position_tolerance, inclination_tolerance, residual_rms, positioning_difference, pin_play, budget, position)";
 constexpr char kSelectHoles[] = "SELECT inspection_id, " SIXPOINT_HOLE_COLUMNS
-                                " FROM inspection_holes WHERE inspection_id = ANY ($1::uuid[]) "
+                                ", budget::text FROM inspection_holes WHERE inspection_id = ANY ($1::uuid[]) "
                                 "ORDER BY inspection_id, position_index";
 #undef SIXPOINT_HOLE_COLUMNS
 
@@ -141,6 +143,7 @@ InspectionHoleRow ReadHole(const Rows& rows, int row) {
   hole.reason = rows.Text(row, 17);
   hole.positioning_difference_um = rows.Real(row, 18);
   if (!rows.IsNull(row, 19)) hole.pin_half_play_um = rows.Real(row, 19);
+  if (!rows.IsNull(row, 20)) hole.budget_json = rows.Text(row, 20);
   return hole;
 }
 
@@ -148,6 +151,7 @@ InspectionHoleRow ReadHole(const Rows& rows, int row) {
 Params HolesParams(const std::string& inspection_id, const std::vector<InspectionHoleRow>& holes) {
   std::array<std::vector<std::string>, 7> texts;
   std::array<std::vector<std::optional<double>>, 16> numbers;
+  std::vector<std::string> budgets;
   for (const InspectionHoleRow& hole : holes) {
     std::size_t column = 0;
     for (const std::string& text : {hole.group_name, hole.hole_name, hole.verdict, hole.position_verdict,
@@ -170,12 +174,13 @@ Params HolesParams(const std::string& inspection_id, const std::vector<Inspectio
                                hole.positioning_difference_um})
       add(value);
     add(hole.pin_half_play_um);
+    budgets.push_back(hole.budget_json);
   }
   Params params;
   params.Uuid(inspection_id);
   for (const std::vector<std::string>& column : texts) params.Texts(column);
   for (const std::vector<std::optional<double>>& column : numbers) params.OptionalReals(column);
-  return params;
+  return params.Texts(budgets);
 }
 
 // Scans and holes of all the rows at once: two statements for a page.

@@ -41,6 +41,7 @@ struct InspectionHoleRow {
   std::string reason;
   double positioning_difference_um = 0;
   std::optional<double> pin_half_play_um = std::nullopt;
+  std::string budget_json = {};  // source to standard uncertainty, um; empty: not measured, or made before it was kept
 };
 
 struct InspectionRow {

@@ -14,15 +14,16 @@ constexpr char kInsertMachineRevision[] =
     "INSERT INTO machine_revisions (machine_id, revision, content_sha256, sensor_model, sensor_noise_um, "
     "sensor_column_count, sensor_mid_range_mm, sensor_range_mm, sensor_line_angle_deg, nominal_centre_mm, "
     "safety_translation_mm, safety_rotation_deg, safety_uncertainty_share, safety_registration_age_h, "
-    "safety_keep_out_mm, "
-    "record_id) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16)";
+    "safety_keep_out_mm, approach, touch_offset_um, scanner_field_um, record_id) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19)";
 constexpr char kInsertJoint[] =
     "INSERT INTO machine_joints (machine_id, revision, side, position_index, axis, kind, direction, point_mm, sign, "
     "minimum, maximum) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
 constexpr char kSelectMachine[] =
     "SELECT revision, content_sha256, sensor_model, sensor_noise_um, sensor_column_count, sensor_mid_range_mm, "
     "sensor_range_mm, sensor_line_angle_deg, nominal_centre_mm, safety_translation_mm, safety_rotation_deg, "
-    "safety_uncertainty_share, safety_registration_age_h, safety_keep_out_mm, record_sequence, recorded_at FROM "
+    "safety_uncertainty_share, safety_registration_age_h, safety_keep_out_mm, record_sequence, recorded_at, approach, "
+    "touch_offset_um, scanner_field_um FROM "
     "machine_revisions JOIN record_names USING (record_id) WHERE machine_id = $1 AND "
     "($2::integer = 0 OR revision = $2) "
     "ORDER BY revision DESC LIMIT 1";
@@ -118,6 +119,9 @@ absl::StatusOr<MachineRow> InsertMachine(Transaction& transaction, MachineRow ma
   params.Real(machine.sensor_range_mm).Real(machine.sensor_line_angle_deg).Reals(machine.nominal_centre_mm);
   params.Real(machine.safety_translation_mm).Real(machine.safety_rotation_deg).Real(machine.safety_uncertainty_share);
   params.Real(machine.safety_registration_age_h).Real(machine.safety_keep_out_mm);
+  params.OptionalText(machine.approach);
+  for (const std::optional<double>& figure : {machine.touch_offset_um, machine.scanner_field_um})
+    figure ? params.Real(*figure) : params.Null();
   params.Uuid(record_id);
   if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertMachineRevision, params); !inserted.ok())
     return inserted.status();
@@ -159,6 +163,9 @@ absl::StatusOr<std::optional<MachineRow>> FindMachine(Transaction& transaction, 
   machine.safety_registration_age_h = rows->Real(0, 12);
   machine.safety_keep_out_mm = rows->Real(0, 13);
   machine.recorded = {rows->Int(0, 14), rows->Time(0, 15)};
+  if (!rows->IsNull(0, 16)) machine.approach = rows->Text(0, 16);
+  if (!rows->IsNull(0, 17)) machine.touch_offset_um = rows->Real(0, 17);
+  if (!rows->IsNull(0, 18)) machine.scanner_field_um = rows->Real(0, 18);
   const absl::StatusOr<Rows> joints = transaction.Execute(kSelectJoints, Params().Text(id).Int(machine.revision));
   if (!joints.ok()) return joints.status();
   for (int row = 0; row < joints->count(); ++row) {

@@ -39,6 +39,8 @@ struct MachineRow {
   std::vector<double> nominal_centre_mm;
   double safety_translation_mm = 0, safety_rotation_deg = 0;
   double safety_uncertainty_share = 0, safety_registration_age_h = 0, safety_keep_out_mm = 0;
+  std::string approach;  // UPWARDS, DOWNWARDS; empty: not the same way, or not known
+  std::optional<double> touch_offset_um, scanner_field_um;
   Recorded recorded;
 };
 
@@ -93,6 +95,10 @@ struct HoleGroupRow {
     std::optional<double> least_depth_mm = std::nullopt;
   };
   std::optional<GaugePin> gauge_pin = std::nullopt;
+  struct PinStanding {
+    double clearance_standard_uncertainty_um = 0, tilt_standard_uncertainty_deg = 0;
+  };
+  std::optional<PinStanding> pin_standing = std::nullopt;
   std::vector<HoleRow> holes;
 };
 

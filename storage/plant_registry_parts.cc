@@ -28,7 +28,8 @@ constexpr char kInsertGroup[] =
     "INSERT INTO part_hole_groups (part_id, revision, group_index, hole_group, diameter_mm, depth_mm, a_nominal_deg, "
     "b_nominal_deg, axis_in_part, position_tolerance_mm, inclination_tolerance_deg, position_zone, "
     "gauge_pin_diameter_mm, gauge_pin_diameter_standard_uncertainty_um, gauge_pin_greatest_play_mm, "
-    "gauge_pin_least_depth_mm) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16)";
+    "gauge_pin_least_depth_mm, pin_clearance_standard_uncertainty_um, pin_tilt_standard_uncertainty_deg) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18)";
 constexpr char kInsertHoles[] =
     "INSERT INTO part_holes (part_id, revision, group_index, hole_index, hole, start_in_part_mm, normal_in_part) "
     "SELECT $1::text, $2::integer, $3::integer, (position - 1)::integer, hole, ARRAY[x, y, z], ARRAY[nx, ny, nz] "
@@ -47,7 +48,8 @@ constexpr char kSelectRevision[] =
 constexpr char kSelectGroups[] =
     "SELECT hole_group, diameter_mm, depth_mm, a_nominal_deg, b_nominal_deg, axis_in_part, position_tolerance_mm, "
     "inclination_tolerance_deg, position_zone, gauge_pin_diameter_mm, gauge_pin_diameter_standard_uncertainty_um, "
-    "gauge_pin_greatest_play_mm, gauge_pin_least_depth_mm FROM part_hole_groups WHERE part_id = $1 AND revision = $2 "
+    "gauge_pin_greatest_play_mm, gauge_pin_least_depth_mm, pin_clearance_standard_uncertainty_um, "
+    "pin_tilt_standard_uncertainty_deg FROM part_hole_groups WHERE part_id = $1 AND revision = $2 "
     "ORDER BY group_index";
 constexpr char kSelectHoles[] =
     "SELECT group_index, hole, start_in_part_mm, normal_in_part FROM part_holes WHERE part_id = $1 AND revision = $2 "
@@ -69,6 +71,10 @@ absl::Status InsertHoles(Transaction& transaction, const PartRow& part) {
     } else {
       row.Null().Null().Null().Null();
     }
+    if (const auto& standing = group.pin_standing)
+      row.Real(standing->clearance_standard_uncertainty_um).Real(standing->tilt_standard_uncertainty_deg);
+    else
+      row.Null().Null();
     if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertGroup, row); !inserted.ok())
       return inserted.status();
     std::vector<std::string> names;
@@ -112,6 +118,7 @@ HoleGroupRow ReadGroup(const Rows& rows, int row) {
   group.position_tolerance_mm = rows.Real(row, 6);
   group.inclination_tolerance_deg = rows.Real(row, 7);
   group.position_zone = rows.Text(row, 8);
+  if (!rows.IsNull(row, 13)) group.pin_standing = {rows.Real(row, 13), rows.Real(row, 14)};
   if (rows.IsNull(row, 9)) return group;
   group.gauge_pin = {rows.Real(row, 9), rows.Real(row, 10), rows.Real(row, 11)};
   if (!rows.IsNull(row, 12)) group.gauge_pin->least_depth_mm = rows.Real(row, 12);

@@ -48,6 +48,12 @@ constexpr char kInsertAngle[] =
     "INSERT INTO registration_angles (registration_id, position_index, axis, characterisation_id, commanded_deg, "
     "reached_deg, standard_uncertainty_deg, half_reversal_deg, pose_per_rad) "
     "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)";
+constexpr char kInsertErrorSource[] =
+    "INSERT INTO registration_error_sources (registration_id, position_index, source_name, degrees_of_freedom, "
+    "draw_count, parameters_per_sigma, pose_per_sigma) VALUES ($1, $2, $3, $4, $5, $6, $7)";
+constexpr char kSelectErrorSources[] =
+    "SELECT registration_id, source_name, degrees_of_freedom, draw_count, parameters_per_sigma, pose_per_sigma "
+    "FROM registration_error_sources WHERE registration_id = ANY ($1::uuid[]) ORDER BY registration_id, position_index";
 constexpr char kSelectScans[] =
     "SELECT registration_id, " SIXPOINT_SCAN_ID("scan_key")
     ", point_count, points_used, residual_median_um FROM registration_scans "
@@ -134,7 +140,7 @@ RegistrationRow ReadRegistration(const Rows& rows, int row) {
   return read;
 }
 
-// Scans, agreements, datums and angles of all the rows at once: four statements for a page.
+// Scans, agreements, datums, error sources and angles of all the rows at once: five statements for a page.
 absl::Status ReadChildren(Transaction& transaction, std::vector<RegistrationRow>* registrations) {
   const ParentRows<RegistrationRow> parents(registrations, &RegistrationRow::registration_id);
   if (parents.ids().empty()) return absl::OkStatus();
@@ -154,6 +160,16 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<RegistrationRow>
       transaction.Execute(kSelectDatums, ids), [](RegistrationRow& registration, const Rows& rows, int row) {
         registration.datums.push_back({rows.Text(row, 1), rows.Real(row, 2), rows.Real(row, 3), rows.Int(row, 4)});
       });
+  if (!read.ok()) return read;
+  read = parents.Add(transaction.Execute(kSelectErrorSources, ids),
+                     [](RegistrationRow& registration, const Rows& rows, int row) {
+                       RegistrationErrorSourceRow& source = registration.error_sources.emplace_back();
+                       source.source_name = rows.Text(row, 1);
+                       if (!rows.IsNull(row, 2)) source.degrees_of_freedom = rows.Real(row, 2);
+                       source.draw_count = static_cast<int>(rows.Int(row, 3));
+                       source.parameters_per_sigma = rows.Reals(row, 4);
+                       source.pose_per_sigma = rows.Reals(row, 5);
+                     });
   if (!read.ok()) return read;
   return parents.Add(
       transaction.Execute(kSelectAngles, ids), [](RegistrationRow& registration, const Rows& rows, int row) {
@@ -211,6 +227,14 @@ absl::StatusOr<Recorded> InsertRegistration(Transaction& transaction, const Regi
     params.Real(angle.commanded_deg).Real(angle.reached_deg).Real(angle.standard_uncertainty_deg);
     params.Real(angle.half_reversal_deg).Reals(angle.pose_per_rad);
     if (const auto inserted = transaction.Execute(kInsertAngle, params); !inserted.ok()) return inserted.status();
+  }
+  position = 0;
+  for (const RegistrationErrorSourceRow& source : registration.error_sources) {
+    Params params;
+    params.Uuid(registration.registration_id).Int(position++).Text(source.source_name);
+    source.degrees_of_freedom ? params.Real(*source.degrees_of_freedom) : params.Null();
+    params.Int(source.draw_count).Reals(source.parameters_per_sigma).Reals(source.pose_per_sigma);
+    if (const auto inserted = transaction.Execute(kInsertErrorSource, params); !inserted.ok()) return inserted.status();
   }
   return AppendRecord(transaction, registration.registration_id, entry);
 }

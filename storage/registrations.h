@@ -50,6 +50,15 @@ struct RegistrationAngleRow {
   std::vector<double> pose_per_rad;  // 6; empty unless the outcome is CONVERGED
 };
 
+// What makes the pose uncertain, beside noise and angles.
+struct RegistrationErrorSourceRow {
+  std::string source_name;
+  std::optional<double> degrees_of_freedom = std::nullopt;  // none: it is taken as known
+  int draw_count = 0;
+  std::vector<double> parameters_per_sigma;  // a row each calibration parameter, row-major
+  std::vector<double> pose_per_sigma;        // 6 rows
+};
+
 struct RegistrationRow {
   std::string registration_id;
   std::string blade_serial;
@@ -66,7 +75,7 @@ struct RegistrationRow {
   std::vector<double> reference_mm;      // 3
   std::vector<double> covariance;        // 6 x 6
   std::vector<double> noise_covariance;  // 6 x 6
-  // 6 rows, a column each calibration parameter (metrology/kinematics/calibration_parameters.h).
+  // 6 rows, a column each calibrated parameter (metrology/kinematics/calibration_parameters.h).
   std::vector<double> calibration_sensitivity;
   std::int64_t point_count = 0;
   std::int64_t points_used = 0;
@@ -95,6 +104,7 @@ struct RegistrationRow {
   std::vector<RegistrationAgreementRow> agreements;
   std::vector<RegistrationDatumRow> datums;
   std::vector<RegistrationAngleRow> angles;  // where axis tables were applied
+  std::vector<RegistrationErrorSourceRow> error_sources;
 };
 
 struct RegistrationFilter : ResultFilter {

@@ -14,10 +14,10 @@ constexpr char kLockScanId[] = "SELECT pg_advisory_xact_lock(hashtextextended('s
   "scan_id, machine_id, machine_revision, artefact_id, artefact_revision, blade_serial, kind, v0_x_mm, v0_y_mm, " \
   "v0_z_mm, a_deg, b_deg, profile_pitch_mm, columns_per_profile, point_count, encoding, sender_error_um, "        \
   "error_bound_um, measured_at, block_count, stored_bytes, stored_sha256, sent_sha256, proven_error_um, "         \
-  "stored_encoding, profile_count, raw_step_um"
+  "stored_encoding, profile_count, raw_step_um, arm_series"
 constexpr char kInsertScan[] = "INSERT INTO scans (" SIXPOINT_SCAN_COLUMNS
                                ", scan_key) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, "
-                               "$16, $17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27, $28)";
+                               "$16, $17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27, $28, $29)";
 #define SIXPOINT_SELECT_SCANS     \
   "SELECT " SIXPOINT_SCAN_COLUMNS \
   ", record_sequence, recorded_at FROM scans JOIN recorded r ON r.record_id = scan_key WHERE "
@@ -81,7 +81,8 @@ ScanRow ReadScan(const Rows& rows, int row) {
   scan.stored_encoding = rows.Text(row, 24);
   if (!rows.IsNull(row, 25)) scan.profile_count = static_cast<int>(rows.Int(row, 25));
   scan.raw_step_um = rows.Real(row, 26);
-  scan.recorded = {rows.Int(row, 27), rows.Time(row, 28)};
+  if (!rows.IsNull(row, 27)) scan.arm_series = rows.Text(row, 27);
+  scan.recorded = {rows.Int(row, 28), rows.Time(row, 29)};
   return scan;
 }
 
@@ -101,7 +102,7 @@ Params ScanParams(const ScanRow& scan, const std::string& scan_key) {
   scan.measured_at ? params.Time(*scan.measured_at) : params.Null();
   params.Int(scan.block_count).Int(scan.stored_bytes).Digest(scan.stored_sha256).Digest(scan.sent_sha256);
   params.Real(scan.proven_error_um).Text(scan.stored_encoding).Int(scan.profile_count).Real(scan.raw_step_um);
-  params.Uuid(scan_key);
+  params.OptionalText(scan.arm_series).Uuid(scan_key);
   return params;
 }
 

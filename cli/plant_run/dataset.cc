@@ -8,6 +8,7 @@
 #include "cli/cloud_files.h"
 #include "cli/document.h"
 #include "cli/plant_documents.h"
+#include "cli/plant_run/dataset_error_sources.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
 
@@ -119,6 +120,7 @@ absl::StatusOr<Dataset> ParseDataset(const nlohmann::json& document) {
     const std::string& id = dataset.scans.back().header.scan_id();
     if (!id.empty() && !ids.insert(id).second) scan.At("id").Refuse("an id that no other scan has");
   }
+  ReadErrorSources(root, &dataset);
   if (!problems.empty()) return problems.ToStatus();
   return dataset;
 }

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sixpoint/calibration/v1/calibration.pb.h"
@@ -30,9 +31,18 @@ struct Dataset {
   std::vector<DatasetScan> scans;
   // Serials of the blades that the scans show, in the order in which they first come.
   std::vector<std::string> blades;
+  // By its error_sources: the runs of axes that are characterised, and whose tables are applied throughout, by letter; and whether the
+  // arm's own scans are studied.
+  std::vector<std::pair<std::string, calibration::v1::AxisRun>> axis_runs;
+  bool study_arm = false;
+
+  bool applies_axis_tables() const { return !axis_runs.empty(); }
 };
 
-// INVALID_ARGUMENT names every missing or odd field by its path. Fields that it does not know are left alone.
+// Of kind arm, to learn how far the arm swings.
+inline constexpr int kFewestArmScans = 5;
+
+// INVALID_ARGUMENT names every missing or odd field by its path. Fields that it does not know are left alone, but in error_sources.
 absl::StatusOr<Dataset> ParseDataset(const nlohmann::json& document);
 absl::StatusOr<Dataset> LoadDataset(const std::string& folder);
 

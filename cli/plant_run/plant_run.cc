@@ -10,13 +10,13 @@
 #include "cli/document.h"
 #include "cli/output.h"
 #include "cli/plant_documents.h"
+#include "cli/plant_run/calibration_calls.h"
 #include "cli/plant_run/jobs.h"
 #include "cli/progress.h"
 #include "cli/reports.h"
 #include "cli/scan_transfer.h"
 #include "refusal/refusal.h"
 #include "services/runtime/resource_name.h"
-#include "sixpoint/calibration/v1/calibration.grpc.pb.h"
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
@@ -26,7 +26,6 @@
 namespace sixpoint::cli {
 namespace {
 
-using calibration::v1::CalibrationService;
 using correction::v1::CorrectionService;
 using inspection::v1::InspectionService;
 using plant::v1::PlantService;
@@ -64,8 +63,10 @@ class PlantRun {
   // Names under which the plant keeps a subject's scans of a kind; FAILED_PRECONDITION when one of them is not stored.
   absl::StatusOr<std::vector<std::string>> StoredScans(const std::string& subject, ingest::v1::ScanKind kind) const;
   bool HasScans(const std::string& blade, ingest::v1::ScanKind kind) const;
+  // The sensor's, and what its arm repeats; that of the axes, after their tables where they are applied.
   absl::Status CalibrateSensor(calibration::v1::Calibration* out);
-  absl::Status CalibrateRotation(calibration::v1::Calibration* out);
+  absl::Status StudyArm(const calibration::v1::Calibration& sensor);
+  absl::Status CalibrateAxes(calibration::v1::Calibration* out);
   absl::Status RegisterBlade(RegisteredBlade* entry, ingest::v1::ScanKind kind, registration::v1::Method method);
   void Say(const std::string& line) const {
     if (!session_->json) std::cerr << line << std::endl;
@@ -191,36 +192,37 @@ absl::StatusOr<std::vector<std::string>> PlantRun::StoredScans(const std::string
 }
 
 absl::Status PlantRun::CalibrateSensor(calibration::v1::Calibration* out) {
-  const std::string artefact = runtime::NameOf("artefacts", dataset_.artefact_id);
-  absl::StatusOr<std::vector<std::string>> scans = StoredScans(artefact, ingest::v1::SCAN_KIND_ARTEFACT);
+  absl::StatusOr<std::vector<std::string>> scans =
+      StoredScans(runtime::NameOf("artefacts", dataset_.artefact_id), ingest::v1::SCAN_KIND_ARTEFACT);
   if (!scans.ok()) return scans.status();
-  calibration::v1::CalibrateSensorRequest request;
-  request.set_machine(runtime::NameOf("machines", dataset_.machine_id));
-  request.set_artefact(artefact);
-  for (const std::string& scan : *scans) request.add_scans(scan);
-  *request.mutable_touch() = dataset_.touch;
-  request.set_method(calibration::v1::SENSOR_METHOD_JOINT);
-  request.set_request_id(NewRequestId());
-  return session_->Call<CalibrationService>("calibration", &CalibrationService::Stub::CalibrateSensor, request, out);
+  return cli::CalibrateSensor(session_, dataset_, *scans, out);
 }
 
-absl::Status PlantRun::CalibrateRotation(calibration::v1::Calibration* out) {
-  calibration::v1::CalibrateRotationRequest request;
-  request.set_machine(runtime::NameOf("machines", dataset_.machine_id));
-  for (const calibration::v1::SpherePose& pose : dataset_.sphere_poses) *request.add_poses() = pose;
-  request.set_method(calibration::v1::ROTATION_METHOD_LINES);
-  request.set_request_id(NewRequestId());
-  return session_->Call<CalibrationService>("calibration", &CalibrationService::Stub::CalibrateRotation, request, out);
+absl::Status PlantRun::StudyArm(const calibration::v1::Calibration& sensor) {
+  if (!dataset_.study_arm) return absl::OkStatus();
+  absl::StatusOr<std::vector<std::string>> scans =
+      StoredScans(runtime::NameOf("artefacts", dataset_.artefact_id), ingest::v1::SCAN_KIND_ARM);
+  if (!scans.ok()) return scans.status();
+  return cli::StudyArm(session_, *scans, sensor.name());
+}
+
+absl::Status PlantRun::CalibrateAxes(calibration::v1::Calibration* out) {
+  absl::Status status = CharacteriseAxes(session_, dataset_);
+  return status.ok() ? CalibrateRotation(session_, dataset_, out) : status;
 }
 
 bool PlantRun::Calibrate() {
   Say("calibrating " + dataset_.machine_id);
   const auto start = std::chrono::steady_clock::now();
   calibration::v1::Calibration sensor, rotation;
-  absl::Status sensor_status, rotation_status;
+  absl::Status sensor_status, rotation_status, arm_status;
   RunJobs(2, kCallsAtOnce, [&](int i) {
-    if (i == 0) sensor_status = CalibrateSensor(&sensor);
-    if (i == 1) rotation_status = CalibrateRotation(&rotation);
+    if (i == 0) {
+      sensor_status = CalibrateSensor(&sensor);
+      if (sensor_status.ok()) arm_status = StudyArm(sensor);
+    } else {
+      rotation_status = CalibrateAxes(&rotation);
+    }
   });
   result_.calibration_s = SecondsSince(start);
   if (sensor_status.ok()) {
@@ -233,8 +235,10 @@ bool PlantRun::Calibrate() {
   } else {
     result_.failures.push_back(FailureOf("calibration", "machine:" + dataset_.machine_id, "rotation", rotation_status));
   }
+  if (!arm_status.ok())
+    result_.failures.push_back(FailureOf("calibration", "machine:" + dataset_.machine_id, "arm", arm_status));
   // Without its own calibrations the rest would quietly rest on older ones.
-  return sensor_status.ok() && rotation_status.ok();
+  return sensor_status.ok() && rotation_status.ok() && arm_status.ok();
 }
 
 absl::Status PlantRun::RegisterBlade(RegisteredBlade* entry, ingest::v1::ScanKind kind,
@@ -245,6 +249,7 @@ absl::Status PlantRun::RegisterBlade(RegisteredBlade* entry, ingest::v1::ScanKin
   if (!scans.ok()) return scans.status();
   for (const std::string& scan : *scans) request.add_scans(scan);
   request.set_method(method);
+  request.set_apply_axis_tables(dataset_.applies_axis_tables());
   request.set_request_id(NewRequestId());
   const auto start = std::chrono::steady_clock::now();
   absl::Status status = session_->Call<RegistrationService>("registration", &RegistrationService::Stub::Register,
@@ -341,6 +346,7 @@ void PlantRun::InspectBlades() {
       return;
     }
     for (const std::string& scan : *scans) request.add_scans(scan);
+    request.set_apply_axis_tables(dataset_.applies_axis_tables());
     request.set_request_id(NewRequestId());
     const auto call_start = std::chrono::steady_clock::now();
     statuses[i] = session_->Call<InspectionService>("inspection", &InspectionService::Stub::Inspect, request,

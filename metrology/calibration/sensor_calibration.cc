@@ -14,7 +14,8 @@ namespace {
 constexpr double kLeverMm = 10;  // half the artefact: what an angle means in mm
 constexpr double kDegrees = M_PI / 180;
 constexpr size_t kFewestConePoints = 200;
-constexpr double kLeastAgreeing = 0.5;  // of the points seen where a cone's wall should be
+constexpr size_t kFieldPoints = 50'000;  // the field is smooth: so many readings tell its pull
+constexpr double kLeastAgreeing = 0.5;   // of the points seen where a cone's wall should be
 // Of the readings that count. Costs one in sixteen thousand good ones; what passes it among reflections is a bias.
 constexpr double kGateSigma = 4;
 // Below a reading's rounding; keeps the weights finite where a cloud has no noise.
@@ -68,6 +69,7 @@ class SensorFit {
     size_t points = 0;
     for (const LineScan& scan : scans) points += scan.points_mm.size();
     gate_ = {std::max<size_t>(1, points / 40000) | 1, 0.3, 0.4};
+    state_.sensor.field = options.field;
     sigma_laser_ = options.optics.noise_mm;
     sigma_touch_ = TouchUncertainty(touch.standard_uncertainty_mm, 0, 0);
   }
@@ -171,6 +173,14 @@ class SensorFit {
     const Matrix12d covariance = scale.asDiagonal() * inverse * scale.asDiagonal();
     result_.sensor.covariance = covariance.topLeftCorner<6, 6>();
     result_.sensor.covariance = (result_.sensor.covariance + result_.sensor.covariance.transpose().eval()) / 2;
+    // How the solution follows the scanner's field: the same solver, another right-hand side.
+    Gate sparse = gate_;
+    std::size_t points = 0;
+    for (const LineScan& scan : scans_) points += scan.points_mm.size();
+    sparse.stride = std::max<size_t>(1, points / kFieldPoints) | 1;
+    const Eigen::Matrix<double, 12, kFieldParameterCount> response =
+        covariance * FieldPull(scans_, artefact_, state_, options_, sparse) / (sigma_laser_ * sigma_laser_);
+    if (options_.field.half_width_mm > 0) result_.field_response = response.topRows<kSensorParameterCount>();
     result_.condition_number = ConditionNumber(result_.sensor.covariance);
     if (absl::Status s = CheckDetermined(result_.sensor.covariance, result_.condition_number, sigma_touch_); !s.ok())
       return s;

@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,7 @@ struct CentreResidual {
 
 struct SensorCalibrationOptions {
   LineSensorOptics optics;
+  ScannerField field = {};
   int threads = 1;  // the result has the same bits for any number
   // Asked between iterations; false stops with CANCELLED.
   std::function<bool()> keep_going;
@@ -40,6 +42,7 @@ struct SensorCalibration {
   double touch_uncertainty_mm = 0;  // of one touched coordinate, as used
   // Of the information matrix of the six parameters, an angle counted as its effect at 10 mm.
   double condition_number = 0;
+  std::optional<FieldResponse> field_response;  // where options.field is one; of JOINT
   int iterations = 0;
   bool converged = false;
   std::size_t points_used = 0;

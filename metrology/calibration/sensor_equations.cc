@@ -12,6 +12,16 @@ namespace {
 
 constexpr size_t kChunkPoints = 1 << 15;
 
+// Of a reading on a face with this normal, machine frame.
+Vector12d RowOf(const SensorState& state, const LineScan& scan, const Eigen::Vector3d& reference,
+                const Eigen::Vector3d& p, const Eigen::Vector3d& n) {
+  const Eigen::Vector3d arm = state.sensor.rotation.col(1) * p.y() + state.sensor.rotation.col(2) * p.z();
+  const Eigen::Vector3d at = state.sensor.MachineFromSensor(p, scan.v0_mm);
+  Vector12d row;
+  row << arm.cross(n), n, -(at - reference).cross(n), -n;
+  return row;
+}
+
 // The rows of points [begin, end) of one scan. Upper-face rows are linear in (x, y, z, 1) of the sensor, so their normal
 // equations are carried as moments.
 SensorEquations ScanEquations(const LineScan& scan, size_t begin, size_t end, const Artefact& artefact,
@@ -24,11 +34,7 @@ SensorEquations ScanEquations(const LineScan& scan, size_t begin, size_t end, co
   const Eigen::Matrix3d& turn = state.machine_from_artefact.linear();
   const Eigen::Vector3d reference = state.machine_from_artefact.translation();
   const auto row_of = [&](const Eigen::Vector3d& p, const Eigen::Vector3d& n) {
-    const Eigen::Vector3d arm = state.sensor.rotation.col(1) * p.y() + state.sensor.rotation.col(2) * p.z();
-    const Eigen::Vector3d at = state.sensor.MachineFromSensor(p, scan.v0_mm);
-    Vector12d row;
-    row << arm.cross(n), n, -(at - reference).cross(n), -n;
-    return row;
+    return RowOf(state, scan, reference, p, n);
   };
   const Eigen::Vector3d upper_ray = (map.linear.row(2)).transpose();  // n . (map of a sensor direction)
   Eigen::Matrix4d moments = Eigen::Matrix4d::Zero();
@@ -105,6 +111,30 @@ SensorEquations LaserEquations(const std::vector<LineScan>& scans, const Artefac
   }
   if (median_reading != nullptr && !readings.empty()) *median_reading = UpperMedian(std::move(readings));
   return all;
+}
+
+Eigen::Matrix<double, 12, kFieldParameterCount> FieldPull(const std::vector<LineScan>& scans, const Artefact& artefact,
+                                                          const SensorState& state,
+                                                          const SensorCalibrationOptions& options, const Gate& gate) {
+  Eigen::Matrix<double, 12, kFieldParameterCount> pull;
+  pull.setZero();
+  const Eigen::Vector3d reference = state.machine_from_artefact.translation();
+  for (const LineScan& scan : scans) {
+    const ArtefactFromSensor map(state.machine_from_artefact, state.sensor, scan.v0_mm);
+    for (size_t i = 0; i < scan.points_mm.size(); i += gate.stride) {
+      const Eigen::Vector3d& p = scan.points_mm[i];
+      const FaceHit hit = HitFace(artefact, map * p, gate.margin_mm);
+      if (hit.face == FaceHit::Face::kNone) continue;
+      const Eigen::Vector3d in_artefact =
+          hit.face == FaceHit::Face::kUpper ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d(hit.normal);
+      const double along_ray = in_artefact.dot(map.linear * options.optics.RayAt(p));
+      if (std::abs(along_ray) < 0.2 || std::abs(hit.distance_mm / along_ray) > gate.reach_mm) continue;
+      const Eigen::Vector3d n = state.machine_from_artefact.linear() * in_artefact;
+      const double weight = static_cast<double>(gate.stride) / (along_ray * along_ray);
+      pull -= weight * RowOf(state, scan, reference, p, n) * (n.transpose() * state.sensor.FieldJacobian(p));
+    }
+  }
+  return pull;
 }
 
 TouchEquations EquationsOfTouch(const Artefact& artefact, const ArtefactTouch& touch, const SensorState& state) {

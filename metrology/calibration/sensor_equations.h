@@ -61,6 +61,12 @@ struct Gate {
 SensorEquations LaserEquations(const std::vector<LineScan>& scans, const Artefact& artefact, const SensorState& state,
                                const SensorCalibrationOptions& options, const Gate& gate, double* median_reading);
 
+// How the right-hand side follows the scanner's field, for a standard deviation of 1 mm along the ray; from every stride-th reading, as
+// many times.
+Eigen::Matrix<double, 12, kFieldParameterCount> FieldPull(const std::vector<LineScan>& scans, const Artefact& artefact,
+                                                          const SensorState& state,
+                                                          const SensorCalibrationOptions& options, const Gate& gate);
+
 // Touched cone centres, upper and side faces, for a standard uncertainty of 1 mm.
 struct TouchEquations {
   SensorEquations equations;

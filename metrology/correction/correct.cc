@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
+#include <utility>
 
 #include "metrology/statistics/distance_quantile.h"
 #include "refusal/refusal.h"
@@ -13,7 +15,7 @@ namespace sixpoint::metrology {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr int kNoise = 6, kCalibration = kCalibrationParameterCount, kParameters = kNoise + kCalibration;
+constexpr int kPose = 6, kParameters = kPose + kAxisParameterCount;
 using Parameters = Eigen::Matrix<double, kParameters, 1>;
 
 constexpr std::size_t kBeforeStarts = 4;  // values of the chain
@@ -21,7 +23,7 @@ constexpr std::size_t kBeforeStarts = 4;  // values of the chain
 // A quarter: of the gate's third, the rest is left for what uncertainty adds.
 double AllowedTilt(const NominalHoleGroup& group) { return group.inclination_tolerance_rad / 4; }
 
-// The estimates as they would be, had noise and calibration moved them by these parameters.
+// The estimates as they would be, had pose and axes been found moved by these parameters.
 struct Chain {
   const NominalHoleGroup& group;
   const RegisteredPose& pose;
@@ -30,11 +32,9 @@ struct Chain {
   // a, b, x and y of the turned direction, and then x, y, z of every start.
   absl::StatusOr<Eigen::VectorXd> operator()(const Parameters& change, const RotaryAngles& near,
                                              const RotaryLimits& limits) const {
-    const CalibrationVector calibration = change.tail<kCalibration>();
-    Eigen::Isometry3d zero_from_part =
-        Perturbed(pose.zero_from_part, pose.calibration_sensitivity * calibration, pose.sensitivity_reference_mm);
-    zero_from_part = Perturbed(zero_from_part, change.head<kNoise>(), pose.noise.reference_mm);
-    const RotaryAxes moved = axes.Perturbed(calibration.tail<kAxisParameterCount>());
+    const Eigen::Isometry3d zero_from_part =
+        Perturbed(pose.zero_from_part, change.head<kPose>(), pose.noise.reference_mm);
+    const RotaryAxes moved = axes.Perturbed(change.tail<kAxisParameterCount>());
     const Eigen::Vector3d direction = zero_from_part.linear() * group.axis_in_part;
     const auto angles = Orient(moved, direction, near, limits, AllowedTilt(group));
     if (!angles.ok()) return angles.status();
@@ -58,6 +58,49 @@ absl::Status CheckCommand(const char* axis, double command_rad, double minimum_r
   return absl::OutOfRangeError(text);
 }
 
+// What each source does to the chain's values, a column a draw.
+Eigen::MatrixXd ValuesPerSigma(const Eigen::MatrixXd& jacobian, const ErrorSource& source) {
+  return jacobian.leftCols(kPose) * source.pose_per_sigma +
+         jacobian.rightCols(kAxisParameterCount) *
+             source.parameters_per_sigma.middleRows<kAxisParameterCount>(kSensorParameterCount);
+}
+
+// A named cause's part of the values' covariance.
+struct Part {
+  std::string source;
+  double degrees_of_freedom;
+  Eigen::MatrixXd covariance;
+};
+
+std::vector<Part> PartsOf(const Eigen::MatrixXd& jacobian, const RegisteredPose& pose) {
+  const double known = std::numeric_limits<double>::infinity();
+  const Eigen::MatrixXd per_pose = jacobian.leftCols(kPose);
+  std::vector<Part> parts = {{"noise of the scans", known, per_pose * pose.noise.values * per_pose.transpose()}};
+  if (!pose.angles.empty())
+    parts.push_back({"angles of the scans", known, per_pose * PoseCovarianceOf(pose.angles) * per_pose.transpose()});
+  for (const ErrorSource& source : pose.sources) {
+    const Eigen::MatrixXd per_sigma = ValuesPerSigma(jacobian, source);
+    parts.push_back({source.name, source.degrees_of_freedom, per_sigma * per_sigma.transpose()});
+  }
+  return parts;
+}
+
+// The hole's covariance from its parts, and what follows from it.
+void SumUp(const std::vector<std::pair<const Part*, Eigen::Matrix3d>>& parts, CorrectedHole* hole) {
+  constexpr double kUm2 = 1e6;
+  for (const auto& [part, covariance_mm2] : parts) {
+    hole->covariance_mm2 += covariance_mm2;
+    if (const double variance_um2 = kUm2 * covariance_mm2.trace(); variance_um2 > 0)
+      hole->components.push_back({part->source, variance_um2, part->degrees_of_freedom});
+  }
+  std::stable_sort(hole->components.begin(), hole->components.end(),
+                   [](const auto& one, const auto& other) { return one.variance > other.variance; });
+  hole->degrees_of_freedom = EffectiveDegreesOfFreedom(hole->components);
+  constexpr double kProbability = 0.95;
+  hole->expanded_uncertainty_um =
+      1e3 * WideningOf(kProbability, hole->degrees_of_freedom) * DistanceQuantile(hole->covariance_mm2, kProbability);
+}
+
 absl::Status Named(const std::string& group, const absl::Status& status) {
   return absl::Status(status.code(), "group " + group + ": " + std::string(status.message()));
 }
@@ -67,8 +110,11 @@ absl::Status Named(const std::string& group, const absl::Status& status) {
 absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, const RegisteredPose& pose,
                                                 const Eigen::Isometry3d& zero_from_part_nominal, const RotaryAxes& axes,
                                                 const RotaryAxes& nominal_axes, const RotaryLimits& limits) {
-  if (!pose.noise.values.allFinite() || !pose.calibration_covariance.allFinite() ||
-      !pose.calibration_sensitivity.allFinite() || !pose.zero_from_part.matrix().allFinite())
+  const bool sources_finite = std::all_of(pose.sources.begin(), pose.sources.end(), [](const ErrorSource& source) {
+    return source.parameters_per_sigma.allFinite() && source.pose_per_sigma.allFinite() &&
+           source.pose_per_sigma.cols() == source.parameters_per_sigma.cols();
+  });
+  if (!pose.noise.values.allFinite() || !sources_finite || !pose.zero_from_part.matrix().allFinite())
     return Refuse("pose", "not finite", "a pose with finite covariances");
   const Chain chain{group, pose, axes};
   const auto values = chain(Parameters::Zero(), group.nominal, limits);
@@ -96,7 +142,8 @@ absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, c
   const RotaryLimits unlimited{-free, free, -free, free};
   Eigen::MatrixXd jacobian(values->size(), kParameters);
   for (int k = 0; k < kParameters; ++k) {
-    const bool angle = k < kNoise ? k < 3 : CalibrationParameterAt(k - kNoise).unit == ParameterUnit::kRad;
+    const bool angle =
+        k < kPose ? k < 3 : kAxisParameters[static_cast<std::size_t>(k - kPose)].unit == ParameterUnit::kRad;
     const double step = angle ? 1e-6 : 1e-4;
     Parameters change = Parameters::Zero();
     change[k] = step;
@@ -106,13 +153,11 @@ absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, c
     if (!below.ok()) return Named(group.name, below.status());
     jacobian.col(k) = (*above - *below) / (2 * step);
   }
-  Eigen::Matrix<double, kParameters, kParameters> covariance;
-  covariance.setZero();
-  covariance.topLeftCorner<kNoise, kNoise>() = pose.noise.values + PoseCovarianceOf(pose.angles);
-  covariance.bottomRightCorner<kCalibration, kCalibration>() = pose.calibration_covariance;
-
+  const std::vector<Part> parts = PartsOf(jacobian, pose);
   const auto variance = [&](int row) {
-    return (jacobian.row(row) * covariance * jacobian.row(row).transpose()).value();
+    double sum = 0;
+    for (const Part& part : parts) sum += part.covariance(row, row);
+    return sum;
   };
   const Eigen::Vector2d turn_rad(positioning.a.StandardUncertaintyAt(result.corrected.a_rad),
                                  positioning.b.StandardUncertaintyAt(result.corrected.b_rad));
@@ -120,6 +165,7 @@ absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, c
   result.a_standard_uncertainty_rad = std::sqrt(std::max(0.0, variance(0) + turn_variance_rad2[0]));
   result.b_standard_uncertainty_rad = std::sqrt(std::max(0.0, variance(1) + turn_variance_rad2[1]));
   result.tilt_standard_uncertainty_rad = std::sqrt(std::max(0.0, variance(2) + variance(3)));
+  const Part turning{"angles of the drilling", std::numeric_limits<double>::infinity(), {}};
   const Eigen::Isometry3d nominal_machine_from_part =
       axes.MachineFromZero(group.nominal.a_rad, group.nominal.b_rad) * zero_from_part_nominal;
   for (std::size_t i = 0; i < group.holes.size(); ++i) {
@@ -127,14 +173,15 @@ absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, c
     hole.name = group.holes[i].name;
     hole.start_mm = values->segment<3>(kBeforeStarts + 3 * i);
     hole.nominal_start_mm = nominal_machine_from_part * group.holes[i].start_in_part_mm;
-    const Eigen::Matrix<double, 3, kParameters> rows = jacobian.middleRows<3>(kBeforeStarts + 3 * i);
-    hole.covariance_mm2 = rows * covariance * rows.transpose();
+    std::vector<std::pair<const Part*, Eigen::Matrix3d>> of_hole;
+    const auto at = static_cast<Eigen::Index>(kBeforeStarts + 3 * i);
+    for (const Part& part : parts) of_hole.emplace_back(&part, part.covariance.block<3, 3>(at, at));
     if (positioning.Applies()) {
       const Eigen::Matrix<double, 3, 2> turned = axes.AngleJacobian(
           pose.zero_from_part * group.holes[i].start_in_part_mm, result.reached.a_rad, result.reached.b_rad);
-      hole.covariance_mm2 += turned * turn_variance_rad2.asDiagonal() * turned.transpose();
+      of_hole.emplace_back(&turning, turned * turn_variance_rad2.asDiagonal() * turned.transpose());
     }
-    hole.expanded_uncertainty_um = 1e3 * DistanceQuantile(hole.covariance_mm2, 0.95);
+    SumUp(of_hole, &hole);
     result.holes.push_back(hole);
   }
   return result;

@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,10 @@ struct CorrectedHole {
   Eigen::Vector3d nominal_start_mm = Eigen::Vector3d::Zero();  // machine, nominal part at the nominal angles
   Eigen::Matrix3d covariance_mm2 = Eigen::Matrix3d::Zero();    // of start_mm
   double expanded_uncertainty_um = 0;                          // 95 % of the distances to the true start lie below
+  // The budget: of the distance's mean square, in um^2. Its greatest first; what is nothing is left out.
+  std::vector<UncertaintyComponent> components;
+  double degrees_of_freedom =
+      std::numeric_limits<double>::infinity();  // of all together; the expanded uncertainty is widened for them
 };
 struct CorrectedHoleGroup {
   std::string name;
@@ -49,7 +54,7 @@ struct CorrectedHoleGroup {
 };
 
 // First-order propagation of the whole chain start(pose, axes, a(pose, axes), b(pose, axes)): an axis parameter moves the
-// pose (through the sensitivity) and turns the point again, so both are added before squaring. Both starts are on the
+// pose (as its source does) and turns the point again, so both are added before squaring. Both starts are on the
 // identified axes: their difference shows the blade, not the machine. Where the pose was registered with tables, the angles
 // are commanded so that by the same tables the true ones are reached; what the tables leave uncertain of the scans' angles
 // and of these is added as independent of each other. Statuses as Orient's, naming the group.

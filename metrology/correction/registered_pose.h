@@ -3,11 +3,12 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <utility>
 #include <vector>
 
 #include "metrology/frames/pose.h"
 #include "metrology/kinematics/axis_positioning.h"
-#include "metrology/kinematics/calibration_parameters.h"
+#include "metrology/uncertainty/error_source.h"
 
 namespace sixpoint::metrology {
 
@@ -15,19 +16,12 @@ namespace sixpoint::metrology {
 // one.
 struct RegisteredPose {
   RegisteredPose(const Eigen::Isometry3d& zero_from_part_in, const PoseCovariance& noise_in,
-                 const PoseSensitivity& sensitivity, const Eigen::Vector3d& sensitivity_reference_in_mm,
-                 const CalibrationCovariance& calibrations)
-      : zero_from_part(zero_from_part_in),
-        noise(noise_in),
-        calibration_sensitivity(sensitivity),
-        sensitivity_reference_mm(sensitivity_reference_in_mm),
-        calibration_covariance(calibrations) {}
+                 std::vector<ErrorSource> sources_in)
+      : zero_from_part(zero_from_part_in), noise(noise_in), sources(std::move(sources_in)) {}
 
   Eigen::Isometry3d zero_from_part;
-  PoseCovariance noise;                     // from the scanner's noise and the model error
-  PoseSensitivity calibration_sensitivity;  // about the reference
-  Eigen::Vector3d sensitivity_reference_mm;
-  CalibrationCovariance calibration_covariance;
+  PoseCovariance noise;              // from the scanner's noise and the model error
+  std::vector<ErrorSource> sources;  // what they do to the pose: about noise.reference_mm
   // The tables that its scans' angles were taken with, and those angles; about noise.reference_mm.
   RotaryPositioning positioning;
   std::vector<AngleInfluence> angles;

@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kChunk = 8192;  // fixed: sums do not depend on the number of threads
 constexpr double kBelow_mm = 1;       // the pin region reaches this far under the start, along the axis
 constexpr double kTo_um = 1e3;
-constexpr int kInputs = 6 + kCalibrationParameterCount;  // pose noise, then calibrations
+constexpr int kInputs = 6 + kCalibrationParameterCount;  // the pose, then what maps a point
 
 // A hole's region: a cylinder about the nominal axis in which its pin must stand. The square of the distance from that axis; none
 // outside.
@@ -178,14 +178,10 @@ Eigen::Matrix<double, 3, kInputs> BladeInspection::Sensitivity(const PinPoint& p
   const ScanPlace& scan = scans_[point.scan];
   const Eigen::Matrix3d part_from_zero = pose_.zero_from_part.linear().transpose();
   const Eigen::Vector3d in_zero = pose_.zero_from_part * point.in_part_mm;
-  const Eigen::Matrix3d zero_from_machine = axes_.MachineFromZero(scan.a_rad, scan.b_rad).linear().transpose();
-  // How the point's place at `zero` follows the calibrations, and how the pose does: only their difference shows.
-  PointSensitivity calibration;
-  calibration << zero_from_machine * sensor_.ParameterJacobian(point.in_sensor_mm),
-      -zero_from_machine * axes_.ParameterJacobian(in_zero, scan.a_rad, scan.b_rad);
-  calibration -= PointJacobian(in_zero, pose_.sensitivity_reference_mm) * pose_.calibration_sensitivity;
+  // How the pose moves the point's place in the part, and how its place at `zero` follows what maps it: only their difference shows.
   Eigen::Matrix<double, 3, kInputs> sensitivity;
-  sensitivity << -PointJacobian(in_zero, pose_.noise.reference_mm), calibration;
+  sensitivity << -PointJacobian(in_zero, pose_.noise.reference_mm),
+      ZeroPointSensitivity(point.in_sensor_mm, in_zero, scan.a_rad, scan.b_rad, sensor_, axes_);
   return part_from_zero * sensitivity;
 }
 
@@ -247,28 +243,60 @@ HoleFinding BladeInspection::Judged(std::size_t hole, double clearance_mm) const
   finding.reason = fit.reason;
   if (!fit.measured) return finding;
 
+  const PinPlay play = PlayOf(wanted.pin, fit, options_.pin);
+  finding.pin_half_play_mm = play.half_mm;
+  const std::vector<Part> parts = PartsOf(fit, points, play);
+  Eigen::Matrix<double, 5, 5> covariance = Eigen::Matrix<double, 5, 5>::Zero();
+  for (const Part& part : parts) covariance += part.covariance;
+  finding.error = HoleErrorOf(wanted.pin, fit, covariance);
+  AddPositioning(wanted.pin, &finding);
+  Expand(parts, &finding);
+  Judge(wanted, play, &finding);
+  return finding;
+}
+
+std::vector<BladeInspection::Part> BladeInspection::PartsOf(const PinFit& fit, const std::vector<PinPoint>& points,
+                                                            const PinPlay& play) const {
+  const double known = std::numeric_limits<double>::infinity();
   Eigen::Matrix<double, 5, kInputs> sensitivity;
   sensitivity.setZero();
   for (std::size_t i = 0; i < fit.used.size(); ++i) sensitivity += fit.gain[i] * Sensitivity(points[fit.used[i]]);
-  Eigen::Matrix<double, kInputs, kInputs> inputs = Eigen::Matrix<double, kInputs, kInputs>::Zero();
-  inputs.topLeftCorner<6, 6>() = pose_.noise.values;
-  inputs.bottomRightCorner<kCalibrationParameterCount, kCalibrationParameterCount>() = pose_.calibration_covariance;
-  Eigen::Matrix<double, 5, 5> covariance = fit.noise_covariance + sensitivity * inputs * sensitivity.transpose();
-  if (!pose_.angles.empty()) {
-    Eigen::Matrix<double, 5, Eigen::Dynamic> angles =
-        Eigen::Matrix<double, 5, Eigen::Dynamic>::Zero(5, static_cast<Eigen::Index>(pose_.angles.size()));
-    for (std::size_t i = 0; i < fit.used.size(); ++i) angles += fit.gain[i] * AngleSensitivity(points[fit.used[i]]);
-    covariance += angles * ErrorCovariance(pose_.angles) * angles.transpose();
+  const Eigen::Matrix<double, 5, 6> per_pose = sensitivity.leftCols<6>();
+  std::vector<Part> parts = {{"points of the pin", known, fit.noise_covariance},
+                             {"noise of the scans", known, per_pose * pose_.noise.values * per_pose.transpose()},
+                             {"how the pin stands", known, PlayCovariance(play)}};
+  for (const ErrorSource& source : pose_.sources) {
+    const Eigen::Matrix<double, 5, Eigen::Dynamic> per_sigma =
+        per_pose * source.pose_per_sigma +
+        sensitivity.rightCols<kCalibrationParameterCount>() * source.parameters_per_sigma;
+    parts.push_back({source.name, source.degrees_of_freedom, per_sigma * per_sigma.transpose()});
   }
-  const PinPlay play = PlayOf(wanted.pin, fit, options_.pin);
-  finding.pin_half_play_mm = play.half_mm;
-  covariance += PlayCovariance(play);
-  finding.error = HoleErrorOf(wanted.pin, fit, covariance);
-  AddPositioning(wanted.pin, &finding);
-  finding.position_expanded_uncertainty_mm = 2 * finding.error.position_standard_uncertainty_mm;
-  finding.inclination_expanded_uncertainty_rad = 2 * finding.error.inclination_standard_uncertainty_rad;
-  Judge(wanted, play, &finding);
-  return finding;
+  if (pose_.angles.empty()) return parts;
+  Eigen::Matrix<double, 5, Eigen::Dynamic> angles =
+      Eigen::Matrix<double, 5, Eigen::Dynamic>::Zero(5, static_cast<Eigen::Index>(pose_.angles.size()));
+  for (std::size_t i = 0; i < fit.used.size(); ++i) angles += fit.gain[i] * AngleSensitivity(points[fit.used[i]]);
+  parts.push_back({"angles of the scans", known, angles * ErrorCovariance(pose_.angles) * angles.transpose()});
+  return parts;
+}
+
+void BladeInspection::Expand(const std::vector<Part>& parts, HoleFinding* finding) {
+  constexpr double kUm2 = 1e6, kProbability = 0.95;
+  const Eigen::Matrix<double, 1, 5>& along = finding->error.position_per_parameter;
+  const auto add = [&](const std::string& source, double variance_mm2, double degrees_of_freedom) {
+    if (variance_mm2 > 0) finding->components.push_back({source, kUm2 * variance_mm2, degrees_of_freedom});
+  };
+  for (const Part& part : parts) add(part.source, along * part.covariance * along.transpose(), part.degrees_of_freedom);
+  add("other positionings", std::pow(finding->positioning_difference_mm, 2) / 3,
+      std::numeric_limits<double>::infinity());
+  std::stable_sort(finding->components.begin(), finding->components.end(),
+                   [](const auto& one, const auto& other) { return one.variance > other.variance; });
+  finding->degrees_of_freedom = EffectiveDegreesOfFreedom(finding->components);
+  const double widening = WideningOf(kProbability, finding->degrees_of_freedom);
+  const HoleError& error = finding->error;
+  finding->position_expanded_uncertainty_mm =
+      widening * error.position_coverage_factor * error.position_standard_uncertainty_mm;
+  finding->inclination_expanded_uncertainty_rad =
+      widening * error.inclination_coverage_factor * error.inclination_standard_uncertainty_rad;
 }
 
 // How wide a hole was drilled is not on the drawing: where nobody says how loosely its pin stands, none is passed, and none failed

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -33,8 +34,11 @@ struct HoleFinding {
   Verdict position_verdict = Verdict::kNotMeasured;
   Verdict inclination_verdict = Verdict::kNotMeasured;
   HoleError error;                                  // meaningful where measured
-  double position_expanded_uncertainty_mm = 0;      // k = 2
-  double inclination_expanded_uncertainty_rad = 0;  // k = 2
+  double position_expanded_uncertainty_mm = 0;      // 95 %
+  double inclination_expanded_uncertainty_rad = 0;  // 95 %
+  // The budget of the position: of its variance, in um^2. The greatest first; what is nothing is left out.
+  std::vector<UncertaintyComponent> components;
+  double degrees_of_freedom = std::numeric_limits<double>::infinity();  // of all together; both are widened for them
   double pin_radius_mm = 0;
   double pin_half_play_mm = 0;  // in the expanded uncertainties
   // How far the other positionings (InspectionOptions) move the hole, at most: in the expanded uncertainties.
@@ -80,8 +84,7 @@ struct InspectionOptions {
 // Not thread-safe; computes on its own threads. The same scans in the same order give the same bits on any number.
 class BladeInspection {
  public:
-  // sensor and axes: those that the pose was registered with (their covariances are in pose.calibration_covariance); the
-  // scans' angles are taken by its tables.
+  // sensor and axes: those that the pose was registered with; the scans' angles are taken by its tables.
   BladeInspection(std::shared_ptr<const Surface> surface, std::vector<InspectedHole> holes, RegisteredPose pose,
                   SensorPose sensor, RotaryAxes axes, InspectionOptions options);
   // RESOURCE_EXHAUSTED beyond greatest_point_count.
@@ -118,7 +121,16 @@ class BladeInspection {
   std::size_t HoleAt(const Eigen::Vector3d& in_part_mm) const;
   // From the points that are farther off the CAD than that.
   HoleFinding Judged(std::size_t hole, double clearance_mm) const;
-  // Change of a point's place in the part per (pose noise, calibration parameters).
+  // A named cause's part of the covariance of a pin's parameters.
+  struct Part {
+    std::string source;
+    double degrees_of_freedom;
+    Eigen::Matrix<double, 5, 5> covariance;
+  };
+  std::vector<Part> PartsOf(const PinFit& fit, const std::vector<PinPoint>& points, const PinPlay& play) const;
+  // The budget of the position, and both expanded uncertainties.
+  static void Expand(const std::vector<Part>& parts, HoleFinding* finding);
+  // Change of a point's place in the part per change of the pose, and of the parameters that map it.
   Eigen::Matrix<double, 3, 6 + kCalibrationParameterCount> Sensitivity(const PinPoint& point) const;
   // The same per radian that each of the pose's angles is taken greater; where the point was scanned at it, directly too.
   Eigen::Matrix3Xd AngleSensitivity(const PinPoint& point) const;

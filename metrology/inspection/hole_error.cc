@@ -4,17 +4,26 @@
 #include <algorithm>
 #include <cmath>
 
+#include "metrology/statistics/distance_quantile.h"
+
 namespace sixpoint::metrology {
 namespace {
 
-// Standard deviation of |v| for v with this covariance.
-template <int kSize>
-double LengthUncertainty(const Eigen::Matrix<double, kSize, 1>& v,
-                         const Eigen::Matrix<double, kSize, kSize>& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, kSize, kSize>> solver(covariance, Eigen::EigenvaluesOnly);
-  const double greatest = std::max(0.0, solver.eigenvalues()[kSize - 1]);
-  if (v.squaredNorm() < 9 * greatest) return std::sqrt(greatest);
-  return std::sqrt(std::max(0.0, v.dot(covariance * v) / v.squaredNorm()));
+// How uncertain |v| is.
+struct LengthUncertainty {
+  Eigen::Vector3d along;  // unit: it is that of v's component along this
+  double standard_uncertainty;
+  double coverage_factor;
+};
+LengthUncertainty UncertaintyOfLength(const Eigen::Vector3d& v, const Eigen::Matrix3d& covariance) {
+  constexpr double kProbability = 0.95, kUsualFactor = 2;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
+  const double greatest = std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
+  if (v.norm() < 3 * greatest)
+    return {solver.eigenvectors().col(2), greatest,
+            std::max(kUsualFactor, DistanceQuantile(covariance, kProbability) / greatest)};
+  const Eigen::Vector3d along = v.norm() > 0 ? Eigen::Vector3d(v.normalized()) : Eigen::Vector3d::UnitX();
+  return {along, std::sqrt(std::max(0.0, along.dot(covariance * along))), kUsualFactor};
 }
 
 }  // namespace
@@ -36,9 +45,16 @@ HoleError HoleErrorOf(const NominalPin& nominal, const PinFit& fit, const Eigen:
   Eigen::Matrix<double, 3, 4> jacobian;
   jacobian << onto_surface * fit.across, along * onto_surface * fit.across;
   const Eigen::Matrix3d displacement_covariance = jacobian * covariance.topLeftCorner<4, 4>() * jacobian.transpose();
-  error.position_standard_uncertainty_mm = LengthUncertainty<3>(displacement, displacement_covariance);
-  error.inclination_standard_uncertainty_rad =
-      LengthUncertainty<2>(fit.slope, Eigen::Matrix2d(covariance.block<2, 2>(2, 2))) / (1 + fit.slope.squaredNorm());
+  const LengthUncertainty position = UncertaintyOfLength(displacement, displacement_covariance);
+  error.position_standard_uncertainty_mm = position.standard_uncertainty;
+  error.position_coverage_factor = position.coverage_factor;
+  error.position_per_parameter.head<4>() = position.along.transpose() * jacobian;
+  Eigen::Matrix3d slope_covariance = Eigen::Matrix3d::Zero();
+  slope_covariance.topLeftCorner<2, 2>() = covariance.block<2, 2>(2, 2);
+  const LengthUncertainty slope =
+      UncertaintyOfLength(Eigen::Vector3d(fit.slope.x(), fit.slope.y(), 0), slope_covariance);
+  error.inclination_standard_uncertainty_rad = slope.standard_uncertainty / (1 + fit.slope.squaredNorm());
+  error.inclination_coverage_factor = slope.coverage_factor;
   return error;
 }
 

@@ -257,29 +257,36 @@ PinFit FitPin(const NominalPin& nominal, const Points& points_in_part_mm, const 
 }
 
 PinPlay PlayOf(const NominalPin& nominal, const PinFit& fit, const PinLimits& limits) {
+  if (nominal.standing) return {0, nominal.hole_depth_mm, 0, *nominal.standing};
   const double seen_mm = 2 * fit.radius_mm, hole_mm = nominal.hole_diameter_mm;
   if (!nominal.gauge)
-    return {std::max(0.0, hole_mm - seen_mm) / 2, nominal.hole_depth_mm,
-            std::max(0.0, limits.greatest_diameter_ratio * hole_mm - seen_mm) / 2};
+    return {std::max(0.0, hole_mm - seen_mm) / 2,
+            nominal.hole_depth_mm,
+            std::max(0.0, limits.greatest_diameter_ratio * hole_mm - seen_mm) / 2,
+            {}};
   const GaugePin& gauge = *nominal.gauge;
   // The certificate may err, and of a pin that is seen thinner, beyond what both may err, the play is more by as much.
   const double pin_u_mm = 2 * gauge.diameter_standard_uncertainty_mm;
   const double err_mm = std::hypot(pin_u_mm, 4 * std::sqrt(fit.noise_covariance(4, 4)));
   const double thinner_mm = gauge.diameter_mm - seen_mm;
   return {(gauge.greatest_play_mm + std::max(pin_u_mm, thinner_mm > err_mm ? thinner_mm : 0)) / 2,
-          gauge.least_depth_mm.value_or(nominal.hole_depth_mm), 0};
+          gauge.least_depth_mm.value_or(nominal.hole_depth_mm),
+          0,
+          {}};
 }
 
 // At the surface the pin's axis lies at m from the hole's, at its foot at b, each half the play long where it touches, and each in a
 // direction that nobody knows; the slope is (m - b) / depth.
 Eigen::Matrix<double, 5, 5> PlayCovariance(const PinPlay& play) {
   Eigen::Matrix<double, 5, 5> covariance = Eigen::Matrix<double, 5, 5>::Zero();
+  covariance.diagonal().head<2>().setConstant(std::pow(play.standing.clearance_standard_uncertainty_mm, 2));
+  covariance.diagonal().segment<2>(2).setConstant(std::pow(play.standing.tilt_standard_uncertainty_rad, 2));
   if (!(play.half_mm > 0)) return covariance;
   const double variance = play.half_mm * play.half_mm / 2;
   for (int k = 0; k < 2; ++k) {
-    covariance(k, k) = variance;
+    covariance(k, k) += variance;
     covariance(k, 2 + k) = covariance(2 + k, k) = variance / play.depth_mm;
-    covariance(2 + k, 2 + k) = 2 * variance / (play.depth_mm * play.depth_mm);
+    covariance(2 + k, 2 + k) += 2 * variance / (play.depth_mm * play.depth_mm);
   }
   return covariance;
 }

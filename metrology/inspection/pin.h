@@ -19,14 +19,21 @@ struct GaugePin {
   std::optional<double> least_depth_mm = std::nullopt;  // in the hole; none: the hole's
 };
 
+// How pins stand in their holes where that is known as a spread instead of as the greatest play: each way across.
+struct PinStanding {
+  double clearance_standard_uncertainty_mm = 0;  // of the pin's axis from the hole's, at the surface
+  double tilt_standard_uncertainty_rad = 0;
+};
+
 // Where a pin is looked for; part frame.
 struct NominalPin {
   Eigen::Vector3d start_mm = Eigen::Vector3d::Zero();  // where the nominal axis meets the surface
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();     // unit, out of the part
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   // outward surface normal at the start, unit
   double hole_diameter_mm = 0;
-  double hole_depth_mm = 0;                      // > 0
-  std::optional<GaugePin> gauge = std::nullopt;  // none: any pin that goes into the hole
+  double hole_depth_mm = 0;                            // > 0
+  std::optional<GaugePin> gauge = std::nullopt;        // none: any pin that goes into the hole
+  std::optional<PinStanding> standing = std::nullopt;  // stated: instead of the play
 };
 
 // What a fit must show to be a measurement.
@@ -69,11 +76,12 @@ PinFit FitPin(const NominalPin& nominal, const Points& points_in_part_mm, const 
 
 // How far a pin's axis may stand from its hole's.
 struct PinPlay {
-  double half_mm =
-      0;  // at the surface and at the pin's foot: by the part's record, else what the drawing's diameter leaves
+  // At the surface and at the pin's foot: by the part's record, else what the drawing's diameter leaves.
+  double half_mm = 0;
   double depth_mm = 0;  // of the foot
   // Where the part's record states no play: if the hole was drilled as wide as any is (PinLimits::greatest_diameter_ratio). Else 0.
   double unstated_half_mm = 0;
+  PinStanding standing = {};  // where that is stated: instead of all play
 };
 PinPlay PlayOf(const NominalPin& nominal, const PinFit& fit, const PinLimits& limits = {});
 // Of (c1, c2, s1, s2, radius) about the hole's axis: either end of the pin touches the hole somewhere.

@@ -5,15 +5,15 @@
 namespace sixpoint::metrology {
 
 double AxisPositioning::Reached(double commanded_rad) const {
-  return table ? table->Reached(commanded_rad, Travel::kUnknown) : commanded_rad;
+  return table ? table->Reached(commanded_rad, approach) : commanded_rad;
 }
 
 double AxisPositioning::CommandFor(double reached_rad) const {
-  return table ? table->CommandFor(reached_rad, Travel::kUnknown) : reached_rad;
+  return table ? table->CommandFor(reached_rad, approach) : reached_rad;
 }
 
 double AxisPositioning::HalfReversalAt(double commanded_rad) const {
-  if (!table) return 0;
+  if (!table || approach != Travel::kUnknown) return 0;
   return (table->ErrorAt(commanded_rad, Travel::kForward) - table->ErrorAt(commanded_rad, Travel::kBackward)) / 2;
 }
 

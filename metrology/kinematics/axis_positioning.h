@@ -11,19 +11,20 @@
 
 namespace sixpoint::metrology {
 
-// One axis. Without a table it is taken to stand where it is commanded, and nothing is said of its uncertainty. Nobody
-// states how it came to a pose: the mean of both ways is taken, and half of their difference stays uncertain.
+// One axis. Without a table it is taken to stand where it is commanded, and nothing is said of its uncertainty. Where nobody
+// states how it comes to its poses the mean of both ways is taken, and half of their difference stays uncertain.
 struct AxisPositioning {
   std::optional<AngleTable> table = std::nullopt;
-  double standard_uncertainty_rad =
-      0;  // of a reached angle whose travel is known: the table's and the scatter about it
+  // Of a reached angle whose travel is known: the table's and the scatter about it.
+  double standard_uncertainty_rad = 0;
+  Travel approach = Travel::kUnknown;  // how it comes to every pose
 
   double Reached(double commanded_rad) const;
   // The command that reaches an angle.
   double CommandFor(double reached_rad) const;
-  // Half of what coming forward differs from coming backward there; 0 without a table.
+  // Half of what coming forward differs from coming backward there; 0 without a table, and where the approach is known.
   double HalfReversalAt(double commanded_rad) const;
-  // Of the angle that a command reaches, its travel unknown; 0 without a table.
+  // Of the angle that a command reaches; 0 without a table.
   double StandardUncertaintyAt(double commanded_rad) const;
 };
 

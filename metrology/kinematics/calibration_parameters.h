@@ -1,5 +1,5 @@
-// What a machine's calibrations give, parameter by parameter: the one list, in the one order that every covariance and every
-// sensitivity follows. All counts derive from it.
+// What maps a scan to the part at A = B = 0, parameter by parameter: what a machine's calibrations give, then the scanner's own field. It is the one list, in the one
+// order that every covariance and every sensitivity follows. All counts derive from it.
 //
 // A parameter more is a line more here, and its column in the Jacobian that the list names.
 #pragma once
@@ -39,18 +39,34 @@ inline constexpr std::array kAxisParameters = {
     CalibrationParameter{"b point e2", ParameterUnit::kMm},
 };
 
-// Of all: the sensor's, then the axes'.
+// Order of ScannerField::TermsAt: how far a reading is off along z, by Legendre polynomials of y and z over the measuring field. The
+// constant is T_sm's.
+inline constexpr std::array kFieldParameters = {
+    CalibrationParameter{"field y", ParameterUnit::kMm},   CalibrationParameter{"field z", ParameterUnit::kMm},
+    CalibrationParameter{"field yy", ParameterUnit::kMm},  CalibrationParameter{"field yz", ParameterUnit::kMm},
+    CalibrationParameter{"field zz", ParameterUnit::kMm},  CalibrationParameter{"field yyy", ParameterUnit::kMm},
+    CalibrationParameter{"field yyz", ParameterUnit::kMm}, CalibrationParameter{"field yzz", ParameterUnit::kMm},
+    CalibrationParameter{"field zzz", ParameterUnit::kMm},
+};
+
+// Of all: the sensor's, the axes', the field's. The first two are calibrated.
 inline constexpr int kSensorParameterCount = static_cast<int>(kSensorParameters.size());
 inline constexpr int kAxisParameterCount = static_cast<int>(kAxisParameters.size());
-inline constexpr int kCalibrationParameterCount = kSensorParameterCount + kAxisParameterCount;
+inline constexpr int kFieldParameterCount = static_cast<int>(kFieldParameters.size());
+inline constexpr int kCalibratedParameterCount = kSensorParameterCount + kAxisParameterCount;
+inline constexpr int kCalibrationParameterCount = kCalibratedParameterCount + kFieldParameterCount;
 
 inline constexpr CalibrationParameter CalibrationParameterAt(int index) {
-  return index < kSensorParameterCount ? kSensorParameters[static_cast<std::size_t>(index)]
-                                       : kAxisParameters[static_cast<std::size_t>(index - kSensorParameterCount)];
+  if (index < kSensorParameterCount) return kSensorParameters[static_cast<std::size_t>(index)];
+  if (index < kCalibratedParameterCount)
+    return kAxisParameters[static_cast<std::size_t>(index - kSensorParameterCount)];
+  return kFieldParameters[static_cast<std::size_t>(index - kCalibratedParameterCount)];
 }
 
 using SensorCovariance = Eigen::Matrix<double, kSensorParameterCount, kSensorParameterCount>;
 using AxesCovariance = Eigen::Matrix<double, kAxisParameterCount, kAxisParameterCount>;
+// Change of a sensor's calibrated parameters per field parameter of the scans that it was found from.
+using FieldResponse = Eigen::Matrix<double, kSensorParameterCount, kFieldParameterCount>;
 using CalibrationCovariance = Eigen::Matrix<double, kCalibrationParameterCount, kCalibrationParameterCount>;
 using CalibrationVector = Eigen::Matrix<double, kCalibrationParameterCount, 1>;
 
@@ -58,11 +74,11 @@ using CalibrationVector = Eigen::Matrix<double, kCalibrationParameterCount, 1>;
 using PointSensitivity = Eigen::Matrix<double, 3, kCalibrationParameterCount>;
 using PoseSensitivity = Eigen::Matrix<double, 6, kCalibrationParameterCount>;
 
-// The two calibrations know nothing of each other.
+// Of what the two calibrations, which know nothing of each other, say of their own noise.
 inline CalibrationCovariance JointCovariance(const SensorCovariance& sensor, const AxesCovariance& axes) {
   CalibrationCovariance joint = CalibrationCovariance::Zero();
   joint.topLeftCorner<kSensorParameterCount, kSensorParameterCount>() = sensor;
-  joint.bottomRightCorner<kAxisParameterCount, kAxisParameterCount>() = axes;
+  joint.block<kAxisParameterCount, kAxisParameterCount>(kSensorParameterCount, kSensorParameterCount) = axes;
   return joint;
 }
 

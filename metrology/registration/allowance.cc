@@ -303,7 +303,8 @@ class Allowance {
       const Vector3d zero = pose_ * (surface_.centroid_mm() + PatchCentre(patch.key, allowance_.patch_mm));
       const Vector3d normal = pose_.linear() * patch.row.tail<3>().normalized();
       moved += acts * (normal.transpose() * ZeroPointSensitivity(portion.zero_from_sensor.inverse() * zero, zero,
-                                                                 portion.a_rad, portion.b_rad, calibration_));
+                                                                 portion.a_rad, portion.b_rad, calibration_.sensor,
+                                                                 calibration_.axes));
     }
     Matrix6d to_zero = Matrix6d::Zero();
     to_zero.topLeftCorner<3, 3>() = pose_.linear() / radius_mm_;

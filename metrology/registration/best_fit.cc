@@ -302,9 +302,10 @@ PlacedPose BestFit::Placed(double width_mm) {
                           (options_.scan_weights.empty() ? 1 : options_.scan_weights[sample.portion]);
     const ScanPortion& portion = portions_[sample.portion];
     a += weight * row * row.transpose();
-    moved += weight * row *
-             (sample.normal.transpose() * ZeroPointSensitivity(portion.sensor[sample.index], sample.zero_mm,
-                                                               portion.a_rad, portion.b_rad, calibration_));
+    moved +=
+        weight * row *
+        (sample.normal.transpose() * ZeroPointSensitivity(portion.sensor[sample.index], sample.zero_mm, portion.a_rad,
+                                                          portion.b_rad, calibration_.sensor, calibration_.axes));
   }
   const Matrix6d inverse = InverseIn(a, patch_options_.free);
   // From scaled changes in the part frame to changes at zero about the part's centroid.

@@ -103,8 +103,9 @@ LocalHeight HeightAt(const Surface& surface, const std::vector<ScanPortion>& por
     const std::uint32_t k = points[i].index;
     const Vector3d sensor = dense ? portion.dense_sensor_mm[k] : portion.sensor[k];
     const Vector3d zero = dense ? portion.dense_zero_mm[k] : portion.zero_mm(k);
-    local.sensitivity += share * (local.normal.transpose() *
-                                  ZeroPointSensitivity(sensor, zero, portion.a_rad, portion.b_rad, calibration));
+    local.sensitivity +=
+        share * (local.normal.transpose() * ZeroPointSensitivity(sensor, zero, portion.a_rad, portion.b_rad,
+                                                                 calibration.sensor, calibration.axes));
   }
   local.height_mm = curve[0];
   local.standard_uncertainty_mm = std::sqrt(variance * batches / (batches - kCurveCount));

@@ -2,17 +2,16 @@
 
 namespace sixpoint::metrology {
 
-CalibrationCovariance CovarianceOf(const MachineCalibration& calibration) {
-  return JointCovariance(calibration.sensor.covariance, calibration.axes_covariance);
+std::vector<ErrorSource> SourcesOf(const MachineCalibration& calibration) {
+  std::vector<ErrorSource> sources = CalibrationSources(calibration.sensor.covariance, calibration.sensor_name,
+                                                        calibration.axes_covariance, calibration.axes_name);
+  sources.insert(sources.end(), calibration.further.begin(), calibration.further.end());
+  return sources;
 }
 
-PointSensitivity ZeroPointSensitivity(const Eigen::Vector3d& sensor_mm, const Eigen::Vector3d& zero_mm, double a_rad,
-                                      double b_rad, const MachineCalibration& calibration) {
-  const Eigen::Matrix3d zero_from_machine = calibration.axes.MachineFromZero(a_rad, b_rad).linear().transpose();
-  PointSensitivity sensitivity;
-  sensitivity << zero_from_machine * calibration.sensor.ParameterJacobian(sensor_mm),
-      -zero_from_machine * calibration.axes.ParameterJacobian(zero_mm, a_rad, b_rad);
-  return sensitivity;
+CalibrationCovariance CovarianceOf(const MachineCalibration& calibration) {
+  return JointCovariance(calibration.sensor.covariance, calibration.axes_covariance) +
+         CovarianceOf(calibration.further);
 }
 
 }  // namespace sixpoint::metrology

@@ -1,10 +1,14 @@
 // The calibrations in force, with what is known of their errors.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "metrology/kinematics/axis_positioning.h"
 #include "metrology/kinematics/calibration_parameters.h"
 #include "metrology/kinematics/rotary_axes.h"
 #include "metrology/scanner/line_scanner.h"
+#include "metrology/uncertainty/error_source.h"
 
 namespace sixpoint::metrology {
 
@@ -12,13 +16,13 @@ struct MachineCalibration {
   SensorPose sensor;
   RotaryAxes axes;
   AxesCovariance axes_covariance = AxesCovariance::Zero();
-  RotaryPositioning positioning = {};  // its tables are applied to the angles of scans
+  RotaryPositioning positioning = {};     // its tables are applied to the angles of scans
+  std::vector<ErrorSource> further = {};  // beside what the two calibrations say of their own noise
+  std::string sensor_name = {}, axes_name = {};
 };
 
+// What the two calibrations' own noise is, and all further ones.
+std::vector<ErrorSource> SourcesOf(const MachineCalibration& calibration);
 CalibrationCovariance CovarianceOf(const MachineCalibration& calibration);
-
-// Change of a scan point at A = B = 0 per calibration parameter.
-PointSensitivity ZeroPointSensitivity(const Eigen::Vector3d& sensor_mm, const Eigen::Vector3d& zero_mm, double a_rad,
-                                      double b_rad, const MachineCalibration& calibration);
 
 }  // namespace sixpoint::metrology

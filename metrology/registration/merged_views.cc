@@ -146,9 +146,9 @@ absl::StatusOr<MergeTest> TestMerge(const Surface& surface, const std::vector<Sc
       reading.portion = patch->portion;
       reading.offset_mm = patch->pull / patch->weight;
       reading.weight = static_cast<double>(patch->count) / variance;
-      reading.sensitivity =
-          (normal.transpose() * ZeroPointSensitivity(sensor_mm, zero_mm, portion.a_rad, portion.b_rad, calibration))
-              .transpose();
+      reading.sensitivity = (normal.transpose() * ZeroPointSensitivity(sensor_mm, zero_mm, portion.a_rad, portion.b_rad,
+                                                                       calibration.sensor, calibration.axes))
+                                .transpose();
       const Eigen::Matrix3d zero_from_machine =
           calibration.axes.MachineFromZero(portion.a_rad, portion.b_rad).linear().transpose();
       reading.by_angle = (-normal.transpose() * zero_from_machine *

@@ -7,7 +7,11 @@ PlacedPose::PlacedPose(const Eigen::Isometry3d& zero_from_part_in, const Eigen::
     : zero_from_part(zero_from_part_in),
       noise_covariance(noise, reference_mm),
       calibration_sensitivity(sensitivity),
-      covariance(noise + sensitivity * CovarianceOf(calibration) * sensitivity.transpose(), reference_mm) {}
+      sources(SourcesOf(calibration)),
+      covariance(noise, reference_mm) {
+  ActOnPose(sensitivity, &sources);
+  covariance.values += PoseCovarianceOf(sources);
+}
 
 void PoseFit::Withdraw(Outcome why, const std::string& remark) {
   outcome = why;

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "metrology/frames/pose.h"
 #include "metrology/registration/fit_evidence.h"
@@ -21,7 +22,8 @@ struct PlacedPose {
   Eigen::Isometry3d zero_from_part;
   PoseCovariance noise_covariance;          // of noise and model error; reference: the part's centroid at zero
   PoseSensitivity calibration_sensitivity;  // about the same reference
-  PoseCovariance covariance;                // noise and calibrations
+  std::vector<ErrorSource> sources;         // that act on it, with what each does to it
+  PoseCovariance covariance;                // noise and sources
 };
 
 struct PoseFit {

@@ -7,6 +7,8 @@
 
 #include "metrology/frames/pose.h"
 #include "metrology/kinematics/calibration_parameters.h"
+#include "metrology/kinematics/rotary_axes.h"
+#include "metrology/scanner/scanner_field.h"
 
 namespace sixpoint::metrology {
 
@@ -26,6 +28,8 @@ struct SensorPose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // R_sm
   Eigen::Vector3d t_sm_mm = Eigen::Vector3d::Zero();
   SensorCovariance covariance = SensorCovariance::Zero();  // in the order of kSensorParameters
+  ScannerField field = {};
+  FieldResponse field_response = FieldResponse::Zero();  // of this calibration
 
   Eigen::Vector3d MachineFromSensor(const Eigen::Vector3d& p, const Eigen::Vector3d& v0_mm) const {
     return rotation.col(1) * p.y() + rotation.col(2) * p.z() + Eigen::Vector3d(p.x(), 0, 0) - v0_mm + t_sm_mm;
@@ -36,9 +40,17 @@ struct SensorPose {
     jacobian << -Skew(rotation.col(1) * p.y() + rotation.col(2) * p.z()), Eigen::Matrix3d::Identity();
     return jacobian;
   }
+  // The same per field parameter, in the order of kFieldParameters.
+  Eigen::Matrix<double, 3, kFieldParameterCount> FieldJacobian(const Eigen::Vector3d& p) const {
+    return rotation.col(2) * field.TermsAt(p.y(), p.z());
+  }
 };
 
 // The scan in machine coordinates.
 Points MachineFromSensor(const LineScan& scan, const SensorPose& sensor);
+
+// Change of a scan point at A = B = 0 per calibration parameter.
+PointSensitivity ZeroPointSensitivity(const Eigen::Vector3d& sensor_mm, const Eigen::Vector3d& zero_mm, double a_rad,
+                                      double b_rad, const SensorPose& sensor, const RotaryAxes& axes);
 
 }  // namespace sixpoint::metrology

@@ -18,6 +18,7 @@ constexpr double kLeastNoiseMm = 1e-5;
 constexpr int kMostIterations = 40;
 constexpr double kSettledMm = 1e-6;  // a thousandth of what counts, at 10 mm
 constexpr double kLeverMm = 10;
+constexpr double kSettledSigma = 0.02;  // of the solution
 constexpr std::size_t kFewestPoints = 1000;
 constexpr double kGrazing = 0.2;
 constexpr double kLeastDetermined = 1e-7;  // of the information; dbeta from the cones' depth has about 1e-3
@@ -113,7 +114,10 @@ absl::StatusOr<Fit> FitState(const LineScan& scan, const Artefact& artefact, con
       return Failed(scan.id, "its points do not determine the pose, want cones in view");
     const Vector6d step = SolvePositiveDefinite(eq.normal, eq.right);
     state = Moved(state, step, unknown);
-    const bool settled = std::max(kLeverMm * step.head<3>().norm(), step.tail<3>().norm()) < kSettledMm;
+    const double sigma_mm = std::max(kLeastNoiseMm, RobustSigmaOfMagnitudes(eq.readings));
+    // Points at the gate may come and go for ever: what they move is nothing beside the pose's own uncertainty.
+    const bool settled = std::max(kLeverMm * step.head<3>().norm(), step.tail<3>().norm()) < kSettledMm ||
+                         std::sqrt(step.dot(eq.normal * step)) < kSettledSigma * sigma_mm;
     if (settled && reach_mm == last_reach_mm) {
       double squares = 0;
       for (const double r : eq.readings) squares += r * r;
@@ -121,9 +125,8 @@ absl::StatusOr<Fit> FitState(const LineScan& scan, const Artefact& artefact, con
       return Fit{state, squares / freedom * Inverse(eq.normal), std::sqrt(squares / freedom)};
     }
     last_reach_mm = reach_mm;
-    // Frozen once it has settled, so that points at the gate do not come and go for ever.
-    if (iteration < kMostIterations / 4)
-      reach_mm = std::clamp(5 * std::max(kLeastNoiseMm, RobustSigmaOfMagnitudes(eq.readings)), 5e-5, kFirstReachMm);
+    // Frozen after some.
+    if (iteration < kMostIterations / 4) reach_mm = std::clamp(5 * sigma_mm, 5e-5, kFirstReachMm);
   }
   return Failed(scan.id, "the pose does not settle, want a scan without so many stray points");
 }
@@ -168,6 +171,32 @@ absl::StatusOr<std::vector<ArmDisplacement>> StudyArm(const std::vector<LineScan
     d.covariance = fit->covariance + first.covariance;
   }
   return displacements;
+}
+
+absl::StatusOr<ArmSpread> ArmSpreadOf(const std::vector<ArmDisplacement>& displacements,
+                                      const Vector6d& displacement_sigma) {
+  const auto count = static_cast<Eigen::Index>(displacements.size());
+  if (count < kFewestArmScans)
+    return Refuse("displacements", std::to_string(count), "at least " + std::to_string(kFewestArmScans));
+  Eigen::Matrix<double, kSensorParameterCount, Eigen::Dynamic> all(kSensorParameterCount, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const ArmDisplacement& one = displacements[static_cast<std::size_t>(i)];
+    all.col(i) << VectorFromRotation(RotationFromCardan(one.angles)), one.translation_mm;
+  }
+  if (!all.allFinite() || !displacement_sigma.allFinite())
+    return Refuse("displacements", "not finite", "finite translations, angles and uncertainties");
+  const Vector6d mean = all.rowwise().mean();
+  all.colwise() -= mean;
+  const double freedom = static_cast<double>(count - 1);
+  const SensorCovariance seen = all * all.transpose() / freedom;
+  // Each coordinate scaled to what is the arm's: that stays a covariance.
+  Vector6d share = Vector6d::Zero();
+  for (Eigen::Index k = 0; k < kSensorParameterCount; ++k) {
+    const double noise = displacement_sigma[k] * displacement_sigma[k] / 2;  // of one of the two fits
+    const double arm = std::max(seen(k, k) - noise, noise * std::sqrt(2 / freedom));
+    if (seen(k, k) > 0) share[k] = std::sqrt(std::min(1.0, arm / seen(k, k)));
+  }
+  return ArmSpread{share.asDiagonal() * seen * share.asDiagonal(), freedom};
 }
 
 }  // namespace sixpoint::metrology

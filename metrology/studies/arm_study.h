@@ -43,4 +43,16 @@ absl::StatusOr<std::vector<ArmDisplacement>> StudyArm(const std::vector<LineScan
 
 inline constexpr int kFewestArmScans = 5;
 
+// How far an arm stands, once swung, from where it stood on the mean: of the sensor's parameters (order of kSensorParameters), with as
+// many degrees of freedom.
+struct ArmSpread {
+  SensorCovariance covariance = SensorCovariance::Zero();
+  double degrees_of_freedom = 0;
+};
+// From the displacements of all scans, the first's too. displacement_sigma: of one displacement by its own two fits, in the same order; what
+// the scans' noise adds to the spread is taken off it, but for as much of the arm as so few scans could have hidden in it. INVALID_ARGUMENT
+// for fewer than five displacements or what is not finite.
+absl::StatusOr<ArmSpread> ArmSpreadOf(const std::vector<ArmDisplacement>& displacements,
+                                      const Vector6d& displacement_sigma);
+
 }  // namespace sixpoint::metrology

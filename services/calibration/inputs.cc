@@ -61,6 +61,8 @@ absl::StatusOr<SensorInputs> InputFetcher::Fetch(const v1::CalibrateSensorReques
   const auto machine = FetchMachine(request.machine(), caller, &inputs);
   if (!machine.ok()) return machine.status();
   inputs.options.optics = OpticsOf(machine->sensor());
+  inputs.options.field = metrology::ScannerField::Of(machine->sensor().mid_range_mm(), machine->sensor().range_mm(),
+                                                     machine->sensor().line_angle_deg() * kRadPerDeg);
   inputs.options.threads = thread_count_;
   inputs.options.keep_going = caller.keep_going;
   const absl::StatusOr<plant::v1::Artefact> record = plant_.GetArtefact(request.artefact(), 0, caller.make_context());
@@ -88,6 +90,8 @@ absl::Status InputFetcher::FetchScans(const v1::CalibrateSensorRequest& request,
     point_count += fetched->scan.points_mm.size();
     if (point_count > kMostPoints)
       return Refuse("scans", std::to_string(point_count) + " points", "at most 20000000 together");
+    const std::string& series = fetched->record.header().arm_series();
+    inputs->arm_series = inputs->scans.empty() || series == inputs->arm_series ? series : "";
     fetched->scan.id = runtime::LastSegment(name);
     inputs->scans.push_back(std::move(fetched->scan));
     inputs->names.push_back(name);

@@ -31,6 +31,7 @@ struct SensorInputs : Inputs {
   metrology::ArtefactTouch touch;
   metrology::Artefact artefact;
   std::vector<metrology::LineScan> scans;
+  std::string arm_series;  // of all scans; empty: not known, or several
   metrology::SensorCalibrationOptions options;
 };
 struct RotationInputs : Inputs {

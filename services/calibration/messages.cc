@@ -31,6 +31,10 @@ void SensorToProto(const storage::SensorCalibrationRow& row, v1::SensorCalibrati
   runtime::SetPoint({sigma(3), sigma(4), sigma(5)}, out->mutable_t_sm_standard_uncertainty_mm());
   out->set_residual_rms_um(row.residual_rms_um);
   out->set_condition_number(row.condition_number);
+  if (!row.field_response.empty())
+    runtime::SetMatrix(row.field_response, metrology::kSensorParameterCount, metrology::kFieldParameterCount,
+                       out->mutable_field_response());
+  out->set_arm_series(row.arm_series);
   for (const storage::CentreResidualRow& c : row.centres) {
     v1::FeatureResidual* residual = c.is_check ? out->add_check() : out->add_fitted();
     residual->set_scan(runtime::NameOf("scans", c.scan_id));

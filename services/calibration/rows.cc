@@ -39,7 +39,7 @@ storage::EnvironmentRow EnvironmentRowOf(const v1::Environment& in) {
   return row;
 }
 
-storage::SensorCalibrationRow SensorRowOf(const metrology::SensorCalibration& result) {
+storage::SensorCalibrationRow SensorRowOf(const SensorInputs& inputs, const metrology::SensorCalibration& result) {
   storage::SensorCalibrationRow row;
   row.machine_from_sensor_rotation = runtime::RowMajor(result.sensor.rotation);
   row.t_sm_mm = runtime::RowMajor(result.sensor.t_sm_mm);
@@ -55,6 +55,8 @@ storage::SensorCalibrationRow SensorRowOf(const metrology::SensorCalibration& re
   row.residual_rms_um = result.residual_rms_mm * kUmPerMm;
   row.condition_number = result.condition_number;
   row.points_used = static_cast<std::int64_t>(result.points_used);
+  if (result.field_response) row.field_response = runtime::RowMajor(*result.field_response);
+  row.arm_series = inputs.arm_series;
   for (const auto* centres : {&result.fitted, &result.check})
     for (const metrology::CentreResidual& c : *centres) {
       const Eigen::Vector3d d = kUmPerMm * c.laser_minus_touch_mm;
@@ -200,7 +202,7 @@ storage::CalibrationRow RowOf(const v1::CalibrateSensorRequest& request, const S
                               const metrology::SensorCalibration& result) {
   const bool sequential = request.method() == v1::SENSOR_METHOD_SEQUENTIAL;
   storage::CalibrationRow row = Described(request, inputs, sequential ? "SEQUENTIAL" : "JOINT");
-  row.sensor = SensorRowOf(result);
+  row.sensor = SensorRowOf(inputs, result);
   return row;
 }
 

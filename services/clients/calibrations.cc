@@ -1,5 +1,7 @@
 #include "services/clients/calibrations.h"
 
+#include <algorithm>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -47,6 +49,13 @@ absl::StatusOr<FetchedSensorCalibration> SensorOf(const Calibration& calibration
   const auto covariance = CovarianceOf<metrology::kSensorParameterCount>(calibration, in.covariance());
   if (!covariance.ok()) return covariance.status();
   out.sensor.covariance = *covariance;
+  out.arm_series = in.arm_series();
+  if (!in.has_field_response()) return out;
+  const absl::StatusOr<Eigen::MatrixXd> response = runtime::FromProto("field_response", in.field_response());
+  if (!response.ok()) return Damaged(calibration, std::string(response.status().message()));
+  if (response->rows() != metrology::kSensorParameterCount || response->cols() != metrology::kFieldParameterCount)
+    return Damaged(calibration, "field_response of another size");
+  out.sensor.field_response = *response;
   return out;
 }
 
@@ -96,10 +105,47 @@ absl::StatusOr<FetchedAxis> AxisOf(const Calibration& calibration) {
   return out;
 }
 
+absl::StatusOr<FetchedArmStudy> ArmOf(const calibration::v1::Study& study) {
+  std::vector<metrology::ArmDisplacement> displacements;
+  for (const calibration::v1::ArmDisplacement& in : study.arm().displacements()) {
+    metrology::ArmDisplacement& one = displacements.emplace_back();
+    one.translation_mm = {in.dx_mm(), in.dy_mm(), in.dz_mm()};
+    one.angles = {in.dalpha_deg() * kRadPerDeg, in.dbeta_deg() * kRadPerDeg, in.dgamma_deg() * kRadPerDeg};
+  }
+  // dx, dy, dz in mm or um, then dalpha, dbeta, dgamma in deg.
+  metrology::Vector6d sigma = metrology::Vector6d::Zero();
+  for (const calibration::v1::Spread& in : study.arm().spreads()) {
+    static const std::vector<std::string> kOrder = {"dalpha", "dbeta", "dgamma", "dx", "dy", "dz"};
+    const auto found = std::find(kOrder.begin(), kOrder.end(), in.quantity());
+    if (found == kOrder.end()) continue;
+    const double unit = in.unit() == "deg" ? kRadPerDeg : in.unit() == "um" ? 1e-3 : 1;
+    sigma[found - kOrder.begin()] = unit * in.stated_standard_uncertainty();
+  }
+  const absl::StatusOr<metrology::ArmSpread> spread = metrology::ArmSpreadOf(displacements, sigma);
+  if (!spread.ok()) return absl::DataLossError(study.name() + ": " + std::string(spread.status().message()));
+  return FetchedArmStudy{study.name(), *spread};
+}
+
 }  // namespace
 
 CalibrationClient::CalibrationClient(std::shared_ptr<grpc::Channel> calibration)
-    : stub_(calibration::v1::CalibrationService::NewStub(std::move(calibration))) {}
+    : stub_(calibration::v1::CalibrationService::NewStub(calibration)),
+      studies_(calibration::v1::StudyService::NewStub(std::move(calibration))) {}
+
+absl::StatusOr<std::optional<FetchedArmStudy>> CalibrationClient::ArmStudy(
+    const std::string& machine, std::unique_ptr<grpc::ClientContext> context) const {
+  calibration::v1::ListStudiesRequest request;
+  request.set_machine(machine);
+  request.set_kind(calibration::v1::STUDY_KIND_ARM);
+  request.set_page_size(1);
+  calibration::v1::ListStudiesResponse found;
+  if (const grpc::Status s = studies_->ListStudies(context.get(), request, &found); !s.ok())
+    return runtime::FromGrpc(s);
+  if (found.studies().empty()) return std::nullopt;
+  absl::StatusOr<FetchedArmStudy> arm = ArmOf(found.studies(0));
+  if (!arm.ok()) return arm.status();
+  return *std::move(arm);
+}
 
 absl::StatusOr<FetchedSensorCalibration> CalibrationClient::SensorInForce(
     const std::string& machine, std::unique_ptr<grpc::ClientContext> context) const {

@@ -13,7 +13,9 @@
 #include "metrology/kinematics/axis_positioning.h"
 #include "metrology/kinematics/rotary_axes.h"
 #include "metrology/scanner/line_scanner.h"
+#include "metrology/studies/arm_study.h"
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
+#include "sixpoint/calibration/v1/study.grpc.pb.h"
 
 namespace sixpoint::clients {
 
@@ -21,6 +23,7 @@ struct FetchedSensorCalibration {
   std::string name;  // calibrations/{uuid}
   std::chrono::system_clock::time_point valid_until;
   metrology::SensorPose sensor;
+  std::string arm_series;  // of its scans; empty: not known
 };
 struct FetchedRotationCalibration {
   std::string name;
@@ -38,6 +41,12 @@ struct FetchedAxis {
   metrology::AxisPositioning positioning;
 };
 
+// What a machine's arm repeats.
+struct FetchedArmStudy {
+  std::string name;  // studies/{uuid}
+  metrology::ArmSpread spread;
+};
+
 // Thread-safe. FAILED_PRECONDITION (reason CALIBRATION_MISSING or CALIBRATION_EXPIRED) where none is in force.
 class CalibrationClient {
  public:
@@ -49,6 +58,9 @@ class CalibrationClient {
   // Nothing for an axis that nobody has characterised.
   absl::StatusOr<std::optional<FetchedAxis>> AxisInForce(const std::string& machine, const std::string& axis,
                                                          std::unique_ptr<grpc::ClientContext> context) const;
+  // The newest of the machine; nothing where nobody studied its arm.
+  absl::StatusOr<std::optional<FetchedArmStudy>> ArmStudy(const std::string& machine,
+                                                          std::unique_ptr<grpc::ClientContext> context) const;
   // A calibration by name, whether in force or not.
   absl::StatusOr<FetchedSensorCalibration> Sensor(const std::string& name,
                                                   std::unique_ptr<grpc::ClientContext> context) const;
@@ -62,6 +74,7 @@ class CalibrationClient {
 
  private:
   std::unique_ptr<calibration::v1::CalibrationService::Stub> stub_;
+  std::unique_ptr<calibration::v1::StudyService::Stub> studies_;
 };
 
 }  // namespace sixpoint::clients

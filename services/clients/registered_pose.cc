@@ -5,6 +5,7 @@
 #include <string>
 
 #include "refusal/message_text.h"
+#include "services/clients/error_sources.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 
@@ -38,6 +39,26 @@ absl::StatusOr<metrology::AngleInfluence> AngleOf(const registration::v1::ScanAn
   return angle;
 }
 
+// As it was kept; in registrations from before that the two calibrations' own noise.
+absl::StatusOr<std::vector<metrology::ErrorSource>> SourcesOf(const registration::v1::Registration& registration,
+                                                              const metrology::SensorPose& sensor,
+                                                              const FetchedRotationCalibration& rotation) {
+  if (registration.error_sources_size() > 0)
+    return FromProto("registration.error_sources", registration.error_sources());
+  const auto kept = runtime::FromProto("registration.calibration_sensitivity", registration.calibration_sensitivity());
+  if (!kept.ok()) return kept.status();
+  if (kept->rows() != 6 || kept->cols() != metrology::kCalibratedParameterCount)
+    return runtime::Refuse("registration.calibration_sensitivity",
+                           std::to_string(kept->rows()) + " x " + std::to_string(kept->cols()),
+                           "6 x " + std::to_string(metrology::kCalibratedParameterCount));
+  metrology::PoseSensitivity sensitivity = metrology::PoseSensitivity::Zero();
+  sensitivity.leftCols<metrology::kCalibratedParameterCount>() = *kept;
+  std::vector<metrology::ErrorSource> sources = metrology::CalibrationSources(
+      sensor.covariance, registration.sensor_calibration(), rotation.covariance, registration.rotation_calibration());
+  metrology::ActOnPose(sensitivity, &sources);
+  return sources;
+}
+
 }  // namespace
 
 absl::Status CheckConverged(const registration::v1::Registration& registration) {
@@ -55,27 +76,22 @@ absl::Status CheckConverged(const registration::v1::Registration& registration) 
 absl::StatusOr<metrology::RegisteredPose> RegisteredPoseOf(const registration::v1::Registration& registration,
                                                            const metrology::SensorPose& sensor,
                                                            const FetchedRotationCalibration& rotation,
-                                                           const std::vector<FetchedAxis>& tables) {
+                                                           const std::vector<FetchedAxis>& tables,
+                                                           const plant::v1::Machine& machine) {
   const auto zero_from_part = runtime::FromProto("registration.zero_from_part", registration.zero_from_part());
   if (!zero_from_part.ok()) return zero_from_part.status();
   const auto noise = runtime::FromProto("registration.noise_covariance", registration.noise_covariance());
   if (!noise.ok()) return noise.status();
-  const auto covariance = runtime::FromProto("registration.covariance", registration.covariance());
-  if (!covariance.ok()) return covariance.status();
-  const auto sensitivity =
-      runtime::FromProto("registration.calibration_sensitivity", registration.calibration_sensitivity());
-  if (!sensitivity.ok()) return sensitivity.status();
-  if (sensitivity->rows() != 6 || sensitivity->cols() != metrology::kCalibrationParameterCount) {
-    return runtime::Refuse("registration.calibration_sensitivity",
-                           std::to_string(sensitivity->rows()) + " x " + std::to_string(sensitivity->cols()),
-                           "6 x " + std::to_string(metrology::kCalibrationParameterCount));
-  }
-  metrology::RegisteredPose pose(*zero_from_part, *noise, *sensitivity, covariance->reference_mm,
-                                 metrology::JointCovariance(sensor.covariance, rotation.covariance));
+  absl::StatusOr<std::vector<metrology::ErrorSource>> sources = SourcesOf(registration, sensor, rotation);
+  if (!sources.ok()) return sources.status();
+  metrology::RegisteredPose pose(*zero_from_part, *noise, *std::move(sources));
   for (const FetchedAxis& table : tables) {
     const absl::StatusOr<metrology::AngleInfluence::Axis> axis = AxisOf(table.name, table.axis, rotation);
     if (!axis.ok()) return axis.status();
-    (*axis == metrology::AngleInfluence::Axis::kA ? pose.positioning.a : pose.positioning.b) = table.positioning;
+    metrology::AxisPositioning& positioning =
+        *axis == metrology::AngleInfluence::Axis::kA ? pose.positioning.a : pose.positioning.b;
+    positioning = table.positioning;
+    positioning.approach = ApproachOf(machine);
   }
   for (const registration::v1::ScanAngle& in : registration.angles()) {
     const absl::StatusOr<metrology::AngleInfluence::Axis> axis =

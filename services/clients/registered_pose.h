@@ -10,6 +10,7 @@
 #include "metrology/correction/registered_pose.h"
 #include "metrology/scanner/line_scanner.h"
 #include "services/clients/calibrations.h"
+#include "sixpoint/plant/v1/machine.pb.h"
 #include "sixpoint/registration/v1/registration.pb.h"
 
 namespace sixpoint::clients {
@@ -17,12 +18,13 @@ namespace sixpoint::clients {
 // FAILED_PRECONDITION (REGISTRATION_NOT_CONVERGED), with the registration's evidence, unless its outcome is CONVERGED.
 absl::Status CheckConverged(const registration::v1::Registration& registration);
 
-// sensor and rotation: the calibrations that the registration names; tables: those of its angles. Refuses what is missing or
+// sensor and rotation: the calibrations that the registration names; tables: those of its angles; machine: its own, of then. Refuses what is missing or
 // not finite.
 absl::StatusOr<metrology::RegisteredPose> RegisteredPoseOf(const registration::v1::Registration& registration,
                                                            const metrology::SensorPose& sensor,
                                                            const FetchedRotationCalibration& rotation,
-                                                           const std::vector<FetchedAxis>& tables);
+                                                           const std::vector<FetchedAxis>& tables,
+                                                           const plant::v1::Machine& machine);
 
 // The characterisations whose tables the registration applied, each once.
 absl::StatusOr<std::vector<FetchedAxis>> TablesOf(const registration::v1::Registration& registration,

@@ -46,9 +46,6 @@ absl::Status FetchCalibrations(const Peers& peers, const runtime::Caller& caller
   inputs->tables = *std::move(tables);
   inputs->sensor = *std::move(sensor);
   inputs->rotation = *std::move(rotation);
-  auto pose = clients::RegisteredPoseOf(registration, inputs->sensor.sensor, inputs->rotation, inputs->tables);
-  if (!pose.ok()) return pose.status();
-  inputs->pose = *std::move(pose);
   return absl::OkStatus();
 }
 
@@ -101,6 +98,7 @@ absl::StatusOr<std::vector<metrology::NominalHoleGroup>> WantedGroups(const v1::
   return wanted;
 }
 
+// The machine of then, and the pose as it positions.
 absl::Status FetchMachine(const Peers& peers, const runtime::Caller& caller, Inputs* inputs) {
   const registration::v1::Registration& registration = inputs->registration;
   const auto machine =
@@ -113,6 +111,10 @@ absl::Status FetchMachine(const Peers& peers, const runtime::Caller& caller, Inp
   if (!travel.ok()) return travel.status();
   inputs->travel = *std::move(travel);
   inputs->limits = LimitsOf(*machine);
+  auto pose =
+      clients::RegisteredPoseOf(registration, inputs->sensor.sensor, inputs->rotation, inputs->tables, *machine);
+  if (!pose.ok()) return pose.status();
+  inputs->pose = *std::move(pose);
   const std::array<std::string, 2>&letters = inputs->machine_axes.letters, &calibrated = inputs->rotation.letters;
   if (letters == calibrated) return absl::OkStatus();
   return runtime::Failure(errors::v1::KINEMATICS_UNSUPPORTED,

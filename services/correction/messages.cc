@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "services/clients/error_sources.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/stored_enum.h"
 #include "services/runtime/stored_geometry.h"
@@ -70,6 +71,9 @@ absl::StatusOr<v1::Correction> ToProto(const storage::CorrectionRow& row) {
       runtime::SetPoint(hole_row.nominal_start_mm, hole.mutable_nominal_start_mm());
       hole.set_expanded_uncertainty_um(hole_row.expanded_uncertainty_um);
       if (hole_row.reported_cut_at) runtime::ToProto(*hole_row.reported_cut_at, hole.mutable_reported_cut_at());
+      const auto budget = clients::BudgetOf(correction.name(), hole_row.budget_json);
+      if (!budget.ok()) return budget.status();
+      hole.mutable_budget()->Add(budget->begin(), budget->end());
     }
   }
   correction.set_release(row.release == "AUTOMATIC" ? v1::RELEASE_AUTOMATIC : v1::RELEASE_AWAITING_PERSON);

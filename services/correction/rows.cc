@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "services/clients/error_sources.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
 #include "storage/blobs.h"
@@ -35,6 +36,7 @@ storage::CorrectionGroupRow GroupRowOf(const metrology::CorrectedHoleGroup& grou
       hole_row.nominal_start_mm[static_cast<std::size_t>(i)] = hole.nominal_start_mm[i];
     }
     hole_row.expanded_uncertainty_um = hole.expanded_uncertainty_um;
+    hole_row.budget_json = clients::BudgetJsonOf(hole.components);
   }
   return row;
 }

@@ -103,6 +103,7 @@ v1::Scan ToProto(const storage::ScanRow& row) {
   header.set_point_count(row.point_count);
   header.set_encoding(EncodingOf(row.encoding));
   header.set_raw_step_um(row.raw_step_um);
+  header.set_arm_series(row.arm_series);
   header.set_sender_error_um(row.sender_error_um);
   header.set_error_bound_um(row.error_bound_um);
   if (row.measured_at) runtime::ToProto(*row.measured_at, header.mutable_measured_at());
@@ -138,6 +139,7 @@ storage::ScanRow RowOf(const v1::ScanHeader& header, int machine_revision, int a
   row.point_count = header.point_count();
   row.encoding = TextOf(header.encoding());
   row.raw_step_um = header.raw_step_um();
+  row.arm_series = header.arm_series();
   row.stored_encoding = TextOf(header.encoding() == v1::ENCODING_DRACO ? v1::ENCODING_DRACO : v1::ENCODING_RANGE_IMAGE);
   row.sender_error_um = header.sender_error_um();
   row.error_bound_um = header.error_bound_um();

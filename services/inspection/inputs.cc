@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "services/clients/error_sources.h"
 #include "services/clients/registered_pose.h"
 #include "services/inspection/validate.h"
 #include "services/runtime/errors.h"
@@ -50,6 +51,9 @@ absl::StatusOr<std::vector<metrology::InspectedHole>> HolesOf(const plant::v1::P
       wanted.pin = {*start, *axis, *normal, group.diameter_mm(), group.depth_mm()};
       wanted.position_tolerance_mm = clients::GreatestPositionError_mm(group);
       if (group.has_gauge_pin()) wanted.pin.gauge = GaugePinOf(group.gauge_pin());
+      if (group.has_pin_standing())
+        wanted.pin.standing = {1e-3 * group.pin_standing().clearance_standard_uncertainty_um(),
+                               group.pin_standing().tilt_standard_uncertainty_deg() * kRad};
       wanted.inclination_tolerance_rad = group.inclination_tolerance_deg() * kRad;
     }
   }
@@ -75,10 +79,14 @@ absl::Status FetchPose(const Peers& peers, const runtime::Caller& caller, Inputs
   if (!rotation.ok()) return rotation.status();
   const auto tables = clients::TablesOf(registration, peers.calibrations, caller.make_context);
   if (!tables.ok()) return tables.status();
-  auto pose = clients::RegisteredPoseOf(registration, sensor->sensor, *rotation, *tables);
+  const auto machine =
+      peers.plant.GetMachine(registration.machine(), registration.machine_revision(), caller.make_context());
+  if (!machine.ok()) return machine.status();
+  auto pose = clients::RegisteredPoseOf(registration, sensor->sensor, *rotation, *tables, *machine);
   if (!pose.ok()) return pose.status();
   inputs->pose = *std::move(pose);
   inputs->sensor = sensor->sensor;
+  inputs->sensor.field = clients::FieldOf(machine->sensor());
   inputs->axes = rotation->axes;
   return absl::OkStatus();
 }

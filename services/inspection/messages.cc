@@ -3,6 +3,7 @@
 #include <string>
 #include <utility>
 
+#include "services/clients/error_sources.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/stored_enum.h"
 #include "services/runtime/stored_geometry.h"
@@ -54,6 +55,9 @@ absl::StatusOr<v1::Inspection> ToProto(const storage::InspectionRow& row) {
     hole.set_hole(hole_row.hole_name);
     if (absl::Status status = SetVerdicts(hole_row, row.inspection_id, &hole); !status.ok()) return status;
     if (hole_row.measured) SetMeasured(*hole_row.measured, &hole);
+    const auto budget = clients::BudgetOf(inspection.name(), hole_row.budget_json);
+    if (!budget.ok()) return budget.status();
+    hole.mutable_budget()->Add(budget->begin(), budget->end());
     hole.set_position_tolerance_mm(hole_row.position_tolerance_mm);
     hole.set_inclination_tolerance_deg(hole_row.inclination_tolerance_deg);
     hole.set_point_count(hole_row.point_count);

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "services/clients/error_sources.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
 
@@ -67,6 +68,7 @@ void SetFindings(const std::vector<metrology::InspectedHole>& holes, const metro
     hole.reason = finding.reason;
     hole.positioning_difference_um = finding.positioning_difference_mm * 1e3;
     if (hole.measured) hole.pin_half_play_um = finding.pin_half_play_mm * 1e3;
+    if (hole.measured) hole.budget_json = clients::BudgetJsonOf(finding.components);
   }
 }
 

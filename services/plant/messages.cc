@@ -35,6 +35,11 @@ void ToProto(const storage::HoleGroupRow& row, v1::HoleGroup* out) {
     out->mutable_gauge_pin()->set_greatest_play_mm(row.gauge_pin->greatest_play_mm);
     if (row.gauge_pin->least_depth_mm) out->mutable_gauge_pin()->set_least_depth_mm(*row.gauge_pin->least_depth_mm);
   }
+  if (row.pin_standing) {
+    v1::PinStanding& standing = *out->mutable_pin_standing();
+    standing.set_clearance_standard_uncertainty_um(row.pin_standing->clearance_standard_uncertainty_um);
+    standing.set_tilt_standard_uncertainty_deg(row.pin_standing->tilt_standard_uncertainty_deg);
+  }
   for (const storage::HoleRow& hole : row.holes) {
     v1::Hole* to = out->add_holes();
     to->set_hole(hole.hole);
@@ -81,6 +86,13 @@ v1::Machine ToProto(const storage::MachineRow& row) {
   envelope->set_uncertainty_share(row.safety_uncertainty_share);
   envelope->set_registration_age_h(row.safety_registration_age_h);
   envelope->set_keep_out_mm(row.safety_keep_out_mm);
+  if (!row.approach.empty() || row.touch_offset_um || row.scanner_field_um) {
+    v1::ErrorSources& sources = *machine.mutable_error_sources();
+    if (row.approach == "UPWARDS") sources.set_approach(v1::APPROACH_UPWARDS);
+    if (row.approach == "DOWNWARDS") sources.set_approach(v1::APPROACH_DOWNWARDS);
+    if (row.touch_offset_um) sources.set_touch_offset_um(*row.touch_offset_um);
+    if (row.scanner_field_um) sources.set_scanner_field_um(*row.scanner_field_um);
+  }
   runtime::ToProto(row.recorded.recorded_at, machine.mutable_created_at());
   return machine;
 }

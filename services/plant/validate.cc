@@ -159,6 +159,16 @@ absl::Status ReadGaugePin(const std::string& field, const v1::HoleGroup& group, 
   return refusals.status();
 }
 
+absl::Status ReadPinStanding(const std::string& field, const v1::PinStanding& standing, storage::HoleGroupRow* row) {
+  row->pin_standing = {standing.clearance_standard_uncertainty_um(), standing.tilt_standard_uncertainty_deg()};
+  return runtime::Refusals()
+      .Add(CheckRange(field + ".clearance_standard_uncertainty_um", standing.clearance_standard_uncertainty_um(), 0,
+                      1000, "0 to 1000"))
+      .Add(CheckRange(field + ".tilt_standard_uncertainty_deg", standing.tilt_standard_uncertainty_deg(), 0, 10,
+                      "0 to 10"))
+      .status();
+}
+
 absl::Status ReadGroup(const std::string& field, const v1::HoleGroup& group, std::set<std::string>* names,
                        storage::HoleGroupRow* row) {
   row->group = group.group();
@@ -179,6 +189,7 @@ absl::Status ReadGroup(const std::string& field, const v1::HoleGroup& group, std
       .Add(CheckPositive(field + ".inclination_tolerance_deg", row->inclination_tolerance_deg, 90));
   refusals.Add(ReadZone(field + ".position_zone", group.position_zone(), &row->position_zone));
   if (group.has_gauge_pin()) refusals.Add(ReadGaugePin(field + ".gauge_pin", group, row));
+  if (group.has_pin_standing()) refusals.Add(ReadPinStanding(field + ".pin_standing", group.pin_standing(), row));
   if (group.holes().empty()) refusals.Add(Refuse(field + ".holes", "0 holes", "at least one"));
   std::set<std::string> hole_names;
   for (int i = 0; i < group.holes_size(); ++i) {
@@ -238,6 +249,24 @@ absl::Status ReadEnvelope(const v1::SafetyEnvelope& in, storage::MachineRow* row
       .status();
 }
 
+absl::Status ReadErrorSources(const v1::ErrorSources& in, storage::MachineRow* row) {
+  const std::string field = "machine.error_sources.";
+  runtime::Refusals refusals;
+  if (in.approach() == v1::APPROACH_UPWARDS || in.approach() == v1::APPROACH_DOWNWARDS)
+    row->approach = v1::Approach_Name(in.approach()).substr(std::string("APPROACH_").size());
+  else if (in.approach() != v1::APPROACH_UNSPECIFIED)
+    refusals.Add(Refuse(field + "approach", std::to_string(in.approach()), "UPWARDS, DOWNWARDS, or none"));
+  if (in.has_touch_offset_um()) {
+    row->touch_offset_um = in.touch_offset_um();
+    refusals.Add(CheckPositive(field + "touch_offset_um", in.touch_offset_um(), 1000));
+  }
+  if (in.has_scanner_field_um()) {
+    row->scanner_field_um = in.scanner_field_um();
+    refusals.Add(CheckPositive(field + "scanner_field_um", in.scanner_field_um(), 1000));
+  }
+  return refusals.status();
+}
+
 }  // namespace
 
 absl::StatusOr<storage::MachineRow> Validated(const v1::CreateMachineRequest& request) {
@@ -250,7 +279,8 @@ absl::StatusOr<storage::MachineRow> Validated(const v1::CreateMachineRequest& re
       .Add(ReadSensor(machine.sensor(), &row))
       .Add(Read("machine.nominal_centre_mm", machine.has_nominal_centre_mm(), machine.nominal_centre_mm(),
                 &row.nominal_centre_mm))
-      .Add(ReadEnvelope(machine.safety_envelope(), &row));
+      .Add(ReadEnvelope(machine.safety_envelope(), &row))
+      .Add(ReadErrorSources(machine.error_sources(), &row));
   std::set<std::string> axes;
   for (const auto& [side, joints] :
        {std::pair{"part", &machine.kinematics().part_side()}, std::pair{"tool", &machine.kinematics().tool_side()}}) {

@@ -186,8 +186,7 @@ absl::Status InputFetcher::FetchScans(const v1::RegisterRequest& request, const 
       return runtime::Refuse("scans", std::to_string(point_count) + " points", "at most 100000000 together");
     if (i + 1 < request.scans_size()) next = std::async(std::launch::async, fetch, i + 1);
     if (i == 0)
-      if (absl::Status status = FetchMachine(first.header().machine(), request.apply_axis_tables(), caller, inputs);
-          !status.ok())
+      if (absl::Status status = FetchMachine(first.header(), request.apply_axis_tables(), caller, inputs); !status.ok())
         return status;
     fetched->scan.id = runtime::LastSegment(request.scans(i));
     metrology::Thinner thinner(fetched->scan, scan_point_count, inputs->calibration, thinning);
@@ -206,8 +205,9 @@ absl::Status InputFetcher::FetchScans(const v1::RegisterRequest& request, const 
 }
 
 // The machine of the scans, its calibrations in force and, where asked for, its axis tables.
-absl::Status InputFetcher::FetchMachine(const std::string& machine, bool apply_axis_tables, const Caller& caller,
-                                        Inputs* inputs) const {
+absl::Status InputFetcher::FetchMachine(const ingest::v1::ScanHeader& scan, bool apply_axis_tables,
+                                        const Caller& caller, Inputs* inputs) const {
+  const std::string& machine = scan.machine();
   auto record = plant_.GetMachine(machine, 0, caller.make_context());
   if (!record.ok()) return NotKnown("scans[0].machine", machine, record.status());
   inputs->machine = *std::move(record);
@@ -215,7 +215,16 @@ absl::Status InputFetcher::FetchMachine(const std::string& machine, bool apply_a
   if (!sensor.ok()) return sensor.status();
   auto rotation = calibrations_.RotationInForce(machine, caller.make_context());
   if (!rotation.ok()) return rotation.status();
+  const auto arm = calibrations_.ArmStudy(machine, caller.make_own_context());
+  if (!arm.ok()) return arm.status();
   inputs->calibration = {sensor->sensor, rotation->axes, rotation->covariance};
+  inputs->calibration.sensor.field = clients::FieldOf(inputs->machine.sensor());
+  inputs->calibration.sensor_name = sensor->name;
+  inputs->calibration.axes_name = rotation->name;
+  inputs->calibration.further = clients::FurtherSources(inputs->machine, *sensor, *rotation, *arm, scan.arm_series());
+  if (arm->has_value()) inputs->arm_study = (*arm)->name;
+  inputs->calibration.positioning.a.approach = inputs->calibration.positioning.b.approach =
+      clients::ApproachOf(inputs->machine);
   inputs->sensor_calibration = sensor->name;
   inputs->rotation_calibration = rotation->name;
   inputs->letters = rotation->letters;
@@ -231,7 +240,10 @@ absl::Status InputFetcher::FetchAxisTables(const std::string& machine,
     auto axis = calibrations_.AxisInForce(machine, rotation.letters[i], caller.make_context());
     if (!axis.ok()) return axis.status();
     if (!axis->has_value()) continue;
-    (i == 0 ? positioning.a : positioning.b) = (*axis)->positioning;
+    metrology::AxisPositioning& of_axis = i == 0 ? positioning.a : positioning.b;
+    const metrology::Travel approach = of_axis.approach;
+    of_axis = (*axis)->positioning;
+    of_axis.approach = approach;
     inputs->characterisations[i] = (*axis)->name;
     if (std::find(rotation.inputs.begin(), rotation.inputs.end(), (*axis)->name) == rotation.inputs.end())
       without += (without.empty() ? "" : ", ") + rotation.letters[i];

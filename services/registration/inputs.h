@@ -13,6 +13,7 @@
 #include "metrology/registration/allowance.h"
 #include "metrology/registration/register.h"
 #include "services/clients/calibrations.h"
+#include "services/clients/error_sources.h"
 #include "services/clients/parts.h"
 #include "services/clients/scans.h"
 #include "services/runtime/call.h"
@@ -41,6 +42,7 @@ struct Inputs {
   metrology::RegistrationTask task;
   metrology::MachineCalibration calibration;
   std::string sensor_calibration, rotation_calibration;
+  std::string arm_study;                         // whose spread is among the error sources; empty: none
   std::array<std::string, 2> letters;            // the machine's, of a and b
   std::array<std::string, 2> characterisations;  // whose tables are applied to a and b; empty: none
   std::string remark;
@@ -59,7 +61,7 @@ class InputFetcher {
 
  private:
   absl::Status FetchScans(const v1::RegisterRequest& request, const Caller& caller, Inputs* inputs) const;
-  absl::Status FetchMachine(const std::string& machine, bool apply_axis_tables, const Caller& caller,
+  absl::Status FetchMachine(const ingest::v1::ScanHeader& scan, bool apply_axis_tables, const Caller& caller,
                             Inputs* inputs) const;
   absl::Status FetchAxisTables(const std::string& machine, const clients::FetchedRotationCalibration& rotation,
                                const Caller& caller, Inputs* inputs) const;

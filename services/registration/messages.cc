@@ -98,8 +98,16 @@ absl::StatusOr<v1::Registration> ToProto(const storage::RegistrationRow& row) {
     runtime::SetTransform(row.zero_from_part, out.mutable_zero_from_part());
     runtime::SetCovariance(row.covariance, row.reference_mm, out.mutable_covariance());
     runtime::SetCovariance(row.noise_covariance, row.reference_mm, out.mutable_noise_covariance());
-    runtime::SetMatrix(row.calibration_sensitivity, 6, metrology::kCalibrationParameterCount,
+    runtime::SetMatrix(row.calibration_sensitivity, 6, metrology::kCalibratedParameterCount,
                        out.mutable_calibration_sensitivity());
+  }
+  for (const storage::RegistrationErrorSourceRow& in : row.error_sources) {
+    uncertainty::v1::ErrorSource& source = *out.add_error_sources();
+    source.set_name(in.source_name);
+    if (in.degrees_of_freedom) source.set_degrees_of_freedom(*in.degrees_of_freedom);
+    runtime::SetMatrix(in.parameters_per_sigma, metrology::kCalibrationParameterCount, in.draw_count,
+                       source.mutable_parameters_per_sigma());
+    runtime::SetMatrix(in.pose_per_sigma, 6, in.draw_count, source.mutable_pose_per_sigma());
   }
   for (const storage::RegistrationAngleRow& in : row.angles) {
     v1::ScanAngle* angle = out.add_angles();
@@ -124,6 +132,7 @@ void LeaveBasic(v1::Registration* registration) {
   registration->clear_covariance();
   registration->clear_noise_covariance();
   registration->clear_calibration_sensitivity();
+  registration->clear_error_sources();
   for (v1::ScanAngle& angle : *registration->mutable_angles()) angle.clear_pose_per_rad();
   v1::Evidence& evidence = *registration->mutable_evidence();
   evidence.clear_datums();

@@ -110,7 +110,16 @@ absl::StatusOr<storage::RegistrationRow> FitRowOf(const metrology::PoseFit& fit,
     row.reference_mm = runtime::RowMajor(fit.placed->covariance.reference_mm);
     row.covariance = runtime::RowMajor(fit.placed->covariance.values);
     row.noise_covariance = runtime::RowMajor(fit.placed->noise_covariance.values);
-    row.calibration_sensitivity = runtime::RowMajor(fit.placed->calibration_sensitivity);
+    row.calibration_sensitivity =
+        runtime::RowMajor(fit.placed->calibration_sensitivity.leftCols<metrology::kCalibratedParameterCount>());
+    for (const metrology::ErrorSource& source : fit.placed->sources) {
+      storage::RegistrationErrorSourceRow& kept = row.error_sources.emplace_back();
+      kept.source_name = source.name;
+      if (std::isfinite(source.degrees_of_freedom)) kept.degrees_of_freedom = source.degrees_of_freedom;
+      kept.draw_count = static_cast<int>(source.pose_per_sigma.cols());
+      kept.parameters_per_sigma = runtime::RowMajor(source.parameters_per_sigma);
+      kept.pose_per_sigma = runtime::RowMajor(source.pose_per_sigma);
+    }
   }
   const metrology::FitEvidence& evidence = fit.evidence;
   row.point_count = evidence.point_count;
@@ -181,7 +190,8 @@ std::string SummaryOf(const storage::RegistrationRow& row) {
   return summary.dump();
 }
 
-storage::RecordEntry EntryOf(const v1::RegisterRequest& request, const storage::RegistrationRow& row) {
+storage::RecordEntry EntryOf(const v1::RegisterRequest& request, const storage::RegistrationRow& row,
+                             const std::string& arm_study) {
   storage::RecordEntry entry;
   entry.kind = "registration";
   entry.name = runtime::NameOf("registrations", row.registration_id);
@@ -191,6 +201,7 @@ storage::RecordEntry EntryOf(const v1::RegisterRequest& request, const storage::
                   runtime::NameOf("calibrations", row.rotation_calibration_id)};
   for (const storage::RegistrationAngleRow& angle : row.angles)  // each name is kept once
     entry.inputs.push_back(runtime::NameOf("calibrations", angle.characterisation_id));
+  if (!arm_study.empty()) entry.inputs.push_back(arm_study);
   entry.inputs.insert(entry.inputs.end(), request.scans().begin(), request.scans().end());
   entry.blade = row.blade_serial;
   entry.machine = row.machine_id;
@@ -228,7 +239,7 @@ absl::StatusOr<runtime::Made<storage::RegistrationRow>> RecordOf(const v1::Regis
   }
   row.compute_seconds = seconds;
   row.software_version = runtime::SoftwareVersion();
-  storage::RecordEntry entry = EntryOf(request, row);
+  storage::RecordEntry entry = EntryOf(request, row, inputs.arm_study);
   return runtime::Made<storage::RegistrationRow>{std::move(row), std::move(entry)};
 }
 

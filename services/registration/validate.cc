@@ -184,6 +184,10 @@ absl::Status CheckScan(const v1::RegisterRequest& request, const ingest::v1::Sca
   if (scan.header().machine() != first.header().machine())
     return runtime::Refuse(field + ".machine", scan.header().machine(),
                            first.header().machine() + ", as the first scan");
+  if (scan.header().arm_series() != first.header().arm_series())
+    return runtime::Refuse(field + ".arm_series", "'" + scan.header().arm_series() + "'",
+                           "'" + first.header().arm_series() +
+                               "', as the first scan: the arm was swung between them, and stands elsewhere");
   return absl::OkStatus();
 }
 

@@ -9,8 +9,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// As ComputePool's.
-constexpr std::chrono::milliseconds kBetweenQuestions{20};
+// gRPC tells nobody that a call was cancelled: it has to be asked.
+constexpr std::chrono::milliseconds kBetweenQuestions{100};
 
 }  // namespace
 

@@ -78,6 +78,34 @@ TEST(SensorCalibration, ReachesTheCramerRaoBoundAndReportsIt) {
   EXPECT_GT(coverage, 88);
 }
 
+// The answer to a scanner's field: what a calibration from scans with it differs by from one without.
+TEST(SensorCalibration, FollowsTheScannersFieldAsItSays) {
+  const ArtefactBench bench = ArtefactBench::Usual();
+  std::mt19937_64 random(12);
+  SensorCalibrationOptions options = OptionsFor(bench);
+  options.field = ScannerField::Of(66, 25, 20 * M_PI / 180);
+  const std::vector<LineScan> scans = TwoScans(bench, bench.optics.noise_mm, &random);
+  const ArtefactTouch touch = bench.Touch(bench.touch_noise_mm, &random);
+  const auto without = CalibrateSensor(scans, bench.artefact, touch, options);
+  ASSERT_TRUE(without.ok()) << without.status();
+  ASSERT_TRUE(without->field_response.has_value());
+  const Vector6d sigma = without->sensor.covariance.diagonal().cwiseSqrt();
+  for (int k = 0; k < kFieldParameterCount; ++k) {
+    constexpr double kStep_mm = 2e-4;
+    std::vector<LineScan> moved = scans;
+    for (LineScan& scan : moved)
+      for (Eigen::Vector3d& p : scan.points_mm) p.z() += kStep_mm * options.field.TermsAt(p.y(), p.z())[k];
+    const auto with = CalibrateSensor(moved, bench.artefact, touch, options);
+    ASSERT_TRUE(with.ok()) << with.status();
+    const Vector6d change = ErrorOf(with->sensor, without->sensor);
+    const Vector6d stated = kStep_mm * without->field_response->col(k);
+    const Vector6d off = (change - stated).cwiseQuotient(sigma);
+    EXPECT_LT(off.norm(), 0.05 * change.cwiseQuotient(sigma).norm() + 0.05) << kFieldParameters[k].name;
+  }
+  options.field = {};
+  EXPECT_FALSE(CalibrateSensor(scans, bench.artefact, touch, options)->field_response.has_value());
+}
+
 TEST(SensorCalibration, GivesTheSameBitsOnOneAndTwoThreads) {
   const ArtefactBench bench = ArtefactBench::Usual();
   std::mt19937_64 random(7);

@@ -33,6 +33,8 @@ Eigen::Isometry3d Transform(const json& rows) {
 struct Case {
   NominalHoleGroup group;
   RegisteredPose pose = ExactPose(Eigen::Isometry3d::Identity());
+  CalibrationCovariance calibrations = CalibrationCovariance::Zero();  // of pose.sources
+  PoseSensitivity sensitivity = PoseSensitivity::Zero();
   Eigen::Isometry3d nominal = Eigen::Isometry3d::Identity();
   RotaryAxes axes;
 };
@@ -53,7 +55,6 @@ Case SomeCase(std::uint64_t seed) {
   c.pose.zero_from_part.linear() = RotationFromVector(vector(0.01)) * c.nominal.linear();
   c.pose.zero_from_part.translation() += vector(0.3);
   c.pose.noise.reference_mm = c.nominal.translation() + vector(3);
-  c.pose.sensitivity_reference_mm = c.nominal.translation() + vector(3);
   const auto random_covariance = [&](int size, const auto& scale) {
     Eigen::MatrixXd factor(size, size);
     for (int i = 0; i < size; ++i)
@@ -61,15 +62,16 @@ Case SomeCase(std::uint64_t seed) {
     return Eigen::MatrixXd(factor * factor.transpose());
   };
   c.pose.noise.values = random_covariance(6, [](int i) { return i < 3 ? 3e-6 : 2e-4; });
-  c.pose.calibration_covariance.topLeftCorner<6, 6>() = random_covariance(6, [](int i) { return i < 3 ? 1e-5 : 5e-4; });
-  c.pose.calibration_covariance.bottomRightCorner<8, 8>() =
-      random_covariance(8, [](int i) { return i % 4 < 2 ? 1e-5 : 6e-4; });
+  c.calibrations.topLeftCorner<6, 6>() = random_covariance(6, [](int i) { return i < 3 ? 1e-5 : 5e-4; });
+  c.calibrations.block<8, 8>(6, 6) = random_covariance(8, [](int i) { return i % 4 < 2 ? 1e-5 : 6e-4; });
   for (int i = 0; i < 6; ++i)
     for (int j = 0; j < 14; ++j) {
       const bool angle_in = j < 3 || (j >= 6 && j % 4 >= 2 && j % 4 < 4);
       const double scale = (i < 3 ? 0.01 : 1) * (angle_in ? 50 : 1);
-      c.pose.calibration_sensitivity(i, j) = normal(random) * scale * 0.5;
+      c.sensitivity(i, j) = normal(random) * scale * 0.5;
     }
+  c.pose.sources = {SourceOf("calibrations", c.calibrations)};
+  ActOnPose(c.sensitivity, &c.pose.sources);
   c.group.name = "G";
   c.group.nominal = {2 * kRad, 40 * kRad};
   // Along Z at the nominal pose.
@@ -96,7 +98,6 @@ TEST(CorrectGroup, MovesWithTheMachinesOrigin) {
   const Eigen::Vector3d shift(100, -200, 300);
   c.pose.zero_from_part.translation() += shift;
   c.pose.noise.reference_mm += shift;
-  c.pose.sensitivity_reference_mm += shift;
   c.nominal.translation() += shift;
   c.axes.a.point_mm += shift;
   c.axes.b.point_mm += shift;
@@ -116,7 +117,7 @@ TEST(CorrectGroup, StatesUncertaintiesThatDrawsConfirm) {
     const auto stated = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kSarix);
     ASSERT_TRUE(stated.ok()) << stated.status();
     const Eigen::MatrixXd noise_factor = c.pose.noise.values.llt().matrixL();
-    const Eigen::MatrixXd calibration_factor = c.pose.calibration_covariance.llt().matrixL();
+    const Eigen::MatrixXd calibration_factor = c.calibrations.topLeftCorner<14, 14>().llt().matrixL();
     std::mt19937_64 random(100 + seed);
     std::normal_distribution<double> normal;
     const auto draw = [&](const Eigen::MatrixXd& factor) {
@@ -129,8 +130,8 @@ TEST(CorrectGroup, StatesUncertaintiesThatDrawsConfirm) {
     double a_squares = 0, b_squares = 0;
     for (int i = 0; i < kDraws; ++i) {
       const Eigen::VectorXd calibration = draw(calibration_factor);
-      Eigen::Isometry3d pose = Perturbed(c.pose.zero_from_part, c.pose.calibration_sensitivity * calibration,
-                                         c.pose.sensitivity_reference_mm);
+      Eigen::Isometry3d pose =
+          Perturbed(c.pose.zero_from_part, c.sensitivity.leftCols<14>() * calibration, c.pose.noise.reference_mm);
       pose = Perturbed(pose, draw(noise_factor), c.pose.noise.reference_mm);
       const RotaryAxes axes = c.axes.Perturbed(calibration.tail<8>());
       const auto angles = Orient(axes, pose.linear() * c.group.axis_in_part, c.group.nominal, kSarix);

@@ -6,8 +6,7 @@
 namespace sixpoint::metrology {
 
 inline RegisteredPose ExactPose(const Eigen::Isometry3d& zero_from_part) {
-  return {zero_from_part, PoseCovariance(Matrix6d::Zero(), zero_from_part.translation()), PoseSensitivity::Zero(),
-          zero_from_part.translation(), CalibrationCovariance::Zero()};
+  return {zero_from_part, PoseCovariance(Matrix6d::Zero(), zero_from_part.translation()), {}};
 }
 
 }  // namespace sixpoint::metrology

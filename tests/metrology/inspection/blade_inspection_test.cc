@@ -141,16 +141,20 @@ TEST(BladeInspection, StatesUncertaintiesThatDrawsConfirm) {
   std::mt19937_64 random(4);
   std::normal_distribution<double> normal;
   RegisteredPose pose = truth.pose;
+  PoseSensitivity sensitivity = PoseSensitivity::Zero();
+  CalibrationCovariance calibrations = CalibrationCovariance::Zero();
   for (int i = 0; i < 6; ++i)
     for (int j = 0; j < 14; ++j) {
       const bool angle_in = j < 3 || j == 6 || j == 7 || j == 10 || j == 11;
-      pose.calibration_sensitivity(i, j) = normal(random) * (i < 3 ? 0.01 : 0.7) * (angle_in ? 40 : 1);
+      sensitivity(i, j) = normal(random) * (i < 3 ? 0.01 : 0.7) * (angle_in ? 40 : 1);
     }
   const auto diagonal = [](double angle, double length, int j) {
     const bool angle_in = j < 3 || j == 6 || j == 7 || j == 10 || j == 11;
     return std::pow(angle_in ? angle : length, 2);
   };
-  for (int j = 0; j < 14; ++j) pose.calibration_covariance(j, j) = diagonal(1e-5, 6e-4, j);
+  for (int j = 0; j < 14; ++j) calibrations(j, j) = diagonal(1e-5, 6e-4, j);
+  pose.sources = {SourceOf("calibrations", calibrations)};
+  ActOnPose(sensitivity, &pose.sources);
   for (int j = 0; j < 6; ++j) pose.noise.values(j, j) = std::pow(j < 3 ? 5e-6 : 2e-4, 2);
 
   constexpr int kDraws = 200;
@@ -158,7 +162,7 @@ TEST(BladeInspection, StatesUncertaintiesThatDrawsConfirm) {
   for (int draw = 0; draw < kDraws; ++draw) {
     const std::vector<LineScan> scans = ScansOf(truth, &random, 10);
     Eigen::Matrix<double, 14, 1> calibration;
-    for (int j = 0; j < 14; ++j) calibration[j] = std::sqrt(pose.calibration_covariance(j, j)) * normal(random);
+    for (int j = 0; j < 14; ++j) calibration[j] = std::sqrt(calibrations(j, j)) * normal(random);
     Vector6d noise;
     for (int j = 0; j < 6; ++j) noise[j] = std::sqrt(pose.noise.values(j, j)) * normal(random);
     PinnedBlock estimate = truth;
@@ -167,7 +171,7 @@ TEST(BladeInspection, StatesUncertaintiesThatDrawsConfirm) {
     estimate.sensor.t_sm_mm += calibration.segment<3>(3);
     estimate.axes = truth.axes.Perturbed(calibration.tail<8>());
     estimate.pose.zero_from_part =
-        Perturbed(truth.pose.zero_from_part, pose.calibration_sensitivity * calibration, pose.sensitivity_reference_mm);
+        Perturbed(truth.pose.zero_from_part, sensitivity.leftCols<14>() * calibration, pose.noise.reference_mm);
     estimate.pose.zero_from_part = Perturbed(estimate.pose.zero_from_part, noise, pose.noise.reference_mm);
     const auto findings = Inspect(estimate, scans, 1);
     ASSERT_TRUE(findings.ok());

@@ -27,7 +27,7 @@ PinnedBlock MakePinnedBlock() {
   plant.axes.b = {Eigen::Vector3d(1, -1e-4, 3e-4).normalized(), {26.6, 54.87, -193.11}};
   plant.pose.zero_from_part.linear() = RotationFromVector({0.01, -0.02, 0.3});
   plant.pose.zero_from_part.translation() = plant.axes.a.point_mm + Eigen::Vector3d(30, 3, 10);
-  plant.pose.noise.reference_mm = plant.pose.sensitivity_reference_mm = plant.pose.zero_from_part.translation();
+  plant.pose.noise.reference_mm = plant.pose.zero_from_part.translation();
   const Eigen::Vector3d axis = Eigen::Vector3d(0.3, 0.2, 1).normalized();
   for (int i = 0; i < 2; ++i) {
     InspectedHole hole;

@@ -134,8 +134,7 @@ double Whitened(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance)
 
 RegisteredPose PoseOf(const Registered& registered, const MachineCalibration& machine) {
   const PlacedPose& placed = Placed(registered.fit);
-  RegisteredPose pose(placed.zero_from_part, placed.noise_covariance, placed.calibration_sensitivity,
-                      placed.covariance.reference_mm, CalibrationCovariance::Zero());
+  RegisteredPose pose(placed.zero_from_part, placed.noise_covariance, {});
   pose.positioning = machine.positioning;
   pose.angles = registered.angles;
   return pose;

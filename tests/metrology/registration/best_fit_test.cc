@@ -213,6 +213,7 @@ TEST(BestFit, CalibrationSensitivityIsTheDerivative) {
   MachineCalibration calibration;
   calibration.sensor.rotation = RotationFromCardan({0.002, 0.008, 0.005});
   calibration.sensor.t_sm_mm = {14, -41, 85};
+  calibration.sensor.field = {60, 60};  // as far as these points lie from the sensor's origin
   calibration.axes.a = {Vector3d(1e-4, 1, 0).normalized(), {26, 54, -193}};
   calibration.axes.b = {Vector3d(1, -1e-4, 0).normalized(), {26, 54.1, -193.2}};
   Eigen::Matrix3d machine_from_sensor;
@@ -230,27 +231,32 @@ TEST(BestFit, CalibrationSensitivityIsTheDerivative) {
                                (machine_from_zero * p + scan.v0_mm - calibration.sensor.t_sm_mm));
     scans.push_back(scan);
   }
-  const auto fit_with = [&](const MachineCalibration& used) {
+  const auto fit_with = [&](const MachineCalibration& used, const std::vector<LineScan>& seen) {
     std::vector<ScanPortion> portions;
-    for (const LineScan& scan : scans) portions.push_back(Thin(scan, used, {}));
+    for (const LineScan& scan : seen) portions.push_back(Thin(scan, used, {}));
     return Fit(portions, {}, BladePose(), used);
   };
-  const PoseFit before = fit_with(calibration);
+  const PoseFit before = fit_with(calibration, scans);
   ASSERT_LT(ErrorUm(before), 1);
   for (int k = 0; k < kCalibrationParameterCount; ++k) {
     const bool angle = k < 3 || k == 6 || k == 7 || k == 10 || k == 11;
     const double step = angle ? 1e-6 : 1e-4;
     MachineCalibration moved = calibration;
+    std::vector<LineScan> seen = scans;
     if (k < 3) {
       moved.sensor.rotation = RotationFromVector(step * Vector3d::Unit(k)) * calibration.sensor.rotation;
     } else if (k < 6) {
       moved.sensor.t_sm_mm[k - 3] += step;
+    } else if (k >= kCalibratedParameterCount) {
+      for (LineScan& scan : seen)
+        for (Vector3d& p : scan.points_mm)
+          p.z() += step * calibration.sensor.field.TermsAt(p.y(), p.z())[k - kCalibratedParameterCount];
     } else {
       Eigen::Matrix<double, 8, 1> by = Eigen::Matrix<double, 8, 1>::Zero();
       by[k - 6] = step;
       moved.axes = calibration.axes.Perturbed(by);
     }
-    const PoseFit after = fit_with(moved);
+    const PoseFit after = fit_with(moved, seen);
     const Isometry3d off = Placed(after).zero_from_part * Placed(before).zero_from_part.inverse();
     const Vector3d reference = Placed(before).covariance.reference_mm;
     Vector6d change;

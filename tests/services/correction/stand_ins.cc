@@ -122,7 +122,13 @@ grpc::Status StandInRegistration::ListRegistrations(grpc::ServerContext*,
   return grpc::Status::OK;
 }
 
-StandIns::StandIns() : block(metrology::MakePinnedBlock()), server_({&plant, &ingest, &calibration, &registration}) {
+grpc::Status StandInStudies::ListStudies(grpc::ServerContext*, const calibration::v1::ListStudiesRequest* request,
+                                         calibration::v1::ListStudiesResponse* response) {
+  if (arm.has_value() && request->kind() == calibration::v1::STUDY_KIND_ARM) *response->add_studies() = *arm;
+  return grpc::Status::OK;
+}
+
+StandIns::StandIns() : block(metrology::MakePinnedBlock()), server_({&plant, &ingest, &calibration, &studies, &registration}) {
   DescribePlant();
   DescribeCalibrations();
   DescribeRegistration();
@@ -219,8 +225,8 @@ void StandIns::DescribeRegistration() {
   covariance.values.topLeftCorner<3, 3>() *= 1e-3;
   runtime::ToProto(covariance, out.mutable_covariance());
   runtime::ToProto(covariance, out.mutable_noise_covariance());
-  runtime::SetMatrix(std::vector<double>(6 * metrology::kCalibrationParameterCount), 6,
-                     metrology::kCalibrationParameterCount, out.mutable_calibration_sensitivity());
+  runtime::SetMatrix(std::vector<double>(6 * metrology::kCalibratedParameterCount), 6,
+                     metrology::kCalibratedParameterCount, out.mutable_calibration_sensitivity());
   out.set_record_sequence(1);
   out.mutable_recorded_at()->set_seconds(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now()) - 60);
   // Nothing that a gate would stop.

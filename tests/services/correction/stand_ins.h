@@ -5,10 +5,12 @@
 #include <absl/status/status.h>
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
+#include "sixpoint/calibration/v1/study.grpc.pb.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
@@ -58,6 +60,13 @@ class StandInCalibration final : public calibration::v1::CalibrationService::Ser
                                      calibration::v1::Calibration* response) override;
 };
 
+class StandInStudies final : public calibration::v1::StudyService::Service {
+ public:
+  std::optional<calibration::v1::Study> arm;  // the machine's newest
+  grpc::Status ListStudies(grpc::ServerContext*, const calibration::v1::ListStudiesRequest* request,
+                           calibration::v1::ListStudiesResponse* response) override;
+};
+
 class StandInRegistration final : public registration::v1::RegistrationService::Service {
  public:
   registration::v1::Registration registration;
@@ -93,6 +102,7 @@ class StandIns {
   StandInPlant plant;
   StandInIngest ingest;
   StandInCalibration calibration;
+  StandInStudies studies;
   StandInRegistration registration;
 
  private:

@@ -1,0 +1,111 @@
+#include "metrology/uncertainty/error_source.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "metrology/kinematics/axis_line.h"
+#include "metrology/linear_algebra/symmetric.h"
+#include "metrology/statistics/distributions.h"
+
+namespace sixpoint::metrology {
+
+namespace {
+
+constexpr int kFirstAxisParameter = kSensorParameterCount, kFirstFieldParameter = kCalibratedParameterCount;
+constexpr double kKnown = 1e6;  // so many degrees of freedom are as good as infinite
+
+// The square root of a covariance: columns whose products are it.
+Eigen::MatrixXd RootOf(const Eigen::MatrixXd& covariance) {
+  // In units in which all variances are 1, so that an angle's is not lost beside a length's.
+  const Eigen::VectorXd sigma = covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  const Eigen::VectorXd inverse = sigma.unaryExpr([](double s) { return s > 0 ? 1 / s : 0; });
+  const EigenSystem eigen = EigenSystemOf(Eigen::MatrixXd(inverse.asDiagonal() * covariance * inverse.asDiagonal()));
+  std::vector<Eigen::Index> counting;
+  for (Eigen::Index k = 0; k < eigen.values.size(); ++k)
+    if (eigen.values[k] > 1e-12) counting.push_back(k);
+  Eigen::MatrixXd root(covariance.rows(), static_cast<Eigen::Index>(counting.size()));
+  for (std::size_t k = 0; k < counting.size(); ++k)
+    root.col(static_cast<Eigen::Index>(k)) =
+        std::sqrt(eigen.values[counting[k]]) * sigma.cwiseProduct(eigen.vectors.col(counting[k]));
+  return root;
+}
+
+}  // namespace
+
+ErrorSource SourceOf(const std::string& name, const CalibrationCovariance& covariance) {
+  ErrorSource source;
+  source.name = name;
+  source.parameters_per_sigma = RootOf(covariance);
+  return source;
+}
+
+CalibrationCovariance CovarianceOf(const std::vector<ErrorSource>& sources) {
+  CalibrationCovariance covariance = CalibrationCovariance::Zero();
+  for (const ErrorSource& source : sources)
+    covariance += source.parameters_per_sigma * source.parameters_per_sigma.transpose();
+  return covariance;
+}
+
+Matrix6d PoseCovarianceOf(const std::vector<ErrorSource>& sources) {
+  Matrix6d covariance = Matrix6d::Zero();
+  for (const ErrorSource& source : sources) covariance += source.pose_per_sigma * source.pose_per_sigma.transpose();
+  return covariance;
+}
+
+void ActOnPose(const PoseSensitivity& sensitivity, std::vector<ErrorSource>* sources) {
+  for (ErrorSource& source : *sources) source.pose_per_sigma = sensitivity * source.parameters_per_sigma;
+}
+
+double EffectiveDegreesOfFreedom(const std::vector<UncertaintyComponent>& components) {
+  double variance = 0, spent = 0;
+  for (const UncertaintyComponent& one : components) {
+    variance += one.variance;
+    if (one.degrees_of_freedom < kKnown) spent += one.variance * one.variance / std::max(1.0, one.degrees_of_freedom);
+  }
+  return spent > 0 ? variance * variance / spent : std::numeric_limits<double>::infinity();
+}
+
+double WideningOf(double probability, double degrees_of_freedom) {
+  if (!(degrees_of_freedom < kKnown)) return 1;
+  const double upper = (1 + probability) / 2;
+  return StudentQuantile(upper, std::max(1.0, degrees_of_freedom)) / StudentQuantile(upper, kKnown);
+}
+
+std::vector<ErrorSource> CalibrationSources(const SensorCovariance& sensor, const std::string& sensor_name,
+                                            const AxesCovariance& axes, const std::string& axes_name) {
+  return {SourceOf("sensor calibration, " + sensor_name, JointCovariance(sensor, AxesCovariance::Zero())),
+          SourceOf("rotation calibration, " + axes_name, JointCovariance(SensorCovariance::Zero(), axes))};
+}
+
+ErrorSource TouchOffset(double standard_uncertainty_mm, const Eigen::Vector3d& a_direction,
+                        const Eigen::Vector3d& b_direction) {
+  ErrorSource source;
+  source.name = "touch probe's offset";
+  source.parameters_per_sigma.setZero(kCalibrationParameterCount, 3);
+  source.parameters_per_sigma.middleRows<3>(3).setIdentity();
+  // Of each axis two parameters lean it and two place it, along the basis across it.
+  source.parameters_per_sigma.middleRows<2>(kFirstAxisParameter + 2) = TangentBasis(a_direction).transpose();
+  source.parameters_per_sigma.middleRows<2>(kFirstAxisParameter + 6) = TangentBasis(b_direction).transpose();
+  source.parameters_per_sigma *= standard_uncertainty_mm;
+  return source;
+}
+
+ErrorSource ScannerFieldSource(double standard_uncertainty_mm, const FieldResponse& response) {
+  ErrorSource source;
+  source.name = "scanner's field";
+  source.parameters_per_sigma.setZero(kCalibrationParameterCount, kFieldParameterCount);
+  source.parameters_per_sigma.topRows<kSensorParameterCount>() = response;
+  source.parameters_per_sigma.middleRows<kFieldParameterCount>(kFirstFieldParameter).setIdentity();
+  source.parameters_per_sigma *= standard_uncertainty_mm / std::sqrt(kFieldParameterCount);
+  return source;
+}
+
+ErrorSource ArmSwing(const std::string& name, const SensorCovariance& spread, double degrees_of_freedom) {
+  CalibrationCovariance covariance = CalibrationCovariance::Zero();
+  covariance.topLeftCorner<kSensorParameterCount, kSensorParameterCount>() = spread;
+  ErrorSource source = SourceOf(name, covariance);
+  source.degrees_of_freedom = degrees_of_freedom;
+  return source;
+}
+
+}  // namespace sixpoint::metrology

@@ -1,0 +1,120 @@
+#include "services/clients/error_sources.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "services/runtime/errors.h"
+#include "services/runtime/geometry_proto.h"
+#include "services/runtime/stored_geometry.h"
+
+namespace sixpoint::clients {
+namespace {
+
+constexpr double kRad = 3.14159265358979323846 / 180;
+constexpr int kMostDraws = 64;
+
+}  // namespace
+
+metrology::ScannerField FieldOf(const plant::v1::Sensor& sensor) {
+  return metrology::ScannerField::Of(sensor.mid_range_mm(), sensor.range_mm(), sensor.line_angle_deg() * kRad);
+}
+
+metrology::Travel ApproachOf(const plant::v1::Machine& machine) {
+  switch (machine.error_sources().approach()) {
+    case plant::v1::APPROACH_UPWARDS:
+      return metrology::Travel::kForward;
+    case plant::v1::APPROACH_DOWNWARDS:
+      return metrology::Travel::kBackward;
+    default:
+      return metrology::Travel::kUnknown;
+  }
+}
+
+std::vector<metrology::ErrorSource> FurtherSources(const plant::v1::Machine& machine,
+                                                   const FetchedSensorCalibration& sensor,
+                                                   const FetchedRotationCalibration& rotation,
+                                                   const std::optional<FetchedArmStudy>& arm,
+                                                   const std::string& series) {
+  const plant::v1::ErrorSources& stated = machine.error_sources();
+  std::vector<metrology::ErrorSource> sources;
+  if (stated.has_touch_offset_um())
+    sources.push_back(
+        metrology::TouchOffset(1e-3 * stated.touch_offset_um(), rotation.axes.a.direction, rotation.axes.b.direction));
+  if (stated.has_scanner_field_um())
+    sources.push_back(metrology::ScannerFieldSource(1e-3 * stated.scanner_field_um(), sensor.sensor.field_response));
+  for (metrology::ErrorSource& source : sources) source.name += ", " + machine.name();
+  const bool stands_still = !series.empty() && series == sensor.arm_series;
+  if (!arm.has_value() || stands_still) return sources;
+  for (const std::string& name :
+       {"arm when calibrated, " + sensor.name, "arm when scanned, " + machine.name() + ", " + series})
+    sources.push_back(metrology::ArmSwing(name, arm->spread.covariance, arm->spread.degrees_of_freedom));
+  return sources;
+}
+
+void ToProto(const metrology::ErrorSource& source, uncertainty::v1::ErrorSource* out) {
+  out->set_name(source.name);
+  if (std::isfinite(source.degrees_of_freedom)) out->set_degrees_of_freedom(source.degrees_of_freedom);
+  for (const auto& [matrix, to] :
+       {std::pair<Eigen::MatrixXd, geometry::v1::Matrix*>(source.parameters_per_sigma,
+                                                          out->mutable_parameters_per_sigma()),
+        std::pair<Eigen::MatrixXd, geometry::v1::Matrix*>(source.pose_per_sigma, out->mutable_pose_per_sigma())})
+    runtime::SetMatrix(runtime::RowMajor(matrix), static_cast<int>(matrix.rows()), static_cast<int>(matrix.cols()), to);
+}
+
+absl::StatusOr<std::vector<metrology::ErrorSource>> FromProto(
+    const std::string& field, const google::protobuf::RepeatedPtrField<uncertainty::v1::ErrorSource>& in) {
+  std::vector<metrology::ErrorSource> sources;
+  for (const uncertainty::v1::ErrorSource& one : in) {
+    const std::string of = field + "[" + one.name() + "]";
+    const auto parameters = runtime::FromProto(of + ".parameters_per_sigma", one.parameters_per_sigma());
+    if (!parameters.ok()) return parameters.status();
+    const auto pose = runtime::FromProto(of + ".pose_per_sigma", one.pose_per_sigma());
+    if (!pose.ok()) return pose.status();
+    if (parameters->rows() != metrology::kCalibrationParameterCount || pose->rows() != 6 ||
+        parameters->cols() != pose->cols() || pose->cols() > kMostDraws)
+      return runtime::Refuse(of,
+                             std::to_string(parameters->rows()) + " x " + std::to_string(parameters->cols()) + " and " +
+                                 std::to_string(pose->rows()) + " x " + std::to_string(pose->cols()),
+                             std::to_string(metrology::kCalibrationParameterCount) + " and 6 rows, as many draws");
+    metrology::ErrorSource& source = sources.emplace_back();
+    source.name = one.name();
+    if (one.has_degrees_of_freedom()) source.degrees_of_freedom = one.degrees_of_freedom();
+    if (!(source.degrees_of_freedom > 0))
+      return runtime::Refuse(of + ".degrees_of_freedom", std::to_string(source.degrees_of_freedom), "more than 0");
+    source.parameters_per_sigma = *parameters;
+    source.pose_per_sigma = *pose;
+  }
+  return sources;
+}
+
+std::string BudgetJsonOf(const std::vector<metrology::UncertaintyComponent>& components_um2) {
+  nlohmann::json budget = nlohmann::json::object();
+  for (const metrology::UncertaintyComponent& one : components_um2) budget[one.source] = std::sqrt(one.variance);
+  return budget.dump();
+}
+
+absl::StatusOr<std::vector<uncertainty::v1::UncertaintyComponent>> BudgetOf(const std::string& result,
+                                                                            const std::string& json) {
+  std::vector<uncertainty::v1::UncertaintyComponent> budget;
+  if (json.empty()) return budget;
+  const nlohmann::json kept = nlohmann::json::parse(json, nullptr, /*allow_exceptions=*/false);
+  if (!kept.is_object()) return absl::DataLossError(result + ": its budget is no JSON object");
+  double variance = 0;
+  for (const auto& [source, value] : kept.items()) {
+    if (!value.is_number()) return absl::DataLossError(result + ": " + source + " in its budget is no number");
+    uncertainty::v1::UncertaintyComponent& one = budget.emplace_back();
+    one.set_source(source);
+    one.set_standard_uncertainty_um(value.get<double>());
+    variance += std::pow(one.standard_uncertainty_um(), 2);
+  }
+  for (uncertainty::v1::UncertaintyComponent& one : budget)
+    if (variance > 0) one.set_share(std::pow(one.standard_uncertainty_um(), 2) / variance);
+  std::stable_sort(budget.begin(), budget.end(), [](const auto& one, const auto& other) {
+    return one.standard_uncertainty_um() > other.standard_uncertainty_um();
+  });
+  return budget;
+}
+
+}  // namespace sixpoint::clients

@@ -1,0 +1,44 @@
+// What makes results uncertain beside the calibrations' own noise, from a machine's record and its studies, and as it is kept with a result
+// (docs/methods/uncertainty.md, error sources).
+#pragma once
+
+#include <absl/status/statusor.h>
+#include <google/protobuf/repeated_ptr_field.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "metrology/kinematics/angle_table.h"
+#include "metrology/scanner/scanner_field.h"
+#include "metrology/uncertainty/error_source.h"
+#include "services/clients/calibrations.h"
+#include "sixpoint/plant/v1/machine.pb.h"
+#include "sixpoint/uncertainty/v1/uncertainty.pb.h"
+
+namespace sixpoint::clients {
+
+metrology::ScannerField FieldOf(const plant::v1::Sensor& sensor);
+// How both rotary axes come to their poses.
+metrology::Travel ApproachOf(const plant::v1::Machine& machine);
+
+// series: of the arm while the scans were taken; empty: not known. arm: the machine's newest study; none: nobody studied it, and nothing is
+// said of it. An arm that stands as it did when the sensor was calibrated has not moved.
+std::vector<metrology::ErrorSource> FurtherSources(const plant::v1::Machine& machine,
+                                                   const FetchedSensorCalibration& sensor,
+                                                   const FetchedRotationCalibration& rotation,
+                                                   const std::optional<FetchedArmStudy>& arm,
+                                                   const std::string& series);
+
+void ToProto(const metrology::ErrorSource& source, uncertainty::v1::ErrorSource* out);
+// INVALID_ARGUMENT naming the field where sizes are others or numbers not finite.
+absl::StatusOr<std::vector<metrology::ErrorSource>> FromProto(
+    const std::string& field, const google::protobuf::RepeatedPtrField<uncertainty::v1::ErrorSource>& in);
+
+// A value's budget as it is kept: a JSON object of source to standard uncertainty (um). And as it is answered, the greatest contribution
+// first; DATA_LOSS where what is kept is no such object.
+std::string BudgetJsonOf(const std::vector<metrology::UncertaintyComponent>& components_um2);
+absl::StatusOr<std::vector<uncertainty::v1::UncertaintyComponent>> BudgetOf(const std::string& result,
+                                                                            const std::string& json);
+
+}  // namespace sixpoint::clients
