@@ -89,6 +89,13 @@ json RegistrationToJson(const RegisteredBlade& entry) {
           {"seconds", entry.seconds}};
 }
 
+// Source to what it contributes, k = 1.
+json BudgetToJson(const google::protobuf::RepeatedPtrField<uncertainty::v1::UncertaintyComponent>& budget) {
+  json out = json::object();
+  for (const auto& one : budget) out[one.source()] = one.standard_uncertainty_um();
+  return out;
+}
+
 void AddCorrection(const CorrectedBlade& entry, json* out) {
   for (const auto& group : entry.correction.groups()) {
     json holes = json::array();
@@ -96,7 +103,8 @@ void AddCorrection(const CorrectedBlade& entry, json* out) {
       holes.push_back({{"name", hole.hole()},
                        {"start_table_mm", ToJson(hole.start_mm())},
                        {"nominal_start_table_mm", ToJson(hole.nominal_start_mm())},
-                       {"u95_um", hole.expanded_uncertainty_um()}});
+                       {"u95_um", hole.expanded_uncertainty_um()},
+                       {"budget_um", BudgetToJson(hole.budget())}});
     }
     out->push_back({{"blade", entry.blade},
                     {"method", entry.method},
@@ -128,6 +136,7 @@ json InspectionToJson(const InspectedBlade& entry) {
     if (hole.has_position_error_mm()) {
       out["position_error_mm"] = hole.position_error_mm();
       out["u95_position_um"] = hole.position_expanded_uncertainty_um();
+      out["budget_um"] = BudgetToJson(hole.budget());
     }
     if (hole.has_inclination_error_deg()) {
       out["inclination_error_deg"] = hole.inclination_error_deg();
