@@ -24,6 +24,19 @@ void AddJointRows(const std::string& side, const google::protobuf::RepeatedPtrFi
   }
 }
 
+// What is not stated is in no uncertainty: it is said, too.
+std::string ErrorSourcesText(const plant::v1::ErrorSources& sources) {
+  const auto figure = [](const char* what, bool stated, double um) {
+    return std::string(what) + (stated ? " " + Fixed(um, 2) + " um" : " not stated");
+  };
+  const std::string approach = sources.approach() == plant::v1::APPROACH_UPWARDS     ? "from below"
+                               : sources.approach() == plant::v1::APPROACH_DOWNWARDS ? "from above"
+                                                                                     : "either way";
+  return figure("touch probe's offset", sources.has_touch_offset_um(), sources.touch_offset_um()) + ", " +
+         figure("scanner's field", sources.has_scanner_field_um(), sources.scanner_field_um()) +
+         ", angles are come to " + approach;
+}
+
 void PrintMachine(const Session& session, const plant::v1::Machine& machine) {
   if (session.json) return PrintJson(machine);
   std::cout << machine.name() << ", revision " << machine.revision() << ", " << TimeText(machine.created_at()) << "\n"
@@ -35,7 +48,8 @@ void PrintMachine(const Session& session, const plant::v1::Machine& machine) {
             << Fixed(machine.safety_envelope().rotation_deg(), 2) << " deg of nominal, U95 at most "
             << Fixed(100 * machine.safety_envelope().uncertainty_share(), 1) << " % of a tolerance, registered at most "
             << Fixed(machine.safety_envelope().registration_age_h(), 1) << " h ago, tool "
-            << Fixed(machine.safety_envelope().keep_out_mm(), 2) << " mm from the part\n";
+            << Fixed(machine.safety_envelope().keep_out_mm(), 2) << " mm from the part\n"
+            << "errors    " << ErrorSourcesText(machine.error_sources()) << "\n";
   Table table({"side", "axis", "kind", "direction", "point mm", ">from", ">to", "unit"});
   AddJointRows("part", machine.kinematics().part_side(), &table);
   AddJointRows("tool", machine.kinematics().tool_side(), &table);

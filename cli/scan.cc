@@ -23,7 +23,7 @@ namespace {
 using ingest::v1::ScanService;
 
 struct UploadArguments {
-  std::string file, machine, subject, kind, scan_id;
+  std::string file, machine, subject, kind, scan_id, arm_series;
   std::vector<double> v0_mm;
   LetteredCommands commands;
   double pitch_mm = 0, error_bound_um = 0;
@@ -71,6 +71,7 @@ absl::Status Upload(Session* session, const UploadArguments& arguments) {
   if (!commands_deg->empty()) header.set_a_deg(commands_deg->at(0));
   if (commands_deg->size() > 1) header.set_b_deg(commands_deg->at(1));
   header.set_profile_pitch_mm(arguments.pitch_mm);
+  header.set_arm_series(arguments.arm_series);
   header.set_encoding(ingest::v1::ENCODING_XYZ_F64);
   header.set_error_bound_um(arguments.error_bound_um);
   header.set_columns_per_profile(arguments.columns == 0 ? machine->sensor().column_count() : arguments.columns);
@@ -114,6 +115,8 @@ void AddUpload(Command* scan, Session* session) {
       ->AddOption("--error-bound-um", &arguments->error_bound_um,
                   "Greatest coordinate error that storing may add; without it, 0.25")
       ->Positive();
+  upload->AddOption("--arm-series", &arguments->arm_series,
+                    "Another name with every swing of the sensor's arm; scans of two are not registered together");
   upload->AddOption("--scan-id", &arguments->scan_id,
                     "Id of the scan; the same again is the same scan. Without it: a new one");
   session->OnCommand(upload, [session, arguments] { return Upload(session, *arguments); });

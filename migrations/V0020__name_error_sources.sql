@@ -32,6 +32,8 @@ COMMENT ON COLUMN scans.arm_series IS 'Between scans of one series the arm was n
 ALTER TABLE sensor_calibrations
   ADD COLUMN field_response double precision[],
   ADD COLUMN arm_series text,
+  ADD COLUMN degrees_of_freedom double precision,
+  ADD CONSTRAINT sensor_calibrations_freedom CHECK (degrees_of_freedom >= 1 AND degrees_of_freedom < 1e9),
   ADD CONSTRAINT sensor_calibrations_field_response_whole CHECK (array_position(field_response, NULL) IS NULL),
   ADD CONSTRAINT sensor_calibrations_field_response_sized CHECK (cardinality(field_response) = 54
     AND NOT field_response && ARRAY['NaN', 'Infinity', '-Infinity']::double precision[]),
@@ -39,6 +41,12 @@ ALTER TABLE sensor_calibrations
 COMMENT ON COLUMN sensor_calibrations.field_response IS
   '6 x 9, row-major: change of the parameters per field parameter of the scanner; NULL: not known.';
 COMMENT ON COLUMN sensor_calibrations.arm_series IS 'Of its scans, where all are of one; NULL: not known.';
+
+COMMENT ON COLUMN sensor_calibrations.degrees_of_freedom IS 'Of the covariance; NULL: it rests on what was stated, or was made before.';
+ALTER TABLE rotation_calibrations
+  ADD COLUMN degrees_of_freedom double precision,
+  ADD CONSTRAINT rotation_calibrations_freedom CHECK (degrees_of_freedom >= 1 AND degrees_of_freedom < 1e9);
+COMMENT ON COLUMN rotation_calibrations.degrees_of_freedom IS 'Of the covariance; NULL: it rests on what was stated, or was made before.';
 
 CREATE TABLE registration_error_sources (
   registration_id uuid NOT NULL,

@@ -19,17 +19,19 @@ namespace {
 #define SIXPOINT_SENSOR_COLUMNS                                                                               \
   "calibration_id, machine_from_sensor_rotation, t_sm_mm, covariance, alpha_deg, beta_deg, gamma_deg, "       \
   "alpha_standard_uncertainty_deg, beta_standard_uncertainty_deg, gamma_standard_uncertainty_deg, noise_um, " \
-  "touch_rms_um, residual_rms_um, condition_number, points_used, field_response, arm_series"
-#define SIXPOINT_ROTATION_COLUMNS                                                              \
-  "calibration_id, a_direction, a_point_mm, b_direction, b_point_mm, covariance, point_c_mm, " \
-  "point_c_standard_uncertainty_mm, noise_um, residual_rms_um, check_rms_um, check_count, condition_number, axes"
+  "touch_rms_um, residual_rms_um, condition_number, points_used, field_response, arm_series, "                \
+  "degrees_of_freedom"
+#define SIXPOINT_ROTATION_COLUMNS                                                                                   \
+  "calibration_id, a_direction, a_point_mm, b_direction, b_point_mm, covariance, point_c_mm, "                      \
+  "point_c_standard_uncertainty_mm, noise_um, residual_rms_um, check_rms_um, check_count, condition_number, axes, " \
+  "degrees_of_freedom"
 
 constexpr char kInsertHead[] = "INSERT INTO calibrations (" SIXPOINT_HEAD_COLUMNS
                                ", axis) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, "
                                "$15, $16)";
 constexpr char kInsertSensor[] = "INSERT INTO sensor_calibrations (" SIXPOINT_SENSOR_COLUMNS
                                  ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, "
-                                 "$16, $17)";
+                                 "$16, $17, $18)";
 constexpr char kInsertCentres[] =
     "INSERT INTO sensor_calibration_centres (calibration_id, position_index, scan_key, feature, is_check, dx_um, dy_um, "
     "dz_um) SELECT $1::uuid, (position - 1)::integer, " SIXPOINT_SCAN_KEY(
@@ -37,7 +39,7 @@ constexpr char kInsertCentres[] =
     "FROM unnest($2::text[], $3::text[], $4::text[], $5::double precision[], $6::double precision[], "
     "$7::double precision[]) WITH ORDINALITY AS centre (scan_id, feature, is_check, dx_um, dy_um, dz_um, position)";
 constexpr char kInsertRotation[] = "INSERT INTO rotation_calibrations (" SIXPOINT_ROTATION_COLUMNS
-                                   ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14)";
+                                   ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15)";
 constexpr char kInsertPoses[] =
     "INSERT INTO rotation_calibration_poses (calibration_id, position_index, a_deg, b_deg, distance_um, held_out, "
     "before_um) SELECT $1::uuid, (position - 1)::integer, a_deg, b_deg, distance_um, held_out::boolean, before_um "
@@ -112,6 +114,7 @@ absl::Status InsertSensor(Transaction& transaction, const std::string& id, const
   params.Real(sensor.residual_rms_um).Real(sensor.condition_number).Int(sensor.points_used);
   sensor.field_response.empty() ? params.Null() : params.Reals(sensor.field_response);
   params.OptionalText(sensor.arm_series);
+  sensor.degrees_of_freedom ? params.Real(*sensor.degrees_of_freedom) : params.Null();
   const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertSensor, params);
   if (!inserted.ok()) return inserted.status();
   std::vector<std::string> scans, features, checks;
@@ -136,6 +139,7 @@ absl::Status InsertRotation(Transaction& transaction, const std::string& id, con
   params.Reals(rotation.b_point_mm).Reals(rotation.covariance).Reals(rotation.point_c_mm);
   params.Reals(rotation.point_c_standard_uncertainty_mm).Real(rotation.noise_um).Real(rotation.residual_rms_um);
   params.Real(rotation.check_rms_um).Int(rotation.check_count).Real(rotation.condition_number).Texts(rotation.axes);
+  rotation.degrees_of_freedom ? params.Real(*rotation.degrees_of_freedom) : params.Null();
   const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertRotation, params);
   if (!inserted.ok()) return inserted.status();
   std::vector<double> a, b, distances;
@@ -171,6 +175,7 @@ SensorCalibrationRow ReadSensor(const Rows& rows, int row) {
   s.points_used = rows.Int(row, 14);
   if (!rows.IsNull(row, 15)) s.field_response = rows.Reals(row, 15);
   if (!rows.IsNull(row, 16)) s.arm_series = rows.Text(row, 16);
+  if (!rows.IsNull(row, 17)) s.degrees_of_freedom = rows.Real(row, 17);
   return s;
 }
 
@@ -189,6 +194,7 @@ RotationCalibrationRow ReadRotation(const Rows& rows, int row) {
   r.check_count = static_cast<int>(rows.Int(row, 11));
   r.condition_number = rows.Real(row, 12);
   r.axes = rows.Texts(row, 13);
+  if (!rows.IsNull(row, 14)) r.degrees_of_freedom = rows.Real(row, 14);
   return r;
 }
 

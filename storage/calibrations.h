@@ -33,8 +33,9 @@ struct SensorCalibrationRow {
   double residual_rms_um = 0;
   double condition_number = 0;
   std::int64_t points_used = 0;
-  std::vector<double> field_response;  // 6 x 9, row-major; empty: not known
-  std::string arm_series;              // empty: not known, or several
+  std::vector<double> field_response;        // 6 x 9, row-major; empty: not known
+  std::string arm_series;                    // empty: not known, or several
+  std::optional<double> degrees_of_freedom;  // of the covariance; none: it rests on what was stated
   std::vector<CentreResidualRow> centres;
 };
 
@@ -53,6 +54,7 @@ struct RotationCalibrationRow {
   double check_rms_um = 0;
   int check_count = 0;
   double condition_number = 0;
+  std::optional<double> degrees_of_freedom;  // of the covariance; none: it rests on what was stated
   std::vector<PoseResidualRow> poses;
   std::vector<std::string> axes{"A", "B"};  // the machine's letters of a and b
 };

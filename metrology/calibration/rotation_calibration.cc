@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "metrology/calibration/probing_noise.h"
 #include "metrology/calibration/rotation_evidence.h"
 #include "metrology/linear_algebra/least_squares.h"
 #include "metrology/linear_algebra/singular_values.h"
@@ -21,6 +22,27 @@ constexpr double kWorstCondition = 1e4;
 // The point along a line is free: take the one nearest to where the record has it.
 void SlideTo(const Eigen::Vector3d& place, AxisLine* axis) {
   axis->point_mm += axis->direction * axis->direction.dot(place - axis->point_mm);
+}
+
+// centre_i = C + R_i q, both free: of all poses, each with its own noise alone. The rows that Point C is found from share the first
+// pose's, and C has taken up as much of that as it could: their squares say too little.
+template <typename TurnOf>
+double SquaresAboutCircles(const std::vector<const SpherePose*>& used, const TurnOf& turn_of) {
+  const Eigen::Index rows = 3 * static_cast<Eigen::Index>(used.size());
+  Eigen::MatrixXd matrix(rows, 6);
+  Eigen::VectorXd right(rows);
+  for (size_t i = 0; i < used.size(); ++i) {
+    const Eigen::Index row = 3 * static_cast<Eigen::Index>(i);
+    matrix.block<3, 3>(row, 0).setIdentity();
+    matrix.block<3, 3>(row, 3) = turn_of(*used[i]);
+    right.segment<3>(row) = used[i]->centre_mm;
+  }
+  return (matrix * LeastSquares(matrix, right) - right).squaredNorm();
+}
+
+void SetNoise(const ProbingNoise& noise, RotationCalibration* result) {
+  result->noise_mm = noise.standard_uncertainty_mm;
+  result->degrees_of_freedom = noise.degrees_of_freedom;
 }
 
 }  // namespace
@@ -88,8 +110,9 @@ absl::StatusOr<RotationCalibration> CalibrateRotation(const std::vector<SpherePo
                                          "; probe the sphere farther from the axes and over a wider range of " +
                                          BothAxes(options));
   }
-  result.noise_mm =
-      NoiseOf(residual.squaredNorm(), static_cast<double>(rows - kParameters), options.standard_uncertainty_mm);
+  SetNoise(
+      ProbingNoiseOf(residual.squaredNorm(), static_cast<double>(rows - kParameters), options.standard_uncertainty_mm),
+      &result);
   const Eigen::VectorXd inverse_squares = singular.cwiseInverse().cwiseAbs2();
   const ParameterMatrix full = right * inverse_squares.asDiagonal() * right.transpose();
   const ParameterMatrix covariance =
@@ -140,9 +163,9 @@ absl::StatusOr<RotationCalibration> CalibratePointC(const std::vector<SpherePose
   result.converged = true;
   result.iterations = 1;
   // Noise of the first pose enters every row: covariance of the solution with rows i and j sharing it.
-  const double squares = (matrix * c - right).squaredNorm();
-  // A row differs by two probed centres, each of unit turn: twice the variance of one coordinate.
-  result.noise_mm = NoiseOf(squares / 2, static_cast<double>(rows - 3), options.standard_uncertainty_mm);
+  SetNoise(ProbingNoiseOf(SquaresAboutCircles(used, turn_of), static_cast<double>(3 * used.size() - 6),
+                          options.standard_uncertainty_mm),
+           &result);
   Eigen::Matrix3d shared = Eigen::Matrix3d::Zero();
   for (size_t i = 1; i < used.size(); ++i)
     shared += solve.middleCols<3>(3 * static_cast<Eigen::Index>(i - 1)) * turn_of(*used[i]) * first_inverse;

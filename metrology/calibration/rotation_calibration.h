@@ -48,9 +48,11 @@ struct RotationCalibration {
   AxesCovariance covariance = AxesCovariance::Zero();  // at the axes above
   Eigen::Vector3d point_c_mm = Eigen::Vector3d::Zero();
   Eigen::Matrix3d point_c_covariance_mm2 = Eigen::Matrix3d::Zero();
-  double noise_mm = 0;         // of one coordinate, as used for the covariance
-  double residual_rms_mm = 0;  // distances, poses of the fit
-  double check_rms_mm = 0;     // distances, held-out poses; 0 where there are none
+  double noise_mm = 0;  // of one coordinate, as used for the covariance
+  double degrees_of_freedom =
+      std::numeric_limits<double>::infinity();  // of noise_mm, where it was seen in the residuals
+  double residual_rms_mm = 0;                   // distances, poses of the fit
+  double check_rms_mm = 0;                      // distances, held-out poses; 0 where there are none
   int check_count = 0;
   double condition_number = 0;  // of the scaled Jacobian; an angle counts as its effect at the sphere's distance
   int iterations = 0;

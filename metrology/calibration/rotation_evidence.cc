@@ -157,12 +157,6 @@ absl::Status CheckAgreement(const std::vector<SpherePose>& poses, const Rotation
   return absl::OkStatus();
 }
 
-double NoiseOf(double squares, double freedom, double stated) {
-  const double seen = std::sqrt(squares / std::max(1.0, freedom));
-  if (stated <= 0) return seen;
-  return seen > 1.5 * stated ? seen : stated;
-}
-
 absl::StatusOr<RotationOptions> RotationOptions::Of(const JointChain& chain) {
   const absl::StatusOr<RotaryAxes> axes = RotaryAxes::Of(chain);
   if (!axes.ok()) return axes.status();

@@ -30,7 +30,4 @@ void SetPointC(const Eigen::Vector3d& point_c_mm, const Eigen::Matrix3d& covaria
 absl::Status CheckAgreement(const std::vector<SpherePose>& poses, const RotationOptions& options,
                             const RotationCalibration& result);
 
-// The noise of one coordinate: as stated, or as the residuals show where nothing was stated or they are clearly worse.
-double NoiseOf(double squares, double freedom, double stated);
-
 }  // namespace sixpoint::metrology

@@ -71,7 +71,7 @@ class SensorFit {
     gate_ = {std::max<size_t>(1, points / 40000) | 1, 0.3, 0.4};
     state_.sensor.field = options.field;
     sigma_laser_ = options.optics.noise_mm;
-    sigma_touch_ = TouchUncertainty(touch.standard_uncertainty_mm, 0, 0);
+    sigma_touch_ = TouchNoise(touch, 0, 0).standard_uncertainty_mm;
   }
 
   absl::StatusOr<SensorCalibration> Run() {
@@ -97,8 +97,11 @@ class SensorFit {
     sigma_laser_ = fine_ ? std::sqrt(laser.squares / static_cast<double>(laser.count)) : median * kSigmaPerMad;
     sigma_laser_ = std::max(sigma_laser_, kLeastNoiseMm);
     result_.touch_rms_mm = std::sqrt(touched.equations.squares / touch_freedom_);
-    if (fine_)
-      sigma_touch_ = TouchUncertainty(touch_.standard_uncertainty_mm, touched.equations.squares, touch_freedom_);
+    if (fine_) {
+      const ProbingNoise noise = TouchNoise(touch_, touched.equations.squares, touch_freedom_);
+      sigma_touch_ = noise.standard_uncertainty_mm;
+      result_.sensor.degrees_of_freedom = noise.degrees_of_freedom;
+    }
     SensorEquations all;
     all.Join(laser, 1 / (sigma_laser_ * sigma_laser_));
     all.Join(touched.equations, 1 / (sigma_touch_ * sigma_touch_));
@@ -163,7 +166,9 @@ class SensorFit {
   }
 
   absl::StatusOr<SensorCalibration> Report() {
+    const double freedom = result_.sensor.degrees_of_freedom;
     result_.sensor = state_.sensor;
+    result_.sensor.degrees_of_freedom = freedom;
     result_.machine_from_artefact = state_.machine_from_artefact;
     result_.noise_mm = sigma_laser_;
     result_.touch_uncertainty_mm = sigma_touch_;

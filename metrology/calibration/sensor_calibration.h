@@ -12,6 +12,7 @@
 
 #include "metrology/calibration/artefact.h"
 #include "metrology/calibration/feature_centres.h"
+#include "metrology/calibration/probing_noise.h"
 #include "metrology/scanner/line_scanner.h"
 
 namespace sixpoint::metrology {
@@ -73,9 +74,8 @@ struct SensorStart {
 absl::StatusOr<SensorStart> StartSensor(const std::vector<LineScan>& scans, const Artefact& artefact,
                                         const ArtefactTouch& touch);
 
-// Standard uncertainty of a touched coordinate to use: what was stated, or the usual one, unless the residuals are clearly
-// worse (half as much again).
-double TouchUncertainty(double stated_mm, double residual_squares_mm2, double freedom);
+// Of a touched coordinate: as stated or, where nothing was, the usual one; more where the residuals show more.
+ProbingNoise TouchNoise(const ArtefactTouch& touch, double residual_squares_mm2, double freedom);
 
 // Standard uncertainties of alpha, beta, gamma (rad) from the covariance of the rotation vector in machine axes.
 CardanAngles CardanUncertainty(const CardanAngles& angles, const Eigen::Matrix3d& rotation_vector_covariance);

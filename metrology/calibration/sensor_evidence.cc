@@ -22,10 +22,9 @@ double ConditionNumber(const Matrix6d& covariance) {
   return eigen.eigenvalues()(5) / eigen.eigenvalues()(0);
 }
 
-double TouchUncertainty(double stated_mm, double squares, double freedom) {
-  const double claimed_mm = stated_mm > 0 ? stated_mm : kTouchUncertaintyMm;
-  const double seen_mm = freedom > 0 ? std::sqrt(squares / freedom) : 0;
-  return seen_mm > 1.5 * claimed_mm ? seen_mm : claimed_mm;
+ProbingNoise TouchNoise(const ArtefactTouch& touch, double squares, double freedom) {
+  return ProbingNoiseOf(squares, freedom,
+                        touch.standard_uncertainty_mm > 0 ? touch.standard_uncertainty_mm : kTouchUncertaintyMm);
 }
 
 CardanAngles CardanUncertainty(const CardanAngles& angles, const Eigen::Matrix3d& covariance) {

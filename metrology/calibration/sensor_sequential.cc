@@ -135,7 +135,9 @@ absl::StatusOr<SensorCalibration> CalibrateSensorSequentially(const std::vector<
   result.noise_mm = options.optics.noise_mm;
   // A centre rests on thousands of readings: a twentieth of one reading's noise covers it.
   const double freedom = 9.0 * static_cast<double>(scans.size()) - 6;
-  const double sigma_touch = TouchUncertainty(touch.standard_uncertainty_mm, squares, freedom);
+  const ProbingNoise noise = TouchNoise(touch, squares, freedom);
+  const double sigma_touch = noise.standard_uncertainty_mm;
+  result.sensor.degrees_of_freedom = noise.degrees_of_freedom;
   result.touch_uncertainty_mm = sigma_touch;
   result.sensor.covariance = CovarianceOfSequence(centres, result.sensor, sigma_touch, options.optics.noise_mm / 20);
   result.condition_number = ConditionNumber(result.sensor.covariance);

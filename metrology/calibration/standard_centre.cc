@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "metrology/calibration/probing_noise.h"
 #include "metrology/calibration/rotation_calibration.h"
 #include "metrology/calibration/rotation_evidence.h"
 #include "metrology/linear_algebra/least_squares.h"
@@ -95,7 +96,9 @@ absl::StatusOr<RotationCalibration> CalibrateStandardCentre(const StandardProbin
   result.converged = true;
   result.iterations = 1;
   result.condition_number = bore->condition_number;
-  result.noise_mm = NoiseOf(squares, bores + faces - 4, options.standard_uncertainty_mm);
+  const ProbingNoise noise = ProbingNoiseOf(squares, bores + faces - 4, options.standard_uncertainty_mm);
+  result.noise_mm = noise.standard_uncertainty_mm;
+  result.degrees_of_freedom = noise.degrees_of_freedom;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   covariance.topLeftCorner<2, 2>() = bore->inverse;
   covariance(2, 2) = 1 / faces;

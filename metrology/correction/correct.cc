@@ -98,7 +98,8 @@ void SumUp(const std::vector<std::pair<const Part*, Eigen::Matrix3d>>& parts, Co
   hole->degrees_of_freedom = EffectiveDegreesOfFreedom(hole->components);
   constexpr double kProbability = 0.95;
   hole->expanded_uncertainty_um =
-      1e3 * WideningOf(kProbability, hole->degrees_of_freedom) * DistanceQuantile(hole->covariance_mm2, kProbability);
+      1e3 * WideningOf(kProbability, hole->degrees_of_freedom, ComponentsOf(hole->covariance_mm2)) *
+      DistanceQuantile(hole->covariance_mm2, kProbability);
 }
 
 absl::Status Named(const std::string& group, const absl::Status& status) {

@@ -216,10 +216,15 @@ void BladeInspection::AddPositioning(const NominalPin& nominal, HoleFinding* fin
         std::max(finding->positioning_difference_rad,
                  std::atan2(axis.cross(error.axis_in_part).norm(), axis.dot(error.axis_in_part)));
   }
-  error.position_standard_uncertainty_mm =
-      std::hypot(error.position_standard_uncertainty_mm, finding->positioning_difference_mm / std::sqrt(3.0));
-  error.inclination_standard_uncertainty_rad =
-      std::hypot(error.inclination_standard_uncertainty_rad, finding->positioning_difference_rad / std::sqrt(3.0));
+  const auto add = [](double difference, double* standard_uncertainty, double* coverage_factor) {
+    const double own = *standard_uncertainty, more = difference / std::sqrt(3.0);
+    if (!(more > 0)) return;
+    *standard_uncertainty = std::hypot(own, more);
+    *coverage_factor = std::hypot(*coverage_factor * own, 2 * more) / *standard_uncertainty;
+  };
+  add(finding->positioning_difference_mm, &error.position_standard_uncertainty_mm, &error.position_coverage_factor);
+  add(finding->positioning_difference_rad, &error.inclination_standard_uncertainty_rad,
+      &error.inclination_coverage_factor);
 }
 
 HoleFinding BladeInspection::Judged(std::size_t hole, double clearance_mm) const {

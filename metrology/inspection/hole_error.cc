@@ -16,14 +16,29 @@ struct LengthUncertainty {
   double coverage_factor;
 };
 LengthUncertainty UncertaintyOfLength(const Eigen::Vector3d& v, const Eigen::Matrix3d& covariance) {
-  constexpr double kProbability = 0.95, kUsualFactor = 2;
+  constexpr double kProbability = 0.95, kUsualFactor = 1.959964;  // the normal distribution's
+  constexpr double kNearZero = 2.6;   // 95 % of two normal components lie within 2.45, and a little
+  constexpr double kReaches = 1.01;   // beyond what was seen: it is not exactly linear
+  constexpr double kNothing = 1e-12;  // of the greatest variance: a direction without any
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
-  const double greatest = std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
-  if (v.norm() < 3 * greatest)
-    return {solver.eigenvectors().col(2), greatest,
-            std::max(kUsualFactor, DistanceQuantile(covariance, kProbability) / greatest)};
-  const Eigen::Vector3d along = v.norm() > 0 ? Eigen::Vector3d(v.normalized()) : Eigen::Vector3d::UnitX();
-  return {along, std::sqrt(std::max(0.0, along.dot(covariance * along))), kUsualFactor};
+  const double variance = std::max(0.0, solver.eigenvalues()[2]), length = v.norm();
+  const Eigen::Vector3d along =
+      length > 0 ? Eigen::Vector3d(v / length) : Eigen::Vector3d(solver.eigenvectors().col(2));
+  const double along_sigma = std::sqrt(std::max(0.0, along.dot(covariance * along)));
+  double squared = 0;  // how far v is from zero, in its own uncertainty
+  for (int k = 0; k < 3; ++k)
+    if (solver.eigenvalues()[k] > kNothing * variance)
+      squared += std::pow(solver.eigenvectors().col(k).dot(v), 2) / solver.eigenvalues()[k];
+  if (variance == 0) return {along, 0, kUsualFactor};
+  if (squared >= kNearZero * kNearZero) {
+    // What lies across lengthens it in second order (GUM 5.1.2, note): w^2 / (2 length), whose mean square is three times its mean's.
+    const double lengthened = (covariance.trace() - along_sigma * along_sigma) / (2 * length);
+    return {along, along_sigma, kUsualFactor * std::hypot(1, std::sqrt(3.0) * lengthened / along_sigma)};
+  }
+  // So near zero all of it may be its error: then that is as long as was seen, and seldom longer than the quantile.
+  const double greatest = std::sqrt(variance), quantile = DistanceQuantile(covariance, kProbability);
+  const double expanded = std::max(kUsualFactor * along_sigma, std::min(kReaches * length, quantile));
+  return {solver.eigenvectors().col(2), greatest, expanded / greatest};
 }
 
 }  // namespace

@@ -15,8 +15,8 @@ struct HoleError {
   double inclination_rad = 0;                                  // angle of the axis with the nominal axis
   double position_standard_uncertainty_mm = 0;
   double inclination_standard_uncertainty_rad = 0;
-  // By which a standard uncertainty is expanded to 95 %: 2, and near zero error, where all of a displacement lengthens it, more.
-  double position_coverage_factor = 2, inclination_coverage_factor = 2;
+  // By which a standard uncertainty is expanded to 95 %: 1.96, but near zero error.
+  double position_coverage_factor = 1.96, inclination_coverage_factor = 1.96;
   // How the position follows the fit's parameters: that of which position_standard_uncertainty_mm is the uncertainty.
   Eigen::Matrix<double, 1, 5> position_per_parameter = Eigen::Matrix<double, 1, 5>::Zero();
 };
@@ -24,8 +24,8 @@ struct HoleError {
 // The surface is taken as its tangent plane at the nominal start: over a displacement of 0.1 mm on a radius of 3 mm they
 // differ by under 2 um in height, so by less than the axis's slope to the normal of that along the surface.
 // covariance: of the fit's parameters (c1, c2, s1, s2, radius), from everything. Near zero error, where a length is not
-// linear in its components, the greatest standard deviation of its components is given, and by the coverage factor the quantile of the
-// length itself (distance_quantile.h).
+// linear in its components, the greatest standard deviation of its components is given, and the expanded uncertainty reaches down to no error
+// at all, as far as the quantile of an error's length (distance_quantile.h) does.
 HoleError HoleErrorOf(const NominalPin& nominal, const PinFit& fit, const Eigen::Matrix<double, 5, 5>& covariance);
 
 }  // namespace sixpoint::metrology

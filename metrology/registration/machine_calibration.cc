@@ -3,8 +3,11 @@
 namespace sixpoint::metrology {
 
 std::vector<ErrorSource> SourcesOf(const MachineCalibration& calibration) {
-  std::vector<ErrorSource> sources = CalibrationSources(calibration.sensor.covariance, calibration.sensor_name,
-                                                        calibration.axes_covariance, calibration.axes_name);
+  std::vector<ErrorSource> sources = {
+      SensorCalibrationSource(calibration.sensor.covariance, calibration.sensor.degrees_of_freedom,
+                              calibration.sensor_name),
+      RotationCalibrationSource(calibration.axes_covariance, calibration.axes_degrees_of_freedom,
+                                calibration.axes_name)};
   sources.insert(sources.end(), calibration.further.begin(), calibration.further.end());
   return sources;
 }

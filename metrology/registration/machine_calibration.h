@@ -1,6 +1,7 @@
 // The calibrations in force, with what is known of their errors.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@ struct MachineCalibration {
   RotaryPositioning positioning = {};     // its tables are applied to the angles of scans
   std::vector<ErrorSource> further = {};  // beside what the two calibrations say of their own noise
   std::string sensor_name = {}, axes_name = {};
+  double axes_degrees_of_freedom = std::numeric_limits<double>::infinity();  // of axes_covariance
 };
 
 // What the two calibrations' own noise is, and all further ones.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <string>
 
 #include "metrology/frames/pose.h"
@@ -27,7 +28,8 @@ struct LineScan {
 struct SensorPose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // R_sm
   Eigen::Vector3d t_sm_mm = Eigen::Vector3d::Zero();
-  SensorCovariance covariance = SensorCovariance::Zero();  // in the order of kSensorParameters
+  SensorCovariance covariance = SensorCovariance::Zero();               // in the order of kSensorParameters
+  double degrees_of_freedom = std::numeric_limits<double>::infinity();  // of the covariance
   ScannerField field = {};
   FieldResponse field_response = FieldResponse::Zero();  // of this calibration
 

@@ -1,4 +1,4 @@
-// What a line scanner's readings are off by, smoothly over its measuring field (docs/methods/uncertainty.md, scanner's field).
+// What a line scanner's readings are off by, smoothly over its measuring field (docs/methods/uncertainty.md, error sources).
 #pragma once
 
 #include <Eigen/Core>

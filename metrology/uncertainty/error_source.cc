@@ -65,16 +65,32 @@ double EffectiveDegreesOfFreedom(const std::vector<UncertaintyComponent>& compon
   return spent > 0 ? variance * variance / spent : std::numeric_limits<double>::infinity();
 }
 
-double WideningOf(double probability, double degrees_of_freedom) {
+double WideningOf(double probability, double degrees_of_freedom, double components) {
   if (!(degrees_of_freedom < kKnown)) return 1;
-  const double upper = (1 + probability) / 2;
-  return StudentQuantile(upper, std::max(1.0, degrees_of_freedom)) / StudentQuantile(upper, kKnown);
+  // With one component Fisher's quantile is Student's squared.
+  return std::sqrt(components * FisherQuantile(probability, components, std::max(1.0, degrees_of_freedom)) /
+                   ChiSquaredQuantile(probability, components));
 }
 
-std::vector<ErrorSource> CalibrationSources(const SensorCovariance& sensor, const std::string& sensor_name,
-                                            const AxesCovariance& axes, const std::string& axes_name) {
-  return {SourceOf("sensor calibration, " + sensor_name, JointCovariance(sensor, AxesCovariance::Zero())),
-          SourceOf("rotation calibration, " + axes_name, JointCovariance(SensorCovariance::Zero(), axes))};
+double ComponentsOf(const Eigen::Matrix3d& covariance) {
+  const double square = covariance.squaredNorm();
+  return square > 0 ? covariance.trace() * covariance.trace() / square : 1;
+}
+
+ErrorSource SensorCalibrationSource(const SensorCovariance& covariance, double degrees_of_freedom,
+                                    const std::string& calibration) {
+  ErrorSource source =
+      SourceOf("sensor calibration, " + calibration, JointCovariance(covariance, AxesCovariance::Zero()));
+  source.degrees_of_freedom = degrees_of_freedom;
+  return source;
+}
+
+ErrorSource RotationCalibrationSource(const AxesCovariance& covariance, double degrees_of_freedom,
+                                      const std::string& calibration) {
+  ErrorSource source =
+      SourceOf("rotation calibration, " + calibration, JointCovariance(SensorCovariance::Zero(), covariance));
+  source.degrees_of_freedom = degrees_of_freedom;
+  return source;
 }
 
 ErrorSource TouchOffset(double standard_uncertainty_mm, const Eigen::Vector3d& a_direction,

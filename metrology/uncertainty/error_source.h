@@ -42,13 +42,18 @@ struct UncertaintyComponent {
 
 // Welch and Satterthwaite (GUM G.4); infinite where all are known, or nothing is uncertain.
 double EffectiveDegreesOfFreedom(const std::vector<UncertaintyComponent>& components);
-// By what an interval of normal errors is to be widened for it: Student's quantile over the normal's. 1 for infinite ones; fewer than 1
-// count as 1.
-double WideningOf(double probability, double degrees_of_freedom);
+// By what an interval of normal errors is to be widened for it: Student's quantile over the normal's and, for the distance of several
+// components, Fisher's over the chi-squared's (Hotelling). 1 for infinite ones; fewer than 1 count as 1. components: 1 or more, need not be whole
+// (ComponentsOf).
+double WideningOf(double probability, double degrees_of_freedom, double components = 1);
+// As how many equal components a distance with this covariance is spread: 1 along a line, 3 alike every way.
+double ComponentsOf(const Eigen::Matrix3d& covariance);
 
-// What the two calibrations say of their own noise, each by its name.
-std::vector<ErrorSource> CalibrationSources(const SensorCovariance& sensor, const std::string& sensor_name,
-                                            const AxesCovariance& axes, const std::string& axes_name);
+// What a calibration says of its own noise, by its name.
+ErrorSource SensorCalibrationSource(const SensorCovariance& covariance, double degrees_of_freedom,
+                                    const std::string& calibration);
+ErrorSource RotationCalibrationSource(const AxesCovariance& covariance, double degrees_of_freedom,
+                                      const std::string& calibration);
 
 // Common to all that a touch probe finds: the place of the scanner (found against touched features) and of both axes (found by touched
 // spheres) move with it along the same coordinate.

@@ -35,6 +35,7 @@ void SensorToProto(const storage::SensorCalibrationRow& row, v1::SensorCalibrati
     runtime::SetMatrix(row.field_response, metrology::kSensorParameterCount, metrology::kFieldParameterCount,
                        out->mutable_field_response());
   out->set_arm_series(row.arm_series);
+  if (row.degrees_of_freedom) out->set_degrees_of_freedom(*row.degrees_of_freedom);
   for (const storage::CentreResidualRow& c : row.centres) {
     v1::FeatureResidual* residual = c.is_check ? out->add_check() : out->add_fitted();
     residual->set_scan(runtime::NameOf("scans", c.scan_id));
@@ -55,6 +56,7 @@ void RotationToProto(const storage::RotationCalibrationRow& row, v1::RotationCal
   out->set_residual_rms_um(row.residual_rms_um);
   if (row.check_count > 0) out->set_check_rms_um(row.check_rms_um);
   out->set_check_count(row.check_count);
+  if (row.degrees_of_freedom) out->set_degrees_of_freedom(*row.degrees_of_freedom);
   out->set_condition_number(row.condition_number);
   for (const std::string& axis : row.axes) out->add_axes(axis);
   for (const storage::PoseResidualRow& p : row.poses) {

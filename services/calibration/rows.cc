@@ -57,6 +57,7 @@ storage::SensorCalibrationRow SensorRowOf(const SensorInputs& inputs, const metr
   row.points_used = static_cast<std::int64_t>(result.points_used);
   if (result.field_response) row.field_response = runtime::RowMajor(*result.field_response);
   row.arm_series = inputs.arm_series;
+  if (std::isfinite(result.sensor.degrees_of_freedom)) row.degrees_of_freedom = result.sensor.degrees_of_freedom;
   for (const auto* centres : {&result.fitted, &result.check})
     for (const metrology::CentreResidual& c : *centres) {
       const Eigen::Vector3d d = kUmPerMm * c.laser_minus_touch_mm;
@@ -82,6 +83,7 @@ storage::RotationCalibrationRow RotationRowOf(const RotationInputs& inputs,
   row.check_rms_um = result.check_rms_mm * kUmPerMm;
   row.check_count = result.check_count;
   row.condition_number = result.condition_number;
+  if (std::isfinite(result.degrees_of_freedom)) row.degrees_of_freedom = result.degrees_of_freedom;
   for (size_t i = 0; i < poses.size(); ++i)
     row.poses.push_back({poses[i].a_rad * kDegPerRad, poses[i].b_rad * kDegPerRad, result.distances_mm.at(i) * kUmPerMm,
                          poses[i].held_out, result.before_mm.at(i) * kUmPerMm});

@@ -49,6 +49,7 @@ absl::StatusOr<FetchedSensorCalibration> SensorOf(const Calibration& calibration
   const auto covariance = CovarianceOf<metrology::kSensorParameterCount>(calibration, in.covariance());
   if (!covariance.ok()) return covariance.status();
   out.sensor.covariance = *covariance;
+  if (in.has_degrees_of_freedom()) out.sensor.degrees_of_freedom = in.degrees_of_freedom();
   out.arm_series = in.arm_series();
   if (!in.has_field_response()) return out;
   const absl::StatusOr<Eigen::MatrixXd> response = runtime::FromProto("field_response", in.field_response());
@@ -74,6 +75,7 @@ absl::StatusOr<FetchedRotationCalibration> RotationOf(const Calibration& calibra
   const auto covariance = CovarianceOf<metrology::kAxisParameterCount>(calibration, in.covariance());
   if (!covariance.ok()) return covariance.status();
   out.covariance = *covariance;
+  if (in.has_degrees_of_freedom()) out.degrees_of_freedom = in.degrees_of_freedom();
   // Calibrations from before letters were kept are of A and B.
   if (in.axes_size() != 0 && in.axes_size() != 2)
     return Damaged(calibration, std::to_string(in.axes_size()) + " axes, want 2");

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <chrono>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,8 +31,9 @@ struct FetchedRotationCalibration {
   std::chrono::system_clock::time_point valid_until;
   metrology::RotaryAxes axes;
   metrology::AxesCovariance covariance;
-  std::array<std::string, 2> letters;  // the machine's, of axes.a and axes.b
-  std::vector<std::string> inputs;     // resource names
+  double degrees_of_freedom = std::numeric_limits<double>::infinity();  // of the covariance
+  std::array<std::string, 2> letters;                                   // the machine's, of axes.a and axes.b
+  std::vector<std::string> inputs;                                      // resource names
 };
 // How one axis positions.
 struct FetchedAxis {

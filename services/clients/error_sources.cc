@@ -49,7 +49,8 @@ std::vector<metrology::ErrorSource> FurtherSources(const plant::v1::Machine& mac
   if (!arm.has_value() || stands_still) return sources;
   for (const std::string& name :
        {"arm when calibrated, " + sensor.name, "arm when scanned, " + machine.name() + ", " + series})
-    sources.push_back(metrology::ArmSwing(name, arm->spread.covariance, arm->spread.degrees_of_freedom));
+    // Two draws of one estimate: half of its degrees of freedom each, so that together they have what the study has.
+    sources.push_back(metrology::ArmSwing(name, arm->spread.covariance, arm->spread.degrees_of_freedom / 2));
   return sources;
 }
 

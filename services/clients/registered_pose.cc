@@ -53,8 +53,11 @@ absl::StatusOr<std::vector<metrology::ErrorSource>> SourcesOf(const registration
                            "6 x " + std::to_string(metrology::kCalibratedParameterCount));
   metrology::PoseSensitivity sensitivity = metrology::PoseSensitivity::Zero();
   sensitivity.leftCols<metrology::kCalibratedParameterCount>() = *kept;
-  std::vector<metrology::ErrorSource> sources = metrology::CalibrationSources(
-      sensor.covariance, registration.sensor_calibration(), rotation.covariance, registration.rotation_calibration());
+  std::vector<metrology::ErrorSource> sources = {
+      metrology::SensorCalibrationSource(sensor.covariance, sensor.degrees_of_freedom,
+                                         registration.sensor_calibration()),
+      metrology::RotationCalibrationSource(rotation.covariance, rotation.degrees_of_freedom,
+                                           registration.rotation_calibration())};
   metrology::ActOnPose(sensitivity, &sources);
   return sources;
 }

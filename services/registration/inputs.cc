@@ -221,6 +221,7 @@ absl::Status InputFetcher::FetchMachine(const ingest::v1::ScanHeader& scan, bool
   inputs->calibration.sensor.field = clients::FieldOf(inputs->machine.sensor());
   inputs->calibration.sensor_name = sensor->name;
   inputs->calibration.axes_name = rotation->name;
+  inputs->calibration.axes_degrees_of_freedom = rotation->degrees_of_freedom;
   inputs->calibration.further = clients::FurtherSources(inputs->machine, *sensor, *rotation, *arm, scan.arm_series());
   if (arm->has_value()) inputs->arm_study = (*arm)->name;
   inputs->calibration.positioning.a.approach = inputs->calibration.positioning.b.approach =

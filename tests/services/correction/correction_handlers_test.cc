@@ -67,8 +67,8 @@ class CorrectionHandlersTest : public ::testing::Test {
                                 return filter.blade_serial.empty() || row.blade_serial == filter.blade_serial;
                               });
   std::shared_ptr<NoEvents> events_ = std::make_shared<NoEvents>();
-  CorrectionService service_{store_, events_,
-                             std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect()), {4, 0}};
+  CorrectionService service_{
+      store_, events_, std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect()), {4, 0}};
   testing::InProcessServer server_{{&service_}};
   std::unique_ptr<v1::CorrectionService::Stub> stub_ = v1::CorrectionService::NewStub(server_.Connect());
 };

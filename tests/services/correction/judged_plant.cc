@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "storage/blobs.h"
 #include "storage/calibrations.h"
 #include "storage/plant_registry.h"
@@ -41,6 +43,16 @@ void StoreCalibration(storage::Transaction& transaction, const std::string& name
 }  // namespace
 
 JudgedPlant::JudgedPlant() { StoreRows(); }
+
+void JudgedPlant::StudyArm(calibration::v1::Study study) {
+  study.set_name(kArmStudy);
+  auto transaction = database.database()->Begin(Soon());
+  ASSERT_TRUE(transaction.ok()) << transaction.status();
+  const auto recorded = storage::AppendRecord(*transaction, IdOf(kArmStudy), Entry("study", kArmStudy));
+  ASSERT_TRUE(recorded.ok()) << recorded.status();
+  ASSERT_TRUE(transaction->Commit().ok());
+  studies.arm = std::move(study);
+}
 
 void JudgedPlant::Withdraw(const std::string& name) {
   storage::CalibrationRow row;

@@ -14,6 +14,8 @@ class JudgedPlant : public StandIns {
   JudgedPlant();
 
   // In the record, as the calibration service does it; the stand-in still answers as before.
+  // The machine's newest, by the name kArmStudy; recorded.
+  void StudyArm(calibration::v1::Study study);
   void Withdraw(const std::string& calibration);
   // The stand-in's and its row.
   void Characterise(bool is_b, const std::vector<double>& forward_error_deg,

@@ -128,7 +128,8 @@ grpc::Status StandInStudies::ListStudies(grpc::ServerContext*, const calibration
   return grpc::Status::OK;
 }
 
-StandIns::StandIns() : block(metrology::MakePinnedBlock()), server_({&plant, &ingest, &calibration, &studies, &registration}) {
+StandIns::StandIns()
+    : block(metrology::MakePinnedBlock()), server_({&plant, &ingest, &calibration, &studies, &registration}) {
   DescribePlant();
   DescribeCalibrations();
   DescribeRegistration();

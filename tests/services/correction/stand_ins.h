@@ -20,6 +20,7 @@
 namespace sixpoint::testing {
 
 inline constexpr char kSensorCalibration[] = "calibrations/00000000-0000-7000-8000-000000000001";
+inline constexpr char kArmStudy[] = "studies/00000000-0000-7000-8000-0000000000a1";
 inline constexpr char kRotationCalibration[] = "calibrations/00000000-0000-7000-8000-000000000002";
 inline constexpr char kACharacterisation[] = "calibrations/00000000-0000-7000-8000-000000000004";
 inline constexpr char kBCharacterisation[] = "calibrations/00000000-0000-7000-8000-000000000005";

@@ -52,6 +52,9 @@ v1::CreateMachineRequest SampleMachine() {
   machine.mutable_safety_envelope()->set_uncertainty_share(0.25);
   machine.mutable_safety_envelope()->set_registration_age_h(12);
   machine.mutable_safety_envelope()->set_keep_out_mm(0.4);
+  machine.mutable_error_sources()->set_approach(v1::APPROACH_DOWNWARDS);
+  machine.mutable_error_sources()->set_touch_offset_um(0.6);
+  machine.mutable_error_sources()->set_scanner_field_um(2);
   return request;
 }
 
@@ -100,6 +103,8 @@ v1::CreatePartRequest SamplePart(const std::string& cad) {
   group->mutable_gauge_pin()->set_diameter_standard_uncertainty_um(0.3);
   group->mutable_gauge_pin()->set_greatest_play_mm(0.005);
   group->mutable_gauge_pin()->set_least_depth_mm(2.5);
+  group->mutable_pin_standing()->set_clearance_standard_uncertainty_um(2);
+  group->mutable_pin_standing()->set_tilt_standard_uncertainty_deg(0.03);
   for (int i = 0; i < 3; ++i) {
     v1::Hole* hole = group->add_holes();
     hole->set_hole("H" + std::to_string(i + 1));

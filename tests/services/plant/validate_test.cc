@@ -70,6 +70,14 @@ TEST(ValidatedMachine, RefusalsNameTheField) {
           {[](Request* r) { r->mutable_machine()->clear_nominal_centre_mm(); }, "machine.nominal_centre_mm"},
           {[](Request* r) { r->mutable_machine()->mutable_safety_envelope()->set_rotation_deg(-1); },
            "safety_envelope.rotation_deg: -1"},
+          {[](Request* r) { r->mutable_machine()->mutable_error_sources()->set_touch_offset_um(0); },
+           "machine.error_sources.touch_offset_um: 0"},
+          {[](Request* r) { r->mutable_machine()->mutable_error_sources()->set_scanner_field_um(kNan); },
+           "machine.error_sources.scanner_field_um: NaN"},
+          {[](Request* r) {
+             r->mutable_machine()->mutable_error_sources()->set_approach(static_cast<v1::Approach>(7));
+           },
+           "machine.error_sources.approach: 7, want UPWARDS, DOWNWARDS"},
       });
 }
 
@@ -142,6 +150,10 @@ TEST(ValidatedPart, RefusalsNameTheField) {
            "part.hole_groups[0].position_zone: POSITION_ZONE_UNSPECIFIED, want POSITION_ZONE_DIAMETER where"},
           {[](Request* r) { Group(r)->set_position_zone(static_cast<v1::PositionZone>(7)); },
            "part.hole_groups[0].position_zone: "},
+          {[](Request* r) { Group(r)->mutable_pin_standing()->set_clearance_standard_uncertainty_um(-1); },
+           "part.hole_groups[0].pin_standing.clearance_standard_uncertainty_um: -1, want 0 to 1000"},
+          {[](Request* r) { Group(r)->mutable_pin_standing()->set_tilt_standard_uncertainty_deg(kInfinity); },
+           "part.hole_groups[0].pin_standing.tilt_standard_uncertainty_deg: "},
           {[](Request* r) { Group(r)->mutable_gauge_pin()->set_diameter_mm(0); },
            "part.hole_groups[0].gauge_pin.diameter_mm: 0"},
           {[](Request* r) { Group(r)->mutable_gauge_pin()->clear_diameter_standard_uncertainty_um(); },

@@ -14,6 +14,7 @@ namespace sixpoint::registration {
 namespace {
 
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 constexpr double kRad = 3.14159265358979323846 / 180;
@@ -52,6 +53,65 @@ TEST_F(RegistrationServiceTest, FindsTheBladeAndReadsBackTheSame) {
     for (const storage::JournalEntry& journal : *derived) names.push_back(journal.entry.name);
     EXPECT_THAT(names, Contains(registration->name()));
   }
+}
+
+// What makes a pose uncertain is named and kept: what the machine's record states, and an arm that was swung as far as its study says. An arm
+// that stands where the sensor was calibrated has not moved; scans of two series are not one.
+TEST_F(RegistrationServiceTest, NamesWhatMakesThePoseUncertain) {
+  MountBlade();
+  const auto names_of = [](const v1::Registration& registration) {
+    std::vector<std::string> names;
+    for (const auto& source : registration.error_sources())
+      names.push_back(source.name().substr(0, source.name().find(',')));
+    return names;
+  };
+  const auto variance_mm2 = [](const v1::Registration& registration) {
+    double sum = 0;
+    for (const int k : {21, 28, 35}) sum += registration.covariance().values(k);
+    return sum;
+  };
+  const v1::Registration bare = Register(Request(v1::METHOD_BEST_FIT));
+  EXPECT_THAT(names_of(bare), ElementsAre("sensor calibration", "rotation calibration"));
+
+  plant::v1::ErrorSources& stated = *plant_.plant.machine.mutable_error_sources();
+  stated.set_touch_offset_um(3);
+  stated.set_scanner_field_um(2);
+  calibration::v1::Study study;
+  for (int i = 0; i < 6; ++i) {
+    calibration::v1::ArmDisplacement& one = *study.mutable_arm()->add_displacements();
+    one.set_dx_mm(1e-3 * (i % 3));
+    one.set_dz_mm(1e-3 * (i % 2));
+    one.set_dgamma_deg(0.001 * i);
+  }
+  for (const char* axis : {"dx", "dy", "dz"}) {
+    calibration::v1::Spread& spread = *study.mutable_arm()->add_spreads();
+    spread.set_quantity(axis);
+    spread.set_unit("mm");
+    spread.set_stated_standard_uncertainty(1e-5);
+  }
+  plant_.StudyArm(study);
+  for (const std::string& scan : plant_.scans) plant_.ingest.scans.at(scan).mutable_header()->set_arm_series("s2");
+  plant_.calibration.sensor.mutable_sensor()->set_arm_series("s1");
+  const v1::Registration swung = Register(Request(v1::METHOD_BEST_FIT));
+  EXPECT_THAT(names_of(swung), ElementsAre("sensor calibration", "rotation calibration", "touch probe's offset",
+                                           "scanner's field", "arm when calibrated", "arm when scanned"));
+  EXPECT_EQ(swung.error_sources(4).degrees_of_freedom(), 2.5);  // of five that both share
+  EXPECT_FALSE(swung.error_sources(2).has_degrees_of_freedom());
+  EXPECT_EQ(swung.error_sources(2).parameters_per_sigma().row_count(), metrology::kCalibrationParameterCount);
+  // An offset of 3 um a coordinate moves the pose as far.
+  for (int k = 0; k < 3; ++k)
+    EXPECT_NEAR(swung.error_sources(2).pose_per_sigma().values(3 * (3 + k) + k), 3e-3, 1e-5) << k;
+  EXPECT_GT(variance_mm2(swung), variance_mm2(bare) + 3 * 9e-6);
+  auto transaction = plant_.database.database()->Begin(std::chrono::steady_clock::now() + std::chrono::seconds(10));
+  const auto derived = storage::DerivedFrom(*transaction, testing::kArmStudy);
+  ASSERT_TRUE(derived.ok()) << derived.status();
+  EXPECT_EQ(derived->size(), 1u);
+
+  plant_.calibration.sensor.mutable_sensor()->set_arm_series("s2");
+  EXPECT_EQ(Register(Request(v1::METHOD_BEST_FIT)).error_sources_size(), 4);
+  plant_.ingest.scans.at(plant_.scans[2]).mutable_header()->set_arm_series("s3");
+  EXPECT_THAT(RefusalOf(Request(v1::METHOD_BEST_FIT)),
+              HasSubstr(".arm_series: 's3', want 's2', as the first scan: the arm was swung between them"));
 }
 
 // B reaches 0.05 deg beyond its commands, or 0.04 or 0.06 by its way; the scans were taken where they say plus that.

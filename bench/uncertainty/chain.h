@@ -1,0 +1,34 @@
+// One blade through a plant whose errors are drawn: the scanner is calibrated on a touched plate, the arm swings, the blade is scanned,
+// registered and corrected. Every step is solved as a plant solves it, none is linearised; what the scanner's field really is has nothing
+// of the polynomials that the estimator knows.
+#pragma once
+
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "metrology/correction/correct.h"
+#include "metrology/registration/pose_fit.h"
+
+namespace sixpoint::bench {
+
+// Standard deviations; 0: that source is not there.
+struct WorldErrors {
+  double noise_mm = 0;
+  double touch_offset_mm = 0;
+  double field_mm = 0;
+  double arm_mm = 0, arm_rad = 0;
+  int arm_scans = 0;  // that its spread is learnt from; 0: it is known
+  double axes_mm = 0, axes_rad = 0;
+  int axes_freedom = 0;  // of what is stated of the axes; 0: it is known
+  bool field_is_harsh = true;
+};
+
+struct HoleOutcome {
+  double error_um = 0, expanded_uncertainty_um = 0;
+};
+
+// Of one draw, its holes' starts. Ends the program where a step fails.
+std::vector<HoleOutcome> DrawHoles(const WorldErrors& errors, std::uint64_t seed);
+
+}  // namespace sixpoint::bench

@@ -1,0 +1,69 @@
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "bench/goals.h"
+#include "bench/uncertainty/rows.h"
+
+namespace sixpoint::bench {
+namespace {
+
+constexpr int kDraws = 2000;
+
+std::vector<Goal> Goals() {
+  return {{"rows", "coverage_low_percent", "95 % covers in the least of the rows, %", 93.0, {}, Goal::Counts::kInFull},
+          {"rows", "coverage_high_percent", "and in the greatest, %", {}, 97.5, Goal::Counts::kInFull},
+          {"rows", "u_over_quantile_low", "U over what it need be, least of the rows", 0.9, {}, Goal::Counts::kInFull},
+          {"rows", "u_over_quantile_high", "and greatest", {}, 1.25, Goal::Counts::kInFull},
+          {"point_c",
+           "point_c_variance_ratio_low",
+           "Point C's stated variance over its error's",
+           0.97,
+           {},
+           Goal::Counts::kInFull},
+          {"point_c", "point_c_variance_ratio", "the same", {}, 1.03, Goal::Counts::kInFull}};
+}
+
+int Run(int draws) {
+  std::vector<Row> rows;
+  for (const std::vector<Row>& more : {HoleRows(draws), PinRows(draws), AxisRows(draws)})
+    rows.insert(rows.end(), more.begin(), more.end());
+  std::printf("%-44s %7s %9s %11s %13s %9s\n", "row", "draws", "covers %", "U/quantile", "median error", "median U");
+  double low = 100, high = 0, u_low = std::numeric_limits<double>::infinity(), u_high = 0;
+  for (const Row& row : rows) {
+    std::printf("%-44s %7d %9.1f %11.2f %13.3f %9.3f\n", row.name.c_str(), row.count, row.coverage_percent,
+                row.u_over_quantile, row.median_error_um, row.median_u_um);
+    low = std::min(low, row.coverage_percent);
+    high = std::max(high, row.coverage_percent);
+    u_low = std::min(u_low, row.u_over_quantile);
+    u_high = std::max(u_high, row.u_over_quantile);
+  }
+  const double ratio = PointCVarianceRatio(25 * draws);
+  const nlohmann::json figures = {{"coverage_low_percent", low},
+                                  {"coverage_high_percent", high},
+                                  {"u_over_quantile_low", u_low},
+                                  {"u_over_quantile_high", u_high},
+                                  {"point_c_variance_ratio", ratio},
+                                  {"point_c_variance_ratio_low", ratio},
+                                  {"rows", rows.size()},
+                                  {"draws", draws}};
+  const int missed = PrintGoals(Goals(), {{"rows", "point_c"}, draws >= kDraws, true}, figures);
+  std::printf("%s\n", nlohmann::json({{"bench", "uncertainty"}, {"figures", figures}}).dump().c_str());
+  return missed == 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace sixpoint::bench
+
+int main(int argc, char** argv) {
+  int draws = sixpoint::bench::kDraws;
+  if (argc == 3 && std::strcmp(argv[1], "--draws") == 0) draws = std::atoi(argv[2]);
+  if (argc != 1 && (argc != 3 || draws < 100)) {
+    std::fprintf(stderr, "usage: bench/run uncertainty [--draws N]      N at least 100; %d without it\n",
+                 sixpoint::bench::kDraws);
+    return 2;
+  }
+  return sixpoint::bench::Run(draws);
+}

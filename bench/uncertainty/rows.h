@@ -1,0 +1,27 @@
+// How often what is stated as 95 % holds, row by row.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace sixpoint::bench {
+
+struct Row {
+  std::string name;
+  int count = 0;
+  double coverage_percent = 0;
+  // What every stated uncertainty may be multiplied by to hold in 95 % of the draws, inverted: 1.1 is a tenth too much.
+  double u_over_quantile = 0;
+  double median_error_um = 0, median_u_um = 0;
+};
+
+// Each source alone, all together, few degrees of freedom; of hole starts through the whole chain.
+std::vector<Row> HoleRows(int draws);
+// A pin's position and inclination, true error 0 to 6 standard uncertainties, alike and unlike across the hole.
+std::vector<Row> PinRows(int draws);
+// Probed spheres whose noise is seen in few residuals.
+std::vector<Row> AxisRows(int draws);
+// Point C's stated variance over that of its error.
+double PointCVarianceRatio(int draws);
+
+}  // namespace sixpoint::bench
