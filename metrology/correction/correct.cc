@@ -65,22 +65,27 @@ Eigen::MatrixXd ValuesPerSigma(const Eigen::MatrixXd& jacobian, const ErrorSourc
              source.parameters_per_sigma.middleRows<kAxisParameterCount>(kSensorParameterCount);
 }
 
-// A named cause's part of the values' covariance.
+// A named cause's part of the values' covariance: slope * causes * slope^T. Never made as a whole: a group may have thousands of holes.
 struct Part {
   std::string source;
   double degrees_of_freedom;
-  Eigen::MatrixXd covariance;
+  Eigen::MatrixXd slope, causes;
+
+  double Variance(Eigen::Index row) const { return (slope.row(row) * causes * slope.row(row).transpose()).value(); }
+  Eigen::Matrix3d OfStart(Eigen::Index first_row) const {
+    return slope.middleRows<3>(first_row) * causes * slope.middleRows<3>(first_row).transpose();
+  }
 };
 
 std::vector<Part> PartsOf(const Eigen::MatrixXd& jacobian, const RegisteredPose& pose) {
   const double known = std::numeric_limits<double>::infinity();
   const Eigen::MatrixXd per_pose = jacobian.leftCols(kPose);
-  std::vector<Part> parts = {{"noise of the scans", known, per_pose * pose.noise.values * per_pose.transpose()}};
-  if (!pose.angles.empty())
-    parts.push_back({"angles of the scans", known, per_pose * PoseCovarianceOf(pose.angles) * per_pose.transpose()});
+  std::vector<Part> parts = {{"noise of the scans", known, per_pose, pose.noise.values}};
+  if (!pose.angles.empty()) parts.push_back({"angles of the scans", known, per_pose, PoseCovarianceOf(pose.angles)});
   for (const ErrorSource& source : pose.sources) {
-    const Eigen::MatrixXd per_sigma = ValuesPerSigma(jacobian, source);
-    parts.push_back({source.name, source.degrees_of_freedom, per_sigma * per_sigma.transpose()});
+    const Eigen::Index draws = source.pose_per_sigma.cols();
+    parts.push_back({source.name, source.degrees_of_freedom, ValuesPerSigma(jacobian, source),
+                     Eigen::MatrixXd::Identity(draws, draws)});
   }
   return parts;
 }
@@ -157,7 +162,7 @@ absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, c
   const std::vector<Part> parts = PartsOf(jacobian, pose);
   const auto variance = [&](int row) {
     double sum = 0;
-    for (const Part& part : parts) sum += part.covariance(row, row);
+    for (const Part& part : parts) sum += part.Variance(row);
     return sum;
   };
   const Eigen::Vector2d turn_rad(positioning.a.StandardUncertaintyAt(result.corrected.a_rad),
@@ -166,7 +171,7 @@ absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, c
   result.a_standard_uncertainty_rad = std::sqrt(std::max(0.0, variance(0) + turn_variance_rad2[0]));
   result.b_standard_uncertainty_rad = std::sqrt(std::max(0.0, variance(1) + turn_variance_rad2[1]));
   result.tilt_standard_uncertainty_rad = std::sqrt(std::max(0.0, variance(2) + variance(3)));
-  const Part turning{"angles of the drilling", std::numeric_limits<double>::infinity(), {}};
+  const Part turning{"angles of the drilling", std::numeric_limits<double>::infinity(), {}, {}};
   const Eigen::Isometry3d nominal_machine_from_part =
       axes.MachineFromZero(group.nominal.a_rad, group.nominal.b_rad) * zero_from_part_nominal;
   for (std::size_t i = 0; i < group.holes.size(); ++i) {
@@ -176,7 +181,7 @@ absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, c
     hole.nominal_start_mm = nominal_machine_from_part * group.holes[i].start_in_part_mm;
     std::vector<std::pair<const Part*, Eigen::Matrix3d>> of_hole;
     const auto at = static_cast<Eigen::Index>(kBeforeStarts + 3 * i);
-    for (const Part& part : parts) of_hole.emplace_back(&part, part.covariance.block<3, 3>(at, at));
+    for (const Part& part : parts) of_hole.emplace_back(&part, part.OfStart(at));
     if (positioning.Applies()) {
       const Eigen::Matrix<double, 3, 2> turned = axes.AngleJacobian(
           pose.zero_from_part * group.holes[i].start_in_part_mm, result.reached.a_rad, result.reached.b_rad);
