@@ -106,6 +106,7 @@ absl::Status CheckHeader(const v1::ScanHeader& header) {
       .Add(CheckNumber("header.sender_error_um", header.sender_error_um(), 0, kGreatestErrorUm))
       .Add(CheckNumber("header.error_bound_um", header.error_bound_um(), 0, kGreatestErrorUm))
       .Add(CheckMeasuredAt(header));
+  if (!header.arm_series().empty()) refusals.Add(runtime::CheckId("header.arm_series", header.arm_series()));
   if (!header.has_v0_mm())
     refusals.Add(Refuse("header.v0_mm", "missing", "the machine's position at the start of the scan"));
   if (!(header.profile_pitch_mm() > 0 && header.profile_pitch_mm() <= kGreatestPitchMm))

@@ -49,6 +49,7 @@ v1::ScanHeader SampleHeader(const std::string& scan_id, std::int64_t point_count
   header.set_machine("machines/m1");
   header.set_subject("blades/sn1");
   header.set_kind(v1::SCAN_KIND_AIRFOIL);
+  header.set_arm_series("s1");
   header.mutable_v0_mm()->set_x_mm(-190.0088);
   header.mutable_v0_mm()->set_y_mm(-178.8434);
   header.mutable_v0_mm()->set_z_mm(275.2997);

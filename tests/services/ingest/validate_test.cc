@@ -36,6 +36,7 @@ TEST(CheckHeader, NamesTheFieldThatIsWrong) {
   };
   const std::vector<Case> cases = {
       {"header.scan_id", "empty", [](auto* h) { h->set_scan_id(""); }},
+      {"header.arm_series", "s 1", [](auto* h) { h->set_arm_series("s 1"); }},
       {"header.scan_id", "a/b", [](auto* h) { h->set_scan_id("a/b"); }},
       {"header.scan_id", "xxx", [](auto* h) { h->set_scan_id(std::string(65, 'x')); }},
       {"header.machine", "empty", [](auto* h) { h->set_machine(""); }},
