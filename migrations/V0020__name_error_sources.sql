@@ -76,16 +76,29 @@ COMMENT ON COLUMN registration_error_sources.parameters_per_sigma IS
   '23 x draws, row-major: what a standard deviation of each draw does to the parameters that map a scan to the part.';
 COMMENT ON COLUMN registration_error_sources.pose_per_sigma IS '6 x draws, row-major: the same of the pose, about registrations.reference_mm.';
 
+-- The names once, and a number each in every hole.
+ALTER TABLE corrections
+  ADD COLUMN budget_sources text[],
+  ADD CONSTRAINT corrections_budget_sources_whole CHECK (array_position(budget_sources, NULL) IS NULL),
+  ADD CONSTRAINT corrections_budget_sources_bounded CHECK (cardinality(budget_sources) BETWEEN 1 AND 64);
+COMMENT ON COLUMN corrections.budget_sources IS 'What makes its holes'' starts uncertain, in the order of their budget_um; NULL: made before it was kept.';
 ALTER TABLE correction_holes
-  ADD COLUMN budget jsonb,
-  ADD CONSTRAINT correction_holes_budget_object CHECK (jsonb_typeof(budget) = 'object' AND pg_column_size(budget) < 8192);
-COMMENT ON COLUMN correction_holes.budget IS
-  'Source to standard uncertainty (um) that it contributes to the start''s distance; NULL: made before it was kept.';
+  ADD COLUMN budget_um real[],
+  ADD CONSTRAINT correction_holes_budget_um_whole CHECK (array_position(budget_um, NULL) IS NULL),
+  ADD CONSTRAINT correction_holes_budget_um_counts CHECK (cardinality(budget_um) BETWEEN 1 AND 64 AND 0 <= ALL (budget_um));
+COMMENT ON COLUMN correction_holes.budget_um IS
+  'Standard uncertainty that each of corrections.budget_sources contributes to the start''s distance; NULL: made before it was kept.';
+ALTER TABLE inspections
+  ADD COLUMN budget_sources text[],
+  ADD CONSTRAINT inspections_budget_sources_whole CHECK (array_position(budget_sources, NULL) IS NULL),
+  ADD CONSTRAINT inspections_budget_sources_bounded CHECK (cardinality(budget_sources) BETWEEN 1 AND 64);
+COMMENT ON COLUMN inspections.budget_sources IS 'What makes its holes'' positions uncertain, in the order of their budget_um; NULL: none, or made before it was kept.';
 ALTER TABLE inspection_holes
-  ADD COLUMN budget jsonb,
-  ADD CONSTRAINT inspection_holes_budget_object CHECK (jsonb_typeof(budget) = 'object' AND pg_column_size(budget) < 8192);
-COMMENT ON COLUMN inspection_holes.budget IS
-  'Source to standard uncertainty (um) that it contributes to the position; NULL: not measured, or made before it was kept.';
+  ADD COLUMN budget_um real[],
+  ADD CONSTRAINT inspection_holes_budget_um_whole CHECK (array_position(budget_um, NULL) IS NULL),
+  ADD CONSTRAINT inspection_holes_budget_um_counts CHECK (cardinality(budget_um) BETWEEN 1 AND 64 AND 0 <= ALL (budget_um));
+COMMENT ON COLUMN inspection_holes.budget_um IS
+  'Standard uncertainty that each of inspections.budget_sources contributes to the position; NULL: not measured, or made before it was kept.';
 
 SELECT make_append_only('registration_error_sources');
 GRANT SELECT, INSERT ON registration_error_sources TO sixpoint_registration;

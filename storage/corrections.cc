@@ -16,10 +16,12 @@ namespace {
   "sensor_calibration_id, rotation_calibration_id, nc_template_sha256, nc_program_sha256, release, release_reasons, " \
   "envelope_translation_mm, envelope_rotation_deg, valid_until, requested_by, software_version, axes, "               \
   "nc_reader_version, nc_pose_count, nc_greatest_difference_um, nc_greatest_tilt_deg, nc_work_offset_codes, "         \
-  "nc_work_offsets, nc_held_sha256, nc_tool_numbers, nc_tool_lengths_mm, registration_age_h, clamping"
-constexpr char kInsertCorrection[] = "INSERT INTO corrections (" SIXPOINT_CORRECTION_COLUMNS
-                                     ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, "
-                                     "$17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27::integer[], $28, $29, $30)";
+  "nc_work_offsets, nc_held_sha256, nc_tool_numbers, nc_tool_lengths_mm, registration_age_h, clamping, "              \
+  "budget_sources"
+constexpr char kInsertCorrection[] =
+    "INSERT INTO corrections (" SIXPOINT_CORRECTION_COLUMNS
+    ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, "
+    "$17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27::integer[], $28, $29, $30, $31)";
 // With whose tables: the registration's are the correction's.
 #define SIXPOINT_SELECT_CORRECTIONS                                                                               \
   "SELECT " SIXPOINT_CORRECTION_COLUMNS                                                                           \
@@ -40,9 +42,9 @@ constexpr char kInsertGroup[] =
     "b_reached_deg, tilt_deg) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14)";
 constexpr char kInsertHoles[] =
     "INSERT INTO correction_holes (correction_id, group_name, position_index, hole_name, start_x_mm, start_y_mm, "
-    "start_z_mm, nominal_start_x_mm, nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um, budget) "
+    "start_z_mm, nominal_start_x_mm, nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um, budget_um) "
     "SELECT $1::uuid, $2::text, (position - 1)::integer, hole, x, y, z, nominal_x, nominal_y, nominal_z, uncertainty, "
-    "nullif(budget, '')::jsonb "
+    "nullif(budget, '')::real[] "
     "FROM unnest($3::text[], $4::double precision[], $5::double precision[], $6::double precision[], "
     "$7::double precision[], $8::double precision[], $9::double precision[], $10::double precision[], $11::text[]) "
     "WITH ORDINALITY AS holes (hole, x, y, z, nominal_x, nominal_y, nominal_z, uncertainty, budget, position)";
@@ -62,7 +64,7 @@ constexpr char kSelectGroups[] =
     "WHERE correction_id = ANY ($1::uuid[]) ORDER BY correction_id, position_index";
 constexpr char kSelectHoles[] =
     "SELECT h.correction_id, h.group_name, h.hole_name, start_x_mm, start_y_mm, start_z_mm, nominal_start_x_mm, "
-    "nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um, n.recorded_at, budget::text FROM "
+    "nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um, n.recorded_at, budget_um FROM "
     "correction_holes h "
     "LEFT JOIN correction_cuts c USING (correction_id, group_name, hole_name) "
     "LEFT JOIN record_names n ON n.record_id = c.record_id "
@@ -106,7 +108,7 @@ CorrectionRow ReadCorrection(const Rows& rows, int row) {
   correction.envelope_translation_mm = rows.Real(row, 13);
   correction.envelope_rotation_deg = rows.Real(row, 14);
   correction.valid_until = rows.Time(row, 15);
-  correction.requested_by = rows.Text(row, 36);
+  correction.requested_by = rows.Text(row, 37);
   correction.software_version = rows.Text(row, 17);
   correction.axes = rows.Texts(row, 18);
   if (!rows.IsNull(row, 19))
@@ -118,11 +120,12 @@ CorrectionRow ReadCorrection(const Rows& rows, int row) {
   if (!rows.IsNull(row, 26)) ReadTools(rows, row, &correction);
   if (!rows.IsNull(row, 28)) correction.registration_age_h = rows.Real(row, 28);
   if (!rows.IsNull(row, 29)) correction.clamping = rows.Text(row, 29);
-  correction.characterisation_ids = rows.Texts(row, 30);
-  correction.recorded = {rows.Int(row, 31), rows.Time(row, 32)};
-  correction.state = rows.Text(row, 33);
-  correction.usable_until = rows.Time(row, 34);
-  if (!rows.IsNull(row, 35)) correction.superseded_by = rows.Text(row, 35);
+  if (!rows.IsNull(row, 30)) correction.budget_sources = rows.Texts(row, 30);
+  correction.characterisation_ids = rows.Texts(row, 31);
+  correction.recorded = {rows.Int(row, 32), rows.Time(row, 33)};
+  correction.state = rows.Text(row, 34);
+  correction.usable_until = rows.Time(row, 35);
+  if (!rows.IsNull(row, 36)) correction.superseded_by = rows.Text(row, 36);
   return correction;
 }
 
@@ -170,6 +173,7 @@ Params CorrectionParams(const CorrectionRow& correction, const KeptTexts& kept) 
   tools.empty() ? params.Null().Null() : params.Reals(tools).Reals(lengths_mm);
   correction.registration_age_h.has_value() ? params.Real(*correction.registration_age_h) : params.Null();
   params.OptionalText(correction.clamping);
+  correction.budget_sources.empty() ? params.Null() : params.Texts(correction.budget_sources);
   return params;
 }
 
@@ -204,7 +208,7 @@ absl::Status InsertGroup(Transaction& transaction, const std::string& id, int po
       coordinates[3 + i].push_back(hole.nominal_start_mm[i]);
     }
     uncertainties.push_back(hole.expanded_uncertainty_um);
-    budgets.push_back(hole.budget_json);
+    budgets.push_back(ArrayText(hole.budget_um));
   }
   Params holes;
   holes.Uuid(id).Text(group.group_name).Texts(names);
@@ -259,7 +263,7 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<CorrectionRow>* 
       hole.nominal_start_mm = {rows.Real(row, 6), rows.Real(row, 7), rows.Real(row, 8)};
       hole.expanded_uncertainty_um = rows.Real(row, 9);
       if (!rows.IsNull(row, 10)) hole.reported_cut_at = rows.Time(row, 10);
-      if (!rows.IsNull(row, 11)) hole.budget_json = rows.Text(row, 11);
+      if (!rows.IsNull(row, 11)) hole.budget_um = rows.Reals(row, 11);
     }
   });
 }

@@ -22,7 +22,7 @@ struct CorrectionHoleRow {
   std::array<double, 3> start_mm{};
   std::array<double, 3> nominal_start_mm{};
   double expanded_uncertainty_um = 0;
-  std::string budget_json;                 // source to standard uncertainty, um; empty: made before it was kept
+  std::vector<double> budget_um = {};      // by CorrectionRow::budget_sources; empty: made before it was kept
   std::optional<Instant> reported_cut_at;  // read only
 };
 
@@ -96,6 +96,7 @@ struct CorrectionRow {
   std::vector<ToolLengthRow> tool_lengths;
   std::optional<double> registration_age_h;  // how long the registration, or a person's release, holds
   std::string clamping;                      // the registration's; empty: not stated
+  std::vector<std::string> budget_sources;   // empty: made before they were kept
   std::vector<CorrectionCheckRow> checks;
   std::vector<CorrectionGroupRow> groups;
 

@@ -62,6 +62,9 @@ class Params {
   std::vector<Value> values_;
 };
 
+// Numbers as PostgreSQL reads an array of them, for a list of arrays that are of other lengths: it has none. Empty for no numbers.
+std::string ArrayText(const std::vector<double>& values);
+
 // Rows of one result; column numbers start at 0. Reading what a column does not hold (NULL, another type) gives something
 // that means nothing, and makes status() say so: a reader asks for it, or lets Checked ask, before a value leaves it.
 class Rows {

@@ -16,10 +16,10 @@ namespace {
   "sensor_calibration_id, rotation_calibration_id, verdict, decision_rule, deviation_minimum_um, "       \
   "deviation_maximum_um, deviation_rms_um, deviation_p05_um, deviation_p50_um, deviation_p95_um, "       \
   "deviation_point_count, deviation_excluded_count, requested_by, software_version, method, "            \
-  "disagreement_um, disagreement_ratio, positioning_disagrees, positioning_covered"
+  "disagreement_um, disagreement_ratio, positioning_disagrees, positioning_covered, budget_sources"
 constexpr char kInsertInspection[] = "INSERT INTO inspections (" SIXPOINT_INSPECTION_COLUMNS
                                      ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, "
-                                     "$17, $18, $19, $20, $21, $22, $23, $24, $25, $26)";
+                                     "$17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27)";
 #define SIXPOINT_SELECT_INSPECTIONS                                                                          \
   "SELECT " SIXPOINT_INSPECTION_COLUMNS                                                                      \
   ", record_sequence, recorded_at, name_of(requested_by) FROM inspections JOIN recorded r ON r.record_id = " \
@@ -43,13 +43,13 @@ constexpr char kSelectScans[] =
   "pin_residual_rms_um, reason, positioning_difference_um, pin_half_play_um"
 constexpr char kInsertHoles[] =
     "INSERT INTO inspection_holes (inspection_id, position_index, " SIXPOINT_HOLE_COLUMNS
-    ", budget) SELECT $1::uuid, (position - 1)::integer, group_name, hole_name, verdict, position_verdict, "
+    ", budget_um) SELECT $1::uuid, (position - 1)::integer, group_name, hole_name, verdict, position_verdict, "
     "inclination_verdict, "
     "position_error, inclination_error, position_uncertainty, inclination_uncertainty, "
     "CASE WHEN start_x IS NOT NULL THEN ARRAY[start_x, start_y, start_z] END, "
     "CASE WHEN axis_x IS NOT NULL THEN ARRAY[axis_x, axis_y, axis_z] END, diameter, position_tolerance, "
     "inclination_tolerance, point_count::integer, residual_rms, reason, positioning_difference, pin_play, "
-    "nullif(budget, '')::jsonb "
+    "nullif(budget, '')::real[] "
     "FROM unnest($2::text[], $3::text[], $4::text[], $5::text[], $6::text[], $7::text[], $8::text[], "
     "$9::double precision[], $10::double precision[], $11::double precision[], $12::double precision[], "
     "$13::double precision[], $14::double precision[], $15::double precision[], $16::double precision[], "
@@ -62,7 +62,7 @@ constexpr char kInsertHoles[] =
     "position_uncertainty, inclination_uncertainty, start_x, start_y, start_z, axis_x, axis_y, axis_z, diameter, "
     "position_tolerance, inclination_tolerance, residual_rms, positioning_difference, pin_play, budget, position)";
 constexpr char kSelectHoles[] = "SELECT inspection_id, " SIXPOINT_HOLE_COLUMNS
-                                ", budget::text FROM inspection_holes WHERE inspection_id = ANY ($1::uuid[]) "
+                                ", budget_um FROM inspection_holes WHERE inspection_id = ANY ($1::uuid[]) "
                                 "ORDER BY inspection_id, position_index";
 #undef SIXPOINT_HOLE_COLUMNS
 
@@ -93,14 +93,15 @@ InspectionRow ReadInspection(const Rows& rows, int row) {
   inspection.deviation_p95_um = rows.Real(row, 16);
   inspection.deviation_point_count = rows.Int(row, 17);
   inspection.deviation_excluded_count = rows.Int(row, 18);
-  inspection.requested_by = rows.Text(row, 28);
+  inspection.requested_by = rows.Text(row, 29);
   inspection.software_version = rows.Text(row, 20);
   inspection.method = rows.Text(row, 21);
   if (!rows.IsNull(row, 22)) inspection.disagreement_um = rows.Real(row, 22);
   if (!rows.IsNull(row, 23)) inspection.disagreement_ratio = rows.Real(row, 23);
   inspection.positioning_disagrees = rows.Bool(row, 24);
   inspection.positioning_covered = rows.Bool(row, 25);
-  inspection.recorded = {rows.Int(row, 26), rows.Time(row, 27)};
+  if (!rows.IsNull(row, 26)) inspection.budget_sources = rows.Texts(row, 26);
+  inspection.recorded = {rows.Int(row, 27), rows.Time(row, 28)};
   return inspection;
 }
 
@@ -117,6 +118,7 @@ Params InspectionParams(const InspectionRow& inspection) {
   for (const std::optional<double>& value : {inspection.disagreement_um, inspection.disagreement_ratio})
     value ? params.Real(*value) : params.Null();
   params.Bool(inspection.positioning_disagrees).Bool(inspection.positioning_covered);
+  inspection.budget_sources.empty() ? params.Null() : params.Texts(inspection.budget_sources);
   return params;
 }
 
@@ -143,7 +145,7 @@ InspectionHoleRow ReadHole(const Rows& rows, int row) {
   hole.reason = rows.Text(row, 17);
   hole.positioning_difference_um = rows.Real(row, 18);
   if (!rows.IsNull(row, 19)) hole.pin_half_play_um = rows.Real(row, 19);
-  if (!rows.IsNull(row, 20)) hole.budget_json = rows.Text(row, 20);
+  if (!rows.IsNull(row, 20)) hole.budget_um = rows.Reals(row, 20);
   return hole;
 }
 
@@ -174,7 +176,7 @@ Params HolesParams(const std::string& inspection_id, const std::vector<Inspectio
                                hole.positioning_difference_um})
       add(value);
     add(hole.pin_half_play_um);
-    budgets.push_back(hole.budget_json);
+    budgets.push_back(ArrayText(hole.budget_um));
   }
   Params params;
   params.Uuid(inspection_id);

@@ -41,7 +41,8 @@ struct InspectionHoleRow {
   std::string reason;
   double positioning_difference_um = 0;
   std::optional<double> pin_half_play_um = std::nullopt;
-  std::string budget_json = {};  // source to standard uncertainty, um; empty: not measured, or made before it was kept
+  std::vector<double> budget_um =
+      {};  // by InspectionRow::budget_sources; empty: not measured, or made before it was kept
 };
 
 struct InspectionRow {
@@ -67,6 +68,7 @@ struct InspectionRow {
   std::string software_version;
   Recorded recorded;  // set by InsertInspection
   std::vector<std::string> scan_ids;
+  std::vector<std::string> budget_sources;  // empty: none, or made before they were kept
   std::vector<InspectionHoleRow> holes;
 };
 

@@ -171,14 +171,12 @@ Params& Params::Bytes(std::string_view value) {
   values_.push_back({std::string(value), true});
   return *this;
 }
-Params& Params::Reals(const std::vector<double>& values) {
-  std::string text = "{";
-  for (const double value : values) {
-    if (text.size() > 1) text += ',';
-    text += TextOfReal(value);
-  }
-  return Text(text + "}");
+std::string ArrayText(const std::vector<double>& values) {
+  std::string text;
+  for (const double value : values) text += (text.empty() ? "{" : ",") + TextOfReal(value);
+  return text.empty() ? text : text + "}";
 }
+Params& Params::Reals(const std::vector<double>& values) { return Text(values.empty() ? "{}" : ArrayText(values)); }
 Params& Params::OptionalReals(const std::vector<std::optional<double>>& values) {
   std::string text = "{";
   for (const std::optional<double>& value : values) {

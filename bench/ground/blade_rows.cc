@@ -71,10 +71,34 @@ storage::RegistrationRow RegistrationOf(const Registry& registry, const std::str
   row.weakest_direction = std::vector<double>(6, 0.408248290463863);
   row.point_count = 400000;
   row.points_used = 381220;
+  for (const auto& [source, draws] :
+       {std::pair("sensor calibration, calibrations/0192f0c4-0000-7000-8000-000000000001", 6),
+        std::pair("rotation calibration, calibrations/0192f0c4-0000-7000-8000-000000000002", 8),
+        std::pair("touch probe's offset, machines/m1", 3), std::pair("scanner's field, machines/m1", 9),
+        std::pair("arm when calibrated, calibrations/0192f0c4-0000-7000-8000-000000000001", 6),
+        std::pair("arm when scanned, machines/m1, s1", 6)})
+    row.error_sources.push_back({source, 7, draws,
+                                 std::vector<double>(static_cast<std::size_t>(23 * draws), 0.123456789012345),
+                                 std::vector<double>(static_cast<std::size_t>(6 * draws), 1.23456789e-4)});
   for (const std::string& scan : scans) row.scans.push_back({scan, 100000, 95305, 0.4});
   for (std::size_t i = 1; i < scans.size(); ++i) row.agreements.push_back({scans[0], scans[i], 300, 2.1, 1.9});
   for (int i = 0; six_point && i < 6; ++i) row.datums.push_back({"A" + std::to_string(i), 12.5, 0.4, 900});
   return row;
+}
+
+std::vector<double> Budget() {
+  return {3.66696, 3.66696, 1.10566, 1.03923, 0.750005, 0.603629, 0.30672, 0.000196, 0.000051};
+}
+std::vector<std::string> BudgetSources() {
+  return {"arm when calibrated, calibrations/0192f0c4-0000-7000-8000-000000000001",
+          "arm when scanned, machines/m1, s1",
+          "scanner's field, machines/m1",
+          "touch probe's offset, machines/m1",
+          "rotation calibration, calibrations/0192f0c4-0000-7000-8000-000000000002",
+          "noise of the scans",
+          "sensor calibration, calibrations/0192f0c4-0000-7000-8000-000000000001",
+          "angles of the drilling",
+          "angles of the scans"};
 }
 
 storage::CorrectionRow CorrectionOf(const Registry& registry, const std::string& serial,
@@ -87,13 +111,15 @@ storage::CorrectionRow CorrectionOf(const Registry& registry, const std::string&
   row.envelope_translation_mm = 2;
   row.envelope_rotation_deg = 3;
   row.valid_until = std::chrono::system_clock::now() + std::chrono::hours(8);
+  row.budget_sources = BudgetSources();
   for (int g = 0; g < kGroups; ++g) {
     storage::CorrectionGroupRow& group = row.groups.emplace_back();
     group.group_name = "G" + std::to_string(g);
     group.a_deg = group.a_ideal_deg = 12.345678901234;
     group.b_deg = group.b_ideal_deg = 60.12345678901;
     for (int h = 0; h < kHolesPerGroup; ++h)
-      group.holes.push_back({"H" + std::to_string(h), {12.3456789, -45.678901, 78.901234}, {12.3, -45.6, 78.9}, 11.25});
+      group.holes.push_back(
+          {"H" + std::to_string(h), {12.3456789, -45.678901, 78.901234}, {12.3, -45.6, 78.9}, 11.25, Budget(), {}});
   }
   return row;
 }
@@ -109,6 +135,7 @@ storage::InspectionRow InspectionOf(const Registry& registry, const std::string&
   row.decision_rule = "ISO 14253-1";
   row.deviation_point_count = 381220;
   row.scan_ids = {pins};
+  row.budget_sources = BudgetSources();
   for (int h = 0; h < kGroups * kHolesPerGroup; ++h) {
     storage::InspectionHoleRow& hole = row.holes.emplace_back();
     hole.group_name = "G" + std::to_string(h / kHolesPerGroup);
@@ -118,6 +145,7 @@ storage::InspectionRow InspectionOf(const Registry& registry, const std::string&
     hole.position_tolerance_mm = 0.03;
     hole.inclination_tolerance_deg = 1;
     hole.point_count = 1200;
+    hole.budget_um = Budget();
   }
   return row;
 }

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
+#include <cstdio>
+#include <cstdlib>
 #include <utility>
 
 #include "services/runtime/errors.h"
@@ -14,6 +15,14 @@ namespace {
 
 constexpr double kRad = 3.14159265358979323846 / 180;
 constexpr int kMostDraws = 64;
+constexpr double kLeast_um = 1e-6;  // less is nothing, and no number that is kept as a real
+
+// To six digits, which a real gives back as they were: what is answered now is what is read later.
+double AsKept(double um) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", um);
+  return std::strtod(text, nullptr);
+}
 
 }  // namespace
 
@@ -90,25 +99,37 @@ absl::StatusOr<std::vector<metrology::ErrorSource>> FromProto(
   return sources;
 }
 
-std::string BudgetJsonOf(const std::vector<metrology::UncertaintyComponent>& components_um2) {
-  nlohmann::json budget = nlohmann::json::object();
-  for (const metrology::UncertaintyComponent& one : components_um2) budget[one.source] = std::sqrt(one.variance);
-  return budget.dump();
+KeptBudgets Kept(const std::vector<const std::vector<metrology::UncertaintyComponent>*>& components_um2) {
+  KeptBudgets kept;
+  const auto um_of = [](const metrology::UncertaintyComponent& one) { return AsKept(std::sqrt(one.variance)); };
+  for (const auto* const components : components_um2)
+    for (const metrology::UncertaintyComponent& one : *components)
+      if (um_of(one) >= kLeast_um &&
+          std::find(kept.sources.begin(), kept.sources.end(), one.source) == kept.sources.end())
+        kept.sources.push_back(one.source);
+  for (const auto* const components : components_um2) {
+    std::vector<double>& um = kept.standard_uncertainties_um.emplace_back(kept.sources.size());
+    for (const metrology::UncertaintyComponent& one : *components) {
+      const auto found = std::find(kept.sources.begin(), kept.sources.end(), one.source);
+      if (um_of(one) >= kLeast_um) um[static_cast<std::size_t>(found - kept.sources.begin())] = um_of(one);
+    }
+  }
+  return kept;
 }
 
 absl::StatusOr<std::vector<uncertainty::v1::UncertaintyComponent>> BudgetOf(const std::string& result,
-                                                                            const std::string& json) {
+                                                                            const std::vector<std::string>& sources,
+                                                                            const std::vector<double>& um) {
   std::vector<uncertainty::v1::UncertaintyComponent> budget;
-  if (json.empty()) return budget;
-  const nlohmann::json kept = nlohmann::json::parse(json, nullptr, /*allow_exceptions=*/false);
-  if (!kept.is_object()) return absl::DataLossError(result + ": its budget is no JSON object");
+  if (um.empty()) return budget;
+  if (um.size() != sources.size()) return absl::DataLossError(result + ": a budget of another size than its sources");
   double variance = 0;
-  for (const auto& [source, value] : kept.items()) {
-    if (!value.is_number()) return absl::DataLossError(result + ": " + source + " in its budget is no number");
+  for (std::size_t i = 0; i < um.size(); ++i) {
+    if (!(um[i] > 0)) continue;
     uncertainty::v1::UncertaintyComponent& one = budget.emplace_back();
-    one.set_source(source);
-    one.set_standard_uncertainty_um(value.get<double>());
-    variance += std::pow(one.standard_uncertainty_um(), 2);
+    one.set_source(sources[i]);
+    one.set_standard_uncertainty_um(um[i]);
+    variance += um[i] * um[i];
   }
   for (uncertainty::v1::UncertaintyComponent& one : budget)
     if (variance > 0) one.set_share(std::pow(one.standard_uncertainty_um(), 2) / variance);

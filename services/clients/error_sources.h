@@ -35,10 +35,16 @@ void ToProto(const metrology::ErrorSource& source, uncertainty::v1::ErrorSource*
 absl::StatusOr<std::vector<metrology::ErrorSource>> FromProto(
     const std::string& field, const google::protobuf::RepeatedPtrField<uncertainty::v1::ErrorSource>& in);
 
-// A value's budget as it is kept: a JSON object of source to standard uncertainty (um). And as it is answered, the greatest contribution
-// first; DATA_LOSS where what is kept is no such object.
-std::string BudgetJsonOf(const std::vector<metrology::UncertaintyComponent>& components_um2);
+// The budgets of a result's values as they are kept: the names once, in the order in which they first come, and a standard uncertainty of
+// each (um, six digits) for every value; 0 where it contributes nothing.
+struct KeptBudgets {
+  std::vector<std::string> sources;
+  std::vector<std::vector<double>> standard_uncertainties_um;
+};
+KeptBudgets Kept(const std::vector<const std::vector<metrology::UncertaintyComponent>*>& components_um2);
+// As it is answered, the greatest contribution first, without what contributes nothing. DATA_LOSS where there are not as many of both.
 absl::StatusOr<std::vector<uncertainty::v1::UncertaintyComponent>> BudgetOf(const std::string& result,
-                                                                            const std::string& json);
+                                                                            const std::vector<std::string>& sources,
+                                                                            const std::vector<double>& um);
 
 }  // namespace sixpoint::clients

@@ -71,7 +71,7 @@ absl::StatusOr<v1::Correction> ToProto(const storage::CorrectionRow& row) {
       runtime::SetPoint(hole_row.nominal_start_mm, hole.mutable_nominal_start_mm());
       hole.set_expanded_uncertainty_um(hole_row.expanded_uncertainty_um);
       if (hole_row.reported_cut_at) runtime::ToProto(*hole_row.reported_cut_at, hole.mutable_reported_cut_at());
-      const auto budget = clients::BudgetOf(correction.name(), hole_row.budget_json);
+      const auto budget = clients::BudgetOf(correction.name(), row.budget_sources, hole_row.budget_um);
       if (!budget.ok()) return budget.status();
       hole.mutable_budget()->Add(budget->begin(), budget->end());
     }

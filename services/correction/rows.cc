@@ -36,9 +36,22 @@ storage::CorrectionGroupRow GroupRowOf(const metrology::CorrectedHoleGroup& grou
       hole_row.nominal_start_mm[static_cast<std::size_t>(i)] = hole.nominal_start_mm[i];
     }
     hole_row.expanded_uncertainty_um = hole.expanded_uncertainty_um;
-    hole_row.budget_json = clients::BudgetJsonOf(hole.components);
   }
   return row;
+}
+
+// Of all holes, in the row's order.
+void SetBudgets(const std::vector<metrology::CorrectedHoleGroup>& groups, storage::CorrectionRow* row) {
+  std::vector<const std::vector<metrology::UncertaintyComponent>*> components;
+  for (const metrology::CorrectedHoleGroup& group : groups)
+    for (const metrology::CorrectedHole& hole : group.holes) components.push_back(&hole.components);
+  clients::KeptBudgets kept = clients::Kept(components);
+  if (kept.sources.empty()) return;
+  row->budget_sources = std::move(kept.sources);
+  std::size_t next = 0;
+  for (storage::CorrectionGroupRow& group : row->groups)
+    for (storage::CorrectionHoleRow& hole : group.holes)
+      hole.budget_um = std::move(kept.standard_uncertainties_um[next++]);
 }
 
 std::string SummaryOf(const storage::CorrectionRow& row, const std::vector<metrology::CorrectedHoleGroup>& groups) {
@@ -115,6 +128,7 @@ runtime::Made<storage::CorrectionRow> RecordOf(const v1::CorrectRequest& request
   row.axes = {inputs.rotation.letters.begin(), inputs.rotation.letters.end()};
   for (const metrology::CorrectedHoleGroup& group : corrected.groups)
     row.groups.push_back(GroupRowOf(group, inputs.pose->positioning.Applies()));
+  SetBudgets(corrected.groups, &row);
   if (const auto& proof = corrected.proof; proof.has_value()) row.proof = RowOf(*proof);
   for (const auto& [code, offset] : FrameOf(request).work_offsets) row.work_offsets.push_back({code, offset});
   for (const v1::ToolLength& tool : request.tool_lengths())

@@ -55,7 +55,7 @@ absl::StatusOr<v1::Inspection> ToProto(const storage::InspectionRow& row) {
     hole.set_hole(hole_row.hole_name);
     if (absl::Status status = SetVerdicts(hole_row, row.inspection_id, &hole); !status.ok()) return status;
     if (hole_row.measured) SetMeasured(*hole_row.measured, &hole);
-    const auto budget = clients::BudgetOf(inspection.name(), hole_row.budget_json);
+    const auto budget = clients::BudgetOf(inspection.name(), row.budget_sources, hole_row.budget_um);
     if (!budget.ok()) return budget.status();
     hole.mutable_budget()->Add(budget->begin(), budget->end());
     hole.set_position_tolerance_mm(hole_row.position_tolerance_mm);
