@@ -137,32 +137,6 @@ std::vector<HoleBudget> BudgetsOf(const correction::v1::Correction& result) {
   return holes;
 }
 
-void AddBudgetCommand(Command* correction, Session* session) {
-  struct Arguments {
-    std::string name, hole;
-  };
-  const auto arguments = std::make_shared<Arguments>();
-  Command* budget = correction->AddCommand("budget", "What each source makes uncertain of a hole's start");
-  budget->AddOption("ID", &arguments->name, "The correction")->Required();
-  budget->AddOption("--hole", &arguments->hole, "GROUP/HOLE; without it, the most uncertain one");
-  session->OnCommand(budget, [session, arguments]() -> absl::Status {
-    correction::v1::GetCorrectionRequest request;
-    request.set_name(NameText("corrections", arguments->name));
-    correction::v1::Correction found;
-    absl::Status status =
-        session->Call<CorrectionService>("correction", &CorrectionService::Stub::GetCorrection, request, &found);
-    if (!status.ok()) return status;
-    const std::vector<HoleBudget> holes = BudgetsOf(found);
-    const absl::StatusOr<std::string> text = BudgetText(found.name(), arguments->hole, holes);
-    if (!text.ok()) return text.status();
-    if (session->json)
-      PrintJson(BudgetJson(arguments->hole, holes));
-    else
-      std::cout << *text;
-    return absl::OkStatus();
-  });
-}
-
 }  // namespace
 
 void AddCorrectionCommands(Command* app, Session* session) {
@@ -189,7 +163,8 @@ void AddCorrectionCommands(Command* app, Session* session) {
                                            CorrectionText)
         .status();
   });
-  AddBudgetCommand(correction, session);
+  AddBudgetCommand<CorrectionService>(correction, session, "correction", "start",
+                                      &CorrectionService::Stub::GetCorrection, BudgetsOf);
   AddDecisionCommands(correction, session);
   AddFetchCommand(correction, session);
   AddCutCommand(correction, session);

@@ -1,8 +1,5 @@
-#include <iostream>
-
 #include "cli/budget_report.h"
 #include "cli/commands.h"
-#include "cli/output.h"
 #include "cli/reports.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
 
@@ -18,32 +15,6 @@ std::vector<HoleBudget> BudgetsOf(const inspection::v1::Inspection& result) {
     if (hole.has_position_expanded_uncertainty_um())
       holes.push_back({hole.group() + "/" + hole.hole(), hole.position_expanded_uncertainty_um(), hole.budget()});
   return holes;
-}
-
-void AddBudgetCommand(Command* inspection, Session* session) {
-  struct Arguments {
-    std::string name, hole;
-  };
-  const auto arguments = std::make_shared<Arguments>();
-  Command* budget = inspection->AddCommand("budget", "What each source makes uncertain of a hole's position");
-  budget->AddOption("ID", &arguments->name, "The inspection")->Required();
-  budget->AddOption("--hole", &arguments->hole, "GROUP/HOLE; without it, the most uncertain one");
-  session->OnCommand(budget, [session, arguments]() -> absl::Status {
-    inspection::v1::GetInspectionRequest request;
-    request.set_name(NameText("inspections", arguments->name));
-    inspection::v1::Inspection found;
-    absl::Status status =
-        session->Call<InspectionService>("inspection", &InspectionService::Stub::GetInspection, request, &found);
-    if (!status.ok()) return status;
-    const std::vector<HoleBudget> holes = BudgetsOf(found);
-    const absl::StatusOr<std::string> text = BudgetText(found.name(), arguments->hole, holes);
-    if (!text.ok()) return text.status();
-    if (session->json)
-      PrintJson(BudgetJson(arguments->hole, holes));
-    else
-      std::cout << *text;
-    return absl::OkStatus();
-  });
 }
 
 }  // namespace
@@ -71,7 +42,8 @@ void AddInspectionCommands(Command* app, Session* session) {
                                            InspectionText)
         .status();
   });
-  AddBudgetCommand(inspection, session);
+  AddBudgetCommand<InspectionService>(inspection, session, "inspection", "position",
+                                      &InspectionService::Stub::GetInspection, BudgetsOf);
 }
 
 }  // namespace sixpoint::cli

@@ -19,8 +19,7 @@ namespace {
 #define SIXPOINT_SENSOR_COLUMNS                                                                               \
   "calibration_id, machine_from_sensor_rotation, t_sm_mm, covariance, alpha_deg, beta_deg, gamma_deg, "       \
   "alpha_standard_uncertainty_deg, beta_standard_uncertainty_deg, gamma_standard_uncertainty_deg, noise_um, " \
-  "touch_rms_um, residual_rms_um, condition_number, points_used, field_response, arm_series, "                \
-  "degrees_of_freedom"
+  "touch_rms_um, residual_rms_um, condition_number, points_used, field_response, arm_series, degrees_of_freedom"
 #define SIXPOINT_ROTATION_COLUMNS                                                                                   \
   "calibration_id, a_direction, a_point_mm, b_direction, b_point_mm, covariance, point_c_mm, "                      \
   "point_c_standard_uncertainty_mm, noise_um, residual_rms_um, check_rms_um, check_count, condition_number, axes, " \
@@ -105,6 +104,13 @@ constexpr char kSelectPoses[] =
 #undef SIXPOINT_SENSOR_COLUMNS
 #undef SIXPOINT_ROTATION_COLUMNS
 
+void AddOptional(Params& params, std::optional<double> value) { value ? params.Real(*value) : params.Null(); }
+
+std::optional<double> OptionalReal(const Rows& rows, int row, int column) {
+  if (rows.IsNull(row, column)) return std::nullopt;
+  return rows.Real(row, column);
+}
+
 absl::Status InsertSensor(Transaction& transaction, const std::string& id, const SensorCalibrationRow& sensor) {
   Params params;
   params.Uuid(id).Reals(sensor.machine_from_sensor_rotation).Reals(sensor.t_sm_mm).Reals(sensor.covariance);
@@ -113,10 +119,8 @@ absl::Status InsertSensor(Transaction& transaction, const std::string& id, const
   params.Real(sensor.gamma_standard_uncertainty_deg).Real(sensor.noise_um).Real(sensor.touch_rms_um);
   params.Real(sensor.residual_rms_um).Real(sensor.condition_number).Int(sensor.points_used);
   sensor.field_response.empty() ? params.Null() : params.Reals(sensor.field_response);
-  params.OptionalText(sensor.arm_series);
-  sensor.degrees_of_freedom ? params.Real(*sensor.degrees_of_freedom) : params.Null();
-  const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertSensor, params);
-  if (!inserted.ok()) return inserted.status();
+  AddOptional(params.OptionalText(sensor.arm_series), sensor.degrees_of_freedom);
+  if (const auto inserted = transaction.Execute(kInsertSensor, params); !inserted.ok()) return inserted.status();
   std::vector<std::string> scans, features, checks;
   std::vector<double> dx, dy, dz;
   for (const CentreResidualRow& c : sensor.centres) {
@@ -139,9 +143,8 @@ absl::Status InsertRotation(Transaction& transaction, const std::string& id, con
   params.Reals(rotation.b_point_mm).Reals(rotation.covariance).Reals(rotation.point_c_mm);
   params.Reals(rotation.point_c_standard_uncertainty_mm).Real(rotation.noise_um).Real(rotation.residual_rms_um);
   params.Real(rotation.check_rms_um).Int(rotation.check_count).Real(rotation.condition_number).Texts(rotation.axes);
-  rotation.degrees_of_freedom ? params.Real(*rotation.degrees_of_freedom) : params.Null();
-  const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertRotation, params);
-  if (!inserted.ok()) return inserted.status();
+  AddOptional(params, rotation.degrees_of_freedom);
+  if (const auto inserted = transaction.Execute(kInsertRotation, params); !inserted.ok()) return inserted.status();
   std::vector<double> a, b, distances;
   std::vector<std::optional<double>> before;
   std::vector<std::string> held_out;
@@ -175,7 +178,7 @@ SensorCalibrationRow ReadSensor(const Rows& rows, int row) {
   s.points_used = rows.Int(row, 14);
   if (!rows.IsNull(row, 15)) s.field_response = rows.Reals(row, 15);
   if (!rows.IsNull(row, 16)) s.arm_series = rows.Text(row, 16);
-  if (!rows.IsNull(row, 17)) s.degrees_of_freedom = rows.Real(row, 17);
+  s.degrees_of_freedom = OptionalReal(rows, row, 17);
   return s;
 }
 
@@ -194,20 +197,13 @@ RotationCalibrationRow ReadRotation(const Rows& rows, int row) {
   r.check_count = static_cast<int>(rows.Int(row, 11));
   r.condition_number = rows.Real(row, 12);
   r.axes = rows.Texts(row, 13);
-  if (!rows.IsNull(row, 14)) r.degrees_of_freedom = rows.Real(row, 14);
+  r.degrees_of_freedom = OptionalReal(rows, row, 14);
   return r;
-}
-
-std::optional<double> OptionalReal(const Rows& rows, int row, int column) {
-  if (rows.IsNull(row, column)) return std::nullopt;
-  return rows.Real(row, column);
 }
 
 Params KeyOf(const CalibrationSubject& subject) {
   return Params().Text(subject.machine_id).Text(subject.kind).Text(subject.axis);
 }
-
-void AddOptional(Params& params, std::optional<double> value) { value ? params.Real(*value) : params.Null(); }
 
 CalibrationState StateOf(const CalibrationRow& c, const std::string& in_force, Instant now) {
   if (c.withdrawal) return CalibrationState::kWithdrawn;

@@ -160,12 +160,12 @@ absl::Status ReadGaugePin(const std::string& field, const v1::HoleGroup& group, 
 }
 
 absl::Status ReadPinStanding(const std::string& field, const v1::PinStanding& standing, storage::HoleGroupRow* row) {
-  row->pin_standing = {standing.clearance_standard_uncertainty_um(), standing.tilt_standard_uncertainty_deg()};
+  const double clearance_um = standing.clearance_standard_uncertainty_um();
+  const double tilt_deg = standing.tilt_standard_uncertainty_deg();
+  row->pin_standing = {clearance_um, tilt_deg};
   return runtime::Refusals()
-      .Add(CheckRange(field + ".clearance_standard_uncertainty_um", standing.clearance_standard_uncertainty_um(), 0,
-                      1000, "0 to 1000"))
-      .Add(CheckRange(field + ".tilt_standard_uncertainty_deg", standing.tilt_standard_uncertainty_deg(), 0, 10,
-                      "0 to 10"))
+      .Add(CheckRange(field + ".clearance_standard_uncertainty_um", clearance_um, 0, 1000, "0 to 1000"))
+      .Add(CheckRange(field + ".tilt_standard_uncertainty_deg", tilt_deg, 0, 10, "0 to 10"))
       .status();
 }
 
@@ -250,21 +250,16 @@ absl::Status ReadEnvelope(const v1::SafetyEnvelope& in, storage::MachineRow* row
 }
 
 absl::Status ReadErrorSources(const v1::ErrorSources& in, storage::MachineRow* row) {
-  const std::string field = "machine.error_sources.";
   runtime::Refusals refusals;
   if (in.approach() == v1::APPROACH_UPWARDS || in.approach() == v1::APPROACH_DOWNWARDS)
     row->approach = v1::Approach_Name(in.approach()).substr(std::string("APPROACH_").size());
   else if (in.approach() != v1::APPROACH_UNSPECIFIED)
-    refusals.Add(Refuse(field + "approach", std::to_string(in.approach()), "UPWARDS, DOWNWARDS, or none"));
-  if (in.has_touch_offset_um()) {
-    row->touch_offset_um = in.touch_offset_um();
-    refusals.Add(CheckPositive(field + "touch_offset_um", in.touch_offset_um(), 1000));
-  }
-  if (in.has_scanner_field_um()) {
-    row->scanner_field_um = in.scanner_field_um();
-    refusals.Add(CheckPositive(field + "scanner_field_um", in.scanner_field_um(), 1000));
-  }
-  return refusals.status();
+    refusals.Add(Refuse("machine.error_sources.approach", std::to_string(in.approach()), "UPWARDS, DOWNWARDS or none"));
+  if (in.has_touch_offset_um()) row->touch_offset_um = in.touch_offset_um();
+  if (in.has_scanner_field_um()) row->scanner_field_um = in.scanner_field_um();
+  return refusals.Add(CheckPositive("machine.error_sources.touch_offset_um", row->touch_offset_um.value_or(1), 1000))
+      .Add(CheckPositive("machine.error_sources.scanner_field_um", row->scanner_field_um.value_or(1), 1000))
+      .status();
 }
 
 }  // namespace
