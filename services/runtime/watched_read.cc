@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <mutex>
 #include <string>
 #include <string_view>
 
@@ -16,7 +17,13 @@
 namespace sixpoint::runtime {
 namespace {
 
-void Forget(void*, void* watch, CRYPTO_EX_DATA*, int, long, void*) { delete static_cast<FrameWatch*>(watch); }
+// gRPC reads a connection on one thread after the other. That they take turns is its own affair; the watch does not rest on it.
+struct Watched {
+  std::mutex taking;
+  FrameWatch watch;
+};
+
+void Forget(void*, void* watched, CRYPTO_EX_DATA*, int, long, void*) { delete static_cast<Watched*>(watched); }
 
 int WatchIndex() {
   static const int index = SSL_get_ex_new_index(0, nullptr, nullptr, nullptr, &Forget);
@@ -24,20 +31,24 @@ int WatchIndex() {
 }
 
 // Of a connection that gRPC serves; null where memory is short.
-FrameWatch* WatchOf(SSL* connection) {
-  auto* watch = static_cast<FrameWatch*>(SSL_get_ex_data(connection, WatchIndex()));
-  if (watch != nullptr) return watch;
-  watch = new FrameWatch;
-  if (SSL_set_ex_data(connection, WatchIndex(), watch) == 1) return watch;
-  delete watch;
+Watched* WatchedOf(SSL* connection) {
+  auto* watched = static_cast<Watched*>(SSL_get_ex_data(connection, WatchIndex()));
+  if (watched != nullptr) return watched;
+  watched = new Watched;
+  if (SSL_set_ex_data(connection, WatchIndex(), watched) == 1) return watched;
+  delete watched;
   return nullptr;
 }
 
 bool MayGoOn(SSL* connection, const void* bytes, int count) {
-  FrameWatch* const watch = WatchOf(connection);
-  if (watch == nullptr) return false;
-  const std::string_view wrong =
-      watch->Take({static_cast<const char*>(bytes), static_cast<std::size_t>(count)}, std::chrono::steady_clock::now());
+  Watched* const watched = WatchedOf(connection);
+  if (watched == nullptr) return false;
+  std::string_view wrong;
+  {
+    const std::lock_guard<std::mutex> lock(watched->taking);
+    wrong = watched->watch.Take({static_cast<const char*>(bytes), static_cast<std::size_t>(count)},
+                                std::chrono::steady_clock::now());
+  }
   if (wrong.empty()) return true;
   static LineBudget lines;
   if (!lines.Take()) return false;
