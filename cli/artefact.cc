@@ -22,6 +22,14 @@ void PrintArtefact(const Session& session, const plant::v1::Artefact& artefact) 
             << " mm\n"
             << "slots  " << Fixed(artefact.slot_width_mm(), 3) << " mm wide, " << Fixed(artefact.slot_depth_mm(), 3)
             << " mm deep\n";
+  if (!artefact.serial_number().empty()) std::cout << "serial " << artefact.serial_number() << "\n";
+  if (artefact.has_certificate())
+    std::cout << "certificate " << artefact.certificate().number() << ", from "
+              << TimeText(artefact.certificate().calibrated_at()) << " until "
+              << TimeText(artefact.certificate().expires_at()) << "\n";
+  if (artefact.has_centre_standard_uncertainty_um())
+    std::cout << "centres, touched against scanned, " << Fixed(artefact.centre_standard_uncertainty_um(), 2)
+              << " um (k = 1)\n";
   Table table({"feature", ">x mm", ">y mm"});
   for (const auto* features : {&artefact.cones(), &artefact.slots()}) {
     for (const auto& feature : *features) {

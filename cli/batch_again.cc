@@ -1,5 +1,6 @@
 #include "cli/batch_again.h"
 
+#include <algorithm>
 #include <map>
 #include <utility>
 
@@ -24,7 +25,11 @@ registration::v1::RegisterRequest AgainRequest(const Registration& before, regis
   request.set_blade(before.blade());
   *request.mutable_scans() = before.scans();
   request.set_method(method == registration::v1::METHOD_UNSPECIFIED ? before.method() : method);
-  request.set_apply_axis_tables(axis_tables || before.angles_size() > 0);
+  const bool by_tables = std::any_of(before.angles().begin(), before.angles().end(),
+                                     [](const auto& angle) { return !angle.characterisation().empty(); });
+  request.set_apply_axis_tables(axis_tables || by_tables);
+  // What was in force when its scans were received is not what it was mapped by: asked for once, it is asked for again.
+  if (before.sensor_calibration_asked()) request.set_sensor_calibration(before.sensor_calibration());
   if (before.options().ByteSizeLong() > 0) *request.mutable_options() = before.options();
   if (request.has_options() && request.method() != registration::v1::METHOD_ALLOWANCE)
     request.mutable_options()->clear_allowance();

@@ -11,7 +11,7 @@ using inspection::v1::InspectionService;
 
 void AddInspectCommand(Command* app, Session* session) {
   struct Arguments {
-    std::string blade, method;
+    std::string blade, method, sensor_calibration;
     std::vector<std::string> scans;
     bool axis_tables = false;
     RegisterOptions options;
@@ -28,6 +28,8 @@ void AddInspectCommand(Command* app, Session* session) {
       ->OneOf(methods);
   command->AddFlag("--axis-tables", &arguments->axis_tables,
                    "Take the scans where the axes' characterisations say they were; not where the control compensates");
+  command->AddOption("--sensor-calibration", &arguments->sensor_calibration,
+                     "Maps the scans by it; without it by the one that was in force when they were received");
   AddFitOptions(command, &arguments->options);
   session->OnCommand(command, [session, arguments]() -> absl::Status {
     inspection::v1::InspectRequest request;
@@ -38,6 +40,8 @@ void AddInspectCommand(Command* app, Session* session) {
     if (!options.ok()) return options.status();
     if (options->ByteSizeLong() > 0) *request.mutable_options() = *std::move(options);
     request.set_apply_axis_tables(arguments->axis_tables);
+    if (!arguments->sensor_calibration.empty())
+      request.set_sensor_calibration(NameText("calibrations", arguments->sensor_calibration));
     request.set_request_id(NewRequestId());
     return CallAndPrint<InspectionService>(session, "inspection", &InspectionService::Stub::Inspect, request,
                                            InspectionText, "inspecting " + arguments->blade)

@@ -20,29 +20,51 @@ void AddJointRows(const std::string& side, const google::protobuf::RepeatedPtrFi
     table->AddRow({side, joint.axis(), rotary ? "rotary" : "linear",
                    Fixed(d.x(), 4) + ", " + Fixed(d.y(), 4) + ", " + Fixed(d.z(), 4),
                    rotary ? PointText(joint.point_mm(), 4) : "", Fixed(joint.minimum(), 1), Fixed(joint.maximum(), 1),
-                   rotary ? "deg" : "mm"});
+                   rotary ? "deg" : "mm",
+                   joint.has_positioning_standard_uncertainty_deg()
+                       ? Fixed(joint.positioning_standard_uncertainty_deg(), 6)
+                       : ""});
   }
 }
 
 // What is not stated is in no uncertainty: it is said, too.
 std::string ErrorSourcesText(const plant::v1::ErrorSources& sources) {
-  const auto figure = [](const char* what, bool stated, double um) {
-    return std::string(what) + (stated ? " " + Fixed(um, 2) + " um" : " not stated");
+  std::string stated, open;
+  const auto figure = [&](const char* what, bool given, double value, const char* unit) {
+    std::string& text = given ? stated : open;
+    text += (text.empty() ? "" : ", ") + std::string(what) + (given ? " " + Fixed(value, 2) + " " + unit : "");
   };
+  figure("touch probe's offset", sources.has_touch_offset_um(), sources.touch_offset_um(), "um");
+  figure("touch probe to tool", sources.has_tool_offset_um(), sources.tool_offset_um(), "um");
+  figure("scanner's field", sources.has_scanner_field_um(), sources.scanner_field_um(), "um");
+  figure("encoder's latency", sources.has_encoder_latency_um(), sources.encoder_latency_um(), "um");
+  figure("linear axes' scales", sources.has_linear_scale_um_per_m(), sources.linear_scale_um_per_m(), "um/m");
+  figure("their squareness", sources.has_squareness_um_per_m(), sources.squareness_um_per_m(), "um/m");
+  figure("temperatures", sources.has_temperature_k(), sources.temperature_k(), "K");
+  figure("without them 20 C within", sources.has_temperature_half_range_k(), sources.temperature_half_range_k(), "K");
+  figure("scales' expansion", sources.has_scale_expansion(), sources.scale_expansion().um_per_m_k(), "um/m/K");
   const std::string approach = sources.approach() == plant::v1::APPROACH_UPWARDS     ? "from below"
                                : sources.approach() == plant::v1::APPROACH_DOWNWARDS ? "from above"
                                                                                      : "either way";
-  return figure("touch probe's offset", sources.has_touch_offset_um(), sources.touch_offset_um()) + ", " +
-         figure("scanner's field", sources.has_scanner_field_um(), sources.scanner_field_um()) +
-         ", angles are come to " + approach;
+  return (stated.empty() ? "" : stated + "; ") + "angles are come to " + approach +
+         (open.empty() ? "" : "; not stated: " + open);
+}
+
+std::string TouchProbeText(const plant::v1::TouchProbe& probe) {
+  std::string text = probe.serial_number();
+  if (probe.has_certificate())
+    text += ", certificate " + probe.certificate().number() + " until " + TimeText(probe.certificate().expires_at());
+  return text;
 }
 
 void PrintMachine(const Session& session, const plant::v1::Machine& machine) {
   if (session.json) return PrintJson(machine);
+  const std::string& serial = machine.sensor().serial_number();
   std::cout << machine.name() << ", revision " << machine.revision() << ", " << TimeText(machine.created_at()) << "\n"
-            << "sensor    " << machine.sensor().model() << ", noise " << Fixed(machine.sensor().noise_um(), 2)
-            << " um, range " << Fixed(machine.sensor().range_mm(), 1) << " mm about "
-            << Fixed(machine.sensor().mid_range_mm(), 1) << " mm, " << machine.sensor().column_count() << " columns\n"
+            << "sensor    " << machine.sensor().model() << (serial.empty() ? "" : " no. " + serial) << ", noise "
+            << Fixed(machine.sensor().noise_um(), 2) << " um, range " << Fixed(machine.sensor().range_mm(), 1)
+            << " mm about " << Fixed(machine.sensor().mid_range_mm(), 1) << " mm, " << machine.sensor().column_count()
+            << " columns\n"
             << "centre    " << PointText(machine.nominal_centre_mm(), 4) << " mm\n"
             << "released  within " << Fixed(machine.safety_envelope().translation_mm(), 2) << " mm and "
             << Fixed(machine.safety_envelope().rotation_deg(), 2) << " deg of nominal, U95 at most "
@@ -50,7 +72,8 @@ void PrintMachine(const Session& session, const plant::v1::Machine& machine) {
             << Fixed(machine.safety_envelope().registration_age_h(), 1) << " h ago, tool "
             << Fixed(machine.safety_envelope().keep_out_mm(), 2) << " mm from the part\n"
             << "errors    " << ErrorSourcesText(machine.error_sources()) << "\n";
-  Table table({"side", "axis", "kind", "direction", "point mm", ">from", ">to", "unit"});
+  if (machine.has_touch_probe()) std::cout << "touched   by " << TouchProbeText(machine.touch_probe()) << "\n";
+  Table table({"side", "axis", "kind", "direction", "point mm", ">from", ">to", "unit", ">reaches within deg"});
   AddJointRows("part", machine.kinematics().part_side(), &table);
   AddJointRows("tool", machine.kinematics().tool_side(), &table);
   if (!table.empty()) std::cout << table.ToText();

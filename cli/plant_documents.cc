@@ -6,6 +6,7 @@
 #include <regex>
 #include <set>
 
+#include "cli/reference_documents.h"
 #include "services/runtime/geometry_proto.h"
 
 namespace sixpoint::cli {
@@ -18,7 +19,8 @@ constexpr std::size_t kGreatestHoleCount = 10000;
 
 void ReadJoints(const Field& joints, google::protobuf::RepeatedPtrField<plant::v1::Joint>* out) {
   for (const Field& item : joints.Items(0, 6)) {
-    item.OnlyKeys({"axis", "kind", "direction", "point_mm", "sign", "limits_mm", "limits_deg"});
+    item.OnlyKeys({"axis", "kind", "direction", "point_mm", "sign", "limits_mm", "limits_deg",
+                   "positioning_standard_uncertainty_deg"});
     plant::v1::Joint* joint = out->Add();
     joint->set_axis(item.At("axis").Choice({"X", "Y", "Z", "A", "B", "C"}));
     const bool rotary = item.At("kind").Choice({"linear", "rotary"}) == "rotary";
@@ -32,6 +34,8 @@ void ReadJoints(const Field& joints, google::protobuf::RepeatedPtrField<plant::v
     if (limits.x() > limits.y()) item.At(rotary ? "limits_deg" : "limits_mm").Refuse("the lower limit first");
     joint->set_minimum(limits.x());
     joint->set_maximum(limits.y());
+    if (const auto figure = item.Find("positioning_standard_uncertainty_deg"))
+      joint->set_positioning_standard_uncertainty_deg(figure->Positive(10));
   }
 }
 
@@ -64,11 +68,13 @@ plant::v1::PositionZone ReadZone(const Field& group, plant::v1::PositionZone unl
 }
 
 void ReadGaugePin(const Field& pin, plant::v1::GaugePin* out) {
-  pin.OnlyKeys({"diameter_mm", "diameter_standard_uncertainty_um", "greatest_play_mm", "least_depth_mm"});
+  pin.OnlyKeys(
+      {"diameter_mm", "diameter_standard_uncertainty_um", "greatest_play_mm", "least_depth_mm", "certificate"});
   out->set_diameter_mm(pin.At("diameter_mm").Positive(160));
   out->set_diameter_standard_uncertainty_um(pin.At("diameter_standard_uncertainty_um").Positive(5));
   out->set_greatest_play_mm(pin.At("greatest_play_mm").Number(0, 1));
   if (const auto depth = pin.Find("least_depth_mm")) out->set_least_depth_mm(depth->Positive(1000));
+  if (const auto certificate = pin.Find("certificate")) ReadCertificate(*certificate, out->mutable_certificate());
 }
 
 void ReadHoleGroup(const Field& item, plant::v1::PositionZone unless_said, plant::v1::HoleGroup* group) {
@@ -121,7 +127,8 @@ absl::StatusOr<nlohmann::json> LoadMember(const std::string& path, const std::st
 }  // namespace
 
 plant::v1::Sensor ReadSensor(const Field& sensor) {
-  sensor.OnlyKeys({"model", "noise_um", "columns", "mid_range_mm", "range_mm", "line_angle_deg"});
+  sensor.OnlyKeys(
+      {"model", "noise_um", "columns", "mid_range_mm", "range_mm", "line_angle_deg", "serial_number", "kind"});
   plant::v1::Sensor out;
   out.set_model(sensor.At("model").Text());
   out.set_noise_um(sensor.At("noise_um").Positive(1000));
@@ -129,6 +136,10 @@ plant::v1::Sensor ReadSensor(const Field& sensor) {
   out.set_mid_range_mm(sensor.At("mid_range_mm").Positive(10000));
   out.set_range_mm(sensor.At("range_mm").Positive(10000));
   out.set_line_angle_deg(sensor.At("line_angle_deg").Positive(179));
+  if (const auto serial = sensor.Find("serial_number")) out.set_serial_number(serial->Text());
+  if (const auto kind = sensor.Find("kind"))
+    out.set_kind(kind->Choice({"line", "snapshot"}) == "line" ? plant::v1::SENSOR_KIND_LINE
+                                                              : plant::v1::SENSOR_KIND_SNAPSHOT);
   return out;
 }
 
@@ -144,7 +155,8 @@ plant::v1::SafetyEnvelope ReadSafetyEnvelope(const Field& envelope) {
 }
 
 plant::v1::Machine ReadMachine(const Field& machine) {
-  machine.OnlyKeys({"id", "part_side", "tool_side", "nominal_centre_mm", "sensor", "safety_envelope", "error_sources"});
+  machine.OnlyKeys({"id", "part_side", "tool_side", "nominal_centre_mm", "sensor", "safety_envelope", "error_sources",
+                    "touch_probe"});
   plant::v1::Machine out;
   ReadJoints(machine.At("part_side"), out.mutable_kinematics()->mutable_part_side());
   ReadJoints(machine.At("tool_side"), out.mutable_kinematics()->mutable_tool_side());
@@ -152,24 +164,20 @@ plant::v1::Machine ReadMachine(const Field& machine) {
   runtime::ToProto(machine.At("nominal_centre_mm").Vector3(), out.mutable_nominal_centre_mm());
   if (const auto envelope = machine.Find("safety_envelope"))
     *out.mutable_safety_envelope() = ReadSafetyEnvelope(*envelope);
-  const auto sources = machine.Find("error_sources");
-  if (!sources) return out;
-  sources->OnlyKeys({"approach", "touch_offset_um", "scanner_field_um"});
-  if (const auto approach = sources->Find("approach"))
-    out.mutable_error_sources()->set_approach(approach->Choice({"upwards", "downwards"}) == "upwards"
-                                                  ? plant::v1::APPROACH_UPWARDS
-                                                  : plant::v1::APPROACH_DOWNWARDS);
-  if (const auto touch = sources->Find("touch_offset_um"))
-    out.mutable_error_sources()->set_touch_offset_um(touch->Positive(1000));
-  if (const auto field = sources->Find("scanner_field_um"))
-    out.mutable_error_sources()->set_scanner_field_um(field->Positive(1000));
+  if (const auto sources = machine.Find("error_sources")) ReadErrorSources(*sources, out.mutable_error_sources());
+  if (const auto probe = machine.Find("touch_probe")) ReadTouchProbe(*probe, out.mutable_touch_probe());
   return out;
 }
 
 plant::v1::Artefact ReadArtefact(const Field& artefact) {
   artefact.OnlyKeys({"id", "side_mm", "plane", "cones_mm", "cone_half_angle_deg", "cone_top_radius_mm",
-                     "cone_bottom_radius_mm", "slots_mm", "slot_width_mm", "slot_depth_mm"});
+                     "cone_bottom_radius_mm", "slots_mm", "slot_width_mm", "slot_depth_mm", "serial_number",
+                     "certificate", "centre_standard_uncertainty_um"});
   plant::v1::Artefact out;
+  if (const auto serial = artefact.Find("serial_number")) out.set_serial_number(serial->Text());
+  if (const auto certificate = artefact.Find("certificate")) ReadCertificate(*certificate, out.mutable_certificate());
+  if (const auto centre = artefact.Find("centre_standard_uncertainty_um"))
+    out.set_centre_standard_uncertainty_um(centre->Positive(100));
   const auto side = artefact.Find("side_mm");
   const auto plane = artefact.Find("plane");
   out.set_side_mm(!side && plane ? SideFromPlaneText(*plane) : artefact.At("side_mm").Positive(10000));
@@ -184,8 +192,10 @@ plant::v1::Artefact ReadArtefact(const Field& artefact) {
 }
 
 plant::v1::Part ReadPart(const Field& part, const std::string& cad_file, plant::v1::PositionZone unless_said) {
-  part.OnlyKeys({"id", "cad", "cad_unit", "zero_from_part_nominal", "hole_groups", "six_points"});
+  part.OnlyKeys({"id", "cad", "cad_unit", "zero_from_part_nominal", "hole_groups", "six_points", "thermal_expansion"});
   plant::v1::Part out;
+  if (const auto expansion = part.Find("thermal_expansion"))
+    ReadThermalExpansion(*expansion, out.mutable_thermal_expansion());
   std::string ending = std::filesystem::path(cad_file).extension().string();
   for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   if (ending == ".step" || ending == ".stp") {

@@ -13,7 +13,7 @@ namespace sixpoint::cli {
 namespace {
 
 struct Arguments {
-  std::string blade, clamping, method, batch, request_id, part, machine, since, until;
+  std::string blade, clamping, method, batch, request_id, part, machine, since, until, sensor_calibration;
   std::vector<std::string> scans, blades;
   bool axis_tables = false;
   RegisterOptions options;
@@ -38,6 +38,10 @@ absl::StatusOr<Again> ManyOf(Session* session, const Arguments& arguments, regis
   return Again{*std::move(request), {}};
 }
 
+std::string MappedBy(const Arguments& arguments) {
+  return arguments.sensor_calibration.empty() ? "" : NameText("calibrations", arguments.sensor_calibration);
+}
+
 }  // namespace
 
 void AddRegisterCommand(Command* app, Session* session) {
@@ -54,6 +58,8 @@ void AddRegisterCommand(Command* app, Session* session) {
   Option* clamping =
       command->AddOption("--clamping", &arguments->clamping,
                          "As the machine calls it, another with every clamping; asked again at the program");
+  command->AddOption("--sensor-calibration", &arguments->sensor_calibration,
+                     "Maps the scans by it; without it by the one that was in force when they were received");
   const std::vector<Option*> how = AddRegisterOptions(command, &arguments->options);
   Option* batch = command->AddOption("--batch", &arguments->batch, "Many blades, from a file");
   Option* blades = command
@@ -87,6 +93,8 @@ void AddRegisterCommand(Command* app, Session* session) {
     if (arguments->blade.empty()) {
       absl::StatusOr<Again> many = ManyOf(session, *arguments, asked);
       if (!many.ok()) return many.status();
+      if (!arguments->sensor_calibration.empty())
+        for (auto& one : *many->request.mutable_requests()) one.set_sensor_calibration(MappedBy(*arguments));
       many->request.set_request_id(arguments->request_id.empty() ? NewRequestId() : arguments->request_id);
       return RegisterBatch(session, std::move(many->request), many->before);
     }
@@ -97,6 +105,7 @@ void AddRegisterCommand(Command* app, Session* session) {
     *request.mutable_options() = *std::move(options);
     request.set_apply_axis_tables(arguments->axis_tables);
     request.set_clamping(arguments->clamping);
+    request.set_sensor_calibration(MappedBy(*arguments));
     request.set_request_id(NewRequestId());
     const absl::StatusOr<registration::v1::Registration> response = RegisterWatched(session, std::move(request));
     if (!response.ok()) return response.status();

@@ -118,7 +118,7 @@ std::string RegistrationText(const Registration& registration) {
   for (const auto& angle : registration.angles())
     angles.AddRow({angle.axis(), Fixed(angle.commanded_deg(), 4), Fixed(angle.reached_deg(), 6),
                    Fixed(angle.standard_uncertainty_deg(), 6), Fixed(angle.half_reversal_deg(), 6),
-                   angle.characterisation()});
+                   angle.characterisation().empty() ? "no table" : angle.characterisation()});
   if (!angles.empty()) text += angles.ToText();
   return text + PoseText(registration);
 }

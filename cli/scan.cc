@@ -23,12 +23,27 @@ namespace {
 using ingest::v1::ScanService;
 
 struct UploadArguments {
-  std::string file, machine, subject, kind, scan_id, arm_series;
+  std::string file, machine, subject, kind, scan_id, arm_series, clamping, sensor_serial_number, travel;
+  std::optional<double> temperature_c, scales_temperature_c;
   std::vector<double> v0_mm;
   LetteredCommands commands;
   double pitch_mm = 0, error_bound_um = 0;
   int columns = 0;
 };
+
+// What is stated of how it was taken; empty: nothing.
+std::string ConditionsText(const ingest::v1::ScanHeader& header) {
+  std::string text;
+  const auto add = [&](const std::string& more) { text += (text.empty() ? "" : ", ") + more; };
+  if (!header.clamping().empty()) add("in clamping " + header.clamping());
+  if (!header.arm_series().empty()) add("the arm in series " + header.arm_series());
+  if (header.has_subject_temperature_c()) add("at " + Fixed(header.subject_temperature_c(), 2) + " C");
+  if (header.has_scales_temperature_c()) add("the scales at " + Fixed(header.scales_temperature_c(), 2) + " C");
+  if (!header.sensor_serial_number().empty()) add("by sensor " + header.sensor_serial_number());
+  if (header.travel() != ingest::v1::SCAN_TRAVEL_UNSPECIFIED)
+    add(header.travel() == ingest::v1::SCAN_TRAVEL_FORWARD ? "forward" : "backward");
+  return text;
+}
 
 // letters: the machine's, of the axis on the bed and of the one that it carries.
 void PrintScan(const Session& session, const ingest::v1::Scan& scan, const std::vector<std::string>& letters) {
@@ -44,8 +59,10 @@ void PrintScan(const Session& session, const ingest::v1::Scan& scan, const std::
             << Fixed(header.profile_pitch_mm(), 4) << " mm\n"
             << "points    " << Grouped(header.point_count()) << " in " << scan.block_count() << " blocks, "
             << Grouped(scan.stored_bytes()) << " bytes, proven error " << Fixed(scan.proven_error_um(), 3) << " um\n"
-            << "sha256    " << scan.sha256() << "\n"
-            << "received  " << TimeText(scan.received_at()) << ", sequence " << scan.record_sequence() << "\n";
+            << "sha256    " << scan.sha256() << "\n";
+  if (const std::string conditions = ConditionsText(header); !conditions.empty())
+    std::cout << "taken     " << conditions << "\n";
+  std::cout << "received  " << TimeText(scan.received_at()) << ", sequence " << scan.record_sequence() << "\n";
 }
 
 absl::Status Upload(Session* session, const UploadArguments& arguments) {
@@ -72,6 +89,13 @@ absl::Status Upload(Session* session, const UploadArguments& arguments) {
   if (commands_deg->size() > 1) header.set_b_deg(commands_deg->at(1));
   header.set_profile_pitch_mm(arguments.pitch_mm);
   header.set_arm_series(arguments.arm_series);
+  header.set_clamping(arguments.clamping);
+  header.set_sensor_serial_number(arguments.sensor_serial_number);
+  if (!arguments.travel.empty())
+    header.set_travel(arguments.travel == "forward" ? ingest::v1::SCAN_TRAVEL_FORWARD
+                                                    : ingest::v1::SCAN_TRAVEL_BACKWARD);
+  if (arguments.temperature_c) header.set_subject_temperature_c(*arguments.temperature_c);
+  if (arguments.scales_temperature_c) header.set_scales_temperature_c(*arguments.scales_temperature_c);
   header.set_encoding(ingest::v1::ENCODING_XYZ_F64);
   header.set_error_bound_um(arguments.error_bound_um);
   header.set_columns_per_profile(arguments.columns == 0 ? machine->sensor().column_count() : arguments.columns);
@@ -117,6 +141,13 @@ void AddUpload(Command* scan, Session* session) {
       ->Positive();
   upload->AddOption("--arm-series", &arguments->arm_series,
                     "Another name with every swing of the sensor's arm; scans of two are not registered together");
+  upload->AddOption("--clamping", &arguments->clamping,
+                    "Another name with every clamping; scans of two are not registered together");
+  upload->AddOption("--temperature-c", &arguments->temperature_c, "Of what was scanned; it is reported at 20 C");
+  upload->AddOption("--scales-temperature-c", &arguments->scales_temperature_c, "Of the machine's scales");
+  upload->AddOption("--sensor-serial-number", &arguments->sensor_serial_number, "Of the scanner");
+  upload->AddOption("--travel", &arguments->travel, "Which way the encoder went: forward or backward")
+      ->OneOf({"forward", "backward"});
   upload->AddOption("--scan-id", &arguments->scan_id,
                     "Id of the scan; the same again is the same scan. Without it: a new one");
   session->OnCommand(upload, [session, arguments] { return Upload(session, *arguments); });

@@ -16,21 +16,22 @@ namespace {
   "SELECT " SIXPOINT_HEAD_COLUMNS                                                                                   \
   ", record_sequence, recorded_at, name_of(requested_by) FROM calibrations c JOIN record_names n ON n.record_id = " \
   "c.calibration_id WHERE "
-#define SIXPOINT_SENSOR_COLUMNS                                                                               \
-  "calibration_id, machine_from_sensor_rotation, t_sm_mm, covariance, alpha_deg, beta_deg, gamma_deg, "       \
-  "alpha_standard_uncertainty_deg, beta_standard_uncertainty_deg, gamma_standard_uncertainty_deg, noise_um, " \
-  "touch_rms_um, residual_rms_um, condition_number, points_used, field_response, arm_series, degrees_of_freedom"
+#define SIXPOINT_SENSOR_COLUMNS                                                                                    \
+  "calibration_id, machine_from_sensor_rotation, t_sm_mm, covariance, alpha_deg, beta_deg, gamma_deg, "            \
+  "alpha_standard_uncertainty_deg, beta_standard_uncertainty_deg, gamma_standard_uncertainty_deg, noise_um, "      \
+  "touch_rms_um, residual_rms_um, condition_number, points_used, field_response, arm_series, degrees_of_freedom, " \
+  "sensor_serial_number, travel"
 #define SIXPOINT_ROTATION_COLUMNS                                                                                   \
   "calibration_id, a_direction, a_point_mm, b_direction, b_point_mm, covariance, point_c_mm, "                      \
   "point_c_standard_uncertainty_mm, noise_um, residual_rms_um, check_rms_um, check_count, condition_number, axes, " \
-  "degrees_of_freedom"
+  "degrees_of_freedom, linear_response"
 
 constexpr char kInsertHead[] = "INSERT INTO calibrations (" SIXPOINT_HEAD_COLUMNS
                                ", axis) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, "
                                "$15, $16)";
 constexpr char kInsertSensor[] = "INSERT INTO sensor_calibrations (" SIXPOINT_SENSOR_COLUMNS
                                  ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, "
-                                 "$16, $17, $18)";
+                                 "$16, $17, $18, $19, $20)";
 constexpr char kInsertCentres[] =
     "INSERT INTO sensor_calibration_centres (calibration_id, position_index, scan_key, feature, is_check, dx_um, dy_um, "
     "dz_um) SELECT $1::uuid, (position - 1)::integer, " SIXPOINT_SCAN_KEY(
@@ -38,7 +39,7 @@ constexpr char kInsertCentres[] =
     "FROM unnest($2::text[], $3::text[], $4::text[], $5::double precision[], $6::double precision[], "
     "$7::double precision[]) WITH ORDINALITY AS centre (scan_id, feature, is_check, dx_um, dy_um, dz_um, position)";
 constexpr char kInsertRotation[] = "INSERT INTO rotation_calibrations (" SIXPOINT_ROTATION_COLUMNS
-                                   ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15)";
+                                   ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16)";
 constexpr char kInsertPoses[] =
     "INSERT INTO rotation_calibration_poses (calibration_id, position_index, a_deg, b_deg, distance_um, held_out, "
     "before_um) SELECT $1::uuid, (position - 1)::integer, a_deg, b_deg, distance_um, held_out::boolean, before_um "
@@ -104,13 +105,6 @@ constexpr char kSelectPoses[] =
 #undef SIXPOINT_SENSOR_COLUMNS
 #undef SIXPOINT_ROTATION_COLUMNS
 
-void AddOptional(Params& params, std::optional<double> value) { value ? params.Real(*value) : params.Null(); }
-
-std::optional<double> OptionalReal(const Rows& rows, int row, int column) {
-  if (rows.IsNull(row, column)) return std::nullopt;
-  return rows.Real(row, column);
-}
-
 absl::Status InsertSensor(Transaction& transaction, const std::string& id, const SensorCalibrationRow& sensor) {
   Params params;
   params.Uuid(id).Reals(sensor.machine_from_sensor_rotation).Reals(sensor.t_sm_mm).Reals(sensor.covariance);
@@ -119,7 +113,8 @@ absl::Status InsertSensor(Transaction& transaction, const std::string& id, const
   params.Real(sensor.gamma_standard_uncertainty_deg).Real(sensor.noise_um).Real(sensor.touch_rms_um);
   params.Real(sensor.residual_rms_um).Real(sensor.condition_number).Int(sensor.points_used);
   sensor.field_response.empty() ? params.Null() : params.Reals(sensor.field_response);
-  AddOptional(params.OptionalText(sensor.arm_series), sensor.degrees_of_freedom);
+  params.OptionalText(sensor.arm_series).OptionalReal(sensor.degrees_of_freedom);
+  params.OptionalText(sensor.sensor_serial_number).OptionalText(sensor.travel);
   if (const auto inserted = transaction.Execute(kInsertSensor, params); !inserted.ok()) return inserted.status();
   std::vector<std::string> scans, features, checks;
   std::vector<double> dx, dy, dz;
@@ -143,7 +138,8 @@ absl::Status InsertRotation(Transaction& transaction, const std::string& id, con
   params.Reals(rotation.b_point_mm).Reals(rotation.covariance).Reals(rotation.point_c_mm);
   params.Reals(rotation.point_c_standard_uncertainty_mm).Real(rotation.noise_um).Real(rotation.residual_rms_um);
   params.Real(rotation.check_rms_um).Int(rotation.check_count).Real(rotation.condition_number).Texts(rotation.axes);
-  AddOptional(params, rotation.degrees_of_freedom);
+  params.OptionalReal(rotation.degrees_of_freedom);
+  rotation.linear_response.empty() ? params.Null() : params.Reals(rotation.linear_response);
   if (const auto inserted = transaction.Execute(kInsertRotation, params); !inserted.ok()) return inserted.status();
   std::vector<double> a, b, distances;
   std::vector<std::optional<double>> before;
@@ -177,8 +173,10 @@ SensorCalibrationRow ReadSensor(const Rows& rows, int row) {
   s.condition_number = rows.Real(row, 13);
   s.points_used = rows.Int(row, 14);
   if (!rows.IsNull(row, 15)) s.field_response = rows.Reals(row, 15);
-  if (!rows.IsNull(row, 16)) s.arm_series = rows.Text(row, 16);
-  s.degrees_of_freedom = OptionalReal(rows, row, 17);
+  s.arm_series = rows.OptionalText(row, 16);
+  s.degrees_of_freedom = rows.OptionalReal(row, 17);
+  s.sensor_serial_number = rows.OptionalText(row, 18);
+  s.travel = rows.OptionalText(row, 19);
   return s;
 }
 
@@ -197,7 +195,8 @@ RotationCalibrationRow ReadRotation(const Rows& rows, int row) {
   r.check_count = static_cast<int>(rows.Int(row, 11));
   r.condition_number = rows.Real(row, 12);
   r.axes = rows.Texts(row, 13);
-  r.degrees_of_freedom = OptionalReal(rows, row, 14);
+  r.degrees_of_freedom = rows.OptionalReal(row, 14);
+  if (!rows.IsNull(row, 15)) r.linear_response = rows.Reals(row, 15);
   return r;
 }
 
@@ -274,7 +273,7 @@ absl::StatusOr<std::vector<CalibrationRow>> ReadCalibrations(Transaction& transa
     c.requested_by = heads.Text(row, 17);
     c.software_version = heads.Text(row, 9);
     c.is_draft = heads.Bool(row, 10);
-    c.environment = {OptionalReal(heads, row, 11), OptionalReal(heads, row, 12), OptionalReal(heads, row, 13),
+    c.environment = {heads.OptionalReal(row, 11), heads.OptionalReal(row, 12), heads.OptionalReal(row, 13),
                      heads.Text(row, 14)};
     c.recorded = {heads.Int(row, 15), heads.Time(row, 16)};
   }
@@ -334,9 +333,8 @@ absl::StatusOr<Recorded> InsertCalibration(Transaction& transaction, const Calib
   head.Uuid(c.calibration_id).Text(c.machine_id).Text(c.kind()).Text(c.method).Texts(c.inputs).Digest(c.request_sha256);
   head.Time(c.valid_from).Time(c.valid_until).Text(c.requested_by).Text(c.software_version);
   head.Bool(c.is_draft);
-  AddOptional(head, c.environment.temperature_c);
-  AddOptional(head, c.environment.temperature_standard_uncertainty_c);
-  AddOptional(head, c.environment.humidity_percent);
+  head.OptionalReal(c.environment.temperature_c).OptionalReal(c.environment.temperature_standard_uncertainty_c);
+  head.OptionalReal(c.environment.humidity_percent);
   head.Text(c.environment.note);
   c.axis ? head.Text(c.axis->axis) : head.Null();
   const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertHead, head);

@@ -36,6 +36,8 @@ struct SensorCalibrationRow {
   std::vector<double> field_response;        // 6 x 9, row-major; empty: not known
   std::string arm_series;                    // empty: not known, or several
   std::optional<double> degrees_of_freedom;  // of the covariance; none: it rests on what was stated
+  std::string sensor_serial_number;          // of its scans; empty: not known, or several
+  std::string travel;                        // FORWARD, BACKWARD; empty: not known, or both
   std::vector<CentreResidualRow> centres;
 };
 
@@ -55,6 +57,7 @@ struct RotationCalibrationRow {
   int check_count = 0;
   double condition_number = 0;
   std::optional<double> degrees_of_freedom;  // of the covariance; none: it rests on what was stated
+  std::vector<double> linear_response;       // 8 x 6, row-major; empty: not known
   std::vector<PoseResidualRow> poses;
   std::vector<std::string> axes{"A", "B"};  // the machine's letters of a and b
 };

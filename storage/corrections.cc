@@ -26,7 +26,8 @@ constexpr char kInsertCorrection[] =
 #define SIXPOINT_SELECT_CORRECTIONS                                                                               \
   "SELECT " SIXPOINT_CORRECTION_COLUMNS                                                                           \
   ", ARRAY(SELECT DISTINCT a.characterisation_id FROM registration_angles a WHERE a.registration_id = "           \
-  "corrections.registration_id ORDER BY 1), record_sequence, recorded_at, state, usable_until, superseded_by, "   \
+  "corrections.registration_id AND a.characterisation_id IS NOT NULL ORDER BY 1), record_sequence, recorded_at, " \
+  "state, usable_until, superseded_by, "                                                                          \
   "name_of(requested_by) "                                                                                        \
   "FROM corrections JOIN recorded r ON r.record_id = correction_id JOIN correction_states USING (correction_id) " \
   "WHERE "

@@ -41,6 +41,7 @@ class Params {
   Params& Time(Instant value);
   Params& Bytes(std::string_view value);
   Params& Reals(const std::vector<double>& values);                         // double precision[]
+  Params& OptionalReal(std::optional<double> value);                        // NULL where there is none
   Params& OptionalReals(const std::vector<std::optional<double>>& values);  // NULL where there is none
   Params& Texts(const std::vector<std::string>& values);                    // text[]
   Params& Digest(std::string_view hex);                                     // bytea, of lower-case hexadecimal
@@ -76,6 +77,8 @@ class Rows {
   std::string Text(int row, int column) const;
   std::int64_t Int(int row, int column) const;
   double Real(int row, int column) const;
+  std::optional<double> OptionalReal(int row, int column) const;  // none of NULL
+  std::string OptionalText(int row, int column) const;            // empty of NULL
   bool Bool(int row, int column) const;
   Instant Time(int row, int column) const;
   std::string Bytes(int row, int column) const;

@@ -10,33 +10,44 @@ namespace {
 
 constexpr char kInsertMachine[] = "INSERT INTO machines (machine_id) VALUES ($1) ON CONFLICT DO NOTHING";
 constexpr char kLockMachine[] = "SELECT pg_advisory_xact_lock(hashtextextended('machines/' || $1, 0))";
+#define SIXPOINT_MACHINE_ERRORS                                                                                     \
+  "approach, touch_offset_um, scanner_field_um, tool_offset_um, linear_scale_um_per_m, squareness_um_per_m, "       \
+  "temperature_k, temperature_half_range_k, encoder_latency_um, scale_expansion_um_per_m_k, "                       \
+  "scale_expansion_standard_uncertainty_um_per_m_k, sensor_serial_number, sensor_kind, touch_probe_serial_number, " \
+  "touch_probe_certificate_number, touch_probe_calibrated_at, touch_probe_expires_at"
 constexpr char kInsertMachineRevision[] =
     "INSERT INTO machine_revisions (machine_id, revision, content_sha256, sensor_model, sensor_noise_um, "
     "sensor_column_count, sensor_mid_range_mm, sensor_range_mm, sensor_line_angle_deg, nominal_centre_mm, "
     "safety_translation_mm, safety_rotation_deg, safety_uncertainty_share, safety_registration_age_h, "
-    "safety_keep_out_mm, approach, touch_offset_um, scanner_field_um, record_id) "
-    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19)";
+    "safety_keep_out_mm, " SIXPOINT_MACHINE_ERRORS
+    ", record_id) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21, $22, $23, "
+    "$24, $25, $26, $27, $28, $29, $30, $31, $32, $33)";
 constexpr char kInsertJoint[] =
     "INSERT INTO machine_joints (machine_id, revision, side, position_index, axis, kind, direction, point_mm, sign, "
-    "minimum, maximum) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
+    "minimum, maximum, positioning_standard_uncertainty_deg) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)";
 constexpr char kSelectMachine[] =
     "SELECT revision, content_sha256, sensor_model, sensor_noise_um, sensor_column_count, sensor_mid_range_mm, "
     "sensor_range_mm, sensor_line_angle_deg, nominal_centre_mm, safety_translation_mm, safety_rotation_deg, "
-    "safety_uncertainty_share, safety_registration_age_h, safety_keep_out_mm, record_sequence, recorded_at, approach, "
-    "touch_offset_um, scanner_field_um FROM "
-    "machine_revisions JOIN record_names USING (record_id) WHERE machine_id = $1 AND "
+    "safety_uncertainty_share, safety_registration_age_h, safety_keep_out_mm, record_sequence, "
+    "recorded_at, " SIXPOINT_MACHINE_ERRORS
+    " FROM machine_revisions JOIN record_names USING (record_id) WHERE machine_id = $1 AND "
     "($2::integer = 0 OR revision = $2) "
     "ORDER BY revision DESC LIMIT 1";
+#undef SIXPOINT_MACHINE_ERRORS
 constexpr char kSelectJoints[] =
-    "SELECT side, axis, kind, direction, point_mm, sign, minimum, maximum FROM machine_joints "
+    "SELECT side, axis, kind, direction, point_mm, sign, minimum, maximum, positioning_standard_uncertainty_deg "
+    "FROM machine_joints "
     "WHERE machine_id = $1 AND revision = $2 ORDER BY side, position_index";
 
 constexpr char kInsertArtefact[] = "INSERT INTO artefacts (artefact_id) VALUES ($1) ON CONFLICT DO NOTHING";
 constexpr char kLockArtefact[] = "SELECT pg_advisory_xact_lock(hashtextextended('artefacts/' || $1, 0))";
 constexpr char kInsertArtefactRevision[] =
     "INSERT INTO artefact_revisions (artefact_id, revision, content_sha256, side_mm, cone_half_angle_deg, "
-    "cone_top_radius_mm, cone_bottom_radius_mm, slot_width_mm, slot_depth_mm, record_id) "
-    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)";
+    "cone_top_radius_mm, cone_bottom_radius_mm, slot_width_mm, slot_depth_mm, record_id, serial_number, "
+    "certificate_number, certificate_calibrated_at, certificate_expires_at, centre_standard_uncertainty_um) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15)";
 constexpr char kInsertFeatures[] =
     "INSERT INTO artefact_features (artefact_id, revision, kind, position_index, feature, x_mm, y_mm) "
     "SELECT $1::text, $2::integer, kind, (position - 1)::integer, feature, x_mm, y_mm "
@@ -44,7 +55,9 @@ constexpr char kInsertFeatures[] =
     "AS feature (kind, feature, x_mm, y_mm, position)";
 constexpr char kSelectArtefact[] =
     "SELECT revision, content_sha256, side_mm, cone_half_angle_deg, cone_top_radius_mm, cone_bottom_radius_mm, "
-    "slot_width_mm, slot_depth_mm, record_sequence, recorded_at FROM artefact_revisions JOIN record_names USING "
+    "slot_width_mm, slot_depth_mm, record_sequence, recorded_at, serial_number, certificate_number, "
+    "certificate_calibrated_at, certificate_expires_at, centre_standard_uncertainty_um FROM artefact_revisions JOIN "
+    "record_names USING "
     "(record_id) "
     "WHERE artefact_id = $1 AND ($2::integer = 0 OR revision = $2) ORDER BY revision DESC LIMIT 1";
 constexpr char kSelectFeatures[] =
@@ -72,6 +85,12 @@ constexpr char kSelectBlades[] = SIXPOINT_SELECT_BLADES
     "recorded_at >= $3) AND ($4::timestamptz IS NULL OR recorded_at < $4) AND part_id <> ALL ($5::text[]) "
     "AND ($6::text[] IS NULL OR blade_serial = ANY ($6::text[])) ORDER BY blade_serial LIMIT $7";
 #undef SIXPOINT_SELECT_BLADES
+
+// In the order of their columns.
+constexpr std::optional<double> MachineRow::*kMachineFigures[] = {
+    &MachineRow::touch_offset_um,          &MachineRow::scanner_field_um,    &MachineRow::tool_offset_um,
+    &MachineRow::linear_scale_um_per_m,    &MachineRow::squareness_um_per_m, &MachineRow::temperature_k,
+    &MachineRow::temperature_half_range_k, &MachineRow::encoder_latency_um};
 
 // The id's own row, and a lock on it, so that revisions are numbered one at a time.
 absl::Status Claim(Transaction& transaction, const char* insert, const char* lock, const std::string& id) {
@@ -120,8 +139,11 @@ absl::StatusOr<MachineRow> InsertMachine(Transaction& transaction, MachineRow ma
   params.Real(machine.safety_translation_mm).Real(machine.safety_rotation_deg).Real(machine.safety_uncertainty_share);
   params.Real(machine.safety_registration_age_h).Real(machine.safety_keep_out_mm);
   params.OptionalText(machine.approach);
-  for (const std::optional<double>& figure : {machine.touch_offset_um, machine.scanner_field_um})
-    figure ? params.Real(*figure) : params.Null();
+  for (const auto figure : kMachineFigures) params.OptionalReal(machine.*figure);
+  Add(machine.scale_expansion, &params);
+  params.OptionalText(machine.sensor_serial_number).OptionalText(machine.sensor_kind);
+  params.OptionalText(machine.touch_probe_serial_number);
+  Add(machine.touch_probe_certificate, &params);
   params.Uuid(record_id);
   if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertMachineRevision, params); !inserted.ok())
     return inserted.status();
@@ -132,6 +154,7 @@ absl::StatusOr<MachineRow> InsertMachine(Transaction& transaction, MachineRow ma
     row.Reals(joint.direction);
     joint.point_mm ? row.Reals(*joint.point_mm) : row.Null();
     row.Real(joint.sign).Real(joint.minimum).Real(joint.maximum);
+    row.OptionalReal(joint.positioning_standard_uncertainty_deg);
     if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertJoint, row); !inserted.ok())
       return inserted.status();
   }
@@ -163,9 +186,14 @@ absl::StatusOr<std::optional<MachineRow>> FindMachine(Transaction& transaction, 
   machine.safety_registration_age_h = rows->Real(0, 12);
   machine.safety_keep_out_mm = rows->Real(0, 13);
   machine.recorded = {rows->Int(0, 14), rows->Time(0, 15)};
-  if (!rows->IsNull(0, 16)) machine.approach = rows->Text(0, 16);
-  if (!rows->IsNull(0, 17)) machine.touch_offset_um = rows->Real(0, 17);
-  if (!rows->IsNull(0, 18)) machine.scanner_field_um = rows->Real(0, 18);
+  machine.approach = rows->OptionalText(0, 16);
+  int column = 17;
+  for (const auto figure : kMachineFigures) machine.*figure = rows->OptionalReal(0, column++);
+  machine.scale_expansion = ExpansionAt(*rows, 0, column);
+  machine.sensor_serial_number = rows->OptionalText(0, column + 2);
+  machine.sensor_kind = rows->OptionalText(0, column + 3);
+  machine.touch_probe_serial_number = rows->OptionalText(0, column + 4);
+  machine.touch_probe_certificate = CertificateAt(*rows, 0, column + 5);
   const absl::StatusOr<Rows> joints = transaction.Execute(kSelectJoints, Params().Text(id).Int(machine.revision));
   if (!joints.ok()) return joints.status();
   for (int row = 0; row < joints->count(); ++row) {
@@ -178,6 +206,7 @@ absl::StatusOr<std::optional<MachineRow>> FindMachine(Transaction& transaction, 
     joint.sign = joints->Real(row, 5);
     joint.minimum = joints->Real(row, 6);
     joint.maximum = joints->Real(row, 7);
+    joint.positioning_standard_uncertainty_deg = joints->OptionalReal(row, 8);
   }
   if (absl::Status read = rows->status(); !read.ok()) return read;
   return joints->Checked(std::move(machine));
@@ -197,7 +226,9 @@ absl::StatusOr<ArtefactRow> InsertArtefact(Transaction& transaction, ArtefactRow
   params.Text(id).Int(artefact.revision).Digest(artefact.content_sha256).Real(artefact.side_mm);
   params.Real(artefact.cone_half_angle_deg).Real(artefact.cone_top_radius_mm).Real(artefact.cone_bottom_radius_mm);
   params.Real(artefact.slot_width_mm).Real(artefact.slot_depth_mm);
-  params.Uuid(record_id);
+  params.Uuid(record_id).OptionalText(artefact.serial_number);
+  Add(artefact.certificate, &params);
+  params.OptionalReal(artefact.centre_standard_uncertainty_um);
   if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertArtefactRevision, params); !inserted.ok())
     return inserted.status();
   std::vector<std::string> kinds, names;
@@ -232,6 +263,9 @@ absl::StatusOr<std::optional<ArtefactRow>> FindArtefact(Transaction& transaction
   artefact.slot_width_mm = rows->Real(0, 6);
   artefact.slot_depth_mm = rows->Real(0, 7);
   artefact.recorded = {rows->Int(0, 8), rows->Time(0, 9)};
+  artefact.serial_number = rows->OptionalText(0, 10);
+  artefact.certificate = CertificateAt(*rows, 0, 11);
+  artefact.centre_standard_uncertainty_um = rows->OptionalReal(0, 14);
   const absl::StatusOr<Rows> features = transaction.Execute(kSelectFeatures, Params().Text(id).Int(artefact.revision));
   if (!features.ok()) return features.status();
   for (int row = 0; row < features->count(); ++row)

@@ -12,6 +12,7 @@
 
 #include "storage/database.h"
 #include "storage/record.h"
+#include "storage/references.h"
 #include "storage/time_span.h"
 
 namespace sixpoint::storage {
@@ -25,6 +26,7 @@ struct JointRow {
   std::optional<std::vector<double>> point_mm;
   double sign = 1;
   double minimum = 0, maximum = 0;
+  std::optional<double> positioning_standard_uncertainty_deg = std::nullopt;
 };
 
 struct MachineRow {
@@ -36,11 +38,16 @@ struct MachineRow {
   double sensor_noise_um = 0;
   int sensor_column_count = 0;
   double sensor_mid_range_mm = 0, sensor_range_mm = 0, sensor_line_angle_deg = 0;
+  std::string sensor_serial_number, sensor_kind;  // LINE, SNAPSHOT; empty: not stated
   std::vector<double> nominal_centre_mm;
   double safety_translation_mm = 0, safety_rotation_deg = 0;
   double safety_uncertainty_share = 0, safety_registration_age_h = 0, safety_keep_out_mm = 0;
   std::string approach;  // UPWARDS, DOWNWARDS; empty: not the same way, or not known
-  std::optional<double> touch_offset_um, scanner_field_um;
+  std::optional<double> touch_offset_um, scanner_field_um, tool_offset_um, linear_scale_um_per_m, squareness_um_per_m;
+  std::optional<double> temperature_k, temperature_half_range_k, encoder_latency_um;
+  std::optional<ExpansionRow> scale_expansion;
+  std::string touch_probe_serial_number;  // empty: no touch probe is stated
+  std::optional<CertificateRow> touch_probe_certificate;
   Recorded recorded;
 };
 
@@ -57,6 +64,9 @@ struct ArtefactRow {
   double side_mm = 0;
   double cone_half_angle_deg = 0, cone_top_radius_mm = 0, cone_bottom_radius_mm = 0;
   double slot_width_mm = 0, slot_depth_mm = 0;
+  std::string serial_number;  // empty: not stated
+  std::optional<CertificateRow> certificate;
+  std::optional<double> centre_standard_uncertainty_um;
   std::vector<PlateFeatureRow> features;
   Recorded recorded;
 };
@@ -93,6 +103,7 @@ struct HoleGroupRow {
   struct GaugePin {
     double diameter_mm = 0, diameter_standard_uncertainty_um = 0, greatest_play_mm = 0;
     std::optional<double> least_depth_mm = std::nullopt;
+    std::optional<CertificateRow> certificate = std::nullopt;
   };
   std::optional<GaugePin> gauge_pin = std::nullopt;
   struct PinStanding {
@@ -118,6 +129,7 @@ struct PartRow {
   std::vector<double> zero_from_part_nominal_translation_mm;
   std::vector<HoleGroupRow> hole_groups;
   std::vector<DatumPointRow> datum_points;
+  std::optional<ExpansionRow> thermal_expansion;
   TessellationRow tessellation;
   Recorded recorded;
 };

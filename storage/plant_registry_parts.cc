@@ -23,13 +23,15 @@ constexpr char kLockId[] = "SELECT pg_advisory_xact_lock(hashtextextended('parts
 constexpr char kInsertRevision[] =
     "INSERT INTO part_revisions (part_id, revision, content_sha256, cad_format, cad_unit_mm, cad_sha256, "
     "tessellation_method, zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, record_id, "
-    "customer_id) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
+    "customer_id, thermal_expansion_um_per_m_k, thermal_expansion_standard_uncertainty_um_per_m_k) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)";
 constexpr char kInsertGroup[] =
     "INSERT INTO part_hole_groups (part_id, revision, group_index, hole_group, diameter_mm, depth_mm, a_nominal_deg, "
     "b_nominal_deg, axis_in_part, position_tolerance_mm, inclination_tolerance_deg, position_zone, "
     "gauge_pin_diameter_mm, gauge_pin_diameter_standard_uncertainty_um, gauge_pin_greatest_play_mm, "
-    "gauge_pin_least_depth_mm, pin_clearance_standard_uncertainty_um, pin_tilt_standard_uncertainty_deg) "
-    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18)";
+    "gauge_pin_least_depth_mm, pin_clearance_standard_uncertainty_um, pin_tilt_standard_uncertainty_deg, "
+    "gauge_pin_certificate_number, gauge_pin_calibrated_at, gauge_pin_expires_at) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21)";
 constexpr char kInsertHoles[] =
     "INSERT INTO part_holes (part_id, revision, group_index, hole_index, hole, start_in_part_mm, normal_in_part) "
     "SELECT $1::text, $2::integer, $3::integer, (position - 1)::integer, hole, ARRAY[x, y, z], ARRAY[nx, ny, nz] "
@@ -42,14 +44,16 @@ constexpr char kInsertDatum[] =
 constexpr char kSelectRevision[] =
     "SELECT revision, content_sha256, cad_format, cad_unit_mm, cad_sha256, tessellation_method, "
     "zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, record_sequence, recorded_at, "
-    "(SELECT r.customer_id FROM restricted_parts r WHERE r.part_id = $1) FROM part_revisions JOIN record_names USING "
+    "(SELECT r.customer_id FROM restricted_parts r WHERE r.part_id = $1), thermal_expansion_um_per_m_k, "
+    "thermal_expansion_standard_uncertainty_um_per_m_k FROM part_revisions JOIN record_names USING "
     "(record_id) WHERE part_id = $1 AND ($2::integer = 0 OR revision = $2) "
     "ORDER BY revision DESC LIMIT 1";
 constexpr char kSelectGroups[] =
     "SELECT hole_group, diameter_mm, depth_mm, a_nominal_deg, b_nominal_deg, axis_in_part, position_tolerance_mm, "
     "inclination_tolerance_deg, position_zone, gauge_pin_diameter_mm, gauge_pin_diameter_standard_uncertainty_um, "
     "gauge_pin_greatest_play_mm, gauge_pin_least_depth_mm, pin_clearance_standard_uncertainty_um, "
-    "pin_tilt_standard_uncertainty_deg FROM part_hole_groups WHERE part_id = $1 AND revision = $2 "
+    "pin_tilt_standard_uncertainty_deg, gauge_pin_certificate_number, gauge_pin_calibrated_at, gauge_pin_expires_at "
+    "FROM part_hole_groups WHERE part_id = $1 AND revision = $2 "
     "ORDER BY group_index";
 constexpr char kSelectHoles[] =
     "SELECT group_index, hole, start_in_part_mm, normal_in_part FROM part_holes WHERE part_id = $1 AND revision = $2 "
@@ -67,7 +71,7 @@ absl::Status InsertHoles(Transaction& transaction, const PartRow& part) {
     row.Real(group.position_tolerance_mm).Real(group.inclination_tolerance_deg).Text(group.position_zone);
     if (const auto& pin = group.gauge_pin) {
       row.Real(pin->diameter_mm).Real(pin->diameter_standard_uncertainty_um).Real(pin->greatest_play_mm);
-      pin->least_depth_mm ? row.Real(*pin->least_depth_mm) : row.Null();
+      row.OptionalReal(pin->least_depth_mm);
     } else {
       row.Null().Null().Null().Null();
     }
@@ -75,6 +79,7 @@ absl::Status InsertHoles(Transaction& transaction, const PartRow& part) {
       row.Real(standing->clearance_standard_uncertainty_um).Real(standing->tilt_standard_uncertainty_deg);
     else
       row.Null().Null();
+    Add(group.gauge_pin ? group.gauge_pin->certificate : std::nullopt, &row);
     if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertGroup, row); !inserted.ok())
       return inserted.status();
     std::vector<std::string> names;
@@ -121,7 +126,8 @@ HoleGroupRow ReadGroup(const Rows& rows, int row) {
   if (!rows.IsNull(row, 13)) group.pin_standing = {rows.Real(row, 13), rows.Real(row, 14)};
   if (rows.IsNull(row, 9)) return group;
   group.gauge_pin = {rows.Real(row, 9), rows.Real(row, 10), rows.Real(row, 11)};
-  if (!rows.IsNull(row, 12)) group.gauge_pin->least_depth_mm = rows.Real(row, 12);
+  group.gauge_pin->least_depth_mm = rows.OptionalReal(row, 12);
+  group.gauge_pin->certificate = CertificateAt(rows, row, 15);
   return group;
 }
 
@@ -197,6 +203,7 @@ absl::StatusOr<PartRow> InsertPart(Transaction& transaction, PartRow part, Recor
   params.Reals(part.zero_from_part_nominal_rotation).Reals(part.zero_from_part_nominal_translation_mm);
   params.Uuid(record_id);
   params.OptionalText(part.customer_id);
+  Add(part.thermal_expansion, &params);
   if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertRevision, params); !inserted.ok())
     return inserted.status();
   if (const absl::Status holes = InsertHoles(transaction, part); !holes.ok()) return holes;
@@ -220,7 +227,8 @@ absl::StatusOr<std::optional<PartRow>> FindPart(Transaction& transaction, const 
   part.zero_from_part_nominal_rotation = rows->Reals(0, 6);
   part.zero_from_part_nominal_translation_mm = rows->Reals(0, 7);
   part.recorded = {rows->Int(0, 8), rows->Time(0, 9)};
-  if (!rows->IsNull(0, 10)) part.customer_id = rows->Text(0, 10);
+  part.customer_id = rows->OptionalText(0, 10);
+  part.thermal_expansion = ExpansionAt(*rows, 0, 11);
   absl::StatusOr<std::optional<TessellationRow>> tessellation =
       FindTessellation(transaction, rows->Digest(0, 4), rows->Text(0, 5));
   if (!tessellation.ok()) return tessellation.status();

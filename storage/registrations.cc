@@ -16,12 +16,12 @@ namespace {
   "residual_sigma_um, condition_number, weakest_direction, weakest_standard_uncertainty_um, remark, "             \
   "compute_seconds, requested_by, software_version, weakest_direction_in_words, "                                 \
   "noise_sigma_um, model_sigma_um, information_kept, surface_part, least_stock_mm, lacking_mm, disagreement_um, " \
-  "disagreement_ratio, disagrees, for_inspection, clamping"
+  "disagreement_ratio, disagrees, for_inspection, clamping, thermal_stretch, sensor_calibration_asked"
 constexpr char kInsertRegistration[] =
     "INSERT INTO registrations (" SIXPOINT_REGISTRATION_COLUMNS
     ", options, detail) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, "
     "$20, $21, $22, $23, $24, $25, $26, $27, $28, $29, $30, $31, $32, $33, $34, $35, $36, $37, $38, $39, "
-    "$40::jsonb, $41::jsonb)";
+    "$40, $41, $42::jsonb, $43::jsonb)";
 #define SIXPOINT_SELECT_REGISTRATIONS                                                                           \
   "SELECT " SIXPOINT_REGISTRATION_COLUMNS                                                                       \
   ", options::text, detail::text, record_sequence, recorded_at, name_of(requested_by) FROM registrations JOIN " \
@@ -83,10 +83,11 @@ Params RegistrationParams(const RegistrationRow& row) {
   for (const std::optional<double>& figure :
        {row.noise_sigma_um, row.model_sigma_um, row.information_kept, row.surface_part, row.least_stock_mm,
         row.lacking_mm, row.disagreement_um, row.disagreement_ratio})
-    figure.has_value() ? params.Real(*figure) : params.Null();
+    params.OptionalReal(figure);
   row.disagrees.has_value() ? params.Bool(*row.disagrees) : params.Null();
   params.Bool(row.for_inspection);
-  params.OptionalText(row.clamping);
+  params.OptionalText(row.clamping).OptionalReal(row.thermal_stretch);
+  row.sensor_calibration_asked ? params.Bool(true) : params.Null();
   params.Json(row.options_json).Json(row.detail_json);
   return params;
 }
@@ -124,15 +125,14 @@ RegistrationRow ReadRegistration(const Rows& rows, int row) {
   read.weakest_direction_in_words = rows.Text(row, column++);
   for (std::optional<double>* figure :
        {&read.noise_sigma_um, &read.model_sigma_um, &read.information_kept, &read.surface_part, &read.least_stock_mm,
-        &read.lacking_mm, &read.disagreement_um, &read.disagreement_ratio}) {
-    if (!rows.IsNull(row, column)) *figure = rows.Real(row, column);
-    ++column;
-  }
+        &read.lacking_mm, &read.disagreement_um, &read.disagreement_ratio})
+    *figure = rows.OptionalReal(row, column++);
   if (!rows.IsNull(row, column)) read.disagrees = rows.Bool(row, column);
   ++column;
   read.for_inspection = rows.Bool(row, column++);
-  if (!rows.IsNull(row, column)) read.clamping = rows.Text(row, column);
-  ++column;
+  read.clamping = rows.OptionalText(row, column++);
+  read.thermal_stretch = rows.OptionalReal(row, column++);
+  read.sensor_calibration_asked = !rows.IsNull(row, column++);
   read.options_json = rows.Text(row, column++);
   read.detail_json = rows.Text(row, column++);
   read.recorded = {rows.Int(row, column), rows.Time(row, column + 1)};
@@ -165,7 +165,7 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<RegistrationRow>
                      [](RegistrationRow& registration, const Rows& rows, int row) {
                        RegistrationErrorSourceRow& source = registration.error_sources.emplace_back();
                        source.source_name = rows.Text(row, 1);
-                       if (!rows.IsNull(row, 2)) source.degrees_of_freedom = rows.Real(row, 2);
+                       source.degrees_of_freedom = rows.OptionalReal(row, 2);
                        source.draw_count = static_cast<int>(rows.Int(row, 3));
                        source.parameters_per_sigma = rows.Reals(row, 4);
                        source.pose_per_sigma = rows.Reals(row, 5);
@@ -173,8 +173,8 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<RegistrationRow>
   if (!read.ok()) return read;
   return parents.Add(
       transaction.Execute(kSelectAngles, ids), [](RegistrationRow& registration, const Rows& rows, int row) {
-        registration.angles.push_back({rows.Text(row, 1), rows.Text(row, 2), rows.Real(row, 3), rows.Real(row, 4),
-                                       rows.Real(row, 5), rows.Real(row, 6), rows.Reals(row, 7)});
+        registration.angles.push_back({rows.Text(row, 1), rows.OptionalText(row, 2), rows.Real(row, 3),
+                                       rows.Real(row, 4), rows.Real(row, 5), rows.Real(row, 6), rows.Reals(row, 7)});
       });
 }
 
@@ -223,7 +223,7 @@ absl::StatusOr<Recorded> InsertRegistration(Transaction& transaction, const Regi
   position = 0;
   for (const RegistrationAngleRow& angle : registration.angles) {
     Params params;
-    params.Uuid(registration.registration_id).Int(position++).Text(angle.axis).Uuid(angle.characterisation_id);
+    params.Uuid(registration.registration_id).Int(position++).Text(angle.axis).OptionalUuid(angle.characterisation_id);
     params.Real(angle.commanded_deg).Real(angle.reached_deg).Real(angle.standard_uncertainty_deg);
     params.Real(angle.half_reversal_deg).Reals(angle.pose_per_rad);
     if (const auto inserted = transaction.Execute(kInsertAngle, params); !inserted.ok()) return inserted.status();
@@ -232,8 +232,10 @@ absl::StatusOr<Recorded> InsertRegistration(Transaction& transaction, const Regi
   for (const RegistrationErrorSourceRow& source : registration.error_sources) {
     Params params;
     params.Uuid(registration.registration_id).Int(position++).Text(source.source_name);
-    source.degrees_of_freedom ? params.Real(*source.degrees_of_freedom) : params.Null();
-    params.Int(source.draw_count).Reals(source.parameters_per_sigma).Reals(source.pose_per_sigma);
+    params.OptionalReal(source.degrees_of_freedom)
+        .Int(source.draw_count)
+        .Reals(source.parameters_per_sigma)
+        .Reals(source.pose_per_sigma);
     if (const auto inserted = transaction.Execute(kInsertErrorSource, params); !inserted.ok()) return inserted.status();
   }
   return AppendRecord(transaction, registration.registration_id, entry);

@@ -39,10 +39,10 @@ struct RegistrationAgreementRow {
   double expected_rms_um = 0;
 };
 
-// An angle of a rotary axis that scans were taken at, by an axis table.
+// An angle of a rotary axis that scans were taken at.
 struct RegistrationAngleRow {
   std::string axis;
-  std::string characterisation_id;
+  std::string characterisation_id;  // whose table was applied; empty: none was
   double commanded_deg = 0;
   double reached_deg = 0;
   double standard_uncertainty_deg = 0;
@@ -97,13 +97,15 @@ struct RegistrationRow {
   std::optional<bool> disagrees;                              // beyond the limit in force when it was made
   bool for_inspection = false;                                // made by one for its verdict
   std::string clamping;                                       // as stated; empty: it was not
+  std::optional<double> thermal_stretch;                      // none: no temperature was stated
+  bool sensor_calibration_asked = false;                      // and not the one in force when the scans were received
   std::string options_json = "{}";                            // registration.v1.FitOptions
   std::string detail_json = "{}";                             // registration.v1.Evidence: what has no column
   Recorded recorded;                                          // set by InsertRegistration
   std::vector<RegistrationScanRow> scans;
   std::vector<RegistrationAgreementRow> agreements;
   std::vector<RegistrationDatumRow> datums;
-  std::vector<RegistrationAngleRow> angles;  // where axis tables were applied
+  std::vector<RegistrationAngleRow> angles;  // where they are uncertain
   std::vector<RegistrationErrorSourceRow> error_sources;
 };
 

@@ -33,7 +33,10 @@ struct ScanRow {
   std::int64_t point_count = 0;
   std::string encoding;  // as sent: draco, xyz_f64, raw_profiles
   double raw_step_um = 0;
-  std::string arm_series;  // empty: not known
+  std::string arm_series, clamping;  // empty: not known
+  std::optional<double> subject_temperature_c, scales_temperature_c;
+  std::string sensor_serial_number;  // empty: not stated
+  std::string travel;                // FORWARD, BACKWARD; empty: not known
   double sender_error_um = 0;
   double error_bound_um = 0;
   std::optional<Instant> measured_at;

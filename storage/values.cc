@@ -177,6 +177,8 @@ std::string ArrayText(const std::vector<double>& values) {
   return text.empty() ? text : text + "}";
 }
 Params& Params::Reals(const std::vector<double>& values) { return Text(values.empty() ? "{}" : ArrayText(values)); }
+Params& Params::OptionalReal(std::optional<double> value) { return value ? Real(*value) : Null(); }
+
 Params& Params::OptionalReals(const std::vector<std::optional<double>>& values) {
   std::string text = "{";
   for (const std::optional<double>& value : values) {
@@ -267,6 +269,11 @@ std::int64_t Rows::Int(int row, int column) const {
 double Rows::Real(int row, int column) const {
   return Parsed<double>(row, column, "a number", RealOfText, std::numeric_limits<double>::quiet_NaN());
 }
+std::optional<double> Rows::OptionalReal(int row, int column) const {
+  if (IsNull(row, column)) return std::nullopt;
+  return Real(row, column);
+}
+std::string Rows::OptionalText(int row, int column) const { return IsNull(row, column) ? "" : Text(row, column); }
 bool Rows::Bool(int row, int column) const { return Parsed<bool>(row, column, "a boolean", BoolOfText, false); }
 Instant Rows::Time(int row, int column) const {
   return Parsed<Instant>(row, column, "a time in UTC", TimeOfText, Instant());

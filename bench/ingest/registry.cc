@@ -27,6 +27,7 @@ void AddJoint(const char* axis, const Eigen::Vector3d& direction, double limit_d
   joint->set_sign(1);
   joint->set_minimum(-limit_deg);
   joint->set_maximum(limit_deg);
+  joint->set_positioning_standard_uncertainty_deg(0.001);
 }
 
 plant::v1::Machine Machine() {

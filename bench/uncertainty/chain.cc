@@ -6,7 +6,9 @@
 #include <cstdlib>
 #include <functional>
 
+#include "metrology/calibration/rotation_calibration.h"
 #include "metrology/studies/arm_study.h"
+#include "metrology/uncertainty/thermal_expansion.h"
 
 namespace sixpoint::bench {
 namespace {
@@ -76,12 +78,21 @@ Vector6d DrawArm(const WorldErrors& errors, Draws* draw) {
   return arm;
 }
 
-// What the scanner reads of a machine point.
-Eigen::Vector3d Read(const SensorPose& sensor, const Eigen::Vector3d& machine_mm, const Eigen::Vector3d& v0_mm,
-                     const Field& field, double noise_mm, Draws* draw) {
+// What the linear axes truly do where they read 1: scales and squareness.
+Eigen::Matrix3d DrawLinearAxes(const WorldErrors& errors, Draws* draw) {
+  Eigen::Matrix3d done = Eigen::Matrix3d::Identity();
+  for (int row = 0; row < 3; ++row)
+    for (int column = row; column < 3; ++column)
+      done(row, column) += (*draw)(row == column ? errors.scale_ratio : errors.squareness_ratio);
+  return done;
+}
+
+// What the scanner reads of a true machine point. linear: what the axes do where they read 1.
+Eigen::Vector3d Read(const SensorPose& sensor, const Eigen::Matrix3d& linear, const Eigen::Vector3d& machine_mm,
+                     const Eigen::Vector3d& v0_mm, const Field& field, double noise_mm, Draws* draw) {
   Eigen::Matrix3d map;
-  map << Eigen::Vector3d::UnitX(), sensor.rotation.col(1), sensor.rotation.col(2);
-  Eigen::Vector3d reading = map.inverse() * (machine_mm + v0_mm - sensor.t_sm_mm);
+  map << linear.col(0), sensor.rotation.col(1), sensor.rotation.col(2);
+  Eigen::Vector3d reading = map.inverse() * (machine_mm + linear * v0_mm - sensor.t_sm_mm);
   reading.z() += field(reading.y(), reading.z()) + (*draw)(noise_mm);
   return reading;
 }
@@ -115,12 +126,14 @@ struct Calibrated {
   metrology::FieldResponse response;
 };
 // Least squares onto the plate as it was touched, from the design on.
-Calibrated Calibrate(const SensorPose& design, const SensorPose& truth, const Field& field, const WorldErrors& errors,
-                     const Eigen::Vector3d& touch_offset_mm, Draws* draw) {
+Calibrated Calibrate(const SensorPose& design, const SensorPose& truth, const Eigen::Matrix3d& linear,
+                     const Field& field, const WorldErrors& errors, const Eigen::Vector3d& touch_offset_mm,
+                     Draws* draw) {
   const std::vector<PlatePoint> plate = Plate(design);
   metrology::Points readings;
   for (const PlatePoint& point : plate)
-    readings.push_back(Read(truth, point.machine_mm, point.v0_mm, field, errors.noise_mm, draw));
+    readings.push_back(Read(truth, linear, point.machine_mm, point.v0_mm, field, errors.noise_mm, draw));
+  const Eigen::Matrix3d touched = linear.inverse();  // what the axes read of a true place
   SensorPose found = design;
   Matrix6d normal;
   for (int iteration = 0; iteration < 6; ++iteration) {
@@ -129,7 +142,7 @@ Calibrated Calibrate(const SensorPose& design, const SensorPose& truth, const Fi
     for (std::size_t i = 0; i < plate.size(); ++i) {
       const Vector6d row = found.ParameterJacobian(readings[i]).transpose() * plate[i].normal;
       const double off = plate[i].normal.dot(found.MachineFromSensor(readings[i], plate[i].v0_mm) -
-                                             plate[i].machine_mm - touch_offset_mm);
+                                             touched * plate[i].machine_mm - touch_offset_mm);
       normal += row * row.transpose();
       right -= off * row;
     }
@@ -169,9 +182,10 @@ struct ScanReading {
   double a_rad = 0, b_rad = 0;
   BladePoint of;
 };
-std::vector<ScanReading> ScanBlade(const SensorPose& truth, const SensorPose& design, const metrology::RotaryAxes& axes,
-                                   const Eigen::Isometry3d& zero_from_part, const Field& field, double noise_mm,
-                                   Draws* draw) {
+// size: how many times as long as its drawing it is.
+std::vector<ScanReading> ScanBlade(const SensorPose& truth, const SensorPose& design, const Eigen::Matrix3d& linear,
+                                   const metrology::RotaryAxes& axes, const Eigen::Isometry3d& zero_from_part,
+                                   double size, const Field& field, double noise_mm, Draws* draw) {
   std::vector<ScanReading> readings;
   const std::vector<BladePoint> blade = Blade();
   for (const double b_deg : {0.0, 60.0, 120.0, 180.0, 240.0, 300.0})
@@ -182,7 +196,8 @@ std::vector<ScanReading> ScanBlade(const SensorPose& truth, const SensorPose& de
       const Eigen::Vector3d v0 = design.t_sm_mm + Eigen::Vector3d(150, 0, 0) - machine_from_part.translation();
       for (const BladePoint& point : blade) {
         if (machine_from_part.linear().row(2).dot(point.normal) < 0.3) continue;  // the scanner looks down
-        const Eigen::Vector3d reading = Read(truth, machine_from_part * point.at_mm, v0, field, noise_mm, draw);
+        const Eigen::Vector3d reading =
+            Read(truth, linear, machine_from_part * (size * point.at_mm), v0, field, noise_mm, draw);
         if (std::abs(reading.y()) > 13 || std::abs(reading.z()) > 12.5) continue;
         readings.push_back({reading, v0, a_deg * kDegree, b_deg * kDegree, point});
       }
@@ -192,7 +207,7 @@ std::vector<ScanReading> ScanBlade(const SensorPose& truth, const SensorPose& de
 
 // Point to plane onto the blade's own tangents, and how the pose follows every parameter and the readings' noise.
 metrology::PlacedPose Register(const std::vector<ScanReading>& readings, const Eigen::Isometry3d& start,
-                               const metrology::MachineCalibration& machine, double noise_mm) {
+                               const metrology::MachineCalibration& machine, double stretch, double noise_mm) {
   Eigen::Isometry3d pose = start;
   const Eigen::Vector3d reference = start.translation();
   Matrix6d normal = Matrix6d::Zero(), inverse = Matrix6d::Zero(), scatter = Matrix6d::Zero();
@@ -204,8 +219,9 @@ metrology::PlacedPose Register(const std::vector<ScanReading>& readings, const E
     Vector6d right = Vector6d::Zero();
     for (const ScanReading& reading : readings) {
       const Eigen::Isometry3d machine_from_zero = machine.axes.MachineFromZero(reading.a_rad, reading.b_rad);
-      const Eigen::Vector3d zero = machine_from_zero.inverse(Eigen::Isometry) *
-                                   machine.sensor.MachineFromSensor(reading.sensor_mm, reading.v0_mm);
+      const Eigen::Vector3d zero =
+          machine.axes.Growth(1 / stretch) * (machine_from_zero.inverse(Eigen::Isometry) *
+                                              machine.sensor.MachineFromSensor(reading.sensor_mm, reading.v0_mm));
       const Eigen::Vector3d n = pose.linear() * reading.of.normal;
       const Vector6d row = metrology::PointJacobian(zero, reference).transpose() * n;
       const double along =
@@ -259,6 +275,55 @@ metrology::ArmSpread LearntSpread(const WorldErrors& errors, Draws* draw) {
   return OrEnd(metrology::ArmSpreadOf(displacements, Vector6d::Zero()));
 }
 
+// The axes as a sphere shows them whose places the linear axes read.
+metrology::RotationCalibration AxesAsRead(const metrology::RotaryAxes& axes, const Eigen::Matrix3d& linear) {
+  std::vector<metrology::SpherePose> poses;
+  const Eigen::Vector3d sphere = axes.a.point_mm + Eigen::Vector3d(60, 20, 30);
+  for (const double a_deg : {-60.0, 0.0, 60.0})
+    for (int k = 0; k < 4; ++k) {
+      metrology::SpherePose& pose = poses.emplace_back();
+      pose.a_rad = a_deg * kDegree;
+      pose.b_rad = 90 * k * kDegree;
+      pose.centre_mm = linear.inverse() * (axes.MachineFromZero(pose.a_rad, pose.b_rad) * sphere);
+    }
+  metrology::RotationOptions options;
+  options.nominal = axes;
+  options.standard_uncertainty_mm = 1e-3;
+  return OrEnd(metrology::CalibrateRotation(poses, options));
+}
+
+// How much longer the blade is, and how much it is taken to be.
+struct Warmth {
+  double size = 1;
+  metrology::Stretch taken;
+};
+constexpr double kNickelPerK = 12.5e-6;
+Warmth DrawWarmth(const WorldErrors& errors, Draws* draw) {
+  Warmth warmth;
+  const metrology::ExpansionCoefficient stated{kNickelPerK, errors.coefficient_per_k};
+  const double per_k = kNickelPerK + (*draw)(errors.coefficient_per_k);
+  if (errors.half_range_k > 0) {
+    std::uniform_real_distribution<double> anywhere(-errors.half_range_k, errors.half_range_k);
+    warmth.size = 1 + per_k * anywhere(draw->random);
+    warmth.taken = metrology::StretchOf(stated, metrology::Within(errors.half_range_k), {}, {});
+  } else if (errors.thermometer_k > 0) {
+    warmth.size = 1 + per_k * errors.warmer_k;
+    const double read_c = metrology::kReferenceTemperatureC + errors.warmer_k + (*draw)(errors.thermometer_k);
+    warmth.taken = metrology::StretchOf(stated, {read_c, errors.thermometer_k}, {}, {});
+  }
+  return warmth;
+}
+
+void AddFurther(const WorldErrors& errors, const metrology::LinearResponse& response, const metrology::Stretch& taken,
+                std::vector<metrology::ErrorSource>* further) {
+  if (errors.scale_ratio > 0) further->push_back(metrology::ScalesOfLinearAxes(errors.scale_ratio, response));
+  if (errors.squareness_ratio > 0)
+    further->push_back(metrology::SquarenessOfLinearAxes(errors.squareness_ratio, response));
+  if (taken.by_temperatures > 0)
+    further->push_back(metrology::Expansion("temperature", taken.by_temperatures, response));
+  if (taken.by_coefficients > 0) further->push_back(metrology::Expansion("expansion", taken.by_coefficients, response));
+}
+
 }  // namespace
 
 std::vector<HoleOutcome> DrawHoles(const WorldErrors& errors, std::uint64_t seed) {
@@ -277,14 +342,17 @@ std::vector<HoleOutcome> DrawHoles(const WorldErrors& errors, std::uint64_t seed
 
   const Field field = DrawField(errors, &draw);
   const Eigen::Vector3d offset = draw.Vector(errors.touch_offset_mm);
-  const Calibrated calibrated = Calibrate(design, Swung(design, DrawArm(errors, &draw)), field, errors, offset, &draw);
+  const Eigen::Matrix3d linear = DrawLinearAxes(errors, &draw);
+  const Calibrated calibrated =
+      Calibrate(design, Swung(design, DrawArm(errors, &draw)), linear, field, errors, offset, &draw);
   metrology::MachineCalibration machine;
   machine.sensor = calibrated.sensor;
   Eigen::Matrix<double, 8, 1> axis_errors, axis_sigma;
   axis_sigma << errors.axes_rad, errors.axes_rad, errors.axes_mm, errors.axes_mm, errors.axes_rad, errors.axes_rad,
       errors.axes_mm, errors.axes_mm;
   for (int k = 0; k < 8; ++k) axis_errors[k] = draw(axis_sigma[k]);
-  machine.axes = axes.Perturbed(axis_errors);
+  const metrology::RotationCalibration by_sphere = AxesAsRead(axes, linear);
+  machine.axes = by_sphere.axes.Perturbed(axis_errors);
   machine.axes.a.point_mm += offset;
   machine.axes.b.point_mm += offset;
   double estimated = 1;  // of the axes' variance
@@ -304,22 +372,26 @@ std::vector<HoleOutcome> DrawHoles(const WorldErrors& errors, std::uint64_t seed
     for (const char* name : {"arm when calibrated", "arm when scanned"})
       machine.further.push_back(metrology::ArmSwing(name, spread.covariance, spread.degrees_of_freedom / 2));
   }
-  const std::vector<ScanReading> readings =
-      ScanBlade(Swung(design, DrawArm(errors, &draw)), design, axes, truth, field, errors.noise_mm, &draw);
-  const metrology::PlacedPose placed = Register(readings, nominal, machine, errors.noise_mm);
+  const Warmth warmth = DrawWarmth(errors, &draw);
+  AddFurther(errors, by_sphere.linear_response, warmth.taken, &machine.further);
+  const std::vector<ScanReading> readings = ScanBlade(Swung(design, DrawArm(errors, &draw)), design, linear, axes,
+                                                      truth, warmth.size, field, errors.noise_mm, &draw);
+  const metrology::PlacedPose placed = Register(readings, nominal, machine, warmth.taken.ratio, errors.noise_mm);
 
   const metrology::RegisteredPose pose(placed.zero_from_part, placed.noise_covariance, placed.sources);
   const metrology::NominalHoleGroup group = Holes(nominal, axes);
   const metrology::RotaryLimits limits{-100 * kDegree, 100 * kDegree, -360 * kDegree, 360 * kDegree};
-  const auto corrected =
-      OrEnd(metrology::CorrectGroup(group, pose, nominal, machine.axes, metrology::RotaryAxes(), limits));
+  const auto corrected = OrEnd(metrology::CorrectGroup(group, pose, nominal, machine.axes, metrology::RotaryAxes(),
+                                                       limits, {warmth.taken.ratio, errors.tool_offset_mm}));
   const auto angles = OrEnd(metrology::Orient(axes, truth.linear() * group.axis_in_part, group.nominal, limits));
   const Eigen::Isometry3d machine_from_part = axes.MachineFromZero(angles.a_rad, angles.b_rad) * truth;
+  const Eigen::Vector3d tool = draw.Vector(errors.tool_offset_mm);
   std::vector<HoleOutcome> outcomes;
-  for (std::size_t i = 0; i < group.holes.size(); ++i)
-    outcomes.push_back(
-        {1e3 * (corrected.holes[i].start_mm - machine_from_part * group.holes[i].start_in_part_mm).norm(),
-         corrected.holes[i].expanded_uncertainty_um});
+  for (std::size_t i = 0; i < group.holes.size(); ++i) {
+    const Eigen::Vector3d drilled = linear * corrected.holes[i].start_mm + tool;
+    const Eigen::Vector3d wanted = machine_from_part * (warmth.size * group.holes[i].start_in_part_mm);
+    outcomes.push_back({1e3 * (drilled - wanted).norm(), corrected.holes[i].expanded_uncertainty_um});
+  }
   return outcomes;
 }
 

@@ -22,6 +22,11 @@ struct WorldErrors {
   double axes_mm = 0, axes_rad = 0;
   int axes_freedom = 0;  // of what is stated of the axes; 0: it is known
   bool field_is_harsh = true;
+  double scale_ratio = 0, squareness_ratio = 0;  // of the linear axes, mm in a mm
+  double tool_offset_mm = 0;
+  // The blade is warmer than 20 C by this. Measured by a thermometer of that standard deviation, of a material known so well; or not
+  // measured, and known to be within the half range, anywhere in which it is then drawn.
+  double warmer_k = 0, thermometer_k = 0, coefficient_per_k = 0, half_range_k = 0;
 };
 
 struct HoleOutcome {

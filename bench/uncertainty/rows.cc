@@ -40,6 +40,7 @@ Row RowOf(const std::string& name, const std::vector<HoleOutcome>& outcomes) {
   row.u_over_quantile = 1 / at(parts, 0.95);
   row.median_error_um = at(errors, 0.5);
   row.median_u_um = at(stated, 0.5);
+  row.error_95_um = at(errors, 0.95);
   return row;
 }
 
@@ -91,6 +92,26 @@ std::vector<Row> HoleRows(int draws) {
                                                              {"arm, its spread known", arm},
                                                              {"axes", axes},
                                                              {"all together", all}};
+  WorldErrors scales, square, tool, warm, cold, bounded, everything = all;
+  scales.noise_mm = square.noise_mm = tool.noise_mm = warm.noise_mm = cold.noise_mm = bounded.noise_mm = 2e-3;
+  scales.scale_ratio = 4e-5;
+  square.squareness_ratio = 4e-5;
+  tool.tool_offset_mm = 2e-3;
+  warm.warmer_k = 5;
+  cold.warmer_k = -5;
+  warm.thermometer_k = cold.thermometer_k = 0.3;
+  warm.coefficient_per_k = cold.coefficient_per_k = bounded.coefficient_per_k = everything.coefficient_per_k = 0.5e-6;
+  bounded.half_range_k = 5;
+  everything.scale_ratio = everything.squareness_ratio = 1e-5;
+  everything.tool_offset_mm = 1e-3;
+  everything.warmer_k = 3;
+  everything.thermometer_k = 0.3;
+  for (const auto& [name, errors] :
+       {std::pair("linear axes' scales", scales), std::pair("linear axes' squareness", square),
+        std::pair("touch probe to tool", tool), std::pair("5 K warmer, measured", warm),
+        std::pair("5 K colder, measured", cold), std::pair("somewhere within 5 K", bounded),
+        std::pair("all, and linear axes, tool, warmth", everything)})
+    worlds.emplace_back(name, errors);
   for (const int scans : {5, 8, 15}) {
     WorldErrors learnt = arm;
     learnt.arm_scans = scans;

@@ -8,6 +8,17 @@
 namespace sixpoint::cli {
 namespace {
 
+// Of a data set that says nothing of its axes: a figure that is not nothing, and does nothing. 2 nm at 100 mm.
+constexpr double kPerfectDeg = 1e-6;
+
+// What tables leave of an axis that is good for 0.005 deg.
+constexpr double kByControlDeg = 1e-3;
+
+void StateAxes(double standard_uncertainty_deg, Dataset* dataset) {
+  for (plant::v1::Joint& joint : *dataset->machine.mutable_kinematics()->mutable_part_side())
+    joint.set_positioning_standard_uncertainty_deg(standard_uncertainty_deg);
+}
+
 void RefuseOthers(const Field& block, const std::vector<std::string>& known) {
   std::string wanted;
   for (const std::string& key : known) wanted += (wanted.empty() ? "one of " : ", ") + key;
@@ -55,7 +66,8 @@ void ReadAxes(const Field& root, const Field& block, Dataset* dataset) {
     machine.set_approach(approach->Choice({"upwards", "downwards"}) == "upwards" ? plant::v1::APPROACH_UPWARDS
                                                                                  : plant::v1::APPROACH_DOWNWARDS);
   const auto tables = block.Find("axis_tables");
-  if (!tables || tables->Choice({"apply", "in_control"}) != "apply") return;
+  if (!tables) return StateAxes(kPerfectDeg, dataset);
+  if (tables->Choice({"apply", "in_control"}) != "apply") return StateAxes(kByControlDeg, dataset);
   const Field runs = root.At("axis_runs");
   for (const plant::v1::Joint& joint : dataset->machine.kinematics().part_side())
     dataset->axis_runs.emplace_back(joint.axis(), ReadAxisRun(runs.At(joint.axis())));
@@ -79,7 +91,7 @@ void ReadPin(const Field& pin, plant::v1::Part* part) {
 
 void ReadErrorSources(const Field& root, Dataset* dataset) {
   const auto block = root.Find("error_sources");
-  if (!block) return;
+  if (!block) return StateAxes(kPerfectDeg, dataset);
   RefuseOthers(*block, {"axis_tables", "approach", "touch_common_standard_uncertainty_um", "arm_swings_between",
                         "series", "sensor_field_standard_uncertainty_um", "sensor_speckle", "pin"});
   ReadAxes(root, *block, dataset);

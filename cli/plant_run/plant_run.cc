@@ -162,7 +162,14 @@ void PlantRun::UploadScans() {
   std::vector<absl::Status> statuses(dataset_.scans.size());
   {
     Progress progress("upload", "points", total, session_->json);
-    RunJobs(count, kUploadsAtOnce, [&](int i) { statuses[i] = UploadOne(dataset_.scans[i], &progress); });
+    // The artefact's first: what is received later is mapped by its calibration.
+    for (const bool of_artefact : {true, false}) {
+      std::vector<int> which;
+      for (int i = 0; i < count; ++i)
+        if ((dataset_.scans[i].header.kind() == ingest::v1::SCAN_KIND_ARTEFACT) == of_artefact) which.push_back(i);
+      RunJobs(static_cast<int>(which.size()), kUploadsAtOnce,
+              [&](int k) { statuses[which[k]] = UploadOne(dataset_.scans[which[k]], &progress); });
+    }
   }
   for (int i = 0; i < count; ++i) {
     if (statuses[i].ok()) continue;
@@ -250,6 +257,8 @@ absl::Status PlantRun::RegisterBlade(RegisteredBlade* entry, ingest::v1::ScanKin
   for (const std::string& scan : *scans) request.add_scans(scan);
   request.set_method(method);
   request.set_apply_axis_tables(dataset_.applies_axis_tables());
+  // Scans of an earlier run may be kept: this run's calibration maps them all the same.
+  if (result_.sensor) request.set_sensor_calibration(result_.sensor->name());
   request.set_request_id(NewRequestId());
   const auto start = std::chrono::steady_clock::now();
   absl::Status status = session_->Call<RegistrationService>("registration", &RegistrationService::Stub::Register,
@@ -347,6 +356,7 @@ void PlantRun::InspectBlades() {
     }
     for (const std::string& scan : *scans) request.add_scans(scan);
     request.set_apply_axis_tables(dataset_.applies_axis_tables());
+    if (result_.sensor) request.set_sensor_calibration(result_.sensor->name());
     request.set_request_id(NewRequestId());
     const auto call_start = std::chrono::steady_clock::now();
     statuses[i] = session_->Call<InspectionService>("inspection", &InspectionService::Stub::Inspect, request,

@@ -6,6 +6,7 @@
 
 #include "metrology/calibration/probing_noise.h"
 #include "metrology/calibration/rotation_evidence.h"
+#include "metrology/kinematics/linear_axes.h"
 #include "metrology/linear_algebra/least_squares.h"
 #include "metrology/linear_algebra/singular_values.h"
 #include "refusal/message_text.h"
@@ -119,6 +120,11 @@ absl::StatusOr<RotationCalibration> CalibrateRotation(const std::vector<SpherePo
       result.noise_mm * result.noise_mm * (scale.asDiagonal() * full * scale.asDiagonal());
   result.covariance = covariance.topLeftCorner<kAxisParameterCount, kAxisParameterCount>();
   result.covariance = (result.covariance + result.covariance.transpose().eval()) / 2;
+  Eigen::MatrixXd read(rows, kLinearParameterCount);
+  for (size_t i = 0; i < used.size(); ++i)
+    read.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = LinearAxesJacobian(used[i]->centre_mm);
+  const Eigen::MatrixXd follows = right * singular.cwiseInverse().asDiagonal() * (left.transpose() * read);
+  result.linear_response = (scale.asDiagonal() * follows).topRows<kAxisParameterCount>();
   AddEvidence(poses, options, &result);
   if (absl::Status s = CheckAgreement(poses, options, result); !s.ok()) return s;
   return result;
@@ -138,13 +144,14 @@ absl::StatusOr<RotationCalibration> CalibratePointC(const std::vector<SpherePose
   // centre_i - C = D_i (centre_0 - C), D_i = R_i R_0^-1: linear in C.
   const Eigen::Matrix3d first_inverse = turn_of(*used[0]).transpose();
   const Eigen::Index rows = 3 * static_cast<Eigen::Index>(used.size() - 1);
-  Eigen::MatrixXd matrix(rows, 3);
+  Eigen::MatrixXd matrix(rows, 3), read(rows, kLinearParameterCount);
   Eigen::VectorXd right(rows);
   for (size_t i = 1; i < used.size(); ++i) {
     const Eigen::Matrix3d turn = turn_of(*used[i]) * first_inverse;
     const Eigen::Index row = 3 * static_cast<Eigen::Index>(i - 1);
     matrix.block<3, 3>(row, 0) = Eigen::Matrix3d::Identity() - turn;
     right.segment<3>(row) = used[i]->centre_mm - turn * used[0]->centre_mm;
+    read.middleRows<3>(row) = LinearAxesJacobian(used[i]->centre_mm) - turn * LinearAxesJacobian(used[0]->centre_mm);
   }
   const SingularValueDecomposition svd = DecomposeSingular(matrix);
   RotationCalibration result;
@@ -156,7 +163,8 @@ absl::StatusOr<RotationCalibration> CalibratePointC(const std::vector<SpherePose
                                          "; probe the sphere over a wider range of " + BothAxes(options));
   const Eigen::MatrixXd solve = svd.right * svd.values.cwiseInverse().asDiagonal() * svd.left.transpose();
   const Eigen::Vector3d c = solve * right;
-  SetPointC(c, Eigen::Matrix3d::Zero(), &result);
+  FoundPointC found{c, Eigen::Matrix3d::Zero(), solve * read};
+  SetPointC(found, &result);
   result.sphere_in_zero_mm =
       options.nominal.MachineFromZero(used[0]->a_rad, used[0]->b_rad).linear().transpose() * (used[0]->centre_mm - c) +
       c;
@@ -169,10 +177,9 @@ absl::StatusOr<RotationCalibration> CalibratePointC(const std::vector<SpherePose
   Eigen::Matrix3d shared = Eigen::Matrix3d::Zero();
   for (size_t i = 1; i < used.size(); ++i)
     shared += solve.middleCols<3>(3 * static_cast<Eigen::Index>(i - 1)) * turn_of(*used[i]) * first_inverse;
-  const Eigen::Matrix3d covariance =
-      result.noise_mm * result.noise_mm * (solve * solve.transpose() + shared * shared.transpose());
+  found.covariance_mm2 = result.noise_mm * result.noise_mm * (solve * solve.transpose() + shared * shared.transpose());
   AddEvidence(poses, options, &result);
-  SetPointC(c, covariance, &result);
+  SetPointC(found, &result);
   if (absl::Status s = CheckAgreement(poses, options, result); !s.ok()) return s;
   return result;
 }

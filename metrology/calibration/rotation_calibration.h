@@ -45,7 +45,8 @@ struct RotationOptions {
 struct RotationCalibration {
   RotaryAxes axes;  // each point is the one of its axis nearest to the nominal point of that axis
   Eigen::Vector3d sphere_in_zero_mm = Eigen::Vector3d::Zero();
-  AxesCovariance covariance = AxesCovariance::Zero();  // at the axes above
+  AxesCovariance covariance = AxesCovariance::Zero();       // at the axes above
+  LinearResponse linear_response = LinearResponse::Zero();  // of the axes, to what the sphere was probed with
   Eigen::Vector3d point_c_mm = Eigen::Vector3d::Zero();
   Eigen::Matrix3d point_c_covariance_mm2 = Eigen::Matrix3d::Zero();
   double noise_mm = 0;  // of one coordinate, as used for the covariance

@@ -135,13 +135,14 @@ void AddEvidence(const std::vector<SpherePose>& poses, const RotationOptions& op
   result->point_c_covariance_mm2 = jacobian * result->covariance * jacobian.transpose();
 }
 
-void SetPointC(const Eigen::Vector3d& point_c_mm, const Eigen::Matrix3d& covariance_mm2, RotationCalibration* result) {
+void SetPointC(const FoundPointC& found, RotationCalibration* result) {
   Eigen::Matrix<double, 8, 3> spread = Eigen::Matrix<double, 8, 3>::Zero();
   spread.middleRows<2>(2) = TangentBasis(result->axes.a.direction).transpose();
   spread.middleRows<2>(6) = TangentBasis(result->axes.b.direction).transpose();
-  result->axes.a.point_mm = result->axes.b.point_mm = result->point_c_mm = point_c_mm;
-  result->covariance = spread * covariance_mm2 * spread.transpose();
-  result->point_c_covariance_mm2 = covariance_mm2;
+  result->axes.a.point_mm = result->axes.b.point_mm = result->point_c_mm = found.point_mm;
+  result->covariance = spread * found.covariance_mm2 * spread.transpose();
+  result->point_c_covariance_mm2 = found.covariance_mm2;
+  result->linear_response = spread * found.linear_response;
 }
 
 absl::Status CheckAgreement(const std::vector<SpherePose>& poses, const RotationOptions& options,

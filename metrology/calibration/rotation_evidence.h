@@ -24,8 +24,14 @@ Eigen::Vector3d BestSphere(const RotaryAxes& axes, const std::vector<SpherePose>
 
 // Error curves, residuals and Point C of the axes and the sphere that the result has.
 void AddEvidence(const std::vector<SpherePose>& poses, const RotationOptions& options, RotationCalibration* result);
-// Both axes of the result through Point C, and the covariance that follows.
-void SetPointC(const Eigen::Vector3d& point_c_mm, const Eigen::Matrix3d& covariance_mm2, RotationCalibration* result);
+// Point C with its covariance, and how it follows the linear axes.
+struct FoundPointC {
+  Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance_mm2 = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, 3, kLinearParameterCount> linear_response;
+};
+// Both axes of the result through it, and what follows for them.
+void SetPointC(const FoundPointC& found, RotationCalibration* result);
 // Near the record, and no pose of the fit far from it.
 absl::Status CheckAgreement(const std::vector<SpherePose>& poses, const RotationOptions& options,
                             const RotationCalibration& result);

@@ -177,6 +177,10 @@ class SensorFit {
     const Vector12d scale = Scale();
     const Matrix12d covariance = scale.asDiagonal() * inverse * scale.asDiagonal();
     result_.sensor.covariance = covariance.topLeftCorner<6, 6>();
+    for (const auto& pull : TouchedCentrePulls(artefact_, state_)) {
+      const Eigen::Matrix<double, 6, 3> moves = covariance.topRows<6>() * pull / (sigma_touch_ * sigma_touch_);
+      result_.sensor.covariance += std::pow(options_.centre_standard_uncertainty_mm, 2) * moves * moves.transpose();
+    }
     result_.sensor.covariance = (result_.sensor.covariance + result_.sensor.covariance.transpose().eval()) / 2;
     // How the solution follows the scanner's field: the same solver, another right-hand side.
     Gate sparse = gate_;

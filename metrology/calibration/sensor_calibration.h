@@ -27,6 +27,8 @@ struct CentreResidual {
 struct SensorCalibrationOptions {
   LineSensorOptics optics;
   ScannerField field = {};
+  // Along each axis, of a cone's centre as it is touched against the same as it is scanned; it takes part in the covariance alone.
+  double centre_standard_uncertainty_mm = 0;
   int threads = 1;  // the result has the same bits for any number
   // Asked between iterations; false stops with CANCELLED.
   std::function<bool()> keep_going;

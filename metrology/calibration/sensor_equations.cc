@@ -177,4 +177,15 @@ TouchEquations EquationsOfTouch(const Artefact& artefact, const ArtefactTouch& t
   return out;
 }
 
+std::vector<Eigen::Matrix<double, 12, 3>> TouchedCentrePulls(const Artefact& artefact, const SensorState& state) {
+  std::vector<Eigen::Matrix<double, 12, 3>> pulls;
+  const Eigen::Isometry3d& pose = state.machine_from_artefact;
+  for (const PlaneFeature& cone : artefact.cones) {
+    const Eigen::Vector3d centre = pose * Eigen::Vector3d(cone.centre_mm.x(), cone.centre_mm.y(), 0);
+    pulls.emplace_back(Eigen::Matrix<double, 12, 3>::Zero()).bottomRows<6>() =
+        PointJacobian(centre, pose.translation()).transpose();
+  }
+  return pulls;
+}
+
 }  // namespace sixpoint::metrology

@@ -74,5 +74,7 @@ struct TouchEquations {
   std::string worst;
 };
 TouchEquations EquationsOfTouch(const Artefact& artefact, const ArtefactTouch& touch, const SensorState& state);
+// 12 x 3 a cone: how the right-hand side follows each coordinate of its touched centre.
+std::vector<Eigen::Matrix<double, 12, 3>> TouchedCentrePulls(const Artefact& artefact, const SensorState& state);
 
 }  // namespace sixpoint::metrology

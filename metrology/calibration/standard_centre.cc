@@ -3,6 +3,7 @@
 #include "metrology/calibration/probing_noise.h"
 #include "metrology/calibration/rotation_calibration.h"
 #include "metrology/calibration/rotation_evidence.h"
+#include "metrology/kinematics/linear_axes.h"
 #include "metrology/linear_algebra/least_squares.h"
 #include "metrology/linear_algebra/singular_values.h"
 #include "refusal/message_text.h"
@@ -104,12 +105,13 @@ absl::StatusOr<RotationCalibration> CalibrateStandardCentre(const StandardProbin
   covariance(2, 2) = 1 / faces;
   covariance *= result.noise_mm * result.noise_mm;
   const Eigen::Vector3d c(bore->centre_mm.x(), bore->centre_mm.y(), height - probing.face_above_centre_mm);
-  SetPointC(c, covariance, &result);
+  const FoundPointC found{c, covariance, LinearAxesJacobian(c)};  // the mean of what was touched
+  SetPointC(found, &result);
   std::vector<SpherePose> checks = ReachedPoses(commanded, options);
   for (SpherePose& pose : checks) pose.held_out = true;
   if (!checks.empty()) result.sphere_in_zero_mm = BestSphere(result.axes, checks, true);
   AddEvidence(checks, options, &result);
-  SetPointC(c, covariance, &result);
+  SetPointC(found, &result);
   result.residual_rms_mm = std::sqrt(squares / (bores + faces));
   constexpr double kWorstRms = 0.2;
   if (result.residual_rms_mm > kWorstRms)

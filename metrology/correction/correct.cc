@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "metrology/kinematics/linear_axes.h"
 #include "metrology/statistics/distance_quantile.h"
 #include "refusal/refusal.h"
 
@@ -28,6 +29,7 @@ struct Chain {
   const NominalHoleGroup& group;
   const RegisteredPose& pose;
   const RotaryAxes& axes;
+  Eigen::Affine3d growth;  // of the part, at zero
 
   // a, b, x and y of the turned direction, and then x, y, z of every start.
   absl::StatusOr<Eigen::VectorXd> operator()(const Parameters& change, const RotaryAngles& near,
@@ -43,7 +45,8 @@ struct Chain {
     values.head<2>() << angles->a_rad, angles->b_rad;
     values.segment<2>(2) = (machine_from_zero.linear() * direction).head<2>();
     for (std::size_t i = 0; i < group.holes.size(); ++i)
-      values.segment<3>(kBeforeStarts + 3 * i) = machine_from_zero * (zero_from_part * group.holes[i].start_in_part_mm);
+      values.segment<3>(kBeforeStarts + 3 * i) =
+          machine_from_zero * (growth * (zero_from_part * group.holes[i].start_in_part_mm));
     return values;
   }
 };
@@ -58,11 +61,17 @@ absl::Status CheckCommand(const char* axis, double command_rad, double minimum_r
   return absl::OutOfRangeError(text);
 }
 
-// What each source does to the chain's values, a column a draw.
-Eigen::MatrixXd ValuesPerSigma(const Eigen::MatrixXd& jacobian, const ErrorSource& source) {
-  return jacobian.leftCols(kPose) * source.pose_per_sigma +
-         jacobian.rightCols(kAxisParameterCount) *
-             source.parameters_per_sigma.middleRows<kAxisParameterCount>(kSensorParameterCount);
+// What each source does to the chain's values, a column a draw: as they are found, less what the linear axes read of where they should be.
+Eigen::MatrixXd ValuesPerSigma(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& values,
+                               const ErrorSource& source) {
+  Eigen::MatrixXd per_sigma = jacobian.leftCols(kPose) * source.pose_per_sigma +
+                              jacobian.rightCols(kAxisParameterCount) *
+                                  source.parameters_per_sigma.middleRows<kAxisParameterCount>(kFirstAxisParameter);
+  const auto linear = source.parameters_per_sigma.middleRows<kLinearParameterCount>(kFirstLinearParameter);
+  if (linear.isZero(0)) return per_sigma;
+  for (Eigen::Index at = kBeforeStarts; at < values.size(); at += 3)
+    per_sigma.middleRows<3>(at) -= LinearAxesJacobian(values.segment<3>(at)) * linear;
+  return per_sigma;
 }
 
 // A named cause's part of the values' covariance: slope * causes * slope^T. Never made as a whole: a group may have thousands of holes.
@@ -77,14 +86,14 @@ struct Part {
   }
 };
 
-std::vector<Part> PartsOf(const Eigen::MatrixXd& jacobian, const RegisteredPose& pose) {
+std::vector<Part> PartsOf(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& values, const RegisteredPose& pose) {
   const double known = std::numeric_limits<double>::infinity();
   const Eigen::MatrixXd per_pose = jacobian.leftCols(kPose);
   std::vector<Part> parts = {{"noise of the scans", known, per_pose, pose.noise.values}};
   if (!pose.angles.empty()) parts.push_back({"angles of the scans", known, per_pose, PoseCovarianceOf(pose.angles)});
   for (const ErrorSource& source : pose.sources) {
     const Eigen::Index draws = source.pose_per_sigma.cols();
-    parts.push_back({source.name, source.degrees_of_freedom, ValuesPerSigma(jacobian, source),
+    parts.push_back({source.name, source.degrees_of_freedom, ValuesPerSigma(jacobian, values, source),
                      Eigen::MatrixXd::Identity(draws, draws)});
   }
   return parts;
@@ -107,6 +116,27 @@ void SumUp(const std::vector<std::pair<const Part*, Eigen::Matrix3d>>& parts, Co
       DistanceQuantile(hole->covariance_mm2, kProbability);
 }
 
+// Central differences of the whole chain: it is so nearly linear over these steps that their error (about 1e-10) is nothing beside the
+// covariances. Limits do not bind here: the branch is the one found.
+absl::StatusOr<Eigen::MatrixXd> JacobianOf(const Chain& chain, const RotaryAngles& reached, Eigen::Index value_count) {
+  const double free = 4 * kPi;
+  const RotaryLimits unlimited{-free, free, -free, free};
+  Eigen::MatrixXd jacobian(value_count, kParameters);
+  for (int k = 0; k < kParameters; ++k) {
+    const bool angle =
+        k < kPose ? k < 3 : kAxisParameters[static_cast<std::size_t>(k - kPose)].unit == ParameterUnit::kRad;
+    const double step = angle ? 1e-6 : 1e-4;
+    Parameters change = Parameters::Zero();
+    change[k] = step;
+    const auto above = chain(change, reached, unlimited);
+    const auto below = chain(-change, reached, unlimited);
+    if (!above.ok()) return above.status();
+    if (!below.ok()) return below.status();
+    jacobian.col(k) = (*above - *below) / (2 * step);
+  }
+  return jacobian;
+}
+
 absl::Status Named(const std::string& group, const absl::Status& status) {
   return absl::Status(status.code(), "group " + group + ": " + std::string(status.message()));
 }
@@ -115,14 +145,15 @@ absl::Status Named(const std::string& group, const absl::Status& status) {
 
 absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, const RegisteredPose& pose,
                                                 const Eigen::Isometry3d& zero_from_part_nominal, const RotaryAxes& axes,
-                                                const RotaryAxes& nominal_axes, const RotaryLimits& limits) {
+                                                const RotaryAxes& nominal_axes, const RotaryLimits& limits,
+                                                const Drilling& drilling) {
   const bool sources_finite = std::all_of(pose.sources.begin(), pose.sources.end(), [](const ErrorSource& source) {
     return source.parameters_per_sigma.allFinite() && source.pose_per_sigma.allFinite() &&
            source.pose_per_sigma.cols() == source.parameters_per_sigma.cols();
   });
   if (!pose.noise.values.allFinite() || !sources_finite || !pose.zero_from_part.matrix().allFinite())
     return Refuse("pose", "not finite", "a pose with finite covariances");
-  const Chain chain{group, pose, axes};
+  const Chain chain{group, pose, axes, axes.Growth(drilling.stretch)};
   const auto values = chain(Parameters::Zero(), group.nominal, limits);
   if (!values.ok()) return Named(group.name, values.status());
 
@@ -142,24 +173,9 @@ absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, c
   if (!ideal.ok()) return Named(group.name, ideal.status());
   result.ideal = *ideal;
 
-  // Central differences of the whole chain: it is so nearly linear over these steps that their error (about 1e-10) is
-  // nothing beside the covariances. Limits do not bind here: the branch is the one found.
-  const double free = 4 * kPi;
-  const RotaryLimits unlimited{-free, free, -free, free};
-  Eigen::MatrixXd jacobian(values->size(), kParameters);
-  for (int k = 0; k < kParameters; ++k) {
-    const bool angle =
-        k < kPose ? k < 3 : kAxisParameters[static_cast<std::size_t>(k - kPose)].unit == ParameterUnit::kRad;
-    const double step = angle ? 1e-6 : 1e-4;
-    Parameters change = Parameters::Zero();
-    change[k] = step;
-    const auto above = chain(change, result.reached, unlimited);
-    const auto below = chain(-change, result.reached, unlimited);
-    if (!above.ok()) return Named(group.name, above.status());
-    if (!below.ok()) return Named(group.name, below.status());
-    jacobian.col(k) = (*above - *below) / (2 * step);
-  }
-  const std::vector<Part> parts = PartsOf(jacobian, pose);
+  const auto jacobian = JacobianOf(chain, result.reached, values->size());
+  if (!jacobian.ok()) return Named(group.name, jacobian.status());
+  const std::vector<Part> parts = PartsOf(*jacobian, *values, pose);
   const auto variance = [&](int row) {
     double sum = 0;
     for (const Part& part : parts) sum += part.Variance(row);
@@ -172,17 +188,20 @@ absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, c
   result.b_standard_uncertainty_rad = std::sqrt(std::max(0.0, variance(1) + turn_variance_rad2[1]));
   result.tilt_standard_uncertainty_rad = std::sqrt(std::max(0.0, variance(2) + variance(3)));
   const Part turning{"angles of the drilling", std::numeric_limits<double>::infinity(), {}, {}};
-  const Eigen::Isometry3d nominal_machine_from_part =
-      axes.MachineFromZero(group.nominal.a_rad, group.nominal.b_rad) * zero_from_part_nominal;
+  const Part tool{drilling.tool_offset_name, std::numeric_limits<double>::infinity(), {}, {}};
+  const Eigen::Isometry3d nominal_machine_from_zero = axes.MachineFromZero(group.nominal.a_rad, group.nominal.b_rad);
   for (std::size_t i = 0; i < group.holes.size(); ++i) {
     CorrectedHole hole;
     hole.name = group.holes[i].name;
     hole.start_mm = values->segment<3>(kBeforeStarts + 3 * i);
-    hole.nominal_start_mm = nominal_machine_from_part * group.holes[i].start_in_part_mm;
+    hole.nominal_start_mm =
+        nominal_machine_from_zero * (chain.growth * (zero_from_part_nominal * group.holes[i].start_in_part_mm));
     std::vector<std::pair<const Part*, Eigen::Matrix3d>> of_hole;
     const auto at = static_cast<Eigen::Index>(kBeforeStarts + 3 * i);
     for (const Part& part : parts) of_hole.emplace_back(&part, part.OfStart(at));
-    if (positioning.Applies()) {
+    if (drilling.tool_offset_mm > 0)
+      of_hole.emplace_back(&tool, std::pow(drilling.tool_offset_mm, 2) * Eigen::Matrix3d::Identity());
+    if (positioning.Uncertain()) {
       const Eigen::Matrix<double, 3, 2> turned = axes.AngleJacobian(
           pose.zero_from_part * group.holes[i].start_in_part_mm, result.reached.a_rad, result.reached.b_rad);
       of_hole.emplace_back(&turning, turned * turn_variance_rad2.asDiagonal() * turned.transpose());

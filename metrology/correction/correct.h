@@ -53,6 +53,15 @@ struct CorrectedHoleGroup {
   std::vector<CorrectedHole> holes;
 };
 
+// What drilling adds, beside the pose and the axes.
+struct Drilling {
+  // How many times as long as at 20 C the part is on the machine's scales; the pose is at 20 C.
+  double stretch = 1;
+  // Standard uncertainty, along each machine axis, of where the tool's tip stands against what the touch probe finds; and its name.
+  double tool_offset_mm = 0;
+  std::string tool_offset_name = "touch probe to tool";
+};
+
 // First-order propagation of the whole chain start(pose, axes, a(pose, axes), b(pose, axes)): an axis parameter moves the
 // pose (as its source does) and turns the point again, so both are added before squaring. Both starts are on the
 // identified axes: their difference shows the blade, not the machine. Where the pose was registered with tables, the angles
@@ -60,6 +69,7 @@ struct CorrectedHoleGroup {
 // and of these is added as independent of each other. Statuses as Orient's, naming the group.
 absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, const RegisteredPose& pose,
                                                 const Eigen::Isometry3d& zero_from_part_nominal, const RotaryAxes& axes,
-                                                const RotaryAxes& nominal_axes, const RotaryLimits& limits);
+                                                const RotaryAxes& nominal_axes, const RotaryLimits& limits,
+                                                const Drilling& drilling = {});
 
 }  // namespace sixpoint::metrology

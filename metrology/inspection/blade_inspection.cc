@@ -135,7 +135,7 @@ void BladeInspection::Begin(const LineScan& scan) {
   place.b_rad = pose_.positioning.b.Reached(scan.b_rad);
   place.commanded_a_rad = scan.a_rad;
   place.commanded_b_rad = scan.b_rad;
-  place.part_from_machine = pose_.zero_from_part.inverse(Eigen::Isometry) *
+  place.part_from_machine = pose_.zero_from_part.inverse(Eigen::Isometry) * axes_.Growth(1 / scan.stretch) *
                             axes_.MachineFromZero(place.a_rad, place.b_rad).inverse(Eigen::Isometry);
 }
 
@@ -188,8 +188,7 @@ Eigen::Matrix<double, 3, kInputs> BladeInspection::Sensitivity(const PinPoint& p
 Eigen::Matrix3Xd BladeInspection::AngleSensitivity(const PinPoint& point) const {
   const ScanPlace& scan = scans_[point.scan];
   const Eigen::Vector3d in_zero = pose_.zero_from_part * point.in_part_mm;
-  const Eigen::Matrix3d zero_from_machine = axes_.MachineFromZero(scan.a_rad, scan.b_rad).linear().transpose();
-  const Eigen::Matrix<double, 3, 2> turned = -zero_from_machine * axes_.AngleJacobian(in_zero, scan.a_rad, scan.b_rad);
+  const auto turned = ZeroPointAngleSensitivity(in_zero, scan.a_rad, scan.b_rad, axes_);
   Eigen::Matrix3Xd sensitivity(3, static_cast<Eigen::Index>(pose_.angles.size()));
   for (std::size_t k = 0; k < pose_.angles.size(); ++k) {
     const AngleInfluence& angle = pose_.angles[k];

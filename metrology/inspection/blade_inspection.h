@@ -98,7 +98,7 @@ class BladeInspection {
  private:
   struct ScanPlace {
     Eigen::Vector3d v0_mm;
-    Eigen::Isometry3d part_from_machine;
+    Eigen::Affine3d part_from_machine;
     double a_rad, b_rad;  // as reached
     double commanded_a_rad, commanded_b_rad;
   };

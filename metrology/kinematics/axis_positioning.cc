@@ -18,7 +18,7 @@ double AxisPositioning::HalfReversalAt(double commanded_rad) const {
 }
 
 double AxisPositioning::StandardUncertaintyAt(double commanded_rad) const {
-  return table ? std::hypot(standard_uncertainty_rad, HalfReversalAt(commanded_rad)) : 0;
+  return std::hypot(standard_uncertainty_rad, HalfReversalAt(commanded_rad));
 }
 
 Eigen::MatrixXd ErrorCovariance(const std::vector<AngleInfluence>& angles) {

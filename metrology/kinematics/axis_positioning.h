@@ -11,11 +11,11 @@
 
 namespace sixpoint::metrology {
 
-// One axis. Without a table it is taken to stand where it is commanded, and nothing is said of its uncertainty. Where nobody
-// states how it comes to its poses the mean of both ways is taken, and half of their difference stays uncertain.
+// One axis. Without a table it is taken to stand where it is commanded, as uncertain as its errors are. Where nobody states how it comes
+// to its poses the mean of both ways is taken, and half of their difference stays uncertain.
 struct AxisPositioning {
   std::optional<AngleTable> table = std::nullopt;
-  // Of a reached angle whose travel is known: the table's and the scatter about it.
+  // Of a reached angle whose travel is known: the table's and the scatter about it; without a table all that the axis is off.
   double standard_uncertainty_rad = 0;
   Travel approach = Travel::kUnknown;  // how it comes to every pose
 
@@ -24,7 +24,7 @@ struct AxisPositioning {
   double CommandFor(double reached_rad) const;
   // Half of what coming forward differs from coming backward there; 0 without a table, and where the approach is known.
   double HalfReversalAt(double commanded_rad) const;
-  // Of the angle that a command reaches; 0 without a table.
+  // Of the angle that a command reaches.
   double StandardUncertaintyAt(double commanded_rad) const;
 };
 
@@ -34,10 +34,11 @@ inline constexpr double kSameCommandRad = 1e-9;
 // Of RotaryAxes::a and b.
 struct RotaryPositioning {
   AxisPositioning a, b;
-  bool Applies() const { return a.table || b.table; }
+  bool Applies() const { return a.table || b.table; }  // any table
+  bool Uncertain() const { return Applies() || a.standard_uncertainty_rad > 0 || b.standard_uncertainty_rad > 0; }
 };
 
-// An angle that scans of a pose were taken at, where a table was applied to it. Scans at one command share its error.
+// An angle that scans of a pose were taken at, where it is uncertain. Scans at one command share its error.
 struct AngleInfluence {
   enum class Axis { kA, kB };
   Axis axis = Axis::kA;

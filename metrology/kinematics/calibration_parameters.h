@@ -1,5 +1,5 @@
-// What maps a scan to the part at A = B = 0, parameter by parameter: what a machine's calibrations give, then the scanner's own field. It is the one list, in the one
-// order that every covariance and every sensitivity follows. All counts derive from it.
+// What maps a scan to the part at A = B = 0, parameter by parameter: what a machine's calibrations give, then the scanner's own field and how the linear axes' readings are
+// stretched. It is the one list, in the one order that every covariance and every sensitivity follows. All counts derive from it.
 //
 // A parameter more is a line more here, and its column in the Jacobian that the list names.
 #pragma once
@@ -9,7 +9,7 @@
 
 namespace sixpoint::metrology {
 
-enum class ParameterUnit { kRad, kMm };
+enum class ParameterUnit { kRad, kMm, kRatio };
 
 struct CalibrationParameter {
   const char* name;
@@ -49,24 +49,42 @@ inline constexpr std::array kFieldParameters = {
     CalibrationParameter{"field zzz", ParameterUnit::kMm},
 };
 
-// Of all: the sensor's, the axes', the field's. The first two are calibrated.
+// Order of LinearAxesJacobian: what the linear axes read of a true position p is p + L p, L the upper triangle of these (mm in a mm).
+inline constexpr std::array kLinearParameters = {
+    CalibrationParameter{"scale of X", ParameterUnit::kRatio},
+    CalibrationParameter{"scale of Y", ParameterUnit::kRatio},
+    CalibrationParameter{"scale of Z", ParameterUnit::kRatio},
+    CalibrationParameter{"X to Y not square", ParameterUnit::kRatio},
+    CalibrationParameter{"X to Z not square", ParameterUnit::kRatio},
+    CalibrationParameter{"Y to Z not square", ParameterUnit::kRatio},
+};
+
+// Of all: the sensor's, the axes', the field's, the linear axes'. The first two are calibrated.
 inline constexpr int kSensorParameterCount = static_cast<int>(kSensorParameters.size());
 inline constexpr int kAxisParameterCount = static_cast<int>(kAxisParameters.size());
 inline constexpr int kFieldParameterCount = static_cast<int>(kFieldParameters.size());
 inline constexpr int kCalibratedParameterCount = kSensorParameterCount + kAxisParameterCount;
-inline constexpr int kCalibrationParameterCount = kCalibratedParameterCount + kFieldParameterCount;
+inline constexpr int kLinearParameterCount = static_cast<int>(kLinearParameters.size());
+inline constexpr int kCalibrationParameterCount =
+    kCalibratedParameterCount + kFieldParameterCount + kLinearParameterCount;
+// Where each begins in the list.
+inline constexpr int kFirstAxisParameter = kSensorParameterCount, kFirstFieldParameter = kCalibratedParameterCount,
+                     kFirstLinearParameter = kFirstFieldParameter + kFieldParameterCount;
 
 inline constexpr CalibrationParameter CalibrationParameterAt(int index) {
   if (index < kSensorParameterCount) return kSensorParameters[static_cast<std::size_t>(index)];
   if (index < kCalibratedParameterCount)
     return kAxisParameters[static_cast<std::size_t>(index - kSensorParameterCount)];
-  return kFieldParameters[static_cast<std::size_t>(index - kCalibratedParameterCount)];
+  if (index < kFirstLinearParameter) return kFieldParameters[static_cast<std::size_t>(index - kFirstFieldParameter)];
+  return kLinearParameters[static_cast<std::size_t>(index - kFirstLinearParameter)];
 }
 
 using SensorCovariance = Eigen::Matrix<double, kSensorParameterCount, kSensorParameterCount>;
 using AxesCovariance = Eigen::Matrix<double, kAxisParameterCount, kAxisParameterCount>;
 // Change of a sensor's calibrated parameters per field parameter of the scans that it was found from.
 using FieldResponse = Eigen::Matrix<double, kSensorParameterCount, kFieldParameterCount>;
+// Change of both rotary axes' parameters per parameter of the linear axes that their sphere was probed with.
+using LinearResponse = Eigen::Matrix<double, kAxisParameterCount, kLinearParameterCount>;
 using CalibrationCovariance = Eigen::Matrix<double, kCalibrationParameterCount, kCalibrationParameterCount>;
 using CalibrationVector = Eigen::Matrix<double, kCalibrationParameterCount, 1>;
 

@@ -45,6 +45,10 @@ RotaryAxes RotaryAxes::Perturbed(const Eigen::Matrix<double, kAxisParameterCount
   return {PerturbedLine(a, perturbation.head<4>()), PerturbedLine(b, perturbation.tail<4>())};
 }
 
+Eigen::Affine3d RotaryAxes::Growth(double ratio) const {
+  return Eigen::Translation3d(b.point_mm) * Eigen::Scaling(ratio) * Eigen::Translation3d(-b.point_mm);
+}
+
 Eigen::Vector3d RotaryAxes::PointC() const {
   const Eigen::Vector3d w = b.point_mm - a.point_mm;
   const double across = a.direction.dot(b.direction);

@@ -32,6 +32,9 @@ struct RotaryAxes {
   // The axes after a perturbation in those parameters.
   RotaryAxes Perturbed(const Eigen::Matrix<double, kAxisParameterCount, 1>& perturbation) const;
 
+  // How what they carry grows by warmth, at zero: about the axis that carries it, where the part is clamped.
+  Eigen::Affine3d Growth(double ratio) const;
+
   // The point of the A axis nearest to the B axis.
   Eigen::Vector3d PointC() const;
 };

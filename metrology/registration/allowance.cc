@@ -292,19 +292,17 @@ class Allowance {
       held_part = (MatrixXd::Identity(size, size) - projection * see_.normal) * PseudoInverse(held);
     }
     MatrixXd scaled = MatrixXd::Zero(size, size);
-    MatrixXd moved = MatrixXd::Zero(size, kCalibrationParameterCount);
+    MappingSensitivity moved = MappingSensitivity::Zero(size, MappingParameterCount(portions_.size()));
     for (Eigen::Index i = 0; i < see_.rows.rows(); ++i) {
       VectorXd acts = projection * (see_.weight[i] * see_.rows.row(i).transpose());
       for (Eigen::Index h = 0; h < held_count; ++h)
         if (holding[static_cast<std::size_t>(h)] == i) acts += held_part.col(h);
       scaled += see_.variance[i] * acts * acts.transpose();
       const Patch& patch = sums_.patches[static_cast<std::size_t>(i)];
-      const ScanPortion& portion = portions_[patch.portion];
       const Vector3d zero = pose_ * (surface_.centroid_mm() + PatchCentre(patch.key, allowance_.patch_mm));
       const Vector3d normal = pose_.linear() * patch.row.tail<3>().normalized();
-      moved += acts * (normal.transpose() * ZeroPointSensitivity(portion.zero_from_sensor.inverse() * zero, zero,
-                                                                 portion.a_rad, portion.b_rad, calibration_.sensor,
-                                                                 calibration_.axes));
+      const Vector3d sensor = portions_[patch.portion].zero_from_sensor.inverse() * zero;
+      AddSensitivity(acts, normal, {patch.portion, sensor, zero}, portions_, calibration_, &moved);
     }
     Matrix6d to_zero = Matrix6d::Zero();
     to_zero.topLeftCorner<3, 3>() = pose_.linear() / radius_mm_;

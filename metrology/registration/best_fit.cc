@@ -288,7 +288,7 @@ PlacedPose BestFit::Placed(double width_mm) {
   coarse_.Search(pose_, width_mm);
   const Isometry3d part_from_zero = pose_.inverse(Eigen::Isometry);
   Matrix6d a = Matrix6d::Zero();
-  PoseSensitivity moved = PoseSensitivity::Zero();
+  MappingSensitivity moved = MappingSensitivity::Zero(6, MappingParameterCount(portions_.size()));
   for (const Sample& sample : coarse_.samples()) {
     const double u = sample.residual_mm / width_mm;
     if (!sample.usable || !(u * u < 1)) continue;
@@ -300,12 +300,10 @@ PlacedPose BestFit::Placed(double width_mm) {
     const Vector6d row = PartRow(from_centroid, normal, radius_mm_);
     const double weight = slope->second * (1 - u * u) * (1 - 5 * u * u) *
                           (options_.scan_weights.empty() ? 1 : options_.scan_weights[sample.portion]);
-    const ScanPortion& portion = portions_[sample.portion];
     a += weight * row * row.transpose();
-    moved +=
-        weight * row *
-        (sample.normal.transpose() * ZeroPointSensitivity(portion.sensor[sample.index], sample.zero_mm, portion.a_rad,
-                                                          portion.b_rad, calibration_.sensor, calibration_.axes));
+    AddSensitivity(weight * row, sample.normal,
+                   {sample.portion, portions_[sample.portion].sensor[sample.index], sample.zero_mm}, portions_,
+                   calibration_, &moved);
   }
   const Matrix6d inverse = InverseIn(a, patch_options_.free);
   // From scaled changes in the part frame to changes at zero about the part's centroid.

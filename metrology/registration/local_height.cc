@@ -40,6 +40,7 @@ LocalHeight HeightAt(const Surface& surface, const std::vector<ScanPortion>& por
   const Eigen::Matrix<double, 3, 2> across = TangentBasis(normal);
   LocalHeight local;
   local.normal = zero_from_part.linear() * normal;
+  local.sensitivity.setZero(1, MappingParameterCount(portions.size()));
   std::vector<LocalPoint> points;
   bool dense = false;
   for (const ScanPortion& portion : portions) dense = dense || !portion.dense_zero_mm.empty();
@@ -103,9 +104,8 @@ LocalHeight HeightAt(const Surface& surface, const std::vector<ScanPortion>& por
     const std::uint32_t k = points[i].index;
     const Vector3d sensor = dense ? portion.dense_sensor_mm[k] : portion.sensor[k];
     const Vector3d zero = dense ? portion.dense_zero_mm[k] : portion.zero_mm(k);
-    local.sensitivity +=
-        share * (local.normal.transpose() * ZeroPointSensitivity(sensor, zero, portion.a_rad, portion.b_rad,
-                                                                 calibration.sensor, calibration.axes));
+    AddSensitivity(Eigen::VectorXd::Constant(1, share), local.normal, {points[i].portion, sensor, zero}, portions,
+                   calibration, &local.sensitivity);
   }
   local.height_mm = curve[0];
   local.standard_uncertainty_mm = std::sqrt(variance * batches / (batches - kCurveCount));

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "metrology/registration/mapping_sensitivity.h"
 #include "metrology/registration/scan_portion.h"
 #include "metrology/surface/surface.h"
 
@@ -14,10 +15,9 @@ inline constexpr std::int64_t kLeastLocalPoints = 30;  // of which a height is m
 struct LocalHeight {
   double height_mm = 0;
   double standard_uncertainty_mm = 0;
-  std::int64_t point_count = 0;  // below kLeastLocalPoints there is no height
-  Eigen::Vector3d normal;        // of the CAD, at zero
-  Eigen::Matrix<double, 1, kCalibrationParameterCount> sensitivity =
-      Eigen::Matrix<double, 1, kCalibrationParameterCount>::Zero();
+  std::int64_t point_count = 0;    // below kLeastLocalPoints there is no height
+  Eigen::Vector3d normal;          // of the CAD, at zero
+  MappingSensitivity sensitivity;  // of the height: one row
 };
 
 // Robust quadratic fit of the deviation from the CAD around a point of the surface (part frame, with its unit normal); its

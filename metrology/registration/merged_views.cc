@@ -68,8 +68,12 @@ class Merge {
     const Parameters diagonal = information_.diagonal();
     if (differences_ == 0 || !(diagonal.maxCoeff() > 0)) return test;
     Parameters scale = Parameters::Zero();
+    const CalibrationCovariance of_calibration = CovarianceOf(calibration_);
+    // What is not calibrated, and is not stated to be off, takes no part.
+    const auto takes_part = [&](int k) { return k < kCalibratedParameterCount || of_calibration(k, k) > 0; };
     for (int k = 0; k < kParameters; ++k)
-      if (diagonal[k] > kToldApart * kToldApart * diagonal.maxCoeff()) scale[k] = 1 / std::sqrt(diagonal[k]);
+      if (takes_part(k) && diagonal[k] > kToldApart * kToldApart * diagonal.maxCoeff())
+        scale[k] = 1 / std::sqrt(diagonal[k]);
     const EigenSystem eigen = EigenSystemOf(MatrixXd(scale.asDiagonal() * information_ * scale.asDiagonal()));
     int first = 0;
     while (eigen.values[first] < kToldApart * eigen.values[kParameters - 1]) ++first;
@@ -81,7 +85,7 @@ class Merge {
     const double left = squares_ - score.cwiseAbs2().cwiseQuotient(held).sum();
     const int left_freedom = differences_ - test.freedom;
     test.scatter = left_freedom > 0 ? std::sqrt(std::max(1.0, left / left_freedom)) : 1;
-    MatrixXd covariance = Propagated(axes * information_, CovarianceOf(calibration_));
+    MatrixXd covariance = Propagated(axes * information_, of_calibration);
     covariance += Propagated(axes * by_angles_, AngleVariances().asDiagonal());
     covariance.diagonal() += test.scatter * test.scatter * held;
     test.chi_squared = score.dot(SolvePositiveDefinite(covariance, score));
@@ -91,7 +95,7 @@ class Merge {
   }
 
  private:
-  // Of each scan's a and b, where a table says how uncertain they are.
+  // Of each scan's a and b.
   VectorXd AngleVariances() const {
     VectorXd variances(2 * static_cast<Eigen::Index>(portions_.size()));
     for (std::size_t p = 0; p < portions_.size(); ++p) {
@@ -149,11 +153,9 @@ absl::StatusOr<MergeTest> TestMerge(const Surface& surface, const std::vector<Sc
       reading.sensitivity = (normal.transpose() * ZeroPointSensitivity(sensor_mm, zero_mm, portion.a_rad, portion.b_rad,
                                                                        calibration.sensor, calibration.axes))
                                 .transpose();
-      const Eigen::Matrix3d zero_from_machine =
-          calibration.axes.MachineFromZero(portion.a_rad, portion.b_rad).linear().transpose();
-      reading.by_angle = (-normal.transpose() * zero_from_machine *
-                          calibration.axes.AngleJacobian(zero_mm, portion.a_rad, portion.b_rad))
-                             .transpose();
+      reading.by_angle =
+          (normal.transpose() * ZeroPointAngleSensitivity(zero_mm, portion.a_rad, portion.b_rad, calibration.axes))
+              .transpose();
       readings.push_back(reading);
     }
     merge.AddPlace(readings);

@@ -3,14 +3,22 @@
 namespace sixpoint::metrology {
 
 PlacedPose::PlacedPose(const Eigen::Isometry3d& zero_from_part_in, const Eigen::Vector3d& reference_mm,
-                       const Matrix6d& noise, const PoseSensitivity& sensitivity, const MachineCalibration& calibration)
+                       const Matrix6d& noise, const MappingSensitivity& sensitivity,
+                       const MachineCalibration& calibration)
     : zero_from_part(zero_from_part_in),
       noise_covariance(noise, reference_mm),
-      calibration_sensitivity(sensitivity),
+      calibration_sensitivity(sensitivity.leftCols<kCalibrationParameterCount>()),
+      angle_sensitivity(sensitivity.rightCols(sensitivity.cols() - kCalibrationParameterCount)),
       sources(SourcesOf(calibration)),
       covariance(noise, reference_mm) {
-  ActOnPose(sensitivity, &sources);
+  ActOnPose(calibration_sensitivity, &sources);
   covariance.values += PoseCovarianceOf(sources);
+}
+
+MappingSensitivity PlacedPose::Sensitivity() const {
+  MappingSensitivity whole(6, kCalibrationParameterCount + angle_sensitivity.cols());
+  whole << calibration_sensitivity, angle_sensitivity;
+  return whole;
 }
 
 void PoseFit::Withdraw(Outcome why, const std::string& remark) {

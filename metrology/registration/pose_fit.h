@@ -9,21 +9,27 @@
 #include "metrology/frames/pose.h"
 #include "metrology/registration/fit_evidence.h"
 #include "metrology/registration/machine_calibration.h"
+#include "metrology/registration/mapping_sensitivity.h"
 #include "metrology/registration/outcome.h"
 
 namespace sixpoint::metrology {
 
 // Where the part stands at A = B = 0.
 struct PlacedPose {
-  // noise: of the pose about the reference, from noise and model error.
+  // noise: of the pose about the reference, from noise and model error. sensitivity: of six rows; of a pose that no scans' angles act on the
+  // calibration parameters' columns alone.
   PlacedPose(const Eigen::Isometry3d& zero_from_part_in, const Eigen::Vector3d& reference_mm, const Matrix6d& noise,
-             const PoseSensitivity& sensitivity, const MachineCalibration& calibration);
+             const MappingSensitivity& sensitivity, const MachineCalibration& calibration);
+
+  MappingSensitivity Sensitivity() const;
 
   Eigen::Isometry3d zero_from_part;
   PoseCovariance noise_covariance;          // of noise and model error; reference: the part's centroid at zero
   PoseSensitivity calibration_sensitivity;  // about the same reference
-  std::vector<ErrorSource> sources;         // that act on it, with what each does to it
-  PoseCovariance covariance;                // noise and sources
+  // The same per radian that each portion's a and b are taken greater, in turn.
+  Eigen::Matrix<double, 6, Eigen::Dynamic> angle_sensitivity;
+  std::vector<ErrorSource> sources;  // that act on it, with what each does to it
+  PoseCovariance covariance;         // noise and sources
 };
 
 struct PoseFit {

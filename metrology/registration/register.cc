@@ -52,18 +52,6 @@ absl::Status CompareLocal(const ScannedBlade& blade, const RegistrationTask& tas
   return absl::OkStatus();
 }
 
-// The pose alone, for a refit on other portions.
-absl::StatusOr<PoseFit> FitPose(const ScannedBlade& blade, const RegistrationTask& task) {
-  if (task.method == Method::kAllowance) {
-    const auto blank = FitBlank(blade, task.zero_from_part_nominal, task.allowance, task.options);
-    if (!blank.ok()) return blank.status();
-    return blank->fit;
-  }
-  const auto fit = FitSurface(blade, task, task.options);
-  if (!fit.ok() || !IsSixPoint(task.method)) return fit;
-  return FitDatums(blade, task, *fit);
-}
-
 absl::StatusOr<Fitted> Fit(const ScannedBlade& blade, const RegistrationTask& task) {
   Fitted fitted;
   if (task.method == Method::kAllowance) {
@@ -92,36 +80,22 @@ absl::StatusOr<Fitted> Fit(const ScannedBlade& blade, const RegistrationTask& ta
   return fitted;
 }
 
-// The angles of the scans and their influence on the pose. A pose that an angle's own uncertainty unseats is none.
-absl::StatusOr<std::vector<AngleInfluence>> TakeAngles(const ScannedBlade& blade, const RegistrationTask& task,
-                                                       Fitted* fitted) {
-  PoseFit& fit = fitted->fit;
-  std::vector<AngleInfluence> angles = TabledAngles(blade.portions, blade.calibration.positioning);
-  if (!fit.placed || angles.empty()) return angles;
-  auto influences = InfluencesOf(blade.portions, blade.calibration, fit, [&](const std::vector<ScanPortion>& portions) {
-    return FitPose({blade.surface, portions, blade.calibration}, task);
-  });
-  if (absl::IsFailedPrecondition(influences.status())) {
-    fit.Withdraw(Outcome::kNotConverged, std::string(influences.status().message()));
-    fitted->best_fit.reset();
-    return angles;
-  }
-  if (influences.ok()) fit.placed->covariance.values += PoseCovarianceOf(*influences);
-  return influences;
+// The angles of the scans, and what they do to the pose where there is one.
+std::vector<AngleInfluence> TakeAngles(const ScannedBlade& blade, PoseFit* fit) {
+  std::vector<AngleInfluence> angles = UncertainAngles(blade.portions, blade.calibration.positioning);
+  if (!fit->placed) return angles;
+  angles = InfluencesOf(std::move(angles), blade.portions, *fit->placed);
+  fit->placed->covariance.values += PoseCovarianceOf(angles);
+  return angles;
 }
 
 // What the angles make uncertain between the fit and the best fit that it is compared with: each moves both.
-absl::StatusOr<Matrix6d> CovarianceOfDifference(const ScannedBlade& blade, const RegistrationTask& task,
-                                                const std::vector<AngleInfluence>& angles, const PoseFit& best_fit) {
-  if (angles.empty()) return Matrix6d(Matrix6d::Zero());
-  auto between =
-      InfluencesOf(blade.portions, blade.calibration, best_fit, [&](const std::vector<ScanPortion>& portions) {
-        return FitForComparison({blade.surface, portions, blade.calibration}, task);
-      });
-  if (!between.ok()) return between.status();
-  for (std::size_t i = 0; i < between->size(); ++i)
-    (*between)[i].pose_per_rad = angles[i].pose_per_rad - (*between)[i].pose_per_rad;
-  return PoseCovarianceOf(*between);
+Matrix6d CovarianceOfDifference(const ScannedBlade& blade, const std::vector<AngleInfluence>& angles,
+                                const PlacedPose& best_fit) {
+  std::vector<AngleInfluence> between = InfluencesOf(angles, blade.portions, best_fit);
+  for (std::size_t i = 0; i < between.size(); ++i)
+    between[i].pose_per_rad = angles[i].pose_per_rad - between[i].pose_per_rad;
+  return PoseCovarianceOf(between);
 }
 
 }  // namespace
@@ -129,21 +103,15 @@ absl::StatusOr<Matrix6d> CovarianceOfDifference(const ScannedBlade& blade, const
 absl::StatusOr<Registered> Register(const ScannedBlade& blade, const RegistrationTask& task) {
   auto fitted = Fit(blade, task);
   if (!fitted.ok()) return fitted.status();
-  auto angles = TakeAngles(blade, task, &*fitted);
-  if (!angles.ok()) return angles.status();
+  std::vector<AngleInfluence> angles = TakeAngles(blade, &fitted->fit);
   FitEvidence& evidence = fitted->fit.evidence;
   if (evidence.stopped_at)
     evidence.weakest_direction_in_words = DirectionInWords(evidence.weakest_direction, *evidence.stopped_at);
-  Registered registered{std::move(fitted->fit), std::move(fitted->allowance), *std::move(angles), std::nullopt};
+  Registered registered{std::move(fitted->fit), std::move(fitted->allowance), std::move(angles), std::nullopt};
   if (!fitted->best_fit.has_value()) return registered;
-  const auto difference = CovarianceOfDifference(blade, task, registered.angles, *fitted->best_fit);
-  if (absl::IsFailedPrecondition(difference.status())) {
-    RemarkNoComparison(std::string(difference.status().message()), &registered.fit);
-    return registered;
-  }
-  if (!difference.ok()) return difference.status();
+  const Matrix6d difference = CovarianceOfDifference(blade, registered.angles, *fitted->best_fit->placed);
   auto disagreement =
-      DisagreementOf(blade.surface, registered.fit, *fitted->best_fit, blade.calibration, *difference, task.options);
+      DisagreementOf(blade.surface, registered.fit, *fitted->best_fit, blade.calibration, difference, task.options);
   if (!disagreement.ok()) return disagreement.status();
   RemarkDisagreement(*disagreement, &registered.fit.evidence);
   registered.disagreement = *std::move(disagreement);

@@ -29,13 +29,13 @@ struct RegistrationTask {
 struct Registered {
   PoseFit fit;
   std::optional<AllowanceFinding> allowance;  // kAllowance only
-  std::vector<AngleInfluence> angles;         // of the scans, where tables were applied to them
+  std::vector<AngleInfluence> angles;         // of the scans, where they are uncertain
   // Six-point, and local by regions: from the best fit of the same scans. Where a converged fit has none, its remark says why.
   std::optional<Disagreement> disagreement;
 };
 
 // The fit's remark names what is wrong or weak: free directions, a weakly held one, sizes that do not go together, the other
-// hand, scans that do not agree, an angle whose uncertainty unseats the pose (which then is none). Errors as the method's.
+// hand, scans that do not agree. Errors as the method's.
 absl::StatusOr<Registered> Register(const ScannedBlade& blade, const RegistrationTask& task);
 
 }  // namespace sixpoint::metrology

@@ -34,7 +34,8 @@ Thinner::Thinner(const LineScan& scan, std::int64_t point_count, const MachineCa
     while (stride_ % 2 == 0 || stride_ % 5 == 0) ++stride_;
   const Eigen::Isometry3d zero_from_machine =
       calibration.axes.MachineFromZero(portion_.a_rad, portion_.b_rad).inverse(Eigen::Isometry);
-  portion_.zero_from_sensor = SensorMapping(zero_from_machine, calibration.sensor, scan.v0_mm);
+  portion_.zero_from_sensor =
+      calibration.axes.Growth(1 / scan.stretch) * SensorMapping(zero_from_machine, calibration.sensor, scan.v0_mm);
   portion_.sensor.reserve(static_cast<std::size_t>(std::max<std::int64_t>(0, point_count) / stride_ + 1));
 }
 

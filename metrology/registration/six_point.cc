@@ -47,7 +47,7 @@ struct Nest {
 PlacedPose Placed(const Eigen::Isometry3d& zero_from_part, const Nest& nest, const PlacedPose& best_fit, double radius,
                   const MachineCalibration& calibration, FitEvidence* evidence) {
   Vector6d variances, scale = Vector6d::Ones();
-  PoseSensitivity moved;
+  MappingSensitivity moved(6, best_fit.Sensitivity().cols());
   for (int i = 0; i < 6; ++i) {
     variances[i] = nest.heights[i].standard_uncertainty_mm * nest.heights[i].standard_uncertainty_mm;
     moved.row(i) = nest.heights[i].sensitivity;
@@ -61,7 +61,7 @@ PlacedPose Placed(const Eigen::Isometry3d& zero_from_part, const Nest& nest, con
   evidence->weakest_standard_uncertainty_mm =
       std::sqrt(std::max(0.0, evidence->weakest_direction.dot(noise * evidence->weakest_direction)));
   return {zero_from_part, best_fit.covariance.reference_mm, unscale.asDiagonal() * noise * unscale.asDiagonal(),
-          unscale.asDiagonal() * (kept * (scale.asDiagonal() * best_fit.calibration_sensitivity) + nest.solver * moved),
+          unscale.asDiagonal() * (kept * (scale.asDiagonal() * best_fit.Sensitivity()) + nest.solver * moved),
           calibration};
 }
 

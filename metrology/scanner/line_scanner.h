@@ -21,6 +21,8 @@ struct LineScan {
   double a_rad = 0;
   double b_rad = 0;
   double profile_pitch_mm = 0;
+  // How many times as long as at 20 C what it shows is on the machine's scales. At zero, and in the part, points are as at 20 C.
+  double stretch = 1;
 };
 
 // p_machine = rotation (0, y, z) + (x, 0, 0) - V0 + t_sm_mm  (CONF 12: the encoder moves along machine X, so a scan of
@@ -54,5 +56,8 @@ Points MachineFromSensor(const LineScan& scan, const SensorPose& sensor);
 // Change of a scan point at A = B = 0 per calibration parameter.
 PointSensitivity ZeroPointSensitivity(const Eigen::Vector3d& sensor_mm, const Eigen::Vector3d& zero_mm, double a_rad,
                                       double b_rad, const SensorPose& sensor, const RotaryAxes& axes);
+// The same per radian that the scan's a and b are taken greater.
+Eigen::Matrix<double, 3, 2> ZeroPointAngleSensitivity(const Eigen::Vector3d& zero_mm, double a_rad, double b_rad,
+                                                      const RotaryAxes& axes);
 
 }  // namespace sixpoint::metrology

@@ -11,8 +11,17 @@ namespace sixpoint::metrology {
 
 namespace {
 
-constexpr int kFirstAxisParameter = kSensorParameterCount, kFirstFieldParameter = kCalibratedParameterCount;
 constexpr double kKnown = 1e6;  // so many degrees of freedom are as good as infinite
+
+// draws: 6 x any, of the linear axes.
+ErrorSource OfLinearAxes(const std::string& name, const Eigen::MatrixXd& draws, const LinearResponse& response) {
+  ErrorSource source;
+  source.name = name;
+  source.parameters_per_sigma.setZero(kCalibrationParameterCount, draws.cols());
+  source.parameters_per_sigma.middleRows<kAxisParameterCount>(kFirstAxisParameter) = response * draws;
+  source.parameters_per_sigma.bottomRows<kLinearParameterCount>() = draws;
+  return source;
+}
 
 // The square root of a covariance: columns whose products are it.
 Eigen::MatrixXd RootOf(const Eigen::MatrixXd& covariance) {
@@ -113,6 +122,32 @@ ErrorSource ScannerFieldSource(double standard_uncertainty_mm, const FieldRespon
   source.parameters_per_sigma.topRows<kSensorParameterCount>() = response;
   source.parameters_per_sigma.middleRows<kFieldParameterCount>(kFirstFieldParameter).setIdentity();
   source.parameters_per_sigma *= standard_uncertainty_mm / std::sqrt(kFieldParameterCount);
+  return source;
+}
+
+ErrorSource ScalesOfLinearAxes(double standard_uncertainty_ratio, const LinearResponse& response) {
+  return OfLinearAxes("linear axes' scales",
+                      standard_uncertainty_ratio * Eigen::MatrixXd::Identity(kLinearParameterCount, 3), response);
+}
+
+ErrorSource SquarenessOfLinearAxes(double standard_uncertainty_ratio, const LinearResponse& response) {
+  return OfLinearAxes(
+      "linear axes' squareness",
+      standard_uncertainty_ratio * Eigen::MatrixXd::Identity(kLinearParameterCount, kLinearParameterCount).rightCols(3),
+      response);
+}
+
+ErrorSource Expansion(const std::string& name, double standard_uncertainty_ratio, const LinearResponse& response) {
+  Eigen::MatrixXd alike = Eigen::MatrixXd::Zero(kLinearParameterCount, 1);
+  alike.topRows<3>().setConstant(standard_uncertainty_ratio);
+  return OfLinearAxes(name, alike, response);
+}
+
+ErrorSource EncoderLatency(const std::string& name, double standard_uncertainty_mm) {
+  ErrorSource source;
+  source.name = name;
+  source.parameters_per_sigma.setZero(kCalibrationParameterCount, 1);
+  source.parameters_per_sigma(3, 0) = standard_uncertainty_mm;  // T_sm along X
   return source;
 }
 

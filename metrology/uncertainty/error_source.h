@@ -63,6 +63,16 @@ ErrorSource TouchOffset(double standard_uncertainty_mm, const Eigen::Vector3d& a
 // The scanner's field: root mean square over its domain, shared evenly among the terms. A calibration was off by its response to it.
 ErrorSource ScannerFieldSource(double standard_uncertainty_mm, const FieldResponse& response);
 
+// Linear axes whose scales are off, each for itself, or that are not square to each other: of a part that is turned between scan and
+// drilling only the turned share is seen (docs/methods/uncertainty.md, error sources). ratio: mm in a mm.
+ErrorSource ScalesOfLinearAxes(double standard_uncertainty_ratio, const LinearResponse& response);
+ErrorSource SquarenessOfLinearAxes(double standard_uncertainty_ratio, const LinearResponse& response);
+// A part that is longer than it is taken for, measured by the scales, each way alike.
+ErrorSource Expansion(const std::string& name, double standard_uncertainty_ratio, const LinearResponse& response);
+
+// How far apart along X a scan forward and one backward put the same.
+ErrorSource EncoderLatency(const std::string& name, double standard_uncertainty_mm);
+
 // An arm that was swung stands elsewhere, by a spread that a study found.
 ErrorSource ArmSwing(const std::string& name, const SensorCovariance& spread, double degrees_of_freedom);
 

@@ -1,5 +1,6 @@
 #include "services/calibration/inputs.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
@@ -7,9 +8,11 @@
 
 #include "services/calibration/refusals.h"
 #include "services/calibration/validate.h"
+#include "services/clients/references.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/machine_chain.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/time_proto.h"
 
 namespace sixpoint::calibration {
 namespace {
@@ -19,6 +22,21 @@ using runtime::Refuse;
 
 constexpr double kRadPerDeg = M_PI / 180;
 constexpr std::size_t kMostPoints = 20'000'000;
+
+// What all scans have alike, and when they came.
+void Take(const ingest::v1::Scan& scan, SensorInputs* inputs) {
+  const bool first = inputs->scans.empty();
+  const ingest::v1::ScanHeader& header = scan.header();
+  const auto alike = [&](const std::string& value, std::string* of_all) {
+    *of_all = first || value == *of_all ? value : "";
+  };
+  alike(header.arm_series(), &inputs->arm_series);
+  alike(header.sensor_serial_number(), &inputs->sensor_serial_number);
+  inputs->travel = first || header.travel() == inputs->travel ? header.travel() : ingest::v1::SCAN_TRAVEL_UNSPECIFIED;
+  const storage::Instant received = runtime::MomentOf(scan.received_at());
+  inputs->first_received_at = first ? received : std::min(inputs->first_received_at, received);
+  inputs->last_received_at = first ? received : std::max(inputs->last_received_at, received);
+}
 
 // The machine's rotary joint of that letter; refuses others.
 absl::StatusOr<metrology::Joint> JointOf(const std::string& machine, const metrology::JointChain& chain,
@@ -60,6 +78,7 @@ absl::StatusOr<SensorInputs> InputFetcher::Fetch(const v1::CalibrateSensorReques
   inputs.validity = *validity;
   const auto machine = FetchMachine(request.machine(), caller, &inputs);
   if (!machine.ok()) return machine.status();
+  if (absl::Status s = clients::CheckLineScanner(*machine); !s.ok()) return s;
   inputs.options.optics = OpticsOf(machine->sensor());
   inputs.options.field = metrology::ScannerField::Of(machine->sensor().mid_range_mm(), machine->sensor().range_mm(),
                                                      machine->sensor().line_angle_deg() * kRadPerDeg);
@@ -75,6 +94,23 @@ absl::StatusOr<SensorInputs> InputFetcher::Fetch(const v1::CalibrateSensorReques
   // Before the scans, which take longer.
   if (absl::Status s = metrology::CheckTouch(inputs.artefact, inputs.touch); !s.ok()) return WithReason(s);
   if (absl::Status s = FetchScans(request, caller, &inputs); !s.ok()) return s;
+  // What is scanned from its first scan on, the sensor standing as it did there, is mapped by it.
+  if (!request.has_valid_from()) {
+    const bool until_given = request.has_valid_until();
+    const auto reaching = ValidityOf(nullptr, until_given ? &request.valid_until() : nullptr, inputs.first_received_at);
+    if (!reaching.ok()) return reaching.status();
+    inputs.validity = *reaching;
+  }
+  inputs.options.centre_standard_uncertainty_mm = 1e-3 * record->centre_standard_uncertainty_um();
+  if (absl::Status s = clients::CheckCertificate(record->name() + ".certificate", record->has_certificate(),
+                                                 record->certificate(), inputs.last_received_at);
+      !s.ok())
+    return s;
+  if (absl::Status s = clients::CheckCertificate(machine->name() + ".touch_probe.certificate",
+                                                 machine->touch_probe().has_certificate(),
+                                                 machine->touch_probe().certificate(), inputs.last_received_at);
+      !s.ok())
+    return s;
   return inputs;
 }
 
@@ -90,8 +126,7 @@ absl::Status InputFetcher::FetchScans(const v1::CalibrateSensorRequest& request,
     point_count += fetched->scan.points_mm.size();
     if (point_count > kMostPoints)
       return Refuse("scans", std::to_string(point_count) + " points", "at most 20000000 together");
-    const std::string& series = fetched->record.header().arm_series();
-    inputs->arm_series = inputs->scans.empty() || series == inputs->arm_series ? series : "";
+    Take(fetched->record, inputs);
     fetched->scan.id = runtime::LastSegment(name);
     inputs->scans.push_back(std::move(fetched->scan));
     inputs->names.push_back(name);
@@ -115,6 +150,13 @@ absl::StatusOr<RotationInputs> InputFetcher::Fetch(const v1::CalibrateRotationRe
   }
   const auto machine = FetchMachine(request.machine(), caller, &inputs);
   if (!machine.ok()) return machine.status();
+  const absl::StatusOr<storage::Instant> now = calibrations_->Now(caller.deadline);
+  if (!now.ok()) return now.status();
+  if (absl::Status s = clients::CheckCertificate(machine->name() + ".touch_probe.certificate",
+                                                 machine->touch_probe().has_certificate(),
+                                                 machine->touch_probe().certificate(), *now);
+      !s.ok())
+    return s;
   absl::StatusOr<metrology::RotationOptions> options = RotationOptionsOf(*machine);
   if (!options.ok()) return options.status();
   inputs.options = *std::move(options);

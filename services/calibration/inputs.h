@@ -31,7 +31,9 @@ struct SensorInputs : Inputs {
   metrology::ArtefactTouch touch;
   metrology::Artefact artefact;
   std::vector<metrology::LineScan> scans;
-  std::string arm_series;  // of all scans; empty: not known, or several
+  std::string arm_series, sensor_serial_number;  // of all scans; empty: not known, or several
+  ingest::v1::ScanTravel travel = ingest::v1::SCAN_TRAVEL_UNSPECIFIED;
+  storage::Instant first_received_at, last_received_at;
   metrology::SensorCalibrationOptions options;
 };
 struct RotationInputs : Inputs {
@@ -55,7 +57,8 @@ class InputFetcher {
                std::shared_ptr<grpc::Channel> ingest, int thread_count);
 
   // Of requests that CheckRequest let pass. INVALID_ARGUMENT: a reading that is none; what they name is not known, or not of
-  // their machine. FAILED_PRECONDITION with a reason: KINEMATICS_UNSUITABLE, AXIS_NOT_CHARACTERISED, CALIBRATION_UNDETERMINED.
+  // their machine. FAILED_PRECONDITION with a reason: KINEMATICS_UNSUITABLE, AXIS_NOT_CHARACTERISED, CALIBRATION_UNDETERMINED,
+  // REFERENCE_EXPIRED, SENSOR_UNSUITABLE.
   absl::StatusOr<SensorInputs> Fetch(const v1::CalibrateSensorRequest& request, const Caller& caller) const;
   absl::StatusOr<RotationInputs> Fetch(const v1::CalibrateRotationRequest& request, const Caller& caller) const;
   absl::StatusOr<ProbeInputs> Fetch(const v1::CalibrateProbeRequest& request, const Caller& caller) const;

@@ -35,6 +35,9 @@ void SensorToProto(const storage::SensorCalibrationRow& row, v1::SensorCalibrati
     runtime::SetMatrix(row.field_response, metrology::kSensorParameterCount, metrology::kFieldParameterCount,
                        out->mutable_field_response());
   out->set_arm_series(row.arm_series);
+  out->set_sensor_serial_number(row.sensor_serial_number);
+  if (row.travel == "FORWARD") out->set_travel(ingest::v1::SCAN_TRAVEL_FORWARD);
+  if (row.travel == "BACKWARD") out->set_travel(ingest::v1::SCAN_TRAVEL_BACKWARD);
   if (row.degrees_of_freedom) out->set_degrees_of_freedom(*row.degrees_of_freedom);
   for (const storage::CentreResidualRow& c : row.centres) {
     v1::FeatureResidual* residual = c.is_check ? out->add_check() : out->add_fitted();
@@ -53,6 +56,9 @@ void RotationToProto(const storage::RotationCalibrationRow& row, v1::RotationCal
   runtime::SetPoint(row.point_c_standard_uncertainty_mm, out->mutable_point_c_standard_uncertainty_mm());
   runtime::SetMatrix(row.covariance, metrology::kAxisParameterCount, metrology::kAxisParameterCount,
                      out->mutable_covariance());
+  if (!row.linear_response.empty())
+    runtime::SetMatrix(row.linear_response, metrology::kAxisParameterCount, metrology::kLinearParameterCount,
+                       out->mutable_linear_response());
   out->set_residual_rms_um(row.residual_rms_um);
   if (row.check_count > 0) out->set_check_rms_um(row.check_rms_um);
   out->set_check_count(row.check_count);

@@ -57,6 +57,9 @@ storage::SensorCalibrationRow SensorRowOf(const SensorInputs& inputs, const metr
   row.points_used = static_cast<std::int64_t>(result.points_used);
   if (result.field_response) row.field_response = runtime::RowMajor(*result.field_response);
   row.arm_series = inputs.arm_series;
+  row.sensor_serial_number = inputs.sensor_serial_number;
+  if (inputs.travel != ingest::v1::SCAN_TRAVEL_UNSPECIFIED)
+    row.travel = ingest::v1::ScanTravel_Name(inputs.travel).substr(std::string("SCAN_TRAVEL_").size());
   if (std::isfinite(result.sensor.degrees_of_freedom)) row.degrees_of_freedom = result.sensor.degrees_of_freedom;
   for (const auto* centres : {&result.fitted, &result.check})
     for (const metrology::CentreResidual& c : *centres) {
@@ -87,6 +90,7 @@ storage::RotationCalibrationRow RotationRowOf(const RotationInputs& inputs,
   for (size_t i = 0; i < poses.size(); ++i)
     row.poses.push_back({poses[i].a_rad * kDegPerRad, poses[i].b_rad * kDegPerRad, result.distances_mm.at(i) * kUmPerMm,
                          poses[i].held_out, result.before_mm.at(i) * kUmPerMm});
+  row.linear_response = runtime::RowMajor(result.linear_response);
   row.axes = {inputs.options.joints[0].axis, inputs.options.joints[1].axis};
   return row;
 }

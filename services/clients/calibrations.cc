@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "metrology/kinematics/linear_axes.h"
 #include "refusal/message_text.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
@@ -51,6 +52,10 @@ absl::StatusOr<FetchedSensorCalibration> SensorOf(const Calibration& calibration
   out.sensor.covariance = *covariance;
   if (in.has_degrees_of_freedom()) out.sensor.degrees_of_freedom = in.degrees_of_freedom();
   out.arm_series = in.arm_series();
+  out.sensor_serial_number = in.sensor_serial_number();
+  out.travel = in.travel();
+  out.machine = calibration.machine();
+  out.withdrawn = calibration.state() == calibration::v1::CALIBRATION_STATE_WITHDRAWN;
   if (!in.has_field_response()) return out;
   const absl::StatusOr<Eigen::MatrixXd> response = runtime::FromProto("field_response", in.field_response());
   if (!response.ok()) return Damaged(calibration, std::string(response.status().message()));
@@ -81,6 +86,13 @@ absl::StatusOr<FetchedRotationCalibration> RotationOf(const Calibration& calibra
     return Damaged(calibration, std::to_string(in.axes_size()) + " axes, want 2");
   out.letters = {in.axes_size() == 2 ? in.axes(0) : "A", in.axes_size() == 2 ? in.axes(1) : "B"};
   out.inputs = {calibration.inputs().begin(), calibration.inputs().end()};
+  out.linear_response = metrology::LineResponse(out.axes);  // of one that did not keep its own
+  if (!in.has_linear_response()) return out;
+  const absl::StatusOr<Eigen::MatrixXd> response = runtime::FromProto("linear_response", in.linear_response());
+  if (!response.ok()) return Damaged(calibration, std::string(response.status().message()));
+  if (response->rows() != metrology::kAxisParameterCount || response->cols() != metrology::kLinearParameterCount)
+    return Damaged(calibration, "linear_response of another size");
+  out.linear_response = *response;
   return out;
 }
 
@@ -104,6 +116,10 @@ absl::StatusOr<FetchedAxis> AxisOf(const Calibration& calibration) {
   if (!(uncertainty_deg >= 0 && uncertainty_deg < 10))
     return Damaged(calibration, "compensated_standard_uncertainty: " + NumberText(uncertainty_deg) + " deg");
   out.positioning.standard_uncertainty_rad = uncertainty_deg * kRadPerDeg;
+  const double whole_deg = in.standard_uncertainty().value_deg();
+  if (!(whole_deg >= 0 && whole_deg < 10))
+    return Damaged(calibration, "standard_uncertainty: " + NumberText(whole_deg) + " deg");
+  out.whole_standard_uncertainty_rad = whole_deg * kRadPerDeg;
   return out;
 }
 
@@ -151,9 +167,16 @@ absl::StatusOr<std::optional<FetchedArmStudy>> CalibrationClient::ArmStudy(
 
 absl::StatusOr<FetchedSensorCalibration> CalibrationClient::SensorInForce(
     const std::string& machine, std::unique_ptr<grpc::ClientContext> context) const {
+  return SensorInForceAt(machine, {}, std::move(context));
+}
+
+absl::StatusOr<FetchedSensorCalibration> CalibrationClient::SensorInForceAt(
+    const std::string& machine, const google::protobuf::Timestamp& at,
+    std::unique_ptr<grpc::ClientContext> context) const {
   calibration::v1::GetCalibrationInForceRequest request;
   request.set_machine(machine);
   request.set_kind(calibration::v1::CALIBRATION_KIND_SENSOR);
+  if (at.seconds() != 0) *request.mutable_at() = at;
   Calibration found;
   if (const grpc::Status s = stub_->GetCalibrationInForce(context.get(), request, &found); !s.ok())
     return runtime::FromGrpc(s);

@@ -24,7 +24,10 @@ struct FetchedSensorCalibration {
   std::string name;  // calibrations/{uuid}
   std::chrono::system_clock::time_point valid_until;
   metrology::SensorPose sensor;
-  std::string arm_series;  // of its scans; empty: not known
+  std::string arm_series, sensor_serial_number;  // of its scans; empty: not known
+  ingest::v1::ScanTravel travel = ingest::v1::SCAN_TRAVEL_UNSPECIFIED;
+  std::string machine;  // machines/{id}
+  bool withdrawn = false;
 };
 struct FetchedRotationCalibration {
   std::string name;
@@ -32,15 +35,17 @@ struct FetchedRotationCalibration {
   metrology::RotaryAxes axes;
   metrology::AxesCovariance covariance;
   double degrees_of_freedom = std::numeric_limits<double>::infinity();  // of the covariance
-  std::array<std::string, 2> letters;                                   // the machine's, of axes.a and axes.b
-  std::vector<std::string> inputs;                                      // resource names
+  metrology::LinearResponse linear_response = metrology::LinearResponse::Zero();
+  std::array<std::string, 2> letters;  // the machine's, of axes.a and axes.b
+  std::vector<std::string> inputs;     // resource names
 };
 // How one axis positions.
 struct FetchedAxis {
   std::string name;  // calibrations/{uuid}
   std::string axis;  // the machine's letter
   std::chrono::system_clock::time_point valid_until;
-  metrology::AxisPositioning positioning;
+  metrology::AxisPositioning positioning;     // by its table
+  double whole_standard_uncertainty_rad = 0;  // of all that it is off, where the table is not applied
 };
 
 // What a machine's arm repeats.
@@ -55,6 +60,10 @@ class CalibrationClient {
   explicit CalibrationClient(std::shared_ptr<grpc::Channel> calibration);
   absl::StatusOr<FetchedSensorCalibration> SensorInForce(const std::string& machine,
                                                          std::unique_ptr<grpc::ClientContext> context) const;
+  // The one that was in force then, as far as is known now.
+  absl::StatusOr<FetchedSensorCalibration> SensorInForceAt(const std::string& machine,
+                                                           const google::protobuf::Timestamp& at,
+                                                           std::unique_ptr<grpc::ClientContext> context) const;
   absl::StatusOr<FetchedRotationCalibration> RotationInForce(const std::string& machine,
                                                              std::unique_ptr<grpc::ClientContext> context) const;
   // Nothing for an axis that nobody has characterised.

@@ -41,23 +41,73 @@ metrology::Travel ApproachOf(const plant::v1::Machine& machine) {
   }
 }
 
-std::vector<metrology::ErrorSource> FurtherSources(const plant::v1::Machine& machine,
-                                                   const FetchedSensorCalibration& sensor,
-                                                   const FetchedRotationCalibration& rotation,
-                                                   const std::optional<FetchedArmStudy>& arm,
-                                                   const std::string& series) {
-  const plant::v1::ErrorSources& stated = machine.error_sources();
+absl::StatusOr<metrology::Stretch> StretchOf(const Scanned& scanned) {
+  const plant::v1::ErrorSources& stated = scanned.machine.error_sources();
+  const ingest::v1::ScanHeader& scan = scanned.scan;
+  const auto coefficient = [](const plant::v1::ThermalExpansion& in) {
+    return metrology::ExpansionCoefficient{1e-6 * in.um_per_m_k(), 1e-6 * in.standard_uncertainty_um_per_m_k()};
+  };
+  std::optional<metrology::ExpansionCoefficient> scales;
+  if (stated.has_scale_expansion()) scales = coefficient(stated.scale_expansion());
+  if (!scan.has_subject_temperature_c()) {
+    if (!stated.has_temperature_half_range_k() || !scanned.part.has_thermal_expansion()) return metrology::Stretch();
+    const metrology::Temperature anywhere = metrology::Within(stated.temperature_half_range_k());
+    return metrology::StretchOf(coefficient(scanned.part.thermal_expansion()), anywhere, scales, anywhere);
+  }
+  const std::string as = ", as scans/" + scan.scan_id() + " states a temperature";
+  if (!scanned.part.has_thermal_expansion())
+    return runtime::Refuse(scanned.part.name() + ".thermal_expansion", "not given", "the material's" + as);
+  if (!stated.has_temperature_k())
+    return runtime::Refuse(scanned.machine.name() + ".error_sources.temperature_k", "not given",
+                           "the thermometer's standard uncertainty" + as);
+  if (scales && !scan.has_scales_temperature_c())
+    return runtime::Refuse("scans/" + scan.scan_id() + ".scales_temperature_c", "not given",
+                           "one beside subject_temperature_c: " + scanned.machine.name() + " has scale_expansion");
+  return metrology::StretchOf(coefficient(scanned.part.thermal_expansion()),
+                              {scan.subject_temperature_c(), stated.temperature_k()}, scales,
+                              metrology::Temperature{scan.scales_temperature_c(), stated.temperature_k()});
+}
+
+absl::StatusOr<std::vector<metrology::ErrorSource>> FurtherSources(const Scanned& scanned,
+                                                                   const FetchedSensorCalibration& sensor,
+                                                                   const FetchedRotationCalibration& rotation,
+                                                                   const std::optional<FetchedArmStudy>& arm) {
+  const std::string& machine = scanned.machine.name();
+  const plant::v1::ErrorSources& stated = scanned.machine.error_sources();
+  constexpr double kPerM = 1e-6;  // of um in a m
   std::vector<metrology::ErrorSource> sources;
   if (stated.has_touch_offset_um())
     sources.push_back(
         metrology::TouchOffset(1e-3 * stated.touch_offset_um(), rotation.axes.a.direction, rotation.axes.b.direction));
   if (stated.has_scanner_field_um())
     sources.push_back(metrology::ScannerFieldSource(1e-3 * stated.scanner_field_um(), sensor.sensor.field_response));
-  for (metrology::ErrorSource& source : sources) source.name += ", " + machine.name();
+  if (stated.has_linear_scale_um_per_m())
+    sources.push_back(metrology::ScalesOfLinearAxes(kPerM * stated.linear_scale_um_per_m(), rotation.linear_response));
+  if (stated.has_squareness_um_per_m())
+    sources.push_back(
+        metrology::SquarenessOfLinearAxes(kPerM * stated.squareness_um_per_m(), rotation.linear_response));
+  const absl::StatusOr<metrology::Stretch> stretch = StretchOf(scanned);
+  if (!stretch.ok()) return stretch.status();
+  if (stretch->by_temperatures > 0)
+    sources.push_back(metrology::Expansion("temperature", stretch->by_temperatures, rotation.linear_response));
+  for (metrology::ErrorSource& source : sources) source.name += ", " + machine;
+  if (stretch->by_coefficients > 0)
+    sources.push_back(metrology::Expansion("expansion, " + scanned.part.name() + " on " + machine,
+                                           stretch->by_coefficients, rotation.linear_response));
+  const ingest::v1::ScanTravel travel = scanned.scan.travel();
+  const bool known = travel != ingest::v1::SCAN_TRAVEL_UNSPECIFIED && sensor.travel != travel &&
+                     sensor.travel != ingest::v1::SCAN_TRAVEL_UNSPECIFIED;
+  if (known && !stated.has_encoder_latency_um())
+    return runtime::Refuse("scans/" + scanned.scan.scan_id() + ".travel", ingest::v1::ScanTravel_Name(travel),
+                           ingest::v1::ScanTravel_Name(sensor.travel) + ", as " + sensor.name +
+                               " was made, or encoder_latency_um in the error_sources of " + machine);
+  if (known)
+    sources.push_back(metrology::EncoderLatency("encoder's latency, " + machine, 1e-3 * stated.encoder_latency_um()));
+  const std::string& series = scanned.scan.arm_series();
   const bool stands_still = !series.empty() && series == sensor.arm_series;
   if (!arm.has_value() || stands_still) return sources;
   for (const std::string& name :
-       {"arm when calibrated, " + sensor.name, "arm when scanned, " + machine.name() + ", " + series})
+       {"arm when calibrated, " + sensor.name, "arm when scanned, " + machine + ", " + series})
     // Two draws of one estimate: half of its degrees of freedom each, so that together they have what the study has.
     sources.push_back(metrology::ArmSwing(name, arm->spread.covariance, arm->spread.degrees_of_freedom / 2));
   return sources;
@@ -82,8 +132,9 @@ absl::StatusOr<std::vector<metrology::ErrorSource>> FromProto(
     if (!parameters.ok()) return parameters.status();
     const auto pose = runtime::FromProto(of + ".pose_per_sigma", one.pose_per_sigma());
     if (!pose.ok()) return pose.status();
-    if (parameters->rows() != metrology::kCalibrationParameterCount || pose->rows() != 6 ||
-        parameters->cols() != pose->cols() || pose->cols() > kMostDraws)
+    const Eigen::Index rows = parameters->rows();
+    if ((rows != metrology::kCalibrationParameterCount && rows != metrology::kFirstLinearParameter) ||
+        pose->rows() != 6 || parameters->cols() != pose->cols() || pose->cols() > kMostDraws)
       return runtime::Refuse(of,
                              std::to_string(parameters->rows()) + " x " + std::to_string(parameters->cols()) + " and " +
                                  std::to_string(pose->rows()) + " x " + std::to_string(pose->cols()),
@@ -93,7 +144,9 @@ absl::StatusOr<std::vector<metrology::ErrorSource>> FromProto(
     if (one.has_degrees_of_freedom()) source.degrees_of_freedom = one.degrees_of_freedom();
     if (!(source.degrees_of_freedom > 0))
       return runtime::Refuse(of + ".degrees_of_freedom", std::to_string(source.degrees_of_freedom), "more than 0");
-    source.parameters_per_sigma = *parameters;
+    source.parameters_per_sigma.setZero(metrology::kCalibrationParameterCount, parameters->cols());
+    source.parameters_per_sigma.topRows(rows) =
+        *parameters;  // without the linear axes in those from before they were named
     source.pose_per_sigma = *pose;
   }
   return sources;

@@ -12,8 +12,11 @@
 #include "metrology/kinematics/angle_table.h"
 #include "metrology/scanner/scanner_field.h"
 #include "metrology/uncertainty/error_source.h"
+#include "metrology/uncertainty/thermal_expansion.h"
 #include "services/clients/calibrations.h"
+#include "sixpoint/ingest/v1/scan.pb.h"
 #include "sixpoint/plant/v1/machine.pb.h"
+#include "sixpoint/plant/v1/part.pb.h"
 #include "sixpoint/uncertainty/v1/uncertainty.pb.h"
 
 namespace sixpoint::clients {
@@ -22,13 +25,23 @@ metrology::ScannerField FieldOf(const plant::v1::Sensor& sensor);
 // How both rotary axes come to their poses.
 metrology::Travel ApproachOf(const plant::v1::Machine& machine);
 
-// series: of the arm while the scans were taken; empty: not known. arm: the machine's newest study; none: nobody studied it, and nothing is
-// said of it. An arm that stands as it did when the sensor was calibrated has not moved.
-std::vector<metrology::ErrorSource> FurtherSources(const plant::v1::Machine& machine,
-                                                   const FetchedSensorCalibration& sensor,
-                                                   const FetchedRotationCalibration& rotation,
-                                                   const std::optional<FetchedArmStudy>& arm,
-                                                   const std::string& series);
+// What a scan is of, and by what it is mapped.
+struct Scanned {
+  const plant::v1::Machine& machine;
+  const plant::v1::Part& part;
+  const ingest::v1::ScanHeader& scan;
+};
+
+// How much longer than at 20 C the part was on the machine's scales. Where the scan states no temperature it is taken as it is, as uncertain
+// as the machine's record says. INVALID_ARGUMENT where a temperature is stated and what is needed with it is not.
+absl::StatusOr<metrology::Stretch> StretchOf(const Scanned& scanned);
+
+// arm: the machine's newest study; none: nobody studied it, and nothing is said of it. An arm that stands as it did when the sensor was
+// calibrated has not moved. INVALID_ARGUMENT as StretchOf's, and where the encoder went the other way than it was calibrated.
+absl::StatusOr<std::vector<metrology::ErrorSource>> FurtherSources(const Scanned& scanned,
+                                                                   const FetchedSensorCalibration& sensor,
+                                                                   const FetchedRotationCalibration& rotation,
+                                                                   const std::optional<FetchedArmStudy>& arm);
 
 void ToProto(const metrology::ErrorSource& source, uncertainty::v1::ErrorSource* out);
 // INVALID_ARGUMENT naming the field where sizes are others or numbers not finite.

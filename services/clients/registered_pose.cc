@@ -102,6 +102,10 @@ absl::StatusOr<metrology::RegisteredPose> RegisteredPoseOf(const registration::v
     if (!axis.ok()) return axis.status();
     absl::StatusOr<metrology::AngleInfluence> angle = AngleOf(in, *axis);
     if (!angle.ok()) return angle.status();
+    // Without a table all angles of an axis have one figure, and what is drilled has it too.
+    metrology::AxisPositioning& positioning =
+        *axis == metrology::AngleInfluence::Axis::kA ? pose.positioning.a : pose.positioning.b;
+    if (!positioning.table) positioning.standard_uncertainty_rad = angle->standard_uncertainty_rad;
     pose.angles.push_back(*std::move(angle));
   }
   return pose;
@@ -111,7 +115,8 @@ absl::StatusOr<std::vector<FetchedAxis>> TablesOf(
     const registration::v1::Registration& registration, const CalibrationClient& calibrations,
     const std::function<std::unique_ptr<grpc::ClientContext>()>& context) {
   std::set<std::string> names;
-  for (const registration::v1::ScanAngle& angle : registration.angles()) names.insert(angle.characterisation());
+  for (const registration::v1::ScanAngle& angle : registration.angles())
+    if (!angle.characterisation().empty()) names.insert(angle.characterisation());
   std::vector<FetchedAxis> tables;
   for (const std::string& name : names) {
     absl::StatusOr<FetchedAxis> table = calibrations.Axis(name, context());

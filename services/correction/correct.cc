@@ -76,7 +76,7 @@ absl::StatusOr<Corrected> CorrectBlade(const v1::CorrectRequest& request, const 
   for (const metrology::NominalHoleGroup& group : inputs.groups) {
     absl::StatusOr<metrology::CorrectedHoleGroup> moved =
         metrology::CorrectGroup(group, *inputs.pose, inputs.zero_from_part_nominal, inputs.rotation.axes,
-                                inputs.machine_axes.nominal, inputs.machine_axes.limits);
+                                inputs.machine_axes.nominal, inputs.machine_axes.limits, inputs.drilling);
     if (!moved.ok()) return PoseFailure(moved.status(), request.registration(), group.name);
     corrected.groups.push_back(*std::move(moved));
   }

@@ -31,11 +31,13 @@ absl::StatusOr<std::vector<clients::FetchedAxis>> TablesInForce(const Peers& pee
 
 absl::Status FetchCalibrations(const Peers& peers, const runtime::Caller& caller, Inputs* inputs) {
   const registration::v1::Registration& registration = inputs->registration;
-  auto sensor = peers.calibrations.SensorInForce(registration.machine(), caller.make_context());
+  auto sensor = peers.calibrations.Sensor(registration.sensor_calibration(), caller.make_context());
   if (!sensor.ok()) return sensor.status();
-  if (sensor->name != registration.sensor_calibration())
-    return peers.calibrations.NotInForce("registration.sensor_calibration", registration.sensor_calibration(),
-                                         sensor->name, caller.make_context());
+  if (sensor->withdrawn || sensor->valid_until <= std::chrono::system_clock::now()) {
+    const auto in_force = peers.calibrations.SensorInForce(registration.machine(), caller.make_context());
+    return peers.calibrations.NotInForce("registration.sensor_calibration", sensor->name,
+                                         in_force.ok() ? in_force->name : "none in force", caller.make_context());
+  }
   auto rotation = peers.calibrations.RotationInForce(registration.machine(), caller.make_context());
   if (!rotation.ok()) return rotation.status();
   if (rotation->name != registration.rotation_calibration())
@@ -111,6 +113,9 @@ absl::Status FetchMachine(const Peers& peers, const runtime::Caller& caller, Inp
   if (!travel.ok()) return travel.status();
   inputs->travel = *std::move(travel);
   inputs->limits = LimitsOf(*machine);
+  inputs->drilling.tool_offset_mm = 1e-3 * machine->error_sources().tool_offset_um();
+  inputs->drilling.tool_offset_name += ", " + machine->name();
+  if (registration.has_thermal_stretch()) inputs->drilling.stretch = registration.thermal_stretch();
   auto pose =
       clients::RegisteredPoseOf(registration, inputs->sensor.sensor, inputs->rotation, inputs->tables, *machine);
   if (!pose.ok()) return pose.status();

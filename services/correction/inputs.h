@@ -40,6 +40,7 @@ struct Inputs {
   std::vector<clients::FetchedAxis> tables;       // that the registration applied
   std::optional<metrology::RegisteredPose> pose;  // once fetched
   MachineAxes machine_axes;
+  metrology::Drilling drilling;
   std::vector<metrology::LinearTravel> travel;
   metrology::GateLimits limits;
   Eigen::Isometry3d zero_from_part_nominal;
@@ -50,8 +51,9 @@ struct Inputs {
   std::chrono::system_clock::time_point now;
 };
 
-// FAILED_PRECONDITION with a reason: REGISTRATION_NOT_CONVERGED; CALIBRATION_EXPIRED where a calibration that the
-// registration rests on is no longer in force or was superseded; KINEMATICS_UNSUPPORTED; PART_WITHOUT_HOLES. INVALID_ARGUMENT
+// FAILED_PRECONDITION with a reason: REGISTRATION_NOT_CONVERGED; CALIBRATION_EXPIRED where the rotation calibration or an axis table that the
+// registration rests on is no longer in force (the axes drill now), or its sensor calibration's validity is over (the scan was mapped then);
+// CALIBRATION_WITHDRAWN; KINEMATICS_UNSUPPORTED; PART_WITHOUT_HOLES. INVALID_ARGUMENT
 // for an unknown group.
 absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::CorrectRequest& request,
                                    const runtime::Caller& caller);

@@ -104,6 +104,12 @@ v1::Scan ToProto(const storage::ScanRow& row) {
   header.set_encoding(EncodingOf(row.encoding));
   header.set_raw_step_um(row.raw_step_um);
   header.set_arm_series(row.arm_series);
+  header.set_clamping(row.clamping);
+  if (row.subject_temperature_c) header.set_subject_temperature_c(*row.subject_temperature_c);
+  if (row.scales_temperature_c) header.set_scales_temperature_c(*row.scales_temperature_c);
+  header.set_sensor_serial_number(row.sensor_serial_number);
+  if (row.travel == "FORWARD") header.set_travel(v1::SCAN_TRAVEL_FORWARD);
+  if (row.travel == "BACKWARD") header.set_travel(v1::SCAN_TRAVEL_BACKWARD);
   header.set_sender_error_um(row.sender_error_um);
   header.set_error_bound_um(row.error_bound_um);
   if (row.measured_at) runtime::ToProto(*row.measured_at, header.mutable_measured_at());
@@ -140,6 +146,12 @@ storage::ScanRow RowOf(const v1::ScanHeader& header, int machine_revision, int a
   row.encoding = TextOf(header.encoding());
   row.raw_step_um = header.raw_step_um();
   row.arm_series = header.arm_series();
+  row.clamping = header.clamping();
+  if (header.has_subject_temperature_c()) row.subject_temperature_c = header.subject_temperature_c();
+  if (header.has_scales_temperature_c()) row.scales_temperature_c = header.scales_temperature_c();
+  row.sensor_serial_number = header.sensor_serial_number();
+  if (header.travel() != v1::SCAN_TRAVEL_UNSPECIFIED)
+    row.travel = v1::ScanTravel_Name(header.travel()).substr(std::string("SCAN_TRAVEL_").size());
   row.stored_encoding = TextOf(header.encoding() == v1::ENCODING_DRACO ? v1::ENCODING_DRACO : v1::ENCODING_RANGE_IMAGE);
   row.sender_error_um = header.sender_error_um();
   row.error_bound_um = header.error_bound_um();

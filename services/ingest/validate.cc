@@ -77,6 +77,25 @@ absl::Status CheckAxis(const std::string& field, double command_deg, int positio
                 "0: on " + machine.name() + " the part rides on " + std::to_string(rotary_count) + " rotary axes");
 }
 
+// Under which it was taken.
+absl::Status CheckConditions(const v1::ScanHeader& header) {
+  constexpr double kWarmestC = 60;
+  runtime::Refusals refusals;
+  if (!header.clamping().empty()) refusals.Add(runtime::CheckId("header.clamping", header.clamping()));
+  if (header.has_subject_temperature_c())
+    refusals.Add(CheckNumber("header.subject_temperature_c", header.subject_temperature_c(), 0, kWarmestC));
+  if (header.has_scales_temperature_c())
+    refusals.Add(CheckNumber("header.scales_temperature_c", header.scales_temperature_c(), 0, kWarmestC));
+  if (header.has_scales_temperature_c() && !header.has_subject_temperature_c())
+    refusals.Add(Refuse("header.subject_temperature_c", "not given", "one, as scales_temperature_c has"));
+  if (header.sensor_serial_number().size() > 64)
+    refusals.Add(Refuse("header.sensor_serial_number", std::to_string(header.sensor_serial_number().size()) + " bytes",
+                        "at most 64"));
+  if (header.travel() < v1::SCAN_TRAVEL_UNSPECIFIED || header.travel() > v1::SCAN_TRAVEL_BACKWARD)
+    refusals.Add(Refuse("header.travel", std::to_string(header.travel()), "FORWARD, BACKWARD or none"));
+  return refusals.status();
+}
+
 std::string BlockField(int index, const std::string& field) { return "block[" + std::to_string(index) + "]." + field; }
 
 absl::Status CheckEncoding(const v1::ScanHeader& header) {
@@ -107,6 +126,7 @@ absl::Status CheckHeader(const v1::ScanHeader& header) {
       .Add(CheckNumber("header.error_bound_um", header.error_bound_um(), 0, kGreatestErrorUm))
       .Add(CheckMeasuredAt(header));
   if (!header.arm_series().empty()) refusals.Add(runtime::CheckId("header.arm_series", header.arm_series()));
+  refusals.Add(CheckConditions(header));
   if (!header.has_v0_mm())
     refusals.Add(Refuse("header.v0_mm", "missing", "the machine's position at the start of the scan"));
   if (!(header.profile_pitch_mm() > 0 && header.profile_pitch_mm() <= kGreatestPitchMm))
@@ -127,6 +147,10 @@ absl::Status CheckAgainstMachine(const v1::ScanHeader& header, const plant::v1::
     refusals.Add(Refuse("header.columns_per_profile", header.columns_per_profile(),
                         "1 to " + std::to_string(machine.sensor().column_count()) + ", the columns of the sensor of " +
                             machine.name()));
+  const std::string& serial = machine.sensor().serial_number();
+  if (!header.sensor_serial_number().empty() && !serial.empty() && header.sensor_serial_number() != serial)
+    refusals.Add(Refuse("header.sensor_serial_number", header.sensor_serial_number(),
+                        serial + ", the sensor of " + machine.name()));
   return refusals.status();
 }
 

@@ -88,6 +88,7 @@ absl::Status FetchPose(const Peers& peers, const runtime::Caller& caller, Inputs
   inputs->sensor = sensor->sensor;
   inputs->sensor.field = clients::FieldOf(machine->sensor());
   inputs->axes = rotation->axes;
+  inputs->machine = *machine;
   return absl::OkStatus();
 }
 
@@ -108,6 +109,7 @@ absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::InspectRequest&
   auto holes = HolesOf(*part);
   if (!holes.ok()) return holes.status();
   inputs.holes = *std::move(holes);
+  inputs.part = *part;
   auto compared = Compare(peers, request, inputs.registration, TightestUm(inputs.holes), caller);
   if (!compared.ok()) return compared.status();
   inputs.compared = *std::move(compared);

@@ -25,6 +25,8 @@ struct Inputs {
   std::optional<metrology::RegisteredPose> pose;  // once fetched
   metrology::SensorPose sensor;
   metrology::RotaryAxes axes;
+  plant::v1::Machine machine;
+  plant::v1::Part part;
   std::vector<metrology::InspectedHole> holes;
   std::shared_ptr<const metrology::Surface> surface;
 };

@@ -27,6 +27,7 @@ absl::StatusOr<registration::v1::Registration> Register(const Peers& peers, cons
   if (request.has_options()) *wanted.mutable_options() = request.options();
   wanted.set_apply_axis_tables(request.apply_axis_tables());
   wanted.set_for_inspection(true);
+  wanted.set_sensor_calibration(request.sensor_calibration());
   // Answers are kept by method and id: a retry of this inspection finds the registrations that it made.
   wanted.set_request_id(request.request_id());
   if (method != MethodOf(request)) {

@@ -94,7 +94,7 @@ storage::RecordEntry EntryOf(const storage::InspectionRow& row, const Inputs& in
                   runtime::RevisedName("parts", row.part_id, row.part_revision), registration.sensor_calibration(),
                   registration.rotation_calibration()};
   for (const registration::v1::ScanAngle& angle : registration.angles())  // each name is kept once
-    entry.inputs.push_back(angle.characterisation());
+    if (!angle.characterisation().empty()) entry.inputs.push_back(angle.characterisation());
   entry.inputs.insert(entry.inputs.end(), inputs.compared.names.begin(), inputs.compared.names.end());
   entry.inputs.insert(entry.inputs.end(), registration.scans().begin(), registration.scans().end());
   entry.blade = row.blade_serial;

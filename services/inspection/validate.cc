@@ -19,6 +19,8 @@ absl::Status CheckInspect(const v1::InspectRequest& request) {
   if (request.method() == registration::v1::METHOD_ALLOWANCE || !registration::v1::Method_IsValid(request.method()))
     refusals.Add(runtime::Refuse("method", registration::v1::Method_Name(request.method()),
                                  "six-point, six-point-normals, best-fit or local; a machined part is not its blank"));
+  if (!request.sensor_calibration().empty())
+    refusals.Add(runtime::IdOf("sensor_calibration", "calibrations", request.sensor_calibration()).status());
   return refusals.status();
 }
 

@@ -9,6 +9,34 @@
 namespace sixpoint::plant {
 namespace {
 
+void ToProto(const storage::CertificateRow& row, v1::Certificate* out) {
+  out->set_number(row.number);
+  runtime::ToProto(row.calibrated_at, out->mutable_calibrated_at());
+  runtime::ToProto(row.expires_at, out->mutable_expires_at());
+}
+
+void ToProto(const storage::ExpansionRow& row, v1::ThermalExpansion* out) {
+  out->set_um_per_m_k(row.um_per_m_k);
+  out->set_standard_uncertainty_um_per_m_k(row.standard_uncertainty_um_per_m_k);
+}
+
+// Unset where nothing is stated.
+void SetErrorSources(const storage::MachineRow& row, v1::Machine* machine) {
+  v1::ErrorSources sources;
+  if (row.approach == "UPWARDS") sources.set_approach(v1::APPROACH_UPWARDS);
+  if (row.approach == "DOWNWARDS") sources.set_approach(v1::APPROACH_DOWNWARDS);
+  if (row.touch_offset_um) sources.set_touch_offset_um(*row.touch_offset_um);
+  if (row.scanner_field_um) sources.set_scanner_field_um(*row.scanner_field_um);
+  if (row.tool_offset_um) sources.set_tool_offset_um(*row.tool_offset_um);
+  if (row.linear_scale_um_per_m) sources.set_linear_scale_um_per_m(*row.linear_scale_um_per_m);
+  if (row.squareness_um_per_m) sources.set_squareness_um_per_m(*row.squareness_um_per_m);
+  if (row.temperature_k) sources.set_temperature_k(*row.temperature_k);
+  if (row.temperature_half_range_k) sources.set_temperature_half_range_k(*row.temperature_half_range_k);
+  if (row.encoder_latency_um) sources.set_encoder_latency_um(*row.encoder_latency_um);
+  if (row.scale_expansion) ToProto(*row.scale_expansion, sources.mutable_scale_expansion());
+  if (sources.ByteSizeLong() > 0) *machine->mutable_error_sources() = std::move(sources);
+}
+
 void ToProto(const storage::JointRow& row, v1::Joint* out) {
   out->set_axis(row.axis);
   out->set_kind(row.kind == "rotary" ? v1::JOINT_KIND_ROTARY : v1::JOINT_KIND_LINEAR);
@@ -17,6 +45,8 @@ void ToProto(const storage::JointRow& row, v1::Joint* out) {
   out->set_sign(row.sign);
   out->set_minimum(row.minimum);
   out->set_maximum(row.maximum);
+  if (row.positioning_standard_uncertainty_deg)
+    out->set_positioning_standard_uncertainty_deg(*row.positioning_standard_uncertainty_deg);
 }
 
 void ToProto(const storage::HoleGroupRow& row, v1::HoleGroup* out) {
@@ -34,6 +64,8 @@ void ToProto(const storage::HoleGroupRow& row, v1::HoleGroup* out) {
     out->mutable_gauge_pin()->set_diameter_standard_uncertainty_um(row.gauge_pin->diameter_standard_uncertainty_um);
     out->mutable_gauge_pin()->set_greatest_play_mm(row.gauge_pin->greatest_play_mm);
     if (row.gauge_pin->least_depth_mm) out->mutable_gauge_pin()->set_least_depth_mm(*row.gauge_pin->least_depth_mm);
+    if (row.gauge_pin->certificate)
+      ToProto(*row.gauge_pin->certificate, out->mutable_gauge_pin()->mutable_certificate());
   }
   if (row.pin_standing) {
     v1::PinStanding& standing = *out->mutable_pin_standing();
@@ -79,6 +111,9 @@ v1::Machine ToProto(const storage::MachineRow& row) {
   sensor->set_mid_range_mm(row.sensor_mid_range_mm);
   sensor->set_range_mm(row.sensor_range_mm);
   sensor->set_line_angle_deg(row.sensor_line_angle_deg);
+  sensor->set_serial_number(row.sensor_serial_number);
+  if (row.sensor_kind == "LINE") sensor->set_kind(v1::SENSOR_KIND_LINE);
+  if (row.sensor_kind == "SNAPSHOT") sensor->set_kind(v1::SENSOR_KIND_SNAPSHOT);
   runtime::SetPoint(row.nominal_centre_mm, machine.mutable_nominal_centre_mm());
   v1::SafetyEnvelope* envelope = machine.mutable_safety_envelope();
   envelope->set_translation_mm(row.safety_translation_mm);
@@ -86,12 +121,11 @@ v1::Machine ToProto(const storage::MachineRow& row) {
   envelope->set_uncertainty_share(row.safety_uncertainty_share);
   envelope->set_registration_age_h(row.safety_registration_age_h);
   envelope->set_keep_out_mm(row.safety_keep_out_mm);
-  if (!row.approach.empty() || row.touch_offset_um || row.scanner_field_um) {
-    v1::ErrorSources& sources = *machine.mutable_error_sources();
-    if (row.approach == "UPWARDS") sources.set_approach(v1::APPROACH_UPWARDS);
-    if (row.approach == "DOWNWARDS") sources.set_approach(v1::APPROACH_DOWNWARDS);
-    if (row.touch_offset_um) sources.set_touch_offset_um(*row.touch_offset_um);
-    if (row.scanner_field_um) sources.set_scanner_field_um(*row.scanner_field_um);
+  SetErrorSources(row, &machine);
+  if (!row.touch_probe_serial_number.empty()) {
+    machine.mutable_touch_probe()->set_serial_number(row.touch_probe_serial_number);
+    if (row.touch_probe_certificate)
+      ToProto(*row.touch_probe_certificate, machine.mutable_touch_probe()->mutable_certificate());
   }
   runtime::ToProto(row.recorded.recorded_at, machine.mutable_created_at());
   return machine;
@@ -113,6 +147,10 @@ v1::Artefact ToProto(const storage::ArtefactRow& row) {
     to->set_x_mm(feature.x_mm);
     to->set_y_mm(feature.y_mm);
   }
+  artefact.set_serial_number(row.serial_number);
+  if (row.certificate) ToProto(*row.certificate, artefact.mutable_certificate());
+  if (row.centre_standard_uncertainty_um)
+    artefact.set_centre_standard_uncertainty_um(*row.centre_standard_uncertainty_um);
   runtime::ToProto(row.recorded.recorded_at, artefact.mutable_created_at());
   return artefact;
 }
@@ -136,6 +174,7 @@ v1::Part ToProto(const storage::PartRow& row) {
   geometry::v1::RigidTransform* nominal = part.mutable_zero_from_part_nominal();
   for (const double value : row.zero_from_part_nominal_rotation) nominal->add_rotation(value);
   runtime::SetPoint(row.zero_from_part_nominal_translation_mm, nominal->mutable_translation_mm());
+  if (row.thermal_expansion) ToProto(*row.thermal_expansion, part.mutable_thermal_expansion());
   ToProto(row.tessellation, part.mutable_surface());
   runtime::ToProto(row.recorded.recorded_at, part.mutable_created_at());
   return part;

@@ -6,11 +6,8 @@
 #include <utility>
 
 #include "refusal/message_text.h"
-#include "services/runtime/errors.h"
-#include "services/runtime/geometry_proto.h"
+#include "services/plant/checks.h"
 #include "services/runtime/resource_name.h"
-#include "services/runtime/stored_geometry.h"
-#include "storage/blobs.h"
 
 namespace sixpoint::plant {
 namespace {
@@ -21,87 +18,9 @@ constexpr int kGreatestHoleCount = 20'000;
 constexpr int kGreatestFeatureCount = 1'000;  // of an artefact: cones and slots together
 constexpr double kBoxMarginMm = 1;
 
-// One range check; lower and upper limits are inside.
-absl::Status CheckRange(const std::string& field, double value, double least, double greatest,
-                        const std::string& wanted) {
-  return value >= least && value <= greatest ? absl::OkStatus() : Refuse(field, value, wanted);
-}
-absl::Status CheckPositive(const std::string& field, double value, double greatest) {
-  if (value > 0 && value <= greatest) return absl::OkStatus();
-  return Refuse(field, value, "> 0 and <= " + NumberText(greatest));
-}
-
-// Reads a point or direction into `out`.
-template <typename Message>
-absl::Status Read(const std::string& field, bool given, const Message& in, std::vector<double>* out) {
-  if (!given) return Refuse(field, "", "a value");
-  const absl::StatusOr<Eigen::Vector3d> value = runtime::FromProto(field, in);
-  if (!value.ok()) return value.status();
-  if (!(value->cwiseAbs().maxCoeff() < 1e7)) return Refuse(field, value->cwiseAbs().maxCoeff(), "within 1e7 mm");
-  *out = runtime::RowMajor(*value);
-  return absl::OkStatus();
-}
-
 absl::Status CheckName(const std::string& field, const std::string& name, std::set<std::string>* seen) {
   if (absl::Status status = runtime::CheckId(field, name); !status.ok()) return status;
   return seen->insert(name).second ? absl::OkStatus() : Refuse(field, name, "a name that no other has");
-}
-
-// Of the description alone, so that the same description again is the same revision.
-template <typename Message>
-std::string ContentSha256(Message message, const std::string& more = "") {
-  message.clear_name();
-  message.clear_revision();
-  message.clear_created_at();
-  return storage::Sha256Hex(message.SerializeAsString() + more);
-}
-
-absl::StatusOr<storage::JointRow> ValidatedJoint(const std::string& field, const std::string& side,
-                                                 const v1::Joint& joint, std::set<std::string>* axes) {
-  storage::JointRow row;
-  row.side = side;
-  row.axis = joint.axis();
-  const std::string known = "XYZABC";
-  if (row.axis.size() != 1 || known.find(row.axis) == std::string::npos)
-    return Refuse(field + ".axis", row.axis, "X, Y, Z, A, B or C");
-  if (!axes->insert(row.axis).second) return Refuse(field + ".axis", row.axis, "an axis that no other joint has");
-  if (joint.kind() != v1::JOINT_KIND_LINEAR && joint.kind() != v1::JOINT_KIND_ROTARY)
-    return Refuse(field + ".kind", v1::JointKind_Name(joint.kind()), "JOINT_KIND_LINEAR or JOINT_KIND_ROTARY");
-  const bool rotary = joint.kind() == v1::JOINT_KIND_ROTARY;
-  row.kind = rotary ? "rotary" : "linear";
-  absl::Status status = Read(field + ".direction", joint.has_direction(), joint.direction(), &row.direction);
-  if (!status.ok()) return status;
-  if (rotary || joint.has_point_mm()) {
-    status = Read(field + ".point_mm", joint.has_point_mm(), joint.point_mm(), &row.point_mm.emplace());
-    if (!status.ok()) return status;
-  }
-  row.sign = joint.sign();
-  row.minimum = joint.minimum();
-  row.maximum = joint.maximum();
-  if (row.sign != 1 && row.sign != -1) return Refuse(field + ".sign", row.sign, "1 or -1");
-  status = CheckRange(field + ".minimum", row.minimum, -1e6, 1e6, "a finite limit");
-  if (!status.ok()) return status;
-  if (!(row.maximum > row.minimum && row.maximum <= 1e6))
-    return Refuse(field + ".maximum", row.maximum, "finite and > minimum " + NumberText(row.minimum));
-  return row;
-}
-
-absl::Status ReadSensor(const v1::Sensor& sensor, storage::MachineRow* row) {
-  const std::string field = "machine.sensor";
-  row->sensor_model = sensor.model();
-  row->sensor_noise_um = sensor.noise_um();
-  row->sensor_column_count = sensor.column_count();
-  row->sensor_mid_range_mm = sensor.mid_range_mm();
-  row->sensor_range_mm = sensor.range_mm();
-  row->sensor_line_angle_deg = sensor.line_angle_deg();
-  runtime::Refusals refusals;
-  if (!(row->sensor_line_angle_deg > 0 && row->sensor_line_angle_deg < 180))
-    refusals.Add(Refuse(field + ".line_angle_deg", row->sensor_line_angle_deg, "> 0 and < 180"));
-  return refusals.Add(CheckPositive(field + ".noise_um", row->sensor_noise_um, 10'000))
-      .Add(CheckPositive(field + ".column_count", row->sensor_column_count, 1'000'000))
-      .Add(CheckPositive(field + ".mid_range_mm", row->sensor_mid_range_mm, 10'000))
-      .Add(CheckPositive(field + ".range_mm", row->sensor_range_mm, 10'000))
-      .status();
 }
 
 absl::Status ReadFeatures(const std::string& field, const std::string& kind, double half_side_mm,
@@ -152,6 +71,8 @@ absl::Status ReadGaugePin(const std::string& field, const v1::HoleGroup& group, 
       !(pin.greatest_play_mm() >= std::max(0.0, hole_mm - pin.diameter_mm()) - 1e-9 && pin.greatest_play_mm() <= 1))
     refusals.Add(Refuse(field + ".greatest_play_mm", pin.greatest_play_mm(),
                         "0 to 1, and what the hole's diameter leaves beside the pin's at least"));
+  refusals.Add(
+      ReadCertificate(field + ".certificate", pin.has_certificate(), pin.certificate(), &row->gauge_pin->certificate));
   if (!pin.has_least_depth_mm()) return refusals.status();
   row->gauge_pin->least_depth_mm = pin.least_depth_mm();
   if (!(pin.least_depth_mm() > 0 && pin.least_depth_mm() <= group.depth_mm()))
@@ -232,64 +153,7 @@ std::string TextOf(const std::vector<double>& point) {
   return "(" + Rounded(point[0]) + ", " + Rounded(point[1]) + ", " + Rounded(point[2]) + ")";
 }
 
-// What is not stated is as the contract says.
-absl::Status ReadEnvelope(const v1::SafetyEnvelope& in, storage::MachineRow* row) {
-  row->safety_translation_mm = in.has_translation_mm() ? in.translation_mm() : 2;
-  row->safety_rotation_deg = in.has_rotation_deg() ? in.rotation_deg() : 3;
-  row->safety_uncertainty_share = in.has_uncertainty_share() ? in.uncertainty_share() : 1.0 / 3;
-  row->safety_registration_age_h = in.has_registration_age_h() ? in.registration_age_h() : 8;
-  row->safety_keep_out_mm = in.has_keep_out_mm() ? in.keep_out_mm() : 0.5;
-  const std::string field = "machine.safety_envelope.";
-  return runtime::Refusals()
-      .Add(CheckRange(field + "translation_mm", row->safety_translation_mm, 0, 1e5, "0 to 100000"))
-      .Add(CheckRange(field + "rotation_deg", row->safety_rotation_deg, 0, 180, "0 to 180"))
-      .Add(CheckRange(field + "uncertainty_share", row->safety_uncertainty_share, 0, 1, "0 to 1"))
-      .Add(CheckRange(field + "registration_age_h", row->safety_registration_age_h, 0, 8760, "0 to 8760"))
-      .Add(CheckRange(field + "keep_out_mm", row->safety_keep_out_mm, 0, 100, "0 to 100"))
-      .status();
-}
-
-absl::Status ReadErrorSources(const v1::ErrorSources& in, storage::MachineRow* row) {
-  runtime::Refusals refusals;
-  if (in.approach() == v1::APPROACH_UPWARDS || in.approach() == v1::APPROACH_DOWNWARDS)
-    row->approach = v1::Approach_Name(in.approach()).substr(std::string("APPROACH_").size());
-  else if (in.approach() != v1::APPROACH_UNSPECIFIED)
-    refusals.Add(Refuse("machine.error_sources.approach", std::to_string(in.approach()), "UPWARDS, DOWNWARDS or none"));
-  if (in.has_touch_offset_um()) row->touch_offset_um = in.touch_offset_um();
-  if (in.has_scanner_field_um()) row->scanner_field_um = in.scanner_field_um();
-  return refusals.Add(CheckPositive("machine.error_sources.touch_offset_um", row->touch_offset_um.value_or(1), 1000))
-      .Add(CheckPositive("machine.error_sources.scanner_field_um", row->scanner_field_um.value_or(1), 1000))
-      .status();
-}
-
 }  // namespace
-
-absl::StatusOr<storage::MachineRow> Validated(const v1::CreateMachineRequest& request) {
-  const v1::Machine& machine = request.machine();
-  storage::MachineRow row;
-  row.machine_id = request.machine_id();
-  row.content_sha256 = ContentSha256(machine);
-  runtime::Refusals refusals;
-  refusals.Add(runtime::CheckId("machine_id", row.machine_id))
-      .Add(ReadSensor(machine.sensor(), &row))
-      .Add(Read("machine.nominal_centre_mm", machine.has_nominal_centre_mm(), machine.nominal_centre_mm(),
-                &row.nominal_centre_mm))
-      .Add(ReadEnvelope(machine.safety_envelope(), &row))
-      .Add(ReadErrorSources(machine.error_sources(), &row));
-  std::set<std::string> axes;
-  for (const auto& [side, joints] :
-       {std::pair{"part", &machine.kinematics().part_side()}, std::pair{"tool", &machine.kinematics().tool_side()}}) {
-    const std::string side_field = std::string("machine.kinematics.") + side + "_side";
-    for (int i = 0; i < joints->size(); ++i) {
-      const std::string field = side_field + "[" + std::to_string(i) + "]";
-      absl::StatusOr<storage::JointRow> joint = ValidatedJoint(field, side, (*joints)[i], &axes);
-      refusals.Add(joint.status());
-      if (joint.ok()) row.joints.push_back(*std::move(joint));
-    }
-  }
-  if (absl::Status status = refusals.status(); !status.ok()) return status;
-  return row;
-}
 
 absl::StatusOr<storage::ArtefactRow> Validated(const v1::CreateArtefactRequest& request) {
   const v1::Artefact& artefact = request.artefact();
@@ -304,7 +168,17 @@ absl::StatusOr<storage::ArtefactRow> Validated(const v1::CreateArtefactRequest& 
   row.slot_depth_mm = artefact.slot_depth_mm();
   const double side = row.side_mm;
   runtime::Refusals refusals;
-  refusals.Add(runtime::CheckId("artefact_id", row.artefact_id)).Add(CheckPositive("artefact.side_mm", side, 5'000));
+  row.serial_number = artefact.serial_number();
+  refusals.Add(runtime::CheckId("artefact_id", row.artefact_id))
+      .Add(CheckPositive("artefact.side_mm", side, 5'000))
+      .Add(CheckSerialNumber("artefact.serial_number", row.serial_number))
+      .Add(ReadCertificate("artefact.certificate", artefact.has_certificate(), artefact.certificate(),
+                           &row.certificate));
+  if (artefact.has_centre_standard_uncertainty_um()) {
+    row.centre_standard_uncertainty_um = artefact.centre_standard_uncertainty_um();
+    refusals.Add(
+        CheckPositive("artefact.centre_standard_uncertainty_um", artefact.centre_standard_uncertainty_um(), 100));
+  }
   if (absl::Status status = refusals.status(); !status.ok()) return status;  // what follows is measured by the side
   if (!artefact.cones().empty()) {
     refusals.Add(CheckPositive("artefact.cone_half_angle_deg", row.cone_half_angle_deg, 89))
@@ -334,7 +208,11 @@ absl::StatusOr<storage::PartRow> Validated(const v1::CreatePartRequest& request)
   storage::PartRow row;
   row.part_id = request.part_id();
   runtime::Refusals refusals;
-  refusals.Add(runtime::CheckId("part_id", row.part_id)).Add(ReadCad(request, &row)).Add(ReadNominal(part, &row));
+  refusals.Add(runtime::CheckId("part_id", row.part_id))
+      .Add(ReadCad(request, &row))
+      .Add(ReadNominal(part, &row))
+      .Add(ReadExpansion("part.thermal_expansion", part.has_thermal_expansion(), part.thermal_expansion(),
+                         &row.thermal_expansion));
 
   row.customer_id = part.customer();
   if (!row.customer_id.empty()) refusals.Add(runtime::CheckId("part.customer", row.customer_id));

@@ -1,10 +1,12 @@
 #include "services/registration/inputs.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <future>
 #include <utility>
 
+#include "services/clients/references.h"
 #include "services/registration/validate.h"
 #include "services/runtime/call_scope.h"
 #include "services/runtime/errors.h"
@@ -19,6 +21,7 @@ using runtime::NotKnown;
 constexpr std::int64_t kPointBudget = 400'000;          // of all scans together, after thinning
 constexpr std::int64_t kRegionPointBudget = 4'000'000;  // where only regions of them count
 constexpr std::int64_t kMostPoints = 100'000'000;
+constexpr double kRadPerDeg = M_PI / 180;
 
 absl::Status AddRegions(const std::string& field, const google::protobuf::RepeatedPtrField<v1::Region>& in,
                         const plant::v1::Part& part, std::vector<metrology::Region>* out) {
@@ -52,6 +55,16 @@ absl::Status AddRegions(const std::string& field, const google::protobuf::Repeat
     }
   }
   return absl::OkStatus();
+}
+
+// Why no calibration maps a scan, and what can be done about it.
+absl::Status NoneOfThen(const absl::Status& status, const std::string& scan) {
+  runtime::ErrorReason reason = errors::v1::CALIBRATION_MISSING;
+  errors::v1::ErrorReason_Parse(runtime::ReasonOf(status), &reason);
+  return runtime::Failure(reason,
+                          std::string(status.message()) + "; " + scan +
+                              " was received then: say by which sensor_calibration it is to be mapped",
+                          runtime::MetadataOf(status));
 }
 
 }  // namespace
@@ -159,8 +172,8 @@ absl::StatusOr<Inputs> InputFetcher::Fetch(const v1::RegisterRequest& request, c
   return inputs;
 }
 
-// Scan by scan, each decoded block by block and thinned; the next is fetched meanwhile. The calibrations are those of the
-// first scan's machine.
+// Scan by scan, each decoded block by block and thinned; the next is fetched meanwhile. The calibrations are those of the first scan's
+// machine, and of when it was received.
 absl::Status InputFetcher::FetchScans(const v1::RegisterRequest& request, const Caller& caller, Inputs* inputs) const {
   const auto fetch = [&, call = runtime::CurrentCall()](int i) {
     const runtime::CallScope scope(call);
@@ -173,6 +186,7 @@ absl::Status InputFetcher::FetchScans(const v1::RegisterRequest& request, const 
     thinning.dense_places_mm.push_back(inputs->task.zero_from_part_nominal * datum.point_mm);
   ingest::v1::Scan first;
   std::int64_t point_count = 0;
+  double stretches = 0;
   std::future<absl::StatusOr<clients::StoredBlocks>> next = std::async(std::launch::async, fetch, 0);
   for (int i = 0; i < request.scans_size(); ++i) {
     absl::StatusOr<clients::StoredBlocks> fetched = next.get();
@@ -185,9 +199,13 @@ absl::Status InputFetcher::FetchScans(const v1::RegisterRequest& request, const 
     if (point_count > kMostPoints)
       return runtime::Refuse("scans", std::to_string(point_count) + " points", "at most 100000000 together");
     if (i + 1 < request.scans_size()) next = std::async(std::launch::async, fetch, i + 1);
-    if (i == 0)
-      if (absl::Status status = FetchMachine(first.header(), request.apply_axis_tables(), caller, inputs); !status.ok())
-        return status;
+    absl::Status known = i == 0 ? FetchMachine(request, first, caller, inputs)
+                                : CheckMappedAlike(request, fetched->record, caller, *inputs);
+    if (!known.ok()) return known;
+    const auto stretch = clients::StretchOf({inputs->machine, inputs->part, fetched->record.header()});
+    if (!stretch.ok()) return stretch.status();
+    fetched->scan.stretch = stretch->ratio;
+    stretches += stretch->ratio / request.scans_size();
     fetched->scan.id = runtime::LastSegment(request.scans(i));
     metrology::Thinner thinner(fetched->scan, scan_point_count, inputs->calibration, thinning);
     if (absl::Status status = fetched->Decode([&](const metrology::Points& points_mm) { thinner.Add(points_mm); });
@@ -201,55 +219,108 @@ absl::Status InputFetcher::FetchScans(const v1::RegisterRequest& request, const 
           "points, v0_mm and angles that are finite");
     Say(caller, v1::REGISTRATION_STEP_FETCHING, i + 1, 0);
   }
+  inputs->clamping = request.clamping().empty() ? first.header().clamping() : request.clamping();
+  if (first.header().has_subject_temperature_c()) inputs->thermal_stretch = stretches;
   return absl::OkStatus();
 }
 
-// The machine of the scans, its calibrations in force and, where asked for, its axis tables.
-absl::Status InputFetcher::FetchMachine(const ingest::v1::ScanHeader& scan, bool apply_axis_tables,
+absl::StatusOr<clients::FetchedSensorCalibration> InputFetcher::FetchSensor(const v1::RegisterRequest& request,
+                                                                            const ingest::v1::Scan& scan,
+                                                                            const Caller& caller,
+                                                                            Inputs* inputs) const {
+  auto of_then = calibrations_.SensorInForceAt(scan.header().machine(), scan.received_at(), caller.make_context());
+  const std::string& asked = request.sensor_calibration();
+  if (asked.empty() && absl::IsFailedPrecondition(of_then.status())) return NoneOfThen(of_then.status(), scan.name());
+  if (asked.empty()) return of_then;
+  auto sensor = calibrations_.Sensor(asked, caller.make_context());
+  if (!sensor.ok()) return NotKnown("sensor_calibration", asked, sensor.status());
+  if (sensor->machine != scan.header().machine())
+    return runtime::Refuse("sensor_calibration", asked + " of " + sensor->machine, "one of " + scan.header().machine());
+  if (sensor->withdrawn)
+    return runtime::Failure(errors::v1::CALIBRATION_WITHDRAWN,
+                            "sensor_calibration: " + asked + ", which was withdrawn, want one that was not",
+                            {{"resource", asked}});
+  inputs->sensor_calibration_asked = !of_then.ok() || of_then->name != sensor->name;
+  return sensor;
+}
+
+absl::Status InputFetcher::CheckMappedAlike(const v1::RegisterRequest& request, const ingest::v1::Scan& scan,
+                                            const Caller& caller, const Inputs& inputs) const {
+  if (!request.sensor_calibration().empty()) return absl::OkStatus();
+  const auto of_then =
+      calibrations_.SensorInForceAt(scan.header().machine(), scan.received_at(), caller.make_context());
+  if (!of_then.ok()) return of_then.status();
+  if (of_then->name == inputs.sensor_calibration) return absl::OkStatus();
+  return runtime::Refuse("scans[" + scan.name() + "]", "received when " + of_then->name + " was in force",
+                         "scans of one sensor calibration, as the first of " + inputs.sensor_calibration +
+                             "; or sensor_calibration, to map all by one");
+}
+
+// The machine of the scans, its calibrations and, where asked for, its axis tables.
+absl::Status InputFetcher::FetchMachine(const v1::RegisterRequest& request, const ingest::v1::Scan& scan,
                                         const Caller& caller, Inputs* inputs) const {
-  const std::string& machine = scan.machine();
+  const std::string& machine = scan.header().machine();
   auto record = plant_.GetMachine(machine, 0, caller.make_context());
   if (!record.ok()) return NotKnown("scans[0].machine", machine, record.status());
   inputs->machine = *std::move(record);
-  auto sensor = calibrations_.SensorInForce(machine, caller.make_context());
+  if (absl::Status s = clients::CheckLineScanner(inputs->machine); !s.ok()) return s;
+  auto sensor = FetchSensor(request, scan, caller, inputs);
   if (!sensor.ok()) return sensor.status();
+  const std::string& serial = scan.header().sensor_serial_number();
+  if (!serial.empty() && !sensor->sensor_serial_number.empty() && serial != sensor->sensor_serial_number)
+    return runtime::Refuse("scans[" + scan.name() + "].sensor_serial_number", serial,
+                           sensor->sensor_serial_number + ", the sensor of " + sensor->name);
   auto rotation = calibrations_.RotationInForce(machine, caller.make_context());
   if (!rotation.ok()) return rotation.status();
   const auto arm = calibrations_.ArmStudy(machine, caller.make_own_context());
   if (!arm.ok()) return arm.status();
-  inputs->calibration = {sensor->sensor, rotation->axes, rotation->covariance};
-  inputs->calibration.sensor.field = clients::FieldOf(inputs->machine.sensor());
-  inputs->calibration.sensor_name = sensor->name;
-  inputs->calibration.axes_name = rotation->name;
-  inputs->calibration.axes_degrees_of_freedom = rotation->degrees_of_freedom;
-  inputs->calibration.further = clients::FurtherSources(inputs->machine, *sensor, *rotation, *arm, scan.arm_series());
-  if (arm->has_value()) inputs->arm_study = (*arm)->name;
-  inputs->calibration.positioning.a.approach = inputs->calibration.positioning.b.approach =
-      clients::ApproachOf(inputs->machine);
+  auto further = clients::FurtherSources({inputs->machine, inputs->part, scan.header()}, *sensor, *rotation, *arm);
+  if (!further.ok()) return further.status();
+  metrology::MachineCalibration& calibration = inputs->calibration;
+  calibration = {sensor->sensor, rotation->axes, rotation->covariance};
+  calibration.sensor.field = clients::FieldOf(inputs->machine.sensor());
+  calibration.sensor_name = sensor->name;
+  calibration.axes_name = rotation->name;
+  calibration.axes_degrees_of_freedom = rotation->degrees_of_freedom;
+  calibration.further = *std::move(further);
+  if (arm->has_value()) inputs->further_names.push_back((*arm)->name);
   inputs->sensor_calibration = sensor->name;
   inputs->rotation_calibration = rotation->name;
   inputs->letters = rotation->letters;
-  return apply_axis_tables ? FetchAxisTables(machine, *rotation, caller, inputs) : absl::OkStatus();
+  return FetchPositioning(request.apply_axis_tables(), *rotation, caller, inputs);
 }
 
-absl::Status InputFetcher::FetchAxisTables(const std::string& machine,
-                                           const clients::FetchedRotationCalibration& rotation, const Caller& caller,
-                                           Inputs* inputs) const {
+absl::Status InputFetcher::FetchPositioning(bool apply_axis_tables, const clients::FetchedRotationCalibration& rotation,
+                                            const Caller& caller, Inputs* inputs) const {
   metrology::RotaryPositioning& positioning = inputs->calibration.positioning;
+  const std::string& machine = inputs->machine.name();
   std::string without;
   for (std::size_t i = 0; i < rotation.letters.size(); ++i) {
-    auto axis = calibrations_.AxisInForce(machine, rotation.letters[i], caller.make_context());
+    const std::string& letter = rotation.letters[i];
+    auto axis = calibrations_.AxisInForce(machine, letter, caller.make_context());
     if (!axis.ok()) return axis.status();
-    if (!axis->has_value()) continue;
     metrology::AxisPositioning& of_axis = i == 0 ? positioning.a : positioning.b;
-    const metrology::Travel approach = of_axis.approach;
+    if (!axis->has_value() || !apply_axis_tables) {
+      const double figure_deg = clients::PositioningFigure_deg(inputs->machine, letter);
+      if (!axis->has_value() && !(figure_deg > 0))
+        return runtime::Failure(errors::v1::AXIS_UNCERTAINTY_MISSING,
+                                machine + ", axis " + letter +
+                                    ": neither a characterisation in force nor "
+                                    "positioning_standard_uncertainty_deg, want one of both",
+                                {{"resource", machine}, {"axis", letter}});
+      of_axis.standard_uncertainty_rad =
+          axis->has_value() ? (*axis)->whole_standard_uncertainty_rad : figure_deg * kRadPerDeg;
+      if (axis->has_value()) inputs->further_names.push_back((*axis)->name);
+      continue;
+    }
     of_axis = (*axis)->positioning;
-    of_axis.approach = approach;
+    of_axis.approach = clients::ApproachOf(inputs->machine);
     inputs->characterisations[i] = (*axis)->name;
+    inputs->further_names.push_back((*axis)->name);
     if (std::find(rotation.inputs.begin(), rotation.inputs.end(), (*axis)->name) == rotation.inputs.end())
-      without += (without.empty() ? "" : ", ") + rotation.letters[i];
+      without += (without.empty() ? "" : ", ") + letter;
   }
-  if (!positioning.Applies())
+  if (apply_axis_tables && !positioning.Applies())
     return runtime::Failure(errors::v1::AXIS_NOT_CHARACTERISED,
                             "apply_axis_tables: " + machine + ", whose axes " + rotation.letters[0] + " and " +
                                 rotation.letters[1] +

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,9 +43,12 @@ struct Inputs {
   metrology::RegistrationTask task;
   metrology::MachineCalibration calibration;
   std::string sensor_calibration, rotation_calibration;
-  std::string arm_study;                         // whose spread is among the error sources; empty: none
   std::array<std::string, 2> letters;            // the machine's, of a and b
   std::array<std::string, 2> characterisations;  // whose tables are applied to a and b; empty: none
+  std::vector<std::string> further_names;        // of the calibrations and studies that it rests on beside the two
+  std::string clamping;                          // stated, or the scans'; empty: neither
+  std::optional<double> thermal_stretch;         // of the scans together; none: no temperature is stated
+  bool sensor_calibration_asked = false;         // and it is not the one that was in force when the scans were received
   std::string remark;
   std::vector<metrology::ScanPortion> portions;
 };
@@ -61,10 +65,18 @@ class InputFetcher {
 
  private:
   absl::Status FetchScans(const v1::RegisterRequest& request, const Caller& caller, Inputs* inputs) const;
-  absl::Status FetchMachine(const ingest::v1::ScanHeader& scan, bool apply_axis_tables, const Caller& caller,
+  absl::Status FetchMachine(const v1::RegisterRequest& request, const ingest::v1::Scan& scan, const Caller& caller,
                             Inputs* inputs) const;
-  absl::Status FetchAxisTables(const std::string& machine, const clients::FetchedRotationCalibration& rotation,
-                               const Caller& caller, Inputs* inputs) const;
+  // The one that maps the scans: asked for, or in force when the server received the first.
+  absl::StatusOr<clients::FetchedSensorCalibration> FetchSensor(const v1::RegisterRequest& request,
+                                                                const ingest::v1::Scan& scan, const Caller& caller,
+                                                                Inputs* inputs) const;
+  // INVALID_ARGUMENT where another calibration was in force when this scan was received.
+  absl::Status CheckMappedAlike(const v1::RegisterRequest& request, const ingest::v1::Scan& scan, const Caller& caller,
+                                const Inputs& inputs) const;
+  // How both axes position: by their tables where they are asked for, else as uncertain as they are characterised or stated.
+  absl::Status FetchPositioning(bool apply_axis_tables, const clients::FetchedRotationCalibration& rotation,
+                                const Caller& caller, Inputs* inputs) const;
 
   clients::PlantClient plant_;
   clients::ScanClient scans_;

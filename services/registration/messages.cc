@@ -105,14 +105,16 @@ absl::StatusOr<v1::Registration> ToProto(const storage::RegistrationRow& row) {
     uncertainty::v1::ErrorSource& source = *out.add_error_sources();
     source.set_name(in.source_name);
     if (in.degrees_of_freedom) source.set_degrees_of_freedom(*in.degrees_of_freedom);
-    runtime::SetMatrix(in.parameters_per_sigma, metrology::kCalibrationParameterCount, in.draw_count,
-                       source.mutable_parameters_per_sigma());
+    const int parameter_count =
+        in.draw_count > 0 ? static_cast<int>(in.parameters_per_sigma.size()) / in.draw_count : 0;
+    runtime::SetMatrix(in.parameters_per_sigma, parameter_count, in.draw_count, source.mutable_parameters_per_sigma());
     runtime::SetMatrix(in.pose_per_sigma, 6, in.draw_count, source.mutable_pose_per_sigma());
   }
   for (const storage::RegistrationAngleRow& in : row.angles) {
     v1::ScanAngle* angle = out.add_angles();
     angle->set_axis(in.axis);
-    angle->set_characterisation(runtime::NameOf("calibrations", in.characterisation_id));
+    if (!in.characterisation_id.empty())
+      angle->set_characterisation(runtime::NameOf("calibrations", in.characterisation_id));
     angle->set_commanded_deg(in.commanded_deg);
     angle->set_reached_deg(in.reached_deg);
     angle->set_standard_uncertainty_deg(in.standard_uncertainty_deg);
@@ -125,6 +127,8 @@ absl::StatusOr<v1::Registration> ToProto(const storage::RegistrationRow& row) {
   out.set_record_sequence(row.recorded.sequence);
   out.set_for_inspection(row.for_inspection);
   out.set_clamping(row.clamping);
+  if (row.thermal_stretch) out.set_thermal_stretch(*row.thermal_stretch);
+  out.set_sensor_calibration_asked(row.sensor_calibration_asked);
   return out;
 }
 

@@ -191,7 +191,7 @@ std::string SummaryOf(const storage::RegistrationRow& row) {
 }
 
 storage::RecordEntry EntryOf(const v1::RegisterRequest& request, const storage::RegistrationRow& row,
-                             const std::string& arm_study) {
+                             const Inputs& inputs) {
   storage::RecordEntry entry;
   entry.kind = "registration";
   entry.name = runtime::NameOf("registrations", row.registration_id);
@@ -199,9 +199,7 @@ storage::RecordEntry EntryOf(const v1::RegisterRequest& request, const storage::
                   runtime::RevisedName("parts", row.part_id, row.part_revision), request.blade(),
                   runtime::NameOf("calibrations", row.sensor_calibration_id),
                   runtime::NameOf("calibrations", row.rotation_calibration_id)};
-  for (const storage::RegistrationAngleRow& angle : row.angles)  // each name is kept once
-    entry.inputs.push_back(runtime::NameOf("calibrations", angle.characterisation_id));
-  if (!arm_study.empty()) entry.inputs.push_back(arm_study);
+  entry.inputs.insert(entry.inputs.end(), inputs.further_names.begin(), inputs.further_names.end());
   entry.inputs.insert(entry.inputs.end(), request.scans().begin(), request.scans().end());
   entry.blade = row.blade_serial;
   entry.machine = row.machine_id;
@@ -225,7 +223,9 @@ absl::StatusOr<runtime::Made<storage::RegistrationRow>> RecordOf(const v1::Regis
   row.blade_serial = runtime::LastSegment(request.blade());
   row.method = MethodText(request.method());
   row.for_inspection = request.for_inspection();
-  row.clamping = request.clamping();
+  row.clamping = inputs.clamping;
+  row.thermal_stretch = inputs.thermal_stretch;
+  row.sensor_calibration_asked = inputs.sensor_calibration_asked;
   row.machine_id = runtime::LastSegment(inputs.machine.name());
   row.machine_revision = inputs.machine.revision();
   row.part_id = runtime::LastSegment(inputs.part.name());
@@ -239,7 +239,7 @@ absl::StatusOr<runtime::Made<storage::RegistrationRow>> RecordOf(const v1::Regis
   }
   row.compute_seconds = seconds;
   row.software_version = runtime::SoftwareVersion();
-  storage::RecordEntry entry = EntryOf(request, row, inputs.arm_study);
+  storage::RecordEntry entry = EntryOf(request, row, inputs);
   return runtime::Made<storage::RegistrationRow>{std::move(row), std::move(entry)};
 }
 

@@ -173,6 +173,8 @@ absl::Status CheckRequest(const v1::RegisterRequest& request) {
     refusals.Add(runtime::Refuse(
         "method", request.method(),
         "METHOD_BEST_FIT, METHOD_LOCAL, METHOD_SIX_POINT, METHOD_SIX_POINT_NORMALS or METHOD_ALLOWANCE"));
+  if (!request.sensor_calibration().empty())
+    refusals.Add(runtime::IdOf("sensor_calibration", "calibrations", request.sensor_calibration()).status());
   return refusals.Add(CheckOptions(request)).status();
 }
 
@@ -188,6 +190,23 @@ absl::Status CheckScan(const v1::RegisterRequest& request, const ingest::v1::Sca
     return runtime::Refuse(field + ".arm_series", "'" + scan.header().arm_series() + "'",
                            "'" + first.header().arm_series() +
                                "', as the first scan: the arm was swung between them, and stands elsewhere");
+  if (scan.header().clamping() != first.header().clamping())
+    return runtime::Refuse(field + ".clamping", "'" + scan.header().clamping() + "'",
+                           "'" + first.header().clamping() + "', as the first scan: the part stands elsewhere");
+  if (!request.clamping().empty() && !scan.header().clamping().empty() &&
+      scan.header().clamping() != request.clamping())
+    return runtime::Refuse(field + ".clamping", "'" + scan.header().clamping() + "'",
+                           "'" + request.clamping() + "', the clamping that was asked for");
+  if (scan.header().sensor_serial_number() != first.header().sensor_serial_number())
+    return runtime::Refuse(field + ".sensor_serial_number", "'" + scan.header().sensor_serial_number() + "'",
+                           "'" + first.header().sensor_serial_number() + "', as the first scan");
+  if (scan.header().travel() != first.header().travel())
+    return runtime::Refuse(field + ".travel", ingest::v1::ScanTravel_Name(scan.header().travel()),
+                           ingest::v1::ScanTravel_Name(first.header().travel()) + ", as the first scan");
+  if (scan.header().has_subject_temperature_c() != first.header().has_subject_temperature_c())
+    return runtime::Refuse(field + ".subject_temperature_c",
+                           scan.header().has_subject_temperature_c() ? "given" : "not given",
+                           "a temperature of all scans, or of none");
   return absl::OkStatus();
 }
 

@@ -54,6 +54,9 @@ absl::StatusCode CodeOf(ErrorReason reason) {
     case errors::v1::CALIBRATION_NOT_CONVERGED:
     case errors::v1::STUDY_UNDETERMINED:
     case errors::v1::AXIS_NOT_CHARACTERISED:
+    case errors::v1::REFERENCE_EXPIRED:
+    case errors::v1::SENSOR_UNSUITABLE:
+    case errors::v1::AXIS_UNCERTAINTY_MISSING:
     case errors::v1::KINEMATICS_UNSUITABLE:
     case errors::v1::KINEMATICS_UNSUPPORTED:
     case errors::v1::SIX_POINTS_MISSING:

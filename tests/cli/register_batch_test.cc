@@ -278,7 +278,8 @@ TEST_F(RegisterBatchTest, TakesEachBladesLatestRegistrationAgain) {
                        Stored(2, "blades/SN-2", "parts/p", "machines/m", 2),
                        Stored(1, "blades/SN-1", "parts/p", "machines/m", 1)};
   registration_.all[0].set_for_inspection(true);
-  registration_.all[1].add_angles();
+  registration_.all[2].add_angles();  // as uncertain as the axis is, without a table
+  registration_.all[1].add_angles()->set_characterisation("calibrations/x");
   registration_.all[2].set_method(registration::v1::METHOD_LOCAL);
   auto batch =
       BatchOfLatest(&session_, {"SN-1", "blades/SN-2"}, registration::v1::METHOD_UNSPECIFIED, /*axis_tables=*/false);

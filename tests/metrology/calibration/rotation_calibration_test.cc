@@ -9,6 +9,8 @@
 #include <random>
 #include <thread>
 
+#include "metrology/kinematics/linear_axes.h"
+
 namespace sixpoint::metrology {
 namespace {
 
@@ -316,6 +318,38 @@ TEST(RotationCalibration, PointCIsExactWhereTheAxesMeet) {
   const auto lines = CalibrateRotation(Poses(Truth(), 0, nullptr), Nominal());
   ASSERT_TRUE(point.ok() && lines.ok());
   EXPECT_GT(point->check_rms_mm, 10 * lines->check_rms_mm + 1e-3);
+}
+
+// Against fits of the same spheres, read by linear axes that are off.
+TEST(RotationCalibration, FollowsTheLinearAxesAsARefitShows) {
+  RotaryAxes meeting = Truth();
+  meeting.b.point_mm = meeting.a.point_mm = meeting.PointC();
+  meeting.a.direction = Eigen::Vector3d::UnitY();
+  meeting.b.direction = Eigen::Vector3d::UnitX();
+  for (const bool point_c : {false, true}) {
+    const RotaryAxes truth = point_c ? meeting : Truth();
+    const auto fit = [&](const std::vector<SpherePose>& poses) {
+      return point_c ? CalibratePointC(poses, Nominal()) : CalibrateRotation(poses, Nominal());
+    };
+    const std::vector<SpherePose> poses = Poses(truth, 0, nullptr);
+    const auto result = fit(poses);
+    ASSERT_TRUE(result.ok()) << result.status();
+    for (int k = 0; k < kLinearParameterCount; ++k) {
+      constexpr double kStep = 1e-6;
+      std::vector<SpherePose> read = poses;
+      for (SpherePose& pose : read) pose.centre_mm += kStep * LinearAxesJacobian(pose.centre_mm).col(k);
+      const auto moved = fit(read);
+      ASSERT_TRUE(moved.ok()) << moved.status();
+      const Eigen::Matrix<double, 8, 1> seen = -ErrorOf(result->axes, moved->axes) / kStep;
+      EXPECT_LT((seen - result->linear_response.col(k)).norm(), 1e-3 * seen.norm() + 1e-3)
+          << k << (point_c ? " of Point C" : "") << "\n"
+          << seen.transpose() << "\n"
+          << result->linear_response.col(k).transpose();
+    }
+    // Stretched alike, the lines are as far out as everything else.
+    const Eigen::VectorXd alike = (result->linear_response - LineResponse(result->axes)).leftCols<3>().rowwise().sum();
+    EXPECT_LT(alike.norm(), 1e-3 * LineResponse(result->axes).norm());
+  }
 }
 
 TEST(RotationCalibration, RefusesWhatDoesNotDetermineAnAxis) {

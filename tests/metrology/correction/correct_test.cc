@@ -230,5 +230,34 @@ TEST(CorrectGroup, KeepsCOfAHoleAlongIt) {
   EXPECT_NEAR(corrected->a_standard_uncertainty_rad, 1e-5, 2e-6);
 }
 
+// A part that is warm is drilled where it is; what the tool's tip is off by is a part of U of its own.
+TEST(CorrectGroup, DrillsAWarmPartWhereItIsAndCountsTheTool) {
+  Case c = SomeCase(3);
+  const auto at_20 = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kSarix);
+  Drilling drilling;
+  drilling.stretch = 1 + 12.5e-6 * 5;
+  drilling.tool_offset_mm = 1.5e-3;
+  const auto warm = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kSarix, drilling);
+  ASSERT_TRUE(at_20.ok() && warm.ok()) << at_20.status() << warm.status();
+  const Eigen::Isometry3d machine_from_zero = c.axes.MachineFromZero(warm->reached.a_rad, warm->reached.b_rad);
+  for (std::size_t i = 0; i < c.group.holes.size(); ++i) {
+    const Eigen::Vector3d zero = c.pose.zero_from_part * c.group.holes[i].start_in_part_mm;
+    EXPECT_LT((warm->holes[i].start_mm -
+               machine_from_zero * (c.axes.b.point_mm + drilling.stretch * (zero - c.axes.b.point_mm)))
+                  .norm(),
+              1e-9);
+    // Between two holes 12.5 um in a metre and a kelvin.
+    if (i > 0) {
+      EXPECT_NEAR((warm->holes[i].start_mm - warm->holes[0].start_mm).norm() /
+                      (at_20->holes[i].start_mm - at_20->holes[0].start_mm).norm(),
+                  drilling.stretch, 1e-12);
+    }
+    EXPECT_LT(
+        (warm->holes[i].covariance_mm2 - at_20->holes[i].covariance_mm2 - 1.5e-3 * 1.5e-3 * Eigen::Matrix3d::Identity())
+            .norm(),
+        1e-3 * 1.5e-3 * 1.5e-3);
+  }
+}
+
 }  // namespace
 }  // namespace sixpoint::metrology

@@ -3,6 +3,7 @@
 #include <cstring>
 #include <random>
 
+#include "metrology/kinematics/linear_axes.h"
 #include "tests/metrology/registration/sampled_blade.h"
 
 namespace sixpoint::metrology {
@@ -239,7 +240,7 @@ TEST(BestFit, CalibrationSensitivityIsTheDerivative) {
   const PoseFit before = fit_with(calibration, scans);
   ASSERT_LT(ErrorUm(before), 1);
   for (int k = 0; k < kCalibrationParameterCount; ++k) {
-    const bool angle = k < 3 || k == 6 || k == 7 || k == 10 || k == 11;
+    const bool angle = k < 3 || k >= kFirstLinearParameter || k == 6 || k == 7 || k == 10 || k == 11;
     const double step = angle ? 1e-6 : 1e-4;
     MachineCalibration moved = calibration;
     std::vector<LineScan> seen = scans;
@@ -247,6 +248,14 @@ TEST(BestFit, CalibrationSensitivityIsTheDerivative) {
       moved.sensor.rotation = RotationFromVector(step * Vector3d::Unit(k)) * calibration.sensor.rotation;
     } else if (k < 6) {
       moved.sensor.t_sm_mm[k - 3] += step;
+    } else if (k >= kFirstLinearParameter) {
+      // What the linear axes read of each place, as the sensor would have had to see it.
+      Eigen::Matrix3d machine_from_reading = calibration.sensor.rotation;
+      machine_from_reading.col(0) = Vector3d::UnitX();
+      for (LineScan& scan : seen)
+        for (Vector3d& p : scan.points_mm)
+          p += step * machine_from_reading.inverse() *
+               LinearAxesJacobian(calibration.sensor.MachineFromSensor(p, scan.v0_mm)).col(k - kFirstLinearParameter);
     } else if (k >= kCalibratedParameterCount) {
       for (LineScan& scan : seen)
         for (Vector3d& p : scan.points_mm)

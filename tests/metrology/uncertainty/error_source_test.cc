@@ -5,7 +5,9 @@
 #include <cmath>
 #include <random>
 
+#include "metrology/kinematics/linear_axes.h"
 #include "metrology/scanner/line_scanner.h"
+#include "metrology/uncertainty/thermal_expansion.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -64,7 +66,7 @@ TEST(ErrorSource, ATouchOffsetShiftsEveryPointAlike) {
 TEST(ErrorSource, AScannersFieldHasItsRootMeanSquareOverTheMeasuringField) {
   const SensorPose sensor = SomeSensor();
   const ErrorSource source = ScannerFieldSource(2e-3, FieldResponse::Zero());
-  const auto terms_of_draws = source.parameters_per_sigma.bottomRows<kFieldParameterCount>();
+  const auto terms_of_draws = source.parameters_per_sigma.middleRows<kFieldParameterCount>(kFirstFieldParameter);
   double sum = 0;
   Eigen::Matrix<double, kFieldParameterCount, kFieldParameterCount> products;
   products.setZero();
@@ -81,6 +83,39 @@ TEST(ErrorSource, AScannersFieldHasItsRootMeanSquareOverTheMeasuringField) {
   EXPECT_EQ(ScannerField().TermsAt(3, 4).norm(), 0);
   const double out = 2 * sensor.field.half_width_mm;
   EXPECT_EQ((sensor.field.TermsAt(out, 0) - sensor.field.TermsAt(sensor.field.half_width_mm, 0)).norm(), 0);
+}
+
+// A part that is longer by u and turned on true axes is longer by u at every angle, about the place where all coordinates are 0: as if
+// the linear axes read everything stretched, the rotary axes included.
+TEST(ErrorSource, AnExpansionStretchesThePartAtAnyAngle) {
+  const RotaryAxes axes = SomeAxes();
+  const SensorPose sensor = SomeSensor();
+  const ErrorSource source = Expansion("warm", 1e-4, LineResponse(axes));
+  const Eigen::Vector3d in_sensor(150, 4, -6), v0(-100, -100, 200);
+  for (const auto& [a, b] : {std::pair(0.0, 0.0), std::pair(0.7, -1.2), std::pair(-0.9, 3.0)}) {
+    const Eigen::Vector3d zero =
+        axes.MachineFromZero(a, b).inverse(Eigen::Isometry) * sensor.MachineFromSensor(in_sensor, v0);
+    const Eigen::Vector3d moved =
+        ZeroPointSensitivity(in_sensor, zero, a, b, sensor, axes) * source.parameters_per_sigma;
+    EXPECT_LT((moved - 1e-4 * zero).norm(), 1e-12) << a << " " << b;
+  }
+}
+
+TEST(ThermalExpansion, IsThePartsLessTheScales) {
+  // Nickel, 100 mm, 5 K: 6.25 um; on steel scales as warm, 11.5: 0.5 um.
+  const ExpansionCoefficient nickel{12.5e-6, 0.5e-6}, steel{11.5e-6, 0.3e-6};
+  const Temperature warm{25, 0.2};
+  const Stretch alone = StretchOf(nickel, warm, {}, {});
+  EXPECT_NEAR(100 * (alone.ratio - 1), 6.25e-3, 1e-12);
+  EXPECT_NEAR(alone.by_coefficients, 5 * 0.5e-6, 1e-15);
+  EXPECT_NEAR(alone.by_temperatures, 0.2 * std::hypot(12.5e-6, 0.5e-6), 1e-15);
+  const Stretch both = StretchOf(nickel, warm, steel, warm);
+  EXPECT_NEAR(100 * (both.ratio - 1), 0.5e-3, 1e-12);
+  EXPECT_NEAR(both.by_coefficients, 5 * std::hypot(0.5e-6, 0.3e-6), 1e-15);
+  const Stretch bounded = StretchOf(nickel, Within(5), {}, {});
+  EXPECT_EQ(bounded.ratio, 1);
+  EXPECT_EQ(bounded.by_coefficients, 0);
+  EXPECT_NEAR(bounded.by_temperatures, 5 / std::sqrt(3.0) * std::hypot(12.5e-6, 0.5e-6), 1e-15);
 }
 
 TEST(ErrorSource, DegreesOfFreedomAddAsWelchAndSatterthwaiteSay) {

@@ -43,6 +43,66 @@ TEST_F(CalibrationServiceTest, SensorCalibrationIsStoredWholeAndFetchedToTheSame
   EXPECT_EQ(derived->front().entry.name, made.name());
 }
 
+// What was scanned since the scanner showed the artefact is mapped by it; what was scanned before is not.
+TEST_F(CalibrationServiceTest, ReachesBackToItsFirstScan) {
+  ingest_.sensor_serial_number = "0815";
+  ingest_.travel = ingest::v1::SCAN_TRAVEL_FORWARD;
+  v1::Calibration made;
+  const grpc::Status status = Call(&v1::CalibrationService::Stub::CalibrateSensor, SensorRequest(), &made);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(made.valid_from().seconds(), ingest_.received_s);
+  EXPECT_EQ(made.valid_until().seconds() - made.valid_from().seconds(), 30 * 86400);
+  EXPECT_EQ(made.sensor().sensor_serial_number(), "0815");
+  EXPECT_EQ(made.sensor().travel(), ingest::v1::SCAN_TRAVEL_FORWARD);
+  google::protobuf::Timestamp at;
+  at.set_seconds(ingest_.received_s);
+  const auto then = client_.SensorInForceAt("machines/m1", at, runtime::ContextFor(10));
+  ASSERT_TRUE(then.ok()) << then.status();
+  EXPECT_EQ(then->name, made.name());
+  EXPECT_EQ(then->travel, ingest::v1::SCAN_TRAVEL_FORWARD);
+  at.set_seconds(ingest_.received_s - 1);
+  EXPECT_EQ(runtime::ReasonOf(client_.SensorInForceAt("machines/m1", at, runtime::ContextFor(10)).status()),
+            "CALIBRATION_MISSING");
+}
+
+// A feature that is touched elsewhere than it is scanned moves the scanner by its share of what is touched.
+TEST_F(CalibrationServiceTest, TheArtefactsRecordWidensTheCovariance) {
+  v1::Calibration without, with;
+  ASSERT_TRUE(Call(&v1::CalibrationService::Stub::CalibrateSensor, SensorRequest(), &without).ok());
+  plant_.centre_standard_uncertainty_um = 3;
+  ASSERT_TRUE(Call(&v1::CalibrationService::Stub::CalibrateSensor, SensorRequest(), &with).ok());
+  EXPECT_EQ(with.sensor().t_sm_mm().SerializeAsString(), without.sensor().t_sm_mm().SerializeAsString());
+  // T_sm along X and Y: three cones among all that is touched along it.
+  for (const auto& [k, faces] : {std::pair(21, touch_.side_x_mm.size()), std::pair(28, touch_.side_y_mm.size())}) {
+    const double more_um =
+        1e3 * std::sqrt(with.sensor().covariance().values(k) - without.sensor().covariance().values(k));
+    EXPECT_NEAR(more_um, 3 * std::sqrt(3.0) / (3 + static_cast<double>(faces)), 0.01) << k;
+  }
+}
+
+TEST_F(CalibrationServiceTest, NothingIsCalibratedByWhatExpired) {
+  plant::v1::Certificate ended;
+  ended.set_number("D-1201");
+  ended.mutable_expires_at()->set_seconds(ingest_.received_s);
+  plant_.certificate = ended;
+  v1::Calibration made;
+  const auto sensor = [&] {
+    return runtime::FromGrpc(Call(&v1::CalibrationService::Stub::CalibrateSensor, SensorRequest(), &made));
+  };
+  EXPECT_EQ(runtime::ReasonOf(sensor()), "REFERENCE_EXPIRED");
+  EXPECT_THAT(std::string(sensor().message()), HasSubstr("artefacts/a1.certificate: D-1201, which ended on"));
+  plant_.certificate->mutable_expires_at()->set_seconds(ingest_.received_s + 1);
+  EXPECT_TRUE(sensor().ok()) << sensor();
+  plant_.touch_probe_certificate = ended;
+  EXPECT_EQ(runtime::ReasonOf(sensor()), "REFERENCE_EXPIRED");
+  EXPECT_EQ(runtime::ReasonOf(
+                runtime::FromGrpc(Call(&v1::CalibrationService::Stub::CalibrateRotation, RotationRequest(), &made))),
+            "REFERENCE_EXPIRED");
+  plant_.touch_probe_certificate.reset();
+  plant_.sensor_kind = plant::v1::SENSOR_KIND_SNAPSHOT;
+  EXPECT_EQ(runtime::ReasonOf(sensor()), "SENSOR_UNSUITABLE");
+}
+
 TEST_F(CalibrationServiceTest, TheSameRequestIdIsOneCalibration) {
   v1::CalibrateRotationRequest request = RotationRequest();
   request.set_request_id(storage::NewUuid());

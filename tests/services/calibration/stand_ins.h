@@ -2,8 +2,10 @@
 // store need nothing else.
 #pragma once
 
+#include <chrono>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <random>
 #include <string>
 
@@ -25,6 +27,10 @@ class FakePlant final : public plant::v1::PlantService::Service {
  public:
   explicit FakePlant(const ArtefactBench& bench) : artefact(bench.artefact), bench_(bench) {}
   metrology::Artefact artefact;  // as recorded
+  // What is stated beside.
+  std::optional<plant::v1::Certificate> certificate, touch_probe_certificate;
+  std::optional<double> centre_standard_uncertainty_um;
+  plant::v1::SensorKind sensor_kind = plant::v1::SENSOR_KIND_UNSPECIFIED;
   grpc::Status GetMachine(grpc::ServerContext*, const plant::v1::GetMachineRequest* request,
                           plant::v1::Machine* out) override {
     if (request->name() == "machines/m2") return TiltRotaryTable(out);
@@ -33,6 +39,8 @@ class FakePlant final : public plant::v1::PlantService::Service {
     out->set_revision(3);
     out->mutable_sensor()->set_mid_range_mm(bench_.optics.mid_range_mm);
     out->mutable_sensor()->set_noise_um(2);
+    out->mutable_sensor()->set_kind(sensor_kind);
+    if (touch_probe_certificate) *out->mutable_touch_probe()->mutable_certificate() = *touch_probe_certificate;
     runtime::ToProto(Eigen::Vector3d(26.6352, 54.8952, -193.32), out->mutable_nominal_centre_mm());
     for (const std::string axis : {"A", "B"}) {
       plant::v1::Joint* joint = out->mutable_kinematics()->add_part_side();
@@ -54,6 +62,8 @@ class FakePlant final : public plant::v1::PlantService::Service {
     out->set_cone_bottom_radius_mm(0.5);
     out->set_slot_width_mm(2.4);
     out->set_slot_depth_mm(0.8);
+    if (certificate) *out->mutable_certificate() = *certificate;
+    if (centre_standard_uncertainty_um) out->set_centre_standard_uncertainty_um(*centre_standard_uncertainty_um);
     for (const auto* features : {&artefact.cones, &artefact.slots})
       for (const metrology::PlaneFeature& f : *features) {
         plant::v1::NamedPlanePoint* p = features == &artefact.cones ? out->add_cones() : out->add_slots();
@@ -105,6 +115,9 @@ class FakeIngest final : public ingest::v1::ScanService::Service {
     digest.Add(block->bytes);
     record->set_sha256(digest.ToHex());
     record->set_profile_count(1);
+    record->mutable_received_at()->set_seconds(received_s);
+    record->mutable_header()->set_sensor_serial_number(sensor_serial_number);
+    record->mutable_header()->set_travel(travel);
     writer->Write(response);
     response.mutable_block()->set_point_count(static_cast<int>(scan->second.points_mm.size()));
     response.mutable_block()->set_payload(block->bytes);
@@ -114,6 +127,9 @@ class FakeIngest final : public ingest::v1::ScanService::Service {
   std::map<std::string, metrology::LineScan> scans;
   std::string machine = "machines/m1", subject = "artefacts/a1";
   ingest::v1::ScanKind kind = ingest::v1::SCAN_KIND_ARTEFACT;
+  std::int64_t received_s = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now()) - 600;
+  std::string sensor_serial_number;
+  ingest::v1::ScanTravel travel = ingest::v1::SCAN_TRAVEL_UNSPECIFIED;
 };
 
 // 18 poses that axes through one point explain, some held out.

@@ -253,12 +253,22 @@ TEST_F(CorrectionServiceTest, RefusesWhatItCannotRestOnAndStoresNothing) {
   EXPECT_EQ(runtime::ReasonOf(Correct(Request()).status()), "REGISTRATION_NOT_CONVERGED");
   plant_.registration.registration.mutable_evidence()->set_outcome(registration::v1::OUTCOME_CONVERGED);
 
-  plant_.calibration.sensor.set_name("calibrations/00000000-0000-7000-8000-000000000099");
+  // The axes drill now: those that the pose was found with have to be in force still.
+  plant_.calibration.rotation.set_name("calibrations/00000000-0000-7000-8000-000000000099");
   const absl::Status superseded = Correct(Request()).status();
   EXPECT_EQ(superseded.code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_EQ(runtime::ReasonOf(superseded), "CALIBRATION_EXPIRED");
   EXPECT_THAT(std::string(superseded.message()), HasSubstr("superseded by"));
-  plant_.calibration.sensor.set_name(testing::kSensorCalibration);
+  plant_.calibration.rotation.set_name(testing::kRotationCalibration);
+
+  // The scan was mapped then: a scanner that was mounted anew since has moved no blade. One whose time is over is refused.
+  plant_.calibration.replacement = "calibrations/00000000-0000-7000-8000-000000000098";
+  EXPECT_TRUE(Correct(Request()).ok());
+  const auto valid_until = plant_.calibration.sensor.valid_until();
+  plant_.calibration.sensor.mutable_valid_until()->set_seconds(1'000'000'000);
+  EXPECT_EQ(runtime::ReasonOf(Correct(Request()).status()), "CALIBRATION_EXPIRED");
+  *plant_.calibration.sensor.mutable_valid_until() = valid_until;
+  plant_.calibration.replacement.clear();
 
   // The older one is in force again; the registration rests on the one that was withdrawn.
   plant_.calibration.replacement = "calibrations/00000000-0000-7000-8000-000000000098";
@@ -299,8 +309,8 @@ TEST_F(CorrectionServiceTest, RefusesWhatItCannotRestOnAndStoresNothing) {
     joint.set_maximum(1);
   }
   EXPECT_EQ(runtime::ReasonOf(Correct(Request()).status()), "POSE_OUT_OF_LIMITS");
-  EXPECT_EQ(Count("corrections"), 0);
-  EXPECT_EQ(Count("record_entries WHERE kind = 'correction'"), 0);
+  EXPECT_EQ(Count("corrections"), 1);  // that by a sensor calibration of then
+  EXPECT_EQ(Count("record_entries WHERE kind = 'correction'"), 1);
 }
 
 TEST_F(CorrectionServiceTest, WaitsForAPersonBeyondTheEnvelope) {

@@ -54,6 +54,17 @@ void JudgedPlant::StudyArm(calibration::v1::Study study) {
   studies.arm = std::move(study);
 }
 
+void JudgedPlant::Remount(calibration::v1::Calibration anew, std::int64_t from_s) {
+  auto transaction = database.database()->Begin(Soon());
+  ASSERT_TRUE(transaction.ok()) << transaction.status();
+  const auto request = storage::PutBlob(*transaction, "mounted anew");
+  ASSERT_TRUE(request.ok()) << request.status();
+  StoreCalibration(*transaction, anew.name(), "sensor", "", "JOINT", *request);
+  ASSERT_TRUE(transaction->Commit().ok());
+  calibration.remounted = std::move(anew);
+  calibration.remounted_s = from_s;
+}
+
 void JudgedPlant::Withdraw(const std::string& name) {
   storage::CalibrationRow row;
   row.calibration_id = IdOf(name);

@@ -17,6 +17,8 @@ class JudgedPlant : public StandIns {
   // The machine's newest, by the name kArmStudy; recorded.
   void StudyArm(calibration::v1::Study study);
   void Withdraw(const std::string& calibration);
+  // From then on this sensor calibration is in force; recorded.
+  void Remount(calibration::v1::Calibration anew, std::int64_t from_s);
   // The stand-in's and its row.
   void Characterise(bool is_b, const std::vector<double>& forward_error_deg,
                     const std::vector<double>& backward_error_deg, double standard_uncertainty_deg);

@@ -314,9 +314,9 @@ TEST_F(ReleaseTest, OnlyTheCallThatMadeItGivesTheProgram) {
 
 TEST_F(ReleaseTest, IsFetchedWithTheCalibrationsInForce) {
   const std::string name = Correct(false).name();
-  plant_.calibration.replacement = "calibrations/00000000-0000-7000-8000-000000000098";
+  plant_.calibration.rotation.set_name("calibrations/00000000-0000-7000-8000-000000000098");
   EXPECT_EQ(runtime::ReasonOf(Fetch(name).status()), "CALIBRATION_EXPIRED");
-  plant_.calibration.replacement.clear();
+  plant_.calibration.rotation.set_name(testing::kRotationCalibration);
   EXPECT_TRUE(Fetch(name).ok());
 }
 

@@ -68,6 +68,7 @@ grpc::Status StandInCalibration::GetCalibration(grpc::ServerContext*,
                                                 calibration::v1::Calibration* response) {
   if (request->name() == kSensorCalibration) *response = sensor;
   if (request->name() == kRotationCalibration) *response = rotation;
+  if (remounted && request->name() == remounted->name()) *response = *remounted;
   for (const auto& [letter, axis] : axes)
     if (request->name() == axis.name()) *response = axis;
   return response->name().empty() ? NotFound(request->name()) : grpc::Status::OK;
@@ -85,6 +86,11 @@ grpc::Status StandInCalibration::GetCalibrationInForce(grpc::ServerContext*,
     return grpc::Status::OK;
   }
   *response = request->kind() == calibration::v1::CALIBRATION_KIND_SENSOR ? sensor : rotation;
+  if (request->has_at() && response->has_sensor() && request->at().seconds() < in_force_from_s)
+    return runtime::ToGrpc(
+        runtime::Failure(errors::v1::CALIBRATION_MISSING, "machine: it had no sensor calibration then"));
+  if (response->has_sensor() && remounted && (!request->has_at() || request->at().seconds() >= remounted_s))
+    *response = *remounted;
   if (response->has_sensor() && !replacement.empty()) response->set_name(replacement);
   return grpc::Status::OK;
 }
@@ -149,6 +155,7 @@ void StandIns::DescribePlant() {
     joint.set_sign(1);
     joint.set_minimum(-100);
     joint.set_maximum(100);
+    joint.set_positioning_standard_uncertainty_deg(1e-5);
   }
   plant::v1::SafetyEnvelope& envelope = *plant.machine.mutable_safety_envelope();
   envelope.set_translation_mm(2);

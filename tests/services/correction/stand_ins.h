@@ -54,6 +54,9 @@ class StandInCalibration final : public calibration::v1::CalibrationService::Ser
   calibration::v1::Calibration sensor, rotation;
   std::map<std::string, calibration::v1::Calibration> axes;  // characterisations by the axis's letter
   bool expired = false;                                      // none in force
+  std::int64_t in_force_from_s = 0;                          // of `sensor`
+  std::optional<calibration::v1::Calibration> remounted;     // in force from remounted_s on
+  std::int64_t remounted_s = 0;
   std::string replacement;  // name of the sensor calibration in force, where it is not `sensor`
   grpc::Status GetCalibration(grpc::ServerContext*, const calibration::v1::GetCalibrationRequest* request,
                               calibration::v1::Calibration* response) override;

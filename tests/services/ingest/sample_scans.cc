@@ -40,6 +40,7 @@ plant::v1::Machine SampleMachine() {
   machine.mutable_sensor()->set_mid_range_mm(66);
   machine.mutable_sensor()->set_range_mm(25);
   machine.mutable_sensor()->set_line_angle_deg(20);
+  machine.mutable_sensor()->set_serial_number("2960-25-0815");
   return machine;
 }
 
@@ -50,6 +51,11 @@ v1::ScanHeader SampleHeader(const std::string& scan_id, std::int64_t point_count
   header.set_subject("blades/sn1");
   header.set_kind(v1::SCAN_KIND_AIRFOIL);
   header.set_arm_series("s1");
+  header.set_clamping("c1");
+  header.set_subject_temperature_c(21.5);
+  header.set_scales_temperature_c(22.25);
+  header.set_sensor_serial_number("2960-25-0815");
+  header.set_travel(v1::SCAN_TRAVEL_BACKWARD);
   header.mutable_v0_mm()->set_x_mm(-190.0088);
   header.mutable_v0_mm()->set_y_mm(-178.8434);
   header.mutable_v0_mm()->set_z_mm(275.2997);

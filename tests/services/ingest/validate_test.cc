@@ -37,6 +37,12 @@ TEST(CheckHeader, NamesTheFieldThatIsWrong) {
   const std::vector<Case> cases = {
       {"header.scan_id", "empty", [](auto* h) { h->set_scan_id(""); }},
       {"header.arm_series", "s 1", [](auto* h) { h->set_arm_series("s 1"); }},
+      {"header.clamping", "c/1", [](auto* h) { h->set_clamping("c/1"); }},
+      {"header.subject_temperature_c", "61", [](auto* h) { h->set_subject_temperature_c(61); }},
+      {"header.scales_temperature_c", "NaN", [](auto* h) { h->set_scales_temperature_c(kNan); }},
+      {"header.subject_temperature_c", "not given", [](auto* h) { h->clear_subject_temperature_c(); }},
+      {"header.sensor_serial_number", "65 bytes", [](auto* h) { h->set_sensor_serial_number(std::string(65, 'x')); }},
+      {"header.travel", "7", [](auto* h) { h->set_travel(static_cast<v1::ScanTravel>(7)); }},
       {"header.scan_id", "a/b", [](auto* h) { h->set_scan_id("a/b"); }},
       {"header.scan_id", "xxx", [](auto* h) { h->set_scan_id(std::string(65, 'x')); }},
       {"header.machine", "empty", [](auto* h) { h->set_machine(""); }},
@@ -87,6 +93,11 @@ TEST(CheckAgainstMachine, KeepsToTheMachinesAxesAndColumns) {
   header.set_b_deg(0);
   header.set_columns_per_profile(1281);
   ExpectRefused(CheckAgainstMachine(header, machine), "header.columns_per_profile", "1281");
+  header.set_columns_per_profile(1280);
+  header.set_sensor_serial_number("another");
+  ExpectRefused(CheckAgainstMachine(header, machine), "header.sensor_serial_number", "another");
+  header.clear_sensor_serial_number();
+  EXPECT_TRUE(CheckAgainstMachine(header, machine).ok());
 }
 
 TEST(CheckAgainstMachine, RefusesACommandForAnAxisThatIsNotThere) {

@@ -31,6 +31,17 @@ void Set(double x, double y, double z, geometry::v1::Direction* out) {
   out->set_z(z);
 }
 
+void Set(double um_per_m_k, double standard_uncertainty_um_per_m_k, v1::ThermalExpansion* out) {
+  out->set_um_per_m_k(um_per_m_k);
+  out->set_standard_uncertainty_um_per_m_k(standard_uncertainty_um_per_m_k);
+}
+
+void Set(const std::string& number, v1::Certificate* out) {
+  out->set_number(number);
+  out->mutable_calibrated_at()->set_seconds(1'700'000'000);
+  out->mutable_expires_at()->set_seconds(4'000'000'000);
+}
+
 }  // namespace
 
 v1::CreateMachineRequest SampleMachine() {
@@ -54,7 +65,20 @@ v1::CreateMachineRequest SampleMachine() {
   machine.mutable_safety_envelope()->set_keep_out_mm(0.4);
   machine.mutable_error_sources()->set_approach(v1::APPROACH_DOWNWARDS);
   machine.mutable_error_sources()->set_touch_offset_um(0.6);
-  machine.mutable_error_sources()->set_scanner_field_um(2);
+  v1::ErrorSources& sources = *machine.mutable_error_sources();
+  sources.set_scanner_field_um(2);
+  sources.set_tool_offset_um(1.5);
+  sources.set_linear_scale_um_per_m(5);
+  sources.set_squareness_um_per_m(7);
+  sources.set_temperature_k(0.2);
+  sources.set_temperature_half_range_k(3);
+  sources.set_encoder_latency_um(4);
+  Set(8, 0.5, sources.mutable_scale_expansion());
+  machine.mutable_kinematics()->mutable_part_side(0)->set_positioning_standard_uncertainty_deg(0.005);
+  machine.mutable_sensor()->set_serial_number("2960-25-0815");
+  machine.mutable_sensor()->set_kind(v1::SENSOR_KIND_LINE);
+  machine.mutable_touch_probe()->set_serial_number("TP-1");
+  Set("T-77", machine.mutable_touch_probe()->mutable_certificate());
   return request;
 }
 
@@ -77,6 +101,9 @@ v1::CreateArtefactRequest SampleArtefact() {
   v1::NamedPlanePoint* slot = artefact.add_slots();
   slot->set_feature("Q1");
   slot->set_x_mm(-1.0 / 3);
+  artefact.set_serial_number("A-7");
+  Set("D-1201", artefact.mutable_certificate());
+  artefact.set_centre_standard_uncertainty_um(0.5);
   return request;
 }
 
@@ -103,6 +130,8 @@ v1::CreatePartRequest SamplePart(const std::string& cad) {
   group->mutable_gauge_pin()->set_diameter_standard_uncertainty_um(0.3);
   group->mutable_gauge_pin()->set_greatest_play_mm(0.005);
   group->mutable_gauge_pin()->set_least_depth_mm(2.5);
+  Set("P-3", group->mutable_gauge_pin()->mutable_certificate());
+  Set(12.5, 0.5, part.mutable_thermal_expansion());
   group->mutable_pin_standing()->set_clearance_standard_uncertainty_um(2);
   group->mutable_pin_standing()->set_tilt_standard_uncertainty_deg(0.03);
   for (int i = 0; i < 3; ++i) {

@@ -70,6 +70,42 @@ TEST(ValidatedMachine, RefusalsNameTheField) {
           {[](Request* r) { r->mutable_machine()->clear_nominal_centre_mm(); }, "machine.nominal_centre_mm"},
           {[](Request* r) { r->mutable_machine()->mutable_safety_envelope()->set_rotation_deg(-1); },
            "safety_envelope.rotation_deg: -1"},
+          {[](Request* r) { r->mutable_machine()->mutable_error_sources()->set_tool_offset_um(-1); },
+           "machine.error_sources.tool_offset_um: -1, want > 0 and <= 1000"},
+          {[](Request* r) { r->mutable_machine()->mutable_error_sources()->set_squareness_um_per_m(20000); },
+           "machine.error_sources.squareness_um_per_m: 20000"},
+          {[](Request* r) { r->mutable_machine()->mutable_error_sources()->set_temperature_half_range_k(31); },
+           "machine.error_sources.temperature_half_range_k: 31"},
+          {[](Request* r) {
+             r->mutable_machine()
+                 ->mutable_error_sources()
+                 ->mutable_scale_expansion()
+                 ->clear_standard_uncertainty_um_per_m_k();
+           },
+           "machine.error_sources.scale_expansion.standard_uncertainty_um_per_m_k: 0"},
+          {[](Request* r) {
+             r->mutable_machine()->mutable_kinematics()->mutable_part_side(0)->set_positioning_standard_uncertainty_deg(
+                 0);
+           },
+           "machine.kinematics.part_side[0].positioning_standard_uncertainty_deg: 0, want > 0"},
+          {[](Request* r) {
+             r->mutable_machine()->mutable_kinematics()->mutable_tool_side(0)->set_positioning_standard_uncertainty_deg(
+                 1);
+           },
+           "machine.kinematics.tool_side[0].positioning_standard_uncertainty_deg: 1, want none"},
+          {[](Request* r) { r->mutable_machine()->mutable_sensor()->set_serial_number(std::string(65, 'x')); },
+           "machine.sensor.serial_number: 65 bytes, want at most 64"},
+          {[](Request* r) { r->mutable_machine()->mutable_sensor()->set_kind(static_cast<v1::SensorKind>(9)); },
+           "machine.sensor.kind: 9, want LINE, SNAPSHOT or none"},
+          {[](Request* r) { r->mutable_machine()->mutable_touch_probe()->clear_serial_number(); },
+           "machine.touch_probe.serial_number: "},
+          {[](Request* r) {
+             v1::Certificate& certificate = *r->mutable_machine()->mutable_touch_probe()->mutable_certificate();
+             *certificate.mutable_expires_at() = certificate.calibrated_at();
+           },
+           "machine.touch_probe.certificate.expires_at: 1700000000 s, want later than calibrated_at"},
+          {[](Request* r) { r->mutable_machine()->mutable_touch_probe()->mutable_certificate()->clear_number(); },
+           "machine.touch_probe.certificate.number: "},
           {[](Request* r) { r->mutable_machine()->mutable_error_sources()->set_touch_offset_um(0); },
            "machine.error_sources.touch_offset_um: 0"},
           {[](Request* r) { r->mutable_machine()->mutable_error_sources()->set_scanner_field_um(kNan); },

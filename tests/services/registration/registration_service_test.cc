@@ -125,7 +125,12 @@ TEST_F(RegistrationServiceTest, TakesScansAtTheAnglesThatAxesReached) {
   v1::RegisterRequest request = Request(v1::METHOD_SIX_POINT);
   const auto without = TryRegister(request);
   ASSERT_TRUE(without.ok()) << without.status();
-  EXPECT_EQ(without->angles_size(), 0);
+  ASSERT_EQ(without->angles_size(), 5);  // one of A, four of B: as uncertain as the machine's record states
+  for (const v1::ScanAngle& angle : without->angles()) {
+    EXPECT_EQ(angle.characterisation(), "");
+    EXPECT_NEAR(angle.reached_deg(), angle.commanded_deg(), 1e-9);
+    EXPECT_NEAR(angle.standard_uncertainty_deg(), 1e-5, 1e-12);
+  }
   EXPECT_GT(ErrorUm(*without), 20);  // 0.05 deg at 30 mm: 26 um
 
   request.set_apply_axis_tables(true);
@@ -139,9 +144,10 @@ TEST_F(RegistrationServiceTest, TakesScansAtTheAnglesThatAxesReached) {
   ASSERT_EQ(registration->evidence().outcome(), v1::OUTCOME_CONVERGED) << registration->evidence().remark();
   EXPECT_LT(ErrorUm(*registration), 2);  // as with axes that reach their commands
   EXPECT_THAT(registration->evidence().remark(), HasSubstr("calibrated without the table of B"));
-  ASSERT_EQ(registration->angles_size(), 4);
+  ASSERT_EQ(registration->angles_size(), 5);
+  EXPECT_EQ(registration->angles(0).axis(), "A");
   for (const v1::ScanAngle& angle : registration->angles()) {
-    EXPECT_EQ(angle.axis(), "B");
+    if (angle.axis() == "A") continue;
     EXPECT_EQ(angle.characterisation(), testing::kBCharacterisation);
     EXPECT_NEAR(angle.reached_deg() - angle.commanded_deg(), mean_deg, 1e-9);
     EXPECT_NEAR(angle.half_reversal_deg(), half_reversal_deg, 1e-9);
@@ -181,7 +187,7 @@ TEST_F(RegistrationServiceTest, ComparesALocalPoseByWhatItsAnglesDoNotDoToBoth) 
     EXPECT_EQ(registration.evidence().outcome(), v1::OUTCOME_CONVERGED) << registration.evidence().remark();
     EXPECT_TRUE(registration.evidence().has_disagreement());
     EXPECT_FALSE(registration.evidence().disagreement().beyond()) << registration.evidence().ShortDebugString();
-    EXPECT_EQ(registration.angles_size(), request.apply_axis_tables() ? 4 : 0);
+    EXPECT_EQ(registration.angles_size(), 5);
     turn_deg = std::sqrt(runtime::FromProto("covariance", registration.covariance())->values(0, 0)) / kRad;
     return registration.evidence().disagreement().standard_uncertainty_um();
   };
@@ -223,8 +229,160 @@ TEST_F(RegistrationServiceTest, TakesAnyTwoRotaryAxes) {
   const auto registration = TryRegister(request);
   ASSERT_TRUE(registration.ok()) << registration.status();
   EXPECT_LT(ErrorUm(*registration), 0.5);
-  ASSERT_EQ(registration->angles_size(), 4);
-  EXPECT_EQ(registration->angles(0).axis(), "C");
+  ASSERT_EQ(registration->angles_size(), 5);
+  EXPECT_EQ(registration->angles(0).axis(), "B");
+  EXPECT_EQ(registration->angles(1).axis(), "C");
+}
+
+// An axis that nobody characterised and nobody states is not taken to be perfect; one that is characterised is, without its table, as
+// uncertain as all that it is off.
+TEST_F(RegistrationServiceTest, AnAxisHasATableOrAFigure) {
+  MountBlade();
+  plant::v1::Joint& b = *plant_.plant.machine.mutable_kinematics()->mutable_part_side(1);
+  b.set_positioning_standard_uncertainty_deg(0.01);
+  const v1::Registration stated = Register(Request(v1::METHOD_BEST_FIT));
+  EXPECT_NEAR(stated.angles(1).standard_uncertainty_deg(), 0.01, 1e-12);
+  b.clear_positioning_standard_uncertainty_deg();
+  const absl::Status refused = TryRegister(Request(v1::METHOD_BEST_FIT)).status();
+  EXPECT_EQ(runtime::ReasonOf(refused), "AXIS_UNCERTAINTY_MISSING");
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("machines/m1, axis B: neither a characterisation in force nor "
+                                                        "positioning_standard_uncertainty_deg, want one of both"));
+  plant_.Characterise(true, std::vector<double>(8, 0), std::vector<double>(8, 0), 0.001);
+  plant_.calibration.axes.at("B").mutable_axis()->mutable_standard_uncertainty()->set_value_deg(0.004);
+  const v1::Registration characterised = Register(Request(v1::METHOD_BEST_FIT));
+  EXPECT_NEAR(characterised.angles(1).standard_uncertainty_deg(), 0.004, 1e-12);
+  EXPECT_EQ(characterised.angles(1).characterisation(), "");  // its table was not applied
+  auto transaction = plant_.database.database()->Begin(testing::Soon());
+  const auto derived = storage::DerivedFrom(*transaction, testing::kBCharacterisation);
+  ASSERT_TRUE(derived.ok()) << derived.status();
+  EXPECT_EQ(derived->size(), 1u);  // it rests on it all the same
+}
+
+// A scanner that was mounted anew since maps nothing that came before, unless it is asked to.
+TEST_F(RegistrationServiceTest, MapsAScanByTheCalibrationOfThen) {
+  MountBlade();
+  for (const std::string& scan : plant_.scans)
+    plant_.ingest.scans.at(scan).mutable_received_at()->set_seconds(1'700'000'000);
+  calibration::v1::Calibration anew = plant_.calibration.sensor;
+  anew.set_name("calibrations/00000000-0000-7000-8000-000000000097");
+  anew.mutable_sensor()->mutable_t_sm_mm()->set_z_mm(anew.sensor().t_sm_mm().z_mm() + 0.05);
+  plant_.Remount(anew, 1'700'000'100);
+  const v1::Registration then = Register(Request(v1::METHOD_BEST_FIT));
+  EXPECT_EQ(then.sensor_calibration(), testing::kSensorCalibration);
+  EXPECT_FALSE(then.sensor_calibration_asked());
+  EXPECT_LT(ErrorUm(then), 0.5);
+
+  v1::RegisterRequest request = Request(v1::METHOD_BEST_FIT);
+  request.set_sensor_calibration(anew.name());
+  const absl::StatusOr<v1::Registration> asked = TryRegister(request);
+  ASSERT_TRUE(asked.ok()) << asked.status();
+  EXPECT_EQ(asked->sensor_calibration(), anew.name());
+  EXPECT_TRUE(asked->sensor_calibration_asked());
+  EXPECT_GT(ErrorUm(*asked), 20);  // as mapped by a later mounting
+  EXPECT_EQ(Get(asked->name()).SerializeAsString(), asked->SerializeAsString());
+
+  // One scan came after it was mounted anew.
+  plant_.ingest.scans.at(plant_.scans[2]).mutable_received_at()->set_seconds(1'700'000'200);
+  const std::string mixed = RefusalOf(Request(v1::METHOD_BEST_FIT));
+  EXPECT_THAT(mixed, HasSubstr("received when " + anew.name() + " was in force, want scans of one sensor calibration"));
+  // All came before the machine had any.
+  plant_.calibration.in_force_from_s = 1'800'000'000;
+  plant_.calibration.remounted.reset();
+  request.clear_sensor_calibration();
+  const absl::Status none = TryRegister(request).status();
+  EXPECT_EQ(runtime::ReasonOf(none), "CALIBRATION_MISSING");
+  EXPECT_THAT(std::string(none.message()), HasSubstr("say by which sensor_calibration it is to be mapped"));
+  request.set_sensor_calibration(testing::kSensorCalibration);
+  const absl::StatusOr<v1::Registration> named = TryRegister(request);
+  ASSERT_TRUE(named.ok()) << named.status();
+  EXPECT_TRUE(named->sensor_calibration_asked());
+  plant_.calibration.sensor.set_state(calibration::v1::CALIBRATION_STATE_WITHDRAWN);
+  request = Request(v1::METHOD_BEST_FIT);
+  request.set_sensor_calibration(testing::kSensorCalibration);
+  EXPECT_EQ(runtime::ReasonOf(TryRegister(request).status()), "CALIBRATION_WITHDRAWN");
+}
+
+TEST_F(RegistrationServiceTest, ScansThatWereNotTakenAlikeAreNotMerged) {
+  MountBlade();
+  const auto header = [&](int i) {
+    return plant_.ingest.scans.at(plant_.scans[static_cast<std::size_t>(i)]).mutable_header();
+  };
+  const auto refused = [&] { return RefusalOf(Request(v1::METHOD_BEST_FIT)); };
+  for (int i = 0; i < 4; ++i) header(i)->set_clamping("c1");
+  const v1::Registration clamped = Register(Request(v1::METHOD_BEST_FIT));
+  EXPECT_EQ(clamped.clamping(), "c1");
+  v1::RegisterRequest other = Request(v1::METHOD_BEST_FIT);
+  other.set_clamping("c2");
+  EXPECT_THAT(RefusalOf(other), HasSubstr(".clamping: 'c1', want 'c2', the clamping that was asked for"));
+  header(3)->set_clamping("c2");
+  EXPECT_THAT(refused(), HasSubstr(".clamping: 'c2', want 'c1', as the first scan"));
+  header(3)->set_clamping("c1");
+
+  header(2)->set_travel(ingest::v1::SCAN_TRAVEL_BACKWARD);
+  EXPECT_THAT(refused(), HasSubstr(".travel: SCAN_TRAVEL_BACKWARD, want SCAN_TRAVEL_UNSPECIFIED, as the first scan"));
+  for (int i = 0; i < 4; ++i) header(i)->set_travel(ingest::v1::SCAN_TRAVEL_BACKWARD);
+  plant_.calibration.sensor.mutable_sensor()->set_travel(ingest::v1::SCAN_TRAVEL_FORWARD);
+  EXPECT_THAT(refused(), HasSubstr("or encoder_latency_um in the error_sources of machines/m1"));
+  plant_.plant.machine.mutable_error_sources()->set_encoder_latency_um(4);
+  const v1::Registration backward = Register(Request(v1::METHOD_BEST_FIT));
+  EXPECT_EQ(backward.error_sources(2).name(), "encoder's latency, machines/m1");
+  EXPECT_NEAR(backward.error_sources(2).parameters_per_sigma().values(3), 4e-3, 1e-12);
+
+  for (int i = 0; i < 4; ++i) header(i)->set_sensor_serial_number("S2");
+  plant_.calibration.sensor.mutable_sensor()->set_sensor_serial_number("S1");
+  EXPECT_THAT(refused(), HasSubstr(".sensor_serial_number: S2, want S1, the sensor of " +
+                                   std::string(testing::kSensorCalibration)));
+  plant_.plant.machine.mutable_sensor()->set_kind(plant::v1::SENSOR_KIND_SNAPSHOT);
+  EXPECT_EQ(runtime::ReasonOf(TryRegister(Request(v1::METHOD_BEST_FIT)).status()), "SENSOR_UNSUITABLE");
+}
+
+// A blade that was scanned warm, and registered at 20 C.
+TEST_F(RegistrationServiceTest, TakesAWarmBladeToTwentyDegrees) {
+  const double per_k = 12.5e-6, warmer_k = 40;  // half a thousandth: 12 um at the tip
+  Design(TrueBlade());
+  Scan(TrueBlade(), nullptr,
+       [&](const metrology::SurfacePoint& on) -> Eigen::Vector3d { return (1 + per_k * warmer_k) * on.point_mm; });
+  const v1::Registration cold = Register(Request(v1::METHOD_BEST_FIT));
+  EXPECT_FALSE(cold.has_thermal_stretch());
+  const auto refused = [&] { return RefusalOf(Request(v1::METHOD_BEST_FIT)); };
+  plant_.ingest.scans.at(plant_.scans[0]).mutable_header()->set_subject_temperature_c(20 + warmer_k);
+  EXPECT_THAT(refused(), HasSubstr("parts/p1.thermal_expansion: not given, want the material's"));
+  plant_.plant.part.mutable_thermal_expansion()->set_um_per_m_k(12.5);
+  plant_.plant.part.mutable_thermal_expansion()->set_standard_uncertainty_um_per_m_k(0.5);
+  EXPECT_THAT(refused(), HasSubstr("machines/m1.error_sources.temperature_k: not given"));
+  plant::v1::ErrorSources& stated = *plant_.plant.machine.mutable_error_sources();
+  stated.set_temperature_k(0.2);
+  EXPECT_THAT(refused(), HasSubstr(".subject_temperature_c: not given, want a temperature of all scans, or of none"));
+  for (const std::string& scan : plant_.scans)
+    plant_.ingest.scans.at(scan).mutable_header()->set_subject_temperature_c(20 + warmer_k);
+  const v1::Registration at_20 = Register(Request(v1::METHOD_BEST_FIT));
+  EXPECT_NEAR(at_20.thermal_stretch(), 1 + per_k * warmer_k, 1e-12);
+  MountBlade();
+  for (const std::string& scan : plant_.scans)
+    plant_.ingest.scans.at(scan).mutable_header()->clear_subject_temperature_c();
+  const v1::Registration true_at_20 = Register(Request(v1::METHOD_BEST_FIT));
+  EXPECT_GT(cold.evidence().residual_sigma_um(), 1.1 * true_at_20.evidence().residual_sigma_um());
+  EXPECT_NEAR(at_20.evidence().residual_sigma_um(), true_at_20.evidence().residual_sigma_um(), 0.02);
+  // The part grew about its own frame, and is taken to have grown about its axis: between both lie 50 mm, 25 um. Its shape is what counts.
+  const double across_um =
+      1e3 * per_k * warmer_k * (plant_.block.pose.zero_from_part.translation() - plant_.block.axes.b.point_mm).norm();
+  EXPECT_NEAR(ErrorUm(at_20), across_um, 0.5);
+  std::vector<std::string> names;
+  for (const auto& source : at_20.error_sources()) names.push_back(source.name());
+  EXPECT_THAT(names, Contains("temperature, machines/m1"));
+  EXPECT_THAT(names, Contains("expansion, parts/p1 on machines/m1"));
+
+  stated.mutable_scale_expansion()->set_um_per_m_k(12.5);
+  stated.mutable_scale_expansion()->set_standard_uncertainty_um_per_m_k(0.5);
+  plant_.ingest.scans.at(plant_.scans[0]).mutable_header()->set_subject_temperature_c(25);
+  EXPECT_THAT(refused(), HasSubstr(".scales_temperature_c: not given, want one beside subject_temperature_c"));
+  plant_.ingest.scans.at(plant_.scans[0]).mutable_header()->clear_subject_temperature_c();
+  // Nobody measured it, and somebody says how far it may be: nothing is taken out, and U says so.
+  stated.set_temperature_half_range_k(5);
+  const v1::Registration bounded = Register(Request(v1::METHOD_BEST_FIT));
+  EXPECT_FALSE(bounded.has_thermal_stretch());
+  EXPECT_EQ(bounded.zero_from_part().SerializeAsString(), true_at_20.zero_from_part().SerializeAsString());
+  EXPECT_GT(bounded.covariance().values(21), true_at_20.covariance().values(21));
 }
 
 // The block's scans show its flat top only.

@@ -1,0 +1,35 @@
+#include "services/clients/references.h"
+
+#include <google/protobuf/util/time_util.h>
+
+#include "services/runtime/errors.h"
+#include "services/runtime/time_proto.h"
+
+namespace sixpoint::clients {
+
+absl::Status CheckCertificate(const std::string& field, bool given, const plant::v1::Certificate& certificate,
+                              std::chrono::system_clock::time_point at) {
+  if (!given || at < runtime::MomentOf(certificate.expires_at())) return absl::OkStatus();
+  return runtime::Failure(errors::v1::REFERENCE_EXPIRED,
+                          field + ": " + certificate.number() + ", which ended on " +
+                              google::protobuf::util::TimeUtil::ToString(certificate.expires_at()) +
+                              ", want one that held when it was measured",
+                          {{"resource", field}, {"certificate", certificate.number()}});
+}
+
+double PositioningFigure_deg(const plant::v1::Machine& machine, const std::string& letter) {
+  for (const plant::v1::Joint& joint : machine.kinematics().part_side())
+    if (joint.axis() == letter) return joint.positioning_standard_uncertainty_deg();
+  return 0;
+}
+
+absl::Status CheckLineScanner(const plant::v1::Machine& machine) {
+  if (machine.sensor().kind() != plant::v1::SENSOR_KIND_SNAPSHOT) return absl::OkStatus();
+  return runtime::Failure(errors::v1::SENSOR_UNSUITABLE,
+                          machine.name() +
+                              ".sensor.kind: SENSOR_KIND_SNAPSHOT, want a line scanner: clouds of a "
+                              "snapshot sensor are recorded, and not mapped yet",
+                          {{"resource", machine.name()}});
+}
+
+}  // namespace sixpoint::clients

@@ -1,0 +1,22 @@
+// What has to be said for the equipment before anything is measured by it.
+#pragma once
+
+#include <absl/status/status.h>
+
+#include <chrono>
+#include <string>
+
+#include "sixpoint/plant/v1/machine.pb.h"
+#include "sixpoint/plant/v1/reference.pb.h"
+
+namespace sixpoint::clients {
+
+// FAILED_PRECONDITION (REFERENCE_EXPIRED) where there is one and `at`, when it was measured, is not before its end. field: whose it is.
+absl::Status CheckCertificate(const std::string& field, bool given, const plant::v1::Certificate& certificate,
+                              std::chrono::system_clock::time_point at);
+// As the record has it of the rotary joint of that letter; 0: it has none.
+double PositioningFigure_deg(const plant::v1::Machine& machine, const std::string& letter);
+// FAILED_PRECONDITION (SENSOR_UNSUITABLE) of another kind: its clouds are not sheared as a line scanner's are.
+absl::Status CheckLineScanner(const plant::v1::Machine& machine);
+
+}  // namespace sixpoint::clients
