@@ -111,6 +111,8 @@ std::string NameOf(GateCheckKind kind) {
       return "LINE_OF_SIGHT";
     case GateCheckKind::kCutBefore:
       return "CUT_BEFORE";
+    case GateCheckKind::kSensorCalibration:
+      return "SENSOR_CALIBRATION";
   }
   return "";
 }

@@ -25,21 +25,22 @@ inline constexpr double kLeastInformationKept = 0.5;
 inline constexpr double kGreatestDisagreement = 4.1;  // as disagreement.h flags it
 
 enum class GateCheckKind {
-  kStartShift,        // mm
-  kAxisChange,        // deg
-  kStartUncertainty,  // um, expanded
-  kAxisUncertainty,   // deg, expanded
-  kDisagreement,      // standard uncertainties
-  kMerge,             // chi squared
-  kCondition,         // condition number
-  kInformation,       // share kept; at least
-  kHeldDirections,    // count
-  kRegistrationAge,   // h
-  kClamping,          // count of registrations that speak against it
-  kTravel,            // mm beyond a limit
-  kKeepOut,           // mm of clearance; at least
-  kLineOfSight,       // mm of clearance; at least
-  kCutBefore,         // count of holes
+  kStartShift,         // mm
+  kAxisChange,         // deg
+  kStartUncertainty,   // um, expanded
+  kAxisUncertainty,    // deg, expanded
+  kDisagreement,       // standard uncertainties
+  kMerge,              // chi squared
+  kCondition,          // condition number
+  kInformation,        // share kept; at least
+  kHeldDirections,     // count
+  kRegistrationAge,    // h
+  kClamping,           // count of registrations that speak against it
+  kTravel,             // mm beyond a limit
+  kKeepOut,            // mm of clearance; at least
+  kLineOfSight,        // mm of clearance; at least
+  kCutBefore,          // count of holes
+  kSensorCalibration,  // count of calibrations that were asked for, and not in force when the scans were taken
 };
 std::string NameOf(GateCheckKind kind);  // "START_SHIFT", as ReleaseCheckKind has it
 

@@ -56,6 +56,7 @@ absl::StatusOr<FetchedSensorCalibration> SensorOf(const Calibration& calibration
   out.travel = in.travel();
   out.machine = calibration.machine();
   out.withdrawn = calibration.state() == calibration::v1::CALIBRATION_STATE_WITHDRAWN;
+  out.draft = calibration.state() == calibration::v1::CALIBRATION_STATE_DRAFT;
   if (!in.has_field_response()) return out;
   const absl::StatusOr<Eigen::MatrixXd> response = runtime::FromProto("field_response", in.field_response());
   if (!response.ok()) return Damaged(calibration, std::string(response.status().message()));

@@ -28,6 +28,7 @@ struct FetchedSensorCalibration {
   ingest::v1::ScanTravel travel = ingest::v1::SCAN_TRAVEL_UNSPECIFIED;
   std::string machine;  // machines/{id}
   bool withdrawn = false;
+  bool draft = false;
 };
 struct FetchedRotationCalibration {
   std::string name;

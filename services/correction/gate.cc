@@ -68,6 +68,9 @@ absl::StatusOr<std::vector<GateCheck>> Judge(const Inputs& inputs,
     checks.push_back(*std::move(sight));
   }
   checks.push_back(metrology::CountAgainst(GateCheckKind::kCutBefore, inputs.cut_before));
+  std::vector<std::string> asked;
+  if (inputs.registration.sensor_calibration_asked()) asked.push_back(inputs.registration.sensor_calibration());
+  checks.push_back(metrology::CountAgainst(GateCheckKind::kSensorCalibration, asked));
   return checks;
 }
 

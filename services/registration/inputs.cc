@@ -240,6 +240,7 @@ absl::StatusOr<clients::FetchedSensorCalibration> InputFetcher::FetchSensor(cons
     return runtime::Failure(errors::v1::CALIBRATION_WITHDRAWN,
                             "sensor_calibration: " + asked + ", which was withdrawn, want one that was not",
                             {{"resource", asked}});
+  if (sensor->draft) return runtime::Refuse("sensor_calibration", asked + ", a draft", "one that was released");
   inputs->sensor_calibration_asked = !of_then.ok() || of_then->name != sensor->name;
   return sensor;
 }

@@ -131,7 +131,7 @@ TEST_F(CorrectionHandlersTest, WhatSpeaksAgainstAReleaseIsNamedAndWaits) {
   EXPECT_EQ(clean->state(), v1::CORRECTION_STATE_RELEASED);
   EXPECT_NE(clean->nc_program(), "");
   EXPECT_EQ(clean->program_sha256().size(), 64u);
-  EXPECT_EQ(clean->checks_size(), 12);  // no linear axes, no keep-out
+  EXPECT_EQ(clean->checks_size(), 13);  // no linear axes, no keep-out
   const registration::v1::Registration sound = plant_.registration.registration;
   const plant::v1::Machine machine = plant_.plant.machine;
   const plant::v1::Part part = plant_.plant.part;
@@ -163,6 +163,8 @@ TEST_F(CorrectionHandlersTest, WhatSpeaksAgainstAReleaseIsNamedAndWaits) {
          later.set_blade("blades/sn2");
          says(later);
        }},
+      {"SENSOR_CALIBRATION of " + std::string(testing::kSensorCalibration) + ": 1, want at most 0",
+       [&] { plant_.registration.registration.set_sensor_calibration_asked(true); }},
       {"CUT_BEFORE of G1/H2: 1, want at most 0",
        [&] {
          events_->cut = {{"another", {"G1", "H2"}}};

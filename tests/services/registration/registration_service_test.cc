@@ -296,6 +296,8 @@ TEST_F(RegistrationServiceTest, MapsAScanByTheCalibrationOfThen) {
   const absl::StatusOr<v1::Registration> named = TryRegister(request);
   ASSERT_TRUE(named.ok()) << named.status();
   EXPECT_TRUE(named->sensor_calibration_asked());
+  plant_.calibration.sensor.set_state(calibration::v1::CALIBRATION_STATE_DRAFT);
+  EXPECT_THAT(RefusalOf(request), HasSubstr(", a draft, want one that was released"));
   plant_.calibration.sensor.set_state(calibration::v1::CALIBRATION_STATE_WITHDRAWN);
   request = Request(v1::METHOD_BEST_FIT);
   request.set_sensor_calibration(testing::kSensorCalibration);
