@@ -200,7 +200,7 @@ absl::Status InputFetcher::FetchScans(const v1::RegisterRequest& request, const 
       return runtime::Refuse("scans", std::to_string(point_count) + " points", "at most 100000000 together");
     if (i + 1 < request.scans_size()) next = std::async(std::launch::async, fetch, i + 1);
     absl::Status known = i == 0 ? FetchMachine(request, first, caller, inputs)
-                                : CheckMappedAlike(request, fetched->record, caller, *inputs);
+                                : CheckMappedAlike(request, fetched->record, caller, inputs);
     if (!known.ok()) return known;
     const auto stretch = clients::StretchOf({inputs->machine, inputs->part, fetched->record.header()});
     if (!stretch.ok()) return stretch.status();
@@ -230,8 +230,9 @@ absl::StatusOr<clients::FetchedSensorCalibration> InputFetcher::FetchSensor(cons
                                                                             Inputs* inputs) const {
   auto of_then = calibrations_.SensorInForceAt(scan.header().machine(), scan.received_at(), caller.make_context());
   const std::string& asked = request.sensor_calibration();
-  if (asked.empty() && absl::IsFailedPrecondition(of_then.status())) return NoneOfThen(of_then.status(), scan.name());
-  if (asked.empty()) return of_then;
+  const bool none = absl::IsFailedPrecondition(of_then.status());
+  if (asked.empty() && none) return NoneOfThen(of_then.status(), scan.name());
+  if (asked.empty() || (!of_then.ok() && !none)) return of_then;
   auto sensor = calibrations_.Sensor(asked, caller.make_context());
   if (!sensor.ok()) return NotKnown("sensor_calibration", asked, sensor.status());
   if (sensor->machine != scan.header().machine())
@@ -241,19 +242,24 @@ absl::StatusOr<clients::FetchedSensorCalibration> InputFetcher::FetchSensor(cons
                             "sensor_calibration: " + asked + ", which was withdrawn, want one that was not",
                             {{"resource", asked}});
   if (sensor->draft) return runtime::Refuse("sensor_calibration", asked + ", a draft", "one that was released");
-  inputs->sensor_calibration_asked = !of_then.ok() || of_then->name != sensor->name;
+  inputs->sensor_calibration_asked = none || of_then->name != sensor->name;
   return sensor;
 }
 
 absl::Status InputFetcher::CheckMappedAlike(const v1::RegisterRequest& request, const ingest::v1::Scan& scan,
-                                            const Caller& caller, const Inputs& inputs) const {
-  if (!request.sensor_calibration().empty()) return absl::OkStatus();
+                                            const Caller& caller, Inputs* inputs) const {
   const auto of_then =
       calibrations_.SensorInForceAt(scan.header().machine(), scan.received_at(), caller.make_context());
-  if (!of_then.ok()) return of_then.status();
-  if (of_then->name == inputs.sensor_calibration) return absl::OkStatus();
+  const bool none = absl::IsFailedPrecondition(of_then.status());
+  if (!of_then.ok() && !none) return of_then.status();
+  if (!none && of_then->name == inputs->sensor_calibration) return absl::OkStatus();
+  if (!request.sensor_calibration().empty()) {
+    inputs->sensor_calibration_asked = true;
+    return absl::OkStatus();
+  }
+  if (none) return NoneOfThen(of_then.status(), scan.name());
   return runtime::Refuse("scans[" + scan.name() + "]", "received when " + of_then->name + " was in force",
-                         "scans of one sensor calibration, as the first of " + inputs.sensor_calibration +
+                         "scans of one sensor calibration, as the first of " + inputs->sensor_calibration +
                              "; or sensor_calibration, to map all by one");
 }
 
@@ -298,11 +304,13 @@ absl::Status InputFetcher::FetchPositioning(bool apply_axis_tables, const client
   std::string without;
   for (std::size_t i = 0; i < rotation.letters.size(); ++i) {
     const std::string& letter = rotation.letters[i];
+    const double figure_deg = clients::PositioningFigure_deg(inputs->machine, letter);
     auto axis = calibrations_.AxisInForce(machine, letter, caller.make_context());
+    // One that is over says nothing any more: what the record states holds again.
+    if (absl::IsFailedPrecondition(axis.status()) && !apply_axis_tables && figure_deg > 0) axis = std::nullopt;
     if (!axis.ok()) return axis.status();
     metrology::AxisPositioning& of_axis = i == 0 ? positioning.a : positioning.b;
     if (!axis->has_value() || !apply_axis_tables) {
-      const double figure_deg = clients::PositioningFigure_deg(inputs->machine, letter);
       if (!axis->has_value() && !(figure_deg > 0))
         return runtime::Failure(errors::v1::AXIS_UNCERTAINTY_MISSING,
                                 machine + ", axis " + letter +

@@ -71,9 +71,9 @@ class InputFetcher {
   absl::StatusOr<clients::FetchedSensorCalibration> FetchSensor(const v1::RegisterRequest& request,
                                                                 const ingest::v1::Scan& scan, const Caller& caller,
                                                                 Inputs* inputs) const;
-  // INVALID_ARGUMENT where another calibration was in force when this scan was received.
+  // INVALID_ARGUMENT where another calibration was in force when this scan was received; where one was asked for, that is kept.
   absl::Status CheckMappedAlike(const v1::RegisterRequest& request, const ingest::v1::Scan& scan, const Caller& caller,
-                                const Inputs& inputs) const;
+                                Inputs* inputs) const;
   // How both axes position: by their tables where they are asked for, else as uncertain as they are characterised or stated.
   absl::Status FetchPositioning(bool apply_axis_tables, const clients::FetchedRotationCalibration& rotation,
                                 const Caller& caller, Inputs* inputs) const;

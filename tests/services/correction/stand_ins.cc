@@ -79,6 +79,8 @@ grpc::Status StandInCalibration::GetCalibrationInForce(grpc::ServerContext*,
                                                        calibration::v1::Calibration* response) {
   if (expired) return {grpc::StatusCode::FAILED_PRECONDITION, "machine: its calibration has expired"};
   if (request->kind() == calibration::v1::CALIBRATION_KIND_AXIS) {
+    if (axes.count(request->axis()) > 0 && axes_over)
+      return runtime::ToGrpc(runtime::Failure(errors::v1::CALIBRATION_EXPIRED, "axis: its characterisation is over"));
     if (axes.count(request->axis()) == 0)
       return runtime::ToGrpc(
           runtime::Failure(errors::v1::CALIBRATION_MISSING, "axis: " + request->axis() + " is not characterised"));

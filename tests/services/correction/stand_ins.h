@@ -54,6 +54,7 @@ class StandInCalibration final : public calibration::v1::CalibrationService::Ser
   calibration::v1::Calibration sensor, rotation;
   std::map<std::string, calibration::v1::Calibration> axes;  // characterisations by the axis's letter
   bool expired = false;                                      // none in force
+  bool axes_over = false;                                    // none of the characterisations is in force any more
   std::int64_t in_force_from_s = 0;                          // of `sensor`
   std::optional<calibration::v1::Calibration> remounted;     // in force from remounted_s on
   std::int64_t remounted_s = 0;

@@ -256,6 +256,11 @@ TEST_F(RegistrationServiceTest, AnAxisHasATableOrAFigure) {
   const auto derived = storage::DerivedFrom(*transaction, testing::kBCharacterisation);
   ASSERT_TRUE(derived.ok()) << derived.status();
   EXPECT_EQ(derived->size(), 1u);  // it rests on it all the same
+  // Its time is over: the record's figure holds again, where there is one.
+  plant_.calibration.axes_over = true;
+  EXPECT_EQ(runtime::ReasonOf(TryRegister(Request(v1::METHOD_BEST_FIT)).status()), "CALIBRATION_EXPIRED");
+  b.set_positioning_standard_uncertainty_deg(0.01);
+  EXPECT_NEAR(Register(Request(v1::METHOD_BEST_FIT)).angles(1).standard_uncertainty_deg(), 0.01, 1e-12);
 }
 
 // A scanner that was mounted anew since maps nothing that came before, unless it is asked to.
@@ -285,6 +290,10 @@ TEST_F(RegistrationServiceTest, MapsAScanByTheCalibrationOfThen) {
   plant_.ingest.scans.at(plant_.scans[2]).mutable_received_at()->set_seconds(1'700'000'200);
   const std::string mixed = RefusalOf(Request(v1::METHOD_BEST_FIT));
   EXPECT_THAT(mixed, HasSubstr("received when " + anew.name() + " was in force, want scans of one sensor calibration"));
+  request.set_sensor_calibration(testing::kSensorCalibration);  // as the first scan's, and not that one's
+  const absl::StatusOr<v1::Registration> some = TryRegister(request);
+  ASSERT_TRUE(some.ok()) << some.status();
+  EXPECT_TRUE(some->sensor_calibration_asked());
   // All came before the machine had any.
   plant_.calibration.in_force_from_s = 1'800'000'000;
   plant_.calibration.remounted.reset();
