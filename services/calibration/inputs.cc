@@ -106,11 +106,7 @@ absl::StatusOr<SensorInputs> InputFetcher::Fetch(const v1::CalibrateSensorReques
                                                  record->certificate(), inputs.last_received_at);
       !s.ok())
     return s;
-  if (absl::Status s = clients::CheckCertificate(machine->name() + ".touch_probe.certificate",
-                                                 machine->touch_probe().has_certificate(),
-                                                 machine->touch_probe().certificate(), inputs.last_received_at);
-      !s.ok())
-    return s;
+  if (absl::Status s = clients::CheckTouchProbe(*machine, inputs.last_received_at); !s.ok()) return s;
   return inputs;
 }
 
@@ -150,13 +146,7 @@ absl::StatusOr<RotationInputs> InputFetcher::Fetch(const v1::CalibrateRotationRe
   }
   const auto machine = FetchMachine(request.machine(), caller, &inputs);
   if (!machine.ok()) return machine.status();
-  const absl::StatusOr<storage::Instant> now = calibrations_->Now(caller.deadline);
-  if (!now.ok()) return now.status();
-  if (absl::Status s = clients::CheckCertificate(machine->name() + ".touch_probe.certificate",
-                                                 machine->touch_probe().has_certificate(),
-                                                 machine->touch_probe().certificate(), *now);
-      !s.ok())
-    return s;
+  if (absl::Status s = CheckTouchedNow(*machine, caller); !s.ok()) return s;
   absl::StatusOr<metrology::RotationOptions> options = RotationOptionsOf(*machine);
   if (!options.ok()) return options.status();
   inputs.options = *std::move(options);
@@ -198,6 +188,7 @@ absl::StatusOr<ProbeInputs> InputFetcher::Fetch(const v1::CalibrateProbeRequest&
   inputs.validity = *validity;
   const auto machine = FetchMachine(request.machine(), caller, &inputs);
   if (!machine.ok()) return machine.status();
+  if (absl::Status s = CheckTouchedNow(*machine, caller); !s.ok()) return s;
   return inputs;
 }
 
@@ -218,6 +209,11 @@ absl::StatusOr<AxisInputs> InputFetcher::Fetch(const v1::CharacteriseAxisRequest
   if (!joint.ok()) return joint.status();
   inputs.joint = *std::move(joint);
   return inputs;
+}
+
+absl::Status InputFetcher::CheckTouchedNow(const plant::v1::Machine& machine, const Caller& caller) const {
+  const absl::StatusOr<storage::Instant> now = calibrations_->Now(caller.deadline);
+  return now.ok() ? clients::CheckTouchProbe(machine, *now) : now.status();
 }
 
 absl::StatusOr<plant::v1::Machine> InputFetcher::FetchMachine(const std::string& name, const Caller& caller,

@@ -67,6 +67,8 @@ class InputFetcher {
  private:
   // With its name added to the inputs'.
   absl::StatusOr<plant::v1::Machine> FetchMachine(const std::string& name, const Caller& caller, Inputs* inputs) const;
+  // FAILED_PRECONDITION (REFERENCE_EXPIRED): what was touched without a scan was touched now.
+  absl::Status CheckTouchedNow(const plant::v1::Machine& machine, const Caller& caller) const;
   absl::Status FetchScans(const v1::CalibrateSensorRequest& request, const Caller& caller, SensorInputs* inputs) const;
   // Gives both joints the tables of their characterisations in force. FAILED_PRECONDITION (AXIS_NOT_CHARACTERISED) where
   // neither has one.

@@ -17,6 +17,12 @@ absl::Status CheckCertificate(const std::string& field, bool given, const plant:
                           {{"resource", field}, {"certificate", certificate.number()}});
 }
 
+absl::Status CheckTouchProbe(const plant::v1::Machine& machine, std::chrono::system_clock::time_point at) {
+  const plant::v1::TouchProbe& probe = machine.touch_probe();
+  return CheckCertificate(machine.name() + ".touch_probe.certificate", probe.has_certificate(), probe.certificate(),
+                          at);
+}
+
 double PositioningFigure_deg(const plant::v1::Machine& machine, const std::string& letter) {
   for (const plant::v1::Joint& joint : machine.kinematics().part_side())
     if (joint.axis() == letter) return joint.positioning_standard_uncertainty_deg();

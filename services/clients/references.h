@@ -14,6 +14,8 @@ namespace sixpoint::clients {
 // FAILED_PRECONDITION (REFERENCE_EXPIRED) where there is one and `at`, when it was measured, is not before its end. field: whose it is.
 absl::Status CheckCertificate(const std::string& field, bool given, const plant::v1::Certificate& certificate,
                               std::chrono::system_clock::time_point at);
+// The same of the machine's touch probe.
+absl::Status CheckTouchProbe(const plant::v1::Machine& machine, std::chrono::system_clock::time_point at);
 // As the record has it of the rotary joint of that letter; 0: it has none.
 double PositioningFigure_deg(const plant::v1::Machine& machine, const std::string& letter);
 // FAILED_PRECONDITION (SENSOR_UNSUITABLE) of another kind: its clouds are not sheared as a line scanner's are.

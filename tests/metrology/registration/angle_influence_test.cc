@@ -136,6 +136,17 @@ RegisteredPose PoseOf(const Registered& registered, const MachineCalibration& ma
   return pose;
 }
 
+NominalHoleGroup OneHole() {
+  NominalHoleGroup group;
+  group.name = "G1";
+  group.nominal = {20 * kRad, -35 * kRad};
+  group.axis_in_part = BladePose().linear().transpose() *
+                       Machine().axes.MachineFromZero(20 * kRad, -35 * kRad).linear().transpose() *
+                       Eigen::Vector3d::UnitZ();
+  group.holes = {{"H1", kPartCentreMm + Eigen::Vector3d(5, 2, 20)}};
+  return group;
+}
+
 // The pose in the plant's own figures: with the tables what is left is what the covariance says, without them ten times it
 // and more. The hole starts, drilled at angles that come to the command by any way, are judged by the same draws.
 TEST(AxisTables, TakeTheAnglesErrorOutOfPosesAndHolesAndSayWhatIsLeft) {
@@ -145,13 +156,7 @@ TEST(AxisTables, TakeTheAnglesErrorOutOfPosesAndHolesAndSayWhatIsLeft) {
   int holes_inside = 0;
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal(0, 1);
-  NominalHoleGroup group;
-  group.name = "G1";
-  group.nominal = {20 * kRad, -35 * kRad};
-  group.axis_in_part = BladePose().linear().transpose() *
-                       Machine().axes.MachineFromZero(20 * kRad, -35 * kRad).linear().transpose() *
-                       Eigen::Vector3d::UnitZ();
-  group.holes = {{"H1", kPartCentreMm + Eigen::Vector3d(5, 2, 20)}};
+  const NominalHoleGroup group = OneHole();
   const RotaryLimits limits{-100 * kRad, 100 * kRad, -360 * kRad, 360 * kRad};
   for (int seed = 1; seed <= kRuns; ++seed) {
     const Measured run = Scans(static_cast<std::uint64_t>(seed));
@@ -271,13 +276,7 @@ TEST(AngleInfluence, AFigureWithoutATableIsTakenToo) {
     EXPECT_DOUBLE_EQ(angle.standard_uncertainty_rad, 0.005 * kRad);
     EXPECT_EQ(angle.half_reversal_rad, 0);
   }
-  NominalHoleGroup group;
-  group.name = "G1";
-  group.nominal = {20 * kRad, -35 * kRad};
-  group.axis_in_part = BladePose().linear().transpose() *
-                       Machine().axes.MachineFromZero(20 * kRad, -35 * kRad).linear().transpose() *
-                       Eigen::Vector3d::UnitZ();
-  group.holes = {{"H1", kPartCentreMm + Eigen::Vector3d(5, 2, 20)}};
+  const NominalHoleGroup group = OneHole();
   const RotaryLimits limits{-100 * kRad, 100 * kRad, -360 * kRad, 360 * kRad};
   const auto corrected =
       CorrectGroup(group, PoseOf(registered, run.machine), BladePose(), run.machine.axes, run.machine.axes, limits);
