@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "services/calibration/calibration_service.h"
+#include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 #include "tests/metrology/calibration/probe_bench.h"
@@ -20,11 +21,14 @@ using sixpoint::testing::ProbeBench;
 using ::testing::HasSubstr;
 
 class FakePlant final : public plant::v1::PlantService::Service {
+ public:
+  plant::v1::TouchProbe touch_probe;
   grpc::Status GetMachine(grpc::ServerContext*, const plant::v1::GetMachineRequest* request,
                           plant::v1::Machine* out) override {
     if (request->name() != "machines/m1") return {grpc::StatusCode::NOT_FOUND, "no such machine"};
     out->set_name("machines/m1");
     out->set_revision(3);
+    *out->mutable_touch_probe() = touch_probe;
     return grpc::Status::OK;
   }
 };
@@ -88,6 +92,12 @@ class ProbeServiceTest : public ::testing::Test {
   std::unique_ptr<v1::CalibrationService::Stub> stub_;
   v1::CalibrateProbeRequest request_;
 };
+
+TEST_F(ProbeServiceTest, NothingIsCalibratedByATouchProbeWhoseCertificateIsOver) {
+  plant_.touch_probe.mutable_certificate()->mutable_expires_at()->set_seconds(1'500'000'000);
+  v1::Calibration made;
+  EXPECT_EQ(runtime::ReasonOf(runtime::FromGrpc(Calibrate(&made))), "REFERENCE_EXPIRED");
+}
 
 TEST_F(ProbeServiceTest, IsStoredWholeAndInForceToTheSameBits) {
   v1::Calibration made, in_force, got;
