@@ -47,9 +47,9 @@ class Server:
 
 
 def overload(server, words, quick, deadline_ms, in_flight, connections=4, times=10, seconds=None):
-    """Figures of one kind of call. Capacity and overload take turns, for a machine is not equally busy all the time."""
-    seconds = seconds or (2 if quick else 6)
-    rounds = 2 if quick else 3
+    """Figures of one kind of call. Capacity and overload take turns, short ones and many, for a machine is not equally fast all the time."""
+    seconds = seconds or (2 if quick else 3)
+    rounds = 2 if quick else 9
     capacities = [server.measure(words, connections=connections, in_flight=n, seconds=seconds, deadline_ms=deadline_ms)['goodput_per_s']
                   for n in in_flight]
     best = in_flight[capacities.index(max(capacities))]
@@ -112,7 +112,7 @@ def reads_and_uploads(quick):
         files = sorted(glob.glob(f'{bodies}/*'))
         ingest = Server(plant.ingest_port, [plant.ingest.pid, plant.postgres.pid], user)
         upload = ['--method', 'sixpoint.ingest.v1.ScanService.UploadScan', *[w for f in files for w in ('--bodies', f)]]
-        yield 'upload', 'UploadScan of a small scan', overload(ingest, upload, quick, 5000, [1, 2, 4], seconds=3 if quick else 8)
+        yield 'upload', 'UploadScan of a small scan', overload(ingest, upload, quick, 5000, [1, 2, 4])
         yield 'memory', None, {'plant_mb': rss_mb, 'ingest_mb': memory_mb(plant.ingest.pid, 'VmHWM')}
     finally:
         plant.down()
@@ -140,7 +140,7 @@ def computed(quick):
             pids += [int(pid)] if pid.isdigit() and int(pid) > 0 else []
         server = Server(base + 4, pids, identity)  # as `sixpoint up` gives ports out
         words = call('sixpoint.correction.v1.CorrectionService.Correct', registration=names[0], requestId=ID)
-        yield 'correct', 'Correct, recorded', overload(server, words, quick, 5000, [1, 2], connections=4, seconds=4 if quick else 10)
+        yield 'correct', 'Correct, recorded', overload(server, words, quick, 5000, [1, 2], connections=4, seconds=4 if quick else 5)
     finally:
         subprocess.run([f'{BIN}/sixpoint', 'down', '--data', f'{data}/plant'], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         shutil.rmtree(data, ignore_errors=True)
