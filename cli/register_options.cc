@@ -79,6 +79,9 @@ std::vector<Option*> AddFitOptions(Command* command, RegisterOptions* options) {
       list("--free", &options->free, "Directions in which the part may move: turn-x,...,shift-z; without it all six")
           ->List()
           ->OneOf(RegisterFreedoms()),
+      command->AddOption("--held-turn-deg", &options->held_turn_deg,
+                         "Where turns are not free: standard uncertainty of each; unset, a program waits for a person"),
+      command->AddOption("--held-shift-um", &options->held_shift_um, "The same of shifts"),
       list("--in", &options->in,
            "Where points count, part frame, mm: box:X,Y,Z:X,Y,Z, ball:X,Y,Z:RADIUS or holes:GROUP:MARGIN; repeatable"),
       list("--not-in", &options->not_in, "Where points do not count, as --in; repeatable"),
@@ -130,6 +133,8 @@ absl::StatusOr<registration::v1::FitOptions> FitOptionsOf(const RegisterOptions&
   for (const std::string& freedom : options.free)
     out.add_degrees_of_freedom(static_cast<registration::v1::Freedom>(
         registration::v1::FREEDOM_TURN_X + (std::find(freedoms.begin(), freedoms.end(), freedom) - freedoms.begin())));
+  if (options.held_turn_deg) out.set_held_turn_standard_uncertainty_deg(*options.held_turn_deg);
+  if (options.held_shift_um) out.set_held_shift_standard_uncertainty_um(*options.held_shift_um);
   out.mutable_scan_weights()->Add(options.weights.begin(), options.weights.end());
   for (const auto& [texts, regions] :
        {std::pair(&options.in, out.mutable_regions_in()), std::pair(&options.not_in, out.mutable_regions_out())})

@@ -18,6 +18,7 @@ struct RegisterOptions {
   bool coarse = false;
   std::optional<double> least_stock_mm, greatest_stock_mm, patch_mm, least_side_part;
   std::optional<int> least_points;
+  std::optional<double> held_turn_deg, held_shift_um;
 };
 
 // "turn-x", ...: what --free takes.

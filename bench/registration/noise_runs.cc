@@ -42,7 +42,7 @@ void RunNoise(const PreparedBlade& prepared, const RunOptions& options, Figures*
       const metrology::PlacedPose& placed = *draw.timed.fit.placed;
       const Eigen::Vector3d& reference_mm = placed.covariance.reference_mm;
       statistics.Add(PoseError(placed.zero_from_part, ScanFromPart(), reference_mm),
-                     About(*draw.bound, reference_mm).values, placed.covariance.values);
+                     About(*draw.bound, reference_mm).values, placed.noise_covariance.values);
     }
     if (statistics.count() == 0) continue;
     statistics.Print();

@@ -293,12 +293,14 @@ class Allowance {
     }
     MatrixXd scaled = MatrixXd::Zero(size, size);
     MappingSensitivity moved = MappingSensitivity::Zero(size, MappingParameterCount(portions_.size()));
+    MatrixXd pulled = MatrixXd::Zero(size, 6);  // by each direction, where the part stands elsewhere along it
     for (Eigen::Index i = 0; i < see_.rows.rows(); ++i) {
       VectorXd acts = projection * (see_.weight[i] * see_.rows.row(i).transpose());
       for (Eigen::Index h = 0; h < held_count; ++h)
         if (holding[static_cast<std::size_t>(h)] == i) acts += held_part.col(h);
       scaled += see_.variance[i] * acts * acts.transpose();
       const Patch& patch = sums_.patches[static_cast<std::size_t>(i)];
+      pulled += acts * patch.row.transpose() / patch.weight;
       const Vector3d zero = pose_ * (surface_.centroid_mm() + PatchCentre(patch.key, allowance_.patch_mm));
       const Vector3d normal = pose_.linear() * patch.row.tail<3>().normalized();
       const Vector3d sensor = portions_[patch.portion].zero_from_sensor.inverse() * zero;
@@ -308,7 +310,10 @@ class Allowance {
     to_zero.topLeftCorner<3, 3>() = pose_.linear() / radius_mm_;
     to_zero.bottomRightCorner<3, 3>() = pose_.linear();
     const MatrixXd turned = to_zero * free_;
-    return {pose_, pose_ * surface_.centroid_mm(), Propagated(turned, scaled), turned * moved, calibration_};
+    PlacedPose placed(pose_, pose_ * surface_.centroid_mm(), Propagated(turned, scaled), turned * moved, calibration_);
+    const Matrix6d held = HeldUncertainty(options_, radius_mm_).asDiagonal();
+    placed.AddSource(kHeldDirections, to_zero * (held - free_ * pulled * held));
+    return placed;
   }
 
   // Weakest direction and condition: the covariance says all there is.

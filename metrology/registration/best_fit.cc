@@ -13,6 +13,7 @@
 #include "metrology/linear_algebra/symmetric.h"
 #include "metrology/registration/coarse_start.h"
 #include "metrology/registration/fit_samples.h"
+#include "metrology/registration/form_deviation.h"
 #include "metrology/registration/patch_evidence.h"
 #include "metrology/registration/patch_fit.h"
 #include "metrology/registration/patch_sums.h"
@@ -288,6 +289,7 @@ PlacedPose BestFit::Placed(double width_mm) {
   coarse_.Search(pose_, width_mm);
   const Isometry3d part_from_zero = pose_.inverse(Eigen::Isometry);
   Matrix6d a = Matrix6d::Zero();
+  FormPull form(CovarianceOf(calibration_));
   MappingSensitivity moved = MappingSensitivity::Zero(6, MappingParameterCount(portions_.size()));
   for (const Sample& sample : coarse_.samples()) {
     const double u = sample.residual_mm / width_mm;
@@ -301,17 +303,23 @@ PlacedPose BestFit::Placed(double width_mm) {
     const double weight = slope->second * (1 - u * u) * (1 - 5 * u * u) *
                           (options_.scan_weights.empty() ? 1 : options_.scan_weights[sample.portion]);
     a += weight * row * row.transpose();
-    AddSensitivity(weight * row, sample.normal,
-                   {sample.portion, portions_[sample.portion].sensor[sample.index], sample.zero_mm}, portions_,
-                   calibration_, &moved);
+    const MappedPoint mapped{sample.portion, portions_[sample.portion].sensor[sample.index], sample.zero_mm};
+    form.Add({from_centroid, normal, row, weight, ByCalibration(sample.normal, mapped, portions_, calibration_)});
+    AddSensitivity(weight * row, sample.normal, mapped, portions_, calibration_, &moved);
   }
   const Matrix6d inverse = InverseIn(a, patch_options_.free);
   // From scaled changes in the part frame to changes at zero about the part's centroid.
   Matrix6d to_zero = Matrix6d::Zero();
   to_zero.topLeftCorner<3, 3>() = pose_.linear() / radius_mm_;
   to_zero.bottomRightCorner<3, 3>() = pose_.linear();
-  return {pose_, pose_ * surface_.centroid_mm(), to_zero * patches_.covariance * to_zero.transpose(),
-          to_zero * (inverse * moved), calibration_};
+  PlacedPose placed(pose_, pose_ * surface_.centroid_mm(), to_zero * patches_.covariance * to_zero.transpose(),
+                    to_zero * (inverse * moved), calibration_);
+  // What is held where the part is not pulls the free directions with it.
+  const Matrix6d held = HeldUncertainty(options_, radius_mm_).asDiagonal();
+  placed.AddSource(kHeldDirections, to_zero * (held - inverse * a * held));
+  placed.AddSource(kFormDeviation,
+                   to_zero * form.Root(inverse, patches_.model_sigma_mm, 1e-3 * options_.form_error_um));
+  return placed;
 }
 
 absl::StatusOr<PoseFit> BestFit::Report(bool converged, double width_mm) {
@@ -359,6 +367,13 @@ absl::StatusOr<PoseFit> BestFit::Report(bool converged, double width_mm) {
   }
   fit.outcome = Outcome::kConverged;
   fit.placed = Placed(width_mm);
+  // What the part's form adds to what is said of the weakest direction.
+  Vector6d along = evidence.weakest_direction;
+  along.head<3>() *= radius_mm_;
+  for (const ErrorSource& source : fit.placed->sources)
+    if (source.name == kFormDeviation)
+      evidence.weakest_standard_uncertainty_mm =
+          std::hypot(evidence.weakest_standard_uncertainty_mm, (along.transpose() * source.pose_per_sigma).norm());
   evidence.remark = StandingOff(evidence);
   if (evidence.information_kept < kLeastInformation)
     AddRemark("the loss threw out " + Percent(1 - evidence.information_kept) +

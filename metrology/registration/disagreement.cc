@@ -18,6 +18,18 @@ Points PlacesOf(const Surface& surface, const FitOptions& options) {
   return places;
 }
 
+// Both hold the same directions, and are off by the same.
+Matrix6d CovarianceOfHeld(const PlacedPose& placed, const PlacedPose& beside) {
+  Matrix6d covariance = Matrix6d::Zero();
+  for (const ErrorSource& source : placed.sources)
+    for (const ErrorSource& other : beside.sources)
+      if (source.name == kHeldDirections && other.name == kHeldDirections) {
+        const Matrix6d apart = source.pose_per_sigma - other.pose_per_sigma;
+        covariance += apart * apart.transpose();
+      }
+  return covariance;
+}
+
 }  // namespace
 
 absl::StatusOr<Disagreement> DisagreementOf(const Surface& surface, const PoseFit& fit, const PoseFit& other,
@@ -38,8 +50,9 @@ absl::StatusOr<Disagreement> DisagreementOf(const Surface& surface, const PoseFi
   if (found.greatest_mm == 0) return found;
   // Both covariances turn about the part's centroid at zero, micrometres apart.
   const auto sensitivity = placed.calibration_sensitivity - beside.calibration_sensitivity;
-  const Matrix6d covariance = placed.noise_covariance.values + beside.noise_covariance.values + more_covariance +
-                              sensitivity * CovarianceOf(calibration) * sensitivity.transpose();
+  Matrix6d covariance = placed.noise_covariance.values + beside.noise_covariance.values + more_covariance +
+                        sensitivity * CovarianceOf(calibration) * sensitivity.transpose();
+  covariance += CovarianceOfHeld(placed, beside);
   const Vector6d along =
       PointJacobian(placed.zero_from_part * found.point_mm, placed.covariance.reference_mm).transpose() * displacement /
       found.greatest_mm;

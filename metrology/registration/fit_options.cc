@@ -18,6 +18,15 @@ bool InRegions(const FitOptions& options, const Vector3d& part_mm, double margin
   return std::none_of(options.regions_out.begin(), options.regions_out.end(), holds);
 }
 
+Vector6d HeldUncertainty(const FitOptions& options, double radius_mm) {
+  Vector6d held;
+  held << Eigen::Vector3d::Constant(options.held_turn_rad * radius_mm),
+      Eigen::Vector3d::Constant(options.held_shift_mm);
+  for (int k = 0; k < 6; ++k)
+    if (options.free[static_cast<std::size_t>(k)]) held[k] = 0;
+  return held;
+}
+
 absl::Status CheckInputs(const std::vector<ScanPortion>& portions, const Isometry3d& zero_from_part,
                          const FitOptions& options) {
   std::size_t count = 0;
@@ -29,6 +38,9 @@ absl::Status CheckInputs(const std::vector<ScanPortion>& portions, const Isometr
                     "all within 2 m");
   }
   const auto free_count = static_cast<std::size_t>(std::count(options.free.begin(), options.free.end(), true));
+  if (!(options.held_turn_rad >= 0 && options.held_shift_mm >= 0) || !std::isfinite(options.held_turn_rad) ||
+      !std::isfinite(options.held_shift_mm))
+    return Refuse("held", "a turn or shift that is no uncertainty", "both finite and not negative");
   if (free_count == 0) return Refuse("degrees_of_freedom", "none free", "at least one");
   if (count < free_count)
     return Refuse("scans", std::to_string(count) + " points", "at least " + std::to_string(free_count));

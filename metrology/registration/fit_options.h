@@ -15,8 +15,12 @@ namespace sixpoint::metrology {
 
 struct FitOptions {
   double model_error_um = 0.5;  // of mapping and surface: the loss never gets narrower than this and the noise
+  double form_error_um =
+      0.25;  // of the part from its CAD and of the CAD's own preparation, smooth; standard deviation, at least
   // Of the part about its centroid, part axes: turns about x, y, z, shifts along x, y, z. A fixed one keeps the nominal's.
   std::array<bool, 6> free = {true, true, true, true, true, true};
+  // How far from the nominal's the part may stand in the fixed directions, standard uncertainty of each; 0: not stated, and in no uncertainty.
+  double held_turn_rad = 0, held_shift_mm = 0;
   std::vector<Region> regions_in;    // where points count; empty: everywhere
   std::vector<Region> regions_out;   // where they do not
   std::vector<double> scan_weights;  // by portion; empty: 1
@@ -33,6 +37,9 @@ struct FitOptions {
 
 // Whether a point counts; regions larger by the margin.
 bool InRegions(const FitOptions& options, const Eigen::Vector3d& part_mm, double margin_mm = 0);
+
+// Of each direction that is held, turns counted at radius_mm: standard uncertainty, mm; 0 of a free one.
+Vector6d HeldUncertainty(const FitOptions& options, double radius_mm);
 
 // INVALID_ARGUMENT: fewer points than free directions, points metres apart, a nominal pose that is not finite, no free
 // direction, weights that are not positive.

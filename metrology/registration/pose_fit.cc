@@ -15,6 +15,15 @@ PlacedPose::PlacedPose(const Eigen::Isometry3d& zero_from_part_in, const Eigen::
   covariance.values += PoseCovarianceOf(sources);
 }
 
+void PlacedPose::AddSource(const std::string& name, const Eigen::Matrix<double, 6, Eigen::Dynamic>& pose_per_sigma) {
+  if (pose_per_sigma.isZero(0)) return;
+  ErrorSource& source = sources.emplace_back();
+  source.name = name;
+  source.parameters_per_sigma.setZero(kCalibrationParameterCount, pose_per_sigma.cols());
+  source.pose_per_sigma = pose_per_sigma;
+  covariance.values += pose_per_sigma * pose_per_sigma.transpose();
+}
+
 MappingSensitivity PlacedPose::Sensitivity() const {
   MappingSensitivity whole(6, kCalibrationParameterCount + angle_sensitivity.cols());
   whole << calibration_sensitivity, angle_sensitivity;

@@ -22,6 +22,8 @@ struct PlacedPose {
              const MappingSensitivity& sensitivity, const MachineCalibration& calibration);
 
   MappingSensitivity Sensitivity() const;
+  // One more that acts on it, by what each of its draws does to the pose (a column a draw) and to no parameter. Nothing where none does.
+  void AddSource(const std::string& name, const Eigen::Matrix<double, 6, Eigen::Dynamic>& pose_per_sigma);
 
   Eigen::Isometry3d zero_from_part;
   PoseCovariance noise_covariance;          // of noise and model error; reference: the part's centroid at zero
@@ -31,6 +33,9 @@ struct PlacedPose {
   std::vector<ErrorSource> sources;  // that act on it, with what each does to it
   PoseCovariance covariance;         // noise and sources
 };
+
+// The sources of directions that were held, and may not be where they were held, and of a part that smoothly deviates from its CAD.
+inline constexpr char kHeldDirections[] = "held directions", kFormDeviation[] = "form";
 
 struct PoseFit {
   Outcome outcome = Outcome::kNotConverged;

@@ -60,9 +60,13 @@ PlacedPose Placed(const Eigen::Isometry3d& zero_from_part, const Nest& nest, con
       kept * before * kept.transpose() + nest.solver * variances.asDiagonal() * nest.solver.transpose();
   evidence->weakest_standard_uncertainty_mm =
       std::sqrt(std::max(0.0, evidence->weakest_direction.dot(noise * evidence->weakest_direction)));
-  return {zero_from_part, best_fit.covariance.reference_mm, unscale.asDiagonal() * noise * unscale.asDiagonal(),
-          unscale.asDiagonal() * (kept * (scale.asDiagonal() * best_fit.Sensitivity()) + nest.solver * moved),
-          calibration};
+  PlacedPose placed(
+      zero_from_part, best_fit.covariance.reference_mm, unscale.asDiagonal() * noise * unscale.asDiagonal(),
+      unscale.asDiagonal() * (kept * (scale.asDiagonal() * best_fit.Sensitivity()) + nest.solver * moved), calibration);
+  for (const ErrorSource& source : best_fit.sources)
+    if (source.name == kFormDeviation)
+      placed.AddSource(source.name, unscale.asDiagonal() * (kept * (scale.asDiagonal() * source.pose_per_sigma)));
+  return placed;
 }
 
 std::string DegenerateNest(double condition_number, double limit) {

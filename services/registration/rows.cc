@@ -100,7 +100,8 @@ v1::Evidence DetailOf(const metrology::PoseFit& fit, const std::optional<metrolo
 }
 
 // Pose, covariances, evidence and what was asked.
-absl::StatusOr<storage::RegistrationRow> FitRowOf(const metrology::PoseFit& fit, const v1::FitOptions& options,
+absl::StatusOr<storage::RegistrationRow> FitRowOf(const std::string& blade, const metrology::PoseFit& fit,
+                                                  const v1::FitOptions& options,
                                                   const std::optional<metrology::AllowanceFinding>& allowance,
                                                   const std::optional<metrology::Disagreement>& disagreement) {
   storage::RegistrationRow row;
@@ -115,6 +116,9 @@ absl::StatusOr<storage::RegistrationRow> FitRowOf(const metrology::PoseFit& fit,
     for (const metrology::ErrorSource& source : fit.placed->sources) {
       storage::RegistrationErrorSourceRow& kept = row.error_sources.emplace_back();
       kept.source_name = source.name;
+      // Another blade is held elsewhere, and deviates otherwise.
+      if (source.name == metrology::kHeldDirections || source.name == metrology::kFormDeviation)
+        kept.source_name += ", " + blade;
       if (std::isfinite(source.degrees_of_freedom)) kept.degrees_of_freedom = source.degrees_of_freedom;
       kept.draw_count = static_cast<int>(source.pose_per_sigma.cols());
       kept.parameters_per_sigma = runtime::RowMajor(source.parameters_per_sigma);
@@ -216,7 +220,7 @@ absl::StatusOr<runtime::Made<storage::RegistrationRow>> RecordOf(const v1::Regis
                                                                  const metrology::Registered& registered,
                                                                  double seconds) {
   absl::StatusOr<storage::RegistrationRow> described =
-      FitRowOf(registered.fit, FilledIn(request), registered.allowance, registered.disagreement);
+      FitRowOf(request.blade(), registered.fit, FilledIn(request), registered.allowance, registered.disagreement);
   if (!described.ok()) return described.status();
   storage::RegistrationRow row = *std::move(described);
   row.registration_id = storage::NewUuid();
@@ -225,6 +229,7 @@ absl::StatusOr<runtime::Made<storage::RegistrationRow>> RecordOf(const v1::Regis
   row.for_inspection = request.for_inspection();
   row.clamping = inputs.clamping;
   row.thermal_stretch = inputs.thermal_stretch;
+  row.scans_received_at = inputs.scans_received_at;
   row.sensor_calibration_asked = inputs.sensor_calibration_asked;
   row.machine_id = runtime::LastSegment(inputs.machine.name());
   row.machine_revision = inputs.machine.revision();

@@ -81,6 +81,16 @@ absl::Status CheckAllowance(const v1::AllowanceOptions& asked) {
   return refusals.status();
 }
 
+constexpr int kThree[] = {0, 1, 2};
+
+// What is said of held directions, where there are such.
+absl::Status CheckHeld(const std::string& field, double value, double greatest, bool holds) {
+  if (!(value > 0 && value <= greatest))
+    return runtime::Refuse(field, value, "> 0 and at most " + std::to_string(static_cast<int>(greatest)));
+  if (!holds) return runtime::Refuse(field, value, "none, as no such direction is held");
+  return absl::OkStatus();
+}
+
 absl::Status CheckFreedoms(const v1::RegisterRequest& request) {
   const v1::FitOptions& options = request.options();
   runtime::Refusals refusals;
@@ -94,6 +104,15 @@ absl::Status CheckFreedoms(const v1::RegisterRequest& request) {
       refusals.Add(runtime::Refuse(field, v1::Freedom_Name(options.degrees_of_freedom(i)), "each direction once"));
   }
   const bool held = !freedoms.empty() && freedoms.size() < 6;
+  const auto holds = [&](int first) {
+    return held && std::any_of(&kThree[0], &kThree[3], [&](int k) { return freedoms.count(first + k) == 0; });
+  };
+  if (options.has_held_turn_standard_uncertainty_deg())
+    refusals.Add(CheckHeld("options.held_turn_standard_uncertainty_deg", options.held_turn_standard_uncertainty_deg(),
+                           10, holds(v1::FREEDOM_TURN_X)));
+  if (options.has_held_shift_standard_uncertainty_um())
+    refusals.Add(CheckHeld("options.held_shift_standard_uncertainty_um", options.held_shift_standard_uncertainty_um(),
+                           10'000, holds(v1::FREEDOM_SHIFT_X)));
   if (held && IsSixPoint(request.method()))
     refusals.Add(runtime::Refuse("options.degrees_of_freedom", std::to_string(freedoms.size()) + " directions",
                                  "none named, as six points hold all six"));

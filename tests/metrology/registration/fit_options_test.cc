@@ -1,6 +1,7 @@
 // What a caller may choose of a best fit, and what its evidence shows.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "metrology/registration/patch_fit.h"
@@ -49,6 +50,46 @@ TEST(DegreesOfFreedom, FixedOnesKeepTheNominals) {
     EXPECT_LT(covariance(fixed, fixed), 1e-20) << fixed;
     EXPECT_GT(covariance((fixed + 1) % 6, (fixed + 1) % 6), 1e-14) << fixed;
   }
+}
+
+// A part that does not stand where it is held: what that does to the pose, against fits that hold it elsewhere.
+TEST(DegreesOfFreedom, WhatIsHeldIsAsUncertainAsIsStated) {
+  const Points zero = Scanned(Spread(*BladeSurface(), 20000, 24).points_mm, BladePose(), 1e-5, 24);
+  FitOptions options;
+  options.free[1] = options.free[3] = false;
+  const auto fit_from = [&](const Vector6d& off) {
+    return Fit({PortionAtZero(zero)}, options,
+               BladePose() * Perturbed(Isometry3d::Identity(), off, BladeSurface()->centroid_mm()));
+  };
+  const PoseFit bare = fit_from(Vector6d::Zero());
+  for (const ErrorSource& source : Placed(bare).sources) EXPECT_NE(source.name, kHeldDirections);
+  const auto is_held = [](const ErrorSource& source) { return source.name == kHeldDirections; };
+  options.held_turn_rad = 2e-5;
+  options.held_shift_mm = 2e-3;
+  const PoseFit fit = fit_from(Vector6d::Zero());
+  const auto held_source = std::find_if(Placed(fit).sources.begin(), Placed(fit).sources.end(), is_held);
+  ASSERT_NE(held_source, Placed(fit).sources.end());
+  const auto& columns = held_source->pose_per_sigma;
+  ASSERT_EQ(columns.cols(), 6);
+  const Matrix6d added = Placed(fit).covariance.values - Placed(bare).covariance.values;
+  EXPECT_LT((added - columns * columns.transpose()).norm(), 1e-6 * added.norm());
+  const double radius_mm = BladeSurface()->radius_of_gyration_mm();
+  for (const int held : {1, 3}) {
+    Vector6d off = Vector6d::Zero();
+    off[held] = held < 3 ? options.held_turn_rad : options.held_shift_mm;
+    const Isometry3d moved = Placed(fit_from(off)).zero_from_part;
+    const Isometry3d between = moved * Placed(fit).zero_from_part.inverse();
+    const Vector3d centroid = Placed(fit).covariance.reference_mm;
+    Vector6d change;
+    change << radius_mm * VectorFromRotation(between.linear()), between * centroid - centroid;
+    Vector6d said = columns.col(held);
+    said.head<3>() *= radius_mm;
+    EXPECT_GT(said.norm(), 1e-3) << held;
+    EXPECT_LT((change - said).norm(), 0.05 * said.norm()) << held;
+  }
+  for (const int free : {0, 2, 4, 5}) EXPECT_EQ(columns.col(free).norm(), 0) << free;
+  options.held_shift_mm = -1;
+  EXPECT_FALSE(FitToSurface(*BladeSurface(), {PortionAtZero(zero)}, StartPose(), {}, options).ok());
 }
 
 TEST(DegreesOfFreedom, OneAloneMoves) {

@@ -81,6 +81,27 @@ TEST(CheckRequest, RefusesOptionsThatCannotBe) {
                 o->add_degrees_of_freedom(v1::FREEDOM_SHIFT_Z);
               }),
               HasSubstr("options.degrees_of_freedom[1]: FREEDOM_SHIFT_Z, want each direction once"));
+  EXPECT_THAT(asked([](auto* o) { o->set_held_shift_standard_uncertainty_um(5); }),
+              HasSubstr("options.held_shift_standard_uncertainty_um: 5, want none, as no such direction is held"));
+  const auto holding = [](auto* o) {
+    for (const auto free : {v1::FREEDOM_SHIFT_X, v1::FREEDOM_SHIFT_Y, v1::FREEDOM_SHIFT_Z})
+      o->add_degrees_of_freedom(free);
+  };
+  EXPECT_EQ(asked([&](auto* o) {
+              holding(o);
+              o->set_held_turn_standard_uncertainty_deg(0.01);
+            }),
+            "");
+  EXPECT_THAT(asked([&](auto* o) {
+                holding(o);
+                o->set_held_shift_standard_uncertainty_um(5);
+              }),
+              HasSubstr("as no such direction is held"));
+  EXPECT_THAT(asked([&](auto* o) {
+                holding(o);
+                o->set_held_turn_standard_uncertainty_deg(-0.01);
+              }),
+              HasSubstr("options.held_turn_standard_uncertainty_deg: -0.01, want > 0 and at most 10"));
   EXPECT_THAT(asked([](auto* o) { o->add_degrees_of_freedom(v1::FREEDOM_SHIFT_Z); }, v1::METHOD_SIX_POINT),
               HasSubstr("options.degrees_of_freedom: 1 directions, want none named"));
   EXPECT_THAT(asked([](auto* o) { o->add_scan_weights(1); }), HasSubstr("options.scan_weights: 1 weights, want none"));

@@ -1,0 +1,85 @@
+#include "metrology/registration/form_deviation.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <random>
+
+#include "metrology/linear_algebra/symmetric.h"
+
+namespace sixpoint::metrology {
+namespace {
+
+constexpr std::array<double, FormDraws::kLengthCount> kLengths_mm = {5.0, 10.0, 20.0};
+constexpr double kLeastLeft = 0.1;   // of the field's mean square: more is not taken up by six directions
+constexpr double kNormalLength = 1;  // of the difference of two unit normals
+
+// Waves of random direction and phase, whose mean product is the Gaussian covariance of their length (Rahimi and Recht 2007).
+struct Waves {
+  Eigen::Matrix<double, FormDraws::kCount, 3> per_mm, per_normal;
+  Eigen::Matrix<double, FormDraws::kCount, 1> phase;
+};
+
+Waves MakeWaves() {
+  std::mt19937_64 random(20261123);
+  const auto uniform = [&] { return (static_cast<double>(random() >> 11) + 0.5) * 0x1p-53; };
+  // Box and Muller: the same on every library.
+  const auto normal = [&] {
+    const double radius = std::sqrt(-2 * std::log(uniform()));
+    return radius * std::cos(2 * M_PI * uniform());
+  };
+  Waves waves;
+  for (int k = 0; k < FormDraws::kCount; ++k) {
+    const double length_mm = kLengths_mm[static_cast<std::size_t>(k) % kLengths_mm.size()];
+    for (int axis = 0; axis < 3; ++axis) waves.per_mm(k, axis) = normal() / length_mm;
+    for (int axis = 0; axis < 3; ++axis) waves.per_normal(k, axis) = normal() / kNormalLength;
+    waves.phase[k] = 2 * M_PI * uniform();
+  }
+  return waves;
+}
+
+}  // namespace
+
+Eigen::Matrix<double, FormDraws::kCount, 1> FormDraws::At(const Eigen::Vector3d& part_mm,
+                                                          const Eigen::Vector3d& normal) {
+  static const Waves waves = MakeWaves();
+  return std::sqrt(2.0 * kLengthCount / kCount) *
+         (waves.per_mm * part_mm + waves.per_normal * normal + waves.phase).array().cos();
+}
+
+FormPull::FormPull(const CalibrationCovariance& calibration) {
+  const EigenSystem eigen = EigenSystemOf(Eigen::MatrixXd(calibration));
+  calibration_root_ = eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
+}
+
+void FormPull::Add(const FittedPoint& point) {
+  const Vector6d weighted = point.weight * point.row;
+  pull_ += weighted * FormDraws::At(point.part_mm, point.normal).transpose();
+  const Eigen::Matrix<double, 1, kCalibrationParameterCount> draws = point.by_calibration * calibration_root_;
+  calibration_pull_ += weighted * draws;
+  calibration_squares_ += point.weight * draws.squaredNorm();
+  weight_ += point.weight;
+}
+
+Matrix6d FormPull::Root(const Matrix6d& solver, double seen_mm, double least_mm) const {
+  const double explained_mm2 =
+      (calibration_squares_ - (calibration_pull_.transpose() * solver * calibration_pull_).trace()) / weight_;
+  const double beyond_mm = std::sqrt(std::max(0.0, seen_mm * seen_mm - explained_mm2));
+  Matrix6d mean = Matrix6d::Zero();  // over the lengths
+  for (int length = 0; length < FormDraws::kLengthCount; ++length) {
+    Matrix6d covariance = Matrix6d::Zero();
+    double taken = 0;  // of the field's mean square, by the fit
+    for (int k = length; k < FormDraws::kCount; k += FormDraws::kLengthCount) {
+      const Vector6d change = solver * pull_.col(k);
+      covariance += change * change.transpose();
+      taken += pull_.col(k).dot(change) / weight_;
+    }
+    const double sigma_mm = std::max(least_mm, beyond_mm / std::sqrt(std::max(kLeastLeft, 1 - taken)));
+    mean += sigma_mm * sigma_mm / FormDraws::kLengthCount * covariance;
+  }
+  const EigenSystem6 eigen = EigenSystemOf(mean);
+  return eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
+}
+
+}  // namespace sixpoint::metrology
