@@ -13,6 +13,14 @@ namespace {
 
 using calibration::v1::CalibrationService;
 
+// One that its own residuals made a draft must not be used before a person looked at it.
+absl::Status MarkHeld(Session* session, const absl::StatusOr<calibration::v1::Calibration>& made) {
+  if (!made.ok()) return made.status();
+  for (const calibration::v1::ResidualJudgement& judged : made->judgements())
+    if (!judged.agrees()) session->MarkNotUsable();
+  return absl::OkStatus();
+}
+
 struct Arguments : CalibrationOptions {
   std::string machine, artefact, file;
   std::vector<std::string> scans;
@@ -33,9 +41,9 @@ absl::Status CalibrateSensor(Session* session, const Arguments& arguments) {
   request.set_method(arguments.method == "sequential" ? calibration::v1::SENSOR_METHOD_SEQUENTIAL
                                                       : calibration::v1::SENSOR_METHOD_JOINT);
   SetCalibrationOptions(arguments, &request);
-  return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::CalibrateSensor, request,
-                                          CalibrationText, "calibrating the sensor")
-      .status();
+  return MarkHeld(session,
+                  CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::CalibrateSensor,
+                                                   request, CalibrationText, "calibrating the sensor"));
 }
 
 absl::Status CalibrateRotation(Session* session, const Arguments& arguments) {
@@ -65,9 +73,9 @@ absl::Status CalibrateRotation(Session* session, const Arguments& arguments) {
                      : arguments.method == "point-c" ? calibration::v1::ROTATION_METHOD_POINT_C
                                                      : calibration::v1::ROTATION_METHOD_LINES);
   SetCalibrationOptions(arguments, &request);
-  return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::CalibrateRotation, request,
-                                          CalibrationText, "calibrating the rotary axes")
-      .status();
+  return MarkHeld(session,
+                  CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::CalibrateRotation,
+                                                   request, CalibrationText, "calibrating the rotary axes"));
 }
 
 }  // namespace

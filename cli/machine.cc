@@ -70,7 +70,12 @@ void PrintMachine(const Session& session, const plant::v1::Machine& machine) {
             << Fixed(machine.safety_envelope().rotation_deg(), 2) << " deg of nominal, U95 at most "
             << Fixed(100 * machine.safety_envelope().uncertainty_share(), 1) << " % of a tolerance, registered at most "
             << Fixed(machine.safety_envelope().registration_age_h(), 1) << " h ago, tool "
-            << Fixed(machine.safety_envelope().keep_out_mm(), 2) << " mm from the part\n"
+            << Fixed(machine.safety_envelope().keep_out_mm(), 2) << " mm from the part"
+            << (machine.safety_envelope().has_interim_check_limit_um()
+                    ? ", scanner checked within " + Fixed(machine.safety_envelope().interim_check_limit_um(), 1) +
+                          " um in each clamping"
+                    : "")
+            << "\n"
             << "errors    " << ErrorSourcesText(machine.error_sources()) << "\n";
   if (machine.has_touch_probe()) std::cout << "touched   by " << TouchProbeText(machine.touch_probe()) << "\n";
   Table table({"side", "axis", "kind", "direction", "point mm", ">from", ">to", "unit", ">reaches within deg"});

@@ -144,13 +144,15 @@ plant::v1::Sensor ReadSensor(const Field& sensor) {
 }
 
 plant::v1::SafetyEnvelope ReadSafetyEnvelope(const Field& envelope) {
-  envelope.OnlyKeys({"translation_mm", "rotation_deg", "uncertainty_share", "registration_age_h", "keep_out_mm"});
+  envelope.OnlyKeys({"translation_mm", "rotation_deg", "uncertainty_share", "registration_age_h", "keep_out_mm",
+                     "interim_check_limit_um"});
   plant::v1::SafetyEnvelope out;
   if (const auto value = envelope.Find("translation_mm")) out.set_translation_mm(value->Number(0, 100000));
   if (const auto value = envelope.Find("rotation_deg")) out.set_rotation_deg(value->Number(0, 180));
   if (const auto value = envelope.Find("uncertainty_share")) out.set_uncertainty_share(value->Number(0, 1));
   if (const auto value = envelope.Find("registration_age_h")) out.set_registration_age_h(value->Number(0, 8760));
   if (const auto value = envelope.Find("keep_out_mm")) out.set_keep_out_mm(value->Number(0, 100));
+  if (const auto value = envelope.Find("interim_check_limit_um")) out.set_interim_check_limit_um(value->Positive(1000));
   return out;
 }
 

@@ -30,7 +30,7 @@ calibration::v1::TouchData ReadTouchData(const Field& touch);
 using AxisPair = std::array<std::string, 2>;
 std::vector<calibration::v1::SpherePose> ReadSpherePoses(const Field& poses, const AxisPair& axes = {"A", "B"});
 
-// {translation_mm, rotation_deg, uncertainty_share, registration_age_h, keep_out_mm}: what is not there is left to the plant.
+// {translation_mm, rotation_deg, uncertainty_share, registration_age_h, keep_out_mm, interim_check_limit_um}: what is not there is left to the plant.
 plant::v1::SafetyEnvelope ReadSafetyEnvelope(const Field& envelope);
 
 // Whole requests from files; the request_id is left to the caller. The part's CAD file is read from beside its document.

@@ -1,5 +1,6 @@
 #include "cli/reports.h"
 
+#include <algorithm>
 #include <cmath>
 #include <tuple>
 
@@ -122,7 +123,18 @@ std::string CalibrationText(const Calibration& calibration) {
     text += " by " + calibration.withdrawal().requested_by() + ": " + calibration.withdrawal().reason();
   if (calibration.environment().has_temperature_c())
     text += ", " + Fixed(calibration.environment().temperature_c(), 1) + " C";
+  if (calibration.has_interim_check())
+    text += ", newest interim check " +
+            EnumText(StudyVerdict_Name(calibration.interim_check().verdict()), "STUDY_VERDICT_") + " (" +
+            calibration.interim_check().study() + ")";
   text += "\n";
+  for (const calibration::v1::ResidualJudgement& judged : calibration.judgements())
+    text += judged.of() + ": " + Fixed(judged.ratio(), 2) + " times what is expected of " + Fixed(judged.count(), 0) +
+            ", " +
+            (judged.agrees() ? "as chance has it"
+                             : "which chance does once in " + Fixed(1 / std::max(judged.probability(), 1e-9), 0) +
+                                   ": look at it, then `calibration release`") +
+            "\n";
   if (calibration.has_sensor()) text += SensorText(calibration.sensor());
   if (calibration.has_rotation()) text += RotationText(calibration.rotation());
   if (calibration.has_probe()) text += ProbeText(calibration.probe());

@@ -59,6 +59,15 @@ absl::Status RunArm(Session* session, const Arguments& arguments) {
   return Run(session, &StudyService::Stub::RunArmStudy, arguments, request);
 }
 
+absl::Status RunCheck(Session* session, const Arguments& arguments) {
+  calibration::v1::RunInterimCheckRequest request;
+  request.set_machine(NameText("machines", arguments.machine));
+  for (const std::string& scan : arguments.names) request.add_scans(NameText("scans", scan));
+  if (!arguments.calibration.empty()) request.set_sensor_calibration(CalibrationNameText(arguments.calibration));
+  request.set_limit_um(arguments.limit);
+  return Run(session, &StudyService::Stub::RunInterimCheck, arguments, request);
+}
+
 absl::Status RunRepeat(Session* session, const Arguments& arguments) {
   calibration::v1::RunRepeatStudyRequest request;
   for (const std::string& name : arguments.names) request.add_calibrations(CalibrationNameText(name));
@@ -165,6 +174,18 @@ void AddCalibrateStudyCommands(Command* calibrate, Session* session) {
   arm->AddOption("--limit-um", &arm_arguments->limit, "Greatest standard deviation of dx, dy, dz that is accepted");
   AddTemperatureOption(arm, arm_arguments);
   session->OnCommand(arm, [session, arm_arguments] { return RunArm(session, *arm_arguments); });
+
+  const auto check_arguments = std::make_shared<Arguments>();
+  Command* check =
+      calibrate->AddCommand("check", "Whether the scanner still stands as calibrated: the artefact scanned again");
+  check->AddOption("--machine", &check_arguments->machine, "Whose scanner")->Required();
+  AddScans(check, check_arguments);
+  check->AddOption("--calibration", &check_arguments->calibration,
+                   "Of the sensor; without it, the one that was in force when the scans came");
+  check->AddOption("--limit-um", &check_arguments->limit,
+                   "Greatest displacement that is accepted; without it, what the machine's record says");
+  AddTemperatureOption(check, check_arguments);
+  session->OnCommand(check, [session, check_arguments] { return RunCheck(session, *check_arguments); });
 }
 
 void AddStudyCommands(Command* app, Session* session) {

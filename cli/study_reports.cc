@@ -42,6 +42,25 @@ std::string ArmText(const calibration::v1::ArmStudy& arm) {
          arm.sensor_calibration() + "; u of one: what the fits explain\n";
 }
 
+std::string InterimText(const calibration::v1::InterimCheck& check) {
+  Table table({"place", ">y mm", ">z mm", ">dx um", ">dy um", ">dz um", ">displaced um", ">+- um (95 %)", ""});
+  for (int i = 0; i < check.places_size(); ++i) {
+    const calibration::v1::InterimPlace& p = check.places(i);
+    table.AddRow({i == 0 ? "middle" : "corner", Fixed(p.y_mm(), 1), Fixed(p.z_mm(), 1), Fixed(p.dx_um(), 2),
+                  Fixed(p.dy_um(), 2), Fixed(p.dz_um(), 2), Fixed(p.distance_um(), 2), Fixed(p.bound_um(), 2),
+                  i == check.worst_place() ? "worst" : ""});
+  }
+  std::string text = table.ToText() + "against " + check.sensor_calibration();
+  if (!check.clamping().empty()) text += ", in clamping " + check.clamping();
+  text += "; turned by " + Fixed(check.dalpha_deg(), 4) + ", " + Fixed(check.dbeta_deg(), 4) + ", " +
+          Fixed(check.dgamma_deg(), 4) + " deg\n";
+  if (check.swing_count() > 0)
+    text += "the arm was swung: " +
+            (check.arm_study().empty() ? "how far it repeats nobody studied" : "its spread by " + check.arm_study()) +
+            "\n";
+  return text + (check.limit_um() > 0 ? "limit " + Fixed(check.limit_um(), 1) + " um\n" : "no limit was stated\n");
+}
+
 std::string RepeatText(const calibration::v1::RepeatStudy& repeat) {
   static const std::map<std::string, double> kDeviations = {{"alpha", 0.0028}, {"beta", 0.0220}, {"gamma", 0.0234}};
   static const std::map<std::string, Published> kCentres = {
@@ -131,6 +150,7 @@ std::string StudyText(const Study& study) {
   text += "\n";
   if (study.has_gauge()) text += GaugeText(study.gauge());
   if (study.has_arm()) text += ArmText(study.arm());
+  if (study.has_interim_check()) text += InterimText(study.interim_check());
   if (study.has_repeat()) text += RepeatText(study.repeat());
   if (study.has_gauge_rr()) text += GaugeRrText(study.gauge_rr());
   if (study.has_sphere_check()) text += SphereText(study.sphere_check());

@@ -3,6 +3,7 @@
 #include <map>
 
 #include "storage/axis_characterisations.h"
+#include "storage/calibration_state.h"
 #include "storage/probe_calibrations.h"
 #include "storage/scan_keys.h"
 
@@ -11,7 +12,9 @@ namespace {
 
 #define SIXPOINT_HEAD_COLUMNS                                                                                 \
   "calibration_id, machine_id, kind, method, inputs, request_sha256, valid_from, valid_until, requested_by, " \
-  "software_version, is_draft, temperature_c, temperature_standard_uncertainty_c, humidity_percent, environment_note"
+  "software_version, is_draft, temperature_c, temperature_standard_uncertainty_c, humidity_percent, "         \
+  "environment_note, "                                                                                        \
+  "judgements"
 #define SIXPOINT_SELECT_HEADS                                                                                       \
   "SELECT " SIXPOINT_HEAD_COLUMNS                                                                                   \
   ", record_sequence, recorded_at, name_of(requested_by) FROM calibrations c JOIN record_names n ON n.record_id = " \
@@ -28,7 +31,7 @@ namespace {
 
 constexpr char kInsertHead[] = "INSERT INTO calibrations (" SIXPOINT_HEAD_COLUMNS
                                ", axis) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, "
-                               "$15, $16)";
+                               "$15, $16::jsonb, $17)";
 constexpr char kInsertSensor[] = "INSERT INTO sensor_calibrations (" SIXPOINT_SENSOR_COLUMNS
                                  ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, "
                                  "$16, $17, $18, $19, $20)";
@@ -204,32 +207,6 @@ Params KeyOf(const CalibrationSubject& subject) {
   return Params().Text(subject.machine_id).Text(subject.kind).Text(subject.axis);
 }
 
-CalibrationState StateOf(const CalibrationRow& c, const std::string& in_force, Instant now) {
-  if (c.withdrawal) return CalibrationState::kWithdrawn;
-  if (c.is_draft && !c.release) return CalibrationState::kDraft;
-  if (now < c.valid_from) return CalibrationState::kNotYetValid;
-  if (now >= c.valid_until) return CalibrationState::kExpired;
-  return in_force == c.calibration_id ? CalibrationState::kInForce : CalibrationState::kSuperseded;
-}
-
-const char* StateText(CalibrationState state) {
-  switch (state) {
-    case CalibrationState::kDraft:
-      return "DRAFT";
-    case CalibrationState::kNotYetValid:
-      return "NOT_YET_VALID";
-    case CalibrationState::kInForce:
-      return "IN_FORCE";
-    case CalibrationState::kSuperseded:
-      return "SUPERSEDED";
-    case CalibrationState::kExpired:
-      return "EXPIRED";
-    case CalibrationState::kWithdrawn:
-      break;
-  }
-  return "WITHDRAWN";
-}
-
 absl::Status ReadStates(Transaction& transaction, Instant now, std::vector<CalibrationRow>* calibrations) {
   std::vector<std::string> ids;
   for (const CalibrationRow& c : *calibrations) ids.push_back(c.calibration_id);
@@ -270,12 +247,13 @@ absl::StatusOr<std::vector<CalibrationRow>> ReadCalibrations(Transaction& transa
     c.request_sha256 = heads.Digest(row, 5);
     c.valid_from = heads.Time(row, 6);
     c.valid_until = heads.Time(row, 7);
-    c.requested_by = heads.Text(row, 17);
+    c.requested_by = heads.Text(row, 18);
     c.software_version = heads.Text(row, 9);
     c.is_draft = heads.Bool(row, 10);
     c.environment = {heads.OptionalReal(row, 11), heads.OptionalReal(row, 12), heads.OptionalReal(row, 13),
                      heads.Text(row, 14)};
-    c.recorded = {heads.Int(row, 15), heads.Time(row, 16)};
+    c.judgements_json = heads.OptionalText(row, 15);
+    c.recorded = {heads.Int(row, 16), heads.Time(row, 17)};
   }
   if (absl::Status read = heads.status(); !read.ok()) return read;
   const absl::StatusOr<Rows> sensors = transaction.Execute(kSelectSensors, Params().Uuids(ids_by_kind["sensor"]));
@@ -309,9 +287,11 @@ absl::Status ReadResiduals(Transaction& transaction, CalibrationRow* calibration
                                               rows->Real(row, 3), rows->Real(row, 4), rows->Real(row, 5)});
     else
       calibration->rotation->poses.push_back(
-          {rows->Real(row, 0), rows->Real(row, 1), rows->Real(row, 2), rows->Bool(row, 3),
-           rows->IsNull(row, 4) ? std::nullopt : std::optional<double>(rows->Real(row, 4))});
-  return rows->status();
+          {rows->Real(row, 0), rows->Real(row, 1), rows->Real(row, 2), rows->Bool(row, 3), rows->OptionalReal(row, 4)});
+  if (!calibration->sensor) return rows->status();
+  absl::StatusOr<std::optional<InterimStateRow>> interim = InterimStateOf(transaction, calibration->calibration_id);
+  if (interim.ok()) calibration->interim = *std::move(interim);
+  return interim.ok() ? rows->status() : interim.status();
 }
 
 absl::StatusOr<std::optional<CalibrationRow>> FindOne(Transaction& transaction, const char* sql, const Params& key,
@@ -332,10 +312,10 @@ absl::StatusOr<Recorded> InsertCalibration(Transaction& transaction, const Calib
   Params head;
   head.Uuid(c.calibration_id).Text(c.machine_id).Text(c.kind()).Text(c.method).Texts(c.inputs).Digest(c.request_sha256);
   head.Time(c.valid_from).Time(c.valid_until).Text(c.requested_by).Text(c.software_version);
-  head.Bool(c.is_draft);
-  head.OptionalReal(c.environment.temperature_c).OptionalReal(c.environment.temperature_standard_uncertainty_c);
-  head.OptionalReal(c.environment.humidity_percent);
-  head.Text(c.environment.note);
+  head.Bool(c.is_draft)
+      .OptionalReal(c.environment.temperature_c)
+      .OptionalReal(c.environment.temperature_standard_uncertainty_c);
+  head.OptionalReal(c.environment.humidity_percent).Text(c.environment.note).OptionalText(c.judgements_json);
   c.axis ? head.Text(c.axis->axis) : head.Null();
   const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertHead, head);
   if (!inserted.ok()) return inserted.status();

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "storage/database.h"
+#include "storage/interim_checks.h"
 #include "storage/record.h"
 #include "storage/time_span.h"
 
@@ -148,7 +149,8 @@ struct CalibrationRow {
   std::optional<ProbeCalibrationRow> probe;        // or this
   std::optional<AxisCharacterisationRow> axis;     // or this
 
-  bool is_draft = false;  // made as a draft
+  bool is_draft = false;        // made as a draft
+  std::string judgements_json;  // [{of, ratio, count, probability, agrees}]; empty: none
   EnvironmentRow environment;
 
   // Set by reading: what has become of it by that moment.
@@ -156,6 +158,7 @@ struct CalibrationRow {
   CalibrationState state = CalibrationState::kInForce;
   std::string superseded_by;  // id; where state is kSuperseded
   std::optional<CalibrationEvent> release, withdrawal;
+  std::optional<InterimStateRow> interim;  // of the sensor, read with the residuals; none: no check has judged it
 
   std::string kind() const { return sensor ? "sensor" : probe ? "probe" : axis ? "axis" : "rotation"; }
   CalibrationSubject subject() const { return {machine_id, kind(), axis ? axis->axis : ""}; }

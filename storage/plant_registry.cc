@@ -10,10 +10,10 @@ namespace {
 
 constexpr char kInsertMachine[] = "INSERT INTO machines (machine_id) VALUES ($1) ON CONFLICT DO NOTHING";
 constexpr char kLockMachine[] = "SELECT pg_advisory_xact_lock(hashtextextended('machines/' || $1, 0))";
-#define SIXPOINT_MACHINE_ERRORS                                                                                     \
-  "approach, touch_offset_um, scanner_field_um, tool_offset_um, linear_scale_um_per_m, squareness_um_per_m, "       \
-  "temperature_k, temperature_half_range_k, encoder_latency_um, scale_expansion_um_per_m_k, "                       \
-  "scale_expansion_standard_uncertainty_um_per_m_k, sensor_serial_number, sensor_kind, touch_probe_serial_number, " \
+#define SIXPOINT_MACHINE_ERRORS                                                                                       \
+  "approach, touch_offset_um, scanner_field_um, tool_offset_um, linear_scale_um_per_m, squareness_um_per_m, "         \
+  "temperature_k, temperature_half_range_k, encoder_latency_um, interim_check_limit_um, scale_expansion_um_per_m_k, " \
+  "scale_expansion_standard_uncertainty_um_per_m_k, sensor_serial_number, sensor_kind, touch_probe_serial_number, "   \
   "touch_probe_certificate_number, touch_probe_calibrated_at, touch_probe_expires_at"
 constexpr char kInsertMachineRevision[] =
     "INSERT INTO machine_revisions (machine_id, revision, content_sha256, sensor_model, sensor_noise_um, "
@@ -22,7 +22,7 @@ constexpr char kInsertMachineRevision[] =
     "safety_keep_out_mm, " SIXPOINT_MACHINE_ERRORS
     ", record_id) "
     "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21, $22, $23, "
-    "$24, $25, $26, $27, $28, $29, $30, $31, $32, $33)";
+    "$24, $25, $26, $27, $28, $29, $30, $31, $32, $33, $34)";
 constexpr char kInsertJoint[] =
     "INSERT INTO machine_joints (machine_id, revision, side, position_index, axis, kind, direction, point_mm, sign, "
     "minimum, maximum, positioning_standard_uncertainty_deg) "
@@ -90,7 +90,7 @@ constexpr char kSelectBlades[] = SIXPOINT_SELECT_BLADES
 constexpr std::optional<double> MachineRow::*kMachineFigures[] = {
     &MachineRow::touch_offset_um,          &MachineRow::scanner_field_um,    &MachineRow::tool_offset_um,
     &MachineRow::linear_scale_um_per_m,    &MachineRow::squareness_um_per_m, &MachineRow::temperature_k,
-    &MachineRow::temperature_half_range_k, &MachineRow::encoder_latency_um};
+    &MachineRow::temperature_half_range_k, &MachineRow::encoder_latency_um,  &MachineRow::interim_check_limit_um};
 
 // The id's own row, and a lock on it, so that revisions are numbered one at a time.
 absl::Status Claim(Transaction& transaction, const char* insert, const char* lock, const std::string& id) {

@@ -44,7 +44,7 @@ struct MachineRow {
   double safety_uncertainty_share = 0, safety_registration_age_h = 0, safety_keep_out_mm = 0;
   std::string approach;  // UPWARDS, DOWNWARDS; empty: not the same way, or not known
   std::optional<double> touch_offset_um, scanner_field_um, tool_offset_um, linear_scale_um_per_m, squareness_um_per_m;
-  std::optional<double> temperature_k, temperature_half_range_k, encoder_latency_um;
+  std::optional<double> temperature_k, temperature_half_range_k, encoder_latency_um, interim_check_limit_um;
   std::optional<ExpansionRow> scale_expansion;
   std::string touch_probe_serial_number;  // empty: no touch probe is stated
   std::optional<CertificateRow> touch_probe_certificate;

@@ -99,6 +99,7 @@ struct RegistrationRow {
   std::string clamping;                                       // as stated; empty: it was not
   std::optional<double> thermal_stretch;                      // none: no temperature was stated
   bool sensor_calibration_asked = false;                      // and not the one in force when the scans were received
+  std::optional<Instant> scans_received_at;                   // the last of them; none: made before it was kept
   std::string options_json = "{}";                            // registration.v1.FitOptions
   std::string detail_json = "{}";                             // registration.v1.Evidence: what has no column
   Recorded recorded;                                          // set by InsertRegistration

@@ -21,7 +21,10 @@ constexpr char kSelectPage[] = SIXPOINT_SELECT_STUDIES
     "($1 = '' OR machine_id = $1) AND ($2 = '' OR kind = $2) AND ($3 = '' OR verdict = $3) "
     "AND ($4::timestamptz IS NULL OR recorded_at >= $4) AND ($5::timestamptz IS NULL OR recorded_at < $5) "
     "AND ($6::bigint = 0 OR record_sequence < $6::bigint) AND (cardinality($7::text[]) = 0 OR "
-    "coalesce(NOT parts_of_record(study_id) && $7::text[], false)) ORDER BY record_sequence DESC LIMIT $8";
+    "coalesce(NOT parts_of_record(study_id) && $7::text[], false)) AND (($8::uuid IS NULL AND $9 = '') OR "
+    "EXISTS (SELECT 1 FROM interim_checks i WHERE i.study_id = studies.study_id AND "
+    "($8::uuid IS NULL OR i.sensor_calibration_id = $8::uuid) AND ($9 = '' OR i.clamping = $9))) "
+    "ORDER BY record_sequence DESC LIMIT $10";
 #undef SIXPOINT_SELECT_STUDIES
 #undef SIXPOINT_STUDY_COLUMNS
 
@@ -61,6 +64,8 @@ absl::StatusOr<Recorded> InsertStudy(Transaction& transaction, const StudyRow& s
   params.Text(study.requested_by).Text(study.software_version);
   const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertStudy, params);
   if (!inserted.ok()) return inserted.status();
+  if (study.interim_check)
+    if (absl::Status s = InsertInterimCheck(transaction, study.study_id, *study.interim_check); !s.ok()) return s;
   return AppendRecord(transaction, study.study_id, entry);
 }
 
@@ -79,6 +84,8 @@ absl::StatusOr<std::vector<StudyRow>> ListStudies(Transaction& transaction, cons
   const absl::StatusOr<Sight> sight = SightOf(transaction, filter.reader);
   if (!sight.ok()) return sight.status();
   params.Int(before_sequence).Texts(sight->hidden_parts);
+  filter.sensor_calibration_id.empty() ? params.Null() : params.Uuid(filter.sensor_calibration_id);
+  params.Text(filter.clamping);
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectPage, params.Int(limit));
   if (!rows.ok()) return rows.status();
   return rows->Checked(ReadStudies(*rows));

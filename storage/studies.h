@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "storage/database.h"
+#include "storage/interim_checks.h"
 #include "storage/reader.h"
 #include "storage/record.h"
 #include "storage/result_store.h"
@@ -20,7 +21,7 @@ namespace sixpoint::storage {
 struct StudyRow {
   std::string study_id;    // UUID
   std::string machine_id;  // empty where it concerns none
-  std::string kind;        // GAUGE, ARM, REPEAT, GAUGE_RR, SPHERE_CHECK
+  std::string kind;        // GAUGE, ARM, REPEAT, GAUGE_RR, SPHERE_CHECK, INTERIM_CHECK
   std::vector<std::string> inputs;
   std::string request_bytes;  // as it was sent; kept as a blob, not read back
   std::string verdict;        // ACCEPTED, REJECTED, UNDECIDABLE, REPORTED
@@ -28,7 +29,8 @@ struct StudyRow {
   std::optional<double> temperature_c;
   std::string requested_by;
   std::string software_version;
-  Recorded recorded;  // set by InsertStudy
+  std::optional<InterimCheckRow> interim_check;  // of that kind; not read back
+  Recorded recorded;                             // set by InsertStudy
 };
 
 // What is empty matches all.
@@ -37,7 +39,8 @@ struct StudyFilter {
   std::string kind;
   std::string verdict;
   TimeSpan recorded;
-  Reader reader;  // what he may not see is not listed
+  std::string sensor_calibration_id, clamping;  // of interim checks
+  Reader reader;                                // what he may not see is not listed
 };
 
 using StudyStore = ResultStore<StudyRow, StudyFilter>;

@@ -7,160 +7,13 @@
 #include <functional>
 
 #include "metrology/calibration/rotation_calibration.h"
+#include "metrology/correction/correct.h"
+#include "metrology/registration/pose_fit.h"
 #include "metrology/studies/arm_study.h"
 #include "metrology/uncertainty/thermal_expansion.h"
 
 namespace sixpoint::bench {
 namespace {
-
-using metrology::ErrorSource;
-using metrology::Matrix6d;
-using metrology::SensorPose;
-using metrology::Vector6d;
-
-constexpr double kDegree = M_PI / 180;
-constexpr double kMid_mm = 66, kRange_mm = 25, kLine_rad = 20 * kDegree;
-
-struct Draws {
-  std::mt19937_64 random;
-  std::normal_distribution<double> normal;
-  double operator()(double sigma) { return sigma > 0 ? sigma * normal(random) : 0; }
-  Eigen::Vector3d Vector(double sigma) { return {(*this)(sigma), (*this)(sigma), (*this)(sigma)}; }
-};
-
-// How far a reading is off along z: three waves across the measuring field, none shorter than it, of root mean square sigma.
-using Field = std::function<double(double y, double z)>;
-Field DrawField(const WorldErrors& errors, Draws* draw) {
-  if (errors.field_mm == 0) return [](double, double) { return 0.0; };
-  if (!errors.field_is_harsh) {
-    Eigen::Matrix<double, metrology::kFieldParameterCount, 1> terms;
-    for (double& term : terms) term = (*draw)(errors.field_mm / std::sqrt(metrology::kFieldParameterCount));
-    const metrology::ScannerField field = metrology::ScannerField::Of(kMid_mm, kRange_mm, kLine_rad);
-    return [terms, field](double y, double z) { return field.TermsAt(y, z).dot(terms); };
-  }
-  struct Wave {
-    double per_y, per_z, phase, height;
-  };
-  std::vector<Wave> waves;
-  std::uniform_real_distribution<double> turn(0, 2 * M_PI), length_mm(30, 60);
-  for (int i = 0; i < 3; ++i) {
-    const double along = turn(draw->random), per_mm = 2 * M_PI / length_mm(draw->random);
-    waves.push_back({per_mm * std::cos(along), per_mm * std::sin(along), turn(draw->random), (*draw)(1)});
-  }
-  const auto off_at = [waves](double y, double z) {
-    double off = 0;
-    for (const Wave& wave : waves) off += wave.height * std::cos(wave.per_y * y + wave.per_z * z + wave.phase);
-    return off;
-  };
-  // Stated is what is left beside the constant, which is T_sm's, over the measuring field.
-  constexpr int kSteps = 12;
-  double mean = 0, square = 0;
-  for (int i = 0; i < kSteps; ++i)
-    for (int k = 0; k < kSteps; ++k) {
-      const double off = off_at(13.8 * (2 * (i + 0.5) / kSteps - 1), 12.5 * (2 * (k + 0.5) / kSteps - 1));
-      mean += off / (kSteps * kSteps);
-      square += off * off / (kSteps * kSteps);
-    }
-  const double scale = (*draw)(errors.field_mm) / std::sqrt(square - mean * mean);
-  return [off_at, mean, scale](double y, double z) { return scale * (off_at(y, z) - mean); };
-}
-
-SensorPose Swung(const SensorPose& mean, const Vector6d& by) {
-  SensorPose swung = mean;
-  swung.rotation = metrology::RotationFromVector(by.head<3>()) * mean.rotation;
-  swung.t_sm_mm += by.tail<3>();
-  return swung;
-}
-
-Vector6d DrawArm(const WorldErrors& errors, Draws* draw) {
-  Vector6d arm;
-  arm << draw->Vector(errors.arm_rad), draw->Vector(errors.arm_mm);
-  return arm;
-}
-
-// What the linear axes truly do where they read 1: scales and squareness.
-Eigen::Matrix3d DrawLinearAxes(const WorldErrors& errors, Draws* draw) {
-  Eigen::Matrix3d done = Eigen::Matrix3d::Identity();
-  for (int row = 0; row < 3; ++row)
-    for (int column = row; column < 3; ++column)
-      done(row, column) += (*draw)(row == column ? errors.scale_ratio : errors.squareness_ratio);
-  return done;
-}
-
-// What the scanner reads of a true machine point. linear: what the axes do where they read 1.
-Eigen::Vector3d Read(const SensorPose& sensor, const Eigen::Matrix3d& linear, const Eigen::Vector3d& machine_mm,
-                     const Eigen::Vector3d& v0_mm, const Field& field, double noise_mm, Draws* draw) {
-  Eigen::Matrix3d map;
-  map << linear.col(0), sensor.rotation.col(1), sensor.rotation.col(2);
-  Eigen::Vector3d reading = map.inverse() * (machine_mm + linear * v0_mm - sensor.t_sm_mm);
-  reading.z() += field(reading.y(), reading.z()) + (*draw)(noise_mm);
-  return reading;
-}
-
-// Points of a touched plate with sloping walls, at two heights of the line.
-struct PlatePoint {
-  Eigen::Vector3d machine_mm, normal, v0_mm;
-};
-std::vector<PlatePoint> Plate(const SensorPose& sensor) {
-  std::vector<PlatePoint> points;
-  const Eigen::Vector3d centre(205, 137, -180);
-  for (const double height : {-10.0, 0.0, 10.0})
-    for (int i = -5; i <= 5; ++i)
-      for (int k = -5; k <= 5; ++k) {
-        const Eigen::Vector3d at = centre + Eigen::Vector3d(2.0 * i, 2.0 * k, 0);
-        // The line's middle on the plate's, its encoder where the plate is.
-        const Eigen::Vector3d v0 = sensor.t_sm_mm + Eigen::Vector3d(150, 0, 0) - centre + Eigen::Vector3d(0, 0, height);
-        const int wall = (i + 2 * k + 20) % 5;
-        const Eigen::Vector3d slope = wall == 1   ? Eigen::Vector3d(1, 0, 1)
-                                      : wall == 2 ? Eigen::Vector3d(-1, 0, 1)
-                                      : wall == 3 ? Eigen::Vector3d(0, 1, 1)
-                                      : wall == 4 ? Eigen::Vector3d(0, -1, 1)
-                                                  : Eigen::Vector3d(0, 0, 1);
-        points.push_back({at, slope.normalized(), v0});
-      }
-  return points;
-}
-
-struct Calibrated {
-  SensorPose sensor;
-  metrology::FieldResponse response;
-};
-// Least squares onto the plate as it was touched, from the design on.
-Calibrated Calibrate(const SensorPose& design, const SensorPose& truth, const Eigen::Matrix3d& linear,
-                     const Field& field, const WorldErrors& errors, const Eigen::Vector3d& touch_offset_mm,
-                     Draws* draw) {
-  const std::vector<PlatePoint> plate = Plate(design);
-  metrology::Points readings;
-  for (const PlatePoint& point : plate)
-    readings.push_back(Read(truth, linear, point.machine_mm, point.v0_mm, field, errors.noise_mm, draw));
-  const Eigen::Matrix3d touched = linear.inverse();  // what the axes read of a true place
-  SensorPose found = design;
-  Matrix6d normal;
-  for (int iteration = 0; iteration < 6; ++iteration) {
-    normal.setZero();
-    Vector6d right = Vector6d::Zero();
-    for (std::size_t i = 0; i < plate.size(); ++i) {
-      const Vector6d row = found.ParameterJacobian(readings[i]).transpose() * plate[i].normal;
-      const double off = plate[i].normal.dot(found.MachineFromSensor(readings[i], plate[i].v0_mm) -
-                                             touched * plate[i].machine_mm - touch_offset_mm);
-      normal += row * row.transpose();
-      right -= off * row;
-    }
-    found = Swung(found, normal.ldlt().solve(right));
-  }
-  const Matrix6d inverse = normal.ldlt().solve(Matrix6d::Identity());
-  Eigen::Matrix<double, 6, metrology::kFieldParameterCount> pull;
-  pull.setZero();
-  Matrix6d scatter = Matrix6d::Zero();
-  for (std::size_t i = 0; i < plate.size(); ++i) {
-    const Vector6d row = found.ParameterJacobian(readings[i]).transpose() * plate[i].normal;
-    pull -= row * (plate[i].normal.transpose() * found.FieldJacobian(readings[i]));
-    const double along = plate[i].normal.dot(found.rotation.col(2));  // of a reading's noise
-    scatter += along * along * row * row.transpose();
-  }
-  found.covariance = errors.noise_mm * errors.noise_mm * inverse * scatter * inverse;
-  return {found, inverse * pull};
-}
 
 // A blade of 80 mm by 20 mm by 10 mm: an ellipsoid's points and normals about its middle; part frame.
 struct BladePoint {
@@ -249,32 +102,6 @@ metrology::NominalHoleGroup Holes(const Eigen::Isometry3d& nominal, const metrol
   return group;
 }
 
-template <typename Value>
-Value OrEnd(absl::StatusOr<Value> value) {
-  if (value.ok()) return *std::move(value);
-  std::fprintf(stderr, "bench/run uncertainty: %s\n", std::string(value.status().message()).c_str());
-  std::exit(1);
-}
-
-metrology::ArmSpread LearntSpread(const WorldErrors& errors, Draws* draw) {
-  if (errors.arm_scans == 0) {
-    metrology::ArmSpread known;
-    known.covariance.diagonal() << Eigen::Vector3d::Constant(errors.arm_rad * errors.arm_rad),
-        Eigen::Vector3d::Constant(errors.arm_mm * errors.arm_mm);
-    known.degrees_of_freedom = std::numeric_limits<double>::infinity();
-    return known;
-  }
-  std::vector<metrology::ArmDisplacement> displacements;
-  const Vector6d first = DrawArm(errors, draw);
-  for (int i = 0; i < errors.arm_scans; ++i) {
-    const Vector6d by = (i == 0 ? first : DrawArm(errors, draw)) - first;
-    metrology::ArmDisplacement& one = displacements.emplace_back();
-    one.angles = metrology::CardanFromRotation(metrology::RotationFromVector(by.head<3>()));
-    one.translation_mm = by.tail<3>();
-  }
-  return OrEnd(metrology::ArmSpreadOf(displacements, Vector6d::Zero()));
-}
-
 // The axes as a sphere shows them whose places the linear axes read.
 metrology::RotationCalibration AxesAsRead(const metrology::RotaryAxes& axes, const Eigen::Matrix3d& linear) {
   std::vector<metrology::SpherePose> poses;
@@ -328,10 +155,7 @@ void AddFurther(const WorldErrors& errors, const metrology::LinearResponse& resp
 
 std::vector<HoleOutcome> DrawHoles(const WorldErrors& errors, std::uint64_t seed) {
   Draws draw{std::mt19937_64(seed), {}};
-  SensorPose design;
-  design.rotation = metrology::RotationFromCardan({0.4 * kDegree, 0.3 * kDegree, -0.4 * kDegree});
-  design.t_sm_mm = {15, -42, 85};
-  design.field = metrology::ScannerField::Of(kMid_mm, kRange_mm, kLine_rad);
+  const SensorPose design = DesignedSensor();
   metrology::RotaryAxes axes;
   axes.a = {Eigen::Vector3d(1e-4, 1, -2e-4).normalized(), {26.63, 54.88, -193.1}};
   axes.b = {Eigen::Vector3d(1, -1e-4, 3e-4).normalized(), {26.63, 54.87, -193.11}};

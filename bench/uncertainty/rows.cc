@@ -5,9 +5,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <random>
+#include <tuple>
 #include <utility>
 
 #include "bench/uncertainty/chain.h"
+#include "bench/uncertainty/interim.h"
 #include "metrology/calibration/rotation_calibration.h"
 #include "metrology/inspection/hole_error.h"
 #include "metrology/parallel/loops.h"
@@ -16,8 +18,6 @@
 
 namespace sixpoint::bench {
 namespace {
-
-constexpr double kDegree = M_PI / 180;
 
 Row RowOf(const std::string& name, const std::vector<HoleOutcome>& outcomes) {
   Row row;
@@ -200,6 +200,38 @@ std::vector<Row> AxisRows(int draws) {
     rows.push_back(RowOf("axes by " + std::to_string(a_count * b_count) + " spheres, " +
                              std::to_string(static_cast<int>(freedom)) + " degrees of freedom",
                          outcomes));
+  }
+  return rows;
+}
+
+std::vector<KnockRow> KnockRows(int draws) {
+  constexpr double kKnock_mm = 0.02;
+  WorldErrors still, swung, thesis;
+  still.noise_mm = 2e-3;
+  still.field_mm = 6e-3;
+  still.arm_mm = 3e-3;
+  still.arm_rad = 1e-4;
+  still.arm_scans = 15;
+  swung = thesis = still;
+  swung.arm_mm = 2e-3;
+  // As the thesis has its arm: the range of dx over what fifteen normal draws span.
+  thesis.arm_mm = 3.5e-3;
+  std::vector<KnockRow> rows;
+  for (const auto& [name, errors, swings] :
+       {std::tuple("arm not swung", still, Swings{1, 0}), std::tuple("arm of 2 um, swung twice", swung, Swings{1, 2}),
+        std::tuple("arm of 3.5 um, calibrated over 2, swung 4", thesis, Swings{2, 4})}) {
+    KnockRow row{name, draws, 0, 0, 0};
+    const auto percent_accepted = [&, errors = errors, swings = swings](Knock knock, std::uint64_t seed) {
+      std::vector<char> accepted(static_cast<std::size_t>(draws));
+      metrology::ForEach(accepted.size(), 2,
+                         [&](std::size_t i) { accepted[i] = Accepts(errors, knock, kKnock_mm, swings, seed + i); });
+      return 100.0 * static_cast<double>(std::count(accepted.begin(), accepted.end(), 1)) / draws;
+    };
+    const std::uint64_t seed = 5'000'017 * (rows.size() + 1);
+    row.found_percent = 100 - percent_accepted(Knock::kShift, seed);
+    row.found_by_turn_percent = 100 - percent_accepted(Knock::kTurn, seed + 1'000'003);
+    row.false_percent = 100 - percent_accepted(Knock::kNone, seed + 2'000'003);
+    rows.push_back(row);
   }
   return rows;
 }

@@ -22,6 +22,15 @@ std::vector<Row> HoleRows(int draws);
 std::vector<Row> PinRows(int draws);
 // Probed spheres whose noise is seen in few residuals.
 std::vector<Row> AxisRows(int draws);
+// Interim checks of a scanner that was knocked by 20 um, and of one that was not.
+struct KnockRow {
+  std::string name;
+  int count = 0;
+  double found_percent = 0;          // of 20 um along any direction
+  double found_by_turn_percent = 0;  // of a turn that moves the field's border by 20 um
+  double false_percent = 0;          // of no knock, not accepted
+};
+std::vector<KnockRow> KnockRows(int draws);
 // Point C's stated variance over that of its error.
 double PointCVarianceRatio(int draws);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "metrology/calibration/probing_noise.h"
@@ -17,6 +18,8 @@ namespace {
 constexpr int kParameters = kAxisParameterCount + 3;  // and the sphere's centre
 using ParameterVector = Eigen::Matrix<double, kParameters, 1>;
 using ParameterMatrix = Eigen::Matrix<double, kParameters, kParameters>;
+
+constexpr int kCircleParameters = 6;  // Point C and the sphere's place about it
 
 constexpr double kWorstCondition = 1e4;
 
@@ -39,6 +42,21 @@ double SquaresAboutCircles(const std::vector<const SpherePose*>& used, const Tur
     right.segment<3>(row) = used[i]->centre_mm;
   }
   return (matrix * LeastSquares(matrix, right) - right).squaredNorm();
+}
+
+// What two lines explain of the poses beyond circles about one point in recorded directions, over what noise does. Nothing where the poses do
+// not determine two lines.
+std::optional<ResidualJudgement> JudgeClaim(const std::vector<SpherePose>& commanded, const RotationOptions& options,
+                                            double circle_squares, double count) {
+  const auto lines = CalibrateRotation(commanded, options);
+  if (!lines.ok() || count <= kParameters) return std::nullopt;
+  double line_squares = 0;
+  const std::vector<SpherePose> poses = ReachedPoses(commanded, options);
+  for (const SpherePose& pose : poses)
+    if (!pose.held_out) line_squares += ResidualOf(lines->axes, lines->sphere_in_zero_mm, pose).squaredNorm();
+  const double variance = std::pow(std::max(lines->noise_mm, kLeastProbingNoiseMm), 2);
+  return JudgeSquares(kAxesMeet, std::max(0.0, circle_squares - line_squares) / variance,
+                      kParameters - kCircleParameters, lines->degrees_of_freedom);
 }
 
 void SetNoise(const ProbingNoise& noise, RotationCalibration* result) {
@@ -127,6 +145,10 @@ absl::StatusOr<RotationCalibration> CalibrateRotation(const std::vector<SpherePo
   result.linear_response = (scale.asDiagonal() * follows).topRows<kAxisParameterCount>();
   AddEvidence(poses, options, &result);
   if (absl::Status s = CheckAgreement(poses, options, result); !s.ok()) return s;
+  std::vector<SpherePose> held_out;
+  for (const SpherePose& pose : poses)
+    if (pose.held_out) held_out.push_back(pose);
+  if (!held_out.empty()) result.judgements.push_back(JudgePoses("held-out poses", held_out, result, covariance, 0));
   return result;
 }
 
@@ -171,7 +193,8 @@ absl::StatusOr<RotationCalibration> CalibratePointC(const std::vector<SpherePose
   result.converged = true;
   result.iterations = 1;
   // Noise of the first pose enters every row: covariance of the solution with rows i and j sharing it.
-  SetNoise(ProbingNoiseOf(SquaresAboutCircles(used, turn_of), static_cast<double>(3 * used.size() - 6),
+  const double circles = SquaresAboutCircles(used, turn_of);
+  SetNoise(ProbingNoiseOf(circles, static_cast<double>(3 * used.size() - kCircleParameters),
                           options.standard_uncertainty_mm),
            &result);
   Eigen::Matrix3d shared = Eigen::Matrix3d::Zero();
@@ -181,6 +204,8 @@ absl::StatusOr<RotationCalibration> CalibratePointC(const std::vector<SpherePose
   AddEvidence(poses, options, &result);
   SetPointC(found, &result);
   if (absl::Status s = CheckAgreement(poses, options, result); !s.ok()) return s;
+  if (const auto judged = JudgeClaim(commanded, options, circles, static_cast<double>(3 * used.size())))
+    result.judgements.push_back(*judged);
   return result;
 }
 

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "metrology/calibration/residual_judgement.h"
 #include "metrology/kinematics/joint_chain.h"
 #include "metrology/kinematics/rotary_axes.h"
 
@@ -62,6 +63,8 @@ struct RotationCalibration {
   // sphere where it suits them best.
   std::vector<double> distances_mm;
   std::vector<double> before_mm;
+  // Of poses that took no part; of POINT_C and STANDARD that the axes meet and stand as the record has them, which they claim.
+  std::vector<ResidualJudgement> judgements;
 };
 
 // Both axes as lines and the sphere's place at A = B = 0, by least squares over the poses that are not held out.

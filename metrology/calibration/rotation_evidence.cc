@@ -135,6 +135,25 @@ void AddEvidence(const std::vector<SpherePose>& poses, const RotationOptions& op
   result->point_c_covariance_mm2 = jacobian * result->covariance * jacobian.transpose();
 }
 
+ResidualJudgement JudgePoses(const std::string& of, const std::vector<SpherePose>& poses,
+                             const RotationCalibration& result, const Eigen::MatrixXd& covariance, double spent) {
+  const auto rows = 3 * static_cast<Eigen::Index>(poses.size());
+  Eigen::MatrixXd jacobian(rows, kAxisParameterCount + 3);
+  Eigen::VectorXd residuals(rows);
+  for (size_t i = 0; i < poses.size(); ++i) {
+    const SpherePose& pose = poses[i];
+    const Eigen::Index row = 3 * static_cast<Eigen::Index>(i);
+    jacobian.block<3, kAxisParameterCount>(row, 0) =
+        result.axes.ParameterJacobian(result.sphere_in_zero_mm, pose.a_rad, pose.b_rad);
+    jacobian.block<3, 3>(row, kAxisParameterCount) = result.axes.MachineFromZero(pose.a_rad, pose.b_rad).linear();
+    residuals.segment<3>(row) = ResidualOf(result.axes, result.sphere_in_zero_mm, pose);
+  }
+  const double noise_mm = std::max(result.noise_mm, kLeastProbingNoiseMm);
+  const Eigen::MatrixXd expected =
+      noise_mm * noise_mm * Eigen::MatrixXd::Identity(rows, rows) + jacobian * covariance * jacobian.transpose();
+  return JudgeResiduals(of, residuals, expected, result.degrees_of_freedom, spent);
+}
+
 void SetPointC(const FoundPointC& found, RotationCalibration* result) {
   Eigen::Matrix<double, 8, 3> spread = Eigen::Matrix<double, 8, 3>::Zero();
   spread.middleRows<2>(2) = TangentBasis(result->axes.a.direction).transpose();

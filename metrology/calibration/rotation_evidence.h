@@ -32,6 +32,12 @@ struct FoundPointC {
 };
 // Both axes of the result through it, and what follows for them.
 void SetPointC(const FoundPointC& found, RotationCalibration* result);
+inline constexpr char kAxesMeet[] = "axes that meet and stand as the record has them";
+inline constexpr double kLeastProbingNoiseMm = 1e-6;  // below what any coordinate is given in
+
+// Poses about axes and a sphere whose eight and three parameters have this covariance. spent: parameters that were fitted to these very poses.
+ResidualJudgement JudgePoses(const std::string& of, const std::vector<SpherePose>& poses,
+                             const RotationCalibration& result, const Eigen::MatrixXd& covariance, double spent);
 // Near the record, and no pose of the fit far from it.
 absl::Status CheckAgreement(const std::vector<SpherePose>& poses, const RotationOptions& options,
                             const RotationCalibration& result);

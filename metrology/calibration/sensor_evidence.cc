@@ -3,6 +3,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
+#include <string>
 
 #include "metrology/calibration/sensor_calibration.h"
 #include "metrology/parallel/loops.h"
@@ -11,6 +14,77 @@ namespace sixpoint::metrology {
 namespace {
 
 constexpr double kLeverMm = 10;  // half the artefact: what an angle means in mm
+
+// Of a variance, of which a part rests on so many degrees of freedom and the rest is known (Welch and Satterthwaite).
+double EffectiveFreedom(double part, double freedom, double whole) {
+  return part > 0 ? freedom * whole * whole / (part * part) : std::numeric_limits<double>::infinity();
+}
+
+// One slot over all scans.
+struct SeenSlot {
+  Eigen::Vector2d laser_minus_touch_mm = Eigen::Vector2d::Zero();  // mean, along the artefact's face
+  Eigen::Matrix<double, 2, kSensorParameterCount> by_sensor;
+  Eigen::Matrix<double, 2, kFieldParameterCount> by_field;
+  double scan_count = 0, squares_mm2 = 0;  // of the scans about their mean
+};
+
+SeenSlot LookAt(const std::vector<const FeatureCentre*>& seen, const Eigen::Vector3d& touched_mm,
+                const SensorCalibration& result) {
+  SeenSlot slot;
+  slot.by_sensor.setZero();
+  slot.by_field.setZero();
+  slot.scan_count = static_cast<double>(seen.size());
+  const Eigen::Matrix<double, 2, 3> along = result.machine_from_artefact.linear().transpose().topRows<2>();
+  const FieldResponse response = result.field_response.value_or(FieldResponse::Zero());
+  for (const FeatureCentre* centre : seen) {
+    const auto moves = result.sensor.ParameterJacobian(centre->in_sensor_mm);
+    slot.laser_minus_touch_mm += along * (centre->in_machine_mm - touched_mm) / slot.scan_count;
+    slot.by_sensor += along * moves / slot.scan_count;
+    slot.by_field += along * (result.sensor.FieldJacobian(centre->in_sensor_mm) + moves * response) / slot.scan_count;
+  }
+  for (const FeatureCentre* centre : seen)
+    slot.squares_mm2 += (along * (centre->in_machine_mm - touched_mm) - slot.laser_minus_touch_mm).squaredNorm();
+  return slot;
+}
+
+// How well a slot's edges are seen: what its scans differ, and where between two profiles an edge lies, which they may have in common. A centre
+// is the mean of two edges.
+std::optional<ResidualJudgement> JudgeSlots(const std::vector<FeatureCentre>& centres, double pitch_mm,
+                                            const ArtefactTouch& touch, const SensorCalibrationOptions& options,
+                                            const SensorCalibration& result) {
+  std::map<std::string, std::vector<const FeatureCentre*>> by_name;
+  for (const FeatureCentre& centre : centres) by_name[centre.name].push_back(&centre);
+  std::vector<SeenSlot> slots;
+  double squares_mm2 = 0, freedom = 0;
+  for (const auto& [name, seen] : by_name) {
+    slots.push_back(LookAt(seen, *TouchedCentre(touch, name), result));
+    squares_mm2 += slots.back().squares_mm2;
+    freedom += 2 * (slots.back().scan_count - 1);
+  }
+  if (freedom < 2 || !(pitch_mm > 0)) return std::nullopt;
+  const auto rows = 2 * static_cast<Eigen::Index>(slots.size());
+  Eigen::VectorXd residuals(rows);
+  Eigen::MatrixXd by_sensor(rows, kSensorParameterCount), by_field(rows, kFieldParameterCount);
+  Eigen::VectorXd own(rows);
+  const double touched_mm = std::max(result.touch_uncertainty_mm, kTouchUncertaintyMm);
+  double seen_mm2 = 0;
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    const Eigen::Index row = 2 * static_cast<Eigen::Index>(i);
+    residuals.segment<2>(row) = slots[i].laser_minus_touch_mm;
+    by_sensor.middleRows<2>(row) = slots[i].by_sensor;
+    by_field.middleRows<2>(row) = slots[i].by_field;
+    const double of_scans = squares_mm2 / freedom / slots[i].scan_count;
+    seen_mm2 += 2 * of_scans;
+    own.segment<2>(row).setConstant(of_scans + pitch_mm * pitch_mm / 24 + touched_mm * touched_mm +
+                                    std::pow(options.centre_standard_uncertainty_mm, 2));
+  }
+  const double of_term_mm = options.field_standard_uncertainty_mm / std::sqrt(kFieldParameterCount);
+  Eigen::MatrixXd expected = by_sensor * result.sensor.covariance * by_sensor.transpose() +
+                             of_term_mm * of_term_mm * by_field * by_field.transpose();
+  expected += own.asDiagonal();
+  const double known = EffectiveFreedom(seen_mm2, freedom, expected.trace());
+  return JudgeResiduals("slots, which took no part in the fit", residuals, expected, known);
+}
 
 }  // namespace
 
@@ -52,6 +126,13 @@ absl::Status ReportCentres(const std::vector<LineScan>& scans, const Artefact& a
         (centre.slot ? result->check : result->fitted)
             .push_back({scans[s].id, centre.name, centre.in_machine_mm - *touched});
   }
+  std::vector<FeatureCentre> slots;
+  for (const Centres& of_scan : found)
+    for (const FeatureCentre& centre : *of_scan)
+      if (centre.slot && TouchedCentre(touch, centre.name) != nullptr) slots.push_back(centre);
+  double pitch_mm = 0;
+  for (const LineScan& scan : scans) pitch_mm = std::max(pitch_mm, scan.profile_pitch_mm);
+  result->judgement = JudgeSlots(slots, pitch_mm, touch, options, *result);
   return absl::OkStatus();
 }
 

@@ -119,6 +119,11 @@ absl::StatusOr<RotationCalibration> CalibrateStandardCentre(const StandardProbin
                                          " um about the bore and the face, want at most " + Rounded(1e3 * kWorstRms) +
                                          " um: touch them again, or check their units");
   if (absl::Status s = CheckAgreement(checks, options, result); !s.ok()) return s;
+  if (checks.size() > 1) {
+    Eigen::MatrixXd of_axes = Eigen::MatrixXd::Zero(kAxisParameterCount + 3, kAxisParameterCount + 3);
+    of_axes.topLeftCorner<kAxisParameterCount, kAxisParameterCount>() = result.covariance;
+    result.judgements.push_back(JudgePoses(kAxesMeet, checks, result, of_axes, 3));  // the sphere's place is theirs
+  }
   return result;
 }
 

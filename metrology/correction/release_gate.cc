@@ -113,6 +113,8 @@ std::string NameOf(GateCheckKind kind) {
       return "CUT_BEFORE";
     case GateCheckKind::kSensorCalibration:
       return "SENSOR_CALIBRATION";
+    case GateCheckKind::kInterimCheck:
+      return "INTERIM_CHECK";
   }
   return "";
 }

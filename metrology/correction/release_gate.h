@@ -18,6 +18,8 @@ struct GateLimits {
   double uncertainty_share = 0;
   double registration_age_h = 0;
   double keep_out_mm = 0;  // 0: not asked
+  double interim_check_mm =
+      0;  // greatest displacement of the scanner that its interim checks accept; 0: none is asked for
 };
 // Beyond it the stated uncertainty is not to be relied on (docs/adr/0016): one side of a smooth casting was three times as far off.
 inline constexpr double kGreatestConditionNumber = 100;
@@ -41,6 +43,7 @@ enum class GateCheckKind {
   kLineOfSight,        // mm of clearance; at least
   kCutBefore,          // count of holes
   kSensorCalibration,  // count of calibrations that were asked for, and not in force when the scans were taken
+  kInterimCheck,       // count of accepted checks of the scanner that are missing in the scans' clamping
 };
 std::string NameOf(GateCheckKind kind);  // "START_SHIFT", as ReleaseCheckKind has it
 

@@ -107,6 +107,11 @@ absl::StatusOr<storage::StudyFilter> FilterOf(const v1::ListStudiesRequest& requ
   const absl::StatusOr<storage::TimeSpan> recorded = runtime::SpanOf("recorded", request.recorded());
   if (!recorded.ok()) return recorded.status();
   filter.recorded = *recorded;
+  absl::StatusOr<std::string> calibration_id =
+      runtime::FilterIdOf("sensor_calibration", "calibrations", request.sensor_calibration());
+  if (!calibration_id.ok()) return calibration_id.status();
+  filter.sensor_calibration_id = *std::move(calibration_id);
+  filter.clamping = request.clamping();
   return filter;
 }
 

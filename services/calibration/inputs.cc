@@ -101,6 +101,7 @@ absl::StatusOr<SensorInputs> InputFetcher::Fetch(const v1::CalibrateSensorReques
     if (!reaching.ok()) return reaching.status();
     inputs.validity = *reaching;
   }
+  inputs.options.field_standard_uncertainty_mm = 1e-3 * machine->error_sources().scanner_field_um();
   inputs.options.centre_standard_uncertainty_mm = 1e-3 * record->centre_standard_uncertainty_um();
   if (absl::Status s = clients::CheckCertificate(record->name() + ".certificate", record->has_certificate(),
                                                  record->certificate(), inputs.last_received_at);

@@ -1,6 +1,7 @@
 #include "services/calibration/messages.h"
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 #include <vector>
@@ -171,6 +172,24 @@ void StateToProto(const storage::CalibrationRow& row, v1::Calibration* out) {
   if (!row.superseded_by.empty()) out->set_superseded_by(runtime::NameOf("calibrations", row.superseded_by));
   if (row.release) EventToProto(*row.release, out->mutable_release());
   if (row.withdrawal) EventToProto(*row.withdrawal, out->mutable_withdrawal());
+  const nlohmann::json judgements = nlohmann::json::parse(row.judgements_json, nullptr, false);
+  for (const nlohmann::json& kept : judgements) {
+    if (!kept.is_object()) continue;
+    v1::ResidualJudgement* judged = out->add_judgements();
+    judged->set_of(kept.value("of", ""));
+    judged->set_ratio(kept.value("ratio", 0.0));
+    judged->set_count(kept.value("count", 0.0));
+    judged->set_probability(kept.value("probability", 0.0));
+    judged->set_agrees(kept.value("agrees", false));
+  }
+  if (row.interim) {
+    v1::InterimState* interim = out->mutable_interim_check();
+    interim->set_study(runtime::NameOf("studies", row.interim->study_id));
+    v1::StudyVerdict verdict = v1::STUDY_VERDICT_UNSPECIFIED;
+    v1::StudyVerdict_Parse("STUDY_VERDICT_" + row.interim->verdict, &verdict);
+    interim->set_verdict(verdict);
+    if (row.interim->stood_until) runtime::ToProto(*row.interim->stood_until, interim->mutable_stood_until());
+  }
   const storage::EnvironmentRow& environment = row.environment;
   if (!environment.temperature_c && !environment.humidity_percent && environment.note.empty()) return;
   v1::Environment* message = out->mutable_environment();

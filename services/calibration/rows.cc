@@ -202,6 +202,20 @@ std::string SummaryOf(const storage::CalibrationRow& row) {
   return summary.dump();
 }
 
+// What does not agree with its own uncertainty is in force only once a person has looked at it.
+void Judge(const std::vector<metrology::ResidualJudgement>& judgements, storage::CalibrationRow* row) {
+  nlohmann::json kept = nlohmann::json::array();
+  for (const metrology::ResidualJudgement& judged : judgements) {
+    kept.push_back({{"of", judged.of},
+                    {"ratio", judged.ratio},
+                    {"count", judged.count},
+                    {"probability", judged.probability},
+                    {"agrees", judged.agrees}});
+    if (!judged.agrees) row->is_draft = true;
+  }
+  if (!kept.empty()) row->judgements_json = kept.dump();
+}
+
 }  // namespace
 
 storage::CalibrationRow RowOf(const v1::CalibrateSensorRequest& request, const SensorInputs& inputs,
@@ -209,6 +223,7 @@ storage::CalibrationRow RowOf(const v1::CalibrateSensorRequest& request, const S
   const bool sequential = request.method() == v1::SENSOR_METHOD_SEQUENTIAL;
   storage::CalibrationRow row = Described(request, inputs, sequential ? "SEQUENTIAL" : "JOINT");
   row.sensor = SensorRowOf(inputs, result);
+  if (result.judgement) Judge({*result.judgement}, &row);
   return row;
 }
 
@@ -219,6 +234,7 @@ storage::CalibrationRow RowOf(const v1::CalibrateRotationRequest& request, const
                                                                                : "LINES";
   storage::CalibrationRow row = Described(request, inputs, method);
   row.rotation = RotationRowOf(inputs, result);
+  Judge(result.judgements, &row);
   return row;
 }
 

@@ -77,4 +77,34 @@ absl::StatusOr<v1::Study> Study(const v1::RunSphereCheckRequest&, const SphereIn
   return study;
 }
 
+absl::StatusOr<v1::Study> Study(const v1::RunInterimCheckRequest&, const InterimInputs& inputs) {
+  std::vector<metrology::ReferenceScan> references;
+  std::vector<Eigen::Isometry3d> machine_from_artefact;
+  for (std::size_t i = 0; i < inputs.references.size(); ++i) {
+    const metrology::LineScan& scan = inputs.references[i];
+    const auto artefact = metrology::FitArtefactPose(scan, inputs.artefact, inputs.optics, inputs.sensor);
+    if (!artefact.ok()) return WithReason(artefact.status(), kUndetermined);
+    machine_from_artefact.push_back(artefact->machine_from_artefact);
+    const auto fit =
+        metrology::FitSensorPose(scan, inputs.artefact, inputs.optics, inputs.sensor, machine_from_artefact.back());
+    if (!fit.ok()) return WithReason(fit.status(), kUndetermined);
+    references.push_back({inputs.reference_series[i], *fit});
+  }
+  std::vector<metrology::CheckedScan> scans;
+  for (std::size_t i = 0; i < inputs.scans.size(); ++i)
+    for (const std::size_t reference : inputs.references_of[i]) {
+      if (inputs.keep_going && !inputs.keep_going()) return absl::CancelledError("the caller is gone");
+      const auto fit = metrology::FitSensorPose(inputs.scans[i], inputs.artefact, inputs.optics, inputs.sensor,
+                                                machine_from_artefact[reference]);
+      if (!fit.ok()) return WithReason(fit.status(), kUndetermined);
+      scans.push_back({i, inputs.arm_series[i], reference, *fit});
+    }
+  const absl::StatusOr<metrology::InterimCheck> result = metrology::CheckInterim(scans, references, inputs.options);
+  if (!result.ok()) return result.status();
+  v1::Study study = Described(v1::STUDY_KIND_INTERIM_CHECK, inputs);
+  study.set_verdict(ToProto(result->verdict));
+  *study.mutable_interim_check() = ToProto(*result, inputs.said);
+  return study;
+}
+
 }  // namespace sixpoint::calibration

@@ -14,5 +14,6 @@ absl::StatusOr<v1::Study> Study(const v1::RunArmStudyRequest& request, const Arm
 absl::StatusOr<v1::Study> Study(const v1::RunRepeatStudyRequest& request, const RepeatInputs& inputs);
 absl::StatusOr<v1::Study> Study(const v1::RunGaugeRrRequest& request, const GaugeRrInputs& inputs);
 absl::StatusOr<v1::Study> Study(const v1::RunSphereCheckRequest& request, const SphereInputs& inputs);
+absl::StatusOr<v1::Study> Study(const v1::RunInterimCheckRequest& request, const InterimInputs& inputs);
 
 }  // namespace sixpoint::calibration

@@ -1,15 +1,24 @@
 #include "services/calibration/study_inputs.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
+#include <map>
+#include <set>
 #include <utility>
 
+#include "refusal/message_text.h"
 #include "services/calibration/inputs.h"
 #include "services/calibration/readings.h"
 #include "services/calibration/refusals.h"
+#include "services/calibration/study_messages.h"
 #include "services/calibration/validate.h"
+#include "services/clients/calibrations.h"
+#include "services/clients/error_sources.h"
+#include "services/clients/references.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/time_proto.h"
 
 namespace sixpoint::calibration {
 namespace {
@@ -26,18 +35,37 @@ std::string Revised(const std::string& collection, const Record& record) {
   return runtime::RevisedName(collection, runtime::LastSegment(record.name()), record.revision());
 }
 
+metrology::SensorPose PoseOf(const storage::SensorCalibrationRow& row) {
+  metrology::SensorPose pose;
+  for (int k = 0; k < 9; ++k) pose.rotation(k / 3, k % 3) = row.machine_from_sensor_rotation.at(k);
+  for (int k = 0; k < 3; ++k) pose.t_sm_mm(k) = row.t_sm_mm.at(k);
+  return pose;
+}
+
+// 40,000,000 points in all.
+absl::Status AddPoints(const clients::StoredBlocks& stored, std::vector<metrology::LineScan>* scans) {
+  metrology::LineScan& scan = scans->emplace_back(stored.scan);
+  scan.id = stored.record.header().scan_id();
+  const absl::Status read = stored.Decode([&](const metrology::Points& points_mm) {
+    scan.points_mm.insert(scan.points_mm.end(), points_mm.begin(), points_mm.end());
+  });
+  if (!read.ok()) return read;
+  std::size_t point_count = 0;
+  for (const metrology::LineScan& one : *scans) point_count += one.points_mm.size();
+  if (point_count <= kMostScanPoints) return absl::OkStatus();
+  return Refuse("sensor_calibration", std::to_string(point_count) + " points in its scans",
+                "at most 40000000 together");
+}
+
 }  // namespace
 
-struct StudyInputFetcher::Scanned {
-  std::vector<metrology::LineScan> scans;
-  plant::v1::Machine machine;
-  plant::v1::Artefact artefact;
-  std::vector<std::string> names;  // machine, artefact, scans
-};
-
 StudyInputFetcher::StudyInputFetcher(std::shared_ptr<const storage::CalibrationReader> calibrations,
+                                     std::shared_ptr<const storage::StudyStore> studies,
                                      std::shared_ptr<grpc::Channel> plant, std::shared_ptr<grpc::Channel> ingest)
-    : calibrations_(std::move(calibrations)), plant_(std::move(plant)), scans_(std::move(ingest)) {}
+    : calibrations_(std::move(calibrations)),
+      studies_(std::move(studies)),
+      plant_(std::move(plant)),
+      scans_(std::move(ingest)) {}
 
 absl::StatusOr<StudyInputFetcher::Scanned> StudyInputFetcher::FetchScans(
     const google::protobuf::RepeatedPtrField<std::string>& names, bool arm_only, const Caller& caller) const {
@@ -54,6 +82,7 @@ absl::StatusOr<StudyInputFetcher::Scanned> StudyInputFetcher::FetchScans(
       return Refuse("scans", std::to_string(point_count) + " points", "at most 40000000 together");
     scan->scan.id = runtime::LastSegment(name);
     fetched.scans.push_back(std::move(scan->scan));
+    fetched.records.push_back(std::move(scan->record));
     fetched.names.push_back(name);
   }
   auto machine = plant_.GetMachine(first.header().machine(), 0, caller.make_context());
@@ -94,14 +123,13 @@ absl::StatusOr<GaugeInputs> StudyInputFetcher::Fetch(const v1::RunGaugeStudyRequ
   return inputs;
 }
 
-absl::StatusOr<storage::CalibrationRow> StudyInputFetcher::SensorCalibration(const v1::RunArmStudyRequest& request,
+absl::StatusOr<storage::CalibrationRow> StudyInputFetcher::SensorCalibration(const std::string& asked,
                                                                              const std::string& machine,
+                                                                             storage::Instant at,
                                                                              const Caller& caller) const {
   const std::string machine_id = runtime::LastSegment(machine);
-  if (request.sensor_calibration().empty()) {
-    const absl::StatusOr<storage::Instant> now = calibrations_->Now(caller.deadline);
-    if (!now.ok()) return now.status();
-    auto in_force = calibrations_->InForce({machine_id, "sensor"}, *now, caller.deadline);
+  if (asked.empty()) {
+    auto in_force = calibrations_->InForce({machine_id, "sensor"}, at, caller.deadline);
     if (!in_force.ok()) return in_force.status();
     if (in_force->has_value()) return **std::move(in_force);
     return runtime::Failure(
@@ -109,12 +137,12 @@ absl::StatusOr<storage::CalibrationRow> StudyInputFetcher::SensorCalibration(con
         machine + ": no sensor calibration in force, want one; name one that is not (a draft will do)",
         {{"resource", machine}});
   }
-  const auto id = runtime::IdOf("sensor_calibration", "calibrations", request.sensor_calibration());
+  const auto id = runtime::IdOf("sensor_calibration", "calibrations", asked);
   if (!id.ok()) return id.status();
   auto found = calibrations_->Find(*id, caller.deadline);
   if (!found.ok()) return found.status();
   if (!found->has_value() || !(**found).sensor || (**found).machine_id != machine_id)
-    return Refuse("sensor_calibration", request.sensor_calibration(), "a sensor calibration of " + machine);
+    return Refuse("sensor_calibration", asked, "a sensor calibration of " + machine);
   return **std::move(found);
 }
 
@@ -123,8 +151,10 @@ absl::StatusOr<ArmInputs> StudyInputFetcher::Fetch(const v1::RunArmStudyRequest&
   if (!scanned.ok()) return scanned.status();
   absl::StatusOr<metrology::Artefact> artefact = ArtefactOf(scanned->artefact);
   if (!artefact.ok()) return WithReason(artefact.status());
+  const absl::StatusOr<storage::Instant> now = calibrations_->Now(caller.deadline);
+  if (!now.ok()) return now.status();
   const absl::StatusOr<storage::CalibrationRow> calibration =
-      SensorCalibration(request, scanned->machine.name(), caller);
+      SensorCalibration(request.sensor_calibration(), scanned->machine.name(), *now, caller);
   if (!calibration.ok()) return calibration.status();
   ArmInputs inputs;
   inputs.machine = scanned->machine.name();
@@ -135,9 +165,7 @@ absl::StatusOr<ArmInputs> StudyInputFetcher::Fetch(const v1::RunArmStudyRequest&
   inputs.sensor_calibration = calibration->name();
   inputs.options.optics = OpticsOf(scanned->machine.sensor());
   inputs.options.keep_going = caller.keep_going;
-  for (int k = 0; k < 9; ++k)
-    inputs.options.sensor.rotation(k / 3, k % 3) = calibration->sensor->machine_from_sensor_rotation.at(k);
-  for (int k = 0; k < 3; ++k) inputs.options.sensor.t_sm_mm(k) = calibration->sensor->t_sm_mm.at(k);
+  inputs.options.sensor = PoseOf(*calibration->sensor);
   return inputs;
 }
 
@@ -162,6 +190,117 @@ absl::StatusOr<RepeatInputs> StudyInputFetcher::Fetch(const v1::RunRepeatStudyRe
   }
   inputs.machine = runtime::NameOf("machines", rows.front().machine_id);
   inputs.names.assign(request.calibrations().begin(), request.calibrations().end());
+  return inputs;
+}
+
+absl::Status StudyInputFetcher::FetchReferences(const storage::CalibrationRow& calibration,
+                                                const ingest::v1::Scan& first, const Caller& caller,
+                                                InterimInputs* inputs) const {
+  std::vector<clients::StoredBlocks> own;
+  absl::Status none = runtime::Failure(errors::v1::STUDY_UNDETERMINED,
+                                       calibration.name() + ": made from no scans, want one of its artefact");
+  for (const std::string& name : calibration.inputs) {
+    if (name.rfind("scans/", 0) != 0) continue;
+    absl::StatusOr<clients::StoredBlocks> scan = scans_.FetchBlocks(name, caller.make_context());
+    if (scan.ok()) {
+      if (absl::Status s = CheckStudyScan(scan->record, first, false); !s.ok()) return s;
+      own.push_back(*std::move(scan));
+    } else if (runtime::HasReason(scan.status(), errors::v1::POINTS_DELETED)) {
+      none = runtime::Failure(errors::v1::STUDY_UNDETERMINED,
+                              calibration.name() + ": the points of its scans were deleted, want one that has them");
+    } else {
+      return scan.status();
+    }
+  }
+  if (own.empty()) return none;
+  std::map<std::string, std::vector<std::size_t>> by_series;
+  for (std::size_t k = 0; k < own.size(); ++k) by_series[own[k].record.header().arm_series()].push_back(k);
+  std::map<std::size_t, std::size_t> taken;
+  for (const metrology::LineScan& scan : inputs->scans) {
+    std::vector<std::size_t>& of_scan = inputs->references_of.emplace_back();
+    const auto nearer = [&](std::size_t one, std::size_t other) {
+      return (own[one].scan.v0_mm - scan.v0_mm).norm() < (own[other].scan.v0_mm - scan.v0_mm).norm();
+    };
+    for (const auto& [series, members] : by_series) {
+      const std::size_t nearest = *std::min_element(members.begin(), members.end(), nearer);
+      const auto [at, is_new] = taken.emplace(nearest, inputs->references.size());
+      of_scan.push_back(at->second);
+      if (!is_new) continue;
+      inputs->reference_series.push_back(series);
+      inputs->names.push_back(own[nearest].record.name());
+      if (absl::Status s = AddPoints(own[nearest], &inputs->references); !s.ok()) return s;
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status StudyInputFetcher::FetchArm(const Caller& caller, InterimInputs* inputs) const {
+  const std::set<std::string> now(inputs->arm_series.begin(), inputs->arm_series.end());
+  const std::set<std::string> then(inputs->reference_series.begin(), inputs->reference_series.end());
+  if (now == then && now.count("") == 0) return absl::OkStatus();
+  storage::StudyFilter newest;
+  newest.machine_id = runtime::LastSegment(inputs->machine);
+  newest.kind = KindText(v1::STUDY_KIND_ARM);
+  const auto found = studies_->List(newest, 0, 1, caller.deadline);
+  if (!found.ok() || found->empty()) return found.status();
+  const absl::StatusOr<v1::Study> study = ToProto(found->front());
+  if (!study.ok()) return study.status();
+  const auto arm = clients::ArmOf(*study);
+  if (!arm.ok()) return arm.status();
+  inputs->options.arm = arm->spread;
+  inputs->said.set_arm_study(arm->name);
+  inputs->names.push_back(arm->name);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<InterimInputs> StudyInputFetcher::Fetch(const v1::RunInterimCheckRequest& request,
+                                                       const Caller& caller) const {
+  absl::StatusOr<Scanned> scanned = FetchScans(request.scans(), false, caller);
+  if (!scanned.ok()) return scanned.status();
+  const ingest::v1::Scan& first = scanned->records.front();
+  if (first.header().machine() != request.machine())
+    return Refuse("scans", first.name() + " of " + first.header().machine(), "scans of " + request.machine());
+  if (absl::Status s = clients::CheckLineScanner(scanned->machine); !s.ok()) return s;
+  absl::StatusOr<metrology::Artefact> artefact = ArtefactOf(scanned->artefact);
+  if (!artefact.ok()) return WithReason(artefact.status());
+  InterimInputs inputs;
+  inputs.machine = scanned->machine.name();
+  inputs.artefact = *std::move(artefact);
+  inputs.keep_going = caller.keep_going;
+  const plant::v1::SafetyEnvelope& envelope = scanned->machine.safety_envelope();
+  if (envelope.has_interim_check_limit_um() && request.limit_um() > envelope.interim_check_limit_um())
+    return Refuse("limit_um", NumberText(request.limit_um()),
+                  "at most " + NumberText(envelope.interim_check_limit_um()) + ", as " + inputs.machine + " has it");
+  inputs.said.set_limit_um(request.limit_um() > 0 ? request.limit_um() : envelope.interim_check_limit_um());
+  inputs.said.set_clamping(first.header().clamping());
+  storage::Instant scanned_at = runtime::MomentOf(first.received_at());
+  for (const ingest::v1::Scan& record : scanned->records) {
+    if (record.header().clamping() != first.header().clamping())
+      return Refuse("scans", record.name() + " in clamping '" + record.header().clamping() + "'",
+                    "scans of one clamping, as " + first.name() + " in '" + first.header().clamping() + "'");
+    scanned_at = std::min(scanned_at, runtime::MomentOf(record.received_at()));
+    inputs.arm_series.push_back(record.header().arm_series());
+  }
+  const absl::StatusOr<storage::CalibrationRow> calibration =
+      SensorCalibration(request.sensor_calibration(), inputs.machine, scanned_at, caller);
+  if (!calibration.ok()) return calibration.status();
+  if (calibration->withdrawal)
+    return runtime::Failure(errors::v1::CALIBRATION_WITHDRAWN,
+                            "sensor_calibration: " + calibration->name() + ", which was withdrawn, want one in use",
+                            {{"resource", calibration->name()}});
+  runtime::ToProto(scanned_at, inputs.said.mutable_scanned_at());
+  inputs.said.set_sensor_calibration(calibration->name());
+  inputs.names = std::move(scanned->names);
+  inputs.names.push_back(calibration->name());
+  inputs.scans = std::move(scanned->scans);
+  inputs.optics = OpticsOf(scanned->machine.sensor());
+  inputs.sensor = PoseOf(*calibration->sensor);
+  inputs.sensor.field = clients::FieldOf(scanned->machine.sensor());
+  inputs.options.limit_mm = kMmPerUm * inputs.said.limit_um();
+  inputs.options.field_standard_uncertainty_mm = kMmPerUm * scanned->machine.error_sources().scanner_field_um();
+  absl::Status status = FetchReferences(*calibration, first, caller, &inputs);
+  if (status.ok()) status = FetchArm(caller, &inputs);
+  if (!status.ok()) return status;
   return inputs;
 }
 

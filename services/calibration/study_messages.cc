@@ -224,6 +224,29 @@ v1::SphereCheck ToProto(const metrology::SphereCheck& in) {
   return out;
 }
 
+v1::InterimCheck ToProto(const metrology::InterimCheck& in, const v1::InterimCheck& said) {
+  v1::InterimCheck out = said;
+  out.set_dx_mm(in.translation_mm.x());
+  out.set_dy_mm(in.translation_mm.y());
+  out.set_dz_mm(in.translation_mm.z());
+  out.set_dalpha_deg(kDegPerRad * in.angles.alpha);
+  out.set_dbeta_deg(kDegPerRad * in.angles.beta);
+  out.set_dgamma_deg(kDegPerRad * in.angles.gamma);
+  for (const metrology::PlaceDisplacement& p : in.places) {
+    v1::InterimPlace* place = out.add_places();
+    place->set_y_mm(p.y_mm);
+    place->set_z_mm(p.z_mm);
+    place->set_dx_um(kUmPerMm * p.displacement_mm.x());
+    place->set_dy_um(kUmPerMm * p.displacement_mm.y());
+    place->set_dz_um(kUmPerMm * p.displacement_mm.z());
+    place->set_distance_um(kUmPerMm * p.distance_mm);
+    place->set_bound_um(kUmPerMm * p.upper_mm);
+  }
+  out.set_worst_place(static_cast<int>(in.worst));
+  out.set_swing_count(in.swing_count);
+  return out;
+}
+
 absl::StatusOr<v1::Study> ToProto(const storage::StudyRow& row) {
   v1::Study study;
   const auto parsed = google::protobuf::util::JsonStringToMessage(row.result_json, &study);

@@ -9,6 +9,7 @@
 #include "metrology/statistics/spread.h"
 #include "metrology/studies/arm_study.h"
 #include "metrology/studies/gauge_study.h"
+#include "metrology/studies/interim_check.h"
 #include "metrology/studies/nested_variance.h"
 #include "metrology/studies/sphere_check.h"
 #include "metrology/studies/study_verdict.h"
@@ -31,6 +32,8 @@ v1::StudyVerdict VerdictOf(const v1::ArmStudy& study);
 v1::RepeatStudy RepeatOf(const std::vector<storage::CalibrationRow>& calibrations);
 v1::GaugeRr ToProto(const metrology::NestedVariance& analysis, const v1::RunGaugeRrRequest& request);
 v1::SphereCheck ToProto(const metrology::SphereCheck& check);
+// said: what it concerns.
+v1::InterimCheck ToProto(const metrology::InterimCheck& check, const v1::InterimCheck& said);
 
 // DATA_LOSS where what is stored cannot be read.
 absl::StatusOr<v1::Study> ToProto(const storage::StudyRow& row);

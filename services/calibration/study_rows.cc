@@ -6,6 +6,7 @@
 
 #include "services/calibration/study_messages.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/time_proto.h"
 
 namespace sixpoint::calibration {
 namespace {
@@ -34,6 +35,10 @@ absl::StatusOr<runtime::Made<storage::StudyRow>> RecordOf(const v1::Study& study
   absl::StatusOr<std::string> json = JsonOf(study);
   if (!json.ok()) return json.status();
   row.result_json = *std::move(json);
+  if (study.has_interim_check())
+    row.interim_check = storage::InterimCheckRow{runtime::LastSegment(study.interim_check().sensor_calibration()),
+                                                 study.interim_check().clamping(),
+                                                 runtime::MomentOf(study.interim_check().scanned_at())};
   storage::RecordEntry entry;
   entry.kind = "study";
   entry.name = runtime::NameOf("studies", row.study_id);

@@ -29,7 +29,7 @@ void LeaveBasic(v1::Study* study) {
 StudyService::StudyService(std::shared_ptr<storage::StudyStore> store,
                            std::shared_ptr<const storage::CalibrationReader> calibrations,
                            std::shared_ptr<grpc::Channel> plant, std::shared_ptr<grpc::Channel> ingest)
-    : store_(std::move(store)), inputs_(std::move(calibrations), std::move(plant), std::move(ingest)) {}
+    : store_(store), inputs_(std::move(calibrations), std::move(store), std::move(plant), std::move(ingest)) {}
 
 template <typename Request>
 grpc::Status StudyService::Run(grpc::ServerContext* context, const char* call, const Request& request,
@@ -72,6 +72,11 @@ grpc::Status StudyService::RunGaugeRr(grpc::ServerContext* context, const v1::Ru
 grpc::Status StudyService::RunSphereCheck(grpc::ServerContext* context, const v1::RunSphereCheckRequest* request,
                                           v1::Study* response) {
   return Run(context, "calibration.RunSphereCheck", *request, response);
+}
+
+grpc::Status StudyService::RunInterimCheck(grpc::ServerContext* context, const v1::RunInterimCheckRequest* request,
+                                           v1::Study* response) {
+  return Run(context, "calibration.RunInterimCheck", *request, response);
 }
 
 grpc::Status StudyService::GetStudy(grpc::ServerContext* context, const v1::GetStudyRequest* request,

@@ -27,6 +27,8 @@ class StudyService final : public v1::StudyService::Service {
                           v1::Study* response) override;
   grpc::Status RunSphereCheck(grpc::ServerContext* context, const v1::RunSphereCheckRequest* request,
                               v1::Study* response) override;
+  grpc::Status RunInterimCheck(grpc::ServerContext* context, const v1::RunInterimCheckRequest* request,
+                               v1::Study* response) override;
   grpc::Status GetStudy(grpc::ServerContext* context, const v1::GetStudyRequest* request, v1::Study* response) override;
   grpc::Status ListStudies(grpc::ServerContext* context, const v1::ListStudiesRequest* request,
                            v1::ListStudiesResponse* response) override;

@@ -16,6 +16,7 @@ using runtime::Refuse;
 
 constexpr int kGreatestTrendCount = 1000;
 constexpr int kFewestCalibrations = 3;
+constexpr double kMostLimitUm = 1000;  // of an interim check
 
 absl::Status CheckEnvironment(const v1::Environment& in) {
   const auto outside = [](double value, double least, double most) {
@@ -160,6 +161,18 @@ absl::Status CheckRequest(const v1::RunSphereCheckRequest& request) {
   for (int i = 0; i < request.lengths_size(); ++i)
     if (request.lengths(i).standard().empty()) return Refuse(Indexed("lengths", i) + ".standard", "", "a name");
   return absl::OkStatus();
+}
+
+absl::Status CheckRequest(const v1::RunInterimCheckRequest& request) {
+  if (absl::Status s = CheckEnvironment(request.environment()); !s.ok()) return s;
+  if (absl::Status s = runtime::IdOf("machine", "machines", request.machine()).status(); !s.ok()) return s;
+  if (!(request.limit_um() >= 0 && request.limit_um() <= kMostLimitUm))
+    return Refuse("limit_um", request.limit_um(), "> 0 and at most 1000, or 0 for the machine's");
+  if (!request.sensor_calibration().empty())
+    if (absl::Status s = runtime::IdOf("sensor_calibration", "calibrations", request.sensor_calibration()).status();
+        !s.ok())
+      return s;
+  return runtime::CheckNames("scans", "scans", request.scans(), 1);
 }
 
 absl::Status CheckStudyScan(const ingest::v1::Scan& scan, const ingest::v1::Scan& first, bool arm_only) {

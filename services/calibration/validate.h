@@ -35,6 +35,7 @@ absl::Status CheckRequest(const v1::RunArmStudyRequest& request);
 absl::Status CheckRequest(const v1::RunRepeatStudyRequest& request);
 absl::Status CheckRequest(const v1::RunGaugeRrRequest& request);
 absl::Status CheckRequest(const v1::RunSphereCheckRequest& request);
+absl::Status CheckRequest(const v1::RunInterimCheckRequest& request);
 // The scan is of the first one's machine and artefact, at its A and B; arm_only: of kind arm, else arm or artefact.
 absl::Status CheckStudyScan(const ingest::v1::Scan& scan, const ingest::v1::Scan& first, bool arm_only);
 

@@ -57,6 +57,7 @@ absl::StatusOr<FetchedSensorCalibration> SensorOf(const Calibration& calibration
   out.machine = calibration.machine();
   out.withdrawn = calibration.state() == calibration::v1::CALIBRATION_STATE_WITHDRAWN;
   out.draft = calibration.state() == calibration::v1::CALIBRATION_STATE_DRAFT;
+  if (calibration.has_interim_check()) out.interim = calibration.interim_check();
   if (!in.has_field_response()) return out;
   const absl::StatusOr<Eigen::MatrixXd> response = runtime::FromProto("field_response", in.field_response());
   if (!response.ok()) return Damaged(calibration, std::string(response.status().message()));
@@ -124,6 +125,8 @@ absl::StatusOr<FetchedAxis> AxisOf(const Calibration& calibration) {
   return out;
 }
 
+}  // namespace
+
 absl::StatusOr<FetchedArmStudy> ArmOf(const calibration::v1::Study& study) {
   std::vector<metrology::ArmDisplacement> displacements;
   for (const calibration::v1::ArmDisplacement& in : study.arm().displacements()) {
@@ -145,8 +148,6 @@ absl::StatusOr<FetchedArmStudy> ArmOf(const calibration::v1::Study& study) {
   return FetchedArmStudy{study.name(), *spread};
 }
 
-}  // namespace
-
 CalibrationClient::CalibrationClient(std::shared_ptr<grpc::Channel> calibration)
     : stub_(calibration::v1::CalibrationService::NewStub(calibration)),
       studies_(calibration::v1::StudyService::NewStub(std::move(calibration))) {}
@@ -164,6 +165,37 @@ absl::StatusOr<std::optional<FetchedArmStudy>> CalibrationClient::ArmStudy(
   absl::StatusOr<FetchedArmStudy> arm = ArmOf(found.studies(0));
   if (!arm.ok()) return arm.status();
   return *std::move(arm);
+}
+
+absl::Status CalibrationClient::CheckNotMoved(const std::string& field, const FetchedSensorCalibration& sensor,
+                                              const google::protobuf::Timestamp& scans_received_at) {
+  if (!sensor.interim || sensor.interim->verdict() == calibration::v1::STUDY_VERDICT_ACCEPTED) return absl::OkStatus();
+  // A scanner that was knocked stays where it went: it stood as calibrated before every check that was accepted.
+  const bool is_known = scans_received_at.seconds() != 0;
+  if (is_known && sensor.interim->has_stood_until() &&
+      runtime::MomentOf(scans_received_at) <= runtime::MomentOf(sensor.interim->stood_until()))
+    return absl::OkStatus();
+  return runtime::Failure(errors::v1::SENSOR_MOVED,
+                          field + ": " + sensor.name + ", whose newest interim check (" + sensor.interim->study() +
+                              ") did not find the scanner where it was calibrated, want an accepted one since the "
+                              "scans, or a new calibration and scans",
+                          {{"resource", sensor.name}, {"study", sensor.interim->study()}});
+}
+
+absl::StatusOr<bool> CalibrationClient::CheckedInClamping(const std::string& sensor_calibration,
+                                                          const std::string& clamping, double limit_um,
+                                                          std::unique_ptr<grpc::ClientContext> context) const {
+  if (clamping.empty()) return false;
+  calibration::v1::ListStudiesRequest request;
+  request.set_kind(calibration::v1::STUDY_KIND_INTERIM_CHECK);
+  request.set_verdict(calibration::v1::STUDY_VERDICT_ACCEPTED);
+  request.set_sensor_calibration(sensor_calibration);
+  request.set_clamping(clamping);
+  calibration::v1::ListStudiesResponse found;
+  if (const grpc::Status s = studies_->ListStudies(context.get(), request, &found); !s.ok())
+    return runtime::FromGrpc(s);
+  return std::any_of(found.studies().begin(), found.studies().end(),
+                     [&](const calibration::v1::Study& study) { return study.interim_check().limit_um() <= limit_um; });
 }
 
 absl::StatusOr<FetchedSensorCalibration> CalibrationClient::SensorInForce(

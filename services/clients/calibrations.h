@@ -29,6 +29,7 @@ struct FetchedSensorCalibration {
   std::string machine;  // machines/{id}
   bool withdrawn = false;
   bool draft = false;
+  std::optional<calibration::v1::InterimState> interim;  // none: no interim check has judged it
 };
 struct FetchedRotationCalibration {
   std::string name;
@@ -55,6 +56,9 @@ struct FetchedArmStudy {
   metrology::ArmSpread spread;
 };
 
+// Of a study of kind ARM. DATA_LOSS where it says nothing that can be.
+absl::StatusOr<FetchedArmStudy> ArmOf(const calibration::v1::Study& study);
+
 // Thread-safe. FAILED_PRECONDITION (reason CALIBRATION_MISSING or CALIBRATION_EXPIRED) where none is in force.
 class CalibrationClient {
  public:
@@ -73,6 +77,13 @@ class CalibrationClient {
   // The newest of the machine; nothing where nobody studied its arm.
   absl::StatusOr<std::optional<FetchedArmStudy>> ArmStudy(const std::string& machine,
                                                           std::unique_ptr<grpc::ClientContext> context) const;
+  // FAILED_PRECONDITION (SENSOR_MOVED): the newest interim check of it did not find the scanner where it was calibrated, and no accepted one
+  // is of after the scans, the last of which was received then. field: where it was named.
+  static absl::Status CheckNotMoved(const std::string& field, const FetchedSensorCalibration& sensor,
+                                    const google::protobuf::Timestamp& scans_received_at);
+  // Whether an interim check of it, in that clamping, was accepted by a limit not greater than this.
+  absl::StatusOr<bool> CheckedInClamping(const std::string& sensor_calibration, const std::string& clamping,
+                                         double limit_um, std::unique_ptr<grpc::ClientContext> context) const;
   // A calibration by name, whether in force or not.
   absl::StatusOr<FetchedSensorCalibration> Sensor(const std::string& name,
                                                   std::unique_ptr<grpc::ClientContext> context) const;

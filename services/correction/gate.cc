@@ -1,5 +1,6 @@
 #include "services/correction/gate.h"
 
+#include <algorithm>
 #include <chrono>
 
 #include "metrology/correction/keep_out.h"
@@ -11,8 +12,6 @@ namespace {
 using metrology::GateCheck;
 using metrology::GateCheckKind;
 
-constexpr int kDirections = 6;
-
 // Best fit is what the others are compared with; local by scans of the region alone has no best fit beside it.
 bool CanDisagree(const registration::v1::Registration& registration) {
   switch (registration.method()) {
@@ -22,6 +21,21 @@ bool CanDisagree(const registration::v1::Registration& registration) {
     default:
       return registration.evidence().has_disagreement();
   }
+}
+
+// Directions that were not fitted and of which nobody said how far off they may be.
+int HeldWithoutUncertainty(const registration::v1::FitOptions& options) {
+  if (options.degrees_of_freedom().empty()) return 0;
+  int held = 0;
+  for (int direction = registration::v1::FREEDOM_TURN_X; direction <= registration::v1::FREEDOM_SHIFT_Z; ++direction) {
+    const auto& free = options.degrees_of_freedom();
+    const bool is_free = std::find(free.begin(), free.end(), direction) != free.end();
+    const bool is_stated = direction <= registration::v1::FREEDOM_TURN_Z
+                               ? options.has_held_turn_standard_uncertainty_deg()
+                               : options.has_held_shift_standard_uncertainty_um();
+    held += is_free || is_stated ? 0 : 1;
+  }
+  return held;
 }
 
 metrology::RegistrationEvidence EvidenceOf(const registration::v1::Registration& registration,
@@ -35,8 +49,7 @@ metrology::RegistrationEvidence EvidenceOf(const registration::v1::Registration&
   out.merge_limit = in.merge().limit();
   out.condition_number = in.condition_number();
   if (in.has_information_kept()) out.information_kept = in.information_kept();
-  const int free = registration.options().degrees_of_freedom_size();
-  out.held_directions = free == 0 ? 0 : kDirections - free;
+  out.held_directions = HeldWithoutUncertainty(registration.options());
   out.age_h =
       std::chrono::duration<double, std::ratio<3600>>(now - runtime::MomentOf(registration.recorded_at())).count();
   return out;
@@ -71,6 +84,14 @@ absl::StatusOr<std::vector<GateCheck>> Judge(const Inputs& inputs,
   std::vector<std::string> asked;
   if (inputs.registration.sensor_calibration_asked()) asked.push_back(inputs.registration.sensor_calibration());
   checks.push_back(metrology::CountAgainst(GateCheckKind::kSensorCalibration, asked));
+  if (inputs.limits.interim_check_mm > 0) {
+    std::vector<std::string> missing;
+    if (!inputs.checked_in_clamping) {
+      const std::string& clamping = inputs.registration.clamping();
+      missing.push_back(clamping.empty() ? "a clamping that is not stated" : "clamping " + clamping);
+    }
+    checks.push_back(metrology::CountAgainst(GateCheckKind::kInterimCheck, missing));
+  }
   return checks;
 }
 

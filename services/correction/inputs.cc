@@ -38,6 +38,10 @@ absl::Status FetchCalibrations(const Peers& peers, const runtime::Caller& caller
     return peers.calibrations.NotInForce("registration.sensor_calibration", sensor->name,
                                          in_force.ok() ? in_force->name : "none in force", caller.make_context());
   }
+  if (absl::Status s = clients::CalibrationClient::CheckNotMoved("registration.sensor_calibration", *sensor,
+                                                                 registration.scans_received_at());
+      !s.ok())
+    return s;
   auto rotation = peers.calibrations.RotationInForce(registration.machine(), caller.make_context());
   if (!rotation.ok()) return rotation.status();
   if (rotation->name != registration.rotation_calibration())
@@ -210,6 +214,13 @@ absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::CorrectRequest&
   auto against = AgainstClamping(peers, inputs.registration, caller);
   if (!against.ok()) return against.status();
   inputs.against_clamping = *std::move(against);
+  if (inputs.limits.interim_check_mm > 0) {
+    const auto checked =
+        peers.calibrations.CheckedInClamping(inputs.sensor.name, inputs.registration.clamping(),
+                                             1e3 * inputs.limits.interim_check_mm, caller.make_own_context());
+    if (!checked.ok()) return checked.status();
+    inputs.checked_in_clamping = *checked;
+  }
   inputs.now = std::chrono::system_clock::now();
   return inputs;
 }

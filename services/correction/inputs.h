@@ -46,8 +46,9 @@ struct Inputs {
   Eigen::Isometry3d zero_from_part_nominal;
   std::vector<metrology::NominalHoleGroup> groups;    // those asked for, in the part's order
   std::shared_ptr<const metrology::Surface> surface;  // none where the machine's record asks for no keep-out
-  std::vector<std::string> against_clamping;          // registrations that say that the blade stands there no more
-  std::vector<std::string> cut_before;                // holes of those groups, by other programs of this blade
+  bool checked_in_clamping = false;  // an interim check of the scanner was accepted there, where one is asked for
+  std::vector<std::string> against_clamping;  // registrations that say that the blade stands there no more
+  std::vector<std::string> cut_before;        // holes of those groups, by other programs of this blade
   std::chrono::system_clock::time_point now;
 };
 

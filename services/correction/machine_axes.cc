@@ -71,6 +71,7 @@ metrology::GateLimits LimitsOf(const plant::v1::Machine& machine) {
   limits.uncertainty_share = envelope.uncertainty_share();
   limits.registration_age_h = envelope.registration_age_h();
   limits.keep_out_mm = envelope.keep_out_mm();
+  limits.interim_check_mm = 1e-3 * envelope.interim_check_limit_um();
   return limits;
 }
 

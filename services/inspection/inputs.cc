@@ -75,6 +75,10 @@ absl::Status FetchPose(const Peers& peers, const runtime::Caller& caller, Inputs
   const registration::v1::Registration& registration = inputs->registration;
   const auto sensor = peers.calibrations.Sensor(registration.sensor_calibration(), caller.make_context());
   if (!sensor.ok()) return sensor.status();
+  if (absl::Status s = clients::CalibrationClient::CheckNotMoved("registration.sensor_calibration", *sensor,
+                                                                 registration.scans_received_at());
+      !s.ok())
+    return s;
   const auto rotation = peers.calibrations.Rotation(registration.rotation_calibration(), caller.make_context());
   if (!rotation.ok()) return rotation.status();
   const auto tables = clients::TablesOf(registration, peers.calibrations, caller.make_context);

@@ -121,6 +121,7 @@ v1::Machine ToProto(const storage::MachineRow& row) {
   envelope->set_uncertainty_share(row.safety_uncertainty_share);
   envelope->set_registration_age_h(row.safety_registration_age_h);
   envelope->set_keep_out_mm(row.safety_keep_out_mm);
+  if (row.interim_check_limit_um) envelope->set_interim_check_limit_um(*row.interim_check_limit_um);
   SetErrorSources(row, &machine);
   if (!row.touch_probe_serial_number.empty()) {
     machine.mutable_touch_probe()->set_serial_number(row.touch_probe_serial_number);

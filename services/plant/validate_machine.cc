@@ -76,9 +76,12 @@ absl::Status ReadEnvelope(const v1::SafetyEnvelope& in, storage::MachineRow* row
   row->safety_uncertainty_share = in.has_uncertainty_share() ? in.uncertainty_share() : 1.0 / 3;
   row->safety_registration_age_h = in.has_registration_age_h() ? in.registration_age_h() : 8;
   row->safety_keep_out_mm = in.has_keep_out_mm() ? in.keep_out_mm() : 0.5;
+  if (in.has_interim_check_limit_um()) row->interim_check_limit_um = in.interim_check_limit_um();
   const std::string field = "machine.safety_envelope.";
-  return runtime::Refusals()
-      .Add(CheckRange(field + "translation_mm", row->safety_translation_mm, 0, 1e5, "0 to 100000"))
+  runtime::Refusals refusals;
+  if (row->interim_check_limit_um)
+    refusals.Add(CheckPositive(field + "interim_check_limit_um", *row->interim_check_limit_um, 1000));
+  return refusals.Add(CheckRange(field + "translation_mm", row->safety_translation_mm, 0, 1e5, "0 to 100000"))
       .Add(CheckRange(field + "rotation_deg", row->safety_rotation_deg, 0, 180, "0 to 180"))
       .Add(CheckRange(field + "uncertainty_share", row->safety_uncertainty_share, 0, 1, "0 to 1"))
       .Add(CheckRange(field + "registration_age_h", row->safety_registration_age_h, 0, 8760, "0 to 8760"))

@@ -12,6 +12,7 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/time_proto.h"
 
 namespace sixpoint::registration {
 namespace {
@@ -103,6 +104,8 @@ absl::StatusOr<metrology::FitOptions> FitOptionsOf(const v1::FitOptions& options
   for (const int freedom : options.degrees_of_freedom())
     out.free[static_cast<std::size_t>(freedom - v1::FREEDOM_TURN_X)] = true;
   out.scan_weights.assign(options.scan_weights().begin(), options.scan_weights().end());
+  out.held_turn_rad = kRadPerDeg * options.held_turn_standard_uncertainty_deg();
+  out.held_shift_mm = 1e-3 * options.held_shift_standard_uncertainty_um();
   out.coarse_start = options.coarse_start();
   absl::Status status = AddRegions("options.regions_in", options.regions_in(), part, &out.regions_in);
   if (status.ok()) status = AddRegions("options.regions_out", options.regions_out(), part, &out.regions_out);
@@ -201,7 +204,11 @@ absl::Status InputFetcher::FetchScans(const v1::RegisterRequest& request, const 
     if (i + 1 < request.scans_size()) next = std::async(std::launch::async, fetch, i + 1);
     absl::Status known = i == 0 ? FetchMachine(request, first, caller, inputs)
                                 : CheckMappedAlike(request, fetched->record, caller, inputs);
+    if (known.ok())
+      known = clients::CalibrationClient::CheckNotMoved("scans[" + std::to_string(i) + "]", inputs->sensor,
+                                                        fetched->record.received_at());
     if (!known.ok()) return known;
+    inputs->scans_received_at = std::max(inputs->scans_received_at, runtime::MomentOf(fetched->record.received_at()));
     const auto stretch = clients::StretchOf({inputs->machine, inputs->part, fetched->record.header()});
     if (!stretch.ok()) return stretch.status();
     fetched->scan.stretch = stretch->ratio;
@@ -273,6 +280,7 @@ absl::Status InputFetcher::FetchMachine(const v1::RegisterRequest& request, cons
   if (absl::Status s = clients::CheckLineScanner(inputs->machine); !s.ok()) return s;
   auto sensor = FetchSensor(request, scan, caller, inputs);
   if (!sensor.ok()) return sensor.status();
+  inputs->sensor = *sensor;
   const std::string& serial = scan.header().sensor_serial_number();
   if (!serial.empty() && !sensor->sensor_serial_number.empty() && serial != sensor->sensor_serial_number)
     return runtime::Refuse("scans[" + scan.name() + "].sensor_serial_number", serial,

@@ -4,6 +4,7 @@
 #include <absl/status/statusor.h>
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -46,9 +47,11 @@ struct Inputs {
   std::array<std::string, 2> letters;            // the machine's, of a and b
   std::array<std::string, 2> characterisations;  // whose tables are applied to a and b; empty: none
   std::vector<std::string> further_names;        // of the calibrations and studies that it rests on beside the two
-  std::string clamping;                          // stated, or the scans'; empty: neither
-  std::optional<double> thermal_stretch;         // of the scans together; none: no temperature is stated
-  bool sensor_calibration_asked = false;         // and it is not the one that was in force when the scans were received
+  clients::FetchedSensorCalibration sensor;      // of sensor_calibration
+  std::chrono::system_clock::time_point scans_received_at;  // the last of them
+  std::string clamping;                                     // stated, or the scans'; empty: neither
+  std::optional<double> thermal_stretch;                    // of the scans together; none: no temperature is stated
+  bool sensor_calibration_asked = false;  // and it is not the one that was in force when the scans were received
   std::string remark;
   std::vector<metrology::ScanPortion> portions;
 };

@@ -57,6 +57,7 @@ absl::StatusCode CodeOf(ErrorReason reason) {
     case errors::v1::REFERENCE_EXPIRED:
     case errors::v1::SENSOR_UNSUITABLE:
     case errors::v1::AXIS_UNCERTAINTY_MISSING:
+    case errors::v1::SENSOR_MOVED:
     case errors::v1::KINEMATICS_UNSUITABLE:
     case errors::v1::KINEMATICS_UNSUPPORTED:
     case errors::v1::SIX_POINTS_MISSING:

@@ -65,6 +65,56 @@ TEST(RotationCalibration, RecoversBothLinesExactlyWithoutNoise) {
   EXPECT_EQ(result->check_count, 9);
 }
 
+// Of a thousand sound calibrations one may be held back; a pose that is 10 um off is always seen beside 1 um of noise.
+TEST(RotationCalibration, HeldOutPosesAreJudged) {
+  constexpr int kSeeds = 300;
+  for (const double stated_mm : {1e-3, 0.0}) {
+    RotationOptions options = Nominal();
+    options.standard_uncertainty_mm = stated_mm;
+    int disagreed = 0, below_half = 0;
+    for (int seed = 1; seed <= kSeeds; ++seed) {
+      std::mt19937_64 random(seed);
+      std::vector<SpherePose> poses = Poses(Truth(), 1e-3, &random);
+      const auto sound = CalibrateRotation(poses, options);
+      ASSERT_TRUE(sound.ok()) << sound.status();
+      ASSERT_EQ(sound->judgements.size(), 1u);
+      EXPECT_EQ(sound->judgements[0].of, "held-out poses");
+      EXPECT_EQ(sound->judgements[0].count, 27);
+      disagreed += sound->judgements[0].agrees ? 0 : 1;
+      below_half += sound->judgements[0].probability < 0.5 ? 1 : 0;
+      if (seed > 20) continue;
+      poses[3].centre_mm.z() += 0.01;
+      ASSERT_TRUE(poses[3].held_out);
+      EXPECT_FALSE(CalibrateRotation(poses, options)->judgements[0].agrees) << seed;
+    }
+    EXPECT_LE(disagreed, 3);
+    EXPECT_NEAR(below_half, kSeeds / 2, 4 * std::sqrt(kSeeds / 4.0)) << stated_mm;  // F is what it claims to be
+  }
+}
+
+// Point C claims axes that meet and stand as recorded: 7 um apart and turned by 1e-4 they do not.
+TEST(PointC, ItsClaimIsJudged) {
+  RotaryAxes meeting = Nominal().nominal;
+  meeting.a.point_mm = meeting.b.point_mm = {26.63, 54.88, -193.322};
+  for (const double stated_mm : {1e-3, 0.0}) {
+    RotationOptions options = Nominal();
+    options.standard_uncertainty_mm = stated_mm;
+    int disagreed = 0;
+    for (int seed = 1; seed <= 200; ++seed) {
+      std::mt19937_64 random(seed);
+      const auto sound = CalibratePointC(Poses(meeting, 1e-3, &random), options);
+      ASSERT_TRUE(sound.ok()) << sound.status();
+      ASSERT_EQ(sound->judgements.size(), 1u);
+      EXPECT_EQ(sound->judgements[0].of, "axes that meet and stand as the record has them");
+      EXPECT_EQ(sound->judgements[0].count, 5);
+      disagreed += sound->judgements[0].agrees ? 0 : 1;
+      if (seed > 20) continue;
+      EXPECT_FALSE(CalibratePointC(Poses(Truth(), 1e-3, &random), options)->judgements[0].agrees) << seed;
+    }
+    EXPECT_LE(disagreed, 3);
+  }
+}
+
 // Whitened by the reported covariance, with the noise stated: 200 seeds of 8 parameters scatter by sqrt(2/1600) = 0.035.
 // The bound is the reported covariance itself, whose Jacobian is checked against differences below.
 TEST(RotationCalibration, ReachesTheBoundWithHonestCoverage) {

@@ -46,6 +46,35 @@ TEST(SensorCalibration, RecoversTheTruthExactlyWithoutNoise) {
   }
 }
 
+// Slots take no part in the fit: where they stand says whether it is right, as far as their edges are seen.
+TEST(SensorCalibration, SlotsAreJudged) {
+  const ArtefactBench bench = ArtefactBench::Usual();
+  int disagreed = 0;
+  constexpr int kSeeds = 20;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    std::mt19937_64 random(seed);
+    const std::vector<LineScan> scans = TwoScans(bench, bench.optics.noise_mm, &random);
+    ArtefactTouch touch = bench.Touch(bench.touch_noise_mm, &random);
+    const auto sound = CalibrateSensor(scans, bench.artefact, touch, OptionsFor(bench));
+    ASSERT_TRUE(sound.ok() && sound->judgement.has_value()) << sound.status();
+    EXPECT_EQ(sound->judgement->count, 6);
+    disagreed += sound->judgement->agrees ? 0 : 1;
+    if (seed > 3) continue;
+    for (TouchedPoint& centre : touch.centres)
+      if (centre.name == "Q2") centre.point_mm.y() += 0.15;
+    const auto wrong = CalibrateSensor(scans, bench.artefact, touch, OptionsFor(bench));
+    ASSERT_TRUE(wrong.ok() && wrong->judgement.has_value()) << wrong.status();
+    EXPECT_FALSE(wrong->judgement->agrees) << wrong->judgement->ratio;
+  }
+  EXPECT_EQ(disagreed, 0);
+  std::mt19937_64 random(1);
+  const auto once = CalibrateSensor({bench.Scan("high", 10, 2e-3, &random)}, bench.artefact,
+                                    bench.Touch(bench.touch_noise_mm, &random), OptionsFor(bench));
+  if (once.ok()) {
+    EXPECT_FALSE(once->judgement.has_value());  // of one scan nobody knows how well it sees an edge
+  }
+}
+
 // Pooled over parameters and seeds: mean squared error, whitened by the bound, is 1 for an efficient estimate. 24 seeds of
 // 6 parameters scatter by sqrt(2 / 144) = 0.12; 1.4 is more than three of that.
 TEST(SensorCalibration, ReachesTheCramerRaoBoundAndReportsIt) {

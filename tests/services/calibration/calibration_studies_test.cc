@@ -126,6 +126,129 @@ TEST_F(CalibrationStudiesTest, AnArmStudyFindsTheDisplacementsAndRestsOnTheCalib
   EXPECT_EQ(withdrawn->resting(0).kind(), "study");
 }
 
+// The artefact as seen by a sensor that stands so much off, at both heights of the calibration.
+class InterimCheckTest : public CalibrationStudiesTest {
+ protected:
+  v1::RunInterimCheckRequest Scans(const std::string& id, const Eigen::Vector3d& knock_mm) {
+    std::mt19937_64 random(17);
+    ArtefactBench knocked = bench_;
+    knocked.sensor.t_sm_mm += knock_mm;
+    v1::RunInterimCheckRequest request;
+    request.set_machine("machines/m1");
+    for (const double height : {10.0, -10.0}) {
+      const std::string scan = id + (height > 0 ? "_high" : "_low");
+      AddScan(knocked.Scan(scan, height, 2e-3, &random));
+      request.add_scans("scans/" + scan);
+    }
+    return request;
+  }
+  absl::StatusOr<v1::Study> Check(const v1::RunInterimCheckRequest& request) {
+    return Run(&v1::StudyService::Stub::RunInterimCheck, request);
+  }
+  static std::string MessageOf(const absl::StatusOr<v1::Study>& study) { return std::string(study.status().message()); }
+};
+
+TEST_F(InterimCheckTest, AKnockIsFoundKeptAndSaidWithTheCalibration) {
+  const Eigen::Vector3d knock_mm(0.01, -0.02, 0.02);  // 30 um
+  v1::RunInterimCheckRequest good = Scans("good", Eigen::Vector3d::Zero()), bad = Scans("bad", knock_mm);
+  EXPECT_EQ(runtime::ReasonOf(Check(good).status()), "CALIBRATION_MISSING");
+  const v1::Calibration calibration = Calibrate(false);
+  EXPECT_FALSE(StateOf(calibration.name()).has_interim_check());
+
+  ingest_.clamping = "clamp-7";
+  const auto reported = Check(good);
+  ASSERT_TRUE(reported.ok()) << reported.status();
+  EXPECT_EQ(reported->verdict(), v1::STUDY_VERDICT_REPORTED);
+  EXPECT_FALSE(StateOf(calibration.name()).has_interim_check());  // it judged nothing
+
+  good.set_limit_um(20);
+  good.set_request_id(storage::NewUuid());
+  const auto accepted = Check(good);
+  ASSERT_TRUE(accepted.ok()) << accepted.status();
+  EXPECT_EQ(accepted->verdict(), v1::STUDY_VERDICT_ACCEPTED);
+  EXPECT_EQ(accepted->kind(), v1::STUDY_KIND_INTERIM_CHECK);
+  EXPECT_EQ(Check(good)->SerializeAsString(), accepted->SerializeAsString());  // a retry
+  const v1::InterimCheck& check = accepted->interim_check();
+  EXPECT_EQ(check.sensor_calibration(), calibration.name());
+  EXPECT_EQ(check.clamping(), "clamp-7");
+  EXPECT_EQ(check.scanned_at().seconds(), ingest_.received_s);
+  EXPECT_EQ(check.limit_um(), 20);
+  EXPECT_EQ(check.places_size(), 5);
+  EXPECT_EQ(check.swing_count(), 1);  // nobody says that it was not
+  EXPECT_EQ(check.arm_study(), "");   // nor how far it goes
+  EXPECT_THAT(accepted->inputs(), ElementsAre("machines/m1@3", "artefacts/a1@2", "scans/good_high", "scans/good_low",
+                                              calibration.name(), "scans/high", "scans/low"));
+  EXPECT_EQ(StateOf(calibration.name()).interim_check().study(), accepted->name());
+  EXPECT_EQ(StateOf(calibration.name()).interim_check().stood_until().seconds(), ingest_.received_s);
+
+  bad.set_limit_um(20);
+  const std::int64_t before_s = ingest_.received_s;
+  ingest_.received_s += 300;
+  ingest_.clamping = "clamp-8";
+  const auto rejected = Check(bad);
+  ASSERT_TRUE(rejected.ok()) << rejected.status();
+  EXPECT_EQ(rejected->verdict(), v1::STUDY_VERDICT_REJECTED);
+  EXPECT_NEAR(rejected->interim_check().dx_mm(), knock_mm.x(), 1e-3);
+  EXPECT_NEAR(rejected->interim_check().dy_mm(), knock_mm.y(), 1e-3);
+  EXPECT_NEAR(rejected->interim_check().dz_mm(), knock_mm.z(), 1e-3);
+  EXPECT_NEAR(rejected->interim_check().places(0).distance_um(), 30, 1);
+  const v1::InterimState state = StateOf(calibration.name()).interim_check();
+  EXPECT_EQ(state.study(), rejected->name());
+  EXPECT_EQ(state.verdict(), v1::STUDY_VERDICT_REJECTED);
+  EXPECT_EQ(state.stood_until().seconds(), before_s);
+  const auto fetched = client_.Sensor(calibration.name(), runtime::ContextFor(20));
+  google::protobuf::Timestamp when;
+  when.set_seconds(before_s);
+  EXPECT_TRUE(clients::CalibrationClient::CheckNotMoved("x", *fetched, when).ok());
+  when.set_seconds(before_s + 1);
+  EXPECT_EQ(runtime::ReasonOf(clients::CalibrationClient::CheckNotMoved("x", *fetched, when)), "SENSOR_MOVED");
+
+  const auto count = [&](const std::string& of, const std::string& clamping) {
+    v1::ListStudiesRequest list;
+    list.set_sensor_calibration(of);
+    list.set_clamping(clamping);
+    v1::ListStudiesResponse found;
+    EXPECT_TRUE(studies_stub_->ListStudies(runtime::ContextFor(20).get(), list, &found).ok());
+    return found.studies_size();
+  };
+  EXPECT_EQ(count("", ""), 3);
+  EXPECT_EQ(count(calibration.name(), ""), 3);
+  EXPECT_EQ(count(calibration.name(), "clamp-8"), 1);
+  EXPECT_EQ(count("", "clamp-7"), 2);
+  EXPECT_EQ(count("calibrations/00000000-0000-7000-8000-000000000001", ""), 0);
+}
+
+TEST_F(InterimCheckTest, WhatDoesNotGoTogetherIsRefused) {
+  v1::RunInterimCheckRequest request = Scans("good", Eigen::Vector3d::Zero());
+  const v1::Calibration calibration = Calibrate(false);
+  const auto changed = [&](auto change) {
+    v1::RunInterimCheckRequest other = request;
+    change(&other);
+    return MessageOf(Check(other));
+  };
+  EXPECT_EQ(changed([](auto* r) { r->set_limit_um(-1); }),
+            "limit_um: -1, want > 0 and at most 1000, or 0 for the machine's");
+  EXPECT_THAT(changed([](auto* r) { r->set_limit_um(NAN); }), HasSubstr("limit_um: NaN, want > 0"));
+  EXPECT_THAT(changed([](auto* r) { r->clear_scans(); }), HasSubstr("scans: 0 scans, want at least 1"));
+  EXPECT_THAT(changed([](auto* r) { r->set_machine("machines/m2"); }), HasSubstr("want scans of machines/m2"));
+  EXPECT_THAT(changed([](auto* r) { r->set_sensor_calibration("calibrations/x"); }), HasSubstr("sensor_calibration"));
+  plant_.interim_check_limit_um = 15;
+  EXPECT_EQ(changed([](auto* r) { r->set_limit_um(20); }), "limit_um: 20, want at most 15, as machines/m1 has it");
+  EXPECT_EQ(Check(request)->interim_check().limit_um(), 15);
+  ingest_.subject = "artefacts/a2";
+  EXPECT_FALSE(Check(request).ok());
+  ingest_.subject = "artefacts/a1";
+  // Scans of which one says that it was made in another series of the arm: two swings, and nothing of how far they go.
+  ingest_.arm_series = {{"scans/good_high", "s1"}, {"scans/good_low", "s2"}};
+  EXPECT_EQ(Check(request)->interim_check().swing_count(), 2);
+  v1::WithdrawCalibrationRequest withdraw;
+  withdraw.set_name(calibration.name());
+  withdraw.set_reason("knocked");
+  ASSERT_TRUE(Withdraw(withdraw).ok());
+  request.set_sensor_calibration(calibration.name());
+  EXPECT_EQ(runtime::ReasonOf(Check(request).status()), "CALIBRATION_WITHDRAWN");
+}
+
 TEST_F(CalibrationStudiesTest, ADraftNamedByHandWillDoForAnArmStudy) {
   std::vector<Eigen::Vector3d> truth_mm;
   v1::RunArmStudyRequest request = ArmScans(5, &truth_mm);

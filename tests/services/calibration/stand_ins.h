@@ -29,7 +29,7 @@ class FakePlant final : public plant::v1::PlantService::Service {
   metrology::Artefact artefact;  // as recorded
   // What is stated beside.
   std::optional<plant::v1::Certificate> certificate, touch_probe_certificate;
-  std::optional<double> centre_standard_uncertainty_um;
+  std::optional<double> centre_standard_uncertainty_um, interim_check_limit_um;
   plant::v1::SensorKind sensor_kind = plant::v1::SENSOR_KIND_UNSPECIFIED;
   grpc::Status GetMachine(grpc::ServerContext*, const plant::v1::GetMachineRequest* request,
                           plant::v1::Machine* out) override {
@@ -40,6 +40,9 @@ class FakePlant final : public plant::v1::PlantService::Service {
     out->mutable_sensor()->set_mid_range_mm(bench_.optics.mid_range_mm);
     out->mutable_sensor()->set_noise_um(2);
     out->mutable_sensor()->set_kind(sensor_kind);
+    out->mutable_sensor()->set_range_mm(25);
+    out->mutable_sensor()->set_line_angle_deg(20);
+    if (interim_check_limit_um) out->mutable_safety_envelope()->set_interim_check_limit_um(*interim_check_limit_um);
     if (touch_probe_certificate) *out->mutable_touch_probe()->mutable_certificate() = *touch_probe_certificate;
     runtime::ToProto(Eigen::Vector3d(26.6352, 54.8952, -193.32), out->mutable_nominal_centre_mm());
     for (const std::string axis : {"A", "B"}) {
@@ -118,6 +121,9 @@ class FakeIngest final : public ingest::v1::ScanService::Service {
     record->mutable_received_at()->set_seconds(received_s);
     record->mutable_header()->set_sensor_serial_number(sensor_serial_number);
     record->mutable_header()->set_travel(travel);
+    record->mutable_header()->set_clamping(clamping);
+    if (const auto series = arm_series.find(request->name()); series != arm_series.end())
+      record->mutable_header()->set_arm_series(series->second);
     writer->Write(response);
     response.mutable_block()->set_point_count(static_cast<int>(scan->second.points_mm.size()));
     response.mutable_block()->set_payload(block->bytes);
@@ -128,7 +134,8 @@ class FakeIngest final : public ingest::v1::ScanService::Service {
   std::string machine = "machines/m1", subject = "artefacts/a1";
   ingest::v1::ScanKind kind = ingest::v1::SCAN_KIND_ARTEFACT;
   std::int64_t received_s = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now()) - 600;
-  std::string sensor_serial_number;
+  std::string sensor_serial_number, clamping;
+  std::map<std::string, std::string> arm_series;  // by scan
   ingest::v1::ScanTravel travel = ingest::v1::SCAN_TRAVEL_UNSPECIFIED;
 };
 

@@ -60,6 +60,15 @@ class CorrectionHandlersTest : public ::testing::Test {
     return request;
   }
 
+  static calibration::v1::Study Checked(const std::string& clamping, double limit_um) {
+    calibration::v1::Study study;
+    study.set_verdict(calibration::v1::STUDY_VERDICT_ACCEPTED);
+    study.mutable_interim_check()->set_sensor_calibration(testing::kSensorCalibration);
+    study.mutable_interim_check()->set_clamping(clamping);
+    study.mutable_interim_check()->set_limit_um(limit_um);
+    return study;
+  }
+
   testing::StandIns plant_;
   std::shared_ptr<Store> store_ =
       std::make_shared<Store>(&storage::CorrectionRow::correction_id,
@@ -155,6 +164,12 @@ TEST_F(CorrectionHandlersTest, WhatSpeaksAgainstAReleaseIsNamedAndWaits) {
       {"INFORMATION: not known", [&] { evidence()->clear_information_kept(); }},
       {"HELD_DIRECTIONS: 5, want at most 0",
        [&] { now.mutable_options()->add_degrees_of_freedom(registration::v1::FREEDOM_SHIFT_X); }},
+      {"HELD_DIRECTIONS: 2, want at most 0",  // the turns; of shifts somebody said how far off they may be
+       [&] {
+         for (const auto free : {registration::v1::FREEDOM_TURN_X, registration::v1::FREEDOM_SHIFT_X})
+           now.mutable_options()->add_degrees_of_freedom(free);
+         now.mutable_options()->set_held_shift_standard_uncertainty_um(5);
+       }},
       {"REGISTRATION_AGE: ", [&] { now.mutable_recorded_at()->set_seconds(now.recorded_at().seconds() - 9 * 3600); }},
       {"REGISTRATION_AGE: ", [&] { envelope()->set_registration_age_h(0); }},
       {"CLAMPING of registrations/other: 1, want at most 0",
@@ -165,6 +180,19 @@ TEST_F(CorrectionHandlersTest, WhatSpeaksAgainstAReleaseIsNamedAndWaits) {
        }},
       {"SENSOR_CALIBRATION of " + std::string(testing::kSensorCalibration) + ": 1, want at most 0",
        [&] { plant_.registration.registration.set_sensor_calibration_asked(true); }},
+      {"INTERIM_CHECK of a clamping that is not stated: 1, want at most 0",
+       [&] { envelope()->set_interim_check_limit_um(20); }},
+      {"INTERIM_CHECK of clamping c1: 1, want at most 0",
+       [&] {
+         envelope()->set_interim_check_limit_um(20);
+         now.set_clamping("c1");
+       }},
+      {"INTERIM_CHECK of clamping c1: 1, want at most 0",  // there was one, by a limit of its own
+       [&] {
+         envelope()->set_interim_check_limit_um(20);
+         now.set_clamping("c1");
+         plant_.studies.interim_check = Checked("c1", 30);
+       }},
       {"CUT_BEFORE of G1/H2: 1, want at most 0",
        [&] {
          events_->cut = {{"another", {"G1", "H2"}}};
@@ -186,8 +214,53 @@ TEST_F(CorrectionHandlersTest, WhatSpeaksAgainstAReleaseIsNamedAndWaits) {
     plant_.plant.machine = machine;
     plant_.plant.part = part;
     plant_.registration.later.clear();
+    plant_.studies.interim_check.reset();
     events_->cut.clear();
   }
+}
+
+TEST_F(CorrectionHandlersTest, AnAcceptedCheckInTheClampingIsWhatTheMachinesRecordAsksFor) {
+  plant_.plant.machine.mutable_safety_envelope()->set_interim_check_limit_um(20);
+  plant_.registration.registration.set_clamping("c1");
+  plant_.studies.interim_check = Checked("c1", 20);
+  const auto correction = Correct(Request());
+  ASSERT_TRUE(correction.ok()) << correction.status();
+  EXPECT_EQ(correction->release(), v1::RELEASE_AUTOMATIC);
+  EXPECT_EQ(correction->checks_size(), 14);
+  EXPECT_EQ(correction->checks(13).kind(), v1::RELEASE_CHECK_KIND_INTERIM_CHECK);
+}
+
+TEST_F(CorrectionHandlersTest, WhatIsHeldWithAnUncertaintyIsReleased) {
+  registration::v1::FitOptions& options = *plant_.registration.registration.mutable_options();
+  options.add_degrees_of_freedom(registration::v1::FREEDOM_SHIFT_X);
+  options.set_held_shift_standard_uncertainty_um(5);
+  options.set_held_turn_standard_uncertainty_deg(0.01);
+  EXPECT_EQ(Correct(Request())->release(), v1::RELEASE_AUTOMATIC);
+}
+
+// A knock stays: only what an accepted check came after is known to be right.
+TEST_F(CorrectionHandlersTest, AScannerThatAnInterimCheckFoundElsewhereCorrectsNothing) {
+  calibration::v1::InterimState& interim = *plant_.calibration.sensor.mutable_interim_check();
+  interim.set_study("studies/knock");
+  registration::v1::Registration& registration = plant_.registration.registration;
+  registration.mutable_scans_received_at()->set_seconds(1'700'000'000);
+  interim.set_verdict(calibration::v1::STUDY_VERDICT_ACCEPTED);
+  EXPECT_TRUE(Correct(Request()).ok());
+  for (const auto verdict : {calibration::v1::STUDY_VERDICT_REJECTED, calibration::v1::STUDY_VERDICT_UNDECIDABLE}) {
+    interim.clear_stood_until();
+    interim.set_verdict(verdict);
+    const absl::Status moved = Correct(Request()).status();
+    EXPECT_EQ(runtime::ReasonOf(moved), "SENSOR_MOVED");
+    EXPECT_THAT(std::string(moved.message()),
+                HasSubstr("registration.sensor_calibration: " + std::string(testing::kSensorCalibration) +
+                          ", whose newest interim check (studies/knock) did not find the scanner where it was"));
+    interim.mutable_stood_until()->set_seconds(1'699'999'999);  // before the scans
+    EXPECT_EQ(runtime::ReasonOf(Correct(Request()).status()), "SENSOR_MOVED");
+    interim.mutable_stood_until()->set_seconds(1'700'000'000);
+    EXPECT_TRUE(Correct(Request()).ok());
+  }
+  registration.clear_scans_received_at();  // made before it was kept
+  EXPECT_EQ(runtime::ReasonOf(Correct(Request()).status()), "SENSOR_MOVED");
 }
 
 TEST_F(CorrectionHandlersTest, HalfOfAZonesDiameterIsWhatAStartMayBeOff) {

@@ -68,6 +68,7 @@ class StandInCalibration final : public calibration::v1::CalibrationService::Ser
 class StandInStudies final : public calibration::v1::StudyService::Service {
  public:
   std::optional<calibration::v1::Study> arm;  // the machine's newest
+  std::optional<calibration::v1::Study> interim_check;
   grpc::Status ListStudies(grpc::ServerContext*, const calibration::v1::ListStudiesRequest* request,
                            calibration::v1::ListStudiesResponse* response) override;
 };

@@ -68,6 +68,7 @@ v1::CreateMachineRequest SampleMachine() {
   v1::ErrorSources& sources = *machine.mutable_error_sources();
   sources.set_scanner_field_um(2);
   sources.set_tool_offset_um(1.5);
+  machine.mutable_safety_envelope()->set_interim_check_limit_um(20);
   sources.set_linear_scale_um_per_m(5);
   sources.set_squareness_um_per_m(7);
   sources.set_temperature_k(0.2);

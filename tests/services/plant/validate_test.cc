@@ -70,6 +70,8 @@ TEST(ValidatedMachine, RefusalsNameTheField) {
           {[](Request* r) { r->mutable_machine()->clear_nominal_centre_mm(); }, "machine.nominal_centre_mm"},
           {[](Request* r) { r->mutable_machine()->mutable_safety_envelope()->set_rotation_deg(-1); },
            "safety_envelope.rotation_deg: -1"},
+          {[](Request* r) { r->mutable_machine()->mutable_safety_envelope()->set_interim_check_limit_um(0); },
+           "machine.safety_envelope.interim_check_limit_um: 0, want > 0 and <= 1000"},
           {[](Request* r) { r->mutable_machine()->mutable_error_sources()->set_tool_offset_um(-1); },
            "machine.error_sources.tool_offset_um: -1, want > 0 and <= 1000"},
           {[](Request* r) { r->mutable_machine()->mutable_error_sources()->set_squareness_um_per_m(20000); },

@@ -263,6 +263,25 @@ TEST_F(RegistrationServiceTest, AnAxisHasATableOrAFigure) {
   EXPECT_NEAR(Register(Request(v1::METHOD_BEST_FIT)).angles(1).standard_uncertainty_deg(), 0.01, 1e-12);
 }
 
+TEST_F(RegistrationServiceTest, AScannerThatAnInterimCheckFoundElsewhereMapsNothingSince) {
+  MountBlade();
+  for (const std::string& scan : plant_.scans)
+    plant_.ingest.scans.at(scan).mutable_received_at()->set_seconds(1'700'000'000);
+  calibration::v1::InterimState& interim = *plant_.calibration.sensor.mutable_interim_check();
+  interim.set_study("studies/knock");
+  interim.set_verdict(calibration::v1::STUDY_VERDICT_REJECTED);
+  interim.mutable_stood_until()->set_seconds(1'700'000'000);
+  const v1::Registration before = Register(Request(v1::METHOD_BEST_FIT));
+  EXPECT_EQ(before.scans_received_at().seconds(), 1'700'000'000);
+  EXPECT_EQ(Get(before.name()).scans_received_at().seconds(), 1'700'000'000);
+  plant_.ingest.scans.at(plant_.scans[1]).mutable_received_at()->set_seconds(1'700'000'001);
+  const absl::Status moved = TryRegister(Request(v1::METHOD_BEST_FIT)).status();
+  EXPECT_EQ(runtime::ReasonOf(moved), "SENSOR_MOVED");
+  EXPECT_THAT(std::string(moved.message()), HasSubstr("scans[1]: " + std::string(testing::kSensorCalibration)));
+  interim.set_verdict(calibration::v1::STUDY_VERDICT_ACCEPTED);
+  EXPECT_EQ(Register(Request(v1::METHOD_BEST_FIT)).scans_received_at().seconds(), 1'700'000'001);
+}
+
 // A scanner that was mounted anew since maps nothing that came before, unless it is asked to.
 TEST_F(RegistrationServiceTest, MapsAScanByTheCalibrationOfThen) {
   MountBlade();
