@@ -13,15 +13,18 @@ CREATE TABLE interim_checks (
   sensor_calibration_id uuid NOT NULL,
   clamping text COLLATE "C",
   scanned_at timestamptz NOT NULL,
+  limit_um double precision NOT NULL,
   CONSTRAINT interim_checks_pk PRIMARY KEY (study_id),
   CONSTRAINT interim_checks_study_fk FOREIGN KEY (study_id) REFERENCES studies (study_id),
   CONSTRAINT interim_checks_calibration_fk FOREIGN KEY (sensor_calibration_id) REFERENCES sensor_calibrations (calibration_id),
+  CONSTRAINT interim_checks_limit CHECK (limit_um BETWEEN 0 AND 1000),
   CONSTRAINT interim_checks_clamping_named CHECK (clamping <> '' AND octet_length(clamping) <= 64)
 );
 CREATE INDEX interim_checks_by_calibration ON interim_checks (sensor_calibration_id, scanned_at);
 COMMENT ON TABLE interim_checks IS 'Studies of kind INTERIM_CHECK by what they checked; their verdict is the study''s.';
 COMMENT ON COLUMN interim_checks.clamping IS 'As its scans state it; NULL: they do not.';
 COMMENT ON COLUMN interim_checks.scanned_at IS 'When the server received the first of its scans.';
+COMMENT ON COLUMN interim_checks.limit_um IS 'Greatest displacement that it was to accept; 0: none was stated.';
 SELECT make_append_only('interim_checks');
 GRANT SELECT, INSERT ON interim_checks TO sixpoint_calibration;
 

@@ -14,12 +14,15 @@ struct InterimCheckRow {
   std::string sensor_calibration_id;
   std::string clamping;  // of its scans; empty: not stated
   Instant scanned_at;    // the first of its scans was received
+  double limit_um = 0;   // 0: none was stated
 };
 
-// What the checks of a calibration that have a verdict say.
+// What the checks of a calibration that have a verdict say. One that was not accepted stands until one of later scans was, by a limit not
+// greater.
 struct InterimStateRow {
-  std::string study_id, verdict;       // the newest
-  std::optional<Instant> stood_until;  // scanned_at of the newest that was accepted; none: none was
+  std::string study_id, verdict;  // the newest that stands so; without one the newest
+  std::optional<Instant>
+      stood_until;  // scanned_at of the newest that was accepted, by a limit not greater than theirs; none: none was
 };
 
 // In the transaction of its study, after it.

@@ -40,6 +40,23 @@ std::vector<AngleInfluence> UncertainAngles(const std::vector<ScanPortion>& port
   return angles;
 }
 
+Eigen::MatrixXd MappingCovariance(const MachineCalibration& calibration, const std::vector<ScanPortion>& portions) {
+  const Eigen::Index count = MappingParameterCount(portions.size());
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(count, count);
+  covariance.topLeftCorner<kCalibrationParameterCount, kCalibrationParameterCount>() = CovarianceOf(calibration);
+  const std::vector<AngleInfluence> angles = UncertainAngles(portions, calibration.positioning);
+  if (angles.empty()) return covariance;
+  const auto angle_count = static_cast<Eigen::Index>(angles.size());
+  Eigen::MatrixXd taken_at = Eigen::MatrixXd::Zero(count, angle_count);  // each portion's a and b at which angle
+  for (std::size_t p = 0; p < portions.size(); ++p)
+    for (Eigen::Index i = 0; i < angle_count; ++i) {
+      const AngleInfluence& angle = angles[static_cast<std::size_t>(i)];
+      if (SameCommand(CommandOf(portions[p], angle.axis), angle.commanded_rad))
+        taken_at(MappingParameterCount(p) + (angle.axis == Axis::kA ? 0 : 1), i) = 1;
+    }
+  return covariance + taken_at * ErrorCovariance(angles) * taken_at.transpose();
+}
+
 std::vector<AngleInfluence> InfluencesOf(std::vector<AngleInfluence> angles, const std::vector<ScanPortion>& portions,
                                          const PlacedPose& placed) {
   for (AngleInfluence& angle : angles) {

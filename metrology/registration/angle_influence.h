@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "metrology/registration/machine_calibration.h"
 #include "metrology/registration/pose_fit.h"
 #include "metrology/registration/scan_portion.h"
 
@@ -12,6 +13,9 @@ namespace sixpoint::metrology {
 // influence on a pose.
 std::vector<AngleInfluence> UncertainAngles(const std::vector<ScanPortion>& portions,
                                             const RotaryPositioning& positioning);
+
+// Of all that maps these portions (columns of MappingSensitivity): the calibrations, and the angles.
+Eigen::MatrixXd MappingCovariance(const MachineCalibration& calibration, const std::vector<ScanPortion>& portions);
 
 // What each of these angles does to a pose that was found from these portions: all scans at it are turned alike.
 std::vector<AngleInfluence> InfluencesOf(std::vector<AngleInfluence> angles, const std::vector<ScanPortion>& portions,

@@ -11,6 +11,7 @@
 
 #include "metrology/linear_algebra/inverse.h"
 #include "metrology/linear_algebra/symmetric.h"
+#include "metrology/registration/angle_influence.h"
 #include "metrology/registration/coarse_start.h"
 #include "metrology/registration/fit_samples.h"
 #include "metrology/registration/form_deviation.h"
@@ -289,7 +290,7 @@ PlacedPose BestFit::Placed(double width_mm) {
   coarse_.Search(pose_, width_mm);
   const Isometry3d part_from_zero = pose_.inverse(Eigen::Isometry);
   Matrix6d a = Matrix6d::Zero();
-  FormPull form(CovarianceOf(calibration_));
+  FormPull form(MappingCovariance(calibration_, portions_));
   MappingSensitivity moved = MappingSensitivity::Zero(6, MappingParameterCount(portions_.size()));
   for (const Sample& sample : coarse_.samples()) {
     const double u = sample.residual_mm / width_mm;
@@ -304,8 +305,10 @@ PlacedPose BestFit::Placed(double width_mm) {
                           (options_.scan_weights.empty() ? 1 : options_.scan_weights[sample.portion]);
     a += weight * row * row.transpose();
     const MappedPoint mapped{sample.portion, portions_[sample.portion].sensor[sample.index], sample.zero_mm};
-    form.Add({from_centroid, normal, row, weight, ByCalibration(sample.normal, mapped, portions_, calibration_)});
-    AddSensitivity(weight * row, sample.normal, mapped, portions_, calibration_, &moved);
+    MappingSensitivity by_mapping = MappingSensitivity::Zero(1, moved.cols());
+    AddSensitivity(Eigen::VectorXd::Ones(1), sample.normal, mapped, portions_, calibration_, &by_mapping);
+    form.Add({from_centroid, normal, row, weight, by_mapping});
+    moved += weight * row * by_mapping;
   }
   const Matrix6d inverse = InverseIn(a, patch_options_.free);
   // From scaled changes in the part frame to changes at zero about the part's centroid.

@@ -48,23 +48,26 @@ Eigen::Matrix<double, FormDraws::kCount, 1> FormDraws::At(const Eigen::Vector3d&
          (waves.per_mm * part_mm + waves.per_normal * normal + waves.phase).array().cos();
 }
 
-FormPull::FormPull(const CalibrationCovariance& calibration) {
-  const EigenSystem eigen = EigenSystemOf(Eigen::MatrixXd(calibration));
-  calibration_root_ = eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
+FormPull::FormPull(const Eigen::MatrixXd& mapping) {
+  const EigenSystem eigen = EigenSystemOf(mapping);
+  const Eigen::VectorXd roots = eigen.values.cwiseMax(0).cwiseSqrt();
+  const Eigen::Index count = (roots.array() > 0).count();  // in ascending order: those at the end
+  mapping_root_ = eigen.vectors.rightCols(count) * roots.tail(count).asDiagonal();
+  mapping_pull_.setZero(6, count);
 }
 
 void FormPull::Add(const FittedPoint& point) {
   const Vector6d weighted = point.weight * point.row;
   pull_ += weighted * FormDraws::At(point.part_mm, point.normal).transpose();
-  const Eigen::Matrix<double, 1, kCalibrationParameterCount> draws = point.by_calibration * calibration_root_;
-  calibration_pull_ += weighted * draws;
-  calibration_squares_ += point.weight * draws.squaredNorm();
+  const Eigen::RowVectorXd draws = point.by_mapping * mapping_root_;
+  mapping_pull_ += weighted * draws;
+  mapping_squares_ += point.weight * draws.squaredNorm();
   weight_ += point.weight;
 }
 
 Matrix6d FormPull::Root(const Matrix6d& solver, double seen_mm, double least_mm) const {
   const double explained_mm2 =
-      (calibration_squares_ - (calibration_pull_.transpose() * solver * calibration_pull_).trace()) / weight_;
+      (mapping_squares_ - (mapping_pull_.transpose() * solver * mapping_pull_).trace()) / weight_;
   const double beyond_mm = std::sqrt(std::max(0.0, seen_mm * seen_mm - explained_mm2));
   Matrix6d mean = Matrix6d::Zero();  // over the lengths
   for (int length = 0; length < FormDraws::kLengthCount; ++length) {

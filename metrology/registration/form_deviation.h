@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 
 #include "metrology/frames/pose.h"
-#include "metrology/kinematics/calibration_parameters.h"
 
 namespace sixpoint::metrology {
 
@@ -17,33 +16,32 @@ class FormDraws {
   static Eigen::Matrix<double, kCount, 1> At(const Eigen::Vector3d& part_mm, const Eigen::Vector3d& normal);
 };
 
-// A point of a fit: where it lies on the part, its row, what it counts, and how its distance follows the calibration parameters.
+// A point of a fit: where it lies on the part, its row, what it counts, and how its distance follows what maps it.
 struct FittedPoint {
   Eigen::Vector3d part_mm, normal;
   Vector6d row;
   double weight = 0;
-  Eigen::Matrix<double, 1, kCalibrationParameterCount> by_calibration;
+  Eigen::RowVectorXd by_mapping;  // order of MappingSensitivity
 };
 
 // Adds up what each draw pulls at a pose, point by point.
 class FormPull {
  public:
-  // calibration: covariance of the parameters that map the scans.
-  explicit FormPull(const CalibrationCovariance& calibration);
+  // mapping: covariance of what maps the scans.
+  explicit FormPull(const Eigen::MatrixXd& mapping);
   void Add(const FittedPoint& point);
   // A root (six columns) of the covariance of what the fit's solver (its normal matrix's inverse) makes of the sum of weighted rows times the
-  // field, each length as likely. The field's standard deviation: what the residuals show beyond what the calibrations explain of them, and
+  // field, each length as likely. The field's standard deviation: what the residuals show beyond what calibrations and angles explain of them, and
   // what of it the fit has taken up; least_mm at least.
   Matrix6d Root(const Matrix6d& solver, double seen_mm, double least_mm) const;
 
  private:
   Eigen::Matrix<double, 6, FormDraws::kCount> pull_ = Eigen::Matrix<double, 6, FormDraws::kCount>::Zero();
   double weight_ = 0;
-  // The calibrations as unit draws: of each what it does to the pose's sums, and to the residuals' squares.
-  CalibrationCovariance calibration_root_;
-  Eigen::Matrix<double, 6, kCalibrationParameterCount> calibration_pull_ =
-      Eigen::Matrix<double, 6, kCalibrationParameterCount>::Zero();
-  double calibration_squares_ = 0;
+  // The mapping as unit draws (columns): of each what it does to the pose's sums, and of all to the residuals' squares.
+  Eigen::MatrixXd mapping_root_;
+  Eigen::Matrix<double, 6, Eigen::Dynamic> mapping_pull_;
+  double mapping_squares_ = 0;
 };
 
 }  // namespace sixpoint::metrology

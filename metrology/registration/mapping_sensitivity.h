@@ -22,11 +22,6 @@ struct MappedPoint {
   Eigen::Vector3d sensor_mm, zero_mm;
 };
 
-// How a point's distance along `normal` follows the calibration parameters.
-Eigen::Matrix<double, 1, kCalibrationParameterCount> ByCalibration(const Eigen::Vector3d& normal,
-                                                                   const MappedPoint& point,
-                                                                   const std::vector<ScanPortion>& portions,
-                                                                   const MachineCalibration& calibration);
 // Adds what one point does to the values that follow its distance along `normal` (at zero) by `acts`.
 void AddSensitivity(const Eigen::VectorXd& acts, const Eigen::Vector3d& normal, const MappedPoint& point,
                     const std::vector<ScanPortion>& portions, const MachineCalibration& calibration,

@@ -288,6 +288,9 @@ absl::StatusOr<InterimInputs> StudyInputFetcher::Fetch(const v1::RunInterimCheck
     return runtime::Failure(errors::v1::CALIBRATION_WITHDRAWN,
                             "sensor_calibration: " + calibration->name() + ", which was withdrawn, want one in use",
                             {{"resource", calibration->name()}});
+  for (const ingest::v1::Scan& record : scanned->records)
+    if (std::find(calibration->inputs.begin(), calibration->inputs.end(), record.name()) != calibration->inputs.end())
+      return Refuse("scans", record.name() + ", which " + calibration->name() + " was made from", "scans made since");
   runtime::ToProto(scanned_at, inputs.said.mutable_scanned_at());
   inputs.said.set_sensor_calibration(calibration->name());
   inputs.names = std::move(scanned->names);

@@ -36,9 +36,9 @@ absl::StatusOr<runtime::Made<storage::StudyRow>> RecordOf(const v1::Study& study
   if (!json.ok()) return json.status();
   row.result_json = *std::move(json);
   if (study.has_interim_check())
-    row.interim_check = storage::InterimCheckRow{runtime::LastSegment(study.interim_check().sensor_calibration()),
-                                                 study.interim_check().clamping(),
-                                                 runtime::MomentOf(study.interim_check().scanned_at())};
+    row.interim_check = storage::InterimCheckRow{
+        runtime::LastSegment(study.interim_check().sensor_calibration()), study.interim_check().clamping(),
+        runtime::MomentOf(study.interim_check().scanned_at()), study.interim_check().limit_um()};
   storage::RecordEntry entry;
   entry.kind = "study";
   entry.name = runtime::NameOf("studies", row.study_id);

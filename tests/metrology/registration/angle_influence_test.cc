@@ -124,6 +124,14 @@ Vector6d ErrorOf(const PoseFit& fit) {
   return error;
 }
 
+// Without the part's form, which this world has none of.
+Matrix6d WithoutForm(const PlacedPose& placed) {
+  Matrix6d covariance = placed.covariance.values;
+  for (const ErrorSource& source : placed.sources)
+    if (source.name == kFormDeviation) covariance -= source.pose_per_sigma * source.pose_per_sigma.transpose();
+  return covariance;
+}
+
 double Whitened(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance) {
   return error.dot(covariance.llt().solve(error)) / static_cast<double>(error.size());
 }
@@ -151,7 +159,7 @@ NominalHoleGroup OneHole() {
 // and more. The hole starts, drilled at angles that come to the command by any way, are judged by the same draws.
 TEST(AxisTables, TakeTheAnglesErrorOutOfPosesAndHolesAndSayWhatIsLeft) {
   constexpr int kRuns = 30;
-  double pose_nees = 0, plain_nees = 0, hole_nees = 0;
+  double pose_nees = 0, plain_nees = 0, hole_nees = 0, stated_nees = 0;
   double square_um2 = 0, plain_square_um2 = 0, hole_square_um2 = 0, plain_hole_square_um2 = 0;
   int holes_inside = 0;
   std::mt19937_64 random(7);
@@ -165,8 +173,9 @@ TEST(AxisTables, TakeTheAnglesErrorOutOfPosesAndHolesAndSayWhatIsLeft) {
     const Registered with = Register(run.scans, run.machine), without = Register(run.scans, plain);
     ASSERT_EQ(with.angles.size(), 6u);  // one A, five B
     ASSERT_TRUE(without.angles.empty());
-    pose_nees += Whitened(ErrorOf(with.fit), Placed(with.fit).covariance.values) / kRuns;
-    plain_nees += Whitened(ErrorOf(without.fit), Placed(without.fit).covariance.values) / kRuns;
+    pose_nees += Whitened(ErrorOf(with.fit), WithoutForm(Placed(with.fit))) / kRuns;
+    plain_nees += Whitened(ErrorOf(without.fit), WithoutForm(Placed(without.fit))) / kRuns;
+    stated_nees += Whitened(ErrorOf(with.fit), Placed(with.fit).covariance.values) / kRuns;
     square_um2 +=
         std::pow(1e3 * GreatestDisplacement(*BladeSurface(), Placed(with.fit).zero_from_part, BladePose()), 2) / kRuns;
     plain_square_um2 +=
@@ -207,6 +216,9 @@ TEST(AxisTables, TakeTheAnglesErrorOutOfPosesAndHolesAndSayWhatIsLeft) {
   EXPECT_GT(pose_nees, 0.75);
   EXPECT_LT(pose_nees, 1.25);
   EXPECT_GT(plain_nees, 10);
+  // What angles leave beyond what is stated of them counts as form: too much is said, by less than twice.
+  EXPECT_GT(stated_nees, 0.25);
+  EXPECT_LT(stated_nees, pose_nees);
   EXPECT_LT(hole_nees, 1.35);   // 180 values: +- 0.105
   EXPECT_GE(holes_inside, 26);  // 95 % of 30 is 28.5; 25 and fewer come once in 60
   EXPECT_LT(square_um2, plain_square_um2 / 4);

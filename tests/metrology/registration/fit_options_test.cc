@@ -54,7 +54,7 @@ TEST(DegreesOfFreedom, FixedOnesKeepTheNominals) {
 
 // A part that does not stand where it is held: what that does to the pose, against fits that hold it elsewhere.
 TEST(DegreesOfFreedom, WhatIsHeldIsAsUncertainAsIsStated) {
-  const Points zero = Scanned(Spread(*BladeSurface(), 20000, 24).points_mm, BladePose(), 1e-5, 24);
+  const Points zero = Scanned(Spread(*BladeSurface(), 20000, 24).points_mm, BladePose(), kNoiseMm, 24);
   FitOptions options;
   options.free[1] = options.free[3] = false;
   const auto fit_from = [&](const Vector6d& off) {
@@ -64,7 +64,7 @@ TEST(DegreesOfFreedom, WhatIsHeldIsAsUncertainAsIsStated) {
   const PoseFit bare = fit_from(Vector6d::Zero());
   for (const ErrorSource& source : Placed(bare).sources) EXPECT_NE(source.name, kHeldDirections);
   const auto is_held = [](const ErrorSource& source) { return source.name == kHeldDirections; };
-  options.held_turn_rad = 2e-5;
+  options.held_turn_rad = 1.5e-4;
   options.held_shift_mm = 2e-3;
   const PoseFit fit = fit_from(Vector6d::Zero());
   const auto held_source = std::find_if(Placed(fit).sources.begin(), Placed(fit).sources.end(), is_held);
@@ -85,7 +85,7 @@ TEST(DegreesOfFreedom, WhatIsHeldIsAsUncertainAsIsStated) {
     Vector6d said = columns.col(held);
     said.head<3>() *= radius_mm;
     EXPECT_GT(said.norm(), 1e-3) << held;
-    EXPECT_LT((change - said).norm(), 0.05 * said.norm()) << held;
+    EXPECT_LT((change - said).norm(), 0.1 * said.norm()) << held;
   }
   for (const int free : {0, 2, 4, 5}) EXPECT_EQ(columns.col(free).norm(), 0) << free;
   options.held_shift_mm = -1;

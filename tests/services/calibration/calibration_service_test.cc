@@ -116,6 +116,31 @@ TEST_F(CalibrationServiceTest, TheSameRequestIdIsOneCalibration) {
             grpc::StatusCode::ALREADY_EXISTS);
 }
 
+// Point C claims axes that meet; these stand 9 um apart.
+TEST_F(CalibrationServiceTest, WhatDoesNotAgreeWithItselfIsInForceOnlyOnceAPersonLookedAtIt) {
+  v1::CalibrateRotationRequest request = RotationRequest();
+  v1::Calibration lines, point_c;
+  ASSERT_TRUE(Call(&v1::CalibrationService::Stub::CalibrateRotation, request, &lines).ok());
+  EXPECT_EQ(lines.state(), v1::CALIBRATION_STATE_IN_FORCE);
+  ASSERT_EQ(lines.judgements_size(), 1);
+  EXPECT_EQ(lines.judgements(0).of(), "held-out poses");
+  EXPECT_TRUE(lines.judgements(0).agrees());
+  request.set_method(v1::ROTATION_METHOD_POINT_C);
+  ASSERT_TRUE(Call(&v1::CalibrationService::Stub::CalibrateRotation, request, &point_c).ok());
+  ASSERT_EQ(point_c.judgements_size(), 1);
+  EXPECT_FALSE(point_c.judgements(0).agrees());
+  EXPECT_GT(point_c.judgements(0).ratio(), 5);
+  EXPECT_LT(point_c.judgements(0).probability(), 1e-3);
+  EXPECT_EQ(point_c.state(), v1::CALIBRATION_STATE_DRAFT);
+  EXPECT_EQ(client_.RotationInForce("machines/m1", runtime::ContextFor(10))->name, lines.name());
+  v1::ReleaseCalibrationRequest release;
+  release.set_name(point_c.name());
+  release.set_reason("for the comparison with the paper");
+  v1::Calibration released;
+  ASSERT_TRUE(Call(&v1::CalibrationService::Stub::ReleaseCalibration, release, &released).ok());
+  EXPECT_EQ(client_.RotationInForce("machines/m1", runtime::ContextFor(10))->name, point_c.name());
+}
+
 TEST_F(CalibrationServiceTest, TheNewestValidOneIsInForce) {
   const auto missing = client_.RotationInForce("machines/m1", runtime::ContextFor(10));
   EXPECT_EQ(missing.status().code(), absl::StatusCode::kFailedPrecondition);
@@ -124,7 +149,6 @@ TEST_F(CalibrationServiceTest, TheNewestValidOneIsInForce) {
   v1::CalibrateRotationRequest request = RotationRequest();
   v1::Calibration old, newer, past;
   ASSERT_TRUE(Call(&v1::CalibrationService::Stub::CalibrateRotation, request, &old).ok());
-  request.set_method(v1::ROTATION_METHOD_POINT_C);
   ASSERT_TRUE(Call(&v1::CalibrationService::Stub::CalibrateRotation, request, &newer).ok());
   request.mutable_valid_from()->set_seconds(1'700'000'000);
   request.mutable_valid_until()->set_seconds(1'700'000'100);

@@ -203,6 +203,23 @@ TEST_F(InterimCheckTest, AKnockIsFoundKeptAndSaidWithTheCalibration) {
   when.set_seconds(before_s + 1);
   EXPECT_EQ(runtime::ReasonOf(clients::CalibrationClient::CheckNotMoved("x", *fetched, when)), "SENSOR_MOVED");
 
+  // Neither a looser limit nor older scans make it good.
+  bad.set_limit_um(1000);
+  EXPECT_EQ(Check(bad)->verdict(), v1::STUDY_VERDICT_ACCEPTED);
+  EXPECT_EQ(StateOf(calibration.name()).interim_check().study(), rejected->name());
+  EXPECT_EQ(StateOf(calibration.name()).interim_check().stood_until().seconds(), before_s);
+  ingest_.received_s = before_s;
+  good.clear_request_id();
+  EXPECT_EQ(Check(good)->verdict(), v1::STUDY_VERDICT_ACCEPTED);
+  EXPECT_EQ(StateOf(calibration.name()).interim_check().study(), rejected->name());
+  // Later ones do: it was a soiled artefact.
+  ingest_.received_s = before_s + 400;
+  ingest_.clamping = "clamp-9";
+  const auto cleared = Check(good);
+  EXPECT_EQ(StateOf(calibration.name()).interim_check().study(), cleared->name());
+  EXPECT_EQ(StateOf(calibration.name()).interim_check().verdict(), v1::STUDY_VERDICT_ACCEPTED);
+  EXPECT_EQ(StateOf(calibration.name()).interim_check().stood_until().seconds(), before_s + 400);
+
   const auto count = [&](const std::string& of, const std::string& clamping) {
     v1::ListStudiesRequest list;
     list.set_sensor_calibration(of);
@@ -211,9 +228,9 @@ TEST_F(InterimCheckTest, AKnockIsFoundKeptAndSaidWithTheCalibration) {
     EXPECT_TRUE(studies_stub_->ListStudies(runtime::ContextFor(20).get(), list, &found).ok());
     return found.studies_size();
   };
-  EXPECT_EQ(count("", ""), 3);
-  EXPECT_EQ(count(calibration.name(), ""), 3);
-  EXPECT_EQ(count(calibration.name(), "clamp-8"), 1);
+  EXPECT_EQ(count("", ""), 6);
+  EXPECT_EQ(count(calibration.name(), ""), 6);
+  EXPECT_EQ(count(calibration.name(), "clamp-8"), 3);
   EXPECT_EQ(count("", "clamp-7"), 2);
   EXPECT_EQ(count("calibrations/00000000-0000-7000-8000-000000000001", ""), 0);
 }
@@ -232,6 +249,7 @@ TEST_F(InterimCheckTest, WhatDoesNotGoTogetherIsRefused) {
   EXPECT_THAT(changed([](auto* r) { r->clear_scans(); }), HasSubstr("scans: 0 scans, want at least 1"));
   EXPECT_THAT(changed([](auto* r) { r->set_machine("machines/m2"); }), HasSubstr("want scans of machines/m2"));
   EXPECT_THAT(changed([](auto* r) { r->set_sensor_calibration("calibrations/x"); }), HasSubstr("sensor_calibration"));
+  EXPECT_THAT(changed([](auto* r) { r->add_scans("scans/low"); }), HasSubstr("was made from, want scans made since"));
   plant_.interim_check_limit_um = 15;
   EXPECT_EQ(changed([](auto* r) { r->set_limit_um(20); }), "limit_um: 20, want at most 15, as machines/m1 has it");
   EXPECT_EQ(Check(request)->interim_check().limit_um(), 15);

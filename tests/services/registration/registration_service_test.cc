@@ -71,7 +71,7 @@ TEST_F(RegistrationServiceTest, NamesWhatMakesThePoseUncertain) {
     return sum;
   };
   const v1::Registration bare = Register(Request(v1::METHOD_BEST_FIT));
-  EXPECT_THAT(names_of(bare), ElementsAre("sensor calibration", "rotation calibration"));
+  EXPECT_THAT(names_of(bare), ElementsAre("sensor calibration", "rotation calibration", "form"));
 
   plant::v1::ErrorSources& stated = *plant_.plant.machine.mutable_error_sources();
   stated.set_touch_offset_um(3);
@@ -94,7 +94,7 @@ TEST_F(RegistrationServiceTest, NamesWhatMakesThePoseUncertain) {
   plant_.calibration.sensor.mutable_sensor()->set_arm_series("s1");
   const v1::Registration swung = Register(Request(v1::METHOD_BEST_FIT));
   EXPECT_THAT(names_of(swung), ElementsAre("sensor calibration", "rotation calibration", "touch probe's offset",
-                                           "scanner's field", "arm when calibrated", "arm when scanned"));
+                                           "scanner's field", "arm when calibrated", "arm when scanned", "form"));
   EXPECT_EQ(swung.error_sources(4).degrees_of_freedom(), 2.5);  // of five that both share
   EXPECT_FALSE(swung.error_sources(2).has_degrees_of_freedom());
   EXPECT_EQ(swung.error_sources(2).parameters_per_sigma().row_count(), metrology::kCalibrationParameterCount);
@@ -108,7 +108,7 @@ TEST_F(RegistrationServiceTest, NamesWhatMakesThePoseUncertain) {
   EXPECT_EQ(derived->size(), 1u);
 
   plant_.calibration.sensor.mutable_sensor()->set_arm_series("s2");
-  EXPECT_EQ(Register(Request(v1::METHOD_BEST_FIT)).error_sources_size(), 4);
+  EXPECT_EQ(Register(Request(v1::METHOD_BEST_FIT)).error_sources_size(), 5);
   plant_.ingest.scans.at(plant_.scans[2]).mutable_header()->set_arm_series("s3");
   EXPECT_THAT(RefusalOf(Request(v1::METHOD_BEST_FIT)),
               HasSubstr(".arm_series: 's3', want 's2', as the first scan: the arm was swung between them"));
