@@ -1,5 +1,6 @@
 -- Interim checks: whether a scanner still stands as it was calibrated, in which clamping that was seen, and when the scans of a registration
--- came, so that both can be held against each other; what calibrations were judged by. Everything new is nullable.
+-- came, so that both can be held against each other; what calibrations were judged by. Every new column of a table
+-- that was there is nullable.
 
 ALTER TABLE studies
   DROP CONSTRAINT studies_kind_known,

@@ -21,8 +21,8 @@ struct InterimCheckRow {
 // greater.
 struct InterimStateRow {
   std::string study_id, verdict;  // the newest that stands so; without one the newest
-  std::optional<Instant>
-      stood_until;  // scanned_at of the newest that was accepted, by a limit not greater than theirs; none: none was
+  // scanned_at of the newest that was accepted, by a limit not greater than theirs; none: none was.
+  std::optional<Instant> stood_until;
 };
 
 // In the transaction of its study, after it.

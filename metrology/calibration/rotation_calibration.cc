@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "metrology/calibration/probing_noise.h"
 #include "metrology/calibration/rotation_evidence.h"
@@ -73,9 +74,8 @@ absl::StatusOr<RotationCalibration> CalibrateRotation(const std::vector<SpherePo
   const std::vector<SpherePose> poses = ReachedPoses(commanded, options);
   RotationCalibration result;
   result.axes = options.nominal;
-  std::vector<const SpherePose*> used;
-  for (const SpherePose& pose : poses)
-    if (!pose.held_out) used.push_back(&pose);
+  std::vector<SpherePose> used, held_out;
+  for (const SpherePose& pose : poses) (pose.held_out ? held_out : used).push_back(pose);
   result.sphere_in_zero_mm = BestSphere(result.axes, poses, false);
   const double lever = std::max(1.0, (result.sphere_in_zero_mm - options.nominal.a.point_mm).norm());
   ParameterVector scale = ParameterVector::Ones();
@@ -83,18 +83,12 @@ absl::StatusOr<RotationCalibration> CalibrateRotation(const std::vector<SpherePo
     if (kAxisParameters[static_cast<std::size_t>(k)].unit == ParameterUnit::kRad) scale(k) = 1 / lever;
 
   const Eigen::Index rows = 3 * static_cast<Eigen::Index>(used.size());
-  Eigen::MatrixXd jacobian(rows, kParameters);
-  Eigen::VectorXd residual(rows);
+  Eigen::MatrixXd jacobian;
+  Eigen::VectorXd residual;
   const auto linearise = [&] {
-    for (size_t i = 0; i < used.size(); ++i) {
-      const SpherePose& pose = *used[i];
-      const Eigen::Index row = 3 * static_cast<Eigen::Index>(i);
-      jacobian.block<3, kAxisParameterCount>(row, 0) =
-          result.axes.ParameterJacobian(result.sphere_in_zero_mm, pose.a_rad, pose.b_rad);
-      jacobian.block<3, 3>(row, kAxisParameterCount) = result.axes.MachineFromZero(pose.a_rad, pose.b_rad).linear();
-      residual.segment<3>(row) = ResidualOf(result.axes, result.sphere_in_zero_mm, pose);
-    }
-    jacobian = jacobian * scale.asDiagonal();
+    PoseRows linear = RowsOf(used, result);
+    jacobian = linear.jacobian * scale.asDiagonal();
+    residual = std::move(linear.residuals_mm);
   };
   constexpr int kMostIterations = 30;
   constexpr double kSettledMm = 1e-9;
@@ -140,14 +134,11 @@ absl::StatusOr<RotationCalibration> CalibrateRotation(const std::vector<SpherePo
   result.covariance = (result.covariance + result.covariance.transpose().eval()) / 2;
   Eigen::MatrixXd read(rows, kLinearParameterCount);
   for (size_t i = 0; i < used.size(); ++i)
-    read.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = LinearAxesJacobian(used[i]->centre_mm);
+    read.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = LinearAxesJacobian(used[i].centre_mm);
   const Eigen::MatrixXd follows = right * singular.cwiseInverse().asDiagonal() * (left.transpose() * read);
   result.linear_response = (scale.asDiagonal() * follows).topRows<kAxisParameterCount>();
   AddEvidence(poses, options, &result);
   if (absl::Status s = CheckAgreement(poses, options, result); !s.ok()) return s;
-  std::vector<SpherePose> held_out;
-  for (const SpherePose& pose : poses)
-    if (pose.held_out) held_out.push_back(pose);
   if (!held_out.empty()) result.judgements.push_back(JudgePoses("held-out poses", held_out, result, covariance, 0));
   return result;
 }

@@ -135,23 +135,28 @@ void AddEvidence(const std::vector<SpherePose>& poses, const RotationOptions& op
   result->point_c_covariance_mm2 = jacobian * result->covariance * jacobian.transpose();
 }
 
-ResidualJudgement JudgePoses(const std::string& of, const std::vector<SpherePose>& poses,
-                             const RotationCalibration& result, const Eigen::MatrixXd& covariance, double spent) {
-  const auto rows = 3 * static_cast<Eigen::Index>(poses.size());
-  Eigen::MatrixXd jacobian(rows, kAxisParameterCount + 3);
-  Eigen::VectorXd residuals(rows);
+PoseRows RowsOf(const std::vector<SpherePose>& poses, const RotationCalibration& result) {
+  const auto count = 3 * static_cast<Eigen::Index>(poses.size());
+  PoseRows rows{Eigen::MatrixXd(count, kAxisParameterCount + 3), Eigen::VectorXd(count)};
   for (size_t i = 0; i < poses.size(); ++i) {
     const SpherePose& pose = poses[i];
     const Eigen::Index row = 3 * static_cast<Eigen::Index>(i);
-    jacobian.block<3, kAxisParameterCount>(row, 0) =
+    rows.jacobian.block<3, kAxisParameterCount>(row, 0) =
         result.axes.ParameterJacobian(result.sphere_in_zero_mm, pose.a_rad, pose.b_rad);
-    jacobian.block<3, 3>(row, kAxisParameterCount) = result.axes.MachineFromZero(pose.a_rad, pose.b_rad).linear();
-    residuals.segment<3>(row) = ResidualOf(result.axes, result.sphere_in_zero_mm, pose);
+    rows.jacobian.block<3, 3>(row, kAxisParameterCount) = result.axes.MachineFromZero(pose.a_rad, pose.b_rad).linear();
+    rows.residuals_mm.segment<3>(row) = ResidualOf(result.axes, result.sphere_in_zero_mm, pose);
   }
+  return rows;
+}
+
+ResidualJudgement JudgePoses(const std::string& of, const std::vector<SpherePose>& poses,
+                             const RotationCalibration& result, const Eigen::MatrixXd& covariance, double spent) {
+  const PoseRows rows = RowsOf(poses, result);
+  const Eigen::Index count = rows.residuals_mm.size();
   const double noise_mm = std::max(result.noise_mm, kLeastProbingNoiseMm);
-  const Eigen::MatrixXd expected =
-      noise_mm * noise_mm * Eigen::MatrixXd::Identity(rows, rows) + jacobian * covariance * jacobian.transpose();
-  return JudgeResiduals(of, residuals, expected, result.degrees_of_freedom, spent);
+  const Eigen::MatrixXd expected = noise_mm * noise_mm * Eigen::MatrixXd::Identity(count, count) +
+                                   rows.jacobian * covariance * rows.jacobian.transpose();
+  return JudgeResiduals(of, rows.residuals_mm, expected, result.degrees_of_freedom, spent);
 }
 
 void SetPointC(const FoundPointC& found, RotationCalibration* result) {

@@ -32,8 +32,16 @@ struct FoundPointC {
 };
 // Both axes of the result through it, and what follows for them.
 void SetPointC(const FoundPointC& found, RotationCalibration* result);
+
 inline constexpr char kAxesMeet[] = "axes that meet and stand as the record has them";
 inline constexpr double kLeastProbingNoiseMm = 1e-6;  // below what any coordinate is given in
+
+// Residuals of poses, three rows each, and how they follow the axes' eight parameters and the sphere's three.
+struct PoseRows {
+  Eigen::MatrixXd jacobian;
+  Eigen::VectorXd residuals_mm;
+};
+PoseRows RowsOf(const std::vector<SpherePose>& poses, const RotationCalibration& result);
 
 // Poses about axes and a sphere whose eight and three parameters have this covariance. spent: parameters that were fitted to these very poses.
 ResidualJudgement JudgePoses(const std::string& of, const std::vector<SpherePose>& poses,

@@ -30,8 +30,8 @@ struct SensorCalibrationOptions {
   ScannerField field = {};
   // Along each axis, of a cone's centre as it is touched against the same as it is scanned; it takes part in the covariance alone.
   double centre_standard_uncertainty_mm = 0;
-  double field_standard_uncertainty_mm =
-      0;            // root mean square of the scanner's field; it takes part in judging slots alone
+  // Root mean square of the scanner's field; it takes part in judging slots alone.
+  double field_standard_uncertainty_mm = 0;
   int threads = 1;  // the result has the same bits for any number
   // Asked between iterations; false stops with CANCELLED.
   std::function<bool()> keep_going;
@@ -54,8 +54,8 @@ struct SensorCalibration {
   std::size_t points_used = 0;
   std::vector<CentreResidual> fitted;  // cones
   std::vector<CentreResidual> check;   // slots, which take no part in the fit
-  std::optional<ResidualJudgement>
-      judgement;  // of the slots, along the artefact's face; where several scans show how well they are seen
+  // Of the slots, along the artefact's face; where several scans show how well they are seen.
+  std::optional<ResidualJudgement> judgement;
 };
 
 // One weighted least squares over all raw points on the upper face and the cones' walls of all scans and all touched

@@ -3,22 +3,17 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <string>
 
 #include "metrology/calibration/sensor_calibration.h"
 #include "metrology/parallel/loops.h"
+#include "metrology/uncertainty/error_source.h"
 
 namespace sixpoint::metrology {
 namespace {
 
 constexpr double kLeverMm = 10;  // half the artefact: what an angle means in mm
-
-// Of a variance, of which a part rests on so many degrees of freedom and the rest is known (Welch and Satterthwaite).
-double EffectiveFreedom(double part, double freedom, double whole) {
-  return part > 0 ? freedom * whole * whole / (part * part) : std::numeric_limits<double>::infinity();
-}
 
 // One slot over all scans.
 struct SeenSlot {
@@ -82,8 +77,9 @@ std::optional<ResidualJudgement> JudgeSlots(const std::vector<FeatureCentre>& ce
   Eigen::MatrixXd expected = by_sensor * result.sensor.covariance * by_sensor.transpose() +
                              of_term_mm * of_term_mm * by_field * by_field.transpose();
   expected += own.asDiagonal();
-  const double known = EffectiveFreedom(seen_mm2, freedom, expected.trace());
-  return JudgeResiduals("slots, which took no part in the fit", residuals, expected, known);
+  const double effective =
+      EffectiveDegreesOfFreedom({{"scans", seen_mm2, freedom}, {"known", expected.trace() - seen_mm2}});
+  return JudgeResiduals("slots, which took no part in the fit", residuals, expected, effective);
 }
 
 }  // namespace

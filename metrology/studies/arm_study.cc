@@ -33,6 +33,8 @@ absl::StatusOr<std::vector<ArmDisplacement>> StudyArm(const std::vector<LineScan
       const absl::StatusOr<ArtefactFit> pose = FitArtefactPose(scan, artefact, options.optics, options.sensor);
       if (!pose.ok()) return pose.status();
       machine_from_artefact = pose->machine_from_artefact;
+    } else if (absl::Status shown = CheckShown(scan, artefact, options.sensor); !shown.ok()) {
+      return shown;
     }
     const absl::StatusOr<ArtefactFit> fit =
         FitSensorPose(scan, artefact, options.optics, options.sensor, machine_from_artefact);

@@ -139,10 +139,13 @@ absl::StatusOr<ArtefactFit> FitArtefactPose(const LineScan& scan, const Artefact
   return FitState(scan, artefact, optics, {sensor, *start}, Unknown::kArtefact);
 }
 
+absl::Status CheckShown(const LineScan& scan, const Artefact& artefact, const SensorPose& sensor) {
+  return StartPose(scan, artefact, sensor).status();
+}
+
 absl::StatusOr<ArtefactFit> FitSensorPose(const LineScan& scan, const Artefact& artefact,
                                           const LineSensorOptics& optics, const SensorPose& start,
                                           const Eigen::Isometry3d& machine_from_artefact) {
-  if (const auto found = StartPose(scan, artefact, start); !found.ok()) return found.status();
   return FitState(scan, artefact, optics, {start, machine_from_artefact}, Unknown::kSensor);
 }
 

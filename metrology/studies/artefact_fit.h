@@ -26,7 +26,9 @@ struct ArtefactFit {
 // The artefact, found in the scan; the sensor stands as it is taken to.
 absl::StatusOr<ArtefactFit> FitArtefactPose(const LineScan& scan, const Artefact& artefact,
                                             const LineSensorOptics& optics, const SensorPose& sensor);
-// The sensor; the artefact stands. It must be in the scan, and the start no further off than some tenths of a millimetre.
+// Whether it is found there: asked once of a scan, before the sensor is fitted to it.
+absl::Status CheckShown(const LineScan& scan, const Artefact& artefact, const SensorPose& sensor);
+// The sensor; the artefact stands, and is in the scan. The start is no further off than some tenths of a millimetre.
 absl::StatusOr<ArtefactFit> FitSensorPose(const LineScan& scan, const Artefact& artefact,
                                           const LineSensorOptics& optics, const SensorPose& start,
                                           const Eigen::Isometry3d& machine_from_artefact);

@@ -5,7 +5,6 @@
 #include <absl/status/statusor.h>
 
 #include <cstddef>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,7 +31,7 @@ struct InterimCheck {
   SensorCovariance covariance = SensorCovariance::Zero();  // order of kSensorParameters
   std::vector<PlaceDisplacement> places;                   // the measuring field's middle, then its corners
   std::size_t worst = 0;                                   // of the places: the greatest distance with its bound
-  int swing_count = 0;  // how often the arm was swung since the calibration, as far as it counts
+  int swing_count = 0;                                     // series of the new scans that the calibration has none of
   // ACCEPTED: no place is displaced by more than the limit, REJECTED: one is; each by 95 %.
   StudyVerdict verdict = StudyVerdict::kReported;
 };

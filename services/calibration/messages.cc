@@ -167,21 +167,30 @@ void EventToProto(const storage::CalibrationEvent& event, v1::CalibrationEvent* 
   out->set_record_sequence(event.recorded.sequence);
 }
 
+// As rows.cc keeps them. What is no number there (JSON has none for NaN) is not one here.
+void JudgementsToProto(const std::string& judgements_json, v1::Calibration* out) {
+  const nlohmann::json judgements = nlohmann::json::parse(judgements_json, nullptr, false);
+  if (!judgements.is_array()) return;
+  for (const nlohmann::json& kept : judgements) {
+    const auto number = [&](const char* key) {
+      const auto found = kept.find(key);
+      return found != kept.end() && found->is_number() ? found->get<double>() : std::nan("");
+    };
+    v1::ResidualJudgement* judged = out->add_judgements();
+    judged->set_of(kept.value("of", ""));
+    judged->set_ratio(number("ratio"));
+    judged->set_count(number("count"));
+    judged->set_probability(number("probability"));
+    judged->set_agrees(kept.value("agrees", false));
+  }
+}
+
 void StateToProto(const storage::CalibrationRow& row, v1::Calibration* out) {
   out->set_state(ToProto(row.state));
   if (!row.superseded_by.empty()) out->set_superseded_by(runtime::NameOf("calibrations", row.superseded_by));
   if (row.release) EventToProto(*row.release, out->mutable_release());
   if (row.withdrawal) EventToProto(*row.withdrawal, out->mutable_withdrawal());
-  const nlohmann::json judgements = nlohmann::json::parse(row.judgements_json, nullptr, false);
-  for (const nlohmann::json& kept : judgements) {
-    if (!kept.is_object()) continue;
-    v1::ResidualJudgement* judged = out->add_judgements();
-    judged->set_of(kept.value("of", ""));
-    judged->set_ratio(kept.value("ratio", 0.0));
-    judged->set_count(kept.value("count", 0.0));
-    judged->set_probability(kept.value("probability", 0.0));
-    judged->set_agrees(kept.value("agrees", false));
-  }
+  JudgementsToProto(row.judgements_json, out);
   if (row.interim) {
     v1::InterimState* interim = out->mutable_interim_check();
     interim->set_study(runtime::NameOf("studies", row.interim->study_id));

@@ -91,7 +91,9 @@ absl::StatusOr<v1::Study> Study(const v1::RunInterimCheckRequest&, const Interim
     references.push_back({inputs.reference_series[i], *fit});
   }
   std::vector<metrology::CheckedScan> scans;
-  for (std::size_t i = 0; i < inputs.scans.size(); ++i)
+  for (std::size_t i = 0; i < inputs.scans.size(); ++i) {
+    const absl::Status shown = metrology::CheckShown(inputs.scans[i], inputs.artefact, inputs.sensor);
+    if (!shown.ok()) return WithReason(shown, kUndetermined);
     for (const std::size_t reference : inputs.references_of[i]) {
       if (inputs.keep_going && !inputs.keep_going()) return absl::CancelledError("the caller is gone");
       const auto fit = metrology::FitSensorPose(inputs.scans[i], inputs.artefact, inputs.optics, inputs.sensor,
@@ -99,6 +101,7 @@ absl::StatusOr<v1::Study> Study(const v1::RunInterimCheckRequest&, const Interim
       if (!fit.ok()) return WithReason(fit.status(), kUndetermined);
       scans.push_back({i, inputs.arm_series[i], reference, *fit});
     }
+  }
   const absl::StatusOr<metrology::InterimCheck> result = metrology::CheckInterim(scans, references, inputs.options);
   if (!result.ok()) return result.status();
   v1::Study study = Described(v1::STUDY_KIND_INTERIM_CHECK, inputs);

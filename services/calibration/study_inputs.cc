@@ -42,19 +42,18 @@ metrology::SensorPose PoseOf(const storage::SensorCalibrationRow& row) {
   return pose;
 }
 
-// 40,000,000 points in all.
-absl::Status AddPoints(const clients::StoredBlocks& stored, std::vector<metrology::LineScan>* scans) {
-  metrology::LineScan& scan = scans->emplace_back(stored.scan);
-  scan.id = stored.record.header().scan_id();
-  const absl::Status read = stored.Decode([&](const metrology::Points& points_mm) {
+// One of the calibration's own scans; with the new ones no more points than another study has.
+absl::Status AddReference(const clients::StoredBlocks& stored, InterimInputs* inputs) {
+  std::int64_t point_count = stored.record.header().point_count();
+  for (const auto* scans : {&inputs->scans, &inputs->references})
+    for (const metrology::LineScan& one : *scans) point_count += static_cast<std::int64_t>(one.points_mm.size());
+  if (point_count > static_cast<std::int64_t>(kMostScanPoints))
+    return Refuse("scans", std::to_string(point_count) + " points with those of the calibration's own scans",
+                  "at most 40000000 together");
+  metrology::LineScan& scan = inputs->references.emplace_back(stored.scan);
+  return stored.Decode([&](const metrology::Points& points_mm) {
     scan.points_mm.insert(scan.points_mm.end(), points_mm.begin(), points_mm.end());
   });
-  if (!read.ok()) return read;
-  std::size_t point_count = 0;
-  for (const metrology::LineScan& one : *scans) point_count += one.points_mm.size();
-  if (point_count <= kMostScanPoints) return absl::OkStatus();
-  return Refuse("sensor_calibration", std::to_string(point_count) + " points in its scans",
-                "at most 40000000 together");
 }
 
 }  // namespace
@@ -228,7 +227,7 @@ absl::Status StudyInputFetcher::FetchReferences(const storage::CalibrationRow& c
       if (!is_new) continue;
       inputs->reference_series.push_back(series);
       inputs->names.push_back(own[nearest].record.name());
-      if (absl::Status s = AddPoints(own[nearest], &inputs->references); !s.ok()) return s;
+      if (absl::Status s = AddReference(own[nearest], inputs); !s.ok()) return s;
     }
   }
   return absl::OkStatus();

@@ -81,8 +81,6 @@ absl::Status CheckAllowance(const v1::AllowanceOptions& asked) {
   return refusals.status();
 }
 
-constexpr int kThree[] = {0, 1, 2};
-
 // What is said of held directions, where there are such.
 absl::Status CheckHeld(const std::string& field, double value, double greatest, bool holds) {
   if (!(value > 0 && value <= greatest))
@@ -104,8 +102,9 @@ absl::Status CheckFreedoms(const v1::RegisterRequest& request) {
       refusals.Add(runtime::Refuse(field, v1::Freedom_Name(options.degrees_of_freedom(i)), "each direction once"));
   }
   const bool held = !freedoms.empty() && freedoms.size() < 6;
+  // One of the three turns, or of the three shifts.
   const auto holds = [&](int first) {
-    return held && std::any_of(&kThree[0], &kThree[3], [&](int k) { return freedoms.count(first + k) == 0; });
+    return held && freedoms.count(first) + freedoms.count(first + 1) + freedoms.count(first + 2) < 3;
   };
   if (options.has_held_turn_standard_uncertainty_deg())
     refusals.Add(CheckHeld("options.held_turn_standard_uncertainty_deg", options.held_turn_standard_uncertainty_deg(),
