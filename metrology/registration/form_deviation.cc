@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::array<double, FormDraws::kLengthCount> kLengths_mm = {5.0, 10.0, 20.0};
 constexpr double kLeastLeft = 0.1;   // of the field's mean square: more is not taken up by six directions
+constexpr int kStride = 4;           // of the points: a smooth field is known from some
 constexpr double kNormalLength = 1;  // of the difference of two unit normals
 
 // Waves of random direction and phase, whose mean product is the Gaussian covariance of their length (Rahimi and Recht 2007).
@@ -44,8 +45,9 @@ Waves MakeWaves() {
 Eigen::Matrix<double, FormDraws::kCount, 1> FormDraws::At(const Eigen::Vector3d& part_mm,
                                                           const Eigen::Vector3d& normal) {
   static const Waves waves = MakeWaves();
-  return std::sqrt(2.0 * kLengthCount / kCount) *
-         (waves.per_mm * part_mm + waves.per_normal * normal + waves.phase).array().cos();
+  // Cosines of single precision: several at once, and a millionth of a draw is nothing.
+  const Eigen::Matrix<double, kCount, 1> angles = waves.per_mm * part_mm + waves.per_normal * normal + waves.phase;
+  return std::sqrt(2.0 * kLengthCount / kCount) * angles.cast<float>().array().cos().matrix().cast<double>();
 }
 
 FormPull::FormPull(const Eigen::MatrixXd& mapping) {
@@ -57,12 +59,14 @@ FormPull::FormPull(const Eigen::MatrixXd& mapping) {
 }
 
 void FormPull::Add(const FittedPoint& point) {
-  const Vector6d weighted = point.weight * point.row;
+  if (seen_count_++ % kStride != 0) return;
+  const double weight = kStride * point.weight;
+  const Vector6d weighted = weight * point.row;
   pull_ += weighted * FormDraws::At(point.part_mm, point.normal).transpose();
   const Eigen::RowVectorXd draws = point.by_mapping * mapping_root_;
   mapping_pull_ += weighted * draws;
-  mapping_squares_ += point.weight * draws.squaredNorm();
-  weight_ += point.weight;
+  mapping_squares_ += weight * draws.squaredNorm();
+  weight_ += weight;
 }
 
 Matrix6d FormPull::Root(const Matrix6d& solver, double seen_mm, double least_mm) const {

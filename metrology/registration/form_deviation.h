@@ -29,6 +29,7 @@ class FormPull {
  public:
   // mapping: covariance of what maps the scans.
   explicit FormPull(const Eigen::MatrixXd& mapping);
+  // One point in some is looked at, in place of those between.
   void Add(const FittedPoint& point);
   // A root (six columns) of the covariance of what the fit's solver (its normal matrix's inverse) makes of the sum of weighted rows times the
   // field, each length as likely. The field's standard deviation: what the residuals show beyond what calibrations and angles explain of them, and
@@ -38,6 +39,7 @@ class FormPull {
  private:
   Eigen::Matrix<double, 6, FormDraws::kCount> pull_ = Eigen::Matrix<double, 6, FormDraws::kCount>::Zero();
   double weight_ = 0;
+  int seen_count_ = 0;
   // The mapping as unit draws (columns): of each what it does to the pose's sums, and of all to the residuals' squares.
   Eigen::MatrixXd mapping_root_;
   Eigen::Matrix<double, 6, Eigen::Dynamic> mapping_pull_;
