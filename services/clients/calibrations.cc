@@ -177,8 +177,8 @@ absl::Status CalibrationClient::CheckNotMoved(const std::string& field, const Fe
     return absl::OkStatus();
   return runtime::Failure(errors::v1::SENSOR_MOVED,
                           field + ": " + sensor.name + ", whose newest interim check (" + sensor.interim->study() +
-                              ") did not find the scanner where it was calibrated, want an accepted one since the "
-                              "scans, or a new calibration and scans",
+                              ") did not find the scanner where it was calibrated, want one of later scans "
+                              "accepted by a limit not greater, or a new calibration and scans",
                           {{"resource", sensor.name}, {"study", sensor.interim->study()}});
 }
 
