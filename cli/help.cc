@@ -1,6 +1,7 @@
 // The commands in groups, each with the words that an engineer would type.
 #include <CLI/CLI.hpp>
-#include <map>
+#include <algorithm>
+#include <iterator>
 #include <sstream>
 
 #include "cli/app.h"
@@ -26,102 +27,103 @@ const std::vector<Group>& Groups() {
   return *groups;
 }
 
-// By command; one example a line.
-const std::map<std::string, const char*>& Examples() {
-  static const auto* examples = new std::map<std::string, const char*>{
-      {"up",
-       "sixpoint up\n"
-       "sixpoint up --data /srv/plant --base-port 7500\n"
-       "sixpoint up --listen 10.1.2.3\n"
-       "sixpoint up --listen 0.0.0.0 --announce plant.example"},
-      {"status", "sixpoint status --json"},
-      {"doctor",
-       "sixpoint doctor\n"
-       "sixpoint doctor --server plant.example:7400"},
-      {"logs",
-       "sixpoint logs --follow\n"
-       "sixpoint logs ingest postgres --since 10m --level warning\n"
-       "sixpoint logs --trace 4bf92f3577b34da6a3ce929d0e0e4736\n"
-       "sixpoint logs --blade SN-1 --since 2h"},
-      {"certs init", "sixpoint certs init --authority /srv/authority --plant works-2"},
-      {"certs issue",
-       "sixpoint certs issue users/jane --role engineer --role quality --out jane\n"
-       "sixpoint certs issue machines/sarix-1 --out sarix-1 --valid-days 397\n"
-       "sixpoint certs issue services/plant --host plant.example --host 10.1.2.3 --out plant"},
-      {"certs list", "sixpoint certs list --all"},
-      {"accounts create",
-       "sixpoint accounts create jane --role engineer --role quality\n"
-       "pass plant/jane | sixpoint accounts create jane --role engineer --password-file -"},
-      {"accounts roles", "sixpoint accounts roles jane --role quality"},
-      {"certs revoke",
-       "sixpoint certs revoke users/jane\n"
-       "sixpoint certs revoke 5b1f9c02d4"},
-      {"certs show", "sixpoint certs show jane"},
-      {"certs renew", "sixpoint certs renew"},
-      {"machine add", "sixpoint machine add docs/examples/machine.yaml"},
-      {"artefact add", "sixpoint artefact add docs/examples/artefact.yaml"},
-      {"part add",
-       "sixpoint part add docs/examples/part.yaml\n"
-       "sixpoint part add docs/examples/part.yaml --customer acme"},
-      {"clearance grant",
-       "sixpoint clearance grant users/jane customers/acme\n"
-       "sixpoint clearance grant machines/sarix-1 parts/block-1"},
-      {"clearance withdraw", "sixpoint clearance withdraw users/jane customers/acme"},
-      {"clearance list",
-       "sixpoint clearance list --scope customers/acme\n"
-       "sixpoint clearance list --holder users/jane --withdrawn-too"},
-      {"blade add", "sixpoint blade add SN-1 --part block-1"},
-      {"blade show", "sixpoint blade show SN-1"},
-      {"scan upload",
-       "sixpoint scan upload cloud.ply --machine sarix-1 --subject blade:SN-1 --kind airfoil \\\n"
-       "         --v0-mm -60,-90,281 --a-deg 0 --b-deg 60 --pitch-mm 0.2 --scan-id sn1_b060"},
-      {"scan list", "sixpoint scan list --subject blade:SN-1 --limit 10"},
-      {"scan download",
-       "sixpoint scan download sn1_b060 --out cloud.ply\n"
-       "sixpoint scan download sn1_b060 --profiles 100:50 --out -"},
-      {"scan preview", "sixpoint scan preview sn1_b060 --points 5000 --out small.ply"},
-      {"scan delete-points", "sixpoint scan delete-points sn1_b060 --reason \"wrong blade in the nest\""},
-      {"store retention set",
-       "sixpoint store retention set airfoil --keep-days 365\n"
-       "sixpoint store retention set pins --for-ever"},
-      {"storage partitions", "sixpoint storage partitions --months-ahead 6"},
-      {"calibrate sensor",
-       "sixpoint calibrate sensor --machine sarix-1 --artefact plate-1 --scans a1,a2 --touch docs/examples/touch.yaml"},
-      {"calibrate rotation",
-       "sixpoint calibrate rotation --machine sarix-1 --poses docs/examples/sphere_poses.yaml\n"
-       "sixpoint calibrate rotation --machine sarix-1 --method standard --gauge docs/examples/gauge.yaml"},
-      {"calibrate axis",
-       "sixpoint calibrate axis --machine sarix-1 --axis A --run docs/examples/axis_run.yaml --temperature-c 20.4"},
-      {"calibrate probe",
-       "sixpoint calibrate probe --machine sarix-1 --readings docs/examples/probe_readings.yaml --draft"},
-      {"calibrate gauge", "sixpoint calibrate gauge --scans s1,s2,s3 --limit-um 3"},
-      {"calibrate arm", "sixpoint calibrate arm --scans arm_01,arm_02"},
-      {"calibration list", "sixpoint calibration list --machine sarix-1 --kind axis"},
-      {"calibration withdraw", "sixpoint calibration withdraw ID --reason \"collision on the table\""},
-      {"calibration trend", "sixpoint calibration trend --machine sarix-1 --limit alpha_deg=0.01"},
-      {"study rr", "sixpoint study rr docs/examples/gauge_rr.yaml"},
-      {"study sphere", "sixpoint study sphere docs/examples/sphere_check.yaml"},
-      {"register",
-       "sixpoint register --blade SN-1 --scans sn1_b000,sn1_b060 --method six-point\n"
-       "sixpoint register --blade SN-1 --scans a,b,c --method local --in holes:G2:6\n"
-       "sixpoint register --blade SN-1 --scans a,b,c --method allowance --least-stock-mm 0.3\n"
-       "sixpoint register --batch docs/examples/batch.yaml\n"
-       "sixpoint register --part block-1 --since 2026-11-21"},
-      {"registration list", "sixpoint registration list --blade SN-1 --limit 5"},
-      {"correct",
-       "sixpoint correct --registration ID --template program.nc --out corrected.nc\n"
-       "sixpoint correct --registration ID --template program.nc --out - | post"},
-      {"inspect", "sixpoint inspect --blade SN-1 --scans sn1_pins_1,sn1_pins_2 --method six-point-normals"},
-      {"inspection list", "sixpoint inspection list --blade SN-1"},
-      {"recall",
-       "sixpoint recall calibrations/ID\n"
-       "sixpoint recall machines/sarix-1 --kinds registration,correction --limit 50"},
-      {"plant run", "sixpoint plant run DIR --out results.json"},
-      {"call", "sixpoint call PlantService/GetMachine '{\"name\": \"machines/sarix-1\"}'"},
-      {"completion", "source <(sixpoint completion bash)"},
-  };
-  return *examples;
-}
+struct Example {
+  const char* command;
+  const char* lines;  // one example a line
+};
+
+constexpr Example kExamples[] = {
+    {"up",
+     "sixpoint up\n"
+     "sixpoint up --data /srv/plant --base-port 7500\n"
+     "sixpoint up --listen 10.1.2.3\n"
+     "sixpoint up --listen 0.0.0.0 --announce plant.example"},
+    {"status", "sixpoint status --json"},
+    {"doctor",
+     "sixpoint doctor\n"
+     "sixpoint doctor --server plant.example:7400"},
+    {"logs",
+     "sixpoint logs --follow\n"
+     "sixpoint logs ingest postgres --since 10m --level warning\n"
+     "sixpoint logs --trace 4bf92f3577b34da6a3ce929d0e0e4736\n"
+     "sixpoint logs --blade SN-1 --since 2h"},
+    {"certs init", "sixpoint certs init --authority /srv/authority --plant works-2"},
+    {"certs issue",
+     "sixpoint certs issue users/jane --role engineer --role quality --out jane\n"
+     "sixpoint certs issue machines/sarix-1 --out sarix-1 --valid-days 397\n"
+     "sixpoint certs issue services/plant --host plant.example --host 10.1.2.3 --out plant"},
+    {"certs list", "sixpoint certs list --all"},
+    {"accounts create",
+     "sixpoint accounts create jane --role engineer --role quality\n"
+     "pass plant/jane | sixpoint accounts create jane --role engineer --password-file -"},
+    {"accounts roles", "sixpoint accounts roles jane --role quality"},
+    {"certs revoke",
+     "sixpoint certs revoke users/jane\n"
+     "sixpoint certs revoke 5b1f9c02d4"},
+    {"certs show", "sixpoint certs show jane"},
+    {"certs renew", "sixpoint certs renew"},
+    {"machine add", "sixpoint machine add docs/examples/machine.yaml"},
+    {"artefact add", "sixpoint artefact add docs/examples/artefact.yaml"},
+    {"part add",
+     "sixpoint part add docs/examples/part.yaml\n"
+     "sixpoint part add docs/examples/part.yaml --customer acme"},
+    {"clearance grant",
+     "sixpoint clearance grant users/jane customers/acme\n"
+     "sixpoint clearance grant machines/sarix-1 parts/block-1"},
+    {"clearance withdraw", "sixpoint clearance withdraw users/jane customers/acme"},
+    {"clearance list",
+     "sixpoint clearance list --scope customers/acme\n"
+     "sixpoint clearance list --holder users/jane --withdrawn-too"},
+    {"blade add", "sixpoint blade add SN-1 --part block-1"},
+    {"blade show", "sixpoint blade show SN-1"},
+    {"scan upload",
+     "sixpoint scan upload cloud.ply --machine sarix-1 --subject blade:SN-1 --kind airfoil \\\n"
+     "         --v0-mm -60,-90,281 --a-deg 0 --b-deg 60 --pitch-mm 0.2 --scan-id sn1_b060"},
+    {"scan list", "sixpoint scan list --subject blade:SN-1 --limit 10"},
+    {"scan download",
+     "sixpoint scan download sn1_b060 --out cloud.ply\n"
+     "sixpoint scan download sn1_b060 --profiles 100:50 --out -"},
+    {"scan preview", "sixpoint scan preview sn1_b060 --points 5000 --out small.ply"},
+    {"scan delete-points", "sixpoint scan delete-points sn1_b060 --reason \"wrong blade in the nest\""},
+    {"store retention set",
+     "sixpoint store retention set airfoil --keep-days 365\n"
+     "sixpoint store retention set pins --for-ever"},
+    {"storage partitions", "sixpoint storage partitions --months-ahead 6"},
+    {"calibrate sensor",
+     "sixpoint calibrate sensor --machine sarix-1 --artefact plate-1 --scans a1,a2 --touch docs/examples/touch.yaml"},
+    {"calibrate rotation",
+     "sixpoint calibrate rotation --machine sarix-1 --poses docs/examples/sphere_poses.yaml\n"
+     "sixpoint calibrate rotation --machine sarix-1 --method standard --gauge docs/examples/gauge.yaml"},
+    {"calibrate axis",
+     "sixpoint calibrate axis --machine sarix-1 --axis A --run docs/examples/axis_run.yaml --temperature-c 20.4"},
+    {"calibrate probe",
+     "sixpoint calibrate probe --machine sarix-1 --readings docs/examples/probe_readings.yaml --draft"},
+    {"calibrate gauge", "sixpoint calibrate gauge --scans s1,s2,s3 --limit-um 3"},
+    {"calibrate arm", "sixpoint calibrate arm --scans arm_01,arm_02"},
+    {"calibration list", "sixpoint calibration list --machine sarix-1 --kind axis"},
+    {"calibration withdraw", "sixpoint calibration withdraw ID --reason \"collision on the table\""},
+    {"calibration trend", "sixpoint calibration trend --machine sarix-1 --limit alpha_deg=0.01"},
+    {"study rr", "sixpoint study rr docs/examples/gauge_rr.yaml"},
+    {"study sphere", "sixpoint study sphere docs/examples/sphere_check.yaml"},
+    {"register",
+     "sixpoint register --blade SN-1 --scans sn1_b000,sn1_b060 --method six-point\n"
+     "sixpoint register --blade SN-1 --scans a,b,c --method local --in holes:G2:6\n"
+     "sixpoint register --blade SN-1 --scans a,b,c --method allowance --least-stock-mm 0.3\n"
+     "sixpoint register --batch docs/examples/batch.yaml\n"
+     "sixpoint register --part block-1 --since 2026-11-21"},
+    {"registration list", "sixpoint registration list --blade SN-1 --limit 5"},
+    {"correct",
+     "sixpoint correct --registration ID --template program.nc --out corrected.nc\n"
+     "sixpoint correct --registration ID --template program.nc --out - | post"},
+    {"inspect", "sixpoint inspect --blade SN-1 --scans sn1_pins_1,sn1_pins_2 --method six-point-normals"},
+    {"inspection list", "sixpoint inspection list --blade SN-1"},
+    {"recall",
+     "sixpoint recall calibrations/ID\n"
+     "sixpoint recall machines/sarix-1 --kinds registration,correction --limit 50"},
+    {"plant run", "sixpoint plant run DIR --out results.json"},
+    {"call", "sixpoint call PlantService/GetMachine '{\"name\": \"machines/sarix-1\"}'"},
+    {"completion", "source <(sixpoint completion bash)"},
+};
 
 CLI::App* CommandOf(CLI::App* app, const std::string& path) {
   std::istringstream words(path);
@@ -142,9 +144,10 @@ void DescribeBelow(CLI::App* app, const std::string& path) {
     const std::string& name = command->get_name();
     if (name.empty()) continue;  // a group of options
     const std::string own = path.empty() ? name : path + " " + name;
-    const auto found = Examples().find(own);
+    const auto* found = std::find_if(std::begin(kExamples), std::end(kExamples),
+                                     [&](const Example& each) { return each.command == own; });
     command->footer(
-        (found == Examples().end() ? "" : ExamplesText(found->second)) +
+        (found == std::end(kExamples) ? "" : ExamplesText(found->lines)) +
         "Every command takes --server, --identity, --data, --deadline-s, --json and --config too: sixpoint --help");
     DescribeBelow(command, own);
   }
@@ -155,12 +158,11 @@ void DescribeBelow(CLI::App* app, const std::string& path) {
 void DescribeCommands(CLI::App* app) {
   for (const Group& group : Groups())
     for (const char* command : group.commands) app->get_subcommand(command)->group(group.title);
-  for (const auto& [path, lines] : Examples()) CommandOf(app, path);
+  for (const Example& each : kExamples) CommandOf(app, each.command);
   DescribeBelow(app, "");
   app->footer(
       "Exit code 0: done; 1: refused or failed; 2: wrong usage; 3: no plant answers; 4: answered, but the result must "
-      "not "
-      "be used.\nsixpoint COMMAND --help shows its options and examples; docs/cli.md tells the rest.");
+      "not be used.\nsixpoint COMMAND --help shows its options and examples; docs/cli.md tells the rest.");
 }
 
 }  // namespace sixpoint::cli

@@ -154,6 +154,12 @@ absl::Status Failure(ErrorReason reason, const std::string& message, const Metad
   return failure;
 }
 
+absl::StatusCode CodeOf(ErrorReason reason) {
+  const auto* value = errors::v1::ErrorReason_descriptor()->FindValueByNumber(reason);
+  if (value == nullptr || !value->options().HasExtension(errors::v1::code)) return absl::StatusCode::kUnknown;
+  return static_cast<absl::StatusCode>(value->options().GetExtension(errors::v1::code));  // both are google.rpc.Code
+}
+
 absl::Status NotKnown(const std::string& field, const std::string& name, const absl::Status& status) {
   return absl::IsNotFound(status) ? Refuse(field, name, "one that the plant knows") : status;
 }

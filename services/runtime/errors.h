@@ -27,6 +27,7 @@ using Metadata = std::map<std::string, std::string>;
 absl::Status NotKnown(const std::string& field, const std::string& name, const absl::Status& status);
 // Any other failure that a client may want to tell from its like: the reason (docs/errors.md) has its code.
 absl::Status Failure(ErrorReason reason, const std::string& message, const Metadata& metadata = {});
+// The contract says it of each reason.
 absl::StatusCode CodeOf(ErrorReason reason);
 // As another process told it, in a message: its reason may be newer than this program.
 absl::Status ReceivedFailure(absl::StatusCode code, const std::string& reason, const std::string& message);

