@@ -30,6 +30,8 @@ void PrintArtefact(const Session& session, const plant::v1::Artefact& artefact) 
   if (artefact.has_centre_standard_uncertainty_um())
     std::cout << "centres, touched against scanned, " << Fixed(artefact.centre_standard_uncertainty_um(), 2)
               << " um (k = 1)\n";
+  if (artefact.has_flatness_standard_uncertainty_um())
+    std::cout << "upper face flat to " << Fixed(artefact.flatness_standard_uncertainty_um(), 2) << " um (k = 1)\n";
   Table table({"feature", ">x mm", ">y mm"});
   for (const auto* features : {&artefact.cones(), &artefact.slots()}) {
     for (const auto& feature : *features) {

@@ -174,12 +174,14 @@ plant::v1::Machine ReadMachine(const Field& machine) {
 plant::v1::Artefact ReadArtefact(const Field& artefact) {
   artefact.OnlyKeys({"id", "side_mm", "plane", "cones_mm", "cone_half_angle_deg", "cone_top_radius_mm",
                      "cone_bottom_radius_mm", "slots_mm", "slot_width_mm", "slot_depth_mm", "serial_number",
-                     "certificate", "centre_standard_uncertainty_um"});
+                     "certificate", "centre_standard_uncertainty_um", "flatness_standard_uncertainty_um"});
   plant::v1::Artefact out;
   if (const auto serial = artefact.Find("serial_number")) out.set_serial_number(serial->Text());
   if (const auto certificate = artefact.Find("certificate")) ReadCertificate(*certificate, out.mutable_certificate());
   if (const auto centre = artefact.Find("centre_standard_uncertainty_um"))
     out.set_centre_standard_uncertainty_um(centre->Positive(100));
+  if (const auto flatness = artefact.Find("flatness_standard_uncertainty_um"))
+    out.set_flatness_standard_uncertainty_um(flatness->Positive(100));
   const auto side = artefact.Find("side_mm");
   const auto plane = artefact.Find("plane");
   out.set_side_mm(!side && plane ? SideFromPlaneText(*plane) : artefact.At("side_mm").Positive(10000));

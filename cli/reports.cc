@@ -14,6 +14,12 @@ namespace {
 using calibration::v1::Calibration;
 using geometry::v1::Point;
 
+double Norm(const google::protobuf::RepeatedField<double>& values) {
+  double squares = 0;
+  for (const double value : values) squares += value * value;
+  return std::sqrt(squares);
+}
+
 std::string SensorText(const calibration::v1::SensorCalibration& sensor) {
   Table table({"parameter", ">value", ">standard uncertainty", "unit"});
   table.AddRow({"alpha", Fixed(sensor.alpha_deg(), 5), FixedOrTiny(sensor.alpha_standard_uncertainty_deg(), 5), "deg"});
@@ -26,6 +32,10 @@ std::string SensorText(const calibration::v1::SensorCalibration& sensor) {
   table.AddRow({"T_sm z", Fixed(t.z_mm(), 5), FixedOrTiny(u.z_mm(), 5), "mm"});
   std::string text = table.ToText() + "residual rms " + FixedOrTiny(sensor.residual_rms_um(), 3) +
                      " um, condition number " + Fixed(sensor.condition_number(), 1) + "\n";
+  if (sensor.has_field_left_um())
+    text += "scanner's field: stated " + FixedOrTiny(sensor.field_stated_um(), 2) + " um, found " +
+            FixedOrTiny(Norm(sensor.field_terms_um()), 2) + " um and taken off, " +
+            FixedOrTiny(sensor.field_left_um(), 2) + " um left (rms)\n";
   Table check({"check: laser minus touch", "scan", ">dx um", ">dy um", ">dz um"});
   for (const auto& residual : sensor.check()) {
     check.AddRow({residual.feature(), IdText(residual.scan()), Fixed(residual.dx_um(), 2), Fixed(residual.dy_um(), 2),

@@ -23,7 +23,7 @@ namespace {
   "calibration_id, machine_from_sensor_rotation, t_sm_mm, covariance, alpha_deg, beta_deg, gamma_deg, "            \
   "alpha_standard_uncertainty_deg, beta_standard_uncertainty_deg, gamma_standard_uncertainty_deg, noise_um, "      \
   "touch_rms_um, residual_rms_um, condition_number, points_used, field_response, arm_series, degrees_of_freedom, " \
-  "sensor_serial_number, travel"
+  "sensor_serial_number, travel, field_terms_um, field_covariance_um2, field_stated_um, arm_shares"
 #define SIXPOINT_ROTATION_COLUMNS                                                                                   \
   "calibration_id, a_direction, a_point_mm, b_direction, b_point_mm, covariance, point_c_mm, "                      \
   "point_c_standard_uncertainty_mm, noise_um, residual_rms_um, check_rms_um, check_count, condition_number, axes, " \
@@ -34,7 +34,7 @@ constexpr char kInsertHead[] = "INSERT INTO calibrations (" SIXPOINT_HEAD_COLUMN
                                "$15, $16::jsonb, $17)";
 constexpr char kInsertSensor[] = "INSERT INTO sensor_calibrations (" SIXPOINT_SENSOR_COLUMNS
                                  ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, "
-                                 "$16, $17, $18, $19, $20)";
+                                 "$16, $17, $18, $19, $20, $21, $22, $23, $24::jsonb)";
 constexpr char kInsertCentres[] =
     "INSERT INTO sensor_calibration_centres (calibration_id, position_index, scan_key, feature, is_check, dx_um, dy_um, "
     "dz_um) SELECT $1::uuid, (position - 1)::integer, " SIXPOINT_SCAN_KEY(
@@ -118,6 +118,9 @@ absl::Status InsertSensor(Transaction& transaction, const std::string& id, const
   sensor.field_response.empty() ? params.Null() : params.Reals(sensor.field_response);
   params.OptionalText(sensor.arm_series).OptionalReal(sensor.degrees_of_freedom);
   params.OptionalText(sensor.sensor_serial_number).OptionalText(sensor.travel);
+  for (const auto* values : {&sensor.field_terms_um, &sensor.field_covariance_um2})
+    values->empty() ? params.Null() : params.Reals(*values);
+  params.OptionalReal(sensor.field_stated_um).OptionalText(sensor.arm_shares_json);
   if (const auto inserted = transaction.Execute(kInsertSensor, params); !inserted.ok()) return inserted.status();
   std::vector<std::string> scans, features, checks;
   std::vector<double> dx, dy, dz;
@@ -180,6 +183,10 @@ SensorCalibrationRow ReadSensor(const Rows& rows, int row) {
   s.degrees_of_freedom = rows.OptionalReal(row, 17);
   s.sensor_serial_number = rows.OptionalText(row, 18);
   s.travel = rows.OptionalText(row, 19);
+  if (!rows.IsNull(row, 20)) s.field_terms_um = rows.Reals(row, 20);
+  if (!rows.IsNull(row, 21)) s.field_covariance_um2 = rows.Reals(row, 21);
+  s.field_stated_um = rows.OptionalReal(row, 22);
+  s.arm_shares_json = rows.OptionalText(row, 23);
   return s;
 }
 

@@ -35,7 +35,11 @@ struct SensorCalibrationRow {
   double condition_number = 0;
   std::int64_t points_used = 0;
   std::vector<double> field_response;        // 6 x 9, row-major; empty: not known
+  std::vector<double> field_terms_um;        // 9; empty: the scanner's field was not looked for
+  std::vector<double> field_covariance_um2;  // 81, row-major, of them
+  std::optional<double> field_stated_um;     // root mean square that was stated before
   std::string arm_series;                    // empty: not known, or several
+  std::string arm_shares_json;               // series, response (36, row-major) of each; empty: of one, or not known
   std::optional<double> degrees_of_freedom;  // of the covariance; none: it rests on what was stated
   std::string sensor_serial_number;          // of its scans; empty: not known, or several
   std::string travel;                        // FORWARD, BACKWARD; empty: not known, or both

@@ -46,8 +46,9 @@ constexpr char kLockArtefact[] = "SELECT pg_advisory_xact_lock(hashtextextended(
 constexpr char kInsertArtefactRevision[] =
     "INSERT INTO artefact_revisions (artefact_id, revision, content_sha256, side_mm, cone_half_angle_deg, "
     "cone_top_radius_mm, cone_bottom_radius_mm, slot_width_mm, slot_depth_mm, record_id, serial_number, "
-    "certificate_number, certificate_calibrated_at, certificate_expires_at, centre_standard_uncertainty_um) "
-    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15)";
+    "certificate_number, certificate_calibrated_at, certificate_expires_at, centre_standard_uncertainty_um, "
+    "flatness_standard_uncertainty_um) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16)";
 constexpr char kInsertFeatures[] =
     "INSERT INTO artefact_features (artefact_id, revision, kind, position_index, feature, x_mm, y_mm) "
     "SELECT $1::text, $2::integer, kind, (position - 1)::integer, feature, x_mm, y_mm "
@@ -56,9 +57,9 @@ constexpr char kInsertFeatures[] =
 constexpr char kSelectArtefact[] =
     "SELECT revision, content_sha256, side_mm, cone_half_angle_deg, cone_top_radius_mm, cone_bottom_radius_mm, "
     "slot_width_mm, slot_depth_mm, record_sequence, recorded_at, serial_number, certificate_number, "
-    "certificate_calibrated_at, certificate_expires_at, centre_standard_uncertainty_um FROM artefact_revisions JOIN "
-    "record_names USING "
-    "(record_id) "
+    "certificate_calibrated_at, certificate_expires_at, centre_standard_uncertainty_um, "
+    "flatness_standard_uncertainty_um "
+    "FROM artefact_revisions JOIN record_names USING (record_id) "
     "WHERE artefact_id = $1 AND ($2::integer = 0 OR revision = $2) ORDER BY revision DESC LIMIT 1";
 constexpr char kSelectFeatures[] =
     "SELECT kind, feature, x_mm, y_mm FROM artefact_features WHERE artefact_id = $1 AND revision = $2 "
@@ -229,6 +230,7 @@ absl::StatusOr<ArtefactRow> InsertArtefact(Transaction& transaction, ArtefactRow
   params.Uuid(record_id).OptionalText(artefact.serial_number);
   Add(artefact.certificate, &params);
   params.OptionalReal(artefact.centre_standard_uncertainty_um);
+  params.OptionalReal(artefact.flatness_standard_uncertainty_um);
   if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertArtefactRevision, params); !inserted.ok())
     return inserted.status();
   std::vector<std::string> kinds, names;
@@ -266,6 +268,7 @@ absl::StatusOr<std::optional<ArtefactRow>> FindArtefact(Transaction& transaction
   artefact.serial_number = rows->OptionalText(0, 10);
   artefact.certificate = CertificateAt(*rows, 0, 11);
   artefact.centre_standard_uncertainty_um = rows->OptionalReal(0, 14);
+  artefact.flatness_standard_uncertainty_um = rows->OptionalReal(0, 15);
   const absl::StatusOr<Rows> features = transaction.Execute(kSelectFeatures, Params().Text(id).Int(artefact.revision));
   if (!features.ok()) return features.status();
   for (int row = 0; row < features->count(); ++row)

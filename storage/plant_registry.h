@@ -67,6 +67,7 @@ struct ArtefactRow {
   std::string serial_number;  // empty: not stated
   std::optional<CertificateRow> certificate;
   std::optional<double> centre_standard_uncertainty_um;
+  std::optional<double> flatness_standard_uncertainty_um;
   std::vector<PlateFeatureRow> features;
   Recorded recorded;
 };

@@ -190,7 +190,8 @@ std::vector<HoleOutcome> DrawHoles(const WorldErrors& errors, std::uint64_t seed
     machine.further.push_back(
         metrology::TouchOffset(errors.touch_offset_mm, machine.axes.a.direction, machine.axes.b.direction));
   if (errors.field_mm > 0)
-    machine.further.push_back(metrology::ScannerFieldSource(errors.field_mm, calibrated.response));
+    machine.further.push_back(metrology::ScannerFieldSource(
+        metrology::FieldCovarianceOf(errors.field_mm, calibrated.sensor.measured_field), calibrated.response));
   if (errors.arm_mm > 0 || errors.arm_rad > 0) {
     const metrology::ArmSpread spread = LearntSpread(errors, &draw);
     for (const char* name : {"arm when calibrated", "arm when scanned"})
@@ -198,8 +199,9 @@ std::vector<HoleOutcome> DrawHoles(const WorldErrors& errors, std::uint64_t seed
   }
   const Warmth warmth = DrawWarmth(errors, &draw);
   AddFurther(errors, by_sphere.linear_response, warmth.taken, &machine.further);
-  const std::vector<ScanReading> readings = ScanBlade(Swung(design, DrawArm(errors, &draw)), design, linear, axes,
-                                                      truth, warmth.size, field, errors.noise_mm, &draw);
+  std::vector<ScanReading> readings = ScanBlade(Swung(design, DrawArm(errors, &draw)), design, linear, axes, truth,
+                                                warmth.size, field, errors.noise_mm, &draw);
+  for (ScanReading& reading : readings) reading.sensor_mm = machine.sensor.WithoutField(reading.sensor_mm);
   const metrology::PlacedPose placed = Register(readings, nominal, machine, warmth.taken.ratio, errors.noise_mm);
 
   const metrology::RegisteredPose pose(placed.zero_from_part, placed.noise_covariance, placed.sources);

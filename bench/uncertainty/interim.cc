@@ -44,15 +44,18 @@ bool Accepts(const WorldErrors& errors, Knock knock, double knock_mm, Swings swi
   const Eigen::Matrix3d linear = DrawLinearAxes(errors, &draw);
   std::vector<metrology::ReferenceScan> references;
   Vector6d arm_then;
+  std::optional<metrology::MeasuredField> known_field;
   for (int k = 0; k < swings.calibrated; ++k) {
     arm_then = DrawArm(errors, &draw);
-    references.push_back({"then " + std::to_string(k),
-                          FitOf(Calibrate(design, Swung(design, arm_then), linear, field, errors, offset, &draw))});
+    const Calibrated then = Calibrate(design, Swung(design, arm_then), linear, field, errors, offset, &draw,
+                                      Eigen::Vector3d::Zero(), known_field);
+    known_field = then.sensor.measured_field;
+    references.push_back({"then " + std::to_string(k), FitOf(then)});
   }
   const Vector6d by = DrawKnock(knock, knock_mm, design, &draw);
   metrology::InterimCheckOptions options;
   options.limit_mm = knock_mm;
-  options.field_standard_uncertainty_mm = errors.field_mm;
+  options.field_covariance_mm2 = metrology::FieldCovarianceOf(errors.field_mm, known_field);
   options.arm = LearntSpread(errors, &draw);
   std::vector<metrology::CheckedScan> scans;
   for (int i = 0; i < std::max(1, swings.since); ++i) {
@@ -60,7 +63,7 @@ bool Accepts(const WorldErrors& errors, Knock knock, double knock_mm, Swings swi
     std::uniform_real_distribution<double> elsewhere(-1, 1);
     const Eigen::Vector3d plate_mm(elsewhere(draw.random), elsewhere(draw.random), elsewhere(draw.random));
     const Calibrated now =
-        Calibrate(design, Swung(Swung(design, arm), by), linear, field, errors, offset, &draw, plate_mm);
+        Calibrate(design, Swung(Swung(design, arm), by), linear, field, errors, offset, &draw, plate_mm, known_field);
     for (std::size_t k = 0; k < references.size(); ++k)
       scans.push_back({static_cast<std::size_t>(i),
                        swings.since == 0 ? references[0].arm_series : "since " + std::to_string(i), k, FitOf(now)});

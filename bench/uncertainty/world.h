@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <optional>
 #include <random>
 #include <utility>
 
@@ -27,6 +28,7 @@ struct WorldErrors {
   double noise_mm = 0;
   double touch_offset_mm = 0;
   double field_mm = 0;
+  double flatness_mm = 5e-4;  // of the plate that the field is looked for with
   double arm_mm = 0, arm_rad = 0;
   int arm_scans = 0;  // that its spread is learnt from; 0: it is known
   double axes_mm = 0, axes_rad = 0;
@@ -69,11 +71,12 @@ struct Calibrated {
   SensorPose sensor;
   metrology::FieldResponse response;
 };
-// Least squares onto the plate as it was touched, at three heights of the line, from the design on. elsewhere_mm: how far the plate stands
-// from its usual place in the measuring field.
+// Least squares onto the plate as it was touched, at three heights of the line, from the design on; the field is looked for where it is
+// stated and not known. elsewhere_mm: how far the plate stands from its usual place in the measuring field.
 Calibrated Calibrate(const SensorPose& design, const SensorPose& truth, const Eigen::Matrix3d& linear,
                      const Field& field, const WorldErrors& errors, const Eigen::Vector3d& touch_offset_mm, Draws* draw,
-                     const Eigen::Vector3d& elsewhere_mm = Eigen::Vector3d::Zero());
+                     const Eigen::Vector3d& elsewhere_mm = Eigen::Vector3d::Zero(),
+                     const std::optional<metrology::MeasuredField>& known_field = {});
 
 // The value, or the end of the program.
 template <typename Value>

@@ -35,6 +35,7 @@ struct Dataset {
   // arm's own scans are studied.
   std::vector<std::pair<std::string, calibration::v1::AxisRun>> axis_runs;
   bool study_arm = false;
+  bool has_series = false;  // every scan says in which series it was taken
 
   bool applies_axis_tables() const { return !axis_runs.empty(); }
 };

@@ -37,7 +37,7 @@ std::vector<std::string> PrefixesOf(const Field& series) {
 
 bool BeginsWith(const std::string& text, const std::string& prefix) { return text.rfind(prefix, 0) == 0; }
 
-// The arm does not move within a series. Scans of the arm's own study are in none: it is swung between them.
+// The arm does not move within a series. Scans of the arm's own study are one each: it is swung between them.
 void ReadSeries(const Field& block, Dataset* dataset) {
   const Field swings = block.At("arm_swings_between");
   swings.Choice({"series"});
@@ -55,6 +55,10 @@ void ReadSeries(const Field& block, Dataset* dataset) {
     for (const std::string& prefix : PrefixesOf(prefixes))
       for (DatasetScan& scan : dataset->scans)
         if (BeginsWith(scan.header.scan_id(), prefix)) scan.header.set_arm_series(name);
+  dataset->has_series = true;
+  // One swing each, that the calibration is made over.
+  for (DatasetScan& scan : dataset->scans)
+    if (scan.header.kind() == ingest::v1::SCAN_KIND_ARM) scan.header.set_arm_series(scan.header.scan_id());
   for (const DatasetScan& scan : dataset->scans)
     if (scan.header.kind() != ingest::v1::SCAN_KIND_ARM && scan.header.arm_series().empty())
       series.Refuse("a series for every scan but those of kind arm; " + scan.header.scan_id() + " is in none");

@@ -64,7 +64,7 @@ class PlantRun {
   absl::StatusOr<std::vector<std::string>> StoredScans(const std::string& subject, ingest::v1::ScanKind kind) const;
   bool HasScans(const std::string& blade, ingest::v1::ScanKind kind) const;
   // The sensor's, and what its arm repeats; that of the axes, after their tables where they are applied.
-  absl::Status CalibrateSensor(calibration::v1::Calibration* out);
+  absl::Status CalibrateSensor(bool over_all_swings, calibration::v1::Calibration* out);
   absl::Status StudyArm(const calibration::v1::Calibration& sensor);
   absl::Status CalibrateAxes(calibration::v1::Calibration* out);
   absl::Status RegisterBlade(RegisteredBlade* entry, ingest::v1::ScanKind kind, registration::v1::Method method);
@@ -198,10 +198,15 @@ absl::StatusOr<std::vector<std::string>> PlantRun::StoredScans(const std::string
   return names;
 }
 
-absl::Status PlantRun::CalibrateSensor(calibration::v1::Calibration* out) {
-  absl::StatusOr<std::vector<std::string>> scans =
-      StoredScans(runtime::NameOf("artefacts", dataset_.artefact_id), ingest::v1::SCAN_KIND_ARTEFACT);
+absl::Status PlantRun::CalibrateSensor(bool over_all_swings, calibration::v1::Calibration* out) {
+  const std::string artefact = runtime::NameOf("artefacts", dataset_.artefact_id);
+  absl::StatusOr<std::vector<std::string>> scans = StoredScans(artefact, ingest::v1::SCAN_KIND_ARTEFACT);
   if (!scans.ok()) return scans.status();
+  if (over_all_swings) {
+    const absl::StatusOr<std::vector<std::string>> swung = StoredScans(artefact, ingest::v1::SCAN_KIND_ARM);
+    if (!swung.ok()) return swung.status();
+    scans->insert(scans->end(), swung->begin(), swung->end());
+  }
   return cli::CalibrateSensor(session_, dataset_, *scans, out);
 }
 
@@ -225,8 +230,10 @@ bool PlantRun::Calibrate() {
   absl::Status sensor_status, rotation_status, arm_status;
   RunJobs(2, kCallsAtOnce, [&](int i) {
     if (i == 0) {
-      sensor_status = CalibrateSensor(&sensor);
+      sensor_status = CalibrateSensor(false, &sensor);
       if (sensor_status.ok()) arm_status = StudyArm(sensor);
+      // The arm is known by then: once more over all of its swings.
+      if (sensor_status.ok() && arm_status.ok() && dataset_.has_series) sensor_status = CalibrateSensor(true, &sensor);
     } else {
       rotation_status = CalibrateAxes(&rotation);
     }

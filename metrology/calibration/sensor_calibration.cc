@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "metrology/calibration/field_estimate.h"
 #include "metrology/calibration/sensor_equations.h"
 #include "metrology/statistics/ranks.h"
 #include "refusal/message_text.h"
@@ -14,8 +15,8 @@ namespace {
 constexpr double kLeverMm = 10;  // half the artefact: what an angle means in mm
 constexpr double kDegrees = M_PI / 180;
 constexpr size_t kFewestConePoints = 200;
-constexpr size_t kFieldPoints = 50'000;  // the field is smooth: so many readings tell its pull
-constexpr double kLeastAgreeing = 0.5;   // of the points seen where a cone's wall should be
+constexpr size_t kFieldPoints = 200'000;  // the field is smooth: so many readings tell it
+constexpr double kLeastAgreeing = 0.5;    // of the points seen where a cone's wall should be
 // Of the readings that count. Costs one in sixteen thousand good ones; what passes it among reflections is a bias.
 constexpr double kGateSigma = 4;
 // Below a reading's rounding; keeps the weights finite where a cloud has no noise.
@@ -65,7 +66,7 @@ class SensorFit {
  public:
   SensorFit(const std::vector<LineScan>& scans, const Artefact& artefact, const ArtefactTouch& touch,
             const SensorCalibrationOptions& options, SensorState start)
-      : scans_(scans), artefact_(artefact), touch_(touch), options_(options), state_(std::move(start)) {
+      : scans_(&scans), artefact_(artefact), touch_(touch), options_(options), state_(std::move(start)) {
     size_t points = 0;
     for (const LineScan& scan : scans) points += scan.points_mm.size();
     gate_ = {std::max<size_t>(1, points / 40000) | 1, 0.3, 0.4};
@@ -75,19 +76,66 @@ class SensorFit {
   }
 
   absl::StatusOr<SensorCalibration> Run() {
+    if (absl::Status s = Settle(); !s.ok()) return s;
+    if (absl::Status s = CheckRecord(); !s.ok()) return s;
+    if (result_.converged && options_.field.half_width_mm > 0 && options_.field_standard_uncertainty_mm > 0) {
+      TakeFieldOff();
+      if (absl::Status s = Settle(); !s.ok()) return s;
+    }
+    return Report();
+  }
+
+ private:
+  absl::Status Settle() {
     constexpr int kMostIterations = 40;
     for (int iteration = 0; iteration < kMostIterations && !result_.converged; ++iteration) {
       if (options_.keep_going && !options_.keep_going()) return absl::CancelledError("sensor calibration stopped");
       if (absl::Status s = Step(iteration); !s.ok()) return s;
     }
-    if (absl::Status s = CheckRecord(); !s.ok()) return s;
-    return Report();
+    return absl::OkStatus();
   }
 
- private:
+  // The field as the residuals show it; from here on the fit is of readings without it.
+  void TakeFieldOff() {
+    const double flatness_mm =
+        options_.flatness_standard_uncertainty_mm > 0 ? options_.flatness_standard_uncertainty_mm : kFlatnessMm;
+    const FieldPulls response = FieldResponseOfAll();
+    std::vector<FieldResidual> residuals =
+        FieldResidualsOf(*scans_, artefact_, state_, options_, Sparse(), sigma_laser_, response);
+    for (const auto& [row, off_mm] : EquationsOfTouch(artefact_, touch_, state_).rows)
+      residuals.push_back(
+          {off_mm, row.transpose() * response, FlatnessTerms::Zero(), sigma_touch_ * sigma_touch_, false});
+    state_.sensor.measured_field = EstimateField(residuals, options_.field_standard_uncertainty_mm, flatness_mm);
+    without_field_ = *scans_;
+    for (LineScan& scan : without_field_)
+      for (Eigen::Vector3d& p : scan.points_mm) p = state_.sensor.WithoutField(p);
+    scans_ = &without_field_;
+    fine_steps_ = 0;
+    result_.converged = false;
+  }
+
+  // How the solution follows each term of the field's series: the same solver, another right-hand side.
+  FieldPulls FieldResponseOfAll() const {
+    return Covariance() * FieldPull(*scans_, artefact_, state_, options_, Sparse()) / (sigma_laser_ * sigma_laser_);
+  }
+
+  Gate Sparse() const {
+    Gate sparse = gate_;
+    std::size_t points = 0;
+    for (const LineScan& scan : *scans_) points += scan.points_mm.size();
+    sparse.stride = std::max<size_t>(1, points / kFieldPoints) | 1;
+    return sparse;
+  }
+
+  Matrix12d Covariance() const {
+    const Vector12d scale = Scale();
+    return scale.asDiagonal() * information_.ldlt().solve(Matrix12d::Identity()) * scale.asDiagonal();
+  }
+
   absl::Status Step(int iteration) {
     double median = 0;
-    const SensorEquations laser = LaserEquations(scans_, artefact_, state_, options_, gate_, fine_ ? nullptr : &median);
+    const SensorEquations laser =
+        LaserEquations(*scans_, artefact_, state_, options_, gate_, fine_ ? nullptr : &median);
     const TouchEquations touched = EquationsOfTouch(artefact_, touch_, state_);
     for (size_t i = 0; i < laser.cone_counts.size(); ++i)
       if (laser.cone_counts[i] * gate_.stride < kFewestConePoints)
@@ -129,7 +177,9 @@ class SensorFit {
   void Close(double moved, int iteration) {
     if (fine_) {
       gate_.reach_mm = kGateSigma * sigma_laser_;
-      result_.converged = moved < 1e-3;
+      // A reading on the gate's edge may come and go for ever, and moves the solution by a hundredth.
+      ++fine_steps_;
+      result_.converged = moved < 1e-3 || (fine_steps_ > 6 && moved < 0.05);
       return;
     }
     // Step by step: reflections in a cone pull the first steps by more than the upper face's small residuals tell.
@@ -143,7 +193,7 @@ class SensorFit {
 
   absl::Status TooFewAt(size_t i, size_t used, size_t seen) const {
     const size_t cones = artefact_.cones.size();
-    return TooFew(scans_[i / cones], artefact_.cones[i % cones], used, seen);
+    return TooFew((*scans_)[i / cones], artefact_.cones[i % cones], used, seen);
   }
 
   // Residuals four sigma wide hide what does not belong; these limits say when the artefact is not the recorded one.
@@ -173,32 +223,25 @@ class SensorFit {
     result_.noise_mm = sigma_laser_;
     result_.touch_uncertainty_mm = sigma_touch_;
     result_.angles = CardanFromRotation(state_.sensor.rotation);
-    const Matrix12d inverse = information_.ldlt().solve(Matrix12d::Identity());
-    const Vector12d scale = Scale();
-    const Matrix12d covariance = scale.asDiagonal() * inverse * scale.asDiagonal();
+    const Matrix12d covariance = Covariance();
     result_.sensor.covariance = covariance.topLeftCorner<6, 6>();
     for (const auto& pull : TouchedCentrePulls(artefact_, state_)) {
       const Eigen::Matrix<double, 6, 3> moves = covariance.topRows<6>() * pull / (sigma_touch_ * sigma_touch_);
       result_.sensor.covariance += std::pow(options_.centre_standard_uncertainty_mm, 2) * moves * moves.transpose();
     }
     result_.sensor.covariance = (result_.sensor.covariance + result_.sensor.covariance.transpose().eval()) / 2;
-    // How the solution follows the scanner's field: the same solver, another right-hand side.
-    Gate sparse = gate_;
-    std::size_t points = 0;
-    for (const LineScan& scan : scans_) points += scan.points_mm.size();
-    sparse.stride = std::max<size_t>(1, points / kFieldPoints) | 1;
-    const Eigen::Matrix<double, 12, kFieldParameterCount> response =
-        covariance * FieldPull(scans_, artefact_, state_, options_, sparse) / (sigma_laser_ * sigma_laser_);
-    if (options_.field.half_width_mm > 0) result_.field_response = response.topRows<kSensorParameterCount>();
+    if (options_.field.half_width_mm > 0)
+      result_.field_response = FieldResponseOfAll().topLeftCorner<kSensorParameterCount, kFieldParameterCount>();
     result_.condition_number = ConditionNumber(result_.sensor.covariance);
     if (absl::Status s = CheckDetermined(result_.sensor.covariance, result_.condition_number, sigma_touch_); !s.ok())
       return s;
     result_.angle_uncertainty = CardanUncertainty(result_.angles, result_.sensor.covariance.topLeftCorner<3, 3>());
-    if (absl::Status s = ReportCentres(scans_, artefact_, touch_, options_, &result_); !s.ok()) return s;
+    if (absl::Status s = ReportCentres(*scans_, artefact_, touch_, options_, &result_); !s.ok()) return s;
     return result_;
   }
 
-  const std::vector<LineScan>& scans_;
+  const std::vector<LineScan>* scans_;  // as they came, then without_field_
+  std::vector<LineScan> without_field_;
   const Artefact& artefact_;
   const ArtefactTouch& touch_;
   const SensorCalibrationOptions& options_;
@@ -209,6 +252,7 @@ class SensorFit {
   Matrix12d information_ = Matrix12d::Zero();
   std::vector<std::size_t> cone_used_, cone_seen_;  // of each scan and cone
   bool fine_ = false;
+  int fine_steps_ = 0;
 };
 
 }  // namespace

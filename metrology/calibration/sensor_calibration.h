@@ -30,8 +30,11 @@ struct SensorCalibrationOptions {
   ScannerField field = {};
   // Along each axis, of a cone's centre as it is touched against the same as it is scanned; it takes part in the covariance alone.
   double centre_standard_uncertainty_mm = 0;
-  // Root mean square of the scanner's field; it takes part in judging slots alone.
+  // Root mean square of the scanner's field, as stated of it: the field is then looked for (JOINT), and what is found is taken off every
+  // reading (sensor.measured_field). 0: it is not.
   double field_standard_uncertainty_mm = 0;
+  // Root mean square of the artefact's upper face about a plane; 0: kFlatnessMm.
+  double flatness_standard_uncertainty_mm = 0;
   int threads = 1;  // the result has the same bits for any number
   // Asked between iterations; false stops with CANCELLED.
   std::function<bool()> keep_going;

@@ -75,6 +75,33 @@ SensorEquations ScanEquations(const LineScan& scan, size_t begin, size_t end, co
   return eq;
 }
 
+// A reading that counts. in_artefact_mm and the normal: artefact frame.
+struct Reading {
+  Eigen::Vector3d sensor_mm, in_artefact_mm, normal;
+  double distance_mm = 0, along_ray = 0;
+  bool upper = false;
+};
+
+// Every gate.stride-th.
+template <typename Take>
+void ForEachReading(const LineScan& scan, const Artefact& artefact, const SensorState& state,
+                    const LineSensorOptics& optics, const Gate& gate, const Take& take) {
+  const ArtefactFromSensor map(state.machine_from_artefact, state.sensor, scan.v0_mm);
+  for (size_t i = 0; i < scan.points_mm.size(); i += gate.stride) {
+    Reading reading;
+    reading.sensor_mm = scan.points_mm[i];
+    reading.in_artefact_mm = map * reading.sensor_mm;
+    const FaceHit hit = HitFace(artefact, reading.in_artefact_mm, gate.margin_mm);
+    if (hit.face == FaceHit::Face::kNone) continue;
+    reading.upper = hit.face == FaceHit::Face::kUpper;
+    reading.normal = reading.upper ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d(hit.normal);
+    reading.along_ray = reading.normal.dot(map.linear * optics.RayAt(reading.sensor_mm));
+    reading.distance_mm = hit.distance_mm;
+    if (std::abs(reading.along_ray) < 0.2 || std::abs(hit.distance_mm / reading.along_ray) > gate.reach_mm) continue;
+    take(reading);
+  }
+}
+
 }  // namespace
 
 SensorEquations LaserEquations(const std::vector<LineScan>& scans, const Artefact& artefact, const SensorState& state,
@@ -113,28 +140,55 @@ SensorEquations LaserEquations(const std::vector<LineScan>& scans, const Artefac
   return all;
 }
 
-Eigen::Matrix<double, 12, kFieldParameterCount> FieldPull(const std::vector<LineScan>& scans, const Artefact& artefact,
-                                                          const SensorState& state,
-                                                          const SensorCalibrationOptions& options, const Gate& gate) {
-  Eigen::Matrix<double, 12, kFieldParameterCount> pull;
-  pull.setZero();
+FieldPulls FieldPull(const std::vector<LineScan>& scans, const Artefact& artefact, const SensorState& state,
+                     const SensorCalibrationOptions& options, const Gate& gate) {
+  FieldPulls pull = FieldPulls::Zero();
   const Eigen::Vector3d reference = state.machine_from_artefact.translation();
+  for (const LineScan& scan : scans)
+    ForEachReading(scan, artefact, state, options.optics, gate, [&](const Reading& reading) {
+      const Eigen::Vector3d& p = reading.sensor_mm;
+      const Eigen::Vector3d n = state.machine_from_artefact.linear() * reading.normal;
+      const double weight = static_cast<double>(gate.stride) / (reading.along_ray * reading.along_ray);
+      pull -= weight * n.dot(state.sensor.rotation.col(2)) * RowOf(state, scan, reference, p, n) *
+              state.sensor.field.SeriesAt(p.y(), p.z());
+    });
+  return pull;
+}
+
+std::vector<FieldResidual> FieldResidualsOf(const std::vector<LineScan>& scans, const Artefact& artefact,
+                                            const SensorState& state, const SensorCalibrationOptions& options,
+                                            const Gate& gate, double noise_mm, const FieldPulls& response) {
+  constexpr int kAcross = 16;     // places along y, and along z: a field of the sixth order bends little within one
+  constexpr double kFewest = 30;  // readings
+  const ScannerField& field = state.sensor.field;
+  const auto along = [](double t, double half) {
+    return std::clamp(static_cast<int>(std::floor((t / half + 1) / 2 * kAcross)), 0, kAcross - 1);
+  };
+  const Eigen::Vector3d reference = state.machine_from_artefact.translation();
+  std::vector<FieldResidual> residuals;
   for (const LineScan& scan : scans) {
-    const ArtefactFromSensor map(state.machine_from_artefact, state.sensor, scan.v0_mm);
-    for (size_t i = 0; i < scan.points_mm.size(); i += gate.stride) {
-      const Eigen::Vector3d& p = scan.points_mm[i];
-      const FaceHit hit = HitFace(artefact, map * p, gate.margin_mm);
-      if (hit.face == FaceHit::Face::kNone) continue;
-      const Eigen::Vector3d in_artefact =
-          hit.face == FaceHit::Face::kUpper ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d(hit.normal);
-      const double along_ray = in_artefact.dot(map.linear * options.optics.RayAt(p));
-      if (std::abs(along_ray) < 0.2 || std::abs(hit.distance_mm / along_ray) > gate.reach_mm) continue;
-      const Eigen::Vector3d n = state.machine_from_artefact.linear() * in_artefact;
-      const double weight = static_cast<double>(gate.stride) / (along_ray * along_ray);
-      pull -= weight * RowOf(state, scan, reference, p, n) * (n.transpose() * state.sensor.FieldJacobian(p));
+    std::vector<std::pair<double, FieldResidual>> places(static_cast<std::size_t>(kAcross * kAcross));
+    ForEachReading(scan, artefact, state, options.optics, gate, [&](const Reading& reading) {
+      if (!reading.upper) return;
+      const Eigen::Vector3d& p = reading.sensor_mm;
+      const Eigen::Vector3d n = state.machine_from_artefact.linear() * reading.normal;
+      auto& [count, mean] = places[static_cast<std::size_t>(kAcross * along(p.y(), field.half_width_mm) +
+                                                            along(p.z(), field.half_range_mm))];
+      ++count;
+      mean.off_mm += reading.distance_mm / reading.along_ray;
+      mean.by_field += (n.dot(state.sensor.rotation.col(2)) * field.SeriesAt(p.y(), p.z()) +
+                        RowOf(state, scan, reference, p, n).transpose() * response) /
+                       reading.along_ray;
+      mean.by_flatness +=
+          FlatnessTermsAt(reading.in_artefact_mm.head<2>() / (artefact.side_mm / 2)) / reading.along_ray;
+    });
+    for (auto& [count, mean] : places) {
+      if (count < kFewest) continue;
+      residuals.push_back(
+          {mean.off_mm / count, mean.by_field / count, mean.by_flatness / count, noise_mm * noise_mm / count, true});
     }
   }
-  return pull;
+  return residuals;
 }
 
 TouchEquations EquationsOfTouch(const Artefact& artefact, const ArtefactTouch& touch, const SensorState& state) {
@@ -143,6 +197,7 @@ TouchEquations EquationsOfTouch(const Artefact& artefact, const ArtefactTouch& t
   const Eigen::Vector3d reference = pose.translation();
   const auto add = [&](const Vector12d& row, double residual, const std::string& name) {
     out.equations.Add(row, residual, 1);
+    out.rows.emplace_back(row, residual);
     out.equations.squares += residual * residual;
     ++out.equations.count;
     if (std::abs(residual) <= out.worst_mm) return;

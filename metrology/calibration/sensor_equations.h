@@ -3,8 +3,10 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "metrology/calibration/field_estimate.h"
 #include "metrology/calibration/sensor_calibration.h"
 
 namespace sixpoint::metrology {
@@ -61,15 +63,20 @@ struct Gate {
 SensorEquations LaserEquations(const std::vector<LineScan>& scans, const Artefact& artefact, const SensorState& state,
                                const SensorCalibrationOptions& options, const Gate& gate, double* median_reading);
 
-// How the right-hand side follows the scanner's field, for a standard deviation of 1 mm along the ray; from every stride-th reading, as
-// many times.
-Eigen::Matrix<double, 12, kFieldParameterCount> FieldPull(const std::vector<LineScan>& scans, const Artefact& artefact,
-                                                          const SensorState& state,
-                                                          const SensorCalibrationOptions& options, const Gate& gate);
+// How the right-hand side follows each term of the field's series, for a standard deviation of 1 mm along the ray; from every stride-th
+// reading, as many times.
+using FieldPulls = Eigen::Matrix<double, 12, kFieldSeriesCount>;
+FieldPulls FieldPull(const std::vector<LineScan>& scans, const Artefact& artefact, const SensorState& state,
+                     const SensorCalibrationOptions& options, const Gate& gate);
+// Readings of the upper face, the mean of each scan's at each place of the measuring field; response: of the solution to the series.
+std::vector<FieldResidual> FieldResidualsOf(const std::vector<LineScan>& scans, const Artefact& artefact,
+                                            const SensorState& state, const SensorCalibrationOptions& options,
+                                            const Gate& gate, double noise_mm, const FieldPulls& response);
 
 // Touched cone centres, upper and side faces, for a standard uncertainty of 1 mm.
 struct TouchEquations {
   SensorEquations equations;
+  std::vector<std::pair<Vector12d, double>> rows;  // and how far off each is, mm
   double worst_mm = 0;
   std::string worst;
 };

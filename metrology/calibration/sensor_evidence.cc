@@ -73,9 +73,10 @@ std::optional<ResidualJudgement> JudgeSlots(const std::vector<FeatureCentre>& ce
     own.segment<2>(row).setConstant(of_scans + pitch_mm * pitch_mm / 24 + touched_mm * touched_mm +
                                     std::pow(options.centre_standard_uncertainty_mm, 2));
   }
-  const double of_term_mm = options.field_standard_uncertainty_mm / std::sqrt(kFieldParameterCount);
-  Eigen::MatrixXd expected = by_sensor * result.sensor.covariance * by_sensor.transpose() +
-                             of_term_mm * of_term_mm * by_field * by_field.transpose();
+  Eigen::MatrixXd expected =
+      by_sensor * result.sensor.covariance * by_sensor.transpose() +
+      by_field * FieldCovarianceOf(options.field_standard_uncertainty_mm, result.sensor.measured_field) *
+          by_field.transpose();
   expected += own.asDiagonal();
   const double effective =
       EffectiveDegreesOfFreedom({{"scans", seen_mm2, freedom}, {"known", expected.trace() - seen_mm2}});

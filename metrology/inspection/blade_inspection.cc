@@ -145,7 +145,8 @@ BladeInspection::Compared BladeInspection::Compare(const Points& points_mm, Keep
   compared.in_part_mm.resize(points_mm.size());
   ForEachChunk(points_mm.size(), kChunk, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
-      compared.in_part_mm[i] = place.part_from_machine * sensor_.MachineFromSensor(points_mm[i], place.v0_mm);
+      compared.in_part_mm[i] =
+          place.part_from_machine * sensor_.MachineFromSensor(sensor_.WithoutField(points_mm[i]), place.v0_mm);
   });
   if (!(*keep_going)()) return compared;
   surface_->SignedDistances(compared.in_part_mm, options_.farthest_mm, options_.threads, &compared.deviations_mm);

@@ -85,6 +85,9 @@ using AxesCovariance = Eigen::Matrix<double, kAxisParameterCount, kAxisParameter
 using FieldResponse = Eigen::Matrix<double, kSensorParameterCount, kFieldParameterCount>;
 // Change of both rotary axes' parameters per parameter of the linear axes that their sphere was probed with.
 using LinearResponse = Eigen::Matrix<double, kAxisParameterCount, kLinearParameterCount>;
+// What the scanner's field is, and how well that is known, in the order of kFieldParameters.
+using FieldTerms = Eigen::Matrix<double, kFieldParameterCount, 1>;
+using FieldCovariance = Eigen::Matrix<double, kFieldParameterCount, kFieldParameterCount>;
 using CalibrationCovariance = Eigen::Matrix<double, kCalibrationParameterCount, kCalibrationParameterCount>;
 using CalibrationVector = Eigen::Matrix<double, kCalibrationParameterCount, 1>;
 

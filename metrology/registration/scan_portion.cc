@@ -21,7 +21,7 @@ Eigen::Affine3d SensorMapping(const Eigen::Isometry3d& zero_from_machine, const 
 
 Thinner::Thinner(const LineScan& scan, std::int64_t point_count, const MachineCalibration& calibration,
                  const Thinning& thinning)
-    : thinning_(thinning) {
+    : thinning_(thinning), sensor_(calibration.sensor) {
   portion_.id = scan.id;
   portion_.commanded_a_rad = scan.a_rad;
   portion_.commanded_b_rad = scan.b_rad;
@@ -42,9 +42,12 @@ Thinner::Thinner(const LineScan& scan, std::int64_t point_count, const MachineCa
 void Thinner::Add(const Points& points_mm) {
   const double radius_squared = thinning_.dense_radius_mm * thinning_.dense_radius_mm;
   portion_.scan_point_count += static_cast<std::int64_t>(points_mm.size());
-  for (const Eigen::Vector3d& p : points_mm) {
-    if (!p.allFinite()) continue;
-    if (finite_count_++ % stride_ == 0 && !portion_.sensor.Add(p)) ++portion_.out_of_reach_count;
+  for (const Eigen::Vector3d& reading : points_mm) {
+    if (!reading.allFinite()) continue;
+    const bool is_kept = finite_count_++ % stride_ == 0;
+    if (!is_kept && thinning_.dense_places_mm.empty()) continue;
+    const Eigen::Vector3d p = sensor_.WithoutField(reading);
+    if (is_kept && !portion_.sensor.Add(p)) ++portion_.out_of_reach_count;
     if (thinning_.dense_places_mm.empty()) continue;
     const Eigen::Vector3d zero = portion_.zero_from_sensor * p;
     for (const Eigen::Vector3d& place : thinning_.dense_places_mm) {

@@ -45,6 +45,7 @@ class Thinner {
 
  private:
   const Thinning thinning_;
+  const SensorPose sensor_;
   ScanPortion portion_;
   std::int64_t stride_ = 1;
   std::int64_t finite_count_ = 0;

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "metrology/frames/pose.h"
@@ -34,6 +35,7 @@ struct SensorPose {
   double degrees_of_freedom = std::numeric_limits<double>::infinity();  // of the covariance
   ScannerField field = {};
   FieldResponse field_response = FieldResponse::Zero();  // of this calibration
+  std::optional<MeasuredField> measured_field = {};      // by it; none: the field was not looked for
 
   Eigen::Vector3d MachineFromSensor(const Eigen::Vector3d& p, const Eigen::Vector3d& v0_mm) const {
     return rotation.col(1) * p.y() + rotation.col(2) * p.z() + Eigen::Vector3d(p.x(), 0, 0) - v0_mm + t_sm_mm;
@@ -43,6 +45,11 @@ struct SensorPose {
     Eigen::Matrix<double, 3, kSensorParameterCount> jacobian;
     jacobian << -Skew(rotation.col(1) * p.y() + rotation.col(2) * p.z()), Eigen::Matrix3d::Identity();
     return jacobian;
+  }
+  // A reading as it would be without the measured field.
+  Eigen::Vector3d WithoutField(const Eigen::Vector3d& p) const {
+    if (!measured_field) return p;
+    return {p.x(), p.y(), p.z() - field.TermsAt(p.y(), p.z()).dot(measured_field->terms_mm)};
   }
   // The same per field parameter, in the order of kFieldParameters.
   Eigen::Matrix<double, 3, kFieldParameterCount> FieldJacobian(const Eigen::Vector3d& p) const {

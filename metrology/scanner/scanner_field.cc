@@ -4,13 +4,26 @@
 #include <array>
 #include <cmath>
 
+#include "metrology/statistics/legendre.h"
+
 namespace sixpoint::metrology {
 namespace {
 
-// Legendre's polynomials up to the third, each with a mean square of 1 over -1 to 1.
-std::array<double, 4> Legendre(double t) {
-  t = std::clamp(t, -1.0, 1.0);
-  return {1, std::sqrt(3.0) * t, std::sqrt(5.0) * (3 * t * t - 1) / 2, std::sqrt(7.0) * (5 * t * t - 3) * t / 2};
+// Each term's share of the mean square, by order: waves of 20 to 100 mm, all together, have 0.55, 0.33 and 0.12 in the three orders.
+constexpr std::array<double, 3> kOfOrder = {0.55 / 2, 0.33 / 3, 0.12 / 4};
+
+// Order by order, within one from y on to z.
+template <int kOrder>
+Eigen::Matrix<double, 1, (kOrder + 1) * (kOrder + 2) / 2 - 1> ProductsAt(const ScannerField& field, double y_mm,
+                                                                         double z_mm) {
+  Eigen::Matrix<double, 1, (kOrder + 1) * (kOrder + 2) / 2 - 1> products;
+  products.setZero();
+  if (!(field.half_width_mm > 0 && field.half_range_mm > 0)) return products;
+  const auto y = Legendre<kOrder>(y_mm / field.half_width_mm), z = Legendre<kOrder>(z_mm / field.half_range_mm);
+  int at = 0;
+  for (int order = 1; order <= kOrder; ++order)
+    for (int of_z = 0; of_z <= order; ++of_z) products[at++] = y[order - of_z] * z[of_z];
+  return products;
 }
 
 }  // namespace
@@ -20,12 +33,22 @@ ScannerField ScannerField::Of(double mid_range_mm, double range_mm, double line_
 }
 
 Eigen::Matrix<double, 1, kFieldParameterCount> ScannerField::TermsAt(double y_mm, double z_mm) const {
-  Eigen::Matrix<double, 1, kFieldParameterCount> terms;
-  terms.setZero();
-  if (!(half_width_mm > 0 && half_range_mm > 0)) return terms;
-  const auto y = Legendre(y_mm / half_width_mm), z = Legendre(z_mm / half_range_mm);
-  terms << y[1], z[1], y[2], y[1] * z[1], z[2], y[3], y[2] * z[1], y[1] * z[2], z[3];
-  return terms;
+  return ProductsAt<3>(*this, y_mm, z_mm);
+}
+
+FieldSeries ScannerField::SeriesAt(double y_mm, double z_mm) const {
+  return ProductsAt<kFieldSeriesOrder>(*this, y_mm, z_mm);
+}
+
+FieldCovariance FieldCovarianceOf(double stated_mm, const std::optional<MeasuredField>& measured) {
+  if (!measured) {
+    FieldTerms shares;
+    shares << kOfOrder[0], kOfOrder[0], kOfOrder[1], kOfOrder[1], kOfOrder[1], kOfOrder[2], kOfOrder[2], kOfOrder[2],
+        kOfOrder[2];
+    return stated_mm * stated_mm * FieldCovariance(shares.asDiagonal());
+  }
+  const double wider = measured->stated_mm > 0 ? std::max(1.0, stated_mm / measured->stated_mm) : 1;
+  return wider * wider * measured->covariance_mm2;
 }
 
 }  // namespace sixpoint::metrology

@@ -2,10 +2,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "metrology/kinematics/calibration_parameters.h"
 
 namespace sixpoint::metrology {
+
+// Legendre's products up to the sixth order, without the constant: the field parameters' own, of the third, and what lies beyond.
+inline constexpr int kFieldSeriesOrder = 6, kFieldSeriesCount = 27;
+using FieldSeries = Eigen::Matrix<double, 1, kFieldSeriesCount>;
 
 // The measuring field about the sensor frame's origin; none by default, and then no reading is off.
 struct ScannerField {
@@ -18,6 +23,19 @@ struct ScannerField {
   // How far a reading at (y, z) is off along z per field parameter, in the order of kFieldParameters. Over the field each term's mean
   // square is 1, and the terms are orthogonal; a reading beyond it counts as one on its border.
   Eigen::Matrix<double, 1, kFieldParameterCount> TermsAt(double y_mm, double z_mm) const;
+  // The same and on to kFieldSeriesOrder.
+  FieldSeries SeriesAt(double y_mm, double z_mm) const;
 };
+
+// A field as a calibration found it.
+struct MeasuredField {
+  FieldTerms terms_mm = FieldTerms::Zero();
+  FieldCovariance covariance_mm2 = FieldCovariance::Zero();
+  double stated_mm = 0;  // root mean square that was stated of it before
+};
+
+// Of what is left of a field once the measured one is taken off: measured, and wider in proportion where more is stated by now than
+// when it was. Where none was measured the stated root mean square is shared among the terms, low orders having more.
+FieldCovariance FieldCovarianceOf(double stated_mm, const std::optional<MeasuredField>& measured);
 
 }  // namespace sixpoint::metrology

@@ -105,8 +105,7 @@ absl::StatusOr<InterimCheck> CheckInterim(const std::vector<CheckedScan>& scans,
   const double swings = Swings(now, then);
   const SensorCovariance arm = options.arm.has_value() ? SensorCovariance(swings * options.arm->covariance)
                                                        : SensorCovariance(SensorCovariance::Zero());
-  const double of_term_mm = options.field_standard_uncertainty_mm / std::sqrt(kFieldParameterCount);
-  const SensorCovariance of_field = of_term_mm * of_term_mm * apart.field * apart.field.transpose();
+  const SensorCovariance of_field = apart.field * options.field_covariance_mm2 * apart.field.transpose();
   check.covariance = apart.noise + of_field + arm;
   check.translation_mm = apart.displacement.tail<3>();
   check.angles = CardanFromRotation(RotationFromVector(apart.displacement.head<3>()));

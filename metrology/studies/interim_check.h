@@ -50,9 +50,10 @@ struct CheckedScan {
 };
 
 struct InterimCheckOptions {
-  double limit_mm = 0;                       // 0: none stated
-  double field_standard_uncertainty_mm = 0;  // of the scanner's field, root mean square; what both scans share cancels
-  std::optional<ArmSpread> arm;              // none: it does not move
+  double limit_mm = 0;  // 0: none stated
+  // Of the scanner's field, or of what is left of it; what both scans share cancels.
+  FieldCovariance field_covariance_mm2 = FieldCovariance::Zero();
+  std::optional<ArmSpread> arm;  // none: it does not move
 };
 
 // Scans of one series are weighed by what each tells (so that two heights show a turn that neither does), series alike. The arm stood

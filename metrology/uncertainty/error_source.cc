@@ -115,13 +115,14 @@ ErrorSource TouchOffset(double standard_uncertainty_mm, const Eigen::Vector3d& a
   return source;
 }
 
-ErrorSource ScannerFieldSource(double standard_uncertainty_mm, const FieldResponse& response) {
+ErrorSource ScannerFieldSource(const FieldCovariance& covariance_mm2, const FieldResponse& response) {
+  Eigen::Matrix<double, kCalibrationParameterCount, kFieldParameterCount> moves;
+  moves.setZero();
+  moves.topRows<kSensorParameterCount>() = response;
+  moves.middleRows<kFieldParameterCount>(kFirstFieldParameter).setIdentity();
   ErrorSource source;
   source.name = "scanner's field";
-  source.parameters_per_sigma.setZero(kCalibrationParameterCount, kFieldParameterCount);
-  source.parameters_per_sigma.topRows<kSensorParameterCount>() = response;
-  source.parameters_per_sigma.middleRows<kFieldParameterCount>(kFirstFieldParameter).setIdentity();
-  source.parameters_per_sigma *= standard_uncertainty_mm / std::sqrt(kFieldParameterCount);
+  source.parameters_per_sigma = moves * RootOf(covariance_mm2);
   return source;
 }
 

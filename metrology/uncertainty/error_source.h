@@ -60,8 +60,8 @@ ErrorSource RotationCalibrationSource(const AxesCovariance& covariance, double d
 ErrorSource TouchOffset(double standard_uncertainty_mm, const Eigen::Vector3d& a_direction,
                         const Eigen::Vector3d& b_direction);
 
-// The scanner's field: root mean square over its domain, shared evenly among the terms. A calibration was off by its response to it.
-ErrorSource ScannerFieldSource(double standard_uncertainty_mm, const FieldResponse& response);
+// The scanner's field, or what is left of it (FieldCovarianceOf). A calibration was off by its response to it.
+ErrorSource ScannerFieldSource(const FieldCovariance& covariance_mm2, const FieldResponse& response);
 
 // Linear axes whose scales are off, each for itself, or that are not square to each other: of a part that is turned between scan and
 // drilling only the turned share is seen (docs/methods/uncertainty.md, error sources). ratio: mm in a mm.

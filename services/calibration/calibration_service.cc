@@ -81,9 +81,10 @@ absl::StatusOr<v1::CalibrationTrend> Trend(const storage::CalibrationReader& cal
 }  // namespace
 
 CalibrationService::CalibrationService(std::shared_ptr<storage::CalibrationStore> store,
+                                       std::shared_ptr<const storage::StudyStore> studies,
                                        std::shared_ptr<grpc::Channel> plant, std::shared_ptr<grpc::Channel> ingest,
                                        int threads)
-    : store_(store), inputs_(std::move(store), std::move(plant), std::move(ingest), threads) {}
+    : store_(store), inputs_(std::move(store), std::move(studies), std::move(plant), std::move(ingest), threads) {}
 
 template <typename Request>
 grpc::Status CalibrationService::Calibrate(grpc::ServerContext* context, const char* call, const Request& request,

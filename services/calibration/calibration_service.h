@@ -13,7 +13,8 @@ namespace sixpoint::calibration {
 class CalibrationService final : public v1::CalibrationService::Service {
  public:
   // threads: compute threads of one sensor calibration. One more than kMostRunning at once gets RESOURCE_EXHAUSTED.
-  CalibrationService(std::shared_ptr<storage::CalibrationStore> store, std::shared_ptr<grpc::Channel> plant,
+  CalibrationService(std::shared_ptr<storage::CalibrationStore> store,
+                     std::shared_ptr<const storage::StudyStore> studies, std::shared_ptr<grpc::Channel> plant,
                      std::shared_ptr<grpc::Channel> ingest, int threads);
 
   grpc::Status CalibrateSensor(grpc::ServerContext* context, const v1::CalibrateSensorRequest* request,

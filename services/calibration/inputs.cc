@@ -4,8 +4,10 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <set>
 #include <utility>
 
+#include "services/calibration/newest_arm.h"
 #include "services/calibration/refusals.h"
 #include "services/calibration/validate.h"
 #include "services/clients/references.h"
@@ -60,9 +62,10 @@ metrology::AngleTable TableOf(const storage::AxisCharacterisationRow& row) {
 }  // namespace
 
 InputFetcher::InputFetcher(std::shared_ptr<const storage::CalibrationReader> calibrations,
-                           std::shared_ptr<grpc::Channel> plant, std::shared_ptr<grpc::Channel> ingest,
-                           int thread_count)
+                           std::shared_ptr<const storage::StudyStore> studies, std::shared_ptr<grpc::Channel> plant,
+                           std::shared_ptr<grpc::Channel> ingest, int thread_count)
     : calibrations_(std::move(calibrations)),
+      studies_(std::move(studies)),
       plant_(std::move(plant)),
       scans_(std::move(ingest)),
       thread_count_(thread_count) {}
@@ -94,6 +97,7 @@ absl::StatusOr<SensorInputs> InputFetcher::Fetch(const v1::CalibrateSensorReques
   // Before the scans, which take longer.
   if (absl::Status s = metrology::CheckTouch(inputs.artefact, inputs.touch); !s.ok()) return WithReason(s);
   if (absl::Status s = FetchScans(request, caller, &inputs); !s.ok()) return s;
+  if (absl::Status s = FetchArm(request.machine(), caller, &inputs); !s.ok()) return s;
   // What is scanned from its first scan on, the sensor standing as it did there, is mapped by it.
   if (!request.has_valid_from()) {
     const bool until_given = request.has_valid_until();
@@ -103,6 +107,7 @@ absl::StatusOr<SensorInputs> InputFetcher::Fetch(const v1::CalibrateSensorReques
   }
   inputs.options.field_standard_uncertainty_mm = 1e-3 * machine->error_sources().scanner_field_um();
   inputs.options.centre_standard_uncertainty_mm = 1e-3 * record->centre_standard_uncertainty_um();
+  inputs.options.flatness_standard_uncertainty_mm = 1e-3 * record->flatness_standard_uncertainty_um();
   if (absl::Status s = clients::CheckCertificate(record->name() + ".certificate", record->has_certificate(),
                                                  record->certificate(), inputs.last_received_at);
       !s.ok())
@@ -124,10 +129,21 @@ absl::Status InputFetcher::FetchScans(const v1::CalibrateSensorRequest& request,
     if (point_count > kMostPoints)
       return Refuse("scans", std::to_string(point_count) + " points", "at most 20000000 together");
     Take(fetched->record, inputs);
+    inputs->series_of_scans.push_back(fetched->record.header().arm_series());
     fetched->scan.id = runtime::LastSegment(name);
     inputs->scans.push_back(std::move(fetched->scan));
     inputs->names.push_back(name);
   }
+  return absl::OkStatus();
+}
+
+absl::Status InputFetcher::FetchArm(const std::string& machine, const Caller& caller, SensorInputs* inputs) const {
+  const std::set<std::string> series(inputs->series_of_scans.begin(), inputs->series_of_scans.end());
+  if (series.size() < 2 || series.count("") > 0) return absl::OkStatus();
+  const auto arm = NewestArm(*studies_, machine, caller.deadline);
+  if (!arm.ok() || !arm->has_value()) return arm.status();
+  inputs->arm = (*arm)->spread;
+  inputs->names.push_back((*arm)->name);
   return absl::OkStatus();
 }
 

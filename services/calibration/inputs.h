@@ -4,12 +4,14 @@
 #include <absl/status/statusor.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "metrology/calibration/artefact.h"
 #include "metrology/calibration/sensor_calibration.h"
 #include "metrology/kinematics/joint_chain.h"
+#include "metrology/studies/arm_study.h"
 #include "services/calibration/readings.h"
 #include "services/calibration/validity.h"
 #include "services/clients/parts.h"
@@ -18,6 +20,7 @@
 #include "sixpoint/calibration/v1/calibration.pb.h"
 #include "sixpoint/plant/v1/plant.pb.h"
 #include "storage/calibration_store.h"
+#include "storage/studies.h"
 
 namespace sixpoint::calibration {
 
@@ -31,7 +34,10 @@ struct SensorInputs : Inputs {
   metrology::ArtefactTouch touch;
   metrology::Artefact artefact;
   std::vector<metrology::LineScan> scans;
+  std::vector<std::string> series_of_scans;      // of each; empty: not known
   std::string arm_series, sensor_serial_number;  // of all scans; empty: not known, or several
+  // The arm's spread, where it was swung between the scans and each says in which series it was taken.
+  std::optional<metrology::ArmSpread> arm;
   ingest::v1::ScanTravel travel = ingest::v1::SCAN_TRAVEL_UNSPECIFIED;
   storage::Instant first_received_at, last_received_at;
   metrology::SensorCalibrationOptions options;
@@ -53,7 +59,8 @@ struct AxisInputs : Inputs {
 class InputFetcher {
  public:
   // thread_count: of one sensor calibration.
-  InputFetcher(std::shared_ptr<const storage::CalibrationReader> calibrations, std::shared_ptr<grpc::Channel> plant,
+  InputFetcher(std::shared_ptr<const storage::CalibrationReader> calibrations,
+               std::shared_ptr<const storage::StudyStore> studies, std::shared_ptr<grpc::Channel> plant,
                std::shared_ptr<grpc::Channel> ingest, int thread_count);
 
   // Of requests that CheckRequest let pass. INVALID_ARGUMENT: a reading that is none; what they name is not known, or not of
@@ -70,11 +77,14 @@ class InputFetcher {
   // FAILED_PRECONDITION (REFERENCE_EXPIRED): what was touched without a scan was touched now.
   absl::Status CheckTouchedNow(const plant::v1::Machine& machine, const Caller& caller) const;
   absl::Status FetchScans(const v1::CalibrateSensorRequest& request, const Caller& caller, SensorInputs* inputs) const;
+  // Where the scans are of several series, and the arm was studied.
+  absl::Status FetchArm(const std::string& machine, const Caller& caller, SensorInputs* inputs) const;
   // Gives both joints the tables of their characterisations in force. FAILED_PRECONDITION (AXIS_NOT_CHARACTERISED) where
   // neither has one.
   absl::Status FetchAxisTables(const std::string& machine, const Caller& caller, RotationInputs* inputs) const;
 
   const std::shared_ptr<const storage::CalibrationReader> calibrations_;
+  const std::shared_ptr<const storage::StudyStore> studies_;
   clients::PlantClient plant_;
   clients::ScanClient scans_;
   int thread_count_;

@@ -12,12 +12,13 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   const auto calibrations = storage::CalibrationsIn(database);
   const auto plant = runtime::ConnectToPeer(options, "plant");
   const auto ingest = runtime::ConnectToPeer(options, "ingest");
+  const auto studies = storage::StudiesIn(database);
   std::vector<runtime::ServedService> services;
   services.push_back({v1::CalibrationService::service_full_name(),
-                      std::make_unique<CalibrationService>(calibrations, plant, ingest, options.threads),
+                      std::make_unique<CalibrationService>(calibrations, studies, plant, ingest, options.threads),
                       CalibrationsSampled()});
-  services.push_back({v1::StudyService::service_full_name(),
-                      std::make_unique<StudyService>(storage::StudiesIn(database), calibrations, plant, ingest)});
+  services.push_back(
+      {v1::StudyService::service_full_name(), std::make_unique<StudyService>(studies, calibrations, plant, ingest)});
   return services;
 }
 

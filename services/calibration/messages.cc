@@ -35,6 +35,23 @@ void SensorToProto(const storage::SensorCalibrationRow& row, v1::SensorCalibrati
   if (!row.field_response.empty())
     runtime::SetMatrix(row.field_response, metrology::kSensorParameterCount, metrology::kFieldParameterCount,
                        out->mutable_field_response());
+  if (!row.field_terms_um.empty()) {
+    out->mutable_field_terms_um()->Add(row.field_terms_um.begin(), row.field_terms_um.end());
+    runtime::SetMatrix(row.field_covariance_um2, metrology::kFieldParameterCount, metrology::kFieldParameterCount,
+                       out->mutable_field_covariance_um2());
+    double left_um2 = 0;
+    for (std::size_t k = 0; k < row.field_covariance_um2.size(); k += metrology::kFieldParameterCount + 1)
+      left_um2 += row.field_covariance_um2[k];
+    out->set_field_left_um(std::sqrt(left_um2));
+  }
+  if (row.field_stated_um) out->set_field_stated_um(*row.field_stated_um);
+  if (!row.arm_shares_json.empty())
+    for (const nlohmann::json& kept : nlohmann::json::parse(row.arm_shares_json)) {
+      v1::ArmShare* share = out->add_arm_shares();
+      share->set_arm_series(kept.at("series").get<std::string>());
+      runtime::SetMatrix(kept.at("response").get<std::vector<double>>(), metrology::kSensorParameterCount,
+                         metrology::kSensorParameterCount, share->mutable_response());
+    }
   out->set_arm_series(row.arm_series);
   out->set_sensor_serial_number(row.sensor_serial_number);
   if (row.travel == "FORWARD") out->set_travel(ingest::v1::SCAN_TRAVEL_FORWARD);

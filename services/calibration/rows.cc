@@ -39,7 +39,16 @@ storage::EnvironmentRow EnvironmentRowOf(const v1::Environment& in) {
   return row;
 }
 
-storage::SensorCalibrationRow SensorRowOf(const SensorInputs& inputs, const metrology::SensorCalibration& result) {
+// Each series with its response, row-major.
+std::string KeptShares(const std::vector<metrology::ArmShare>& shares) {
+  nlohmann::ordered_json kept = nlohmann::ordered_json::array();
+  for (const metrology::ArmShare& share : shares)
+    kept.push_back({{"series", share.arm_series}, {"response", runtime::RowMajor(share.response)}});
+  return shares.empty() ? "" : kept.dump();
+}
+
+storage::SensorCalibrationRow SensorRowOf(const SensorInputs& inputs, const CalibratedSensor& calibrated) {
+  const metrology::SensorCalibration& result = calibrated.calibration;
   storage::SensorCalibrationRow row;
   row.machine_from_sensor_rotation = runtime::RowMajor(result.sensor.rotation);
   row.t_sm_mm = runtime::RowMajor(result.sensor.t_sm_mm);
@@ -56,7 +65,13 @@ storage::SensorCalibrationRow SensorRowOf(const SensorInputs& inputs, const metr
   row.condition_number = result.condition_number;
   row.points_used = static_cast<std::int64_t>(result.points_used);
   if (result.field_response) row.field_response = runtime::RowMajor(*result.field_response);
+  if (const auto& field = result.sensor.measured_field) {
+    row.field_terms_um = Scaled(runtime::RowMajor(field->terms_mm), kUmPerMm);
+    row.field_covariance_um2 = Scaled(runtime::RowMajor(field->covariance_mm2), kUmPerMm * kUmPerMm);
+    row.field_stated_um = field->stated_mm * kUmPerMm;
+  }
   row.arm_series = inputs.arm_series;
+  row.arm_shares_json = KeptShares(calibrated.arm_shares);
   row.sensor_serial_number = inputs.sensor_serial_number;
   if (inputs.travel != ingest::v1::SCAN_TRAVEL_UNSPECIFIED)
     row.travel = ingest::v1::ScanTravel_Name(inputs.travel).substr(std::string("SCAN_TRAVEL_").size());
@@ -219,11 +234,11 @@ void Judge(const std::vector<metrology::ResidualJudgement>& judgements, storage:
 }  // namespace
 
 storage::CalibrationRow RowOf(const v1::CalibrateSensorRequest& request, const SensorInputs& inputs,
-                              const metrology::SensorCalibration& result) {
+                              const CalibratedSensor& result) {
   const bool sequential = request.method() == v1::SENSOR_METHOD_SEQUENTIAL;
   storage::CalibrationRow row = Described(request, inputs, sequential ? "SEQUENTIAL" : "JOINT");
   row.sensor = SensorRowOf(inputs, result);
-  if (result.judgement) Judge({*result.judgement}, &row);
+  if (result.calibration.judgement) Judge({*result.calibration.judgement}, &row);
   return row;
 }
 

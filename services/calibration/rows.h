@@ -11,7 +11,7 @@ namespace sixpoint::calibration {
 
 // With a new id.
 storage::CalibrationRow RowOf(const v1::CalibrateSensorRequest& request, const SensorInputs& inputs,
-                              const metrology::SensorCalibration& result);
+                              const CalibratedSensor& result);
 storage::CalibrationRow RowOf(const v1::CalibrateRotationRequest& request, const RotationInputs& inputs,
                               const metrology::RotationCalibration& result);
 storage::CalibrationRow RowOf(const v1::CalibrateProbeRequest& request, const ProbeInputs& inputs,

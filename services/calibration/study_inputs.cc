@@ -9,6 +9,7 @@
 
 #include "refusal/message_text.h"
 #include "services/calibration/inputs.h"
+#include "services/calibration/newest_arm.h"
 #include "services/calibration/readings.h"
 #include "services/calibration/refusals.h"
 #include "services/calibration/study_messages.h"
@@ -39,6 +40,15 @@ metrology::SensorPose PoseOf(const storage::SensorCalibrationRow& row) {
   metrology::SensorPose pose;
   for (int k = 0; k < 9; ++k) pose.rotation(k / 3, k % 3) = row.machine_from_sensor_rotation.at(k);
   for (int k = 0; k < 3; ++k) pose.t_sm_mm(k) = row.t_sm_mm.at(k);
+  if (row.field_terms_um.empty()) return pose;
+  metrology::MeasuredField& field = pose.measured_field.emplace();
+  for (int k = 0; k < metrology::kFieldParameterCount; ++k) {
+    field.terms_mm[k] = kMmPerUm * row.field_terms_um.at(k);
+    for (int i = 0; i < metrology::kFieldParameterCount; ++i)
+      field.covariance_mm2(k, i) =
+          kMmPerUm * kMmPerUm * row.field_covariance_um2.at(metrology::kFieldParameterCount * k + i);
+  }
+  field.stated_mm = kMmPerUm * row.field_stated_um.value_or(0);
   return pose;
 }
 
@@ -237,18 +247,11 @@ absl::Status StudyInputFetcher::FetchArm(const Caller& caller, InterimInputs* in
   const std::set<std::string> now(inputs->arm_series.begin(), inputs->arm_series.end());
   const std::set<std::string> then(inputs->reference_series.begin(), inputs->reference_series.end());
   if (now == then && now.count("") == 0) return absl::OkStatus();
-  storage::StudyFilter newest;
-  newest.machine_id = runtime::LastSegment(inputs->machine);
-  newest.kind = KindText(v1::STUDY_KIND_ARM);
-  const auto found = studies_->List(newest, 0, 1, caller.deadline);
-  if (!found.ok() || found->empty()) return found.status();
-  const absl::StatusOr<v1::Study> study = ToProto(found->front());
-  if (!study.ok()) return study.status();
-  const auto arm = clients::ArmOf(*study);
-  if (!arm.ok()) return arm.status();
-  inputs->options.arm = arm->spread;
-  inputs->said.set_arm_study(arm->name);
-  inputs->names.push_back(arm->name);
+  const auto arm = NewestArm(*studies_, inputs->machine, caller.deadline);
+  if (!arm.ok() || !arm->has_value()) return arm.status();
+  inputs->options.arm = (*arm)->spread;
+  inputs->said.set_arm_study((*arm)->name);
+  inputs->names.push_back((*arm)->name);
   return absl::OkStatus();
 }
 
@@ -299,10 +302,14 @@ absl::StatusOr<InterimInputs> StudyInputFetcher::Fetch(const v1::RunInterimCheck
   inputs.sensor = PoseOf(*calibration->sensor);
   inputs.sensor.field = clients::FieldOf(scanned->machine.sensor());
   inputs.options.limit_mm = kMmPerUm * inputs.said.limit_um();
-  inputs.options.field_standard_uncertainty_mm = kMmPerUm * scanned->machine.error_sources().scanner_field_um();
+  inputs.options.field_covariance_mm2 = metrology::FieldCovarianceOf(
+      kMmPerUm * scanned->machine.error_sources().scanner_field_um(), inputs.sensor.measured_field);
   absl::Status status = FetchReferences(*calibration, first, caller, &inputs);
   if (status.ok()) status = FetchArm(caller, &inputs);
   if (!status.ok()) return status;
+  for (auto* scans : {&inputs.scans, &inputs.references})
+    for (metrology::LineScan& scan : *scans)
+      for (Eigen::Vector3d& p : scan.points_mm) p = inputs.sensor.WithoutField(p);
   return inputs;
 }
 

@@ -24,13 +24,27 @@ absl::Status Damaged(const Calibration& calibration, const std::string& what) {
 }
 
 template <int kSize>
-absl::StatusOr<Eigen::Matrix<double, kSize, kSize>> CovarianceOf(const Calibration& calibration,
-                                                                 const geometry::v1::Matrix& in) {
-  const absl::StatusOr<Eigen::MatrixXd> covariance = runtime::FromProto("covariance", in);
-  if (!covariance.ok()) return Damaged(calibration, std::string(covariance.status().message()));
-  if (covariance->rows() != kSize || covariance->cols() != kSize)
-    return Damaged(calibration, "covariance of another size");
-  return Eigen::Matrix<double, kSize, kSize>(*covariance);
+absl::StatusOr<Eigen::Matrix<double, kSize, kSize>> SquareOf(const Calibration& calibration, const std::string& field,
+                                                             const geometry::v1::Matrix& in) {
+  const absl::StatusOr<Eigen::MatrixXd> matrix = runtime::FromProto(field, in);
+  if (!matrix.ok()) return Damaged(calibration, std::string(matrix.status().message()));
+  if (matrix->rows() != kSize || matrix->cols() != kSize) return Damaged(calibration, field + " of another size");
+  return Eigen::Matrix<double, kSize, kSize>(*matrix);
+}
+
+absl::Status ReadField(const Calibration& calibration, metrology::SensorPose* sensor) {
+  const calibration::v1::SensorCalibration& in = calibration.sensor();
+  if (in.field_terms_um().empty()) return absl::OkStatus();
+  if (in.field_terms_um_size() != metrology::kFieldParameterCount)
+    return Damaged(calibration, "field_terms_um of another size");
+  const auto covariance =
+      SquareOf<metrology::kFieldParameterCount>(calibration, "field_covariance_um2", in.field_covariance_um2());
+  if (!covariance.ok()) return covariance.status();
+  metrology::MeasuredField& field = sensor->measured_field.emplace();
+  field.terms_mm = 1e-3 * metrology::FieldTerms(in.field_terms_um().data());
+  field.covariance_mm2 = 1e-6 * *covariance;
+  field.stated_mm = 1e-3 * in.field_stated_um();
+  return absl::OkStatus();
 }
 
 absl::StatusOr<FetchedSensorCalibration> SensorOf(const Calibration& calibration) {
@@ -47,7 +61,7 @@ absl::StatusOr<FetchedSensorCalibration> SensorOf(const Calibration& calibration
   if (!pose.ok()) return Damaged(calibration, std::string(pose.status().message()));
   out.sensor.rotation = pose->linear();
   out.sensor.t_sm_mm = pose->translation();
-  const auto covariance = CovarianceOf<metrology::kSensorParameterCount>(calibration, in.covariance());
+  const auto covariance = SquareOf<metrology::kSensorParameterCount>(calibration, "covariance", in.covariance());
   if (!covariance.ok()) return covariance.status();
   out.sensor.covariance = *covariance;
   if (in.has_degrees_of_freedom()) out.sensor.degrees_of_freedom = in.degrees_of_freedom();
@@ -58,6 +72,13 @@ absl::StatusOr<FetchedSensorCalibration> SensorOf(const Calibration& calibration
   out.withdrawn = calibration.state() == calibration::v1::CALIBRATION_STATE_WITHDRAWN;
   out.draft = calibration.state() == calibration::v1::CALIBRATION_STATE_DRAFT;
   if (calibration.has_interim_check()) out.interim = calibration.interim_check();
+  if (absl::Status s = ReadField(calibration, &out.sensor); !s.ok()) return s;
+  for (const calibration::v1::ArmShare& share : in.arm_shares()) {
+    const auto response =
+        SquareOf<metrology::kSensorParameterCount>(calibration, "arm_shares.response", share.response());
+    if (!response.ok()) return response.status();
+    out.arm_shares.push_back({share.arm_series(), *response});
+  }
   if (!in.has_field_response()) return out;
   const absl::StatusOr<Eigen::MatrixXd> response = runtime::FromProto("field_response", in.field_response());
   if (!response.ok()) return Damaged(calibration, std::string(response.status().message()));
@@ -79,7 +100,7 @@ absl::StatusOr<FetchedRotationCalibration> RotationOf(const Calibration& calibra
   const absl::StatusOr<metrology::AxisLine> b = runtime::FromProto("b_axis", in.b_axis());
   if (!b.ok()) return Damaged(calibration, std::string(b.status().message()));
   out.axes = {*a, *b};
-  const auto covariance = CovarianceOf<metrology::kAxisParameterCount>(calibration, in.covariance());
+  const auto covariance = SquareOf<metrology::kAxisParameterCount>(calibration, "covariance", in.covariance());
   if (!covariance.ok()) return covariance.status();
   out.covariance = *covariance;
   if (in.has_degrees_of_freedom()) out.degrees_of_freedom = in.degrees_of_freedom();

@@ -14,6 +14,7 @@
 #include "metrology/kinematics/axis_positioning.h"
 #include "metrology/kinematics/rotary_axes.h"
 #include "metrology/scanner/line_scanner.h"
+#include "metrology/studies/arm_mean.h"
 #include "metrology/studies/arm_study.h"
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
 #include "sixpoint/calibration/v1/study.grpc.pb.h"
@@ -29,6 +30,8 @@ struct FetchedSensorCalibration {
   std::string machine;  // machines/{id}
   bool withdrawn = false;
   bool draft = false;
+  std::vector<metrology::ArmShare>
+      arm_shares;  // of each series that it was made from; empty: it counts as of one swing
   std::optional<calibration::v1::InterimState> interim;  // none: no interim check has judged it
 };
 struct FetchedRotationCalibration {

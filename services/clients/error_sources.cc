@@ -24,6 +24,33 @@ double AsKept(double um) {
   return std::strtod(text, nullptr);
 }
 
+// Where the arm stood when it calibrated, on the mean of its series, and when it scanned: independent draws of one estimate, which share its
+// degrees of freedom by what each does, so that together they have what the study has.
+void AddArm(const std::string& machine, const std::string& series, const FetchedSensorCalibration& sensor,
+            const metrology::ArmSpread& spread, std::vector<metrology::ErrorSource>* sources) {
+  std::vector<metrology::ArmShare> swings = sensor.arm_shares;
+  if (swings.empty()) swings.push_back({sensor.arm_series, metrology::Matrix6d::Identity()});
+  std::string name = "arm when calibrated, " + sensor.name;
+  metrology::Matrix6d calibrated = metrology::Matrix6d::Zero(), scanned = metrology::Matrix6d::Identity();
+  double of_calibrated = 0;
+  for (const metrology::ArmShare& swing : swings) {
+    if (!series.empty() && swing.arm_series == series) {  // the scan was taken where the arm stood then
+      scanned -= swing.response;
+      if (!sensor.arm_shares.empty()) name += ", without " + series;
+      continue;
+    }
+    calibrated += swing.response * spread.covariance * swing.response.transpose();
+    of_calibrated += swing.response.diagonal().squaredNorm();
+  }
+  const double of_scanned = scanned.diagonal().squaredNorm(), both = of_calibrated + of_scanned;
+  if (of_calibrated > 0)
+    sources->push_back(metrology::ArmSwing(name, calibrated, of_calibrated / both * spread.degrees_of_freedom));
+  if (of_scanned > 0)
+    sources->push_back(metrology::ArmSwing("arm when scanned, " + machine + ", " + series,
+                                           scanned * spread.covariance * scanned.transpose(),
+                                           of_scanned / both * spread.degrees_of_freedom));
+}
+
 }  // namespace
 
 metrology::ScannerField FieldOf(const plant::v1::Sensor& sensor) {
@@ -79,8 +106,10 @@ absl::StatusOr<std::vector<metrology::ErrorSource>> FurtherSources(const Scanned
   if (stated.has_touch_offset_um())
     sources.push_back(
         metrology::TouchOffset(1e-3 * stated.touch_offset_um(), rotation.axes.a.direction, rotation.axes.b.direction));
-  if (stated.has_scanner_field_um())
-    sources.push_back(metrology::ScannerFieldSource(1e-3 * stated.scanner_field_um(), sensor.sensor.field_response));
+  if (stated.has_scanner_field_um() || sensor.sensor.measured_field)
+    sources.push_back(metrology::ScannerFieldSource(
+        metrology::FieldCovarianceOf(1e-3 * stated.scanner_field_um(), sensor.sensor.measured_field),
+        sensor.sensor.field_response));
   if (stated.has_linear_scale_um_per_m())
     sources.push_back(metrology::ScalesOfLinearAxes(kPerM * stated.linear_scale_um_per_m(), rotation.linear_response));
   if (stated.has_squareness_um_per_m())
@@ -103,13 +132,7 @@ absl::StatusOr<std::vector<metrology::ErrorSource>> FurtherSources(const Scanned
                                " was made, or encoder_latency_um in the error_sources of " + machine);
   if (known)
     sources.push_back(metrology::EncoderLatency("encoder's latency, " + machine, 1e-3 * stated.encoder_latency_um()));
-  const std::string& series = scanned.scan.arm_series();
-  const bool stands_still = !series.empty() && series == sensor.arm_series;
-  if (!arm.has_value() || stands_still) return sources;
-  for (const std::string& name :
-       {"arm when calibrated, " + sensor.name, "arm when scanned, " + machine + ", " + series})
-    // Two draws of one estimate: half of its degrees of freedom each, so that together they have what the study has.
-    sources.push_back(metrology::ArmSwing(name, arm->spread.covariance, arm->spread.degrees_of_freedom / 2));
+  if (arm.has_value()) AddArm(machine, scanned.scan.arm_series(), sensor, arm->spread, &sources);
   return sources;
 }
 

@@ -152,6 +152,8 @@ v1::Artefact ToProto(const storage::ArtefactRow& row) {
   if (row.certificate) ToProto(*row.certificate, artefact.mutable_certificate());
   if (row.centre_standard_uncertainty_um)
     artefact.set_centre_standard_uncertainty_um(*row.centre_standard_uncertainty_um);
+  if (row.flatness_standard_uncertainty_um)
+    artefact.set_flatness_standard_uncertainty_um(*row.flatness_standard_uncertainty_um);
   runtime::ToProto(row.recorded.recorded_at, artefact.mutable_created_at());
   return artefact;
 }

@@ -179,6 +179,11 @@ absl::StatusOr<storage::ArtefactRow> Validated(const v1::CreateArtefactRequest& 
     refusals.Add(
         CheckPositive("artefact.centre_standard_uncertainty_um", artefact.centre_standard_uncertainty_um(), 100));
   }
+  if (artefact.has_flatness_standard_uncertainty_um()) {
+    row.flatness_standard_uncertainty_um = artefact.flatness_standard_uncertainty_um();
+    refusals.Add(
+        CheckPositive("artefact.flatness_standard_uncertainty_um", artefact.flatness_standard_uncertainty_um(), 100));
+  }
   if (absl::Status status = refusals.status(); !status.ok()) return status;  // what follows is measured by the side
   if (!artefact.cones().empty()) {
     refusals.Add(CheckPositive("artefact.cone_half_angle_deg", row.cone_half_angle_deg, 89))

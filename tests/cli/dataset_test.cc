@@ -178,7 +178,7 @@ TEST(Dataset, ReadsWhatIsKnownOfErrors) {
   EXPECT_EQ(dataset->sphere_poses[0].a_travel(), calibration::v1::TRAVEL_FORWARD);
   EXPECT_EQ(dataset->scans[0].header.arm_series(), "calibration");
   EXPECT_EQ(dataset->scans[1].header.arm_series(), "blade");
-  EXPECT_EQ(dataset->scans[2].header.arm_series(), "");
+  EXPECT_EQ(dataset->scans[2].header.arm_series(), "arm_1");  // a swing of its own
   EXPECT_EQ(dataset->part.hole_groups(0).pin_standing().tilt_standard_uncertainty_deg(), 0.03);
 
   const auto without = ParseDataset(SmallDataset());

@@ -41,8 +41,9 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         // 12 s of silence, the supervisor's second, the start; the rest is for a busy machine.
         Way{"kill -STOP $pid", 40},
-        // No descriptor is left for another connection: it refuses each, for a minute, and then it will not recover by itself.
-        Way{"prlimit --pid $pid --nofile=$(ls /proc/$pid/fd | wc -l):", 110}));
+        // No descriptor is left for another connection: it refuses each, for a minute, and then it will not recover by itself. 20 looks, 3 s
+        // apart and of up to 5 s each where the machine is busy.
+        Way{"prlimit --pid $pid --nofile=$(ls /proc/$pid/fd | wc -l):", 180}));
 
 using StuckPlantTest = PlantOnThisMachine;
 

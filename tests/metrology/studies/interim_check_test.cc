@@ -156,7 +156,7 @@ TEST_F(ScannedArtefact, TheFieldCancelsWhereTheArtefactStandsAsItDid) {
   const CheckedScan here = Scan(bench_.sensor, 0, 8, "s"), elsewhere = Scan(bench_.sensor, 0, -8, "s");
   const double without_mm = Check({here}, options).places[0].upper_mm;
   const double without_elsewhere_mm = Check({elsewhere}, options).places[0].upper_mm;
-  options.field_standard_uncertainty_mm = 6e-3;
+  options.field_covariance_mm2 = FieldCovarianceOf(6e-3, std::nullopt);
   EXPECT_LT(Check({here}, options).places[0].upper_mm, without_mm + 2e-4);
   EXPECT_GT(Check({elsewhere}, options).places[0].upper_mm, without_elsewhere_mm + 2e-3);
 }

@@ -65,7 +65,7 @@ TEST(ErrorSource, ATouchOffsetShiftsEveryPointAlike) {
 
 TEST(ErrorSource, AScannersFieldHasItsRootMeanSquareOverTheMeasuringField) {
   const SensorPose sensor = SomeSensor();
-  const ErrorSource source = ScannerFieldSource(2e-3, FieldResponse::Zero());
+  const ErrorSource source = ScannerFieldSource(FieldCovarianceOf(2e-3, std::nullopt), FieldResponse::Zero());
   const auto terms_of_draws = source.parameters_per_sigma.middleRows<kFieldParameterCount>(kFirstFieldParameter);
   double sum = 0;
   Eigen::Matrix<double, kFieldParameterCount, kFieldParameterCount> products;

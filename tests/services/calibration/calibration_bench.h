@@ -29,7 +29,8 @@ class CalibrationBench : public ::testing::Test {
         plant_(bench_),
         plant_server_({&plant_}),
         ingest_server_({&ingest_}),
-        service_(storage::CalibrationsIn(database_.database()), plant_server_.Connect(), ingest_server_.Connect(), 2),
+        service_(storage::CalibrationsIn(database_.database()), storage::StudiesIn(database_.database()),
+                 plant_server_.Connect(), ingest_server_.Connect(), 2),
         server_({&service_}),
         stub_(v1::CalibrationService::NewStub(server_.Connect())),
         client_(server_.Connect()) {

@@ -44,7 +44,7 @@ class CalibrationHandlersTest : public ::testing::Test {
   std::shared_ptr<testing::FakeCalibrations> store_ = std::make_shared<testing::FakeCalibrations>();
   std::shared_ptr<Studies> studies_ = std::make_shared<Studies>(
       &storage::StudyRow::study_id, [](const storage::StudyRow&, const storage::StudyFilter&) { return true; });
-  CalibrationService service_{store_, peers_->Connect(), peers_->Connect(), 1};
+  CalibrationService service_{store_, studies_, peers_->Connect(), peers_->Connect(), 1};
   StudyService study_service_{studies_, store_, peers_->Connect(), peers_->Connect()};
   testing::InProcessServer server_{{&service_, &study_service_}};
   std::unique_ptr<Stub> stub_ = v1::CalibrationService::NewStub(server_.Connect());

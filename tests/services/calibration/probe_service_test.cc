@@ -37,7 +37,8 @@ class ProbeServiceTest : public ::testing::Test {
  protected:
   ProbeServiceTest()
       : plant_server_({&plant_}),
-        service_(storage::CalibrationsIn(database_.database()), plant_server_.Connect(), plant_server_.Connect(), 1),
+        service_(storage::CalibrationsIn(database_.database()), storage::StudiesIn(database_.database()),
+                 plant_server_.Connect(), plant_server_.Connect(), 1),
         server_({&service_}),
         stub_(v1::CalibrationService::NewStub(server_.Connect())) {
     auto transaction = database_.database()->Begin(testing::Soon());
