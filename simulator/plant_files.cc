@@ -243,14 +243,20 @@ class PlantWriter {
     return out;
   }
 
-  json TrueHoles(const TrueCorrection& correction, const DesignedHoleGroup& group) const {
-    json holes = json::array();
-    for (std::size_t i = 0; i < group.holes.size(); ++i)
-      holes.push_back({{"name", group.holes[i].name}, {"start_table_mm", ListOf(correction.starts_mm[i])}});
-    return {{"group", correction.group},
-            {"ideal_axes", {{"a_deg", correction.ideal_a_deg}, {"b_deg", correction.ideal_b_deg}}},
-            {"real_axes", {{"a_deg", correction.a_deg}, {"b_deg", correction.b_deg}}},
-            {"holes", holes}};
+  json CorrectionsOf(const Eigen::Isometry3d& zero_from_part) const {
+    json out = json::array();
+    const std::vector<TrueCorrection> found = TrueCorrections(world_, zero_from_part);
+    for (std::size_t g = 0; g < found.size(); ++g) {
+      const DesignedHoleGroup& group = world_.part.hole_groups[g];
+      json holes = json::array();
+      for (std::size_t i = 0; i < group.holes.size(); ++i)
+        holes.push_back({{"name", group.holes[i].name}, {"start_table_mm", ListOf(found[g].starts_mm[i])}});
+      out.push_back({{"group", found[g].group},
+                     {"ideal_axes", {{"a_deg", found[g].ideal_a_deg}, {"b_deg", found[g].ideal_b_deg}}},
+                     {"real_axes", {{"a_deg", found[g].a_deg}, {"b_deg", found[g].b_deg}}},
+                     {"holes", holes}});
+    }
+    return out;
   }
 
   json Truth(const Stage& stage, const std::vector<PlannedScan>& planned) const {
@@ -258,10 +264,7 @@ class PlantWriter {
     const auto line = [](const metrology::AxisLine& axis) -> json {
       return {{"direction", ListOf(axis.direction)}, {"point", ListOf(axis.point_mm)}};
     };
-    json corrections = json::array(), drilled = json::array(), swings = json::object();
-    const std::vector<TrueCorrection> found = TrueCorrections(world_);
-    for (std::size_t g = 0; g < found.size(); ++g)
-      corrections.push_back(TrueHoles(found[g], world_.part.hole_groups[g]));
+    json drilled = json::array(), swings = json::object();
     for (const DrilledHole& hole : world_.drilled)
       drilled.push_back({{"group", hole.group},
                          {"hole", hole.hole},
@@ -276,7 +279,6 @@ class PlantWriter {
       swings[scan.series.empty() ? scan.id : scan.series] = {
           {"turn_deg", ListOf(turn)}, {"shift_mm", ListOf(Eigen::Vector3d(during.t_sm_mm - truth.t_sm_mm))}};
     }
-    const auto [least, greatest] = stage.casting_range_mm();
     return {{"machine_from_sensor_rotation", Rows(truth.machine_from_sensor)},
             {"T_sm_mm", ListOf(truth.t_sm_mm)},
             {"a_axis", line(truth.axes.a)},
@@ -284,10 +286,11 @@ class PlantWriter {
             {"artefact_pose", Rows(truth.machine_from_artefact.matrix())},
             {"zero_from_part", Rows(world_.ZeroFromPartAt20().matrix())},
             {"part_seen", world_.part_seen},
-            {"correction", corrections},
+            {"correction", CorrectionsOf(world_.zero_from_part)},
+            {"casting_correction", CorrectionsOf(world_.zero_from_casting)},
             {"drilled_holes", drilled},
             {"sensor_displacements", swings},
-            {"casting_deviation_mm", {{"min", least}, {"max", greatest}}}};
+            {"casting_deviation_mm", {{"greatest", kGreatestCasting_mm}}}};
   }
 
   const PlantWorld& world_;

@@ -9,6 +9,7 @@ namespace {
 constexpr double kDegree = 3.14159265358979323846 / 180;
 constexpr int kArmScans = 8;
 constexpr double kPinStandsOut_mm = 2.5;
+constexpr double kTipUp_deg = -50;  // of A
 // The scanner goes on beyond the part: what else is in the fixture comes into its scans.
 constexpr double kBeyond_mm = 3;
 enum Stream : std::uint64_t {
@@ -48,7 +49,7 @@ std::shared_ptr<const Shape> PinOf(const PlantWorld& world, std::size_t hole) {
   return PinIn(stands, world.part.hole_groups.front().diameter_mm, kPinStandsOut_mm);
 }
 
-// The finest scan that still has some hundred points of each pin; all strips of a pose from one approach.
+// All strips of a pose come from one approach of the axes.
 void AddBlade(const PlantWorld& world, const std::string& prefix, const std::string& kind, const std::string& serial,
               const std::string& series, double pitch_mm, int columns, double lower_mm,
               const std::vector<std::pair<double, double>>& poses_deg, std::vector<PlannedScan>* scans) {
@@ -67,8 +68,29 @@ void AddBlade(const PlantWorld& world, const std::string& prefix, const std::str
     plan.first_x_mm -= pitch_mm * std::floor(kBeyond_mm / pitch_mm);
     plan.last_x_mm = -plan.first_x_mm;
     scan.plan = plan;
-    scan.id = prefix + "_a" + whole(plan.a_deg < 0 ? 360 + plan.a_deg : plan.a_deg) + "_b" + whole(plan.b_deg) + "_" +
-              std::to_string(scans->size());
+    scan.id = prefix + "_a" + whole(plan.a_deg) + "_b" + whole(plan.b_deg) + "_" + std::to_string(scans->size());
+  }
+}
+
+// One strip over a group, fine, from where its axis shows upwards; and one over the tip, without which a side of a blade holds it weakly
+// along its span.
+void AddLocal(const PlantWorld& world, const DesignedHoleGroup& group, std::vector<PlannedScan>* scans) {
+  const double b_deg = std::round(group.b_nominal_deg);
+  for (const bool tip : {false, true}) {
+    const double a_deg = tip ? kTipUp_deg : 0;
+    const Eigen::Isometry3d machine_from_part = MachineFromPartNominal(world.part, world.design, a_deg, b_deg);
+    double y_mm = 0;
+    for (const DesignedHole& hole : group.holes)
+      y_mm += (machine_from_part * hole.start_mm).y() / static_cast<double>(group.holes.size());
+    PlannedScan scan;
+    scan.id = tip ? "sn1_local_tip" : "sn1_local_" + group.name;
+    scan.kind = "local";
+    scan.serial = kFinishedSerial;
+    scan.series = "local";
+    scan.plan = PlanStrip(world.part, world.design, tip ? 0.2 : 0.1, a_deg, b_deg, y_mm);
+    scan.plan.columns = tip ? 320 : 640;
+    scan.approach = scans->back().approach + 1;
+    scans->push_back(scan);
   }
 }
 
@@ -94,32 +116,20 @@ std::vector<PlannedScan> PlanScans(const PlantWorld& world) {
     scan.plan.v0_mm.z() -= 10;
     scan.plan.first_x_mm = -12.9;
     scan.plan.last_x_mm = 12.9;
-    scan.plan.pitch_mm = 0.3;
-    scan.plan.columns = 320;
+    scan.plan.pitch_mm = 0.2;
+    scan.plan.columns = 480;
   }
-  std::vector<std::pair<double, double>> round{{-50, 0}, {-50, 180}}, all_pins{{-50, 0}}, few{{-50, 0}};
+  std::vector<std::pair<double, double>> round{{kTipUp_deg, 0}, {kTipUp_deg, 180}}, few{{kTipUp_deg, 0}},
+      all_pins = few;
   for (int b_deg = 0; b_deg < 360; b_deg += 60) round.emplace_back(0, b_deg);
-  for (int b_deg = 0; b_deg < 360; b_deg += 45) all_pins.emplace_back(0, b_deg);
+  for (int b_deg = 0; b_deg < 360; b_deg += 60) all_pins.emplace_back(0, b_deg);
+  // And each group's pins from either end of the span: a pin is measured where half of its circumference is seen.
+  for (const DesignedHoleGroup& group : world.part.hole_groups)
+    for (const int a_deg : {-35, 35}) all_pins.emplace_back(a_deg, std::round(group.b_nominal_deg));
   for (int b_deg = 0; b_deg < 360; b_deg += 90) few.emplace_back(0, b_deg);
   AddBlade(world, "sn1_blade", "airfoil", kFinishedSerial, "blade", 0.25, 320, 0, round, &scans);
 
-  // One strip over the second group, fine, from where its axis shows upwards.
-  const DesignedHoleGroup& group = world.part.hole_groups[1];
-  const double b_deg = std::round(group.b_nominal_deg);
-  const Eigen::Isometry3d machine_from_part = MachineFromPartNominal(world.part, world.design, 0, b_deg);
-  double y_mm = 0;
-  for (const DesignedHole& hole : group.holes)
-    y_mm += (machine_from_part * hole.start_mm).y() / static_cast<double>(group.holes.size());
-  PlannedScan local;
-  local.id = "sn1_local_g2";
-  local.kind = "local";
-  local.serial = kFinishedSerial;
-  local.series = "local";
-  local.plan = PlanStrip(world.part, world.design, 0.1, 0, b_deg, y_mm);
-  local.plan.columns = 640;
-  local.approach = scans.back().approach + 1;
-  scans.push_back(local);
-
+  AddLocal(world, world.part.hole_groups[1], &scans);
   AddBlade(world, "sn2_casting", "airfoil", kCastingSerial, "casting", 0.5, 240, 0, few, &scans);
   AddBlade(world, "sn1_pins", "pins", kFinishedSerial, "pins", 0.15, 400, kPinStandsOut_mm, all_pins, &scans);
   if (world.errors.latency) {
@@ -135,16 +145,7 @@ std::vector<PlannedScan> PlanScans(const PlantWorld& world) {
 
 Stage::Stage(const PlantWorld& world) : world_(world) {
   finished_ = std::make_shared<TriangleShape>(AsSeen(FinishedBlade(world), world.part_seen));
-  const metrology::TriangleMesh casting = Casting(world, kGreatestCasting_mm), drawn = Casting(world, 0);
-  casting_range_mm_ = {0, 0};
-  for (std::size_t i = 0; i < casting.vertices_mm.size(); ++i) {
-    const Eigen::Vector3d off = casting.vertices_mm[i] - drawn.vertices_mm[i];
-    // Outwards from the section's middle is outwards from the part.
-    const double sign = off.dot(drawn.vertices_mm[i]) < 0 ? -1 : 1;
-    casting_range_mm_.first = std::min(casting_range_mm_.first, sign * off.norm());
-    casting_range_mm_.second = std::max(casting_range_mm_.second, sign * off.norm());
-  }
-  casting_ = std::make_shared<TriangleShape>(AsSeen(casting, world.part_seen));
+  casting_ = std::make_shared<TriangleShape>(AsSeen(Casting(world, kGreatestCasting_mm), world.part_seen));
   if (world.errors.neighbour) neighbour_ = std::make_shared<TriangleShape>(AsSeen(Neighbour(world), world.part_seen));
   for (std::size_t hole = 0; hole < world.drilled.size(); ++hole) pins_.push_back(PinOf(world, hole));
 }

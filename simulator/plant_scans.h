@@ -28,10 +28,8 @@ class Stage {
   explicit Stage(const PlantWorld& world);
   // Sensor frame, mm, by the encoder's reading, whichever way it went: the form in which scans are sent.
   metrology::Points Read(const PlannedScan& scan, int threads) const;
-  // Where the sensor stands in a scan: swung, and behind its encoder. Rotation and place.
+  // With the sensor where it stands in a scan: swung, and behind its encoder.
   MachineTruth During(const PlannedScan& scan) const;
-  // Least and greatest deviation of the casting from its CAD.
-  std::pair<double, double> casting_range_mm() const { return casting_range_mm_; }
 
  private:
   Scene SceneOf(const PlannedScan& scan, const MachineTruth& truth) const;
@@ -40,7 +38,6 @@ class Stage {
   const PlantWorld& world_;
   std::shared_ptr<const Shape> finished_, casting_, neighbour_;
   std::vector<std::shared_ptr<const Shape>> pins_;
-  std::pair<double, double> casting_range_mm_;
 };
 
 }  // namespace sixpoint::simulator

@@ -23,17 +23,18 @@ enum Stream : std::uint64_t {
   kFixture
 };
 
+// As turbine rotor blades are: cambered and twisted enough for a scan of one side to hold them.
 AirfoilDesign DrawAirfoil(Random random) {
   AirfoilDesign airfoil;
   airfoil.span_mm = random.Uniform(38, 52);
   airfoil.root_chord_mm = random.Uniform(26, 33);
-  airfoil.tip_chord_mm = random.Uniform(0.8, 0.95) * airfoil.root_chord_mm;
-  airfoil.camber_mm = random.Uniform(3.5, 6);
+  airfoil.tip_chord_mm = random.Uniform(0.65, 0.85) * airfoil.root_chord_mm;
+  airfoil.camber_mm = random.Uniform(5, 8.5);
   airfoil.leading_edge_radius_mm = random.Uniform(0.9, 1.5);
   airfoil.trailing_edge_radius_mm = random.Uniform(0.35, 0.6);
-  airfoil.root_twist_deg = random.Uniform(8, 18);
-  airfoil.tip_twist_deg = random.Uniform(-16, -6);
-  airfoil.lean_mm = random.Uniform(0.5, 2);
+  airfoil.root_twist_deg = random.Uniform(10, 20);
+  airfoil.tip_twist_deg = random.Uniform(-22, -10);
+  airfoil.lean_mm = random.Uniform(1, 3);
   return airfoil;
 }
 
@@ -114,7 +115,7 @@ PlantWorld DrawPlant(std::uint64_t seed, const std::set<std::string>& without) {
   world.zero_from_casting = ClampedByHand(world.part, 1, 1.2, stream(kCastingClamping));
 
   // The drill went where it should, but for its own errors.
-  const std::vector<TrueCorrection> corrections = TrueCorrections(world);
+  const std::vector<TrueCorrection> corrections = TrueCorrections(world, world.zero_from_part);
   const DrillingError drilling{0.02, 0.25};
   std::uint64_t hole_index = 0;
   for (std::size_t g = 0; g < corrections.size(); ++g) {
@@ -132,13 +133,13 @@ PlantWorld DrawPlant(std::uint64_t seed, const std::set<std::string>& without) {
   return world;
 }
 
-std::vector<TrueCorrection> TrueCorrections(const PlantWorld& world) {
+std::vector<TrueCorrection> TrueCorrections(const PlantWorld& world, const Eigen::Isometry3d& zero_from_part) {
   std::vector<TrueCorrection> corrections;
   const auto& axes = world.truth.axes;
   for (const DesignedHoleGroup& group : world.part.hole_groups) {
     TrueCorrection& out = corrections.emplace_back();
     out.group = group.name;
-    const Eigen::Vector3d v = world.zero_from_part.linear() * group.axis;
+    const Eigen::Vector3d v = zero_from_part.linear() * group.axis;
     double b = std::atan2(v.y(), v.z()), a = std::atan2(-v.x(), v.y() * std::sin(b) + v.z() * std::cos(b));
     out.ideal_a_deg = a / kDegree;
     out.ideal_b_deg = b / kDegree;
@@ -163,7 +164,7 @@ std::vector<TrueCorrection> TrueCorrections(const PlantWorld& world) {
       out.a_deg += a_wanted_deg - a_reached;
       out.b_deg += b_wanted_deg - b_reached;
     }
-    const Eigen::Isometry3d machine_from_part = axes.MachineFromZero(a, b) * world.zero_from_part;
+    const Eigen::Isometry3d machine_from_part = axes.MachineFromZero(a, b) * zero_from_part;
     for (const DesignedHole& hole : group.holes)
       out.starts_mm.push_back(machine_from_part * Eigen::Vector3d(world.part_seen * hole.start_mm));
   }

@@ -46,7 +46,7 @@ struct TrueCorrection {
   double ideal_a_deg = 0, ideal_b_deg = 0, a_deg = 0, b_deg = 0;
   metrology::Points starts_mm;  // in the order of the group's holes
 };
-std::vector<TrueCorrection> TrueCorrections(const PlantWorld& world);
+std::vector<TrueCorrection> TrueCorrections(const PlantWorld& world, const Eigen::Isometry3d& zero_from_part);
 
 // The finished blade, and the casting, each finer than the part's CAD file and deviating by its form; part coordinates.
 metrology::TriangleMesh FinishedBlade(const PlantWorld& world);

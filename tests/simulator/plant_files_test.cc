@@ -91,7 +91,7 @@ TEST(Stage, WithoutErrorsReadsTheBladeWhereTheTruthHasIt) {
 // And the true corrections stand each group along Z, its starts where the real axes take them.
 TEST(TrueCorrections, StandTheGroupAlongZ) {
   const PlantWorld world = DrawPlant(5, {});
-  const std::vector<TrueCorrection> corrections = TrueCorrections(world);
+  const std::vector<TrueCorrection> corrections = TrueCorrections(world, world.zero_from_part);
   ASSERT_EQ(corrections.size(), 3u);
   for (std::size_t g = 0; g < corrections.size(); ++g) {
     const auto [a_deg, b_deg] = world.Reached_deg(corrections[g].a_deg, corrections[g].b_deg);
