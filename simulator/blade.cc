@@ -30,26 +30,17 @@ Eigen::Vector3d OnSurface(const TriangleShape& surface, const Eigen::Vector3d& n
   return hit ? Eigen::Vector3d(origin - hit->distance_mm * direction) : near;
 }
 
-struct GroupPlan {
-  const char* name;
-  double diameter_mm;
-  double turn_deg;       // where around the section
-  double lean_deg;       // of the axis from the surface normal, towards the trailing edge
-  double span_lean_deg;  // and towards the tip
-  int holes;
-};
-constexpr GroupPlan kGroups[] = {
-    {"G1", 0.44, 62, 35, 3, 5}, {"G2", 0.44, 285, -28, -4, 5}, {"G3", 0.40, 118, 30, 2, 4}};
-
 std::vector<DesignedHoleGroup> DesignHoles(const Airfoil& airfoil, const TriangleShape& surface,
-                                           const Eigen::Matrix3d& zero_from_part) {
+                                           const Eigen::Matrix3d& zero_from_part,
+                                           const std::vector<HoleGroupDesign>& designs) {
   std::vector<DesignedHoleGroup> groups;
   const double span = airfoil.design().span_mm;
-  for (const GroupPlan& plan : kGroups) {
+  for (const HoleGroupDesign& plan : designs) {
     const double turn = plan.turn_deg * kDegree;
     DesignedHoleGroup group;
     group.name = plan.name;
     group.diameter_mm = plan.diameter_mm;
+    group.position_tolerance_mm = plan.position_tolerance_mm;
     group.depth_mm = 6;
     // The group's axis: the normal at mid span, leaned about the span and about the chord.
     const Eigen::Vector3d normal = airfoil.Normal(turn, span / 2);
@@ -195,8 +186,12 @@ double NestConditioning(const std::vector<DesignedDatum>& datums) {
   return values(5) / values(0);
 }
 
+std::vector<HoleGroupDesign> UsualHoleGroups() {
+  return {{"G1", 0.44, 62, 35, 3, 5}, {"G2", 0.44, 285, -28, -4, 5}, {"G3", 0.40, 118, 30, 2, 4}};
+}
+
 DesignedPart DesignPart(const AirfoilDesign& design, const Eigen::Vector3d& nominal_centre_mm,
-                        double root_from_centre_mm) {
+                        double root_from_centre_mm, const std::vector<HoleGroupDesign>& hole_groups) {
   const Airfoil airfoil(design);
   DesignedPart part;
   part.airfoil = design;
@@ -208,9 +203,19 @@ DesignedPart DesignPart(const AirfoilDesign& design, const Eigen::Vector3d& nomi
   part.zero_from_part_nominal.linear() = turn;
   part.zero_from_part_nominal.translation() = nominal_centre_mm + Eigen::Vector3d(root_from_centre_mm, 0, 0);
   const TriangleShape surface(part.mesh);
-  part.hole_groups = DesignHoles(airfoil, surface, turn);
+  part.hole_groups = DesignHoles(airfoil, surface, turn, hole_groups);
   part.six_points = ChooseDatums(airfoil, surface, part.hole_groups);
   return part;
+}
+
+double LeftByNest(const DesignedPart& part, const Eigen::Vector3d& point_mm) {
+  const auto rise = [](double s) {
+    s = std::clamp(s, 0.0, 1.0);
+    return s * s * s * (10 - 15 * s + 6 * s * s);
+  };
+  double left = rise(std::min(point_mm.z(), part.airfoil.span_mm - point_mm.z()) / 4);
+  for (const DesignedDatum& datum : part.six_points) left *= rise(((point_mm - datum.point_mm).norm() - 2.5) / 4.5);
+  return left;
 }
 
 metrology::TriangleMesh Cast(const DesignedPart& part, double greatest_mm, std::uint64_t seed) {
@@ -232,18 +237,11 @@ metrology::TriangleMesh Cast(const DesignedPart& part, double greatest_mm, std::
   std::vector<double> deviation(mesh.vertices_mm.size());
   double greatest = 0;
   for (std::size_t i = 0; i < deviation.size(); ++i) {
-    double value = 0, hold = 1;
+    double value = 0;
     for (const Bump& bump : bumps)
       value += bump.height_mm *
                std::exp(-(mesh.vertices_mm[i] - bump.centre).squaredNorm() / (bump.width_mm * bump.width_mm));
-    // Flat zero within 2.5 mm of a datum point, then smoothly up to the field within 7 mm; nothing on tip and root.
-    for (const DesignedDatum& datum : part.six_points) {
-      const double s = std::clamp(((mesh.vertices_mm[i] - datum.point_mm).norm() - 2.5) / 4.5, 0.0, 1.0);
-      hold *= s * s * s * (10 - 15 * s + 6 * s * s);
-    }
-    const double z = mesh.vertices_mm[i].z();
-    const double s = std::clamp(std::min(z, part.airfoil.span_mm - z) / 4, 0.0, 1.0);
-    deviation[i] = value * hold * s * s * s * (10 - 15 * s + 6 * s * s);
+    deviation[i] = value * LeftByNest(part, mesh.vertices_mm[i]);
     greatest = std::max(greatest, std::abs(deviation[i]));
   }
   if (greatest == 0) return mesh;

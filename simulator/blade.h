@@ -71,13 +71,30 @@ struct DesignedPart {
   Eigen::Isometry3d zero_from_part_nominal;
 };
 
+// A row of holes along the span.
+struct HoleGroupDesign {
+  std::string name;
+  double diameter_mm = 0.44;
+  double turn_deg = 0;       // where around the section
+  double lean_deg = 0;       // of the axis from the surface normal, towards the trailing edge
+  double span_lean_deg = 0;  // and towards the tip
+  int holes = 5;
+  double position_tolerance_mm = 0.08;
+};
+std::vector<HoleGroupDesign> UsualHoleGroups();
+
 // The nominal pose stands the stacking axis on the nominal B axis (machine X), the root `root_from_centre_mm` from the
 // nominal centre.
 DesignedPart DesignPart(const AirfoilDesign& design, const Eigen::Vector3d& nominal_centre_mm,
-                        double root_from_centre_mm = 24);
+                        double root_from_centre_mm = 24,
+                        const std::vector<HoleGroupDesign>& hole_groups = UsualHoleGroups());
 
 // Rows n x, n y, n z, (p - middle) x n scaled by the blade's half size: least over greatest singular value, 1 = best.
 double NestConditioning(const std::vector<DesignedDatum>& datums);
+
+// What the six-point nest leaves of a casting's deviation: nothing within 2.5 mm of a datum point nor on tip and root, then smoothly
+// more, all of it within 7 mm.
+double LeftByNest(const DesignedPart& part, const Eigen::Vector3d& point_mm);
 
 // A casting: every vertex moved along its normal by a smooth field of at most greatest_mm that vanishes at the datum
 // points, where the six-point nest holds the blade.

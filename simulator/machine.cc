@@ -12,6 +12,8 @@ namespace {
 constexpr double kDegree = 3.14159265358979323846 / 180;
 // A surface seen flatter than this reflects nothing back (cosine between ray and normal).
 constexpr double kGrazing = 0.2;
+// The line is 2 (mid_range - z) tan(10 deg) long: 19.7 mm at the near end of what is used, z = 10.
+constexpr double kStrip_mm = 18;
 
 Eigen::Vector3d Tilted(const Eigen::Vector3d& direction, const Eigen::Vector3d& small) {
   return (direction + small - small.dot(direction) * direction).normalized();
@@ -62,10 +64,14 @@ Scene BladeScene(const std::vector<std::shared_ptr<const Shape>>& shapes, const 
   return scene;
 }
 
+std::size_t ProfileCount(const ScanPlan& plan) {
+  return static_cast<std::size_t>(std::floor((plan.last_x_mm - plan.first_x_mm) / plan.pitch_mm + 1e-9)) + 1;
+}
+
 ScanProfiles Scan(const Scene& scene, const MachineTruth& truth, const ScannerDesign& scanner, const ScanPlan& plan,
-                  std::uint64_t seed, int threads, const std::function<void()>& profile_done) {
-  const auto profile_count =
-      static_cast<std::size_t>(std::floor((plan.last_x_mm - plan.first_x_mm) / plan.pitch_mm + 1e-9)) + 1;
+                  std::uint64_t seed, int threads, const std::function<void()>& profile_done,
+                  const ReadingError& reading_error) {
+  const std::size_t profile_count = ProfileCount(plan);
   const int columns = plan.columns > 0 ? plan.columns : scanner.columns;
   const double half_range = scanner.range_mm / 2;
   // The laser's source, in the laser plane of the sensor frame (y, z).
@@ -91,7 +97,9 @@ ScanProfiles Scan(const Scene& scene, const MachineTruth& truth, const ScannerDe
       const double error = 1e-3 * scanner.noise_um * noise.Gaussian();  // drawn for every column, hit or not
       const auto hit = scene.Intersect({source, direction}, stand_off + 2 * scanner.range_mm);
       if (!hit || -direction.dot(hit->normal) < kGrazing) continue;
-      const double distance = hit->distance_mm + error;
+      double distance = hit->distance_mm + error;
+      if (reading_error)
+        distance += reading_error(index, column, hit->distance_mm * ray.y(), stand_off + hit->distance_mm * ray.z());
       const double z = stand_off + distance * ray.z();
       if (std::abs(z) > half_range) continue;
       profiles[index].columns.push_back(column);
@@ -110,12 +118,14 @@ metrology::Points PointsOf(const ScanProfiles& profiles) {
   return points_mm;
 }
 
-std::vector<ProbedSphere> ProbeSphere(const MachineTruth& truth, double noise_um, std::uint64_t seed) {
+std::vector<ProbedSphere> ProbeSphere(const MachineTruth& truth, double noise_um, std::uint64_t seed,
+                                      const Reached& reached) {
   Random random(seed);
   std::vector<ProbedSphere> poses;
   const auto probe = [&](double a_deg, double b_deg, bool held_out) {
+    const auto [a_reached_deg, b_reached_deg] = reached ? reached(a_deg, b_deg) : std::pair(a_deg, b_deg);
     const Eigen::Vector3d centre =
-        truth.axes.MachineFromZero(a_deg * kDegree, b_deg * kDegree) * truth.sphere_in_zero_mm;
+        truth.axes.MachineFromZero(a_reached_deg * kDegree, b_reached_deg * kDegree) * truth.sphere_in_zero_mm;
     poses.push_back({a_deg, b_deg, centre + 1e-3 * noise_um * random.GaussianVector(), held_out});
   };
   for (int a = -60; a <= 60; a += 24)
@@ -140,41 +150,52 @@ std::vector<ScanPlan> PlanArtefact(const MachineDesign& design) {
   return plans;
 }
 
-std::vector<ScanPlan> PlanBlade(const DesignedPart& part, const MachineDesign& design, double pitch_mm,
-                                const std::vector<std::pair<double, double>>& poses_deg) {
-  // The line is 2 (mid_range - z) tan(10 deg) long: 19.7 mm at the near end of what is used, z = 10.
-  constexpr double kNear_mm = 10, kStrip_mm = 18, kMargin_mm = 2;
-  std::vector<ScanPlan> plans;
+Eigen::Isometry3d MachineFromPartNominal(const DesignedPart& part, const MachineDesign& design, double a_deg,
+                                         double b_deg) {
   metrology::RotaryAxes ideal;
   ideal.a.point_mm = ideal.b.point_mm = design.centre_mm;
+  return ideal.MachineFromZero(a_deg * kDegree, b_deg * kDegree) * part.zero_from_part_nominal;
+}
+
+ScanPlan PlanStrip(const DesignedPart& part, const MachineDesign& design, double pitch_mm, double a_deg, double b_deg,
+                   double y_mm) {
+  constexpr double kNear_mm = 10, kMargin_mm = 2, kInfinity = std::numeric_limits<double>::infinity();
+  const Eigen::Isometry3d machine_from_part = MachineFromPartNominal(part, design, a_deg, b_deg);
+  double low_x = kInfinity, high_x = -kInfinity, top = -kInfinity;
+  for (const Eigen::Vector3d& vertex : part.mesh.vertices_mm) {
+    const Eigen::Vector3d p = machine_from_part * vertex;
+    low_x = std::min(low_x, p.x());
+    high_x = std::max(high_x, p.x());
+    if (std::abs(p.y() - y_mm) < kStrip_mm / 2) top = std::max(top, p.z());
+  }
+  ScanPlan plan;
+  const double x = 0.5 * (low_x + high_x), half = 0.5 * (high_x - low_x) + kMargin_mm;
+  plan.v0_mm = design.t_sm_mm - Eigen::Vector3d(x, y_mm, top - kNear_mm);
+  plan.a_deg = a_deg;
+  plan.b_deg = b_deg;
+  plan.first_x_mm = -pitch_mm * std::floor(half / pitch_mm);
+  plan.last_x_mm = -plan.first_x_mm;
+  plan.pitch_mm = pitch_mm;
+  return plan;
+}
+
+std::vector<ScanPlan> PlanBlade(const DesignedPart& part, const MachineDesign& design, double pitch_mm,
+                                const std::vector<std::pair<double, double>>& poses_deg) {
+  std::vector<ScanPlan> plans;
   for (const auto& [a_deg, b_deg] : poses_deg) {
-    const Eigen::Isometry3d machine_from_part =
-        ideal.MachineFromZero(a_deg * kDegree, b_deg * kDegree) * part.zero_from_part_nominal;
+    const Eigen::Isometry3d machine_from_part = MachineFromPartNominal(part, design, a_deg, b_deg);
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    Eigen::Vector3d low = Eigen::Vector3d::Constant(kInfinity), high = -low;
+    double low_y = kInfinity, high_y = -kInfinity;
     for (const Eigen::Vector3d& vertex : part.mesh.vertices_mm) {
-      const Eigen::Vector3d p = machine_from_part * vertex;
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
+      const double y = (machine_from_part * vertex).y();
+      low_y = std::min(low_y, y);
+      high_y = std::max(high_y, y);
     }
     // Only what lies within the measuring range below the highest point can be seen; upright blades need fewer strips.
-    const int strips = std::max(1, static_cast<int>(std::ceil((high.y() - low.y()) / kStrip_mm)));
+    const int strips = std::max(1, static_cast<int>(std::ceil((high_y - low_y) / kStrip_mm)));
     for (int strip = 0; strip < strips; ++strip) {
-      const double y = 0.5 * (low.y() + high.y()) + (strip - 0.5 * (strips - 1)) * (high.y() - low.y()) / strips;
-      double top = -kInfinity;
-      for (const Eigen::Vector3d& vertex : part.mesh.vertices_mm) {
-        const Eigen::Vector3d p = machine_from_part * vertex;
-        if (std::abs(p.y() - y) < kStrip_mm / 2) top = std::max(top, p.z());
-      }
-      ScanPlan plan;
-      const double x = 0.5 * (low.x() + high.x()), half = 0.5 * (high.x() - low.x()) + kMargin_mm;
-      plan.v0_mm = design.t_sm_mm - Eigen::Vector3d(x, y, top - kNear_mm);
-      plan.a_deg = a_deg;
-      plan.b_deg = b_deg;
-      plan.first_x_mm = -pitch_mm * std::floor(half / pitch_mm);
-      plan.last_x_mm = -plan.first_x_mm;
-      plan.pitch_mm = pitch_mm;
-      plans.push_back(plan);
+      const double y = 0.5 * (low_y + high_y) + (strip - 0.5 * (strips - 1)) * (high_y - low_y) / strips;
+      plans.push_back(PlanStrip(part, design, pitch_mm, a_deg, b_deg, y));
     }
   }
   return plans;

@@ -76,23 +76,37 @@ Scene ArtefactScene(const ArtefactGeometry& artefact, const MachineTruth& truth)
 Scene BladeScene(const std::vector<std::shared_ptr<const Shape>>& shapes, const MachineTruth& truth,
                  const Eigen::Isometry3d& zero_from_part, double a_deg, double b_deg);
 
+// How far a reading is off along its ray beside white noise, mm: of a profile's column that should read (y, z). From any thread.
+using ReadingError = std::function<double(std::size_t profile, int column, double y_mm, double z_mm)>;
+
+std::size_t ProfileCount(const ScanPlan& plan);
 // The same seed gives the same bits on any number of threads. `profile_done` is called once per profile, from any
 // thread, where it is set.
 ScanProfiles Scan(const Scene& scene, const MachineTruth& truth, const ScannerDesign& scanner, const ScanPlan& plan,
-                  std::uint64_t seed, int threads, const std::function<void()>& profile_done = nullptr);
+                  std::uint64_t seed, int threads, const std::function<void()>& profile_done = nullptr,
+                  const ReadingError& reading_error = nullptr);
 
 struct ProbedSphere {
   double a_deg = 0, b_deg = 0;
   Eigen::Vector3d centre_mm;
   bool held_out = false;
 };
-// 36 poses on a grid and 12 held out between them (CONF 3.5.3).
-std::vector<ProbedSphere> ProbeSphere(const MachineTruth& truth, double noise_um, std::uint64_t seed);
+// Where the axes stand when they are commanded to (a, b), deg.
+using Reached = std::function<std::pair<double, double>(double a_deg, double b_deg)>;
+// 36 poses on a grid and 12 held out between them (CONF 3.5.3). Without `reached` the axes stand where they are commanded.
+std::vector<ProbedSphere> ProbeSphere(const MachineTruth& truth, double noise_um, std::uint64_t seed,
+                                      const Reached& reached = nullptr);
 
 // Where the engineer sends the scanner, from the design alone: two strips side by side over what shows upwards, per pose.
 std::vector<ScanPlan> PlanArtefact(const MachineDesign& design);
 std::vector<ScanPlan> PlanBlade(const DesignedPart& part, const MachineDesign& design, double pitch_mm,
                                 const std::vector<std::pair<double, double>>& poses_deg);
+// One strip of it, along X, its middle at `y_mm` of the machine.
+ScanPlan PlanStrip(const DesignedPart& part, const MachineDesign& design, double pitch_mm, double a_deg, double b_deg,
+                   double y_mm);
+// Where the part stands when it is clamped as drawn, on axes as drawn.
+Eigen::Isometry3d MachineFromPartNominal(const DesignedPart& part, const MachineDesign& design, double a_deg,
+                                         double b_deg);
 
 // The hole that the machine drills when the program says: turn to (a, b), start there, along machine Z.
 struct DrilledHole {

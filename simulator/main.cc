@@ -2,9 +2,14 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdlib>
+#include <iostream>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "services/runtime/server.h"
 #include "simulator/demo.h"
+#include "simulator/plant_files.h"
 
 namespace {
 
@@ -14,6 +19,42 @@ std::string UsualIdentity() {
   const std::string data =
       geteuid() == 0 ? "/var/lib/sixpoint" : (home == nullptr ? "." : home) + std::string("/.sixpoint");
   return data + "/certificates/local";
+}
+
+struct PlantOptions {
+  std::uint64_t seed = 1;
+  std::string folder;
+  bool ideal = false;
+  std::vector<std::string> without;
+  int threads = 1;
+};
+
+void AddPlant(CLI::App* app, PlantOptions* options) {
+  app->add_option("--seed", options->seed, "Another plant each")->capture_default_str();
+  app->add_option("--out", options->folder, "Folder for dataset.json, truth.json, blade.stl and scans/")->required();
+  app->add_flag("--ideal", options->ideal, "White noise alone, and no other error");
+  app->add_option("--without", options->without, "Errors that this plant does not have, and does not state")
+      ->delimiter(',')
+      ->check(CLI::IsMember(sixpoint::simulator::kErrorNames));
+  app->add_option("--threads", options->threads, "The same files on any number")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+}
+
+int WritePlant(const PlantOptions& options) {
+  using sixpoint::simulator::kErrorNames;
+  std::set<std::string> without(options.without.begin(), options.without.end());
+  if (options.ideal)
+    for (const std::string& name : kErrorNames)
+      if (name != "noise") without.insert(name);
+  const auto files = sixpoint::simulator::WritePlant(sixpoint::simulator::DrawPlant(options.seed, without),
+                                                     options.folder, options.threads);
+  if (!files.ok()) {
+    std::cerr << "sixpoint-simulator: " << files.status().message() << "\n";
+    return 1;
+  }
+  std::cout << options.folder << ": " << files->scan_count << " scans, " << files->point_count << " points\n";
+  return 0;
 }
 
 }  // namespace
@@ -53,11 +94,16 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.0, 0.3))
       ->capture_default_str();
   demo->add_option("--report", options.report_file, "Write the results as JSON to this file");
+  PlantOptions plant;
+  CLI::App* files = app.add_subcommand(
+      "plant", "Writes a whole plant as files, its truth beside them: another blade, machine and errors for each seed");
+  AddPlant(files, &plant);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error);
   }
+  if (files->parsed()) return WritePlant(plant);
   options.line_rate = rate == "line";
   return sixpoint::simulator::RunDemo(options);
 }

@@ -77,6 +77,17 @@ void ReadSubject(const Field& scan, Dataset* dataset, ingest::v1::ScanHeader* he
     dataset->blades.push_back(id);
 }
 
+// How it was taken, where that is known.
+void ReadConditions(const Field& scan, ingest::v1::ScanHeader* header) {
+  constexpr double kWarmestC = 60;
+  if (const auto part = scan.Find("temperature_c")) header->set_subject_temperature_c(part->Number(0, kWarmestC));
+  if (const auto scales = scan.Find("scales_temperature_c"))
+    header->set_scales_temperature_c(scales->Number(0, kWarmestC));
+  if (const auto travel = scan.Find("travel"))
+    header->set_travel(travel->Choice({"forward", "backward"}) == "forward" ? ingest::v1::SCAN_TRAVEL_FORWARD
+                                                                            : ingest::v1::SCAN_TRAVEL_BACKWARD);
+}
+
 void ReadScan(const Field& scan, Dataset* dataset) {
   DatasetScan& out = dataset->scans.emplace_back();
   out.file = scan.At("file").PathInside();
@@ -94,6 +105,7 @@ void ReadScan(const Field& scan, Dataset* dataset) {
   header->set_b_deg(scan.At("b_deg").Number(-3600, 3600));
   header->set_profile_pitch_mm(scan.At("profile_pitch_mm").Positive(100));
   header->set_columns_per_profile(static_cast<std::int32_t>(scan.At("columns_per_profile").Whole(1, 100000)));
+  ReadConditions(scan, header);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "cli/plant_documents.h"
+#include "cli/reference_documents.h"
 
 namespace sixpoint::cli {
 namespace {
@@ -96,14 +97,22 @@ void ReadPin(const Field& pin, plant::v1::Part* part) {
 void ReadErrorSources(const Field& root, Dataset* dataset) {
   const auto block = root.Find("error_sources");
   if (!block) return StateAxes(kPerfectDeg, dataset);
-  RefuseOthers(*block, {"axis_tables", "approach", "touch_common_standard_uncertainty_um", "arm_swings_between",
-                        "series", "sensor_field_standard_uncertainty_um", "sensor_speckle", "pin"});
+  RefuseOthers(*block,
+               {"axis_tables", "approach", "touch_common_standard_uncertainty_um", "arm_swings_between", "series",
+                "sensor_field_standard_uncertainty_um", "sensor_speckle", "pin", "temperature_standard_uncertainty_k",
+                "temperature_half_range_k", "scale_expansion", "encoder_latency_standard_uncertainty_um"});
   ReadAxes(root, *block, dataset);
   plant::v1::ErrorSources& machine = *dataset->machine.mutable_error_sources();
   if (const auto touch = block->Find("touch_common_standard_uncertainty_um"))
     machine.set_touch_offset_um(touch->Positive(1000));
   if (const auto field = block->Find("sensor_field_standard_uncertainty_um"))
     machine.set_scanner_field_um(field->Positive(1000));
+  if (const auto k = block->Find("temperature_standard_uncertainty_k")) machine.set_temperature_k(k->Positive(10));
+  if (const auto k = block->Find("temperature_half_range_k")) machine.set_temperature_half_range_k(k->Positive(30));
+  if (const auto scale = block->Find("scale_expansion"))
+    ReadThermalExpansion(*scale, machine.mutable_scale_expansion());
+  if (const auto um = block->Find("encoder_latency_standard_uncertainty_um"))
+    machine.set_encoder_latency_um(um->Positive(1000));
   if (block->Find("arm_swings_between") || block->Find("series")) ReadSeries(*block, dataset);
   // What neighbours share shows in the scatter of patches, from which the noise of a pose comes: stated, it is only looked at.
   if (const auto speckle = block->Find("sensor_speckle")) {

@@ -191,6 +191,32 @@ TEST(Dataset, ReadsWhatIsKnownOfErrors) {
   EXPECT_FALSE(ParseDataset(in_control)->applies_axis_tables());
 }
 
+TEST(Dataset, ReadsTemperaturesAndWhichWayTheEncoderWent) {
+  nlohmann::json json = HarshDataset();
+  json["error_sources"]["temperature_standard_uncertainty_k"] = 0.3;
+  json["error_sources"]["temperature_half_range_k"] = 5;
+  json["error_sources"]["scale_expansion"] = {{"um_per_m_k", 10}, {"standard_uncertainty_um_per_m_k", 0.5}};
+  json["error_sources"]["encoder_latency_standard_uncertainty_um"] = 1.5;
+  json["part"]["thermal_expansion"] = {{"um_per_m_k", 13}, {"standard_uncertainty_um_per_m_k", 0.5}};
+  json["scans"][1]["temperature_c"] = 24.5;
+  json["scans"][1]["scales_temperature_c"] = 21;
+  json["scans"][1]["travel"] = "backward";
+  const auto dataset = ParseDataset(json);
+  ASSERT_TRUE(dataset.ok()) << dataset.status();
+  const plant::v1::ErrorSources& machine = dataset->machine.error_sources();
+  EXPECT_EQ(machine.temperature_k(), 0.3);
+  EXPECT_EQ(machine.temperature_half_range_k(), 5);
+  EXPECT_EQ(machine.scale_expansion().um_per_m_k(), 10);
+  EXPECT_EQ(machine.encoder_latency_um(), 1.5);
+  EXPECT_EQ(dataset->part.thermal_expansion().um_per_m_k(), 13);
+  const ingest::v1::ScanHeader& scan = dataset->scans[1].header;
+  EXPECT_EQ(scan.subject_temperature_c(), 24.5);
+  EXPECT_EQ(scan.scales_temperature_c(), 21);
+  EXPECT_EQ(scan.travel(), ingest::v1::SCAN_TRAVEL_BACKWARD);
+  EXPECT_FALSE(dataset->scans[0].header.has_subject_temperature_c());
+  EXPECT_EQ(dataset->scans[0].header.travel(), ingest::v1::SCAN_TRAVEL_UNSPECIFIED);
+}
+
 // An error that nobody reads is in no uncertainty: what is not known is refused here.
 TEST(Dataset, RefusesErrorsThatItDoesNotKnowOrThatSayTooLittle) {
   const struct {
@@ -207,6 +233,11 @@ TEST(Dataset, RefusesErrorsThatItDoesNotKnowOrThatSayTooLittle) {
       {"/error_sources/series", "{\"blade\": \"airfoil_\"}",
        "want a series for every scan but those of kind arm; artefact_1"},
       {"/error_sources/sensor_speckle/columns", "0", "error_sources.sensor_speckle.columns: 0, want"},
+      {"/error_sources/temperature_half_range_k", "0", "error_sources.temperature_half_range_k: 0, want"},
+      {"/error_sources/scale_expansion", "{\"um_per_m_k\": 10}", "standard_uncertainty_um_per_m_k: missing"},
+      {"/error_sources/encoder_latency_standard_uncertainty_um", "-1", "latency_standard_uncertainty_um: -1, want"},
+      {"/scans/1/temperature_c", "-3", "scans[1].temperature_c: -3, want"},
+      {"/scans/1/travel", "\"up\"", "scans[1].travel: \"up\", want one of forward"},
       {"/axis_runs/B", "null", "axis_runs.B: missing"},
       {"/scans/6/kind", "\"artefact\"",
        "error_sources.arm_swings_between: \"series\", want 5 scans of kind arm or more"},
