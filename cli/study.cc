@@ -1,5 +1,8 @@
 
+#include <filesystem>
+
 #include "cli/calibration_options.h"
+#include "cli/cloud_files.h"
 #include "cli/commands.h"
 #include "cli/document.h"
 #include "cli/output.h"
@@ -109,10 +112,26 @@ absl::Status RunSphere(Session* session, const Arguments& arguments) {
   Problems problems(/*strict=*/true);
   const Field root(&*document, "", &problems);
   root.OnlyKeys({"points_mm", "diameter_mm", "diameter_standard_uncertainty_um", "sphere_form_um", "form_mpe_um",
-                 "size_mpe_um", "length_mpe_um", "length_mpe_divisor", "least_points", "lengths"});
+                 "size_mpe_um", "length_mpe_um", "length_mpe_divisor", "least_points", "lengths", "points_file",
+                 "optical", "dispersion_mpe_um", "plane_points_file", "plane_form_um", "flat_form_mpe_um"});
   calibration::v1::RunSphereCheckRequest request;
-  for (const Field& point : root.At("points_mm").Items(1, kMostItems))
-    runtime::ToProto(point.Vector3(), request.add_points_mm());
+  // A scanner's thousands of points come as a cloud.
+  const auto points_of = [&](const char* key, auto* out) -> absl::Status {
+    const auto field = root.Find(key);
+    if (!field) return absl::OkStatus();
+    const absl::StatusOr<metrology::Points> points =
+        ReadCloud((std::filesystem::path(arguments.file).parent_path() / field->Text()).string());
+    if (!points.ok()) return points.status();
+    for (const Eigen::Vector3d& point : *points) runtime::ToProto(point, out->Add());
+    return absl::OkStatus();
+  };
+  absl::Status read = points_of("points_file", request.mutable_points_mm());
+  if (read.ok()) read = points_of("plane_points_file", request.mutable_plane_points_mm());
+  if (!read.ok()) return read;
+  if (request.points_mm().empty())
+    for (const Field& point : root.At("points_mm").Items(1, kMostItems))
+      runtime::ToProto(point.Vector3(), request.add_points_mm());
+  if (const auto optical = root.Find("optical")) request.set_optical(optical->Flag());
   request.set_diameter_mm(root.At("diameter_mm").Positive(10000));
   const auto optional = [&](const char* key) {
     const auto field = root.Find(key);
@@ -124,6 +143,9 @@ absl::Status RunSphere(Session* session, const Arguments& arguments) {
   request.set_size_mpe_um(optional("size_mpe_um"));
   request.set_length_mpe_um(optional("length_mpe_um"));
   request.set_length_mpe_divisor(optional("length_mpe_divisor"));
+  request.set_dispersion_mpe_um(optional("dispersion_mpe_um"));
+  request.set_plane_form_um(optional("plane_form_um"));
+  request.set_flat_form_mpe_um(optional("flat_form_mpe_um"));
   if (const auto least = root.Find("least_points"))
     request.set_least_points(static_cast<std::int32_t>(least->Whole(5, 100000)));
   if (const auto lengths = root.Find("lengths"))

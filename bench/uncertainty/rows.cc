@@ -134,6 +134,7 @@ std::vector<Row> HoleRows(int draws) {
     std::vector<HoleOutcome> outcomes;
     for (std::size_t i = 0; i < drawn.size(); ++i) outcomes.push_back(drawn[i][i % drawn[i].size()]);
     rows.push_back(RowOf(worlds[w].first, outcomes));
+    rows.back().is_bounded = worlds[w].second.half_range_k > 0;
   }
   return rows;
 }

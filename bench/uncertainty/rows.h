@@ -13,7 +13,8 @@ struct Row {
   // What every stated uncertainty may be multiplied by to hold in 95 % of the draws, inverted: 1.1 is a tenth too much.
   double u_over_quantile = 0;
   double median_error_um = 0, median_u_um = 0;
-  double error_95_um = 0;  // 95 % of the errors lie below
+  double error_95_um = 0;   // 95 % of the errors lie below
+  bool is_bounded = false;  // by what is only known to lie within limits
 };
 
 // Each source alone, all together, few degrees of freedom; of hole starts through the whole chain.

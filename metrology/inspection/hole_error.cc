@@ -31,9 +31,9 @@ LengthUncertainty UncertaintyOfLength(const Eigen::Vector3d& v, const Eigen::Mat
       squared += std::pow(solver.eigenvectors().col(k).dot(v), 2) / solver.eigenvalues()[k];
   if (variance == 0) return {along, 0, kUsualFactor};
   if (squared >= kNearZero * kNearZero) {
-    // What lies across lengthens it in second order (GUM 5.1.2, note): w^2 / (2 length), whose mean square is three times its mean's.
+    // What lies across lengthens it in second order (GUM 5.1.2, note), by w^2 / (2 length) on the mean: not taken off, and so uncertain.
     const double lengthened = (covariance.trace() - along_sigma * along_sigma) / (2 * length);
-    return {along, along_sigma, kUsualFactor * std::hypot(1, std::sqrt(3.0) * lengthened / along_sigma)};
+    return {along, along_sigma, kUsualFactor * std::hypot(1, lengthened / along_sigma)};
   }
   // So near zero all of it may be its error: then that is as long as was seen, and seldom longer than the quantile.
   const double greatest = std::sqrt(variance), quantile = DistanceQuantile(covariance, kProbability);

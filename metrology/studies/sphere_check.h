@@ -27,10 +27,17 @@ struct SphereCheckOptions {
   // MPE = A + L / K as the standards write it: A in length_mpe_mm, L in mm and L / K in um; K 0: no part that grows.
   double length_mpe_mm = 0, length_mpe_divisor = 0;
   int least_points = 25;
+  // Of a scanner (ISO 10360-8): thousands of points. Form and size are of 25 representative ones, each the mean of its place on what is seen
+  // of the sphere; beside them the size of all and what 95 % of all scatter by.
+  bool optical = false;
+  double dispersion_mpe_mm = 0;  // 0: none stated
+  // Of a flat standard, and its own flatness; empty: none was measured.
+  Points plane_points_mm = {};
+  double plane_form_mm = 0, flat_form_mpe_mm = 0;
 };
 
 struct CheckedError {
-  std::string quantity;  // "form", "size", or the standard's name
+  std::string quantity;  // "form", "size", "dispersion", "size of all points", "flat form", or the standard's name
   double error_mm = 0;
   double standard_uncertainty_mm = 0;  // of the test (ISO/TS 23165)
   double mpe_mm = 0;                   // 0: none stated
@@ -48,7 +55,8 @@ struct SphereCheck {
 };
 
 // Form: range of the radial distances from the least-squares sphere; size: its diameter less the calibrated one; each length
-// less its calibrated one. INVALID_ARGUMENT for too few points, values that are not finite, or a sphere or length so far from
+// less its calibrated one. Dispersion: the thinnest shell about the least-squares sphere's centre that holds 95 % of the points; flat form: the
+// least distance of two planes, parallel to the least-squares one, that 95 % of its points lie between. INVALID_ARGUMENT for too few points, values that are not finite, or a sphere or length so far from
 // its calibrated value (10 %) that it is of another unit; FAILED_PRECONDITION where the points do not determine the sphere.
 absl::StatusOr<SphereCheck> CheckSphere(const Points& points_mm, const std::vector<MeasuredLength>& lengths,
                                         const SphereCheckOptions& options);

@@ -347,6 +347,13 @@ absl::StatusOr<SphereInputs> StudyInputFetcher::Fetch(const v1::RunSphereCheckRe
   options.size_mpe_mm = kMmPerUm * request.size_mpe_um();
   options.length_mpe_mm = kMmPerUm * request.length_mpe_um();
   options.length_mpe_divisor = request.length_mpe_divisor();
+  options.optical = request.optical();
+  options.dispersion_mpe_mm = kMmPerUm * request.dispersion_mpe_um();
+  absl::StatusOr<metrology::Points> plane = PointsOf("plane_points_mm", request.plane_points_mm());
+  if (!plane.ok()) return plane.status();
+  options.plane_points_mm = *std::move(plane);
+  options.plane_form_mm = kMmPerUm * request.plane_form_um();
+  options.flat_form_mpe_mm = kMmPerUm * request.flat_form_mpe_um();
   if (request.least_points() != 0) options.least_points = request.least_points();
   if (absl::Status s = FetchMachine(request.machine(), caller, &inputs); !s.ok()) return s;
   return inputs;

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <cmath>
 #include <limits>
 #include <random>
 
@@ -113,6 +115,98 @@ TEST(SphereCheck, RefusesOtherUnitsAndPointsThatSayNothing) {
   Points odd = Probed(12.5, 0, 1);
   odd[7].x() = std::numeric_limits<double>::infinity();
   EXPECT_THAT(message(odd, Usual()), HasSubstr("points_mm[7]: not finite"));
+}
+
+// What a scanner sees of it from above: the cap within 60 deg of the pole.
+Points Scanned(double radius_mm, double sigma_mm, unsigned seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> noise(0, sigma_mm);
+  Points points;
+  for (double x = -1; x <= 1; x += 0.01)
+    for (double y = -1; y <= 1; y += 0.01) {
+      const double across = std::hypot(x, y);
+      if (across > std::sin(M_PI / 3)) continue;
+      const Eigen::Vector3d direction(x, y, std::sqrt(1 - across * across));
+      points.push_back(kCentre + (radius_mm + noise(random)) * direction);
+    }
+  return points;
+}
+
+SphereCheckOptions OfAScanner() {
+  SphereCheckOptions options = Usual();
+  options.optical = true;
+  options.dispersion_mpe_mm = 12e-3;
+  return options;
+}
+
+// ISO 10360-8: 95 % of normal scatter lie within 3.92 sigma; the means of 25 places hide it, and show what the form is.
+TEST(SphereCheck, OfAScannerTellsScatterFromForm) {
+  const auto exact = CheckSphere(Scanned(12.5, 0, 1), {}, OfAScanner());
+  ASSERT_TRUE(exact.ok()) << exact.status();
+  ASSERT_EQ(exact->errors.size(), 4u);
+  for (const CheckedError& error : exact->errors) EXPECT_LT(std::abs(error.error_mm), 1e-9) << error.quantity;
+  const auto noisy = CheckSphere(Scanned(12.5, 2e-3, 2), {}, OfAScanner());
+  ASSERT_TRUE(noisy.ok()) << noisy.status();
+  EXPECT_EQ(noisy->errors[0].quantity, "form");
+  EXPECT_LT(noisy->errors[0].error_mm, 1e-3);
+  EXPECT_EQ(noisy->errors[2].quantity, "dispersion");
+  EXPECT_NEAR(noisy->errors[2].error_mm, 3.92 * 2e-3, 0.15e-3);
+  EXPECT_EQ(noisy->errors[2].verdict, StudyVerdict::kAccepted);
+  // One point in twenty may be anywhere: that many do not count.
+  Points stray = Scanned(12.5, 2e-3, 3);
+  for (std::size_t i = 0; i < stray.size(); i += 40) stray[i] += 0.3 * (stray[i] - kCentre).normalized();
+  const auto with_stray = CheckSphere(stray, {}, OfAScanner());
+  ASSERT_TRUE(with_stray.ok()) << with_stray.status();
+  EXPECT_LT(with_stray->errors[2].error_mm, 12e-3);
+  // A form of 10 um over the cap is seen by both.
+  Points bent = Scanned(12.5, 1e-4, 4);
+  for (Eigen::Vector3d& p : bent) {
+    const Eigen::Vector3d out = (p - kCentre).normalized();
+    p += 5e-3 * std::cos(6 * std::atan2(out.y(), out.x())) * std::hypot(out.x(), out.y()) / std::sin(M_PI / 3) * out;
+  }
+  const auto formed = CheckSphere(bent, {}, OfAScanner());
+  ASSERT_TRUE(formed.ok()) << formed.status();
+  EXPECT_GT(formed->errors[0].error_mm, 4e-3);
+  EXPECT_LE(formed->errors[0].error_mm, 10.5e-3);
+}
+
+TEST(SphereCheck, SizeOfAScannerFollowsTheSphere) {
+  const auto greater = CheckSphere(Scanned(12.504, 1e-3, 5), {}, OfAScanner());
+  ASSERT_TRUE(greater.ok()) << greater.status();
+  EXPECT_NEAR(greater->errors[1].error_mm, 8e-3, 1e-3);
+  EXPECT_NEAR(greater->errors[3].error_mm, 8e-3, 1e-3);
+  EXPECT_EQ(greater->verdict, StudyVerdict::kRejected);
+}
+
+TEST(SphereCheck, FlatFormIsWhatMostOfThePlaneLiesWithin) {
+  SphereCheckOptions options = Usual();
+  options.flat_form_mpe_mm = 10e-3;
+  std::mt19937_64 random(6);
+  std::normal_distribution<double> noise(0, 2e-3);
+  const Eigen::Matrix3d turned = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  for (double x = -15; x <= 15; x += 0.3)
+    for (double y = -15; y <= 15; y += 0.3)
+      options.plane_points_mm.push_back(kCentre + turned * Eigen::Vector3d(x, y, noise(random)));
+  const auto check = CheckSphere(Probed(12.5, 0, 1), {}, options);
+  ASSERT_TRUE(check.ok()) << check.status();
+  EXPECT_EQ(check->errors[2].quantity, "flat form");
+  EXPECT_NEAR(check->errors[2].error_mm, 3.92 * 2e-3, 0.2e-3);
+  EXPECT_EQ(check->errors[2].verdict, StudyVerdict::kAccepted);
+  // Along one line nobody knows the plane.
+  for (Eigen::Vector3d& p : options.plane_points_mm) p = kCentre + Eigen::Vector3d(p.x() - kCentre.x(), 0, 0);
+  EXPECT_FALSE(CheckSphere(Probed(12.5, 0, 1), {}, options).ok());
+  options.plane_points_mm.resize(50);
+  EXPECT_THAT(CheckSphere(Probed(12.5, 0, 1), {}, options).status().message(), HasSubstr("plane_points_mm: 50"));
+}
+
+TEST(SphereCheck, AScannerThatSawAStripOrAHandfulIsRefused) {
+  EXPECT_THAT(CheckSphere(Probed(12.5, 0, 1), {}, OfAScanner()).status().message(),
+              HasSubstr("points_mm: 25 of them, want at least 1000"));
+  Points strip;
+  for (const Eigen::Vector3d& p : Scanned(12.5, 1e-3, 7))
+    if (std::abs(p.y() - kCentre.y()) < 0.5) strip.push_back(p);
+  const auto seen = CheckSphere(strip, {}, OfAScanner());
+  EXPECT_FALSE(seen.ok());
 }
 
 }  // namespace
