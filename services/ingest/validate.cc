@@ -234,7 +234,7 @@ absl::Status CheckStatistics(const v1::ScanHeader& header, const plant::v1::Sens
   }
   if (statistics.greatest_backstep_mm > 0) {
     return Refuse(field + ".x_mm", -statistics.greatest_backstep_mm,
-                  "profiles by growing x: it runs backwards by that much");
+                  "profiles by growing x: x runs backwards by that much");
   }
   if (statistics.greatest_column_count > header.columns_per_profile()) {
     return Refuse(field, std::to_string(statistics.greatest_column_count) + " points in one profile",

@@ -63,6 +63,70 @@ class CalibrationStudiesTest : public CalibrationBench {
   std::unique_ptr<v1::StudyService::Stub> studies_stub_;
 };
 
+// Where the arm stands on the mean of its swings, and how the calibration follows each of them.
+TEST_F(CalibrationStudiesTest, ACalibrationOverSeveralSwingsStatesTheirMean) {
+  std::vector<Eigen::Vector3d> truth_mm;
+  v1::RunArmStudyRequest study = ArmScans(7, &truth_mm);
+  study.set_request_id(storage::NewUuid());
+  Calibrate(false);
+  ingest_.kind = ingest::v1::SCAN_KIND_ARM;
+  ASSERT_TRUE(Run(&v1::StudyService::Stub::RunArmStudy, study).ok());
+
+  v1::CalibrateSensorRequest request = SensorRequest();
+  Eigen::Vector3d mean_mm = Eigen::Vector3d::Zero();
+  ingest_.arm_series = {{"scans/high", "c"}, {"scans/low", "c"}};
+  for (std::size_t i = 0; i < truth_mm.size(); ++i) {
+    const std::string id = "arm" + std::to_string(i);
+    request.add_scans("scans/" + id);
+    ingest_.arm_series["scans/" + id] = id;
+    mean_mm += truth_mm[i] / 8;  // of seven, and of the calibration's own, which stood at zero
+  }
+  v1::Calibration made;
+  const grpc::Status status = Call(&v1::CalibrationService::Stub::CalibrateSensor, request, &made);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(made.sensor().arm_series(), "");
+  ASSERT_EQ(made.sensor().arm_shares_size(), 8);
+  EXPECT_EQ(made.sensor().arm_shares(0).arm_series(), "c");
+  for (int k = 0; k < 6; ++k) {
+    double sum = 0;
+    for (const v1::ArmShare& share : made.sensor().arm_shares()) sum += share.response().values(7 * k);
+    EXPECT_NEAR(sum, 1, 1e-9) << k;
+  }
+  for (const v1::ArmShare& share : made.sensor().arm_shares())
+    EXPECT_NEAR(share.response().values(35), 0.125, 0.02) << share.arm_series();
+  v1::Calibration alone = Calibrate(true);
+  EXPECT_EQ(alone.sensor().arm_series(), "c");
+  EXPECT_TRUE(alone.sensor().arm_shares().empty());
+  // Against the same artefact, touched once: what the seven scans add is the mean's place.
+  const auto& with = made.sensor().t_sm_mm();
+  const auto& of_one = alone.sensor().t_sm_mm();
+  EXPECT_NEAR(with.x_mm() - of_one.x_mm(), mean_mm.x(), 5e-4);
+  EXPECT_NEAR(with.y_mm() - of_one.y_mm(), mean_mm.y(), 5e-4);
+  EXPECT_NEAR(with.z_mm() - of_one.z_mm(), mean_mm.z(), 5e-4);
+  EXPECT_EQ(StateOf(made.name()).sensor().SerializeAsString(), made.sensor().SerializeAsString());  // as it was kept
+  // A scan that does not say its series: all count as of one swing, as before.
+  ingest_.arm_series.erase("scans/arm3");
+  request.set_request_id(storage::NewUuid());
+  v1::Calibration together;
+  ASSERT_TRUE(Call(&v1::CalibrationService::Stub::CalibrateSensor, request, &together).ok());
+  EXPECT_TRUE(together.sensor().arm_shares().empty());
+}
+
+// What the machine's record states of its scanner's field is looked for, taken off, and kept.
+TEST_F(CalibrationStudiesTest, AStatedFieldIsMeasuredAndKept) {
+  EXPECT_TRUE(Calibrate(true).sensor().field_terms_um().empty());
+  plant_.scanner_field_um = 3;
+  for (auto& [name, scan] : ingest_.scans)
+    for (Eigen::Vector3d& p : scan.points_mm) p.z() += 4e-3 * std::cos(p.y() / 5);
+  const v1::Calibration made = Calibrate(true);
+  ASSERT_EQ(made.sensor().field_terms_um_size(), 9);
+  EXPECT_GT(std::abs(made.sensor().field_terms_um(2)), 0.5);  // yy
+  EXPECT_EQ(made.sensor().field_stated_um(), 3);
+  EXPECT_LT(made.sensor().field_left_um(), 3);
+  EXPECT_EQ(made.sensor().field_covariance_um2().row_count(), 9);
+  EXPECT_EQ(StateOf(made.name()).sensor().SerializeAsString(), made.sensor().SerializeAsString());
+}
+
 TEST_F(CalibrationStudiesTest, AnArmStudyFindsTheDisplacementsAndRestsOnTheCalibration) {
   std::vector<Eigen::Vector3d> truth_mm;
   v1::RunArmStudyRequest request = ArmScans(7, &truth_mm);

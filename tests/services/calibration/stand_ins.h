@@ -29,7 +29,7 @@ class FakePlant final : public plant::v1::PlantService::Service {
   metrology::Artefact artefact;  // as recorded
   // What is stated beside.
   std::optional<plant::v1::Certificate> certificate, touch_probe_certificate;
-  std::optional<double> centre_standard_uncertainty_um, interim_check_limit_um;
+  std::optional<double> centre_standard_uncertainty_um, interim_check_limit_um, scanner_field_um;
   plant::v1::SensorKind sensor_kind = plant::v1::SENSOR_KIND_UNSPECIFIED;
   grpc::Status GetMachine(grpc::ServerContext*, const plant::v1::GetMachineRequest* request,
                           plant::v1::Machine* out) override {
@@ -43,6 +43,7 @@ class FakePlant final : public plant::v1::PlantService::Service {
     out->mutable_sensor()->set_range_mm(25);
     out->mutable_sensor()->set_line_angle_deg(20);
     if (interim_check_limit_um) out->mutable_safety_envelope()->set_interim_check_limit_um(*interim_check_limit_um);
+    if (scanner_field_um) out->mutable_error_sources()->set_scanner_field_um(*scanner_field_um);
     if (touch_probe_certificate) *out->mutable_touch_probe()->mutable_certificate() = *touch_probe_certificate;
     runtime::ToProto(Eigen::Vector3d(26.6352, 54.8952, -193.32), out->mutable_nominal_centre_mm());
     for (const std::string axis : {"A", "B"}) {

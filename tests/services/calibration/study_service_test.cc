@@ -210,5 +210,36 @@ TEST_F(StudyServiceTest, ASphereCheckHasAVerdictForEachError) {
   EXPECT_EQ(made->verdict(), v1::STUDY_VERDICT_REJECTED);
 }
 
+// ISO 10360-8: of a scanner form and size of 25 places, dispersion and size of all points, and the form of a flat.
+TEST_F(StudyServiceTest, AScannersCheckHasItsOwnErrors) {
+  v1::RunSphereCheckRequest request;
+  for (int i = 0; i < 4000; ++i) {  // a golden spiral over the cap
+    const double z = 1 - 0.5 * (i + 0.5) / 4000, f = 2.399963 * i, across = std::sqrt(1 - z * z);
+    const double radius_mm = 12.5 + (i % 2 == 0 ? 1e-3 : -1e-3);
+    runtime::ToProto(radius_mm * Eigen::Vector3d(across * std::cos(f), across * std::sin(f), z),
+                     request.add_points_mm());
+  }
+  for (int i = 0; i < 400; ++i)
+    runtime::ToProto(Eigen::Vector3d(i % 20, i / 20, (i % 20 + i / 20) % 2 == 0 ? 2e-3 : -2e-3),
+                     request.add_plane_points_mm());
+  request.set_diameter_mm(25);
+  request.set_optical(true);
+  request.set_dispersion_mpe_um(5);
+  request.set_flat_form_mpe_um(2);
+  const auto made = Call(&v1::StudyService::Stub::RunSphereCheck, request);
+  ASSERT_TRUE(made.ok()) << made.status();
+  const auto& errors = made->sphere_check().errors();
+  ASSERT_EQ(errors.size(), 5);
+  EXPECT_EQ(errors[2].quantity(), "dispersion");
+  EXPECT_NEAR(errors[2].error_um(), 2, 0.05);
+  EXPECT_EQ(errors[2].verdict(), v1::STUDY_VERDICT_ACCEPTED);
+  EXPECT_EQ(errors[4].quantity(), "flat form");
+  EXPECT_NEAR(errors[4].error_um(), 4, 0.05);
+  EXPECT_EQ(errors[4].verdict(), v1::STUDY_VERDICT_REJECTED);
+  request.mutable_points_mm()->DeleteSubrange(30, request.points_mm_size() - 30);
+  const auto few = Call(&v1::StudyService::Stub::RunSphereCheck, request);
+  EXPECT_TRUE(absl::IsInvalidArgument(few.status())) << few.status();
+}
+
 }  // namespace
 }  // namespace sixpoint::calibration
