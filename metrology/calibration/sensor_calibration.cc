@@ -15,7 +15,8 @@ namespace {
 constexpr double kLeverMm = 10;  // half the artefact: what an angle means in mm
 constexpr double kDegrees = M_PI / 180;
 constexpr size_t kFewestConePoints = 200;
-constexpr size_t kFieldPoints = 200'000;  // the field is smooth: so many readings tell it
+constexpr size_t kPullPoints = 50'000;    // the field is smooth: so many readings tell how it pulls,
+constexpr size_t kFieldPoints = 200'000;  // and so many what it is
 constexpr double kLeastAgreeing = 0.5;    // of the points seen where a cone's wall should be
 // Of the readings that count. Costs one in sixteen thousand good ones; what passes it among reflections is a bias.
 constexpr double kGateSigma = 4;
@@ -101,7 +102,7 @@ class SensorFit {
         options_.flatness_standard_uncertainty_mm > 0 ? options_.flatness_standard_uncertainty_mm : kFlatnessMm;
     const FieldPulls response = FieldResponseOfAll();
     std::vector<FieldResidual> residuals =
-        FieldResidualsOf(*scans_, artefact_, state_, options_, Sparse(), sigma_laser_, response);
+        FieldResidualsOf(*scans_, artefact_, state_, options_, Sparse(kFieldPoints), sigma_laser_, response);
     for (const auto& [row, off_mm] : EquationsOfTouch(artefact_, touch_, state_).rows)
       residuals.push_back(
           {off_mm, row.transpose() * response, FlatnessTerms::Zero(), sigma_touch_ * sigma_touch_, false});
@@ -116,14 +117,15 @@ class SensorFit {
 
   // How the solution follows each term of the field's series: the same solver, another right-hand side.
   FieldPulls FieldResponseOfAll() const {
-    return Covariance() * FieldPull(*scans_, artefact_, state_, options_, Sparse()) / (sigma_laser_ * sigma_laser_);
+    return Covariance() * FieldPull(*scans_, artefact_, state_, options_, Sparse(kPullPoints)) /
+           (sigma_laser_ * sigma_laser_);
   }
 
-  Gate Sparse() const {
+  Gate Sparse(std::size_t readings) const {
     Gate sparse = gate_;
     std::size_t points = 0;
     for (const LineScan& scan : *scans_) points += scan.points_mm.size();
-    sparse.stride = std::max<size_t>(1, points / kFieldPoints) | 1;
+    sparse.stride = std::max<size_t>(1, points / readings) | 1;
     return sparse;
   }
 
