@@ -21,14 +21,14 @@ constexpr std::array<double, 3> kBeyond = {0.2, 0.1, 0.05};
 constexpr std::array<double, 5> kOfFlatness = {0.7, 0.5, 0.4, 0.25, 0.15};
 constexpr double kLeastOfPlaceMm = 2e-5, kMostOfPlaceMm = 0.1;
 
-// Prior precision of each term. A flatness of 0 is none.
-Terms Precision(double stated_mm, double flatness_mm) {
+// Prior precision of each term; beyond_mm: the root mean square that the orders beyond go with. A flatness of 0 is none.
+Terms Precision(double stated_mm, double beyond_mm, double flatness_mm) {
   Terms sigma;
   sigma.head<kFieldParameterCount>() = FieldCovarianceOf(stated_mm, std::nullopt).diagonal().cwiseSqrt();
   int at = kFieldParameterCount;
   for (int order = 4; order <= kFieldSeriesOrder; ++order)
     for (int i = 0; i <= order; ++i)
-      sigma[at++] = stated_mm * kBeyond[static_cast<std::size_t>(order - 4)] / std::sqrt(order + 1.0);
+      sigma[at++] = beyond_mm * kBeyond[static_cast<std::size_t>(order - 4)] / std::sqrt(order + 1.0);
   for (int order = 2; order <= 6; ++order)
     for (int i = 0; i <= order; ++i)
       sigma[at++] = flatness_mm * kOfFlatness[static_cast<std::size_t>(order - 2)] / std::sqrt(order + 1.0);
@@ -69,6 +69,17 @@ Solved Solve(const std::vector<FieldResidual>& residuals, const Terms& precision
   return solved;
 }
 
+// With what none explains of laser readings as noise of their places.
+Solved Settle(const std::vector<FieldResidual>& residuals, const Terms& precision) {
+  double of_place_mm = kLeastOfPlaceMm;
+  Solved solved = Solve(residuals, precision, of_place_mm);
+  while (solved.chi_squared > std::max(1.0, solved.freedom) && of_place_mm < kMostOfPlaceMm) {
+    of_place_mm *= 1.2;
+    solved = Solve(residuals, precision, of_place_mm);
+  }
+  return solved;
+}
+
 }  // namespace
 
 FlatnessTerms FlatnessTermsAt(const Eigen::Vector2d& at) {
@@ -81,13 +92,12 @@ FlatnessTerms FlatnessTermsAt(const Eigen::Vector2d& at) {
 }
 
 MeasuredField EstimateField(const std::vector<FieldResidual>& residuals, double stated_mm, double flatness_mm) {
-  const Terms precision = Precision(stated_mm, flatness_mm);
-  double of_place_mm = kLeastOfPlaceMm;
-  Solved solved = Solve(residuals, precision, of_place_mm);
-  while (solved.chi_squared > std::max(1.0, solved.freedom) && of_place_mm < kMostOfPlaceMm) {
-    of_place_mm *= 1.2;
-    solved = Solve(residuals, precision, of_place_mm);
-  }
+  Solved solved = Settle(residuals, Precision(stated_mm, stated_mm, flatness_mm));
+  // A field that is found to be a tenth of what was stated has a tenth beyond its nine terms.
+  const double found_mm =
+      std::sqrt(solved.terms.head<kFieldParameterCount>().squaredNorm() +
+                solved.covariance.topLeftCorner<kFieldParameterCount, kFieldParameterCount>().trace());
+  solved = Settle(residuals, Precision(stated_mm, found_mm, flatness_mm));
   constexpr int kBeyondCount = kFieldSeriesCount - kFieldParameterCount;
   const double beyond_mm2 =
       solved.terms.segment<kBeyondCount>(kFieldParameterCount).squaredNorm() +

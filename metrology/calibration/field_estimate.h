@@ -27,9 +27,10 @@ struct FieldResidual {
   bool is_laser = false;  // a mean reading of a place of the measuring field; else a touched coordinate
 };
 
-// Bayes' estimate: the field's nine terms have FieldCovarianceOf's prior, the orders beyond and the flatness those of smooth ones. What none
-// of them explains of laser readings counts as noise of the places. Of what the residuals do not tell (what bends between two heights) the
-// prior stays. What the orders beyond are found to be, and may still be, is added to the nine terms' covariance.
+// Bayes' estimate: the field's nine terms have FieldCovarianceOf's prior, the orders beyond one that goes with how great the nine are
+// found to be, the flatness a smooth face's. What none of them explains of laser readings counts as noise of the places. Of what the residuals
+// do not tell (what bends between two heights) the prior stays. What the orders beyond are found to be, and may still be, is added to the
+// nine terms' covariance.
 MeasuredField EstimateField(const std::vector<FieldResidual>& residuals, double stated_mm, double flatness_mm);
 
 }  // namespace sixpoint::metrology
