@@ -19,6 +19,8 @@ constexpr int kMostIterations = 40;
 constexpr double kSettledMm = 1e-6;  // a thousandth of what counts, at 10 mm
 constexpr double kLeverMm = 10;
 constexpr double kSettledSigma = 0.02;  // of the solution
+constexpr double kEnoughSigma =
+    0.1;  // and where it will not settle further: a reading that comes and goes moves a weak direction most
 constexpr std::size_t kFewestPoints = 1000;
 constexpr double kGrazing = 0.2;
 constexpr double kLeastDetermined = 1e-7;  // of the information; dbeta from the cones' depth has about 1e-3
@@ -114,7 +116,8 @@ absl::StatusOr<ArtefactFit> FitState(const LineScan& scan, const Artefact& artef
     const double sigma_mm = std::max(kLeastNoiseMm, RobustSigmaOfMagnitudes(eq.readings));
     // Points at the gate may come and go for ever: what they move is nothing beside the pose's own uncertainty.
     const bool settled = std::max(kLeverMm * step.head<3>().norm(), step.tail<3>().norm()) < kSettledMm ||
-                         std::sqrt(step.dot(eq.normal * step)) < kSettledSigma * sigma_mm;
+                         std::sqrt(step.dot(eq.normal * step)) <
+                             (iteration < kMostIterations / 2 ? kSettledSigma : kEnoughSigma) * sigma_mm;
     if (settled && reach_mm == last_reach_mm) {
       double squares = 0;
       for (const double r : eq.readings) squares += r * r;
