@@ -43,7 +43,7 @@ struct Solved {
 
 Solved Solve(const std::vector<FieldResidual>& residuals, const Terms& precision, double of_place_mm) {
   const auto count = static_cast<Eigen::Index>(residuals.size());
-  Eigen::MatrixXd design(count, kTermCount), whitened(count, kTermCount);
+  Eigen::MatrixXd design(count, kTermCount);
   Eigen::VectorXd off_mm(count), weights(count);
   for (Eigen::Index k = 0; k < count; ++k) {
     const FieldResidual& one = residuals[static_cast<std::size_t>(k)];
