@@ -60,6 +60,7 @@ void AddCommands(Command* root, Session* session) {
   AddInspectCommand(root, session);
   AddInspectionCommands(root, session);
   AddRecallCommand(root, session);
+  AddTraceCommand(root, session);
   AddPlantCommands(root, session);
   AddCallCommand(root, session);
   AddCompletionCommand(root, session);

@@ -22,7 +22,7 @@ const std::vector<Group>& Groups() {
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
       {"Blades", {"register", "registration", "correct", "correction", "inspect", "inspection"}},
-      {"Besides", {"recall", "plant", "call", "completion"}},
+      {"Besides", {"recall", "trace", "plant", "call", "completion"}},
   };
   return *groups;
 }
@@ -119,7 +119,9 @@ constexpr Example kExamples[] = {
     {"inspection list", "sixpoint inspection list --blade SN-1"},
     {"recall",
      "sixpoint recall calibrations/ID\n"
-     "sixpoint recall machines/sarix-1 --kinds registration,correction --limit 50"},
+     "sixpoint recall machines/sarix-1 --kinds registration,correction --limit 50\n"
+     "sixpoint recall sensors/LJ-0815 --since 2026-11-21 --until 2026-11-22 --kinds inspection"},
+    {"trace", "sixpoint trace blades/SN-1"},
     {"plant run", "sixpoint plant run DIR --out results.json"},
     {"call", "sixpoint call PlantService/GetMachine '{\"name\": \"machines/sarix-1\"}'"},
     {"completion", "source <(sixpoint completion bash)"},

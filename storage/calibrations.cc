@@ -78,18 +78,9 @@ constexpr char kSelectEvents[] =
     "SELECT calibration_id, event, reason, name_of(requested_by), software_version, record_sequence, recorded_at "
     "FROM calibration_events e JOIN record_names n ON n.record_id = e.record_id WHERE calibration_id = ANY "
     "($1::uuid[])";
-// The states as StateOf has them, by what the events and the moment $5 say.
 constexpr char kSelectPage[] = SIXPOINT_SELECT_HEADS
     "($1 = '' OR machine_id = $1) AND ($2 = '' OR kind = $2) AND ($3 = '' OR axis = $3) "
-    "AND ($4 = '' OR $4 = CASE "
-    "WHEN EXISTS (SELECT 1 FROM calibration_events w WHERE w.calibration_id = c.calibration_id "
-    "AND w.event = 'WITHDRAWN') THEN 'WITHDRAWN' "
-    "WHEN is_draft AND NOT EXISTS (SELECT 1 FROM calibration_events r WHERE r.calibration_id = c.calibration_id "
-    "AND r.event = 'RELEASED') THEN 'DRAFT' "
-    "WHEN $5::timestamptz < valid_from THEN 'NOT_YET_VALID' WHEN $5::timestamptz >= valid_until THEN 'EXPIRED' "
-    "WHEN calibration_id = (SELECT f.calibration_id FROM calibration_forces f WHERE f.machine_id = c.machine_id "
-    "AND f.kind = c.kind AND f.axis = COALESCE(c.axis, '') AND f.valid_from <= $5 AND $5 < f.valid_until "
-    "ORDER BY f.force_sequence DESC LIMIT 1) THEN 'IN_FORCE' ELSE 'SUPERSEDED' END) "
+    "AND ($4 = '' OR $4 = calibration_state(c.calibration_id, $5::timestamptz)) "
     "AND ($6::timestamptz IS NULL OR recorded_at >= $6) AND ($7::timestamptz IS NULL OR recorded_at < $7) "
     "AND ($8::bigint = 0 OR record_sequence < $8::bigint) ORDER BY record_sequence DESC LIMIT $9";
 constexpr char kSelectSensors[] =

@@ -143,6 +143,10 @@ class PostgresJournal final : public JournalReader {
                                                         const JournalPage& page, Deadline deadline) const override {
     return OneRead(*database_, deadline, [&](Transaction& t) { return storage::DerivedFrom(t, name, kinds, page); });
   }
+  absl::StatusOr<std::vector<JournalEntry>> MadeFrom(const std::string& name, const JournalPage& page,
+                                                     Deadline deadline) const override {
+    return OneRead(*database_, deadline, [&](Transaction& t) { return storage::MadeFrom(t, name, page); });
+  }
 
  private:
   Database* const database_;

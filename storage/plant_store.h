@@ -77,6 +77,8 @@ class JournalReader {
   virtual absl::StatusOr<std::vector<JournalEntry>> DerivedFrom(const std::string& name,
                                                                 const std::vector<std::string>& kinds,
                                                                 const JournalPage& page, Deadline deadline) const = 0;
+  virtual absl::StatusOr<std::vector<JournalEntry>> MadeFrom(const std::string& name, const JournalPage& page,
+                                                             Deadline deadline) const = 0;
 };
 
 struct PlantStores {

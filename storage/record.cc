@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <utility>
 
-#include "storage/clearances.h"
+#include "storage/entries.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -14,34 +14,23 @@ constexpr char kAppend[] =
     "SELECT new_sequence, new_recorded_at, edge_count FROM append_record($1, $2, $3, $4, $5, $6, $7, $8, $9, "
     "$10::jsonb, $11::text[], $12, $13::uuid, $14::bytea, $15)";
 
-#define SIXPOINT_ENTRY_COLUMNS                                                                                        \
-  "SELECT e.record_sequence, e.recorded_at, e.kind, n.name, e.blade_serial, e.machine_id, e.method, "                 \
-  "e.software_version, name_of(e.requested_by), e.measured_at, e.summary::text, "                                     \
-  "ARRAY(SELECT m.name FROM record_inputs i JOIN record_names m ON m.record_id = i.input_id "                         \
-  "WHERE i.record_id = e.record_id ORDER BY i.position_index), e.trace_id FROM record_entries e JOIN record_names n " \
-  "ON n.record_id = e.record_id "
 constexpr char kSelectEntry[] = SIXPOINT_ENTRY_COLUMNS "WHERE n.name = $1";
 constexpr char kSelectBlade[] =
     SIXPOINT_ENTRY_COLUMNS "WHERE e.blade_serial = $1 AND e.record_sequence > $2 ORDER BY e.record_sequence LIMIT $3";
-// The thing itself or, for a name without @revision, any of its revisions ('A' follows '@').
-#define SIXPOINT_MEANT "(n.name = $1 OR (n.name >= $1 || '@' AND n.name < $1 || 'A'))"
 constexpr char kSelectRecorded[] = "SELECT 1 FROM record_names n WHERE " SIXPOINT_MEANT " LIMIT 1";
-// What was made from it, then what was made from that: each step is found by the index of the inputs.
-constexpr char kSelectDerived[] =
-    "WITH RECURSIVE derived (record_id) AS ("
-    "SELECT i.record_id FROM record_inputs i JOIN record_names n ON n.record_id = i.input_id WHERE " SIXPOINT_MEANT
-    " UNION SELECT i.record_id FROM derived d JOIN record_inputs i ON i.input_id = d.record_id) " SIXPOINT_ENTRY_COLUMNS
-    "JOIN derived d ON d.record_id = e.record_id "
-    "WHERE (cardinality($2::text[]) = 0 OR e.kind = ANY ($2::text[])) AND e.record_sequence > $3 "
-    "AND (cardinality($4::text[]) = 0 OR CASE WHEN e.blade_serial IS NULL "
-    "THEN coalesce(NOT parts_of_record(e.record_id) && $4::text[], false) ELSE EXISTS (SELECT 1 FROM blades b "
-    "WHERE b.blade_serial = e.blade_serial AND b.part_id <> ALL ($4::text[])) END) "
-    "ORDER BY e.record_sequence LIMIT $5";
-#undef SIXPOINT_ENTRY_COLUMNS
-#undef SIXPOINT_MEANT
+// A sensor that a machine has and no scan was made with is known too.
+constexpr char kSelectKnownRoot[] =
+    "SELECT 1 WHERE EXISTS (SELECT 1 FROM record_roots WHERE root_id = root_of($1)) OR EXISTS "
+    "(SELECT 1 FROM machine_revisions WHERE $1 IN ('sensors/' || sensor_serial_number, 'probes/' || "
+    "touch_probe_serial_number))";
 
 void AddOptional(Params& params, const std::optional<std::string>& value) {
   value ? params.Text(*value) : params.Null();
+}
+
+std::optional<std::string> TraceOf(const RecordEntry& entry) {
+  if (entry.trace_id || !entry.request || entry.request->trace_id.empty()) return entry.trace_id;
+  return entry.request->trace_id;
 }
 
 std::optional<std::string> OptionalText(const Rows& rows, int row, int column) {
@@ -49,10 +38,7 @@ std::optional<std::string> OptionalText(const Rows& rows, int row, int column) {
   return rows.Text(row, column);
 }
 
-std::optional<std::string> TraceOf(const RecordEntry& entry) {
-  if (entry.trace_id || !entry.request || entry.request->trace_id.empty()) return entry.trace_id;
-  return entry.request->trace_id;
-}
+}  // namespace
 
 absl::StatusOr<std::vector<JournalEntry>> ReadEntries(Transaction& transaction, const char* sql, const Params& params) {
   const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
@@ -72,11 +58,11 @@ absl::StatusOr<std::vector<JournalEntry>> ReadEntries(Transaction& transaction, 
     read.entry.summary_json = rows->Text(row, 10);
     read.entry.inputs = rows->Texts(row, 11);
     read.entry.trace_id = OptionalText(*rows, row, 12);
+    read.verdict = OptionalText(*rows, row, 13).value_or("");
+    read.state = OptionalText(*rows, row, 14).value_or("");
   }
   return rows->Checked(std::move(entries));
 }
-
-}  // namespace
 
 absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const std::string& record_id,
                                       const RecordEntry& entry) {
@@ -107,6 +93,10 @@ absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const std::strin
   return recorded;
 }
 
+bool IsUnrecordedRoot(const std::string& name) {
+  return name.rfind("sensors/", 0) == 0 || name.rfind("probes/", 0) == 0 || name.rfind("software/", 0) == 0;
+}
+
 NamedId IdOfName(const std::string& name) {
   const std::string id = name.substr(name.find('/') + 1);
   const std::size_t at = id.find('@');
@@ -122,7 +112,8 @@ absl::StatusOr<std::optional<JournalEntry>> FindEntry(Transaction& transaction, 
 }
 
 absl::StatusOr<bool> IsRecorded(Transaction& transaction, const std::string& name) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectRecorded, Params().Text(name));
+  const absl::StatusOr<Rows> rows =
+      transaction.Execute(IsUnrecordedRoot(name) ? kSelectKnownRoot : kSelectRecorded, Params().Text(name));
   if (!rows.ok()) return rows.status();
   return rows->count() > 0;
 }
@@ -130,15 +121,6 @@ absl::StatusOr<bool> IsRecorded(Transaction& transaction, const std::string& nam
 absl::StatusOr<std::vector<JournalEntry>> RecordOfBlade(Transaction& transaction, const std::string& serial,
                                                         const JournalPage& page) {
   return ReadEntries(transaction, kSelectBlade, Params().Text(serial).Int(page.after_sequence).Int(page.limit));
-}
-
-absl::StatusOr<std::vector<JournalEntry>> DerivedFrom(Transaction& transaction, const std::string& name,
-                                                      const std::vector<std::string>& kinds, const JournalPage& page) {
-  const absl::StatusOr<Sight> sight = SightOf(transaction, page.reader);
-  if (!sight.ok()) return sight.status();
-  Params params;
-  params.Text(name).Texts(kinds).Int(page.after_sequence).Texts(sight->hidden_parts).Int(page.limit);
-  return ReadEntries(transaction, kSelectDerived, params);
 }
 
 }  // namespace sixpoint::storage

@@ -12,6 +12,7 @@
 
 #include "storage/database.h"
 #include "storage/reader.h"
+#include "storage/time_span.h"
 
 namespace sixpoint::storage {
 
@@ -49,13 +50,16 @@ struct Recorded {
 struct JournalEntry {
   RecordEntry entry;
   Recorded recorded;
+  std::string verdict = {};  // of an inspection, a study; of a registration its outcome; empty: none
+  std::string state = {};    // now, of a calibration, a correction, a scan; empty: none
 };
 
 // Part of a list that goes from the oldest entry to the newest.
 struct JournalPage {
   std::int64_t after_sequence = 0;
   std::int64_t limit = std::numeric_limits<std::int64_t>::max();
-  Reader reader = {};  // of a recall: what he may not see is left out
+  Reader reader = {};      // of a recall: what he may not see is left out
+  TimeSpan recorded = {};  // of a recall: what was recorded within it, and what rests on that
 };
 
 // record_id: the UUID (version 7) that the thing's own row has already been written with. Comes last before the commit, for its
@@ -69,17 +73,25 @@ struct NamedId {
 };
 NamedId IdOfName(const std::string& name);
 
+// What is no record of its own, and yet rested on: sensors/SERIAL, probes/SERIAL, software/VERSION.
+bool IsUnrecordedRoot(const std::string& name);
+
 // Of exactly that name.
 absl::StatusOr<std::optional<JournalEntry>> FindEntry(Transaction& transaction, const std::string& name);
-// Whether there is an entry of that name or, for a name without @revision, of one of its revisions.
+// Whether there is an entry of that name or, for a name without @revision, of one of its revisions; a sensor, probe or release that
+// anything recorded names.
 absl::StatusOr<bool> IsRecorded(Transaction& transaction, const std::string& name);
 // What concerns a blade.
 absl::StatusOr<std::vector<JournalEntry>> RecordOfBlade(Transaction& transaction, const std::string& serial,
                                                         const JournalPage& page = {});
-// What was made, directly or not, from a thing (recall): of a name without @revision, from any of its revisions. kinds: only
-// those; empty: all.
+// What was made, directly or not, from a thing (recall): of a name without @revision, from any of its revisions; an empty name, with a
+// span: everything recorded. kinds: only those; empty: all. A page costs the same however deep it is: what rests on machines, artefacts, parts,
+// calibrations and studies is kept (record_roots, migrations/V0024), what rests on anything else are a few steps.
 absl::StatusOr<std::vector<JournalEntry>> DerivedFrom(Transaction& transaction, const std::string& name,
                                                       const std::vector<std::string>& kinds = {},
                                                       const JournalPage& page = {});
+// The other way: what a thing was made from, directly or not; of a blade everything that concerns it, and what that was made from.
+absl::StatusOr<std::vector<JournalEntry>> MadeFrom(Transaction& transaction, const std::string& name,
+                                                   const JournalPage& page = {});
 
 }  // namespace sixpoint::storage

@@ -13,8 +13,6 @@
 namespace sixpoint::bench {
 namespace {
 
-constexpr int kBlocksPerScan = 40, kGroups = 6, kHolesPerGroup = 20;
-
 storage::RecordEntry Entry(const std::string& kind, const std::string& name, const std::string& serial,
                            const std::vector<std::string>& inputs) {
   storage::RecordEntry entry;
@@ -102,7 +100,7 @@ std::vector<std::string> BudgetSources() {
 }
 
 storage::CorrectionRow CorrectionOf(const Registry& registry, const std::string& serial,
-                                    const std::string& registration) {
+                                    const std::string& registration, const BladeSize& size) {
   storage::CorrectionRow row;
   Fill(registry, serial, &row);
   row.correction_id = storage::NewUuid();
@@ -110,14 +108,15 @@ storage::CorrectionRow CorrectionOf(const Registry& registry, const std::string&
   row.release = "AUTOMATIC";
   row.envelope_translation_mm = 2;
   row.envelope_rotation_deg = 3;
-  row.valid_until = std::chrono::system_clock::now() + std::chrono::hours(8);
+  // A recall asks for blades that were machined long ago.
+  row.valid_until = std::chrono::system_clock::now() + std::chrono::seconds(1);
   row.budget_sources = BudgetSources();
-  for (int g = 0; g < kGroups; ++g) {
+  for (int g = 0; g < size.groups; ++g) {
     storage::CorrectionGroupRow& group = row.groups.emplace_back();
     group.group_name = "G" + std::to_string(g);
     group.a_deg = group.a_ideal_deg = 12.345678901234;
     group.b_deg = group.b_ideal_deg = 60.12345678901;
-    for (int h = 0; h < kHolesPerGroup; ++h)
+    for (int h = 0; h < size.holes_per_group; ++h)
       group.holes.push_back(
           {"H" + std::to_string(h), {12.3456789, -45.678901, 78.901234}, {12.3, -45.6, 78.9}, 11.25, Budget(), {}});
   }
@@ -125,7 +124,7 @@ storage::CorrectionRow CorrectionOf(const Registry& registry, const std::string&
 }
 
 storage::InspectionRow InspectionOf(const Registry& registry, const std::string& serial,
-                                    const std::string& registration, const std::string& pins) {
+                                    const std::string& registration, const std::string& pins, const BladeSize& size) {
   storage::InspectionRow row;
   Fill(registry, serial, &row);
   row.inspection_id = storage::NewUuid();
@@ -136,10 +135,10 @@ storage::InspectionRow InspectionOf(const Registry& registry, const std::string&
   row.deviation_point_count = 381220;
   row.scan_ids = {pins};
   row.budget_sources = BudgetSources();
-  for (int h = 0; h < kGroups * kHolesPerGroup; ++h) {
+  for (int h = 0; h < size.groups * size.holes_per_group; ++h) {
     storage::InspectionHoleRow& hole = row.holes.emplace_back();
-    hole.group_name = "G" + std::to_string(h / kHolesPerGroup);
-    hole.hole_name = "H" + std::to_string(h % kHolesPerGroup);
+    hole.group_name = "G" + std::to_string(h / size.holes_per_group);
+    hole.hole_name = "H" + std::to_string(h % size.holes_per_group);
     hole.verdict = hole.position_verdict = hole.inclination_verdict = "CONFORM";
     hole.measured = storage::InspectionHoleRow::Measured{0.0123, 0.123, 8.5, 0.2, {12.3, -45.6, 78.9}, {0, 0, 1}, 0.4};
     hole.position_tolerance_mm = 0.03;
@@ -162,7 +161,8 @@ Registry MakeRegistry(storage::Database* database) {
   return registry;
 }
 
-void AddScan(storage::Transaction& transaction, const std::string& serial, const std::string& scan_id) {
+void AddScan(storage::Transaction& transaction, const std::string& serial, const std::string& scan_id,
+             int block_count) {
   storage::ScanRow scan;
   scan.scan_id = scan_id;
   scan.machine_id = "m1";
@@ -171,16 +171,16 @@ void AddScan(storage::Transaction& transaction, const std::string& serial, const
   scan.kind = "airfoil";
   scan.profile_pitch_mm = 0.05;
   scan.columns_per_profile = 1280;
-  scan.point_count = 1280 * 30 * kBlocksPerScan;
+  scan.point_count = 1280 * 30 * block_count;
   scan.encoding = "raw_profiles";
   scan.stored_encoding = "range_image";
-  scan.profile_count = 30 * kBlocksPerScan;
-  scan.block_count = kBlocksPerScan;
-  scan.stored_bytes = 38400L * kBlocksPerScan;
+  scan.profile_count = 30 * block_count;
+  scan.block_count = block_count;
+  scan.stored_bytes = 38400L * block_count;
   scan.stored_sha256 = scan.sent_sha256 = storage::Sha256Hex(scan_id);
   std::vector<storage::ScanBlockRow> blocks;
   std::vector<std::string> digests;
-  for (int i = 0; i < kBlocksPerScan; ++i) {
+  for (int i = 0; i < block_count; ++i) {
     storage::ScanBlockRow& block = blocks.emplace_back();
     block.point_count = 38400;
     block.blob_sha256 = block.sent_sha256 = storage::Sha256Hex(scan_id + "/" + std::to_string(i));
@@ -202,14 +202,14 @@ void AddBladeOnly(storage::Database* database, const std::string& serial) {
   Commit(&transaction);
 }
 
-void AddBlade(storage::Database* database, const Registry& registry, const std::string& serial) {
+void AddBlade(storage::Database* database, const Registry& registry, const std::string& serial, const BladeSize& size) {
   AddBladeOnly(database, serial);
   std::vector<std::string> scans,
       inputs = {"machines/m1@1", "parts/p1@1", "calibrations/" + registry.sensor_calibration_id,
                 "calibrations/" + registry.rotation_calibration_id};
   for (const char* which : {"-b000", "-b060", "-b120", "-pins"}) {
     storage::Transaction transaction = Begin(database);
-    AddScan(transaction, serial, serial + which);
+    AddScan(transaction, serial, serial + which, size.blocks_per_scan);
     Commit(&transaction);
     scans.push_back(serial + which);
     inputs.push_back("scans/" + serial + which);
@@ -226,13 +226,13 @@ void AddBlade(storage::Database* database, const Registry& registry, const std::
   inputs.push_back("registrations/" + registration_id);
   {
     storage::Transaction transaction = Begin(database);
-    const storage::CorrectionRow row = CorrectionOf(registry, serial, registration_id);
+    const storage::CorrectionRow row = CorrectionOf(registry, serial, registration_id, size);
     Must(storage::InsertCorrection(transaction, row,
                                    Entry("correction", "corrections/" + row.correction_id, serial, inputs)));
     Commit(&transaction);
   }
   storage::Transaction transaction = Begin(database);
-  const storage::InspectionRow row = InspectionOf(registry, serial, registration_id, scans.back());
+  const storage::InspectionRow row = InspectionOf(registry, serial, registration_id, scans.back(), size);
   Must(storage::InsertInspection(transaction, row,
                                  Entry("inspection", "inspections/" + row.inspection_id, serial, inputs)));
   Commit(&transaction);

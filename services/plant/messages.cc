@@ -216,6 +216,8 @@ v1::RecordEntry ToProto(const storage::JournalEntry& entry) {
   if (entry.entry.machine) out.set_machine(runtime::NameOf("machines", *entry.entry.machine));
   out.set_requested_by(entry.entry.requested_by);
   if (entry.entry.trace_id) out.set_trace_id(*entry.entry.trace_id);
+  out.set_verdict(entry.verdict);
+  out.set_state(entry.state);
   if (entry.entry.measured_at) runtime::ToProto(*entry.entry.measured_at, out.mutable_measured_at());
   // The database holds JSON objects only; one that does not parse would be a summary less, never a record less.
   if (!google::protobuf::util::JsonStringToMessage(entry.entry.summary_json, out.mutable_summary()).ok())

@@ -8,6 +8,7 @@
 #include "services/runtime/call.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/list_filters.h"
 #include "services/runtime/pages.h"
 #include "services/runtime/resource_name.h"
 
@@ -23,7 +24,23 @@ absl::Status NotRecorded(const std::string& name) {
 }
 
 // Oldest first, and one more than asked, which tells whether there is another page.
-storage::JournalPage JournalPageOf(const runtime::Page& page) { return {page.before_sequence, page.size + 1, {}}; }
+storage::JournalPage JournalPageOf(const runtime::Page& page) { return {page.before_sequence, page.size + 1}; }
+
+// A serial number or a version may hold what an id may not.
+absl::Status CheckRecalled(const v1::RecallRequest& request) {
+  const std::string& name = request.name();
+  if (name.empty() && (request.recorded().has_from() || request.recorded().has_until())) return absl::OkStatus();
+  if (!storage::IsUnrecordedRoot(name)) return runtime::CheckName("name", name);
+  return name.back() != '/' ? absl::OkStatus()
+                            : runtime::Refuse("name", name, "a serial number or a version after the stroke");
+}
+
+// OK where something of that name was ever recorded.
+absl::Status CheckRecorded(const storage::JournalReader& journal, const std::string& name, storage::Deadline deadline) {
+  const absl::StatusOr<bool> recorded = journal.IsRecorded(name, deadline);
+  if (!recorded.ok()) return recorded.status();
+  return *recorded ? absl::OkStatus() : NotRecorded(name);
+}
 
 template <typename Response>
 void Answer(const std::vector<JournalEntry>& entries, const runtime::Page& page, const std::string& filters,
@@ -74,18 +91,38 @@ grpc::Status RecordService::GetBladeRecord(grpc::ServerContext* context, const v
 grpc::Status RecordService::Recall(grpc::ServerContext* context, const v1::RecallRequest* request,
                                    v1::RecallResponse* response) {
   const std::string& name = request->name();
+  const absl::StatusOr<storage::TimeSpan> span = runtime::SpanOf("recorded", request->recorded());
+  absl::Status checked = CheckRecalled(*request);
+  if (checked.ok()) checked = span.status();
+  if (!checked.ok()) return ToGrpc(checked);
+  const std::string filters = runtime::FiltersOf(*request);
+  const absl::StatusOr<runtime::Page> page = runtime::PageOf(filters, request->page_size(), request->page_token());
+  if (!page.ok()) return ToGrpc(page.status());
+  const storage::Deadline deadline = runtime::DeadlineOf(*context);
+  if (!name.empty()) checked = CheckRecorded(*journal_, name, deadline);
+  if (!checked.ok()) return ToGrpc(checked);
+  storage::JournalPage wanted = JournalPageOf(*page);
+  wanted.recorded = *span;
+  wanted.reader = runtime::ReaderOf(*context);
+  const auto entries =
+      journal_->DerivedFrom(name, {request->kinds().begin(), request->kinds().end()}, wanted, deadline);
+  if (!entries.ok()) return ToGrpc(entries.status());
+  Answer(*entries, *page, filters, response);
+  return grpc::Status::OK;
+}
+
+grpc::Status RecordService::Trace(grpc::ServerContext* context, const v1::TraceRequest* request,
+                                  v1::TraceResponse* response) {
+  const std::string& name = request->name();
   if (absl::Status status = runtime::CheckName("name", name); !status.ok()) return ToGrpc(status);
   const std::string filters = runtime::FiltersOf(*request);
   const absl::StatusOr<runtime::Page> page = runtime::PageOf(filters, request->page_size(), request->page_token());
   if (!page.ok()) return ToGrpc(page.status());
   const storage::Deadline deadline = runtime::DeadlineOf(*context);
-  const absl::StatusOr<bool> recorded = journal_->IsRecorded(name, deadline);
-  if (!recorded.ok()) return ToGrpc(recorded.status());
-  if (!*recorded) return ToGrpc(NotRecorded(name));
+  if (absl::Status status = CheckRecorded(*journal_, name, deadline); !status.ok()) return ToGrpc(status);
   storage::JournalPage wanted = JournalPageOf(*page);
   wanted.reader = runtime::ReaderOf(*context);
-  const auto entries =
-      journal_->DerivedFrom(name, {request->kinds().begin(), request->kinds().end()}, wanted, deadline);
+  const auto entries = journal_->MadeFrom(name, wanted, deadline);
   if (!entries.ok()) return ToGrpc(entries.status());
   Answer(*entries, *page, filters, response);
   return grpc::Status::OK;

@@ -1,4 +1,4 @@
-// Reads of the journal: one entry, the record of a blade, and what was made from a thing.
+// Reads of the journal: one entry, the record of a blade, what was made from a thing, and what a thing was made from.
 #pragma once
 
 #include <memory>
@@ -21,6 +21,8 @@ class RecordService final : public v1::RecordService::Service {
                               v1::BladeRecord* response) override;
   grpc::Status Recall(grpc::ServerContext* context, const v1::RecallRequest* request,
                       v1::RecallResponse* response) override;
+  grpc::Status Trace(grpc::ServerContext* context, const v1::TraceRequest* request,
+                     v1::TraceResponse* response) override;
 
  private:
   const std::shared_ptr<const storage::JournalReader> journal_;

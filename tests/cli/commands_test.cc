@@ -251,6 +251,14 @@ TEST_F(CommandsTest, RecallsWhatRestsOnAThing) {
   EXPECT_EQ(Run("recall calibrations/unused").out, "nothing rests on calibrations/unused\n");
   EXPECT_EQ(Run("recall calibrations/unused --json").json(), nlohmann::json::array());
   EXPECT_THAT(Run("recall c1").err, HasSubstr("NAME: c1, want a name with its collection"));
+  Run("recall sensors/LJ-1 --since 2026-11-21 --until 2026-11-22");
+  EXPECT_EQ(record_.asked.back().name(), "sensors/LJ-1");
+  EXPECT_EQ(record_.asked.back().recorded().until().seconds() - record_.asked.back().recorded().from().seconds(),
+            86400);
+  Run("recall --since 2026-11-21");
+  EXPECT_EQ(record_.asked.back().name(), "");
+  EXPECT_TRUE(record_.asked.back().recorded().has_from());
+  EXPECT_THAT(Run("recall").err, HasSubstr("want a name with its collection"));
 }
 
 TEST_F(CommandsTest, CallsAnyMethod) {

@@ -7,6 +7,9 @@
 #include <thread>
 
 #include "storage/blobs.h"
+#include "storage/plant_registry.h"
+#include "storage/scans.h"
+#include "tests/support/registered.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::storage {
@@ -124,6 +127,135 @@ TEST_F(RecordTest, RecallAndRecordsComeByPagesAndKinds) {
               ElementsAre("calibrations/c1", "corrections/k1", "corrections/k2", "corrections/k3"));
   EXPECT_THAT(NamesOf(RecordOfBlade(*transaction, "b1", {all->at(1).recorded.sequence, 2})),
               ElementsAre("corrections/k1", "registrations/r2"));
+}
+
+TEST_F(RecordTest, RecallFromAnArtefactsScanGoesThroughItsCalibration) {
+  Append(Entry("scan", "scans/plate", {"machines/m1@1", "artefacts/a1@1"}));
+  Append(Entry("calibration", "calibrations/c1", {"machines/m1@1", "scans/plate"}));
+  Append(Entry("study", "studies/s1", {"scans/plate"}));
+  Append(Entry("registration", "registrations/r1", {"scans/s1", "calibrations/c1"}, "b1"));
+  Append(Entry("withdrawal", "withdrawals/w1", {"calibrations/c1"}));
+  absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+  EXPECT_THAT(NamesOf(DerivedFrom(*transaction, "scans/plate")),
+              ElementsAre("calibrations/c1", "studies/s1", "registrations/r1", "withdrawals/w1"));
+  EXPECT_THAT(NamesOf(DerivedFrom(*transaction, "artefacts/a1")),
+              ElementsAre("scans/plate", "calibrations/c1", "studies/s1", "registrations/r1", "withdrawals/w1"));
+}
+
+// What a scan was made with is what it states, or else what its machine's record does; the probe goes with the machine's record.
+TEST_F(RecordTest, RecallByTheScannerAndTheTouchProbe) {
+  absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+  MachineRow machine = sixpoint::testing::MachineOf("m1");
+  machine.sensor_serial_number = "LJ 0815/a";
+  machine.touch_probe_serial_number = "TP-1";
+  ASSERT_TRUE(InsertMachine(*transaction, machine, Entry("", "", {})).ok());
+  sixpoint::testing::RegisterPart(*transaction, "vane");
+  sixpoint::testing::RegisterBlade(*transaction, "b1", "vane");
+  for (const std::string id : {"s1", "s2"}) {
+    ScanRow scan;
+    scan.scan_id = id;
+    scan.machine_id = "m1";
+    scan.machine_revision = 1;
+    scan.blade_serial = "b1";
+    scan.kind = "airfoil";
+    scan.profile_pitch_mm = 0.05;
+    scan.columns_per_profile = 100;
+    scan.encoding = scan.stored_encoding = "draco";
+    scan.point_count = scan.block_count = scan.stored_bytes = 1;
+    scan.profile_count = 1;
+    scan.stored_sha256 = scan.sent_sha256 = Sha256Hex(id);
+    if (id == "s2") scan.sensor_serial_number = "LJ 4711";
+    ScanBlockRow block;
+    block.point_count = block.profile_count = 1;
+    block.blob_sha256 = *PutBlob(*transaction, id);
+    block.sent_sha256 = block.blob_sha256;
+    const absl::StatusOr<Recorded> recorded =
+        InsertScan(*transaction, scan, {block}, Entry("scan", "scans/" + id, {"machines/m1@1", "blades/b1"}, "b1"));
+    ASSERT_TRUE(recorded.ok()) << recorded.status();
+  }
+  ASSERT_TRUE(transaction->Commit().ok());
+  Append(Entry("registration", "registrations/r1", {"scans/s1"}, "b1"));
+  Append(Entry("registration", "registrations/r2", {"scans/s2"}, "b1"));
+  Append(Entry("registration", "registrations/r3", {"scans/s1", "scans/s2"}, "b1"));
+  absl::StatusOr<Transaction> reading = database_.database()->Begin(Soon());
+  EXPECT_THAT(NamesOf(DerivedFrom(*reading, "sensors/LJ 0815/a")),
+              ElementsAre("scans/s1", "registrations/r1", "registrations/r3"));
+  EXPECT_THAT(NamesOf(DerivedFrom(*reading, "sensors/LJ 4711")),
+              ElementsAre("scans/s2", "registrations/r2", "registrations/r3"));
+  EXPECT_THAT(NamesOf(DerivedFrom(*reading, "probes/TP-1", {"registration"})),
+              ElementsAre("registrations/r1", "registrations/r2", "registrations/r3"));
+  for (const char* known : {"sensors/LJ 0815/a", "sensors/LJ 4711", "probes/TP-1"})
+    EXPECT_TRUE(*IsRecorded(*reading, known)) << known;
+  EXPECT_FALSE(*IsRecorded(*reading, "sensors/LJ 0815"));
+  EXPECT_EQ((**FindEntry(*reading, "scans/s1")).state, "KEPT");
+}
+
+TEST_F(RecordTest, RecallByTheSoftwareThatMadeIt) {
+  RecordEntry old = Entry("registration", "registrations/r1", {"scans/s1"}, "b1");
+  old.software_version = "0.0.9+bad";
+  Append(old);
+  Append(Entry("correction", "corrections/k1", {"registrations/r1"}, "b1"));
+  Append(Entry("registration", "registrations/r2", {"scans/s1"}, "b1"));
+  absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+  EXPECT_THAT(NamesOf(DerivedFrom(*transaction, "software/0.0.9+bad")),
+              ElementsAre("registrations/r1", "corrections/k1"));
+  EXPECT_TRUE(*IsRecorded(*transaction, "software/0.0.9+bad"));
+  EXPECT_FALSE(*IsRecorded(*transaction, "software/0.0.9"));
+  EXPECT_THAT(NamesOf(DerivedFrom(*transaction, "software/0.0.9")), ElementsAre());
+}
+
+// What was made of a span's things after it belongs to the recall; what was made of others after it does not.
+TEST_F(RecordTest, RecallOfASpanOfTimeGoesOnWithWhatWasMadeOfItLater) {
+  Append(Entry("calibration", "calibrations/c1", {"machines/m1@1"}));
+  Append(Entry("registration", "registrations/r1", {"scans/s1", "calibrations/c1"}, "b1"));
+  Append(Entry("registration", "registrations/r2", {"scans/s2", "calibrations/c1"}, "b2"));
+  Append(Entry("registration", "registrations/r3", {"scans/s3", "calibrations/c1"}, "b3"));
+  Append(Entry("inspection", "inspections/i1", {"registrations/r1"}, "b1"));
+  Append(Entry("inspection", "inspections/i2", {"registrations/r2"}, "b2"));
+  absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+  const auto at = [&](const std::string& name) { return (**FindEntry(*transaction, name)).recorded.recorded_at; };
+  JournalPage page;
+  page.recorded = {at("registrations/r2"), at("registrations/r3")};
+  EXPECT_THAT(NamesOf(DerivedFrom(*transaction, "calibrations/c1", {}, page)),
+              ElementsAre("registrations/r2", "inspections/i2"));
+  EXPECT_THAT(NamesOf(DerivedFrom(*transaction, "", {}, page)),
+              ElementsAre("registrations/r2", "scans/s3", "registrations/r3", "inspections/i2"));
+  EXPECT_THAT(NamesOf(DerivedFrom(*transaction, "", {"inspection"}, page)), ElementsAre("inspections/i2"));
+  page.limit = 1;
+  std::vector<std::string> paged;
+  for (;;) {
+    const auto entries = DerivedFrom(*transaction, "", {}, page);
+    ASSERT_TRUE(entries.ok()) << entries.status();
+    if (entries->empty()) break;
+    paged.push_back(entries->front().entry.name);
+    page.after_sequence = entries->front().recorded.sequence;
+  }
+  EXPECT_THAT(paged, ElementsAre("registrations/r2", "scans/s3", "registrations/r3", "inspections/i2"));
+  page = {};
+  page.recorded.from = at("inspections/i2") + std::chrono::hours(1);
+  EXPECT_THAT(NamesOf(DerivedFrom(*transaction, "calibrations/c1", {}, page)), ElementsAre());
+}
+
+TEST_F(RecordTest, TraceTellsWhatAThingWasMadeFrom) {
+  Append(Entry("scan", "scans/plate", {"machines/m1@1", "artefacts/a1@1"}));
+  Append(Entry("calibration", "calibrations/c1", {"scans/plate"}));
+  Append(Entry("calibration", "calibrations/c2", {"scans/plate"}));
+  Append(Entry("blade", "blades/b1", {"parts/p1@2"}, "b1"));
+  Append(Entry("scan", "scans/s1", {"blades/b1", "machines/m1@1"}, "b1"));
+  Append(Entry("registration", "registrations/r1", {"scans/s1", "calibrations/c1"}, "b1"));
+  Append(Entry("correction", "corrections/k1", {"registrations/r1"}, "b1"));
+  Append(Entry("registration", "registrations/r9", {"scans/s9", "calibrations/c2"}, "b9"));
+  absl::StatusOr<Transaction> transaction = database_.database()->Begin(Soon());
+  EXPECT_THAT(NamesOf(MadeFrom(*transaction, "registrations/r1")),
+              ElementsAre("machines/m1@1", "artefacts/a1@1", "scans/plate", "calibrations/c1", "parts/p1@2",
+                          "blades/b1", "scans/s1"));
+  // Of a blade with all that concerns it; in pages.
+  EXPECT_THAT(NamesOf(MadeFrom(*transaction, "blades/b1")),
+              ElementsAre("machines/m1@1", "artefacts/a1@1", "scans/plate", "calibrations/c1", "parts/p1@2", "scans/s1",
+                          "registrations/r1", "corrections/k1"));
+  const std::int64_t scanned = (**FindEntry(*transaction, "scans/s1")).recorded.sequence;
+  EXPECT_THAT(NamesOf(MadeFrom(*transaction, "blades/b1", {scanned, 1})), ElementsAre("registrations/r1"));
+  EXPECT_THAT(NamesOf(MadeFrom(*transaction, "machines/m1")), ElementsAre());
 }
 
 TEST_F(RecordTest, AnEntryIsFoundByItsExactName) {

@@ -232,16 +232,25 @@ class FakeJournal final : public storage::JournalReader {
                       Deadline) const override {
     const auto lock = record_->Lock();
     if (!record_->failure().ok()) return record_->failure();
-    return Page(record_->DerivedFrom(name), page, [&](const storage::RecordEntry& entry) {
-      if (!kinds.empty() && std::find(kinds.begin(), kinds.end(), entry.kind) == kinds.end()) return false;
-      const std::string of =
-          entry.kind == "part" ? entry.name.substr(0, entry.name.find('@')) : "blades/" + entry.blade.value_or("");
-      const auto part = clearances_->part_of.find(of);
-      return part == clearances_->part_of.end() || !clearances_->Hides(page.reader, part->second);
+    return Page(record_->DerivedFrom(name, page.recorded), page, [&](const storage::RecordEntry& entry) {
+      return (kinds.empty() || std::find(kinds.begin(), kinds.end(), entry.kind) != kinds.end()) &&
+             IsSeen(entry, page.reader);
     });
+  }
+  Entries MadeFrom(const std::string& name, const storage::JournalPage& page, Deadline) const override {
+    const auto lock = record_->Lock();
+    if (!record_->failure().ok()) return record_->failure();
+    return Page(record_->MadeFrom(name), page,
+                [&](const storage::RecordEntry& entry) { return IsSeen(entry, page.reader); });
   }
 
  private:
+  bool IsSeen(const storage::RecordEntry& entry, const storage::Reader& reader) const {
+    const std::string of =
+        entry.kind == "part" ? entry.name.substr(0, entry.name.find('@')) : "blades/" + entry.blade.value_or("");
+    const auto part = clearances_->part_of.find(of);
+    return part == clearances_->part_of.end() || !clearances_->Hides(reader, part->second);
+  }
   template <typename Wanted>
   static std::vector<storage::JournalEntry> Page(const std::vector<storage::JournalEntry>& entries,
                                                  const storage::JournalPage& page, const Wanted& wanted) {

@@ -63,7 +63,21 @@ class FakeRecord {
   static bool Means(const std::string& name, const std::string& recorded) {
     return recorded == name || recorded.rfind(name + "@", 0) == 0;
   }
-  std::vector<storage::JournalEntry> DerivedFrom(const std::string& name) const {
+  // An empty name: everything. A span: of that what was recorded within it, and what was made from that.
+  std::vector<storage::JournalEntry> DerivedFrom(const std::string& name, const storage::TimeSpan& span = {}) const {
+    if (span.from || span.until) {
+      std::vector<storage::JournalEntry> within;
+      std::set<std::string> names;
+      for (const storage::JournalEntry& entry : name.empty() ? entries_ : DerivedFrom(name))
+        if (Contains(span, entry.recorded.recorded_at)) names.insert(entry.entry.name);
+      for (const storage::JournalEntry& entry : entries_) {
+        const std::vector<std::string>& inputs = entry.entry.inputs;
+        if (std::any_of(inputs.begin(), inputs.end(), [&](const std::string& input) { return names.count(input) > 0; }))
+          names.insert(entry.entry.name);
+        if (names.count(entry.entry.name) > 0) within.push_back(entry);
+      }
+      return within;
+    }
     std::vector<storage::JournalEntry> derived;
     std::set<std::string> names;
     for (const storage::JournalEntry& entry : entries_) {  // inputs are recorded before what is made of them
@@ -75,6 +89,18 @@ class FakeRecord {
       derived.push_back(entry);
     }
     return derived;
+  }
+  std::vector<storage::JournalEntry> MadeFrom(const std::string& name) const {
+    std::set<std::string> names;
+    std::vector<storage::JournalEntry> made_from;
+    for (auto entry = entries_.rbegin(); entry != entries_.rend(); ++entry) {
+      const bool is_meant = Means(name, entry->entry.name);
+      const bool is_of_blade = "blades/" + entry->entry.blade.value_or("") == name;
+      const bool is_input = names.count(entry->entry.name) > 0;
+      if (is_meant || is_of_blade || is_input) names.insert(entry->entry.inputs.begin(), entry->entry.inputs.end());
+      if ((is_of_blade || is_input) && entry->entry.name != name) made_from.insert(made_from.begin(), *entry);
+    }
+    return made_from;
   }
 
  private:

@@ -25,6 +25,19 @@ constexpr char kTemplate[] =
 
 class ReleaseTest : public ::testing::Test {
  protected:
+  // What the record says of a correction, sooner, is what the view of states says: after every test, of all that it made.
+  void TearDown() override {
+    auto transaction = plant_.database.database()->Begin(testing::Soon());
+    ASSERT_TRUE(transaction.ok()) << transaction.status();
+    const auto differing = transaction->Execute(
+        "SELECT correction_id::text, state, correction_state(correction_id) FROM correction_states "
+        "WHERE state IS DISTINCT FROM correction_state(correction_id)",
+        {});
+    ASSERT_TRUE(differing.ok()) << differing.status();
+    for (int row = 0; row < differing->count(); ++row)
+      ADD_FAILURE() << differing->Text(row, 0) << ": " << differing->Text(row, 1) << ", told "
+                    << differing->Text(row, 2);
+  }
   ReleaseTest() { plant_.plant.machine.mutable_safety_envelope()->set_keep_out_mm(0.5); }
 
   template <typename Request, typename Response>

@@ -131,6 +131,54 @@ TEST_F(RecordServiceTest, RecallFollowsEveryEdgePageByPage) {
   EXPECT_THAT(Recall("registrations/r3", {}, 10), ElementsAre());
 }
 
+TEST_F(RecordServiceTest, RecallByASpanOfTimeAndByReleases) {
+  v1::RecallRequest request;
+  const auto refused = [&] { return Call(&v1::RecordService::Stub::Recall, request).status(); };
+  EXPECT_EQ(refused().code(), absl::StatusCode::kInvalidArgument);  // of nothing at all
+  request.mutable_recorded()->mutable_from()->set_seconds(1795231646);
+  request.mutable_recorded()->mutable_until()->set_seconds(1795231645);
+  EXPECT_THAT(std::string(refused().message()), ::testing::HasSubstr("recorded"));
+  request.mutable_recorded()->clear_until();
+  request.mutable_recorded()->mutable_from()->set_seconds(1600000000);
+  request.add_kinds("registration");
+  const auto all = Call(&v1::RecordService::Stub::Recall, request);
+  ASSERT_TRUE(all.ok()) << all.status();
+  EXPECT_EQ(all->entries_size(), 3);
+  request.mutable_recorded()->mutable_from()->set_seconds(4000000000);
+  EXPECT_EQ(Call(&v1::RecordService::Stub::Recall, request)->entries_size(), 0);
+  EXPECT_EQ(Recall("software/test", {"registration"}, 2).size(), 3u);
+  request.clear_recorded();
+  for (const char* name : {"software/", "sensors/none", "nothing", ""}) {
+    request.set_name(name);
+    EXPECT_FALSE(refused().ok()) << name;
+  }
+  // A page of another question.
+  request.set_name("machines/m1");
+  request.set_page_size(1);
+  request.set_page_token(Call(&v1::RecordService::Stub::Recall, request)->next_page_token());
+  request.mutable_recorded()->mutable_from()->set_seconds(1600000000);
+  EXPECT_EQ(refused().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST_F(RecordServiceTest, TraceGoesBackFromAResultPageByPage) {
+  v1::TraceRequest request;
+  request.set_name("registrations/r2");
+  request.set_page_size(2);
+  std::vector<std::string> names;
+  do {
+    const auto page = Call(&v1::RecordService::Stub::Trace, request);
+    ASSERT_TRUE(page.ok()) << page.status();
+    for (const v1::RecordEntry& entry : page->entries()) names.push_back(entry.name());
+    request.set_page_token(page->next_page_token());
+  } while (!request.page_token().empty());
+  EXPECT_THAT(names, ElementsAre("parts/vane@1", "blades/sn1", "machines/m1@1", "calibrations/a1", "calibrations/c1",
+                                 "scans/s2"));
+  request.set_name("registrations/r9");
+  EXPECT_EQ(runtime::ReasonOf(Call(&v1::RecordService::Stub::Trace, request).status()), "RECORD_ENTRY_NOT_FOUND");
+  request.set_name("r2");
+  EXPECT_EQ(Call(&v1::RecordService::Stub::Trace, request).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
 TEST_F(RecordServiceTest, WhatWasNeverRecordedDoesNotReadAsUnused) {
   v1::RecallRequest request;
   request.set_name("calibrations/c9");
