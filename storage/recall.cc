@@ -19,16 +19,16 @@ constexpr char kSelectStart[] =
     "SELECT coalesce(array_agg(DISTINCT record_id) FILTER (WHERE NOT is_origin), '{}')::text[], "
     "(coalesce(array_agg(DISTINCT record_id) FILTER (WHERE root), '{}') || "
     "CASE WHEN $2 THEN ARRAY[root_of($1)] ELSE '{}' END)::text[] FROM near";
-// In the order of the journal; NULL: no entry is as late.
+// No row: no entry is as late.
 constexpr char kSelectFirstAt[] =
     "SELECT record_sequence FROM record_names WHERE recorded_at >= $1 ORDER BY recorded_at, record_sequence LIMIT 1";
 
-// What a reader may see of the kinds that are wanted: $3 kinds, $4 hidden parts.
-#define SIXPOINT_WANTED                                                                                       \
-  "(cardinality($3::text[]) = 0 OR e.kind = ANY ($3::text[])) "                                               \
-  "AND (cardinality($4::text[]) = 0 OR CASE WHEN e.blade_serial IS NULL "                                     \
+// What a reader from whom the parts $4 are hidden may see, and the kinds $3 of it that are wanted.
+#define SIXPOINT_SEEN                                                                                         \
+  "(cardinality($4::text[]) = 0 OR CASE WHEN e.blade_serial IS NULL "                                         \
   "THEN coalesce(NOT parts_of_record(e.record_id) && $4::text[], false) ELSE EXISTS (SELECT 1 FROM blades b " \
   "WHERE b.blade_serial = e.blade_serial AND b.part_id <> ALL ($4::text[])) END)"
+#define SIXPOINT_WANTED "(cardinality($3::text[]) = 0 OR e.kind = ANY ($3::text[])) AND " SIXPOINT_SEEN
 // From $5 (past it) to $6 (before it): of $1, which are few, and of each root of $2 its next in order, of which the first are kept.
 #define SIXPOINT_HITS                                                                                               \
   "SELECT e.record_id, e.record_sequence FROM unnest($1::uuid[]) near JOIN record_entries e ON e.record_id = near " \
@@ -68,9 +68,7 @@ constexpr char kSelectMadeFrom[] =
     ") OR i.record_id IN (SELECT record_id FROM of_blade) "
     "UNION SELECT i.input_id FROM up JOIN record_inputs i ON i.record_id = up.record_id) " SIXPOINT_ENTRY_COLUMNS
     "WHERE e.record_id IN (SELECT record_id FROM up UNION SELECT record_id FROM of_blade) AND e.record_sequence > $3 "
-    "AND n.name <> $1 AND (cardinality($4::text[]) = 0 OR CASE WHEN e.blade_serial IS NULL "
-    "THEN coalesce(NOT parts_of_record(e.record_id) && $4::text[], false) ELSE EXISTS (SELECT 1 FROM blades b "
-    "WHERE b.blade_serial = e.blade_serial AND b.part_id <> ALL ($4::text[])) END) ORDER BY e.record_sequence LIMIT $5";
+    "AND n.name <> $1 AND " SIXPOINT_SEEN " ORDER BY e.record_sequence LIMIT $5";
 
 struct Start {
   std::vector<std::string> near, roots;

@@ -1,5 +1,6 @@
 #include "services/plant/record_service.h"
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,8 +32,9 @@ absl::Status CheckRecalled(const v1::RecallRequest& request) {
   const std::string& name = request.name();
   if (name.empty() && (request.recorded().has_from() || request.recorded().has_until())) return absl::OkStatus();
   if (!storage::IsUnrecordedRoot(name)) return runtime::CheckName("name", name);
-  return name.back() != '/' ? absl::OkStatus()
-                            : runtime::Refuse("name", name, "a serial number or a version after the stroke");
+  const bool has_control = std::any_of(name.begin(), name.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
+  if (name.back() != '/' && !has_control) return absl::OkStatus();
+  return runtime::Refuse("name", name, "a serial number or a version after the stroke, without control characters");
 }
 
 // OK where something of that name was ever recorded.

@@ -148,7 +148,7 @@ TEST_F(RecordServiceTest, RecallByASpanOfTimeAndByReleases) {
   EXPECT_EQ(Call(&v1::RecordService::Stub::Recall, request)->entries_size(), 0);
   EXPECT_EQ(Recall("software/test", {"registration"}, 2).size(), 3u);
   request.clear_recorded();
-  for (const char* name : {"software/", "sensors/none", "nothing", ""}) {
+  for (const char* name : {"software/", "sensors/none", "sensors/a\nb", "nothing", ""}) {
     request.set_name(name);
     EXPECT_FALSE(refused().ok()) << name;
   }
