@@ -61,6 +61,9 @@ void AddCommands(Command* root, Session* session) {
   AddInspectionCommands(root, session);
   AddRecallCommand(root, session);
   AddTraceCommand(root, session);
+  AddReplayCommand(root, session);
+  AddRejudgeCommand(root, session);
+  AddValuesCommand(root, session);
   AddPlantCommands(root, session);
   AddCallCommand(root, session);
   AddCompletionCommand(root, session);

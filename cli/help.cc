@@ -22,7 +22,7 @@ const std::vector<Group>& Groups() {
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
       {"Blades", {"register", "registration", "correct", "correction", "inspect", "inspection"}},
-      {"Besides", {"recall", "trace", "plant", "call", "completion"}},
+      {"Besides", {"recall", "trace", "replay", "rejudge", "values", "plant", "call", "completion"}},
   };
   return *groups;
 }
@@ -122,6 +122,11 @@ constexpr Example kExamples[] = {
      "sixpoint recall machines/sarix-1 --kinds registration,correction --limit 50\n"
      "sixpoint recall sensors/LJ-0815 --since 2026-11-21 --until 2026-11-22 --kinds inspection"},
     {"trace", "sixpoint trace blades/SN-1"},
+    {"replay", "sixpoint replay inspections/7c7a7cb2-6a0c-4f0f-9a3c-2f8d5c8e2b11"},
+    {"rejudge", "sixpoint rejudge calibrations/7c7a7cb2-6a0c-4f0f-9a3c-2f8d5c8e2b11 --sensor-calibration ID"},
+    {"values",
+     "sixpoint values --blade SN-1 --characteristic G1/H3/position\n"
+     "sixpoint values --part vane --since 2026-11-01 --csv"},
     {"plant run", "sixpoint plant run DIR --out results.json"},
     {"call", "sixpoint call PlantService/GetMachine '{\"name\": \"machines/sarix-1\"}'"},
     {"completion", "source <(sixpoint completion bash)"},

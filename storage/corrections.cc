@@ -17,11 +17,11 @@ namespace {
   "envelope_translation_mm, envelope_rotation_deg, valid_until, requested_by, software_version, axes, "               \
   "nc_reader_version, nc_pose_count, nc_greatest_difference_um, nc_greatest_tilt_deg, nc_work_offset_codes, "         \
   "nc_work_offsets, nc_held_sha256, nc_tool_numbers, nc_tool_lengths_mm, registration_age_h, clamping, "              \
-  "budget_sources"
+  "budget_sources, computed_on"
 constexpr char kInsertCorrection[] =
     "INSERT INTO corrections (" SIXPOINT_CORRECTION_COLUMNS
     ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, "
-    "$17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27::integer[], $28, $29, $30, $31)";
+    "$17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27::integer[], $28, $29, $30, $31, $32)";
 // With whose tables: the registration's are the correction's.
 #define SIXPOINT_SELECT_CORRECTIONS                                                                               \
   "SELECT " SIXPOINT_CORRECTION_COLUMNS                                                                           \
@@ -109,24 +109,26 @@ CorrectionRow ReadCorrection(const Rows& rows, int row) {
   correction.envelope_translation_mm = rows.Real(row, 13);
   correction.envelope_rotation_deg = rows.Real(row, 14);
   correction.valid_until = rows.Time(row, 15);
-  correction.requested_by = rows.Text(row, 37);
+  correction.requested_by = rows.Text(row, 38);
   correction.software_version = rows.Text(row, 17);
   correction.axes = rows.Texts(row, 18);
   if (!rows.IsNull(row, 19))
     correction.proof = ProgramProofRow{rows.Text(row, 19), static_cast<int>(rows.Int(row, 20)), rows.Real(row, 21),
                                        rows.Real(row, 22)};
   if (!rows.IsNull(row, 23)) ReadOffsets(rows, row, &correction);
+  if (!rows.IsNull(row, 9)) correction.template_sha256 = rows.Digest(row, 9);
   for (const int program : {10, 25})
     if (!rows.IsNull(row, program)) correction.program_sha256 = rows.Digest(row, program);
   if (!rows.IsNull(row, 26)) ReadTools(rows, row, &correction);
   if (!rows.IsNull(row, 28)) correction.registration_age_h = rows.Real(row, 28);
   if (!rows.IsNull(row, 29)) correction.clamping = rows.Text(row, 29);
   if (!rows.IsNull(row, 30)) correction.budget_sources = rows.Texts(row, 30);
-  correction.characterisation_ids = rows.Texts(row, 31);
-  correction.recorded = {rows.Int(row, 32), rows.Time(row, 33)};
-  correction.state = rows.Text(row, 34);
-  correction.usable_until = rows.Time(row, 35);
-  if (!rows.IsNull(row, 36)) correction.superseded_by = rows.Text(row, 36);
+  correction.computed_on = rows.OptionalText(row, 31);
+  correction.characterisation_ids = rows.Texts(row, 32);
+  correction.recorded = {rows.Int(row, 33), rows.Time(row, 34)};
+  correction.state = rows.Text(row, 35);
+  correction.usable_until = rows.Time(row, 36);
+  if (!rows.IsNull(row, 37)) correction.superseded_by = rows.Text(row, 37);
   return correction;
 }
 
@@ -175,6 +177,7 @@ Params CorrectionParams(const CorrectionRow& correction, const KeptTexts& kept) 
   correction.registration_age_h.has_value() ? params.Real(*correction.registration_age_h) : params.Null();
   params.OptionalText(correction.clamping);
   correction.budget_sources.empty() ? params.Null() : params.Texts(correction.budget_sources);
+  params.OptionalText(correction.computed_on);
   return params;
 }
 
@@ -313,6 +316,11 @@ absl::StatusOr<std::optional<CorrectionRow>> FindCorrection(Transaction& transac
   if (!rows.ok()) return rows.status();
   if (rows->empty()) return std::nullopt;
   CorrectionRow& correction = rows->front();
+  if (!correction.template_sha256.empty()) {
+    absl::StatusOr<std::string> text = GetBlob(transaction, correction.template_sha256);
+    if (!text.ok()) return text.status();
+    correction.nc_template = *std::move(text);
+  }
   if (!correction.program_sha256.empty()) {
     absl::StatusOr<std::string> text = GetBlob(transaction, correction.program_sha256);
     if (!text.ok()) return text.status();

@@ -78,7 +78,7 @@ struct CorrectionRow {
   int part_revision = 0;
   std::string sensor_calibration_id;
   std::string rotation_calibration_id;
-  std::string nc_template;  // as it was sent; empty: none. Kept as a blob, not read back
+  std::string nc_template;  // as it was sent; empty: none. Kept and read as nc_program
   std::string nc_program;   // empty: none, or held. Kept as a blob; read by FindCorrection, left out of lists
   std::string nc_held;  // the program while a person's release is awaited, and after it; kept and read as nc_program
   std::string release;  // AUTOMATIC, AWAITING_PERSON
@@ -88,6 +88,7 @@ struct CorrectionRow {
   Instant valid_until;
   std::string requested_by;
   std::string software_version;
+  std::string computed_on;                        // processor and C library; empty: made before it was kept
   Recorded recorded;                              // set by InsertCorrection
   std::vector<std::string> axes{"A", "B"};        // the machine's letters of a and b
   std::vector<std::string> characterisation_ids;  // read only: whose tables the registration's angles were taken with
@@ -102,9 +103,10 @@ struct CorrectionRow {
 
   // What it is now; as made, until it is read. DRAFT, RELEASED, REFUSED, SUPERSEDED, EXPIRED, WITHDRAWN, CUT.
   std::string state;
-  Instant usable_until;        // read only, as are those below
-  std::string superseded_by;   // an id; empty: by none
-  std::string program_sha256;  // of nc_program or nc_held; empty: there is none
+  Instant usable_until;         // read only, as are those below
+  std::string superseded_by;    // an id; empty: by none
+  std::string template_sha256;  // of nc_template; empty: there is none
+  std::string program_sha256;   // of nc_program or nc_held; empty: there is none
   std::optional<CorrectionDecisionRow> released, refused;
 
   const std::string& program() const { return nc_program.empty() ? nc_held : nc_program; }

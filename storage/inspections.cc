@@ -16,10 +16,11 @@ namespace {
   "sensor_calibration_id, rotation_calibration_id, verdict, decision_rule, deviation_minimum_um, "       \
   "deviation_maximum_um, deviation_rms_um, deviation_p05_um, deviation_p50_um, deviation_p95_um, "       \
   "deviation_point_count, deviation_excluded_count, requested_by, software_version, method, "            \
-  "disagreement_um, disagreement_ratio, positioning_disagrees, positioning_covered, budget_sources"
+  "disagreement_um, disagreement_ratio, positioning_disagrees, positioning_covered, budget_sources, "    \
+  "computed_on, rejudges"
 constexpr char kInsertInspection[] = "INSERT INTO inspections (" SIXPOINT_INSPECTION_COLUMNS
                                      ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, "
-                                     "$17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27)";
+                                     "$17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27, $28, $29)";
 #define SIXPOINT_SELECT_INSPECTIONS                                                                          \
   "SELECT " SIXPOINT_INSPECTION_COLUMNS                                                                      \
   ", record_sequence, recorded_at, name_of(requested_by) FROM inspections JOIN recorded r ON r.record_id = " \
@@ -93,7 +94,7 @@ InspectionRow ReadInspection(const Rows& rows, int row) {
   inspection.deviation_p95_um = rows.Real(row, 16);
   inspection.deviation_point_count = rows.Int(row, 17);
   inspection.deviation_excluded_count = rows.Int(row, 18);
-  inspection.requested_by = rows.Text(row, 29);
+  inspection.requested_by = rows.Text(row, 31);
   inspection.software_version = rows.Text(row, 20);
   inspection.method = rows.Text(row, 21);
   if (!rows.IsNull(row, 22)) inspection.disagreement_um = rows.Real(row, 22);
@@ -101,7 +102,9 @@ InspectionRow ReadInspection(const Rows& rows, int row) {
   inspection.positioning_disagrees = rows.Bool(row, 24);
   inspection.positioning_covered = rows.Bool(row, 25);
   if (!rows.IsNull(row, 26)) inspection.budget_sources = rows.Texts(row, 26);
-  inspection.recorded = {rows.Int(row, 27), rows.Time(row, 28)};
+  inspection.computed_on = rows.OptionalText(row, 27);
+  inspection.rejudges_id = rows.OptionalText(row, 28);
+  inspection.recorded = {rows.Int(row, 29), rows.Time(row, 30)};
   return inspection;
 }
 
@@ -119,6 +122,7 @@ Params InspectionParams(const InspectionRow& inspection) {
     value ? params.Real(*value) : params.Null();
   params.Bool(inspection.positioning_disagrees).Bool(inspection.positioning_covered);
   inspection.budget_sources.empty() ? params.Null() : params.Texts(inspection.budget_sources);
+  params.OptionalText(inspection.computed_on).OptionalUuid(inspection.rejudges_id);
   return params;
 }
 

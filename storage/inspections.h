@@ -66,7 +66,9 @@ struct InspectionRow {
   std::int64_t deviation_excluded_count = 0;
   std::string requested_by;
   std::string software_version;
-  Recorded recorded;  // set by InsertInspection
+  std::string rejudges_id;  // the inspection that this one judges anew; empty: none
+  std::string computed_on;  // processor and C library; empty: made before it was kept
+  Recorded recorded;        // set by InsertInspection
   std::vector<std::string> scan_ids;
   std::vector<std::string> budget_sources;  // empty: none, or made before they were kept
   std::vector<InspectionHoleRow> holes;

@@ -89,6 +89,7 @@ struct RegistrationRow {
   double compute_seconds = 0;
   std::string requested_by;
   std::string software_version;
+  std::string computed_on;  // processor and C library; empty: made before it was kept
   std::string weakest_direction_in_words;
   std::optional<double> noise_sigma_um, model_sigma_um;  // not of ALLOWANCE, nor before these were kept
   std::optional<double> information_kept, surface_part;

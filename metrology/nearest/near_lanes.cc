@@ -1,6 +1,9 @@
 #include "metrology/nearest/near_lanes.h"
 
+#include <algorithm>
 #include <atomic>
+#include <cstdlib>
+#include <string_view>
 
 // Vectors by name: left to itself the compiler may not turn comparisons into masks, and makes scalar code of such a loop for
 // every processor without AVX-512. tests/metrology/nearest/check_packed_lanes looks at what came out.
@@ -95,8 +98,18 @@ __attribute__((target("avx512f,avx512vl,avx512dq"))) void MeasureSixteen(const T
 }
 #endif
 
+// $SIXPOINT_LANES, 4, 8 or 16, where this processor has as many: to show that a lesser one computes the same.
+LaneWidth WidthAtStart() {
+  const std::vector<LaneWidth> widths = LaneWidths();
+  const char* const asked = std::getenv("SIXPOINT_LANES");
+  if (asked == nullptr) return widths.back();
+  const std::string_view lanes(asked);
+  const LaneWidth wanted = lanes == "4" ? LaneWidth::kFour : lanes == "8" ? LaneWidth::kEight : LaneWidth::kSixteen;
+  return std::find(widths.begin(), widths.end(), wanted) == widths.end() ? widths.back() : wanted;
+}
+
 std::atomic<LaneWidth>& Used() {
-  static std::atomic<LaneWidth> used = LaneWidths().back();
+  static std::atomic<LaneWidth> used = WidthAtStart();
   return used;
 }
 

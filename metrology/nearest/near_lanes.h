@@ -39,8 +39,8 @@ MeasureTriangle MeasureOf(LaneWidth width);
 // Those that this processor has, the widest last.
 std::vector<LaneWidth> LaneWidths();
 
-// What searches use from now on, all of this process: the widest, unless a test or benchmark asks for another that this
-// processor has. Only the time depends on it.
+// What searches use from now on, all of this process: the widest, unless a test or benchmark, or $SIXPOINT_LANES (4, 8,
+// 16), asks for another that this processor has. Only the time depends on it.
 LaneWidth UsedLaneWidth();
 void UseLaneWidth(LaneWidth width);
 

@@ -188,6 +188,15 @@ absl::StatusOr<std::optional<FetchedArmStudy>> CalibrationClient::ArmStudy(
   return *std::move(arm);
 }
 
+absl::StatusOr<FetchedArmStudy> CalibrationClient::ArmStudyOf(const std::string& name,
+                                                              std::unique_ptr<grpc::ClientContext> context) const {
+  calibration::v1::GetStudyRequest request;
+  request.set_name(name);
+  calibration::v1::Study study;
+  if (const grpc::Status s = studies_->GetStudy(context.get(), request, &study); !s.ok()) return runtime::FromGrpc(s);
+  return ArmOf(study);
+}
+
 absl::Status CalibrationClient::CheckNotMoved(const std::string& field, const FetchedSensorCalibration& sensor,
                                               const google::protobuf::Timestamp& scans_received_at) {
   if (!sensor.interim || sensor.interim->verdict() == calibration::v1::STUDY_VERDICT_ACCEPTED) return absl::OkStatus();

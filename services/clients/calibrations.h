@@ -80,6 +80,9 @@ class CalibrationClient {
   // The newest of the machine; nothing where nobody studied its arm.
   absl::StatusOr<std::optional<FetchedArmStudy>> ArmStudy(const std::string& machine,
                                                           std::unique_ptr<grpc::ClientContext> context) const;
+  // One by name, newest or not.
+  absl::StatusOr<FetchedArmStudy> ArmStudyOf(const std::string& name,
+                                             std::unique_ptr<grpc::ClientContext> context) const;
   // FAILED_PRECONDITION (SENSOR_MOVED): the newest interim check of it did not find the scanner where it was calibrated, and no accepted one
   // is of after the scans, the last of which was received then. field: where it was named.
   static absl::Status CheckNotMoved(const std::string& field, const FetchedSensorCalibration& sensor,

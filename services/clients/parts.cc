@@ -48,7 +48,9 @@ double GreatestPositionError_mm(const plant::v1::HoleGroup& group) {
 }
 
 PlantClient::PlantClient(std::shared_ptr<grpc::Channel> plant, std::size_t surface_bytes)
-    : stub_(plant::v1::PlantService::NewStub(plant)), surfaces_(std::make_unique<SurfaceCache>(surface_bytes)) {}
+    : stub_(plant::v1::PlantService::NewStub(plant)),
+      record_(plant::v1::RecordService::NewStub(plant)),
+      surfaces_(std::make_unique<SurfaceCache>(surface_bytes)) {}
 PlantClient::~PlantClient() = default;
 
 absl::StatusOr<plant::v1::Machine> PlantClient::GetMachine(const std::string& name, int revision,
@@ -89,6 +91,24 @@ absl::StatusOr<plant::v1::Blade> PlantClient::GetBlade(const std::string& name,
   const absl::Status status = runtime::FromGrpc(stub_->GetBlade(context.get(), request, &blade));
   if (!status.ok()) return status;
   return blade;
+}
+
+absl::StatusOr<plant::v1::RecordEntry> PlantClient::GetRecordEntry(const std::string& name,
+                                                                   std::unique_ptr<grpc::ClientContext> context) const {
+  plant::v1::GetRecordEntryRequest request;
+  request.set_name(name);
+  plant::v1::RecordEntry entry;
+  const absl::Status status = runtime::FromGrpc(record_->GetRecordEntry(context.get(), request, &entry));
+  if (!status.ok()) return status;
+  return entry;
+}
+
+absl::StatusOr<plant::v1::RecallResponse> PlantClient::Recall(const plant::v1::RecallRequest& request,
+                                                              std::unique_ptr<grpc::ClientContext> context) const {
+  plant::v1::RecallResponse response;
+  const absl::Status status = runtime::FromGrpc(record_->Recall(context.get(), request, &response));
+  if (!status.ok()) return status;
+  return response;
 }
 
 absl::StatusOr<std::shared_ptr<const metrology::Surface>> PlantClient::GetSurface(

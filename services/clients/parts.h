@@ -12,6 +12,7 @@
 #include "metrology/surface/surface.h"
 #include "services/clients/surface_cache.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
+#include "sixpoint/plant/v1/record.grpc.pb.h"
 
 namespace sixpoint::clients {
 
@@ -34,6 +35,12 @@ class PlantClient {
                                           std::unique_ptr<grpc::ClientContext> context) const;
   absl::StatusOr<plant::v1::Blade> GetBlade(const std::string& name,
                                             std::unique_ptr<grpc::ClientContext> context) const;
+  // As the journal has it, of anything that was recorded.
+  absl::StatusOr<plant::v1::RecordEntry> GetRecordEntry(const std::string& name,
+                                                        std::unique_ptr<grpc::ClientContext> context) const;
+  // A page of what rests on something.
+  absl::StatusOr<plant::v1::RecallResponse> Recall(const plant::v1::RecallRequest& request,
+                                                   std::unique_ptr<grpc::ClientContext> context) const;
   // Prepared once for all that ask for it; keep_going (may be empty) ends the wait for another call's preparation.
   absl::StatusOr<std::shared_ptr<const metrology::Surface>> GetSurface(
       const plant::v1::Part& part, std::unique_ptr<grpc::ClientContext> context,
@@ -41,6 +48,7 @@ class PlantClient {
 
  private:
   std::unique_ptr<plant::v1::PlantService::Stub> stub_;
+  std::unique_ptr<plant::v1::RecordService::Stub> record_;
   std::unique_ptr<SurfaceCache> surfaces_;
 };
 

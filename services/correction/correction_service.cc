@@ -1,5 +1,6 @@
 #include "services/correction/correction_service.h"
 
+#include <algorithm>
 #include <cstring>
 #include <string>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_results.h"
+#include "services/runtime/replay.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::correction {
@@ -36,6 +38,30 @@ void TakeCutBefore(const std::vector<storage::CutHoleRow>& cut, Inputs* inputs) 
     for (const metrology::NominalHoleGroup& group : inputs->groups)
       if (group.name == row.hole.group_name)
         inputs->cut_before.push_back(row.hole.group_name + "/" + row.hole.hole_name);
+}
+
+// Without what became of it since.
+absl::StatusOr<v1::Correction> AsMade(absl::StatusOr<v1::Correction> correction) {
+  if (!correction.ok()) return correction;
+  correction->clear_state();
+  correction->clear_usable_until();
+  correction->clear_superseded_by();
+  correction->clear_released();
+  correction->clear_refused();
+  for (v1::CorrectedGroup& group : *correction->mutable_groups())
+    for (v1::CorrectedHole& hole : *group.mutable_holes()) hole.clear_reported_cut_at();
+  return correction;
+}
+
+// As it was asked for; every group that it has was wanted.
+v1::CorrectRequest RequestOf(const storage::CorrectionRow& row, const v1::Correction& recorded) {
+  v1::CorrectRequest request;
+  request.set_registration(recorded.registration());
+  for (const storage::CorrectionGroupRow& group : row.groups) request.add_groups(group.group_name);
+  request.set_nc_template(row.nc_template);
+  *request.mutable_work_offsets() = recorded.work_offsets();
+  *request.mutable_tool_lengths() = recorded.tool_lengths();
+  return request;
 }
 
 }  // namespace
@@ -88,6 +114,48 @@ absl::StatusOr<runtime::Made<storage::CorrectionRow>> CorrectionService::Make(co
   const absl::StatusOr<Corrected> corrected = CorrectBlade(request, *inputs, caller.keep_going);
   if (!corrected.ok()) return corrected.status();
   return RecordOf(request, *inputs, *corrected);
+}
+
+grpc::Status CorrectionService::ReplayCorrection(grpc::ServerContext* context,
+                                                 const v1::ReplayCorrectionRequest* request,
+                                                 replay::v1::Replay* response) {
+  const runtime::Caller caller = runtime::CallerOf(*context);
+  const auto as_row = [](const storage::CorrectionRow& row) { return row; };
+  const auto row = runtime::GetResult<storage::CorrectionRow>(*store_, caller.deadline, "corrections", request->name(),
+                                                              errors::v1::CORRECTION_NOT_FOUND, as_row);
+  if (!row.ok()) return ToGrpc(row.status());
+  const auto recorded = AsMade(ToProto(*row));
+  if (!recorded.ok()) return ToGrpc(recorded.status());
+  const auto slot = running_.Enter(caller.deadline, caller.keep_going);
+  if (!slot.ok()) return ToGrpc(slot.status());
+  registration::v1::ReplayRegistrationRequest of_registration;
+  of_registration.set_name(recorded->registration());
+  replay::v1::Replay registration;
+  const grpc::Status got =
+      peers_->registration->ReplayRegistration(caller.make_context().get(), of_registration, &registration);
+  if (!got.ok()) return ToGrpc(runtime::FromGrpc(got));
+  const auto now = AsMade(MakeAgain(*row, *recorded, caller));
+  auto replay = now.ok() ? runtime::CompareReplay(*recorded, *now) : runtime::FailedReplay(*recorded, now.status());
+  if (!replay.ok()) return ToGrpc(replay.status());
+  for (const v1::ReleaseCheck& check : recorded->checks())
+    if (IsOfTheMoment(check.kind()))
+      replay->add_taken_as_recorded("checks[" + v1::ReleaseCheckKind_Name(check.kind()) + "]");
+  runtime::AddInput(std::move(registration), &*replay);
+  *response = *std::move(replay);
+  return grpc::Status::OK;
+}
+
+absl::StatusOr<v1::Correction> CorrectionService::MakeAgain(const storage::CorrectionRow& row,
+                                                            const v1::Correction& recorded,
+                                                            const runtime::Caller& caller) const {
+  const v1::CorrectRequest request = RequestOf(row, recorded);
+  const absl::StatusOr<Inputs> inputs = FetchAsRecorded(*peers_, recorded, request, caller);
+  if (!inputs.ok()) return inputs.status();
+  const absl::StatusOr<Corrected> corrected = CorrectBlade(request, *inputs, caller.keep_going);
+  if (!corrected.ok()) return corrected.status();
+  storage::CorrectionRow made = RecordOf(request, *inputs, *corrected).row;
+  std::sort(made.characterisation_ids.begin(), made.characterisation_ids.end());  // as they are read
+  return ToProto(made);
 }
 
 absl::StatusOr<v1::Correction> CorrectionService::DryRun(const v1::CorrectRequest& request,

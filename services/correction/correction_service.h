@@ -34,11 +34,17 @@ class CorrectionService final : public v1::CorrectionService::Service {
                              v1::Correction* response) override;
   grpc::Status ListCorrections(grpc::ServerContext* context, const v1::ListCorrectionsRequest* request,
                                v1::ListCorrectionsResponse* response) override;
+  // Its registration too, in its service.
+  grpc::Status ReplayCorrection(grpc::ServerContext* context, const v1::ReplayCorrectionRequest* request,
+                                replay::v1::Replay* response) override;
 
  private:
   absl::StatusOr<runtime::Made<storage::CorrectionRow>> Make(const v1::CorrectRequest& request,
                                                              const runtime::Caller& caller) const;
 
+  // As it came out of what the row was made from.
+  absl::StatusOr<v1::Correction> MakeAgain(const storage::CorrectionRow& row, const v1::Correction& recorded,
+                                           const runtime::Caller& caller) const;
   absl::StatusOr<v1::Correction> DryRun(const v1::CorrectRequest& request, const runtime::Caller& caller) const;
   // A decision that Decide made of the request, recorded.
   template <typename Request>

@@ -8,6 +8,7 @@
 #include "metrology/correction/keep_out.h"
 #include "metrology/correction/nc_proof.h"
 #include "metrology/correction/nc_remaining.h"
+#include "services/clients/registered_pose.h"
 #include "services/correction/machine_axes.h"
 #include "services/correction/messages.h"
 #include "services/correction/rows.h"
@@ -94,7 +95,8 @@ absl::Status TakeRemaining(const storage::CorrectionRow& correction, const Holes
 
 absl::StatusOr<registration::v1::Registration> StandingRegistration(const storage::CorrectionRow& correction,
                                                                     const Peers& peers, const runtime::Caller& caller) {
-  auto registration = RegistrationOf(peers, runtime::NameOf("registrations", correction.registration_id), caller);
+  auto registration = clients::RegistrationOf(
+      *peers.registration, runtime::NameOf("registrations", correction.registration_id), caller.make_context());
   if (!registration.ok()) return registration;
   if (absl::Status in_force = CheckCalibrations(peers, *registration, caller); !in_force.ok()) return in_force;
   const auto against = AgainstClamping(peers, *registration, caller);

@@ -92,6 +92,9 @@ absl::StatusOr<std::vector<GateCheck>> Judge(const Inputs& inputs,
     }
     checks.push_back(metrology::CountAgainst(GateCheckKind::kInterimCheck, missing));
   }
+  for (GateCheck& check : checks)
+    for (const GateCheck& of_then : inputs.checks_of_then)
+      if (of_then.kind == check.kind) check = of_then;
   return checks;
 }
 

@@ -6,6 +6,7 @@
 #include "services/clients/registered_pose.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
+#include "services/runtime/time_proto.h"
 
 namespace sixpoint::correction {
 namespace {
@@ -151,6 +152,29 @@ absl::Status FetchPart(const Peers& peers, const v1::CorrectRequest& request, co
   return absl::OkStatus();
 }
 
+// As the registration names them, in force or not.
+absl::Status FetchCalibrationsOfThen(const Peers& peers, const runtime::Caller& caller, Inputs* inputs) {
+  const registration::v1::Registration& registration = inputs->registration;
+  auto sensor = peers.calibrations.Sensor(registration.sensor_calibration(), caller.make_context());
+  if (!sensor.ok()) return sensor.status();
+  auto rotation = peers.calibrations.Rotation(registration.rotation_calibration(), caller.make_context());
+  if (!rotation.ok()) return rotation.status();
+  auto tables = clients::TablesOf(registration, peers.calibrations, caller.make_context);
+  if (!tables.ok()) return tables.status();
+  inputs->sensor = *std::move(sensor);
+  inputs->rotation = *std::move(rotation);
+  inputs->tables = *std::move(tables);
+  return absl::OkStatus();
+}
+
+// What the gate asks of the moment at which it judges.
+constexpr std::array kOfTheMoment = {metrology::GateCheckKind::kRegistrationAge, metrology::GateCheckKind::kClamping,
+                                     metrology::GateCheckKind::kCutBefore, metrology::GateCheckKind::kInterimCheck};
+
+bool IsOf(metrology::GateCheckKind kind, v1::ReleaseCheckKind of_contract) {
+  return v1::ReleaseCheckKind_Name(of_contract) == "RELEASE_CHECK_KIND_" + metrology::NameOf(kind);
+}
+
 // A registration of the same machine, or of the same blade, that was made later. What stands on a machine is what was registered there
 // last, whatever its clampings are called.
 bool SpeaksAgainst(const registration::v1::Registration& later, const registration::v1::Registration& registration) {
@@ -159,16 +183,6 @@ bool SpeaksAgainst(const registration::v1::Registration& later, const registrati
 }
 
 }  // namespace
-
-absl::StatusOr<registration::v1::Registration> RegistrationOf(const Peers& peers, const std::string& name,
-                                                              const runtime::Caller& caller) {
-  registration::v1::GetRegistrationRequest get;
-  get.set_name(name);
-  registration::v1::Registration registration;
-  const grpc::Status got = peers.registration->GetRegistration(caller.make_context().get(), get, &registration);
-  if (!got.ok()) return runtime::FromGrpc(got);
-  return registration;
-}
 
 absl::Status CheckCalibrations(const Peers& peers, const registration::v1::Registration& registration,
                                const runtime::Caller& caller) {
@@ -200,10 +214,40 @@ absl::StatusOr<std::vector<std::string>> AgainstClamping(const Peers& peers,
   return against;
 }
 
+bool IsOfTheMoment(v1::ReleaseCheckKind kind) {
+  return std::any_of(kOfTheMoment.begin(), kOfTheMoment.end(), [&](auto one) { return IsOf(one, kind); });
+}
+
+absl::StatusOr<Inputs> FetchAsRecorded(const Peers& peers, const v1::Correction& recorded,
+                                       const v1::CorrectRequest& request, const runtime::Caller& caller) {
+  Inputs inputs;
+  auto registration = clients::RegistrationOf(*peers.registration, recorded.registration(), caller.make_context());
+  if (!registration.ok()) return registration.status();
+  inputs.registration = *std::move(registration);
+  absl::Status status = clients::CheckConverged(inputs.registration);
+  if (status.ok()) status = FetchCalibrationsOfThen(peers, caller, &inputs);
+  if (status.ok()) status = FetchMachine(peers, caller, &inputs);
+  if (status.ok()) status = FetchPart(peers, request, caller, &inputs);
+  if (!status.ok()) return status;
+  inputs.now = runtime::MomentOf(recorded.recorded_at());
+  for (const v1::ReleaseCheck& check : recorded.checks())
+    for (const metrology::GateCheckKind kind : kOfTheMoment)
+      if (IsOf(kind, check.kind())) {
+        metrology::GateCheck& of_then = inputs.checks_of_then.emplace_back();
+        of_then.kind = kind;
+        of_then.subject = check.subject();
+        if (check.has_value()) of_then.value = check.value();
+        of_then.limit = check.limit();
+        of_then.failed_count = check.failed_count();
+      }
+  return inputs;
+}
+
 absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::CorrectRequest& request,
                                    const runtime::Caller& caller) {
   Inputs inputs;
-  absl::StatusOr<registration::v1::Registration> registration = RegistrationOf(peers, request.registration(), caller);
+  absl::StatusOr<registration::v1::Registration> registration =
+      clients::RegistrationOf(*peers.registration, request.registration(), caller.make_context());
   if (!registration.ok()) return registration.status();
   inputs.registration = *std::move(registration);
   absl::Status status = clients::CheckConverged(inputs.registration);

@@ -50,6 +50,8 @@ struct Inputs {
   std::vector<std::string> against_clamping;  // registrations that say that the blade stands there no more
   std::vector<std::string> cut_before;        // holes of those groups, by other programs of this blade
   std::chrono::system_clock::time_point now;
+  // Of a replay: what the gate found of the moment it judged at, which is not found again. Each stands for what is found of its kind.
+  std::vector<metrology::GateCheck> checks_of_then;
 };
 
 // FAILED_PRECONDITION with a reason: REGISTRATION_NOT_CONVERGED; CALIBRATION_EXPIRED where the rotation calibration or an axis table that the
@@ -59,9 +61,12 @@ struct Inputs {
 absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::CorrectRequest& request,
                                    const runtime::Caller& caller);
 
-// As the registration service has it.
-absl::StatusOr<registration::v1::Registration> RegistrationOf(const Peers& peers, const std::string& name,
-                                                              const runtime::Caller& caller);
+// What a recorded one was made from, whatever is in force now; the checks that go by clock, clamping and earlier cuts are as it has them.
+absl::StatusOr<Inputs> FetchAsRecorded(const Peers& peers, const v1::Correction& recorded,
+                                       const v1::CorrectRequest& request, const runtime::Caller& caller);
+
+// Whether a check asks how things stand at the moment: it cannot be asked again.
+bool IsOfTheMoment(v1::ReleaseCheckKind kind);
 
 // As FetchInputs has it: refused where what the registration rests on is not in force.
 absl::Status CheckCalibrations(const Peers& peers, const registration::v1::Registration& registration,

@@ -81,6 +81,7 @@ absl::StatusOr<v1::Correction> ToProto(const storage::CorrectionRow& row) {
   runtime::ToProto(row.valid_until, correction.mutable_valid_until());
   correction.set_requested_by(row.requested_by);
   correction.set_software_version(row.software_version);
+  correction.set_computed_on(row.computed_on);
   runtime::ToProto(row.recorded.recorded_at, correction.mutable_recorded_at());
   correction.set_record_sequence(row.recorded.sequence);
   for (const std::string& axis : row.axes) correction.add_axes(axis);

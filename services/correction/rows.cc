@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "services/clients/error_sources.h"
+#include "services/runtime/computed_on.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
 #include "storage/blobs.h"
@@ -136,6 +137,7 @@ runtime::Made<storage::CorrectionRow> RecordOf(const v1::CorrectRequest& request
   row.usable_until = row.valid_until;
   if (!corrected.nc_program.empty()) row.program_sha256 = storage::Sha256Hex(corrected.nc_program);
   row.software_version = runtime::SoftwareVersion();
+  row.computed_on = runtime::ComputedOn();
   storage::RecordEntry entry = EntryOf(row, inputs, corrected);
   return {std::move(row), std::move(entry)};
 }

@@ -75,10 +75,7 @@ absl::Status FetchPose(const Peers& peers, const runtime::Caller& caller, Inputs
   const registration::v1::Registration& registration = inputs->registration;
   const auto sensor = peers.calibrations.Sensor(registration.sensor_calibration(), caller.make_context());
   if (!sensor.ok()) return sensor.status();
-  if (absl::Status s = clients::CalibrationClient::CheckNotMoved("registration.sensor_calibration", *sensor,
-                                                                 registration.scans_received_at());
-      !s.ok())
-    return s;
+  inputs->sensor_calibration = *sensor;
   const auto rotation = peers.calibrations.Rotation(registration.rotation_calibration(), caller.make_context());
   if (!rotation.ok()) return rotation.status();
   const auto tables = clients::TablesOf(registration, peers.calibrations, caller.make_context);
@@ -96,6 +93,35 @@ absl::Status FetchPose(const Peers& peers, const runtime::Caller& caller, Inputs
   return absl::OkStatus();
 }
 
+// By the inspection's entry in the journal.
+std::vector<std::string> RegistrationsOf(const plant::v1::RecordEntry& inspection) {
+  std::vector<std::string> names;
+  for (const std::string& name : inspection.inputs())
+    if (name.rfind("registrations/", 0) == 0) names.push_back(name);
+  return names;
+}
+
+// All else follows from the registration that the verdict rests on: inputs->registration.
+absl::Status FetchByRegistration(const Peers& peers, const OtherPositioning& other, const runtime::Caller& caller,
+                                 Inputs* inputs) {
+  if (absl::Status status = clients::CheckConverged(inputs->registration); !status.ok()) return status;
+  if (absl::Status status = FetchPose(peers, caller, inputs); !status.ok()) return status;
+  const auto part =
+      peers.plant.GetPart(inputs->registration.part(), inputs->registration.part_revision(), caller.make_context());
+  if (!part.ok()) return part.status();
+  auto holes = HolesOf(*part);
+  if (!holes.ok()) return holes.status();
+  inputs->holes = *std::move(holes);
+  inputs->part = *part;
+  auto compared = Compare(other, inputs->registration, TightestUm(inputs->holes));
+  if (!compared.ok()) return compared.status();
+  inputs->compared = *std::move(compared);
+  auto surface = peers.plant.GetSurface(*part, caller.make_context());
+  if (!surface.ok()) return surface.status();
+  inputs->surface = *std::move(surface);
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::InspectRequest& request,
@@ -105,22 +131,46 @@ absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::InspectRequest&
   if (!registration.ok()) return registration.status();
   Inputs inputs;
   inputs.registration = *std::move(registration);
-  if (absl::Status status = clients::CheckConverged(inputs.registration); !status.ok()) return status;
-  if (absl::Status status = FetchPose(peers, caller, &inputs); !status.ok()) return status;
-  const auto part =
-      peers.plant.GetPart(inputs.registration.part(), inputs.registration.part_revision(), caller.make_context());
-  if (!part.ok()) return part.status();
-  auto holes = HolesOf(*part);
-  if (!holes.ok()) return holes.status();
-  inputs.holes = *std::move(holes);
-  inputs.part = *part;
-  auto compared = Compare(peers, request, inputs.registration, TightestUm(inputs.holes), caller);
-  if (!compared.ok()) return compared.status();
-  inputs.compared = *std::move(compared);
-  auto surface = peers.plant.GetSurface(*part, caller.make_context());
-  if (!surface.ok()) return surface.status();
-  inputs.surface = *std::move(surface);
+  absl::Status status = FetchByRegistration(peers, RegisteredNow(peers, request, caller), caller, &inputs);
+  if (status.ok())
+    status = clients::CalibrationClient::CheckNotMoved("registration.sensor_calibration", inputs.sensor_calibration,
+                                                       inputs.registration.scans_received_at());
+  if (!status.ok()) return status;
   return inputs;
+}
+
+absl::StatusOr<Inputs> FetchAsRecorded(const Peers& peers, const v1::Inspection& recorded,
+                                       const runtime::Caller& caller) {
+  Inputs inputs;
+  const auto entry = peers.plant.GetRecordEntry(recorded.name(), caller.make_context());
+  if (!entry.ok()) return entry.status();
+  std::vector<registration::v1::Registration> others;
+  for (const std::string& name : RegistrationsOf(*entry)) {
+    auto registration = clients::RegistrationOf(*peers.registration, name, caller.make_context());
+    if (!registration.ok()) return registration.status();
+    if (name == recorded.registration())
+      inputs.registration = *std::move(registration);
+    else
+      others.push_back(*std::move(registration));
+  }
+  if (absl::Status status = FetchByRegistration(peers, RegisteredThen(others), caller, &inputs); !status.ok())
+    return status;
+  return inputs;
+}
+
+absl::StatusOr<std::vector<replay::v1::Replay>> ReplayRegistrations(const Peers& peers, const v1::Inspection& recorded,
+                                                                    const runtime::Caller& caller) {
+  const auto entry = peers.plant.GetRecordEntry(recorded.name(), caller.make_context());
+  if (!entry.ok()) return entry.status();
+  std::vector<replay::v1::Replay> replays;
+  for (const std::string& name : RegistrationsOf(*entry)) {
+    registration::v1::ReplayRegistrationRequest request;
+    request.set_name(name);
+    const grpc::Status got =
+        peers.registration->ReplayRegistration(caller.make_context().get(), request, &replays.emplace_back());
+    if (!got.ok()) return runtime::FromGrpc(got);
+  }
+  return replays;
 }
 
 }  // namespace sixpoint::inspection

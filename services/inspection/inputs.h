@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "metrology/correction/registered_pose.h"
@@ -12,6 +13,7 @@
 #include "metrology/kinematics/rotary_axes.h"
 #include "metrology/scanner/line_scanner.h"
 #include "metrology/surface/surface.h"
+#include "services/clients/calibrations.h"
 #include "services/inspection/peers.h"
 #include "services/inspection/positioning.h"
 #include "services/runtime/call.h"
@@ -23,7 +25,8 @@ struct Inputs {
   registration::v1::Registration registration;  // converged
   Compared compared;
   std::optional<metrology::RegisteredPose> pose;  // once fetched
-  metrology::SensorPose sensor;
+  clients::FetchedSensorCalibration sensor_calibration;
+  metrology::SensorPose sensor;  // of it
   metrology::RotaryAxes axes;
   plant::v1::Machine machine;
   plant::v1::Part part;
@@ -35,5 +38,11 @@ struct Inputs {
 // passed on. INVALID_ARGUMENT for a scan of another blade or kind.
 absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::InspectRequest& request,
                                    const runtime::Caller& caller);
+// What a recorded one was judged from, whatever became of it since.
+absl::StatusOr<Inputs> FetchAsRecorded(const Peers& peers, const v1::Inspection& recorded,
+                                       const runtime::Caller& caller);
+// Of all registrations that it rests on.
+absl::StatusOr<std::vector<replay::v1::Replay>> ReplayRegistrations(const Peers& peers, const v1::Inspection& recorded,
+                                                                    const runtime::Caller& caller);
 
 }  // namespace sixpoint::inspection

@@ -8,12 +8,14 @@
 #include "services/inspection/inspect.h"
 #include "services/inspection/messages.h"
 #include "services/inspection/metrics.h"
+#include "services/inspection/rejudge.h"
 #include "services/inspection/rows.h"
 #include "services/inspection/validate.h"
 #include "services/runtime/call.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_results.h"
+#include "services/runtime/replay.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::inspection {
@@ -35,25 +37,70 @@ grpc::Status InspectionService::Inspect(grpc::ServerContext* context, const v1::
   const runtime::Caller caller = runtime::CallerOf(*context);
   const auto slot = running_.Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());
+  return runtime::Answer(InspectOnce("inspection.Inspect", *request, "", caller), response);
+}
+
+absl::StatusOr<v1::Inspection> InspectionService::InspectOnce(const char* call, const v1::InspectRequest& request,
+                                                              const std::string& rejudges_id,
+                                                              const runtime::Caller& caller) {
   std::string made_id, verdict;
   double deviation_rms_um = 0;
   const auto make = [&] {
-    auto made = Make(*request, caller);
+    auto made = Make(request, caller);
     if (made.ok()) {
+      made->row.rejudges_id = rejudges_id;
       made_id = made->row.inspection_id;
       verdict = made->row.verdict;
       deviation_rms_um = made->row.deviation_rms_um;
     }
     return made;
   };
-  const auto recorded =
-      runtime::RecordedResult<v1::Inspection>(store_.get(), "inspection.Inspect", *request, caller, make, ToProto);
+  auto recorded = runtime::RecordedResult<v1::Inspection>(store_.get(), call, request, caller, make, ToProto);
   // Not where an earlier call recorded it, or another one meanwhile.
   if (recorded.ok() && runtime::LastSegment(recorded->name()) == made_id) {
     Metrics().recorded.Add(verdict);
     Metrics().deviation_rms_metres.Observe(deviation_rms_um * 1e-6);
   }
-  return runtime::Answer(recorded, response);
+  return recorded;
+}
+
+grpc::Status InspectionService::Rejudge(grpc::ServerContext* context, const v1::RejudgeRequest* request,
+                                        grpc::ServerWriter<v1::RejudgeResponse>* writer) {
+  if (absl::Status status = CheckRejudge(*request); !status.ok()) return ToGrpc(status);
+  const runtime::Caller caller = runtime::CallerOf(*context);
+  const absl::StatusOr<std::vector<std::string>> names = InspectionsOf(*peers_, *request, caller);
+  if (!names.ok()) return ToGrpc(names.status());
+  int finished_count = 0, flip_count = 0;
+  for (const std::string& name : *names) {
+    auto response = RejudgeOne(*request, name, caller);
+    if (!response.ok()) return ToGrpc(response.status());
+    flip_count += response->flips();
+    response->set_finished_count(++finished_count);
+    response->set_total_count(static_cast<int>(names->size()));
+    response->set_flip_count(flip_count);
+    if (!writer->Write(*response))
+      return ToGrpc(absl::CancelledError("rejudge: the client went away; what was judged is kept"));
+  }
+  return grpc::Status::OK;
+}
+
+absl::StatusOr<v1::RejudgeResponse> InspectionService::RejudgeOne(const v1::RejudgeRequest& request,
+                                                                  const std::string& name,
+                                                                  const runtime::Caller& caller) {
+  const auto old = runtime::GetResult<v1::Inspection>(*store_, caller.deadline, "inspections", name,
+                                                      errors::v1::INSPECTION_NOT_FOUND, ToProto);
+  if (!old.ok()) return old.status();
+  const auto slot = running_.Enter(caller.deadline, caller.keep_going, runtime::ComputePool::Patience::kPatient);
+  if (!slot.ok()) return slot.status();
+  const auto again = AskedAgain(*peers_, request, *old, caller);
+  if (!again.ok()) return again.status();
+  const auto now = InspectOnce("inspection.Rejudge", *again, runtime::LastSegment(name), caller);
+  // Not of this blade: whoever asked calls again, and goes on.
+  const absl::Status& status = now.status();
+  if (absl::IsUnavailable(status) || absl::IsCancelled(status) || absl::IsDeadlineExceeded(status) ||
+      absl::IsResourceExhausted(status))
+    return status;
+  return Beside(*old, now);
 }
 
 absl::StatusOr<runtime::Made<storage::InspectionRow>> InspectionService::Make(const v1::InspectRequest& request,
@@ -64,6 +111,35 @@ absl::StatusOr<runtime::Made<storage::InspectionRow>> InspectionService::Make(co
       InspectBlade(peers_->scans, *inputs, options_.threads, caller);
   if (!findings.ok()) return findings.status();
   return RecordOf(*inputs, *findings);
+}
+
+grpc::Status InspectionService::ReplayInspection(grpc::ServerContext* context,
+                                                 const v1::ReplayInspectionRequest* request,
+                                                 replay::v1::Replay* response) {
+  const runtime::Caller caller = runtime::CallerOf(*context);
+  const auto recorded = runtime::GetResult<v1::Inspection>(*store_, caller.deadline, "inspections", request->name(),
+                                                           errors::v1::INSPECTION_NOT_FOUND, ToProto);
+  if (!recorded.ok()) return ToGrpc(recorded.status());
+  const auto slot = running_.Enter(caller.deadline, caller.keep_going);
+  if (!slot.ok()) return ToGrpc(slot.status());
+  const auto registrations = ReplayRegistrations(*peers_, *recorded, caller);
+  if (!registrations.ok()) return ToGrpc(registrations.status());
+  const auto now = MakeAgain(*recorded, caller);
+  auto replay = now.ok() ? runtime::CompareReplay(*recorded, *now) : runtime::FailedReplay(*recorded, now.status());
+  if (!replay.ok()) return ToGrpc(replay.status());
+  for (const replay::v1::Replay& registration : *registrations) runtime::AddInput(registration, &*replay);
+  *response = *std::move(replay);
+  return grpc::Status::OK;
+}
+
+absl::StatusOr<v1::Inspection> InspectionService::MakeAgain(const v1::Inspection& recorded,
+                                                            const runtime::Caller& caller) const {
+  const absl::StatusOr<Inputs> inputs = FetchAsRecorded(*peers_, recorded, caller);
+  if (!inputs.ok()) return inputs.status();
+  const absl::StatusOr<metrology::BladeFindings> findings =
+      InspectBlade(peers_->scans, *inputs, options_.threads, caller);
+  if (!findings.ok()) return findings.status();
+  return ToProto(RecordOf(*inputs, *findings).row);
 }
 
 grpc::Status InspectionService::GetInspection(grpc::ServerContext* context, const v1::GetInspectionRequest* request,

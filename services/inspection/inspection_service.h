@@ -28,10 +28,22 @@ class InspectionService final : public v1::InspectionService::Service {
                              v1::Inspection* response) override;
   grpc::Status ListInspections(grpc::ServerContext* context, const v1::ListInspectionsRequest* request,
                                v1::ListInspectionsResponse* response) override;
+  // One after the other, each in a slot of its own.
+  grpc::Status Rejudge(grpc::ServerContext* context, const v1::RejudgeRequest* request,
+                       grpc::ServerWriter<v1::RejudgeResponse>* writer) override;
+  // Its registrations too, each in its service.
+  grpc::Status ReplayInspection(grpc::ServerContext* context, const v1::ReplayInspectionRequest* request,
+                                replay::v1::Replay* response) override;
 
  private:
+  // call: whose request_id it is. rejudges_id: the inspection that it judges anew; empty: none.
+  absl::StatusOr<v1::Inspection> InspectOnce(const char* call, const v1::InspectRequest& request,
+                                             const std::string& rejudges_id, const runtime::Caller& caller);
+  absl::StatusOr<v1::RejudgeResponse> RejudgeOne(const v1::RejudgeRequest& request, const std::string& name,
+                                                 const runtime::Caller& caller);
   absl::StatusOr<runtime::Made<storage::InspectionRow>> Make(const v1::InspectRequest& request,
                                                              const runtime::Caller& caller) const;
+  absl::StatusOr<v1::Inspection> MakeAgain(const v1::Inspection& recorded, const runtime::Caller& caller) const;
 
   const std::shared_ptr<storage::InspectionStore> store_;
   const std::unique_ptr<const Peers> peers_;

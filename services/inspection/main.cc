@@ -1,5 +1,6 @@
 // sixpoint-inspection: the verdict on a machined blade.
 #include "services/inspection/inspection_service.h"
+#include "services/inspection/value_service.h"
 #include "services/runtime/peers.h"
 #include "services/runtime/server.h"
 
@@ -20,6 +21,8 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   services.push_back(
       {v1::InspectionService::service_full_name(),
        std::make_unique<InspectionService>(storage::InspectionsIn(database), std::move(peers), inspection_options)});
+  services.push_back(
+      {v1::ValueService::service_full_name(), std::make_unique<ValueService>(storage::ValuesIn(database))});
   return services;
 }
 

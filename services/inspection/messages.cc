@@ -90,6 +90,8 @@ absl::StatusOr<v1::Inspection> ToProto(const storage::InspectionRow& row) {
   inspection.set_decision_rule(row.decision_rule);
   inspection.set_requested_by(row.requested_by);
   inspection.set_software_version(row.software_version);
+  inspection.set_computed_on(row.computed_on);
+  if (!row.rejudges_id.empty()) inspection.set_rejudges(runtime::NameOf("inspections", row.rejudges_id));
   runtime::ToProto(row.recorded.recorded_at, inspection.mutable_recorded_at());
   inspection.set_record_sequence(row.recorded.sequence);
   return inspection;

@@ -43,11 +43,10 @@ absl::StatusOr<registration::v1::Registration> Register(const Peers& peers, cons
 
 // None where the part or what was asked for does not allow this positioning, or its fit gives no pose: the result says
 // that it lacks. A plant that cannot register now (its calibration, its points, a service that is away) ends the call.
-absl::StatusOr<std::optional<registration::v1::Registration>> Other(const Peers& peers,
-                                                                    const v1::InspectRequest& request,
+absl::StatusOr<std::optional<registration::v1::Registration>> Other(const OtherPositioning& find,
                                                                     registration::v1::Method method,
-                                                                    const runtime::Caller& caller, Compared* compared) {
-  absl::StatusOr<registration::v1::Registration> other = Register(peers, request, method, caller);
+                                                                    Compared* compared) {
+  absl::StatusOr<registration::v1::Registration> other = find(method);
   if (absl::IsInvalidArgument(other.status()) || runtime::HasReason(other.status(), errors::v1::SIX_POINTS_MISSING))
     return std::nullopt;
   if (!other.ok()) return other.status();
@@ -63,17 +62,28 @@ absl::StatusOr<registration::v1::Registration> RegisterAsked(const Peers& peers,
   return Register(peers, request, MethodOf(request), caller);
 }
 
+OtherPositioning RegisteredNow(const Peers& peers, const v1::InspectRequest& request, const runtime::Caller& caller) {
+  return [&](registration::v1::Method method) { return Register(peers, request, method, caller); };
+}
+
+OtherPositioning RegisteredThen(const std::vector<registration::v1::Registration>& recorded) {
+  return [recorded](registration::v1::Method method) -> absl::StatusOr<registration::v1::Registration> {
+    for (const registration::v1::Registration& one : recorded)
+      if (one.method() == method) return one;
+    return absl::InvalidArgumentError(registration::v1::Method_Name(method) + " was not recorded with it");
+  };
+}
+
 // Six-point and a local fit by regions were compared with the best fit by registration; a best fit is compared with the pairs.
 // Where they disagree, the part's shape is not its CAD's: the best fit and the nest of six datum points are what the drawing
 // may mean.
-absl::StatusOr<Compared> Compare(const Peers& peers, const v1::InspectRequest& request,
-                                 const registration::v1::Registration& registration, double tightest_um,
-                                 const runtime::Caller& caller) {
+absl::StatusOr<Compared> Compare(const OtherPositioning& other, const registration::v1::Registration& registration,
+                                 double tightest_um) {
   Compared compared;
-  const registration::v1::Method method = MethodOf(request);
+  const registration::v1::Method method = registration.method();
   if (registration.evidence().has_disagreement()) compared.disagreement = registration.evidence().disagreement();
   if (method == registration::v1::METHOD_BEST_FIT) {
-    const auto pairs = Other(peers, request, registration::v1::METHOD_SIX_POINT, caller, &compared);
+    const auto pairs = Other(other, registration::v1::METHOD_SIX_POINT, &compared);
     if (!pairs.ok()) return pairs.status();
     if (pairs->has_value() && (*pairs)->evidence().has_disagreement())
       compared.disagreement = (*pairs)->evidence().disagreement();
@@ -82,10 +92,10 @@ absl::StatusOr<Compared> Compare(const Peers& peers, const v1::InspectRequest& r
                        registration.evidence().model_sigma_um() > kShapeOfTolerance * tightest_um;
   if (!compared.disagrees || method == registration::v1::METHOD_SIX_POINT_NORMALS) return compared;
   compared.covered = true;
-  for (const registration::v1::Method other :
+  for (const registration::v1::Method another :
        {registration::v1::METHOD_BEST_FIT, registration::v1::METHOD_SIX_POINT_NORMALS}) {
-    if (other == method) continue;
-    const auto found = Other(peers, request, other, caller, &compared);
+    if (another == method) continue;
+    const auto found = Other(other, another, &compared);
     if (!found.ok()) return found.status();
     if (!found->has_value()) {
       compared.covered = false;

@@ -3,6 +3,7 @@
 
 #include <absl/status/statusor.h>
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +20,13 @@ namespace sixpoint::inspection {
 absl::StatusOr<registration::v1::Registration> RegisterAsked(const Peers& peers, const v1::InspectRequest& request,
                                                              const runtime::Caller& caller);
 
+// Another positioning of the same scans; INVALID_ARGUMENT or SIX_POINTS_MISSING where the part does not allow it.
+using OtherPositioning = std::function<absl::StatusOr<registration::v1::Registration>(registration::v1::Method method)>;
+// Registered now.
+OtherPositioning RegisteredNow(const Peers& peers, const v1::InspectRequest& request, const runtime::Caller& caller);
+// One of those that were recorded with an inspection; INVALID_ARGUMENT where none is of that method.
+OtherPositioning RegisteredThen(const std::vector<registration::v1::Registration>& recorded);
+
 // What other registrations of the same scans say of the one that the verdict rests on.
 struct Compared {
   std::optional<registration::v1::Disagreement> disagreement;
@@ -29,8 +37,7 @@ struct Compared {
 };
 
 // tightest_um: the tightest position tolerance of the holes to be judged.
-absl::StatusOr<Compared> Compare(const Peers& peers, const v1::InspectRequest& request,
-                                 const registration::v1::Registration& registration, double tightest_um,
-                                 const runtime::Caller& caller);
+absl::StatusOr<Compared> Compare(const OtherPositioning& other, const registration::v1::Registration& registration,
+                                 double tightest_um);
 
 }  // namespace sixpoint::inspection

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "services/clients/error_sources.h"
+#include "services/runtime/computed_on.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
 
@@ -129,6 +130,7 @@ runtime::Made<storage::InspectionRow> RecordOf(const Inputs& inputs, const metro
   row.positioning_covered = inputs.compared.covered;
   SetFindings(inputs.holes, findings, &row);
   row.software_version = runtime::SoftwareVersion();
+  row.computed_on = runtime::ComputedOn();
   storage::RecordEntry entry = EntryOf(row, inputs);
   return {std::move(row), std::move(entry)};
 }

@@ -58,16 +58,6 @@ absl::Status AddRegions(const std::string& field, const google::protobuf::Repeat
   return absl::OkStatus();
 }
 
-// Why no calibration maps a scan, and what can be done about it.
-absl::Status NoneOfThen(const absl::Status& status, const std::string& scan) {
-  runtime::ErrorReason reason = errors::v1::CALIBRATION_MISSING;
-  errors::v1::ErrorReason_Parse(runtime::ReasonOf(status), &reason);
-  return runtime::Failure(reason,
-                          std::string(status.message()) + "; " + scan +
-                              " was received then: say by which sensor_calibration it is to be mapped",
-                          runtime::MetadataOf(status));
-}
-
 }  // namespace
 
 void Say(const Caller& caller, v1::RegistrationStep step, int scan_count, int iteration_count) {
@@ -144,11 +134,21 @@ InputFetcher::InputFetcher(const Peers& peers, std::size_t surface_bytes, int th
       thread_count_(thread_count) {}
 
 absl::StatusOr<Inputs> InputFetcher::Fetch(const v1::RegisterRequest& request, const Caller& caller) const {
+  return FetchBy(BasisOfNow(plant_, calibrations_, request, caller), request, caller);
+}
+
+absl::StatusOr<Inputs> InputFetcher::FetchAsRecorded(const v1::Registration& recorded, const Caller& caller) const {
+  auto entry = plant_.GetRecordEntry(recorded.name(), caller.make_context());
+  if (!entry.ok()) return entry.status();
+  const std::vector<std::string> named(entry->inputs().begin(), entry->inputs().end());
+  return FetchBy(BasisOfThen(plant_, calibrations_, recorded, named, caller), RequestOf(recorded), caller);
+}
+
+absl::StatusOr<Inputs> InputFetcher::FetchBy(const Basis& basis, const v1::RegisterRequest& request,
+                                             const Caller& caller) const {
   Inputs inputs;
-  const auto blade = plant_.GetBlade(request.blade(), caller.make_context());
-  if (!blade.ok()) return NotKnown("blade", request.blade(), blade.status());
-  auto part = plant_.GetPart(blade->part(), 0, caller.make_context());
-  if (!part.ok()) return NotKnown("blade.part", blade->part(), part.status());
+  auto part = basis.PartOfBlade(request.blade());
+  if (!part.ok()) return part.status();
   inputs.part = *std::move(part);
   if (IsSixPoint(request.method())) {
     auto datums = DatumsOf(inputs.part);
@@ -171,13 +171,14 @@ absl::StatusOr<Inputs> InputFetcher::Fetch(const v1::RegisterRequest& request, c
   auto surface = plant_.GetSurface(inputs.part, caller.make_context(), caller.keep_going);
   if (!surface.ok()) return surface.status();
   inputs.surface = *std::move(surface);
-  if (absl::Status status = FetchScans(request, caller, &inputs); !status.ok()) return status;
+  if (absl::Status status = FetchScans(basis, request, caller, &inputs); !status.ok()) return status;
   return inputs;
 }
 
 // Scan by scan, each decoded block by block and thinned; the next is fetched meanwhile. The calibrations are those of the first scan's
 // machine, and of when it was received.
-absl::Status InputFetcher::FetchScans(const v1::RegisterRequest& request, const Caller& caller, Inputs* inputs) const {
+absl::Status InputFetcher::FetchScans(const Basis& basis, const v1::RegisterRequest& request, const Caller& caller,
+                                      Inputs* inputs) const {
   const auto fetch = [&, call = runtime::CurrentCall()](int i) {
     const runtime::CallScope scope(call);
     return scans_.FetchBlocks(request.scans(i), caller.make_context());
@@ -202,11 +203,8 @@ absl::Status InputFetcher::FetchScans(const v1::RegisterRequest& request, const 
     if (point_count > kMostPoints)
       return runtime::Refuse("scans", std::to_string(point_count) + " points", "at most 100000000 together");
     if (i + 1 < request.scans_size()) next = std::async(std::launch::async, fetch, i + 1);
-    absl::Status known = i == 0 ? FetchMachine(request, first, caller, inputs)
-                                : CheckMappedAlike(request, fetched->record, caller, inputs);
-    if (known.ok())
-      known = clients::CalibrationClient::CheckNotMoved("scans[" + std::to_string(i) + "]", inputs->sensor,
-                                                        fetched->record.received_at());
+    absl::Status known = i == 0 ? FetchMachine(basis, request, first, inputs) : absl::OkStatus();
+    if (known.ok()) known = basis.CheckMapped("scans[" + std::to_string(i) + "]", fetched->record, &inputs->sensor);
     if (!known.ok()) return known;
     inputs->scans_received_at = std::max(inputs->scans_received_at, runtime::MomentOf(fetched->record.received_at()));
     const auto stretch = clients::StretchOf({inputs->machine, inputs->part, fetched->record.header()});
@@ -231,63 +229,25 @@ absl::Status InputFetcher::FetchScans(const v1::RegisterRequest& request, const 
   return absl::OkStatus();
 }
 
-absl::StatusOr<clients::FetchedSensorCalibration> InputFetcher::FetchSensor(const v1::RegisterRequest& request,
-                                                                            const ingest::v1::Scan& scan,
-                                                                            const Caller& caller,
-                                                                            Inputs* inputs) const {
-  auto of_then = calibrations_.SensorInForceAt(scan.header().machine(), scan.received_at(), caller.make_context());
-  const std::string& asked = request.sensor_calibration();
-  const bool none = absl::IsFailedPrecondition(of_then.status());
-  if (asked.empty() && none) return NoneOfThen(of_then.status(), scan.name());
-  if (asked.empty() || (!of_then.ok() && !none)) return of_then;
-  auto sensor = calibrations_.Sensor(asked, caller.make_context());
-  if (!sensor.ok()) return NotKnown("sensor_calibration", asked, sensor.status());
-  if (sensor->machine != scan.header().machine())
-    return runtime::Refuse("sensor_calibration", asked + " of " + sensor->machine, "one of " + scan.header().machine());
-  if (sensor->withdrawn)
-    return runtime::Failure(errors::v1::CALIBRATION_WITHDRAWN,
-                            "sensor_calibration: " + asked + ", which was withdrawn, want one that was not",
-                            {{"resource", asked}});
-  if (sensor->draft) return runtime::Refuse("sensor_calibration", asked + ", a draft", "one that was released");
-  inputs->sensor_calibration_asked = none || of_then->name != sensor->name;
-  return sensor;
-}
-
-absl::Status InputFetcher::CheckMappedAlike(const v1::RegisterRequest& request, const ingest::v1::Scan& scan,
-                                            const Caller& caller, Inputs* inputs) const {
-  const auto of_then =
-      calibrations_.SensorInForceAt(scan.header().machine(), scan.received_at(), caller.make_context());
-  const bool none = absl::IsFailedPrecondition(of_then.status());
-  if (!of_then.ok() && !none) return of_then.status();
-  if (!none && of_then->name == inputs->sensor_calibration) return absl::OkStatus();
-  if (!request.sensor_calibration().empty()) {
-    inputs->sensor_calibration_asked = true;
-    return absl::OkStatus();
-  }
-  if (none) return NoneOfThen(of_then.status(), scan.name());
-  return runtime::Refuse("scans[" + scan.name() + "]", "received when " + of_then->name + " was in force",
-                         "scans of one sensor calibration, as the first of " + inputs->sensor_calibration +
-                             "; or sensor_calibration, to map all by one");
-}
-
 // The machine of the scans, its calibrations and, where asked for, its axis tables.
-absl::Status InputFetcher::FetchMachine(const v1::RegisterRequest& request, const ingest::v1::Scan& scan,
-                                        const Caller& caller, Inputs* inputs) const {
+absl::Status InputFetcher::FetchMachine(const Basis& basis, const v1::RegisterRequest& request,
+                                        const ingest::v1::Scan& scan, Inputs* inputs) {
   const std::string& machine = scan.header().machine();
-  auto record = plant_.GetMachine(machine, 0, caller.make_context());
-  if (!record.ok()) return NotKnown("scans[0].machine", machine, record.status());
+  auto record = basis.Machine(machine);
+  if (!record.ok()) return record.status();
   inputs->machine = *std::move(record);
   if (absl::Status s = clients::CheckLineScanner(inputs->machine); !s.ok()) return s;
-  auto sensor = FetchSensor(request, scan, caller, inputs);
-  if (!sensor.ok()) return sensor.status();
-  inputs->sensor = *sensor;
+  auto chosen = basis.Sensor(scan);
+  if (!chosen.ok()) return chosen.status();
+  inputs->sensor = *std::move(chosen);
+  const clients::FetchedSensorCalibration* const sensor = &inputs->sensor.calibration;
   const std::string& serial = scan.header().sensor_serial_number();
   if (!serial.empty() && !sensor->sensor_serial_number.empty() && serial != sensor->sensor_serial_number)
     return runtime::Refuse("scans[" + scan.name() + "].sensor_serial_number", serial,
                            sensor->sensor_serial_number + ", the sensor of " + sensor->name);
-  auto rotation = calibrations_.RotationInForce(machine, caller.make_context());
+  auto rotation = basis.Rotation(machine);
   if (!rotation.ok()) return rotation.status();
-  const auto arm = calibrations_.ArmStudy(machine, caller.make_own_context());
+  const auto arm = basis.Arm(machine);
   if (!arm.ok()) return arm.status();
   auto further = clients::FurtherSources({inputs->machine, inputs->part, scan.header()}, *sensor, *rotation, *arm);
   if (!further.ok()) return further.status();
@@ -302,18 +262,18 @@ absl::Status InputFetcher::FetchMachine(const v1::RegisterRequest& request, cons
   inputs->sensor_calibration = sensor->name;
   inputs->rotation_calibration = rotation->name;
   inputs->letters = rotation->letters;
-  return FetchPositioning(request.apply_axis_tables(), *rotation, caller, inputs);
+  return FetchPositioning(basis, request.apply_axis_tables(), *rotation, inputs);
 }
 
-absl::Status InputFetcher::FetchPositioning(bool apply_axis_tables, const clients::FetchedRotationCalibration& rotation,
-                                            const Caller& caller, Inputs* inputs) const {
+absl::Status InputFetcher::FetchPositioning(const Basis& basis, bool apply_axis_tables,
+                                            const clients::FetchedRotationCalibration& rotation, Inputs* inputs) {
   metrology::RotaryPositioning& positioning = inputs->calibration.positioning;
   const std::string& machine = inputs->machine.name();
   std::string without;
   for (std::size_t i = 0; i < rotation.letters.size(); ++i) {
     const std::string& letter = rotation.letters[i];
     const double figure_deg = clients::PositioningFigure_deg(inputs->machine, letter);
-    auto axis = calibrations_.AxisInForce(machine, letter, caller.make_context());
+    auto axis = basis.Axis(machine, letter);
     // One that is over says nothing any more: what the record states holds again.
     if (absl::IsFailedPrecondition(axis.status()) && !apply_axis_tables && figure_deg > 0) axis = std::nullopt;
     if (!axis.ok()) return axis.status();

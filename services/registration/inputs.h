@@ -18,6 +18,7 @@
 #include "services/clients/error_sources.h"
 #include "services/clients/parts.h"
 #include "services/clients/scans.h"
+#include "services/registration/basis.h"
 #include "services/runtime/call.h"
 #include "services/runtime/compute_pool.h"
 #include "sixpoint/plant/v1/plant.pb.h"
@@ -47,11 +48,10 @@ struct Inputs {
   std::array<std::string, 2> letters;            // the machine's, of a and b
   std::array<std::string, 2> characterisations;  // whose tables are applied to a and b; empty: none
   std::vector<std::string> further_names;        // of the calibrations and studies that it rests on beside the two
-  clients::FetchedSensorCalibration sensor;      // of sensor_calibration
+  ChosenSensor sensor;                           // of sensor_calibration
   std::chrono::system_clock::time_point scans_received_at;  // the last of them
   std::string clamping;                                     // stated, or the scans'; empty: neither
   std::optional<double> thermal_stretch;                    // of the scans together; none: no temperature is stated
-  bool sensor_calibration_asked = false;  // and it is not the one that was in force when the scans were received
   std::string remark;
   std::vector<metrology::ScanPortion> portions;
 };
@@ -65,21 +65,18 @@ class InputFetcher {
   // Of a request that CheckRequest let pass. INVALID_ARGUMENT: what it names is not known, or not of its blade or machine.
   // FAILED_PRECONDITION with a reason: calibrations, axis tables or datum points that it needs are not there.
   absl::StatusOr<Inputs> Fetch(const v1::RegisterRequest& request, const Caller& caller) const;
+  // What a recorded one was computed from, whatever is in force now. DATA_LOSS, or FAILED_PRECONDITION (POINTS_DELETED): it is not there any more.
+  absl::StatusOr<Inputs> FetchAsRecorded(const v1::Registration& recorded, const Caller& caller) const;
 
  private:
-  absl::Status FetchScans(const v1::RegisterRequest& request, const Caller& caller, Inputs* inputs) const;
-  absl::Status FetchMachine(const v1::RegisterRequest& request, const ingest::v1::Scan& scan, const Caller& caller,
-                            Inputs* inputs) const;
-  // The one that maps the scans: asked for, or in force when the server received the first.
-  absl::StatusOr<clients::FetchedSensorCalibration> FetchSensor(const v1::RegisterRequest& request,
-                                                                const ingest::v1::Scan& scan, const Caller& caller,
-                                                                Inputs* inputs) const;
-  // INVALID_ARGUMENT where another calibration was in force when this scan was received; where one was asked for, that is kept.
-  absl::Status CheckMappedAlike(const v1::RegisterRequest& request, const ingest::v1::Scan& scan, const Caller& caller,
-                                Inputs* inputs) const;
+  absl::StatusOr<Inputs> FetchBy(const Basis& basis, const v1::RegisterRequest& request, const Caller& caller) const;
+  absl::Status FetchScans(const Basis& basis, const v1::RegisterRequest& request, const Caller& caller,
+                          Inputs* inputs) const;
+  static absl::Status FetchMachine(const Basis& basis, const v1::RegisterRequest& request, const ingest::v1::Scan& scan,
+                                   Inputs* inputs);
   // How both axes position: by their tables where they are asked for, else as uncertain as they are characterised or stated.
-  absl::Status FetchPositioning(bool apply_axis_tables, const clients::FetchedRotationCalibration& rotation,
-                                const Caller& caller, Inputs* inputs) const;
+  static absl::Status FetchPositioning(const Basis& basis, bool apply_axis_tables,
+                                       const clients::FetchedRotationCalibration& rotation, Inputs* inputs);
 
   clients::PlantClient plant_;
   clients::ScanClient scans_;

@@ -123,6 +123,7 @@ absl::StatusOr<v1::Registration> ToProto(const storage::RegistrationRow& row) {
   }
   out.set_requested_by(row.requested_by);
   out.set_software_version(row.software_version);
+  out.set_computed_on(row.computed_on);
   runtime::ToProto(row.recorded.recorded_at, out.mutable_recorded_at());
   out.set_record_sequence(row.recorded.sequence);
   out.set_for_inspection(row.for_inspection);

@@ -17,11 +17,22 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_call.h"
 #include "services/runtime/recorded_results.h"
+#include "services/runtime/replay.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::registration {
 
 using runtime::ToGrpc;
+
+namespace {
+
+// How long it took to compute is no figure of the blade.
+absl::StatusOr<v1::Registration> WithoutTime(absl::StatusOr<v1::Registration> registration) {
+  if (registration.ok()) registration->mutable_evidence()->clear_seconds();
+  return registration;
+}
+
+}  // namespace
 
 RegistrationService::RegistrationService(std::shared_ptr<storage::RegistrationStore> store, const Peers& peers,
                                          const RegistrationLimits& limits)
@@ -56,12 +67,17 @@ absl::StatusOr<v1::Registration> RegistrationService::RegisterOnce(const v1::Reg
 
 absl::StatusOr<runtime::Made<storage::RegistrationRow>> RegistrationService::Make(const v1::RegisterRequest& request,
                                                                                   const Caller& caller) {
+  return MakeFrom(request, caller, [&] { return inputs_.Fetch(request, caller); });
+}
+
+absl::StatusOr<runtime::Made<storage::RegistrationRow>> RegistrationService::MakeFrom(
+    const v1::RegisterRequest& request, const Caller& caller, const std::function<absl::StatusOr<Inputs>()>& fetch) {
   Say(caller, v1::REGISTRATION_STEP_WAITING, 0, 0);
   const auto slot = pool_.Enter(caller.deadline, caller.keep_going, caller.patience);
   if (!slot.ok()) return slot.status();
   Say(caller, v1::REGISTRATION_STEP_FETCHING, 0, 0);
   const auto make = [&]() -> absl::StatusOr<runtime::Made<storage::RegistrationRow>> {
-    const absl::StatusOr<Inputs> inputs = inputs_.Fetch(request, caller);
+    const absl::StatusOr<Inputs> inputs = fetch();
     if (!inputs.ok()) return inputs.status();
     const auto started = std::chrono::steady_clock::now();
     auto registered = metrology::Register({*inputs->surface, inputs->portions, inputs->calibration}, inputs->task);
@@ -84,6 +100,26 @@ grpc::Status RegistrationService::GetRegistration(grpc::ServerContext* context,
       runtime::GetResult<v1::Registration>(*store_, runtime::DeadlineOf(*context), "registrations", request->name(),
                                            errors::v1::REGISTRATION_NOT_FOUND, ToProto),
       response);
+}
+
+grpc::Status RegistrationService::ReplayRegistration(grpc::ServerContext* context,
+                                                     const v1::ReplayRegistrationRequest* request,
+                                                     replay::v1::Replay* response) {
+  const Caller caller{runtime::CallerOf(*context)};
+  const auto recorded = WithoutTime(runtime::GetResult<v1::Registration>(
+      *store_, caller.deadline, "registrations", request->name(), errors::v1::REGISTRATION_NOT_FOUND, ToProto));
+  if (!recorded.ok()) return ToGrpc(recorded.status());
+  const auto now = WithoutTime(MakeAgain(*recorded, caller));
+  if (!now.ok()) return runtime::Answer(runtime::FailedReplay(*recorded, now.status()), response);
+  *response = runtime::CompareReplay(*recorded, *now);
+  return grpc::Status::OK;
+}
+
+absl::StatusOr<v1::Registration> RegistrationService::MakeAgain(const v1::Registration& recorded,
+                                                                const Caller& caller) {
+  const auto again = MakeFrom(RequestOf(recorded), caller, [&] { return inputs_.FetchAsRecorded(recorded, caller); });
+  if (!again.ok()) return again.status();
+  return ToProto(again->row);
 }
 
 grpc::Status RegistrationService::ListRegistrations(grpc::ServerContext* context,

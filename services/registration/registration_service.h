@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 
 #include "services/registration/inputs.h"
@@ -31,6 +32,9 @@ class RegistrationService final : public v1::RegistrationService::Service {
                                v1::Registration* response) override;
   grpc::Status ListRegistrations(grpc::ServerContext* context, const v1::ListRegistrationsRequest* request,
                                  v1::ListRegistrationsResponse* response) override;
+  // In a turn as Register has.
+  grpc::Status ReplayRegistration(grpc::ServerContext* context, const v1::ReplayRegistrationRequest* request,
+                                  replay::v1::Replay* response) override;
   // One batch more than kMostBatches at once gets RESOURCE_EXHAUSTED; a batch of one request is counted with Register's calls.
   grpc::Status RegisterBatch(grpc::ServerContext* context, const v1::RegisterBatchRequest* request,
                              grpc::ServerWriter<v1::RegisterBatchResponse>* writer) override;
@@ -41,6 +45,10 @@ class RegistrationService final : public v1::RegistrationService::Service {
   absl::StatusOr<v1::Registration> RegisterOnce(const v1::RegisterRequest& request, const Caller& caller);
   absl::StatusOr<runtime::Made<storage::RegistrationRow>> Make(const v1::RegisterRequest& request,
                                                                const Caller& caller);
+  absl::StatusOr<v1::Registration> MakeAgain(const v1::Registration& recorded, const Caller& caller);
+  // In its turn, from what is fetched then.
+  absl::StatusOr<runtime::Made<storage::RegistrationRow>> MakeFrom(
+      const v1::RegisterRequest& request, const Caller& caller, const std::function<absl::StatusOr<Inputs>()>& fetch);
 
   const std::shared_ptr<storage::RegistrationStore> store_;
   const InputFetcher inputs_;

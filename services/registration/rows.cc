@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "services/registration/validate.h"
+#include "services/runtime/computed_on.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
@@ -230,7 +231,7 @@ absl::StatusOr<runtime::Made<storage::RegistrationRow>> RecordOf(const v1::Regis
   row.clamping = inputs.clamping;
   row.thermal_stretch = inputs.thermal_stretch;
   row.scans_received_at = inputs.scans_received_at;
-  row.sensor_calibration_asked = inputs.sensor_calibration_asked;
+  row.sensor_calibration_asked = inputs.sensor.asked;
   row.machine_id = runtime::LastSegment(inputs.machine.name());
   row.machine_revision = inputs.machine.revision();
   row.part_id = runtime::LastSegment(inputs.part.name());
@@ -244,6 +245,7 @@ absl::StatusOr<runtime::Made<storage::RegistrationRow>> RecordOf(const v1::Regis
   }
   row.compute_seconds = seconds;
   row.software_version = runtime::SoftwareVersion();
+  row.computed_on = runtime::ComputedOn();
   storage::RecordEntry entry = EntryOf(request, row, inputs);
   return runtime::Made<storage::RegistrationRow>{std::move(row), std::move(entry)};
 }

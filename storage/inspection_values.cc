@@ -1,0 +1,90 @@
+#include "storage/inspection_values.h"
+
+#include "storage/clearances.h"
+#include "storage/one_read.h"
+
+namespace sixpoint::storage {
+namespace {
+
+// The page's inspections are found first, by the journal's order; their holes are then read by key. A prefix is a span of the serial
+// numbers' order, which is that of bytes.
+constexpr char kSelect[] =
+    "WITH page AS MATERIALIZED (SELECT record_sequence, recorded_at, inspection_id, blade_serial, machine_id, "
+    "machine_revision, part_id, part_revision, method FROM recorded r JOIN inspections i ON i.inspection_id = "
+    "r.record_id WHERE entry_kind = 'inspection' AND ($1::bigint = 0 OR record_sequence < $1::bigint) "
+    "AND ($2 = '' OR entry_blade = $2) AND ($3 = '' OR (entry_blade >= $3 AND starts_with(entry_blade, $3))) "
+    "AND ($4 = '' OR part_id = $4) AND ($5 = '' OR entry_machine = $5) "
+    "AND ($6::timestamptz IS NULL OR recorded_at >= $6) AND ($7::timestamptz IS NULL OR recorded_at < $7) "
+    "AND ($8 = '' OR verdict = $8) AND (NOT $9::boolean OR NOT EXISTS (SELECT 1 FROM record_entries later WHERE "
+    "later.blade_serial = entry_blade AND later.kind = 'inspection' AND later.record_sequence > r.record_sequence)) "
+    "AND part_id <> ALL ($10::text[]) AND ($11::text[] IS NULL OR entry_blade = ANY ($11::text[])) "
+    "AND ($12 = '' OR EXISTS (SELECT 1 FROM inspection_holes f WHERE f.inspection_id = i.inspection_id "
+    "AND f.group_name = $12 AND f.hole_name = $13)) "
+    "ORDER BY record_sequence DESC LIMIT $14) "
+    "SELECT p.record_sequence, p.recorded_at, p.inspection_id, p.blade_serial, p.machine_id, p.machine_revision, "
+    "p.part_id, p.part_revision, p.method, h.group_name, h.hole_name, h.position_verdict, h.inclination_verdict, "
+    "h.position_error_mm, h.inclination_error_deg, h.position_expanded_uncertainty_um, "
+    "h.inclination_expanded_uncertainty_deg, h.position_tolerance_mm, h.inclination_tolerance_deg "
+    "FROM page p JOIN inspection_holes h ON h.inspection_id = p.inspection_id "
+    "WHERE $12 = '' OR (h.group_name = $12 AND h.hole_name = $13) "
+    "ORDER BY p.record_sequence DESC, h.position_index";
+
+HoleValuesRow ReadValues(const Rows& rows, int row) {
+  HoleValuesRow read;
+  int column = 0;
+  read.sequence = rows.Int(row, column++);
+  read.recorded_at = rows.Time(row, column++);
+  read.inspection_id = rows.Text(row, column++);
+  read.blade_serial = rows.Text(row, column++);
+  read.machine_id = rows.Text(row, column++);
+  read.machine_revision = static_cast<int>(rows.Int(row, column++));
+  read.part_id = rows.Text(row, column++);
+  read.part_revision = static_cast<int>(rows.Int(row, column++));
+  read.method = rows.Text(row, column++);
+  read.group_name = rows.Text(row, column++);
+  read.hole_name = rows.Text(row, column++);
+  read.position_verdict = rows.Text(row, column++);
+  read.inclination_verdict = rows.Text(row, column++);
+  read.position_error_mm = rows.OptionalReal(row, column++);
+  read.inclination_error_deg = rows.OptionalReal(row, column++);
+  read.position_expanded_uncertainty_um = rows.OptionalReal(row, column++);
+  read.inclination_expanded_uncertainty_deg = rows.OptionalReal(row, column++);
+  read.position_tolerance_mm = rows.Real(row, column++);
+  read.inclination_tolerance_deg = rows.Real(row, column++);
+  return read;
+}
+
+class PostgresValues final : public ValueReader {
+ public:
+  explicit PostgresValues(Database* database) : database_(database) {}
+
+  absl::StatusOr<std::vector<HoleValuesRow>> Values(const ValueFilter& filter, std::int64_t before_sequence,
+                                                    int inspection_limit, Deadline deadline) const override {
+    return OneRead(*database_, deadline, [&](Transaction& t) -> absl::StatusOr<std::vector<HoleValuesRow>> {
+      const absl::StatusOr<Sight> sight = SightOf(t, filter.reader);
+      if (!sight.ok()) return sight.status();
+      Params params;
+      params.Int(before_sequence).Text(filter.blade_serial).Text(filter.serial_prefix).Text(filter.part_id);
+      params.Text(filter.machine_id);
+      AddSpan(filter.recorded, &params);
+      params.Text(filter.verdict).Bool(filter.only_newest);
+      AddSight(*sight, &params);
+      params.Text(filter.group_name).Text(filter.hole_name).Int(inspection_limit);
+      const absl::StatusOr<Rows> rows = t.Execute(kSelect, params);
+      if (!rows.ok()) return rows.status();
+      std::vector<HoleValuesRow> values;
+      values.reserve(static_cast<std::size_t>(rows->count()));
+      for (int row = 0; row < rows->count(); ++row) values.push_back(ReadValues(*rows, row));
+      return rows->Checked(std::move(values));
+    });
+  }
+
+ private:
+  Database* const database_;
+};
+
+}  // namespace
+
+std::shared_ptr<ValueReader> ValuesIn(Database* database) { return std::make_shared<PostgresValues>(database); }
+
+}  // namespace sixpoint::storage

@@ -1,0 +1,220 @@
+// Whether recorded results come out again: after a demo through the real processes, with everything that the plant may do since.
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/end_to_end/plant_processes.h"
+#include "tests/support/call.h"
+#include "tests/support/throwaway_database.h"
+
+namespace sixpoint::testing {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::SizeIs;
+
+constexpr int kNotUsable = 4;
+
+class ReplayTest : public ::testing::Test {
+ protected:
+  struct Answer {
+    int exit_code = -1;
+    json said;
+  };
+
+  void SetUp() override {
+    for (const std::string& area : PlantProcesses::Areas())
+      ASSERT_TRUE(plant_.WaitUntilUp(area, 30)) << area << "\n" << plant_.Logs();
+    Process demo({PlantProcesses::Program("sixpoint-simulator"), "demo", "--server", plant_.server(), "--machines", "1",
+                  "--seed", "7", "--airfoil-pitch-mm", "0.4", "--pins-pitch-mm", "0.15"},
+                 plant_.folder() + "/demo.log");
+    ASSERT_GE(demo.Wait(200), 0) << ReadFile(plant_.folder() + "/demo.log");
+    for (const char* noun : {"registration", "correction", "inspection"}) {
+      std::vector<std::string> of_noun;
+      for (const json& one : Run({noun, "list", "--json"}).said) of_noun.push_back(one["name"]);
+      ASSERT_THAT(of_noun, Not(IsEmpty())) << noun;
+      names_.insert(names_.end(), of_noun.begin(), of_noun.end());
+      newest_[noun] = of_noun.front();
+    }
+  }
+  std::string Text(std::vector<std::string> arguments, int* exit_code = nullptr) {
+    arguments.insert(arguments.begin(), PlantProcesses::Program("sixpoint"));
+    arguments.insert(arguments.end(), {"--server", plant_.server()});
+    const std::string file = plant_.folder() + "/answer_" + std::to_string(++run_count_);
+    Process run(arguments, file);
+    const int ended = run.Wait(120);
+    if (exit_code != nullptr) *exit_code = ended;
+    return ReadFile(file);
+  }
+  Answer Run(const std::vector<std::string>& arguments) {
+    Answer answer;
+    const std::string text = Text(arguments, &answer.exit_code);
+    answer.said = json::parse(text.substr(std::min(text.find_first_of("[{"), text.size())), nullptr, false);
+    if (answer.said.is_discarded()) std::printf("%s\n", text.c_str());
+    return answer;
+  }
+  Answer Replay(const std::string& name) { return Run({"replay", name, "--json"}); }
+  void ExpectTheSameBits(const std::string& when) {
+    for (const std::string& name : names_) {
+      const Answer answer = Replay(name);
+      EXPECT_EQ(answer.exit_code, 0) << when << ": " << answer.said.dump(1);
+      EXPECT_EQ(answer.said.value("outcome", ""), "REPLAY_OUTCOME_SAME_BITS") << when << ": " << answer.said.dump(1);
+    }
+  }
+  void StartAgain(const std::vector<std::string>& flags) {
+    for (const char* area : {"registration", "correction", "inspection"}) {
+      plant_.Kill(area);
+      plant_.Start(area, flags);
+      ASSERT_TRUE(plant_.WaitUntilUp(area, 30)) << plant_.Logs();
+    }
+  }
+  // As a superuser who leaves no trace.
+  void Sql(const std::string& statement) {
+    auto transaction = database_.database()->Begin(Soon());
+    ASSERT_TRUE(transaction.ok());
+    ASSERT_TRUE(transaction->Execute("SET LOCAL session_replication_role = replica").ok());
+    const auto done = transaction->Execute(statement);
+    ASSERT_TRUE(done.ok()) << done.status();
+    ASSERT_TRUE(transaction->Commit().ok());
+  }
+  std::int64_t Count(const std::string& table) {
+    auto transaction = database_.database()->Begin(Soon());
+    return transaction->Execute("SELECT count(*) FROM " + table)->Int(0, 0);
+  }
+  std::string Id(const std::string& noun) const { return newest_.at(noun).substr(newest_.at(noun).find('/') + 1); }
+
+  ThrowawayDatabase database_;
+  PlantProcesses plant_{database_.conninfo()};
+  std::vector<std::string> names_;
+  std::map<std::string, std::string> newest_;  // by noun
+  int run_count_ = 0;
+};
+
+TEST_F(ReplayTest, WhateverTheThreadsAndWhateverIsInForceNow) {
+  ASSERT_GE(names_.size(), 5u);
+  ExpectTheSameBits("at once");
+  StartAgain({"--threads", "1"});
+  ExpectTheSameBits("on one thread");
+  StartAgain({"--threads", "5"});
+  ExpectTheSameBits("on five");
+  // What it was made by is in force no more.
+  int withdrawn_count = 0;
+  for (const json& calibration : Run({"calibration", "list", "--json"}).said) {
+    const std::string name = calibration["name"];
+    withdrawn_count +=
+        Run({"calibration", "withdraw", name.substr(name.find('/') + 1), "--reason", "dropped", "--json"}).exit_code ==
+        0;
+  }
+  ASSERT_GE(withdrawn_count, 2);
+  ExpectTheSameBits("after its calibrations were withdrawn");
+}
+
+TEST_F(ReplayTest, SaysWhatDiffers) {
+  const std::string inspection = newest_["inspection"];
+  // A superuser makes a hole better than it is.
+  Sql("UPDATE inspection_holes SET position_error_mm = position_error_mm / 2 WHERE inspection_id = '" +
+      Id("inspection") + "' AND position_index = 3");
+  Answer answer = Replay(inspection);
+  EXPECT_EQ(answer.exit_code, kNotUsable);
+  EXPECT_EQ(answer.said["outcome"], "REPLAY_OUTCOME_DIFFERS");
+  ASSERT_THAT(answer.said["differences"], SizeIs(1)) << answer.said.dump(1);
+  EXPECT_EQ(answer.said["differences"][0]["kind"], "DIFFERENCE_KIND_RESULT");
+  EXPECT_EQ(answer.said["differences"][0]["field"], "holes[3].position_error_mm");
+
+  // Another version, or another computer, is named even where it computes the same.
+  Sql("UPDATE corrections SET software_version = '0.0.9+before', computed_on = NULL WHERE correction_id = '" +
+      Id("correction") + "'");
+  answer = Replay(newest_["correction"]);
+  EXPECT_EQ(answer.said["outcome"], "REPLAY_OUTCOME_SAME_BITS") << answer.said.dump(1);
+  ASSERT_THAT(answer.said["differences"], SizeIs(2)) << answer.said.dump(1);
+  EXPECT_EQ(answer.said["differences"][0]["kind"], "DIFFERENCE_KIND_SOFTWARE");
+  EXPECT_EQ(answer.said["differences"][0]["recorded"], "0.0.9+before");
+  EXPECT_EQ(answer.said["differences"][1]["kind"], "DIFFERENCE_KIND_COMPUTER");
+
+  // One byte of one block of its scans.
+  Sql("UPDATE blobs SET bytes = set_byte(bytes, 100, get_byte(bytes, 100) # 1) WHERE sha256 = (SELECT blob_sha256 FROM "
+      "scan_blocks JOIN inspection_scans USING (scan_key) WHERE inspection_id = '" +
+      Id("inspection") + "' LIMIT 1)");
+  answer = Replay(inspection);
+  EXPECT_EQ(answer.exit_code, kNotUsable);
+  EXPECT_EQ(answer.said["outcome"], "REPLAY_OUTCOME_IMPOSSIBLE") << answer.said.dump(1);
+  EXPECT_EQ(answer.said["differences"][0]["kind"], "DIFFERENCE_KIND_BYTES");
+
+  answer = Replay("inspections/4a3b1a52-2f0f-4f55-bd0b-0f7e1f0f8a11");
+  EXPECT_NE(answer.exit_code, 0);
+  EXPECT_NE(answer.exit_code, kNotUsable);
+}
+
+// One JSON object a line.
+std::vector<json> LinesOf(const std::string& text) {
+  std::vector<json> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) {
+    json one = json::parse(line, nullptr, false);
+    if (one.is_object()) lines.push_back(std::move(one));
+  }
+  return lines;
+}
+
+using RejudgeTest = ReplayTest;
+
+TEST_F(RejudgeTest, ANewRecordNamesTheOldAndSaysWhatFlips) {
+  const std::string old = newest_["inspection"];
+  const std::string id = "5d0f4a52-2f0f-4f55-bd0b-0f7e1f0f8a11";
+  const auto first = LinesOf(Text({"rejudge", old, "--request-id", id, "--json"}));
+  ASSERT_THAT(first, SizeIs(1));
+  const std::string anew = first[0]["inspection"]["name"];
+  EXPECT_NE(anew, old);
+  EXPECT_EQ(first[0]["inspection"]["rejudges"], old);
+  EXPECT_EQ(first[0]["flips"], false);
+  EXPECT_THAT(first[0]["flipped_holes"], IsEmpty());
+  // Nothing changed between, so neither did the figures.
+  json before = Run({"inspection", "show", Id("inspection"), "--json"}).said, now = first[0]["inspection"];
+  EXPECT_EQ(now["holes"], before["holes"]);
+  EXPECT_EQ(Replay(anew).said["outcome"], "REPLAY_OUTCOME_SAME_BITS");
+  // The same call again: no other record.
+  const auto again = LinesOf(Text({"rejudge", old, "--request-id", id, "--json"}));
+  ASSERT_THAT(again, SizeIs(1));
+  EXPECT_EQ(again[0]["inspection"]["name"], anew);
+
+  // The old one says otherwise: by the calibration that both rest on, both are judged.
+  Sql("UPDATE inspections SET verdict = 'NOT_CONFORM' WHERE inspection_id = '" + Id("inspection") + "'");
+  Sql("UPDATE inspection_holes SET verdict = 'NOT_CONFORM' WHERE inspection_id = '" + Id("inspection") +
+      "' AND position_index = 5");
+  std::string sensor;
+  for (const json& one : Run({"calibration", "list", "--json"}).said)
+    if (one["kind"] == "CALIBRATION_KIND_SENSOR") sensor = one["name"];
+  const auto of_recall = LinesOf(Text({"rejudge", sensor, "--before", "2100-01-01", "--json"}));
+  ASSERT_THAT(of_recall, SizeIs(2));
+  EXPECT_EQ(of_recall[0]["rejudged"], old);
+  EXPECT_EQ(of_recall[0]["flips"], true);
+  ASSERT_THAT(of_recall[0]["flipped_holes"], SizeIs(1)) << of_recall[0].dump(1);
+  EXPECT_EQ(of_recall[0]["flipped_holes"][0]["before"], "VERDICT_NOT_CONFORM");
+  EXPECT_EQ(of_recall[1]["flips"], false);
+  EXPECT_EQ(of_recall[1]["total_count"], 2);
+  EXPECT_EQ(of_recall[1]["flip_count"], 1);
+  EXPECT_EQ(Count("inspections WHERE rejudges IS NOT NULL"), 3);
+
+  // Its calibration is gone: refused one by one, with the reason; nothing is recorded.
+  Run({"calibration", "withdraw", sensor.substr(sensor.find('/') + 1), "--reason", "dropped", "--json"});
+  const auto refused = LinesOf(Text({"rejudge", sensor, "--before", "2100-01-01", "--json"}));
+  ASSERT_THAT(refused, SizeIs(4));
+  for (const json& one : refused) EXPECT_THAT(one["refusal"]["reason"].get<std::string>(), HasSubstr("CALIBRATION_"));
+  EXPECT_EQ(Count("inspections WHERE rejudges IS NOT NULL"), 3);
+}
+
+TEST_F(RejudgeTest, RefusesWhatItCannotMean) {
+  EXPECT_THAT(Text({"rejudge", "sensors/nobody"}), HasSubstr("0 judged anew"));
+  EXPECT_THAT(Text({"rejudge", "inspections/4a3b1a52-2f0f-4f55-bd0b-0f7e1f0f8a11"}), HasSubstr("INSPECTION_NOT_FOUND"));
+  EXPECT_THAT(Text({"rejudge", "calibrations/4a3b1a52-2f0f-4f55-bd0b-0f7e1f0f8a11"}), HasSubstr("NOT_FOUND"));
+  EXPECT_THAT(Text({"rejudge", newest_["inspection"], "--sensor-calibration", "4a3b1a52-2f0f-4f55-bd0b-0f7e1f0f8a11"}),
+              HasSubstr("sensor_calibration"));
+}
+
+}  // namespace
+}  // namespace sixpoint::testing
