@@ -103,7 +103,8 @@ TEST_F(RightsTest, EachServiceWritesItsOwnTablesOnly) {
                 ::testing::AnyOf("scan_uploads", "scan_upload_blocks", "blob_check_progress", "retention_progress"));
   EXPECT_THAT(rights("TRUNCATE"), IsEmpty());
   EXPECT_THAT(rights("TRIGGER"), IsEmpty());
-  EXPECT_EQ(rights("SELECT")["registrations"], std::set<std::string>{"registration"});
+  // The ledger's role, which no service has but while it seals or checks, reads all of the record.
+  EXPECT_EQ(rights("SELECT")["registrations"], (std::set<std::string>{"ledger", "registration"}));
 }
 
 TEST_F(RightsTest, EachMayAppendToTheJournalAndIngestMakesMonths) {
