@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <utility>
 
 #include "identity/credentials.h"
@@ -9,6 +10,7 @@
 #include "services/plant/account_service.h"
 #include "services/plant/clearance_service.h"
 #include "services/plant/credentials_service.h"
+#include "services/plant/ledger_service.h"
 #include "services/plant/metrics.h"
 #include "services/plant/person_service.h"
 #include "services/plant/plant_service.h"
@@ -24,9 +26,43 @@ std::unique_ptr<identity::Trust> TrustOf(const runtime::ServerOptions& options) 
                                            options.revoked_file);
 }
 
+// How the ledger is sealed.
+struct LedgerOptions {
+  std::string key_file;
+  int every_s = 5, head_every_s = 60;
+  std::string heads_file;
+  bool make_key = false;
+};
+
+void AddLedgerFlags(CLI::App* app, LedgerOptions* options) {
+  app->add_option("--ledger-key", options->key_file,
+                  "The Ed25519 key by which heads of the ledger are signed, a PEM file that this service alone reads; "
+                  "none: no head is signed");
+  app->add_option("--ledger-heads", options->heads_file, "Where signed heads are sent out: a file, a line each");
+  app->add_flag(
+      "--make-ledger-key", options->make_key,
+      "Serves nothing: makes the key of --ledger-key where there is none, with public.pem beside it, and ends");
+  app->add_option("--ledger-every-s", options->every_s, "Time between looks for what is not sealed yet; 0: never")
+      ->check(CLI::Range(0, 3600))
+      ->capture_default_str();
+  app->add_option("--ledger-head-every-s", options->head_every_s, "At most one head in that time")
+      ->check(CLI::Range(1, 86'400))
+      ->capture_default_str();
+}
+
+std::unique_ptr<LedgerSealer> MakeSealer(const LedgerOptions& options, const std::string& conninfo,
+                                         std::optional<ledger::SigningKey> key) {
+  LedgerSealerOptions sealer;
+  sealer.every = std::chrono::seconds(options.every_s);
+  sealer.head_every = std::chrono::seconds(options.head_every_s);
+  sealer.heads_file = options.heads_file;
+  return options.every_s == 0 ? nullptr : std::make_unique<LedgerSealer>(sealer, conninfo, std::move(key));
+}
+
 // provider: null where the plant has none.
 std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& options, storage::Database* database,
-                                                 std::unique_ptr<IdentityProvider> provider) {
+                                                 std::unique_ptr<IdentityProvider> provider,
+                                                 std::unique_ptr<LedgerSealer> sealer) {
   PlantServiceOptions plant_options;
   plant_options.cad_worker.program = options.worker_folder + "/sixpoint-cad-worker";
   plant_options.cad_worker_count = options.threads;
@@ -50,6 +86,8 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
       {v1::AccountService::service_full_name(), std::make_unique<AccountService>(database, std::move(desk))});
   services.push_back({v1::PersonService::service_full_name(), std::make_unique<PersonService>(database)});
   services.push_back({v1::ClearanceService::service_full_name(), std::make_unique<ClearanceService>(database)});
+  services.push_back(
+      {v1::LedgerService::service_full_name(), std::make_unique<LedgerService>(database, std::move(sealer))});
   return services;
 }
 
@@ -59,9 +97,25 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
 int main(int argc, char** argv) {
   using namespace sixpoint;
   std::string oidc_file;
+  plant::LedgerOptions ledger_options;
   const runtime::ServerOptions options = runtime::ParseServerOptions(argc, argv, "plant", [&](CLI::App* app) {
     app->add_option("--oidc", oidc_file, "The identity provider by which people sign in, a YAML file (docs/access.md)");
+    plant::AddLedgerFlags(app, &ledger_options);
   });
+  if (ledger_options.make_key) {
+    const absl::Status made = ledger::SigningKey::MakeFile(ledger_options.key_file);
+    if (!made.ok()) std::cerr << "sixpoint-plant: " << made.message() << "\n";
+    return made.ok() ? 0 : 1;
+  }
+  std::optional<ledger::SigningKey> key;
+  if (!ledger_options.key_file.empty()) {
+    absl::StatusOr<ledger::SigningKey> read = ledger::SigningKey::Read(ledger_options.key_file);
+    if (!read.ok()) {
+      std::cerr << "sixpoint-plant: " << read.status().message() << "\n";
+      return 1;
+    }
+    key.emplace(*std::move(read));
+  }
   std::unique_ptr<plant::IdentityProvider> provider;
   if (!oidc_file.empty()) {
     absl::StatusOr<plant::IdentityProviderConfig> config = plant::ReadIdentityProviderConfig(oidc_file);
@@ -72,6 +126,7 @@ int main(int argc, char** argv) {
     provider = std::make_unique<plant::IdentityProvider>(*std::move(config));
   }
   return runtime::Serve(options, [&](const runtime::ServerOptions& served, storage::Database* database) {
-    return plant::MakeServices(served, database, std::move(provider));
+    return plant::MakeServices(served, database, std::move(provider),
+                               plant::MakeSealer(ledger_options, served.database, std::move(key)));
   });
 }
