@@ -61,6 +61,7 @@ void AddCommands(Command* root, Session* session) {
   AddInspectionCommands(root, session);
   AddRecallCommand(root, session);
   AddTraceCommand(root, session);
+  AddEventsCommand(root, session);
   AddReplayCommand(root, session);
   AddRejudgeCommand(root, session);
   AddValuesCommand(root, session);

@@ -22,7 +22,7 @@ const std::vector<Group>& Groups() {
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
       {"Blades", {"register", "registration", "correct", "correction", "inspect", "inspection"}},
-      {"Besides", {"recall", "trace", "replay", "rejudge", "values", "plant", "call", "completion"}},
+      {"Besides", {"recall", "trace", "events", "replay", "rejudge", "values", "plant", "call", "completion"}},
   };
   return *groups;
 }
@@ -122,6 +122,9 @@ constexpr Example kExamples[] = {
      "sixpoint recall machines/sarix-1 --kinds registration,correction --limit 50\n"
      "sixpoint recall sensors/LJ-0815 --since 2026-11-21 --until 2026-11-22 --kinds inspection"},
     {"trace", "sixpoint trace blades/SN-1"},
+    {"events",
+     "sixpoint events --kinds inspection --verdicts NOT_CONFORM\n"
+     "sixpoint events --follow --cloudevents --after 4711"},
     {"replay", "sixpoint replay inspections/7c7a7cb2-6a0c-4f0f-9a3c-2f8d5c8e2b11"},
     {"rejudge", "sixpoint rejudge calibrations/7c7a7cb2-6a0c-4f0f-9a3c-2f8d5c8e2b11 --sensor-calibration ID"},
     {"values",

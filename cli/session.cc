@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <iostream>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "cli/identity_folder.h"
@@ -75,6 +76,29 @@ absl::Status Session::Retrying(const std::string& area,
       status = attempt(*channel, runtime::ContextFor(std::max(left_s, 0.001)));
     }
     // A service that is being restarted is back within seconds; a plant that nobody started should not be waited for.
+    if (!absl::IsUnavailable(status)) reached_ = true;
+    if (!reached_ || !retry.TryAgain(status, channel.ok() ? *channel : nullptr)) return status;
+  }
+}
+
+absl::Status Session::Following(
+    const std::string& area,
+    const std::function<absl::Status(const std::shared_ptr<grpc::Channel>&, std::unique_ptr<grpc::ClientContext>,
+                                     const std::function<void()>&)>& attempt) {
+  runtime::RetryLimits limits;
+  limits.away_s = limits.full_s = std::numeric_limits<double>::infinity();
+  limits.say = [](const std::string& text) { std::cerr << text << "\n"; };
+  runtime::Retry retry(area, limits);
+  const auto progressed = [&] {
+    reached_ = true;
+    retry.Progressed();
+  };
+  while (true) {
+    const auto channel = ChannelTo(area);
+    absl::Status status = channel.status();
+    if (channel.ok()) status = attempt(*channel, runtime::ContextWithoutDeadline(), progressed);
+    // Who was too slow to read is cut off, and may call again.
+    if (absl::IsCancelled(status)) status = absl::UnavailableError(status.message());
     if (!absl::IsUnavailable(status)) reached_ = true;
     if (!reached_ || !retry.TryAgain(status, channel.ok() ? *channel : nullptr)) return status;
   }

@@ -60,6 +60,12 @@ class Session {
   absl::Status Retrying(const std::string& area,
                         const std::function<absl::Status(const std::shared_ptr<grpc::Channel>&,
                                                          std::unique_ptr<grpc::ClientContext>)>& attempt);
+  // A call that lasts until it is ended, without a deadline: made again for ever, once the plant was reached. `progressed` is to be called
+  // whenever something came.
+  absl::Status Following(
+      const std::string& area,
+      const std::function<absl::Status(const std::shared_ptr<grpc::Channel>&, std::unique_ptr<grpc::ClientContext>,
+                                       const std::function<void()>& progressed)>& attempt);
   // Those of Retrying, for a call that begins now.
   runtime::RetryLimits Limits() const;
 

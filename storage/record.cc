@@ -40,28 +40,32 @@ std::optional<std::string> OptionalText(const Rows& rows, int row, int column) {
 
 }  // namespace
 
+std::vector<JournalEntry> EntriesOf(const Rows& rows) {
+  std::vector<JournalEntry> entries;
+  for (int row = 0; row < rows.count(); ++row) {
+    JournalEntry& read = entries.emplace_back();
+    read.recorded = {rows.Int(row, 0), rows.Time(row, 1)};
+    read.entry.kind = rows.Text(row, 2);
+    read.entry.name = rows.Text(row, 3);
+    read.entry.blade = OptionalText(rows, row, 4);
+    read.entry.machine = OptionalText(rows, row, 5);
+    read.entry.method = rows.Text(row, 6);
+    read.entry.software_version = rows.Text(row, 7);
+    read.entry.requested_by = rows.Text(row, 8);
+    if (!rows.IsNull(row, 9)) read.entry.measured_at = rows.Time(row, 9);
+    read.entry.summary_json = rows.Text(row, 10);
+    read.entry.inputs = rows.Texts(row, 11);
+    read.entry.trace_id = OptionalText(rows, row, 12);
+    read.verdict = OptionalText(rows, row, 13).value_or("");
+    read.state = OptionalText(rows, row, 14).value_or("");
+  }
+  return entries;
+}
+
 absl::StatusOr<std::vector<JournalEntry>> ReadEntries(Transaction& transaction, const char* sql, const Params& params) {
   const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
   if (!rows.ok()) return rows.status();
-  std::vector<JournalEntry> entries;
-  for (int row = 0; row < rows->count(); ++row) {
-    JournalEntry& read = entries.emplace_back();
-    read.recorded = {rows->Int(row, 0), rows->Time(row, 1)};
-    read.entry.kind = rows->Text(row, 2);
-    read.entry.name = rows->Text(row, 3);
-    read.entry.blade = OptionalText(*rows, row, 4);
-    read.entry.machine = OptionalText(*rows, row, 5);
-    read.entry.method = rows->Text(row, 6);
-    read.entry.software_version = rows->Text(row, 7);
-    read.entry.requested_by = rows->Text(row, 8);
-    if (!rows->IsNull(row, 9)) read.entry.measured_at = rows->Time(row, 9);
-    read.entry.summary_json = rows->Text(row, 10);
-    read.entry.inputs = rows->Texts(row, 11);
-    read.entry.trace_id = OptionalText(*rows, row, 12);
-    read.verdict = OptionalText(*rows, row, 13).value_or("");
-    read.state = OptionalText(*rows, row, 14).value_or("");
-  }
-  return rows->Checked(std::move(entries));
+  return rows->Checked(EntriesOf(*rows));
 }
 
 absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const std::string& record_id,

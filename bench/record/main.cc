@@ -9,6 +9,7 @@
 
 #include "bench/ground/blade_rows.h"
 #include "bench/ground/transactions.h"
+#include "bench/record/event_writers.h"
 #include "services/plant/record_service.h"
 #include "tests/support/in_process_server.h"
 
@@ -201,6 +202,11 @@ int main(int argc, char** argv) {
     figures["depth"] = measured.Depth(std::max(1, 4 * blade_count / 1001), 1000);
     std::printf("%s\n", figures.dump().c_str());
   });
+  CLI::App* write = app.add_subcommand("write", "Entries without end, for who listens");
+  int writer_count = 4, pause_ms = 30;
+  write->add_option("--writers", writer_count)->check(CLI::Range(1, 32));
+  write->add_option("--pause-ms", pause_ms)->check(CLI::Range(0, 10000));
+  write->callback([&] { WriteEvents(conninfo, writer_count, pause_ms); });
   CLI11_PARSE(app, argc, argv);
   return 0;
 }

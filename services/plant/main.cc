@@ -10,6 +10,7 @@
 #include "services/plant/account_service.h"
 #include "services/plant/clearance_service.h"
 #include "services/plant/credentials_service.h"
+#include "services/plant/event_service.h"
 #include "services/plant/ledger_service.h"
 #include "services/plant/metrics.h"
 #include "services/plant/person_service.h"
@@ -20,6 +21,8 @@
 
 namespace sixpoint::plant {
 namespace {
+
+constexpr int kCatchUpConnections = 2;
 
 std::unique_ptr<identity::Trust> TrustOf(const runtime::ServerOptions& options) {
   return std::make_unique<identity::Trust>(std::filesystem::path(options.certificates) / identity::kAuthorityFile,
@@ -75,6 +78,13 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
       {v1::PlantService::service_full_name(), std::make_unique<PlantService>(std::move(plant_options), stores)});
   services.push_back({v1::RecordService::service_full_name(),
                       std::make_unique<RecordService>(stores.journal, stores.blades), RecordSampled()});
+  // Whoever listens takes no connection from calls.
+  auto events =
+      std::make_unique<EventService>(storage::EventsIn(storage::Database::Open(options.database, 1)),
+                                     storage::EventsIn(storage::Database::Open(options.database, kCatchUpConnections)));
+  services.push_back({v1::EventService::service_full_name(), std::move(events)});
+  EventService* const told = static_cast<EventService*>(services.back().service.get());
+  services.back().on_stop = [told] { told->Stop(); };
   services.push_back(
       {v1::CredentialsService::service_full_name(), std::make_unique<CredentialsService>(database, TrustOf(options))});
   SessionDeskOptions desk;

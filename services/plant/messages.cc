@@ -225,4 +225,11 @@ v1::RecordEntry ToProto(const storage::JournalEntry& entry) {
   return out;
 }
 
+v1::Event ToProto(const storage::EventRow& row) {
+  v1::Event out;
+  *out.mutable_entry() = ToProto(row.entry);
+  if (row.valid_until) runtime::ToProto(*row.valid_until, out.mutable_valid_until());
+  return out;
+}
+
 }  // namespace sixpoint::plant

@@ -5,8 +5,10 @@
 
 #include <string>
 
+#include "sixpoint/plant/v1/event.pb.h"
 #include "sixpoint/plant/v1/plant.pb.h"
 #include "sixpoint/plant/v1/record.pb.h"
+#include "storage/events.h"
 #include "storage/plant_registry.h"
 #include "storage/record.h"
 
@@ -21,5 +23,6 @@ void LeaveBasic(v1::Artefact* artefact);
 void LeaveBasic(v1::Part* part);
 v1::Blade ToProto(const storage::BladeRow& row);
 v1::RecordEntry ToProto(const storage::JournalEntry& entry);
+v1::Event ToProto(const storage::EventRow& row);
 
 }  // namespace sixpoint::plant

@@ -109,8 +109,13 @@ Caller CallerOf(const grpc::ServerContext& context) {
 }
 
 std::unique_ptr<grpc::ClientContext> ContextFor(double seconds) {
-  auto made = std::make_unique<grpc::ClientContext>();
+  std::unique_ptr<grpc::ClientContext> made = ContextWithoutDeadline();
   made->set_deadline(In(std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1e3))));
+  return made;
+}
+
+std::unique_ptr<grpc::ClientContext> ContextWithoutDeadline() {
+  auto made = std::make_unique<grpc::ClientContext>();
   made->AddMetadata(kTraceparent, CurrentTraceparent());
   return made;
 }

@@ -51,6 +51,8 @@ struct Caller {
 Caller CallerOf(const grpc::ServerContext& context);
 // The same for programs (cli, simulator): a deadline that many seconds from now, part of what the thread does (call_scope.h).
 std::unique_ptr<grpc::ClientContext> ContextFor(double seconds);
+// The same, without a deadline.
+std::unique_ptr<grpc::ClientContext> ContextWithoutDeadline();
 // A channel with keepalive, message limits and retry of UNAVAILABLE; each call on it is a span. credentials: credentials.h.
 std::shared_ptr<grpc::Channel> ConnectTo(const std::string& address,
                                          const std::shared_ptr<grpc::ChannelCredentials>& credentials);

@@ -334,6 +334,8 @@ int Serve(const ServerOptions& given, const ServiceFactory& factory) {
   acceptor.reset();
   flood_watch.reset();
   RemoveUnixSocket(options.listen_address);
+  for (const ServedService& each : services)
+    if (each.on_stop) each.on_stop();
   server->Shutdown(system_clock::now() + DrainTime());
   server->Wait();
   stopping = true;

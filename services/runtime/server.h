@@ -49,6 +49,7 @@ struct ServedService {
   std::string full_name;  // sixpoint.plant.v1.PlantService
   std::unique_ptr<grpc::Service> service;
   std::unique_ptr<Sampled> sampled = nullptr;  // what the database knows of its work; none: nothing
+  std::function<void()> on_stop = nullptr;  // ends calls that would last for ever, before those that run are waited for
 };
 
 // Builds the services from their options, serves those whom the plant's authority gave a certificate (access.h) until SIGTERM or SIGINT, then: NOT_SERVING, drain, stop. Health ("" and each

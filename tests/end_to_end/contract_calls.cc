@@ -56,9 +56,22 @@ CallAnswer CallMethod(const std::shared_ptr<grpc::Channel>& channel, const Metho
   next();
   call->WritesDone(nullptr);
   next();
+  // A watch never ends by itself: once nothing more comes it is ended here, which is no failure of it.
+  const bool is_watch = method.name().rfind("Watch", 0) == 0;
+  bool has_ended_it = false;
+  const auto next_of = [&] {
+    void* tag = nullptr;
+    bool done = false;
+    const auto soon = std::chrono::system_clock::now() + std::chrono::milliseconds(400);
+    if (!is_watch || queue.AsyncNext(&tag, &done, soon) != grpc::CompletionQueue::TIMEOUT)
+      return is_watch ? done : next();
+    has_ended_it = true;
+    context.TryCancel();
+    return next();
+  };
   for (grpc::ByteBuffer received;; received.Clear()) {
     call->Read(&received, nullptr);
-    if (!next()) break;
+    if (!next_of()) break;
     std::vector<grpc::Slice> slices;
     if (!received.Dump(&slices).ok()) break;
     for (const grpc::Slice& part : slices)
@@ -66,6 +79,7 @@ CallAnswer CallMethod(const std::shared_ptr<grpc::Channel>& channel, const Metho
   }
   call->Finish(&answer.status, nullptr);
   next();
+  if (has_ended_it && answer.status.error_code() == grpc::StatusCode::CANCELLED) answer.status = grpc::Status::OK;
   for (const auto* metadata : {&context.GetServerInitialMetadata(), &context.GetServerTrailingMetadata()})
     for (const auto& [key, value] : *metadata) answer.bytes.append(value.data(), value.size());
   return answer;

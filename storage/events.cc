@@ -1,0 +1,130 @@
+#include "storage/events.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "storage/clearances.h"
+#include "storage/entries.h"
+#include "storage/one_read.h"
+
+namespace sixpoint::storage {
+namespace {
+
+// The next so many entries. Whoever sees the last of them sees those before it: numbers are drawn and committed in one order (V0001).
+// Until the transaction ends, months are looked into by their keys: PostgreSQL would rather read all of them whole.
+constexpr char kSelectLookedAt[] =
+    "SELECT count(*), max(record_sequence), set_config('enable_hashjoin', 'off', true), "
+    "set_config('enable_mergejoin', 'off', true) FROM "
+    "(SELECT record_sequence FROM record_names WHERE record_sequence > $1 ORDER BY record_sequence LIMIT $2) looked_at";
+constexpr int kMostLookedAt = 2000;
+
+// Past $1 as far as $2: kinds $3, seen by whom the parts $4 are hidden from, $5 at most, of machine $6, blade $7 and part $8, with a
+// verdict of $9.
+constexpr char kSelectEvents[] =
+    "WITH told AS (SELECT e.record_id FROM record_names n JOIN record_entries e ON e.record_id = n.record_id "
+    "WHERE n.record_sequence > $1 AND n.record_sequence <= $2 "
+    "AND (cardinality($3::text[]) = 0 OR e.kind = ANY ($3::text[])) AND ($6 = '' OR e.machine_id = $6) "
+    "AND ($7 = '' OR e.blade_serial = $7) AND (cardinality($9::text[]) = 0 "
+    "OR CASE WHEN e.kind IN ('inspection', 'registration', 'study') "
+    "THEN record_verdict(e.record_id, e.kind) = ANY ($9::text[]) END) "
+    "AND ($8 = '' OR $8 = ANY (parts_of_record(e.record_id))) AND " SIXPOINT_SEEN
+    " ORDER BY n.record_sequence LIMIT $5) " SIXPOINT_ENTRY_LIST
+    ", CASE WHEN e.kind IN ('calibration', 'correction', 'release') THEN record_valid_until(e.record_id, e.kind) END, "
+    "of_parts.ids, coalesce(EXISTS (SELECT 1 FROM restricted_parts r WHERE r.part_id = ANY (of_parts.ids)), true) "
+    "OR of_parts.ids IS NULL "
+    "FROM told JOIN record_entries e ON e.record_id = told.record_id JOIN record_names n ON n.record_id = e.record_id "
+    "CROSS JOIN LATERAL (SELECT parts_of_record(e.record_id) AS ids) of_parts ORDER BY e.record_sequence";
+
+constexpr char kSelectNow[] =
+    "SELECT coalesce((SELECT record_sequence FROM record_names ORDER BY record_sequence DESC LIMIT 1), 0), "
+    "record_kinds(), (SELECT plant_id::text FROM plant_identity)";
+
+constexpr int kEntryColumnCount = 15;
+
+bool Holds(const std::vector<std::string>& texts, const std::string& text) {
+  return std::find(texts.begin(), texts.end(), text) != texts.end();
+}
+
+class PostgresEvents final : public EventReader {
+ public:
+  explicit PostgresEvents(std::unique_ptr<Database> database) : database_(std::move(database)) {}
+  absl::StatusOr<EventPage> Events(const EventQuery& query, Deadline deadline) const override {
+    return OneRead(*database_, deadline, [&](Transaction& t) { return ReadEvents(t, query); });
+  }
+  absl::StatusOr<JournalNow> Now(Deadline deadline) const override {
+    return OneRead(*database_, deadline, [](Transaction& t) { return ReadJournalNow(t); });
+  }
+  absl::StatusOr<std::vector<std::string>> HiddenParts(const Reader& reader, Deadline deadline) const override {
+    return OneRead(*database_, deadline, [&](Transaction& t) -> absl::StatusOr<std::vector<std::string>> {
+      absl::StatusOr<Sight> sight = SightOf(t, reader);
+      if (!sight.ok()) return sight.status();
+      return std::move(sight->hidden_parts);
+    });
+  }
+
+ private:
+  const std::unique_ptr<Database> database_;
+};
+
+}  // namespace
+
+absl::StatusOr<EventPage> ReadEvents(Transaction& transaction, const EventQuery& query) {
+  const absl::StatusOr<Rows> looked_at =
+      transaction.Execute(kSelectLookedAt, Params().Int(query.after_sequence).Int(kMostLookedAt));
+  if (!looked_at.ok()) return looked_at.status();
+  EventPage page{{}, query.after_sequence, true};
+  const std::int64_t count = looked_at->Int(0, 0);
+  if (count == 0) return looked_at->Checked(std::move(page));
+  page.looked_at_sequence = looked_at->Int(0, 1);
+  page.is_newest = count < kMostLookedAt;
+  if (absl::Status read = looked_at->status(); !read.ok()) return read;
+  const absl::StatusOr<Sight> sight = SightOf(transaction, query.reader);
+  if (!sight.ok()) return sight.status();
+  const EventFilter& filter = query.filter;
+  Params params;
+  params.Int(query.after_sequence).Int(page.looked_at_sequence).Texts(filter.kinds).Texts(sight->hidden_parts);
+  params.Int(query.limit).Text(filter.machine_id).Text(filter.blade_serial).Text(filter.part_id).Texts(filter.verdicts);
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectEvents, params);
+  if (!rows.ok()) return rows.status();
+  std::vector<JournalEntry> entries = EntriesOf(*rows);
+  for (int row = 0; row < rows->count(); ++row) {
+    EventRow& read = page.rows.emplace_back();
+    read.entry = std::move(entries[static_cast<std::size_t>(row)]);
+    if (!rows->IsNull(row, kEntryColumnCount)) read.valid_until = rows->Time(row, kEntryColumnCount);
+    if (!rows->IsNull(row, kEntryColumnCount + 1)) read.parts = rows->Texts(row, kEntryColumnCount + 1);
+    read.is_restricted = rows->Bool(row, kEntryColumnCount + 2);
+  }
+  if (static_cast<int>(page.rows.size()) == query.limit && query.limit > 0) {
+    page.is_newest = page.is_newest && page.looked_at_sequence == page.rows.back().entry.recorded.sequence;
+    page.looked_at_sequence = page.rows.back().entry.recorded.sequence;
+  }
+  return rows->Checked(std::move(page));
+}
+
+bool LetsThrough(const EventFilter& filter, const EventRow& row) {
+  const RecordEntry& entry = row.entry.entry;
+  return (filter.kinds.empty() || Holds(filter.kinds, entry.kind)) &&
+         (filter.machine_id.empty() || entry.machine == filter.machine_id) &&
+         (filter.blade_serial.empty() || entry.blade == filter.blade_serial) &&
+         (filter.part_id.empty() || (row.parts && Holds(*row.parts, filter.part_id))) &&
+         (filter.verdicts.empty() || Holds(filter.verdicts, row.entry.verdict));
+}
+
+bool IsSeen(const EventRow& row, const std::vector<std::string>& hidden_parts) {
+  if (hidden_parts.empty()) return true;
+  if (!row.parts) return false;
+  return std::none_of(row.parts->begin(), row.parts->end(),
+                      [&](const std::string& part) { return Holds(hidden_parts, part); });
+}
+
+absl::StatusOr<JournalNow> ReadJournalNow(Transaction& transaction) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectNow);
+  if (!rows.ok()) return rows.status();
+  return rows->Checked(JournalNow{rows->Int(0, 0), rows->Texts(0, 1), rows->Text(0, 2)});
+}
+
+std::shared_ptr<const EventReader> EventsIn(std::unique_ptr<Database> database) {
+  return std::make_shared<PostgresEvents>(std::move(database));
+}
+
+}  // namespace sixpoint::storage
