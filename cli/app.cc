@@ -37,6 +37,7 @@ void AddCommands(Command* root, Session* session) {
   root->RequireCommand();
   AddGlobalOptions(root, session);
   AddLocalPlantCommands(root, session);
+  AddSeedCommand(root, session);
   AddLogsCommand(root, session);
   AddDoctorCommand(root, session);
   AddCertsCommands(root, session);

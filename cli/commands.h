@@ -38,6 +38,7 @@ void AddValuesCommand(Command* app, Session* session);
 void AddCallCommand(Command* app, Session* session);
 void AddPlantCommands(Command* app, Session* session);
 void AddLocalPlantCommands(Command* app, Session* session);
+void AddSeedCommand(Command* app, Session* session);
 void AddLogsCommand(Command* app, Session* session);
 void AddDoctorCommand(Command* app, Session* session);
 void AddCertsCommands(Command* app, Session* session);

@@ -17,7 +17,7 @@ struct Group {
 const std::vector<Group>& Groups() {
   static const auto* groups = new std::vector<Group>{
       {"A plant on this machine",
-       {"up", "down", "status", "doctor", "logs", "certs", "accounts", "person", "clearance"}},
+       {"up", "down", "status", "doctor", "logs", "certs", "accounts", "person", "clearance", "seed"}},
       {"What there is", {"machine", "artefact", "part", "blade"}},
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
@@ -47,6 +47,9 @@ constexpr Example kExamples[] = {
      "sixpoint logs ingest postgres --since 10m --level warning\n"
      "sixpoint logs --trace 4bf92f3577b34da6a3ce929d0e0e4736\n"
      "sixpoint logs --blade SN-1 --since 2h"},
+    {"seed",
+     "sixpoint seed --data /srv/bench\n"
+     "sixpoint seed --data /srv/bench --full --machines 200 --seed 2 --json"},
     {"certs init", "sixpoint certs init --authority /srv/authority --plant works-2"},
     {"certs issue",
      "sixpoint certs issue users/jane --role engineer --role quality --out jane\n"

@@ -6,14 +6,15 @@
 #include <cerrno>
 
 namespace sixpoint::cli {
+namespace {
 
-Finished RunProgram(const std::vector<std::string>& command) {
+Finished Run(const std::vector<std::string>& command, bool with_errors, std::size_t most_bytes) {
   int pipe_ends[2];
   if (pipe(pipe_ends) != 0) return {127, "cannot make a pipe"};
   const pid_t child = fork();
   if (child == 0) {
     dup2(pipe_ends[1], STDOUT_FILENO);
-    dup2(pipe_ends[1], STDERR_FILENO);
+    if (with_errors) dup2(pipe_ends[1], STDERR_FILENO);
     close(pipe_ends[0]);
     close(pipe_ends[1]);
     std::vector<char*> arguments;
@@ -29,7 +30,7 @@ Finished RunProgram(const std::vector<std::string>& command) {
     const ssize_t got = read(pipe_ends[0], buffer, sizeof buffer);
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) break;
-    if (finished.output.size() < 65536) finished.output.append(buffer, static_cast<std::size_t>(got));
+    if (finished.output.size() < most_bytes) finished.output.append(buffer, static_cast<std::size_t>(got));
   }
   close(pipe_ends[0]);
   if (child < 0) return {127, "cannot start " + command.front()};
@@ -39,5 +40,11 @@ Finished RunProgram(const std::vector<std::string>& command) {
   finished.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   return finished;
 }
+
+}  // namespace
+
+Finished RunProgram(const std::vector<std::string>& command) { return Run(command, true, 65536); }
+
+Finished RunTelling(const std::vector<std::string>& command) { return Run(command, false, 64 << 20); }
 
 }  // namespace sixpoint::cli

@@ -13,5 +13,7 @@ struct Finished {
 
 // Runs a program to its end; arguments are passed as they are, no shell.
 Finished RunProgram(const std::vector<std::string>& command);
+// The same of one that tells on stderr what it is at, which goes to ours; its output is stdout alone, at most 64 MiB.
+Finished RunTelling(const std::vector<std::string>& command);
 
 }  // namespace sixpoint::cli

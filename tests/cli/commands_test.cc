@@ -240,6 +240,12 @@ TEST_F(CommandsTest, ListsWhatIsAskedFor) {
   EXPECT_THAT(Run("registration list --outcome perhaps").err, HasSubstr("--outcome: perhaps not in"));
 }
 
+TEST_F(CommandsTest, SeedsAPlantOfThisComputerAlone) {
+  EXPECT_THAT(Run("seed --data /var/empty-of-plants").err, HasSubstr("want a folder made by `sixpoint up`"));
+  EXPECT_THAT(Run("seed --machines 4").err, HasSubstr("--machines: Value 4 not in range"));
+  EXPECT_THAT(Run("seed --full --blades 10").err, HasSubstr("excludes"));
+}
+
 TEST_F(CommandsTest, RecallsWhatRestsOnAThing) {
   EXPECT_THAT(Run("recall calibrations/c1 --kinds registration,correction --limit 5").out,
               HasSubstr("registrations/r1"));

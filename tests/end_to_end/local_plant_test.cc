@@ -97,6 +97,22 @@ class LocalPlantTest : public PlantOnThisMachine {
   }
 };
 
+TEST_F(LocalPlantTest, IsSeededOnceAndAsksBeforeItIsSeededBesideRealThings) {
+  ASSERT_EQ(Up().exit_code, 0);
+  const Answer seeded = Run({"seed", "--data", data(), "--blades", "12", "--machines", "5", "--months", "4"});
+  ASSERT_EQ(seeded.exit_code, 0) << seeded.text;
+  EXPECT_THAT(seeded.text, HasSubstr("12, with 24 scans and 36 results"));
+  const Answer shown = RunAs(data() + "/certificates/local", {"blade", "show", "SEED-1-00000003"});
+  EXPECT_EQ(shown.exit_code, 0) << shown.text;
+  EXPECT_THAT(shown.text, HasSubstr("CONFORM"));
+  EXPECT_THAT(Run({"seed", "--data", data(), "--blades", "12"}).text, HasSubstr("sown in this plant already"));
+  ASSERT_EQ(RunAs(data() + "/certificates/local", {"machine", "add", Example("machine.yaml")}).exit_code, 0);
+  const Answer refused = Run({"seed", "--data", data(), "--blades", "12", "--seed", "2", "--json"});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.text, HasSubstr("FAILED_PRECONDITION"));
+  EXPECT_THAT(refused.text, HasSubstr("which was not seeded, want an empty plant"));
+}
+
 TEST_F(LocalPlantTest, IsReachedWhereItWasToldToListen) {
   const Answer refused = Up({"--listen", "10.255.255.1"});
   EXPECT_EQ(refused.exit_code, 1);
