@@ -35,7 +35,7 @@ void AddDecision(Command* clearance, Session* session, const std::string& name, 
                                                                 plant::v1::Clearance*)) {
   const auto arguments = std::make_shared<ClearanceArguments>();
   Command* const command = clearance->AddCommand(name, help);
-  command->AddOption("HOLDER", &arguments->holder, "users/NAME or machines/ID")->Required();
+  command->AddOption("HOLDER", &arguments->holder, "users/NAME, machines/ID or readers/LOGIN")->Required();
   command->AddOption("SCOPE", &arguments->scope, "customers/ID or parts/ID")->Required();
   session->OnCommand(command, [session, arguments, method]() -> absl::Status {
     Request request;

@@ -20,10 +20,19 @@ namespace {
 
 using runtime::ToGrpc;
 
+// A login that reads SQL, by its name in the database: no identity, for it calls nothing (docs/sql.md).
+bool IsReader(const std::string& holder) {
+  constexpr std::size_t kPrefix = sizeof "readers/" - 1, kLongest = 63;
+  if (holder.rfind("readers/", 0) != 0 || holder.size() == kPrefix || holder.size() > kPrefix + kLongest) return false;
+  return holder[kPrefix] >= 'a' && holder[kPrefix] <= 'z' &&
+         holder.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_", kPrefix) == std::string::npos;
+}
+
 absl::Status CheckHolder(const std::string& holder) {
   const bool is_machine = holder.rfind("machines/", 0) == 0;
-  if (identity::IsUser(holder) || (is_machine && identity::IsIdentity(holder))) return absl::OkStatus();
-  return runtime::Refuse("holder", holder, "users/NAME or machines/ID");
+  if (identity::IsUser(holder) || (is_machine && identity::IsIdentity(holder)) || IsReader(holder))
+    return absl::OkStatus();
+  return runtime::Refuse("holder", holder, "users/NAME, machines/ID or readers/LOGIN");
 }
 
 absl::Status CheckScope(const std::string& scope) {

@@ -388,6 +388,9 @@ TEST_F(ClearanceTest, TheToolGrantsListsAndWithdraws) {
   EXPECT_EQ(run("clearance withdraw users/jane customers/kappa").first, 0);
   EXPECT_EQ(run("clearance list --holder users/jane").second.size(), 0u);
   EXPECT_EQ(run("clearance list --holder users/jane --withdrawn-too").second.size(), 1u);
+  EXPECT_EQ(run("clearance grant readers/bi_1 customers/kappa").first, 0);
+  EXPECT_EQ(run("clearance list --holder readers/bi_1").second.size(), 1u);
+  EXPECT_EQ(run("clearance grant readers/Bi-1 customers/kappa").first, 1);
   const auto refused = run("part show kappa-part");
   EXPECT_EQ(refused.first, 1);
   EXPECT_THAT(refused.second.dump(), HasSubstr("CLEARANCE_MISSING"));
