@@ -63,6 +63,7 @@ void AddCommands(Command* root, Session* session) {
   AddRecallCommand(root, session);
   AddTraceCommand(root, session);
   AddEventsCommand(root, session);
+  AddWebhookCommands(root, session);
   AddReplayCommand(root, session);
   AddRejudgeCommand(root, session);
   AddValuesCommand(root, session);

@@ -31,6 +31,7 @@ void AddInspectCommand(Command* app, Session* session);
 void AddInspectionCommands(Command* app, Session* session);
 void AddRecallCommand(Command* app, Session* session);
 void AddEventsCommand(Command* app, Session* session);
+void AddWebhookCommands(Command* app, Session* session);
 void AddTraceCommand(Command* app, Session* session);
 void AddReplayCommand(Command* app, Session* session);
 void AddRejudgeCommand(Command* app, Session* session);

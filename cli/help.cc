@@ -22,7 +22,8 @@ const std::vector<Group>& Groups() {
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
       {"Blades", {"register", "registration", "correct", "correction", "inspect", "inspection"}},
-      {"Besides", {"recall", "trace", "events", "replay", "rejudge", "values", "plant", "call", "completion"}},
+      {"Besides",
+       {"recall", "trace", "events", "webhook", "replay", "rejudge", "values", "plant", "call", "completion"}},
   };
   return *groups;
 }
@@ -128,6 +129,7 @@ constexpr Example kExamples[] = {
     {"events",
      "sixpoint events --kinds inspection --verdicts NOT_CONFORM\n"
      "sixpoint events --follow --cloudevents --after 4711"},
+    {"webhook add", "sixpoint webhook add mes https://mes.example/sixpoint --kinds inspection,release"},
     {"replay", "sixpoint replay inspections/7c7a7cb2-6a0c-4f0f-9a3c-2f8d5c8e2b11"},
     {"rejudge", "sixpoint rejudge calibrations/7c7a7cb2-6a0c-4f0f-9a3c-2f8d5c8e2b11 --sensor-calibration ID"},
     {"values",

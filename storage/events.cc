@@ -11,29 +11,16 @@ namespace sixpoint::storage {
 namespace {
 
 // The next so many entries. Whoever sees the last of them sees those before it: numbers are drawn and committed in one order (V0001).
-// Until the transaction ends, months are looked into by their keys: PostgreSQL would rather read all of them whole.
 constexpr char kSelectLookedAt[] =
-    "SELECT count(*), max(record_sequence), set_config('enable_hashjoin', 'off', true), "
-    "set_config('enable_mergejoin', 'off', true) FROM "
+    "SELECT count(*), max(record_sequence) FROM "
     "(SELECT record_sequence FROM record_names WHERE record_sequence > $1 ORDER BY record_sequence LIMIT $2) looked_at";
 constexpr int kMostLookedAt = 2000;
 
-// Past $1 as far as $2: kinds $3, seen by whom the parts $4 are hidden from, $5 at most, of machine $6, blade $7 and part $8, with a
-// verdict of $9.
+// As ReadEntries has them, and three more.
 constexpr char kSelectEvents[] =
-    "WITH told AS (SELECT e.record_id FROM record_names n JOIN record_entries e ON e.record_id = n.record_id "
-    "WHERE n.record_sequence > $1 AND n.record_sequence <= $2 "
-    "AND (cardinality($3::text[]) = 0 OR e.kind = ANY ($3::text[])) AND ($6 = '' OR e.machine_id = $6) "
-    "AND ($7 = '' OR e.blade_serial = $7) AND (cardinality($9::text[]) = 0 "
-    "OR CASE WHEN e.kind IN ('inspection', 'registration', 'study') "
-    "THEN record_verdict(e.record_id, e.kind) = ANY ($9::text[]) END) "
-    "AND ($8 = '' OR $8 = ANY (parts_of_record(e.record_id))) AND " SIXPOINT_SEEN
-    " ORDER BY n.record_sequence LIMIT $5) " SIXPOINT_ENTRY_LIST
-    ", CASE WHEN e.kind IN ('calibration', 'correction', 'release') THEN record_valid_until(e.record_id, e.kind) END, "
-    "of_parts.ids, coalesce(EXISTS (SELECT 1 FROM restricted_parts r WHERE r.part_id = ANY (of_parts.ids)), true) "
-    "OR of_parts.ids IS NULL "
-    "FROM told JOIN record_entries e ON e.record_id = told.record_id JOIN record_names n ON n.record_id = e.record_id "
-    "CROSS JOIN LATERAL (SELECT parts_of_record(e.record_id) AS ids) of_parts ORDER BY e.record_sequence";
+    "SELECT record_sequence, recorded_at, kind, name, blade_serial, machine_id, method, software_version, "
+    "requested_by, measured_at, summary, inputs, trace_id, verdict, state, valid_until, parts, is_restricted "
+    "FROM events_between($1, $2, $3, $4::text[], $5::text[], $6, $7, $8, $9::text[])";
 
 constexpr char kSelectNow[] =
     "SELECT coalesce((SELECT record_sequence FROM record_names ORDER BY record_sequence DESC LIMIT 1), 0), "
@@ -82,8 +69,9 @@ absl::StatusOr<EventPage> ReadEvents(Transaction& transaction, const EventQuery&
   if (!sight.ok()) return sight.status();
   const EventFilter& filter = query.filter;
   Params params;
-  params.Int(query.after_sequence).Int(page.looked_at_sequence).Texts(filter.kinds).Texts(sight->hidden_parts);
-  params.Int(query.limit).Text(filter.machine_id).Text(filter.blade_serial).Text(filter.part_id).Texts(filter.verdicts);
+  params.Int(query.after_sequence).Int(page.looked_at_sequence).Int(query.limit).Texts(sight->hidden_parts);
+  params.Texts(filter.kinds).Text(filter.machine_id).Text(filter.blade_serial).Text(filter.part_id);
+  params.Texts(filter.verdicts);
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectEvents, params);
   if (!rows.ok()) return rows.status();
   std::vector<JournalEntry> entries = EntriesOf(*rows);

@@ -23,7 +23,11 @@ constexpr char kSelectStart[] =
 constexpr char kSelectFirstAt[] =
     "SELECT record_sequence FROM record_names WHERE recorded_at >= $1 ORDER BY recorded_at, record_sequence LIMIT 1";
 
-// The kinds $3 of what a reader may see.
+// What a reader from whom the parts $4 are hidden may see, and the kinds $3 of it that are wanted.
+#define SIXPOINT_SEEN                                                                                         \
+  "(cardinality($4::text[]) = 0 OR CASE WHEN e.blade_serial IS NULL "                                         \
+  "THEN coalesce(NOT parts_of_record(e.record_id) && $4::text[], false) ELSE EXISTS (SELECT 1 FROM blades b " \
+  "WHERE b.blade_serial = e.blade_serial AND b.part_id <> ALL ($4::text[])) END)"
 #define SIXPOINT_WANTED "(cardinality($3::text[]) = 0 OR e.kind = ANY ($3::text[])) AND " SIXPOINT_SEEN
 // From $5 (past it) to $6 (before it): of $1, which are few, and of each root of $2 its next in order, of which the first are kept.
 #define SIXPOINT_HITS                                                                                               \

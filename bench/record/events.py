@@ -59,7 +59,7 @@ class Listened(Plant):
         identity = self.certificates.issue('users/mes', '--role', 'mes-reader')
         self.words = ['--server', f'127.0.0.1:{self.plant_port}', '--identity', identity]
         self.plant = self.service('plant', self.plant_port)
-        self.writers = subprocess.Popen([f'{BIN}/sixpoint-bench-record', '--database', f'{self.conninfo}_plant', 'write'],
+        self.writers = subprocess.Popen([f'{BIN}/sixpoint-bench-record', '--database', self.conninfo, 'write'],
                                         stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         if self.writers.stdout.readline() != 'ready\n':
             raise SystemExit('the writers do not begin')

@@ -1,17 +1,16 @@
 #include "services/plant/event_service.h"
 
 #include <algorithm>
-#include <tuple>
 #include <utility>
 #include <vector>
 
+#include "services/plant/event_filter.h"
 #include "services/plant/messages.h"
 #include "services/runtime/call.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/log.h"
 #include "services/runtime/pages.h"
-#include "services/runtime/resource_name.h"
 
 namespace sixpoint::plant {
 namespace {
@@ -27,51 +26,12 @@ constexpr std::chrono::seconds kReadPatience{10};
 // gRPC tells nobody that a call was cancelled: it has to be asked.
 constexpr std::chrono::milliseconds kBetweenQuestions{100};
 
-std::string Joined(const std::vector<std::string>& texts) {
-  std::string joined;
-  for (const std::string& text : texts) joined += (joined.empty() ? "" : ", ") + text;
-  return joined;
-}
-
-absl::StatusOr<storage::EventFilter> FilterOf(const v1::EventFilter& given, const storage::JournalNow& now) {
-  storage::EventFilter filter;
-  runtime::Refusals refusals;
-  for (const auto& [field, collection, name, id] :
-       {std::tuple("filter.machine", "machines", &given.machine(), &filter.machine_id),
-        std::tuple("filter.blade", "blades", &given.blade(), &filter.blade_serial),
-        std::tuple("filter.part", "parts", &given.part(), &filter.part_id)}) {
-    absl::StatusOr<std::string> read = runtime::FilterIdOf(field, collection, *name);
-    refusals.Add(read.status());
-    if (read.ok()) *id = *std::move(read);
-  }
-  for (int i = 0; i < given.kinds_size(); ++i) {
-    if (std::find(now.kinds.begin(), now.kinds.end(), given.kinds(i)) == now.kinds.end())
-      refusals.Add(
-          runtime::Refuse("filter.kinds[" + std::to_string(i) + "]", given.kinds(i), "one of " + Joined(now.kinds)));
-    filter.kinds.push_back(given.kinds(i));
-  }
-  for (int i = 0; i < given.verdicts_size(); ++i) {
-    const std::string& verdict = given.verdicts(i);
-    if (verdict.empty() || verdict.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ_") != std::string::npos)
-      refusals.Add(runtime::Refuse("filter.verdicts[" + std::to_string(i) + "]", verdict,
-                                   "a verdict as entries have it: CONFORM, NOT_CONFORM, UNDECIDABLE, ..."));
-    filter.verdicts.push_back(verdict);
-  }
-  if (!refusals.status().ok()) return refusals.status();
-  return filter;
-}
-
-absl::Status CheckAfter(std::int64_t after_sequence, const storage::JournalNow& now) {
-  if (after_sequence >= 0 && after_sequence <= now.newest_sequence) return absl::OkStatus();
-  return runtime::Refuse("after_sequence", std::to_string(after_sequence),
-                         "0 to " + std::to_string(now.newest_sequence) + ", the newest entry of this plant's journal");
-}
-
 // What is asked for; the reader's own eyes see it.
 absl::StatusOr<storage::EventQuery> QueryOf(const grpc::ServerContext& context, std::int64_t after_sequence,
                                             const v1::EventFilter& given, const storage::JournalNow& now) {
-  absl::StatusOr<storage::EventFilter> filter = FilterOf(given, now);
-  const absl::Status checked = runtime::Refusals().Add(CheckAfter(after_sequence, now)).Add(filter.status()).status();
+  absl::StatusOr<storage::EventFilter> filter = EventFilterOf(given, now);
+  const absl::Status checked =
+      runtime::Refusals().Add(CheckAfterSequence(after_sequence, now)).Add(filter.status()).status();
   if (!checked.ok()) return checked;
   return storage::EventQuery{*std::move(filter), after_sequence, kMostEvents, runtime::ReaderOf(context)};
 }
@@ -92,7 +52,7 @@ EventService::EventService(std::shared_ptr<const storage::EventReader> tail,
     : options_(options),
       pages_(std::move(pages)),
       places_(options.watches),
-      tail_(std::move(tail), options.tail),
+      tail_(std::make_shared<EventTail>(std::move(tail), options.tail)),
       watching_("sixpoint_event_watches", "Calls that watch events now."),
       told_("sixpoint_events_told_total", "Events that were sent to those who watch."),
       cut_off_("sixpoint_event_watches_cut_off_total", "Watches that were ended because nobody read what was sent.") {}
@@ -111,7 +71,7 @@ grpc::Status EventService::WatchEvents(grpc::ServerContext* context, const v1::W
   const std::int64_t after_sequence = request->from_now() ? now->newest_sequence : request->after_sequence();
   absl::StatusOr<storage::EventQuery> query = QueryOf(*context, after_sequence, request->filter(), *now);
   if (!query.ok()) return ToGrpc(query.status());
-  const EventTail::Listener listener(&tail_);
+  const EventTail::Listener listener(tail_.get());
   Watch watch{context, writer, *std::move(query), SourceOf(*now), {}};
   watching_.Add(1);
   const absl::Status ended = Tell(&watch);
@@ -129,7 +89,7 @@ absl::Status EventService::Tell(Watch* watch) {
 absl::Status EventService::TellNext(Watch* watch) {
   const Clock::time_point heartbeat = watch->said_at + options_.heartbeat;
   absl::StatusOr<EventTail::After> after =
-      tail_.Wait(watch->query.after_sequence, kMostEvents, std::min(heartbeat, Clock::now() + kBetweenQuestions));
+      tail_->Wait(watch->query.after_sequence, kMostEvents, std::min(heartbeat, Clock::now() + kBetweenQuestions));
   if (!after.ok()) return after.status();
   if (after->is_kept) {
     absl::StatusOr<Entries> wanted = Wanted(*watch, std::move(after->entries));

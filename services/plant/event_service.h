@@ -33,7 +33,9 @@ class EventService final : public v1::EventService::Service {
   grpc::Status ListEvents(grpc::ServerContext* context, const v1::ListEventsRequest* request,
                           v1::ListEventsResponse* response) override;
   // Ends every watch, for ever.
-  void Stop() { tail_.Stop(); }
+  void Stop() { tail_->Stop(); }
+  // For others who listen.
+  std::shared_ptr<EventTail> tail() const { return tail_; }
 
  private:
   // What a watch is about, and how far it has come. No more of the journal is held than one answer.
@@ -53,7 +55,7 @@ class EventService final : public v1::EventService::Service {
   const EventServiceOptions options_;
   const std::shared_ptr<const storage::EventReader> pages_;
   WatchPlaces places_;
-  EventTail tail_;
+  const std::shared_ptr<EventTail> tail_;
   runtime::CallWatchdog watchdog_;
   runtime::Gauge watching_;
   runtime::Counter told_, cut_off_;

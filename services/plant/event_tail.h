@@ -19,7 +19,7 @@
 namespace sixpoint::plant {
 
 struct EventTailOptions {
-  std::chrono::milliseconds every{20};
+  std::chrono::milliseconds every{10};
   // How long entries are kept here: who may see a part is asked when they are read.
   std::chrono::milliseconds kept_for{1000};
   std::size_t most_kept_bytes = 8 << 20;

@@ -16,6 +16,7 @@
 #include "services/plant/person_service.h"
 #include "services/plant/plant_service.h"
 #include "services/plant/record_service.h"
+#include "services/plant/webhook_service.h"
 #include "services/runtime/log.h"
 #include "services/runtime/server.h"
 
@@ -65,7 +66,8 @@ std::unique_ptr<LedgerSealer> MakeSealer(const LedgerOptions& options, const std
 // provider: null where the plant has none.
 std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& options, storage::Database* database,
                                                  std::unique_ptr<IdentityProvider> provider,
-                                                 std::unique_ptr<LedgerSealer> sealer) {
+                                                 std::unique_ptr<LedgerSealer> sealer,
+                                                 const WebhookSenderOptions& webhooks) {
   PlantServiceOptions plant_options;
   plant_options.cad_worker.program = options.worker_folder + "/sixpoint-cad-worker";
   plant_options.cad_worker_count = options.threads;
@@ -79,12 +81,16 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   services.push_back({v1::RecordService::service_full_name(),
                       std::make_unique<RecordService>(stores.journal, stores.blades), RecordSampled()});
   // Whoever listens takes no connection from calls.
-  auto events =
-      std::make_unique<EventService>(storage::EventsIn(storage::Database::Open(options.database, 1)),
-                                     storage::EventsIn(storage::Database::Open(options.database, kCatchUpConnections)));
+  const auto pages = storage::EventsIn(storage::Database::Open(options.database, kCatchUpConnections));
+  auto events = std::make_unique<EventService>(storage::EventsIn(storage::Database::Open(options.database, 1)), pages);
+  auto sender = std::make_unique<WebhookSender>(database, pages, events->tail(), webhooks);
   services.push_back({v1::EventService::service_full_name(), std::move(events)});
   EventService* const told = static_cast<EventService*>(services.back().service.get());
   services.back().on_stop = [told] { told->Stop(); };
+  auto sent = std::make_unique<WebhookService>(database, pages, std::move(sender));
+  services.push_back({v1::WebhookService::service_full_name(), std::move(sent)});
+  WebhookService* const sending = static_cast<WebhookService*>(services.back().service.get());
+  services.back().on_stop = [sending] { sending->Stop(); };
   services.push_back(
       {v1::CredentialsService::service_full_name(), std::make_unique<CredentialsService>(database, TrustOf(options))});
   SessionDeskOptions desk;
@@ -108,8 +114,12 @@ int main(int argc, char** argv) {
   using namespace sixpoint;
   std::string oidc_file;
   plant::LedgerOptions ledger_options;
+  plant::WebhookSenderOptions webhooks;
   const runtime::ServerOptions options = runtime::ParseServerOptions(argc, argv, "plant", [&](CLI::App* app) {
     app->add_option("--oidc", oidc_file, "The identity provider by which people sign in, a YAML file (docs/access.md)");
+    app->add_flag(
+        "--webhook-link-local", webhooks.post.calls_link_local,
+        "Webhooks may name addresses of the link, where clouds tell computers their secrets (docs/events.md)");
     plant::AddLedgerFlags(app, &ledger_options);
   });
   if (ledger_options.make_key) {
@@ -137,6 +147,6 @@ int main(int argc, char** argv) {
   }
   return runtime::Serve(options, [&](const runtime::ServerOptions& served, storage::Database* database) {
     return plant::MakeServices(served, database, std::move(provider),
-                               plant::MakeSealer(ledger_options, served.database, std::move(key)));
+                               plant::MakeSealer(ledger_options, served.database, std::move(key)), webhooks);
   });
 }

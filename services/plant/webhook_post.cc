@@ -1,0 +1,149 @@
+#include "services/plant/webhook_post.h"
+
+#include <absl/strings/escaping.h>
+#include <curl/curl.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <cstring>
+#include <memory>
+
+#include "identity/message_code.h"
+
+namespace sixpoint::plant {
+namespace {
+
+constexpr std::size_t kMostAnswer_bytes = 64 << 10;  // thrown away; who sends more is cut off
+constexpr char kWantedUrl[] = "http:// or https:// with a host, without a user and a password";
+
+struct FreeHandle {
+  void operator()(CURL* handle) const { curl_easy_cleanup(handle); }
+  void operator()(CURLU* url) const { curl_url_cleanup(url); }
+  void operator()(curl_slist* list) const { curl_slist_free_all(list); }
+};
+
+std::string Part(CURLU* url, CURLUPart part) {
+  char* text = nullptr;
+  if (curl_url_get(url, part, &text, 0) != CURLUE_OK || text == nullptr) return "";
+  std::string copy = text;
+  curl_free(text);
+  return copy;
+}
+
+bool IsOfLink(const sockaddr& address) {
+  if (address.sa_family == AF_INET) {
+    sockaddr_in four{};
+    std::memcpy(&four, &address, sizeof four);
+    return (ntohl(four.sin_addr.s_addr) >> 16) == 0xa9fe;
+  }
+  if (address.sa_family != AF_INET6) return false;
+  sockaddr_in6 six{};
+  std::memcpy(&six, &address, sizeof six);
+  if (IN6_IS_ADDR_LINKLOCAL(&six.sin6_addr)) return true;
+  // 169.254.x.y written as ::ffff:169.254.x.y, and fd00:ec2::254, where one cloud has its secrets.
+  const unsigned char* const bytes = six.sin6_addr.s6_addr;
+  const unsigned char metadata[16] = {0xfd, 0x00, 0x0e, 0xc2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x02, 0x54};
+  return (IN6_IS_ADDR_V4MAPPED(&six.sin6_addr) && bytes[12] == 0xa9 && bytes[13] == 0xfe) ||
+         std::memcmp(bytes, metadata, sizeof metadata) == 0;
+}
+
+struct Call {
+  const WebhookPostOptions* options;
+  const std::atomic<bool>* is_stopped;
+  std::size_t answered_bytes = 0;
+  bool met_link = false;
+};
+
+// Asked of the address that is really connected to, whatever the name said before.
+curl_socket_t Open(void* user, curlsocktype, curl_sockaddr* address) {
+  auto* const call = static_cast<Call*>(user);
+  if (!call->options->calls_link_local && IsOfLink(address->addr)) {
+    call->met_link = true;
+    return CURL_SOCKET_BAD;
+  }
+  return socket(address->family, address->socktype | SOCK_CLOEXEC, address->protocol);
+}
+
+std::size_t ThrowAway(const char*, std::size_t size, std::size_t count, void* user) {
+  auto* const call = static_cast<Call*>(user);
+  call->answered_bytes += size * count;
+  return call->answered_bytes > kMostAnswer_bytes ? 0 : size * count;
+}
+
+int GoOn(void* user, curl_off_t, curl_off_t, curl_off_t, curl_off_t) {
+  return static_cast<Call*>(user)->is_stopped->load() ? 1 : 0;
+}
+
+}  // namespace
+
+std::string WrongUrl(const std::string& url) {
+  const std::unique_ptr<CURLU, FreeHandle> parsed(curl_url());
+  const bool has_odd = url.find_first_of(std::string(" \t\r\n\0", 5)) != std::string::npos;
+  if (parsed == nullptr || has_odd || curl_url_set(parsed.get(), CURLUPART_URL, url.c_str(), 0) != CURLUE_OK)
+    return kWantedUrl;
+  const std::string scheme = Part(parsed.get(), CURLUPART_SCHEME);
+  const bool is_sound = (scheme == "http" || scheme == "https") && url.rfind(scheme + "://", 0) == 0 &&
+                        !Part(parsed.get(), CURLUPART_HOST).empty() && Part(parsed.get(), CURLUPART_USER).empty() &&
+                        Part(parsed.get(), CURLUPART_PASSWORD).empty();
+  return is_sound ? "" : kWantedUrl;
+}
+
+std::vector<std::string> SignatureHeaders(const std::string& key, const std::string& id, std::int64_t timestamp_s,
+                                          const std::string& body) {
+  const std::string timestamp = std::to_string(timestamp_s);
+  const std::string code = identity::MessageCode(key, id + "." + timestamp + "." + body);
+  return {"webhook-id: " + id, "webhook-timestamp: " + timestamp, "webhook-signature: v1," + absl::Base64Escape(code)};
+}
+
+std::string SecretText(const std::string& key) { return "whsec_" + absl::Base64Escape(key); }
+
+WebhookAnswer PostEvents(const std::string& url, const std::vector<std::string>& headers, const std::string& body,
+                         const WebhookPostOptions& options, const std::atomic<bool>& is_stopped) {
+  static const CURLcode started = curl_global_init(CURL_GLOBAL_DEFAULT);
+  const std::unique_ptr<CURL, FreeHandle> handle(started == CURLE_OK ? curl_easy_init() : nullptr);
+  if (handle == nullptr) return {0, "curl does not start"};
+  CURL* const curl = handle.get();
+  Call call{&options, &is_stopped};
+  std::unique_ptr<curl_slist, FreeHandle> list(
+      curl_slist_append(nullptr, "content-type: application/cloudevents-batch+json; charset=utf-8"));
+  for (const std::string& header : headers) {
+    curl_slist* const longer = curl_slist_append(list.get(), header.c_str());
+    if (longer == nullptr) return {0, "out of memory"};
+    list.release();
+    list.reset(longer);
+  }
+  curl_easy_setopt(curl, CURLOPT_URL, url.c_str());
+  curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "http,https");
+  curl_easy_setopt(curl, CURLOPT_FOLLOWLOCATION, 0L);
+  curl_easy_setopt(curl, CURLOPT_PROXY, "");
+  curl_easy_setopt(curl, CURLOPT_SSL_VERIFYPEER, 1L);
+  curl_easy_setopt(curl, CURLOPT_SSL_VERIFYHOST, 2L);
+  curl_easy_setopt(curl, CURLOPT_SSLVERSION, static_cast<long>(CURL_SSLVERSION_TLSv1_2));
+  curl_easy_setopt(curl, CURLOPT_NOSIGNAL, 1L);
+  curl_easy_setopt(curl, CURLOPT_TIMEOUT_MS, static_cast<long>(options.patience.count()));
+  curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT_MS, static_cast<long>(options.connect_patience.count()));
+  curl_easy_setopt(curl, CURLOPT_USERAGENT, "sixpoint");
+  curl_easy_setopt(curl, CURLOPT_HTTPHEADER, list.get());
+  curl_easy_setopt(curl, CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(body.size()));
+  curl_easy_setopt(curl, CURLOPT_POSTFIELDS, body.data());
+  curl_easy_setopt(curl, CURLOPT_OPENSOCKETFUNCTION, Open);
+  curl_easy_setopt(curl, CURLOPT_OPENSOCKETDATA, &call);
+  curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, ThrowAway);
+  curl_easy_setopt(curl, CURLOPT_WRITEDATA, &call);
+  curl_easy_setopt(curl, CURLOPT_NOPROGRESS, 0L);
+  curl_easy_setopt(curl, CURLOPT_XFERINFOFUNCTION, GoOn);
+  curl_easy_setopt(curl, CURLOPT_XFERINFODATA, &call);
+  const CURLcode code = curl_easy_perform(curl);
+  long http_status = 0;
+  curl_easy_getinfo(curl, CURLINFO_RESPONSE_CODE, &http_status);
+  if (call.met_link)
+    return {0, "an address of the link, which is not called; start the plant with --webhook-link-local to"};
+  const int status = static_cast<int>(http_status);
+  // What it says beyond its status is not asked for.
+  const bool has_said_enough = call.answered_bytes > kMostAnswer_bytes && status > 0;
+  if (code != CURLE_OK && !has_said_enough) return {status, curl_easy_strerror(code)};
+  if (status < 200 || status > 299) return {status, "HTTP " + std::to_string(status) + ", want 200 to 299"};
+  return {status, ""};
+}
+
+}  // namespace sixpoint::plant

@@ -1,0 +1,194 @@
+#include "services/plant/webhook_sender.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <utility>
+
+#include "services/plant/messages.h"
+#include "services/runtime/cloud_event.h"
+#include "services/runtime/log.h"
+#include "storage/one_read.h"
+
+namespace sixpoint::plant {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int kMostEvents = 100;               // of one message
+constexpr std::size_t kMostBytes = 1'000'000;  // of one message, but for its last event
+constexpr std::chrono::seconds kDatabasePatience{10};
+constexpr std::chrono::seconds kBetweenSaves{30};  // of a number that moved by what is not for it
+constexpr std::size_t kLongestFailure = 400;
+
+std::int64_t Now_s() { return std::chrono::system_clock::to_time_t(std::chrono::system_clock::now()); }
+
+// Some of it, so that receivers that went away together are not called again together.
+std::chrono::milliseconds ByChance(std::chrono::milliseconds pause) {
+  static thread_local std::minstd_rand random{std::random_device{}()};
+  return std::chrono::milliseconds(
+      std::uniform_int_distribution<std::int64_t>(pause.count() / 2, pause.count())(random));
+}
+
+std::string Text(const nlohmann::json& json) {
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace
+
+WebhookSender::WebhookSender(storage::Database* database, std::shared_ptr<const storage::EventReader> pages,
+                             std::shared_ptr<EventTail> tail, const WebhookSenderOptions& options)
+    : database_(database),
+      pages_(std::move(pages)),
+      tail_(std::move(tail)),
+      options_(options),
+      sent_("sixpoint_webhook_events_sent_total", "Events that receivers of webhooks took."),
+      failed_("sixpoint_webhook_failures_total", "Messages to receivers of webhooks that were not taken."),
+      thread_([this] { Run(); }) {}
+
+WebhookSender::~WebhookSender() {
+  Stop();
+  thread_.join();
+}
+
+void WebhookSender::Stop() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    stopped_ = true;
+  }
+  stopping_.notify_all();
+}
+
+void WebhookSender::Run() {
+  while (!stopped_) {
+    const auto webhooks = storage::OneRead(*database_, Clock::now() + kDatabasePatience, [](storage::Transaction& t) {
+      return storage::ListWebhooks(t, /*withdrawn_too=*/false, "", storage::kMostWebhooks);
+    });
+    if (webhooks.ok()) Compare(*webhooks);
+    std::unique_lock<std::mutex> lock(mutex_);
+    stopping_.wait_for(lock, options_.between_looks, [this] { return stopped_.load(); });
+  }
+  Compare({});
+}
+
+// Those that are new begin, those that are gone end.
+void WebhookSender::Compare(const std::vector<storage::WebhookRow>& webhooks) {
+  const auto holds = [&](const std::string& id) {
+    return std::any_of(webhooks.begin(), webhooks.end(), [&](const auto& one) { return one.webhook_id == id; });
+  };
+  for (auto& [id, receiver] : receivers_)
+    if (!holds(id)) receiver->is_stopped = true;
+  stopping_.notify_all();
+  for (auto one = receivers_.begin(); one != receivers_.end();) {
+    if (holds(one->first)) {
+      ++one;
+      continue;
+    }
+    one->second->thread.join();
+    one = receivers_.erase(one);
+  }
+  for (const storage::WebhookRow& webhook : webhooks) {
+    std::unique_ptr<Receiver>& receiver = receivers_[webhook.webhook_id];
+    if (receiver != nullptr) continue;
+    receiver = std::make_unique<Receiver>();
+    receiver->webhook = webhook;
+    receiver->pause = options_.first_pause;
+    receiver->saved_at = Clock::now();
+    receiver->thread = std::thread([this, one = receiver.get()] { Send(one); });
+  }
+}
+
+void WebhookSender::Sleep(const Receiver& receiver, std::chrono::milliseconds time) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  stopping_.wait_for(lock, time, [&] { return stopped_ || receiver.is_stopped; });
+}
+
+void WebhookSender::Send(Receiver* receiver) {
+  const EventTail::Listener listener(tail_.get());
+  while (!stopped_ && !receiver->is_stopped)
+    if (!SendNext(receiver)) Sleep(*receiver, options_.first_pause);
+}
+
+// False: the database is away.
+bool WebhookSender::SendNext(Receiver* receiver) {
+  storage::WebhookRow& webhook = receiver->webhook;
+  const storage::EventQuery query{webhook.filter, webhook.delivery.looked_at_sequence, kMostEvents, webhook.reader};
+  const absl::StatusOr<storage::EventPage> page = pages_->Events(query, Clock::now() + kDatabasePatience);
+  if (!page.ok()) return false;
+  if (!page->rows.empty()) {
+    const absl::StatusOr<storage::JournalNow> now = pages_->Now(Clock::now() + kDatabasePatience);
+    if (!now.ok()) return false;
+    Deliver(receiver, *page, "urn:uuid:" + now->plant_id);
+    return true;
+  }
+  const bool has_moved = webhook.delivery.looked_at_sequence != page->looked_at_sequence;
+  webhook.delivery.looked_at_sequence = page->looked_at_sequence;
+  if (has_moved && Clock::now() > receiver->saved_at + kBetweenSaves && !Save(receiver)) return false;
+  if (page->is_newest)
+    return tail_->Wait(page->looked_at_sequence, 1, Clock::now() + std::chrono::milliseconds(500)).ok();
+  return true;
+}
+
+// The page's events or, where they are large, the first of them. With no connection held.
+void WebhookSender::Deliver(Receiver* receiver, const storage::EventPage& page, const std::string& source) {
+  storage::WebhookRow& webhook = receiver->webhook;
+  std::string body = "[";
+  std::size_t count = 0;
+  while (count < page.rows.size() && body.size() < kMostBytes)
+    body += (count == 0 ? "" : ",\n") + Text(runtime::CloudEventOf(ToProto(page.rows[count]), source)), ++count;
+  body += "]";
+  const std::int64_t first = page.rows.front().entry.recorded.sequence,
+                     last = page.rows[count - 1].entry.recorded.sequence;
+  const std::string id = webhook.webhook_id + "/" + std::to_string(first) + "-" + std::to_string(last);
+  const WebhookAnswer answer = PostEvents(webhook.url, SignatureHeaders(webhook.secret, id, Now_s(), body), body,
+                                          options_.post, receiver->is_stopped);
+  if (stopped_ || (receiver->is_stopped && !answer.is_taken())) return;
+  if (!answer.is_taken()) return Failed(receiver, answer.failure);
+  storage::WebhookDelivery& delivery = webhook.delivery;
+  delivery.looked_at_sequence = count == page.rows.size() ? page.looked_at_sequence : last;
+  delivery.delivered_sequence = last;
+  delivery.delivered_at = std::chrono::system_clock::now();
+  delivery.failing_since.reset();
+  delivery.failure_count = 0;
+  receiver->pause = options_.first_pause;
+  sent_.Add(static_cast<double>(count));
+  // What was taken is not sent again by this process; by the next it may be.
+  while (!Save(receiver) && !stopped_ && !receiver->is_stopped) Sleep(*receiver, options_.first_pause);
+}
+
+void WebhookSender::Failed(Receiver* receiver, const std::string& why) {
+  storage::WebhookDelivery& delivery = receiver->webhook.delivery;
+  if (!delivery.failing_since) {
+    delivery.failing_since = std::chrono::system_clock::now();
+    runtime::Log(runtime::LogLevel::kWarning, "webhook " + receiver->webhook.webhook_id + ": not taken: " + why);
+  }
+  ++delivery.failure_count;
+  delivery.last_failure = why.substr(0, kLongestFailure);
+  failed_.Add();
+  Save(receiver);  // only told; the next may be
+  Sleep(*receiver, ByChance(receiver->pause));
+  receiver->pause = std::min(2 * receiver->pause, options_.longest_pause);
+}
+
+bool WebhookSender::Save(Receiver* receiver) {
+  absl::StatusOr<storage::Transaction> transaction = database_->Begin(Clock::now() + kDatabasePatience);
+  absl::Status status = transaction.status();
+  if (status.ok())
+    status = storage::SaveDelivery(*transaction, receiver->webhook.webhook_id, receiver->webhook.delivery);
+  if (status.ok()) status = transaction->Commit();
+  if (status.ok()) receiver->saved_at = Clock::now();
+  return status.ok();
+}
+
+WebhookAnswer WebhookSender::Test(const storage::WebhookRow& webhook, const std::string& event_id,
+                                  const std::string& source) const {
+  const std::string body = Text({{{"specversion", "1.0"},
+                                  {"id", event_id},
+                                  {"source", source},
+                                  {"type", "sixpoint.webhook.test"},
+                                  {"subject", "webhooks/" + webhook.webhook_id}}});
+  return PostEvents(webhook.url, SignatureHeaders(webhook.secret, event_id, Now_s(), body), body, options_.post,
+                    stopped_);
+}
+
+}  // namespace sixpoint::plant

@@ -1,0 +1,71 @@
+// Sends the journal to the webhooks: a thread each, so that one that does not answer holds up no other. What is to be sent is read from the
+// journal, and how far that has come is kept with it: nothing else has to survive a crash.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "services/plant/event_tail.h"
+#include "services/plant/webhook_post.h"
+#include "services/runtime/metrics.h"
+#include "storage/webhooks.h"
+
+namespace sixpoint::plant {
+
+struct WebhookSenderOptions {
+  WebhookPostOptions post;
+  std::chrono::milliseconds first_pause{1'000},
+      longest_pause{3'600'000};                    // doubled at each failure, less up to half by chance
+  std::chrono::milliseconds between_looks{2'000};  // for webhooks that were made or withdrawn
+};
+
+// Thread-safe. Ends its threads at its end, within a second or so.
+class WebhookSender {
+ public:
+  // `database` lives longer.
+  WebhookSender(storage::Database* database, std::shared_ptr<const storage::EventReader> pages,
+                std::shared_ptr<EventTail> tail, const WebhookSenderOptions& options = {});
+  ~WebhookSender();
+  WebhookSender(const WebhookSender&) = delete;
+  WebhookSender& operator=(const WebhookSender&) = delete;
+
+  void Stop();
+  // One event of type sixpoint.webhook.test, now.
+  WebhookAnswer Test(const storage::WebhookRow& webhook, const std::string& event_id, const std::string& source) const;
+
+ private:
+  struct Receiver {
+    storage::WebhookRow webhook;
+    std::atomic<bool> is_stopped{false};
+    std::chrono::milliseconds pause{0};
+    std::chrono::steady_clock::time_point saved_at{};
+    std::thread thread{};
+  };
+  void Run();
+  void Compare(const std::vector<storage::WebhookRow>& webhooks);
+  void Send(Receiver* receiver);
+  bool SendNext(Receiver* receiver);
+  void Deliver(Receiver* receiver, const storage::EventPage& page, const std::string& source);
+  void Failed(Receiver* receiver, const std::string& why);
+  bool Save(Receiver* receiver);
+  void Sleep(const Receiver& receiver, std::chrono::milliseconds time);
+
+  storage::Database* const database_;
+  const std::shared_ptr<const storage::EventReader> pages_;
+  const std::shared_ptr<EventTail> tail_;
+  const WebhookSenderOptions options_;
+  runtime::Counter sent_, failed_;
+  std::mutex mutex_;
+  std::condition_variable stopping_;
+  std::atomic<bool> stopped_{false};
+  std::map<std::string, std::unique_ptr<Receiver>> receivers_;  // by name; the looking thread's alone
+  std::thread thread_;
+};
+
+}  // namespace sixpoint::plant

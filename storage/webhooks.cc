@@ -1,0 +1,137 @@
+#include "storage/webhooks.h"
+
+namespace sixpoint::storage {
+namespace {
+
+#define SIXPOINT_SELECT_WEBHOOKS                                                                               \
+  "SELECT w.webhook_id, w.url, w.kinds, w.machine_id, w.blade_serial, w.part_id, w.verdicts, w.begins_after, " \
+  "w.secret, name_of(w.reader), name_of(w.requested_by), w.request_id::text, w.recorded_at, x.recorded_at, "   \
+  "name_of(x.requested_by), d.looked_at_sequence, d.delivered_sequence, d.delivered_at, d.failing_since, "     \
+  "d.failure_count, d.last_failure FROM webhooks w JOIN webhook_deliveries d ON d.webhook_id = w.webhook_id "  \
+  "LEFT JOIN webhook_withdrawals x ON x.webhook_id = w.webhook_id "
+constexpr char kSelectOne[] = SIXPOINT_SELECT_WEBHOOKS "WHERE w.webhook_id = $1";
+constexpr char kSelectByRequest[] = SIXPOINT_SELECT_WEBHOOKS "WHERE w.request_id = $1::uuid";
+constexpr char kSelectPage[] = SIXPOINT_SELECT_WEBHOOKS
+    "WHERE ($1::boolean OR x.webhook_id IS NULL) AND w.webhook_id > $2 ORDER BY w.webhook_id LIMIT $3";
+#undef SIXPOINT_SELECT_WEBHOOKS
+// Who makes one counts those that hold while nobody else does.
+constexpr char kLock[] = "SELECT pg_advisory_xact_lock(hashtextextended('webhooks', 0))";
+constexpr char kInsert[] =
+    "INSERT INTO webhooks (webhook_id, url, kinds, machine_id, blade_serial, part_id, verdicts, begins_after, secret, "
+    "reader, requested_by, request_id) VALUES ($1, $2, $3::text[], $4, $5, $6, $7::text[], $8, $9, $10, $11, "
+    "$12::uuid)";
+constexpr char kInsertDelivery[] = "INSERT INTO webhook_deliveries (webhook_id, looked_at_sequence) VALUES ($1, $2)";
+constexpr char kWithdraw[] =
+    "INSERT INTO webhook_withdrawals (webhook_id, requested_by, request_id) VALUES ($1, $2, $3::uuid) "
+    "ON CONFLICT (webhook_id) DO NOTHING";
+constexpr char kSave[] =
+    "UPDATE webhook_deliveries SET looked_at_sequence = $2, delivered_sequence = $3, delivered_at = $4, "
+    "failing_since = $5, failure_count = $6, last_failure = $7 WHERE webhook_id = $1 AND looked_at_sequence <= $2";
+
+std::vector<WebhookRow> Read(const Rows& rows) {
+  std::vector<WebhookRow> webhooks;
+  for (int row = 0; row < rows.count(); ++row) {
+    WebhookRow& read = webhooks.emplace_back();
+    read.webhook_id = rows.Text(row, 0);
+    read.url = rows.Text(row, 1);
+    read.filter = {rows.Texts(row, 2), rows.Text(row, 3), rows.Text(row, 4), rows.Text(row, 5), rows.Texts(row, 6)};
+    read.begins_after = rows.Int(row, 7);
+    read.secret = rows.Bytes(row, 8);
+    read.reader.identity = rows.Text(row, 9);
+    read.requested_by = rows.Text(row, 10);
+    read.request_id = rows.Text(row, 11);
+    read.recorded_at = rows.Time(row, 12);
+    if (!rows.IsNull(row, 13)) read.withdrawn_at = rows.Time(row, 13);
+    read.withdrawn_by = rows.OptionalText(row, 14);
+    WebhookDelivery& delivery = read.delivery;
+    delivery.looked_at_sequence = rows.Int(row, 15);
+    delivery.delivered_sequence = rows.Int(row, 16);
+    if (!rows.IsNull(row, 17)) delivery.delivered_at = rows.Time(row, 17);
+    if (!rows.IsNull(row, 18)) delivery.failing_since = rows.Time(row, 18);
+    delivery.failure_count = static_cast<int>(rows.Int(row, 19));
+    delivery.last_failure = rows.Text(row, 20);
+  }
+  return webhooks;
+}
+
+absl::StatusOr<std::optional<WebhookRow>> One(Transaction& transaction, const char* sql, const std::string& of) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(sql, Params().Text(of));
+  if (!rows.ok()) return rows.status();
+  if (rows->count() == 0) return std::nullopt;
+  return rows->Checked(std::optional(Read(*rows).front()));
+}
+
+bool IsSame(const EventFilter& a, const EventFilter& b) {
+  return a.kinds == b.kinds && a.machine_id == b.machine_id && a.blade_serial == b.blade_serial &&
+         a.part_id == b.part_id && a.verdicts == b.verdicts;
+}
+
+void AddOptional(Params* params, const std::optional<Instant>& moment) {
+  moment ? params->Time(*moment) : params->Null();
+}
+
+}  // namespace
+
+absl::StatusOr<WebhookRow> InsertWebhook(Transaction& transaction, const WebhookRow& row) {
+  if (const auto locked = transaction.Execute(kLock); !locked.ok()) return locked.status();
+  const auto kept = One(transaction, kSelectByRequest, row.request_id);
+  if (!kept.ok()) return kept.status();
+  if (kept->has_value()) {
+    const bool is_same =
+        (*kept)->webhook_id == row.webhook_id && (*kept)->url == row.url && IsSame((*kept)->filter, row.filter);
+    if (is_same) return **kept;
+    return absl::AlreadyExistsError("request_id: " + row.request_id + " was used for another request, want a new id");
+  }
+  const auto named = One(transaction, kSelectOne, row.webhook_id);
+  if (!named.ok()) return named.status();
+  if (named->has_value())
+    return absl::AlreadyExistsError("webhook_id: " + row.webhook_id + " is given, want another: names are given once");
+  const auto holding = ListWebhooks(transaction, false, "", kMostWebhooks);
+  if (!holding.ok()) return holding.status();
+  if (holding->size() == static_cast<std::size_t>(kMostWebhooks))
+    return absl::ResourceExhaustedError("webhooks: " + std::to_string(kMostWebhooks) + ", want one withdrawn before");
+  Params params;
+  params.Text(row.webhook_id).Text(row.url).Texts(row.filter.kinds).Text(row.filter.machine_id);
+  params.Text(row.filter.blade_serial).Text(row.filter.part_id).Texts(row.filter.verdicts).Int(row.begins_after);
+  params.Bytes(row.secret).Text(row.reader.identity).Text(row.requested_by).Text(row.request_id);
+  if (const auto inserted = transaction.Execute(kInsert, params); !inserted.ok()) return inserted.status();
+  const auto begun = transaction.Execute(kInsertDelivery, Params().Text(row.webhook_id).Int(row.begins_after));
+  if (!begun.ok()) return begun.status();
+  absl::StatusOr<std::optional<WebhookRow>> made = One(transaction, kSelectOne, row.webhook_id);
+  if (!made.ok()) return made.status();
+  if (!made->has_value()) return absl::InternalError("webhook: made and not there");
+  return **std::move(made);
+}
+
+absl::StatusOr<std::optional<WebhookRow>> WithdrawWebhook(Transaction& transaction, const std::string& webhook_id,
+                                                          const std::string& requested_by,
+                                                          const std::string& request_id) {
+  const auto found = One(transaction, kSelectOne, webhook_id);
+  if (!found.ok() || !found->has_value()) return found;
+  const auto withdrawn = transaction.Execute(kWithdraw, Params().Text(webhook_id).Text(requested_by).Text(request_id));
+  if (!withdrawn.ok()) return withdrawn.status();
+  return One(transaction, kSelectOne, webhook_id);
+}
+
+absl::StatusOr<std::optional<WebhookRow>> FindWebhook(Transaction& transaction, const std::string& webhook_id) {
+  return One(transaction, kSelectOne, webhook_id);
+}
+
+absl::StatusOr<std::vector<WebhookRow>> ListWebhooks(Transaction& transaction, bool withdrawn_too,
+                                                     const std::string& after_id, int limit) {
+  const absl::StatusOr<Rows> rows =
+      transaction.Execute(kSelectPage, Params().Bool(withdrawn_too).Text(after_id).Int(limit));
+  if (!rows.ok()) return rows.status();
+  return rows->Checked(Read(*rows));
+}
+
+absl::Status SaveDelivery(Transaction& transaction, const std::string& webhook_id, const WebhookDelivery& delivery) {
+  Params params;
+  params.Text(webhook_id).Int(delivery.looked_at_sequence).Int(delivery.delivered_sequence);
+  AddOptional(&params, delivery.delivered_at);
+  AddOptional(&params, delivery.failing_since);
+  params.Int(delivery.failure_count).Text(delivery.last_failure);
+  return transaction.Execute(kSave, params).status();
+}
+
+}  // namespace sixpoint::storage
