@@ -6,7 +6,9 @@
 #include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "bench/ground/blade_rows.h"
@@ -38,13 +40,17 @@ void WriteEvents(const std::string& conninfo, int writer_count, int pause_ms) {
   std::printf("ready\n");
   std::fflush(stdout);
   std::atomic<bool> stopped{false};
-  std::atomic<int> acknowledged_count{0}, failed_count{0};
+  std::vector<std::vector<std::pair<std::string, double>>> acknowledged_s(static_cast<std::size_t>(writer_count));
   std::vector<std::thread> writers;
   for (int writer = 0; writer < writer_count; ++writer)
     writers.emplace_back([&, writer] {
       for (int i = 0; !stopped; ++i) {
-        const bool is_done = Append(database.get(), "W" + std::to_string(writer) + "-" + std::to_string(i));
-        ++(is_done ? acknowledged_count : failed_count);
+        const std::string serial = "W" + std::to_string(writer) + "-" + std::to_string(i);
+        const bool is_done = Append(database.get(), serial);
+        const auto now = std::chrono::system_clock::now().time_since_epoch();
+        if (is_done)
+          acknowledged_s[static_cast<std::size_t>(writer)].emplace_back(serial,
+                                                                        std::chrono::duration<double>(now).count());
         std::this_thread::sleep_for(std::chrono::milliseconds(is_done ? pause_ms : pause_ms + 100));
       }
     });
@@ -52,9 +58,10 @@ void WriteEvents(const std::string& conninfo, int writer_count, int pause_ms) {
   while (read(STDIN_FILENO, &byte, 1) > 0) continue;
   stopped = true;
   for (std::thread& each : writers) each.join();
-  std::printf(
-      "%s\n",
-      nlohmann::json{{"acknowledged", acknowledged_count.load()}, {"failed", failed_count.load()}}.dump().c_str());
+  nlohmann::json told = nlohmann::json::object();
+  for (const auto& of_writer : acknowledged_s)
+    for (const auto& [serial, moment_s] : of_writer) told[serial] = moment_s;
+  std::printf("%s\n", told.dump().c_str());
 }
 
 }  // namespace sixpoint::bench

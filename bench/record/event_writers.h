@@ -5,7 +5,7 @@
 
 namespace sixpoint::bench {
 
-// So many threads append blades with such pauses between them, until standard input ends; then prints how many were acknowledged.
+// So many threads append blades with such pauses between them, until standard input ends; then prints when each was acknowledged.
 // What fails is tried again as another blade.
 void WriteEvents(const std::string& conninfo, int writer_count, int pause_ms);
 
