@@ -9,6 +9,7 @@
 #include <fstream>
 #include <thread>
 
+#include "sandbox/landlock.h"
 #include "storage/database.h"
 #include "tests/support/throwaway_database.h"
 
@@ -108,6 +109,35 @@ TEST_F(MigrateTest, TwoRunnersAtOnceTakeTurns) {
 }
 
 // The launcher starts both at once, and after a crash the server refuses for some seconds.
+// As PostgreSQL is started, which runs as the same user as the services.
+TEST_F(MigrateTest, WhatItRunsWithoutAFolderDoesNotReadIt) {
+  const char* bin = std::getenv("SIXPOINT_BIN_DIR");
+  ASSERT_NE(bin, nullptr) << "want the folder of the programs (ctest sets it)";
+  namespace fs = std::filesystem;
+  fs::create_directory(folder_ + "/keys");
+  fs::create_directory(folder_ + "/data");
+  std::ofstream(folder_ + "/keys/key") << "secret";
+  std::ofstream(folder_ + "/data/row") << "row";
+  const auto run = [&](const std::string& script) {
+    return std::system((std::string(bin) + "/sixpoint-migrate --run-without " + folder_ + "/keys " + folder_ +
+                        "/later --writing /dev " + folder_ + "/data -- /bin/sh -c '" + script + "' > /dev/null 2>&1")
+                           .c_str());
+  };
+  EXPECT_EQ(run("cat " + folder_ + "/data/row && echo more >> " + folder_ + "/data/row && mv " + folder_ +
+                "/data/row " + folder_ + "/data/moved && mkdir " + folder_ + "/data/within"),
+            0);
+  if (sandbox::LandlockVersion() == 0) GTEST_SKIP() << "this kernel has no Landlock";
+  for (const std::string& read :
+       {"cat " + folder_ + "/keys/key", "echo other >> " + folder_ + "/V0001__create_first.sql",
+        "cat " + folder_ + "/data/../keys/key", "echo mine >> " + folder_ + "/keys/key", "rm " + folder_ + "/keys/key",
+        "mv " + folder_ + "/keys " + folder_ + "/data/keys", "mkdir " + folder_ + "/later",
+        "cat /proc/" + std::to_string(getpid()) + "/root" + folder_ + "/keys/key",
+        "ln " + folder_ + "/keys/key " + folder_ + "/data/key"})
+    EXPECT_NE(run(read), 0) << read;
+  EXPECT_NE(run("ln -s ../keys/key " + folder_ + "/data/link; cat " + folder_ + "/data/link"), 0);
+  EXPECT_NE(std::system((std::string(bin) + "/sixpoint-migrate --run-without /x > /dev/null 2>&1").c_str()), 0);
+}
+
 TEST_F(MigrateTest, TheProgramWaitsForAServerThatIsStillStarting) {
   const char* bin = std::getenv("SIXPOINT_BIN_DIR");
   ASSERT_NE(bin, nullptr) << "want the folder of the programs (ctest sets it)";
