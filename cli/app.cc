@@ -60,6 +60,7 @@ void AddCommands(Command* root, Session* session) {
   AddCorrectionCommands(root, session);
   AddInspectCommand(root, session);
   AddInspectionCommands(root, session);
+  AddFleetCommands(root, session);
   AddRecallCommand(root, session);
   AddTraceCommand(root, session);
   AddEventsCommand(root, session);

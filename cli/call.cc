@@ -17,6 +17,7 @@
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "sixpoint/ingest/v1/store.grpc.pb.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
+#include "sixpoint/plant/v1/fleet.grpc.pb.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 #include "sixpoint/plant/v1/record.grpc.pb.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
@@ -34,6 +35,7 @@ absl::StatusOr<const google::protobuf::MethodDescriptor*> FindMethod(const std::
   for (const auto& [name, full_name] : std::vector<std::pair<std::string, std::string>>{
            {"plant", plant::v1::PlantService::service_full_name()},
            {"plant", plant::v1::RecordService::service_full_name()},
+           {"plant", plant::v1::FleetService::service_full_name()},
            {"ingest", ingest::v1::ScanService::service_full_name()},
            {"ingest", ingest::v1::CloudStoreService::service_full_name()},
            {"calibration", calibration::v1::CalibrationService::service_full_name()},

@@ -12,6 +12,7 @@
 namespace sixpoint::cli {
 
 void AddMachineCommands(Command* app, Session* session);
+void AddFleetCommands(Command* app, Session* session);
 void AddArtefactCommands(Command* app, Session* session);
 void AddPersonCommands(Command* app, Session* session);
 void AddPartCommands(Command* app, Session* session);

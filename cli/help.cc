@@ -23,7 +23,7 @@ const std::vector<Group>& Groups() {
       {"Calibration", {"calibrate", "calibration", "study"}},
       {"Blades", {"register", "registration", "correct", "correction", "inspect", "inspection"}},
       {"Besides",
-       {"recall", "trace", "events", "webhook", "replay", "rejudge", "values", "plant", "call", "completion"}},
+       {"fleet", "recall", "trace", "events", "webhook", "replay", "rejudge", "values", "plant", "call", "completion"}},
   };
   return *groups;
 }
@@ -121,6 +121,11 @@ constexpr Example kExamples[] = {
      "sixpoint correct --registration ID --template program.nc --out - | post"},
     {"inspect", "sixpoint inspect --blade SN-1 --scans sn1_pins_1,sn1_pins_2 --method six-point-normals"},
     {"inspection list", "sixpoint inspection list --blade SN-1"},
+    {"fleet list",
+     "sixpoint fleet list\n"
+     "sixpoint fleet list --since 2026-11-01"},
+    {"fleet show", "sixpoint fleet show sarix-1"},
+    {"fleet hours", "sixpoint fleet hours sarix-1 --since 2026-11-21T06:00:00Z --until 2026-11-21T14:00:00Z"},
     {"recall",
      "sixpoint recall calibrations/ID\n"
      "sixpoint recall machines/sarix-1 --kinds registration,correction --limit 50\n"

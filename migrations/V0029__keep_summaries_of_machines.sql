@@ -424,11 +424,15 @@ CREATE VIEW machine_calibrations AS
 COMMENT ON VIEW machine_calibrations IS
   'What machines are calibrated by now, or were last, with the drift since the one before and the check that stands against it.';
 
+-- From each damage to its scans, never the other way: scans are millions, damages none.
 CREATE VIEW machine_damages AS
-  SELECT s.machine_id, count(DISTINCT d.sha256) AS blob_count, min(d.found_at) AS found_at
-  FROM blob_damages d JOIN scan_blocks k ON k.blob_sha256 = d.sha256 JOIN scans s ON s.scan_key = k.scan_key
+  SELECT s.machine_id, count(*) AS blob_count, min(d.found_at) AS found_at
+  FROM (SELECT l.sha256, min(l.found_at) AS found_at
+        FROM (SELECT b.sha256, b.found_at FROM blob_damages b ORDER BY b.damage_id DESC LIMIT 1000) l GROUP BY l.sha256) d
+  CROSS JOIN LATERAL (SELECT DISTINCT o.machine_id FROM scan_blocks k JOIN scans o ON o.scan_key = k.scan_key
+                      WHERE k.blob_sha256 = d.sha256 OFFSET 0) s
   GROUP BY s.machine_id;
-COMMENT ON VIEW machine_damages IS 'Blobs of each machine''s scans that the check of the store found damaged.';
+COMMENT ON VIEW machine_damages IS 'Blobs of each machine''s scans among the last 1000 damages that the check of the store found.';
 
 CREATE VIEW machine_work AS
   SELECT b.machine_id, count(*) AS blade_count, count(k.correction_id) AS awaiting_count, min(b.awaiting_since) FILTER (WHERE k.correction_id

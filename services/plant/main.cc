@@ -11,6 +11,7 @@
 #include "services/plant/clearance_service.h"
 #include "services/plant/credentials_service.h"
 #include "services/plant/event_service.h"
+#include "services/plant/fleet_service.h"
 #include "services/plant/ledger_service.h"
 #include "services/plant/metrics.h"
 #include "services/plant/person_service.h"
@@ -102,6 +103,8 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
       {v1::AccountService::service_full_name(), std::make_unique<AccountService>(database, std::move(desk))});
   services.push_back({v1::PersonService::service_full_name(), std::make_unique<PersonService>(database)});
   services.push_back({v1::ClearanceService::service_full_name(), std::make_unique<ClearanceService>(database)});
+  services.push_back({v1::FleetService::service_full_name(),
+                      std::make_unique<FleetService>(storage::FleetIn(database), stores.clearances)});
   services.push_back(
       {v1::LedgerService::service_full_name(), std::make_unique<LedgerService>(database, std::move(sealer))});
   return services;
