@@ -23,11 +23,13 @@ constexpr std::chrono::milliseconds kGrace{300};
 constexpr std::chrono::milliseconds kEarly{250};
 
 // client_connection_check_interval: a statement whose client is gone stops by itself. idle_in_transaction_session_timeout: a
-// service that is frozen while it holds a lock (the journal's) keeps it no longer.
+// service that is frozen while it holds a lock (the journal's) keeps it no longer. jit: a page of a list looks dear enough to be compiled, which
+// then takes longer than the page.
 constexpr char kSession[] =
     "SET timezone = 'UTC'; SET datestyle = 'ISO, YMD'; SET extra_float_digits = 1; SET bytea_output = 'hex'; "
     "SET client_encoding = 'UTF8'; SET client_min_messages = 'warning'; SET standard_conforming_strings = on; "
-    "SET client_connection_check_interval = '2s'; SET idle_in_transaction_session_timeout = '8s'";
+    "SET client_connection_check_interval = '2s'; SET idle_in_transaction_session_timeout = '8s'; "
+    "SET jit = off";
 
 absl::Status WaitForSocket(int socket, short events, Deadline deadline) {
   for (;;) {

@@ -262,6 +262,22 @@ TEST_F(ReadModelsTest, AClearanceIsWithdrawnAtOnce) {
   EXPECT_THAT(Ask(*reader, kAsk).rows, IsEmpty());
 }
 
+// An administrator may have made one login a member of another.
+TEST_F(ReadModelsTest, ARoleThatIsTakenOnShowsNoMore) {
+  auto transaction = plant_->database()->Begin(Soon());
+  ASSERT_TRUE(transaction->Execute("GRANT bi_cleared TO bi_open").ok());
+  ASSERT_TRUE(transaction->Commit().ok());
+  const auto reader = As("bi_open");
+  const std::vector<std::string> taken_on = {"SET ROLE bi_cleared"};
+  EXPECT_THAT(Ask(*reader, "SELECT 1 FROM read_v1.parts WHERE part_id LIKE 'SEED-%'", taken_on).rows, Not(IsEmpty()));
+  EXPECT_THAT(Ask(*reader, "SELECT 1 FROM read_v1.parts WHERE part_id LIKE 'acme%'", taken_on).rows, IsEmpty());
+  EXPECT_THAT(Ask(*reader, "SELECT 1 FROM read_v1.recall('machines/m1') WHERE name LIKE '%acme%'", taken_on).rows,
+              IsEmpty());
+  auto revoked = plant_->database()->Begin(Soon());
+  ASSERT_TRUE(revoked->Execute("REVOKE bi_cleared FROM bi_open").ok());
+  ASSERT_TRUE(revoked->Commit().ok());
+}
+
 TEST_F(ReadModelsTest, APersonIsAPseudonym) {
   const auto reader = As("bi_open");
   // The seeder is users/seed, as the services tell it.
@@ -296,6 +312,16 @@ TEST_F(ReadModelsTest, TellsWhatTheServicesTell) {
     EXPECT_EQ(row["upper_limit"].get<double>(), value.position_tolerance_mm);
     EXPECT_DOUBLE_EQ(row["u_um"].get<double>(), value.position_expanded_uncertainty_um.value());
     EXPECT_EQ(row["verdict"], value.position_verdict);
+    // Asked for by its name alone, it is the same.
+    ValueFilter of_hole = filter;
+    of_hole.group_name = value.group_name;
+    of_hole.hole_name = value.hole_name;
+    const auto alone = ValuesIn(plant_->database())->Values(of_hole, 0, 10, Soon());
+    ASSERT_TRUE(alone.ok()) << alone.status();
+    ASSERT_EQ(alone->size(), 1u) << value.group_name << "/" << value.hole_name;
+    EXPECT_EQ(alone->front().position_error_mm, value.position_error_mm);
+    EXPECT_EQ(alone->front().inclination_verdict, value.inclination_verdict);
+    EXPECT_EQ(alone->front().sequence, value.sequence);
   }
   auto transaction = plant_->database()->Begin(Soon());
   for (const char* name :
