@@ -6,28 +6,35 @@
 namespace sixpoint::storage {
 namespace {
 
-// The page's inspections are found first, by the journal's order; their holes are then read by key. A prefix is a span of the serial
-// numbers' order, which is that of bytes.
+// $1 to $11 of both statements. A prefix is a span of the serial numbers' order, which is that of bytes.
+#define SIXPOINT_VALUE_FILTER                                                                                       \
+  "entry_kind = 'inspection' AND ($1::bigint = 0 OR record_sequence < $1::bigint) "                                 \
+  "AND ($2 = '' OR entry_blade = $2) AND ($3 = '' OR (entry_blade >= $3 AND starts_with(entry_blade, $3))) "        \
+  "AND ($4 = '' OR part_id = $4) AND ($5 = '' OR entry_machine = $5) "                                              \
+  "AND ($6::timestamptz IS NULL OR recorded_at >= $6) AND ($7::timestamptz IS NULL OR recorded_at < $7) "           \
+  "AND ($8 = '' OR i.verdict = $8) AND (NOT $9::boolean OR NOT EXISTS (SELECT 1 FROM record_entries later WHERE "   \
+  "later.blade_serial = entry_blade AND later.kind = 'inspection' AND later.record_sequence > r.record_sequence)) " \
+  "AND part_id <> ALL ($10::text[]) AND ($11::text[] IS NULL OR entry_blade = ANY ($11::text[])) "
+#define SIXPOINT_INSPECTION_VALUES                                                                         \
+  "record_sequence, recorded_at, i.inspection_id, i.blade_serial, machine_id, machine_revision, part_id, " \
+  "part_revision, method"
+#define SIXPOINT_HOLE_VALUES                                                                      \
+  ", h.group_name, h.hole_name, h.position_verdict, h.inclination_verdict, h.position_error_mm, " \
+  "h.inclination_error_deg, h.position_expanded_uncertainty_um, "                                 \
+  "h.inclination_expanded_uncertainty_deg, h.position_tolerance_mm, h.inclination_tolerance_deg "
+// The page's inspections are found first, by the journal's order; their holes are then read by key.
 constexpr char kSelect[] =
-    "WITH page AS MATERIALIZED (SELECT record_sequence, recorded_at, inspection_id, blade_serial, machine_id, "
-    "machine_revision, part_id, part_revision, method FROM recorded r JOIN inspections i ON i.inspection_id = "
-    "r.record_id WHERE entry_kind = 'inspection' AND ($1::bigint = 0 OR record_sequence < $1::bigint) "
-    "AND ($2 = '' OR entry_blade = $2) AND ($3 = '' OR (entry_blade >= $3 AND starts_with(entry_blade, $3))) "
-    "AND ($4 = '' OR part_id = $4) AND ($5 = '' OR entry_machine = $5) "
-    "AND ($6::timestamptz IS NULL OR recorded_at >= $6) AND ($7::timestamptz IS NULL OR recorded_at < $7) "
-    "AND ($8 = '' OR verdict = $8) AND (NOT $9::boolean OR NOT EXISTS (SELECT 1 FROM record_entries later WHERE "
-    "later.blade_serial = entry_blade AND later.kind = 'inspection' AND later.record_sequence > r.record_sequence)) "
-    "AND part_id <> ALL ($10::text[]) AND ($11::text[] IS NULL OR entry_blade = ANY ($11::text[])) "
-    "AND ($12 = '' OR EXISTS (SELECT 1 FROM inspection_holes f WHERE f.inspection_id = i.inspection_id "
-    "AND f.group_name = $12 AND f.hole_name = $13)) "
-    "ORDER BY record_sequence DESC LIMIT $14) "
-    "SELECT p.record_sequence, p.recorded_at, p.inspection_id, p.blade_serial, p.machine_id, p.machine_revision, "
-    "p.part_id, p.part_revision, p.method, h.group_name, h.hole_name, h.position_verdict, h.inclination_verdict, "
-    "h.position_error_mm, h.inclination_error_deg, h.position_expanded_uncertainty_um, "
-    "h.inclination_expanded_uncertainty_deg, h.position_tolerance_mm, h.inclination_tolerance_deg "
+    "WITH page AS MATERIALIZED (SELECT " SIXPOINT_INSPECTION_VALUES
+    " FROM recorded r JOIN inspections i ON i.inspection_id = r.record_id WHERE " SIXPOINT_VALUE_FILTER
+    "ORDER BY record_sequence DESC LIMIT $12) SELECT p.*" SIXPOINT_HOLE_VALUES
     "FROM page p JOIN inspection_holes h ON h.inspection_id = p.inspection_id "
-    "WHERE $12 = '' OR (h.group_name = $12 AND h.hole_name = $13) "
     "ORDER BY p.record_sequence DESC, h.position_index";
+// Of one hole an inspection has one row or none: found and read at once.
+constexpr char kSelectOfHole[] =
+    "SELECT " SIXPOINT_INSPECTION_VALUES SIXPOINT_HOLE_VALUES
+    "FROM recorded r JOIN inspections i ON i.inspection_id = r.record_id "
+    "JOIN inspection_holes h ON h.inspection_id = i.inspection_id AND h.group_name = $13 AND h.hole_name = $14 "
+    "WHERE " SIXPOINT_VALUE_FILTER "ORDER BY record_sequence DESC LIMIT $12";
 
 HoleValuesRow ReadValues(const Rows& rows, int row) {
   HoleValuesRow read;
@@ -69,8 +76,9 @@ class PostgresValues final : public ValueReader {
       AddSpan(filter.recorded, &params);
       params.Text(filter.verdict).Bool(filter.only_newest);
       AddSight(*sight, &params);
-      params.Text(filter.group_name).Text(filter.hole_name).Int(inspection_limit);
-      const absl::StatusOr<Rows> rows = t.Execute(kSelect, params);
+      params.Int(inspection_limit);
+      if (!filter.group_name.empty()) params.Text(filter.group_name).Text(filter.hole_name);
+      const absl::StatusOr<Rows> rows = t.Execute(filter.group_name.empty() ? kSelect : kSelectOfHole, params);
       if (!rows.ok()) return rows.status();
       std::vector<HoleValuesRow> values;
       values.reserve(static_cast<std::size_t>(rows->count()));
