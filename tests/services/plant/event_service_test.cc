@@ -232,7 +232,7 @@ TEST_F(EventServiceTest, WhoStopsReadingIsCutOffAndCostsNoMemory) {
   EXPECT_GT(took_s, 0.2);
   EXPECT_LT(took_s, 15);  // a second of patience, and what a machine that does other things takes to read for them
   EXPECT_LT(greatest_bytes - before_bytes, 60 << 20);  // a page of 1 MB in work and one in gRPC's hands, of each
-  std::this_thread::sleep_for(4s);  // who reads now was cut off before
+  std::this_thread::sleep_for(4s);                     // who reads now was cut off before
   int cut_off_count = 0;
   for (const auto& each : watches) {
     v1::WatchEventsResponse response;
