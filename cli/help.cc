@@ -22,8 +22,9 @@ const std::vector<Group>& Groups() {
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
       {"Blades", {"register", "registration", "correct", "correction", "inspect", "inspection"}},
-      {"Besides",
-       {"fleet", "recall", "trace", "events", "webhook", "replay", "rejudge", "values", "plant", "call", "completion"}},
+      {"Record", {"recall", "trace", "values", "replay", "rejudge", "ledger"}},
+      {"Watching", {"fleet", "events", "webhook"}},
+      {"Besides", {"plant", "call", "completion"}},
   };
   return *groups;
 }
@@ -140,6 +141,8 @@ constexpr Example kExamples[] = {
     {"values",
      "sixpoint values --blade SN-1 --characteristic G1/H3/position\n"
      "sixpoint values --part vane --since 2026-11-01 --csv"},
+    {"ledger verify", "sixpoint ledger verify --heads heads.jsonl --key public.pem"},
+    {"ledger proof", "sixpoint ledger proof SN-1 --out sn-1.proof.json"},
     {"plant run", "sixpoint plant run DIR --out results.json"},
     {"call", "sixpoint call PlantService/GetMachine '{\"name\": \"machines/sarix-1\"}'"},
     {"completion", "source <(sixpoint completion bash)"},

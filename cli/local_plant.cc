@@ -141,6 +141,17 @@ absl::Status CheckBucket(const LocalPlant& plant) {
   return absl::InvalidArgumentError(said.rfind(name, 0) == 0 ? said.substr(name.size()) : said);
 }
 
+// By the service's own program, as its user: root writes nothing where that user may.
+absl::Status MakeLedgerKey(const LocalPlant& plant, const ServiceUser& user) {
+  if (absl::Status made = MakeServiceFolder(plant.ledger(), user); !made.ok()) return made;
+  const Finished made = RunProgram(
+      AsServiceUser({(plant.binaries / "sixpoint-plant").string(), "--listen", plant.ListensAt(0), "--database",
+                     plant.ConninfoOf(0), "--certificates", plant.certificates_of(kAreas[0]).string(), "--revoked",
+                     plant.revoked().string(), "--ledger-key", plant.ledger_key().string(), "--make-ledger-key"}));
+  if (made.exit_code == 0) return absl::OkStatus();
+  return absl::InternalError("no key of the ledger: " + LastWordsOf(made.output));
+}
+
 absl::Status WriteSupervisorConfig(const LocalPlant& plant, Programs programs) {
   return WriteFile(plant.supervisor_config().string(), SupervisorConfig(plant, programs));
 }
@@ -253,7 +264,8 @@ absl::Status BringUp(LocalPlant* plant, const ServiceUser& user, bool reached, P
     if (absl::Status status = CopyPrograms(plant); !status.ok()) return status;
   if (absl::Status status = CheckNewBucket(*plant, progress); !status.ok()) return status;
   progress->Show("looking at the certificates");
-  return RenewCertificates(*plant, user, Renewal::kWhereDue).status();
+  const absl::Status renewed = RenewCertificates(*plant, user, Renewal::kWhereDue).status();
+  return renewed.ok() ? MakeLedgerKey(*plant, user) : renewed;
 }
 
 absl::Status Start(LocalPlant* plant, ProgressLine* progress) {

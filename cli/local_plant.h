@@ -43,6 +43,10 @@ struct LocalPlant {
   std::filesystem::path database() const { return data / "postgres"; }
   std::filesystem::path sockets() const { return data / "run"; }
   std::filesystem::path logs() const { return data / "log"; }
+  // The ledger's key, its public half, and the heads that are sent out: the service user's alone.
+  std::filesystem::path ledger() const { return data / "ledger"; }
+  std::filesystem::path ledger_key() const { return ledger() / "key.pem"; }
+  std::filesystem::path ledger_heads() const { return ledger() / "heads.jsonl"; }
   std::filesystem::path supervisor_pid() const { return sockets() / "supervisord.pid"; }
   std::filesystem::path supervisor_config() const { return data / "supervisord.conf"; }
   std::filesystem::path prometheus_config() const { return data / "prometheus.yml"; }

@@ -25,12 +25,20 @@ std::string ServiceCommand(const LocalPlant& plant, std::size_t area) {
                         plant.certificates_of(kAreas[area]).string() + " --revoked " + plant.revoked().string() +
                         PeersText(plant, name == "plant" ? &LocalPlant::AnnouncedAt : &LocalPlant::OwnAddress);
   if (name == "ingest") command += " --blob-store " + plant.settings.blob_store;
+  if (name == "plant")
+    command += " --ledger-key " + plant.ledger_key().string() + " --ledger-heads " + plant.ledger_heads().string();
   if (name == "plant" && !plant.settings.oidc.empty()) command += " --oidc " + plant.settings.oidc;
   return command;
 }
 
+// A superuser of the database can have it read whatever its user can, which is the services', too: so the services' keys and the ledger's
+// are kept out of its reach, and what it writes within its own folders. The program that does it is beside the data where the plant's own cannot be reached (CopyMigrations).
 std::string PostgresCommand(const LocalPlant& plant) {
-  return std::string(kPostgresBin) + "postgres -D " + plant.database().string() + " -k " + plant.sockets().string() +
+  const std::filesystem::path copied = plant.data / "bin" / "sixpoint-migrate";
+  const std::filesystem::path runner = std::filesystem::exists(copied) ? copied : plant.binaries / "sixpoint-migrate";
+  return runner.string() + " --run-without " + plant.ledger().string() + " " + plant.certificates().string() + " " +
+         plant.authority().string() + " --writing /dev " + plant.database().string() + " " + plant.sockets().string() +
+         " -- " + kPostgresBin + "postgres -D " + plant.database().string() + " -k " + plant.sockets().string() +
          " -c listen_addresses='' -c log_timezone=UTC -c max_connections=100 -c shared_buffers=128MB -c "
          "wal_compression=on"
          // After a crash one flush of the file system, not one of each file: seconds less until it is back.

@@ -124,7 +124,10 @@ absl::Status LedgerSealer::SignHead() {
     if (absl::Status agrees = CheckAgainst(transaction, *last, end->size); !agrees.ok()) return agrees;
     const absl::StatusOr<std::optional<storage::KeptHead>> newest = storage::NewestHead(transaction);
     if (!newest.ok()) return newest.status();
-    is_new = end->size > 0 && (!newest->has_value() || (*newest)->head.tree_size < end->size);
+    // Where heads are sent out, those tell what is new: what the database says of it may be anything.
+    const std::int64_t kept_size = newest->has_value() ? (*newest)->head.tree_size : 0;
+    is_new = end->size > (options_.heads_file.empty() ? kept_size : last->tree_size);
+    if (!is_new && last->tree_size > kept_size) return storage::KeepHead(transaction, {*last, key_->public_pem()});
     if (!is_new) return absl::OkStatus();
     const absl::StatusOr<ledger::Hash> root = storage::RootOf(transaction, {0, end->size});
     if (!root.ok()) return root.status();

@@ -229,12 +229,15 @@ class Check {
       told->set_record_id(damage.record_id);
       told->set_record_sequence(damage.record_sequence);
       told->set_detail(damage.detail);
-      runtime::Log(runtime::LogLevel::kError, "ledger: not as it was sealed",
-                   {{"table", damage.table}, {"record_id", damage.record_id}, {"detail", damage.detail}});
       if (damage.name.empty()) continue;
       const auto hidden = clearances_.FirstHidden(reader_, {damage.name}, storage::Unrecorded::kIsHidden, deadline_);
       if (hidden.ok() && !hidden->has_value()) told->set_name(damage.name);
     }
+    if (!damages.empty())
+      runtime::Log(runtime::LogLevel::kError, "ledger: not as it was sealed",
+                   {{"damages", static_cast<long>(damages.size())},
+                    {"first_table", damages.front().table},
+                    {"first_record_id", damages.front().record_id}});
     message->set_tree_size(size_);
     message->set_last_record_sequence(last_sequence_);
     message->set_checked_blob_count(checked_blob_count_);
