@@ -34,6 +34,9 @@ RETURNS TABLE (record_sequence bigint, recorded_at timestamptz, kind text, name 
 LANGUAGE plpgsql STABLE SET enable_hashjoin = off SET enable_mergejoin = off SET plan_cache_mode = force_generic_plan AS $$
 #variable_conflict use_column
 BEGIN
+  IF upto <= past THEN
+    RETURN;
+  END IF;
   RETURN QUERY
   WITH told AS MATERIALIZED (
     SELECT e.record_id, n.name, v.verdict, p.ids

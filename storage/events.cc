@@ -10,17 +10,19 @@
 namespace sixpoint::storage {
 namespace {
 
-// The next so many entries. Whoever sees the last of them sees those before it: numbers are drawn and committed in one order (V0001).
-constexpr char kSelectLookedAt[] =
-    "SELECT count(*), max(record_sequence) FROM "
-    "(SELECT record_sequence FROM record_names WHERE record_sequence > $1 ORDER BY record_sequence LIMIT $2) looked_at";
-constexpr int kMostLookedAt = 2000;
-
-// As ReadEntries has them, and three more.
+// Of the next $9 entries those that are to be told, with ReadEntries' columns before three more; in each row how many entries were
+// looked at, and the last of them: whoever sees that sees those before it, for numbers are drawn and committed in one order (V0001). One
+// row without an event where there is none.
 constexpr char kSelectEvents[] =
-    "SELECT record_sequence, recorded_at, kind, name, blade_serial, machine_id, method, software_version, "
-    "requested_by, measured_at, summary, inputs, trace_id, verdict, state, valid_until, parts, is_restricted "
-    "FROM events_between($1, $2, $3, $4::text[], $5::text[], $6, $7, $8, $9::text[])";
+    "SELECT b.record_sequence, b.recorded_at, b.kind, b.name, b.blade_serial, b.machine_id, b.method, "
+    "b.software_version, b.requested_by, b.measured_at, b.summary, b.inputs, b.trace_id, b.verdict, b.state, "
+    "b.valid_until, b.parts, b.is_restricted, l.looked_count, l.upto FROM (SELECT count(*) AS looked_count, "
+    "coalesce(max(w.record_sequence), $1) AS upto FROM (SELECT record_sequence FROM record_names "
+    "WHERE record_sequence > $1 ORDER BY record_sequence LIMIT $9) w) l "
+    "LEFT JOIN LATERAL events_between($1, l.upto, $2, $3::text[], $4::text[], $5, $6, $7, $8::text[]) b ON true "
+    "ORDER BY b.record_sequence";
+constexpr int kMostLookedAt = 2000;
+constexpr int kLookedCount = 18, kLookedUpTo = 19;
 
 constexpr char kSelectNow[] =
     "SELECT coalesce((SELECT record_sequence FROM record_names ORDER BY record_sequence DESC LIMIT 1), 0), "
@@ -56,24 +58,17 @@ class PostgresEvents final : public EventReader {
 }  // namespace
 
 absl::StatusOr<EventPage> ReadEvents(Transaction& transaction, const EventQuery& query) {
-  const absl::StatusOr<Rows> looked_at =
-      transaction.Execute(kSelectLookedAt, Params().Int(query.after_sequence).Int(kMostLookedAt));
-  if (!looked_at.ok()) return looked_at.status();
-  EventPage page{{}, query.after_sequence, true};
-  const std::int64_t count = looked_at->Int(0, 0);
-  if (count == 0) return looked_at->Checked(std::move(page));
-  page.looked_at_sequence = looked_at->Int(0, 1);
-  page.is_newest = count < kMostLookedAt;
-  if (absl::Status read = looked_at->status(); !read.ok()) return read;
   const absl::StatusOr<Sight> sight = SightOf(transaction, query.reader);
   if (!sight.ok()) return sight.status();
   const EventFilter& filter = query.filter;
   Params params;
-  params.Int(query.after_sequence).Int(page.looked_at_sequence).Int(query.limit).Texts(sight->hidden_parts);
-  params.Texts(filter.kinds).Text(filter.machine_id).Text(filter.blade_serial).Text(filter.part_id);
-  params.Texts(filter.verdicts);
+  params.Int(query.after_sequence).Int(query.limit).Texts(sight->hidden_parts).Texts(filter.kinds);
+  params.Text(filter.machine_id).Text(filter.blade_serial).Text(filter.part_id).Texts(filter.verdicts);
+  params.Int(kMostLookedAt);
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectEvents, params);
   if (!rows.ok()) return rows.status();
+  EventPage page{{}, rows->Int(0, kLookedUpTo), rows->Int(0, kLookedCount) < kMostLookedAt};
+  if (rows->IsNull(0, 0)) return rows->Checked(std::move(page));
   std::vector<JournalEntry> entries = EntriesOf(*rows);
   for (int row = 0; row < rows->count(); ++row) {
     EventRow& read = page.rows.emplace_back();
@@ -82,9 +77,10 @@ absl::StatusOr<EventPage> ReadEvents(Transaction& transaction, const EventQuery&
     if (!rows->IsNull(row, kEntryColumnCount + 1)) read.parts = rows->Texts(row, kEntryColumnCount + 1);
     read.is_restricted = rows->Bool(row, kEntryColumnCount + 2);
   }
-  if (static_cast<int>(page.rows.size()) == query.limit && query.limit > 0) {
-    page.is_newest = page.is_newest && page.looked_at_sequence == page.rows.back().entry.recorded.sequence;
-    page.looked_at_sequence = page.rows.back().entry.recorded.sequence;
+  if (static_cast<int>(page.rows.size()) == query.limit) {
+    const std::int64_t last = page.rows.back().entry.recorded.sequence;
+    page.is_newest = page.is_newest && page.looked_at_sequence == last;
+    page.looked_at_sequence = last;
   }
   return rows->Checked(std::move(page));
 }

@@ -9,7 +9,6 @@ import time
 
 from processes import BIN, Certificates, Plant
 
-AT_ONCE_S = 0.1  # an event that comes within this of being written ends a recovery
 PATIENCE_S = 40
 
 
@@ -83,14 +82,15 @@ class Listened(Plant):
         self.down()
 
 
-def at_once_since(watcher, since):
+def at_once_since(watcher, since, at_once_s):
     """When the first event came at once that was written after that moment; none: not yet."""
+    first = None
     for _, written, came, _ in reversed(watcher.heard):
         if written < since:
             break
-        if came - written < AT_ONCE_S:
-            return came
-    return None
+        if came - written < at_once_s:
+            first = came
+    return first
 
 
 def wait_for(what, condition):
@@ -106,7 +106,8 @@ def percentile(values, share):
     return sorted(values)[min(len(values) - 1, int(share * len(values)))] if values else float('nan')
 
 
-def watch_under_kills(kill_count, seed=20261125):
+def watch_under_kills(kill_count, at_once_s=0.1, seed=20261125):
+    """at_once_s: an event that comes within this of being written ends a recovery."""
     chance = random.Random(seed)
     plant = Listened()
     watchers = []
@@ -116,13 +117,13 @@ def watch_under_kills(kill_count, seed=20261125):
         blows = [watchers[0].kill, plant.kill_plant, watchers[0].kill, plant.kill_plant, plant.kill_database]
         recoveries = []
         for i in range(kill_count):
-            wait_for('an event that comes at once', lambda: all(at_once_since(each, time.time() - 5) for each in watchers))
+            wait_for('an event that comes at once', lambda: all(at_once_since(each, time.time() - 5, at_once_s) for each in watchers))
             time.sleep(chance.uniform(0.3, 1.5))
             began = time.time()
             blows[i % len(blows)]()
             back = time.time()
-            wait_for('recovery', lambda: all(at_once_since(each, back) for each in watchers))
-            recoveries.append((began, max(at_once_since(each, back) for each in watchers)))
+            wait_for('recovery', lambda: all(at_once_since(each, back, at_once_s) for each in watchers))
+            recoveries.append((began, max(at_once_since(each, back, at_once_s) for each in watchers)))
         time.sleep(1)
         told, _ = plant.writers.communicate('')
         committed = json.loads(told.splitlines()[-1])  # when whoever wrote it was told that it stays
