@@ -137,7 +137,7 @@ WebhookAnswer PostEvents(const std::string& url, const std::vector<std::string>&
   long http_status = 0;
   curl_easy_getinfo(curl, CURLINFO_RESPONSE_CODE, &http_status);
   if (call.met_link)
-    return {0, "an address of the link, which is not called; start the plant with --webhook-link-local to"};
+    return {0, "an address of the link, which is not called unless the plant is started with --webhook-link-local"};
   const int status = static_cast<int>(http_status);
   // What it says beyond its status is not asked for.
   const bool has_said_enough = call.answered_bytes > kMostAnswer_bytes && status > 0;

@@ -190,7 +190,8 @@ TEST_F(ClearanceTest, NothingOfAHiddenPartComesOutOfAnyMethodToAnybody) {
           "GetRegistration", "ListCorrections", "GetCorrection", "ListInspections", "GetInspection"})
       EXPECT_EQ(cleared.methods_that_told.count(std::string(method) + " by " + by.who), 1u) << method;
     if (by.role != access::v1::ROLE_MACHINE) {
-      for (const char* method : {"Recall", "GetRecordEntry", "GetBladeRecord", "GetStudy", "ListStudies"})
+      for (const char* method :
+           {"Recall", "GetRecordEntry", "GetBladeRecord", "GetStudy", "ListStudies", "ListEvents", "WatchEvents"})
         EXPECT_EQ(cleared.methods_that_told.count(std::string(method) + " by " + by.who), 1u) << method;
     }
     Unclear(database(), by.who, "customers/kappa");
