@@ -15,7 +15,8 @@ using ledger::Leaf;
 constexpr int kSome = 20;
 constexpr std::int64_t kMostExtraNames = 1000;  // of a slice
 constexpr char kContents[] =
-    "SELECT record_id, content FROM public.ledger_contents WHERE record_id = ANY ($1) AND record_id BETWEEN $2 AND $3";
+    "SELECT c.record_id, c.content FROM unnest($1::uuid[]) AS batch (id) JOIN public.ledger_contents c "
+    "ON c.record_id = batch.id WHERE c.record_id BETWEEN $2 AND $3";
 constexpr char kNameOf[] = "SELECT name, record_sequence FROM public.record_names WHERE record_id = $1";
 constexpr char kHasLeaf[] = "SELECT 1 FROM public.ledger_leaves WHERE record_id = $1";
 constexpr char kInputsOf[] = "SELECT input_id FROM public.record_inputs WHERE record_id = $1";
