@@ -181,7 +181,7 @@ TEST_F(ReadModelsTest, TheDocumentsExamplesRun) {
       shown.insert((*name)[1]);
   }
   for (const std::string& view : Views()) EXPECT_EQ(shown.count(view), 1u) << view << ": no example";
-  EXPECT_EQ(shown.count("recall"), 1u);
+  for (const char* function : {"recall", "events_after"}) EXPECT_EQ(shown.count(function), 1u) << function;
 }
 
 TEST_F(ReadModelsTest, AReaderReadsTheViewsAndNothingElse) {
@@ -191,10 +191,10 @@ TEST_F(ReadModelsTest, AReaderReadsTheViewsAndNothingElse) {
     EXPECT_THAT(Ask(*reader, "SELECT * FROM " + view).rows, Not(IsEmpty())) << view << ", by its name alone";
   }
   for (const char* sql :
-       {"SELECT * FROM public.blades", "SELECT * FROM public.entries_for_reader", "SELECT * FROM public.persons",
-        "SELECT public.hidden_parts('readers/bi_open')", "SELECT public.name_of('persons/0123456789abcdef')",
-        "SELECT public.sight_of('users/jane', 10)", "SELECT public.forget_person('jane')",
-        "SELECT public.make_reader('mine')", "SELECT * FROM detached.scans_2020_01"})
+       {"SELECT * FROM public.blades", "SELECT * FROM public.persons", "SELECT public.hidden_parts('readers/bi_open')",
+        "SELECT public.name_of('persons/0123456789abcdef')", "SELECT public.sight_of('users/jane', 10)",
+        "SELECT public.forget_person('jane')", "SELECT public.make_reader('mine')",
+        "SELECT * FROM detached.scans_2020_01"})
     EXPECT_THAT(Ask(*reader, sql).refusal, HasSubstr("[42501]")) << sql;
   // A login may switch its own settings; the rights stay.
   for (const char* sql :
@@ -244,7 +244,7 @@ TEST_F(ReadModelsTest, AFunctionOfTheReadersSeesNoHiddenRow) {
         "corrections WHERE pg_temp.leak(blade_serial)", "correction_holes WHERE pg_temp.leak(blade_serial)",
         "inspections WHERE pg_temp.leak(blade_serial)", "characteristics WHERE pg_temp.leak(blade_serial)",
         "events WHERE pg_temp.leak(name)", "edges WHERE pg_temp.leak(input_name)", "edges WHERE pg_temp.leak(name)",
-        "recall('machines/m1') WHERE pg_temp.leak(name)"})
+        "recall('machines/m1') WHERE pg_temp.leak(name)", "events_after(0, 100000) WHERE pg_temp.leak(name)"})
     EXPECT_EQ(Ask(*reader, std::string("SELECT 1 FROM read_v1.") + of, leak).refusal, "") << of;
   // That the function tells what it sees.
   const auto cleared = As("bi_cleared");
@@ -337,6 +337,23 @@ TEST_F(ReadModelsTest, TellsWhatTheServicesTell) {
     for (int row = 0; row < rows->count(); ++row) found.push_back(rows->Text(row, 0));
     EXPECT_FALSE(names.empty()) << name;
     EXPECT_THAT(found, ElementsAreArray(names)) << name;
+  }
+}
+
+TEST_F(ReadModelsTest, EventsComeInPagesAsTheViewHasThem) {
+  for (const char* login : {"bi_open", "bi_cleared"}) {
+    const auto reader = As(login);
+    std::vector<std::string> paged;
+    for (std::string after = "0";;) {
+      const Asked page = Ask(*reader, "SELECT * FROM read_v1.events_after(" + after + ", 100)");
+      ASSERT_EQ(page.refusal, "");
+      if (page.rows.empty()) break;
+      ASSERT_LE(page.rows.size(), 100u);
+      paged.insert(paged.end(), page.rows.begin(), page.rows.end());
+      after = nlohmann::json::parse(page.rows.back())["record_sequence"].dump();
+    }
+    EXPECT_GT(paged.size(), 300u);
+    EXPECT_THAT(paged, ElementsAreArray(Ask(*reader, "SELECT * FROM read_v1.events ORDER BY record_sequence").rows));
   }
 }
 
