@@ -31,15 +31,22 @@ std::string SummaryText(const nlohmann::json& summary) {
   return text;
 }
 
+std::string OrderText(const std::string& work_order, const std::string& operation) {
+  return operation.empty() ? work_order : work_order + " " + operation;
+}
+
 std::string BladeText(const plant::v1::Blade& blade) {
-  return blade.name() + " of " + blade.part() + ", since " + TimeText(blade.created_at()) + "\n";
+  const std::string order = OrderText(blade.work_order(), blade.operation());
+  return blade.name() + " of " + blade.part() + ", since " + TimeText(blade.created_at()) +
+         (order.empty() ? "" : ", for work order " + order) + "\n";
 }
 
 std::string RecordText(const plant::v1::BladeRecord& record) {
-  Table table({">sequence", "recorded", "kind", "name", "method", ">inputs", "summary"});
+  Table table({">sequence", "recorded", "kind", "name", "method", "work order", ">inputs", "summary"});
   for (const plant::v1::RecordEntry& entry : record.entries()) {
     table.AddRow({std::to_string(entry.record_sequence()), TimeText(entry.recorded_at()), entry.kind(), entry.name(),
-                  entry.method(), std::to_string(entry.inputs_size()), SummaryText(MessageToJson(entry.summary()))});
+                  entry.method(), OrderText(entry.work_order(), entry.operation()), std::to_string(entry.inputs_size()),
+                  SummaryText(MessageToJson(entry.summary()))});
   }
   return BladeText(record.blade()) + (table.empty() ? "nothing recorded yet\n" : table.ToText());
 }
@@ -51,22 +58,44 @@ void AddBladeCommands(Command* app, Session* session) {
   blade->RequireCommand();
   const auto serial = std::make_shared<std::string>();
   const auto part = std::make_shared<std::string>();
+  const auto work_order = std::make_shared<std::string>();
+  const auto operation = std::make_shared<std::string>();
 
   Command* add = blade->AddCommand("add", "Adds a blade of a part");
   add->AddOption("SERIAL", serial.get(), "Serial number")->Required();
   add->AddOption("--part", part.get(), "The part that it is one of")->Required();
-  session->OnCommand(add, [session, serial, part]() -> absl::Status {
+  add->AddOption("--work-order", work_order.get(), "The MES's work order that it is worked on for");
+  add->AddOption("--operation", operation.get(), "Of the work order");
+  session->OnCommand(add, [session, serial, part, work_order, operation]() -> absl::Status {
     plant::v1::CreateBladeRequest request;
     request.set_serial(*serial);
     request.set_part(NameText("parts", *part));
+    request.set_work_order(*work_order);
+    request.set_operation(*operation);
     request.set_request_id(NewRequestId());
     return CallAndPrint<PlantService>(session, "plant", &PlantService::Stub::CreateBlade, request, BladeText).status();
   });
 
+  Command* assign = blade->AddCommand("assign", "Says for which work order a blade is worked on from now on");
+  assign->AddOption("SERIAL", serial.get(), "Serial number")->Required();
+  assign->AddOption("--work-order", work_order.get(), "As the MES calls it")->Required();
+  assign->AddOption("--operation", operation.get(), "Of the work order");
+  session->OnCommand(assign, [session, serial, work_order, operation]() -> absl::Status {
+    plant::v1::AssignWorkOrderRequest request;
+    request.set_blade(NameText("blades", *serial));
+    request.set_work_order(*work_order);
+    request.set_operation(*operation);
+    request.set_request_id(NewRequestId());
+    return CallAndPrint<PlantService>(session, "plant", &PlantService::Stub::AssignWorkOrder, request, BladeText)
+        .status();
+  });
+
   AddListCommand<PlantService>(blade, session, "Lists the blades", "plant", &PlantService::Stub::ListBlades,
-                               plant::v1::ListBladesRequest(), Table({"blade", "part", "since"}),
+                               plant::v1::ListBladesRequest(), Table({"blade", "part", "work order", "since"}),
                                &plant::v1::ListBladesResponse::blades, [](const plant::v1::Blade& entry) {
-                                 return Cells{IdText(entry.name()), IdText(entry.part()), TimeText(entry.created_at())};
+                                 return Cells{IdText(entry.name()), IdText(entry.part()),
+                                              OrderText(entry.work_order(), entry.operation()),
+                                              TimeText(entry.created_at())};
                                });
 
   Command* show = blade->AddCommand("show", "Shows everything that happened to a blade");

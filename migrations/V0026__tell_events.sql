@@ -30,7 +30,7 @@ CREATE FUNCTION events_between(past bigint, upto bigint, most bigint, hidden tex
                                of_part text, of_verdicts text[])
 RETURNS TABLE (record_sequence bigint, recorded_at timestamptz, kind text, name text, blade_serial text, machine_id text, method text,
                software_version text, requested_by text, measured_at timestamptz, summary text, inputs text[], trace_id text,
-               verdict text, state text, valid_until timestamptz, parts text[], is_restricted boolean)
+               verdict text, state text, work_order text, operation text, valid_until timestamptz, parts text[], is_restricted boolean)
 LANGUAGE plpgsql STABLE SET enable_hashjoin = off SET enable_mergejoin = off SET plan_cache_mode = force_generic_plan AS $$
 #variable_conflict use_column
 BEGIN
@@ -63,6 +63,7 @@ BEGIN
           WHERE i.record_id = e.record_id ORDER BY i.position_index),
     e.trace_id, t.verdict,
     CASE WHEN e.kind IN ('calibration', 'correction', 'scan') THEN record_state(e.record_id, e.kind) END,
+    e.work_order, e.operation,
     CASE WHEN e.kind IN ('calibration', 'correction', 'release') THEN record_valid_until(e.record_id, e.kind) END,
     t.ids, t.ids IS NULL OR EXISTS (SELECT 1 FROM restricted_parts r WHERE r.part_id = ANY (t.ids))
   FROM told t JOIN record_entries e ON e.record_id = t.record_id ORDER BY e.record_sequence;

@@ -15,20 +15,20 @@ namespace {
 // row without an event where there is none.
 constexpr char kSelectEvents[] =
     "SELECT b.record_sequence, b.recorded_at, b.kind, b.name, b.blade_serial, b.machine_id, b.method, "
-    "b.software_version, b.requested_by, b.measured_at, b.summary, b.inputs, b.trace_id, b.verdict, b.state, "
+    "b.software_version, b.requested_by, b.measured_at, b.summary, b.inputs, b.trace_id, b.verdict, b.state, b.work_order, b.operation, "
     "b.valid_until, b.parts, b.is_restricted, l.looked_count, l.upto FROM (SELECT count(*) AS looked_count, "
     "coalesce(max(w.record_sequence), $1) AS upto FROM (SELECT record_sequence FROM record_names "
     "WHERE record_sequence > $1 ORDER BY record_sequence LIMIT $9) w) l "
     "LEFT JOIN LATERAL events_between($1, l.upto, $2, $3::text[], $4::text[], $5, $6, $7, $8::text[]) b ON true "
     "ORDER BY b.record_sequence";
 constexpr int kMostLookedAt = 2000;
-constexpr int kLookedCount = 18, kLookedUpTo = 19;
+constexpr int kLookedCount = 20, kLookedUpTo = 21;
 
 constexpr char kSelectNow[] =
     "SELECT coalesce((SELECT record_sequence FROM record_names ORDER BY record_sequence DESC LIMIT 1), 0), "
     "record_kinds(), (SELECT plant_id::text FROM plant_identity)";
 
-constexpr int kEntryColumnCount = 15;
+constexpr int kEntryColumnCount = 17;
 
 bool Holds(const std::vector<std::string>& texts, const std::string& text) {
   return std::find(texts.begin(), texts.end(), text) != texts.end();

@@ -4,6 +4,7 @@
 
 #include "storage/clearances.h"
 #include "storage/requests.h"
+#include "storage/work_orders.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -78,13 +79,17 @@ constexpr char kSelectPartIds[] = SIXPOINT_SELECT_IDS("part_id", "part_revisions
 
 constexpr char kInsertBlade[] = "INSERT INTO blades (blade_serial, part_id, record_id) VALUES ($1, $2, $3)";
 constexpr char kLockBlade[] = "SELECT pg_advisory_xact_lock(hashtextextended('blades/' || $1, 0))";
-#define SIXPOINT_SELECT_BLADES \
-  "SELECT blade_serial, part_id, record_sequence, recorded_at FROM blades JOIN record_names USING (record_id) WHERE "
+#define SIXPOINT_SELECT_BLADES                                                                                  \
+  "SELECT blades.blade_serial, part_id, record_sequence, recorded_at, work_order, operation FROM blades "       \
+  "JOIN record_names USING (record_id) LEFT JOIN LATERAL (SELECT o.work_order, o.operation FROM "               \
+  "blade_work_orders o WHERE o.blade_serial = blades.blade_serial ORDER BY o.revision DESC LIMIT 1) w ON true " \
+  "WHERE "
 constexpr char kSelectBlade[] = SIXPOINT_SELECT_BLADES "blade_serial = $1";
 constexpr char kSelectBlades[] = SIXPOINT_SELECT_BLADES
     "blade_serial > $1 AND ($2 = '' OR part_id = $2) AND ($3::timestamptz IS NULL OR "
     "recorded_at >= $3) AND ($4::timestamptz IS NULL OR recorded_at < $4) AND part_id <> ALL ($5::text[]) "
-    "AND ($6::text[] IS NULL OR blade_serial = ANY ($6::text[])) ORDER BY blade_serial LIMIT $7";
+    "AND ($6::text[] IS NULL OR blade_serial = ANY ($6::text[])) AND ($7 = '' OR (work_order = $7 AND blade_serial IN "
+    "(SELECT b.blade_serial FROM blade_work_orders b WHERE b.work_order = $7))) ORDER BY blade_serial LIMIT $8";
 #undef SIXPOINT_SELECT_BLADES
 
 // In the order of their columns.
@@ -119,7 +124,11 @@ absl::StatusOr<Row> AsBefore(Transaction& transaction, const RecordEntry& entry,
 }
 
 BladeRow ReadBlade(const Rows& rows, int row) {
-  return {rows.Text(row, 0), rows.Text(row, 1), {rows.Int(row, 2), rows.Time(row, 3)}};
+  return {rows.Text(row, 0),
+          rows.Text(row, 1),
+          {rows.Int(row, 2), rows.Time(row, 3)},
+          rows.OptionalText(row, 4),
+          rows.OptionalText(row, 5)};
 }
 
 }  // namespace
@@ -300,6 +309,9 @@ absl::StatusOr<BladeRow> InsertBlade(Transaction& transaction, BladeRow blade, R
   const absl::StatusOr<Rows> inserted =
       transaction.Execute(kInsertBlade, Params().Text(blade.blade_serial).Text(blade.part_id).Uuid(record_id));
   if (!inserted.ok()) return inserted.status();
+  if (!blade.work_order.empty())
+    if (const absl::Status assigned = InsertWorkOrder(transaction, blade, entry, record_id); !assigned.ok())
+      return assigned;
   const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, record_id, entry);
   if (!recorded.ok()) return recorded.status();
   blade.recorded = *recorded;
@@ -321,7 +333,7 @@ absl::StatusOr<std::vector<BladeRow>> ListBlades(Transaction& transaction, const
   const absl::StatusOr<Sight> sight = SightOf(transaction, filter.reader);
   if (!sight.ok()) return sight.status();
   AddSight(*sight, &params);
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlades, params.Int(limit));
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlades, params.Text(filter.work_order).Int(limit));
   if (!rows.ok()) return rows.status();
   std::vector<BladeRow> blades;
   for (int row = 0; row < rows->count(); ++row) blades.push_back(ReadBlade(*rows, row));

@@ -139,6 +139,7 @@ struct BladeRow {
   std::string blade_serial;
   std::string part_id;
   Recorded recorded;
+  std::string work_order = {}, operation = {};  // assigned last; empty: none
 };
 
 // `entry`'s name and kind are filled in here, with the revision. Until the transaction ends, others that insert the same
@@ -171,7 +172,8 @@ std::string CollectionOf(Registered what);
 struct BladeFilter {
   std::string part_id;  // empty: all
   TimeSpan recorded;
-  Reader reader;  // what he may not see is not listed
+  Reader reader;                // what he may not see is not listed
+  std::string work_order = {};  // assigned last; empty: all
 };
 absl::StatusOr<std::vector<BladeRow>> ListBlades(Transaction& transaction, const BladeFilter& filter,
                                                  const std::string& after, int limit);

@@ -5,6 +5,7 @@
 #include "storage/blobs.h"
 #include "storage/one_read.h"
 #include "storage/requests.h"
+#include "storage/work_orders.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -94,6 +95,23 @@ class PostgresBlades final : public BladeStore {
   Database* const database_;
 };
 
+class PostgresWorkOrders final : public ResultWriter<BladeRow> {
+ public:
+  explicit PostgresWorkOrders(Database* database) : database_(database) {}
+
+  absl::StatusOr<std::optional<BladeRow>> FindRecorded(const RecordedRequest& request,
+                                                       Deadline deadline) const override {
+    return storage::FindRecorded<BladeRow>(*database_, request, deadline, FindAssigned);
+  }
+  absl::StatusOr<BladeRow> Record(const RecordedRequest& request, BladeRow blade, const RecordEntry& entry,
+                                  Deadline deadline) override {
+    return RecordRow(*database_, request, blade, entry, deadline, FindAssigned, AssignWorkOrder);
+  }
+
+ private:
+  Database* const database_;
+};
+
 class PostgresSurfaces final : public SurfaceStore {
  public:
   explicit PostgresSurfaces(Database* database) : database_(database) {}
@@ -143,6 +161,12 @@ class PostgresJournal final : public JournalReader {
                                                         const JournalPage& page, Deadline deadline) const override {
     return OneRead(*database_, deadline, [&](Transaction& t) { return storage::DerivedFrom(t, name, kinds, page); });
   }
+  absl::StatusOr<std::vector<JournalEntry>> EntriesOfOrder(const std::string& work_order, const std::string& operation,
+                                                           const std::vector<std::string>& kinds,
+                                                           const JournalPage& page, Deadline deadline) const override {
+    return OneRead(*database_, deadline,
+                   [&](Transaction& t) { return storage::EntriesOfOrder(t, work_order, operation, kinds, page); });
+  }
   absl::StatusOr<std::vector<JournalEntry>> MadeFrom(const std::string& name, const JournalPage& page,
                                                      Deadline deadline) const override {
     return OneRead(*database_, deadline, [&](Transaction& t) { return storage::MadeFrom(t, name, page); });
@@ -168,6 +192,7 @@ PlantStores PlantIn(Database* database) {
   stores.surfaces = std::make_shared<PostgresSurfaces>(database);
   stores.journal = std::make_shared<PostgresJournal>(database);
   stores.clearances = ClearancesIn(database);
+  stores.work_orders = std::make_shared<PostgresWorkOrders>(database);
   return stores;
 }
 

@@ -77,6 +77,11 @@ class JournalReader {
   virtual absl::StatusOr<std::vector<JournalEntry>> DerivedFrom(const std::string& name,
                                                                 const std::vector<std::string>& kinds,
                                                                 const JournalPage& page, Deadline deadline) const = 0;
+  virtual absl::StatusOr<std::vector<JournalEntry>> EntriesOfOrder(const std::string& work_order,
+                                                                   const std::string& operation,
+                                                                   const std::vector<std::string>& kinds,
+                                                                   const JournalPage& page,
+                                                                   Deadline deadline) const = 0;
   virtual absl::StatusOr<std::vector<JournalEntry>> MadeFrom(const std::string& name, const JournalPage& page,
                                                              Deadline deadline) const = 0;
 };
@@ -89,6 +94,7 @@ struct PlantStores {
   std::shared_ptr<SurfaceStore> surfaces;
   std::shared_ptr<const JournalReader> journal;
   std::shared_ptr<const ClearanceReader> clearances;
+  std::shared_ptr<ResultWriter<BladeRow>> work_orders;  // records that one is assigned to a blade that is there
 };
 // In PostgreSQL; the database lives longer.
 PlantStores PlantIn(Database* database);

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "storage/clearances.h"
 #include "storage/entries.h"
 
 namespace sixpoint::storage {
@@ -12,11 +13,17 @@ namespace {
 // Takes the journal's lock (migrations/V0001).
 constexpr char kAppend[] =
     "SELECT new_sequence, new_recorded_at, edge_count FROM append_record($1, $2, $3, $4, $5, $6, $7, $8, $9, "
-    "$10::jsonb, $11::text[], $12, $13::uuid, $14::bytea, $15)";
+    "$10::jsonb, $11::text[], $12, $13::uuid, $14::bytea, $15, $16, $17)";
 
 constexpr char kSelectEntry[] = SIXPOINT_ENTRY_COLUMNS "WHERE n.name = $1";
 constexpr char kSelectBlade[] =
     SIXPOINT_ENTRY_COLUMNS "WHERE e.blade_serial = $1 AND e.record_sequence > $2 ORDER BY e.record_sequence LIMIT $3";
+constexpr char kSelectOrder[] = SIXPOINT_ENTRY_COLUMNS
+    "WHERE e.work_order = $1 AND ($2 = '' OR e.operation = $2) AND (cardinality($3::text[]) = 0 OR e.kind = ANY "
+    "($3::text[])) "
+    "AND e.record_sequence > $4 AND (cardinality($5::text[]) = 0 OR NOT coalesce(parts_of_record(e.record_id) && "
+    "$5::text[], "
+    "true)) ORDER BY e.record_sequence LIMIT $6";
 constexpr char kSelectRecorded[] = "SELECT 1 FROM record_names n WHERE " SIXPOINT_MEANT " LIMIT 1";
 // A sensor that a machine has and no scan was made with is known too.
 constexpr char kSelectKnownRoot[] =
@@ -58,6 +65,8 @@ std::vector<JournalEntry> EntriesOf(const Rows& rows) {
     read.entry.trace_id = OptionalText(rows, row, 12);
     read.verdict = OptionalText(rows, row, 13).value_or("");
     read.state = OptionalText(rows, row, 14).value_or("");
+    read.entry.work_order = rows.OptionalText(row, 15);
+    read.entry.operation = rows.OptionalText(row, 16);
   }
   return entries;
 }
@@ -85,6 +94,7 @@ absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const std::strin
   else
     params.Null().Null().Null();
   AddOptional(params, TraceOf(entry));
+  params.OptionalText(entry.work_order).OptionalText(entry.operation);
   const absl::StatusOr<Rows> rows = transaction.Execute(kAppend, params);
   if (!rows.ok()) return rows.status();
   const Recorded recorded{rows->Int(0, 0), rows->Time(0, 1)};
@@ -120,6 +130,22 @@ absl::StatusOr<bool> IsRecorded(Transaction& transaction, const std::string& nam
       transaction.Execute(IsUnrecordedRoot(name) ? kSelectKnownRoot : kSelectRecorded, Params().Text(name));
   if (!rows.ok()) return rows.status();
   return rows->count() > 0;
+}
+
+absl::StatusOr<std::vector<JournalEntry>> EntriesOfOrder(Transaction& transaction, const std::string& work_order,
+                                                         const std::string& operation,
+                                                         const std::vector<std::string>& kinds,
+                                                         const JournalPage& page) {
+  const absl::StatusOr<Sight> sight = SightOf(transaction, page.reader);
+  if (!sight.ok()) return sight.status();
+  return ReadEntries(transaction, kSelectOrder,
+                     Params()
+                         .Text(work_order)
+                         .Text(operation)
+                         .Texts(kinds)
+                         .Int(page.after_sequence)
+                         .Texts(sight->hidden_parts)
+                         .Int(page.limit));
 }
 
 absl::StatusOr<std::vector<JournalEntry>> RecordOfBlade(Transaction& transaction, const std::string& serial,

@@ -26,7 +26,7 @@ struct KeptRequest {
 
 struct RecordEntry {
   // machine, artefact, part, blade, scan, calibration, registration, correction, inspection, deletion, release,
-  // withdrawal, study, policy, refusal, fetch, cut
+  // withdrawal, study, policy, refusal, fetch, cut, assignment, disposition
   std::string kind;
   std::string name;  // resource name; given once for ever
   // Names of recorded things that it was made from (parts and machines with @revision).
@@ -42,6 +42,8 @@ struct RecordEntry {
   std::optional<Instant> measured_at;  // the device's clock, where there is one
   std::string summary_json = "{}";     // a few figures a reader wants at once
   std::optional<KeptRequest> request;  // set by the store
+  // That its blade is worked on for; empty when it is appended: the newest that was assigned to the blade.
+  std::string work_order = {}, operation = {};
 };
 struct Recorded {
   std::int64_t sequence = 0;
@@ -93,5 +95,11 @@ absl::StatusOr<std::vector<JournalEntry>> DerivedFrom(Transaction& transaction, 
 // The other way: what a thing was made from, directly or not; of a blade everything that concerns it, and what that was made from.
 absl::StatusOr<std::vector<JournalEntry>> MadeFrom(Transaction& transaction, const std::string& name,
                                                    const JournalPage& page = {});
+
+// What was recorded for a work order, the oldest first. operation: empty: of all; kinds: empty: all.
+absl::StatusOr<std::vector<JournalEntry>> EntriesOfOrder(Transaction& transaction, const std::string& work_order,
+                                                         const std::string& operation,
+                                                         const std::vector<std::string>& kinds,
+                                                         const JournalPage& page);
 
 }  // namespace sixpoint::storage

@@ -200,6 +200,8 @@ v1::Blade ToProto(const storage::BladeRow& row) {
   blade.set_name(runtime::NameOf("blades", row.blade_serial));
   blade.set_part(runtime::NameOf("parts", row.part_id));
   runtime::ToProto(row.recorded.recorded_at, blade.mutable_created_at());
+  blade.set_work_order(row.work_order);
+  blade.set_operation(row.operation);
   return blade;
 }
 
@@ -207,6 +209,8 @@ v1::RecordEntry ToProto(const storage::JournalEntry& entry) {
   v1::RecordEntry out;
   out.set_record_sequence(entry.recorded.sequence);
   out.set_kind(entry.entry.kind);
+  out.set_work_order(entry.entry.work_order);
+  out.set_operation(entry.entry.operation);
   out.set_name(entry.entry.name);
   for (const std::string& input : entry.entry.inputs) out.add_inputs(input);
   out.set_method(entry.entry.method);

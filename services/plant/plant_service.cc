@@ -15,6 +15,7 @@
 #include "services/runtime/recorded_call.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
+#include "services/runtime/work_order.h"
 
 namespace sixpoint::plant {
 namespace {
@@ -105,6 +106,8 @@ absl::Status ListBladesOf(const storage::BladeReader& reader, const grpc::Server
   const absl::StatusOr<storage::TimeSpan> recorded = runtime::SpanOf("recorded", request.recorded());
   if (!recorded.ok()) return recorded.status();
   filter.recorded = *recorded;
+  if (absl::Status status = runtime::CheckWorkOrder(request.work_order(), ""); !status.ok()) return status;
+  filter.work_order = request.work_order();
   filter.reader = runtime::ReaderOf(context);
   const std::string filters = runtime::FiltersOf(request);
   const absl::StatusOr<runtime::IdPage> page = runtime::IdPageOf(filters, request.page_size(), request.page_token());
@@ -227,6 +230,8 @@ grpc::Status PlantService::DownloadSurface(grpc::ServerContext* context, const v
 grpc::Status PlantService::CreateBlade(grpc::ServerContext* context, const v1::CreateBladeRequest* request,
                                        v1::Blade* response) {
   if (absl::Status status = runtime::CheckId("serial", request->serial()); !status.ok()) return ToGrpc(status);
+  const absl::Status order = runtime::CheckWorkOrder(request->work_order(), request->operation());
+  if (!order.ok()) return ToGrpc(order);
   const auto make = [&]() -> absl::StatusOr<runtime::Made<storage::BladeRow>> {
     const absl::StatusOr<std::string> part_id = runtime::IdOf("part", "parts", request->part());
     if (!part_id.ok()) return part_id.status();
@@ -236,10 +241,33 @@ grpc::Status PlantService::CreateBlade(grpc::ServerContext* context, const v1::C
     runtime::Made<storage::BladeRow> made{{}, NewEntry()};
     made.row.blade_serial = request->serial();
     made.row.part_id = part->part_id;
+    made.row.work_order = request->work_order();
+    made.row.operation = request->operation();
     made.entry.inputs = {runtime::RevisedName("parts", part->part_id, part->revision)};
     return made;
   };
   return Once(context, stores_.blades.get(), "CreateBlade", *request, response, make);
+}
+
+grpc::Status PlantService::AssignWorkOrder(grpc::ServerContext* context, const v1::AssignWorkOrderRequest* request,
+                                           v1::Blade* response) {
+  const absl::StatusOr<std::string> serial = runtime::IdOf("blade", "blades", request->blade());
+  if (!serial.ok()) return ToGrpc(serial.status());
+  if (request->work_order().empty())
+    return ToGrpc(runtime::Refuse("work_order", "", "1 to 64 of A-Z, a-z, 0-9, '.', '_', ':', '/', '-'"));
+  const absl::Status status = runtime::CheckWorkOrder(request->work_order(), request->operation());
+  if (!status.ok()) return ToGrpc(status);
+  const auto make = [&]() -> absl::StatusOr<runtime::Made<storage::BladeRow>> {
+    const absl::StatusOr<storage::BladeRow> blade = Require(
+        stores_.blades->Find(*serial, runtime::DeadlineOf(*context)), errors::v1::BLADE_NOT_FOUND, request->blade());
+    if (!blade.ok()) return blade.status();
+    runtime::Made<storage::BladeRow> made{*blade, NewEntry()};
+    made.row.work_order = request->work_order();
+    made.row.operation = request->operation();
+    made.entry.inputs = {request->blade()};
+    return made;
+  };
+  return Once(context, stores_.work_orders.get(), "AssignWorkOrder", *request, response, make);
 }
 
 grpc::Status PlantService::GetBlade(grpc::ServerContext* context, const v1::GetBladeRequest* request,

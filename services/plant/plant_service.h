@@ -49,6 +49,8 @@ class PlantService final : public v1::PlantService::Service {
 
   grpc::Status CreateBlade(grpc::ServerContext* context, const v1::CreateBladeRequest* request,
                            v1::Blade* response) override;
+  grpc::Status AssignWorkOrder(grpc::ServerContext* context, const v1::AssignWorkOrderRequest* request,
+                               v1::Blade* response) override;
   grpc::Status GetBlade(grpc::ServerContext* context, const v1::GetBladeRequest* request, v1::Blade* response) override;
   grpc::Status ListBlades(grpc::ServerContext* context, const v1::ListBladesRequest* request,
                           v1::ListBladesResponse* response) override;

@@ -12,6 +12,7 @@
 #include "services/runtime/list_filters.h"
 #include "services/runtime/pages.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/work_order.h"
 
 namespace sixpoint::plant {
 namespace {
@@ -125,6 +126,25 @@ grpc::Status RecordService::Trace(grpc::ServerContext* context, const v1::TraceR
   storage::JournalPage wanted = JournalPageOf(*page);
   wanted.reader = runtime::ReaderOf(*context);
   const auto entries = journal_->MadeFrom(name, wanted, deadline);
+  if (!entries.ok()) return ToGrpc(entries.status());
+  Answer(*entries, *page, filters, response);
+  return grpc::Status::OK;
+}
+
+grpc::Status RecordService::ListRecordEntries(grpc::ServerContext* context, const v1::ListRecordEntriesRequest* request,
+                                              v1::ListRecordEntriesResponse* response) {
+  if (request->work_order().empty())
+    return ToGrpc(runtime::Refuse("work_order", "", "one that was assigned to a blade"));
+  const absl::Status status = runtime::CheckWorkOrder(request->work_order(), request->operation());
+  if (!status.ok()) return ToGrpc(status);
+  const std::string filters = runtime::FiltersOf(*request);
+  const absl::StatusOr<runtime::Page> page = runtime::PageOf(filters, request->page_size(), request->page_token());
+  if (!page.ok()) return ToGrpc(page.status());
+  storage::JournalPage wanted = JournalPageOf(*page);
+  wanted.reader = runtime::ReaderOf(*context);
+  const auto entries = journal_->EntriesOfOrder(request->work_order(), request->operation(),
+                                                {request->kinds().begin(), request->kinds().end()}, wanted,
+                                                runtime::DeadlineOf(*context));
   if (!entries.ok()) return ToGrpc(entries.status());
   Answer(*entries, *page, filters, response);
   return grpc::Status::OK;

@@ -23,6 +23,8 @@ class RecordService final : public v1::RecordService::Service {
                       v1::RecallResponse* response) override;
   grpc::Status Trace(grpc::ServerContext* context, const v1::TraceRequest* request,
                      v1::TraceResponse* response) override;
+  grpc::Status ListRecordEntries(grpc::ServerContext* context, const v1::ListRecordEntriesRequest* request,
+                                 v1::ListRecordEntriesResponse* response) override;
 
  private:
   const std::shared_ptr<const storage::JournalReader> journal_;

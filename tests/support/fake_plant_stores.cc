@@ -237,6 +237,11 @@ class FakeJournal final : public storage::JournalReader {
              IsSeen(entry, page.reader);
     });
   }
+  // The fakes know of no work orders.
+  Entries EntriesOfOrder(const std::string&, const std::string&, const std::vector<std::string>&,
+                         const storage::JournalPage&, Deadline) const override {
+    return std::vector<storage::JournalEntry>();
+  }
   Entries MadeFrom(const std::string& name, const storage::JournalPage& page, Deadline) const override {
     const auto lock = record_->Lock();
     if (!record_->failure().ok()) return record_->failure();
