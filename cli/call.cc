@@ -16,6 +16,7 @@
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "sixpoint/ingest/v1/store.grpc.pb.h"
+#include "sixpoint/inspection/v1/disposition.grpc.pb.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
 #include "sixpoint/plant/v1/fleet.grpc.pb.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
@@ -42,7 +43,8 @@ absl::StatusOr<const google::protobuf::MethodDescriptor*> FindMethod(const std::
            {"calibration", calibration::v1::StudyService::service_full_name()},
            {"registration", registration::v1::RegistrationService::service_full_name()},
            {"correction", correction::v1::CorrectionService::service_full_name()},
-           {"inspection", inspection::v1::InspectionService::service_full_name()}}) {
+           {"inspection", inspection::v1::InspectionService::service_full_name()},
+           {"inspection", inspection::v1::DispositionService::service_full_name()}}) {
     const auto* service = google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(full_name);
     if (service == nullptr) return absl::InternalError(full_name + ": not built in");
     if (service_name != service->name() && service_name != service->full_name()) {

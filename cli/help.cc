@@ -80,6 +80,7 @@ constexpr Example kExamples[] = {
      "sixpoint clearance list --scope customers/acme\n"
      "sixpoint clearance list --holder users/jane --withdrawn-too"},
     {"blade add", "sixpoint blade add SN-1 --part block-1"},
+    {"blade assign", "sixpoint blade assign SN-1 --work-order 4711 --operation 0030"},
     {"blade show", "sixpoint blade show SN-1"},
     {"scan upload",
      "sixpoint scan upload cloud.ply --machine sarix-1 --subject blade:SN-1 --kind airfoil \\\n"
@@ -122,6 +123,9 @@ constexpr Example kExamples[] = {
      "sixpoint correct --registration ID --template program.nc --out - | post"},
     {"inspect", "sixpoint inspect --blade SN-1 --scans sn1_pins_1,sn1_pins_2 --method six-point-normals"},
     {"inspection list", "sixpoint inspection list --blade SN-1"},
+    {"inspection dispose",
+     "sixpoint inspection dispose ID --as concession --reason \"wall 0.4 mm, stress computed\" --reference C-2026-118\n"
+     "sixpoint inspection dispose ID --as scrap --reason \"hole through the wall\""},
     {"fleet list",
      "sixpoint fleet list\n"
      "sixpoint fleet list --since 2026-11-01"},

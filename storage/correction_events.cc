@@ -27,6 +27,7 @@ constexpr char kSelectFetch[] =
     "nc_greatest_difference_um, nc_greatest_tilt_deg, name_of(requested_by), software_version FROM program_fetches "
     "WHERE "
     "fetch_id = $1";
+constexpr char kSelectScrapped[] = "SELECT scrapped_by($1)";
 constexpr char kSelectCutHoles[] =
     "SELECT k.correction_id, k.group_name, k.hole_name FROM corrections c JOIN correction_cuts k USING (correction_id) "
     "WHERE c.blade_serial = $1 ORDER BY k.correction_id, k.group_name, k.hole_name";
@@ -213,6 +214,16 @@ class PostgresCorrectionEvents final : public CorrectionEventStore {
       for (int row = 0; row < rows->count(); ++row)
         cut.push_back({rows->Text(row, 0), {rows->Text(row, 1), rows->Text(row, 2)}});
       return rows->Checked(std::move(cut));
+    });
+  }
+
+  absl::StatusOr<std::optional<std::string>> ScrappedBy(const std::string& blade_serial,
+                                                        Deadline deadline) const override {
+    return OneRead(*database_, deadline, [&](Transaction& t) -> absl::StatusOr<std::optional<std::string>> {
+      const absl::StatusOr<Rows> rows = t.Execute(kSelectScrapped, Params().Text(blade_serial));
+      if (!rows.ok()) return rows.status();
+      if (rows->IsNull(0, 0)) return std::nullopt;
+      return rows->Checked(std::optional<std::string>(rows->Text(0, 0)));
     });
   }
 

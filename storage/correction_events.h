@@ -74,6 +74,9 @@ class CorrectionEventStore {
   // Of a blade, whatever the correction.
   virtual absl::StatusOr<std::vector<CutHoleRow>> CutHoles(const std::string& blade_serial,
                                                            Deadline deadline) const = 0;
+  // The disposition by which the blade is scrap; none: it is not.
+  virtual absl::StatusOr<std::optional<std::string>> ScrappedBy(const std::string& blade_serial,
+                                                                Deadline deadline) const = 0;
 };
 
 // In PostgreSQL; the database lives longer.

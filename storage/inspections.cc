@@ -21,13 +21,15 @@ namespace {
 constexpr char kInsertInspection[] = "INSERT INTO inspections (" SIXPOINT_INSPECTION_COLUMNS
                                      ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, "
                                      "$17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27, $28, $29)";
-#define SIXPOINT_SELECT_INSPECTIONS                                                                          \
-  "SELECT " SIXPOINT_INSPECTION_COLUMNS                                                                      \
-  ", record_sequence, recorded_at, name_of(requested_by) FROM inspections JOIN recorded r ON r.record_id = " \
-  "inspection_id WHERE "
+#define SIXPOINT_SELECT_INSPECTIONS                                                                            \
+  "SELECT " SIXPOINT_INSPECTION_COLUMNS                                                                        \
+  ", record_sequence, recorded_at, name_of(requested_by), entry_order, entry_operation FROM inspections JOIN " \
+  "recorded r ON r.record_id = inspection_id WHERE "
 constexpr char kSelectInspection[] = SIXPOINT_SELECT_INSPECTIONS "inspection_id = $1";
 constexpr char kListInspections[] = SIXPOINT_SELECT_INSPECTIONS SIXPOINT_RESULT_FILTER(
-    "inspections", "inspection") "AND ($10 = '' OR verdict = $10) " SIXPOINT_NEWEST_FIRST "LIMIT $11";
+    "inspections",
+    "inspection") "AND ($10 = '' OR verdict = $10) AND ($11 = '' OR entry_order = $11) " SIXPOINT_NEWEST_FIRST
+                  "LIMIT $12";
 #undef SIXPOINT_SELECT_INSPECTIONS
 #undef SIXPOINT_INSPECTION_COLUMNS
 constexpr char kInsertScans[] =
@@ -105,6 +107,8 @@ InspectionRow ReadInspection(const Rows& rows, int row) {
   inspection.computed_on = rows.OptionalText(row, 27);
   inspection.rejudges_id = rows.OptionalText(row, 28);
   inspection.recorded = {rows.Int(row, 29), rows.Time(row, 30)};
+  inspection.work_order = rows.OptionalText(row, 32);
+  inspection.operation = rows.OptionalText(row, 33);
   return inspection;
 }
 
@@ -198,6 +202,11 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<InspectionRow>* 
       transaction.Execute(kSelectScans, ids),
       [](InspectionRow& inspection, const Rows& rows, int row) { inspection.scan_ids.push_back(rows.Text(row, 1)); });
   if (!scans.ok()) return scans;
+  const auto dispositions = DispositionsOf(transaction, parents.ids());
+  if (!dispositions.ok()) return dispositions.status();
+  for (InspectionRow& inspection : *inspections)
+    for (const DispositionRow& disposition : *dispositions)
+      if (disposition.inspection_id == inspection.inspection_id) inspection.dispositions.push_back(disposition);
   return parents.Add(transaction.Execute(kSelectHoles, ids), [](InspectionRow& inspection, const Rows& rows, int row) {
     inspection.holes.push_back(ReadHole(rows, row));
   });
@@ -244,7 +253,8 @@ absl::StatusOr<std::vector<InspectionRow>> ListInspections(Transaction& transact
                                                            std::int64_t before_sequence, int limit) {
   absl::StatusOr<Params> params = FilterParams(transaction, before_sequence, filter);
   if (!params.ok()) return params.status();
-  return ReadInspections(transaction, kListInspections, params->Text(filter.verdict).Int(limit));
+  return ReadInspections(transaction, kListInspections,
+                         params->Text(filter.verdict).Text(filter.work_order).Int(limit));
 }
 
 }  // namespace sixpoint::storage

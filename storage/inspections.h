@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "storage/database.h"
+#include "storage/dispositions.h"
 #include "storage/record.h"
 #include "storage/result_filter.h"
 #include "storage/result_store.h"
@@ -72,10 +73,14 @@ struct InspectionRow {
   std::vector<std::string> scan_ids;
   std::vector<std::string> budget_sources;  // empty: none, or made before they were kept
   std::vector<InspectionHoleRow> holes;
+  // Read only: what was decided about it, the newest first, and what its blade was worked on for.
+  std::vector<DispositionRow> dispositions;
+  std::string work_order, operation;
 };
 
 struct InspectionFilter : ResultFilter {
-  std::string verdict;  // empty: any
+  std::string verdict;     // empty: any
+  std::string work_order;  // empty: any
 };
 
 using InspectionStore = ResultStore<InspectionRow, InspectionFilter>;

@@ -115,6 +115,8 @@ std::string NameOf(GateCheckKind kind) {
       return "SENSOR_CALIBRATION";
     case GateCheckKind::kInterimCheck:
       return "INTERIM_CHECK";
+    case GateCheckKind::kScrapped:
+      return "SCRAPPED";
   }
   return "";
 }

@@ -44,6 +44,7 @@ enum class GateCheckKind {
   kCutBefore,          // count of holes
   kSensorCalibration,  // count of calibrations that were asked for, and not in force when the scans were taken
   kInterimCheck,       // count of accepted checks of the scanner that are missing in the scans' clamping
+  kScrapped,           // count of dispositions by which the blade is scrap
 };
 std::string NameOf(GateCheckKind kind);  // "START_SHIFT", as ReleaseCheckKind has it
 

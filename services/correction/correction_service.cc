@@ -111,6 +111,9 @@ absl::StatusOr<runtime::Made<storage::CorrectionRow>> CorrectionService::Make(co
   const auto cut = events_->CutHoles(runtime::LastSegment(inputs->registration.blade()), caller.deadline);
   if (!cut.ok()) return cut.status();
   TakeCutBefore(*cut, &*inputs);
+  const auto scrapped = events_->ScrappedBy(runtime::LastSegment(inputs->registration.blade()), caller.deadline);
+  if (!scrapped.ok()) return scrapped.status();
+  if (scrapped->has_value()) inputs->scrapped_by = {runtime::NameOf("dispositions", **scrapped)};
   const absl::StatusOr<Corrected> corrected = CorrectBlade(request, *inputs, caller.keep_going);
   if (!corrected.ok()) return corrected.status();
   return RecordOf(request, *inputs, *corrected);

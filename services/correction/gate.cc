@@ -92,6 +92,12 @@ absl::StatusOr<std::vector<GateCheck>> Judge(const Inputs& inputs,
     }
     checks.push_back(metrology::CountAgainst(GateCheckKind::kInterimCheck, missing));
   }
+  // Asked only where there is an answer: a blade is no scrap before somebody says so.
+  const auto& then = inputs.checks_of_then;
+  if (!inputs.scrapped_by.empty() || std::any_of(then.begin(), then.end(), [](const GateCheck& of_then) {
+        return of_then.kind == GateCheckKind::kScrapped;
+      }))
+    checks.push_back(metrology::CountAgainst(GateCheckKind::kScrapped, inputs.scrapped_by));
   for (GateCheck& check : checks)
     for (const GateCheck& of_then : inputs.checks_of_then)
       if (of_then.kind == check.kind) check = of_then;

@@ -169,7 +169,8 @@ absl::Status FetchCalibrationsOfThen(const Peers& peers, const runtime::Caller& 
 
 // What the gate asks of the moment at which it judges.
 constexpr std::array kOfTheMoment = {metrology::GateCheckKind::kRegistrationAge, metrology::GateCheckKind::kClamping,
-                                     metrology::GateCheckKind::kCutBefore, metrology::GateCheckKind::kInterimCheck};
+                                     metrology::GateCheckKind::kCutBefore, metrology::GateCheckKind::kInterimCheck,
+                                     metrology::GateCheckKind::kScrapped};
 
 bool IsOf(metrology::GateCheckKind kind, v1::ReleaseCheckKind of_contract) {
   return v1::ReleaseCheckKind_Name(of_contract) == "RELEASE_CHECK_KIND_" + metrology::NameOf(kind);

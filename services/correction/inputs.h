@@ -49,6 +49,7 @@ struct Inputs {
   bool checked_in_clamping = false;  // an interim check of the scanner was accepted there, where one is asked for
   std::vector<std::string> against_clamping;  // registrations that say that the blade stands there no more
   std::vector<std::string> cut_before;        // holes of those groups, by other programs of this blade
+  std::vector<std::string> scrapped_by;       // the disposition by which the blade is scrap; empty: it is not
   std::chrono::system_clock::time_point now;
   // Of a replay: what the gate found of the moment it judged at, which is not found again. Each stands for what is found of its kind.
   std::vector<metrology::GateCheck> checks_of_then;

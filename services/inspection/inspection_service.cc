@@ -17,6 +17,7 @@
 #include "services/runtime/recorded_results.h"
 #include "services/runtime/replay.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/work_order.h"
 
 namespace sixpoint::inspection {
 
@@ -154,6 +155,8 @@ grpc::Status InspectionService::ListInspections(grpc::ServerContext* context, co
   storage::InspectionFilter filter;
   if (absl::Status status = runtime::ReadFilter(*request, &filter); !status.ok()) return ToGrpc(status);
   filter.reader = runtime::ReaderOf(*context);
+  if (absl::Status status = runtime::CheckWorkOrder(request->work_order(), ""); !status.ok()) return ToGrpc(status);
+  filter.work_order = request->work_order();
   if (!v1::Verdict_IsValid(request->verdict()))
     return ToGrpc(runtime::Refuse("verdict", std::to_string(request->verdict()), "a verdict, or none"));
   if (request->verdict() != v1::VERDICT_UNSPECIFIED)

@@ -94,9 +94,36 @@ absl::StatusOr<v1::Inspection> ToProto(const storage::InspectionRow& row) {
   if (!row.rejudges_id.empty()) inspection.set_rejudges(runtime::NameOf("inspections", row.rejudges_id));
   runtime::ToProto(row.recorded.recorded_at, inspection.mutable_recorded_at());
   inspection.set_record_sequence(row.recorded.sequence);
+  for (const storage::DispositionRow& disposition_row : row.dispositions) {
+    const auto disposition = DispositionOf(disposition_row);
+    if (!disposition.ok()) return disposition.status();
+    *inspection.add_dispositions() = *disposition;
+  }
+  inspection.set_work_order(row.work_order);
+  inspection.set_operation(row.operation);
   return inspection;
 }
 
-void LeaveBasic(v1::Inspection* inspection) { inspection->clear_holes(); }
+absl::StatusOr<v1::Disposition> DispositionOf(const storage::DispositionRow& row) {
+  v1::Disposition disposition;
+  disposition.set_name(runtime::NameOf("dispositions", row.disposition_id));
+  disposition.set_inspection(runtime::NameOf("inspections", row.inspection_id));
+  disposition.set_blade(runtime::NameOf("blades", row.blade_serial));
+  const auto kind = runtime::StoredEnum(v1::DispositionKind_Parse, "DISPOSITION_KIND_" + row.disposition,
+                                        "disposition " + row.disposition_id);
+  if (!kind.ok()) return kind.status();
+  disposition.set_kind(*kind);
+  disposition.set_reason(row.reason);
+  disposition.set_reference(row.reference);
+  disposition.set_requested_by(row.requested_by);
+  runtime::ToProto(row.recorded.recorded_at, disposition.mutable_recorded_at());
+  disposition.set_record_sequence(row.recorded.sequence);
+  return disposition;
+}
+
+void LeaveBasic(v1::Inspection* inspection) {
+  inspection->clear_holes();
+  while (inspection->dispositions_size() > 1) inspection->mutable_dispositions()->RemoveLast();
+}
 
 }  // namespace sixpoint::inspection

@@ -102,7 +102,8 @@ std::unique_ptr<Message> FiguresOf(const Message& message, const std::vector<std
   std::unique_ptr<Message> figures(message.New());
   figures->CopyFrom(message);
   std::vector<std::string> others = {
-      "name", "requested_by", "software_version", "computed_on", "record_sequence", "recorded_at", "rejudges"};
+      "name",        "requested_by", "software_version", "computed_on", "record_sequence",
+      "recorded_at", "rejudges",     "dispositions",     "work_order",  "operation"};
   others.insert(others.end(), taken_as_recorded.begin(), taken_as_recorded.end());
   for (const std::string& other : others)
     if (const FieldDescriptor* const field = figures->GetDescriptor()->FindFieldByName(other))

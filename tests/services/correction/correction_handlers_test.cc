@@ -42,7 +42,11 @@ class NoEvents final : public storage::CorrectionEventStore {
   absl::StatusOr<std::vector<storage::CutHoleRow>> CutHoles(const std::string&, storage::Deadline) const override {
     return cut;
   }
+  absl::StatusOr<std::optional<std::string>> ScrappedBy(const std::string&, storage::Deadline) const override {
+    return scrapped_by;
+  }
   std::vector<storage::CutHoleRow> cut;
+  std::optional<std::string> scrapped_by;
 };
 
 class CorrectionHandlersTest : public ::testing::Test {
@@ -197,6 +201,7 @@ TEST_F(CorrectionHandlersTest, WhatSpeaksAgainstAReleaseIsNamedAndWaits) {
        [&] {
          events_->cut = {{"another", {"G1", "H2"}}};
        }},
+      {"SCRAPPED of dispositions/d1: 1, want at most 0", [&] { events_->scrapped_by = "d1"; }},
   };
   for (const auto& [reason, spoil] : wrong) {
     SCOPED_TRACE(reason);
@@ -216,6 +221,7 @@ TEST_F(CorrectionHandlersTest, WhatSpeaksAgainstAReleaseIsNamedAndWaits) {
     plant_.registration.later.clear();
     plant_.studies.interim_check.reset();
     events_->cut.clear();
+    events_->scrapped_by.reset();
   }
 }
 
