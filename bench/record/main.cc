@@ -8,6 +8,7 @@
 #include "bench/ground/transactions.h"
 #include "bench/record/beside.h"
 #include "bench/record/event_writers.h"
+#include "bench/record/fleet.h"
 #include "bench/record/values.h"
 #include "services/plant/record_service.h"
 #include "tests/support/in_process_server.h"
@@ -159,6 +160,8 @@ int main(int argc, char** argv) {
   CLI::App* search = app.add_subcommand("search", "Values by each filter, a page at a time");
   search->add_option("--machine", machine, "An id")->required();
   search->callback([&] { print(AskSearch(conninfo, machine)); });
+  CLI::App* fleet = app.add_subcommand("fleet", "How all machines stand");
+  fleet->callback([&] { print(AskFleet(conninfo)); });
   CLI11_PARSE(app, argc, argv);
   return 0;
 }
