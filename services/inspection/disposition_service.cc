@@ -68,10 +68,9 @@ grpc::Status DispositionService::Dispose(grpc::ServerContext* context, const v1:
                               {{"resource", request->inspection()}});
     return MadeOf(*request, **inspection);
   };
-  return runtime::Answer(
-      runtime::RecordedResult<v1::Disposition>(dispositions_.get(), "inspection.Dispose", *request, caller, make,
-                                               DispositionOf),
-      response);
+  return runtime::Answer(runtime::RecordedResult<v1::Disposition>(dispositions_.get(), "inspection.Dispose", *request,
+                                                                  caller, make, DispositionOf),
+                         response);
 }
 
 }  // namespace sixpoint::inspection
