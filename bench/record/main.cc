@@ -9,6 +9,7 @@
 #include "bench/record/beside.h"
 #include "bench/record/event_writers.h"
 #include "bench/record/fleet.h"
+#include "bench/record/tampering.h"
 #include "bench/record/values.h"
 #include "services/plant/record_service.h"
 #include "tests/support/in_process_server.h"
@@ -162,6 +163,12 @@ int main(int argc, char** argv) {
   search->callback([&] { print(AskSearch(conninfo, machine)); });
   CLI::App* fleet = app.add_subcommand("fleet", "How all machines stand");
   fleet->callback([&] { print(AskFleet(conninfo)); });
+  app.add_subcommand("tamper", "Every kind of tampering, on copies of a small plant")->callback([&] {
+    print(TamperWithAll(conninfo));
+  });
+  app.add_subcommand("verify", "What sealing and a check cost, beside SQL")->callback([&] {
+    print(SealAndVerify(conninfo));
+  });
   CLI11_PARSE(app, argc, argv);
   return 0;
 }
