@@ -15,7 +15,8 @@ namespace {
 // row without an event where there is none.
 constexpr char kSelectEvents[] =
     "SELECT b.record_sequence, b.recorded_at, b.kind, b.name, b.blade_serial, b.machine_id, b.method, "
-    "b.software_version, b.requested_by, b.measured_at, b.summary, b.inputs, b.trace_id, b.verdict, b.state, b.work_order, b.operation, "
+    "b.software_version, b.requested_by, b.measured_at, b.summary, b.inputs, b.trace_id, b.verdict, b.state, "
+    "b.work_order, b.operation, "
     "b.valid_until, b.parts, b.is_restricted, l.looked_count, l.upto FROM (SELECT count(*) AS looked_count, "
     "coalesce(max(w.record_sequence), $1) AS upto FROM (SELECT record_sequence FROM record_names "
     "WHERE record_sequence > $1 ORDER BY record_sequence LIMIT $9) w) l "

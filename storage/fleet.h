@@ -1,4 +1,4 @@
-// What each machine did and how it stands, from the summaries that are kept with every entry of the journal (migrations/V0029): the
+// What each machine did and how it stands, from the summaries that are kept with every entry of the journal (migrations/V0027): the
 // journal itself is not read. Thread-safe. No call holds a connection after it returned.
 #pragma once
 

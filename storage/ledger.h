@@ -1,4 +1,4 @@
-// The ledger in the database (migrations/V0028): leaves are added behind the journal, heads are kept, roots and paths are told of what is
+// The ledger in the database (migrations/V0026): leaves are added behind the journal, heads are kept, roots and paths are told of what is
 // stored. Each function works in a transaction that BeginLedger was called in.
 #pragma once
 

@@ -1,4 +1,4 @@
-// Where events are sent to, and how far each has come (V0027).
+// Where events are sent to, and how far each has come (V0030).
 #pragma once
 
 #include <absl/status/statusor.h>

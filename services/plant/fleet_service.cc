@@ -25,7 +25,7 @@ using storage::SummarySpan;
 
 constexpr hours kUsualSpan(24);
 constexpr hours kMostByHours(2 * 24);    // a longer span of a fleet is counted by days
-constexpr hours kHoursKept(62 * 24);     // migrations/V0029
+constexpr hours kHoursKept(62 * 24);     // migrations/V0027
 constexpr hours kHoursCertain(61 * 24);  // hours of the day that is going are on their way out
 constexpr hours kMostFleetSpan(400 * 24);
 

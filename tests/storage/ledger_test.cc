@@ -274,7 +274,10 @@ TEST_F(LedgerTest, EveryTableOfTheRecordIsInTheLedger) {
                                          "plant_identity",  // the store's; digests stand in the rows that refer to them
                                          "denials",
                                          "account_events",
-                                         "clearance_events",  // not of the journal
+                                         "clearance_events",
+                                         "webhooks",
+                                         "webhook_withdrawals",  // not of the journal
+                                         "calibration_drifts",   // follow from the calibrations
                                          "ledger_leaves",
                                          "ledger_contents",
                                          "ledger_nodes",
@@ -304,7 +307,7 @@ TEST_F(LedgerTest, ColumnsThatCameAfterTheLedgerMayBeNull) {
   const fs::path then = fs::temp_directory_path() / ("sixpoint-migrations-" + NewUuid());
   fs::create_directory(then);
   for (const auto& file : fs::directory_iterator(ThrowawayDatabase::MigrationsFolder()))
-    if (file.path().extension() == ".sql" && file.path().filename().string() < "V0029") fs::copy(file.path(), then);
+    if (file.path().extension() == ".sql" && file.path().filename().string() < "V0027") fs::copy(file.path(), then);
   ThrowawayDatabase old(ThrowawayDatabase::Schema::kEmpty);
   const absl::StatusOr<int> migrated = Migrate(old.conninfo(), then.string());
   fs::remove_all(then);

@@ -1,4 +1,4 @@
-// What the database keeps of a calibration's drift (migrations/V0029), beside what the trend's own code makes of the same rows.
+// What the database keeps of a calibration's drift (migrations/V0027), beside what the trend's own code makes of the same rows.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -173,5 +173,6 @@ END
 $$;
 GRANT INSERT ON blade_work_orders TO sixpoint_plant;
 GRANT SELECT, INSERT ON dispositions TO sixpoint_inspection;
+GRANT SELECT ON blade_work_orders, dispositions TO sixpoint_ledger;
 REVOKE EXECUTE ON FUNCTION scrapped_by(text) FROM PUBLIC;
 GRANT EXECUTE ON FUNCTION scrapped_by(text) TO sixpoint_correction;
