@@ -89,7 +89,16 @@ constexpr char kSelectBlades[] = SIXPOINT_SELECT_BLADES
     "blade_serial > $1 AND ($2 = '' OR part_id = $2) AND ($3::timestamptz IS NULL OR "
     "recorded_at >= $3) AND ($4::timestamptz IS NULL OR recorded_at < $4) AND part_id <> ALL ($5::text[]) "
     "AND ($6::text[] IS NULL OR blade_serial = ANY ($6::text[])) AND ($7 = '' OR (work_order = $7 AND blade_serial IN "
-    "(SELECT b.blade_serial FROM blade_work_orders b WHERE b.work_order = $7))) ORDER BY blade_serial LIMIT $8";
+    "(SELECT b.blade_serial FROM blade_work_orders b WHERE b.work_order = $7))) "
+    // '~' comes after all that a serial number may have.
+    "AND ($8 = '' OR (blades.blade_serial >= $8 AND blades.blade_serial < $8 || '~')) "
+    "AND ($9 = '' OR EXISTS (SELECT 1 FROM record_entries e WHERE e.blade_serial = blades.blade_serial AND "
+    "e.machine_id = $9)) "
+    "AND ($10 = '' OR $10 = (SELECT record_verdict(e.record_id, e.kind) FROM record_entries e WHERE e.blade_serial = "
+    "blades.blade_serial AND e.kind = 'inspection' ORDER BY e.record_sequence DESC LIMIT 1)) "
+    "AND ($11 = '' OR $11 = (SELECT record_state(e.record_id, e.kind) FROM record_entries e WHERE e.blade_serial = "
+    "blades.blade_serial AND e.kind = 'correction' ORDER BY e.record_sequence DESC LIMIT 1)) "
+    "ORDER BY blades.blade_serial LIMIT $12";
 #undef SIXPOINT_SELECT_BLADES
 
 // In the order of their columns.
@@ -333,7 +342,8 @@ absl::StatusOr<std::vector<BladeRow>> ListBlades(Transaction& transaction, const
   const absl::StatusOr<Sight> sight = SightOf(transaction, filter.reader);
   if (!sight.ok()) return sight.status();
   AddSight(*sight, &params);
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlades, params.Text(filter.work_order).Int(limit));
+  params.Text(filter.work_order).Text(filter.serial_prefix).Text(filter.machine_id).Text(filter.verdict);
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlades, params.Text(filter.state).Int(limit));
   if (!rows.ok()) return rows.status();
   std::vector<BladeRow> blades;
   for (int row = 0; row < rows->count(); ++row) blades.push_back(ReadBlade(*rows, row));

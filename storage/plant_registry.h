@@ -174,6 +174,8 @@ struct BladeFilter {
   TimeSpan recorded;
   Reader reader;                // what he may not see is not listed
   std::string work_order = {};  // assigned last; empty: all
+  std::string serial_prefix = {}, machine_id = {};
+  std::string verdict = {}, state = {};  // of the newest inspection, of the newest correction
 };
 absl::StatusOr<std::vector<BladeRow>> ListBlades(Transaction& transaction, const BladeFilter& filter,
                                                  const std::string& after, int limit);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "services/plant/messages.h"
@@ -100,9 +101,21 @@ absl::Status ListNewest(const storage::RevisionReader<Row>& reader, const grpc::
 absl::Status ListBladesOf(const storage::BladeReader& reader, const grpc::ServerContext& context,
                           const v1::ListBladesRequest& request, v1::ListBladesResponse* response) {
   storage::BladeFilter filter;
-  absl::StatusOr<std::string> part = runtime::FilterIdOf("part", "parts", request.part());
-  if (!part.ok()) return part.status();
-  filter.part_id = *std::move(part);
+  runtime::Refusals refusals;
+  for (const auto& [field, collection, name, id] :
+       {std::tuple("part", "parts", &request.part(), &filter.part_id),
+        std::tuple("machine", "machines", &request.machine(), &filter.machine_id)}) {
+    absl::StatusOr<std::string> read = runtime::FilterIdOf(field, collection, *name);
+    refusals.Add(read.status());
+    if (read.ok()) *id = *std::move(read);
+  }
+  for (const auto& [field, word] : {std::pair("verdict", &request.verdict()), std::pair("state", &request.state())})
+    if (word->find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ_") != std::string::npos)
+      refusals.Add(runtime::Refuse(field, *word, "as entries of the journal have it: CONFORM, RELEASED, ..."));
+  if (!refusals.status().ok()) return refusals.status();
+  filter.serial_prefix = request.serial_prefix();
+  filter.verdict = request.verdict();
+  filter.state = request.state();
   const absl::StatusOr<storage::TimeSpan> recorded = runtime::SpanOf("recorded", request.recorded());
   if (!recorded.ok()) return recorded.status();
   filter.recorded = *recorded;

@@ -383,6 +383,28 @@ TEST_F(PlantServiceTest, BladesAreListedByPartAndTimeAndPages) {
   EXPECT_THAT(list(request), ElementsAre("blades/sn1", "blades/sn3", "blades/sn4"));
   *request.mutable_recorded()->mutable_from() = last->created_at();
   EXPECT_THAT(list(request), ElementsAre());
+  request.clear_recorded();
+  request.set_serial_prefix("sn");
+  EXPECT_THAT(list(request), ElementsAre("blades/sn1", "blades/sn2", "blades/sn3", "blades/sn4"));
+  request.set_serial_prefix("sn3");
+  EXPECT_THAT(list(request), ElementsAre("blades/sn3"));
+  request.set_serial_prefix("%");
+  EXPECT_THAT(list(request), ElementsAre());
+  request.clear_serial_prefix();
+  v1::ListBladesRequest of_results;  // nothing was judged or corrected
+  of_results.set_verdict("CONFORM");
+  EXPECT_THAT(list(of_results), ElementsAre());
+  of_results.set_verdict("conform");
+  EXPECT_EQ(Call(&v1::PlantService::Stub::ListBlades, of_results).status().code(), absl::StatusCode::kInvalidArgument);
+  of_results.clear_verdict();
+  of_results.set_state("CUT");
+  EXPECT_THAT(list(of_results), ElementsAre());
+  of_results.set_state("cut?");
+  EXPECT_EQ(Call(&v1::PlantService::Stub::ListBlades, of_results).status().code(), absl::StatusCode::kInvalidArgument);
+  request.set_machine("machines/m1");  // on which none of them was
+  EXPECT_THAT(list(request), ElementsAre());
+  request.clear_machine();
+  request.mutable_recorded()->mutable_from()->set_seconds(last->created_at().seconds());
   request.mutable_recorded()->mutable_until()->set_seconds(last->created_at().seconds() - 10);
   EXPECT_EQ(Call(&v1::PlantService::Stub::ListBlades, request).status().code(), absl::StatusCode::kInvalidArgument);
 }
