@@ -318,11 +318,28 @@ COMMENT ON COLUMN read_v1.characteristics.record_sequence IS 'Of its inspection:
 COMMENT ON COLUMN read_v1.characteristics.recorded_at IS 'When, by the database''s clock.';
 COMMENT ON COLUMN read_v1.characteristics.drawing_characteristic IS 'What the drawing calls it; NULL: it does not, or parts do not state it yet.';
 
+CREATE VIEW read_v1.dispositions WITH (security_barrier) AS
+  SELECT d.disposition_id, d.inspection_id, d.blade_serial, d.disposition, d.reference, n.record_sequence, n.recorded_at,
+         asker_for_reader(d.requested_by) AS requested_by, d.software_version
+  FROM dispositions d JOIN record_names n ON n.record_id = d.disposition_id JOIN blades b ON b.blade_serial = d.blade_serial
+  WHERE b.part_id <> ALL ((SELECT hidden_from_reader())::text[]);
+COMMENT ON VIEW read_v1.dispositions IS 'What persons decided about inspected blades, beside the verdict. Of an inspection the last by record_sequence counts.';
+COMMENT ON COLUMN read_v1.dispositions.disposition_id IS 'The id in dispositions/{id}.';
+COMMENT ON COLUMN read_v1.dispositions.inspection_id IS 'Of which inspection.';
+COMMENT ON COLUMN read_v1.dispositions.blade_serial IS 'Of which blade.';
+COMMENT ON COLUMN read_v1.dispositions.disposition IS 'CONCESSION, REWORK, SCRAP, USE_AS_IS or RETURN.';
+COMMENT ON COLUMN read_v1.dispositions.reference IS 'A number elsewhere, such as the concession''s; NULL: none.';
+COMMENT ON COLUMN read_v1.dispositions.record_sequence IS 'Its place in the order of all that the plant recorded.';
+COMMENT ON COLUMN read_v1.dispositions.recorded_at IS 'When, by the database''s clock.';
+COMMENT ON COLUMN read_v1.dispositions.requested_by IS 'Who decided it, by his pseudonym.';
+COMMENT ON COLUMN read_v1.dispositions.software_version IS 'Which release recorded it.';
+
 -- By the sequence and the name of record_names, which has an index of each.
 CREATE VIEW read_v1.events WITH (security_barrier) AS
   SELECT n.record_sequence, n.recorded_at, e.kind, n.name, e.blade_serial, e.machine_id, e.method,
          CASE WHEN e.kind IN ('inspection', 'registration', 'study') THEN record_verdict(e.record_id, e.kind) END AS verdict,
-         e.measured_at, asker_for_reader(e.requested_by) AS requested_by, e.software_version, e.trace_id
+         e.measured_at, asker_for_reader(e.requested_by) AS requested_by, e.software_version, e.trace_id,
+         e.work_order, e.operation
   FROM record_names n JOIN record_entries e ON e.record_id = n.record_id
   WHERE ((SELECT cardinality(hidden_from_reader())) = 0
          OR CASE WHEN e.blade_serial IS NULL
@@ -332,7 +349,7 @@ CREATE VIEW read_v1.events WITH (security_barrier) AS
 COMMENT ON VIEW read_v1.events IS 'The journal: one row for each thing that was recorded.';
 COMMENT ON COLUMN read_v1.events.record_sequence IS 'The order of all that the plant recorded, which is that of commit: who has read up to one has missed none before it.';
 COMMENT ON COLUMN read_v1.events.recorded_at IS 'When, by the database''s clock.';
-COMMENT ON COLUMN read_v1.events.kind IS 'What it is: machine, artefact, part, blade, scan, calibration, registration, correction, inspection, deletion, release, withdrawal, study, policy, refusal, fetch or cut; more may come.';
+COMMENT ON COLUMN read_v1.events.kind IS 'What it is: machine, artefact, part, blade, scan, calibration, registration, correction, inspection, deletion, release, withdrawal, study, policy, refusal, fetch, cut, assignment or disposition; more may come.';
 COMMENT ON COLUMN read_v1.events.name IS 'Its resource name; machines, artefacts and parts with @revision.';
 COMMENT ON COLUMN read_v1.events.blade_serial IS 'Which blade it concerns; NULL: none.';
 COMMENT ON COLUMN read_v1.events.machine_id IS 'Which machine it concerns; NULL: none.';
@@ -342,13 +359,15 @@ COMMENT ON COLUMN read_v1.events.measured_at IS 'When, by the device''s clock; N
 COMMENT ON COLUMN read_v1.events.requested_by IS 'Who asked for it; persons by their pseudonyms.';
 COMMENT ON COLUMN read_v1.events.software_version IS 'Which release made it.';
 COMMENT ON COLUMN read_v1.events.trace_id IS 'Of the call that recorded it: what finds it in the logs; NULL: no call did.';
+COMMENT ON COLUMN read_v1.events.work_order IS 'The MES''s, for which its blade was worked on then; NULL: none was assigned.';
+COMMENT ON COLUMN read_v1.events.operation IS 'Of the work order; NULL: none was named.';
 
 -- A view behind a barrier is sorted whole before a LIMIT cuts it; this walks the index.
 CREATE FUNCTION read_v1.events_after(after_sequence bigint, at_most integer DEFAULT 1000) RETURNS SETOF read_v1.events
 LANGUAGE sql STABLE ROWS 1000 SECURITY DEFINER SET search_path = public, pg_temp AS $$
   SELECT n.record_sequence, n.recorded_at, e.kind, n.name, e.blade_serial, e.machine_id, e.method,
          CASE WHEN e.kind IN ('inspection', 'registration', 'study') THEN record_verdict(e.record_id, e.kind) END,
-         e.measured_at, asker_for_reader(e.requested_by), e.software_version, e.trace_id
+         e.measured_at, asker_for_reader(e.requested_by), e.software_version, e.trace_id, e.work_order, e.operation
   FROM record_names n JOIN record_entries e ON e.record_id = n.record_id
   WHERE n.record_sequence > after_sequence AND ((SELECT cardinality(hidden_from_reader())) = 0
          OR CASE WHEN e.blade_serial IS NULL

@@ -71,6 +71,31 @@ storage::RecordEntry BladeRows::Entry(const std::string& kind, const std::string
 
 storage::RecordEntry BladeRows::BladeEntry() const { return EntryOf("blade", "", kSeeder); }
 
+std::string BladeRows::WorkOrder() const {
+  constexpr int kBladesAnOrder = 50;
+  return "SEED-WO-" + std::to_string(index_ / kBladesAnOrder);
+}
+
+Made<storage::DispositionRow> BladeRows::Disposition(const storage::InspectionRow& inspection) const {
+  constexpr const char* kDecisions[] = {"REWORK", "SCRAP", "CONCESSION", "USE_AS_IS"};
+  storage::DispositionRow row;
+  row.disposition_id = storage::NewUuid();
+  row.inspection_id = inspection.inspection_id;
+  row.blade_serial = inspection.blade_serial;
+  row.machine_id = inspection.machine_id;
+  row.disposition = kDecisions[index_ % 4];
+  row.reason = "seeded";
+  if (row.disposition == "CONCESSION") row.reference = "SEED-C-" + std::to_string(index_);
+  row.requested_by = kSeeder;
+  row.software_version = kSoftwareVersion;
+  storage::RecordEntry entry = EntryOf("disposition", "dispositions/" + row.disposition_id, kSeeder);
+  entry.inputs = {"inspections/" + inspection.inspection_id};
+  entry.blade = row.blade_serial;
+  entry.machine = row.machine_id;
+  entry.method = row.disposition;
+  return {std::move(row), std::move(entry)};
+}
+
 Made<storage::ScanRow> BladeRows::Scan(const std::string& kind) const {
   storage::ScanRow scan;
   scan.scan_id = ScanId(kind);

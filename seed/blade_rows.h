@@ -7,6 +7,7 @@
 #include "seed/plan.h"
 #include "seed/registry.h"
 #include "storage/corrections.h"
+#include "storage/dispositions.h"
 #include "storage/inspections.h"
 #include "storage/registrations.h"
 #include "storage/scans.h"
@@ -33,6 +34,9 @@ class BladeRows {
   // rejudges_id: the inspection that it judges anew; empty: none.
   Made<storage::InspectionRow> Inspection(const std::string& registration_id, int month,
                                           const std::string& rejudges_id = "") const;
+  // Of one that is not conform.
+  Made<storage::DispositionRow> Disposition(const storage::InspectionRow& inspection) const;
+  std::string WorkOrder() const;
 
  private:
   template <typename Row>

@@ -42,7 +42,9 @@ class Writer {
     const BladeRows rows(plan_, registry_, index);
     const Blade& blade = rows.blade();
     absl::Status status =
-        storage::InsertBlade(transaction, {blade.serial, plan_.PartId(blade.part), {}}, rows.BladeEntry()).status();
+        storage::InsertBlade(transaction, {blade.serial, plan_.PartId(blade.part), {}, rows.WorkOrder()},
+                             rows.BladeEntry())
+            .status();
     if (status.ok()) status = WriteScan(transaction, rows, "airfoil", written);
     if (!status.ok()) return status;
     const auto [registration, registered] = rows.Registration(blade.month);
@@ -60,6 +62,10 @@ class Writer {
     const auto [inspection, inspected] = rows.Inspection(registration.registration_id, blade.month);
     if (status = storage::InsertInspection(transaction, inspection, inspected).status(); !status.ok()) return status;
     written->results += 2;
+    if (inspection.verdict == "NOT_CONFORM") {
+      const auto [disposition, disposed] = rows.Disposition(inspection);
+      if (status = storage::InsertDisposition(transaction, disposition, disposed).status(); !status.ok()) return status;
+    }
     const auto& withdrawals = plan_.withdrawals();
     const bool is_withdrawn = std::any_of(withdrawals.begin(), withdrawals.end(), [&](const Plan::Withdrawal& w) {
       return w.machine == blade.machine && w.month == blade.month;

@@ -57,16 +57,7 @@ class PostgresDispositions final : public ResultWriter<DispositionRow> {
                                         Deadline deadline) override {
     RecordEntry kept = entry;
     kept.request = KeptRequestOf(request);
-    const auto insert = [&](Transaction& t) -> absl::StatusOr<DispositionRow> {
-      Params params;
-      params.Uuid(row.disposition_id).Uuid(row.inspection_id).Text(row.blade_serial).Text(row.disposition);
-      params.Text(row.reason).OptionalText(row.reference).Text(row.requested_by).Text(row.software_version);
-      if (const auto inserted = t.Execute(kInsert, params); !inserted.ok()) return inserted.status();
-      const absl::StatusOr<Recorded> recorded = AppendRecord(t, row.disposition_id, kept);
-      if (!recorded.ok()) return recorded.status();
-      row.recorded = *recorded;
-      return row;
-    };
+    const auto insert = [&](Transaction& t) { return InsertDisposition(t, row, kept); };
     return RecordOnce<DispositionRow>(*database_, request, deadline, Find, insert);
   }
 
@@ -78,6 +69,18 @@ class PostgresDispositions final : public ResultWriter<DispositionRow> {
 
 std::shared_ptr<ResultWriter<DispositionRow>> DispositionsIn(Database* database) {
   return std::make_shared<PostgresDispositions>(database);
+}
+
+absl::StatusOr<DispositionRow> InsertDisposition(Transaction& transaction, DispositionRow row,
+                                                 const RecordEntry& entry) {
+  Params params;
+  params.Uuid(row.disposition_id).Uuid(row.inspection_id).Text(row.blade_serial).Text(row.disposition);
+  params.Text(row.reason).OptionalText(row.reference).Text(row.requested_by).Text(row.software_version);
+  if (const auto inserted = transaction.Execute(kInsert, params); !inserted.ok()) return inserted.status();
+  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, row.disposition_id, entry);
+  if (!recorded.ok()) return recorded.status();
+  row.recorded = *recorded;
+  return row;
 }
 
 absl::StatusOr<std::vector<DispositionRow>> DispositionsOf(Transaction& transaction,

@@ -29,6 +29,9 @@ struct DispositionRow {
 // In PostgreSQL; the database lives longer.
 std::shared_ptr<ResultWriter<DispositionRow>> DispositionsIn(Database* database);
 
+// Call it last before the commit (the journal's lock).
+absl::StatusOr<DispositionRow> InsertDisposition(Transaction& transaction, DispositionRow row,
+                                                 const RecordEntry& entry);
 // Of these inspections, the newest first.
 absl::StatusOr<std::vector<DispositionRow>> DispositionsOf(Transaction& transaction,
                                                            const std::vector<std::string>& inspection_ids);

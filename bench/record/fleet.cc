@@ -6,6 +6,7 @@
 #include "bench/ground/transactions.h"
 #include "bench/record/beside.h"
 #include "services/plant/fleet_service.h"
+#include "storage/plant_store.h"
 #include "tests/support/in_process_server.h"
 
 namespace sixpoint::bench {
