@@ -18,9 +18,13 @@
 #include "sixpoint/ingest/v1/store.grpc.pb.h"
 #include "sixpoint/inspection/v1/disposition.grpc.pb.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
+#include "sixpoint/inspection/v1/value.grpc.pb.h"
+#include "sixpoint/plant/v1/event.grpc.pb.h"
 #include "sixpoint/plant/v1/fleet.grpc.pb.h"
+#include "sixpoint/plant/v1/ledger.grpc.pb.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 #include "sixpoint/plant/v1/record.grpc.pb.h"
+#include "sixpoint/plant/v1/webhook.grpc.pb.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
 
 namespace sixpoint::cli {
@@ -36,7 +40,10 @@ absl::StatusOr<const google::protobuf::MethodDescriptor*> FindMethod(const std::
   for (const auto& [name, full_name] : std::vector<std::pair<std::string, std::string>>{
            {"plant", plant::v1::PlantService::service_full_name()},
            {"plant", plant::v1::RecordService::service_full_name()},
+           {"plant", plant::v1::EventService::service_full_name()},
            {"plant", plant::v1::FleetService::service_full_name()},
+           {"plant", plant::v1::LedgerService::service_full_name()},
+           {"plant", plant::v1::WebhookService::service_full_name()},
            {"ingest", ingest::v1::ScanService::service_full_name()},
            {"ingest", ingest::v1::CloudStoreService::service_full_name()},
            {"calibration", calibration::v1::CalibrationService::service_full_name()},
@@ -44,7 +51,8 @@ absl::StatusOr<const google::protobuf::MethodDescriptor*> FindMethod(const std::
            {"registration", registration::v1::RegistrationService::service_full_name()},
            {"correction", correction::v1::CorrectionService::service_full_name()},
            {"inspection", inspection::v1::InspectionService::service_full_name()},
-           {"inspection", inspection::v1::DispositionService::service_full_name()}}) {
+           {"inspection", inspection::v1::DispositionService::service_full_name()},
+           {"inspection", inspection::v1::ValueService::service_full_name()}}) {
     const auto* service = google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(full_name);
     if (service == nullptr) return absl::InternalError(full_name + ": not built in");
     if (service_name != service->name() && service_name != service->full_name()) {

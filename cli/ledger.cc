@@ -6,6 +6,7 @@
 #include "cli/document.h"
 #include "cli/out_file.h"
 #include "ledger/audit.h"
+#include "services/runtime/call.h"
 #include "sixpoint/plant/v1/ledger.grpc.pb.h"
 
 namespace sixpoint::cli {
@@ -57,6 +58,7 @@ struct Found {
   std::int64_t size = 0, last_sequence = 0, heads_checked = 0, blobs = 0, unsealed = 0;
   ledger::Hash root;
   ledger::Head last_good;
+  bool is_covered() const { return last_good.record_sequence >= last_sequence; }
   bool is_well() const { return damages.empty() && findings.empty(); }
 };
 
@@ -73,6 +75,8 @@ std::string KindText(ledger::FindingKind kind) {
       return "NOT_SIGNED";
     case ledger::FindingKind::kAnotherPlant:
       return "ANOTHER_PLANT";
+    case ledger::FindingKind::kNoHead:
+      return "NO_HEAD";
   }
   return "";
 }
@@ -104,7 +108,9 @@ absl::StatusOr<Found> Check(Session* session, const VerifyArguments& arguments, 
   Found found;
   const absl::Status checked = session->Retrying(
       "plant",
-      [&](const std::shared_ptr<grpc::Channel>& channel, std::unique_ptr<grpc::ClientContext> context) -> absl::Status {
+      [&](const std::shared_ptr<grpc::Channel>& channel, const std::unique_ptr<grpc::ClientContext>&) -> absl::Status {
+        // Reads all of the record, which may take longer than a session waits for an answer.
+        const std::unique_ptr<grpc::ClientContext> context = runtime::ContextWithoutDeadline();
         found = Found();
         ledger::Audit audit(sent, key);
         plant::v1::VerifyLedgerRequest request;
@@ -138,6 +144,7 @@ void PrintJson(const Found& found) {
   out["tree_size"] = found.size;
   out["root_sha256"] = ledger::HexOf(found.root);
   out["record_sequence"] = found.last_sequence;
+  out["covered_record_sequence"] = found.last_good.record_sequence;
   out["heads_checked"] = found.heads_checked;
   out["unsealed_count"] = found.unsealed;
   out["checked_blob_count"] = found.blobs;
@@ -175,6 +182,9 @@ void PrintText(const Found& found, const VerifyArguments& arguments) {
             << " not sealed yet; compared with " << found.heads_checked << " heads";
   if (arguments.with_blobs) std::cout << "; " << found.blobs << " blobs";
   std::cout << "\n";
+  if (!found.is_covered())
+    std::cout << "entries " << found.last_good.record_sequence + 1 << ".." << found.last_sequence
+              << " stand under no head that agrees\n";
   if (arguments.heads_file.empty())
     std::cout << "no --heads: entries that were cut off, and a ledger that was made anew, cannot be told\n";
   if (arguments.key_file.empty()) std::cout << "no --key: signatures were not looked at\n";

@@ -34,7 +34,8 @@ class Rejudged {
 
   void Take(const RejudgeResponse& one) {
     line_.Show("judged anew: " + std::to_string(one.finished_count()) + " of " + std::to_string(one.total_count()) +
-               ", " + std::to_string(one.flip_count()) + " flip");
+               ", " + std::to_string(flip_count_ + one.flips()) + " flip");
+    last_ = one.rejudged();
     if (!seen_.insert(one.rejudged()).second) return;
     if (json_) PrintJsonLine(MessageToJson(one));
     ++count_;
@@ -50,6 +51,7 @@ class Rejudged {
                      VerdictName(one.inspection().verdict()), HolesText(one)});
   }
   std::size_t count() const { return count_; }
+  const std::string& last() const { return last_; }  // empty: none
   int refused_count() const { return refused_count_; }
   void Print() {
     line_.Clear();
@@ -63,6 +65,7 @@ class Rejudged {
   ProgressLine line_;
   Table flips_{{"inspection", "blade", "before", "now", "holes that flip"}};
   std::set<std::string> seen_;
+  std::string last_;
   std::size_t count_ = 0;
   int flip_count_ = 0, refused_count_ = 0;
 };
@@ -90,11 +93,12 @@ absl::StatusOr<RejudgeRequest> RequestOf(const Arguments& arguments) {
 }
 
 // Goes on by itself as long as it gets further.
-absl::Status RunRejudge(Session* session, const RejudgeRequest& request, Rejudged* rejudged) {
+absl::Status RunRejudge(Session* session, RejudgeRequest request, Rejudged* rejudged) {
   while (true) {
     const std::size_t before = rejudged->count();
     const absl::Status status = session->Retrying(
         "inspection", [&](const std::shared_ptr<grpc::Channel>& channel, std::unique_ptr<grpc::ClientContext> context) {
+          request.set_after(rejudged->last());
           const auto stub = InspectionService::NewStub(channel);
           const auto reader = stub->Rejudge(context.get(), request);
           RejudgeResponse response;

@@ -94,6 +94,7 @@ void PrintCsv(const std::vector<std::string>& cells) {
 absl::Status Stream(Session* session, const ListValuesRequest& wanted, const std::function<void(const Value&)>& take) {
   inspection::v1::DownloadValuesRequest request;
   *request.mutable_values() = wanted;
+  bool has_last = false;
   return session->Retrying(
       "inspection", [&](const std::shared_ptr<grpc::Channel>& channel, std::unique_ptr<grpc::ClientContext> context) {
         const auto stub = ValueService::NewStub(channel);
@@ -101,9 +102,12 @@ absl::Status Stream(Session* session, const ListValuesRequest& wanted, const std
         ListValuesResponse page;
         while (reader->Read(&page)) {
           for (const Value& value : page.values()) take(value);
-          if (!page.next_page_token().empty()) request.mutable_values()->set_page_token(page.next_page_token());
+          has_last = page.next_page_token().empty();
+          if (!has_last) request.mutable_values()->set_page_token(page.next_page_token());
         }
-        return runtime::FromGrpc(reader->Finish());
+        const absl::Status ended = runtime::FromGrpc(reader->Finish());
+        // Behind the last page nothing is missing; asked again, it would be printed twice.
+        return has_last ? absl::OkStatus() : ended;
       });
 }
 

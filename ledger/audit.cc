@@ -72,6 +72,9 @@ void Audit::Finish() {
     findings_.push_back({FindingKind::kCutOff, "there are " + std::to_string(range_.size()) +
                                                    " leaves, want those of " + Named(greatest) + ": entries up to " +
                                                    std::to_string(greatest.record_sequence) + " were cut off"});
+  if (!public_pem_.empty() && range_.size() > 0 && heads_checked_ == 0)
+    findings_.push_back({FindingKind::kNoHead, "no head was compared with the " + std::to_string(range_.size()) +
+                                                   " leaves, want one that is signed by the key given"});
 }
 
 }  // namespace sixpoint::ledger

@@ -16,6 +16,7 @@ enum class FindingKind {
   kCutOff,        // there are fewer leaves than a head covers
   kNotSigned,     // a head's signature does not hold by the key
   kAnotherPlant,  // heads are of two plants
+  kNoHead,        // a key was given, there are leaves, and no head that it could have signed
 };
 struct Finding {
   FindingKind kind;

@@ -5,6 +5,7 @@
 #include <openssl/evp.h>
 #include <openssl/pem.h>
 #include <openssl/x509.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -89,15 +90,25 @@ absl::Status WriteWhole(const std::filesystem::path& path, const std::string& co
 }
 
 // The file's last bytes, some lines at most.
-absl::StatusOr<std::string> TailOf(const std::string& path) {
-  const File file(path, O_RDONLY);
-  if (file.number() < 0) return errno == ENOENT ? absl::StatusOr<std::string>("") : FileError(path, "a file of heads");
+absl::StatusOr<std::string> TailOf(const std::string& path, const File& file) {
   const off_t size = lseek(file.number(), 0, SEEK_END);
   const off_t begin = std::max<off_t>(0, size - static_cast<off_t>(2 * kMostLineBytes));
   std::string tail(static_cast<std::size_t>(size - begin), '\0');
   if (pread(file.number(), tail.data(), tail.size(), begin) != static_cast<ssize_t>(tail.size()))
     return FileError(path, "a file of heads");
   return tail;
+}
+
+// Its last line that was written whole, with or without its end; size 0: there is none.
+absl::StatusOr<Head> LastOf(const std::string& tail) {
+  const std::size_t end = tail.rfind('\n');
+  const std::size_t torn = end + 1;  // npos + 1 is 0
+  if (torn < tail.size())
+    if (absl::StatusOr<Head> head = HeadOfJson(tail.substr(torn)); head.ok()) return head;
+  if (end == std::string::npos) return Head();
+  const std::size_t before = end == 0 ? std::string::npos : tail.rfind('\n', end - 1);
+  const std::size_t begin = before == std::string::npos ? 0 : before + 1;
+  return HeadOfJson(tail.substr(begin, end - begin));
 }
 
 }  // namespace
@@ -146,8 +157,8 @@ absl::StatusOr<std::vector<Head>> ReadHeads(const std::string& path) {
   std::size_t number = 0;
   for (std::string line; std::getline(file, line);) {
     ++number;
-    if (file.eof()) break;  // without its end of line: never written whole
     absl::StatusOr<Head> head = HeadOfJson(line);
+    if (file.eof() && !head.ok()) break;  // without its end of line: not written whole, or copied without that
     if (!head.ok()) return Refuse(path + ":" + std::to_string(number), line.substr(0, 200), "a head, one a line");
     heads.push_back(*std::move(head));
   }
@@ -155,24 +166,28 @@ absl::StatusOr<std::vector<Head>> ReadHeads(const std::string& path) {
 }
 
 absl::StatusOr<Head> LastHead(const std::string& path) {
-  const absl::StatusOr<std::string> tail = TailOf(path);
-  if (!tail.ok()) return tail.status();
-  const std::size_t end = tail->rfind('\n');
-  if (end == std::string::npos) return Head();
-  const std::size_t before = end == 0 ? std::string::npos : tail->rfind('\n', end - 1);
-  const std::size_t begin = before == std::string::npos ? 0 : before + 1;
-  return HeadOfJson(tail->substr(begin, end - begin));
+  const File file(path, O_RDONLY);
+  if (file.number() < 0) return errno == ENOENT ? absl::StatusOr<Head>(Head()) : FileError(path, "a file of heads");
+  const absl::StatusOr<std::string> tail = TailOf(path, file);
+  return tail.ok() ? LastOf(*tail) : tail.status();
 }
 
 absl::Status AppendHead(const std::string& path, const Head& head) {
-  const absl::StatusOr<std::string> tail = TailOf(path);
+  const File file(path, O_RDWR | O_APPEND | O_CREAT);
+  // Until the file is closed: of two processes that send out at the same moment one sees what the other wrote.
+  if (file.number() < 0 || flock(file.number(), LOCK_EX) != 0)
+    return FileError(path, "a file that the plant's service can append to");
+  const absl::StatusOr<std::string> tail = TailOf(path, file);
   if (!tail.ok()) return tail.status();
-  // What was not written whole before a crash was never sent.
-  const std::size_t whole = tail->rfind('\n') + 1;  // npos + 1 is 0
-  const std::string line = JsonLineOf(head) + "\n";
-  const File file(path, O_WRONLY | O_APPEND | O_CREAT);
-  const off_t size = file.number() < 0 ? -1 : lseek(file.number(), 0, SEEK_END);
-  const off_t torn = static_cast<off_t>(tail->size() - whole);
+  const absl::StatusOr<Head> last = LastOf(*tail);
+  if (!last.ok()) return last.status();
+  if (last->tree_size >= head.tree_size) return absl::OkStatus();
+  // What was not written whole before a crash was never sent; where the end of its line alone is missing, it gets one.
+  const std::string rest = tail->substr(tail->rfind('\n') + 1);  // npos + 1 is 0
+  const bool is_whole = HeadOfJson(rest).ok();
+  const std::string line = (is_whole ? "\n" : "") + JsonLineOf(head) + "\n";
+  const off_t size = lseek(file.number(), 0, SEEK_END);
+  const off_t torn = is_whole ? 0 : static_cast<off_t>(rest.size());
   if (size < 0 || (torn > 0 && ftruncate(file.number(), size - torn) != 0) ||
       write(file.number(), line.data(), line.size()) != static_cast<ssize_t>(line.size()) || fsync(file.number()) != 0)
     return FileError(path, "a file that the plant's service can append to");

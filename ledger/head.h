@@ -27,11 +27,11 @@ std::string SignedText(const Head& head);
 std::string JsonLineOf(const Head& head);  // without its end of line
 // INVALID_ARGUMENT of what is none.
 absl::StatusOr<Head> HeadOfJson(const std::string& line);
-// The heads of a file, in its order; a last line without an end was never written whole, and is none. A refusal names the line.
+// The heads of a file, in its order; a last line without an end counts where it is whole. A refusal names the line.
 absl::StatusOr<std::vector<Head>> ReadHeads(const std::string& path);
 // The last of them without reading the rest; size 0: there is none yet.
 absl::StatusOr<Head> LastHead(const std::string& path);
-// One line more, on the disk once it returns OK.
+// One line more, on the disk once it returns OK; none where the last head is of as many entries or more.
 absl::Status AppendHead(const std::string& path, const Head& head);
 
 // Ed25519. The private key stays in the object.

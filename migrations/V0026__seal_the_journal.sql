@@ -31,9 +31,10 @@ CREATE TABLE ledger_contents (
   content text NOT NULL,
   CONSTRAINT ledger_contents_pk PRIMARY KEY (record_id),
   CONSTRAINT ledger_contents_size CHECK (octet_length(content) <= 20000)
-) PARTITION BY RANGE (record_id);
+);
 COMMENT ON TABLE ledger_contents IS
-  'How many rows of which tables belong to an entry, and their digest: by it a change is found, and told of which table. Goes with its month.';
+  'How many rows of which tables belong to an entry, and their digest: by it a change is found, and told of which table. Not by months, '
+  'though it grows with each blade: where a month is detached, rows of other tables stay, and nothing else says what they were.';
 
 -- Subtrees that are complete, from 256 leaves on: by them a root or a path is told without reading all leaves.
 CREATE TABLE ledger_nodes (
@@ -71,12 +72,6 @@ SELECT make_append_only('ledger_leaves');
 SELECT make_append_only('ledger_contents');
 SELECT make_append_only('ledger_nodes');
 SELECT make_append_only('ledger_heads');
-SELECT make_partitions(3);
--- And the months that the journal has already.
-SELECT make_partition(t.held_by, t.name, t.by_uuid, to_date(right(c.relname, 7), 'YYYY_MM'))
-FROM pg_inherits i JOIN pg_class c ON c.oid = i.inhrelid,
-     (SELECT * FROM partitioned_tables WHERE name = 'ledger_contents') t
-WHERE i.inhparent = 'record_entries'::regclass;
 
 -- What an entry's rows are found by.
 CREATE INDEX correction_events_by_record ON correction_events (record_id);
@@ -86,24 +81,31 @@ CREATE INDEX scan_deletions_by_record ON scan_deletions (record_id);
 -- for these statements alone. It inherits nothing, so that its other statements have its own rights.
 DO $$
 BEGIN
-  BEGIN
-    IF NOT EXISTS (SELECT 1 FROM pg_roles WHERE rolname = 'sixpoint_ledger') THEN
-      CREATE ROLE sixpoint_ledger NOLOGIN;
-    END IF;
-  EXCEPTION
-    WHEN duplicate_object OR unique_violation THEN NULL;  -- another database of this server, at the same moment
-    WHEN insufficient_privilege THEN
-      RAISE EXCEPTION 'role sixpoint_ledger: missing, want CREATE ROLE sixpoint_ledger NOLOGIN by an administrator'
-        USING ERRCODE = 'insufficient_privilege';
-  END;
-  -- Of the whole server: databases that are made at the same moment must not change its rows together.
-  PERFORM pg_advisory_xact_lock(6021, 6);
-  IF (SELECT rolinherit FROM pg_roles WHERE rolname = 'sixpoint_plant') THEN
-    ALTER ROLE sixpoint_plant NOINHERIT;
-  END IF;
-  IF NOT EXISTS (SELECT 1 FROM pg_auth_members m WHERE m.roleid = 'sixpoint_ledger'::regrole AND m.member = 'sixpoint_plant'::regrole) THEN
-    GRANT sixpoint_ledger TO sixpoint_plant;
-  END IF;
+  -- Roles are of the whole server, where no lock of one database is asked: another, made at the same moment, may change the same rows.
+  FOR attempt IN 1..20 LOOP
+    BEGIN
+      IF NOT EXISTS (SELECT 1 FROM pg_roles WHERE rolname = 'sixpoint_ledger') THEN
+        CREATE ROLE sixpoint_ledger NOLOGIN;
+      END IF;
+      IF (SELECT rolinherit FROM pg_roles WHERE rolname = 'sixpoint_plant') THEN
+        ALTER ROLE sixpoint_plant NOINHERIT;
+      END IF;
+      IF NOT EXISTS (SELECT 1 FROM pg_auth_members m WHERE m.roleid = 'sixpoint_ledger'::regrole AND m.member = 'sixpoint_plant'::regrole) THEN
+        GRANT sixpoint_ledger TO sixpoint_plant;
+      END IF;
+      EXIT;
+    EXCEPTION
+      -- internal_error: "tuple concurrently updated".
+      WHEN internal_error OR unique_violation OR duplicate_object THEN
+        IF attempt = 20 THEN
+          RAISE;
+        END IF;
+        PERFORM pg_sleep(0.1);
+      WHEN insufficient_privilege THEN
+        RAISE EXCEPTION 'role sixpoint_ledger: want CREATE ROLE sixpoint_ledger NOLOGIN, ALTER ROLE sixpoint_plant NOINHERIT and GRANT sixpoint_ledger TO sixpoint_plant by an administrator'
+          USING ERRCODE = 'insufficient_privilege';
+    END;
+  END LOOP;
 END
 $$;
 GRANT SELECT, INSERT ON ledger_leaves, ledger_contents, ledger_nodes, ledger_heads TO sixpoint_ledger;

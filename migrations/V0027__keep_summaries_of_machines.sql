@@ -1,6 +1,10 @@
 -- What each machine did, hour by hour and day by day, kept with every entry of the journal: the state of a fleet is read from a few
 -- rows, never from the journal. All of it follows from the journal, is changed in place, and can be made anew (rebuild_summaries).
 
+-- Before anything: writers take this one first and then record_entries. The trigger below locks that table, and what was recorded before is
+-- counted under this lock at the end: taken in that order, each would wait for the other.
+SELECT pg_advisory_xact_lock(6021, 1);
+
 CREATE TABLE machine_activity (
   machine_id text COLLATE "C" NOT NULL,
   period text COLLATE "C" NOT NULL,
@@ -156,8 +160,11 @@ BEGIN
     c.corrected_at := at;
     c.correction_id := of_record;
     c.awaiting_since := CASE WHEN detail = 'AWAITING_PERSON' THEN at END;
-  ELSIF of_kind = 'refusal' THEN
-    c.awaiting_since := NULL;
+  ELSIF of_kind IN ('refusal', 'release') THEN
+    -- Of an older correction of the blade: the last one waits on.
+    IF EXISTS (SELECT 1 FROM correction_events e WHERE e.record_id = of_record AND e.correction_id = c.correction_id) THEN
+      c.awaiting_since := NULL;
+    END IF;
   ELSIF of_kind = 'fetch' THEN
     IF c.corrected_at IS NOT NULL AND c.fetched_at IS NULL THEN
       steps := steps || 'CORRECTION_TO_FETCH'::text;
@@ -188,7 +195,6 @@ BEGIN
       since := since || c.begun_at;
     END IF;
     c.released_at := at;
-    c.awaiting_since := NULL;
   END IF;
   INSERT INTO blade_cycles VALUES (c.*)
     ON CONFLICT (blade_serial) DO UPDATE SET machine_id = excluded.machine_id, scanned_at = excluded.scanned_at,
@@ -264,30 +270,60 @@ BEGIN
 END
 $$;
 
+-- Days of which only the entries are counted, all at once and without the steps of blades. Of each kind the last one is told as if it were the
+-- first of its run.
+CREATE FUNCTION count_days_before(day timestamptz) RETURNS bigint
+LANGUAGE plpgsql SET search_path = public, pg_temp AS $$
+DECLARE
+  counted bigint;
+BEGIN
+  WITH put AS (
+    INSERT INTO machine_activity (machine_id, period, begins_at, measure, entry_count)
+      SELECT e.machine_id, 'day', date_trunc('day', e.recorded_at, 'UTC'),
+             CASE WHEN i.rejudges IS NOT NULL THEN 'rejudgement' ELSE coalesce(i.verdict, e.kind) END AS said, count(*)
+      FROM record_entries e LEFT JOIN inspections i ON e.kind = 'inspection' AND i.inspection_id = e.record_id
+      WHERE e.machine_id IS NOT NULL AND e.recorded_at < day
+      GROUP BY 1, 3, 4
+      RETURNING entry_count)
+  SELECT coalesce(sum(entry_count), 0) INTO counted FROM put;
+  INSERT INTO machine_contacts (machine_id, kind, record_id, record_sequence, recorded_at, detail, run_since)
+    SELECT l.machine_id, l.kind, l.record_id, l.record_sequence, l.recorded_at, entry_detail(l.record_id, l.entry_kind), l.recorded_at
+    FROM (SELECT DISTINCT ON (e.machine_id, s.kind) e.machine_id, s.kind, e.kind AS entry_kind, e.record_id, e.record_sequence, e.recorded_at
+          FROM record_entries e LEFT JOIN inspections i ON e.kind = 'inspection' AND i.inspection_id = e.record_id,
+               LATERAL (SELECT CASE WHEN i.rejudges IS NOT NULL THEN 'rejudgement' ELSE e.kind END AS kind) s
+          WHERE e.machine_id IS NOT NULL AND e.recorded_at < day
+          ORDER BY e.machine_id, s.kind, e.record_sequence DESC) l;
+  RETURN counted;
+END
+$$;
+
 -- Of months that were detached the journal says nothing any more: what was counted of them stays.
-CREATE FUNCTION rebuild_summaries() RETURNS bigint
+CREATE FUNCTION rebuild_summaries(steps_since timestamptz DEFAULT '-infinity') RETURNS bigint
 LANGUAGE plpgsql SET search_path = public, pg_temp SET plan_cache_mode = force_generic_plan AS $$
 DECLARE
   e record;
-  counted bigint := 0;
+  first_day timestamptz := CASE WHEN isfinite(steps_since) THEN date_trunc('day', steps_since, 'UTC') ELSE steps_since END;
+  counted bigint;
 BEGIN
   PERFORM pg_advisory_xact_lock(6021, 1);
   DELETE FROM machine_activity WHERE begins_at >= (SELECT date_trunc('day', min(recorded_at), 'UTC') FROM record_entries);
   DELETE FROM machine_contacts WHERE recorded_at >= (SELECT min(recorded_at) FROM record_entries);
   DELETE FROM blade_cycles;
+  counted := count_days_before(first_day);
   FOR e IN SELECT record_id, record_sequence, recorded_at, kind, blade_serial, machine_id FROM record_entries
-           WHERE machine_id IS NOT NULL ORDER BY record_sequence LOOP
+           WHERE machine_id IS NOT NULL AND recorded_at >= first_day ORDER BY record_sequence LOOP
     PERFORM count_entry(e.record_id, e.record_sequence, e.recorded_at, e.kind, e.blade_serial, e.machine_id);
     counted := counted + 1;
   END LOOP;
   RETURN counted;
 END
 $$;
-COMMENT ON FUNCTION rebuild_summaries() IS
-  'Makes the summaries anew from the journal that is there, with the plant''s writers waiting; how many entries it counted. For the owner.';
-REVOKE EXECUTE ON FUNCTION count_entry(uuid, bigint, timestamptz, text, text, text), count_new_entry(), rebuild_summaries(),
+COMMENT ON FUNCTION rebuild_summaries(timestamptz) IS
+  'Makes the summaries anew from the journal that is there, with the plant''s writers waiting; how many entries it counted. Of days before '
+  'steps_since by days and without steps. For the owner.';
+REVOKE EXECUTE ON FUNCTION count_entry(uuid, bigint, timestamptz, text, text, text), count_new_entry(), rebuild_summaries(timestamptz),
   follow_blade(uuid, bigint, timestamptz, text, text, text, text), forget_old_summaries(text, timestamptz),
-  entry_detail(uuid, text), is_cut_to_the_last(uuid, bigint) FROM PUBLIC;
+  entry_detail(uuid, text), is_cut_to_the_last(uuid, bigint), count_days_before(timestamptz) FROM PUBLIC;
 
 -- How far a calibration lies from the one that was in force when it was made.
 
@@ -439,7 +475,8 @@ CREATE VIEW machine_work AS
            IS NOT NULL) AS awaiting_since,
          (array_agg(k.correction_id ORDER BY b.awaiting_since) FILTER (WHERE k.correction_id IS NOT NULL))[1] AS first_awaiting_id
   FROM blade_cycles b
-  LEFT JOIN corrections k ON b.awaiting_since IS NOT NULL AND k.correction_id = b.correction_id AND k.valid_until > statement_timestamp()
+  LEFT JOIN corrections k ON b.awaiting_since IS NOT NULL AND k.correction_id = b.correction_id
+    AND correction_state(k.correction_id) = 'DRAFT'
   WHERE b.begun_at > statement_timestamp() - interval '30 days'
   GROUP BY b.machine_id;
 COMMENT ON VIEW machine_work IS 'Blades in work at each machine, and those of them whose correction waits for a person.';
@@ -447,6 +484,6 @@ COMMENT ON VIEW machine_work IS 'Blades in work at each machine, and those of th
 GRANT SELECT ON machine_activity, machine_contacts, machine_calibrations, machine_damages, machine_work TO sixpoint_plant;
 GRANT SELECT (scan_id, header, next_block, point_count, stored_bytes, started_at, touched_at) ON scan_uploads TO sixpoint_plant;
 
--- What was recorded before.
-SELECT rebuild_summaries();
+-- What was recorded before; one by one, of which a migration has no time for many years, what hours are kept of.
+SELECT rebuild_summaries(statement_timestamp() - interval '62 days');
 SELECT keep_drift(c.calibration_id) FROM calibrations c JOIN record_names n ON n.record_id = c.calibration_id ORDER BY n.record_sequence;

@@ -42,6 +42,8 @@ CREATE OR REPLACE VIEW recorded AS
          work_order AS entry_order, operation AS entry_operation
   FROM record_entries;
 
+-- Not by months, which detach_month takes out: a blade that is scrap stays so, and with the row gone it would be released by rule again.
+-- A person decides of few blades.
 CREATE TABLE dispositions (
   disposition_id uuid NOT NULL,
   inspection_id uuid NOT NULL,
@@ -61,18 +63,13 @@ CREATE TABLE dispositions (
     AND (disposition <> 'CONCESSION' OR reference IS NOT NULL)),
   CONSTRAINT dispositions_texts CHECK (requested_by <> '' AND octet_length(requested_by) <= 200
     AND software_version <> '' AND octet_length(software_version) <= 200)
-) PARTITION BY RANGE (disposition_id);
+);
 CREATE INDEX dispositions_by_inspection ON dispositions (inspection_id);
 CREATE INDEX dispositions_by_blade ON dispositions (blade_serial);
 COMMENT ON TABLE dispositions IS
   'What a person decided about an inspected blade, beside the verdict, which stays. Of an inspection and of a blade the newest holds.';
 COMMENT ON COLUMN dispositions.reference IS 'A number elsewhere, such as the concession''s; NULL: none.';
 SELECT make_append_only('dispositions');
-SELECT make_partitions(3);
--- And the months that results have already: what was judged then can be disposed of.
-SELECT make_partition(t.held_by, t.name, t.by_uuid, to_date(right(c.relname, 7), 'YYYY_MM'))
-FROM pg_inherits i JOIN pg_class c ON c.oid = i.inhrelid, (SELECT * FROM partitioned_tables WHERE name = 'dispositions') t
-WHERE i.inhparent = 'inspections'::regclass;
 
 CREATE TRIGGER pseudonyms BEFORE INSERT ON blade_work_orders FOR EACH ROW EXECUTE FUNCTION keep_pseudonym_of_requested_by();
 CREATE TRIGGER pseudonyms BEFORE INSERT ON dispositions FOR EACH ROW EXECUTE FUNCTION keep_pseudonym_of_requested_by();
@@ -87,13 +84,24 @@ LANGUAGE sql STABLE SECURITY DEFINER SET search_path = public, pg_temp AS $$
 $$;
 COMMENT ON FUNCTION scrapped_by(text) IS 'The disposition by which a blade is scrap: the newest of the blade, if that is SCRAP; NULL: it is not.';
 
--- As V0012 has it, and nothing of a blade that was scrapped since the program was released.
+-- Asked before a program leaves. A correction that tells of the disposition in its checks was released by a person in spite of it.
+CREATE FUNCTION scrapped_against(of_correction uuid) RETURNS uuid
+LANGUAGE sql STABLE SECURITY DEFINER SET search_path = public, pg_temp AS $$
+  SELECT d.record_id FROM correction_releases l JOIN record_names d ON d.record_id = scrapped_by(l.blade_serial)
+  WHERE l.correction_id = of_correction
+    AND (d.record_sequence > l.release_sequence
+         OR NOT EXISTS (SELECT 1 FROM correction_checks k WHERE k.correction_id = of_correction AND k.kind = 'SCRAPPED'))
+$$;
+COMMENT ON FUNCTION scrapped_against(uuid) IS
+  'The disposition by which the blade of a released correction is scrap, if nobody released it in spite of that: it was recorded after the '
+  'release, or the gate never told of it. NULL: there is none.';
+
+-- As V0012 has it, and nothing of a blade that was scrapped since the program was released, or of which its gate never told that.
 CREATE OR REPLACE FUNCTION refuse_unreleased_fetch() RETURNS trigger
 LANGUAGE plpgsql SECURITY DEFINER SET search_path = public, pg_temp AS $$
 DECLARE
   found_state text := (SELECT state FROM correction_states WHERE correction_id = NEW.correction_id);
-  scrapped uuid := (SELECT d.record_id FROM correction_releases l JOIN record_names d ON d.record_id = scrapped_by(l.blade_serial)
-                    WHERE l.correction_id = NEW.correction_id AND d.record_sequence > l.release_sequence);
+  scrapped uuid := scrapped_against(NEW.correction_id);
 BEGIN
   IF found_state IS DISTINCT FROM 'RELEASED' THEN
     RAISE EXCEPTION 'corrections/%: %, want RELEASED', NEW.correction_id, found_state
@@ -174,5 +182,5 @@ $$;
 GRANT INSERT ON blade_work_orders TO sixpoint_plant;
 GRANT SELECT, INSERT ON dispositions TO sixpoint_inspection;
 GRANT SELECT ON blade_work_orders, dispositions TO sixpoint_ledger;
-REVOKE EXECUTE ON FUNCTION scrapped_by(text) FROM PUBLIC;
-GRANT EXECUTE ON FUNCTION scrapped_by(text) TO sixpoint_correction;
+REVOKE EXECUTE ON FUNCTION scrapped_by(text), scrapped_against(uuid) FROM PUBLIC;
+GRANT EXECUTE ON FUNCTION scrapped_by(text), scrapped_against(uuid) TO sixpoint_correction;

@@ -24,9 +24,11 @@ constexpr std::chrono::milliseconds kEarly{250};
 
 // client_connection_check_interval: a statement whose client is gone stops by itself. idle_in_transaction_session_timeout: a
 // service that is frozen while it holds a lock (the journal's) keeps it no longer. jit: a page of a list looks dear enough to be compiled, which
-// then takes longer than the page.
+// then takes longer than the page. search_path first, by a statement that nothing can stand in for: whoever may alter a role or a
+// database would put a schema of his before the built-in functions.
 constexpr char kSession[] =
-    "SET timezone = 'UTC'; SET datestyle = 'ISO, YMD'; SET extra_float_digits = 1; SET bytea_output = 'hex'; "
+    "SET search_path = public, pg_temp; SET timezone = 'UTC'; SET datestyle = 'ISO, YMD'; SET extra_float_digits = 1; "
+    "SET bytea_output = 'hex'; "
     "SET client_encoding = 'UTF8'; SET client_min_messages = 'warning'; SET standard_conforming_strings = on; "
     "SET client_connection_check_interval = '2s'; SET idle_in_transaction_session_timeout = '8s'; "
     "SET jit = off";

@@ -28,6 +28,7 @@ constexpr char kSelectFetch[] =
     "WHERE "
     "fetch_id = $1";
 constexpr char kSelectScrapped[] = "SELECT scrapped_by($1)";
+constexpr char kSelectScrappedAgainst[] = "SELECT scrapped_against($1)";
 constexpr char kSelectCutHoles[] =
     "SELECT k.correction_id, k.group_name, k.hole_name FROM corrections c JOIN correction_cuts k USING (correction_id) "
     "WHERE c.blade_serial = $1 ORDER BY k.correction_id, k.group_name, k.hole_name";
@@ -217,17 +218,28 @@ class PostgresCorrectionEvents final : public CorrectionEventStore {
     });
   }
 
+  absl::StatusOr<std::string> TemplateOf(const CorrectionRow& correction, Deadline deadline) const override {
+    if (correction.template_sha256.empty()) return std::string();
+    return OneRead(*database_, deadline, [&](Transaction& t) { return GetBlob(t, correction.template_sha256); });
+  }
   absl::StatusOr<std::optional<std::string>> ScrappedBy(const std::string& blade_serial,
                                                         Deadline deadline) const override {
+    return Scrapped(kSelectScrapped, Params().Text(blade_serial), deadline);
+  }
+  absl::StatusOr<std::optional<std::string>> ScrappedAgainst(const std::string& correction_id,
+                                                             Deadline deadline) const override {
+    return Scrapped(kSelectScrappedAgainst, Params().Uuid(correction_id), deadline);
+  }
+
+ private:
+  absl::StatusOr<std::optional<std::string>> Scrapped(const char* sql, const Params& params, Deadline deadline) const {
     return OneRead(*database_, deadline, [&](Transaction& t) -> absl::StatusOr<std::optional<std::string>> {
-      const absl::StatusOr<Rows> rows = t.Execute(kSelectScrapped, Params().Text(blade_serial));
+      const absl::StatusOr<Rows> rows = t.Execute(sql, params);
       if (!rows.ok()) return rows.status();
       if (rows->IsNull(0, 0)) return std::nullopt;
       return rows->Checked(std::optional<std::string>(rows->Text(0, 0)));
     });
   }
-
- private:
   Database* const database_;
 };
 

@@ -316,11 +316,6 @@ absl::StatusOr<std::optional<CorrectionRow>> FindCorrection(Transaction& transac
   if (!rows.ok()) return rows.status();
   if (rows->empty()) return std::nullopt;
   CorrectionRow& correction = rows->front();
-  if (!correction.template_sha256.empty()) {
-    absl::StatusOr<std::string> text = GetBlob(transaction, correction.template_sha256);
-    if (!text.ok()) return text.status();
-    correction.nc_template = *std::move(text);
-  }
   if (!correction.program_sha256.empty()) {
     absl::StatusOr<std::string> text = GetBlob(transaction, correction.program_sha256);
     if (!text.ok()) return text.status();

@@ -92,19 +92,26 @@ class PostgresFleet final : public FleetReader {
   absl::StatusOr<FleetRows> Fleet(const FleetFilter& filter, Deadline deadline) const override {
     return OneRead(*database_, deadline, [&](Transaction& t) { return Read(t, filter); });
   }
-  absl::StatusOr<std::vector<ActivityRow>> Activity(const std::string& machine_id, const SummarySpan& span,
-                                                    Deadline deadline) const override {
-    return OneRead(*database_, deadline, [&](Transaction& t) -> absl::StatusOr<std::vector<ActivityRow>> {
-      std::vector<ActivityRow> activity;
-      const absl::Status read =
-          Each(t, kSelectActivity, Params().Text(TextOf(span.period)).Text(machine_id).Time(span.from).Time(span.until),
-               [&](const Rows& rows, int row) {
-                 activity.push_back({machine_id, rows.Time(row, 0), rows.Text(row, 1),
-                                     static_cast<int>(rows.Int(row, 2)), rows.Int(row, 3), rows.Real(row, 4)});
-               });
-      if (!read.ok()) return read;
-      return activity;
-    });
+  absl::StatusOr<std::optional<std::vector<ActivityRow>>> Activity(const std::string& machine_id,
+                                                                   const SummarySpan& span,
+                                                                   Deadline deadline) const override {
+    return OneRead(
+        *database_, deadline, [&](Transaction& t) -> absl::StatusOr<std::optional<std::vector<ActivityRow>>> {
+          std::vector<ActivityRow> activity;
+          absl::Status read = Each(
+              t, kSelectActivity, Params().Text(TextOf(span.period)).Text(machine_id).Time(span.from).Time(span.until),
+              [&](const Rows& rows, int row) {
+                activity.push_back({machine_id, rows.Time(row, 0), rows.Text(row, 1),
+                                    static_cast<int>(rows.Int(row, 2)), rows.Int(row, 3), rows.Real(row, 4)});
+              });
+          bool is_known = !activity.empty();
+          if (read.ok() && !is_known)
+            read = Each(t, kSelectMachines, Params().Text(machine_id).Text("").Int(1),
+                        [&](const Rows&, int) { is_known = true; });
+          if (!read.ok()) return read;
+          if (!is_known) return std::nullopt;
+          return activity;
+        });
   }
 
  private:

@@ -103,9 +103,10 @@ class FleetReader {
   virtual ~FleetReader() = default;
   // Machines of a page, and what is known of them.
   virtual absl::StatusOr<FleetRows> Fleet(const FleetFilter& filter, Deadline deadline) const = 0;
-  // Period by period, of one machine; none where nothing was.
-  virtual absl::StatusOr<std::vector<ActivityRow>> Activity(const std::string& machine_id, const SummarySpan& span,
-                                                            Deadline deadline) const = 0;
+  // Period by period, of one machine; empty where nothing was, none where there is no such machine.
+  virtual absl::StatusOr<std::optional<std::vector<ActivityRow>>> Activity(const std::string& machine_id,
+                                                                           const SummarySpan& span,
+                                                                           Deadline deadline) const = 0;
 };
 // In PostgreSQL; the database lives longer.
 std::shared_ptr<const FleetReader> FleetIn(Database* database);

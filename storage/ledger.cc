@@ -1,7 +1,6 @@
 #include "storage/ledger.h"
 
 #include <ctime>
-#include <set>
 #include <utility>
 
 namespace sixpoint::storage {
@@ -96,13 +95,13 @@ absl::StatusOr<ledger::CompactRange> RangeOf(Transaction& transaction, LeafSpan 
 struct NewLeaves {
   std::vector<std::int64_t> sequences;
   std::vector<std::string> ids, name_hex, content_hex;
-  std::vector<std::string> kept_ids, contents;  // of months that are here
+  std::vector<std::string> contents;
   std::vector<std::int64_t> levels, nodes;
   std::vector<std::string> node_hex;
 };
 
 NewLeaves LeavesOf(const std::vector<NamedRecord>& names, const std::map<std::string, Content>& contents,
-                   const std::set<std::string>& months, ledger::CompactRange range) {
+                   ledger::CompactRange range) {
   NewLeaves made;
   const auto on_node = [&](int level, std::int64_t index, const Hash& hash) {
     if (level < kLeastKeptLevel) return;
@@ -119,10 +118,7 @@ NewLeaves LeavesOf(const std::vector<NamedRecord>& names, const std::map<std::st
     made.ids.push_back(leaf.record_id);
     made.name_hex.push_back(HexOf(leaf.name_sha256));
     made.content_hex.push_back(HexOf(leaf.content_sha256));
-    if (months.count(MonthOf(name.record_id)) > 0) {
-      made.kept_ids.push_back(name.record_id);
-      made.contents.push_back(content);
-    }
+    made.contents.push_back(content);
     range.Append(ledger::LeafHash(LeafText(leaf)), on_node);
   }
   return made;
@@ -134,7 +130,7 @@ absl::Status Insert(Transaction& transaction, std::int64_t first, const NewLeave
   params.Digests(leaves.name_hex).Digests(leaves.content_hex);
   absl::Status done = transaction.Execute(kInsertLeaves, params).status();
   if (done.ok())
-    done = transaction.Execute(kInsertContents, Params().Uuids(leaves.kept_ids).Texts(leaves.contents)).status();
+    done = transaction.Execute(kInsertContents, Params().Uuids(leaves.ids).Texts(leaves.contents)).status();
   if (!done.ok() || leaves.levels.empty()) return done;
   Params nodes;
   nodes.Text(NumbersText(leaves.levels)).Text(NumbersText(leaves.nodes)).Digests(leaves.node_hex);
@@ -166,11 +162,9 @@ absl::StatusOr<Sealed> SealEntries(Transaction& transaction, std::int64_t limit)
   for (const NamedRecord& name : *names) ids.push_back(name.record_id);
   const auto contents = ReadContents(transaction, *columns, ids);
   if (!contents.ok()) return contents.status();
-  const absl::StatusOr<std::set<std::string>> months = AttachedMonths(transaction);
-  if (!months.ok()) return months.status();
   absl::StatusOr<ledger::CompactRange> range = RangeOf(transaction, {0, end->size});
   if (!range.ok()) return range.status();
-  const NewLeaves leaves = LeavesOf(*names, *contents, *months, *std::move(range));
+  const NewLeaves leaves = LeavesOf(*names, *contents, *std::move(range));
   if (absl::Status inserted = Insert(transaction, end->size, leaves); !inserted.ok()) return inserted;
   const auto count = static_cast<std::int64_t>(names->size());
   return Sealed{count, count == limit};

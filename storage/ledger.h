@@ -59,7 +59,7 @@ absl::StatusOr<std::vector<KeptHead>> ReadHeads(Transaction& transaction, std::i
 // An entry that concerns a blade, with what proves it.
 struct SealedEntry {
   ledger::Leaf leaf;
-  std::string content;  // empty: its month is not here
+  std::string content;  // empty: nothing belonged to it, or it was taken away
 };
 // Those among the first `size` leaves, oldest first; from after a sequence.
 absl::StatusOr<std::vector<SealedEntry>> SealedOfBlade(Transaction& transaction, const std::string& serial,

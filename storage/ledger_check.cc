@@ -27,14 +27,6 @@ constexpr char kUnplain[] =
     "WHERE c.oid IS NULL OR c.relkind NOT IN ('r', 'p') OR c.relrowsecurity "
     "OR EXISTS (SELECT 1 FROM pg_rewrite r WHERE r.ev_class = c.oid)";
 constexpr char kCountUnsealed[] = "SELECT count(*) FROM public.record_names WHERE record_sequence > $1";
-constexpr char kBlobs[] =
-    "SELECT b.sha256, CASE WHEN b.deleted_at IS NULL THEN b.store = 'postgresql' AND sha256(b.bytes) IS DISTINCT FROM "
-    "b.sha256 END, b.deleted_at IS NOT NULL AND EXISTS (SELECT 1 FROM public.scan_blocks s WHERE (s.blob_sha256 = "
-    "b.sha256 OR "
-    "s.evidence_sha256 = b.sha256) AND NOT EXISTS (SELECT 1 FROM public.scan_deletions d WHERE d.scan_key = "
-    "s.scan_key)) "
-    "FROM public.blobs b WHERE b.sha256 > $1 ORDER BY b.sha256 LIMIT $2";
-
 struct BlobReference {
   const char *table, *column;
 };
@@ -43,6 +35,21 @@ constexpr BlobReference kBlobReferences[] = {
     {"tessellations", "surface_sha256"},  {"calibrations", "request_sha256"},    {"studies", "request_sha256"},
     {"corrections", "nc_program_sha256"}, {"corrections", "nc_template_sha256"}, {"corrections", "nc_held_sha256"},
     {"program_fetches", "program_sha256"}};
+
+// Bytes may be gone where a deletion says so, and that is of scans alone.
+std::string BlobsSql() {
+  std::string named = "false";
+  for (const BlobReference& reference : kBlobReferences) {
+    named += std::string(" OR EXISTS (SELECT 1 FROM public.") + reference.table + " t WHERE t." + reference.column +
+             " = b.sha256";
+    if (std::string(reference.table) == "scan_blocks")
+      named += " AND NOT EXISTS (SELECT 1 FROM public.scan_deletions d WHERE d.scan_key = t.scan_key)";
+    named += ")";
+  }
+  return "SELECT b.sha256, CASE WHEN b.deleted_at IS NULL THEN b.store = 'postgresql' AND sha256(b.bytes) IS DISTINCT "
+         "FROM b.sha256 END, b.deleted_at IS NOT NULL AND (" +
+         named + ") FROM public.blobs b WHERE b.sha256 > $1 ORDER BY b.sha256 LIMIT $2";
+}
 
 // All that a slice is checked by.
 struct SealedSlice {
@@ -101,20 +108,24 @@ class SliceCheck {
 
   absl::Status Check(const Leaf& leaf) {
     if (absl::Status named = CheckName(leaf); !named.ok()) return named;
-    const std::string month = MonthOf(leaf.record_id);
-    if (sealed_.months.count(month) == 0) {
-      ++slice_.not_here[month];
+    if (leaf.format != kLedgerFormat) {
+      Add(leaf, DamageKind::kChanged, "ledger_leaves",
+          "of format " + std::to_string(leaf.format) + ", want " + std::to_string(kLedgerFormat));
       return absl::OkStatus();
     }
     const auto now = sealed_.contents.find(leaf.record_id);
     const Content rows = now == sealed_.contents.end() ? Content() : now->second;
+    const std::string month = MonthOf(leaf.record_id);
+    const bool is_here = sealed_.months.count(month) > 0 || HasRowsOfItsMonth(rows);
+    if (!is_here) ++slice_.not_here[month];
     const auto kept = sealed_.kept.find(leaf.record_id);
     const bool is_kept = kept != sealed_.kept.end() && ledger::Sha256(kept->second) == leaf.content_sha256;
     if (!is_kept)
       Add(leaf, kept == sealed_.kept.end() ? DamageKind::kMissing : DamageKind::kChanged, "ledger_contents",
           "what was sealed of its tables");
     if (ledger::Sha256(ContentText(rows)) == leaf.content_sha256) return absl::OkStatus();
-    if (is_kept) return Compare(leaf, ContentOf(kept->second), rows);
+    if (is_kept) return Compare(leaf, ContentOf(kept->second), rows, is_here);
+    if (!is_here) return absl::OkStatus();  // without what was sealed nothing says which rows stayed
     Add(leaf, DamageKind::kChanged, "ledger_leaves", "its leaf does not fit to its rows");
     return absl::OkStatus();
   }
@@ -139,6 +150,20 @@ class SliceCheck {
                               leaf.record_sequence, detail});
   }
 
+  // Rows of an entry are in its month or nowhere, but for those that stand with what the entry was made from.
+  static bool HasRowsOfItsMonth(const Content& rows) {
+    return std::any_of(rows.begin(), rows.end(), [](const auto& of_table) {
+      const LedgerTable* const table = TableOf(of_table.first);
+      return IsByMonths(of_table.first) && table != nullptr && !table->kept_by_another;
+    });
+  }
+
+  static const LedgerTable* TableOf(const std::string& name) {
+    const auto found = std::find_if(LedgerTables().begin(), LedgerTables().end(),
+                                    [&](const LedgerTable& one) { return name == one.name; });
+    return found == LedgerTables().end() ? nullptr : &*found;
+  }
+
   absl::Status CheckName(const Leaf& leaf) {
     const auto found = sealed_.names.find(leaf.record_id);
     if (found != sealed_.names.end()) {
@@ -160,7 +185,8 @@ class SliceCheck {
     return elsewhere->status();
   }
 
-  absl::Status Compare(const Leaf& leaf, const Content& sealed, const Content& now) {
+  // is_here: its month; else the rows of months are elsewhere, and those of the other tables must have stayed.
+  absl::Status Compare(const Leaf& leaf, const Content& sealed, const Content& now, bool is_here) {
     std::set<std::string> tables;
     for (const auto& [table, rows] : sealed) tables.insert(table);
     for (const auto& [table, rows] : now) tables.insert(table);
@@ -169,6 +195,7 @@ class SliceCheck {
       const RowsDigest before = was == sealed.end() ? RowsDigest() : was->second;
       const RowsDigest after = is == now.end() ? RowsDigest() : is->second;
       if (before.count == after.count && before.sha256 == after.sha256) continue;
+      if (!is_here && after.count == 0 && IsByMonths(table)) continue;
       if (after.count < before.count) {
         const absl::StatusOr<bool> elsewhere = IsKeptElsewhere(leaf, table);
         if (!elsewhere.ok()) return elsewhere.status();
@@ -184,9 +211,8 @@ class SliceCheck {
 
   // Rows that stand in the month of what the entry was made from, and went with it.
   absl::StatusOr<bool> IsKeptElsewhere(const Leaf& leaf, const std::string& table) {
-    const auto found = std::find_if(LedgerTables().begin(), LedgerTables().end(),
-                                    [&](const LedgerTable& one) { return table == one.name; });
-    if (found == LedgerTables().end() || !found->kept_by_another) return false;
+    const LedgerTable* const found = TableOf(table);
+    if (found == nullptr || !found->kept_by_another) return false;
     const absl::StatusOr<Rows> inputs = transaction_.Execute(kInputsOf, Params().Uuid(leaf.record_id));
     if (!inputs.ok()) return inputs.status();
     for (int row = 0; row < inputs->count(); ++row) {
@@ -269,7 +295,7 @@ absl::StatusOr<std::int64_t> CountUnsealed(Transaction& transaction, std::int64_
 }
 
 absl::StatusOr<BlobSlice> CheckBlobSlice(Transaction& transaction, const std::string& after_sha256, int limit) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kBlobs, Params().Digest(after_sha256).Int(limit));
+  const absl::StatusOr<Rows> rows = transaction.Execute(BlobsSql(), Params().Digest(after_sha256).Int(limit));
   if (!rows.ok()) return rows.status();
   BlobSlice slice;
   slice.count = rows->count();

@@ -6,6 +6,7 @@
 #include <absl/status/statusor.h>
 
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -33,7 +34,8 @@ struct LedgerSlice {
       not_here;  // entries by the month that was detached: their leaves stand, their rows are elsewhere
   std::int64_t last_sequence = 0;
 };
-// after_sequence: last_sequence of the slice before; 0 for the first.
+// after_sequence: last_sequence of the slice before; kBeforeAll for the first: what was put before the first entry is found, too.
+inline constexpr std::int64_t kBeforeAll = std::numeric_limits<std::int64_t>::min();
 absl::StatusOr<LedgerSlice> CheckSlice(Transaction& transaction, ledger::LeafSpan span, std::int64_t after_sequence);
 
 // Whether what the services read are the tables themselves, with no view, rule or policy before them.

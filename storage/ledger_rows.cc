@@ -2,25 +2,30 @@
 
 #include <algorithm>
 #include <ctime>
+#include <limits>
 #include <sstream>
 
 namespace sixpoint::storage {
 namespace {
 
-// Built-in functions and operators first, whatever the role's path; JIT compiles for longer than it runs.
+// Built-in functions and operators alone, whatever the path of the role or the database; by a statement that no function stands in for.
+constexpr char kPath[] = "SET LOCAL search_path = pg_catalog, pg_temp";
+// JIT compiles for longer than it runs.
 constexpr char kBegin[] =
-    "SELECT set_config('role', 'sixpoint_ledger', true), set_config('search_path', 'pg_catalog, pg_temp', true), "
-    "set_config('timezone', 'UTC', true), set_config('datestyle', 'ISO, YMD', true), "
-    "set_config('intervalstyle', 'postgres', true), set_config('bytea_output', 'hex', true), "
-    "set_config('extra_float_digits', '1', true), set_config('quote_all_identifiers', 'off', true), "
-    "set_config('jit', 'off', true), set_config('row_security', 'off', true)";
+    "SELECT pg_catalog.set_config('role', 'sixpoint_ledger', true), pg_catalog.set_config('timezone', 'UTC', true), "
+    "pg_catalog.set_config('datestyle', 'ISO, YMD', true), pg_catalog.set_config('intervalstyle', 'postgres', true), "
+    "pg_catalog.set_config('bytea_output', 'hex', true), pg_catalog.set_config('extra_float_digits', '1', true), "
+    "pg_catalog.set_config('quote_all_identifiers', 'off', true), pg_catalog.set_config('jit', 'off', true), "
+    "pg_catalog.set_config('row_security', 'off', true)";
 constexpr char kColumns[] =
     "SELECT c.relname, a.attname FROM pg_class c JOIN pg_attribute a ON a.attrelid = c.oid "
     "WHERE c.relnamespace = 'public'::regnamespace AND c.relname = ANY ($1) AND a.attnum > 0 AND NOT a.attisdropped "
     "ORDER BY c.relname, a.attname COLLATE \"C\"";
+// By the bound, which holds for the rows: a name may be anything.
 constexpr char kMonths[] =
-    "SELECT right(c.relname, 7) FROM pg_inherits i JOIN pg_class c ON c.oid = i.inhrelid "
-    "WHERE i.inhparent = 'public.record_entries'::regclass";
+    "SELECT substring(pg_get_expr(c.relpartbound, c.oid) FROM "
+    "'[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}') FROM pg_inherits i JOIN pg_class c ON c.oid = "
+    "i.inhrelid WHERE i.inhparent = 'public.record_entries'::regclass";
 
 constexpr char kByPart[] = "JOIN public.part_revisions r ON r.part_id = t.part_id AND r.revision = t.revision";
 constexpr char kByMachine[] =
@@ -119,7 +124,36 @@ const std::vector<LedgerTable>& LedgerTables() {
   return *tables;
 }
 
-absl::Status BeginLedger(Transaction& transaction) { return transaction.Execute(kBegin).status(); }
+absl::Status BeginLedger(Transaction& transaction) {
+  const absl::Status path = transaction.Execute(kPath).status();
+  return path.ok() ? transaction.Execute(kBegin).status() : path;
+}
+
+bool IsByMonths(const std::string& table) {
+  static const auto* const tables = new std::set<std::string>{"correction_checks",
+                                                              "correction_cuts",
+                                                              "correction_events",
+                                                              "correction_groups",
+                                                              "correction_holes",
+                                                              "corrections",
+                                                              "inspection_holes",
+                                                              "inspection_scans",
+                                                              "inspections",
+                                                              "program_fetches",
+                                                              "record_entries",
+                                                              "record_inputs",
+                                                              "record_roots",
+                                                              "registration_agreements",
+                                                              "registration_angles",
+                                                              "registration_datums",
+                                                              "registration_error_sources",
+                                                              "registration_scans",
+                                                              "registrations",
+                                                              "scan_blocks",
+                                                              "scan_deletions",
+                                                              "scans"};
+  return tables->count(table) > 0;
+}
 
 absl::StatusOr<LedgerColumns> ReadLedgerColumns(Transaction& transaction) {
   std::vector<std::string> names = {"record_names"};
@@ -203,8 +237,10 @@ absl::StatusOr<std::vector<NamedRecord>> ReadNames(Transaction& transaction, con
                                                    std::int64_t after, std::int64_t until, std::int64_t limit) {
   const absl::StatusOr<std::vector<std::string>> of_table = ColumnsOf(columns, "record_names");
   if (!of_table.ok()) return of_table.status();
+  const std::string beyond = after == std::numeric_limits<std::int64_t>::min() ? ">=" : ">";
   const std::string sql = "SELECT t.record_id, t.name, t.record_sequence, sha256(convert_to(" + RowTextSql(*of_table) +
-                          ", 'UTF8')) FROM public.record_names t WHERE t.record_sequence > $1 AND t.record_sequence <= "
+                          ", 'UTF8')) FROM public.record_names t WHERE t.record_sequence " + beyond +
+                          " $1 AND t.record_sequence <= "
                           "$2 ORDER BY t.record_sequence LIMIT $3";
   const absl::StatusOr<Rows> rows = transaction.Execute(sql, Params().Int(after).Int(until).Int(limit));
   if (!rows.ok()) return rows.status();
@@ -230,7 +266,8 @@ absl::StatusOr<std::set<std::string>> AttachedMonths(Transaction& transaction) {
   const absl::StatusOr<Rows> rows = transaction.Execute(kMonths);
   if (!rows.ok()) return rows.status();
   std::set<std::string> months;
-  for (int row = 0; row < rows->count(); ++row) months.insert(rows->Text(row, 0));
+  for (int row = 0; row < rows->count(); ++row)
+    if (!rows->IsNull(row, 0)) months.insert(MonthOf(rows->Text(row, 0)));
   return rows->Checked(std::move(months));
 }
 

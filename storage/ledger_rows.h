@@ -27,6 +27,9 @@ struct LedgerTable {
 };
 // All of them, by name (tests/storage/ledger_test.cc asks the schema for one that is missing here).
 const std::vector<LedgerTable>& LedgerTables();
+// Whether its rows go with a month that is detached; the rows of the others stay. Here and not asked of the database, which would excuse
+// what was taken away (the same test compares with the schema).
+bool IsByMonths(const std::string& table);
 
 // Of a transaction: the role that reads the record, and how values are written.
 absl::Status BeginLedger(Transaction& transaction);
@@ -61,7 +64,7 @@ struct NamedRecord {
   std::int64_t sequence = 0;
   std::string row_sha256;  // 32 bytes
 };
-// Entries after one sequence and up to another, in order.
+// Entries after one sequence and up to another, in order; after the least number there is: that too.
 absl::StatusOr<std::vector<NamedRecord>> ReadNames(Transaction& transaction, const LedgerColumns& columns,
                                                    std::int64_t after, std::int64_t until, std::int64_t limit);
 

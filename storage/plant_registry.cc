@@ -4,7 +4,6 @@
 
 #include "storage/clearances.h"
 #include "storage/requests.h"
-#include "storage/work_orders.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -77,30 +76,6 @@ constexpr char kSelectArtefactIds[] = SIXPOINT_SELECT_IDS("artefact_id", "artefa
 constexpr char kSelectPartIds[] = SIXPOINT_SELECT_IDS("part_id", "part_revisions", "AND part_id <> ALL ($5::text[]) ");
 #undef SIXPOINT_SELECT_IDS
 
-constexpr char kInsertBlade[] = "INSERT INTO blades (blade_serial, part_id, record_id) VALUES ($1, $2, $3)";
-constexpr char kLockBlade[] = "SELECT pg_advisory_xact_lock(hashtextextended('blades/' || $1, 0))";
-#define SIXPOINT_SELECT_BLADES                                                                                  \
-  "SELECT blades.blade_serial, part_id, record_sequence, recorded_at, work_order, operation FROM blades "       \
-  "JOIN record_names USING (record_id) LEFT JOIN LATERAL (SELECT o.work_order, o.operation FROM "               \
-  "blade_work_orders o WHERE o.blade_serial = blades.blade_serial ORDER BY o.revision DESC LIMIT 1) w ON true " \
-  "WHERE "
-constexpr char kSelectBlade[] = SIXPOINT_SELECT_BLADES "blade_serial = $1";
-constexpr char kSelectBlades[] = SIXPOINT_SELECT_BLADES
-    "blade_serial > $1 AND ($2 = '' OR part_id = $2) AND ($3::timestamptz IS NULL OR "
-    "recorded_at >= $3) AND ($4::timestamptz IS NULL OR recorded_at < $4) AND part_id <> ALL ($5::text[]) "
-    "AND ($6::text[] IS NULL OR blade_serial = ANY ($6::text[])) AND ($7 = '' OR (work_order = $7 AND blade_serial IN "
-    "(SELECT b.blade_serial FROM blade_work_orders b WHERE b.work_order = $7))) "
-    // '~' comes after all that a serial number may have.
-    "AND ($8 = '' OR (blades.blade_serial >= $8 AND blades.blade_serial < $8 || '~')) "
-    "AND ($9 = '' OR EXISTS (SELECT 1 FROM record_entries e WHERE e.blade_serial = blades.blade_serial AND "
-    "e.machine_id = $9)) "
-    "AND ($10 = '' OR $10 = (SELECT record_verdict(e.record_id, e.kind) FROM record_entries e WHERE e.blade_serial = "
-    "blades.blade_serial AND e.kind = 'inspection' ORDER BY e.record_sequence DESC LIMIT 1)) "
-    "AND ($11 = '' OR $11 = (SELECT record_state(e.record_id, e.kind) FROM record_entries e WHERE e.blade_serial = "
-    "blades.blade_serial AND e.kind = 'correction' ORDER BY e.record_sequence DESC LIMIT 1)) "
-    "ORDER BY blades.blade_serial LIMIT $12";
-#undef SIXPOINT_SELECT_BLADES
-
 // In the order of their columns.
 constexpr std::optional<double> MachineRow::*kMachineFigures[] = {
     &MachineRow::touch_offset_um,          &MachineRow::scanner_field_um,    &MachineRow::tool_offset_um,
@@ -130,14 +105,6 @@ template <typename Row>
 absl::StatusOr<Row> AsBefore(Transaction& transaction, const RecordEntry& entry, const std::string& name, Row row) {
   if (absl::Status kept = KeepRequest(transaction, entry.request, name); !kept.ok()) return kept;
   return row;
-}
-
-BladeRow ReadBlade(const Rows& rows, int row) {
-  return {rows.Text(row, 0),
-          rows.Text(row, 1),
-          {rows.Int(row, 2), rows.Time(row, 3)},
-          rows.OptionalText(row, 4),
-          rows.OptionalText(row, 5)};
 }
 
 }  // namespace
@@ -294,60 +261,6 @@ absl::StatusOr<std::optional<ArtefactRow>> FindArtefact(Transaction& transaction
         {features->Text(row, 0), features->Text(row, 1), features->Real(row, 2), features->Real(row, 3)});
   if (absl::Status read = rows->status(); !read.ok()) return read;
   return features->Checked(std::move(artefact));
-}
-
-absl::StatusOr<BladeRow> InsertBlade(Transaction& transaction, BladeRow blade, RecordEntry entry) {
-  if (const absl::StatusOr<Rows> locked = transaction.Execute(kLockBlade, Params().Text(blade.blade_serial));
-      !locked.ok())
-    return locked.status();
-  absl::StatusOr<std::optional<BladeRow>> known = FindBlade(transaction, blade.blade_serial);
-  if (!known.ok()) return known.status();
-  if (*known && (*known)->part_id == blade.part_id)
-    return AsBefore(transaction, entry, "blades/" + blade.blade_serial, **std::move(known));
-  if (*known) {
-    const auto hidden = FirstHidden(transaction, entry.reader, {"blades/" + blade.blade_serial}, Unrecorded::kIsSeen);
-    if (!hidden.ok()) return hidden.status();
-    if (hidden->has_value()) return NotSeen("serial", blade.blade_serial, entry.reader);
-    return absl::AlreadyExistsError("blade.part: parts/" + blade.part_id + ", want parts/" + (*known)->part_id +
-                                    ", which blade " + blade.blade_serial + " already is");
-  }
-  entry.kind = "blade";
-  entry.name = "blades/" + blade.blade_serial;
-  entry.blade = blade.blade_serial;
-  const std::string record_id = NewUuid();
-  const absl::StatusOr<Rows> inserted =
-      transaction.Execute(kInsertBlade, Params().Text(blade.blade_serial).Text(blade.part_id).Uuid(record_id));
-  if (!inserted.ok()) return inserted.status();
-  if (!blade.work_order.empty())
-    if (const absl::Status assigned = InsertWorkOrder(transaction, blade, entry, record_id); !assigned.ok())
-      return assigned;
-  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, record_id, entry);
-  if (!recorded.ok()) return recorded.status();
-  blade.recorded = *recorded;
-  return blade;
-}
-
-absl::StatusOr<std::optional<BladeRow>> FindBlade(Transaction& transaction, const std::string& serial) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlade, Params().Text(serial));
-  if (!rows.ok()) return rows.status();
-  if (rows->count() == 0) return std::nullopt;
-  return rows->Checked(ReadBlade(*rows, 0));
-}
-
-absl::StatusOr<std::vector<BladeRow>> ListBlades(Transaction& transaction, const BladeFilter& filter,
-                                                 const std::string& after, int limit) {
-  Params params;
-  params.Text(after).Text(filter.part_id);
-  AddSpan(filter.recorded, &params);
-  const absl::StatusOr<Sight> sight = SightOf(transaction, filter.reader);
-  if (!sight.ok()) return sight.status();
-  AddSight(*sight, &params);
-  params.Text(filter.work_order).Text(filter.serial_prefix).Text(filter.machine_id).Text(filter.verdict);
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlades, params.Text(filter.state).Int(limit));
-  if (!rows.ok()) return rows.status();
-  std::vector<BladeRow> blades;
-  for (int row = 0; row < rows->count(); ++row) blades.push_back(ReadBlade(*rows, row));
-  return rows->Checked(std::move(blades));
 }
 
 std::string CollectionOf(Registered what) {

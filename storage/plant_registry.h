@@ -177,8 +177,13 @@ struct BladeFilter {
   std::string serial_prefix = {}, machine_id = {};
   std::string verdict = {}, state = {};  // of the newest inspection, of the newest correction
 };
-absl::StatusOr<std::vector<BladeRow>> ListBlades(Transaction& transaction, const BladeFilter& filter,
-                                                 const std::string& after, int limit);
+struct BladePage {
+  std::vector<BladeRow> blades;
+  std::string looked_upto;  // further ones may follow this serial number, whatever was found; empty: there are none
+};
+// By serial number, from after `after` (empty: from the first).
+absl::StatusOr<BladePage> ListBlades(Transaction& transaction, const BladeFilter& filter, const std::string& after,
+                                     int limit);
 
 // Blobs of the CAD and of the surface have to be stored. Twice the same is once.
 absl::Status InsertTessellation(Transaction& transaction, const TessellationRow& tessellation,

@@ -75,8 +75,8 @@ class PostgresBlades final : public BladeStore {
   absl::StatusOr<std::optional<BladeRow>> Find(const std::string& serial, Deadline deadline) const override {
     return OneRead(*database_, deadline, [&](Transaction& t) { return FindBlade(t, serial); });
   }
-  absl::StatusOr<std::vector<BladeRow>> List(const BladeFilter& filter, const std::string& after, int limit,
-                                             Deadline deadline) const override {
+  absl::StatusOr<BladePage> List(const BladeFilter& filter, const std::string& after, int limit,
+                                 Deadline deadline) const override {
     return OneRead(*database_, deadline, [&](Transaction& t) { return ListBlades(t, filter, after, limit); });
   }
   absl::StatusOr<std::optional<BladeRow>> FindRecorded(const RecordedRequest& request,

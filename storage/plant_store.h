@@ -43,8 +43,8 @@ class BladeReader {
   virtual ~BladeReader() = default;
   virtual absl::StatusOr<std::optional<BladeRow>> Find(const std::string& serial, Deadline deadline) const = 0;
   // In order of serial, from after `after` (empty: from the first).
-  virtual absl::StatusOr<std::vector<BladeRow>> List(const BladeFilter& filter, const std::string& after, int limit,
-                                                     Deadline deadline) const = 0;
+  virtual absl::StatusOr<BladePage> List(const BladeFilter& filter, const std::string& after, int limit,
+                                         Deadline deadline) const = 0;
 };
 
 // Record answers a blade that is there with the same part as it is; ALREADY_EXISTS: with another part.

@@ -77,8 +77,9 @@ absl::StatusOr<WebhookRow> InsertWebhook(Transaction& transaction, const Webhook
   const auto kept = One(transaction, kSelectByRequest, row.request_id);
   if (!kept.ok()) return kept.status();
   if (kept->has_value()) {
-    const bool is_same =
-        (*kept)->webhook_id == row.webhook_id && (*kept)->url == row.url && IsSame((*kept)->filter, row.filter);
+    // The answer tells the secret: to nobody else, whatever he learned of the request.
+    const bool is_same = (*kept)->requested_by == row.requested_by && (*kept)->webhook_id == row.webhook_id &&
+                         (*kept)->url == row.url && IsSame((*kept)->filter, row.filter);
     if (is_same) return **kept;
     return absl::AlreadyExistsError("request_id: " + row.request_id + " was used for another request, want a new id");
   }

@@ -34,7 +34,7 @@ struct WebhookRow {
 // All of them are few: so many hold at once, and each has a thread.
 inline constexpr int kMostWebhooks = 16;
 
-// In a transaction of the caller's. The request_id that made one before is answered with that. ALREADY_EXISTS: the name, or the request_id,
+// In a transaction of the caller's. The request_id by which the same person made one before is answered with that. ALREADY_EXISTS: the name, or the request_id,
 // was another's; RESOURCE_EXHAUSTED: kMostWebhooks hold.
 absl::StatusOr<WebhookRow> InsertWebhook(Transaction& transaction, const WebhookRow& row);
 // What is withdrawn already is answered as it stands; none: there is none of that name.

@@ -23,5 +23,5 @@ def cost(run, row):
     row('ledger_read_s', '  the same rows read by plain SQL, s per 100,000 entries', per * checked['sql_s'])
     row('ledger_path_ms', '  the path of one entry, ms', 1e3 * checked['path_s'])
     row('ledger_kept_bytes', '  bytes an entry that stay for ever', checked['kept_bytes'] / checked['entries'])
-    row('ledger_month_bytes', '  bytes an entry that go with its month', checked['month_bytes'] / checked['entries'])
+    row('ledger_month_bytes', '  bytes an entry of contents, that stay too', checked['month_bytes'] / checked['entries'])
     row('ledger_verify_over_sql', '  compared over read', checked['verify_s'] / checked['sql_s'])

@@ -40,6 +40,13 @@ void TakeCutBefore(const std::vector<storage::CutHoleRow>& cut, Inputs* inputs) 
         inputs->cut_before.push_back(row.hole.group_name + "/" + row.hole.hole_name);
 }
 
+absl::Status ScrappedSince(const std::string& correction, const std::string& disposition_id) {
+  return runtime::Failure(errors::v1::PROGRAM_NOT_RELEASED,
+                          correction + ": its blade is scrap by dispositions/" + disposition_id +
+                              ", of which who released it was not told; want a new correction",
+                          {{"resource", correction}});
+}
+
 // Without what became of it since.
 absl::StatusOr<v1::Correction> AsMade(absl::StatusOr<v1::Correction> correction) {
   if (!correction.ok()) return correction;
@@ -58,7 +65,6 @@ v1::CorrectRequest RequestOf(const storage::CorrectionRow& row, const v1::Correc
   v1::CorrectRequest request;
   request.set_registration(recorded.registration());
   for (const storage::CorrectionGroupRow& group : row.groups) request.add_groups(group.group_name);
-  request.set_nc_template(row.nc_template);
   *request.mutable_work_offsets() = recorded.work_offsets();
   *request.mutable_tool_lengths() = recorded.tool_lengths();
   return request;
@@ -95,6 +101,10 @@ grpc::Status CorrectionService::Correct(grpc::ServerContext* context, const v1::
       runtime::RecordedResult<v1::Correction>(store_.get(), "correction.Correct", *request, caller, make, ToProto);
   if (!recorded.ok()) return ToGrpc(recorded.status());
   if (runtime::LastSegment(recorded->name()) == made_id) Metrics().recorded.Add(release);
+  // Its blade may have been scrapped while it was computed.
+  const auto scrapped = events_->ScrappedAgainst(runtime::LastSegment(recorded->name()), caller.deadline);
+  if (!scrapped.ok()) return ToGrpc(scrapped.status());
+  made = made && !scrapped->has_value();
   // What it is now, of a new one too: what it rests on may have been withdrawn. A program leaves with what made it; a retry may come
   // hours later, and asks FetchProgram.
   return runtime::Answer(
@@ -129,6 +139,8 @@ grpc::Status CorrectionService::ReplayCorrection(grpc::ServerContext* context,
   if (!row.ok()) return ToGrpc(row.status());
   const auto recorded = AsMade(ToProto(*row));
   if (!recorded.ok()) return ToGrpc(recorded.status());
+  const auto nc_template = events_->TemplateOf(*row, caller.deadline);
+  if (!nc_template.ok() && !absl::IsDataLoss(nc_template.status())) return ToGrpc(nc_template.status());
   const auto slot = running_.Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());
   registration::v1::ReplayRegistrationRequest of_registration;
@@ -137,7 +149,7 @@ grpc::Status CorrectionService::ReplayCorrection(grpc::ServerContext* context,
   const grpc::Status got =
       peers_->registration->ReplayRegistration(caller.make_context().get(), of_registration, &registration);
   if (!got.ok()) return ToGrpc(runtime::FromGrpc(got));
-  const auto now = AsMade(MakeAgain(*row, *recorded, caller));
+  const auto now = nc_template.ok() ? AsMade(MakeAgain(*row, *nc_template, *recorded, caller)) : nc_template.status();
   auto replay = now.ok() ? runtime::CompareReplay(*recorded, *now) : runtime::FailedReplay(*recorded, now.status());
   if (!replay.ok()) return ToGrpc(replay.status());
   for (const v1::ReleaseCheck& check : recorded->checks())
@@ -149,9 +161,11 @@ grpc::Status CorrectionService::ReplayCorrection(grpc::ServerContext* context,
 }
 
 absl::StatusOr<v1::Correction> CorrectionService::MakeAgain(const storage::CorrectionRow& row,
+                                                            const std::string& nc_template,
                                                             const v1::Correction& recorded,
                                                             const runtime::Caller& caller) const {
-  const v1::CorrectRequest request = RequestOf(row, recorded);
+  v1::CorrectRequest request = RequestOf(row, recorded);
+  request.set_nc_template(nc_template);
   const absl::StatusOr<Inputs> inputs = FetchAsRecorded(*peers_, recorded, request, caller);
   if (!inputs.ok()) return inputs.status();
   const absl::StatusOr<Corrected> corrected = CorrectBlade(request, *inputs, caller.keep_going);
@@ -190,7 +204,21 @@ absl::StatusOr<v1::Correction> CorrectionService::Decided(const char* call, cons
 grpc::Status CorrectionService::ReleaseCorrection(grpc::ServerContext* context,
                                                   const v1::ReleaseCorrectionRequest* request,
                                                   v1::Correction* response) {
-  return runtime::Answer(Decided("correction.ReleaseCorrection", *request, runtime::CallerOf(*context)), response);
+  const runtime::Caller caller = runtime::CallerOf(*context);
+  if (absl::Status status = CheckToldOfScrap(request->name(), caller); !status.ok()) return ToGrpc(status);
+  return runtime::Answer(Decided("correction.ReleaseCorrection", *request, caller), response);
+}
+
+// Who releases sees what the gate saw: a blade that was scrapped since needs a new correction, whose gate says so.
+absl::Status CorrectionService::CheckToldOfScrap(const std::string& name, const runtime::Caller& caller) const {
+  const auto found = store_->Find(runtime::LastSegment(name), caller.deadline);
+  if (!found.ok() || !found->has_value()) return found.status();  // the decision says that there is none
+  const auto& checks = (*found)->checks;
+  if (std::any_of(checks.begin(), checks.end(), [](const auto& check) { return check.kind == "SCRAPPED"; }))
+    return absl::OkStatus();
+  const auto scrapped = events_->ScrappedBy((*found)->blade_serial, caller.deadline);
+  if (!scrapped.ok()) return scrapped.status();
+  return scrapped->has_value() ? ScrappedSince(name, **scrapped) : absl::OkStatus();
 }
 
 grpc::Status CorrectionService::RefuseCorrection(grpc::ServerContext* context,
@@ -218,6 +246,9 @@ absl::StatusOr<v1::FetchProgramResponse> CorrectionService::Fetch(const v1::Fetc
   if (absl::Status status = CheckFetchable(correction, request); !status.ok()) return status;
   const auto registration = StandingRegistration(correction, *peers_, caller);
   if (!registration.ok()) return registration.status();
+  const auto scrapped = events_->ScrappedAgainst(correction.correction_id, caller.deadline);
+  if (!scrapped.ok()) return scrapped.status();
+  if (scrapped->has_value()) return ScrappedSince(request.name(), **scrapped);
   const auto before = events_->FindFetch(recorded, caller.deadline);
   if (!before.ok()) return before.status();
   if (before->has_value()) {

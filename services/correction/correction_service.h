@@ -43,9 +43,10 @@ class CorrectionService final : public v1::CorrectionService::Service {
                                                              const runtime::Caller& caller) const;
 
   // As it came out of what the row was made from.
-  absl::StatusOr<v1::Correction> MakeAgain(const storage::CorrectionRow& row, const v1::Correction& recorded,
-                                           const runtime::Caller& caller) const;
+  absl::StatusOr<v1::Correction> MakeAgain(const storage::CorrectionRow& row, const std::string& nc_template,
+                                           const v1::Correction& recorded, const runtime::Caller& caller) const;
   absl::StatusOr<v1::Correction> DryRun(const v1::CorrectRequest& request, const runtime::Caller& caller) const;
+  absl::Status CheckToldOfScrap(const std::string& name, const runtime::Caller& caller) const;
   // A decision that Decide made of the request, recorded.
   template <typename Request>
   absl::StatusOr<v1::Correction> Decided(const char* call, const Request& request, const runtime::Caller& caller) const;

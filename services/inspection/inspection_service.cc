@@ -1,6 +1,8 @@
 #include "services/inspection/inspection_service.h"
 
+#include <algorithm>
 #include <cstring>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -71,36 +73,44 @@ grpc::Status InspectionService::Rejudge(grpc::ServerContext* context, const v1::
   const runtime::Caller caller = runtime::CallerOf(*context);
   const absl::StatusOr<std::vector<std::string>> names = InspectionsOf(*peers_, *request, caller);
   if (!names.ok()) return ToGrpc(names.status());
-  int finished_count = 0, flip_count = 0;
-  for (const std::string& name : *names) {
-    auto response = RejudgeOne(*request, name, caller);
+  const std::set<std::string> wanted(names->begin(), names->end());
+  auto next = names->begin();
+  if (!request->after().empty()) {
+    next = std::find(names->begin(), names->end(), request->after());
+    if (next++ == names->end())
+      return ToGrpc(runtime::Refuse("after", request->after(), "one of those that this call judges"));
+  }
+  int flip_count = 0;
+  for (; next != names->end(); ++next) {
+    auto response = RejudgeOne(*request, *next, wanted, caller);
     if (!response.ok()) return ToGrpc(response.status());
-    flip_count += response->flips();
-    response->set_finished_count(++finished_count);
-    response->set_total_count(static_cast<int>(names->size()));
-    response->set_flip_count(flip_count);
-    if (!writer->Write(*response))
+    if (!response->has_value()) continue;
+    flip_count += (*response)->flips();
+    (*response)->set_finished_count(static_cast<int>(next - names->begin()) + 1);
+    (*response)->set_total_count(static_cast<int>(names->size()));
+    (*response)->set_flip_count(flip_count);
+    if (!writer->Write(**response))
       return ToGrpc(absl::CancelledError("rejudge: the client went away; what was judged is kept"));
   }
   return grpc::Status::OK;
 }
 
-absl::StatusOr<v1::RejudgeResponse> InspectionService::RejudgeOne(const v1::RejudgeRequest& request,
-                                                                  const std::string& name,
-                                                                  const runtime::Caller& caller) {
+absl::StatusOr<std::optional<v1::RejudgeResponse>> InspectionService::RejudgeOne(const v1::RejudgeRequest& request,
+                                                                                 const std::string& name,
+                                                                                 const std::set<std::string>& wanted,
+                                                                                 const runtime::Caller& caller) {
   const auto old = runtime::GetResult<v1::Inspection>(*store_, caller.deadline, "inspections", name,
                                                       errors::v1::INSPECTION_NOT_FOUND, ToProto);
-  if (!old.ok()) return old.status();
+  if (EndsTheCall(old.status())) return old.status();
+  if (!old.ok()) return NotRead(name, old.status());
+  if (wanted.count(old->rejudges()) > 0) return std::nullopt;  // the same scans
   const auto slot = running_.Enter(caller.deadline, caller.keep_going, runtime::ComputePool::Patience::kPatient);
   if (!slot.ok()) return slot.status();
   const auto again = AskedAgain(*peers_, request, *old, caller);
-  if (!again.ok()) return again.status();
+  if (EndsTheCall(again.status())) return again.status();
+  if (!again.ok()) return Beside(*old, again.status());
   const auto now = InspectOnce("inspection.Rejudge", *again, runtime::LastSegment(name), caller);
-  // Not of this blade: whoever asked calls again, and goes on.
-  const absl::Status& status = now.status();
-  if (absl::IsUnavailable(status) || absl::IsCancelled(status) || absl::IsDeadlineExceeded(status) ||
-      absl::IsResourceExhausted(status))
-    return status;
+  if (EndsTheCall(now.status())) return now.status();
   return Beside(*old, now);
 }
 

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <set>
+#include <string>
 
 #include "services/inspection/peers.h"
 #include "services/runtime/call.h"
@@ -39,8 +42,11 @@ class InspectionService final : public v1::InspectionService::Service {
   // call: whose request_id it is. rejudges_id: the inspection that it judges anew; empty: none.
   absl::StatusOr<v1::Inspection> InspectOnce(const char* call, const v1::InspectRequest& request,
                                              const std::string& rejudges_id, const runtime::Caller& caller);
-  absl::StatusOr<v1::RejudgeResponse> RejudgeOne(const v1::RejudgeRequest& request, const std::string& name,
-                                                 const runtime::Caller& caller);
+  // Nothing where it judges one of the others anew.
+  absl::StatusOr<std::optional<v1::RejudgeResponse>> RejudgeOne(const v1::RejudgeRequest& request,
+                                                                const std::string& name,
+                                                                const std::set<std::string>& wanted,
+                                                                const runtime::Caller& caller);
   absl::StatusOr<runtime::Made<storage::InspectionRow>> Make(const v1::InspectRequest& request,
                                                              const runtime::Caller& caller) const;
   absl::StatusOr<v1::Inspection> MakeAgain(const v1::Inspection& recorded, const runtime::Caller& caller) const;

@@ -1,6 +1,9 @@
 #include "services/inspection/rejudge.h"
 
+#include <google/protobuf/util/time_util.h>
+
 #include <algorithm>
+#include <chrono>
 #include <map>
 #include <utility>
 
@@ -15,6 +18,13 @@ namespace {
 
 constexpr std::size_t kMostInspections = 100'000;
 
+void SetRefusal(const absl::Status& status, v1::RejudgeResponse* response) {
+  v1::RejudgementRefusal& refusal = *response->mutable_refusal();
+  refusal.set_code(absl::StatusCodeToString(status.code()));
+  refusal.set_reason(runtime::ReasonOf(status));
+  refusal.set_message(runtime::ToGrpc(status).error_message());
+}
+
 }  // namespace
 
 absl::Status CheckRejudge(const v1::RejudgeRequest& request) {
@@ -26,8 +36,14 @@ absl::Status CheckRejudge(const v1::RejudgeRequest& request) {
   if (!request.recall().empty() && !request.has_recorded_before())
     refusals.Add(runtime::Refuse("recorded_before", "unset", "a moment: a call that goes on judges the same"));
   if (request.has_recorded_before()) refusals.Add(runtime::CheckMoment("recorded_before", request.recorded_before()));
+  // What this call records must not be of it when it goes on.
+  if (request.has_recorded_before() && runtime::MomentOf(request.recorded_before()) > std::chrono::system_clock::now())
+    refusals.Add(runtime::Refuse("recorded_before",
+                                 google::protobuf::util::TimeUtil::ToString(request.recorded_before()),
+                                 "a moment that is over"));
   if (!request.sensor_calibration().empty())
     refusals.Add(runtime::IdOf("sensor_calibration", "calibrations", request.sensor_calibration()).status());
+  if (!request.after().empty()) refusals.Add(runtime::IdOf("after", "inspections", request.after()).status());
   return refusals.status();
 }
 
@@ -69,16 +85,25 @@ absl::StatusOr<v1::InspectRequest> AskedAgain(const Peers& peers, const v1::Reju
   return again;
 }
 
+bool EndsTheCall(const absl::Status& status) {
+  return absl::IsUnavailable(status) || absl::IsCancelled(status) || absl::IsDeadlineExceeded(status) ||
+         absl::IsResourceExhausted(status);
+}
+
+v1::RejudgeResponse NotRead(const std::string& name, const absl::Status& status) {
+  v1::RejudgeResponse response;
+  response.set_rejudged(name);
+  SetRefusal(status, &response);
+  return response;
+}
+
 v1::RejudgeResponse Beside(const v1::Inspection& old, const absl::StatusOr<v1::Inspection>& now) {
   v1::RejudgeResponse response;
   response.set_rejudged(old.name());
   response.set_blade(old.blade());
   response.set_before(old.verdict());
   if (!now.ok()) {
-    v1::RejudgementRefusal& refusal = *response.mutable_refusal();
-    refusal.set_code(absl::StatusCodeToString(now.status().code()));
-    refusal.set_reason(runtime::ReasonOf(now.status()));
-    refusal.set_message(runtime::ToGrpc(now.status()).error_message());
+    SetRefusal(now.status(), &response);
     return response;
   }
   *response.mutable_inspection() = *now;

@@ -23,6 +23,10 @@ absl::StatusOr<std::vector<std::string>> InspectionsOf(const Peers& peers, const
 absl::StatusOr<v1::InspectRequest> AskedAgain(const Peers& peers, const v1::RejudgeRequest& request,
                                               const v1::Inspection& old, const runtime::Caller& caller);
 
+// Whether a failure is not of one inspection: whoever asked calls again, and goes on.
+bool EndsTheCall(const absl::Status& status);
+// The old one could not be read.
+v1::RejudgeResponse NotRead(const std::string& name, const absl::Status& status);
 // What became of it; now: the new inspection, or why there is none.
 v1::RejudgeResponse Beside(const v1::Inspection& old, const absl::StatusOr<v1::Inspection>& now);
 

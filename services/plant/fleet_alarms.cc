@@ -47,9 +47,10 @@ void AddUncalibrated(const MachineRows& machine, Instant since, std::vector<v1::
   for (const char* kind : {"sensor", "rotation"}) {
     const auto is_of_kind = [&](const storage::MachineCalibrationRow* c) { return c->kind == kind; };
     if (std::any_of(machine.calibrations.begin(), machine.calibrations.end(), is_of_kind)) continue;
-    alarms->push_back(Alarm(v1::ALARM_KIND_NOT_CALIBRATED, since, "",
-                            std::string("no calibration of kind ") + kind + " was ever in force",
-                            std::string("calibrate: sixpoint calibrate ") + kind));
+    alarms->push_back(
+        Alarm(v1::ALARM_KIND_NOT_CALIBRATED, since, "",
+              std::string("of kind ") + kind + " none is in force: never made, still a draft, or withdrawn",
+              std::string("calibrate: sixpoint calibrate ") + kind));
   }
 }
 

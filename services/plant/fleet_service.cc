@@ -120,8 +120,12 @@ grpc::Status FleetService::GetMachineActivity(grpc::ServerContext* context,
   const SummarySpan span = Widened(asked->from, asked->until, SummaryPeriod::kHour);
   const auto rows = fleet_->Activity(*machine_id, span, runtime::DeadlineOf(*context));
   if (!rows.ok()) return ToGrpc(rows.status());
+  if (!rows->has_value())
+    return ToGrpc(runtime::Failure(errors::v1::MACHINE_NOT_FOUND,
+                                   "machine: " + request->machine() + ", want one that is registered",
+                                   {{"resource", request->machine()}}));
   response->set_machine(request->machine());
-  for (v1::ActivityHour& hour : HoursOf(*rows)) *response->add_hours() = std::move(hour);
+  for (v1::ActivityHour& hour : HoursOf(**rows)) *response->add_hours() = std::move(hour);
   runtime::ToProto(span.from, response->mutable_counted_from());
   runtime::ToProto(span.until, response->mutable_counted_until());
   return grpc::Status::OK;

@@ -125,9 +125,11 @@ absl::Status ListBladesOf(const storage::BladeReader& reader, const grpc::Server
   const std::string filters = runtime::FiltersOf(request);
   const absl::StatusOr<runtime::IdPage> page = runtime::IdPageOf(filters, request.page_size(), request.page_token());
   if (!page.ok()) return page.status();
-  const auto blades = reader.List(filter, page->after_id, page->size + 1, runtime::DeadlineOf(context));
-  if (!blades.ok()) return blades.status();
-  AddIdPage(*blades, page->size, filters, response->mutable_blades(), response->mutable_next_page_token());
+  const auto listed = reader.List(filter, page->after_id, page->size + 1, runtime::DeadlineOf(context));
+  if (!listed.ok()) return listed.status();
+  AddIdPage(listed->blades, page->size, filters, response->mutable_blades(), response->mutable_next_page_token());
+  if (response->next_page_token().empty() && !listed->looked_upto.empty())
+    response->set_next_page_token(runtime::TokenAfterId(filters, listed->looked_upto));
   return absl::OkStatus();
 }
 

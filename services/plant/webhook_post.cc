@@ -30,21 +30,35 @@ std::string Part(CURLU* url, CURLUPart part) {
   return copy;
 }
 
+// 169.254.0.0/16, and the two outside it where clouds have their secrets. Bytes in the order of the net.
+bool IsOfLink(const unsigned char* four) {
+  const unsigned char outside[2][4] = {{168, 63, 129, 16}, {100, 100, 100, 200}};
+  return (four[0] == 169 && four[1] == 254) || std::memcmp(four, outside[0], 4) == 0 ||
+         std::memcmp(four, outside[1], 4) == 0;
+}
+
 bool IsOfLink(const sockaddr& address) {
   if (address.sa_family == AF_INET) {
     sockaddr_in four{};
     std::memcpy(&four, &address, sizeof four);
-    return (ntohl(four.sin_addr.s_addr) >> 16) == 0xa9fe;
+    unsigned char bytes[4];
+    std::memcpy(bytes, &four.sin_addr.s_addr, sizeof bytes);
+    return IsOfLink(bytes);
   }
   if (address.sa_family != AF_INET6) return false;
   sockaddr_in6 six{};
   std::memcpy(&six, &address, sizeof six);
   if (IN6_IS_ADDR_LINKLOCAL(&six.sin6_addr)) return true;
-  // 169.254.x.y written as ::ffff:169.254.x.y, and fd00:ec2::254, where one cloud has its secrets.
+  // 169.254.x.y written as ::ffff:169.254.x.y, ::169.254.x.y or, for a translator, 64:ff9b::169.254.x.y; and fd00:ec2::254 and
+  // fd20:ce::254, where clouds have their secrets.
   const unsigned char* const bytes = six.sin6_addr.s6_addr;
-  const unsigned char metadata[16] = {0xfd, 0x00, 0x0e, 0xc2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x02, 0x54};
-  return (IN6_IS_ADDR_V4MAPPED(&six.sin6_addr) && bytes[12] == 0xa9 && bytes[13] == 0xfe) ||
-         std::memcmp(bytes, metadata, sizeof metadata) == 0;
+  const unsigned char translated[12] = {0x00, 0x64, 0xff, 0x9b};
+  const bool holds_four = IN6_IS_ADDR_V4MAPPED(&six.sin6_addr) || IN6_IS_ADDR_V4COMPAT(&six.sin6_addr) ||
+                          std::memcmp(bytes, translated, sizeof translated) == 0;
+  const unsigned char metadata[2][16] = {{0xfd, 0x00, 0x0e, 0xc2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x02, 0x54},
+                                         {0xfd, 0x20, 0x00, 0xce, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x02, 0x54}};
+  return (holds_four && IsOfLink(bytes + 12)) || std::memcmp(bytes, metadata[0], 16) == 0 ||
+         std::memcmp(bytes, metadata[1], 16) == 0;
 }
 
 struct Call {
@@ -120,6 +134,10 @@ WebhookAnswer PostEvents(const std::string& url, const std::vector<std::string>&
   curl_easy_setopt(curl, CURLOPT_SSL_VERIFYHOST, 2L);
   curl_easy_setopt(curl, CURLOPT_SSLVERSION, static_cast<long>(CURL_SSLVERSION_TLSv1_2));
   curl_easy_setopt(curl, CURLOPT_NOSIGNAL, 1L);
+#if LIBCURL_VERSION_NUM >= 0x075700
+  // A look-up of a name that does not end is left to itself: waited for, it would outlast every patience.
+  curl_easy_setopt(curl, CURLOPT_QUICK_EXIT, 1L);
+#endif
   curl_easy_setopt(curl, CURLOPT_TIMEOUT_MS, static_cast<long>(options.patience.count()));
   curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT_MS, static_cast<long>(options.connect_patience.count()));
   curl_easy_setopt(curl, CURLOPT_USERAGENT, "sixpoint");

@@ -11,7 +11,7 @@ namespace sixpoint::plant {
 struct WebhookPostOptions {
   std::chrono::milliseconds patience{15'000};         // from the look-up of its name to the end of its answer
   std::chrono::milliseconds connect_patience{5'000};  // of it, until it is connected
-  // Calls addresses of the link too (169.254.0.0/16, fe80::/10), where clouds tell computers their secrets.
+  // Calls addresses of the link too (169.254.0.0/16, fe80::/10), and others at which clouds tell computers their secrets.
   bool calls_link_local = false;
 };
 

@@ -76,8 +76,12 @@ void WebhookSender::Compare(const std::vector<storage::WebhookRow>& webhooks) {
   const auto holds = [&](const std::string& id) {
     return std::any_of(webhooks.begin(), webhooks.end(), [&](const auto& one) { return one.webhook_id == id; });
   };
-  for (auto& [id, receiver] : receivers_)
-    if (!holds(id)) receiver->is_stopped = true;
+  {
+    // Or one that has just asked whether it is stopped would sleep through its waking.
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (auto& [id, receiver] : receivers_)
+      if (!holds(id)) receiver->is_stopped = true;
+  }
   stopping_.notify_all();
   for (auto one = receivers_.begin(); one != receivers_.end();) {
     if (holds(one->first)) {
@@ -124,8 +128,33 @@ bool WebhookSender::SendNext(Receiver* receiver) {
   const bool has_moved = webhook.delivery.looked_at_sequence != page->looked_at_sequence;
   webhook.delivery.looked_at_sequence = page->looked_at_sequence;
   if (has_moved && Clock::now() > receiver->saved_at + kBetweenSaves && !Save(receiver)) return false;
+  if (page->is_newest && !GoBack(receiver)) return false;
   if (page->is_newest)
     return tail_->Wait(page->looked_at_sequence, 1, Clock::now() + std::chrono::milliseconds(500)).ok();
+  return true;
+}
+
+// A database that was put back to an older state gives again the numbers that were passed here: what gets them would never be sent.
+// False: the database is away.
+bool WebhookSender::GoBack(Receiver* receiver) {
+  storage::WebhookRow& webhook = receiver->webhook;
+  if (Clock::now() < receiver->compared_at + options_.between_looks) return true;
+  const absl::StatusOr<storage::JournalNow> now = pages_->Now(Clock::now() + kDatabasePatience);
+  if (!now.ok()) return false;
+  receiver->compared_at = Clock::now();
+  if (now->newest_sequence >= webhook.delivery.looked_at_sequence) return true;
+  const auto row = storage::OneRead(*database_, Clock::now() + kDatabasePatience, [&](storage::Transaction& t) {
+    return storage::FindWebhook(t, webhook.webhook_id);
+  });
+  if (!row.ok()) return false;
+  // One that is gone with the older state ends with the next look.
+  if (!row->has_value() || (*row)->delivery.looked_at_sequence >= webhook.delivery.looked_at_sequence) return true;
+  runtime::Log(runtime::LogLevel::kWarning, "webhook " + webhook.webhook_id + ": the journal ends at " +
+                                                std::to_string(now->newest_sequence) + ", before " +
+                                                std::to_string(webhook.delivery.looked_at_sequence) +
+                                                ", up to which it was sent: an older database; goes on from " +
+                                                std::to_string((*row)->delivery.looked_at_sequence));
+  webhook.delivery = (*row)->delivery;
   return true;
 }
 

@@ -45,12 +45,14 @@ class WebhookSender {
     std::atomic<bool> is_stopped{false};
     std::chrono::milliseconds pause{0};
     std::chrono::steady_clock::time_point saved_at{};
+    std::chrono::steady_clock::time_point compared_at{};  // its number with the journal's last
     std::thread thread{};
   };
   void Run();
   void Compare(const std::vector<storage::WebhookRow>& webhooks);
   void Send(Receiver* receiver);
   bool SendNext(Receiver* receiver);
+  bool GoBack(Receiver* receiver);
   void Deliver(Receiver* receiver, const storage::EventPage& page, const std::string& source);
   void Failed(Receiver* receiver, const std::string& why);
   bool Save(Receiver* receiver);

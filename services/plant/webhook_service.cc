@@ -13,6 +13,7 @@
 #include "services/runtime/pages.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
+#include "storage/clearances.h"
 #include "storage/one_read.h"
 #include "storage/webhooks.h"
 
@@ -53,6 +54,20 @@ v1::Webhook ToProto(const WebhookRow& row, std::int64_t newest_sequence) {
   webhook.set_failure_count(delivery.failure_count);
   webhook.set_last_failure(delivery.last_failure);
   return webhook;
+}
+
+// What of it the reader may be told: tokens that stand in the address's query are its maker's.
+absl::Status LeaveOutHidden(storage::Transaction& transaction, const storage::Reader& reader, WebhookRow* row) {
+  if (row->reader.identity != reader.identity) row->url = row->url.substr(0, row->url.find_first_of("?#"));
+  for (const auto& [collection, id] :
+       {std::pair{"blades", &row->filter.blade_serial}, std::pair{"parts", &row->filter.part_id}}) {
+    if (id->empty()) continue;
+    const auto hidden =
+        storage::FirstHidden(transaction, reader, {runtime::NameOf(collection, *id)}, storage::Unrecorded::kIsHidden);
+    if (!hidden.ok()) return hidden.status();
+    if (hidden->has_value()) id->clear();
+  }
+  return absl::OkStatus();
 }
 
 absl::Status NotThere(const std::string& name) {
@@ -102,8 +117,13 @@ grpc::Status WebhookService::WithdrawWebhook(grpc::ServerContext* context, const
                                              v1::Webhook* response) {
   const absl::StatusOr<std::string> id = runtime::IdOf("name", kCollection, request->name());
   if (!id.ok()) return ToGrpc(id.status());
-  const auto withdrawn = InTransaction(database_, *context, [&](storage::Transaction& transaction) {
-    return storage::WithdrawWebhook(transaction, *id, runtime::RequestedBy(*context), request->request_id());
+  using Found = absl::StatusOr<std::optional<WebhookRow>>;
+  const auto withdrawn = InTransaction(database_, *context, [&](storage::Transaction& transaction) -> Found {
+    Found row = storage::WithdrawWebhook(transaction, *id, runtime::RequestedBy(*context), request->request_id());
+    if (!row.ok() || !row->has_value()) return row;
+    const absl::Status told = LeaveOutHidden(transaction, runtime::ReaderOf(*context), &**row);
+    if (!told.ok()) return told;
+    return row;
   });
   if (!withdrawn.ok()) return ToGrpc(withdrawn.status());
   if (!withdrawn->has_value()) return ToGrpc(NotThere(request->name()));
@@ -123,8 +143,13 @@ absl::StatusOr<WebhookRow> WebhookService::Find(const grpc::ServerContext& conte
 
 grpc::Status WebhookService::GetWebhook(grpc::ServerContext* context, const v1::GetWebhookRequest* request,
                                         v1::Webhook* response) {
-  const absl::StatusOr<WebhookRow> row = Find(*context, request->name());
+  absl::StatusOr<WebhookRow> row = Find(*context, request->name());
   if (!row.ok()) return ToGrpc(row.status());
+  const absl::Status told =
+      storage::OneRead(*database_, runtime::DeadlineOf(*context), [&](storage::Transaction& transaction) {
+        return LeaveOutHidden(transaction, runtime::ReaderOf(*context), &*row);
+      });
+  if (!told.ok()) return ToGrpc(told);
   const absl::StatusOr<storage::JournalNow> now = journal_->Now(runtime::DeadlineOf(*context));
   if (!now.ok()) return ToGrpc(now.status());
   *response = ToProto(*row, now->newest_sequence);
@@ -136,8 +161,15 @@ grpc::Status WebhookService::ListWebhooks(grpc::ServerContext* context, const v1
   const std::string filters = runtime::FiltersOf(*request);
   const absl::StatusOr<runtime::IdPage> page = runtime::IdPageOf(filters, request->page_size(), request->page_token());
   if (!page.ok()) return ToGrpc(page.status());
-  const auto rows = storage::OneRead(*database_, runtime::DeadlineOf(*context), [&](storage::Transaction& t) {
-    return storage::ListWebhooks(t, request->withdrawn_too(), page->after_id, page->size + 1);
+  using Listed = absl::StatusOr<std::vector<WebhookRow>>;
+  const auto rows = storage::OneRead(*database_, runtime::DeadlineOf(*context), [&](storage::Transaction& t) -> Listed {
+    Listed listed = storage::ListWebhooks(t, request->withdrawn_too(), page->after_id, page->size + 1);
+    if (!listed.ok()) return listed;
+    for (WebhookRow& row : *listed) {
+      const absl::Status told = LeaveOutHidden(t, runtime::ReaderOf(*context), &row);
+      if (!told.ok()) return told;
+    }
+    return listed;
   });
   if (!rows.ok()) return ToGrpc(rows.status());
   const absl::StatusOr<storage::JournalNow> now = journal_->Now(runtime::DeadlineOf(*context));

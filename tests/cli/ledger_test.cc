@@ -79,6 +79,9 @@ TEST_F(LedgerCommandTest, APlantAsItWasSealedIsWell) {
   EXPECT_EQ(verified.exit_code, kDone) << verified.out << verified.err;
   EXPECT_THAT(verified.out, HasSubstr("as it was sealed\n"));
   EXPECT_THAT(verified.out, HasSubstr("compared with 4 heads"));
+  EXPECT_EQ(Run("--json ledger verify" + Checking()).json()["covered_record_sequence"],
+            Run("--json ledger verify" + Checking()).json()["record_sequence"]);
+  EXPECT_THAT(verified.out, Not(HasSubstr("stand under no head")));
   const Ended bare = Run("ledger verify");
   EXPECT_EQ(bare.exit_code, kDone);
   EXPECT_THAT(bare.out, HasSubstr("no --heads"));
@@ -111,6 +114,31 @@ TEST_F(LedgerCommandTest, WhatWasCutOffIsToldByTheHeadsThatWereSentOut) {
   EXPECT_EQ(cut.json()["heads"][0]["kind"], "CUT_OFF") << cut.out;
 }
 
+TEST_F(LedgerCommandTest, WhatNoHeadCoversIsTold) {
+  Fill();
+  Do("DELETE FROM ledger_heads WHERE tree_size > (SELECT min(tree_size) FROM ledger_heads)");
+  const Ended partly = Run("ledger verify --key " + In("public.pem"));
+  EXPECT_EQ(partly.exit_code, kDone) << partly.out;
+  EXPECT_THAT(partly.out, HasSubstr(" stand under no head that agrees\n"));
+  Do("DELETE FROM ledger_heads");
+  const Ended none = Run("--json ledger verify --key " + In("public.pem"));
+  EXPECT_EQ(none.exit_code, kNotUsable);
+  EXPECT_EQ(none.json()["covered_record_sequence"], 0);
+  EXPECT_EQ(none.json()["heads"][0]["kind"], "NO_HEAD") << none.out;
+}
+
+// A schema before the built-in functions would answer for them.
+TEST_F(LedgerCommandTest, ASessionsPathIsOursWhateverTheRoleSays) {
+  Do("DO $$ BEGIN EXECUTE format('ALTER ROLE %I IN DATABASE %I SET search_path = evil, pg_catalog, public', "
+     "session_user, current_database()); END $$");
+  const auto later = storage::Database::Open(database_.conninfo(), 1);
+  absl::StatusOr<storage::Transaction> transaction = later->Begin(Soon());
+  ASSERT_TRUE(transaction.ok()) << transaction.status();
+  const auto path = transaction->Execute("SELECT current_setting('search_path')");
+  ASSERT_TRUE(path.ok()) << path.status();
+  EXPECT_EQ(path->Text(0, 0), "public, pg_temp");
+}
+
 TEST_F(LedgerCommandTest, BadInputIsRefused) {
   Fill();
   std::ofstream(In("odd")) << "no head\n";
@@ -134,7 +162,9 @@ TEST_F(LedgerCommandTest, AStrangerChecksAProofAndFindsEachSpoiltOne) {
   EXPECT_THAT(said, HasSubstr("one of those"));
 
   using nlohmann::json;
-  const json proof = json::parse(ReadAll(In("proof.json")));
+  EXPECT_THAT(said, HasSubstr("that these are all entries of the blade is not proven"));
+  ASSERT_EQ(Run("ledger proof SN-1 --out " + In("other.json")).exit_code, kDone);
+  const json proof = json::parse(ReadAll(In("proof.json"))), others = json::parse(ReadAll(In("other.json")));
   ASSERT_EQ(proof["entries"].size(), 9u);
   const auto in_row = [](json* p, const char* table, const std::string& was, const std::string& is) {
     for (json& entry : (*p)["entries"]) {
@@ -157,6 +187,21 @@ TEST_F(LedgerCommandTest, AStrangerChecksAProofAndFindsEachSpoiltOne) {
       {"a path", [](json* p) { p->at("entries")[2]["audit_path"].erase(0); }},
       {"a name", [](json* p) { p->at("entries")[2]["name"] = "scans/other"; }},
       {"a sequence", [](json* p) { p->at("entries")[2]["record_sequence"] = 1; }},
+      {"all rows of an entry left out", [](json* p) { p->at("entries")[2]["tables"] = json::object(); }},
+      {"which blade it is of left out", [](json* p) { p->at("entries")[2]["tables"].erase("record_entries"); }},
+      {"an entry of another blade", [&](json* p) { p->at("entries").push_back(others["entries"].back()); }},
+      {"an entry of another blade without its rows",
+       [&](json* p) {
+         p->at("entries").push_back(others["entries"].back());
+         p->at("entries").back()["tables"] = json::object();
+       }},
+      {"an entry of another blade by its name alone",
+       [&](json* p) {
+         p->at("entries").push_back(others["entries"].back());
+         p->at("entries").back()["tables"] = json::object();
+         p->at("entries").back()["content"] = "";
+       }},
+      {"a blade's name without its collection", [](json* p) { p->at("blade") = "SN-0"; }},
       {"another blade", [](json* p) { p->at("blade") = "blades/SN-1"; }},
       {"entries out of order", [](json* p) { std::swap(p->at("entries")[2], p->at("entries")[3]); }},
       {"a root", [](json* p) { p->at("head")["root_sha256"] = std::string(64, '0'); }},
@@ -176,6 +221,14 @@ TEST_F(LedgerCommandTest, AStrangerChecksAProofAndFindsEachSpoiltOne) {
     EXPECT_THAT(told, HasSubstr("does NOT hold: ")) << what;
     EXPECT_THAT(told, Not(HasSubstr("Traceback"))) << what;
   }
+  json part = proof;
+  part["entries"][8]["tables"].erase("inspection_holes");
+  std::ofstream(In("part.json")) << part.dump();
+  const auto [is_whole, told] = Script(In("part.json") + with);
+  EXPECT_FALSE(is_whole) << told;
+  EXPECT_THAT(told, HasSubstr("3 inspection_holes NOT SHOWN"));
+  EXPECT_THAT(told, HasSubstr("NOT whole: "));
+  EXPECT_THAT(told, Not(HasSubstr("\nholds")));
   ASSERT_TRUE(ledger::SigningKey::MakeFile(In("") + "other.pem").ok());  // public.pem is now the other's
   EXPECT_FALSE(Script(In("proof.json") + with).first) << "by another key";
 }

@@ -77,8 +77,16 @@ TEST_F(HeadTest, WhatWasNotWrittenWholeIsNoHead) {
   ASSERT_TRUE(heads.ok()) << heads.status();
   EXPECT_EQ(heads->size(), 31u);
   EXPECT_EQ(heads->back().tree_size, 32);
+  ASSERT_TRUE(AppendHead(file, *key.Sign(HeadOf(32))).ok());
+  ASSERT_TRUE(AppendHead(file, *key.Sign(HeadOf(31))).ok());
+  EXPECT_EQ(ReadHeads(file)->size(), 31u) << "none that the last one covers";
+  std::ofstream(file, std::ios::app) << JsonLineOf(*key.Sign(HeadOf(33)));
+  EXPECT_EQ(ReadHeads(file)->back().tree_size, 33) << "the end of its line alone is missing";
+  EXPECT_EQ(LastHead(file)->tree_size, 33);
+  ASSERT_TRUE(AppendHead(file, *key.Sign(HeadOf(34))).ok());
+  EXPECT_EQ(ReadHeads(file)->size(), 33u);
   std::ofstream(file, std::ios::app) << "something else\n";
-  EXPECT_THAT(std::string(ReadHeads(file).status().message()), HasSubstr(file + ":32"));
+  EXPECT_THAT(std::string(ReadHeads(file).status().message()), HasSubstr(file + ":34"));
 }
 
 TEST_F(HeadTest, AKeyThatOthersReadIsRefused) {

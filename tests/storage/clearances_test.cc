@@ -57,7 +57,9 @@ class ClearancesTest : public ::testing::Test {
     for (const std::string& id : Listed(ListRegistered(t, Registered::kParts, {{}, reader}, "", 100))) add("part", id);
     BladeFilter blades;
     blades.reader = reader;
-    for (const BladeRow& row : Listed(ListBlades(t, blades, "", 100))) add("blade", row.blade_serial);
+    const auto listed = ListBlades(t, blades, "", 100);
+    EXPECT_TRUE(listed.ok()) << listed.status();
+    for (const BladeRow& row : listed->blades) add("blade", row.blade_serial);
     ScanFilter scans;
     scans.reader = reader;
     for (const ScanRow& row : Listed(ListScans(t, scans, 0, 100))) add("scan", row.scan_id);

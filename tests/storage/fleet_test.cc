@@ -27,8 +27,9 @@ using ::testing::SizeIs;
 struct Event {
   Instant at;
   std::string kind, blade, machine;
-  std::string detail;    // as machine_contacts.detail
-  bool is_last = false;  // of a cut: with it all holes are cut
+  std::string detail;        // as machine_contacts.detail
+  bool is_last = false;      // of a cut: with it all holes are cut
+  std::string refused = {};  // the correction that it refuses
 };
 
 bool IsFirstScan(const Event& e) { return e.kind == "scan" && e.detail != "pins"; }
@@ -172,6 +173,10 @@ class FleetTest : public ::testing::Test {
                 (event->detail == "REJUDGED" ? text("rejudges", inspection_) : text("verdict", event->detail)) + "}");
     if (event->kind == "inspection" && event->detail != "REJUDGED") inspection_ = id;
     if (event->kind == "correction") PutCorrection(id, *event);
+    if (!event->refused.empty())
+      Add("INSERT INTO correction_events (correction_id, event, reason, requested_by, software_version, record_id) "
+          "VALUES ($1, 'REFUSED', 'why', 'test', 'test', $2)",
+          Params().Uuid(event->refused).Uuid(id));
     if (event->kind == "cut") {
       Correction& cut = corrections_[event->blade];
       Add("INSERT INTO correction_cuts (correction_id, group_name, hole_name, record_id) VALUES ($1, 'G', $2, $3)",
@@ -325,6 +330,17 @@ TEST_F(FleetTest, SummariesMadeAnewAreTheSame) {
   Do("UPDATE blade_cycles SET awaiting_since = now()");
   Do("SELECT rebuild_summaries()");
   for (const auto& [table, rows] : before) EXPECT_EQ(Dump(table), rows) << table;
+  // Days before that one are counted without steps, all at once.
+  const std::string entries =
+      "(SELECT machine_id, begins_at, measure, entry_count FROM machine_activity WHERE period = 'day' AND bucket = 0 "
+      "AND measure <> 'blade_begun')";
+  const std::string contacts = "(SELECT machine_id, kind, record_id, recorded_at, detail FROM machine_contacts)";
+  const std::string counted = Dump(entries), last = Dump(contacts);
+  Do("SELECT rebuild_summaries(min(recorded_at) + (max(recorded_at) - min(recorded_at)) / 2) FROM record_entries "
+     "WHERE machine_id LIKE 'f%'");
+  EXPECT_EQ(Dump(entries), counted);
+  EXPECT_EQ(Dump(contacts), last);
+  EXPECT_NE(Dump("machine_activity"), before["machine_activity"]);
 }
 
 TEST_F(FleetTest, HoursAndBladesThatAreOverGo) {
@@ -370,6 +386,10 @@ TEST_F(FleetTest, TheLastOfEachKindAndHowManyInARow) {
   Event scan{now - seconds(60), "scan", "b5", "m1", "airfoil"};
   Put(&scan);
   for (Event& event : events) Put(&event);
+  // Another one of the blade, and the first is refused: the last one waits on.
+  for (Event event : {Event{now - seconds(5), "correction", "b5", "m1", "AWAITING_PERSON"},
+                      Event{now - seconds(4), "refusal", "b5", "m1", "", false, corrections_["b5"].id}})
+    Put(&event);
   FleetFilter filter{"m1", "", 10, {SummaryPeriod::kHour, now - hours(2), now + hours(1)}, Reader::Everything()};
   const auto fleet = FleetIn(database_.database())->Fleet(filter, Soon());
   ASSERT_TRUE(fleet.ok()) << fleet.status();

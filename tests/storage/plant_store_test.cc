@@ -186,11 +186,11 @@ TEST(PlantStore, ABladeIsOfOnePart) {
     EXPECT_FALSE(plant.blades->Find("sn9", Soon())->has_value());
     ASSERT_TRUE(RecordBlade(plant, "sn2", "p2").ok());
     BladeFilter filter;
-    EXPECT_EQ(plant.blades->List(filter, "sn1", 10, Soon())->front().blade_serial, "sn2");
+    EXPECT_EQ(plant.blades->List(filter, "sn1", 10, Soon())->blades.front().blade_serial, "sn2");
     filter.part_id = "p1";
-    EXPECT_EQ(plant.blades->List(filter, "", 10, Soon())->size(), 1u);
+    EXPECT_EQ(plant.blades->List(filter, "", 10, Soon())->blades.size(), 1u);
     filter.recorded.until = std::chrono::system_clock::now() - std::chrono::hours(1);
-    EXPECT_THAT(*plant.blades->List(filter, "", 10, Soon()), IsEmpty());
+    EXPECT_THAT(plant.blades->List(filter, "", 10, Soon())->blades, IsEmpty());
   });
 }
 
@@ -215,10 +215,10 @@ TEST(PlantStore, ACustomersPartIsForWhoIsCleared) {
     BladeFilter filter;
     filter.reader = jane;
     EXPECT_EQ(parts_of(jane), 3u);
-    EXPECT_EQ(plant.blades->List(filter, "", 10, Soon())->size(), 1u);
+    EXPECT_EQ(plant.blades->List(filter, "", 10, Soon())->blades.size(), 1u);
     filter.reader = jack;
     EXPECT_EQ(parts_of(jack), 2u);
-    EXPECT_THAT(*plant.blades->List(filter, "", 10, Soon()), IsEmpty());
+    EXPECT_THAT(plant.blades->List(filter, "", 10, Soon())->blades, IsEmpty());
     EXPECT_EQ(parts_of(Reader::Everything()), 3u);
     JournalPage recall;
     recall.reader = jane;

@@ -115,11 +115,12 @@ class FakeBlades final : public storage::BladeStore {
     if (!record_->failure().ok()) return record_->failure();
     return Known(serial);
   }
-  absl::StatusOr<std::vector<storage::BladeRow>> List(const storage::BladeFilter& filter, const std::string& after,
-                                                      int limit, Deadline) const override {
+  absl::StatusOr<storage::BladePage> List(const storage::BladeFilter& filter, const std::string& after, int limit,
+                                          Deadline) const override {
     const auto lock = record_->Lock();
     if (!record_->failure().ok()) return record_->failure();
-    std::vector<storage::BladeRow> listed;
+    storage::BladePage page;
+    std::vector<storage::BladeRow>& listed = page.blades;
     for (auto blade = blades_.upper_bound(after); blade != blades_.end() && static_cast<int>(listed.size()) < limit;
          ++blade) {
       const storage::BladeRow& row = blade->second;
@@ -127,7 +128,7 @@ class FakeBlades final : public storage::BladeStore {
           Contains(filter.recorded, row.recorded.recorded_at) && !clearances_->Hides(filter.reader, row.part_id))
         listed.push_back(row);
     }
-    return listed;
+    return page;
   }
   absl::StatusOr<std::optional<storage::BladeRow>> FindRecorded(const storage::RecordedRequest& request,
                                                                 Deadline) const override {

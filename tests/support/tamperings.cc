@@ -122,6 +122,25 @@ std::vector<Tampering> OfResults() {
        "inspections",
        {"ALTER TABLE inspections RENAME TO inspections_kept",
         "CREATE VIEW inspections AS SELECT * FROM inspections_kept", "GRANT SELECT ON inspections TO sixpoint_ledger"}},
+      // Of this session and, where it is committed, of those that come.
+      {"functions of another schema put before the built-in ones",
+       "inspection_holes",
+       {"CREATE SCHEMA evil", "GRANT USAGE ON SCHEMA evil TO PUBLIC",
+        "CREATE FUNCTION evil.set_config(text, text, boolean) RETURNS text LANGUAGE sql AS $$ SELECT CASE $1 WHEN "
+        "'search_path' THEN $2 ELSE pg_catalog.set_config($1, $2, $3) END $$",
+        "CREATE FUNCTION evil.to_json(text) RETURNS json LANGUAGE sql AS $$ SELECT pg_catalog.to_json(CASE $1 WHEN "
+        "'forged' THEN 'H0' ELSE $1 END) $$",
+        With("UPDATE inspection_holes SET hole_name = 'forged' WHERE hole_name = 'H0' AND inspection_id = ", kOfAll),
+        "DO $$ DECLARE login name; BEGIN FOR login IN SELECT rolname FROM pg_roles WHERE rolname IN (session_user, "
+        "'sixpoint_plant') LOOP EXECUTE format('ALTER ROLE %I IN DATABASE %I SET search_path = evil, pg_catalog, "
+        "public', login, current_database()); END LOOP; END $$",
+        "SET LOCAL search_path = evil, pg_catalog, public"}},
+      {"the month's partition renamed, as though it had been detached, and a figure changed",
+       "inspections",
+       {"DO $$ DECLARE part regclass; BEGIN FOR part IN SELECT inhrelid::regclass FROM pg_inherits WHERE inhparent = "
+        "'record_entries'::regclass LOOP EXECUTE format('ALTER TABLE %s RENAME TO %I', part, 'kept_' || "
+        "part::oid); END LOOP; END $$",
+        kChangeFigure}},
   };
 }
 
@@ -178,6 +197,13 @@ std::vector<Tampering> OfJournal() {
        "record_inputs",
        {With("DELETE FROM record_inputs WHERE position_index = 0 AND record_id = ", kOfAll)}},
       {"what recalls walk deleted", "record_roots", {"TRUNCATE record_roots"}},
+      {"an entry forged before the first",
+       "record_names",
+       {"ALTER TABLE record_names DROP CONSTRAINT record_names_sequence_positive",
+        "INSERT INTO record_names (record_id, name, record_sequence, recorded_at) SELECT (left(record_id::text, 24) || "
+        "'ffffffffffff')::uuid, 'inspections/forged', '-9223372036854775808'::bigint, recorded_at FROM record_names "
+        "ORDER BY "
+        "record_sequence LIMIT 1"}},
       {"an entry forged in a gap",
        "record_names",
        {"INSERT INTO record_names (record_id, name, record_sequence, recorded_at) SELECT "
@@ -203,6 +229,10 @@ std::vector<Tampering> OfInputs() {
        "blobs",
        {"UPDATE blobs SET deleted_at = now(), deletion_reason = 'policy' WHERE sha256 = (SELECT blob_sha256 FROM "
         "scan_blocks LIMIT 1)"}},
+      {"bytes of a part's surface deleted as though by retention",
+       "blobs",
+       {"UPDATE blobs SET bytes = NULL, deleted_at = now(), deletion_reason = 'policy' WHERE sha256 = (SELECT "
+        "surface_sha256 FROM tessellations LIMIT 1)"}},
       {"a blob's row deleted",
        "blobs",
        {"DELETE FROM blobs WHERE sha256 = (SELECT blob_sha256 FROM scan_blocks LIMIT 1)"}},

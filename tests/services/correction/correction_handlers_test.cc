@@ -45,8 +45,14 @@ class NoEvents final : public storage::CorrectionEventStore {
   absl::StatusOr<std::optional<std::string>> ScrappedBy(const std::string&, storage::Deadline) const override {
     return scrapped_by;
   }
+  absl::StatusOr<std::string> TemplateOf(const storage::CorrectionRow& row, storage::Deadline) const override {
+    return row.nc_template;
+  }
+  absl::StatusOr<std::optional<std::string>> ScrappedAgainst(const std::string&, storage::Deadline) const override {
+    return scrapped_against;
+  }
   std::vector<storage::CutHoleRow> cut;
-  std::optional<std::string> scrapped_by;
+  std::optional<std::string> scrapped_by, scrapped_against;
 };
 
 class CorrectionHandlersTest : public ::testing::Test {
@@ -223,6 +229,17 @@ TEST_F(CorrectionHandlersTest, WhatSpeaksAgainstAReleaseIsNamedAndWaits) {
     events_->cut.clear();
     events_->scrapped_by.reset();
   }
+}
+
+TEST_F(CorrectionHandlersTest, AProgramDoesNotLeaveWhoseBladeWasScrappedMeanwhile) {
+  v1::CorrectRequest request = Request();
+  request.set_nc_template("G90\nG0 X1 Y2 Z3 A4 B5 (SIXPOINT G1/H1)\nX1 Y2 Z3 (SIXPOINT G1/H2)\n");
+  EXPECT_NE(Correct(request)->nc_program(), "");
+  events_->scrapped_against = "d1";  // while it was computed: the gate was not told
+  const auto correction = Correct(request);
+  ASSERT_TRUE(correction.ok()) << correction.status();
+  EXPECT_EQ(correction->release(), v1::RELEASE_AUTOMATIC);
+  EXPECT_EQ(correction->nc_program(), "");
 }
 
 TEST_F(CorrectionHandlersTest, AnAcceptedCheckInTheClampingIsWhatTheMachinesRecordAsksFor) {

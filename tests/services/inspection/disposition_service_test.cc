@@ -125,6 +125,16 @@ class ScrappedBlades : public Dispositions {
     ASSERT_TRUE(released.ok()) << released.status();
     ASSERT_EQ(released->state, "RELEASED");
   }
+  // As the gate does, where the blade was scrap when it judged.
+  void Tell() {
+    absl::StatusOr<storage::Transaction> transaction = database_.database()->Begin(Soon());
+    const auto inserted = transaction->Execute(
+        "INSERT INTO correction_checks (correction_id, position_index, kind, subject, value, limit_value, passed, "
+        "failed_count) VALUES ($1, 20, 'SCRAPPED', 'dispositions/d1', 1, 0, false, 1)",
+        storage::Params().Uuid(part_.correction.substr(12)));
+    ASSERT_TRUE(inserted.ok()) << inserted.status();
+    ASSERT_TRUE(transaction->Commit().ok());
+  }
   absl::Status Fetch() {
     storage::ProgramFetchRow fetch;
     fetch.fetch_id = storage::NewUuid();
@@ -156,9 +166,19 @@ TEST_F(ScrappedBlades, AProgramThatWasReleasedBeforeDoesNotLeave) {
 
 TEST_F(ScrappedBlades, WhatAPersonReleasesInSpiteOfItLeaves) {
   ASSERT_TRUE(Dispose(Request(v1::DISPOSITION_KIND_SCRAP)).ok());
+  Tell();
   Release();
   const absl::Status fetched = Fetch();
   EXPECT_TRUE(fetched.ok()) << fetched;
+  EXPECT_FALSE(events_->ScrappedAgainst(part_.correction.substr(12), Soon())->has_value());
+}
+
+TEST_F(ScrappedBlades, WhatWasReleasedByWhoWasNotToldDoesNotLeave) {
+  const auto scrap = Dispose(Request(v1::DISPOSITION_KIND_SCRAP));
+  ASSERT_TRUE(scrap.ok());
+  Release();  // the gate had judged before
+  EXPECT_EQ(Fetch().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(*events_->ScrappedAgainst(part_.correction.substr(12), Soon()), scrap->name().substr(13));
 }
 
 TEST_F(Dispositions, WhatSaysTooLittleIsRefused) {

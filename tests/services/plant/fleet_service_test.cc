@@ -233,5 +233,21 @@ TEST_F(FleetServiceTest, HoursOfOneMachine) {
   EXPECT_EQ(scans, 2);
 }
 
+TEST_F(FleetServiceTest, AMachineThatDidNothingHasNoHoursAndOneThatIsUnknownIsRefused) {
+  const auto ask = [&](const char* machine, v1::MachineActivity* activity) {
+    v1::GetMachineActivityRequest request;
+    request.set_machine(machine);
+    runtime::ToProto(std::chrono::system_clock::now() - hours(30 * 24), request.mutable_span()->mutable_from());
+    runtime::ToProto(std::chrono::system_clock::now() - hours(29 * 24), request.mutable_span()->mutable_until());
+    const auto context = runtime::ContextFor(20.0);
+    return runtime::FromGrpc(stub_->GetMachineActivity(context.get(), request, activity));
+  };
+  v1::MachineActivity idle, none;
+  const absl::Status known = ask("machines/m2", &idle);
+  EXPECT_TRUE(known.ok()) << known;
+  EXPECT_EQ(idle.hours_size(), 0);
+  EXPECT_EQ(runtime::ReasonOf(ask("machines/nowhere", &none)), "MACHINE_NOT_FOUND");
+}
+
 }  // namespace
 }  // namespace sixpoint::plant

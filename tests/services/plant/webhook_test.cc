@@ -54,8 +54,10 @@ TEST(WebhookPost, AnAddressIsHttpWithAHostAndNoPassword) {
 
 TEST(WebhookPost, CallsNoAddressOfTheLinkAndFollowsNoRedirect) {
   const std::atomic<bool> is_stopped{false};
-  for (const char* url : {"http://169.254.169.254/latest/meta-data/", "http://[fe80::1%25lo]/",
-                          "http://[::ffff:169.254.1.1]/", "http://0xa9fea9fe/"})
+  for (const char* url :
+       {"http://169.254.169.254/latest/meta-data/", "http://[fe80::1%25lo]/", "http://[::ffff:169.254.1.1]/",
+        "http://0xa9fea9fe/", "http://[64:ff9b::a9fe:a9fe]/", "http://[::169.254.169.254]/", "http://[fd00:ec2::254]/",
+        "http://[fd20:ce::254]/", "http://168.63.129.16/", "http://100.100.100.200/"})
     EXPECT_THAT(PostEvents(url, {}, "[]", {}, is_stopped).failure, HasSubstr("address of the link")) << url;
   HttpReceiver receiver;
   receiver.Answer(302);
@@ -79,13 +81,36 @@ TEST(WebhookPost, GivesUpInTimeAndAtOnceWhenItIsStopped) {
   EXPECT_FALSE(PostEvents(receiver.url(), {}, "[]", options, is_stopped).is_taken());
 }
 
+// A journal of which its last number can be said to be less.
+class PutBackJournal : public storage::EventReader {
+ public:
+  explicit PutBackJournal(std::shared_ptr<const storage::EventReader> journal) : journal_(std::move(journal)) {}
+  absl::StatusOr<storage::EventPage> Events(const storage::EventQuery& query,
+                                            storage::Deadline deadline) const override {
+    return journal_->Events(query, deadline);
+  }
+  absl::StatusOr<storage::JournalNow> Now(storage::Deadline deadline) const override {
+    absl::StatusOr<storage::JournalNow> now = journal_->Now(deadline);
+    if (now.ok()) now->newest_sequence = std::min(now->newest_sequence, most.load());
+    return now;
+  }
+  absl::StatusOr<std::vector<std::string>> HiddenParts(const storage::Reader& reader,
+                                                       storage::Deadline deadline) const override {
+    return journal_->HiddenParts(reader, deadline);
+  }
+  std::atomic<std::int64_t> most{1'000'000};
+
+ private:
+  const std::shared_ptr<const storage::EventReader> journal_;
+};
+
 class WebhookTest : public ::testing::Test {
  protected:
   void Serve() {
     const auto journal = [&](int connections) {
       return storage::EventsIn(storage::Database::Open(testing::AsRole(database_.conninfo(), "plant"), connections));
     };
-    const auto pages = journal(2);
+    const auto pages = pages_ = std::make_shared<PutBackJournal>(journal(2));
     if (database_of_plant_ == nullptr)
       database_of_plant_ = storage::Database::Open(testing::AsRole(database_.conninfo(), "plant"), 4);
     events_ = std::make_unique<EventService>(journal(1), pages);
@@ -130,6 +155,7 @@ class WebhookTest : public ::testing::Test {
 
   testing::ThrowawayDatabase database_;
   std::unique_ptr<storage::Database> database_of_plant_;
+  std::shared_ptr<PutBackJournal> pages_;
   std::unique_ptr<EventService> events_;
   std::unique_ptr<WebhookService> service_;
   std::unique_ptr<testing::InProcessServer> server_;
@@ -235,6 +261,63 @@ TEST_F(WebhookTest, SendsByTheFilterAndWhatItsMakerMaySee) {
   Record("last");
   ASSERT_TRUE(Within(10s, [&] { return Taken(receiver).size() == 2; }));
   EXPECT_THAT(Taken(receiver), ElementsAre(sigma.inspection, "policies/last"));
+}
+
+TEST_F(WebhookTest, GoesOnFromTheRowWhereTheDatabaseWasPutBack) {
+  HttpReceiver receiver;
+  ASSERT_TRUE(Create(To(receiver.url())).ok());
+  Record("a");
+  Record("b");
+  ASSERT_TRUE(Within(10s, [&] { return Taken(receiver).size() == 2; }));
+  ASSERT_TRUE(Within(10s, [&] { return Get().delivered_sequence() == 2; }));
+  absl::StatusOr<storage::Transaction> transaction = database_.database()->Begin(testing::Soon());
+  ASSERT_TRUE(
+      transaction->Execute("UPDATE webhook_deliveries SET looked_at_sequence = 1, delivered_sequence = 1").ok());
+  ASSERT_TRUE(transaction->Commit().ok());
+  std::this_thread::sleep_for(200ms);
+  EXPECT_EQ(Taken(receiver).size(), 2u) << "the row alone says nothing";
+  pages_->most = 1;
+  ASSERT_TRUE(Within(10s, [&] { return Taken(receiver).size() >= 3; }));
+  pages_->most = 1'000'000;
+  EXPECT_EQ(Taken(receiver).at(2), "policies/b");
+}
+
+TEST_F(WebhookTest, OthersAreToldNeitherTokensNorWhatIsHiddenNorTheSecret) {
+  const testing::MachinesCalibrations calibrations = testing::PutCalibratedMachine(database_.database());
+  testing::PutCustomersPart(database_.database(), "kappa", true, calibrations);
+  testing::PutCustomersPart(database_.database(), "sigma", false, calibrations);
+  storage::WebhookRow row;
+  row.url = "http://127.0.0.1:1/in?token=hush";
+  row.secret = std::string(32, 'k');
+  row.reader.identity = row.requested_by = "users/eve";
+  absl::StatusOr<storage::Transaction> transaction = database_.database()->Begin(testing::Soon());
+  for (const std::string word : {"kappa", "sigma"}) {
+    row.webhook_id = word;
+    row.filter.part_id = word + "-part";
+    row.filter.blade_serial = word + "-sn";
+    row.request_id = storage::NewUuid();
+    ASSERT_TRUE(storage::InsertWebhook(*transaction, row).ok());
+  }
+  ASSERT_TRUE(transaction->Commit().ok());
+  const v1::Webhook kappa = Get("webhooks/kappa"), sigma = Get("webhooks/sigma");
+  EXPECT_EQ(kappa.url(), "http://127.0.0.1:1/in");
+  EXPECT_EQ(kappa.filter().part() + kappa.filter().blade(), "");
+  EXPECT_EQ(sigma.filter().part() + sigma.filter().blade(), "parts/sigma-partblades/sigma-sn");
+  const auto listed = testing::Call(*stub_, &v1::WebhookService::Stub::ListWebhooks, v1::ListWebhooksRequest());
+  ASSERT_TRUE(listed.ok()) << listed.status();
+  EXPECT_THAT(listed->ShortDebugString(), Not(HasSubstr("hush")));
+  EXPECT_EQ(listed->webhooks(0).filter().part(), "");
+  v1::CreateWebhookRequest again = To(row.url, "sigma");
+  again.mutable_filter()->set_part("parts/sigma-part");
+  again.mutable_filter()->set_blade("blades/sigma-sn");
+  again.set_request_id(row.request_id);
+  EXPECT_TRUE(absl::IsAlreadyExists(Create(again).status()));
+  v1::WithdrawWebhookRequest withdraw;
+  withdraw.set_name("webhooks/kappa");
+  withdraw.set_request_id(storage::NewUuid());
+  const auto withdrawn = testing::Call(*stub_, &v1::WebhookService::Stub::WithdrawWebhook, withdraw);
+  ASSERT_TRUE(withdrawn.ok()) << withdrawn.status();
+  EXPECT_THAT(withdrawn->ShortDebugString(), Not(::testing::AnyOf(HasSubstr("hush"), HasSubstr("kappa-sn"))));
 }
 
 TEST_F(WebhookTest, RefusesWhatIsWrongAndMoreThanMayHold) {

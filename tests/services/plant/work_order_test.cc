@@ -140,6 +140,33 @@ TEST_F(WorkOrders, TheSameRequestAssignsOnce) {
   EXPECT_THAT(Names("4790"), ElementsAre("assignment"));
 }
 
+TEST_F(WorkOrders, ABladeThatIsThereIsNotGivenAnotherByCreatingIt) {
+  v1::CreateBladeRequest request;
+  request.set_serial("sn1");
+  request.set_part("parts/vane");
+  const auto create = [&](const std::string& work_order, const std::string& operation) {
+    request.set_work_order(work_order);
+    request.set_operation(operation);
+    request.set_request_id(storage::NewUuid());
+    return Call(*plant_stub_, &v1::PlantService::Stub::CreateBlade, request);
+  };
+  EXPECT_TRUE(create("", "").ok());
+  const auto same = create("4711", "");
+  ASSERT_TRUE(same.ok()) << same.status();
+  const v1::CreateBladeRequest answered = request;
+  const absl::Status other = create("4790", "0010").status();
+  EXPECT_TRUE(absl::IsAlreadyExists(other)) << other;
+  EXPECT_EQ(other.message(),
+            "work_order: 4790 operation 0010, want 4711, which blade sn1 already has: another is assigned by "
+            "AssignWorkOrder");
+  EXPECT_TRUE(absl::IsAlreadyExists(create("4711", "0010").status()));
+  ASSERT_TRUE(Assign(Assignment("4790", "0010")).ok());
+  EXPECT_TRUE(create("4790", "").ok());
+  const auto again = Call(*plant_stub_, &v1::PlantService::Stub::CreateBlade, answered);
+  ASSERT_TRUE(again.ok()) << "the same request again: " << again.status();
+  EXPECT_EQ(again->work_order(), "4790");
+}
+
 TEST_F(WorkOrders, WhatIsNoneIsRefused) {
   for (const auto& [work_order, operation] : std::vector<std::pair<std::string, std::string>>{
            {"", ""}, {"47 11", ""}, {"4711\n", ""}, {"4711", "a;b"}, {std::string(65, '4'), ""}})
