@@ -78,10 +78,11 @@ struct CorrectionRow {
   int part_revision = 0;
   std::string sensor_calibration_id;
   std::string rotation_calibration_id;
-  std::string nc_template;  // as it was sent; empty: none. Kept as a blob, not read back (correction_events.h: TemplateOf)
-  std::string nc_program;   // empty: none, or held. Kept as a blob; read by FindCorrection, left out of lists
-  std::string nc_held;  // the program while a person's release is awaited, and after it; kept and read as nc_program
-  std::string release;  // AUTOMATIC, AWAITING_PERSON
+  std::string
+      nc_template;  // as it was sent; empty: none. Kept as a blob, not read back (correction_events.h: TemplateOf)
+  std::string nc_program;  // empty: none, or held. Kept as a blob; read by FindCorrection, left out of lists
+  std::string nc_held;     // the program while a person's release is awaited, and after it; kept and read as nc_program
+  std::string release;     // AUTOMATIC, AWAITING_PERSON
   std::vector<std::string> release_reasons;
   double envelope_translation_mm = 0;
   double envelope_rotation_deg = 0;

@@ -1,9 +1,6 @@
 #include "services/inspection/rejudge.h"
 
-#include <google/protobuf/util/time_util.h>
-
 #include <algorithm>
-#include <chrono>
 #include <map>
 #include <utility>
 
@@ -35,12 +32,8 @@ absl::Status CheckRejudge(const v1::RejudgeRequest& request) {
     refusals.Add(runtime::CheckNames("inspections", "inspections", request.inspections(), 1));
   if (!request.recall().empty() && !request.has_recorded_before())
     refusals.Add(runtime::Refuse("recorded_before", "unset", "a moment: a call that goes on judges the same"));
-  if (request.has_recorded_before()) refusals.Add(runtime::CheckMoment("recorded_before", request.recorded_before()));
   // What this call records must not be of it when it goes on.
-  if (request.has_recorded_before() && runtime::MomentOf(request.recorded_before()) > std::chrono::system_clock::now())
-    refusals.Add(runtime::Refuse("recorded_before",
-                                 google::protobuf::util::TimeUtil::ToString(request.recorded_before()),
-                                 "a moment that is over"));
+  if (request.has_recorded_before()) refusals.Add(runtime::CheckPast("recorded_before", request.recorded_before()));
   if (!request.sensor_calibration().empty())
     refusals.Add(runtime::IdOf("sensor_calibration", "calibrations", request.sensor_calibration()).status());
   if (!request.after().empty()) refusals.Add(runtime::IdOf("after", "inspections", request.after()).status());

@@ -34,4 +34,13 @@ absl::Status CheckMoment(const std::string& field, const google::protobuf::Times
   return absl::OkStatus();
 }
 
+absl::Status CheckPast(const std::string& field, const google::protobuf::Timestamp& time) {
+  if (absl::Status status = CheckMoment(field, time); !status.ok()) return status;
+  google::protobuf::Timestamp now;
+  ToProto(std::chrono::system_clock::now(), &now);
+  if (MomentOf(time) <= MomentOf(now)) return absl::OkStatus();
+  return Refuse(field + ".seconds", std::to_string(time.seconds()),
+                "a time that is over: at most " + std::to_string(now.seconds()));
+}
+
 }  // namespace sixpoint::runtime
