@@ -50,6 +50,7 @@ std::vector<Names> NamesOf(const CustomersPart& of) {
                     {"scans", of.scan},
                     {"scan_id", of.scan.substr(6)},
                     {"registration", of.registration},
+                    {"inspections", of.inspection},
                     {"serial", of.blade.substr(7)},
                     {"part_id", of.part.substr(6)}};
   }
@@ -235,8 +236,9 @@ TEST_F(ClearanceTest, WhatIsHiddenAnswersAsWhatIsNotRecorded) {
         Fill(message.get(), names, "");
         grpc::Status status = CallMethod(channel, *method, message->SerializeAsString()).status;
         std::string said = std::to_string(status.error_code()) + " " + ReasonOf(status) + " " + status.error_message();
-        for (const std::string& each : {names.name, names.by_field["part"], names.by_field["blade"],
-                                        names.by_field["scans"], names.by_field["registration"]})
+        for (const std::string& each :
+             {names.name, names.by_field["part"], names.by_field["blade"], names.by_field["scans"],
+              names.by_field["registration"], names.by_field["inspections"]})
           if (const std::size_t at = said.find(each); !each.empty() && at != std::string::npos)
             said.replace(at, each.size(), "NAME");
         return said;
