@@ -1,10 +1,10 @@
 // `sixpoint values`: just the values of inspections, as a table, CSV or JSON.
-#include <charconv>
 #include <iostream>
 
 #include "cli/commands.h"
 #include "cli/number_format.h"
 #include "cli/reports.h"
+#include "refusal/message_text.h"
 #include "services/runtime/errors.h"
 #include "sixpoint/inspection/v1/value.grpc.pb.h"
 
@@ -48,13 +48,7 @@ absl::StatusOr<ListValuesRequest> RequestOf(const Arguments& arguments) {
   return request;
 }
 
-// Every digit that it has: read back it is the same number.
-std::string Exact(double value) {
-  char text[32];
-  return {text, std::to_chars(text, text + sizeof text, value).ptr};
-}
-
-// number: how one is written; nothing is where it was not measured.
+// number: how one is written, in a CSV with every digit that it has; nothing is where it was not measured.
 std::vector<std::string> CellsOf(const Value& value, std::string (*number)(double)) {
   return {IdText(value.blade()),
           value.characteristic(),
@@ -133,7 +127,7 @@ void AddValuesCommand(Command* app, Session* session) {
     if (!request.ok()) return request.status();
     if (arguments->csv && arguments->limit == 0) {
       PrintCsv(Headers());
-      return Stream(session, *request, [](const Value& value) { PrintCsv(CellsOf(value, Exact)); });
+      return Stream(session, *request, [](const Value& value) { PrintCsv(CellsOf(value, NumberText)); });
     }
     if (arguments->csv) return runtime::Refuse("--limit", std::to_string(arguments->limit), "none with --csv");
     Table table({"blade", "characteristic", "unit", ">value", ">nominal", ">lower_limit", ">upper_limit", ">u95",
