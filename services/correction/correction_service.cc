@@ -149,8 +149,9 @@ grpc::Status CorrectionService::ReplayCorrection(grpc::ServerContext* context,
   const grpc::Status got =
       peers_->registration->ReplayRegistration(caller.make_context().get(), of_registration, &registration);
   if (!got.ok()) return ToGrpc(runtime::FromGrpc(got));
-  const auto now = nc_template.ok() ? AsMade(MakeAgain(*row, *nc_template, *recorded, caller)) : nc_template.status();
-  auto replay = now.ok() ? runtime::CompareReplay(*recorded, *now) : runtime::FailedReplay(*recorded, now.status());
+  const absl::StatusOr<v1::Correction> now =
+      nc_template.ok() ? AsMade(MakeAgain(*row, *nc_template, *recorded, caller)) : nc_template.status();
+  auto replay = runtime::ReplayOf(*recorded, now);
   if (!replay.ok()) return ToGrpc(replay.status());
   for (const v1::ReleaseCheck& check : recorded->checks())
     if (IsOfTheMoment(check.kind()))

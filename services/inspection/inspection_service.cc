@@ -136,7 +136,7 @@ grpc::Status InspectionService::ReplayInspection(grpc::ServerContext* context,
   const auto registrations = ReplayRegistrations(*peers_, *recorded, caller);
   if (!registrations.ok()) return ToGrpc(registrations.status());
   const auto now = MakeAgain(*recorded, caller);
-  auto replay = now.ok() ? runtime::CompareReplay(*recorded, *now) : runtime::FailedReplay(*recorded, now.status());
+  auto replay = runtime::ReplayOf(*recorded, now);
   if (!replay.ok()) return ToGrpc(replay.status());
   for (const replay::v1::Replay& registration : *registrations) runtime::AddInput(registration, &*replay);
   *response = *std::move(replay);

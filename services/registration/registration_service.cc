@@ -110,9 +110,7 @@ grpc::Status RegistrationService::ReplayRegistration(grpc::ServerContext* contex
       *store_, caller.deadline, "registrations", request->name(), errors::v1::REGISTRATION_NOT_FOUND, ToProto));
   if (!recorded.ok()) return ToGrpc(recorded.status());
   const auto now = WithoutTime(MakeAgain(*recorded, caller));
-  if (!now.ok()) return runtime::Answer(runtime::FailedReplay(*recorded, now.status()), response);
-  *response = runtime::CompareReplay(*recorded, *now);
-  return grpc::Status::OK;
+  return runtime::Answer(runtime::ReplayOf(*recorded, now), response);
 }
 
 absl::StatusOr<v1::Registration> RegistrationService::MakeAgain(const v1::Registration& recorded,

@@ -4,7 +4,9 @@
 #include <google/protobuf/util/message_differencer.h>
 
 #include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "services/runtime/computed_on.h"
 #include "services/runtime/errors.h"
@@ -98,14 +100,11 @@ Replay Begin(const Message& recorded) {
 }
 
 // The figures alone.
-std::unique_ptr<Message> FiguresOf(const Message& message, const std::vector<std::string>& taken_as_recorded) {
+std::unique_ptr<Message> FiguresOf(const Message& message) {
   std::unique_ptr<Message> figures(message.New());
   figures->CopyFrom(message);
-  std::vector<std::string> others = {
-      "name",        "requested_by", "software_version", "computed_on", "record_sequence",
-      "recorded_at", "rejudges",     "dispositions",     "work_order",  "operation"};
-  others.insert(others.end(), taken_as_recorded.begin(), taken_as_recorded.end());
-  for (const std::string& other : others)
+  for (const char* const other :
+       {"name", "requested_by", "software_version", "computed_on", "record_sequence", "recorded_at", "rejudges"})
     if (const FieldDescriptor* const field = figures->GetDescriptor()->FindFieldByName(other))
       figures->GetReflection()->ClearField(figures.get(), field);
   return figures;
@@ -113,14 +112,12 @@ std::unique_ptr<Message> FiguresOf(const Message& message, const std::vector<std
 
 }  // namespace
 
-Replay CompareReplay(const Message& recorded, const Message& now, const std::vector<std::string>& taken_as_recorded) {
+Replay CompareReplay(const Message& recorded, const Message& now) {
   Replay replay = Begin(recorded);
-  const std::unique_ptr<Message> before = FiguresOf(recorded, taken_as_recorded),
-                                 after = FiguresOf(now, taken_as_recorded);
+  const std::unique_ptr<Message> before = FiguresOf(recorded), after = FiguresOf(now);
   // Bits, not values: 0 and -0 are two, and NaN is itself. The contract's messages have no maps, so that equal ones are written alike.
   const bool same = before->SerializeAsString() == after->SerializeAsString();
   replay.set_outcome(same ? replay::v1::REPLAY_OUTCOME_SAME_BITS : replay::v1::REPLAY_OUTCOME_DIFFERS);
-  for (const std::string& field : taken_as_recorded) replay.add_taken_as_recorded(field);
   if (same) return replay;
   ToReplay reporter(&replay);
   MessageDifferencer differencer;
