@@ -1,10 +1,11 @@
 // The made-up plant to look at: tests/run serve [port]
 import { join } from 'node:path';
 import { startGateway } from './fixtures/gateway';
+import { answerBlocks } from './fixtures/blade_routes';
 import { makePlant } from './fixtures/plant';
 
 const plant = makePlant(200);
-const gateway = await startGateway(join(process.cwd(), 'dist'), plant.routes, undefined, Number(process.argv[2] ?? 0));
+const gateway = await startGateway(join(process.cwd(), 'dist'), plant.routes, answerBlocks, Number(process.argv[2] ?? 0));
 console.log(gateway.url, '  users/jane  "six points hold"');
 const kinds = ['scan', 'registration', 'correction', 'fetch', 'cut', 'inspection'];
 setInterval(() => {

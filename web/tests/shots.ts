@@ -2,11 +2,12 @@
 import { join } from 'node:path';
 import { chromium } from 'playwright-core';
 import { startGateway } from './fixtures/gateway';
+import { answerBlocks } from './fixtures/blade_routes';
 import { makePlant } from './fixtures/plant';
 
 const [folder, scheme, size, ...paths] = process.argv.slice(2);
 const [width, height] = size!.split('x').map(Number);
-const gateway = await startGateway(join(process.cwd(), 'dist'), makePlant(200).routes);
+const gateway = await startGateway(join(process.cwd(), 'dist'), makePlant(200).routes, answerBlocks);
 const browser = await chromium.launch({ executablePath: process.env['CHROMIUM'] ?? '/usr/bin/chromium', args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'] });
 const page = await browser.newPage({ viewport: { width: width!, height: height! }, colorScheme: scheme as 'dark' });
 page.on('console', (message) => { if (message.type() === 'error') console.log('console:', message.text()); });

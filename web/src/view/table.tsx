@@ -36,21 +36,21 @@ export function CopyCsv<Row>({ columns, rows, what }: { columns: Column<Row>[]; 
   const copy = () => copyText(csvOf(columns, rows)).then(() => setSaid('Copied'), () => setSaid('The browser did not let it copy'));
   return (
     <span class="copy no-print">
-      <button type="button" class="quiet" aria-label={`Copy ${what} as CSV`}
+      <button type="button" class="quiet" aria-label={`Copy as CSV: ${what}`}
         onClick={() => { void copy(); setTimeout(() => setSaid(''), 2500); }}>Copy as CSV</button>
       <span role="status" class="small muted">{said}</span>
     </span>
   );
 }
 
-export function Table<Row>({ caption, columns, rows, rowKey, onPick, picked, showCaption = true }: {
+export function Table<Row>({ caption, columns, rows, rowKey, onPick, picked, showCaption = true, isCopied = true }: {
   caption: string; columns: Column<Row>[]; rows: Row[]; rowKey: (row: Row) => string;
-  onPick?: (row: Row) => void; picked?: string | undefined; showCaption?: boolean;
+  onPick?: (row: Row) => void; picked?: string | undefined; showCaption?: boolean; isCopied?: boolean;
 }) {
   return (
     <div class="table-box">
-      <div class="table-head">{showCaption && <h3>{caption}</h3>}<CopyCsv columns={columns} rows={rows} what={caption} /></div>
-      <div class="table-scroll" tabIndex={0} role="region" aria-label={caption}>
+      {(showCaption || isCopied) && <div class="table-head">{showCaption && <h2>{caption}</h2>}{isCopied && <CopyCsv columns={columns} rows={rows} what={caption} />}</div>}
+      <div class="table-scroll" tabIndex={0} role="region" aria-label={`Table: ${caption}`}>
         <table>
           <caption class="hidden">{caption}</caption>
           <thead><tr>{columns.map((column) => (

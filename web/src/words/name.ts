@@ -21,5 +21,5 @@ export function pageOf(name: string): string | undefined {
 // users/jane via services/gateway -> jane; machines/m1 -> m1
 export const personOf = (requestedBy: string): string => {
   const who = requestedBy.replace(/ via services\/gateway$/, '');
-  return who.startsWith('users/') ? who.slice(6) : who;
+  return /^(users|machines)\//.test(who) ? idOf(who) : who;
 };
