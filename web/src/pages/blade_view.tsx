@@ -95,7 +95,7 @@ export function BladeView({ facts, holes, picked, onPick }: { facts: BladeFacts;
         const statistics = loaded.statisticsOf(cloud);
         setClouds((old) => ({ ...old, [which]: statistics && { drawn: cloud.count, isWhole, ...statistics } }));
         if (statistics && !isWhole && (which === 'after' || !facts.after)) {
-          const scale = loaded.roundScale(Math.max(Math.abs(statistics.p05Um), Math.abs(statistics.p95Um)) * 1.5);
+          const scale = loaded.roundScale(Math.max(Math.abs(statistics.p05Um), Math.abs(statistics.p95Um)) * 1.25);
           setScaleUm(scale);
           setBandUm(scale / 5);
         }
@@ -176,7 +176,7 @@ export function BladeView({ facts, holes, picked, onPick }: { facts: BladeFacts;
               onInput={(event) => setMagnification(Number((10 ** ((3 * Number(event.currentTarget.value)) / 100)).toPrecision(2)))} /> ×{magnification}</label>
           </div>
           <p class="small muted">Coloured arrows: from the drawn start to the start as cut, ×{magnification}. Grey arrows, true to scale: from where the nominal program would have cut. Violet points: off by 1&#8239;mm or more, set aside.
-            {main && <> Points shown{main.isWhole ? '' : ', thinned'}: {count(points)}; rms {quantity(main.rmsUm, 'µm', 1)}, 5 to 95&#8239;% {number(main.p05Um, 1)} to {quantity(main.p95Um, 'µm', 1)}, measured here by the page for its colours.</>}</p>
+            {main && <> Points{main.isWhole ? '' : ', thinned'}: {count(main.drawn)}; rms {quantity(main.rmsUm, 'µm', 1)}, 5 to 95&#8239;% {number(main.p05Um, 1)} to {quantity(main.p95Um, 'µm', 1)}, measured here by the page for its colours.</>}</p>
         </div>
       )}
     </div>
