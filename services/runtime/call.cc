@@ -121,8 +121,10 @@ std::unique_ptr<grpc::ClientContext> ContextWithoutDeadline() {
 }
 
 std::shared_ptr<grpc::Channel> ConnectTo(const std::string& address,
-                                         const std::shared_ptr<grpc::ChannelCredentials>& credentials) {
+                                         const std::shared_ptr<grpc::ChannelCredentials>& credentials, int connection) {
   grpc::ChannelArguments arguments;
+  if (connection > 0)
+    arguments.SetInt("sixpoint.connection", connection);  // gRPC shares those whose arguments are alike
   arguments.SetServiceConfigJSON(kServiceConfig);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);

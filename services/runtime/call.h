@@ -54,7 +54,9 @@ std::unique_ptr<grpc::ClientContext> ContextFor(double seconds);
 // The same, without a deadline.
 std::unique_ptr<grpc::ClientContext> ContextWithoutDeadline();
 // A channel with keepalive, message limits and retry of UNAVAILABLE; each call on it is a span. credentials: credentials.h.
+// connection: channels of one number share a connection, others have their own.
 std::shared_ptr<grpc::Channel> ConnectTo(const std::string& address,
-                                         const std::shared_ptr<grpc::ChannelCredentials>& credentials);
+                                         const std::shared_ptr<grpc::ChannelCredentials>& credentials,
+                                         int connection = 0);
 
 }  // namespace sixpoint::runtime

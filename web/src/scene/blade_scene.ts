@@ -1,0 +1,344 @@
+// The blade drawn: CAD, the cloud with its deviations, holes with arrows, datum points. Draws when something changed, and not else.
+import {
+  AmbientLight, BufferAttribute, BufferGeometry, CanvasTexture, ConeGeometry, CylinderGeometry, DataTexture, DirectionalLight, DoubleSide, Group, LinearFilter, Mesh,
+  MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, Points, Quaternion, Raycaster, RGBAFormat, RingGeometry, Scene, ShaderMaterial, SphereGeometry, Sprite, SpriteMaterial, Vector2,
+  SRGBColorSpace, Vector3, WebGLRenderer, type Object3D,
+} from 'three';
+import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
+import type { Cloud } from './cloud';
+import { colourTable, kColourCount, kColourReach, kSetAside } from './colours';
+import type { Vector } from './frames';
+import type { Surface } from './surface';
+
+export type DrawnHole = {
+  key: string;
+  nominalMm: Vector; normal: Vector; radiusMm: number;  // about the surface's centre
+  withoutCorrectionMm: Vector | undefined;  // where the nominal program would have cut on this blade
+  asCutMm: Vector | undefined;  // unset: not measured
+  tone: 'good' | 'bad' | 'unsure' | 'none';
+};
+export type DrawnDatum = { name: string; pointMm: Vector; normal: Vector };
+export type Shows = { cad: boolean; before: boolean; after: boolean; holes: boolean; datums: boolean };
+export type Which = 'before' | 'after';
+
+const kMovingPoints = 300_000;  // so many are drawn while the view turns, all once it rests
+const kRestMs = 160;
+const kTones = { good: 0x1f9d74, bad: 0xd23b2f, unsure: 0xd08a10, none: 0x8a979d };
+
+const kVertex = `
+attribute float deviationUm; varying float vDeviation; uniform float pointPx;
+void main() { vDeviation = deviationUm; gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); gl_PointSize = pointPx; }`;
+const kFragment = `
+varying float vDeviation; uniform sampler2D table; uniform float scaleUm; uniform float reach; uniform vec3 setAside; uniform bool isPlain; uniform vec3 plain;
+void main() {
+  if (vDeviation < -1.0e8) { gl_FragColor = vec4(setAside, 1.0); return; }
+  float at = 0.5 + 0.5 * clamp(vDeviation / (scaleUm * reach), -0.999, 0.999);
+  gl_FragColor = isPlain ? vec4(plain, 1.0) : texture2D(table, vec2(at, 0.5));
+}`;
+const kSetAsideUm = -1e9;  // NaN does not survive every driver
+
+export class BladeScene {
+  readonly renderer: WebGLRenderer;
+  private readonly scene = new Scene();
+  private readonly camera = new PerspectiveCamera(32, 1, 0.1, 5000);
+  private readonly controls: OrbitControls;
+  private readonly clouds: Partial<Record<Which, Points<BufferGeometry, ShaderMaterial>>> = {};
+  private readonly counts: Partial<Record<Which, number>> = {};
+  private cad: Mesh | undefined;
+  private holes = new Group();
+  private datums = new Group();
+  private table: DataTexture;
+  private radius = 30;
+  private hasFront = false;
+  private isMoving = false;
+  private restTimer: ReturnType<typeof setTimeout> | undefined;
+  private frame = 0;
+  private readonly watcher: ResizeObserver;
+  private pickable: Object3D[] = [];
+  onPick: (key: string) => void = () => undefined;
+  drawnCount = 0;
+
+  constructor(private readonly canvas: HTMLCanvasElement) {
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: false });
+    this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
+    this.table = new DataTexture(colourTable(50, 10), kColourCount, 1, RGBAFormat);
+    this.table.needsUpdate = true;
+    const sun = new DirectionalLight(0xffffff, 2.3);
+    this.camera.add(sun);
+    sun.position.set(0.4, 0.7, 1);
+    this.scene.add(this.camera, new AmbientLight(0xffffff, 0.55), this.holes, this.datums);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.enableDamping = false;
+    this.controls.addEventListener('change', () => this.move());
+    canvas.addEventListener('webglcontextlost', (event) => event.preventDefault());
+    canvas.addEventListener('webglcontextrestored', () => this.draw());
+    canvas.addEventListener('keydown', this.onKey);
+    let downAt: [number, number] | undefined;
+    canvas.addEventListener('pointerdown', (event) => { downAt = [event.clientX, event.clientY]; });
+    canvas.addEventListener('pointerup', (event) => {
+      if (downAt && Math.hypot(event.clientX - downAt[0], event.clientY - downAt[1]) < 4) this.pick(event);
+    });
+    this.watcher = new ResizeObserver(() => this.resize());
+    this.watcher.observe(canvas.parentElement!);
+    this.resize();
+  }
+
+  setSurface(surface: Surface): void {
+    this.radius = surface.radius;
+    const count = surface.triangles.length, positions = new Float32Array(3 * count);
+    for (let i = 0; i < count; ++i) for (let k = 0; k < 3; ++k) positions[3 * i + k] = surface.vertices[3 * surface.triangles[i]! + k]!;
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', new BufferAttribute(positions, 3));
+    if (surface.normals) geometry.setAttribute('normal', new BufferAttribute(surface.normals, 3));
+    else geometry.computeVertexNormals();
+    // A little behind the points that lie on it.
+    this.cad = new Mesh(geometry, new MeshLambertMaterial({ color: 0xaab6bb, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 4 }));
+    this.scene.add(this.cad);
+    this.home();
+  }
+
+  home(): void {
+    this.controls.target.set(0, 0, 0);
+    const far = this.radius / Math.sin((this.camera.fov * Math.PI) / 360) * 1.02;
+    const front = this.front, side = Math.atan2(front.y, front.x) + 0.38;
+    this.camera.position.set(Math.cos(side) * 0.94 * far, Math.sin(side) * 0.94 * far, 0.32 * far);
+    this.camera.up.set(0, 0, 1);
+    this.camera.near = far / 200;
+    this.camera.far = far * 10;
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.draw();
+  }
+
+  setCloud(which: Which, cloud: Cloud): void {
+    const old = this.clouds[which];
+    if (old) { this.scene.remove(old); old.geometry.dispose(); }
+    const deviations = cloud.deviationsUm.map((um) => (Number.isNaN(um) ? kSetAsideUm : um));
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', new BufferAttribute(cloud.positions, 3));
+    geometry.setAttribute('deviationUm', new BufferAttribute(deviations, 1));
+    const material = old?.material ?? new ShaderMaterial({
+      vertexShader: kVertex, fragmentShader: kFragment,
+      uniforms: {
+        table: { value: this.table }, scaleUm: { value: 50 }, reach: { value: kColourReach }, pointPx: { value: 2 },
+        setAside: { value: new Vector3(...kSetAside.map((c) => c / 255)) }, isPlain: { value: false }, plain: { value: new Vector3(0.46, 0.4, 0.62) },
+      },
+    });
+    const points = new Points(geometry, material);
+    points.frustumCulled = false;
+    this.clouds[which] = points;
+    this.counts[which] = cloud.count;
+    this.scene.add(points);
+    this.draw();
+  }
+
+  setScale(scaleUm: number, bandUm: number): void {
+    (this.table.image.data as Uint8Array).set(colourTable(scaleUm, bandUm));
+    this.table.needsUpdate = true;
+    for (const cloud of Object.values(this.clouds)) cloud.material.uniforms['scaleUm']!.value = scaleUm;
+    this.scaleUm = scaleUm;
+    this.draw();
+  }
+  private scaleUm = 50;
+  private front = new Vector3(0, -1, 0);  // where the holes look
+
+  setHoles(holes: DrawnHole[], magnification: number, picked: string | undefined): void {
+    this.empty(this.holes);
+    if (holes.length > 0 && !this.hasFront) {
+      this.hasFront = true;
+      this.front.set(0, 0, 0);
+      for (const hole of holes) this.front.add(new Vector3(...hole.normal));
+      this.home();
+    }
+    this.pickable = [];
+    const up = new Vector3(0, 0, 1);
+    for (const hole of holes) {
+      const normal = new Vector3(...hole.normal), at = new Vector3(...hole.nominalMm).addScaledVector(normal, 0.02 * hole.radiusMm + 0.01);
+      const colour = kTones[hole.tone], facing = new Quaternion().setFromUnitVectors(up, normal);
+      const isPicked = picked === hole.key;
+      const ring = new Mesh(new RingGeometry(hole.radiusMm, hole.radiusMm * (isPicked ? 1.9 : 1.35), 40), new MeshBasicMaterial({ color: isPicked ? 0x0a66c2 : 0x20303a, side: DoubleSide }));
+      ring.position.copy(at);
+      ring.quaternion.copy(facing);
+      const target = new Mesh(new SphereGeometry(Math.max(1.6 * hole.radiusMm, this.radius / 45), 8, 6), new MeshBasicMaterial({ visible: false }));
+      target.position.copy(at);
+      target.userData['key'] = hole.key;
+      this.pickable.push(target);
+      this.holes.add(ring, target);
+      if (hole.withoutCorrectionMm) this.holes.add(this.arrow(new Vector3(...hole.withoutCorrectionMm).addScaledVector(normal, 0.05), at, 0x5b6d76, this.radius / 260));
+      if (hole.asCutMm) {
+        const moved = new Vector3(...hole.asCutMm).sub(new Vector3(...hole.nominalMm));
+        this.holes.add(this.arrow(at, at.clone().addScaledVector(moved, magnification).addScaledVector(normal, 0.1 * hole.radiusMm), colour, this.radius / 130));
+      }
+    }
+    this.draw();
+  }
+
+  setDatums(datums: DrawnDatum[]): void {
+    this.empty(this.datums);
+    for (const datum of datums) {
+      const at = new Vector3(...datum.pointMm), normal = new Vector3(...datum.normal), far = this.radius / 6;
+      const ball = new Mesh(new SphereGeometry(this.radius / 70, 16, 12), new MeshBasicMaterial({ color: 0x7a3fa0 }));
+      ball.position.copy(at);
+      this.datums.add(ball, this.arrow(at.clone().addScaledVector(normal, far), at, 0x7a3fa0, this.radius / 200), this.label(datum.name, at.clone().addScaledVector(normal, far * 1.18)));
+    }
+    this.draw();
+  }
+
+  setShows(shows: Shows): void {
+    if (this.cad) this.cad.visible = shows.cad;
+    this.holes.visible = shows.holes;
+    this.datums.visible = shows.datums;
+    for (const which of ['before', 'after'] as const) {
+      const cloud = this.clouds[which];
+      if (!cloud) continue;
+      cloud.visible = shows[which];
+      // Laid over each other, the one before is plain: two clouds of one scale could not be told apart.
+      cloud.material.uniforms['isPlain']!.value = which === 'before' && shows.after && this.clouds.after !== undefined;
+    }
+    this.draw();
+  }
+
+  lookAt(hole: DrawnHole): void {
+    const target = new Vector3(...hole.nominalMm), far = this.camera.position.distanceTo(this.controls.target);
+    this.controls.target.copy(target);
+    this.camera.position.copy(target).addScaledVector(new Vector3(...hole.normal), Math.min(far, this.radius * 1.1)).add(new Vector3(0, 0, this.radius * 0.12));
+    this.controls.update();
+    this.draw();
+  }
+
+  // A PNG with its legend and title: what is passed on has to say what it shows.
+  async picture(title: string, bandUm: number): Promise<Blob> {
+    this.render(false);
+    const { width, height } = this.canvas;
+    const sheet = document.createElement('canvas');
+    const foot = Math.round(height * 0.09);
+    sheet.width = width; sheet.height = height + foot;
+    const pen = sheet.getContext('2d')!;
+    pen.fillStyle = '#ffffff';
+    pen.fillRect(0, 0, sheet.width, sheet.height);
+    pen.drawImage(this.canvas, 0, 0);
+    const table = colourTable(this.scaleUm, bandUm), left = foot * 0.3, wide = width * 0.4;
+    for (let i = 0; i < kColourCount; ++i) {
+      pen.fillStyle = `rgb(${table[4 * i]} ${table[4 * i + 1]} ${table[4 * i + 2]})`;
+      pen.fillRect(left + (wide * i) / kColourCount, height + foot * 0.15, wide / kColourCount + 1, foot * 0.35);
+    }
+    pen.fillStyle = '#16232a';
+    pen.font = `${Math.round(foot * 0.28)}px system-ui, sans-serif`;
+    pen.fillText(`−${this.scaleUm} µm`, left, height + foot * 0.85);
+    pen.textAlign = 'center';
+    pen.fillText(`grey: within ±${bandUm} µm`, left + wide / 2, height + foot * 0.85);
+    pen.textAlign = 'right';
+    pen.fillText(`+${this.scaleUm} µm`, left + wide, height + foot * 0.85);
+    pen.fillText(title, width - left, height + foot * 0.6);
+    return new Promise((resolve, reject) => sheet.toBlob((blob) => (blob ? resolve(blob) : reject(new Error('The browser made no picture.'))), 'image/png'));
+  }
+
+  // For print, which does not wait for a frame.
+  pictureNow(): string { this.render(false); return this.canvas.toDataURL('image/png'); }
+
+  stop(): void {
+    cancelAnimationFrame(this.frame);
+    clearTimeout(this.restTimer);
+    this.watcher.disconnect();
+    this.controls.dispose();
+    this.renderer.dispose();
+  }
+
+  private arrow(from: Vector3, to: Vector3, colour: number, thickness: number): Group {
+    const along = to.clone().sub(from), far = along.length(), group = new Group();
+    if (far < 1e-6) return group;
+    const material = new MeshBasicMaterial({ color: colour }), head = Math.min(far, thickness * 6);
+    const shaft = new Mesh(new CylinderGeometry(thickness, thickness, Math.max(1e-6, far - head), 8), material);
+    shaft.position.y = (far - head) / 2;
+    const tip = new Mesh(new ConeGeometry(thickness * 2.4, head, 12), material);
+    tip.position.y = far - head / 2;
+    group.add(shaft, tip);
+    group.position.copy(from);
+    group.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), along.normalize());
+    return group;
+  }
+
+  private label(text: string, at: Vector3): Sprite {
+    const canvas = document.createElement('canvas');
+    canvas.width = 128; canvas.height = 64;
+    const pen = canvas.getContext('2d')!;
+    pen.font = '600 40px system-ui, sans-serif';
+    pen.textAlign = 'center';
+    pen.lineWidth = 8; pen.strokeStyle = '#ffffff'; pen.strokeText(text, 64, 46);
+    pen.fillStyle = '#5a2a80'; pen.fillText(text, 64, 46);
+    const texture = new CanvasTexture(canvas);
+    texture.minFilter = LinearFilter;
+    texture.colorSpace = SRGBColorSpace;
+    const sprite = new Sprite(new SpriteMaterial({ map: texture, depthTest: false, transparent: true }));
+    sprite.position.copy(at);
+    sprite.scale.set(this.radius / 5, this.radius / 10, 1);
+    return sprite;
+  }
+
+  private empty(group: Group): void {
+    group.traverse((object) => { if (object instanceof Mesh) { object.geometry.dispose(); (object.material as MeshBasicMaterial).dispose(); } });
+    group.clear();
+  }
+
+  private resize(): void {
+    const box = this.canvas.parentElement!;
+    const width = box.clientWidth, height = box.clientHeight;
+    if (width === 0 || height === 0) return;
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.draw();
+  }
+
+  private move(): void {
+    this.isMoving = true;
+    clearTimeout(this.restTimer);
+    this.restTimer = setTimeout(() => { this.isMoving = false; this.draw(); }, kRestMs);
+    this.draw();
+  }
+
+  private draw(): void {
+    if (this.frame) return;
+    this.frame = requestAnimationFrame(() => { this.frame = 0; this.render(this.isMoving); });
+  }
+
+  private render(isMoving: boolean): void {
+    this.drawnCount = 0;
+    for (const which of ['before', 'after'] as const) {
+      const cloud = this.clouds[which];
+      if (!cloud?.visible) continue;
+      const count = isMoving ? Math.min(kMovingPoints, this.counts[which]!) : this.counts[which]!;
+      cloud.geometry.setDrawRange(0, count);
+      cloud.material.uniforms['pointPx']!.value = this.renderer.getPixelRatio() * (this.counts[which]! < 150_000 ? 2.2 : 1.4);
+      this.drawnCount += count;
+    }
+    this.renderer.render(this.scene, this.camera);
+    this.canvas.dataset['drawn'] = String(this.drawnCount);
+  }
+
+  private pick(event: PointerEvent): void {
+    const box = this.canvas.getBoundingClientRect(), ray = new Raycaster();
+    ray.setFromCamera(new Vector2(((event.clientX - box.left) / box.width) * 2 - 1, 1 - ((event.clientY - box.top) / box.height) * 2), this.camera);
+    const hit = ray.intersectObjects(this.pickable, false)[0];
+    if (hit) this.onPick(hit.object.userData['key'] as string);
+  }
+
+  private readonly onKey = (event: KeyboardEvent): void => {
+    const offset = this.camera.position.clone().sub(this.controls.target);
+    const turn = 0.09, side = new Vector3().crossVectors(this.camera.up, offset).normalize();
+    switch (event.key) {
+      case 'ArrowLeft': offset.applyAxisAngle(this.camera.up, -turn); break;
+      case 'ArrowRight': offset.applyAxisAngle(this.camera.up, turn); break;
+      case 'ArrowUp': if (offset.angleTo(this.camera.up) > 0.15) offset.applyAxisAngle(side, -turn); break;
+      case 'ArrowDown': if (offset.angleTo(this.camera.up) < Math.PI - 0.15) offset.applyAxisAngle(side, turn); break;
+      case '+': case '=': offset.multiplyScalar(0.88); break;
+      case '-': offset.multiplyScalar(1 / 0.88); break;
+      case 'Home': this.home(); event.preventDefault(); return;
+      default: return;
+    }
+    event.preventDefault();
+    this.camera.position.copy(this.controls.target).add(offset);
+    this.controls.update();
+    this.move();
+  };
+}

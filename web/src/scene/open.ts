@@ -1,0 +1,67 @@
+// What a picture of a blade needs, fetched: the CAD's surface, and the scans of before and after. In a file of its own with three.js, which only
+// who looks at a blade loads.
+import type { Registration } from '#proto/sixpoint/registration/v1/registration_pb';
+import { PointFormat, ScanService } from '#proto/sixpoint/ingest/v1/ingest_pb';
+import type { Scan } from '#proto/sixpoint/ingest/v1/scan_pb';
+import { PlantService } from '#proto/sixpoint/plant/v1/plant_pb';
+import { client } from '../plant/clients';
+import type { BladeFacts } from '../pages/blade_facts';
+import { CloudWorkers, shuffled, statisticsOf, type Cloud } from './cloud';
+import { partFromSensor, type Mapping } from './frames';
+import { readSurface, type Surface } from './surface';
+
+export { BladeScene } from './blade_scene';
+export { colourTable, kColourCount, roundScale } from './colours';
+export { CloudWorkers, statisticsOf };
+
+const kPreviewPoints = 40_000;  // a scan
+const kAtOnce = 4;  // blocks that are decoded
+
+export async function fetchSurface(part: string, signal: AbortSignal): Promise<Surface> {
+  const chunks: Uint8Array[] = [];
+  let size = 0;
+  for await (const { chunk } of client(PlantService).downloadSurface({ name: part }, { signal })) { chunks.push(chunk); size += chunk.length; }
+  const bytes = new Uint8Array(size);
+  let at = 0;
+  for (const chunk of chunks) { bytes.set(chunk, at); at += chunk.length; }
+  return readSurface(bytes);
+}
+
+function mappingOf(facts: BladeFacts, registration: Registration, scan: Scan): Mapping {
+  const sensor = facts.calibrations.get(registration.sensorCalibration)?.result, rotation = facts.calibrations.get(registration.rotationCalibration)?.result;
+  if (sensor?.case !== 'sensor' || rotation?.case !== 'rotation' || !registration.zeroFromPart || !scan.header)
+    throw new Error('The calibrations that map its scans are not there.');
+  return partFromSensor(scan.header, sensor.value, rotation.value, registration, facts.machine?.sensor);
+}
+
+export type Fetched = { cloud: Cloud; scans: Scan[]; isWhole: boolean };
+
+// A thinned picture at once.
+export async function fetchPreview(facts: BladeFacts, registration: Registration, workers: CloudWorkers, signal: AbortSignal): Promise<Fetched> {
+  const scans: Scan[] = [];
+  const pieces = await Promise.all(registration.scans.map(async (name, i) => {
+    const answer = await client(ScanService).previewScan({ name, pointCount: kPreviewPoints }, { signal });
+    scans[i] = answer.scan!;
+    const points = new Float32Array(answer.xyzF32.slice().buffer);
+    return workers.measurePoints(points, mappingOf(facts, registration, answer.scan!));
+  }));
+  return { cloud: shuffled(pieces), scans, isWhole: false };
+}
+
+// Every point: the stored blocks, as they are, decoded while the next ones come.
+export async function fetchWhole(facts: BladeFacts, registration: Registration, scans: Scan[], workers: CloudWorkers, signal: AbortSignal, onProgress: (share: number) => void): Promise<Fetched> {
+  const total = scans.reduce((sum, scan) => sum + scan.blockCount, 0);
+  const measured: Promise<{ positions: Float32Array; deviationsUm: Float32Array }>[] = [];
+  let done = 0;
+  for (const scan of scans) {
+    const mapping = mappingOf(facts, registration, scan);
+    for await (const { part } of client(ScanService).downloadScan({ name: scan.name, format: PointFormat.STORED }, { signal })) {
+      if (part.case !== 'block') continue;
+      measured.push(workers.measureBlock(part.value.payload.slice(), mapping).finally(() => onProgress(++done / total)));
+      // No more than the workers are about to decode is held.
+      if (measured.length >= kAtOnce) await measured[measured.length - kAtOnce];
+    }
+  }
+  const pieces = await Promise.all(measured);
+  return { cloud: shuffled(pieces), scans, isWhole: true };
+}

@@ -1,0 +1,154 @@
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import type { Page } from 'playwright-core';
+import { axeFindings, complaintsOf, setStage, signedIn, type Stage } from './browser';
+
+let stage: Stage;
+before(async () => { stage = await setStage(12); });
+after(async () => { await stage.stop(); });
+
+const drawn = (page: Page, least: number) => page.waitForFunction((n) => Number(document.querySelector<HTMLCanvasElement>('.view3d canvas')?.dataset['drawn'] ?? 0) >= n, least, { timeout: 60_000 });
+
+// How many pixels of the canvas are red, blue, grey (of the scale), by a picture of it.
+async function coloursOf(page: Page): Promise<{ red: number; blue: number; grey: number }> {
+  const png = (await page.locator('.view3d canvas').screenshot()).toString('base64');
+  return page.evaluate(async (data) => {
+    const image = new Image();
+    image.src = `data:image/png;base64,${data}`;
+    await image.decode();
+    const canvas = document.createElement('canvas');
+    canvas.width = image.width; canvas.height = image.height;
+    const pen = canvas.getContext('2d')!;
+    pen.drawImage(image, 0, 0);
+    const pixels = pen.getImageData(0, 0, image.width, image.height).data, sums = { red: 0, blue: 0, grey: 0 };
+    for (let i = 0; i < pixels.length; i += 4) {
+      const [r, g, b] = [pixels[i]!, pixels[i + 1]!, pixels[i + 2]!];
+      if (r > g + 90 && r > 150) sums.red += 1;
+      else if (b > r + 90 && b > 130) sums.blue += 1;
+      else if (Math.abs(r - 214) < 6 && Math.abs(g - 218) < 6 && Math.abs(b - 214) < 6) sums.grey += 1;
+    }
+    return sums;
+  }, png);
+}
+
+test('the verdict is first, and every hole has its value, U and limit', async () => {
+  const page = await signedIn(stage, '/blades/SN-0412');
+  const complaints = complaintsOf(page);
+  await page.locator('.mark-big', { hasText: 'Not conform' }).waitFor();
+  assert.match(await page.locator('.blade-top').innerText(), /10 of 12 holes conform, 1 not measured\. Worst position: G2\/H3 with 0\.0412 ± 0\.00\d\d\s?mm of at most 0\.030/);
+  const table = page.getByRole('region', { name: 'Table: Holes as cut' });
+  assert.equal(await table.locator('tbody tr').count(), 12);
+  assert.match(await table.locator('tr', { hasText: 'G1/H6' }).innerText(), /Not measured.*not measured.*41 points of a pin/s);
+  assert.match(await table.locator('tr', { hasText: 'G2/H3' }).innerText(), /0\.0412 ± 0\.00\d\d/);
+  await drawn(page, 50_000);
+  assert.deepEqual(complaints, []);
+  await page.context().close();
+});
+
+test('the blade stands in its colours: red where it stands out, blue where it lacks, and the scale moves them', async () => {
+  const page = await signedIn(stage, '/blades/SN-0412');
+  await drawn(page, 50_000);
+  await page.waitForTimeout(600);
+  const said = await page.locator('.scale-box').innerText();
+  // Of the deviation that the fixture put in: rms 7.5 um with its noise, as it was drawn from the same formula.
+  const rms = Number(/rms ([\d.]+)/.exec(said)![1]);
+  assert.ok(Math.abs(rms - 7.5) < 0.6, `rms ${rms} um, about 7.5 wanted`);
+  const colours = await coloursOf(page);
+  assert.ok(colours.red > 1500 && colours.blue > 1500 && colours.grey > 3000, JSON.stringify(colours));
+  await page.getByLabel('Scale').fill('100');
+  await page.waitForTimeout(600);
+  const wide = await coloursOf(page);
+  assert.ok(wide.red < colours.red / 4, `red ${wide.red} at 1 mm, ${colours.red} before`);
+  await page.context().close();
+});
+
+test('every point is fetched as stored blocks and decoded', async () => {
+  const page = await signedIn(stage, '/blades/SN-0412');
+  const complaints = complaintsOf(page);
+  await drawn(page, 50_000);
+  await page.getByRole('button', { name: 'Every point' }).click();
+  await drawn(page, 2 * 120_000);
+  const said = await page.locator('.scale-box').innerText();
+  const rms = Number(/rms ([\d.]+)/.exec(said)![1]);
+  assert.ok(!said.includes('thinned') && Math.abs(rms - 7.5) < 0.6, said);
+  assert.deepEqual(complaints, []);
+  await page.context().close();
+});
+
+test('a hole is picked by its name, and its budget adds up to its uncertainty', async () => {
+  const page = await signedIn(stage, '/blades/SN-0412');
+  await page.getByRole('button', { name: 'G1/H2' }).click();
+  const panel = page.locator('[aria-live=polite]');
+  await panel.getByText('Hole G1/H2').waitFor();
+  const shares = await panel.locator('meter').evaluateAll((meters) => meters.map((meter) => (meter as HTMLMeterElement).value));
+  assert.ok(shares.length >= 6);
+  assert.ok(Math.abs(shares.slice(0, 6).reduce((a, b) => a + b, 0) - 1) < 1e-6, 'the shares of the first budget are one');
+  await page.context().close();
+});
+
+test('the view turns by keys, and a picture of it downloads as PNG', async () => {
+  const page = await signedIn(stage, '/blades/SN-0412');
+  await drawn(page, 50_000);
+  await page.waitForTimeout(500);
+  const before_ = await page.locator('.view3d canvas').screenshot();
+  await page.locator('.view3d canvas').focus();
+  for (let i = 0; i < 5; ++i) await page.keyboard.press('ArrowLeft');
+  await page.waitForTimeout(500);
+  assert.notDeepEqual(await page.locator('.view3d canvas').screenshot(), before_);
+  const [download] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: 'Download PNG' }).click()]);
+  assert.equal(download.suggestedFilename(), 'blades_SN-0412.png');
+  await page.context().close();
+});
+
+test('mes-reader sees no buttons that change something', async () => {
+  const page = await signedIn(stage, '/blades/SN-0413', 'mes');
+  await page.getByText('This program waits for a person').waitFor();
+  assert.equal(await page.getByRole('button', { name: /Release|Refuse/ }).count(), 0);
+  await page.getByText('An engineer or quality decides').waitFor();
+  await page.context().close();
+});
+
+test('a person releases a program, with a reason, and the page says so', async () => {
+  const page = await signedIn(stage, '/blades/SN-0413');
+  await page.getByRole('button', { name: 'Release…' }).click();
+  await page.getByRole('button', { name: 'Release', exact: true }).click();
+  assert.equal(await page.getByRole('dialog').count(), 1, 'without a reason nothing is sent');
+  await page.getByLabel('Why').fill('The casting is 2.3 mm off, seen and measured.');
+  await page.getByRole('button', { name: 'Release', exact: true }).click();
+  await page.getByText('This program waits for a person').waitFor({ state: 'detached' });
+  await page.locator('.blade-top').getByText('Released').waitFor();
+  await page.context().close();
+});
+
+test('a blade that is not recorded is said so, and search finds by prefix and verdict', async () => {
+  const page = await signedIn(stage, '/blades/SN-9999');
+  await page.getByText('Not found').waitFor();
+  await page.goto(`${stage.gateway.url}/blades?serial=SN-04&verdict=NOT_CONFORM`);
+  await page.getByRole('link', { name: 'SN-0412' }).click();
+  await page.locator('.mark-big', { hasText: 'Not conform' }).waitFor();
+  await page.context().close();
+});
+
+test('the report prints to one page', async () => {
+  const page = await signedIn(stage, '/blades/SN-0412');
+  await drawn(page, 50_000);
+  await page.evaluate(() => window.dispatchEvent(new Event('beforeprint')));
+  await page.waitForSelector('.view-printed', { state: 'attached' });
+  const pdf = (await page.pdf({ preferCSSPageSize: true, printBackground: true })).toString('latin1');
+  assert.equal([...pdf.matchAll(/\/Type \/Page\b/g)].length, 1);
+  await page.context().close();
+});
+
+for (const colorScheme of ['light', 'dark'] as const) {
+  test(`axe finds nothing on a blade, one that waits, and the search, ${colorScheme}`, async () => {
+    const page = await signedIn(stage, '/blades/SN-0412', 'jane', { colorScheme });
+    await drawn(page, 50_000);
+    assert.deepEqual(await axeFindings(page), []);
+    for (const path of ['/blades/SN-0413', '/blades']) {
+      await page.goto(stage.gateway.url + path);
+      await page.locator('table').first().waitFor();
+      assert.deepEqual(await axeFindings(page), [], path);
+    }
+    await page.context().close();
+  });
+}
