@@ -162,7 +162,7 @@ Awaitable<void> Gateway::Connect(Exchange* exchange, const std::string& tracepar
 
 Awaitable<void> Gateway::Unary(Exchange* exchange, const ConnectCall& call, std::string message, const CallWish& wish,
                                grpc::StatusCode* code) {
-  Upstream::Answer answer = co_await upstream_.Call(*call.method, std::move(message), wish, exchange);
+  Upstream::Answer answer = co_await upstream_.Call(*call.method, message, wish, exchange);
   grpc::Status status = answer.end.status;
   HttpResponse response;
   if (status.ok()) {

@@ -128,10 +128,12 @@ Awaitable<HttpResponse> Sessions::SignIn(Exchange* exchange, const CallWish& wis
 
 Awaitable<HttpResponse> Sessions::Renew(Exchange* exchange, const CallWish& wish) {
   const std::string token = TokenOf(*exchange);
+  // Nobody is signed in: an answer, and no failure that a browser would show.
+  if (token.empty()) co_return JsonResponse(ordered_json::object());
   const absl::StatusOr<identity::Session> read = identity::ReadSession(token);
-  if (token.empty() || !read.ok())
-    co_return ErrorResponse(runtime::ToGrpc(
-        runtime::Failure(errors::v1::SESSION_NOT_VALID, "session: none, want a sign-in by POST /session")));
+  if (!read.ok())
+    co_return ErrorResponse(runtime::ToGrpc(runtime::Failure(
+        errors::v1::SESSION_NOT_VALID, "session: not one that can be read, want a sign-in by POST /session")));
   // What it says is believed by nobody before the plant has looked at it.
   RenewSessionRequest request;
   request.set_token(token);

@@ -18,7 +18,7 @@ class Sessions {
   // Whether what the request asks for may be done for its sender: nothing that another site's page sends is. A browser says so itself.
   static bool IsFromElsewhere(const Exchange::Head& head);
 
-  // POST {"name", "password"}: signs in. GET: who is signed in, and another quarter of an hour where little is left. DELETE: signs out.
+  // POST {"name", "password"}: signs in. GET: who is signed in ({}: nobody), and another quarter of an hour where little is left. DELETE: signs out.
   Awaitable<HttpResponse> Answer(Exchange* exchange, const std::string& traceparent);
 
  private:

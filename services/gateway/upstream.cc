@@ -73,14 +73,17 @@ class Told {
   template <typename Begin>
   static Awaitable<Value> By(Begin begin) {
     const auto executor = co_await asio::this_coro::executor;
-    co_return co_await asio::async_initiate<decltype(asio::use_awaitable), void(Value)>(
-        [executor, &begin](auto handler) {
-          const auto kept = std::make_shared<decltype(handler)>(std::move(handler));
-          begin(std::function<void(Value)>([executor, kept](Value value) {
-            asio::post(executor, [kept, value = std::move(value)]() mutable { (*kept)(std::move(value)); });
-          }));
-        },
-        asio::use_awaitable);
+    // Named, and holding references alone: what a temporary of a co_await's operand owns, GCC 12 destroys twice.
+    const auto initiate = [&executor, &begin](auto handler) {
+      const auto kept = std::make_shared<decltype(handler)>(std::move(handler));
+      const std::function<void(Value)> tell = [strand = executor, kept](Value value) {
+        asio::post(strand, [kept, value = std::move(value)]() mutable { (*kept)(std::move(value)); });
+      };
+      begin(tell);
+    };
+    Value value =
+        co_await asio::async_initiate<decltype(asio::use_awaitable), void(Value)>(initiate, asio::use_awaitable);
+    co_return value;
   }
 };
 
@@ -223,16 +226,17 @@ Upstream::~Upstream() = default;
 
 bool Upstream::Knows(const MethodDescriptor& method) const { return channels_.count(AreaOf(method)) > 0; }
 
-Awaitable<Upstream::Answer> Upstream::Call(const MethodDescriptor& method, std::string request, const CallWish& wish,
-                                           Exchange* exchange) {
+Awaitable<Upstream::Answer> Upstream::Call(const MethodDescriptor& method, const std::string& request,
+                                           const CallWish& wish, Exchange* exchange) {
   const auto call = std::make_shared<UnaryCall>(channels_.at(AreaOf(method))->Take());
   Prepare(wish, &call->context);
   call->request = BufferOf(request);
   if (exchange != nullptr) exchange->WhenGone([call] { call->context.TryCancel(); });
-  grpc::Status status = co_await Told<grpc::Status>::By([&](std::function<void(grpc::Status)> tell) {
+  const auto begin = [&call, &method](const std::function<void(grpc::Status)>& tell) {
     call->place->stub().UnaryCall(&call->context, PathOf(method), grpc::StubOptions(), &call->request, &call->response,
                                   [call, tell](grpc::Status ended) { tell(std::move(ended)); });
-  });
+  };
+  grpc::Status status = co_await Told<grpc::Status>::By(begin);
   if (exchange != nullptr) exchange->WhenGone(nullptr);
   Answer answer;
   answer.end = EndOf(std::move(status), call->context);

@@ -60,12 +60,13 @@ class Upstream {
     std::string message;  // where end.status is OK
   };
   // Ends early, CANCELLED, where the exchange's client goes away.
-  Awaitable<Answer> Call(const google::protobuf::MethodDescriptor& method, std::string request, const CallWish& wish,
-                         Exchange* exchange);
+  Awaitable<Answer> Call(const google::protobuf::MethodDescriptor& method, const std::string& request,
+                         const CallWish& wish, Exchange* exchange);
   template <typename Response, typename Request>
   Awaitable<std::pair<grpc::Status, Response>> Call(const google::protobuf::MethodDescriptor& method,
                                                     const Request& request, const CallWish& wish, Exchange* exchange) {
-    Answer answer = co_await Call(method, request.SerializeAsString(), wish, exchange);
+    const std::string bytes = request.SerializeAsString();
+    Answer answer = co_await Call(method, bytes, wish, exchange);
     Response response;
     if (answer.end.status.ok() && !response.ParseFromString(answer.message))
       answer.end.status = grpc::Status(grpc::StatusCode::INTERNAL, "an answer that cannot be read");

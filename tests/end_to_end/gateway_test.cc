@@ -117,7 +117,8 @@ class Gateway : public Door {
 };
 
 TEST_F(Gateway, PeopleSignInAndCallByTheirSession) {
-  EXPECT_EQ(Curl("/session").status, 401);
+  EXPECT_EQ(Curl("/session").body, "{}");
+  EXPECT_EQ(Curl("/session", "-H 'Cookie: sixpoint-session=s1.x.y.z'").status, 401);
   const Answer wrong = Curl("/session", R"(--data '{"name": "users/jane", "password": "wrong wrong wrong"}')");
   EXPECT_EQ(wrong.status, 401);
   EXPECT_EQ(ReasonOf(wrong), "SIGN_IN_REFUSED");

@@ -1,5 +1,9 @@
 // Who is signed in. The token is in a cookie that scripts cannot read; the gateway says whose it is.
 import { Code, ConnectError } from '@connectrpc/connect';
+import { fromJson, type JsonValue } from '@bufbuild/protobuf';
+import { timestampDate } from '@bufbuild/protobuf/wkt';
+import { Role } from '#proto/sixpoint/access/v1/access_pb';
+import { SessionSchema } from '#proto/sixpoint/plant/v1/account_pb';
 import { Cell } from './cell';
 import { refusalFromJson } from './refusal';
 
@@ -19,11 +23,12 @@ export const sessionState = new Cell<SessionState>({ is: 'unknown' });
 
 const kRenewEveryMs = 4 * 60_000;  // a token holds 15 min, and the gateway renews it in its last 5
 
-type SessionJson = { name: string; roles: string[]; renewable_until: string };
-
-function takeIn(json: SessionJson): void {
-  const session = { name: json.name, roles: json.roles, renewableUntil: new Date(json.renewable_until) };
-  sessionState.set({ is: 'in', session });
+// plant.v1.Session without its token; {}: nobody is signed in.
+function takeIn(json: JsonValue): void {
+  const told = fromJson(SessionSchema, json, { ignoreUnknownFields: true });
+  if (!told.name || !told.renewableUntil) return sessionIsOver();
+  const roles = told.roles.map((role) => Role[role]);
+  sessionState.set({ is: 'in', session: { name: told.name, roles, renewableUntil: timestampDate(told.renewableUntil) } });
 }
 
 async function ask(method: string, body?: unknown): Promise<Response> {
@@ -46,7 +51,7 @@ export async function lookAtSession(): Promise<void> {
   } catch {
     response = undefined;
   }
-  if (response?.ok) takeIn((await response.json()) as SessionJson);
+  if (response?.ok) takeIn((await response.json()) as JsonValue);
   else if (response?.status === 401) sessionIsOver();
   else if (sessionState.value.is === 'unknown') sessionState.set({ is: 'away' });
 }
@@ -59,7 +64,7 @@ export function sessionIsOver(): void {
 export async function signIn(name: string, password: string): Promise<void> {
   const response = await ask('POST', { name: name.includes('/') ? name : `users/${name}`, password });
   if (!response.ok) throw await refusalFromJson(response);
-  takeIn((await response.json()) as SessionJson);
+  takeIn((await response.json()) as JsonValue);
 }
 
 export async function signOut(): Promise<void> {

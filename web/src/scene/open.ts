@@ -1,5 +1,6 @@
 // What a picture of a blade needs, fetched: the CAD's surface, and the scans of before and after. In a file of its own with three.js, which only
 // who looks at a blade loads.
+import { Code, ConnectError } from '@connectrpc/connect';
 import type { Registration } from '#proto/sixpoint/registration/v1/registration_pb';
 import { PointFormat, ScanService } from '#proto/sixpoint/ingest/v1/ingest_pb';
 import type { Scan } from '#proto/sixpoint/ingest/v1/scan_pb';
@@ -15,6 +16,7 @@ export { colourTable, kColourCount, roundScale } from './colours';
 export { CloudWorkers, statisticsOf };
 
 const kPreviewPoints = 40_000;  // a scan
+const kPreviewsAtOnce = 2;
 const kAtOnce = 4;  // blocks that are decoded
 
 export async function fetchSurface(part: string, signal: AbortSignal): Promise<Surface> {
@@ -36,15 +38,32 @@ function mappingOf(facts: BladeFacts, registration: Registration, scan: Scan): M
 
 export type Fetched = { cloud: Cloud; scans: Scan[]; isWhole: boolean };
 
-// A thinned picture at once.
+// A service that has its hands full says so, and is asked again.
+async function patiently<T>(ask: () => Promise<T>, tries = 6): Promise<T> {
+  for (let pauseMs = 500; ; pauseMs *= 2) {
+    try {
+      return await ask();
+    } catch (error) {
+      if (ConnectError.from(error).code !== Code.ResourceExhausted || --tries === 0) throw error;
+      await new Promise((resolve) => setTimeout(resolve, pauseMs));
+    }
+  }
+}
+
+// A thinned picture at once. A blade may have dozens of scans, and others download too.
 export async function fetchPreview(facts: BladeFacts, registration: Registration, workers: CloudWorkers, signal: AbortSignal): Promise<Fetched> {
-  const scans: Scan[] = [];
-  const pieces = await Promise.all(registration.scans.map(async (name, i) => {
-    const answer = await client(ScanService).previewScan({ name, pointCount: kPreviewPoints }, { signal });
-    scans[i] = answer.scan!;
-    const points = new Float32Array(answer.xyzF32.slice().buffer);
-    return workers.measurePoints(points, mappingOf(facts, registration, answer.scan!));
-  }));
+  const names = registration.scans, scans: Scan[] = [], pieces: { positions: Float32Array; deviationsUm: Float32Array }[] = [];
+  let next = 0;
+  const work = async () => {
+    while (next < names.length) {
+      const i = next++, name = names[i]!;
+      const answer = await patiently(() => client(ScanService).previewScan({ name, pointCount: kPreviewPoints }, { signal }));
+      scans[i] = answer.scan!;
+      const points = new Float32Array(answer.xyzF32.slice().buffer);
+      pieces[i] = await workers.measurePoints(points, mappingOf(facts, registration, answer.scan!));
+    }
+  };
+  await Promise.all(Array.from({ length: kPreviewsAtOnce }, work));
   return { cloud: shuffled(pieces), scans, isWhole: false };
 }
 
