@@ -55,5 +55,7 @@ class Exchange {
 
 // The header's value, empty where there is none.
 std::string HeaderOf(const Exchange::Head& head, std::string_view name);
+// Of an answer's bytes, by their SHA-256.
+std::string EtagOf(std::string_view bytes);
 
 }  // namespace sixpoint::gateway

@@ -1,8 +1,5 @@
 #include "services/gateway/files.h"
 
-#include <absl/strings/escaping.h>
-#include <openssl/sha.h>
-
 #include <fstream>
 #include <iterator>
 
@@ -30,12 +27,6 @@ std::string TypeOf(const std::string& extension) {
                                              {".webmanifest", "application/manifest+json"}};
   const auto found = kTypes->find(extension);
   return found == kTypes->end() ? "application/octet-stream" : found->second;
-}
-
-std::string EtagOf(const std::string& bytes) {
-  unsigned char digest[SHA256_DIGEST_LENGTH];
-  SHA256(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), digest);
-  return "\"" + absl::BytesToHexString(std::string(reinterpret_cast<const char*>(digest), 16)) + "\"";
 }
 
 bool Accepts(const std::string& header, const std::string& what) { return header.find(what) != std::string::npos; }

@@ -1,8 +1,5 @@
 #include "services/gateway/gateway.h"
 
-#include <absl/strings/escaping.h>
-#include <openssl/sha.h>
-
 #include "services/gateway/url.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/log.h"
@@ -27,12 +24,6 @@ std::string RouteName(const Exchange::Head& head) {
   if (!url) return "/";
   if (MethodOf(url->path) != nullptr) return url->path;
   return "/" + url->segments.front().substr(0, 40);
-}
-
-std::string EtagOf(const std::string& bytes) {
-  unsigned char digest[SHA256_DIGEST_LENGTH];
-  SHA256(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), digest);
-  return "\"" + absl::BytesToHexString(std::string(reinterpret_cast<const char*>(digest), 16)) + "\"";
 }
 
 // A method that asks for who calls is nobody's without a session: its service would take the call for the gateway's own.

@@ -50,11 +50,6 @@ absl::StatusOr<std::unique_ptr<asio::ssl::context>> TlsOf(const HttpOptions& opt
 
 }  // namespace
 
-std::string HeaderOf(const Exchange::Head& head, std::string_view name) {
-  const auto found = head.find(boost::beast::string_view(name.data(), name.size()));
-  return found == head.end() ? "" : std::string(found->value().data(), found->value().size());
-}
-
 ClientPlace PlaceOf(const HttpOptions& options, const tcp::endpoint& peer, bool is_tls, const Exchange::Head& head) {
   ClientPlace place{peer.address().to_string(), is_tls};
   if (!options.behind_proxy || !peer.address().is_loopback()) return place;

@@ -6,7 +6,6 @@
 #include "identity/session.h"
 #include "services/gateway/connect_protocol.h"
 #include "services/runtime/errors.h"
-#include "services/runtime/time_proto.h"
 #include "sixpoint/plant/v1/account.pb.h"
 
 namespace sixpoint::gateway {
@@ -52,15 +51,14 @@ HttpResponse JsonResponse(const ordered_json& json) {
   return {200, {{"Content-Type", "application/json"}, {"Cache-Control", "no-store"}}, json.dump()};
 }
 
-HttpResponse Told(const Exchange& exchange, const plant::v1::Session& session) {
-  std::string text;
+// with_cookie: the browser is to send this token from now on.
+HttpResponse Told(const Exchange& exchange, const plant::v1::Session& session, bool with_cookie) {
   plant::v1::Session told = session;
   told.clear_token();  // scripts have no use for it
   const auto json = MessageOfBytes(*told.GetDescriptor(), Codec::kJson, told.SerializeAsString());
   if (!json.ok()) return ErrorResponse(runtime::ToGrpc(json.status()));
   HttpResponse response = JsonResponse(ordered_json::parse(*json));
-  // A program that asks for it keeps the token itself.
-  response.headers.emplace_back("Set-Cookie", SetCookie(exchange, session.token()));
+  if (with_cookie) response.headers.emplace_back("Set-Cookie", SetCookie(exchange, session.token()));
   return response;
 }
 
@@ -123,7 +121,7 @@ Awaitable<HttpResponse> Sessions::SignIn(Exchange* exchange, const CallWish& wis
   const auto [status, session] =
       co_await upstream_.Call<plant::v1::Session>(AccountMethod("SignIn"), *request, wish, exchange);
   if (!status.ok()) co_return ErrorResponse(status);
-  co_return Told(*exchange, session);
+  co_return Told(*exchange, session, /*with_cookie=*/true);
 }
 
 Awaitable<HttpResponse> Sessions::Renew(Exchange* exchange, const CallWish& wish) {
@@ -145,10 +143,8 @@ Awaitable<HttpResponse> Sessions::Renew(Exchange* exchange, const CallWish& wish
       refused.headers.emplace_back("Set-Cookie", SetCookie(*exchange, ""));
     co_return refused;
   }
-  HttpResponse response = Told(*exchange, session);
-  // Another token with each look would be signed for nothing.
-  if (read->until > std::chrono::system_clock::now() + kRenewWithin) response.headers.pop_back();
-  co_return response;
+  const bool is_nearly_over = read->until <= std::chrono::system_clock::now() + kRenewWithin;
+  co_return Told(*exchange, session, is_nearly_over);
 }
 
 Awaitable<HttpResponse> Sessions::SignOut(Exchange* exchange, const CallWish& wish) {
