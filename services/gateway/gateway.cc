@@ -1,6 +1,7 @@
 #include "services/gateway/gateway.h"
 
 #include "services/gateway/url.h"
+#include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/log.h"
 #include "services/runtime/message_limits.h"
@@ -119,6 +120,11 @@ Awaitable<void> Gateway::Connect(Exchange* exchange, const std::string& tracepar
     refusal = ConnectRefusal{runtime::ToGrpc(status), 404, ""};
   }
   if (!refusal && token.empty() && !IsForAnybody(*call.method)) refusal = NotSignedIn();
+  // The service judges it again. Here so that nothing is read or parsed of who has none.
+  if (!refusal && !token.empty()) {
+    const absl::Status counts = runtime::StatusOf(trust_.Judge(token));
+    if (!counts.ok()) refusal = ConnectRefusal{runtime::ToGrpc(counts), 0, ""};
+  }
   std::string message;
   if (!refusal && call.is_get) message = std::move(call.message);
   if (!refusal && !call.is_get) {

@@ -5,6 +5,8 @@
 #include <optional>
 #include <string>
 
+#include "identity/session.h"
+#include "identity/trust.h"
 #include "services/gateway/connect_protocol.h"
 #include "services/gateway/exchange.h"
 #include "services/gateway/files.h"
@@ -15,9 +17,9 @@ namespace sixpoint::gateway {
 
 class Gateway {
  public:
-  // upstream lives longer. files: none where no page is served.
-  Gateway(Upstream* upstream, std::optional<Files> files)
-      : upstream_(*upstream), sessions_(upstream), files_(std::move(files)) {}
+  // upstream and trust live longer. files: none where no page is served.
+  Gateway(Upstream* upstream, identity::Trust* trust, std::optional<Files> files)
+      : upstream_(*upstream), sessions_(upstream), trust_(trust), files_(std::move(files)) {}
 
   // Always answers, whatever came. Thread-safe.
   Awaitable<void> Handle(Exchange* exchange);
@@ -32,6 +34,7 @@ class Gateway {
 
   Upstream& upstream_;
   Sessions sessions_;
+  identity::SessionTrust trust_;
   const std::optional<Files> files_;
 };
 

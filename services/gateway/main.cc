@@ -6,6 +6,7 @@
 #include <map>
 #include <thread>
 
+#include "identity/credentials.h"
 #include "services/gateway/gateway.h"
 #include "services/gateway/http_listener.h"
 #include "services/runtime/credentials.h"
@@ -20,7 +21,7 @@ constexpr std::chrono::seconds kDrain{10};
 struct Options {
   HttpOptions http;
   std::map<std::string, std::string> addresses;
-  std::string certificates, web_folder;
+  std::string certificates, revoked_file, web_folder;
   int threads = 2;
 };
 
@@ -37,6 +38,7 @@ Options ReadOptions(int argc, char** argv) {
   });
   app.add_option("--certificates", options.certificates, "Folder of the gateway's identity.pem and of authority.pem")
       ->required();
+  app.add_option("--revoked", options.revoked_file, "The authority's revocation list")->required();
   app.add_option("--web", options.web_folder, "Folder of the page's files; without it there is no page");
   auto* const certificate =
       app.add_option("--tls-certificate", options.http.certificate_file,
@@ -77,7 +79,9 @@ int Run(const Options& options) {
     files = *std::move(read);
   }
   Upstream upstream(options.addresses, *credentials);
-  Gateway gateway(&upstream, std::move(files));
+  identity::Trust trust(std::filesystem::path(options.certificates) / identity::kAuthorityFile, options.revoked_file);
+  if (absl::Status readable = trust.CheckFiles(); !readable.ok()) return Fail(readable);
+  Gateway gateway(&upstream, &trust, std::move(files));
   auto listener =
       HttpListener::Open(options.http, [&gateway](Exchange& exchange) { return gateway.Handle(&exchange); });
   if (!listener.ok()) return Fail(listener.status());

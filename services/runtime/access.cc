@@ -17,7 +17,6 @@ using google::protobuf::Message;
 using google::protobuf::MethodDescriptor;
 using identity::Identity;
 using identity::Role;
-using identity::SessionStanding;
 using identity::Standing;
 
 constexpr std::size_t kLongestName = 80;
@@ -124,16 +123,7 @@ absl::StatusOr<Identity> Access::Believe(const std::string& certificate_pem) con
 
 absl::StatusOr<Identity> Access::BelieveSession(const std::string& token) const {
   identity::SessionJudgement judged = sessions_.Judge(token);
-  switch (judged.standing) {
-    case SessionStanding::kGood:
-      break;
-    case SessionStanding::kNotValid:
-      return Failure(errors::v1::SESSION_NOT_VALID, judged.why_not);
-    case SessionStanding::kOver:
-      return Failure(errors::v1::SESSION_ENDED, judged.why_not, {{"resource", judged.session.person.Text()}});
-    case SessionStanding::kUndecidable:
-      return Failure(errors::v1::SERVICE_NOT_READY, judged.why_not);
-  }
+  if (absl::Status status = StatusOf(judged); !status.ok()) return status;
   const absl::Status lasts = session_ends_->Check(judged.session, std::chrono::steady_clock::now());
   if (!lasts.ok()) return lasts;
   return std::move(judged.session.person);

@@ -85,4 +85,19 @@ absl::Status CheckOwnMachine(const grpc::ServerContextBase& context, const std::
                  {{"resource", shown->Text()}, {"machine", machine}});
 }
 
+absl::Status StatusOf(const identity::SessionJudgement& judged) {
+  using identity::SessionStanding;
+  switch (judged.standing) {
+    case SessionStanding::kGood:
+      break;
+    case SessionStanding::kNotValid:
+      return Failure(errors::v1::SESSION_NOT_VALID, judged.why_not);
+    case SessionStanding::kOver:
+      return Failure(errors::v1::SESSION_ENDED, judged.why_not, {{"resource", judged.session.person.Text()}});
+    case SessionStanding::kUndecidable:
+      return Failure(errors::v1::SERVICE_NOT_READY, judged.why_not);
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace sixpoint::runtime

@@ -27,6 +27,8 @@ std::string ShownCertificate(const grpc::ServerContextBase& context);
 // The session's token, and what it says; empty and none where the call came without one, or by another than the gateway.
 std::string ShownSession(const grpc::ServerContextBase& context);
 std::optional<identity::Session> SessionOf(const grpc::ServerContextBase& context);
+// What a session that does not count is refused with; OK of a good one.
+absl::Status StatusOf(const identity::SessionJudgement& judged);
 // The one place that says who calls: the session's person, else whom the certificate names.
 std::optional<identity::Identity> CallingIdentity(const grpc::ServerContextBase& context);
 

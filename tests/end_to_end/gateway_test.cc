@@ -62,6 +62,8 @@ class Gateway : public Door {
                                         plant_.certificates().Gateway().string(),
                                         "--web",
                                         web_.string(),
+                                        "--revoked",
+                                        plant_.certificates().revoked_file().string(),
                                         "--behind-proxy"};
     for (const std::string& area : PlantProcesses::Areas())
       command.insert(command.end(), {"--peer", area + "=" + plant_.address(area)});
