@@ -47,6 +47,7 @@ void AddCommands(Command* root, Session* session) {
   AddMachineCommands(root, session);
   AddArtefactCommands(root, session);
   AddPartCommands(root, session);
+  AddModelCommands(root, session);
   AddBladeCommands(root, session);
   AddScanCommands(root, session);
   AddStoreCommands(root, session);
@@ -61,6 +62,7 @@ void AddCommands(Command* root, Session* session) {
   AddInspectCommand(root, session);
   AddInspectionCommands(root, session);
   AddFleetCommands(root, session);
+  AddOpenCommand(root, session);
   AddRecallCommand(root, session);
   AddTraceCommand(root, session);
   AddEventsCommand(root, session);

@@ -10,6 +10,7 @@
 #include "cli/document.h"
 #include "cli/identity_folder.h"
 #include "cli/plant_certificates.h"
+#include "identity/certificate_token.h"
 #include "services/runtime/errors.h"
 
 namespace sixpoint::cli {
@@ -30,7 +31,7 @@ struct CertsArguments {
   std::string folder;
   std::string code;
   std::vector<std::string> roles, hosts, holders;
-  int valid_days = 90, offer_hours = 24;
+  int valid_days = 90, offer_hours = 24, token_minutes = 15;
   bool all = false;
 };
 
@@ -85,7 +86,7 @@ absl::StatusOr<Identity> WishedIdentity(const CertsArguments& arguments) {
     areas += (areas.empty() ? "" : ", ") + std::string(area);
   }
   if (wished->Has(identity::Role::kGateway)) return wished;
-  return runtime::Refuse("NAME", arguments.who, "services/ and one of " + areas + ", gateway");
+  return runtime::Refuse("NAME", arguments.who, "services/ and one of " + areas + ", " + kGateway);
 }
 
 // Empty, or what is to be renewed: nobody's credentials are lost by a wrong folder's name.
@@ -216,6 +217,22 @@ absl::Status Show(Session* session, const CertsArguments& arguments) {
   return absl::OkStatus();
 }
 
+// For who calls the gateway by HTTP.
+absl::Status PrintToken(Session* session, const CertsArguments& arguments) {
+  const absl::StatusOr<fs::path> folder = IdentityFolder(session->identity, session->data);
+  if (!folder.ok()) return folder.status();
+  const auto now = std::chrono::system_clock::now();
+  const absl::StatusOr<std::string> token = identity::SignCertificateToken(
+      *folder / identity::kIdentityFile, now, now + std::chrono::minutes(arguments.token_minutes));
+  if (!token.ok()) return token.status();
+  if (session->json) {
+    PrintJson({{"token", *token}});
+  } else {
+    std::cout << *token << "\n";
+  }
+  return absl::OkStatus();
+}
+
 // What machines and users hold lies with them: the plant keeps what follows until they fetch it. What was made before and could not be
 // brought to the plant is brought now.
 absl::Status RenewForHolders(Session* session, const CertsArguments& arguments, nlohmann::json* json, Table* table) {
@@ -287,6 +304,9 @@ void AddCertsCommands(Command* app, Session* session) {
   Command* list = add("list", "What the authority gave", List);
   Command* revoke = add("revoke", "Takes certificates back; the plant refuses the next call by them", Revoke);
   Command* show = add("show", "What a folder of credentials holds; without DIR, the one shown to the plant", Show);
+  Command* token =
+      add("token", "A bearer token for the gateway, signed by one's own key: who has HTTP alone", PrintToken);
+  token->AddOption("--minutes", &arguments->token_minutes, "How long it is good")->Within(1, 15)->ShowDefault();
   Command* renew = add(
       "renew",
       "The services' certificates and this user's own, and for others to fetch, where they are due; no restart", Renew);
@@ -313,8 +333,7 @@ void AddCertsCommands(Command* app, Session* session) {
         ->Within(1, kLongest_days)
         ->ShowDefault();
   }
-  issue->AddOption("--host", &arguments->hosts, "Of a service but the gateway: by which clients reach it; repeatable")
-      ->Repeat();
+  issue->AddOption("--host", &arguments->hosts, "Of a service: by which clients reach it; repeatable")->Repeat();
   list->AddFlag("--all", &arguments->all, "Also what has expired or was revoked");
   revoke
       ->AddOption("SERIAL|NAME", &arguments->who, "One certificate, or all that still count of users/NAME or the like")

@@ -17,7 +17,7 @@ namespace {
 using correction::v1::CorrectionService;
 
 struct Arguments {
-  std::string registration, template_file, out;
+  std::string registration, model, template_file, out;
   std::vector<std::string> groups, work_offsets, tools;
   bool dry_run = false;
 };
@@ -56,14 +56,15 @@ absl::Status AddTool(const std::string& text, correction::v1::CorrectRequest* re
 }
 
 absl::Status Correct(Session* session, const Arguments& arguments) {
-  if (!arguments.out.empty() && arguments.template_file.empty()) {
-    return runtime::Refuse("--out", arguments.out, "--template too: the program is made from it");
+  if (!arguments.out.empty() && arguments.template_file.empty() && arguments.model.empty()) {
+    return runtime::Refuse("--out", arguments.out, "--template or --model too: the program is made from it");
   }
   absl::Status status = CheckOut(*session, arguments.out);
   if (!status.ok()) return status;
   correction::v1::CorrectRequest request;
   request.set_registration(NameText("registrations", arguments.registration));
   for (const std::string& group : arguments.groups) request.add_groups(group);
+  if (!arguments.model.empty()) request.set_machining_model(NameText("machining_models", arguments.model));
   if (!arguments.template_file.empty()) {
     absl::StatusOr<std::string> nc_template = ReadFile(arguments.template_file, 1u << 20);
     if (!nc_template.ok()) return nc_template.status();
@@ -107,6 +108,8 @@ void AddCorrectCommand(Command* app, Session* session) {
   command->AddOption("--registration", &arguments->registration, "The registration to correct by")->Required();
   command->AddOption("--groups", &arguments->groups, "Only these hole groups: G1,G2,...")->List();
   command->AddOption("--template", &arguments->template_file, "NC program whose coordinates are replaced");
+  command->AddOption("--model", &arguments->model,
+                     "Machining model, ID or ID@REVISION, whose template, offsets, tools and electrodes are taken");
   command->AddOption("--work-offset", &arguments->work_offsets,
                      "What the control holds for a code that the template calls: G54=X,Y,Z,A,B (repeatable)");
   command->AddOption("--tool", &arguments->tools,

@@ -129,6 +129,44 @@ void AddCutCommand(Command* correction, Session* session) {
   session->OnCommand(cut, [session, arguments] { return ReportCut(session, *arguments); });
 }
 
+std::string DrawnText(bool drawn, double value_um) { return drawn ? Fixed(value_um, 2) : "-"; }
+
+// First order and draws side by side: a line a hole, and below it one for each source.
+std::string DrawsText(const correction::v1::Budget& budget) {
+  Table table(
+      {"hole, source", ">first order um", ">drawn um", ">95 % of it", ">share", ">degrees of freedom", ">allowed um"});
+  for (const correction::v1::HoleBudget& hole : budget.holes()) {
+    const bool drawn = hole.has_drawn_expanded_uncertainty_um();
+    table.AddRow({hole.group() + "/" + hole.hole() + ", U95", Fixed(hole.expanded_uncertainty_um(), 2),
+                  DrawnText(drawn, hole.drawn_expanded_uncertainty_um()),
+                  drawn ? Fixed(hole.drawn_low_um(), 2) + " to " + Fixed(hole.drawn_high_um(), 2) : "-", "", "",
+                  Fixed(hole.position_tolerance_um(), 1)});
+    for (const correction::v1::BudgetLine& line : hole.lines())
+      table.AddRow({"  " + line.source(), Fixed(line.standard_uncertainty_um(), 2),
+                    DrawnText(line.has_drawn_standard_uncertainty_um(), line.drawn_standard_uncertainty_um()), "",
+                    Fixed(100 * line.share(), 1) + " %",
+                    line.has_degrees_of_freedom() ? Fixed(line.degrees_of_freedom(), 1) : "", ""});
+  }
+  return table.ToText() + Grouped(budget.draws()) + " draws of every source through the whole chain\n";
+}
+
+void AddDrawsCommand(Command* correction, Session* session) {
+  const auto id = std::make_shared<std::string>();
+  const auto count = std::make_shared<int>(0);
+  Command* draws = correction->AddCommand(
+      "draws", "Draws every source of uncertainty through the whole chain, beside the budget of first order");
+  draws->AddOption("ID", id.get(), "The correction")->Required();
+  draws->AddOption("--count", count.get(), "How many: 1000 to 200000; usually 10000");
+  session->OnCommand(draws, [session, id, count] {
+    correction::v1::ComputeBudgetRequest request;
+    request.set_name(NameText("corrections", *id));
+    request.set_draws(*count);
+    return CallAndPrint<CorrectionService>(session, "correction", &CorrectionService::Stub::ComputeBudget, request,
+                                           DrawsText, "drawing")
+        .status();
+  });
+}
+
 std::vector<HoleBudget> BudgetsOf(const correction::v1::Correction& result) {
   std::vector<HoleBudget> holes;
   for (const auto& group : result.groups())
@@ -165,6 +203,7 @@ void AddCorrectionCommands(Command* app, Session* session) {
   });
   AddBudgetCommand<CorrectionService>(correction, session, "correction", "start",
                                       &CorrectionService::Stub::GetCorrection, BudgetsOf);
+  AddDrawsCommand(correction, session);
   AddDecisionCommands(correction, session);
   AddFetchCommand(correction, session);
   AddCutCommand(correction, session);

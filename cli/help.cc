@@ -18,12 +18,12 @@ const std::vector<Group>& Groups() {
   static const auto* groups = new std::vector<Group>{
       {"A plant on this machine",
        {"up", "down", "status", "doctor", "logs", "certs", "accounts", "person", "clearance", "seed"}},
-      {"What there is", {"machine", "artefact", "part", "blade"}},
+      {"What there is", {"machine", "artefact", "part", "model", "blade"}},
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
       {"Blades", {"register", "registration", "correct", "correction", "inspect", "inspection"}},
       {"Record", {"recall", "trace", "values", "replay", "rejudge", "ledger"}},
-      {"Watching", {"fleet", "events", "webhook"}},
+      {"Watching", {"open", "fleet", "events", "webhook"}},
       {"Besides", {"plant", "call", "completion"}},
   };
   return *groups;
@@ -66,12 +66,21 @@ constexpr Example kExamples[] = {
      "sixpoint certs revoke users/jane\n"
      "sixpoint certs revoke 5b1f9c02d4"},
     {"certs show", "sixpoint certs show jane"},
+    {"certs token", "curl -H \"Authorization: Bearer $(sixpoint certs token)\" http://127.0.0.1:7480/..."},
     {"certs renew", "sixpoint certs renew"},
+    {"open",
+     "sixpoint open\n"
+     "sixpoint open SN-0001\n"
+     "sixpoint open machines/sarix-1"},
     {"machine add", "sixpoint machine add docs/examples/machine.yaml"},
     {"artefact add", "sixpoint artefact add docs/examples/artefact.yaml"},
     {"part add",
      "sixpoint part add docs/examples/part.yaml\n"
      "sixpoint part add docs/examples/part.yaml --customer acme"},
+    {"model add", "sixpoint model add docs/examples/model.yaml --template program.nc"},
+    {"model show",
+     "sixpoint model show block-1-edm\n"
+     "sixpoint model show block-1-edm@2 --only-template"},
     {"clearance grant",
      "sixpoint clearance grant users/jane customers/acme\n"
      "sixpoint clearance grant machines/sarix-1 parts/block-1"},
@@ -120,7 +129,9 @@ constexpr Example kExamples[] = {
     {"registration list", "sixpoint registration list --blade SN-1 --limit 5"},
     {"correct",
      "sixpoint correct --registration ID --template program.nc --out corrected.nc\n"
-     "sixpoint correct --registration ID --template program.nc --out - | post"},
+     "sixpoint correct --registration ID --template program.nc --out - | post\n"
+     "sixpoint correct --registration ID --model block-1-edm --out corrected.nc"},
+    {"correction draws", "sixpoint correction draws 7c7a7cb2-6a0c-4f0f-9a3c-2f8d5c8e2b11 --count 50000"},
     {"inspect", "sixpoint inspect --blade SN-1 --scans sn1_pins_1,sn1_pins_2 --method six-point-normals"},
     {"inspection list", "sixpoint inspection list --blade SN-1"},
     {"inspection dispose",

@@ -5,13 +5,16 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <fstream>
 #include <thread>
 
 #include "cli/document.h"
+#include "cli/gateway_health.h"
 #include "cli/last_words.h"
 #include "cli/plant_certificates.h"
 #include "cli/plant_checks.h"
 #include "cli/plant_folder.h"
+#include "cli/plant_programs.h"
 #include "cli/prometheus_config.h"
 #include "cli/service_health.h"
 #include "cli/service_user.h"
@@ -31,55 +34,6 @@ constexpr std::chrono::seconds kStartPatience{60};
 // A service that says for so long why it does not serve will not serve by waiting.
 constexpr std::chrono::seconds kReasonPatience{10};
 
-std::vector<fs::path> ProgramFiles(const fs::path& folder) {
-  std::vector<fs::path> files;
-  for (const char* area : kAreas) files.push_back(folder / (std::string("sixpoint-") + area));
-  for (const char* name : {"sixpoint-migrate", "sixpoint-watchdog", "sixpoint-cad-worker", "sixpoint-decode-worker"})
-    files.push_back(folder / name);
-  return files;
-}
-
-// What root reads and runs is where the service user cannot put anything else.
-absl::Status CheckPrograms(LocalPlant* plant, const ServiceUser& user) {
-  for (const fs::path& program : ProgramFiles(plant->binaries))
-    if (const auto safe = OutOfReach("programs", program, user); !safe.ok()) return safe.status();
-  absl::StatusOr<fs::path> migrations = OutOfReach("--migrations", plant->migrations, user);
-  if (!migrations.ok()) return migrations.status();
-  plant->migrations = *std::move(migrations);
-  int count = 0;
-  for (const auto& entry : fs::directory_iterator(plant->migrations)) {
-    if (entry.path().extension() != ".sql") continue;
-    if (const auto safe = OutOfReach("--migrations", entry.path(), user); !safe.ok()) return safe.status();
-    ++count;
-  }
-  if (count == 0) return runtime::Refuse("--migrations", plant->migrations.string(), "a folder of V0001__*.sql, ...");
-  for (const fs::path& folder : {plant->binaries, plant->migrations})
-    if (!IsPlainPath(folder.string()))
-      return runtime::Refuse("programs", folder.string(), "a path of letters, digits and /._-+@");
-  return absl::OkStatus();
-}
-
-// A checkout under /root cannot be entered by the service user: then the programs are copied beside the data.
-bool ServiceUserReaches(const LocalPlant& plant) {
-  const std::string program = (plant.binaries / "sixpoint-migrate").string();
-  return RunProgram(AsServiceUser({"test", "-x", program, "-a", "-r", plant.migrations.string()})).exit_code == 0;
-}
-
-absl::Status CopyMigrations(LocalPlant* plant) {
-  const fs::path copies = plant->data / "migrations";
-  fs::remove_all(copies);  // another release's
-  if (absl::Status status = CopyFiles(plant->migrations, "V", copies); !status.ok()) return status;
-  plant->migrations = copies;
-  return CopyFiles(plant->binaries, "sixpoint-migrate", plant->data / "bin");
-}
-
-absl::Status CopyPrograms(LocalPlant* plant) {
-  const fs::path copies = plant->data / "bin";
-  if (absl::Status status = CopyFiles(plant->binaries, "sixpoint-", copies); !status.ok()) return status;
-  plant->binaries = copies;
-  return absl::OkStatus();
-}
-
 // Made beside and then renamed, so that a cluster is whole or not there.
 absl::Status CreateDatabase(const LocalPlant& plant, const ServiceUser& user) {
   if (fs::symlink_status(plant.database()).type() != fs::file_type::not_found)
@@ -95,19 +49,34 @@ absl::Status CreateDatabase(const LocalPlant& plant, const ServiceUser& user) {
   return absl::OkStatus();
 }
 
+// By what it says of itself in its file: who connects before is refused, and stands in its log as FATAL.
 bool DatabaseAccepts(const LocalPlant& plant) {
-  return RunProgram(AsServiceUser({std::string(kPostgresBin) + "pg_isready", "-q", "-h", plant.sockets().string()}))
-             .exit_code == 0;
+  std::ifstream file(plant.database() / "postmaster.pid");
+  constexpr int kStatusLine = 8;
+  std::string line;
+  for (int i = 0; i < kStatusLine; ++i)
+    if (!std::getline(file, line)) return false;
+  return line.rfind("ready", 0) == 0 && RunProgram(AsServiceUser({std::string(kPostgresBin) + "pg_isready", "-q", "-d",
+                                                                  "postgres", "-h", plant.sockets().string()}))
+                                                .exit_code == 0;
+}
+
+// "1" where the plant's database is there, nothing where it is not yet.
+Finished AskForDatabase(const LocalPlant& plant) {
+  return RunProgram(AsServiceUser({std::string(kPostgresBin) + "psql", "-h", plant.sockets().string(), "-U", "sixpoint",
+                                   "-d", "postgres", "-Atc", "SELECT 1 FROM pg_database WHERE datname = 'sixpoint'"}));
 }
 
 absl::Status WaitForDatabase(const LocalPlant& plant) {
   for (int attempt = 0; attempt < 120; ++attempt) {
     if (DatabaseAccepts(plant)) {
-      const Finished made =
-          RunProgram(AsServiceUser({std::string(kPostgresBin) + "createdb", "-h", plant.sockets().string(), "-U",
-                                    "sixpoint", "--maintenance-db", "postgres", "sixpoint"}));
-      if (made.exit_code == 0 || made.output.find("already exists") != std::string::npos) return absl::OkStatus();
-      if (made.output.find("role \"sixpoint\" does not exist") != std::string::npos)
+      Finished asked = AskForDatabase(plant);
+      if (asked.exit_code == 0 && asked.output.rfind('1', 0) == 0) return absl::OkStatus();
+      if (asked.exit_code == 0)
+        asked = RunProgram(AsServiceUser({std::string(kPostgresBin) + "createdb", "-h", plant.sockets().string(), "-U",
+                                          "sixpoint", "--maintenance-db", "postgres", "sixpoint"}));
+      if (asked.exit_code == 0) return absl::OkStatus();
+      if (asked.output.find("role \"sixpoint\" does not exist") != std::string::npos)
         return runtime::Refuse("--data", plant.database().string(), "a PostgreSQL cluster that `sixpoint up` made");
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(250));
@@ -176,21 +145,16 @@ absl::Status StopSupervisor(const LocalPlant& plant) {
   return absl::InternalError("the services did not stop within 60 s; see " + plant.logs().string());
 }
 
-bool Newer(const fs::path& program, const fs::path& than) {
-  return !fs::exists(than) || fs::last_write_time(program) > fs::last_write_time(than);
-}
-
 // New programs take the place of old ones, and those whose words changed start again; PostgreSQL goes on.
 absl::Status StartServices(const LocalPlant& plant, bool all_start) {
-  bool programs_changed = false;
-  for (const fs::path& program : ProgramFiles(plant.binaries))
-    programs_changed = programs_changed || Newer(program, plant.supervisor_config());
+  const bool programs_changed = AreProgramsNewer(plant, plant.supervisor_config());
   if (absl::Status status = WriteSupervisorConfig(plant, Programs::kAll); !status.ok()) return status;
   Supervisorctl(plant.supervisor_config(), {"update"});
   Supervisorctl(plant.supervisor_config(), {"start", "all"});  // what a person had stopped, or was given up
   if (all_start || !programs_changed) return absl::OkStatus();
   std::vector<std::string> restart = {"restart", "watchdog"};
-  restart.insert(restart.end(), kAreas.begin(), kAreas.end());
+  const std::vector<std::string> served = plant.Served();
+  restart.insert(restart.end(), served.begin(), served.end());
   Supervisorctl(plant.supervisor_config(), restart);
   return absl::OkStatus();
 }
@@ -200,12 +164,16 @@ std::vector<ServiceState> StatesOf(const LocalPlant& plant, const std::map<std::
   // As nobody: the folder has no identity.
   const auto credentials = runtime::ChannelCredentialsOf(plant.certificates());
   std::vector<ServiceState> states;
-  for (std::size_t i = 0; i < kAreas.size(); ++i) {
-    const std::string area = kAreas[i];
+  const std::vector<std::string> served = plant.Served();
+  for (std::size_t i = 0; i < served.size(); ++i) {
+    const std::string& area = served[i];
     const auto program = programs.find(area);
     const bool runs = program != programs.end() && program->second == "RUNNING";
     ServiceState state{"NOT_REACHED", ""};
-    if (runs && credentials.ok()) state.health = ServiceHealth(plant.OwnAddress(i), *credentials, kHealthPatience);
+    if (runs && area == kGateway)
+      state.health = GatewayHealth(plant.OwnGatewayUrl(), plant.certificates(), kHealthPatience);
+    else if (runs && credentials.ok())
+      state.health = ServiceHealth(plant.OwnAddress(i), *credentials, kHealthPatience);
     if (state.health != "SERVING") state.why = LastWords(plant.logs() / (area + ".log"));
     if (runs && !credentials.ok()) state.why = std::string(credentials.status().message());
     if (state.health == "NOT_TRUSTED" && state.why.empty())
@@ -215,8 +183,7 @@ std::vector<ServiceState> StatesOf(const LocalPlant& plant, const std::map<std::
   return states;
 }
 
-absl::Status DoesNotServe(const LocalPlant& plant, std::size_t area, const std::string& why) {
-  const std::string name = kAreas[area];
+absl::Status DoesNotServe(const LocalPlant& plant, const std::string& name, const std::string& why) {
   if (!why.empty()) return absl::FailedPreconditionError(name + " does not serve: " + why);
   return absl::InternalError(name + " does not serve; see " + (plant.logs() / (name + ".log")).string());
 }
@@ -226,18 +193,23 @@ absl::Status WaitForServices(const LocalPlant& plant, ProgressLine* progress) {
   std::string said;
   auto said_since = start;
   for (;;) {
-    const std::vector<ServiceState> states = StatesOf(plant, ProgramStates(plant));
+    std::map<std::string, std::string> programs = ProgramStates(plant);
+    const std::vector<ServiceState> states = StatesOf(plant, programs);
     std::size_t waiting = 0;
     while (waiting < states.size() && states[waiting].health == "SERVING") ++waiting;
-    if (waiting == states.size()) return absl::OkStatus();
-    progress->Show("starting the services: waiting for " + std::string(kAreas[waiting]));
-    if (states[waiting].why != said) {
-      said = states[waiting].why;
+    // A plant whose services nobody asks is not up: one that is stuck would stay so.
+    if (waiting == states.size() && programs["watchdog"] == "RUNNING") return absl::OkStatus();
+    const bool watchdog = waiting == states.size();
+    const std::string name = watchdog ? "watchdog" : plant.Served()[waiting];
+    const std::string why = watchdog ? "" : states[waiting].why;
+    progress->Show("starting the services: waiting for " + name);
+    if (why != said) {
+      said = why;
       said_since = steady_clock::now();
     }
     if (steady_clock::now() > start + kStartPatience ||
         (!said.empty() && steady_clock::now() > said_since + kReasonPatience))
-      return DoesNotServe(plant, waiting, said);
+      return DoesNotServe(plant, name, said);
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
 }
@@ -308,7 +280,29 @@ absl::Status Start(LocalPlant* plant, ProgressLine* progress) {
   return WaitForServices(*plant, progress);
 }
 
+// Behind a proxy it is reached from this computer alone, whoever reaches the services.
+bool IsAtListen(const LocalPlant& plant) { return plant.IsGatewaySecured() || plant.address.IsLoopback(); }
+
+std::string GatewayUrl(const LocalPlant& plant, const std::string& host) {
+  return (plant.IsGatewaySecured() ? "https://" : "http://") +
+         HostAndPort(IsAtListen(plant) ? host : plant.GatewayHost(), plant.settings.HttpPort());
+}
+
 }  // namespace
+
+std::vector<std::string> LocalPlant::Served() const {
+  std::vector<std::string> served(kAreas.begin(), kAreas.end());
+  if (HasGateway()) served.emplace_back(kGateway);
+  return served;
+}
+
+std::string LocalPlant::GatewayHost() const { return IsAtListen(*this) ? address.listen : "127.0.0.1"; }
+std::string LocalPlant::OwnGatewayUrl() const { return GatewayUrl(*this, address.Own()); }
+std::string LocalPlant::PageUrl() const {
+  if (!HasGateway()) return "";
+  return settings.page_url.empty() ? AnnouncedGatewayUrl() : settings.page_url;
+}
+std::string LocalPlant::AnnouncedGatewayUrl() const { return GatewayUrl(*this, address.announce); }
 
 absl::StatusOr<LocalPlant> PlantIn(const fs::path& data) {
   try {

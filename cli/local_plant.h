@@ -21,6 +21,7 @@ namespace sixpoint::cli {
 inline constexpr std::array<const char*, 6> kAreas = {"plant",        "ingest",     "calibration",
                                                       "registration", "correction", "inspection"};
 static_assert(kAreas.size() == kPortCount);
+inline constexpr char kGateway[] = "gateway";
 inline constexpr char kPostgresBin[] = "/usr/lib/postgresql/15/bin/";
 
 // Of a plant in that folder: its authority; what everybody may read of it, beside a folder for each service's certificate; and the
@@ -36,6 +37,7 @@ struct LocalPlant {
   std::filesystem::path data;
   std::filesystem::path binaries;    // where the service programs are
   std::filesystem::path migrations;  // where the SQL files are
+  std::filesystem::path web;         // the page's files; empty: they are not here
   std::filesystem::path alerts;      // Prometheus' rules; empty: they are not here
   PlantSettings settings;
   ListenAddress address;  // as the settings say
@@ -58,6 +60,18 @@ struct LocalPlant {
   // As the owner; a service connects as its own role (migrations/V0010).
   std::string conninfo() const { return "host=" + sockets().string() + " dbname=sixpoint user=sixpoint"; }
   std::string ConninfoOf(std::size_t area) const { return conninfo() + "_" + kAreas[area]; }
+  // The programs that serve: those of kAreas in their order, then the gateway, where there is one.
+  std::vector<std::string> Served() const;
+  bool HasGateway() const { return settings.http != HttpAccess::kNone; }
+  // Over TLS, by the gateway's own certificate.
+  bool IsGatewaySecured() const { return settings.http == HttpAccess::kDirect && !address.IsLoopback(); }
+  std::string GatewayHost() const;  // where it binds, at settings.HttpPort()
+  std::string GatewayListensAt() const { return HostAndPort(GatewayHost(), settings.HttpPort()); }
+  // As this machine reaches it, and as clients do who are not behind the proxy: "http://127.0.0.1:7480".
+  std::string OwnGatewayUrl() const;
+  std::string AnnouncedGatewayUrl() const;
+  // Where people find the page; empty: nowhere.
+  std::string PageUrl() const;
   // Where the area's service binds; where this machine reaches it; where clients are told that it is.
   std::string ListensAt(std::size_t area) const { return At(address.listen, area); }
   std::string OwnAddress(std::size_t area) const { return At(address.Own(), area); }
@@ -95,8 +109,8 @@ struct PlantHealth {
   LocalPlant plant;
   bool supervised = false;
   bool database = false;               // accepts connections
-  std::vector<ServiceState> services;  // by area
-  // By area; none where there is none, or none that can be read.
+  std::vector<ServiceState> services;  // by plant.Served(); the same of certificates
+  // None where there is none, or none that can be read.
   std::vector<std::optional<identity::IssuedCertificate>> certificates;
   bool AllServe() const;
 };

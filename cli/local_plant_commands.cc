@@ -13,20 +13,28 @@ namespace {
 namespace fs = std::filesystem;
 
 struct UpArguments {
-  std::string migrations;
+  std::string migrations, web, http;
   PlantSettings settings;
   const Option *base_port = nullptr, *metrics_port = nullptr, *listen = nullptr, *announce = nullptr,
-               *blob_store = nullptr, *oidc = nullptr;
+               *http_port = nullptr, *page = nullptr, *blob_store = nullptr, *oidc = nullptr;
 };
 
 fs::path OwnFolder() { return fs::canonical("/proc/self/exe").parent_path(); }
 
-// In a checkout the migrations lie beside the build folder; installed, beside the programs.
-fs::path UsualMigrations() {
+// In a checkout they lie beside the build folder; installed, beside the programs. Empty: nowhere.
+fs::path FolderBeside(const fs::path& name) {
   for (fs::path folder = OwnFolder(); folder != folder.root_path(); folder = folder.parent_path())
-    if (fs::exists(folder / "migrations")) return folder / "migrations";
-  return OwnFolder() / "migrations";
+    if (fs::exists(folder / name)) return folder / name;
+  return {};
 }
+
+fs::path UsualMigrations() {
+  const fs::path found = FolderBeside("migrations");
+  return found.empty() ? OwnFolder() / "migrations" : found;
+}
+
+// Of the built page alone: a checkout may be without.
+fs::path UsualWeb() { return FolderBeside(fs::path("web") / "dist" / "index.html").parent_path(); }
 
 // They lie where the migrations do, or nowhere.
 fs::path AlertsBeside(const fs::path& migrations) {
@@ -43,6 +51,17 @@ std::string CertificateWarning(const std::string& area, const std::optional<iden
          "; run `sixpoint certs renew`\n";
 }
 
+nlohmann::json GatewayToJson(const PlantHealth& health) {
+  if (!health.plant.HasGateway()) return nullptr;
+  const std::size_t last = kAreas.size();
+  return {{"url", health.plant.AnnouncedGatewayUrl()},
+          {"page", health.plant.PageUrl()},
+          {"metrics", health.plant.IsSeen() ? health.plant.AnnouncedMetrics(last) : ""},
+          {"health", health.services[last].health},
+          {"why", health.services[last].why},
+          {"certificate", health.certificates[last] ? CertificateToJson(*health.certificates[last]) : nullptr}};
+}
+
 nlohmann::json ToJson(const PlantHealth& health) {
   nlohmann::json services = nlohmann::json::array();
   for (std::size_t i = 0; i < kAreas.size(); ++i)
@@ -57,7 +76,8 @@ nlohmann::json ToJson(const PlantHealth& health) {
           {"supervisor", health.supervised},
           {"database", health.database ? "accepting connections" : "not reached"},
           {"loopback_only", health.plant.address.IsLoopback()},
-          {"services", services}};
+          {"services", services},
+          {"gateway", GatewayToJson(health)}};
 }
 
 std::string ToText(const PlantHealth& health) {
@@ -65,21 +85,23 @@ std::string ToText(const PlantHealth& health) {
                      (health.supervised ? "running" : "not running") + "\ndatabase      " +
                      (health.database ? "accepting connections" : "not reached") + "  (psql '" +
                      health.plant.conninfo() + "')\n";
-  for (std::size_t i = 0; i < kAreas.size(); ++i) {
-    std::string area = kAreas[i];
-    area.resize(14, ' ');
+  const std::vector<std::string> served = health.plant.Served();
+  for (std::size_t i = 0; i < served.size(); ++i) {
+    std::string name = served[i];
+    name.resize(14, ' ');
     const ServiceState& state = health.services[i];
-    text +=
-        area + health.plant.AnnouncedAt(i) + "  " + state.health + (state.why.empty() ? "" : ": " + state.why) + "\n";
+    text += name + (i < kAreas.size() ? health.plant.AnnouncedAt(i) : health.plant.AnnouncedGatewayUrl()) + "  " +
+            state.health + (state.why.empty() ? "" : ": " + state.why) + "\n";
   }
+  if (!health.plant.settings.page_url.empty()) text += "page          " + health.plant.PageUrl() + "\n";
   text += "metrics       ";
   if (health.plant.IsSeen())
     text += "https://" + health.plant.AnnouncedMetrics(0) + "/metrics and the next " +
-            std::to_string(kAreas.size() - 1) + " ports; for Prometheus: " + health.plant.prometheus_config().string() +
+            std::to_string(served.size() - 1) + " ports; for Prometheus: " + health.plant.prometheus_config().string() +
             "\n";
   else
     text += "none (--metrics-port 0)\n";
-  for (std::size_t i = 0; i < kAreas.size(); ++i) text += CertificateWarning(kAreas[i], health.certificates[i]);
+  for (std::size_t i = 0; i < served.size(); ++i) text += CertificateWarning(served[i], health.certificates[i]);
   return text;
 }
 
@@ -105,6 +127,9 @@ PlantSettings SettingsOf(const UpArguments& arguments, PlantSettings settings) {
     settings.announce.clear();
   }
   if (arguments.announce->given()) settings.announce = given.announce;
+  if (!arguments.http.empty()) settings.http = HttpAccessOf(arguments.http).value_or(settings.http);
+  if (arguments.http_port->given()) settings.http_port = given.http_port;
+  if (arguments.page->given()) settings.page_url = given.page_url == "none" ? "" : given.page_url;
   if (arguments.blob_store->given()) settings.blob_store = given.blob_store;
   if (arguments.oidc->given()) settings.oidc = given.oidc == "none" ? "" : given.oidc;
   return settings;
@@ -118,6 +143,7 @@ absl::Status Up(Session* session, const UpArguments& arguments) {
   plant->address = *plant->settings.Address();
   plant->binaries = OwnFolder();
   plant->migrations = arguments.migrations.empty() ? UsualMigrations() : fs::path(arguments.migrations);
+  plant->web = arguments.web.empty() ? UsualWeb() : fs::path(arguments.web);
   plant->alerts = AlertsBeside(plant->migrations);
   {
     ProgressLine progress(session->json);
@@ -161,6 +187,15 @@ void AddLocalPlantCommands(Command* app, Session* session) {
   arguments->announce =
       up->AddOption("--announce", &settings->announce, "Host that clients are told; without it, that of --listen");
   up->AddOption("--migrations", &arguments->migrations, "Folder of the SQL migrations");
+  up->AddOption("--http", &arguments->http,
+                "The gateway with the page: direct, proxied (by a proxy on this computer, on loopback alone), or none")
+      ->OneOf({"direct", "proxied", "none"});
+  arguments->http_port =
+      up->AddOption("--http-port", &settings->http_port, "Its port; 80 above --base-port unless told")
+          ->Within(kLowestPort, kHighestPort);
+  arguments->page = up->AddOption("--page", &settings->page_url,
+                                  "Where people find the page behind a proxy, such as https://plant.example; or none");
+  up->AddOption("--web", &arguments->web, "Folder of the built page");
   arguments->blob_store =
       up->AddOption("--blob-store", &settings->blob_store,
                     "Where new clouds go: postgresql, or s3:// and the path of a file that the user sixpoint owns")

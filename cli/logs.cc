@@ -37,7 +37,7 @@ struct LogsArguments {
 const std::vector<std::string>& Sources() {
   static const auto* const sources = [] {
     auto* all = new std::vector<std::string>(kAreas.begin(), kAreas.end());
-    for (const char* other : {"watchdog", "postgres", "supervisord"}) all->emplace_back(other);
+    for (const char* other : {kGateway, "watchdog", "postgres", "supervisord"}) all->emplace_back(other);
     return all;
   }();
   return *sources;

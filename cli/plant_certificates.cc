@@ -51,9 +51,11 @@ std::string LocalName() {
 
 std::vector<Holder> HoldersOf(const LocalPlant& plant) {
   std::vector<Holder> holders;
-  for (const char* area : kAreas)
-    holders.push_back({{{Kind::kService, area, {Role::kService}}, ServiceHosts(plant.address), kValidFor},
-                       plant.certificates_of(area),
+  for (const std::string& name : plant.Served())
+    holders.push_back({{{Kind::kService, name, {name == kGateway ? Role::kGateway : Role::kService}},
+                        ServiceHosts(plant.address),
+                        kValidFor},
+                       plant.certificates_of(name),
                        /*is_service=*/true});
   holders.push_back({{{Kind::kUser, LocalName(), {Role::kEngineer, Role::kQuality, Role::kAdmin}}, {}, kValidFor},
                      LocalIdentityIn(plant.data),
@@ -146,8 +148,8 @@ absl::Status MakeAuthority(const LocalPlant& plant, const ServiceUser& user) {
                                "certificates made anew");
   if (absl::Status status = MakeOwnFolder(plant.authority(), 0700); !status.ok()) return status;
   if (absl::Status status = MakeOwnFolder(plant.certificates(), 0755); !status.ok()) return status;
-  for (const char* area : kAreas)
-    if (absl::Status status = MakeServiceFolder(plant.certificates_of(area), user); !status.ok()) return status;
+  for (const std::string& name : plant.Served())
+    if (absl::Status status = MakeServiceFolder(plant.certificates_of(name), user); !status.ok()) return status;
   if (absl::Status status = MakeOwnFolder(LocalIdentityIn(plant.data), 0700); !status.ok()) return status;
   const std::string host = HostName().substr(0, kLongestName);
   const absl::Status made = Authority::Create(plant.authority(), host.empty() ? "sixpoint" : host);
@@ -199,8 +201,8 @@ std::vector<std::optional<IssuedCertificate>> ServiceCertificates(const LocalPla
   if (const auto authority = Authority::Open(plant.authority()); authority.ok())
     issued = IssuedBySerial(*authority).value_or(issued);
   std::vector<std::optional<IssuedCertificate>> certificates;
-  for (const char* area : kAreas) {
-    const absl::StatusOr<IssuedCertificate> has = CertificateIn(plant.certificates_of(area), user.uid);
+  for (const std::string& name : plant.Served()) {
+    const absl::StatusOr<IssuedCertificate> has = CertificateIn(plant.certificates_of(name), user.uid);
     certificates.push_back(has.ok() ? std::optional(*has) : std::nullopt);
     if (!has.ok()) continue;
     if (const auto given = issued.find(has->serial); given != issued.end())

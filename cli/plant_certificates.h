@@ -22,11 +22,11 @@ struct Renewed {
   identity::IssuedCertificate certificate;
   bool is_new = false;
 };
-// Of each service and of the local user, in this order. Due is what is missing, has less than a third of its time left, names other
+// Of each that serves (LocalPlant::Served) and of the local user, in this order. Due is what is missing, has less than a third of its time left, names other
 // hosts or roles than are wanted now, was revoked, is of another authority or of another key than lies beside it. Services that run take it by themselves.
 absl::StatusOr<std::vector<Renewed>> RenewCertificates(const LocalPlant& plant, const ServiceUser& user, Renewal which);
 
-// As they lie in the services' folders, by area; revoked_at where the authority is this user's to read.
+// As they lie in the services' folders, by plant.Served(); revoked_at where the authority is this user's to read.
 std::vector<std::optional<identity::IssuedCertificate>> ServiceCertificates(const LocalPlant& plant,
                                                                             const ServiceUser& user);
 

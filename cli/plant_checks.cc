@@ -44,6 +44,11 @@ std::set<int> OwnPorts(const LocalPlant& plant) {
     if (told.ok() && told->find(" --metrics " + running.MetricsAt(i) + " ") != std::string::npos)
       own.insert(running.settings.MetricsPort() + static_cast<int>(i));
   }
+  if (const auto state = states.find(kGateway); state != states.end() && state->second == "RUNNING") {
+    own.insert(running.settings.HttpPort());
+    if (told.ok() && told->find(" --metrics " + running.MetricsAt(kAreas.size()) + " ") != std::string::npos)
+      own.insert(running.settings.MetricsPort() + kPortCount);
+  }
   return own;
 }
 
@@ -52,9 +57,18 @@ std::set<int> OwnPorts(const LocalPlant& plant) {
 absl::Status CheckPorts(const LocalPlant& plant) {
   const std::set<int> own = OwnPorts(plant);
   const PlantSettings& settings = plant.settings;
-  absl::Status free = RequirePorts("--base-port", settings.listen, settings.base_port, own);
-  if (!free.ok() || !plant.IsSeen()) return free;
-  return RequirePorts("--metrics-port", settings.listen, settings.MetricsPort(), own);
+  absl::Status free = RequirePorts(
+      {"--base-port", settings.listen, settings.base_port, kPortCount, "six ports that are free, or this plant's own"},
+      own);
+  if (free.ok() && plant.IsSeen())
+    free = RequirePorts(
+        {"--metrics-port", settings.listen, settings.MetricsPort(), plant.HasGateway() ? kSeenCount : kPortCount,
+         "ports that are free, one a service, or this plant's own; 0 for none"},
+        own);
+  if (!free.ok() || !plant.HasGateway()) return free;
+  return RequirePorts({"--http-port", plant.GatewayHost(), settings.HttpPort(), 1,
+                       "a port that is free, or this plant's own; --http none for no gateway"},
+                      own);
 }
 
 absl::Status CheckRoom(const LocalPlant& plant) {

@@ -159,4 +159,12 @@ absl::Status CopyFiles(const fs::path& from, const std::string& beginning, const
   return absl::OkStatus();
 }
 
+absl::Status CopyFolder(const fs::path& from, const fs::path& to) {
+  if (absl::Status status = CopyFiles(from, "", to); !status.ok()) return status;
+  for (const auto& entry : fs::directory_iterator(from))
+    if (entry.is_directory() && !entry.is_symlink())
+      if (absl::Status status = CopyFolder(entry.path(), to / entry.path().filename()); !status.ok()) return status;
+  return absl::OkStatus();
+}
+
 }  // namespace sixpoint::cli

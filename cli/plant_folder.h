@@ -59,5 +59,7 @@ absl::Status MakeServiceFolder(const std::filesystem::path& folder, const Servic
 // Each file of it, or only those whose names begin so: replaced whole, since what is at work may be replaced but not written to.
 absl::Status CopyFiles(const std::filesystem::path& from, const std::string& beginning,
                        const std::filesystem::path& to);
+// All of its files, in a folder that is not there yet or empty; links to folders are not followed.
+absl::Status CopyFolder(const std::filesystem::path& from, const std::filesystem::path& to);
 
 }  // namespace sixpoint::cli

@@ -26,7 +26,8 @@ int BindError(const addrinfo& address) {
   return error;
 }
 
-absl::Status RequirePort(const std::string& option, const std::string& host, int port) {
+absl::Status RequirePort(const PortsWish& wish, int port) {
+  const std::string& host = wish.host;
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
   hints.ai_flags = AI_NUMERICSERV;
@@ -43,18 +44,15 @@ absl::Status RequirePort(const std::string& option, const std::string& host, int
     return runtime::Refuse("--listen", host, std::string("an address of this machine: ") + std::strerror(error));
   const std::string at = HostAndPort(ListenAddress{host, host}.Own(), port);
   // Which one it is cannot be told: another plant shows a certificate that this one has no way to judge.
-  return runtime::Refuse(
-      option, at + " (another program or plant listens there)",
-      "six ports that are free, or this plant's own" + std::string(option == "--metrics-port" ? "; 0 for none" : ""));
+  return runtime::Refuse(wish.option, at + " (another program or plant listens there)", wish.wanted);
 }
 
 }  // namespace
 
-absl::Status RequirePorts(const std::string& option, const std::string& host, int first_port,
-                          const std::set<int>& own) {
-  for (int port = first_port; port < first_port + kPortCount; ++port) {
+absl::Status RequirePorts(const PortsWish& wish, const std::set<int>& own) {
+  for (int port = wish.first; port < wish.first + wish.count; ++port) {
     if (own.count(port) != 0) continue;
-    if (absl::Status status = RequirePort(option, host, port); !status.ok()) return status;
+    if (absl::Status status = RequirePort(wish, port); !status.ok()) return status;
   }
   return absl::OkStatus();
 }

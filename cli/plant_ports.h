@@ -8,8 +8,13 @@
 
 namespace sixpoint::cli {
 
-// INVALID_ARGUMENT names the first of a plant's ports from that one on which a program holds, unless it is one of `own`, and the
-// option by which it is another. Nothing is left listening.
-absl::Status RequirePorts(const std::string& option, const std::string& host, int first_port, const std::set<int>& own);
+struct PortsWish {
+  std::string option;  // by which they are others
+  std::string host;
+  int first = 0, count = 1;
+  std::string wanted;  // in a refusal
+};
+// INVALID_ARGUMENT names the first of the ports that a program holds, unless it is one of `own`. Nothing is left listening.
+absl::Status RequirePorts(const PortsWish& wish, const std::set<int>& own);
 
 }  // namespace sixpoint::cli

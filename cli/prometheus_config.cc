@@ -24,8 +24,9 @@ std::string PrometheusConfig(const LocalPlant& plant) {
           "\n      # Key and certificate are in one file.\n      cert_file: " + Quoted(own) +
           "\n      key_file: " + Quoted(own) +
           "\n    static_configs:" + (plant.IsSeen() ? "\n" : " []  # --metrics-port 0\n");
-  for (std::size_t i = 0; i < kAreas.size() && plant.IsSeen(); ++i)
-    text += "      - targets: [" + Quoted(plant.OwnMetrics(i)) + "]\n        labels: {area: " + kAreas[i] + "}\n";
+  const std::vector<std::string> served = plant.Served();
+  for (std::size_t i = 0; i < served.size() && plant.IsSeen(); ++i)
+    text += "      - targets: [" + Quoted(plant.OwnMetrics(i)) + "]\n        labels: {area: " + served[i] + "}\n";
   return text;
 }
 

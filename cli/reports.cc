@@ -212,10 +212,16 @@ std::string CorrectionText(const correction::v1::Correction& correction) {
   std::string text = correction.name() + " of " + correction.blade() + " from " + correction.registration() +
                      " (mm, deg)\n" + table.ToText();
   for (const std::string& name : correction.axis_characterisations()) text += "angles commanded by " + name + "\n";
+  if (!correction.machining_model().empty()) text += "by " + correction.machining_model() + "\n";
   if (correction.has_proof())
     text += "program proven: " + Grouped(correction.proof().pose_count()) + " poses, at most " +
             Fixed(correction.proof().greatest_difference_um(), 3) + " um and " +
             Fixed(correction.proof().greatest_tilt_deg(), 6) + " deg from the correction\n";
+  for (const auto& group : correction.groups())
+    if (!group.poses().empty())
+      text += group.group() + ": a path of " + Grouped(group.poses_size()) + " poses, at most " +
+              Fixed(group.greatest_chord_um(), 2) + " um and " + Fixed(group.greatest_axis_deviation_deg(), 4) +
+              " deg off its lines between them\n";
   text += ChecksText(correction);
   int cut = 0, holes = 0;
   for (const auto& group : correction.groups())

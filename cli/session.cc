@@ -136,8 +136,10 @@ std::string NextStepUnreachable(const absl::Status& status, const std::string& s
     case TlsFailure::kNone:
       break;
     case TlsFailure::kNotTrusted:
-      return "the plant's certificate has expired, or another authority made it than yours: `sixpoint certs renew` on "
-             "its computer, or name the folder of your certificate for that plant by --identity";
+      return "by this computer's clock the plant's certificate does not hold (see `date`: it may be the clock), or "
+             "another "
+             "authority made it than yours: `sixpoint certs renew` on the plant's computer, or name the folder of your "
+             "certificate for that plant by --identity";
     case TlsFailure::kOtherHost:
       return "the plant's certificate is for other hosts than it was called by: call it as it announces itself, or "
              "have it announced by that host with `sixpoint up --announce HOST`";
@@ -192,6 +194,7 @@ std::string NextStep(const absl::Status& status, const std::string& server) {
       if (about("serial")) return "see which there are: sixpoint certs list --all";
       if (about("machine")) return "see which there are: sixpoint machine list";
       if (about("artefact")) return "see which there are: sixpoint artefact list";
+      if (about("machining_model")) return "see which there are: sixpoint model list";
       if (about("part")) return "see which there are: sixpoint part list";
       if (about("blade")) return "see which there are: sixpoint blade list";
       if (about("scan")) return "see which there are: sixpoint scan list";

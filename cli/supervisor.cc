@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "cli/service_user.h"
+#include "identity/credentials.h"
 
 namespace sixpoint::cli {
 namespace {
@@ -27,8 +28,21 @@ std::string ServiceCommand(const LocalPlant& plant, std::size_t area) {
   if (name == "ingest") command += " --blob-store " + plant.settings.blob_store;
   if (name == "plant")
     command += " --ledger-key " + plant.ledger_key().string() + " --ledger-heads " + plant.ledger_heads().string();
+  if (name == "plant" && plant.HasGateway()) command += " --page " + plant.PageUrl();
   if (name == "plant" && !plant.settings.oidc.empty()) command += " --oidc " + plant.settings.oidc;
   return command;
+}
+
+// It has no database: what it may is what the services let a caller do.
+std::string GatewayCommand(const LocalPlant& plant) {
+  const std::string own = (plant.certificates_of(kGateway) / identity::kIdentityFile).string();
+  return (plant.binaries / "sixpoint-gateway").string() + " --listen " + plant.GatewayListensAt() +
+         (plant.IsSeen() ? " --metrics " + plant.MetricsAt(kAreas.size()) : "") + " --certificates " +
+         plant.certificates_of(kGateway).string() + " --revoked " + plant.revoked().string() +
+         PeersText(plant, &LocalPlant::OwnAddress) + (plant.web.empty() ? "" : " --web " + plant.web.string()) +
+         (plant.IsGatewaySecured() ? " --tls-certificate " + own + " --tls-key " + own : "") +
+         (plant.settings.http == HttpAccess::kProxied ? " --behind-proxy" : "") +
+         (plant.settings.oidc.empty() ? "" : " --oidc " + plant.settings.oidc + " --page " + plant.PageUrl());
 }
 
 // A superuser of the database can have it read whatever its user can, which is the services', too: so the services' keys and the ledger's
@@ -51,6 +65,7 @@ std::string WatchdogCommand(const LocalPlant& plant) {
                         plant.supervisor_config().string() + " --certificates " + plant.certificates().string();
   for (std::size_t i = 0; i < kAreas.size(); ++i)
     command += std::string(" --service ") + kAreas[i] + "=" + plant.OwnAddress(i);
+  if (plant.HasGateway()) command += std::string(" --http ") + kGateway + "=" + plant.OwnGatewayUrl();
   return command;
 }
 
@@ -77,6 +92,7 @@ std::string SupervisorConfig(const LocalPlant& plant, Programs programs) {
   program("postgres", PostgresCommand(plant), 1, "INT");
   if (programs == Programs::kDatabase) return out.str();
   for (std::size_t i = 0; i < kAreas.size(); ++i) program(kAreas[i], ServiceCommand(plant, i), 10, "TERM");
+  if (plant.HasGateway()) program(kGateway, GatewayCommand(plant), 15, "TERM");
   program("watchdog", WatchdogCommand(plant), 20, "TERM");
   return out.str();
 }

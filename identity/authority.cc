@@ -127,9 +127,11 @@ absl::StatusOr<Identity> CheckIdentity(const Identity& wished) {
 }
 
 absl::Status CheckHosts(const CertificateWish& wish) {
-  const bool serves = wish.identity.kind == Kind::kService && wish.identity.name != kGatewayName;
-  if (!serves && !wish.hosts.empty()) return Refuse("hosts", wish.hosts[0], "none but of a service that others call");
-  if (serves && (wish.hosts.empty() || wish.hosts.size() > kMostHosts))
+  const bool is_service = wish.identity.kind == Kind::kService;
+  if (!is_service && !wish.hosts.empty()) return Refuse("hosts", wish.hosts[0], "none but of a service");
+  // The gateway may do without: a proxy in front has its own certificate.
+  const std::size_t fewest = is_service && wish.identity.name != kGatewayName ? 1 : 0;
+  if (wish.hosts.size() < fewest || wish.hosts.size() > kMostHosts)
     return Refuse("hosts", static_cast<double>(wish.hosts.size()), "1 to 16 of a service");
   Refusals refusals;
   for (std::size_t i = 0; i < wish.hosts.size(); ++i) {

@@ -46,6 +46,15 @@ absl::Status InFile(const fs::path& file, const absl::Status& status) {
   return absl::Status(status.code(), file.string() + ": " + std::string(status.message()));
 }
 
+absl::StatusOr<OwnKey> ReadOwnKey(const fs::path& identity_file) {
+  absl::StatusOr<std::string> pem = ReadFile(identity_file, kMostKey_bytes + kMostCertificate_bytes);
+  if (!pem.ok()) return pem.status();
+  absl::StatusOr<OwnKey> own = OwnKeyOf(*pem);
+  OPENSSL_cleanse(pem->data(), pem->size());
+  if (!own.ok()) return InFile(identity_file, own.status());
+  return own;
+}
+
 absl::Status CheckFree(const Folder& folder) {
   const absl::StatusOr<std::vector<std::string>> names = folder.Names();
   if (!names.ok()) return names.status();

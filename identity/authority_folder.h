@@ -26,6 +26,9 @@ inline constexpr mode_t kSecret = 0600, kPublic = 0644;
 // is what a control's clock is off that knows nothing of summer.
 inline constexpr auto kClockDifference = std::chrono::hours(3);
 
+// Of an identity.pem (credentials.h), whose text is wiped once it was read.
+absl::StatusOr<OwnKey> ReadOwnKey(const std::filesystem::path& identity_file);
+
 // The same failure, saying of which file.
 absl::Status InFile(const std::filesystem::path& file, const absl::Status& status);
 

@@ -162,7 +162,7 @@ absl::StatusOr<Certificate> NewCertificate(const AuthorityKey& authority, EVP_PK
   if (!AddText(subject, "OU", text.substr(0, text.find('/'))) || !AddText(subject, "CN", identity.name) ||
       X509_set_issuer_name(made, X509_get_subject_name(issuer)) != 1)
     return OpenSslError("a certificate's names");
-  const bool serves = identity.Has(Role::kService);  // and calls other services
+  const bool serves = !hosts.empty();  // and calls other services
   if (absl::Status added = AddExtensions(made, issuer,
                                          {{NID_basic_constraints, "critical,CA:FALSE"},
                                           {NID_key_usage, "critical,digitalSignature"},

@@ -6,7 +6,7 @@
 #include <set>
 #include <vector>
 
-#include "identity/base64url.h"
+#include "identity/json_web_token.h"
 #include "identity/key_set.h"
 #include "identity/signatures.h"
 #include "identity/strict_json.h"
@@ -21,29 +21,6 @@ constexpr std::size_t kLongestSubject_bytes = 255, kMostValues = 1000;
 constexpr std::chrono::minutes kOldest{10};
 
 absl::Status Wrong(const std::string& what) { return absl::UnauthenticatedError("id_token: " + what); }
-
-struct Parts {
-  json header, claims;
-  std::string_view signed_text;
-  std::string signature;
-};
-
-std::optional<json> ObjectOf(std::string_view part) {
-  const std::optional<std::string> text = FromBase64Url(part);
-  std::optional<json> object = text ? StrictJsonOf(*text) : std::nullopt;
-  return object && object->is_object() ? object : std::nullopt;
-}
-
-std::optional<Parts> PartsOf(std::string_view token) {
-  const std::size_t first = token.find('.'), last = token.rfind('.');
-  if (token.size() > kLongestIdToken_bytes || first == last || std::count(token.begin(), token.end(), '.') != 2)
-    return std::nullopt;
-  std::optional<json> header = ObjectOf(token.substr(0, first));
-  std::optional<json> claims = ObjectOf(token.substr(first + 1, last - first - 1));
-  std::optional<std::string> signature = FromBase64Url(token.substr(last + 1));
-  if (!header || !claims || !signature) return std::nullopt;
-  return Parts{*std::move(header), *std::move(claims), token.substr(0, last), *std::move(signature)};
-}
 
 // What the header asks for is done only where it is one of three; a key or its address in it is never looked at.
 absl::StatusOr<std::string> AlgorithmOf(const json& header) {
@@ -62,19 +39,10 @@ bool Fits(const ProviderKey& key, const std::string& algorithm) {
   return is_of_kind && (key.algorithm.empty() || key.algorithm == algorithm);
 }
 
-bool Verifies(const ProviderKey& key, const std::string& algorithm, const Parts& parts) {
+bool Verifies(const ProviderKey& key, const std::string& algorithm, const JsonWebToken& parts) {
   if (algorithm == "ES256") return VerifiesEs256(key.key.get(), parts.signed_text, parts.signature, EitherS::kTaken);
   const RsaPadding padding = algorithm == "PS256" ? RsaPadding::kPss : RsaPadding::kPkcs1;
   return VerifiesRsa(key.key.get(), padding, parts.signed_text, parts.signature);
-}
-
-// Seconds since 1970, whole.
-std::optional<TimePoint> TimeIn(const json& claims, const char* name) {
-  const auto found = claims.find(name);
-  if (found == claims.end() || !found->is_number_unsigned()) return std::nullopt;
-  const auto seconds = found->get<std::uint64_t>();
-  if (seconds > 7'258'118'400) return std::nullopt;  // the year 2200: what a TimePoint holds
-  return TimePoint(std::chrono::seconds(seconds));
 }
 
 absl::Status CheckTimes(const json& claims, std::chrono::seconds leeway, TimePoint now) {
@@ -136,7 +104,7 @@ absl::StatusOr<SignedInPerson> PersonOf(const json& claims, const IdTokenPolicy&
 class IdTokenJudge {
  public:
   // Whatever the kid says is compared with the set's, nothing else.
-  static absl::Status CheckSigned(const Parts& parts, const std::string& algorithm, const KeySet& set) {
+  static absl::Status CheckSigned(const JsonWebToken& parts, const std::string& algorithm, const KeySet& set) {
     const std::optional<std::string> id = TextIn(parts.header, "kid");
     std::vector<const ProviderKey*> fitting;
     bool is_id_known = !id;
@@ -156,7 +124,7 @@ class IdTokenJudge {
 absl::StatusOr<SignedInPerson> JudgeIdToken(std::string_view token, const std::string& nonce,
                                             const IdTokenPolicy& policy, const KeySet& keys, TimePoint now) {
   const OwnErrors errors;
-  const std::optional<Parts> parts = PartsOf(token);
+  const std::optional<JsonWebToken> parts = JsonWebTokenOf(token, kLongestIdToken_bytes);
   if (!parts) return Wrong("not one that can be read, want three parts of base64url, each JSON with each key once");
   const absl::StatusOr<std::string> algorithm = AlgorithmOf(parts->header);
   if (!algorithm.ok()) return algorithm.status();

@@ -51,6 +51,9 @@ absl::StatusOr<Key> NewKey();  // EC P-256
 absl::StatusOr<std::string> PemOf(EVP_PKEY* key);
 absl::StatusOr<std::string> PemOf(X509* certificate);
 absl::StatusOr<std::string> PemOf(X509_CRL* list);
+absl::StatusOr<std::string> DerOf(X509* certificate);
+// Null of anything but one certificate's bytes.
+Certificate CertificateOfDer(const std::string& der);
 
 // What was read is not what it should be: a refusal without a field, which whoever knows where it stood gives it.
 absl::Status Misread(const std::string& what, const std::string& wanted);

@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
+#include <map>
 #include <optional>
+#include <shared_mutex>
 #include <utility>
 #include <vector>
 
 #include "identity/authority_folder.h"
 #include "identity/base64url.h"
+#include "identity/certificate_token.h"
 #include "identity/certificates.h"
 #include "identity/files.h"
 #include "identity/signatures.h"
@@ -108,22 +111,6 @@ std::optional<Parts> PartsOf(std::string_view token) {
   return Parts{*std::move(session), *std::move(certificate), *std::move(signature), std::move(signed_text)};
 }
 
-Certificate CertificateOfDer(const std::string& der) {
-  const auto* at = reinterpret_cast<const unsigned char*>(der.data());
-  const unsigned char* const end = at + der.size();
-  Certificate certificate(d2i_X509(nullptr, &at, static_cast<long>(der.size())));
-  return at == end ? std::move(certificate) : nullptr;
-}
-
-absl::StatusOr<std::string> DerOf(X509* certificate) {
-  unsigned char* der = nullptr;
-  const int size = i2d_X509(certificate, &der);
-  if (size <= 0) return OpenSslError("a certificate");
-  std::string bytes(reinterpret_cast<const char*>(der), static_cast<std::size_t>(size));
-  OPENSSL_free(der);
-  return bytes;
-}
-
 SessionJudgement NotValid() {
   SessionJudgement judgement;
   judgement.why_not = std::string(Refuse("session", "not one that can be believed", kWanted).message());
@@ -135,17 +122,26 @@ absl::Status CheckTimes(const Session& session) {
   return Refuse("session", "until " + TimeText(session.until), "at most 12 h after the sign-in");
 }
 
+absl::StatusOr<Session> ReadAnew(std::string_view token) {
+  if (IsCertificateToken(token)) {
+    const std::optional<CertificateToken> own = ReadCertificateToken(token);
+    const auto holder = own ? CertificateOf(own->certificate_pem) : absl::UnknownError("");
+    if (!holder.ok()) return Refuse("session", "not one that can be read", kWanted);
+    return Session{holder->identity, SignedInBy::kCertificate, own->since, own->until};
+  }
+  std::optional<Parts> parts = PartsOf(token);
+  if (!parts) return Refuse("session", "not one that can be read", kWanted);
+  return std::move(parts->session);
+}
+
 }  // namespace
 
 absl::StatusOr<std::string> SignSession(const Session& session, const std::filesystem::path& identity_file) {
   const OwnErrors errors;
   if (!SessionOfPayload(PayloadOf(session))) return Refuse("session", session.person.Text(), "a user with roles");
   if (absl::Status status = CheckTimes(session); !status.ok()) return status;
-  absl::StatusOr<std::string> pem = ReadFile(identity_file, kMostKey_bytes + kMostCertificate_bytes);
-  if (!pem.ok()) return pem.status();
-  const absl::StatusOr<OwnKey> own = OwnKeyOf(*pem);
-  OPENSSL_cleanse(pem->data(), pem->size());
-  if (!own.ok()) return InFile(identity_file, own.status());
+  const absl::StatusOr<OwnKey> own = ReadOwnKey(identity_file);
+  if (!own.ok()) return own.status();
   const absl::StatusOr<std::string> der = DerOf(own->certificate.get());
   if (!der.ok()) return der.status();
   std::string token = std::string(kVersion) + "." + ToBase64Url(PayloadOf(session)) + "." + ToBase64Url(*der);
@@ -157,9 +153,60 @@ absl::StatusOr<std::string> SignSession(const Session& session, const std::files
 }
 
 absl::StatusOr<Session> ReadSession(std::string_view token) {
-  std::optional<Parts> parts = PartsOf(token);
-  if (!parts) return Refuse("session", "not one that can be read", kWanted);
-  return std::move(parts->session);
+  // A call asks it several times, and a certificate costs more to read than all else of the call. Of a token that was judged: strangers'
+  // take no room.
+  static auto* const mutex = new std::shared_mutex;
+  static auto* const known = new std::map<std::string, Session, std::less<>>;
+  {
+    const std::shared_lock<std::shared_mutex> lock(*mutex);
+    if (const auto found = known->find(token); found != known->end()) return found->second;
+  }
+  absl::StatusOr<Session> read = ReadAnew(token);
+  if (!read.ok()) return read;
+  const std::lock_guard<std::shared_mutex> lock(*mutex);
+  if (known->size() >= kMostKept) known->clear();
+  known->emplace(token, *read);
+  return read;
+}
+
+std::shared_ptr<const SessionTrust::Signed> SessionTrust::Read(std::string_view token) const {
+  if (IsCertificateToken(token)) {
+    std::optional<CertificateToken> own = ReadCertificateToken(token);
+    if (!own) return nullptr;
+    return std::make_shared<const Signed>(
+        Signed{{{}, SignedInBy::kCertificate, own->since, own->until}, std::move(own->certificate_pem)});
+  }
+  const std::optional<Parts> parts = PartsOf(token);
+  if (!parts) return nullptr;
+  const Certificate certificate = CertificateOfDer(parts->certificate_der);
+  EVP_PKEY* const key = certificate == nullptr ? nullptr : X509_get0_pubkey(certificate.get());
+  const bool holds = key != nullptr && VerifiesEs256(key, parts->signed_text, parts->signature, EitherS::kLesserOnly);
+  absl::StatusOr<std::string> pem = holds ? PemOf(certificate.get()) : absl::UnknownError("");
+  return pem.ok() ? std::make_shared<const Signed>(Signed{parts->session, *std::move(pem)}) : nullptr;
+}
+
+SessionJudgement SessionTrust::JudgeTimes(const Session& session) const {
+  const TimePoint now = now_();
+  if (now >= session.until)
+    return {SessionStanding::kOver, session,
+            std::string(Refuse("session", "of " + session.person.Text() + ", over since " + TimeText(session.until),
+                               "a new one by its renewal in time, or a new sign-in")
+                            .message())};
+  if (session.since > now + kClocks || session.until > now + kLongestToken + kClocks) return NotValid();
+  return {SessionStanding::kGood, session, ""};
+}
+
+// A service calls with its certificate alone: nothing of the plant's own goes over the gateway.
+SessionJudgement SessionTrust::JudgeOwn(const Session& session, const Judgement& certificate) const {
+  if (certificate.standing != Standing::kGood) {
+    SessionJudgement judgement = NotValid();
+    if (certificate.standing != Standing::kNotOurs) judgement.why_not = certificate.why_not;
+    return judgement;
+  }
+  if (certificate.identity.kind == Kind::kService || session.until > session.since + kLongestToken) return NotValid();
+  Session own = session;
+  own.person = certificate.identity;
+  return JudgeTimes(own);
 }
 
 SessionJudgement SessionTrust::Judge(std::string_view token) {
@@ -170,35 +217,21 @@ SessionJudgement SessionTrust::Judge(std::string_view token) {
     if (const auto kept = signed_.find(token); kept != signed_.end()) found = kept->second;
   }
   const bool is_new = found == nullptr;
-  if (is_new) {
-    const std::optional<Parts> parts = PartsOf(token);
-    if (!parts) return NotValid();
-    const Certificate certificate = CertificateOfDer(parts->certificate_der);
-    EVP_PKEY* const key = certificate == nullptr ? nullptr : X509_get0_pubkey(certificate.get());
-    const bool holds = key != nullptr && VerifiesEs256(key, parts->signed_text, parts->signature, EitherS::kLesserOnly);
-    absl::StatusOr<std::string> pem = holds ? PemOf(certificate.get()) : absl::UnknownError("");
-    if (!pem.ok()) return NotValid();
-    found = std::make_shared<const Signed>(Signed{parts->session, *std::move(pem)});
-  }
-  const Judgement plant = trust_.Judge(found->certificate_pem);
-  if (plant.standing == Standing::kUndecidable)
-    return SessionJudgement{SessionStanding::kUndecidable, {}, plant.why_not};
-  const bool is_plants = plant.standing == Standing::kGood && plant.identity.Text() == kPlant;
-  if (!is_plants || !CheckTimes(found->session).ok()) return NotValid();
-  if (is_new) {
+  if (is_new) found = Read(token);
+  if (found == nullptr) return NotValid();
+  const Judgement signer = trust_.Judge(found->certificate_pem);
+  if (signer.standing == Standing::kUndecidable)
+    return SessionJudgement{SessionStanding::kUndecidable, {}, signer.why_not};
+  const bool is_own = found->session.signed_in_by == SignedInBy::kCertificate;
+  const bool is_plants = signer.standing == Standing::kGood && signer.identity.Text() == kPlant;
+  if (!is_own && (!is_plants || !CheckTimes(found->session).ok())) return NotValid();
+  // Strangers' certificates take no room.
+  if (is_new && signer.standing == Standing::kGood) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (signed_.size() >= kMostKept) signed_.clear();
     signed_.emplace(token, found);
   }
-  const Session& session = found->session;
-  const TimePoint now = now_();
-  if (now >= session.until)
-    return {SessionStanding::kOver, session,
-            std::string(Refuse("session", "of " + session.person.Text() + ", over since " + TimeText(session.until),
-                               "a new one by its renewal in time, or a new sign-in")
-                            .message())};
-  if (session.since > now + kClocks || session.until > now + kLongestToken + kClocks) return NotValid();
-  return {SessionStanding::kGood, session, ""};
+  return is_own ? JudgeOwn(found->session, signer) : JudgeTimes(found->session);
 }
 
 }  // namespace sixpoint::identity

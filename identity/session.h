@@ -1,5 +1,6 @@
-// Who signed in, in a text that every service of the plant can check by itself: the plant service signs it with the key of its own
+// Who calls over the gateway. Who signed in, in a text that every service of the plant can check by itself: the plant service signs it with the key of its own
 // certificate, and the certificate travels in it. The gateway sends it with each call of that person (runtime/access.h).
+// Or who holds a certificate himself (certificate_token.h).
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -20,10 +21,10 @@
 
 namespace sixpoint::identity {
 
-enum class SignedInBy { kPassword, kOidc };
+enum class SignedInBy { kPassword, kOidc, kCertificate };
 
 struct Session {
-  Identity person;  // a user
+  Identity person;  // a user; by a certificate a machine too
   SignedInBy signed_in_by = SignedInBy::kPassword;
   TimePoint since;  // the sign-in, by the database's clock; it stays when a session is renewed. Whole microseconds
   TimePoint until;  // of this token; whole microseconds
@@ -65,9 +66,12 @@ class SessionTrust {
  private:
   // A token whose signature was found right, and the certificate that it was made with: judged again each time.
   struct Signed {
-    Session session;
+    Session session;  // of a certificate's own token without the person, whom the certificate names
     std::string certificate_pem;
   };
+  SessionJudgement JudgeTimes(const Session& session) const;
+  SessionJudgement JudgeOwn(const Session& session, const Judgement& certificate) const;
+  std::shared_ptr<const Signed> Read(std::string_view token) const;
 
   Trust& trust_;
   const std::function<TimePoint()> now_;

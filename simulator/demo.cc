@@ -1,7 +1,9 @@
 #include "simulator/demo.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <ctime>
 #include <fstream>
@@ -14,6 +16,7 @@
 #include "services/runtime/credentials.h"
 #include "services/runtime/trace.h"
 #include "simulator/blade_run.h"
+#include "simulator/living_fleet.h"
 #include "simulator/registry.h"
 #include "simulator/report.h"
 
@@ -37,6 +40,21 @@ class Progress {
   const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::mutex mutex_;
 };
+
+std::atomic<bool> stopped{false};
+
+// Until a signal; the same run's machines and part go on.
+void GoOnWorking(PlantLink& plant, const MachineDesign& design, const DesignedPart& part,
+                 std::vector<BladeRunPlan> plans, double pace_s, const std::function<void(const std::string&)>& say) {
+  constexpr std::uint64_t kMounting = 0;  // the first of a run's streams (blade_run.cc)
+  for (BladeRunPlan& plan : plans) plan.mounting_seed = Random::StreamSeed(plan.seed, kMounting);
+  for (const int number : {SIGINT, SIGTERM}) std::signal(number, [](int) { stopped = true; });
+  LivingFleetOptions options;
+  options.pace_s = pace_s;
+  options.standstill_s = 7 * pace_s;
+  KeepWorking(
+      plant, design, part, plans, options, [] { return stopped.load(); }, say);
+}
 
 // Unlike any earlier run's: blades and scans of every run are new.
 std::string RunName() {
@@ -122,6 +140,7 @@ int RunDemo(const DemoOptions& options) {
     file << report.dump(2) << '\n';
     if (!file.flush()) return fail("write " + options.report_file, absl::UnknownError("the file cannot be written"));
   }
+  if (good && options.keep_working) GoOnWorking(plant, design, part, plans, options.pace_s, say);
   return good ? 0 : 1;
 }
 

@@ -14,8 +14,10 @@ struct DemoOptions {
   bool line_rate = false;  // send 300 profiles a second, as the scanner measures, instead of as fast as possible
   double airfoil_pitch_mm = 0.2;
   double pins_pitch_mm = 0.1;
-  double casting_mm = 0;    // castings are held to the pose alone
-  std::string report_file;  // JSON; none when empty
+  double casting_mm = 0;      // castings are held to the pose alone
+  std::string report_file;    // JSON; none when empty
+  bool keep_working = false;  // afterwards, until a signal ends it (living_fleet.h)
+  double pace_s = 90;         // of that: between two blades of one machine
 };
 
 // Limits that the demo holds the plant to, against the simulator's truth.

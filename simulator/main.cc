@@ -93,6 +93,11 @@ int main(int argc, char** argv) {
                    "and their holes are shown but not held to the truth")
       ->check(CLI::Range(0.0, 0.3))
       ->capture_default_str();
+  demo->add_flag("--keep-working", options.keep_working,
+                 "Goes on afterwards at a gentle pace, with drift and trouble, until a signal or the plant's end");
+  demo->add_option("--pace-s", options.pace_s, "Of --keep-working: between two blades of one machine")
+      ->check(CLI::Range(1.0, 86400.0))
+      ->capture_default_str();
   demo->add_option("--report", options.report_file, "Write the results as JSON to this file");
   PlantOptions plant;
   CLI::App* files = app.add_subcommand(

@@ -84,8 +84,12 @@ class ObjectBlobStore final : public BlobStore {
 
 absl::Status BlobStore::Put(Transaction& transaction, const StagedBlob& blob) { return PutBlobRow(transaction, blob); }
 
-absl::StatusOr<std::string> BlobStore::Get(Database& database, const std::string& sha256, Deadline deadline) const {
-  const auto find = [&](Transaction& transaction) { return FindBlob(transaction, sha256); };
+absl::StatusOr<std::string> BlobStore::Get(Database& database, const std::string& sha256, Deadline deadline,
+                                           const std::function<absl::Status(Transaction&)>& may) const {
+  const auto find = [&](Transaction& transaction) -> absl::StatusOr<FoundBlob> {
+    const absl::Status asked = may ? may(transaction) : absl::OkStatus();
+    return asked.ok() ? FindBlob(transaction, sha256) : asked;
+  };
   // The row may have claimed another object meanwhile: what is not where it said is looked for once more.
   for (int attempt = 0; attempt < 2; ++attempt) {
     absl::StatusOr<FoundBlob> found = OneRead(database, deadline, find);

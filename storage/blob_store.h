@@ -5,6 +5,7 @@
 #include <absl/status/statusor.h>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -40,7 +41,9 @@ class BlobStore {
   // collected as unreferenced. DATA_LOSS: the bytes are gone or changed. FAILED_PRECONDITION: deleted on purpose (reason
   // POINTS_DELETED; the message says when and why), or held by an object store that this process is not configured with (reason
   // OBJECT_STORE_MISSING).
-  absl::StatusOr<std::string> Get(Database& database, const std::string& sha256, Deadline deadline) const;
+  // may: asked before, in the same transaction; what it refuses is the answer.
+  absl::StatusOr<std::string> Get(Database& database, const std::string& sha256, Deadline deadline,
+                                  const std::function<absl::Status(Transaction&)>& may = nullptr) const;
 
   // "postgresql" or "s3": where new bytes go.
   virtual std::string name() const = 0;

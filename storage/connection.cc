@@ -54,7 +54,7 @@ std::string OneLine(const char* message) {
 
 absl::Status BrokenConnection(pg_conn* connection) { return StatusOfSqlstate("", OneLine(PQerrorMessage(connection))); }
 
-absl::Status StatusOfResult(const pg_result* result) {
+absl::Status StatusOfFailure(const pg_result* result) {
   const char* sqlstate = PQresultErrorField(result, PG_DIAG_SQLSTATE);
   std::string message = OneLine(PQresultErrorField(result, PG_DIAG_MESSAGE_PRIMARY));
   const char* field = PQresultErrorField(result, PG_DIAG_CONSTRAINT_NAME);
@@ -76,6 +76,46 @@ absl::Status Flush(pg_conn* connection, Deadline deadline) {
     if (!ready.ok()) return ready;
     if (PQconsumeInput(connection) == 0) return BrokenConnection(connection);
   }
+}
+
+int Send(pg_conn* connection, const Message& message) {
+  if (message.kind == Message::Kind::kPrepare) return PQsendPrepare(connection, message.name, message.sql, 0, nullptr);
+  const WireParams none, &params = message.params == nullptr ? none : *message.params;
+  const int count = static_cast<int>(params.values.size());
+  if (message.kind == Message::Kind::kRunPrepared)
+    return PQsendQueryPrepared(connection, message.name, count, params.values.data(), params.lengths.data(),
+                               params.formats.data(), params.result_format);
+  return PQsendQueryParams(connection, message.sql, count, nullptr, params.values.data(), params.lengths.data(),
+                           params.formats.data(), params.result_format);
+}
+
+// Null: there is none left.
+absl::StatusOr<Result> NextResult(pg_conn* connection, Deadline give_up) {
+  while (PQisBusy(connection) != 0) {
+    if (absl::Status ready = WaitForSocket(PQsocket(connection), POLLIN, give_up); !ready.ok()) return ready;
+    if (PQconsumeInput(connection) == 0) return BrokenConnection(connection);
+  }
+  return Result(PQgetResult(connection));
+}
+
+absl::Status StatusOf(const pg_result* result) {
+  switch (PQresultStatus(result)) {
+    case PGRES_COMMAND_OK:
+    case PGRES_TUPLES_OK:
+    case PGRES_EMPTY_QUERY:
+      return absl::OkStatus();
+    case PGRES_COPY_IN:
+    case PGRES_COPY_OUT:
+    case PGRES_COPY_BOTH:
+      std::abort();  // COPY is not a statement of ours
+    default:
+      return StatusOfFailure(result);
+  }
+}
+
+absl::Status Timely(absl::Status failure, Deadline deadline) {
+  if (!absl::IsDeadlineExceeded(failure) || std::chrono::steady_clock::now() + kEarly >= deadline) return failure;
+  return absl::UnavailableError(std::string(failure.message()) + ", long before the deadline: its clock was set");
 }
 
 }  // namespace
@@ -142,50 +182,63 @@ absl::StatusOr<Connection> Connect(const std::string& conninfo, Deadline deadlin
 }
 
 absl::StatusOr<Result> Query(pg_conn* connection, const std::string& sql, const WireParams* params, Deadline deadline) {
-  const int sent = params == nullptr
-                       ? PQsendQuery(connection, sql.c_str())
-                       : PQsendQueryParams(connection, sql.c_str(), static_cast<int>(params->values.size()), nullptr,
-                                           params->values.data(), params->lengths.data(), params->formats.data(),
-                                           params->result_format);
+  const int sent = params == nullptr ? PQsendQuery(connection, sql.c_str())
+                                     : Send(connection, {Message::Kind::kRun, sql.c_str(), nullptr, params});
   if (sent == 0) return BrokenConnection(connection);
-  const Deadline give_up = deadline + kGrace;
-  absl::Status progress = Flush(connection, give_up);
-  if (!progress.ok()) return progress;
+  return Answer(connection, deadline);
+}
 
+absl::StatusOr<Result> Answer(pg_conn* connection, Deadline deadline) {
+  const Deadline give_up = deadline + kGrace;
+  if (absl::Status flushed = Flush(connection, give_up); !flushed.ok()) return flushed;
   absl::Status failure;
   Result last;
   for (;;) {
-    while (PQisBusy(connection) != 0) {
-      progress = WaitForSocket(PQsocket(connection), POLLIN, give_up);
-      if (!progress.ok()) return progress;
-      if (PQconsumeInput(connection) == 0) return BrokenConnection(connection);
-    }
-    Result result(PQgetResult(connection));
-    if (result == nullptr) break;
-    switch (PQresultStatus(result.get())) {
-      case PGRES_COMMAND_OK:
-      case PGRES_TUPLES_OK:
-      case PGRES_EMPTY_QUERY:
-        break;
-      case PGRES_COPY_IN:
-      case PGRES_COPY_OUT:
-      case PGRES_COPY_BOTH:
-        std::abort();  // COPY is not a statement of ours
-      default:
-        if (failure.ok()) failure = StatusOfResult(result.get());
-    }
-    last = std::move(result);
+    absl::StatusOr<Result> result = NextResult(connection, give_up);
+    if (!result.ok()) return result.status();
+    if (*result == nullptr) break;
+    if (absl::Status judged = StatusOf(result->get()); failure.ok()) failure = std::move(judged);
+    last = *std::move(result);
   }
-  if (absl::IsDeadlineExceeded(failure) && std::chrono::steady_clock::now() + kEarly < deadline)
-    return absl::UnavailableError(std::string(failure.message()) + ", long before the deadline: its clock was set");
-  if (!failure.ok()) return failure;
+  if (!failure.ok()) return Timely(std::move(failure), deadline);
   if (last == nullptr) return BrokenConnection(connection);
   return last;
 }
 
+absl::StatusOr<Result> Pipeline(pg_conn* connection, const std::vector<Message>& messages, Deadline deadline,
+                                std::size_t* done) {
+  *done = 0;
+  const Deadline give_up = deadline + kGrace;
+  if (PQenterPipelineMode(connection) == 0) return BrokenConnection(connection);
+  for (const Message& message : messages)
+    if (Send(connection, message) == 0) return BrokenConnection(connection);
+  if (PQpipelineSync(connection) == 0) return BrokenConnection(connection);
+  if (absl::Status flushed = Flush(connection, give_up); !flushed.ok()) return flushed;
+  absl::Status failure;
+  Result last;
+  for (bool is_over = false; !is_over;) {
+    absl::StatusOr<Result> result = NextResult(connection, give_up);
+    if (!result.ok()) return result.status();
+    if (*result == nullptr) {  // between two of them, or of a connection that is gone
+      if (PQstatus(connection) == CONNECTION_OK) continue;
+      return failure.ok() ? BrokenConnection(connection) : failure;
+    }
+    const ExecStatusType kind = PQresultStatus(result->get());
+    is_over = kind == PGRES_PIPELINE_SYNC;
+    if (is_over || kind == PGRES_PIPELINE_ABORTED) continue;
+    absl::Status judged = StatusOf(result->get());
+    *done += judged.ok();
+    if (failure.ok()) failure = std::move(judged);
+    last = *std::move(result);
+  }
+  if (PQexitPipelineMode(connection) == 0) return BrokenConnection(connection);
+  if (!failure.ok()) return Timely(std::move(failure), deadline);
+  return last;
+}
+
 bool IsUsable(pg_conn* connection) {
-  return PQstatus(connection) == CONNECTION_OK && PQtransactionStatus(connection) != PQTRANS_ACTIVE &&
-         PQtransactionStatus(connection) != PQTRANS_UNKNOWN;
+  return PQstatus(connection) == CONNECTION_OK && PQpipelineStatus(connection) == PQ_PIPELINE_OFF &&
+         PQtransactionStatus(connection) != PQTRANS_ACTIVE && PQtransactionStatus(connection) != PQTRANS_UNKNOWN;
 }
 
 }  // namespace sixpoint::storage

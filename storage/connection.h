@@ -6,8 +6,11 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "storage/database.h"
+
+struct pg_conn;
 
 namespace sixpoint::storage {
 
@@ -40,7 +43,22 @@ struct WireParams {
 // IsUsable.
 absl::StatusOr<Result> Query(pg_conn* connection, const std::string& sql, const WireParams* params, Deadline deadline);
 
-// False for a connection that broke or that still waits for an answer.
+// The answer to what was sent: the last result.
+absl::StatusOr<Result> Answer(pg_conn* connection, Deadline deadline);
+
+// One of several that are sent together.
+struct Message {
+  enum class Kind { kRun, kPrepare, kRunPrepared };
+  Kind kind;
+  const char* sql;             // of one statement; unused where it is prepared already
+  const char* name = nullptr;  // of the prepared statement
+  const WireParams* params = nullptr;
+};
+// In one round trip, each only where those before it went well: the last one's result. done: how many went well.
+absl::StatusOr<Result> Pipeline(pg_conn* connection, const std::vector<Message>& messages, Deadline deadline,
+                                std::size_t* done);
+
+// False for a connection that broke, that still waits for an answer or was left within a pipeline.
 bool IsUsable(pg_conn* connection);
 
 }  // namespace sixpoint::storage

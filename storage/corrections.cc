@@ -17,11 +17,11 @@ namespace {
   "envelope_translation_mm, envelope_rotation_deg, valid_until, requested_by, software_version, axes, "               \
   "nc_reader_version, nc_pose_count, nc_greatest_difference_um, nc_greatest_tilt_deg, nc_work_offset_codes, "         \
   "nc_work_offsets, nc_held_sha256, nc_tool_numbers, nc_tool_lengths_mm, registration_age_h, clamping, "              \
-  "budget_sources, computed_on"
+  "budget_sources, computed_on, machining_model_id, machining_model_revision"
 constexpr char kInsertCorrection[] =
     "INSERT INTO corrections (" SIXPOINT_CORRECTION_COLUMNS
     ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, "
-    "$17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27::integer[], $28, $29, $30, $31, $32)";
+    "$17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27::integer[], $28, $29, $30, $31, $32, $33, $34)";
 // With whose tables: the registration's are the correction's.
 #define SIXPOINT_SELECT_CORRECTIONS                                                                               \
   "SELECT " SIXPOINT_CORRECTION_COLUMNS                                                                           \
@@ -75,24 +75,6 @@ void AddDigest(Params& params, const std::optional<std::string>& sha256) {
   sha256 ? params.Digest(*sha256) : params.Null();
 }
 
-// The database holds five values for each code.
-void ReadOffsets(const Rows& rows, int row, CorrectionRow* correction) {
-  const std::vector<std::string> codes = rows.Texts(row, 23);
-  const std::vector<double> values = rows.Reals(row, 24);
-  for (std::size_t i = 0; i < codes.size() && 5 * i + 5 <= values.size(); ++i) {
-    WorkOffsetRow& out = correction->work_offsets.emplace_back();
-    out.code = codes[i];
-    std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(5 * i), 5, out.offset.begin());
-  }
-}
-
-// The database holds as many of the one as of the other.
-void ReadTools(const Rows& rows, int row, CorrectionRow* correction) {
-  const std::vector<double> numbers = rows.Reals(row, 26), lengths_mm = rows.Reals(row, 27);
-  for (std::size_t i = 0; i < numbers.size() && i < lengths_mm.size(); ++i)
-    correction->tool_lengths.push_back({static_cast<int>(numbers[i]), lengths_mm[i]});
-}
-
 CorrectionRow ReadCorrection(const Rows& rows, int row) {
   CorrectionRow correction;
   correction.correction_id = rows.Text(row, 0);
@@ -109,26 +91,28 @@ CorrectionRow ReadCorrection(const Rows& rows, int row) {
   correction.envelope_translation_mm = rows.Real(row, 13);
   correction.envelope_rotation_deg = rows.Real(row, 14);
   correction.valid_until = rows.Time(row, 15);
-  correction.requested_by = rows.Text(row, 38);
+  correction.requested_by = rows.Text(row, 40);
   correction.software_version = rows.Text(row, 17);
   correction.axes = rows.Texts(row, 18);
   if (!rows.IsNull(row, 19))
     correction.proof = ProgramProofRow{rows.Text(row, 19), static_cast<int>(rows.Int(row, 20)), rows.Real(row, 21),
                                        rows.Real(row, 22)};
-  if (!rows.IsNull(row, 23)) ReadOffsets(rows, row, &correction);
+  correction.work_offsets = WorkOffsetsAt(rows, row, 23);
   if (!rows.IsNull(row, 9)) correction.template_sha256 = rows.Digest(row, 9);
   for (const int program : {10, 25})
     if (!rows.IsNull(row, program)) correction.program_sha256 = rows.Digest(row, program);
-  if (!rows.IsNull(row, 26)) ReadTools(rows, row, &correction);
+  correction.tool_lengths = ToolLengthsAt(rows, row, 26);
   if (!rows.IsNull(row, 28)) correction.registration_age_h = rows.Real(row, 28);
   if (!rows.IsNull(row, 29)) correction.clamping = rows.Text(row, 29);
   if (!rows.IsNull(row, 30)) correction.budget_sources = rows.Texts(row, 30);
   correction.computed_on = rows.OptionalText(row, 31);
-  correction.characterisation_ids = rows.Texts(row, 32);
-  correction.recorded = {rows.Int(row, 33), rows.Time(row, 34)};
-  correction.state = rows.Text(row, 35);
-  correction.usable_until = rows.Time(row, 36);
-  if (!rows.IsNull(row, 37)) correction.superseded_by = rows.Text(row, 37);
+  correction.machining_model_id = rows.OptionalText(row, 32);
+  if (!rows.IsNull(row, 33)) correction.machining_model_revision = static_cast<int>(rows.Int(row, 33));
+  correction.characterisation_ids = rows.Texts(row, 34);
+  correction.recorded = {rows.Int(row, 35), rows.Time(row, 36)};
+  correction.state = rows.Text(row, 37);
+  correction.usable_until = rows.Time(row, 38);
+  if (!rows.IsNull(row, 39)) correction.superseded_by = rows.Text(row, 39);
   return correction;
 }
 
@@ -161,23 +145,14 @@ Params CorrectionParams(const CorrectionRow& correction, const KeptTexts& kept) 
         .Real(proof->greatest_tilt_deg);
   else
     params.Null().Null().Null().Null();
-  std::vector<std::string> codes;
-  std::vector<double> values, tools, lengths_mm;
-  for (const WorkOffsetRow& one : correction.work_offsets) {
-    codes.push_back(one.code);
-    values.insert(values.end(), one.offset.begin(), one.offset.end());
-  }
-  codes.empty() ? params.Null().Null() : params.Texts(codes).Reals(values);
+  Add(correction.work_offsets, &params);
   AddDigest(params, kept.nc_held);
-  for (const ToolLengthRow& tool : correction.tool_lengths) {
-    tools.push_back(tool.number);
-    lengths_mm.push_back(tool.length_mm);
-  }
-  tools.empty() ? params.Null().Null() : params.Reals(tools).Reals(lengths_mm);
+  Add(correction.tool_lengths, &params);
   correction.registration_age_h.has_value() ? params.Real(*correction.registration_age_h) : params.Null();
   params.OptionalText(correction.clamping);
   correction.budget_sources.empty() ? params.Null() : params.Texts(correction.budget_sources);
-  params.OptionalText(correction.computed_on);
+  params.OptionalText(correction.computed_on).OptionalText(correction.machining_model_id);
+  correction.machining_model_id.empty() ? params.Null() : params.Int(correction.machining_model_revision);
   return params;
 }
 
@@ -217,7 +192,9 @@ absl::Status InsertGroup(Transaction& transaction, const std::string& id, int po
   Params holes;
   holes.Uuid(id).Text(group.group_name).Texts(names);
   for (const std::vector<double>& values : coordinates) holes.Reals(values);
-  return transaction.Execute(kInsertHoles, holes.Reals(uncertainties).Texts(budgets)).status();
+  const auto stored = transaction.Execute(kInsertHoles, holes.Reals(uncertainties).Texts(budgets));
+  if (!stored.ok() || !group.path) return stored.status();
+  return InsertCorrectionToolPath(transaction, id, group.group_name, *group.path);
 }
 
 // Groups and holes of all the rows at once: two statements for a page.
@@ -321,6 +298,10 @@ absl::StatusOr<std::optional<CorrectionRow>> FindCorrection(Transaction& transac
     if (!text.ok()) return text.status();
     (correction.release == "AUTOMATIC" ? correction.nc_program : correction.nc_held) = *std::move(text);
   }
+  auto paths = CorrectionToolPathsOf(transaction, correction_id);
+  if (!paths.ok()) return paths.status();
+  for (CorrectionGroupRow& group : correction.groups)
+    if (const auto path = paths->find(group.group_name); path != paths->end()) group.path = std::move(path->second);
   return std::move(rows->front());
 }
 

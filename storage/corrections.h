@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "storage/control_tables.h"
+#include "storage/correction_tool_paths.h"
 #include "storage/database.h"
 #include "storage/record.h"
 #include "storage/result_filter.h"
@@ -35,6 +37,8 @@ struct CorrectionGroupRow {
   std::optional<std::array<double, 2>> reached_deg;  // a, b; where axis tables were applied
   std::optional<double> tilt_deg;                    // none: made before it was kept
   std::vector<CorrectionHoleRow> holes;
+  std::optional<CorrectionToolPathRow>
+      path;  // of a group that is one: its hole stands at the first pose. Left out of lists
 };
 
 // What the written program was proven to do.
@@ -43,15 +47,6 @@ struct ProgramProofRow {
   int pose_count = 0;
   double greatest_difference_um = 0;
   double greatest_tilt_deg = 0;
-};
-struct WorkOffsetRow {
-  std::string code;                // "G54"
-  std::array<double, 5> offset{};  // machine less program: X, Y, Z in mm, the two rotary axes in deg
-};
-
-struct ToolLengthRow {
-  int number = 0;
-  double length_mm = 0;
 };
 // What the gate asked, and what it found where it is worst.
 struct CorrectionCheckRow {
@@ -98,7 +93,9 @@ struct CorrectionRow {
   std::vector<ToolLengthRow> tool_lengths;
   std::optional<double> registration_age_h;  // how long the registration, or a person's release, holds
   std::string clamping;                      // the registration's; empty: not stated
-  std::vector<std::string> budget_sources;   // empty: made before they were kept
+  std::string machining_model_id;            // empty: none was named
+  int machining_model_revision = 0;
+  std::vector<std::string> budget_sources;  // empty: made before they were kept
   std::vector<CorrectionCheckRow> checks;
   std::vector<CorrectionGroupRow> groups;
 

@@ -1,7 +1,6 @@
 #include "storage/database.h"
 
 #include <absl/strings/cord.h>
-#include <libpq-fe.h>
 #include <openssl/rand.h>
 
 #include <algorithm>
@@ -12,14 +11,12 @@
 #include <mutex>
 #include <utility>
 
-#include "storage/connection.h"
+#include "storage/session.h"
 
 namespace sixpoint::storage {
 namespace {
 
-// A roll-back that takes longer than this costs the connection instead.
-constexpr std::chrono::seconds kRollbackPatience{2};
-// statement_timeout may not be 0 (which means none) nor beyond its type.
+// statement_timeout may not be beyond its type.
 constexpr std::int64_t kLongestTimeout_ms = 24 * 3600 * 1000;
 
 absl::Status DeadlineOver() { return absl::DeadlineExceededError("database: the deadline is over"); }
@@ -49,16 +46,16 @@ struct Database::Pool {
   int size = 0;
   std::mutex mutex;
   std::condition_variable freed;
-  std::vector<Connection> idle;
+  std::vector<std::unique_ptr<Session>> idle;
   int in_use_count = 0;  // handed out, or being connected
   std::optional<Deadline> answered;
   OnWait on_wait;
-  void NoteAnswer(pg_conn* connection);
+  void NoteAnswer(const Session& session);
 };
 
-// After a question: a connection that still waits, or broke, heard nothing.
-void Database::Pool::NoteAnswer(pg_conn* connection) {
-  if (!IsUsable(connection)) return;
+// After a question: a session that still waits, or broke, heard nothing.
+void Database::Pool::NoteAnswer(const Session& session) {
+  if (!session.IsUsable()) return;
   const std::lock_guard lock(mutex);
   answered = std::chrono::steady_clock::now();
 }
@@ -75,7 +72,7 @@ Database::~Database() = default;
 
 absl::StatusOr<Transaction> Database::Begin(Deadline deadline) {
   deadline = Bounded(deadline);
-  Connection connection;
+  std::unique_ptr<Session> session;
   const Deadline asked = std::chrono::steady_clock::now();
   {
     std::unique_lock lock(pool_->mutex);
@@ -87,43 +84,27 @@ absl::StatusOr<Transaction> Database::Begin(Deadline deadline) {
     }
     ++pool_->in_use_count;
     if (!pool_->idle.empty()) {
-      connection = std::move(pool_->idle.back());
+      session = std::move(pool_->idle.back());
       pool_->idle.pop_back();
     }
   }
-  const std::string begin = "BEGIN; SET LOCAL statement_timeout = " + std::to_string(MillisecondsUntil(deadline) + 1);
-  if (connection != nullptr) {
-    const absl::StatusOr<Result> begun = Query(connection.get(), begin, nullptr, deadline);
-    if (begun.ok()) return Begun(connection.release(), deadline);
-    if (IsUsable(connection.get())) {
-      Return(connection.release(), /*broken=*/true);
-      return begun.status();
-    }
-    // The server went away while this one was idle, so the others are stale too; the call itself goes on with a new
-    // one.
-    std::vector<Connection> stale;
-    std::lock_guard lock(pool_->mutex);
-    stale.swap(pool_->idle);
+  absl::Status failure;
+  if (MillisecondsUntil(deadline) == 0) {
+    failure = DeadlineOver();
+  } else if (session == nullptr) {
+    absl::StatusOr<std::unique_ptr<Session>> fresh = Connected(deadline);
+    failure = fresh.status();
+    if (fresh.ok()) session = *std::move(fresh);
   }
-  absl::Status failure = DeadlineOver();
-  if (MillisecondsUntil(deadline) > 0) {
-    absl::StatusOr<Connection> fresh = Connect(pool_->conninfo, deadline);
-    if (fresh.ok()) {
-      connection = *std::move(fresh);
-      const absl::StatusOr<Result> begun = Query(connection.get(), begin, nullptr, deadline);
-      if (begun.ok()) return Begun(connection.release(), deadline);
-      failure = begun.status();
-    } else {
-      failure = fresh.status();
-    }
-  }
-  Return(connection.release(), /*broken=*/true);
+  if (failure.ok()) return Transaction(this, std::move(session), deadline);
+  Return(std::move(session));
   return failure;
 }
 
-Transaction Database::Begun(pg_conn* connection, Deadline deadline) {
-  pool_->NoteAnswer(connection);
-  return Transaction(this, connection, deadline);
+absl::StatusOr<std::unique_ptr<Session>> Database::Connected(Deadline deadline) {
+  absl::StatusOr<std::unique_ptr<Session>> fresh = Session::Open(pool_->conninfo, deadline);
+  if (fresh.ok()) pool_->NoteAnswer(**fresh);
+  return fresh;
 }
 
 Database::Use Database::use() const {
@@ -136,12 +117,18 @@ void Database::Watch(OnWait on_wait) {
   pool_->on_wait = std::move(on_wait);
 }
 
-void Database::Return(pg_conn* connection, bool broken) {
-  Connection owned(connection);
+void Database::DropIdle() {
+  std::vector<std::unique_ptr<Session>> stale;  // closed without the lock
+  const std::lock_guard lock(pool_->mutex);
+  stale.swap(pool_->idle);
+}
+
+void Database::Return(std::unique_ptr<Session> session) {
+  const bool is_kept = session != nullptr && session->Abandon();
   {
     std::lock_guard lock(pool_->mutex);
     --pool_->in_use_count;
-    if (!broken && owned != nullptr) pool_->idle.push_back(std::move(owned));
+    if (is_kept) pool_->idle.push_back(std::move(session));
   }
   pool_->freed.notify_one();
 }
@@ -186,22 +173,13 @@ absl::Status Database::RequireLeastRights(Deadline deadline) {
       ", want the service's own, sixpoint_plant for instance, which can change nothing");
 }
 
-Transaction::Transaction(Database* database, pg_conn* connection, Deadline deadline)
-    : database_(database), connection_(connection), deadline_(deadline) {}
+Transaction::Transaction(Database* database, std::unique_ptr<Session> session, Deadline deadline)
+    : database_(database), session_(std::move(session)), deadline_(deadline) {}
 
-Transaction::Transaction(Transaction&& other) noexcept
-    : database_(other.database_), connection_(other.connection_), deadline_(other.deadline_) {
-  other.connection_ = nullptr;
-}
+Transaction::Transaction(Transaction&&) noexcept = default;
 
 Transaction::~Transaction() {
-  if (connection_ == nullptr) return;
-  bool broken = !IsUsable(connection_);
-  if (!broken && PQtransactionStatus(connection_) != PQTRANS_IDLE) {
-    broken = !Query(connection_, "ROLLBACK", nullptr, std::chrono::steady_clock::now() + kRollbackPatience).ok() ||
-             !IsUsable(connection_);
-  }
-  database_->Return(connection_, broken);
+  if (session_ != nullptr) database_->Return(std::move(session_));
 }
 
 absl::StatusOr<Instant> NowOf(Transaction& transaction) {
@@ -217,7 +195,7 @@ absl::StatusOr<Rows> Transaction::ExecuteBinary(std::string_view sql, const Para
 }
 
 absl::StatusOr<Rows> Transaction::Run(std::string_view sql, const Params& params, int result_format) {
-  if (connection_ == nullptr) return absl::FailedPreconditionError("database: the transaction has ended");
+  if (session_ == nullptr) return absl::FailedPreconditionError("database: the transaction has ended");
   if (MillisecondsUntil(deadline_) == 0) return DeadlineOver();
   WireParams wire;
   wire.result_format = result_format;
@@ -230,25 +208,30 @@ absl::StatusOr<Rows> Transaction::Run(std::string_view sql, const Params& params
     wire.lengths.push_back(value.bytes ? static_cast<int>(value.bytes->size()) : 0);
     wire.formats.push_back(value.binary ? 1 : 0);
   }
-  absl::StatusOr<Result> result = Query(connection_, std::string(sql), &wire, deadline_);
-  database_->pool_->NoteAnswer(connection_);
+  const std::string text(sql);
+  const bool is_first = !session_->has_begun();
+  absl::StatusOr<Result> result = session_->Run(text, wire, deadline_);
+  // The server went away while this session was idle, so the others are stale too; the transaction, which did nothing yet, goes on
+  // with a new one.
+  if (is_first && absl::IsUnavailable(result.status()) && !session_->IsUsable() && MillisecondsUntil(deadline_) > 0) {
+    database_->DropIdle();
+    absl::StatusOr<std::unique_ptr<Session>> fresh = database_->Connected(deadline_);
+    if (!fresh.ok()) return fresh.status();
+    session_ = *std::move(fresh);
+    result = session_->Run(text, wire, deadline_);
+  }
+  database_->pool_->NoteAnswer(*session_);
   if (!result.ok()) return result.status();
   return Rows(result->release());
 }
 
 absl::Status Transaction::Commit() {
-  if (connection_ == nullptr) return absl::FailedPreconditionError("database: the transaction has ended");
+  if (session_ == nullptr) return absl::FailedPreconditionError("database: the transaction has ended");
   if (MillisecondsUntil(deadline_) == 0) return DeadlineOver();
-  const absl::StatusOr<Result> result = Query(connection_, "COMMIT", nullptr, deadline_);
-  database_->pool_->NoteAnswer(connection_);
-  if (!result.ok()) return result.status();
-  // COMMIT of a transaction in which a statement failed succeeds, and says ROLLBACK.
-  if (std::strcmp(PQcmdStatus(result->get()), "COMMIT") != 0) {
-    return absl::FailedPreconditionError("database: an earlier statement failed, so the transaction was rolled back");
-  }
-  database_->Return(connection_, !IsUsable(connection_));
-  connection_ = nullptr;
-  return absl::OkStatus();
+  absl::Status committed = session_->Commit(deadline_);
+  database_->pool_->NoteAnswer(*session_);
+  if (committed.ok()) database_->Return(std::move(session_));
+  return committed;
 }
 
 bool IsUuid(std::string_view text) {

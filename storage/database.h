@@ -19,7 +19,6 @@
 #include <string_view>
 #include <vector>
 
-struct pg_conn;
 struct pg_result;
 
 namespace sixpoint::storage {
@@ -107,6 +106,7 @@ class Rows {
 };
 
 class Database;
+class Session;
 
 // Not committed = rolled back. Not thread-safe; one thread at a time.
 class Transaction {
@@ -126,10 +126,10 @@ class Transaction {
 
  private:
   friend class Database;
-  Transaction(Database* database, pg_conn* connection, Deadline deadline);
+  Transaction(Database* database, std::unique_ptr<Session> session, Deadline deadline);
   absl::StatusOr<Rows> Run(std::string_view sql, const Params& params, int result_format);
   Database* database_;
-  pg_conn* connection_;
+  std::unique_ptr<Session> session_;  // none: it has ended
   Deadline deadline_;
 };
 
@@ -142,7 +142,8 @@ class Database {
   // Connects lazily: a server that is still starting is not an error here.
   static std::unique_ptr<Database> Open(std::string conninfo, int pool_size);
   ~Database();
-  // Waits for a free connection until the deadline, then RESOURCE_EXHAUSTED; statement_timeout is set from it.
+  // Waits for a free connection until the deadline, then RESOURCE_EXHAUSTED; statement_timeout is set from it. The server hears of
+  // the transaction with its first statement.
   absl::StatusOr<Transaction> Begin(Deadline deadline);
   // Schema version as the migration runner left it, 0 where it never ran; used by readiness.
   absl::StatusOr<int> SchemaVersion(Deadline deadline);
@@ -163,8 +164,10 @@ class Database {
   friend class Transaction;
   struct Pool;
   explicit Database(std::unique_ptr<Pool> pool);
-  Transaction Begun(pg_conn* connection, Deadline deadline);
-  void Return(pg_conn* connection, bool broken);
+  absl::StatusOr<std::unique_ptr<Session>> Connected(Deadline deadline);
+  void DropIdle();
+  // Null: a place becomes free, its session is gone.
+  void Return(std::unique_ptr<Session> session);
   std::unique_ptr<Pool> pool_;
 };
 

@@ -30,11 +30,17 @@ constexpr char kCountUnsealed[] = "SELECT count(*) FROM public.record_names WHER
 struct BlobReference {
   const char *table, *column;
 };
-constexpr BlobReference kBlobReferences[] = {
-    {"scan_blocks", "blob_sha256"},       {"scan_blocks", "evidence_sha256"},    {"tessellations", "cad_sha256"},
-    {"tessellations", "surface_sha256"},  {"calibrations", "request_sha256"},    {"studies", "request_sha256"},
-    {"corrections", "nc_program_sha256"}, {"corrections", "nc_template_sha256"}, {"corrections", "nc_held_sha256"},
-    {"program_fetches", "program_sha256"}};
+constexpr BlobReference kBlobReferences[] = {{"scan_blocks", "blob_sha256"},
+                                             {"scan_blocks", "evidence_sha256"},
+                                             {"tessellations", "cad_sha256"},
+                                             {"tessellations", "surface_sha256"},
+                                             {"calibrations", "request_sha256"},
+                                             {"studies", "request_sha256"},
+                                             {"corrections", "nc_program_sha256"},
+                                             {"corrections", "nc_template_sha256"},
+                                             {"corrections", "nc_held_sha256"},
+                                             {"program_fetches", "program_sha256"},
+                                             {"machining_model_revisions", "nc_template_sha256"}};
 
 // Bytes may be gone where a deletion says so, and that is of scans alone.
 std::string BlobsSql() {

@@ -32,6 +32,9 @@ constexpr char kByMachine[] =
     "JOIN public.machine_revisions r ON r.machine_id = t.machine_id AND r.revision = t.revision";
 constexpr char kByArtefact[] =
     "JOIN public.artefact_revisions r ON r.artefact_id = t.artefact_id AND r.revision = t.revision";
+constexpr char kByModel[] =
+    "JOIN public.machining_model_revisions r ON r.machining_model_id = t.machining_model_id AND r.revision = "
+    "t.revision";
 constexpr char kBySurface[] =
     "JOIN public.part_revisions r ON r.cad_sha256 = t.cad_sha256 AND r.tessellation_method = t.method";
 
@@ -85,6 +88,7 @@ const std::vector<LedgerTable>& LedgerTables() {
       {"correction_events", "t.record_id", "", true},
       {"correction_groups", "t.correction_id", "", false},
       {"correction_holes", "t.correction_id", "", false},
+      {"correction_tool_paths", "t.correction_id", "", false},
       {"corrections", "t.correction_id", "", false},
       {"dispositions", "t.disposition_id", "", false},
       {"inspection_holes", "t.inspection_id", "", false},
@@ -93,6 +97,9 @@ const std::vector<LedgerTable>& LedgerTables() {
       {"interim_checks", "t.study_id", "", false},
       {"machine_joints", "r.record_id", kByMachine, false},
       {"machine_revisions", "t.record_id", "", false},
+      {"machining_model_revisions", "t.record_id", "", false},
+      {"machining_operations", "r.record_id", kByModel, false},
+      {"machining_tool_paths", "r.record_id", kByModel, false},
       {"part_datum_points", "r.record_id", kByPart, false},
       {"part_hole_groups", "r.record_id", kByPart, false},
       {"part_holes", "r.record_id", kByPart, false},
@@ -135,6 +142,7 @@ bool IsByMonths(const std::string& table) {
                                                               "correction_events",
                                                               "correction_groups",
                                                               "correction_holes",
+                                                              "correction_tool_paths",
                                                               "corrections",
                                                               "inspection_holes",
                                                               "inspection_scans",

@@ -74,6 +74,10 @@ constexpr char kSelectFeatures[] =
 constexpr char kSelectMachineIds[] = SIXPOINT_SELECT_IDS("machine_id", "machine_revisions", "");
 constexpr char kSelectArtefactIds[] = SIXPOINT_SELECT_IDS("artefact_id", "artefact_revisions", "");
 constexpr char kSelectPartIds[] = SIXPOINT_SELECT_IDS("part_id", "part_revisions", "AND part_id <> ALL ($5::text[]) ");
+constexpr char kSelectModelIds[] = SIXPOINT_SELECT_IDS(
+    "machining_model_id", "machining_model_revisions",
+    "AND EXISTS (SELECT FROM machining_models m WHERE m.machining_model_id = newest.machining_model_id "
+    "AND m.part_id <> ALL ($5::text[]) AND ($6 = '' OR m.part_id = $6)) ");
 #undef SIXPOINT_SELECT_IDS
 
 // In the order of their columns.
@@ -263,26 +267,45 @@ absl::StatusOr<std::optional<ArtefactRow>> FindArtefact(Transaction& transaction
   return features->Checked(std::move(artefact));
 }
 
-std::string CollectionOf(Registered what) {
-  return what == Registered::kMachines ? "machines" : what == Registered::kArtefacts ? "artefacts" : "parts";
+namespace {
+
+struct RegisteredKind {
+  const char *collection, *sql;
+  bool of_parts;  // those that may not be seen are hidden
+};
+RegisteredKind KindOf(Registered what) {
+  switch (what) {
+    case Registered::kMachines:
+      return {"machines", kSelectMachineIds, false};
+    case Registered::kArtefacts:
+      return {"artefacts", kSelectArtefactIds, false};
+    case Registered::kParts:
+      return {"parts", kSelectPartIds, true};
+    case Registered::kMachiningModels:
+      break;
+  }
+  return {"machining_models", kSelectModelIds, true};
 }
+
+}  // namespace
+
+std::string CollectionOf(Registered what) { return KindOf(what).collection; }
 
 absl::StatusOr<std::vector<std::string>> ListRegistered(Transaction& transaction, Registered what,
                                                         const RegisteredFilter& filter, const std::string& after,
                                                         int limit) {
-  const char* sql = what == Registered::kMachines    ? kSelectMachineIds
-                    : what == Registered::kArtefacts ? kSelectArtefactIds
-                                                     : kSelectPartIds;
+  const RegisteredKind kind = KindOf(what);
   Params params;
   params.Text(after);
   AddSpan(filter.recorded, &params);
   params.Int(limit);
-  if (what == Registered::kParts) {
+  if (kind.of_parts) {
     const absl::StatusOr<Sight> sight = SightOf(transaction, filter.reader);
     if (!sight.ok()) return sight.status();
     params.Texts(sight->hidden_parts);
   }
-  const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
+  if (what == Registered::kMachiningModels) params.Text(filter.part_id);
+  const absl::StatusOr<Rows> rows = transaction.Execute(kind.sql, params);
   if (!rows.ok()) return rows.status();
   std::vector<std::string> ids;
   for (int row = 0; row < rows->count(); ++row) ids.push_back(rows->Text(row, 0));

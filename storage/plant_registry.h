@@ -159,15 +159,16 @@ absl::StatusOr<std::optional<PartRow>> FindPart(Transaction& transaction, const 
 absl::StatusOr<std::optional<BladeRow>> FindBlade(Transaction& transaction, const std::string& serial);
 
 // In order of id, from after `after` (empty: from the first): those whose newest revision was recorded within the span.
-enum class Registered { kMachines, kArtefacts, kParts };
+enum class Registered { kMachines, kArtefacts, kParts, kMachiningModels };
 struct RegisteredFilter {
   TimeSpan recorded;
-  Reader reader;  // parts that he may not see are not listed
+  Reader reader;             // parts that he may not see are not listed, nor are their machining models
+  std::string part_id = {};  // of machining models; empty: all
 };
 absl::StatusOr<std::vector<std::string>> ListRegistered(Transaction& transaction, Registered what,
                                                         const RegisteredFilter& filter, const std::string& after,
                                                         int limit);
-// The collection of its names: machines, artefacts, parts.
+// The collection of its names: machines, artefacts, parts, machining_models.
 std::string CollectionOf(Registered what);
 struct BladeFilter {
   std::string part_id;  // empty: all

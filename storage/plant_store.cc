@@ -28,6 +28,8 @@ class PostgresRevisions final : public RevisionStore<Row> {
     absl::StatusOr<Row> (*insert)(Transaction&, Row, RecordEntry);
     absl::StatusOr<std::optional<Row>> (*find)(Transaction&, const std::string& id, int revision);
     Registered what;
+    // As find, of what a list has of it; none: find.
+    absl::StatusOr<std::optional<Row>> (*find_listed)(Transaction&, const std::string& id, int revision) = nullptr;
   };
   PostgresRevisions(Database* database, const Statements& statements) : database_(database), statements_(statements) {}
 
@@ -41,7 +43,8 @@ class PostgresRevisions final : public RevisionStore<Row> {
       if (!ids.ok()) return ids.status();
       std::vector<Row> rows;
       for (const std::string& id : *ids) {
-        absl::StatusOr<std::optional<Row>> row = statements_.find(t, id, 0);
+        absl::StatusOr<std::optional<Row>> row =
+            (statements_.find_listed == nullptr ? statements_.find : statements_.find_listed)(t, id, 0);
         if (!row.ok()) return row.status();
         if (!row->has_value()) return absl::DataLossError(CollectionOf(statements_.what) + "/" + id + ": no revision");
         rows.push_back(**std::move(row));
@@ -182,12 +185,16 @@ PlantStores PlantIn(Database* database) {
   using Machines = PostgresRevisions<MachineRow>;
   using Artefacts = PostgresRevisions<ArtefactRow>;
   using Parts = PostgresRevisions<PartRow>;
+  using Models = PostgresRevisions<MachiningModelRow>;
   PlantStores stores;
   stores.machines =
       std::make_shared<Machines>(database, Machines::Statements{InsertMachine, FindMachine, Registered::kMachines});
   stores.artefacts = std::make_shared<Artefacts>(
       database, Artefacts::Statements{InsertArtefact, FindArtefact, Registered::kArtefacts});
   stores.parts = std::make_shared<Parts>(database, Parts::Statements{InsertPart, FindPart, Registered::kParts});
+  stores.machining_models = std::make_shared<Models>(
+      database, Models::Statements{InsertMachiningModel, FindMachiningModel, Registered::kMachiningModels,
+                                   FindMachiningModelWithoutTemplate});
   stores.blades = std::make_shared<PostgresBlades>(database);
   stores.surfaces = std::make_shared<PostgresSurfaces>(database);
   stores.journal = std::make_shared<PostgresJournal>(database);

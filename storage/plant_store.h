@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "storage/clearances.h"
+#include "storage/machining_models.h"
 #include "storage/plant_registry.h"
 #include "storage/record.h"
 #include "storage/result_store.h"
@@ -37,6 +38,8 @@ class RevisionStore : public RevisionReader<Row>, public ResultWriter<Row> {};
 using MachineStore = RevisionStore<MachineRow>;
 using ArtefactStore = RevisionStore<ArtefactRow>;
 using PartStore = RevisionStore<PartRow>;  // a part's tessellation has to be kept before
+// Lists leave templates out. Record answers ALREADY_EXISTS where the model is another part's.
+using MachiningModelStore = RevisionStore<MachiningModelRow>;
 
 class BladeReader {
  public:
@@ -90,6 +93,7 @@ struct PlantStores {
   std::shared_ptr<MachineStore> machines;
   std::shared_ptr<ArtefactStore> artefacts;
   std::shared_ptr<PartStore> parts;
+  std::shared_ptr<MachiningModelStore> machining_models;
   std::shared_ptr<BladeStore> blades;
   std::shared_ptr<SurfaceStore> surfaces;
   std::shared_ptr<const JournalReader> journal;

@@ -25,7 +25,7 @@ struct KeptRequest {
 };
 
 struct RecordEntry {
-  // machine, artefact, part, blade, scan, calibration, registration, correction, inspection, deletion, release,
+  // machine, artefact, part, machining_model, blade, scan, calibration, registration, correction, inspection, deletion, release,
   // withdrawal, study, policy, refusal, fetch, cut, assignment, disposition
   std::string kind;
   std::string name;  // resource name; given once for ever

@@ -1,5 +1,7 @@
 #include "storage/scan_store.h"
 
+#include <map>
+#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -25,6 +27,25 @@ class PostgresScans final : public ScanStore {
   }
   absl::StatusOr<std::vector<ScanBlockRow>> Blocks(const std::string& scan_id, Deadline deadline) const override {
     return OneRead(*database_, deadline, [&](Transaction& t) { return BlocksOfScan(t, scan_id); });
+  }
+  absl::StatusOr<std::optional<std::string>> BlobOf(const std::string& scan_id, const std::string& blob_sha256,
+                                                    Deadline deadline) const override {
+    bool is_its = true;
+    absl::StatusOr<std::string> bytes =
+        blobs_->Get(*database_, blob_sha256, deadline, [&](Transaction& t) -> absl::Status {
+          const absl::StatusOr<std::optional<std::string>> key = KeyOf(t, scan_id);
+          if (!key.ok()) return key.status();
+          const absl::StatusOr<bool> has =
+              key->has_value() ? ScanHasBlob(t, **key, blob_sha256) : absl::StatusOr<bool>(false);
+          if (!has.ok()) return has.status();
+          if (*has) return absl::OkStatus();
+          if (absl::Status kept = storage::RequirePoints(t, scan_id); !kept.ok()) return kept;
+          is_its = false;
+          return absl::NotFoundError("another scan's, or none");
+        });
+    if (!is_its) return std::nullopt;
+    if (!bytes.ok()) return bytes.status();
+    return *std::move(bytes);
   }
   absl::StatusOr<std::string> Payload(const std::string& blob_sha256, Deadline deadline) const override {
     return blobs_->Get(*database_, blob_sha256, deadline);
@@ -114,8 +135,25 @@ class PostgresScans final : public ScanStore {
   }
 
  private:
+  // Asked for with every blob of a scan: of the last thousands it is known.
+  absl::StatusOr<std::optional<std::string>> KeyOf(Transaction& t, const std::string& scan_id) const {
+    {
+      const std::lock_guard<std::mutex> lock(keys_mutex_);
+      if (const auto found = keys_.find(scan_id); found != keys_.end()) return found->second;
+    }
+    absl::StatusOr<std::optional<std::string>> key = ScanKeyOf(t, scan_id);
+    if (!key.ok() || !key->has_value()) return key;
+    const std::lock_guard<std::mutex> lock(keys_mutex_);
+    if (keys_.size() >= kMostKeys) keys_.clear();
+    keys_.emplace(scan_id, **key);
+    return key;
+  }
+  static constexpr std::size_t kMostKeys = 4096;
+
   Database* const database_;
   BlobStore* const blobs_;
+  mutable std::mutex keys_mutex_;
+  mutable std::map<std::string, std::string> keys_;  // by scan_id
 };
 
 }  // namespace

@@ -29,6 +29,10 @@ class ScanReader : public ResultReader<ScanRow, ScanFilter> {
   virtual absl::StatusOr<std::vector<ScanBlockRow>> Blocks(const std::string& scan_id, Deadline deadline) const = 0;
   // The bytes of a block, checked against their digest: as BlobStore::Get.
   virtual absl::StatusOr<std::string> Payload(const std::string& blob_sha256, Deadline deadline) const = 0;
+  // The same of a blob that holds points of that scan, decoded or as they were sent; none: no such blob is of it. As RequirePoints too. One
+  // look, however many blocks it has. blob_sha256: 64 lower-case hexadecimal digits.
+  virtual absl::StatusOr<std::optional<std::string>> BlobOf(const std::string& scan_id, const std::string& blob_sha256,
+                                                            Deadline deadline) const = 0;
 };
 
 // What is known under a scan's id.

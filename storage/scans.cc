@@ -150,6 +150,23 @@ absl::StatusOr<std::vector<ScanBlockRow>> BlocksOfScan(Transaction& transaction,
   return ReadBlocks(*rows, scan_id);
 }
 
+absl::StatusOr<std::optional<std::string>> ScanKeyOf(Transaction& transaction, const std::string& scan_id) {
+  const absl::StatusOr<Rows> key = transaction.Execute("SELECT " SIXPOINT_SCAN_KEY("$1"), Params().Text(scan_id));
+  if (!key.ok()) return key.status();
+  if (key->IsNull(0, 0)) return std::nullopt;
+  return key->Checked(std::optional<std::string>(key->Text(0, 0)));
+}
+
+// By the key itself: where it is known, one month is looked into and not all, which costs more than all else.
+absl::StatusOr<bool> ScanHasBlob(Transaction& transaction, const std::string& scan_key, const std::string& sha256) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(
+      "SELECT EXISTS (SELECT FROM scan_blocks WHERE scan_key = $1 AND $2 IN (blob_sha256, evidence_sha256)) "
+      "AND NOT EXISTS (SELECT FROM scan_deletions WHERE scan_key = $1)",
+      Params().Uuid(scan_key).Digest(sha256));
+  if (!rows.ok()) return rows.status();
+  return rows->Checked(rows->Bool(0, 0));
+}
+
 absl::StatusOr<Recorded> InsertScan(Transaction& transaction, const ScanRow& scan,
                                     const std::vector<ScanBlockRow>& blocks, const RecordEntry& entry) {
   const std::string scan_key = NewUuid();

@@ -65,6 +65,10 @@ absl::Status LockScanId(Transaction& transaction, const std::string& scan_id);
 absl::StatusOr<std::optional<ScanRow>> FindScan(Transaction& transaction, const std::string& scan_id);
 // In scan order.
 absl::StatusOr<std::vector<ScanBlockRow>> BlocksOfScan(Transaction& transaction, const std::string& scan_id);
+// By which its blocks are known: a scan's for ever. None where there is no such scan.
+absl::StatusOr<std::optional<std::string>> ScanKeyOf(Transaction& transaction, const std::string& scan_id);
+// Of a scan whose points are there. digest: 64 lower-case hexadecimal digits.
+absl::StatusOr<bool> ScanHasBlob(Transaction& transaction, const std::string& scan_key, const std::string& sha256);
 // Columns block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256, evidence_sha256. DATA_LOSS where one is missing.
 absl::StatusOr<std::vector<ScanBlockRow>> ReadBlocks(const Rows& rows, const std::string& scan_id);
 

@@ -78,7 +78,7 @@ std::vector<CertificateFile> GatherCertificates(const LocalPlant& plant, std::st
     }
     files.push_back(authority);
   }
-  for (const char* area : kAreas)
+  for (const std::string& area : plant.Served())
     files.push_back(FileIn(area, plant.certificates_of(area), FindServiceUser().uid, plants_authority, &trust));
   files.push_back(FileIn("you", LocalIdentityIn(plant.data), geteuid(), plants_authority, &trust));
   return files;

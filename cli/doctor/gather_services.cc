@@ -9,6 +9,7 @@
 #include <map>
 
 #include "cli/doctor/gather.h"
+#include "cli/gateway_health.h"
 #include "cli/identity_folder.h"
 #include "cli/last_words.h"
 #include "cli/service_health.h"
@@ -108,6 +109,7 @@ Facts NewFacts(const Session& session) {
 
 void AskService(const std::shared_ptr<grpc::ChannelCredentials>& nobody,
                 const std::shared_ptr<grpc::ChannelCredentials>& own, Service* service) {
+  if (service->area == kGateway) return;  // asked by HTTP
   service->health = nobody == nullptr ? "NOT_TRUSTED" : ServiceHealth(service->address, nobody, kPatience);
   const std::string method = QuestionOf(service->area);
   const bool answers = service->health == "SERVING" || service->health == "NOT_SERVING";
@@ -156,6 +158,14 @@ Facts GatherLocal(Session* session, const std::optional<LocalPlant>& plant) {
     service.address = plant->OwnAddress(i);
     service.port = plant->settings.base_port + static_cast<int>(i);
     facts.services.push_back(std::move(service));
+  }
+  if (plant->HasGateway()) {
+    Service gateway;
+    gateway.area = kGateway;
+    gateway.address = plant->OwnGatewayUrl();
+    gateway.port = plant->settings.HttpPort();
+    gateway.health = GatewayHealth(gateway.address, plant->certificates(), kPatience);
+    facts.services.push_back(std::move(gateway));
   }
   auto database = std::async(std::launch::async, [&] { return GatherDatabase(*plant); });
   auto restarts =

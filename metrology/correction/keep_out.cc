@@ -108,6 +108,13 @@ class Clearances {
   int looks_ = 0;
 };
 
+bool StandsAt(const Position& position, const NcTarget& target) {
+  const Position wanted = {target.x_mm, target.y_mm, target.z_mm, target.a_deg * kRad, target.b_deg * kRad};
+  for (std::size_t i = 0; i < kAxes; ++i)
+    if (std::abs(position[i] - wanted[i]) > (i < 3 ? kOnAxis : kOnAxis * kRad)) return false;
+  return true;
+}
+
 // The holes by where their axes stand, so that a move finds its own among thousands.
 class HoleAxes {
  public:
@@ -133,6 +140,15 @@ class HoleAxes {
   using Axis = std::array<double, 5>;  // X, Y, the rotary axes, and the start's Z
   std::vector<Axis> axes_;
 };
+
+// A feed from a pose of a path to the next one: what the tool does there is looked at with its electrode (tool_path_clearance.h).
+bool IsAlongPath(const NcMove& move, const Position& from, const Position& to,
+                 const std::map<std::string, NcTarget>& targets) {
+  const auto pose = targets.find(move.target);
+  if (!move.feed || pose == targets.end() || pose->second.number < 2) return false;
+  const auto before = targets.find(pose->second.path + "/" + std::to_string(pose->second.number - 1));
+  return before != targets.end() && StandsAt(from, before->second) && StandsAt(to, pose->second);
+}
 
 // Where it is worst, of figures that have to be at least a limit.
 class Nearest {
@@ -168,6 +184,7 @@ absl::StatusOr<GateCheck> CheckKeepOut(const std::vector<NcMove>& moves, const s
       from_above[kZ] = *move.to[kZ] + above_mm;
       from = move.from[kZ].has_value() ? std::nullopt : PositionOf(from_above);
     }
+    if (from.has_value() && IsAlongPath(move, *from, *to, targets)) continue;
     const std::string line = "line " + std::to_string(move.line);
     if (from.has_value() && holes.Hold(move, *from, *to)) continue;
     if (!from.has_value() && known_once)

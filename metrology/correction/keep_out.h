@@ -25,8 +25,8 @@ struct PlacedPart {
   const RotaryAxes& axes;
 };
 
-// KEEP_OUT: the tip's distance from the part on every move between known places, but along the axis of a hole that is cut there. A feed
-// goes straight; of a rapid, on which a control may let each axis arrive in its own time, every place between the two ends counts.
+// KEEP_OUT: the tip's distance from the part on every move between known places, but along the axis of a hole that is cut there, and
+// from pose to pose of a path, whose electrode is looked at instead (tool_path_clearance.h). A feed goes straight; of a rapid, on which a control may let each axis arrive in its own time, every place between the two ends counts.
 // CANCELLED where keep_going (may be empty) says no.
 absl::StatusOr<GateCheck> CheckKeepOut(const std::vector<NcMove>& moves, const std::map<std::string, NcTarget>& targets,
                                        const PlacedPart& part, double keep_out_mm,

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -173,16 +174,11 @@ absl::StatusOr<std::string> ReplacedLine(std::string_view line, const std::vecto
   return result;
 }
 
-}  // namespace
+// What the words of a marker's hole become where this offset is in force; none: it is no hole.
+using ValuesOfMarker = std::function<std::optional<Values>(std::string_view marker, const std::array<double, 5>&)>;
 
-absl::StatusOr<std::string> ReplaceCoordinates(const std::string& nc_template,
-                                               const std::map<std::string, NcTarget>& targets,
-                                               const RotaryLetters& rotary, const NcFrame& frame) {
-  for (const auto& [name, target] : targets)
-    for (const auto& [letter, value] : ValuesOf(target, rotary))
-      if (!(std::abs(value) < 1e6))
-        return Refuse("targets[" + name + "]." + letter, value, "a finite coordinate below 1e6");
-
+absl::StatusOr<std::string> Replaced(const std::string& nc_template, const ValuesOfMarker& values_of,
+                                     const NcFrame& frame) {
   std::string program;
   program.reserve(nc_template.size() + 4096);
   Modes modes(frame);
@@ -197,15 +193,15 @@ absl::StatusOr<std::string> ReplaceCoordinates(const std::string& nc_template,
     modes.Read(line, block.words);
     for (const std::string_view marker : block.markers) {
       if (pending) return RefuseLine(line_number, line, "one marker for a block");
-      if (targets.find(std::string(marker)) == targets.end())
+      if (!values_of(marker, {}).has_value())
         return RefuseLine(line_number, line, "a marker (SIXPOINT group/hole) of a corrected hole");
       pending.emplace(std::string(marker), line_number);
     }
     if (pending && !block.words.empty()) {
       if (modes.increments) return RefuseLine(line_number, line, "absolute coordinates (G90) in a marked block");
       if (modes.inches) return RefuseLine(line_number, line, "millimetres (G21 or G71) in a marked block");
-      auto replaced =
-          ReplacedLine(line, block.words, ValuesOf(targets.at(pending->first), rotary, modes.Offset()), line_number);
+      const std::optional<Values> values = values_of(pending->first, modes.Offset());
+      auto replaced = ReplacedLine(line, block.words, values.value_or(Values()), line_number);
       if (!replaced.ok()) return replaced.status();
       program += *replaced;
       pending.reset();
@@ -219,6 +215,38 @@ absl::StatusOr<std::string> ReplaceCoordinates(const std::string& nc_template,
   if (pending) return RefuseLine(pending->second, "SIXPOINT " + pending->first, "a block after the marker");
   if (marked == 0) return Refuse("nc_template", "no marked block", "at least one (SIXPOINT group/hole)");
   return program;
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> ReplaceCoordinates(const std::string& nc_template,
+                                               const std::map<std::string, NcTarget>& targets,
+                                               const RotaryLetters& rotary, const NcFrame& frame) {
+  for (const auto& [name, target] : targets)
+    for (const auto& [letter, value] : ValuesOf(target, rotary))
+      if (!(std::abs(value) < 1e6))
+        return Refuse("targets[" + name + "]." + letter, value, "a finite coordinate below 1e6");
+  return Replaced(
+      nc_template,
+      [&](std::string_view marker, const std::array<double, 5>& offset) -> std::optional<Values> {
+        const auto target = targets.find(std::string(marker));
+        if (target == targets.end()) return std::nullopt;
+        return ValuesOf(target->second, rotary, offset);
+      },
+      frame);
+}
+
+absl::Status CheckTemplate(const std::string& nc_template, const std::set<std::string>& holes) {
+  std::set<std::string> missing = holes;
+  const auto any_letter = [&](std::string_view marker, const std::array<double, 5>&) -> std::optional<Values> {
+    if (holes.count(std::string(marker)) == 0) return std::nullopt;
+    missing.erase(std::string(marker));
+    return Values{{'X', 0}, {'Y', 0}, {'Z', 0}, {'A', 0}, {'B', 0}, {'C', 0}};
+  };
+  const absl::StatusOr<std::string> replaced = Replaced(nc_template, any_letter, NcFrame());
+  if (!replaced.ok()) return replaced.status();
+  if (missing.empty()) return absl::OkStatus();
+  return Refuse("nc_template", "no block marked (SIXPOINT " + *missing.begin() + ")", "one at least of each hole");
 }
 
 std::vector<NcLine> LinesOf(const std::string& program) {

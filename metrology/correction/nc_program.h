@@ -5,6 +5,7 @@
 
 #include <array>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,10 @@ using RotaryLetters = std::array<char, 2>;
 absl::StatusOr<std::string> ReplaceCoordinates(const std::string& nc_template,
                                                const std::map<std::string, NcTarget>& targets,
                                                const RotaryLetters& rotary = {'A', 'B'}, const NcFrame& frame = {});
+
+// Whether a template can be the program of these holes ("group/hole"), whatever the machine calls its rotary axes: as ReplaceCoordinates
+// refuses it, and where one of the holes is not marked.
+absl::Status CheckTemplate(const std::string& nc_template, const std::set<std::string>& holes);
 
 // A line of a program as the writer takes it apart.
 struct NcWord {

@@ -31,7 +31,12 @@ inline constexpr double kGreatestNcTilt_deg = 5e-4;
 //   upwards;
 // - no move is an arc, marked or not, and none has a path tolerance (G64 P) of more than 1 um;
 // - an output is switched on (M62, M64) at a target's pose, or further along its Z by steps;
-// - a target is left upwards before an unmarked block moves another axis, and no unmarked block goes down again but by steps.
+// - a target is left upwards before an unmarked block moves another axis, and no unmarked block goes down again but by steps;
+// - a path (nc_target.h) is reached at its first pose from above along Z, followed by feeds in marked blocks from each pose to the next
+//   one, all five axes at once; all its poses once, in their order, and nothing between. Its A and B are those commanded, not
+//   whole turns beside them, and G1 was said. It is left upwards from its last pose, along Z alone, until it stands as high as it came down along
+//   Z from; where the last pose is higher than that, as high above it as it came down to the first one.
+// targets: refused as CheckPaths.
 absl::StatusOr<NcProof> ProveProgram(const std::vector<NcMove>& moves, const std::map<std::string, NcTarget>& targets,
                                      const RotaryAxes& axes);
 

@@ -216,7 +216,7 @@ class Reader {
     if (centre.empty() && on_arc) return Wrong("an arc's centre or radius");
     // Once its axes stand where the block sends them, whatever the order of its words.
     if (switches_on) {
-      NcMove shot{line_, false, false, false, true, "", position_, position_, rate_, path_tolerance_mm_};
+      NcMove shot{line_, false, false, false, true, "", position_, position_, rate_, path_tolerance_mm_, motion_said_};
       moves.push_back(std::move(shot));
     }
     return absl::OkStatus();
@@ -283,6 +283,7 @@ class Reader {
         if (Holds(codes, "0") + Holds(codes, "1") + Holds(codes, "2") + Holds(codes, "3") > 1)
           return Wrong("one of G0, G1, G2 and G3");
         feed_ = code != "0";
+        motion_said_ = true;
         arc_ = code == "2" || code == "3";
       } else if (code == "90" || code == "91") {
         if (Holds(codes, "90") && Holds(codes, "91")) return Wrong("one of G90 and G91");
@@ -307,7 +308,8 @@ class Reader {
     if (homes) return Home(said);
     if (in_machine && by_steps_) return Wrong("no steps (G91) in the machine's coordinates (G53)");
     if (!moves_axes) return target_.empty() ? absl::OkStatus() : Wrong("a word of an axis in a marked block");
-    NcMove move{line_, feed_, arc_, by_steps_, false, target_, position_, position_, rate_, path_tolerance_mm_};
+    NcMove move{line_,     feed_,     arc_,  by_steps_,          false,       target_,
+                position_, position_, rate_, path_tolerance_mm_, motion_said_};
     for (std::size_t i = 0; i < kAxes; ++i) {
       if (!said[i].has_value()) continue;
       const double value = *said[i] * (inches_ && i < 3 ? kMmPerInch : 1);
@@ -334,7 +336,8 @@ class Reader {
     for (const std::optional<double>& value : said)
       if (value.has_value() && (!by_steps_ || *value != 0))
         return Wrong("G28 and G30 of all axes, or by no step (G91 G28 Z0): else they go over a point first");
-    NcMove move{line_, false, false, by_steps_, false, "", position_, position_, rate_, path_tolerance_mm_};
+    NcMove move{line_,     false,     false, by_steps_,          false,       "",
+                position_, position_, rate_, path_tolerance_mm_, motion_said_};
     for (std::size_t i = 0; i < kAxes; ++i)
       if (said[i].has_value() || !Says(said)) move.to[i].reset();
     position_ = move.to;
@@ -347,7 +350,7 @@ class Reader {
   int line_ = 0;
   std::string text_;
   std::string target_;  // of a marker whose block is still to come, or has come
-  bool feed_ = true, arc_ = false, by_steps_ = false, inches_ = false, ended_ = false;
+  bool feed_ = true, motion_said_ = false, arc_ = false, by_steps_ = false, inches_ = false, ended_ = false;
   std::array<double, kAxes> offset_{};
   std::optional<double> chosen_tool_, spindle_length_mm_;  // where lengths are stated: by T, and of what M6 or G43 took
   std::optional<double> added_length_mm_;                  // G43; none: G49

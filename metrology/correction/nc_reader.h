@@ -30,6 +30,7 @@ struct NcMove {
   // G64 P in force: so far it may pass beside its ends, at most (as inches, whatever the unit). 0: none is stated, and the control's own
   // exactness holds.
   double path_tolerance_mm = 0;
+  bool motion_said = false;  // a G0 to G3 is in force; else the control goes as it woke up, by rapid or feed
 };
 
 // Whether no other axis than Z moves.

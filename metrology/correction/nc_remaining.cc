@@ -61,8 +61,13 @@ std::string Remarked(const NcLine& line, const std::string& hole) {
 class Divider {
  public:
   Divider(const std::vector<NcLine>& lines, const std::vector<NcMove>& moves, const std::set<std::string>& cut,
-          const std::array<char, 2>& rotary)
-      : lines_(lines), cut_(cut), rotary_(rotary), keep_(lines.size(), true), next_kept_(lines.size()) {
+          const std::array<char, 2>& rotary, const std::map<std::string, NcTarget>& targets)
+      : lines_(lines),
+        cut_(cut),
+        rotary_(rotary),
+        targets_(targets),
+        keep_(lines.size(), true),
+        next_kept_(lines.size()) {
     std::string next;
     for (std::size_t i = lines.size(); i-- > 0; next_kept_[i] = next)
       if (!lines[i].marker.empty() && cut.count(lines[i].marker) == 0) next = lines[i].marker;
@@ -73,7 +78,7 @@ class Divider {
     for (std::size_t first = 0; first < lines_.size();) {
       const std::string& hole = lines_[first].marker;
       std::size_t past = first + 1;
-      while (past < lines_.size() && (lines_[past].marker.empty() || lines_[past].marker == hole)) ++past;
+      while (past < lines_.size() && (lines_[past].marker.empty() || OneWork(lines_[past].marker, hole))) ++past;
       if (!hole.empty() && cut_.count(hole) > 0) {
         if (absl::Status status = Drop(first, past); !status.ok()) return status;
       } else {
@@ -93,6 +98,14 @@ class Divider {
     static const std::vector<const NcMove*> kNone;
     const auto found = moves_.find(static_cast<int>(line) + 1);
     return found == moves_.end() ? kNone : found->second;
+  }
+
+  // The same hole, or poses of the same path: what one of them switches on, a later one may switch off.
+  bool OneWork(const std::string& one, const std::string& other) const {
+    if (one == other) return true;
+    const auto first = targets_.find(one), second = targets_.find(other);
+    return first != targets_.end() && second != targets_.end() && first->second.number != 0 &&
+           second->second.number != 0 && first->second.path == second->second.path;
   }
 
   void StandAfter(std::size_t line) {
@@ -179,6 +192,7 @@ class Divider {
   const std::vector<NcLine>& lines_;
   const std::set<std::string>& cut_;
   const std::array<char, 2> rotary_;
+  const std::map<std::string, NcTarget>& targets_;
   std::map<std::size_t, std::string> remarked_;
   std::map<int, std::vector<const NcMove*>> moves_;  // by line, from 1
   std::vector<bool> keep_;
@@ -194,8 +208,8 @@ bool SameWay(const NcMove& move, const NcMove& old, const std::array<bool, 5>& s
     if (!move.to[i] || !old.to[i] || std::abs((*move.to[i] - *move.from[i]) - (*old.to[i] - *old.from[i])) > 1e-9)
       return false;
   }
-  return move.feed == old.feed && move.by_steps == old.by_steps && move.switches_on == old.switches_on &&
-         (!move.feed || move.rate == old.rate);
+  return move.feed == old.feed && move.motion_said == old.motion_said && move.by_steps == old.by_steps &&
+         move.switches_on == old.switches_on && (!move.feed || move.rate == old.rate);
 }
 
 // What stays does what it did: whatever a line says, it says in the same modes. (Axes that it does not say stand where the proof finds
@@ -218,14 +232,28 @@ absl::Status CheckSame(const std::vector<NcMove>& before, const std::vector<NcMo
   return absl::OkStatus();
 }
 
+// A path whose first poses were cut is a groove that nobody drew: it is begun anew, or it is done.
+absl::Status CheckWhole(const std::set<std::string>& cut, const std::map<std::string, NcTarget>& targets) {
+  NcPaths poses_cut;
+  for (const auto& [name, target] : targets)
+    if (target.number != 0) poses_cut[target.path] += static_cast<int>(cut.count(name));
+  for (const auto& [path, count] : PathsOf(targets))
+    if (poses_cut[path] != 0 && poses_cut[path] != count)
+      return absl::FailedPreconditionError("path " + path + ": " + std::to_string(poses_cut[path]) + " of " +
+                                           std::to_string(count) + " poses cut, want all or none");
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<NcRemaining> LeaveOut(const std::string& program, const std::set<std::string>& cut,
-                                     const std::array<char, 2>& rotary, const NcFrame& frame) {
+                                     const std::array<char, 2>& rotary, const NcFrame& frame,
+                                     const std::map<std::string, NcTarget>& targets) {
+  if (absl::Status status = CheckWhole(cut, targets); !status.ok()) return status;
   const absl::StatusOr<std::vector<NcMove>> before = ReadNcProgram(program, rotary, frame);
   if (!before.ok()) return before.status();
   const std::vector<NcLine> lines = LinesOf(program);
-  Divider divider(lines, *before, cut, rotary);
+  Divider divider(lines, *before, cut, rotary, targets);
   if (absl::Status status = divider.Divide(); !status.ok()) return status;
   NcRemaining remaining;
   std::vector<std::size_t> line_before;

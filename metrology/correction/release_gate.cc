@@ -14,7 +14,8 @@ constexpr double kMostFigure = 1e299;  // a figure that no number holds
 constexpr double kLimitSlack = 1e-9;   // of a limit: what text and back may change
 
 bool IsAtLeast(GateCheckKind kind) {
-  return kind == GateCheckKind::kInformation || kind == GateCheckKind::kKeepOut || kind == GateCheckKind::kLineOfSight;
+  return kind == GateCheckKind::kInformation || kind == GateCheckKind::kKeepOut ||
+         kind == GateCheckKind::kLineOfSight || kind == GateCheckKind::kToolCylinder;
 }
 
 const char* UnitOf(GateCheckKind kind) {
@@ -23,6 +24,7 @@ const char* UnitOf(GateCheckKind kind) {
     case GateCheckKind::kTravel:
     case GateCheckKind::kKeepOut:
     case GateCheckKind::kLineOfSight:
+    case GateCheckKind::kToolCylinder:
       return " mm";
     case GateCheckKind::kAxisChange:
     case GateCheckKind::kAxisUncertainty:
@@ -117,6 +119,10 @@ std::string NameOf(GateCheckKind kind) {
       return "INTERIM_CHECK";
     case GateCheckKind::kScrapped:
       return "SCRAPPED";
+    case GateCheckKind::kToolCylinder:
+      return "TOOL_CYLINDER";
+    case GateCheckKind::kModelNotNamed:
+      return "MODEL_NOT_NAMED";
   }
   return "";
 }

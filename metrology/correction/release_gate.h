@@ -45,6 +45,8 @@ enum class GateCheckKind {
   kSensorCalibration,  // count of calibrations that were asked for, and not in force when the scans were taken
   kInterimCheck,       // count of accepted checks of the scanner that are missing in the scans' clamping
   kScrapped,           // count of dispositions by which the blade is scrap
+  kToolCylinder,       // mm of clearance; at least
+  kModelNotNamed,      // count of machining models of the part, where a template came without one
 };
 std::string NameOf(GateCheckKind kind);  // "START_SHIFT", as ReleaseCheckKind has it
 

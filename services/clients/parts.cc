@@ -83,6 +83,27 @@ absl::StatusOr<plant::v1::Part> PlantClient::GetPart(const std::string& name, in
   return part;
 }
 
+absl::StatusOr<plant::v1::MachiningModel> PlantClient::GetMachiningModel(
+    const std::string& name, std::unique_ptr<grpc::ClientContext> context) const {
+  plant::v1::GetMachiningModelRequest request;
+  request.set_name(name);
+  plant::v1::MachiningModel model;
+  const absl::Status status = runtime::FromGrpc(stub_->GetMachiningModel(context.get(), request, &model));
+  if (!status.ok()) return status;
+  return model;
+}
+
+absl::StatusOr<std::string> PlantClient::FirstMachiningModelOf(const std::string& part,
+                                                               std::unique_ptr<grpc::ClientContext> context) const {
+  plant::v1::ListMachiningModelsRequest request;
+  request.set_part(part);
+  request.set_page_size(1);
+  plant::v1::ListMachiningModelsResponse page;
+  const absl::Status status = runtime::FromGrpc(stub_->ListMachiningModels(context.get(), request, &page));
+  if (!status.ok()) return status;
+  return page.machining_models_size() == 0 ? "" : page.machining_models(0).name();
+}
+
 absl::StatusOr<plant::v1::Blade> PlantClient::GetBlade(const std::string& name,
                                                        std::unique_ptr<grpc::ClientContext> context) const {
   plant::v1::GetBladeRequest request;

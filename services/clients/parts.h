@@ -33,6 +33,12 @@ class PlantClient {
                                                   std::unique_ptr<grpc::ClientContext> context) const;
   absl::StatusOr<plant::v1::Part> GetPart(const std::string& name, int revision,
                                           std::unique_ptr<grpc::ClientContext> context) const;
+  // name: with its revision, or without one the newest.
+  absl::StatusOr<plant::v1::MachiningModel> GetMachiningModel(const std::string& name,
+                                                              std::unique_ptr<grpc::ClientContext> context) const;
+  // The first of the part's machining models by id, without its template; empty: it has none.
+  absl::StatusOr<std::string> FirstMachiningModelOf(const std::string& part,
+                                                    std::unique_ptr<grpc::ClientContext> context) const;
   absl::StatusOr<plant::v1::Blade> GetBlade(const std::string& name,
                                             std::unique_ptr<grpc::ClientContext> context) const;
   // As the journal has it, of anything that was recorded.

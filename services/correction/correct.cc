@@ -23,10 +23,11 @@ absl::Status PoseFailure(const absl::Status& status, const std::string& registra
   return status;
 }
 
-// Where a program has to take each hole, by "group/hole".
-std::map<std::string, metrology::NcTarget> TargetsOf(const std::vector<metrology::CorrectedHoleGroup>& groups) {
+// Where a program has to take each hole, by "group/hole", and the tool along each path, by "path/number".
+std::map<std::string, metrology::NcTarget> TargetsOf(const Corrected& corrected) {
   std::map<std::string, metrology::NcTarget> targets;
-  for (const metrology::CorrectedHoleGroup& group : groups) {
+  for (const CorrectedPath& path : corrected.paths) AddTargets(path.path, &targets);
+  for (const metrology::CorrectedHoleGroup& group : corrected.groups) {
     for (const metrology::CorrectedHole& hole : group.holes) {
       targets[group.name + "/" + hole.name] = {hole.start_mm.x(), hole.start_mm.y(), hole.start_mm.z(),
                                                group.corrected.a_rad / kRad, group.corrected.b_rad / kRad};
@@ -36,12 +37,13 @@ std::map<std::string, metrology::NcTarget> TargetsOf(const std::vector<metrology
 }
 
 // Written, then read back and proven: no program leaves this without.
-absl::StatusOr<ReadProgram> MakeProgram(const v1::CorrectRequest& request, const Inputs& inputs, Corrected* corrected) {
+absl::StatusOr<ReadProgram> MakeProgram(const Inputs& inputs, Corrected* corrected) {
+  const v1::CorrectRequest& request = inputs.asked;
   const metrology::RotaryLetters rotary = {inputs.machine_axes.letters[0].front(),
                                            inputs.machine_axes.letters[1].front()};
   const metrology::NcFrame frame = FrameOf(request);
   ReadProgram read;
-  read.targets = TargetsOf(corrected->groups);
+  read.targets = TargetsOf(*corrected);
   absl::StatusOr<std::string> program =
       metrology::ReplaceCoordinates(request.nc_template(), read.targets, rotary, frame);
   if (!program.ok()) return program.status();
@@ -70,23 +72,27 @@ metrology::NcFrame FrameOf(const v1::CorrectRequest& request) {
   return frame;
 }
 
-absl::StatusOr<Corrected> CorrectBlade(const v1::CorrectRequest& request, const Inputs& inputs,
-                                       const std::function<bool()>& keep_going) {
+absl::StatusOr<Corrected> CorrectBlade(const Inputs& inputs, const std::function<bool()>& keep_going) {
   Corrected corrected;
   for (const metrology::NominalHoleGroup& group : inputs.groups) {
     absl::StatusOr<metrology::CorrectedHoleGroup> moved =
         metrology::CorrectGroup(group, *inputs.pose, inputs.zero_from_part_nominal, inputs.rotation.axes,
                                 inputs.machine_axes.nominal, inputs.machine_axes.limits, inputs.drilling);
-    if (!moved.ok()) return PoseFailure(moved.status(), request.registration(), group.name);
+    if (!moved.ok()) return PoseFailure(moved.status(), inputs.asked.registration(), group.name);
     corrected.groups.push_back(*std::move(moved));
   }
+  for (const ModelPath& path : inputs.paths) {
+    absl::StatusOr<CorrectedPath> moved = CorrectPath(inputs, path, keep_going);
+    if (!moved.ok()) return PoseFailure(moved.status(), inputs.asked.registration(), path.nominal.name);
+    corrected.paths.push_back(*std::move(moved));
+  }
   ReadProgram program;
-  if (!request.nc_template().empty()) {
-    absl::StatusOr<ReadProgram> made = MakeProgram(request, inputs, &corrected);
+  if (!inputs.asked.nc_template().empty()) {
+    absl::StatusOr<ReadProgram> made = MakeProgram(inputs, &corrected);
     if (!made.ok()) return made.status();
     program = *std::move(made);
   }
-  absl::StatusOr<std::vector<metrology::GateCheck>> checks = Judge(inputs, corrected.groups, program, keep_going);
+  absl::StatusOr<std::vector<metrology::GateCheck>> checks = Judge(inputs, corrected, program, keep_going);
   if (!checks.ok()) return checks.status();
   corrected.checks = *std::move(checks);
   corrected.released = std::all_of(corrected.checks.begin(), corrected.checks.end(),

@@ -18,19 +18,19 @@ namespace sixpoint::correction {
 
 struct Corrected {
   std::vector<metrology::CorrectedHoleGroup> groups;
+  std::vector<CorrectedPath> paths;  // as Inputs::paths
   std::vector<metrology::GateCheck> checks;
   bool released = false;                    // every check passed
   std::optional<metrology::NcProof> proof;  // none where no template was sent
   std::string nc_program;                   // empty where no template was sent
 };
 
-// The offsets and tools that the request states; CheckCorrect let them pass.
+// The offsets and tools that the request, or its machining model, states; they were let pass.
 metrology::NcFrame FrameOf(const v1::CorrectRequest& request);
 
 // FAILED_PRECONDITION with a reason: POSE_SINGULAR, POSE_OUT_OF_LIMITS. INVALID_ARGUMENT: a template that cannot be replaced, or
 // whose program is not proven, whether or not it may be given now.
 // CANCELLED where keep_going (may be empty) says no.
-absl::StatusOr<Corrected> CorrectBlade(const v1::CorrectRequest& request, const Inputs& inputs,
-                                       const std::function<bool()>& keep_going);
+absl::StatusOr<Corrected> CorrectBlade(const Inputs& inputs, const std::function<bool()>& keep_going);
 
 }  // namespace sixpoint::correction

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cstring>
+#include <set>
 #include <string>
 #include <utility>
 
+#include "services/correction/budget.h"
 #include "services/correction/correct.h"
 #include "services/correction/decide.h"
 #include "services/correction/fetch.h"
@@ -32,12 +34,14 @@ int CutCount(const storage::CorrectionRow& row) {
   return count;
 }
 
-// Of the groups that are corrected now.
+// Of the groups and paths that are corrected now.
 void TakeCutBefore(const std::vector<storage::CutHoleRow>& cut, Inputs* inputs) {
+  std::set<std::string> names;
+  for (const metrology::NominalHoleGroup& group : inputs->groups) names.insert(group.name);
+  for (const ModelPath& path : inputs->paths) names.insert(path.nominal.name);
   for (const storage::CutHoleRow& row : cut)
-    for (const metrology::NominalHoleGroup& group : inputs->groups)
-      if (group.name == row.hole.group_name)
-        inputs->cut_before.push_back(row.hole.group_name + "/" + row.hole.hole_name);
+    if (names.count(row.hole.group_name) > 0)
+      inputs->cut_before.push_back(row.hole.group_name + "/" + row.hole.hole_name);
 }
 
 absl::Status ScrappedSince(const std::string& correction, const std::string& disposition_id) {
@@ -65,6 +69,8 @@ v1::CorrectRequest RequestOf(const storage::CorrectionRow& row, const v1::Correc
   v1::CorrectRequest request;
   request.set_registration(recorded.registration());
   for (const storage::CorrectionGroupRow& group : row.groups) request.add_groups(group.group_name);
+  request.set_machining_model(recorded.machining_model());
+  if (!recorded.machining_model().empty()) return request;  // which states them
   *request.mutable_work_offsets() = recorded.work_offsets();
   *request.mutable_tool_lengths() = recorded.tool_lengths();
   return request;
@@ -124,9 +130,9 @@ absl::StatusOr<runtime::Made<storage::CorrectionRow>> CorrectionService::Make(co
   const auto scrapped = events_->ScrappedBy(runtime::LastSegment(inputs->registration.blade()), caller.deadline);
   if (!scrapped.ok()) return scrapped.status();
   if (scrapped->has_value()) inputs->scrapped_by = {runtime::NameOf("dispositions", **scrapped)};
-  const absl::StatusOr<Corrected> corrected = CorrectBlade(request, *inputs, caller.keep_going);
+  const absl::StatusOr<Corrected> corrected = CorrectBlade(*inputs, caller.keep_going);
   if (!corrected.ok()) return corrected.status();
-  return RecordOf(request, *inputs, *corrected);
+  return RecordOf(*inputs, *corrected);
 }
 
 grpc::Status CorrectionService::ReplayCorrection(grpc::ServerContext* context,
@@ -161,17 +167,33 @@ grpc::Status CorrectionService::ReplayCorrection(grpc::ServerContext* context,
   return grpc::Status::OK;
 }
 
+grpc::Status CorrectionService::ComputeBudget(grpc::ServerContext* context, const v1::ComputeBudgetRequest* request,
+                                              v1::Budget* response) {
+  const runtime::Caller caller = runtime::CallerOf(*context);
+  const auto as_row = [](const storage::CorrectionRow& row) { return row; };
+  const auto row = runtime::GetResult<storage::CorrectionRow>(*store_, caller.deadline, "corrections", request->name(),
+                                                              errors::v1::CORRECTION_NOT_FOUND, as_row);
+  if (!row.ok()) return ToGrpc(row.status());
+  const auto recorded = AsMade(ToProto(*row));
+  if (!recorded.ok()) return ToGrpc(recorded.status());
+  const auto slot = running_.Enter(caller.deadline, caller.keep_going);
+  if (!slot.ok()) return ToGrpc(slot.status());
+  const auto inputs = FetchAsRecorded(*peers_, *recorded, RequestOf(*row, *recorded), caller);
+  if (!inputs.ok()) return ToGrpc(inputs.status());
+  return runtime::Answer(BudgetOf(*inputs, request->draws(), caller.keep_going), response);
+}
+
 absl::StatusOr<v1::Correction> CorrectionService::MakeAgain(const storage::CorrectionRow& row,
                                                             const std::string& nc_template,
                                                             const v1::Correction& recorded,
                                                             const runtime::Caller& caller) const {
   v1::CorrectRequest request = RequestOf(row, recorded);
-  request.set_nc_template(nc_template);
+  if (recorded.machining_model().empty()) request.set_nc_template(nc_template);  // else its revision has the same
   const absl::StatusOr<Inputs> inputs = FetchAsRecorded(*peers_, recorded, request, caller);
   if (!inputs.ok()) return inputs.status();
-  const absl::StatusOr<Corrected> corrected = CorrectBlade(request, *inputs, caller.keep_going);
+  const absl::StatusOr<Corrected> corrected = CorrectBlade(*inputs, caller.keep_going);
   if (!corrected.ok()) return corrected.status();
-  storage::CorrectionRow made = RecordOf(request, *inputs, *corrected).row;
+  storage::CorrectionRow made = RecordOf(*inputs, *corrected).row;
   std::sort(made.characterisation_ids.begin(), made.characterisation_ids.end());  // as they are read
   return ToProto(made);
 }

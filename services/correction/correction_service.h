@@ -35,6 +35,8 @@ class CorrectionService final : public v1::CorrectionService::Service {
   grpc::Status ListCorrections(grpc::ServerContext* context, const v1::ListCorrectionsRequest* request,
                                v1::ListCorrectionsResponse* response) override;
   // Its registration too, in its service.
+  grpc::Status ComputeBudget(grpc::ServerContext* context, const v1::ComputeBudgetRequest* request,
+                             v1::Budget* response) override;
   grpc::Status ReplayCorrection(grpc::ServerContext* context, const v1::ReplayCorrectionRequest* request,
                                 replay::v1::Replay* response) override;
 

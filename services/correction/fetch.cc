@@ -25,20 +25,41 @@ absl::Status NotDivisible(const std::string& correction, const std::string& why)
   return runtime::Failure(errors::v1::PROGRAM_NOT_DIVISIBLE, correction + ": " + why, {{"resource", correction}});
 }
 
+// By their marks: a hole's one, or each of its poses.
 struct Holes {
-  std::map<std::string, metrology::NcTarget> left;
+  std::map<std::string, metrology::NcTarget> all, left;
   std::set<std::string> cut;
+  int cut_count = 0, left_count = 0;
 };
+
+std::map<std::string, metrology::NcTarget> MarksOf(const storage::CorrectionGroupRow& group,
+                                                   const storage::CorrectionHoleRow& hole) {
+  const std::string before = group.group_name + "/";
+  const auto& at = hole.start_mm;
+  if (!group.path) return {{before + hole.hole_name, {at[0], at[1], at[2], group.a_deg, group.b_deg}}};
+  std::map<std::string, metrology::NcTarget> marks;
+  int number = 0;
+  for (const storage::CorrectionToolPoseRow& pose : group.path->poses) {
+    const auto& [x_mm, y_mm, z_mm] = pose.tip_mm;
+    const auto& [a_deg, b_deg] = pose.commanded_deg;
+    ++number;
+    marks[before + std::to_string(number)] = {x_mm, y_mm, z_mm, a_deg, b_deg, group.group_name, number};
+  }
+  return marks;
+}
 
 Holes HolesOf(const storage::CorrectionRow& correction) {
   Holes holes;
   for (const storage::CorrectionGroupRow& group : correction.groups)
     for (const storage::CorrectionHoleRow& hole : group.holes) {
-      const std::string name = group.group_name + "/" + hole.hole_name;
-      if (hole.reported_cut_at)
-        holes.cut.insert(name);
-      else
-        holes.left[name] = {hole.start_mm[0], hole.start_mm[1], hole.start_mm[2], group.a_deg, group.b_deg};
+      ++(hole.reported_cut_at ? holes.cut_count : holes.left_count);
+      for (const auto& [mark, target] : MarksOf(group, hole)) {
+        holes.all[mark] = target;
+        if (hole.reported_cut_at)
+          holes.cut.insert(mark);
+        else
+          holes.left[mark] = target;
+      }
     }
   return holes;
 }
@@ -78,8 +99,9 @@ absl::Status TakeRemaining(const storage::CorrectionRow& correction, const Holes
   const auto rotation = peers.calibrations.Rotation(runtime::NameOf("calibrations", correction.rotation_calibration_id),
                                                     caller.make_context());
   if (!rotation.ok()) return rotation.status();
-  auto remaining = metrology::LeaveOut(correction.program(), holes.cut,
-                                       {correction.axes[0].front(), correction.axes[1].front()}, FrameOf(correction));
+  auto remaining =
+      metrology::LeaveOut(correction.program(), holes.cut, {correction.axes[0].front(), correction.axes[1].front()},
+                          FrameOf(correction), holes.all);
   if (!remaining.ok()) return NotDivisible(name, std::string(remaining.status().message()));
   const auto proof = metrology::ProveProgram(remaining->moves, holes.left, rotation->axes);
   if (!proof.ok()) return NotDivisible(name, std::string(proof.status().message()));
@@ -117,8 +139,8 @@ absl::StatusOr<storage::ProgramFetchRow> FetchOf(const v1::FetchProgramRequest& 
   storage::ProgramFetchRow fetch;
   fetch.fetch_id = storage::NewUuid();
   fetch.correction_id = correction.correction_id;
-  fetch.hole_count = static_cast<int>(holes.left.size());
-  fetch.cut_count = static_cast<int>(holes.cut.size());
+  fetch.hole_count = holes.left_count;
+  fetch.cut_count = holes.cut_count;
   fetch.requested_by = caller.requested_by;
   fetch.software_version = runtime::SoftwareVersion();
   if (holes.cut.empty()) {

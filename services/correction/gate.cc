@@ -4,6 +4,8 @@
 #include <chrono>
 
 #include "metrology/correction/keep_out.h"
+#include "metrology/correction/tool_cylinder.h"
+#include "services/correction/model.h"
 #include "services/runtime/time_proto.h"
 
 namespace sixpoint::correction {
@@ -57,16 +59,22 @@ metrology::RegistrationEvidence EvidenceOf(const registration::v1::Registration&
 
 }  // namespace
 
-absl::StatusOr<std::vector<GateCheck>> Judge(const Inputs& inputs,
-                                             const std::vector<metrology::CorrectedHoleGroup>& corrected,
+absl::StatusOr<std::vector<GateCheck>> Judge(const Inputs& inputs, const Corrected& corrected,
                                              const ReadProgram& program, const std::function<bool()>& keep_going) {
-  std::vector<GateCheck> checks =
-      metrology::JudgeHoles(inputs.groups, corrected, inputs.limits, inputs.machine_axes.letters);
+  // What is asked of a hole is asked of each pose of a path.
+  std::vector<metrology::NominalHoleGroup> nominal = inputs.groups, approached = inputs.groups;
+  std::vector<metrology::CorrectedHoleGroup> judged = corrected.groups;
+  for (std::size_t i = 0; i < inputs.paths.size(); ++i) {
+    for (auto& pose : NominalPosesOf(inputs.paths[i].nominal)) nominal.push_back(std::move(pose));
+    for (auto& pose : CorrectedPosesOf(corrected.paths[i].path)) judged.push_back(std::move(pose));
+    for (auto& pose : EndsOf(inputs.paths[i].nominal)) approached.push_back(std::move(pose));
+  }
+  std::vector<GateCheck> checks = metrology::JudgeHoles(nominal, judged, inputs.limits, inputs.machine_axes.letters);
   for (GateCheck& check : metrology::JudgeRegistration(EvidenceOf(inputs.registration, inputs.now), inputs.limits))
     checks.push_back(std::move(check));
   checks.push_back(metrology::CountAgainst(GateCheckKind::kClamping, inputs.against_clamping));
   if (!inputs.travel.empty())
-    checks.push_back(metrology::CheckTravel(corrected, program.moves, inputs.travel, program.tip_below_mm));
+    checks.push_back(metrology::CheckTravel(judged, program.moves, inputs.travel, program.tip_below_mm));
   if (inputs.surface != nullptr) {
     if (!program.moves.empty()) {
       const metrology::PlacedPart part{*inputs.surface, inputs.pose->zero_from_part, inputs.rotation.axes};
@@ -76,7 +84,7 @@ absl::StatusOr<std::vector<GateCheck>> Judge(const Inputs& inputs,
       checks.push_back(*std::move(keep_out));
     }
     absl::StatusOr<GateCheck> sight =
-        metrology::CheckLinesOfSight(inputs.groups, *inputs.surface, inputs.limits.keep_out_mm, keep_going);
+        metrology::CheckLinesOfSight(approached, *inputs.surface, inputs.limits.keep_out_mm, keep_going);
     if (!sight.ok()) return sight.status();
     checks.push_back(*std::move(sight));
   }
@@ -92,12 +100,25 @@ absl::StatusOr<std::vector<GateCheck>> Judge(const Inputs& inputs,
     }
     checks.push_back(metrology::CountAgainst(GateCheckKind::kInterimCheck, missing));
   }
-  // Asked only where there is an answer: a blade is no scrap before somebody says so.
-  const auto& then = inputs.checks_of_then;
-  if (!inputs.scrapped_by.empty() || std::any_of(then.begin(), then.end(), [](const GateCheck& of_then) {
-        return of_then.kind == GateCheckKind::kScrapped;
-      }))
-    checks.push_back(metrology::CountAgainst(GateCheckKind::kScrapped, inputs.scrapped_by));
+  // Asked only where there is an answer: a blade is no scrap before somebody says so, and a part may have no machining models.
+  for (const auto& [kind, against] : {std::pair(GateCheckKind::kScrapped, &inputs.scrapped_by),
+                                      std::pair(GateCheckKind::kModelNotNamed, &inputs.models_not_named)}) {
+    const auto& then = inputs.checks_of_then;
+    const auto is_of_kind = [kind = kind](const GateCheck& of_then) { return of_then.kind == kind; };
+    if (!against->empty() || std::any_of(then.begin(), then.end(), is_of_kind))
+      checks.push_back(metrology::CountAgainst(kind, *against));
+  }
+  if (inputs.model.has_value() && inputs.surface != nullptr) {
+    GateCheck cylinder{GateCheckKind::kToolCylinder, "", std::nullopt, inputs.limits.keep_out_mm, 0};
+    if (!inputs.groups.empty()) {
+      absl::StatusOr<GateCheck> of_holes = metrology::CheckToolCylinders(
+          ToolsOf(inputs.electrodes, inputs.groups), *inputs.surface, inputs.limits.keep_out_mm, keep_going);
+      if (!of_holes.ok()) return of_holes.status();
+      cylinder = *std::move(of_holes);
+    }
+    if (absl::Status looked = LookAtPaths(inputs, corrected.paths, keep_going, &cylinder); !looked.ok()) return looked;
+    checks.push_back(std::move(cylinder));
+  }
   for (GateCheck& check : checks)
     for (const GateCheck& of_then : inputs.checks_of_then)
       if (of_then.kind == check.kind) check = of_then;

@@ -11,7 +11,7 @@
 #include "metrology/correction/nc_reader.h"
 #include "metrology/correction/nc_target.h"
 #include "metrology/correction/release_gate.h"
-#include "services/correction/inputs.h"
+#include "services/correction/correct.h"
 
 namespace sixpoint::correction {
 
@@ -23,8 +23,7 @@ struct ReadProgram {
 };
 
 // Each question that there is an answer to look for, in the order of their kinds. CANCELLED by the caller.
-absl::StatusOr<std::vector<metrology::GateCheck>> Judge(const Inputs& inputs,
-                                                        const std::vector<metrology::CorrectedHoleGroup>& corrected,
+absl::StatusOr<std::vector<metrology::GateCheck>> Judge(const Inputs& inputs, const Corrected& corrected,
                                                         const ReadProgram& program,
                                                         const std::function<bool()>& keep_going);
 

@@ -1,6 +1,8 @@
 #include "services/correction/inputs.h"
 
 #include <algorithm>
+#include <map>
+#include <set>
 #include <string>
 
 #include "services/clients/registered_pose.h"
@@ -74,34 +76,36 @@ absl::StatusOr<metrology::NominalHoleGroup> NominalGroup(const plant::v1::HoleGr
   return nominal;
 }
 
-// The groups asked for, in the part's order; all where none are named.
+// The groups asked for, all where none are named: in the part's order, or in a machining model's, which is the request's by now.
 absl::StatusOr<std::vector<metrology::NominalHoleGroup>> WantedGroups(const v1::CorrectRequest& request,
-                                                                      const plant::v1::Part& part) {
+                                                                      const plant::v1::Part& part, bool has_paths) {
   std::string known;
-  for (const plant::v1::HoleGroup& group : part.hole_groups()) known += (known.empty() ? "" : ", ") + group.group();
-  for (int i = 0; i < request.groups_size(); ++i) {
-    const auto& groups = part.hole_groups();
-    const bool found = std::any_of(groups.begin(), groups.end(), [&](const plant::v1::HoleGroup& group) {
-      return group.group() == request.groups(i);
-    });
-    if (!found) {
+  std::map<std::string, const plant::v1::HoleGroup*> of_part;
+  for (const plant::v1::HoleGroup& group : part.hole_groups()) {
+    known += (known.empty() ? "" : ", ") + group.group();
+    of_part[group.group()] = &group;
+  }
+  for (int i = 0; i < request.groups_size(); ++i)
+    if (of_part.count(request.groups(i)) == 0)
       return runtime::Refuse("groups[" + std::to_string(i) + "]", request.groups(i),
                              "a hole group of " + part.name() + " (" + known + ")");
-    }
+  std::vector<const plant::v1::HoleGroup*> asked;
+  if (!request.machining_model().empty()) {
+    for (const std::string& name : request.groups()) asked.push_back(of_part.at(name));
+  } else {
+    const std::set<std::string> named(request.groups().begin(), request.groups().end());
+    for (const plant::v1::HoleGroup& group : part.hole_groups())
+      if (named.empty() || named.count(group.group()) > 0) asked.push_back(&group);
   }
   std::vector<metrology::NominalHoleGroup> wanted;
-  for (const plant::v1::HoleGroup& group : part.hole_groups()) {
-    const bool asked =
-        std::find(request.groups().begin(), request.groups().end(), group.group()) != request.groups().end();
-    if (request.groups_size() > 0 && !asked) continue;
-    absl::StatusOr<metrology::NominalHoleGroup> nominal = NominalGroup(group);
+  for (const plant::v1::HoleGroup* group : asked) {
+    absl::StatusOr<metrology::NominalHoleGroup> nominal = NominalGroup(*group);
     if (!nominal.ok()) return nominal.status();
     wanted.push_back(*std::move(nominal));
   }
-  if (wanted.empty()) {
+  if (wanted.empty() && !has_paths)
     return runtime::Failure(errors::v1::PART_WITHOUT_HOLES, part.name() + ".hole_groups: empty, want at least one",
                             {{"resource", part.name()}});
-  }
   return wanted;
 }
 
@@ -111,6 +115,8 @@ absl::Status FetchMachine(const Peers& peers, const runtime::Caller& caller, Inp
   const auto machine =
       peers.plant.GetMachine(registration.machine(), registration.machine_revision(), caller.make_context());
   if (!machine.ok()) return machine.status();
+  if (inputs->model.has_value())
+    if (absl::Status status = CheckModel(*inputs->model, registration.part(), *machine); !status.ok()) return status;
   absl::StatusOr<MachineAxes> axes = AxesOf(*machine);
   if (!axes.ok()) return axes.status();
   inputs->machine_axes = *std::move(axes);
@@ -134,17 +140,39 @@ absl::Status FetchMachine(const Peers& peers, const runtime::Caller& caller, Inp
                           {{"resource", machine->name()}});
 }
 
-absl::Status FetchPart(const Peers& peers, const v1::CorrectRequest& request, const runtime::Caller& caller,
-                       Inputs* inputs) {
+// Before anything else: it says which groups are asked for.
+absl::Status FetchAsked(const Peers& peers, const v1::CorrectRequest& request, const runtime::Caller& caller,
+                        Inputs* inputs) {
+  inputs->asked = request;
+  auto model = FetchModel(peers.plant, request, caller);
+  if (!model.ok() || !model->has_value()) return model.status();
+  inputs->model = *std::move(model);
+  auto asked = WithModel(request, *inputs->model);
+  if (!asked.ok()) return asked.status();
+  inputs->asked = *std::move(asked);
+  return absl::OkStatus();
+}
+
+absl::Status FetchPart(const Peers& peers, const runtime::Caller& caller, Inputs* inputs) {
   const auto part =
       peers.plant.GetPart(inputs->registration.part(), inputs->registration.part_revision(), caller.make_context());
   if (!part.ok()) return part.status();
   const auto nominal = runtime::FromProto("part.zero_from_part_nominal", part->zero_from_part_nominal());
   if (!nominal.ok()) return nominal.status();
   inputs->zero_from_part_nominal = *nominal;
-  auto groups = WantedGroups(request, *part);
+  if (inputs->model.has_value()) {
+    auto paths = PathsOf(*inputs->model);
+    if (!paths.ok()) return paths.status();
+    inputs->paths = *std::move(paths);
+  }
+  auto groups = WantedGroups(inputs->asked, *part, !inputs->paths.empty());
   if (!groups.ok()) return groups.status();
   inputs->groups = *std::move(groups);
+  if (inputs->model.has_value()) {
+    auto electrodes = ElectrodesOf(*inputs->model, *part);
+    if (!electrodes.ok()) return electrodes.status();
+    inputs->electrodes = *std::move(electrodes);
+  }
   if (!(inputs->limits.keep_out_mm > 0)) return absl::OkStatus();
   auto surface = peers.plant.GetSurface(*part, caller.make_context(), caller.keep_going);
   if (!surface.ok()) return surface.status();
@@ -168,9 +196,10 @@ absl::Status FetchCalibrationsOfThen(const Peers& peers, const runtime::Caller& 
 }
 
 // What the gate asks of the moment at which it judges.
-constexpr std::array kOfTheMoment = {metrology::GateCheckKind::kRegistrationAge, metrology::GateCheckKind::kClamping,
-                                     metrology::GateCheckKind::kCutBefore, metrology::GateCheckKind::kInterimCheck,
-                                     metrology::GateCheckKind::kScrapped};
+constexpr std::array kOfTheMoment = {
+    metrology::GateCheckKind::kRegistrationAge, metrology::GateCheckKind::kClamping,
+    metrology::GateCheckKind::kCutBefore,       metrology::GateCheckKind::kInterimCheck,
+    metrology::GateCheckKind::kScrapped,        metrology::GateCheckKind::kModelNotNamed};
 
 bool IsOf(metrology::GateCheckKind kind, v1::ReleaseCheckKind of_contract) {
   return v1::ReleaseCheckKind_Name(of_contract) == "RELEASE_CHECK_KIND_" + metrology::NameOf(kind);
@@ -226,9 +255,10 @@ absl::StatusOr<Inputs> FetchAsRecorded(const Peers& peers, const v1::Correction&
   if (!registration.ok()) return registration.status();
   inputs.registration = *std::move(registration);
   absl::Status status = clients::CheckConverged(inputs.registration);
+  if (status.ok()) status = FetchAsked(peers, request, caller, &inputs);
   if (status.ok()) status = FetchCalibrationsOfThen(peers, caller, &inputs);
   if (status.ok()) status = FetchMachine(peers, caller, &inputs);
-  if (status.ok()) status = FetchPart(peers, request, caller, &inputs);
+  if (status.ok()) status = FetchPart(peers, caller, &inputs);
   if (!status.ok()) return status;
   inputs.now = runtime::MomentOf(recorded.recorded_at());
   for (const v1::ReleaseCheck& check : recorded.checks())
@@ -252,10 +282,17 @@ absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::CorrectRequest&
   if (!registration.ok()) return registration.status();
   inputs.registration = *std::move(registration);
   absl::Status status = clients::CheckConverged(inputs.registration);
+  if (status.ok()) status = FetchAsked(peers, request, caller, &inputs);
   if (status.ok()) status = FetchCalibrations(peers, caller, &inputs);
   if (status.ok()) status = FetchMachine(peers, caller, &inputs);
-  if (status.ok()) status = FetchPart(peers, request, caller, &inputs);
+  if (status.ok()) status = FetchPart(peers, caller, &inputs);
   if (!status.ok()) return status;
+  // A template that was copied out of a model would have its electrodes looked at by nobody.
+  if (!inputs.model.has_value() && !request.nc_template().empty()) {
+    const auto model = peers.plant.FirstMachiningModelOf(inputs.registration.part(), caller.make_context());
+    if (!model.ok()) return model.status();
+    if (!model->empty()) inputs.models_not_named.push_back(*model);
+  }
   auto against = AgainstClamping(peers, inputs.registration, caller);
   if (!against.ok()) return against.status();
   inputs.against_clamping = *std::move(against);

@@ -16,6 +16,8 @@
 #include "services/clients/calibrations.h"
 #include "services/clients/parts.h"
 #include "services/correction/machine_axes.h"
+#include "services/correction/model.h"
+#include "services/correction/paths.h"
 #include "services/runtime/call.h"
 #include "sixpoint/correction/v1/correction.pb.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
@@ -34,6 +36,9 @@ struct Peers {
 };
 
 struct Inputs {
+  v1::CorrectRequest asked;  // with what a machining model says filled in
+  std::optional<plant::v1::MachiningModel> model;
+  std::vector<GroupElectrode> electrodes;  // of the model; empty: none was named
   registration::v1::Registration registration;
   clients::FetchedSensorCalibration sensor;
   clients::FetchedRotationCalibration rotation;
@@ -44,11 +49,13 @@ struct Inputs {
   std::vector<metrology::LinearTravel> travel;
   metrology::GateLimits limits;
   Eigen::Isometry3d zero_from_part_nominal;
-  std::vector<metrology::NominalHoleGroup> groups;    // those asked for, in the part's order
+  std::vector<metrology::NominalHoleGroup> groups;    // those asked for, in the part's order, or the model's
+  std::vector<ModelPath> paths;                       // the model's
   std::shared_ptr<const metrology::Surface> surface;  // none where the machine's record asks for no keep-out
   bool checked_in_clamping = false;  // an interim check of the scanner was accepted there, where one is asked for
   std::vector<std::string> against_clamping;  // registrations that say that the blade stands there no more
   std::vector<std::string> cut_before;        // holes of those groups, by other programs of this blade
+  std::vector<std::string> models_not_named;  // the part's, where a template was sent without one
   std::vector<std::string> scrapped_by;       // the disposition by which the blade is scrap; empty: it is not
   std::chrono::system_clock::time_point now;
   // Of a replay: what the gate found of the moment it judged at, which is not found again. Each stands for what is found of its kind.
@@ -58,7 +65,7 @@ struct Inputs {
 // FAILED_PRECONDITION with a reason: REGISTRATION_NOT_CONVERGED; CALIBRATION_EXPIRED where the rotation calibration or an axis table that the
 // registration rests on is no longer in force (the axes drill now), or its sensor calibration's validity is over (the scan was mapped then);
 // CALIBRATION_WITHDRAWN; KINEMATICS_UNSUPPORTED; PART_WITHOUT_HOLES. INVALID_ARGUMENT
-// for an unknown group.
+// for an unknown group, and for a machining model of another part or of another kind of machine.
 absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::CorrectRequest& request,
                                    const runtime::Caller& caller);
 

@@ -35,6 +35,28 @@ void AddChecks(const storage::CorrectionRow& row, v1::Correction* correction) {
   }
 }
 
+void AddPath(const storage::CorrectionToolPathRow& path, v1::CorrectedGroup* group) {
+  for (const storage::CorrectionToolPoseRow& row : path.poses) {
+    v1::CorrectedToolPose& pose = *group->add_poses();
+    runtime::SetPoint(row.tip_mm, pose.mutable_tip_mm());
+    runtime::SetPoint(row.nominal_tip_mm, pose.mutable_nominal_tip_mm());
+    pose.set_a_deg(row.commanded_deg[0]);
+    pose.set_b_deg(row.commanded_deg[1]);
+    pose.set_a_nominal_deg(row.nominal_deg[0]);
+    pose.set_b_nominal_deg(row.nominal_deg[1]);
+    if (row.reached_deg) {
+      pose.set_a_reached_deg((*row.reached_deg)[0]);
+      pose.set_b_reached_deg((*row.reached_deg)[1]);
+    }
+    pose.set_tilt_deg(row.tilt_deg);
+    pose.set_a_standard_uncertainty_deg(row.standard_uncertainty_deg[0]);
+    pose.set_b_standard_uncertainty_deg(row.standard_uncertainty_deg[1]);
+    pose.set_expanded_uncertainty_um(row.expanded_uncertainty_um);
+  }
+  group->set_greatest_chord_um(path.greatest_chord_um);
+  group->set_greatest_axis_deviation_deg(path.greatest_axis_deviation_deg);
+}
+
 }  // namespace
 
 absl::StatusOr<v1::Correction> ToProto(const storage::CorrectionRow& row) {
@@ -64,6 +86,7 @@ absl::StatusOr<v1::Correction> ToProto(const storage::CorrectionRow& row) {
       group.set_b_reached_deg((*group_row.reached_deg)[1]);
     }
     if (group_row.tilt_deg) group.set_tilt_deg(*group_row.tilt_deg);
+    if (group_row.path) AddPath(*group_row.path, &group);
     for (const storage::CorrectionHoleRow& hole_row : group_row.holes) {
       v1::CorrectedHole& hole = *group.add_holes();
       hole.set_hole(hole_row.hole_name);
@@ -112,6 +135,9 @@ absl::StatusOr<v1::Correction> ToProto(const storage::CorrectionRow& row) {
   runtime::ToProto(row.usable_until, correction.mutable_usable_until());
   correction.set_program_sha256(row.program_sha256);
   correction.set_clamping(row.clamping);
+  if (!row.machining_model_id.empty())
+    correction.set_machining_model(
+        runtime::RevisedName("machining_models", row.machining_model_id, row.machining_model_revision));
   return correction;
 }
 

@@ -1,6 +1,7 @@
 #include "services/correction/rows.h"
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -41,11 +42,42 @@ storage::CorrectionGroupRow GroupRowOf(const metrology::CorrectedHoleGroup& grou
   return row;
 }
 
+std::array<double, 3> Coordinates(const Eigen::Vector3d& point) { return {point.x(), point.y(), point.z()}; }
+std::array<double, 2> Degrees(const metrology::RotaryAngles& angles) {
+  return {angles.a_rad / kRad, angles.b_rad / kRad};
+}
+
+// A group of one hole, which stands at the first pose and is as uncertain as the worst.
+storage::CorrectionGroupRow GroupRowOf(const CorrectedPath& corrected, bool tables_applied) {
+  metrology::CorrectedHoleGroup group = AsGroup(corrected.path.name, corrected.path.poses.front());
+  group.ideal = corrected.ideal;
+  metrology::CorrectedHole& hole = group.holes.front();
+  hole.name = corrected.path.name;
+  hole.expanded_uncertainty_um = corrected.WorstStart().expanded_uncertainty_um;
+  storage::CorrectionGroupRow row = GroupRowOf(group, tables_applied);
+  storage::CorrectionToolPathRow& path = row.path.emplace();
+  path.greatest_chord_um = corrected.greatest_chord_um;
+  path.greatest_axis_deviation_deg = corrected.greatest_axis_deviation_deg;
+  for (const metrology::CorrectedToolPose& at : corrected.path.poses) {
+    storage::CorrectionToolPoseRow& pose = path.poses.emplace_back();
+    pose.tip_mm = Coordinates(at.start.start_mm);
+    pose.nominal_tip_mm = Coordinates(at.start.nominal_start_mm);
+    pose.commanded_deg = Degrees(at.corrected);
+    pose.nominal_deg = Degrees(at.nominal_angles);
+    if (tables_applied) pose.reached_deg = Degrees(at.reached);
+    pose.tilt_deg = at.tilt_rad / kRad;
+    pose.standard_uncertainty_deg = {at.a_standard_uncertainty_rad / kRad, at.b_standard_uncertainty_rad / kRad};
+    pose.expanded_uncertainty_um = at.start.expanded_uncertainty_um;
+  }
+  return row;
+}
+
 // Of all holes, in the row's order.
-void SetBudgets(const std::vector<metrology::CorrectedHoleGroup>& groups, storage::CorrectionRow* row) {
+void SetBudgets(const Corrected& corrected, storage::CorrectionRow* row) {
   std::vector<const std::vector<metrology::UncertaintyComponent>*> components;
-  for (const metrology::CorrectedHoleGroup& group : groups)
+  for (const metrology::CorrectedHoleGroup& group : corrected.groups)
     for (const metrology::CorrectedHole& hole : group.holes) components.push_back(&hole.components);
+  for (const CorrectedPath& path : corrected.paths) components.push_back(&path.WorstStart().components);
   clients::KeptBudgets kept = clients::Kept(components);
   if (kept.sources.empty()) return;
   row->budget_sources = std::move(kept.sources);
@@ -55,17 +87,18 @@ void SetBudgets(const std::vector<metrology::CorrectedHoleGroup>& groups, storag
       hole.budget_um = std::move(kept.standard_uncertainties_um[next++]);
 }
 
-std::string SummaryOf(const storage::CorrectionRow& row, const std::vector<metrology::CorrectedHoleGroup>& groups) {
+std::string SummaryOf(const storage::CorrectionRow& row) {
   double greatest_shift_mm = 0, greatest_uncertainty_um = 0;
   int holes = 0;
-  for (const metrology::CorrectedHoleGroup& group : groups) {
-    for (const metrology::CorrectedHole& hole : group.holes) {
-      greatest_shift_mm = std::max(greatest_shift_mm, (hole.start_mm - hole.nominal_start_mm).norm());
+  for (const storage::CorrectionGroupRow& group : row.groups) {
+    for (const storage::CorrectionHoleRow& hole : group.holes) {
+      const Eigen::Map<const Eigen::Vector3d> start(hole.start_mm.data()), nominal(hole.nominal_start_mm.data());
+      greatest_shift_mm = std::max(greatest_shift_mm, (start - nominal).norm());
       greatest_uncertainty_um = std::max(greatest_uncertainty_um, hole.expanded_uncertainty_um);
       ++holes;
     }
   }
-  return nlohmann::json{{"group_count", groups.size()},
+  return nlohmann::json{{"group_count", row.groups.size()},
                         {"hole_count", holes},
                         {"release", row.release},
                         {"greatest_shift_mm", greatest_shift_mm},
@@ -73,7 +106,7 @@ std::string SummaryOf(const storage::CorrectionRow& row, const std::vector<metro
       .dump();
 }
 
-storage::RecordEntry EntryOf(const storage::CorrectionRow& row, const Inputs& inputs, const Corrected& corrected) {
+storage::RecordEntry EntryOf(const storage::CorrectionRow& row, const Inputs& inputs) {
   storage::RecordEntry entry;
   entry.kind = "correction";
   entry.name = runtime::NameOf("corrections", row.correction_id);
@@ -81,11 +114,14 @@ storage::RecordEntry EntryOf(const storage::CorrectionRow& row, const Inputs& in
                   runtime::RevisedName("parts", row.part_id, row.part_revision), inputs.sensor.name,
                   inputs.rotation.name};
   for (const clients::FetchedAxis& table : inputs.tables) entry.inputs.push_back(table.name);
+  if (!row.machining_model_id.empty())
+    entry.inputs.push_back(
+        runtime::RevisedName("machining_models", row.machining_model_id, row.machining_model_revision));
   entry.blade = row.blade_serial;
   entry.machine = row.machine_id;
   entry.method = registration::v1::Method_Name(inputs.registration.method());
   entry.software_version = row.software_version;
-  entry.summary_json = SummaryOf(row, corrected.groups);
+  entry.summary_json = SummaryOf(row);
   return entry;
 }
 
@@ -95,9 +131,9 @@ storage::ProgramProofRow RowOf(const metrology::NcProof& proof) {
   return {metrology::kNcReaderVersion, proof.pose_count, proof.greatest_difference_um, proof.greatest_tilt_deg};
 }
 
-runtime::Made<storage::CorrectionRow> RecordOf(const v1::CorrectRequest& request, const Inputs& inputs,
-                                               const Corrected& corrected) {
+runtime::Made<storage::CorrectionRow> RecordOf(const Inputs& inputs, const Corrected& corrected) {
   const registration::v1::Registration& registration = inputs.registration;
+  const v1::CorrectRequest& request = inputs.asked;
   storage::CorrectionRow row;
   row.correction_id = storage::NewUuid();
   row.blade_serial = runtime::LastSegment(registration.blade());
@@ -109,6 +145,10 @@ runtime::Made<storage::CorrectionRow> RecordOf(const v1::CorrectRequest& request
   row.sensor_calibration_id = runtime::LastSegment(inputs.sensor.name);
   row.rotation_calibration_id = runtime::LastSegment(inputs.rotation.name);
   row.nc_template = request.nc_template();
+  if (inputs.model.has_value()) {
+    row.machining_model_id = runtime::LastSegment(inputs.model->name());
+    row.machining_model_revision = inputs.model->revision();
+  }
   (corrected.released ? row.nc_program : row.nc_held) = corrected.nc_program;
   row.release = corrected.released ? "AUTOMATIC" : "AWAITING_PERSON";
   row.state = corrected.released ? "RELEASED" : "DRAFT";
@@ -129,7 +169,9 @@ runtime::Made<storage::CorrectionRow> RecordOf(const v1::CorrectRequest& request
   row.axes = {inputs.rotation.letters.begin(), inputs.rotation.letters.end()};
   for (const metrology::CorrectedHoleGroup& group : corrected.groups)
     row.groups.push_back(GroupRowOf(group, inputs.pose->positioning.Applies()));
-  SetBudgets(corrected.groups, &row);
+  for (const CorrectedPath& path : corrected.paths)
+    row.groups.push_back(GroupRowOf(path, inputs.pose->positioning.Applies()));
+  SetBudgets(corrected, &row);
   if (const auto& proof = corrected.proof; proof.has_value()) row.proof = RowOf(*proof);
   for (const auto& [code, offset] : FrameOf(request).work_offsets) row.work_offsets.push_back({code, offset});
   for (const v1::ToolLength& tool : request.tool_lengths())
@@ -138,7 +180,7 @@ runtime::Made<storage::CorrectionRow> RecordOf(const v1::CorrectRequest& request
   if (!corrected.nc_program.empty()) row.program_sha256 = storage::Sha256Hex(corrected.nc_program);
   row.software_version = runtime::SoftwareVersion();
   row.computed_on = runtime::ComputedOn();
-  storage::RecordEntry entry = EntryOf(row, inputs, corrected);
+  storage::RecordEntry entry = EntryOf(row, inputs);
   return {std::move(row), std::move(entry)};
 }
 

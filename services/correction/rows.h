@@ -14,7 +14,6 @@ namespace sixpoint::correction {
 storage::ProgramProofRow RowOf(const metrology::NcProof& proof);
 
 // With a new id.
-runtime::Made<storage::CorrectionRow> RecordOf(const v1::CorrectRequest& request, const Inputs& inputs,
-                                               const Corrected& corrected);
+runtime::Made<storage::CorrectionRow> RecordOf(const Inputs& inputs, const Corrected& corrected);
 
 }  // namespace sixpoint::correction

@@ -1,15 +1,32 @@
 #include "services/correction/validate.h"
 
-#include <cmath>
 #include <set>
 #include <string>
 #include <utility>
 
+#include "services/runtime/control_tables.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
 
 namespace sixpoint::correction {
+namespace {
+
+// What the model says is not said again.
+absl::Status CheckModelAlone(const v1::CorrectRequest& request) {
+  const std::string wanted = "none beside machining_model, which has its own";
+  runtime::Refusals refusals;
+  refusals.Add(runtime::RevisedIdOf("machining_model", "machining_models", request.machining_model()).status());
+  if (!request.nc_template().empty())
+    refusals.Add(runtime::Refuse("nc_template", std::to_string(request.nc_template().size()) + " bytes", wanted));
+  if (!request.work_offsets().empty())
+    refusals.Add(runtime::Refuse("work_offsets", std::to_string(request.work_offsets_size()) + " offsets", wanted));
+  if (!request.tool_lengths().empty())
+    refusals.Add(runtime::Refuse("tool_lengths", std::to_string(request.tool_lengths_size()) + " tools", wanted));
+  return refusals.status();
+}
+
+}  // namespace
 
 absl::Status CheckCorrect(const v1::CorrectRequest& request) {
   const absl::StatusOr<std::string> id = runtime::IdOf("registration", "registrations", request.registration());
@@ -23,30 +40,9 @@ absl::Status CheckCorrect(const v1::CorrectRequest& request) {
     else if (!seen.insert(request.groups(i)).second)
       refusals.Add(runtime::Refuse(field, request.groups(i), "each group once"));
   }
-  std::set<std::string> codes;
-  for (int i = 0; i < request.work_offsets_size(); ++i) {
-    const v1::WorkOffset& one = request.work_offsets(i);
-    const std::string field = "work_offsets[" + std::to_string(i) + "]";
-    if (one.code().size() != 3 || one.code() < "G54" || one.code() > "G59")
-      refusals.Add(runtime::Refuse(field + ".code", one.code(), "G54 to G59"));
-    else if (!codes.insert(one.code()).second)
-      refusals.Add(runtime::Refuse(field + ".code", one.code(), "each once"));
-    for (const auto& [name, value] :
-         {std::pair("x_mm", one.x_mm()), std::pair("y_mm", one.y_mm()), std::pair("z_mm", one.z_mm()),
-          std::pair("a_deg", one.a_deg()), std::pair("b_deg", one.b_deg())})
-      if (!(std::abs(value) <= 1e5)) refusals.Add(runtime::Refuse(field + "." + name, value, "-100000 to 100000"));
-  }
-  std::set<int> tools;
-  for (int i = 0; i < request.tool_lengths_size(); ++i) {
-    const v1::ToolLength& tool = request.tool_lengths(i);
-    const std::string field = "tool_lengths[" + std::to_string(i) + "]";
-    if (tool.number() < 1 || tool.number() > 9999)
-      refusals.Add(runtime::Refuse(field + ".number", tool.number(), "1 to 9999"));
-    else if (!tools.insert(tool.number()).second)
-      refusals.Add(runtime::Refuse(field + ".number", tool.number(), "each once"));
-    if (!(tool.length_mm() >= 0 && tool.length_mm() <= 2000))
-      refusals.Add(runtime::Refuse(field + ".length_mm", tool.length_mm(), "0 to 2000"));
-  }
+  refusals.Add(runtime::CheckWorkOffsets("work_offsets", request.work_offsets()))
+      .Add(runtime::CheckToolLengths("tool_lengths", request.tool_lengths()));
+  if (!request.machining_model().empty()) return refusals.Add(CheckModelAlone(request)).status();
   if (request.nc_template().empty() && request.work_offsets_size() + request.tool_lengths_size() > 0)
     refusals.Add(runtime::Refuse("nc_template", "empty", "the template that the offsets and tools are of"));
   return refusals.status();

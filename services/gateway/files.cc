@@ -1,5 +1,7 @@
 #include "services/gateway/files.h"
 
+#include <zlib.h>
+
 #include <fstream>
 #include <iterator>
 
@@ -29,6 +31,22 @@ std::string TypeOf(const std::string& extension) {
   return found == kTypes->end() ? "application/octet-stream" : found->second;
 }
 
+// Empty where it gains nothing.
+std::string GzipOf(const std::string& bytes) {
+  constexpr int kGzip = 15 + 16;  // the greatest window, with gzip's own head
+  z_stream stream{};
+  if (deflateInit2(&stream, Z_BEST_COMPRESSION, Z_DEFLATED, kGzip, 9, Z_DEFAULT_STRATEGY) != Z_OK) return "";
+  std::string gzip(deflateBound(&stream, bytes.size()), '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = reinterpret_cast<Bytef*>(gzip.data());
+  stream.avail_out = static_cast<uInt>(gzip.size());
+  const bool is_done = deflate(&stream, Z_FINISH) == Z_STREAM_END;
+  gzip.resize(stream.total_out);
+  deflateEnd(&stream);
+  return is_done && gzip.size() < bytes.size() ? gzip : "";
+}
+
 bool Accepts(const std::string& header, const std::string& what) { return header.find(what) != std::string::npos; }
 
 }  // namespace
@@ -37,7 +55,6 @@ absl::StatusOr<Files> Files::Read(const fs::path& folder) {
   Files files;
   std::size_t total_bytes = 0;
   std::error_code error;
-  std::map<std::string, std::string> compressed;
   for (fs::recursive_directory_iterator each(folder, error), end; !error && each != end; each.increment(error)) {
     if (each->is_symlink() || !each->is_regular_file()) continue;
     std::ifstream stream(each->path(), std::ios::binary);
@@ -46,20 +63,18 @@ absl::StatusOr<Files> Files::Read(const fs::path& folder) {
     total_bytes += bytes.size();
     if (total_bytes > kMost_bytes) return runtime::Refuse("web", folder.string() + " (over 64 MiB)", "a built page");
     const std::string path = "/" + each->path().lexically_relative(folder).generic_string();
-    const std::string extension = each->path().extension().string();
-    if (extension == ".gz") {
-      compressed[path.substr(0, path.size() - 3)] = std::move(bytes);
-    } else if (extension != ".br") {
-      File file{std::move(bytes), "", TypeOf(extension), "", path.rfind(kImmutable, 0) == 0};
-      file.etag = EtagOf(file.bytes);
-      files.files_[path] = std::move(file);
-    }
+    files.Add(path, std::move(bytes));
   }
   if (error) return absl::UnavailableError("web: " + folder.string() + ": " + error.message());
   if (files.files_.count(kPage) == 0) return runtime::Refuse("web", folder.string(), "a folder with index.html");
-  for (auto& [path, bytes] : compressed)
-    if (const auto found = files.files_.find(path); found != files.files_.end()) found->second.gzip = std::move(bytes);
   return files;
+}
+
+void Files::Add(const std::string& path, std::string bytes) {
+  File file{std::move(bytes), "", TypeOf(fs::path(path).extension().string()), "", path.rfind(kImmutable, 0) == 0};
+  file.etag = EtagOf(file.bytes);
+  file.gzip = GzipOf(file.bytes);
+  files_[path] = std::move(file);
 }
 
 std::optional<HttpResponse> Files::Answer(const Exchange::Head& head, const std::string& path) const {

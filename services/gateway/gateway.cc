@@ -1,6 +1,6 @@
 #include "services/gateway/gateway.h"
 
-#include "services/gateway/url.h"
+#include "services/gateway/doors.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/log.h"
@@ -16,6 +16,16 @@ namespace http = boost::beast::http;
 
 // JSON has names and blanks beside what it says, and bytes as base64.
 constexpr std::size_t kJsonOverProto = 3;
+constexpr std::chrono::seconds kDoorPatience{30};
+
+// For the log, of answers that are no call's own.
+grpc::StatusCode CodeOfHttp(unsigned status) {
+  if (status < 400) return grpc::StatusCode::OK;
+  if (status == 401) return grpc::StatusCode::UNAUTHENTICATED;
+  if (status == 403) return grpc::StatusCode::PERMISSION_DENIED;
+  if (status == 404) return grpc::StatusCode::NOT_FOUND;
+  return status < 500 ? grpc::StatusCode::INVALID_ARGUMENT : grpc::StatusCode::UNAVAILABLE;
+}
 
 std::string TargetOf(const Exchange::Head& head) { return std::string(head.target().data(), head.target().size()); }
 
@@ -36,6 +46,13 @@ ConnectRefusal NotSignedIn() {
   return {runtime::ToGrpc(
               runtime::Failure(errors::v1::SESSION_NOT_VALID, "session: none, want a sign-in by POST /session")),
           0, ""};
+}
+
+// What reads a scan's path is the page.
+bool IsDoor(const Url& url, http::verb method) {
+  const std::string& first = url.segments.front();
+  const bool reads = method == http::verb::get || method == http::verb::head;
+  return url.segments.size() > 1 && (first == "blobs" || first == "programs" || (first == "scans" && !reads));
 }
 
 HttpResponse FromElsewhere(const Exchange::Head& head) {
@@ -93,6 +110,11 @@ Awaitable<void> Gateway::Route(Exchange* exchange, const std::string& traceparen
   } else if (url->path == "/session") {
     response = co_await sessions_.Answer(exchange, traceparent);
     if (response.status >= 400) *code = grpc::StatusCode::UNAUTHENTICATED;
+  } else if (DirectorySignIn::Has(*url)) {
+    response = co_await directory_.Answer(exchange, *url, traceparent);
+    *code = CodeOfHttp(response.status);
+  } else if (IsDoor(*url, head.method())) {
+    response = co_await Door(exchange, *url, traceparent, code);
   } else if (url->path == "/health/live") {
     response = {200, {{"Content-Type", "text/plain; charset=utf-8"}, {"Cache-Control", "no-store"}}, "ok\n"};
   } else if (url->segments.front().rfind("sixpoint.", 0) == 0 || head.method() == http::verb::post) {
@@ -101,7 +123,7 @@ Awaitable<void> Gateway::Route(Exchange* exchange, const std::string& traceparen
   } else {
     std::optional<HttpResponse> file;
     const bool reads = head.method() == http::verb::get || head.method() == http::verb::head;
-    if (reads && files_) file = files_->Answer(head, url->path);
+    if (reads) file = files_.Answer(head, url->path);
     *code = file ? grpc::StatusCode::OK : grpc::StatusCode::NOT_FOUND;
     response =
         file ? *std::move(file)
@@ -109,6 +131,29 @@ Awaitable<void> Gateway::Route(Exchange* exchange, const std::string& traceparen
   }
   response = Guarded(std::move(response));
   co_await exchange->Answer(std::move(response));
+}
+
+Awaitable<HttpResponse> Gateway::Door(Exchange* exchange, const Url& url, const std::string& traceparent,
+                                      grpc::StatusCode* code) {
+  const std::string token = Sessions::TokenOf(*exchange);
+  const identity::SessionJudgement judged = token.empty() ? identity::SessionJudgement() : trust_.Judge(token);
+  const grpc::Status counts = token.empty() ? NotSignedIn().status : runtime::ToGrpc(runtime::StatusOf(judged));
+  HttpResponse response;
+  if (!counts.ok()) {
+    response = ErrorResponse(counts);
+  } else {
+    const CallWish wish{token, traceparent, kDoorPatience};
+    const std::string& door = url.segments.front();
+    const std::string caller = judged.session.person.Text();
+    if (door == "blobs")
+      response = co_await BlobDoor(exchange, url, &upstream_, wish);
+    else if (door == "programs")
+      response = co_await ProgramDoor(exchange, url, &upstream_, wish);
+    else
+      response = co_await scans_.Answer(exchange, url, wish, caller);
+  }
+  *code = CodeOfHttp(response.status);
+  co_return response;
 }
 
 Awaitable<void> Gateway::Connect(Exchange* exchange, const std::string& traceparent, grpc::StatusCode* code) {

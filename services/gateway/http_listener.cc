@@ -4,6 +4,7 @@
 #include <boost/asio/detached.hpp>
 #include <boost/asio/ssl/context.hpp>
 #include <boost/asio/strand.hpp>
+#include <filesystem>
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -19,13 +20,18 @@ using Secured = asio::ssl::stream<tcp::socket>;
 
 // "127.0.0.1:7480", "[::1]:7480"
 absl::StatusOr<tcp::endpoint> EndpointOf(const std::string& text) {
-  const absl::Status refusal = Refuse("listen", text, "an IP address and a port, such as 127.0.0.1:7480");
+  const absl::Status refusal = Refuse("listen", text, "a host of this computer and a port, such as 127.0.0.1:7480");
   const std::size_t colon = text.rfind(':');
   if (colon == std::string::npos) return refusal;
   std::string host = text.substr(0, colon);
   if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
   error_code error;
-  const asio::ip::address address = asio::ip::make_address(host, error);
+  asio::ip::address address = asio::ip::make_address(host, error);
+  if (error && !host.empty()) {
+    asio::io_context io;
+    const auto found = tcp::resolver(io).resolve(host, "", tcp::resolver::passive, error);
+    if (!error && !found.empty()) address = found.begin()->endpoint().address();
+  }
   const std::string port = text.substr(colon + 1);
   if (error || port.empty() || port.size() > 5 || port.find_first_not_of("0123456789") != std::string::npos)
     return refusal;
@@ -67,7 +73,8 @@ std::string BadRequestText(const std::string& message) {
   return nlohmann::json{{"code", "invalid_argument"}, {"message", "request: " + message + ", want HTTP/1.1"}}.dump();
 }
 
-class HttpListener::State : public std::enable_shared_from_this<State> {
+// What runs in io_ knows it without keeping it: it goes last, with whatever waits in it still.
+class HttpListener::State {
  public:
   State(HttpOptions options, Handle handle, std::unique_ptr<asio::ssl::context> tls)
       : shared_(std::make_shared<HttpShared>()), tls_(std::move(tls)), acceptor_(asio::make_strand(io_)) {
@@ -88,7 +95,7 @@ class HttpListener::State : public std::enable_shared_from_this<State> {
 
   void Run(int threads) {
     asio::co_spawn(
-        acceptor_.get_executor(), [self = shared_from_this()] { return self->Accept(); }, asio::detached);
+        acceptor_.get_executor(), [this] { return Accept(); }, asio::detached);
     std::vector<std::thread> others;
     for (int i = 1; i < threads; ++i) others.emplace_back([this] { io_.run(); });
     io_.run();
@@ -97,9 +104,9 @@ class HttpListener::State : public std::enable_shared_from_this<State> {
 
   void Stop(std::chrono::milliseconds patience) {
     shared_->is_stopping = true;
-    asio::post(acceptor_.get_executor(), [self = shared_from_this()] {
+    asio::post(acceptor_.get_executor(), [this] {
       error_code ignored;
-      self->acceptor_.close(ignored);
+      acceptor_.close(ignored);
     });
     const auto until = std::chrono::steady_clock::now() + patience;
     while (std::chrono::steady_clock::now() < until && CloseIdle() > 0)
@@ -145,7 +152,24 @@ class HttpListener::State : public std::enable_shared_from_this<State> {
     if (tls_ == nullptr)
       Begin(std::make_shared<HttpConnection<tcp::socket>>(shared_, std::move(socket), peer), address);
     else
-      Begin(std::make_shared<HttpConnection<Secured>>(shared_, Secured(std::move(socket), *tls_), peer), address);
+      Begin(std::make_shared<HttpConnection<Secured>>(shared_, Secured(std::move(socket), NewestTls()), peer), address);
+  }
+
+  // A renewed certificate counts for the next connection; those that stand keep theirs, which OpenSSL counts.
+  asio::ssl::context& NewestTls() {
+    const auto now = std::chrono::steady_clock::now();
+    if (now < look_again_) return *tls_;
+    look_again_ = now + std::chrono::seconds(1);
+    std::error_code error;
+    const auto written = std::filesystem::last_write_time(shared_->options.certificate_file, error);
+    if (error || written == tls_written_) return *tls_;
+    absl::StatusOr<std::unique_ptr<asio::ssl::context>> renewed = TlsOf(shared_->options);
+    if (renewed.ok())
+      tls_ = *std::move(renewed);
+    else
+      runtime::Log(runtime::LogLevel::kError, std::string(renewed.status().message()));
+    tls_written_ = written;
+    return *tls_;
   }
 
   template <typename Connection>
@@ -161,8 +185,8 @@ class HttpListener::State : public std::enable_shared_from_this<State> {
     }
     asio::co_spawn(
         executor, [connection] { return connection->Run(); },
-        [self = shared_from_this(), key = static_cast<void*>(connection.get()), address](std::exception_ptr thrown) {
-          self->Forget(key, address);
+        [this, key = static_cast<void*>(connection.get()), address](std::exception_ptr thrown) {
+          Forget(key, address);
           try {
             if (thrown) std::rethrow_exception(thrown);
           } catch (const std::exception& error) {
@@ -186,7 +210,10 @@ class HttpListener::State : public std::enable_shared_from_this<State> {
 
   asio::io_context io_;
   const std::shared_ptr<HttpShared> shared_;
-  const std::unique_ptr<asio::ssl::context> tls_;
+  // Of the acceptor's strand.
+  std::unique_ptr<asio::ssl::context> tls_;
+  std::filesystem::file_time_type tls_written_{};
+  std::chrono::steady_clock::time_point look_again_{};
   tcp::acceptor acceptor_;
   std::mutex mutex_;
   std::map<void*, std::function<void()>> closers_;
@@ -202,11 +229,12 @@ absl::StatusOr<std::unique_ptr<HttpListener>> HttpListener::Open(const HttpOptio
     return Refuse(
         "listen", options.address,
         "a loopback address behind a proxy that speaks TLS (deploy/nginx), or --tls-certificate and --tls-key");
-  auto state = std::make_shared<State>(options, std::move(handle), *std::move(tls));
+  auto state = std::make_unique<State>(options, std::move(handle), *std::move(tls));
   if (absl::Status listens = state->Listen(*endpoint); !listens.ok()) return listens;
   return std::unique_ptr<HttpListener>(new HttpListener(std::move(state)));
 }
 
+HttpListener::HttpListener(std::unique_ptr<State> state) : state_(std::move(state)) {}
 HttpListener::~HttpListener() = default;
 int HttpListener::port() const { return state_->port(); }
 void HttpListener::Run(int threads) { state_->Run(threads); }

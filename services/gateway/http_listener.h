@@ -47,8 +47,8 @@ class HttpListener {
 
  private:
   class State;
-  explicit HttpListener(std::shared_ptr<State> state) : state_(std::move(state)) {}
-  const std::shared_ptr<State> state_;
+  explicit HttpListener(std::unique_ptr<State> state);
+  const std::unique_ptr<State> state_;
 };
 
 }  // namespace sixpoint::gateway

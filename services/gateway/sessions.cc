@@ -5,6 +5,7 @@
 
 #include "identity/session.h"
 #include "services/gateway/connect_protocol.h"
+#include "services/gateway/cookies.h"
 #include "services/runtime/errors.h"
 #include "sixpoint/plant/v1/account.pb.h"
 
@@ -20,27 +21,6 @@ using plant::v1::SignOutRequest;
 constexpr std::size_t kMostBody_bytes = 4096;
 // A page asks every few minutes; a token is renewed once that little of it is left.
 constexpr std::chrono::minutes kRenewWithin{5};
-// Browsers keep a cookie of the second name only where it came encrypted, for this host and all of its paths.
-constexpr char kCookie[] = "sixpoint-session", kEncryptedCookie[] = "__Host-sixpoint-session";
-
-const char* CookieName(const Exchange& exchange) { return exchange.is_encrypted() ? kEncryptedCookie : kCookie; }
-
-std::string CookieOf(const Exchange& exchange) {
-  const std::string text = HeaderOf(exchange.head(), "Cookie"), name = std::string(CookieName(exchange)) + "=";
-  for (std::size_t begin = 0; begin < text.size();) {
-    while (begin < text.size() && text[begin] == ' ') ++begin;
-    const std::size_t end = std::min(text.find(';', begin), text.size());
-    if (text.compare(begin, name.size(), name) == 0) return text.substr(begin + name.size(), end - begin - name.size());
-    begin = end + 1;
-  }
-  return "";
-}
-
-// value empty: it is to be forgotten.
-std::string SetCookie(const Exchange& exchange, const std::string& value) {
-  return std::string(CookieName(exchange)) + "=" + value + "; Path=/; HttpOnly; SameSite=Strict" +
-         (exchange.is_encrypted() ? "; Secure" : "") + (value.empty() ? "; Max-Age=0" : "");
-}
 
 const google::protobuf::MethodDescriptor& AccountMethod(const char* name) {
   static const auto* const kService = SignInRequest::descriptor()->file()->FindServiceByName("AccountService");
@@ -58,7 +38,7 @@ HttpResponse Told(const Exchange& exchange, const plant::v1::Session& session, b
   const auto json = MessageOfBytes(*told.GetDescriptor(), Codec::kJson, told.SerializeAsString());
   if (!json.ok()) return ErrorResponse(runtime::ToGrpc(json.status()));
   HttpResponse response = JsonResponse(ordered_json::parse(*json));
-  if (with_cookie) response.headers.emplace_back("Set-Cookie", SetCookie(exchange, session.token()));
+  if (with_cookie) response.headers.emplace_back("Set-Cookie", SetText(kSessionCookie, exchange, session.token()));
   return response;
 }
 
@@ -80,7 +60,7 @@ std::string Sessions::TokenOf(const Exchange& exchange) {
   const std::string authorization = HeaderOf(exchange.head(), "Authorization");
   constexpr std::string_view kBearer = "Bearer ";
   if (authorization.compare(0, kBearer.size(), kBearer) == 0) return authorization.substr(kBearer.size());
-  return CookieOf(exchange);
+  return ValueOf(kSessionCookie, exchange);
 }
 
 bool Sessions::IsFromElsewhere(const Exchange::Head& head) {
@@ -140,7 +120,7 @@ Awaitable<HttpResponse> Sessions::Renew(Exchange* exchange, const CallWish& wish
   if (!status.ok()) {
     HttpResponse refused = ErrorResponse(status);
     if (status.error_code() == grpc::StatusCode::UNAUTHENTICATED)
-      refused.headers.emplace_back("Set-Cookie", SetCookie(*exchange, ""));
+      refused.headers.emplace_back("Set-Cookie", SetText(kSessionCookie, *exchange, ""));
     co_return refused;
   }
   const bool is_nearly_over = read->until <= std::chrono::system_clock::now() + kRenewWithin;
@@ -157,7 +137,8 @@ Awaitable<HttpResponse> Sessions::SignOut(Exchange* exchange, const CallWish& wi
     // What is no session of the plant's is forgotten like one.
     if (!status.ok() && status.error_code() != grpc::StatusCode::UNAUTHENTICATED) co_return ErrorResponse(status);
   }
-  response.headers.emplace_back("Set-Cookie", SetCookie(*exchange, ""));
+  response.headers.emplace_back("Set-Cookie", SetText(kSessionCookie, *exchange, ""));
+  response.headers.emplace_back("Clear-Site-Data", "\"cache\"");  // points of parts that the next person may not see
   co_return response;
 }
 

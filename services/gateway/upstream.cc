@@ -4,18 +4,15 @@
 
 #include <algorithm>
 #include <atomic>
-#include <boost/asio/async_result.hpp>
-#include <boost/asio/post.hpp>
-#include <boost/asio/this_coro.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <functional>
 
+#include "services/gateway/open_calls.h"
+#include "services/gateway/told.h"
 #include "services/runtime/call.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/trace.h"
 
 namespace sixpoint::gateway {
-namespace asio = boost::asio;
 namespace {
 
 using google::protobuf::MethodDescriptor;
@@ -66,27 +63,6 @@ CallEnd EndOf(grpc::Status status, const grpc::ClientContext& context) {
   return end;
 }
 
-// What a thread of gRPC tells is gone on with in the strand of who waits for it.
-template <typename Value>
-class Told {
- public:
-  template <typename Begin>
-  static Awaitable<Value> By(Begin begin) {
-    const auto executor = co_await asio::this_coro::executor;
-    // Named, and holding references alone: what a temporary of a co_await's operand owns, GCC 12 destroys twice.
-    const auto initiate = [&executor, &begin](auto handler) {
-      const auto kept = std::make_shared<decltype(handler)>(std::move(handler));
-      const std::function<void(Value)> tell = [strand = executor, kept](Value value) {
-        asio::post(strand, [kept, value = std::move(value)]() mutable { (*kept)(std::move(value)); });
-      };
-      begin(tell);
-    };
-    Value value =
-        co_await asio::async_initiate<decltype(asio::use_awaitable), void(Value)>(initiate, asio::use_awaitable);
-    co_return value;
-  }
-};
-
 }  // namespace
 
 // The connections to one service: as many as its calls want.
@@ -119,7 +95,7 @@ class Channels {
       if (each->calls < kCallsOfChannel) return std::make_unique<Place>(each);
     if (channels_.size() < kMostChannels) {
       const int number = static_cast<int>(channels_.size());
-      channels_.push_back(std::make_shared<Channel>(runtime::ConnectTo(address_, credentials_, number)));
+      channels_.push_back(std::make_shared<Channel>(runtime::PassOnTo(address_, credentials_, number)));
       return std::make_unique<Place>(channels_.back());
     }
     return std::make_unique<Place>(*std::min_element(channels_.begin(), channels_.end(),
@@ -139,11 +115,13 @@ class Duplex final : public StreamedCall,
                      public grpc::ClientBidiReactor<ByteBuffer, ByteBuffer>,
                      public std::enable_shared_from_this<Duplex> {
  public:
-  explicit Duplex(std::unique_ptr<Channels::Place> place) : place_(std::move(place)) {}
+  Duplex(std::unique_ptr<Channels::Place> place, std::shared_ptr<OpenCalls> open)
+      : place_(std::move(place)), open_(std::move(open)) {}
 
   void Start(const MethodDescriptor& method, const CallWish& wish) {
     Prepare(wish, &context_);
     self_ = shared_from_this();
+    open_->Add(this, [self = self_] { self->Abandon(); });
     place_->stub().PrepareBidiStreamingCall(&context_, PathOf(method), grpc::StubOptions(), this);
     AddHold();  // until End: what is begun between gRPC's own calls keeps it open
     StartCall();
@@ -176,7 +154,7 @@ class Duplex final : public StreamedCall,
           tell = nullptr;
         }
       }
-      if (!std::exchange(is_let_go_, true)) RemoveHold();
+      LetGo();
       if (tell) tell(*done_);
     });
     co_return EndOf(std::move(status), context_);
@@ -195,9 +173,20 @@ class Duplex final : public StreamedCall,
       tell = std::move(on_done_);
     }
     if (tell) tell(status);
+    tell = nullptr;  // with what it keeps of who awaits it
+    open_->Remove(this);
+  }
+  void LetGo() {
+    if (!std::exchange(is_let_go_, true)) RemoveHold();
+  }
+  // Where nobody will await its end any more.
+  void Abandon() {
+    context_.TryCancel();
+    LetGo();
   }
 
   const std::unique_ptr<Channels::Place> place_;
+  const std::shared_ptr<OpenCalls> open_;
   grpc::ClientContext context_;
   ByteBuffer written_, read_;
   std::function<void(bool)> on_write_, on_read_;
@@ -214,15 +203,17 @@ struct UnaryCall {
   const std::unique_ptr<Channels::Place> place;
   grpc::ClientContext context;
   ByteBuffer request, response;
+  std::function<void(grpc::Status)> tell;
 };
 
 }  // namespace
 
-Upstream::Upstream(std::map<std::string, std::string> addresses,
-                   std::shared_ptr<grpc::ChannelCredentials> credentials) {
+Upstream::Upstream(std::map<std::string, std::string> addresses, std::shared_ptr<grpc::ChannelCredentials> credentials)
+    : open_(std::make_shared<OpenCalls>()) {
   for (const auto& [area, address] : addresses) channels_[area] = std::make_unique<Channels>(address, credentials);
 }
 Upstream::~Upstream() = default;
+void Upstream::Stop() { open_->CancelAll(); }
 
 bool Upstream::Knows(const MethodDescriptor& method) const { return channels_.count(AreaOf(method)) > 0; }
 
@@ -232,9 +223,15 @@ Awaitable<Upstream::Answer> Upstream::Call(const MethodDescriptor& method, const
   Prepare(wish, &call->context);
   call->request = BufferOf(request);
   if (exchange != nullptr) exchange->WhenGone([call] { call->context.TryCancel(); });
-  const auto begin = [&call, &method](const std::function<void(grpc::Status)>& tell) {
+  const auto begin = [this, &call, &method](const std::function<void(grpc::Status)>& tell) {
+    call->tell = tell;
+    open_->Add(call.get(), [call] { call->context.TryCancel(); });
     call->place->stub().UnaryCall(&call->context, PathOf(method), grpc::StubOptions(), &call->request, &call->response,
-                                  [call, tell](grpc::Status ended) { tell(std::move(ended)); });
+                                  [call, open = open_](grpc::Status ended) {
+                                    // What keeps the awaiting coroutine goes before the call counts as ended.
+                                    std::exchange(call->tell, nullptr)(std::move(ended));
+                                    open->Remove(call.get());
+                                  });
   };
   grpc::Status status = co_await Told<grpc::Status>::By(begin);
   if (exchange != nullptr) exchange->WhenGone(nullptr);
@@ -245,7 +242,7 @@ Awaitable<Upstream::Answer> Upstream::Call(const MethodDescriptor& method, const
 }
 
 Awaitable<std::shared_ptr<StreamedCall>> Upstream::Begin(const MethodDescriptor& method, const CallWish& wish) {
-  const auto call = std::make_shared<Duplex>(channels_.at(AreaOf(method))->Take());
+  const auto call = std::make_shared<Duplex>(channels_.at(AreaOf(method))->Take(), open_);
   call->Start(method, wish);
   co_return call;
 }

@@ -33,6 +33,7 @@ struct CallEnd {
 };
 
 class Channels;
+class OpenCalls;
 
 // A call whose messages stream: one at a time, to be awaited in one strand. Its end is awaited before it goes.
 class StreamedCall {
@@ -74,9 +75,12 @@ class Upstream {
   }
   Awaitable<std::shared_ptr<StreamedCall>> Begin(const google::protobuf::MethodDescriptor& method,
                                                  const CallWish& wish);
+  // Once nobody is served any more, and before what awaits the calls goes: ends them, and nothing is told after that.
+  void Stop();
 
  private:
   std::map<std::string, std::unique_ptr<Channels>> channels_;
+  const std::shared_ptr<OpenCalls> open_;  // theirs too, to their end
 };
 
 }  // namespace sixpoint::gateway

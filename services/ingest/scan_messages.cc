@@ -86,6 +86,17 @@ absl::StatusOr<storage::ScanFilter> FilterOf(const v1::ListScansRequest& request
   return filter;
 }
 
+v1::StoredBlock ToProto(int index, const storage::ScanBlockRow& row) {
+  v1::StoredBlock block;
+  block.set_index(index);
+  block.set_point_count(row.point_count);
+  block.set_first_profile(row.first_profile);
+  block.set_profile_count(row.profile_count);
+  block.set_sha256(row.blob_sha256);
+  block.set_sent_sha256(row.evidence_sha256);
+  return block;
+}
+
 v1::Scan ToProto(const storage::ScanRow& row) {
   v1::Scan scan;
   scan.set_name(runtime::NameOf("scans", row.scan_id));

@@ -18,6 +18,7 @@ std::string KindText(v1::ScanKind kind);
 absl::StatusOr<storage::ScanFilter> FilterOf(const v1::ListScansRequest& request);
 
 v1::Scan ToProto(const storage::ScanRow& row);
+v1::StoredBlock ToProto(int index, const storage::ScanBlockRow& row);
 
 // What the header says (checked before); the rest of the row is left as it is.
 storage::ScanRow RowOf(const v1::ScanHeader& header, int machine_revision, int artefact_revision);

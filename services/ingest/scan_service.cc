@@ -228,6 +228,43 @@ grpc::Status ScanService::DownloadScan(grpc::ServerContext* context, const v1::D
   return open ? grpc::Status::OK : ToGrpc(absl::CancelledError("the client went away"));
 }
 
+grpc::Status ScanService::ListScanBlocks(grpc::ServerContext* context, const v1::ListScanBlocksRequest* request,
+                                         v1::ListScanBlocksResponse* response) {
+  const std::string filters = runtime::FiltersOf(*request);
+  const absl::StatusOr<runtime::Page> page = runtime::PageOf(filters, request->page_size(), request->page_token());
+  if (!page.ok()) return ToGrpc(page.status());
+  const absl::StatusOr<StoredScan> scan = ReadScan(*store_, request->name(), runtime::DeadlineOf(*context));
+  if (!scan.ok()) return ToGrpc(scan.status());
+  const std::int64_t first = page->before_sequence;  // of a scan's blocks the token says how many were given
+  const std::int64_t count = static_cast<std::int64_t>(scan->blocks.size()), end = std::min(count, first + page->size);
+  for (std::int64_t index = first; index < end; ++index)
+    *response->add_blocks() = ToProto(static_cast<int>(index), scan->blocks[static_cast<std::size_t>(index)]);
+  if (end < count) response->set_next_page_token(runtime::TokenAfter(filters, end));
+  return grpc::Status::OK;
+}
+
+grpc::Status ScanService::GetScanBlob(grpc::ServerContext* context, const v1::GetScanBlobRequest* request,
+                                      v1::ScanBlob* response) {
+  const storage::Deadline deadline = runtime::DeadlineOf(*context);
+  absl::StatusOr<std::string> bytes = ReadBlobOf(*store_, request->name(), request->sha256(), deadline);
+  if (!bytes.ok()) return ToGrpc(bytes.status());
+  const auto size = static_cast<std::int64_t>(bytes->size());
+  if (request->first_byte() < 0 || request->first_byte() >= size)
+    return ToGrpc(
+        runtime::Refuse("first_byte", std::to_string(request->first_byte()), "0 to " + std::to_string(size - 1)));
+  if (request->byte_count() < 0)
+    return ToGrpc(runtime::Refuse("byte_count", std::to_string(request->byte_count()), "0 or more"));
+  const std::int64_t left = size - request->first_byte();
+  const std::int64_t wanted = request->byte_count() == 0 ? left : std::min(left, request->byte_count());
+  response->set_size_bytes(size);
+  if (wanted == size)
+    response->set_data(*std::move(bytes));
+  else
+    response->set_data(
+        bytes->substr(static_cast<std::size_t>(request->first_byte()), static_cast<std::size_t>(wanted)));
+  return grpc::Status::OK;
+}
+
 grpc::Status ScanService::PreviewScan(grpc::ServerContext* context, const v1::PreviewScanRequest* request,
                                       v1::PreviewScanResponse* response) {
   if (request->point_count() < 0) {

@@ -40,11 +40,16 @@ class ScanService final : public v1::ScanService::Service {
                          v1::ListScansResponse* response) override;
   grpc::Status DownloadScan(grpc::ServerContext* context, const v1::DownloadScanRequest* request,
                             grpc::ServerWriter<v1::DownloadScanResponse>* writer) override;
+  grpc::Status ListScanBlocks(grpc::ServerContext* context, const v1::ListScanBlocksRequest* request,
+                              v1::ListScanBlocksResponse* response) override;
+  grpc::Status GetScanBlob(grpc::ServerContext* context, const v1::GetScanBlobRequest* request,
+                           v1::ScanBlob* response) override;
   grpc::Status PreviewScan(grpc::ServerContext* context, const v1::PreviewScanRequest* request,
                            v1::PreviewScanResponse* response) override;
 
  private:
-  static constexpr int kPreviewsAtOnce = 2;
+  // A page asks for two at once; several people look at blades.
+  static constexpr int kPreviewsAtOnce = 2, kPreviewsWaiting = 8;
 
   using UploadStream = grpc::ServerReaderWriter<v1::UploadScanResponse, v1::UploadScanRequest>;
   // A stream that is an upload: its header, and its place.
@@ -65,7 +70,7 @@ class ScanService final : public v1::ScanService::Service {
   // Twice as many wait, for their header or their place, as upload; of both one peer has at most half, so that others go on.
   runtime::ComputePool headers_, uploads_;
   runtime::PeerShares header_shares_, upload_shares_;
-  runtime::ComputePool previews_{{kPreviewsAtOnce, 0}, "previews", errors::v1::PREVIEWS_FULL};
+  runtime::ComputePool previews_{{kPreviewsAtOnce, kPreviewsWaiting}, "previews", errors::v1::PREVIEWS_FULL};
   runtime::CallWatchdog watchdog_;
   const std::chrono::milliseconds header_patience_, place_patience_, stream_patience_;
 };

@@ -1,17 +1,19 @@
 #include "services/ingest/stored_scan.h"
 
 #include "metrology/cloud/draco_codec.h"
+#include "refusal/message_text.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::ingest {
 namespace {
 
+absl::Status Damaged(const std::string& name, const absl::Status& status, const std::string& where = "") {
+  return runtime::Failure(errors::v1::SCAN_DAMAGED, name + where + ": " + std::string(status.message()),
+                          {{"resource", name}});
+}
 absl::Status Damaged(const StoredScan& scan, std::size_t index, const absl::Status& status) {
-  return runtime::Failure(errors::v1::SCAN_DAMAGED,
-                          runtime::NameOf("scans", scan.row.scan_id) + " block[" + std::to_string(index) +
-                              "]: " + std::string(status.message()),
-                          {{"resource", runtime::NameOf("scans", scan.row.scan_id)}});
+  return Damaged(runtime::NameOf("scans", scan.row.scan_id), status, " block[" + std::to_string(index) + "]");
 }
 
 absl::StatusOr<std::string> ReadBlob(const storage::ScanReader& scans, const StoredScan& scan, std::size_t index,
@@ -56,6 +58,21 @@ absl::StatusOr<std::string> ReadSentBlock(const storage::ScanReader& scans, cons
   const storage::ScanBlockRow& block = scan.blocks[index];
   return ReadBlob(scans, scan, index, block.evidence_sha256.empty() ? block.blob_sha256 : block.evidence_sha256,
                   deadline);
+}
+
+absl::StatusOr<std::string> ReadBlobOf(const storage::ScanReader& scans, const std::string& name,
+                                       const std::string& sha256, storage::Deadline deadline) {
+  const absl::StatusOr<std::string> scan_id = runtime::IdOf("name", "scans", name);
+  if (!scan_id.ok()) return scan_id.status();
+  const bool is_digest = sha256.size() == 64 && sha256.find_first_not_of("0123456789abcdef") == std::string::npos;
+  absl::StatusOr<std::optional<std::string>> bytes = std::nullopt;
+  if (is_digest) bytes = scans.BlobOf(*scan_id, sha256, deadline);
+  if (absl::IsNotFound(bytes.status()) || absl::IsDataLoss(bytes.status())) return Damaged(name, bytes.status());
+  if (!bytes.ok()) return bytes.status();
+  if (bytes->has_value()) return **std::move(bytes);
+  if (const auto scan = FindScanByName(scans, name, deadline); !scan.ok()) return scan.status();
+  return runtime::Failure(errors::v1::BLOB_NOT_FOUND,
+                          "sha256: " + Tame(sha256, 80) + ", want that of a blob of " + name, {{"resource", name}});
 }
 
 absl::StatusOr<metrology::Points> ReadPoints(const storage::ScanReader& scans, const StoredScan& scan,

@@ -30,6 +30,10 @@ absl::StatusOr<std::string> ReadBlock(const storage::ScanReader& scans, const St
 // The same as the machine sent it, of a scan sent as Draco: evidence, not to be decoded here.
 absl::StatusOr<std::string> ReadSentBlock(const storage::ScanReader& scans, const StoredScan& scan, std::size_t index,
                                           storage::Deadline deadline);
+// The bytes of one of its blobs, whichever block it is of: what is decoded, or what was sent. NOT_FOUND with reason SCAN_NOT_FOUND or
+// BLOB_NOT_FOUND.
+absl::StatusOr<std::string> ReadBlobOf(const storage::ScanReader& scans, const std::string& name,
+                                       const std::string& sha256, storage::Deadline deadline);
 // Decoded here: our own encoder wrote it, and its digest was checked now.
 absl::StatusOr<metrology::Points> ReadPoints(const storage::ScanReader& scans, const StoredScan& scan,
                                              std::size_t index, storage::Deadline deadline);

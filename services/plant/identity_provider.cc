@@ -1,7 +1,5 @@
 #include "services/plant/identity_provider.h"
 
-#include <yaml-cpp/yaml.h>
-
 #include <map>
 #include <set>
 #include <utility>
@@ -9,6 +7,7 @@
 #include "identity/files.h"
 #include "services/plant/key_set_fetch.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/identity_provider_file.h"
 #include "services/runtime/log.h"
 
 namespace sixpoint::plant {
@@ -21,50 +20,14 @@ constexpr std::chrono::milliseconds kFetchPatience{5000};
 constexpr seconds kKeysLast{3600}, kBetweenTries{60}, kBetweenTriesWithout{5};
 // Keys that could not be got anew count no longer than this.
 constexpr seconds kOldestKeys{24 * 3600};
-constexpr std::size_t kLongestConfig_bytes = 65536;
-
-// Every key a known one with one text, but `roles` and `persons`.
-struct Texts {
-  std::map<std::string, std::string> keys;
-  std::map<std::string, std::string> roles, persons;
-};
-
-absl::StatusOr<Texts> ReadTexts(const std::string& path) {
-  static const std::set<std::string> kKnown = {"issuer",  "client_id",  "keys_url",   "keys_file",
-                                               "ca_file", "name_claim", "roles_claim"};
-  const absl::StatusOr<std::string> text = identity::ReadFile(path, kLongestConfig_bytes);
-  if (!text.ok()) return Refuse("--oidc", path, "a file of at most 64 KiB");
-  Texts texts;
-  try {
-    const YAML::Node root = YAML::Load(*text);
-    if (!root.IsMap()) return Refuse(path, "something else", "keys and values (issuer, client_id, ...)");
-    std::set<std::string> seen;
-    for (const auto& entry : root) {
-      const std::string key = entry.first.as<std::string>();
-      if (!seen.insert(key).second) return Refuse(path + ": " + key, "twice", "once");
-      if ((key == "roles" || key == "persons") && entry.second.IsMap()) {
-        std::map<std::string, std::string>& of_key = key == "roles" ? texts.roles : texts.persons;
-        for (const auto& one : entry.second)
-          if (!of_key.emplace(one.first.as<std::string>(), one.second.as<std::string>()).second)
-            return Refuse(path + ": " + key, one.first.as<std::string>() + " twice", "once");
-        continue;
-      }
-      if (kKnown.count(key) == 0) return Refuse(path, key, "a key that services/plant/identity_provider.h lists");
-      if (!entry.second.IsScalar()) return Refuse(path + ": " + key, "not one value", "one text");
-      texts.keys[key] = entry.second.as<std::string>();
-    }
-  } catch (const YAML::Exception& error) {
-    return Refuse(path, "line " + std::to_string(error.mark.line + 1), "YAML");
-  }
-  return texts;
-}
 
 // Whom the plant's people say a subject of the provider is: each of them one, and nobody two.
-absl::StatusOr<std::map<std::string, std::string>> PersonsOf(const std::string& path, const Texts& texts) {
+absl::StatusOr<std::map<std::string, std::string>> PersonsOf(const runtime::IdentityProviderFile& file) {
+  const std::string& path = file.path;
   std::map<std::string, std::string> persons;
   std::set<std::string> seen;
   runtime::Refusals refusals;
-  for (const auto& [subject, name] : texts.persons) {
+  for (const auto& [subject, name] : file.persons) {
     if (!identity::IsUser(name))
       refusals.Add(Refuse(path + ": persons." + subject, name, "users/NAME"));
     else if (!seen.insert(name).second)
@@ -80,11 +43,11 @@ bool IsHttps(const std::string& url) { return url.rfind("https://", 0) == 0 && u
 }  // namespace
 
 absl::StatusOr<IdentityProviderConfig> ReadIdentityProviderConfig(const std::string& path) {
-  const absl::StatusOr<Texts> texts = ReadTexts(path);
-  if (!texts.ok()) return texts.status();
+  const absl::StatusOr<runtime::IdentityProviderFile> file = runtime::ReadIdentityProviderFile(path);
+  if (!file.ok()) return file.status();
   IdentityProviderConfig config;
   const auto take = [&](const char* key, std::string* value) {
-    if (const auto found = texts->keys.find(key); found != texts->keys.end()) *value = found->second;
+    if (const auto found = file->texts.find(key); found != file->texts.end()) *value = found->second;
   };
   take("issuer", &config.policy.issuer);
   take("client_id", &config.policy.client_id);
@@ -104,8 +67,8 @@ absl::StatusOr<IdentityProviderConfig> ReadIdentityProviderConfig(const std::str
   if (config.keys_url.empty() == config.keys_file.empty())
     refuse("keys_url", config.keys_url, "it or keys_file, and not both");
   if (!config.keys_url.empty() && !IsHttps(config.keys_url)) refuse("keys_url", config.keys_url, "https://...");
-  if (texts->roles.empty()) refuse("roles", "", "at least one of the claim's values and the role that it gives");
-  for (const auto& [value, word] : texts->roles) {
+  if (file->roles.empty()) refuse("roles", "", "at least one of the claim's values and the role that it gives");
+  for (const auto& [value, word] : file->roles) {
     const absl::StatusOr<identity::Role> role = identity::RoleOf(path + ": roles." + value, word);
     const bool is_users = role.ok() && identity::IdentityOf("users/any", {*role}).ok();
     if (!is_users) {
@@ -114,7 +77,7 @@ absl::StatusOr<IdentityProviderConfig> ReadIdentityProviderConfig(const std::str
     }
     config.policy.roles.emplace(value, *role);
   }
-  absl::StatusOr<std::map<std::string, std::string>> persons = PersonsOf(path, *texts);
+  absl::StatusOr<std::map<std::string, std::string>> persons = PersonsOf(*file);
   if (persons.ok())
     config.persons = *std::move(persons);
   else

@@ -1,17 +1,5 @@
-// The plant's identity provider (OpenID Connect), as a YAML file says it; no key of it is secret:
-//
-//   issuer: https://id.plant.example/realms/plant   # as iss says it
-//   client_id: sixpoint                             # the gateway's
-//   keys_url: https://id.plant.example/realms/plant/protocol/openid-connect/certs   # the provider's jwks_uri
-//   keys_file: /etc/sixpoint/keys.json              # in its stead: the same document, brought by hand
-//   ca_file: /etc/sixpoint/ca.pem                   # optional: who vouches for keys_url; else the system's
-//   name_claim: preferred_username                  # optional
-//   roles_claim: groups                             # optional
-//   roles:                                          # which of the claim's values give which role
-//     turbine-engineers: engineer
-//     turbine-quality: quality
-//   persons:                                        # optional: subjects (sub) who are persons that the plant knows already
-//     f3a1c7: users/jane
+// The plant's identity provider (OpenID Connect): whom its tokens name, and what it says of them. Its file: docs/access.md, which the gateway
+// reads too (services/runtime/identity_provider_file.h).
 #pragma once
 
 #include <absl/status/statusor.h>

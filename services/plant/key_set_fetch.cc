@@ -2,14 +2,10 @@
 
 #include <curl/curl.h>
 
-#include <memory>
+#include "services/runtime/outward_call.h"
 
 namespace sixpoint::plant {
 namespace {
-
-struct FreeHandle {
-  void operator()(CURL* handle) const { curl_easy_cleanup(handle); }
-};
 
 struct Body {
   std::string bytes;
@@ -27,25 +23,11 @@ std::size_t Collect(const char* data, std::size_t size, std::size_t count, void*
 
 absl::StatusOr<std::string> FetchByHttps(const std::string& url, const std::string& ca_file, std::size_t most_bytes,
                                          std::chrono::milliseconds patience) {
-  static const CURLcode started = curl_global_init(CURL_GLOBAL_DEFAULT);
-  const std::unique_ptr<CURL, FreeHandle> handle(started == CURLE_OK ? curl_easy_init() : nullptr);
+  const runtime::OutwardCall handle = runtime::NewOutwardCall(url, "https", ca_file, patience);
   if (handle == nullptr) return absl::UnavailableError("keys: curl does not start");
   CURL* const curl = handle.get();
   Body body;
   body.most_bytes = most_bytes;
-  curl_easy_setopt(curl, CURLOPT_URL, url.c_str());
-  curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "https");
-  curl_easy_setopt(curl, CURLOPT_FOLLOWLOCATION, 0L);
-  curl_easy_setopt(curl, CURLOPT_PROXY, "");
-  curl_easy_setopt(curl, CURLOPT_SSL_VERIFYPEER, 1L);
-  curl_easy_setopt(curl, CURLOPT_SSL_VERIFYHOST, 2L);
-  curl_easy_setopt(curl, CURLOPT_SSLVERSION, static_cast<long>(CURL_SSLVERSION_TLSv1_2));
-  if (!ca_file.empty()) {
-    curl_easy_setopt(curl, CURLOPT_CAINFO, ca_file.c_str());
-    curl_easy_setopt(curl, CURLOPT_CAPATH, nullptr);
-  }
-  curl_easy_setopt(curl, CURLOPT_NOSIGNAL, 1L);
-  curl_easy_setopt(curl, CURLOPT_TIMEOUT_MS, static_cast<long>(patience.count()));
   curl_easy_setopt(curl, CURLOPT_MAXFILESIZE, static_cast<long>(most_bytes));
   curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, Collect);
   curl_easy_setopt(curl, CURLOPT_WRITEDATA, &body);

@@ -68,10 +68,11 @@ std::unique_ptr<LedgerSealer> MakeSealer(const LedgerOptions& options, const std
 std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& options, storage::Database* database,
                                                  std::unique_ptr<IdentityProvider> provider,
                                                  std::unique_ptr<LedgerSealer> sealer,
-                                                 const WebhookSenderOptions& webhooks) {
+                                                 const WebhookSenderOptions& webhooks, std::string page_url) {
   PlantServiceOptions plant_options;
   plant_options.cad_worker.program = options.worker_folder + "/sixpoint-cad-worker";
   plant_options.cad_worker_count = options.threads;
+  plant_options.page_url = std::move(page_url);
   plant_options.endpoints = options.peers;
   plant_options.endpoints.emplace("plant", options.listen_address);  // unless clients are to be told another address
   if (sandbox::LandlockVersion() == 0) runtime::Log(runtime::LogLevel::kWarning, sandbox::kWithoutLandlock);
@@ -115,11 +116,12 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
 
 int main(int argc, char** argv) {
   using namespace sixpoint;
-  std::string oidc_file;
+  std::string oidc_file, page_url;
   plant::LedgerOptions ledger_options;
   plant::WebhookSenderOptions webhooks;
   const runtime::ServerOptions options = runtime::ParseServerOptions(argc, argv, "plant", [&](CLI::App* app) {
     app->add_option("--oidc", oidc_file, "The identity provider by which people sign in, a YAML file (docs/access.md)");
+    app->add_option("--page", page_url, "Where people find the page, such as https://plant.example");
     app->add_flag(
         "--webhook-link-local", webhooks.post.calls_link_local,
         "Webhooks may name addresses of the link, where clouds tell computers their secrets (docs/events.md)");
@@ -150,6 +152,6 @@ int main(int argc, char** argv) {
   }
   return runtime::Serve(options, [&](const runtime::ServerOptions& served, storage::Database* database) {
     return plant::MakeServices(served, database, std::move(provider),
-                               plant::MakeSealer(ledger_options, served.database, std::move(key)), webhooks);
+                               plant::MakeSealer(ledger_options, served.database, std::move(key)), webhooks, page_url);
   });
 }

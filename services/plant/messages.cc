@@ -183,6 +183,63 @@ v1::Part ToProto(const storage::PartRow& row) {
   return part;
 }
 
+namespace {
+
+v1::ToolPath ToProto(const storage::MachiningToolPathRow& row) {
+  v1::ToolPath path;
+  path.set_path(row.path);
+  path.set_a_nominal_deg(row.a_nominal_deg);
+  path.set_b_nominal_deg(row.b_nominal_deg);
+  path.set_position_tolerance_mm(row.position_tolerance_mm);
+  path.set_inclination_tolerance_deg(row.inclination_tolerance_deg);
+  path.set_mouth_mm(row.mouth_mm);
+  if (row.greatest_step_deg) path.set_greatest_step_deg(*row.greatest_step_deg);
+  for (std::size_t i = 0; i + 2 < row.tips_in_part_mm.size(); i += 3) {
+    v1::ToolPose& pose = *path.add_poses();
+    runtime::SetPoint({&row.tips_in_part_mm[i], 3}, pose.mutable_tip_in_part_mm());
+    runtime::SetDirection({&row.axes_in_part[i], 3}, pose.mutable_axis_in_part());
+  }
+  return path;
+}
+
+}  // namespace
+
+v1::MachiningModel ToProto(const storage::MachiningModelRow& row) {
+  v1::MachiningModel model;
+  model.set_name(runtime::NameOf("machining_models", row.machining_model_id));
+  model.set_revision(row.revision);
+  model.set_part(runtime::NameOf("parts", row.part_id));
+  model.set_part_revision(row.part_revision);
+  for (const storage::MachiningOperationRow& operation : row.operations) {
+    v1::MachiningOperation& to = *model.add_operations();
+    to.set_operation(operation.operation);
+    to.set_hole_group(operation.hole_group);
+    to.mutable_electrode()->set_diameter_mm(operation.electrode_diameter_mm);
+    to.mutable_electrode()->set_length_mm(operation.electrode_length_mm);
+    to.mutable_electrode()->set_wear_mm(operation.electrode_wear_mm);
+    for (const storage::MachiningToolPathRow& path : operation.paths) *to.add_paths() = ToProto(path);
+  }
+  if (row.w_mm) model.set_w_mm(*row.w_mm);
+  model.set_nc_template(row.nc_template);
+  model.set_nc_template_sha256(row.nc_template_sha256);
+  for (const storage::WorkOffsetRow& one : row.work_offsets) {
+    v1::WorkOffset& to = *model.add_work_offsets();
+    to.set_code(one.code);
+    to.set_x_mm(one.offset[0]);
+    to.set_y_mm(one.offset[1]);
+    to.set_z_mm(one.offset[2]);
+    to.set_a_deg(one.offset[3]);
+    to.set_b_deg(one.offset[4]);
+  }
+  for (const storage::ToolLengthRow& one : row.tool_lengths) {
+    v1::ToolLength& to = *model.add_tool_lengths();
+    to.set_number(one.number);
+    to.set_length_mm(one.length_mm);
+  }
+  runtime::ToProto(row.recorded.recorded_at, model.mutable_created_at());
+  return model;
+}
+
 void LeaveBasic(v1::Machine* machine) { machine->clear_kinematics(); }
 
 void LeaveBasic(v1::Artefact* artefact) {
@@ -193,6 +250,12 @@ void LeaveBasic(v1::Artefact* artefact) {
 void LeaveBasic(v1::Part* part) {
   part->clear_hole_groups();
   part->clear_six_points();
+}
+
+void LeaveBasic(v1::MachiningModel* model) {
+  model->clear_operations();
+  model->clear_work_offsets();
+  model->clear_tool_lengths();
 }
 
 v1::Blade ToProto(const storage::BladeRow& row) {

@@ -9,6 +9,7 @@
 #include "sixpoint/plant/v1/plant.pb.h"
 #include "sixpoint/plant/v1/record.pb.h"
 #include "storage/events.h"
+#include "storage/machining_models.h"
 #include "storage/plant_registry.h"
 #include "storage/record.h"
 
@@ -17,10 +18,12 @@ namespace sixpoint::plant {
 v1::Machine ToProto(const storage::MachineRow& row);
 v1::Artefact ToProto(const storage::ArtefactRow& row);
 v1::Part ToProto(const storage::PartRow& row);
+v1::MachiningModel ToProto(const storage::MachiningModelRow& row);
 // What a list's BASIC view has of them.
 void LeaveBasic(v1::Machine* machine);
 void LeaveBasic(v1::Artefact* artefact);
 void LeaveBasic(v1::Part* part);
+void LeaveBasic(v1::MachiningModel* model);
 v1::Blade ToProto(const storage::BladeRow& row);
 v1::RecordEntry ToProto(const storage::JournalEntry& entry);
 v1::Event ToProto(const storage::EventRow& row);

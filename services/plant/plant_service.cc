@@ -89,8 +89,14 @@ absl::Status ListNewest(const storage::RevisionReader<Row>& reader, const grpc::
   absl::StatusOr<runtime::IdPage> page = runtime::IdPageOf(filters, request.page_size(), request.page_token());
   if (!page.ok()) return page.status();
   if (*full) page->size = std::min(page->size, runtime::kGreatestFullPageSize);
-  const absl::StatusOr<std::vector<Row>> rows = reader.List({*recorded, runtime::ReaderOf(context)}, page->after_id,
-                                                            page->size + 1, runtime::DeadlineOf(context));
+  storage::RegisteredFilter filter{*recorded, runtime::ReaderOf(context)};
+  if constexpr (std::is_same_v<Request, v1::ListMachiningModelsRequest>) {
+    absl::StatusOr<std::string> part_id = runtime::FilterIdOf("part", "parts", request.part());
+    if (!part_id.ok()) return part_id.status();
+    filter.part_id = *std::move(part_id);
+  }
+  const absl::StatusOr<std::vector<Row>> rows =
+      reader.List(filter, page->after_id, page->size + 1, runtime::DeadlineOf(context));
   if (!rows.ok()) return rows.status();
   AddIdPage(*rows, page->size, filters, out, next_page_token);
   if (!*full)
@@ -242,6 +248,39 @@ grpc::Status PlantService::DownloadSurface(grpc::ServerContext* context, const v
   return grpc::Status::OK;
 }
 
+grpc::Status PlantService::CreateMachiningModel(grpc::ServerContext* context,
+                                                const v1::CreateMachiningModelRequest* request,
+                                                v1::MachiningModel* response) {
+  absl::StatusOr<storage::MachiningModelRow> model = Validated(*request);
+  if (!model.ok()) return ToGrpc(model.status());
+  const auto make = [&]() -> absl::StatusOr<runtime::Made<storage::MachiningModelRow>> {
+    const absl::StatusOr<storage::PartRow> part =
+        Require(stores_.parts->Find(model->part_id, 0, runtime::DeadlineOf(*context)), errors::v1::PART_NOT_FOUND,
+                request->machining_model().part());
+    if (!part.ok()) return part.status();
+    if (absl::Status status = CheckOfPart(*model, *part); !status.ok()) return status;
+    model->part_revision = part->revision;
+    runtime::Made<storage::MachiningModelRow> made{*std::move(model), NewEntry()};
+    made.entry.inputs = {runtime::RevisedName("parts", part->part_id, part->revision)};
+    return made;
+  };
+  return Once(context, stores_.machining_models.get(), "CreateMachiningModel", *request, response, make);
+}
+
+grpc::Status PlantService::GetMachiningModel(grpc::ServerContext* context, const v1::GetMachiningModelRequest* request,
+                                             v1::MachiningModel* response) {
+  return Get(Require(*stores_.machining_models, "machining_models", request->name(),
+                     errors::v1::MACHINING_MODEL_NOT_FOUND, runtime::DeadlineOf(*context)),
+             response);
+}
+
+grpc::Status PlantService::ListMachiningModels(grpc::ServerContext* context,
+                                               const v1::ListMachiningModelsRequest* request,
+                                               v1::ListMachiningModelsResponse* response) {
+  return ToGrpc(ListNewest(*stores_.machining_models, *context, *request, response->mutable_machining_models(),
+                           response->mutable_next_page_token()));
+}
+
 grpc::Status PlantService::CreateBlade(grpc::ServerContext* context, const v1::CreateBladeRequest* request,
                                        v1::Blade* response) {
   if (absl::Status status = runtime::CheckId("serial", request->serial()); !status.ok()) return ToGrpc(status);
@@ -307,6 +346,7 @@ grpc::Status PlantService::ListEndpoints(grpc::ServerContext*, const v1::ListEnd
     endpoint->set_address(address);
   }
   response->set_software_version(runtime::SoftwareVersion());
+  response->set_page_url(options_.page_url);
   return grpc::Status::OK;
 }
 

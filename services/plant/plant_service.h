@@ -16,6 +16,7 @@ namespace sixpoint::plant {
 struct PlantServiceOptions {
   CadWorkerOptions cad_worker;
   int cad_worker_count = 2;
+  std::string page_url;                          // where people find the page; empty: nowhere
   std::map<std::string, std::string> endpoints;  // area -> address, the plant's own included
   // A reader of a surface that takes nothing for so long is let go.
   std::chrono::milliseconds stream_patience{60'000};
@@ -46,6 +47,13 @@ class PlantService final : public v1::PlantService::Service {
                          v1::ListPartsResponse* response) override;
   grpc::Status DownloadSurface(grpc::ServerContext* context, const v1::DownloadSurfaceRequest* request,
                                grpc::ServerWriter<v1::DownloadSurfaceResponse>* writer) override;
+
+  grpc::Status CreateMachiningModel(grpc::ServerContext* context, const v1::CreateMachiningModelRequest* request,
+                                    v1::MachiningModel* response) override;
+  grpc::Status GetMachiningModel(grpc::ServerContext* context, const v1::GetMachiningModelRequest* request,
+                                 v1::MachiningModel* response) override;
+  grpc::Status ListMachiningModels(grpc::ServerContext* context, const v1::ListMachiningModelsRequest* request,
+                                   v1::ListMachiningModelsResponse* response) override;
 
   grpc::Status CreateBlade(grpc::ServerContext* context, const v1::CreateBladeRequest* request,
                            v1::Blade* response) override;

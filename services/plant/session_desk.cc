@@ -37,6 +37,10 @@ absl::Status CheckOurs(const std::string& token, const identity::SessionJudgemen
     return Failure(errors::v1::SERVICE_NOT_READY, judged.why_not);
   if (judged.standing == identity::SessionStanding::kNotValid)
     return Failure(errors::v1::SESSION_NOT_VALID, judged.why_not);
+  // Whoever has a certificate makes his tokens himself, and no session of his lasts longer than one.
+  if (judged.session.signed_in_by == identity::SignedInBy::kCertificate)
+    return Failure(errors::v1::SESSION_NOT_VALID,
+                   "token: of " + judged.session.person.Text() + "'s own certificate, want one that a sign-in gave");
   return absl::OkStatus();
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "sixpoint/plant/v1/plant.pb.h"
+#include "storage/machining_models.h"
 #include "storage/plant_registry.h"
 
 namespace sixpoint::plant {
@@ -17,6 +18,11 @@ absl::StatusOr<storage::ArtefactRow> Validated(const v1::CreateArtefactRequest& 
 // Without its tessellation.
 absl::StatusOr<storage::PartRow> Validated(const v1::CreatePartRequest& request);
 
+// By itself, without a revision of its part.
+absl::StatusOr<storage::MachiningModelRow> Validated(const v1::CreateMachiningModelRequest& request);
+
+// Groups, electrodes and what is marked in the template, against the part's holes.
+absl::Status CheckOfPart(const storage::MachiningModelRow& model, const storage::PartRow& part);
 // Holes and datum points have to be near the part: this finds CAD in other units or another frame.
 absl::Status CheckInsideBox(const storage::PartRow& part);
 

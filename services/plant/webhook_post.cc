@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "identity/message_code.h"
+#include "services/runtime/outward_call.h"
 
 namespace sixpoint::plant {
 namespace {
@@ -17,9 +18,7 @@ constexpr std::size_t kMostAnswer_bytes = 64 << 10;  // thrown away; who sends m
 constexpr char kWantedUrl[] = "http:// or https:// with a host, without a user and a password";
 
 struct FreeHandle {
-  void operator()(CURL* handle) const { curl_easy_cleanup(handle); }
   void operator()(CURLU* url) const { curl_url_cleanup(url); }
-  void operator()(curl_slist* list) const { curl_slist_free_all(list); }
 };
 
 std::string Part(CURLU* url, CURLUPart part) {
@@ -113,32 +112,14 @@ std::string SecretText(const std::string& key) { return "whsec_" + absl::Base64E
 
 WebhookAnswer PostEvents(const std::string& url, const std::vector<std::string>& headers, const std::string& body,
                          const WebhookPostOptions& options, const std::atomic<bool>& is_stopped) {
-  static const CURLcode started = curl_global_init(CURL_GLOBAL_DEFAULT);
-  const std::unique_ptr<CURL, FreeHandle> handle(started == CURLE_OK ? curl_easy_init() : nullptr);
+  const runtime::OutwardCall handle = runtime::NewOutwardCall(url, "http,https", "", options.patience);
   if (handle == nullptr) return {0, "curl does not start"};
   CURL* const curl = handle.get();
   Call call{&options, &is_stopped};
-  std::unique_ptr<curl_slist, FreeHandle> list(
-      curl_slist_append(nullptr, "content-type: application/cloudevents-batch+json; charset=utf-8"));
-  for (const std::string& header : headers) {
-    curl_slist* const longer = curl_slist_append(list.get(), header.c_str());
-    if (longer == nullptr) return {0, "out of memory"};
-    list.release();
-    list.reset(longer);
-  }
-  curl_easy_setopt(curl, CURLOPT_URL, url.c_str());
-  curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "http,https");
-  curl_easy_setopt(curl, CURLOPT_FOLLOWLOCATION, 0L);
-  curl_easy_setopt(curl, CURLOPT_PROXY, "");
-  curl_easy_setopt(curl, CURLOPT_SSL_VERIFYPEER, 1L);
-  curl_easy_setopt(curl, CURLOPT_SSL_VERIFYHOST, 2L);
-  curl_easy_setopt(curl, CURLOPT_SSLVERSION, static_cast<long>(CURL_SSLVERSION_TLSv1_2));
-  curl_easy_setopt(curl, CURLOPT_NOSIGNAL, 1L);
-#if LIBCURL_VERSION_NUM >= 0x075700
-  // A look-up of a name that does not end is left to itself: waited for, it would outlast every patience.
-  curl_easy_setopt(curl, CURLOPT_QUICK_EXIT, 1L);
-#endif
-  curl_easy_setopt(curl, CURLOPT_TIMEOUT_MS, static_cast<long>(options.patience.count()));
+  runtime::OutwardHeaders list;
+  bool is_whole = runtime::AddHeader("content-type: application/cloudevents-batch+json; charset=utf-8", &list);
+  for (const std::string& header : headers) is_whole = is_whole && runtime::AddHeader(header, &list);
+  if (!is_whole) return {0, "out of memory"};
   curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT_MS, static_cast<long>(options.connect_patience.count()));
   curl_easy_setopt(curl, CURLOPT_USERAGENT, "sixpoint");
   curl_easy_setopt(curl, CURLOPT_HTTPHEADER, list.get());

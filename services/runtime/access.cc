@@ -17,7 +17,6 @@ using google::protobuf::Message;
 using google::protobuf::MethodDescriptor;
 using identity::Identity;
 using identity::Role;
-using identity::Standing;
 
 constexpr std::size_t kLongestName = 80;
 
@@ -40,25 +39,6 @@ access::v1::Role Wire(Role role) {
       return access::v1::ROLE_GATEWAY;
   }
   return access::v1::ROLE_UNSPECIFIED;
-}
-
-// Of a judgement that is not good.
-ErrorReason ReasonOf(Standing standing) {
-  switch (standing) {
-    case Standing::kNotOurs:
-      return errors::v1::CERTIFICATE_FOREIGN;
-    case Standing::kNotYetValid:
-    case Standing::kExpired:
-      return errors::v1::CERTIFICATE_EXPIRED;
-    case Standing::kRevoked:
-      return errors::v1::CERTIFICATE_REVOKED;
-    case Standing::kUndecidable:
-      return errors::v1::SERVICE_NOT_READY;
-    case Standing::kGood:
-    case Standing::kUnreadable:
-      break;
-  }
-  return errors::v1::CERTIFICATE_MISSING;
 }
 
 std::string WantedRoles(const access::v1::Rule& rule) {
@@ -109,17 +89,6 @@ absl::Status CheckMaySendSession(const grpc::ServerContextBase& context, const I
 }
 
 }  // namespace
-
-absl::StatusOr<Identity> Access::Believe(const std::string& certificate_pem) const {
-  if (certificate_pem.empty())
-    return Failure(errors::v1::CERTIFICATE_MISSING,
-                   "certificate: none was shown, want one that the plant's authority gave");
-  const identity::Judgement judged = trust_->Judge(certificate_pem);
-  if (judged.standing == Standing::kGood) return judged.identity;
-  const bool named = !judged.identity.name.empty();
-  return Failure(ReasonOf(judged.standing), judged.why_not,
-                 named ? Metadata{{"resource", judged.identity.Text()}} : Metadata{});
-}
 
 absl::StatusOr<Identity> Access::BelieveSession(const std::string& token) const {
   identity::SessionJudgement judged = sessions_.Judge(token);

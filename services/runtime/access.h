@@ -15,6 +15,7 @@
 #include "identity/identity.h"
 #include "identity/session.h"
 #include "identity/trust.h"
+#include "services/runtime/caller_identity.h"
 #include "services/runtime/session_ends.h"
 
 namespace sixpoint::runtime {
@@ -31,7 +32,9 @@ class Access {
       : trust_(trust), sessions_(trust), session_ends_(session_ends), machine_of_(std::move(machine_of)) {}
 
   // Whose certificate it is, where it counts now; else UNAUTHENTICATED (CERTIFICATE_...).
-  absl::StatusOr<identity::Identity> Believe(const std::string& certificate_pem) const;
+  absl::StatusOr<identity::Identity> Believe(const std::string& certificate_pem) const {
+    return BelievedIdentity(trust_, certificate_pem);
+  }
   // Before anything of a request is parsed: UNAUTHENTICATED (CERTIFICATE_...) of a certificate that does not count now,
   // UNAUTHENTICATED (SESSION_...) of a session that does not, PERMISSION_DENIED (ROLE_MISSING) where the method's rule names none of
   // its roles, there is no rule, or a session came that is not the gateway's to send. Where its rule lets in anybody: nobody, without

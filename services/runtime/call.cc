@@ -41,6 +41,22 @@ gpr_timespec In(Clock::duration patience) {
   return gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC), gpr_time_from_nanos(left.count(), GPR_TIMESPAN));
 }
 
+grpc::ChannelArguments ArgumentsOf(int connection) {
+  grpc::ChannelArguments arguments;
+  if (connection > 0)
+    arguments.SetInt("sixpoint.connection", connection);  // gRPC shares those whose arguments are alike
+  arguments.SetServiceConfigJSON(kServiceConfig);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
+  // A peer that restarts is found again within about a second, not after the default minutes.
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1'000);
+  // A proxy in the environment is for the world outside, not for the plant's own services.
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  arguments.SetMaxReceiveMessageSize(kLargestAnswer_bytes);
+  return arguments;
+}
+
 }  // namespace
 
 Clock::time_point DeadlineOf(const grpc::ServerContextBase& context) {
@@ -122,22 +138,15 @@ std::unique_ptr<grpc::ClientContext> ContextWithoutDeadline() {
 
 std::shared_ptr<grpc::Channel> ConnectTo(const std::string& address,
                                          const std::shared_ptr<grpc::ChannelCredentials>& credentials, int connection) {
-  grpc::ChannelArguments arguments;
-  if (connection > 0)
-    arguments.SetInt("sixpoint.connection", connection);  // gRPC shares those whose arguments are alike
-  arguments.SetServiceConfigJSON(kServiceConfig);
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
-  // A peer that restarts is found again within about a second, not after the default minutes.
-  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
-  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1'000);
-  // A proxy in the environment is for the world outside, not for the plant's own services.
-  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  arguments.SetMaxReceiveMessageSize(kLargestAnswer_bytes);
   std::vector<std::unique_ptr<grpc::experimental::ClientInterceptorFactoryInterface>> interceptors;
   interceptors.push_back(std::make_unique<ClientSpans>());
-  return grpc::experimental::CreateCustomChannelWithInterceptors(address, credentials, arguments,
+  return grpc::experimental::CreateCustomChannelWithInterceptors(address, credentials, ArgumentsOf(connection),
                                                                  std::move(interceptors));
+}
+
+std::shared_ptr<grpc::Channel> PassOnTo(const std::string& address,
+                                        const std::shared_ptr<grpc::ChannelCredentials>& credentials, int connection) {
+  return grpc::CreateCustomChannel(address, credentials, ArgumentsOf(connection));
 }
 
 }  // namespace sixpoint::runtime

@@ -58,5 +58,8 @@ std::unique_ptr<grpc::ClientContext> ContextWithoutDeadline();
 std::shared_ptr<grpc::Channel> ConnectTo(const std::string& address,
                                          const std::shared_ptr<grpc::ChannelCredentials>& credentials,
                                          int connection = 0);
+// The same of who only hands calls on: each is part of the span that came in, and no other.
+std::shared_ptr<grpc::Channel> PassOnTo(const std::string& address,
+                                        const std::shared_ptr<grpc::ChannelCredentials>& credentials, int connection);
 
 }  // namespace sixpoint::runtime

@@ -25,6 +25,25 @@ std::string MetadataFor(const grpc::ServerContextBase& context, const char* key)
   return std::string(found->second.data(), found->second.size());
 }
 
+// Of a judgement that is not good.
+ErrorReason ReasonOf(identity::Standing standing) {
+  switch (standing) {
+    case identity::Standing::kNotOurs:
+      return errors::v1::CERTIFICATE_FOREIGN;
+    case identity::Standing::kNotYetValid:
+    case identity::Standing::kExpired:
+      return errors::v1::CERTIFICATE_EXPIRED;
+    case identity::Standing::kRevoked:
+      return errors::v1::CERTIFICATE_REVOKED;
+    case identity::Standing::kUndecidable:
+      return errors::v1::SERVICE_NOT_READY;
+    case identity::Standing::kGood:
+    case identity::Standing::kUnreadable:
+      break;
+  }
+  return errors::v1::CERTIFICATE_MISSING;
+}
+
 }  // namespace
 
 std::optional<identity::Identity> ShownIdentity(const grpc::ServerContextBase& context) {
@@ -83,6 +102,17 @@ absl::Status CheckOwnMachine(const grpc::ServerContextBase& context, const std::
   return Failure(errors::v1::MACHINE_DIFFERS,
                  field + ": " + Tame(machine, 80) + ", want " + shown->Text() + ", whose certificate was shown",
                  {{"resource", shown->Text()}, {"machine", machine}});
+}
+
+absl::StatusOr<identity::Identity> BelievedIdentity(identity::Trust* trust, const std::string& certificate_pem) {
+  if (certificate_pem.empty())
+    return Failure(errors::v1::CERTIFICATE_MISSING,
+                   "certificate: none was shown, want one that the plant's authority gave");
+  const identity::Judgement judged = trust->Judge(certificate_pem);
+  if (judged.standing == identity::Standing::kGood) return judged.identity;
+  const bool named = !judged.identity.name.empty();
+  return Failure(ReasonOf(judged.standing), judged.why_not,
+                 named ? Metadata{{"resource", judged.identity.Text()}} : Metadata{});
 }
 
 absl::Status StatusOf(const identity::SessionJudgement& judged) {

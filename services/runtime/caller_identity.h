@@ -2,7 +2,7 @@
 // (admission.h) has judged both before any handler runs, but certificates of methods that let in anybody; nothing here judges again.
 #pragma once
 
-#include <absl/status/status.h>
+#include <absl/status/statusor.h>
 #include <grpcpp/grpcpp.h>
 
 #include <optional>
@@ -10,6 +10,7 @@
 
 #include "identity/identity.h"
 #include "identity/session.h"
+#include "identity/trust.h"
 #include "storage/reader.h"
 
 namespace sixpoint::runtime {
@@ -27,6 +28,8 @@ std::string ShownCertificate(const grpc::ServerContextBase& context);
 // The session's token, and what it says; empty and none where the call came without one, or by another than the gateway.
 std::string ShownSession(const grpc::ServerContextBase& context);
 std::optional<identity::Session> SessionOf(const grpc::ServerContextBase& context);
+// Whose certificate it is, where it counts now; else UNAUTHENTICATED (CERTIFICATE_...), UNAVAILABLE where nobody can be judged.
+absl::StatusOr<identity::Identity> BelievedIdentity(identity::Trust* trust, const std::string& certificate_pem);
 // What a session that does not count is refused with; OK of a good one.
 absl::Status StatusOf(const identity::SessionJudgement& judged);
 // The one place that says who calls: the session's person, else whom the certificate names.

@@ -1,5 +1,6 @@
 #include "services/runtime/credentials.h"
 
+#include <grpcpp/create_channel.h>
 #include <grpcpp/security/tls_certificate_provider.h>
 #include <grpcpp/security/tls_certificate_verifier.h>
 #include <grpcpp/security/tls_credentials_options.h>
@@ -7,6 +8,8 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "identity/credentials.h"
 #include "services/runtime/errors.h"
@@ -45,6 +48,45 @@ std::string TextOf(const fs::path& file) {
   return text;
 }
 
+// Of two channels that begin to connect at once by one watcher of files, gRPC 1.51 lets the second go on before the files are read, and its
+// connection fails ("Failed to create security handshaker"): each channel has a watcher of its own.
+class WatchedByEachChannel final : public grpc::ChannelCredentials {
+ public:
+  // `own` is empty where one connects as nobody.
+  WatchedByEachChannel(const fs::path& authority, const fs::path& own)
+      : authority_(authority.string()), own_(own.string()) {}
+
+ protected:
+  grpc::SecureChannelCredentials* AsSecureCredentials() override { return nullptr; }
+
+ private:
+  std::shared_ptr<grpc::ChannelCredentials> Make() const {
+    grpc::experimental::TlsChannelCredentialsOptions options;
+    if (own_.empty()) {
+      options.set_certificate_provider(std::make_shared<FileWatcherCertificateProvider>(authority_, kLook_s));
+    } else {
+      options.set_certificate_provider(
+          std::make_shared<FileWatcherCertificateProvider>(own_, own_, authority_, kLook_s));
+      options.watch_identity_key_cert_pairs();
+    }
+    options.watch_root_certs();
+    return grpc::experimental::TlsCredentials(options);
+  }
+
+  std::shared_ptr<grpc::Channel> CreateChannelImpl(const grpc::string& target,
+                                                   const grpc::ChannelArguments& arguments) override {
+    return grpc::CreateCustomChannel(target, Make(), arguments);
+  }
+
+  std::shared_ptr<grpc::Channel> CreateChannelWithInterceptors(
+      const grpc::string& target, const grpc::ChannelArguments& arguments,
+      std::vector<std::unique_ptr<grpc::experimental::ClientInterceptorFactoryInterface>> interceptors) override {
+    return grpc::experimental::CreateCustomChannelWithInterceptors(target, Make(), arguments, std::move(interceptors));
+  }
+
+  const std::string authority_, own_;
+};
+
 }  // namespace
 
 absl::Status CheckServiceCredentials(const fs::path& folder, const std::string& area) {
@@ -62,18 +104,10 @@ absl::Status CheckServiceCredentials(const fs::path& folder, const std::string& 
 absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> ChannelCredentialsOf(const fs::path& folder) {
   const fs::path authority = folder / identity::kAuthorityFile, own = folder / identity::kIdentityFile;
   if (absl::Status status = CheckAuthority(authority); !status.ok()) return status;
-  grpc::experimental::TlsChannelCredentialsOptions options;
   std::error_code unreadable;
-  if (fs::exists(own, unreadable) || unreadable) {
-    if (absl::Status status = CheckIdentity(own); !status.ok()) return status;
-    options.set_certificate_provider(
-        std::make_shared<FileWatcherCertificateProvider>(own.string(), own.string(), authority.string(), kLook_s));
-    options.watch_identity_key_cert_pairs();
-  } else {
-    options.set_certificate_provider(std::make_shared<FileWatcherCertificateProvider>(authority.string(), kLook_s));
-  }
-  options.watch_root_certs();
-  return grpc::experimental::TlsCredentials(options);
+  if (!fs::exists(own, unreadable) && !unreadable) return std::make_shared<WatchedByEachChannel>(authority, fs::path());
+  if (absl::Status status = CheckIdentity(own); !status.ok()) return status;
+  return std::make_shared<WatchedByEachChannel>(authority, own);
 }
 
 std::shared_ptr<grpc::ChannelCredentials> CredentialsForAStranger() {

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <ctime>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "refusal/message_text.h"
 #include "services/runtime/call_scope.h"
@@ -61,13 +62,32 @@ std::string Shown(std::string text) {
   return Tame(WithoutSecrets(std::move(text)), kLongestLogText);
 }
 
-nlohmann::ordered_json JsonOf(const LogFields::value_type::second_type& value) {
-  if (const auto* text = std::get_if<std::string>(&value)) return Shown(*text);
-  if (const auto* json = std::get_if<JsonText>(&value))
-    return nlohmann::ordered_json::parse(json->text, nullptr, false);
-  if (const auto* number = std::get_if<double>(&value)) return *number;
-  return std::get<long>(value);
+// Bytes that are no UTF-8 come from outside; a log line must not fail on them.
+std::string JsonOf(const nlohmann::ordered_json& value) {
+  return value.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
+std::string JsonOf(const LogFields::value_type::second_type& value) {
+  if (const auto* text = std::get_if<std::string>(&value)) return JsonOf(nlohmann::ordered_json(Shown(*text)));
+  if (const auto* json = std::get_if<JsonText>(&value)) return json->text;
+  if (const auto* number = std::get_if<double>(&value)) return JsonOf(nlohmann::ordered_json(*number));
+  return std::to_string(std::get<long>(value));
+}
+
+// One object, name by name; the first of a name counts. Written once: a plant logs every call.
+class Line {
+ public:
+  bool Has(const std::string& name) const { return std::find(names_.begin(), names_.end(), name) != names_.end(); }
+  void Add(const std::string& name, const std::string& json) {
+    if (Has(name)) return;
+    names_.push_back(name);
+    text_ += (text_.empty() ? "{" : ",") + JsonOf(nlohmann::ordered_json(name)) + ":" + json;
+  }
+  std::string Text() const { return text_ + "}"; }
+
+ private:
+  std::vector<std::string> names_;
+  std::string text_;
+};
 
 }  // namespace
 
@@ -79,28 +99,26 @@ void StartLog(const std::string& service) {
 const std::string& LoggedService() { return ServiceName(); }
 
 void Log(LogLevel level, std::string_view message, const LogFields& fields) {
-  nlohmann::ordered_json line;
-  line["ts"] = NowText();
-  line["level"] = level == LogLevel::kInfo ? "info" : level == LogLevel::kWarning ? "warning" : "error";
-  line["service"] = ServiceName();
-  line["version"] = SoftwareVersion();
-  line["msg"] = Shown(std::string(message.substr(0, kMostLookedAt)));
-  std::vector<std::string> cut;
-  std::size_t size_bytes = 0;
-  const auto add = [&](const std::string& name, nlohmann::ordered_json value) {
-    size_bytes += name.size() + value.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).size() + 4;
-    if (size_bytes > kLongestLogLine - kLongestBegin) {
-      cut.push_back(name);
-    } else if (!line.contains(name)) {
-      line[name] = std::move(value);
-    }
+  const auto of_text = [](const std::string& text) { return JsonOf(nlohmann::ordered_json(text)); };
+  Line line;
+  line.Add("ts", of_text(NowText()));
+  line.Add("level", level == LogLevel::kInfo ? "\"info\"" : level == LogLevel::kWarning ? "\"warning\"" : "\"error\"");
+  line.Add("service", of_text(ServiceName()));
+  line.Add("version", of_text(SoftwareVersion()));
+  line.Add("msg", of_text(Shown(std::string(message.substr(0, kMostLookedAt)))));
+  std::size_t size_bytes = 0, left_out_count = 0;
+  const auto add = [&](const std::string& name, const std::string& json) {
+    size_bytes += name.size() + json.size() + 4;
+    if (size_bytes > kLongestLogLine - kLongestBegin)
+      ++left_out_count;
+    else
+      line.Add(name, json);
   };
   for (const auto& [name, value] : fields) add(name, JsonOf(value));
   if (const auto call = CurrentCall())
-    for (const auto& [name, value] : call->Known()) add(name, value);
-  if (!cut.empty()) line["left_out_count"] = cut.size();
-  // Bytes that are no UTF-8 come from outside; a log line must not fail on them.
-  Sink().info(line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+    for (const auto& [name, value] : call->Known()) add(name, of_text(value));
+  if (left_out_count > 0) line.Add("left_out_count", std::to_string(left_out_count));
+  Sink().info(line.Text());
   Sink().flush();
 }
 

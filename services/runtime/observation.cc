@@ -4,7 +4,6 @@
 #include <string>
 #include <utility>
 
-#include "identity/credentials.h"
 #include "services/runtime/call_log.h"
 #include "services/runtime/call_metrics.h"
 #include "services/runtime/errors.h"
@@ -13,41 +12,17 @@
 namespace sixpoint::runtime {
 namespace {
 
-using identity::Role;
 using Seconds = std::chrono::duration<double>;
-
-constexpr char kMetricsPath[] = "/metrics";
-constexpr char kExposition[] = "text/plain; version=0.0.4; charset=utf-8";
-
-// What a machine and a service may not: each sees what all of the plant does.
-bool MayRead(const identity::Identity& caller) {
-  return std::any_of(caller.roles.begin(), caller.roles.end(), [](Role role) {
-    return role == Role::kMesReader || role == Role::kEngineer || role == Role::kQuality || role == Role::kAdmin;
-  });
-}
-
-absl::Status CheckRole(const identity::Identity& caller) {
-  if (MayRead(caller)) return absl::OkStatus();
-  return Failure(errors::v1::ROLE_MISSING,
-                 std::string(kMetricsPath) + ": " + caller.Text() + " is " + caller.RolesText() + ", want " +
-                     identity::RoleText(Role::kMesReader) + " or " + identity::RoleText(Role::kEngineer) + " or " +
-                     identity::RoleText(Role::kQuality) + " or " + identity::RoleText(Role::kAdmin),
-                 {{"resource", caller.Text()}});
-}
-
-std::vector<Reading> SecondsLeft(const std::vector<std::pair<std::string, std::filesystem::path>>& files) {
-  std::vector<Reading> readings;
-  for (const auto& [whose, file] : files)
-    if (const auto end = CertificateEnd(file))
-      readings.push_back({{whose}, Seconds(*end - std::chrono::system_clock::now()).count()});
-  return readings;
-}
 
 }  // namespace
 
 Observation::Observation(const ServerOptions& options, storage::Database* database, storage::Database* own_database,
                          const Access* access, Denials* denials)
-    : options_(options), database_(database), access_(*access), denials_(*denials), process_(options.area) {
+    : options_(options),
+      database_(database),
+      access_(*access),
+      denials_(*denials),
+      process_(options.area, options.certificates) {
   const auto add = [this](const char* name, const char* help, std::vector<std::string> labels, Computed::Ask ask) {
     own_.push_back(std::make_unique<Computed>(name, help, std::move(labels), std::move(ask)));
   };
@@ -67,12 +42,6 @@ Observation::Observation(const ServerOptions& options, storage::Database* databa
     if (!answered) return std::vector<Reading>();
     return std::vector<Reading>{{{}, Seconds(std::chrono::steady_clock::now() - *answered).count()}};
   });
-  const std::filesystem::path folder = options.certificates;
-  add("sixpoint_certificate_expiry_seconds", "Time until a certificate ends; below 0 after it.", {"certificate"},
-      [folder] {
-        return SecondsLeft(
-            {{"service", folder / identity::kIdentityFile}, {"authority", folder / identity::kAuthorityFile}});
-      });
   Histogram waits("sixpoint_database_pool_wait_seconds", "Time that work waited for a connection to the database.",
                   UsualSeconds());
   Counter refused("sixpoint_database_pool_refused_total", "Work whose time ended while it waited for a connection.");
@@ -89,14 +58,16 @@ absl::Status Observation::Begin(std::vector<ServedService>* services) {
     if (each.sampled != nullptr) sampled.push_back(std::move(each.sampled));
   }
   if (options_.metrics_address.empty()) return absl::OkStatus();
-  absl::StatusOr<std::unique_ptr<TlsServer>> tls =
-      TlsServer::Open(std::filesystem::path(options_.certificates) / identity::kIdentityFile);
-  if (!tls.ok()) return tls.status();
-  absl::StatusOr<std::vector<Descriptor>> sockets = ListenAt(options_.metrics_address);
-  if (!sockets.ok()) return sockets.status();
+  absl::StatusOr<std::unique_ptr<MetricsListener>> listener =
+      MetricsListener::Open(options_.metrics_address, options_.certificates,
+                            {[this](const std::string& certificate_pem) { return access_.Believe(certificate_pem); },
+                             [this] { return is_ready_.load(); },
+                             [this](const HttpRequest& request, const std::string& caller, const absl::Status& why) {
+                               AddDenial(request, caller, why);
+                             }});
+  if (!listener.ok()) return listener.status();
   sampler_ = std::make_unique<Sampler>(database_, std::move(sampled));
-  listener_ = std::make_unique<HttpsListener>(*std::move(sockets), *std::move(tls),
-                                              [this](const HttpRequest& request) { return AnswerOf(request); });
+  listener_ = *std::move(listener);
   return absl::OkStatus();
 }
 
@@ -105,29 +76,8 @@ void Observation::End() {
   sampler_.reset();
 }
 
-HttpAnswer Observation::AnswerOf(const HttpRequest& request) const {
-  if (request.path == kMetricsPath) return Metrics(request);
-  if (request.path == "/health/live") return {200, "live\n"};
-  // Why not is said to whoever calls, and in the log: here anybody listens.
-  if (request.path == "/health/ready") return is_ready_ ? HttpAnswer{200, "ready\n"} : HttpAnswer{503, "not ready\n"};
-  return {404, "path: unknown, want /metrics, /health/live or /health/ready\n"};
-}
-
-HttpAnswer Observation::Metrics(const HttpRequest& request) const {
-  const absl::StatusOr<identity::Identity> caller = access_.Believe(request.certificate_pem);
-  const absl::Status may = caller.ok() ? CheckRole(*caller) : caller.status();
-  if (may.ok()) return {200, ExpositionText(), kExposition};
-  const std::string reason = ReasonOf(may);
-  // Where nobody can be judged, nobody is denied.
-  const int code = absl::IsPermissionDenied(may) ? 403 : absl::IsUnauthenticated(may) ? 401 : 503;
-  if (code != 503) {
-    // Whom another authority names is nobody here.
-    const auto named = identity::CertificateOf(request.certificate_pem);
-    const bool is_ours = named.ok() && !HasReason(may, errors::v1::CERTIFICATE_FOREIGN);
-    denials_.Add(std::string("GET ") + kMetricsPath, is_ours ? named->identity.Text() : "", request.peer, reason,
-                 std::string(may.message()));
-  }
-  return {code, reason + ": " + std::string(may.message()) + "\n"};
+void Observation::AddDenial(const HttpRequest& request, const std::string& caller, const absl::Status& why) {
+  denials_.Add("GET " + request.path, caller, request.peer, ReasonOf(why), std::string(why.message()));
 }
 
 }  // namespace sixpoint::runtime

@@ -1,5 +1,5 @@
-// How a service is seen from outside, at --metrics, over TLS: GET /metrics for whoever may read (a certificate that counts now, with a
-// role that a person or an MES has), /health/live and /health/ready for anybody. Private to runtime.
+// How a service is seen from outside, at --metrics (metrics_listener.h): what is told of its calls, its database and itself. Private to
+// runtime.
 #pragma once
 
 #include <absl/status/status.h>
@@ -12,7 +12,7 @@
 
 #include "services/runtime/access.h"
 #include "services/runtime/denials.h"
-#include "services/runtime/https_listener.h"
+#include "services/runtime/metrics_listener.h"
 #include "services/runtime/process_metrics.h"
 #include "services/runtime/sampler.h"
 #include "services/runtime/server.h"
@@ -34,8 +34,7 @@ class Observation {
   void End();
 
  private:
-  HttpAnswer AnswerOf(const HttpRequest& request) const;
-  HttpAnswer Metrics(const HttpRequest& request) const;
+  void AddDenial(const HttpRequest& request, const std::string& caller, const absl::Status& why);
 
   const ServerOptions& options_;
   storage::Database* const database_;
@@ -45,7 +44,7 @@ class Observation {
   const ProcessMetrics process_;
   std::vector<std::unique_ptr<Computed>> own_;
   std::unique_ptr<Sampler> sampler_;
-  std::unique_ptr<HttpsListener> listener_;
+  std::unique_ptr<MetricsListener> listener_;
 };
 
 }  // namespace sixpoint::runtime

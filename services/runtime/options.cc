@@ -2,6 +2,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "services/runtime/named_address.h"
 #include "services/runtime/server.h"
 
 namespace sixpoint::runtime {
@@ -19,9 +20,7 @@ ServerOptions ParseServerOptions(int argc, char** argv, const std::string& area,
   app.add_option("--listen", options.listen_address, "Address to serve on, such as 127.0.0.1:7401")->required();
   app.add_option("--database", options.database, "Connection string, as libpq takes it")->required();
   app.add_option("--peer", peers, "Another service: area=address; repeated")->check([](const std::string& peer) {
-    const size_t equals = peer.find('=');
-    const bool whole = equals != std::string::npos && equals > 0 && equals + 1 < peer.size();
-    return whole ? std::string() : "--peer: " + peer + ", want area=address";
+    return CheckNamedAddress("--peer", peer, "area=address");
   });
   app.add_option("--certificates", options.certificates, "Folder of this service's identity.pem and of authority.pem")
       ->required();
@@ -45,8 +44,8 @@ ServerOptions ParseServerOptions(int argc, char** argv, const std::string& area,
     std::exit(app.exit(error));
   }
   for (const std::string& peer : peers) {
-    const size_t equals = peer.find('=');
-    options.peers[peer.substr(0, equals)] = peer.substr(equals + 1);
+    const auto [area_of_peer, address] = NamedAddressOf(peer);
+    options.peers[area_of_peer] = address;
   }
   return options;
 }

@@ -9,7 +9,9 @@
 #include <optional>
 #include <sstream>
 
+#include "identity/credentials.h"
 #include "services/runtime/server.h"
+#include "services/runtime/tls_socket.h"
 
 namespace sixpoint::runtime {
 namespace {
@@ -60,9 +62,17 @@ std::optional<double> CpuSeconds() {
   return seconds(use.ru_utime) + seconds(use.ru_stime);
 }
 
+std::vector<Reading> SecondsLeft(const std::vector<std::pair<std::string, std::filesystem::path>>& files) {
+  std::vector<Reading> readings;
+  for (const auto& [whose, file] : files)
+    if (const auto end = CertificateEnd(file))
+      readings.push_back({{whose}, std::chrono::duration<double>(*end - std::chrono::system_clock::now()).count()});
+  return readings;
+}
+
 }  // namespace
 
-ProcessMetrics::ProcessMetrics(const std::string& area) {
+ProcessMetrics::ProcessMetrics(const std::string& area, const std::filesystem::path& certificates) {
   const auto add = [this](const char* name, const char* help, std::optional<double> (*ask)(),
                           Computed::Type type = Computed::Type::kGauge) {
     all_.push_back(std::make_unique<Computed>(
@@ -75,6 +85,12 @@ ProcessMetrics::ProcessMetrics(const std::string& area) {
   add("process_max_fds", "Most file descriptors that may be open.", MostDescriptors);
   add("process_cpu_seconds_total", "Processor time, of the user's and the system's.", CpuSeconds,
       Computed::Type::kCounter);
+  all_.push_back(std::make_unique<Computed>(
+      "sixpoint_certificate_expiry_seconds", "Time until a certificate ends; below 0 after it.",
+      std::vector<std::string>{"certificate"}, [certificates] {
+        return SecondsLeft({{"service", certificates / identity::kIdentityFile},
+                            {"authority", certificates / identity::kAuthorityFile}});
+      }));
   const auto started = std::chrono::system_clock::now();
   all_.push_back(std::make_unique<Computed>(
       "process_start_time_seconds", "When it started, since 1970.", std::vector<std::string>{},

@@ -1,6 +1,8 @@
-// What the kernel says of this process, by the names that Prometheus' own clients give it, and what it was built from.
+// What the kernel says of this process, by the names that Prometheus' own clients give it, what it was built from, and until when its
+// certificates hold.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -11,7 +13,8 @@ namespace sixpoint::runtime {
 
 class ProcessMetrics {
  public:
-  explicit ProcessMetrics(const std::string& area);
+  // certificates: the folder of its own (identity/credentials.h).
+  ProcessMetrics(const std::string& area, const std::filesystem::path& certificates);
 
  private:
   std::vector<std::unique_ptr<Computed>> all_;

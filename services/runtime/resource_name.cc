@@ -69,8 +69,9 @@ absl::StatusOr<RevisedId> RevisedIdOf(const std::string& field, const std::strin
 
 absl::Status CheckName(const std::string& field, const std::string& name) {
   const std::string collection = name.substr(0, name.find('/'));
-  const bool letters = !collection.empty() &&
-                       std::all_of(collection.begin(), collection.end(), [](char c) { return c >= 'a' && c <= 'z'; });
+  const bool letters = !collection.empty() && std::all_of(collection.begin(), collection.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || c == '_';  // machining_models
+  });
   if (!letters) return Refuse(field, name, "{collection}/{id}, as machines/m1, machines/m1@2 or scans/s1");
   return RevisedIdOf(field, collection, name).status();
 }

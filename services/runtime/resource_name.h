@@ -1,4 +1,4 @@
-// Resource names (AIP-122): machines/{id}, artefacts/{id}, parts/{id}, blades/{serial}, scans/{id}, calibrations/{uuid},
+// Resource names (AIP-122): machines/{id}, artefacts/{id}, parts/{id}, machining_models/{id}, blades/{serial}, scans/{id}, calibrations/{uuid},
 // registrations/{uuid}, corrections/{uuid}, inspections/{uuid}, studies/{uuid}. What has revisions is also named with one, as the
 // journal does: machines/{id}@{revision}.
 #pragma once

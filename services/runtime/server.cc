@@ -72,6 +72,9 @@ void SetLimits(const ServerOptions& options, int message_bytes, grpc::ServerBuil
   quota.Resize(kQuotaPerMessage * static_cast<size_t>(message_bytes));
   quota.SetMaxThreads(kMostThreads);
   builder->SetResourceQuota(quota);
+  // gRPC begins and ends a thread with nearly every call unless some wait: at least, and at most, of each queue.
+  builder->SetSyncServerOption(grpc::ServerBuilder::SyncServerOption::MIN_POLLERS, 2);
+  builder->SetSyncServerOption(grpc::ServerBuilder::SyncServerOption::MAX_POLLERS, 8);
   builder->SetMaxReceiveMessageSize(message_bytes);
   // gRPC inflates a message before it looks at its size: 260 KB of it took 300 MB. Refused with UNIMPLEMENTED.
   for (const grpc_compression_algorithm inflated : {GRPC_COMPRESS_DEFLATE, GRPC_COMPRESS_GZIP})

@@ -51,6 +51,7 @@ class PlantCertificatesTest : public ::testing::Test {
   static std::vector<std::string> AllServices() {
     std::vector<std::string> names;
     for (const char* area : kAreas) names.push_back(std::string("services/") + area);
+    names.push_back("services/gateway");
     return names;
   }
 
@@ -59,9 +60,9 @@ class PlantCertificatesTest : public ::testing::Test {
 };
 
 TEST_F(PlantCertificatesTest, AreMadeOnceAndThenWhereTheyAreDue) {
-  EXPECT_EQ(Renew().size(), kAreas.size() + 1);
+  EXPECT_EQ(Renew().size(), kAreas.size() + 2);
   EXPECT_THAT(Renew(), ElementsAre());
-  EXPECT_EQ(Renew(Renewal::kAll).size(), kAreas.size() + 1);
+  EXPECT_EQ(Renew(Renewal::kAll).size(), kAreas.size() + 2);
 
   fs::remove(plant_.certificates_of("ingest") / identity::kIdentityFile);
   fs::remove(plant_.certificates_of("plant") / identity::kAuthorityFile);
@@ -77,7 +78,7 @@ TEST_F(PlantCertificatesTest, AreMadeOnceAndThenWhereTheyAreDue) {
 TEST_F(PlantCertificatesTest, HoldForTheServicesHostsAndTheLocalUsersRoles) {
   const auto renewed = RenewCertificates(plant_, user_, Renewal::kWhereDue);
   ASSERT_TRUE(renewed.ok()) << renewed.status();
-  ASSERT_EQ(renewed->size(), kAreas.size() + 1);
+  ASSERT_EQ(renewed->size(), kAreas.size() + 2);
   const identity::IssuedCertificate& service = renewed->front().certificate;
   EXPECT_EQ(service.identity.Text(), "services/plant");
   for (const char* host : {"localhost", "127.0.0.1", "::1"}) EXPECT_THAT(service.hosts, Contains(host));
@@ -113,7 +114,7 @@ TEST_F(PlantCertificatesTest, OfAnotherAuthorityAreMadeAnewOnceTheOldOneIsGivenU
   EXPECT_FALSE(fs::exists(plant_.authority()));
   fs::remove(plant_.certificates() / "authority.pem");
   ASSERT_TRUE(MakeAuthority(plant_, user_).ok());
-  EXPECT_EQ(Renew().size(), kAreas.size() + 1);
+  EXPECT_EQ(Renew().size(), kAreas.size() + 2);
   EXPECT_THAT(Renew(), ElementsAre());
 }
 
@@ -146,7 +147,7 @@ TEST_F(PlantCertificatesTest, FollowNoLinkInAServicesFolder) {
 TEST_F(PlantCertificatesTest, AreGivenToTheServiceUser) {
   if (geteuid() != 0) GTEST_SKIP() << "SKIPPED: only root can give a file away";
   const ServiceUser daemon{1, 1, {}};
-  for (const char* area : kAreas) ASSERT_EQ(chown(plant_.certificates_of(area).c_str(), 1, 1), 0);
+  for (const std::string& area : plant_.Served()) ASSERT_EQ(chown(plant_.certificates_of(area).c_str(), 1, 1), 0);
   ASSERT_TRUE(RenewCertificates(plant_, daemon, Renewal::kWhereDue).ok());
   struct stat found {};
   ASSERT_EQ(lstat((plant_.certificates_of("plant") / identity::kIdentityFile).c_str(), &found), 0);

@@ -7,6 +7,9 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "cli/document.h"
+#include "cli/model_document.h"
+
 namespace sixpoint::cli {
 namespace {
 
@@ -125,6 +128,83 @@ TEST(PlantDocuments, ReadsEncoderRunsAndGauges) {
   EXPECT_EQ(gauge->bore_mm_size(), 4);
   EXPECT_EQ(gauge->face_above_centre_mm(), 75);
   EXPECT_FALSE(LoadAxisRun(Example("gauge.yaml"), "A").ok());
+}
+
+// Files of one test, gone with it.
+class ModelFiles {
+ public:
+  ModelFiles() {
+    std::string folder = ::testing::TempDir() + "/model_XXXXXX";
+    EXPECT_NE(mkdtemp(folder.data()), nullptr);
+    folder_ = folder;
+  }
+  ~ModelFiles() { std::filesystem::remove_all(folder_); }
+  std::string Put(const std::string& name, const std::string& text) const {
+    EXPECT_TRUE(WriteFile(folder_ + "/" + name, text).ok());
+    return folder_ + "/" + name;
+  }
+
+ private:
+  std::string folder_;
+};
+
+TEST(PlantDocuments, TheMachiningModelOfTheDocsIsReadWithItsTemplate) {
+  const ModelFiles files;
+  const std::string nc = files.Put("program.nc", "X1 (SIXPOINT G1/H1)\n");
+  const auto request = LoadMachiningModel(Example("model.yaml"), nc);
+  ASSERT_TRUE(request.ok()) << request.status();
+  EXPECT_EQ(request->machining_model_id(), "block-1-edm");
+  const plant::v1::MachiningModel& model = request->machining_model();
+  EXPECT_EQ(model.part(), "parts/block-1");
+  ASSERT_EQ(model.operations_size(), 1);
+  EXPECT_EQ(model.operations(0).hole_group(), "G1");
+  EXPECT_EQ(model.operations(0).electrode().diameter_mm(), 0.4);
+  EXPECT_EQ(model.operations(0).electrode().wear_mm(), 0.5);
+  EXPECT_FALSE(model.has_w_mm());
+  EXPECT_EQ(model.nc_template(), "X1 (SIXPOINT G1/H1)\n");
+}
+
+TEST(PlantDocuments, AMachiningModelSaysWhereItIsOdd) {
+  const ModelFiles files;
+  const std::string nc = files.Put("program.nc", "X1 (SIXPOINT G1/H1)\n");
+  const auto refusal = [&](const std::string& json) {
+    return std::string(LoadMachiningModel(files.Put("model.json", json), nc).status().message());
+  };
+  EXPECT_THAT(refusal("{}"), HasSubstr("operations"));
+  const std::string odd = refusal(R"({"id": "edm", "part": "p1", "w": 3, "operations": [{"operation": "OP10",
+      "hole_group": "G1", "electrode": {"diameter_mm": -1, "length_mm": 60, "length": 60}}],
+      "work_offsets": [{"code": "G54", "x_mm": 1e6}], "tool_lengths": [{"number": 0, "length_mm": 1}]})");
+  for (const char* field : {"w", "operations[0].electrode.diameter_mm", "operations[0].electrode.length",
+                            "work_offsets[0].x_mm", "tool_lengths[0].number"})
+    EXPECT_THAT(odd, HasSubstr(field));
+  const std::string whole = R"({"id": "edm", "part": "parts/p1", "w_mm": -2.5, "operations": [{"operation": "OP10",
+      "hole_group": "G1", "electrode": {"diameter_mm": 0.4, "length_mm": 60}}],
+      "work_offsets": [{"code": "G54", "x_mm": 1, "b_deg": 5}], "tool_lengths": [{"number": 7, "length_mm": 120.5}]})";
+  const auto request = LoadMachiningModel(files.Put("model.json", whole), nc);
+  ASSERT_TRUE(request.ok()) << request.status();
+  EXPECT_EQ(request->machining_model().w_mm(), -2.5);
+  EXPECT_EQ(request->machining_model().work_offsets(0).b_deg(), 5);
+  EXPECT_EQ(request->machining_model().tool_lengths(0).length_mm(), 120.5);
+  const std::string fan = R"({"id": "edm", "part": "p1", "operations": [{"operation": "OP20",
+      "electrode": {"diameter_mm": 0.4, "length_mm": 60}, "paths": [{"path": "F1", "a_nominal_deg": 1, "b_nominal_deg": 2,
+      "position_tolerance_mm": 0.05, "inclination_tolerance_deg": 0.5, "mouth_mm": 0.3,
+      "poses": [[1, 2, 3, 0, 0, 2], [1.5, 2, 3, 0.3, 0, 0.4]]}]}]})";
+  const auto fanned = LoadMachiningModel(files.Put("fan.json", fan), nc);
+  ASSERT_TRUE(fanned.ok()) << fanned.status();
+  const plant::v1::ToolPath& path = fanned->machining_model().operations(0).paths(0);
+  ASSERT_EQ(path.poses_size(), 2);
+  EXPECT_EQ(path.poses(0).tip_in_part_mm().z_mm(), 3);
+  EXPECT_EQ(path.poses(0).axis_in_part().z(), 1);
+  EXPECT_EQ(path.poses(1).axis_in_part().x(), 0.6);
+  EXPECT_EQ(path.poses(1).axis_in_part().z(), 0.8);
+  EXPECT_FALSE(path.has_greatest_step_deg());
+  EXPECT_THAT(refusal(R"({"id": "edm", "part": "p1", "operations": [{"operation": "OP20",
+      "electrode": {"diameter_mm": 0.4, "length_mm": 60}, "paths": [{"path": "F1", "a_nominal_deg": 1, "b_nominal_deg": 2,
+      "position_tolerance_mm": 0.05, "inclination_tolerance_deg": 0.5, "mouth_mm": 0.3,
+      "poses": [[1, 2, 3, 0, 0, 0], [1.5, 2, 3, 0.3]]}]}]})"),
+              ::testing::AllOf(HasSubstr("paths[0].poses[0]"), HasSubstr("paths[0].poses[1]")));
+  EXPECT_EQ(LoadMachiningModel(files.Put("model.json", whole), nc + ".none").status().code(),
+            absl::StatusCode::kNotFound);
 }
 
 }  // namespace

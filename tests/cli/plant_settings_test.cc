@@ -50,8 +50,8 @@ TEST(PlantSettings, SayWhereAPlantIsSeen) {
   EXPECT_EQ(ParseSettings("plant.json", "{\"metrics_port\": 0}")->MetricsPort(), 0);
   for (const int own : {7395, 7400, 7405})
     EXPECT_THAT(Refusal("{\"metrics_port\": " + std::to_string(own) + "}"),
-                HasSubstr("--metrics-port: " + std::to_string(own) + ", want 0 for none, or the first of six ports"));
-  for (const int beside : {7394, 7406}) EXPECT_EQ(Refusal("{\"metrics_port\": " + std::to_string(beside) + "}"), "");
+                HasSubstr("--metrics-port: " + std::to_string(own) + ", want 0 for none, or the first of seven ports"));
+  for (const int beside : {7393, 7406}) EXPECT_EQ(Refusal("{\"metrics_port\": " + std::to_string(beside) + "}"), "");
   EXPECT_THAT(Refusal("{\"metrics_port\": 80}"), HasSubstr("--metrics-port: 80, want 0 for none"));
   EXPECT_THAT(Refusal("{\"metrics_port\": 65001}"), HasSubstr("metrics_port: 65001, want a whole number from 0 to"));
 }

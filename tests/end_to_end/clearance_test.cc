@@ -50,6 +50,7 @@ std::vector<Names> NamesOf(const CustomersPart& of) {
                     {"scans", of.scan},
                     {"scan_id", of.scan.substr(6)},
                     {"registration", of.registration},
+                    {"machining_model", of.machining_model},
                     {"inspections", of.inspection},
                     {"serial", of.blade.substr(7)},
                     {"part_id", of.part.substr(6)}};
@@ -62,7 +63,7 @@ std::vector<Names> NamesOf(const CustomersPart& of) {
 
 // Every field that can name something, and of_machine (empty: none) where one is asked for.
 void Fill(Message* message, const Names& names, const std::string& of_machine, int depth = 0) {
-  static const std::set<std::string> kInside = {"requests", "header"};
+  static const std::set<std::string> kInside = {"requests", "header", "machining_model"};
   const auto& reflection = *message->GetReflection();
   for (int i = 0; i < message->GetDescriptor()->field_count(); ++i) {
     const FieldDescriptor* field = message->GetDescriptor()->field(i);
@@ -91,6 +92,8 @@ class ClearanceTest : public Door {
     kappa_ = PutCustomersPart(database(), "kappa", true, calibrations_);
     sigma_ = PutCustomersPart(database(), "sigma", true, calibrations_);
     open_ = PutCustomersPart(database(), "overt", false, calibrations_);
+    PutMachiningModel(database(), &kappa_);
+    PutMachiningModel(database(), &sigma_);
   }
   storage::Database* database() { return database_.database(); }
 
@@ -186,9 +189,9 @@ TEST_F(ClearanceTest, NothingOfAHiddenPartComesOutOfAnyMethodToAnybody) {
     EXPECT_EQ(cleared.refused, 0) << cleared.Text();
     // A test that finds nothing where all is seen would look for the wrong thing.
     EXPECT_GT(cleared.leaks, 0);
-    for (const char* method :
-         {"ListParts", "ListBlades", "GetPart", "GetBlade", "GetScan", "ListScans", "ListRegistrations",
-          "GetRegistration", "ListCorrections", "GetCorrection", "ListInspections", "GetInspection"})
+    for (const char* method : {"ListParts", "ListBlades", "GetPart", "GetBlade", "GetScan", "ListScans",
+                               "ListRegistrations", "GetRegistration", "ListCorrections", "GetCorrection",
+                               "ListInspections", "GetInspection", "ListMachiningModels", "GetMachiningModel"})
       EXPECT_EQ(cleared.methods_that_told.count(std::string(method) + " by " + by.who), 1u) << method;
     if (by.role != access::v1::ROLE_MACHINE) {
       for (const char* method :
@@ -238,7 +241,7 @@ TEST_F(ClearanceTest, WhatIsHiddenAnswersAsWhatIsNotRecorded) {
         std::string said = std::to_string(status.error_code()) + " " + ReasonOf(status) + " " + status.error_message();
         for (const std::string& each :
              {names.name, names.by_field["part"], names.by_field["blade"], names.by_field["scans"],
-              names.by_field["registration"], names.by_field["inspections"]})
+              names.by_field["registration"], names.by_field["inspections"], names.by_field["machining_model"]})
           if (const std::size_t at = said.find(each); !each.empty() && at != std::string::npos)
             said.replace(at, each.size(), "NAME");
         return said;

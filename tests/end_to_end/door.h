@@ -14,6 +14,7 @@
 
 #include "services/runtime/credentials.h"
 #include "services/runtime/errors.h"
+#include "sixpoint/plant/v1/account.grpc.pb.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 #include "storage/denials.h"
 #include "tests/end_to_end/plant_processes.h"
@@ -61,6 +62,37 @@ class Door : public ::testing::Test {
     request.set_name(name);
     plant::v1::Machine machine;
     return plant::v1::PlantService::NewStub(channel)->GetMachine(&context, request, &machine);
+  }
+  // Of the real gateway, behind a proxy on this computer.
+  std::vector<std::string> GatewayCommand(int port, const std::filesystem::path& web) {
+    std::vector<std::string> command = {PlantProcesses::Program("sixpoint-gateway"),
+                                        "--listen",
+                                        "127.0.0.1:" + std::to_string(port),
+                                        "--certificates",
+                                        plant_.certificates().Gateway().string(),
+                                        "--web",
+                                        web.string(),
+                                        "--revoked",
+                                        plant_.certificates().revoked_file().string(),
+                                        "--behind-proxy"};
+    for (const std::string& area : PlantProcesses::Areas())
+      command.insert(command.end(), {"--peer", area + "=" + plant_.address(area)});
+    return command;
+  }
+  // users/NAME, who signs in with kPassword.
+  static constexpr char kPassword[] = "correct horse battery staple";
+  void CreateAccount(const std::string& name, access::v1::Role role) {
+    const auto admin = plant::v1::AccountService::NewStub(
+        ChannelTo("plant", Of(plant_.certificates().User("root", {identity::Role::kAdmin}))));
+    plant::v1::CreateAccountRequest create;
+    create.set_name("users/" + name);
+    create.set_password(kPassword);
+    create.add_roles(role);
+    plant::v1::Account account;
+    grpc::ClientContext context;
+    context.set_deadline(Within(20));
+    const grpc::Status created = admin->CreateAccount(&context, create, &account);
+    ASSERT_TRUE(created.ok()) << created.error_message();
   }
   static std::string ReasonOf(const grpc::Status& status) { return runtime::ReasonOf(runtime::FromGrpc(status)); }
   // The denials that were written, once `reason` is among them.

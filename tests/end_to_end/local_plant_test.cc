@@ -10,6 +10,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -19,11 +20,13 @@
 #include "services/runtime/credentials.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 #include "tests/end_to_end/plant_on_this_machine.h"
+#include "tests/end_to_end/plant_processes.h"
 
 namespace sixpoint::testing {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -134,6 +137,57 @@ TEST_F(LocalPlantTest, IsReachedWhereItWasToldToListen) {
   ASSERT_EQ(off_loopback.exit_code, 0) << off_loopback.text;
   ExpectAllReachedAt(*outer);
   ExpectClosedToStrangersAt(*outer);
+}
+
+// The page and HTTP: plain on loopback, elsewhere over TLS by the plant's own certificate, by a proxy, or not at all.
+TEST_F(LocalPlantTest, HasAGatewayAsItWasToldTo) {
+  const auto fetch = [&](const std::string& url) {
+    return ShellOutput("curl -s --noproxy '*' --max-time 10 --cacert " + data() + "/certificates/authority.pem " + url);
+  };
+  const auto url = [&] {
+    return nlohmann::json::parse(Run({"status", "--data", data(), "--json"}).text, nullptr, false)["gateway"].value(
+        "url", "");
+  };
+  const auto at = [&](const std::string& host) { return host + ":" + std::to_string(port_ + 80); };
+  const fs::path page = folder_ / "page";
+  fs::create_directories(page / "assets");
+  std::ofstream(page / "index.html") << "<p>page";
+  std::ofstream(page / "assets" / "a.js") << "'use strict'";
+  ASSERT_EQ(Up({"--web", page.string()}).exit_code, 0);
+  // Nobody is alarmed by a first start's log.
+  EXPECT_THAT(ReadFile(data() + "/log/postgres.log"), Not(AnyOf(HasSubstr("FATAL"), HasSubstr("ERROR"))));
+  EXPECT_EQ(url(), "http://" + at("127.0.0.1"));
+  EXPECT_EQ(fetch(url()), "<p>page");
+  EXPECT_EQ(fetch(url() + "/assets/a.js"), "'use strict'");
+  EXPECT_EQ(fetch(url() + "/session"), "{}");
+  // It is seen where the others are, by who may.
+  const std::string metrics = fetch("https://127.0.0.1:" + std::to_string(port_ + 26) + "/metrics --cert " + data() +
+                                    "/certificates/local/identity.pem");
+  EXPECT_THAT(metrics, HasSubstr("sixpoint_build_info{area=\"gateway\""));
+  EXPECT_THAT(fetch("https://127.0.0.1:" + std::to_string(port_ + 26) + "/metrics"), HasSubstr("CERTIFICATE_MISSING"));
+
+  ASSERT_EQ(Up({"--listen", "127.0.0.1", "--http", "proxied", "--http-port", std::to_string(port_ + 90)}).exit_code, 0);
+  EXPECT_THAT(ReadFile(data() + "/supervisord.conf"), HasSubstr(" --behind-proxy"));
+  EXPECT_EQ(fetch(url() + "/session"), "{}");
+  EXPECT_THAT(url(), HasSubstr(std::to_string(port_ + 90)));
+  ASSERT_EQ(Up({"--http", "none"}).exit_code, 0);
+  EXPECT_THAT(Run({"status", "--data", data()}).text, Not(HasSubstr("gateway")));
+  EXPECT_THAT(Run({"doctor", "--data", data()}).text, HasSubstr("0 wrong"));
+
+  const std::optional<std::string> outer = OuterAddress();
+  if (!outer) GTEST_SKIP() << "SKIPPED from here on: this machine has no address but loopback ones";
+  ASSERT_EQ(Up({"--http", "direct", "--http-port", std::to_string(port_ + 80), "--listen", *outer}).exit_code, 0);
+  EXPECT_EQ(url(), "https://" + at(*outer));
+  EXPECT_EQ(fetch(url() + "/session"), "{}");
+  // The cookie of who comes so is for encrypted ways alone; a certificate made anew is shown at once.
+  const std::string shown =
+      "echo | openssl s_client -connect " + at(*outer) + " 2>/dev/null | openssl x509 -noout -serial";
+  const std::string before = ShellOutput(shown);
+  ASSERT_EQ(Run({"certs", "renew", "--all", "--data", data()}).exit_code, 0);
+  for (int i = 0; i < 50 && ShellOutput(shown) == before; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  EXPECT_NE(ShellOutput(shown), before);
+  EXPECT_EQ(fetch(url() + "/session"), "{}");
 }
 
 // The name that clients use is not one that the services could bind.

@@ -17,8 +17,8 @@ void PlantOnThisMachine::SetUp() {
   std::string pattern = (fs::temp_directory_path() / "sixpoint-up-XXXXXX").string();
   ASSERT_NE(mkdtemp(pattern.data()), nullptr);
   folder_ = pattern;
-  chmod(folder_.c_str(), 0755);         // the services run as another user
-  port_ = 20000 + getpid() % 200 * 40;  // room for two plants, and where each is seen
+  chmod(folder_.c_str(), 0755);                            // the services run as another user
+  port_ = 20'000 + static_cast<int>(getpid()) % 90 * 140;  // room for two plants, and where each is seen
   // Else the plant would be looked for where one without --data is.
   setenv("SIXPOINT_IDENTITY", (data() + "/certificates/local").c_str(), 1);
 }

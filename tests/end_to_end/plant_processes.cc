@@ -25,28 +25,33 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A port that was free a moment ago; all are held until all are known, so that they differ.
-std::vector<int> FreePorts(std::size_t count) {
-  std::vector<int> sockets, ports;
-  for (std::size_t i = 0; i < count; ++i) {
-    const int handle = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof address;
-    if (handle < 0 || bind(handle, reinterpret_cast<sockaddr*>(&address), size) != 0 ||
-        getsockname(handle, reinterpret_cast<sockaddr*>(&address), &size) != 0) {
-      ADD_FAILURE() << "no free port";
-      std::abort();
-    }
-    sockets.push_back(handle);
-    ports.push_back(ntohs(address.sin_port));
-  }
-  for (const int handle : sockets) close(handle);
-  return ports;
+// Below those that the kernel gives to whoever calls out: one of these, or what is left of it for a minute, would keep a server out.
+constexpr int kFirstPort = 10'000, kPortsToLookAt = 10'000;
+
+bool IsFree(int port, int handle) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  address.sin_addr.s_addr = htonl(INADDR_ANY);
+  return bind(handle, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0;
 }
 
 }  // namespace
+
+std::vector<int> FreePorts(std::size_t count) {
+  // Each process looks from a place of its own, so that two that look at once find others.
+  static int next = static_cast<int>(getpid()) * 61 % kPortsToLookAt;
+  std::vector<int> sockets, ports;
+  for (int looked = 0; ports.size() < count && looked < kPortsToLookAt; ++looked) {
+    const int port = kFirstPort + next++ % kPortsToLookAt;
+    sockets.push_back(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    if (IsFree(port, sockets.back())) ports.push_back(port);
+  }
+  for (const int handle : sockets) close(handle);
+  if (ports.size() == count) return ports;
+  ADD_FAILURE() << "no free port";
+  std::abort();
+}
 
 Process::Process(const std::vector<std::string>& command, const std::string& log_file) {
   std::vector<char*> arguments;

@@ -69,6 +69,8 @@ class PlantProcesses {
   std::map<std::string, std::unique_ptr<Process>> processes_;
 };
 
+// Ports on which nobody listened a moment ago.
+std::vector<int> FreePorts(std::size_t count);
 // The whole text of a file; empty where there is none.
 std::string ReadFile(const std::string& file);
 

@@ -57,6 +57,17 @@ TEST_F(PlantRefusalsTest, AFolderThatIsNoPlants) {
   ExpectRefused(foreign / "empty", "(of the user daemon), want a folder of root's");
 }
 
+// What the supervisor's configuration could not hold, and what the gateway could not serve.
+TEST_F(PlantRefusalsTest, APageThatIsNone) {
+  const fs::path page = folder_ / "two words", empty = folder_ / "empty";
+  for (const fs::path& folder : {page, empty}) fs::create_directories(folder);
+  std::ofstream(page / "index.html") << "<p>page";
+  ExpectSaid(Up({"--web", page.string()}), "--web: " + page.string() + ", want a path of letters, digits and /._-+@");
+  ExpectSaid(Up({"--web", empty.string()}), "--web: " + empty.string() + ", want a folder with index.html");
+  ExpectSaid(Up({"--web", (page / "index.html").string()}), "index.html, want a folder with index.html");
+  EXPECT_FALSE(fs::exists(data()));
+}
+
 TEST_F(PlantRefusalsTest, APortThatAnotherHolds) {
   ASSERT_EQ(Up().exit_code, 0);
   const std::string other = (folder_ / "other").string();
@@ -88,7 +99,7 @@ TEST_F(PlantRefusalsTest, APortAtWhichItIsToBeSeen) {
   auto other_program = runtime::ListenAt("127.0.0.1:" + std::to_string(port_ + 23));
   ASSERT_TRUE(other_program.ok()) << other_program.status();
   const std::string named = "--metrics-port: 127.0.0.1:" + std::to_string(port_ + 23) +
-                            " (another program or plant listens there), want six ports";
+                            " (another program or plant listens there), want ports that are free";
   ExpectSaid(Up(), named);
   EXPECT_FALSE(fs::exists(data()));
   const Answer unseen = Up({"--metrics-port", "0"});

@@ -141,11 +141,11 @@ TEST_F(PlantStartTest, RenewsCertificatesWhereOthersAreWanted) {
   const auto listed = [&] {
     return nlohmann::json::parse(Run({"certs", "list", "--json", "--data", data()}).text, nullptr, false).size();
   };
-  EXPECT_EQ(listed(), 7u);  // six services, and who started them
+  EXPECT_EQ(listed(), 8u);  // six services, the gateway, and who started them
   ASSERT_EQ(Up().exit_code, 0);
-  EXPECT_EQ(listed(), 7u);
+  EXPECT_EQ(listed(), 8u);
   ASSERT_EQ(Up({"--listen", "127.0.0.2"}).exit_code, 0);
-  EXPECT_EQ(listed(), 13u);
+  EXPECT_EQ(listed(), 15u);
   ASSERT_EQ(Run({"certs", "revoke", "services/ingest", "--data", data()}).exit_code, 0);
   EXPECT_THAT(Run({"status", "--data", data()}).text, HasSubstr("the certificate of ingest: revoked"));
   const Answer up = Up();

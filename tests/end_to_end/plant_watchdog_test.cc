@@ -50,6 +50,19 @@ INSTANTIATE_TEST_SUITE_P(
 
 using StuckPlantTest = PlantOnThisMachine;
 
+TEST_F(StuckPlantTest, TheGatewayIsStartedAnewToo) {
+  ASSERT_EQ(Up().exit_code, 0);
+  const std::string stuck = Pid("gateway");
+  ASSERT_EQ(ServiceShellOutput("kill -STOP " + stuck), "");
+  EXPECT_THAT(Run({"status", "--data", data()}).text, HasSubstr("SILENT"));
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(40);
+  while (std::chrono::steady_clock::now() < end &&
+         (Pid("gateway") == stuck || Run({"status", "--data", data()}).exit_code != 0))
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  EXPECT_NE(Pid("gateway"), stuck);
+  EXPECT_EQ(Run({"status", "--data", data()}).exit_code, 0);
+}
+
 // No restart brings the database back.
 TEST_F(StuckPlantTest, NotServingIsAnAnswer) {
   ASSERT_EQ(Up().exit_code, 0);

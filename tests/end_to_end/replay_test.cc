@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
@@ -88,6 +89,53 @@ class ReplayTest : public ::testing::Test {
     auto transaction = database_.database()->Begin(Soon());
     return transaction->Execute("SELECT count(*) FROM " + table)->Int(0, 0);
   }
+  // The newest correction again, by a machining model of its part that this adds; what comes of it is replayed with the others.
+  void CorrectByModel() {
+    const std::string of_old = Run({"correction", "show", Id("correction"), "--json"}).said["registration"];
+    const json registration = Run({"registration", "show", of_old, "--json"}).said;
+    const std::string part_id = registration["part"].get<std::string>().substr(std::string("parts/").size());
+    const json part = Run({"part", "show", part_id, "--json"}).said;
+    json operations = json::array();
+    std::ofstream nc_template(plant_.folder() + "/program.nc");
+    nc_template << "G21 G90\n";
+    for (const json& group : part["hole_groups"]) {
+      const std::string name = group["group"];
+      operations.push_back(
+          {{"operation", "OP-" + name},
+           {"hole_group", name},
+           {"electrode", {{"diameter_mm", group["diameter_mm"]}, {"length_mm", 200}, {"wear_mm", 0.1}}}});
+      for (const json& hole : group["holes"]) {
+        const std::string mark = " (SIXPOINT " + name + "/" + hole["hole"].get<std::string>() + ")\n";
+        nc_template << "G0 Z400\nA0 B0 X0 Y0" << mark << "G1 Z0 F200" << mark << "M62 P1\nM63 P1\n";
+      }
+    }
+    nc_template << "G0 Z400\nM30\n";
+    nc_template.close();
+    std::ofstream(plant_.folder() + "/model.json")
+        << json{{"id", "edm"}, {"part", part_id}, {"operations", operations}};
+    const Answer added =
+        Run({"model", "add", plant_.folder() + "/model.json", "--template", plant_.folder() + "/program.nc", "--json"});
+    ASSERT_EQ(added.exit_code, 0) << added.said.dump(1);
+    EXPECT_EQ(added.said["name"], "machining_models/edm");
+    const Answer corrected = Run({"correct", "--registration", of_old, "--model", "edm", "--json"});
+    ASSERT_TRUE(corrected.said.contains("machining_model")) << corrected.said.dump(1);
+    EXPECT_EQ(corrected.said["machining_model"], "machining_models/edm@1");
+    EXPECT_EQ(corrected.said["checks"].back()["kind"], "RELEASE_CHECK_KIND_TOOL_CYLINDER") << corrected.said.dump(1);
+    EXPECT_TRUE(corrected.said["checks"].back().value("passed", false)) << corrected.said["checks"].dump(1);
+    names_.push_back(corrected.said["name"]);
+    // A later revision is another thing: what rests on the first one still does.
+    std::ofstream(plant_.folder() + "/program.nc", std::ios::app) << "(revised)\n";
+    EXPECT_EQ(
+        Run({"model", "add", plant_.folder() + "/model.json", "--template", plant_.folder() + "/program.nc", "--json"})
+            .said["revision"],
+        2);
+    const std::string recalled = Text({"recall", "machining_models/edm@1", "--json"});
+    EXPECT_THAT(recalled, HasSubstr(corrected.said["name"].get<std::string>()));
+    EXPECT_THAT(Text({"recall", "machining_models/edm@2", "--json"}), Not(HasSubstr("corrections/")));
+    EXPECT_THAT(Text({"model", "list"}), HasSubstr("edm"));
+    EXPECT_THAT(Text({"model", "show", "edm@1", "--only-template"}), Not(HasSubstr("(revised)")));
+    EXPECT_THAT(Text({"correct", "--registration", of_old, "--model", "none"}), HasSubstr("sixpoint model list"));
+  }
   std::string Id(const std::string& noun) const { return newest_.at(noun).substr(newest_.at(noun).find('/') + 1); }
 
   ThrowawayDatabase database_;
@@ -99,6 +147,7 @@ class ReplayTest : public ::testing::Test {
 
 TEST_F(ReplayTest, WhateverTheThreadsAndWhateverIsInForceNow) {
   ASSERT_GE(names_.size(), 5u);
+  CorrectByModel();
   ExpectTheSameBits("at once");
   StartAgain({"--threads", "1"});
   ExpectTheSameBits("on one thread");

@@ -22,7 +22,6 @@ using ::testing::Field;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr char kPassword[] = "correct horse battery staple";
 constexpr char kRequestId[] = "6f1d3c52-0f6e-4d4e-8f46-3f1f0c1d2e3f";
 
 // One call, by a session where there is one.
@@ -45,13 +44,7 @@ class SignIn : public Door {
     gateway_to_correction_ = ChannelTo("correction", gateway);
     admin_ = AccountService::NewStub(ChannelTo("plant", Of(plant_.certificates().User("it", {Role::kAdmin}))));
     desk_ = AccountService::NewStub(gateway_);
-    plant::v1::CreateAccountRequest create;
-    create.set_name("users/jane");
-    create.set_password(kPassword);
-    create.add_roles(access::v1::ROLE_ENGINEER);
-    plant::v1::Account account;
-    const grpc::Status created = Ask(admin_, &AccountService::Stub::CreateAccount, create, &account);
-    ASSERT_TRUE(created.ok()) << created.error_message();
+    CreateAccount("jane", access::v1::ROLE_ENGINEER);
   }
 
   grpc::Status Try(const std::string& name, const std::string& password, plant::v1::Session* session) {

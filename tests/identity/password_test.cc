@@ -65,9 +65,9 @@ TEST(Password, ANewOneIsLongEnoughAndNeverTold) {
   EXPECT_TRUE(CheckNewPassword("password", kPassword).ok());
   EXPECT_TRUE(CheckNewPassword("password", std::string(128, 'x')).ok());
   EXPECT_TRUE(CheckNewPassword("password", "überlänge-äö").ok());
-  for (const std::string& bad :
-       {std::string("shortsecret"), std::string(), "longsecret" + std::string(119, 'x'),
-        std::string("secret\xff\xfe 123456"), std::string("secret\n1234567"), std::string("secret\0234567", 13)}) {
+  for (const std::string& bad : {std::string("shortsecret"), std::string(), "longsecret" + std::string(119, 'x'),
+                                 std::string("secret\xff\xfe 123456"), std::string("secret\n1234567"),
+                                 std::string("secret") + '\0' + "234567"}) {
     const absl::Status status = CheckNewPassword("new_password", bad);
     ASSERT_EQ(ViolationsOf(status).size(), 1u) << status;
     EXPECT_EQ(ViolationsOf(status)[0].field, "new_password");

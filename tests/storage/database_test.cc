@@ -295,6 +295,60 @@ TEST_F(DatabaseTest, ACrashBetweenCallsIsNotSeenByTheNextOne) {
   EXPECT_EQ(CountParents(), 0);
 }
 
+// A migration while services run: what a session has prepared no longer gives what it gave.
+TEST_F(DatabaseTest, AStatementWhoseTableChangedIsPreparedAgain) {
+  Do("INSERT INTO parents VALUES (1, 2.5)");
+  const std::unique_ptr<Database> database = database_.Open(1);
+  const auto all = [&]() -> absl::StatusOr<Rows> {
+    absl::StatusOr<Transaction> transaction = database->Begin(Soon());
+    if (!transaction.ok()) return transaction.status();
+    return transaction->Execute("SELECT * FROM parents");
+  };
+  EXPECT_EQ(all()->count(), 1);
+  EXPECT_EQ(all()->count(), 1);
+  Do("ALTER TABLE parents ADD COLUMN width_mm double precision");
+  const auto wider = all();
+  ASSERT_TRUE(wider.ok()) << wider.status();
+  EXPECT_TRUE(wider->IsNull(0, 2));
+  // What somebody between here and the server discarded is no more, too: within a transaction it is begun again by who began it.
+  {
+    absl::StatusOr<Transaction> transaction = database->Begin(Soon());
+    ASSERT_TRUE(transaction->Execute("SELECT * FROM parents").ok());
+    ASSERT_TRUE(transaction->Execute("DEALLOCATE ALL").ok());
+    EXPECT_EQ(transaction->Execute("SELECT * FROM parents").status().code(), absl::StatusCode::kUnavailable);
+  }
+  EXPECT_TRUE(all().ok());
+}
+
+// More texts than are kept prepared, and long ones.
+TEST_F(DatabaseTest, ManyStatementsAreRunAsWell) {
+  const std::unique_ptr<Database> database = database_.Open(1);
+  absl::StatusOr<Transaction> transaction = database->Begin(Soon(60));
+  for (int round = 0; round < 2; ++round)
+    for (int i = 0; i < 300; ++i)
+      ASSERT_EQ(transaction->Execute("SELECT " + std::to_string(i) + " + $1::integer", Params().Int(1))->Int(0, 0),
+                i + 1);
+  EXPECT_EQ(transaction->Execute("SELECT 7 /*" + std::string(20000, 'x') + "*/")->Int(0, 0), 7);
+  const auto prepared = transaction->Execute("SELECT count(*) FROM pg_prepared_statements");
+  EXPECT_EQ(prepared->Int(0, 0), 256);
+}
+
+// The server hears of the roll-back before anybody else has the connection, and of nothing where nothing was said.
+TEST_F(DatabaseTest, WhatWasAbandonedIsNotSeenByWhoComesNext) {
+  const std::unique_ptr<Database> database = database_.Open(1);
+  std::int64_t pid = 0;
+  {
+    absl::StatusOr<Transaction> transaction = database->Begin(Soon());
+    pid = transaction->Execute("SELECT pg_backend_pid()")->Int(0, 0);
+    ASSERT_TRUE(transaction->Execute("INSERT INTO parents VALUES (7, 1)").ok());
+  }
+  { const absl::StatusOr<Transaction> silent = database->Begin(Soon()); }
+  absl::StatusOr<Transaction> next = database->Begin(Soon());
+  EXPECT_EQ(next->Execute("SELECT count(*) FROM parents")->Int(0, 0), 0);
+  EXPECT_EQ(next->Execute("SELECT pg_backend_pid()")->Int(0, 0), pid);
+  EXPECT_TRUE(next->Commit().ok());
+}
+
 TEST_F(DatabaseTest, SchemaVersionIsZeroBeforeAnyMigration) {
   const absl::StatusOr<int> version = database_.database()->SchemaVersion(Soon());
   ASSERT_TRUE(version.ok()) << version.status();

@@ -93,7 +93,7 @@ TEST_F(EventsTest, TheKindsAreThoseThatAnEntryMayHave) {
   ASSERT_TRUE(now.ok()) << now.status();
   for (const char* kind :
        {"machine", "artefact", "part", "blade", "scan", "calibration", "registration", "correction", "inspection",
-        "deletion", "release", "withdrawal", "study", "policy", "refusal", "fetch", "cut"})
+        "deletion", "release", "withdrawal", "study", "policy", "refusal", "fetch", "cut", "machining_model"})
     EXPECT_THAT(now->kinds, Contains(kind));
   EXPECT_THAT(now->kinds, Not(Contains("text")));
 }

@@ -265,12 +265,13 @@ TEST_F(LedgerTest, ARowsTextDependsOnItsValuesOnly) {
 
 // The next migration cannot forget a table: each that is append-only is in the ledger, or said here to have no place in it.
 TEST_F(LedgerTest, EveryTableOfTheRecordIsInTheLedger) {
-  // The leaf itself has the digest of record_names; of machines, artefacts and parts, ids alone, the revisions are in it; requests are
+  // The leaf itself has the digest of record_names; of machines, artefacts, parts and machining models, ids alone, the revisions are in it; requests are
   // dropped after months; blobs and plant_identity are the store's, whose digests stand in the rows that refer to them; drifts follow
   // from the calibrations; the others are not of the journal.
   std::set<std::string> without;
   std::istringstream words(
-      "record_names machines artefacts parts requests blobs blob_damages plant_identity calibration_drifts denials "
+      "record_names machines artefacts parts machining_models requests blobs blob_damages plant_identity "
+      "calibration_drifts denials "
       "account_events clearance_events webhooks webhook_withdrawals ledger_leaves ledger_contents ledger_nodes "
       "ledger_heads");
   for (std::string word; words >> word;) without.insert(word);

@@ -246,6 +246,131 @@ TEST(PlantStore, ACustomersPartIsForWhoIsCleared) {
   });
 }
 
+MachiningModelRow Model(const std::string& id, const std::string& part, char content = '0') {
+  MachiningModelRow row;
+  row.machining_model_id = id;
+  row.content_sha256 = std::string(64, content);
+  row.part_id = part;
+  row.part_revision = 1;
+  row.operations = {{"OP10", "G2", 0.4, 60, 0.25}, {"OP20", "G1", 0.5, 80, 0}, {"OP30", "", 0.3, 50, 0}};
+  MachiningToolPathRow fan;
+  fan.path = "F1";
+  fan.a_nominal_deg = -12.5;
+  fan.b_nominal_deg = 30;
+  fan.position_tolerance_mm = 0.05;
+  fan.inclination_tolerance_deg = 0.5;
+  fan.mouth_mm = 0.3;
+  fan.tips_in_part_mm = {1, 2, 3, 1.1, 2, 3, 1.2, 2, 3.125};
+  fan.axes_in_part = {0, 0, 1, 0.6, 0, 0.8, 0, -1, 0};
+  row.operations.back().paths = {fan, fan};
+  row.operations.back().paths.back().path = "F2";
+  row.operations.back().paths.back().greatest_step_deg = 2;
+  row.w_mm = 12.5;
+  row.nc_template = "X1 (SIXPOINT G1/H1)\n";
+  row.work_offsets = {{"G54", {1, 2, 3, 4, 5}}, {"G55", {0, 0, -0.125, 0, 0}}};
+  row.tool_lengths = {{7, 120.5}, {8, 0}};
+  return row;
+}
+
+TEST(PlantStore, AMachiningModelIsOfOnePartAndKeepsItsTemplate) {
+  OnBoth([](const PlantStores& plant) {
+    AddParts(plant);
+    const auto record = [&](const MachiningModelRow& row) {
+      return Record(*plant.machining_models, row, "", "", Entry({"parts/" + row.part_id + "@1"}));
+    };
+    const auto first = record(Model("edm", "p1"));
+    ASSERT_TRUE(first.ok()) << first.status();
+    EXPECT_EQ(record(Model("edm", "p1"))->recorded.sequence, first->recorded.sequence);
+    MachiningModelRow bare = Model("edm", "p1", 'b');
+    bare.w_mm.reset();
+    bare.work_offsets.clear();
+    bare.tool_lengths.clear();
+    ASSERT_TRUE(record(bare).ok());
+    const auto found = plant.machining_models->Find("edm", 1, Soon());
+    ASSERT_TRUE(found.ok() && found->has_value()) << found.status();
+    EXPECT_EQ((*found)->nc_template, "X1 (SIXPOINT G1/H1)\n");
+    EXPECT_EQ((*found)->nc_template_sha256, Sha256Hex("X1 (SIXPOINT G1/H1)\n"));
+    EXPECT_EQ((*found)->part_id, "p1");
+    EXPECT_EQ((*found)->part_revision, 1);
+    EXPECT_EQ((*found)->w_mm, 12.5);
+    ASSERT_EQ((*found)->operations.size(), 3u);
+    EXPECT_EQ((*found)->operations[2].hole_group, "");
+    EXPECT_THAT((*found)->operations[1].paths, IsEmpty());
+    ASSERT_EQ((*found)->operations[2].paths.size(), 2u);
+    const MachiningToolPathRow &fan = (*found)->operations[2].paths[0], &other = (*found)->operations[2].paths[1];
+    EXPECT_EQ(fan.path, "F1");
+    EXPECT_EQ(fan.a_nominal_deg, -12.5);
+    EXPECT_EQ(fan.b_nominal_deg, 30);
+    EXPECT_EQ(fan.position_tolerance_mm, 0.05);
+    EXPECT_EQ(fan.inclination_tolerance_deg, 0.5);
+    EXPECT_EQ(fan.mouth_mm, 0.3);
+    EXPECT_FALSE(fan.greatest_step_deg.has_value());
+    EXPECT_THAT(fan.tips_in_part_mm, ElementsAre(1, 2, 3, 1.1, 2, 3, 1.2, 2, 3.125));
+    EXPECT_THAT(fan.axes_in_part, ElementsAre(0, 0, 1, 0.6, 0, 0.8, 0, -1, 0));
+    EXPECT_EQ(other.path, "F2");
+    EXPECT_EQ(other.greatest_step_deg, 2);
+    EXPECT_EQ((*found)->operations[0].operation, "OP10");
+    EXPECT_EQ((*found)->operations[0].hole_group, "G2");
+    EXPECT_EQ((*found)->operations[0].electrode_diameter_mm, 0.4);
+    EXPECT_EQ((*found)->operations[0].electrode_length_mm, 60);
+    EXPECT_EQ((*found)->operations[0].electrode_wear_mm, 0.25);
+    ASSERT_EQ((*found)->work_offsets.size(), 2u);
+    EXPECT_EQ((*found)->work_offsets[1].code, "G55");
+    EXPECT_EQ((*found)->work_offsets[1].offset[2], -0.125);
+    ASSERT_EQ((*found)->tool_lengths.size(), 2u);
+    EXPECT_EQ((*found)->tool_lengths[0].number, 7);
+    EXPECT_EQ((*found)->tool_lengths[0].length_mm, 120.5);
+    const auto newest = plant.machining_models->Find("edm", 0, Soon());
+    EXPECT_EQ((*newest)->revision, 2);
+    EXPECT_FALSE((*newest)->w_mm.has_value());
+    EXPECT_THAT((*newest)->work_offsets, IsEmpty());
+    // Another part's it never becomes.
+    EXPECT_EQ(record(Model("edm", "p2")).status().code(), absl::StatusCode::kAlreadyExists);
+    const auto listed = plant.machining_models->List({}, "", 10, Soon());
+    ASSERT_EQ(listed->size(), 1u);
+    EXPECT_EQ(listed->front().revision, 2);
+    EXPECT_EQ(listed->front().nc_template, "");
+    ASSERT_EQ(listed->front().operations.size(), 3u);
+    ASSERT_EQ(listed->front().operations[2].paths.size(), 2u);
+    EXPECT_EQ(listed->front().operations[2].paths[1].path, "F2");
+    EXPECT_THAT(listed->front().operations[2].paths[1].tips_in_part_mm, IsEmpty());
+    const auto entry = plant.journal->FindEntry("machining_models/edm@2", Soon());
+    ASSERT_TRUE(entry.ok() && entry->has_value());
+    EXPECT_EQ((*entry)->entry.kind, "machining_model");
+    EXPECT_THAT(Names(plant.journal->DerivedFrom("parts/p1", {}, {}, Soon())),
+                ElementsAre("machining_models/edm@1", "machining_models/edm@2"));
+  });
+}
+
+TEST(PlantStore, ACustomersMachiningModelIsForWhoIsCleared) {
+  OnBothWithClearances([](const PlantStores& plant, const ClearFor& clear) {
+    AddParts(plant);
+    const Reader jane{"users/jane"}, jack{"users/jack"};
+    clear("users/jane", "customers/acme");
+    const auto surface = plant.surfaces->Keep("cad", "surface", Tessellation(), "test", Soon());
+    PartRow part = sixpoint::testing::PartOf("p3", *surface);
+    part.customer_id = "acme";
+    RecordEntry by_jane = Entry(), by_jack = Entry();
+    by_jane.reader = jane;
+    by_jack.reader = jack;
+    ASSERT_TRUE(Record(*plant.parts, part, "", "request", by_jane).ok());
+    by_jane.inputs = {"parts/p3@1"};
+    ASSERT_TRUE(Record(*plant.machining_models, Model("edm", "p3"), "", "request", by_jane).ok());
+    EXPECT_EQ(plant.machining_models->List({{}, jane}, "", 10, Soon())->size(), 1u);
+    EXPECT_THAT(*plant.machining_models->List({{}, jack}, "", 10, Soon()), IsEmpty());
+    EXPECT_EQ(plant.machining_models->List({{}, jane, "p3"}, "", 10, Soon())->size(), 1u);
+    EXPECT_THAT(*plant.machining_models->List({{}, jane, "p1"}, "", 10, Soon()), IsEmpty());
+    const auto hidden = [&](const Reader& reader, const std::string& name) {
+      return plant.clearances->FirstHidden(reader, {name}, Unrecorded::kIsSeen, Soon())->has_value();
+    };
+    EXPECT_TRUE(hidden(jack, "machining_models/edm"));
+    EXPECT_FALSE(hidden(jane, "machining_models/edm"));
+    // Whose it is is not told by an id that is taken.
+    const auto taken = Record(*plant.machining_models, Model("edm", "p1"), "", "request", by_jack).status();
+    EXPECT_EQ(taken.code(), absl::StatusCode::kPermissionDenied) << taken;
+  });
+}
+
 TEST(PlantStore, TheJournalIsReadByNameBladeAndEdge) {
   OnBoth([](const PlantStores& plant) {
     AddParts(plant);

@@ -186,6 +186,7 @@ TEST_F(RightsTest, EachReadsItsOwnLists) {
   const auto plant = As("plant");
   EXPECT_TRUE(PlantIn(plant.get()).blades->List({}, "", 10, Soon()).ok());
   EXPECT_TRUE(PlantIn(plant.get()).parts->List({}, "", 10, Soon()).ok());
+  EXPECT_TRUE(PlantIn(plant.get()).machining_models->List({}, "", 10, Soon()).ok());
   EXPECT_TRUE(PlantIn(plant.get()).journal->DerivedFrom("machines/m1", {}, {}, Soon()).ok());
 }
 

@@ -9,6 +9,7 @@
 #include "storage/clearances.h"
 #include "storage/corrections.h"
 #include "storage/inspections.h"
+#include "storage/machining_models.h"
 #include "storage/plant_registry.h"
 #include "storage/registrations.h"
 #include "storage/retention.h"
@@ -189,6 +190,21 @@ MachinesCalibrations PutCalibratedMachine(storage::Database* database) {
   calibrations.rotation = PutCalibration(transaction, SampleRotationCalibration());
   Must(transaction.Commit());
   return calibrations;
+}
+
+void PutMachiningModel(storage::Database* database, CustomersPart* part) {
+  part->machining_model = "machining_models/" + part->word + "-edm";
+  storage::MachiningModelRow model;
+  model.machining_model_id = IdOf(part->machining_model);
+  model.content_sha256 = std::string(64, '0');
+  model.part_id = IdOf(part->part);
+  model.part_revision = 1;
+  model.operations = {{"OP10", "G1", 0.4, 60, 0}};
+  model.nc_template = "X1 (SIXPOINT " + part->word + "/H1)\n";
+  storage::RecordEntry entry = Entry("", {part->part + "@1"}, "");
+  entry.machine.reset();
+  Decided(database,
+          [&](storage::Transaction& transaction) { Must(storage::InsertMachiningModel(transaction, model, entry)); });
 }
 
 CustomersPart PutCustomersPart(storage::Database* database, const std::string& word, bool has_customer,

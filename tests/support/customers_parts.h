@@ -11,9 +11,12 @@ namespace sixpoint::testing {
 // Names of what is recorded of one part; `word` is in all that a person chose.
 struct CustomersPart {
   std::string word, part, blade, scan, registration, correction, inspection, study, deletion;
+  std::string machining_model;  // by PutMachiningModel alone
 
   std::vector<std::string> names() const {
-    return {part, blade, scan, registration, correction, inspection, study, deletion};
+    std::vector<std::string> all = {part, blade, scan, registration, correction, inspection, study, deletion};
+    if (!machining_model.empty()) all.push_back(machining_model);
+    return all;
   }
 };
 
@@ -26,6 +29,8 @@ MachinesCalibrations PutCalibratedMachine(storage::Database* database);
 // WORD-part of the customer WORD (empty: everybody's), with WORD-sn and so on; all of it on machine m1. Ends the program where it cannot.
 CustomersPart PutCustomersPart(storage::Database* database, const std::string& word, bool has_customer,
                                const MachinesCalibrations& calibrations);
+// WORD-edm of that part.
+void PutMachiningModel(storage::Database* database, CustomersPart* part);
 // So many more registrations of its blade.
 void PutRegistrations(storage::Transaction& transaction, const std::string& part_id, const std::string& blade_serial,
                       const MachinesCalibrations& calibrations, int count);

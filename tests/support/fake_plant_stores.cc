@@ -18,7 +18,7 @@ using storage::Deadline;
 template <typename Row>
 class FakeRevisions final : public storage::RevisionStore<Row> {
  public:
-  // kind: machine, artefact, part; id: the row's member.
+  // kind: machine, artefact, part, machining_model; id: the row's member.
   FakeRevisions(std::shared_ptr<FakeRecord> record, std::shared_ptr<FakeClearances> clearances, std::string kind,
                 std::string Row::*id)
       : record_(std::move(record)), clearances_(std::move(clearances)), kind_(std::move(kind)), id_(id) {}
@@ -35,8 +35,9 @@ class FakeRevisions final : public storage::RevisionStore<Row> {
     std::vector<Row> listed;
     for (auto row = revisions_.upper_bound(after); row != revisions_.end() && static_cast<int>(listed.size()) < limit;
          ++row)
-      if (Contains(filter.recorded, row->second.back().recorded.recorded_at) && !Hides(filter.reader, row->first))
-        listed.push_back(row->second.back());
+      if (Contains(filter.recorded, row->second.back().recorded.recorded_at) && !Hides(filter.reader, row->first) &&
+          (filter.part_id.empty() || IsOfPart(row->second.back(), filter.part_id)))
+        listed.push_back(Listed(row->second.back()));
     return listed;
   }
   absl::StatusOr<std::optional<Row>> FindRecorded(const storage::RecordedRequest& request, Deadline) const override {
@@ -50,10 +51,16 @@ class FakeRevisions final : public storage::RevisionStore<Row> {
       if (Hides(entry.reader, row.*id_)) return storage::NotSeen("part_id", row.*id_, entry.reader);
       if (absl::Status stated = StateCustomer(entry.reader, &row); !stated.ok()) return stated;
       const auto known = revisions_.find(row.*id_);
+      if (known != revisions_.end())
+        if (absl::Status same = CheckSamePart(entry.reader, known->second.back(), row); !same.ok()) return same;
       if (known != revisions_.end() && known->second.back().content_sha256 == row.content_sha256)
         return known->second.back();
       row.revision = known == revisions_.end() ? 1 : known->second.back().revision + 1;
       row.recorded = record_->Next();
+      if constexpr (std::is_same_v<Row, storage::MachiningModelRow>) {
+        row.nc_template_sha256 = storage::Sha256Hex(row.nc_template);
+        clearances_->part_of["machining_models/" + row.*id_] = row.part_id;
+      }
       storage::RecordEntry named = entry;
       named.kind = kind_;
       named.name = NameOf(row);
@@ -69,7 +76,34 @@ class FakeRevisions final : public storage::RevisionStore<Row> {
 
  private:
   bool Hides(const storage::Reader& reader, const std::string& id) const {
+    if constexpr (std::is_same_v<Row, storage::MachiningModelRow>) {
+      const auto known = revisions_.find(id);
+      return known != revisions_.end() && clearances_->Hides(reader, known->second.back().part_id);
+    }
     return kind_ == "part" && clearances_->Hides(reader, id);
+  }
+  // A machining model is of one part.
+  absl::Status CheckSamePart(const storage::Reader& reader, const Row& known, const Row& row) const {
+    if constexpr (std::is_same_v<Row, storage::MachiningModelRow>) {
+      if (known.part_id == row.part_id) return absl::OkStatus();
+      if (clearances_->Hides(reader, known.part_id))
+        return storage::NotSeen("machining_model_id", row.machining_model_id, reader);
+      return absl::AlreadyExistsError("machining_model.part: parts/" + row.part_id);
+    }
+    return absl::OkStatus();
+  }
+  static bool IsOfPart(const Row& row, const std::string& part_id) {
+    if constexpr (std::is_same_v<Row, storage::MachiningModelRow>) return row.part_id == part_id;
+    return true;
+  }
+  // As PostgreSQL's lists and its blobs have it.
+  static Row Listed(Row row) {
+    if constexpr (std::is_same_v<Row, storage::MachiningModelRow>) {
+      row.nc_template.clear();
+      for (storage::MachiningOperationRow& operation : row.operations)
+        for (storage::MachiningToolPathRow& path : operation.paths) path.tips_in_part_mm = path.axes_in_part = {};
+    }
+    return row;
   }
   // Once stated it stays until another is.
   absl::Status StateCustomer(const storage::Reader& reader, Row* row) {
@@ -281,6 +315,9 @@ FakePlantStores::FakePlantStores() {
   artefacts =
       std::make_shared<FakeRevisions<ArtefactRow>>(record, fake_clearances, "artefact", &ArtefactRow::artefact_id);
   parts = std::make_shared<FakeRevisions<PartRow>>(record, fake_clearances, "part", &PartRow::part_id);
+  using storage::MachiningModelRow;
+  machining_models = std::make_shared<FakeRevisions<MachiningModelRow>>(record, fake_clearances, "machining_model",
+                                                                        &MachiningModelRow::machining_model_id);
   blades = std::make_shared<FakeBlades>(record, fake_clearances);
   surfaces = std::make_shared<FakeSurfaces>(record);
   journal = std::make_shared<FakeJournal>(record, fake_clearances);

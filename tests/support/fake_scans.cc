@@ -69,6 +69,20 @@ absl::Status FakeScans::RequirePoints(const std::string& scan_id, Deadline) cons
                                       : Deleted("points of scans/" + scan_id, deletion->second.reason);
 }
 
+absl::StatusOr<std::optional<std::string>> FakeScans::BlobOf(const std::string& scan_id, const std::string& blob_sha256,
+                                                             storage::Deadline deadline) const {
+  if (const absl::Status kept = RequirePoints(scan_id, deadline); !kept.ok()) return kept;
+  const auto blocks = Blocks(scan_id, deadline);
+  if (!blocks.ok()) return blocks.status();
+  for (const storage::ScanBlockRow& block : *blocks) {
+    if (block.blob_sha256 != blob_sha256 && block.evidence_sha256 != blob_sha256) continue;
+    absl::StatusOr<std::string> bytes = Payload(blob_sha256, deadline);
+    if (!bytes.ok()) return bytes.status();
+    return *std::move(bytes);
+  }
+  return std::nullopt;
+}
+
 absl::StatusOr<std::vector<storage::ScanBlockRow>> FakeScans::Blocks(const std::string& scan_id, Deadline) const {
   const auto lock = record_.Lock();
   if (!record_.failure().ok()) return record_.failure();

@@ -29,6 +29,8 @@ class FakeScans final : public storage::ScanStore, public storage::RetentionStor
   absl::Status RequirePoints(const std::string& scan_id, storage::Deadline) const override;
   absl::StatusOr<std::vector<storage::ScanBlockRow>> Blocks(const std::string& scan_id,
                                                             storage::Deadline) const override;
+  absl::StatusOr<std::optional<std::string>> BlobOf(const std::string& scan_id, const std::string& blob_sha256,
+                                                    storage::Deadline deadline) const override;
   absl::StatusOr<std::string> Payload(const std::string& blob_sha256, storage::Deadline) const override;
 
   FakeClearances clearances;

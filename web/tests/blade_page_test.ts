@@ -45,9 +45,16 @@ test('the verdict is first, and every hole has its value, U and limit', async ()
   await page.context().close();
 });
 
-test('the blade stands in its colours: red where it stands out, blue where it lacks, and the scale moves them', async () => {
-  const page = await signedIn(stage, '/blades/SN-0412');
+// By the page's own drawing, as this browser has no graphics processor; and by WebGL, as if it had one.
+for (const by of ['the page', 'WebGL']) test(`the blade stands in its colours by ${by}: red where it stands out, blue where it lacks, and the scale moves them`, async () => {
+  const page = await signedIn(stage, '/');
+  if (by === 'WebGL') await page.addInitScript(() => {
+    const ask = WebGL2RenderingContext.prototype.getParameter;
+    WebGL2RenderingContext.prototype.getParameter = function (name: number) { return name === 0x9246 || name === this.RENDERER ? 'A graphics processor' : ask.call(this, name) as unknown; };
+  });
+  await page.goto(`${stage.gateway.url}/blades/SN-0412`);
   await drawn(page, 50_000);
+  assert.equal(await page.locator('.view3d canvas').getAttribute('data-points-by'), by);
   await page.waitForTimeout(600);
   const said = await page.locator('.scale-box').innerText();
   // Of the deviation that the fixture put in: rms 7.5 um with its noise, as it was drawn from the same formula.
@@ -132,10 +139,19 @@ test('a blade that is not recorded is said so, and search finds by prefix and ve
 test('the report prints to one page', async () => {
   const page = await signedIn(stage, '/blades/SN-0412');
   await drawn(page, 50_000);
-  await page.evaluate(() => window.dispatchEvent(new Event('beforeprint')));
-  await page.waitForSelector('.view-printed', { state: 'attached' });
+  // What is printed has to be there when the event returns: a browser's print waits for nothing.
+  const inks = await page.evaluate(() => {
+    window.dispatchEvent(new Event('beforeprint'));
+    const paper = document.querySelector<HTMLCanvasElement>('canvas.view-printed')!;
+    const pixels = paper.getContext('2d')!.getImageData(0, 0, paper.width, paper.height).data;
+    let red = 0, drawn = 0;
+    for (let i = 0; i < pixels.length; i += 4) { if (pixels[i + 3]! > 0) drawn += 1; if (pixels[i]! > pixels[i + 1]! + 90) red += 1; }
+    return { red, drawn };
+  });
+  assert.ok(inks.drawn > 20_000 && inks.red > 1500, JSON.stringify(inks));
   const pdf = (await page.pdf({ preferCSSPageSize: true, printBackground: true })).toString('latin1');
   assert.equal([...pdf.matchAll(/\/Type \/Page\b/g)].length, 1);
+  assert.match(pdf, /\/Subtype \/Image/);
   await page.context().close();
 });
 

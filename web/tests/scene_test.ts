@@ -4,11 +4,13 @@ import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
 import draco3d from 'draco3d';
 import { create } from '@bufbuild/protobuf';
+import { PerspectiveCamera, Vector3 } from 'three';
 import { LineSchema } from '#proto/sixpoint/geometry/v1/geometry_pb';
 import { colourOf, colourTable, kColourCount, kColourReach } from '../src/scene/colours';
 import { shuffled } from '../src/scene/cloud';
 import { decodeBlock } from '../src/scene/draco_block';
 import { DistanceField } from '../src/scene/distance';
+import { PointRaster } from '../src/scene/point_raster';
 import { after, apply, fieldAt, inverse, turnAbout } from '../src/scene/frames';
 import { readSurface } from '../src/scene/surface';
 import { scanPoints, surfaceBytes, surfaceNormal, surfacePoint } from './fixtures/blade_world';
@@ -99,4 +101,45 @@ test('a surface that is cut short or of another format is refused', () => {
   const bytes = surfaceBytes(12, 3);
   assert.throws(() => readSurface(bytes.slice(0, bytes.length - 1)), /cut short/);
   assert.throws(() => readSurface(new Uint8Array(100)), /another format/);
+});
+
+test('points drawn by the page stand where three.js puts them, the nearer one seen, and what is behind or beside is not', () => {
+  const camera = new PerspectiveCamera(32, 160 / 90, 1, 500), raster = new PointRaster();
+  camera.position.set(30, -80, 12);
+  camera.up.set(0, 0, 1);
+  camera.lookAt(1, 2, 3);
+  camera.updateMatrixWorld();
+  const count = 4000, positions = new Float32Array(3 * count), colours = new Uint32Array(count);
+  for (let i = 0; i < count; ++i) {
+    // All around who looks.
+    positions.set([((i * 0.8191725134) % 1) * 300 - 150, ((i * 0.6710436067) % 1) * 300 - 150, ((i * 0.5497004779) % 1) * 200 - 100], 3 * i);
+    colours[i] = i + 1;
+  }
+  for (const size of [1, 2]) {
+    const nearest = new Map<number, { depth: number; colour: number }>();
+    let seen = 0;
+    for (let i = 0; i < count; ++i) {
+      const at = new Vector3().fromArray(positions, 3 * i), before = at.clone().applyMatrix4(camera.matrixWorldInverse).z < -1;
+      at.project(camera);
+      const x = Math.floor((at.x + 1) * 80 - (size - 1) / 2), y = Math.floor((at.y + 1) * 45 - (size - 1) / 2), depth = (at.z + 1) / 2;
+      if (!before || x < 0 || y < 0 || x >= 160 || y >= 90 || depth >= 1) continue;
+      seen += 1;
+      for (let v = y; v < Math.min(90, y + size); ++v) for (let u = x; u < Math.min(160, x + size); ++u) {
+        if (depth < (nearest.get(v * 160 + u)?.depth ?? 1)) nearest.set(v * 160 + u, { depth, colour: i + 1 });
+      }
+    }
+    raster.begin(160, 90);
+    raster.draw(positions, colours, count, camera.projectionMatrix.clone().multiply(camera.matrixWorldInverse).elements, size);
+    let differing = 0, drawn = 0;
+    raster.pixels.forEach((colour, at) => {
+      const wanted = nearest.get(at);
+      if (colour) drawn += 1;
+      if (colour !== (wanted?.colour ?? 0)) differing += 1;
+      else if (wanted) assert.ok(Math.abs(raster.depths[at]! - wanted.depth) < 1e-6);
+    });
+    assert.ok(seen > 200 && drawn > 200, `${seen} seen, ${drawn} drawn`);
+    assert.ok(differing <= 2, `${differing} of ${drawn} pixels differ`);  // one on a pixel's border may fall to either side
+  }
+  raster.begin(160, 90);
+  assert.ok(raster.pixels.every((colour) => colour === 0), 'begun anew, nothing is there');
 });

@@ -83,6 +83,21 @@ TEST(KeepOut, ARapidMayGoRoundTheCorner) {
   EXPECT_FALSE(Block().Check(rapid).passed());
 }
 
+// What a path's electrode does from pose to pose is asked elsewhere; of any other way between its poses it is asked here.
+TEST(KeepOut, OnlyTheWayFromPoseToPoseOfAPathIsItsOwn) {
+  Block block;
+  block.targets = {
+      {"F1/1", {1, 2, 0, 0, 0, "F1", 1}}, {"F1/2", {2, 2, 0, 0, 0, "F1", 2}}, {"F1/3", {3, 2, 0, 0, 0, "F1", 3}}};
+  const std::string before = "G0 Z10 A0 B0\nX1 Y2\nG1 Z0 F20 (SIXPOINT F1/1)\n", after = "G0 Z10\n";
+  const std::string second = "G1 X2 A0 B0 (SIXPOINT F1/2)\n", third = "G1 X3 A0 B0 (SIXPOINT F1/3)\n";
+  EXPECT_TRUE(block.Check(before + second + third + after).passed());
+  EXPECT_FALSE(block.Check(before + third + after).passed()) << "past a pose";
+  EXPECT_FALSE(block.Check(before + second + third + second + after).passed()) << "back";
+  EXPECT_FALSE(block.Check(before + "G1 X2 A0 B0\n" + after).passed()) << "without its mark";
+  EXPECT_FALSE(block.Check(before + "G0 X2 A0 B0 (SIXPOINT F1/2)\n" + after).passed()) << "by rapid";
+  EXPECT_FALSE(block.Check(before + "G1 X2.01 A0 B0 (SIXPOINT F1/2)\n" + after).passed()) << "beside it";
+}
+
 TEST(KeepOut, WhatCannotBeFollowedDoesNotPass) {
   EXPECT_FALSE(Block().Check("G0 Z10\nX1\n").passed());
   EXPECT_FALSE(Block().Check("M30\n").passed());

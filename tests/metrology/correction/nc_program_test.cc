@@ -79,6 +79,16 @@ TEST(NcProgram, RefusesATemplateWithoutMarkers) {
   EXPECT_THAT(Replaced(""), HasSubstr("no marked block"));
 }
 
+TEST(NcProgram, ATemplateIsCheckedWithoutAMachine) {
+  const std::set<std::string> holes = {"G1/H1", "G1/H2"};
+  const auto refusal = [&](const std::string& text) { return std::string(CheckTemplate(text, holes).message()); };
+  EXPECT_EQ(refusal("C1 B2 (SIXPOINT G1/H1)\n(sixpoint G1/H2)\nX1\nM30\n"), "");  // whatever its rotary axes are called
+  EXPECT_THAT(refusal("X1 (SIXPOINT G1/H1)\n"), HasSubstr("no block marked (SIXPOINT G1/H2)"));
+  EXPECT_THAT(refusal("X1 (SIXPOINT G1/H1)\nX1 (SIXPOINT G1/H2)\nX1 (SIXPOINT G2/H1)\n"), HasSubstr("line 3"));
+  EXPECT_THAT(refusal("X1 (SIXPOINT G1/H1)\nG91 X1 (SIXPOINT G1/H2)\n"), HasSubstr("line 2"));
+  EXPECT_THAT(refusal("X1 Y2\n"), HasSubstr("no marked block"));
+}
+
 TEST(NcProgram, RefusesACoordinateThatIsNotFinite) {
   const auto result = ReplaceCoordinates("X1 (SIXPOINT G/H)", {{"G/H", {std::nan(""), 0, 0, 0, 0}}});
   EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument);

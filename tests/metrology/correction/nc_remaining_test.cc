@@ -193,5 +193,20 @@ TEST(NcRemaining, WhatStaysDoesWhatItDid) {
   EXPECT_GT(divided, 400);
 }
 
+// Without the G1 of the hole before it a control that wakes up in G0 goes to the next one by rapid.
+TEST(NcRemaining, RefusesAFeedThatNothingSaysAnyMore) {
+  const std::map<std::string, NcTarget> targets = SixHoles();
+  const auto hole = [&](const std::string& motion, const std::string& name) {
+    return motion + Words(targets.at(name), "XYZAB") + "F20 (SIXPOINT " + name + ")\n";
+  };
+  const auto left = [&](const std::string& motion) {
+    return LeaveOut("G90 G21\n" + hole("G1 ", "G1/H1") + hole(motion, "G1/H2") + "G0 Z100\nM30\n", {"G1/H1"},
+                    {'A', 'B'}, {}, targets)
+        .status();
+  };
+  EXPECT_THAT(std::string(left("").message()), HasSubstr("would move another way"));
+  EXPECT_TRUE(left("G1 ").ok()) << left("G1 ");
+}
+
 }  // namespace
 }  // namespace sixpoint::metrology

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "metrology/kinematics/chain_solver.h"
+
 namespace sixpoint::metrology {
 namespace {
 
@@ -203,6 +205,49 @@ TEST(OrientNearC, IsExactElsewhere) {
     EXPECT_EQ(exact->a_rad, allowed->a_rad);
     EXPECT_EQ(exact->b_rad, allowed->b_rad);
   }
+}
+
+// One problem, seen from the part and from the tool: there C is the turn that comes last.
+TEST(OrientNearC, IsWhatTheChainSolverAnswers) {
+  std::mt19937_64 random(4);
+  std::uniform_real_distribution<double> log10_tilt_deg(-4, 2), azimuth_deg(-180, 180), near(-1, 1);
+  RotaryAxes axes = TiltRotaryTable();
+  axes.a.direction = Eigen::Vector3d(1e-3, 1, -2e-3).normalized();
+  axes.b.direction = Eigen::Vector3d(2e-3, 1e-3, 1).normalized();
+  const auto linear = [](const char* axis, const Eigen::Vector3d& direction) {
+    Joint joint;
+    joint.axis = axis;
+    joint.motion = {JointKind::kLinear, {direction, Eigen::Vector3d::Zero()}};
+    return joint;
+  };
+  Joint b, c;
+  b.axis = "B";
+  b.motion = {JointKind::kRotary, axes.a};
+  c.axis = "C";
+  c.motion = {JointKind::kRotary, axes.b};
+  const auto chain =
+      JointChain::Make({b, c}, {linear("X", Eigen::Vector3d::UnitX()), linear("Y", Eigen::Vector3d::UnitY()),
+                                linear("Z", Eigen::Vector3d::UnitZ())});
+  ASSERT_TRUE(chain.ok());
+  const auto solver = ChainSolver::Make(*chain);
+  ASSERT_TRUE(solver.ok());
+  const double free = 100 * kPi;
+  int tilted = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Eigen::Vector3d v = OffC(std::pow(10, log10_tilt_deg(random)), azimuth_deg(random));
+    const RotaryAngles nominal{near(random), near(random)};
+    const double allowed = 0.1 * kRad;
+    const auto angles = Orient(axes, v, nominal, {-free, free, -free, free}, allowed);
+    Eigen::VectorXd commanded = Eigen::VectorXd::Zero(5);
+    commanded.head<2>() << nominal.a_rad, nominal.b_rad;
+    const auto solved = solver->Solve({{1, 2, 3}, v}, commanded, allowed);
+    ASSERT_EQ(angles.ok(), solved.ok()) << angles.status() << solved.status();
+    if (!angles.ok()) continue;
+    EXPECT_NEAR(angles->a_rad, solved->commanded(0), 1e-9) << v.transpose();
+    EXPECT_NEAR(angles->b_rad, solved->commanded(1), 1e-9) << v.transpose();
+    tilted += solved->tilt_rad > 1e-6;
+  }
+  EXPECT_GT(tilted, 300);
 }
 
 TEST(OrientNearC, KeepsTheLimits) {

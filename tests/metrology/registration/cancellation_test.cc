@@ -8,6 +8,7 @@
 #include "metrology/registration/allowance.h"
 #include "metrology/registration/coarse_start.h"
 #include "tests/metrology/registration/sampled_blade.h"
+#include "tests/support/sanitizer.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -19,12 +20,7 @@ double ComputedS() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-// A sanitizer's code takes so many times as long.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr double kGreatestS = 2;
-#else
-constexpr double kGreatestS = 0.1;
-#endif
+constexpr double kGreatestS = testing::kSanitized ? 2 : 0.1;
 
 using Kernel = std::function<absl::Status(const FitOptions&)>;
 

@@ -231,6 +231,91 @@ TEST_F(CorrectionHandlersTest, WhatSpeaksAgainstAReleaseIsNamedAndWaits) {
   }
 }
 
+TEST_F(CorrectionHandlersTest, AMachiningModelSaysWhatIsMachinedAndIsRecorded) {
+  plant_.plant.AddModel();
+  plant_.plant.machine.mutable_safety_envelope()->set_keep_out_mm(0.05);
+  v1::CorrectRequest request = Request();
+  request.set_machining_model("machining_models/edm");
+  const auto correction = Correct(request);
+  ASSERT_TRUE(correction.ok()) << correction.status();
+  EXPECT_EQ(correction->machining_model(), "machining_models/edm@1");
+  EXPECT_EQ(correction->work_offsets(0).x_mm(), 1.5);
+  EXPECT_EQ(correction->proof().pose_count(), 2);
+  const storage::CorrectionRow row = store_->rows().front();
+  EXPECT_EQ(row.machining_model_id, "edm");
+  EXPECT_EQ(row.machining_model_revision, 1);
+  EXPECT_EQ(row.nc_template, plant_.plant.models["machining_models/edm@1"].nc_template());
+  EXPECT_THAT(store_->entries().front().inputs, ::testing::Contains("machining_models/edm@1"));
+  // Beside a plane, inclined or not: where the electrode leaves its mouth (metrology/correction/tool_cylinder.h).
+  const v1::ReleaseCheck& check = correction->checks(correction->checks_size() - 1);
+  EXPECT_EQ(check.kind(), v1::RELEASE_CHECK_KIND_TOOL_CYLINDER);
+  const double radius_mm = plant_.plant.part.hole_groups(0).diameter_mm() / 2;
+  EXPECT_NEAR(check.value(), 1.25 * (radius_mm + 0.05) - radius_mm, 1e-6);
+  EXPECT_EQ(check.limit(), 0.05);
+  EXPECT_TRUE(check.passed());
+  // The same template without its model: nobody looked at the electrodes, and a person decides.
+  v1::CorrectRequest plain = Request();
+  plain.set_nc_template("G90\nG0 X1 Y2 Z3 A4 B5 (SIXPOINT G1/H1)\nX1 Y2 Z3 (SIXPOINT G1/H2)\n");
+  const auto without = Correct(plain);
+  ASSERT_TRUE(without.ok()) << without.status();
+  EXPECT_EQ(without->machining_model(), "");
+  ASSERT_EQ(without->checks_size(), correction->checks_size());
+  const v1::ReleaseCheck& not_named = without->checks(without->checks_size() - 1);
+  EXPECT_EQ(not_named.kind(), v1::RELEASE_CHECK_KIND_MODEL_NOT_NAMED);
+  EXPECT_EQ(not_named.subject(), "machining_models/edm");
+  EXPECT_FALSE(not_named.passed());
+  EXPECT_EQ(without->release(), v1::RELEASE_AWAITING_PERSON);
+  EXPECT_EQ(without->nc_program(), "");
+  // Nor is it asked of a part without one.
+  plant_.plant.models.clear();
+  plain.set_request_id(storage::NewUuid());
+  EXPECT_EQ(Correct(plain)->checks_size(), correction->checks_size() - 1);
+}
+
+TEST_F(CorrectionHandlersTest, AModelIsRefusedThatIsNotForThisBladeOrMachine) {
+  plant_.plant.AddModel();
+  plant::v1::MachiningModel& model = plant_.plant.models["machining_models/edm"];
+  const plant::v1::MachiningModel sound = model;
+  v1::CorrectRequest request = Request();
+  request.set_machining_model("machining_models/edm");
+  const auto refusal = [&] { return std::string(Correct(request).status().message()); };
+  model.set_part("parts/p2");
+  EXPECT_THAT(refusal(),
+              HasSubstr("machining_model: machining_models/edm@1 of parts/p2, want a machining model of parts/p1"));
+  model = sound;
+  model.set_w_mm(10);
+  EXPECT_THAT(refusal(), HasSubstr("machining_model.w_mm: 10, want a model that states none"));
+  plant::v1::Joint& w = *plant_.plant.machine.mutable_kinematics()->add_tool_side();
+  w.set_axis("W");
+  w.set_kind(plant::v1::JOINT_KIND_LINEAR);
+  w.mutable_direction()->set_z(1);
+  w.set_sign(1);
+  w.set_minimum(-5);
+  w.set_maximum(5);
+  EXPECT_THAT(refusal(), HasSubstr("machining_model.w_mm: 10, want -5 to 5"));
+  plant_.plant.machine.mutable_kinematics()->clear_tool_side();
+  model = sound;
+  model.mutable_operations(0)->mutable_electrode()->set_diameter_mm(99);
+  EXPECT_THAT(refusal(), HasSubstr("machining_model.operations[0].electrode.diameter_mm: 99, want at most"));
+  model = sound;
+  model.mutable_operations(0)->mutable_electrode()->set_wear_mm(39.9);
+  EXPECT_THAT(refusal(), HasSubstr("machining_model.operations[0].electrode.length_mm: 40, want at least"));
+  model = sound;
+  plant::v1::MachiningOperation& second = *model.add_operations();
+  second = model.operations(0);
+  second.set_hole_group("G2");
+  request.add_groups("G1");
+  EXPECT_THAT(refusal(), HasSubstr("groups: 1 of them, want none, or all of machining_models/edm@1 (G1, G2)"));
+  request.clear_groups();
+  model = sound;
+  request.add_groups("G7");
+  EXPECT_THAT(refusal(), HasSubstr("groups[0]: G7, want a hole group or path of machining_models/edm@1 (G1)"));
+  request.clear_groups();
+  request.set_machining_model("machining_models/edm@9");
+  EXPECT_EQ(Correct(request).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_TRUE(store_->rows().empty());
+}
+
 TEST_F(CorrectionHandlersTest, AProgramDoesNotLeaveWhoseBladeWasScrappedMeanwhile) {
   v1::CorrectRequest request = Request();
   request.set_nc_template("G90\nG0 X1 Y2 Z3 A4 B5 (SIXPOINT G1/H1)\nX1 Y2 Z3 (SIXPOINT G1/H2)\n");

@@ -8,6 +8,7 @@
 
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
+#include "storage/machining_models.h"
 #include "storage/record.h"
 #include "tests/services/correction/judged_plant.h"
 
@@ -102,6 +103,51 @@ TEST_F(CorrectionServiceTest, CorrectsEveryHoleAndReadsBackTheSame) {
   std::vector<std::string> names;
   for (const storage::JournalEntry& journal : *derived) names.push_back(journal.entry.name);
   EXPECT_THAT(names, Contains(correction->name()));
+}
+
+// As the plant keeps it, so that the correction's row has something to refer to.
+void KeepModel(storage::Database* database, const plant::v1::MachiningModel& model) {
+  storage::MachiningModelRow row;
+  row.machining_model_id = "edm";
+  row.content_sha256 = std::string(64, 'a');
+  row.part_id = "p1";
+  row.part_revision = 1;
+  row.operations = {{"OP10", "G1", 0.4, 40, 1}};
+  row.nc_template = model.nc_template();
+  storage::RecordEntry entry;
+  entry.software_version = "test";
+  entry.inputs = {"parts/p1@1"};
+  auto transaction = database->Begin(testing::Soon());
+  ASSERT_TRUE(transaction.ok()) << transaction.status();
+  const auto kept = storage::InsertMachiningModel(*transaction, row, entry);
+  ASSERT_TRUE(kept.ok()) << kept.status();
+  ASSERT_TRUE(transaction->Commit().ok());
+}
+
+TEST_F(CorrectionServiceTest, KeepsWhichMachiningModelItUsed) {
+  plant_.plant.AddModel();
+  v1::CorrectRequest request = Request();
+  request.set_machining_model("machining_models/edm");
+  EXPECT_FALSE(Correct(request).ok()) << "a model that the record does not have";
+  EXPECT_EQ(Count("corrections"), 0);
+  KeepModel(plant_.database.database(), plant_.plant.models["machining_models/edm"]);
+  const auto correction = Correct(request);
+  ASSERT_TRUE(correction.ok()) << correction.status();
+  EXPECT_EQ(correction->machining_model(), "machining_models/edm@1");
+  EXPECT_EQ(correction->state(), v1::CORRECTION_STATE_RELEASED);
+  EXPECT_THAT(correction->nc_program(), HasSubstr("G55"));
+  v1::GetCorrectionRequest get;
+  get.set_name(correction->name());
+  v1::Correction back;
+  ASSERT_TRUE(stub_->GetCorrection(runtime::ContextFor(10).get(), get, &back).ok());
+  EXPECT_EQ(back.SerializeAsString(), WithoutProgram(*correction).SerializeAsString());
+  auto transaction = plant_.database.database()->Begin(testing::Soon());
+  for (const char* name : {"machining_models/edm", "machining_models/edm@1"}) {
+    const auto derived = storage::DerivedFrom(*transaction, name);
+    ASSERT_TRUE(derived.ok());
+    ASSERT_EQ(derived->size(), 1u);
+    EXPECT_EQ(derived->front().entry.name, correction->name());
+  }
 }
 
 // The control adds what it holds for the code, so it is taken off; what is not stated is not guessed.

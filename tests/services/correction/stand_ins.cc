@@ -36,6 +36,40 @@ grpc::Status StandInPlant::GetPart(grpc::ServerContext*, const plant::v1::GetPar
   return grpc::Status::OK;
 }
 
+grpc::Status StandInPlant::GetMachiningModel(grpc::ServerContext*, const plant::v1::GetMachiningModelRequest* request,
+                                             plant::v1::MachiningModel* response) {
+  if (models.count(request->name()) == 0) return NotFound(request->name());
+  *response = models.at(request->name());
+  return grpc::Status::OK;
+}
+
+grpc::Status StandInPlant::ListMachiningModels(grpc::ServerContext*,
+                                               const plant::v1::ListMachiningModelsRequest* request,
+                                               plant::v1::ListMachiningModelsResponse* response) {
+  for (const auto& [name, model] : models)
+    if (name.find('@') == std::string::npos && model.part() == request->part())
+      *response->add_machining_models() = model;
+  return grpc::Status::OK;
+}
+
+void StandInPlant::AddModel() {
+  plant::v1::MachiningModel model;
+  model.set_name("machining_models/edm");
+  model.set_revision(1);
+  model.set_part(part.name());
+  plant::v1::MachiningOperation& operation = *model.add_operations();
+  operation.set_operation("OP10");
+  operation.set_hole_group(part.hole_groups(0).group());
+  operation.mutable_electrode()->set_diameter_mm(part.hole_groups(0).diameter_mm());
+  operation.mutable_electrode()->set_length_mm(40);
+  operation.mutable_electrode()->set_wear_mm(1);
+  model.set_nc_template("G90 G55\nG0 X1 Y2 Z3 A4 B5 (SIXPOINT G1/H2)\nX1 Y2 Z3 (SIXPOINT G1/H1)\n");
+  plant::v1::WorkOffset& offset = *model.add_work_offsets();
+  offset.set_code("G55");
+  offset.set_x_mm(1.5);
+  models["machining_models/edm"] = models["machining_models/edm@1"] = model;
+}
+
 grpc::Status StandInPlant::DownloadSurface(grpc::ServerContext*, const plant::v1::DownloadSurfaceRequest*,
                                            grpc::ServerWriter<plant::v1::DownloadSurfaceResponse>* writer) {
   plant::v1::DownloadSurfaceResponse response;

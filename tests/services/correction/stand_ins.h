@@ -31,6 +31,13 @@ class StandInPlant final : public plant::v1::PlantService::Service {
   plant::v1::Machine machine;
   plant::v1::Part part;
   std::string surface_bytes;
+  std::map<std::string, plant::v1::MachiningModel> models;  // by name with @revision; the newest without, too
+  grpc::Status GetMachiningModel(grpc::ServerContext*, const plant::v1::GetMachiningModelRequest* request,
+                                 plant::v1::MachiningModel* response) override;
+  grpc::Status ListMachiningModels(grpc::ServerContext*, const plant::v1::ListMachiningModelsRequest* request,
+                                   plant::v1::ListMachiningModelsResponse* response) override;
+  // Its first revision: of the part's only group, with a template that goes straight from hole to hole.
+  void AddModel();
   grpc::Status GetMachine(grpc::ServerContext*, const plant::v1::GetMachineRequest* request,
                           plant::v1::Machine* response) override;
   grpc::Status GetPart(grpc::ServerContext*, const plant::v1::GetPartRequest* request,

@@ -33,6 +33,22 @@ TEST(CheckCorrect, NamesTheField) {
   EXPECT_THAT(Refusal(request), HasSubstr("groups[1]"));
 }
 
+TEST(CheckCorrect, AModelSaysItsTemplateOffsetsAndToolsItself) {
+  v1::CorrectRequest request;
+  request.set_registration(kRegistration);
+  request.set_machining_model("machining_models/edm@2");
+  EXPECT_TRUE(CheckCorrect(request).ok());
+  request.set_nc_template("X1");
+  request.add_work_offsets()->set_code("G54");
+  request.add_tool_lengths()->set_number(1);
+  const std::string refusal = Refusal(request);
+  EXPECT_THAT(refusal, HasSubstr("nc_template: 2 bytes, want none beside machining_model"));
+  EXPECT_THAT(refusal, HasSubstr("work_offsets: 1 offsets"));
+  EXPECT_THAT(refusal, HasSubstr("tool_lengths: 1 tools"));
+  request.set_machining_model("edm");
+  EXPECT_THAT(Refusal(request), HasSubstr("machining_model: edm"));
+}
+
 plant::v1::Machine TwoAxes() {
   plant::v1::Machine machine;
   machine.set_name("machines/m1");

@@ -236,7 +236,7 @@ TEST_F(HttpListenerTest, AStopWaitsForWhatRuns) {
 
 TEST(HttpListener, RefusesWhatItCannotServe) {
   const auto handle = [](Exchange&) -> Awaitable<void> { co_return; };
-  for (const char* const address : {"", "x", "localhost:1", "127.0.0.1:", "127.0.0.1:70000", "127.0.0.1:-1"}) {
+  for (const char* const address : {"", "x", "127.0.0.1:", "127.0.0.1:70000", "127.0.0.1:-1"}) {
     HttpOptions options;
     options.address = address;
     EXPECT_TRUE(absl::IsInvalidArgument(HttpListener::Open(options, handle).status())) << address;

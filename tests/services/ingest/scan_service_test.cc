@@ -26,6 +26,7 @@
 #include "tests/services/ingest/conversation.h"
 #include "tests/services/ingest/sample_scans.h"
 #include "tests/services/ingest/scan_service_fixture.h"
+#include "tests/support/call.h"
 #include "tests/support/stock_draco.h"
 
 namespace sixpoint::ingest {
@@ -114,6 +115,58 @@ TEST_F(ScanServiceTest, KeepsWhatWasSentBesideWhatReadersDecode) {
       storage::DeleteScanPoints(database_.database(), nullptr, {"s1", "a test", "x", "x", {}}, testing::Soon());
   ASSERT_TRUE(deleted.ok()) << deleted.status();
   EXPECT_EQ(deleted->freed_count, 2);
+}
+
+// By digest, so that what was read once may be kept: every blob of a scan, pages of them, ranges, and no other's.
+TEST_F(ScanServiceTest, TellsAndGivesTheBlobsOfAScan) {
+  const auto blocks = SampleBlocks(SampleProfiles(8, 100), 100);
+  ASSERT_TRUE(Upload(SampleHeader("s1", 800), blocks).ok());
+  ASSERT_TRUE(Upload(SampleHeader("s2", 800), SampleBlocks(SampleProfiles(8, 100, 2), 400)).ok());
+  v1::ListScanBlocksRequest list;
+  list.set_name("scans/s1");
+  list.set_page_size(3);
+  std::vector<v1::StoredBlock> told;
+  int page_count = 0;
+  do {
+    const auto page = testing::Call(*stub_, &v1::ScanService::Stub::ListScanBlocks, list);
+    ASSERT_TRUE(page.ok()) << page.status();
+    told.insert(told.end(), page->blocks().begin(), page->blocks().end());
+    list.set_page_token(page->next_page_token());
+    ++page_count;
+  } while (!list.page_token().empty());
+  EXPECT_EQ(page_count, 3);
+  ASSERT_EQ(told.size(), blocks.size());
+  v1::GetScanBlobRequest get;
+  get.set_name("scans/s1");
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    EXPECT_EQ(told[i].index(), static_cast<int>(i));
+    EXPECT_EQ(told[i].point_count(), blocks[i].point_count());
+    EXPECT_EQ(told[i].sha256(), storage::Sha256Hex(blocks[i].payload()));
+    get.set_sha256(told[i].sha256());
+    const auto blob = testing::Call(*stub_, &v1::ScanService::Stub::GetScanBlob, get);
+    ASSERT_TRUE(blob.ok()) << blob.status();
+    EXPECT_EQ(blob->data(), blocks[i].payload());
+  }
+  const std::string& whole = blocks.back().payload();
+  const auto size = static_cast<std::int64_t>(whole.size());
+  const auto range = [&](std::int64_t first, std::int64_t count) {
+    get.set_first_byte(first);
+    get.set_byte_count(count);
+    return testing::Call(*stub_, &v1::ScanService::Stub::GetScanBlob, get);
+  };
+  EXPECT_EQ(range(5, 7)->data(), whole.substr(5, 7));
+  EXPECT_EQ(range(5, 7)->size_bytes(), size);
+  EXPECT_EQ(range(size - 2, 100)->data(), whole.substr(whole.size() - 2));
+  EXPECT_THAT(range(size, 1).status().message(), HasSubstr("first_byte"));
+  EXPECT_THAT(range(-1, 1).status().message(), HasSubstr("first_byte"));
+  EXPECT_THAT(range(0, -1).status().message(), HasSubstr("byte_count"));
+  get.set_name("scans/s2");
+  EXPECT_EQ(runtime::ReasonOf(range(0, 0).status()), "BLOB_NOT_FOUND");
+  get.set_sha256("");
+  EXPECT_EQ(runtime::ReasonOf(range(0, 0).status()), "BLOB_NOT_FOUND");
+  list.set_page_token("9");
+  EXPECT_THAT(testing::Call(*stub_, &v1::ScanService::Stub::ListScanBlocks, list).status().message(),
+              HasSubstr("page_token"));
 }
 
 TEST_F(ScanServiceTest, EncodesDoublesOnArrivalWithinTheBoundAsked) {

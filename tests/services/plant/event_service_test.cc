@@ -16,6 +16,7 @@
 #include "tests/support/customers_parts.h"
 #include "tests/support/in_process_server.h"
 #include "tests/support/registered.h"
+#include "tests/support/sanitizer.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::plant {
@@ -231,8 +232,9 @@ TEST_F(EventServiceTest, WhoStopsReadingIsCutOffAndCostsNoMemory) {
   const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   EXPECT_GT(took_s, 0.2);
   EXPECT_LT(took_s, 15);  // a second of patience, and what a machine that does other things takes to read for them
-  EXPECT_LT(greatest_bytes - before_bytes, 60 << 20);  // a page of 1 MB in work and one in gRPC's hands, of each
-  std::this_thread::sleep_for(4s);                     // who reads now was cut off before
+  // A page of 1 MB in work and one in gRPC's hands, of each.
+  EXPECT_TRUE(testing::kSanitized || greatest_bytes - before_bytes < (60 << 20)) << greatest_bytes - before_bytes;
+  std::this_thread::sleep_for(4s);  // who reads now was cut off before
   int cut_off_count = 0;
   for (const auto& each : watches) {
     v1::WatchEventsResponse response;

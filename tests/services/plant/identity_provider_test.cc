@@ -24,10 +24,14 @@ constexpr char kBegin[] =
 
 TEST(IdentityProviderConfig, IsReadAsItStands) {
   const ProviderTokens files;
-  const auto config = ReadIdentityProviderConfig(
-      files.Config(std::string(kBegin) + "  turbine-readers: mes-reader\nkeys_url: https://id.plant.example/keys\n"
-                                         "name_claim: short_name\nroles_claim: roles\nca_file: /etc/ca.pem\n"
-                                         "persons:\n  f3a1: users/jane\n  00b7: users/joe\n"));
+  const auto config =
+      ReadIdentityProviderConfig(files.Config(
+          std::string(kBegin) + "  turbine-readers: mes-reader\nkeys_url: https://id.plant.example/keys\n"
+                                "name_claim: short_name\nroles_claim: roles\nca_file: /etc/ca.pem\n"
+                                // The gateway's.
+                                "authorization_url: https://id.plant.example/a\ntoken_url: https://id.plant.example/t\n"
+                                "client_secret_file: /etc/secret\ndisplay_name: x\nscope: openid\nasks_again: false\n"
+                                "persons:\n  f3a1: users/jane\n  00b7: users/joe\n"));
   ASSERT_TRUE(config.ok()) << config.status();
   EXPECT_EQ(config->policy.issuer, "https://id.plant.example");
   EXPECT_EQ(config->policy.client_id, "sixpoint");

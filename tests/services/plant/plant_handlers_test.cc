@@ -7,8 +7,10 @@
 
 #include "services/plant/plant_service.h"
 #include "services/plant/record_service.h"
+#include "services/plant/validate.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
+#include "storage/blobs.h"
 #include "tests/services/plant/sample_registry.h"
 #include "tests/support/call.h"
 #include "tests/support/fake_plant_stores.h"
@@ -42,6 +44,9 @@ class PlantHandlersTest : public ::testing::Test {
     storage::PartRow part;
     part.part_id = "vane";
     part.zero_from_part_nominal_translation_mm = {0, 0, 0};
+    AddPart(std::move(part));
+  }
+  void AddPart(storage::PartRow part) {
     storage::TessellationRow tessellation;
     tessellation.minimum_mm = tessellation.maximum_mm = {0, 0, 0};
     part.tessellation = *stores_.surfaces->Keep("cad", std::string(3 << 20, 's'), tessellation, "test", {});
@@ -192,6 +197,64 @@ TEST_F(PlantHandlersTest, WhoDoesNotReadASurfaceIsLetGo) {
     while (one.stream->Read(&response)) continue;
     EXPECT_EQ(one.stream->Finish().error_code(), grpc::StatusCode::CANCELLED);
   }
+}
+
+TEST_F(PlantHandlersTest, AMachiningModelHasRevisionsAndIsOfItsPart) {
+  v1::CreateMachiningModelRequest request = SampleModel();
+  EXPECT_EQ(runtime::ReasonOf(Call(*stub_, &Stub::CreateMachiningModel, request).status()), "PART_NOT_FOUND");
+  AddPart(*Validated(SamplePart("cad")));
+  const auto first = Call(*stub_, &Stub::CreateMachiningModel, request);
+  ASSERT_TRUE(first.ok()) << first.status();
+  EXPECT_EQ(first->name(), "machining_models/vane-edm");
+  EXPECT_EQ(first->revision(), 1);
+  EXPECT_EQ(first->part_revision(), 1);
+  EXPECT_EQ(first->nc_template_sha256(), storage::Sha256Hex(request.machining_model().nc_template()));
+  EXPECT_THAT(stores_.record->entries().back().entry.inputs, ElementsAre("parts/vane@1"));
+  EXPECT_EQ(stores_.record->entries().back().entry.name, "machining_models/vane-edm@1");
+  EXPECT_EQ(stores_.record->entries().back().entry.kind, "machining_model");
+  // The same again, as it was answered, is the same revision.
+  *request.mutable_machining_model() = *first;
+  EXPECT_EQ(Call(*stub_, &Stub::CreateMachiningModel, request)->revision(), 1);
+  request.mutable_machining_model()->mutable_operations(0)->mutable_electrode()->set_wear_mm(0);
+  EXPECT_EQ(Call(*stub_, &Stub::CreateMachiningModel, request)->revision(), 2);
+  v1::GetMachiningModelRequest get;
+  get.set_name("machining_models/vane-edm@1");
+  EXPECT_EQ(Call(*stub_, &Stub::GetMachiningModel, get)->SerializeAsString(), first->SerializeAsString());
+  get.set_name("machining_models/vane-edm");
+  EXPECT_EQ(Call(*stub_, &Stub::GetMachiningModel, get)->revision(), 2);
+  get.set_name("machining_models/vane-edm@3");
+  EXPECT_EQ(runtime::ReasonOf(Call(*stub_, &Stub::GetMachiningModel, get).status()), "MACHINING_MODEL_NOT_FOUND");
+  get.set_name("parts/vane");
+  EXPECT_EQ(Call(*stub_, &Stub::GetMachiningModel, get).status().code(), absl::StatusCode::kInvalidArgument);
+  v1::ListMachiningModelsRequest list;
+  const auto basic = Call(*stub_, &Stub::ListMachiningModels, list);
+  ASSERT_EQ(basic->machining_models_size(), 1);
+  EXPECT_EQ(basic->machining_models(0).revision(), 2);
+  EXPECT_EQ(basic->machining_models(0).operations_size(), 0);
+  list.set_view(list::v1::VIEW_FULL);
+  const auto full = Call(*stub_, &Stub::ListMachiningModels, list);
+  EXPECT_EQ(full->machining_models(0).operations_size(), 1);
+  EXPECT_EQ(full->machining_models(0).nc_template(), "");
+  list.set_part("parts/vane");
+  EXPECT_EQ(Call(*stub_, &Stub::ListMachiningModels, list)->machining_models_size(), 1);
+  list.set_part("parts/van");
+  EXPECT_EQ(Call(*stub_, &Stub::ListMachiningModels, list)->machining_models_size(), 0);
+  list.set_part("vane");
+  EXPECT_EQ(Call(*stub_, &Stub::ListMachiningModels, list).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST_F(PlantHandlersTest, NothingIsRecordedOfAModelThatDoesNotFitItsPart) {
+  AddPart(*Validated(SamplePart("cad")));
+  const std::size_t before = stores_.record->entries().size();
+  v1::CreateMachiningModelRequest request = SampleModel();
+  request.mutable_machining_model()->mutable_operations(0)->mutable_electrode()->set_diameter_mm(1);
+  EXPECT_THAT(std::string(Call(*stub_, &Stub::CreateMachiningModel, request).status().message()),
+              HasSubstr("machining_model.operations[0].electrode.diameter_mm: 1, want at most 0.44"));
+  request = SampleModel();
+  request.mutable_machining_model()->mutable_nc_template()->append("X1 (SIXPOINT G1/H4)\n");
+  EXPECT_THAT(std::string(Call(*stub_, &Stub::CreateMachiningModel, request).status().message()),
+              HasSubstr("machining_model.nc_template: line 4"));
+  EXPECT_EQ(stores_.record->entries().size(), before);
 }
 
 TEST_F(PlantHandlersTest, SaysWhatTheStoreSays) {

@@ -150,4 +150,31 @@ v1::CreatePartRequest SamplePart(const std::string& cad) {
   return request;
 }
 
+v1::CreateMachiningModelRequest SampleModel() {
+  v1::CreateMachiningModelRequest request;
+  request.set_machining_model_id("vane-edm");
+  v1::MachiningModel& model = *request.mutable_machining_model();
+  model.set_part("parts/vane");
+  v1::MachiningOperation& operation = *model.add_operations();
+  operation.set_operation("OP10");
+  operation.set_hole_group("G1");
+  operation.mutable_electrode()->set_diameter_mm(0.4);
+  operation.mutable_electrode()->set_length_mm(30);
+  operation.mutable_electrode()->set_wear_mm(0.25);
+  model.set_w_mm(12.5);
+  for (const char* hole : {"H1", "H2", "H3"})
+    model.mutable_nc_template()->append("X1.5 Y2 Z3 A4 B5 (SIXPOINT G1/" + std::string(hole) + ")\n");
+  v1::WorkOffset& offset = *model.add_work_offsets();
+  offset.set_code("G55");
+  offset.set_x_mm(1);
+  offset.set_y_mm(2);
+  offset.set_z_mm(-3.125);
+  offset.set_a_deg(4);
+  offset.set_b_deg(5);
+  v1::ToolLength& tool = *model.add_tool_lengths();
+  tool.set_number(7);
+  tool.set_length_mm(120.5);
+  return request;
+}
+
 }  // namespace sixpoint::plant

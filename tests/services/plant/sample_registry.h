@@ -11,5 +11,7 @@ v1::CreateMachineRequest SampleMachine();
 v1::CreateArtefactRequest SampleArtefact();
 // A cylinder of radius 5 mm and height 20 mm, with `cad` as given.
 v1::CreatePartRequest SamplePart(const std::string& cad);
+// Of that part's three holes.
+v1::CreateMachiningModelRequest SampleModel();
 
 }  // namespace sixpoint::plant

@@ -245,5 +245,149 @@ TEST(CheckInsideBox, FindsCadInOtherUnits) {
   EXPECT_THAT(std::string(CheckInsideBox(*row).message()), HasSubstr("part.six_points[0].point_in_part_mm: (5,"));
 }
 
+v1::Electrode* Electrode(v1::CreateMachiningModelRequest* r) {
+  return r->mutable_machining_model()->mutable_operations(0)->mutable_electrode();
+}
+
+v1::MachiningOperation* Operation(v1::CreateMachiningModelRequest* r, int i) {
+  return r->mutable_machining_model()->mutable_operations(i);
+}
+
+// Two poses of a shaped hole, as another operation.
+v1::ToolPath* AddFan(v1::CreateMachiningModelRequest* r) {
+  v1::MachiningOperation& operation = *r->mutable_machining_model()->add_operations();
+  operation.set_operation("OP20");
+  operation.mutable_electrode()->set_diameter_mm(0.3);
+  operation.mutable_electrode()->set_length_mm(30);
+  v1::ToolPath& path = *operation.add_paths();
+  path.set_path("F1");
+  path.set_position_tolerance_mm(0.05);
+  path.set_inclination_tolerance_deg(0.5);
+  path.set_mouth_mm(0.3);
+  for (int i = 0; i < 2; ++i) {
+    v1::ToolPose& pose = *path.add_poses();
+    pose.mutable_tip_in_part_mm()->set_x_mm(0.1 * i);
+    pose.mutable_axis_in_part()->set_z(1);
+  }
+  return &path;
+}
+
+TEST(ValidatedModel, RefusalsNameTheField) {
+  using Request = v1::CreateMachiningModelRequest;
+  const auto model = [](Request* r) { return r->mutable_machining_model(); };
+  ExpectRefusals<Request>(
+      SampleModel(),
+      {
+          {[](Request* r) { r->set_machining_model_id("a b"); }, "machining_model_id: a b"},
+          {[&](Request* r) { model(r)->clear_part(); }, "machining_model.part: empty"},
+          {[&](Request* r) { model(r)->set_part("blades/sn1"); }, "machining_model.part: blades/sn1"},
+          {[&](Request* r) { model(r)->clear_operations(); }, "machining_model.operations: none"},
+          {[&](Request* r) { *model(r)->add_operations() = model(r)->operations(0); }, "operations[1].operation: OP10"},
+          {[&](Request* r) {
+             *model(r)->add_operations() = model(r)->operations(0);
+             model(r)->mutable_operations(1)->set_operation("OP20");
+           },
+           "operations[1].hole_group: G1, want each group once"},
+          {[&](Request* r) { model(r)->mutable_operations(0)->set_operation(""); }, "operations[0].operation"},
+          {[](Request* r) { Electrode(r)->set_diameter_mm(0); }, "operations[0].electrode.diameter_mm: 0, want > 0"},
+          {[](Request* r) { Electrode(r)->set_diameter_mm(kNan); }, "electrode.diameter_mm"},
+          {[](Request* r) { Electrode(r)->set_length_mm(-1); }, "electrode.length_mm: -1"},
+          {[](Request* r) { Electrode(r)->set_length_mm(1001); }, "electrode.length_mm: 1001"},
+          {[](Request* r) { Electrode(r)->set_wear_mm(-0.1); }, "electrode.wear_mm: -0.1"},
+          {[](Request* r) { Electrode(r)->set_wear_mm(31); }, "electrode.wear_mm: 31, want 0 to length_mm"},
+          {[](Request* r) { Electrode(r)->set_wear_mm(kNan); }, "electrode.wear_mm"},
+          {[&](Request* r) { model(r)->mutable_operations(0)->clear_hole_group(); },
+           "operations[0].hole_group: empty, want a hole group, or else paths"},
+          {[](Request* r) { AddFan(r)->set_path("F 1"); }, "operations[1].paths[0].path: F 1"},
+          {[](Request* r) { *Operation(r, 1)->add_paths() = *AddFan(r); },
+           "operations[1].paths[1].path: F1, want each"},
+          {[](Request* r) { AddFan(r), Operation(r, 1)->set_hole_group("G2"); }, "hole_group: G2 beside paths"},
+          {[](Request* r) { AddFan(r)->set_a_nominal_deg(361); }, "paths[0].a_nominal_deg: 361"},
+          {[](Request* r) { AddFan(r)->set_position_tolerance_mm(0); }, "paths[0].position_tolerance_mm: 0"},
+          {[](Request* r) { AddFan(r)->set_inclination_tolerance_deg(kNan); }, "paths[0].inclination_tolerance_deg"},
+          {[](Request* r) { AddFan(r)->set_mouth_mm(10.5); }, "paths[0].mouth_mm: 10.5, want > 0 and <= 10"},
+          {[](Request* r) { AddFan(r)->set_greatest_step_deg(0); }, "paths[0].greatest_step_deg: 0"},
+          {[](Request* r) { AddFan(r)->mutable_poses()->RemoveLast(); }, "paths[0].poses: 1 poses, want 2 to 5000"},
+          {[](Request* r) {
+             v1::ToolPath& fan = *AddFan(r);
+             while (fan.poses_size() <= 5000) *fan.add_poses() = v1::ToolPose(fan.poses(0));
+           },
+           "paths[0].poses: 5001 poses"},
+          {[](Request* r) {
+             const v1::ToolPath fan = *AddFan(r);
+             for (int i = 0; i < 5; ++i) {
+               v1::ToolPath& more = *Operation(r, 1)->add_paths();
+               more = fan;
+               more.set_path("M" + std::to_string(i));
+               while (more.poses_size() < 4000) *more.add_poses() = v1::ToolPose(fan.poses(0));
+             }
+           },
+           "machining_model.operations: 20002 poses, want at most 20000"},
+          {[](Request* r) { AddFan(r)->mutable_poses(1)->clear_axis_in_part(); }, "paths[0].poses[1].axis_in_part"},
+          {[](Request* r) { AddFan(r)->mutable_poses(1)->mutable_axis_in_part()->set_z(2); }, "poses[1].axis_in_part"},
+          {[](Request* r) { AddFan(r)->mutable_poses(0)->mutable_tip_in_part_mm()->set_x_mm(kNan); },
+           "poses[0].tip_in"},
+          {[](Request* r) { AddFan(r), Operation(r, 1)->mutable_electrode()->set_diameter_mm(11); },
+           "operations[1].electrode.diameter_mm: 11"},
+          {[&](Request* r) { model(r)->set_w_mm(kInfinity); }, "machining_model.w_mm"},
+          {[&](Request* r) { model(r)->clear_nc_template(); }, "machining_model.nc_template: empty"},
+          {[&](Request* r) { model(r)->mutable_work_offsets(0)->set_code("G92"); }, "work_offsets[0].code: G92"},
+          {[&](Request* r) { model(r)->mutable_work_offsets(0)->set_z_mm(kNan); }, "work_offsets[0].z_mm"},
+          {[&](Request* r) { *model(r)->add_tool_lengths() = model(r)->tool_lengths(0); }, "tool_lengths[1].number: 7"},
+          {[&](Request* r) { model(r)->mutable_tool_lengths(0)->set_length_mm(2001); }, "tool_lengths[0].length_mm"},
+      });
+}
+
+// As the part's newest revision has its holes.
+TEST(ValidatedModel, IsHeldAgainstThePartsHoles) {
+  using Request = v1::CreateMachiningModelRequest;
+  storage::PartRow part = *Validated(SamplePart("cad"));
+  part.tessellation.minimum_mm = {-100, -100, -100};
+  part.tessellation.maximum_mm = {100, 100, 100};
+  const auto refusal = [&](const std::function<void(Request*)>& spoil) {
+    Request request = SampleModel();
+    spoil(&request);
+    const auto row = Validated(request);
+    EXPECT_TRUE(row.ok()) << row.status();
+    return std::string(CheckOfPart(*row, part).message());
+  };
+  EXPECT_EQ(refusal([](Request*) {}), "");
+  EXPECT_EQ(refusal([](Request* r) { Electrode(r)->set_diameter_mm(0.44); }), "");
+  EXPECT_THAT(refusal([](Request* r) { Electrode(r)->set_diameter_mm(0.45); }),
+              HasSubstr("operations[0].electrode.diameter_mm: 0.45, want at most 0.44"));
+  EXPECT_THAT(refusal([](Request* r) { r->mutable_machining_model()->mutable_operations(0)->set_hole_group("G9"); }),
+              HasSubstr("operations[0].hole_group: G9, want a hole group of parts/vane (G1)"));
+  // 6 mm deep, and 0.25 mm lost before the second and the third hole each.
+  EXPECT_EQ(refusal([](Request* r) { Electrode(r)->set_length_mm(6.5); }), "");
+  EXPECT_THAT(refusal([](Request* r) { Electrode(r)->set_length_mm(6.4); }),
+              HasSubstr("operations[0].electrode.length_mm: 6.4, want at least 6.5"));
+  const auto with_template = [&](const std::string& text) {
+    return refusal([&](Request* r) { r->mutable_machining_model()->set_nc_template(text); });
+  };
+  EXPECT_THAT(with_template("G0 X1\n"), HasSubstr("machining_model.nc_template: no marked block"));
+  EXPECT_THAT(with_template("X1 (SIXPOINT G2/H1)\n"), HasSubstr("machining_model.nc_template: line 1"));
+  EXPECT_THAT(with_template("X1 (SIXPOINT G1/H1)\nX1 (SIXPOINT G1/H2)\n"), HasSubstr("(SIXPOINT G1/H3)"));
+  // Each pose of a path is marked, and no other path's.
+  EXPECT_THAT(refusal([](Request* r) { AddFan(r); }), HasSubstr("no block marked (SIXPOINT F1/1)"));
+  const auto marked = [](Request* r) {
+    r->mutable_machining_model()->mutable_nc_template()->append("X1 (SIXPOINT F1/1)\nX1 (SIXPOINT F1/2)\n");
+  };
+  EXPECT_EQ(refusal([&](Request* r) { AddFan(r), marked(r); }), "");
+  EXPECT_THAT(refusal([&](Request* r) { marked(r); }), HasSubstr("nc_template: line 4"));
+  EXPECT_THAT(refusal([&](Request* r) { AddFan(r)->set_path("G1"), marked(r); }),
+              HasSubstr("paths[0].path: G1, want a name that no hole group of parts/vane has"));
+  EXPECT_THAT(
+      refusal([&](Request* r) { AddFan(r)->mutable_poses(1)->mutable_tip_in_part_mm()->set_y_mm(1e4), marked(r); }),
+      HasSubstr("paths[0].poses[1].tip_in_part_mm.y: 10000, want within 10 mm"));
+  EXPECT_THAT(refusal([&](Request* r) {
+                const v1::ToolPath fan = *AddFan(r);
+                *Operation(r, 1)->add_paths() = fan;
+                Operation(r, 1)->mutable_paths(1)->set_path("F2");
+                Operation(r, 1)->mutable_electrode()->set_wear_mm(30);
+                marked(r);
+              }),
+              HasSubstr("operations[1].electrode.length_mm: 30, want more than the 30 mm"));
+}
+
 }  // namespace
 }  // namespace sixpoint::plant

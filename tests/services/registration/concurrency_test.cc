@@ -150,7 +150,7 @@ class ConcurrencyTest : public FakePlantTest {
   // Broken off by the client once so many are finished; 0: never.
   BatchAnswer RegisterBatch(const v1::RegisterBatchRequest& batch, int break_off_after = 0) {
     BatchAnswer answer;
-    const auto context = runtime::ContextFor(120);
+    const auto context = runtime::ContextFor(sixpoint::testing::kSanitized ? 600 : 120);
     const auto stub = v1::RegistrationService::NewStub(channel_);
     const auto reader = stub->RegisterBatch(context.get(), batch);
     v1::RegisterBatchResponse response;
@@ -290,7 +290,7 @@ TEST_F(ConcurrencyTest, ACancelledFitFreesItsSlot) {
   const std::int64_t before = Count("registrations");
 
   batch.set_request_id(storage::NewUuid());
-  const auto context = runtime::ContextFor(120);
+  const auto context = runtime::ContextFor(sixpoint::testing::kSanitized ? 600 : 120);
   const auto stub = v1::RegistrationService::NewStub(channel_);
   const auto reader = stub->RegisterBatch(context.get(), batch);
   v1::RegisterBatchResponse response;
@@ -371,7 +371,7 @@ TEST_F(ConcurrencyTest, ABatchThatBrokeOffGoesOnWhereItWas) {
 // The operator at the machine does not wait for the end of somebody's batch.
 TEST_F(ConcurrencyTest, ASingleCallPassesThroughARunningBatch) {
   Serve({1, 4});
-  const auto context = runtime::ContextFor(120);
+  const auto context = runtime::ContextFor(sixpoint::testing::kSanitized ? 600 : 120);
   const auto stub = v1::RegistrationService::NewStub(channel_);
   const auto reader = stub->RegisterBatch(context.get(), Batch());
   v1::RegisterBatchResponse response;

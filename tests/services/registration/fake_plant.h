@@ -14,6 +14,7 @@
 #include "metrology/surface/surface.h"
 #include "services/registration/registration_service.h"
 #include "tests/services/correction/judged_plant.h"
+#include "tests/support/sanitizer.h"
 
 namespace sixpoint::registration {
 
@@ -64,7 +65,8 @@ class FakePlantTest : public ::testing::Test {
 
   // Of blades/sn1, from all its scans.
   v1::RegisterRequest Request(v1::Method method) const;
-  absl::StatusOr<v1::Registration> TryRegister(const v1::RegisterRequest& request, double seconds = 120) const;
+  absl::StatusOr<v1::Registration> TryRegister(const v1::RegisterRequest& request,
+                                               double seconds = testing::kSanitized ? 600 : 120) const;
   // Stored, and read back as it was answered.
   v1::Registration Register(const v1::RegisterRequest& request) const;
   // Refused for a field that the answer names by itself, too; nothing stored. "field: value, want wanted".

@@ -26,6 +26,7 @@
 #include "storage/migrate.h"
 #include "tests/services/runtime/raw_connection.h"
 #include "tests/support/plant_certificates.h"
+#include "tests/support/sanitizer.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::runtime {
@@ -44,12 +45,8 @@ using testing::RawConnection;
 constexpr char kService[] = "sixpoint.ingest.v1.ScanService";
 enum Health { kUnknown = 0, kServing = 1, kNotServing = 2 };  // grpc.health.v1.HealthCheckResponse.ServingStatus
 
-// A sanitizer keeps what was freed: there a server's memory says nothing of it.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kMemoryCounts = false;
-#else
-constexpr bool kMemoryCounts = true;
-#endif
+// Of a sanitized server memory says nothing.
+constexpr bool kMemoryCounts = !sixpoint::testing::kSanitized;
 
 // For gRPC's own calls, which want the clock of the day.
 std::chrono::system_clock::time_point Soon(double seconds) {

@@ -7,7 +7,7 @@ import { DispositionKind } from '#proto/sixpoint/inspection/v1/disposition_pb';
 import { Verdict } from '#proto/sixpoint/inspection/v1/inspection_pb';
 import { Method } from '#proto/sixpoint/registration/v1/method_pb';
 import { useAsked } from '../plant/asked';
-import { idOf, personOf, shortId, withoutRevision } from '../words/name';
+import { idOf, pageOf, personOf, shortId, withoutRevision } from '../words/name';
 import { count, plural, quantity, withUncertainty } from '../words/quantity';
 import { dateOf, duration, full } from '../words/time';
 import { Mark, VerdictMark } from '../view/mark';
@@ -53,8 +53,8 @@ function Top({ facts, holes }: { facts: BladeFacts; holes: HoleFacts[] }) {
         {positioning?.disagrees && <p><Mark tone="unsure">Its shape leaves open how it is positioned</Mark> Two ways differ by {quantity(positioning.disagreementUm, 'µm', 1)}; {positioning.covered ? 'the uncertainties of the holes hold that.' : 'the uncertainties of the holes may be too small.'}</p>}
         {correction && correction.state !== CorrectionState.UNSPECIFIED && !inspection && <p>Its program: <VerdictMark verdict={CorrectionState[correction.state]!} /></p>}
         <dl class="pairs">
-          <dt>Part</dt><dd>{idOf(withoutRevision(blade.part))}{part && <span class="muted"> revision {part.revision}</span>}</dd>
-          {facts.machine && <><dt>Machine</dt><dd>{idOf(facts.machine.name)}</dd></>}
+          <dt>Part</dt><dd><a href={pageOf(part ? `${part.name}@${part.revision}` : blade.part)}>{idOf(withoutRevision(blade.part))}</a>{part && <span class="muted"> revision {part.revision}</span>}</dd>
+          {facts.machine && <><dt>Machine</dt><dd><a href={pageOf(facts.machine.name)}>{idOf(facts.machine.name)}</a></dd></>}
           <dt>Work order</dt><dd>{blade.workOrder ? `${blade.workOrder}${blade.operation && `, ${blade.operation}`}` : <span class="muted">none was assigned</span>}</dd>
           {inspection && <><dt>Judged</dt><dd>{full(dateOf(inspection.recordedAt))} by {personOf(inspection.requestedBy)}</dd></>}
         </dl>
@@ -64,7 +64,7 @@ function Top({ facts, holes }: { facts: BladeFacts; holes: HoleFacts[] }) {
         <dl class="pairs">
           {deviation && <><dt>Deviation</dt><dd>rms {quantity(deviation.rmsUm, 'µm', 1)}, 5 to 95&#8239;% {quantity(deviation.p05Um, 'µm', 1)} to {quantity(deviation.p95Um, 'µm', 1)}<span class="muted"> ({count(deviation.pointCount)} points, {count(deviation.excludedCount)} set aside)</span></dd></>}
           {!deviation && <><dt>Deviation</dt><dd class="muted">not measured</dd></>}
-          {facts.after && <><dt>Positioned</dt><dd>{methodWords(Method[facts.after.method] ?? '')}, scatter {quantity(facts.after.evidence?.residualRmsUm, 'µm', 1)}, weakest {facts.after.evidence?.weakestDirectionInWords || 'direction'} u = {quantity(facts.after.evidence?.weakestStandardUncertaintyUm, 'µm', 2)}</dd></>}
+          {facts.after && <><dt>Positioned</dt><dd><a href={pageOf(facts.after.name)}>{methodWords(Method[facts.after.method] ?? '')}</a>, scatter {quantity(facts.after.evidence?.residualRmsUm, 'µm', 1)}, weakest {facts.after.evidence?.weakestDirectionInWords || 'direction'} u = {quantity(facts.after.evidence?.weakestStandardUncertaintyUm, 'µm', 2)}</dd></>}
           {[...facts.calibrations.values()].map((calibration) => <Rests key={calibration.name} calibration={calibration} />)}
         </dl>
         {facts.missing.length > 0 && <ul class="small tone-unsure">{facts.missing.map((line) => <li key={line}>{line}</li>)}</ul>}
@@ -79,7 +79,18 @@ function Rests({ calibration }: { calibration: Calibration }) {
   const from = dateOf(calibration.validFrom);
   return (
     <><dt>{word}</dt><dd title={calibration.name}>{isOver ? <><Mark tone="bad">Withdrawn</Mark> “{calibration.withdrawal?.reason}”</> : <VerdictMark verdict={CalibrationState[calibration.state] ?? ''} />}
-      <span class="muted"> {shortId(calibration.name)}, calibrated {from ? `${duration((Date.now() - from.getTime()) / 1000)} ago` : 'at an unknown time'}</span></dd></>
+      <span class="muted"> <a href={pageOf(calibration.name)}>{shortId(calibration.name)}</a>, calibrated {from ? `${duration((Date.now() - from.getTime()) / 1000)} ago` : 'at an unknown time'}</span></dd></>
+  );
+}
+
+// Before its verdict: that stands on something which must not be used.
+function Withdrawn({ calibrations }: { calibrations: Calibration[] }) {
+  const gone = calibrations.filter(({ state }) => state === CalibrationState.WITHDRAWN);
+  if (gone.length === 0) return null;
+  return (
+    <div class="state state-refused withdrawn" role="alert"><strong>It rests on a calibration that was withdrawn</strong>
+      {gone.map(({ name, withdrawal }) => <p key={name}><a href={pageOf(name)}>{shortId(name)}</a>{withdrawal && <>, {full(dateOf(withdrawal.recordedAt))} by {personOf(withdrawal.requestedBy)}: “{withdrawal.reason}”</>}</p>)}
+      <p>What was found with it says nothing of the blade. Judge it anew, by what is in force now.</p></div>
   );
 }
 
@@ -89,6 +100,7 @@ function Blade({ facts, again }: { facts: BladeFacts; again: () => void }) {
   const pick = (key: string) => setPicked((old) => (old === key ? undefined : key));
   return (
     <>
+      <Withdrawn calibrations={[...facts.calibrations.values()]} />
       <Top facts={facts} holes={holes} />
       {facts.correction && <Decision correction={facts.correction} onDecided={again} />}
       <div class="blade-body section">

@@ -44,7 +44,7 @@ export function Changes({ holes, correction }: { holes: HoleFacts[]; correction:
   const [a, b] = [correction.axes[0] ?? 'A', correction.axes[1] ?? 'B'];
   const rows = holes.filter((h) => h.corrected);
   const columns: Column<HoleFacts>[] = [
-    { head: 'Hole', cell: (h) => h.key, csv: (h) => h.key },
+    { head: 'Hole', cell: (h) => (h.correctedGroup?.poses.length ? `${h.correctedGroup.group}, a path of ${h.correctedGroup.poses.length} poses` : h.key), csv: (h) => h.key },
     { head: a, unit: 'deg', isNumber: true, cell: (h) => number(h.correctedGroup?.aDeg, 4), csv: (h) => h.correctedGroup?.aDeg },
     { head: `Δ${a}`, unit: 'deg', isNumber: true, cell: (h) => number(h.correctedGroup && h.correctedGroup.aDeg - h.correctedGroup.aNominalDeg, 4), csv: (h) => h.correctedGroup && h.correctedGroup.aDeg - h.correctedGroup.aNominalDeg },
     { head: b, unit: 'deg', isNumber: true, cell: (h) => number(h.correctedGroup?.bDeg, 4), csv: (h) => h.correctedGroup?.bDeg },

@@ -73,7 +73,7 @@ export function Story({ entries }: { entries: RecordEntry[] }) {
             <time dateTime={at.toISOString()} title={full(at)}>{isNewDay && <>{today}<br /></>}{clock(at)}{pause > 600 && <><br /><span class="small">+{duration(pause)}</span></>}</time>
             <span class="knot"><Shape tone={toneOf(entry)} /></span>
             <div>
-              <div class="what"><strong>{title}</strong>
+              <div class="what"><strong>{['registration', 'correction'].includes(entry.kind) ? <a href={pageOf(entry.name)}>{title}</a> : title}</strong>
                 {entry.verdict && <VerdictMark verdict={entry.verdict} />}
                 {entry.state && !(entry.kind === 'scan' && entry.state === 'KEPT') && <VerdictMark verdict={entry.state} />}
                 <span class="muted">by {personOf(entry.requestedBy) || 'unknown'}{entry.machine && !entry.requestedBy.startsWith(withoutRevision(entry.machine)) && ` on ${shortId(entry.machine)}`}</span></div>

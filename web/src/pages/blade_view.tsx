@@ -57,7 +57,7 @@ export function BladeView({ facts, holes, picked, onPick }: { facts: BladeFacts;
   const [scaleUm, setScaleUm] = useState(50);
   const [bandUm, setBandUm] = useState(10);
   const [magnification, setMagnification] = useState(100);
-  const [printed, setPrinted] = useState('');
+  const paper = useRef<HTMLCanvasElement>(null);
   const wholeAsked = useRef<(() => Promise<void>) | undefined>();
   const maySurface = useMay(PlantService.method.downloadSurface), mayPoints = useMay(ScanService.method.previewScan), mayWhole = useMay(ScanService.method.downloadScan);
   const name = facts.blade.name;
@@ -127,7 +127,7 @@ export function BladeView({ facts, holes, picked, onPick }: { facts: BladeFacts;
   useEffect(() => { scene.current?.setScale(scaleUm, bandUm); }, [scaleUm, bandUm, module, clouds]);
   useEffect(() => { scene.current?.setShows(shows); }, [shows, surface, clouds]);
   useEffect(() => {
-    const before = () => { if (scene.current) setPrinted(scene.current.pictureNow()); };
+    const before = () => { if (scene.current && paper.current) scene.current.drawInto(paper.current); };
     window.addEventListener('beforeprint', before);
     return () => window.removeEventListener('beforeprint', before);
   }, []);
@@ -154,7 +154,7 @@ export function BladeView({ facts, holes, picked, onPick }: { facts: BladeFacts;
         <canvas ref={canvas} tabIndex={0} role="img" aria-label={`The blade in 3D: CAD, ${count(points)} measured points coloured by deviation, ${drawn.length} holes, six datum points. Arrow keys turn it, plus and minus come nearer and go away, Home shows all. The same in figures: the table of holes.`} />
         {(said || problem || progress !== undefined) && <div class="over" role="status">{problem ? <span class="tone-bad">{problem}</span> : progress !== undefined ? `Loading all points: ${Math.round(100 * progress)} %` : said}</div>}
       </div>
-      {printed && <img class="print-only view-printed" src={printed} alt="The blade with the deviations of its points" />}
+      <canvas ref={paper} class="print-only view-printed" hidden role="img" aria-label="The blade with the deviations of its points" />
       <div class="view-tools no-print">
         {box('cad', 'CAD')}
         {box('before', clouds.after ? 'Before cutting' : 'Points', clouds.before !== undefined)}

@@ -1,11 +1,9 @@
 // Finding blades: by serial, machine, verdict, state, work order, part. The search stands in the URL.
-import { useEffect, useState } from 'preact/hooks';
 import type { Blade } from '#proto/sixpoint/plant/v1/blade_pb';
 import { PlantService } from '#proto/sixpoint/plant/v1/plant_pb';
 import { client } from '../plant/clients';
-import { refusalOf, type Refusal } from '../plant/refusal';
+import { usePaged } from '../plant/paged';
 import { setQuery, useRoute } from '../plant/route';
-import { recoveries } from '../plant/reach';
 import { idOf } from '../words/name';
 import { plural } from '../words/quantity';
 import { dateOf, full } from '../words/time';
@@ -18,7 +16,9 @@ const kFields = ['serial', 'machine', 'part', 'order', 'verdict', 'state'] as co
 const kVerdicts = ['CONFORM', 'NOT_CONFORM', 'UNDECIDABLE', 'NOT_MEASURED'], kStates = ['DRAFT', 'RELEASED', 'CUT', 'REFUSED', 'SUPERSEDED', 'EXPIRED', 'WITHDRAWN'];
 const kPageSize = 100;
 
-type Found = { blades: Blade[]; nextPageToken: string; isAsking: boolean; refusal: Refusal | undefined };
+// By kind of entry: what brings a blade, and what changes what is asked of one.
+const kBringing = new Set(['blade', 'scan']), kJudging = new Set(['registration', 'correction', 'release', 'refusal', 'withdrawal', 'cut', 'inspection', 'assignment']);
+const kPauseMs = 5000;  // a fleet at work tells of its blades all the time
 
 const kColumns: Column<Blade>[] = [
   { head: 'Serial', cell: (b) => <a href={`/blades/${encodeURIComponent(idOf(b.name))}`}>{idOf(b.name)}</a>, csv: (b) => idOf(b.name) },
@@ -31,36 +31,22 @@ const kColumns: Column<Blade>[] = [
 export default function BladesPage() {
   const { query } = useRoute();
   const asked = Object.fromEntries(kFields.map((field) => [field, query.get(field) ?? ''])) as Record<(typeof kFields)[number], string>;
-  const key = JSON.stringify(asked);
-  const [found, setFound] = useState<Found>({ blades: [], nextPageToken: '', isAsking: true, refusal: undefined });
-  const [turn, setTurn] = useState(0);
-
-  // With a filter a page may hold fewer than asked, or none, and not be the last: on to the first that brings something.
-  const fetchMore = async (from: Found, signal: AbortSignal) => {
-    setFound({ ...from, isAsking: true, refusal: undefined });
-    try {
-      let pageToken = from.nextPageToken;
-      const blades = [...from.blades];
-      do {
-        const page = await client(PlantService).listBlades({
-          pageSize: kPageSize, pageToken, serialPrefix: asked.serial, workOrder: asked.order, verdict: asked.verdict, state: asked.state,
-          machine: asked.machine && `machines/${asked.machine}`, part: asked.part && `parts/${asked.part}`,
-        }, { signal });
-        blades.push(...page.blades);
-        pageToken = page.nextPageToken;
-      } while (pageToken !== '' && blades.length < from.blades.length + 20);
-      setFound({ blades, nextPageToken: pageToken, isAsking: false, refusal: undefined });
-    } catch (error) {
-      if (!signal.aborted) setFound({ ...from, isAsking: false, refusal: refusalOf(error) });
-    }
-  };
-
-  useEffect(() => {
-    const stop = new AbortController();
-    const soon = setTimeout(() => void fetchMore({ blades: [], nextPageToken: '', isAsking: true, refusal: undefined }, stop.signal), turn === 0 ? 0 : 150);
-    return () => { stop.abort(); clearTimeout(soon); };
-  }, [key, turn]);
-  useEffect(() => recoveries.listen(() => setTurn((n) => n + 1)), []);
+  const isJudged = ['machine', 'order', 'verdict', 'state'].some((name) => asked[name as keyof typeof asked] !== '');
+  const found = usePaged([asked], async (from, signal) => {
+    // With a filter a page may hold fewer than asked, or none, and not be the last: on to the first that brings something.
+    const rows: Blade[] = [];
+    let pageToken = from;
+    do {
+      const page = await client(PlantService).listBlades({
+        pageSize: kPageSize, pageToken, serialPrefix: asked.serial, workOrder: asked.order, verdict: asked.verdict, state: asked.state,
+        machine: asked.machine && `machines/${asked.machine}`, part: asked.part && `parts/${asked.part}`,
+      }, { signal });
+      rows.push(...page.blades);
+      pageToken = page.nextPageToken;
+    } while (pageToken !== '' && rows.length < 20);
+    return { rows, nextPageToken: pageToken };
+  }, ({ entry }) => kBringing.has(entry?.kind ?? '') || (isJudged && kJudging.has(entry?.kind ?? '')), kPauseMs);
+  const blades = found.rows ?? [];
 
   const field = (name: (typeof kFields)[number], text: string, placeholder = '') => (
     <label>{text} <input type="search" value={asked[name]} placeholder={placeholder} maxLength={64} spellcheck={false} autocomplete="off" onChange={(event) => setQuery({ [name]: event.currentTarget.value.trim() })} /></label>
@@ -81,14 +67,14 @@ export default function BladesPage() {
           {choice('verdict', 'Verdict', kVerdicts)}{choice('state', 'Program', kStates)}
         </form>
       </div>
-      {found.refusal && <Refused refusal={found.refusal} again={() => setTurn((n) => n + 1)} />}
-      {found.blades.length > 0 && <>
-        <p class="small muted" role="status">{plural(found.blades.length, 'blade')}{found.nextPageToken !== '' && ', and more'}.</p>
-        <Table caption="Blades found" showCaption={false} columns={kColumns} rows={found.blades} rowKey={(b) => b.name} />
-        {found.nextPageToken !== '' && <p><button type="button" disabled={found.isAsking} onClick={() => void fetchMore(found, new AbortController().signal)}>{found.isAsking ? 'Fetching…' : 'Show more'}</button></p>}
+      {found.refusal && <Refused refusal={found.refusal} again={found.again} />}
+      {blades.length > 0 && <>
+        <p class="small muted" role="status">{plural(blades.length, 'blade')}{found.hasMore && ', and more'}.</p>
+        <Table caption="Blades found" showCaption={false} columns={kColumns} rows={blades} rowKey={(b) => b.name} />
+        {found.hasMore && <p><button type="button" disabled={found.isAsking} onClick={found.more}>{found.isAsking ? 'Fetching…' : 'Show more'}</button></p>}
       </>}
-      {found.blades.length === 0 && found.isAsking && <Loading what="blades" />}
-      {found.blades.length === 0 && !found.isAsking && !found.refusal && (isFiltered
+      {blades.length === 0 && found.isAsking && <Loading what="blades" />}
+      {blades.length === 0 && !found.isAsking && !found.refusal && (isFiltered
         ? <Empty title="No blade is like that">Serial numbers are compared from their beginning, letter by letter. <a href="/blades">Search anew</a></Empty>
         : <Empty title="No blade is registered yet">A blade shows here with its first scan.</Empty>)}
     </>

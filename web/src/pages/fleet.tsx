@@ -24,6 +24,9 @@ type Fleet = { machines: Map<string, MachineState>; isWhole: boolean; refusal?: 
 
 const spanOf = (hours: number) => ({ from: timestampFromDate(new Date(Date.now() - hours * 3600_000)) });
 
+// Or soon enough where nothing is drawn: behind another tab.
+const drawn = () => new Promise<void>((resolve) => { requestAnimationFrame(() => setTimeout(resolve)); setTimeout(resolve, 250); });
+
 // All machines page by page, the first shown as soon as it is there; then one at a time, as events name them.
 function useFleet(hours: number): [Fleet, Map<string, Happening>, () => void] {
   const [fleet, setFleet] = useState<Fleet>({ machines: new Map(), isWhole: false });
@@ -46,6 +49,8 @@ function useFleet(hours: number): [Fleet, Map<string, Happening>, () => void] {
         setFleet((old) => (old.machines.size > machines.size && !isWhole
           ? { ...old, refusal: undefined }
           : { machines: new Map(machines), isWhole, countedFrom: dateOf(page.countedFrom) }));
+        // The first tiles are on the screen before the next are asked for: what answers them and what draws them may share a processor.
+        if (machines.size === page.machines.length) await drawn();
       } while (pageToken !== '');
     };
     load().catch((error: unknown) => {
@@ -136,7 +141,7 @@ function Sums({ machines, now, word }: { machines: MachineState[]; now: Date; wo
   return (
     <dl class="sums">
       <div><dt>Working now</dt><dd>{working} <span class="muted">of {machines.length}</span></dd></div>
-      <div><dt>Wait for a person</dt><dd>{waits}</dd></div>
+      <div><dt>Wait for a person</dt><dd><a href="/corrections">{waits}</a></dd></div>
       <div><dt>Need attention</dt><dd>{attention}</dd></div>
       <div><dt>Blades judged, {word}</dt><dd>{String(judged)}</dd></div>
       <div><dt>Conform, {word}</dt><dd>{verdicts > 0n ? percent(Number(conform) / Number(verdicts)) : 'no verdict'} <span class="muted">{verdicts > 0n ? `${conform} of ${verdicts}` : ''}</span></dd></div>

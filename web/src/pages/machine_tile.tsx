@@ -5,7 +5,7 @@ import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { BladeStep, FleetService, type ActivityHour, type MachineCalibration, type MachineState, type StepTime } from '#proto/sixpoint/plant/v1/fleet_pb';
 import { client } from '../plant/clients';
 import { refusalOf } from '../plant/refusal';
-import { alarmWord, calibrationWord, doingOf, happened, isUrgent, kStepWords, parameterWords, stepOf } from '../words/machine';
+import { alarmPage, alarmWord, calibrationWord, doingOf, happened, isUrgent, kStepWords, parameterWords, stepOf } from '../words/machine';
 import { idOf, pageOf } from '../words/name';
 import { number, percent, plural, pointCount } from '../words/quantity';
 import { ago, clock, dateOf, day, duration, full } from '../words/time';
@@ -22,7 +22,7 @@ function Age({ one }: { one: MachineCalibration }) {
     drift && words ? `Moved most since the one before: ${words.name} by ${drift.change.toPrecision(3)} ${words.unit}, ${drift.changeRatio.toFixed(1)} combined standard uncertainties; more than 3 is flagged.` : 'There was none before.'].join(' ');
   return (
     <tr title={title}>
-      <th scope="row">{calibrationWord(one)}</th>
+      <th scope="row"><a href={pageOf(one.name)}>{calibrationWord(one)}</a></th>
       <td class="num">{one.inForce ? duration(one.ageDays * 86400) : <span class="tone-bad">over</span>}</td>
       <td class={`num${isFlagged ? ' tone-unsure' : ''}`}>{drift ? <>{isFlagged && '▲ '}{number(drift.changeRatio, 1)}&#8239;u</> : 'first'}</td>
     </tr>
@@ -135,7 +135,7 @@ function Tile({ state, happening, hours, now }: { state: MachineState; happening
 
   return (
     <li ref={place} class={`tile${isBad ? ' tile-urgent' : ''}${news ? ' tile-news' : ''}`} data-machine={id} aria-labelledby={`tile-${id}`}>
-      <div class="tile-head"><h2 id={`tile-${id}`}>{id}</h2><Mark tone={doing.tone}>{doing.word}</Mark></div>
+      <div class="tile-head"><h2 id={`tile-${id}`}><a href={pageOf(state.machine)}>{id}</a></h2><Mark tone={doing.tone}>{doing.word}</Mark></div>
       <p class="tile-now small">
         {news ? <>{href ? <a href={href}>{happened(news.kind, news.blade)}</a> : happened(news.kind, news.blade)}{news.verdict && `: ${verdictWords(news.verdict).toLowerCase()}`}</>
           : upload ? <>{doing.detail || 'a scan'}, {pointCount(upload.pointCount)} so far</>
@@ -156,7 +156,7 @@ function Tile({ state, happening, hours, now }: { state: MachineState; happening
       {state.alarms.length > 0 && (
         <ul class="alarms">{state.alarms.map((alarm) => (
           <li key={`${alarm.kind}${alarm.subject}`} class={isUrgent(alarm.kind) ? 'urgent' : ''}>
-            <strong>{alarmWord(alarm.kind)}</strong> <span class="small">{alarm.message} <em>{alarm.action}</em> <span class="muted">Since {ago(dateOf(alarm.since), now).replace(' ago', '')}.</span></span>
+            <strong><a href={alarmPage(alarm.subject, state.machine)}>{alarmWord(alarm.kind)}</a></strong> <span class="small">{alarm.message} <em>{alarm.action}</em> <span class="muted">Since {ago(dateOf(alarm.since), now).replace(' ago', '')}.</span></span>
           </li>
         ))}</ul>
       )}

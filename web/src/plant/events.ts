@@ -3,7 +3,7 @@ import { Code, ConnectError } from '@connectrpc/connect';
 import { EventService, type Event } from '#proto/sixpoint/plant/v1/event_pb';
 import { Cell } from './cell';
 import { client } from './clients';
-import { sessionState } from './session';
+import { lookAtSession, sessionState } from './session';
 
 export type EventsState = 'starting' | 'live' | 'broken';
 export const eventsState = new Cell<EventsState>('starting');
@@ -48,7 +48,9 @@ async function watch(signal: AbortSignal): Promise<void> {
     } catch (error) {
       if (signal.aborted) return;
       const code = ConnectError.from(error).code;
-      if (code === Code.Unauthenticated || code === Code.PermissionDenied) return;
+      if (code === Code.PermissionDenied) return;
+      // A stream is told at its end that the session is over, where no call is refused.
+      if (code === Code.Unauthenticated) await lookAtSession();
       // Past the newest entry: another plant answers, or an older state of it was restored. Begin anew.
       if (code === Code.InvalidArgument) afterSequence = undefined;
     }

@@ -23,10 +23,11 @@ export const sessionState = new Cell<SessionState>({ is: 'unknown' });
 
 const kRenewEveryMs = 4 * 60_000;  // a token holds 15 min, and the gateway renews it in its last 5
 
-// plant.v1.Session without its token; {}: nobody is signed in.
-function takeIn(json: JsonValue): void {
+// plant.v1.Session without its token; {}: nobody is signed in, of those who were when it was asked.
+function takeIn(json: JsonValue, asked: number): void {
   const told = fromJson(SessionSchema, json, { ignoreUnknownFields: true });
-  if (!told.name || !told.renewableUntil) return sessionIsOver();
+  if (!told.name || !told.renewableUntil) return sessionIsOver(asked);
+  if (sessionState.value.is !== 'in') ++number;
   const roles = told.roles.map((role) => Role[role]);
   sessionState.set({ is: 'in', session: { name: told.name, roles, renewableUntil: timestampDate(told.renewableUntil) } });
 }
@@ -46,25 +47,49 @@ async function ask(method: string, body?: unknown): Promise<Response> {
 // Also renews. An answer that is neither yes nor no (the gateway is away) changes nothing for who is signed in.
 export async function lookAtSession(): Promise<void> {
   let response: Response | undefined;
+  const asked = number;
   try {
     response = await ask('GET');
   } catch {
     response = undefined;
   }
-  if (response?.ok) takeIn((await response.json()) as JsonValue);
-  else if (response?.status === 401) sessionIsOver();
+  if (response?.ok) takeIn((await response.json()) as JsonValue, asked);
+  else if (response?.status === 401) sessionIsOver(asked);
   else if (sessionState.value.is === 'unknown') sessionState.set({ is: 'away' });
 }
 
-export function sessionIsOver(): void {
+// Of the sign-in that holds. A call of the session before may be refused only after the next one began, and says nothing of that.
+let number = 0;
+export const sessionNumber = (): number => number;
+
+export function sessionIsOver(which = number): void {
   const state = sessionState.value;
+  if (which !== number) return;
   if (state.is !== 'out') sessionState.set({ is: 'out', wasIn: state.is === 'in' });
 }
 
 export async function signIn(name: string, password: string): Promise<void> {
   const response = await ask('POST', { name: name.includes('/') ? name : `users/${name}`, password });
   if (!response.ok) throw await refusalFromJson(response);
-  takeIn((await response.json()) as JsonValue);
+  takeIn((await response.json()) as JsonValue, number);
+}
+
+// What people call the house's own sign-in; nothing where there is none, or the gateway does not say.
+export async function directoryName(): Promise<string | undefined> {
+  try {
+    const response = await fetch('/session/provider');
+    const told = response.ok ? ((await response.json()) as { name?: unknown }) : {};
+    return typeof told.name === 'string' && told.name !== '' ? told.name : undefined;
+  } catch {
+    return undefined;
+  }
+}
+
+// There by the gateway, and back to where one is; what the gateway takes for no way back leads to the fleet.
+export function signInByDirectory(): void {
+  const here = location.pathname + location.search;
+  const isWay = here.length <= 1024 && !/\/[/.]/.test(location.pathname);
+  location.assign(`/session/start?return=${encodeURIComponent(isWay ? here : '/')}`);
 }
 
 export async function signOut(): Promise<void> {

@@ -1,13 +1,14 @@
 // The blade drawn: CAD, the cloud with its deviations, holes with arrows, datum points. Draws when something changed, and not else.
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, CanvasTexture, ConeGeometry, CylinderGeometry, DataTexture, DirectionalLight, DoubleSide, Group, LinearFilter, Mesh,
-  MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, Points, Quaternion, Raycaster, RGBAFormat, RingGeometry, Scene, ShaderMaterial, SphereGeometry, Sprite, SpriteMaterial, Vector2,
-  SRGBColorSpace, Vector3, WebGLRenderer, type Object3D,
+  AmbientLight, BufferAttribute, BufferGeometry, ConeGeometry, CylinderGeometry, DirectionalLight, DoubleSide, Group, Mesh, MeshBasicMaterial, MeshLambertMaterial,
+  PerspectiveCamera, Quaternion, Raycaster, RingGeometry, Scene, SphereGeometry, Sprite, Vector2, Vector3, WebGLRenderer, type Object3D,
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import type { Cloud } from './cloud';
-import { colourTable, kColourCount, kColourReach, kSetAside } from './colours';
+import { cloudPointsFor, type CloudPoints, type Which } from './cloud_points';
+import { colourTable, kColourCount, type Colour } from './colours';
 import type { Vector } from './frames';
+import { fillRoom, lookByKey, wordAt } from './looking';
 import type { Surface } from './surface';
 
 export type DrawnHole = {
@@ -18,36 +19,29 @@ export type DrawnHole = {
   tone: 'good' | 'bad' | 'unsure' | 'none';
 };
 export type DrawnDatum = { name: string; pointMm: Vector; normal: Vector };
-export type Shows = { cad: boolean; before: boolean; after: boolean; holes: boolean; datums: boolean };
-export type Which = 'before' | 'after';
+export type Shows = { cad: boolean; before: boolean; after: boolean; holes: boolean; datums: boolean; marks?: boolean };
+export type { Which } from './cloud_points';
+// What a page shows beside: balls, arrows and an ellipsoid, about the surface's centre.
+export type DrawnMark = { key: string; pointMm: Vector; colour: Colour; size: number };  // size: of 1 is the usual one
+export type DrawnArrow = { fromMm: Vector; toMm: Vector; colour: Colour };
+export type DrawnEllipsoid = { centreMm: Vector; semiAxesMm: [Vector, Vector, Vector]; colour: Colour };
 
-const kMovingPoints = 300_000;  // so many are drawn while the view turns, all once it rests
 const kRestMs = 160;
+const kSmoothMs = 80;  // a frame that takes longer while the view turns is drawn coarser from then on: where no graphics processor is, pixels cost
+const kCoarse = 0.5;
 const kTones = { good: 0x1f9d74, bad: 0xd23b2f, unsure: 0xd08a10, none: 0x8a979d };
-
-const kVertex = `
-attribute float deviationUm; varying float vDeviation; uniform float pointPx;
-void main() { vDeviation = deviationUm; gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); gl_PointSize = pointPx; }`;
-const kFragment = `
-varying float vDeviation; uniform sampler2D table; uniform float scaleUm; uniform float reach; uniform vec3 setAside; uniform bool isPlain; uniform vec3 plain;
-void main() {
-  if (vDeviation < -1.0e8) { gl_FragColor = vec4(setAside, 1.0); return; }
-  float at = 0.5 + 0.5 * clamp(vDeviation / (scaleUm * reach), -0.999, 0.999);
-  gl_FragColor = isPlain ? vec4(plain, 1.0) : texture2D(table, vec2(at, 0.5));
-}`;
-const kSetAsideUm = -1e9;  // NaN does not survive every driver
 
 export class BladeScene {
   readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
   private readonly camera = new PerspectiveCamera(32, 1, 0.1, 5000);
   private readonly controls: OrbitControls;
-  private readonly clouds: Partial<Record<Which, Points<BufferGeometry, ShaderMaterial>>> = {};
-  private readonly counts: Partial<Record<Which, number>> = {};
+  private readonly clouds: CloudPoints;
   private cad: Mesh | undefined;
   private holes = new Group();
   private datums = new Group();
-  private table: DataTexture;
+  private marks = new Group();
+  private markable: Object3D[] = [];
   private radius = 30;
   private hasFront = false;
   private isMoving = false;
@@ -59,14 +53,13 @@ export class BladeScene {
   drawnCount = 0;
 
   constructor(private readonly canvas: HTMLCanvasElement) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: false });
+    this.renderer = new WebGLRenderer({ canvas, antialias: false, alpha: true, preserveDrawingBuffer: false });
     this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
-    this.table = new DataTexture(colourTable(50, 10), kColourCount, 1, RGBAFormat);
-    this.table.needsUpdate = true;
+    this.clouds = cloudPointsFor(this.renderer, this.scene);
     const sun = new DirectionalLight(0xffffff, 2.3);
     this.camera.add(sun);
     sun.position.set(0.4, 0.7, 1);
-    this.scene.add(this.camera, new AmbientLight(0xffffff, 0.55), this.holes, this.datums);
+    this.scene.add(this.camera, new AmbientLight(0xffffff, 0.55), this.holes, this.datums, this.marks);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = false;
     this.controls.addEventListener('change', () => this.move());
@@ -111,31 +104,12 @@ export class BladeScene {
   }
 
   setCloud(which: Which, cloud: Cloud): void {
-    const old = this.clouds[which];
-    if (old) { this.scene.remove(old); old.geometry.dispose(); }
-    const deviations = cloud.deviationsUm.map((um) => (Number.isNaN(um) ? kSetAsideUm : um));
-    const geometry = new BufferGeometry();
-    geometry.setAttribute('position', new BufferAttribute(cloud.positions, 3));
-    geometry.setAttribute('deviationUm', new BufferAttribute(deviations, 1));
-    const material = old?.material ?? new ShaderMaterial({
-      vertexShader: kVertex, fragmentShader: kFragment,
-      uniforms: {
-        table: { value: this.table }, scaleUm: { value: 50 }, reach: { value: kColourReach }, pointPx: { value: 2 },
-        setAside: { value: new Vector3(...kSetAside.map((c) => c / 255)) }, isPlain: { value: false }, plain: { value: new Vector3(0.46, 0.4, 0.62) },
-      },
-    });
-    const points = new Points(geometry, material);
-    points.frustumCulled = false;
-    this.clouds[which] = points;
-    this.counts[which] = cloud.count;
-    this.scene.add(points);
+    this.clouds.set(which, cloud);
     this.draw();
   }
 
   setScale(scaleUm: number, bandUm: number): void {
-    (this.table.image.data as Uint8Array).set(colourTable(scaleUm, bandUm));
-    this.table.needsUpdate = true;
-    for (const cloud of Object.values(this.clouds)) cloud.material.uniforms['scaleUm']!.value = scaleUm;
+    this.clouds.setScale(scaleUm, bandUm);
     this.scaleUm = scaleUm;
     this.draw();
   }
@@ -184,17 +158,36 @@ export class BladeScene {
     this.draw();
   }
 
+  setMarks(marks: DrawnMark[], arrows: DrawnArrow[], ellipsoid: DrawnEllipsoid | undefined, picked?: string): void {
+    this.empty(this.marks);
+    const hex = ([r, g, b]: Colour) => (r << 16) | (g << 8) | b;
+    this.markable = marks.map(({ key, pointMm, colour, size }) => {
+      const isPicked = key === picked, ball = new Mesh(new SphereGeometry((this.radius / 42) * size * (isPicked ? 1.5 : 1), 20, 14), isPicked ? new MeshBasicMaterial({ color: 0x0a66c2 }) : new MeshLambertMaterial({ color: hex(colour) }));
+      ball.position.set(...pointMm);
+      ball.userData['key'] = key;
+      this.marks.add(ball);
+      return ball;
+    });
+    for (const { fromMm, toMm, colour } of arrows) this.marks.add(this.arrow(new Vector3(...fromMm), new Vector3(...toMm), hex(colour), this.radius / 180));
+    if (ellipsoid) {
+      const shape = new Mesh(new SphereGeometry(1, 48, 32), new MeshLambertMaterial({ color: hex(ellipsoid.colour), transparent: true, opacity: 0.55, depthTest: false }));
+      const [a, b, c] = ellipsoid.semiAxesMm, at = ellipsoid.centreMm;
+      shape.matrixAutoUpdate = false;
+      shape.matrix.set(a[0], b[0], c[0], at[0], a[1], b[1], c[1], at[1], a[2], b[2], c[2], at[2], 0, 0, 0, 1);
+      this.marks.add(shape);
+    }
+    this.canvas.dataset['marks'] = String(marks.length);
+    this.draw();
+  }
+
   setShows(shows: Shows): void {
     if (this.cad) this.cad.visible = shows.cad;
     this.holes.visible = shows.holes;
     this.datums.visible = shows.datums;
-    for (const which of ['before', 'after'] as const) {
-      const cloud = this.clouds[which];
-      if (!cloud) continue;
-      cloud.visible = shows[which];
-      // Laid over each other, the one before is plain: two clouds of one scale could not be told apart.
-      cloud.material.uniforms['isPlain']!.value = which === 'before' && shows.after && this.clouds.after !== undefined;
-    }
+    this.marks.visible = shows.marks ?? true;
+    // Laid over each other, the one before is plain: two clouds of one scale could not be told apart.
+    this.clouds.show('before', shows.before, shows.after && this.clouds.has('after'));
+    this.clouds.show('after', shows.after, false);
     this.draw();
   }
 
@@ -207,7 +200,7 @@ export class BladeScene {
   }
 
   // A PNG with its legend and title: what is passed on has to say what it shows.
-  async picture(title: string, bandUm: number): Promise<Blob> {
+  async picture(title: string, bandUm: number | undefined): Promise<Blob> {
     this.render(false);
     const { width, height } = this.canvas;
     const sheet = document.createElement('canvas');
@@ -217,30 +210,41 @@ export class BladeScene {
     pen.fillStyle = '#ffffff';
     pen.fillRect(0, 0, sheet.width, sheet.height);
     pen.drawImage(this.canvas, 0, 0);
-    const table = colourTable(this.scaleUm, bandUm), left = foot * 0.3, wide = width * 0.4;
-    for (let i = 0; i < kColourCount; ++i) {
-      pen.fillStyle = `rgb(${table[4 * i]} ${table[4 * i + 1]} ${table[4 * i + 2]})`;
-      pen.fillRect(left + (wide * i) / kColourCount, height + foot * 0.15, wide / kColourCount + 1, foot * 0.35);
+    const left = foot * 0.3, wide = width * 0.4;
+    pen.font = `${Math.round(foot * 0.28)}px system-ui, sans-serif`;
+    if (bandUm !== undefined) {
+      const table = colourTable(this.scaleUm, bandUm);
+      for (let i = 0; i < kColourCount; ++i) {
+        pen.fillStyle = `rgb(${table[4 * i]} ${table[4 * i + 1]} ${table[4 * i + 2]})`;
+        pen.fillRect(left + (wide * i) / kColourCount, height + foot * 0.15, wide / kColourCount + 1, foot * 0.35);
+      }
+      pen.fillStyle = '#16232a';
+      pen.fillText(`−${this.scaleUm} µm`, left, height + foot * 0.85);
+      pen.textAlign = 'center';
+      pen.fillText(`grey: within ±${bandUm} µm`, left + wide / 2, height + foot * 0.85);
+      pen.textAlign = 'right';
+      pen.fillText(`+${this.scaleUm} µm`, left + wide, height + foot * 0.85);
     }
     pen.fillStyle = '#16232a';
-    pen.font = `${Math.round(foot * 0.28)}px system-ui, sans-serif`;
-    pen.fillText(`−${this.scaleUm} µm`, left, height + foot * 0.85);
-    pen.textAlign = 'center';
-    pen.fillText(`grey: within ±${bandUm} µm`, left + wide / 2, height + foot * 0.85);
     pen.textAlign = 'right';
-    pen.fillText(`+${this.scaleUm} µm`, left + wide, height + foot * 0.85);
     pen.fillText(title, width - left, height + foot * 0.6);
     return new Promise((resolve, reject) => sheet.toBlob((blob) => (blob ? resolve(blob) : reject(new Error('The browser made no picture.'))), 'image/png'));
   }
 
-  // For print, which does not wait for a frame.
-  pictureNow(): string { this.render(false); return this.canvas.toDataURL('image/png'); }
+  // For print, which waits for nothing: neither for a frame, nor for an image that has to be decoded first.
+  drawInto(paper: HTMLCanvasElement): void {
+    this.render(false);
+    paper.width = this.canvas.width; paper.height = this.canvas.height;
+    paper.getContext('2d', { willReadFrequently: true })!.drawImage(this.canvas, 0, 0);
+    paper.hidden = false;
+  }
 
   stop(): void {
     cancelAnimationFrame(this.frame);
     clearTimeout(this.restTimer);
     this.watcher.disconnect();
     this.controls.dispose();
+    this.clouds.stop();
     this.renderer.dispose();
   }
 
@@ -259,18 +263,7 @@ export class BladeScene {
   }
 
   private label(text: string, at: Vector3): Sprite {
-    const canvas = document.createElement('canvas');
-    canvas.width = 128; canvas.height = 64;
-    const pen = canvas.getContext('2d')!;
-    pen.font = '600 40px system-ui, sans-serif';
-    pen.textAlign = 'center';
-    pen.lineWidth = 8; pen.strokeStyle = '#ffffff'; pen.strokeText(text, 64, 46);
-    pen.fillStyle = '#5a2a80'; pen.fillText(text, 64, 46);
-    const texture = new CanvasTexture(canvas);
-    texture.minFilter = LinearFilter;
-    texture.colorSpace = SRGBColorSpace;
-    const sprite = new Sprite(new SpriteMaterial({ map: texture, depthTest: false, transparent: true }));
-    sprite.position.copy(at);
+    const sprite = wordAt(text, at, 128, '600 40px', '#5a2a80');
     sprite.scale.set(this.radius / 5, this.radius / 10, 1);
     return sprite;
   }
@@ -280,15 +273,7 @@ export class BladeScene {
     group.clear();
   }
 
-  private resize(): void {
-    const box = this.canvas.parentElement!;
-    const width = box.clientWidth, height = box.clientHeight;
-    if (width === 0 || height === 0) return;
-    this.renderer.setSize(width, height, false);
-    this.camera.aspect = width / height;
-    this.camera.updateProjectionMatrix();
-    this.draw();
-  }
+  private resize(): void { if (fillRoom(this.canvas, this.renderer, this.camera)) this.draw(); }
 
   private move(): void {
     this.isMoving = true;
@@ -302,16 +287,20 @@ export class BladeScene {
     this.frame = requestAnimationFrame(() => { this.frame = 0; this.render(this.isMoving); });
   }
 
+  // Of the pixels that the screen has; all of them at rest.
+  private sharpen(isMoving: boolean): void {
+    const now = performance.now(), tookMs = now - this.turnedAt;
+    if (isMoving && this.turnedAt > 0) this.turnMs = 0.7 * this.turnMs + 0.3 * tookMs;
+    this.turnedAt = isMoving ? now : 0;
+    const ratio = Math.min(2, window.devicePixelRatio) * (isMoving && this.turnMs > kSmoothMs ? kCoarse : 1);
+    if (this.renderer.getPixelRatio() !== ratio) this.renderer.setPixelRatio(ratio);
+  }
+  private turnedAt = 0;
+  private turnMs = 0;
+
   private render(isMoving: boolean): void {
-    this.drawnCount = 0;
-    for (const which of ['before', 'after'] as const) {
-      const cloud = this.clouds[which];
-      if (!cloud?.visible) continue;
-      const count = isMoving ? Math.min(kMovingPoints, this.counts[which]!) : this.counts[which]!;
-      cloud.geometry.setDrawRange(0, count);
-      cloud.material.uniforms['pointPx']!.value = this.renderer.getPixelRatio() * (this.counts[which]! < 150_000 ? 2.2 : 1.4);
-      this.drawnCount += count;
-    }
+    this.sharpen(isMoving);
+    this.drawnCount = this.clouds.prepare(this.renderer, this.camera, isMoving);
     this.renderer.render(this.scene, this.camera);
     this.canvas.dataset['drawn'] = String(this.drawnCount);
   }
@@ -319,26 +308,11 @@ export class BladeScene {
   private pick(event: PointerEvent): void {
     const box = this.canvas.getBoundingClientRect(), ray = new Raycaster();
     ray.setFromCamera(new Vector2(((event.clientX - box.left) / box.width) * 2 - 1, 1 - ((event.clientY - box.top) / box.height) * 2), this.camera);
-    const hit = ray.intersectObjects(this.pickable, false)[0];
+    const hit = ray.intersectObjects([...this.pickable, ...this.markable], false)[0];
     if (hit) this.onPick(hit.object.userData['key'] as string);
   }
 
   private readonly onKey = (event: KeyboardEvent): void => {
-    const offset = this.camera.position.clone().sub(this.controls.target);
-    const turn = 0.09, side = new Vector3().crossVectors(this.camera.up, offset).normalize();
-    switch (event.key) {
-      case 'ArrowLeft': offset.applyAxisAngle(this.camera.up, -turn); break;
-      case 'ArrowRight': offset.applyAxisAngle(this.camera.up, turn); break;
-      case 'ArrowUp': if (offset.angleTo(this.camera.up) > 0.15) offset.applyAxisAngle(side, -turn); break;
-      case 'ArrowDown': if (offset.angleTo(this.camera.up) < Math.PI - 0.15) offset.applyAxisAngle(side, turn); break;
-      case '+': case '=': offset.multiplyScalar(0.88); break;
-      case '-': offset.multiplyScalar(1 / 0.88); break;
-      case 'Home': this.home(); event.preventDefault(); return;
-      default: return;
-    }
-    event.preventDefault();
-    this.camera.position.copy(this.controls.target).add(offset);
-    this.controls.update();
-    this.move();
+    if (lookByKey(event, this.camera, this.controls, () => this.home())) this.move();
   };
 }

@@ -12,7 +12,7 @@ import { partFromSensor, type Mapping } from './frames';
 import { readSurface, type Surface } from './surface';
 
 export { BladeScene } from './blade_scene';
-export { colourTable, kColourCount, roundScale } from './colours';
+export { colourOf, colourTable, kColourCount, roundScale } from './colours';
 export { CloudWorkers, statisticsOf };
 
 const kPreviewPoints = 40_000;  // a scan

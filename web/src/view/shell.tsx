@@ -20,11 +20,23 @@ const kPages: Page[] = [
   { pattern: /^\/$/, load: () => import('../pages/fleet') },
   { pattern: /^\/blades$/, load: () => import('../pages/blades') },
   { pattern: /^\/blades\/([^/]+)$/, load: () => import('../pages/blade') },
+  { pattern: /^\/calibrations$/, load: () => import('../pages/calibrations') },
+  { pattern: /^\/calibrations\/([^/]+)$/, load: () => import('../pages/calibration') },
+  { pattern: /^\/registrations\/([^/]+)$/, load: () => import('../pages/registration') },
+  { pattern: /^\/parts$/, load: () => import('../pages/parts') },
+  { pattern: /^\/parts\/([^/]+)$/, load: () => import('../pages/part') },
+  { pattern: /^\/machines\/([^/]+)$/, load: () => import('../pages/machine') },
+  { pattern: /^\/corrections(?:\/([^/]+))?$/, load: () => import('../pages/corrections') },
 ];
 
+const kFetchAgainMs = 3000;
+
 const kLinks = [
-  { href: '/', text: 'Fleet', isHere: (path: string) => path === '/' },
+  { href: '/', text: 'Fleet', isHere: (path: string) => path === '/' || path.startsWith('/machines') },
   { href: '/blades', text: 'Blades', isHere: (path: string) => path.startsWith('/blades') },
+  { href: '/corrections', text: 'Corrections', isHere: (path: string) => path.startsWith('/corrections') },
+  { href: '/calibrations', text: 'Calibrations', isHere: (path: string) => path.startsWith('/calibrations') },
+  { href: '/parts', text: 'Parts', isHere: (path: string) => path.startsWith('/parts') },
 ];
 
 function Notice() {
@@ -70,12 +82,20 @@ function Body({ path }: { path: string }) {
   const [loaded, setLoaded] = useState<{ page: Page; module?: PageModule; failed?: boolean }>();
   useEffect(() => {
     if (!page) return;
-    page.load().then((module) => setLoaded({ page, module }), () => setLoaded({ page, failed: true }));
+    let isOver = false, again: ReturnType<typeof setTimeout> | undefined;
+    // Where the gateway is away it is fetched once that is back.
+    const load = () => page.load().then((module) => { if (!isOver) setLoaded({ page, module }); }, () => {
+      if (isOver) return;
+      setLoaded({ page, failed: true });
+      again = setTimeout(load, kFetchAgainMs);
+    });
+    void load();
+    return () => { isOver = true; clearTimeout(again); };
   }, [page]);
   if (!page) return <Empty title="There is no such page">The address may be mistyped. <a href="/">To the fleet</a></Empty>;
   if (loaded?.page !== page) return <Loading what="the page" />;
   if (!loaded.module) {
-    return <Empty title="The page could not be fetched">The plant may have been updated, or the gateway is away. <button type="button" onClick={() => location.reload()}>Load again</button></Empty>;
+    return <Empty title="The page could not be fetched">The gateway is away: it is asked again every 3 seconds. Or the plant was updated: <button type="button" onClick={() => location.reload()}>Load again</button></Empty>;
   }
   const Content = loaded.module.default;
   return <Content key={path} argument={decodeURIComponent(page.pattern.exec(path)?.[1] ?? '')} />;

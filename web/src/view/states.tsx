@@ -1,6 +1,7 @@
 // What stands where there is no value yet, none at all, or a refusal.
 import type { ComponentChildren } from 'preact';
 import type { Asked } from '../plant/asked';
+import type { Paged } from '../plant/paged';
 import type { Refusal } from '../plant/refusal';
 
 export const Loading = ({ what }: { what: string }) => (
@@ -33,3 +34,12 @@ export function Shown<T>({ asked, what, children }: { asked: Asked<T>; what: str
   if (asked.refusal) return <Refused refusal={asked.refusal} again={asked.again} />;
   return <Loading what={what} />;
 }
+
+// What stands above a list that comes page by page, and the way to its next page.
+export function ListState<T>({ list, what }: { list: Paged<T>; what: string }) {
+  if (list.refusal && (list.rows === undefined || !list.refusal.isAway)) return <Refused refusal={list.refusal} again={list.again} />;
+  return list.rows === undefined ? <Loading what={what} /> : null;
+}
+
+export const More = <T,>({ list, word = 'Show more' }: { list: Paged<T>; word?: string }) =>
+  (list.hasMore ? <p><button type="button" disabled={list.isAsking} onClick={list.more}>{list.isAsking ? 'Fetching…' : word}</button></p> : null);

@@ -1,7 +1,7 @@
 // What a machine does now, as far as what it recorded last says; and its alarms, steps and calibrations in words.
 import { AlarmKind, BladeStep, type MachineCalibration, type MachineState } from '#proto/sixpoint/plant/v1/fleet_pb';
 import type { Tone } from '../view/mark';
-import { idOf, kindOf } from './name';
+import { idOf, kindOf, pageOf } from './name';
 import { dateOf } from './time';
 
 export type Doing = { tone: Tone; word: string; detail: string; isWorking: boolean };
@@ -49,6 +49,8 @@ const kAlarms: Record<AlarmKind, [word: string, isUrgent: boolean]> = {
   [AlarmKind.DAMAGED_BLOBS]: ['Damaged scans', true],
 };
 export const alarmWord = (kind: AlarmKind): string => kAlarms[kind]?.[0] ?? 'Alarm';
+// Of what it is: its page, or the machine's, where studies stand too.
+export const alarmPage = (subject: string, machine: string): string => pageOf(subject) ?? `${pageOf(machine)}${kindOf(subject) === 'studies' ? '#checks' : ''}`;
 export const isUrgent = (kind: AlarmKind): boolean => kAlarms[kind]?.[1] ?? true;
 
 export const kStepWords: Record<BladeStep, string> = {

@@ -13,7 +13,8 @@ export function shortId(name: string): string {
 export function pageOf(name: string): string | undefined {
   const id = encodeURIComponent(idOf(withoutRevision(name)));
   switch (kindOf(name)) {
-    case 'blades': return `/blades/${id}`;
+    case 'blades': case 'calibrations': case 'corrections': case 'registrations': case 'machines': return `/${kindOf(name)}/${id}`;
+    case 'parts': return `/parts/${id}${/@\d+$/.test(name) ? `?revision=${name.slice(name.lastIndexOf('@') + 1)}` : ''}`;
     default: return undefined;
   }
 }

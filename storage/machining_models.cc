@@ -1,0 +1,209 @@
+#include "storage/machining_models.h"
+
+#include <utility>
+
+#include "storage/blobs.h"
+#include "storage/clearances.h"
+#include "storage/requests.h"
+
+namespace sixpoint::storage {
+namespace {
+
+constexpr char kLockId[] = "SELECT pg_advisory_xact_lock(hashtextextended('machining_models/' || $1, 0))";
+constexpr char kInsertId[] =
+    "INSERT INTO machining_models (machining_model_id, part_id) VALUES ($1, $2) ON CONFLICT DO NOTHING";
+#define SIXPOINT_MODEL_COLUMNS                                                               \
+  "content_sha256, part_id, part_revision, w_mm, nc_template_sha256, nc_work_offset_codes, " \
+  "nc_work_offsets, nc_tool_numbers, nc_tool_lengths_mm"
+constexpr char kInsertRevision[] =
+    "INSERT INTO machining_model_revisions (machining_model_id, revision, record_id, " SIXPOINT_MODEL_COLUMNS
+    ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11::integer[], $12)";
+constexpr char kSelectRevision[] =
+    "SELECT revision, record_sequence, recorded_at, " SIXPOINT_MODEL_COLUMNS
+    " FROM machining_model_revisions JOIN record_names USING (record_id) WHERE machining_model_id = $1 AND "
+    "($2::integer = 0 OR revision = $2) ORDER BY revision DESC LIMIT 1";
+#undef SIXPOINT_MODEL_COLUMNS
+constexpr char kInsertOperations[] =
+    "INSERT INTO machining_operations (machining_model_id, revision, position_index, operation, hole_group, "
+    "electrode_diameter_mm, electrode_length_mm, electrode_wear_mm) "
+    "SELECT $1::text, $2::integer, (position - 1)::integer, operation, nullif(hole_group, ''), diameter, length, wear "
+    "FROM unnest($3::text[], $4::text[], $5::double precision[], $6::double precision[], $7::double precision[]) "
+    "WITH ORDINALITY AS operations (operation, hole_group, diameter, length, wear, position)";
+#define SIXPOINT_PATH_COLUMNS                                                                        \
+  "path, a_nominal_deg, b_nominal_deg, position_tolerance_mm, inclination_tolerance_deg, mouth_mm, " \
+  "greatest_step_deg, tips_in_part_mm, axes_in_part"
+constexpr char kInsertPath[] =
+    "INSERT INTO machining_tool_paths (machining_model_id, revision, operation_index, "
+    "position_index, " SIXPOINT_PATH_COLUMNS ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)";
+constexpr char kSelectPaths[] = "SELECT operation_index, " SIXPOINT_PATH_COLUMNS
+                                " FROM machining_tool_paths WHERE machining_model_id = $1 AND revision = $2 ORDER BY "
+                                "operation_index, position_index";
+// Of a list.
+constexpr char kSelectPathsAlone[] =
+    "SELECT operation_index, path, a_nominal_deg, b_nominal_deg, position_tolerance_mm, inclination_tolerance_deg, "
+    "mouth_mm, greatest_step_deg, '{}'::double precision[], '{}'::double precision[] FROM machining_tool_paths "
+    "WHERE machining_model_id = $1 AND revision = $2 ORDER BY operation_index, position_index";
+#undef SIXPOINT_PATH_COLUMNS
+constexpr char kSelectOperations[] =
+    "SELECT operation, coalesce(hole_group, ''), electrode_diameter_mm, electrode_length_mm, electrode_wear_mm "
+    "FROM machining_operations WHERE machining_model_id = $1 AND revision = $2 ORDER BY position_index";
+
+std::string NameOf(const std::string& id, int revision) {
+  return "machining_models/" + id + "@" + std::to_string(revision);
+}
+
+absl::Status InsertPaths(Transaction& transaction, const MachiningModelRow& model, std::size_t operation) {
+  int position = 0;
+  for (const MachiningToolPathRow& path : model.operations[operation].paths) {
+    Params params;
+    params.Text(model.machining_model_id).Int(model.revision).Int(static_cast<int>(operation)).Int(position++);
+    params.Text(path.path).Real(path.a_nominal_deg).Real(path.b_nominal_deg).Real(path.position_tolerance_mm);
+    params.Real(path.inclination_tolerance_deg).Real(path.mouth_mm).OptionalReal(path.greatest_step_deg);
+    const auto inserted = transaction.Execute(kInsertPath, params.Reals(path.tips_in_part_mm).Reals(path.axes_in_part));
+    if (!inserted.ok()) return inserted.status();
+  }
+  return absl::OkStatus();
+}
+
+absl::Status InsertOperations(Transaction& transaction, const MachiningModelRow& model) {
+  std::vector<std::string> operations, groups;
+  std::vector<double> diameters_mm, lengths_mm, wears_mm;
+  for (const MachiningOperationRow& one : model.operations) {
+    operations.push_back(one.operation);
+    groups.push_back(one.hole_group);
+    diameters_mm.push_back(one.electrode_diameter_mm);
+    lengths_mm.push_back(one.electrode_length_mm);
+    wears_mm.push_back(one.electrode_wear_mm);
+  }
+  Params params;
+  params.Text(model.machining_model_id).Int(model.revision).Texts(operations).Texts(groups);
+  const auto inserted =
+      transaction.Execute(kInsertOperations, params.Reals(diameters_mm).Reals(lengths_mm).Reals(wears_mm));
+  if (!inserted.ok()) return inserted.status();
+  for (std::size_t i = 0; i < model.operations.size(); ++i)
+    if (absl::Status paths = InsertPaths(transaction, model, i); !paths.ok()) return paths;
+  return absl::OkStatus();
+}
+
+absl::Status ReadPaths(Transaction& transaction, const char* sql, MachiningModelRow* model) {
+  const absl::StatusOr<Rows> rows =
+      transaction.Execute(sql, Params().Text(model->machining_model_id).Int(model->revision));
+  if (!rows.ok()) return rows.status();
+  for (int row = 0; row < rows->count(); ++row) {
+    const auto operation = static_cast<std::size_t>(rows->Int(row, 0));
+    if (operation >= model->operations.size())
+      return absl::DataLossError("a stored path of operation " + std::to_string(operation) +
+                                 ", want one that there is");
+    MachiningToolPathRow& path = model->operations[operation].paths.emplace_back();
+    path.path = rows->Text(row, 1);
+    path.a_nominal_deg = rows->Real(row, 2);
+    path.b_nominal_deg = rows->Real(row, 3);
+    path.position_tolerance_mm = rows->Real(row, 4);
+    path.inclination_tolerance_deg = rows->Real(row, 5);
+    path.mouth_mm = rows->Real(row, 6);
+    path.greatest_step_deg = rows->OptionalReal(row, 7);
+    path.tips_in_part_mm = rows->Reals(row, 8);
+    path.axes_in_part = rows->Reals(row, 9);
+  }
+  return rows->status();
+}
+
+// Whose part it is was said with the first revision.
+absl::Status IsOfAnotherPart(Transaction& transaction, const Reader& reader, const MachiningModelRow& known,
+                             const MachiningModelRow& asked) {
+  const std::string name = "machining_models/" + known.machining_model_id;
+  const auto hidden = FirstHidden(transaction, reader, {name}, Unrecorded::kIsSeen);
+  if (!hidden.ok()) return hidden.status();
+  if (hidden->has_value()) return NotSeen("machining_model_id", name, reader);
+  return absl::AlreadyExistsError("machining_model.part: parts/" + asked.part_id + ", want parts/" + known.part_id +
+                                  ", whose model " + name + " is");
+}
+
+absl::StatusOr<std::optional<MachiningModelRow>> ReadModel(Transaction& transaction, const std::string& id,
+                                                           int revision, const char* paths) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectRevision, Params().Text(id).Int(revision));
+  if (!rows.ok()) return rows.status();
+  if (rows->count() == 0) return std::nullopt;
+  MachiningModelRow model;
+  model.machining_model_id = id;
+  model.revision = static_cast<int>(rows->Int(0, 0));
+  model.recorded = {rows->Int(0, 1), rows->Time(0, 2)};
+  model.content_sha256 = rows->Digest(0, 3);
+  model.part_id = rows->Text(0, 4);
+  model.part_revision = static_cast<int>(rows->Int(0, 5));
+  model.w_mm = rows->OptionalReal(0, 6);
+  model.nc_template_sha256 = rows->Digest(0, 7);
+  model.work_offsets = WorkOffsetsAt(*rows, 0, 8);
+  model.tool_lengths = ToolLengthsAt(*rows, 0, 10);
+  const absl::StatusOr<Rows> operations = transaction.Execute(kSelectOperations, Params().Text(id).Int(model.revision));
+  if (!operations.ok()) return operations.status();
+  for (int row = 0; row < operations->count(); ++row)
+    model.operations.push_back({operations->Text(row, 0),
+                                operations->Text(row, 1),
+                                operations->Real(row, 2),
+                                operations->Real(row, 3),
+                                operations->Real(row, 4),
+                                {}});
+  if (absl::Status read = rows->status(); !read.ok()) return read;
+  if (absl::Status read = operations->status(); !read.ok()) return read;
+  if (absl::Status read = ReadPaths(transaction, paths, &model); !read.ok()) return read;
+  return model;
+}
+
+}  // namespace
+
+absl::StatusOr<MachiningModelRow> InsertMachiningModel(Transaction& transaction, MachiningModelRow model,
+                                                       RecordEntry entry) {
+  const std::string& id = model.machining_model_id;
+  if (const absl::StatusOr<Rows> locked = transaction.Execute(kLockId, Params().Text(id)); !locked.ok())
+    return locked.status();
+  absl::StatusOr<std::optional<MachiningModelRow>> newest = FindMachiningModel(transaction, id, 0);
+  if (!newest.ok()) return newest.status();
+  if (*newest && (*newest)->part_id != model.part_id)
+    return IsOfAnotherPart(transaction, entry.reader, **newest, model);
+  const bool known = *newest && (*newest)->content_sha256 == model.content_sha256;
+  model.revision = (*newest ? (*newest)->revision : 0) + (known ? 0 : 1);
+  entry.kind = "machining_model";
+  entry.name = NameOf(id, model.revision);
+  if (known) {
+    // Nothing new: the request gives what was there.
+    if (absl::Status kept = KeepRequest(transaction, entry.request, entry.name); !kept.ok()) return kept;
+    return **std::move(newest);
+  }
+  if (const auto inserted = transaction.Execute(kInsertId, Params().Text(id).Text(model.part_id)); !inserted.ok())
+    return inserted.status();
+  absl::StatusOr<std::string> nc_template = PutBlob(transaction, model.nc_template);
+  if (!nc_template.ok()) return nc_template.status();
+  model.nc_template_sha256 = *std::move(nc_template);
+  const std::string record_id = NewUuid();
+  Params params;
+  params.Text(id).Int(model.revision).Uuid(record_id).Digest(model.content_sha256).Text(model.part_id);
+  params.Int(model.part_revision).OptionalReal(model.w_mm).Digest(model.nc_template_sha256);
+  Add(model.work_offsets, &params);
+  Add(model.tool_lengths, &params);
+  if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertRevision, params); !inserted.ok())
+    return inserted.status();
+  if (absl::Status operations = InsertOperations(transaction, model); !operations.ok()) return operations;
+  const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, record_id, entry);
+  if (!recorded.ok()) return recorded.status();
+  model.recorded = *recorded;
+  return model;
+}
+
+absl::StatusOr<std::optional<MachiningModelRow>> FindMachiningModelWithoutTemplate(Transaction& transaction,
+                                                                                   const std::string& id,
+                                                                                   int revision) {
+  return ReadModel(transaction, id, revision, kSelectPathsAlone);
+}
+
+absl::StatusOr<std::optional<MachiningModelRow>> FindMachiningModel(Transaction& transaction, const std::string& id,
+                                                                    int revision) {
+  absl::StatusOr<std::optional<MachiningModelRow>> model = ReadModel(transaction, id, revision, kSelectPaths);
+  if (!model.ok() || !model->has_value()) return model;
+  absl::StatusOr<std::string> nc_template = GetBlob(transaction, (*model)->nc_template_sha256);
+  if (!nc_template.ok()) return nc_template.status();
+  (*model)->nc_template = *std::move(nc_template);
+  return model;
+}
+
+}  // namespace sixpoint::storage
