@@ -168,3 +168,60 @@ for (const colorScheme of ['light', 'dark'] as const) {
     await page.context().close();
   });
 }
+
+test('a start\'s budget is checked by draws: U, its interval and each source beside the first order, and who may not ask sees no button', async () => {
+  const page = await signedIn(stage, '/blades/SN-0412');
+  const complaints = complaintsOf(page);
+  const sheet = page.locator('.sheet', { hasText: 'Worst hole' });
+  await sheet.locator('summary', { hasText: 'Of its corrected start' }).click();
+  await sheet.getByRole('button', { name: 'Check it by draws' }).click();
+  const table = sheet.getByRole('region', { name: 'Table: Sources, k = 1' });
+  await table.waitFor();
+  const said = await sheet.innerText();
+  const numbers = /U = (\d+\.\d+)\s?µm by first order; (\d+\.\d+)\s?µm by 10\s?000 draws, (\d+\.\d+) to (\d+\.\d+)\s?µm with 95\s?%\. The drawing allows 30\s?µm/.exec(said);
+  assert.ok(numbers, said);
+  const [first, drawn, low, high] = numbers.slice(1).map(Number) as [number, number, number, number];
+  assert.ok(Math.abs(drawn / first - 1.02) < 0.01 && low < drawn && drawn < high, said);
+  assert.ok(await table.locator('tbody tr').count() >= 3);
+  assert.match(await table.locator('tbody tr').first().innerText(), /\d\.\d\d\s+\d\.\d\d\s+\d+\s?%/);
+  assert.deepEqual(await axeFindings(page), []);
+  assert.deepEqual(complaints, []);
+  await page.context().close();
+
+  const other = await signedIn(stage, '/blades/SN-0412', 'mes');
+  const same = other.locator('.sheet', { hasText: 'Worst hole' });
+  await same.locator('summary', { hasText: 'Of its corrected start' }).click();
+  await same.locator('.budget li').first().waitFor();
+  assert.equal(await same.getByRole('button', { name: 'Check it by draws' }).count(), 0);
+  await other.context().close();
+});
+
+test('a path of the tool is drawn on the blade and named in its table', async () => {
+  const page = await signedIn(stage, '/blades/SN-0412');
+  const complaints = complaintsOf(page);
+  await page.waitForFunction(() => document.querySelector<HTMLCanvasElement>('.view3d canvas')?.dataset['paths'] === '1', undefined, { timeout: 60_000 });
+  assert.match((await page.locator('.view3d canvas').getAttribute('aria-label'))!, /12 holes, 1 path of the tool/);
+  const table = page.getByRole('region', { name: 'Table: What changed against the nominal program' });
+  assert.match(await table.locator('tr', { hasText: 'F1' }).innerText(), /F1, a path of 9 poses/);
+  const blue = async () => page.evaluate(async (data) => {
+    const image = new Image();
+    image.src = `data:image/png;base64,${data}`;
+    await image.decode();
+    const canvas = document.createElement('canvas');
+    canvas.width = image.width; canvas.height = image.height;
+    const pen = canvas.getContext('2d')!;
+    pen.drawImage(image, 0, 0);
+    const pixels = pen.getImageData(0, 0, image.width, image.height).data;
+    let sum = 0;
+    for (let i = 0; i < pixels.length; i += 4) if (pixels[i + 2]! > pixels[i]! + 60 && pixels[i + 2]! > 100) sum += 1;
+    return sum;
+  }, (await page.locator('.view3d canvas').screenshot()).toString('base64'));
+  for (const points of ['Before cutting', 'As cut']) await page.getByRole('checkbox', { name: points, exact: true }).uncheck();
+  await page.waitForTimeout(400);
+  const shown = await blue();
+  await page.getByRole('checkbox', { name: 'Holes and paths' }).uncheck();
+  await page.waitForTimeout(400);
+  assert.ok(shown > 40 + await blue(), `${shown} blue pixels with the path`);
+  assert.deepEqual(complaints, []);
+  await page.context().close();
+});

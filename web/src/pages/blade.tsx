@@ -105,7 +105,7 @@ function Blade({ facts, again }: { facts: BladeFacts; again: () => void }) {
       {facts.correction && <Decision correction={facts.correction} onDecided={again} />}
       <div class="blade-body section">
         <BladeView facts={facts} holes={holes} picked={picked} onPick={pick} />
-        <div class="no-print"><PickedHole hole={holes.find((hole) => hole.key === picked) ?? worstOf(holes)} isPicked={picked !== undefined} /></div>
+        <div class="no-print"><PickedHole hole={holes.find((hole) => hole.key === picked) ?? worstOf(holes)} correction={facts.correction} isPicked={picked !== undefined} /></div>
       </div>
       {facts.inspection && <AsCut holes={holes.filter((hole) => hole.result)} picked={picked} onPick={pick} />}
       {facts.correction && facts.correction.groups.length > 0 && <Changes holes={holes} correction={facts.correction} />}

@@ -9,7 +9,9 @@ import type { Machine } from '#proto/sixpoint/plant/v1/machine_pb';
 import type { Hole, HoleGroup, Part } from '#proto/sixpoint/plant/v1/part_pb';
 import { RecordService, type RecordEntry } from '#proto/sixpoint/plant/v1/record_pb';
 import { RegistrationService, type Registration } from '#proto/sixpoint/registration/v1/registration_pb';
+import type { RotationCalibration } from '#proto/sixpoint/calibration/v1/rotation_pb';
 import type { CorrectedGroup, CorrectedHole } from '#proto/sixpoint/correction/v1/correction_pb';
+import type { RigidTransform } from '#proto/sixpoint/geometry/v1/geometry_pb';
 import { client } from '../plant/clients';
 import { refusalOf } from '../plant/refusal';
 import { apply, inverse, after, machineFromZero, rigid, vectorOf, type Vector } from '../scene/frames';
@@ -90,14 +92,25 @@ export type HoleFacts = {
   corrected: CorrectedHole | undefined;
   shiftMm: Vector | undefined;  // of the start in the program, machine coordinates
   withoutCorrection: Vector | undefined;  // where the nominal program would have cut, part frame, mm
+  path: PathPose[];  // of a path of the tool, pose by pose; none: a straight hole
 };
+// Where the corrected program takes the tool's tip on the part, and from there to its holder; part frame, mm.
+export type PathPose = { tip: Vector; axis: Vector };
+
+function pathOf(group: CorrectedGroup, rotation: RotationCalibration, pose: RigidTransform): PathPose[] {
+  const partFromZero = inverse(rigid(pose));
+  return group.poses.map(({ tipMm, aDeg, bDeg, aReachedDeg, bReachedDeg }) => {
+    const partFromMachine = after(partFromZero, inverse(machineFromZero(rotation, aReachedDeg ?? aDeg, bReachedDeg ?? bDeg))), m = partFromMachine.linear;
+    return { tip: apply(partFromMachine, vectorOf(tipMm)), axis: [m[2]!, m[5]!, m[8]!] };
+  });
+}
 
 export function holesOf(facts: BladeFacts): HoleFacts[] {
   const holes = new Map<string, HoleFacts>();
   const at = (group: string, hole: string): HoleFacts => {
     const key = `${group}/${hole}`;
     let found = holes.get(key);
-    if (!found) holes.set(key, (found = { key, group: undefined, hole: undefined, result: undefined, correctedGroup: undefined, corrected: undefined, shiftMm: undefined, withoutCorrection: undefined }));
+    if (!found) holes.set(key, (found = { key, group: undefined, hole: undefined, result: undefined, correctedGroup: undefined, corrected: undefined, shiftMm: undefined, withoutCorrection: undefined, path: [] }));
     return found;
   };
   for (const group of facts.part?.holeGroups ?? []) for (const hole of group.holes) Object.assign(at(group.group, hole.hole), { group, hole });
@@ -113,6 +126,7 @@ export function holesOf(facts: BladeFacts): HoleFacts[] {
       found.corrected = corrected;
       found.shiftMm = [start[0] - nominal[0], start[1] - nominal[1], start[2] - nominal[2]];
       if (partFromMachine) found.withoutCorrection = apply(partFromMachine, nominal);
+      if (rotation?.case === 'rotation' && pose) found.path = pathOf(group, rotation.value, pose);
     }
   }
   return [...holes.values()];

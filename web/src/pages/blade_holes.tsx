@@ -8,6 +8,7 @@ import { dateOf, full } from '../words/time';
 import { VerdictMark } from '../view/mark';
 import { length } from '../scene/frames';
 import type { HoleFacts } from './blade_facts';
+import { DrawnBudget } from './drawn_budget';
 
 export const verdictName = (verdict: Verdict | undefined): string => Verdict[verdict ?? Verdict.UNSPECIFIED] ?? '';
 const mmOf = (um: number | undefined) => (um === undefined ? undefined : um / 1000);
@@ -72,7 +73,7 @@ function Budget({ components, unit }: { components: UncertaintyComponent[]; unit
   );
 }
 
-export function PickedHole({ hole, isPicked }: { hole: HoleFacts | undefined; isPicked: boolean }) {
+export function PickedHole({ hole, correction, isPicked }: { hole: HoleFacts | undefined; correction: Correction | undefined; isPicked: boolean }) {
   if (!hole) return <div class="sheet"><h3>No hole picked</h3><p class="muted">Click one in the picture, or its name in the table below, for what makes its position uncertain.</p></div>;
   const { result, corrected } = hole;
   return (
@@ -90,7 +91,8 @@ export function PickedHole({ hole, isPicked }: { hole: HoleFacts | undefined; is
         {!isPicked && <p class="small muted">Click a hole in the picture, or its name in the table, for another.</p>}
       </>}
       {!result && <p class="muted">As cut: {kNotMeasured}.</p>}
-      {corrected && <details open={!result}><summary>Of its corrected start: U = {quantity(corrected.expandedUncertaintyUm, 'µm', 1)}</summary><Budget components={corrected.budget} unit="µm" /></details>}
+      {corrected && <details open={!result}><summary>Of its corrected start: U = {quantity(corrected.expandedUncertaintyUm, 'µm', 1)}</summary><Budget components={corrected.budget} unit="µm" />
+        {correction && hole.correctedGroup && <DrawnBudget correction={correction.name} group={hole.correctedGroup.group} hole={corrected.hole} />}</details>}
     </div>
   );
 }

@@ -5,9 +5,9 @@ import { PlantService } from '#proto/sixpoint/plant/v1/plant_pb';
 import { Verdict } from '#proto/sixpoint/inspection/v1/inspection_pb';
 import { useMay } from '../plant/may';
 import { refusalOf } from '../plant/refusal';
-import { count, number, quantity } from '../words/quantity';
+import { count, number, plural, quantity } from '../words/quantity';
 import { directionOf, minus, vectorOf } from '../scene/frames';
-import type { BladeScene, DrawnHole, Shows, Which } from '../scene/blade_scene';
+import type { BladeScene, DrawnHole, DrawnPath, Shows, Which } from '../scene/blade_scene';
 import type { Surface } from '../scene/surface';
 import type { BladeFacts, HoleFacts } from './blade_facts';
 
@@ -29,6 +29,9 @@ function drawnOf(holes: HoleFacts[], surface: Surface): DrawnHole[] {
     }];
   });
 }
+
+const pathsOf = (holes: HoleFacts[], surface: Surface): DrawnPath[] => holes.filter(({ path }) => path.length > 0)
+  .map(({ key, path }) => ({ key, poses: path.map(({ tip, axis }) => ({ tipMm: minus(tip, surface.centre), axis })) }));
 
 function Scale({ module, scaleUm, bandUm }: { module: Module; scaleUm: number; bandUm: number }) {
   const strip = useRef<HTMLCanvasElement>(null);
@@ -122,7 +125,8 @@ export function BladeView({ facts, holes, picked, onPick }: { facts: BladeFacts;
   }, [wanted, maySurface]);
 
   const drawn = useMemo(() => (surface ? drawnOf(holes, surface) : []), [holes, surface]);
-  useEffect(() => { scene.current?.setHoles(drawn, magnification, picked); if (scene.current) scene.current.onPick = onPick; }, [drawn, magnification, picked]);
+  const paths = useMemo(() => (surface ? pathsOf(holes, surface) : []), [holes, surface]);
+  useEffect(() => { scene.current?.setHoles(drawn, paths, magnification, picked); if (scene.current) scene.current.onPick = onPick; }, [drawn, paths, magnification, picked]);
   useEffect(() => { const hole = drawn.find((one) => one.key === picked); if (hole) scene.current?.lookAt(hole); }, [picked]);
   useEffect(() => { scene.current?.setScale(scaleUm, bandUm); }, [scaleUm, bandUm, module, clouds]);
   useEffect(() => { scene.current?.setShows(shows); }, [shows, surface, clouds]);
@@ -151,7 +155,7 @@ export function BladeView({ facts, holes, picked, onPick }: { facts: BladeFacts;
   return (
     <div>
       <div class="view3d">
-        <canvas ref={canvas} tabIndex={0} role="img" aria-label={`The blade in 3D: CAD, ${count(points)} measured points coloured by deviation, ${drawn.length} holes, six datum points. Arrow keys turn it, plus and minus come nearer and go away, Home shows all. The same in figures: the table of holes.`} />
+        <canvas ref={canvas} tabIndex={0} role="img" aria-label={`The blade in 3D: CAD, ${count(points)} measured points coloured by deviation, ${drawn.length} holes, ${paths.length > 0 ? `${plural(paths.length, 'path')} of the tool, ` : ''}six datum points. Arrow keys turn it, plus and minus come nearer and go away, Home shows all. The same in figures: the table of holes.`} />
         {(said || problem || progress !== undefined) && <div class="over" role="status">{problem ? <span class="tone-bad">{problem}</span> : progress !== undefined ? `Loading all points: ${Math.round(100 * progress)} %` : said}</div>}
       </div>
       <canvas ref={paper} class="print-only view-printed" hidden role="img" aria-label="The blade with the deviations of its points" />
@@ -159,7 +163,7 @@ export function BladeView({ facts, holes, picked, onPick }: { facts: BladeFacts;
         {box('cad', 'CAD')}
         {box('before', clouds.after ? 'Before cutting' : 'Points', clouds.before !== undefined)}
         {box('after', 'As cut', clouds.after !== undefined)}
-        {box('holes', 'Holes')}{box('datums', 'Datum points', facts.part.sixPoints.length > 0)}
+        {box('holes', paths.length > 0 ? 'Holes and paths' : 'Holes')}{box('datums', 'Datum points', facts.part.sixPoints.length > 0)}
         <button type="button" class="quiet" onClick={() => scene.current?.home()}>Show all</button>
         {wholeAsked.current && <button type="button" class="quiet" onClick={() => { void wholeAsked.current?.().catch((error: unknown) => { setProgress(undefined); setProblem(error instanceof Error ? error.message : String(error)); }); }}>Every point</button>}
         <button type="button" class="quiet" disabled={!surface} onClick={() => void download()}>Download PNG</button>
@@ -175,7 +179,7 @@ export function BladeView({ facts, holes, picked, onPick }: { facts: BladeFacts;
             <label>Arrows <input type="range" min={0} max={100} value={Math.round(100 * Math.log10(magnification) / 3)} aria-valuetext={`magnified ${magnification} times`}
               onInput={(event) => setMagnification(Number((10 ** ((3 * Number(event.currentTarget.value)) / 100)).toPrecision(2)))} /> ×{magnification}</label>
           </div>
-          <p class="small muted">Coloured arrows: from the drawn start to the start as cut, ×{magnification}. Grey arrows, true to scale: from where the nominal program would have cut. Violet points: off by 1&#8239;mm or more, set aside.
+          <p class="small muted">Coloured arrows: from the drawn start to the start as cut, ×{magnification}. Grey arrows, true to scale: from where the nominal program would have cut.{paths.length > 0 && ' Blue lines: the tip’s way along a path, with the tool’s direction.'} Violet points: off by 1&#8239;mm or more, set aside.
             {main && <> Points{main.isWhole ? '' : ', thinned'}: {count(main.drawn)}; rms {quantity(main.rmsUm, 'µm', 1)}, 5 to 95&#8239;% {number(main.p05Um, 1)} to {quantity(main.p95Um, 'µm', 1)}, measured here by the page for its colours.</>}</p>
         </div>
       )}

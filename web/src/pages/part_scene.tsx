@@ -56,7 +56,7 @@ export function PartScene({ part, title, label, drawn, picked, onPick, markWord 
   useEffect(() => {
     if (!opened || !scene.current) return;
     const about = (at: Vector) => minus(at, opened.surface.centre);
-    scene.current.setHoles(holesOfPart(part).slice(0, kMostHoles).map((hole) => ({ ...hole, nominalMm: about(hole.nominalMm) })), 1, picked);
+    scene.current.setHoles(holesOfPart(part).slice(0, kMostHoles).map((hole) => ({ ...hole, nominalMm: about(hole.nominalMm) })), [], 1, picked);
     const more = drawn?.(opened.module, opened.surface) ?? {};
     scene.current.setMarks((more.marks ?? []).map((mark) => ({ ...mark, pointMm: about(mark.pointMm) })), (more.arrows ?? []).map((arrow) => ({ ...arrow, fromMm: about(arrow.fromMm), toMm: about(arrow.toMm) })),
       more.ellipsoid && { ...more.ellipsoid, centreMm: about(more.ellipsoid.centreMm) }, picked);

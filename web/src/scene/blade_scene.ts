@@ -1,6 +1,6 @@
 // The blade drawn: CAD, the cloud with its deviations, holes with arrows, datum points. Draws when something changed, and not else.
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, ConeGeometry, CylinderGeometry, DirectionalLight, DoubleSide, Group, Mesh, MeshBasicMaterial, MeshLambertMaterial,
+  AmbientLight, BufferAttribute, BufferGeometry, ConeGeometry, CylinderGeometry, DirectionalLight, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial,
   PerspectiveCamera, Quaternion, Raycaster, RingGeometry, Scene, SphereGeometry, Sprite, Vector2, Vector3, WebGLRenderer, type Object3D,
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
@@ -18,6 +18,8 @@ export type DrawnHole = {
   asCutMm: Vector | undefined;  // unset: not measured
   tone: 'good' | 'bad' | 'unsure' | 'none';
 };
+// The corrected way of a tool's tip, with its direction from the tip to the holder; about the surface's centre.
+export type DrawnPath = { key: string; poses: { tipMm: Vector; axis: Vector }[] };
 export type DrawnDatum = { name: string; pointMm: Vector; normal: Vector };
 export type Shows = { cad: boolean; before: boolean; after: boolean; holes: boolean; datums: boolean; marks?: boolean };
 export type { Which } from './cloud_points';
@@ -116,7 +118,7 @@ export class BladeScene {
   private scaleUm = 50;
   private front = new Vector3(0, -1, 0);  // where the holes look
 
-  setHoles(holes: DrawnHole[], magnification: number, picked: string | undefined): void {
+  setHoles(holes: DrawnHole[], paths: DrawnPath[], magnification: number, picked: string | undefined): void {
     this.empty(this.holes);
     if (holes.length > 0 && !this.hasFront) {
       this.hasFront = true;
@@ -144,7 +146,25 @@ export class BladeScene {
         this.holes.add(this.arrow(at, at.clone().addScaledVector(moved, magnification).addScaledVector(normal, 0.1 * hole.radiusMm), colour, this.radius / 130));
       }
     }
+    for (const path of paths) this.addPath(path, picked === path.key);
+    this.canvas.dataset['paths'] = String(paths.length);
     this.draw();
+  }
+
+  // The way itself, and at some of its poses how the tool stands.
+  private addPath({ key, poses }: DrawnPath, isPicked: boolean): void {
+    const ends: number[] = [], far = this.radius / 12, every = Math.max(1, Math.ceil(poses.length / 24));
+    poses.forEach(({ tipMm, axis }, i) => {
+      const next = poses[i + 1];
+      if (next) ends.push(...tipMm, ...next.tipMm);
+      if (i % every === 0 || !next) ends.push(...tipMm, tipMm[0] + far * axis[0], tipMm[1] + far * axis[1], tipMm[2] + far * axis[2]);
+    });
+    const lines = new LineSegments(new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array(ends), 3)), new LineBasicMaterial({ color: isPicked ? 0x0a66c2 : 0x1f5fa8 }));
+    const target = new Mesh(new SphereGeometry(this.radius / 40, 8, 6), new MeshBasicMaterial({ visible: false }));
+    target.position.set(...poses[0]!.tipMm);
+    target.userData['key'] = key;
+    this.pickable.push(target);
+    this.holes.add(lines, target);
   }
 
   setDatums(datums: DrawnDatum[]): void {
@@ -269,7 +289,7 @@ export class BladeScene {
   }
 
   private empty(group: Group): void {
-    group.traverse((object) => { if (object instanceof Mesh) { object.geometry.dispose(); (object.material as MeshBasicMaterial).dispose(); } });
+    group.traverse((object) => { if (object instanceof Mesh || object instanceof LineSegments) { object.geometry.dispose(); (object.material as MeshBasicMaterial).dispose(); } });
     group.clear();
   }
 
