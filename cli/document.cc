@@ -209,6 +209,18 @@ std::string Field::Text() const {
   return text;
 }
 
+std::string Field::Lines(std::size_t most_bytes) const {
+  if (value_ == nullptr) return {};
+  const std::string text = value_->is_string() ? value_->get<std::string>() : std::string();
+  const bool plain =
+      std::none_of(text.begin(), text.end(), [](unsigned char c) { return (c < 0x20 && c != '\n') || c == 0x7f; });
+  if (text.empty() || text.size() > most_bytes || !plain) {
+    Refuse("lines of text, 1 to " + std::to_string(most_bytes) + " bytes");
+    return {};
+  }
+  return text;
+}
+
 std::string Field::Id() const {
   if (value_ == nullptr) return {};
   const std::string text = value_->is_string() ? value_->get<std::string>() : std::string();

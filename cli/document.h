@@ -53,6 +53,8 @@ class Field {
   bool Flag() const;
   // Not empty, at most 256 bytes, no control characters.
   std::string Text() const;
+  // Lines of a block of text, with their ends: at most so many bytes, no other control characters.
+  std::string Lines(std::size_t most_bytes) const;
   // [A-Za-z0-9._-], 1 to 64 characters.
   std::string Id() const;
   // One of these.

@@ -33,6 +33,12 @@ void PrintModel(const Session& session, const plant::v1::MachiningModel& model) 
               << Fixed(one.z_mm(), 4) << " mm, " << Fixed(one.a_deg(), 4) << ", " << Fixed(one.b_deg(), 4) << " deg\n";
   for (const plant::v1::ToolLength& one : model.tool_lengths())
     std::cout << "tool     " << one.number() << ", " << Fixed(one.length_mm(), 3) << " mm long\n";
+  if (model.has_post_processor())
+    std::cout << "written  by its post-processor, "
+              << (model.post_processor().tool_orientation() == plant::v1::TOOL_ORIENTATION_DIRECTIONS
+                      ? "paths by directions (TRAORI) and the record's axes"
+                      : "by rotary axes")
+              << "; zeros until a correction says the values\n";
   Table table({"operation", "holes", ">electrode mm", ">length mm", ">worn by a hole mm"});
   for (const plant::v1::MachiningOperation& one : model.operations())
     table.AddRow({one.operation(), one.paths().empty() ? one.hole_group() : PathsText(one),
@@ -86,8 +92,9 @@ void AddModelCommands(Command* app, Session* session) {
 
   Command* add = model->AddCommand("add", "Adds a machining model, or a new revision of it, from a YAML file");
   add->AddOption("FILE", &arguments->file_or_id, "YAML as docs/examples/model.yaml")->Required();
-  add->AddOption("--template", &arguments->template_file, "NC program of the nominal part, its holes marked")
-      ->Required();
+  add->AddOption(
+      "--template", &arguments->template_file,
+      "NC program of the nominal part, its holes marked; none where FILE has a post_processor, which writes it");
   session->OnCommand(add, [session, arguments] { return Add(session, *arguments); });
 
   plant::v1::ListMachiningModelsRequest whole;  // operations are counted

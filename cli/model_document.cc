@@ -2,6 +2,7 @@
 
 #include "cli/document.h"
 #include "cli/output.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::cli {
 namespace {
@@ -39,7 +40,7 @@ void ReadPath(const Field& path, plant::v1::ToolPath* out) {
 }
 
 void ReadOperation(const Field& operation, plant::v1::MachiningOperation* out) {
-  operation.OnlyKeys({"operation", "hole_group", "paths", "electrode"});
+  operation.OnlyKeys({"operation", "hole_group", "paths", "electrode", "tool_number", "feed_mm_min"});
   out->set_operation(operation.At("operation").Id());
   if (const auto paths = operation.Find("paths")) {
     for (const Field& path : paths->Items(1, 1000)) ReadPath(path, out->add_paths());
@@ -52,6 +53,60 @@ void ReadOperation(const Field& operation, plant::v1::MachiningOperation* out) {
   out->mutable_electrode()->set_diameter_mm(electrode.At("diameter_mm").Positive());
   out->mutable_electrode()->set_length_mm(electrode.At("length_mm").Positive());
   if (const auto wear = electrode.Find("wear_mm")) out->mutable_electrode()->set_wear_mm(wear->Number(0));
+  if (const auto tool = operation.Find("tool_number")) out->set_tool_number(static_cast<int>(tool->Whole(1, 9999)));
+  if (const auto feed = operation.Find("feed_mm_min")) out->set_feed_mm_min(feed->Positive());
+}
+
+void ReadStyle(const Field& post, plant::v1::PostProcessor* out) {
+  if (const auto words = post.Find("axis_words")) {
+    words->OnlyKeys({"x", "y", "z", "a", "b"});
+    plant::v1::AxisWords& to = *out->mutable_axis_words();
+    to.set_x(words->At("x").Text());
+    to.set_y(words->At("y").Text());
+    to.set_z(words->At("z").Text());
+    to.set_a(words->At("a").Text());
+    to.set_b(words->At("b").Text());
+  }
+  if (const auto decimals = post.Find("decimals")) {
+    decimals->OnlyKeys({"linear", "rotary", "direction"});
+    if (const auto one = decimals->Find("linear")) out->set_linear_decimals(static_cast<int>(one->Whole(4, 9)));
+    if (const auto one = decimals->Find("rotary")) out->set_rotary_decimals(static_cast<int>(one->Whole(4, 9)));
+    if (const auto one = decimals->Find("direction")) out->set_direction_decimals(static_cast<int>(one->Whole(6, 9)));
+  }
+  if (const auto numbers = post.Find("block_numbers")) {
+    numbers->OnlyKeys({"first", "step"});
+    out->set_first_number(static_cast<int>(numbers->At("first").Whole(0, 1'000'000)));
+    out->set_number_step(static_cast<int>(numbers->At("step").Whole(1, 1000)));
+  }
+  if (const auto plus = post.Find("explicit_plus")) out->set_explicit_plus(plus->Flag());
+  if (const auto leaves = post.Find("leaves_out_repeated")) out->set_leaves_out_repeated(leaves->Flag());
+  if (const auto orientation = post.Find("tool_orientation"))
+    out->set_tool_orientation(orientation->Choice({"rotary_axes", "directions"}) == "rotary_axes"
+                                  ? plant::v1::TOOL_ORIENTATION_ROTARY_AXES
+                                  : plant::v1::TOOL_ORIENTATION_DIRECTIONS);
+  if (const auto comments = post.Find("comments"))
+    out->set_comment_style(comments->Choice({"brackets", "semicolon"}) == "brackets"
+                               ? plant::v1::COMMENT_STYLE_BRACKETS
+                               : plant::v1::COMMENT_STYLE_SEMICOLON);
+}
+
+void ReadPostProcessor(const Field& post, plant::v1::PostProcessor* out) {
+  post.OnlyKeys({"axis_words", "decimals", "block_numbers", "explicit_plus", "leaves_out_repeated", "tool_orientation",
+                 "comments", "program_start", "operation_start", "hole", "path_start", "path_pose", "path_end",
+                 "operation_end", "program_end"});
+  ReadStyle(post, out);
+  const auto text = [&](const char* key) {
+    const auto field = post.Find(key);
+    return field ? field->Lines(8192) : std::string();
+  };
+  out->set_program_start(text("program_start"));
+  out->set_operation_start(text("operation_start"));
+  out->set_hole(text("hole"));
+  out->set_path_start(text("path_start"));
+  out->set_path_pose(text("path_pose"));
+  out->set_path_end(text("path_end"));
+  out->set_operation_end(text("operation_end"));
+  out->set_program_end(text("program_end"));
 }
 
 void ReadOffset(const Field& offset, plant::v1::WorkOffset* out) {
@@ -76,7 +131,7 @@ absl::StatusOr<plant::v1::CreateMachiningModelRequest> LoadMachiningModel(const 
   if (!document.ok()) return document.status();
   Problems problems(true);
   const Field root(&*document, "", &problems);
-  root.OnlyKeys({"id", "part", "operations", "w_mm", "work_offsets", "tool_lengths"});
+  root.OnlyKeys({"id", "part", "operations", "w_mm", "work_offsets", "tool_lengths", "post_processor"});
   plant::v1::CreateMachiningModelRequest request;
   request.set_machining_model_id(root.At("id").Id());
   plant::v1::MachiningModel& model = *request.mutable_machining_model();
@@ -92,7 +147,14 @@ absl::StatusOr<plant::v1::CreateMachiningModelRequest> LoadMachiningModel(const 
       out.set_number(static_cast<int>(tool.At("number").Whole(1, 9999)));
       out.set_length_mm(tool.At("length_mm").Number(0));
     }
+  const auto post = root.Find("post_processor");
+  if (post) ReadPostProcessor(*post, model.mutable_post_processor());
   if (!problems.empty()) return problems.ToStatus();
+  if (post.has_value() != template_file.empty())
+    return sixpoint::Refuse(
+        "--template", template_file,
+        post ? "none beside a post_processor in " + path : "a file, or a post_processor in " + path);
+  if (post) return request;
   absl::StatusOr<std::string> nc_template = ReadFile(template_file, kGreatestTemplateBytes);
   if (!nc_template.ok()) return nc_template.status();
   model.set_nc_template(*std::move(nc_template));

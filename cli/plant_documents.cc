@@ -22,7 +22,7 @@ void ReadJoints(const Field& joints, google::protobuf::RepeatedPtrField<plant::v
     item.OnlyKeys({"axis", "kind", "direction", "point_mm", "sign", "limits_mm", "limits_deg",
                    "positioning_standard_uncertainty_deg"});
     plant::v1::Joint* joint = out->Add();
-    joint->set_axis(item.At("axis").Choice({"X", "Y", "Z", "A", "B", "C"}));
+    joint->set_axis(item.At("axis").Choice({"X", "Y", "Z", "A", "B", "C", "W"}));
     const bool rotary = item.At("kind").Choice({"linear", "rotary"}) == "rotary";
     joint->set_kind(rotary ? plant::v1::JOINT_KIND_ROTARY : plant::v1::JOINT_KIND_LINEAR);
     runtime::ToProto(item.At("direction").Direction(), joint->mutable_direction());

@@ -99,6 +99,7 @@ const std::vector<LedgerTable>& LedgerTables() {
       {"machine_revisions", "t.record_id", "", false},
       {"machining_model_revisions", "t.record_id", "", false},
       {"machining_operations", "r.record_id", kByModel, false},
+      {"machining_post_processors", "r.record_id", kByModel, false},
       {"machining_tool_paths", "r.record_id", kByModel, false},
       {"part_datum_points", "r.record_id", kByPart, false},
       {"part_hole_groups", "r.record_id", kByPart, false},

@@ -25,10 +25,21 @@ constexpr char kSelectRevision[] =
 #undef SIXPOINT_MODEL_COLUMNS
 constexpr char kInsertOperations[] =
     "INSERT INTO machining_operations (machining_model_id, revision, position_index, operation, hole_group, "
-    "electrode_diameter_mm, electrode_length_mm, electrode_wear_mm) "
-    "SELECT $1::text, $2::integer, (position - 1)::integer, operation, nullif(hole_group, ''), diameter, length, wear "
-    "FROM unnest($3::text[], $4::text[], $5::double precision[], $6::double precision[], $7::double precision[]) "
-    "WITH ORDINALITY AS operations (operation, hole_group, diameter, length, wear, position)";
+    "electrode_diameter_mm, electrode_length_mm, electrode_wear_mm, tool_number, feed_mm_min) "
+    "SELECT $1::text, $2::integer, (position - 1)::integer, operation, nullif(hole_group, ''), diameter, length, wear, "
+    "nullif(tool, 0), nullif(feed, 0) FROM unnest($3::text[], $4::text[], $5::double precision[], "
+    "$6::double precision[], $7::double precision[], $8::integer[], $9::double precision[]) "
+    "WITH ORDINALITY AS operations (operation, hole_group, diameter, length, wear, tool, feed, position)";
+#define SIXPOINT_POST_COLUMNS                                                                                  \
+  "axis_words, linear_decimals, rotary_decimals, direction_decimals, explicit_plus, directions, "              \
+  "semicolon_comments, leaves_out_repeated, first_number, number_step, program_start, operation_start, hole, " \
+  "path_start, path_pose, path_end, operation_end, program_end"
+constexpr char kInsertPost[] =
+    "INSERT INTO machining_post_processors (machining_model_id, revision, " SIXPOINT_POST_COLUMNS
+    ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20)";
+constexpr char kSelectPost[] =
+    "SELECT " SIXPOINT_POST_COLUMNS " FROM machining_post_processors WHERE machining_model_id = $1 AND revision = $2";
+#undef SIXPOINT_POST_COLUMNS
 #define SIXPOINT_PATH_COLUMNS                                                                        \
   "path, a_nominal_deg, b_nominal_deg, position_tolerance_mm, inclination_tolerance_deg, mouth_mm, " \
   "greatest_step_deg, tips_in_part_mm, axes_in_part"
@@ -45,8 +56,9 @@ constexpr char kSelectPathsAlone[] =
     "WHERE machining_model_id = $1 AND revision = $2 ORDER BY operation_index, position_index";
 #undef SIXPOINT_PATH_COLUMNS
 constexpr char kSelectOperations[] =
-    "SELECT operation, coalesce(hole_group, ''), electrode_diameter_mm, electrode_length_mm, electrode_wear_mm "
-    "FROM machining_operations WHERE machining_model_id = $1 AND revision = $2 ORDER BY position_index";
+    "SELECT operation, coalesce(hole_group, ''), electrode_diameter_mm, electrode_length_mm, electrode_wear_mm, "
+    "tool_number, feed_mm_min FROM machining_operations WHERE machining_model_id = $1 AND revision = $2 ORDER BY "
+    "position_index";
 
 std::string NameOf(const std::string& id, int revision) {
   return "machining_models/" + id + "@" + std::to_string(revision);
@@ -67,22 +79,59 @@ absl::Status InsertPaths(Transaction& transaction, const MachiningModelRow& mode
 
 absl::Status InsertOperations(Transaction& transaction, const MachiningModelRow& model) {
   std::vector<std::string> operations, groups;
-  std::vector<double> diameters_mm, lengths_mm, wears_mm;
+  std::vector<double> diameters_mm, lengths_mm, wears_mm, tools, feeds_mm_min;  // 0: none
   for (const MachiningOperationRow& one : model.operations) {
     operations.push_back(one.operation);
     groups.push_back(one.hole_group);
     diameters_mm.push_back(one.electrode_diameter_mm);
     lengths_mm.push_back(one.electrode_length_mm);
     wears_mm.push_back(one.electrode_wear_mm);
+    tools.push_back(one.tool_number.value_or(0));
+    feeds_mm_min.push_back(one.feed_mm_min.value_or(0));
   }
   Params params;
   params.Text(model.machining_model_id).Int(model.revision).Texts(operations).Texts(groups);
-  const auto inserted =
-      transaction.Execute(kInsertOperations, params.Reals(diameters_mm).Reals(lengths_mm).Reals(wears_mm));
+  const auto inserted = transaction.Execute(
+      kInsertOperations, params.Reals(diameters_mm).Reals(lengths_mm).Reals(wears_mm).Reals(tools).Reals(feeds_mm_min));
   if (!inserted.ok()) return inserted.status();
   for (std::size_t i = 0; i < model.operations.size(); ++i)
     if (absl::Status paths = InsertPaths(transaction, model, i); !paths.ok()) return paths;
   return absl::OkStatus();
+}
+
+absl::Status InsertPost(Transaction& transaction, const MachiningModelRow& model) {
+  if (!model.post_processor) return absl::OkStatus();
+  const PostProcessorRow& post = *model.post_processor;
+  Params params;
+  params.Text(model.machining_model_id).Int(model.revision).Texts(post.axis_words);
+  params.Int(post.linear_decimals).Int(post.rotary_decimals).Int(post.direction_decimals).Bool(post.explicit_plus);
+  params.Bool(post.directions).Bool(post.semicolon_comments).Bool(post.leaves_out_repeated);
+  params.Int(post.first_number).Int(post.number_step).Text(post.program_start).Text(post.operation_start);
+  params.Text(post.hole).Text(post.path_start).Text(post.path_pose).Text(post.path_end);
+  return transaction.Execute(kInsertPost, params.Text(post.operation_end).Text(post.program_end)).status();
+}
+
+absl::Status ReadPost(Transaction& transaction, MachiningModelRow* model) {
+  const absl::StatusOr<Rows> rows =
+      transaction.Execute(kSelectPost, Params().Text(model->machining_model_id).Int(model->revision));
+  if (!rows.ok()) return rows.status();
+  if (rows->count() == 0) return absl::OkStatus();
+  PostProcessorRow& post = model->post_processor.emplace();
+  post.axis_words = rows->Texts(0, 0);
+  post.linear_decimals = static_cast<int>(rows->Int(0, 1));
+  post.rotary_decimals = static_cast<int>(rows->Int(0, 2));
+  post.direction_decimals = static_cast<int>(rows->Int(0, 3));
+  post.explicit_plus = rows->Bool(0, 4);
+  post.directions = rows->Bool(0, 5);
+  post.semicolon_comments = rows->Bool(0, 6);
+  post.leaves_out_repeated = rows->Bool(0, 7);
+  post.first_number = static_cast<int>(rows->Int(0, 8));
+  post.number_step = static_cast<int>(rows->Int(0, 9));
+  int column = 10;
+  for (std::string* const text : {&post.program_start, &post.operation_start, &post.hole, &post.path_start,
+                                  &post.path_pose, &post.path_end, &post.operation_end, &post.program_end})
+    *text = rows->Text(0, column++);
+  return rows->status();
 }
 
 absl::Status ReadPaths(Transaction& transaction, const char* sql, MachiningModelRow* model) {
@@ -137,13 +186,16 @@ absl::StatusOr<std::optional<MachiningModelRow>> ReadModel(Transaction& transact
   model.tool_lengths = ToolLengthsAt(*rows, 0, 10);
   const absl::StatusOr<Rows> operations = transaction.Execute(kSelectOperations, Params().Text(id).Int(model.revision));
   if (!operations.ok()) return operations.status();
-  for (int row = 0; row < operations->count(); ++row)
-    model.operations.push_back({operations->Text(row, 0),
-                                operations->Text(row, 1),
-                                operations->Real(row, 2),
-                                operations->Real(row, 3),
-                                operations->Real(row, 4),
-                                {}});
+  for (int row = 0; row < operations->count(); ++row) {
+    MachiningOperationRow& one = model.operations.emplace_back();
+    one.operation = operations->Text(row, 0);
+    one.hole_group = operations->Text(row, 1);
+    one.electrode_diameter_mm = operations->Real(row, 2);
+    one.electrode_length_mm = operations->Real(row, 3);
+    one.electrode_wear_mm = operations->Real(row, 4);
+    if (!operations->IsNull(row, 5)) one.tool_number = static_cast<int>(operations->Int(row, 5));
+    one.feed_mm_min = operations->OptionalReal(row, 6);
+  }
   if (absl::Status read = rows->status(); !read.ok()) return read;
   if (absl::Status read = operations->status(); !read.ok()) return read;
   if (absl::Status read = ReadPaths(transaction, paths, &model); !read.ok()) return read;
@@ -184,6 +236,7 @@ absl::StatusOr<MachiningModelRow> InsertMachiningModel(Transaction& transaction,
   if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertRevision, params); !inserted.ok())
     return inserted.status();
   if (absl::Status operations = InsertOperations(transaction, model); !operations.ok()) return operations;
+  if (absl::Status post = InsertPost(transaction, model); !post.ok()) return post;
   const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, record_id, entry);
   if (!recorded.ok()) return recorded.status();
   model.recorded = *recorded;
@@ -203,6 +256,7 @@ absl::StatusOr<std::optional<MachiningModelRow>> FindMachiningModel(Transaction&
   absl::StatusOr<std::string> nc_template = GetBlob(transaction, (*model)->nc_template_sha256);
   if (!nc_template.ok()) return nc_template.status();
   (*model)->nc_template = *std::move(nc_template);
+  if (absl::Status post = ReadPost(transaction, &**model); !post.ok()) return post;
   return model;
 }
 

@@ -29,6 +29,17 @@ struct MachiningOperationRow {
   double electrode_diameter_mm = 0, electrode_length_mm = 0;
   double electrode_wear_mm = 0;                  // of the length, after each hole
   std::vector<MachiningToolPathRow> paths = {};  // lists leave out their poses
+  std::optional<int> tool_number = {};
+  std::optional<double> feed_mm_min = {};
+};
+
+// metrology/correction/post_processor.h says what each is.
+struct PostProcessorRow {
+  std::vector<std::string> axis_words;
+  int linear_decimals = 0, rotary_decimals = 0, direction_decimals = 0;
+  bool explicit_plus = false, directions = false, semicolon_comments = false, leaves_out_repeated = false;
+  int first_number = 0, number_step = 0;
+  std::string program_start, operation_start, hole, path_start, path_pose, path_end, operation_end, program_end;
 };
 
 struct MachiningModelRow {
@@ -43,6 +54,7 @@ struct MachiningModelRow {
   std::string nc_template_sha256;  // read only
   std::vector<WorkOffsetRow> work_offsets;
   std::vector<ToolLengthRow> tool_lengths;
+  std::optional<PostProcessorRow> post_processor;  // lists leave it out
   Recorded recorded;
 };
 
@@ -53,7 +65,7 @@ absl::StatusOr<MachiningModelRow> InsertMachiningModel(Transaction& transaction,
 // Revision 0: the newest.
 absl::StatusOr<std::optional<MachiningModelRow>> FindMachiningModel(Transaction& transaction, const std::string& id,
                                                                     int revision);
-// The same without its template and the poses of its paths.
+// The same without its template, its post-processor and the poses of its paths.
 absl::StatusOr<std::optional<MachiningModelRow>> FindMachiningModelWithoutTemplate(Transaction& transaction,
                                                                                    const std::string& id, int revision);
 

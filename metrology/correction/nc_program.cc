@@ -47,9 +47,9 @@ std::optional<std::string_view> MarkerOf(std::string_view comment) {
   return Trimmed(comment.substr(kWord.size()));
 }
 
-// One word of a block: a letter and what follows it up to the next letter, comment or end.
+// One word of a block: its address and what follows it up to the next letter, comment or end.
 struct Word {
-  char letter = 0;
+  std::string address;             // as NcWord's
   std::size_t begin = 0, end = 0;  // of the value, blanks trimmed, within the line
 };
 
@@ -57,6 +57,29 @@ struct Block {
   std::vector<Word> words;
   std::vector<std::string_view> markers;
 };
+
+// Words that have no value, and are not taken for letters.
+constexpr std::array<std::string_view, 4> kNames = {"TRAORI", "TRAFOOF", "ORIWKS", "ORIVECT"};
+
+std::optional<std::string_view> NameAt(std::string_view line, std::size_t at) {
+  std::size_t end = at;
+  while (end < line.size() && IsLetter(line[end])) ++end;
+  for (const std::string_view name : kNames)
+    if (name.size() == end - at && std::equal(name.begin(), name.end(), line.begin() + static_cast<std::ptrdiff_t>(at),
+                                              [](char one, char other) { return one == Upper(other); }))
+      return name;
+  return std::nullopt;
+}
+
+// "A3" of "A3=0.5"; "A" of all else that begins so.
+std::string AddressAt(std::string_view line, std::size_t at) {
+  std::size_t end = at + 1;
+  while (end < line.size() && IsDigit(line[end])) ++end;
+  const bool has_number = end > at + 1 && end < line.size() && line[end] == '=';
+  std::string address(line.substr(at, has_number ? end - at : 1));
+  address[0] = Upper(address[0]);
+  return address;
+}
 
 // Splits a line; comments stand in brackets or after a semicolon. An open bracket reaches to the end of the line.
 Block Split(std::string_view line) {
@@ -69,13 +92,17 @@ Block Split(std::string_view line) {
       const std::size_t end = std::min(close, line.size());
       if (const auto marker = MarkerOf(line.substr(i + 1, end - i - 1))) block.markers.push_back(*marker);
       i = close == std::string_view::npos ? line.size() : close + 1;
+    } else if (const auto name = NameAt(line, i)) {
+      i += name->size();
+      block.words.push_back({std::string(*name), i, i});
     } else if (IsLetter(c)) {
-      std::size_t begin = i + 1, end = begin;
+      std::string address = AddressAt(line, i);
+      std::size_t begin = i + address.size() + (address.size() > 1 ? 1 : 0), end = begin;
       while (end < line.size() && !IsLetter(line[end]) && line[end] != '(' && line[end] != ';') ++end;
       i = end;
       while (begin < end && IsBlank(line[begin])) ++begin;
       while (end > begin && IsBlank(line[end - 1])) --end;
-      block.words.push_back({Upper(c), begin, end});
+      block.words.push_back({std::move(address), begin, end});
     } else {
       ++i;
     }
@@ -107,20 +134,37 @@ std::string Formatted(double value, int decimals, bool plus) {
   return text;
 }
 
-// What the words of one target become, by their letters.
-using Values = std::map<char, double>;
+// What the words of one target become, by their addresses.
+using Values = std::map<std::string, double>;
 
-Values ValuesOf(const NcTarget& target, const RotaryLetters& rotary, const std::array<double, 5>& offset = {}) {
-  return {{'X', target.x_mm - offset[0]},
-          {'Y', target.y_mm - offset[1]},
-          {'Z', target.z_mm - offset[2]},
-          {rotary[0], target.a_deg - offset[3]},
-          {rotary[1], target.b_deg - offset[4]}};
+Values ValuesOf(const NcTarget& target, const std::array<std::string, 5>& words,
+                const std::array<double, 5>& offset = {}) {
+  return {{words[0], target.x_mm - offset[0]},
+          {words[1], target.y_mm - offset[1]},
+          {words[2], target.z_mm - offset[2]},
+          {words[3], target.a_deg - offset[3]},
+          {words[4], target.b_deg - offset[4]}};
+}
+
+// Where the transformation is on: the point and the direction on the part that it brings to the target.
+Values PartValuesOf(const NcTarget& target, const std::array<std::string, 5>& words,
+                    const std::array<double, 5>& offset, const RotaryAxes& transformation) {
+  constexpr double kRad = 3.14159265358979323846 / 180;
+  const Eigen::Isometry3d part_from_machine =
+      transformation.MachineFromZero(target.a_deg * kRad, target.b_deg * kRad).inverse();
+  const Eigen::Vector3d point_mm = part_from_machine * Eigen::Vector3d(target.x_mm, target.y_mm, target.z_mm);
+  const Eigen::Vector3d direction = part_from_machine.linear().col(2);
+  return {{words[0], point_mm.x() - offset[0]},
+          {words[1], point_mm.y() - offset[1]},
+          {words[2], point_mm.z() - offset[2]},
+          {"A3", direction.x()},
+          {"B3", direction.y()},
+          {"C3", direction.z()}};
 }
 
 // Modal states that change what a coordinate means.
 struct Modes {
-  bool increments = false, inches = false, in_machine = false;
+  bool increments = false, inches = false, in_machine = false, transformed = false;
   std::array<double, 5> work_offset{};
   const NcFrame& frame;
   explicit Modes(const NcFrame& stated) : frame(stated) {}
@@ -129,7 +173,9 @@ struct Modes {
   void Read(std::string_view line, const std::vector<Word>& words) {
     in_machine = false;
     for (const Word& word : words) {
-      if (word.letter != 'G') continue;
+      if (word.address == "TRAORI") transformed = true;
+      if (word.address == "TRAFOOF") transformed = false;
+      if (word.address != "G") continue;
       const std::string_view code = line.substr(word.begin, word.end - word.begin);
       if (code == "90") increments = false;
       if (code == "91") increments = true;
@@ -146,18 +192,17 @@ struct Modes {
 absl::StatusOr<std::string> ReplacedLine(std::string_view line, const std::vector<Word>& words, const Values& values,
                                          int line_number) {
   std::string result;
-  std::string seen;
+  std::set<std::string> seen;
   std::size_t copied = 0;
   for (const Word& word : words) {
-    const auto wanted = values.find(word.letter);
+    const auto wanted = values.find(word.address);
     if (wanted == values.end()) continue;
-    if (seen.find(word.letter) != std::string::npos)
-      return RefuseLine(line_number, line, std::string("the word ") + word.letter + " once in a marked block");
-    seen += word.letter;
+    if (!seen.insert(word.address).second)
+      return RefuseLine(line_number, line, "the word " + word.address + " once in a marked block");
     const std::string_view value = line.substr(word.begin, word.end - word.begin);
     const auto decimals = DecimalsOf(value);
     if (!decimals) {
-      return RefuseLine(line_number, std::string(1, word.letter) + std::string(value),
+      return RefuseLine(line_number, word.address + std::string(value),
                         "a plain number such as -12.3456 in a marked block");
     }
     result.append(line.substr(copied, word.begin - copied));
@@ -165,17 +210,19 @@ absl::StatusOr<std::string> ReplacedLine(std::string_view line, const std::vecto
     copied = word.end;
   }
   if (seen.empty()) {
-    std::string letters;
-    for (const char letter : std::string("XYZABC"))
-      if (values.count(letter) > 0) letters += std::string(1, letter) + " ";
-    return RefuseLine(line_number, line, "at least one of the words " + letters + "in a marked block");
+    std::string wanted;
+    for (const std::string first : {"X", "Y", "Z", ""})
+      for (const auto& [address, value] : values)
+        if (first.empty() ? address != "X" && address != "Y" && address != "Z" : address == first)
+          wanted += address + " ";
+    return RefuseLine(line_number, line, "at least one of the words " + wanted + "in a marked block");
   }
   result.append(line.substr(copied));
   return result;
 }
 
-// What the words of a marker's hole become where this offset is in force; none: it is no hole.
-using ValuesOfMarker = std::function<std::optional<Values>(std::string_view marker, const std::array<double, 5>&)>;
+// What the words of a marker's hole become in those modes; none: it is no hole.
+using ValuesOfMarker = std::function<std::optional<Values>(std::string_view marker, const Modes&)>;
 
 absl::StatusOr<std::string> Replaced(const std::string& nc_template, const ValuesOfMarker& values_of,
                                      const NcFrame& frame) {
@@ -193,14 +240,16 @@ absl::StatusOr<std::string> Replaced(const std::string& nc_template, const Value
     modes.Read(line, block.words);
     for (const std::string_view marker : block.markers) {
       if (pending) return RefuseLine(line_number, line, "one marker for a block");
-      if (!values_of(marker, {}).has_value())
+      if (!values_of(marker, modes).has_value())
         return RefuseLine(line_number, line, "a marker (SIXPOINT group/hole) of a corrected hole");
       pending.emplace(std::string(marker), line_number);
     }
     if (pending && !block.words.empty()) {
+      if (modes.transformed && !frame.transformation.has_value())
+        return RefuseLine(line_number, line, "no TRAORI: the control's transformation is not stated");
       if (modes.increments) return RefuseLine(line_number, line, "absolute coordinates (G90) in a marked block");
       if (modes.inches) return RefuseLine(line_number, line, "millimetres (G21 or G71) in a marked block");
-      const std::optional<Values> values = values_of(pending->first, modes.Offset());
+      const std::optional<Values> values = values_of(pending->first, modes);
       auto replaced = ReplacedLine(line, block.words, values.value_or(Values()), line_number);
       if (!replaced.ok()) return replaced.status();
       program += *replaced;
@@ -222,28 +271,37 @@ absl::StatusOr<std::string> Replaced(const std::string& nc_template, const Value
 absl::StatusOr<std::string> ReplaceCoordinates(const std::string& nc_template,
                                                const std::map<std::string, NcTarget>& targets,
                                                const RotaryLetters& rotary, const NcFrame& frame) {
+  const std::array<std::string, 5> words = frame.WordsOf(rotary);
   for (const auto& [name, target] : targets)
-    for (const auto& [letter, value] : ValuesOf(target, rotary))
+    for (const auto& [address, value] : ValuesOf(target, words))
       if (!(std::abs(value) < 1e6))
-        return Refuse("targets[" + name + "]." + letter, value, "a finite coordinate below 1e6");
+        return Refuse("targets[" + name + "]." + address, value, "a finite coordinate below 1e6");
   return Replaced(
       nc_template,
-      [&](std::string_view marker, const std::array<double, 5>& offset) -> std::optional<Values> {
+      [&](std::string_view marker, const Modes& modes) -> std::optional<Values> {
         const auto target = targets.find(std::string(marker));
         if (target == targets.end()) return std::nullopt;
-        return ValuesOf(target->second, rotary, offset);
+        return modes.transformed && frame.transformation.has_value()
+                   ? PartValuesOf(target->second, words, modes.Offset(), *frame.transformation)
+                   : ValuesOf(target->second, words, modes.Offset());
       },
       frame);
 }
 
-absl::Status CheckTemplate(const std::string& nc_template, const std::set<std::string>& holes) {
+absl::Status CheckTemplate(const std::string& nc_template, const std::set<std::string>& holes, const NcFrame& frame) {
   std::set<std::string> missing = holes;
-  const auto any_letter = [&](std::string_view marker, const std::array<double, 5>&) -> std::optional<Values> {
+  Values any;
+  for (const char* const word : {"X", "Y", "Z", "A", "B", "C", "A3", "B3", "C3"}) any[word] = 0;
+  if (!frame.axis_words[0].empty()) {
+    any = {{"A3", 0}, {"B3", 0}, {"C3", 0}};
+    for (const std::string& word : frame.axis_words) any[word] = 0;
+  }
+  const auto any_word = [&](std::string_view marker, const Modes&) -> std::optional<Values> {
     if (holes.count(std::string(marker)) == 0) return std::nullopt;
     missing.erase(std::string(marker));
-    return Values{{'X', 0}, {'Y', 0}, {'Z', 0}, {'A', 0}, {'B', 0}, {'C', 0}};
+    return any;
   };
-  const absl::StatusOr<std::string> replaced = Replaced(nc_template, any_letter, NcFrame());
+  const absl::StatusOr<std::string> replaced = Replaced(nc_template, any_word, frame);
   if (!replaced.ok()) return replaced.status();
   if (missing.empty()) return absl::OkStatus();
   return Refuse("nc_template", "no block marked (SIXPOINT " + *missing.begin() + ")", "one at least of each hole");
@@ -260,7 +318,7 @@ std::vector<NcLine> LinesOf(const std::string& program) {
     const Block block = Split(text);
     if (!block.markers.empty()) line.marker = std::string(block.markers.front());
     for (const Word& word : block.words)
-      line.words.push_back({word.letter, std::string(text.substr(word.begin, word.end - word.begin))});
+      line.words.push_back({word.address, std::string(text.substr(word.begin, word.end - word.begin))});
   }
   return lines;
 }

@@ -63,6 +63,9 @@ class Proof {
     if (move.switches_on) return Shot(move);
     if (move.arc) return RefuseMove(move, "an arc (G2, G3)", "straight moves (G0, G1)");
     if (!path_pose_.empty()) return AlongPath(move);
+    if (move.by_direction)
+      return RefuseMove(move, "a direction (A3, B3, C3) outside a path",
+                        "its axes' values; directions from pose to pose");
     if (!OnlyZ(move) && InHole(move.from))
       return RefuseMove(move, "sideways out of " + last_reached_, "Z raised first");
     if (!move.target.empty()) return Marked(move);
@@ -175,6 +178,8 @@ class Proof {
 
   // Clear of the part is only what is as high as the tool came from; it may go there in several blocks.
   absl::Status LeavePath(const NcMove& move) {
+    if (move.by_direction)
+      return RefuseMove(move, "a direction (A3, B3, C3) from " + path_pose_, "TRAFOOF, and Z raised");
     const double last_mm = targets_.at(path_pose_).z_mm;
     const double clear_mm = entered_from_mm_ > last_mm + kSame_mm ? entered_from_mm_ : last_mm + entered_down_mm_;
     const bool up = move.target.empty() && OnlyZ(move) && Known(move.from) && Known(move.to) &&

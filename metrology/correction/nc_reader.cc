@@ -3,12 +3,12 @@
 #include <absl/status/status.h>
 
 #include <algorithm>
-#include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <set>
 
+#include "metrology/correction/nc_block.h"
+#include "metrology/correction/nc_transformation.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
@@ -16,6 +16,7 @@ namespace {
 
 constexpr int kAxes = 5;
 constexpr std::size_t kZ = 2;
+const std::string kDirection = "A3 B3 C3 ";  // where the tool points, while the transformation is on
 constexpr double kMmPerInch = 25.4;
 constexpr std::size_t kMostCodes = 16;  // of a block; each is compared with each
 
@@ -25,17 +26,6 @@ const std::set<std::string> kHarmlessG = {"8",  "9",  "17", "40", "49", "50", "6
                                           "80", "93", "94", "95", "97", "98", "99", "90.1", "91.1"};
 // Stops, spindle, tool, coolant, clamps, outputs and the program's end. Not M96 to M99 and M128: jumps, calls, tool centre point.
 const std::set<int> kHarmlessM = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 19, 30, 48, 49, 62, 63, 64, 65};
-
-struct ReadWord {
-  char letter = 0;
-  std::string number;  // as it stands, without blanks
-  double value = 0;
-};
-
-struct ReadLine {
-  std::vector<ReadWord> words;
-  std::vector<std::string> markers;
-};
 
 using Codes = std::vector<std::string>;
 bool Holds(const Codes& codes, const char* code) { return std::find(codes.begin(), codes.end(), code) != codes.end(); }
@@ -56,8 +46,7 @@ std::string CodeOf(const std::string& number) {
 
 class Reader {
  public:
-  Reader(const std::array<char, 2>& rotary, const NcFrame& frame)
-      : axes_{'X', 'Y', 'Z', rotary[0], rotary[1]}, frame_(frame) {}
+  Reader(const std::array<char, 2>& rotary, const NcFrame& frame) : axes_(frame.WordsOf(rotary)), frame_(frame) {}
 
   absl::Status Read(const std::string& program) {
     for (std::size_t begin = 0, end = 0; begin < program.size(); begin = end + 1) {
@@ -66,12 +55,13 @@ class Reader {
       ++line_;
       if (line_ == 1 && line.rfind("\xef\xbb\xbf", 0) == 0) line.erase(0, 3);
       text_ = line.substr(0, line.find_last_not_of('\r') + 1);
-      ReadLine read;
-      if (absl::Status status = Split(line, &read); !status.ok()) return status;
-      if (absl::Status status = Mark(read.markers); !status.ok()) return status;
-      if (read.words.empty()) continue;
+      const auto block = ReadNcBlock(line, frame_.transformation.has_value(),
+                                     [this](const std::string& wanted) { return Wrong(wanted); });
+      if (!block.ok()) return block.status();
+      if (absl::Status status = Mark(block->markers); !status.ok()) return status;
+      if (block->words.empty() && block->names.empty()) continue;
       if (ended_) return Wrong("nothing after the program's end");
-      if (absl::Status status = Carry(read.words); !status.ok()) return status;
+      if (absl::Status status = block->names.empty() ? Carry(block->words) : Name(*block); !status.ok()) return status;
       target_.clear();
     }
     if (!target_.empty()) return Wrong("a block after the marker of " + target_);
@@ -85,64 +75,6 @@ class Reader {
     return Refuse("nc_template", "line " + std::to_string(line_) + ": \"" + Shown(text_) + "\"", wanted);
   }
 
-  // Comments apart from words. A word is one letter and a plain number.
-  absl::Status Split(const std::string& line, ReadLine* out) const {
-    std::size_t i = 0;
-    const auto at_letter = [&](std::size_t at) {
-      return at < line.size() && std::isalpha(static_cast<unsigned char>(line[at])) != 0;
-    };
-    while (i < line.size()) {
-      const char c = line[i];
-      if (c == ' ' || c == '\t' || (c == '\r' && i + 1 == line.size())) {
-        ++i;
-      } else if (c == '%') {
-        if (line.find_first_not_of(" \t\r", i + 1) != std::string::npos || !out->words.empty())
-          return Wrong("% alone on its line");
-        ++i;
-      } else if (c == ';') {
-        AddMarker(line.substr(i + 1), &out->markers);
-        return absl::OkStatus();
-      } else if (c == '(') {
-        const std::size_t close = line.find(')', i);
-        if (close == std::string::npos) return Wrong("a ) that ends the comment");
-        AddMarker(line.substr(i + 1, close - i - 1), &out->markers);
-        i = close + 1;
-      } else if (at_letter(i)) {
-        if (at_letter(i + 1)) return Wrong("words of one letter and a number; no names, calls or statements");
-        ReadWord word;
-        word.letter = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-        for (++i; i < line.size() && !at_letter(i) && std::string("(;%").find(line[i]) == std::string::npos; ++i)
-          if (line[i] != ' ' && line[i] != '\t' && (line[i] != '\r' || i + 1 < line.size())) word.number += line[i];
-        if (!ToNumber(word.number, &word.value))
-          return Wrong(std::string("a plain number after ") + word.letter + "; no variables and no expressions");
-        out->words.push_back(word);
-      } else {
-        return Wrong(c == '/' ? "no block that may be skipped" : "words of one letter and a number");
-      }
-    }
-    return absl::OkStatus();
-  }
-
-  static bool ToNumber(const std::string& text, double* value) {
-    const std::string digits = text.rfind('+', 0) == 0 ? text.substr(1) : text;
-    if (digits.empty() || digits.find_first_not_of("-.0123456789") != std::string::npos) return false;
-    const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), *value, std::chars_format::fixed);
-    return read.ec == std::errc() && read.ptr == digits.data() + digits.size();
-  }
-
-  static void AddMarker(const std::string& comment, std::vector<std::string>* markers) {
-    constexpr char kBlank[] = " \t\r";
-    const std::size_t begin = comment.find_first_not_of(kBlank);
-    if (begin == std::string::npos) return;
-    const std::size_t end = std::min(comment.find_first_of(kBlank, begin), comment.size());
-    std::string word = comment.substr(begin, end - begin);
-    for (char& c : word) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-    if (word != "SIXPOINT") return;
-    const std::size_t name = std::min(comment.find_first_not_of(kBlank, end), comment.size());
-    const std::size_t last = comment.find_last_not_of(kBlank);
-    markers->push_back(name > last ? std::string() : comment.substr(name, last - name + 1));
-  }
-
   absl::Status Mark(const std::vector<std::string>& markers) {
     for (const std::string& marker : markers) {
       if (!target_.empty() && target_ != marker) return Wrong("one marker for a block");
@@ -152,28 +84,43 @@ class Reader {
     return absl::OkStatus();
   }
 
-  int AxisOf(char letter) const {
-    for (int i = 0; i < kAxes; ++i)
-      if (axes_[static_cast<std::size_t>(i)] == letter) return i;
-    return -1;
+  int AxisOf(const std::string& address) const {
+    const auto found = std::find(axes_.begin(), axes_.end(), address);
+    return found == axes_.end() ? -1 : static_cast<int>(found - axes_.begin());
+  }
+
+  // A block of names: the control's transformation on or off, and what its directions are of.
+  absl::Status Name(const NcReadBlock& block) {
+    for (const NcReadWord& word : block.words)
+      if (word.address != "N") return Wrong("no " + Named(word) + " beside " + block.names.front());
+    if (!target_.empty()) return Wrong("a word of an axis in a marked block");
+    for (const std::string& name : block.names) {
+      if (name == "TRAORI" && (offset_[3] != 0 || offset_[4] != 0 || TipLess(false) != 0.0))
+        return Wrong("no offset of a rotary axis, and the tool's length in force (G43), while TRAORI is on");
+      if (name == "TRAORI") transformed_ = true;
+      if (name == "TRAFOOF") transformed_ = false;
+      if (name == "ORIWKS") on_part_said_ = true;
+    }
+    return absl::OkStatus();
   }
 
   // One block.
-  absl::Status Carry(const std::vector<ReadWord>& words) {
+  absl::Status Carry(const std::vector<NcReadWord>& words) {
     NcPosition said;
+    std::array<std::optional<double>, 3> direction;
     Codes codes;
-    std::string letters;
+    std::set<std::string> addresses;
     bool switches = false, switches_on = false, changes_tool = false;
     std::optional<double> tool, length;
     std::string centre;  // a word of an arc's
     double path_mm = 0;  // of a G64
-    for (const ReadWord& word : words) {
-      if (word.letter == 'G') {
+    for (const NcReadWord& word : words) {
+      if (word.address == "G") {
         if (codes.size() == kMostCodes) return Wrong("at most 16 G words in a block");
         codes.push_back(CodeOf(word.number));
         continue;
       }
-      if (word.letter == 'M') {
+      if (word.address == "M") {
         const int code = word.value >= 0 && word.value < 1000 ? static_cast<int>(word.value) : -1;
         if (code != word.value || kHarmlessM.count(code) == 0)
           return Wrong("no " + Named(word) + ", which is not understood");
@@ -183,42 +130,81 @@ class Reader {
         changes_tool = changes_tool || code == 6;
         continue;
       }
-      if (letters.find(word.letter) != std::string::npos)
-        return Wrong(std::string("the word ") + word.letter + " once");
-      letters += word.letter;
-      if (const int axis = AxisOf(word.letter); axis >= 0)
+      if (!addresses.insert(word.address).second) return Wrong("the word " + word.address + " once");
+      const std::size_t component = kDirection.find(word.address + " ");
+      if (const int axis = AxisOf(word.address); axis >= 0)
         said[static_cast<std::size_t>(axis)] = word.value;
-      else if (word.letter == 'H')
+      else if (transformed_ && component != std::string::npos)
+        direction[component / 3] = word.value;
+      else if (word.address == "H")
         length = word.value;
-      else if (std::string("IJKR").find(word.letter) != std::string::npos)
+      else if (word.address.size() == 1 && std::string("IJKR").find(word.address) != std::string::npos)
         centre = Named(word);
-      else if (std::string("NFSTOPQ").find(word.letter) == std::string::npos)
+      else if (word.address.size() > 1 || std::string("NFSTOPQ").find(word.address) == std::string::npos)
         return Wrong("no " + Named(word) + ", which is not understood");
-      if (word.letter == 'T') tool = word.value;
-      if (word.letter == 'F') rate_ = word.value;
-      if (word.letter == 'P') path_mm = kMmPerInch * std::abs(word.value);  // in whichever unit, not less
+      if (word.address == "T") tool = word.value;
+      if (word.address == "F") rate_ = word.value;
+      if (word.address == "P") path_mm = kMmPerInch * std::abs(word.value);  // in whichever unit, not less
     }
     if (absl::Status status = TakeTool(tool, changes_tool); !status.ok()) return status;
     if (absl::Status status = TakeLength(codes, length); !status.ok()) return status;
     const bool dwells = Holds(codes, "4"), blends = Holds(codes, "64");
     if (blends || Holds(codes, "60") || Holds(codes, "61")) path_tolerance_mm_ = blends ? path_mm : 0;
     const bool moves_axes = Says(said);
-    if (letters.find('P') != std::string::npos && !dwells && !switches && !blends)
+    if (addresses.count("P") > 0 && !dwells && !switches && !blends)
       return Wrong("no P but of a dwell (G4), an output (M62 to M65) or a path tolerance (G64)");
-    if (letters.find('Q') != std::string::npos && !blends) return Wrong("no Q but of a path tolerance (G64)");
-    if (letters.find('O') != std::string::npos && (words.front().letter != 'O' || words.size() > 1))
+    if (addresses.count("Q") > 0 && !blends) return Wrong("no Q but of a path tolerance (G64)");
+    if (addresses.count("O") > 0 && (words.front().address != "O" || words.size() > 1))
       return Wrong("O, the program's number, alone");
     if (dwells && moves_axes)
       return Wrong("a dwell by P alone: G4 X is read as a move by one control, as a time by another");
+    if (transformed_) {
+      if (absl::Status status = CheckTransformed(codes, said, direction); !status.ok()) return status;
+    }
     if (absl::Status status = Apply(codes, said, moves_axes); !status.ok()) return status;
+    if (transformed_ && moves_axes) {
+      if (absl::Status status = Transform(direction); !status.ok()) return status;
+    }
     const bool on_arc = arc_ && moves_axes && !Holds(codes, "28") && !Holds(codes, "30");
     if (!centre.empty() && !on_arc) return Wrong("no " + centre + " but of an arc (G2, G3)");
     if (centre.empty() && on_arc) return Wrong("an arc's centre or radius");
     // Once its axes stand where the block sends them, whatever the order of its words.
     if (switches_on) {
-      NcMove shot{line_, false, false, false, true, "", position_, position_, rate_, path_tolerance_mm_, motion_said_};
+      NcMove shot{line_, false,       false, false, true, "", position_, position_, rate_, path_tolerance_mm_,
+                  false, motion_said_};
       moves.push_back(std::move(shot));
     }
+    return absl::OkStatus();
+  }
+
+  // While the transformation is on, the tool goes by feeds from pose to pose, each said whole; all else a control takes in its own way.
+  absl::Status CheckTransformed(const Codes& codes, const NcPosition& said,
+                                const std::array<std::optional<double>, 3>& direction) const {
+    for (const char* const code :
+         {"0", "2", "3", "20", "28", "30", "43", "49", "53", "54", "55", "56", "57", "58", "59", "70", "91", "500"})
+      if (Holds(codes, code)) return Wrong("no G" + std::string(code) + " while TRAORI is on");
+    if (said[3].has_value() || said[4].has_value()) return Wrong("A3, B3 and C3, no rotary axis, while TRAORI is on");
+    const bool directed = direction[0].has_value() || direction[1].has_value() || direction[2].has_value();
+    if (!directed && !Says(said)) return absl::OkStatus();
+    if (!(said[0] && said[1] && said[2] && direction[0] && direction[1] && direction[2]))
+      return Wrong("X, Y, Z, A3, B3 and C3 in one block while TRAORI is on");
+    if (!on_part_said_) return Wrong("ORIWKS before a direction");
+    if (target_.empty() || by_steps_ || inches_) return Wrong("a marked block, G90 and millimetres while TRAORI is on");
+    for (const std::optional<double>& axis : position_)
+      if (!axis.has_value()) return Wrong("all axes known before a direction");
+    return absl::OkStatus();
+  }
+
+  // What the last move said of the part becomes what the axes do.
+  absl::Status Transform(const std::array<std::optional<double>, 3>& direction) {
+    NcMove& move = moves.back();
+    const auto axes = AxesOfDirection(*frame_.transformation, {*move.to[0], *move.to[1], *move.to[kZ]},
+                                      {*direction[0], *direction[1], *direction[2]}, {*move.from[3], *move.from[4]},
+                                      [this](const std::string& wanted) { return Wrong(wanted); });
+    if (!axes.ok()) return axes.status();
+    std::copy(axes->begin(), axes->end(), move.to.begin());
+    move.by_direction = true;
+    position_ = move.to;
     return absl::OkStatus();
   }
 
@@ -269,7 +255,9 @@ class Reader {
     return (in_machine ? 0 : added_length_mm_.value_or(0)) - *spindle_length_mm_;
   }
 
-  static std::string Named(const ReadWord& word) { return std::string(1, word.letter) + word.number; }
+  static std::string Named(const NcReadWord& word) {
+    return word.address + (word.address.size() > 1 ? "=" : "") + word.number;
+  }
   static bool Says(const NcPosition& said) {
     for (const auto& value : said)
       if (value.has_value()) return true;
@@ -308,8 +296,8 @@ class Reader {
     if (homes) return Home(said);
     if (in_machine && by_steps_) return Wrong("no steps (G91) in the machine's coordinates (G53)");
     if (!moves_axes) return target_.empty() ? absl::OkStatus() : Wrong("a word of an axis in a marked block");
-    NcMove move{line_,     feed_,     arc_,  by_steps_,          false,       target_,
-                position_, position_, rate_, path_tolerance_mm_, motion_said_};
+    NcMove move{line_,     feed_,     arc_,  by_steps_,          false, target_,
+                position_, position_, rate_, path_tolerance_mm_, false, motion_said_};
     for (std::size_t i = 0; i < kAxes; ++i) {
       if (!said[i].has_value()) continue;
       const double value = *said[i] * (inches_ && i < 3 ? kMmPerInch : 1);
@@ -336,8 +324,8 @@ class Reader {
     for (const std::optional<double>& value : said)
       if (value.has_value() && (!by_steps_ || *value != 0))
         return Wrong("G28 and G30 of all axes, or by no step (G91 G28 Z0): else they go over a point first");
-    NcMove move{line_,     false,     false, by_steps_,          false,       "",
-                position_, position_, rate_, path_tolerance_mm_, motion_said_};
+    NcMove move{line_,     false,     false, by_steps_,          false, "",
+                position_, position_, rate_, path_tolerance_mm_, false, motion_said_};
     for (std::size_t i = 0; i < kAxes; ++i)
       if (said[i].has_value() || !Says(said)) move.to[i].reset();
     position_ = move.to;
@@ -345,11 +333,12 @@ class Reader {
     return absl::OkStatus();
   }
 
-  const std::array<char, kAxes> axes_;
+  const std::array<std::string, kAxes> axes_;
   const NcFrame& frame_;
   int line_ = 0;
   std::string text_;
-  std::string target_;  // of a marker whose block is still to come, or has come
+  std::string target_;                               // of a marker whose block is still to come, or has come
+  bool transformed_ = false, on_part_said_ = false;  // TRAORI, ORIWKS
   bool feed_ = true, motion_said_ = false, arc_ = false, by_steps_ = false, inches_ = false, ended_ = false;
   std::array<double, kAxes> offset_{};
   std::optional<double> chosen_tool_, spindle_length_mm_;  // where lengths are stated: by T, and of what M6 or G43 took

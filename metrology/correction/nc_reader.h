@@ -30,6 +30,8 @@ struct NcMove {
   // G64 P in force: so far it may pass beside its ends, at most (as inches, whatever the unit). 0: none is stated, and the control's own
   // exactness holds.
   double path_tolerance_mm = 0;
+  bool by_direction =
+      false;  // A3, B3, C3 said where the tool points: the control's transformation turned the axes (nc_frame.h)
   bool motion_said = false;  // a G0 to G3 is in force; else the control goes as it woke up, by rapid or feed
 };
 
@@ -37,7 +39,7 @@ struct NcMove {
 bool OnlyZ(const NcMove& move);
 
 // The reader's version, stored with what it proved.
-inline constexpr char kNcReaderVersion[] = "3";
+inline constexpr char kNcReaderVersion[] = "4";
 
 // The program's lines are its template's, and refusals name that. rotary: the letters of the axis on the bed, and of the one that
 // it carries. INVALID_ARGUMENT, naming the line, for any word, mode, offset or tool that is not understood, and for a marker with no

@@ -27,14 +27,14 @@ std::optional<std::string> Needed(const NcLine& line) {
   static const std::set<std::string> kMoves = {"0",  "1",  "4",  "20", "21", "53", "54", "55", "56",
                                                "57", "58", "59", "70", "71", "90", "91", "500"};
   for (const NcWord& word : line.words) {
-    if (word.letter == 'G') {
+    if (word.address == "G") {
       const std::size_t first = std::min(word.value.find_first_not_of('0'), word.value.size() - 1);
       if (word.value.empty() || kMoves.count(word.value.substr(first)) == 0) return "G" + word.value;
     }
-    if (word.letter == 'M' && word.value != "62" && word.value != "63" && word.value != "64" && word.value != "65")
+    if (word.address == "M" && word.value != "62" && word.value != "63" && word.value != "64" && word.value != "65")
       return "M" + word.value;
-    if (word.letter == 'S' || word.letter == 'T' || word.letter == 'H' || word.letter == 'O')
-      return word.letter + word.value;
+    if (word.address == "S" || word.address == "T" || word.address == "H" || word.address == "O")
+      return word.address + word.value;
   }
   return std::nullopt;
 }
@@ -42,11 +42,12 @@ std::optional<std::string> Needed(const NcLine& line) {
 std::string GroupOf(const std::string& hole) { return hole.substr(0, hole.find('/')); }
 
 // Which of the five the line has a word for.
-std::array<bool, 5> SaidIn(const NcLine& line, const std::array<char, 2>& rotary) {
-  const std::array<char, 5> letters = {'X', 'Y', 'Z', rotary[0], rotary[1]};
+std::array<bool, 5> SaidIn(const NcLine& line, const std::array<std::string, 5>& axis_words) {
   std::array<bool, 5> said{};
-  for (const NcWord& word : line.words)
-    for (std::size_t i = 0; i < letters.size(); ++i) said[i] = said[i] || word.letter == letters[i];
+  for (const NcWord& word : line.words) {
+    if (word.address == "A3" || word.address == "B3" || word.address == "C3") return {true, true, true, true, true};
+    for (std::size_t i = 0; i < said.size(); ++i) said[i] = said[i] || word.address == axis_words[i];
+  }
   return said;
 }
 
@@ -61,10 +62,10 @@ std::string Remarked(const NcLine& line, const std::string& hole) {
 class Divider {
  public:
   Divider(const std::vector<NcLine>& lines, const std::vector<NcMove>& moves, const std::set<std::string>& cut,
-          const std::array<char, 2>& rotary, const std::map<std::string, NcTarget>& targets)
+          const std::array<std::string, 5>& axis_words, const std::map<std::string, NcTarget>& targets)
       : lines_(lines),
         cut_(cut),
-        rotary_(rotary),
+        axis_words_(axis_words),
         targets_(targets),
         keep_(lines.size(), true),
         next_kept_(lines.size()) {
@@ -110,7 +111,7 @@ class Divider {
 
   void StandAfter(std::size_t line) {
     for (const NcWord& word : lines_[line].words)
-      if (word.letter == 'M' && (word.value == "6" || word.value == "06")) height_mm_.reset();  // another tool's tip
+      if (word.address == "M" && (word.value == "6" || word.value == "06")) height_mm_.reset();  // another tool's tip
     for (const NcMove* move : MovesAt(line)) height_mm_ = move->to[kZ];
   }
 
@@ -157,20 +158,25 @@ class Divider {
     return absl::OkStatus();
   }
 
-  // What a hole switches on it switches off again: nothing else is left as it would not have been.
+  // What a hole switches on it switches off again, the transformation too: nothing else is left as it would not have been.
   absl::Status CheckOutputs(std::size_t first, std::size_t worked) const {
     std::set<std::string> on;
+    bool transformed = false;
     for (std::size_t i = first; i < worked; ++i) {
       std::string output, code;
       for (const NcWord& word : lines_[i].words) {
-        if (word.letter == 'P') output = word.value;
-        if (word.letter == 'M') code = word.value;
+        if (word.address == "TRAFOOF" && !transformed)
+          return NotDivisible(static_cast<int>(i) + 1, "TRAFOOF for a TRAORI of another block");
+        if (word.address == "TRAORI" || word.address == "TRAFOOF") transformed = word.address == "TRAORI";
+        if (word.address == "P") output = word.value;
+        if (word.address == "M") code = word.value;
       }
       const bool off = code == "63" || code == "65";
       if (code == "62" || code == "64") on.insert(output);
       if (off && on.erase(output) == 0)
         return NotDivisible(static_cast<int>(i) + 1, "switches off what another block switched on");
     }
+    if (transformed) return NotDivisible(static_cast<int>(first) + 1, "TRAORI stays on after " + lines_[first].marker);
     return on.empty() ? absl::OkStatus()
                       : NotDivisible(static_cast<int>(first) + 1, "an output stays on after " + lines_[first].marker);
   }
@@ -185,13 +191,13 @@ class Divider {
   // A marked block that has the rotary axes alone, as many templates turn once for a group.
   bool TurnsOnly(std::size_t line) const {
     if (lines_[line].marker.empty()) return false;
-    const std::array<bool, 5> said = SaidIn(lines_[line], rotary_);
+    const std::array<bool, 5> said = SaidIn(lines_[line], axis_words_);
     return !said[0] && !said[1] && !said[kZ] && (said[3] || said[4]);
   }
 
   const std::vector<NcLine>& lines_;
   const std::set<std::string>& cut_;
-  const std::array<char, 2> rotary_;
+  const std::array<std::string, 5>& axis_words_;
   const std::map<std::string, NcTarget>& targets_;
   std::map<std::size_t, std::string> remarked_;
   std::map<int, std::vector<const NcMove*>> moves_;  // by line, from 1
@@ -216,7 +222,7 @@ bool SameWay(const NcMove& move, const NcMove& old, const std::array<bool, 5>& s
 // them.) line_before: of each line that stays, from 0.
 absl::Status CheckSame(const std::vector<NcMove>& before, const std::vector<NcMove>& after,
                        const std::vector<std::size_t>& line_before, const std::vector<NcLine>& lines,
-                       const std::array<char, 2>& rotary) {
+                       const std::array<std::string, 5>& axis_words) {
   std::map<std::size_t, std::vector<const NcMove*>> by_line;
   for (const NcMove& move : before) by_line[static_cast<std::size_t>(move.line - 1)].push_back(&move);
   std::map<std::size_t, std::size_t> seen;
@@ -224,7 +230,7 @@ absl::Status CheckSame(const std::vector<NcMove>& before, const std::vector<NcMo
     const std::size_t line = line_before[static_cast<std::size_t>(move.line - 1)];
     const auto& same = by_line[line];
     const std::size_t index = seen[line]++;
-    if (index >= same.size() || !SameWay(move, *same[index], SaidIn(lines[line], rotary)))
+    if (index >= same.size() || !SameWay(move, *same[index], SaidIn(lines[line], axis_words)))
       return NotDivisible(static_cast<int>(line) + 1,
                           "would move another way without the blocks before it, want each hole to say its own G0, G1, "
                           "G90 and F");
@@ -253,7 +259,8 @@ absl::StatusOr<NcRemaining> LeaveOut(const std::string& program, const std::set<
   const absl::StatusOr<std::vector<NcMove>> before = ReadNcProgram(program, rotary, frame);
   if (!before.ok()) return before.status();
   const std::vector<NcLine> lines = LinesOf(program);
-  Divider divider(lines, *before, cut, rotary, targets);
+  const std::array<std::string, 5> axis_words = frame.WordsOf(rotary);
+  Divider divider(lines, *before, cut, axis_words, targets);
   if (absl::Status status = divider.Divide(); !status.ok()) return status;
   NcRemaining remaining;
   std::vector<std::size_t> line_before;
@@ -265,7 +272,7 @@ absl::StatusOr<NcRemaining> LeaveOut(const std::string& program, const std::set<
   }
   absl::StatusOr<std::vector<NcMove>> after = ReadNcProgram(remaining.program, rotary, frame);
   if (!after.ok()) return after.status();
-  if (absl::Status status = CheckSame(*before, *after, line_before, lines, rotary); !status.ok()) return status;
+  if (absl::Status status = CheckSame(*before, *after, line_before, lines, axis_words); !status.ok()) return status;
   remaining.moves = *std::move(after);
   return remaining;
 }

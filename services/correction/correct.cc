@@ -41,7 +41,8 @@ absl::StatusOr<ReadProgram> MakeProgram(const Inputs& inputs, Corrected* correct
   const v1::CorrectRequest& request = inputs.asked;
   const metrology::RotaryLetters rotary = {inputs.machine_axes.letters[0].front(),
                                            inputs.machine_axes.letters[1].front()};
-  const metrology::NcFrame frame = FrameOf(request);
+  metrology::NcFrame frame = FrameOf(request);
+  if (inputs.model.has_value()) AddPostProcessor(*inputs.model, inputs.machine_axes, &frame);
   ReadProgram read;
   read.targets = TargetsOf(*corrected);
   absl::StatusOr<std::string> program =

@@ -64,10 +64,25 @@ Holes HolesOf(const storage::CorrectionRow& correction) {
   return holes;
 }
 
-metrology::NcFrame FrameOf(const storage::CorrectionRow& correction) {
+// As the correction was written with.
+absl::StatusOr<metrology::NcFrame> FrameOf(const storage::CorrectionRow& correction,
+                                           const registration::v1::Registration& registration, const Peers& peers,
+                                           const runtime::Caller& caller) {
   metrology::NcFrame frame;
   for (const storage::WorkOffsetRow& one : correction.work_offsets) frame.work_offsets[one.code] = one.offset;
   for (const storage::ToolLengthRow& one : correction.tool_lengths) frame.tool_lengths_mm[one.number] = one.length_mm;
+  if (correction.machining_model_id.empty()) return frame;
+  const auto model = peers.plant.GetMachiningModel(
+      runtime::RevisedName("machining_models", correction.machining_model_id, correction.machining_model_revision),
+      caller.make_context());
+  if (!model.ok()) return model.status();
+  if (!model->has_post_processor()) return frame;
+  const auto machine =
+      peers.plant.GetMachine(registration.machine(), registration.machine_revision(), caller.make_context());
+  if (!machine.ok()) return machine.status();
+  const auto axes = AxesOf(*machine);
+  if (!axes.ok()) return axes.status();
+  AddPostProcessor(*model, *axes, &frame);
   return frame;
 }
 
@@ -99,9 +114,10 @@ absl::Status TakeRemaining(const storage::CorrectionRow& correction, const Holes
   const auto rotation = peers.calibrations.Rotation(runtime::NameOf("calibrations", correction.rotation_calibration_id),
                                                     caller.make_context());
   if (!rotation.ok()) return rotation.status();
-  auto remaining =
-      metrology::LeaveOut(correction.program(), holes.cut, {correction.axes[0].front(), correction.axes[1].front()},
-                          FrameOf(correction), holes.all);
+  const auto frame = FrameOf(correction, registration, peers, caller);
+  if (!frame.ok()) return frame.status();
+  auto remaining = metrology::LeaveOut(correction.program(), holes.cut,
+                                       {correction.axes[0].front(), correction.axes[1].front()}, *frame, holes.all);
   if (!remaining.ok()) return NotDivisible(name, std::string(remaining.status().message()));
   const auto proof = metrology::ProveProgram(remaining->moves, holes.left, rotation->axes);
   if (!proof.ok()) return NotDivisible(name, std::string(proof.status().message()));

@@ -120,7 +120,9 @@ absl::Status FetchMachine(const Peers& peers, const runtime::Caller& caller, Inp
   absl::StatusOr<MachineAxes> axes = AxesOf(*machine);
   if (!axes.ok()) return axes.status();
   inputs->machine_axes = *std::move(axes);
-  absl::StatusOr<std::vector<metrology::LinearTravel>> travel = TravelOf(*machine);
+  absl::StatusOr<std::vector<metrology::LinearTravel>> travel =
+      TravelOf(*machine, inputs->model.has_value() && inputs->model->has_w_mm() ? std::optional(inputs->model->w_mm())
+                                                                                : std::nullopt);
   if (!travel.ok()) return travel.status();
   inputs->travel = *std::move(travel);
   inputs->limits = LimitsOf(*machine);

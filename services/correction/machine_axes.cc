@@ -1,6 +1,8 @@
 #include "services/correction/machine_axes.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "refusal/message_text.h"
@@ -75,8 +77,10 @@ metrology::GateLimits LimitsOf(const plant::v1::Machine& machine) {
   return limits;
 }
 
-absl::StatusOr<std::vector<metrology::LinearTravel>> TravelOf(const plant::v1::Machine& machine) {
+absl::StatusOr<std::vector<metrology::LinearTravel>> TravelOf(const plant::v1::Machine& machine,
+                                                              std::optional<double> w_mm) {
   std::vector<metrology::LinearTravel> travel;
+  std::optional<metrology::LinearTravel> w;
   for (const bool on_tool : {false, true}) {
     const auto& joints = on_tool ? machine.kinematics().tool_side() : machine.kinematics().part_side();
     for (const plant::v1::Joint& joint : joints) {
@@ -85,8 +89,20 @@ absl::StatusOr<std::vector<metrology::LinearTravel>> TravelOf(const plant::v1::M
       if (!direction.ok()) return direction.status();
       // A joint under the part moves it the other way.
       const double sense = (joint.sign() < 0 ? -1.0 : 1.0) * (on_tool ? 1.0 : -1.0);
-      travel.push_back({joint.axis(), sense * *direction, joint.minimum(), joint.maximum()});
+      metrology::LinearTravel one{joint.axis(), sense * *direction, joint.minimum(), joint.maximum()};
+      if (joint.axis() == "W")
+        w = std::move(one);
+      else
+        travel.push_back(std::move(one));
     }
+  }
+  if (!w.has_value()) return travel;
+  for (metrology::LinearTravel& axis : travel) {
+    // The tip is as far as the axis and W together.
+    const double along = axis.direction.dot(w->direction);
+    const double one_mm = along * w_mm.value_or(w->minimum_mm), other_mm = along * w_mm.value_or(w->maximum_mm);
+    axis.minimum_mm += std::max(one_mm, other_mm);
+    axis.maximum_mm += std::min(one_mm, other_mm);
   }
   return travel;
 }

@@ -4,6 +4,7 @@
 #include <absl/status/statusor.h>
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,7 +28,9 @@ absl::StatusOr<MachineAxes> AxesOf(const plant::v1::Machine& machine);
 
 // What its record asks of a correction that is to be used without a person looking at it.
 metrology::GateLimits LimitsOf(const plant::v1::Machine& machine);
-// Of the linear joints that the record has; none: travel is not asked.
-absl::StatusOr<std::vector<metrology::LinearTravel>> TravelOf(const plant::v1::Machine& machine);
+// Of the linear joints that the record has, but of W, which stands at w_mm (none: anywhere in its travel) and takes its part of the way from
+// the axes along it; none: travel is not asked.
+absl::StatusOr<std::vector<metrology::LinearTravel>> TravelOf(const plant::v1::Machine& machine,
+                                                              std::optional<double> w_mm);
 
 }  // namespace sixpoint::correction

@@ -57,6 +57,23 @@ void AddPath(const storage::CorrectionToolPathRow& path, v1::CorrectedGroup* gro
   group->set_greatest_axis_deviation_deg(path.greatest_axis_deviation_deg);
 }
 
+void AddControlTables(const storage::CorrectionRow& row, v1::Correction* correction) {
+  for (const storage::WorkOffsetRow& one : row.work_offsets) {
+    v1::WorkOffset& out = *correction->add_work_offsets();
+    out.set_code(one.code);
+    out.set_x_mm(one.offset[0]);
+    out.set_y_mm(one.offset[1]);
+    out.set_z_mm(one.offset[2]);
+    out.set_a_deg(one.offset[3]);
+    out.set_b_deg(one.offset[4]);
+  }
+  for (const storage::ToolLengthRow& one : row.tool_lengths) {
+    v1::ToolLength& out = *correction->add_tool_lengths();
+    out.set_number(one.number);
+    out.set_length_mm(one.length_mm);
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<v1::Correction> ToProto(const storage::CorrectionRow& row) {
@@ -111,20 +128,7 @@ absl::StatusOr<v1::Correction> ToProto(const storage::CorrectionRow& row) {
   for (const std::string& id : row.characterisation_ids)
     correction.add_axis_characterisations(runtime::NameOf("calibrations", id));
   if (row.proof) SetProof(*row.proof, correction.mutable_proof());
-  for (const storage::WorkOffsetRow& one : row.work_offsets) {
-    v1::WorkOffset& out = *correction.add_work_offsets();
-    out.set_code(one.code);
-    out.set_x_mm(one.offset[0]);
-    out.set_y_mm(one.offset[1]);
-    out.set_z_mm(one.offset[2]);
-    out.set_a_deg(one.offset[3]);
-    out.set_b_deg(one.offset[4]);
-  }
-  for (const storage::ToolLengthRow& one : row.tool_lengths) {
-    v1::ToolLength& out = *correction.add_tool_lengths();
-    out.set_number(one.number);
-    out.set_length_mm(one.length_mm);
-  }
+  AddControlTables(row, &correction);
   AddChecks(row, &correction);
   ToProto(
       row.released, [](v1::Correction* out) { return out->mutable_released(); }, &correction);

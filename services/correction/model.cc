@@ -96,6 +96,14 @@ absl::Status CheckModel(const plant::v1::MachiningModel& model, const std::strin
   return refusals.status();
 }
 
+void AddPostProcessor(const plant::v1::MachiningModel& model, const MachineAxes& axes, metrology::NcFrame* frame) {
+  if (!model.has_post_processor()) return;
+  const plant::v1::AxisWords& words = model.post_processor().axis_words();
+  frame->axis_words = {words.x(), words.y(), words.z(), words.a(), words.b()};
+  if (model.post_processor().tool_orientation() == plant::v1::TOOL_ORIENTATION_DIRECTIONS)
+    frame->transformation = axes.nominal;
+}
+
 absl::StatusOr<std::vector<GroupElectrode>> ElectrodesOf(const plant::v1::MachiningModel& model,
                                                          const plant::v1::Part& part) {
   std::vector<GroupElectrode> electrodes;

@@ -9,8 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "metrology/correction/nc_frame.h"
 #include "metrology/correction/tool_cylinder.h"
 #include "services/clients/parts.h"
+#include "services/correction/machine_axes.h"
 #include "services/runtime/call.h"
 #include "sixpoint/correction/v1/correction.pb.h"
 
@@ -36,6 +38,9 @@ absl::StatusOr<v1::CorrectRequest> WithModel(const v1::CorrectRequest& request, 
 // Refuses a model of another part than the blade's, and one that states W on a machine that cannot stand there.
 absl::Status CheckModel(const plant::v1::MachiningModel& model, const std::string& part,
                         const plant::v1::Machine& machine);
+
+// What the control's programs say by its post-processor: its words, and directions, which it turns into axes as the machine's record has them.
+void AddPostProcessor(const plant::v1::MachiningModel& model, const MachineAxes& axes, metrology::NcFrame* frame);
 
 // Of the model's groups in its order. Refused: an electrode that does not do for the holes of this revision of the part: wider than they are,
 // or of which less than their depth is left before the last of its group.

@@ -2,6 +2,7 @@
 
 #include <google/protobuf/util/json_util.h>
 
+#include "services/plant/model_template.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/stored_geometry.h"
 #include "services/runtime/time_proto.h"
@@ -218,6 +219,8 @@ v1::MachiningModel ToProto(const storage::MachiningModelRow& row) {
     to.mutable_electrode()->set_length_mm(operation.electrode_length_mm);
     to.mutable_electrode()->set_wear_mm(operation.electrode_wear_mm);
     for (const storage::MachiningToolPathRow& path : operation.paths) *to.add_paths() = ToProto(path);
+    if (operation.tool_number) to.set_tool_number(*operation.tool_number);
+    if (operation.feed_mm_min) to.set_feed_mm_min(*operation.feed_mm_min);
   }
   if (row.w_mm) model.set_w_mm(*row.w_mm);
   model.set_nc_template(row.nc_template);
@@ -236,6 +239,7 @@ v1::MachiningModel ToProto(const storage::MachiningModelRow& row) {
     to.set_number(one.number);
     to.set_length_mm(one.length_mm);
   }
+  if (row.post_processor) *model.mutable_post_processor() = ToProto(*row.post_processor);
   runtime::ToProto(row.recorded.recorded_at, model.mutable_created_at());
   return model;
 }

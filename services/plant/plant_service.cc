@@ -258,7 +258,7 @@ grpc::Status PlantService::CreateMachiningModel(grpc::ServerContext* context,
         Require(stores_.parts->Find(model->part_id, 0, runtime::DeadlineOf(*context)), errors::v1::PART_NOT_FOUND,
                 request->machining_model().part());
     if (!part.ok()) return part.status();
-    if (absl::Status status = CheckOfPart(*model, *part); !status.ok()) return status;
+    if (absl::Status status = FitToPart(*part, request->machining_model(), &*model); !status.ok()) return status;
     model->part_revision = part->revision;
     runtime::Made<storage::MachiningModelRow> made{*std::move(model), NewEntry()};
     made.entry.inputs = {runtime::RevisedName("parts", part->part_id, part->revision)};

@@ -21,8 +21,9 @@ absl::StatusOr<storage::PartRow> Validated(const v1::CreatePartRequest& request)
 // By itself, without a revision of its part.
 absl::StatusOr<storage::MachiningModelRow> Validated(const v1::CreateMachiningModelRequest& request);
 
-// Groups, electrodes and what is marked in the template, against the part's holes.
-absl::Status CheckOfPart(const storage::MachiningModelRow& model, const storage::PartRow& part);
+// Groups, electrodes and what is marked in the template, against the part's holes. Where the model has a post-processor instead of a
+// template, that is written, and counts as described.
+absl::Status FitToPart(const storage::PartRow& part, v1::MachiningModel described, storage::MachiningModelRow* model);
 // Holes and datum points have to be near the part: this finds CAD in other units or another frame.
 absl::Status CheckInsideBox(const storage::PartRow& part);
 

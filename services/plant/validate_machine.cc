@@ -15,14 +15,16 @@ absl::StatusOr<storage::JointRow> ValidatedJoint(const std::string& field, const
   storage::JointRow row;
   row.side = side;
   row.axis = joint.axis();
-  const std::string known = "XYZABC";
+  const std::string known = "XYZABCW";
   if (row.axis.size() != 1 || known.find(row.axis) == std::string::npos)
-    return Refuse(field + ".axis", row.axis, "X, Y, Z, A, B or C");
+    return Refuse(field + ".axis", row.axis, "X, Y, Z, A, B, C or W");
   if (!axes->insert(row.axis).second) return Refuse(field + ".axis", row.axis, "an axis that no other joint has");
   if (joint.kind() != v1::JOINT_KIND_LINEAR && joint.kind() != v1::JOINT_KIND_ROTARY)
     return Refuse(field + ".kind", v1::JointKind_Name(joint.kind()), "JOINT_KIND_LINEAR or JOINT_KIND_ROTARY");
   const bool rotary = joint.kind() == v1::JOINT_KIND_ROTARY;
   row.kind = rotary ? "rotary" : "linear";
+  if (row.axis == "W" && (rotary || side != "tool"))
+    return Refuse(field + ".axis", "W, " + row.kind + ", on the side of the " + side, "W linear, on the tool's side");
   absl::Status status = Read(field + ".direction", joint.has_direction(), joint.direction(), &row.direction);
   if (!status.ok()) return status;
   if (rotary || joint.has_point_mm()) {

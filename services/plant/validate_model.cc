@@ -8,6 +8,7 @@
 #include "metrology/correction/tool_cylinder.h"
 #include "metrology/correction/tool_path_clearance.h"
 #include "services/plant/checks.h"
+#include "services/plant/model_template.h"
 #include "services/plant/validate.h"
 #include "services/runtime/control_tables.h"
 #include "services/runtime/resource_name.h"
@@ -83,6 +84,14 @@ absl::Status ReadOperation(const std::string& at, const v1::MachiningOperation& 
       .Add(CheckPositive(at + ".electrode.length_mm", electrode.length_mm(), 1000))
       .Add(CheckRange(at + ".electrode.wear_mm", electrode.wear_mm(), 0, std::max(0.0, electrode.length_mm()),
                       "0 to length_mm"));
+  if (one.has_tool_number()) {
+    row->tool_number = one.tool_number();
+    refusals.Add(CheckRange(at + ".tool_number", one.tool_number(), 1, 9999, "1 to 9999, or unset"));
+  }
+  if (one.has_feed_mm_min()) {
+    row->feed_mm_min = one.feed_mm_min();
+    refusals.Add(CheckPositive(at + ".feed_mm_min", one.feed_mm_min(), 100'000));
+  }
   if (!named->operations.insert(one.operation()).second)
     refusals.Add(Refuse(at + ".operation", one.operation(), "a name that no other has"));
   if (one.hole_group().empty() == one.paths().empty())
@@ -132,7 +141,8 @@ absl::Status CheckPaths(const std::string& at, const storage::MachiningOperation
       const double at_mm = path.tips_in_part_mm[i];
       if (i % 3 == 0) marks->insert(path.path + "/" + std::to_string(i / 3 + 1));
       if (at_mm < low[i % 3] - kBeside_mm || at_mm > high[i % 3] + kBeside_mm)
-        refusals.Add(Refuse(field + ".poses[" + std::to_string(i / 3) + "].tip_in_part_mm." + "xyz"[i % 3], at_mm,
+        refusals.Add(Refuse(field + ".poses[" + std::to_string(i / 3) + "].tip_in_part_mm." + "xyz"[i % 3] + "_mm",
+                            at_mm,
                             "within " + NumberText(kBeside_mm) + " mm of the CAD's " + NumberText(low[i % 3]) + " to " +
                                 NumberText(high[i % 3])));
     }
@@ -143,6 +153,12 @@ absl::Status CheckPaths(const std::string& at, const storage::MachiningOperation
                           "more than the " + NumberText(lost_mm) + " mm that its paths wear off before the last"));
   }
   return refusals.status();
+}
+
+std::string ContentOf(v1::MachiningModel model) {
+  model.clear_nc_template_sha256();  // ours to say
+  model.clear_part_revision();
+  return ContentSha256(std::move(model));
 }
 
 }  // namespace
@@ -163,27 +179,28 @@ absl::StatusOr<storage::MachiningModelRow> Validated(const v1::CreateMachiningMo
     row.w_mm = model.w_mm();
     refusals.Add(CheckRange("machining_model.w_mm", model.w_mm(), -10'000, 10'000, "-10000 to 10000, or unset"));
   }
-  if (model.nc_template().empty())
-    refusals.Add(Refuse("machining_model.nc_template", "empty", "the NC program of the nominal part"));
+  if (model.nc_template().empty() != model.has_post_processor())
+    refusals.Add(Refuse("machining_model.nc_template",
+                        model.has_post_processor() ? "one beside a post-processor" : "empty",
+                        "the NC program of the nominal part, or else a post_processor"));
+  if (model.has_post_processor())
+    refusals.Add(ReadPostProcessor(model.post_processor(), &row.post_processor.emplace()));
   if (absl::Status status = refusals.status(); !status.ok()) return status;
   row.nc_template = model.nc_template();
   for (const v1::WorkOffset& one : model.work_offsets())
     row.work_offsets.push_back({one.code(), {one.x_mm(), one.y_mm(), one.z_mm(), one.a_deg(), one.b_deg()}});
   for (const v1::ToolLength& tool : model.tool_lengths()) row.tool_lengths.push_back({tool.number(), tool.length_mm()});
-  v1::MachiningModel described = model;
-  described.clear_nc_template_sha256();  // ours to say
-  described.clear_part_revision();
-  row.content_sha256 = ContentSha256(std::move(described));
+  row.content_sha256 = ContentOf(model);
   return row;
 }
 
-absl::Status CheckOfPart(const storage::MachiningModelRow& model, const storage::PartRow& part) {
+absl::Status FitToPart(const storage::PartRow& part, v1::MachiningModel described, storage::MachiningModelRow* model) {
   std::string known;
   for (const storage::HoleGroupRow& group : part.hole_groups) known += (known.empty() ? "" : ", ") + group.group;
   runtime::Refusals refusals;
   std::set<std::string> holes;
   int i = 0;
-  for (const storage::MachiningOperationRow& one : model.operations) {
+  for (const storage::MachiningOperationRow& one : model->operations) {
     const std::string at = OperationAt(i++);
     refusals.Add(CheckPaths(at, one, part, &holes));
     if (one.hole_group.empty()) continue;
@@ -202,7 +219,15 @@ absl::Status CheckOfPart(const storage::MachiningModelRow& model, const storage:
   }
   // What is marked is told by the groups.
   if (absl::Status status = refusals.status(); !status.ok()) return status;
-  return Under("machining_model.", metrology::CheckTemplate(model.nc_template, holes));
+  if (model->post_processor) {
+    absl::StatusOr<std::string> written = TemplateOf(*model, part);
+    if (!written.ok()) return written.status();
+    model->nc_template = *std::move(written);
+    // Written of other holes it is another model, though it was described by the same words.
+    described.set_nc_template(model->nc_template);
+    model->content_sha256 = ContentOf(std::move(described));
+  }
+  return Under("machining_model.", metrology::CheckTemplate(model->nc_template, holes, FrameOf(*model)));
 }
 
 }  // namespace sixpoint::plant

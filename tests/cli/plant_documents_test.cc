@@ -164,6 +164,29 @@ TEST(PlantDocuments, TheMachiningModelOfTheDocsIsReadWithItsTemplate) {
   EXPECT_EQ(model.nc_template(), "X1 (SIXPOINT G1/H1)\n");
 }
 
+TEST(PlantDocuments, APostProcessorOfTheDocsIsReadInsteadOfATemplate) {
+  const ModelFiles files;
+  const std::string example = Example("model_with_post_processor.yaml");
+  const auto request = LoadMachiningModel(example, "");
+  ASSERT_TRUE(request.ok()) << request.status();
+  const plant::v1::MachiningModel& model = request->machining_model();
+  EXPECT_EQ(model.operations(0).tool_number(), 3);
+  EXPECT_EQ(model.operations(0).feed_mm_min(), 20);
+  EXPECT_EQ(model.nc_template(), "");
+  const plant::v1::PostProcessor& post = model.post_processor();
+  EXPECT_EQ(post.axis_words().y(), "Y");
+  EXPECT_EQ(post.linear_decimals(), 4);
+  EXPECT_FALSE(post.has_direction_decimals());
+  EXPECT_EQ(post.number_step(), 10);
+  EXPECT_TRUE(post.leaves_out_repeated());
+  EXPECT_EQ(post.program_start(), "%\nG21 G90 G0 Z100\n");
+  EXPECT_EQ(post.hole(), "G0 G90 {a} {b}\nG0 {x} {y}\nG1 {z} F{feed}\nG91 Z-{depth}\nG90 G0 Z50\n");
+  EXPECT_EQ(post.path_pose(), "");
+  const std::string nc = files.Put("program.nc", "X1 (SIXPOINT G1/H1)\n");
+  EXPECT_THAT(LoadMachiningModel(example, nc).status().message(), HasSubstr("none beside a post_processor"));
+  EXPECT_THAT(LoadMachiningModel(Example("model.yaml"), "").status().message(), HasSubstr("or a post_processor in"));
+}
+
 TEST(PlantDocuments, AMachiningModelSaysWhereItIsOdd) {
   const ModelFiles files;
   const std::string nc = files.Put("program.nc", "X1 (SIXPOINT G1/H1)\n");

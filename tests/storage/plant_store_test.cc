@@ -265,6 +265,24 @@ MachiningModelRow Model(const std::string& id, const std::string& part, char con
   row.operations.back().paths = {fan, fan};
   row.operations.back().paths.back().path = "F2";
   row.operations.back().paths.back().greatest_step_deg = 2;
+  row.operations[0].tool_number = 7;
+  row.operations[0].feed_mm_min = 2.5;
+  PostProcessorRow& post = row.post_processor.emplace();
+  post.axis_words = {"X", "Y", "Z", "C1", "B"};
+  post.linear_decimals = 5;
+  post.rotary_decimals = 6;
+  post.direction_decimals = 8;
+  post.explicit_plus = post.semicolon_comments = true;
+  post.first_number = 10;
+  post.number_step = 5;
+  post.program_start = "%\nG21";
+  post.operation_start = "T{tool} M6";
+  post.hole = "G0 {x}";
+  post.path_start = "G0 {y}";
+  post.path_pose = "G1 {z}";
+  post.path_end = "G0 Z50";
+  post.operation_end = "M9";
+  post.program_end = "M30";
   row.w_mm = 12.5;
   row.nc_template = "X1 (SIXPOINT G1/H1)\n";
   row.work_offsets = {{"G54", {1, 2, 3, 4, 5}}, {"G55", {0, 0, -0.125, 0, 0}}};
@@ -283,6 +301,7 @@ TEST(PlantStore, AMachiningModelIsOfOnePartAndKeepsItsTemplate) {
     EXPECT_EQ(record(Model("edm", "p1"))->recorded.sequence, first->recorded.sequence);
     MachiningModelRow bare = Model("edm", "p1", 'b');
     bare.w_mm.reset();
+    bare.post_processor.reset();
     bare.work_offsets.clear();
     bare.tool_lengths.clear();
     ASSERT_TRUE(record(bare).ok());
@@ -314,6 +333,22 @@ TEST(PlantStore, AMachiningModelIsOfOnePartAndKeepsItsTemplate) {
     EXPECT_EQ((*found)->operations[0].electrode_diameter_mm, 0.4);
     EXPECT_EQ((*found)->operations[0].electrode_length_mm, 60);
     EXPECT_EQ((*found)->operations[0].electrode_wear_mm, 0.25);
+    EXPECT_EQ((*found)->operations[0].tool_number, 7);
+    EXPECT_EQ((*found)->operations[0].feed_mm_min, 2.5);
+    EXPECT_FALSE((*found)->operations[1].tool_number.has_value());
+    EXPECT_FALSE((*found)->operations[1].feed_mm_min.has_value());
+    ASSERT_TRUE((*found)->post_processor.has_value());
+    const PostProcessorRow& post = *(*found)->post_processor;
+    EXPECT_THAT(post.axis_words, ElementsAre("X", "Y", "Z", "C1", "B"));
+    EXPECT_THAT((std::vector<int>{post.linear_decimals, post.rotary_decimals, post.direction_decimals,
+                                  post.first_number, post.number_step}),
+                ElementsAre(5, 6, 8, 10, 5));
+    EXPECT_THAT(
+        (std::vector<bool>{post.explicit_plus, post.directions, post.semicolon_comments, post.leaves_out_repeated}),
+        ElementsAre(true, false, true, false));
+    EXPECT_THAT((std::vector<std::string>{post.program_start, post.operation_start, post.hole, post.path_start,
+                                          post.path_pose, post.path_end, post.operation_end, post.program_end}),
+                ElementsAre("%\nG21", "T{tool} M6", "G0 {x}", "G0 {y}", "G1 {z}", "G0 Z50", "M9", "M30"));
     ASSERT_EQ((*found)->work_offsets.size(), 2u);
     EXPECT_EQ((*found)->work_offsets[1].code, "G55");
     EXPECT_EQ((*found)->work_offsets[1].offset[2], -0.125);
@@ -323,6 +358,7 @@ TEST(PlantStore, AMachiningModelIsOfOnePartAndKeepsItsTemplate) {
     const auto newest = plant.machining_models->Find("edm", 0, Soon());
     EXPECT_EQ((*newest)->revision, 2);
     EXPECT_FALSE((*newest)->w_mm.has_value());
+    EXPECT_FALSE((*newest)->post_processor.has_value());
     EXPECT_THAT((*newest)->work_offsets, IsEmpty());
     // Another part's it never becomes.
     EXPECT_EQ(record(Model("edm", "p2")).status().code(), absl::StatusCode::kAlreadyExists);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <regex>
 
 #include "services/correction/correction_service.h"
 #include "services/runtime/call.h"
@@ -226,6 +227,39 @@ TEST_F(ModelPathsTest, IsCutAsOneOrLeft) {
   ASSERT_TRUE(again.ok()) << again.status();
   EXPECT_EQ(again->state(), v1::CORRECTION_STATE_DRAFT);
   EXPECT_THAT(again->release_reasons(0), HasSubstr("CUT_BEFORE"));
+}
+
+// Its program is written by a post-processor, for a control that turns directions into its axes by itself.
+TEST_F(ModelPathsTest, DirectionsAreProvenByTheAxesOfTheRecord) {
+  plant::v1::MachiningModel model = Model();
+  plant::v1::PostProcessor& post = *model.mutable_post_processor();
+  plant::v1::AxisWords& words = *post.mutable_axis_words();
+  words.set_x("X");
+  words.set_y("Y");
+  words.set_z("Z");
+  words.set_a("C1");
+  words.set_b("B");
+  post.set_tool_orientation(plant::v1::TOOL_ORIENTATION_DIRECTIONS);
+  std::string text = std::regex_replace(TemplateOfFan(kPoses), std::regex("A4"), "C1=4");
+  text = std::regex_replace(text, std::regex("\\(SIXPOINT ([^)]*)\\)"), "; SIXPOINT $1");
+  text = std::regex_replace(text, std::regex("Z3 C1=4 B5 F5"), "Z3 A3=0.00000000 B3=0.00000000 C3=0.00000000 F5");
+  text = std::regex_replace(text, std::regex("(Z3 F20 ; SIXPOINT F1/1\n)"), "$1TRAORI\nORIWKS\n");
+  model.set_nc_template(text.replace(text.rfind("G0 Z50"), 0, "TRAFOOF\n"));
+  SetModel(model);
+  const auto correction = Correct();
+  ASSERT_TRUE(correction.ok()) << correction.status();
+  EXPECT_THAT(correction->nc_program(), ::testing::ContainsRegex("A3=0.3[0-9]+ B3=-?0.0[0-9]+ C3=0.9[0-9]+ F5"));
+  EXPECT_LT(correction->proof().greatest_difference_um(), 0.5);
+  EXPECT_EQ(correction->release(), v1::RELEASE_AUTOMATIC) << correction->release_reasons(0);
+  ASSERT_TRUE(Cut(correction->name(), "G1", "H1").ok());
+  const auto rest = Fetch(correction->name());
+  ASSERT_TRUE(rest.ok()) << rest.status();
+  EXPECT_THAT(rest->nc_program(), Not(HasSubstr("G1/H1")));
+  EXPECT_THAT(rest->nc_program(), HasSubstr("TRAORI"));
+  // The same, but nobody says that the control holds those axes.
+  model.mutable_post_processor()->set_tool_orientation(plant::v1::TOOL_ORIENTATION_ROTARY_AXES);
+  SetModel(model);
+  EXPECT_THAT(Refusal(), HasSubstr("no TRAORI: the control's transformation is not stated"));
 }
 
 TEST_F(ModelPathsTest, AModelOfPathsAloneIsCorrected) {

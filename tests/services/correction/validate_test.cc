@@ -111,13 +111,41 @@ TEST(TravelOf, IsOfTheLinearJoints) {
   x.set_axis("X");
   x.mutable_direction()->set_z(0);
   x.mutable_direction()->set_x(1);
-  const auto travel = TravelOf(machine);
+  const auto travel = TravelOf(machine, std::nullopt);
   ASSERT_TRUE(travel.ok()) << travel.status();
   ASSERT_EQ(travel->size(), 2u);
   EXPECT_EQ((*travel)[0].axis, "X");
   EXPECT_EQ((*travel)[0].direction, Eigen::Vector3d(-1, 0, 0));
   EXPECT_EQ((*travel)[1].direction, Eigen::Vector3d(0, 0, 1));
   EXPECT_EQ((*travel)[1].minimum_mm, -100);
+}
+
+// The spindle's own axis is no way for the tip to go: it takes its part of the way, or may stand anywhere.
+TEST(TravelOf, WTakesItsPartFromTheAxesAlongIt) {
+  plant::v1::Machine machine = TwoAxes();
+  const auto add = [&](const char* axis, double y, double z, double sign, double least, double most) {
+    plant::v1::Joint& joint = *machine.mutable_kinematics()->add_tool_side();
+    joint.set_axis(axis);
+    joint.set_kind(plant::v1::JOINT_KIND_LINEAR);
+    joint.mutable_direction()->set_y(y);
+    joint.mutable_direction()->set_z(z);
+    joint.set_sign(sign);
+    joint.set_minimum(least);
+    joint.set_maximum(most);
+  };
+  add("Y", 1, 0, 1, -10, 10);
+  add("Z", 0, 1, 1, -100, 50);
+  add("W", 0, 1, -1, -20, 5);  // a positive command goes down
+  const auto at_four = TravelOf(machine, 4.0), anywhere = TravelOf(machine, std::nullopt);
+  ASSERT_TRUE(at_four.ok() && anywhere.ok());
+  ASSERT_EQ(at_four->size(), 2u);
+  EXPECT_EQ((*at_four)[0].minimum_mm, -10);
+  EXPECT_EQ((*at_four)[0].maximum_mm, 10);
+  EXPECT_EQ((*at_four)[1].minimum_mm, -104);
+  EXPECT_EQ((*at_four)[1].maximum_mm, 46);
+  // 20 mm up to 5 mm down: what Z reaches wherever W stands.
+  EXPECT_EQ((*anywhere)[1].minimum_mm, -80);
+  EXPECT_EQ((*anywhere)[1].maximum_mm, 45);
 }
 
 }  // namespace

@@ -131,6 +131,18 @@ TEST(ValidatedMachine, TakesAnyJoints) {
   EXPECT_EQ(row->joints[1].axis, "B");
   bc.mutable_machine()->mutable_kinematics()->mutable_part_side()->RemoveLast();
   EXPECT_EQ(Refusal(bc), "accepted");
+  // The spindle's own: linear, and nowhere but at the tool.
+  v1::Joint& w = *bc.mutable_machine()->mutable_kinematics()->add_tool_side();
+  w.set_axis("W");
+  w.set_kind(v1::JOINT_KIND_LINEAR);
+  w.mutable_direction()->set_z(1);
+  w.set_sign(1);
+  w.set_minimum(-50);
+  w.set_maximum(50);
+  EXPECT_EQ(Refusal(bc), "accepted");
+  *bc.mutable_machine()->mutable_kinematics()->add_part_side() = w;
+  bc.mutable_machine()->mutable_kinematics()->mutable_tool_side()->RemoveLast();
+  EXPECT_THAT(Refusal(bc), HasSubstr("axis: W, linear, on the side of the part, want W linear, on the tool's side"));
 }
 
 TEST(ValidatedArtefact, RefusalsNameTheField) {
@@ -331,11 +343,59 @@ TEST(ValidatedModel, RefusalsNameTheField) {
            "operations[1].electrode.diameter_mm: 11"},
           {[&](Request* r) { model(r)->set_w_mm(kInfinity); }, "machining_model.w_mm"},
           {[&](Request* r) { model(r)->clear_nc_template(); }, "machining_model.nc_template: empty"},
+          {[&](Request* r) { model(r)->mutable_post_processor()->set_hole("{x}"); },
+           "machining_model.nc_template: one beside a post-processor"},
+          {[&](Request* r) {
+             model(r)->clear_nc_template();
+             model(r)->mutable_post_processor()->set_hole("{q}");
+           },
+           "machining_model.post_processor.hole line 1: {q}"},
+          {[&](Request* r) {
+             model(r)->clear_nc_template();
+             model(r)->mutable_post_processor()->set_linear_decimals(0);
+           },
+           "machining_model.post_processor.linear_decimals: 0, want 4 to 9"},
+          {[&](Request* r) {
+             model(r)->clear_nc_template();
+             model(r)->mutable_post_processor()->set_comment_style(static_cast<v1::CommentStyle>(9));
+           },
+           "machining_model.post_processor.comment_style: 9"},
+          {[&](Request* r) { model(r)->mutable_operations(0)->set_tool_number(0); }, "operations[0].tool_number: 0"},
+          {[&](Request* r) { model(r)->mutable_operations(0)->set_feed_mm_min(kNan); }, "operations[0].feed_mm_min"},
           {[&](Request* r) { model(r)->mutable_work_offsets(0)->set_code("G92"); }, "work_offsets[0].code: G92"},
           {[&](Request* r) { model(r)->mutable_work_offsets(0)->set_z_mm(kNan); }, "work_offsets[0].z_mm"},
           {[&](Request* r) { *model(r)->add_tool_lengths() = model(r)->tool_lengths(0); }, "tool_lengths[1].number: 7"},
           {[&](Request* r) { model(r)->mutable_tool_lengths(0)->set_length_mm(2001); }, "tool_lengths[0].length_mm"},
       });
+}
+
+// Written when the model is made, of the holes that the part has then; of others it is another model.
+TEST(ValidatedModel, APostProcessorWritesItsTemplate) {
+  storage::PartRow part = *Validated(SamplePart("cad"));
+  part.tessellation.minimum_mm = {-100, -100, -100};
+  part.tessellation.maximum_mm = {100, 100, 100};
+  v1::CreateMachiningModelRequest request = SampleModel();
+  v1::MachiningModel& model = *request.mutable_machining_model();
+  model.clear_nc_template();
+  model.mutable_post_processor()->set_hole("G0 G90 {a} {b}\nG0 {x} {y}\nG1 {z} F{feed}\nG91 Z-{depth}\nG90 G0 Z50");
+  auto row = Validated(request);
+  ASSERT_TRUE(row.ok()) << row.status();
+  EXPECT_THAT(std::string(FitToPart(part, model, &*row).message()),
+              HasSubstr("post_processor.hole line 3: {feed}, want an operation that states it"));
+  model.mutable_operations(0)->set_feed_mm_min(12.5);
+  row = Validated(request);
+  ASSERT_TRUE(row.ok()) << row.status();
+  ASSERT_TRUE(FitToPart(part, model, &*row).ok());
+  EXPECT_THAT(row->nc_template,
+              HasSubstr("G0 G90 A0.0000 B0.0000 (SIXPOINT G1/H1)\nG0 X0.0000 Y0.0000 (SIXPOINT G1/H1)\n"
+                        "G1 Z0.0000 F12.5 (SIXPOINT G1/H1)\nG91 Z-"));
+  EXPECT_THAT(row->nc_template, HasSubstr("(SIXPOINT G1/H3)"));
+  const std::string content = row->content_sha256;
+  ASSERT_TRUE(FitToPart(part, model, &*row).ok());
+  EXPECT_EQ(row->content_sha256, content);
+  part.hole_groups[0].depth_mm += 0.5;
+  ASSERT_TRUE(FitToPart(part, model, &*row).ok());
+  EXPECT_NE(row->content_sha256, content);
 }
 
 // As the part's newest revision has its holes.
@@ -347,9 +407,9 @@ TEST(ValidatedModel, IsHeldAgainstThePartsHoles) {
   const auto refusal = [&](const std::function<void(Request*)>& spoil) {
     Request request = SampleModel();
     spoil(&request);
-    const auto row = Validated(request);
+    auto row = Validated(request);
     EXPECT_TRUE(row.ok()) << row.status();
-    return std::string(CheckOfPart(*row, part).message());
+    return std::string(FitToPart(part, request.machining_model(), &*row).message());
   };
   EXPECT_EQ(refusal([](Request*) {}), "");
   EXPECT_EQ(refusal([](Request* r) { Electrode(r)->set_diameter_mm(0.44); }), "");
@@ -378,7 +438,7 @@ TEST(ValidatedModel, IsHeldAgainstThePartsHoles) {
               HasSubstr("paths[0].path: G1, want a name that no hole group of parts/vane has"));
   EXPECT_THAT(
       refusal([&](Request* r) { AddFan(r)->mutable_poses(1)->mutable_tip_in_part_mm()->set_y_mm(1e4), marked(r); }),
-      HasSubstr("paths[0].poses[1].tip_in_part_mm.y: 10000, want within 10 mm"));
+      HasSubstr("paths[0].poses[1].tip_in_part_mm.y_mm: 10000, want within 10 mm"));
   EXPECT_THAT(refusal([&](Request* r) {
                 const v1::ToolPath fan = *AddFan(r);
                 *Operation(r, 1)->add_paths() = fan;
