@@ -4,6 +4,7 @@
 
 #include <absl/status/statusor.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -13,6 +14,7 @@
 
 #include "metrology/correction/registered_pose.h"
 #include "metrology/inspection/hole_error.h"
+#include "metrology/inspection/hole_regions.h"
 #include "metrology/inspection/pin.h"
 #include "metrology/inspection/verdict.h"
 #include "metrology/kinematics/rotary_axes.h"
@@ -92,6 +94,9 @@ class BladeInspection {
   // The same in pieces: the scan without its points, then its points as they come.
   void Begin(const LineScan& scan);
   absl::Status AddPoints(const Points& points_mm);
+  // As AddPoints of each in turn, to the bit; but several are made (decoded) and compared at a time, by a thread each. `piece` is called
+  // once for each, by any thread, and what it cannot make ends the call.
+  absl::Status AddPieces(std::size_t count, const std::function<absl::StatusOr<Points>(std::size_t i)>& piece);
   // FAILED_PRECONDITION where no point was near the CAD.
   absl::StatusOr<BladeFindings> Finish();
 
@@ -109,16 +114,20 @@ class BladeInspection {
   };
   struct Chunk;
   struct Compared;
+  struct Piece;
 
-  // Of the last scan's points: where they lie in the part, and how far from its surface.
-  Compared Compare(const Points& points_mm, KeepGoing* keep_going) const;
+  // What points of the last scan come to; by any thread, on so many more.
+  Piece Look(const Points& points_mm, int threads, KeepGoing* keep_going) const;
+  // In the order of the points.
+  absl::Status Take(const Piece& piece);
+  absl::Status Count(std::int64_t point_count);
+  // Where they lie in the part, and how far from its surface.
+  Compared Compare(const Points& points_mm, int threads, KeepGoing* keep_going) const;
   // What is a deviation, what belongs to a pin, and what is set aside.
   void Sort(const Points& points_mm, std::size_t begin, std::size_t end, const Compared& compared, Chunk* chunk) const;
   // The verdicts that the values and their uncertainties allow.
   void Judge(const InspectedHole& hole, const PinPlay& play, HoleFinding* finding) const;
   void AddPositioning(const NominalPin& nominal, HoleFinding* finding) const;
-  // The hole in whose region the point stands, the nearest of several; none: holes_.size().
-  std::size_t HoleAt(const Eigen::Vector3d& in_part_mm) const;
   // From the points that are farther off the CAD than that.
   HoleFinding Judged(std::size_t hole, double clearance_mm) const;
   // A named cause's part of the covariance of a pin's parameters.
@@ -134,10 +143,11 @@ class BladeInspection {
   Eigen::Matrix<double, 3, 6 + kCalibrationParameterCount> Sensitivity(const PinPoint& point) const;
   // The same per radian that each of the pose's angles is taken greater; where the point was scanned at it, directly too.
   Eigen::Matrix3Xd AngleSensitivity(const PinPoint& point) const;
-  DeviationSummary Summary() const;
+  DeviationSummary Summarise();  // puts the deviations in another order
 
   std::shared_ptr<const Surface> surface_;
   std::vector<InspectedHole> holes_;
+  HoleRegions regions_;           // in which the holes' pins must stand
   std::vector<double> reach_mm_;  // per hole: how far its pin's axis may lie from the nominal
   RegisteredPose pose_;
   SensorPose sensor_;

@@ -1,10 +1,16 @@
 #include "metrology/registration/scan_portion.h"
 
 #include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "metrology/parallel/loops.h"
 
 namespace sixpoint::metrology {
 
 namespace {
+
+constexpr std::size_t kPiecesOfThread = 2;  // decoded at a time: two megabytes each
 
 // The mapping is affine: its values at the origin and the three unit points say all.
 Eigen::Affine3d SensorMapping(const Eigen::Isometry3d& zero_from_machine, const SensorPose& sensor,
@@ -15,6 +21,10 @@ Eigen::Affine3d SensorMapping(const Eigen::Isometry3d& zero_from_machine, const 
   for (int k = 0; k < 3; ++k)
     machine_from_sensor.linear().col(k) = sensor.MachineFromSensor(Eigen::Vector3d::Unit(k), v0_mm) - origin;
   return zero_from_machine * machine_from_sensor;
+}
+
+std::int64_t FiniteCount(const Points& points_mm) {
+  return std::count_if(points_mm.begin(), points_mm.end(), [](const Eigen::Vector3d& p) { return p.allFinite(); });
 }
 
 }  // namespace
@@ -39,24 +49,78 @@ Thinner::Thinner(const LineScan& scan, std::int64_t point_count, const MachineCa
   portion_.sensor.reserve(static_cast<std::size_t>(std::max<std::int64_t>(0, point_count) / stride_ + 1));
 }
 
-void Thinner::Add(const Points& points_mm) {
+struct Thinner::Sifted {
+  std::int64_t point_count = 0, finite_count = 0;
+  Points kept_mm;  // without the field
+  Points dense_sensor_mm, dense_zero_mm;
+};
+
+Thinner::Sifted Thinner::Sift(const Points& points_mm, std::int64_t finite_count) const {
   const double radius_squared = thinning_.dense_radius_mm * thinning_.dense_radius_mm;
-  portion_.scan_point_count += static_cast<std::int64_t>(points_mm.size());
+  Sifted sifted;
+  sifted.point_count = static_cast<std::int64_t>(points_mm.size());
   for (const Eigen::Vector3d& reading : points_mm) {
     if (!reading.allFinite()) continue;
-    const bool is_kept = finite_count_++ % stride_ == 0;
+    const bool is_kept = (finite_count + sifted.finite_count++) % stride_ == 0;
     if (!is_kept && thinning_.dense_places_mm.empty()) continue;
     const Eigen::Vector3d p = sensor_.WithoutField(reading);
-    if (is_kept && !portion_.sensor.Add(p)) ++portion_.out_of_reach_count;
+    if (is_kept) sifted.kept_mm.push_back(p);
     if (thinning_.dense_places_mm.empty()) continue;
     const Eigen::Vector3d zero = portion_.zero_from_sensor * p;
     for (const Eigen::Vector3d& place : thinning_.dense_places_mm) {
       if ((zero - place).squaredNorm() > radius_squared) continue;
-      portion_.dense_sensor_mm.push_back(p);
-      portion_.dense_zero_mm.push_back(zero);
+      sifted.dense_sensor_mm.push_back(p);
+      sifted.dense_zero_mm.push_back(zero);
       break;
     }
   }
+  return sifted;
+}
+
+void Thinner::Keep(const Sifted& sifted) {
+  portion_.scan_point_count += sifted.point_count;
+  finite_count_ += sifted.finite_count;
+  for (const Eigen::Vector3d& p : sifted.kept_mm)
+    if (!portion_.sensor.Add(p)) ++portion_.out_of_reach_count;
+  const auto append = [](const Points& from, Points* to) { to->insert(to->end(), from.begin(), from.end()); };
+  append(sifted.dense_sensor_mm, &portion_.dense_sensor_mm);
+  append(sifted.dense_zero_mm, &portion_.dense_zero_mm);
+}
+
+void Thinner::Add(const Points& points_mm) { Keep(Sift(points_mm, finite_count_)); }
+
+absl::Status Thinner::AddPieces(std::size_t count, const std::function<absl::StatusOr<Points>(std::size_t)>& piece,
+                                int thread_count, const std::vector<Thinner*>& thinners) {
+  const std::size_t at_once = kPiecesOfThread * PartCount(thread_count);
+  for (std::size_t first = 0; first < count; first += at_once) {
+    const std::size_t some = std::min(at_once, count - first);
+    std::vector<absl::StatusOr<Points>> made(some);
+    ForEach(some, thread_count, [&](std::size_t i) { made[i] = piece(first + i); });
+    // Every k-th of a scan's finite points is kept: each piece is told how many came before.
+    std::vector<std::int64_t> before(some, 0);
+    for (std::size_t i = 0; i < some; ++i) {
+      if (!made[i].ok()) return made[i].status();
+      if (i + 1 < some) before[i + 1] = before[i] + FiniteCount(*made[i]);
+    }
+    std::vector<Sifted> sifted(some * thinners.size());
+    ForEach(sifted.size(), thread_count, [&](std::size_t k) {
+      const Thinner& thinner = *thinners[k / some];
+      sifted[k] = thinner.Sift(*made[k % some], thinner.finite_count_ + before[k % some]);
+    });
+    for (std::size_t k = 0; k < sifted.size(); ++k) thinners[k / some]->Keep(sifted[k]);
+  }
+  return absl::OkStatus();
+}
+
+std::vector<double> Thinner::Determinants() const {
+  std::vector<double> all = {static_cast<double>(stride_), portion_.a_rad, portion_.b_rad, portion_.commanded_a_rad,
+                             portion_.commanded_b_rad};
+  const auto add = [&](const auto& matrix) { all.insert(all.end(), matrix.data(), matrix.data() + matrix.size()); };
+  add(portion_.zero_from_sensor.matrix());
+  if (!sensor_.measured_field) return all;
+  add(sensor_.measured_field->terms_mm);
+  all.insert(all.end(), {sensor_.field.half_width_mm, sensor_.field.half_range_mm});
+  return all;
 }
 
 ScanPortion Thin(const LineScan& scan, const MachineCalibration& calibration, const Thinning& thinning) {

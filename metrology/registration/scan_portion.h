@@ -1,8 +1,14 @@
 // A scan thinned for registration and mapped to the part's place at A = B = 0.
 #pragma once
 
+#include <absl/status/statusor.h>
+
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "metrology/registration/compact_points.h"
 #include "metrology/registration/machine_calibration.h"
@@ -43,7 +49,20 @@ class Thinner {
   void Add(const Points& points_mm);
   ScanPortion Take() { return std::move(portion_); }
 
+  // Pieces of a scan in their order, each made (decoded) once by `piece` for all thinners: as Add of each in turn, to the bit, but a few are
+  // made and looked through at a time, by a thread each. What cannot be made ends it.
+  static absl::Status AddPieces(std::size_t count, const std::function<absl::StatusOr<Points>(std::size_t i)>& piece,
+                                int thread_count, const std::vector<Thinner*>& thinners);
+
+  // All that the portion follows from beside the points, but the dense places. What is equal in it, to the bit, gives the same portion.
+  std::vector<double> Determinants() const;
+
  private:
+  struct Sifted;
+  // Of points after so many that are finite.
+  Sifted Sift(const Points& points_mm, std::int64_t finite_count) const;
+  void Keep(const Sifted& sifted);
+
   const Thinning thinning_;
   const SensorPose sensor_;
   ScanPortion portion_;

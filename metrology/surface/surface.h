@@ -82,7 +82,7 @@ class Surface {
 
   // signed_distance_mm of ClosestWithin for each point, to the bit, in much less time where there are many: what lies in one
   // cell of space is measured together. Any order of points, any number of threads, the same bits. PrepareNear pays
-  // where ten million points follow, or the same ones ten times: a blade's one inspection is over sooner without.
+  // where ten million points follow, or the same ones ten times: a part's first inspection is over sooner without.
   void SignedDistances(const Points& points_mm, double limit_mm, int thread_count,
                        std::vector<double>* distances_mm) const;
 

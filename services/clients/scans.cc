@@ -156,13 +156,18 @@ ScanClient::ScanClient(std::shared_ptr<grpc::Channel> ingest)
     : channel_(std::move(ingest)), stub_(ingest::v1::ScanService::NewStub(channel_)) {}
 
 // Blocks whose digest was not checked are not decoded (range_image.h).
+absl::StatusOr<metrology::Points> StoredBlocks::DecodeOne(std::size_t index) const {
+  const ScanBlock& block = blocks[index];
+  absl::StatusOr<metrology::Points> points = metrology::DecodeBlock(block.payload(), block.point_count());
+  if (points.ok()) return points;
+  return Damaged("scans/" + record.header().scan_id(),
+                 "block " + std::to_string(block.index()) + ": " + std::string(points.status().message()));
+}
+
 absl::Status StoredBlocks::Decode(const std::function<void(const metrology::Points&)>& take) const {
-  for (const ScanBlock& block : blocks) {
-    const auto points = metrology::DecodeBlock(block.payload(), block.point_count());
-    if (!points.ok()) {
-      return Damaged("scans/" + record.header().scan_id(),
-                     "block " + std::to_string(block.index()) + ": " + std::string(points.status().message()));
-    }
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const absl::StatusOr<metrology::Points> points = DecodeOne(i);
+    if (!points.ok()) return points.status();
     take(*points);
   }
   return absl::OkStatus();
@@ -177,6 +182,15 @@ absl::StatusOr<StoredBlocks> ScanClient::FetchBlocks(const std::string& name,
   if (status.ok()) status = download.CheckWhole();
   if (!status.ok()) return status;
   return download.TakeBlocks();
+}
+
+// What names a scan's blocks looks for its points first.
+absl::Status ScanClient::RequirePoints(const std::string& name, std::unique_ptr<grpc::ClientContext> context) const {
+  ingest::v1::ListScanBlocksRequest request;
+  request.set_name(name);
+  request.set_page_size(1);
+  ingest::v1::ListScanBlocksResponse response;
+  return runtime::FromGrpc(stub_->ListScanBlocks(context.get(), request, &response));
 }
 
 absl::StatusOr<FetchedScan> ScanClient::Fetch(const std::string& name,

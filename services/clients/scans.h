@@ -3,6 +3,7 @@
 
 #include <absl/status/statusor.h>
 
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <string>
@@ -25,7 +26,9 @@ struct StoredBlocks {
   metrology::LineScan scan;  // without its points
   std::vector<ingest::v1::ScanBlock> blocks;
 
-  // Block by block, in order. DATA_LOSS, SCAN_DAMAGED where one cannot be read.
+  // One of them. DATA_LOSS, SCAN_DAMAGED where it cannot be read. Thread-safe.
+  absl::StatusOr<metrology::Points> DecodeOne(std::size_t index) const;
+  // Block by block, in order.
   absl::Status Decode(const std::function<void(const metrology::Points& points_mm)>& take) const;
 };
 
@@ -44,6 +47,8 @@ class ScanClient {
   absl::StatusOr<FetchedScan> Fetch(const std::string& name, std::unique_ptr<grpc::ClientContext> context) const;
   // The same up to decoding.
   absl::StatusOr<StoredBlocks> FetchBlocks(const std::string& name, std::unique_ptr<grpc::ClientContext> context) const;
+  // OK as long as ingest has the scan's points; else as FetchBlocks.
+  absl::Status RequirePoints(const std::string& name, std::unique_ptr<grpc::ClientContext> context) const;
   // Only these profiles, decoded by the service; their number is checked.
   absl::StatusOr<FetchedScan> Fetch(const std::string& name, const ProfileRange& range,
                                     std::unique_ptr<grpc::ClientContext> context) const;

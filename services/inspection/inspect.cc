@@ -22,7 +22,7 @@ absl::Status CheckPins(const plant::v1::Part& part, const ingest::v1::Scan& scan
   return absl::OkStatus();
 }
 
-// Scan by scan, each decoded block by block; the next is fetched meanwhile.
+// Scan by scan, some blocks of it decoded and compared at a time; the next is fetched meanwhile.
 absl::Status AddScans(const clients::ScanClient& scans, const Inputs& inputs, const runtime::Caller& caller,
                       metrology::BladeInspection* inspection) {
   const registration::v1::Registration& registration = inputs.registration;
@@ -40,11 +40,8 @@ absl::Status AddScans(const clients::ScanClient& scans, const Inputs& inputs, co
     if (!stretch.ok()) return stretch.status();
     fetched->scan.stretch = stretch->ratio;
     inspection->Begin(fetched->scan);
-    absl::Status added;
-    const absl::Status decoded = fetched->Decode([&](const metrology::Points& points_mm) {
-      if (added.ok()) added = inspection->AddPoints(points_mm);
-    });
-    if (!decoded.ok()) return decoded;
+    absl::Status added =
+        inspection->AddPieces(fetched->blocks.size(), [&](std::size_t block) { return fetched->DecodeOne(block); });
     if (!added.ok()) return added;
   }
   return absl::OkStatus();

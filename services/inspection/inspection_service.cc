@@ -22,6 +22,12 @@
 #include "services/runtime/work_order.h"
 
 namespace sixpoint::inspection {
+namespace {
+
+constexpr std::int64_t kWorthNearCells =
+    1'000'000;  // points of an inspection: some such later, making them is paid back
+
+}  // namespace
 
 using runtime::ToGrpc;
 
@@ -115,12 +121,13 @@ absl::StatusOr<std::optional<v1::RejudgeResponse>> InspectionService::RejudgeOne
 }
 
 absl::StatusOr<runtime::Made<storage::InspectionRow>> InspectionService::Make(const v1::InspectRequest& request,
-                                                                              const runtime::Caller& caller) const {
+                                                                              const runtime::Caller& caller) {
   const absl::StatusOr<Inputs> inputs = FetchInputs(*peers_, request, caller);
   if (!inputs.ok()) return inputs.status();
   const absl::StatusOr<metrology::BladeFindings> findings =
       InspectBlade(peers_->scans, *inputs, options_.threads, caller);
   if (!findings.ok()) return findings.status();
+  if (findings->deviation.point_count >= kWorthNearCells) near_cells_ahead_.Begin(inputs->surface);
   return RecordOf(*inputs, *findings);
 }
 

@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 
+#include "services/inspection/near_cells_ahead.h"
 #include "services/inspection/peers.h"
 #include "services/runtime/call.h"
 #include "services/runtime/compute_pool.h"
@@ -48,13 +49,14 @@ class InspectionService final : public v1::InspectionService::Service {
                                                                 const std::set<std::string>& wanted,
                                                                 const runtime::Caller& caller);
   absl::StatusOr<runtime::Made<storage::InspectionRow>> Make(const v1::InspectRequest& request,
-                                                             const runtime::Caller& caller) const;
+                                                             const runtime::Caller& caller);
   absl::StatusOr<v1::Inspection> MakeAgain(const v1::Inspection& recorded, const runtime::Caller& caller) const;
 
   const std::shared_ptr<storage::InspectionStore> store_;
   const std::unique_ptr<const Peers> peers_;
   const InspectionServiceOptions options_;
   runtime::ComputePool running_;
+  NearCellsAhead near_cells_ahead_;
 };
 
 }  // namespace sixpoint::inspection

@@ -28,6 +28,8 @@ struct ChosenSensor {
 class Basis {
  public:
   virtual ~Basis() = default;
+  // Else what was recorded is computed again, from bytes that are read again.
+  virtual bool IsOfNow() const = 0;
   virtual absl::StatusOr<plant::v1::Part> PartOfBlade(const std::string& blade) const = 0;
   virtual absl::StatusOr<plant::v1::Machine> Machine(const std::string& machine) const = 0;
   // Of the first scan.
@@ -50,6 +52,7 @@ class BasisOfNow : public Basis {
   BasisOfNow(const clients::PlantClient& plant, const clients::CalibrationClient& calibrations,
              const v1::RegisterRequest& request, const runtime::Caller& caller)
       : plant_(plant), calibrations_(calibrations), request_(request), caller_(caller) {}
+  bool IsOfNow() const override { return true; }
   absl::StatusOr<plant::v1::Part> PartOfBlade(const std::string& blade) const override;
   absl::StatusOr<plant::v1::Machine> Machine(const std::string& machine) const override;
   absl::StatusOr<ChosenSensor> Sensor(const ingest::v1::Scan& scan) const override;
@@ -75,6 +78,7 @@ class BasisOfThen : public Basis {
   BasisOfThen(const clients::PlantClient& plant, const clients::CalibrationClient& calibrations,
               const v1::Registration& recorded, std::vector<std::string> inputs, const runtime::Caller& caller)
       : plant_(plant), calibrations_(calibrations), recorded_(recorded), inputs_(std::move(inputs)), caller_(caller) {}
+  bool IsOfNow() const override { return false; }
   absl::StatusOr<plant::v1::Part> PartOfBlade(const std::string& blade) const override;
   absl::StatusOr<plant::v1::Machine> Machine(const std::string& machine) const override;
   absl::StatusOr<ChosenSensor> Sensor(const ingest::v1::Scan& scan) const override;

@@ -58,6 +58,26 @@ absl::Status AddRegions(const std::string& field, const google::protobuf::Repeat
   return absl::OkStatus();
 }
 
+std::vector<Eigen::Vector3d> PlacesOf(const std::vector<metrology::DatumPoint>& datums,
+                                      const Eigen::Isometry3d& zero_from_part) {
+  std::vector<Eigen::Vector3d> places_mm;
+  for (const metrology::DatumPoint& datum : datums) places_mm.push_back(zero_from_part * datum.point_mm);
+  return places_mm;
+}
+
+// shared: an inspection may register the same scans by datum points, as a best fit and by the nest.
+ScanThinning ThinningOf(const Inputs& inputs, int scan_count, bool shared) {
+  const Eigen::Isometry3d& nominal = inputs.task.zero_from_part_nominal;
+  ScanThinning thinning;
+  thinning.own.target_count = (inputs.task.options.regions_in.empty() ? kPointBudget : kRegionPointBudget) / scan_count;
+  thinning.own.dense_places_mm = PlacesOf(inputs.task.datums, nominal);
+  if (!shared) return thinning;
+  thinning.shared.emplace().target_count = kPointBudget / scan_count;
+  if (const auto datums = DatumsOf(inputs.part); datums.ok())
+    thinning.shared->dense_places_mm = PlacesOf(*datums, nominal);
+  return thinning;
+}
+
 }  // namespace
 
 void Say(const Caller& caller, v1::RegistrationStep step, int scan_count, int iteration_count) {
@@ -127,9 +147,9 @@ v1::FitOptions FilledIn(const v1::RegisterRequest& request) {
   return options;
 }
 
-InputFetcher::InputFetcher(const Peers& peers, std::size_t surface_bytes, int thread_count)
-    : plant_(peers.plant, surface_bytes),
-      scans_(peers.ingest),
+InputFetcher::InputFetcher(const Peers& peers, const FetcherMemory& memory, int thread_count)
+    : plant_(peers.plant, memory.surface_bytes),
+      scans_(peers.ingest, memory.scan_bytes, thread_count),
       calibrations_(peers.calibration),
       thread_count_(thread_count) {}
 
@@ -175,26 +195,24 @@ absl::StatusOr<Inputs> InputFetcher::FetchBy(const Basis& basis, const v1::Regis
   return inputs;
 }
 
-// Scan by scan, each decoded block by block and thinned; the next is fetched meanwhile. The calibrations are those of the first scan's
+// Scan by scan, each decoded by blocks and thinned; the next is fetched meanwhile. The calibrations are those of the first scan's
 // machine, and of when it was received.
 absl::Status InputFetcher::FetchScans(const Basis& basis, const v1::RegisterRequest& request, const Caller& caller,
                                       Inputs* inputs) const {
+  const bool may_be_kept = basis.IsOfNow() && request.for_inspection();
   const auto fetch = [&, call = runtime::CurrentCall()](int i) {
     const runtime::CallScope scope(call);
-    return scans_.FetchBlocks(request.scans(i), caller.make_context());
+    return scans_.Fetch(request.scans(i), may_be_kept, caller.make_context);
   };
-  metrology::Thinning thinning;
-  thinning.target_count =
-      (inputs->task.options.regions_in.empty() ? kPointBudget : kRegionPointBudget) / request.scans_size();
-  for (const metrology::DatumPoint& datum : inputs->task.datums)
-    thinning.dense_places_mm.push_back(inputs->task.zero_from_part_nominal * datum.point_mm);
+  const ScanThinning thinning = ThinningOf(*inputs, request.scans_size(), may_be_kept);
   ingest::v1::Scan first;
   std::int64_t point_count = 0;
   double stretches = 0;
-  std::future<absl::StatusOr<clients::StoredBlocks>> next = std::async(std::launch::async, fetch, 0);
+  std::future<absl::StatusOr<ScanAtHand>> next = std::async(std::launch::async, fetch, 0);
   for (int i = 0; i < request.scans_size(); ++i) {
-    absl::StatusOr<clients::StoredBlocks> fetched = next.get();
-    if (!fetched.ok()) return NotKnown("scans[" + std::to_string(i) + "]", request.scans(i), fetched.status());
+    absl::StatusOr<ScanAtHand> at_hand = next.get();
+    if (!at_hand.ok()) return NotKnown("scans[" + std::to_string(i) + "]", request.scans(i), at_hand.status());
+    clients::StoredBlocks* const fetched = &at_hand->stored;
     if (caller.keep_going && !caller.keep_going()) return absl::CancelledError("register: stopped by its caller");
     if (i == 0) first = fetched->record;
     if (absl::Status status = CheckScan(request, fetched->record, first); !status.ok()) return status;
@@ -212,11 +230,10 @@ absl::Status InputFetcher::FetchScans(const Basis& basis, const v1::RegisterRequ
     fetched->scan.stretch = stretch->ratio;
     stretches += stretch->ratio / request.scans_size();
     fetched->scan.id = runtime::LastSegment(request.scans(i));
-    metrology::Thinner thinner(fetched->scan, scan_point_count, inputs->calibration, thinning);
-    if (absl::Status status = fetched->Decode([&](const metrology::Points& points_mm) { thinner.Add(points_mm); });
-        !status.ok())
-      return status;
-    inputs->portions.push_back(thinner.Take());
+    auto portion =
+        scans_.Thin(request.scans(i), *std::move(at_hand), inputs->calibration, thinning, caller.make_context);
+    if (!portion.ok()) return portion.status();
+    inputs->portions.push_back(*std::move(portion));
     if (inputs->portions.back().sensor.size() == 0 || !inputs->portions.back().zero_from_sensor.matrix().allFinite())
       return runtime::Refuse(
           "scans[" + std::to_string(i) + "]",

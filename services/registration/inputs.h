@@ -19,6 +19,7 @@
 #include "services/clients/parts.h"
 #include "services/clients/scans.h"
 #include "services/registration/basis.h"
+#include "services/registration/thinned_scans.h"
 #include "services/runtime/call.h"
 #include "services/runtime/compute_pool.h"
 #include "sixpoint/plant/v1/plant.pb.h"
@@ -56,11 +57,17 @@ struct Inputs {
   std::vector<metrology::ScanPortion> portions;
 };
 
+// What is kept between calls, beyond what is in use.
+struct FetcherMemory {
+  std::size_t surface_bytes = std::size_t{1} << 30;  // of prepared surfaces
+  std::size_t scan_bytes = std::size_t{128} << 20;   // of thinned scans (kept_portions.h)
+};
+
 // Thread-safe.
 class InputFetcher {
  public:
-  // surface_bytes: of prepared surfaces kept between calls, beyond those in use. thread_count: of one fit.
-  InputFetcher(const Peers& peers, std::size_t surface_bytes, int thread_count);
+  // thread_count: of one fit.
+  InputFetcher(const Peers& peers, const FetcherMemory& memory, int thread_count);
 
   // Of a request that CheckRequest let pass. INVALID_ARGUMENT: what it names is not known, or not of its blade or machine.
   // FAILED_PRECONDITION with a reason: calibrations, axis tables or datum points that it needs are not there.
@@ -79,7 +86,7 @@ class InputFetcher {
                                        const clients::FetchedRotationCalibration& rotation, Inputs* inputs);
 
   clients::PlantClient plant_;
-  clients::ScanClient scans_;
+  ThinnedScans scans_;
   clients::CalibrationClient calibrations_;
   int thread_count_;
 };

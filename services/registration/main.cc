@@ -12,6 +12,7 @@ namespace {
 struct Flags {
   runtime::PoolLimits pool;
   int surfaces_mb = 1024;
+  int scans_mb = 128;
 };
 
 void AddFlags(CLI::App* app, Flags* flags) {
@@ -24,18 +25,23 @@ void AddFlags(CLI::App* app, Flags* flags) {
   app->add_option("--surfaces-mb", flags->surfaces_mb, "Memory of prepared surfaces kept between calls")
       ->check(CLI::Range(0, 1 << 20))
       ->capture_default_str();
+  app->add_option("--scans-mb", flags->scans_mb, "Memory of thinned scans kept for an inspection's next registration")
+      ->check(CLI::Range(0, 1 << 20))
+      ->capture_default_str();
 }
 
 std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& options, const Flags& flags,
                                                  storage::Database* database) {
   std::vector<runtime::ServedService> services;
-  services.push_back(
-      {v1::RegistrationService::service_full_name(),
-       std::make_unique<RegistrationService>(
-           storage::RegistrationsIn(database),
-           Peers{runtime::ConnectToPeer(options, "plant"), runtime::ConnectToPeer(options, "ingest"),
-                 runtime::ConnectToPeer(options, "calibration")},
-           RegistrationLimits{options.threads, flags.pool, static_cast<std::size_t>(flags.surfaces_mb) << 20})});
+  services.push_back({v1::RegistrationService::service_full_name(),
+                      std::make_unique<RegistrationService>(
+                          storage::RegistrationsIn(database),
+                          Peers{runtime::ConnectToPeer(options, "plant"), runtime::ConnectToPeer(options, "ingest"),
+                                runtime::ConnectToPeer(options, "calibration")},
+                          RegistrationLimits{options.threads,
+                                             flags.pool,
+                                             {static_cast<std::size_t>(flags.surfaces_mb) << 20,
+                                              static_cast<std::size_t>(flags.scans_mb) << 20}})});
   return services;
 }
 

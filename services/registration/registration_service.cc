@@ -37,7 +37,7 @@ absl::StatusOr<v1::Registration> WithoutTime(absl::StatusOr<v1::Registration> re
 RegistrationService::RegistrationService(std::shared_ptr<storage::RegistrationStore> store, const Peers& peers,
                                          const RegistrationLimits& limits)
     : store_(std::move(store)),
-      inputs_(peers, limits.surface_bytes, limits.threads),
+      inputs_(peers, limits.memory, limits.threads),
       pool_(limits.pool, "registrations", errors::v1::REGISTRATIONS_FULL) {
   Metrics();
 }

@@ -14,9 +14,9 @@
 namespace sixpoint::registration {
 
 struct RegistrationLimits {
-  int threads = 2;                                   // of one registration
-  runtime::PoolLimits pool;                          // registrations at once, with all that they hold in memory
-  std::size_t surface_bytes = std::size_t{1} << 30;  // of prepared surfaces, beyond those in use
+  int threads = 2;           // of one registration
+  runtime::PoolLimits pool;  // registrations at once, with all that they hold in memory
+  FetcherMemory memory;
 };
 
 class RegistrationService final : public v1::RegistrationService::Service {

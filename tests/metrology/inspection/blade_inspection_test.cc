@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 #include "tests/metrology/inspection/pinned_block.h"
 
@@ -53,6 +55,74 @@ TEST(BladeInspection, GivesTheSameBitsOnAnyNumberOfThreads) {
     EXPECT_EQ(one->holes[i].error.position_mm, four->holes[i].error.position_mm);
     EXPECT_EQ(one->holes[i].position_expanded_uncertainty_mm, four->holes[i].position_expanded_uncertainty_mm);
   }
+}
+
+// As they come from the blocks of a scan.
+TEST(BladeInspection, GivesTheSameBitsOfPiecesThatAreMadeTogether) {
+  const PinnedBlock plant = MakePinnedBlock();
+  std::mt19937_64 random(2);
+  const std::vector<LineScan> scans = ScansOf(plant, &random, 60000);
+  constexpr std::size_t kPiece = 9000;  // over a chunk, and no multiple of one
+  const auto inspect = [&](bool together, int threads) {
+    InspectionOptions options;
+    options.threads = threads;
+    BladeInspection inspection(plant.surface, plant.holes, plant.pose, plant.sensor, plant.axes, options);
+    for (const LineScan& scan : scans) {
+      const auto piece = [&](std::size_t i) -> absl::StatusOr<Points> {
+        const auto from = static_cast<std::ptrdiff_t>(i * kPiece);
+        const auto to = static_cast<std::ptrdiff_t>(std::min((i + 1) * kPiece, scan.points_mm.size()));
+        return Points(scan.points_mm.begin() + from, scan.points_mm.begin() + to);
+      };
+      const std::size_t count = (scan.points_mm.size() + kPiece - 1) / kPiece;
+      inspection.Begin(scan);
+      if (together) {
+        EXPECT_TRUE(inspection.AddPieces(count, piece).ok());
+      }
+      for (std::size_t i = 0; !together && i < count; ++i) EXPECT_TRUE(inspection.AddPoints(*piece(i)).ok());
+    }
+    return inspection.Finish();
+  };
+  const auto in_turn = inspect(false, 1);
+  ASSERT_TRUE(in_turn.ok()) << in_turn.status();
+  for (const int threads : {1, 2, 4}) {
+    const auto together = inspect(true, threads);
+    ASSERT_TRUE(together.ok()) << together.status();
+    const DeviationSummary &one = in_turn->deviation, &other = together->deviation;
+    for (const auto value : {&DeviationSummary::minimum_um, &DeviationSummary::maximum_um, &DeviationSummary::rms_um,
+                             &DeviationSummary::p05_um, &DeviationSummary::p50_um, &DeviationSummary::p95_um})
+      EXPECT_EQ(one.*value, other.*value);
+    EXPECT_EQ(one.point_count, other.point_count);
+    EXPECT_EQ(one.excluded_count, other.excluded_count);
+    for (int i = 0; i < 2; ++i) {
+      EXPECT_EQ(in_turn->holes[i].point_count, together->holes[i].point_count);
+      EXPECT_EQ(in_turn->holes[i].error.position_mm, together->holes[i].error.position_mm);
+      EXPECT_EQ(in_turn->holes[i].error.inclination_rad, together->holes[i].error.inclination_rad);
+      EXPECT_EQ(in_turn->holes[i].position_expanded_uncertainty_mm,
+                together->holes[i].position_expanded_uncertainty_mm);
+    }
+  }
+}
+
+TEST(BladeInspection, EndsWithAPieceThatCannotBeMadeOrIsTooMuch) {
+  const PinnedBlock plant = MakePinnedBlock();
+  std::mt19937_64 random(2);
+  const LineScan scan = ScansOf(plant, &random, 1000).front();
+  InspectionOptions options;
+  options.greatest_point_count = static_cast<std::int64_t>(10 * scan.points_mm.size());
+  BladeInspection inspection(plant.surface, plant.holes, plant.pose, plant.sensor, plant.axes, options);
+  inspection.Begin(scan);
+  const auto damaged = [&](std::size_t i) -> absl::StatusOr<Points> {
+    if (i == 2) return absl::DataLossError("the third");
+    return scan.points_mm;
+  };
+  EXPECT_EQ(inspection.AddPieces(5, damaged).message(), "the third");
+  const auto whole = [&](std::size_t) -> absl::StatusOr<Points> { return scan.points_mm; };
+  EXPECT_TRUE(inspection.AddPieces(8, whole).ok());
+  EXPECT_TRUE(absl::IsResourceExhausted(inspection.AddPieces(1, whole)));
+  options.keep_going = [] { return false; };
+  BladeInspection stopped(plant.surface, plant.holes, plant.pose, plant.sensor, plant.axes, options);
+  stopped.Begin(scan);
+  EXPECT_TRUE(absl::IsCancelled(stopped.AddPieces(5, whole)));
 }
 
 // B reaches 0.05 deg beyond its commands, 0.004 deg more or less by its way, and scatters by 0.002 deg: with the table the

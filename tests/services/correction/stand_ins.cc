@@ -87,7 +87,11 @@ grpc::Status StandInIngest::GetScan(grpc::ServerContext*, const ingest::v1::GetS
 
 grpc::Status StandInIngest::DownloadScan(grpc::ServerContext*, const ingest::v1::DownloadScanRequest* request,
                                          grpc::ServerWriter<ingest::v1::DownloadScanResponse>* writer) {
-  if (scans.count(request->name()) == 0) return NotFound(request->name());
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++downloads_[request->name()];
+  }
+  if (grpc::Status there = Check(request->name()); !there.ok()) return there;
   ingest::v1::DownloadScanResponse response;
   *response.mutable_scan() = scans.at(request->name());
   writer->Write(response);
@@ -95,6 +99,24 @@ grpc::Status StandInIngest::DownloadScan(grpc::ServerContext*, const ingest::v1:
   response.mutable_block()->set_payload(blocks.at(request->name()));
   writer->Write(response);
   return grpc::Status::OK;
+}
+
+grpc::Status StandInIngest::ListScanBlocks(grpc::ServerContext*, const ingest::v1::ListScanBlocksRequest* request,
+                                           ingest::v1::ListScanBlocksResponse* response) {
+  if (grpc::Status there = Check(request->name()); !there.ok()) return there;
+  response->add_blocks()->set_point_count(static_cast<int>(scans.at(request->name()).header().point_count()));
+  return grpc::Status::OK;
+}
+
+grpc::Status StandInIngest::Check(const std::string& name) const {
+  if (scans.count(name) == 0) return NotFound(name);
+  if (deleted.count(name) == 0) return grpc::Status::OK;
+  return runtime::ToGrpc(runtime::Failure(errors::v1::POINTS_DELETED, name + ": its points were deleted"));
+}
+
+std::map<std::string, int> StandInIngest::downloads() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return downloads_;
 }
 
 grpc::Status StandInCalibration::GetCalibration(grpc::ServerContext*,

@@ -5,7 +5,9 @@
 #include <absl/status/status.h>
 
 #include <map>
+#include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -50,10 +52,21 @@ class StandInIngest final : public ingest::v1::ScanService::Service {
  public:
   std::map<std::string, ingest::v1::Scan> scans;  // by name
   std::map<std::string, std::string> blocks;      // one Draco block each
+  std::set<std::string> deleted;                  // names of scans whose points are no more
+  // How often each was downloaded so far, or begun to be.
+  std::map<std::string, int> downloads() const;
   grpc::Status GetScan(grpc::ServerContext*, const ingest::v1::GetScanRequest* request,
                        ingest::v1::Scan* response) override;
   grpc::Status DownloadScan(grpc::ServerContext*, const ingest::v1::DownloadScanRequest* request,
                             grpc::ServerWriter<ingest::v1::DownloadScanResponse>* writer) override;
+  grpc::Status ListScanBlocks(grpc::ServerContext*, const ingest::v1::ListScanBlocksRequest* request,
+                              ingest::v1::ListScanBlocksResponse* response) override;
+
+ private:
+  // Whether the scan and its points are there.
+  grpc::Status Check(const std::string& name) const;
+  mutable std::mutex mutex_;
+  std::map<std::string, int> downloads_;
 };
 
 class StandInCalibration final : public calibration::v1::CalibrationService::Service {

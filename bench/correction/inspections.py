@@ -1,0 +1,90 @@
+#!/usr/bin/python3
+"""usage: inspections.py BEFORE_BIN NOW_BIN [RUNS]      How long plant-a's pins are inspected by now's programs, over how long by those of a
+commit before, both in turn on this machine, each on fresh databases; and whether both find the same bits. A plant's first inspection of a part, and one
+of scans that came later. BEFORE_BIN: bin folder of another checkout, for instance
+  git worktree add ../before 80fe60e && (cd ../before && deploy/build release -DSIXPOINT_TESTS=OFF -DSIXPOINT_BENCH=OFF)
+Ends with 1 where the ratio of the later ones' medians is over 0.5 or a value differs."""
+import json
+import os
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+
+GOAL = 0.5
+PLANT = os.path.abspath('../shared/data/plant-a')
+PORT = 7560
+
+
+def renamed(what, names):
+    """The same data set with its scans called otherwise: to a plant they are new ones."""
+    if isinstance(what, str):
+        return f'{what}_again' if what in names else what
+    if isinstance(what, list):
+        return [renamed(one, names) for one in what]
+    return {key: renamed(one, names) for key, one in what.items()} if isinstance(what, dict) else what
+
+
+def scanned_again(data):
+    folder = os.path.join(data, 'again')
+    os.mkdir(folder)
+    for name in os.listdir(PLANT):
+        os.symlink(os.path.join(PLANT, name), os.path.join(folder, name))
+    os.remove(os.path.join(folder, 'dataset.json'))
+    dataset = json.load(open(f'{PLANT}/dataset.json'))
+    json.dump(renamed(dataset, {scan['id'] for scan in dataset['scans']}), open(f'{folder}/dataset.json', 'w'))
+    return folder
+
+
+def run(tool, dataset, data):
+    """Seconds of the inspection, and what it found."""
+    subprocess.run([tool, '--server', f'127.0.0.1:{PORT}', 'plant', 'run', dataset, '--out', f'{data}/out.json'], stdout=subprocess.DEVNULL,
+                   stderr=subprocess.DEVNULL, env={**os.environ, 'SIXPOINT_IDENTITY': f'{data}/plant/certificates/local'})
+    results = json.load(open(f'{data}/out.json'))
+    for one in results['inspection']:
+        for of_this_run in ('inspection', 'registration', 'scans', 'seconds'):
+            one.pop(of_this_run, None)
+        for hole in one['holes']:  # the budget names its calibrations, each run's own
+            hole['budget_um'] = sorted(hole['budget_um'].values())
+    return results['timing_s']['inspection'], json.dumps(results['inspection'], sort_keys=True)
+
+
+def inspected(bin_folder):
+    """Of the first inspection and of a later one."""
+    data = tempfile.mkdtemp(prefix='sixpoint-bench-')
+    os.chmod(data, 0o755)
+    tool, up = os.path.join(bin_folder, 'sixpoint'), os.path.join(data, 'plant')
+    try:
+        subprocess.run([tool, 'up', '--data', up, '--base-port', str(PORT)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        return run(tool, PLANT, data), run(tool, scanned_again(data), data)
+    finally:
+        subprocess.run([tool, 'down', '--data', up], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        shutil.rmtree(data, ignore_errors=True)
+
+
+def main():
+    bins = {'before': sys.argv[1], 'now': sys.argv[2]}
+    runs = int(sys.argv[3]) if len(sys.argv) > 3 else 5
+    if not os.path.exists(f'{PLANT}/dataset.json'):
+        print(f'SKIPPED: {PLANT} is absent')
+        return 0
+    first, later, found = {'before': [], 'now': []}, {'before': [], 'now': []}, (set(), set())
+    for _ in range(runs):
+        for which, bin_folder in bins.items():
+            of_both = inspected(bin_folder)
+            for times, (seconds, _), all_found, (_, here) in zip((first, later), of_both, found, of_both):
+                times[which].append(seconds)
+                all_found.add(here)
+            print(f'{which:8}{first[which][-1]:8.2f} s the first{later[which][-1]:8.2f} s a later one', flush=True)
+    ratios = [statistics.median(times['now']) / statistics.median(times['before']) for times in (first, later)]
+    different = sum(len(each) - 1 for each in found)
+    print(f'a part\'s first inspection over before{ratios[0]:20.3f}')
+    print(f'a later one over before{ratios[1]:34.3f}  want at most {GOAL}{"  MISSED" if ratios[1] > GOAL else ""}')
+    print(f'different findings{different:39}  want 0{"  MISSED" if different else ""}')
+    print(json.dumps({'bench': 'correction', 'figures': {'inspection_over_before': round(ratios[1], 3), 'first_inspection_over_before': round(ratios[0], 3)}}))
+    return 1 if ratios[1] > GOAL or different else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
