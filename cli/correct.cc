@@ -7,6 +7,7 @@
 #include "cli/document.h"
 #include "cli/out_file.h"
 #include "cli/output.h"
+#include "cli/register_options.h"
 #include "cli/reports.h"
 #include "services/runtime/errors.h"
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
@@ -17,6 +18,7 @@ namespace {
 using correction::v1::CorrectionService;
 
 struct Arguments {
+  ScansToRegister scans;
   std::string registration, model, template_file, out;
   std::vector<std::string> groups, work_offsets, tools;
   bool dry_run = false;
@@ -55,14 +57,8 @@ absl::Status AddTool(const std::string& text, correction::v1::CorrectRequest* re
   return absl::OkStatus();
 }
 
-absl::Status Correct(Session* session, const Arguments& arguments) {
-  if (!arguments.out.empty() && arguments.template_file.empty() && arguments.model.empty()) {
-    return runtime::Refuse("--out", arguments.out, "--template or --model too: the program is made from it");
-  }
-  absl::Status status = CheckOut(*session, arguments.out);
-  if (!status.ok()) return status;
+absl::StatusOr<correction::v1::CorrectRequest> RequestOf(const Arguments& arguments) {
   correction::v1::CorrectRequest request;
-  request.set_registration(NameText("registrations", arguments.registration));
   for (const std::string& group : arguments.groups) request.add_groups(group);
   if (!arguments.model.empty()) request.set_machining_model(NameText("machining_models", arguments.model));
   if (!arguments.template_file.empty()) {
@@ -71,14 +67,45 @@ absl::Status Correct(Session* session, const Arguments& arguments) {
     request.set_nc_template(*nc_template);
   }
   for (const std::string& offset : arguments.work_offsets)
-    if (status = AddWorkOffset(offset, &request); !status.ok()) return status;
+    if (absl::Status status = AddWorkOffset(offset, &request); !status.ok()) return status;
   for (const std::string& tool : arguments.tools)
-    if (status = AddTool(tool, &request); !status.ok()) return status;
-  request.set_dry_run(arguments.dry_run);
-  request.set_request_id(NewRequestId());
-  correction::v1::Correction response;
-  status = session->Call<CorrectionService>("correction", &CorrectionService::Stub::Correct, request, &response);
+    if (absl::Status status = AddTool(tool, &request); !status.ok()) return status;
+  return request;
+}
+
+// By a registration that was made, or by one that is made of scans in the same call.
+absl::StatusOr<correction::v1::Correction> Corrected(Session* session, const Arguments& arguments) {
+  auto request = RequestOf(arguments);
+  if (!request.ok()) return request.status();
+  if (arguments.scans.blade.empty()) {
+    request->set_registration(NameText("registrations", arguments.registration));
+    request->set_dry_run(arguments.dry_run);
+    request->set_request_id(NewRequestId());
+    correction::v1::Correction response;
+    absl::Status status =
+        session->Call<CorrectionService>("correction", &CorrectionService::Stub::Correct, *request, &response);
+    if (!status.ok()) return status;
+    return response;
+  }
+  auto registration = RegisterRequestOf(arguments.scans);
+  if (!registration.ok()) return registration.status();
+  correction::v1::CorrectScansRequest of_scans;
+  *of_scans.mutable_registration() = *std::move(registration);
+  *of_scans.mutable_correction() = *std::move(request);
+  of_scans.set_request_id(NewRequestId());
+  return CallAtLength<CorrectionService>(session, "correcting " + arguments.scans.blade, "correction",
+                                         &CorrectionService::Stub::CorrectScans, of_scans);
+}
+
+absl::Status Correct(Session* session, const Arguments& arguments) {
+  if (!arguments.out.empty() && arguments.template_file.empty() && arguments.model.empty()) {
+    return runtime::Refuse("--out", arguments.out, "--template or --model too: the program is made from it");
+  }
+  absl::Status status = CheckOut(*session, arguments.out);
   if (!status.ok()) return status;
+  const absl::StatusOr<correction::v1::Correction> corrected = Corrected(session, arguments);
+  if (!corrected.ok()) return corrected.status();
+  const correction::v1::Correction& response = *corrected;
   const bool released = response.state() == correction::v1::CORRECTION_STATE_RELEASED;
   if (!arguments.out.empty() && released) {
     status = WriteOut(arguments.out, response.nc_program());
@@ -105,7 +132,9 @@ absl::Status Correct(Session* session, const Arguments& arguments) {
 void AddCorrectCommand(Command* app, Session* session) {
   const auto arguments = std::make_shared<Arguments>();
   Command* command = app->AddCommand("correct", "Moves the machining program onto the real blade");
-  command->AddOption("--registration", &arguments->registration, "The registration to correct by")->Required();
+  Option* registration =
+      command->AddOption("--registration", &arguments->registration, "The registration to correct by");
+  const ScansToRegisterOptions scans = AddScansToRegister(command, &arguments->scans);
   command->AddOption("--groups", &arguments->groups, "Only these hole groups: G1,G2,...")->List();
   command->AddOption("--template", &arguments->template_file, "NC program whose coordinates are replaced");
   command->AddOption("--model", &arguments->model,
@@ -114,7 +143,16 @@ void AddCorrectCommand(Command* app, Session* session) {
                      "What the control holds for a code that the template calls: G54=X,Y,Z,A,B (repeatable)");
   command->AddOption("--tool", &arguments->tools,
                      "A tool whose length the template takes into account (G43 H): NUMBER=LENGTH_MM (repeatable)");
-  command->AddFlag("--dry-run", &arguments->dry_run, "Says what would be, and records nothing");
+  command->AddFlag("--dry-run", &arguments->dry_run, "Says what would be, and records nothing")->Excludes(scans.blade);
+  registration->Excludes(scans.blade);
+  for (Option* other : {scans.scans, scans.method, scans.axis_tables, scans.clamping}) other->Needs(scans.blade);
+  for (Option* other : scans.how) other->Needs(scans.blade);
+  command->RequireAlso([=]() -> std::string {
+    if (registration->given()) return "";
+    if (!scans.blade->given()) return "--registration, or --blade with its --scans";
+    if (!scans.scans->given()) return "--scans";
+    return scans.method->given() ? "" : "--method";
+  });
   AddOutOption(command, &arguments->out, "Where the corrected program is written");
   session->OnCommand(command, [session, arguments] { return Correct(session, *arguments); });
 }

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <sstream>
 
+#include "cli/output.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::cli {
@@ -103,6 +104,40 @@ std::vector<Option*> AddRegisterOptions(Command* command, RegisterOptions* optio
                            "allowance: of each side of the part, what must have been seen; 0.9")})
     added.push_back(of_allowance);
   return added;
+}
+
+ScansToRegisterOptions AddScansToRegister(Command* command, ScansToRegister* scans) {
+  ScansToRegisterOptions added;
+  added.blade = command->AddOption("--blade", &scans->blade, "Serial number");
+  added.scans = command->AddOption("--scans", &scans->scans, "Its scans: ID,ID,...")->List();
+  added.method =
+      command->AddOption("--method", &scans->method, "local, six-point, six-point-normals, best-fit or allowance")
+          ->OneOf(RegisterMethods());
+  added.axis_tables = command->AddFlag(
+      "--axis-tables", &scans->axis_tables,
+      "Take the scans where the axes' characterisations say they were; not where the control compensates");
+  added.clamping =
+      command->AddOption("--clamping", &scans->clamping,
+                         "As the machine calls it, another with every clamping; asked again at the program");
+  command->AddOption("--sensor-calibration", &scans->sensor_calibration,
+                     "Maps the scans by it; without it by the one that was in force when they were received");
+  added.how = AddRegisterOptions(command, &scans->options);
+  return added;
+}
+
+absl::StatusOr<registration::v1::RegisterRequest> RegisterRequestOf(const ScansToRegister& scans) {
+  registration::v1::RegisterRequest request;
+  request.set_blade(NameText("blades", scans.blade));
+  for (const std::string& scan : scans.scans) request.add_scans(NameText("scans", scan));
+  request.set_method(RegisterMethodOf(scans.method));
+  auto options = FitOptionsOf(scans.options);
+  if (!options.ok()) return options.status();
+  *request.mutable_options() = *std::move(options);
+  request.set_apply_axis_tables(scans.axis_tables);
+  request.set_clamping(scans.clamping);
+  if (!scans.sensor_calibration.empty())
+    request.set_sensor_calibration(NameText("calibrations", scans.sensor_calibration));
+  return request;
 }
 
 absl::StatusOr<Region> RegionOf(const std::string& text) {

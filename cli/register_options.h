@@ -31,6 +31,21 @@ registration::v1::Method RegisterMethodOf(const std::string& text);
 std::vector<Option*> AddFitOptions(Command* command, RegisterOptions* options);
 std::vector<Option*> AddRegisterOptions(Command* command, RegisterOptions* options);
 
+// Which scans of which blade, and how they are registered.
+struct ScansToRegister {
+  std::string blade, clamping, method, sensor_calibration;
+  std::vector<std::string> scans;
+  bool axis_tables = false;
+  RegisterOptions options;
+};
+struct ScansToRegisterOptions {
+  Option *blade, *scans, *method, *axis_tables, *clamping;
+  std::vector<Option*> how;
+};
+ScansToRegisterOptions AddScansToRegister(Command* command, ScansToRegister* scans);
+// Without a request_id.
+absl::StatusOr<registration::v1::RegisterRequest> RegisterRequestOf(const ScansToRegister& scans);
+
 // Part frame, mm: "box:X,Y,Z:X,Y,Z" (two corners), "ball:X,Y,Z:RADIUS", "holes:GROUP:MARGIN". INVALID_ARGUMENT names the
 // text and what was wanted.
 absl::StatusOr<registration::v1::Region> RegionOf(const std::string& text);

@@ -89,8 +89,6 @@ std::string FaultOf(const MethodDescriptor& method, const Rule& rule) {
   const FieldDescriptor* const field = FieldAt(method.input_type(), rule.own_machine());
   if (field == nullptr || field->type() != FieldDescriptor::TYPE_STRING)
     return "own_machine: " + rule.own_machine() + ", want a text of " + method.input_type()->name();
-  if (!method.client_streaming() && rule.own_machine().find('.') != std::string::npos)
-    return "own_machine: " + rule.own_machine() + ", want a field of the request itself";
   return "";
 }
 

@@ -37,7 +37,7 @@ class BladeRun {
            const std::function<void(const std::string&)>& say, BladeRunResult* result)
       : plant_(plant), design_(design), part_(part), plan_(plan), say_(say), result_(*result) {
     truth_ = MountedByHand(design, plan.mounting_seed == 0 ? SeedOf(kMounting) : plan.mounting_seed);
-    zero_from_part_ = ClampedByHand(part, 1, 1, SeedOf(kClamping));
+    zero_from_part_ = plan.zero_from_part ? *plan.zero_from_part : ClampedByHand(part, 1, 1, SeedOf(kClamping));
     for (const auto& group : part.hole_groups)
       for (const auto& hole : group.holes) checked_points_mm_.push_back(hole.start_mm);
     for (const auto& datum : part.six_points) checked_points_mm_.push_back(datum.point_mm);

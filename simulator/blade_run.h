@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,6 +38,7 @@ struct BladeRunPlan {
   registration::v1::Method method = registration::v1::METHOD_UNSPECIFIED;
   bool stop_at_correction = false;                       // released or not
   double foil_mm = 0;                                    // stuck on the first datum point's place
+  std::optional<Eigen::Isometry3d> zero_from_part;       // how the blade is clamped; none: a little wrong, by `seed`
   std::function<void(MachineTruth*)> since_calibration;  // what happened to the machine
   std::function<absl::Status()> before_correction;       // and in it, once the blade was registered
   std::vector<std::pair<double, double>> poses_deg;      // A, B of the airfoil's scans; empty: all round, and both ends

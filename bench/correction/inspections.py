@@ -12,29 +12,10 @@ import subprocess
 import sys
 import tempfile
 
+import data_sets
+
 GOAL = 0.5
-PLANT = os.path.abspath('../shared/data/plant-a')
 PORT = 7560
-
-
-def renamed(what, names):
-    """The same data set with its scans called otherwise: to a plant they are new ones."""
-    if isinstance(what, str):
-        return f'{what}_again' if what in names else what
-    if isinstance(what, list):
-        return [renamed(one, names) for one in what]
-    return {key: renamed(one, names) for key, one in what.items()} if isinstance(what, dict) else what
-
-
-def scanned_again(data):
-    folder = os.path.join(data, 'again')
-    os.mkdir(folder)
-    for name in os.listdir(PLANT):
-        os.symlink(os.path.join(PLANT, name), os.path.join(folder, name))
-    os.remove(os.path.join(folder, 'dataset.json'))
-    dataset = json.load(open(f'{PLANT}/dataset.json'))
-    json.dump(renamed(dataset, {scan['id'] for scan in dataset['scans']}), open(f'{folder}/dataset.json', 'w'))
-    return folder
 
 
 def run(tool, dataset, data):
@@ -57,7 +38,8 @@ def inspected(bin_folder):
     tool, up = os.path.join(bin_folder, 'sixpoint'), os.path.join(data, 'plant')
     try:
         subprocess.run([tool, 'up', '--data', up, '--base-port', str(PORT)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        return run(tool, PLANT, data), run(tool, scanned_again(data), data)
+        again = data_sets.put(f'{data}/again', data_sets.scan_names('_again'))  # to a plant they are new scans
+        return run(tool, data_sets.PLANT, data), run(tool, again, data)
     finally:
         subprocess.run([tool, 'down', '--data', up], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         shutil.rmtree(data, ignore_errors=True)
@@ -66,8 +48,7 @@ def inspected(bin_folder):
 def main():
     bins = {'before': sys.argv[1], 'now': sys.argv[2]}
     runs = int(sys.argv[3]) if len(sys.argv) > 3 else 5
-    if not os.path.exists(f'{PLANT}/dataset.json'):
-        print(f'SKIPPED: {PLANT} is absent')
+    if not data_sets.is_there():
         return 0
     first, later, found = {'before': [], 'now': []}, {'before': [], 'now': []}, (set(), set())
     for _ in range(runs):

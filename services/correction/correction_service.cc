@@ -91,33 +91,51 @@ CorrectionService::CorrectionService(std::shared_ptr<storage::CorrectionStore> s
 grpc::Status CorrectionService::Correct(grpc::ServerContext* context, const v1::CorrectRequest* request,
                                         v1::Correction* response) {
   if (absl::Status status = CheckCorrect(*request); !status.ok()) return ToGrpc(status);
+  return runtime::Answer(CorrectOnce(*request, runtime::CallerOf(*context)), response);
+}
+
+grpc::Status CorrectionService::CorrectScans(grpc::ServerContext* context, const v1::CorrectScansRequest* request,
+                                             v1::Correction* response) {
+  if (absl::Status status = CheckCorrectScans(*request); !status.ok()) return ToGrpc(status);
   const runtime::Caller caller = runtime::CallerOf(*context);
+  // A retry finds the registration that it made.
+  registration::v1::RegisterRequest to_register = request->registration();
+  to_register.set_request_id(request->request_id());
+  registration::v1::Registration registered;
+  const grpc::Status got = peers_->registration->Register(caller.make_context().get(), to_register, &registered);
+  if (!got.ok()) return ToGrpc(Under("registration.", runtime::FromGrpc(got)));
+  v1::CorrectRequest to_correct = request->correction();
+  to_correct.set_registration(registered.name());
+  to_correct.set_request_id(request->request_id());
+  return runtime::Answer(CorrectOnce(to_correct, caller), response);
+}
+
+absl::StatusOr<v1::Correction> CorrectionService::CorrectOnce(const v1::CorrectRequest& request,
+                                                              const runtime::Caller& caller) {
   const auto slot = running_.Enter(caller.deadline, caller.keep_going);
-  if (!slot.ok()) return ToGrpc(slot.status());
-  if (request->dry_run()) return runtime::Answer(DryRun(*request, caller), response);
+  if (!slot.ok()) return slot.status();
+  if (request.dry_run()) return DryRun(request, caller);
   bool made = false;
   std::string made_id, release;
   const auto make = [&] {
     made = true;
-    auto record = Make(*request, caller);
+    auto record = Make(request, caller);
     if (record.ok()) made_id = record->row.correction_id, release = record->row.release;
     return record;
   };
   const auto recorded =
-      runtime::RecordedResult<v1::Correction>(store_.get(), "correction.Correct", *request, caller, make, ToProto);
-  if (!recorded.ok()) return ToGrpc(recorded.status());
+      runtime::RecordedResult<v1::Correction>(store_.get(), "correction.Correct", request, caller, make, ToProto);
+  if (!recorded.ok()) return recorded.status();
   if (runtime::LastSegment(recorded->name()) == made_id) Metrics().recorded.Add(release);
   // Its blade may have been scrapped while it was computed.
   const auto scrapped = events_->ScrappedAgainst(runtime::LastSegment(recorded->name()), caller.deadline);
-  if (!scrapped.ok()) return ToGrpc(scrapped.status());
+  if (!scrapped.ok()) return scrapped.status();
   made = made && !scrapped->has_value();
   // What it is now, of a new one too: what it rests on may have been withdrawn. A program leaves with what made it; a retry may come
   // hours later, and asks FetchProgram.
-  return runtime::Answer(
-      runtime::GetResult<v1::Correction>(
-          *store_, caller.deadline, "corrections", recorded->name(), errors::v1::CORRECTION_NOT_FOUND,
-          [made](const storage::CorrectionRow& row) { return made ? WithProgram(row) : ToProto(row); }),
-      response);
+  return runtime::GetResult<v1::Correction>(
+      *store_, caller.deadline, "corrections", recorded->name(), errors::v1::CORRECTION_NOT_FOUND,
+      [made](const storage::CorrectionRow& row) { return made ? WithProgram(row) : ToProto(row); });
 }
 
 absl::StatusOr<runtime::Made<storage::CorrectionRow>> CorrectionService::Make(const v1::CorrectRequest& request,

@@ -22,6 +22,9 @@ class CorrectionService final : public v1::CorrectionService::Service {
 
   grpc::Status Correct(grpc::ServerContext* context, const v1::CorrectRequest* request,
                        v1::Correction* response) override;
+  // No slot is held while the blade is registered.
+  grpc::Status CorrectScans(grpc::ServerContext* context, const v1::CorrectScansRequest* request,
+                            v1::Correction* response) override;
   grpc::Status ReleaseCorrection(grpc::ServerContext* context, const v1::ReleaseCorrectionRequest* request,
                                  v1::Correction* response) override;
   grpc::Status RefuseCorrection(grpc::ServerContext* context, const v1::RefuseCorrectionRequest* request,
@@ -41,6 +44,8 @@ class CorrectionService final : public v1::CorrectionService::Service {
                                 replay::v1::Replay* response) override;
 
  private:
+  // Of a request that CheckCorrect lets pass.
+  absl::StatusOr<v1::Correction> CorrectOnce(const v1::CorrectRequest& request, const runtime::Caller& caller);
   absl::StatusOr<runtime::Made<storage::CorrectionRow>> Make(const v1::CorrectRequest& request,
                                                              const runtime::Caller& caller) const;
 

@@ -26,12 +26,8 @@ absl::Status CheckModelAlone(const v1::CorrectRequest& request) {
   return refusals.status();
 }
 
-}  // namespace
-
-absl::Status CheckCorrect(const v1::CorrectRequest& request) {
-  const absl::StatusOr<std::string> id = runtime::IdOf("registration", "registrations", request.registration());
+absl::Status CheckWhat(const v1::CorrectRequest& request) {
   runtime::Refusals refusals;
-  refusals.Add(id.ok() ? runtime::CheckUuid("registration", *id) : id.status());
   std::set<std::string> seen;
   for (int i = 0; i < request.groups_size(); ++i) {
     const std::string field = "groups[" + std::to_string(i) + "]";
@@ -46,6 +42,34 @@ absl::Status CheckCorrect(const v1::CorrectRequest& request) {
   if (request.nc_template().empty() && request.work_offsets_size() + request.tool_lengths_size() > 0)
     refusals.Add(runtime::Refuse("nc_template", "empty", "the template that the offsets and tools are of"));
   return refusals.status();
+}
+
+}  // namespace
+
+absl::Status CheckCorrect(const v1::CorrectRequest& request) {
+  const absl::StatusOr<std::string> id = runtime::IdOf("registration", "registrations", request.registration());
+  return runtime::Refusals()
+      .Add(id.ok() ? runtime::CheckUuid("registration", *id) : id.status())
+      .Add(CheckWhat(request))
+      .status();
+}
+
+absl::Status CheckCorrectScans(const v1::CorrectScansRequest& request) {
+  const std::string wanted = "unset: it follows from the call";
+  const registration::v1::RegisterRequest& registration = request.registration();
+  const v1::CorrectRequest& correction = request.correction();
+  runtime::Refusals refusals;
+  if (!registration.request_id().empty())
+    refusals.Add(runtime::Refuse("registration.request_id", registration.request_id(), wanted));
+  if (registration.for_inspection())
+    refusals.Add(runtime::Refuse("registration.for_inspection", "true", "unset: a program follows"));
+  if (!correction.registration().empty())
+    refusals.Add(runtime::Refuse("correction.registration", correction.registration(), wanted));
+  if (!correction.request_id().empty())
+    refusals.Add(runtime::Refuse("correction.request_id", correction.request_id(), wanted));
+  if (correction.dry_run())
+    refusals.Add(runtime::Refuse("correction.dry_run", "true", "unset: the registration is recorded"));
+  return refusals.Add(Under("correction.", CheckWhat(correction))).status();
 }
 
 absl::Status CheckDecision(const std::string& name, const std::string& reason) {

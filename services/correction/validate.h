@@ -11,6 +11,8 @@ namespace sixpoint::correction {
 
 // Refuses bad names, repeated groups, and offsets and tools that no control has.
 absl::Status CheckCorrect(const v1::CorrectRequest& request);
+// What is asked of registration it checks itself.
+absl::Status CheckCorrectScans(const v1::CorrectScansRequest& request);
 // A person's: why is wanted.
 absl::Status CheckDecision(const std::string& name, const std::string& reason);
 absl::Status CheckFetch(const v1::FetchProgramRequest& request);

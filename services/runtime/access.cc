@@ -6,13 +6,13 @@
 #include "refusal/message_text.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/request_names.h"
 #include "sixpoint/access/v1/access.pb.h"
 #include "storage/record.h"
 
 namespace sixpoint::runtime {
 namespace {
 
-using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using google::protobuf::MethodDescriptor;
 using identity::Identity;
@@ -51,15 +51,6 @@ std::string WantedRoles(const access::v1::Rule& rule) {
 }
 
 // What the field says, each of them where it is repeated.
-std::vector<std::string> TextsOf(const Message& request, const FieldDescriptor& field) {
-  const auto& reflection = *request.GetReflection();
-  if (!field.is_repeated()) return {reflection.GetString(request, &field)};
-  std::vector<std::string> texts;
-  for (int i = 0; i < reflection.FieldSize(request, &field); ++i)
-    texts.push_back(reflection.GetRepeatedString(request, &field, i));
-  return texts;
-}
-
 absl::Status NotOwn(const std::string& field, const std::string& name, const Identity& caller) {
   return Failure(errors::v1::MACHINE_DIFFERS,
                  field + ": " + (name.empty() ? "empty" : Tame(name, kLongestName)) + ", want what is of " +
@@ -134,19 +125,19 @@ absl::Status Access::CheckMachine(const MethodDescriptor& method, const Identity
   const access::v1::Rule& rule = method.options().GetExtension(access::v1::rule);
   if (caller.kind != identity::Kind::kMachine || rule.any_machine() || method.client_streaming())
     return absl::OkStatus();
-  const FieldDescriptor* const field = request.GetDescriptor()->FindFieldByName(rule.own_machine());
-  if (field == nullptr || field->cpp_type() != FieldDescriptor::CPPTYPE_STRING)
-    return NotOwn("request", rule.own_machine(), caller);  // a rule that says neither: nobody's
-  for (const std::string& name : TextsOf(request, *field)) {
+  const std::string& field = rule.own_machine();
+  std::vector<std::string> names;
+  if (field.empty() || !NamesAt(request, field, &names))
+    return NotOwn("request", field, caller);  // a rule that says neither: nobody's
+  for (const std::string& name : names) {
     if (name.rfind("machines/", 0) == 0) {
-      if (storage::IdOfName(name).id != caller.name) return NotOwn(field->name(), name, caller);
+      if (storage::IdOfName(name).id != caller.name) return NotOwn(field, name, caller);
       continue;
     }
-    if (name.empty()) return NotOwn(field->name(), name, caller);
+    if (name.empty()) return NotOwn(field, name, caller);
     const absl::StatusOr<std::optional<std::string>> machine = machine_of_(name, deadline);
     if (!machine.ok()) return machine.status();
-    if (!machine->has_value() || (!(*machine)->empty() && **machine != caller.name))
-      return NotOwn(field->name(), name, caller);
+    if (!machine->has_value() || (!(*machine)->empty() && **machine != caller.name)) return NotOwn(field, name, caller);
   }
   return absl::OkStatus();
 }

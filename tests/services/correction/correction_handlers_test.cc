@@ -141,6 +141,59 @@ TEST_F(CorrectionHandlersTest, ADryRunSaysAllAndRecordsNothing) {
   EXPECT_EQ(real->groups(0).SerializeAsString(), dry->groups(0).SerializeAsString());
 }
 
+// For a machine that waits: one call, one registration however often it asks.
+TEST_F(CorrectionHandlersTest, ScansAreRegisteredAndCorrectedInOneCall) {
+  v1::CorrectScansRequest request;
+  request.set_request_id(kId);
+  request.mutable_registration()->set_blade("blades/SN-1");
+  request.mutable_registration()->add_scans("scans/a");
+  request.mutable_registration()->set_method(registration::v1::METHOD_LOCAL);
+  request.mutable_correction()->set_nc_template("G90\nG0 X1 Y2 Z3 A4 B5 (SIXPOINT G1/H1)\nX1 Y2 Z3 (SIXPOINT G1/H2)\n");
+  v1::Correction first, again;
+  ASSERT_TRUE(stub_->CorrectScans(runtime::ContextFor(30).get(), request, &first).ok());
+  ASSERT_EQ(plant_.registration.asked.size(), 1u);
+  const registration::v1::RegisterRequest& asked = plant_.registration.asked.front();
+  EXPECT_EQ(asked.request_id(), kId);
+  EXPECT_EQ(asked.scans(0), "scans/a");
+  EXPECT_EQ(asked.method(), registration::v1::METHOD_LOCAL);
+  EXPECT_EQ(first.registration(), testing::kRegistration);
+  EXPECT_NE(first.nc_program(), "");
+  ASSERT_TRUE(stub_->CorrectScans(runtime::ContextFor(30).get(), request, &again).ok());
+  EXPECT_EQ(again.name(), first.name());
+  EXPECT_EQ(again.nc_program(), "");  // which leaves a second time by FetchProgram
+  EXPECT_EQ(store_->rows().size(), 1u);
+}
+
+TEST_F(CorrectionHandlersTest, WhatRegistrationRefusesIsRefusedByItsField) {
+  v1::CorrectScansRequest request;
+  request.set_request_id(kId);
+  plant_.registration.refusal = Refuse("scans", "none", "1 to 64");
+  v1::Correction correction;
+  const absl::Status refused =
+      runtime::FromGrpc(stub_->CorrectScans(runtime::ContextFor(30).get(), request, &correction));
+  EXPECT_THAT(ViolationsOf(refused), ElementsAre(Violation{"registration.scans", "none", "1 to 64"}));
+  EXPECT_TRUE(store_->rows().empty());
+}
+
+TEST_F(CorrectionHandlersTest, WhatFollowsFromTheCallIsNotSaidInIt) {
+  v1::CorrectScansRequest request;
+  request.set_request_id(kId);
+  request.mutable_registration()->set_request_id(kId);
+  request.mutable_registration()->set_for_inspection(true);
+  request.mutable_correction()->set_registration(testing::kRegistration);
+  request.mutable_correction()->set_request_id(kId);
+  request.mutable_correction()->set_dry_run(true);
+  request.mutable_correction()->add_groups("");
+  v1::Correction correction;
+  const absl::Status refused =
+      runtime::FromGrpc(stub_->CorrectScans(runtime::ContextFor(30).get(), request, &correction));
+  std::vector<std::string> fields;
+  for (const Violation& violation : ViolationsOf(refused)) fields.push_back(violation.field);
+  EXPECT_THAT(fields, ElementsAre("registration.request_id", "registration.for_inspection", "correction.registration",
+                                  "correction.request_id", "correction.dry_run", "correction.groups[0]"));
+  EXPECT_TRUE(plant_.registration.asked.empty());
+}
+
 // One thing wrong at a time: the gate names it, with its numbers, and no program leaves.
 TEST_F(CorrectionHandlersTest, WhatSpeaksAgainstAReleaseIsNamedAndWaits) {
   v1::CorrectRequest request = Request();

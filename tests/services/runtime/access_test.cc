@@ -86,6 +86,16 @@ TEST_F(AccessTest, OneOfSeveralThatIsAnothersIsEnough) {
   EXPECT_EQ(Asked("registration.v1.RegistrationService.Register", request), "MACHINE_DIFFERS");
 }
 
+TEST_F(AccessTest, WhatIsAskedInAMessageWithinIsOwnToo) {
+  correction::v1::CorrectScansRequest request;
+  request.mutable_registration()->add_scans("scans/mine");
+  EXPECT_EQ(Asked("correction.v1.CorrectionService.CorrectScans", request), "OK");
+  request.mutable_registration()->add_scans("scans/theirs");
+  EXPECT_EQ(Asked("correction.v1.CorrectionService.CorrectScans", request), "MACHINE_DIFFERS");
+  request.mutable_registration()->set_scans(1, "");
+  EXPECT_EQ(Asked("correction.v1.CorrectionService.CorrectScans", request), "MACHINE_DIFFERS");
+}
+
 // A list without its filter would be everybody's.
 TEST_F(AccessTest, AListIsOfItsOwnMachineAlone) {
   ingest::v1::ListScansRequest request;
