@@ -24,6 +24,9 @@ class NearestSearch {
   // Finds one. The hint, a triangle thought near, changes the time only.
   NearestTriangle Find(const Eigen::Vector3d& point_mm, double limit_mm, std::uint32_t hint) const;
 
+  // As TriangleTree.
+  bool Meets(const Eigen::Vector3d& from_mm, const Eigen::Vector3d& to_mm) const { return tree_.Meets(from_mm, to_mm); }
+
   // Makes ready for very many points near the surface (once, about a second for a million triangles; near_cells.h).
   // Thread-safe; what throws is tried again by the next caller.
   void PrepareNear(int thread_count) const;

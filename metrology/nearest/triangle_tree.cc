@@ -20,6 +20,40 @@ inline Eigen::Array4f SquaredDistances(const TreeNode& node, const Eigen::Vector
   return squared;
 }
 
+// A line from one point to another, for many boxes.
+struct Segment {
+  Segment(const Eigen::Vector3d& start, const Eigen::Vector3d& end) : from(start), along(end - start) {
+    // So steep that no box has a NaN.
+    constexpr double kNone = 1e-300;
+    for (int k = 0; k < 3; ++k) inverse[k] = 1 / (std::abs(along[k]) < kNone ? kNone : along[k]);
+  }
+
+  // For each child whether its box is met.
+  Eigen::Array<bool, 4, 1> Enters(const TreeNode& node) const {
+    Eigen::Array4d near = Eigen::Array4d::Zero(), far = Eigen::Array4d::Ones();
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Array4d low = (node.low[k].cast<double>() - from[k]) * inverse[k];
+      const Eigen::Array4d high = (node.high[k].cast<double>() - from[k]) * inverse[k];
+      near = near.max(low.min(high));
+      far = far.min(low.max(high));
+    }
+    return near <= far + 1e-12;
+  }
+
+  // Moeller and Trumbore. A line along an edge must meet one of its two triangles: both are wider by a part in 1e9.
+  bool Meets(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) const {
+    constexpr double kEdge = 1e-9;
+    const Eigen::Vector3d ab = b - a, ac = c - a, p = along.cross(ac);
+    const double determinant = ab.dot(p);
+    if (determinant == 0) return false;
+    const Eigen::Vector3d s = from - a, q = s.cross(ab);
+    const double u = s.dot(p) / determinant, v = along.dot(q) / determinant, t = ac.dot(q) / determinant;
+    return u >= -kEdge && v >= -kEdge && u + v <= 1 + kEdge && t >= 0 && t <= 1;
+  }
+
+  Eigen::Vector3d from, along, inverse;
+};
+
 }  // namespace
 
 TriangleTree::TriangleTree(const Points& vertices, const std::vector<TriangleCorners>& triangles)
@@ -106,6 +140,30 @@ void TriangleTree::FindWithin(const Eigen::Vector3d& query, double distance, std
       }
     }
   }
+}
+
+bool TriangleTree::Meets(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const {
+  if (empty()) return false;
+  const Segment segment(from, to);
+  std::array<std::uint32_t, kStackSize> stack;
+  int depth = 0;
+  stack[depth++] = 0;
+  while (depth > 0) {
+    const TreeNode& node = tree_.nodes[stack[--depth]];
+    const auto enters = segment.Enters(node);
+    for (int c = 0; c < 4; ++c) {
+      if (!enters[c] || node.first[c] == TreeNode::kNoChild) continue;
+      if (node.count[c] == 0) {
+        stack[depth++] = node.first[c];
+        continue;
+      }
+      for (std::uint32_t i = node.first[c]; i < node.first[c] + node.count[c]; ++i) {
+        const TriangleCorners& corners = tree_.items[i].corners;
+        if (segment.Meets(vertices_[corners[0]], vertices_[corners[1]], vertices_[corners[2]])) return true;
+      }
+    }
+  }
+  return false;
 }
 
 }  // namespace sixpoint::metrology

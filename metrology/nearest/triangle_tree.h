@@ -1,4 +1,5 @@
-// A four-way bounding-volume tree over triangles: finds the nearest of one point exactly (double precision).
+// A four-way bounding-volume tree over triangles: finds the nearest of one point exactly, and whether a straight line meets any (double
+// precision).
 #pragma once
 
 #include <Eigen/Core>
@@ -30,6 +31,9 @@ class TriangleTree {
   };
   // All items within a distance, in no particular order.
   void FindWithin(const Eigen::Vector3d& query, double distance, std::vector<Within>* found) const;
+
+  // Whether the straight line between the two meets a triangle, from whichever side; one within the line's own plane is not met.
+  bool Meets(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const;
 
   bool empty() const { return items().empty(); }
   const std::vector<IndexedTriangle>& items() const { return tree_.items; }

@@ -177,6 +177,10 @@ SurfacePoint Surface::ClosestWithin(const Vector3d& point_mm, double limit_mm, s
   return parts_->Resolve(query, parts_->search.Find(query, limit_mm, hint));
 }
 
+bool Surface::Meets(const Vector3d& from_mm, const Vector3d& to_mm) const {
+  return parts_->search.Meets(from_mm - parts_->middle_mm, to_mm - parts_->middle_mm);
+}
+
 void Surface::PrepareNear(int thread_count) const { parts_->search.PrepareNear(thread_count); }
 
 struct Surface::Batch::Search {

@@ -58,6 +58,9 @@ class Surface {
   // The same, searching only within a distance; signed_distance_mm is NaN when there is none.
   SurfacePoint ClosestWithin(const Eigen::Vector3d& point_mm, double limit_mm, std::uint32_t hint = kNoTriangle) const;
 
+  // Whether the straight line between the two meets the flat triangles. One that begins on the surface meets it there.
+  bool Meets(const Eigen::Vector3d& from_mm, const Eigen::Vector3d& to_mm) const;
+
   // Makes ready for very many points near the surface (once, about a second for a million triangles): what follows is as
   // before, but Batch and SignedDistances get several times as fast. Thread-safe.
   void PrepareNear(int thread_count) const;
