@@ -55,6 +55,7 @@ void AddCommands(Command* root, Session* session) {
   AddCalibrateCommands(root, session);
   AddCalibrationCommands(root, session);
   AddStudyCommands(root, session);
+  AddPlanCommand(root, session);
   AddRegisterCommand(root, session);
   AddRegistrationCommands(root, session);
   AddCorrectCommand(root, session);

@@ -25,6 +25,7 @@
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 #include "sixpoint/plant/v1/record.grpc.pb.h"
 #include "sixpoint/plant/v1/webhook.grpc.pb.h"
+#include "sixpoint/registration/v1/measuring_plan.grpc.pb.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
 
 namespace sixpoint::cli {
@@ -49,6 +50,7 @@ absl::StatusOr<const google::protobuf::MethodDescriptor*> FindMethod(const std::
            {"calibration", calibration::v1::CalibrationService::service_full_name()},
            {"calibration", calibration::v1::StudyService::service_full_name()},
            {"registration", registration::v1::RegistrationService::service_full_name()},
+           {"registration", registration::v1::MeasuringPlanService::service_full_name()},
            {"correction", correction::v1::CorrectionService::service_full_name()},
            {"inspection", inspection::v1::InspectionService::service_full_name()},
            {"inspection", inspection::v1::DispositionService::service_full_name()},

@@ -26,6 +26,7 @@ void AddStorageCommands(Command* app, Session* session);
 void AddCalibrateCommands(Command* app, Session* session);
 void AddCalibrateAxisCommand(Command* calibrate, Session* session);  // one of calibrate's
 void AddCalibrationCommands(Command* app, Session* session);
+void AddPlanCommand(Command* app, Session* session);
 void AddRegisterCommand(Command* app, Session* session);
 void AddRegistrationCommands(Command* app, Session* session);
 void AddCorrectCommand(Command* app, Session* session);

@@ -21,7 +21,7 @@ const std::vector<Group>& Groups() {
       {"What there is", {"machine", "artefact", "part", "model", "blade"}},
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
-      {"Blades", {"register", "registration", "correct", "correction", "inspect", "inspection"}},
+      {"Blades", {"plan", "register", "registration", "correct", "correction", "inspect", "inspection"}},
       {"Record", {"recall", "trace", "values", "replay", "rejudge", "ledger"}},
       {"Watching", {"open", "fleet", "events", "webhook"}},
       {"Besides", {"plant", "call", "completion"}},
@@ -120,6 +120,9 @@ constexpr Example kExamples[] = {
     {"calibration trend", "sixpoint calibration trend --machine sarix-1 --limit alpha_deg=0.01"},
     {"study rr", "sixpoint study rr docs/examples/gauge_rr.yaml"},
     {"study sphere", "sixpoint study sphere docs/examples/sphere_check.yaml"},
+    {"plan",
+     "sixpoint plan sarix-1 block-1 --table plan.csv --out plan.nc\n"
+     "sixpoint plan sarix-1 block-1 --six-points --radius-mm 4"},
     {"register",
      "sixpoint register --blade SN-1 --scans sn1_b000,sn1_b060 --method six-point\n"
      "sixpoint register --blade SN-1 --scans a,b,c --method local --in holes:G2:6\n"

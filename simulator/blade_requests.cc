@@ -83,6 +83,41 @@ correction::v1::ReportCutRequest CutRequest(const std::string& correction, const
   return request;
 }
 
+registration::v1::PlanMeasurementRequest PlanRequest(const std::string& machine, const std::string& part,
+                                                     bool six_points) {
+  registration::v1::PlanMeasurementRequest request;
+  request.set_machine(machine);
+  request.set_part(part);
+  request.set_six_points(six_points);
+  return request;
+}
+
+double LeastCoverage(const registration::v1::MeasuringPlan& plan) {
+  double least = 1;
+  for (const registration::v1::RegionCoverage& region : plan.regions()) least = std::min(least, region.coverage());
+  return least;
+}
+
+std::vector<ScanPlan> ScansOf(const registration::v1::MeasuringPlan& plan, double pitch_mm) {
+  std::vector<ScanPlan> scans;
+  for (const registration::v1::PlannedPortion& portion : plan.portions()) {
+    ScanPlan& scan = scans.emplace_back();
+    scan.v0_mm = {portion.v0_mm().x_mm(), portion.v0_mm().y_mm(), portion.v0_mm().z_mm()};
+    scan.a_deg = portion.a_deg();
+    scan.b_deg = portion.b_deg();
+    scan.last_x_mm = portion.length_mm();
+    scan.pitch_mm = pitch_mm;
+  }
+  return scans;
+}
+
+double WorstPlace_um(const Eigen::Isometry3d& one, const Eigen::Isometry3d& other,
+                     const std::vector<Eigen::Vector3d>& points_mm) {
+  double worst = 0;
+  for (const Eigen::Vector3d& point : points_mm) worst = std::max(worst, 1e3 * (one * point - other * point).norm());
+  return worst;
+}
+
 double WorstStart_um(const correction::v1::Correction& correction, const DesignedPart& part, const MachineTruth& truth,
                      const Eigen::Isometry3d& zero_from_part) {
   constexpr double kDegree = 3.14159265358979323846 / 180;

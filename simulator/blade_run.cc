@@ -154,16 +154,12 @@ class BladeRun {
     auto b = runtime::FromProto("b_axis", calibration->rotation().b_axis());
     if (!b.ok()) return b.status();
     const metrology::RotaryAxes axes{*a, *b};
-    for (int a_deg = -50; a_deg <= 50; a_deg += 25) {
+    for (int a_deg = -50; a_deg <= 50; a_deg += 25)
       for (int b_deg = 0; b_deg < 360; b_deg += 45) {
-        for (const Eigen::Vector3d& point : checked_points_mm_) {
-          const Eigen::Vector3d in_zero = zero_from_part_ * point;
-          const Eigen::Vector3d off = axes.MachineFromZero(a_deg * kDegree, b_deg * kDegree) * in_zero -
-                                      truth_.axes.MachineFromZero(a_deg * kDegree, b_deg * kDegree) * in_zero;
-          result_.axes_error_um = std::max(result_.axes_error_um, 1e3 * off.norm());
-        }
+        const Eigen::Isometry3d found = axes.MachineFromZero(a_deg * kDegree, b_deg * kDegree) * zero_from_part_;
+        const Eigen::Isometry3d is = truth_.axes.MachineFromZero(a_deg * kDegree, b_deg * kDegree) * zero_from_part_;
+        result_.axes_error_um = std::max(result_.axes_error_um, WorstPlace_um(found, is, checked_points_mm_));
       }
-    }
     Say(Text("rotary axes identified: %.2f um from the truth at worst over the part", result_.axes_error_um));
     return absl::OkStatus();
   }
@@ -176,7 +172,11 @@ class BladeRun {
       poses = {{-50, 0}, {-50, 180}};
       for (int b_deg = 0; b_deg < 360; b_deg += step_deg) poses.push_back({0, b_deg});
     }
-    const std::vector<ScanPlan> plans = PlanBlade(part_, design_, pitch_mm, poses);
+    return ScanBy(PlanBlade(part_, design_, pitch_mm, poses), name, kind, scans);
+  }
+
+  absl::Status ScanBy(const std::vector<ScanPlan>& plans, const std::string& name, ingest::v1::ScanKind kind,
+                      google::protobuf::RepeatedPtrField<std::string>* scans) {
     for (std::size_t i = 0; i < plans.size(); ++i) {
       const ScanPlan& scan_plan = plans[i];
       Say(Text("scans %s, portion %zu of %zu (A %g, B %g)", name.c_str(), i + 1, plans.size(), scan_plan.a_deg,
@@ -192,11 +192,18 @@ class BladeRun {
     return absl::OkStatus();
   }
 
-  double PoseError_um(const Eigen::Isometry3d& zero_from_part) const {
-    double worst = 0;
-    for (const Eigen::Vector3d& point : checked_points_mm_)
-      worst = std::max(worst, 1e3 * (zero_from_part * point - zero_from_part_ * point).norm());
-    return worst;
+  // As the plant's measuring plan has it, instead of what is in `scans`.
+  absl::Status ScanByPlan(const std::string& name, bool six_points,
+                          google::protobuf::RepeatedPtrField<std::string>* scans) {
+    const auto start = Clock::now();
+    const auto plan = plant_.Call("registration", &registration::v1::MeasuringPlanService::Stub::PlanMeasurement,
+                                  PlanRequest(result_.machine, plan_.part, six_points));
+    if (!plan.ok()) return plan.status();
+    (six_points ? result_.six_point_plan : result_.whole_plan) = *plan;
+    scans->Clear();
+    Say(Text("measuring plan of %s in %.1f s: %d sweeps, %.1f %% covered", name.c_str(), SecondsSince(start),
+             plan->portions_size(), 100 * LeastCoverage(*plan)));
+    return ScanBy(ScansOf(*plan, plan_.airfoil_pitch_mm), name, ingest::v1::SCAN_KIND_AIRFOIL, scans);
   }
 
   absl::Status Position() {
@@ -205,8 +212,9 @@ class BladeRun {
     blade_shapes_ = {std::make_shared<TriangleShape>(std::move(mesh))};
     registration::v1::RegisterRequest request;
     request.set_blade(result_.blade);
-    const absl::Status scanned =
-        ScanBlade("airfoil", ingest::v1::SCAN_KIND_AIRFOIL, plan_.airfoil_pitch_mm, 60, request.mutable_scans());
+    const absl::Status scanned = plan_.by_plan ? ScanByPlan("airfoil", false, request.mutable_scans())
+                                               : ScanBlade("airfoil", ingest::v1::SCAN_KIND_AIRFOIL,
+                                                           plan_.airfoil_pitch_mm, 60, request.mutable_scans());
     if (!scanned.ok()) return scanned;
     request.set_clamping(Clamping());
     for (const registration::v1::Freedom free : plan_.free) request.mutable_options()->add_degrees_of_freedom(free);
@@ -224,6 +232,8 @@ class BladeRun {
                                                                    : registration::v1::METHOD_SIX_POINT,
               "six-point", &result_.six_point, &result_.six_point_error_um}}) {
       if (plan_.only_six_point && fit.registration == &result_.best_fit) continue;
+      if (plan_.by_plan && fit.registration == &result_.six_point)
+        if (absl::Status status = ScanByPlan("datums", true, request.mutable_scans()); !status.ok()) return status;
       request.set_method(fit.method);
       request.set_request_id(NewRequestId());
       const auto start = Clock::now();
@@ -236,7 +246,7 @@ class BladeRun {
                                              registration::v1::Outcome_Name(registration->evidence().outcome()));
       auto pose = runtime::FromProto("zero_from_part", registration->zero_from_part());
       if (!pose.ok()) return pose.status();
-      *fit.error_um = PoseError_um(*pose);
+      *fit.error_um = WorstPlace_um(*pose, zero_from_part_, checked_points_mm_);
       Say(Text("positioned by %s in %.1f s: %.2f um from the truth at the worst hole or datum point", fit.name,
                SecondsSince(start), *fit.error_um));
     }

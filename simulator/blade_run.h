@@ -16,6 +16,7 @@
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
+#include "sixpoint/registration/v1/measuring_plan.grpc.pb.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
 
 namespace sixpoint::simulator {
@@ -43,6 +44,8 @@ struct BladeRunPlan {
   std::function<absl::Status()> before_correction;       // and in it, once the blade was registered
   std::vector<std::pair<double, double>> poses_deg;      // A, B of the airfoil's scans; empty: all round, and both ends
   std::vector<registration::v1::Freedom> free;           // what the fit may move; empty: all
+  // The blade is scanned by the plant's measuring plans: for the best fit by that of the whole part, for the six-point fit by that of its datum points.
+  bool by_plan = false;
 };
 
 struct HoleComparison {
@@ -59,6 +62,7 @@ struct BladeRunResult {
   bool is_casting = false;
   std::vector<std::string> scans;
   std::int64_t point_count = 0;
+  registration::v1::MeasuringPlan whole_plan, six_point_plan;  // by which it was scanned, if by any
   calibration::v1::Calibration sensor_calibration, rotation_calibration;
   double sensor_angle_error_deg = 0;  // greatest component of the rotation vector
   double t_sm_error_um = 0;           // length

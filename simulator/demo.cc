@@ -108,6 +108,7 @@ int RunDemo(const DemoOptions& options) {
     plan.airfoil_pitch_mm = options.airfoil_pitch_mm;
     plan.pins_pitch_mm = options.pins_pitch_mm;
     plan.casting_mm = options.casting_mm;
+    plan.by_plan = options.by_plan;
     plan.profiles_per_s = options.line_rate ? kProfilesPerS : 0;
     plan.threads = std::max(1, cores / options.machines);
     machines.emplace_back([&, i] {

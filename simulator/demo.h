@@ -14,6 +14,7 @@ struct DemoOptions {
   bool line_rate = false;  // send 300 profiles a second, as the scanner measures, instead of as fast as possible
   double airfoil_pitch_mm = 0.2;
   double pins_pitch_mm = 0.1;
+  bool by_plan = false;       // blades are scanned by the plant's measuring plans
   double casting_mm = 0;      // castings are held to the pose alone
   std::string report_file;    // JSON; none when empty
   bool keep_working = false;  // afterwards, until a signal ends it (living_fleet.h)

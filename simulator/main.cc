@@ -87,6 +87,10 @@ int main(int argc, char** argv) {
   demo->add_option("--pins-pitch-mm", options.pins_pitch_mm, "Distance of profiles on the machined blade")
       ->check(CLI::Range(0.02, 0.5))
       ->capture_default_str();
+  demo->add_flag(
+      "--by-plan", options.by_plan,
+      "Blades are scanned by the plant's measuring plans: for the best fit by that of the whole part, for the "
+      "six-point fit by that of its datum points");
   demo->add_option("--casting-mm", options.casting_mm,
                    "Greatest deviation of the castings from their CAD, none at the datum points; such are positioned "
                    "by the 3-2-1 nest, "

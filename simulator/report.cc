@@ -3,6 +3,7 @@
 #include <cstdarg>
 #include <cstdio>
 
+#include "simulator/blade_requests.h"
 #include "simulator/demo.h"
 
 namespace sixpoint::simulator {
@@ -169,6 +170,10 @@ json ToJson(const BladeRunResult& r, const absl::Status& status) {
               {"axes_error_um", r.axes_error_um},
               {"best_fit_error_um", r.best_fit_error_um},
               {"six_point_error_um", r.six_point_error_um},
+              {"planned_sweeps", r.whole_plan.portions_size()},
+              {"planned_six_point_sweeps", r.six_point_plan.portions_size()},
+              {"planned_coverage", LeastCoverage(r.whole_plan)},
+              {"planned_six_point_coverage", LeastCoverage(r.six_point_plan)},
               {"holes", holes},
               {"worst_position_difference_um", r.worst_position_difference_um},
               {"worst_inclination_difference_deg", r.worst_inclination_difference_deg},

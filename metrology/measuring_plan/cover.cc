@@ -45,23 +45,22 @@ class Cover {
     const std::vector<RotaryPose> poses =
         PosesTowards(scene_.solver, directions, scene_.options.greatest_incidence_rad);
     std::vector<std::vector<StripSight>> of_pose(poses.size());
-    std::vector<std::size_t> strips_of_pose(poses.size(), 0);
+    const std::size_t most = kMostStrips / std::max<std::size_t>(1, poses.size());
+    std::vector<std::uint8_t> too_many(poses.size(), 0);
     KeepGoing keep_going(scene_.options.keep_going);
     ForEach(poses.size(), scene_.options.threads, [&](std::size_t i) {
       if (!keep_going()) return;
       const PoseView view(scene_, region_.samples.samples, poses[i]);
-      std::vector<Strip> strips = region_.centre_in_part_mm
-                                      ? std::vector<Strip>{view.StripOver(*region_.centre_in_part_mm)}
-                                      : view.StripsOverAll();
-      strips_of_pose[i] = strips.size();
-      if (strips.size() > kMostStrips / poses.size()) return;
+      std::vector<Strip> strips = view.StripsOverAll(most);
+      if (region_.centre_in_part_mm && strips.size() <= 1) strips = {view.StripOver(*region_.centre_in_part_mm)};
+      too_many[i] = strips.size() > most ? 1 : 0;
+      if (too_many[i] != 0) return;
       for (const Strip& strip : strips) of_pose[i].push_back(view.Look(strip));
     });
     if (keep_going.stopped()) return absl::CancelledError("measuring plan: the caller went away");
-    for (const std::size_t strips : strips_of_pose)
-      if (strips > kMostStrips / poses.size())
-        return Refuse("part", std::to_string(strips) + " strips of the scanner's field side by side",
-                      "at most " + std::to_string(kMostStrips / poses.size()) + ": a smaller part or a greater field");
+    if (std::find(too_many.begin(), too_many.end(), 1) != too_many.end())
+      return Refuse("part", "from one side more than " + std::to_string(most) + " of the scanner's fields",
+                    "a smaller part, a greater field or a smaller margin_mm");
     for (std::vector<StripSight>& sights : of_pose)
       for (StripSight& sight : sights) {
         for (const std::uint32_t sample : sight.faced) flags_[sample] |= kFaced;
@@ -75,8 +74,7 @@ class Cover {
   absl::Status Take(int most_portions) {
     const std::size_t count = flags_.size();
     const auto wanted = static_cast<std::size_t>(std::ceil(scene_.options.coverage * static_cast<double>(count)));
-    const auto least_gain =
-        std::max<std::size_t>(1, static_cast<std::size_t>(kLeastGain * static_cast<double>(count)));
+    const auto least_gain = std::max<std::size_t>(1, static_cast<std::size_t>(kLeastGain * static_cast<double>(count)));
     // What a sweep adds only falls: one that is first with what it adds now is the best.
     using Entry = std::pair<std::size_t, std::size_t>;  // what it added when last asked, and which, the first greater
     std::priority_queue<Entry> queue;
@@ -113,17 +111,18 @@ class Cover {
     result.coverage.name = region_.name;
     const double each_mm2 = region_.samples.area_mm2;
     result.coverage.wanted_mm2 = each_mm2 * static_cast<double>(flags_.size());
-    for (std::uint32_t i = 0; i < flags_.size(); ++i)
-      result.coverage.area_mm2[static_cast<std::size_t>(Of(i))] += each_mm2;
+    std::array<std::size_t, kSeenCount> counts{};
+    for (std::uint32_t i = 0; i < flags_.size(); ++i) ++counts[static_cast<std::size_t>(Of(i))];
+    for (std::size_t k = 0; k < counts.size(); ++k)
+      result.coverage.area_mm2[k] = each_mm2 * static_cast<double>(counts[k]);
     for (Sweep& sweep : sweeps_) result.portions.push_back(std::move(sweep.portion));
     return result;
   }
 
  private:
   std::size_t GainOf(const StripSight& sight) const {
-    return static_cast<std::size_t>(std::count_if(sight.seen.begin(), sight.seen.end(), [&](const SeenSample& seen) {
-      return times_seen_[seen.sample] == 0;
-    }));
+    return static_cast<std::size_t>(std::count_if(
+        sight.seen.begin(), sight.seen.end(), [&](const SeenSample& seen) { return times_seen_[seen.sample] == 0; }));
   }
 
   // As long as what it adds.

@@ -33,7 +33,7 @@ struct RegionToSee {
   SurfaceSamples samples;
   // Towards the scanner: the beam along each of them, the first preferred where they see as much.
   std::vector<Eigen::Vector3d> directions_in_part;
-  // Every sweep's middle passes over it; none: over all of the part that faces the scanner.
+  // Where the field holds all of the region at once, the sweep's middle passes over this place; none: wherever it comes.
   std::optional<Eigen::Vector3d> centre_in_part_mm;
 };
 
@@ -49,8 +49,8 @@ struct RegionSweeps {
   std::vector<PlannedPortion> portions;  // in the order in which they were found
 };
 
-// Strips that are looked at, at most.
-inline constexpr std::size_t kMostStrips = 20'000;
+// Strips that are looked at, at most, all pairs of angles together. A part as long as 16 fields and as thick as 5 has not so many.
+inline constexpr std::size_t kMostStrips = 60'000;
 
 // INVALID_ARGUMENT: a region with no surface; a part so large for the field that kMostStrips are not enough. CANCELLED where keep_going says no.
 // most_portions: of this region.

@@ -5,6 +5,8 @@
 
 #include "metrology/kinematics/beyond_reach.h"
 #include "metrology/measuring_plan/travel_order.h"
+#include "metrology/parallel/keep_going.h"
+#include "metrology/parallel/loops.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
 
@@ -15,7 +17,7 @@ using Eigen::Vector3d;
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kGreatestIncidence_rad = 85 * kPi / 180;
-constexpr double kGreatestDistance_mm = 1000;
+constexpr double kGreatestDistance_mm = 1000, kGreatestBody_mm = 2000;
 constexpr std::size_t kSamples = 12'000, kDiscSamples = 300;
 constexpr int kDirections = 160;  // 16 deg from each other
 // From a datum point's normal, where that itself sees too little.
@@ -24,17 +26,22 @@ constexpr int kTiltsAround = 8;
 
 absl::Status CheckOptions(const PlanOptions& options) {
   Refusals refusals;
-  const auto within = [&](const char* field, double value, double low, double high, double shown = 1) {
+  const auto within = [&](const std::string& field, double value, double low, double high) {
     if (value >= low && value <= high) return;
-    refusals.Add(Refuse(field, value * shown, NumberText(low * shown) + " to " + NumberText(high * shown)));
+    refusals.Add(Refuse(field, value, NumberText(low) + " to " + NumberText(high)));
   };
   if (!(options.coverage > 0 && options.coverage <= 1))
     refusals.Add(Refuse("coverage", options.coverage, "more than 0, at most 1"));
   if (!(options.greatest_incidence_rad > 0 && options.greatest_incidence_rad <= kGreatestIncidence_rad * (1 + 1e-12)))
-    refusals.Add(Refuse("greatest_incidence_deg", options.greatest_incidence_rad * 180 / kPi, "more than 0, at most 85"));
+    refusals.Add(
+        Refuse("greatest_incidence_deg", options.greatest_incidence_rad * 180 / kPi, "more than 0, at most 85"));
   within("margin_mm", options.margin_mm, 0, kGreatestDistance_mm);
   within("clearance_mm", options.clearance_mm, 0, kGreatestDistance_mm);
   within("most_portions", options.most_portions, 1, kMostPlanPortions);
+  for (const auto& [corner, at_mm] :
+       {std::pair("body.low_mm", &options.body.low_mm), {"body.high_mm", &options.body.high_mm}})
+    for (int i = 0; i < 3; ++i)
+      within(std::string(corner) + "." + "xyz"[i] + "_mm", (*at_mm)[i], -kGreatestBody_mm, kGreatestBody_mm);
   within("rotary_travel_mm_per_deg", options.rotary_travel_mm_per_rad * kPi / 180, 0, kGreatestDistance_mm);
   return refusals.status();
 }
@@ -60,9 +67,11 @@ absl::Status CheckTable(const JointChain& chain) {
   for (int i = 0; i < chain.size(); ++i) {
     const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
     const bool rotary = joint.motion.kind == JointKind::kRotary, on_part = i < chain.part_side_size();
-    if (rotary && !on_part) return Refuse("kinematics.tool_side", joint.axis + ", rotary", "a scanner that is not turned");
+    if (rotary && !on_part)
+      return Refuse("kinematics.tool_side", joint.axis + ", rotary", "a scanner that is not turned");
     if (!rotary && on_part && turned)
-      return Refuse("kinematics.part_side", joint.axis + ", carried by a rotary joint", "linear joints nearer to the bed");
+      return Refuse("kinematics.part_side", joint.axis + ", carried by a rotary joint",
+                    "linear joints nearer to the bed");
     turned = turned || rotary;
   }
   return absl::OkStatus();
@@ -125,14 +134,18 @@ std::vector<RegionToSee> RegionsOf(const PlanTask& task) {
   return regions;
 }
 
-void Order(const PlanScene& scene, const PortionPlacer& placer, MeasuringPlan* plan) {
+absl::Status Order(const PlanScene& scene, const PortionPlacer& placer, MeasuringPlan* plan) {
   const auto count = static_cast<Eigen::Index>(plan->portions.size());
   Eigen::MatrixXd cost = Eigen::MatrixXd::Zero(count, count);
   const auto portion = [&](Eigen::Index i) -> PlannedPortion& { return plan->portions[static_cast<std::size_t>(i)]; };
-  for (Eigen::Index i = 0; i < count; ++i)
+  KeepGoing keep_going(scene.options.keep_going);
+  ForEach(static_cast<std::size_t>(count), scene.options.threads, [&](std::size_t from) {
+    const auto i = static_cast<Eigen::Index>(from);
     for (Eigen::Index j = 0; j < count; ++j)
-      if (i != j) cost(i, j) = placer.Travel_mm(portion(i), portion(j));
-  const std::vector<int> order = ShortOrder(cost);
+      if (i != j && keep_going()) cost(i, j) = placer.Travel_mm(portion(i), portion(j));
+  });
+  const std::vector<int> order = ShortOrder(cost, [&] { return keep_going(); });
+  if (keep_going.stopped()) return absl::CancelledError("measuring plan: the caller went away");
   std::vector<PlannedPortion> ordered;
   for (const int i : order) ordered.push_back(std::move(portion(i)));
   plan->portions = std::move(ordered);
@@ -146,6 +159,7 @@ void Order(const PlanScene& scene, const PortionPlacer& placer, MeasuringPlan* p
     plan->turned_rad += turned_rad;
     plan->travel_mm -= scene.options.rotary_travel_mm_per_rad * turned_rad;
   }
+  return absl::OkStatus();
 }
 
 absl::Status NothingSeen(const std::vector<RegionCoverage>& regions) {
@@ -162,8 +176,8 @@ absl::Status NothingSeen(const std::vector<RegionCoverage>& regions) {
     for (std::size_t k = 1; k < kSeenCount; ++k)
       if (region.area_mm2[k] > 0)
         why += (why.empty() ? "" : ", ") + Rounded(100 * region.area_mm2[k] / region.wanted_mm2) + " % " + kWhy[k];
-    violations.push_back({region.name.empty() ? "part" : "regions[" + region.name + "]", "nothing of it is seen: " + why,
-                          "a sweep within the machine's limits, clear of the part"});
+    violations.push_back({region.name.empty() ? "part" : "regions[" + region.name + "]",
+                          "nothing of it is seen: " + why, "a sweep within the machine's limits, clear of the part"});
   }
   return BeyondReach(violations);
 }
@@ -174,7 +188,8 @@ absl::StatusOr<MeasuringPlan> MakeMeasuringPlan(const PlanTask& task) {
   Refusals refusals;
   refusals.Add(CheckOptions(task.options)).Add(CheckDiscs(task.discs));
   if (const std::size_t triangles = task.surface.mesh().triangles.size(); triangles > kMostPlanTriangles)
-    refusals.Add(Refuse("part.triangles", static_cast<double>(triangles), "at most " + std::to_string(kMostPlanTriangles)));
+    refusals.Add(
+        Refuse("part.triangles", static_cast<double>(triangles), "at most " + std::to_string(kMostPlanTriangles)));
   const auto view = ScannerView::Make(task.sensor, task.optics, task.options.margin_mm);
   refusals.Add(view.status());
   const auto solver = SolverOf(task);
@@ -195,7 +210,7 @@ absl::StatusOr<MeasuringPlan> MakeMeasuringPlan(const PlanTask& task) {
     for (PlannedPortion& portion : sweeps->portions) plan.portions.push_back(std::move(portion));
   }
   if (plan.portions.empty()) return NothingSeen(plan.regions);
-  Order(scene, *placer, &plan);
+  if (absl::Status status = Order(scene, *placer, &plan); !status.ok()) return status;
   return plan;
 }
 

@@ -19,8 +19,8 @@ double TurningRadius_mm(const PlanScene& scene) {
   double radius_mm = 0;
   for (const TriangleCorners& corners : scene.surface.mesh().triangles)
     for (const std::uint32_t v : corners)
-      radius_mm = std::max(
-          radius_mm, (scene.zero_from_part * scene.surface.mesh().vertices_mm[v] - centre_mm).squaredNorm());
+      radius_mm =
+          std::max(radius_mm, (scene.zero_from_part * scene.surface.mesh().vertices_mm[v] - centre_mm).squaredNorm());
   return std::sqrt(radius_mm) + 2 * apart_mm;
 }
 
@@ -64,8 +64,7 @@ Vector3d PortionPlacer::EndOrigin(const PlannedPortion& portion) const {
 // The scanner is a tool whose tip is the sensor frame's origin.
 absl::StatusOr<Eigen::VectorXd> PortionPlacer::Positions(const RotaryPose& pose, const Vector3d& origin_mm) const {
   const Vector3d in_zero_mm = scene_.axes.MachineFromZero(pose.a_rad, pose.b_rad).inverse() * origin_mm;
-  return scene_.solver.Place(in_zero_mm, {pose.b_rad, pose.a_rad},
-                             Eigen::VectorXd::Zero(scene_.solver.chain().size()));
+  return scene_.solver.Place(in_zero_mm, {pose.b_rad, pose.a_rad}, Eigen::VectorXd::Zero(scene_.solver.chain().size()));
 }
 
 bool PortionPlacer::IsClear(const RotaryPose& pose, TurnedBox box) const {
@@ -89,7 +88,8 @@ Obstacle PortionPlacer::Place(PlannedPortion* portion) const {
   }
   const Eigen::Matrix3d& axes = scene_.view.machine_from_sensor();
   const SensorBody& body = scene_.options.body;
-  for (const auto& [from_mm, to_mm] : {std::pair(&start_mm, &end_mm), {&above_start_mm, &start_mm}, {&end_mm, &above_end_mm}})
+  for (const auto& [from_mm, to_mm] :
+       {std::pair(&start_mm, &end_mm), {&above_start_mm, &start_mm}, {&end_mm, &above_end_mm}})
     if (!IsClear(portion->pose, SweptBody(body, axes, *from_mm, *to_mm))) return Obstacle::kClearance;
   return Obstacle::kNone;
 }
@@ -99,8 +99,8 @@ double PortionPlacer::TransferHeight_mm(const PlannedPortion& from, const Planne
   const double level_mm = std::max(end_mm.z(), start_mm.z());
   const double safe_mm = std::max(safe_height_mm_, level_mm);
   if (!StandAlike(from.pose, to.pose)) return safe_mm;
-  const TurnedBox box = BodyBetween(scene_.options.body, scene_.view.machine_from_sensor(),
-                                    AtHeight(end_mm, level_mm), AtHeight(start_mm, level_mm));
+  const TurnedBox box = BodyBetween(scene_.options.body, scene_.view.machine_from_sensor(), AtHeight(end_mm, level_mm),
+                                    AtHeight(start_mm, level_mm));
   return IsClear(from.pose, box) ? level_mm : safe_mm;
 }
 

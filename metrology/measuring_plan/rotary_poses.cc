@@ -13,8 +13,9 @@ constexpr double kAlike_rad = 0.5 * kPi / 180;
 // The chain's solver counts from the part to the tool: what the bed's joint carries comes first.
 RotaryPose PoseOf(const TurnAngles& turns) { return {turns.second_rad, turns.first_rad}; }
 
-double Nearest(double angle_rad, double minimum_rad, double maximum_rad) {
-  // The limit that fewer degrees lead to, whichever way round.
+// The whole turn within the limits, or the limit that fewer degrees lead to, whichever way round.
+double HeldWithin(double angle_rad, double minimum_rad, double maximum_rad) {
+  if (const auto within = WithinLimits(angle_rad, 0, minimum_rad, maximum_rad)) return *within;
   const auto away = [&](double limit_rad) { return std::abs(std::remainder(limit_rad - angle_rad, 2 * kPi)); };
   return away(minimum_rad) <= away(maximum_rad) ? minimum_rad : maximum_rad;
 }
@@ -26,19 +27,24 @@ std::optional<TurnAngles> Bounded(const TurnAngles& angles, const TurnLimits& li
   return TurnAngles{*first, *second};
 }
 
-// One joint at its limit, the other as near as it comes.
-std::optional<TurnAngles> HeldAtLimit(const ChainSolver& solver, const Eigen::Vector3d& direction,
-                                      const TurnAngles& exact, WhichTurn held, double greatest_tilt_rad) {
+// One joint at a limit, the other as near as it comes: of all four limits what leaves the least tilt.
+std::optional<TurnAngles> NearestAtALimit(const ChainSolver& solver, const Eigen::Vector3d& direction,
+                                          double greatest_tilt_rad) {
   const TurnLimits& limits = solver.limits();
-  const bool first = held == WhichTurn::kFirst;
-  const double minimum = first ? limits.first_minimum_rad : limits.second_minimum_rad;
-  const double maximum = first ? limits.first_maximum_rad : limits.second_maximum_rad;
-  if (!std::isfinite(minimum) || !std::isfinite(maximum)) return std::nullopt;
-  const double at = Nearest(first ? exact.first_rad : exact.second_rad, minimum, maximum);
-  const auto bounded = Bounded(WithHeld(solver.turns(), solver.axis_in_tool(), direction, held, at), limits);
-  if (!bounded || !(TiltOf(solver.turns(), solver.axis_in_tool(), direction, *bounded) <= greatest_tilt_rad))
-    return std::nullopt;
-  return bounded;
+  std::optional<TurnAngles> nearest;
+  double least_rad = greatest_tilt_rad;
+  for (const auto& [held, at_rad] : {std::pair(WhichTurn::kFirst, limits.first_minimum_rad),
+                                     {WhichTurn::kFirst, limits.first_maximum_rad},
+                                     {WhichTurn::kSecond, limits.second_minimum_rad},
+                                     {WhichTurn::kSecond, limits.second_maximum_rad}}) {
+    if (!std::isfinite(at_rad)) continue;
+    TurnAngles turns = WithHeld(solver.turns(), solver.axis_in_tool(), direction, held, at_rad);
+    turns.first_rad = HeldWithin(turns.first_rad, limits.first_minimum_rad, limits.first_maximum_rad);
+    turns.second_rad = HeldWithin(turns.second_rad, limits.second_minimum_rad, limits.second_maximum_rad);
+    const double tilt_rad = TiltOf(solver.turns(), solver.axis_in_tool(), direction, turns);
+    if (tilt_rad <= least_rad && (!nearest || tilt_rad < least_rad)) least_rad = tilt_rad, nearest = turns;
+  }
+  return nearest;
 }
 
 }  // namespace
@@ -55,16 +61,14 @@ std::vector<RotaryPose> PosesTowards(const ChainSolver& solver, const std::vecto
   };
   for (const Eigen::Vector3d& direction : directions_in_zero) {
     const TurnBranches branches = BranchesOf(solver.turns(), solver.axis_in_tool(), direction);
-    for (int k = 0; k < branches.count; ++k) {
-      const TurnAngles& exact = branches.angles[static_cast<std::size_t>(k)];
-      if (branches.miss_rad > greatest_tilt_rad) continue;
-      if (const auto bounded = Bounded(exact, solver.limits())) {
+    bool within = false;
+    for (int k = 0; k < branches.count && branches.miss_rad <= greatest_tilt_rad; ++k)
+      if (const auto bounded = Bounded(branches.angles[static_cast<std::size_t>(k)], solver.limits())) {
         add(*bounded);
-        continue;
+        within = true;
       }
-      for (const WhichTurn held : {WhichTurn::kFirst, WhichTurn::kSecond})
-        if (const auto turns = HeldAtLimit(solver, direction, exact, held, greatest_tilt_rad)) add(*turns);
-    }
+    if (within) continue;
+    if (const auto turns = NearestAtALimit(solver, direction, greatest_tilt_rad)) add(*turns);
   }
   return poses;
 }

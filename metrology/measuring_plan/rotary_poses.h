@@ -16,8 +16,8 @@ struct RotaryPose {
   double a_rad = 0, b_rad = 0;
 };
 
-// Of each direction both branches, where the limits let them; a branch beyond them with the joint held at its limit and the other turned as near as it
-// comes, where no more than the greatest tilt is left. In the order of the directions; those that stand like one before (within half a degree each) are left out.
+// Of each direction both branches that are within the limits; where neither is, the angles within them that come nearest, where no more than the greatest
+// tilt is left. In the order of the directions; those that stand like one before (within half a degree each) are left out.
 std::vector<RotaryPose> PosesTowards(const ChainSolver& solver, const std::vector<Eigen::Vector3d>& directions_in_zero,
                                      double greatest_tilt_rad);
 

@@ -39,10 +39,10 @@ absl::StatusOr<ScannerView> ScannerView::Make(const SensorPose& sensor, const Sc
                       Rounded(2 * (optics.mid_range_mm - optics.range_mm / 2) * std::tan(optics.line_angle_rad / 2)) +
                       " mm wide at its near end");
   if (std::abs(sensor.rotation.col(0).x()) < kLeastCrossing)
-    return Refuse("sensor_calibration",
-                  "a laser plane " + Rounded(std::asin(std::abs(sensor.rotation.col(0).x())) * 180 / kPi) +
-                      " deg from machine X",
-                  "one that the encoder, along machine X, crosses by 30 deg or more");
+    return Refuse(
+        "sensor_calibration",
+        "a laser plane " + Rounded(std::asin(std::abs(sensor.rotation.col(0).x())) * 180 / kPi) + " deg from machine X",
+        "one that the encoder, along machine X, crosses by 30 deg or more");
   view.machine_from_reading_.col(0) = Eigen::Vector3d::UnitX();
   view.machine_from_reading_.rightCols<2>() = sensor.rotation.rightCols<2>();
   view.reading_from_machine_ = view.machine_from_reading_.inverse();

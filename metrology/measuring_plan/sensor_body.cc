@@ -11,8 +11,7 @@ constexpr int kMostLooks = 20'000;
 
 TurnedBox Widened(const SensorBody& body, const Eigen::Matrix3d& axes, const Vector3d& middle_mm,
                   const Vector3d& by_mm) {
-  return {middle_mm + axes * (0.5 * (body.low_mm + body.high_mm)), axes,
-          0.5 * (body.high_mm - body.low_mm) + by_mm};
+  return {middle_mm + axes * (0.5 * (body.low_mm + body.high_mm)), axes, 0.5 * (body.high_mm - body.low_mm) + by_mm};
 }
 
 }  // namespace

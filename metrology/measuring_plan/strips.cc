@@ -22,12 +22,13 @@ struct Range {
   }
 };
 
-// Middles of as few windows of that size as cover the range, evenly.
-std::vector<double> Windows(const Range& range, double size) {
+// Middles of as few windows of that size as cover the range, evenly; of more than that many only the first, and one.
+std::vector<double> Windows(const Range& range, double size, std::size_t most) {
   const double extent = range.high - range.low;
-  const int count = std::max(1, static_cast<int>(std::ceil(extent / (kShareOfField * size))));
+  const double count = std::max(1.0, std::ceil(extent / (kShareOfField * size)));
   std::vector<double> middles;
-  for (int i = 0; i < count; ++i) middles.push_back(range.low + extent * (i + 0.5) / count);
+  for (std::size_t i = 0; static_cast<double>(i) < count && i <= most; ++i)
+    middles.push_back(range.low + extent * (static_cast<double>(i) + 0.5) / count);
   return middles;
 }
 
@@ -35,8 +36,7 @@ std::vector<double> Windows(const Range& range, double size) {
 
 PoseView::PoseView(const PlanScene& scene, const std::vector<SurfaceSample>& samples, const RotaryPose& pose)
     : scene_(scene), samples_(samples), pose_(pose), machine_from_part_(scene.MachineFromPart(pose)) {
-  const double widest_rad =
-      scene.options.greatest_incidence_rad + scene.view.optics().line_angle_rad / 2;
+  const double widest_rad = scene.options.greatest_incidence_rad + scene.view.optics().line_angle_rad / 2;
   const double least = widest_rad < M_PI ? std::cos(widest_rad) : -1;
   const Vector3d beam_in_part = machine_from_part_.linear().transpose() * scene.view.machine_from_sensor().col(2);
   for (std::uint32_t i = 0; i < samples.size(); ++i)
@@ -44,20 +44,21 @@ PoseView::PoseView(const PlanScene& scene, const std::vector<SurfaceSample>& sam
       facing_.push_back({i, scene.view.ReadingAtV0Zero(machine_from_part_ * samples[i].point_mm)});
 }
 
-std::vector<Strip> PoseView::StripsOverAll() const {
+std::vector<Strip> PoseView::StripsOverAll(std::size_t most) const {
   std::vector<Strip> strips;
   if (facing_.empty()) return strips;
   const ScannerView& view = scene_.view;
   const double width_mm = 2 * view.HalfWidthAt_mm(view.HalfRange_mm());  // where it is narrowest
   Range across;
   for (const Facing& facing : facing_) across.Take(facing.reading_mm.y());
-  for (const double y_mm : Windows(across, width_mm)) {
+  for (const double y_mm : Windows(across, width_mm, most)) {
     Range depth;
     for (const Facing& facing : facing_)
       if (std::abs(facing.reading_mm.y() - y_mm) <= width_mm / 2) depth.Take(facing.reading_mm.z());
     if (!(depth.low <= depth.high)) continue;
-    for (const double z_mm : Windows(depth, 2 * view.HalfRange_mm()))
+    for (const double z_mm : Windows(depth, 2 * view.HalfRange_mm(), most - std::min(most, strips.size())))
       strips.push_back({pose_, Vector3d(0, -y_mm, -z_mm)});
+    if (strips.size() > most) break;
   }
   return strips;
 }

@@ -36,8 +36,9 @@ class PoseView {
   // Samples of the scene's surface; both outlive it.
   PoseView(const PlanScene& scene, const std::vector<SurfaceSample>& samples, const RotaryPose& pose);
 
-  // Side by side, and one below the other where the part is deeper than the field, over all that may face the scanner.
-  std::vector<Strip> StripsOverAll() const;
+  // Side by side, and one below the other where the part is deeper than the field, over all that may face the scanner. No more than that many and one:
+  // then they are not all.
+  std::vector<Strip> StripsOverAll(std::size_t most) const;
   // The one whose middle passes over that place.
   Strip StripOver(const Eigen::Vector3d& point_in_part_mm) const;
   StripSight Look(const Strip& strip) const;

@@ -67,7 +67,10 @@ SurfaceSamples SampleDisc(const TriangleMesh& mesh, const SurfaceDisc& disc, std
   const auto within = [&](const SurfaceSample& sample) {
     return (sample.point_mm - disc.centre_mm).norm() <= disc.radius_mm && sample.normal.dot(disc.normal) >= kSameSide;
   };
-  const double disc_mm2 = kPi * disc.radius_mm * disc.radius_mm;
+  double near_mm2 = 0;
+  for (const TriangleCorners& corners : mesh.triangles)
+    if (near(corners)) near_mm2 += AreaVector(mesh, corners).norm();
+  const double disc_mm2 = std::min(near_mm2, kPi * disc.radius_mm * disc.radius_mm);
   return Sampled(mesh, disc_mm2 / static_cast<double>(std::max<std::size_t>(1, count)), near, within);
 }
 

@@ -35,7 +35,7 @@ struct SurfaceSamples {
 // Of the whole mesh, about `count` of them. By the mesh's own order: one place after each such piece of area (systematic sampling), so that the
 // share of places that have a property is the share of the area within about a half by the root of count.
 SurfaceSamples SampleSurface(const TriangleMesh& mesh, std::size_t count);
-// Of the disc alone, about `count` where it lies on a plane.
+// Of the disc alone, about `count` where it lies on a plane; where the part is smaller, so many of all of it, less those that look away.
 SurfaceSamples SampleDisc(const TriangleMesh& mesh, const SurfaceDisc& disc, std::size_t count);
 
 }  // namespace sixpoint::metrology

@@ -8,7 +8,9 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMostExact = 12;
+// From each start some n changes are looked for among some n^2: together no more than that, a few seconds.
 constexpr int kMostStarts = 32;
+constexpr double kMostLooks = 3.2e7;
 constexpr double kWorthwhile = 1e-9;  // less is rounding, and would go on for ever
 
 // Held and Karp: the best way through each set of places that ends at each of them.
@@ -53,8 +55,7 @@ std::vector<int> NearestNeighbours(int start, const Eigen::MatrixXd& cost) {
   while (static_cast<int>(order.size()) < count) {
     int nearest = -1;
     for (int i = 0; i < count; ++i)
-      if (!visited[static_cast<std::size_t>(i)] &&
-          (nearest < 0 || cost(order.back(), i) < cost(order.back(), nearest)))
+      if (!visited[static_cast<std::size_t>(i)] && (nearest < 0 || cost(order.back(), i) < cost(order.back(), nearest)))
         nearest = i;
     order.push_back(nearest);
     visited[static_cast<std::size_t>(nearest)] = true;
@@ -88,7 +89,9 @@ class Pieces {
   // 0 before the first and behind the last.
   double Way(int from, int to) const {
     const int count = static_cast<int>(order_.size());
-    return from < 0 || to >= count ? 0 : cost_(order_[static_cast<std::size_t>(from)], order_[static_cast<std::size_t>(to)]);
+    return from < 0 || to >= count
+               ? 0
+               : cost_(order_[static_cast<std::size_t>(from)], order_[static_cast<std::size_t>(to)]);
   }
   static double Within(const std::vector<double>& sums, int first, int last) {
     return sums[static_cast<std::size_t>(last)] - sums[static_cast<std::size_t>(first)];
@@ -135,15 +138,18 @@ double TravelOf(const std::vector<int>& order, const Eigen::MatrixXd& cost) {
   return sum;
 }
 
-std::vector<int> ShortOrder(const Eigen::MatrixXd& cost) {
+std::vector<int> ShortOrder(const Eigen::MatrixXd& cost, const std::function<bool()>& keep_going) {
   const int count = static_cast<int>(cost.rows());
   if (count <= 1) return std::vector<int>(static_cast<std::size_t>(count), 0);
   if (count <= kMostExact) return BestOrder(cost);
   std::vector<int> best;
   double least = kInfinity;
-  for (int k = 0; k < std::min(count, kMostStarts); ++k) {
-    std::vector<int> order = NearestNeighbours(k * count / std::min(count, kMostStarts), cost);
-    while (Improve(cost, &order)) {
+  const auto going = [&] { return !keep_going || keep_going(); };
+  const int starts =
+      std::clamp(static_cast<int>(kMostLooks / (1.0 * count * count * count)), 1, std::min(count, kMostStarts));
+  for (int k = 0; k < starts && (k == 0 || going()); ++k) {
+    std::vector<int> order = NearestNeighbours(k * count / starts, cost);
+    while (going() && Improve(cost, &order)) {
     }
     if (const double travel = TravelOf(order, cost); travel < least) least = travel, best = std::move(order);
   }

@@ -23,6 +23,7 @@
 #include "services/runtime/call.h"
 #include "services/runtime/compute_pool.h"
 #include "sixpoint/plant/v1/plant.pb.h"
+#include "sixpoint/registration/v1/measuring_plan.pb.h"
 #include "sixpoint/registration/v1/registration.pb.h"
 
 namespace sixpoint::registration {
@@ -63,6 +64,8 @@ struct FetcherMemory {
   std::size_t scan_bytes = std::size_t{128} << 20;   // of thinned scans (kept_portions.h)
 };
 
+struct PlanInputs;  // measuring_plan.h
+
 // Thread-safe.
 class InputFetcher {
  public:
@@ -74,6 +77,10 @@ class InputFetcher {
   absl::StatusOr<Inputs> Fetch(const v1::RegisterRequest& request, const Caller& caller) const;
   // What a recorded one was computed from, whatever is in force now. DATA_LOSS, or FAILED_PRECONDITION (POINTS_DELETED): it is not there any more.
   absl::StatusOr<Inputs> FetchAsRecorded(const v1::Registration& recorded, const Caller& caller) const;
+  // Machine and part as they are now, and the calibrations in force. INVALID_ARGUMENT and FAILED_PRECONDITION as Fetch; SENSOR_MOVED where the
+  // scanner's newest interim check was not accepted.
+  absl::StatusOr<PlanInputs> FetchForPlan(const v1::PlanMeasurementRequest& request,
+                                          const runtime::Caller& caller) const;
 
  private:
   absl::StatusOr<Inputs> FetchBy(const Basis& basis, const v1::RegisterRequest& request, const Caller& caller) const;

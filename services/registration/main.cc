@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 
 #include "services/registration/fit_memory.h"
+#include "services/registration/measuring_plan_service.h"
 #include "services/registration/registration_service.h"
 #include "services/runtime/peers.h"
 #include "services/runtime/server.h"
@@ -32,16 +33,18 @@ void AddFlags(CLI::App* app, Flags* flags) {
 
 std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& options, const Flags& flags,
                                                  storage::Database* database) {
+  auto registrations = std::make_unique<RegistrationService>(
+      storage::RegistrationsIn(database),
+      Peers{runtime::ConnectToPeer(options, "plant"), runtime::ConnectToPeer(options, "ingest"),
+            runtime::ConnectToPeer(options, "calibration")},
+      RegistrationLimits{
+          options.threads,
+          flags.pool,
+          {static_cast<std::size_t>(flags.surfaces_mb) << 20, static_cast<std::size_t>(flags.scans_mb) << 20}});
+  auto plans = std::make_unique<MeasuringPlanService>(registrations->inputs(), registrations->pool(), options.threads);
   std::vector<runtime::ServedService> services;
-  services.push_back({v1::RegistrationService::service_full_name(),
-                      std::make_unique<RegistrationService>(
-                          storage::RegistrationsIn(database),
-                          Peers{runtime::ConnectToPeer(options, "plant"), runtime::ConnectToPeer(options, "ingest"),
-                                runtime::ConnectToPeer(options, "calibration")},
-                          RegistrationLimits{options.threads,
-                                             flags.pool,
-                                             {static_cast<std::size_t>(flags.surfaces_mb) << 20,
-                                              static_cast<std::size_t>(flags.scans_mb) << 20}})});
+  services.push_back({v1::RegistrationService::service_full_name(), std::move(registrations)});
+  services.push_back({v1::MeasuringPlanService::service_full_name(), std::move(plans)});
   return services;
 }
 

@@ -39,6 +39,10 @@ class RegistrationService final : public v1::RegistrationService::Service {
   grpc::Status RegisterBatch(grpc::ServerContext* context, const v1::RegisterBatchRequest* request,
                              grpc::ServerWriter<v1::RegisterBatchResponse>* writer) override;
 
+  // Shared with the service that plans measurements.
+  const InputFetcher& inputs() const { return inputs_; }
+  runtime::ComputePool* pool() { return &pool_; }
+
  private:
   static constexpr int kMostBatches = 4;
 

@@ -106,6 +106,28 @@ TEST_P(CastingDemo, IsNeverJudgedWrongInSilence) {
 INSTANTIATE_TEST_SUITE_P(Castings, CastingDemo,
                          ::testing::Values(std::pair(3, "0.3"), std::pair(4, "0.3"), std::pair(5, "0.15")));
 
+// The machine scans where the plant's measuring plans say, which know the blade as it is drawn: the best fit from the plan of the whole part, the
+// six-point fit from that of its datum points alone. Both find the blade where it stands, and what rests on them holds.
+TEST_F(Demo, ScansByMeasuringPlans) {
+  const auto demo = StartDemo(6, {"--by-plan"});
+  ASSERT_EQ(demo->Wait(300), 0);
+  const json report = Report();
+  ASSERT_FALSE(report.is_discarded());
+  EXPECT_TRUE(report["ok"].get<bool>());
+  const json& machine = report["machines"][0];
+  EXPECT_GE(machine["planned_coverage"].get<double>(), 0.95);
+  EXPECT_GE(machine["planned_six_point_coverage"].get<double>(), 0.95);
+  EXPECT_GE(machine["planned_six_point_sweeps"].get<int>(), 3);
+  EXPECT_LE(machine["best_fit_error_um"].get<double>(), 10);
+  EXPECT_LE(machine["six_point_error_um"].get<double>(), 10);
+  std::printf(
+      "by plan: %d sweeps see %.1f %%, best fit %.2f um off; %d sweeps of the datum points, six-point fit %.2f um "
+      "off\n",
+      machine["planned_sweeps"].get<int>(), 100 * machine["planned_coverage"].get<double>(),
+      machine["best_fit_error_um"].get<double>(), machine["planned_six_point_sweeps"].get<int>(),
+      machine["six_point_error_um"].get<double>());
+}
+
 TEST_F(Demo, LosesNothingWhenServicesAreKilled) {
   // Each service once, at a moment when the machine needs it next or now; started again half a second later, as the
   // supervisor does.
