@@ -76,7 +76,8 @@ constexpr Example kExamples[] = {
     {"artefact add", "sixpoint artefact add docs/examples/artefact.yaml"},
     {"part add",
      "sixpoint part add docs/examples/part.yaml\n"
-     "sixpoint part add docs/examples/part.yaml --customer acme"},
+     "sixpoint part add docs/examples/part.yaml --customer acme\n"
+     "sixpoint part add docs/examples/part.yaml --solid 2"},
     {"model add", "sixpoint model add docs/examples/model.yaml --template program.nc"},
     {"model show",
      "sixpoint model show block-1-edm\n"

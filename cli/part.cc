@@ -12,7 +12,7 @@ namespace {
 
 using plant::v1::PlantService;
 
-// Nothing where the surface is a whole skin.
+// Nothing where the surface is a whole skin whose edges lie on its faces.
 std::string GapsText(const plant::v1::SurfaceSummary& surface) {
   std::string text;
   if (surface.open_rim_count() > 0)
@@ -20,6 +20,11 @@ std::string GapsText(const plant::v1::SurfaceSummary& surface) {
             " mm together: the surface ends there\n";
   if (surface.degenerate_triangle_count() > 0)
     text += "left out " + Grouped(surface.degenerate_triangle_count()) + " triangles without area\n";
+  if (surface.gap_um() > 0)
+    text += "gap      " + Fixed(surface.gap_um(), 1) + " um between faces at most, at " +
+            PointText(surface.gap_at_mm(), 3) + " mm: marked, a source of what rests on the surface there\n";
+  if (surface.healed_um() > 0)
+    text += "healed   edges lay " + Fixed(surface.healed_um(), 1) + " um off their faces at most\n";
   return text;
 }
 
@@ -29,7 +34,8 @@ void PrintPart(const Session& session, const plant::v1::Part& part) {
             << (part.customer().empty() ? "" : "customer " + part.customer() + "\n") << "cad      "
             << EnumText(CadFormat_Name(part.cad_format()), "CAD_FORMAT_") << ", sha256 " << part.surface().cad_sha256()
             << "\n"
-            << "surface  " << Grouped(part.surface().triangle_count()) << " triangles within "
+            << (part.solid().empty() ? "" : "solid    " + part.solid() + "\n") << "surface  "
+            << Grouped(part.surface().triangle_count()) << " triangles within "
             << Fixed(part.surface().chordal_error_um(), 3) << " um, " << (part.surface().closed() ? "closed" : "open")
             << ", from " << PointText(part.surface().minimum_mm(), 3) << " to "
             << PointText(part.surface().maximum_mm(), 3) << " mm\n"
@@ -59,17 +65,21 @@ void PrintPart(const Session& session, const plant::v1::Part& part) {
 void AddPartCommands(Command* app, Session* session) {
   Command* part = app->AddCommand("part", "Part models: CAD, hole groups, six points, tolerances");
   part->RequireCommand();
-  const auto argument = std::make_shared<std::string>(), customer = std::make_shared<std::string>();
+  const auto argument = std::make_shared<std::string>(), customer = std::make_shared<std::string>(),
+             solid = std::make_shared<std::string>();
 
   Command* add = part->AddCommand("add", "Adds a part, or a new revision of it, from a YAML file that names its CAD");
   add->AddOption("FILE", argument.get(), "YAML as docs/examples/part.yaml")->Required();
   add->AddOption(
       "--customer", customer.get(),
       "Whose part it is: seen by those alone who are cleared for customers/ID or the part; without it, as before");
-  session->OnCommand(add, [session, argument, customer]() -> absl::Status {
+  add->AddOption("--solid", solid.get(),
+                 "Which solid of the CAD is the part, where it has several: its name, or its number in the file");
+  session->OnCommand(add, [session, argument, customer, solid]() -> absl::Status {
     absl::StatusOr<plant::v1::CreatePartRequest> request = LoadPart(*argument);
     if (!request.ok()) return request.status();
     if (!customer->empty()) request->mutable_part()->set_customer(IdText(*customer));
+    if (!solid->empty()) request->mutable_part()->set_solid(*solid);
     request->set_request_id(NewRequestId());
     const absl::StatusOr<plant::v1::Part> created =
         CallAtLength<PlantService>(session, "reading the CAD", "plant", &PlantService::Stub::CreatePart, *request);
@@ -77,6 +87,9 @@ void AddPartCommands(Command* app, Session* session) {
     if (!request->part().customer().empty() && created->customer() != request->part().customer())
       return absl::FailedPreconditionError(created->name() +
                                            ": the plant took no customer, want a plant of this release (sixpoint up)");
+    if (created->solid() != request->part().solid())
+      return absl::FailedPreconditionError(created->name() +
+                                           ": the plant took no solid, want a plant of this release (sixpoint up)");
     for (int i = 0; i < created->hole_groups_size() && i < request->part().hole_groups_size(); ++i)
       if (created->hole_groups(i).position_zone() != request->part().hole_groups(i).position_zone())
         return absl::FailedPreconditionError(

@@ -196,8 +196,10 @@ plant::v1::Artefact ReadArtefact(const Field& artefact) {
 }
 
 plant::v1::Part ReadPart(const Field& part, const std::string& cad_file, plant::v1::PositionZone unless_said) {
-  part.OnlyKeys({"id", "cad", "cad_unit", "zero_from_part_nominal", "hole_groups", "six_points", "thermal_expansion"});
+  part.OnlyKeys(
+      {"id", "cad", "cad_unit", "solid", "zero_from_part_nominal", "hole_groups", "six_points", "thermal_expansion"});
   plant::v1::Part out;
+  if (const auto solid = part.Find("solid")) out.set_solid(solid->Text());
   if (const auto expansion = part.Find("thermal_expansion"))
     ReadThermalExpansion(*expansion, out.mutable_thermal_expansion());
   std::string ending = std::filesystem::path(cad_file).extension().string();

@@ -17,7 +17,7 @@ find_path(PROMETHEUS_HEADERS prometheus/registry.h PATHS ${headers_alone} REQUIR
 sixpoint_imported(prometheus-cpp::core libprometheus-cpp-core.so.1.0 HEADERS ${PROMETHEUS_HEADERS})
 
 find_path(OPENCASCADE_HEADERS Standard_Version.hxx PATH_SUFFIXES opencascade PATHS ${headers_alone} REQUIRED)
-foreach(library TKernel TKMath TKG2d TKG3d TKGeomBase TKGeomAlgo TKBRep TKTopAlgo TKPrim TKShHealing TKMesh TKXSBase TKSTEP TKIGES)
+foreach(library TKernel TKMath TKG2d TKG3d TKGeomBase TKGeomAlgo TKBRep TKTopAlgo TKPrim TKBO TKBool TKShHealing TKMesh TKXSBase TKSTEP TKSTEPBase TKIGES)
   sixpoint_imported(${library} lib${library}.so.7 HEADERS ${OPENCASCADE_HEADERS})
 endforeach()
 

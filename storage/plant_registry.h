@@ -87,6 +87,12 @@ struct TessellationRow {
     double open_rim_length_mm = 0;
   };
   std::optional<Gaps> gaps = std::nullopt;
+  // Of edges from their faces: before they were put onto them, and after. None: STL, or not looked at.
+  struct EdgeGaps {
+    double healed_um = 0, gap_um = 0;
+    std::vector<double> gap_at_mm = {};  // of the greatest; empty: there is none
+  };
+  std::optional<EdgeGaps> edge_gaps = std::nullopt;
 };
 
 struct HoleRow {
@@ -126,6 +132,7 @@ struct PartRow {
   std::string customer_id;  // empty: as the revision before says, or nobody's
   std::string cad_format;   // step, iges, stl
   double cad_unit_mm = 0;
+  std::string solid;                                    // of the CAD file, by name or number; empty: its only one
   std::vector<double> zero_from_part_nominal_rotation;  // 9, row-major
   std::vector<double> zero_from_part_nominal_translation_mm;
   std::vector<HoleGroupRow> hole_groups;

@@ -11,11 +11,13 @@ namespace {
 
 constexpr char kInsertTessellation[] =
     "INSERT INTO tessellations (cad_sha256, method, surface_sha256, triangle_count, chordal_error_um, closed, "
-    "minimum_mm, maximum_mm, software_version, degenerate_triangle_count, open_rim_count, open_rim_length_mm) "
-    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12) ON CONFLICT DO NOTHING";
+    "minimum_mm, maximum_mm, software_version, degenerate_triangle_count, open_rim_count, open_rim_length_mm, "
+    "healed_um, gap_um, gap_at_mm) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15) ON "
+    "CONFLICT DO NOTHING";
 constexpr char kSelectTessellation[] =
     "SELECT surface_sha256, triangle_count, chordal_error_um, closed, minimum_mm, maximum_mm, "
-    "degenerate_triangle_count, open_rim_count, open_rim_length_mm FROM tessellations WHERE cad_sha256 = $1 AND method "
+    "degenerate_triangle_count, open_rim_count, open_rim_length_mm, healed_um, gap_um, gap_at_mm FROM tessellations "
+    "WHERE cad_sha256 = $1 AND method "
     "= $2";
 
 constexpr char kInsertId[] = "INSERT INTO parts (part_id) VALUES ($1) ON CONFLICT DO NOTHING";
@@ -23,8 +25,8 @@ constexpr char kLockId[] = "SELECT pg_advisory_xact_lock(hashtextextended('parts
 constexpr char kInsertRevision[] =
     "INSERT INTO part_revisions (part_id, revision, content_sha256, cad_format, cad_unit_mm, cad_sha256, "
     "tessellation_method, zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, record_id, "
-    "customer_id, thermal_expansion_um_per_m_k, thermal_expansion_standard_uncertainty_um_per_m_k) "
-    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)";
+    "customer_id, thermal_expansion_um_per_m_k, thermal_expansion_standard_uncertainty_um_per_m_k, solid) "
+    "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14)";
 constexpr char kInsertGroup[] =
     "INSERT INTO part_hole_groups (part_id, revision, group_index, hole_group, diameter_mm, depth_mm, a_nominal_deg, "
     "b_nominal_deg, axis_in_part, position_tolerance_mm, inclination_tolerance_deg, position_zone, "
@@ -45,7 +47,7 @@ constexpr char kSelectRevision[] =
     "SELECT revision, content_sha256, cad_format, cad_unit_mm, cad_sha256, tessellation_method, "
     "zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, record_sequence, recorded_at, "
     "(SELECT r.customer_id FROM restricted_parts r WHERE r.part_id = $1), thermal_expansion_um_per_m_k, "
-    "thermal_expansion_standard_uncertainty_um_per_m_k FROM part_revisions JOIN record_names USING "
+    "thermal_expansion_standard_uncertainty_um_per_m_k, solid FROM part_revisions JOIN record_names USING "
     "(record_id) WHERE part_id = $1 AND ($2::integer = 0 OR revision = $2) "
     "ORDER BY revision DESC LIMIT 1";
 constexpr char kSelectGroups[] =
@@ -164,6 +166,15 @@ absl::Status InsertTessellation(Transaction& transaction, const TessellationRow&
         .Real(tessellation.gaps->open_rim_length_mm);
   else
     params.Null().Null().Null();
+  if (const auto& gaps = tessellation.edge_gaps) {
+    params.Real(gaps->healed_um).Real(gaps->gap_um);
+    if (gaps->gap_at_mm.empty())
+      params.Null();
+    else
+      params.Reals(gaps->gap_at_mm);
+  } else {
+    params.Null().Null().Null();
+  }
   return transaction.Execute(kInsertTessellation, params).status();
 }
 
@@ -175,6 +186,10 @@ absl::StatusOr<std::optional<TessellationRow>> FindTessellation(Transaction& tra
   TessellationRow row{cad_sha256,       method,           rows->Digest(0, 0), rows->Int(0, 1),
                       rows->Real(0, 2), rows->Bool(0, 3), rows->Reals(0, 4),  rows->Reals(0, 5)};
   if (!rows->IsNull(0, 6)) row.gaps = {rows->Int(0, 6), rows->Int(0, 7), rows->Real(0, 8)};
+  if (!rows->IsNull(0, 9)) {
+    row.edge_gaps = {rows->Real(0, 9), rows->Real(0, 10)};
+    if (!rows->IsNull(0, 11)) row.edge_gaps->gap_at_mm = rows->Reals(0, 11);
+  }
   return rows->Checked(std::move(row));
 }
 
@@ -204,6 +219,7 @@ absl::StatusOr<PartRow> InsertPart(Transaction& transaction, PartRow part, Recor
   params.Uuid(record_id);
   params.OptionalText(part.customer_id);
   Add(part.thermal_expansion, &params);
+  params.OptionalText(part.solid);
   if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertRevision, params); !inserted.ok())
     return inserted.status();
   if (const absl::Status holes = InsertHoles(transaction, part); !holes.ok()) return holes;
@@ -229,6 +245,7 @@ absl::StatusOr<std::optional<PartRow>> FindPart(Transaction& transaction, const 
   part.recorded = {rows->Int(0, 8), rows->Time(0, 9)};
   part.customer_id = rows->OptionalText(0, 10);
   part.thermal_expansion = ExpansionAt(*rows, 0, 11);
+  part.solid = rows->OptionalText(0, 13);
   absl::StatusOr<std::optional<TessellationRow>> tessellation =
       FindTessellation(transaction, rows->Digest(0, 4), rows->Text(0, 5));
   if (!tessellation.ok()) return tessellation.status();

@@ -64,14 +64,14 @@ bool WriteAll(const std::string& bytes) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::map<std::string, std::string> flags{
-      {"--format", ""}, {"--unit-mm", "1"}, {"--error-um", "0.5"}, {"--memory-mb", "4096"}, {"--cpu-s", "120"}};
+  std::map<std::string, std::string> flags{{"--format", ""}, {"--unit-mm", "1"},      {"--error-um", "0.5"},
+                                           {"--solid", ""},  {"--memory-mb", "4096"}, {"--cpu-s", "120"}};
   for (int i = 1; i < argc; i += 2) {
     auto flag = flags.find(argv[i]);
     if (flag == flags.end() || i + 1 == argc) {
       return Refused(absl::InvalidArgumentError(
-          "usage: sixpoint-cad-worker --format step|iges|stl [--unit-mm 1] [--error-um 0.5] [--memory-mb 4096]"
-          " [--cpu-s 120] <CAD 3>MESH"));
+          "usage: sixpoint-cad-worker --format step|iges|stl [--unit-mm 1] [--error-um 0.5] [--solid NAME]"
+          " [--memory-mb 4096] [--cpu-s 120] <CAD 3>MESH"));
     }
     flag->second = argv[i + 1];
   }
@@ -91,6 +91,7 @@ int main(int argc, char** argv) {
 
   TessellationOptions options;
   options.chordal_error_um = std::atof(flags["--error-um"].c_str());
+  options.solid = flags["--solid"];
   const absl::StatusOr<TriangleMesh> mesh =
       Read(flags["--format"], input.st_size, std::atof(flags["--unit-mm"].c_str()), options);
   if (!mesh.ok()) return Refused(mesh.status());

@@ -10,6 +10,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "metrology/cad/healing.h"
 #include "metrology/mesh/cubic_patch.h"
 #include "refusal/refusal.h"
 
@@ -19,6 +20,8 @@ namespace {
 constexpr int kGreatestPassCount = 24;
 // Facets stay within about 11 degrees of the surface, down to edges of this many chordal errors.
 constexpr double kLeastCosine = 0.98, kFlatEdgeFactor = 2;
+// Across a gap a facet leans by the gap over its length, however small: not looked at below this many gaps.
+constexpr double kGapEdgeFactor = 6;
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 absl::Status Bad(const std::string& field, const std::string& value, const std::string& wanted) {
@@ -40,6 +43,7 @@ struct Edge {
   std::uint32_t border = kNone;
   Eigen::Vector2d middle_uv;
   Eigen::Vector3d middle_mm;
+  double gap_mm = 0;       // of its middle, on a border
   double distance_mm = 0;  // of the true middle from the nearer triangle's plane, and of a curve from its chord
   double allowance_mm = 0;
   bool split = false;
@@ -57,12 +61,17 @@ struct Triangle {
 class Refiner {
  public:
   Refiner(CoarseMesh coarse, const ShapeGeometry& shape, const RefinementOptions& options)
-      : mesh_(std::move(coarse)), shape_(shape), options_(options) {}
+      : mesh_(std::move(coarse)),
+        shape_(shape),
+        options_(options),
+        middles_(shape, options.healed_from_mm, &edges_off_) {}
 
   absl::StatusOr<TriangleMesh> Run() {
     Prepare();
+    if (absl::Status met = edges_off_.Check(options_.greatest_gap_mm); !met.ok()) return met;
     for (int pass = 0; pass < kGreatestPassCount && Mark(); ++pass) {
       Split();
+      if (absl::Status met = edges_off_.Check(options_.greatest_gap_mm); !met.ok()) return met;
       if (triangles_.size() > options_.greatest_triangle_count)
         return absl::ResourceExhaustedError("cad.triangle_count: " + std::to_string(triangles_.size()) +
                                             ", want at most " + std::to_string(options_.greatest_triangle_count));
@@ -77,6 +86,9 @@ class Refiner {
   }
 
   void Prepare() {
+    HealVertices(shape_, options_.healed_from_mm, &mesh_, &edges_off_);
+    for (std::uint32_t i = 0; i < mesh_.borders.size(); ++i) middles_.AddBorder(i, mesh_.borders[i].chord);
+    for (std::uint32_t c = 0; c < mesh_.chords.size(); ++c) middles_.Find(mesh_, c);
     for (const CoarseMesh::Node& node : mesh_.nodes) AddNodeValues(node);
     for (std::uint32_t i = 0; i < mesh_.borders.size(); ++i)
       border_of_[Key(mesh_.borders[i].nodes[0], mesh_.borders[i].nodes[1])] = i;
@@ -151,9 +163,11 @@ class Refiner {
     edge.a = std::min(from, to);
     edge.b = std::max(from, to);
     if (auto border = border_of_.find(found->first); border != border_of_.end()) edge.border = border->second;
-    edge.allowance_mm = options_.chordal_error_mm + std::max(gaps_mm_[edge.a], gaps_mm_[edge.b]);
-    edge.middle_uv = MiddleUv(edge);
+    edge.middle_uv = edge.border == kNone ? MeanUv({edge.a, edge.b}) : middles_.uv(edge.border);
     edge.middle_mm = shape_.FacePoint(mesh_.nodes[edge.a].face, edge.middle_uv);
+    if (edge.border != kNone)
+      edge.gap_mm = Told((edge.middle_mm - middles_.point_mm(mesh_.borders[edge.border].chord)).norm());
+    edge.allowance_mm = options_.chordal_error_mm + std::max({gaps_mm_[edge.a], gaps_mm_[edge.b], edge.gap_mm});
     edges_.push_back(edge);
     return found->second;
   }
@@ -173,13 +187,6 @@ class Refiner {
       mean[parameter] = count > 0 ? sum / count : all / static_cast<double>(nodes.size());
     }
     return mean;
-  }
-
-  Eigen::Vector2d MiddleUv(const Edge& edge) const {
-    if (edge.border == kNone) return MeanUv({edge.a, edge.b});
-    const CoarseMesh::Border& border = mesh_.borders[edge.border];
-    const CoarseMesh::Chord& chord = mesh_.chords[border.chord];
-    return shape_.CurveUv(border.curve_on_face, (chord.first + chord.last) / 2);
   }
 
   // Which of a triangle's edges is longest; among equals the one that every triangle would choose.
@@ -218,23 +225,28 @@ class Refiner {
       Edge& longest = edges_[triangle.edges[triangle.longest]];
       const bool tilted = slope < kLeastCosine;
       const bool off = triangle.patch_distance_mm > options_.patch_error_mm + gap;
-      const bool long_enough = Length(longest) > kFlatEdgeFactor * options_.chordal_error_mm;
-      if ((long_enough && (tilted || off)) || distance > options_.chordal_error_mm + gap) longest.split = true;
+      const bool long_enough =
+          Length(longest) > std::max(kFlatEdgeFactor * options_.chordal_error_mm, kGapEdgeFactor * gap);
+      const bool at_gap = Told(gap) > 0 && Length(longest) > options_.gap_piece_mm;
+      if ((long_enough && (tilted || off)) || distance > options_.chordal_error_mm + gap || at_gap)
+        longest.split = true;
     }
     for (Edge& edge : edges_) {
       if (edge.middle_node != kNone || !std::isfinite(edge.distance_mm)) continue;
       if (edge.border != kNone) edge.distance_mm = std::max(edge.distance_mm, CurveDistance(edge));
       error_mm_ = std::max(error_mm_, edge.distance_mm);
-      if (edge.distance_mm > edge.allowance_mm && Length(edge) > 0) edge.split = true;
+      const bool at_gap = edge.gap_mm > 0 && Length(edge) > options_.gap_piece_mm;
+      if ((edge.distance_mm > edge.allowance_mm || at_gap) && Length(edge) > 0) edge.split = true;
     }
     return Propagate();
   }
 
   double Length(const Edge& edge) const { return (At(edge.a) - At(edge.b)).norm(); }
   double CurveDistance(const Edge& edge) const {
-    const CoarseMesh::Chord& chord = mesh_.chords[mesh_.borders[edge.border].chord];
-    return DistanceToSegment(shape_.CurvePoint(chord.curve, (chord.first + chord.last) / 2), At(edge.a), At(edge.b));
+    return DistanceToSegment(middles_.point_mm(mesh_.borders[edge.border].chord), At(edge.a), At(edge.b));
   }
+  // A gap, where it is one to tell of.
+  double Told(double gap_mm) const { return gap_mm > options_.least_gap_mm ? gap_mm : 0; }
 
   // A triangle is never cut without its longest edge, and a chord is cut for both its faces; so angles stay at least
   // half of what they were (Rivara 1984). False when nothing is marked.
@@ -277,18 +289,17 @@ class Refiner {
   // A chord's middle is one vertex for every face along it.
   void SplitBorders() {
     std::vector<std::uint32_t> vertex(mesh_.chords.size(), kNone), second_half(mesh_.chords.size(), kNone);
-    std::vector<double> middle(mesh_.chords.size());
     std::vector<CoarseMesh::Border> added;  // edges_ is walked meanwhile
     for (Edge& edge : edges_) {
       if (!edge.split || edge.border == kNone || edge.middle_node != kNone) continue;
       const std::uint32_t c = mesh_.borders[edge.border].chord;
       if (vertex[c] == kNone) {
         CoarseMesh::Chord& chord = mesh_.chords[c];
-        middle[c] = (chord.first + chord.last) / 2;
-        vertex[c] = AddVertex(shape_.CurvePoint(chord.curve, middle[c]));
+        const double middle = (chord.first + chord.last) / 2;
+        vertex[c] = AddVertex(middles_.point_mm(c));
         second_half[c] = static_cast<std::uint32_t>(mesh_.chords.size());
-        const CoarseMesh::Chord half{chord.curve, middle[c], chord.last};
-        chord.last = middle[c];
+        const CoarseMesh::Chord half{chord.curve, middle, chord.last};
+        chord.last = middle;
         mesh_.chords.push_back(half);
       }
       edge.middle_node = AddNode(vertex[c], mesh_.nodes[edge.a].face, edge.middle_uv);
@@ -298,10 +309,16 @@ class Refiner {
       border_of_[Key(border.nodes[0], border.nodes[1])] = edge.border;
     }
     for (const CoarseMesh::Border& border : added) AddBorder(border);
+    for (std::uint32_t c = 0; c < vertex.size(); ++c) {
+      if (vertex[c] == kNone) continue;
+      middles_.Find(mesh_, c);
+      middles_.Find(mesh_, second_half[c]);
+    }
   }
 
   void AddBorder(const CoarseMesh::Border& border) {
     border_of_[Key(border.nodes[0], border.nodes[1])] = static_cast<std::uint32_t>(mesh_.borders.size());
+    middles_.AddBorder(static_cast<std::uint32_t>(mesh_.borders.size()), border.chord);
     mesh_.borders.push_back(border);
   }
 
@@ -329,15 +346,20 @@ class Refiner {
 
   absl::StatusOr<TriangleMesh> Finish() const {
     const double gap_mm = gaps_mm_.empty() ? 0 : *std::max_element(gaps_mm_.begin(), gaps_mm_.end());
-    if (!(gap_mm <= options_.greatest_gap_mm))
-      return Bad("faces", "edges lie " + std::to_string(1e3 * gap_mm) + " um off their faces",
-                 "at most " + std::to_string(1e3 * options_.greatest_gap_mm) + " um");
     if (!(error_mm_ <= options_.chordal_error_mm + gap_mm))
       return Bad("chordal_error_um", std::to_string(1e3 * error_mm_),
                  "at most " + std::to_string(1e3 * options_.chordal_error_mm));
     TriangleMesh mesh;
     mesh.chordal_error_um = 1e3 * error_mm_;
     mesh.vertices_mm = mesh_.vertices_mm;
+    mesh.healed_mm = Told(edges_off_.distance_mm);
+    if (Told(gap_mm) > 0) {
+      mesh.face_gaps_mm.assign(mesh.vertices_mm.size(), 0);
+      for (std::size_t node = 0; node < gaps_mm_.size(); ++node) {
+        float& gap = mesh.face_gaps_mm[mesh_.nodes[node].vertex];
+        gap = std::max(gap, static_cast<float>(Told(gaps_mm_[node])));
+      }
+    }
     for (const Triangle& triangle : triangles_) {
       std::array<std::uint32_t, 3> vertices;
       std::array<Eigen::Vector3f, 3> normals;
@@ -363,6 +385,8 @@ class Refiner {
   std::vector<Edge> edges_;
   std::vector<Triangle> triangles_;
   std::unordered_map<std::uint64_t, std::uint32_t> border_of_, edge_of_;
+  EdgesOff edges_off_;
+  ChordMiddles middles_;
   double error_mm_ = 0;
 };
 

@@ -26,6 +26,10 @@ class ShapeGeometry {
   virtual Eigen::Vector3d CurvePoint(std::uint32_t curve, double parameter) const = 0;
   // A curve in the parameters of one of the faces that it bounds.
   virtual Eigen::Vector2d CurveUv(std::uint32_t curve_on_face, double parameter) const = 0;
+  // Parameters of the face's surface where it is nearest to a point that is near those given. These themselves, where nobody knows better.
+  virtual Eigen::Vector2d FaceFoot(std::uint16_t, const Eigen::Vector3d&, const Eigen::Vector2d& near_uv) const {
+    return near_uv;
+  }
 };
 
 struct CoarseMesh {
@@ -58,8 +62,11 @@ struct RefinementOptions {
   double chordal_error_mm = 0.5e-3;
   // Of the cubic patches through corners and normals (cubic_patch.h), which the prepared surface is made of.
   double patch_error_mm = 0.04e-3;
-  // Curves and faces of real CAD meet within a tolerance only; more than this is refused.
-  double greatest_gap_mm = 10e-3;
+  // Curves and faces of real CAD meet within a tolerance only. From the first figure on an edge is put onto its faces, as near to all of them
+  // as it goes; what is left beyond the second is told (TriangleMesh::face_gaps_mm); an edge beyond the third is refused.
+  double healed_from_mm = 1e-3, least_gap_mm = 10e-3, greatest_gap_mm = 0.1;
+  // Longest side of a triangle at such an edge, for what is left to stay there.
+  double gap_piece_mm = 0.5;
   std::size_t greatest_triangle_count = 4'000'000;
 };
 

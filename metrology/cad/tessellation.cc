@@ -3,18 +3,16 @@
 #include <BRepAdaptor_Curve.hxx>
 #include <BRepAdaptor_Surface.hxx>
 #include <BRepBndLib.hxx>
-#include <BRepBuilderAPI_Sewing.hxx>
 #include <BRepMesh_IncrementalMesh.hxx>
 #include <BRep_Tool.hxx>
 #include <Bnd_Box.hxx>
+#include <Eigen/LU>
 #include <Geom2d_Curve.hxx>
-#include <IGESControl_Reader.hxx>
 #include <Message.hxx>
 #include <Message_Messenger.hxx>
 #include <Message_Printer.hxx>
 #include <Poly_PolygonOnTriangulation.hxx>
 #include <Poly_Triangulation.hxx>
-#include <STEPControl_Reader.hxx>
 #include <Standard_Failure.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
@@ -23,13 +21,13 @@
 #include <TopoDS_Face.hxx>
 #include <algorithm>
 #include <cmath>
-#include <iostream>
 #include <limits>
 #include <map>
 #include <tuple>
 #include <utility>
 #include <vector>
 
+#include "metrology/cad/cad_file.h"
 #include "metrology/cad/refinement.h"
 #include "metrology/mesh/skin.h"
 #include "metrology/mesh/volume.h"
@@ -43,36 +41,16 @@ namespace {
 constexpr double kLeastExtentMm = 0.1, kGreatestExtentMm = 10e3;
 // Faces that share an edge get the same points on it; rounding by locations is far below this.
 constexpr double kWeldToleranceMm = 1e-6;
-constexpr double kSewingToleranceMm = 1e-3;
 constexpr double kCoarseDeflectionMm = 0.05;
 constexpr double kCoarseAngleRad = 0.5;
+constexpr int kFootSteps = 8;
+constexpr double kFootRestedMm = 1e-8;
 
 absl::Status Bad(const std::string& field, const std::string& value, const std::string& wanted) {
   return Refuse("cad." + field, value, wanted);
 }
 
 Eigen::Vector3d ToEigen(const gp_XYZ& v) { return {v.X(), v.Y(), v.Z()}; }
-
-absl::StatusOr<TopoDS_Shape> Read(CadFormat format, const std::string& path) {
-  auto transfer = [](auto& reader, IFSelect_ReturnStatus read, const char* name) -> absl::StatusOr<TopoDS_Shape> {
-    if (read != IFSelect_RetDone) return Bad("content", "unreadable", std::string("a ") + name + " file");
-    reader.TransferRoots();
-    if (reader.NbShapes() < 1) return Bad("content", "no shape", "a solid, shell or face");
-    return reader.OneShape();
-  };
-  if (format == CadFormat::kStep) {
-    STEPControl_Reader reader;
-    return transfer(reader, path.empty() ? reader.ReadStream("", std::cin) : reader.ReadFile(path.c_str()), "STEP");
-  }
-  IGESControl_Reader reader;
-  return transfer(reader, reader.ReadFile(path.c_str()), "IGES");  // its parser takes an empty path as we do
-}
-
-int CountFaces(const TopoDS_Shape& shape) {
-  TopTools_IndexedMapOfShape faces;
-  if (!shape.IsNull()) TopExp::MapShapes(shape, TopAbs_FACE, faces);
-  return faces.Extent();
-}
 
 absl::Status CheckExtent(const TopoDS_Shape& shape, double* extent_mm) {
   Bnd_Box box;
@@ -117,6 +95,32 @@ class OcctGeometry : public ShapeGeometry {
     const Eigen::Vector3d u = ToEigen(du.XYZ()), v = ToEigen(dv.XYZ()), cross = u.cross(v);
     if (!(cross.norm() > 1e-9 * u.norm() * v.norm())) return Eigen::Vector3d::Zero();
     return signs_[face] * cross.normalized();
+  }
+  // Newton's steps; within the surface's own bounds, for beyond them it may do anything.
+  Eigen::Vector2d FaceFoot(std::uint16_t face, const Eigen::Vector3d& point_mm,
+                           const Eigen::Vector2d& near_uv) const override {
+    const BRepAdaptor_Surface& surface = surfaces_[face];
+    const auto within = [](double value, bool turns, double first, double last) {
+      return turns ? value : std::clamp(value, std::min(first, last), std::max(first, last));
+    };
+    Eigen::Vector2d uv = near_uv;
+    for (int k = 0; k < kFootSteps; ++k) {
+      gp_Pnt at;
+      gp_Vec du, dv;
+      surface.D1(uv.x(), uv.y(), at, du, dv);
+      Eigen::Matrix<double, 3, 2> slopes;
+      slopes << ToEigen(du.XYZ()), ToEigen(dv.XYZ());
+      const Eigen::Matrix2d normal = slopes.transpose() * slopes;
+      if (!(std::abs(normal.determinant()) > 1e-12 * normal(0, 0) * normal(1, 1))) break;
+      const Eigen::Vector2d step = normal.inverse() * (slopes.transpose() * (point_mm - ToEigen(at.XYZ())));
+      const Eigen::Vector2d next(
+          within(uv.x() + step.x(), surface.IsUPeriodic(), surface.FirstUParameter(), surface.LastUParameter()),
+          within(uv.y() + step.y(), surface.IsVPeriodic(), surface.FirstVParameter(), surface.LastVParameter()));
+      const double moved_mm = (slopes * (next - uv)).norm();
+      uv = next;
+      if (!(moved_mm > kFootRestedMm)) break;
+    }
+    return uv;
   }
   Eigen::Vector3d CurvePoint(std::uint32_t curve, double parameter) const override {
     return ToEigen(curves_[curve].Value(parameter).XYZ());
@@ -267,22 +271,11 @@ absl::StatusOr<TriangleMesh> Tessellate(const TopoDS_Shape& shape, double extent
 
 absl::StatusOr<TriangleMesh> ReadAndTessellate(CadFormat format, const std::string& path,
                                                const TessellationOptions& options) {
-  absl::StatusOr<TopoDS_Shape> shape = Read(format, path);
-  if (!shape.ok()) return shape.status();
-  const int face_count = CountFaces(*shape);
-  if (face_count < 1) return Bad("faces", "0", "at least one");
-  if (face_count > 65535) return Bad("faces", std::to_string(face_count), "at most 65535");
+  TopoDS_Shape shape;
+  if (absl::Status status = ReadCad(format, path, options.solid, &shape); !status.ok()) return status;
   double extent_mm = 0;
-  if (absl::Status status = CheckExtent(*shape, &extent_mm); !status.ok()) return status;
-
-  // IGES knows faces only: sew those that meet, and each closed face to itself.
-  if (format == CadFormat::kIges) {
-    BRepBuilderAPI_Sewing sewing(kSewingToleranceMm);
-    sewing.Add(*shape);
-    sewing.Perform();
-    if (CountFaces(sewing.SewedShape()) == face_count) *shape = sewing.SewedShape();
-  }
-  absl::StatusOr<TriangleMesh> mesh = Tessellate(*shape, extent_mm, options);
+  if (absl::Status status = CheckExtent(shape, &extent_mm); !status.ok()) return status;
+  absl::StatusOr<TriangleMesh> mesh = Tessellate(shape, extent_mm, options);
   if (!mesh.ok()) return mesh;
   for (const Eigen::Vector3d& vertex : mesh->vertices_mm) {
     if (!vertex.allFinite()) return Bad("vertices_mm", "not finite", "finite coordinates");

@@ -2,11 +2,12 @@
 //
 //   offset  0  8 bytes  magic "SIXPMESH"
 //           8  u32      format version, 1
-//          12  u32      flags: 1 corner normals follow, 2 faces follow, 4 closed
+//          12  u32      flags: 1 corner normals follow, 2 faces follow, 4 closed, 8 healed, 16 gaps follow
 //          16  u64      vertex count n
 //          24  u64      triangle count m
 //          32  f64      chordal error, um
-//          40  n x 3 f64  vertices, mm;  m x 3 u32  vertex indices;  [m x 9 f32  corner normals];  [m x u16  faces]
+//          40  n x 3 f64  vertices, mm;  m x 3 u32  vertex indices;  [m x 9 f32  corner normals];  [m x u16  faces];
+//              [f64  healed, mm];  [n x f32  gaps of faces at vertices, mm]
 //
 // Nothing follows. The length is therefore known from the header, and checked before anything is allocated.
 #include "metrology/mesh/mesh_bytes.h"
@@ -25,10 +26,11 @@ static_assert(sizeof(Eigen::Vector3d) == 24 && sizeof(std::array<Eigen::Vector3f
 
 constexpr char kMagic[] = "SIXPMESH";
 constexpr std::uint32_t kVersion = 1;
-constexpr std::uint32_t kHasNormals = 1, kHasFaces = 2, kClosed = 4;
+constexpr std::uint32_t kHasNormals = 1, kHasFaces = 2, kClosed = 4, kHealed = 8, kHasGaps = 16;
 constexpr std::size_t kHeaderSize = 40;
 constexpr double kGreatestCoordinateMm = 1e7;
 constexpr std::uint64_t kGreatestTriangleCount = 1u << 28;
+constexpr double kGreatestGapMm = 1;
 
 struct Header {
   std::uint32_t version, flags;
@@ -37,8 +39,11 @@ struct Header {
 };
 static_assert(sizeof(Header) == kHeaderSize - 8);
 
-std::uint64_t TriangleSize(std::uint32_t flags) {
-  return 12 + ((flags & kHasNormals) ? 36 : 0) + ((flags & kHasFaces) ? 2 : 0);
+std::uint64_t SizeOf(const Header& header) {
+  const std::uint64_t triangle = 12 + ((header.flags & kHasNormals) ? 36 : 0) + ((header.flags & kHasFaces) ? 2 : 0);
+  const std::uint64_t gaps =
+      ((header.flags & kHealed) ? 8 : 0) + ((header.flags & kHasGaps) ? 4 * header.vertex_count : 0);
+  return kHeaderSize + 24 * header.vertex_count + triangle * header.triangle_count + gaps;
 }
 
 absl::Status Bad(const std::string& field, const std::string& value, const std::string& wanted) {
@@ -73,6 +78,12 @@ absl::Status CheckValues(const TriangleMesh& mesh) {
       if (!(std::abs(normal.norm() - 1.0f) < 1e-3f)) return Bad("corner_normals", "not of length 1", "unit vectors");
     }
   }
+  if (!(mesh.healed_mm >= 0 && mesh.healed_mm <= kGreatestGapMm))
+    return Bad("healed_mm", NumberText(mesh.healed_mm), "0 to " + NumberText(kGreatestGapMm));
+  for (const float gap : mesh.face_gaps_mm) {
+    if (!(gap >= 0 && gap <= kGreatestGapMm))
+      return Bad("face_gaps_mm", NumberText(gap), "0 to " + NumberText(kGreatestGapMm));
+  }
   return absl::OkStatus();
 }
 
@@ -81,10 +92,11 @@ absl::Status CheckValues(const TriangleMesh& mesh) {
 std::string MeshBytes(const TriangleMesh& mesh) {
   Header header{kVersion,
                 (mesh.corner_normals.empty() ? 0 : kHasNormals) | (mesh.faces.empty() ? 0 : kHasFaces) |
-                    (mesh.closed ? kClosed : 0),
+                    (mesh.closed ? kClosed : 0) | (mesh.healed_mm > 0 ? kHealed : 0) |
+                    (mesh.face_gaps_mm.empty() ? 0 : kHasGaps),
                 mesh.vertices_mm.size(), mesh.triangles.size(), mesh.chordal_error_um + 0.0};
   std::string bytes;
-  bytes.reserve(kHeaderSize + 24 * header.vertex_count + TriangleSize(header.flags) * header.triangle_count);
+  bytes.reserve(SizeOf(header));
   bytes.append(kMagic, 8);
   bytes.append(reinterpret_cast<const char*>(&header), sizeof(header));
   // Adding +0 makes a zero of -0: the two are equal, so their bytes have to be.
@@ -100,6 +112,8 @@ std::string MeshBytes(const TriangleMesh& mesh) {
     }
   }
   Append(mesh.faces, &bytes);
+  if (mesh.healed_mm > 0) bytes.append(reinterpret_cast<const char*>(&mesh.healed_mm), sizeof(mesh.healed_mm));
+  Append(mesh.face_gaps_mm, &bytes);
   return bytes;
 }
 
@@ -109,11 +123,11 @@ absl::StatusOr<TriangleMesh> MeshFromBytes(const std::string& bytes) {
   Header header;
   std::memcpy(&header, bytes.data() + 8, sizeof(header));
   if (header.version != kVersion) return Bad("version", std::to_string(header.version), "1");
-  if (header.flags > (kHasNormals | kHasFaces | kClosed)) return Bad("flags", std::to_string(header.flags), "0 to 7");
+  if (header.flags > (kHasNormals | kHasFaces | kClosed | kHealed | kHasGaps))
+    return Bad("flags", std::to_string(header.flags), "0 to 31");
   if (header.vertex_count > kGreatestTriangleCount || header.triangle_count > kGreatestTriangleCount)
     return Bad("triangle_count", std::to_string(header.triangle_count), "at most 2^28");
-  const std::uint64_t size =
-      kHeaderSize + 24 * header.vertex_count + TriangleSize(header.flags) * header.triangle_count;
+  const std::uint64_t size = SizeOf(header);
   if (bytes.size() != size) return Bad("size", std::to_string(bytes.size()), std::to_string(size) + " by its header");
   if (!(header.chordal_error_um >= 0) || !std::isfinite(header.chordal_error_um))
     return Bad("chordal_error_um", NumberText(header.chordal_error_um), ">= 0");
@@ -124,7 +138,12 @@ absl::StatusOr<TriangleMesh> MeshFromBytes(const std::string& bytes) {
   std::size_t offset = Take(bytes, kHeaderSize, header.vertex_count, &mesh.vertices_mm);
   offset = Take(bytes, offset, header.triangle_count, &mesh.triangles);
   if (header.flags & kHasNormals) offset = Take(bytes, offset, header.triangle_count, &mesh.corner_normals);
-  if (header.flags & kHasFaces) Take(bytes, offset, header.triangle_count, &mesh.faces);
+  if (header.flags & kHasFaces) offset = Take(bytes, offset, header.triangle_count, &mesh.faces);
+  if (header.flags & kHealed) {
+    std::memcpy(&mesh.healed_mm, bytes.data() + offset, sizeof(mesh.healed_mm));
+    offset += sizeof(mesh.healed_mm);
+  }
+  if (header.flags & kHasGaps) Take(bytes, offset, header.vertex_count, &mesh.face_gaps_mm);
   if (absl::Status status = CheckValues(mesh); !status.ok()) return status;
   return mesh;
 }

@@ -20,6 +20,9 @@ struct TriangleMesh {
   std::vector<std::uint16_t> faces;  // CAD face of each triangle; empty: one face
   double chordal_error_um = 0;       // greatest distance found between triangles and the true surface
   bool closed = false;
+  // Of each vertex, how far the CAD's faces that meet there are from it: 0 where that is nothing to speak of. Empty: nowhere is.
+  std::vector<float> face_gaps_mm;
+  double healed_mm = 0;  // how far an edge of the CAD lay off its faces before it was put onto them; 0 as above
 };
 
 // Of the vertices that triangles use, part frame; isEmpty() where there is no triangle.

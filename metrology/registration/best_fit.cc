@@ -15,6 +15,7 @@
 #include "metrology/registration/coarse_start.h"
 #include "metrology/registration/fit_samples.h"
 #include "metrology/registration/form_deviation.h"
+#include "metrology/registration/gap_pull.h"
 #include "metrology/registration/patch_evidence.h"
 #include "metrology/registration/patch_fit.h"
 #include "metrology/registration/patch_sums.h"
@@ -41,9 +42,8 @@ constexpr double kRested = 0.25;  // step after which the pose rests at a width,
 // 0.524 standard deviations; a little less than its inverse, so that up to a third of the points may be foreign.
 constexpr double kNearestPart = 0.4;
 constexpr double kNearestToSigma = 0.6 / 0.524;
-constexpr double kLeastShareOfScan = 0.6;  // of the part used of all points, below which a scan is named
-constexpr double kPointWidth = 6;          // of the loss over all points, in standard deviations: 98 % efficient
-constexpr double kPatchesAcross = 16;      // of the part's radius of gyration
+constexpr double kPointWidth = 6;      // of the loss over all points, in standard deviations: 98 % efficient
+constexpr double kPatchesAcross = 16;  // of the part's radius of gyration
 constexpr double kLeastPatchMm = 0.25;
 constexpr int kPassLimit = 12;
 // A pose nearer than this needs no second reading of the points: on a radius of 0.5 mm it changes a distance by 4 nm.
@@ -73,18 +73,6 @@ std::string FreeDirections(const Matrix6d& matrix, double condition_limit) {
   }
   return "the points leave " + std::to_string(count) +
          " directions free (turn about x, y, z by the radius of gyration, shift along x, y, z): " + listed;
-}
-
-// Scans whose points the loss threw out far more than the others': a wrong calibration, a dent, or a part held there.
-std::string StandingOff(const FitEvidence& evidence) {
-  std::string listed;
-  for (const PortionEvidence& portion : evidence.portions) {
-    const double used =
-        static_cast<double>(portion.points_used) / static_cast<double>(std::max<std::int64_t>(1, portion.point_count));
-    if (used < kLeastShareOfScan * evidence.overlap)
-      listed += (listed.empty() ? "" : ", ") + portion.scan + " (" + Percent(used) + ")";
-  }
-  return listed.empty() ? "" : "few points used of: " + listed + "; of all " + Percent(evidence.overlap);
 }
 
 class BestFit {
@@ -221,11 +209,17 @@ class BestFit {
                     kNearestToSigma * nearest_mm);
   }
 
-  absl::Status FindPose() {
-    coarse_.Search(pose_, options_.greatest_start_error_mm);
+  // Of the samples that are usable, in their order.
+  std::vector<double> Distances() const {
     std::vector<double> distances;
     for (const Sample& sample : coarse_.samples())
       if (sample.usable) distances.push_back(std::abs(sample.residual_mm));
+    return distances;
+  }
+
+  absl::Status FindPose() {
+    coarse_.Search(pose_, options_.greatest_start_error_mm);
+    std::vector<double> distances = Distances();
     if (options_.coarse_start) {
       auto found = FindCoarseStart(surface_, portions_, pose_, options_);
       if (!found.ok()) return found.status();
@@ -234,9 +228,7 @@ class BestFit {
       coarse_ = SurfaceResiduals(surface_, SamplesOf(portions_, pose_, options_, kFirstCount), reference_mm_,
                                  options_.thread_count);
       coarse_.Search(pose_, options_.greatest_start_error_mm);
-      distances.clear();
-      for (const Sample& sample : coarse_.samples())
-        if (sample.usable) distances.push_back(std::abs(sample.residual_mm));
+      distances = Distances();
     }
     // Wide enough for the few that may alone hold a direction, as a tip does: they must not be foreign from the start.
     double start = 0.02;
@@ -291,6 +283,7 @@ PlacedPose BestFit::Placed(double width_mm) {
   const Isometry3d part_from_zero = pose_.inverse(Eigen::Isometry);
   Matrix6d a = Matrix6d::Zero();
   FormPull form(MappingCovariance(calibration_, portions_));
+  GapPull gap;
   MappingSensitivity moved = MappingSensitivity::Zero(6, MappingParameterCount(portions_.size()));
   for (const Sample& sample : coarse_.samples()) {
     const double u = sample.residual_mm / width_mm;
@@ -308,6 +301,7 @@ PlacedPose BestFit::Placed(double width_mm) {
     MappingSensitivity by_mapping = MappingSensitivity::Zero(1, moved.cols());
     AddSensitivity(Eigen::VectorXd::Ones(1), sample.normal, mapped, portions_, calibration_, &by_mapping);
     form.Add({from_centroid, normal, row, weight, by_mapping});
+    gap.Add(surface_.GapNear(from_centroid + surface_.centroid_mm()), weight, row, from_centroid, normal);
     moved += weight * row * by_mapping;
   }
   const Matrix6d inverse = InverseIn(a, patch_options_.free);
@@ -322,6 +316,7 @@ PlacedPose BestFit::Placed(double width_mm) {
   placed.AddSource(kHeldDirections, to_zero * (held - inverse * a * held));
   placed.AddSource(kFormDeviation,
                    to_zero * form.Root(inverse, patches_.model_sigma_mm, 1e-3 * options_.form_error_um));
+  placed.AddSource(kCadGap, to_zero * gap.Root(inverse));
   return placed;
 }
 
@@ -370,11 +365,11 @@ absl::StatusOr<PoseFit> BestFit::Report(bool converged, double width_mm) {
   }
   fit.outcome = Outcome::kConverged;
   fit.placed = Placed(width_mm);
-  // What the part's form adds to what is said of the weakest direction.
+  // What form and CAD add to what is said of the weakest direction.
   Vector6d along = evidence.weakest_direction;
   along.head<3>() *= radius_mm_;
   for (const ErrorSource& source : fit.placed->sources)
-    if (source.name == kFormDeviation)
+    if (source.name == kFormDeviation || source.name == kCadGap)
       evidence.weakest_standard_uncertainty_mm =
           std::hypot(evidence.weakest_standard_uncertainty_mm, (along.transpose() * source.pose_per_sigma).norm());
   evidence.remark = StandingOff(evidence);

@@ -50,6 +50,12 @@ Eigen::Matrix<double, FormDraws::kCount, 1> FormDraws::At(const Eigen::Vector3d&
   return std::sqrt(2.0 * kLengthCount / kCount) * angles.cast<float>().array().cos().matrix().cast<double>();
 }
 
+Matrix6d MeanRoot(const Eigen::Matrix<double, 6, FormDraws::kCount>& per_draw) {
+  const Matrix6d mean = per_draw * per_draw.transpose() / FormDraws::kLengthCount;
+  const EigenSystem6 eigen = EigenSystemOf(mean);
+  return eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
+}
+
 FormPull::FormPull(const Eigen::MatrixXd& mapping) {
   const EigenSystem eigen = EigenSystemOf(mapping);
   const Eigen::VectorXd roots = eigen.values.cwiseMax(0).cwiseSqrt();

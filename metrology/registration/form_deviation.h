@@ -16,6 +16,9 @@ class FormDraws {
   static Eigen::Matrix<double, kCount, 1> At(const Eigen::Vector3d& part_mm, const Eigen::Vector3d& normal);
 };
 
+// A root (six columns) of the covariance of what each draw does (a column a draw), each length as likely.
+Matrix6d MeanRoot(const Eigen::Matrix<double, 6, FormDraws::kCount>& per_draw);
+
 // A point of a fit: where it lies on the part, its row, what it counts, and how its distance follows what maps it.
 struct FittedPoint {
   Eigen::Vector3d part_mm, normal;

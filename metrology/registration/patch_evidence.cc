@@ -8,7 +8,8 @@
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kRegionsAcross = 2;  // of the part's radius of gyration
+constexpr double kLeastShareOfScan = 0.6;  // of the part used of all points, below which a scan is named
+constexpr double kRegionsAcross = 2;       // of the part's radius of gyration
 
 using PatchesAtPlaces = std::map<PatchKey, std::vector<std::size_t>>;
 
@@ -91,12 +92,28 @@ void CompareScans(const std::vector<ScanPortion>& portions, const PatchesAtPlace
 void DescribePatches(const Surface& surface, const std::vector<ScanPortion>& portions, const PatchSums& sums,
                      const PatchFit& patches, double patch_mm, const FitOptions& options, FitEvidence* evidence) {
   CountPoints(portions, sums, patches, evidence);
+  if (surface.HasGaps()) {
+    evidence->gap_point_count = 0;
+    for (std::size_t k = 0; k < sums.patches.size(); ++k)
+      if (patches.weights[k] > 0.5) *evidence->gap_point_count += sums.patches[k].at_gap;
+  }
   DescribeRegions(surface, sums, patches, patch_mm, evidence);
   PatchesAtPlaces places;
   for (std::size_t k = 0; k < sums.patches.size(); ++k) places[sums.patches[k].key].push_back(k);
   CompareScans(portions, places, sums, patches, options, evidence);
   // A plane through a cubic cell has the cell's face as its projection along the side's axis; the slant is at most sqrt 3.
   evidence->surface_part = std::min(1.0, static_cast<double>(places.size()) * patch_mm * patch_mm / surface.area_mm2());
+}
+
+std::string StandingOff(const FitEvidence& evidence) {
+  std::string listed;
+  for (const PortionEvidence& portion : evidence.portions) {
+    const double used =
+        static_cast<double>(portion.points_used) / static_cast<double>(std::max<std::int64_t>(1, portion.point_count));
+    if (used < kLeastShareOfScan * evidence.overlap)
+      listed += (listed.empty() ? "" : ", ") + portion.scan + " (" + Percent(used) + ")";
+  }
+  return listed.empty() ? "" : "few points used of: " + listed + "; of all " + Percent(evidence.overlap);
 }
 
 }  // namespace sixpoint::metrology

@@ -6,6 +6,7 @@
 
 #include "metrology/linear_algebra/pseudo_inverse.h"
 #include "metrology/linear_algebra/symmetric.h"
+#include "metrology/registration/gap_pull.h"
 #include "metrology/registration/surface_residuals.h"
 #include "metrology/statistics/ranks.h"
 
@@ -34,6 +35,9 @@ class Fitter {
       matrices_.push_back(patch.Matrix());
       rows_.push_back(patch.row / patch.weight);
       means_.push_back(patch.pull / patch.weight / slope_);
+      // A gap's points are off together: their mean is no better known than one of them.
+      const double gap_sigma = GapUncertainty(std::sqrt(patch.gap_squares / patch.weight));
+      gap_variances_.push_back(gap_sigma * gap_sigma);
       squares += patch.squares;
     }
     double weight = 0;
@@ -95,7 +99,7 @@ class Fitter {
     std::vector<double> open(patches_.size()), ratios(patches_.size());
     double greatest = 0;
     for (std::size_t k = 0; k < patches_.size(); ++k) {
-      open[k] = NoiseVariance(k) + rows_[k].dot(covariance_ * rows_[k]);
+      open[k] = NoiseVariance(k) + gap_variances_[k] + rows_[k].dot(covariance_ * rows_[k]);
       greatest = std::max(greatest, std::abs(fit_.offsets_mm[k]));
     }
     const auto spread = [&](double variance) {
@@ -116,9 +120,9 @@ class Fitter {
   }
 
   void Weigh() {
-    const double model = fit_.model_sigma_mm * fit_.model_sigma_mm;
     for (std::size_t k = 0; k < patches_.size(); ++k) {
       const double noise = NoiseVariance(k);
+      const double model = fit_.model_sigma_mm * fit_.model_sigma_mm + gap_variances_[k];
       deviations_[k] = std::sqrt(noise + model + rows_[k].dot(covariance_ * rows_[k]));
       fit_.weights[k] = TukeyWeight(fit_.offsets_mm[k], kPatchWidth * deviations_[k]);
       trust_[k] = noise / (noise + model);
@@ -238,7 +242,7 @@ class Fitter {
   PatchFit fit_;
   std::vector<Matrix6d, Eigen::aligned_allocator<Matrix6d>> matrices_;
   std::vector<Vector6d, Eigen::aligned_allocator<Vector6d>> rows_;
-  std::vector<double> means_, trust_, deviations_;
+  std::vector<double> means_, gap_variances_, trust_, deviations_;
   Matrix6d covariance_;
   double slope_ = 1;     // of the points' loss
   double cut_ = 1;       // sum of w^2 r^2 by sum of w r^2

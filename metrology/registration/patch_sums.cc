@@ -57,6 +57,8 @@ void Add(const Patch& from, Patch* to) {
   to->weight += from.weight;
   to->pull += from.pull;
   to->squares += from.squares;
+  to->gap_squares += from.gap_squares;
+  to->at_gap += from.at_gap;
   to->row += from.row;
   to->right += from.right;
   for (std::size_t k = 0; k < from.matrix.size(); ++k) to->matrix[k] += from.matrix[k];
@@ -134,6 +136,11 @@ void AddPoint(double r, double w, bool is_used, const Vector6d& row, Patch* patc
   patch->right += r * weighted;
   for (int a = 0, k = 0; a < 6; ++a)
     for (int b = 0; b <= a; ++b, ++k) patch->matrix[static_cast<std::size_t>(k)] += weighted[a] * row[b];
+}
+
+void AddGap(double gap_mm, double w, bool is_used, Patch* patch) {
+  patch->gap_squares += w * gap_mm * gap_mm;
+  patch->at_gap += is_used && gap_mm > 0 ? 1 : 0;
 }
 
 // What one portion adds to the sums, beside the portion's own.
@@ -249,6 +256,7 @@ absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<S
           last = IndexOf(key, p, last, &part.patches);
           const double tukey = sum.robust ? inside * inside : 1, w = portion_weight * tukey;
           AddPoint(r, w, tukey > 0.5, PartRow(from_centroid, found.normal, radius), &part.patches[last]);
+          if (surface.HasGaps()) AddGap(surface.GapNear(found.point_mm), w, tukey > 0.5, &part.patches[last]);
           part.weight += w;
           part.slope += sum.robust ? portion_weight * inside * (1 - 5 * u * u) : w;
           part.squares += w * w * r * r;

@@ -41,6 +41,8 @@ struct Patch {
   double weight = 0;                  // sum of w
   double pull = 0;                    // sum of w r
   double squares = 0;                 // sum of w r^2
+  double gap_squares = 0;             // sum of w times the CAD's gap there, squared (Surface::GapNear)
+  std::int64_t at_gap = 0;            // of those used
   Vector6d row = Vector6d::Zero();    // sum of w J
   Vector6d right = Vector6d::Zero();  // sum of w r J
   std::array<double, 21> matrix{};    // sum of w J J^T, lower triangle by rows

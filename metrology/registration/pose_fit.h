@@ -34,8 +34,13 @@ struct PlacedPose {
   PoseCovariance covariance;         // noise and sources
 };
 
-// The sources of directions that were held, and may not be where they were held, and of a part that smoothly deviates from its CAD.
-inline constexpr char kHeldDirections[] = "held directions", kFormDeviation[] = "form";
+// The sources of directions that were held, and may not be where they were held, of a part that smoothly deviates from its CAD, and of a CAD
+// whose faces do not meet.
+inline constexpr char kHeldDirections[] = "held directions", kFormDeviation[] = "form", kCadGap[] = "CAD gap";
+// Of one part in one fit: another blade's is another.
+inline bool IsOfBlade(const std::string& source) {
+  return source == kHeldDirections || source == kFormDeviation || source == kCadGap;
+}
 
 struct PoseFit {
   Outcome outcome = Outcome::kNotConverged;

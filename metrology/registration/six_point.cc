@@ -8,6 +8,7 @@
 
 #include "metrology/linear_algebra/inverse.h"
 #include "metrology/linear_algebra/symmetric.h"
+#include "metrology/registration/gap_pull.h"
 #include "metrology/registration/local_height.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
@@ -41,6 +42,7 @@ struct Nest {
   std::array<LocalHeight, 6> heights;
   Matrix6d along_normals;  // of the six distances per change
   Matrix6d solver;         // change per distance
+  Vector6d gap_sigmas_mm;  // of the CAD's surface at each
 };
 
 // The best fit's error is seen by the six distances and so partly (pairs) or wholly (normals) taken away again.
@@ -63,9 +65,18 @@ PlacedPose Placed(const Eigen::Isometry3d& zero_from_part, const Nest& nest, con
   PlacedPose placed(
       zero_from_part, best_fit.covariance.reference_mm, unscale.asDiagonal() * noise * unscale.asDiagonal(),
       unscale.asDiagonal() * (kept * (scale.asDiagonal() * best_fit.Sensitivity()) + nest.solver * moved), calibration);
-  for (const ErrorSource& source : best_fit.sources)
-    if (source.name == kFormDeviation)
-      placed.AddSource(source.name, unscale.asDiagonal() * (kept * (scale.asDiagonal() * source.pose_per_sigma)));
+  const auto kept_of = [&](const char* name) {
+    Eigen::Matrix<double, 6, Eigen::Dynamic> of(6, 0);
+    for (const ErrorSource& source : best_fit.sources)
+      if (source.name == name) of = unscale.asDiagonal() * (kept * (scale.asDiagonal() * source.pose_per_sigma));
+    return of;
+  };
+  placed.AddSource(kFormDeviation, kept_of(kFormDeviation));
+  // A datum near a gap of the CAD is off with it, beside what the best fit took of gaps.
+  Eigen::Matrix<double, 6, Eigen::Dynamic> gaps = kept_of(kCadGap);
+  gaps.conservativeResize(Eigen::NoChange, gaps.cols() + 6);
+  gaps.rightCols<6>() = unscale.asDiagonal() * (nest.solver * nest.gap_sigmas_mm.asDiagonal());
+  placed.AddSource(kCadGap, gaps);
   return placed;
 }
 
@@ -98,6 +109,7 @@ absl::StatusOr<PoseFit> FitSixPoints(const Surface& surface, const std::vector<S
     Matrix6d pairs = Matrix6d::Zero(), pulls;
     for (int i = 0; i < 6; ++i) {
       LocalHeight& height = nest.heights[i];
+      nest.gap_sigmas_mm[i] = GapUncertainty(surface.GapNear(datums[i].point_mm));
       height = HeightAt(surface, portions, datums[i].point_mm, datums[i].normal, zero_from_part, calibration,
                         1e-3 * options.model_error_um);
       Eigen::Matrix<double, 3, 6> moves = PointJacobian(zero_from_part * datums[i].point_mm, reference);

@@ -13,6 +13,7 @@
 #include "metrology/nearest/nearest_search.h"
 #include "metrology/parallel/loops.h"
 #include "metrology/surface/curved_foot.h"
+#include "metrology/surface/gap_zone.h"
 #include "metrology/surface/seams.h"
 #include "refusal/refusal.h"
 
@@ -86,6 +87,7 @@ struct Surface::Parts {
         search(vertices_mm, mesh.triangles),
         seams(mesh, vertices_mm),
         curved(mesh, vertices_mm, seams),
+        gaps(mesh),
         moments(MomentsOf(vertices_mm, mesh.triangles)) {}
 
   // Queries are about the middle.
@@ -100,6 +102,7 @@ struct Surface::Parts {
   NearestSearch search;
   Seams seams;
   CurvedSurface curved;
+  GapZone gaps;  // part frame
   SurfaceMoments moments;
 };
 
@@ -237,8 +240,12 @@ std::size_t Surface::memory_bytes() const {
   const TriangleMesh& mesh = parts_->mesh;
   const auto of = [](const auto& list) { return list.capacity() * sizeof(list[0]); };
   return of(mesh.vertices_mm) + of(mesh.triangles) + of(mesh.corner_normals) + of(mesh.faces) +
-         of(parts_->vertices_mm) + parts_->seams.memory_bytes() + parts_->search.memory_bytes();
+         of(parts_->vertices_mm) + parts_->seams.memory_bytes() + parts_->search.memory_bytes() +
+         of(mesh.face_gaps_mm) + parts_->gaps.memory_bytes();
 }
+
+double Surface::GapNear(const Vector3d& point_mm) const { return parts_->gaps.At(point_mm); }
+bool Surface::HasGaps() const { return !parts_->gaps.empty(); }
 
 const TriangleMesh& Surface::mesh() const { return parts_->mesh; }
 Vector3d Surface::minimum_mm() const { return parts_->bounds_mm.min(); }

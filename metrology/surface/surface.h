@@ -92,6 +92,11 @@ class Surface {
   // What it holds by now: mesh, tree, topology and, once made, the near cells.
   std::size_t memory_bytes() const;
 
+  // How far the CAD's faces are from meeting within 1 mm of a point of the surface, at most: so far the surface may be off there, either
+  // way. 0 elsewhere.
+  double GapNear(const Eigen::Vector3d& point_mm) const;
+  bool HasGaps() const;
+
   const TriangleMesh& mesh() const;
   Eigen::Vector3d minimum_mm() const;
   Eigen::Vector3d maximum_mm() const;

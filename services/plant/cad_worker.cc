@@ -68,7 +68,7 @@ class MemoryFile {
 absl::StatusOr<pid_t> Start(const CadWorkerOptions& options, const CadFile& file, const MemoryFile& input,
                             const MemoryFile& output, const MemoryFile& errors) {
   return sandbox::StartWorker({options.program, "--format", file.format, "--unit-mm", NumberText(file.unit_mm),
-                               "--error-um", NumberText(file.chordal_error_um), "--memory-mb",
+                               "--error-um", NumberText(file.chordal_error_um), "--solid", file.solid, "--memory-mb",
                                std::to_string(options.memory_mb), "--cpu-s", std::to_string(options.cpu_s)},
                               {input.descriptor(), sandbox::kNothing, errors.descriptor(), output.descriptor()});
 }

@@ -20,6 +20,7 @@ struct CadFile {
   std::string format;  // step, iges, stl
   double unit_mm = 1;  // stl only
   double chordal_error_um = 0.5;
+  std::string solid = {};  // by name or number; empty: the only one
 };
 
 // Mesh bytes (MeshFromBytes), not yet checked. INVALID_ARGUMENT: the worker refused the file, crashed, or passed its

@@ -89,6 +89,11 @@ void ToProto(const storage::TessellationRow& row, v1::SurfaceSummary* out) {
   out->set_closed(row.closed);
   runtime::SetPoint(row.minimum_mm, out->mutable_minimum_mm());
   runtime::SetPoint(row.maximum_mm, out->mutable_maximum_mm());
+  if (row.edge_gaps) {
+    out->set_healed_um(row.edge_gaps->healed_um);
+    out->set_gap_um(row.edge_gaps->gap_um);
+    if (!row.edge_gaps->gap_at_mm.empty()) runtime::SetPoint(row.edge_gaps->gap_at_mm, out->mutable_gap_at_mm());
+  }
   if (!row.gaps) return;
   out->set_degenerate_triangle_count(row.gaps->degenerate_triangle_count);
   out->set_open_rim_count(row.gaps->open_rim_count);
@@ -168,6 +173,7 @@ v1::Part ToProto(const storage::PartRow& row) {
                       : row.cad_format == "iges" ? v1::CAD_FORMAT_IGES
                                                  : v1::CAD_FORMAT_STL);
   part.set_cad_unit_mm(row.cad_unit_mm);
+  part.set_solid(row.solid);
   for (const storage::HoleGroupRow& group : row.hole_groups) ToProto(group, part.add_hole_groups());
   for (const storage::DatumPointRow& datum : row.datum_points) {
     v1::DatumPoint* to = part.add_six_points();

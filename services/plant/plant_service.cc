@@ -203,7 +203,7 @@ grpc::Status PlantService::CreatePart(grpc::ServerContext* context, const v1::Cr
   if (!seen.ok()) return ToGrpc(seen);
   const auto make = [&]() -> absl::StatusOr<runtime::Made<storage::PartRow>> {
     absl::StatusOr<storage::TessellationRow> tessellation =
-        surfaces_.Of(part->cad_format, part->cad_unit_mm, request->cad(), runtime::DeadlineOf(*context),
+        surfaces_.Of(part->cad_format, part->cad_unit_mm, part->solid, request->cad(), runtime::DeadlineOf(*context),
                      runtime::KeepGoing(*context));
     if (!tessellation.ok()) return tessellation.status();
     part->tessellation = *std::move(tessellation);

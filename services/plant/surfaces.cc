@@ -1,5 +1,6 @@
 #include "services/plant/surfaces.h"
 
+#include <algorithm>
 #include <sstream>
 #include <utility>
 
@@ -15,7 +16,7 @@ namespace {
 
 constexpr double kChordalErrorUm = 0.5;
 // Counts up when the tessellation of the same CAD with the same parameters comes to differ.
-constexpr char kMethodVersion[] = "v3";
+constexpr char kMethodVersion[] = "v4";
 
 std::string MethodOf(const CadFile& file) {
   std::ostringstream text;
@@ -26,10 +27,23 @@ std::string MethodOf(const CadFile& file) {
   } else {
     text << " chordal_error_um=" << file.chordal_error_um;
   }
+  // A name may be long; a journal's entry keeps 64 bytes of a method.
+  if (!file.solid.empty()) text << " solid=" << storage::Sha256Hex(file.solid).substr(0, 24);
   return text.str();
 }
 
-absl::StatusOr<storage::TessellationRow> Summary(const std::string& mesh_bytes) {
+// Triangles are their own edges.
+storage::TessellationRow::EdgeGaps EdgeGapsOf(const metrology::TriangleMesh& mesh) {
+  storage::TessellationRow::EdgeGaps gaps;
+  gaps.healed_um = 1e3 * mesh.healed_mm;
+  const auto widest = std::max_element(mesh.face_gaps_mm.begin(), mesh.face_gaps_mm.end());
+  if (widest == mesh.face_gaps_mm.end() || !(*widest > 0)) return gaps;
+  gaps.gap_um = 1e3 * double{*widest};
+  gaps.gap_at_mm = runtime::RowMajor(mesh.vertices_mm[static_cast<std::size_t>(widest - mesh.face_gaps_mm.begin())]);
+  return gaps;
+}
+
+absl::StatusOr<storage::TessellationRow> Summary(const std::string& mesh_bytes, bool has_edges) {
   const absl::StatusOr<metrology::TriangleMesh> mesh = metrology::MeshFromBytes(mesh_bytes);
   if (!mesh.ok()) return absl::InternalError("cad worker: " + std::string(mesh.status().message()));
   if (mesh->triangles.empty()) return absl::InternalError("cad worker: a mesh of 0 triangles, want at least one");
@@ -42,6 +56,7 @@ absl::StatusOr<storage::TessellationRow> Summary(const std::string& mesh_bytes) 
   row.maximum_mm = runtime::RowMajor(bounds_mm.max());
   const metrology::MeshGaps gaps = metrology::GapsOf(*mesh);
   row.gaps = {gaps.degenerate_triangle_count, gaps.open_rim_count, gaps.open_rim_length_mm};
+  if (has_edges) row.edge_gaps = EdgeGapsOf(*mesh);
   return row;
 }
 
@@ -60,10 +75,11 @@ absl::StatusOr<std::string> Surfaces::Read(const CadFile& file, const std::strin
   return TessellateInWorker(options_, file, cad, keep_going);
 }
 
-absl::StatusOr<storage::TessellationRow> Surfaces::Of(const std::string& format, double unit_mm, const std::string& cad,
+absl::StatusOr<storage::TessellationRow> Surfaces::Of(const std::string& format, double unit_mm,
+                                                      const std::string& solid, const std::string& cad,
                                                       storage::Deadline deadline,
                                                       const std::function<bool()>& keep_going) {
-  const CadFile file{format, unit_mm, kChordalErrorUm};
+  const CadFile file{format, unit_mm, kChordalErrorUm, solid};
   const std::string method = MethodOf(file);
   absl::StatusOr<std::optional<storage::TessellationRow>> known =
       store_->Find(storage::Sha256Hex(cad), method, deadline);
@@ -71,7 +87,7 @@ absl::StatusOr<storage::TessellationRow> Surfaces::Of(const std::string& format,
   if (*known) return **std::move(known);
   const absl::StatusOr<std::string> mesh = Read(file, cad, deadline, keep_going);
   if (!mesh.ok()) return mesh.status();
-  absl::StatusOr<storage::TessellationRow> row = Summary(*mesh);
+  absl::StatusOr<storage::TessellationRow> row = Summary(*mesh, format != "stl");
   if (!row.ok()) return row.status();
   row->method = method;
   return store_->Keep(cad, *mesh, *std::move(row), runtime::SoftwareVersion(), deadline);

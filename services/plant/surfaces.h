@@ -22,8 +22,9 @@ class Surfaces {
 
   // The stored tessellation of this CAD, after reading it where there is none. Kept on its own: a surface is true of
   // its CAD whatever becomes of the part.
-  absl::StatusOr<storage::TessellationRow> Of(const std::string& format, double unit_mm, const std::string& cad,
-                                              storage::Deadline deadline, const std::function<bool()>& keep_going);
+  absl::StatusOr<storage::TessellationRow> Of(const std::string& format, double unit_mm, const std::string& solid,
+                                              const std::string& cad, storage::Deadline deadline,
+                                              const std::function<bool()>& keep_going);
 
   // How many times a worker was started.
   int read_count() const { return read_count_; }

@@ -139,6 +139,16 @@ absl::Status ReadCad(const v1::CreatePartRequest& request, storage::PartRow* row
   return CheckRange("part.cad_unit_mm", row->cad_unit_mm, 0, 10'000, "0: STEP and IGES say their own unit");
 }
 
+absl::Status ReadSolid(const v1::Part& part, storage::PartRow* row) {
+  row->solid = part.solid();
+  if (row->solid.empty()) return absl::OkStatus();
+  if (part.cad_format() == v1::CAD_FORMAT_STL) return Refuse("part.solid", row->solid, "none: STL has no solids");
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
+  if (std::any_of(row->solid.begin(), row->solid.end(), is_control))
+    return Refuse("part.solid", "a text with control characters", "a solid's name or number in the CAD file");
+  return absl::OkStatus();
+}
+
 absl::Status ReadNominal(const v1::Part& part, storage::PartRow* row) {
   if (!part.has_zero_from_part_nominal()) return Refuse("part.zero_from_part_nominal", "", "a rigid transform");
   const absl::StatusOr<Eigen::Isometry3d> nominal =
@@ -215,6 +225,7 @@ absl::StatusOr<storage::PartRow> Validated(const v1::CreatePartRequest& request)
   runtime::Refusals refusals;
   refusals.Add(runtime::CheckId("part_id", row.part_id))
       .Add(ReadCad(request, &row))
+      .Add(ReadSolid(part, &row))
       .Add(ReadNominal(part, &row))
       .Add(ReadExpansion("part.thermal_expansion", part.has_thermal_expansion(), part.thermal_expansion(),
                          &row.thermal_expansion));
@@ -248,9 +259,10 @@ absl::StatusOr<storage::PartRow> Validated(const v1::CreatePartRequest& request)
   v1::Part described = part;
   described.clear_surface();  // ours to say
   // A process of the release before zones were stated kept no zone of what it took, and the digest of all of it: ours is another.
-  // As little did one before customers.
-  row.content_sha256 = ContentSha256(
-      std::move(described), storage::Sha256Hex(request.cad()) + "zone" + (row.customer_id.empty() ? "" : "customer"));
+  // As little did one before customers, or before solids.
+  row.content_sha256 = ContentSha256(std::move(described), storage::Sha256Hex(request.cad()) + "zone" +
+                                                               (row.customer_id.empty() ? "" : "customer") +
+                                                               (row.solid.empty() ? "" : "solid"));
   return row;
 }
 

@@ -8,6 +8,7 @@
 
 #include "metrology/registration/register.h"
 #include "services/registration/batch.h"
+#include "services/registration/drawn_holes.h"
 #include "services/registration/messages.h"
 #include "services/registration/metrics.h"
 #include "services/registration/rows.h"
@@ -83,6 +84,7 @@ absl::StatusOr<runtime::Made<storage::RegistrationRow>> RegistrationService::Mak
     auto registered = metrology::Register({*inputs->surface, inputs->portions, inputs->calibration}, inputs->task);
     if (!registered.ok()) return registered.status();
     metrology::AddRemark(inputs->remark, &registered->fit.evidence);
+    registered->fit.evidence.drawn_hole_count = CountDrawnHoles(inputs->part, *inputs->surface);
     const std::chrono::duration<double> computed = std::chrono::steady_clock::now() - started;
     return RecordOf(request, *inputs, *registered, computed.count());
   };

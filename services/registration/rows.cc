@@ -76,6 +76,8 @@ v1::Evidence DetailOf(const metrology::PoseFit& fit, const std::optional<metrolo
     detail.set_correlation_widening(Figure(evidence.correlation_widening));
     detail.set_last_step_um(kUmPerMm * evidence.last_step_mm);
   }
+  detail.set_drawn_hole_count(evidence.drawn_hole_count);
+  if (evidence.gap_point_count.has_value()) detail.set_gap_point_count(*evidence.gap_point_count);
   for (const metrology::RegionResidual& in : evidence.regions) {
     if (!std::isfinite(in.mean_mm)) continue;  // no weight there
     v1::RegionResidual* region = detail.add_regions();
@@ -118,8 +120,7 @@ absl::StatusOr<storage::RegistrationRow> FitRowOf(const std::string& blade, cons
       storage::RegistrationErrorSourceRow& kept = row.error_sources.emplace_back();
       kept.source_name = source.name;
       // Another blade is held elsewhere, and deviates otherwise.
-      if (source.name == metrology::kHeldDirections || source.name == metrology::kFormDeviation)
-        kept.source_name += ", " + blade;
+      if (metrology::IsOfBlade(source.name)) kept.source_name += ", " + blade;
       if (std::isfinite(source.degrees_of_freedom)) kept.degrees_of_freedom = source.degrees_of_freedom;
       kept.draw_count = static_cast<int>(source.pose_per_sigma.cols());
       kept.parameters_per_sigma = runtime::RowMajor(source.parameters_per_sigma);

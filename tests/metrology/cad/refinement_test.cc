@@ -124,15 +124,21 @@ TEST(Refinement, EqualInputsGiveEqualBytes) {
   EXPECT_EQ(MeshBytes(*first), MeshBytes(*second));
 }
 
-TEST(Refinement, ASmallGapBetweenFacesIsReportedAndAWideOneRefused) {
-  const TwoHalves small(5e-3), wide(50e-3);
+TEST(Refinement, EdgesOffTheirFacesArePutOntoThemAndToldAndWideOnesRefused) {
   const RefinementOptions options = Within(1e-3);
-  const auto mesh = Refine(CoarseHalves(small), small, options);
-  ASSERT_TRUE(mesh.ok()) << mesh.status();
-  EXPECT_LE(mesh->chordal_error_um, 6.0);
+  for (const double off_mm : {5e-3, 50e-3}) {
+    const TwoHalves shape(off_mm);
+    const auto mesh = Refine(CoarseHalves(shape), shape, options);
+    ASSERT_TRUE(mesh.ok()) << mesh.status();
+    EXPECT_LE(mesh->chordal_error_um, 1.0);
+    // Told from 10 um on.
+    EXPECT_NEAR(mesh->healed_mm, off_mm > 10e-3 ? off_mm : 0, 1e-12);
+    EXPECT_TRUE(mesh->face_gaps_mm.empty());
+  }
+  const TwoHalves wide(0.12);
   const auto refused = Refine(CoarseHalves(wide), wide, options);
   EXPECT_EQ(refused.status().code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_THAT(std::string(refused.status().message()), HasSubstr("off their faces"));
+  EXPECT_THAT(std::string(refused.status().message()), HasSubstr("cad.faces: an edge 0.12 mm off its face at (10.12"));
 }
 
 TEST(Refinement, StopsAtTheTriangleLimit) {

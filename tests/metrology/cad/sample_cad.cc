@@ -7,15 +7,10 @@
 #include <BRepPrimAPI_MakeSphere.hxx>
 #include <BRepPrimAPI_MakeTorus.hxx>
 #include <IGESControl_Writer.hxx>
-#include <Message.hxx>
-#include <Message_Messenger.hxx>
-#include <Message_Printer.hxx>
 #include <STEPControl_Writer.hxx>
-#include <cstdio>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
+
+#include "tests/metrology/cad/written_cad.h"
 
 #if defined(__SANITIZE_ADDRESS__)
 // OpenCASCADE's readers and writers keep their tables for as long as the process lives.
@@ -49,20 +44,6 @@ TopoDS_Shape Make(SampleShape shape) {
       return BRepPrimAPI_MakeBox(0.02, 0.02, 0.02).Shape();
   }
   std::abort();
-}
-
-// The writers know files only.
-template <typename Write>
-std::string Written(Write write) {
-  Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_Printer));
-  std::string folder = (std::filesystem::temp_directory_path() / "sample-cad-XXXXXX").string();
-  if (mkdtemp(folder.data()) == nullptr) std::abort();
-  const std::string path = folder + "/part";
-  write(path);
-  std::ifstream file(path, std::ios::binary);
-  std::string bytes{std::istreambuf_iterator<char>(file), {}};
-  std::filesystem::remove_all(folder);
-  return bytes;
 }
 
 }  // namespace

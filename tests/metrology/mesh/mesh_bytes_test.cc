@@ -82,7 +82,7 @@ TEST(MeshBytes, NamesWhatIsWrong) {
   const std::string bytes = MeshBytes(FullMesh());
   EXPECT_THAT(MessageOf("PLY"), HasSubstr("mesh.magic"));
   EXPECT_THAT(MessageOf(With(bytes, 8, std::uint32_t{2})), HasSubstr("mesh.version: 2, want 1"));
-  EXPECT_THAT(MessageOf(With(bytes, 12, std::uint32_t{8})), HasSubstr("mesh.flags"));
+  EXPECT_THAT(MessageOf(With(bytes, 12, std::uint32_t{32})), HasSubstr("mesh.flags: 32, want 0 to 31"));
   EXPECT_THAT(MessageOf(With(bytes, 32, std::numeric_limits<double>::quiet_NaN())), HasSubstr("mesh.chordal_error_um"));
   EXPECT_THAT(MessageOf(With(bytes, 40, std::numeric_limits<double>::infinity())), HasSubstr("mesh.vertices_mm"));
   EXPECT_THAT(MessageOf(With(bytes, 40 + 4 * 24, std::uint32_t{4})),

@@ -5,6 +5,7 @@
 #include <google/protobuf/util/message_differencer.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <sstream>
 #include <thread>
@@ -14,6 +15,7 @@
 #include "services/runtime/errors.h"
 #include "storage/blobs.h"
 #include "storage/plant_registry.h"
+#include "tests/metrology/cad/foreign_cad.h"
 #include "tests/metrology/cad/sample_cad.h"
 #include "tests/services/plant/sample_registry.h"
 #include "tests/support/in_process_server.h"
@@ -295,6 +297,65 @@ TEST_F(PlantServiceTest, BadCadStoresNothing) {
   EXPECT_EQ(Count("parts"), 0);
   EXPECT_EQ(Count("tessellations"), 0);
   EXPECT_EQ(Count("record_entries"), 0);
+}
+
+// A cylinder of radius 5 mm in two halves that go on smoothly but for a step.
+TEST_F(PlantServiceTest, GapsOfTheCadComeBackWithItsSurface) {
+  v1::CreatePartRequest request = SamplePart(testing::StepOfSteppedHalves(0.033));
+  request.mutable_part()->clear_hole_groups();
+  request.mutable_part()->clear_six_points();
+  const auto created = Create(request);
+  ASSERT_TRUE(created.ok()) << created.status();
+  EXPECT_NEAR(created->surface().healed_um(), 33, 0.01);
+  EXPECT_NEAR(created->surface().gap_um(), 16.5, 0.01);
+  EXPECT_NEAR(std::abs(created->surface().gap_at_mm().x_mm()), 5.0165, 1e-4);
+  EXPECT_NEAR(created->surface().gap_at_mm().y_mm(), 0, 1e-4);
+  const auto read = GetPart("parts/vane");
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_TRUE(MessageDifferencer::Equals(*created, *read));
+  // None: told as none.
+  request.set_cad(CylinderCad());
+  const auto whole = Create(request);
+  ASSERT_TRUE(whole.ok()) << whole.status();
+  EXPECT_TRUE(whole->surface().has_gap_um() && whole->surface().has_healed_um());
+  EXPECT_EQ(whole->surface().gap_um(), 0);
+  EXPECT_FALSE(whole->surface().has_gap_at_mm());
+}
+
+TEST_F(PlantServiceTest, AGapBeyondATenthOfAMillimetreStoresNothing) {
+  const auto refused = Create(SamplePart(testing::StepOfSteppedHalves(0.12)));
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(refused.status().message()), HasSubstr("cad.faces: an edge 0.12 mm off its face at ("));
+  EXPECT_EQ(Count("parts"), 0);
+  EXPECT_EQ(Count("tessellations"), 0);
+}
+
+TEST_F(PlantServiceTest, OneSolidOfAnAssemblyIsThePart) {
+  v1::CreatePartRequest request = SamplePart(testing::StepOfAssembly({{"fixture", 8}, {"blade", 5}, {"clamp", 2}}));
+  request.mutable_part()->clear_hole_groups();
+  request.mutable_part()->clear_six_points();
+  const auto none = Create(request);
+  EXPECT_EQ(none.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(none.status().message()),
+              HasSubstr("part.solid: none of 3 solids, want its name or number of 1 \"fixture\" (3072 mm3), 2 "));
+  EXPECT_EQ(Count("parts"), 0);
+  EXPECT_EQ(Count("tessellations"), 0);
+  request.mutable_part()->set_solid("clamp");
+  const auto clamp = Create(request);
+  ASSERT_TRUE(clamp.ok()) << clamp.status();
+  EXPECT_EQ(clamp->solid(), "clamp");
+  EXPECT_NEAR(clamp->surface().maximum_mm().x_mm() - clamp->surface().minimum_mm().x_mm(), 2, 1e-9);
+  const auto read = GetPart("parts/vane");
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_TRUE(MessageDifferencer::Equals(*clamp, *read));
+  // Another solid of the same file is another surface and another revision.
+  request.mutable_part()->set_solid("2");
+  const auto blade = Create(request);
+  ASSERT_TRUE(blade.ok()) << blade.status();
+  EXPECT_EQ(blade->revision(), 2);
+  EXPECT_NEAR(blade->surface().maximum_mm().x_mm() - blade->surface().minimum_mm().x_mm(), 5, 1e-9);
+  EXPECT_NE(blade->surface().surface_sha256(), clamp->surface().surface_sha256());
+  EXPECT_EQ(Count("tessellations"), 2);
 }
 
 TEST_F(PlantServiceTest, HolesOffTheCadAreRefused) {
