@@ -71,6 +71,7 @@ void AddCommands(Command* root, Session* session) {
   AddReplayCommand(root, session);
   AddRejudgeCommand(root, session);
   AddValuesCommand(root, session);
+  AddEfficacyCommand(root, session);
   AddLedgerCommands(root, session);
   AddPlantCommands(root, session);
   AddCallCommand(root, session);

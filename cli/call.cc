@@ -17,6 +17,7 @@
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "sixpoint/ingest/v1/store.grpc.pb.h"
 #include "sixpoint/inspection/v1/disposition.grpc.pb.h"
+#include "sixpoint/inspection/v1/efficacy.grpc.pb.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
 #include "sixpoint/inspection/v1/value.grpc.pb.h"
 #include "sixpoint/plant/v1/event.grpc.pb.h"
@@ -54,6 +55,7 @@ absl::StatusOr<const google::protobuf::MethodDescriptor*> FindMethod(const std::
            {"correction", correction::v1::CorrectionService::service_full_name()},
            {"inspection", inspection::v1::InspectionService::service_full_name()},
            {"inspection", inspection::v1::DispositionService::service_full_name()},
+           {"inspection", inspection::v1::EfficacyService::service_full_name()},
            {"inspection", inspection::v1::ValueService::service_full_name()}}) {
     const auto* service = google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(full_name);
     if (service == nullptr) return absl::InternalError(full_name + ": not built in");

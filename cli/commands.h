@@ -40,6 +40,7 @@ void AddTraceCommand(Command* app, Session* session);
 void AddReplayCommand(Command* app, Session* session);
 void AddRejudgeCommand(Command* app, Session* session);
 void AddValuesCommand(Command* app, Session* session);
+void AddEfficacyCommand(Command* app, Session* session);
 void AddLedgerCommands(Command* app, Session* session);
 void AddCallCommand(Command* app, Session* session);
 void AddPlantCommands(Command* app, Session* session);

@@ -22,7 +22,7 @@ const std::vector<Group>& Groups() {
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
       {"Blades", {"plan", "register", "registration", "correct", "correction", "inspect", "inspection"}},
-      {"Record", {"recall", "trace", "values", "replay", "rejudge", "ledger"}},
+      {"Record", {"recall", "trace", "values", "efficacy", "replay", "rejudge", "ledger"}},
       {"Watching", {"open", "fleet", "events", "webhook"}},
       {"Besides", {"plant", "call", "completion"}},
   };
@@ -161,6 +161,9 @@ constexpr Example kExamples[] = {
     {"values",
      "sixpoint values --blade SN-1 --characteristic G1/H3/position\n"
      "sixpoint values --part vane --since 2026-11-01 --csv"},
+    {"efficacy",
+     "sixpoint efficacy sarix-1\n"
+     "sixpoint efficacy sarix-1 --part vane --since 2026-11-01 --json"},
     {"ledger verify", "sixpoint ledger verify --heads heads.jsonl --key public.pem"},
     {"ledger proof", "sixpoint ledger proof SN-1 --out sn-1.proof.json"},
     {"plant run", "sixpoint plant run DIR --out results.json"},

@@ -1,5 +1,6 @@
 // sixpoint-inspection: the verdict on a machined blade.
 #include "services/inspection/disposition_service.h"
+#include "services/inspection/efficacy_service.h"
 #include "services/inspection/inspection_service.h"
 #include "services/inspection/value_service.h"
 #include "services/runtime/peers.h"
@@ -24,6 +25,8 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
        std::make_unique<InspectionService>(storage::InspectionsIn(database), std::move(peers), inspection_options)});
   services.push_back(
       {v1::ValueService::service_full_name(), std::make_unique<ValueService>(storage::ValuesIn(database))});
+  services.push_back(
+      {v1::EfficacyService::service_full_name(), std::make_unique<EfficacyService>(storage::OutcomesIn(database))});
   services.push_back(
       {v1::DispositionService::service_full_name(),
        std::make_unique<DispositionService>(storage::DispositionsIn(database), storage::InspectionsIn(database))});

@@ -49,6 +49,23 @@ test('a machine shows what is wrong, its axes that move, its scanner and its tab
   await page.context().close();
 });
 
+test('what a machine cuts beside its corrections is told blade by blade, and what is offered of it', async () => {
+  const page = await signedIn(stage, '/machines/sarix-1');
+  const complaints = complaintsOf(page);
+  const section = page.getByRole('region', { name: 'Cut against predicted' });
+  await section.getByText(/Offered as its known offset; nothing applies it/).waitFor();
+  await section.locator('.trend-place canvas').nth(1).waitFor();
+  const text = plain((await section.textContent())!);
+  assert.match(text, /X30\.2 ± 4\.4 µm/);
+  assert.match(text, /These holes do not tell Z/);
+  assert.match(text, /G1\/H2/);
+  await section.getByText('1 earlier period').click();
+  await section.getByText(/not enough blades; its calibrations/).waitFor();
+  assert.deepEqual(await axeFindings(page), []);
+  assert.deepEqual(complaints, []);
+  await page.context().close();
+});
+
 test('alarms of the fleet lead to what they are of', async () => {
   const page = await signedIn(stage, '/?find=sarix-1');
   const tile = page.locator('[data-machine="sarix-1"]');

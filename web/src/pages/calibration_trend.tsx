@@ -58,7 +58,7 @@ const kPoints: Column<Row>[] = [
 ];
 
 type Inks = import('../view/trend_chart').TrendInk;
-function inksNow(): Inks {
+export function inksNow(): Inks {
   const style = getComputedStyle(document.documentElement), of = (name: string) => style.getPropertyValue(name).trim();
   return { ink: of('--ink'), faint: of('--ink-2'), line: of('--line'), value: of('--accent'), alarm: of('--bad'), band: of('--news-wash'), limit: of('--unsure') };
 }

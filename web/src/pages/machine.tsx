@@ -24,6 +24,7 @@ import { Heading } from '../view/shell';
 import { Shown } from '../view/states';
 import { Table, type Column } from '../view/table';
 import { AxisTable, broughtBy } from './calibration_residuals';
+import { Efficacy } from './efficacy';
 import { MachineView } from './machine_view';
 
 type Facts = { machine: Machine; inForce: Calibration[] };
@@ -201,6 +202,7 @@ export default function MachinePage({ argument: id }: { argument: string }) {
             </section>
             {brought.length > 0 && <section class="section"><Table caption="What calibrating brings" columns={kBrought} rows={brought} rowKey={(b) => b.of.name} /></section>}
             <Checks name={name} />
+            <Efficacy name={name} />
             <Stated machine={machine} />
           </>
         );
