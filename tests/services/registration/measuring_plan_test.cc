@@ -117,7 +117,8 @@ class MeasuringPlanTest : public ::testing::Test {
   testing::StandIns plant_;
   PlantOfNow now_{&plant_.plant};
   testing::InProcessServer now_server_{{&now_}};
-  InputFetcher fetcher_{Peers{now_server_.Connect(), plant_.Connect(), plant_.Connect()}, 64 << 20, 1};
+  InputFetcher fetcher_{Peers{now_server_.Connect(), plant_.Connect(), plant_.Connect()},
+                        FetcherMemory{std::size_t{64} << 20, 0}, 1};
   runtime::ComputePool pool_{{1, 0}, "registrations", errors::v1::REGISTRATIONS_FULL};
   MeasuringPlanService service_{fetcher_, &pool_, 2};
   testing::InProcessServer server_{{&service_}};
