@@ -63,7 +63,7 @@ std::vector<Names> NamesOf(const CustomersPart& of) {
 
 // Every field that can name something, and of_machine (empty: none) where one is asked for.
 void Fill(Message* message, const Names& names, const std::string& of_machine, int depth = 0) {
-  static const std::set<std::string> kInside = {"requests", "header", "machining_model"};
+  static const std::set<std::string> kInside = {"requests", "header", "machining_model", "registration", "correction"};
   const auto& reflection = *message->GetReflection();
   for (int i = 0; i < message->GetDescriptor()->field_count(); ++i) {
     const FieldDescriptor* field = message->GetDescriptor()->field(i);
