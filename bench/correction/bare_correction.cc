@@ -1,8 +1,7 @@
 #include <chrono>
-#include <cstdio>
-#include <cstdlib>
 
 #include "bench/correction/bare_kernels.h"
+#include "bench/correction/need.h"
 #include "services/correction/correct.h"
 #include "services/correction/inputs.h"
 
@@ -10,13 +9,6 @@ namespace sixpoint::bench {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-template <typename Value>
-Value Need(absl::StatusOr<Value> value, const char* what) {
-  if (value.ok()) return *std::move(value);
-  std::fprintf(stderr, "bare correction: %s: %s\n", what, value.status().ToString().c_str());
-  std::exit(2);
-}
 
 }  // namespace
 

@@ -1,10 +1,9 @@
 #include <chrono>
-#include <cstdio>
-#include <cstdlib>
 #include <utility>
 #include <vector>
 
 #include "bench/correction/bare_kernels.h"
+#include "bench/correction/need.h"
 #include "metrology/registration/register.h"
 #include "services/registration/inputs.h"
 #include "services/registration/thinned_scans.h"
@@ -15,13 +14,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr int kThreads = 2;                     // as the services' --threads
 constexpr std::int64_t kPointBudget = 400'000;  // of all scans, as a registration thins them
-
-template <typename Value>
-Value Need(absl::StatusOr<Value> value, const char* what) {
-  if (value.ok()) return *std::move(value);
-  std::fprintf(stderr, "bare registration: %s: %s\n", what, value.status().ToString().c_str());
-  std::exit(2);
-}
 
 }  // namespace
 

@@ -1,6 +1,7 @@
-// sixpoint-bench-chain: what a machine waits for. Scans about a group of holes are stored; from then to its released program in one call (CorrectScans), beside the bare
-// kernels of the same work in the same run: decoding and thinning, the fit, solving, writing and proving the program with what its gate computes. The
-// plant is up, with the data set's machines calibrated (bench/correction/chain.py). Prints one JSON object.
+// sixpoint-bench-chain: what a machine waits for. Scans about a group of holes (the data set's airfoil scans) are stored; from then to their
+// released program in one call (CorrectScans), beside the bare kernels of the same work in the same run: decoding and thinning, the fit, solving,
+// writing and proving the program with what its gate computes. The plant is up, with the data set's machines calibrated
+// (bench/correction/on_a_plant.py). Prints one JSON object.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "bench/correction/bare_kernels.h"
+#include "bench/correction/need.h"
 #include "cli/cloud_files.h"
 #include "cli/plant_run/dataset.h"
 #include "cli/session.h"
@@ -27,16 +29,7 @@ namespace sixpoint::bench {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-// Two angles, two strips each, about one group of holes: a program from one scan alone waits for a person, for nothing speaks of its merging.
-constexpr const char* kScans[] = {"sn1_b000_0", "sn1_b000_1", "sn1_b060_0", "sn1_b060_1"};
 constexpr char kGroup[] = "G2";
-
-template <typename Value>
-Value Need(absl::StatusOr<Value> value, const char* what) {
-  if (value.ok()) return *std::move(value);
-  std::fprintf(stderr, "sixpoint-bench-chain: %s: %s\n", what, value.status().ToString().c_str());
-  std::exit(2);
-}
 
 double Seconds(Clock::time_point since) { return std::chrono::duration<double>(Clock::now() - since).count(); }
 
@@ -161,10 +154,9 @@ int Main(int argc, char** argv) {
   std::vector<Portion> portions;
   std::size_t points = 0, all_points = 0;
   for (const cli::DatasetScan& scan : dataset.scans)
-    if (std::count(std::begin(kScans), std::end(kScans), scan.header.scan_id()) > 0)
-      all_points += static_cast<std::size_t>(scan.point_count);
+    if (scan.header.kind() == ingest::v1::SCAN_KIND_AIRFOIL) all_points += static_cast<std::size_t>(scan.point_count);
   for (const cli::DatasetScan& scan : dataset.scans)
-    if (std::count(std::begin(kScans), std::end(kScans), scan.header.scan_id()) > 0) {
+    if (scan.header.kind() == ingest::v1::SCAN_KIND_AIRFOIL) {
       portions.push_back({scan.header, Fewer(Need(cli::ReadCloud(folder + "/" + scan.file), "cloud"),
                                              static_cast<double>(point_count) / static_cast<double>(all_points))});
       points += portions.back().points_mm.size();

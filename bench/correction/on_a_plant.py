@@ -16,6 +16,7 @@ import data_sets
 GOALS = {'foil_worst_error_um': (None, 3), 'foil_least_uncorrected_over_radius': (1, None), 'foil_released': (1, None),
          'chain_p50_over_kernels': (None, 1.5), 'chain_p99_over_kernels': (None, 2.5)}
 PORT = 7540
+# Two angles, two strips each, about one group of holes: a program from one scan alone waits for a person, for nothing speaks of its merging.
 PORTIONS = ('sn1_b000_0', 'sn1_b000_1', 'sn1_b060_0', 'sn1_b060_1')
 
 

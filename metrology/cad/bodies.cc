@@ -61,12 +61,6 @@ std::string Listed(const std::vector<Body>& bodies) {
   return text;
 }
 
-int FaceCount(const TopoDS_Shape& shape) {
-  TopTools_IndexedMapOfShape faces;
-  TopExp::MapShapes(shape, TopAbs_FACE, faces);
-  return faces.Extent();
-}
-
 // A whole number from 1 to count; 0: none.
 std::size_t NumberIn(const std::string& text, std::size_t count) {
   if (text.empty() || text.size() > 6 || text.find_first_not_of("0123456789") != std::string::npos) return 0;
@@ -75,6 +69,12 @@ std::size_t NumberIn(const std::string& text, std::size_t count) {
 }
 
 }  // namespace
+
+int CountFaces(const TopoDS_Shape& shape) {
+  TopTools_IndexedMapOfShape faces;
+  if (!shape.IsNull()) TopExp::MapShapes(shape, TopAbs_FACE, faces);
+  return faces.Extent();
+}
 
 absl::Status ChooseBody(const std::string& asked, const std::vector<BodyName>& names, TopoDS_Shape* shape) {
   const std::vector<Body> bodies = BodiesOf(*shape, names);
@@ -95,7 +95,7 @@ absl::Status ChooseBody(const std::string& asked, const std::vector<BodyName>& n
   // A shell beside open faces, which nobody asked to leave out: the part may be all of them.
   const bool is_solid = bodies[chosen].shape.ShapeType() == TopAbs_SOLID;
   if (asked.empty() && !is_solid) return absl::OkStatus();
-  if (FaceCount(bodies[chosen].shape) != FaceCount(*shape)) *shape = bodies[chosen].shape;
+  if (CountFaces(bodies[chosen].shape) != CountFaces(*shape)) *shape = bodies[chosen].shape;
   return absl::OkStatus();
 }
 

@@ -23,4 +23,7 @@ struct BodyName {
 // asked for where there is none.
 absl::Status ChooseBody(const std::string& asked, const std::vector<BodyName>& names, TopoDS_Shape* shape);
 
+// Each once, however often it is placed; 0 where there is no shape.
+int CountFaces(const TopoDS_Shape& shape);
+
 }  // namespace sixpoint::metrology

@@ -18,9 +18,7 @@
 #include <StepShape_ShapeDefinitionRepresentation.hxx>
 #include <StepShape_SolidModel.hxx>
 #include <TCollection_HAsciiString.hxx>
-#include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
-#include <TopTools_IndexedMapOfShape.hxx>
 #include <TopoDS_Shape.hxx>
 #include <TransferBRep.hxx>
 #include <Transfer_TransientProcess.hxx>
@@ -107,12 +105,6 @@ std::vector<BodyName> NamesIn(XSControl_Reader* reader) {
     }
   }
   return names;
-}
-
-int CountFaces(const TopoDS_Shape& shape) {
-  TopTools_IndexedMapOfShape faces;
-  if (!shape.IsNull()) TopExp::MapShapes(shape, TopAbs_FACE, faces);
-  return faces.Extent();
 }
 
 // Sews faces where they meet, and each closed face to itself; and those that another system left apart, where that loses no face.

@@ -28,7 +28,7 @@ Eigen::Vector3d VectorOf(const std::array<double, 3>& three) { return {three[0],
 
 Eigen::Isometry3d PoseOf(const std::vector<double>& rows_of_four) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  for (int i = 0; i < 12; ++i) pose.matrix()(i / 4, i % 4) = rows_of_four[static_cast<std::size_t>(i)];
+  for (int i = 0; i < 12; ++i) pose.matrix()(i / 4, i % 4) = rows_of_four.at(static_cast<std::size_t>(i));
   return pose;
 }
 

@@ -71,6 +71,8 @@ grpc::Status EfficacyService::ComputeEfficacy(grpc::ServerContext* context, cons
                                               v1::Efficacy* response) {
   const absl::StatusOr<Wanted> wanted = Read(*request, *context);
   if (!wanted.ok()) return runtime::ToGrpc(wanted.status());
+  const auto slot = running_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
+  if (!slot.ok()) return runtime::ToGrpc(slot.status());
   const auto outcomes = outcomes_->Read(wanted->filter, wanted->most_blades, runtime::DeadlineOf(*context));
   if (!outcomes.ok()) return runtime::ToGrpc(outcomes.status());
   return runtime::Answer(Compute(*wanted, *outcomes), response);

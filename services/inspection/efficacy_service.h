@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "services/runtime/compute_pool.h"
 #include "sixpoint/inspection/v1/efficacy.grpc.pb.h"
 #include "storage/outcomes.h"
 
@@ -17,6 +18,8 @@ class EfficacyService final : public v1::EfficacyService::Service {
 
  private:
   const std::shared_ptr<storage::OutcomeReader> outcomes_;
+  // One reads up to kMostOutcomeHoles rows with their budgets, some tens of megabytes: not as many at once as the gate lets in.
+  runtime::ComputePool running_{{2, runtime::kAllLetIn}, "efficacies", errors::v1::INSPECTIONS_FULL};
 };
 
 }  // namespace sixpoint::inspection

@@ -1,7 +1,5 @@
 #include "tests/support/customers_parts.h"
 
-#include <cstdio>
-#include <cstdlib>
 #include <utility>
 
 #include "storage/blobs.h"
@@ -16,65 +14,12 @@
 #include "storage/scans.h"
 #include "storage/studies.h"
 #include "tests/support/registered.h"
+#include "tests/support/rows_of_m1.h"
 #include "tests/support/sample_calibrations.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::testing {
 namespace {
-
-template <typename Value>
-Value Must(absl::StatusOr<Value> value) {
-  if (value.ok()) return *std::move(value);
-  std::fprintf(stderr, "customer's part: %s\n", value.status().ToString().c_str());
-  std::exit(1);
-}
-
-void Must(const absl::Status& status) { Must(status.ok() ? absl::StatusOr<int>(0) : absl::StatusOr<int>(status)); }
-
-std::string IdOf(const std::string& name) { return name.substr(name.find('/') + 1); }
-
-storage::RecordEntry Entry(const std::string& name, const std::vector<std::string>& inputs, const std::string& blade) {
-  storage::RecordEntry entry;
-  entry.kind = name.substr(0, name.find('/') - 1);
-  entry.name = name;
-  entry.inputs = inputs;
-  if (!blade.empty()) entry.blade = blade;
-  entry.machine = "m1";
-  entry.software_version = "test";
-  entry.reader = storage::Reader::Everything();
-  return entry;
-}
-
-std::string PutCalibration(storage::Transaction& transaction, storage::CalibrationRow row) {
-  row.calibration_id = storage::NewUuid();
-  row.machine_id = "m1";
-  row.inputs = {"machines/m1@1"};
-  row.request_sha256 = Must(storage::PutBlob(transaction, "request of " + row.method));
-  row.valid_from = storage::Instant(std::chrono::seconds(1'600'000'000));
-  row.valid_until = storage::Instant(std::chrono::seconds(4'000'000'000));
-  row.requested_by = "users/maker";
-  row.software_version = "test";
-  storage::RecordEntry entry = Entry(row.name(), row.inputs, "");
-  entry.kind = "calibration";
-  Must(storage::InsertCalibration(transaction, row, entry));
-  return row.name();
-}
-
-// What registrations, corrections and inspections have in common.
-template <typename Row>
-Row ResultOf(const std::string& part_id, const std::string& blade_serial, const MachinesCalibrations& calibrations) {
-  Row row;
-  row.blade_serial = blade_serial;
-  row.machine_id = "m1";
-  row.machine_revision = 1;
-  row.part_id = part_id;
-  row.part_revision = 1;
-  row.sensor_calibration_id = IdOf(calibrations.sensor);
-  row.rotation_calibration_id = IdOf(calibrations.rotation);
-  row.requested_by = "users/maker";
-  row.software_version = "test";
-  return row;
-}
 
 std::string PutRegistration(storage::Transaction& transaction, const std::string& part_id,
                             const std::string& blade_serial, const MachinesCalibrations& calibrations,
@@ -90,7 +35,7 @@ std::string PutRegistration(storage::Transaction& transaction, const std::string
     inputs.push_back(scan);
   }
   const std::string name = "registrations/" + row.registration_id;
-  Must(storage::InsertRegistration(transaction, row, Entry(name, inputs, blade_serial)));
+  Must(storage::InsertRegistration(transaction, row, EntryOfM1(name, inputs, blade_serial)));
   return name;
 }
 
@@ -106,7 +51,7 @@ std::string PutCorrection(storage::Transaction& transaction, const CustomersPart
   row.envelope_rotation_deg = 3;
   row.valid_until = storage::Instant(std::chrono::seconds(4'000'000'000));
   const std::string name = "corrections/" + row.correction_id;
-  Must(storage::InsertCorrection(transaction, row, Entry(name, {of.registration}, IdOf(of.blade))));
+  Must(storage::InsertCorrection(transaction, row, EntryOfM1(name, {of.registration}, IdOf(of.blade))));
   return name;
 }
 
@@ -121,7 +66,7 @@ std::string PutInspection(storage::Transaction& transaction, const CustomersPart
   row.deviation_point_count = 1;
   row.scan_ids = {IdOf(of.scan)};
   const std::string name = "inspections/" + row.inspection_id;
-  Must(storage::InsertInspection(transaction, row, Entry(name, {of.registration}, IdOf(of.blade))));
+  Must(storage::InsertInspection(transaction, row, EntryOfM1(name, {of.registration}, IdOf(of.blade))));
   return name;
 }
 
@@ -136,7 +81,7 @@ std::string PutStudy(storage::Transaction& transaction, const CustomersPart& of)
   row.result_json = "{\"inputs\": [\"" + of.scan + "\"]}";
   row.requested_by = "users/maker";
   row.software_version = "test";
-  storage::RecordEntry entry = Entry("studies/" + row.study_id, {of.scan}, "");
+  storage::RecordEntry entry = EntryOfM1("studies/" + row.study_id, {of.scan}, "");
   entry.kind = "study";
   Must(storage::InsertStudy(transaction, row, entry));
   return "studies/" + row.study_id;
@@ -158,7 +103,7 @@ void PutScan(storage::Transaction& transaction, const CustomersPart& of) {
   scan.stored_encoding = "draco";
   scan.stored_bytes = 1;
   scan.stored_sha256 = scan.sent_sha256 = std::string(64, '0');
-  Must(storage::InsertScan(transaction, scan, {}, Entry(of.scan, {"machines/m1@1", of.blade}, IdOf(of.blade))));
+  Must(storage::InsertScan(transaction, scan, {}, EntryOfM1(of.scan, {"machines/m1@1", of.blade}, IdOf(of.blade))));
 }
 
 void PutPart(storage::Transaction& transaction, const CustomersPart& of, bool has_customer) {
@@ -167,7 +112,7 @@ void PutPart(storage::Transaction& transaction, const CustomersPart& of, bool ha
   Must(storage::InsertTessellation(transaction, tessellation, "test"));
   storage::PartRow part = PartOf(IdOf(of.part), tessellation);
   if (has_customer) part.customer_id = of.word;
-  storage::RecordEntry entry = Entry("parts/", {}, "");
+  storage::RecordEntry entry = EntryOfM1("parts/", {}, "");
   entry.machine.reset();
   Must(storage::InsertPart(transaction, part, entry));
   Must(storage::InsertBlade(transaction, {IdOf(of.blade), part.part_id, {}}, entry));
@@ -201,7 +146,7 @@ void PutMachiningModel(storage::Database* database, CustomersPart* part) {
   model.part_revision = 1;
   model.operations = {{"OP10", "G1", 0.4, 60, 0}};
   model.nc_template = "X1 (SIXPOINT " + part->word + "/H1)\n";
-  storage::RecordEntry entry = Entry("", {part->part + "@1"}, "");
+  storage::RecordEntry entry = EntryOfM1("", {part->part + "@1"}, "");
   entry.machine.reset();
   Decided(database,
           [&](storage::Transaction& transaction) { Must(storage::InsertMachiningModel(transaction, model, entry)); });

@@ -1,8 +1,6 @@
 #include "tests/support/cut_blades.h"
 
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -16,6 +14,7 @@
 #include "storage/registrations.h"
 #include "storage/scans.h"
 #include "tests/support/registered.h"
+#include "tests/support/rows_of_m1.h"
 #include "tests/support/sample_calibrations.h"
 
 namespace sixpoint::testing {
@@ -24,15 +23,6 @@ namespace {
 constexpr double kRad = 3.14159265358979323846 / 180;
 constexpr double kAngles[2][2] = {{0, 55}, {20, -30}};  // A, B of G1 and G2
 
-template <typename Value>
-Value Must(absl::StatusOr<Value> value) {
-  if (value.ok()) return *std::move(value);
-  std::fprintf(stderr, "cut blades: %s\n", value.status().ToString().c_str());
-  std::exit(1);
-}
-void Must(const absl::Status& status) { Must(status.ok() ? absl::StatusOr<int>(0) : absl::StatusOr<int>(status)); }
-
-std::string IdOf(const std::string& name) { return name.substr(name.find('/') + 1); }
 std::vector<double> ListOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 std::array<double, 3> ThreeOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -46,36 +36,9 @@ Eigen::Vector3d StartOf(int group, int hole) { return {10.0 * hole, 5.0 * group,
 std::string GroupName(int group) { return "G" + std::to_string(group + 1); }
 std::string HoleName(int hole) { return "H" + std::to_string(hole + 1); }
 
-storage::RecordEntry Entry(const std::string& name, const std::vector<std::string>& inputs, const std::string& blade) {
-  storage::RecordEntry entry;
-  entry.kind = name.substr(0, name.find('/') - 1);
-  entry.name = name;
-  entry.inputs = inputs;
-  if (!blade.empty()) entry.blade = blade;
-  entry.machine = "m1";
-  entry.software_version = "test";
-  entry.reader = storage::Reader::Everything();
-  return entry;
-}
-
-template <typename Row>
-Row ResultOf(const std::string& serial, const MachinesCalibrations& calibrations) {
-  Row row;
-  row.blade_serial = serial;
-  row.machine_id = "m1";
-  row.machine_revision = 1;
-  row.part_id = "p1";
-  row.part_revision = 1;
-  row.sensor_calibration_id = IdOf(calibrations.sensor);
-  row.rotation_calibration_id = IdOf(calibrations.rotation);
-  row.requested_by = "users/maker";
-  row.software_version = "test";
-  return row;
-}
-
 std::string PutRegistration(storage::Transaction& t, const std::string& serial,
                             const MachinesCalibrations& calibrations) {
-  auto row = ResultOf<storage::RegistrationRow>(serial, calibrations);
+  auto row = ResultOf<storage::RegistrationRow>("p1", serial, calibrations);
   row.registration_id = storage::NewUuid();
   row.method = "SIX_POINT";
   row.outcome = "CONVERGED";
@@ -86,12 +49,12 @@ std::string PutRegistration(storage::Transaction& t, const std::string& serial,
   row.weakest_direction = std::vector<double>(6, 0.4);
   const std::string name = "registrations/" + row.registration_id;
   Must(storage::InsertRegistration(
-      t, row, Entry(name, {"blades/" + serial, calibrations.sensor, calibrations.rotation}, serial)));
+      t, row, EntryOfM1(name, {"blades/" + serial, calibrations.sensor, calibrations.rotation}, serial)));
   return row.registration_id;
 }
 
 storage::CorrectionRow CorrectionOf(const CutBlade& blade, const MachinesCalibrations& calibrations) {
-  auto row = ResultOf<storage::CorrectionRow>(blade.serial, calibrations);
+  auto row = ResultOf<storage::CorrectionRow>("p1", blade.serial, calibrations);
   row.correction_id = storage::NewUuid();
   row.release = blade.let_go ? "AUTOMATIC" : "AWAITING_PERSON";
   if (!blade.let_go) row.release_reasons = {"of the test"};
@@ -120,7 +83,8 @@ std::string PutScan(storage::Transaction& t, const std::string& serial, int numb
   scan.point_count = scan.block_count = scan.profile_count = scan.stored_bytes = 1;
   scan.encoding = scan.stored_encoding = "draco";
   scan.stored_sha256 = scan.sent_sha256 = std::string(64, '0');
-  Must(storage::InsertScan(t, scan, {}, Entry("scans/" + scan.scan_id, {"machines/m1@1", "blades/" + serial}, serial)));
+  Must(storage::InsertScan(t, scan, {},
+                           EntryOfM1("scans/" + scan.scan_id, {"machines/m1@1", "blades/" + serial}, serial)));
   return scan.scan_id;
 }
 
@@ -142,7 +106,7 @@ storage::InspectionHoleRow HoleOf(int g, int h, const CutBlade& blade) {
 
 std::string PutInspection(storage::Transaction& t, const CutBlade& blade, const MachinesCalibrations& calibrations,
                           int number) {
-  auto row = ResultOf<storage::InspectionRow>(blade.serial, calibrations);
+  auto row = ResultOf<storage::InspectionRow>("p1", blade.serial, calibrations);
   row.inspection_id = storage::NewUuid();
   row.registration_id = PutRegistration(t, blade.serial, calibrations);
   row.method = "SIX_POINT";
@@ -156,25 +120,9 @@ std::string PutInspection(storage::Transaction& t, const CutBlade& blade, const 
     for (int h = 0; h < 2; ++h) row.holes.push_back(HoleOf(g, h, blade));
   Must(storage::InsertInspection(
       t, row,
-      Entry("inspections/" + row.inspection_id, {"registrations/" + row.registration_id, "scans/" + row.scan_ids[0]},
-            blade.serial)));
+      EntryOfM1("inspections/" + row.inspection_id,
+                {"registrations/" + row.registration_id, "scans/" + row.scan_ids[0]}, blade.serial)));
   return row.inspection_id;
-}
-
-std::string PutAxes(storage::Transaction& t) {
-  storage::CalibrationRow row = SampleRotationCalibration();
-  row.calibration_id = storage::NewUuid();
-  row.machine_id = "m1";
-  row.inputs = {"machines/m1@1"};
-  row.request_sha256 = Must(storage::PutBlob(t, "request of " + row.calibration_id));
-  row.valid_from = storage::Instant(std::chrono::seconds(1'600'000'000));
-  row.valid_until = storage::Instant(std::chrono::seconds(4'000'000'000));
-  row.requested_by = "users/maker";
-  row.software_version = "test";
-  storage::RecordEntry entry = Entry(row.name(), row.inputs, "");
-  entry.kind = "calibration";
-  Must(storage::InsertCalibration(t, row, entry));
-  return row.name();
 }
 
 void PutPart(storage::Transaction& t) {
@@ -195,7 +143,7 @@ void PutPart(storage::Transaction& t) {
     group.position_zone = "RADIUS";
     for (int h = 0; h < 2; ++h) group.holes.push_back({HoleName(h), ListOf(StartOf(g, h)), ListOf(AxisOf(g))});
   }
-  storage::RecordEntry entry = Entry("parts/", {}, "");
+  storage::RecordEntry entry = EntryOfM1("parts/", {}, "");
   entry.machine.reset();
   Must(storage::InsertPart(t, part, entry));
 }
@@ -218,7 +166,7 @@ CutBlades::Names CutBlades::Cut(const CutBlade& blade) {
   names.correction = correction.correction_id;
   Must(storage::InsertCorrection(
       t, correction,
-      Entry("corrections/" + names.correction, {"registrations/" + correction.registration_id}, blade.serial)));
+      EntryOfM1("corrections/" + names.correction, {"registrations/" + correction.registration_id}, blade.serial)));
   if (blade.inspected) names.inspection = PutInspection(t, blade, calibrations_, ++scan_count_);
   Must(t.Commit());
   if (!blade.reported) return names;
@@ -243,7 +191,7 @@ std::string CutBlades::InspectAnew(const CutBlade& blade) {
 
 void CutBlades::CalibrateAxesAnew() {
   storage::Transaction t = Must(database.database()->Begin(Soon(60)));
-  calibrations_.rotation = PutAxes(t);
+  calibrations_.rotation = PutCalibration(t, SampleRotationCalibration());
   Must(t.Commit());
 }
 
