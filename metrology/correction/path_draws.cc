@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 
+#include "metrology/correction/start_uncertainty.h"
+
 namespace sixpoint::metrology {
 namespace {
 

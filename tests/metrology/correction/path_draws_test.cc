@@ -38,14 +38,15 @@ TEST(PathDraws, OfAPoseThatStandsForItselfAreAHoles) {
   }
 }
 
-// The axis passes B's by a milliradian, 30 mm beside it: B is led, and its uncertainty is that of the poses that lead it.
+// The axis passes B's by a milliradian, not midway between two poses and 30 mm beside it: B is led, and its uncertainty is that of the
+// poses that lead it.
 class LedPath : public ::testing::Test {
  protected:
   LedPath() : pose_(Noisy(Eigen::Isometry3d::Identity(), 1e-10)) {
     path_.name = "F2";
     path_.inclination_tolerance_rad = 1 * kPathRad;
-    for (int k = -3; k <= 3; ++k)
-      path_.poses.push_back({{0.2 * k + 30, 0, 0}, Eigen::Vector3d(0.05 * k, 1e-3, 1).normalized()});
+    for (const double lean : {-0.15, -0.1, -0.03, 0.0, 0.08, 0.13})
+      path_.poses.push_back({{4 * lean + 30, 0, 0}, Eigen::Vector3d(lean, 1e-3, 1).normalized()});
     axes_.a = {Eigen::Vector3d::UnitY(), {0, 0, -50}};
     axes_.b = {Eigen::Vector3d::UnitZ(), {0, 0, -50}};
     corrected_ = CorrectToolPath(path_, pose_, Eigen::Isometry3d::Identity(), axes_, kWideLimits, kSomeSteps).value();
@@ -60,7 +61,7 @@ class LedPath : public ::testing::Test {
 
 TEST_F(LedPath, IsSolvedAnewAsAWhole) {
   ASSERT_TRUE(corrected_.poses[3].b_is_free);
-  EXPECT_EQ(PosesPerDraw(corrected_, 3), 7u);
+  EXPECT_EQ(PosesPerDraw(corrected_, 3), 6u);
   const auto led = DrawPose(Drawn(), 3, Options(4000));
   ASSERT_TRUE(led.ok()) << led.status();
   const double stated_um = corrected_.poses[3].start.expanded_uncertainty_um;
@@ -69,7 +70,7 @@ TEST_F(LedPath, IsSolvedAnewAsAWhole) {
   const auto alone =
       DrawStarts(NominalPoseOf(path_, 3), CorrectedPoseOf("F2", corrected_.poses[3]), pose_, axes_, {}, Options(4000));
   ASSERT_TRUE(alone.ok()) << alone.status();
-  EXPECT_GT(std::abs(alone->front().expanded_uncertainty_um / stated_um - 1), 0.2);
+  EXPECT_LT(alone->front().expanded_uncertainty_um, 0.2 * stated_um);
 }
 
 TEST_F(LedPath, IsTheSameOnAnyNumberOfThreadsAndEndsWithItsCaller) {
