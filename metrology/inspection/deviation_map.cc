@@ -18,6 +18,7 @@ using Eigen::Vector3d;
 constexpr std::size_t kTurn = 8192;  // of a batch's order: sums do not depend on the number of threads
 constexpr double kBin_mm = 1e-4;
 constexpr double kProbability = 0.95;
+constexpr double kMostPatchesOfRadius = 4;
 constexpr float kNoDeviation = std::numeric_limits<float>::quiet_NaN();
 constexpr int kInputs = 6 + kCalibrationParameterCount;
 
@@ -80,6 +81,7 @@ class DeviationMap::Histogram {
 struct DeviationMap::Piece {
   struct Part {
     std::vector<std::pair<std::uint32_t, Sums>> sums;  // in the order in which the points meet the patches
+    std::vector<std::pair<std::uint32_t, Sums>> of_places;
     PointCounts counts;
   };
   std::vector<Part> parts;
@@ -100,8 +102,47 @@ DeviationMap::DeviationMap(std::shared_ptr<const Surface> surface, std::shared_p
       histograms_(1 + regions_.size(), Histogram(options_.farthest_mm)) {
   for (std::size_t r = 0; r < regions_.size(); ++r)
     for (const std::uint32_t patch : regions_[r]) regions_of_[patch].push_back(static_cast<std::uint8_t>(r));
+  PutPlaces();
 }
 DeviationMap::~DeviationMap() = default;
+
+std::size_t DeviationMap::MeanCount() const { return patches_->patches().size() + options_.places.size(); }
+
+void DeviationMap::PutPlaces() {
+  places_of_.resize(options_.places.empty() ? 0 : patches_->patches().size());
+  for (std::size_t i = 0; i < options_.places.size(); ++i) {
+    const DeviationPlace& place = options_.places[i];
+    const auto cell = CellOf(patches_->KeyOf(place.point_mm, place.normal));
+    const auto reach =
+        static_cast<std::int64_t>(std::min(kMostPatchesOfRadius, std::ceil(place.radius_mm / patches_->patch_mm())));
+    for (std::int64_t x = -reach; x <= reach; ++x)
+      for (std::int64_t y = -reach; y <= reach; ++y)
+        for (std::int64_t z = -reach; z <= reach; ++z)
+          for (int side = 0; side < 6; ++side)
+            if (const std::uint32_t patch = patches_->Of(PatchKeyOf({cell[0] + x, cell[1] + y, cell[2] + z}, side));
+                patch != SurfacePatches::kNone)
+              places_of_[patch].push_back(static_cast<std::uint32_t>(i));
+  }
+}
+
+// The other wall of a thin edge is not about the place.
+void DeviationMap::AddToPlaces(std::uint32_t patch, const SurfacePoint& found, const Sums& point,
+                               std::vector<std::pair<std::uint32_t, Sums>>* sums) const {
+  if (places_of_.empty() || patch == SurfacePatches::kNone) return;
+  for (const std::uint32_t i : places_of_[patch]) {
+    const DeviationPlace& place = options_.places[i];
+    if ((found.point_mm - place.point_mm).squaredNorm() > place.radius_mm * place.radius_mm ||
+        found.normal.dot(place.normal) <= 0.5)
+      continue;
+    // Neighbours come together: it is most often one of the last.
+    auto at = std::find_if(sums->rbegin(), sums->rend(), [i](const auto& sum) { return sum.first == i; });
+    if (at == sums->rend()) {
+      sums->emplace_back(i, Sums());
+      at = sums->rbegin();
+    }
+    at->second.Add(point);
+  }
+}
 
 absl::Status DeviationMap::Add(const LineScan& scan) {
   Begin(scan);
@@ -110,7 +151,7 @@ absl::Status DeviationMap::Add(const LineScan& scan) {
 
 void DeviationMap::Begin(const LineScan& scan) {
   scans_.push_back(mapping_.PlaceOf(scan));
-  sums_.emplace_back(patches_->patches().size());
+  sums_.emplace_back(MeanCount());
 }
 
 absl::Status DeviationMap::AddPoints(const Points& points_mm) {
@@ -166,7 +207,9 @@ DeviationMap::Piece DeviationMap::Look(const Points& points_mm, KeepGoing* keep_
             piece.deviations_mm[i] = static_cast<float>(found.signed_distance_mm);
             piece.patch_of[i] = patch;
             const double d = found.signed_distance_mm;
-            part.sums.back().second.Add({1, d, d * d, in_part_mm[i], points_mm[i], found.normal});
+            const Sums point{1, d, d * d, in_part_mm[i], points_mm[i], found.normal};
+            part.sums.back().second.Add(point);
+            AddToPlaces(patch, found, point, &part.of_places);
           }
         });
         return part;
@@ -178,6 +221,7 @@ void DeviationMap::Take(const Piece& piece) {
   for (const Piece::Part& part : piece.parts) {
     for (const auto& [patch, sums] : part.sums)
       if (patch != SurfacePatches::kNone) sums_.back()[patch].Add(sums);
+    for (const auto& [place, sums] : part.of_places) sums_.back()[patches_->patches().size() + place].Add(sums);
     counts_.compared += part.counts.compared;
     counts_.at_edges += part.counts.at_edges;
     counts_.set_aside += part.counts.set_aside;
@@ -192,33 +236,35 @@ void DeviationMap::Take(const Piece& piece) {
   }
 }
 
-void DeviationMap::Measure(std::uint32_t patch, PatchDeviation* found) const {
+PatchDeviation DeviationMap::Measured(std::size_t mean_index) const {
   Sums all;
-  for (const std::vector<Sums>& scan : sums_) all.Add(scan[patch]);
-  found->point_count = all.count;
-  if (all.count < std::max(2, options_.least_points)) return;
+  for (const std::vector<Sums>& scan : sums_) all.Add(scan[mean_index]);
+  PatchDeviation found;
+  found.point_count = all.count;
+  if (all.count < std::max(2, options_.least_points)) return found;
   const auto count = static_cast<double>(all.count);
   const double mean = all.deviation / count;
-  found->mean_mm = mean;
-  found->standard_deviation_mm = std::sqrt(std::max(0.0, all.squares - count * mean * mean) / (count - 1));
-  found->points_uncertainty_mm = found->standard_deviation_mm / std::sqrt(count);
+  found.mean_mm = mean;
+  found.standard_deviation_mm = std::sqrt(std::max(0.0, all.squares - count * mean * mean) / (count - 1));
+  found.points_uncertainty_mm = found.standard_deviation_mm / std::sqrt(count);
+  return found;
 }
 
 // Of each patch the mean deviation's change per change of the pose, of what maps the points, and of the scans' angles: scan by scan at the
 // middle of its points.
-DeviationCauses DeviationMap::CausesOf(const std::vector<PatchDeviation>& patches) const {
+DeviationCauses DeviationMap::CausesOf(const std::vector<PatchDeviation>& means) const {
   const RegisteredPose& pose = mapping_.pose();
-  const auto rows = static_cast<Eigen::Index>(patches.size());
+  const auto rows = static_cast<Eigen::Index>(means.size());
   const auto angle_count = static_cast<Eigen::Index>(pose.angles.size());
   Eigen::MatrixXd inputs = Eigen::MatrixXd::Zero(rows, kInputs), angles = Eigen::MatrixXd::Zero(rows, angle_count);
-  ForEach(patches.size(), options_.threads, [&](std::size_t p) {
-    if (!patches[p].mean_mm) return;
+  ForEach(means.size(), options_.threads, [&](std::size_t p) {
+    if (!means[p].mean_mm) return;
     for (std::size_t s = 0; s < scans_.size(); ++s) {
       const Sums& sums = sums_[s][p];
       if (sums.count == 0) continue;
       const auto count = static_cast<double>(sums.count);
       const Eigen::RowVector3d along =
-          (count / static_cast<double>(patches[p].point_count)) * sums.normal.normalized().transpose();
+          (count / static_cast<double>(means[p].point_count)) * sums.normal.normalized().transpose();
       const Vector3d in_part = sums.in_part / count;
       inputs.row(static_cast<Eigen::Index>(p)) +=
           along * mapping_.Sensitivity(in_part, sums.in_sensor / count, scans_[s]);
@@ -296,12 +342,15 @@ absl::StatusOr<DeviationField> DeviationMap::Finish() {
   DeviationField field;
   field.surface = patches_;
   field.points = counts_;
-  field.patches.resize(patches_->patches().size());
-  for (std::size_t p = 0; p < field.patches.size(); ++p) Measure(static_cast<std::uint32_t>(p), &field.patches[p]);
-  field.causes = CausesOf(field.patches);
-  for (std::size_t p = 0; p < field.patches.size(); ++p)
-    if (field.patches[p].mean_mm)
-      ExpandDeviation(field.causes, field.causes.per_sigma_mm.row(static_cast<Eigen::Index>(p)), &field.patches[p]);
+  std::vector<PatchDeviation> means;
+  for (std::size_t i = 0; i < MeanCount(); ++i) means.push_back(Measured(i));
+  field.causes = CausesOf(means);
+  for (std::size_t i = 0; i < means.size(); ++i)
+    if (means[i].mean_mm)
+      ExpandDeviation(field.causes, field.causes.per_sigma_mm.row(static_cast<Eigen::Index>(i)), &means[i]);
+  const auto first_place = means.begin() + static_cast<std::ptrdiff_t>(patches_->patches().size());
+  field.patches.assign(means.begin(), first_place);
+  field.places.assign(first_place, means.end());
   field.whole = StatisticsOf(field, nullptr, histograms_.front());
   if (!field.whole.values)
     return absl::FailedPreconditionError("scans: no patch of the CAD has " + std::to_string(options_.least_points) +

@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "metrology/inspection/hole_regions.h"
@@ -20,12 +21,20 @@
 
 namespace sixpoint::metrology {
 
+// A place of the surface at which the mean about it is wanted, as of a touched point of a characteristic.
+struct DeviationPlace {
+  Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();  // on the CAD
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   // outward
+  double radius_mm = 0.5;                              // more than 0, at most four patches
+};
+
 struct DeviationOptions {
   int threads = 2;
   double farthest_mm = 1;  // a point farther from the CAD is not of this part
   double patch_mm = 1;
   int least_points = 10;                   // a patch with fewer was not seen
   std::vector<HoleRegion> set_aside = {};  // what stands there is no surface: pins
+  std::vector<DeviationPlace> places = {};
   std::int64_t greatest_point_count = 60'000'000;
   std::function<bool()> keep_going = {};
 };
@@ -49,7 +58,7 @@ struct DeviationCauses {
     Eigen::Index first, count;  // columns
   };
   std::vector<Cause> causes;
-  Eigen::MatrixXd per_sigma_mm;  // a row a patch, 0 where it was not seen
+  Eigen::MatrixXd per_sigma_mm;  // a row a mean, 0 where it was not seen
 };
 
 struct PointCounts {
@@ -79,7 +88,8 @@ struct DeviationStatistics {
 struct DeviationField {
   std::shared_ptr<const SurfacePatches> surface;
   std::vector<PatchDeviation> patches;  // of each of the surface's
-  DeviationCauses causes;
+  std::vector<PatchDeviation> places;   // of each that was asked for
+  DeviationCauses causes;               // rows: patches, then places
   PointCounts points;
   DeviationStatistics whole;
   std::vector<DeviationStatistics> regions;  // as they were asked for
@@ -109,8 +119,13 @@ class DeviationMap {
   void Take(const Piece& piece);
   DeviationStatistics StatisticsOf(const DeviationField& field, const std::vector<std::uint32_t>* patches,
                                    const Histogram& histogram) const;
-  void Measure(std::uint32_t patch, PatchDeviation* found) const;
-  DeviationCauses CausesOf(const std::vector<PatchDeviation>& patches) const;
+  // Patches, then places.
+  std::size_t MeanCount() const;
+  void PutPlaces();
+  void AddToPlaces(std::uint32_t patch, const SurfacePoint& found, const Sums& point,
+                   std::vector<std::pair<std::uint32_t, Sums>>* sums) const;
+  PatchDeviation Measured(std::size_t mean) const;
+  DeviationCauses CausesOf(const std::vector<PatchDeviation>& means) const;
 
   std::shared_ptr<const Surface> surface_;
   std::shared_ptr<const SurfacePatches> patches_;
@@ -120,8 +135,9 @@ class DeviationMap {
   HoleRegions set_aside_;
   std::vector<std::vector<std::uint8_t>> regions_of_;  // of each patch
   std::vector<ScanPlace> scans_;
-  std::vector<std::vector<Sums>> sums_;  // [scan][patch]
-  std::vector<Histogram> histograms_;    // of the whole, then of each region
+  std::vector<std::vector<std::uint32_t>> places_of_;  // of each patch, those that reach into it
+  std::vector<std::vector<Sums>> sums_;                // [scan][mean]
+  std::vector<Histogram> histograms_;                  // of the whole, then of each region
   PointCounts counts_;
 };
 
