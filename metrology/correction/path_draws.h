@@ -1,5 +1,5 @@
-// How uncertain the tip is at one pose of a tool path, by draws: beside the first order of CorrectToolPath (docs/methods/correction.md, budget
-// by draws).
+// How uncertain the tip is at one pose of a tool path, by draws: beside the first order of CorrectToolPath
+// (docs/methods/correction.md, budget by draws).
 //
 // Frames, units and bits as in start_draws.h.
 #pragma once
