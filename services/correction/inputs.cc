@@ -233,15 +233,14 @@ absl::StatusOr<std::vector<std::string>> AgainstClamping(const Peers& peers,
     *request.mutable_recorded()->mutable_from() = registration.recorded_at();
     request.set_without_for_inspection(true);  // a verdict may be computed at any time later
     request.set_page_size(200);
-    registration::v1::ListRegistrationsResponse page;
     // What stands on the machine is nobody's to hide from it.
-    const grpc::Status got = peers.registration->ListRegistrations(caller.make_own_context().get(), request, &page);
-    if (!got.ok()) return runtime::FromGrpc(got);
-    for (const registration::v1::Registration& later : page.registrations())
+    const auto page = peers.registrations.List(request, caller.make_own_context());
+    if (!page.ok()) return page.status();
+    for (const registration::v1::Registration& later : page->registrations())
       if (later.record_sequence() > registration.record_sequence() && SpeaksAgainst(later, registration))
         against.push_back(later.part() == registration.part() ? later.name() : "a registration of another part");
     // More than a page in the time that a registration holds: nobody knows what they say.
-    if (!page.next_page_token().empty()) against.push_back("more registrations than can be looked at");
+    if (!page->next_page_token().empty()) against.push_back("more registrations than can be looked at");
   }
   return against;
 }
@@ -253,7 +252,7 @@ bool IsOfTheMoment(v1::ReleaseCheckKind kind) {
 absl::StatusOr<Inputs> FetchAsRecorded(const Peers& peers, const v1::Correction& recorded,
                                        const v1::CorrectRequest& request, const runtime::Caller& caller) {
   Inputs inputs;
-  auto registration = clients::RegistrationOf(*peers.registration, recorded.registration(), caller.make_context());
+  auto registration = peers.registrations.Get(recorded.registration(), caller.make_context());
   if (!registration.ok()) return registration.status();
   inputs.registration = *std::move(registration);
   absl::Status status = clients::CheckConverged(inputs.registration);
@@ -280,7 +279,7 @@ absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::CorrectRequest&
                                    const runtime::Caller& caller) {
   Inputs inputs;
   absl::StatusOr<registration::v1::Registration> registration =
-      clients::RegistrationOf(*peers.registration, request.registration(), caller.make_context());
+      peers.registrations.Get(request.registration(), caller.make_context());
   if (!registration.ok()) return registration.status();
   inputs.registration = *std::move(registration);
   absl::Status status = clients::CheckConverged(inputs.registration);

@@ -15,24 +15,23 @@
 #include "metrology/correction/registered_pose.h"
 #include "services/clients/calibrations.h"
 #include "services/clients/parts.h"
+#include "services/clients/registrations.h"
 #include "services/correction/machine_axes.h"
 #include "services/correction/model.h"
 #include "services/correction/paths.h"
 #include "services/runtime/call.h"
 #include "sixpoint/correction/v1/correction.pb.h"
-#include "sixpoint/registration/v1/registration.grpc.pb.h"
+#include "sixpoint/registration/v1/registration.pb.h"
 
 namespace sixpoint::correction {
 
 struct Peers {
-  Peers(std::shared_ptr<grpc::Channel> plant_channel, std::shared_ptr<grpc::Channel> calibration_channel,
-        std::shared_ptr<grpc::Channel> registration_channel)
-      : plant(std::move(plant_channel)),
-        calibrations(std::move(calibration_channel)),
-        registration(registration::v1::RegistrationService::NewStub(std::move(registration_channel))) {}
+  Peers(const std::shared_ptr<grpc::Channel>& plant_channel, const std::shared_ptr<grpc::Channel>& calibration_channel,
+        const std::shared_ptr<grpc::Channel>& registration_channel)
+      : plant(plant_channel), calibrations(calibration_channel), registrations(registration_channel) {}
   clients::PlantClient plant;
   clients::CalibrationClient calibrations;
-  std::unique_ptr<registration::v1::RegistrationService::Stub> registration;
+  clients::RegistrationClient registrations;
 };
 
 struct Inputs {
