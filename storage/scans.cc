@@ -15,11 +15,11 @@ constexpr char kLockScanId[] = "SELECT pg_advisory_xact_lock(hashtextextended('s
   "v0_z_mm, a_deg, b_deg, profile_pitch_mm, columns_per_profile, point_count, encoding, sender_error_um, "        \
   "error_bound_um, measured_at, block_count, stored_bytes, stored_sha256, sent_sha256, proven_error_um, "         \
   "stored_encoding, profile_count, raw_step_um, arm_series, clamping, subject_temperature_c, "                    \
-  "scales_temperature_c, sensor_serial_number, travel"
+  "scales_temperature_c, sensor_serial_number, travel, station"
 constexpr char kInsertScan[] = "INSERT INTO scans (" SIXPOINT_SCAN_COLUMNS
                                ", scan_key) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, "
                                "$16, $17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27, $28, $29, $30, $31, "
-                               "$32, $33, $34)";
+                               "$32, $33, $34, $35)";
 #define SIXPOINT_SELECT_SCANS     \
   "SELECT " SIXPOINT_SCAN_COLUMNS \
   ", record_sequence, recorded_at FROM scans JOIN recorded r ON r.record_id = scan_key WHERE "
@@ -89,7 +89,8 @@ ScanRow ReadScan(const Rows& rows, int row) {
   scan.scales_temperature_c = rows.OptionalReal(row, 30);
   scan.sensor_serial_number = rows.OptionalText(row, 31);
   scan.travel = rows.OptionalText(row, 32);
-  scan.recorded = {rows.Int(row, 33), rows.Time(row, 34)};
+  scan.station = rows.OptionalText(row, 33);
+  scan.recorded = {rows.Int(row, 34), rows.Time(row, 35)};
   return scan;
 }
 
@@ -111,6 +112,7 @@ Params ScanParams(const ScanRow& scan, const std::string& scan_key) {
   params.Real(scan.proven_error_um).Text(scan.stored_encoding).Int(scan.profile_count).Real(scan.raw_step_um);
   params.OptionalText(scan.arm_series).OptionalText(scan.clamping).OptionalReal(scan.subject_temperature_c);
   params.OptionalReal(scan.scales_temperature_c).OptionalText(scan.sensor_serial_number).OptionalText(scan.travel);
+  params.OptionalText(scan.station);
   params.Uuid(scan_key);
   return params;
 }

@@ -37,6 +37,7 @@ struct ScanRow {
   std::optional<double> subject_temperature_c, scales_temperature_c;
   std::string sensor_serial_number;  // empty: not stated
   std::string travel;                // FORWARD, BACKWARD; empty: not known
+  std::string station;               // of the blade's part; empty: it has none
   double sender_error_um = 0;
   double error_bound_um = 0;
   std::optional<Instant> measured_at;
