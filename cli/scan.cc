@@ -23,7 +23,7 @@ namespace {
 using ingest::v1::ScanService;
 
 struct UploadArguments {
-  std::string file, machine, subject, kind, scan_id, arm_series, clamping, sensor_serial_number, travel;
+  std::string file, machine, subject, kind, scan_id, arm_series, clamping, station, sensor_serial_number, travel;
   std::optional<double> temperature_c, scales_temperature_c;
   std::vector<double> v0_mm;
   LetteredCommands commands;
@@ -35,6 +35,7 @@ struct UploadArguments {
 std::string ConditionsText(const ingest::v1::ScanHeader& header) {
   std::string text;
   const auto add = [&](const std::string& more) { text += (text.empty() ? "" : ", ") + more; };
+  if (!header.station().empty()) add("at station " + header.station());
   if (!header.clamping().empty()) add("in clamping " + header.clamping());
   if (!header.arm_series().empty()) add("the arm in series " + header.arm_series());
   if (header.has_subject_temperature_c()) add("at " + Fixed(header.subject_temperature_c(), 2) + " C");
@@ -90,6 +91,7 @@ absl::Status Upload(Session* session, const UploadArguments& arguments) {
   header.set_profile_pitch_mm(arguments.pitch_mm);
   header.set_arm_series(arguments.arm_series);
   header.set_clamping(arguments.clamping);
+  header.set_station(arguments.station);
   header.set_sensor_serial_number(arguments.sensor_serial_number);
   if (!arguments.travel.empty())
     header.set_travel(arguments.travel == "forward" ? ingest::v1::SCAN_TRAVEL_FORWARD
@@ -143,6 +145,8 @@ void AddUpload(Command* scan, Session* session) {
                     "Another name with every swing of the sensor's arm; scans of two are not registered together");
   upload->AddOption("--clamping", &arguments->clamping,
                     "Another name with every clamping; scans of two are not registered together");
+  upload->AddOption("--station", &arguments->station,
+                    "Where in the fixture the blade stands; wanted where its part has stations");
   upload->AddOption("--temperature-c", &arguments->temperature_c, "Of what was scanned; it is reported at 20 C");
   upload->AddOption("--scales-temperature-c", &arguments->scales_temperature_c, "Of the machine's scales");
   upload->AddOption("--sensor-serial-number", &arguments->sensor_serial_number, "Of the scanner");

@@ -116,6 +116,7 @@ v1::Scan ToProto(const storage::ScanRow& row) {
   header.set_raw_step_um(row.raw_step_um);
   header.set_arm_series(row.arm_series);
   header.set_clamping(row.clamping);
+  header.set_station(row.station);
   if (row.subject_temperature_c) header.set_subject_temperature_c(*row.subject_temperature_c);
   if (row.scales_temperature_c) header.set_scales_temperature_c(*row.scales_temperature_c);
   header.set_sensor_serial_number(row.sensor_serial_number);
@@ -158,6 +159,7 @@ storage::ScanRow RowOf(const v1::ScanHeader& header, int machine_revision, int a
   row.raw_step_um = header.raw_step_um();
   row.arm_series = header.arm_series();
   row.clamping = header.clamping();
+  row.station = header.station();
   if (header.has_subject_temperature_c()) row.subject_temperature_c = header.subject_temperature_c();
   if (header.has_scales_temperature_c()) row.scales_temperature_c = header.scales_temperature_c();
   row.sensor_serial_number = header.sensor_serial_number();

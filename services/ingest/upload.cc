@@ -7,6 +7,7 @@
 
 #include "metrology/cloud/draco_codec.h"
 #include "metrology/cloud/range_image.h"
+#include "services/clients/stations.h"
 #include "services/ingest/metrics.h"
 #include "services/ingest/raw_profiles.h"
 #include "services/ingest/scan_messages.h"
@@ -112,6 +113,8 @@ absl::Status ScanUpload::Recognise() {
   if (absl::Status fits = CheckAgainstMachine(header_, machine_); !fits.ok()) return fits;
   const absl::StatusOr<KnownSubject> subject = tools_.plant->Subject(header_.subject(), caller_.make_context);
   if (!subject.ok()) return subject.status();
+  if (absl::Status stands = clients::CheckStation("header.station", header_.station(), subject->part); !stands.ok())
+    return stands;
   row_.scan_id = header_.scan_id();
   row_.header = header_.SerializeAsString();
   row_.machine_revision = machine_.revision();

@@ -77,11 +77,19 @@ absl::Status CheckAxis(const std::string& field, double command_deg, int positio
                 "0: on " + machine.name() + " the part rides on " + std::to_string(rotary_count) + " rotary axes");
 }
 
+// Which one it is the blade's part says.
+absl::Status CheckStationNamed(const v1::ScanHeader& header) {
+  if (header.kind() == v1::SCAN_KIND_ARTEFACT || header.kind() == v1::SCAN_KIND_ARM)
+    return Refuse("header.station", header.station(), "none: an artefact has no stations");
+  return runtime::CheckId("header.station", header.station());
+}
+
 // Under which it was taken.
 absl::Status CheckConditions(const v1::ScanHeader& header) {
   constexpr double kWarmestC = 60;
   runtime::Refusals refusals;
   if (!header.clamping().empty()) refusals.Add(runtime::CheckId("header.clamping", header.clamping()));
+  if (!header.station().empty()) refusals.Add(CheckStationNamed(header));
   if (header.has_subject_temperature_c())
     refusals.Add(CheckNumber("header.subject_temperature_c", header.subject_temperature_c(), 0, kWarmestC));
   if (header.has_scales_temperature_c())

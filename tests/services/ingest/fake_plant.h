@@ -42,11 +42,13 @@ class FakePlant final : public plant::v1::PlantService::Service {
       group.set_position_zone(tolerance_mm == 0.06 ? plant::v1::POSITION_ZONE_DIAMETER
                                                    : plant::v1::POSITION_ZONE_RADIUS);
     }
+    for (const std::string& station : stations) response->add_stations()->set_station(station);
     return grpc::Status::OK;
   }
 
   std::atomic<int> asked_count = 0;
   std::atomic<bool> away = false;
+  std::vector<std::string> stations;  // of the part; set before the first call
 
  private:
   static grpc::Status NotFound(const std::string& name) {

@@ -38,6 +38,13 @@ TEST(CheckHeader, NamesTheFieldThatIsWrong) {
       {"header.scan_id", "empty", [](auto* h) { h->set_scan_id(""); }},
       {"header.arm_series", "s 1", [](auto* h) { h->set_arm_series("s 1"); }},
       {"header.clamping", "c/1", [](auto* h) { h->set_clamping("c/1"); }},
+      {"header.station", "s/1", [](auto* h) { h->set_station("s/1"); }},
+      {"header.station", "s1",
+       [](auto* h) {
+         h->set_station("s1");
+         h->set_kind(v1::SCAN_KIND_ARTEFACT);
+         h->set_subject("artefacts/a1");
+       }},
       {"header.subject_temperature_c", "61", [](auto* h) { h->set_subject_temperature_c(61); }},
       {"header.scales_temperature_c", "NaN", [](auto* h) { h->set_scales_temperature_c(kNan); }},
       {"header.subject_temperature_c", "not given", [](auto* h) { h->clear_subject_temperature_c(); }},
