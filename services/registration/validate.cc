@@ -211,6 +211,9 @@ absl::Status CheckScan(const v1::RegisterRequest& request, const ingest::v1::Sca
   if (scan.header().clamping() != first.header().clamping())
     return runtime::Refuse(field + ".clamping", "'" + scan.header().clamping() + "'",
                            "'" + first.header().clamping() + "', as the first scan: the part stands elsewhere");
+  if (scan.header().station() != first.header().station())
+    return runtime::Refuse(field + ".station", "'" + scan.header().station() + "'",
+                           "'" + first.header().station() + "', as the first scan: another blade stands there");
   if (!request.clamping().empty() && !scan.header().clamping().empty() &&
       scan.header().clamping() != request.clamping())
     return runtime::Refuse(field + ".clamping", "'" + scan.header().clamping() + "'",
