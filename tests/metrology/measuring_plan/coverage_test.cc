@@ -116,6 +116,27 @@ TEST(PlanCoverage, WhereTheHousingWouldTouchIsNotScannedAndSaysSo) {
   EXPECT_NEAR(clear.area_mm2[0], 80 * 16, 0.01 * 80 * 16);
 }
 
+// A second plate of the fixture that stands up beside it: the housing keeps away from it as from a post; over it, nothing is seen.
+TEST(PlanCoverage, ANeighbourStandsInTheWayAndInTheLight) {
+  TriangleMesh mesh;
+  AddBoxMesh({-40, -8, -5}, {40, 8, 0}, false, &mesh);
+  const auto plate = SurfaceOf(mesh);
+  PlanMachine still;
+  still.a_limit_deg = still.b_limit_deg = 0.01;
+  PlanTask task = TaskOf(*plate, still);
+  task.options.coverage = 1;
+  task.options.greatest_incidence_rad = 30 * kPlanDegree;
+  task.neighbours_zero_from_part = {task.zero_from_part * Eigen::Translation3d(50, 0, 40) *
+                                    Eigen::AngleAxisd(kPlanDegree * 90, Eigen::Vector3d::UnitY())};
+  const RegionCoverage beside = PlanOf(task).regions.at(0);
+  EXPECT_GT(beside.area_mm2[static_cast<std::size_t>(Seen::kClearance)], 100);
+  // Higher than the housing reaches, between laser and part: of 80 mm the 80 below it.
+  task.options.body = {{-1, -1, 200}, {1, 1, 201}};
+  task.neighbours_zero_from_part = {task.zero_from_part * Eigen::Translation3d(0, 0, 30)};
+  const auto under = MakeMeasuringPlan(task);
+  EXPECT_EQ(under.status().code(), absl::StatusCode::kOutOfRange) << under.status();
+}
+
 TEST(PlanCoverage, LimitsThatLeaveNothingAreRefusedWithWhy) {
   const auto plane = SurfaceOf(SheetMesh(40, 14, 4));
   PlanMachine tight;
