@@ -99,6 +99,16 @@ TEST(ValidatedMachine, RefusalsNameTheField) {
            "machine.sensor.serial_number: 65 bytes, want at most 64"},
           {[](Request* r) { r->mutable_machine()->mutable_sensor()->set_kind(static_cast<v1::SensorKind>(9)); },
            "machine.sensor.kind: 9, want LINE, SNAPSHOT or none"},
+          {[](Request* r) { r->mutable_machine()->mutable_sensor()->set_column_count(0); },
+           "machine.sensor.column_count: 0, want > 0"},
+          {[](Request* r) { r->mutable_machine()->mutable_sensor()->set_kind(v1::SENSOR_KIND_SNAPSHOT); },
+           "machine.sensor.column_count: "},
+          {[](Request* r) {
+             r->mutable_machine()->mutable_sensor()->set_kind(v1::SENSOR_KIND_SNAPSHOT);
+             r->mutable_machine()->mutable_sensor()->set_column_count(0);
+             r->mutable_machine()->mutable_safety_envelope()->set_interim_check_limit_um(20);
+           },
+           "machine.safety_envelope.interim_check_limit_um: 20, want none"},
           {[](Request* r) { r->mutable_machine()->mutable_touch_probe()->clear_serial_number(); },
            "machine.touch_probe.serial_number: "},
           {[](Request* r) {
@@ -117,6 +127,17 @@ TEST(ValidatedMachine, RefusalsNameTheField) {
            },
            "machine.error_sources.approach: 7, want UPWARDS, DOWNWARDS"},
       });
+}
+
+TEST(ValidatedMachine, ASnapshotSensorHasNoColumns) {
+  v1::CreateMachineRequest request = SampleMachine();
+  request.mutable_machine()->mutable_sensor()->set_kind(v1::SENSOR_KIND_SNAPSHOT);
+  request.mutable_machine()->mutable_sensor()->set_column_count(0);
+  request.mutable_machine()->mutable_safety_envelope()->clear_interim_check_limit_um();
+  const auto row = Validated(request);
+  ASSERT_TRUE(row.ok()) << row.status();
+  EXPECT_EQ(row->sensor_kind, "SNAPSHOT");
+  EXPECT_EQ(row->sensor_column_count, 0);
 }
 
 // What a machine cannot do is refused where it is asked for.
