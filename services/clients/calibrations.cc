@@ -7,6 +7,7 @@
 
 #include "metrology/kinematics/linear_axes.h"
 #include "refusal/message_text.h"
+#include "services/clients/references.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
@@ -66,6 +67,7 @@ absl::StatusOr<FetchedSensorCalibration> SensorOf(const Calibration& calibration
   const auto covariance = SquareOf<metrology::kSensorParameterCount>(calibration, "covariance", in.covariance());
   if (!covariance.ok()) return covariance.status();
   out.sensor.covariance = *covariance;
+  if (!in.certificate().empty()) out.sensor.cloud = metrology::CloudKind::kSnapshot;
   if (in.has_degrees_of_freedom()) out.sensor.degrees_of_freedom = in.degrees_of_freedom();
   out.arm_series = in.arm_series();
   out.sensor_serial_number = in.sensor_serial_number();
@@ -219,6 +221,16 @@ absl::Status CalibrationClient::CheckNotMoved(const std::string& field, const Fe
                               ") did not find the scanner where it was calibrated, want one of later scans "
                               "accepted by a limit not greater, or a new calibration and scans",
                           {{"resource", sensor.name}, {"study", sensor.interim->study()}});
+}
+
+absl::Status CalibrationClient::CheckMaps(const std::string& field, const FetchedSensorCalibration& sensor,
+                                          const ingest::v1::ScanHeader& scan) {
+  const bool maps_snapshots = sensor.sensor.cloud == metrology::CloudKind::kSnapshot;
+  if (maps_snapshots == (scan.cloud() == ingest::v1::CLOUD_KIND_SNAPSHOT)) return absl::OkStatus();
+  return runtime::Failure(errors::v1::SENSOR_UNSUITABLE,
+                          field + ".cloud: " + CloudText(scan) + ", want " +
+                              (maps_snapshots ? "SNAPSHOT" : "PROFILES") + ", which " + sensor.name + " maps",
+                          {{"resource", sensor.name}});
 }
 
 absl::StatusOr<bool> CalibrationClient::CheckedInClamping(const std::string& sensor_calibration,

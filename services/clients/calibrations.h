@@ -88,6 +88,9 @@ class CalibrationClient {
   // is of after the scans, the last of which was received then. field: where it was named.
   static absl::Status CheckNotMoved(const std::string& field, const FetchedSensorCalibration& sensor,
                                     const google::protobuf::Timestamp& scans_received_at);
+  // FAILED_PRECONDITION (SENSOR_UNSUITABLE): the scan is a snapshot and the calibration a line scanner's, or the other way. field: of the scan.
+  static absl::Status CheckMaps(const std::string& field, const FetchedSensorCalibration& sensor,
+                                const ingest::v1::ScanHeader& scan);
   // Whether an interim check of it, in that clamping, was accepted by a limit not greater than this.
   absl::StatusOr<bool> CheckedInClamping(const std::string& sensor_calibration, const std::string& clamping,
                                          double limit_um, std::unique_ptr<grpc::ClientContext> context) const;

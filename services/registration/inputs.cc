@@ -285,18 +285,25 @@ absl::Status InputFetcher::FetchMachine(const Basis& basis, const v1::RegisterRe
   auto record = basis.Machine(machine);
   if (!record.ok()) return record.status();
   inputs->machine = *std::move(record);
-  if (absl::Status s = clients::CheckLineScanner(inputs->machine); !s.ok()) return s;
+  const bool is_snapshot = scan.header().cloud() == ingest::v1::CLOUD_KIND_SNAPSHOT;
+  // What the record states of its sensor is of the one that scanned.
+  absl::Status suitable =
+      is_snapshot ? clients::CheckSnapshotSensor(inputs->machine) : clients::CheckLineScanner(inputs->machine);
+  if (!suitable.ok()) return suitable;
   auto chosen = basis.Sensor(scan);
   if (!chosen.ok()) return chosen.status();
   inputs->sensor = *std::move(chosen);
   const clients::FetchedSensorCalibration* const sensor = &inputs->sensor.calibration;
+  suitable = clients::CalibrationClient::CheckMaps("scans[" + scan.name() + "]", *sensor, scan.header());
+  if (!suitable.ok()) return suitable;
   const std::string& serial = scan.header().sensor_serial_number();
   if (!serial.empty() && !sensor->sensor_serial_number.empty() && serial != sensor->sensor_serial_number)
     return runtime::Refuse("scans[" + scan.name() + "].sensor_serial_number", serial,
                            sensor->sensor_serial_number + ", the sensor of " + sensor->name);
   auto rotation = basis.Rotation(machine);
   if (!rotation.ok()) return rotation.status();
-  const auto arm = basis.Arm(machine);
+  absl::StatusOr<std::optional<clients::FetchedArmStudy>> arm = std::nullopt;  // a study is of a line scanner's
+  if (!is_snapshot) arm = basis.Arm(machine);
   if (!arm.ok()) return arm.status();
   auto further = clients::FurtherSources({inputs->machine, inputs->part, scan.header()}, *sensor, *rotation, *arm);
   if (!further.ok()) return further.status();
