@@ -147,7 +147,6 @@ plant::v1::Sensor ReadSensor(const Field& sensor) {
   plant::v1::Sensor out;
   out.set_model(sensor.At("model").Text());
   out.set_noise_um(sensor.At("noise_um").Positive(1000));
-  out.set_column_count(static_cast<std::int32_t>(sensor.At("columns").Whole(1, 100000)));
   out.set_mid_range_mm(sensor.At("mid_range_mm").Positive(10000));
   out.set_range_mm(sensor.At("range_mm").Positive(10000));
   out.set_line_angle_deg(sensor.At("line_angle_deg").Positive(179));
@@ -155,6 +154,11 @@ plant::v1::Sensor ReadSensor(const Field& sensor) {
   if (const auto kind = sensor.Find("kind"))
     out.set_kind(kind->Choice({"line", "snapshot"}) == "line" ? plant::v1::SENSOR_KIND_LINE
                                                               : plant::v1::SENSOR_KIND_SNAPSHOT);
+  const auto columns = sensor.Find("columns");
+  if (out.kind() != plant::v1::SENSOR_KIND_SNAPSHOT)
+    out.set_column_count(static_cast<std::int32_t>(sensor.At("columns").Whole(1, 100000)));
+  else if (columns)
+    columns->Refuse("none: a snapshot sensor has no columns");
   return out;
 }
 

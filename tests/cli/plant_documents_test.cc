@@ -138,6 +138,16 @@ TEST(PlantDocuments, AMachineSaysEverythingThatIsWrongAtOnce) {
   EXPECT_THAT(message, HasSubstr("part_side[0].limits_deg: missing"));
 }
 
+TEST(PlantDocuments, ASnapshotSensorHasNoColumns) {
+  const std::string machine =
+      "id: m\nnominal_centre_mm: [0, 0, 0]\npart_side: []\ntool_side: []\n"
+      "sensor: {model: s, noise_um: 3, mid_range_mm: 300, range_mm: 120, line_angle_deg: 30, ";
+  EXPECT_TRUE(ReadMachineFrom(machine + "kind: snapshot}\n").ok()) << ReadMachineFrom(machine + "kind: snapshot}\n");
+  EXPECT_THAT(std::string(ReadMachineFrom(machine + "kind: snapshot, columns: 1280}\n").message()),
+              HasSubstr("a snapshot sensor has no columns"));
+  EXPECT_THAT(std::string(ReadMachineFrom(machine + "kind: line}\n").message()), HasSubstr("sensor.columns: missing"));
+}
+
 TEST(PlantDocuments, ReadsEncoderRunsAndGauges) {
   const auto run = LoadAxisRun(Example("axis_run.yaml"), "A");
   ASSERT_TRUE(run.ok()) << run.status();
