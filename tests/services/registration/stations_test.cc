@@ -124,6 +124,10 @@ TEST_F(StationsTest, AScansStationIsOneOfThePartsAndAllAreOfOne) {
   const v1::RegisterRequest request = At("s1");
   plant_.ingest.scans.at(plant_.scans[2]).mutable_header()->set_station("s2");
   EXPECT_THAT(RefusalOf(request), HasSubstr("'s2', want 's1', as the first scan: another blade stands there"));
+  const v1::RegisterRequest snapshots = At("s1");
+  for (auto& [name, scan] : plant_.ingest.scans) scan.mutable_header()->set_cloud(ingest::v1::CLOUD_KIND_SNAPSHOT);
+  EXPECT_THAT(RefusalOf(snapshots), HasSubstr("a snapshot, want profiles of a line scanner"));
+  for (auto& [name, scan] : plant_.ingest.scans) scan.mutable_header()->clear_cloud();
   plant_.plant.part.clear_stations();
   EXPECT_THAT(RefusalOf(At("s1")), HasSubstr("scans[0].station: s1, want none: parts/p1 has no stations"));
 }
