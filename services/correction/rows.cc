@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "metrology/correction/path_draws.h"
 #include "services/clients/error_sources.h"
 #include "services/runtime/computed_on.h"
 #include "services/runtime/resource_name.h"
