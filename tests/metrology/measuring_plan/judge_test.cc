@@ -240,7 +240,7 @@ TEST(PlanJudge, KeepsTheHousingAwayFromANeighbour) {
   task.options.coverage = 0.6;
   const auto alone = MakeMeasuringPlan(task);
   ASSERT_TRUE(alone.ok()) << alone.status();
-  task.neighbours_zero_from_part = {task.zero_from_part * Eigen::Translation3d(0, 40, 0) *
+  task.neighbours_zero_from_part = {task.zero_from_part * Eigen::Translation3d(0, 30, 50) *
                                     Eigen::AngleAxisd(0.3, Vector3d::UnitX())};
   const auto plan = MakeMeasuringPlan(task);
   ASSERT_TRUE(plan.ok()) << plan.status();
