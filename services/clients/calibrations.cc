@@ -7,7 +7,6 @@
 
 #include "metrology/kinematics/linear_axes.h"
 #include "refusal/message_text.h"
-#include "services/clients/references.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
@@ -228,8 +227,9 @@ absl::Status CalibrationClient::CheckMaps(const std::string& field, const Fetche
   const bool maps_snapshots = sensor.sensor.cloud == metrology::CloudKind::kSnapshot;
   if (maps_snapshots == (scan.cloud() == ingest::v1::CLOUD_KIND_SNAPSHOT)) return absl::OkStatus();
   return runtime::Failure(errors::v1::SENSOR_UNSUITABLE,
-                          field + ".cloud: " + CloudText(scan) + ", want " +
-                              (maps_snapshots ? "SNAPSHOT" : "PROFILES") + ", which " + sensor.name + " maps",
+                          field +
+                              ".cloud: " + (maps_snapshots ? "PROFILES, want SNAPSHOT" : "SNAPSHOT, want PROFILES") +
+                              ", which " + sensor.name + " maps",
                           {{"resource", sensor.name}});
 }
 
