@@ -40,7 +40,7 @@ class SnapshotPlant : public ::testing::Test {
     sensor_.translation() = Vector3d(-55, 60, -190);
   }
   void SetUp() override {
-    for (const std::string& area : PlantProcesses::Areas())
+    for (const std::string area : {"plant", "ingest", "calibration", "registration", "correction"})
       ASSERT_TRUE(plant_.WaitUntilUp(area, 30)) << area << "\n" << plant_.Logs();
   }
 
@@ -98,7 +98,7 @@ class SnapshotPlant : public ::testing::Test {
     std::vector<Vector3d> part_mm;
     for (const Vector3d& camera_mm : {Vector3d(200, -150, 300), Vector3d(-150, -250, 250), Vector3d(150, 200, 250)}) {
       const Vector3d beside_mm = draw(2e-3);
-      for (int i = 0; i < 8000;) {
+      for (int i = 0; i < 25000;) {
         const int axis = static_cast<int>(random() % 3);
         Vector3d p = kHalfMm.cwiseProduct(Vector3d(unit(random), unit(random), unit(random)));
         Vector3d normal = Vector3d::Zero();
@@ -110,8 +110,8 @@ class SnapshotPlant : public ::testing::Test {
         ++i;
       }
     }
-    for (int i = 0; i < 1200; ++i) part_mm.emplace_back(35 * Vector3d(unit(random), unit(random), unit(random)));
-    for (int i = 0; i < 400; ++i) part_mm.emplace_back(Vector3d(6, -3, 10.6) + draw(0.4));
+    for (int i = 0; i < 3750; ++i) part_mm.emplace_back(35 * Vector3d(unit(random), unit(random), unit(random)));
+    for (int i = 0; i < 1200; ++i) part_mm.emplace_back(Vector3d(6, -3, 10.6) + draw(0.4));
     std::shuffle(part_mm.begin(), part_mm.end(), random);
     std::string text;
     char line[100];
