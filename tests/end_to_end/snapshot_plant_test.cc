@@ -200,7 +200,8 @@ TEST_F(SnapshotPlant, FromACloudInMetresToAProgram) {
             "A0 B0 X0 Y0 (SIXPOINT G1/H2)\nG1 Z0 F200 (SIXPOINT G1/H2)\nG0 Z400\nM30\n");
   const Answer corrected = Run({"correct", "--registration", corrected_by, "--template", program});
   ASSERT_TRUE(corrected.out().contains("groups")) << corrected.text << plant_.Logs();
-  const json& holes = corrected.out().at("groups")[0].at("holes");
+  const json said = corrected.out();
+  const json& holes = said.at("groups")[0].at("holes");
   ASSERT_EQ(holes.size(), 2u);
   double largest_um = 0;
   for (const json& hole : holes) {
