@@ -98,12 +98,23 @@ absl::Status PlaceAt(const std::string& station, Inputs* inputs) {
   return absl::OkStatus();
 }
 
+// As many as a blade that stands alone keeps: with more, what is judged by its scatter (MERGE) would be judged by another measure.
+void KeepAtMost(std::int64_t count, metrology::ScanPortion* portion) {
+  const auto all = static_cast<std::int64_t>(portion->sensor.size());
+  const auto stride = static_cast<std::size_t>((all + count - 1) / std::max<std::int64_t>(1, count));
+  if (stride < 2) return;
+  metrology::CompactPoints kept;
+  for (std::size_t i = 0; i < portion->sensor.size(); i += stride) kept.Add(portion->sensor[i]);
+  portion->sensor = std::move(kept);
+}
+
 // Of a scan that may hold its neighbours, the station's own points.
-absl::Status LeaveOutOthers(const std::string& field, Inputs* inputs) {
+absl::Status LeaveOutOthers(const std::string& field, int scan_count, Inputs* inputs) {
   if (!inputs->task.station.has_value()) return absl::OkStatus();
   metrology::ScanPortion& portion = inputs->portions.back();
   *inputs->left_out_count +=
       metrology::LeaveOutOthers(*inputs->surface, *inputs->task.station, inputs->task.options.thread_count, &portion);
+  KeepAtMost((inputs->task.options.regions_in.empty() ? kPointBudget : kRegionPointBudget) / scan_count, &portion);
   if (!portion.sensor.empty()) return absl::OkStatus();
   return runtime::Refuse(field, "scans/" + portion.id + ", of whose points none is at station " + inputs->station,
                          "a scan of the part that stands there");
@@ -272,7 +283,7 @@ absl::Status InputFetcher::FetchScans(const Basis& basis, const v1::RegisterRequ
           field,
           request.scans(i) + ", of whose " + std::to_string(scan_point_count) + " points none is at a finite place",
           "points, v0_mm and angles that are finite");
-    if (absl::Status own = LeaveOutOthers(field, inputs); !own.ok()) return own;
+    if (absl::Status own = LeaveOutOthers(field, request.scans_size(), inputs); !own.ok()) return own;
     Say(caller, v1::REGISTRATION_STEP_FETCHING, i + 1, 0);
   }
   inputs->clamping = request.clamping().empty() ? first.header().clamping() : request.clamping();
