@@ -62,6 +62,7 @@ void AddCommands(Command* root, Session* session) {
   AddCorrectionCommands(root, session);
   AddInspectCommand(root, session);
   AddInspectionCommands(root, session);
+  AddDeviationCommands(root, session);
   AddFleetCommands(root, session);
   AddOpenCommand(root, session);
   AddRecallCommand(root, session);

@@ -16,6 +16,7 @@
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "sixpoint/ingest/v1/store.grpc.pb.h"
+#include "sixpoint/inspection/v1/deviation.grpc.pb.h"
 #include "sixpoint/inspection/v1/disposition.grpc.pb.h"
 #include "sixpoint/inspection/v1/efficacy.grpc.pb.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
@@ -54,6 +55,7 @@ absl::StatusOr<const google::protobuf::MethodDescriptor*> FindMethod(const std::
            {"registration", registration::v1::MeasuringPlanService::service_full_name()},
            {"correction", correction::v1::CorrectionService::service_full_name()},
            {"inspection", inspection::v1::InspectionService::service_full_name()},
+           {"inspection", inspection::v1::DeviationService::service_full_name()},
            {"inspection", inspection::v1::DispositionService::service_full_name()},
            {"inspection", inspection::v1::EfficacyService::service_full_name()},
            {"inspection", inspection::v1::ValueService::service_full_name()}}) {

@@ -21,7 +21,7 @@ const std::vector<Group>& Groups() {
       {"What there is", {"machine", "artefact", "part", "model", "blade"}},
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
-      {"Blades", {"plan", "register", "registration", "correct", "correction", "inspect", "inspection"}},
+      {"Blades", {"plan", "register", "registration", "correct", "correction", "inspect", "inspection", "deviation"}},
       {"Record", {"recall", "trace", "values", "efficacy", "replay", "rejudge", "ledger"}},
       {"Watching", {"open", "fleet", "events", "webhook"}},
       {"Besides", {"plant", "call", "completion"}},
@@ -142,6 +142,12 @@ constexpr Example kExamples[] = {
     {"correction draws", "sixpoint correction draws 7c7a7cb2-6a0c-4f0f-9a3c-2f8d5c8e2b11 --count 50000"},
     {"inspect", "sixpoint inspect --blade SN-1 --scans sn1_pins_1,sn1_pins_2 --method six-point-normals"},
     {"inspection list", "sixpoint inspection list --blade SN-1"},
+    {"deviation map",
+     "sixpoint deviation map 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e\n"
+     "sixpoint deviation map 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --profile -0.05,0.08 --form\n"
+     "sixpoint deviation map 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --tolerances blade.yaml"},
+    {"deviation points", "sixpoint deviation points 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --out sn-1.ply"},
+    {"deviation patches", "sixpoint deviation patches 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --out sn-1.csv"},
     {"inspection dispose",
      "sixpoint inspection dispose ID --as concession --reason \"wall 0.4 mm, stress computed\" --reference C-2026-118\n"
      "sixpoint inspection dispose ID --as scrap --reason \"hole through the wall\""},

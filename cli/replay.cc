@@ -2,6 +2,7 @@
 #include "cli/commands.h"
 #include "services/runtime/errors.h"
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
+#include "sixpoint/inspection/v1/deviation.grpc.pb.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
 
@@ -56,7 +57,10 @@ absl::StatusOr<Replay> ReplayOf(Session* session, const std::string& name) {
   if (collection == "inspections")
     return ReplayBy<inspection::v1::InspectionService>(
         session, "inspection", &inspection::v1::InspectionService::Stub::ReplayInspection, name);
-  return runtime::Refuse("NAME", name, "registrations/ID, corrections/ID or inspections/ID");
+  if (collection == "deviations")
+    return ReplayBy<inspection::v1::DeviationService>(
+        session, "inspection", &inspection::v1::DeviationService::Stub::ReplayDeviationMap, name);
+  return runtime::Refuse("NAME", name, "registrations/ID, corrections/ID, inspections/ID or deviations/ID");
 }
 
 }  // namespace
@@ -65,7 +69,8 @@ void AddReplayCommand(Command* app, Session* session) {
   const auto name = std::make_shared<std::string>();
   Command* replay =
       app->AddCommand("replay", "Computes a recorded result again from what it was computed from; 4: it differs");
-  replay->AddOption("NAME", name.get(), "registrations/ID, corrections/ID or inspections/ID")->Required();
+  replay->AddOption("NAME", name.get(), "registrations/ID, corrections/ID, inspections/ID or deviations/ID")
+      ->Required();
   session->OnCommand(replay, [session, name]() -> absl::Status {
     const absl::StatusOr<Replay> answer = ReplayOf(session, *name);
     if (!answer.ok()) return answer.status();

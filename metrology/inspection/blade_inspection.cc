@@ -18,16 +18,9 @@ constexpr std::size_t kPiecesOfThread = 8;  // looked at before they are taken: 
 constexpr double kBelow_mm = 1;             // the pin region reaches this far under the start, along the axis
 constexpr double kTo_um = 1e3;
 
-// A cylinder about the nominal axis in which the hole's pin must stand.
-HoleRegion RegionOf(const InspectedHole& hole, const InspectionOptions& options) {
-  const double widest_mm =
-      hole.pin.gauge ? hole.pin.gauge->diameter_mm : options.pin.greatest_diameter_ratio * hole.pin.hole_diameter_mm;
-  return {hole.pin.start_mm, hole.pin.axis, widest_mm / 2 + options.search_mm, -kBelow_mm, options.longest_pin_mm};
-}
-
 HoleRegions RegionsOf(const std::vector<InspectedHole>& holes, const InspectionOptions& options) {
   std::vector<HoleRegion> regions;
-  for (const InspectedHole& hole : holes) regions.push_back(RegionOf(hole, options));
+  for (const InspectedHole& hole : holes) regions.push_back(PinRegionOf(hole, options));
   return HoleRegions(std::move(regions));
 }
 
@@ -49,6 +42,12 @@ double ReachOf(const std::vector<InspectedHole>& holes, std::size_t index, const
 }
 
 }  // namespace
+
+HoleRegion PinRegionOf(const InspectedHole& hole, const InspectionOptions& options) {
+  const double widest_mm =
+      hole.pin.gauge ? hole.pin.gauge->diameter_mm : options.pin.greatest_diameter_ratio * hole.pin.hole_diameter_mm;
+  return {hole.pin.start_mm, hole.pin.axis, widest_mm / 2 + options.search_mm, -kBelow_mm, options.longest_pin_mm};
+}
 
 struct BladeInspection::Chunk {
   std::vector<float> deviations_mm;

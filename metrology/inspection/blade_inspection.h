@@ -83,6 +83,9 @@ struct InspectionOptions {
   std::function<bool()> keep_going;  // false: stop with CANCELLED; asked between chunks
 };
 
+// A cylinder about the nominal axis in which the hole's pin must stand.
+HoleRegion PinRegionOf(const InspectedHole& hole, const InspectionOptions& options);
+
 // Scans are added one after another and need not be kept: what stays is one float per point and the points near holes.
 // Not thread-safe; computes on its own threads. The same scans in the same order give the same bits on any number.
 class BladeInspection {

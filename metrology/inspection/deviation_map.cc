@@ -79,6 +79,7 @@ struct DeviationMap::Piece {
     PointCounts counts;
   };
   std::vector<Part> parts;
+  Points in_part_mm;
   std::vector<float> deviations_mm;     // of each point; NaN: it takes no part
   std::vector<std::uint32_t> patch_of;  // of each
 };
@@ -148,7 +149,7 @@ void DeviationMap::Begin(const LineScan& scan) {
   sums_.emplace_back(MeanCount());
 }
 
-absl::Status DeviationMap::AddPoints(const Points& points_mm) {
+absl::Status DeviationMap::AddPoints(const Points& points_mm, DeviationPoints* compared) {
   const std::int64_t all = counts_.compared + counts_.at_edges + counts_.set_aside + counts_.far_off +
                            static_cast<std::int64_t>(points_mm.size());
   if (all > options_.greatest_point_count)
@@ -158,16 +159,22 @@ absl::Status DeviationMap::AddPoints(const Points& points_mm) {
   const Piece piece = Look(points_mm, &keep_going);
   if (keep_going.stopped()) return absl::CancelledError("deviations: the caller is gone or its time is over");
   Take(piece);
+  for (std::size_t i = 0; compared != nullptr && i < piece.deviations_mm.size(); ++i) {
+    if (std::isnan(piece.deviations_mm[i])) continue;
+    compared->in_part_mm.push_back(piece.in_part_mm[i]);
+    compared->deviations_mm.push_back(static_cast<double>(piece.deviations_mm[i]));
+  }
   return absl::OkStatus();
 }
 
 DeviationMap::Piece DeviationMap::Look(const Points& points_mm, KeepGoing* keep_going) const {
   const ScanPlace& place = scans_.back();
-  Points in_part_mm(points_mm.size());
+  Piece piece;
+  Points& in_part_mm = piece.in_part_mm;
+  in_part_mm.resize(points_mm.size());
   ForEachChunk(points_mm.size(), kTurn, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) in_part_mm[i] = mapping_.PartPoint(points_mm[i], place);
   });
-  Piece piece;
   piece.deviations_mm.assign(points_mm.size(), kNoDeviation);
   piece.patch_of.assign(points_mm.size(), SurfacePatches::kNone);
   const Surface::Batch batch(
@@ -183,10 +190,10 @@ DeviationMap::Piece DeviationMap::Look(const Points& points_mm, KeepGoing* keep_
         PatchKey last = 0;
         std::uint32_t patch = SurfacePatches::kNone;
         batch.Visit(from, to, [&](std::uint32_t i, const SurfacePoint& found) {
-          if (!std::isfinite(found.signed_distance_mm)) {
-            ++part.counts.far_off;
-          } else if (set_aside_.size() > 0 && set_aside_.At(in_part_mm[i]) < set_aside_.size()) {
+          if (set_aside_.size() > 0 && set_aside_.At(in_part_mm[i]) < set_aside_.size()) {
             ++part.counts.set_aside;
+          } else if (!std::isfinite(found.signed_distance_mm)) {
+            ++part.counts.far_off;
           } else if (found.feature != SurfaceFeature::kFace || found.edge_distance_mm < Surface::kEdgeReachMm) {
             ++part.counts.at_edges;
           } else {
@@ -300,6 +307,25 @@ void ExpandDeviation(const DeviationCauses& causes, const Eigen::Ref<const Eigen
   patch->degrees_of_freedom = EffectiveDegreesOfFreedom(components);
   patch->expanded_uncertainty_mm =
       2 * WideningOf(kProbability, patch->degrees_of_freedom) * patch->standard_uncertainty_mm;
+}
+
+std::vector<UncertaintyComponent> UsualComponents(const DeviationField& field) {
+  std::vector<UncertaintyComponent> components = {{"points", 0, std::numeric_limits<double>::infinity()}};
+  for (const DeviationCauses::Cause& cause : field.causes.causes)
+    components.push_back({cause.source, 0, cause.degrees_of_freedom});
+  for (std::size_t p = 0; p < field.patches.size(); ++p) {
+    const PatchDeviation& patch = field.patches[p];
+    if (!patch.mean_mm) continue;
+    const double share = field.surface->patches()[p].area_mm2 / field.whole.seen_area_mm2;
+    components.front().variance += share * patch.points_uncertainty_mm * patch.points_uncertainty_mm;
+    for (std::size_t k = 0; k < field.causes.causes.size(); ++k) {
+      const DeviationCauses::Cause& cause = field.causes.causes[k];
+      components[1 + k].variance +=
+          share *
+          field.causes.per_sigma_mm.row(static_cast<Eigen::Index>(p)).segment(cause.first, cause.count).squaredNorm();
+    }
+  }
+  return components;
 }
 
 DeviationStatistics DeviationMap::StatisticsOf(const DeviationField& field, const std::vector<std::uint32_t>* patches,

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "metrology/cloud/deviation_cloud.h"
 #include "metrology/inspection/hole_regions.h"
 #include "metrology/inspection/part_mapping.h"
 #include "metrology/inspection/surface_patches.h"
@@ -72,6 +73,11 @@ struct PointCounts {
 void ExpandDeviation(const DeviationCauses& causes, const Eigen::Ref<const Eigen::RowVectorXd>& per_sigma_mm,
                      PatchDeviation* patch);
 
+struct DeviationField;
+
+// What each source contributes to the uncertainty of a mean, mm^2: over all patches that were seen, by area.
+std::vector<UncertaintyComponent> UsualComponents(const DeviationField& field);
+
 // Deviations of the points of some patches.
 struct DeviationStatistics {
   double area_mm2 = 0, seen_area_mm2 = 0;
@@ -105,9 +111,9 @@ class DeviationMap {
 
   // RESOURCE_EXHAUSTED beyond greatest_point_count, CANCELLED where the caller is gone.
   absl::Status Add(const LineScan& scan);
-  // The same in pieces: the scan without its points, then its points as they come.
+  // The same in pieces: the scan without its points, then its points as they come. compared: those whose deviation counts are appended.
   void Begin(const LineScan& scan);
-  absl::Status AddPoints(const Points& points_mm);
+  absl::Status AddPoints(const Points& points_mm, DeviationPoints* compared = nullptr);
   // FAILED_PRECONDITION where no patch was seen.
   absl::StatusOr<DeviationField> Finish();
 

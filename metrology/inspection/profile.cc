@@ -187,6 +187,8 @@ absl::StatusOr<ProfileFinding> JudgeProfile(const DeviationField& field, const s
     const double u = patch.expanded_uncertainty_mm, here_mm2 = field.surface->patches()[patches[i]].area_mm2;
     finding.deviations_mm[i] = d;
     finding.expanded_uncertainties_mm[i] = u;
+    if (!finding.lowest || d < finding.deviations_mm[*finding.lowest]) finding.lowest = i;
+    if (!finding.highest || d > finding.deviations_mm[*finding.highest]) finding.highest = i;
     seen_mm2 += here_mm2;
     sides[i] = d - u > tolerance.upper_mm ? 1 : d + u < tolerance.lower_mm ? -1 : 0;
     if (sides[i] != 0)

@@ -5,6 +5,7 @@
 #include <absl/status/statusor.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,8 @@ struct ProfileFinding {
   double coverage = 0;
   double out_mm2 = 0, undecided_mm2 = 0;
   std::vector<ProfileArea> areas;  // the farthest out first
+  // With the least and the greatest deviation in the zone: places in deviations_mm; none where nothing was seen.
+  std::optional<std::size_t> lowest, highest;
   // Of the patches asked for, in their order: deviation in the zone; NaN where it was not seen.
   std::vector<double> deviations_mm, expanded_uncertainties_mm;
   // The motion of the part that a kForm zone takes off: turns (rad) about the patches' middle, then shift; 0 for kFormAndLocation, and in

@@ -102,6 +102,18 @@ absl::StatusOr<SurfacePatches> SurfacePatches::Make(const Surface& surface, doub
   return made;
 }
 
+std::vector<std::uint32_t> SurfacePatches::In(const SurfaceRegion& region) const {
+  std::vector<std::uint32_t> in;
+  for (std::size_t i = 0; i < patches_.size(); ++i) {
+    const SurfacePatch& patch = patches_[i];
+    if (region.minimum_mm && (patch.centre_mm.array() < region.minimum_mm->array()).any()) continue;
+    if (region.maximum_mm && (patch.centre_mm.array() > region.maximum_mm->array()).any()) continue;
+    if (region.facing && patch.normal.dot(*region.facing) < std::cos(region.facing_within_rad)) continue;
+    in.push_back(static_cast<std::uint32_t>(i));
+  }
+  return in;
+}
+
 std::uint32_t SurfacePatches::Of(PatchKey key) const {
   const auto found = index_.find(key);
   return found == index_.end() ? kNone : found->second;

@@ -3,7 +3,9 @@
 
 #include <absl/status/statusor.h>
 
+#include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -17,6 +19,13 @@ struct SurfacePatch {
   double area_mm2 = 0;
   Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();  // of its area, part frame
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();     // mean over its area, unit, outward
+};
+
+// A part of the surface.
+struct SurfaceRegion {
+  std::optional<Eigen::Vector3d> minimum_mm, maximum_mm;  // corners of a box, part frame; none: not bounded there
+  std::optional<Eigen::Vector3d> facing;                  // unit; none: whatever a patch looks to
+  double facing_within_rad = 1.0471975511965976;          // of a patch's normal
 };
 
 inline constexpr double kLeastPatch_mm = 0.1, kGreatestPatch_mm = 20;
@@ -37,6 +46,8 @@ class SurfacePatches {
   }
   // The patch of that key; kNone: no sample of the surface fell there.
   std::uint32_t Of(PatchKey key) const;
+  // Those whose middle and normal lie in the region, growing.
+  std::vector<std::uint32_t> In(const SurfaceRegion& region) const;
   double area_mm2() const { return area_mm2_; }
 
  private:

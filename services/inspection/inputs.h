@@ -3,35 +3,19 @@
 
 #include <absl/status/statusor.h>
 
-#include <memory>
-#include <optional>
-#include <string>
 #include <vector>
 
-#include "metrology/correction/registered_pose.h"
-#include "metrology/inspection/blade_inspection.h"
-#include "metrology/kinematics/rotary_axes.h"
-#include "metrology/scanner/line_scanner.h"
-#include "metrology/surface/surface.h"
-#include "services/clients/calibrations.h"
-#include "services/inspection/peers.h"
 #include "services/inspection/positioning.h"
+#include "services/inspection/registered_blade.h"
 #include "services/runtime/call.h"
 #include "sixpoint/inspection/v1/inspection.pb.h"
 
 namespace sixpoint::inspection {
 
-struct Inputs {
-  registration::v1::Registration registration;  // converged
+// Whose registration converged.
+struct Inputs : RegisteredBlade {
   Compared compared;
-  std::optional<metrology::RegisteredPose> pose;  // once fetched
-  clients::FetchedSensorCalibration sensor_calibration;
-  metrology::SensorPose sensor;  // of it
-  metrology::RotaryAxes axes;
-  plant::v1::Machine machine;
-  plant::v1::Part part;
   std::vector<metrology::InspectedHole> holes;
-  std::shared_ptr<const metrology::Surface> surface;
 };
 
 // FAILED_PRECONDITION with a reason: REGISTRATION_NOT_CONVERGED, PART_WITHOUT_HOLES; what the registration service refuses is

@@ -1,7 +1,6 @@
 #include "services/inspection/inspection_service.h"
 
 #include <algorithm>
-#include <cstring>
 #include <set>
 #include <string>
 #include <utility>
@@ -12,6 +11,7 @@
 #include "services/inspection/metrics.h"
 #include "services/inspection/rejudge.h"
 #include "services/inspection/rows.h"
+#include "services/inspection/stored_verdict.h"
 #include "services/inspection/validate.h"
 #include "services/runtime/call.h"
 #include "services/runtime/caller_identity.h"
@@ -32,7 +32,7 @@ constexpr std::int64_t kWorthNearCells =
 using runtime::ToGrpc;
 
 InspectionService::InspectionService(std::shared_ptr<storage::InspectionStore> store,
-                                     std::unique_ptr<const Peers> peers, const InspectionServiceOptions& options)
+                                     std::shared_ptr<const Peers> peers, const InspectionServiceOptions& options)
     : store_(std::move(store)),
       peers_(std::move(peers)),
       options_(options),
@@ -174,10 +174,9 @@ grpc::Status InspectionService::ListInspections(grpc::ServerContext* context, co
   filter.reader = runtime::ReaderOf(*context);
   if (absl::Status status = runtime::CheckWorkOrder(request->work_order(), ""); !status.ok()) return ToGrpc(status);
   filter.work_order = request->work_order();
-  if (!v1::Verdict_IsValid(request->verdict()))
-    return ToGrpc(runtime::Refuse("verdict", std::to_string(request->verdict()), "a verdict, or none"));
-  if (request->verdict() != v1::VERDICT_UNSPECIFIED)
-    filter.verdict = v1::Verdict_Name(request->verdict()).substr(std::strlen("VERDICT_"));
+  absl::StatusOr<std::string> verdict = VerdictFilterOf(request->verdict());
+  if (!verdict.ok()) return ToGrpc(verdict.status());
+  filter.verdict = *std::move(verdict);
   return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, ToProto, LeaveBasic,
                                      response->mutable_inspections(), response->mutable_next_page_token()));
 }

@@ -23,7 +23,7 @@ struct InspectionServiceOptions {
 
 class InspectionService final : public v1::InspectionService::Service {
  public:
-  InspectionService(std::shared_ptr<storage::InspectionStore> store, std::unique_ptr<const Peers> peers,
+  InspectionService(std::shared_ptr<storage::InspectionStore> store, std::shared_ptr<const Peers> peers,
                     const InspectionServiceOptions& options);
 
   grpc::Status Inspect(grpc::ServerContext* context, const v1::InspectRequest* request,
@@ -53,7 +53,7 @@ class InspectionService final : public v1::InspectionService::Service {
   absl::StatusOr<v1::Inspection> MakeAgain(const v1::Inspection& recorded, const runtime::Caller& caller) const;
 
   const std::shared_ptr<storage::InspectionStore> store_;
-  const std::unique_ptr<const Peers> peers_;
+  const std::shared_ptr<const Peers> peers_;
   const InspectionServiceOptions options_;
   runtime::ComputePool running_;
   NearCellsAhead near_cells_ahead_;

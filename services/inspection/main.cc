@@ -1,4 +1,5 @@
 // sixpoint-inspection: the verdict on a machined blade.
+#include "services/inspection/deviation_service.h"
 #include "services/inspection/disposition_service.h"
 #include "services/inspection/efficacy_service.h"
 #include "services/inspection/inspection_service.h"
@@ -13,7 +14,8 @@ namespace {
 constexpr runtime::PoolLimits kLimits{2, runtime::kAllLetIn};
 
 std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& options, storage::Database* database) {
-  auto peers = std::make_unique<Peers>(
+  // One for all: prepared surfaces are kept once.
+  const auto peers = std::make_shared<const Peers>(
       runtime::ConnectToPeer(options, "plant"), runtime::ConnectToPeer(options, "ingest"),
       runtime::ConnectToPeer(options, "calibration"), runtime::ConnectToPeer(options, "registration"));
   InspectionServiceOptions inspection_options;
@@ -22,7 +24,12 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   std::vector<runtime::ServedService> services;
   services.push_back(
       {v1::InspectionService::service_full_name(),
-       std::make_unique<InspectionService>(storage::InspectionsIn(database), std::move(peers), inspection_options)});
+       std::make_unique<InspectionService>(storage::InspectionsIn(database), peers, inspection_options)});
+  DeviationServiceOptions deviation_options;
+  deviation_options.pool = kLimits;
+  deviation_options.threads = options.threads;
+  services.push_back({v1::DeviationService::service_full_name(),
+                      std::make_unique<DeviationService>(storage::DeviationsIn(database), peers, deviation_options)});
   services.push_back(
       {v1::ValueService::service_full_name(), std::make_unique<ValueService>(storage::ValuesIn(database))});
   services.push_back(

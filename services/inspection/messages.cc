@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "services/clients/error_sources.h"
+#include "services/inspection/stored_verdict.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/stored_enum.h"
 #include "services/runtime/stored_geometry.h"
@@ -12,16 +13,12 @@
 namespace sixpoint::inspection {
 namespace {
 
-absl::StatusOr<v1::Verdict> VerdictOf(const std::string& text, const std::string& inspection_id) {
-  return runtime::StoredEnum(v1::Verdict_Parse, "VERDICT_" + text, "inspection " + inspection_id);
-}
-
 absl::Status SetVerdicts(const storage::InspectionHoleRow& row, const std::string& inspection_id,
                          v1::HoleResult* hole) {
   for (const auto& [text, set] : {std::pair(&row.verdict, &v1::HoleResult::set_verdict),
                                   std::pair(&row.position_verdict, &v1::HoleResult::set_position_verdict),
                                   std::pair(&row.inclination_verdict, &v1::HoleResult::set_inclination_verdict)}) {
-    const auto verdict = VerdictOf(*text, inspection_id);
+    const auto verdict = VerdictOf(*text, "inspection " + inspection_id);
     if (!verdict.ok()) return verdict.status();
     (hole->*set)(*verdict);
   }
@@ -46,7 +43,7 @@ absl::StatusOr<v1::Inspection> ToProto(const storage::InspectionRow& row) {
   inspection.set_blade(runtime::NameOf("blades", row.blade_serial));
   for (const std::string& scan : row.scan_ids) inspection.add_scans(runtime::NameOf("scans", scan));
   inspection.set_registration(runtime::NameOf("registrations", row.registration_id));
-  const auto verdict = VerdictOf(row.verdict, row.inspection_id);
+  const auto verdict = VerdictOf(row.verdict, "inspection " + row.inspection_id);
   if (!verdict.ok()) return verdict.status();
   inspection.set_verdict(*verdict);
   for (const storage::InspectionHoleRow& hole_row : row.holes) {

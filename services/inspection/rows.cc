@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "services/clients/error_sources.h"
+#include "services/inspection/stored_verdict.h"
 #include "services/runtime/computed_on.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
@@ -14,20 +15,6 @@ namespace sixpoint::inspection {
 namespace {
 
 constexpr double kRad = 3.14159265358979323846 / 180;
-
-std::string TextOf(metrology::Verdict verdict) {
-  switch (verdict) {
-    case metrology::Verdict::kConform:
-      return "CONFORM";
-    case metrology::Verdict::kNotConform:
-      return "NOT_CONFORM";
-    case metrology::Verdict::kUndecidable:
-      return "UNDECIDABLE";
-    case metrology::Verdict::kNotMeasured:
-      break;
-  }
-  return "NOT_MEASURED";
-}
 
 std::array<double, 3> ThreeOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 

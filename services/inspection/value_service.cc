@@ -1,11 +1,11 @@
 #include "services/inspection/value_service.h"
 
 #include <algorithm>
-#include <cstring>
 #include <string>
 #include <tuple>
 #include <utility>
 
+#include "services/inspection/stored_verdict.h"
 #include "services/runtime/call.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
@@ -62,14 +62,13 @@ absl::StatusOr<Wanted> Read(const v1::ListValuesRequest& request, const grpc::Se
   const absl::StatusOr<storage::TimeSpan> recorded = runtime::SpanOf("recorded", request.recorded());
   refusals.Add(recorded.status());
   if (recorded.ok()) filter.recorded = *recorded;
-  if (!v1::Verdict_IsValid(request.verdict()))
-    refusals.Add(runtime::Refuse("verdict", std::to_string(request.verdict()), "a verdict, or none"));
+  absl::StatusOr<std::string> verdict = VerdictFilterOf(request.verdict());
+  refusals.Add(verdict.status());
   const absl::StatusOr<runtime::Page> page =
       runtime::PageOf(runtime::FiltersOf(request), request.page_size(), request.page_token());
   refusals.Add(page.status());
   if (!refusals.status().ok()) return refusals.status();
-  if (request.verdict() != v1::VERDICT_UNSPECIFIED)
-    filter.verdict = v1::Verdict_Name(request.verdict()).substr(std::strlen("VERDICT_"));
+  filter.verdict = *std::move(verdict);
   filter.serial_prefix = request.serial_prefix();
   filter.only_newest = request.only_newest();
   filter.reader = runtime::ReaderOf(context);
@@ -79,14 +78,10 @@ absl::StatusOr<Wanted> Read(const v1::ListValuesRequest& request, const grpc::Se
   return wanted;
 }
 
-absl::StatusOr<v1::Verdict> VerdictOf(const std::string& text, const storage::HoleValuesRow& row) {
-  return runtime::StoredEnum(v1::Verdict_Parse, "VERDICT_" + text, "inspection " + row.inspection_id);
-}
-
 // What both characteristics of a hole have in common.
 absl::StatusOr<v1::Value> Begin(const storage::HoleValuesRow& row, const char* kind, const std::string& verdict) {
   v1::Value value;
-  const absl::StatusOr<v1::Verdict> of_value = VerdictOf(verdict, row);
+  const absl::StatusOr<v1::Verdict> of_value = VerdictOf(verdict, "inspection " + row.inspection_id);
   if (!of_value.ok()) return of_value.status();
   const auto method =
       runtime::StoredEnum(registration::v1::Method_Parse, "METHOD_" + row.method, "inspection " + row.inspection_id);

@@ -189,9 +189,10 @@ TEST_F(ClearanceTest, NothingOfAHiddenPartComesOutOfAnyMethodToAnybody) {
     EXPECT_EQ(cleared.refused, 0) << cleared.Text();
     // A test that finds nothing where all is seen would look for the wrong thing.
     EXPECT_GT(cleared.leaks, 0);
-    for (const char* method : {"ListParts", "ListBlades", "GetPart", "GetBlade", "GetScan", "ListScans",
-                               "ListRegistrations", "GetRegistration", "ListCorrections", "GetCorrection",
-                               "ListInspections", "GetInspection", "ListMachiningModels", "GetMachiningModel"})
+    for (const char* method :
+         {"ListParts", "ListBlades", "GetPart", "GetBlade", "GetScan", "ListScans", "ListRegistrations",
+          "GetRegistration", "ListCorrections", "GetCorrection", "ListInspections", "GetInspection",
+          "ListDeviationMaps", "GetDeviationMap", "ListMachiningModels", "GetMachiningModel"})
       EXPECT_EQ(cleared.methods_that_told.count(std::string(method) + " by " + by.who), 1u) << method;
     if (by.role != access::v1::ROLE_MACHINE) {
       for (const char* method :

@@ -12,7 +12,9 @@
 #include <sstream>
 
 #include "seed/seed_plant.h"
+#include "storage/blobs.h"
 #include "storage/database.h"
+#include "storage/deviations.h"
 #include "storage/dispositions.h"
 #include "storage/inspection_values.h"
 #include "storage/record.h"
@@ -76,6 +78,7 @@ class ReadModelsTest : public ::testing::Test {
     }
     PutHoles();
     PutDispositions();
+    PutDeviations(calibrations);
     Clear(plant_->database(), "readers/bi_cleared", "customers/acme");
   }
   // The customers' results have none.
@@ -130,6 +133,17 @@ class ReadModelsTest : public ::testing::Test {
       const auto put = InsertDisposition(*transaction, disposition, entry);
       ASSERT_TRUE(put.ok()) << put.status();
     }
+    ASSERT_TRUE(transaction->Commit().ok());
+  }
+  // Of a blade that everybody sees, too.
+  static void PutDeviations(const sixpoint::testing::MachinesCalibrations& calibrations) {
+    auto transaction = plant_->database()->Begin(Soon());
+    const auto seeded = transaction->Execute(
+        "SELECT part_id, blade_serial, 'registrations/' || registration_id FROM inspections "
+        "WHERE blade_serial LIKE 'SEED-%' LIMIT 1");
+    ASSERT_TRUE(seeded.ok() && seeded->count() == 1) << seeded.status();
+    sixpoint::testing::PutDeviation(*transaction, seeded->Text(0, 0), seeded->Text(0, 1), seeded->Text(0, 2), "17",
+                                    calibrations);
     ASSERT_TRUE(transaction->Commit().ok());
   }
   static void TearDownTestSuite() { plant_.reset(); }

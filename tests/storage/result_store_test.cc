@@ -4,9 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 
 #include "storage/corrections.h"
+#include "storage/deviations.h"
 #include "storage/inspections.h"
 #include "storage/registrations.h"
 #include "tests/services/correction/judged_plant.h"
@@ -91,6 +93,30 @@ struct Inspections {
   }
 };
 
+struct Deviations {
+  using Row = DeviationMapRow;
+  using Filter = DeviationFilter;
+  static constexpr auto kId = &Row::deviation_id;
+  static constexpr auto kIn = DeviationsIn;
+  static constexpr char kKind[] = "deviation";
+  static Row Make() {
+    Row row = RowOfThePlant<Row>();
+    row.registration_id = std::string(sixpoint::testing::kRegistration).substr(14);
+    row.method = "BEST_FIT";
+    row.patch_mm = row.patch_count = 1;
+    row.compared_count = 1;
+    row.budget_sources = {"points"};
+    row.budget_um = {1};
+    row.patches_sha256 = std::string(64, '0');
+    row.computed_on = "test";
+    row.scan_ids = {"s0"};
+    row.regions = {DeviationRegionRow()};
+    row.regions.front().area_mm2 = 1;
+    row.patches = {{0, 0, 0}, {0, 0, 1}, {1}, {NAN}, {NAN}, {0}};
+    return row;
+  }
+};
+
 template <typename Aggregate>
 class ResultStoreTest : public ::testing::Test {
  protected:
@@ -143,7 +169,7 @@ class ResultStoreTest : public ::testing::Test {
   }
 };
 
-using Aggregates = ::testing::Types<Registrations, Corrections, Inspections>;
+using Aggregates = ::testing::Types<Registrations, Corrections, Inspections, Deviations>;
 TYPED_TEST_SUITE(ResultStoreTest, Aggregates);
 
 TYPED_TEST(ResultStoreTest, WhatIsRecordedIsFoundWithItsSequenceAndTime) {

@@ -6,6 +6,7 @@
 #include "storage/calibrations.h"
 #include "storage/clearances.h"
 #include "storage/corrections.h"
+#include "storage/deviations.h"
 #include "storage/inspections.h"
 #include "storage/machining_models.h"
 #include "storage/plant_registry.h"
@@ -127,6 +128,41 @@ void Decided(storage::Database* database, const Decide& decide) {
 
 }  // namespace
 
+std::string PutDeviation(storage::Transaction& transaction, const std::string& part_id, const std::string& blade_serial,
+                         const std::string& registration, const std::string& characteristic,
+                         const MachinesCalibrations& calibrations) {
+  auto row = ResultOf<storage::DeviationMapRow>(part_id, blade_serial, calibrations);
+  row.deviation_id = storage::NewUuid();
+  row.registration_id = IdOf(registration);
+  row.method = "BEST_FIT";
+  row.patch_mm = row.patch_count = 1;
+  row.compared_count = 100;
+  row.budget_sources = {"points"};
+  row.budget_um = {0.2};
+  row.verdict = "CONFORM";
+  row.decision_rule = "ISO 14253-1";
+  row.patches_sha256 = std::string(64, '0');
+  row.computed_on = "x86-64";
+  storage::DeviationRegionRow whole;
+  whole.area_mm2 = whole.seen_area_mm2 = 1;
+  whole.point_count = 100;
+  whole.values = storage::DeviationRegionRow::Values{3, 3, 1, 3, 5, {0, 3, 0.5, {}}, {0, 3, 0.5, {}}};
+  row.regions = {whole};
+  storage::DeviationProfileRow profile;
+  profile.characteristic = characteristic;
+  profile.zone = "FORM_AND_LOCATION";
+  profile.lower_mm = -0.05;
+  profile.upper_mm = 0.05;
+  profile.verdict = "CONFORM";
+  profile.coverage = 1;
+  profile.lowest = profile.highest = whole.values->lowest;
+  row.profiles = {profile};
+  row.patches = {{0, 0, 0}, {0, 0, 1}, {1}, {3}, {0.5}, {100}};
+  const std::string name = "deviations/" + row.deviation_id;
+  Must(storage::InsertDeviationMap(transaction, row, EntryOfM1(name, {registration}, blade_serial)));
+  return name;
+}
+
 MachinesCalibrations PutCalibratedMachine(storage::Database* database) {
   storage::Transaction transaction = Must(database->Begin(Soon(60)));
   RegisterMachine(transaction, "m1");
@@ -166,6 +202,8 @@ CustomersPart PutCustomersPart(storage::Database* database, const std::string& w
     made.registration = PutRegistration(transaction, IdOf(made.part), IdOf(made.blade), calibrations, made.scan);
     made.correction = PutCorrection(transaction, made, calibrations);
     made.inspection = PutInspection(transaction, made, calibrations);
+    made.deviation = PutDeviation(transaction, IdOf(made.part), IdOf(made.blade), made.registration,
+                                  "17 of " + made.word, calibrations);
     made.study = PutStudy(transaction, made);
   });
   Must(storage::DeleteScanPoints(database, nullptr,

@@ -10,11 +10,12 @@ namespace sixpoint::testing {
 
 // Names of what is recorded of one part; `word` is in all that a person chose.
 struct CustomersPart {
-  std::string word, part, blade, scan, registration, correction, inspection, study, deletion;
+  std::string word, part, blade, scan, registration, correction, inspection, deviation, study, deletion;
   std::string machining_model;  // by PutMachiningModel alone
 
   std::vector<std::string> names() const {
-    std::vector<std::string> all = {part, blade, scan, registration, correction, inspection, study, deletion};
+    std::vector<std::string> all = {part,       blade,     scan,  registration, correction,
+                                    inspection, deviation, study, deletion};
     if (!machining_model.empty()) all.push_back(machining_model);
     return all;
   }
@@ -31,6 +32,10 @@ CustomersPart PutCustomersPart(storage::Database* database, const std::string& w
                                const MachinesCalibrations& calibrations);
 // WORD-edm of that part.
 void PutMachiningModel(storage::Database* database, CustomersPart* part);
+// A deviation map of a blade: of one patch, which was seen and is within its profile tolerance, CHARACTERISTIC. Gives its name.
+std::string PutDeviation(storage::Transaction& transaction, const std::string& part_id, const std::string& blade_serial,
+                         const std::string& registration, const std::string& characteristic,
+                         const MachinesCalibrations& calibrations);
 // So many more registrations of its blade.
 void PutRegistrations(storage::Transaction& transaction, const std::string& part_id, const std::string& blade_serial,
                       const MachinesCalibrations& calibrations, int count);

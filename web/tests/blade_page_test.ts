@@ -10,8 +10,8 @@ after(async () => { await stage.stop(); });
 const drawn = (page: Page, least: number) => page.waitForFunction((n) => Number(document.querySelector<HTMLCanvasElement>('.view3d canvas')?.dataset['drawn'] ?? 0) >= n, least, { timeout: 60_000 });
 
 // How many pixels of the canvas are red, blue, grey (of the scale), by a picture of it.
-async function coloursOf(page: Page): Promise<{ red: number; blue: number; grey: number }> {
-  const png = (await page.locator('.view3d canvas').screenshot()).toString('base64');
+async function coloursOf(page: Page, of = '.view3d canvas'): Promise<{ red: number; blue: number; grey: number; dark: number }> {
+  const png = (await page.locator(of).screenshot()).toString('base64');
   return page.evaluate(async (data) => {
     const image = new Image();
     image.src = `data:image/png;base64,${data}`;
@@ -20,12 +20,13 @@ async function coloursOf(page: Page): Promise<{ red: number; blue: number; grey:
     canvas.width = image.width; canvas.height = image.height;
     const pen = canvas.getContext('2d')!;
     pen.drawImage(image, 0, 0);
-    const pixels = pen.getImageData(0, 0, image.width, image.height).data, sums = { red: 0, blue: 0, grey: 0 };
+    const pixels = pen.getImageData(0, 0, image.width, image.height).data, sums = { red: 0, blue: 0, grey: 0, dark: 0 };
     for (let i = 0; i < pixels.length; i += 4) {
       const [r, g, b] = [pixels[i]!, pixels[i + 1]!, pixels[i + 2]!];
       if (r > g + 90 && r > 150) sums.red += 1;
       else if (b > r + 90 && b > 130) sums.blue += 1;
       else if (Math.abs(r - 214) < 6 && Math.abs(g - 218) < 6 && Math.abs(b - 214) < 6) sums.grey += 1;
+      else if (Math.abs(r - 66) < 6 && Math.abs(g - 74) < 6 && Math.abs(b - 82) < 6) sums.dark += 1;
     }
     return sums;
   }, png);
@@ -104,6 +105,28 @@ test('the view turns by keys, and a picture of it downloads as PNG', async () =>
   assert.notDeepEqual(await page.locator('.view3d canvas').screenshot(), before_);
   const [download] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: 'Download PNG' }).click()]);
   assert.equal(download.suggestedFilename(), 'blades_SN-0412.png');
+  await page.context().close();
+});
+
+test('the surface stands against its CAD: verdicts, regions, and tiles that are dark where nothing was seen', async () => {
+  const page = await signedIn(stage, '/blades/SN-0412');
+  const complaints = complaintsOf(page);
+  const section = page.locator('#deviation');
+  const profiles = section.getByRole('region', { name: 'Table: Profile tolerances' });
+  assert.match(await profiles.locator('tr', { hasText: 'form and location' }).innerText(), /17\s+Not conform.*14\.2 in 1 area.*±/s);
+  assert.match(await section.getByRole('region', { name: 'Table: Deviation by region' }).locator('tr', { hasText: 'tip' }).innerText(), /0\s?%\s+not seen/);
+  await section.getByRole('button', { name: 'Show the map in 3D' }).click();
+  await page.waitForFunction(() => document.querySelector<HTMLCanvasElement>('#deviation canvas')?.dataset['tiles'] === '1800', undefined, { timeout: 60_000 });
+  await section.locator('.scale-box').waitFor();
+  await section.getByLabel('Scale').fill('45');
+  await page.waitForTimeout(600);
+  const colours = await coloursOf(page, '#deviation .view3d canvas');
+  assert.ok(colours.red > 150 && colours.blue > 50 && colours.grey > 3000 && colours.dark > 2000, JSON.stringify(colours));
+  assert.deepEqual(await axeFindings(page), []);
+  await section.getByRole('button', { name: 'Compare as cut' }).click();
+  await section.getByRole('option').nth(1).waitFor({ state: 'attached' });
+  assert.equal(await section.getByRole('option').count(), 2);
+  assert.deepEqual(complaints, []);
   await page.context().close();
 });
 

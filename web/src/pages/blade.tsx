@@ -18,6 +18,7 @@ import { factsOf, holesOf, type BladeFacts, type HoleFacts } from './blade_facts
 import { methodWords, Story } from './blade_story';
 import { BladeView } from './blade_view';
 import { Decision } from './decision';
+import { Deviation } from './deviation';
 
 const dispositionWords = (kind: DispositionKind) => (DispositionKind[kind] ?? '').toLowerCase().replaceAll('_', ' ');
 
@@ -109,6 +110,7 @@ function Blade({ facts, again }: { facts: BladeFacts; again: () => void }) {
       </div>
       {facts.inspection && <AsCut holes={holes.filter((hole) => hole.result)} picked={picked} onPick={pick} />}
       {facts.correction && facts.correction.groups.length > 0 && <Changes holes={holes} correction={facts.correction} />}
+      <Deviation facts={facts} />
       <Story entries={facts.entries} />
     </>
   );

@@ -10,6 +10,7 @@ import { directionOf, minus, vectorOf } from '../scene/frames';
 import type { BladeScene, DrawnHole, DrawnPath, Shows, Which } from '../scene/blade_scene';
 import type { Surface } from '../scene/surface';
 import type { BladeFacts, HoleFacts } from './blade_facts';
+import { Scale, ScaleSliders } from './colour_scale';
 
 type Module = typeof import('../scene/open');
 type Cloudy = { drawn: number; isWhole: boolean; rmsUm: number; p05Um: number; p95Um: number } | undefined;
@@ -32,20 +33,6 @@ function drawnOf(holes: HoleFacts[], surface: Surface): DrawnHole[] {
 
 const pathsOf = (holes: HoleFacts[], surface: Surface): DrawnPath[] => holes.filter(({ path }) => path.length > 0)
   .map(({ key, path }) => ({ key, poses: path.map(({ tip, axis }) => ({ tipMm: minus(tip, surface.centre), axis })) }));
-
-function Scale({ module, scaleUm, bandUm }: { module: Module; scaleUm: number; bandUm: number }) {
-  const strip = useRef<HTMLCanvasElement>(null);
-  useEffect(() => {
-    const pen = strip.current!.getContext('2d')!, table = module.colourTable(scaleUm, bandUm);
-    pen.putImageData(new ImageData(new Uint8ClampedArray(table), module.kColourCount, 1), 0, 0);
-  }, [scaleUm, bandUm]);
-  return (
-    <div class="scale">
-      <canvas ref={strip} width={module.kColourCount} height={1} role="img" aria-label={`Colours from −${scaleUm} µm, inside the CAD, in blue, over grey within ±${bandUm} µm, to +${scaleUm} µm, outside, in red`} />
-      <div class="ticks"><span>−{number(scaleUm, 0)}&#8239;µm inside</span><span>±{number(bandUm, bandUm < 10 ? 1 : 0)}&#8239;µm band</span><span>outside +{number(scaleUm, 0)}&#8239;µm</span></div>
-    </div>
-  );
-}
 
 export function BladeView({ facts, holes, picked, onPick }: { facts: BladeFacts; holes: HoleFacts[]; picked: string | undefined; onPick: (key: string) => void }) {
   const canvas = useRef<HTMLCanvasElement>(null);
@@ -172,10 +159,7 @@ export function BladeView({ facts, holes, picked, onPick }: { facts: BladeFacts;
         <div class="sheet scale-box">
           <Scale module={module} scaleUm={scaleUm} bandUm={bandUm} />
           <div class="view-tools no-print">
-            <label>Scale <input type="range" min={0} max={100} value={Math.round((100 * Math.log(scaleUm / 2)) / Math.log(500))} aria-valuetext={`${scaleUm} micrometres`}
-              onInput={(event) => { const um = Number((2 * 500 ** (Number(event.currentTarget.value) / 100)).toPrecision(2)); setScaleUm(um); if (bandUm > um) setBandUm(um); }} /> {quantity(scaleUm, 'µm', scaleUm < 10 ? 1 : 0)}</label>
-            <label>Band <input type="range" min={0} max={100} value={Math.round((100 * bandUm) / scaleUm)} aria-valuetext={`${bandUm} micrometres`}
-              onInput={(event) => setBandUm(Number(((scaleUm * Number(event.currentTarget.value)) / 100).toPrecision(2)))} /> ±{quantity(bandUm, 'µm', bandUm < 10 ? 1 : 0)}</label>
+            <ScaleSliders scaleUm={scaleUm} bandUm={bandUm} onChange={(scale, band) => { setScaleUm(scale); setBandUm(band); }} />
             <label>Arrows <input type="range" min={0} max={100} value={Math.round(100 * Math.log10(magnification) / 3)} aria-valuetext={`magnified ${magnification} times`}
               onInput={(event) => setMagnification(Number((10 ** ((3 * Number(event.currentTarget.value)) / 100)).toPrecision(2)))} /> ×{magnification}</label>
           </div>

@@ -10,6 +10,7 @@ import { colourTable, kColourCount, type Colour } from './colours';
 import type { Vector } from './frames';
 import { fillRoom, lookByKey, wordAt } from './looking';
 import type { Surface } from './surface';
+import { Tiles, type Patches } from './tiles';
 
 export type DrawnHole = {
   key: string;
@@ -110,8 +111,19 @@ export class BladeScene {
     this.draw();
   }
 
+  // centre: the surface's.
+  setPatches(patches: Patches, centre: Vector, patchMm: number): void {
+    if (this.tiles) { this.scene.remove(this.tiles.mesh); this.tiles.stop(); }
+    this.tiles = new Tiles(patches, centre, patchMm);
+    this.scene.add(this.tiles.mesh);
+    this.canvas.dataset['tiles'] = String(patches.areasMm2.length);
+    this.draw();
+  }
+  private tiles: Tiles | undefined;
+
   setScale(scaleUm: number, bandUm: number): void {
     this.clouds.setScale(scaleUm, bandUm);
+    this.tiles?.setScale(scaleUm, bandUm);
     this.scaleUm = scaleUm;
     this.draw();
   }
@@ -265,6 +277,7 @@ export class BladeScene {
     this.watcher.disconnect();
     this.controls.dispose();
     this.clouds.stop();
+    this.tiles?.stop();
     this.renderer.dispose();
   }
 

@@ -4,12 +4,14 @@ import { Code, ConnectError } from '@connectrpc/connect';
 import type { Registration } from '#proto/sixpoint/registration/v1/registration_pb';
 import { PointFormat, ScanService } from '#proto/sixpoint/ingest/v1/ingest_pb';
 import type { Scan } from '#proto/sixpoint/ingest/v1/scan_pb';
+import { DeviationService } from '#proto/sixpoint/inspection/v1/deviation_pb';
 import { PlantService } from '#proto/sixpoint/plant/v1/plant_pb';
 import { client } from '../plant/clients';
 import type { BladeFacts } from '../pages/blade_facts';
 import { CloudWorkers, shuffled, statisticsOf, type Cloud } from './cloud';
 import { partFromSensor, type Mapping } from './frames';
 import { readSurface, type Surface } from './surface';
+import type { Patches } from './tiles';
 
 export { BladeScene } from './blade_scene';
 export { colourOf, colourTable, kColourCount, roundScale } from './colours';
@@ -27,6 +29,15 @@ export async function fetchSurface(part: string, signal: AbortSignal): Promise<S
   let at = 0;
   for (const chunk of chunks) { bytes.set(chunk, at); at += chunk.length; }
   return readSurface(bytes);
+}
+
+// All patches of a deviation map, seen or not.
+export async function fetchPatches(name: string, signal: AbortSignal): Promise<Patches> {
+  const patches: Patches = { centresMm: [], normals: [], areasMm2: [], meansUm: [] };
+  for await (const some of client(DeviationService).downloadDeviationPatches({ name }, { signal })) {
+    for (const [from, to] of [[some.centresInPartMm, patches.centresMm], [some.normalsInPart, patches.normals], [some.areasMm2, patches.areasMm2], [some.meansUm, patches.meansUm]] as const) for (const value of from) to.push(value);
+  }
+  return patches;
 }
 
 function mappingOf(facts: BladeFacts, registration: Registration, scan: Scan): Mapping {

@@ -1,0 +1,61 @@
+#include "cli/deviation_document.h"
+
+#include "cli/document.h"
+
+namespace sixpoint::cli {
+namespace {
+
+constexpr std::size_t kMost = 64;
+
+void ReadPoint(const Field& field, geometry::v1::Point* out) {
+  const Eigen::Vector3d point = field.Vector3();
+  out->set_x_mm(point.x());
+  out->set_y_mm(point.y());
+  out->set_z_mm(point.z());
+}
+
+void ReadRegion(const Field& region, inspection::v1::SurfaceRegion* out) {
+  region.OnlyKeys({"region", "minimum_in_part_mm", "maximum_in_part_mm", "facing_in_part", "facing_within_deg"});
+  out->set_region(region.At("region").Text());
+  if (const auto corner = region.Find("minimum_in_part_mm")) ReadPoint(*corner, out->mutable_minimum_in_part_mm());
+  if (const auto corner = region.Find("maximum_in_part_mm")) ReadPoint(*corner, out->mutable_maximum_in_part_mm());
+  if (const auto facing = region.Find("facing_in_part")) {
+    // Of any length: people write [1, 1, 0].
+    const Eigen::Vector3d direction = facing->Vector3();
+    if (!(direction.norm() > 0)) return facing->Refuse("a direction");
+    out->mutable_facing_in_part()->set_x(direction.normalized().x());
+    out->mutable_facing_in_part()->set_y(direction.normalized().y());
+    out->mutable_facing_in_part()->set_z(direction.normalized().z());
+  }
+  if (const auto within = region.Find("facing_within_deg")) out->set_facing_within_deg(within->Positive(180));
+}
+
+void ReadProfile(const Field& profile, inspection::v1::ProfileTolerance* out) {
+  profile.OnlyKeys({"characteristic", "region", "zone", "lower_mm", "upper_mm", "least_coverage"});
+  out->set_characteristic(profile.At("characteristic").Text());
+  if (const auto region = profile.Find("region")) out->set_region(region->Text());
+  out->set_zone(profile.At("zone").Choice({"form", "form-and-location"}) == "form"
+                    ? inspection::v1::PROFILE_ZONE_FORM
+                    : inspection::v1::PROFILE_ZONE_FORM_AND_LOCATION);
+  out->set_lower_mm(profile.At("lower_mm").Number());
+  out->set_upper_mm(profile.At("upper_mm").Number());
+  if (const auto coverage = profile.Find("least_coverage")) out->set_least_coverage(coverage->Number(0, 1));
+}
+
+}  // namespace
+
+absl::Status ReadDeviationDocument(const std::string& path, inspection::v1::MapDeviationRequest* request) {
+  const auto document = LoadDocument(path);
+  if (!document.ok()) return document.status();
+  Problems problems(true);
+  const Field root(&*document, path, &problems);
+  root.OnlyKeys({"regions", "profiles"});
+  if (const auto regions = root.Find("regions"))
+    for (const Field& region : regions->Items(1, kMost)) ReadRegion(region, request->add_regions());
+  if (const auto profiles = root.Find("profiles"))
+    for (const Field& profile : profiles->Items(1, kMost)) ReadProfile(profile, request->add_profiles());
+  if (!root.Find("regions") && !root.Find("profiles")) root.Refuse("`regions`, `profiles` or both");
+  return problems.ToStatus();
+}
+
+}  // namespace sixpoint::cli

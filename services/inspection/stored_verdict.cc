@@ -1,0 +1,34 @@
+#include "services/inspection/stored_verdict.h"
+
+#include <cstring>
+
+#include "services/runtime/errors.h"
+#include "services/runtime/stored_enum.h"
+
+namespace sixpoint::inspection {
+
+std::string TextOf(metrology::Verdict verdict) {
+  switch (verdict) {
+    case metrology::Verdict::kConform:
+      return "CONFORM";
+    case metrology::Verdict::kNotConform:
+      return "NOT_CONFORM";
+    case metrology::Verdict::kUndecidable:
+      return "UNDECIDABLE";
+    case metrology::Verdict::kNotMeasured:
+      break;
+  }
+  return "NOT_MEASURED";
+}
+
+absl::StatusOr<v1::Verdict> VerdictOf(const std::string& text, const std::string& what) {
+  return runtime::StoredEnum(v1::Verdict_Parse, "VERDICT_" + text, what);
+}
+
+absl::StatusOr<std::string> VerdictFilterOf(v1::Verdict verdict) {
+  if (!v1::Verdict_IsValid(verdict)) return runtime::Refuse("verdict", std::to_string(verdict), "a verdict, or none");
+  if (verdict == v1::VERDICT_UNSPECIFIED) return std::string();
+  return v1::Verdict_Name(verdict).substr(std::strlen("VERDICT_"));
+}
+
+}  // namespace sixpoint::inspection

@@ -1,0 +1,20 @@
+// Verdicts as rows keep them: the kernel's, and from there to the contract's.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <string>
+
+#include "metrology/inspection/verdict.h"
+#include "sixpoint/inspection/v1/inspection.pb.h"
+
+namespace sixpoint::inspection {
+
+// CONFORM, NOT_CONFORM, UNDECIDABLE, NOT_MEASURED.
+std::string TextOf(metrology::Verdict verdict);
+// what: whose it is, as "inspection 018f...". DATA_LOSS: none of them.
+absl::StatusOr<v1::Verdict> VerdictOf(const std::string& text, const std::string& what);
+// Of a list's filter, as rows keep it; empty: any.
+absl::StatusOr<std::string> VerdictFilterOf(v1::Verdict verdict);
+
+}  // namespace sixpoint::inspection
