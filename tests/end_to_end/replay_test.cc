@@ -37,8 +37,9 @@ class ReplayTest : public ::testing::Test {
                   "--seed", "7", "--airfoil-pitch-mm", "0.4", "--pins-pitch-mm", "0.15"},
                  plant_.folder() + "/demo.log");
     ASSERT_GE(demo.Wait(200), 0) << ReadFile(plant_.folder() + "/demo.log");
-    const Answer mapped = Run({"deviation", "map", Run({"registration", "list", "--json"}).said.at(0)["name"],
-                               "--profile", "-0.4,0.4", "--json"});
+    const Answer registered = Run({"registration", "list", "--json"});
+    const std::string newest = registered.said.at(0).at("name").get<std::string>();
+    const Answer mapped = Run({"deviation", "map", newest, "--profile", "-0.4,0.4", "--json"});
     ASSERT_EQ(mapped.exit_code, 0) << mapped.said.dump(1);
     for (const char* noun : {"registration", "correction", "inspection", "deviation"}) {
       std::vector<std::string> of_noun;
