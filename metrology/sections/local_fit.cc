@@ -103,9 +103,9 @@ std::optional<LocalCurve> LocalFit::At(const FitWindow& window, const Vector2d& 
     const double slope = degree > 0 ? solved.coefficients[1] / scale : 0;
     // What points clumped together leave open a lower degree does not.
     if (!(std::abs(slope) < kSteepest && std::abs(solved.coefficients[0]) < scale)) {
-      if (window.degree <= 1) return std::nullopt;
+      if (degree <= 1) return std::nullopt;
       FitWindow lower = window;
-      lower.degree = std::min(degree, window.degree) - 1;
+      lower.degree = degree - 1;
       return At(lower, start_mm, start_along);
     }
     if (turn == 2 || (turn > 0 && std::abs(slope) < 1e-6)) break;

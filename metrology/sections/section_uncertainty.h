@@ -17,7 +17,7 @@ namespace sixpoint::metrology {
 
 struct UncertaintyOptions {
   const Outline* nominal = nullptr;    // what the waver is told from (form_error.h)
-  std::optional<PoseCovariance> pose;  // of zero_from_part or the like, in the part's frame
+  std::optional<PoseCovariance> pose;  // of what brought the points into the part's frame: of part_from_zero
   LeadingHint leading;
   int thread_count = 1;
   double confidence = 0.95;
