@@ -112,6 +112,7 @@ void AddCalibrateCommands(Command* app, Session* session) {
   AddCalibrationOptions(rotation, rotation_arguments);
   session->OnCommand(rotation,
                      [session, rotation_arguments] { return CalibrateRotation(session, *rotation_arguments); });
+  AddCalibrateStatedCommand(calibrate, session);
   AddCalibrateProbeCommand(calibrate, session);
   AddCalibrateAxisCommand(calibrate, session);
   AddCalibrateStudyCommands(calibrate, session);

@@ -102,7 +102,7 @@ void AddTrendCommand(Command* calibration, Session* session) {
 }
 
 std::string RmsText(const calibration::v1::Calibration& entry) {
-  if (entry.has_axis()) return "-";
+  if (entry.has_axis() || !entry.sensor().certificate().empty()) return "-";  // there was no fit
   return Fixed(entry.has_sensor()  ? entry.sensor().residual_rms_um()
                : entry.has_probe() ? entry.probe().residual_rms_um()
                                    : entry.rotation().residual_rms_um(),

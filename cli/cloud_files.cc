@@ -105,6 +105,39 @@ absl::StatusOr<std::int64_t> ParseCount(const std::string& where, std::string_vi
   return count;
 }
 
+// Where x, y and z stand in each point of a binary file.
+struct Record {
+  std::size_t stride_bytes = 0;
+  std::array<std::size_t, 3> offset_bytes = {0, 0, 0};
+  std::array<std::size_t, 3> size_bytes = {0, 0, 0};  // 4: a float, 8: a double
+};
+
+absl::StatusOr<metrology::Points> ReadRecords(const std::string& name, std::string_view body, const Record& record,
+                                              std::int64_t point_count) {
+  const auto count = static_cast<std::size_t>(point_count);
+  if (body.size() / record.stride_bytes < count) {
+    return Refuse(name, std::to_string(body.size() / record.stride_bytes) + " points",
+                  std::to_string(count) + ", as its header says");
+  }
+  metrology::Points points(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const char* at = body.data() + i * record.stride_bytes + record.offset_bytes[k];
+      if (record.size_bytes[k] == 8) {
+        std::memcpy(&points[i][k], at, 8);
+      } else {
+        float value = 0;
+        std::memcpy(&value, at, 4);
+        points[i][k] = value;
+      }
+      if (!std::isfinite(points[i][k])) {
+        return Refuse(name + ": point " + std::to_string(i), points[i][k], "finite coordinates");
+      }
+    }
+  }
+  return points;
+}
+
 // Bytes of a scalar PLY type; 0 for others.
 std::size_t PlyTypeSize(std::string_view type) {
   if (type == "char" || type == "uchar" || type == "int8" || type == "uint8") return 1;
@@ -118,10 +151,8 @@ std::size_t PlyTypeSize(std::string_view type) {
 struct PlyHeader {
   bool binary = false;
   std::int64_t vertex_count = -1;
-  std::size_t stride_bytes = 0;
+  Record record;
   std::array<std::size_t, 3> column = {SIZE_MAX, SIZE_MAX, SIZE_MAX};
-  std::array<std::size_t, 3> offset_bytes = {0, 0, 0};
-  std::array<std::size_t, 3> size_bytes = {0, 0, 0};
 };
 
 absl::StatusOr<PlyHeader> ParsePlyHeader(const std::string& name, Lines* lines) {
@@ -168,16 +199,84 @@ absl::StatusOr<PlyHeader> ParsePlyHeader(const std::string& name, Lines* lines) 
         if (words[1] != "float" && words[1] != "float32" && size != 8)
           return Refuse(where, Quoted(line), "float or double");
         header.column[k] = property_count;
-        header.offset_bytes[k] = header.stride_bytes;
-        header.size_bytes[k] = size;
+        header.record.offset_bytes[k] = header.record.stride_bytes;
+        header.record.size_bytes[k] = size;
       }
       ++property_count;
-      header.stride_bytes += size;
+      header.record.stride_bytes += size;
     } else if (words[0] != "property") {
       return Refuse(where, Quoted(line), "a line of a PLY header");
     }
   }
   return Refuse(name, "no end_header", "one within " + std::to_string(kGreatestHeaderLineCount) + " lines");
+}
+
+struct PcdHeader {
+  bool binary = false;
+  std::int64_t point_count = -1;
+  Record record;
+  std::array<std::size_t, 3> column = {SIZE_MAX, SIZE_MAX, SIZE_MAX};
+};
+
+// FIELDS with their SIZE and TYPE, one value each.
+struct PcdFields {
+  std::vector<std::string_view> names, sizes, types;
+};
+
+absl::Status ReadFields(const std::string& where, const PcdFields& fields, PcdHeader* header) {
+  for (std::size_t i = 0; i < fields.names.size(); ++i) {
+    std::size_t size = 0;
+    if (header->binary && (fields.sizes.size() != fields.names.size() || fields.types.size() != fields.names.size() ||
+                           !ParseNumber(fields.sizes[i], &size) || size < 1 || size > 8))
+      return Refuse(where, "SIZE or TYPE of other fields than FIELDS", "1 to 8 bytes and a type of each");
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (fields.names[i] != std::string_view("xyz").substr(k, 1)) continue;
+      if (header->binary && (fields.types[i] != "F" || (size != 4 && size != 8)))
+        return Refuse(where, Quoted(fields.names[i]) + " of TYPE " + Quoted(fields.types[i]), "F of 4 or 8 bytes");
+      header->column[k] = i;
+      header->record.offset_bytes[k] = header->record.stride_bytes;
+      header->record.size_bytes[k] = size;
+    }
+    header->record.stride_bytes += size;
+  }
+  for (const std::size_t column : header->column)
+    if (column == SIZE_MAX) return Refuse(where, "FIELDS without x, y or z", "all three");
+  return absl::OkStatus();
+}
+
+absl::StatusOr<PcdHeader> ParsePcdHeader(const std::string& name, Lines* lines) {
+  PcdHeader header;
+  PcdFields fields;
+  std::string_view line;
+  while (lines->number() < 100 && lines->Next(&line)) {
+    const std::string where = name + ": line " + std::to_string(lines->number());
+    const std::vector<std::string_view> words = Words(line, 64);
+    if (words.empty() || words[0][0] == '#') continue;
+    const std::vector<std::string_view> values(words.begin() + 1, words.end());
+    if (words[0] == "FIELDS") {
+      fields.names = values;
+    } else if (words[0] == "SIZE") {
+      fields.sizes = values;
+    } else if (words[0] == "TYPE") {
+      fields.types = values;
+    } else if (words[0] == "COUNT") {
+      // Several values in one field would shift the columns after it.
+      for (const std::string_view value : values)
+        if (value != "1") return Refuse(where, Quoted(line), "COUNT 1 for every field");
+    } else if (words[0] == "POINTS") {
+      absl::StatusOr<std::int64_t> parsed = ParseCount(where, values.size() == 1 ? values[0] : "");
+      if (!parsed.ok()) return parsed.status();
+      header.point_count = *parsed;
+    } else if (words[0] == "DATA") {
+      if (values.size() != 1 || (values[0] != "ascii" && values[0] != "binary"))
+        return Refuse(where, Quoted(line), "DATA ascii or DATA binary");
+      if (header.point_count < 0) return Refuse(where, "no POINTS", "POINTS before DATA");
+      header.binary = values[0] == "binary";
+      if (absl::Status read = ReadFields(where, fields, &header); !read.ok()) return read;
+      return header;
+    }
+  }
+  return Refuse(name, "no DATA line", "one within 100 lines");
 }
 
 }  // namespace
@@ -187,67 +286,15 @@ absl::StatusOr<metrology::Points> ParsePly(const std::string& name, std::string_
   absl::StatusOr<PlyHeader> header = ParsePlyHeader(name, &lines);
   if (!header.ok()) return header.status();
   if (!header->binary) return ParseRows(name, lines, header->column, header->vertex_count);
-  const std::size_t count = static_cast<std::size_t>(header->vertex_count);
-  const std::string_view body = lines.rest();
-  if (body.size() / header->stride_bytes < count) {
-    return Refuse(name, std::to_string(body.size() / header->stride_bytes) + " points",
-                  std::to_string(count) + ", as its header says");
-  }
-  metrology::Points points(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    for (int k = 0; k < 3; ++k) {
-      const char* at = body.data() + i * header->stride_bytes + header->offset_bytes[k];
-      if (header->size_bytes[k] == 8) {
-        std::memcpy(&points[i][k], at, 8);
-      } else {
-        float value = 0;
-        std::memcpy(&value, at, 4);
-        points[i][k] = value;
-      }
-      if (!std::isfinite(points[i][k])) {
-        return Refuse(name + ": point " + std::to_string(i), points[i][k], "finite coordinates");
-      }
-    }
-  }
-  return points;
+  return ReadRecords(name, lines.rest(), header->record, header->vertex_count);
 }
 
 absl::StatusOr<metrology::Points> ParsePcd(const std::string& name, std::string_view bytes) {
   Lines lines(bytes);
-  std::string_view line;
-  std::array<std::size_t, 3> columns = {SIZE_MAX, SIZE_MAX, SIZE_MAX};
-  std::vector<std::string_view> fields;
-  std::int64_t count = -1;
-  while (lines.number() < 100 && lines.Next(&line)) {
-    const std::string where = name + ": line " + std::to_string(lines.number());
-    const std::vector<std::string_view> words = Words(line, 64);
-    if (words.empty() || words[0][0] == '#') continue;
-    if (words[0] == "FIELDS") {
-      fields.assign(words.begin() + 1, words.end());
-      for (std::size_t i = 0; i < fields.size(); ++i) {
-        for (std::size_t k = 0; k < 3; ++k) {
-          if (fields[i] == std::string_view("xyz").substr(k, 1)) columns[k] = i;
-        }
-      }
-    } else if (words[0] == "COUNT") {
-      // Several values in one field would shift the columns after it.
-      for (std::size_t i = 1; i < words.size(); ++i) {
-        if (words[i] != "1") return Refuse(where, Quoted(line), "COUNT 1 for every field");
-      }
-    } else if (words[0] == "POINTS") {
-      absl::StatusOr<std::int64_t> parsed = ParseCount(where, words.size() == 2 ? words[1] : "");
-      if (!parsed.ok()) return parsed.status();
-      count = *parsed;
-    } else if (words[0] == "DATA") {
-      if (words.size() != 2 || words[1] != "ascii") return Refuse(where, Quoted(line), "DATA ascii");
-      if (count < 0) return Refuse(where, "no POINTS", "POINTS before DATA");
-      for (const std::size_t column : columns) {
-        if (column == SIZE_MAX) return Refuse(where, "FIELDS without x, y or z", "all three");
-      }
-      return ParseRows(name, lines, columns, count);
-    }
-  }
-  return Refuse(name, "no DATA line", "one within 100 lines");
+  absl::StatusOr<PcdHeader> header = ParsePcdHeader(name, &lines);
+  if (!header.ok()) return header.status();
+  if (!header->binary) return ParseRows(name, lines, header->column, header->point_count);
+  return ReadRecords(name, lines.rest(), header->record, header->point_count);
 }
 
 absl::StatusOr<metrology::Points> ParseXyz(const std::string& name, std::string_view bytes) {

@@ -1,5 +1,5 @@
-// Clouds as files that people exchange: PLY (ascii, binary little-endian), PCD (ascii) and XYZ (one point a line), read and
-// written by bounded readers of our own. Points in the order of the file, mm.
+// Clouds as files that people exchange: PLY and PCD (each ascii or binary little-endian) and XYZ (one point a line), read and
+// written by bounded readers of our own. Points in the order of the file, in the unit of the file.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -24,6 +24,7 @@ void AddDeletePointsCommand(Command* scan, Session* session);  // one of scan's,
 void AddStoreCommands(Command* app, Session* session);
 void AddStorageCommands(Command* app, Session* session);
 void AddCalibrateCommands(Command* app, Session* session);
+void AddCalibrateStatedCommand(Command* calibrate, Session* session);
 void AddCalibrateAxisCommand(Command* calibrate, Session* session);  // one of calibrate's
 void AddCalibrationCommands(Command* app, Session* session);
 void AddPlanCommand(Command* app, Session* session);

@@ -107,6 +107,9 @@ constexpr Example kExamples[] = {
     {"storage partitions", "sixpoint storage partitions --months-ahead 6"},
     {"calibrate sensor",
      "sixpoint calibrate sensor --machine sarix-1 --artefact plate-1 --scans a1,a2 --touch docs/examples/touch.yaml"},
+    {"calibrate stated",
+     "sixpoint calibrate stated --machine cell-1 --t-sm-mm 0,0,0 --angles-deg 0,0,0 \\\n"
+     "  --turn-uncertainty-deg 0.002 --shift-uncertainty-um 5 --certificate 'K-17, Metrolab'"},
     {"calibrate rotation",
      "sixpoint calibrate rotation --machine sarix-1 --poses docs/examples/sphere_poses.yaml\n"
      "sixpoint calibrate rotation --machine sarix-1 --method standard --gauge docs/examples/gauge.yaml"},

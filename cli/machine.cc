@@ -63,8 +63,11 @@ void PrintMachine(const Session& session, const plant::v1::Machine& machine) {
   std::cout << machine.name() << ", revision " << machine.revision() << ", " << TimeText(machine.created_at()) << "\n"
             << "sensor    " << machine.sensor().model() << (serial.empty() ? "" : " no. " + serial) << ", noise "
             << Fixed(machine.sensor().noise_um(), 2) << " um, range " << Fixed(machine.sensor().range_mm(), 1)
-            << " mm about " << Fixed(machine.sensor().mid_range_mm(), 1) << " mm, " << machine.sensor().column_count()
-            << " columns\n"
+            << " mm about " << Fixed(machine.sensor().mid_range_mm(), 1) << " mm, "
+            << (machine.sensor().kind() == plant::v1::SENSOR_KIND_SNAPSHOT
+                    ? "snapshots"
+                    : std::to_string(machine.sensor().column_count()) + " columns")
+            << "\n"
             << "centre    " << PointText(machine.nominal_centre_mm(), 4) << " mm\n"
             << "released  within " << Fixed(machine.safety_envelope().translation_mm(), 2) << " mm and "
             << Fixed(machine.safety_envelope().rotation_deg(), 2) << " deg of nominal, U95 at most "

@@ -58,6 +58,11 @@ void PrintPart(const Session& session, const plant::v1::Part& part) {
                    Fixed(n.x(), 4) + ", " + Fixed(n.y(), 4) + ", " + Fixed(n.z(), 4)});
   }
   if (!datums.empty()) std::cout << datums.ToText();
+  Table stations({"station", "CAD origin there mm", ">capture mm"});
+  for (const auto& station : part.stations())
+    stations.AddRow({station.station(), PointText(station.zero_from_part_nominal().translation_mm(), 3),
+                     Fixed(station.capture_mm(), 2)});
+  if (!stations.empty()) std::cout << stations.ToText();
 }
 
 }  // namespace
@@ -90,6 +95,9 @@ void AddPartCommands(Command* app, Session* session) {
     if (created->solid() != request->part().solid())
       return absl::FailedPreconditionError(created->name() +
                                            ": the plant took no solid, want a plant of this release (sixpoint up)");
+    if (created->stations_size() != request->part().stations_size())
+      return absl::FailedPreconditionError(created->name() +
+                                           ": the plant took no stations, want a plant of this release (sixpoint up)");
     for (int i = 0; i < created->hole_groups_size() && i < request->part().hole_groups_size(); ++i)
       if (created->hole_groups(i).position_zone() != request->part().hole_groups(i).position_zone())
         return absl::FailedPreconditionError(

@@ -16,7 +16,7 @@ using registration::v1::MeasuringPlan;
 using registration::v1::MeasuringPlanService;
 
 struct Arguments {
-  std::string machine, part, out, table;
+  std::string machine, part, station, out, table;
   bool six_points = false;
   std::optional<double> radius_mm, coverage, incidence_deg, margin_mm, clearance_mm, feed_mm_per_min, turn_mm_per_deg;
   std::optional<int> portions, output;
@@ -33,6 +33,7 @@ registration::v1::PlanMeasurementRequest RequestOf(const Arguments& arguments) {
   registration::v1::PlanMeasurementRequest request;
   request.set_machine(NameText("machines", arguments.machine));
   request.set_part(NameText("parts", arguments.part));
+  request.set_station(arguments.station);
   request.set_six_points(arguments.six_points);
   if (arguments.radius_mm) request.set_region_radius_mm(*arguments.radius_mm);
   if (arguments.coverage) request.set_coverage(*arguments.coverage);
@@ -143,6 +144,8 @@ void AddPlanCommand(Command* app, Session* session) {
       app->AddCommand("plan", "Says how a machine scans a part: sweeps, what they see, and their program");
   command->AddOption("MACHINE", &arguments->machine, "Its id")->Required();
   command->AddOption("PART", &arguments->part, "Its id")->Required();
+  command->AddOption("--station", &arguments->station,
+                     "Where in the fixture the part stands; wanted where it has stations");
   Option* six_points =
       command->AddFlag("--six-points", &arguments->six_points, "Only the places about the six datum points");
   command->AddOption("--radius-mm", &arguments->radius_mm, "Of the surface about each datum point (3)")

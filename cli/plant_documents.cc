@@ -15,6 +15,7 @@ namespace {
 constexpr std::size_t kGreatestFeatureCount = 64;
 constexpr std::size_t kGreatestProbedPointCount = 10000;
 constexpr std::size_t kGreatestGroupCount = 1000;
+constexpr std::size_t kGreatestStationCount = 64;
 constexpr std::size_t kGreatestHoleCount = 10000;
 
 void ReadJoints(const Field& joints, google::protobuf::RepeatedPtrField<plant::v1::Joint>* out) {
@@ -124,6 +125,20 @@ absl::StatusOr<nlohmann::json> LoadMember(const std::string& path, const std::st
   return document;
 }
 
+void ReadNominal(const Field& of, geometry::v1::RigidTransform* out) {
+  runtime::ToProto(Eigen::Isometry3d(of.At("zero_from_part_nominal").RigidTransform()), out);
+}
+
+void ReadStations(const Field& stations, google::protobuf::RepeatedPtrField<plant::v1::Station>* out) {
+  for (const Field& item : stations.Items(1, kGreatestStationCount)) {
+    item.OnlyKeys({"station", "zero_from_part_nominal", "capture_mm"});
+    plant::v1::Station& station = *out->Add();
+    station.set_station(item.At("station").Id());
+    ReadNominal(item, station.mutable_zero_from_part_nominal());
+    if (const auto capture = item.Find("capture_mm")) station.set_capture_mm(capture->Positive(100));
+  }
+}
+
 }  // namespace
 
 plant::v1::Sensor ReadSensor(const Field& sensor) {
@@ -132,7 +147,6 @@ plant::v1::Sensor ReadSensor(const Field& sensor) {
   plant::v1::Sensor out;
   out.set_model(sensor.At("model").Text());
   out.set_noise_um(sensor.At("noise_um").Positive(1000));
-  out.set_column_count(static_cast<std::int32_t>(sensor.At("columns").Whole(1, 100000)));
   out.set_mid_range_mm(sensor.At("mid_range_mm").Positive(10000));
   out.set_range_mm(sensor.At("range_mm").Positive(10000));
   out.set_line_angle_deg(sensor.At("line_angle_deg").Positive(179));
@@ -140,6 +154,11 @@ plant::v1::Sensor ReadSensor(const Field& sensor) {
   if (const auto kind = sensor.Find("kind"))
     out.set_kind(kind->Choice({"line", "snapshot"}) == "line" ? plant::v1::SENSOR_KIND_LINE
                                                               : plant::v1::SENSOR_KIND_SNAPSHOT);
+  const auto columns = sensor.Find("columns");
+  if (out.kind() != plant::v1::SENSOR_KIND_SNAPSHOT)
+    out.set_column_count(static_cast<std::int32_t>(sensor.At("columns").Whole(1, 100000)));
+  else if (columns)
+    columns->Refuse("none: a snapshot sensor has no columns");
   return out;
 }
 
@@ -196,8 +215,8 @@ plant::v1::Artefact ReadArtefact(const Field& artefact) {
 }
 
 plant::v1::Part ReadPart(const Field& part, const std::string& cad_file, plant::v1::PositionZone unless_said) {
-  part.OnlyKeys(
-      {"id", "cad", "cad_unit", "solid", "zero_from_part_nominal", "hole_groups", "six_points", "thermal_expansion"});
+  part.OnlyKeys({"id", "cad", "cad_unit", "solid", "zero_from_part_nominal", "stations", "hole_groups", "six_points",
+                 "thermal_expansion"});
   plant::v1::Part out;
   if (const auto solid = part.Find("solid")) out.set_solid(solid->Text());
   if (const auto expansion = part.Find("thermal_expansion"))
@@ -215,8 +234,8 @@ plant::v1::Part ReadPart(const Field& part, const std::string& cad_file, plant::
   }
   const std::string unit = part.At("cad_unit").Choice({"mm", "cm", "m", "inch", "in"});
   out.set_cad_unit_mm(unit == "mm" ? 1 : unit == "cm" ? 10 : unit == "m" ? 1000 : 25.4);
-  const Eigen::Isometry3d zero_from_part_nominal(part.At("zero_from_part_nominal").RigidTransform());
-  runtime::ToProto(zero_from_part_nominal, out.mutable_zero_from_part_nominal());
+  ReadNominal(part, out.mutable_zero_from_part_nominal());
+  if (const auto stations = part.Find("stations")) ReadStations(*stations, out.mutable_stations());
   std::set<std::string> names;
   for (const Field& group : part.At("hole_groups").Items(0, kGreatestGroupCount)) {
     ReadHoleGroup(group, unless_said, out.add_hole_groups());

@@ -30,6 +30,7 @@ std::string SensorText(const calibration::v1::SensorCalibration& sensor) {
   table.AddRow({"T_sm x", Fixed(t.x_mm(), 5), FixedOrTiny(u.x_mm(), 5), "mm"});
   table.AddRow({"T_sm y", Fixed(t.y_mm(), 5), FixedOrTiny(u.y_mm(), 5), "mm"});
   table.AddRow({"T_sm z", Fixed(t.z_mm(), 5), FixedOrTiny(u.z_mm(), 5), "mm"});
+  if (!sensor.certificate().empty()) return table.ToText() + "as stated by " + sensor.certificate() + "\n";
   std::string text = table.ToText() + "residual rms " + FixedOrTiny(sensor.residual_rms_um(), 3) +
                      " um, condition number " + Fixed(sensor.condition_number(), 1) + "\n";
   if (sensor.has_field_left_um())

@@ -23,18 +23,20 @@ namespace {
 using ingest::v1::ScanService;
 
 struct UploadArguments {
-  std::string file, machine, subject, kind, scan_id, arm_series, clamping, sensor_serial_number, travel;
+  std::string file, machine, subject, kind, scan_id, arm_series, clamping, station, sensor_serial_number, travel;
   std::optional<double> temperature_c, scales_temperature_c;
   std::vector<double> v0_mm;
   LetteredCommands commands;
   double pitch_mm = 0, error_bound_um = 0;
   int columns = 0;
+  std::string cloud, unit;
 };
 
 // What is stated of how it was taken; empty: nothing.
 std::string ConditionsText(const ingest::v1::ScanHeader& header) {
   std::string text;
   const auto add = [&](const std::string& more) { text += (text.empty() ? "" : ", ") + more; };
+  if (!header.station().empty()) add("at station " + header.station());
   if (!header.clamping().empty()) add("in clamping " + header.clamping());
   if (!header.arm_series().empty()) add("the arm in series " + header.arm_series());
   if (header.has_subject_temperature_c()) add("at " + Fixed(header.subject_temperature_c(), 2) + " C");
@@ -43,6 +45,43 @@ std::string ConditionsText(const ingest::v1::ScanHeader& header) {
   if (header.travel() != ingest::v1::SCAN_TRAVEL_UNSPECIFIED)
     add(header.travel() == ingest::v1::SCAN_TRAVEL_FORWARD ? "forward" : "backward");
   return text;
+}
+
+// Profiles by their pitch, or what a snapshot came in.
+std::string CloudText(const ingest::v1::ScanHeader& header) {
+  if (header.cloud() != ingest::v1::CLOUD_KIND_SNAPSHOT) return "pitch " + Fixed(header.profile_pitch_mm(), 4) + " mm";
+  switch (header.length_unit()) {
+    case ingest::v1::LENGTH_UNIT_METRE:
+      return "a snapshot, sent in m";
+    case ingest::v1::LENGTH_UNIT_INCH:
+      return "a snapshot, sent in inches";
+    default:
+      return "a snapshot, sent in mm";
+  }
+}
+
+// What the file's points are. A cloud's file says neither that nor its unit.
+absl::Status SetCloud(const UploadArguments& arguments, const plant::v1::Machine& machine,
+                      ingest::v1::ScanHeader* header) {
+  if (arguments.cloud != "snapshot") {
+    if (!arguments.unit.empty() && arguments.unit != "mm")
+      return runtime::Refuse("--unit", arguments.unit, "mm of profiles; another with --cloud snapshot");
+    if (!(arguments.pitch_mm > 0))
+      return runtime::Refuse("--pitch-mm", "not given",
+                             "the encoder distance between profiles; or --cloud snapshot, which has none");
+    header->set_profile_pitch_mm(arguments.pitch_mm);
+    header->set_columns_per_profile(arguments.columns == 0 ? machine.sensor().column_count() : arguments.columns);
+    return absl::OkStatus();
+  }
+  if (arguments.unit.empty())
+    return runtime::Refuse("--unit", "not given", "mm, m or inch: the file of a snapshot does not say what it is in");
+  header->set_cloud(ingest::v1::CLOUD_KIND_SNAPSHOT);
+  header->set_length_unit(arguments.unit == "m"      ? ingest::v1::LENGTH_UNIT_METRE
+                          : arguments.unit == "inch" ? ingest::v1::LENGTH_UNIT_INCH
+                                                     : ingest::v1::LENGTH_UNIT_MILLIMETRE);
+  header->set_profile_pitch_mm(arguments.pitch_mm);  // refused by the service, as the columns are: a snapshot has none
+  header->set_columns_per_profile(arguments.columns);
+  return absl::OkStatus();
 }
 
 // letters: the machine's, of the axis on the bed and of the one that it carries.
@@ -55,8 +94,7 @@ void PrintScan(const Session& session, const ingest::v1::Scan& scan, const std::
     commands += letters[i] + " " + Fixed(commands_deg[i], 4) + " deg, ";
   std::cout << scan.name() << ", " << ScanKindText(header.kind()) << " of " << header.subject() << " on "
             << header.machine() << "\n"
-            << "pose      V0 " << PointText(header.v0_mm(), 4) << " mm, " << commands << "pitch "
-            << Fixed(header.profile_pitch_mm(), 4) << " mm\n"
+            << "pose      V0 " << PointText(header.v0_mm(), 4) << " mm, " << commands << CloudText(header) << "\n"
             << "points    " << Grouped(header.point_count()) << " in " << scan.block_count() << " blocks, "
             << Grouped(scan.stored_bytes()) << " bytes, proven error " << Fixed(scan.proven_error_um(), 3) << " um\n"
             << "sha256    " << scan.sha256() << "\n";
@@ -87,9 +125,10 @@ absl::Status Upload(Session* session, const UploadArguments& arguments) {
   if (!commands_deg.ok()) return commands_deg.status();
   if (!commands_deg->empty()) header.set_a_deg(commands_deg->at(0));
   if (commands_deg->size() > 1) header.set_b_deg(commands_deg->at(1));
-  header.set_profile_pitch_mm(arguments.pitch_mm);
+  if (absl::Status cloud = SetCloud(arguments, *machine, &header); !cloud.ok()) return cloud;
   header.set_arm_series(arguments.arm_series);
   header.set_clamping(arguments.clamping);
+  header.set_station(arguments.station);
   header.set_sensor_serial_number(arguments.sensor_serial_number);
   if (!arguments.travel.empty())
     header.set_travel(arguments.travel == "forward" ? ingest::v1::SCAN_TRAVEL_FORWARD
@@ -98,7 +137,6 @@ absl::Status Upload(Session* session, const UploadArguments& arguments) {
   if (arguments.scales_temperature_c) header.set_scales_temperature_c(*arguments.scales_temperature_c);
   header.set_encoding(ingest::v1::ENCODING_XYZ_F64);
   header.set_error_bound_um(arguments.error_bound_um);
-  header.set_columns_per_profile(arguments.columns == 0 ? machine->sensor().column_count() : arguments.columns);
   absl::StatusOr<metrology::Points> points = ReadCloud(arguments.file);
   if (!points.ok()) return points.status();
   const absl::StatusOr<clients::OutgoingScan> outgoing = clients::PrepareScan(std::move(header), *points);
@@ -121,7 +159,8 @@ absl::Status Upload(Session* session, const UploadArguments& arguments) {
 void AddUpload(Command* scan, Session* session) {
   const auto arguments = std::make_shared<UploadArguments>();
   Command* upload = scan->AddCommand("upload", "Uploads one scan; it is durable when the command is done");
-  upload->AddOption("FILE", &arguments->file, "Sensor frame, mm: .drc, .ply, .pcd, .xyz")->Required();
+  upload->AddOption("FILE", &arguments->file, "Sensor frame: .drc, .ply, .pcd, .xyz; in mm, a snapshot in --unit")
+      ->Required();
   upload->AddOption("--machine", &arguments->machine, "The machine that scanned")->Required();
   upload->AddOption("--subject", &arguments->subject, "blade:SERIAL or artefact:ID")->Required();
   upload->AddOption("--kind", &arguments->kind, kScanKinds)->Required();
@@ -132,7 +171,12 @@ void AddUpload(Command* scan, Session* session) {
        {std::pair{"--a-deg", &arguments->commands.a_deg}, std::pair{"--b-deg", &arguments->commands.b_deg},
         std::pair{"--c-deg", &arguments->commands.c_deg}})
     upload->AddOption(option, command_deg, "Rotary axis as commanded; wanted of each that the part rides on");
-  upload->AddOption("--pitch-mm", &arguments->pitch_mm, "Encoder distance between profiles")->Required();
+  upload->AddOption("--cloud", &arguments->cloud, "profiles (the default) of a line scanner, or snapshot")
+      ->OneOf({"profiles", "snapshot"});
+  upload
+      ->AddOption("--unit", &arguments->unit, "Of a snapshot's coordinates, which its file does not say: mm, m or inch")
+      ->OneOf({"mm", "m", "inch"});
+  upload->AddOption("--pitch-mm", &arguments->pitch_mm, "Encoder distance between profiles; wanted of them");
   upload->AddOption("--columns", &arguments->columns,
                     "Sensor columns in a profile; without it, the machine's sensor says");
   upload
@@ -143,6 +187,8 @@ void AddUpload(Command* scan, Session* session) {
                     "Another name with every swing of the sensor's arm; scans of two are not registered together");
   upload->AddOption("--clamping", &arguments->clamping,
                     "Another name with every clamping; scans of two are not registered together");
+  upload->AddOption("--station", &arguments->station,
+                    "Where in the fixture the blade stands; wanted where its part has stations");
   upload->AddOption("--temperature-c", &arguments->temperature_c, "Of what was scanned; it is reported at 20 C");
   upload->AddOption("--scales-temperature-c", &arguments->scales_temperature_c, "Of the machine's scales");
   upload->AddOption("--sensor-serial-number", &arguments->sensor_serial_number, "Of the scanner");

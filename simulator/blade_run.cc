@@ -307,7 +307,7 @@ class BladeRun {
         if (command == commands->end())
           return absl::NotFoundError("the corrected program does not drill " + group.name + "/" + hole.name);
         HoleComparison comparison;
-        comparison.truth = Drill(part_, group, hole, truth_, zero_from_part_, command->second, DrillingError(),
+        comparison.truth = Drill(part_, group, hole, truth_, zero_from_part_, command->second, plan_.drilling,
                                  Random(Random::StreamSeed(SeedOf(kDrilling), number++)));
         blade_shapes_.push_back(PinIn(comparison.truth, group.diameter_mm, kPinStandsOut_mm));
         result_.holes.push_back(std::move(comparison));

@@ -44,6 +44,7 @@ struct BladeRunPlan {
   std::function<absl::Status()> before_correction;       // and in it, once the blade was registered
   std::vector<std::pair<double, double>> poses_deg;      // A, B of the airfoil's scans; empty: all round, and both ends
   std::vector<registration::v1::Freedom> free;           // what the fit may move; empty: all
+  DrillingError drilling = {};
   // The blade is scanned by the plant's measuring plans: for the best fit by that of the whole part, for the six-point fit by that of its datum points.
   bool by_plan = false;
 };

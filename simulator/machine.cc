@@ -209,7 +209,8 @@ DrilledHole Drill(const DesignedPart& part, const DesignedHoleGroup& group, cons
   const Eigen::Vector3d wobble = error.direction_sigma_deg * kDegree * random.GaussianVector();
   const Eigen::Vector3d axis = part_from_machine.linear() * Tilted(Eigen::Vector3d::UnitZ(), wobble);
   const Eigen::Vector3d through =
-      part_from_machine * Eigen::Vector3d(command.start_mm + error.position_sigma_mm * random.GaussianVector());
+      part_from_machine *
+      Eigen::Vector3d(command.start_mm + error.tool_off_mm + error.position_sigma_mm * random.GaussianVector());
   DrilledHole drilled;
   drilled.group = group.name;
   drilled.hole = hole.name;

@@ -125,6 +125,7 @@ struct DrillCommand {
 struct DrillingError {
   double position_sigma_mm = 0.004;
   double direction_sigma_deg = 0.05;
+  Eigen::Vector3d tool_off_mm = Eigen::Vector3d::Zero();  // where the tool stands beside its coordinates, machine frame
 };
 DrilledHole Drill(const DesignedPart& part, const DesignedHoleGroup& group, const DesignedHole& hole,
                   const MachineTruth& truth, const Eigen::Isometry3d& zero_from_part, const DrillCommand& command,

@@ -23,7 +23,7 @@ namespace {
   "calibration_id, machine_from_sensor_rotation, t_sm_mm, covariance, alpha_deg, beta_deg, gamma_deg, "            \
   "alpha_standard_uncertainty_deg, beta_standard_uncertainty_deg, gamma_standard_uncertainty_deg, noise_um, "      \
   "touch_rms_um, residual_rms_um, condition_number, points_used, field_response, arm_series, degrees_of_freedom, " \
-  "sensor_serial_number, travel, field_terms_um, field_covariance_um2, field_stated_um, arm_shares"
+  "sensor_serial_number, travel, field_terms_um, field_covariance_um2, field_stated_um, arm_shares, certificate"
 #define SIXPOINT_ROTATION_COLUMNS                                                                                   \
   "calibration_id, a_direction, a_point_mm, b_direction, b_point_mm, covariance, point_c_mm, "                      \
   "point_c_standard_uncertainty_mm, noise_um, residual_rms_um, check_rms_um, check_count, condition_number, axes, " \
@@ -34,7 +34,7 @@ constexpr char kInsertHead[] = "INSERT INTO calibrations (" SIXPOINT_HEAD_COLUMN
                                "$15, $16::jsonb, $17)";
 constexpr char kInsertSensor[] = "INSERT INTO sensor_calibrations (" SIXPOINT_SENSOR_COLUMNS
                                  ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, "
-                                 "$16, $17, $18, $19, $20, $21, $22, $23, $24::jsonb)";
+                                 "$16, $17, $18, $19, $20, $21, $22, $23, $24::jsonb, $25)";
 constexpr char kInsertCentres[] =
     "INSERT INTO sensor_calibration_centres (calibration_id, position_index, scan_key, feature, is_check, dx_um, dy_um, "
     "dz_um) SELECT $1::uuid, (position - 1)::integer, " SIXPOINT_SCAN_KEY(
@@ -104,14 +104,16 @@ absl::Status InsertSensor(Transaction& transaction, const std::string& id, const
   params.Uuid(id).Reals(sensor.machine_from_sensor_rotation).Reals(sensor.t_sm_mm).Reals(sensor.covariance);
   params.Real(sensor.alpha_deg).Real(sensor.beta_deg).Real(sensor.gamma_deg);
   params.Real(sensor.alpha_standard_uncertainty_deg).Real(sensor.beta_standard_uncertainty_deg);
-  params.Real(sensor.gamma_standard_uncertainty_deg).Real(sensor.noise_um).Real(sensor.touch_rms_um);
-  params.Real(sensor.residual_rms_um).Real(sensor.condition_number).Int(sensor.points_used);
+  params.Real(sensor.gamma_standard_uncertainty_deg);
+  params.OptionalReal(sensor.noise_um).OptionalReal(sensor.touch_rms_um).OptionalReal(sensor.residual_rms_um);
+  params.OptionalReal(sensor.condition_number);
+  sensor.points_used ? params.Int(*sensor.points_used) : params.Null();
   sensor.field_response.empty() ? params.Null() : params.Reals(sensor.field_response);
   params.OptionalText(sensor.arm_series).OptionalReal(sensor.degrees_of_freedom);
   params.OptionalText(sensor.sensor_serial_number).OptionalText(sensor.travel);
   for (const auto* values : {&sensor.field_terms_um, &sensor.field_covariance_um2})
     values->empty() ? params.Null() : params.Reals(*values);
-  params.OptionalReal(sensor.field_stated_um).OptionalText(sensor.arm_shares_json);
+  params.OptionalReal(sensor.field_stated_um).OptionalText(sensor.arm_shares_json).OptionalText(sensor.certificate);
   if (const auto inserted = transaction.Execute(kInsertSensor, params); !inserted.ok()) return inserted.status();
   std::vector<std::string> scans, features, checks;
   std::vector<double> dx, dy, dz;
@@ -164,11 +166,11 @@ SensorCalibrationRow ReadSensor(const Rows& rows, int row) {
   s.alpha_standard_uncertainty_deg = rows.Real(row, 7);
   s.beta_standard_uncertainty_deg = rows.Real(row, 8);
   s.gamma_standard_uncertainty_deg = rows.Real(row, 9);
-  s.noise_um = rows.Real(row, 10);
-  s.touch_rms_um = rows.Real(row, 11);
-  s.residual_rms_um = rows.Real(row, 12);
-  s.condition_number = rows.Real(row, 13);
-  s.points_used = rows.Int(row, 14);
+  s.noise_um = rows.OptionalReal(row, 10);
+  s.touch_rms_um = rows.OptionalReal(row, 11);
+  s.residual_rms_um = rows.OptionalReal(row, 12);
+  s.condition_number = rows.OptionalReal(row, 13);
+  if (!rows.IsNull(row, 14)) s.points_used = rows.Int(row, 14);
   if (!rows.IsNull(row, 15)) s.field_response = rows.Reals(row, 15);
   s.arm_series = rows.OptionalText(row, 16);
   s.degrees_of_freedom = rows.OptionalReal(row, 17);
@@ -178,6 +180,7 @@ SensorCalibrationRow ReadSensor(const Rows& rows, int row) {
   if (!rows.IsNull(row, 21)) s.field_covariance_um2 = rows.Reals(row, 21);
   s.field_stated_um = rows.OptionalReal(row, 22);
   s.arm_shares_json = rows.OptionalText(row, 23);
+  s.certificate = rows.OptionalText(row, 24);
   return s;
 }
 

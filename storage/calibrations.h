@@ -29,11 +29,10 @@ struct SensorCalibrationRow {
   std::vector<double> covariance;                    // 36, row-major
   double alpha_deg = 0, beta_deg = 0, gamma_deg = 0;
   double alpha_standard_uncertainty_deg = 0, beta_standard_uncertainty_deg = 0, gamma_standard_uncertainty_deg = 0;
-  double noise_um = 0;
-  double touch_rms_um = 0;
-  double residual_rms_um = 0;
-  double condition_number = 0;
-  std::int64_t points_used = 0;
+  // Of a fit; none: it was stated by a certificate.
+  std::optional<double> noise_um, touch_rms_um, residual_rms_um, condition_number;
+  std::optional<std::int64_t> points_used;
+  std::string certificate;                   // empty: measured
   std::vector<double> field_response;        // 6 x 9, row-major; empty: not known
   std::vector<double> field_terms_um;        // 9; empty: the scanner's field was not looked for
   std::vector<double> field_covariance_um2;  // 81, row-major, of them

@@ -125,6 +125,14 @@ struct DatumPointRow {
   std::vector<double> point_in_part_mm, normal_in_part;
 };
 
+// Where a part of its own is clamped in a fixture of several.
+struct StationRow {
+  std::string station;
+  std::vector<double> zero_from_part_nominal_rotation;  // 9, row-major
+  std::vector<double> zero_from_part_nominal_translation_mm;
+  double capture_mm = 0;  // how far any of it may stand from there
+};
+
 struct PartRow {
   std::string part_id;
   int revision = 0;  // set by InsertPart, as `recorded`
@@ -137,6 +145,7 @@ struct PartRow {
   std::vector<double> zero_from_part_nominal_translation_mm;
   std::vector<HoleGroupRow> hole_groups;
   std::vector<DatumPointRow> datum_points;
+  std::vector<StationRow> stations;
   std::optional<ExpansionRow> thermal_expansion;
   TessellationRow tessellation;
   Recorded recorded;

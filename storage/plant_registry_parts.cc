@@ -43,6 +43,9 @@ constexpr char kInsertHoles[] =
 constexpr char kInsertDatum[] =
     "INSERT INTO part_datum_points (part_id, revision, datum_index, datum, point_in_part_mm, normal_in_part) "
     "VALUES ($1, $2, $3, $4, $5, $6)";
+constexpr char kInsertStation[] =
+    "INSERT INTO part_stations (part_id, revision, station_index, station, zero_from_part_nominal_rotation, "
+    "zero_from_part_nominal_translation_mm, capture_mm) VALUES ($1, $2, $3, $4, $5, $6, $7)";
 constexpr char kSelectRevision[] =
     "SELECT revision, content_sha256, cad_format, cad_unit_mm, cad_sha256, tessellation_method, "
     "zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, record_sequence, recorded_at, "
@@ -63,6 +66,9 @@ constexpr char kSelectHoles[] =
 constexpr char kSelectDatums[] =
     "SELECT datum, point_in_part_mm, normal_in_part FROM part_datum_points WHERE part_id = $1 AND revision = $2 "
     "ORDER BY datum_index";
+constexpr char kSelectStations[] =
+    "SELECT station, zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, capture_mm "
+    "FROM part_stations WHERE part_id = $1 AND revision = $2 ORDER BY station_index";
 
 absl::Status InsertHoles(Transaction& transaction, const PartRow& part) {
   int group_index = 0;
@@ -114,6 +120,19 @@ absl::Status InsertDatums(Transaction& transaction, const PartRow& part) {
   return absl::OkStatus();
 }
 
+absl::Status InsertStations(Transaction& transaction, const PartRow& part) {
+  int index = 0;
+  for (const StationRow& station : part.stations) {
+    Params row;
+    row.Text(part.part_id).Int(part.revision).Int(index++).Text(station.station);
+    row.Reals(station.zero_from_part_nominal_rotation).Reals(station.zero_from_part_nominal_translation_mm);
+    row.Real(station.capture_mm);
+    if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertStation, row); !inserted.ok())
+      return inserted.status();
+  }
+  return absl::OkStatus();
+}
+
 HoleGroupRow ReadGroup(const Rows& rows, int row) {
   HoleGroupRow group;
   group.group = rows.Text(row, 0);
@@ -133,7 +152,7 @@ HoleGroupRow ReadGroup(const Rows& rows, int row) {
   return group;
 }
 
-absl::Status ReadHolesAndDatums(Transaction& transaction, PartRow* part) {
+absl::Status ReadChildren(Transaction& transaction, PartRow* part) {
   const Params key = Params().Text(part->part_id).Int(part->revision);
   const absl::StatusOr<Rows> groups = transaction.Execute(kSelectGroups, key);
   if (!groups.ok()) return groups.status();
@@ -147,9 +166,14 @@ absl::Status ReadHolesAndDatums(Transaction& transaction, PartRow* part) {
   if (!datums.ok()) return datums.status();
   for (int row = 0; row < datums->count(); ++row)
     part->datum_points.push_back({datums->Text(row, 0), datums->Reals(row, 1), datums->Reals(row, 2)});
-  if (absl::Status read = groups->status(); !read.ok()) return read;
-  if (absl::Status read = holes->status(); !read.ok()) return read;
-  return datums->status();
+  const absl::StatusOr<Rows> stations = transaction.Execute(kSelectStations, key);
+  if (!stations.ok()) return stations.status();
+  for (int row = 0; row < stations->count(); ++row)
+    part->stations.push_back(
+        {stations->Text(row, 0), stations->Reals(row, 1), stations->Reals(row, 2), stations->Real(row, 3)});
+  for (const absl::StatusOr<Rows>* rows : {&groups, &holes, &datums})
+    if (absl::Status read = (*rows)->status(); !read.ok()) return read;
+  return stations->status();
 }
 
 }  // namespace
@@ -224,6 +248,7 @@ absl::StatusOr<PartRow> InsertPart(Transaction& transaction, PartRow part, Recor
     return inserted.status();
   if (const absl::Status holes = InsertHoles(transaction, part); !holes.ok()) return holes;
   if (const absl::Status datums = InsertDatums(transaction, part); !datums.ok()) return datums;
+  if (const absl::Status stations = InsertStations(transaction, part); !stations.ok()) return stations;
   const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, record_id, entry);
   if (!recorded.ok()) return recorded.status();
   part.recorded = *recorded;
@@ -251,7 +276,7 @@ absl::StatusOr<std::optional<PartRow>> FindPart(Transaction& transaction, const 
   if (!tessellation.ok()) return tessellation.status();
   if (!*tessellation) return absl::DataLossError("part " + id + ": its tessellation is gone");
   part.tessellation = **std::move(tessellation);
-  if (const absl::Status read = ReadHolesAndDatums(transaction, &part); !read.ok()) return read;
+  if (const absl::Status read = ReadChildren(transaction, &part); !read.ok()) return read;
   return rows->Checked(std::move(part));
 }
 

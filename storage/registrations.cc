@@ -17,12 +17,12 @@ namespace {
   "compute_seconds, requested_by, software_version, weakest_direction_in_words, "                                 \
   "noise_sigma_um, model_sigma_um, information_kept, surface_part, least_stock_mm, lacking_mm, disagreement_um, " \
   "disagreement_ratio, disagrees, for_inspection, clamping, thermal_stretch, sensor_calibration_asked, "          \
-  "scans_received_at, computed_on"
+  "scans_received_at, computed_on, station"
 constexpr char kInsertRegistration[] =
     "INSERT INTO registrations (" SIXPOINT_REGISTRATION_COLUMNS
     ", options, detail) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, "
     "$20, $21, $22, $23, $24, $25, $26, $27, $28, $29, $30, $31, $32, $33, $34, $35, $36, $37, $38, $39, "
-    "$40, $41, $42, $43, $44::jsonb, $45::jsonb)";
+    "$40, $41, $42, $43, $44, $45::jsonb, $46::jsonb)";
 #define SIXPOINT_SELECT_REGISTRATIONS                                                                           \
   "SELECT " SIXPOINT_REGISTRATION_COLUMNS                                                                       \
   ", options::text, detail::text, record_sequence, recorded_at, name_of(requested_by) FROM registrations JOIN " \
@@ -90,7 +90,7 @@ Params RegistrationParams(const RegistrationRow& row) {
   params.OptionalText(row.clamping).OptionalReal(row.thermal_stretch);
   row.sensor_calibration_asked ? params.Bool(true) : params.Null();
   row.scans_received_at ? params.Time(*row.scans_received_at) : params.Null();
-  params.OptionalText(row.computed_on);
+  params.OptionalText(row.computed_on).OptionalText(row.station);
   params.Json(row.options_json).Json(row.detail_json);
   return params;
 }
@@ -139,6 +139,7 @@ RegistrationRow ReadRegistration(const Rows& rows, int row) {
   if (!rows.IsNull(row, column)) read.scans_received_at = rows.Time(row, column);
   ++column;
   read.computed_on = rows.OptionalText(row, column++);
+  read.station = rows.OptionalText(row, column++);
   read.options_json = rows.Text(row, column++);
   read.detail_json = rows.Text(row, column++);
   read.recorded = {rows.Int(row, column), rows.Time(row, column + 1)};

@@ -98,6 +98,7 @@ struct RegistrationRow {
   std::optional<bool> disagrees;                              // beyond the limit in force when it was made
   bool for_inspection = false;                                // made by one for its verdict
   std::string clamping;                                       // as stated; empty: it was not
+  std::string station;                                        // its scans'; empty: the part has none
   std::optional<double> thermal_stretch;                      // none: no temperature was stated
   bool sensor_calibration_asked = false;                      // and not the one in force when the scans were received
   std::optional<Instant> scans_received_at;                   // the last of them; none: made before it was kept

@@ -15,11 +15,11 @@ constexpr char kLockScanId[] = "SELECT pg_advisory_xact_lock(hashtextextended('s
   "v0_z_mm, a_deg, b_deg, profile_pitch_mm, columns_per_profile, point_count, encoding, sender_error_um, "        \
   "error_bound_um, measured_at, block_count, stored_bytes, stored_sha256, sent_sha256, proven_error_um, "         \
   "stored_encoding, profile_count, raw_step_um, arm_series, clamping, subject_temperature_c, "                    \
-  "scales_temperature_c, sensor_serial_number, travel"
+  "scales_temperature_c, sensor_serial_number, travel, station, cloud, length_unit"
 constexpr char kInsertScan[] = "INSERT INTO scans (" SIXPOINT_SCAN_COLUMNS
                                ", scan_key) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, "
                                "$16, $17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27, $28, $29, $30, $31, "
-                               "$32, $33, $34)";
+                               "$32, $33, $34, $35, $36, $37)";
 #define SIXPOINT_SELECT_SCANS     \
   "SELECT " SIXPOINT_SCAN_COLUMNS \
   ", record_sequence, recorded_at FROM scans JOIN recorded r ON r.record_id = scan_key WHERE "
@@ -46,8 +46,8 @@ constexpr char kListSeenScans[] =
 #undef SIXPOINT_SCAN_COLUMNS
 constexpr char kInsertBlocks[] =
     "INSERT INTO scan_blocks (scan_key, block_index, point_count, blob_sha256, first_profile, profile_count, "
-    "sent_sha256, evidence_sha256) SELECT $1::uuid, (position - 1)::integer, points::integer, blob, first::integer, "
-    "profiles::integer, sent, decode(nullif(evidence, ''), 'hex') "
+    "sent_sha256, evidence_sha256) SELECT $1::uuid, (position - 1)::integer, points::integer, blob, "
+    "nullif(first, '')::integer, nullif(profiles, '')::integer, sent, decode(nullif(evidence, ''), 'hex') "
     "FROM unnest($2::text[], $3::bytea[], $4::text[], $5::text[], $6::bytea[], $7::text[]) WITH ORDINALITY "
     "AS block (points, blob, first, profiles, sent, evidence, position)";
 constexpr char kSelectBlocks[] =
@@ -89,7 +89,10 @@ ScanRow ReadScan(const Rows& rows, int row) {
   scan.scales_temperature_c = rows.OptionalReal(row, 30);
   scan.sensor_serial_number = rows.OptionalText(row, 31);
   scan.travel = rows.OptionalText(row, 32);
-  scan.recorded = {rows.Int(row, 33), rows.Time(row, 34)};
+  scan.station = rows.OptionalText(row, 33);
+  scan.cloud = rows.OptionalText(row, 34);
+  scan.length_unit = rows.OptionalText(row, 35);
+  scan.recorded = {rows.Int(row, 36), rows.Time(row, 37)};
   return scan;
 }
 
@@ -108,9 +111,12 @@ Params ScanParams(const ScanRow& scan, const std::string& scan_key) {
   params.Int(scan.point_count).Text(scan.encoding).Real(scan.sender_error_um).Real(scan.error_bound_um);
   scan.measured_at ? params.Time(*scan.measured_at) : params.Null();
   params.Int(scan.block_count).Int(scan.stored_bytes).Digest(scan.stored_sha256).Digest(scan.sent_sha256);
-  params.Real(scan.proven_error_um).Text(scan.stored_encoding).Int(scan.profile_count).Real(scan.raw_step_um);
+  params.Real(scan.proven_error_um).Text(scan.stored_encoding);
+  scan.profile_count > 0 ? params.Int(scan.profile_count) : params.Null();
+  params.Real(scan.raw_step_um);
   params.OptionalText(scan.arm_series).OptionalText(scan.clamping).OptionalReal(scan.subject_temperature_c);
   params.OptionalReal(scan.scales_temperature_c).OptionalText(scan.sensor_serial_number).OptionalText(scan.travel);
+  params.OptionalText(scan.station).OptionalText(scan.cloud).OptionalText(scan.length_unit);
   params.Uuid(scan_key);
   return params;
 }
@@ -135,10 +141,9 @@ absl::StatusOr<std::vector<ScanBlockRow>> ReadBlocks(const Rows& rows, const std
     ScanBlockRow& block = blocks.emplace_back();
     block.point_count = static_cast<int>(rows.Int(row, 1));
     block.blob_sha256 = rows.Digest(row, 2);
-    if (rows.IsNull(row, 3)) continue;
-    block.first_profile = static_cast<int>(rows.Int(row, 3));
-    block.profile_count = static_cast<int>(rows.Int(row, 4));
-    block.sent_sha256 = rows.Digest(row, 5);
+    if (!rows.IsNull(row, 3)) block.first_profile = static_cast<int>(rows.Int(row, 3));
+    if (!rows.IsNull(row, 4)) block.profile_count = static_cast<int>(rows.Int(row, 4));
+    if (!rows.IsNull(row, 5)) block.sent_sha256 = rows.Digest(row, 5);
     if (!rows.IsNull(row, 6)) block.evidence_sha256 = rows.Digest(row, 6);
   }
   return rows.Checked(std::move(blocks));
@@ -176,8 +181,9 @@ absl::StatusOr<Recorded> InsertScan(Transaction& transaction, const ScanRow& sca
   for (const ScanBlockRow& block : blocks) {
     point_counts.push_back(std::to_string(block.point_count));
     blobs.push_back(block.blob_sha256);
-    first_profiles.push_back(std::to_string(block.first_profile));
-    profile_counts.push_back(std::to_string(block.profile_count));
+    const bool has_profiles = block.profile_count > 0;  // a snapshot has none
+    first_profiles.push_back(has_profiles ? std::to_string(block.first_profile) : "");
+    profile_counts.push_back(has_profiles ? std::to_string(block.profile_count) : "");
     sent.push_back(block.sent_sha256);
     evidence.push_back(block.evidence_sha256);
   }

@@ -37,13 +37,16 @@ struct ScanRow {
   std::optional<double> subject_temperature_c, scales_temperature_c;
   std::string sensor_serial_number;  // empty: not stated
   std::string travel;                // FORWARD, BACKWARD; empty: not known
+  std::string station;               // of the blade's part; empty: it has none
+  std::string cloud;                 // PROFILES, SNAPSHOT; empty: not stated, of profiles
+  std::string length_unit;           // of a snapshot as it was sent: MILLIMETRE, METRE, INCH; empty: not stated
   double sender_error_um = 0;
   double error_bound_um = 0;
   std::optional<Instant> measured_at;
   int block_count = 0;
   std::int64_t stored_bytes = 0;
   std::string stored_encoding;  // draco, range_image
-  int profile_count = 0;        // of the whole scan
+  int profile_count = 0;        // of the whole scan; 0: none were counted, or it is a snapshot
   std::string stored_sha256;    // Sha256OfDigests of the blocks
   std::string sent_sha256;      // the same of what was sent
   double proven_error_um = 0;

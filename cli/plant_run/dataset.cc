@@ -83,6 +83,7 @@ void ReadConditions(const Field& scan, ingest::v1::ScanHeader* header) {
   if (const auto part = scan.Find("temperature_c")) header->set_subject_temperature_c(part->Number(0, kWarmestC));
   if (const auto scales = scan.Find("scales_temperature_c"))
     header->set_scales_temperature_c(scales->Number(0, kWarmestC));
+  if (const auto station = scan.Find("station")) header->set_station(station->Id());
   if (const auto travel = scan.Find("travel"))
     header->set_travel(travel->Choice({"forward", "backward"}) == "forward" ? ingest::v1::SCAN_TRAVEL_FORWARD
                                                                             : ingest::v1::SCAN_TRAVEL_BACKWARD);

@@ -3,9 +3,12 @@
 #include <draco/attributes/attribute_quantization_transform.h>
 #include <draco/compression/decode.h>
 #include <draco/compression/expert_encode.h>
+#include <draco/metadata/geometry_metadata.h>
 #include <draco/point_cloud/point_cloud.h>
 
 #include <algorithm>
+#include <cstring>
+#include <utility>
 
 namespace sixpoint::metrology {
 namespace {
@@ -26,6 +29,16 @@ absl::StatusOr<std::string> EncodeCloud(const draco::PointCloud& cloud, const Dr
   const draco::Status status = encoder.EncodeToBuffer(&buffer);
   if (!status.ok()) return absl::InternalError("Draco encoder: " + status.error_msg_string());
   return std::string(buffer.data(), buffer.size());
+}
+
+void AddIntegers(const std::string& name, const std::vector<std::int32_t>& values, draco::PointCloud* cloud) {
+  draco::GeometryAttribute integers;
+  integers.Init(draco::GeometryAttribute::GENERIC, nullptr, 1, draco::DT_INT32, false, sizeof(std::int32_t), 0);
+  const int id = cloud->AddAttribute(integers, true, static_cast<std::uint32_t>(values.size()));
+  std::memcpy(cloud->attribute(id)->buffer()->data(), values.data(), values.size() * sizeof(std::int32_t));
+  auto metadata = std::make_unique<draco::AttributeMetadata>();
+  metadata->AddEntryString("name", name);
+  cloud->AddAttributeMetadata(id, std::move(metadata));
 }
 
 absl::StatusOr<DracoQuantisation> QuantisationOf(std::string_view bytes) {

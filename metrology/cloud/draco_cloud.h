@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace draco {
 class PointCloud;
@@ -22,6 +23,9 @@ struct DracoQuantiser {
   float range = 0;
 };
 absl::StatusOr<std::string> EncodeCloud(const draco::PointCloud& cloud, const DracoQuantiser& quantiser);
+
+// An attribute of one integer a point, told apart by its metadata `name`.
+void AddIntegers(const std::string& name, const std::vector<std::int32_t>& values, draco::PointCloud* cloud);
 
 // How a cloud's POSITION was quantised by whoever encoded it; bits 0: it was not.
 struct DracoQuantisation {

@@ -108,15 +108,7 @@ std::unique_ptr<draco::PointCloud> CloudOf(const Steps& steps, const Rays& rays)
   const std::size_t count = steps[kX].size();
   auto cloud = std::make_unique<draco::PointCloud>();
   cloud->set_num_points(static_cast<draco::PointIndex::ValueType>(count));
-  for (std::size_t i = 0; i < kAttributes.size(); ++i) {
-    draco::GeometryAttribute integers;
-    integers.Init(draco::GeometryAttribute::GENERIC, nullptr, 1, draco::DT_INT32, false, sizeof(std::int32_t), 0);
-    const int id = cloud->AddAttribute(integers, true, static_cast<std::uint32_t>(count));
-    std::memcpy(cloud->attribute(id)->buffer()->data(), steps[i].data(), count * sizeof(std::int32_t));
-    auto name = std::make_unique<draco::AttributeMetadata>();
-    name->AddEntryString("name", kAttributes[i]);
-    cloud->AddAttributeMetadata(id, std::move(name));
-  }
+  for (std::size_t i = 0; i < kAttributes.size(); ++i) AddIntegers(kAttributes[i], steps[i], cloud.get());
   draco::GeometryMetadata* metadata = cloud->metadata();  // made by the first attribute's
   metadata->AddEntryDouble("step_mm", rays.step_mm);
   metadata->AddEntryDouble("mid_range_mm", rays.mid_range_mm);

@@ -84,16 +84,18 @@ struct Change {
 class Chain {
  public:
   Chain(const NominalHoleGroup& group, const CorrectedHoleGroup& corrected, const RegisteredPose& pose,
-        const RotaryAxes& axes, const Drilling& drilling)
-      : group_(group), corrected_(corrected), pose_(pose), axes_(axes), growth_(axes.Growth(drilling.stretch)) {}
+        const RotaryAxes& axes, const Drilling& drilling, const DrawnAngles& angles)
+      : group_(group),
+        corrected_(corrected),
+        pose_(pose),
+        axes_(axes),
+        growth_(axes.Growth(drilling.stretch)),
+        angles_(angles) {}
 
   // Squares of the distances from the estimate, hole by hole, in mm^2.
   absl::Status Distances(const Change& change, std::vector<double>* squares) const {
-    constexpr double kFree = 4 * kPi;
     const auto [zero_from_part, axes] = Moved(pose_, axes_, change.chain);
-    const Eigen::Vector3d direction = zero_from_part.linear() * group_.axis_in_part;
-    const auto angles = Orient(axes, direction, corrected_.reached, {-kFree, kFree, -kFree, kFree},
-                               AllowedTiltOf(group_.inclination_tolerance_rad));
+    const auto angles = angles_ ? angles_(zero_from_part, axes) : Oriented(zero_from_part, axes);
     if (!angles.ok()) return angles.status();
     const Eigen::Isometry3d commanded = axes.MachineFromZero(angles->a_rad, angles->b_rad);
     const Eigen::Isometry3d reached =
@@ -110,11 +112,18 @@ class Chain {
   }
 
  private:
+  absl::StatusOr<RotaryAngles> Oriented(const Eigen::Isometry3d& zero_from_part, const RotaryAxes& axes) const {
+    constexpr double kFree = 4 * kPi;
+    return Orient(axes, zero_from_part.linear() * group_.axis_in_part, corrected_.reached,
+                  {-kFree, kFree, -kFree, kFree}, AllowedTiltOf(group_.inclination_tolerance_rad));
+  }
+
   const NominalHoleGroup& group_;
   const CorrectedHoleGroup& corrected_;
   const RegisteredPose& pose_;
   const RotaryAxes& axes_;
   const Eigen::Affine3d growth_;
+  const DrawnAngles& angles_;
 };
 
 // Of some draws: all sources together, draw by draw, and sums of squares of each alone, [source][hole].
@@ -186,13 +195,14 @@ DrawnStart Summed(const CorrectedHole& hole, const std::vector<Cause>& causes, s
 
 absl::StatusOr<std::vector<DrawnStart>> DrawStarts(const NominalHoleGroup& group, const CorrectedHoleGroup& corrected,
                                                    const RegisteredPose& pose, const RotaryAxes& axes,
-                                                   const Drilling& drilling, const DrawOptions& options) {
+                                                   const Drilling& drilling, const DrawOptions& options,
+                                                   const DrawnAngles& angles) {
   if (options.count < kLeastDraws)
     return Refuse("draws", std::to_string(options.count), std::to_string(kLeastDraws) + " or more");
   if (corrected.name != group.name || corrected.holes.size() != group.holes.size())
     return Refuse("corrected", corrected.name, "the correction of group " + group.name);
   if (absl::Status finite = CheckFinite(pose); !finite.ok()) return finite;
-  const Chain chain(group, corrected, pose, axes, drilling);
+  const Chain chain(group, corrected, pose, axes, drilling, angles);
   const std::vector<Cause> causes = CausesOf(pose, corrected, drilling);
   const auto drawn = OfEachChunk<Drawn>(
       static_cast<std::size_t>(options.count), kChunk, options.threads, [&](std::size_t begin, std::size_t end) {

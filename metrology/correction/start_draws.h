@@ -35,10 +35,15 @@ struct DrawOptions {
 };
 inline constexpr int kLeastDraws = 1'000;
 
-// corrected: of this group, by CorrectGroup with the same. A hole for a hole, in its order. INVALID_ARGUMENT: too few draws, another group's
-// correction. Statuses as Orient's where a draw has no angles; CANCELLED where keep_going says no.
+// What the rotary axes should reach for the part as one draw has it.
+using DrawnAngles =
+    std::function<absl::StatusOr<RotaryAngles>(const Eigen::Isometry3d& zero_from_part, const RotaryAxes& axes)>;
+
+// corrected: of this group, by CorrectGroup with the same. A hole for a hole, in its order. angles: empty, the group's own by Orient.
+// INVALID_ARGUMENT: too few draws, another group's correction. Statuses as Orient's where a draw has no angles; CANCELLED where keep_going says no.
 absl::StatusOr<std::vector<DrawnStart>> DrawStarts(const NominalHoleGroup& group, const CorrectedHoleGroup& corrected,
                                                    const RegisteredPose& pose, const RotaryAxes& axes,
-                                                   const Drilling& drilling, const DrawOptions& options);
+                                                   const Drilling& drilling, const DrawOptions& options,
+                                                   const DrawnAngles& angles = {});
 
 }  // namespace sixpoint::metrology

@@ -92,19 +92,6 @@ struct Chain {
   }
 };
 
-// About the commands of the way that was found, so that no other one is as near.
-RotaryLimits Around(const std::vector<ChainSolution>& solved) {
-  constexpr double kMargin_rad = 0.1;
-  RotaryLimits around{kInfinite, -kInfinite, kInfinite, -kInfinite};
-  for (const ChainSolution& at : solved) {
-    around.a_minimum_rad = std::fmin(around.a_minimum_rad, at.commanded(kPathA) - kMargin_rad);
-    around.a_maximum_rad = std::fmax(around.a_maximum_rad, at.commanded(kPathA) + kMargin_rad);
-    around.b_minimum_rad = std::fmin(around.b_minimum_rad, at.commanded(kPathB) - kMargin_rad);
-    around.b_maximum_rad = std::fmax(around.b_maximum_rad, at.commanded(kPathB) + kMargin_rad);
-  }
-  return around;
-}
-
 // What was solved again, and differentiated, is the way that was found: a change of a millionth that turns an axis by degrees is another
 // one, and what is uncertain of the angles is then not known.
 absl::Status CheckSameWay(const std::vector<ChainSolution>& solved, const Eigen::VectorXd& values,
@@ -155,6 +142,18 @@ absl::StatusOr<ChainSolver> PathSolver(const RotaryAxes& axes, const RotaryPosit
   return ChainSolver::Make(*chain, options);
 }
 
+RotaryLimits About(const std::vector<RotaryAngles>& commands) {
+  constexpr double kMargin_rad = 0.1;
+  RotaryLimits around{kInfinite, -kInfinite, kInfinite, -kInfinite};
+  for (const RotaryAngles& at : commands) {
+    around.a_minimum_rad = std::fmin(around.a_minimum_rad, at.a_rad - kMargin_rad);
+    around.a_maximum_rad = std::fmax(around.a_maximum_rad, at.a_rad + kMargin_rad);
+    around.b_minimum_rad = std::fmin(around.b_minimum_rad, at.b_rad - kMargin_rad);
+    around.b_maximum_rad = std::fmax(around.b_maximum_rad, at.b_rad + kMargin_rad);
+  }
+  return around;
+}
+
 std::vector<ToolTarget> TargetsOf(const NominalToolPath& path, const Eigen::Isometry3d& zero_from_part,
                                   const Eigen::Affine3d& growth) {
   std::vector<ToolTarget> targets;
@@ -179,9 +178,10 @@ absl::StatusOr<CorrectedToolPath> CorrectToolPath(const NominalToolPath& path, c
   const auto nominal = chain.Solve(zero_from_part_nominal, axes, path.nominal, kUnlimited, 1);
   if (!nominal.ok()) return UnderField(prefix + "nominal.", nominal.status());
 
-  const RotaryAngles first{solved->front().commanded(kPathA), solved->front().commanded(kPathB)};
-  const RotaryLimits around = Around(*solved);
-  const auto values_at = [&](const ChainParameters& change) { return chain.Values(change, first, around); };
+  std::vector<RotaryAngles> commands;
+  for (const ChainSolution& at : *solved) commands.push_back({at.commanded(kPathA), at.commanded(kPathB)});
+  const RotaryLimits around = About(commands);
+  const auto values_at = [&](const ChainParameters& change) { return chain.Values(change, commands.front(), around); };
   const auto values = values_at(ChainParameters::Zero());
   if (!values.ok()) return UnderField(prefix, values.status());
   const auto jacobian = ChainJacobian(values->size(), values_at);
@@ -195,7 +195,7 @@ absl::StatusOr<CorrectedToolPath> CorrectToolPath(const NominalToolPath& path, c
     corrected.start.name = std::to_string(i + 1);
     corrected.start.start_mm = at.reached.segment<3>(kPathX);
     corrected.start.nominal_start_mm = nominal_at.reached.segment<3>(kPathX);
-    corrected.corrected = {at.commanded(kPathA), at.commanded(kPathB)};
+    corrected.corrected = commands[i];
     corrected.reached = {at.reached(kPathA), at.reached(kPathB)};
     corrected.nominal_angles = {nominal_at.reached(kPathA), nominal_at.reached(kPathB)};
     corrected.tilt_rad = at.tilt_rad;

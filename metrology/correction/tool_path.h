@@ -65,6 +65,8 @@ struct PathContinuity {
 absl::StatusOr<ChainSolver> PathSolver(const RotaryAxes& axes, const RotaryPositioning& positioning,
                                        const RotaryLimits& limits,
                                        const std::array<std::string, 2>& letters = {"A", "B"});
+// About the commands of a way that was found, so that no other one is as near.
+RotaryLimits About(const std::vector<RotaryAngles>& commands);
 // In the order of that chain's joints.
 inline constexpr int kPathA = 0, kPathB = 1, kPathX = 2;
 

@@ -1,5 +1,6 @@
 #include "metrology/frames/pose.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace sixpoint::metrology {
@@ -47,6 +48,17 @@ Eigen::Isometry3d Perturbed(const Eigen::Isometry3d& target_from_source, const V
   moved.translation() =
       turn * (target_from_source.translation() - reference_mm) + reference_mm + perturbation.tail<3>();
   return moved;
+}
+
+// It is convex in the point: greatest at a corner.
+double GreatestDisplacement_mm(const Eigen::AlignedBox3d& box_mm, const Eigen::Isometry3d& one,
+                               const Eigen::Isometry3d& other) {
+  double greatest_mm = 0;
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector3d corner = box_mm.corner(static_cast<Eigen::AlignedBox3d::CornerType>(i));
+    greatest_mm = std::max(greatest_mm, (one * corner - other * corner).norm());
+  }
+  return greatest_mm;
 }
 
 }  // namespace sixpoint::metrology

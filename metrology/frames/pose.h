@@ -47,4 +47,8 @@ Eigen::Matrix<double, 3, 6> PointJacobian(const Eigen::Vector3d& point_mm, const
 Eigen::Isometry3d Perturbed(const Eigen::Isometry3d& target_from_source, const Vector6d& perturbation,
                             const Eigen::Vector3d& reference_mm);
 
+// Between two poses, over all of a box of the source frame.
+double GreatestDisplacement_mm(const Eigen::AlignedBox3d& box_mm, const Eigen::Isometry3d& one,
+                               const Eigen::Isometry3d& other);
+
 }  // namespace sixpoint::metrology

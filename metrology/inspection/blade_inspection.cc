@@ -73,9 +73,7 @@ BladeInspection::BladeInspection(std::shared_ptr<const Surface> surface, std::ve
     : surface_(std::move(surface)),
       holes_(std::move(holes)),
       regions_(RegionsOf(holes_, options)),
-      pose_(std::move(pose)),
-      sensor_(std::move(sensor)),
-      axes_(axes),
+      mapping_(std::move(pose), std::move(sensor), axes),
       options_(std::move(options)),
       pin_points_(holes_.size()) {
   for (std::size_t hole = 0; hole < holes_.size(); ++hole) reach_mm_.push_back(ReachOf(holes_, hole, options_));
@@ -112,25 +110,14 @@ absl::Status BladeInspection::Add(const LineScan& scan) {
   return AddPoints(scan.points_mm);
 }
 
-void BladeInspection::Begin(const LineScan& scan) {
-  ScanPlace& place = scans_.emplace_back();
-  place.v0_mm = scan.v0_mm;
-  place.a_rad = pose_.positioning.a.Reached(scan.a_rad);
-  place.b_rad = pose_.positioning.b.Reached(scan.b_rad);
-  place.commanded_a_rad = scan.a_rad;
-  place.commanded_b_rad = scan.b_rad;
-  place.part_from_machine = pose_.zero_from_part.inverse(Eigen::Isometry) * axes_.Growth(1 / scan.stretch) *
-                            axes_.MachineFromZero(place.a_rad, place.b_rad).inverse(Eigen::Isometry);
-}
+void BladeInspection::Begin(const LineScan& scan) { scans_.push_back(mapping_.PlaceOf(scan)); }
 
 BladeInspection::Compared BladeInspection::Compare(const Points& points_mm, int threads, KeepGoing* keep_going) const {
   const ScanPlace& place = scans_.back();
   Compared compared;
   compared.in_part_mm.resize(points_mm.size());
   ForEachChunk(points_mm.size(), kChunk, threads, [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      compared.in_part_mm[i] =
-          place.part_from_machine * sensor_.MachineFromSensor(sensor_.WithoutField(points_mm[i]), place.v0_mm);
+    for (std::size_t i = begin; i < end; ++i) compared.in_part_mm[i] = mapping_.PartPoint(points_mm[i], place);
   });
   if (!(*keep_going)()) return compared;
   surface_->SignedDistances(compared.in_part_mm, options_.farthest_mm, threads, &compared.deviations_mm);

@@ -15,6 +15,7 @@
 #include "metrology/correction/registered_pose.h"
 #include "metrology/inspection/hole_error.h"
 #include "metrology/inspection/hole_regions.h"
+#include "metrology/inspection/part_mapping.h"
 #include "metrology/inspection/pin.h"
 #include "metrology/inspection/verdict.h"
 #include "metrology/kinematics/rotary_axes.h"
@@ -101,12 +102,6 @@ class BladeInspection {
   absl::StatusOr<BladeFindings> Finish();
 
  private:
-  struct ScanPlace {
-    Eigen::Vector3d v0_mm;
-    Eigen::Affine3d part_from_machine;
-    double a_rad, b_rad;  // as reached
-    double commanded_a_rad, commanded_b_rad;
-  };
   struct PinPoint {
     Eigen::Vector3d in_part_mm, in_sensor_mm;
     std::uint32_t scan;
@@ -139,19 +134,13 @@ class BladeInspection {
   std::vector<Part> PartsOf(const PinFit& fit, const std::vector<PinPoint>& points, const PinPlay& play) const;
   // The budget of the position, and both expanded uncertainties.
   static void Expand(const std::vector<Part>& parts, HoleFinding* finding);
-  // Change of a point's place in the part per change of the pose, and of the parameters that map it.
-  Eigen::Matrix<double, 3, 6 + kCalibrationParameterCount> Sensitivity(const PinPoint& point) const;
-  // The same per radian that each of the pose's angles is taken greater; where the point was scanned at it, directly too.
-  Eigen::Matrix3Xd AngleSensitivity(const PinPoint& point) const;
   DeviationSummary Summarise();  // puts the deviations in another order
 
   std::shared_ptr<const Surface> surface_;
   std::vector<InspectedHole> holes_;
   HoleRegions regions_;           // in which the holes' pins must stand
   std::vector<double> reach_mm_;  // per hole: how far its pin's axis may lie from the nominal
-  RegisteredPose pose_;
-  SensorPose sensor_;
-  RotaryAxes axes_;
+  PartMapping mapping_;
   InspectionOptions options_;
   std::vector<ScanPlace> scans_;
   std::vector<std::vector<PinPoint>> pin_points_;  // per hole

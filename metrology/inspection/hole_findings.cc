@@ -22,38 +22,11 @@ std::string FartherThan(double reach_mm, double offset_mm) {
 
 }  // namespace
 
-Eigen::Matrix<double, 3, kInputs> BladeInspection::Sensitivity(const PinPoint& point) const {
-  const ScanPlace& scan = scans_[point.scan];
-  const Eigen::Matrix3d part_from_zero = pose_.zero_from_part.linear().transpose();
-  const Eigen::Vector3d in_zero = pose_.zero_from_part * point.in_part_mm;
-  // How the pose moves the point's place in the part, and how its place at `zero` follows what maps it: only their difference shows.
-  Eigen::Matrix<double, 3, kInputs> sensitivity;
-  sensitivity << -PointJacobian(in_zero, pose_.noise.reference_mm),
-      ZeroPointSensitivity(point.in_sensor_mm, in_zero, scan.a_rad, scan.b_rad, sensor_, axes_);
-  return part_from_zero * sensitivity;
-}
-
-Eigen::Matrix3Xd BladeInspection::AngleSensitivity(const PinPoint& point) const {
-  const ScanPlace& scan = scans_[point.scan];
-  const Eigen::Vector3d in_zero = pose_.zero_from_part * point.in_part_mm;
-  const auto turned = ZeroPointAngleSensitivity(in_zero, scan.a_rad, scan.b_rad, axes_);
-  Eigen::Matrix3Xd sensitivity(3, static_cast<Eigen::Index>(pose_.angles.size()));
-  for (std::size_t k = 0; k < pose_.angles.size(); ++k) {
-    const AngleInfluence& angle = pose_.angles[k];
-    const bool on_a = angle.axis == AngleInfluence::Axis::kA;
-    Eigen::Vector3d moved = -PointJacobian(in_zero, pose_.noise.reference_mm) * angle.pose_per_rad;
-    const double command_rad = on_a ? scan.commanded_a_rad : scan.commanded_b_rad;
-    if (std::abs(angle.commanded_rad - command_rad) < kSameCommandRad) moved += turned.col(on_a ? 0 : 1);
-    sensitivity.col(static_cast<Eigen::Index>(k)) = moved;
-  }
-  return pose_.zero_from_part.linear().transpose() * sensitivity;
-}
-
 // An error lies within the difference, either way, as likely here as there: a standard uncertainty of difference / sqrt(3).
 void BladeInspection::AddPositioning(const NominalPin& nominal, HoleFinding* finding) const {
   HoleError& error = finding->error;
   for (const Eigen::Isometry3d& other : options_.other_zero_from_part) {
-    const Eigen::Isometry3d moved = other.inverse(Eigen::Isometry) * pose_.zero_from_part;
+    const Eigen::Isometry3d moved = other.inverse(Eigen::Isometry) * mapping_.pose().zero_from_part;
     const Eigen::Vector3d axis = moved.linear() * error.axis_in_part;
     Eigen::Vector3d start = moved * error.start_in_part_mm;
     start += nominal.normal.dot(nominal.start_mm - start) / nominal.normal.dot(axis) * axis;  // onto the surface again
@@ -110,24 +83,31 @@ HoleFinding BladeInspection::Judged(std::size_t hole, double clearance_mm) const
 std::vector<BladeInspection::Part> BladeInspection::PartsOf(const PinFit& fit, const std::vector<PinPoint>& points,
                                                             const PinPlay& play) const {
   const double known = std::numeric_limits<double>::infinity();
+  const RegisteredPose& pose = mapping_.pose();
   Eigen::Matrix<double, 5, kInputs> sensitivity;
   sensitivity.setZero();
-  for (std::size_t i = 0; i < fit.used.size(); ++i) sensitivity += fit.gain[i] * Sensitivity(points[fit.used[i]]);
+  for (std::size_t i = 0; i < fit.used.size(); ++i) {
+    const PinPoint& point = points[fit.used[i]];
+    sensitivity += fit.gain[i] * mapping_.Sensitivity(point.in_part_mm, point.in_sensor_mm, scans_[point.scan]);
+  }
   const Eigen::Matrix<double, 5, 6> per_pose = sensitivity.leftCols<6>();
   std::vector<Part> parts = {{"points of the pin", known, fit.noise_covariance},
-                             {"noise of the scans", known, per_pose * pose_.noise.values * per_pose.transpose()},
+                             {"noise of the scans", known, per_pose * pose.noise.values * per_pose.transpose()},
                              {"how the pin stands", known, PlayCovariance(play)}};
-  for (const ErrorSource& source : pose_.sources) {
+  for (const ErrorSource& source : pose.sources) {
     const Eigen::Matrix<double, 5, Eigen::Dynamic> per_sigma =
         per_pose * source.pose_per_sigma +
         sensitivity.rightCols<kCalibrationParameterCount>() * source.parameters_per_sigma;
     parts.push_back({source.name, source.degrees_of_freedom, per_sigma * per_sigma.transpose()});
   }
-  if (pose_.angles.empty()) return parts;
+  if (pose.angles.empty()) return parts;
   Eigen::Matrix<double, 5, Eigen::Dynamic> angles =
-      Eigen::Matrix<double, 5, Eigen::Dynamic>::Zero(5, static_cast<Eigen::Index>(pose_.angles.size()));
-  for (std::size_t i = 0; i < fit.used.size(); ++i) angles += fit.gain[i] * AngleSensitivity(points[fit.used[i]]);
-  parts.push_back({"angles of the scans", known, angles * ErrorCovariance(pose_.angles) * angles.transpose()});
+      Eigen::Matrix<double, 5, Eigen::Dynamic>::Zero(5, static_cast<Eigen::Index>(pose.angles.size()));
+  for (std::size_t i = 0; i < fit.used.size(); ++i) {
+    const PinPoint& point = points[fit.used[i]];
+    angles += fit.gain[i] * mapping_.AngleSensitivity(point.in_part_mm, scans_[point.scan]);
+  }
+  parts.push_back({"angles of the scans", known, angles * ErrorCovariance(pose.angles) * angles.transpose()});
   return parts;
 }
 

@@ -197,7 +197,9 @@ absl::StatusOr<MeasuringPlan> MakeMeasuringPlan(const PlanTask& task) {
   if (absl::Status status = refusals.status(); !status.ok()) return status;
   const auto axes = RotaryAxes::Of(task.chain);
   if (!axes.ok()) return axes.status();
-  const PlanScene scene{task.surface, task.zero_from_part, *solver, *axes, *view, task.options};
+  PlanScene scene{task.surface, task.zero_from_part, *solver, *axes, *view, task.options, {}};
+  for (const Eigen::Isometry3d& neighbour : task.neighbours_zero_from_part)
+    scene.neighbour_from_part.push_back(neighbour.inverse(Eigen::Isometry) * task.zero_from_part);
   const auto placer = PortionPlacer::Make(scene);
   if (!placer.ok()) return placer.status();
 

@@ -30,6 +30,7 @@ struct PlanTask {
   ScannerOptics optics;
   std::vector<NamedDisc> discs;  // none: the whole part
   PlanOptions options;
+  std::vector<Eigen::Isometry3d> neighbours_zero_from_part = {};  // of parts alike that stand beside it in the fixture
 };
 
 struct MeasuringPlan {

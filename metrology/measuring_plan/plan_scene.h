@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <functional>
+#include <vector>
 
 #include "metrology/kinematics/chain_solver.h"
 #include "metrology/kinematics/rotary_axes.h"
@@ -37,6 +38,7 @@ struct PlanScene {
   RotaryAxes axes;  // of the solver's chain
   ScannerView view;
   const PlanOptions& options;
+  std::vector<Eigen::Isometry3d> neighbour_from_part;  // of parts alike beside it: from its frame to theirs
 
   Eigen::Isometry3d MachineFromPart(const RotaryPose& pose) const {
     return axes.MachineFromZero(pose.a_rad, pose.b_rad) * zero_from_part;

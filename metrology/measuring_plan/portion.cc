@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
@@ -11,16 +12,20 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Of a ball about Point C, in which the part stays however it is turned: the first axis goes through C, the second one passes it.
+// Of a ball about Point C, in which the part and its neighbours stay however they are turned: the first axis goes through C, the second one passes
+// it.
 double TurningRadius_mm(const PlanScene& scene) {
   const Vector3d centre_mm = scene.axes.PointC();
   const Vector3d from_b_mm = centre_mm - scene.axes.b.point_mm;
   const double apart_mm = scene.axes.b.direction.cross(from_b_mm).norm();
+  std::vector<Eigen::Isometry3d> poses = {scene.zero_from_part};
+  for (const Eigen::Isometry3d& neighbour_from_part : scene.neighbour_from_part)
+    poses.push_back(scene.zero_from_part * neighbour_from_part.inverse(Eigen::Isometry));
   double radius_mm = 0;
   for (const TriangleCorners& corners : scene.surface.mesh().triangles)
     for (const std::uint32_t v : corners)
-      radius_mm =
-          std::max(radius_mm, (scene.zero_from_part * scene.surface.mesh().vertices_mm[v] - centre_mm).squaredNorm());
+      for (const Eigen::Isometry3d& pose : poses)
+        radius_mm = std::max(radius_mm, (pose * scene.surface.mesh().vertices_mm[v] - centre_mm).squaredNorm());
   return std::sqrt(radius_mm) + 2 * apart_mm;
 }
 
@@ -71,7 +76,14 @@ bool PortionPlacer::IsClear(const RotaryPose& pose, TurnedBox box) const {
   const Eigen::Isometry3d part_from_machine = scene_.MachineFromPart(pose).inverse();
   box.centre_mm = part_from_machine * box.centre_mm;
   box.axes = part_from_machine.linear() * box.axes;
-  return metrology::IsClear(box, scene_.surface, scene_.options.clearance_mm + scene_.options.margin_mm);
+  const auto is_clear_of = [&](const TurnedBox& in_part) {
+    return metrology::IsClear(in_part, scene_.surface, scene_.options.clearance_mm + scene_.options.margin_mm);
+  };
+  return is_clear_of(box) && std::all_of(scene_.neighbour_from_part.begin(), scene_.neighbour_from_part.end(),
+                                         [&](const Eigen::Isometry3d& neighbour_from_part) {
+                                           return is_clear_of({neighbour_from_part * box.centre_mm,
+                                                               neighbour_from_part.linear() * box.axes, box.half_mm});
+                                         });
 }
 
 Obstacle PortionPlacer::Place(PlannedPortion* portion) const {

@@ -68,6 +68,15 @@ Strip PoseView::StripOver(const Vector3d& point_in_part_mm) const {
   return {pose_, Vector3d(0, -reading_mm.y(), -reading_mm.z())};
 }
 
+// By the part itself, or by a neighbour.
+bool PoseView::IsHidden(const Vector3d& from_mm, const Vector3d& source_mm) const {
+  return scene_.surface.Meets(from_mm, source_mm) ||
+         std::any_of(scene_.neighbour_from_part.begin(), scene_.neighbour_from_part.end(),
+                     [&](const Eigen::Isometry3d& neighbour_from_part) {
+                       return scene_.surface.Meets(neighbour_from_part * from_mm, neighbour_from_part * source_mm);
+                     });
+}
+
 StripSight PoseView::Look(const Strip& strip) const {
   StripSight sight{strip, {}, {}};
   const double least = std::cos(scene_.options.greatest_incidence_rad);
@@ -81,7 +90,7 @@ StripSight PoseView::Look(const Strip& strip) const {
     if (!(sample.normal.dot(to_source_mm) >= least * distance_mm)) continue;
     sight.faced.push_back(facing.sample);
     const Vector3d from_mm = sample.point_mm + kOffSurface_mm / distance_mm * to_source_mm;
-    if (scene_.surface.Meets(from_mm, sample.point_mm + to_source_mm)) continue;
+    if (IsHidden(from_mm, sample.point_mm + to_source_mm)) continue;
     sight.seen.push_back({facing.sample, static_cast<float>(reading_mm.x())});
   }
   return sight;

@@ -48,6 +48,7 @@ class PoseView {
     std::uint32_t sample;
     Eigen::Vector3d reading_mm;  // at V0 0
   };
+  bool IsHidden(const Eigen::Vector3d& from_mm, const Eigen::Vector3d& source_mm) const;
   const PlanScene& scene_;
   const std::vector<SurfaceSample>& samples_;
   const RotaryPose pose_;

@@ -70,6 +70,7 @@ struct FitEvidence {
   double last_step_mm = 0;
   std::optional<std::int64_t> gap_point_count;  // points used near a gap of the CAD's faces; none: a CAD without
   int drawn_hole_count = 0;                     // of the part's, that its CAD shows as drilled; of a registration only
+  std::optional<std::int64_t> left_out_count;   // points that are not its station's (station.h); of a registration only
   // zero_from_part where the search stopped, which the figures above are of: no place of the part unless the fit converged.
   std::optional<Eigen::Isometry3d> stopped_at;
   std::vector<PortionAgreement> agreements;

@@ -18,31 +18,10 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr int kCellBits = 20;  // of each coordinate
-constexpr std::int64_t kCellOffset = std::int64_t{1} << (kCellBits - 1);
-constexpr int kSideBits = 3;
-// Of a cell, off the centroid: a flat face of a part that is symmetric lies a round number of millimetres from it, and on the
-// border of two cells rounding would choose.
-constexpr double kCellShift = 0.3183;
-
 constexpr std::size_t kSliceSize = std::size_t{1} << 19;  // points summed at a time
 // Points nearer to a sharp edge may belong to the face beyond it.
 constexpr double kEdgeMarginMm = Surface::kEdgeReachMm;
 constexpr int kHistogramBins = 4096;
-
-std::array<std::int64_t, 3> CellOf(PatchKey key) {
-  constexpr PatchKey kMask = (PatchKey{1} << kCellBits) - 1;
-  std::array<std::int64_t, 3> cell{};
-  for (int k = 0; k < 3; ++k)
-    cell[k] = static_cast<std::int64_t>(key >> (kSideBits + k * kCellBits) & kMask) - kCellOffset;
-  return cell;
-}
-
-PatchKey KeyOf(const std::array<std::int64_t, 3>& cell, PatchKey side) {
-  PatchKey key = side;
-  for (int k = 0; k < 3; ++k) key |= static_cast<PatchKey>(cell[k] + kCellOffset) << (kSideBits + k * kCellBits);
-  return key;
-}
 
 struct ChunkSums {
   std::vector<Patch> patches;
@@ -167,34 +146,6 @@ void Join(const std::vector<ChunkSums>& chunks, std::uint32_t portion, std::unor
 }
 
 }  // namespace
-
-int SideOf(const Vector3d& normal) {
-  int axis = 0;
-  for (int k = 1; k < 3; ++k)
-    if (std::abs(normal[k]) > std::abs(normal[axis])) axis = k;
-  return 2 * axis + (normal[axis] < 0 ? 1 : 0);
-}
-
-PatchKey PatchKeyOf(const Vector3d& from_centroid_mm, const Vector3d& normal, double patch_mm) {
-  std::array<std::int64_t, 3> cell{};
-  for (int k = 0; k < 3; ++k)
-    cell[k] =
-        static_cast<std::int64_t>(std::clamp(std::floor(from_centroid_mm[k] / patch_mm + kCellShift),
-                                             static_cast<double>(-kCellOffset), static_cast<double>(kCellOffset - 1)));
-  return KeyOf(cell, static_cast<PatchKey>(SideOf(normal)));
-}
-
-Vector3d PatchCentre(PatchKey key, double patch_mm, int times) {
-  const std::array<std::int64_t, 3> cell = CellOf(key);
-  const Vector3d low(static_cast<double>(cell[0]), static_cast<double>(cell[1]), static_cast<double>(cell[2]));
-  return patch_mm * (times * (low + Vector3d::Constant(0.5)) - Vector3d::Constant(kCellShift));
-}
-
-PatchKey CoarserKey(PatchKey key, int times) {
-  std::array<std::int64_t, 3> cell = CellOf(key);
-  for (std::int64_t& c : cell) c = c >= 0 ? c / times : -((-c + times - 1) / times);
-  return KeyOf(cell, key & ((PatchKey{1} << kSideBits) - 1));
-}
 
 Matrix6d Patch::Matrix() const {
   Matrix6d full;

@@ -9,19 +9,10 @@
 #include <vector>
 
 #include "metrology/registration/fit_options.h"
+#include "metrology/surface/patch_key.h"
 #include "metrology/surface/surface.h"
 
 namespace sixpoint::metrology {
-
-// Where on the surface: a cubic cell of the part and the side its normals look to.
-using PatchKey = std::uint64_t;
-// The axis of the part along which a normal looks most: 0 to 5 for +x, -x, +y, ...
-int SideOf(const Eigen::Vector3d& normal);
-PatchKey PatchKeyOf(const Eigen::Vector3d& from_centroid_mm, const Eigen::Vector3d& normal, double patch_mm);
-// The key of cells `times` as wide.
-PatchKey CoarserKey(PatchKey key, int times);
-// Middle of the key's cell, from the centroid; that of a coarser key with its times.
-Eigen::Vector3d PatchCentre(PatchKey key, double patch_mm, int times = 1);
 
 // A pose change here is scaled and in the part frame: rotation about the centroid times the radius of gyration, then
 // translation; a row is a point's residual per such change, negated.

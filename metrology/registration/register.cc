@@ -103,6 +103,8 @@ Matrix6d CovarianceOfDifference(const ScannedBlade& blade, const std::vector<Ang
 absl::StatusOr<Registered> Register(const ScannedBlade& blade, const RegistrationTask& task) {
   auto fitted = Fit(blade, task);
   if (!fitted.ok()) return fitted.status();
+  if (task.station.has_value()) HoldToStation(blade.surface, blade.portions, *task.station, task.options, &fitted->fit);
+  if (!fitted->fit.placed) fitted->best_fit.reset();
   std::vector<AngleInfluence> angles = TakeAngles(blade, &fitted->fit);
   FitEvidence& evidence = fitted->fit.evidence;
   if (evidence.stopped_at)

@@ -11,6 +11,7 @@
 #include "metrology/registration/disagreement.h"
 #include "metrology/registration/remarks.h"
 #include "metrology/registration/six_point.h"
+#include "metrology/registration/station.h"
 
 namespace sixpoint::metrology {
 
@@ -21,6 +22,7 @@ inline bool IsSixPoint(Method method) { return method == Method::kSixPointPairs 
 struct RegistrationTask {
   Method method = Method::kBestFit;
   Eigen::Isometry3d zero_from_part_nominal = Eigen::Isometry3d::Identity();
+  std::optional<Station> station;  // whose nominal pose that is; the scans without its neighbours' points
   FitOptions options;
   AllowanceOptions allowance;      // kAllowance only
   std::vector<DatumPoint> datums;  // six-point only

@@ -24,9 +24,10 @@ struct ScanPortion {
   double commanded_b_rad = 0;
   std::int64_t scan_point_count = 0;    // before thinning; points that are not finite are left out
   std::int64_t out_of_reach_count = 0;  // metres from the others: not kept
-  Eigen::Affine3d zero_from_sensor = Eigen::Affine3d::Identity();  // the calibrated mapping; sheared (CONF 12)
-  CompactPoints sensor;                                            // every k-th point, in scan order
-  Points dense_sensor_mm;                                          // every point near the places asked for
+  Eigen::Affine3d zero_from_sensor =
+      Eigen::Affine3d::Identity();  // the calibrated mapping; sheared (CONF 12) of profiles
+  CompactPoints sensor;             // every k-th point, in scan order
+  Points dense_sensor_mm;           // every point near the places asked for
   Points dense_zero_mm;
 
   Eigen::Vector3d zero_mm(std::size_t i) const { return zero_from_sensor * sensor[i]; }

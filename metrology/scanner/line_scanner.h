@@ -1,5 +1,5 @@
-// The line scanner's model: sensor frame x = encoder reading of the profile, (y, z) in the laser plane
-// (docs/methods/frames.md, line scanner).
+// The sensors' models. A line scanner's sensor frame: x = encoder reading of the profile, (y, z) in the laser plane
+// (docs/methods/frames.md, line scanner). A snapshot sensor's: points as they stand.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,6 +14,12 @@
 
 namespace sixpoint::metrology {
 
+// What a sensor's points are.
+enum class CloudKind {
+  kProfiles,  // of a line scanner, which the encoder carries along machine X
+  kSnapshot,  // of a sensor that stood still: in any order, rigidly mapped
+};
+
 // One decoded scan; points in the sensor frame, mm, in the order measured.
 struct LineScan {
   std::string id;
@@ -21,13 +27,13 @@ struct LineScan {
   Eigen::Vector3d v0_mm = Eigen::Vector3d::Zero();  // machine position at the start of the scan
   double a_rad = 0;
   double b_rad = 0;
-  double profile_pitch_mm = 0;
+  double profile_pitch_mm = 0;  // 0: a snapshot
   // How many times as long as at 20 C what it shows is on the machine's scales. At zero, and in the part, points are as at 20 C.
   double stretch = 1;
 };
 
 // p_machine = rotation (0, y, z) + (x, 0, 0) - V0 + t_sm_mm  (CONF 12: the encoder moves along machine X, so a scan of
-// a turned sensor is sheared, not only turned).
+// a turned sensor is sheared, not only turned). Of a snapshot p_machine = rotation (x, y, z) - V0 + t_sm_mm.
 struct SensorPose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // R_sm
   Eigen::Vector3d t_sm_mm = Eigen::Vector3d::Zero();
@@ -36,14 +42,19 @@ struct SensorPose {
   ScannerField field = {};
   FieldResponse field_response = FieldResponse::Zero();  // of this calibration
   std::optional<MeasuredField> measured_field = {};      // by it; none: the field was not looked for
+  CloudKind cloud = CloudKind::kProfiles;                // of the scans that it maps
 
   Eigen::Vector3d MachineFromSensor(const Eigen::Vector3d& p, const Eigen::Vector3d& v0_mm) const {
+    if (cloud == CloudKind::kSnapshot) return rotation * p - v0_mm + t_sm_mm;
     return rotation.col(1) * p.y() + rotation.col(2) * p.z() + Eigen::Vector3d(p.x(), 0, 0) - v0_mm + t_sm_mm;
   }
   // Change of the machine point per sensor parameter, in the order of kSensorParameters.
   Eigen::Matrix<double, 3, kSensorParameterCount> ParameterJacobian(const Eigen::Vector3d& p) const {
     Eigen::Matrix<double, 3, kSensorParameterCount> jacobian;
-    jacobian << -Skew(rotation.col(1) * p.y() + rotation.col(2) * p.z()), Eigen::Matrix3d::Identity();
+    if (cloud == CloudKind::kSnapshot)
+      jacobian << -Skew(rotation * p), Eigen::Matrix3d::Identity();
+    else
+      jacobian << -Skew(rotation.col(1) * p.y() + rotation.col(2) * p.z()), Eigen::Matrix3d::Identity();
     return jacobian;
   }
   // A reading as it would be without the measured field.
@@ -51,9 +62,10 @@ struct SensorPose {
     if (!measured_field) return p;
     return {p.x(), p.y(), p.z() - field.TermsAt(p.y(), p.z()).dot(measured_field->terms_mm)};
   }
-  // The same per field parameter, in the order of kFieldParameters.
+  // The same per field parameter, in the order of kFieldParameters: over the laser plane, or over a snapshot's view.
   Eigen::Matrix<double, 3, kFieldParameterCount> FieldJacobian(const Eigen::Vector3d& p) const {
-    return rotation.col(2) * field.TermsAt(p.y(), p.z());
+    const bool is_snapshot = cloud == CloudKind::kSnapshot;
+    return rotation.col(2) * (is_snapshot ? field.TermsAt(p.x(), p.y()) : field.TermsAt(p.y(), p.z()));
   }
 };
 

@@ -32,6 +32,11 @@ ScannerField ScannerField::Of(double mid_range_mm, double range_mm, double line_
   return {(mid_range_mm + range_mm / 2) * std::tan(line_angle_rad / 2), range_mm / 2};
 }
 
+ScannerField ScannerField::OfSnapshot(double mid_range_mm, double range_mm, double view_angle_rad) {
+  const double half_width_mm = Of(mid_range_mm, range_mm, view_angle_rad).half_width_mm;
+  return {half_width_mm, half_width_mm};
+}
+
 Eigen::Matrix<double, 1, kFieldParameterCount> ScannerField::TermsAt(double y_mm, double z_mm) const {
   return ProductsAt<3>(*this, y_mm, z_mm);
 }

@@ -1,4 +1,4 @@
-// What a line scanner's readings are off by, smoothly over its measuring field (docs/methods/uncertainty.md, error sources).
+// What a sensor's readings are off by, smoothly over its measuring field (docs/methods/uncertainty.md, error sources).
 #pragma once
 
 #include <Eigen/Core>
@@ -12,13 +12,15 @@ namespace sixpoint::metrology {
 inline constexpr int kFieldSeriesOrder = 6, kFieldSeriesCount = 27;
 using FieldSeries = Eigen::Matrix<double, 1, kFieldSeriesCount>;
 
-// The measuring field about the sensor frame's origin; none by default, and then no reading is off.
+// The measuring field about the sensor frame's origin; none by default, and then no reading is off. Of a snapshot it lies along x and y.
 struct ScannerField {
   double half_width_mm = 0;  // along y
   double half_range_mm = 0;  // along z
 
   // Of optics as a data sheet has them: as wide as the line is where it is longest.
   static ScannerField Of(double mid_range_mm, double range_mm, double line_angle_rad);
+  // As wide as the view is where it is widest, both ways.
+  static ScannerField OfSnapshot(double mid_range_mm, double range_mm, double view_angle_rad);
 
   // How far a reading at (y, z) is off along z per field parameter, in the order of kFieldParameters. Over the field each term's mean
   // square is 1, and the terms are orthogonal; a reading beyond it counts as one on its border.

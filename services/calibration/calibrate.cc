@@ -1,6 +1,7 @@
 #include "services/calibration/calibrate.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <string>
 #include <utility>
@@ -107,6 +108,26 @@ absl::StatusOr<CalibratedSensor> Calibrate(const v1::CalibrateSensorRequest& req
   if (!inputs.arm) return calibrated;
   if (absl::Status s = MoveToMeanOfSwings(inputs, series, of_series, &calibrated); !s.ok()) return WithReason(s);
   return calibrated;
+}
+
+absl::StatusOr<StatedSensor> Calibrate(const v1::StateSensorPoseRequest& request, const StatedInputs& inputs) {
+  constexpr double kRadPerDeg = M_PI / 180, kMmPerUm = 1e-3;
+  // Where beta is a right angle alpha and gamma turn about one line, and neither is known by itself.
+  constexpr double kUnknownRad = 179 * kRadPerDeg;
+  const double turn_rad = request.turn_standard_uncertainty_deg() * kRadPerDeg;
+  const double shift_mm = request.shift_standard_uncertainty_um() * kMmPerUm;
+  StatedSensor stated;
+  stated.sensor.cloud = metrology::CloudKind::kSnapshot;
+  stated.sensor.rotation = inputs.machine_from_sensor.linear();
+  stated.sensor.t_sm_mm = inputs.machine_from_sensor.translation();
+  stated.sensor.covariance.diagonal() << Eigen::Vector3d::Constant(turn_rad * turn_rad),
+      Eigen::Vector3d::Constant(shift_mm * shift_mm);
+  stated.angles = metrology::CardanFromRotation(stated.sensor.rotation);
+  stated.angle_uncertainty =
+      metrology::CardanUncertainty(stated.angles, stated.sensor.covariance.topLeftCorner<3, 3>());
+  for (double* const sigma : {&stated.angle_uncertainty.alpha, &stated.angle_uncertainty.gamma})
+    if (!(*sigma < kUnknownRad)) *sigma = kUnknownRad;
+  return stated;
 }
 
 absl::StatusOr<metrology::RotationCalibration> Calibrate(const v1::CalibrateRotationRequest& request,

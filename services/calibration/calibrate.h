@@ -19,6 +19,11 @@ struct CalibratedSensor {
   metrology::SensorCalibration calibration;
   std::vector<metrology::ArmShare> arm_shares;  // empty: all scans count as of one swing
 };
+// As it was stated, with what the stated uncertainties make of it.
+struct StatedSensor {
+  metrology::SensorPose sensor;
+  metrology::CardanAngles angles, angle_uncertainty;
+};
 struct CalibratedProbe {
   metrology::ProbeCalibration calibration;
   std::vector<metrology::ProbeFaceCheck> checks;  // of the block where it was moved to
@@ -27,6 +32,7 @@ struct CalibratedProbe {
 // By the request's method. FAILED_PRECONDITION with a reason: CALIBRATION_UNDETERMINED, CALIBRATION_NOT_CONVERGED. Of scans of several
 // series of an arm that was studied the one that sees most heights is calibrated by (then the one with most scans), and the others say where the arm stands on the mean.
 absl::StatusOr<CalibratedSensor> Calibrate(const v1::CalibrateSensorRequest& request, const SensorInputs& inputs);
+absl::StatusOr<StatedSensor> Calibrate(const v1::StateSensorPoseRequest& request, const StatedInputs& inputs);
 absl::StatusOr<metrology::RotationCalibration> Calibrate(const v1::CalibrateRotationRequest& request,
                                                          const RotationInputs& inputs);
 absl::StatusOr<CalibratedProbe> Calibrate(const v1::CalibrateProbeRequest& request, const ProbeInputs& inputs);

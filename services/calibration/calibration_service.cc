@@ -108,6 +108,11 @@ grpc::Status CalibrationService::CalibrateSensor(grpc::ServerContext* context,
   return Calibrate(context, "calibration.CalibrateSensor", *request, response);
 }
 
+grpc::Status CalibrationService::StateSensorPose(grpc::ServerContext* context,
+                                                 const v1::StateSensorPoseRequest* request, v1::Calibration* response) {
+  return Calibrate(context, "calibration.StateSensorPose", *request, response);
+}
+
 grpc::Status CalibrationService::CalibrateRotation(grpc::ServerContext* context,
                                                    const v1::CalibrateRotationRequest* request,
                                                    v1::Calibration* response) {

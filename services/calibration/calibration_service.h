@@ -19,6 +19,8 @@ class CalibrationService final : public v1::CalibrationService::Service {
 
   grpc::Status CalibrateSensor(grpc::ServerContext* context, const v1::CalibrateSensorRequest* request,
                                v1::Calibration* response) override;
+  grpc::Status StateSensorPose(grpc::ServerContext* context, const v1::StateSensorPoseRequest* request,
+                               v1::Calibration* response) override;
   grpc::Status CalibrateRotation(grpc::ServerContext* context, const v1::CalibrateRotationRequest* request,
                                  v1::Calibration* response) override;
   grpc::Status GetCalibration(grpc::ServerContext* context, const v1::GetCalibrationRequest* request,

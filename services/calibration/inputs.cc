@@ -12,6 +12,7 @@
 #include "services/calibration/validate.h"
 #include "services/clients/references.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/geometry_proto.h"
 #include "services/runtime/machine_chain.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
@@ -24,6 +25,7 @@ using runtime::Refuse;
 
 constexpr double kRadPerDeg = M_PI / 180;
 constexpr std::size_t kMostPoints = 20'000'000;
+constexpr double kFarthestSensorMm = 1e5;  // as far as an axis goes
 
 // What all scans have alike, and when they came.
 void Take(const ingest::v1::Scan& scan, SensorInputs* inputs) {
@@ -145,6 +147,27 @@ absl::Status InputFetcher::FetchArm(const std::string& machine, const Caller& ca
   inputs->arm = (*arm)->spread;
   inputs->names.push_back((*arm)->name);
   return absl::OkStatus();
+}
+
+absl::StatusOr<StatedInputs> InputFetcher::Fetch(const v1::StateSensorPoseRequest& request,
+                                                 const Caller& caller) const {
+  const auto pose = runtime::FromProto("machine_from_sensor", request.machine_from_sensor());
+  if (!pose.ok()) return pose.status();
+  if (const double farthest_mm = pose->translation().cwiseAbs().maxCoeff(); !(farthest_mm <= kFarthestSensorMm))
+    return Refuse("machine_from_sensor.translation_mm", farthest_mm, "each within +-100000");
+  const absl::StatusOr<Validity> validity = ValidityIn(request, calibrations_->Now(caller.deadline));
+  if (!validity.ok()) return validity.status();
+  StatedInputs inputs;
+  inputs.machine_from_sensor = *pose;
+  inputs.validity = *validity;
+  const auto machine = FetchMachine(request.machine(), caller, &inputs);
+  if (!machine.ok()) return machine.status();
+  if (absl::Status s = clients::CheckSnapshotSensor(*machine); !s.ok()) return s;
+  const std::string& serial = machine->sensor().serial_number();
+  if (!request.sensor_serial_number().empty() && !serial.empty() && request.sensor_serial_number() != serial)
+    return Refuse("sensor_serial_number", request.sensor_serial_number(),
+                  serial + ", the sensor of " + machine->name());
+  return inputs;
 }
 
 absl::StatusOr<RotationInputs> InputFetcher::Fetch(const v1::CalibrateRotationRequest& request,

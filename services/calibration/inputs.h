@@ -42,6 +42,9 @@ struct SensorInputs : Inputs {
   storage::Instant first_received_at, last_received_at;
   metrology::SensorCalibrationOptions options;
 };
+struct StatedInputs : Inputs {
+  Eigen::Isometry3d machine_from_sensor = Eigen::Isometry3d::Identity();
+};
 struct RotationInputs : Inputs {
   std::vector<metrology::SpherePose> poses;
   metrology::StandardProbing standard;  // for method STANDARD
@@ -67,6 +70,7 @@ class InputFetcher {
   // their machine. FAILED_PRECONDITION with a reason: KINEMATICS_UNSUITABLE, AXIS_NOT_CHARACTERISED, CALIBRATION_UNDETERMINED,
   // REFERENCE_EXPIRED, SENSOR_UNSUITABLE.
   absl::StatusOr<SensorInputs> Fetch(const v1::CalibrateSensorRequest& request, const Caller& caller) const;
+  absl::StatusOr<StatedInputs> Fetch(const v1::StateSensorPoseRequest& request, const Caller& caller) const;
   absl::StatusOr<RotationInputs> Fetch(const v1::CalibrateRotationRequest& request, const Caller& caller) const;
   absl::StatusOr<ProbeInputs> Fetch(const v1::CalibrateProbeRequest& request, const Caller& caller) const;
   absl::StatusOr<AxisInputs> Fetch(const v1::CharacteriseAxisRequest& request, const Caller& caller) const;

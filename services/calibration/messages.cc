@@ -30,8 +30,9 @@ void SensorToProto(const storage::SensorCalibrationRow& row, v1::SensorCalibrati
   out->set_gamma_standard_uncertainty_deg(row.gamma_standard_uncertainty_deg);
   const auto sigma = [&](int k) { return std::sqrt(row.covariance.at(7 * k)); };
   runtime::SetPoint({sigma(3), sigma(4), sigma(5)}, out->mutable_t_sm_standard_uncertainty_mm());
-  out->set_residual_rms_um(row.residual_rms_um);
-  out->set_condition_number(row.condition_number);
+  if (row.residual_rms_um) out->set_residual_rms_um(*row.residual_rms_um);
+  if (row.condition_number) out->set_condition_number(*row.condition_number);
+  out->set_certificate(row.certificate);
   if (!row.field_response.empty())
     runtime::SetMatrix(row.field_response, metrology::kSensorParameterCount, metrology::kFieldParameterCount,
                        out->mutable_field_response());

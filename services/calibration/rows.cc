@@ -47,18 +47,25 @@ std::string KeptShares(const std::vector<metrology::ArmShare>& shares) {
   return shares.empty() ? "" : kept.dump();
 }
 
+// How it stands, measured or stated.
+storage::SensorCalibrationRow PoseRowOf(const metrology::SensorPose& sensor, const metrology::CardanAngles& angles,
+                                        const metrology::CardanAngles& angle_uncertainty) {
+  storage::SensorCalibrationRow row;
+  row.machine_from_sensor_rotation = runtime::RowMajor(sensor.rotation);
+  row.t_sm_mm = runtime::RowMajor(sensor.t_sm_mm);
+  row.covariance = runtime::RowMajor(sensor.covariance);
+  row.alpha_deg = angles.alpha * kDegPerRad;
+  row.beta_deg = angles.beta * kDegPerRad;
+  row.gamma_deg = angles.gamma * kDegPerRad;
+  row.alpha_standard_uncertainty_deg = angle_uncertainty.alpha * kDegPerRad;
+  row.beta_standard_uncertainty_deg = angle_uncertainty.beta * kDegPerRad;
+  row.gamma_standard_uncertainty_deg = angle_uncertainty.gamma * kDegPerRad;
+  return row;
+}
+
 storage::SensorCalibrationRow SensorRowOf(const SensorInputs& inputs, const CalibratedSensor& calibrated) {
   const metrology::SensorCalibration& result = calibrated.calibration;
-  storage::SensorCalibrationRow row;
-  row.machine_from_sensor_rotation = runtime::RowMajor(result.sensor.rotation);
-  row.t_sm_mm = runtime::RowMajor(result.sensor.t_sm_mm);
-  row.covariance = runtime::RowMajor(result.sensor.covariance);
-  row.alpha_deg = result.angles.alpha * kDegPerRad;
-  row.beta_deg = result.angles.beta * kDegPerRad;
-  row.gamma_deg = result.angles.gamma * kDegPerRad;
-  row.alpha_standard_uncertainty_deg = result.angle_uncertainty.alpha * kDegPerRad;
-  row.beta_standard_uncertainty_deg = result.angle_uncertainty.beta * kDegPerRad;
-  row.gamma_standard_uncertainty_deg = result.angle_uncertainty.gamma * kDegPerRad;
+  storage::SensorCalibrationRow row = PoseRowOf(result.sensor, result.angles, result.angle_uncertainty);
   row.noise_um = result.noise_mm * kUmPerMm;
   row.touch_rms_um = result.touch_rms_mm * kUmPerMm;
   row.residual_rms_um = result.residual_rms_mm * kUmPerMm;
@@ -173,6 +180,13 @@ int BeyondLimits(const v1::AxisRun& run, const metrology::Joint& joint) {
   }));
 }
 
+template <typename Request>
+const v1::Environment& EnvironmentOf(const Request& request) {
+  return request.environment();
+}
+// What is stated was measured elsewhere, as its certificate says.
+const v1::Environment& EnvironmentOf(const v1::StateSensorPoseRequest&) { return v1::Environment::default_instance(); }
+
 // What every calibration has of its request.
 template <typename Request>
 storage::CalibrationRow Described(const Request& request, const Inputs& inputs, const std::string& method) {
@@ -185,7 +199,7 @@ storage::CalibrationRow Described(const Request& request, const Inputs& inputs, 
   row.valid_until = inputs.validity.until;
   row.software_version = runtime::SoftwareVersion();
   row.is_draft = request.draft();
-  row.environment = EnvironmentRowOf(request.environment());
+  row.environment = EnvironmentRowOf(EnvironmentOf(request));
   return row;
 }
 
@@ -198,7 +212,8 @@ std::string SummaryOf(const storage::CalibrationRow& row) {
     summary["alpha_deg"] = row.sensor->alpha_deg;
     summary["beta_deg"] = row.sensor->beta_deg;
     summary["gamma_deg"] = row.sensor->gamma_deg;
-    summary["residual_rms_um"] = row.sensor->residual_rms_um;
+    if (row.sensor->residual_rms_um) summary["residual_rms_um"] = *row.sensor->residual_rms_um;
+    if (!row.sensor->certificate.empty()) summary["certificate"] = row.sensor->certificate;
   } else if (row.probe) {
     summary["approach"] = row.probe->approach;
     summary["offset_mm"] = row.probe->offset_mm;
@@ -239,6 +254,15 @@ storage::CalibrationRow RowOf(const v1::CalibrateSensorRequest& request, const S
   storage::CalibrationRow row = Described(request, inputs, sequential ? "SEQUENTIAL" : "JOINT");
   row.sensor = SensorRowOf(inputs, result);
   if (result.calibration.judgement) Judge({*result.calibration.judgement}, &row);
+  return row;
+}
+
+storage::CalibrationRow RowOf(const v1::StateSensorPoseRequest& request, const StatedInputs& inputs,
+                              const StatedSensor& result) {
+  storage::CalibrationRow row = Described(request, inputs, "STATED");
+  row.sensor = PoseRowOf(result.sensor, result.angles, result.angle_uncertainty);
+  row.sensor->certificate = request.certificate();
+  row.sensor->sensor_serial_number = request.sensor_serial_number();
   return row;
 }
 

@@ -12,6 +12,8 @@ namespace sixpoint::calibration {
 // With a new id.
 storage::CalibrationRow RowOf(const v1::CalibrateSensorRequest& request, const SensorInputs& inputs,
                               const CalibratedSensor& result);
+storage::CalibrationRow RowOf(const v1::StateSensorPoseRequest& request, const StatedInputs& inputs,
+                              const StatedSensor& result);
 storage::CalibrationRow RowOf(const v1::CalibrateRotationRequest& request, const RotationInputs& inputs,
                               const metrology::RotationCalibration& result);
 storage::CalibrationRow RowOf(const v1::CalibrateProbeRequest& request, const ProbeInputs& inputs,

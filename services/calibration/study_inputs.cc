@@ -52,6 +52,12 @@ metrology::SensorPose PoseOf(const storage::SensorCalibrationRow& row) {
   return pose;
 }
 
+// What is studied is a scanner as an artefact showed it.
+absl::StatusOr<storage::CalibrationRow> Measured(storage::CalibrationRow calibration) {
+  if (calibration.sensor->certificate.empty()) return calibration;
+  return Refuse("sensor_calibration", calibration.name() + " of method STATED", "one that was measured here");
+}
+
 // One of the calibration's own scans; with the new ones no more points than another study has.
 absl::Status AddReference(const clients::StoredBlocks& stored, InterimInputs* inputs) {
   std::int64_t point_count = stored.record.header().point_count();
@@ -140,7 +146,7 @@ absl::StatusOr<storage::CalibrationRow> StudyInputFetcher::SensorCalibration(con
   if (asked.empty()) {
     auto in_force = calibrations_->InForce({machine_id, "sensor"}, at, caller.deadline);
     if (!in_force.ok()) return in_force.status();
-    if (in_force->has_value()) return **std::move(in_force);
+    if (in_force->has_value()) return Measured(**std::move(in_force));
     return runtime::Failure(
         errors::v1::CALIBRATION_MISSING,
         machine + ": no sensor calibration in force, want one; name one that is not (a draft will do)",
@@ -152,7 +158,7 @@ absl::StatusOr<storage::CalibrationRow> StudyInputFetcher::SensorCalibration(con
   if (!found.ok()) return found.status();
   if (!found->has_value() || !(**found).sensor || (**found).machine_id != machine_id)
     return Refuse("sensor_calibration", asked, "a sensor calibration of " + machine);
-  return **std::move(found);
+  return Measured(**std::move(found));
 }
 
 absl::StatusOr<ArmInputs> StudyInputFetcher::Fetch(const v1::RunArmStudyRequest& request, const Caller& caller) const {
@@ -189,6 +195,8 @@ absl::StatusOr<RepeatInputs> StudyInputFetcher::Fetch(const v1::RunRepeatStudyRe
     if (!found->has_value()) return Refuse(Indexed("calibrations", i), name, "one that is recorded");
     if (!(**found).sensor)
       return Refuse(Indexed("calibrations", i), name + " of kind " + (**found).kind(), "sensor calibrations");
+    if (!(**found).sensor->certificate.empty())
+      return Refuse(Indexed("calibrations", i), name + " of method STATED", "calibrations that were measured here");
     if (!rows.empty() && rows.front().machine_id != (**found).machine_id)
       return Refuse(Indexed("calibrations", i), name + " of machines/" + (**found).machine_id,
                     "calibrations of machines/" + rows.front().machine_id);

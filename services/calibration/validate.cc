@@ -6,6 +6,7 @@
 #include "metrology/studies/arm_study.h"
 #include "metrology/studies/gauge_study.h"
 #include "refusal/message_text.h"
+#include "services/clients/references.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
 
@@ -17,6 +18,7 @@ using runtime::Refuse;
 constexpr int kGreatestTrendCount = 1000;
 constexpr int kFewestCalibrations = 3;
 constexpr double kMostLimitUm = 1000;  // of an interim check
+constexpr double kMostTurnDeg = 10, kMostShiftUm = 10'000;
 
 absl::Status CheckEnvironment(const v1::Environment& in) {
   const auto outside = [](double value, double least, double most) {
@@ -38,6 +40,12 @@ absl::Status CheckEnvironment(const v1::Environment& in) {
 absl::Status CheckLimit(const std::string& field, double value) {
   if (std::isfinite(value) && value >= 0) return absl::OkStatus();
   return Refuse(field, value, "> 0, or 0 for none");
+}
+
+// An uncertainty without which nothing may rest on what is stated.
+absl::Status CheckStated(const std::string& field, double value, double most) {
+  if (value > 0 && value <= most) return absl::OkStatus();
+  return Refuse(field, value, "> 0 and at most " + NumberText(most));
 }
 
 }  // namespace
@@ -64,6 +72,18 @@ absl::Status CheckRequest(const v1::CalibrateSensorRequest& request) {
     refusals.Add(Refuse("method", request.method(), "JOINT or SEQUENTIAL"));
   if (absl::Status s = refusals.status(); !s.ok()) return s;
   return CheckEnvironment(request.environment());
+}
+
+absl::Status CheckRequest(const v1::StateSensorPoseRequest& request) {
+  runtime::Refusals refusals;
+  refusals.Add(runtime::IdOf("machine", "machines", request.machine()).status())
+      .Add(CheckStated("turn_standard_uncertainty_deg", request.turn_standard_uncertainty_deg(), kMostTurnDeg))
+      .Add(CheckStated("shift_standard_uncertainty_um", request.shift_standard_uncertainty_um(), kMostShiftUm));
+  if (!request.has_machine_from_sensor())
+    refusals.Add(Refuse("machine_from_sensor", "missing", "where the sensor stands with the linear axes at 0"));
+  if (request.certificate().empty())
+    refusals.Add(Refuse("certificate", "", "number and issuer of what says how the sensor stands"));
+  return refusals.status();
 }
 
 absl::Status CheckRequest(const v1::CalibrateRotationRequest& request) {
@@ -112,7 +132,7 @@ absl::Status CheckScan(const v1::CalibrateSensorRequest& request, const ingest::
   if (header.a_deg() != first.header().a_deg() || header.b_deg() != first.header().b_deg())
     return Refuse("scans", scan.name() + " at A " + NumberText(header.a_deg()) + ", B " + NumberText(header.b_deg()),
                   "A and B as in " + first.name());
-  return absl::OkStatus();
+  return clients::CheckProfiles("scans", scan);
 }
 
 absl::Status CheckRequest(const v1::WithdrawCalibrationRequest& request) {
@@ -189,7 +209,7 @@ absl::Status CheckStudyScan(const ingest::v1::Scan& scan, const ingest::v1::Scan
     return Refuse("scans",
                   scan.name() + " at A " + std::to_string(header.a_deg()) + ", B " + std::to_string(header.b_deg()),
                   "A and B as in " + first.name());
-  return absl::OkStatus();
+  return clients::CheckProfiles("scans", scan);
 }
 
 }  // namespace sixpoint::calibration

@@ -19,10 +19,11 @@ absl::Status CheckUncertainty(double value_um);
 
 // Names, counts, method and environment.
 absl::Status CheckRequest(const v1::CalibrateSensorRequest& request);
+absl::Status CheckRequest(const v1::StateSensorPoseRequest& request);
 absl::Status CheckRequest(const v1::CalibrateRotationRequest& request);
 absl::Status CheckRequest(const v1::CalibrateProbeRequest& request);
 absl::Status CheckRequest(const v1::CharacteriseAxisRequest& request);
-// The scan shows the artefact, from this machine, standing as in the first scan.
+// The scan shows the artefact, from this machine, standing as in the first scan, by profiles.
 absl::Status CheckScan(const v1::CalibrateSensorRequest& request, const ingest::v1::Scan& scan,
                        const ingest::v1::Scan& first);
 
@@ -36,7 +37,7 @@ absl::Status CheckRequest(const v1::RunRepeatStudyRequest& request);
 absl::Status CheckRequest(const v1::RunGaugeRrRequest& request);
 absl::Status CheckRequest(const v1::RunSphereCheckRequest& request);
 absl::Status CheckRequest(const v1::RunInterimCheckRequest& request);
-// The scan is of the first one's machine and artefact, at its A and B; arm_only: of kind arm, else arm or artefact.
+// The scan is of the first one's machine and artefact, at its A and B, by profiles; arm_only: of kind arm, else arm or artefact.
 absl::Status CheckStudyScan(const ingest::v1::Scan& scan, const ingest::v1::Scan& first, bool arm_only);
 
 }  // namespace sixpoint::calibration

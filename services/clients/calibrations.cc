@@ -11,6 +11,8 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/time_proto.h"
+#include "sixpoint/calibration/v1/calibration.grpc.pb.h"
+#include "sixpoint/calibration/v1/study.grpc.pb.h"
 
 namespace sixpoint::clients {
 namespace {
@@ -64,6 +66,7 @@ absl::StatusOr<FetchedSensorCalibration> SensorOf(const Calibration& calibration
   const auto covariance = SquareOf<metrology::kSensorParameterCount>(calibration, "covariance", in.covariance());
   if (!covariance.ok()) return covariance.status();
   out.sensor.covariance = *covariance;
+  if (!in.certificate().empty()) out.sensor.cloud = metrology::CloudKind::kSnapshot;
   if (in.has_degrees_of_freedom()) out.sensor.degrees_of_freedom = in.degrees_of_freedom();
   out.arm_series = in.arm_series();
   out.sensor_serial_number = in.sensor_serial_number();
@@ -169,9 +172,15 @@ absl::StatusOr<FetchedArmStudy> ArmOf(const calibration::v1::Study& study) {
   return FetchedArmStudy{study.name(), *spread};
 }
 
-CalibrationClient::CalibrationClient(std::shared_ptr<grpc::Channel> calibration)
-    : stub_(calibration::v1::CalibrationService::NewStub(calibration)),
-      studies_(calibration::v1::StudyService::NewStub(std::move(calibration))) {}
+struct CalibrationClient::Stubs {
+  std::unique_ptr<calibration::v1::CalibrationService::Stub> calibrations;
+  std::unique_ptr<calibration::v1::StudyService::Stub> studies;
+};
+
+CalibrationClient::CalibrationClient(const std::shared_ptr<grpc::Channel>& calibration)
+    : stubs_(new Stubs{calibration::v1::CalibrationService::NewStub(calibration),
+                       calibration::v1::StudyService::NewStub(calibration)}) {}
+CalibrationClient::~CalibrationClient() = default;
 
 absl::StatusOr<std::optional<FetchedArmStudy>> CalibrationClient::ArmStudy(
     const std::string& machine, std::unique_ptr<grpc::ClientContext> context) const {
@@ -180,7 +189,7 @@ absl::StatusOr<std::optional<FetchedArmStudy>> CalibrationClient::ArmStudy(
   request.set_kind(calibration::v1::STUDY_KIND_ARM);
   request.set_page_size(1);
   calibration::v1::ListStudiesResponse found;
-  if (const grpc::Status s = studies_->ListStudies(context.get(), request, &found); !s.ok())
+  if (const grpc::Status s = stubs_->studies->ListStudies(context.get(), request, &found); !s.ok())
     return runtime::FromGrpc(s);
   if (found.studies().empty()) return std::nullopt;
   absl::StatusOr<FetchedArmStudy> arm = ArmOf(found.studies(0));
@@ -193,7 +202,8 @@ absl::StatusOr<FetchedArmStudy> CalibrationClient::ArmStudyOf(const std::string&
   calibration::v1::GetStudyRequest request;
   request.set_name(name);
   calibration::v1::Study study;
-  if (const grpc::Status s = studies_->GetStudy(context.get(), request, &study); !s.ok()) return runtime::FromGrpc(s);
+  if (const grpc::Status s = stubs_->studies->GetStudy(context.get(), request, &study); !s.ok())
+    return runtime::FromGrpc(s);
   return ArmOf(study);
 }
 
@@ -212,6 +222,17 @@ absl::Status CalibrationClient::CheckNotMoved(const std::string& field, const Fe
                           {{"resource", sensor.name}, {"study", sensor.interim->study()}});
 }
 
+absl::Status CalibrationClient::CheckMaps(const std::string& field, const FetchedSensorCalibration& sensor,
+                                          const ingest::v1::ScanHeader& scan) {
+  const bool maps_snapshots = sensor.sensor.cloud == metrology::CloudKind::kSnapshot;
+  if (maps_snapshots == (scan.cloud() == ingest::v1::CLOUD_KIND_SNAPSHOT)) return absl::OkStatus();
+  return runtime::Failure(errors::v1::SENSOR_UNSUITABLE,
+                          field +
+                              ".cloud: " + (maps_snapshots ? "PROFILES, want SNAPSHOT" : "SNAPSHOT, want PROFILES") +
+                              ", which " + sensor.name + " maps",
+                          {{"resource", sensor.name}});
+}
+
 absl::StatusOr<bool> CalibrationClient::CheckedInClamping(const std::string& sensor_calibration,
                                                           const std::string& clamping, double limit_um,
                                                           std::unique_ptr<grpc::ClientContext> context) const {
@@ -222,7 +243,7 @@ absl::StatusOr<bool> CalibrationClient::CheckedInClamping(const std::string& sen
   request.set_sensor_calibration(sensor_calibration);
   request.set_clamping(clamping);
   calibration::v1::ListStudiesResponse found;
-  if (const grpc::Status s = studies_->ListStudies(context.get(), request, &found); !s.ok())
+  if (const grpc::Status s = stubs_->studies->ListStudies(context.get(), request, &found); !s.ok())
     return runtime::FromGrpc(s);
   return std::any_of(found.studies().begin(), found.studies().end(),
                      [&](const calibration::v1::Study& study) { return study.interim_check().limit_um() <= limit_um; });
@@ -241,7 +262,7 @@ absl::StatusOr<FetchedSensorCalibration> CalibrationClient::SensorInForceAt(
   request.set_kind(calibration::v1::CALIBRATION_KIND_SENSOR);
   if (at.seconds() != 0) *request.mutable_at() = at;
   Calibration found;
-  if (const grpc::Status s = stub_->GetCalibrationInForce(context.get(), request, &found); !s.ok())
+  if (const grpc::Status s = stubs_->calibrations->GetCalibrationInForce(context.get(), request, &found); !s.ok())
     return runtime::FromGrpc(s);
   return SensorOf(found);
 }
@@ -252,7 +273,7 @@ absl::StatusOr<FetchedRotationCalibration> CalibrationClient::RotationInForce(
   request.set_machine(machine);
   request.set_kind(calibration::v1::CALIBRATION_KIND_ROTATION);
   Calibration found;
-  if (const grpc::Status s = stub_->GetCalibrationInForce(context.get(), request, &found); !s.ok())
+  if (const grpc::Status s = stubs_->calibrations->GetCalibrationInForce(context.get(), request, &found); !s.ok())
     return runtime::FromGrpc(s);
   return RotationOf(found);
 }
@@ -262,7 +283,7 @@ absl::StatusOr<FetchedSensorCalibration> CalibrationClient::Sensor(const std::st
   calibration::v1::GetCalibrationRequest request;
   request.set_name(name);
   Calibration found;
-  if (const grpc::Status s = stub_->GetCalibration(context.get(), request, &found); !s.ok())
+  if (const grpc::Status s = stubs_->calibrations->GetCalibration(context.get(), request, &found); !s.ok())
     return runtime::FromGrpc(s);
   return SensorOf(found);
 }
@@ -272,7 +293,7 @@ absl::StatusOr<FetchedRotationCalibration> CalibrationClient::Rotation(
   calibration::v1::GetCalibrationRequest request;
   request.set_name(name);
   Calibration found;
-  if (const grpc::Status s = stub_->GetCalibration(context.get(), request, &found); !s.ok())
+  if (const grpc::Status s = stubs_->calibrations->GetCalibration(context.get(), request, &found); !s.ok())
     return runtime::FromGrpc(s);
   return RotationOf(found);
 }
@@ -284,7 +305,7 @@ absl::StatusOr<std::optional<FetchedAxis>> CalibrationClient::AxisInForce(
   request.set_kind(calibration::v1::CALIBRATION_KIND_AXIS);
   request.set_axis(axis);
   Calibration found;
-  if (const grpc::Status s = stub_->GetCalibrationInForce(context.get(), request, &found); !s.ok()) {
+  if (const grpc::Status s = stubs_->calibrations->GetCalibrationInForce(context.get(), request, &found); !s.ok()) {
     const absl::Status status = runtime::FromGrpc(s);
     if (runtime::HasReason(status, errors::v1::CALIBRATION_MISSING)) return std::nullopt;
     return status;
@@ -297,7 +318,7 @@ absl::StatusOr<FetchedAxis> CalibrationClient::Axis(const std::string& name,
   calibration::v1::GetCalibrationRequest request;
   request.set_name(name);
   Calibration found;
-  if (const grpc::Status s = stub_->GetCalibration(context.get(), request, &found); !s.ok())
+  if (const grpc::Status s = stubs_->calibrations->GetCalibration(context.get(), request, &found); !s.ok())
     return runtime::FromGrpc(s);
   return AxisOf(found);
 }
@@ -308,7 +329,7 @@ absl::Status CalibrationClient::NotInForce(const std::string& field, const std::
   calibration::v1::GetCalibrationRequest request;
   request.set_name(used);
   Calibration found;
-  if (const grpc::Status s = stub_->GetCalibration(context.get(), request, &found); !s.ok())
+  if (const grpc::Status s = stubs_->calibrations->GetCalibration(context.get(), request, &found); !s.ok())
     return runtime::FromGrpc(s);
   const std::string wanted = ", want a registration that rests on the calibration in force";
   if (found.state() == calibration::v1::CALIBRATION_STATE_WITHDRAWN)

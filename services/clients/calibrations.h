@@ -16,8 +16,8 @@
 #include "metrology/scanner/line_scanner.h"
 #include "metrology/studies/arm_mean.h"
 #include "metrology/studies/arm_study.h"
-#include "sixpoint/calibration/v1/calibration.grpc.pb.h"
-#include "sixpoint/calibration/v1/study.grpc.pb.h"
+#include "sixpoint/calibration/v1/calibration.pb.h"
+#include "sixpoint/calibration/v1/study.pb.h"
 
 namespace sixpoint::clients {
 
@@ -65,7 +65,8 @@ absl::StatusOr<FetchedArmStudy> ArmOf(const calibration::v1::Study& study);
 // Thread-safe. FAILED_PRECONDITION (reason CALIBRATION_MISSING or CALIBRATION_EXPIRED) where none is in force.
 class CalibrationClient {
  public:
-  explicit CalibrationClient(std::shared_ptr<grpc::Channel> calibration);
+  explicit CalibrationClient(const std::shared_ptr<grpc::Channel>& calibration);
+  ~CalibrationClient();
   absl::StatusOr<FetchedSensorCalibration> SensorInForce(const std::string& machine,
                                                          std::unique_ptr<grpc::ClientContext> context) const;
   // The one that was in force then, as far as is known now.
@@ -87,6 +88,9 @@ class CalibrationClient {
   // is of after the scans, the last of which was received then. field: where it was named.
   static absl::Status CheckNotMoved(const std::string& field, const FetchedSensorCalibration& sensor,
                                     const google::protobuf::Timestamp& scans_received_at);
+  // FAILED_PRECONDITION (SENSOR_UNSUITABLE): the scan is a snapshot and the calibration a line scanner's, or the other way. field: of the scan.
+  static absl::Status CheckMaps(const std::string& field, const FetchedSensorCalibration& sensor,
+                                const ingest::v1::ScanHeader& scan);
   // Whether an interim check of it, in that clamping, was accepted by a limit not greater than this.
   absl::StatusOr<bool> CheckedInClamping(const std::string& sensor_calibration, const std::string& clamping,
                                          double limit_um, std::unique_ptr<grpc::ClientContext> context) const;
@@ -102,8 +106,8 @@ class CalibrationClient {
                           std::unique_ptr<grpc::ClientContext> context) const;
 
  private:
-  std::unique_ptr<calibration::v1::CalibrationService::Stub> stub_;
-  std::unique_ptr<calibration::v1::StudyService::Stub> studies_;
+  struct Stubs;  // generated code that costs each reader of this header seconds
+  std::unique_ptr<const Stubs> stubs_;
 };
 
 }  // namespace sixpoint::clients

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "refusal/message_text.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/stored_geometry.h"
@@ -54,7 +55,9 @@ void AddArm(const std::string& machine, const std::string& series, const Fetched
 }  // namespace
 
 metrology::ScannerField FieldOf(const plant::v1::Sensor& sensor) {
-  return metrology::ScannerField::Of(sensor.mid_range_mm(), sensor.range_mm(), sensor.line_angle_deg() * kRad);
+  const auto of = sensor.kind() == plant::v1::SENSOR_KIND_SNAPSHOT ? &metrology::ScannerField::OfSnapshot
+                                                                   : &metrology::ScannerField::Of;
+  return of(sensor.mid_range_mm(), sensor.range_mm(), sensor.line_angle_deg() * kRad);
 }
 
 metrology::Travel ApproachOf(const plant::v1::Machine& machine) {
@@ -87,6 +90,11 @@ absl::StatusOr<metrology::Stretch> StretchOf(const Scanned& scanned) {
   if (!stated.has_temperature_k())
     return runtime::Refuse(scanned.machine.name() + ".error_sources.temperature_k", "not given",
                            "the thermometer's standard uncertainty" + as);
+  if (scales && scan.cloud() == ingest::v1::CLOUD_KIND_SNAPSHOT)
+    return runtime::Refuse("scans/" + scan.scan_id() + ".subject_temperature_c",
+                           NumberText(scan.subject_temperature_c()),
+                           "none: a snapshot is not as long as the scales of " + scanned.machine.name() +
+                               " have it, whose scale_expansion is stated");
   if (scales && !scan.has_scales_temperature_c())
     return runtime::Refuse("scans/" + scan.scan_id() + ".scales_temperature_c", "not given",
                            "one beside subject_temperature_c: " + scanned.machine.name() + " has scale_expansion");

@@ -7,6 +7,8 @@
 #include "metrology/mesh/mesh_bytes.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
+#include "sixpoint/plant/v1/plant.grpc.pb.h"
+#include "sixpoint/plant/v1/record.grpc.pb.h"
 
 namespace sixpoint::clients {
 namespace {
@@ -47,9 +49,13 @@ double GreatestPositionError_mm(const plant::v1::HoleGroup& group) {
                                                                   : group.position_tolerance_mm() / 2;
 }
 
-PlantClient::PlantClient(std::shared_ptr<grpc::Channel> plant, std::size_t surface_bytes)
-    : stub_(plant::v1::PlantService::NewStub(plant)),
-      record_(plant::v1::RecordService::NewStub(plant)),
+struct PlantClient::Stubs {
+  std::unique_ptr<plant::v1::PlantService::Stub> plant;
+  std::unique_ptr<plant::v1::RecordService::Stub> record;
+};
+
+PlantClient::PlantClient(const std::shared_ptr<grpc::Channel>& plant, std::size_t surface_bytes)
+    : stubs_(new Stubs{plant::v1::PlantService::NewStub(plant), plant::v1::RecordService::NewStub(plant)}),
       surfaces_(std::make_unique<SurfaceCache>(surface_bytes)) {}
 PlantClient::~PlantClient() = default;
 
@@ -58,7 +64,7 @@ absl::StatusOr<plant::v1::Machine> PlantClient::GetMachine(const std::string& na
   plant::v1::GetMachineRequest request;
   request.set_name(Revised(name, revision));
   plant::v1::Machine machine;
-  const absl::Status status = runtime::FromGrpc(stub_->GetMachine(context.get(), request, &machine));
+  const absl::Status status = runtime::FromGrpc(stubs_->plant->GetMachine(context.get(), request, &machine));
   if (!status.ok()) return status;
   return machine;
 }
@@ -68,7 +74,7 @@ absl::StatusOr<plant::v1::Artefact> PlantClient::GetArtefact(const std::string& 
   plant::v1::GetArtefactRequest request;
   request.set_name(Revised(name, revision));
   plant::v1::Artefact artefact;
-  const absl::Status status = runtime::FromGrpc(stub_->GetArtefact(context.get(), request, &artefact));
+  const absl::Status status = runtime::FromGrpc(stubs_->plant->GetArtefact(context.get(), request, &artefact));
   if (!status.ok()) return status;
   return artefact;
 }
@@ -78,7 +84,7 @@ absl::StatusOr<plant::v1::Part> PlantClient::GetPart(const std::string& name, in
   plant::v1::GetPartRequest request;
   request.set_name(Revised(name, revision));
   plant::v1::Part part;
-  const absl::Status status = runtime::FromGrpc(stub_->GetPart(context.get(), request, &part));
+  const absl::Status status = runtime::FromGrpc(stubs_->plant->GetPart(context.get(), request, &part));
   if (!status.ok()) return status;
   return part;
 }
@@ -88,7 +94,7 @@ absl::StatusOr<plant::v1::MachiningModel> PlantClient::GetMachiningModel(
   plant::v1::GetMachiningModelRequest request;
   request.set_name(name);
   plant::v1::MachiningModel model;
-  const absl::Status status = runtime::FromGrpc(stub_->GetMachiningModel(context.get(), request, &model));
+  const absl::Status status = runtime::FromGrpc(stubs_->plant->GetMachiningModel(context.get(), request, &model));
   if (!status.ok()) return status;
   return model;
 }
@@ -99,7 +105,7 @@ absl::StatusOr<std::string> PlantClient::FirstMachiningModelOf(const std::string
   request.set_part(part);
   request.set_page_size(1);
   plant::v1::ListMachiningModelsResponse page;
-  const absl::Status status = runtime::FromGrpc(stub_->ListMachiningModels(context.get(), request, &page));
+  const absl::Status status = runtime::FromGrpc(stubs_->plant->ListMachiningModels(context.get(), request, &page));
   if (!status.ok()) return status;
   return page.machining_models_size() == 0 ? "" : page.machining_models(0).name();
 }
@@ -109,7 +115,7 @@ absl::StatusOr<plant::v1::Blade> PlantClient::GetBlade(const std::string& name,
   plant::v1::GetBladeRequest request;
   request.set_name(name);
   plant::v1::Blade blade;
-  const absl::Status status = runtime::FromGrpc(stub_->GetBlade(context.get(), request, &blade));
+  const absl::Status status = runtime::FromGrpc(stubs_->plant->GetBlade(context.get(), request, &blade));
   if (!status.ok()) return status;
   return blade;
 }
@@ -119,7 +125,7 @@ absl::StatusOr<plant::v1::RecordEntry> PlantClient::GetRecordEntry(const std::st
   plant::v1::GetRecordEntryRequest request;
   request.set_name(name);
   plant::v1::RecordEntry entry;
-  const absl::Status status = runtime::FromGrpc(record_->GetRecordEntry(context.get(), request, &entry));
+  const absl::Status status = runtime::FromGrpc(stubs_->record->GetRecordEntry(context.get(), request, &entry));
   if (!status.ok()) return status;
   return entry;
 }
@@ -127,7 +133,7 @@ absl::StatusOr<plant::v1::RecordEntry> PlantClient::GetRecordEntry(const std::st
 absl::StatusOr<plant::v1::RecallResponse> PlantClient::Recall(const plant::v1::RecallRequest& request,
                                                               std::unique_ptr<grpc::ClientContext> context) const {
   plant::v1::RecallResponse response;
-  const absl::Status status = runtime::FromGrpc(record_->Recall(context.get(), request, &response));
+  const absl::Status status = runtime::FromGrpc(stubs_->record->Recall(context.get(), request, &response));
   if (!status.ok()) return status;
   return response;
 }
@@ -139,7 +145,7 @@ absl::StatusOr<std::shared_ptr<const metrology::Surface>> PlantClient::GetSurfac
   if (sha256.empty()) return runtime::Refuse("part.surface.surface_sha256", "", "a part as the plant service gave it");
   return surfaces_->Get(sha256, runtime::DeadlineOf(*context), keep_going, [&]() -> SurfaceCache::SurfaceOr {
     absl::StatusOr<metrology::TriangleMesh> mesh = [&]() -> absl::StatusOr<metrology::TriangleMesh> {
-      const absl::StatusOr<std::string> bytes = Download(*stub_, part, context.get());
+      const absl::StatusOr<std::string> bytes = Download(*stubs_->plant, part, context.get());
       if (!bytes.ok()) return bytes.status();
       return metrology::MeshFromBytes(*bytes);
     }();

@@ -11,8 +11,8 @@
 
 #include "metrology/surface/surface.h"
 #include "services/clients/surface_cache.h"
-#include "sixpoint/plant/v1/plant.grpc.pb.h"
-#include "sixpoint/plant/v1/record.grpc.pb.h"
+#include "sixpoint/plant/v1/plant.pb.h"
+#include "sixpoint/plant/v1/record.pb.h"
 
 namespace sixpoint::clients {
 
@@ -24,7 +24,7 @@ double GreatestPositionError_mm(const plant::v1::HoleGroup& group);
 class PlantClient {
  public:
   // surface_bytes: the memory that prepared surfaces may take beyond those in use.
-  explicit PlantClient(std::shared_ptr<grpc::Channel> plant, std::size_t surface_bytes = std::size_t{1} << 30);
+  explicit PlantClient(const std::shared_ptr<grpc::Channel>& plant, std::size_t surface_bytes = std::size_t{1} << 30);
   ~PlantClient();
   // revision 0: the newest.
   absl::StatusOr<plant::v1::Machine> GetMachine(const std::string& name, int revision,
@@ -53,8 +53,8 @@ class PlantClient {
       const std::function<bool()>& keep_going = nullptr) const;
 
  private:
-  std::unique_ptr<plant::v1::PlantService::Stub> stub_;
-  std::unique_ptr<plant::v1::RecordService::Stub> record_;
+  struct Stubs;  // as CalibrationClient's
+  std::unique_ptr<const Stubs> stubs_;
   std::unique_ptr<SurfaceCache> surfaces_;
 };
 

@@ -33,9 +33,27 @@ absl::Status CheckLineScanner(const plant::v1::Machine& machine) {
   if (machine.sensor().kind() != plant::v1::SENSOR_KIND_SNAPSHOT) return absl::OkStatus();
   return runtime::Failure(errors::v1::SENSOR_UNSUITABLE,
                           machine.name() +
-                              ".sensor.kind: SENSOR_KIND_SNAPSHOT, want a line scanner: clouds of a "
-                              "snapshot sensor are recorded, and not mapped yet",
+                              ".sensor.kind: SNAPSHOT, want a line scanner, whose profiles this needs; how a snapshot "
+                              "sensor stands is stated (StateSensorPose)",
                           {{"resource", machine.name()}});
+}
+
+absl::Status CheckSnapshotSensor(const plant::v1::Machine& machine) {
+  if (machine.sensor().kind() == plant::v1::SENSOR_KIND_SNAPSHOT) return absl::OkStatus();
+  return runtime::Failure(errors::v1::SENSOR_UNSUITABLE,
+                          machine.name() +
+                              ".sensor.kind: LINE, want SNAPSHOT: how a line scanner stands is measured with an "
+                              "artefact (CalibrateSensor)",
+                          {{"resource", machine.name()}});
+}
+
+absl::Status CheckProfiles(const std::string& field, const ingest::v1::Scan& scan) {
+  if (scan.header().cloud() != ingest::v1::CLOUD_KIND_SNAPSHOT) return absl::OkStatus();
+  return runtime::Refuse(field, scan.name() + ", a snapshot", "profiles of a line scanner");
+}
+
+std::string CloudText(const ingest::v1::ScanHeader& scan) {
+  return scan.cloud() == ingest::v1::CLOUD_KIND_SNAPSHOT ? "SNAPSHOT" : "PROFILES";
 }
 
 }  // namespace sixpoint::clients

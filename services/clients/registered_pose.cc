@@ -64,17 +64,6 @@ absl::StatusOr<std::vector<metrology::ErrorSource>> SourcesOf(const registration
 
 }  // namespace
 
-absl::StatusOr<registration::v1::Registration> RegistrationOf(registration::v1::RegistrationService::Stub& service,
-                                                              const std::string& name,
-                                                              std::unique_ptr<grpc::ClientContext> context) {
-  registration::v1::GetRegistrationRequest request;
-  request.set_name(name);
-  registration::v1::Registration registration;
-  const grpc::Status got = service.GetRegistration(context.get(), request, &registration);
-  if (!got.ok()) return runtime::FromGrpc(got);
-  return registration;
-}
-
 absl::Status CheckConverged(const registration::v1::Registration& registration) {
   if (registration.evidence().outcome() == registration::v1::OUTCOME_CONVERGED && registration.has_zero_from_part())
     return absl::OkStatus();

@@ -12,14 +12,9 @@
 #include "metrology/scanner/line_scanner.h"
 #include "services/clients/calibrations.h"
 #include "sixpoint/plant/v1/machine.pb.h"
-#include "sixpoint/registration/v1/registration.grpc.pb.h"
+#include "sixpoint/registration/v1/registration.pb.h"
 
 namespace sixpoint::clients {
-
-// As the registration service has it.
-absl::StatusOr<registration::v1::Registration> RegistrationOf(registration::v1::RegistrationService::Stub& service,
-                                                              const std::string& name,
-                                                              std::unique_ptr<grpc::ClientContext> context);
 
 // FAILED_PRECONDITION (REGISTRATION_NOT_CONVERGED), with the registration's evidence, unless its outcome is CONVERGED.
 absl::Status CheckConverged(const registration::v1::Registration& registration);

@@ -77,7 +77,8 @@ absl::StatusOr<OutgoingScan> PrepareScan(ScanHeader header, const metrology::Poi
   scan.point_count = static_cast<std::int64_t>(points_mm.size());
   double proven_error_um = 0;
   PayloadsDigest digest;
-  for (const BlockSpan& span : SplitIntoBlocks(points_mm)) {
+  const bool is_snapshot = header.cloud() == ingest::v1::CLOUD_KIND_SNAPSHOT;
+  for (const BlockSpan& span : SplitIntoBlocks(points_mm, is_snapshot ? kNoProfiles : kProfilesPerBlock)) {
     OutgoingBlock block;
     const absl::Status encoded = EncodeSpan(points_mm, span, header, &block, &proven_error_um);
     if (!encoded.ok()) return encoded;

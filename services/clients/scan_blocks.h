@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,6 +26,7 @@ struct BlockSpan {
 // 4096 points where there are more (clouds without profiles) and at most 131072, whatever the profiles are. Order and
 // number are kept.
 inline constexpr int kProfilesPerBlock = 64;
+inline constexpr int kNoProfiles = std::numeric_limits<int>::max();  // of a snapshot: blocks by their points alone
 inline constexpr std::size_t kSmallestBlockPointCount = 4096;
 inline constexpr std::size_t kGreatestBlockPointCount = 131072;
 std::vector<BlockSpan> SplitIntoBlocks(const metrology::Points& points_mm, int profiles_per_block = kProfilesPerBlock);

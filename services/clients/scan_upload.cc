@@ -10,6 +10,7 @@
 
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
+#include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 
 namespace sixpoint::clients {
 namespace {
@@ -118,9 +119,13 @@ class ScanUploader::Stream {
   std::thread reader_;
 };
 
+struct ScanUploader::Stubs {
+  std::unique_ptr<ingest::v1::ScanService::Stub> scans;
+};
+
 ScanUploader::ScanUploader(std::shared_ptr<grpc::Channel> ingest, UploadOptions options)
     : channel_(std::move(ingest)),
-      stub_(ingest::v1::ScanService::NewStub(channel_)),
+      stubs_(new Stubs{ingest::v1::ScanService::NewStub(channel_)}),
       options_(std::move(options)),
       retry_("ingest", options_.retry) {}
 
@@ -136,7 +141,7 @@ absl::Status ScanUploader::Begin(ingest::v1::ScanHeader header) {
 
 // One attempt.
 absl::Status ScanUploader::Open() {
-  stream_ = std::make_unique<Stream>(stub_.get(), ContextUntil(options_.retry.deadline), header_);
+  stream_ = std::make_unique<Stream>(stubs_->scans.get(), ContextUntil(options_.retry.deadline), header_);
   const std::optional<UploadProgress> accepted = stream_->WaitForAccepted();
   if (!accepted.has_value()) return WhyItEnded(stream_->Finish());
   const int durable = accepted->complete() ? kEveryBlock : accepted->next_block();

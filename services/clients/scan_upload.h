@@ -16,7 +16,7 @@
 
 #include "services/clients/scan_blocks.h"
 #include "services/runtime/retry.h"
-#include "sixpoint/ingest/v1/ingest.grpc.pb.h"
+#include "sixpoint/ingest/v1/ingest.pb.h"
 
 namespace sixpoint::clients {
 
@@ -63,7 +63,8 @@ class ScanUploader {
   void WaitForItsMeasurement(int profile_count);
 
   const std::shared_ptr<grpc::Channel> channel_;
-  const std::unique_ptr<ingest::v1::ScanService::Stub> stub_;
+  struct Stubs;  // as CalibrationClient's
+  const std::unique_ptr<const Stubs> stubs_;
   const UploadOptions options_;
   runtime::Retry retry_;
   // Whether blocks outlive their acknowledgement: then the service may forget and ask for them again.

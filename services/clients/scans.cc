@@ -12,6 +12,7 @@
 #include "services/clients/scan_upload.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
+#include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 
 namespace sixpoint::clients {
 namespace {
@@ -89,7 +90,8 @@ class Download {
           name_, std::to_string(point_count_) + " points came, want " + std::to_string(record.header().point_count()));
     }
     // Before profiles were counted, the digest was of another kind; each block's own was checked by the service.
-    if (record.profile_count() > 0 && digest_.ToHex() != record.sha256())
+    const bool of_blocks = record.profile_count() > 0 || record.header().cloud() == ingest::v1::CLOUD_KIND_SNAPSHOT;
+    if (of_blocks && digest_.ToHex() != record.sha256())
       return Damaged(name_, "sha256: " + digest_.ToHex() + " of the blocks that came, want " + record.sha256());
     return absl::OkStatus();
   }
@@ -152,8 +154,23 @@ absl::Status Receive(ingest::v1::ScanService::Stub* stub, const DownloadScanRequ
 
 }  // namespace
 
+struct ScanClient::Stubs {
+  std::unique_ptr<ingest::v1::ScanService::Stub> scans;
+};
+
 ScanClient::ScanClient(std::shared_ptr<grpc::Channel> ingest)
-    : channel_(std::move(ingest)), stub_(ingest::v1::ScanService::NewStub(channel_)) {}
+    : channel_(std::move(ingest)), stubs_(new Stubs{ingest::v1::ScanService::NewStub(channel_)}) {}
+ScanClient::~ScanClient() = default;
+
+absl::StatusOr<ingest::v1::Scan> ScanClient::Get(const std::string& name,
+                                                 std::unique_ptr<grpc::ClientContext> context) const {
+  ingest::v1::GetScanRequest request;
+  request.set_name(name);
+  ingest::v1::Scan scan;
+  const grpc::Status got = stubs_->scans->GetScan(context.get(), request, &scan);
+  if (!got.ok()) return runtime::FromGrpc(got);
+  return scan;
+}
 
 // Blocks whose digest was not checked are not decoded (range_image.h).
 absl::StatusOr<metrology::Points> StoredBlocks::DecodeOne(std::size_t index) const {
@@ -178,7 +195,7 @@ absl::StatusOr<StoredBlocks> ScanClient::FetchBlocks(const std::string& name,
   DownloadScanRequest request;
   request.set_name(name);
   Download download(name, false);
-  absl::Status status = Receive(stub_.get(), request, context.get(), &download);
+  absl::Status status = Receive(stubs_->scans.get(), request, context.get(), &download);
   if (status.ok()) status = download.CheckWhole();
   if (!status.ok()) return status;
   return download.TakeBlocks();
@@ -190,7 +207,7 @@ absl::Status ScanClient::RequirePoints(const std::string& name, std::unique_ptr<
   request.set_name(name);
   request.set_page_size(1);
   ingest::v1::ListScanBlocksResponse response;
-  return runtime::FromGrpc(stub_->ListScanBlocks(context.get(), request, &response));
+  return runtime::FromGrpc(stubs_->scans->ListScanBlocks(context.get(), request, &response));
 }
 
 absl::StatusOr<FetchedScan> ScanClient::Fetch(const std::string& name,
@@ -214,7 +231,7 @@ absl::StatusOr<FetchedScan> ScanClient::Fetch(const std::string& name, const Pro
   request.set_profile_count(range.count);
   request.set_format(ingest::v1::POINT_FORMAT_XYZ_F64);
   Download download(name, true);
-  absl::Status status = Receive(stub_.get(), request, context.get(), &download);
+  absl::Status status = Receive(stubs_->scans.get(), request, context.get(), &download);
   if (status.ok()) status = download.TakePoints();
   if (status.ok()) status = download.CheckProfiles(range);
   if (!status.ok()) return status;

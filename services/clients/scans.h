@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "metrology/scanner/line_scanner.h"
-#include "sixpoint/ingest/v1/ingest.grpc.pb.h"
+#include "sixpoint/ingest/v1/ingest.pb.h"
 
 namespace sixpoint::clients {
 
@@ -42,6 +42,9 @@ struct ProfileRange {
 class ScanClient {
  public:
   explicit ScanClient(std::shared_ptr<grpc::Channel> ingest);
+  ~ScanClient();
+  // The record alone.
+  absl::StatusOr<ingest::v1::Scan> Get(const std::string& name, std::unique_ptr<grpc::ClientContext> context) const;
   // Downloads and decodes scans/{id}. The blocks were checked and bounded when they were stored, so they are decoded in
   // process, once the whole has its counts and its digest (else DATA_LOSS, SCAN_DAMAGED).
   absl::StatusOr<FetchedScan> Fetch(const std::string& name, std::unique_ptr<grpc::ClientContext> context) const;
@@ -59,7 +62,8 @@ class ScanClient {
 
  private:
   const std::shared_ptr<grpc::Channel> channel_;
-  const std::unique_ptr<ingest::v1::ScanService::Stub> stub_;
+  struct Stubs;  // as CalibrationClient's
+  const std::unique_ptr<const Stubs> stubs_;
 };
 
 }  // namespace sixpoint::clients

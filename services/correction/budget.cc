@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "metrology/correction/start_draws.h"
+#include "metrology/correction/path_draws.h"
 #include "services/runtime/errors.h"
 
 namespace sixpoint::correction {
@@ -80,8 +80,23 @@ absl::StatusOr<v1::Budget> BudgetOf(const Inputs& inputs, int draws, const std::
   for (const ModelPath& path : inputs.paths) {
     const auto corrected = CorrectPath(inputs, path, keep_going);
     if (!corrected.ok()) return corrected.status();
-    *budget.add_holes() =
-        FirstOrder(path.nominal.name, path.nominal.name, corrected->WorstStart(), path.nominal.position_tolerance_mm);
+    // Where the tip is most uncertain, and drawn there: a hole of one pose.
+    const metrology::CorrectedToolPose& worst = corrected->WorstPose();
+    const auto pose = static_cast<std::size_t>(&worst - corrected->path.poses.data());
+    const metrology::DrawnPath way{path.nominal,
+                                   corrected->path,
+                                   *inputs.pose,
+                                   inputs.rotation.axes,
+                                   path.steps,
+                                   inputs.drilling,
+                                   inputs.machine_axes.letters};
+    holes += metrology::PosesPerDraw(corrected->path, pose);
+    if (absl::Status taken = CheckDraws(options.count, holes); !taken.ok()) return taken;
+    const auto drawn = metrology::DrawPose(way, pose, options);
+    if (!drawn.ok()) return drawn.status();
+    v1::HoleBudget& hole = *budget.add_holes();
+    hole = FirstOrder(path.nominal.name, path.nominal.name, worst.start, path.nominal.position_tolerance_mm);
+    AddDraws(*drawn, &hole);
   }
   return budget;
 }

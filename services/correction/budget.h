@@ -10,7 +10,8 @@
 
 namespace sixpoint::correction {
 
-// INVALID_ARGUMENT with "draws" where it is not what the contract takes. Of paths of the tool the first order alone. Statuses as CorrectBlade's.
+// INVALID_ARGUMENT with "draws" where it is not what the contract takes. Of a path of the tool: at the pose where its tip is most
+// uncertain. Statuses as CorrectBlade's.
 absl::StatusOr<v1::Budget> BudgetOf(const Inputs& inputs, int draws, const std::function<bool()>& keep_going);
 
 }  // namespace sixpoint::correction

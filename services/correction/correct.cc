@@ -14,15 +14,6 @@ namespace {
 
 constexpr double kRad = 3.14159265358979323846 / 180;
 
-// What the kernel says of a hole's pose that cannot be taken; anything else stays what it is.
-absl::Status PoseFailure(const absl::Status& status, const std::string& registration, const std::string& group) {
-  const runtime::Metadata about = {{"resource", registration}, {"group", group}};
-  const std::string message(status.message());
-  if (absl::IsFailedPrecondition(status)) return runtime::Failure(errors::v1::POSE_SINGULAR, message, about);
-  if (absl::IsOutOfRange(status)) return runtime::Failure(errors::v1::POSE_OUT_OF_LIMITS, message, about);
-  return status;
-}
-
 // Where a program has to take each hole, by "group/hole", and the tool along each path, by "path/number".
 std::map<std::string, metrology::NcTarget> TargetsOf(const Corrected& corrected) {
   std::map<std::string, metrology::NcTarget> targets;
@@ -64,6 +55,14 @@ absl::StatusOr<ReadProgram> MakeProgram(const Inputs& inputs, Corrected* correct
 }
 
 }  // namespace
+
+absl::Status PoseFailure(const absl::Status& status, const std::string& registration, const std::string& group) {
+  const runtime::Metadata about = {{"resource", registration}, {"group", group}};
+  const std::string message(status.message());
+  if (absl::IsFailedPrecondition(status)) return runtime::Failure(errors::v1::POSE_SINGULAR, message, about);
+  if (absl::IsOutOfRange(status)) return runtime::Failure(errors::v1::POSE_OUT_OF_LIMITS, message, about);
+  return status;
+}
 
 metrology::NcFrame FrameOf(const v1::CorrectRequest& request) {
   metrology::NcFrame frame;

@@ -101,11 +101,10 @@ grpc::Status CorrectionService::CorrectScans(grpc::ServerContext* context, const
   // A retry finds the registration that it made.
   registration::v1::RegisterRequest to_register = request->registration();
   to_register.set_request_id(request->request_id());
-  registration::v1::Registration registered;
-  const grpc::Status got = peers_->registration->Register(caller.make_context().get(), to_register, &registered);
-  if (!got.ok()) return ToGrpc(Under("registration.", runtime::FromGrpc(got)));
+  const auto registered = peers_->registrations.Register(to_register, caller.make_context());
+  if (!registered.ok()) return ToGrpc(Under("registration.", registered.status()));
   v1::CorrectRequest to_correct = request->correction();
-  to_correct.set_registration(registered.name());
+  to_correct.set_registration(registered->name());
   to_correct.set_request_id(request->request_id());
   return runtime::Answer(CorrectOnce(to_correct, caller), response);
 }
@@ -167,12 +166,8 @@ grpc::Status CorrectionService::ReplayCorrection(grpc::ServerContext* context,
   if (!nc_template.ok() && !absl::IsDataLoss(nc_template.status())) return ToGrpc(nc_template.status());
   const auto slot = running_.Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());
-  registration::v1::ReplayRegistrationRequest of_registration;
-  of_registration.set_name(recorded->registration());
-  replay::v1::Replay registration;
-  const grpc::Status got =
-      peers_->registration->ReplayRegistration(caller.make_context().get(), of_registration, &registration);
-  if (!got.ok()) return ToGrpc(runtime::FromGrpc(got));
+  auto registration = peers_->registrations.Replay(recorded->registration(), caller.make_context());
+  if (!registration.ok()) return ToGrpc(registration.status());
   const absl::StatusOr<v1::Correction> now =
       nc_template.ok() ? AsMade(MakeAgain(*row, *nc_template, *recorded, caller)) : nc_template.status();
   auto replay = runtime::ReplayOf(*recorded, now);
@@ -180,7 +175,7 @@ grpc::Status CorrectionService::ReplayCorrection(grpc::ServerContext* context,
   for (const v1::ReleaseCheck& check : recorded->checks())
     if (IsOfTheMoment(check.kind()))
       replay->add_taken_as_recorded("checks[" + v1::ReleaseCheckKind_Name(check.kind()) + "]");
-  runtime::AddInput(std::move(registration), &*replay);
+  runtime::AddInput(*std::move(registration), &*replay);
   *response = *std::move(replay);
   return grpc::Status::OK;
 }

@@ -133,8 +133,8 @@ absl::Status TakeRemaining(const storage::CorrectionRow& correction, const Holes
 
 absl::StatusOr<registration::v1::Registration> StandingRegistration(const storage::CorrectionRow& correction,
                                                                     const Peers& peers, const runtime::Caller& caller) {
-  auto registration = clients::RegistrationOf(
-      *peers.registration, runtime::NameOf("registrations", correction.registration_id), caller.make_context());
+  auto registration =
+      peers.registrations.Get(runtime::NameOf("registrations", correction.registration_id), caller.make_context());
   if (!registration.ok()) return registration;
   if (absl::Status in_force = CheckCalibrations(peers, *registration, caller); !in_force.ok()) return in_force;
   const auto against = AgainstClamping(peers, *registration, caller);

@@ -5,7 +5,10 @@
 #include <set>
 #include <string>
 
+#include "metrology/correction/start_uncertainty.h"
 #include "services/clients/registered_pose.h"
+#include "services/clients/stations.h"
+#include "services/correction/correct.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/time_proto.h"
@@ -155,11 +158,42 @@ absl::Status FetchAsked(const Peers& peers, const v1::CorrectRequest& request, c
   return absl::OkStatus();
 }
 
+// The part's nominal angles are of its own nominal pose. At a station that is turned against it they are those nearest to them that turn the
+// nominal part's directions alike.
+absl::Status TurnToStation(const plant::v1::Part& part, Inputs* inputs) {
+  const auto own = runtime::FromProto("part.zero_from_part_nominal", part.zero_from_part_nominal());
+  if (!own.ok()) return own.status();
+  const Eigen::Matrix3d& turn = inputs->zero_from_part_nominal.linear();
+  if (own->linear() == turn) return absl::OkStatus();
+  const auto orient = [&](const std::string& group, const Eigen::Vector3d& axis_in_part, double tolerance_rad,
+                          metrology::RotaryAngles* nominal) {
+    const auto angles = metrology::Orient(inputs->machine_axes.nominal, turn * axis_in_part, *nominal,
+                                          inputs->machine_axes.limits, metrology::AllowedTiltOf(tolerance_rad));
+    if (angles.ok()) {
+      *nominal = *angles;
+      return absl::OkStatus();
+    }
+    const std::string where = "group " + group + ", nominally at station " + inputs->registration.station() + ": ";
+    return PoseFailure(absl::Status(angles.status().code(), where + std::string(angles.status().message())),
+                       inputs->registration.name(), group);
+  };
+  for (metrology::NominalHoleGroup& group : inputs->groups)
+    if (absl::Status turned = orient(group.name, group.axis_in_part, group.inclination_tolerance_rad, &group.nominal);
+        !turned.ok())
+      return turned;
+  for (ModelPath& path : inputs->paths)
+    if (absl::Status turned = orient(path.nominal.name, path.nominal.poses.front().axis_in_part,
+                                     path.nominal.inclination_tolerance_rad, &path.nominal.nominal);
+        !turned.ok())
+      return turned;
+  return absl::OkStatus();
+}
+
 absl::Status FetchPart(const Peers& peers, const runtime::Caller& caller, Inputs* inputs) {
   const auto part =
       peers.plant.GetPart(inputs->registration.part(), inputs->registration.part_revision(), caller.make_context());
   if (!part.ok()) return part.status();
-  const auto nominal = runtime::FromProto("part.zero_from_part_nominal", part->zero_from_part_nominal());
+  const auto nominal = clients::NominalPoseAt("registration.station", inputs->registration.station(), *part);
   if (!nominal.ok()) return nominal.status();
   inputs->zero_from_part_nominal = *nominal;
   if (inputs->model.has_value()) {
@@ -170,6 +204,8 @@ absl::Status FetchPart(const Peers& peers, const runtime::Caller& caller, Inputs
   auto groups = WantedGroups(inputs->asked, *part, !inputs->paths.empty());
   if (!groups.ok()) return groups.status();
   inputs->groups = *std::move(groups);
+  if (!inputs->registration.station().empty())
+    if (absl::Status turned = TurnToStation(*part, inputs); !turned.ok()) return turned;
   if (inputs->model.has_value()) {
     auto electrodes = ElectrodesOf(*inputs->model, *part);
     if (!electrodes.ok()) return electrodes.status();
@@ -210,7 +246,13 @@ bool IsOf(metrology::GateCheckKind kind, v1::ReleaseCheckKind of_contract) {
 // A registration of the same machine, or of the same blade, that was made later. What stands on a machine is what was registered there
 // last, whatever its clampings are called.
 bool SpeaksAgainst(const registration::v1::Registration& later, const registration::v1::Registration& registration) {
-  if (later.machine() != registration.machine() || later.blade() != registration.blade()) return true;
+  if (later.machine() != registration.machine()) return true;
+  const bool is_same_blade = later.blade() == registration.blade();
+  const bool is_same_station = later.station() == registration.station();
+  // At another station of the fixture another blade stands beside it.
+  const bool stands_beside = !is_same_blade && !is_same_station && !later.station().empty() &&
+                             !registration.station().empty() && later.part() == registration.part();
+  if (!stands_beside && !(is_same_blade && is_same_station)) return true;
   return !later.clamping().empty() && !registration.clamping().empty() && later.clamping() != registration.clamping();
 }
 
@@ -233,15 +275,14 @@ absl::StatusOr<std::vector<std::string>> AgainstClamping(const Peers& peers,
     *request.mutable_recorded()->mutable_from() = registration.recorded_at();
     request.set_without_for_inspection(true);  // a verdict may be computed at any time later
     request.set_page_size(200);
-    registration::v1::ListRegistrationsResponse page;
     // What stands on the machine is nobody's to hide from it.
-    const grpc::Status got = peers.registration->ListRegistrations(caller.make_own_context().get(), request, &page);
-    if (!got.ok()) return runtime::FromGrpc(got);
-    for (const registration::v1::Registration& later : page.registrations())
+    const auto page = peers.registrations.List(request, caller.make_own_context());
+    if (!page.ok()) return page.status();
+    for (const registration::v1::Registration& later : page->registrations())
       if (later.record_sequence() > registration.record_sequence() && SpeaksAgainst(later, registration))
         against.push_back(later.part() == registration.part() ? later.name() : "a registration of another part");
     // More than a page in the time that a registration holds: nobody knows what they say.
-    if (!page.next_page_token().empty()) against.push_back("more registrations than can be looked at");
+    if (!page->next_page_token().empty()) against.push_back("more registrations than can be looked at");
   }
   return against;
 }
@@ -253,7 +294,7 @@ bool IsOfTheMoment(v1::ReleaseCheckKind kind) {
 absl::StatusOr<Inputs> FetchAsRecorded(const Peers& peers, const v1::Correction& recorded,
                                        const v1::CorrectRequest& request, const runtime::Caller& caller) {
   Inputs inputs;
-  auto registration = clients::RegistrationOf(*peers.registration, recorded.registration(), caller.make_context());
+  auto registration = peers.registrations.Get(recorded.registration(), caller.make_context());
   if (!registration.ok()) return registration.status();
   inputs.registration = *std::move(registration);
   absl::Status status = clients::CheckConverged(inputs.registration);
@@ -280,7 +321,7 @@ absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::CorrectRequest&
                                    const runtime::Caller& caller) {
   Inputs inputs;
   absl::StatusOr<registration::v1::Registration> registration =
-      clients::RegistrationOf(*peers.registration, request.registration(), caller.make_context());
+      peers.registrations.Get(request.registration(), caller.make_context());
   if (!registration.ok()) return registration.status();
   inputs.registration = *std::move(registration);
   absl::Status status = clients::CheckConverged(inputs.registration);

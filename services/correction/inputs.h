@@ -15,24 +15,23 @@
 #include "metrology/correction/registered_pose.h"
 #include "services/clients/calibrations.h"
 #include "services/clients/parts.h"
+#include "services/clients/registrations.h"
 #include "services/correction/machine_axes.h"
 #include "services/correction/model.h"
 #include "services/correction/paths.h"
 #include "services/runtime/call.h"
 #include "sixpoint/correction/v1/correction.pb.h"
-#include "sixpoint/registration/v1/registration.grpc.pb.h"
+#include "sixpoint/registration/v1/registration.pb.h"
 
 namespace sixpoint::correction {
 
 struct Peers {
-  Peers(std::shared_ptr<grpc::Channel> plant_channel, std::shared_ptr<grpc::Channel> calibration_channel,
-        std::shared_ptr<grpc::Channel> registration_channel)
-      : plant(std::move(plant_channel)),
-        calibrations(std::move(calibration_channel)),
-        registration(registration::v1::RegistrationService::NewStub(std::move(registration_channel))) {}
+  Peers(const std::shared_ptr<grpc::Channel>& plant_channel, const std::shared_ptr<grpc::Channel>& calibration_channel,
+        const std::shared_ptr<grpc::Channel>& registration_channel)
+      : plant(plant_channel), calibrations(calibration_channel), registrations(registration_channel) {}
   clients::PlantClient plant;
   clients::CalibrationClient calibrations;
-  std::unique_ptr<registration::v1::RegistrationService::Stub> registration;
+  clients::RegistrationClient registrations;
 };
 
 struct Inputs {
@@ -48,7 +47,7 @@ struct Inputs {
   metrology::Drilling drilling;
   std::vector<metrology::LinearTravel> travel;
   metrology::GateLimits limits;
-  Eigen::Isometry3d zero_from_part_nominal;
+  Eigen::Isometry3d zero_from_part_nominal;           // at the registration's station, which nominal angles are of, too
   std::vector<metrology::NominalHoleGroup> groups;    // those asked for, in the part's order, or the model's
   std::vector<ModelPath> paths;                       // the model's
   std::shared_ptr<const metrology::Surface> surface;  // none where the machine's record asks for no keep-out
@@ -65,7 +64,8 @@ struct Inputs {
 // FAILED_PRECONDITION with a reason: REGISTRATION_NOT_CONVERGED; CALIBRATION_EXPIRED where the rotation calibration or an axis table that the
 // registration rests on is no longer in force (the axes drill now), or its sensor calibration's validity is over (the scan was mapped then);
 // CALIBRATION_WITHDRAWN; KINEMATICS_UNSUPPORTED; PART_WITHOUT_HOLES. INVALID_ARGUMENT
-// for an unknown group, and for a machining model of another part or of another kind of machine.
+// for an unknown group, and for a machining model of another part or of another kind of machine. POSE_SINGULAR, POSE_OUT_OF_LIMITS where the
+// nominal part at its station has no angles.
 absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::CorrectRequest& request,
                                    const runtime::Caller& caller);
 
@@ -80,8 +80,8 @@ bool IsOfTheMoment(v1::ReleaseCheckKind kind);
 absl::Status CheckCalibrations(const Peers& peers, const registration::v1::Registration& registration,
                                const runtime::Caller& caller);
 
-// Registrations made since then that speak against the clamping of this one: of another blade on its machine, of its blade on another
-// machine, or of its blade in another clamping. All count, whoever asks; one of another part is not named, for who sees this part need
+// Registrations made since then that speak against the clamping of this one: of another blade on its machine, unless that stands at another
+// station of the fixture, of its blade on another machine or at another station, or of another clamping. All count, whoever asks; one of another part is not named, for who sees this part need
 // not see that one.
 absl::StatusOr<std::vector<std::string>> AgainstClamping(const Peers& peers,
                                                          const registration::v1::Registration& registration,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "metrology/correction/path_draws.h"
 #include "metrology/correction/start_uncertainty.h"
 #include "metrology/correction/tool_path_steps.h"
 #include "services/correction/inputs.h"
@@ -54,12 +55,10 @@ absl::StatusOr<std::vector<ModelPath>> PathsOf(const plant::v1::MachiningModel& 
   return paths;
 }
 
-const metrology::CorrectedHole& CorrectedPath::WorstStart() const {
-  return std::max_element(path.poses.begin(), path.poses.end(),
-                          [](const auto& a, const auto& b) {
-                            return a.start.expanded_uncertainty_um < b.start.expanded_uncertainty_um;
-                          })
-      ->start;
+const metrology::CorrectedToolPose& CorrectedPath::WorstPose() const {
+  return *std::max_element(path.poses.begin(), path.poses.end(), [](const auto& a, const auto& b) {
+    return a.start.expanded_uncertainty_um < b.start.expanded_uncertainty_um;
+  });
 }
 
 absl::StatusOr<CorrectedPath> CorrectPath(const Inputs& inputs, const ModelPath& path,
@@ -90,34 +89,14 @@ absl::StatusOr<CorrectedPath> CorrectPath(const Inputs& inputs, const ModelPath&
 
 std::vector<metrology::NominalHoleGroup> NominalPosesOf(const metrology::NominalToolPath& path) {
   std::vector<metrology::NominalHoleGroup> poses;
-  for (std::size_t i = 0; i < path.poses.size(); ++i) {
-    metrology::NominalHoleGroup& pose = poses.emplace_back();
-    pose.name = path.name;
-    pose.axis_in_part = path.poses[i].axis_in_part;
-    pose.position_tolerance_mm = path.position_tolerance_mm;
-    pose.inclination_tolerance_rad = path.inclination_tolerance_rad;
-    pose.holes = {{std::to_string(i + 1), path.poses[i].tip_in_part_mm}};
-  }
+  for (std::size_t i = 0; i < path.poses.size(); ++i) poses.push_back(metrology::NominalPoseOf(path, i));
   return poses;
-}
-
-metrology::CorrectedHoleGroup AsGroup(const std::string& path, const metrology::CorrectedToolPose& pose) {
-  metrology::CorrectedHoleGroup group;
-  group.name = path;
-  group.corrected = pose.corrected;
-  group.reached = pose.reached;
-  group.nominal = pose.nominal_angles;
-  group.tilt_rad = pose.tilt_rad;
-  group.tilt_standard_uncertainty_rad = pose.tilt_standard_uncertainty_rad;
-  group.a_standard_uncertainty_rad = pose.a_standard_uncertainty_rad;
-  group.b_standard_uncertainty_rad = pose.b_standard_uncertainty_rad;
-  group.holes = {pose.start};
-  return group;
 }
 
 std::vector<metrology::CorrectedHoleGroup> CorrectedPosesOf(const metrology::CorrectedToolPath& path) {
   std::vector<metrology::CorrectedHoleGroup> poses;
-  for (const metrology::CorrectedToolPose& pose : path.poses) poses.push_back(AsGroup(path.name, pose));
+  for (const metrology::CorrectedToolPose& pose : path.poses)
+    poses.push_back(metrology::CorrectedPoseOf(path.name, pose));
   return poses;
 }
 

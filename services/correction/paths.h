@@ -35,15 +35,15 @@ struct CorrectedPath {
   double greatest_axis_deviation_deg = 0;
 
   // Where its tip is most uncertain.
-  const metrology::CorrectedHole& WorstStart() const;
+  const metrology::CorrectedToolPose& WorstPose() const;
+  const metrology::CorrectedHole& WorstStart() const { return WorstPose().start; }
 };
 
 // As CorrectToolPath refuses, and INVALID_ARGUMENT, with how many poses more do, where the way between two of them leaves what is allowed.
 absl::StatusOr<CorrectedPath> CorrectPath(const Inputs& inputs, const ModelPath& path,
                                           const std::function<bool()>& keep_going);
 
-// A pose of the path of that name as a group of one hole, for what is asked of either: subjects are "F1/7".
-metrology::CorrectedHoleGroup AsGroup(const std::string& path, const metrology::CorrectedToolPose& pose);
+// Each pose as a group of one hole, for what is asked of either: subjects are "F1/7".
 std::vector<metrology::NominalHoleGroup> NominalPosesOf(const metrology::NominalToolPath& path);
 std::vector<metrology::CorrectedHoleGroup> CorrectedPosesOf(const metrology::CorrectedToolPath& path);
 // Where the tool comes to it and leaves it along its axis.

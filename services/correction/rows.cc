@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "metrology/correction/path_draws.h"
 #include "services/clients/error_sources.h"
 #include "services/runtime/computed_on.h"
 #include "services/runtime/resource_name.h"
@@ -49,7 +50,7 @@ std::array<double, 2> Degrees(const metrology::RotaryAngles& angles) {
 
 // A group of one hole, which stands at the first pose and is as uncertain as the worst.
 storage::CorrectionGroupRow GroupRowOf(const CorrectedPath& corrected, bool tables_applied) {
-  metrology::CorrectedHoleGroup group = AsGroup(corrected.path.name, corrected.path.poses.front());
+  metrology::CorrectedHoleGroup group = metrology::CorrectedPoseOf(corrected.path.name, corrected.path.poses.front());
   group.ideal = corrected.ideal;
   metrology::CorrectedHole& hole = group.holes.front();
   hole.name = corrected.path.name;

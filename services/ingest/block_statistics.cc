@@ -20,6 +20,7 @@ BlockStatistics StatisticsOf(const metrology::Points& points_mm, double profile_
     minimum_mm = any_finite ? minimum_mm.cwiseMin(p) : p;
     maximum_mm = any_finite ? maximum_mm.cwiseMax(p) : p;
     any_finite = true;
+    if (!(profile_pitch_mm > 0)) continue;
     const double ahead_mm = p.x() - cursor.profile_x_mm;
     if (cursor.column_count > 0 && ahead_mm < 0.5 * profile_pitch_mm) {
       ++cursor.column_count;

@@ -30,7 +30,7 @@ struct BlockStatistics {
   ProfileCursor end;
 };
 
-// Points within half a pitch of their profile's first x belong to that profile.
+// Points within half a pitch of their profile's first x belong to that profile. Pitch 0: a snapshot, which has none.
 BlockStatistics StatisticsOf(const metrology::Points& points_mm, double profile_pitch_mm, const ProfileCursor& begin);
 
 }  // namespace sixpoint::ingest

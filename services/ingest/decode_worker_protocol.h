@@ -17,7 +17,7 @@ struct DecodeRequest {
   std::uint32_t magic = kDecodeMagic;
   std::uint32_t payload_bytes = 0;
   std::int64_t point_count = 0;
-  double profile_pitch_mm = 0;
+  double profile_pitch_mm = 0;  // 0: a snapshot
   ProfileCursor begin;
 };
 

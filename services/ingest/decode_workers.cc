@@ -64,13 +64,14 @@ bool IsBounded(const std::string& reencoded, std::int64_t point_count) {
 }
 
 // A worker that a block took over may say anything.
-bool IsSane(const DecodeReply& reply, std::int64_t point_count) {
+bool IsSane(const DecodeReply& reply, const DecodeRequest& request) {
+  const std::int64_t point_count = request.point_count;
   if (reply.magic != kDecodeMagic || reply.decoded > 1 || reply.message.back() != '\0') return false;
   const BlockStatistics& s = reply.statistics;
   if (reply.reencoded_bytes > GreatestReencodedBytes(point_count)) return false;
   return std::isfinite(s.greatest_backstep_mm) && std::isfinite(s.end.profile_x_mm) && s.goes_on <= 1 &&
          s.begun_profile_count >= 0 && s.begun_profile_count <= point_count && s.end.column_count >= 0 &&
-         (reply.decoded == 0 || s.begun_profile_count + s.goes_on > 0);
+         (reply.decoded == 0 || !(request.profile_pitch_mm > 0) || s.begun_profile_count + s.goes_on > 0);
 }
 
 }  // namespace
@@ -159,7 +160,7 @@ absl::StatusOr<CheckedBlock> DecodeWorkers::CheckOnce(std::string_view payload, 
   Talk talk = SendAll(worker->socket, &request, sizeof request, until);
   if (talk == Talk::kDone) talk = SendAll(worker->socket, payload.data(), payload.size(), until);
   if (talk == Talk::kDone) talk = ReceiveAll(worker->socket, &reply, sizeof reply, until);
-  bool sane = talk == Talk::kDone && IsSane(reply, point_count);
+  bool sane = talk == Talk::kDone && IsSane(reply, request);
   std::string reencoded(sane ? reply.reencoded_bytes : 0, '\0');
   if (sane) talk = ReceiveAll(worker->socket, reencoded.data(), reencoded.size(), until);
   sane = sane && talk == Talk::kDone && (reencoded.empty() || IsBounded(reencoded, point_count));

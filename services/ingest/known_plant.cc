@@ -63,6 +63,8 @@ absl::StatusOr<KnownSubject> KnownPlant::Subject(const std::string& name, const 
     if (!blade.ok()) return blade.status();
     const absl::StatusOr<plant::v1::Part> part = client_.GetPart(blade->part(), 0, make_context());
     if (!part.ok()) return part.status();
+    subject.part.set_name(part->name());
+    *subject.part.mutable_stations() = part->stations();
     for (const plant::v1::HoleGroup& group : part->hole_groups()) {
       const double tolerance_mm = clients::GreatestPositionError_mm(group);
       if (tolerance_mm > 0)

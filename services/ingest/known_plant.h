@@ -21,6 +21,7 @@ struct KnownSubject {
   int artefact_revision = 0;  // the newest; 0 for blades
   // Of all holes of the blade's part; none where it has no holes, and for artefacts.
   std::optional<double> tightest_tolerance_mm;
+  plant::v1::Part part;  // the blade's: its name and stations alone
 };
 
 // Thread-safe. While the plant service is away, what it said last still holds: its outage does not stop a scan.

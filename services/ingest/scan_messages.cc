@@ -2,6 +2,7 @@
 
 #include <google/protobuf/util/message_differencer.h>
 
+#include <string_view>
 #include <tuple>
 
 #include "services/runtime/errors.h"
@@ -35,6 +36,20 @@ std::string TextOf(v1::Encoding encoding) {
     if (name.encoding == encoding) return name.text;
   }
   return "";
+}
+
+constexpr std::string_view kCloudPrefix = "CLOUD_KIND_", kUnitPrefix = "LENGTH_UNIT_";
+
+v1::CloudKind CloudOf(const std::string& text) {
+  v1::CloudKind cloud = v1::CLOUD_KIND_UNSPECIFIED;
+  v1::CloudKind_Parse(std::string(kCloudPrefix) + text, &cloud);
+  return cloud;
+}
+
+v1::LengthUnit UnitOf(const std::string& text) {
+  v1::LengthUnit unit = v1::LENGTH_UNIT_UNSPECIFIED;
+  v1::LengthUnit_Parse(std::string(kUnitPrefix) + text, &unit);
+  return unit;
 }
 
 v1::Encoding EncodingOf(const std::string& text) {
@@ -116,11 +131,14 @@ v1::Scan ToProto(const storage::ScanRow& row) {
   header.set_raw_step_um(row.raw_step_um);
   header.set_arm_series(row.arm_series);
   header.set_clamping(row.clamping);
+  header.set_station(row.station);
   if (row.subject_temperature_c) header.set_subject_temperature_c(*row.subject_temperature_c);
   if (row.scales_temperature_c) header.set_scales_temperature_c(*row.scales_temperature_c);
   header.set_sensor_serial_number(row.sensor_serial_number);
   if (row.travel == "FORWARD") header.set_travel(v1::SCAN_TRAVEL_FORWARD);
   if (row.travel == "BACKWARD") header.set_travel(v1::SCAN_TRAVEL_BACKWARD);
+  header.set_cloud(CloudOf(row.cloud));
+  header.set_length_unit(UnitOf(row.length_unit));
   header.set_sender_error_um(row.sender_error_um);
   header.set_error_bound_um(row.error_bound_um);
   if (row.measured_at) runtime::ToProto(*row.measured_at, header.mutable_measured_at());
@@ -158,12 +176,19 @@ storage::ScanRow RowOf(const v1::ScanHeader& header, int machine_revision, int a
   row.raw_step_um = header.raw_step_um();
   row.arm_series = header.arm_series();
   row.clamping = header.clamping();
+  row.station = header.station();
   if (header.has_subject_temperature_c()) row.subject_temperature_c = header.subject_temperature_c();
   if (header.has_scales_temperature_c()) row.scales_temperature_c = header.scales_temperature_c();
   row.sensor_serial_number = header.sensor_serial_number();
   if (header.travel() != v1::SCAN_TRAVEL_UNSPECIFIED)
     row.travel = v1::ScanTravel_Name(header.travel()).substr(std::string("SCAN_TRAVEL_").size());
-  row.stored_encoding = TextOf(header.encoding() == v1::ENCODING_DRACO ? v1::ENCODING_DRACO : v1::ENCODING_RANGE_IMAGE);
+  if (header.cloud() != v1::CLOUD_KIND_UNSPECIFIED)
+    row.cloud = v1::CloudKind_Name(header.cloud()).substr(kCloudPrefix.size());
+  if (header.length_unit() != v1::LENGTH_UNIT_UNSPECIFIED)
+    row.length_unit = v1::LengthUnit_Name(header.length_unit()).substr(kUnitPrefix.size());
+  // There is no range image of a snapshot.
+  const bool as_draco = header.encoding() == v1::ENCODING_DRACO || header.cloud() == v1::CLOUD_KIND_SNAPSHOT;
+  row.stored_encoding = TextOf(as_draco ? v1::ENCODING_DRACO : v1::ENCODING_RANGE_IMAGE);
   row.sender_error_um = header.sender_error_um();
   row.error_bound_um = header.error_bound_um();
   if (header.has_measured_at()) row.measured_at = runtime::MomentOf(header.measured_at());

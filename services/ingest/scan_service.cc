@@ -37,6 +37,9 @@ absl::StatusOr<ProfileRange> RangeOf(const v1::DownloadScanRequest& request, con
   if (request.first_profile() == 0 && request.profile_count() == 0) {
     return ProfileRange{0, std::numeric_limits<int>::max()};
   }
+  if (scan.row.cloud == "SNAPSHOT")
+    return runtime::Refuse("first_profile", std::to_string(request.first_profile()),
+                           "0, and profile_count 0: a snapshot has no profiles, and comes whole");
   if (profile_count == 0) {
     return runtime::Refuse("first_profile", std::to_string(request.first_profile()),
                            "0 and all profiles: this scan was stored before profiles were counted");

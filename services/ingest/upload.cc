@@ -7,6 +7,7 @@
 
 #include "metrology/cloud/draco_codec.h"
 #include "metrology/cloud/range_image.h"
+#include "services/clients/stations.h"
 #include "services/ingest/metrics.h"
 #include "services/ingest/raw_profiles.h"
 #include "services/ingest/scan_messages.h"
@@ -46,10 +47,12 @@ absl::Status Overtaken(const std::string& scan_id) {
                           {{"resource", runtime::NameOf("scans", scan_id)}});
 }
 
-// Little-endian doubles; the size was checked.
-metrology::Points PointsOf(const v1::ScanBlock& block) {
+// Little-endian doubles, of whatever unit; the size was checked.
+metrology::Points PointsOf(const v1::ScanBlock& block, double mm_per_unit) {
   metrology::Points points_mm(static_cast<std::size_t>(block.point_count()));
   std::memcpy(points_mm.data()->data(), block.payload().data(), points_mm.size() * sizeof(Eigen::Vector3d));
+  if (mm_per_unit != 1)
+    for (Eigen::Vector3d& p : points_mm) p *= mm_per_unit;
   return points_mm;
 }
 
@@ -112,6 +115,8 @@ absl::Status ScanUpload::Recognise() {
   if (absl::Status fits = CheckAgainstMachine(header_, machine_); !fits.ok()) return fits;
   const absl::StatusOr<KnownSubject> subject = tools_.plant->Subject(header_.subject(), caller_.make_context);
   if (!subject.ok()) return subject.status();
+  if (absl::Status stands = clients::CheckStation("header.station", header_.station(), subject->part); !stands.ok())
+    return stands;
   row_.scan_id = header_.scan_id();
   row_.header = header_.SerializeAsString();
   row_.machine_revision = machine_.revision();
@@ -241,7 +246,7 @@ absl::StatusOr<ScanUpload::Prepared> ScanUpload::Encode(const v1::ScanBlock& blo
     }
     profiles = *std::move(parsed);
   } else {
-    profiles.points_mm = PointsOf(block);
+    profiles.points_mm = PointsOf(block, MmPerUnit(header_));
   }
   Prepared prepared;
   prepared.statistics =
@@ -250,7 +255,9 @@ absl::StatusOr<ScanUpload::Prepared> ScanUpload::Encode(const v1::ScanBlock& blo
   const double bound_mm = ErrorBoundMm(header_);
   const double step_mm = raw ? metrology::StepFor(bound_mm, raw_step_mm) : metrology::StepFor(bound_mm);
   absl::StatusOr<metrology::EncodedBlock> encoded =
-      metrology::EncodeRangeImage(profiles.points_mm, profiles.columns, FanOf(machine_.sensor()), step_mm);
+      IsSnapshot(header_)
+          ? metrology::EncodeBlock(profiles.points_mm, bound_mm)
+          : metrology::EncodeRangeImage(profiles.points_mm, profiles.columns, FanOf(machine_.sensor()), step_mm);
   if (absl::IsInvalidArgument(encoded.status())) {
     Metrics().rejected.Add("error_bound");
     return runtime::Refuse(PayloadField(block.index()), std::string(encoded.status().message()),

@@ -77,11 +77,19 @@ absl::Status CheckAxis(const std::string& field, double command_deg, int positio
                 "0: on " + machine.name() + " the part rides on " + std::to_string(rotary_count) + " rotary axes");
 }
 
+// Which one it is the blade's part says.
+absl::Status CheckStationNamed(const v1::ScanHeader& header) {
+  if (header.kind() == v1::SCAN_KIND_ARTEFACT || header.kind() == v1::SCAN_KIND_ARM)
+    return Refuse("header.station", header.station(), "none: an artefact has no stations");
+  return runtime::CheckId("header.station", header.station());
+}
+
 // Under which it was taken.
 absl::Status CheckConditions(const v1::ScanHeader& header) {
   constexpr double kWarmestC = 60;
   runtime::Refusals refusals;
   if (!header.clamping().empty()) refusals.Add(runtime::CheckId("header.clamping", header.clamping()));
+  if (!header.station().empty()) refusals.Add(CheckStationNamed(header));
   if (header.has_subject_temperature_c())
     refusals.Add(CheckNumber("header.subject_temperature_c", header.subject_temperature_c(), 0, kWarmestC));
   if (header.has_scales_temperature_c())
@@ -96,12 +104,18 @@ absl::Status CheckConditions(const v1::ScanHeader& header) {
   return refusals.status();
 }
 
+std::string UnitText(const v1::ScanHeader& header) {
+  return v1::LengthUnit_Name(header.length_unit()).substr(std::string("LENGTH_UNIT_").size());
+}
+
 std::string BlockField(int index, const std::string& field) { return "block[" + std::to_string(index) + "]." + field; }
 
 absl::Status CheckEncoding(const v1::ScanHeader& header) {
   const bool raw = header.encoding() == v1::ENCODING_RAW_PROFILES;
   if (!raw && header.encoding() != v1::ENCODING_DRACO && header.encoding() != v1::ENCODING_XYZ_F64)
     return Refuse("header.encoding", std::to_string(header.encoding()), "DRACO, XYZ_F64 or RAW_PROFILES");
+  if (raw && IsSnapshot(header))
+    return Refuse("header.encoding", "RAW_PROFILES", "DRACO or XYZ_F64: a snapshot has no profiles");
   if (raw && !(header.raw_step_um() > 0 && header.raw_step_um() <= kGreatestRawStepUm))
     return Refuse("header.raw_step_um", header.raw_step_um(), "> 0 and at most 100");
   if (!raw && header.raw_step_um() != 0)
@@ -109,7 +123,70 @@ absl::Status CheckEncoding(const v1::ScanHeader& header) {
   return absl::OkStatus();
 }
 
+absl::Status CheckProfiles(const v1::ScanHeader& header) {
+  runtime::Refusals refusals;
+  if (!(header.profile_pitch_mm() > 0 && header.profile_pitch_mm() <= kGreatestPitchMm))
+    refusals.Add(Refuse("header.profile_pitch_mm", header.profile_pitch_mm(), "> 0 and at most 100"));
+  if (header.columns_per_profile() < 1 || header.columns_per_profile() > metrology::kGreatestColumnCount)
+    refusals.Add(Refuse("header.columns_per_profile", header.columns_per_profile(), "1 to 65536"));
+  if (header.length_unit() != v1::LENGTH_UNIT_UNSPECIFIED && header.length_unit() != v1::LENGTH_UNIT_MILLIMETRE)
+    refusals.Add(Refuse("header.length_unit", UnitText(header), "MILLIMETRE or none: profiles come in mm"));
+  return refusals.status();
+}
+
+absl::Status CheckSnapshot(const v1::ScanHeader& header) {
+  runtime::Refusals refusals;
+  if (header.profile_pitch_mm() != 0)
+    refusals.Add(Refuse("header.profile_pitch_mm", header.profile_pitch_mm(), "0: a snapshot has no profiles"));
+  if (header.columns_per_profile() != 0)
+    refusals.Add(Refuse("header.columns_per_profile", header.columns_per_profile(), "0: a snapshot has no profiles"));
+  if (header.travel() != v1::SCAN_TRAVEL_UNSPECIFIED)
+    refusals.Add(Refuse("header.travel", v1::ScanTravel_Name(header.travel()), "none: no encoder carries a snapshot"));
+  if (header.length_unit() == v1::LENGTH_UNIT_UNSPECIFIED)
+    refusals.Add(Refuse("header.length_unit", "not given",
+                        "MILLIMETRE, METRE or INCH: the points of a snapshot do not say what they are in"));
+  else if (header.length_unit() != v1::LENGTH_UNIT_MILLIMETRE && header.encoding() == v1::ENCODING_DRACO)
+    refusals.Add(Refuse("header.length_unit", UnitText(header),
+                        "MILLIMETRE of DRACO, which is kept as it was sent; XYZ_F64 for another"));
+  return refusals.status();
+}
+
+// What its points are, and what follows from it.
+absl::Status CheckCloud(const v1::ScanHeader& header) {
+  if (!v1::CloudKind_IsValid(header.cloud()))
+    return Refuse("header.cloud", std::to_string(header.cloud()), "PROFILES, SNAPSHOT or none");
+  if (!v1::LengthUnit_IsValid(header.length_unit()))
+    return Refuse("header.length_unit", std::to_string(header.length_unit()), "MILLIMETRE, METRE or INCH");
+  return IsSnapshot(header) ? CheckSnapshot(header) : CheckProfiles(header);
+}
+
+// What a machine's sensor gives; its columns.
+absl::Status CheckAgainstSensor(const v1::ScanHeader& header, const plant::v1::Machine& machine) {
+  const bool gives_snapshots = machine.sensor().kind() == plant::v1::SENSOR_KIND_SNAPSHOT;
+  if (gives_snapshots != IsSnapshot(header))
+    return Refuse(
+        "header.cloud", IsSnapshot(header) ? "SNAPSHOT" : "PROFILES",
+        std::string(gives_snapshots ? "SNAPSHOT" : "PROFILES") + ", what the sensor of " + machine.name() + " gives");
+  if (header.columns_per_profile() <= machine.sensor().column_count()) return absl::OkStatus();
+  return Refuse(
+      "header.columns_per_profile", header.columns_per_profile(),
+      "1 to " + std::to_string(machine.sensor().column_count()) + ", the columns of the sensor of " + machine.name());
+}
+
 }  // namespace
+
+bool IsSnapshot(const v1::ScanHeader& header) { return header.cloud() == v1::CLOUD_KIND_SNAPSHOT; }
+
+double MmPerUnit(const v1::ScanHeader& header) {
+  switch (header.length_unit()) {
+    case v1::LENGTH_UNIT_METRE:
+      return 1000;
+    case v1::LENGTH_UNIT_INCH:
+      return 25.4;
+    default:
+      return 1;
+  }
+}
 
 absl::Status CheckHeader(const v1::ScanHeader& header) {
   const geometry::v1::Point& v0 = header.v0_mm();
@@ -129,10 +206,7 @@ absl::Status CheckHeader(const v1::ScanHeader& header) {
   refusals.Add(CheckConditions(header));
   if (!header.has_v0_mm())
     refusals.Add(Refuse("header.v0_mm", "missing", "the machine's position at the start of the scan"));
-  if (!(header.profile_pitch_mm() > 0 && header.profile_pitch_mm() <= kGreatestPitchMm))
-    refusals.Add(Refuse("header.profile_pitch_mm", header.profile_pitch_mm(), "> 0 and at most 100"));
-  if (header.columns_per_profile() < 1 || header.columns_per_profile() > metrology::kGreatestColumnCount)
-    refusals.Add(Refuse("header.columns_per_profile", header.columns_per_profile(), "1 to 65536"));
+  refusals.Add(CheckCloud(header));
   if (header.point_count() < 0 || header.point_count() > kGreatestScanPointCount)
     refusals.Add(Refuse("header.point_count", std::to_string(header.point_count()),
                         "1 to " + std::to_string(kGreatestScanPointCount) + ", or 0 where it is not known yet"));
@@ -143,10 +217,7 @@ absl::Status CheckAgainstMachine(const v1::ScanHeader& header, const plant::v1::
   runtime::Refusals refusals;
   refusals.Add(CheckAxis("header.a_deg", header.a_deg(), 0, machine))
       .Add(CheckAxis("header.b_deg", header.b_deg(), 1, machine));
-  if (header.columns_per_profile() > machine.sensor().column_count())
-    refusals.Add(Refuse("header.columns_per_profile", header.columns_per_profile(),
-                        "1 to " + std::to_string(machine.sensor().column_count()) + ", the columns of the sensor of " +
-                            machine.name()));
+  refusals.Add(CheckAgainstSensor(header, machine));
   const std::string& serial = machine.sensor().serial_number();
   if (!header.sensor_serial_number().empty() && !serial.empty() && header.sensor_serial_number() != serial)
     refusals.Add(Refuse("header.sensor_serial_number", header.sensor_serial_number(),
@@ -224,7 +295,8 @@ absl::Status CheckStatistics(const v1::ScanHeader& header, const plant::v1::Sens
   const double z_limit_mm = sensor.range_mm() / 2 + margin_mm;
   const double y_limit_mm =
       (sensor.mid_range_mm() + sensor.range_mm() / 2) * std::tan(sensor.line_angle_deg() / 2 * kRadPerDeg) + margin_mm;
-  const std::array<double, 3> limit_mm = {kGreatestEncoderMm, y_limit_mm, z_limit_mm};
+  // Of profiles x is the encoder's reading; a snapshot's view is as wide along x.
+  const std::array<double, 3> limit_mm = {IsSnapshot(header) ? y_limit_mm : kGreatestEncoderMm, y_limit_mm, z_limit_mm};
   for (std::size_t i = 0; i < 3; ++i) {
     for (const double value_mm : {statistics.minimum_mm[i], statistics.maximum_mm[i]}) {
       if (std::abs(value_mm) <= limit_mm[i]) continue;

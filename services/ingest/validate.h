@@ -28,7 +28,7 @@ inline constexpr std::int64_t kBlockOverheadBytes = 4096;
 // What the header says by itself: form of ids and names, finite numbers, counts, known enums, kind fits subject.
 absl::Status CheckHeader(const v1::ScanHeader& header);
 
-// What this machine's record adds: axis limits, sensor columns.
+// What this machine's record adds: axis limits, what its sensor gives, sensor columns.
 absl::Status CheckAgainstMachine(const v1::ScanHeader& header, const plant::v1::Machine& machine);
 
 // Sender's and store's errors together: at most a tenth of the tightest tolerance, as of any instrument that judges it.
@@ -42,8 +42,8 @@ struct UploadSoFar {
 // Order, counts and sizes of the next block, and the Draco header of its payload; decodes nothing.
 absl::Status CheckBlock(const v1::ScanHeader& header, const UploadSoFar& so_far, const v1::ScanBlock& block);
 
-// The points of a block against the sensor: finite, inside its range (with a margin for noise), no more columns to a
-// profile than it has, x not running backwards.
+// The points of a block against the sensor: finite, inside its range (with a margin for noise); of profiles also no more columns to one
+// than it has, x not running backwards.
 absl::Status CheckStatistics(const v1::ScanHeader& header, const plant::v1::Sensor& sensor, int block_index,
                              const BlockStatistics& statistics);
 
@@ -53,5 +53,9 @@ absl::Status CheckEnd(const v1::ScanHeader& header, const v1::ScanEnd& end, cons
 
 // The error that storing may add, mm.
 double ErrorBoundMm(const v1::ScanHeader& header);
+
+bool IsSnapshot(const v1::ScanHeader& header);
+// What one unit of its coordinates, as they are sent, is.
+double MmPerUnit(const v1::ScanHeader& header);
 
 }  // namespace sixpoint::ingest

@@ -18,12 +18,9 @@ constexpr double kRad = 3.14159265358979323846 / 180;
 
 absl::Status CheckScans(const Peers& peers, const v1::InspectRequest& request, const runtime::Caller& caller) {
   for (int i = 0; i < request.scans_size(); ++i) {
-    ingest::v1::GetScanRequest get;
-    get.set_name(request.scans(i));
-    ingest::v1::Scan scan;
-    const grpc::Status got = peers.scan_records->GetScan(caller.make_context().get(), get, &scan);
-    if (!got.ok()) return runtime::FromGrpc(got);
-    if (absl::Status status = CheckScan(i, scan.header(), request.blade()); !status.ok()) return status;
+    const auto scan = peers.scans.Get(request.scans(i), caller.make_context());
+    if (!scan.ok()) return scan.status();
+    if (absl::Status status = CheckScan(i, scan->header(), request.blade()); !status.ok()) return status;
   }
   return absl::OkStatus();
 }
@@ -146,7 +143,7 @@ absl::StatusOr<Inputs> FetchAsRecorded(const Peers& peers, const v1::Inspection&
   if (!entry.ok()) return entry.status();
   std::vector<registration::v1::Registration> others;
   for (const std::string& name : RegistrationsOf(*entry)) {
-    auto registration = clients::RegistrationOf(*peers.registration, name, caller.make_context());
+    auto registration = peers.registrations.Get(name, caller.make_context());
     if (!registration.ok()) return registration.status();
     if (name == recorded.registration())
       inputs.registration = *std::move(registration);
@@ -164,11 +161,9 @@ absl::StatusOr<std::vector<replay::v1::Replay>> ReplayRegistrations(const Peers&
   if (!entry.ok()) return entry.status();
   std::vector<replay::v1::Replay> replays;
   for (const std::string& name : RegistrationsOf(*entry)) {
-    registration::v1::ReplayRegistrationRequest request;
-    request.set_name(name);
-    const grpc::Status got =
-        peers.registration->ReplayRegistration(caller.make_context().get(), request, &replays.emplace_back());
-    if (!got.ok()) return runtime::FromGrpc(got);
+    auto replay = peers.registrations.Replay(name, caller.make_context());
+    if (!replay.ok()) return replay.status();
+    replays.push_back(*std::move(replay));
   }
   return replays;
 }

@@ -35,10 +35,7 @@ absl::StatusOr<registration::v1::Registration> Register(const Peers& peers, cons
     if (!request.request_id().empty())
       wanted.set_request_id(storage::UuidFrom(request.request_id() + " " + registration::v1::Method_Name(method)));
   }
-  registration::v1::Registration registration;
-  const grpc::Status got = peers.registration->Register(caller.make_context().get(), wanted, &registration);
-  if (!got.ok()) return runtime::FromGrpc(got);
-  return registration;
+  return peers.registrations.Register(wanted, caller.make_context());
 }
 
 // None where the part or what was asked for does not allow this positioning, or its fit gives no pose: the result says

@@ -64,7 +64,7 @@ absl::StatusOr<std::vector<std::string>> InspectionsOf(const Peers& peers, const
 
 absl::StatusOr<v1::InspectRequest> AskedAgain(const Peers& peers, const v1::RejudgeRequest& request,
                                               const v1::Inspection& old, const runtime::Caller& caller) {
-  const auto registration = clients::RegistrationOf(*peers.registration, old.registration(), caller.make_context());
+  const auto registration = peers.registrations.Get(old.registration(), caller.make_context());
   if (!registration.ok()) return registration.status();
   v1::InspectRequest again;
   again.set_blade(old.blade());

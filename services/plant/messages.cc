@@ -100,6 +100,19 @@ void ToProto(const storage::TessellationRow& row, v1::SurfaceSummary* out) {
   out->set_open_rim_length_mm(row.gaps->open_rim_length_mm);
 }
 
+// Of a part or a station.
+template <typename Row>
+void SetNominal(const Row& row, geometry::v1::RigidTransform* nominal) {
+  for (const double value : row.zero_from_part_nominal_rotation) nominal->add_rotation(value);
+  runtime::SetPoint(row.zero_from_part_nominal_translation_mm, nominal->mutable_translation_mm());
+}
+
+void ToProto(const storage::StationRow& row, v1::Station* station) {
+  station->set_station(row.station);
+  SetNominal(row, station->mutable_zero_from_part_nominal());
+  station->set_capture_mm(row.capture_mm);
+}
+
 }  // namespace
 
 v1::Machine ToProto(const storage::MachineRow& row) {
@@ -181,9 +194,8 @@ v1::Part ToProto(const storage::PartRow& row) {
     runtime::SetPoint(datum.point_in_part_mm, to->mutable_point_in_part_mm());
     runtime::SetDirection(datum.normal_in_part, to->mutable_normal_in_part());
   }
-  geometry::v1::RigidTransform* nominal = part.mutable_zero_from_part_nominal();
-  for (const double value : row.zero_from_part_nominal_rotation) nominal->add_rotation(value);
-  runtime::SetPoint(row.zero_from_part_nominal_translation_mm, nominal->mutable_translation_mm());
+  SetNominal(row, part.mutable_zero_from_part_nominal());
+  for (const storage::StationRow& station : row.stations) ToProto(station, part.add_stations());
   if (row.thermal_expansion) ToProto(*row.thermal_expansion, part.mutable_thermal_expansion());
   ToProto(row.tessellation, part.mutable_surface());
   runtime::ToProto(row.recorded.recorded_at, part.mutable_created_at());
@@ -260,6 +272,7 @@ void LeaveBasic(v1::Artefact* artefact) {
 void LeaveBasic(v1::Part* part) {
   part->clear_hole_groups();
   part->clear_six_points();
+  part->clear_stations();
 }
 
 void LeaveBasic(v1::MachiningModel* model) {

@@ -208,6 +208,7 @@ grpc::Status PlantService::CreatePart(grpc::ServerContext* context, const v1::Cr
     if (!tessellation.ok()) return tessellation.status();
     part->tessellation = *std::move(tessellation);
     if (absl::Status status = CheckInsideBox(*part); !status.ok()) return status;
+    if (absl::Status status = CheckStationsApart(*part); !status.ok()) return status;
     storage::RecordEntry entry = NewEntry();
     entry.method = part->tessellation.method;
     return runtime::Made<storage::PartRow>{*std::move(part), std::move(entry)};

@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "metrology/frames/pose.h"
 #include "refusal/message_text.h"
 #include "services/plant/checks.h"
 #include "services/runtime/resource_name.h"
@@ -17,6 +18,8 @@ using runtime::Refuse;
 constexpr int kGreatestHoleCount = 20'000;
 constexpr int kGreatestFeatureCount = 1'000;  // of an artefact: cones and slots together
 constexpr double kBoxMarginMm = 1;
+constexpr double kUsualCaptureMm = 5;
+constexpr double kGreatestCaptureMm = 100;
 
 absl::Status CheckName(const std::string& field, const std::string& name, std::set<std::string>* seen) {
   if (absl::Status status = runtime::CheckId(field, name); !status.ok()) return status;
@@ -149,14 +152,35 @@ absl::Status ReadSolid(const v1::Part& part, storage::PartRow* row) {
   return absl::OkStatus();
 }
 
-absl::Status ReadNominal(const v1::Part& part, storage::PartRow* row) {
-  if (!part.has_zero_from_part_nominal()) return Refuse("part.zero_from_part_nominal", "", "a rigid transform");
-  const absl::StatusOr<Eigen::Isometry3d> nominal =
-      runtime::FromProto("part.zero_from_part_nominal", part.zero_from_part_nominal());
+// Of a part or a station.
+template <typename Message, typename Row>
+absl::Status ReadNominal(const std::string& of, const Message& message, Row* row) {
+  const std::string field = of + ".zero_from_part_nominal";
+  if (!message.has_zero_from_part_nominal()) return Refuse(field, "", "a rigid transform");
+  const absl::StatusOr<Eigen::Isometry3d> nominal = runtime::FromProto(field, message.zero_from_part_nominal());
   if (!nominal.ok()) return nominal.status();
   for (int i = 0; i < 9; ++i) row->zero_from_part_nominal_rotation.push_back(nominal->linear()(i / 3, i % 3));
   row->zero_from_part_nominal_translation_mm = runtime::RowMajor(nominal->translation());
   return absl::OkStatus();
+}
+
+absl::Status ReadStation(const std::string& field, const v1::Station& station, std::set<std::string>* names,
+                         storage::StationRow* row) {
+  row->station = station.station();
+  row->capture_mm = station.has_capture_mm() ? station.capture_mm() : kUsualCaptureMm;
+  return runtime::Refusals()
+      .Add(CheckName(field + ".station", row->station, names))
+      .Add(ReadNominal(field, station, row))
+      .Add(CheckPositive(field + ".capture_mm", row->capture_mm, kGreatestCaptureMm))
+      .status();
+}
+
+Eigen::Isometry3d NominalOf(const storage::StationRow& row) {
+  Eigen::Isometry3d nominal = Eigen::Isometry3d::Identity();
+  nominal.linear() =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(row.zero_from_part_nominal_rotation.data());
+  nominal.translation() = Eigen::Map<const Eigen::Vector3d>(row.zero_from_part_nominal_translation_mm.data());
+  return nominal;
 }
 
 std::string TextOf(const std::vector<double>& point) {
@@ -226,7 +250,7 @@ absl::StatusOr<storage::PartRow> Validated(const v1::CreatePartRequest& request)
   refusals.Add(runtime::CheckId("part_id", row.part_id))
       .Add(ReadCad(request, &row))
       .Add(ReadSolid(part, &row))
-      .Add(ReadNominal(part, &row))
+      .Add(ReadNominal("part", part, &row))
       .Add(ReadExpansion("part.thermal_expansion", part.has_thermal_expansion(), part.thermal_expansion(),
                          &row.thermal_expansion));
 
@@ -255,14 +279,18 @@ absl::StatusOr<storage::PartRow> Validated(const v1::CreatePartRequest& request)
                   &out.point_in_part_mm))
         .Add(Read(field + ".normal_in_part", datum.has_normal_in_part(), datum.normal_in_part(), &out.normal_in_part));
   }
+  std::set<std::string> stations;
+  for (int i = 0; i < part.stations_size(); ++i)
+    refusals.Add(ReadStation("part.stations[" + std::to_string(i) + "]", part.stations(i), &stations,
+                             &row.stations.emplace_back()));
   if (absl::Status status = refusals.status(); !status.ok()) return status;
   v1::Part described = part;
   described.clear_surface();  // ours to say
   // A process of the release before zones were stated kept no zone of what it took, and the digest of all of it: ours is another.
-  // As little did one before customers, or before solids.
-  row.content_sha256 = ContentSha256(std::move(described), storage::Sha256Hex(request.cad()) + "zone" +
-                                                               (row.customer_id.empty() ? "" : "customer") +
-                                                               (row.solid.empty() ? "" : "solid"));
+  // As little did one before customers, before solids, or before stations.
+  row.content_sha256 = ContentSha256(
+      std::move(described), storage::Sha256Hex(request.cad()) + "zone" + (row.customer_id.empty() ? "" : "customer") +
+                                (row.solid.empty() ? "" : "solid") + (row.stations.empty() ? "" : "stations"));
   return row;
 }
 
@@ -289,6 +317,23 @@ absl::Status CheckInsideBox(const storage::PartRow& part) {
       check(field + ".start_in_part_mm", part.hole_groups[g].holes[h].start_in_part_mm);
     }
   }
+  return refusals.status();
+}
+
+absl::Status CheckStationsApart(const storage::PartRow& part) {
+  const Eigen::AlignedBox3d box(Eigen::Map<const Eigen::Vector3d>(part.tessellation.minimum_mm.data()),
+                                Eigen::Map<const Eigen::Vector3d>(part.tessellation.maximum_mm.data()));
+  runtime::Refusals refusals;
+  for (std::size_t i = 0; i < part.stations.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k) {
+      const double apart_mm =
+          metrology::GreatestDisplacement_mm(box, NominalOf(part.stations[i]), NominalOf(part.stations[k]));
+      const double wanted_mm = part.stations[i].capture_mm + part.stations[k].capture_mm;
+      if (apart_mm > wanted_mm) continue;
+      refusals.Add(Refuse("part.stations[" + std::to_string(i) + "].zero_from_part_nominal",
+                          "at most " + Rounded(apart_mm) + " mm from the part's place at " + part.stations[k].station,
+                          "more than " + Rounded(wanted_mm) + ", their capture_mm together"));
+    }
   return refusals.status();
 }
 

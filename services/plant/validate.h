@@ -26,5 +26,7 @@ absl::StatusOr<storage::MachiningModelRow> Validated(const v1::CreateMachiningMo
 absl::Status FitToPart(const storage::PartRow& part, v1::MachiningModel described, storage::MachiningModelRow* model);
 // Holes and datum points have to be near the part: this finds CAD in other units or another frame.
 absl::Status CheckInsideBox(const storage::PartRow& part);
+// No place of a part may be one at two stations: what the box is off between them, wherever each stands, is more than either may be off.
+absl::Status CheckStationsApart(const storage::PartRow& part);
 
 }  // namespace sixpoint::plant

@@ -63,9 +63,12 @@ absl::Status ReadSensor(const v1::Sensor& sensor, storage::MachineRow* row) {
     row->sensor_kind = v1::SensorKind_Name(sensor.kind()).substr(std::string("SENSOR_KIND_").size());
   else if (sensor.kind() != v1::SENSOR_KIND_UNSPECIFIED)
     refusals.Add(Refuse(field + ".kind", std::to_string(sensor.kind()), "LINE, SNAPSHOT or none"));
+  if (sensor.kind() != v1::SENSOR_KIND_SNAPSHOT)
+    refusals.Add(CheckPositive(field + ".column_count", row->sensor_column_count, 1'000'000));
+  else if (row->sensor_column_count != 0)
+    refusals.Add(Refuse(field + ".column_count", row->sensor_column_count, "0: a snapshot sensor has no columns"));
   return refusals.Add(CheckSerialNumber(field + ".serial_number", row->sensor_serial_number))
       .Add(CheckPositive(field + ".noise_um", row->sensor_noise_um, 10'000))
-      .Add(CheckPositive(field + ".column_count", row->sensor_column_count, 1'000'000))
       .Add(CheckPositive(field + ".mid_range_mm", row->sensor_mid_range_mm, 10'000))
       .Add(CheckPositive(field + ".range_mm", row->sensor_range_mm, 10'000))
       .status();
@@ -126,6 +129,14 @@ absl::Status ReadErrorSources(const v1::ErrorSources& in, storage::MachineRow* r
       .status();
 }
 
+// A program would wait for ever for a check that there is none of.
+absl::Status CheckCanBeChecked(const v1::Machine& machine) {
+  if (machine.sensor().kind() != v1::SENSOR_KIND_SNAPSHOT || !machine.safety_envelope().has_interim_check_limit_um())
+    return absl::OkStatus();
+  return Refuse("machine.safety_envelope.interim_check_limit_um", machine.safety_envelope().interim_check_limit_um(),
+                "none: interim checks are of line scanners");
+}
+
 absl::Status ReadTouchProbe(bool given, const v1::TouchProbe& in, storage::MachineRow* row) {
   if (!given) return absl::OkStatus();
   row->touch_probe_serial_number = in.serial_number();
@@ -150,6 +161,7 @@ absl::StatusOr<storage::MachineRow> Validated(const v1::CreateMachineRequest& re
       .Add(Read("machine.nominal_centre_mm", machine.has_nominal_centre_mm(), machine.nominal_centre_mm(),
                 &row.nominal_centre_mm))
       .Add(ReadEnvelope(machine.safety_envelope(), &row))
+      .Add(CheckCanBeChecked(machine))
       .Add(ReadErrorSources(machine.error_sources(), &row))
       .Add(ReadTouchProbe(machine.has_touch_probe(), machine.touch_probe(), &row));
   std::set<std::string> axes;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "services/clients/references.h"
+#include "services/clients/stations.h"
 #include "services/registration/validate.h"
 #include "services/runtime/call_scope.h"
 #include "services/runtime/errors.h"
@@ -68,14 +69,55 @@ std::vector<Eigen::Vector3d> PlacesOf(const std::vector<metrology::DatumPoint>& 
 // shared: an inspection may register the same scans by datum points, as a best fit and by the nest.
 ScanThinning ThinningOf(const Inputs& inputs, int scan_count, bool shared) {
   const Eigen::Isometry3d& nominal = inputs.task.zero_from_part_nominal;
+  // A scan of a whole fixture holds one blade's points among those of as many as there are stations.
+  const std::int64_t budget = std::min(kRegionPointBudget, kPointBudget * std::max(1, inputs.part.stations_size()));
   ScanThinning thinning;
-  thinning.own.target_count = (inputs.task.options.regions_in.empty() ? kPointBudget : kRegionPointBudget) / scan_count;
+  thinning.own.target_count = (inputs.task.options.regions_in.empty() ? budget : kRegionPointBudget) / scan_count;
   thinning.own.dense_places_mm = PlacesOf(inputs.task.datums, nominal);
   if (!shared) return thinning;
-  thinning.shared.emplace().target_count = kPointBudget / scan_count;
+  thinning.shared.emplace().target_count = budget / scan_count;
   if (const auto datums = DatumsOf(inputs.part); datums.ok())
     thinning.shared->dense_places_mm = PlacesOf(*datums, nominal);
   return thinning;
+}
+
+// Where the blade nominally stands, and its neighbours where it has such.
+absl::Status PlaceAt(const std::string& station, Inputs* inputs) {
+  const auto nominal = clients::NominalPoseAt("scans[0].station", station, inputs->part);
+  if (!nominal.ok()) return nominal.status();
+  inputs->task.zero_from_part_nominal = *nominal;
+  inputs->station = station;
+  if (station.empty()) return absl::OkStatus();
+  inputs->left_out_count = 0;
+  auto neighbours = clients::NeighboursOf(station, inputs->part);
+  if (!neighbours.ok()) return neighbours.status();
+  double capture_mm = 0;
+  for (const plant::v1::Station& one : inputs->part.stations())
+    if (one.station() == station) capture_mm = one.capture_mm();
+  inputs->task.station = {*nominal, capture_mm, *std::move(neighbours)};
+  return absl::OkStatus();
+}
+
+// As many as a blade that stands alone keeps: with more, what is judged by its scatter (MERGE) would be judged by another measure.
+void KeepAtMost(std::int64_t count, metrology::ScanPortion* portion) {
+  const auto all = static_cast<std::int64_t>(portion->sensor.size());
+  const auto stride = static_cast<std::size_t>((all + count - 1) / std::max<std::int64_t>(1, count));
+  if (stride < 2) return;
+  metrology::CompactPoints kept;
+  for (std::size_t i = 0; i < portion->sensor.size(); i += stride) kept.Add(portion->sensor[i]);
+  portion->sensor = std::move(kept);
+}
+
+// Of a scan that may hold its neighbours, the station's own points.
+absl::Status LeaveOutOthers(const std::string& field, int scan_count, Inputs* inputs) {
+  if (!inputs->task.station.has_value()) return absl::OkStatus();
+  metrology::ScanPortion& portion = inputs->portions.back();
+  *inputs->left_out_count +=
+      metrology::LeaveOutOthers(*inputs->surface, *inputs->task.station, inputs->task.options.thread_count, &portion);
+  KeepAtMost((inputs->task.options.regions_in.empty() ? kPointBudget : kRegionPointBudget) / scan_count, &portion);
+  if (!portion.sensor.empty()) return absl::OkStatus();
+  return runtime::Refuse(field, "scans/" + portion.id + ", of whose points none is at station " + inputs->station,
+                         "a scan of the part that stands there");
 }
 
 }  // namespace
@@ -185,9 +227,6 @@ absl::StatusOr<Inputs> InputFetcher::FetchBy(const Basis& basis, const v1::Regis
   };
   inputs.task.allowance = AllowanceOptionsOf(request.options());
   inputs.task.method = MethodOf(request.method());
-  const auto nominal = runtime::FromProto("part.zero_from_part_nominal", inputs.part.zero_from_part_nominal());
-  if (!nominal.ok()) return nominal.status();
-  inputs.task.zero_from_part_nominal = *nominal;
   auto surface = plant_.GetSurface(inputs.part, caller.make_context(), caller.keep_going);
   if (!surface.ok()) return surface.status();
   inputs.surface = *std::move(surface);
@@ -204,14 +243,15 @@ absl::Status InputFetcher::FetchScans(const Basis& basis, const v1::RegisterRequ
     const runtime::CallScope scope(call);
     return scans_.Fetch(request.scans(i), may_be_kept, caller.make_context);
   };
-  const ScanThinning thinning = ThinningOf(*inputs, request.scans_size(), may_be_kept);
+  ScanThinning thinning;
   ingest::v1::Scan first;
   std::int64_t point_count = 0;
   double stretches = 0;
   std::future<absl::StatusOr<ScanAtHand>> next = std::async(std::launch::async, fetch, 0);
   for (int i = 0; i < request.scans_size(); ++i) {
+    const std::string field = "scans[" + std::to_string(i) + "]";
     absl::StatusOr<ScanAtHand> at_hand = next.get();
-    if (!at_hand.ok()) return NotKnown("scans[" + std::to_string(i) + "]", request.scans(i), at_hand.status());
+    if (!at_hand.ok()) return NotKnown(field, request.scans(i), at_hand.status());
     clients::StoredBlocks* const fetched = &at_hand->stored;
     if (caller.keep_going && !caller.keep_going()) return absl::CancelledError("register: stopped by its caller");
     if (i == 0) first = fetched->record;
@@ -221,8 +261,12 @@ absl::Status InputFetcher::FetchScans(const Basis& basis, const v1::RegisterRequ
     if (point_count > kMostPoints)
       return runtime::Refuse("scans", std::to_string(point_count) + " points", "at most 100000000 together");
     if (i + 1 < request.scans_size()) next = std::async(std::launch::async, fetch, i + 1);
-    absl::Status known = i == 0 ? FetchMachine(basis, request, first, inputs) : absl::OkStatus();
-    if (known.ok()) known = basis.CheckMapped("scans[" + std::to_string(i) + "]", fetched->record, &inputs->sensor);
+    absl::Status known = i == 0 ? PlaceAt(first.header().station(), inputs) : absl::OkStatus();
+    if (i == 0) thinning = ThinningOf(*inputs, request.scans_size(), may_be_kept);
+    // Of merged views nobody knows from which side a point was seen: that tells a station's part from its fixture.
+    if (known.ok() && !inputs->station.empty()) known = clients::CheckProfiles(field, fetched->record);
+    if (known.ok() && i == 0) known = FetchMachine(basis, request, first, inputs);
+    if (known.ok()) known = basis.CheckMapped(field, fetched->record, &inputs->sensor);
     if (!known.ok()) return known;
     inputs->scans_received_at = std::max(inputs->scans_received_at, runtime::MomentOf(fetched->record.received_at()));
     const auto stretch = clients::StretchOf({inputs->machine, inputs->part, fetched->record.header()});
@@ -236,9 +280,10 @@ absl::Status InputFetcher::FetchScans(const Basis& basis, const v1::RegisterRequ
     inputs->portions.push_back(*std::move(portion));
     if (inputs->portions.back().sensor.size() == 0 || !inputs->portions.back().zero_from_sensor.matrix().allFinite())
       return runtime::Refuse(
-          "scans[" + std::to_string(i) + "]",
+          field,
           request.scans(i) + ", of whose " + std::to_string(scan_point_count) + " points none is at a finite place",
           "points, v0_mm and angles that are finite");
+    if (absl::Status own = LeaveOutOthers(field, request.scans_size(), inputs); !own.ok()) return own;
     Say(caller, v1::REGISTRATION_STEP_FETCHING, i + 1, 0);
   }
   inputs->clamping = request.clamping().empty() ? first.header().clamping() : request.clamping();
@@ -253,18 +298,25 @@ absl::Status InputFetcher::FetchMachine(const Basis& basis, const v1::RegisterRe
   auto record = basis.Machine(machine);
   if (!record.ok()) return record.status();
   inputs->machine = *std::move(record);
-  if (absl::Status s = clients::CheckLineScanner(inputs->machine); !s.ok()) return s;
+  const bool is_snapshot = scan.header().cloud() == ingest::v1::CLOUD_KIND_SNAPSHOT;
+  // What the record states of its sensor is of the one that scanned.
+  absl::Status suitable =
+      is_snapshot ? clients::CheckSnapshotSensor(inputs->machine) : clients::CheckLineScanner(inputs->machine);
+  if (!suitable.ok()) return suitable;
   auto chosen = basis.Sensor(scan);
   if (!chosen.ok()) return chosen.status();
   inputs->sensor = *std::move(chosen);
   const clients::FetchedSensorCalibration* const sensor = &inputs->sensor.calibration;
+  suitable = clients::CalibrationClient::CheckMaps("scans[" + scan.name() + "]", *sensor, scan.header());
+  if (!suitable.ok()) return suitable;
   const std::string& serial = scan.header().sensor_serial_number();
   if (!serial.empty() && !sensor->sensor_serial_number.empty() && serial != sensor->sensor_serial_number)
     return runtime::Refuse("scans[" + scan.name() + "].sensor_serial_number", serial,
                            sensor->sensor_serial_number + ", the sensor of " + sensor->name);
   auto rotation = basis.Rotation(machine);
   if (!rotation.ok()) return rotation.status();
-  const auto arm = basis.Arm(machine);
+  absl::StatusOr<std::optional<clients::FetchedArmStudy>> arm = std::nullopt;  // a study is of a line scanner's
+  if (!is_snapshot) arm = basis.Arm(machine);
   if (!arm.ok()) return arm.status();
   auto further = clients::FurtherSources({inputs->machine, inputs->part, scan.header()}, *sensor, *rotation, *arm);
   if (!further.ok()) return further.status();

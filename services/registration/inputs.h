@@ -6,6 +6,7 @@
 #include <array>
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -53,6 +54,8 @@ struct Inputs {
   ChosenSensor sensor;                           // of sensor_calibration
   std::chrono::system_clock::time_point scans_received_at;  // the last of them
   std::string clamping;                                     // stated, or the scans'; empty: neither
+  std::string station;                                      // the scans'; empty: the part has none
+  std::optional<std::int64_t> left_out_count;               // points that are not the station's; none: it has none
   std::optional<double> thermal_stretch;                    // of the scans together; none: no temperature is stated
   std::string remark;
   std::vector<metrology::ScanPortion> portions;

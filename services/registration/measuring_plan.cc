@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "metrology/kinematics/beyond_reach.h"
+#include "services/clients/stations.h"
 #include "services/registration/inputs.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
@@ -224,8 +225,10 @@ absl::StatusOr<v1::MeasuringPlan> PlanOf(const v1::PlanMeasurementRequest& reque
   if (!options.ok()) return options.status();
   options->threads = threads;
   options->keep_going = keep_going;
-  const auto nominal = runtime::FromProto("part.zero_from_part_nominal", inputs.part.zero_from_part_nominal());
+  const auto nominal = clients::NominalPoseAt("station", request.station(), inputs.part);
   if (!nominal.ok()) return nominal.status();
+  auto neighbours = clients::NeighboursOf(request.station(), inputs.part);
+  if (!neighbours.ok()) return neighbours.status();
   auto chain = ChainOf(inputs);
   if (!chain.ok()) return chain.status();
   auto discs = DiscsOf(request, inputs.part);
@@ -237,7 +240,8 @@ absl::StatusOr<v1::MeasuringPlan> PlanOf(const v1::PlanMeasurementRequest& reque
                                  inputs.sensor.sensor,
                                  {sensor.mid_range_mm(), sensor.range_mm(), kRadPerDeg * sensor.line_angle_deg()},
                                  *std::move(discs),
-                                 *std::move(options)};
+                                 *std::move(options),
+                                 *std::move(neighbours)};
   const auto made = metrology::MakeMeasuringPlan(task);
   if (!made.ok()) return AsAsked(made.status());
 

@@ -128,6 +128,7 @@ absl::StatusOr<v1::Registration> ToProto(const storage::RegistrationRow& row) {
   out.set_record_sequence(row.recorded.sequence);
   out.set_for_inspection(row.for_inspection);
   out.set_clamping(row.clamping);
+  out.set_station(row.station);
   if (row.thermal_stretch) out.set_thermal_stretch(*row.thermal_stretch);
   if (row.scans_received_at) runtime::ToProto(*row.scans_received_at, out.mutable_scans_received_at());
   out.set_sensor_calibration_asked(row.sensor_calibration_asked);

@@ -21,6 +21,9 @@ absl::StatusOr<PlanInputs> InputFetcher::FetchForPlan(const v1::PlanMeasurementR
   auto sensor = calibrations_.SensorInForce(request.machine(), caller.make_context());
   if (!sensor.ok()) return sensor.status();
   inputs.sensor = *std::move(sensor);
+  // A machine may have had a snapshot sensor before.
+  if (absl::Status status = clients::CalibrationClient::CheckMaps("profiles", inputs.sensor, {}); !status.ok())
+    return status;
   // Where it hangs otherwise, neither the beam nor the housing is where a plan has them.
   if (absl::Status status = clients::CalibrationClient::CheckNotMoved("machine", inputs.sensor, {}); !status.ok())
     return status;

@@ -85,6 +85,7 @@ absl::StatusOr<runtime::Made<storage::RegistrationRow>> RegistrationService::Mak
     if (!registered.ok()) return registered.status();
     metrology::AddRemark(inputs->remark, &registered->fit.evidence);
     registered->fit.evidence.drawn_hole_count = CountDrawnHoles(inputs->part, *inputs->surface);
+    registered->fit.evidence.left_out_count = inputs->left_out_count;
     const std::chrono::duration<double> computed = std::chrono::steady_clock::now() - started;
     return RecordOf(request, *inputs, *registered, computed.count());
   };

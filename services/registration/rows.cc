@@ -77,6 +77,7 @@ v1::Evidence DetailOf(const metrology::PoseFit& fit, const std::optional<metrolo
     detail.set_last_step_um(kUmPerMm * evidence.last_step_mm);
   }
   detail.set_drawn_hole_count(evidence.drawn_hole_count);
+  if (evidence.left_out_count.has_value()) detail.set_left_out_count(*evidence.left_out_count);
   if (evidence.gap_point_count.has_value()) detail.set_gap_point_count(*evidence.gap_point_count);
   for (const metrology::RegionResidual& in : evidence.regions) {
     if (!std::isfinite(in.mean_mm)) continue;  // no weight there
@@ -230,6 +231,7 @@ absl::StatusOr<runtime::Made<storage::RegistrationRow>> RecordOf(const v1::Regis
   row.method = MethodText(request.method());
   row.for_inspection = request.for_inspection();
   row.clamping = inputs.clamping;
+  row.station = inputs.station;
   row.thermal_stretch = inputs.thermal_stretch;
   row.scans_received_at = inputs.scans_received_at;
   row.sensor_calibration_asked = inputs.sensor.asked;

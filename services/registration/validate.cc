@@ -7,6 +7,7 @@
 
 #include "metrology/registration/allowance.h"
 #include "refusal/message_text.h"
+#include "services/clients/references.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
@@ -211,6 +212,9 @@ absl::Status CheckScan(const v1::RegisterRequest& request, const ingest::v1::Sca
   if (scan.header().clamping() != first.header().clamping())
     return runtime::Refuse(field + ".clamping", "'" + scan.header().clamping() + "'",
                            "'" + first.header().clamping() + "', as the first scan: the part stands elsewhere");
+  if (scan.header().station() != first.header().station())
+    return runtime::Refuse(field + ".station", "'" + scan.header().station() + "'",
+                           "'" + first.header().station() + "', as the first scan: another blade stands there");
   if (!request.clamping().empty() && !scan.header().clamping().empty() &&
       scan.header().clamping() != request.clamping())
     return runtime::Refuse(field + ".clamping", "'" + scan.header().clamping() + "'",
@@ -221,6 +225,12 @@ absl::Status CheckScan(const v1::RegisterRequest& request, const ingest::v1::Sca
   if (scan.header().travel() != first.header().travel())
     return runtime::Refuse(field + ".travel", ingest::v1::ScanTravel_Name(scan.header().travel()),
                            ingest::v1::ScanTravel_Name(first.header().travel()) + ", as the first scan");
+  if (clients::CloudText(scan.header()) != clients::CloudText(first.header()))
+    return runtime::Refuse(field + ".cloud", clients::CloudText(scan.header()),
+                           clients::CloudText(first.header()) + ", as the first scan");
+  if (request.options().coarse_start() && scan.header().cloud() == ingest::v1::CLOUD_KIND_SNAPSHOT)
+    return runtime::Refuse("options.coarse_start", "true, with the snapshot " + scan.name(),
+                           "false: the points of a snapshot do not say from where they were seen");
   if (scan.header().has_subject_temperature_c() != first.header().has_subject_temperature_c())
     return runtime::Refuse(field + ".subject_temperature_c",
                            scan.header().has_subject_temperature_c() ? "given" : "not given",

@@ -19,7 +19,7 @@ metrology::Method MethodOf(v1::Method method);
 
 // Names, counts, method and options.
 absl::Status CheckRequest(const v1::RegisterRequest& request);
-// The scan shows this blade, on the machine of the first scan, and no artefact.
+// The scan shows this blade, on the machine of the first scan and by its kind of points, and no artefact.
 absl::Status CheckScan(const v1::RegisterRequest& request, const ingest::v1::Scan& scan, const ingest::v1::Scan& first);
 
 }  // namespace sixpoint::registration

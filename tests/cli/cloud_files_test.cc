@@ -115,7 +115,13 @@ TEST(CloudFiles, RefusesHeadersThatItCannotTrust) {
   for (int i = 0; i < 2000; ++i) endless += "comment x\n";
   ExpectRefused(ParsePly("p", endless + "end_header\n"), "no end_header");
   ExpectRefused(ParsePcd("p", "FIELDS x y\nPOINTS 1\nDATA ascii\n1 2\n"), "all three");
-  ExpectRefused(ParsePcd("p", "FIELDS x y z\nPOINTS 1\nDATA binary\n"), "DATA ascii");
+  ExpectRefused(ParsePcd("p", "FIELDS x y z\nPOINTS 1\nDATA binary_compressed\n"), "DATA ascii");
+  ExpectRefused(ParsePcd("p", "FIELDS x y z\nPOINTS 1\nDATA binary\n"), "SIZE or TYPE");
+  const std::string binary = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 2\nDATA binary\n";
+  ExpectRefused(ParsePcd("p", binary + std::string(23, '\0')), "1 points, want 2");
+  ExpectRefused(ParsePcd("p", binary + std::string(20, '\0') + std::string(4, '\xff')), "finite coordinates");
+  ExpectRefused(ParsePcd("p", "FIELDS x y z\nSIZE 2 2 2\nTYPE I I I\nPOINTS 2\nDATA binary\n"), "F of 4 or 8 bytes");
+  ExpectRefused(ParsePcd("p", "FIELDS x y z\nSIZE 9 9 9\nTYPE F F F\nPOINTS 2\nDATA binary\n"), "SIZE or TYPE");
   ExpectRefused(ParsePcd("p", "FIELDS x y z\nDATA ascii\n"), "POINTS before DATA");
   ExpectRefused(ParsePcd("p", "FIELDS n x y z\nCOUNT 3 1 1 1\n"), "COUNT 1");
 }
@@ -127,6 +133,20 @@ TEST(CloudFiles, PcdTakesCoordinatesFromTheirFields) {
                "WIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\n9 1 2 3\n9 4 5 6\n");
   ASSERT_TRUE(points.ok()) << points.status();
   EXPECT_EQ(*points, (Points{{1, 2, 3}, {4, 5, 6}}));
+}
+
+TEST(CloudFiles, PcdIsReadAsItsBytesToo) {
+  std::string bytes = "FIELDS rgb x y z\nSIZE 1 4 8 4\nTYPE U F F F\nCOUNT 1 1 1 1\nPOINTS 2\nDATA binary\n";
+  for (const double at : {1.5, -2.25}) {
+    const auto x = static_cast<float>(at), z = static_cast<float>(2 * at);
+    const double y = at / 3;
+    bytes += 'c';
+    bytes.append(reinterpret_cast<const char*>(&x), 4).append(reinterpret_cast<const char*>(&y), 8);
+    bytes.append(reinterpret_cast<const char*>(&z), 4);
+  }
+  const auto points = ParsePcd("p", bytes);
+  ASSERT_TRUE(points.ok()) << points.status();
+  EXPECT_EQ(*points, (Points{{1.5, 0.5, 3}, {-2.25, -0.75, -4.5}}));
 }
 
 TEST(CloudFiles, XyzTakesCommasAndIgnoresFurtherColumns) {

@@ -83,6 +83,30 @@ TEST(PlantDocuments, APartSaysWhatItsPositionTolerancesAre) {
   EXPECT_EQ(radius->part().hole_groups(0).position_zone(), plant::v1::POSITION_ZONE_RADIUS);
 }
 
+TEST(PlantDocuments, APartsStationsAreRead) {
+  const std::string folder = ::testing::TempDir() + "/stations";
+  std::filesystem::create_directories(folder);
+  std::filesystem::copy_file(Example("block.stl"), folder + "/block.stl",
+                             std::filesystem::copy_options::overwrite_existing);
+  std::string text = *ReadFile(Example("part.yaml"), kGreatestDocumentBytes);
+  const std::string kept_out = "# stations:\n";  // as the docs have it
+  const std::size_t from = text.find(kept_out);
+  ASSERT_NE(from, std::string::npos);
+  for (std::size_t line = from; line != text.find("# Of its material"); line = text.find('\n', line) + 1)
+    text.erase(line, 2);
+  ASSERT_TRUE(WriteFile(folder + "/part.yaml", text).ok());
+  const auto request = LoadPart(folder + "/part.yaml");
+  ASSERT_TRUE(request.ok()) << request.status();
+  ASSERT_EQ(request->part().stations_size(), 2);
+  EXPECT_EQ(request->part().stations(0).station(), "left");
+  EXPECT_FALSE(request->part().stations(0).has_capture_mm());
+  EXPECT_EQ(request->part().stations(1).zero_from_part_nominal().translation_mm().x_mm(), -20);
+  EXPECT_EQ(request->part().stations(1).capture_mm(), 3);
+  text.replace(text.find("capture_mm: 3"), 13, "capture_mm: 0");
+  ASSERT_TRUE(WriteFile(folder + "/part.yaml", text).ok());
+  EXPECT_THAT(std::string(LoadPart(folder + "/part.yaml").status().message()), HasSubstr("stations[1].capture_mm: 0"));
+}
+
 TEST(PlantDocuments, TheTouchDataAndSpherePosesOfTheDocsAreRead) {
   const auto touch = LoadTouchData(Example("touch.yaml"));
   ASSERT_TRUE(touch.ok()) << touch.status();
@@ -112,6 +136,16 @@ TEST(PlantDocuments, AMachineSaysEverythingThatIsWrongAtOnce) {
   EXPECT_THAT(message, HasSubstr("part_side[0].axis: \"Q\""));
   EXPECT_THAT(message, HasSubstr("part_side[0].point_mm: missing"));
   EXPECT_THAT(message, HasSubstr("part_side[0].limits_deg: missing"));
+}
+
+TEST(PlantDocuments, ASnapshotSensorHasNoColumns) {
+  const std::string machine =
+      "id: m\nnominal_centre_mm: [0, 0, 0]\npart_side: []\ntool_side: []\n"
+      "sensor: {model: s, noise_um: 3, mid_range_mm: 300, range_mm: 120, line_angle_deg: 30, ";
+  EXPECT_TRUE(ReadMachineFrom(machine + "kind: snapshot}\n").ok()) << ReadMachineFrom(machine + "kind: snapshot}\n");
+  EXPECT_THAT(std::string(ReadMachineFrom(machine + "kind: snapshot, columns: 1280}\n").message()),
+              HasSubstr("a snapshot sensor has no columns"));
+  EXPECT_THAT(std::string(ReadMachineFrom(machine + "kind: line}\n").message()), HasSubstr("sensor.columns: missing"));
 }
 
 TEST(PlantDocuments, ReadsEncoderRunsAndGauges) {

@@ -13,6 +13,7 @@ storage::CalibrationRow SampleSensorCalibration() {
   row.sensor->covariance = std::vector<double>(36, 1);
   row.sensor->alpha_standard_uncertainty_deg = row.sensor->beta_standard_uncertainty_deg = 0.1;
   row.sensor->gamma_standard_uncertainty_deg = 0.1;
+  row.sensor->noise_um = row.sensor->touch_rms_um = row.sensor->residual_rms_um = 0;
   row.sensor->condition_number = 1;
   row.sensor->points_used = 1;
   return row;

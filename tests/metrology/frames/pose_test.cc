@@ -53,6 +53,16 @@ TEST(Pose, PointJacobianIsTheDerivativeOfThePerturbedPose) {
   }
 }
 
+// Of a shift everywhere the same; of a turn that of the corner farthest from its axis.
+TEST(Pose, GreatestDisplacementIsThatOfACornerOfTheBox) {
+  const Eigen::AlignedBox3d box(Eigen::Vector3d(-1, -2, -3), Eigen::Vector3d(4, 2, 3));
+  const Eigen::Isometry3d pose = Perturbed(Eigen::Isometry3d::Identity(), Vector6d::Constant(0.3), {1, 2, 3});
+  const Eigen::Isometry3d shifted = pose * Eigen::Translation3d(0, 0, 0.25);
+  EXPECT_NEAR(GreatestDisplacement_mm(box, pose, shifted), 0.25, 1e-12);
+  const Eigen::Isometry3d turned = pose * Eigen::AngleAxisd(kPi, Eigen::Vector3d::UnitZ());
+  EXPECT_NEAR(GreatestDisplacement_mm(box, turned, pose), 2 * std::hypot(4, 2), 1e-12);
+}
+
 TEST(Pose, NoPerturbationChangesNothing) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translation() = Eigen::Vector3d(6350, 1, 2);

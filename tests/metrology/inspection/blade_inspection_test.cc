@@ -43,6 +43,29 @@ TEST(BladeInspection, JudgesPinsAndSurface) {
   EXPECT_EQ(findings->deviation.point_count + findings->deviation.excluded_count, 4 * 4505);
 }
 
+// Pins in snapshots, points in any order, are judged by the rigid mapping; taken for profiles the same clouds show others.
+TEST(BladeInspection, JudgesPinsInSnapshots) {
+  PinnedBlock plant = MakePinnedBlock();
+  plant.sensor.cloud = CloudKind::kSnapshot;
+  std::mt19937_64 random(1);
+  std::vector<LineScan> scans = ScansOf(plant, &random, 4000);
+  for (LineScan& scan : scans) std::shuffle(scan.points_mm.begin(), scan.points_mm.end(), random);
+  const auto findings = Inspect(plant, scans);
+  ASSERT_TRUE(findings.ok()) << findings.status();
+  EXPECT_EQ(findings->holes[0].verdict, Verdict::kConform) << findings->holes[0].reason;
+  EXPECT_EQ(findings->holes[1].position_verdict, Verdict::kNotConform) << findings->holes[1].reason;
+  for (int i = 0; i < 2; ++i) {
+    const HoleError& error = findings->holes[i].error;
+    EXPECT_LT((error.start_in_part_mm - plant.pins[i].start_mm).norm(), 1e-3);
+    EXPECT_LT((error.axis_in_part - plant.pins[i].axis).norm(), 3e-4);
+  }
+  EXPECT_NEAR(findings->deviation.p50_um, 5, 0.2);
+  plant.sensor.cloud = CloudKind::kProfiles;
+  const auto sheared = Inspect(plant, scans);
+  EXPECT_TRUE(!sheared.ok() || std::abs(sheared->deviation.p50_um - 5) > 2 ||
+              (sheared->holes[0].error.start_in_part_mm - plant.pins[0].start_mm).norm() > 2e-3);
+}
+
 TEST(BladeInspection, GivesTheSameBitsOnAnyNumberOfThreads) {
   const PinnedBlock plant = MakePinnedBlock();
   std::mt19937_64 random(2);

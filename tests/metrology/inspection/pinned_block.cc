@@ -55,6 +55,7 @@ LineScan Scanned(const PinnedBlock& plant, double b_deg, const Points& in_part, 
   const Eigen::Isometry3d machine_from_part = plant.axes.MachineFromZero(0, scan.b_rad) * plant.pose.zero_from_part;
   Eigen::Matrix3d columns;
   columns << Eigen::Vector3d::UnitX(), plant.sensor.rotation.col(1), plant.sensor.rotation.col(2);
+  if (plant.sensor.cloud == CloudKind::kSnapshot) columns = plant.sensor.rotation;
   const Eigen::Matrix3d inverse = columns.inverse();
   for (const Eigen::Vector3d& point : in_part) {
     Eigen::Vector3d in_sensor = inverse * (machine_from_part * point + scan.v0_mm - plant.sensor.t_sm_mm);

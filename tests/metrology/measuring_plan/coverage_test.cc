@@ -116,6 +116,34 @@ TEST(PlanCoverage, WhereTheHousingWouldTouchIsNotScannedAndSaysSo) {
   EXPECT_NEAR(clear.area_mm2[0], 80 * 16, 0.01 * 80 * 16);
 }
 
+// A second plate of the fixture that stands up beside it: the housing, 20 mm to either side, keeps away from it. Over it, it hides it.
+TEST(PlanCoverage, ANeighbourStandsInTheWayAndInTheLight) {
+  TriangleMesh mesh;
+  AddBoxMesh({-40, -8, -5}, {40, 8, 0}, false, &mesh);
+  const auto plate = SurfaceOf(mesh);
+  PlanMachine still;
+  still.a_limit_deg = still.b_limit_deg = 0.01;
+  PlanTask task = TaskOf(*plate, still);
+  task.options.coverage = 1;
+  task.options.greatest_incidence_rad = 30 * kPlanDegree;
+  const auto neighbour_at = [&](double x_mm) {
+    task.neighbours_zero_from_part = {task.zero_from_part * Eigen::Translation3d(x_mm, 0, 40) *
+                                      Eigen::AngleAxisd(kPlanDegree * 90, Eigen::Vector3d::UnitY())};
+  };
+  const auto why_nothing = [&] {
+    const auto plan = MakeMeasuringPlan(task);
+    EXPECT_EQ(plan.status().code(), absl::StatusCode::kOutOfRange) << plan.status();
+    return std::string(plan.status().message());
+  };
+  neighbour_at(80);
+  EXPECT_NEAR(PlanOf(task).regions.at(0).area_mm2[0], 80 * 16, 0.01 * 80 * 16);
+  neighbour_at(50);
+  EXPECT_NE(why_nothing().find("too near to the part for the housing"), std::string::npos) << why_nothing();
+  task.options.body = {{-1, -1, 200}, {1, 1, 201}};
+  task.neighbours_zero_from_part = {task.zero_from_part * Eigen::Translation3d(0, 0, 30)};
+  EXPECT_NE(why_nothing().find("hidden"), std::string::npos) << why_nothing();
+}
+
 TEST(PlanCoverage, LimitsThatLeaveNothingAreRefusedWithWhy) {
   const auto plane = SurfaceOf(SheetMesh(40, 14, 4));
   PlanMachine tight;

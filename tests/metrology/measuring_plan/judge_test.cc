@@ -175,30 +175,26 @@ TEST(PlanJudge, SeesWhatOneSweepOfAStillPartPromises) {
   EXPECT_NEAR(SeenShare(places), plan->regions[0].Share(), 0.015);
 }
 
-// The housing, as a grid of its own places, at every place of every move: down, along, up, and over to the next.
-TEST(PlanJudge, KeepsTheHousingAwayOnEveryMove) {
-  PlanMachine machine;
-  TriangleMesh mesh = Star(12, 7, 24, 7);
-  AddBoxMesh({14, -6, -6}, {20, 6, 60}, false, &mesh);  // a fixture's arm
-  const auto surface = SurfaceOf(mesh);
-  PlanTask task = TaskOf(*surface, machine);
-  task.options.coverage = 0.6;
-  const auto plan = MakeMeasuringPlan(task);
-  ASSERT_TRUE(plan.ok()) << plan.status();
-  ASSERT_GE(plan->portions.size(), 3u);
-  const double wanted_mm = task.options.clearance_mm + task.options.margin_mm;
+// How near the housing comes to the part and its neighbours, as a grid of its own places, at every place of every move: down, along, up, and over to
+// the next.
+double NearestHousing_mm(const PlanTask& task, const PlanMachine& machine, const MeasuringPlan& plan) {
+  std::vector<Eigen::Isometry3d> zero_from_parts = task.neighbours_zero_from_part;
+  zero_from_parts.push_back(task.zero_from_part);
   double least_mm = 1e9;
   const auto look = [&](double a_rad, double b_rad, const Vector3d& linear_mm) {
     PlannedPortion pose;
     pose.start = Eigen::VectorXd::Zero(5);
     pose.start << a_rad, b_rad, linear_mm;
-    const Eigen::Isometry3d part_from_machine = Judge(task, machine).MachineFromPart(pose).inverse();
+    const Eigen::Isometry3d zero_from_machine =
+        task.zero_from_part * Judge(task, machine).MachineFromPart(pose).inverse();
     const SensorBody& body = task.options.body;
     for (int i = 0; i < 5 * 9 * 9; ++i) {
       const Vector3d share(i % 5 / 4.0, i / 5 % 9 / 8.0, i / 45 / 8.0);
       const Vector3d in_sensor = body.low_mm + share.cwiseProduct(body.high_mm - body.low_mm);
       const Vector3d place = task.sensor.t_sm_mm + linear_mm + task.sensor.rotation * in_sensor;
-      least_mm = std::min(least_mm, surface->Closest(part_from_machine * place).signed_distance_mm);
+      for (const Eigen::Isometry3d& zero_from_part : zero_from_parts)
+        least_mm = std::min(
+            least_mm, task.surface.Closest(zero_from_part.inverse() * zero_from_machine * place).signed_distance_mm);
     }
   };
   const auto go = [&](const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
@@ -207,19 +203,51 @@ TEST(PlanJudge, KeepsTheHousingAwayOnEveryMove) {
       look(at(0), at(1), at.tail<3>());
     }
   };
-  for (std::size_t i = 0; i < plan->portions.size(); ++i) {
-    const PlannedPortion& portion = plan->portions[i];
+  for (std::size_t i = 0; i < plan.portions.size(); ++i) {
+    const PlannedPortion& portion = plan.portions[i];
     go(portion.enter, portion.start);
     go(portion.start, portion.end);
     go(portion.end, portion.leave);
-    if (i + 1 == plan->portions.size()) continue;
+    if (i + 1 == plan.portions.size()) continue;
     Eigen::VectorXd turned = portion.leave;
-    turned.head<2>() = plan->portions[i + 1].enter.head<2>();
+    turned.head<2>() = plan.portions[i + 1].enter.head<2>();
     go(portion.leave, turned);
-    go(turned, plan->portions[i + 1].enter);
+    go(turned, plan.portions[i + 1].enter);
   }
-  EXPECT_GE(least_mm, wanted_mm - 1e-9);
+  return least_mm;
+}
+
+TEST(PlanJudge, KeepsTheHousingAwayOnEveryMove) {
+  const PlanMachine machine;
+  TriangleMesh mesh = Star(12, 7, 24, 7);
+  AddBoxMesh({14, -6, -6}, {20, 6, 60}, false, &mesh);  // a fixture's arm
+  const auto surface = SurfaceOf(mesh);
+  PlanTask task = TaskOf(*surface, machine);
+  task.options.coverage = 0.6;
+  const auto plan = MakeMeasuringPlan(task);
+  ASSERT_TRUE(plan.ok()) << plan.status();
+  ASSERT_GE(plan->portions.size(), 3u);
+  const double least_mm = NearestHousing_mm(task, machine, *plan);
+  EXPECT_GE(least_mm, task.options.clearance_mm + task.options.margin_mm - 1e-9);
   EXPECT_LT(least_mm, 200);
+}
+
+// Of a fixture with two, turned to each other: the plan of one alone would come too near to the other.
+TEST(PlanJudge, KeepsTheHousingAwayFromANeighbour) {
+  const PlanMachine machine;
+  const auto surface = SurfaceOf(Star(12, 7, 24, 7));
+  PlanTask task = TaskOf(*surface, machine);
+  task.options.coverage = 0.6;
+  const auto alone = MakeMeasuringPlan(task);
+  ASSERT_TRUE(alone.ok()) << alone.status();
+  task.neighbours_zero_from_part = {task.zero_from_part * Eigen::Translation3d(0, 30, 50) *
+                                    Eigen::AngleAxisd(0.3, Vector3d::UnitX())};
+  const auto plan = MakeMeasuringPlan(task);
+  ASSERT_TRUE(plan.ok()) << plan.status();
+  ASSERT_GE(plan->portions.size(), 2u);
+  const double wanted_mm = task.options.clearance_mm + task.options.margin_mm - 1e-9;
+  EXPECT_GE(NearestHousing_mm(task, machine, *plan), wanted_mm);
+  EXPECT_LT(NearestHousing_mm(task, machine, *alone), wanted_mm);
 }
 
 // Every place of the program is one that the axes may take.

@@ -309,7 +309,7 @@ TEST_F(ModelPathsTest, AToolThatCutsBesideItsMouthWaitsForAPerson) {
   EXPECT_THAT(check.subject(), HasSubstr("F1/"));
 }
 
-// First order beside draws, of what the correction rests on; of a path the first order alone.
+// First order beside draws, of what the correction rests on; of a path at its most uncertain pose.
 TEST_F(ModelPathsTest, ItsBudgetIsComputedByDrawsToo) {
   const auto correction = Correct();
   ASSERT_TRUE(correction.ok()) << correction.status();
@@ -337,8 +337,11 @@ TEST_F(ModelPathsTest, ItsBudgetIsComputedByDrawsToo) {
     EXPECT_NEAR(share, 1, 1e-12);
   }
   EXPECT_EQ(budget->holes(2).hole(), "F1");
-  EXPECT_FALSE(budget->holes(2).has_drawn_expanded_uncertainty_um());
-  EXPECT_EQ(budget->holes(2).expanded_uncertainty_um(), correction->groups(1).holes(0).expanded_uncertainty_um());
+  const v1::HoleBudget& path = budget->holes(2);
+  EXPECT_EQ(path.expanded_uncertainty_um(), correction->groups(1).holes(0).expanded_uncertainty_um());
+  EXPECT_NEAR(path.drawn_expanded_uncertainty_um() / path.expanded_uncertainty_um(), 1, 0.05);
+  for (const v1::BudgetLine& line : path.lines())
+    EXPECT_NEAR(line.drawn_standard_uncertainty_um() / line.standard_uncertainty_um(), 1, 0.05) << line.source();
   request.set_draws(999);
   EXPECT_THAT(std::string(Call(&Stub::ComputeBudget, request).status().message()),
               HasSubstr("draws: 999, want 0, or 1000 to 200000"));

@@ -42,6 +42,15 @@ TEST(StatisticsOf, MeasuresHowFarXRunsBackwards) {
   EXPECT_GT(StatisticsOf({{4.96, 0, 0}, {4.92, 0, 0}, {4.88, 0, 0}}, 0.1, first.end).greatest_backstep_mm, 0.1);
 }
 
+TEST(StatisticsOf, CountsNoProfilesOfASnapshot) {
+  const BlockStatistics statistics = StatisticsOf({{5, 0, 1}, {-3, 1, 2}, {4, 2, -7}}, 0, {});
+  EXPECT_EQ(statistics.minimum_mm, (std::array<double, 3>{-3, 0, -7}));
+  EXPECT_EQ(statistics.begun_profile_count, 0);
+  EXPECT_EQ(statistics.greatest_column_count, 0);
+  EXPECT_EQ(statistics.greatest_backstep_mm, 0);
+  EXPECT_EQ(statistics.end.column_count, 0);
+}
+
 TEST(StatisticsOf, CountsWhatIsNotFiniteAndLeavesItOut) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();

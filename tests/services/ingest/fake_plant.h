@@ -15,7 +15,7 @@ class FakePlant final : public plant::v1::PlantService::Service {
     ++asked_count;
     if (away) return grpc::Status(grpc::StatusCode::UNAVAILABLE, "away");
     if (request->name() != "machines/m1" && request->name() != "machines/m1@3") return NotFound(request->name());
-    *response = SampleMachine();
+    *response = gives_snapshots ? SampleSnapshotMachine() : SampleMachine();
     return grpc::Status::OK;
   }
   grpc::Status GetArtefact(grpc::ServerContext*, const plant::v1::GetArtefactRequest* request,
@@ -42,11 +42,13 @@ class FakePlant final : public plant::v1::PlantService::Service {
       group.set_position_zone(tolerance_mm == 0.06 ? plant::v1::POSITION_ZONE_DIAMETER
                                                    : plant::v1::POSITION_ZONE_RADIUS);
     }
+    for (const std::string& station : stations) response->add_stations()->set_station(station);
     return grpc::Status::OK;
   }
 
   std::atomic<int> asked_count = 0;
-  std::atomic<bool> away = false;
+  std::atomic<bool> away = false, gives_snapshots = false;
+  std::vector<std::string> stations;  // of the part; set before the first call
 
  private:
   static grpc::Status NotFound(const std::string& name) {

@@ -44,6 +44,25 @@ plant::v1::Machine SampleMachine() {
   return machine;
 }
 
+plant::v1::Machine SampleSnapshotMachine() {
+  plant::v1::Machine machine = SampleMachine();
+  machine.mutable_sensor()->set_kind(plant::v1::SENSOR_KIND_SNAPSHOT);
+  machine.mutable_sensor()->set_column_count(0);
+  machine.mutable_sensor()->set_range_mm(50);
+  machine.mutable_sensor()->set_line_angle_deg(30);
+  return machine;
+}
+
+v1::ScanHeader SampleSnapshot(const std::string& scan_id, v1::LengthUnit unit, v1::Encoding encoding) {
+  v1::ScanHeader header = SampleHeader(scan_id, 0, encoding);
+  header.set_cloud(v1::CLOUD_KIND_SNAPSHOT);
+  header.set_length_unit(unit);
+  header.clear_profile_pitch_mm();
+  header.clear_columns_per_profile();
+  header.clear_travel();
+  return header;
+}
+
 v1::ScanHeader SampleHeader(const std::string& scan_id, std::int64_t point_count, v1::Encoding encoding) {
   v1::ScanHeader header;
   header.set_scan_id(scan_id);

@@ -17,6 +17,12 @@ metrology::Points SampleProfiles(int profile_count, int column_count, unsigned s
 // machines/m1, revision 3: a SARIX SX200 Aero with a scanCONTROL 2960-25.
 plant::v1::Machine SampleMachine();
 
+// The same machine with a snapshot sensor of a wider view: 50 mm deep, 30 degrees.
+plant::v1::Machine SampleSnapshotMachine();
+// A snapshot of blades/sn1 on it, in that unit.
+v1::ScanHeader SampleSnapshot(const std::string& scan_id, v1::LengthUnit unit,
+                              v1::Encoding encoding = v1::ENCODING_XYZ_F64);
+
 // A scan of blades/sn1 on machines/m1 with that many points.
 v1::ScanHeader SampleHeader(const std::string& scan_id, std::int64_t point_count,
                             v1::Encoding encoding = v1::ENCODING_DRACO);

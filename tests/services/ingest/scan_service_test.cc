@@ -273,6 +273,30 @@ TEST_F(ScanServiceTest, OtherContentUnderTheSameIdIsRefusedWithWhatDiffers) {
   EXPECT_EQ(Count("scans"), 1);
 }
 
+// One of those that its part has, and no other. Elsewhere in the fixture it would be another scan.
+TEST_F(ScanServiceTest, AScansStationIsOneOfItsParts) {
+  const auto blocks = SampleBlocks(SampleProfiles(8, 100), 300);
+  v1::ScanHeader header = SampleHeader("s1", 800);
+  plant_.stations = {"left", "right"};
+  for (const char* station : {"", "middle"}) {
+    header.set_station(station);
+    ExpectRefused(header, blocks, "header.station");
+    EXPECT_THAT(std::string(Upload(header, blocks).status().message()),
+                HasSubstr(std::string("header.station: ") + (*station == 0 ? "empty" : station) +
+                          ", want a station of parts/p1 (left, right)"));
+  }
+  header.set_station("left");
+  const auto stored = Upload(header, blocks);
+  ASSERT_TRUE(stored.ok()) << stored.status();
+  EXPECT_EQ(stored->scan().header().station(), "left");
+  EXPECT_EQ(Count("scans WHERE station = 'left'"), 1);
+  EXPECT_TRUE(Upload(header, blocks)->already_stored());
+  header.set_station("right");
+  const absl::Status other = Upload(header, blocks).status();
+  EXPECT_TRUE(absl::IsAlreadyExists(other)) << other;
+  EXPECT_THAT(std::string(other.message()), HasSubstr("station: \"left\" -> \"right\""));
+}
+
 TEST_F(ScanServiceTest, IdenticalUploadsAtOnceAreOneScan) {
   const auto blocks = SampleBlocks(SampleProfiles(8, 100), 300);
   std::atomic<int> stored_count = 0;
@@ -307,6 +331,9 @@ TEST_F(ScanServiceTest, RefusesBadHeadersByFieldAndStoresNothing) {
   header = SampleHeader("s1", 800);
   header.set_a_deg(101);
   ExpectRefused(header, blocks, "header.a_deg");
+  header = SampleHeader("s1", 800);
+  header.set_station("left");  // the part has none
+  ExpectRefused(header, blocks, "header.station");
   header = SampleHeader("s1", -1);
   ExpectRefused(header, {}, "header.point_count");
   header = SampleHeader("s1", 800, v1::ENCODING_XYZ_F64);

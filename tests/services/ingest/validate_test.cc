@@ -29,6 +29,66 @@ TEST(CheckHeader, AcceptsASoundHeader) {
   EXPECT_TRUE(CheckHeader(SampleHeader("s1", 100, v1::ENCODING_XYZ_F64)).ok());
 }
 
+TEST(CheckHeader, AcceptsASnapshotInAnyUnit) {
+  for (const v1::LengthUnit unit : {v1::LENGTH_UNIT_MILLIMETRE, v1::LENGTH_UNIT_METRE, v1::LENGTH_UNIT_INCH})
+    EXPECT_TRUE(CheckHeader(SampleSnapshot("s1", unit)).ok());
+  EXPECT_TRUE(CheckHeader(SampleSnapshot("s1", v1::LENGTH_UNIT_MILLIMETRE, v1::ENCODING_DRACO)).ok());
+  EXPECT_EQ(MmPerUnit(SampleSnapshot("s1", v1::LENGTH_UNIT_METRE)), 1000);
+  EXPECT_EQ(MmPerUnit(SampleSnapshot("s1", v1::LENGTH_UNIT_INCH)), 25.4);
+  EXPECT_EQ(MmPerUnit(SampleHeader("s1", 1)), 1);
+}
+
+TEST(CheckHeader, SaysWhatASnapshotMustNotHave) {
+  const auto refused = [](const std::string& field, const std::string& value, auto spoil) {
+    v1::ScanHeader header = SampleSnapshot("s1", v1::LENGTH_UNIT_MILLIMETRE);
+    spoil(&header);
+    ExpectRefused(CheckHeader(header), field, value);
+  };
+  using Header = v1::ScanHeader;
+  refused("header.length_unit", "not given", [](Header* h) { h->clear_length_unit(); });
+  refused("header.length_unit", "9", [](Header* h) { h->set_length_unit(static_cast<v1::LengthUnit>(9)); });
+  refused("header.cloud", "9", [](Header* h) { h->set_cloud(static_cast<v1::CloudKind>(9)); });
+  refused("header.profile_pitch_mm", "0.05", [](Header* h) { h->set_profile_pitch_mm(0.05); });
+  refused("header.profile_pitch_mm", "NaN", [](Header* h) { h->set_profile_pitch_mm(kNan); });
+  refused("header.columns_per_profile", "1", [](Header* h) { h->set_columns_per_profile(1); });
+  refused("header.travel", "SCAN_TRAVEL_FORWARD", [](Header* h) { h->set_travel(v1::SCAN_TRAVEL_FORWARD); });
+  refused("header.encoding", "RAW_PROFILES", [](Header* h) {
+    h->set_encoding(v1::ENCODING_RAW_PROFILES);
+    h->set_raw_step_um(1);
+  });
+  refused("header.length_unit", "METRE", [](Header* h) {
+    h->set_encoding(v1::ENCODING_DRACO);
+    h->set_length_unit(v1::LENGTH_UNIT_METRE);
+  });
+  // A line scanner's are in mm.
+  Header profiles = SampleHeader("s1", 1);
+  profiles.set_length_unit(v1::LENGTH_UNIT_INCH);
+  ExpectRefused(CheckHeader(profiles), "header.length_unit", "INCH");
+  profiles.set_length_unit(v1::LENGTH_UNIT_MILLIMETRE);
+  profiles.set_cloud(v1::CLOUD_KIND_PROFILES);
+  EXPECT_TRUE(CheckHeader(profiles).ok());
+}
+
+TEST(CheckAgainstMachine, WantsTheCloudThatItsSensorGives) {
+  const v1::ScanHeader profiles = SampleHeader("s1", 1), snapshot = SampleSnapshot("s1", v1::LENGTH_UNIT_MILLIMETRE);
+  EXPECT_TRUE(CheckAgainstMachine(snapshot, SampleSnapshotMachine()).ok());
+  ExpectRefused(CheckAgainstMachine(profiles, SampleSnapshotMachine()), "header.cloud", "PROFILES, want SNAPSHOT");
+  ExpectRefused(CheckAgainstMachine(snapshot, SampleMachine()), "header.cloud", "SNAPSHOT, want PROFILES");
+}
+
+// x is no encoder's reading: the view's cone bounds it as it bounds y.
+TEST(CheckStatistics, HoldsASnapshotToItsView) {
+  const v1::ScanHeader header = SampleSnapshot("s1", v1::LENGTH_UNIT_MILLIMETRE);
+  const plant::v1::Sensor sensor = SampleSnapshotMachine().sensor();  // (66 + 25) tan 15 deg = 24.38 mm
+  const auto check = [&](const metrology::Points& points_mm) {
+    return CheckStatistics(header, sensor, 2, StatisticsOf(points_mm, 0, {}));
+  };
+  EXPECT_TRUE(check({{24, -24, 24}, {-24, 24, -24}, {3, 0, 0}}).ok());
+  ExpectRefused(check({{25, 0, 0}}), "block[2].payload.x_mm", "25");
+  ExpectRefused(check({{0, -25, 0}}), "block[2].payload.y_mm", "-25");
+  ExpectRefused(check({{0, 0, 26}}), "block[2].payload.z_mm", "26");
+}
+
 TEST(CheckHeader, NamesTheFieldThatIsWrong) {
   struct Case {
     std::string field, value;
@@ -38,6 +98,13 @@ TEST(CheckHeader, NamesTheFieldThatIsWrong) {
       {"header.scan_id", "empty", [](auto* h) { h->set_scan_id(""); }},
       {"header.arm_series", "s 1", [](auto* h) { h->set_arm_series("s 1"); }},
       {"header.clamping", "c/1", [](auto* h) { h->set_clamping("c/1"); }},
+      {"header.station", "s/1", [](auto* h) { h->set_station("s/1"); }},
+      {"header.station", "s1",
+       [](auto* h) {
+         h->set_station("s1");
+         h->set_kind(v1::SCAN_KIND_ARTEFACT);
+         h->set_subject("artefacts/a1");
+       }},
       {"header.subject_temperature_c", "61", [](auto* h) { h->set_subject_temperature_c(61); }},
       {"header.scales_temperature_c", "NaN", [](auto* h) { h->set_scales_temperature_c(kNan); }},
       {"header.subject_temperature_c", "not given", [](auto* h) { h->clear_subject_temperature_c(); }},

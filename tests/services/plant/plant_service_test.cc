@@ -202,6 +202,36 @@ TEST_F(PlantServiceTest, APartComesBackWithItsSurface) {
 }
 
 // A box without its lid, and with a triangle in a line along an edge of its floor.
+// The same stations are the same revision, others another; two at which one part may stand are refused.
+TEST_F(PlantServiceTest, StationsComeBackBitForBit) {
+  v1::CreatePartRequest request = SamplePart(CylinderCad());
+  for (const double along_mm : {0.0, 1.0 / 3 + 20}) {
+    v1::Station& station = *request.mutable_part()->add_stations();
+    station.set_station("s" + std::to_string(request.part().stations_size()));
+    *station.mutable_zero_from_part_nominal() = request.part().zero_from_part_nominal();
+    station.mutable_zero_from_part_nominal()->mutable_translation_mm()->set_z_mm(along_mm);
+    if (along_mm == 0) station.set_capture_mm(0.3);
+  }
+  const auto created = Create(request);
+  ASSERT_TRUE(created.ok()) << created.status();
+  v1::Part expected = request.part();
+  expected.mutable_stations(1)->set_capture_mm(5);  // the contract's
+  const auto read = GetPart("parts/vane");
+  ASSERT_TRUE(read.ok()) << read.status();
+  ASSERT_EQ(read->stations_size(), 2);
+  for (int i = 0; i < 2; ++i)
+    EXPECT_TRUE(MessageDifferencer::Equals(read->stations(i), expected.stations(i))) << read->stations(i).DebugString();
+  EXPECT_EQ(Create(request)->revision(), 1);
+  request.mutable_part()->mutable_stations(0)->set_capture_mm(0.4);
+  EXPECT_EQ(Create(request)->revision(), 2);
+  EXPECT_EQ(GetPart("parts/vane@1")->stations(0).capture_mm(), 0.3);
+  request.mutable_part()->mutable_stations(0)->set_capture_mm(16);
+  EXPECT_THAT(std::string(Create(request).status().message()),
+              HasSubstr("part.stations[1].zero_from_part_nominal: at most 20.33"));
+  request.mutable_part()->clear_stations();
+  EXPECT_EQ(Create(request)->revision(), 3);
+}
+
 TEST_F(PlantServiceTest, HolesOfTheCadAreCounted) {
   const double corners[8][3] = {{0, 0, 0}, {4, 0, 0}, {4, 3, 0}, {0, 3, 0}, {0, 0, 2}, {4, 0, 2}, {4, 3, 2}, {0, 3, 2}};
   const int triangles[10][3] = {{0, 2, 1}, {0, 3, 2}, {0, 1, 5}, {0, 5, 4}, {1, 2, 6},

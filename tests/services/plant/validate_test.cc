@@ -99,6 +99,16 @@ TEST(ValidatedMachine, RefusalsNameTheField) {
            "machine.sensor.serial_number: 65 bytes, want at most 64"},
           {[](Request* r) { r->mutable_machine()->mutable_sensor()->set_kind(static_cast<v1::SensorKind>(9)); },
            "machine.sensor.kind: 9, want LINE, SNAPSHOT or none"},
+          {[](Request* r) { r->mutable_machine()->mutable_sensor()->set_column_count(0); },
+           "machine.sensor.column_count: 0, want > 0"},
+          {[](Request* r) { r->mutable_machine()->mutable_sensor()->set_kind(v1::SENSOR_KIND_SNAPSHOT); },
+           "machine.sensor.column_count: "},
+          {[](Request* r) {
+             r->mutable_machine()->mutable_sensor()->set_kind(v1::SENSOR_KIND_SNAPSHOT);
+             r->mutable_machine()->mutable_sensor()->set_column_count(0);
+             r->mutable_machine()->mutable_safety_envelope()->set_interim_check_limit_um(20);
+           },
+           "machine.safety_envelope.interim_check_limit_um: 20, want none"},
           {[](Request* r) { r->mutable_machine()->mutable_touch_probe()->clear_serial_number(); },
            "machine.touch_probe.serial_number: "},
           {[](Request* r) {
@@ -117,6 +127,17 @@ TEST(ValidatedMachine, RefusalsNameTheField) {
            },
            "machine.error_sources.approach: 7, want UPWARDS, DOWNWARDS"},
       });
+}
+
+TEST(ValidatedMachine, ASnapshotSensorHasNoColumns) {
+  v1::CreateMachineRequest request = SampleMachine();
+  request.mutable_machine()->mutable_sensor()->set_kind(v1::SENSOR_KIND_SNAPSHOT);
+  request.mutable_machine()->mutable_sensor()->set_column_count(0);
+  request.mutable_machine()->mutable_safety_envelope()->clear_interim_check_limit_um();
+  const auto row = Validated(request);
+  ASSERT_TRUE(row.ok()) << row.status();
+  EXPECT_EQ(row->sensor_kind, "SNAPSHOT");
+  EXPECT_EQ(row->sensor_column_count, 0);
 }
 
 // What a machine cannot do is refused where it is asked for.
@@ -245,6 +266,64 @@ TEST(ValidatedPart, ContentTellsDescriptionsApart) {
   EXPECT_EQ(sha256(same), sha256(SamplePart("x")));
   EXPECT_NE(sha256(moved), sha256(SamplePart("x")));
   EXPECT_NE(sha256(SamplePart("y")), sha256(SamplePart("x")));
+}
+
+// Two stations, 40 mm apart along machine Y, which is the part's x.
+v1::CreatePartRequest StationedPart() {
+  v1::CreatePartRequest request = SamplePart("x");
+  for (const char* name : {"s1", "s2"}) {
+    v1::Station* station = request.mutable_part()->add_stations();
+    station->set_station(name);
+    *station->mutable_zero_from_part_nominal() = request.part().zero_from_part_nominal();
+  }
+  request.mutable_part()->mutable_stations(1)->mutable_zero_from_part_nominal()->mutable_translation_mm()->set_y_mm(
+      -310);
+  return request;
+}
+
+TEST(ValidatedPart, StationsAreNamedOnceAndStandSomewhere) {
+  const auto row = Validated(StationedPart());
+  ASSERT_TRUE(row.ok()) << row.status();
+  EXPECT_EQ(row->stations[1].station, "s2");
+  EXPECT_EQ(row->stations[1].zero_from_part_nominal_translation_mm[1], -310);
+  EXPECT_EQ(row->stations[1].capture_mm, 5);  // the contract's
+  EXPECT_NE(row->content_sha256, Validated(SamplePart("x"))->content_sha256);
+  using Request = v1::CreatePartRequest;
+  const auto second = [](Request* r) { return r->mutable_part()->mutable_stations(1); };
+  ExpectRefusals<Request>(
+      StationedPart(),
+      {
+          {[&](Request* r) { second(r)->clear_station(); }, "part.stations[1].station: empty"},
+          {[&](Request* r) { second(r)->set_station("a b"); }, "part.stations[1].station: a b"},
+          {[&](Request* r) { second(r)->set_station("s1"); },
+           "part.stations[1].station: s1, want a name that no other"},
+          {[&](Request* r) { second(r)->clear_zero_from_part_nominal(); }, "part.stations[1].zero_from_part_nominal: "},
+          {[&](Request* r) { second(r)->mutable_zero_from_part_nominal()->set_rotation(2, 0.99); },
+           "part.stations[1].zero_from_part_nominal.rotation"},
+          {[&](Request* r) { second(r)->set_capture_mm(0); }, "part.stations[1].capture_mm: 0, want > 0 and <= 100"},
+          {[&](Request* r) { second(r)->set_capture_mm(100.1); }, "part.stations[1].capture_mm: 100.1"},
+          {[&](Request* r) { second(r)->set_capture_mm(kNan); }, "part.stations[1].capture_mm: NaN"},
+      });
+}
+
+// No place of a part may be one at two stations: told by what the box is off between them, at its farthest.
+TEST(CheckStationsApart, RefusesTwoThatAPartMayStandAtTogether) {
+  auto row = Validated(StationedPart());
+  ASSERT_TRUE(row.ok());
+  row->tessellation.minimum_mm = {-5, -5, 0};
+  row->tessellation.maximum_mm = {5, 5, 20};
+  EXPECT_TRUE(CheckStationsApart(*row).ok());
+  row->stations[0].capture_mm = 35;
+  EXPECT_THAT(
+      std::string(CheckStationsApart(*row).message()),
+      ::testing::MatchesRegex("part\\.stations\\[1\\]\\.zero_from_part_nominal: at most 39\\.9.* mm from the part's "
+                              "place at s1, want more than 40, their capture_mm together"));
+  row->stations[0].capture_mm = 5;
+  row->stations[1] = row->stations[0];
+  EXPECT_THAT(std::string(CheckStationsApart(*row).message()), HasSubstr("at most 0 mm from"));
+  // Turned about the part's z by half a turn, in its own place: the box's corners are 14 mm off.
+  row->stations[1].zero_from_part_nominal_rotation = {0, 0, 1, -1, 0, 0, 0, -1, 0};
+  EXPECT_TRUE(CheckStationsApart(*row).ok());
 }
 
 TEST(CheckInsideBox, FindsCadInOtherUnits) {

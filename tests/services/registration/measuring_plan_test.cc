@@ -130,6 +130,32 @@ double SumOf(const v1::RegionCoverage& region) {
          region.hidden_mm2() + region.beyond_rotary_mm2() + region.too_steep_mm2();
 }
 
+// Where the part has stations it stands at one of them: a plan for each is the part's own, moved.
+TEST_F(MeasuringPlanTest, PlansForAPartAtItsStation) {
+  AddLinear(400);
+  v1::PlanMeasurementRequest request = Request();
+  request.set_station("s1");
+  EXPECT_THAT(std::string(Plan(request).status().message()),
+              HasSubstr("station: s1, want none: parts/p1 has no stations"));
+  const v1::MeasuringPlan alone = GoodPlan(Request());
+  for (const double x_mm : {0.0, 120.0}) {
+    plant::v1::Station& station = *plant_.plant.part.add_stations();
+    station.set_station("s" + std::to_string(plant_.plant.part.stations_size()));
+    station.set_capture_mm(5);
+    *station.mutable_zero_from_part_nominal() = plant_.plant.part.zero_from_part_nominal();
+    geometry::v1::Point& at_mm = *station.mutable_zero_from_part_nominal()->mutable_translation_mm();
+    at_mm.set_x_mm(at_mm.x_mm() + x_mm);
+  }
+  EXPECT_THAT(std::string(Plan(Request()).status().message()),
+              HasSubstr("station: empty, want a station of parts/p1 (s1, s2)"));
+  const v1::MeasuringPlan first = GoodPlan(request);
+  EXPECT_NEAR(first.regions(0).coverage(), alone.regions(0).coverage(), 0.05);
+  request.set_station("s2");
+  const v1::MeasuringPlan second = GoodPlan(request);
+  EXPECT_NEAR(second.regions(0).coverage(), alone.regions(0).coverage(), 0.05);
+  EXPECT_NE(second.portions(0).v0_mm().x_mm(), first.portions(0).v0_mm().x_mm());
+}
+
 TEST_F(MeasuringPlanTest, SaysHowTheWholePartIsScannedAndByWhat) {
   AddLinear(400);
   v1::PlanMeasurementRequest request = Request();

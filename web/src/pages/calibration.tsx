@@ -85,6 +85,7 @@ function Top({ calibration, parameters, again }: { calibration: Calibration; par
         <div class="sheet">
           <Table caption="What it says" columns={kValues} rows={parameters} rowKey={(p) => p.parameter} />
           <dl class="pairs">
+            {result.case === 'sensor' && result.value.certificate && <><dt>Stated by</dt><dd>{result.value.certificate}</dd></>}
             {residualOf(calibration) !== undefined && <><dt>Residual</dt><dd>rms {quantity(residualOf(calibration), 'µm', 2)} of what the fit used</dd></>}
             {result.case === 'rotation' && result.value.checkRmsUm !== undefined && <><dt>Held out</dt><dd>rms {quantity(result.value.checkRmsUm, 'µm', 2)} of {plural(result.value.checkCount, 'pose')}</dd></>}
             {result.case === 'sensor' && result.value.fieldLeftUm !== undefined && <><dt>Field of the scanner</dt><dd>{quantity(result.value.fieldLeftUm, 'µm', 2)} rms left over the measuring field</dd></>}

@@ -19,9 +19,9 @@ const kKinds = ['SENSOR', 'ROTATION', 'PROBE', 'AXIS'] as const, kStates = ['DRA
 const kTouching = new Set(['calibration', 'release', 'withdrawal']);
 export const stateName = (state: CalibrationState): string => CalibrationState[state] ?? '';
 
-// Of the values that its fit used.
+// Of the values that its fit used; what was stated has none.
 export const residualOf = ({ result }: Calibration): number | undefined =>
-  (result.case === 'sensor' || result.case === 'rotation' || result.case === 'probe' ? result.value.residualRmsUm : undefined);
+  (result.case === 'sensor' && result.value.certificate ? undefined : result.case === 'sensor' || result.case === 'rotation' || result.case === 'probe' ? result.value.residualRmsUm : undefined);
 
 export const kCalibrationColumns: Column<Calibration>[] = [
   { head: 'Calibration', cell: (c) => <a href={pageOf(c.name)} title={c.name}>{shortId(c.name)}</a>, csv: (c) => c.name },

@@ -71,7 +71,7 @@ function Scanner({ sensor, of }: { sensor: Sensor; of: string }) {
         <dl class="pairs">
           <dt>Model</dt><dd>{sensor.model || <span class="muted">not stated</span>}</dd>
           <dt>Serial number</dt><dd>{sensor.serialNumber || <span class="muted">not stated</span>}</dd>
-          <dt>Measures</dt><dd>{sensor.kind === SensorKind.SNAPSHOT ? 'a cloud at once; its scans are not mapped yet' : `profiles of ${plural(sensor.columnCount, 'column')}`}</dd>
+          <dt>Measures</dt><dd>{sensor.kind === SensorKind.SNAPSHOT ? 'a cloud at once, mapped by a stated pose' : `profiles of ${plural(sensor.columnCount, 'column')}`}</dd>
           <dt>Noise</dt><dd>{quantity(sensor.noiseUm, 'µm', 2)} standard deviation of a reading</dd>
           <dt>Range</dt><dd>{quantity(sensor.rangeMm, 'mm', 1)} about {quantity(sensor.midRangeMm, 'mm', 1)}</dd>
           <dt>Line</dt><dd>{quantity(sensor.lineAngleDeg, 'deg', 1)} open</dd>

@@ -66,6 +66,11 @@ const kDatums: Column<DatumPoint>[] = [
   { head: 'Datum', cell: (d) => d.datum, csv: (d) => d.datum }, mm('x', (d) => d.pointInPartMm?.xMm), mm('y', (d) => d.pointInPartMm?.yMm), mm('z', (d) => d.pointInPartMm?.zMm),
   cosine('Normal x', (d) => d.normalInPart?.x), cosine('Normal y', (d) => d.normalInPart?.y), cosine('Normal z', (d) => d.normalInPart?.z),
 ];
+type Stationed = Part['stations'][number];
+const kStations: Column<Stationed>[] = [
+  { head: 'Station', cell: (s) => s.station, csv: (s) => s.station }, mm('Shift x', (s) => s.zeroFromPartNominal?.translationMm?.xMm), mm('Shift y', (s) => s.zeroFromPartNominal?.translationMm?.yMm), mm('Shift z', (s) => s.zeroFromPartNominal?.translationMm?.zMm),
+  { head: 'Captures within', unit: 'mm', isNumber: true, cell: (s) => number(s.captureMm ?? 5, 1), csv: (s) => s.captureMm ?? 5 },
+];
 const kDifferences: Column<Difference>[] = [
   { head: 'Of', cell: (d) => d.of, csv: (d) => d.of }, { head: 'What', cell: (d) => d.what, csv: (d) => d.what }, { head: 'Before', cell: (d) => d.before, csv: (d) => d.before }, { head: 'Now', cell: (d) => d.now, csv: (d) => d.now }, { head: 'Unit', cell: (d) => d.unit, csv: (d) => d.unit },
 ];
@@ -84,10 +89,13 @@ function Cad({ part }: { part: Part }) {
       <h2>CAD</h2>
       <dl class="pairs">
         <dt>File</dt><dd>{CadFormat[part.cadFormat] ?? ''}{part.cadFormat === CadFormat.STL && `, its numbers in ${number(part.cadUnitMm, 3)} mm`}</dd>
+        {part.solid && <><dt>Solid</dt><dd>{part.solid} <span class="muted">of the file’s; the others are ignored</span></dd></>}
         {size && <><dt>Size</dt><dd>{size.map((x) => number(x, 2)).join(' × ')}&#8239;mm</dd></>}
         <dt>Surface</dt><dd>{plural(s?.triangleCount ?? 0, 'triangle')}, {part.cadFormat === CadFormat.STL ? 'its own truth' : <>at most {quantity(s?.chordalErrorUm, 'µm', 3)} off the CAD</>}</dd>
         <dt>Closed</dt><dd>{s?.closed ? <Mark tone="good">Encloses a volume</Mark> : <Mark tone="unsure">Open</Mark>}{s?.openRimCount !== undefined && s.openRimCount > 0n && <span class="muted"> {plural(s.openRimCount, 'open rim')}, {quantity(s.openRimLengthMm, 'mm', 1)} together</span>}</dd>
         {s?.degenerateTriangleCount !== undefined && s.degenerateTriangleCount > 0n && <><dt>Left out</dt><dd>{plural(s.degenerateTriangleCount, 'triangle')} without area</dd></>}
+        {(s?.healedUm ?? 0) > 0 && <><dt>Healed</dt><dd>edges up to {quantity(s?.healedUm, 'µm', 1)} off their faces were put onto them</dd></>}
+        {(s?.gapUm ?? 0) > 0 && <><dt>Gap</dt><dd><Mark tone="unsure">Faces do not meet</Mark> <span class="muted">by up to {quantity(s?.gapUm, 'µm', 1)}{s?.gapAtMm && `, at ${[s.gapAtMm.xMm, s.gapAtMm.yMm, s.gapAtMm.zMm].map((x) => number(x, 1)).join(', ')} mm`}: a source of what is found within 1 mm of it</span></dd></>}
         {part.thermalExpansion && <><dt>Expansion</dt><dd>{withUncertainty(part.thermalExpansion.umPerMK, 2 * part.thermalExpansion.standardUncertaintyUmPerMK, 'µm/(m K)')}</dd></>}
         <dt>Nominal pose</dt><dd>shift {pose?.translationMm ? [pose.translationMm.xMm, pose.translationMm.yMm, pose.translationMm.zMm].map((x) => number(x, 3)).join(', ') : 'none'}&#8239;mm{pose && pose.rotation.some((x, i) => Math.abs(x - (i % 4 === 0 ? 1 : 0)) > 1e-12) ? ', turned' : ', not turned'}</dd>
         {part.customer && <><dt>Customer</dt><dd>{part.customer}</dd></>}
@@ -132,6 +140,7 @@ function Body({ facts }: { facts: Facts }) {
         <Cad part={part} />
       </div>
       <section class="section"><Table caption="Hole groups" columns={kGroups} rows={part.holeGroups} rowKey={(g) => g.group} />{part.holeGroups.length === 0 && <p class="muted">It has no holes: nothing is corrected or judged.</p>}</section>
+      {part.stations.length > 0 && <section class="section"><Table caption="Stations of its fixture" columns={kStations} rows={part.stations} rowKey={(s) => s.station} /></section>}
       <Models part={withoutRevision(part.name)} />
       <section class="section">
         {part.sixPoints.length > 0 ? <Table caption="Datum points, 3-2-1" columns={kDatums} rows={part.sixPoints} rowKey={(d) => d.datum} /> : <><h2>Datum points</h2><p class="muted">None: it cannot be registered by six points.</p></>}

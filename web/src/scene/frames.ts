@@ -57,8 +57,9 @@ export function machineFromZero(axes: RotationCalibration, aDeg: number, bDeg: n
 
 function machineFromSensor(sensor: SensorCalibration, v0: Vector): Affine {
   const r = sensor.machineFromSensorRotation;
-  // R_sm (0, y, z) + (x, 0, 0) - V0 + T_sm
-  const linear = [1, r[1]!, r[2]!, 0, r[4]!, r[5]!, 0, r[7]!, r[8]!];
+  // R_sm (0, y, z) + (x, 0, 0) - V0 + T_sm; of a snapshot, whose sensor's pose was stated, R_sm (x, y, z) - V0 + T_sm
+  const isSnapshot = sensor.certificate !== '';
+  const linear = isSnapshot ? [...r] : [1, r[1]!, r[2]!, 0, r[4]!, r[5]!, 0, r[7]!, r[8]!];
   return { linear, shift: minus(vectorOf(sensor.tSmMm), v0) };
 }
 
