@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "metrology/sections/outline.h"
 
@@ -12,102 +13,172 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kRad = 3.14159265358979323846 / 180;
-constexpr double kChainJump = 35 * kRad, kJump = 30 * kRad;
-constexpr double kLeastMiss = 0.015;  // of the window's half width, root mean square
-constexpr int kSegments = 6;
+constexpr double kJump = 35 * kRad, kSureJump = 20 * kRad;  // the latter with four standard deviations less
+constexpr double kTurn = 20 * kRad;                         // of the chain about a place that is looked at
+constexpr double kDirectionSigma = 0.06;                    // wanted of one side, rad
+constexpr double kReach = 4, kGreatestReach = 16;           // spacings
+constexpr std::size_t kExactPoints = 6, kLeastPoints = 5;
 
-// Of the chain's segments after point i, on that side, continued to the point: least squares of a line.
-std::optional<double> DirectionAt(const PointChain& chain, std::size_t i, bool after) {
-  const std::size_t n = chain.points_mm.size();
-  double sum_s = 0, sum_a = 0, sum_ss = 0, sum_sa = 0, walked = 0, last = 0;
-  int count = 0;
-  std::size_t at = i;
-  for (; count < kSegments; ++count) {
-    const std::size_t next = after ? (at + 1) % n : (at + n - 1) % n;
-    if (chain.gap_before[after ? next : at]) break;
-    const Vector2d step = after ? Vector2d(chain.points_mm[next] - chain.points_mm[at])
-                                : Vector2d(chain.points_mm[at] - chain.points_mm[next]);
-    double angle = std::atan2(step.y(), step.x());
-    if (count > 0) angle = last + std::remainder(angle - last, 360 * kRad);
-    last = angle;
-    const double s = walked + step.norm() / 2;
-    walked += step.norm();
-    sum_s += s, sum_a += angle, sum_ss += s * s, sum_sa += s * angle;
-    at = next;
-  }
-  if (count < 3) return std::nullopt;
-  const double across = count * sum_ss - sum_s * sum_s;
-  return (sum_ss * sum_a - sum_s * sum_sa) / across;
-}
-
-struct Candidate {
-  std::size_t point;
-  double jump;
+struct Place {
+  double at_mm = 0, reach_mm = 0, score_mm2 = 0;
+  Vector2d corner_mm = Vector2d::Zero();
 };
 
-// The greatest jump of each neighbourhood.
-std::vector<Candidate> Candidates(const PointChain& chain) {
-  std::vector<Candidate> found;
-  for (std::size_t i = 0; i < chain.points_mm.size(); ++i) {
-    const auto before = DirectionAt(chain, i, false), after = DirectionAt(chain, i, true);
-    if (!before || !after) continue;
-    const double jump = std::abs(std::remainder(*after - *before, 360 * kRad));
-    if (jump < kChainJump) continue;
-    const bool same = !found.empty() && chain.at_mm[i] - chain.at_mm[found.back().point] < 2.5 * chain.spacing_mm;
-    if (!same)
-      found.push_back({i, jump});
-    else if (jump > found.back().jump)
-      found.back() = {i, jump};
+class Finder {
+ public:
+  Finder(const PointChain& chain, const std::vector<FitPoint>& points, const LocalFit& fit, const CornerSearch& search)
+      : chain_(chain), points_(points), fit_(fit), search_(search) {
+    for (std::size_t i = 0; i < chain.points_mm.size(); ++i)
+      if (chain.gap_before[i]) gaps_mm_.emplace_back(chain.at_mm[Around(i, -1)], chain.at_mm[i]);
   }
-  return found;
-}
+
+  std::vector<OutlineCorner> Run() const {
+    std::vector<Place> found;
+    for (std::size_t i = 0; i < chain_.points_mm.size(); ++i) {
+      if (!Turns(i)) continue;
+      if (const auto place = Judged(chain_.at_mm[i], chain_.length_mm)) found.push_back(*place);
+    }
+    std::stable_sort(found.begin(), found.end(),
+                     [](const Place& a, const Place& b) { return a.score_mm2 < b.score_mm2; });
+    std::vector<Place> kept;
+    for (const Place& place : found)
+      if (NearestOf(kept, place.at_mm) > 0.6 * place.reach_mm) kept.push_back(place);
+    std::vector<OutlineCorner> corners;
+    for (const Place& place : kept) {
+      // Once more about the corner itself, and no farther than the next one.
+      std::vector<Place> others;
+      for (const Place& other : kept)
+        if (other.at_mm != place.at_mm) others.push_back(other);
+      const double limit = NearestOf(others, place.at_mm) - search_.clear_mm;
+      const auto again = Judged(AtOf(place), limit);
+      const Place& best = again ? *again : place;
+      double at = AtOf(best);
+      at -= chain_.length_mm * std::floor(at / chain_.length_mm);
+      corners.push_back({at, best.corner_mm});
+    }
+    std::sort(corners.begin(), corners.end(),
+              [](const OutlineCorner& a, const OutlineCorner& b) { return a.at_mm < b.at_mm; });
+    return corners;
+  }
+
+ private:
+  double Apart(double a, double b) const { return std::abs(std::remainder(a - b, chain_.length_mm)); }
+
+  double NearestOf(const std::vector<Place>& places, double at_mm) const {
+    double nearest = chain_.length_mm;
+    for (const Place& place : places) nearest = std::min(nearest, Apart(place.at_mm, at_mm));
+    return nearest;
+  }
+
+  std::size_t Around(std::size_t i, std::ptrdiff_t by) const {
+    const auto n = static_cast<std::ptrdiff_t>(chain_.points_mm.size());
+    return static_cast<std::size_t>((static_cast<std::ptrdiff_t>(i) + by % n + n) % n);
+  }
+
+  // Whether the chain turns about the point at all.
+  bool Turns(std::size_t i) const {
+    for (const std::ptrdiff_t reach : {3, 6}) {
+      const Vector2d into = chain_.points_mm[i] - chain_.points_mm[Around(i, -reach)];
+      const Vector2d out = chain_.points_mm[Around(i, reach)] - chain_.points_mm[i];
+      if (into.dot(out) < std::cos(kTurn) * into.norm() * out.norm()) return true;
+    }
+    return false;
+  }
+
+  // Along the chain to the next gap that way.
+  double ToGap(double at_mm, bool ahead) const {
+    double least = chain_.length_mm;
+    for (const auto& [begin_mm, end_mm] : gaps_mm_) {
+      double off = ahead ? begin_mm - at_mm : at_mm - end_mm;
+      off -= chain_.length_mm * std::floor(off / chain_.length_mm);
+      least = std::min(least, off);
+    }
+    return least;
+  }
+
+  // As far as a side goes that tells its direction; of exact points the next few.
+  std::optional<double> SideReach(double at_mm, double limit_mm, bool ahead) const {
+    limit_mm = std::min(limit_mm, ToGap(at_mm, ahead));
+    const auto end = [&](double reach_mm) {
+      return ahead ? fit_.WindowOf({at_mm, -search_.clear_mm, reach_mm, 2})
+                   : fit_.WindowOf({at_mm, reach_mm, -search_.clear_mm, 2});
+    };
+    double reach = kReach * chain_.spacing_mm;
+    const double greatest = std::min(limit_mm, (search_.exact ? 4 : 1) * kGreatestReach * chain_.spacing_mm);
+    for (; reach < greatest; reach *= search_.exact ? 1.1 : 1.25) {
+      const auto count = static_cast<double>(end(reach).count);
+      const double variance = 192 * std::pow(search_.noise_mm / reach, 2) / std::max(1.0, count);
+      if (search_.exact ? count >= kExactPoints : count >= kLeastPoints && variance < std::pow(kDirectionSigma, 2))
+        break;
+    }
+    reach = std::min(reach, greatest);
+    if (reach <= search_.clear_mm || end(reach).count < kLeastPoints) return std::nullopt;
+    return reach;
+  }
+
+  double DirectionVariance(const LocalCurve& curve) const {
+    double variance = 0;
+    for (std::size_t k = 0; k < curve.by_slope.size(); ++k)
+      variance += std::pow(static_cast<double>(curve.by_slope[k]) * search_.noise_mm, 2) /
+                  points_[(curve.first + k) % points_.size()].count;
+    return variance;
+  }
+
+  std::optional<Place> Judged(double at_mm, double limit_mm) const {
+    at_mm -= chain_.length_mm * std::floor(at_mm / chain_.length_mm);
+    const auto after = std::upper_bound(chain_.at_mm.begin(), chain_.at_mm.end(), at_mm);
+    const auto i = static_cast<std::size_t>(after - chain_.at_mm.begin()) - 1;
+    const Vector2d step = chain_.points_mm[Around(i, 1)] - chain_.points_mm[i];
+    const Vector2d start = chain_.points_mm[i] + (at_mm - chain_.at_mm[i]) / step.norm() * step;
+    const auto behind = SideReach(at_mm, limit_mm, false), ahead = SideReach(at_mm, limit_mm, true);
+    if (!behind || !ahead) return std::nullopt;
+    const Vector2d into = start - chain_.points_mm[Around(i, -3)], out = chain_.points_mm[Around(i, 4)] - start;
+    const auto one = fit_.At({at_mm, *behind, -search_.clear_mm, 2}, start, into);
+    const auto other = fit_.At({at_mm, -search_.clear_mm, *ahead, 2}, start, out);
+    if (!one || !other) return std::nullopt;
+    const double jump = std::acos(std::clamp(one->normal.dot(other->normal), -1.0, 1.0));
+    const double sigma = std::sqrt(DirectionVariance(*one) + DirectionVariance(*other));
+    if (jump < kJump || jump - 4 * sigma < kSureJump) return std::nullopt;
+    Place place;
+    place.at_mm = at_mm;
+    place.reach_mm = std::min(*behind, *ahead);
+    const double freedom = std::max(1.0, one->freedom + other->freedom);
+    place.score_mm2 = (one->sample_variance_mm2 * one->freedom + other->sample_variance_mm2 * other->freedom) / freedom;
+    constexpr double kMiss = 0.03;  // of the reach: what a corner that is a little broken still misses its sides by
+    if (place.score_mm2 > std::pow(3 * search_.noise_mm, 2) + std::pow(kMiss * place.reach_mm, 2)) return std::nullopt;
+    Eigen::Matrix2d normals;
+    normals << one->normal.transpose(), other->normal.transpose();
+    if (std::abs(normals.determinant()) < 0.2) return std::nullopt;
+    place.corner_mm = normals.inverse() * Vector2d(one->normal.dot(one->point_mm), other->normal.dot(other->point_mm));
+    if ((place.corner_mm - start).norm() > std::max(3 * chain_.spacing_mm, place.reach_mm)) return std::nullopt;
+    return place;
+  }
+
+  // Where along the chain the corner is.
+  double AtOf(const Place& place) const {
+    double best = INFINITY, at = place.at_mm;
+    for (std::size_t i = 0; i < chain_.points_mm.size(); ++i) {
+      if (Apart(chain_.at_mm[i], place.at_mm) > 6 * chain_.spacing_mm + place.reach_mm) continue;
+      const Vector2d step = chain_.points_mm[Around(i, 1)] - chain_.points_mm[i];
+      const double part = std::clamp((place.corner_mm - chain_.points_mm[i]).dot(step) / step.squaredNorm(), 0.0, 1.0);
+      const double off = (chain_.points_mm[i] + part * step - place.corner_mm).norm();
+      if (off < best) best = off, at = chain_.at_mm[i] + part * step.norm();
+    }
+    return at;
+  }
+
+  const PointChain& chain_;
+  const std::vector<FitPoint>& points_;
+  const LocalFit& fit_;
+  const CornerSearch& search_;
+  std::vector<std::pair<double, double>> gaps_mm_;
+};
 
 }  // namespace
 
-std::vector<OutlineCorner> CornersOf(const PointChain& chain, const LocalFit& fit, double clear_mm, double reach_mm) {
-  const std::vector<Candidate> candidates = Candidates(chain);
-  const std::size_t n = chain.points_mm.size();
-  std::vector<OutlineCorner> corners;
-  for (std::size_t k = 0; k < candidates.size(); ++k) {
-    const std::size_t i = candidates[k].point;
-    const double at = chain.at_mm[i], reach = reach_mm;
-    const auto to_next = [&](std::size_t other, bool forward) {
-      if (candidates.size() < 2) return reach;
-      double off = chain.at_mm[candidates[other].point] - at;
-      if (!forward) off = -off;
-      if (off <= 0) off += chain.length_mm;
-      return std::min(reach, off - clear_mm);
-    };
-    const double ahead = to_next((k + 1) % candidates.size(), true);
-    const double behind = to_next((k + candidates.size() - 1) % candidates.size(), false);
-    const Vector2d into = chain.points_mm[i] - chain.points_mm[(i + n - 1) % n];
-    const Vector2d out = chain.points_mm[(i + 1) % n] - chain.points_mm[i];
-    const auto one = fit.At({at, behind, -clear_mm, 2}, chain.points_mm[i], into);
-    const auto other = fit.At({at, -clear_mm, ahead, 2}, chain.points_mm[i], out);
-    if (!one || !other) continue;
-    const double cosine = one->normal.dot(other->normal);
-    if (cosine > std::cos(kJump)) continue;
-    // A smooth curve through both sides must miss them by much more than they scatter: a small round end it follows.
-    const double half = std::min(ahead, behind);
-    const auto smooth = fit.At({at, half, half, 4}, chain.points_mm[i], into.normalized() + out.normalized());
-    const double scatter = std::max(one->sample_variance_mm2, other->sample_variance_mm2);
-    if (!smooth || smooth->sample_variance_mm2 - scatter < std::pow(kLeastMiss * half, 2)) continue;
-    Eigen::Matrix2d normals;
-    normals << one->normal.transpose(), other->normal.transpose();
-    if (std::abs(normals.determinant()) < 0.3) continue;
-    OutlineCorner corner;
-    corner.point_mm = normals.inverse() * Vector2d(one->normal.dot(one->point_mm), other->normal.dot(other->point_mm));
-    if ((corner.point_mm - chain.points_mm[i]).norm() > 3 * chain.spacing_mm) continue;
-    // Where along the chain that is: from the point on, by its own direction there.
-    const Vector2d off = corner.point_mm - chain.points_mm[i];
-    const Vector2d along = off.dot(out) > 0 ? out : into;
-    corner.at_mm = at + off.dot(along.normalized());
-    corners.push_back(corner);
-  }
-  for (OutlineCorner& corner : corners) corner.at_mm -= chain.length_mm * std::floor(corner.at_mm / chain.length_mm);
-  std::sort(corners.begin(), corners.end(),
-            [](const OutlineCorner& a, const OutlineCorner& b) { return a.at_mm < b.at_mm; });
-  return corners;
+std::vector<OutlineCorner> CornersOf(const PointChain& chain, const std::vector<FitPoint>& points, const LocalFit& fit,
+                                     const CornerSearch& search) {
+  return Finder(chain, points, fit, search).Run();
 }
 
 }  // namespace sixpoint::metrology

@@ -14,10 +14,16 @@ struct OutlineCorner {
   Eigen::Vector2d point_mm = Eigen::Vector2d::Zero();  // where the curves from both sides meet
 };
 
-// By at_mm. First where the chain's direction, continued from both sides in a straight line over its length, jumps by 35 deg; of these
-// where the curves fitted to either side jump by 30, and no smooth curve follows both. A round end goes on from both sides without a jump.
-// clear_mm: nearer to a corner it is not known to which side a point belongs. reach_mm: as far from it curves are fitted; an end of a
-// smaller radius may count as a corner.
-std::vector<OutlineCorner> CornersOf(const PointChain& chain, const LocalFit& fit, double clear_mm, double reach_mm);
+struct CornerSearch {
+  double noise_mm = 0;  // of a sample
+  double clear_mm = 0;  // nearer to a corner it is not known to which side a point belongs
+  bool exact = false;   // no noise: a side is its next few points, however near
+};
+
+// By at_mm. A parabola is fitted to either side of a place, over four spacings of the chain or as far as noise makes necessary to know
+// directions to 3 deg. A corner is where the two differ by more than 35 deg and by more than noise explains, and where both follow their
+// points best. An end whose radius is smaller than the reach may count as one.
+std::vector<OutlineCorner> CornersOf(const PointChain& chain, const std::vector<FitPoint>& points, const LocalFit& fit,
+                                     const CornerSearch& search);
 
 }  // namespace sixpoint::metrology

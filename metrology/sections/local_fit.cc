@@ -55,7 +55,7 @@ Solved Solve(const MatrixXd& design, const VectorXd& heights, const VectorXd& co
 
 }  // namespace
 
-LocalFit::Range LocalFit::RangeOf(const FitWindow& window) const {
+LocalFit::Range LocalFit::WindowOf(const FitWindow& window) const {
   const auto below = [&](double at_mm) {
     const double around = std::floor(at_mm / length_mm_);
     const double within = at_mm - around * length_mm_;
@@ -71,7 +71,7 @@ LocalFit::Range LocalFit::RangeOf(const FitWindow& window) const {
 }
 
 std::optional<LocalCurve> LocalFit::At(const FitWindow& window, const Vector2d& start_mm, Vector2d along) const {
-  const Range range = RangeOf(window);
+  const Range range = WindowOf(window);
   if (range.count < 4) return std::nullopt;
   const auto rows = static_cast<Eigen::Index>(range.count);
   const int degree = std::min<int>(window.degree, static_cast<int>(range.count) - 3);

@@ -40,15 +40,16 @@ class LocalFit {
   LocalFit(const std::vector<FitPoint>& points, double length_mm, bool lean_known, bool robust)
       : points_(points), length_mm_(length_mm), lean_known_(lean_known), robust_(robust) {}
 
+  // Which points a window holds: first, first + 1, ... around.
+  struct Range {
+    std::size_t first = 0, count = 0;
+  };
+  Range WindowOf(const FitWindow& window) const;
+
   // start_mm and along: a place and the direction of the outline there, about right. Absent: fewer than four points.
   std::optional<LocalCurve> At(const FitWindow& window, const Eigen::Vector2d& start_mm, Eigen::Vector2d along) const;
 
  private:
-  struct Range {
-    std::size_t first = 0, count = 0;
-  };
-  Range RangeOf(const FitWindow& window) const;
-
   const std::vector<FitPoint>& points_;
   double length_mm_;
   bool lean_known_, robust_;

@@ -33,8 +33,8 @@ class Fitter {
     const double clear_mm = options_.exact ? 0.02 * chain_.spacing_mm : 0.5 * chain_.spacing_mm;
     {
       const LocalFit fit(points_, chain_.length_mm, options_.lean_known, !options_.exact);
-      corners_ = CornersOf(chain_, fit, options_.exact ? clear_mm : chain_.spacing_mm,
-                           (options_.exact ? 6 : 4) * chain_.spacing_mm);
+      corners_ = CornersOf(chain_, points_, fit,
+                           {options_.noise_mm, options_.exact ? clear_mm : chain_.spacing_mm, options_.exact});
     }
     points_.erase(std::remove_if(points_.begin(), points_.end(),
                                  [&](const FitPoint& point) { return NearCorner(point.at_mm, clear_mm); }),
@@ -174,7 +174,7 @@ class Fitter {
       OutlineNode node;
       node.point_mm = curve->point_mm;
       node.normal = curve->normal;
-      node.lean = curve->lean;
+      node.lean = curve->lean + curve->normal.dot(options_.lean.At(curve->point_mm));
       node.before = first ? stretch.before : Join::kSmooth;
       first = false;
       nodes->push_back(node);

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "metrology/sections/lean.h"
 #include "metrology/sections/local_fit.h"
 #include "metrology/sections/outline.h"
 #include "metrology/sections/point_chain.h"
@@ -31,6 +32,7 @@ struct FitOptions {
   double noise_mm = 0;  // of a sample
   bool exact = false;   // no noise: windows as narrow as the points allow
   bool lean_known = false;
+  LeanField lean;  // already taken off the samples; nodes have it added to what is left
 };
 
 // The fit's points: samples far from their neighbours' line left out, then as means of short stretches.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "metrology/sections/lean.h"
 #include "metrology/sections/samples.h"
 #include "metrology/sections/section_cut.h"
 #include "metrology/statistics/ranks.h"
@@ -42,13 +43,33 @@ double ExtentOf(const std::vector<SectionSample>& samples) {
   return extent.norm();
 }
 
+struct Ordered {
+  PointChain chain;
+  std::vector<FitPoint> points;
+  std::int64_t stray_count = 0, outlier_count = 0;
+};
+
+// scatter_mm: how far from the outline points are beside their noise.
+absl::StatusOr<Ordered> OrderOf(const std::vector<SectionSample>& samples, double extent_mm, double noise_mm,
+                                double scatter_mm, const OutlineOptions& options) {
+  Ordered ordered;
+  const double thin_mm = 3 * extent_mm / static_cast<double>(samples.size());
+  auto chain =
+      ChainOf(samples, {std::max({kNoiseSpacings * noise_mm, extent_mm / 1500, scatter_mm, thin_mm}), options.gap_mm});
+  if (!chain.ok()) return chain.status();
+  ordered.chain = *std::move(chain);
+  const auto chained = Chained(samples, ordered.chain, ordered.chain.spacing_mm, &ordered.stray_count);
+  ordered.points = FitPointsOf(samples, chained, ordered.chain, options.surface != nullptr, &ordered.outlier_count);
+  return ordered;
+}
+
 absl::StatusOr<SectionOutline> OfLoop(const std::vector<Eigen::Vector2d>& loop_mm) {
   auto chain = ChainOfLoop(loop_mm);
   if (!chain.ok()) return chain.status();
   std::vector<FitPoint> points;
   for (std::size_t i = 0; i < chain->points_mm.size(); ++i)
     points.push_back({chain->points_mm[i], chain->at_mm[i], 0, 0, 1});
-  auto fitted = FitOutline(*chain, points, {0, true, true});
+  auto fitted = FitOutline(*chain, points, {0, true, true, {}});
   if (!fitted.ok()) return fitted.status();
   SectionOutline made;
   made.fitted = *std::move(fitted);
@@ -83,17 +104,22 @@ absl::StatusOr<SectionOutline> MeasuredOutline(const Points& points_mm, const Se
   if (near.samples.size() < 20)
     return Refuse("points", std::to_string(near.samples.size()) + " near the plane", "at least 20: it misses the part");
   const double extent_mm = ExtentOf(near.samples);
-  ChainOptions chain_options;
-  const double lean_mm = options.surface != nullptr ? 0 : 0.25 * options.half_width_mm;
-  chain_options.spacing_mm = std::max({kNoiseSpacings * options.noise_um * 1e-3, extent_mm / 1500, lean_mm,
-                                       3 * extent_mm / static_cast<double>(near.samples.size())});
-  chain_options.gap_mm = options.gap_mm;
-  const auto chain = ChainOf(near.samples, chain_options);
-  if (!chain.ok()) return chain.status();
-  const auto chained = Chained(near.samples, *chain, chain->spacing_mm, &evidence.stray_count);
   const bool lean_known = options.surface != nullptr;
-  const std::vector<FitPoint> points = FitPointsOf(near.samples, chained, *chain, lean_known, &evidence.outlier_count);
-  auto fitted = FitOutline(*chain, points, {options.noise_um * 1e-3, false, lean_known});
+  const double noise_mm = options.noise_um * 1e-3;
+  LeanField lean;
+  auto ordered = OrderOf(near.samples, extent_mm, noise_mm, lean_known ? 0 : 0.25 * options.half_width_mm, options);
+  if (!ordered.ok()) return ordered.status();
+  if (!lean_known) {
+    // Ordered once more when the lean is known: then they scatter by their noise alone.
+    const LocalFit fit(ordered->points, ordered->chain.length_mm, false, true);
+    lean = LeanOf(ordered->chain, fit);
+    for (SectionSample& sample : near.samples) sample.point_mm -= sample.beyond_mm * lean.At(sample.point_mm);
+    ordered = OrderOf(near.samples, extent_mm, noise_mm, 3 * lean.scatter * options.half_width_mm, options);
+    if (!ordered.ok()) return ordered.status();
+  }
+  evidence.stray_count = ordered->stray_count;
+  evidence.outlier_count = ordered->outlier_count;
+  auto fitted = FitOutline(ordered->chain, ordered->points, {noise_mm, false, lean_known, lean});
   if (!fitted.ok()) return fitted.status();
   made.fitted = *std::move(fitted);
   evidence.used_count = made.fitted.used_count;

@@ -1,6 +1,7 @@
 #include "metrology/sections/section_uncertainty.h"
 
 #include <cmath>
+#include <functional>
 #include <random>
 #include <vector>
 
@@ -107,40 +108,53 @@ Eigen::MatrixXd PoseRows(const SectionOutline& outline, const PoseCovariance& po
   return rows;
 }
 
-// One standard deviation along each principal direction, to both sides.
-std::vector<Field> PoseFields(const SectionOutline& outline, const PoseCovariance& pose) {
-  const EigenSystem6 system = EigenSystemOf(pose.values);
-  const Eigen::MatrixXd rows = PoseRows(outline, pose);
-  const Outline& curve = outline.fitted.outline;
-  std::vector<Field> fields;
-  for (int k = 0; k < 6; ++k)
-    for (const double side : {1.0, -1.0}) {
-      const Eigen::VectorXd offsets =
-          rows * (side * std::sqrt(std::max(0.0, system.values[k])) * system.vectors.col(k));
-      Field field;
-      for (std::size_t i = 0; i < curve.size(); ++i) {
-        field.offsets_mm.push_back(offsets[static_cast<Eigen::Index>(i)]);
-        const std::size_t before = curve.nodes()[i].before == Join::kSmooth ? curve.Previous(i) : i;
-        const std::size_t after = curve.JoinAfter(i) == Join::kSmooth ? curve.Next(i) : i;
-        double along = curve.nodes()[after].at_mm - curve.nodes()[before].at_mm;
-        if (along < 0) along += curve.length_mm();
-        field.slopes.push_back(
-            along > 0 ? (offsets[static_cast<Eigen::Index>(after)] - offsets[static_cast<Eigen::Index>(before)]) / along
-                      : 0);
-      }
-      fields.push_back(std::move(field));
-    }
-  return fields;
+// What the pose's perturbation does: in its plane the outline moves as it is; along the plane's normal it shows by the lean.
+Outline Displaced(const SectionOutline& outline, const PoseCovariance& pose, const Vector6d& by) {
+  const Eigen::Matrix3d section_from_part = outline.part_from_section.linear().transpose();
+  const double turn = (section_from_part * by.head<3>()).z();
+  std::vector<OutlineNode> nodes = outline.fitted.outline.nodes();
+  std::vector<double> offsets_mm;
+  for (OutlineNode& node : nodes) {
+    const Vector3d point = outline.part_from_section * Vector3d(node.point_mm.x(), node.point_mm.y(), 0);
+    const Vector3d shift = section_from_part * (PointJacobian(point, pose.reference_mm) * by);
+    offsets_mm.push_back(-node.lean * shift.z());
+    node.point_mm += shift.head<2>();
+    node.normal = Eigen::Rotation2Dd(turn) * node.normal;
+  }
+  const Outline moved(std::move(nodes));
+  std::vector<double> slopes;
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    const std::size_t before = moved.nodes()[i].before == Join::kSmooth ? moved.Previous(i) : i;
+    const std::size_t after = moved.JoinAfter(i) == Join::kSmooth ? moved.Next(i) : i;
+    double along = moved.nodes()[after].at_mm - moved.nodes()[before].at_mm;
+    if (along < 0) along += moved.length_mm();
+    slopes.push_back(along > 0 ? (offsets_mm[after] - offsets_mm[before]) / along : 0);
+  }
+  return moved.Offset(offsets_mm, slopes);
 }
 
-std::vector<SectionValues> Evaluated(const Outline& outline, const std::vector<Field>& fields, const LeadingHint& hint,
-                                     int thread_count) {
-  std::vector<SectionValues> values(fields.size());
-  ForEach(fields.size(), thread_count, [&](std::size_t i) {
-    const Outline moved = outline.Offset(fields[i].offsets_mm, fields[i].slopes);
+std::vector<SectionValues> Evaluated(std::size_t count, const std::function<Outline(std::size_t)>& outline,
+                                     const LeadingHint& hint, int thread_count) {
+  std::vector<SectionValues> values(count);
+  ForEach(count, thread_count, [&](std::size_t i) {
+    const Outline moved = outline(i);
     values[i] = ValuesOf(moved, CamberOf(moved, hint));
   });
   return values;
+}
+
+// One standard deviation along each principal direction, to both sides.
+std::vector<SectionValues> EvaluatedByPose(const SectionOutline& outline, const PoseCovariance& pose,
+                                           const LeadingHint& hint, int thread_count) {
+  const EigenSystem6 system = EigenSystemOf(pose.values);
+  return Evaluated(
+      12,
+      [&](std::size_t i) {
+        const auto k = static_cast<Eigen::Index>(i / 2);
+        const double sigma = std::sqrt(std::max(0.0, system.values[k]));
+        return Displaced(outline, pose, (i % 2 == 0 ? sigma : -sigma) * system.vectors.col(k));
+      },
+      hint, thread_count);
 }
 
 bool IsAngle(SectionParameter p) {
@@ -199,11 +213,15 @@ absl::StatusOr<MeasuredSection> MeasureSection(const SectionOutline& outline, co
   std::vector<SectionValues> by_noise, by_form, by_pose;
   if (!exact) {
     if (camber) section.form = FormErrorOf(outline.fitted, *camber, options.nominal);
-    by_noise = Evaluated(curve, NoiseFields(outline.fitted), hint, options.thread_count);
-    if (!section.form.choices.empty())
-      by_form = Evaluated(curve, FormFields(curve, section.form), hint, options.thread_count);
+    const auto by = [&](const std::vector<Field>& fields) {
+      return Evaluated(
+          fields.size(), [&](std::size_t i) { return curve.Offset(fields[i].offsets_mm, fields[i].slopes); }, hint,
+          options.thread_count);
+    };
+    by_noise = by(NoiseFields(outline.fitted));
+    if (!section.form.choices.empty()) by_form = by(FormFields(curve, section.form));
   }
-  if (options.pose) by_pose = Evaluated(curve, PoseFields(outline, *options.pose), hint, options.thread_count);
+  if (options.pose) by_pose = EvaluatedByPose(outline, *options.pose, hint, options.thread_count);
   for (std::size_t i = 0; i < kSectionParameterCount; ++i) {
     const auto p = static_cast<SectionParameter>(i);
     if (!section.values[p]) continue;
