@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "metrology/sections/circle_fit.h"
 #include "metrology/sections/outline.h"
 
 namespace sixpoint::metrology {
@@ -13,7 +14,7 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kRad = 3.14159265358979323846 / 180;
-constexpr double kJump = 35 * kRad, kSureJump = 20 * kRad;  // the latter with four standard deviations less
+constexpr double kJump = 35 * kRad, kSureJump = 25 * kRad;  // the latter with four standard deviations less
 constexpr double kTurn = 20 * kRad;                         // of the chain about a place that is looked at
 constexpr double kDirectionSigma = 0.06;                    // wanted of one side, rad
 constexpr double kReach = 4, kGreatestReach = 16;           // spacings
@@ -124,6 +125,18 @@ class Finder {
     return variance;
   }
 
+  // Whether a circle follows the points of both sides about as well: then it is a small round end.
+  bool RoundAsWell(const LocalCurve& one, const LocalCurve& other, const Place& place) const {
+    std::vector<Vector2d> both;
+    for (const LocalCurve* side : {&one, &other})
+      for (std::size_t k = 0; k < side->by_offset.size(); ++k)
+        both.push_back(points_[(side->first + k) % points_.size()].point_mm);
+    constexpr double kMiss = 0.01;  // of the reach: a circle misses a corner of 35 deg by more
+    const double allowed = 9 * std::max(place.score_mm2, std::pow(search_.noise_mm, 2));
+    const double missed = FitCircle(both).mean_square_mm2;
+    return std::isfinite(missed) && missed < allowed + std::pow(kMiss * place.reach_mm, 2);
+  }
+
   std::optional<Place> Judged(double at_mm, double limit_mm) const {
     at_mm -= chain_.length_mm * std::floor(at_mm / chain_.length_mm);
     const auto after = std::upper_bound(chain_.at_mm.begin(), chain_.at_mm.end(), at_mm);
@@ -146,6 +159,7 @@ class Finder {
     place.score_mm2 = (one->sample_variance_mm2 * one->freedom + other->sample_variance_mm2 * other->freedom) / freedom;
     constexpr double kMiss = 0.03;  // of the reach: what a corner that is a little broken still misses its sides by
     if (place.score_mm2 > std::pow(3 * search_.noise_mm, 2) + std::pow(kMiss * place.reach_mm, 2)) return std::nullopt;
+    if (RoundAsWell(*one, *other, place)) return std::nullopt;
     Eigen::Matrix2d normals;
     normals << one->normal.transpose(), other->normal.transpose();
     if (std::abs(normals.determinant()) < 0.2) return std::nullopt;

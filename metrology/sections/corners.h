@@ -21,8 +21,8 @@ struct CornerSearch {
 };
 
 // By at_mm. A parabola is fitted to either side of a place, over four spacings of the chain or as far as noise makes necessary to know
-// directions to 3 deg. A corner is where the two differ by more than 35 deg and by more than noise explains, and where both follow their
-// points best. An end whose radius is smaller than the reach may count as one.
+// directions to 3 deg. A corner is where the two differ by more than 35 deg and by more than noise explains, where no circle follows both
+// sides about as well, and where both follow their points best. An end of a radius below two thirds of the reach may count as one.
 std::vector<OutlineCorner> CornersOf(const PointChain& chain, const std::vector<FitPoint>& points, const LocalFit& fit,
                                      const CornerSearch& search);
 

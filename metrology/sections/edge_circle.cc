@@ -1,9 +1,9 @@
 #include "metrology/sections/edge_circle.h"
 
-#include <Eigen/Cholesky>
-#include <algorithm>
 #include <cmath>
 #include <vector>
+
+#include "metrology/sections/circle_fit.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -40,41 +40,8 @@ std::optional<EdgeCircle> EdgeCircleOf(const Outline& outline, const SectionEnd&
   std::vector<Vector2d> points;
   const double from = outline.At(*end.place) - *behind, step = (*ahead + *behind) / kPlaces;
   for (int k = 0; k <= kPlaces; ++k) points.push_back(outline.PointAt(outline.PlaceAt(from + k * step)));
-  // Linear in centre and r^2 - |c|^2 first, then by the distances themselves.
-  const Vector2d origin = end.tip_mm;
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  for (const Vector2d& point : points) {
-    const Vector2d p = point - origin;
-    const Eigen::Vector3d row(2 * p.x(), 2 * p.y(), 1);
-    normal += row * row.transpose();
-    right += p.squaredNorm() * row;
-  }
-  const Eigen::Vector3d solved = normal.ldlt().solve(right);
-  EdgeCircle circle;
-  circle.centre_mm = origin + solved.head<2>();
-  circle.radius_mm = std::sqrt(std::max(0.0, solved[2] + solved.head<2>().squaredNorm()));
-  for (int turn = 0; turn < 8; ++turn) {
-    normal.setZero();
-    right.setZero();
-    for (const Vector2d& point : points) {
-      const Vector2d off = point - circle.centre_mm;
-      const Eigen::Vector3d row(off.x() / off.norm(), off.y() / off.norm(), 1);
-      normal += row * row.transpose();
-      right += (off.norm() - circle.radius_mm) * row;
-    }
-    const Eigen::Vector3d by = normal.ldlt().solve(right);
-    circle.centre_mm += by.head<2>();
-    circle.radius_mm += by[2];
-  }
-  double least = INFINITY, greatest = -INFINITY;
-  for (const Vector2d& point : points) {
-    const double off = (point - circle.centre_mm).norm() - circle.radius_mm;
-    least = std::min(least, off);
-    greatest = std::max(greatest, off);
-  }
-  circle.form_mm = greatest - least;
-  return circle;
+  const FittedCircle fitted = FitCircle(points);
+  return EdgeCircle{fitted.centre_mm, fitted.radius_mm, fitted.greatest_mm - fitted.least_mm};
 }
 
 }  // namespace sixpoint::metrology
