@@ -107,6 +107,15 @@ class Fitter {
     return {chain_.points_mm[i] + x * along, along};
   }
 
+  // Where points are sparse a window is as wide as some of them need.
+  double LeastWidth(const LocalFit& fit, const Stretch& stretch, double at_mm, double narrowest) const {
+    const std::size_t wanted = options_.exact ? 6 : 14;
+    double width = narrowest;
+    const double most = (stretch.to_mm - stretch.from_mm) / 4;
+    while (width < most && fit.WindowOf(WindowIn(stretch, at_mm, width)).count < wanted) width *= 1.2;
+    return width;
+  }
+
   // A window's half width at stations along each stretch: 0.45 of the radius of curvature, no narrower than some points.
   void FindWidths() {
     const double widest = kWidestPart * chain_.length_mm, part = options_.exact ? 0.25 : 0.45;
@@ -117,7 +126,11 @@ class Fitter {
       const double length = stretch.to_mm - stretch.from_mm;
       const auto count = static_cast<std::size_t>(std::clamp(length / (0.4 * narrowest), 2.0, 1500.0));
       const double step = length / static_cast<double>(count);
-      std::vector<double> widths(count + 1, std::max(narrowest, options_.exact ? 0 : 6 * chain_.spacing_mm));
+      std::vector<double> least_widths, widths;
+      for (std::size_t i = 0; i <= count; ++i) {
+        least_widths.push_back(LeastWidth(fit, stretch, stretch.from_mm + step * static_cast<double>(i), narrowest));
+        widths.push_back(std::max(least_widths[i], options_.exact ? 0 : 6 * chain_.spacing_mm));
+      }
       for (int turn = 0; turn < 3; ++turn) {
         std::vector<double> next = widths;
         for (std::size_t i = 0; i <= count; ++i) {
@@ -126,7 +139,9 @@ class Fitter {
           if (turn == 0) window.degree = 2;
           const auto [start, along] = StartAt(at);
           const auto curve = fit.At(window, start, along);
-          if (curve) next[i] = std::clamp(part / std::max(1e-9, std::abs(curve->curvature_per_mm)), narrowest, widest);
+          if (curve)
+            next[i] = std::clamp(part / std::max(1e-9, std::abs(curve->curvature_per_mm)), least_widths[i],
+                                 std::max(least_widths[i], widest));
         }
         for (int sweep = 0; sweep < (stretch.around ? 2 : 1); ++sweep) {
           for (std::size_t i = 1; i <= count; ++i) next[i] = std::min(next[i], next[i - 1] + kSpread * step);

@@ -58,6 +58,8 @@ absl::StatusOr<Ordered> OrderOf(const std::vector<SectionSample>& samples, doubl
       ChainOf(samples, {std::max({kNoiseSpacings * noise_mm, extent_mm / 1500, scatter_mm, thin_mm}), options.gap_mm});
   if (!chain.ok()) return chain.status();
   ordered.chain = *std::move(chain);
+  std::int64_t unsettled_count = 0;
+  Settle(Chained(samples, ordered.chain, ordered.chain.spacing_mm, &unsettled_count), &ordered.chain);
   const auto chained = Chained(samples, ordered.chain, ordered.chain.spacing_mm, &ordered.stray_count);
   ordered.points = FitPointsOf(samples, chained, ordered.chain, options.surface != nullptr, &ordered.outlier_count);
   return ordered;
@@ -105,17 +107,18 @@ absl::StatusOr<SectionOutline> MeasuredOutline(const Points& points_mm, const Se
     return Refuse("points", std::to_string(near.samples.size()) + " near the plane", "at least 20: it misses the part");
   const double extent_mm = ExtentOf(near.samples);
   const bool lean_known = options.surface != nullptr;
-  const double noise_mm = options.noise_um * 1e-3;
-  LeanField lean;
+  double noise_mm = options.noise_um * 1e-3;
   auto ordered = OrderOf(near.samples, extent_mm, noise_mm, lean_known ? 0 : 0.25 * options.half_width_mm, options);
   if (!ordered.ok()) return ordered.status();
+  LeanField lean = LeanOf(ordered->chain, LocalFit(ordered->points, ordered->chain.length_mm, lean_known, true));
+  noise_mm = std::max(noise_mm, lean.noise_mm);
   if (!lean_known) {
     // Ordered once more when the lean is known: then they scatter by their noise alone.
-    const LocalFit fit(ordered->points, ordered->chain.length_mm, false, true);
-    lean = LeanOf(ordered->chain, fit);
     for (SectionSample& sample : near.samples) sample.point_mm -= sample.beyond_mm * lean.At(sample.point_mm);
     ordered = OrderOf(near.samples, extent_mm, noise_mm, 3 * lean.scatter * options.half_width_mm, options);
     if (!ordered.ok()) return ordered.status();
+  } else {
+    lean = LeanField{};
   }
   evidence.stray_count = ordered->stray_count;
   evidence.outlier_count = ordered->outlier_count;

@@ -149,13 +149,34 @@ class Joiner {
   std::vector<std::uint32_t> root_, sizes_;
 };
 
+// Where the way to up to three points and back is twice as long as past them, outliers stand beside the outline. No corner of a measured
+// blade is that acute.
+void DropSpikes(std::vector<Vector2d>* points) {
+  constexpr double kDetour = 2;
+  const std::size_t n = points->size();
+  std::vector<bool> dropped(n, false);
+  for (std::size_t i = 0; i < n; ++i) {
+    double way = ((*points)[(i + 1) % n] - (*points)[i]).norm();
+    for (std::size_t skipped = 1; skipped <= 3 && !dropped[i]; ++skipped) {
+      const Vector2d &from = (*points)[i], &last = (*points)[(i + skipped) % n], &to = (*points)[(i + skipped + 1) % n];
+      way += (to - last).norm();
+      if (way < kDetour * (to - from).norm()) continue;
+      for (std::size_t k = 1; k <= skipped; ++k) dropped[(i + k) % n] = true;
+      break;
+    }
+  }
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < n; ++i)
+    if (!dropped[i]) (*points)[kept++] = (*points)[i];
+  points->resize(kept);
+}
+
 // Pieces one after the other, each by its end that is nearer to where the last one ended.
-PointChain Strung(const std::vector<Vector2d>& points, std::vector<Piece> pieces) {
+PointChain Strung(const std::vector<Vector2d>& points, std::vector<Piece> pieces, double gap_mm) {
   PointChain chain;
   const auto take = [&](const Piece& piece) {
     for (std::size_t k = 0; k < piece.points.size(); ++k) {
       chain.points_mm.push_back(points[piece.points[k]]);
-      chain.gap_before.push_back(k == 0 && !piece.closed);
     }
   };
   take(pieces.front());
@@ -171,6 +192,11 @@ PointChain Strung(const std::vector<Vector2d>& points, std::vector<Piece> pieces
       std::reverse(next->points.begin(), next->points.end());
     take(*next);
     pieces.erase(next);
+  }
+  DropSpikes(&chain.points_mm);
+  for (std::size_t i = 0; i < chain.points_mm.size(); ++i) {
+    const Vector2d& last = chain.points_mm[i == 0 ? chain.points_mm.size() - 1 : i - 1];
+    chain.gap_before.push_back((chain.points_mm[i] - last).norm() > gap_mm);
   }
   return chain;
 }
@@ -206,7 +232,8 @@ absl::StatusOr<PointChain> ChainOf(const std::vector<SectionSample>& samples, co
     return Refuse("points", std::to_string(points.size()) + " apart in the section",
                   "at least " + std::to_string(kLeastPoints) + ": does the plane meet the part?");
   Joiner joiner(points);
-  joiner.Join(options.gap_mm > 0 ? options.gap_mm : UsualGap(points, samples.size(), options.spacing_mm));
+  const double gap_mm = options.gap_mm > 0 ? options.gap_mm : UsualGap(points, samples.size(), options.spacing_mm);
+  joiner.Join(gap_mm);
   std::vector<Piece> pieces = joiner.Pieces();
   const double longest_mm = pieces.front().length_mm;
   const auto shorter = [&](double share) {
@@ -223,7 +250,7 @@ absl::StatusOr<PointChain> ChainOf(const std::vector<SectionSample>& samples, co
   } else {
     pieces.erase(shorter(kLeastPiece), pieces.end());
   }
-  PointChain chain = Strung(points, std::move(pieces));
+  PointChain chain = Strung(points, std::move(pieces), gap_mm);
   chain.spacing_mm = options.spacing_mm;
   TurnCounterClockwise(&chain);
   Measure(&chain);
@@ -249,6 +276,26 @@ absl::StatusOr<PointChain> ChainOfLoop(const std::vector<Vector2d>& loop_mm) {
   TurnCounterClockwise(&chain);
   Measure(&chain);
   return chain;
+}
+
+void Settle(const std::vector<ChainedSample>& chained, PointChain* chain) {
+  const std::size_t n = chain->points_mm.size();
+  std::vector<Vector2d> moved = chain->points_mm;
+  std::vector<double> heights;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t before = i == 0 ? n - 1 : i - 1, after = (i + 1) % n;
+    if (chain->gap_before[i] || chain->gap_before[after]) continue;
+    const double from = chain->at_mm[i] - (chain->points_mm[i] - chain->points_mm[before]).norm();
+    const double to = chain->at_mm[i] + (chain->points_mm[after] - chain->points_mm[i]).norm();
+    heights.clear();
+    auto at = std::lower_bound(chained.begin(), chained.end(), from,
+                               [](const ChainedSample& sample, double value) { return sample.at_mm < value; });
+    for (; at != chained.end() && at->at_mm <= to; ++at) heights.push_back(at->height_mm);
+    const Vector2d along = (chain->points_mm[after] - chain->points_mm[before]).normalized();
+    moved[i] += Median(heights) * Vector2d(along.y(), -along.x());
+  }
+  chain->points_mm = std::move(moved);
+  Measure(chain);
 }
 
 std::vector<ChainedSample> Chained(const std::vector<SectionSample>& samples, const PointChain& chain, double reach_mm,

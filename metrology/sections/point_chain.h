@@ -41,4 +41,7 @@ struct ChainedSample {
 std::vector<ChainedSample> Chained(const std::vector<SectionSample>& samples, const PointChain& chain, double reach_mm,
                                    std::int64_t* strays);
 
+// Moves each point of the chain to the median height of the samples about it: a chain goes through samples, and so through outliers.
+void Settle(const std::vector<ChainedSample>& chained, PointChain* chain);
+
 }  // namespace sixpoint::metrology

@@ -18,15 +18,27 @@ TEST(Throat, IsTheLeastDistanceOfBruteForce) {
   const auto outline = LoopOutline(polygon);
   ASSERT_TRUE(outline.ok());
   const Outline& curve = outline->fitted.outline;
+  std::vector<Vector2d> dense;
+  for (std::size_t i = 0; i < curve.size(); ++i)
+    for (int k = 0; k < 20; ++k) dense.push_back(curve.PointAt({i, k / 20.0}));
+  const auto least_of = [](const std::vector<Vector2d>& points, const Eigen::Isometry2d& pitch) {
+    double least = INFINITY;
+    for (const Vector2d& q : points) {
+      const Vector2d moved = pitch * q;
+      for (const Vector2d& p : points) least = std::min(least, (p - moved).squaredNorm());
+    }
+    return std::sqrt(least);
+  };
   for (const double pitch_mm : {12.0, 20.0}) {
     const Eigen::Isometry2d pitch = Eigen::Translation2d(0, pitch_mm) * Eigen::Isometry2d(Eigen::Rotation2Dd(0.05));
-    double least = INFINITY;
-    for (const Vector2d& p : polygon)
-      for (const Vector2d& q : polygon) least = std::min(least, (p - pitch * q).norm());
     const auto throat = ThroatOf(curve, curve, pitch);
     ASSERT_TRUE(throat.ok()) << throat.status();
-    EXPECT_NEAR(throat->width_mm, least, 2e-4);  // the polygon's chords
-    EXPECT_LE(throat->width_mm, least + 1e-6);
+    // Of the curves themselves: their points are 0.03 mm apart, and so too far by 0.02^2 / (2 * 5 mm) at most.
+    const double least_mm = least_of(dense, pitch);
+    EXPECT_LE(throat->width_mm, least_mm + 1e-6);
+    EXPECT_GE(throat->width_mm, least_mm - 5e-5);
+    // Of the polygon, from which a curve is 0.55 um off where its curvature jumps.
+    EXPECT_NEAR(throat->width_mm, least_of(polygon, pitch), 1.1e-3);
     EXPECT_FALSE(throat->beside_gap);
   }
 }
