@@ -130,7 +130,10 @@ Side SideOf(const Outline& outline, const std::vector<Touching>& touching, doubl
     ordered.emplace_back(std::abs(a - b), &one.circle);
   }
   std::stable_sort(ordered.begin(), ordered.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  for (const auto& [between_mm, circle] : ordered) side.circles.push_back(*circle);
+  for (const auto& [between_mm, circle] : ordered) {
+    side.circles.push_back(*circle);
+    side.circles.back().along_mm = between_mm / 2;
+  }
   return side;
 }
 
@@ -188,7 +191,7 @@ EndCurve FitEnd(const std::vector<InscribedCircle>& from_end, double reach_mm) {
 }
 
 // Where the ray leaves the outline within the side.
-void FindTip(const Outline& outline, const Side& side, double least_ahead_mm, SectionEnd* end) {
+void FindTip(const Outline& outline, const Side& side, double least_ahead_mm, double last_radius_mm, SectionEnd* end) {
   end->place.reset();
   double nearest = std::numeric_limits<double>::infinity();
   bool in_gap = false;
@@ -212,7 +215,15 @@ void FindTip(const Outline& outline, const Side& side, double least_ahead_mm, Se
     return;
   }
   end->kind = side.corner_count == 0 ? EndKind::kRound : side.corner_count == 1 ? EndKind::kSharp : EndKind::kSquare;
-  if (end->kind == EndKind::kSharp) end->place = outline.PlaceAt(side.from_mm + side.corner_low);
+  if (end->kind == EndKind::kSharp) {
+    // A corner that the camber line does not come to is one of two, the other of which is too broken to be seen.
+    const OutlinePlace corner = outline.PlaceAt(side.from_mm + side.corner_low);
+    constexpr double kBeside = 0.4;  // of the last circle's radius
+    if ((outline.PointAt(corner) - outline.PointAt(*end->place)).norm() < kBeside * last_radius_mm)
+      end->place = corner;
+    else
+      end->kind = EndKind::kSquare;
+  }
   end->tip_mm = outline.PointAt(*end->place);
 }
 
@@ -227,10 +238,10 @@ SectionEnd EndOf(const Outline& outline, const Side& side, const Side& other, co
   const EndCurve curve =
       FitEnd(from_end, bends ? std::max(4 * radius_mm, kBendReach * outline.length_mm()) : kStraightReach * radius_mm);
   curve.TakeAt(curve.end, &end);
-  FindTip(outline, side, 0, &end);
+  FindTip(outline, side, 0, radius_mm, &end);
   for (int turn = 0; turn < 4 && bends && end.place; ++turn) {
     curve.TakeAt(curve.Over(end.tip_mm), &end);
-    FindTip(outline, side, -radius_mm, &end);
+    FindTip(outline, side, -radius_mm, radius_mm, &end);
   }
   return end;
 }
@@ -280,9 +291,13 @@ std::optional<Camber> CamberOf(const Outline& outline, const LeadingHint& hint) 
   const Side &leading = first_leads ? one : other, &trailing = first_leads ? other : one;
   camber.leading = first_leads ? first : second;
   camber.trailing = first_leads ? second : first;
+  camber.greatest.along_mm = leading.length_mm / 2;
   camber.circles.assign(leading.circles.rbegin(), leading.circles.rend());
   camber.circles.push_back(camber.greatest);
-  camber.circles.insert(camber.circles.end(), trailing.circles.begin(), trailing.circles.end());
+  for (InscribedCircle circle : trailing.circles) {
+    circle.along_mm = outline.length_mm() / 2 - circle.along_mm;
+    camber.circles.push_back(circle);
+  }
   const Vector2d from = ReachOf(camber.leading), along = (ReachOf(camber.trailing) - from).normalized();
   for (const InscribedCircle& circle : camber.circles) {
     const double off = Cross(along, circle.centre_mm - from);

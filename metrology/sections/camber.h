@@ -18,6 +18,7 @@ struct InscribedCircle {
   double radius_mm = 0;
   double at_mm = 0, other_at_mm = 0;     // where it touches, along the outline
   Eigen::Vector2d normal, other_normal;  // of the outline there
+  double along_mm = 0;  // half the way from contact to contact about the leading end: its place along the camber line
 };
 
 enum class EndKind {

@@ -16,12 +16,13 @@ using Eigen::Vector2d;
 constexpr double kRad = 3.14159265358979323846 / 180;
 constexpr double kJump = 35 * kRad, kSureJump = 25 * kRad;  // the latter with four standard deviations less
 constexpr double kTurn = 20 * kRad;                         // of the chain about a place that is looked at
-constexpr double kDirectionSigma = 0.06;                    // wanted of one side, rad
+constexpr double kDirectionSigma = 0.08;                    // wanted of one side, rad
 constexpr double kReach = 4, kGreatestReach = 16;           // spacings
-constexpr std::size_t kExactPoints = 6, kLeastPoints = 5;
+constexpr std::size_t kExactPoints = 6, kLeastPoints = 6;
 
 struct Place {
   double at_mm = 0, reach_mm = 0, score_mm2 = 0;
+  bool corner = false;
   Vector2d corner_mm = Vector2d::Zero();
 };
 
@@ -37,7 +38,8 @@ class Finder {
     std::vector<Place> found;
     for (std::size_t i = 0; i < chain_.points_mm.size(); ++i) {
       if (!Turns(i)) continue;
-      if (const auto place = Judged(chain_.at_mm[i], chain_.length_mm)) found.push_back(*place);
+      const auto place = Judged(chain_.at_mm[i], chain_.length_mm);
+      if (place && place->corner) found.push_back(*place);
     }
     std::stable_sort(found.begin(), found.end(),
                      [](const Place& a, const Place& b) { return a.score_mm2 < b.score_mm2; });
@@ -52,6 +54,7 @@ class Finder {
         if (other.at_mm != place.at_mm) others.push_back(other);
       const double limit = NearestOf(others, place.at_mm) - search_.clear_mm;
       const auto again = Judged(AtOf(place), limit);
+      if (again && !again->corner) continue;
       const Place& best = again ? *again : place;
       double at = AtOf(best);
       at -= chain_.length_mm * std::floor(at / chain_.length_mm);
@@ -113,7 +116,8 @@ class Finder {
         break;
     }
     reach = std::min(reach, greatest);
-    if (reach <= search_.clear_mm || end(reach).count < kLeastPoints) return std::nullopt;
+    constexpr std::size_t kFewest = 5;  // where another corner or a gap is near
+    if (reach <= search_.clear_mm || end(reach).count < kFewest) return std::nullopt;
     return reach;
   }
 
@@ -132,11 +136,12 @@ class Finder {
       for (std::size_t k = 0; k < side->by_offset.size(); ++k)
         both.push_back(points_[(side->first + k) % points_.size()].point_mm);
     constexpr double kMiss = 0.01;  // of the reach: a circle misses a corner of 35 deg by more
-    const double allowed = 9 * std::max(place.score_mm2, std::pow(search_.noise_mm, 2));
+    const double allowed = 3 * std::max(place.score_mm2, std::pow(search_.noise_mm, 2));
     const double missed = FitCircle(both).mean_square_mm2;
     return std::isfinite(missed) && missed < allowed + std::pow(kMiss * place.reach_mm, 2);
   }
 
+  // Absent: too few points to either side.
   std::optional<Place> Judged(double at_mm, double limit_mm) const {
     at_mm -= chain_.length_mm * std::floor(at_mm / chain_.length_mm);
     const auto after = std::upper_bound(chain_.at_mm.begin(), chain_.at_mm.end(), at_mm);
@@ -151,20 +156,20 @@ class Finder {
     if (!one || !other) return std::nullopt;
     const double jump = std::acos(std::clamp(one->normal.dot(other->normal), -1.0, 1.0));
     const double sigma = std::sqrt(DirectionVariance(*one) + DirectionVariance(*other));
-    if (jump < kJump || jump - 4 * sigma < kSureJump) return std::nullopt;
     Place place;
     place.at_mm = at_mm;
     place.reach_mm = std::min(*behind, *ahead);
+    if (jump < kJump || jump - 4 * sigma < kSureJump) return place;
     const double freedom = std::max(1.0, one->freedom + other->freedom);
     place.score_mm2 = (one->sample_variance_mm2 * one->freedom + other->sample_variance_mm2 * other->freedom) / freedom;
     constexpr double kMiss = 0.03;  // of the reach: what a corner that is a little broken still misses its sides by
-    if (place.score_mm2 > std::pow(3 * search_.noise_mm, 2) + std::pow(kMiss * place.reach_mm, 2)) return std::nullopt;
-    if (RoundAsWell(*one, *other, place)) return std::nullopt;
+    if (place.score_mm2 > std::pow(3 * search_.noise_mm, 2) + std::pow(kMiss * place.reach_mm, 2)) return place;
+    if (RoundAsWell(*one, *other, place)) return place;
     Eigen::Matrix2d normals;
     normals << one->normal.transpose(), other->normal.transpose();
-    if (std::abs(normals.determinant()) < 0.2) return std::nullopt;
+    if (std::abs(normals.determinant()) < 0.2) return place;
     place.corner_mm = normals.inverse() * Vector2d(one->normal.dot(one->point_mm), other->normal.dot(other->point_mm));
-    if ((place.corner_mm - start).norm() > std::max(3 * chain_.spacing_mm, place.reach_mm)) return std::nullopt;
+    place.corner = (place.corner_mm - start).norm() <= std::max(3 * chain_.spacing_mm, place.reach_mm);
     return place;
   }
 

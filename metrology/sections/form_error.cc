@@ -27,29 +27,28 @@ struct Series {
 
 // At the stations the mean of each circle near it.
 struct Stations {
-  std::vector<double> at_mm, half_mm;  // along the line between the ends of the camber line
+  std::vector<double> at_mm, half_mm;  // along the camber line
   std::vector<Vector2d> centres_mm, across;
 };
 
 Stations StationsOf(const Camber& camber) {
   Stations stations;
-  const Vector2d from = camber.circles.front().centre_mm;
-  const Vector2d line = camber.circles.back().centre_mm - from;
+  const Vector2d line = camber.circles.back().centre_mm - camber.circles.front().centre_mm;
   // Within a thickness of an end the curve is the end's.
-  const double margin =
-      std::max(camber.circles.front().radius_mm, camber.circles.back().radius_mm) / line.norm() + 0.02;
+  const double from_mm = camber.circles.front().along_mm + camber.circles.front().radius_mm;
+  const double step_mm = (camber.circles.back().along_mm - camber.circles.back().radius_mm - from_mm) / kStations;
   for (int k = 0; k < kStations; ++k) {
-    const double low = margin + (1 - 2 * margin) * k / kStations,
-                 high = margin + (1 - 2 * margin) * (k + 1) / kStations;
+    const double low_mm = from_mm + step_mm * k, high_mm = low_mm + step_mm;
     Vector2d centre = Vector2d::Zero(), across = Vector2d::Zero();
     double half = 0, count = 0;
     for (const InscribedCircle& circle : camber.circles) {
-      const double part = (circle.centre_mm - from).dot(line) / line.squaredNorm();
-      if (part < low || part >= high) continue;
+      if (circle.along_mm < low_mm || circle.along_mm >= high_mm) continue;
       const Vector2d left = circle.normal - circle.other_normal;
       centre += circle.centre_mm;
       half += circle.radius_mm;
-      across += left.dot(LeftOf(line)) > 0 ? left : Vector2d(-left);
+      // Of a line that turns far: to the side of the last one.
+      const Vector2d side = stations.across.empty() ? LeftOf(line) : stations.across.back();
+      across += left.dot(side) > 0 ? left : Vector2d(-left);
       ++count;
     }
     if (count == 0) continue;

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <tuple>
 #include <unordered_map>
+#include <utility>
 
 #include "metrology/statistics/ranks.h"
 #include "refusal/refusal.h"
@@ -42,8 +43,13 @@ class Cells {
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
 };
 
-// None nearer to another than the spacing, and none that stands nearly alone.
-std::vector<Vector2d> Thinned(const std::vector<SectionSample>& samples, double spacing_mm) {
+// Points none of which is nearer to another than the spacing, and none that stands nearly alone.
+struct ThinPoint {
+  Vector2d point_mm;
+  double count = 0;  // of samples about it
+};
+
+std::vector<ThinPoint> Thinned(const std::vector<SectionSample>& samples, double spacing_mm) {
   Cells cells(spacing_mm);
   std::vector<Vector2d> taken;
   std::vector<double> counts;
@@ -62,19 +68,40 @@ std::vector<Vector2d> Thinned(const std::vector<SectionSample>& samples, double 
     ++counts[of];
   }
   const double usual = UpperMedian(counts);
-  std::vector<Vector2d> kept;
+  std::vector<ThinPoint> kept;
   for (std::size_t i = 0; i < taken.size(); ++i)
-    if (usual < 8 || counts[i] >= kSparse * usual) kept.push_back(taken[i]);
+    if (usual < 8 || counts[i] >= kSparse * usual) kept.push_back({taken[i], counts[i]});
   return kept;
 }
 
 // Samples at random places leave gaps of up to their mean distance times the logarithm of their number, and beyond that by chance: seven
 // times the distance more in one of a thousand outlines.
-double UsualGap(const std::vector<Vector2d>& points, std::size_t sample_count, double spacing_mm) {
-  constexpr double kUsualStep = 1.4;  // of thinned points: spacings from one to the next
-  const double count = static_cast<double>(sample_count);
-  const double distance_mm = kUsualStep * spacing_mm * static_cast<double>(points.size()) / count;
-  return std::max(4 * spacing_mm, distance_mm * (std::log(count) + 7));
+double ChanceGap(double distance_mm, double sample_count) { return distance_mm * (std::log(sample_count) + 7); }
+
+// How far points may be joined: over the gaps that the mean distance leaves, and over those of the sparser parts.
+double JoinReach(const std::vector<ThinPoint>& points, std::size_t sample_count, double spacing_mm) {
+  constexpr double kUsualStep = 1.4;                 // of thinned points: spacings from one to the next
+  constexpr double kSparser = 0.9, kSparseStep = 5;  // of points; of their distance to their second neighbour
+  const auto samples = static_cast<double>(sample_count);
+  const double mean_mm = kUsualStep * spacing_mm * static_cast<double>(points.size()) / samples;
+  const double reach_mm = std::max(4 * spacing_mm, ChanceGap(mean_mm, samples));
+  Cells cells(reach_mm);
+  for (std::size_t i = 0; i < points.size(); ++i) cells.Add(points[i].point_mm, static_cast<std::uint32_t>(i));
+  std::vector<double> seconds;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    double first = reach_mm, second = reach_mm;
+    cells.Near(points[i].point_mm, 1, [&](std::uint32_t j) {
+      if (j == i) return;
+      const double distance = (points[j].point_mm - points[i].point_mm).norm();
+      if (distance < first)
+        second = std::exchange(first, distance);
+      else
+        second = std::min(second, distance);
+    });
+    seconds.push_back(second);
+  }
+  const auto rank = static_cast<std::size_t>(kSparser * static_cast<double>(seconds.size() - 1));
+  return std::max(reach_mm, kSparseStep * AtRank(rank, &seconds));
 }
 
 struct Piece {
@@ -85,18 +112,18 @@ struct Piece {
 
 class Joiner {
  public:
-  explicit Joiner(const std::vector<Vector2d>& points)
+  explicit Joiner(const std::vector<ThinPoint>& points)
       : points_(points), next_(points.size()), root_(points.size()), sizes_(points.size(), 1) {
     std::iota(root_.begin(), root_.end(), 0u);
   }
 
   void Join(double gap_mm) {
     Cells cells(gap_mm);
-    for (std::size_t i = 0; i < points_.size(); ++i) cells.Add(points_[i], static_cast<std::uint32_t>(i));
+    for (std::size_t i = 0; i < points_.size(); ++i) cells.Add(points_[i].point_mm, static_cast<std::uint32_t>(i));
     std::vector<std::tuple<double, std::uint32_t, std::uint32_t>> joints;
     for (std::uint32_t i = 0; i < points_.size(); ++i)
-      cells.Near(points_[i], 1, [&](std::uint32_t j) {
-        const double length = (points_[i] - points_[j]).norm();
+      cells.Near(points_[i].point_mm, 1, [&](std::uint32_t j) {
+        const double length = (points_[i].point_mm - points_[j].point_mm).norm();
         if (j > i && length <= gap_mm) joints.emplace_back(length, i, j);
       });
     std::sort(joints.begin(), joints.end());
@@ -125,7 +152,7 @@ class Joiner {
           piece.closed = piece.points.size() > 2 && next_[at].size() == 2;
           break;
         }
-        piece.length_mm += (points_[*next] - points_[at]).norm();
+        piece.length_mm += (points_[*next].point_mm - points_[at].point_mm).norm();
         at = *next;
       }
       pieces.push_back(std::move(piece));
@@ -144,23 +171,23 @@ class Joiner {
     while (root_[i] != i) i = root_[i] = root_[root_[i]];
     return i;
   }
-  const std::vector<Vector2d>& points_;
+  const std::vector<ThinPoint>& points_;
   std::vector<std::vector<std::uint32_t>> next_;
   std::vector<std::uint32_t> root_, sizes_;
 };
 
 // Where the way to up to three points and back is twice as long as past them, outliers stand beside the outline. No corner of a measured
 // blade is that acute.
-void DropSpikes(std::vector<Vector2d>* points) {
+void DropSpikes(std::vector<ThinPoint>* points) {
   constexpr double kDetour = 2;
   const std::size_t n = points->size();
+  const auto at = [&](std::size_t i) -> const Vector2d& { return (*points)[i % n].point_mm; };
   std::vector<bool> dropped(n, false);
   for (std::size_t i = 0; i < n; ++i) {
-    double way = ((*points)[(i + 1) % n] - (*points)[i]).norm();
+    double way = (at(i + 1) - at(i)).norm();
     for (std::size_t skipped = 1; skipped <= 3 && !dropped[i]; ++skipped) {
-      const Vector2d &from = (*points)[i], &last = (*points)[(i + skipped) % n], &to = (*points)[(i + skipped + 1) % n];
-      way += (to - last).norm();
-      if (way < kDetour * (to - from).norm()) continue;
+      way += (at(i + skipped + 1) - at(i + skipped)).norm();
+      if (way < kDetour * (at(i + skipped + 1) - at(i)).norm()) continue;
       for (std::size_t k = 1; k <= skipped; ++k) dropped[(i + k) % n] = true;
       break;
     }
@@ -171,34 +198,47 @@ void DropSpikes(std::vector<Vector2d>* points) {
   points->resize(kept);
 }
 
-// Pieces one after the other, each by its end that is nearer to where the last one ended.
-PointChain Strung(const std::vector<Vector2d>& points, std::vector<Piece> pieces, double gap_mm) {
-  PointChain chain;
-  const auto take = [&](const Piece& piece) {
-    for (std::size_t k = 0; k < piece.points.size(); ++k) {
-      chain.points_mm.push_back(points[piece.points[k]]);
+// Whether each step to a point is longer than chance makes it among the samples about it.
+std::vector<bool> GapsBefore(const std::vector<ThinPoint>& points, double spacing_mm, double stated_gap_mm,
+                             std::size_t sample_count) {
+  constexpr std::size_t kAbout = 15;
+  const std::size_t n = points.size();
+  const auto step = [&](std::size_t i) { return (points[i % n].point_mm - points[(i + n - 1) % n].point_mm).norm(); };
+  std::vector<bool> gaps;
+  for (std::size_t i = 0; i < n; ++i) {
+    double way = 0, count = 0;
+    for (std::size_t k = 1; k <= kAbout; ++k) {
+      way += step(i + k) + step(i + n - k);
+      count += points[(i + k) % n].count + points[(i + n - k) % n].count;
     }
+    const double chance_mm = ChanceGap(way / count, static_cast<double>(sample_count));
+    gaps.push_back(step(i) > (stated_gap_mm > 0 ? stated_gap_mm : std::max(4 * spacing_mm, chance_mm)));
+  }
+  return gaps;
+}
+
+// Pieces one after the other, each by its end that is nearer to where the last one ended.
+std::vector<ThinPoint> Strung(const std::vector<ThinPoint>& points, std::vector<Piece> pieces) {
+  std::vector<ThinPoint> strung;
+  const auto take = [&](const Piece& piece) {
+    for (const std::uint32_t i : piece.points) strung.push_back(points[i]);
   };
   take(pieces.front());
   pieces.erase(pieces.begin());
   while (!pieces.empty()) {
-    const Vector2d end = chain.points_mm.back();
+    const Vector2d end = strung.back().point_mm;
+    const auto to = [&](std::uint32_t i) { return (points[i].point_mm - end).norm(); };
     const auto distance = [&](const Piece& piece) {
-      return std::min((points[piece.points.front()] - end).norm(), (points[piece.points.back()] - end).norm());
+      return std::min(to(piece.points.front()), to(piece.points.back()));
     };
     const auto next = std::min_element(pieces.begin(), pieces.end(),
                                        [&](const Piece& a, const Piece& b) { return distance(a) < distance(b); });
-    if ((points[next->points.back()] - end).norm() < (points[next->points.front()] - end).norm())
-      std::reverse(next->points.begin(), next->points.end());
+    if (to(next->points.back()) < to(next->points.front())) std::reverse(next->points.begin(), next->points.end());
     take(*next);
     pieces.erase(next);
   }
-  DropSpikes(&chain.points_mm);
-  for (std::size_t i = 0; i < chain.points_mm.size(); ++i) {
-    const Vector2d& last = chain.points_mm[i == 0 ? chain.points_mm.size() - 1 : i - 1];
-    chain.gap_before.push_back((chain.points_mm[i] - last).norm() > gap_mm);
-  }
-  return chain;
+  DropSpikes(&strung);
+  return strung;
 }
 
 void TurnCounterClockwise(PointChain* chain) {
@@ -227,13 +267,12 @@ void Measure(PointChain* chain) {
 }  // namespace
 
 absl::StatusOr<PointChain> ChainOf(const std::vector<SectionSample>& samples, const ChainOptions& options) {
-  const std::vector<Vector2d> points = Thinned(samples, options.spacing_mm);
+  const std::vector<ThinPoint> points = Thinned(samples, options.spacing_mm);
   if (points.size() < kLeastPoints)
     return Refuse("points", std::to_string(points.size()) + " apart in the section",
                   "at least " + std::to_string(kLeastPoints) + ": does the plane meet the part?");
   Joiner joiner(points);
-  const double gap_mm = options.gap_mm > 0 ? options.gap_mm : UsualGap(points, samples.size(), options.spacing_mm);
-  joiner.Join(gap_mm);
+  joiner.Join(options.gap_mm > 0 ? options.gap_mm : JoinReach(points, samples.size(), options.spacing_mm));
   std::vector<Piece> pieces = joiner.Pieces();
   const double longest_mm = pieces.front().length_mm;
   const auto shorter = [&](double share) {
@@ -250,8 +289,11 @@ absl::StatusOr<PointChain> ChainOf(const std::vector<SectionSample>& samples, co
   } else {
     pieces.erase(shorter(kLeastPiece), pieces.end());
   }
-  PointChain chain = Strung(points, std::move(pieces), gap_mm);
+  const std::vector<ThinPoint> strung = Strung(points, std::move(pieces));
+  PointChain chain;
   chain.spacing_mm = options.spacing_mm;
+  for (const ThinPoint& point : strung) chain.points_mm.push_back(point.point_mm);
+  chain.gap_before = GapsBefore(strung, options.spacing_mm, options.gap_mm, samples.size());
   TurnCounterClockwise(&chain);
   Measure(&chain);
   return chain;
