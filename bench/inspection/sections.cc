@@ -130,18 +130,6 @@ std::array<double, 3> RunWorld(const World& world, int blades) {
       continue;
     }
     const MeasuredSection section = *MeasureSection(*outline, uncertainty);
-    for (const auto& [p, wanted] : known) {
-      const double off = section.values[p] ? *section.values[p] - wanted : 1e9;
-      if (std::abs(off) > 1.5 * section.uncertainty(p).expanded || std::abs(off) > 0.05)
-        std::printf(
-            "DBG world %s blade %d arc %.1f lead %.3f trail %.3f sq %d turn %.2f: %s off %.4f U %.4f kinds %d %d "
-            "reason %s corners %d spacing\n",
-            world.name, i, blade.arc_mm, blade.lead_mm, blade.trail_mm, i % 3 == 1, blade.turning_rad,
-            NameOf(p).c_str(), off, section.uncertainty(p).expanded, (int)section.values.leading,
-            (int)section.values.trailing, ReasonOf(section.values.reason(p)).c_str(),
-            (int)std::count_if(outline->fitted.outline.nodes().begin(), outline->fitted.outline.nodes().end(),
-                               [](const OutlineNode& n) { return n.before == Join::kCorner; }));
-    }
     for (const auto& [p, wanted] : known)
       if (section.values[p])
         tallies[p].Add(p == P::kStaggerNoseTail ? std::remainder(*section.values[p] - wanted, 360 * kDegree)

@@ -14,6 +14,8 @@ using Eigen::Vector2d;
 
 constexpr double kTouchCosine = 0.5;      // contacts with normals less than 60 deg apart are one
 constexpr double kCamberCosine = -0.342;  // 110 deg: nearer to a tip circles touch the end itself
+constexpr double kNearTipCosine =
+    -0.17;  // 100 deg: so far circles are looked at, to know where 110 deg is between two of them
 constexpr double kGreatCosine = -0.5;
 constexpr double kStraightReach = 1.6;  // radii of a round end: from so far its camber line's direction is taken
 constexpr double kBendReach = 0.035;    // of the outline
@@ -120,7 +122,7 @@ Side SideOf(const Outline& outline, const std::vector<Touching>& touching, doubl
   std::vector<std::pair<double, const InscribedCircle*>> ordered;
   constexpr double kNear = 1e-6;
   for (const Touching& one : touching) {
-    if (!one.sound || one.circle.normal.dot(one.circle.other_normal) > kCamberCosine) continue;
+    if (!one.sound || one.circle.normal.dot(one.circle.other_normal) > kNearTipCosine) continue;
     const double a = side.Along(one.circle.at_mm), b = side.Along(one.circle.other_at_mm);
     if (a > side.length_mm + kNear || b > side.length_mm + kNear) continue;
     if (side.corner_count > 0) {
@@ -150,12 +152,35 @@ struct EndCurve {
   }
 };
 
-EndCurve FitEnd(const std::vector<InscribedCircle>& from_end, double reach_mm) {
-  const InscribedCircle& last = from_end.front();
+double Opening(const InscribedCircle& circle) { return circle.normal.dot(circle.other_normal); }
+
+// Nearest to the end first: where the contacts' normals are 110 deg apart, between two circles. What is nearer to the tip goes.
+InscribedCircle LastCircle(std::vector<InscribedCircle>* from_end) {
+  const auto last = std::find_if(from_end->begin(), from_end->end() - 1,
+                                 [](const InscribedCircle& circle) { return Opening(circle) <= kCamberCosine; });
+  InscribedCircle found = *last;
+  if (last != from_end->begin()) {
+    const InscribedCircle& beyond = *(last - 1);
+    const double part = (kCamberCosine - Opening(*last)) / (Opening(beyond) - Opening(*last));
+    found.centre_mm += part * (beyond.centre_mm - found.centre_mm);
+    found.radius_mm += part * (beyond.radius_mm - found.radius_mm);
+  }
+  from_end->erase(from_end->begin(), last);
+  return found;
+}
+
+// Circles count the less the nearer they are to where they would not count: so that none comes in or goes out at once.
+EndCurve FitEnd(const std::vector<InscribedCircle>& from_end, const InscribedCircle& last, double reach_mm) {
+  constexpr double kTaper = 0.15;  // of the opening's cosine
   std::vector<Vector2d> centres;
-  for (const InscribedCircle& circle : from_end)
-    if ((circle.centre_mm - last.centre_mm).norm() <= reach_mm || centres.size() < 8)
-      centres.push_back(circle.centre_mm);
+  std::vector<double> shares;
+  for (const InscribedCircle& circle : from_end) {
+    const double part = (circle.centre_mm - last.centre_mm).norm() / reach_mm;
+    if (part > 1 && centres.size() >= 8) continue;
+    centres.push_back(circle.centre_mm);
+    shares.push_back(std::clamp((kCamberCosine - Opening(circle)) / kTaper, 0.02, 1.0) *
+                     std::max(0.02, std::pow(1 - std::min(1.0, part * part), 2)));
+  }
   EndCurve fit;
   fit.origin_mm = last.centre_mm;
   Vector2d along = Vector2d::Zero();
@@ -164,7 +189,7 @@ EndCurve FitEnd(const std::vector<InscribedCircle>& from_end, double reach_mm) {
   fit.scale_mm = std::max(1e-6, along.norm());
   if (along.norm() < 1e-9) along = last.normal + last.other_normal;
   fit.along = along.normalized();
-  std::vector<double> weights(centres.size(), 1);
+  std::vector<double> weights = shares;
   for (int turn = 0; turn < 3; ++turn) {
     Eigen::Matrix3d normal = 1e-12 * Eigen::Matrix3d::Identity();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
@@ -173,7 +198,6 @@ EndCurve FitEnd(const std::vector<InscribedCircle>& from_end, double reach_mm) {
       return Eigen::Vector3d(1, x, x * x);
     };
     for (std::size_t i = 0; i < centres.size(); ++i) {
-      fit.end = std::max(fit.end, fit.Over(centres[i]));
       normal += weights[i] * row(centres[i]) * row(centres[i]).transpose();
       right += weights[i] * Cross(fit.along, centres[i] - fit.origin_mm) * row(centres[i]);
     }
@@ -184,7 +208,7 @@ EndCurve FitEnd(const std::vector<InscribedCircle>& from_end, double reach_mm) {
     const double limit = 4.685 * RobustSigmaOfMagnitudes(off);
     for (std::size_t i = 0; i < centres.size(); ++i) {
       const double ratio = limit > 1e-9 ? off[i] / limit : 0;
-      weights[i] = ratio < 1 ? std::pow(1 - ratio * ratio, 2) : 0;
+      weights[i] = shares[i] * (ratio < 1 ? std::pow(1 - ratio * ratio, 2) : 0);
     }
   }
   return fit;
@@ -231,12 +255,13 @@ SectionEnd EndOf(const Outline& outline, const Side& side, const Side& other, co
   std::vector<InscribedCircle> from_end(side.circles.rbegin(), side.circles.rend());
   from_end.push_back(greatest);
   from_end.insert(from_end.end(), other.circles.begin(), other.circles.end());
-  const double radius_mm = from_end.front().radius_mm;
+  const InscribedCircle last = LastCircle(&from_end);
+  const double radius_mm = last.radius_mm;
   SectionEnd end;
   // A round end's camber line ends in its own centre, and goes on straight. A square one's was not followed that far: it goes on as it bends.
   const bool bends = side.corner_count > 0;
-  const EndCurve curve =
-      FitEnd(from_end, bends ? std::max(4 * radius_mm, kBendReach * outline.length_mm()) : kStraightReach * radius_mm);
+  const EndCurve curve = FitEnd(
+      from_end, last, bends ? std::max(4 * radius_mm, kBendReach * outline.length_mm()) : kStraightReach * radius_mm);
   curve.TakeAt(curve.end, &end);
   FindTip(outline, side, 0, radius_mm, &end);
   for (int turn = 0; turn < 4 && bends && end.place; ++turn) {
@@ -294,10 +319,12 @@ std::optional<Camber> CamberOf(const Outline& outline, const LeadingHint& hint) 
   camber.greatest.along_mm = leading.length_mm / 2;
   camber.circles.assign(leading.circles.rbegin(), leading.circles.rend());
   camber.circles.push_back(camber.greatest);
+  const auto near_tip = [](const InscribedCircle& circle) { return Opening(circle) > kCamberCosine; };
   for (InscribedCircle circle : trailing.circles) {
     circle.along_mm = outline.length_mm() / 2 - circle.along_mm;
     camber.circles.push_back(circle);
   }
+  camber.circles.erase(std::remove_if(camber.circles.begin(), camber.circles.end(), near_tip), camber.circles.end());
   const Vector2d from = ReachOf(camber.leading), along = (ReachOf(camber.trailing) - from).normalized();
   for (const InscribedCircle& circle : camber.circles) {
     const double off = Cross(along, circle.centre_mm - from);

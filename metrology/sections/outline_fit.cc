@@ -117,7 +117,7 @@ class Fitter {
 
   // A window's half width at stations along each stretch: 0.45 of the radius of curvature, no narrower than some points.
   void FindWidths() {
-    const double widest = kWidestPart * chain_.length_mm, part = options_.exact ? 0.25 : 0.45;
+    const double widest = kWidestPart * chain_.length_mm, part = options_.exact && !options_.as_measured ? 0.25 : 0.45;
     const double least = std::max(chain_.length_mm / static_cast<double>(points_.size()), 0.5 * chain_.spacing_mm);
     const double narrowest = (options_.exact ? 3.6 : 8) * least;
     const LocalFit fit(points_, chain_.length_mm, options_.lean_known, !options_.exact);

@@ -32,6 +32,8 @@ struct FitOptions {
   double noise_mm = 0;  // of a sample
   bool exact = false;   // no noise: windows as narrow as the points allow
   bool lean_known = false;
+  bool as_measured =
+      false;       // exact, but with the windows of measured outlines: ripples of a CAD surface are averaged alike
   LeanField lean;  // already taken off the samples; nodes have it added to what is left
 };
 

@@ -65,13 +65,13 @@ absl::StatusOr<Ordered> OrderOf(const std::vector<SectionSample>& samples, doubl
   return ordered;
 }
 
-absl::StatusOr<SectionOutline> OfLoop(const std::vector<Eigen::Vector2d>& loop_mm) {
+absl::StatusOr<SectionOutline> OfLoop(const std::vector<Eigen::Vector2d>& loop_mm, bool as_measured) {
   auto chain = ChainOfLoop(loop_mm);
   if (!chain.ok()) return chain.status();
   std::vector<FitPoint> points;
   for (std::size_t i = 0; i < chain->points_mm.size(); ++i)
     points.push_back({chain->points_mm[i], chain->at_mm[i], 0, 0, 1});
-  auto fitted = FitOutline(*chain, points, {0, true, true, {}});
+  auto fitted = FitOutline(*chain, points, {0, true, true, as_measured, {}});
   if (!fitted.ok()) return fitted.status();
   SectionOutline made;
   made.fitted = *std::move(fitted);
@@ -122,7 +122,7 @@ absl::StatusOr<SectionOutline> MeasuredOutline(const Points& points_mm, const Se
   }
   evidence.stray_count = ordered->stray_count;
   evidence.outlier_count = ordered->outlier_count;
-  auto fitted = FitOutline(ordered->chain, ordered->points, {noise_mm, false, lean_known, lean});
+  auto fitted = FitOutline(ordered->chain, ordered->points, {noise_mm, false, lean_known, false, lean});
   if (!fitted.ok()) return fitted.status();
   made.fitted = *std::move(fitted);
   evidence.used_count = made.fitted.used_count;
@@ -152,12 +152,14 @@ absl::StatusOr<SectionOutline> SurfaceOutline(const Surface& surface, const Sect
     return Refuse("plane", std::to_string(loops->size()) + " outlines of the surface",
                   "one, or a place near the one meant");
   }
-  auto made = OfLoop((*loops)[chosen]);
+  auto made = OfLoop((*loops)[chosen], true);
   if (!made.ok()) return made.status();
   made->part_from_section = *part_from_section;
   return made;
 }
 
-absl::StatusOr<SectionOutline> LoopOutline(const std::vector<Eigen::Vector2d>& loop_mm) { return OfLoop(loop_mm); }
+absl::StatusOr<SectionOutline> LoopOutline(const std::vector<Eigen::Vector2d>& loop_mm) {
+  return OfLoop(loop_mm, false);
+}
 
 }  // namespace sixpoint::metrology
