@@ -278,22 +278,28 @@ const Vector2d& ReachOf(const SectionEnd& end) { return end.place ? end.tip_mm :
 Peak PeakOf(const std::vector<Peak>& points, double reach) {
   const auto greatest =
       std::max_element(points.begin(), points.end(), [](const Peak& a, const Peak& b) { return a.y < b.y; });
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  int count = 0;
-  for (const Peak& point : points) {
-    const double x = (point.x - greatest->x) / reach;
-    if (std::abs(x) > 1) continue;
-    const Eigen::Vector3d row(1, x, x * x);
-    normal += row * row.transpose();
-    right += (point.y - greatest->y) * row;
-    ++count;
+  // About the place found, once more: so that it does not hang on which point is the greatest.
+  Peak peak = *greatest;
+  for (int turn = 0; turn < 4; ++turn) {
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    int count = 0;
+    for (const Peak& point : points) {
+      const double x = (point.x - peak.x) / reach;
+      if (std::abs(x) > 1) continue;
+      const double weight = std::pow(1 - x * x, 2);
+      const Eigen::Vector3d row(1, x, x * x);
+      normal += weight * row * row.transpose();
+      right += weight * (point.y - greatest->y) * row;
+      ++count;
+    }
+    if (count < 5) return *greatest;
+    const Eigen::Vector3d curve = normal.ldlt().solve(right);
+    if (!(curve[2] < 0) || std::abs(curve[1] / (2 * curve[2])) > 1) return *greatest;
+    const double x = -curve[1] / (2 * curve[2]);
+    peak = {peak.x + x * reach, greatest->y + curve[0] + x * curve[1] / 2};
   }
-  if (count < 5) return *greatest;
-  const Eigen::Vector3d curve = normal.ldlt().solve(right);
-  if (!(curve[2] < 0) || std::abs(curve[1] / (2 * curve[2])) > 1) return *greatest;
-  const double x = -curve[1] / (2 * curve[2]);
-  return {greatest->x + x * reach, greatest->y + curve[0] + x * curve[1] / 2};
+  return peak;
 }
 
 std::optional<Camber> CamberOf(const Outline& outline, const LeadingHint& hint) {

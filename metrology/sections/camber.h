@@ -54,7 +54,8 @@ struct Camber {
 // Absent: no circle touches the outline on two sides: too little of it was seen.
 std::optional<Camber> CamberOf(const Outline& outline, const LeadingHint& hint);
 
-// Least squares of a parabola through (x, y) near the greatest y: its place and value. What is farther than the reach from it is left out.
+// Least squares of a parabola through (x, y) near the greatest y: its place and value. What is farther than the reach from the place
+// found is left out, and counts the less the farther it is.
 struct Peak {
   double x = 0, y = 0;
 };

