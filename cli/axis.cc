@@ -1,8 +1,8 @@
 
+#include "cli/calibration_documents.h"
 #include "cli/calibration_options.h"
 #include "cli/commands.h"
 #include "cli/output.h"
-#include "cli/plant_documents.h"
 #include "cli/reports.h"
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
 

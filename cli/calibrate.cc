@@ -1,9 +1,9 @@
 
 #include "cli/calibrate_probe.h"
+#include "cli/calibration_documents.h"
 #include "cli/calibration_options.h"
 #include "cli/commands.h"
 #include "cli/output.h"
-#include "cli/plant_documents.h"
 #include "cli/reports.h"
 #include "cli/rotary_letters.h"
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"

@@ -24,22 +24,16 @@ struct Arguments {
   bool draft = false;
 };
 
-absl::StatusOr<Eigen::Vector3d> ThreeOf(const std::string& option, const std::vector<double>& numbers,
-                                        const std::string& wanted) {
-  if (numbers.size() != 3) return runtime::Refuse(option, std::to_string(numbers.size()) + " numbers", wanted);
-  return Eigen::Vector3d(numbers[0], numbers[1], numbers[2]);
-}
-
 absl::Status CalibrateStated(Session* session, const Arguments& arguments) {
   constexpr double kRadPerDeg = M_PI / 180;
   const auto t_sm_mm = ThreeOf("--t-sm-mm", arguments.t_sm_mm, "X,Y,Z");
   if (!t_sm_mm.ok()) return t_sm_mm.status();
   const auto angles_deg = ThreeOf("--angles-deg", arguments.angles_deg, "ALPHA,BETA,GAMMA");
   if (!angles_deg.ok()) return angles_deg.status();
-  const Eigen::Vector3d angles = kRadPerDeg * *angles_deg;
+  const Eigen::Vector3d angles = kRadPerDeg * Eigen::Vector3d(angles_deg->data());
   Eigen::Isometry3d machine_from_sensor = Eigen::Isometry3d::Identity();
   machine_from_sensor.linear() = metrology::RotationFromCardan({angles.x(), angles.y(), angles.z()});
-  machine_from_sensor.translation() = *t_sm_mm;
+  machine_from_sensor.translation() = Eigen::Vector3d(t_sm_mm->data());
   calibration::v1::StateSensorPoseRequest request;
   request.set_machine(NameText("machines", arguments.machine));
   runtime::ToProto(machine_from_sensor, request.mutable_machine_from_sensor());

@@ -102,6 +102,12 @@ std::string CalibrationNameText(const std::string& id_or_name) {
   return id_or_name.find('/') != std::string::npos ? id_or_name : runtime::NameOf("calibrations", id_or_name);
 }
 
+absl::StatusOr<std::array<double, 3>> ThreeOf(const std::string& option, const std::vector<double>& numbers,
+                                              const std::string& wanted) {
+  if (numbers.size() != 3) return runtime::Refuse(option, std::to_string(numbers.size()) + " numbers", wanted);
+  return std::array<double, 3>{numbers[0], numbers[1], numbers[2]};
+}
+
 absl::StatusOr<std::string> SubjectNameText(const std::string& option, const std::string& text) {
   if (text.rfind("blade:", 0) == 0) return NameText("blades", text.substr(6));
   if (text.rfind("artefact:", 0) == 0) return NameText("artefacts", text.substr(9));

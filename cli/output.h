@@ -5,11 +5,13 @@
 #include <google/protobuf/message.h>
 #include <google/protobuf/timestamp.pb.h>
 
+#include <array>
 #include <chrono>
 #include <functional>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
 #include "cli/table.h"
 #include "sixpoint/geometry/v1/geometry.pb.h"
@@ -54,6 +56,10 @@ std::string IdText(const std::string& resource_name);
 std::string NameText(const std::string& collection, const std::string& id_or_name);
 // A calibration of any kind: its name as another command printed it, or its id.
 std::string CalibrationNameText(const std::string& id_or_name);
+
+// The three numbers of an option; other counts are refused by its name. wanted: "X,Y,Z".
+absl::StatusOr<std::array<double, 3>> ThreeOf(const std::string& option, const std::vector<double>& numbers,
+                                              const std::string& wanted);
 
 // What was scanned: "blade:SN-1" -> "blades/SN-1", "artefact:P" -> "artefacts/P"; a resource name is taken as it is.
 // INVALID_ARGUMENT names the option.

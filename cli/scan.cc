@@ -109,16 +109,15 @@ absl::Status Upload(Session* session, const UploadArguments& arguments) {
   if (!subject.ok()) return subject.status();
   absl::StatusOr<ingest::v1::ScanKind> kind = ScanKindOf("--kind", arguments.kind);
   if (!kind.ok()) return kind.status();
-  if (arguments.v0_mm.size() != 3) {
-    return runtime::Refuse("--v0-mm", std::to_string(arguments.v0_mm.size()) + " numbers", "X,Y,Z");
-  }
+  const auto v0_mm = ThreeOf("--v0-mm", arguments.v0_mm, "X,Y,Z");
+  if (!v0_mm.ok()) return v0_mm.status();
   header.set_scan_id(arguments.scan_id.empty() ? NewRequestId() : arguments.scan_id);
   header.set_machine(NameText("machines", arguments.machine));
   header.set_subject(*subject);
   header.set_kind(*kind);
-  header.mutable_v0_mm()->set_x_mm(arguments.v0_mm[0]);
-  header.mutable_v0_mm()->set_y_mm(arguments.v0_mm[1]);
-  header.mutable_v0_mm()->set_z_mm(arguments.v0_mm[2]);
+  header.mutable_v0_mm()->set_x_mm((*v0_mm)[0]);
+  header.mutable_v0_mm()->set_y_mm((*v0_mm)[1]);
+  header.mutable_v0_mm()->set_z_mm((*v0_mm)[2]);
   const absl::StatusOr<plant::v1::Machine> machine = FetchMachine(session, header.machine());
   if (!machine.ok()) return machine.status();
   const absl::StatusOr<std::vector<double>> commands_deg = CommandsOf(arguments.commands, *machine);

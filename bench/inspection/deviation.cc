@@ -10,12 +10,13 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
-#include <sstream>
 
+#include "bench/all_triangles.h"
 #include "metrology/cad/tessellation.h"
 #include "metrology/cloud/draco_codec.h"
 #include "metrology/inspection/deviation_map.h"
 #include "tests/metrology/correction/exact_pose.h"
+#include "tests/metrology/plant_files.h"
 
 namespace sixpoint::bench {
 namespace {
@@ -26,21 +27,15 @@ using metrology::DeviationOptions;
 using metrology::Points;
 using metrology::SurfacePatches;
 using nlohmann::json;
+using testing::PoseOf;
+using testing::ReadFile;
+using testing::VectorOf;
 
 constexpr double kRad = 3.14159265358979323846 / 180;
 constexpr int kThreads = 2;
 constexpr std::size_t kPiece = 131'072;  // of a scan's block
 
 double Now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
-std::string ReadFile(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::stringstream bytes;
-  bytes << in.rdbuf();
-  return bytes.str();
-}
-
-Vector3d VectorOf(const json& in) { return {in.at(0).get<double>(), in.at(1).get<double>(), in.at(2).get<double>()}; }
 
 struct Plant {
   std::string folder;
@@ -56,11 +51,9 @@ Plant Load(const std::string& folder) {
   plant.folder = folder;
   plant.dataset = json::parse(ReadFile(folder + "/dataset.json"));
   const json truth = json::parse(ReadFile(folder + "/truth.json"));
-  for (int row = 0; row < 3; ++row) {
+  for (int row = 0; row < 3; ++row)
     plant.sensor.rotation.row(row) = VectorOf(truth["machine_from_sensor_rotation"][row]);
-    for (int column = 0; column < 4; ++column)
-      plant.zero_from_part.matrix()(row, column) = truth["zero_from_part"][row][column].get<double>();
-  }
+  plant.zero_from_part = PoseOf(truth["zero_from_part"]);
   plant.sensor.t_sm_mm = VectorOf(truth["T_sm_mm"]);
   plant.axes.a = {VectorOf(truth["a_axis"]["direction"]).normalized(), VectorOf(truth["a_axis"]["point"])};
   plant.axes.b = {VectorOf(truth["b_axis"]["direction"]).normalized(), VectorOf(truth["b_axis"]["point"])};
@@ -195,32 +188,6 @@ void Rates(const Plant& plant, std::size_t count, const std::string& peer_folder
   WriteStl(peer_folder + "/part.stl", plant.surface->mesh(), plant.surface->centroid_mm());
 }
 
-double SegmentSquared(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
-  const Vector3d along = b - a;
-  return (p - a - std::clamp((p - a).dot(along) / along.squaredNorm(), 0.0, 1.0) * along).squaredNorm();
-}
-
-// All triangles in turn; the sign by the angle under which the closed surface is seen.
-double BruteForce(const metrology::TriangleMesh& mesh, const Vector3d& p) {
-  double least = std::numeric_limits<double>::infinity(), seen = 0;
-  for (const auto& corners : mesh.triangles) {
-    const Vector3d &a = mesh.vertices_mm[corners[0]], &b = mesh.vertices_mm[corners[1]],
-                   &c = mesh.vertices_mm[corners[2]];
-    const Vector3d normal = (b - a).cross(c - a);
-    const double length = normal.norm();
-    if (!(length > 0)) continue;
-    const bool above = normal.dot((b - a).cross(p - a)) >= 0 && normal.dot((c - b).cross(p - b)) >= 0 &&
-                       normal.dot((a - c).cross(p - c)) >= 0;
-    least =
-        std::min(least, above ? std::pow(normal.dot(p - a) / length, 2)
-                              : std::min({SegmentSquared(p, a, b), SegmentSquared(p, b, c), SegmentSquared(p, c, a)}));
-    const Vector3d pa = a - p, pb = b - p, pc = c - p;
-    const double la = pa.norm(), lb = pb.norm(), lc = pc.norm();
-    seen += 2 * std::atan2(pa.dot(pb.cross(pc)), la * lb * lc + pa.dot(pb) * lc + pb.dot(pc) * la + pc.dot(pa) * lb);
-  }
-  return seen > 2 * M_PI ? -std::sqrt(least) : std::sqrt(least);
-}
-
 // About places where the other wall is less than 0.8 mm away.
 void ThinEdges(const Plant& plant, json* figures) {
   const metrology::TriangleMesh& mesh = plant.surface->mesh();
@@ -237,7 +204,8 @@ void ThinEdges(const Plant& plant, json* figures) {
                                 .normalized();
     if (plant.surface->Closest(at - 0.8 * normal).signed_distance_mm < 0) continue;
     const Vector3d p = at + 0.2 * Vector3d(unit(random), unit(random), unit(random));
-    const double found = plant.surface->ClosestWithin(p, 1).signed_distance_mm, truth = BruteForce(mesh, p);
+    const double found = plant.surface->ClosestWithin(p, 1).signed_distance_mm,
+                 truth = SignedDistanceByAllTriangles(mesh, p);
     if (std::abs(truth) < 2e-3) continue;  // between the triangles and the curved surface either sign is right
     ++checked;
     wrong += found * truth < 0;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <random>
 
+#include "bench/all_triangles.h"
 #include "bench/registration/embree_peer.h"
 #include "bench/registration/runs.h"
 #include "metrology/nearest/near_lanes.h"
@@ -32,34 +33,6 @@ std::vector<double> Distances(const metrology::Surface& surface, const metrology
   std::vector<double> distances;
   surface.SignedDistances(part_mm, kLimitMm, threads, &distances);
   return distances;
-}
-
-double SegmentDistanceSquared(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
-  const Vector3d along = b - a;
-  return (p - a - std::clamp((p - a).dot(along) / along.squaredNorm(), 0.0, 1.0) * along).squaredNorm();
-}
-
-double TriangleDistanceSquared(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c,
-                               const Vector3d& normal) {
-  const bool above = normal.dot((b - a).cross(p - a)) >= 0 && normal.dot((c - b).cross(p - b)) >= 0 &&
-                     normal.dot((a - c).cross(p - c)) >= 0;
-  if (above) return std::pow(normal.dot(p - a), 2);
-  return std::min({SegmentDistanceSquared(p, a, b), SegmentDistanceSquared(p, b, c), SegmentDistanceSquared(p, c, a)});
-}
-
-// Every triangle in turn; the sign by the angle under which the whole surface is seen: 4 pi inside, 0 outside.
-double BruteForce(const Blade& blade, const Vector3d& p) {
-  double least = std::numeric_limits<double>::infinity(), seen = 0;
-  for (std::size_t t = 0; t < blade.normals.size(); ++t) {
-    const auto& corners = blade.mesh.triangles[t];
-    const Vector3d &a = blade.mesh.vertices_mm[corners[0]], &b = blade.mesh.vertices_mm[corners[1]],
-                   &c = blade.mesh.vertices_mm[corners[2]];
-    least = std::min(least, TriangleDistanceSquared(p, a, b, c, blade.normals[t]));
-    const Vector3d pa = a - p, pb = b - p, pc = c - p;
-    const double la = pa.norm(), lb = pb.norm(), lc = pc.norm();
-    seen += 2 * std::atan2(pa.dot(pb.cross(pc)), la * lb * lc + pa.dot(pb) * lc + pb.dot(pc) * la + pc.dot(pa) * lb);
-  }
-  return seen > 2 * M_PI ? -std::sqrt(least) : std::sqrt(least);
 }
 
 struct Exactness {
@@ -182,7 +155,7 @@ void RunExactness(const PreparedBlade& prepared, const RunOptions& options, Figu
     const metrology::Points checked = edge ? NearTrailingEdge(blade, kChecked) : NearSurface(blade, kChecked, true);
     std::vector<double> truth(checked.size());
     metrology::InParts(checked.size(), options.threads, [&](std::size_t begin, std::size_t end, std::size_t) {
-      for (std::size_t i = begin; i < end; ++i) truth[i] = BruteForce(blade, checked[i]);
+      for (std::size_t i = begin; i < end; ++i) truth[i] = SignedDistanceByAllTriangles(blade.mesh, checked[i]);
     });
     const Exactness ours = Compare(Distances(*prepared.surface, checked, options.threads), truth);
     double unused_s = 0;

@@ -5,6 +5,7 @@
 #include <regex>
 #include <set>
 
+#include "cli/calibration_documents.h"
 #include "cli/cloud_files.h"
 #include "cli/document.h"
 #include "cli/plant_documents.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "cli/plant_documents.h"
+#include "cli/calibration_documents.h"
 #include "cli/reference_documents.h"
 
 namespace sixpoint::cli {

@@ -8,7 +8,7 @@ namespace sixpoint::metrology {
 namespace {
 
 // Of the way solved anew, at that pose.
-DrawnAngles AnglesOfWay(const DrawnPath& path, std::size_t pose) {
+DrawnAngles AnglesOfWay(const DrawnPath& path, std::size_t pose, const std::function<bool()>& keep_going) {
   std::vector<RotaryAngles> commands;
   for (const CorrectedToolPose& at : path.corrected.poses) commands.push_back(at.corrected);
   Eigen::VectorXd near = Eigen::VectorXd::Zero(kPathX + 3);
@@ -21,12 +21,13 @@ DrawnAngles AnglesOfWay(const DrawnPath& path, std::size_t pose) {
   };
   const Continuity continuity{longer(path.steps.rotary_rad), longer(path.steps.linear_mm),
                               AllowedTiltOf(path.nominal.inclination_tolerance_rad)};
-  return [&path, pose, near, continuity, about = About(commands)](
+  return [&path, &keep_going, pose, near, continuity, about = About(commands)](
              const Eigen::Isometry3d& zero_from_part, const RotaryAxes& axes) -> absl::StatusOr<RotaryAngles> {
     const auto solver = PathSolver(axes, path.pose.positioning, about, path.letters);
     if (!solver.ok()) return solver.status();
-    const auto way = SolveTrajectory(
-        *solver, TargetsOf(path.nominal, zero_from_part, axes.Growth(path.drilling.stretch)), near, continuity);
+    const auto way =
+        SolveTrajectory(*solver, TargetsOf(path.nominal, zero_from_part, axes.Growth(path.drilling.stretch)), near,
+                        continuity, keep_going);
     if (!way.ok()) return way.status();
     const Eigen::VectorXd& reached = way->at(pose).reached;
     return RotaryAngles{reached(kPathA), reached(kPathB)};
@@ -67,7 +68,7 @@ absl::StatusOr<DrawnStart> DrawPose(const DrawnPath& path, std::size_t pose, con
   const auto drawn =
       DrawStarts(NominalPoseOf(path.nominal, pose), CorrectedPoseOf(path.nominal.name, path.corrected.poses[pose]),
                  path.pose, path.axes, path.drilling, options,
-                 path.corrected.poses[pose].b_is_free ? AnglesOfWay(path, pose) : DrawnAngles{});
+                 path.corrected.poses[pose].b_is_free ? AnglesOfWay(path, pose, options.keep_going) : DrawnAngles{});
   if (!drawn.ok()) return drawn.status();
   return drawn->front();
 }

@@ -1,7 +1,5 @@
 #include "metrology/correction/start_draws.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,6 +7,7 @@
 
 #include "metrology/correction/start_uncertainty.h"
 #include "metrology/kinematics/linear_axes.h"
+#include "metrology/linear_algebra/symmetric.h"
 #include "metrology/parallel/loops.h"
 #include "refusal/refusal.h"
 
@@ -35,12 +34,6 @@ struct Cause {
     tip_mm.setZero(3, count);
   }
 };
-
-// A factor F with F F^T = covariance, of one that need not be of full rank.
-Eigen::MatrixXd FactorOf(const Eigen::MatrixXd& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
-  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
-}
 
 std::vector<Cause> CausesOf(const RegisteredPose& pose, const CorrectedHoleGroup& corrected, const Drilling& drilling) {
   std::vector<Cause> causes;

@@ -22,12 +22,6 @@ constexpr double kMostPatchesOfRadius = 4;
 constexpr float kNoDeviation = std::numeric_limits<float>::quiet_NaN();
 constexpr int kInputs = 6 + kCalibrationParameterCount;
 
-// A factor F with F F^T = covariance, of one that need not be of full rank.
-Eigen::MatrixXd FactorOf(const Eigen::MatrixXd& covariance) {
-  const EigenSystem eigen = EigenSystemOf(covariance);
-  return eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
-}
-
 }  // namespace
 
 // Of one scan's points on one patch.

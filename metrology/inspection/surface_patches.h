@@ -25,7 +25,7 @@ class SurfacePatches {
  public:
   static constexpr std::uint32_t kNone = 0xffffffff;
 
-  // INVALID_ARGUMENT with "patch_mm": not 0.1 to 20, or so small that the surface has more than a million.
+  // INVALID_ARGUMENT with "patch_mm": not 0.1 to 20, or so small that the surface has more than 100,000, or cannot be sampled.
   static absl::StatusOr<SurfacePatches> Make(const Surface& surface, double patch_mm);
 
   double patch_mm() const { return patch_mm_; }

@@ -16,6 +16,16 @@ EigenSystem6 EigenSystemOf(const Matrix6d& matrix) {
   return {eigen.eigenvalues(), eigen.eigenvectors()};
 }
 
+Eigen::MatrixXd FactorOf(const Eigen::MatrixXd& covariance) {
+  const EigenSystem eigen = EigenSystemOf(covariance);
+  return eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
+}
+
+Matrix6d FactorOf(const Matrix6d& covariance) {
+  const EigenSystem6 eigen = EigenSystemOf(covariance);
+  return eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
+}
+
 double ConditionNumberOf(const Eigen::VectorXd& ascending_values) {
   const double low = ascending_values[0], high = ascending_values[ascending_values.size() - 1];
   return low > high * 1e-24 ? std::min(1e12, std::sqrt(high / low)) : 1e12;

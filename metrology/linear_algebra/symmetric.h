@@ -24,6 +24,10 @@ struct EigenSystem6 {
 };
 EigenSystem6 EigenSystemOf(const Matrix6d& matrix);
 
+// F with F F^T = covariance, of one that need not be of full rank: a column an independent draw. What rounding makes negative counts as 0.
+Eigen::MatrixXd FactorOf(const Eigen::MatrixXd& covariance);
+Matrix6d FactorOf(const Matrix6d& covariance);
+
 // Square root of greatest over smallest eigenvalue, at most 1e12.
 double ConditionNumberOf(const Eigen::VectorXd& ascending_values);
 

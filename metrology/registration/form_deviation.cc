@@ -52,8 +52,7 @@ Eigen::Matrix<double, FormDraws::kCount, 1> FormDraws::At(const Eigen::Vector3d&
 
 Matrix6d MeanRoot(const Eigen::Matrix<double, 6, FormDraws::kCount>& per_draw) {
   const Matrix6d mean = per_draw * per_draw.transpose() / FormDraws::kLengthCount;
-  const EigenSystem6 eigen = EigenSystemOf(mean);
-  return eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
+  return FactorOf(mean);
 }
 
 FormPull::FormPull(const Eigen::MatrixXd& mapping) {
@@ -91,8 +90,7 @@ Matrix6d FormPull::Root(const Matrix6d& solver, double seen_mm, double least_mm)
     const double sigma_mm = std::max(least_mm, beyond_mm / std::sqrt(std::max(kLeastLeft, 1 - taken)));
     mean += sigma_mm * sigma_mm / FormDraws::kLengthCount * covariance;
   }
-  const EigenSystem6 eigen = EigenSystemOf(mean);
-  return eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
+  return FactorOf(mean);
 }
 
 }  // namespace sixpoint::metrology

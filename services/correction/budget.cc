@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <vector>
 
 #include "metrology/correction/path_draws.h"
 #include "services/runtime/errors.h"
@@ -12,13 +13,16 @@ namespace {
 
 constexpr int kUsualDraws = 10'000, kMostDraws = 200'000, kMostDrawnHoles = 10'000'000, kThreads = 2;
 
-absl::Status CheckDraws(int draws, std::size_t holes) {
-  if (draws < metrology::kLeastDraws || draws > kMostDraws)
-    return runtime::Refuse("draws", std::to_string(draws), "0, or 1000 to " + std::to_string(kMostDraws));
-  if (static_cast<std::size_t>(draws) * holes > kMostDrawnHoles)
-    return runtime::Refuse("draws", std::to_string(draws) + " of " + std::to_string(holes) + " holes",
-                           "at most " + std::to_string(kMostDrawnHoles / std::max<std::size_t>(1, holes)));
-  return absl::OkStatus();
+absl::Status CheckDraws(int draws) {
+  if (draws >= metrology::kLeastDraws && draws <= kMostDraws) return absl::OkStatus();
+  return runtime::Refuse("draws", std::to_string(draws), "0, or 1000 to " + std::to_string(kMostDraws));
+}
+
+// holes: that each draw solves.
+absl::Status CheckWork(int draws, std::size_t holes) {
+  if (static_cast<std::size_t>(draws) * holes <= kMostDrawnHoles) return absl::OkStatus();
+  return runtime::Refuse("draws", std::to_string(draws) + " of " + std::to_string(holes) + " holes",
+                         "at most " + std::to_string(kMostDrawnHoles / std::max<std::size_t>(1, holes)));
 }
 
 v1::HoleBudget FirstOrder(const std::string& group, const std::string& name, const metrology::CorrectedHole& hole,
@@ -54,13 +58,21 @@ void AddDraws(const metrology::DrawnStart& drawn, v1::HoleBudget* budget) {
 }  // namespace
 
 absl::StatusOr<v1::Budget> BudgetOf(const Inputs& inputs, int draws, const std::function<bool()>& keep_going) {
-  std::size_t holes = 0;
-  for (const metrology::NominalHoleGroup& group : inputs.groups) holes += group.holes.size();
   metrology::DrawOptions options;
   options.count = draws == 0 ? kUsualDraws : draws;
   options.threads = kThreads;
   options.keep_going = keep_going;
-  if (absl::Status taken = CheckDraws(options.count, holes); !taken.ok()) return taken;
+  if (absl::Status taken = CheckDraws(options.count); !taken.ok()) return taken;
+  std::vector<CorrectedPath> paths;
+  std::size_t holes = 0;  // that a draw solves: of a path its poses
+  for (const metrology::NominalHoleGroup& group : inputs.groups) holes += group.holes.size();
+  for (const ModelPath& path : inputs.paths) {
+    auto corrected = CorrectPath(inputs, path, keep_going);
+    if (!corrected.ok()) return corrected.status();
+    holes += metrology::PosesPerDraw(corrected->path, corrected->WorstPose());
+    paths.push_back(*std::move(corrected));
+  }
+  if (absl::Status taken = CheckWork(options.count, holes); !taken.ok()) return taken;
   v1::Budget budget;
   budget.set_draws(options.count);
   for (const metrology::NominalHoleGroup& group : inputs.groups) {
@@ -77,25 +89,19 @@ absl::StatusOr<v1::Budget> BudgetOf(const Inputs& inputs, int draws, const std::
       AddDraws((*drawn)[i], &hole);
     }
   }
-  for (const ModelPath& path : inputs.paths) {
-    const auto corrected = CorrectPath(inputs, path, keep_going);
-    if (!corrected.ok()) return corrected.status();
-    // Where the tip is most uncertain, and drawn there: a hole of one pose.
-    const metrology::CorrectedToolPose& worst = corrected->WorstPose();
-    const auto pose = static_cast<std::size_t>(&worst - corrected->path.poses.data());
-    const metrology::DrawnPath way{path.nominal,
-                                   corrected->path,
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const ModelPath& of = inputs.paths[i];
+    const metrology::DrawnPath way{of.nominal,
+                                   paths[i].path,
                                    *inputs.pose,
                                    inputs.rotation.axes,
-                                   path.steps,
+                                   of.steps,
                                    inputs.drilling,
                                    inputs.machine_axes.letters};
-    holes += metrology::PosesPerDraw(corrected->path, pose);
-    if (absl::Status taken = CheckDraws(options.count, holes); !taken.ok()) return taken;
-    const auto drawn = metrology::DrawPose(way, pose, options);
+    const auto drawn = metrology::DrawPose(way, paths[i].WorstPose(), options);
     if (!drawn.ok()) return drawn.status();
     v1::HoleBudget& hole = *budget.add_holes();
-    hole = FirstOrder(path.nominal.name, path.nominal.name, worst.start, path.nominal.position_tolerance_mm);
+    hole = FirstOrder(of.nominal.name, of.nominal.name, paths[i].WorstStart(), of.nominal.position_tolerance_mm);
     AddDraws(*drawn, &hole);
   }
   return budget;

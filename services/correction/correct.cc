@@ -7,6 +7,7 @@
 #include "metrology/correction/nc_proof.h"
 #include "metrology/correction/nc_reader.h"
 #include "services/correction/gate.h"
+#include "services/correction/pose_failure.h"
 #include "services/runtime/errors.h"
 
 namespace sixpoint::correction {
@@ -55,14 +56,6 @@ absl::StatusOr<ReadProgram> MakeProgram(const Inputs& inputs, Corrected* correct
 }
 
 }  // namespace
-
-absl::Status PoseFailure(const absl::Status& status, const std::string& registration, const std::string& group) {
-  const runtime::Metadata about = {{"resource", registration}, {"group", group}};
-  const std::string message(status.message());
-  if (absl::IsFailedPrecondition(status)) return runtime::Failure(errors::v1::POSE_SINGULAR, message, about);
-  if (absl::IsOutOfRange(status)) return runtime::Failure(errors::v1::POSE_OUT_OF_LIMITS, message, about);
-  return status;
-}
 
 metrology::NcFrame FrameOf(const v1::CorrectRequest& request) {
   metrology::NcFrame frame;

@@ -25,9 +25,6 @@ struct Corrected {
   std::string nc_program;                   // empty where no template was sent
 };
 
-// What the kernel says of a hole's pose that cannot be taken; anything else stays what it is.
-absl::Status PoseFailure(const absl::Status& status, const std::string& registration, const std::string& group);
-
 // The offsets and tools that the request, or its machining model, states; they were let pass.
 metrology::NcFrame FrameOf(const v1::CorrectRequest& request);
 

@@ -8,7 +8,7 @@
 #include "metrology/correction/start_uncertainty.h"
 #include "services/clients/registered_pose.h"
 #include "services/clients/stations.h"
-#include "services/correction/correct.h"
+#include "services/correction/pose_failure.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/time_proto.h"

@@ -55,10 +55,11 @@ absl::StatusOr<std::vector<ModelPath>> PathsOf(const plant::v1::MachiningModel& 
   return paths;
 }
 
-const metrology::CorrectedToolPose& CorrectedPath::WorstPose() const {
-  return *std::max_element(path.poses.begin(), path.poses.end(), [](const auto& a, const auto& b) {
+std::size_t CorrectedPath::WorstPose() const {
+  const auto worst = std::max_element(path.poses.begin(), path.poses.end(), [](const auto& a, const auto& b) {
     return a.start.expanded_uncertainty_um < b.start.expanded_uncertainty_um;
   });
+  return static_cast<std::size_t>(worst - path.poses.begin());
 }
 
 absl::StatusOr<CorrectedPath> CorrectPath(const Inputs& inputs, const ModelPath& path,

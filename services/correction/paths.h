@@ -34,9 +34,9 @@ struct CorrectedPath {
   double greatest_chord_um = 0;   // between poses
   double greatest_axis_deviation_deg = 0;
 
-  // Where its tip is most uncertain.
-  const metrology::CorrectedToolPose& WorstPose() const;
-  const metrology::CorrectedHole& WorstStart() const { return WorstPose().start; }
+  // Where its tip is most uncertain: the pose's number, from 0.
+  std::size_t WorstPose() const;
+  const metrology::CorrectedHole& WorstStart() const { return path.poses[WorstPose()].start; }
 };
 
 // As CorrectToolPath refuses, and INVALID_ARGUMENT, with how many poses more do, where the way between two of them leaves what is allowed.

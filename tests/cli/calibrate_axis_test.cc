@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "cli/plant_documents.h"
+#include "cli/calibration_documents.h"
 #include "cli/reports.h"
 #include "services/calibration/calibrate.h"
 #include "services/calibration/messages.h"

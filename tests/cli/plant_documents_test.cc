@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "cli/calibration_documents.h"
 #include "cli/document.h"
 #include "cli/model_document.h"
 

@@ -124,6 +124,27 @@ TEST_F(Egg, PatchesAreItsArea) {
               HasSubstr("patch_mm: 0.01, want 0.1 to 20"));
 }
 
+// A sliver of a metre is sampled along its length alone; a surface of very many is refused before it takes minutes.
+TEST(SurfacePatchesOf, SliversAreNotSampledAcross) {
+  const auto slivers = [](int count) {
+    TriangleMesh mesh;
+    for (int i = 0; i <= count; ++i) {
+      mesh.vertices_mm.emplace_back(0, 1e-4 * i, 0);
+      mesh.vertices_mm.emplace_back(1000, 1e-4 * i, 0);
+    }
+    for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(count); ++i) {
+      mesh.triangles.push_back({2 * i, 2 * i + 1, 2 * i + 2});
+      mesh.triangles.push_back({2 * i + 1, 2 * i + 3, 2 * i + 2});
+    }
+    return *Surface::Prepare(mesh);
+  };
+  const auto few = SurfacePatches::Make(*slivers(10), 0.1);
+  ASSERT_TRUE(few.ok()) << few.status();
+  EXPECT_NEAR(few->area_mm2(), 1, 1e-9);
+  EXPECT_THAT(std::string(SurfacePatches::Make(*slivers(2000), 0.1).status().message()),
+              HasSubstr("patch_mm: 0.1, want a greater one"));
+}
+
 TEST_F(Egg, MeansAreThoseOfItsForm) {
   const auto field = Field(Scans(400'000, FormOf), plant_.pose);
   ASSERT_TRUE(field.ok()) << field.status();

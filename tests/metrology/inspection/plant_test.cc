@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "metrology/cloud/draco_codec.h"
@@ -12,17 +11,15 @@
 #include "metrology/inspection/pin.h"
 #include "metrology/kinematics/rotary_axes.h"
 #include "metrology/scanner/line_scanner.h"
+#include "tests/metrology/plant_files.h"
 
 namespace sixpoint::metrology {
 namespace {
 
 using nlohmann::json;
+using testing::VectorOf;
 
 constexpr double kRad = 3.14159265358979323846 / 180;
-
-Eigen::Vector3d Vector(const json& values) {
-  return Eigen::Vector3d(values[0].get<double>(), values[1].get<double>(), values[2].get<double>());
-}
 
 TEST(PlantPins, AreMeasuredWithinAQuarterMicrometre) {
   const char* shared = std::getenv("SIXPOINT_SHARED_DIR");
@@ -31,32 +28,28 @@ TEST(PlantPins, AreMeasuredWithinAQuarterMicrometre) {
   if (!dataset_file || !truth_file) GTEST_SKIP() << "no plant-a under SIXPOINT_SHARED_DIR";
   const json dataset = json::parse(dataset_file), truth = json::parse(truth_file);
   SensorPose sensor;
-  Eigen::Isometry3d zero_from_part = Eigen::Isometry3d::Identity();
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) sensor.rotation(i, j) = truth["machine_from_sensor_rotation"][i][j].get<double>();
-    for (int j = 0; j < 4; ++j) zero_from_part.matrix()(i, j) = truth["zero_from_part"][i][j].get<double>();
-  }
-  sensor.t_sm_mm = Vector(truth["T_sm_mm"]);
+  const Eigen::Isometry3d zero_from_part = testing::PoseOf(truth["zero_from_part"]);
+  for (int i = 0; i < 3; ++i) sensor.rotation.row(i) = VectorOf(truth["machine_from_sensor_rotation"][i]);
+  sensor.t_sm_mm = VectorOf(truth["T_sm_mm"]);
   RotaryAxes axes;
-  axes.a = {Vector(truth["a_axis"]["direction"]).normalized(), Vector(truth["a_axis"]["point"])};
-  axes.b = {Vector(truth["b_axis"]["direction"]).normalized(), Vector(truth["b_axis"]["point"])};
+  axes.a = {VectorOf(truth["a_axis"]["direction"]).normalized(), VectorOf(truth["a_axis"]["point"])};
+  axes.b = {VectorOf(truth["b_axis"]["direction"]).normalized(), VectorOf(truth["b_axis"]["point"])};
 
   std::vector<NominalPin> pins;
   for (const json& group : dataset["part"]["hole_groups"])
     for (const json& hole : group["holes"])
-      pins.push_back({Vector(hole["start_in_part_mm"]), Vector(group["axis_in_part"]).normalized(),
-                      Vector(hole["normal_in_part"]).normalized(), group["diameter_mm"].get<double>(),
+      pins.push_back({VectorOf(hole["start_in_part_mm"]), VectorOf(group["axis_in_part"]).normalized(),
+                      VectorOf(hole["normal_in_part"]).normalized(), group["diameter_mm"].get<double>(),
                       group["depth_mm"].get<double>()});
   std::vector<Points> points(pins.size());
   for (const json& entry : dataset["scans"]) {
     if (entry["kind"] != "pins") continue;
-    std::ifstream file(folder + entry["file"].get<std::string>(), std::ios::binary);
-    const std::string bytes((std::istreambuf_iterator<char>(file)), {});
+    const std::string bytes = testing::ReadFile(folder + entry["file"].get<std::string>());
     LineScan scan;
     const auto decoded = DecodeBlock(bytes, entry["point_count"].get<std::int64_t>());
     ASSERT_TRUE(decoded.ok()) << decoded.status();
     scan.points_mm = *decoded;
-    scan.v0_mm = Vector(entry["v0_mm"]);
+    scan.v0_mm = VectorOf(entry["v0_mm"]);
     scan.a_rad = entry["a_deg"].get<double>() * kRad;
     scan.b_rad = entry["b_deg"].get<double>() * kRad;
     const Eigen::Isometry3d part_from_zero = zero_from_part.inverse(Eigen::Isometry);

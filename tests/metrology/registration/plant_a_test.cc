@@ -4,38 +4,23 @@
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "metrology/cad/tessellation.h"
 #include "metrology/cloud/draco_codec.h"
 #include "metrology/registration/six_point.h"
+#include "tests/metrology/plant_files.h"
 
 namespace sixpoint::metrology {
 namespace {
 
 using Eigen::Vector3d;
 using nlohmann::json;
+using testing::PoseOf;
+using testing::ReadFile;
+using testing::VectorOf;
 
 constexpr double kRad = M_PI / 180;
 constexpr double kBoundUm = 1.5;  // what a plant wants; calibrations at their bound leave 0.8
-
-std::string ReadFile(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::stringstream bytes;
-  bytes << in.rdbuf();
-  return bytes.str();
-}
-
-Vector3d VectorOf(const json& in) {
-  return Vector3d(in.at(0).get<double>(), in.at(1).get<double>(), in.at(2).get<double>());
-}
-
-Eigen::Isometry3d PoseOf(const json& in) {
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 4; ++column) pose.matrix()(row, column) = in.at(row).at(column).get<double>();
-  return pose;
-}
 
 class PlantA : public ::testing::Test {
  protected:

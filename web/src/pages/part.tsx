@@ -69,7 +69,7 @@ const kDatums: Column<DatumPoint>[] = [
 type Stationed = Part['stations'][number];
 const kStations: Column<Stationed>[] = [
   { head: 'Station', cell: (s) => s.station, csv: (s) => s.station }, mm('Shift x', (s) => s.zeroFromPartNominal?.translationMm?.xMm), mm('Shift y', (s) => s.zeroFromPartNominal?.translationMm?.yMm), mm('Shift z', (s) => s.zeroFromPartNominal?.translationMm?.zMm),
-  { head: 'Captures within', unit: 'mm', isNumber: true, cell: (s) => number(s.captureMm ?? 5, 1), csv: (s) => s.captureMm ?? 5 },
+  { head: 'Captures within', unit: 'mm', isNumber: true, cell: (s) => number(s.captureMm, 1), csv: (s) => s.captureMm },
 ];
 const kDifferences: Column<Difference>[] = [
   { head: 'Of', cell: (d) => d.of, csv: (d) => d.of }, { head: 'What', cell: (d) => d.what, csv: (d) => d.what }, { head: 'Before', cell: (d) => d.before, csv: (d) => d.before }, { head: 'Now', cell: (d) => d.now, csv: (d) => d.now }, { head: 'Unit', cell: (d) => d.unit, csv: (d) => d.unit },
