@@ -1,5 +1,6 @@
 #include "metrology/sections/section_uncertainty.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -8,6 +9,7 @@
 #include "metrology/linear_algebra/symmetric.h"
 #include "metrology/parallel/loops.h"
 #include "metrology/statistics/distributions.h"
+#include "metrology/statistics/ranks.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
@@ -164,12 +166,21 @@ bool IsAngle(SectionParameter p) {
 
 double Difference(SectionParameter p, double a, double b) { return IsAngle(p) ? std::remainder(a - b, kTurn) : a - b; }
 
-// Root mean square change. A draw in which the parameter is not measured counts for nothing.
+// Root mean square change. A draw in which the parameter is not measured counts for nothing, nor do a few in which it is another end's.
 double Spread(SectionParameter p, double value, const std::vector<SectionValues>& draws) {
-  double sum = 0, count = 0;
+  constexpr double kElsewhere = 10, kFew = 0.05;  // robust standard deviations; of the draws
+  std::vector<double> changes;
   for (const SectionValues& draw : draws)
-    if (draw[p]) sum += std::pow(Difference(p, *draw[p], value), 2), ++count;
-  return count > 0 ? std::sqrt(sum / count) : 0;
+    if (draw[p]) changes.push_back(std::abs(Difference(p, *draw[p], value)));
+  if (changes.empty()) return 0;
+  std::sort(changes.begin(), changes.end());
+  const double limit = kElsewhere * RobustSigmaOfMagnitudes(changes);
+  const auto elsewhere = changes.end() - std::upper_bound(changes.begin(), changes.end(), limit);
+  if (static_cast<double>(elsewhere) <= kFew * static_cast<double>(changes.size()))
+    changes.resize(changes.size() - static_cast<std::size_t>(elsewhere));
+  double sum = 0;
+  for (const double change : changes) sum += change * change;
+  return changes.empty() ? 0 : std::sqrt(sum / static_cast<double>(changes.size()));
 }
 
 MeasuredSection::Profile ProfileOf(const SectionOutline& outline, const UncertaintyOptions& options) {
