@@ -41,6 +41,7 @@ std::optional<EdgeCircle> EdgeCircleOf(const Outline& outline, const SectionEnd&
   const double from = outline.At(*end.place) - *behind, step = (*ahead + *behind) / kPlaces;
   for (int k = 0; k <= kPlaces; ++k) points.push_back(outline.PointAt(outline.PlaceAt(from + k * step)));
   const FittedCircle fitted = FitCircle(points);
+  if (!std::isfinite(fitted.radius_mm)) return std::nullopt;
   return EdgeCircle{fitted.centre_mm, fitted.radius_mm, fitted.greatest_mm - fitted.least_mm};
 }
 

@@ -171,7 +171,7 @@ double Spread(SectionParameter p, double value, const std::vector<SectionValues>
   constexpr double kElsewhere = 10, kFew = 0.05;  // robust standard deviations; of the draws
   std::vector<double> changes;
   for (const SectionValues& draw : draws)
-    if (draw[p]) changes.push_back(std::abs(Difference(p, *draw[p], value)));
+    if (draw[p] && std::isfinite(*draw[p])) changes.push_back(std::abs(Difference(p, *draw[p], value)));
   if (changes.empty()) return 0;
   std::sort(changes.begin(), changes.end());
   const double limit = kElsewhere * RobustSigmaOfMagnitudes(changes);
