@@ -226,7 +226,7 @@ void AddDeviationCommands(Command* app, Session* session) {
   deviation->RequireCommand();
   AddMapCommand(deviation, session);
   AddListCommand<DeviationService>(
-      deviation, session, "Lists deviation maps, newest first", "deviation map",
+      deviation, session, "Lists deviation maps, newest first", "inspection",
       &DeviationService::Stub::ListDeviationMaps, inspection::v1::ListDeviationMapsRequest(),
       Table({"deviation", "blade", "positioned by", "verdict", ">seen %", ">rms um", "by", "recorded"}),
       &inspection::v1::ListDeviationMapsResponse::deviations, [](const DeviationMap& map) {
