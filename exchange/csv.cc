@@ -1,0 +1,182 @@
+#include "exchange/csv.h"
+
+#include <iterator>
+
+#include "exchange/text.h"
+#include "exchange/verdicts.h"
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
+
+namespace sixpoint::exchange {
+namespace {
+
+constexpr char kHead[] =
+    "serial,part,revision,machine,result,recorded_at,characteristic,kind,unit,nominal,lower,upper,value,"
+    "expanded_uncertainty,verdict,reason,work_order,operation,method\r\n";
+enum Column {
+  kSerial,
+  kPart,
+  kRevision,
+  kMachine,
+  kResult,
+  kRecordedAt,
+  kCharacteristic,
+  kKind,
+  kUnit,
+  kNominal,
+  kLower,
+  kUpper,
+  kValue,
+  kUncertainty,
+  kVerdict,
+  kReason,
+  kWorkOrder,
+  kOperation,
+  kMethod,
+  kColumns
+};
+constexpr std::string_view kFormula = "=+-@\t\r\n'";
+
+bool IsGuarded(std::string_view text) { return !text.empty() && kFormula.find(text.front()) != std::string_view::npos; }
+
+std::string Quoted(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted.append(c == '"' ? 2 : 1, c);
+  return quoted + "\"";
+}
+std::string Text(const std::string& text) { return Quoted(IsGuarded(text) ? "'" + text : text); }
+std::string Unguarded(const std::string& cell) {
+  return cell.size() > 1 && cell.front() == '\'' && IsGuarded(std::string_view(cell).substr(1)) ? cell.substr(1) : cell;
+}
+std::string Number(const std::optional<double>& number) { return number ? NumberText(*number) : ""; }
+
+// The cells of the next row, with quotes and guards as they stand in them taken off; it takes the row off the file.
+absl::StatusOr<std::vector<std::string>> NextRow(std::string_view* file) {
+  std::vector<std::string> cells(1);
+  std::size_t i = 0;
+  bool quoted = false;
+  for (; i < file->size(); ++i) {
+    const char c = (*file)[i];
+    if (quoted) {
+      if (c != '"') {
+        cells.back() += c;
+      } else if (i + 1 < file->size() && (*file)[i + 1] == '"') {
+        cells.back() += '"';
+        ++i;
+      } else {
+        quoted = false;
+        if (i + 1 < file->size() && std::string_view(",\r\n").find((*file)[i + 1]) == std::string_view::npos)
+          return Refuse("cell", cells.back(), "a comma or an end of line after a quote");
+      }
+    } else if (c == '"' && cells.back().empty()) {
+      quoted = true;
+    } else if (c == ',') {
+      if (cells.size() == kColumns) return Refuse("cells", "more", std::to_string(kColumns) + " of them");
+      cells.emplace_back();
+    } else if (c == '\n') {
+      ++i;
+      break;
+    } else if (c != '\r') {
+      cells.back() += c;
+    }
+  }
+  if (quoted) return Refuse("cell", cells.back(), "a quote that ends");
+  if (cells.size() != kColumns)
+    return Refuse("cells", std::to_string(cells.size()), std::to_string(kColumns) + " of them");
+  file->remove_prefix(i);
+  return cells;
+}
+
+absl::Status ReadNumber(const char* column, const std::string& cell, std::optional<double>* number) {
+  if (cell.empty()) return absl::OkStatus();
+  *number = NumberOf(cell);
+  return *number ? absl::OkStatus() : Refuse(column, cell, "a number");
+}
+
+absl::Status ReadCharacteristic(const std::vector<std::string>& cells, InspectedPart* part) {
+  Characteristic c;
+  MeasuredValue v;
+  c.name = Unguarded(cells[kCharacteristic]);
+  c.unit = Unguarded(cells[kUnit]);
+  const auto kind = KindNamed(cells[kKind]);
+  if (!kind) return Refuse("kind", cells[kKind], "position, inclination, profile or other");
+  const auto verdict = VerdictNamed(cells[kVerdict]);
+  if (!verdict) return Refuse("verdict", cells[kVerdict], "CONFORM, NOT_CONFORM, UNDECIDABLE or NOT_MEASURED");
+  c.kind = *kind;
+  v.verdict = *verdict;
+  v.reason = Unguarded(cells[kReason]);
+  std::optional<double> nominal;
+  Refusals refusals;
+  refusals.Add(ReadNumber("nominal", cells[kNominal], &nominal)).Add(ReadNumber("lower", cells[kLower], &c.lower));
+  refusals.Add(ReadNumber("upper", cells[kUpper], &c.upper)).Add(ReadNumber("value", cells[kValue], &v.value));
+  refusals.Add(ReadNumber("expanded_uncertainty", cells[kUncertainty], &v.expanded_uncertainty));
+  if (!nominal) refusals.Add(Refuse("nominal", cells[kNominal], "a number"));
+  c.nominal = nominal.value_or(0);
+  part->characteristics.push_back(std::move(c));
+  part->values.push_back(std::move(v));
+  return refusals.status();
+}
+
+absl::StatusOr<InspectedPart> ReadPart(const std::vector<std::string>& cells) {
+  InspectedPart part;
+  const std::pair<Column, std::string*> texts[] = {
+      {kSerial, &part.serial},        {kPart, &part.part},           {kMachine, &part.machine}, {kResult, &part.result},
+      {kWorkOrder, &part.work_order}, {kOperation, &part.operation}, {kMethod, &part.method}};
+  for (const auto& [column, text] : texts) *text = Unguarded(cells[column]);
+  const auto revision = WholeNumberOf(cells[kRevision]);
+  if (!revision) return Refuse("revision", cells[kRevision], "a whole number");
+  part.part_revision = *revision;
+  const auto recorded_at = TimeOf(cells[kRecordedAt]);
+  if (!recorded_at) return Refuse("recorded_at", cells[kRecordedAt], "a time by RFC 3339");
+  part.recorded_at = *recorded_at;
+  return part;
+}
+
+bool IsSamePart(const InspectedPart& a, const InspectedPart& b) {
+  return a.result == b.result && a.serial == b.serial && a.recorded_at == b.recorded_at;
+}
+
+}  // namespace
+
+std::string CsvHead() { return kHead; }
+
+std::string ToCsv(const InspectedPart& part) {
+  const std::string before = Text(part.serial) + "," + Text(part.part) + "," + std::to_string(part.part_revision) +
+                             "," + Text(part.machine) + "," + Text(part.result) + "," + TimeText(part.recorded_at) +
+                             ",";
+  const std::string after = "," + Text(part.work_order) + "," + Text(part.operation) + "," + Text(part.method) + "\r\n";
+  std::string rows;
+  for (std::size_t i = 0; i < part.characteristics.size() && i < part.values.size(); ++i) {
+    const Characteristic& c = part.characteristics[i];
+    const MeasuredValue& v = part.values[i];
+    rows += before + Text(c.name) + "," + std::string(KindName(c.kind)) + "," + Text(c.unit) + "," + Number(c.nominal);
+    for (const auto& number : {c.lower, c.upper, v.value, v.expanded_uncertainty}) rows += "," + Number(number);
+    rows += "," + std::string(VerdictName(v.verdict)) + "," + Text(v.reason) + after;
+  }
+  return rows;
+}
+
+absl::StatusOr<std::vector<InspectedPart>> FromCsv(std::string_view file) {
+  if (file.size() > kMostCsvBytes)
+    return Refuse("file", std::to_string(file.size()) + " bytes", "at most " + std::to_string(kMostCsvBytes));
+  const std::string_view head = std::string_view(kHead).substr(0, sizeof kHead - 3);
+  if (file.substr(0, head.size()) != head) return Refuse("head", std::string(file.substr(0, 60)), std::string(head));
+  const std::size_t end_of_head = file.find('\n');
+  file.remove_prefix(end_of_head == std::string_view::npos ? file.size() : end_of_head + 1);
+  std::vector<InspectedPart> parts;
+  for (std::size_t row = 1; !file.empty(); ++row) {
+    const std::string at = "row " + std::to_string(row) + ": ";
+    if (row > kMostCsvRows) return Refuse("file", "more rows", "at most " + std::to_string(kMostCsvRows));
+    const auto cells = NextRow(&file);
+    if (!cells.ok()) return Under(at, cells.status());
+    auto part = ReadPart(*cells);
+    if (!part.ok()) return Under(at, part.status());
+    if (parts.empty() || !IsSamePart(parts.back(), *part)) parts.push_back(*std::move(part));
+    if (const absl::Status status = ReadCharacteristic(*cells, &parts.back()); !status.ok()) return Under(at, status);
+  }
+  for (InspectedPart& part : parts) part.verdict = WorstOf(part.values);
+  return parts;
+}
+
+}  // namespace sixpoint::exchange

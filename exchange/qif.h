@@ -1,0 +1,41 @@
+// Results as QIF 3.0 (ISO 23952): a plan document for each revision of a part, a result document for each inspection. What each element
+// holds: docs/exchange.md, qif. A result document holds its characteristics itself, so that a reader needs no other file, under the ids
+// and UUIDs that they have in the plan document, and names that by its QPId.
+//
+// Position and profile are written as ISO 1101 has them, as the width of a zone: twice our distances, and halved as they are read.
+// combinedUncertainty is the standard uncertainty, half of our expanded one (k = 2).
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <string>
+#include <string_view>
+
+#include "exchange/inspected_part.h"
+
+namespace sixpoint::exchange {
+
+// A UUID that follows from what it names, RFC 9562 version 8: the 128-bit FNV-1a hash of a kind and its names. The same names give the same
+// UUID on any machine; two that differ give the same one only by chance, or by who looks for such names.
+std::string QifPlanId(const std::string& part, int revision);
+// The QPId of the document that holds a result, "inspections/UUID". The result's own UUID is its ThisResultsInstanceQPId.
+std::string QifDocumentId(const std::string& result);
+// Of one characteristic, in CharacteristicDesignator: the same in the plan and in all results of that revision.
+std::string QifCharacteristicId(const std::string& part, int revision, const std::string& characteristic);
+
+// The characteristics of the part's revision; no value is in it. INVALID_ARGUMENT as Check, where there is no characteristic, and where
+// one is of another kind than ours.
+absl::StatusOr<std::string> QifPlanOf(const InspectedPart& part);
+// One result. INVALID_ARGUMENT besides where `result` ends with no UUID.
+absl::StatusOr<std::string> ToQif(const InspectedPart& part);
+
+inline constexpr std::size_t kMostQifBytes = 32 << 20;
+inline constexpr std::size_t kMostQifCharacteristics = 20000;
+
+// All that ToQif wrote; of others' documents characteristics with their limits, values, statuses, serial number, part, order, operator and
+// time. A status that says nothing of a value (UNDEFINED, SYSERROR) becomes undecidable with that reason, never a pass.
+// INVALID_ARGUMENT names what cannot be read: a document of another version, without units, with a document type, of several parts, with
+// characteristics in another file, or larger than the bounds above.
+absl::StatusOr<InspectedPart> FromQif(std::string_view document);
+
+}  // namespace sixpoint::exchange

@@ -1,0 +1,54 @@
+#include "exchange/verdicts.h"
+
+namespace sixpoint::exchange {
+namespace {
+
+struct Row {
+  Verdict verdict;
+  std::string_view name, qif, qif_inspection;
+  int opc_ua;
+};
+constexpr Row kRows[] = {
+    {Verdict::kConform, "CONFORM", "PASS", "PASS", 1},
+    {Verdict::kNotConform, "NOT_CONFORM", "FAIL", "FAIL", 2},
+    {Verdict::kUndecidable, "UNDECIDABLE", "INDETERMINATE", "UNKNOWN", 3},
+    {Verdict::kNotMeasured, "NOT_MEASURED", "NOT_ANALYZED", "NOT_MEASURED", 0},
+};
+constexpr std::string_view kRework = "REWORK";
+constexpr std::string_view kKinds[] = {"position", "inclination", "profile", "other"};
+
+const Row& RowOf(Verdict verdict) { return kRows[static_cast<int>(verdict)]; }
+
+template <typename Text>
+std::optional<Verdict> Find(Text Row::*column, Text text) {
+  for (const Row& row : kRows)
+    if (row.*column == text) return row.verdict;
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string_view VerdictName(Verdict verdict) { return RowOf(verdict).name; }
+std::optional<Verdict> VerdictNamed(std::string_view name) { return Find(&Row::name, name); }
+
+std::string_view QifStatus(Verdict verdict) { return RowOf(verdict).qif; }
+std::optional<Verdict> VerdictOfQifStatus(std::string_view status) {
+  return status == kRework ? Verdict::kNotConform : Find(&Row::qif, status);
+}
+
+std::string_view QifInspectionStatus(Verdict verdict) { return RowOf(verdict).qif_inspection; }
+std::optional<Verdict> VerdictOfQifInspectionStatus(std::string_view status) {
+  return status == kRework ? Verdict::kNotConform : Find(&Row::qif_inspection, status);
+}
+
+int OpcUaResultEvaluation(Verdict verdict) { return RowOf(verdict).opc_ua; }
+std::optional<Verdict> VerdictOfOpcUaResultEvaluation(int evaluation) { return Find(&Row::opc_ua, evaluation); }
+
+std::string_view KindName(Characteristic::Kind kind) { return kKinds[static_cast<int>(kind)]; }
+std::optional<Characteristic::Kind> KindNamed(std::string_view name) {
+  for (int i = 0; i < 4; ++i)
+    if (kKinds[i] == name) return static_cast<Characteristic::Kind>(i);
+  return std::nullopt;
+}
+
+}  // namespace sixpoint::exchange
