@@ -22,7 +22,7 @@ const std::vector<Group>& Groups() {
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
       {"Blades", {"plan", "register", "registration", "correct", "correction", "inspect", "inspection", "deviation"}},
-      {"Record", {"recall", "trace", "values", "efficacy", "replay", "rejudge", "ledger"}},
+      {"Record", {"recall", "trace", "values", "export", "efficacy", "replay", "rejudge", "ledger"}},
       {"Watching", {"open", "fleet", "events", "webhook"}},
       {"Besides", {"plant", "call", "completion"}},
   };
@@ -147,6 +147,10 @@ constexpr Example kExamples[] = {
      "sixpoint deviation map 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --profile -0.05,0.08 --form\n"
      "sixpoint deviation map 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --tolerances blade.yaml"},
     {"deviation points", "sixpoint deviation points 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --out sn-1.ply"},
+    {"export",
+     "sixpoint export qif SN-1\n"
+     "sixpoint export aqdef --part vane-7 --since 2026-11-01 --only-newest --folder /srv/spc\n"
+     "sixpoint export csv --machine sarix-1"},
     {"deviation patches", "sixpoint deviation patches 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --out sn-1.csv"},
     {"inspection dispose",
      "sixpoint inspection dispose ID --as concession --reason \"wall 0.4 mm, stress computed\" --reference C-2026-118\n"

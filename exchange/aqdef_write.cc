@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <set>
-#include <tuple>
 #include <utility>
 
 #include "exchange/aqdef.h"
@@ -16,11 +15,6 @@ namespace {
 using aqdef::Key;
 constexpr char kDecimalsShown[] = "4";  // 0.1 um; the values keep all that they have
 
-bool Same(const Characteristic& a, const Characteristic& b) {
-  return std::tie(a.name, a.kind, a.unit, a.nominal, a.lower, a.upper) ==
-         std::tie(b.name, b.kind, b.unit, b.nominal, b.lower, b.upper);
-}
-
 absl::Status CheckTogether(const std::vector<InspectedPart>& parts) {
   if (parts.empty()) return Refuse("parts", "", "one or more");
   const InspectedPart& first = parts.front();
@@ -32,9 +26,7 @@ absl::Status CheckTogether(const std::vector<InspectedPart>& parts) {
     if (part.part != first.part || part.part_revision != first.part_revision)
       return Refuse(at + "part", part.part + " revision " + std::to_string(part.part_revision),
                     first.part + " revision " + std::to_string(first.part_revision) + " as the first");
-    if (!std::equal(part.characteristics.begin(), part.characteristics.end(), first.characteristics.begin(),
-                    first.characteristics.end(), Same))
-      return Refuse(at + "characteristics", "others", "the same as of the first");
+    if (!SameCharacteristics(part, first)) return Refuse(at + "characteristics", "others", "the same as of the first");
     if (!seen.emplace(part.serial, DottedTimeText(part.recorded_at)).second)
       return Refuse(at + "serial", part.serial, "each serial number once a second");
   }

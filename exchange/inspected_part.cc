@@ -1,7 +1,9 @@
 #include "exchange/inspected_part.h"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
+#include <tuple>
 
 #include "exchange/text.h"
 #include "exchange/verdicts.h"
@@ -88,6 +90,16 @@ absl::Status Check(const InspectedPart& part) {
       refusals.Add(Refuse("characteristics" + index + "name", part.characteristics[i].name, "each name once"));
   }
   return refusals.status();
+}
+
+bool SameCharacteristics(const InspectedPart& one, const InspectedPart& other) {
+  const auto same = [](const Characteristic& a, const Characteristic& b) {
+    return std::tie(a.name, a.kind, a.unit, a.nominal, a.lower, a.upper) ==
+           std::tie(b.name, b.kind, b.unit, b.nominal, b.lower, b.upper);
+  };
+  return one.part == other.part && one.part_revision == other.part_revision &&
+         std::equal(one.characteristics.begin(), one.characteristics.end(), other.characteristics.begin(),
+                    other.characteristics.end(), same);
 }
 
 Verdict WorstOf(const std::vector<MeasuredValue>& values) {

@@ -59,6 +59,9 @@ struct InspectedPart {
 // ends of line. INVALID_ARGUMENT names the field.
 absl::Status Check(const InspectedPart& part);
 
+// Of one part revision, judged by the same characteristics with the same limits.
+bool SameCharacteristics(const InspectedPart& one, const InspectedPart& other);
+
 // The worst of them: not conform, not measured, undecidable, conform. Of none: not measured.
 Verdict WorstOf(const std::vector<MeasuredValue>& values);
 

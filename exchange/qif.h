@@ -17,7 +17,8 @@ namespace sixpoint::exchange {
 
 // A UUID that follows from what it names, RFC 9562 version 8: the 128-bit FNV-1a hash of a kind and its names. The same names give the same
 // UUID on any machine; two that differ give the same one only by chance, or by who looks for such names.
-std::string QifPlanId(const std::string& part, int revision);
+// The plan's: of part, revision, and the characteristics with their limits; a part that is judged by others has another plan.
+std::string QifPlanId(const InspectedPart& part);
 // The QPId of the document that holds a result, "inspections/UUID". The result's own UUID is its ThisResultsInstanceQPId.
 std::string QifDocumentId(const std::string& result);
 // Of one characteristic, in CharacteristicDesignator: the same in the plan and in all results of that revision.

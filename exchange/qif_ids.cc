@@ -1,8 +1,9 @@
 #include <cstdint>
 #include <cstdio>
-#include <initializer_list>
+#include <vector>
 
 #include "exchange/qif.h"
+#include "exchange/text.h"
 
 namespace sixpoint::exchange {
 namespace {
@@ -14,7 +15,7 @@ constexpr Hash kBasis = (static_cast<Hash>(0x6c62272e07bb0142) << 64) | 0x62b821
 constexpr Hash kPrime = (static_cast<Hash>(0x0000000001000000) << 64) | 0x000000000000013b;
 
 // Each name with its length before it, so that no two lists of names are the same bytes.
-std::string NameUuid(std::initializer_list<std::string> names) {
+std::string NameUuid(const std::vector<std::string>& names) {
   Hash hash = kBasis;
   for (const std::string& name : names)
     for (const char c : std::to_string(name.size()) + ":" + name)
@@ -31,8 +32,13 @@ std::string NameUuid(std::initializer_list<std::string> names) {
 
 }  // namespace
 
-std::string QifPlanId(const std::string& part, int revision) {
-  return NameUuid({"plan", part, std::to_string(revision)});
+std::string QifPlanId(const InspectedPart& part) {
+  std::vector<std::string> names = {"plan", part.part, std::to_string(part.part_revision)};
+  for (const Characteristic& c : part.characteristics) {
+    names.insert(names.end(), {c.name, c.unit, DecimalText(c.nominal)});
+    for (const std::optional<double>& limit : {c.lower, c.upper}) names.push_back(limit ? DecimalText(*limit) : "");
+  }
+  return NameUuid(names);
 }
 
 std::string QifDocumentId(const std::string& result) { return NameUuid({"document", result}); }

@@ -168,7 +168,7 @@ void WriteTraceability(XmlWriter& xml, const InspectedPart& part, const Ids& ids
   xml.Open("InspectionSoftwareItems").Open("AnalysisSoftware", Count(1)).Element("Id", Text(ids.software()));
   xml.Close().Close();
   if (!part.requested_by.empty()) xml.Open("InspectionOperator").Element("Name", part.requested_by).Close();
-  const std::string plan = QifPlanId(part.part, part.part_revision);
+  const std::string plan = QifPlanId(part);
   xml.Open("ReferencedQIFPlanInstance").Element("ItemQPId", plan).Element("DocumentQPId", plan).Close();
   Named ours = {{qif::kResult, part.result},
                 {qif::kMachine, part.machine},
@@ -257,7 +257,7 @@ absl::Status CheckForQif(const InspectedPart& part) {
 absl::StatusOr<std::string> QifPlanOf(const InspectedPart& part) {
   if (const absl::Status status = CheckForQif(part); !status.ok()) return status;
   XmlWriter xml;
-  OpenDocument(xml, Ids{part.characteristics.size()}.last_of_plan(), QifPlanId(part.part, part.part_revision));
+  OpenDocument(xml, Ids{part.characteristics.size()}.last_of_plan(), QifPlanId(part));
   WriteStandard(xml);
   WriteUnits(xml);
   WriteProduct(xml, part);
@@ -276,7 +276,7 @@ absl::StatusOr<std::string> ToQif(const InspectedPart& part) {
   xml.Open("Version").Element("TimeCreated", TimeText(part.recorded_at)).Close();
   xml.Open("Header").Open("Application").Element("Name", "Sixpoint").Close().Close();
   xml.Open("ExternalQIFReferences", Count(1)).Open("ExternalQIFDocument", Id(ids.plan()));
-  xml.Element("QPId", QifPlanId(part.part, part.part_revision));
+  xml.Element("QPId", QifPlanId(part));
   xml.Element("Description", "the plan: this part's characteristics, under the same ids and UUIDs as here")
       .Close()
       .Close();

@@ -2,6 +2,7 @@
 #include "services/inspection/deviation_service.h"
 #include "services/inspection/disposition_service.h"
 #include "services/inspection/efficacy_service.h"
+#include "services/inspection/export_service.h"
 #include "services/inspection/inspection_service.h"
 #include "services/inspection/value_service.h"
 #include "services/runtime/peers.h"
@@ -30,6 +31,9 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   deviation_options.threads = options.threads;
   services.push_back({v1::DeviationService::service_full_name(),
                       std::make_unique<DeviationService>(storage::DeviationsIn(database), peers, deviation_options)});
+  services.push_back(
+      {v1::ExportService::service_full_name(),
+       std::make_unique<ExportService>(storage::InspectionsIn(database), storage::DeviationsIn(database), peers)});
   services.push_back(
       {v1::ValueService::service_full_name(), std::make_unique<ValueService>(storage::ValuesIn(database))});
   services.push_back(

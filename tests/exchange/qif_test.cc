@@ -108,24 +108,35 @@ TEST(Qif, WhatWasNotMeasuredHasNoValue) {
 }
 
 TEST(Qif, TheSameNamesHaveTheSameIds) {
-  EXPECT_EQ(QifPlanId("vane", 3), QifPlanId("vane", 3));
-  EXPECT_EQ(UuidOf(QifPlanId("vane", 3)), QifPlanId("vane", 3));
-  EXPECT_EQ(QifPlanId("vane", 3)[14], '8');
-  const std::set<std::string> ids = {QifPlanId("vane", 3),
-                                     QifPlanId("vane", 4),
-                                     QifPlanId("vane3", 3),
+  const InspectedPart part = SamplePart(2);
+  InspectedPart revised = part, renamed = part, wider = part, unlimited = part, named = part;
+  revised.part_revision += 1;
+  renamed.part += "3";
+  *wider.characteristics[1].upper += 0.001;
+  unlimited.characteristics[1].upper = std::nullopt;
+  named.characteristics[1].name += "b";
+  const std::set<std::string> ids = {QifPlanId(part),
+                                     QifPlanId(revised),
+                                     QifPlanId(renamed),
+                                     QifPlanId(wider),
+                                     QifPlanId(unlimited),
+                                     QifPlanId(named),
                                      QifDocumentId("vane"),
                                      QifDocumentId("inspections/1"),
                                      QifCharacteristicId("vane", 3, "a"),
                                      QifCharacteristicId("vane", 3, "b"),
-                                     QifPlanId("", 0)};
-  EXPECT_EQ(ids.size(), 8u);
+                                     QifPlanId({})};
+  EXPECT_EQ(ids.size(), 11u);
+  EXPECT_EQ(UuidOf(QifPlanId(part)), QifPlanId(part));
+  EXPECT_EQ(QifPlanId(part)[14], '8');
+  InspectedPart measured_otherwise = part;
+  measured_otherwise.values = SamplePart(2, 7).values;
+  EXPECT_EQ(QifPlanId(measured_otherwise), QifPlanId(part));
   // They are in customers' files: they stay.
-  EXPECT_EQ(QifPlanId("vane", 3), "6326189d-cb81-80cb-94c6-d7c498eae27a");
-  const InspectedPart part = SamplePart(2);
+  EXPECT_EQ(QifDocumentId("inspections/1"), "e02806d2-23de-894e-9add-1ca991e8331b");
   const std::string document = *ToQif(part), plan = *QifPlanOf(part);
-  EXPECT_THAT(plan, HasSubstr("<QPId>" + QifPlanId("vane", 3)));
-  for (const std::string& id : {QifPlanId("vane", 3), QifDocumentId(part.result), *UuidOf(part.result)})
+  EXPECT_THAT(plan, HasSubstr("<QPId>" + QifPlanId(part)));
+  for (const std::string& id : {QifPlanId(part), QifDocumentId(part.result), *UuidOf(part.result)})
     EXPECT_THAT(document, HasSubstr(id));
   // The plan's characteristics stand in the results as they are there.
   const auto characteristics = [](const std::string& text) {

@@ -1,0 +1,29 @@
+// sixpoint.inspection.v1.ExportService.
+#pragma once
+
+#include <memory>
+
+#include "services/inspection/peers.h"
+#include "services/runtime/compute_pool.h"
+#include "sixpoint/inspection/v1/export.grpc.pb.h"
+#include "storage/deviations.h"
+#include "storage/inspections.h"
+
+namespace sixpoint::inspection {
+
+class ExportService final : public v1::ExportService::Service {
+ public:
+  ExportService(std::shared_ptr<storage::InspectionStore> inspections,
+                std::shared_ptr<storage::DeviationStore> deviations, std::shared_ptr<const Peers> peers);
+
+  grpc::Status ExportResults(grpc::ServerContext* context, const v1::ExportResultsRequest* request,
+                             grpc::ServerWriter<v1::ExportResultsResponse>* writer) override;
+
+ private:
+  const std::shared_ptr<storage::InspectionStore> inspections_;
+  const std::shared_ptr<storage::DeviationStore> deviations_;
+  const std::shared_ptr<const Peers> peers_;
+  runtime::ComputePool running_;
+};
+
+}  // namespace sixpoint::inspection

@@ -1,0 +1,108 @@
+#include "services/inspection/exported.h"
+
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::inspection {
+namespace {
+
+using exchange::Characteristic;
+using exchange::MeasuredValue;
+
+exchange::Verdict VerdictOfText(const std::string& text) {
+  if (text == "CONFORM") return exchange::Verdict::kConform;
+  if (text == "NOT_CONFORM") return exchange::Verdict::kNotConform;
+  if (text == "UNDECIDABLE") return exchange::Verdict::kUndecidable;
+  return exchange::Verdict::kNotMeasured;
+}
+
+// What inspections and deviation maps have in common.
+template <typename Row>
+exchange::InspectedPart Begun(const Row& row, const std::string& result, const plant::v1::Machine* machine) {
+  exchange::InspectedPart part;
+  part.result = result;
+  part.serial = row.blade_serial;
+  part.part = row.part_id;
+  part.part_revision = row.part_revision;
+  part.machine = row.machine_id;
+  part.machine_revision = row.machine_revision;
+  if (machine != nullptr) {
+    part.sensor_model = machine->sensor().model();
+    part.sensor_serial_number = machine->sensor().serial_number();
+  }
+  part.work_order = row.work_order;
+  part.operation = row.operation;
+  part.requested_by = row.requested_by;
+  part.software_version = row.software_version;
+  part.decision_rule = row.decision_rule;
+  part.method = row.method;
+  part.registration = runtime::NameOf("registrations", row.registration_id);
+  part.calibrations = {runtime::NameOf("calibrations", row.sensor_calibration_id),
+                       runtime::NameOf("calibrations", row.rotation_calibration_id)};
+  for (const std::string& scan : row.scan_ids) part.scans.push_back(runtime::NameOf("scans", scan));
+  part.recorded_at = row.recorded.recorded_at;
+  part.verdict = VerdictOfText(row.verdict);
+  return part;
+}
+
+void Add(Characteristic characteristic, MeasuredValue value, exchange::InspectedPart* part) {
+  part->characteristics.push_back(std::move(characteristic));
+  part->values.push_back(std::move(value));
+}
+
+}  // namespace
+
+exchange::InspectedPart Exported(const storage::InspectionRow& row, const plant::v1::Machine* machine) {
+  exchange::InspectedPart part = Begun(row, runtime::NameOf("inspections", row.inspection_id), machine);
+  for (const storage::InspectionHoleRow& hole : row.holes) {
+    const std::string name = hole.group_name + "/" + hole.hole_name;
+    Characteristic position{name + "/position",        Characteristic::Kind::kPosition, "mm", 0, {},
+                            hole.position_tolerance_mm};
+    Characteristic inclination{name + "/inclination",         Characteristic::Kind::kInclination, "deg", 0, {},
+                               hole.inclination_tolerance_deg};
+    MeasuredValue at, leaning;
+    at.verdict = VerdictOfText(hole.position_verdict);
+    leaning.verdict = VerdictOfText(hole.inclination_verdict);
+    at.reason = leaning.reason = hole.reason;
+    if (hole.measured) {
+      at.value = hole.measured->position_error_mm;
+      at.expanded_uncertainty = hole.measured->position_expanded_uncertainty_um / 1e3;
+      leaning.value = hole.measured->inclination_error_deg;
+      leaning.expanded_uncertainty = hole.measured->inclination_expanded_uncertainty_deg;
+    }
+    Add(std::move(position), std::move(at), &part);
+    Add(std::move(inclination), std::move(leaning), &part);
+  }
+  return part;
+}
+
+std::optional<exchange::InspectedPart> Exported(const storage::DeviationMapRow& row,
+                                                const plant::v1::Machine* machine) {
+  if (row.profiles.empty()) return std::nullopt;
+  exchange::InspectedPart part = Begun(row, runtime::NameOf("deviations", row.deviation_id), machine);
+  for (const storage::DeviationProfileRow& profile : row.profiles) {
+    Characteristic characteristic{profile.characteristic, Characteristic::Kind::kProfile, "mm", 0, profile.lower_mm,
+                                  profile.upper_mm};
+    MeasuredValue value;
+    value.verdict = VerdictOfText(profile.verdict);
+    value.reason = profile.reason;
+    if (profile.lowest && profile.highest) {
+      value.worst_negative = profile.lowest->mean_um / 1e3;
+      value.worst_positive = profile.highest->mean_um / 1e3;
+      // Of both ends the one that is nearer to its limit, or farther beyond it.
+      const bool above = *value.worst_positive - profile.upper_mm > profile.lower_mm - *value.worst_negative;
+      const storage::DeviationPatchRow& worst = above ? *profile.highest : *profile.lowest;
+      // As a zone about the CAD has it: the greatest distance; between other limits the deviation itself.
+      const bool about_the_cad = profile.lower_mm == -profile.upper_mm;
+      value.value = about_the_cad ? std::abs(worst.mean_um / 1e3) : worst.mean_um / 1e3;
+      value.expanded_uncertainty = worst.expanded_uncertainty_um / 1e3;
+    }
+    Add(std::move(characteristic), std::move(value), &part);
+  }
+  return part;
+}
+
+}  // namespace sixpoint::inspection
