@@ -198,6 +198,8 @@ std::string_view Trimmed(std::string_view text) {
 }
 
 bool IsPlainText(std::string_view text) {
+  if (std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; }))
+    return true;  // nearly all are
   std::string shown(text);
   for (char& c : shown)
     if (c == '\t' || c == '\n' || c == '\r') c = ' ';

@@ -1,8 +1,36 @@
 #include "exchange/xml_writer.h"
 
-namespace sixpoint::exchange {
+#include <algorithm>
 
-XmlWriter::XmlWriter() : text_("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n") {}
+namespace sixpoint::exchange {
+namespace {
+
+std::string_view EscapeOf(char c) {
+  switch (c) {
+    case '&':
+      return "&amp;";
+    case '<':
+      return "&lt;";
+    case '>':
+      return "&gt;";
+    case '"':
+      return "&quot;";
+    // As they are, a reader makes blanks or other ends of line of them.
+    case '\t':
+      return "&#9;";
+    case '\n':
+      return "&#10;";
+    default:
+      return "&#13;";
+  }
+}
+
+}  // namespace
+
+XmlWriter::XmlWriter() {
+  text_.reserve(std::size_t{1} << 15);  // a blade's
+  text_ = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
+}
 
 XmlWriter& XmlWriter::Open(std::string_view name, const Attributes& attributes) {
   Tag(name, attributes);
@@ -53,33 +81,13 @@ void XmlWriter::Tag(std::string_view name, const Attributes& attributes) {
 }
 
 void XmlWriter::Escaped(std::string_view text) {
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        text_ += "&amp;";
-        break;
-      case '<':
-        text_ += "&lt;";
-        break;
-      case '>':
-        text_ += "&gt;";
-        break;
-      case '"':
-        text_ += "&quot;";
-        break;
-      // As they are, a reader makes blanks or other ends of line of them.
-      case '\t':
-        text_ += "&#9;";
-        break;
-      case '\n':
-        text_ += "&#10;";
-        break;
-      case '\r':
-        text_ += "&#13;";
-        break;
-      default:
-        text_ += c;
-    }
+  constexpr std::string_view kSpecial = "&<>\"\t\n\r";
+  for (;;) {
+    const std::size_t plain = std::min(text.find_first_of(kSpecial), text.size());
+    text_ += text.substr(0, plain);
+    if (plain == text.size()) return;
+    text_ += EscapeOf(text[plain]);
+    text.remove_prefix(plain + 1);
   }
 }
 

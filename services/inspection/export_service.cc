@@ -1,6 +1,9 @@
 #include "services/inspection/export_service.h"
 
 #include <algorithm>
+#include <functional>
+#include <future>
+#include <iterator>
 #include <map>
 #include <set>
 #include <string>
@@ -25,7 +28,7 @@ namespace {
 using exchange::InspectedPart;
 using runtime::ToGrpc;
 
-constexpr int kMostResults = 1000;                    // of inspections, and of maps
+constexpr int kMostResults = 5000;                    // of inspections, and of maps
 constexpr std::size_t kMostValues = 400'000;          // of all of them: what an answer holds in memory
 constexpr std::size_t kChunk = std::size_t{1} << 20;  // bytes
 constexpr int kPage = 50;
@@ -61,29 +64,34 @@ std::optional<InspectedPart> PartOf(const storage::DeviationMapRow& row, const p
   return Exported(row, machine);
 }
 
-// All of the filter's rows that have something to tell, the newest first.
+using Take = std::function<absl::Status(InspectedPart part)>;
+
+// All of the filter's rows that have something to tell, the newest first. The next page is read meanwhile.
 template <typename Row, typename Filter>
-absl::Status Collect(const storage::ResultReader<Row, Filter>& reader, const Filter& filter, bool only_newest,
-                     const runtime::Caller& caller, Machines* machines, std::vector<InspectedPart>* parts) {
+absl::Status ForEach(const storage::ResultReader<Row, Filter>& reader, const Filter& filter, bool only_newest,
+                     const runtime::Caller& caller, Machines* machines, const Take& take) {
+  using Page = absl::StatusOr<std::vector<Row>>;
+  const auto read = [&](std::int64_t before) { return reader.List(filter, before, kPage, caller.deadline); };
+  std::future<Page> next = std::async(std::launch::async, read, 0);
   std::set<std::string> seen;
   int count = 0;
-  for (std::int64_t before = 0;;) {
-    if (!caller.keep_going()) return absl::CancelledError("export: the caller is gone or its time is over");
-    const absl::StatusOr<std::vector<Row>> rows = reader.List(filter, before, kPage, caller.deadline);
+  while (next.valid()) {
+    const Page rows = next.get();
     if (!rows.ok()) return rows.status();
+    if (!caller.keep_going()) return absl::CancelledError("export: the caller is gone or its time is over");
+    if (rows->size() == kPage) next = std::async(std::launch::async, read, rows->back().recorded.sequence);
     for (const Row& row : *rows) {
-      before = row.recorded.sequence;
       if (only_newest && seen.count(row.blade_serial) > 0) continue;
       const auto machine = machines->Of(row.machine_id, row.machine_revision);
       if (!machine.ok()) return machine.status();
       std::optional<InspectedPart> part = PartOf(row, *machine);
       if (!part) continue;
       seen.insert(row.blade_serial);
-      parts->push_back(*std::move(part));
       if (++count > kMostResults) return TooMany();
+      if (absl::Status taken = take(*std::move(part)); !taken.ok()) return taken;
     }
-    if (rows->size() < kPage) return absl::OkStatus();
   }
+  return absl::OkStatus();
 }
 
 class Writer {
@@ -106,12 +114,13 @@ class Writer {
 
 std::string RevisedPart(const InspectedPart& part) { return part.part + "@" + std::to_string(part.part_revision); }
 
-absl::Status WriteQif(const std::vector<InspectedPart>& parts, Writer* writer) {
-  std::set<std::string> planned;
-  for (const InspectedPart& part : parts) {
+// The plan of each before its first result.
+Take QifInto(Writer* writer) {
+  const auto planned = std::make_shared<std::set<std::string>>();
+  return [writer, planned](const InspectedPart& part) {
     // Inspections and maps have other characteristics, each with a plan of its own.
     const std::string plan_id = exchange::QifPlanId(part);
-    if (planned.insert(plan_id).second) {
+    if (planned->insert(plan_id).second) {
       const auto plan = exchange::QifPlanOf(part);
       if (!plan.ok()) return plan.status();
       const std::string file = RevisedPart(part) + "_plan_" + plan_id.substr(0, 8) + ".qif";
@@ -119,10 +128,21 @@ absl::Status WriteQif(const std::vector<InspectedPart>& parts, Writer* writer) {
     }
     const auto document = exchange::ToQif(part);
     if (!document.ok()) return document.status();
-    const absl::Status sent = writer->Write(part.serial + "_" + runtime::LastSegment(part.result) + ".qif", *document);
-    if (!sent.ok()) return sent;
-  }
-  return absl::OkStatus();
+    return writer->Write(part.serial + "_" + runtime::LastSegment(part.result) + ".qif", *document);
+  };
+}
+
+Take CsvInto(Writer* writer) {
+  return [writer](const InspectedPart& part) { return writer->Write("results.csv", exchange::ToCsv(part)); };
+}
+
+Take Into(std::vector<InspectedPart>* parts) {
+  const auto value_count = std::make_shared<std::size_t>(0);
+  return [parts, value_count](InspectedPart part) {
+    *value_count += part.values.size();
+    parts->push_back(std::move(part));
+    return *value_count > kMostValues ? TooMany() : absl::OkStatus();
+  };
 }
 
 // Of each part revision, and of inspections and maps apart: a file's values all have the same characteristics.
@@ -132,7 +152,7 @@ absl::Status WriteAqdef(std::vector<InspectedPart> parts, Writer* writer) {
       return exchange::SameCharacteristics(first, other);
     };
     const auto rest = std::stable_partition(parts.begin(), parts.end(), same);
-    const std::vector<InspectedPart> together(parts.begin(), rest);
+    const std::vector<InspectedPart> together(std::make_move_iterator(parts.begin()), std::make_move_iterator(rest));
     const auto text = exchange::ToAqdef(together);
     if (!text.ok()) return text.status();
     const std::string file =
@@ -140,13 +160,6 @@ absl::Status WriteAqdef(std::vector<InspectedPart> parts, Writer* writer) {
     if (absl::Status sent = writer->Write(file, *text); !sent.ok()) return sent;
     parts.erase(parts.begin(), rest);
   }
-  return absl::OkStatus();
-}
-
-absl::Status WriteCsv(const std::vector<InspectedPart>& parts, Writer* writer) {
-  if (absl::Status sent = writer->Write("results.csv", exchange::CsvHead()); !sent.ok()) return sent;
-  for (const InspectedPart& part : parts)
-    if (absl::Status sent = writer->Write("results.csv", exchange::ToCsv(part)); !sent.ok()) return sent;
   return absl::OkStatus();
 }
 
@@ -183,18 +196,18 @@ grpc::Status ExportService::ExportResults(grpc::ServerContext* context, const v1
   const auto slot = running_.Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());
   std::vector<InspectedPart> parts;
-  Machines machines(*peers_, caller);
-  const storage::ResultReader<storage::InspectionRow, storage::InspectionFilter>& rows = *inspections_;
-  absl::Status status = Collect(rows, *of_inspections, request->only_newest(), caller, &machines, &parts);
-  const storage::ResultReader<storage::DeviationMapRow, storage::DeviationFilter>& maps = *deviations_;
-  if (status.ok()) status = Collect(maps, *of_maps, request->only_newest(), caller, &machines, &parts);
-  std::size_t value_count = 0;
-  for (const InspectedPart& part : parts) value_count += part.values.size();
-  if (status.ok() && value_count > kMostValues) status = TooMany();
   Writer pieces(writer);
-  if (status.ok() && request->format() == v1::EXPORT_FORMAT_QIF) status = WriteQif(parts, &pieces);
-  if (status.ok() && request->format() == v1::EXPORT_FORMAT_AQDEF) status = WriteAqdef(std::move(parts), &pieces);
-  if (status.ok() && request->format() == v1::EXPORT_FORMAT_CSV) status = WriteCsv(parts, &pieces);
+  const bool as_csv = request->format() == v1::EXPORT_FORMAT_CSV,
+             as_aqdef = request->format() == v1::EXPORT_FORMAT_AQDEF;
+  const Take take = as_csv ? CsvInto(&pieces) : as_aqdef ? Into(&parts) : QifInto(&pieces);
+  Machines machines(*peers_, caller);
+  const storage::ResultReader<storage::InspectionRow, storage::InspectionFilter>& inspections = *inspections_;
+  const storage::ResultReader<storage::DeviationMapRow, storage::DeviationFilter>& maps = *deviations_;
+  const bool only_newest = request->only_newest();
+  absl::Status status = as_csv ? pieces.Write("results.csv", exchange::CsvHead()) : absl::OkStatus();
+  if (status.ok()) status = ForEach(inspections, *of_inspections, only_newest, caller, &machines, take);
+  if (status.ok()) status = ForEach(maps, *of_maps, only_newest, caller, &machines, take);
+  if (status.ok() && as_aqdef) status = WriteAqdef(std::move(parts), &pieces);
   return ToGrpc(status);
 }
 

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "storage/corrections.h"
+#include "storage/deviations.h"
 #include "storage/inspections.h"
 #include "storage/plant_store.h"
 #include "storage/record.h"
@@ -72,6 +73,10 @@ class ClearancesTest : public ::testing::Test {
     InspectionFilter inspections;
     inspections.reader = reader;
     for (const auto& row : Listed(ListInspections(t, inspections, 0, 100))) add("inspection", row.part_id);
+    DeviationFilter deviations;
+    deviations.reader = reader;
+    for (const auto& row : Listed(DeviationsIn(plant())->List(deviations, 0, 100, Soon())))
+      add("deviation", row.part_id);
     StudyFilter studies;
     studies.reader = reader;
     for (const StudyRow& row : Listed(ListStudies(t, studies, 0, 100))) add("study", row.inputs.front().substr(6));
@@ -86,8 +91,9 @@ class ClearancesTest : public ::testing::Test {
   std::set<std::string> AllOf(const std::set<std::string>& words, int studies) {
     std::set<std::string> all;
     for (const std::string& word : words)
-      for (const char* list : {"part", "blade", "scan", "registration", "correction", "inspection", "study",
-                               "recall of registration", "recall of correction", "recall of inspection"})
+      for (const char* list :
+           {"part", "blade", "scan", "registration", "correction", "inspection", "deviation", "study",
+            "recall of registration", "recall of correction", "recall of inspection", "recall of deviation"})
         all.insert(std::string(list) + " " + word);
     if (studies > 0) all.insert("recall study");
     return all;
