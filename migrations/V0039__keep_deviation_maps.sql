@@ -39,7 +39,7 @@ CREATE TABLE deviation_maps (
   CONSTRAINT deviation_maps_method_known CHECK (method IN ('BEST_FIT', 'LOCAL', 'SIX_POINT', 'SIX_POINT_NORMALS', 'ALLOWANCE')),
   CONSTRAINT deviation_maps_patches CHECK (patch_mm BETWEEN 0.1 AND 20 AND patch_count BETWEEN 1 AND 1000000),
   CONSTRAINT deviation_maps_points_counted CHECK (compared_count > 0 AND at_edges_count >= 0 AND set_aside_count >= 0 AND far_off_count >= 0),
-  CONSTRAINT deviation_maps_budget CHECK (cardinality(budget_sources) BETWEEN 1 AND 1000
+  CONSTRAINT deviation_maps_budget CHECK (cardinality(budget_sources) <= 1000
     AND cardinality(budget_um) = cardinality(budget_sources) AND 0 <= ALL (budget_um) AND 1e9 > ALL (budget_um)),
   CONSTRAINT deviation_maps_budget_sources_whole CHECK (array_position(budget_sources, NULL) IS NULL),
   CONSTRAINT deviation_maps_budget_um_whole CHECK (array_position(budget_um, NULL) IS NULL),

@@ -23,6 +23,8 @@ absl::Status CheckCalled(const std::string& field, const std::string& called, st
   const bool printable = std::none_of(called.begin(), called.end(),
                                       [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '\x7f'; });
   if (!printable) return runtime::Refuse(field, "text with control characters", "text without them");
+  if (called.front() == ' ' || called.back() == ' ')
+    return runtime::Refuse(field, called, "a name without blanks before or after it");
   if (!before->insert(called).second) return runtime::Refuse(field, called, "another one: it is used before");
   return absl::OkStatus();
 }

@@ -89,7 +89,8 @@ std::optional<exchange::InspectedPart> Exported(const storage::DeviationMapRow& 
     MeasuredValue value;
     value.verdict = VerdictOfText(profile.verdict);
     value.reason = profile.reason;
-    if (profile.lowest && profile.highest) {
+    // Of a surface that was not seen as far as was wanted, what was seen of it is no value of the tolerance.
+    if (profile.lowest && profile.highest && value.verdict != exchange::Verdict::kNotMeasured) {
       value.worst_negative = profile.lowest->mean_um / 1e3;
       value.worst_positive = profile.highest->mean_um / 1e3;
       // Of both ends the one that is nearer to its limit, or farther beyond it.

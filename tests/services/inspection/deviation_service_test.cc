@@ -249,6 +249,8 @@ TEST_F(DeviationServiceTest, RefusesWhatCannotBeMeantAndKeepsNothing) {
   EXPECT_THAT(refusal([](R* r) { r->set_patch_mm(std::nan("")); }), HasSubstr("patch_mm: NaN, want 0.1 to 20"));
   EXPECT_THAT(refusal([](R* r) { r->mutable_regions(1)->set_region("top"); }),
               HasSubstr("regions[1].region: top, want another one: it is used before"));
+  EXPECT_THAT(refusal([](R* r) { r->mutable_profiles(1)->set_characteristic("18 "); }),
+              HasSubstr("profiles[1].characteristic: 18 , want a name without blanks"));
   EXPECT_THAT(refusal([](R* r) { r->mutable_regions(1)->clear_facing_in_part(); }),
               HasSubstr("regions[1]: not bounded, want a corner of its box or facing_in_part"));
   EXPECT_THAT(refusal([](R* r) {

@@ -44,14 +44,15 @@ class ExportServiceTest : public ::testing::Test {
     v1::MapDeviationRequest request;
     request.set_registration(testing::kRegistration);
     request.set_patch_mm(2);
-    const std::pair<const char*, double> profiles[] = {{"17", 0.02}, {"18", 0.03}};
-    for (const auto& [characteristic, upper_mm] : profiles) {
+    const std::tuple<const char*, double, double> profiles[] = {
+        {"17", 0.02, 0.1}, {"18", 0.03, 0.1}, {"19", 0.02, 0.99}};
+    for (const auto& [characteristic, upper_mm, least_coverage] : profiles) {
       v1::ProfileTolerance& profile = *request.add_profiles();
       profile.set_characteristic(characteristic);
       profile.set_zone(v1::PROFILE_ZONE_FORM_AND_LOCATION);
       profile.set_lower_mm(-0.02);
       profile.set_upper_mm(upper_mm);
-      profile.set_least_coverage(0.1);
+      profile.set_least_coverage(least_coverage);
     }
     v1::DeviationMap map;
     const grpc::Status status =
@@ -113,10 +114,15 @@ TEST_F(ExportServiceTest, EveryFormatHasTheSameValues) {
     ExpectHole(inspection.holes(i), *holes, 2 * static_cast<std::size_t>(i));
   const auto profiles = exchange::FromQif(File(*qif, Id(map.name()) + ".qif"));
   ASSERT_TRUE(profiles.ok()) << profiles.status();
-  ASSERT_THAT(profiles->values, SizeIs(2));
+  ASSERT_THAT(profiles->values, SizeIs(3));
   EXPECT_DOUBLE_EQ(*profiles->values[0].worst_positive, map.profiles(0).highest().mean_um() / 1e3);
   EXPECT_DOUBLE_EQ(*profiles->values[0].worst_negative, map.profiles(0).lowest().mean_um() / 1e3);
   EXPECT_EQ(profiles->values[0].verdict, exchange::Verdict::kConform);
+  // Seen in part only: no value passes for one.
+  EXPECT_EQ(map.profiles(2).verdict(), v1::VERDICT_NOT_MEASURED);
+  EXPECT_TRUE(map.profiles(2).has_lowest());
+  EXPECT_EQ(profiles->values[2].verdict, exchange::Verdict::kNotMeasured);
+  EXPECT_FALSE(profiles->values[2].value.has_value());
 
   const auto csv = Export({}, v1::EXPORT_FORMAT_CSV);
   ASSERT_TRUE(csv.ok()) << csv.status();
@@ -126,7 +132,7 @@ TEST_F(ExportServiceTest, EveryFormatHasTheSameValues) {
   ASSERT_TRUE(aqdef.ok()) << aqdef.status();
   ASSERT_THAT(*aqdef, SizeIs(2));
   for (const InspectedPart& written : {*holes, *profiles}) {
-    const bool of_holes = written.values.size() > 2;
+    const bool of_holes = written.values.size() > 3;
     const auto from_dfq = exchange::FromAqdef(File(*aqdef, Id(of_holes ? inspection.name() : map.name()) + ".dfq"));
     ASSERT_TRUE(from_dfq.ok()) << from_dfq.status();
     ASSERT_THAT(*from_dfq, SizeIs(1));
