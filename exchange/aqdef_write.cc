@@ -47,6 +47,10 @@ class Writer {
       refusals_.Add(Refuse(Name(key), text, "at most " + std::to_string(key.longest) + " characters"));
     Append(Name(key) + "/" + std::to_string(index) + " " + text);
   }
+  // What a value does not need: left out where it is longer than its field.
+  void TextIfItFits(const Key& key, std::size_t index, const std::string& text) {
+    if (text.size() <= key.longest) Text(key, index, text);
+  }
   void Number(const Key& key, std::size_t index, const std::optional<double>& number) {
     if (number) Text(key, index, DecimalText(*number));
   }
@@ -127,8 +131,8 @@ absl::StatusOr<std::string> ToAqdef(const std::vector<InspectedPart>& parts) {
     writer.Text(aqdef::kPartTitle, b + 1, first.part);
     writer.Text(aqdef::kPartRevision, b + 1, std::to_string(first.part_revision));
     writer.Text(aqdef::kMachine, b + 1, first.machine);
-    writer.Text(aqdef::kOperation, b + 1, first.operation);
-    writer.Text(aqdef::kOperator, b + 1, first.requested_by);
+    writer.TextIfItFits(aqdef::kOperation, b + 1, first.operation);
+    writer.TextIfItFits(aqdef::kOperator, b + 1, first.requested_by);
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t index = b * count + i + 1;
       WriteCharacteristic(&writer, first.characteristics[i], i + 1, index);

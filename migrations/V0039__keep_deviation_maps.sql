@@ -164,6 +164,7 @@ CREATE TABLE deviation_profiles (
   CONSTRAINT deviation_profiles_limits CHECK (lower_mm >= -100 AND lower_mm < upper_mm AND upper_mm <= 100
     AND least_coverage BETWEEN 0 AND 1),
   CONSTRAINT deviation_profiles_verdict_known CHECK (verdict IN ('CONFORM', 'NOT_CONFORM', 'UNDECIDABLE', 'NOT_MEASURED')),
+  CONSTRAINT deviation_profiles_seen_to_pass CHECK (coverage > 0 OR verdict = 'NOT_MEASURED'),
   CONSTRAINT deviation_profiles_reasoned CHECK ((verdict IN ('UNDECIDABLE', 'NOT_MEASURED')) = (reason <> '')),
   CONSTRAINT deviation_profiles_areas CHECK (coverage BETWEEN 0 AND 1.000001 AND out_mm2 >= 0 AND out_mm2 < 1e12 AND undecided_mm2 >= 0
     AND undecided_mm2 < 1e12 AND area_count >= 0),

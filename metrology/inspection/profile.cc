@@ -71,7 +71,8 @@ Vector6d TakeMotionOff(const DeviationField& field, const std::vector<std::uint3
   middle /= area_mm2;
   for (Eigen::Index k = 0; k < count; ++k)
     squares += patch_of(k).area_mm2 * (patch_of(k).centre_mm - middle).squaredNorm();
-  const double radius_mm = std::sqrt(squares / area_mm2);
+  // One patch holds no turn: about it any radius would do.
+  const double radius_mm = std::max(1e-3, std::sqrt(squares / area_mm2));
   // A row: how the deviation follows the part's turns, times the radius, and shifts.
   Eigen::MatrixXd rows(count, 6);
   Eigen::VectorXd weights(count);
@@ -153,6 +154,10 @@ std::vector<ProfileArea> AreasOf(const DeviationField& field, const std::vector<
 void Decide(const ProfileTolerance& tolerance, ProfileFinding* finding) {
   if (finding->out_mm2 > 0) {
     finding->verdict = Verdict::kNotConform;
+  } else if (!finding->lowest) {
+    finding->verdict = Verdict::kNotMeasured;
+    finding->reason =
+        "of the area 0 % were seen, want " + NumberText(100 * tolerance.least_coverage) + " % or more, and some";
   } else if (finding->coverage < tolerance.least_coverage) {
     finding->verdict = Verdict::kNotMeasured;
     finding->reason = "of the area " + NumberText(std::round(1e3 * finding->coverage) / 10) + " % were seen, want " +

@@ -29,6 +29,12 @@ absl::Status CheckCalled(const std::string& field, const std::string& called, st
   return absl::OkStatus();
 }
 
+// As far as the record keeps places.
+absl::Status CheckCorner(const std::string& field, const absl::StatusOr<Eigen::Vector3d>& corner_mm) {
+  if (!corner_mm.ok() || corner_mm->cwiseAbs().maxCoeff() < 1e6) return absl::OkStatus();
+  return runtime::Refuse(field, corner_mm->cwiseAbs().maxCoeff(), "coordinates within 1000000 mm");
+}
+
 absl::StatusOr<DeviationOrder::Region> RegionOf(const std::string& field, const v1::SurfaceRegion& in) {
   DeviationOrder::Region region;
   region.name = in.region();
@@ -36,11 +42,13 @@ absl::StatusOr<DeviationOrder::Region> RegionOf(const std::string& field, const 
   if (in.has_minimum_in_part_mm()) {
     const auto corner = runtime::FromProto(field + ".minimum_in_part_mm", in.minimum_in_part_mm());
     refusals.Add(corner.status());
+    refusals.Add(CheckCorner(field + ".minimum_in_part_mm", corner));
     if (corner.ok()) region.region.minimum_mm = *corner;
   }
   if (in.has_maximum_in_part_mm()) {
     const auto corner = runtime::FromProto(field + ".maximum_in_part_mm", in.maximum_in_part_mm());
     refusals.Add(corner.status());
+    refusals.Add(CheckCorner(field + ".maximum_in_part_mm", corner));
     if (corner.ok()) region.region.maximum_mm = *corner;
   }
   const auto &low = region.region.minimum_mm, &high = region.region.maximum_mm;

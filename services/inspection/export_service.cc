@@ -68,9 +68,11 @@ using Take = std::function<absl::Status(InspectedPart part)>;
 
 // All of the filter's rows that have something to tell, the newest first. The next page is read meanwhile.
 template <typename Row, typename Filter>
-absl::Status ForEach(const storage::ResultReader<Row, Filter>& reader, const Filter& filter, bool only_newest,
+absl::Status ForEach(const storage::ResultReader<Row, Filter>& reader, Filter filter, bool only_newest,
                      const runtime::Caller& caller, Machines* machines, const Take& take) {
   using Page = absl::StatusOr<std::vector<Row>>;
+  // Of a blade's results the newest is looked for first: an older one that has the verdict does not stand for it.
+  const std::string verdict = only_newest ? std::exchange(filter.verdict, "") : "";
   const auto read = [&](std::int64_t before) { return reader.List(filter, before, kPage, caller.deadline); };
   std::future<Page> next = std::async(std::launch::async, read, 0);
   std::set<std::string> seen;
@@ -87,6 +89,7 @@ absl::Status ForEach(const storage::ResultReader<Row, Filter>& reader, const Fil
       std::optional<InspectedPart> part = PartOf(row, *machine);
       if (!part) continue;
       seen.insert(row.blade_serial);
+      if (!verdict.empty() && row.verdict != verdict) continue;
       if (++count > kMostResults) return TooMany();
       if (absl::Status taken = take(*std::move(part)); !taken.ok()) return taken;
     }

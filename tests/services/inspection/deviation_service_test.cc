@@ -156,6 +156,13 @@ TEST_F(DeviationServiceTest, JudgesProfilesAndNeverPassesWhatWasNotSeen) {
   EXPECT_EQ(map->verdict(), v1::VERDICT_NOT_CONFORM);
   EXPECT_THAT(map->decision_rule(), HasSubstr("ISO 14253-1"));
 
+  // However little is wanted: of nothing there is no verdict.
+  v1::MapDeviationRequest least = Request();
+  least.mutable_profiles(3)->set_least_coverage(0);
+  EXPECT_EQ(Map(least)->profiles(3).verdict(), v1::VERDICT_NOT_MEASURED);
+  least.mutable_regions(1)->mutable_minimum_in_part_mm()->set_x_mm(-1e9);
+  EXPECT_THAT(std::string(Map(least).status().message()), HasSubstr("coordinates within 1000000 mm"));
+
   v1::MapDeviationRequest without = Request();
   without.clear_profiles();
   const auto unjudged = Map(without);
