@@ -1,6 +1,7 @@
 // `sixpoint deviation`: how far a blade's surface is off its CAD, place by place.
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 
 #include "cli/commands.h"
 #include "cli/deviation_document.h"
@@ -174,10 +175,6 @@ std::string CsvOf(const metrology::DeviationPoints& points) {
   return csv;
 }
 
-bool EndsWith(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
-
 absl::Status WriteCloud(Session* session, const std::string& name, const std::string& out) {
   inspection::v1::DownloadDeviationCloudRequest request;
   request.set_name(name);
@@ -200,7 +197,7 @@ absl::Status WriteCloud(Session* session, const std::string& name, const std::st
   });
   if (!status.ok()) return status;
   if (points.in_part_mm.empty()) return absl::NotFoundError(name + ": no cloud was kept with it");
-  return WriteOut(out, EndsWith(out, ".ply") ? PlyOf(points) : CsvOf(points));
+  return WriteOut(out, std::filesystem::path(out).extension() == ".ply" ? PlyOf(points) : CsvOf(points));
 }
 
 // patches and points alike: a map's name and a file.

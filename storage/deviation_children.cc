@@ -1,8 +1,9 @@
 #include "storage/deviation_children.h"
 
-#include <algorithm>
 #include <array>
 #include <utility>
+
+#include "storage/three.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -48,12 +49,6 @@ constexpr char kSelectAreas[] =
     "worst_expanded_uncertainty_um, worst_in_part_mm, minimum_in_part_mm, maximum_in_part_mm "
     "FROM deviation_profile_areas WHERE deviation_id = ANY ($1::uuid[]) ORDER BY deviation_id, profile_index, "
     "position_index";
-
-std::array<double, 3> ThreeOf(const std::vector<double>& values) {
-  std::array<double, 3> three{};
-  std::copy_n(values.begin(), std::min<std::size_t>(3, values.size()), three.begin());
-  return three;
-}
 
 void AddPatch(const DeviationPatchRow& patch, Params* params) {
   params->Int(patch.patch).Real(patch.mean_um).Real(patch.expanded_uncertainty_um);

@@ -176,42 +176,23 @@ absl::StatusOr<std::vector<DeviationCloudBlockRow>> FindCloud(Transaction& trans
   return rows->Checked(std::move(blocks));
 }
 
-class PostgresDeviations final : public DeviationStore {
- public:
-  explicit PostgresDeviations(Database* database)
-      : database_(database), results_(database, Results::Statements{InsertDeviationMap, FindMap, ListMaps}) {}
+using Results = PostgresResults<DeviationMapRow, DeviationFilter, DeviationStore>;
 
-  absl::StatusOr<std::optional<DeviationMapRow>> FindRecorded(const RecordedRequest& request,
-                                                              Deadline deadline) const override {
-    return results_.FindRecorded(request, deadline);
-  }
-  absl::StatusOr<std::optional<DeviationMapRow>> Find(const std::string& id, Deadline deadline) const override {
-    return results_.Find(id, deadline);
-  }
-  absl::StatusOr<std::vector<DeviationMapRow>> List(const DeviationFilter& filter, std::int64_t before_sequence,
-                                                    int limit, Deadline deadline) const override {
-    return results_.List(filter, before_sequence, limit, deadline);
-  }
-  absl::StatusOr<DeviationMapRow> Record(const RecordedRequest& request, DeviationMapRow row, const RecordEntry& entry,
-                                         Deadline deadline) override {
-    return results_.Record(request, std::move(row), entry, deadline);
-  }
+class PostgresDeviations final : public Results {
+ public:
+  using Results::Results;
+
   absl::StatusOr<std::optional<DeviationPatchesRow>> Patches(const std::string& deviation_id,
                                                              Deadline deadline) const override {
-    return OneRead(*database_, deadline, [&](Transaction& t) { return FindPatches(t, deviation_id); });
+    return OneRead(database(), deadline, [&](Transaction& t) { return FindPatches(t, deviation_id); });
   }
   absl::StatusOr<std::vector<DeviationCloudBlockRow>> Cloud(const std::string& deviation_id,
                                                             Deadline deadline) const override {
-    return OneRead(*database_, deadline, [&](Transaction& t) { return FindCloud(t, deviation_id); });
+    return OneRead(database(), deadline, [&](Transaction& t) { return FindCloud(t, deviation_id); });
   }
   absl::StatusOr<std::string> CloudBytes(const std::string& blob_sha256, Deadline deadline) const override {
-    return OneRead(*database_, deadline, [&](Transaction& t) { return GetBlob(t, blob_sha256); });
+    return OneRead(database(), deadline, [&](Transaction& t) { return GetBlob(t, blob_sha256); });
   }
-
- private:
-  using Results = PostgresResults<DeviationMapRow, DeviationFilter>;
-  Database* const database_;
-  Results results_;
 };
 
 }  // namespace
@@ -229,7 +210,7 @@ absl::StatusOr<Recorded> InsertDeviationMap(Transaction& transaction, const Devi
 }
 
 std::shared_ptr<DeviationStore> DeviationsIn(Database* database) {
-  return std::make_shared<PostgresDeviations>(database);
+  return std::make_shared<PostgresDeviations>(database, Results::Statements{InsertDeviationMap, FindMap, ListMaps});
 }
 
 }  // namespace sixpoint::storage

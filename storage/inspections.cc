@@ -1,12 +1,12 @@
 #include "storage/inspections.h"
 
-#include <algorithm>
 #include <array>
 #include <utility>
 
 #include "storage/children.h"
 #include "storage/postgres_results.h"
 #include "storage/scan_keys.h"
+#include "storage/three.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -68,12 +68,6 @@ constexpr char kSelectHoles[] = "SELECT inspection_id, " SIXPOINT_HOLE_COLUMNS
                                 ", budget_um FROM inspection_holes WHERE inspection_id = ANY ($1::uuid[]) "
                                 "ORDER BY inspection_id, position_index";
 #undef SIXPOINT_HOLE_COLUMNS
-
-std::array<double, 3> ThreeOf(const std::vector<double>& values) {
-  std::array<double, 3> three{};
-  std::copy_n(values.begin(), std::min<std::size_t>(3, values.size()), three.begin());
-  return three;
-}
 
 InspectionRow ReadInspection(const Rows& rows, int row) {
   InspectionRow inspection;

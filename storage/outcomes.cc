@@ -5,6 +5,7 @@
 
 #include "storage/clearances.h"
 #include "storage/one_read.h"
+#include "storage/three.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -91,12 +92,6 @@ absl::StatusOr<std::vector<OutcomeBladeRow>> ReadBlades(Transaction& t, const Ou
                       rows->Bool(row, 3), rows->Bool(row, 4)});
   }
   return rows->Checked(std::move(blades));
-}
-
-std::array<double, 3> ThreeOf(const std::vector<double>& values) {
-  std::array<double, 3> three{};
-  std::copy_n(values.begin(), std::min<std::size_t>(3, values.size()), three.begin());
-  return three;
 }
 
 OutcomeHoleRow ReadHole(const Rows& rows, int row) {

@@ -9,8 +9,9 @@
 
 namespace sixpoint::storage {
 
-template <typename Row, typename Filter>
-class PostgresResults final : public ResultStore<Row, Filter> {
+// Store: what it is, where an aggregate's store has more to ask.
+template <typename Row, typename Filter, typename Store = ResultStore<Row, Filter>>
+class PostgresResults : public Store {
  public:
   // Each in a transaction of the caller's; insert appends to the journal and comes last.
   struct Statements {
@@ -42,6 +43,9 @@ class PostgresResults final : public ResultStore<Row, Filter> {
       return row;
     });
   }
+
+ protected:
+  Database& database() const { return *database_; }
 
  private:
   auto finder() const {

@@ -88,6 +88,8 @@ absl::StatusOr<SurfacePatches> SurfacePatches::Make(const Surface& surface, doub
                                   last->centre_mm += share_mm2 * point_mm;
                                   last->normal += share_mm2 * normal;
                                 });
+    if (patches.size() > kMostPatches)
+      return Refuse("patch_mm", patch_mm, "a greater one: the surface has more than 100000 patches");
     if (!sampled)
       return Refuse("patch_mm", patch_mm,
                     "a greater one: the surface's triangles are long, and cannot be sampled so finely");

@@ -10,10 +10,9 @@
 #include <utility>
 
 #include "services/clients/error_sources.h"
+#include "services/inspection/registered_row.h"
 #include "services/inspection/stored_verdict.h"
-#include "services/runtime/computed_on.h"
 #include "services/runtime/resource_name.h"
-#include "services/runtime/server.h"
 #include "storage/blobs.h"
 
 namespace sixpoint::inspection {
@@ -173,25 +172,11 @@ void SetFindings(const DeviationOrder& order, const MappedDeviation& mapped, sto
   row->budget_um = std::move(kept.standard_uncertainties_um.front());
 }
 
-storage::RecordEntry EntryOf(const storage::DeviationMapRow& row, const registration::v1::Registration& registration) {
-  storage::RecordEntry entry;
-  entry.kind = "deviation";
-  entry.name = runtime::NameOf("deviations", row.deviation_id);
-  entry.inputs = {registration.name(), runtime::RevisedName("machines", row.machine_id, row.machine_revision),
-                  runtime::RevisedName("parts", row.part_id, row.part_revision), registration.sensor_calibration(),
-                  registration.rotation_calibration()};
-  for (const registration::v1::ScanAngle& angle : registration.angles())  // each name is kept once
-    if (!angle.characterisation().empty()) entry.inputs.push_back(angle.characterisation());
-  entry.inputs.insert(entry.inputs.end(), registration.scans().begin(), registration.scans().end());
-  entry.blade = row.blade_serial;
-  entry.machine = row.machine_id;
-  entry.method = registration::v1::Method_Name(registration.method());
-  entry.software_version = row.software_version;
+std::string SummaryOf(const storage::DeviationMapRow& row) {
   const storage::DeviationRegionRow& whole = row.regions.front();
   nlohmann::json summary = {{"coverage", whole.seen_area_mm2 / whole.area_mm2}, {"rms_um", whole.values->rms_um}};
   if (!row.verdict.empty()) summary["verdict"] = row.verdict;
-  entry.summary_json = summary.dump();
-  return entry;
+  return summary.dump();
 }
 
 }  // namespace
@@ -201,16 +186,7 @@ runtime::Made<storage::DeviationMapRow> RecordOf(const RegisteredBlade& blade, c
   const registration::v1::Registration& registration = blade.registration;
   storage::DeviationMapRow row;
   row.deviation_id = storage::NewUuid();
-  row.blade_serial = runtime::LastSegment(registration.blade());
-  row.registration_id = runtime::LastSegment(registration.name());
-  row.machine_id = runtime::LastSegment(registration.machine());
-  row.machine_revision = registration.machine_revision();
-  row.part_id = runtime::LastSegment(registration.part());
-  row.part_revision = registration.part_revision();
-  row.sensor_calibration_id = runtime::LastSegment(registration.sensor_calibration());
-  row.rotation_calibration_id = runtime::LastSegment(registration.rotation_calibration());
-  for (const std::string& scan : registration.scans()) row.scan_ids.push_back(runtime::LastSegment(scan));
-  row.method = registration::v1::Method_Name(registration.method()).substr(std::string("METHOD_").size());
+  SetRegistered(registration, &row);
   row.patch_mm = order.patch_mm;
   row.patch_count = static_cast<int>(mapped.field.patches.size());
   row.compared_count = mapped.field.points.compared;
@@ -221,9 +197,8 @@ runtime::Made<storage::DeviationMapRow> RecordOf(const RegisteredBlade& blade, c
   row.patches = PatchesRowOf(mapped.field);
   row.patches_sha256 = DigestOf(row.patches);
   SetCloud(std::move(mapped.cloud), &row);
-  row.software_version = runtime::SoftwareVersion();
-  row.computed_on = runtime::ComputedOn();
-  storage::RecordEntry entry = EntryOf(row, registration);
+  storage::RecordEntry entry = EntryOf("deviation", runtime::NameOf("deviations", row.deviation_id), registration);
+  entry.summary_json = SummaryOf(row);
   return {std::move(row), std::move(entry)};
 }
 

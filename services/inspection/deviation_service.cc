@@ -42,7 +42,7 @@ absl::Status NotRecorded(const std::string& name) {
 }  // namespace
 
 DeviationService::DeviationService(std::shared_ptr<storage::DeviationStore> store, std::shared_ptr<const Peers> peers,
-                                   const DeviationServiceOptions& options)
+                                   const InspectionServiceOptions& options)
     : store_(std::move(store)),
       peers_(std::move(peers)),
       options_(options),

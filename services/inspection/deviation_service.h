@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "services/inspection/options.h"
 #include "services/inspection/peers.h"
 #include "services/runtime/call.h"
 #include "services/runtime/compute_pool.h"
@@ -12,15 +13,10 @@
 
 namespace sixpoint::inspection {
 
-struct DeviationServiceOptions {
-  runtime::PoolLimits pool{2, runtime::kAllLetIn};  // maps at once; more are RESOURCE_EXHAUSTED
-  int threads = 2;                                  // compute threads of each
-};
-
 class DeviationService final : public v1::DeviationService::Service {
  public:
   DeviationService(std::shared_ptr<storage::DeviationStore> store, std::shared_ptr<const Peers> peers,
-                   const DeviationServiceOptions& options);
+                   const InspectionServiceOptions& options);
 
   grpc::Status MapDeviation(grpc::ServerContext* context, const v1::MapDeviationRequest* request,
                             v1::DeviationMap* response) override;
@@ -43,7 +39,7 @@ class DeviationService final : public v1::DeviationService::Service {
 
   const std::shared_ptr<storage::DeviationStore> store_;
   const std::shared_ptr<const Peers> peers_;
-  const DeviationServiceOptions options_;
+  const InspectionServiceOptions options_;
   runtime::ComputePool running_;
 };
 

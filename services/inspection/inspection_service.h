@@ -7,6 +7,7 @@
 #include <string>
 
 #include "services/inspection/near_cells_ahead.h"
+#include "services/inspection/options.h"
 #include "services/inspection/peers.h"
 #include "services/runtime/call.h"
 #include "services/runtime/compute_pool.h"
@@ -15,11 +16,6 @@
 #include "storage/inspections.h"
 
 namespace sixpoint::inspection {
-
-struct InspectionServiceOptions {
-  runtime::PoolLimits pool{2, runtime::kAllLetIn};  // inspections at once; more are RESOURCE_EXHAUSTED
-  int threads = 2;                                  // compute threads of each
-};
 
 class InspectionService final : public v1::InspectionService::Service {
  public:

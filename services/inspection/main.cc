@@ -19,18 +19,14 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   const auto peers = std::make_shared<const Peers>(
       runtime::ConnectToPeer(options, "plant"), runtime::ConnectToPeer(options, "ingest"),
       runtime::ConnectToPeer(options, "calibration"), runtime::ConnectToPeer(options, "registration"));
-  InspectionServiceOptions inspection_options;
-  inspection_options.pool = kLimits;
-  inspection_options.threads = options.threads;
+  InspectionServiceOptions compute_options;
+  compute_options.pool = kLimits;
+  compute_options.threads = options.threads;
   std::vector<runtime::ServedService> services;
-  services.push_back(
-      {v1::InspectionService::service_full_name(),
-       std::make_unique<InspectionService>(storage::InspectionsIn(database), peers, inspection_options)});
-  DeviationServiceOptions deviation_options;
-  deviation_options.pool = kLimits;
-  deviation_options.threads = options.threads;
+  services.push_back({v1::InspectionService::service_full_name(),
+                      std::make_unique<InspectionService>(storage::InspectionsIn(database), peers, compute_options)});
   services.push_back({v1::DeviationService::service_full_name(),
-                      std::make_unique<DeviationService>(storage::DeviationsIn(database), peers, deviation_options)});
+                      std::make_unique<DeviationService>(storage::DeviationsIn(database), peers, compute_options)});
   services.push_back(
       {v1::ExportService::service_full_name(),
        std::make_unique<ExportService>(storage::InspectionsIn(database), storage::DeviationsIn(database), peers)});

@@ -6,10 +6,9 @@
 #include <utility>
 
 #include "services/clients/error_sources.h"
+#include "services/inspection/registered_row.h"
 #include "services/inspection/stored_verdict.h"
-#include "services/runtime/computed_on.h"
 #include "services/runtime/resource_name.h"
-#include "services/runtime/server.h"
 
 namespace sixpoint::inspection {
 namespace {
@@ -73,42 +72,13 @@ std::string SummaryOf(const storage::InspectionRow& row) {
       .dump();
 }
 
-storage::RecordEntry EntryOf(const storage::InspectionRow& row, const Inputs& inputs) {
-  const registration::v1::Registration& registration = inputs.registration;
-  storage::RecordEntry entry;
-  entry.kind = "inspection";
-  entry.name = runtime::NameOf("inspections", row.inspection_id);
-  entry.inputs = {registration.name(), runtime::RevisedName("machines", row.machine_id, row.machine_revision),
-                  runtime::RevisedName("parts", row.part_id, row.part_revision), registration.sensor_calibration(),
-                  registration.rotation_calibration()};
-  for (const registration::v1::ScanAngle& angle : registration.angles())  // each name is kept once
-    if (!angle.characterisation().empty()) entry.inputs.push_back(angle.characterisation());
-  entry.inputs.insert(entry.inputs.end(), inputs.compared.names.begin(), inputs.compared.names.end());
-  entry.inputs.insert(entry.inputs.end(), registration.scans().begin(), registration.scans().end());
-  entry.blade = row.blade_serial;
-  entry.machine = row.machine_id;
-  entry.method = registration::v1::Method_Name(registration.method());
-  entry.software_version = row.software_version;
-  entry.summary_json = SummaryOf(row);
-  return entry;
-}
-
 }  // namespace
 
 runtime::Made<storage::InspectionRow> RecordOf(const Inputs& inputs, const metrology::BladeFindings& findings) {
   const registration::v1::Registration& registration = inputs.registration;
   storage::InspectionRow row;
   row.inspection_id = storage::NewUuid();
-  row.blade_serial = runtime::LastSegment(registration.blade());
-  row.registration_id = runtime::LastSegment(registration.name());
-  row.machine_id = runtime::LastSegment(registration.machine());
-  row.machine_revision = registration.machine_revision();
-  row.part_id = runtime::LastSegment(registration.part());
-  row.part_revision = registration.part_revision();
-  row.sensor_calibration_id = runtime::LastSegment(registration.sensor_calibration());
-  row.rotation_calibration_id = runtime::LastSegment(registration.rotation_calibration());
-  for (const std::string& scan : registration.scans()) row.scan_ids.push_back(runtime::LastSegment(scan));
-  row.method = registration::v1::Method_Name(registration.method()).substr(std::string("METHOD_").size());
+  SetRegistered(registration, &row);
   if (inputs.compared.disagreement) {
     row.disagreement_um = inputs.compared.disagreement->greatest_um();
     row.disagreement_ratio = inputs.compared.disagreement->ratio();
@@ -116,9 +86,9 @@ runtime::Made<storage::InspectionRow> RecordOf(const Inputs& inputs, const metro
   row.positioning_disagrees = inputs.compared.disagrees;
   row.positioning_covered = inputs.compared.covered;
   SetFindings(inputs.holes, findings, &row);
-  row.software_version = runtime::SoftwareVersion();
-  row.computed_on = runtime::ComputedOn();
-  storage::RecordEntry entry = EntryOf(row, inputs);
+  storage::RecordEntry entry =
+      EntryOf("inspection", runtime::NameOf("inspections", row.inspection_id), registration, inputs.compared.names);
+  entry.summary_json = SummaryOf(row);
   return {std::move(row), std::move(entry)};
 }
 
