@@ -63,6 +63,7 @@ void AddCommands(Command* root, Session* session) {
   AddInspectCommand(root, session);
   AddInspectionCommands(root, session);
   AddDeviationCommands(root, session);
+  AddSectionCommands(root, session);
   AddExportCommand(root, session);
   AddFleetCommands(root, session);
   AddOpenCommand(root, session);

@@ -1,32 +1,19 @@
 #include "cli/deviation_document.h"
 
 #include "cli/document.h"
+#include "services/runtime/geometry_proto.h"
 
 namespace sixpoint::cli {
 namespace {
 
 constexpr std::size_t kMost = 64;
 
-void ReadPoint(const Field& field, geometry::v1::Point* out) {
-  const Eigen::Vector3d point = field.Vector3();
-  out->set_x_mm(point.x());
-  out->set_y_mm(point.y());
-  out->set_z_mm(point.z());
-}
-
 void ReadRegion(const Field& region, inspection::v1::SurfaceRegion* out) {
   region.OnlyKeys({"region", "minimum_in_part_mm", "maximum_in_part_mm", "facing_in_part", "facing_within_deg"});
   out->set_region(region.At("region").Text());
-  if (const auto corner = region.Find("minimum_in_part_mm")) ReadPoint(*corner, out->mutable_minimum_in_part_mm());
-  if (const auto corner = region.Find("maximum_in_part_mm")) ReadPoint(*corner, out->mutable_maximum_in_part_mm());
-  if (const auto facing = region.Find("facing_in_part")) {
-    // Of any length: people write [1, 1, 0].
-    const Eigen::Vector3d direction = facing->Vector3();
-    if (!(direction.norm() > 0)) return facing->Refuse("a direction");
-    out->mutable_facing_in_part()->set_x(direction.normalized().x());
-    out->mutable_facing_in_part()->set_y(direction.normalized().y());
-    out->mutable_facing_in_part()->set_z(direction.normalized().z());
-  }
+  if (const auto corner = region.Find("minimum_in_part_mm")) runtime::ToProto(corner->Vector3(), out->mutable_minimum_in_part_mm());
+  if (const auto corner = region.Find("maximum_in_part_mm")) runtime::ToProto(corner->Vector3(), out->mutable_maximum_in_part_mm());
+  if (const auto facing = region.Find("facing_in_part")) runtime::ToProto(facing->DirectionOfAnyLength(), out->mutable_facing_in_part());
   if (const auto within = region.Find("facing_within_deg")) out->set_facing_within_deg(within->Positive(180));
 }
 

@@ -267,6 +267,16 @@ Eigen::Vector3d Field::Direction() const {
   return vector.normalized();
 }
 
+Eigen::Vector3d Field::DirectionOfAnyLength() const {
+  const Eigen::Vector3d vector = Vector3();
+  if (value_ == nullptr) return Eigen::Vector3d::UnitZ();
+  if (!(vector.norm() > 0)) {
+    Refuse("a direction");
+    return Eigen::Vector3d::UnitZ();
+  }
+  return vector.normalized();
+}
+
 Eigen::Matrix4d Field::RigidTransform() const {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
   if (value_ == nullptr) return matrix;

@@ -63,6 +63,7 @@ class Field {
   Eigen::Vector3d Vector3() const;
   // Length 1 within 1e-6; given back normalised.
   Eigen::Vector3d Direction() const;
+  Eigen::Vector3d DirectionOfAnyLength() const;  // people write [1, 1, 0]; made unit
   // 4 x 4, rows; last row 0 0 0 1, rotation orthonormal within 1e-6 and right-handed.
   Eigen::Matrix4d RigidTransform() const;
   // A relative path that stays inside its folder.

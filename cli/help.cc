@@ -21,7 +21,7 @@ const std::vector<Group>& Groups() {
       {"What there is", {"machine", "artefact", "part", "model", "blade"}},
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
-      {"Blades", {"plan", "register", "registration", "correct", "correction", "inspect", "inspection", "deviation"}},
+      {"Blades", {"plan", "register", "registration", "correct", "correction", "inspect", "inspection", "deviation", "section"}},
       {"Record", {"recall", "trace", "values", "export", "efficacy", "replay", "rejudge", "ledger"}},
       {"Watching", {"open", "fleet", "events", "webhook"}},
       {"Besides", {"plant", "call", "completion"}},
@@ -146,6 +146,10 @@ constexpr Example kExamples[] = {
      "sixpoint deviation map 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e\n"
      "sixpoint deviation map 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --profile -0.05,0.08 --form\n"
      "sixpoint deviation map 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --tolerances blade.yaml"},
+    {"section measure",
+     "sixpoint section measure 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --heights 320,330,340\n"
+     "sixpoint section measure 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --planes sections.yaml --reference 'root'"},
+    {"section outlines", "sixpoint section outlines 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --out sn-1.csv"},
     {"deviation points", "sixpoint deviation points 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --out sn-1.ply"},
     {"export",
      "sixpoint export qif SN-1\n"

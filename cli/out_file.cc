@@ -33,6 +33,13 @@ absl::Status WriteOut(const std::string& out, const std::string& content) {
 
 std::ostream& BesideOut(const std::string& out) { return out == kStandardOutput ? std::cerr : std::cout; }
 
+std::string CsvCell(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + "\"";
+}
+
 std::string OutText(const std::string& out) { return out == kStandardOutput ? "standard output" : out; }
 
 }  // namespace sixpoint::cli

@@ -19,6 +19,8 @@ absl::Status CheckOut(const Session& session, const std::string& out);
 absl::Status WriteOut(const std::string& out, const std::string& content);
 // For what people read beside it: standard output, unless that is what --out writes to.
 std::ostream& BesideOut(const std::string& out);
+// As RFC 4180 has it: in quotes where a comma, a quote or an end of line is in it.
+std::string CsvCell(const std::string& text);
 // "program.nc", "standard output".
 std::string OutText(const std::string& out);
 

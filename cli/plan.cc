@@ -56,13 +56,6 @@ std::string Csv(double value) {
   return text;
 }
 
-// Names of datum points may hold what a spreadsheet would take apart.
-std::string Quoted(const std::string& name) {
-  std::string quoted = "\"";
-  for (const char c : name) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + "\"";
-}
-
 // One line a portion, in their order: what a scan's header states, and where all axes stand.
 std::string TableText(const MeasuringPlan& plan) {
   std::string text = "portion,region,v0_x_mm,v0_y_mm,v0_z_mm,length_mm,seen_mm2";
@@ -71,7 +64,7 @@ std::string TableText(const MeasuringPlan& plan) {
   text += "\n";
   int number = 0;
   for (const registration::v1::PlannedPortion& portion : plan.portions()) {
-    text += std::to_string(++number) + "," + Quoted(portion.region()) + Csv(portion.v0_mm().x_mm()) +
+    text += std::to_string(++number) + "," + CsvCell(portion.region()) + Csv(portion.v0_mm().x_mm()) +
             Csv(portion.v0_mm().y_mm()) + Csv(portion.v0_mm().z_mm()) + Csv(portion.length_mm()) +
             Csv(portion.seen_mm2());
     for (const auto* place : {&portion.enter(), &portion.start(), &portion.end(), &portion.leave()})

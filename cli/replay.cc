@@ -4,6 +4,7 @@
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
 #include "sixpoint/inspection/v1/deviation.grpc.pb.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
+#include "sixpoint/inspection/v1/section.grpc.pb.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
 
 namespace sixpoint::cli {
@@ -60,7 +61,10 @@ absl::StatusOr<Replay> ReplayOf(Session* session, const std::string& name) {
   if (collection == "deviations")
     return ReplayBy<inspection::v1::DeviationService>(
         session, "inspection", &inspection::v1::DeviationService::Stub::ReplayDeviationMap, name);
-  return runtime::Refuse("NAME", name, "registrations/ID, corrections/ID, inspections/ID or deviations/ID");
+  if (collection == "sections")
+    return ReplayBy<inspection::v1::SectionService>(
+        session, "inspection", &inspection::v1::SectionService::Stub::ReplaySectionMeasurement, name);
+  return runtime::Refuse("NAME", name, "registrations/ID, corrections/ID, inspections/ID, deviations/ID or sections/ID");
 }
 
 }  // namespace
@@ -69,7 +73,7 @@ void AddReplayCommand(Command* app, Session* session) {
   const auto name = std::make_shared<std::string>();
   Command* replay =
       app->AddCommand("replay", "Computes a recorded result again from what it was computed from; 4: it differs");
-  replay->AddOption("NAME", name.get(), "registrations/ID, corrections/ID, inspections/ID or deviations/ID")
+  replay->AddOption("NAME", name.get(), "registrations/ID, corrections/ID, inspections/ID, deviations/ID or sections/ID")
       ->Required();
   session->OnCommand(replay, [session, name]() -> absl::Status {
     const absl::StatusOr<Replay> answer = ReplayOf(session, *name);

@@ -3,6 +3,7 @@
 
 #include "cli/commands.h"
 #include "cli/number_format.h"
+#include "cli/out_file.h"
 #include "cli/reports.h"
 #include "refusal/message_text.h"
 #include "services/runtime/errors.h"
@@ -73,14 +74,8 @@ const std::vector<std::string>& Headers() {
   return *headers;
 }
 
-// RFC 4180.
 void PrintCsv(const std::vector<std::string>& cells) {
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const bool quoted = cells[i].find_first_of(",\"\r\n") != std::string::npos;
-    std::string text = cells[i];
-    for (std::size_t at = 0; quoted && (at = text.find('"', at)) != std::string::npos; at += 2) text.insert(at, 1, '"');
-    std::cout << (i > 0 ? "," : "") << (quoted ? "\"" + text + "\"" : text);
-  }
+  for (std::size_t i = 0; i < cells.size(); ++i) std::cout << (i > 0 ? "," : "") << CsvCell(cells[i]);
   std::cout << "\r\n";
 }
 

@@ -187,7 +187,7 @@ Params HolesParams(const std::string& inspection_id, const std::vector<Inspectio
   return params.Texts(budgets);
 }
 
-// Scans and holes of all the rows at once: two statements for a page.
+// Scans, holes and what is theirs of all the rows at once: a statement of each for a page.
 absl::Status ReadChildren(Transaction& transaction, std::vector<InspectionRow>* inspections) {
   const ParentRows<InspectionRow> parents(inspections, &InspectionRow::inspection_id);
   if (parents.ids().empty()) return absl::OkStatus();
@@ -201,9 +201,10 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<InspectionRow>* 
   for (InspectionRow& inspection : *inspections)
     for (const DispositionRow& disposition : *dispositions)
       if (disposition.inspection_id == inspection.inspection_id) inspection.dispositions.push_back(disposition);
-  return parents.Add(transaction.Execute(kSelectHoles, ids), [](InspectionRow& inspection, const Rows& rows, int row) {
-    inspection.holes.push_back(ReadHole(rows, row));
-  });
+  const absl::Status holes = parents.Add(
+      transaction.Execute(kSelectHoles, ids),
+      [](InspectionRow& inspection, const Rows& rows, int row) { inspection.holes.push_back(ReadHole(rows, row)); });
+  return holes.ok() ? ReadHoleValues(transaction, parents) : holes;
 }
 
 absl::StatusOr<std::vector<InspectionRow>> ReadInspections(Transaction& transaction, const char* sql,
@@ -232,6 +233,7 @@ absl::StatusOr<Recorded> InsertInspection(Transaction& transaction, const Inspec
   if (!scans.ok()) return scans.status();
   const auto holes = transaction.Execute(kInsertHoles, HolesParams(inspection.inspection_id, inspection.holes));
   if (!holes.ok()) return holes.status();
+  if (absl::Status values = InsertHoleValues(transaction, inspection); !values.ok()) return values;
   return AppendRecord(transaction, inspection.inspection_id, entry);
 }
 

@@ -12,6 +12,7 @@
 
 #include "storage/database.h"
 #include "storage/dispositions.h"
+#include "storage/inspection_hole_values.h"
 #include "storage/record.h"
 #include "storage/result_filter.h"
 #include "storage/result_store.h"
@@ -44,6 +45,7 @@ struct InspectionHoleRow {
   std::optional<double> pin_half_play_um = std::nullopt;
   std::vector<double> budget_um =
       {};  // by InspectionRow::budget_sources; empty: not measured, or made before it was kept
+  std::optional<HoleValuesRow> values = std::nullopt;  // none: not measured, or made before they were kept
 };
 
 struct InspectionRow {
@@ -73,6 +75,7 @@ struct InspectionRow {
   std::vector<std::string> scan_ids;
   std::vector<std::string> budget_sources;  // empty: none, or made before they were kept
   std::vector<InspectionHoleRow> holes;
+  std::vector<HolePitchRow> pitches;  // empty: made before they were kept, or no group has two holes
   // Read only: what was decided about it, the newest first, and what its blade was worked on for.
   std::vector<DispositionRow> dispositions;
   std::string work_order, operation;

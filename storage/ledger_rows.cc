@@ -98,7 +98,9 @@ const std::vector<LedgerTable>& LedgerTables() {
       {"deviation_profiles", "t.deviation_id", "", false},
       {"deviation_regions", "t.deviation_id", "", false},
       {"dispositions", "t.disposition_id", "", false},
+      {"inspection_hole_values", "t.inspection_id", "", false},
       {"inspection_holes", "t.inspection_id", "", false},
+      {"inspection_pitches", "t.inspection_id", "", false},
       {"inspection_scans", "t.inspection_id", "", false},
       {"inspections", "t.inspection_id", "", false},
       {"interim_checks", "t.study_id", "", false},
@@ -132,6 +134,11 @@ const std::vector<LedgerTable>& LedgerTables() {
       {"scan_blocks", "t.scan_key", "", false},
       {"scan_deletions", "t.record_id", "", true},
       {"scans", "t.scan_key", "", false},
+      {"section_measurement_scans", "t.section_measurement_id", "", false},
+      {"section_measurements", "t.section_measurement_id", "", false},
+      {"section_outlines", "t.section_measurement_id", "", false},
+      {"section_values", "t.section_measurement_id", "", false},
+      {"sections", "t.section_measurement_id", "", false},
       {"sensor_calibration_centres", "t.calibration_id", "", false},
       {"sensor_calibrations", "t.calibration_id", "", false},
       {"studies", "t.study_id", "", false},
@@ -160,7 +167,9 @@ bool IsByMonths(const std::string& table) {
                                                               "deviation_profile_areas",
                                                               "deviation_profiles",
                                                               "deviation_regions",
+                                                              "inspection_hole_values",
                                                               "inspection_holes",
+                                                              "inspection_pitches",
                                                               "inspection_scans",
                                                               "inspections",
                                                               "program_fetches",
@@ -175,7 +184,12 @@ bool IsByMonths(const std::string& table) {
                                                               "registrations",
                                                               "scan_blocks",
                                                               "scan_deletions",
-                                                              "scans"};
+                                                              "scans",
+                                                              "section_measurement_scans",
+                                                              "section_measurements",
+                                                              "section_outlines",
+                                                              "section_values",
+                                                              "sections"};
   return tables->count(table) > 0;
 }
 

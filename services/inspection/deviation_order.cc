@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "services/inspection/order_checks.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
@@ -14,26 +15,6 @@ namespace {
 
 constexpr double kRad = 3.14159265358979323846 / 180;
 constexpr double kGreatestLimit_mm = 100;
-
-std::string At(const char* field, int index) { return std::string(field) + "[" + std::to_string(index) + "]"; }
-
-// Called so once.
-absl::Status CheckCalled(const std::string& field, const std::string& called, std::set<std::string>* before) {
-  if (called.empty()) return runtime::Refuse(field, "", "1 to 200 bytes");
-  const bool printable = std::none_of(called.begin(), called.end(),
-                                      [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '\x7f'; });
-  if (!printable) return runtime::Refuse(field, "text with control characters", "text without them");
-  if (called.front() == ' ' || called.back() == ' ')
-    return runtime::Refuse(field, called, "a name without blanks before or after it");
-  if (!before->insert(called).second) return runtime::Refuse(field, called, "another one: it is used before");
-  return absl::OkStatus();
-}
-
-// As far as the record keeps places.
-absl::Status CheckCorner(const std::string& field, const absl::StatusOr<Eigen::Vector3d>& corner_mm) {
-  if (!corner_mm.ok() || corner_mm->cwiseAbs().maxCoeff() < 1e6) return absl::OkStatus();
-  return runtime::Refuse(field, corner_mm->cwiseAbs().maxCoeff(), "coordinates within 1000000 mm");
-}
 
 absl::StatusOr<DeviationOrder::Region> RegionOf(const std::string& field, const v1::SurfaceRegion& in) {
   DeviationOrder::Region region;

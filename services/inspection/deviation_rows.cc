@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 
 #include "services/clients/error_sources.h"
+#include "services/inspection/little_endian.h"
 #include "services/inspection/registered_row.h"
 #include "services/inspection/stored_verdict.h"
 #include "services/runtime/resource_name.h"
@@ -113,14 +113,6 @@ storage::DeviationPatchesRow PatchesRowOf(const metrology::DeviationField& field
     row.expanded_uncertainties_um.push_back(found.mean_mm ? Short(kTo_um * found.expanded_uncertainty_mm) : not_seen);
   }
   return row;
-}
-
-template <typename Bits, typename Number>
-void Append(Number number, std::string* bytes) {
-  Bits bits;
-  static_assert(sizeof bits == sizeof number);
-  std::memcpy(&bits, &number, sizeof bits);
-  for (std::size_t k = 0; k < sizeof bits; ++k) bytes->push_back(static_cast<char>(bits >> (8 * k)));
 }
 
 std::string DigestOf(const storage::DeviationPatchesRow& patches) {

@@ -24,16 +24,6 @@ constexpr std::size_t kPatchesOfMessage = 10'000;
 
 absl::StatusOr<v1::DeviationMap> MapOf(const storage::DeviationMapRow& row) { return ToProto(row); }
 
-absl::StatusOr<bool> PinsStand(const Peers& peers, const registration::v1::Registration& registration,
-                               const runtime::Caller& caller) {
-  for (const std::string& name : registration.scans()) {
-    const auto scan = peers.scans.Get(name, caller.make_context());
-    if (!scan.ok()) return scan.status();
-    if (scan->header().kind() == ingest::v1::SCAN_KIND_PINS) return true;
-  }
-  return false;
-}
-
 absl::Status NotRecorded(const std::string& name) {
   return runtime::Failure(errors::v1::DEVIATION_MAP_NOT_FOUND, "name: " + name + ", want one of the stored deviations",
                           {{"resource", name}});
@@ -65,15 +55,8 @@ absl::StatusOr<runtime::Made<storage::DeviationMapRow>> DeviationService::Make(c
                                                                                const runtime::Caller& caller) const {
   const auto order = OrderOf(request);
   if (!order.ok()) return order.status();
-  auto registration = peers_->registrations.Get(request.registration(), caller.make_context());
-  if (!registration.ok()) return registration.status();
   RegisteredBlade blade;
-  blade.registration = *std::move(registration);
-  absl::Status status = FetchRegistered(*peers_, caller, &blade);
-  if (status.ok() && is_new)
-    status = clients::CalibrationClient::CheckNotMoved("registration.sensor_calibration", blade.sensor_calibration,
-                                                       blade.registration.scans_received_at());
-  if (status.ok()) status = FetchSurface(*peers_, caller, &blade);
+  absl::Status status = FetchWhole(*peers_, request.registration(), is_new, caller, &blade);
   if (!status.ok()) return status;
   const auto with_pins = PinsStand(*peers_, blade.registration, caller);
   if (!with_pins.ok()) return with_pins.status();

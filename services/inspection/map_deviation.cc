@@ -9,14 +9,6 @@ namespace {
 constexpr std::size_t kBlock = 500'000;  // points: what is mapped at a time, and a file of the cloud
 constexpr metrology::DeviationPrecision kPrecision;
 
-absl::StatusOr<std::vector<metrology::HoleRegion>> PinsOf(const plant::v1::Part& part) {
-  const auto holes = HolesOf(part);
-  if (!holes.ok()) return holes.status();
-  std::vector<metrology::HoleRegion> pins;
-  for (const metrology::InspectedHole& hole : *holes) pins.push_back(metrology::PinRegionOf(hole, {}));
-  return pins;
-}
-
 // Takes a scan's points in blocks of a fixed size, whatever the sender's were.
 class BlockReader {
  public:
@@ -68,7 +60,7 @@ absl::StatusOr<MappedDeviation> MapDeviation(const clients::ScanClient& scans, c
   options.threads = thread_count;
   options.keep_going = caller.keep_going;
   if (with_pins) {
-    auto pins = PinsOf(blade.part);
+    auto pins = PinRegionsOf(blade.part);
     if (!pins.ok()) return pins.status();
     options.set_aside = *std::move(pins);
   }

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "services/clients/error_sources.h"
+#include "services/inspection/hole_value_rows.h"
 #include "services/inspection/stored_verdict.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/stored_enum.h"
@@ -66,6 +67,7 @@ absl::StatusOr<v1::Inspection> ToProto(const storage::InspectionRow& row) {
     }
     hole.set_reason(hole_row.reason);
   }
+  if (absl::Status status = HoleValuesToProto(row, &inspection); !status.ok()) return status;
   v1::DeviationSummary& deviation = *inspection.mutable_deviation();
   deviation.set_minimum_um(row.deviation_minimum_um);
   deviation.set_maximum_um(row.deviation_maximum_um);

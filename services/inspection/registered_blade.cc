@@ -55,6 +55,18 @@ absl::Status FetchSurface(const Peers& peers, const runtime::Caller& caller, Reg
   return absl::OkStatus();
 }
 
+absl::Status FetchWhole(const Peers& peers, const std::string& registration, bool is_new, const runtime::Caller& caller,
+                        RegisteredBlade* blade) {
+  auto fetched = peers.registrations.Get(registration, caller.make_context());
+  if (!fetched.ok()) return fetched.status();
+  blade->registration = *std::move(fetched);
+  absl::Status status = FetchRegistered(peers, caller, blade);
+  if (status.ok() && is_new)
+    status = clients::CalibrationClient::CheckNotMoved("registration.sensor_calibration", blade->sensor_calibration,
+                                                       blade->registration.scans_received_at());
+  return status.ok() ? FetchSurface(peers, caller, blade) : status;
+}
+
 absl::StatusOr<std::vector<metrology::InspectedHole>> HolesOf(const plant::v1::Part& part) {
   std::vector<metrology::InspectedHole> holes;
   for (const plant::v1::HoleGroup& group : part.hole_groups()) {
@@ -79,6 +91,24 @@ absl::StatusOr<std::vector<metrology::InspectedHole>> HolesOf(const plant::v1::P
     }
   }
   return holes;
+}
+
+absl::StatusOr<std::vector<metrology::HoleRegion>> PinRegionsOf(const plant::v1::Part& part) {
+  const auto holes = HolesOf(part);
+  if (!holes.ok()) return holes.status();
+  std::vector<metrology::HoleRegion> pins;
+  for (const metrology::InspectedHole& hole : *holes) pins.push_back(metrology::PinRegionOf(hole, {}));
+  return pins;
+}
+
+absl::StatusOr<bool> PinsStand(const Peers& peers, const registration::v1::Registration& registration,
+                               const runtime::Caller& caller) {
+  for (const std::string& name : registration.scans()) {
+    const auto scan = peers.scans.Get(name, caller.make_context());
+    if (!scan.ok()) return scan.status();
+    if (scan->header().kind() == ingest::v1::SCAN_KIND_PINS) return true;
+  }
+  return false;
 }
 
 absl::Status ForEachScan(const clients::ScanClient& scans, const RegisteredBlade& blade, const runtime::Caller& caller,

@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "metrology/correction/registered_pose.h"
@@ -36,8 +37,20 @@ struct RegisteredBlade {
 absl::Status FetchRegistered(const Peers& peers, const runtime::Caller& caller, RegisteredBlade* blade);
 absl::Status FetchSurface(const Peers& peers, const runtime::Caller& caller, RegisteredBlade* blade);
 
+// Both, of the registration of that name. is_new: the scanner must not have moved since it was calibrated, as was known when the scans were
+// received.
+absl::Status FetchWhole(const Peers& peers, const std::string& registration, bool is_new, const runtime::Caller& caller,
+                        RegisteredBlade* blade);
+
 // As the part's drawing has them; none where it has none.
 absl::StatusOr<std::vector<metrology::InspectedHole>> HolesOf(const plant::v1::Part& part);
+
+// Where their pins stand.
+absl::StatusOr<std::vector<metrology::HoleRegion>> PinRegionsOf(const plant::v1::Part& part);
+
+// One of the registration's scans is of a blade with pins in its holes.
+absl::StatusOr<bool> PinsStand(const Peers& peers, const registration::v1::Registration& registration,
+                               const runtime::Caller& caller);
 
 // take(scan): its blocks whole and checked, not decoded yet; its stretch is known. One after the other, the next is fetched meanwhile.
 absl::Status ForEachScan(const clients::ScanClient& scans, const RegisteredBlade& blade, const runtime::Caller& caller,

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "services/clients/error_sources.h"
+#include "services/inspection/hole_value_rows.h"
 #include "services/inspection/registered_row.h"
 #include "services/inspection/stored_verdict.h"
 #include "services/runtime/resource_name.h"
@@ -56,13 +56,7 @@ void SetFindings(const std::vector<metrology::InspectedHole>& holes, const metro
     hole.positioning_difference_um = finding.positioning_difference_mm * 1e3;
     if (hole.measured) hole.pin_half_play_um = finding.pin_half_play_mm * 1e3;
   }
-  std::vector<const std::vector<metrology::UncertaintyComponent>*> components;
-  for (const metrology::HoleFinding& finding : findings.holes) components.push_back(&finding.components);
-  clients::KeptBudgets kept = clients::Kept(components);
-  if (kept.sources.empty()) return;
-  row->budget_sources = std::move(kept.sources);
-  for (std::size_t i = 0; i < holes.size(); ++i)
-    if (row->holes[i].measured) row->holes[i].budget_um = std::move(kept.standard_uncertainties_um[i]);
+  SetHoleValues(findings, row);
 }
 
 std::string SummaryOf(const storage::InspectionRow& row) {

@@ -41,7 +41,10 @@ class ReplayTest : public ::testing::Test {
     const std::string newest = registered.said.at(0).at("name").get<std::string>();
     const Answer mapped = Run({"deviation", "map", newest, "--profile", "-0.4,0.4", "--json"});
     ASSERT_EQ(mapped.exit_code, 0) << mapped.said.dump(1);
-    for (const char* noun : {"registration", "correction", "inspection", "deviation"}) {
+    const Answer cut = Run({"section", "measure", newest, "--heights", "15,22,30", "--json"});
+    ASSERT_EQ(cut.exit_code, 0) << cut.said.dump(1);
+    EXPECT_TRUE(cut.said.at("sections").at(1).value("reason", "").empty()) << cut.said.dump(1);
+    for (const char* noun : {"registration", "correction", "inspection", "deviation", "section"}) {
       std::vector<std::string> of_noun;
       for (const json& one : Run({noun, "list", "--json"}).said) of_noun.push_back(one["name"]);
       ASSERT_THAT(of_noun, Not(IsEmpty())) << noun;

@@ -14,6 +14,7 @@
 #include "storage/record.h"
 #include "storage/registrations.h"
 #include "storage/scans.h"
+#include "storage/sections.h"
 #include "storage/studies.h"
 #include "tests/support/customers_parts.h"
 #include "tests/support/registered.h"
@@ -77,6 +78,9 @@ class ClearancesTest : public ::testing::Test {
     deviations.reader = reader;
     for (const auto& row : Listed(DeviationsIn(plant())->List(deviations, 0, 100, Soon())))
       add("deviation", row.part_id);
+    SectionFilter sections;
+    sections.reader = reader;
+    for (const auto& row : Listed(SectionsIn(plant())->List(sections, 0, 100, Soon()))) add("section", row.part_id);
     StudyFilter studies;
     studies.reader = reader;
     for (const StudyRow& row : Listed(ListStudies(t, studies, 0, 100))) add("study", row.inputs.front().substr(6));
@@ -92,8 +96,9 @@ class ClearancesTest : public ::testing::Test {
     std::set<std::string> all;
     for (const std::string& word : words)
       for (const char* list :
-           {"part", "blade", "scan", "registration", "correction", "inspection", "deviation", "study",
-            "recall of registration", "recall of correction", "recall of inspection", "recall of deviation"})
+           {"part", "blade", "scan", "registration", "correction", "inspection", "deviation", "section", "study",
+            "recall of registration", "recall of correction", "recall of inspection", "recall of deviation",
+            "recall of section"})
         all.insert(std::string(list) + " " + word);
     if (studies > 0) all.insert("recall study");
     return all;

@@ -144,6 +144,8 @@ class ReadModelsTest : public ::testing::Test {
     ASSERT_TRUE(seeded.ok() && seeded->count() == 1) << seeded.status();
     sixpoint::testing::PutDeviation(*transaction, seeded->Text(0, 0), seeded->Text(0, 1), seeded->Text(0, 2), "17",
                                     calibrations);
+    sixpoint::testing::PutSections(*transaction, seeded->Text(0, 0), seeded->Text(0, 1), seeded->Text(0, 2), "50 %",
+                                   calibrations);
     ASSERT_TRUE(transaction->Commit().ok());
   }
   static void TearDownTestSuite() { plant_.reset(); }

@@ -11,6 +11,7 @@
 #include "storage/deviations.h"
 #include "storage/inspections.h"
 #include "storage/registrations.h"
+#include "storage/sections.h"
 #include "tests/services/correction/judged_plant.h"
 #include "tests/support/fake_results.h"
 
@@ -117,6 +118,23 @@ struct Deviations {
   }
 };
 
+struct Sections {
+  using Row = SectionMeasurementRow;
+  using Filter = SectionFilter;
+  static constexpr auto kId = &Row::section_measurement_id;
+  static constexpr auto kIn = SectionsIn;
+  static constexpr char kKind[] = "section";
+  static Row Make() {
+    Row row = RowOfThePlant<Row>();
+    row.registration_id = std::string(sixpoint::testing::kRegistration).substr(14);
+    row.method = "BEST_FIT";
+    row.half_width_mm = 0.1;
+    row.reference_section = "50 %";
+    row.outlines_sha256 = std::string(64, '0');
+    return row;
+  }
+};
+
 template <typename Aggregate>
 class ResultStoreTest : public ::testing::Test {
  protected:
@@ -169,7 +187,7 @@ class ResultStoreTest : public ::testing::Test {
   }
 };
 
-using Aggregates = ::testing::Types<Registrations, Corrections, Inspections, Deviations>;
+using Aggregates = ::testing::Types<Registrations, Corrections, Inspections, Deviations, Sections>;
 TYPED_TEST_SUITE(ResultStoreTest, Aggregates);
 
 TYPED_TEST(ResultStoreTest, WhatIsRecordedIsFoundWithItsSequenceAndTime) {

@@ -13,6 +13,7 @@
 #include "storage/registrations.h"
 #include "storage/retention.h"
 #include "storage/scans.h"
+#include "storage/sections.h"
 #include "storage/studies.h"
 #include "tests/support/registered.h"
 #include "tests/support/rows_of_m1.h"
@@ -163,6 +164,32 @@ std::string PutDeviation(storage::Transaction& transaction, const std::string& p
   return name;
 }
 
+std::string PutSections(storage::Transaction& transaction, const std::string& part_id, const std::string& blade_serial,
+                        const std::string& registration, const std::string& section,
+                        const MachinesCalibrations& calibrations) {
+  auto row = ResultOf<storage::SectionMeasurementRow>(part_id, blade_serial, calibrations);
+  row.section_measurement_id = storage::NewUuid();
+  row.registration_id = IdOf(registration);
+  row.method = "BEST_FIT";
+  row.half_width_mm = 0.1;
+  row.reference_section = section;
+  row.outlines_sha256 = std::string(64, '0');
+  row.computed_on = "x86-64";
+  storage::SectionRow one;
+  one.section = section;
+  one.normal_in_part = {0, 0, 1};
+  one.reference_in_part = {1, 0, 0};
+  one.point_count = 100;
+  one.found = storage::SectionRow::Found{"ROUND", "SQUARE", 2, 1, 5, 0};
+  one.values = {{"CHORD_NOSE_TAIL", "MM", 30, 30.01, 0.005, 0.001, 0.002, 0.001, ""},
+                {"CHORD_TANGENT", "MM", {}, {}, {}, {}, {}, {}, "no double tangent"}};
+  row.sections = {one};
+  row.outlines = {{{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, {0, 0, 1, 0, 0, 1}, {0, 0, 1, 0, 0, 1}, {1, 2, 3}, {0}}};
+  const std::string name = "sections/" + row.section_measurement_id;
+  Must(storage::InsertSectionMeasurement(transaction, row, EntryOfM1(name, {registration}, blade_serial)));
+  return name;
+}
+
 MachinesCalibrations PutCalibratedMachine(storage::Database* database) {
   storage::Transaction transaction = Must(database->Begin(Soon(60)));
   RegisterMachine(transaction, "m1");
@@ -204,6 +231,8 @@ CustomersPart PutCustomersPart(storage::Database* database, const std::string& w
     made.inspection = PutInspection(transaction, made, calibrations);
     made.deviation = PutDeviation(transaction, IdOf(made.part), IdOf(made.blade), made.registration,
                                   "17 of " + made.word, calibrations);
+    made.sections = PutSections(transaction, IdOf(made.part), IdOf(made.blade), made.registration,
+                                "root of " + made.word, calibrations);
     made.study = PutStudy(transaction, made);
   });
   Must(storage::DeleteScanPoints(database, nullptr,

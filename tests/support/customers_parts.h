@@ -10,12 +10,12 @@ namespace sixpoint::testing {
 
 // Names of what is recorded of one part; `word` is in all that a person chose.
 struct CustomersPart {
-  std::string word, part, blade, scan, registration, correction, inspection, deviation, study, deletion;
+  std::string word, part, blade, scan, registration, correction, inspection, deviation, sections, study, deletion;
   std::string machining_model;  // by PutMachiningModel alone
 
   std::vector<std::string> names() const {
-    std::vector<std::string> all = {part,       blade,     scan,  registration, correction,
-                                    inspection, deviation, study, deletion};
+    std::vector<std::string> all = {part,       blade,     scan,     registration, correction,
+                                    inspection, deviation, sections, study,        deletion};
     if (!machining_model.empty()) all.push_back(machining_model);
     return all;
   }
@@ -36,6 +36,10 @@ void PutMachiningModel(storage::Database* database, CustomersPart* part);
 std::string PutDeviation(storage::Transaction& transaction, const std::string& part_id, const std::string& blade_serial,
                          const std::string& registration, const std::string& characteristic,
                          const MachinesCalibrations& calibrations);
+// A section of a blade: one parameter measured and one not. Gives the measurement's name.
+std::string PutSections(storage::Transaction& transaction, const std::string& part_id, const std::string& blade_serial,
+                        const std::string& registration, const std::string& section,
+                        const MachinesCalibrations& calibrations);
 // So many more registrations of its blade.
 void PutRegistrations(storage::Transaction& transaction, const std::string& part_id, const std::string& blade_serial,
                       const MachinesCalibrations& calibrations, int count);

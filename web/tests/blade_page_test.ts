@@ -103,8 +103,39 @@ test('the view turns by keys, and a picture of it downloads as PNG', async () =>
   for (let i = 0; i < 5; ++i) await page.keyboard.press('ArrowLeft');
   await page.waitForTimeout(500);
   assert.notDeepEqual(await page.locator('.view3d canvas').screenshot(), before_);
-  const [download] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: 'Download PNG' }).click()]);
+  const [download] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: 'Download PNG', exact: true }).click()]);
   assert.equal(download.suggestedFilename(), 'blades_SN-0412.png');
+  await page.context().close();
+});
+
+test('its sections stand beside the CAD: a plot with its gap, values with U, and what was not seen in words', async () => {
+  const page = await signedIn(stage, '/blades/SN-0412');
+  const complaints = complaintsOf(page);
+  const sections = page.locator('#sections');
+  await sections.locator('.outline-measured').waitFor();
+  // One gap parts the outline once: one piece, open. The nominal is closed.
+  assert.equal(await sections.locator('.outline-measured').count(), 1);
+  assert.match((await sections.locator('.outline-nominal').getAttribute('d'))!, /Z$/);
+  assert.doesNotMatch((await sections.locator('.outline-measured').getAttribute('d'))!, /Z/);
+  // The bump of 20 um is drawn 30 times as large: 0.6 mm above the ellipse's 2 mm.
+  const top = async () => -Math.min(...(await sections.locator('.outline-measured').getAttribute('d'))!.split(/[ML]/).filter(Boolean).map((point) => Number(point.split(' ')[1])));
+  assert.ok(Math.abs((await top()) - 2.6) < 0.005, String(await top()));
+  await sections.locator('select').filter({ hasText: 'as they are' }).selectOption('as they are');
+  assert.ok(Math.abs((await top()) - 2.02) < 0.001, String(await top()));
+  const table = sections.getByRole('region', { name: 'Table: Section root' });
+  assert.match(await table.locator('tr', { hasText: 'chord nose tail' }).innerText(), /mm\s+30\.0000\s+30\.0123\s+0\.0123\s+0\.0041/);
+  assert.match(await table.locator('tr', { hasText: 'trailing radius' }).innerText(), /not measured.*square/s);
+  assert.deepEqual(await axeFindings(page), []);
+  await sections.getByLabel('Section', { exact: true }).selectOption({ label: 'tip (not measured)' });
+  await sections.getByText('Not measured: no point was seen there').waitFor();
+  assert.equal(await sections.locator('.outline-measured').count(), 0);
+  await sections.getByLabel('Heights, mm').fill('15, x');
+  await sections.getByRole('button', { name: 'Measure' }).click();
+  await sections.getByText('Heights are numbers').waitFor();
+  await sections.getByLabel('Heights, mm').fill('15, 22.5');
+  await sections.getByRole('button', { name: 'Measure' }).click();
+  await sections.getByRole('region', { name: 'Table: Section z 15' }).waitFor();
+  assert.deepEqual(complaints, []);
   await page.context().close();
 });
 

@@ -19,6 +19,7 @@ import { methodWords, Story } from './blade_story';
 import { BladeView } from './blade_view';
 import { Decision } from './decision';
 import { Deviation } from './deviation';
+import { Sections } from './section';
 
 const dispositionWords = (kind: DispositionKind) => (DispositionKind[kind] ?? '').toLowerCase().replaceAll('_', ' ');
 
@@ -111,6 +112,7 @@ function Blade({ facts, again }: { facts: BladeFacts; again: () => void }) {
       {facts.inspection && <AsCut holes={holes.filter((hole) => hole.result)} picked={picked} onPick={pick} />}
       {facts.correction && facts.correction.groups.length > 0 && <Changes holes={holes} correction={facts.correction} />}
       <Deviation facts={facts} />
+      <Sections facts={facts} />
       <Story entries={facts.entries} />
     </>
   );

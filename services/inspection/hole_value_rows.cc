@@ -1,0 +1,183 @@
+#include "services/inspection/hole_value_rows.h"
+
+#include <array>
+#include <utility>
+
+#include "services/clients/error_sources.h"
+#include "services/runtime/stored_enum.h"
+#include "services/runtime/stored_geometry.h"
+
+namespace sixpoint::inspection {
+namespace {
+
+using metrology::UncertaintyComponent;
+using storage::StatedValueRow;
+
+constexpr double kTo_um = 1e3;
+constexpr double kTo_deg = 180 / 3.14159265358979323846;
+
+std::array<double, 3> ThreeOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+const char* TextOf(metrology::SurfaceReference reference) {
+  switch (reference) {
+    case metrology::SurfaceReference::kPartZ:
+      return "PART_Z";
+    case metrology::SurfaceReference::kPartX:
+      return "PART_X";
+    case metrology::SurfaceReference::kHoleAxis:
+      break;
+  }
+  return "AXIS_IN_SURFACE";
+}
+
+StatedValueRow Lengths(const metrology::StatedLength& length) {
+  return {kTo_um * length.value_mm, kTo_um * length.expanded_uncertainty_mm};
+}
+StatedValueRow Degrees(const metrology::StatedAngle& angle) {
+  return {kTo_deg * angle.value_rad, kTo_deg * angle.expanded_uncertainty_rad};
+}
+
+storage::HoleValuesRow ValuesRowOf(const metrology::HoleFinding& finding) {
+  const metrology::HoleDisplacement& displacement = *finding.displacement;
+  storage::HoleValuesRow row;
+  row.measured_by = finding.instrument == metrology::HoleInstrument::kBore ? "BORE" : "PIN";
+  row.along_is = TextOf(displacement.directions.reference);
+  row.along_in_part = ThreeOf(displacement.directions.along);
+  row.across_in_part = ThreeOf(displacement.directions.across);
+  row.along_um = Lengths(displacement.along);
+  row.across_um = Lengths(displacement.across);
+  row.inclination_along_deg = Degrees(displacement.inclination_along);
+  row.inclination_across_deg = Degrees(displacement.inclination_across);
+  if (finding.pin_diameter)
+    row.pin_diameter_expanded_uncertainty_um = kTo_um * finding.pin_diameter->seen.expanded_uncertainty_mm;
+  if (finding.hole_diameter.found) {
+    const metrology::StatedLength& diameter = finding.hole_diameter.found->diameter;
+    row.diameter_mm = diameter.value_mm;
+    row.diameter_expanded_uncertainty_um = kTo_um * diameter.expanded_uncertainty_mm;
+  } else {
+    row.diameter_reason = finding.hole_diameter.reason;
+  }
+  return row;
+}
+
+storage::HolePitchRow PitchRowOf(const metrology::HolePitch& pitch) {
+  storage::HolePitchRow row;
+  row.hole_index = static_cast<int>(pitch.hole);
+  row.next_index = static_cast<int>(pitch.next);
+  row.nominal_pitch_mm = pitch.nominal_mm;
+  if (pitch.values)
+    row.measured = storage::HolePitchRow::Measured{
+        {pitch.values->along_row.value_mm, kTo_um * pitch.values->along_row.expanded_uncertainty_mm},
+        pitch.values->over_nominal_diameter.value,
+        pitch.values->over_nominal_diameter.expanded_uncertainty};
+  else
+    row.reason = pitch.reason;
+  return row;
+}
+
+void ToProto(const StatedValueRow& row, v1::SignedValue* out) {
+  out->set_value(row.value);
+  out->set_expanded_uncertainty(row.expanded_uncertainty);
+}
+
+absl::Status AddBudget(const storage::InspectionRow& row, const std::vector<double>& budget_um,
+                       google::protobuf::RepeatedPtrField<uncertainty::v1::UncertaintyComponent>* out) {
+  const auto budget = clients::BudgetOf("inspection " + row.inspection_id, row.budget_sources, budget_um);
+  if (!budget.ok()) return budget.status();
+  out->Add(budget->begin(), budget->end());
+  return absl::OkStatus();
+}
+
+absl::Status ToProto(const storage::InspectionRow& inspection, const storage::HoleValuesRow& row,
+                     v1::HoleResult* hole) {
+  const std::string what = "inspection " + inspection.inspection_id;
+  const auto by = runtime::StoredEnum(v1::HoleMeasuredBy_Parse, "HOLE_MEASURED_BY_" + row.measured_by, what);
+  if (!by.ok()) return by.status();
+  hole->set_measured_by(*by);
+  v1::HoleDisplacement& displacement = *hole->mutable_displacement();
+  const auto along_is = runtime::StoredEnum(v1::AlongIs_Parse, "ALONG_IS_" + row.along_is, what);
+  if (!along_is.ok()) return along_is.status();
+  displacement.set_along_is(*along_is);
+  runtime::SetDirection(row.along_in_part, displacement.mutable_along_in_part());
+  runtime::SetDirection(row.across_in_part, displacement.mutable_across_in_part());
+  ToProto(row.along_um, displacement.mutable_along_um());
+  ToProto(row.across_um, displacement.mutable_across_um());
+  ToProto(row.inclination_along_deg, displacement.mutable_inclination_along_deg());
+  ToProto(row.inclination_across_deg, displacement.mutable_inclination_across_deg());
+  if (row.pin_diameter_expanded_uncertainty_um)
+    hole->set_pin_diameter_expanded_uncertainty_um(*row.pin_diameter_expanded_uncertainty_um);
+  if (row.diameter_mm) {
+    hole->mutable_diameter()->set_diameter_mm(*row.diameter_mm);
+    hole->mutable_diameter()->set_expanded_uncertainty_um(*row.diameter_expanded_uncertainty_um);
+  }
+  hole->set_diameter_reason(row.diameter_reason);
+  absl::Status status =
+      AddBudget(inspection, row.along_um.budget_um, displacement.mutable_along_um()->mutable_budget());
+  if (status.ok())
+    status = AddBudget(inspection, row.across_um.budget_um, displacement.mutable_across_um()->mutable_budget());
+  return status;
+}
+
+}  // namespace
+
+void SetHoleValues(const metrology::BladeFindings& findings, storage::InspectionRow* row) {
+  // The names once for all: of the holes' positions, then of both displacements, then of the pitches.
+  std::vector<const std::vector<UncertaintyComponent>*> components;
+  const std::vector<UncertaintyComponent> none;
+  for (const metrology::HoleFinding& finding : findings.holes) components.push_back(&finding.components);
+  for (const metrology::HoleFinding& finding : findings.holes) {
+    components.push_back(finding.displacement ? &finding.displacement->along.budget.components : &none);
+    components.push_back(finding.displacement ? &finding.displacement->across.budget.components : &none);
+  }
+  for (const metrology::HolePitch& pitch : findings.pitches)
+    components.push_back(pitch.values ? &pitch.values->along_row.budget.components : &none);
+  clients::KeptBudgets kept = clients::Kept(components);
+  for (std::size_t i = 0; i < row->holes.size(); ++i)
+    if (findings.holes[i].displacement) row->holes[i].values = ValuesRowOf(findings.holes[i]);
+  for (const metrology::HolePitch& pitch : findings.pitches) row->pitches.push_back(PitchRowOf(pitch));
+  if (kept.sources.empty()) return;
+  row->budget_sources = std::move(kept.sources);
+  auto budget = kept.standard_uncertainties_um.begin();
+  for (storage::InspectionHoleRow& hole : row->holes) {
+    if (hole.measured) hole.budget_um = std::move(*budget);
+    ++budget;
+  }
+  for (storage::InspectionHoleRow& hole : row->holes)
+    for (const auto value : {&storage::HoleValuesRow::along_um, &storage::HoleValuesRow::across_um}) {
+      if (hole.values) ((*hole.values).*value).budget_um = std::move(*budget);
+      ++budget;
+    }
+  for (storage::HolePitchRow& pitch : row->pitches) {
+    if (pitch.measured) pitch.measured->pitch_mm.budget_um = std::move(*budget);
+    ++budget;
+  }
+}
+
+absl::Status HoleValuesToProto(const storage::InspectionRow& row, v1::Inspection* inspection) {
+  for (std::size_t i = 0; i < row.holes.size(); ++i)
+    if (row.holes[i].values)
+      if (absl::Status status =
+              ToProto(row, *row.holes[i].values, inspection->mutable_holes(static_cast<int>(i)));
+          !status.ok())
+        return status;
+  for (const storage::HolePitchRow& pitch_row : row.pitches) {
+    const storage::InspectionHoleRow& from = row.holes[static_cast<std::size_t>(pitch_row.hole_index)];
+    v1::HolePitch& pitch = *inspection->add_pitches();
+    pitch.set_group(from.group_name);
+    pitch.set_from(from.hole_name);
+    pitch.set_to(row.holes[static_cast<std::size_t>(pitch_row.next_index)].hole_name);
+    pitch.set_nominal_pitch_mm(pitch_row.nominal_pitch_mm);
+    pitch.set_reason(pitch_row.reason);
+    if (!pitch_row.measured) continue;
+    pitch.set_pitch_mm(pitch_row.measured->pitch_mm.value);
+    pitch.set_expanded_uncertainty_um(pitch_row.measured->pitch_mm.expanded_uncertainty);
+    pitch.set_pitch_over_diameter(pitch_row.measured->pitch_over_diameter);
+    pitch.set_pitch_over_diameter_expanded_uncertainty(pitch_row.measured->pitch_over_diameter_expanded_uncertainty);
+    if (absl::Status status = AddBudget(row, pitch_row.measured->pitch_mm.budget_um, pitch.mutable_budget());
+        !status.ok())
+      return status;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace sixpoint::inspection

@@ -1,0 +1,123 @@
+#include "services/inspection/section_service.h"
+
+#include <string>
+#include <utility>
+
+#include "services/inspection/measure_sections.h"
+#include "services/inspection/registered_blade.h"
+#include "services/inspection/section_messages.h"
+#include "services/inspection/section_order.h"
+#include "services/inspection/section_rows.h"
+#include "services/runtime/caller_identity.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/recorded_results.h"
+#include "services/runtime/replay.h"
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::inspection {
+namespace {
+
+using runtime::ToGrpc;
+
+absl::StatusOr<v1::SectionMeasurement> MeasurementOf(const storage::SectionMeasurementRow& row) {
+  return ToProto(row);
+}
+
+}  // namespace
+
+SectionService::SectionService(std::shared_ptr<storage::SectionStore> store, std::shared_ptr<const Peers> peers,
+                               const InspectionServiceOptions& options)
+    : store_(std::move(store)),
+      peers_(std::move(peers)),
+      options_(options),
+      running_(options.pool, "section measurements", errors::v1::INSPECTIONS_FULL) {}
+
+grpc::Status SectionService::MeasureSections(grpc::ServerContext* context, const v1::MeasureSectionsRequest* request,
+                                             v1::SectionMeasurement* response) {
+  if (const auto order = OrderOf(*request); !order.ok()) return ToGrpc(order.status());
+  const runtime::Caller caller = runtime::CallerOf(*context);
+  const auto slot = running_.Enter(caller.deadline, caller.keep_going);
+  if (!slot.ok()) return ToGrpc(slot.status());
+  return runtime::Answer(runtime::RecordedResult<v1::SectionMeasurement>(
+                             store_.get(), "inspection.MeasureSections", *request, caller,
+                             [&] { return Make(*request, true, caller); }, MeasurementOf),
+                         response);
+}
+
+absl::StatusOr<runtime::Made<storage::SectionMeasurementRow>> SectionService::Make(
+    const v1::MeasureSectionsRequest& request, bool is_new, const runtime::Caller& caller) const {
+  const auto order = OrderOf(request);
+  if (!order.ok()) return order.status();
+  RegisteredBlade blade;
+  absl::Status status = FetchWhole(*peers_, request.registration(), is_new, caller, &blade);
+  if (!status.ok()) return status;
+  const auto with_pins = PinsStand(*peers_, blade.registration, caller);
+  if (!with_pins.ok()) return with_pins.status();
+  const auto findings =
+      inspection::MeasureSections(peers_->scans, blade, *with_pins, *order, options_.threads, caller);
+  if (!findings.ok()) return findings.status();
+  return RecordOf(blade, *order, *findings);
+}
+
+grpc::Status SectionService::GetSectionMeasurement(grpc::ServerContext* context,
+                                                   const v1::GetSectionMeasurementRequest* request,
+                                                   v1::SectionMeasurement* response) {
+  return runtime::Answer(
+      runtime::GetResult<v1::SectionMeasurement>(*store_, runtime::DeadlineOf(*context), "sections", request->name(),
+                                                 errors::v1::SECTION_MEASUREMENT_NOT_FOUND, MeasurementOf),
+      response);
+}
+
+grpc::Status SectionService::ListSectionMeasurements(grpc::ServerContext* context,
+                                                     const v1::ListSectionMeasurementsRequest* request,
+                                                     v1::ListSectionMeasurementsResponse* response) {
+  storage::SectionFilter filter;
+  if (absl::Status status = runtime::ReadFilter(*request, &filter); !status.ok()) return ToGrpc(status);
+  filter.reader = runtime::ReaderOf(*context);
+  const auto basic = [](v1::SectionMeasurement* measurement) { LeaveBasic(measurement); };
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, MeasurementOf, basic,
+                                     response->mutable_sections(), response->mutable_next_page_token()));
+}
+
+grpc::Status SectionService::DownloadSectionOutlines(grpc::ServerContext* context,
+                                                     const v1::DownloadSectionOutlinesRequest* request,
+                                                     grpc::ServerWriter<v1::SectionOutline>* writer) {
+  const storage::Deadline deadline = runtime::DeadlineOf(*context);
+  const auto measurement =
+      runtime::GetResult<v1::SectionMeasurement>(*store_, deadline, "sections", request->name(),
+                                                 errors::v1::SECTION_MEASUREMENT_NOT_FOUND, MeasurementOf);
+  if (!measurement.ok()) return ToGrpc(measurement.status());
+  const auto outlines = store_->Outlines(runtime::LastSegment(measurement->name()), deadline);
+  if (!outlines.ok()) return ToGrpc(outlines.status());
+  if (outlines->size() != static_cast<std::size_t>(measurement->sections_size()))
+    return ToGrpc(absl::DataLossError(measurement->name() + ": outlines of " + std::to_string(outlines->size()) +
+                                      " sections, want " + std::to_string(measurement->sections_size())));
+  for (int i = 0; i < measurement->sections_size(); ++i)
+    if (!writer->Write(
+            ToProto(measurement->sections(i).plane().section(), (*outlines)[static_cast<std::size_t>(i)])))
+      return ToGrpc(absl::CancelledError("outlines: the client went away"));
+  return grpc::Status::OK;
+}
+
+grpc::Status SectionService::ReplaySectionMeasurement(grpc::ServerContext* context,
+                                                      const v1::ReplaySectionMeasurementRequest* request,
+                                                      replay::v1::Replay* response) {
+  const runtime::Caller caller = runtime::CallerOf(*context);
+  const auto recorded =
+      runtime::GetResult<v1::SectionMeasurement>(*store_, caller.deadline, "sections", request->name(),
+                                                 errors::v1::SECTION_MEASUREMENT_NOT_FOUND, MeasurementOf);
+  if (!recorded.ok()) return ToGrpc(recorded.status());
+  const auto slot = running_.Enter(caller.deadline, caller.keep_going);
+  if (!slot.ok()) return ToGrpc(slot.status());
+  auto registration = peers_->registrations.Replay(recorded->registration(), caller.make_context());
+  if (!registration.ok()) return ToGrpc(registration.status());
+  const auto made = Make(RequestOf(*recorded), false, caller);
+  auto replay = runtime::ReplayOf(
+      *recorded, made.ok() ? ToProto(made->row) : absl::StatusOr<v1::SectionMeasurement>(made.status()));
+  if (!replay.ok()) return ToGrpc(replay.status());
+  runtime::AddInput(*std::move(registration), &*replay);
+  *response = *std::move(replay);
+  return grpc::Status::OK;
+}
+
+}  // namespace sixpoint::inspection
