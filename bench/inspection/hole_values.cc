@@ -80,6 +80,7 @@ Summary Print(const HoleWorld& world, const WorldTally& tally) {
     summary.low_percent = std::min(summary.low_percent, value.held_percent());
     summary.ratio_high = std::max(summary.ratio_high, ratio);
   }
+  if (!tally.why.empty()) std::printf("last not measured: %s\n", tally.why.c_str());
   std::fflush(stdout);
   summary.unmeasured_percent = 100.0 * (tally.holes - tally.measured) / std::max(1, tally.holes);
   return summary;

@@ -70,6 +70,7 @@ PinFit FitBore(const NominalPin& hole, const Points& points_in_part_mm, const Pi
   wanted.least_point_count = limits.least_point_count;
   wanted.least_height_mm = limits.least_height_ratio * hole.hole_diameter_mm;
   wanted.apart_mm = 0;  // floor and wall hang together
+  wanted.held_step_count = 60;
   PinFit all = FitPin(bore, points_in_part_mm, wanted);
   if (all.measured) return all;
   const std::vector<std::size_t> near = NearWall(hole, points_in_part_mm);

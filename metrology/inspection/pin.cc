@@ -101,14 +101,16 @@ double ArcOf(const Points& local, const Parameters& p, const std::vector<std::si
 
 // The cylinder through the points, and their scale about it; why there is none, or nothing. The scale shrinks from the first
 // guess's spread to the noise, so that the loss rejects no part of the pin too early.
-std::string Settle(const Points& local, Parameters* p, double* sigma) {
+std::string Settle(const Points& local, int held_step_count, Parameters* p, double* sigma) {
+  constexpr int kSteps = 60;
   *sigma = std::max(0.03, SigmaOf(*p, local));
-  for (int iteration = 0; iteration < 60; ++iteration) {
+  for (int iteration = 0; iteration < kSteps + held_step_count; ++iteration) {
     const Normal normal = NormalOf(*p, local, *sigma);
     const Parameters step = normal.matrix.ldlt().solve(normal.right);
     if (!step.allFinite() || step.head<2>().norm() > 1) return "the points do not determine a cylinder";
     *p += step;
-    const double wanted = SigmaOf(*p, local);
+    // Scale and cylinder may go round and round each other, by nanometres: in the steps beyond it is held.
+    const double wanted = iteration < kSteps ? SigmaOf(*p, local) : *sigma;
     const bool shrinking = *sigma > 1.02 * wanted;
     *sigma = shrinking ? std::max(wanted, *sigma / 2) : wanted;
     if (!shrinking && step.head<4>().norm() < 1e-9) return "";
@@ -235,7 +237,7 @@ PinFit FitAll(const NominalPin& nominal, const Points& points_in_part_mm, const 
 
   Parameters p = AlgebraicCircle(local);
   double sigma = 0;
-  if (std::string why = Settle(local, &p, &sigma); !why.empty()) return refuse(why);
+  if (std::string why = Settle(local, limits.held_step_count, &p, &sigma); !why.empty()) return refuse(why);
 
   const double height_mm = Influence(local, p, sigma, local_from_part, &fit);
   const double arc = ArcOf(local, p, fit.used);

@@ -49,6 +49,7 @@ struct PinLimits {
   // Where all points together are no pin, the largest set of them that stands this far from the others is tried: a chip or a
   // neighbour's pin is left out. 0: it is not.
   double apart_mm = 0.15;
+  int held_step_count = 0;  // so many more of the fit's steps, the residuals' scale held, where it has not settled
 };
 
 // What the fit leaves of a point that it used.

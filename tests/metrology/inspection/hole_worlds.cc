@@ -198,7 +198,10 @@ void JudgeWorld(const World& world, const BladeFindings& findings, WorldTally* t
     const SimulatedPin& drilled = world.holes[i];
     const NominalPin& drawn = world.truth.holes[i].pin;
     ++tally->holes;
-    if (found.instrument == HoleInstrument::kNone) continue;
+    if (found.instrument == HoleInstrument::kNone) {
+      tally->why = found.reason + "; " + found.bore_reason;
+      continue;
+    }
     ++tally->measured;
     const Vector3d along = Vector3d(drawn.axis.x(), drawn.axis.y(), 0).normalized(), across(-along.y(), along.x(), 0);
     const Vector3d off = drilled.start_mm - drawn.start_mm;

@@ -39,6 +39,7 @@ struct WorldTally {
   // Of the pitch, what both holes' expanded uncertainties would add up to if nothing were common.
   ValueTally independent_pitch;
   int holes = 0, measured = 0;
+  std::string why;  // the last one was not
 };
 
 // Each seed draws a row of four holes, calibrations of 12 degrees of freedom and a pose that follow their errors, and the scans.
