@@ -24,6 +24,21 @@ HoleRegions RegionsOf(const std::vector<InspectedHole>& holes, const InspectionO
   return HoleRegions(std::move(regions));
 }
 
+std::vector<std::size_t> BoredOf(const std::vector<InspectedHole>& holes, const InspectionOptions& options) {
+  std::vector<std::size_t> bored;
+  for (std::size_t hole = 0; hole < holes.size(); ++hole)
+    if (holes[hole].pin.hole_diameter_mm > options.bore.narrowest_mm) bored.push_back(hole);
+  return bored;
+}
+
+HoleRegions BoreRegionsOf(const std::vector<InspectedHole>& holes, const std::vector<std::size_t>& bored,
+                          const InspectionOptions& options) {
+  std::vector<HoleRegion> regions;
+  for (const std::size_t hole : bored)
+    regions.push_back(BoreRegionOf(holes[hole].pin, options.search_mm, options.pin, options.bore));
+  return HoleRegions(std::move(regions));
+}
+
 absl::Status Stopped() { return absl::CancelledError("inspection stopped: the caller is gone or its time is over"); }
 
 // Half of the way to the nearest hole, across this one's axis, or as far as is searched.
@@ -53,7 +68,7 @@ struct BladeInspection::Chunk {
   std::vector<float> deviations_mm;
   double square_sum_mm2 = 0;
   std::int64_t excluded_count = 0;
-  std::vector<std::pair<std::uint32_t, PinPoint>> pin_points;  // hole, point
+  std::vector<std::pair<std::uint32_t, PinPoint>> pin_points, bore_points;  // hole, point
 };
 
 struct BladeInspection::Piece {
@@ -72,9 +87,12 @@ BladeInspection::BladeInspection(std::shared_ptr<const Surface> surface, std::ve
     : surface_(std::move(surface)),
       holes_(std::move(holes)),
       regions_(RegionsOf(holes_, options)),
+      bored_(BoredOf(holes_, options)),
+      bore_regions_(BoreRegionsOf(holes_, bored_, options)),
       mapping_(std::move(pose), std::move(sensor), axes),
       options_(std::move(options)),
-      pin_points_(holes_.size()) {
+      pin_points_(holes_.size()),
+      bore_points_(holes_.size()) {
   for (std::size_t hole = 0; hole < holes_.size(); ++hole) reach_mm_.push_back(ReachOf(holes_, hole, options_));
 }
 
@@ -94,6 +112,15 @@ void BladeInspection::Sort(const Points& points_mm, std::size_t begin, std::size
       if (off_mm > options_.pin_clearances_mm.front() && above)
         chunk->pin_points.emplace_back(static_cast<std::uint32_t>(hole),
                                        PinPoint{in_part, points_mm[i], scan_index, static_cast<float>(off_mm)});
+    }
+    // Inside of the skin there is nothing of a blade but its bores: few points come to be asked for one.
+    if (!(deviation >= -options_.bore.inside_mm)) {
+      const std::size_t k = bore_regions_.At(in_part);
+      const NominalPin* const bored = k < bored_.size() ? &holes_[bored_[k]].pin : nullptr;
+      // Beyond farthest_mm on either side: within where it is under the surface at the hole.
+      if (bored != nullptr && (std::isfinite(deviation) || bored->normal.dot(in_part - bored->start_mm) < 0))
+        chunk->bore_points.emplace_back(static_cast<std::uint32_t>(bored_[k]),
+                                        PinPoint{in_part, points_mm[i], scan_index, static_cast<float>(deviation)});
     }
     if (in_region || !std::isfinite(deviation)) {
       ++chunk->excluded_count;
@@ -141,6 +168,7 @@ absl::Status BladeInspection::Take(const Piece& piece) {
     square_sum_mm2_ += chunk.square_sum_mm2;
     excluded_count_ += chunk.excluded_count;
     for (const auto& [hole, point] : chunk.pin_points) pin_points_[hole].push_back(point);
+    for (const auto& [hole, point] : chunk.bore_points) bore_points_[hole].push_back(point);
   }
   return absl::OkStatus();
 }
@@ -217,17 +245,10 @@ absl::StatusOr<BladeFindings> BladeInspection::Finish() {
     return absl::FailedPreconditionError("scans: no point within " + std::to_string(options_.farthest_mm) +
                                          " mm of the CAD, want scans of this blade");
   BladeFindings findings;
-  findings.holes.resize(holes_.size());
-  ForEach(holes_.size(), options_.threads, [&](std::size_t i) {
-    for (const double clearance_mm : options_.pin_clearances_mm) {
-      HoleFinding finding = Judged(i, clearance_mm);
-      const bool first = clearance_mm == options_.pin_clearances_mm.front();
-      const bool measured = finding.verdict != Verdict::kNotMeasured;
-      // Why not is said of all its points.
-      if (first || measured) findings.holes[i] = std::move(finding);
-      if (measured) break;
-    }
-  });
+  std::vector<Judged> judged(holes_.size());
+  ForEach(holes_.size(), options_.threads, [&](std::size_t i) { judged[i] = JudgedHole(i); });
+  findings.pitches = PitchesOf(judged);
+  for (Judged& hole : judged) findings.holes.push_back(std::move(hole.finding));
   findings.verdict = holes_.empty() ? Verdict::kNotMeasured : Verdict::kConform;
   for (const HoleFinding& hole : findings.holes) findings.verdict = Worst(findings.verdict, hole.verdict);
   findings.deviation = Summarise();

@@ -9,14 +9,20 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "metrology/correction/registered_pose.h"
+#include "metrology/inspection/bore.h"
+#include "metrology/inspection/cylinder_form.h"
+#include "metrology/inspection/hole_diameter.h"
+#include "metrology/inspection/hole_displacement.h"
 #include "metrology/inspection/hole_error.h"
 #include "metrology/inspection/hole_regions.h"
 #include "metrology/inspection/part_mapping.h"
 #include "metrology/inspection/pin.h"
+#include "metrology/inspection/pitch.h"
 #include "metrology/inspection/verdict.h"
 #include "metrology/kinematics/rotary_axes.h"
 #include "metrology/parallel/keep_going.h"
@@ -32,6 +38,9 @@ struct InspectedHole {
   double inclination_tolerance_rad = 0;
 };
 
+// What a hole was measured by.
+enum class HoleInstrument { kNone, kPin, kBore };
+
 struct HoleFinding {
   Verdict verdict = Verdict::kNotMeasured;
   Verdict position_verdict = Verdict::kNotMeasured;
@@ -42,13 +51,21 @@ struct HoleFinding {
   // The budget of the position: of its variance, in um^2. The greatest first; what is nothing is left out.
   std::vector<UncertaintyComponent> components;
   double degrees_of_freedom = std::numeric_limits<double>::infinity();  // of all together; both are widened for them
-  double pin_radius_mm = 0;
-  double pin_half_play_mm = 0;  // in the expanded uncertainties
+  double pin_radius_mm = 0;                                             // of the pin, or of the bore
+  double pin_half_play_mm = 0;                                          // in the expanded uncertainties
   // How far the other positionings (InspectionOptions) move the hole, at most: in the expanded uncertainties.
   double positioning_difference_mm = 0, positioning_difference_rad = 0;
   int point_count = 0;
   double pin_residual_rms_um = 0;
   std::string reason;  // why it was not measured, or not judged although it was
+
+  HoleInstrument instrument = HoleInstrument::kNone;
+  // Set where it was measured.
+  std::optional<HoleDisplacement> displacement;
+  std::optional<CylinderForm> form;         // of the pin, or of the bore
+  std::optional<PinDiameter> pin_diameter;  // by a pin alone
+  HoleDiameterFinding hole_diameter;
+  std::string bore_reason;  // why its bore was not measured, where no pin was
 };
 
 // Signed, positive outside the CAD.
@@ -63,6 +80,7 @@ struct DeviationSummary {
 struct BladeFindings {
   Verdict verdict = Verdict::kNotMeasured;  // the worst of the holes
   std::vector<HoleFinding> holes;           // in the order given
+  std::vector<HolePitch> pitches;           // of each hole and the next of its group, in the order given
   DeviationSummary deviation;
 };
 
@@ -76,6 +94,7 @@ struct InspectionOptions {
   double longest_pin_mm = 25;
   std::int64_t greatest_point_count = 60'000'000;
   PinLimits pin;
+  BoreLimits bore;
   // Where other positionings of the same scans put the part, where that is beyond what noise and calibrations explain. The
   // part then is none that its CAD describes, and which of them the drawing means decides: what lies between them is taken
   // as equally likely (GUM 4.3.7).
@@ -125,28 +144,44 @@ class BladeInspection {
   void Sort(const Points& points_mm, std::size_t begin, std::size_t end, const Compared& compared, Chunk* chunk) const;
   // The verdicts that the values and their uncertainties allow.
   void Judge(const InspectedHole& hole, const PinPlay& play, HoleFinding* finding) const;
-  void AddPositioning(const NominalPin& nominal, HoleFinding* finding) const;
-  // From the points that are farther off the CAD than that.
-  HoleFinding Judged(std::size_t hole, double clearance_mm) const;
+  std::vector<MovedHole> MovedBy(const NominalPin& nominal, const HoleError& error) const;
+  static void AddPositioning(const std::vector<MovedHole>& moved, HoleFinding* finding);
+  // A hole's finding, and what its pitches need of it.
+  struct Judged {
+    HoleFinding finding;
+    MeasuredHole measured;
+  };
+  // By its pin, else by its bore.
+  Judged JudgedHole(std::size_t hole) const;
+  // By the pin whose points are farther off the CAD than that.
+  Judged ByPin(std::size_t hole, double clearance_mm) const;
+  Judged ByBore(std::size_t hole) const;
+  // The cylinder that was fitted to these points: the hole's values, and its verdict.
+  Judged ByCylinder(std::size_t hole, const NominalPin& pin, const PinFit& fit, const std::vector<PinPoint>& points,
+                    HoleInstrument instrument) const;
+  std::vector<HolePitch> PitchesOf(const std::vector<Judged>& holes) const;
   // A named cause's part of the covariance of a pin's parameters.
   struct Part {
-    std::string source;
-    double degrees_of_freedom;
+    CylinderSource cause;
     Eigen::Matrix<double, 5, 5> covariance;
   };
-  std::vector<Part> PartsOf(const PinFit& fit, const std::vector<PinPoint>& points, const PinPlay& play) const;
+  std::vector<Part> PartsOf(const PinFit& fit, const std::vector<PinPoint>& points, const PinPlay& play,
+                            HoleInstrument instrument, const CylinderForm& form) const;
   // The budget of the position, and both expanded uncertainties.
   static void Expand(const std::vector<Part>& parts, HoleFinding* finding);
   DeviationSummary Summarise();  // puts the deviations in another order
 
   std::shared_ptr<const Surface> surface_;
   std::vector<InspectedHole> holes_;
-  HoleRegions regions_;           // in which the holes' pins must stand
-  std::vector<double> reach_mm_;  // per hole: how far its pin's axis may lie from the nominal
+  HoleRegions regions_;             // in which the holes' pins must stand
+  std::vector<std::size_t> bored_;  // the holes that are wide enough to be seen into
+  HoleRegions bore_regions_;        // of these, in which the walls of their bores must lie
+  std::vector<double> reach_mm_;    // per hole: how far its pin's axis may lie from the nominal
   PartMapping mapping_;
   InspectionOptions options_;
   std::vector<ScanPlace> scans_;
-  std::vector<std::vector<PinPoint>> pin_points_;  // per hole
+  std::vector<std::vector<PinPoint>> pin_points_;   // per hole
+  std::vector<std::vector<PinPoint>> bore_points_;  // per hole
   std::vector<float> deviations_mm_;
   double square_sum_mm2_ = 0;
   std::int64_t excluded_count_ = 0;

@@ -59,6 +59,7 @@ HoleError HoleErrorOf(const NominalPin& nominal, const PinFit& fit, const Eigen:
   const Eigen::Matrix3d onto_surface = Eigen::Matrix3d::Identity() - direction * nominal.normal.transpose() / facing;
   Eigen::Matrix<double, 3, 4> jacobian;
   jacobian << onto_surface * fit.across, along * onto_surface * fit.across;
+  error.start_per_parameter.leftCols<4>() = jacobian;
   const Eigen::Matrix3d displacement_covariance = jacobian * covariance.topLeftCorner<4, 4>() * jacobian.transpose();
   const LengthUncertainty position = UncertaintyOfLength(displacement, displacement_covariance);
   error.position_standard_uncertainty_mm = position.standard_uncertainty;

@@ -19,6 +19,7 @@ struct HoleError {
   double position_coverage_factor = 1.96, inclination_coverage_factor = 1.96;
   // How the position follows the fit's parameters: that of which position_standard_uncertainty_mm is the uncertainty.
   Eigen::Matrix<double, 1, 5> position_per_parameter = Eigen::Matrix<double, 1, 5>::Zero();
+  Eigen::Matrix<double, 3, 5> start_per_parameter = Eigen::Matrix<double, 3, 5>::Zero();  // the start does
 };
 
 // The surface is taken as its tangent plane at the nominal start: over a displacement of 0.1 mm on a radius of 3 mm they

@@ -101,14 +101,16 @@ double ArcOf(const Points& local, const Parameters& p, const std::vector<std::si
 
 // The cylinder through the points, and their scale about it; why there is none, or nothing. The scale shrinks from the first
 // guess's spread to the noise, so that the loss rejects no part of the pin too early.
-std::string Settle(const Points& local, Parameters* p, double* sigma) {
+std::string Settle(const Points& local, int held_step_count, Parameters* p, double* sigma) {
+  constexpr int kSteps = 60;
   *sigma = std::max(0.03, SigmaOf(*p, local));
-  for (int iteration = 0; iteration < 60; ++iteration) {
+  for (int iteration = 0; iteration < kSteps + held_step_count; ++iteration) {
     const Normal normal = NormalOf(*p, local, *sigma);
     const Parameters step = normal.matrix.ldlt().solve(normal.right);
     if (!step.allFinite() || step.head<2>().norm() > 1) return "the points do not determine a cylinder";
     *p += step;
-    const double wanted = SigmaOf(*p, local);
+    // Scale and cylinder may go round and round each other, by nanometres: in the steps beyond it is held.
+    const double wanted = iteration < kSteps ? SigmaOf(*p, local) : *sigma;
     const bool shrinking = *sigma > 1.02 * wanted;
     *sigma = shrinking ? std::max(wanted, *sigma / 2) : wanted;
     if (!shrinking && step.head<4>().norm() < 1e-9) return "";
@@ -139,7 +141,7 @@ std::string Unfit(const Seen& seen, const PinFit& fit, const NominalPin& nominal
   } else if (!(ratio >= limits.least_diameter_ratio && ratio <= limits.greatest_diameter_ratio))
     return Text("fitted diameter %.4f mm does not fit the hole's %g mm", 2 * fit.radius_mm, nominal.hole_diameter_mm);
   if (seen.height_mm < limits.least_height_mm)
-    return Text("the pin is seen over %.2f mm of its length, want at least %g", seen.height_mm, limits.least_height_mm);
+    return Text("seen over %.2f mm of its length, want at least %g", seen.height_mm, limits.least_height_mm);
   if (seen.arc_deg < limits.least_arc_deg)
     return Text("%.0f deg of the circumference seen, want at least %g", seen.arc_deg, limits.least_arc_deg);
   return fit.noise_covariance.allFinite() ? "" : "the points do not determine a cylinder";
@@ -153,12 +155,49 @@ void TakeDiameter(const GaugePin& gauge, const PinLimits& limits, PinFit* fit) {
       std::pow(gauge.diameter_standard_uncertainty_mm / 2, 2) + seen_otherwise_mm * seen_otherwise_mm / 3;
   const Parameters weight = fit->noise_covariance.col(4) / (fit->noise_covariance(4, 4) + variance);
   const Parameters change = weight * (gauge.diameter_mm / 2 - fit->radius_mm);
+  fit->radius_kept = 1 - weight[4];
   fit->offset_mm += change.head<2>();
   fit->slope += change.segment<2>(2);
   for (Eigen::Matrix<double, 5, 3>& gain : fit->gain) gain -= weight * gain.row(4).eval();
   Eigen::Matrix<double, 5, 5> kept = Eigen::Matrix<double, 5, 5>::Identity();
   kept.col(4) -= weight;
   fit->noise_covariance = kept * fit->noise_covariance * kept.transpose() + variance * weight * weight.transpose();
+}
+
+// The points that settle the cylinder, how it follows each of them, and its noise. How much of the height they span.
+double Influence(const Points& local, const Parameters& p, double sigma, const Eigen::Matrix3d& local_from_part,
+                 PinFit* fit) {
+  // With psi = weight * residual, curvature = sum psi' row row'.
+  Eigen::Matrix<double, 5, 5> curvature = Eigen::Matrix<double, 5, 5>::Zero(), scatter = curvature;
+  std::vector<double> slopes;
+  std::vector<Radial> radials;
+  double squares = 0, lowest = 0, highest = 0;
+  for (std::size_t i = 0; i < local.size(); ++i) {
+    const Radial radial = RadialOf(p, local[i]);
+    const double residual = radial.distance_mm - p[4], weight = WeightOf(residual, sigma);
+    if (weight == 0) continue;
+    if (fit->used.empty()) lowest = highest = local[i].z();
+    lowest = std::min(lowest, local[i].z());
+    highest = std::max(highest, local[i].z());
+    squares += residual * residual;
+    fit->used.push_back(i);
+    radials.push_back(radial);
+    fit->residuals.push_back({residual, std::atan2(radial.outward.y(), radial.outward.x()), local[i].z(),
+                              local_from_part.transpose() * radial.outward});
+    const double root = std::sqrt(weight);
+    slopes.push_back(root * (5 * root - 4));  // (1 - u^2) (1 - 5 u^2)
+    const Parameters row = RowOf(radial);
+    curvature += slopes.back() * row * row.transpose();
+    scatter += weight * weight * residual * residual * row * row.transpose();
+  }
+  const Eigen::Matrix<double, 5, 5> inverse = curvature.ldlt().solve(Eigen::Matrix<double, 5, 5>::Identity());
+  for (std::size_t i = 0; i < radials.size(); ++i) {
+    const Parameters pull = -slopes[i] * (inverse * RowOf(radials[i]));
+    fit->gain.push_back(pull * (radials[i].outward.transpose() * local_from_part));
+  }
+  fit->residual_rms_um = fit->used.empty() ? 0 : 1e3 * std::sqrt(squares / static_cast<double>(fit->used.size()));
+  fit->noise_covariance = inverse * scatter * inverse;
+  return highest - lowest;
 }
 
 // The cylinder through all of them.
@@ -193,49 +232,22 @@ PinFit FitAll(const NominalPin& nominal, const Points& points_in_part_mm, const 
     index.push_back(i);
   }
   if (static_cast<int>(local.size()) < limits.least_point_count)
-    return refuse(Text("%.0f points on the pin's side, want at least %.0f", static_cast<double>(local.size()),
+    return refuse(Text("%.0f points on its side, want at least %.0f", static_cast<double>(local.size()),
                        limits.least_point_count));
 
   Parameters p = AlgebraicCircle(local);
   double sigma = 0;
-  if (std::string why = Settle(local, &p, &sigma); !why.empty()) return refuse(why);
+  if (std::string why = Settle(local, limits.held_step_count, &p, &sigma); !why.empty()) return refuse(why);
 
-  // The estimate's influence function: with psi = weight * residual, curvature = sum psi' row row'.
-  Eigen::Matrix<double, 5, 5> curvature = Eigen::Matrix<double, 5, 5>::Zero(), scatter = curvature;
-  std::vector<double> slopes;
-  std::vector<Radial> radials;
-  double squares = 0, lowest = 0, highest = 0;
-  for (std::size_t i = 0; i < local.size(); ++i) {
-    const Radial radial = RadialOf(p, local[i]);
-    const double residual = radial.distance_mm - p[4], weight = WeightOf(residual, sigma);
-    if (weight == 0) continue;
-    if (fit.used.empty()) lowest = highest = local[i].z();
-    lowest = std::min(lowest, local[i].z());
-    highest = std::max(highest, local[i].z());
-    squares += residual * residual;
-    fit.used.push_back(i);
-    radials.push_back(radial);
-    const double root = std::sqrt(weight);
-    slopes.push_back(root * (5 * root - 4));  // (1 - u^2) (1 - 5 u^2)
-    const Parameters row = RowOf(radial);
-    curvature += slopes.back() * row * row.transpose();
-    scatter += weight * weight * residual * residual * row * row.transpose();
-  }
-  const Eigen::Matrix<double, 5, 5> inverse = curvature.ldlt().solve(Eigen::Matrix<double, 5, 5>::Identity());
-  for (std::size_t i = 0; i < radials.size(); ++i) {
-    const Parameters pull = -slopes[i] * (inverse * RowOf(radials[i]));
-    fit.gain.push_back(pull * (radials[i].outward.transpose() * local_from_part));
-  }
-  fit.residual_rms_um = fit.used.empty() ? 0 : 1e3 * std::sqrt(squares / static_cast<double>(fit.used.size()));
+  const double height_mm = Influence(local, p, sigma, local_from_part, &fit);
   const double arc = ArcOf(local, p, fit.used);
   for (std::size_t& i : fit.used) i = index[i];
   fit.offset_mm = p.head<2>();
   fit.slope = p.segment<2>(2);
   fit.radius_mm = p[4];
-  fit.noise_covariance = inverse * scatter * inverse;
+  fit.seen_radius_variance_mm2 = fit.noise_covariance(4, 4);
 
-  const Seen seen{sigma, static_cast<double>(fit.used.size()) / static_cast<double>(local.size()), highest - lowest,
-                  arc};
+  const Seen seen{sigma, static_cast<double>(fit.used.size()) / static_cast<double>(local.size()), height_mm, arc};
   if (std::string why = Unfit(seen, fit, nominal, limits); !why.empty()) return refuse(why);
   if (nominal.gauge) TakeDiameter(*nominal.gauge, limits, &fit);
   fit.measured = true;

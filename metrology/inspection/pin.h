@@ -49,6 +49,15 @@ struct PinLimits {
   // Where all points together are no pin, the largest set of them that stands this far from the others is tried: a chip or a
   // neighbour's pin is left out. 0: it is not.
   double apart_mm = 0.15;
+  int held_step_count = 0;  // so many more of the fit's steps, the residuals' scale held, where it has not settled
+};
+
+// What the fit leaves of a point that it used.
+struct PinResidual {
+  double residual_mm = 0;                                     // positive outward
+  double around_rad = 0;                                      // of the axis, from e1 (PinFit)
+  double height_mm = 0;                                       // along the nominal axis, above the nominal start
+  Eigen::Vector3d outward_in_part = Eigen::Vector3d::Zero();  // unit, from the axis to the point
 };
 
 // The cylinder of free radius fitted to the points: axis through origin + c1 e1 + c2 e2, along axis + s1 e1 + s2 e2,
@@ -67,6 +76,10 @@ struct PinFit {
   // Change of the five parameters per displacement of a point, for the points used (indices into the points given).
   std::vector<std::size_t> used;
   std::vector<Eigen::Matrix<double, 5, 3>> gain;
+  std::vector<PinResidual> residuals;  // of the points used, as seen
+  // Of the radius as seen: its variance from noise, and by what part of its own changes per displacement it is in `gain`, where a
+  // certificate's diameter has taken the rest.
+  double seen_radius_variance_mm2 = 0, radius_kept = 1;
 };
 
 // Points of the pin and little else: off the surface, near the nominal axis. Robust (Tukey's biweight from an algebraic
