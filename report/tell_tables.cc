@@ -1,0 +1,183 @@
+#include <algorithm>
+#include <cmath>
+
+#include "report/number_text.h"
+#include "report/plots.h"
+#include "report/tell.h"
+
+namespace sixpoint::report {
+namespace {
+
+Cell NumberCell(const std::optional<double>& number, int decimals) {
+  return number ? Cell{Fixed(*number, decimals)} : Cell{"\u2013", Tone::kQuiet};
+}
+
+Cell Missing() { return {std::string(kNotMeasuredText), Tone::kMissing}; }
+
+std::string After(const std::string& name, const std::string& fit_state) {
+  return fit_state.empty() ? name : name + "  \u00b7  after " + Told(fit_state);
+}
+
+// The one unit of all of them; none where they have several.
+std::optional<std::string> OneUnit(const std::vector<Characteristic>& characteristics) {
+  for (const Characteristic& c : characteristics)
+    if (c.unit != characteristics.front().unit) return std::nullopt;
+  return characteristics.empty() ? std::optional<std::string>("") : characteristics.front().unit;
+}
+
+bool Any(const std::vector<Characteristic>& characteristics, const std::string Characteristic::*text) {
+  return std::any_of(characteristics.begin(), characteristics.end(),
+                     [text](const Characteristic& c) { return !(c.*text).empty(); });
+}
+
+std::vector<Cell> RegionRow(const RegionDeviation& region) {
+  const double coverage = region.area_mm2 > 0 ? 100 * region.seen_area_mm2 / region.area_mm2 : 0;
+  std::vector<Cell> row = {{ToldOr(region.name)}, {Fixed(region.area_mm2, 1)}, {Fixed(coverage, 1)}};
+  if (!region.values) {
+    for (int i = 0; i < 7; ++i) row.push_back({"\u2013", Tone::kQuiet});
+    row.push_back({std::string(kNotMeasuredText) + ": " + ToldOr(region.reason, "nothing was seen"), Tone::kMissing});
+    return row;
+  }
+  const RegionDeviation::Values& v = *region.values;
+  row.push_back({Signed(v.mean_um, 1)});
+  row.push_back({Fixed(v.rms_um, 1)});
+  for (const double um : {v.p05_um, v.p50_um, v.p95_um, v.lowest_um, v.highest_um}) row.push_back({Signed(um, 1)});
+  row.push_back(v.expanded_uncertainty_um ? Cell{"U " + Fixed(*v.expanded_uncertainty_um, 1) + " \u00b5m"}
+                                          : Cell{"U not known", Tone::kQuiet});
+  return row;
+}
+
+Table RegionTable(const std::vector<RegionDeviation>& regions) {
+  Table table;
+  table.caption = "Deviation of the surface by region";
+  table.columns = {{"Region", "", 30, Align::kLeft},     {"Area", "mm\u00b2", 16, Align::kRight},
+                   {"Seen", "%", 11, Align::kRight},     {"Mean", "\u00b5m", 13, Align::kRight},
+                   {"RMS", "\u00b5m", 12, Align::kRight}, {"5 %", "\u00b5m", 13, Align::kRight},
+                   {"50 %", "\u00b5m", 13, Align::kRight}, {"95 %", "\u00b5m", 13, Align::kRight},
+                   {"Lowest", "\u00b5m", 14, Align::kRight}, {"Highest", "\u00b5m", 14, Align::kRight},
+                   {"Remark", "", 29, Align::kLeft}};
+  for (const RegionDeviation& region : regions) table.rows.push_back(RegionRow(region));
+  return table;
+}
+
+std::vector<Cell> HoleRow(const Hole& hole, int position_decimals) {
+  std::vector<Cell> row = {{ToldOr(hole.id)}};
+  for (const double x : hole.nominal_mm) row.push_back({Fixed(x, 3)});
+  for (std::size_t i = 0; i < 3; ++i)
+    row.push_back(hole.displacement_mm ? Cell{Signed(1000 * (*hole.displacement_mm)[i], 1)} : Cell{"\u2013", Tone::kQuiet});
+  std::optional<double> position_mm;
+  if (const auto& d = hole.displacement_mm)
+    position_mm = std::sqrt((*d)[0] * (*d)[0] + (*d)[1] * (*d)[1] + (*d)[2] * (*d)[2]);
+  row.push_back(position_mm ? NumberCell(position_mm, position_decimals) : Missing());
+  row.push_back(NumberCell(hole.position_expanded_uncertainty_mm, position_decimals));
+  row.push_back(NumberCell(hole.position_limit_mm, position_decimals));
+  row.push_back(hole.inclination_deg ? NumberCell(hole.inclination_deg, 3) : Missing());
+  row.push_back(NumberCell(hole.inclination_expanded_uncertainty_deg, 3));
+  row.push_back(NumberCell(hole.inclination_limit_deg, 3));
+  Cell verdict = VerdictCell(hole.verdict);
+  if (!hole.reason.empty()) verdict.text += ": " + Told(hole.reason);
+  row.push_back(std::move(verdict));
+  return row;
+}
+
+Table HoleTable(const std::vector<Hole>& holes) {
+  std::vector<std::optional<double>> limits;
+  for (const Hole& hole : holes) limits.push_back(hole.position_limit_mm);
+  const int decimals = DecimalsFor("mm", limits);
+  Table table;
+  table.caption = "Holes: nominal start, how far the measured start is off it, and both tolerances";
+  table.columns = {{"Hole", "", 16, Align::kLeft},
+                   {"x", "mm", 14, Align::kRight},
+                   {"y", "mm", 14, Align::kRight},
+                   {"z", "mm", 14, Align::kRight},
+                   {"\u0394x", "\u00b5m", 12, Align::kRight},
+                   {"\u0394y", "\u00b5m", 12, Align::kRight},
+                   {"\u0394z", "\u00b5m", 12, Align::kRight},
+                   {"Position", "mm", 14, Align::kRight},
+                   {"U", "mm", 12, Align::kRight},
+                   {"\u2264", "mm", 12, Align::kRight},
+                   {"Inclination", "\u00b0", 15, Align::kRight},
+                   {"U", "\u00b0", 11, Align::kRight},
+                   {"\u2264", "\u00b0", 11, Align::kRight},
+                   {"Verdict", "", 28, Align::kLeft}};
+  for (const Hole& hole : holes) table.rows.push_back(HoleRow(hole, decimals));
+  return table;
+}
+
+void TellSections(const Report& report, Document* document) {
+  if (report.sections.empty()) return;
+  document->blocks.emplace_back(Heading{"Sections", 2});
+  Figures row;
+  for (const Section& section : report.sections) {
+    if (section.outlines.nominal.empty()) continue;
+    row.figures.push_back(SectionFigure(section, {86, 58}));
+    if (row.figures.size() == 2) document->blocks.emplace_back(std::move(row)), row = {};
+  }
+  if (!row.figures.empty()) document->blocks.emplace_back(std::move(row));
+  for (const Section& section : report.sections)
+    document->blocks.emplace_back(
+        CharacteristicTable(After(ToldOr(section.name, "Section") + " at " + Fixed(section.height_mm, 3) + " mm",
+                                  section.fit_state),
+                            section.parameters));
+}
+
+}  // namespace
+
+Table CharacteristicTable(const std::string& caption, const std::vector<Characteristic>& characteristics) {
+  const std::optional<std::string> unit = OneUnit(characteristics);
+  const bool required = Any(characteristics, &Characteristic::requirement);
+  const bool classed = Any(characteristics, &Characteristic::designator);
+  const bool reasons = Any(characteristics, &Characteristic::reason);
+  const std::string shown = unit ? UnitText(*unit) : "";
+  Table table;
+  table.caption = caption;
+  table.empty = "No characteristic.";
+  table.columns.push_back({"Characteristic", "", 36, Align::kLeft});
+  if (classed) table.columns.push_back({"Class", "", 14, Align::kLeft});
+  if (required) table.columns.push_back({"Requirement", "", 34, Align::kLeft});
+  if (!unit) table.columns.push_back({"Unit", "", 9, Align::kLeft});
+  for (const char* title : {"Nominal", "Lower", "Upper"}) table.columns.push_back({title, shown, 16, Align::kRight});
+  table.columns.push_back({"Measured", shown, 20, Align::kRight});
+  table.columns.push_back({"U (95 %)", shown, 15, Align::kRight});
+  table.columns.push_back({"Verdict", "", 26, Align::kLeft});
+  if (reasons) table.columns.push_back({"Reason", "", 34, Align::kLeft});
+  // Of one unit all numbers have as many decimals, so that they stand below each other.
+  std::vector<std::optional<double>> exact;
+  for (const Characteristic& c : characteristics) exact.insert(exact.end(), {c.nominal, c.lower, c.upper});
+  for (const Characteristic& c : characteristics) {
+    const int decimals = unit ? DecimalsFor(*unit, exact) : DecimalsFor(c.unit, {c.nominal, c.lower, c.upper});
+    std::vector<Cell> row = {{ToldOr(c.id)}};
+    if (classed) row.push_back({Told(c.designator)});
+    if (required) row.push_back({Told(c.requirement)});
+    if (!unit) row.push_back({UnitText(c.unit)});
+    for (const auto& number : {c.nominal, c.lower, c.upper}) row.push_back(NumberCell(number, decimals));
+    row.push_back(c.value ? NumberCell(c.value, decimals) : Missing());
+    row.push_back(NumberCell(c.expanded_uncertainty, decimals));
+    row.push_back(VerdictCell(c.verdict));
+    if (reasons) row.push_back({Told(c.reason)});
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+void TellTables(const Report& report, Document* document) {
+  document->blocks.emplace_back(Heading{"Characteristics", 2});
+  if (report.groups.empty())
+    document->blocks.emplace_back(Paragraph{"No characteristic of the drawing was judged.", Tone::kMissing});
+  for (const CharacteristicGroup& group : report.groups)
+    document->blocks.emplace_back(
+        CharacteristicTable(After(ToldOr(group.name, "Characteristics"), group.fit_state), group.characteristics));
+  document->blocks.emplace_back(Heading{"Holes", 2});
+  if (report.holes.empty())
+    document->blocks.emplace_back(Paragraph{"No hole was judged.", Tone::kQuiet});
+  else
+    document->blocks.emplace_back(HoleTable(report.holes));
+  document->blocks.emplace_back(Heading{"Surface", 2});
+  if (report.regions.empty())
+    document->blocks.emplace_back(Paragraph{"Deviation of the surface: " + std::string(kNotMeasuredText) + ".", Tone::kMissing});
+  else
+    document->blocks.emplace_back(RegionTable(report.regions));
+  TellSections(report, document);
+}
+
+}  // namespace sixpoint::report
