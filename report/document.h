@@ -50,9 +50,12 @@ struct Cell {
 
 enum class Align { kLeft, kRight, kCentre };
 
+// Whether a cell's text stays on one line: numbers with their unit, and short texts, but for the words that any column may hold.
+bool StaysOnOneLine(const std::string& text, Align align);
+
 struct Column {
   std::string title, unit;  // the unit in the header; empty: none
-  double width = 10;        // beside the other columns
+  double width = 10;        // beside the other columns, where a writer does not measure
   Align align = Align::kLeft;
 };
 

@@ -29,12 +29,19 @@ void Drawing::Arrow(Place from, Place to, const Pen& pen, double head_mm) {
                            pen.colour});
 }
 
-double RoundLength(double longest_mm) {
-  const double power = std::pow(10, std::floor(std::log10(std::max(1e-6, longest_mm))));
-  for (const double step : {5.0, 2.0})
-    if (step * power <= longest_mm * 1.001) return step * power;
+namespace {
+
+double RoundDown(double greatest, std::initializer_list<double> steps) {
+  const double power = std::pow(10, std::floor(std::log10(std::max(1e-6, greatest))));
+  for (const double step : steps)
+    if (step * power <= greatest * 1.001) return step * power;
   return power;
 }
+
+}  // namespace
+
+double RoundLength(double longest_mm) { return RoundDown(longest_mm, {5, 2}); }
+double RoundMagnification(double greatest) { return RoundDown(greatest, {8, 6, 5, 4, 3, 2.5, 2, 1.5}); }
 
 void DrawScaleBar(Drawing* drawing, Place left, double longest_mm, double part_scale) {
   const double length_mm = RoundLength(longest_mm / part_scale), drawn = length_mm * part_scale;

@@ -77,6 +77,8 @@ inline constexpr Colour kGoodInk{20, 104, 56}, kBadInk{170, 22, 34}, kOpenInk{14
 
 // A line of so many mm that is 1, 2 or 5 times a power of ten, at most `longest_mm`.
 double RoundLength(double longest_mm);
+// The same in finer steps: 1, 1.5, 2, 2.5, 3, 4, 5, 6, 8.
+double RoundMagnification(double greatest);
 
 // With its length beside it; part_scale: mm on paper for a mm of the part.
 void DrawScaleBar(Drawing* drawing, Place left, double longest_mm, double part_scale);

@@ -25,7 +25,9 @@ Axes AxesOf(const std::vector<Hole>& holes) {
   }
   const std::size_t least =
       static_cast<std::size_t>(std::min_element(extent.begin(), extent.end()) - extent.begin());
-  return least == 0 ? Axes{1, 2} : least == 1 ? Axes{0, 2} : Axes{0, 1};
+  const Axes axes = least == 0 ? Axes{1, 2} : least == 1 ? Axes{0, 2} : Axes{0, 1};
+  // A plot is wider than it is high: so the longer axis lies along it.
+  return extent[axes.up] > extent[axes.right] ? Axes{axes.up, axes.right} : axes;
 }
 
 struct Frame {
@@ -51,6 +53,23 @@ Frame FrameFor(const std::vector<Hole>& holes, const PlotSize& size) {
   frame.left_mm = (size.width_mm - frame.scale * (x1 - x0)) / 2;
   frame.top_mm = kMargin_mm + (height - frame.scale * (y1 - y0)) / 2;
   return frame;
+}
+
+// The median of each hole's way to the nearest other one, on paper; of many holes of the first thousand.
+double UsualSpacing(const Frame& frame, const std::vector<Hole>& holes) {
+  const std::size_t count = std::min<std::size_t>(holes.size(), 1000);
+  std::vector<double> nearest_mm;
+  for (std::size_t i = 0; i < count; ++i) {
+    double least_mm = 18;
+    const Place at = frame.At(holes[i].nominal_mm);
+    for (std::size_t k = 0; k < count; ++k) {
+      const Place other = frame.At(holes[k].nominal_mm);
+      if (k != i) least_mm = std::min(least_mm, std::hypot(at.x_mm - other.x_mm, at.y_mm - other.y_mm));
+    }
+    nearest_mm.push_back(least_mm);
+  }
+  std::nth_element(nearest_mm.begin(), nearest_mm.begin() + static_cast<std::ptrdiff_t>(count / 2), nearest_mm.end());
+  return nearest_mm[count / 2];
 }
 
 double LengthOf(const Hole& hole) {
@@ -98,9 +117,9 @@ HolePlot PlotHoles(const std::vector<Hole>& holes, const PlotSize& size, double 
   for (const Hole& hole : holes)
     greatest_mm = std::max({greatest_mm, LengthOf(hole), hole.position_limit_mm.value_or(0)});
   if (!(magnification > 0)) {
-    // Half of what a hole has for itself where they all stand in a square, at most 9 mm.
-    const double own_mm = std::sqrt(size.width_mm * size.height_mm / static_cast<double>(holes.size())) / 2;
-    magnification = RoundLength(std::min(own_mm, 9.0) / (greatest_mm * frame.scale));
+    // Half of the way to the next hole, as most have it; 1 to 9 mm.
+    const double own_mm = std::clamp(0.5 * UsualSpacing(frame, holes), 1.0, 9.0);
+    magnification = RoundMagnification(own_mm / (greatest_mm * frame.scale));
   }
   plot.magnification = std::max(1.0, magnification);
   static constexpr const char* kNames[] = {"x", "y", "z"};

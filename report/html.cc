@@ -12,7 +12,8 @@ constexpr std::string_view kStyle = R"(
 @page{size:A4;margin:14mm 16mm}
 *{box-sizing:border-box}
 body{margin:0;background:#eef0f2;color:#1c2228;font:9.5pt/1.42 "DejaVu Sans",Verdana,"Segoe UI",Arial,sans-serif;font-variant-numeric:tabular-nums}
-main{max-width:210mm;margin:8mm auto;padding:14mm 16mm;background:#fff;overflow-wrap:anywhere}
+main{max-width:210mm;margin:8mm auto;padding:14mm 16mm;background:#fff}
+.any,dd,p,caption,h1{overflow-wrap:anywhere}.one{white-space:nowrap}
 .wide main{max-width:297mm}
 header{display:flex;justify-content:space-between;align-items:baseline;gap:8mm;border-bottom:.5mm solid #1c2228;padding-bottom:2mm}
 h1{font-size:16pt;line-height:1.2;margin:0;font-weight:700}
@@ -23,7 +24,7 @@ p{margin:2mm 0}
 .banner b{font-size:19pt;line-height:1.15;white-space:nowrap}
 .banner p{margin:0;color:#1c2228;font-size:9pt;font-weight:400}
 .facts{display:grid;gap:1.6mm 6mm;margin:3mm 0}.facts div{min-width:0}
-dl,dt,dd{margin:0}dt{color:#626b74;font-size:7.5pt}
+dl,dt,dd{margin:0}dd{font-size:8.8pt}dt{color:#626b74;font-size:7.5pt}
 figure{margin:0;break-inside:avoid;flex:0 1 auto}
 .figures{display:flex;flex-wrap:wrap;justify-content:space-between;gap:4mm;margin:4mm 0;break-inside:avoid}
 figcaption{color:#626b74;font-size:7.8pt;margin-top:1mm}
@@ -35,7 +36,7 @@ thead{display:table-header-group}tr{break-inside:avoid}
 th,td{padding:.9mm 1.2mm;text-align:left;vertical-align:top;font-weight:400;unicode-bidi:isolate}
 thead th{color:#626b74;border-bottom:.3mm solid #626b74;vertical-align:bottom}
 tbody th,tbody td{border-bottom:.15mm solid #ced3d8}
-.r{text-align:right}.c{text-align:center}td.r{white-space:nowrap}td svg{margin:.4mm auto}
+.r{text-align:right}.c{text-align:center}td svg{margin:.4mm auto}
 .unit{display:block;color:#626b74}
 .quiet{color:#626b74}.good{color:#146838;font-weight:700}.bad{color:#aa1622;font-weight:700}.open{color:#8c5400;font-weight:700}.missing{color:#4a525c;font-style:italic}
 .break{break-before:page;border-top:.15mm solid #ced3d8;margin-top:8mm}
@@ -60,9 +61,23 @@ std::string_view ClassOf(Tone tone) {
   return "";
 }
 
-std::string Class(Tone tone, Align align = Align::kLeft) {
+// Short texts stay on one line, long words may break anywhere: a table is never wider than its page.
+std::string_view BreaksOf(const std::string& text, Align align) {
+  constexpr std::size_t kLongWord = 24;
+  if (StaysOnOneLine(text, align)) return "one";
+  std::size_t word = 0;
+  for (const char c : text) {
+    word = c == ' ' ? 0 : word + 1;
+    if (word > kLongWord) return "any";
+  }
+  return "";
+}
+
+std::string Class(Tone tone, Align align = Align::kLeft, std::string_view third = "") {
   std::string names(ClassOf(tone));
-  if (align != Align::kLeft) names += std::string(names.empty() ? "" : " ") + (align == Align::kRight ? "r" : "c");
+  const auto add = [&](std::string_view name) { names += (names.empty() || name.empty() ? "" : " ") + std::string(name); };
+  add(align == Align::kLeft ? "" : align == Align::kRight ? "r" : "c");
+  add(third);
   return names.empty() ? "" : " class=\"" + names + "\"";
 }
 
@@ -110,7 +125,7 @@ class Writer {
       html += "<tr>";
       for (std::size_t i = 0; i < row.size(); ++i) {
         html += i == 0 ? "<th scope=\"row\"" : "<td";
-        html += Class(row[i].tone, table.columns[i].align) + ">";
+        html += Class(row[i].tone, table.columns[i].align, row[i].drawing ? "" : BreaksOf(row[i].text, table.columns[i].align)) + ">";
         if (row[i].drawing) {
           if (absl::Status status = AppendSvg(*row[i].drawing, row[i].text, &html); !status.ok()) return status;
         } else {
@@ -127,7 +142,7 @@ class Writer {
   absl::Status operator()(const Figures& figures) {
     html += "<div class=\"figures\">";
     for (const Figure& figure : figures.figures) {
-      html += "<figure>";
+      html += "<figure style=\"width:" + std::to_string(static_cast<int>(figure.drawing.width_mm)) + "mm\">";
       if (absl::Status status = AppendSvg(figure.drawing, figure.alt, &html); !status.ok()) return status;
       html += "<figcaption>" + Escaped(figure.caption) + "</figcaption></figure>\n";
     }

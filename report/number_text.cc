@@ -25,6 +25,32 @@ bool Misleads(char32_t c) {
          c == 0xfeff || (c >= 0xfff9 && c <= 0xfffb) || (c >= 0xe0000 && c <= 0xe007f);
 }
 
+// Signs of tolerances that hardly a font has: told in words, so that none reads a box.
+std::string_view WordsFor(char32_t c) {
+  switch (c) {
+    case 0x2312:
+      return "line profile";
+    case 0x2313:
+      return "profile";
+    case 0x2316:
+      return "position";
+    case 0x232d:
+      return "cylindricity";
+    case 0x232f:
+      return "symmetry";
+    case 0x2330:
+      return "total run-out";
+    case 0x23e4:
+      return "straightness";
+    case 0x23e5:
+      return "flatness";
+    case 0x2afd:
+      return "parallelism";
+    default:
+      return "";
+  }
+}
+
 }  // namespace
 
 std::string Fixed(double value, int decimals) {
@@ -72,7 +98,15 @@ std::string Told(std::string_view text) {
   // One byte more than is kept, so that Tame sees that it was cut; of a longer text no more is looked at.
   const std::string tame = Tame(std::string(text.substr(0, kLongestText + 1)), kLongestText);
   std::string told;
-  for (const char32_t code : CodePoints(tame)) AppendUtf8(Misleads(code) ? U'?' : code, &told);
+  for (const char32_t code : CodePoints(tame)) {
+    const std::string_view words = WordsFor(code);
+    if (words.empty())
+      AppendUtf8(Misleads(code) ? U'?' : code, &told);
+    else
+      told += words;
+  }
+  // Words are longer than the signs.
+  if (told.size() > kLongestText) return Tame(told, kLongestText);
   return told;
 }
 

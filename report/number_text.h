@@ -28,7 +28,7 @@ std::string UnitText(std::string_view unit);
 std::string TimeWords(std::chrono::system_clock::time_point time);
 
 // A text from outside as a page can show it: UTF-8, at most kLongestText bytes, the last three dots where it was cut; "?" for what is no UTF-8,
-// for controls, and for marks that change the direction or the place of what stands beside them.
+// for controls, and for marks that change the direction or the place of what stands beside them; signs of tolerances that fonts lack in words.
 inline constexpr std::size_t kLongestText = 240;
 std::string Told(std::string_view text);
 // kNotGiven where it is empty.

@@ -57,7 +57,7 @@ void PdfFlow::operator()(const Paragraph& paragraph) {
 }
 
 void PdfFlow::operator()(const Banner& banner) {
-  const Font word{19, true};
+  const Font word{17, true};
   const std::string verdict = banner.mark + " " + banner.word;
   const double word_mm = file_.TextWidth(verdict, word), text_left_mm = left_mm() + 7 + word_mm + 7;
   const double text_mm = left_mm() + room_mm() - 3 - text_left_mm;
@@ -70,7 +70,7 @@ void PdfFlow::operator()(const Banner& banner) {
   const double top_mm = y_mm_;
   file_.Box({left_mm(), top_mm}, room_mm(), height_mm, {246, 247, 248});
   file_.Box({left_mm(), top_mm}, 2, height_mm, ColourOf(banner.tone));
-  file_.Text({left_mm() + 7, top_mm + height_mm / 2 + 2.4}, verdict, word, ColourOf(banner.tone));
+  file_.Text({left_mm() + 7, top_mm + height_mm / 2 + 2.2}, verdict, word, ColourOf(banner.tone));
   y_mm_ = top_mm + (height_mm - lines_mm) / 2;
   Lines(counts, text_left_mm, kBody, kInk);
   Lines(rule, text_left_mm, kSmall, kQuietInk);

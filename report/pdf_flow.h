@@ -33,7 +33,7 @@ class PdfFlow {
   void Lines(const std::vector<std::string>& lines, double x_mm, const Font& font, Colour colour);
 
   struct RowText;
-  std::vector<double> ColumnWidths(const Table& table) const;
+  std::vector<double> ColumnWidths(const Table& table);
   RowText Lay(const Table& table, const std::vector<double>& widths, const std::vector<Cell>& row);
   void DrawHead(const Table& table, const std::vector<double>& widths, bool again);
   void DrawRow(const Table& table, const std::vector<double>& widths, const std::vector<Cell>& row,

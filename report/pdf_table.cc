@@ -30,12 +30,49 @@ struct PdfFlow::RowText {
   double height_mm = 0;
 };
 
-std::vector<double> PdfFlow::ColumnWidths(const Table& table) const {
-  double sum = 0;
-  for (const Column& column : table.columns) sum += column.width;
-  std::vector<double> widths;
-  for (const Column& column : table.columns) widths.push_back(column.width * room_mm() / sum);
-  return widths;
+// Each as wide as its longest word, numbers and short texts in one line; what is left by how much more a column's texts would take.
+std::vector<double> PdfFlow::ColumnWidths(const Table& table) {
+  constexpr std::size_t kLooked = 500;  // of a long table's rows the first ones say how wide it is
+  const double most_mm = 0.3 * room_mm();
+  std::vector<double> least, full;
+  for (std::size_t i = 0; i < table.columns.size(); ++i) {
+    double word_mm = 2, text_mm = 2;
+    const auto look = [&](const std::string& text, const Font& font) {
+      const double width_mm = file_.TextWidth(text, font);
+      text_mm = std::max(text_mm, width_mm);
+      const bool one_line = StaysOnOneLine(text, table.columns[i].align);
+      if (one_line) word_mm = std::max(word_mm, width_mm);
+      for (std::size_t begin = 0; !one_line && begin < text.size();) {
+        const std::size_t end = std::min(text.find(' ', begin), text.size());
+        word_mm = std::max(word_mm, std::min(most_mm, file_.TextWidth(text.substr(begin, end - begin), font)));
+        begin = end + 1;
+      }
+    };
+    word_mm = std::max(word_mm, file_.TextWidth(table.columns[i].unit, kUnit));
+    look(table.columns[i].title, kCell);
+    for (std::size_t r = 0; r < std::min(kLooked, table.rows.size()); ++r) {
+      const Cell& cell = table.rows[r][i];
+      if (cell.drawing)
+        word_mm = std::max(word_mm, cell.drawing->width_mm), text_mm = std::max(text_mm, word_mm);
+      else
+        look(cell.text, FontOf(cell.tone));
+    }
+    constexpr double kRoom_mm = 0.3;  // against rounding
+    least.push_back(word_mm + 2 * kPad_mm + kRoom_mm);
+    full.push_back(std::max(least.back(), std::min(text_mm + 2 * kPad_mm + kRoom_mm, 0.6 * room_mm())));
+  }
+  double sum_least = 0, sum_more = 0;
+  for (std::size_t i = 0; i < least.size(); ++i) sum_least += least[i], sum_more += full[i] - least[i];
+  const double left_over_mm = room_mm() - sum_least;
+  for (std::size_t i = 0; i < least.size(); ++i) {
+    if (left_over_mm < 0)
+      least[i] *= room_mm() / sum_least;
+    else if (sum_more > left_over_mm)
+      least[i] += left_over_mm * (full[i] - least[i]) / sum_more;
+    else
+      least[i] = full[i] + (left_over_mm - sum_more) / static_cast<double>(least.size());
+  }
+  return least;
 }
 
 PdfFlow::RowText PdfFlow::Lay(const Table& table, const std::vector<double>& widths, const std::vector<Cell>& row) {

@@ -60,6 +60,11 @@ Colour ColourOf(Tone tone) {
   return kInk;
 }
 
+bool StaysOnOneLine(const std::string& text, Align align) {
+  constexpr std::size_t kShort = 16, kNumbers = 36;
+  return text != kNotMeasuredText && text.size() <= (align == Align::kRight ? kNumbers : kShort);
+}
+
 Tone ToneOf(Verdict verdict) {
   switch (verdict) {
     case Verdict::kConform:
@@ -118,8 +123,8 @@ std::optional<Drawing> PlotWithinLimits(const Characteristic& c, double width_mm
   const bool both = c.lower.has_value();
   const double zero = both ? (*c.lower + *c.upper) / 2 : 0, half = *c.upper - zero;
   const auto x_of = [&](double value) {
-    const double part = (value - zero) / half, least = both ? -kReach : -0.05;
-    return width_mm * (std::clamp(part, least, kReach) - least) / (kReach - least);
+    const double share = (value - zero) / half, least = both ? -kReach : -0.05;
+    return 1 + (width_mm - 2) * (std::clamp(share, least, kReach) - least) / (kReach - least);
   };
   Drawing drawing{width_mm, height_mm, {}};
   const double left = x_of(both ? *c.lower : 0), right = x_of(*c.upper);
@@ -134,7 +139,13 @@ std::optional<Drawing> PlotWithinLimits(const Characteristic& c, double width_mm
     drawing.Line({from, middle_mm}, {to, middle_mm}, Pen{colour, 0.3});
     for (const double x : {from, to}) drawing.Line({x, middle_mm - 0.6}, {x, middle_mm + 0.6}, Pen{colour, 0.2});
   }
-  drawing.shapes.emplace_back(Disc{{at, middle_mm}, 0.75, std::nullopt, colour});
+  const double part = (*c.value - zero) / half;
+  if (std::abs(part) > kReach) {
+    const double outward = part > 0 ? 1 : -1;
+    drawing.Arrow({at - 1.6 * outward, middle_mm}, {at + 0.9 * outward, middle_mm}, Pen{colour, 0.4}, 2);
+  } else {
+    drawing.shapes.emplace_back(Disc{{at, middle_mm}, 0.75, std::nullopt, colour});
+  }
   return drawing;
 }
 

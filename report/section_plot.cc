@@ -155,7 +155,7 @@ SectionPlot PlotSection(const SectionOutlines& outlines, const PlotSize& size, d
   const double shown_mm = std::max({deviation_mm, tolerance_mm, 1e-6});
   const double room_mm = std::min(size.width_mm, size.height_mm) / 15;
   if (!(magnification > 0))
-    magnification = RoundLength(room_mm / (shown_mm * FrameFor(outlines, size, room_mm).scale));
+    magnification = RoundMagnification(room_mm / (shown_mm * FrameFor(outlines, size, room_mm).scale));
   magnification = std::max(1.0, magnification);
   const double scale_um = RoundScale(1000 * (tolerance_mm > 0 ? tolerance_mm : deviation_mm));
   Frame frame = FrameFor(outlines, size, room_mm);

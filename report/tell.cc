@@ -25,14 +25,30 @@ int RankOf(Verdict verdict) {
   return 3;
 }
 
-std::vector<const Characteristic*> WorstFirst(const Report& report) {
-  std::vector<const Characteristic*> all = AllOf(report);
-  std::stable_sort(all.begin(), all.end(), [](const Characteristic* a, const Characteristic* b) {
-    const int rank_a = RankOf(a->verdict), rank_b = RankOf(b->verdict);
+struct Named {
+  std::string name;  // with its section's: many sections have a chord
+  const Characteristic* characteristic;
+};
+
+std::vector<Named> WorstFirst(const Report& report) {
+  std::vector<Named> all;
+  for (const CharacteristicGroup& group : report.groups)
+    for (const Characteristic& c : group.characteristics) all.push_back({ToldOr(c.id), &c});
+  for (const Section& section : report.sections)
+    for (const Characteristic& c : section.parameters)
+      all.push_back({ToldOr(section.name, "Section") + ": " + ToldOr(c.id), &c});
+  std::stable_sort(all.begin(), all.end(), [](const Named& a, const Named& b) {
+    const int rank_a = RankOf(a.characteristic->verdict), rank_b = RankOf(b.characteristic->verdict);
     if (rank_a != rank_b) return rank_a < rank_b;
-    return ShareOfTolerance(*a).value_or(0) > ShareOfTolerance(*b).value_or(0);
+    return ShareOfTolerance(*a.characteristic).value_or(0) > ShareOfTolerance(*b.characteristic).value_or(0);
   });
   return all;
+}
+
+// Stays on one line.
+std::string Joined(std::string words) {
+  for (std::size_t blank; (blank = words.find(' ')) != std::string::npos;) words.replace(blank, 1, "\u00a0");
+  return words;
 }
 
 std::string CountsOf(const Report& report) {
@@ -45,8 +61,8 @@ std::string CountsOf(const Report& report) {
   for (const Hole& hole : report.holes) add(hole.verdict);
   std::string text;
   for (const auto& [rank, count] : counts)
-    text += (text.empty() ? "" : "   ") + MarkOf(count.first) + " " + std::to_string(count.second) + " " +
-            WordOf(count.first);
+    text += (text.empty() ? "" : " \u00b7 ") + MarkOf(count.first) + "\u00a0" + std::to_string(count.second) + "\u00a0" +
+            Joined(WordOf(count.first));
   return text.empty() ? "No characteristic was judged" : text;
 }
 
@@ -59,7 +75,7 @@ std::string LimitsText(const Characteristic& c, int decimals) {
 }
 
 void TellWorst(const Report& report, Document* document) {
-  const std::vector<const Characteristic*> worst = WorstFirst(report);
+  const std::vector<Named> worst = WorstFirst(report);
   if (worst.empty()) return;
   Table table;
   table.caption = worst.size() > kWorst ? "The " + std::to_string(kWorst) + " characteristics nearest to or beyond their limits, of " +
@@ -69,12 +85,12 @@ void TellWorst(const Report& report, Document* document) {
                    {"Measured", "", 44, Align::kRight},      {"Within its limits", "", 32, Align::kCentre},
                    {"Of tolerance", "%", 14, Align::kRight}, {"Verdict", "", 24, Align::kLeft}};
   for (std::size_t i = 0; i < std::min(kWorst, worst.size()); ++i) {
-    const Characteristic& c = *worst[i];
+    const Characteristic& c = *worst[i].characteristic;
     const std::optional<double> share = ShareOfTolerance(c);
     const std::string percent = share ? Fixed(100 * *share, 0) : "\u2013";
     Cell gauge{share ? "at " + percent + " % of its tolerance" : "\u2013", Tone::kQuiet};
     gauge.drawing = PlotWithinLimits(c, 30, 3.2);
-    table.rows.push_back({{Told(c.id)},
+    table.rows.push_back({{worst[i].name},
                           {LimitsText(c, DecimalsFor(c.unit, {c.lower, c.upper}))},
                           {c.value ? ResultText(c) : std::string(kNotMeasuredText), c.value ? Tone::kPlain : Tone::kMissing},
                           std::move(gauge),

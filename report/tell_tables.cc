@@ -74,9 +74,7 @@ std::vector<Cell> HoleRow(const Hole& hole, int position_decimals) {
   row.push_back(hole.inclination_deg ? NumberCell(hole.inclination_deg, 3) : Missing());
   row.push_back(NumberCell(hole.inclination_expanded_uncertainty_deg, 3));
   row.push_back(NumberCell(hole.inclination_limit_deg, 3));
-  Cell verdict = VerdictCell(hole.verdict);
-  if (!hole.reason.empty()) verdict.text += ": " + Told(hole.reason);
-  row.push_back(std::move(verdict));
+  row.push_back(VerdictCell(hole.verdict));
   return row;
 }
 
@@ -100,7 +98,13 @@ Table HoleTable(const std::vector<Hole>& holes) {
                    {"U", "\u00b0", 11, Align::kRight},
                    {"\u2264", "\u00b0", 11, Align::kRight},
                    {"Verdict", "", 28, Align::kLeft}};
-  for (const Hole& hole : holes) table.rows.push_back(HoleRow(hole, decimals));
+  const bool reasons =
+      std::any_of(holes.begin(), holes.end(), [](const Hole& hole) { return !hole.reason.empty(); });
+  if (reasons) table.columns.push_back({"Reason", "", 28, Align::kLeft});
+  for (const Hole& hole : holes) {
+    table.rows.push_back(HoleRow(hole, decimals));
+    if (reasons) table.rows.back().push_back({Told(hole.reason)});
+  }
   return table;
 }
 
@@ -138,7 +142,7 @@ Table CharacteristicTable(const std::string& caption, const std::vector<Characte
   if (!unit) table.columns.push_back({"Unit", "", 9, Align::kLeft});
   for (const char* title : {"Nominal", "Lower", "Upper"}) table.columns.push_back({title, shown, 16, Align::kRight});
   table.columns.push_back({"Measured", shown, 20, Align::kRight});
-  table.columns.push_back({"U (95 %)", shown, 15, Align::kRight});
+  table.columns.push_back({"U (95\u00a0%)", shown, 15, Align::kRight});
   table.columns.push_back({"Verdict", "", 26, Align::kLeft});
   if (reasons) table.columns.push_back({"Reason", "", 34, Align::kLeft});
   // Of one unit all numbers have as many decimals, so that they stand below each other.

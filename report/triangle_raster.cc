@@ -13,7 +13,7 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 constexpr double kDarkest = 0.72;     // of a face that is seen from its edge: the scale's colour stays what it is
 constexpr double kEdgeShade = 0.55;
 constexpr float kStep = 12;           // samples in depth between neighbours from which on there is an edge
-constexpr int kHatch_px = 3;
+constexpr int kHatch_px = 6;
 
 double Shade(const std::array<float, 3>& a, const std::array<float, 3>& b, const std::array<float, 3>& c) {
   const double ux = b[0] - a[0], uy = b[1] - a[1], uz = b[2] - a[2];
