@@ -131,8 +131,7 @@ std::size_t RowCount(const Report& report) {
 absl::Status CheckWhole(const Report& report) {
   if (report.verdict != Verdict::kConform) return absl::OkStatus();
   const std::vector<const Characteristic*> all = AllOf(report);
-  if (all.empty() && report.holes.empty())
-    return Refuse("verdict", "CONFORM", "NOT_MEASURED, for nothing was judged");
+  if (all.empty() && report.holes.empty()) return Refuse("verdict", "CONFORM", "NOT_MEASURED, for nothing was judged");
   const auto refuse = [](const std::string& name, Verdict verdict) {
     return Refuse("verdict", "CONFORM", "another, for " + name + " is " + std::string(VerdictName(verdict)));
   };
@@ -189,10 +188,9 @@ absl::Status Check(const Report& report) {
   const auto index = [](const std::string& list, std::size_t i) { return list + "[" + std::to_string(i) + "]."; };
   for (std::size_t g = 0; g < report.groups.size(); ++g)
     for (std::size_t i = 0; i < report.groups[g].characteristics.size(); ++i)
-      refusals.Add(CheckCharacteristic(index("groups", g) + index("characteristics", i),
-                                       report.groups[g].characteristics[i]));
-  for (std::size_t i = 0; i < report.holes.size(); ++i)
-    refusals.Add(CheckHole(index("holes", i), report.holes[i]));
+      refusals.Add(
+          CheckCharacteristic(index("groups", g) + index("characteristics", i), report.groups[g].characteristics[i]));
+  for (std::size_t i = 0; i < report.holes.size(); ++i) refusals.Add(CheckHole(index("holes", i), report.holes[i]));
   for (std::size_t i = 0; i < report.regions.size(); ++i)
     refusals.Add(CheckRegion(index("regions", i), report.regions[i]));
   for (std::size_t s = 0; s < report.sections.size(); ++s) {

@@ -146,9 +146,11 @@ absl::StatusOr<DeviationPicture> DrawDeviation(const DeviationSurface& surface, 
       const auto& corners = surface.triangles[t];
       raster.Draw(static_cast<std::uint32_t>(t), seen[corners[0]], seen[corners[1]], seen[corners[2]]);
     }
-    auto picture = std::make_shared<Picture>(raster.Coloured([&](std::uint32_t t) {
-      return surface.deviations_um[surface.deviation_of.empty() ? t : surface.deviation_of[t]];
-    }, seen, surface.triangles, options.scale_um, options.band_um));
+    auto picture = std::make_shared<Picture>(raster.Coloured(
+        [&](std::uint32_t t) {
+          return surface.deviations_um[surface.deviation_of.empty() ? t : surface.deviation_of[t]];
+        },
+        seen, surface.triangles, options.scale_um, options.band_um));
     picture->name = NameOf(side);
     drawn.views.push_back(std::move(picture));
   }

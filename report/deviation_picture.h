@@ -19,8 +19,9 @@ namespace sixpoint::report {
 struct DeviationSurface {
   std::vector<std::array<float, 3>> vertices_mm;
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  std::vector<float> deviations_um;         // positive outside; NaN: not seen
-  std::vector<std::uint32_t> deviation_of;  // of each triangle, which of these is its; empty: they are as many as triangles
+  std::vector<float> deviations_um;  // positive outside; NaN: not seen
+  std::vector<std::uint32_t>
+      deviation_of;  // of each triangle, which of these is its; empty: they are as many as triangles
 };
 
 // From which side the viewer looks: from the front, he looks along +y, with x to his right and z up. From above y is up, from below -y.
@@ -29,7 +30,7 @@ std::string NameOf(Side side);
 
 struct PictureOptions {
   std::vector<Side> sides = {Side::kFront, Side::kRight, Side::kBack, Side::kLeft};
-  int longest_px = 700;  // of the part's longest extent, 16 to 2000
+  int longest_px = 700;                // of the part's longest extent, 16 to 2000
   double scale_um = 50, band_um = 10;  // 0 <= band <= scale, scale > 0
 };
 

@@ -36,6 +36,8 @@ struct Fact {
   std::string label, value;
   Tone tone = Tone::kPlain;
 };
+inline constexpr const char* kBlank = "\u00a0";  // a value that is still to be written by hand, on a line
+
 // Side by side in so many columns.
 struct Facts {
   int columns = 4;
@@ -55,7 +57,6 @@ bool StaysOnOneLine(const std::string& text, Align align);
 
 struct Column {
   std::string title, unit;  // the unit in the header; empty: none
-  double width = 10;        // beside the other columns, where a writer does not measure
   Align align = Align::kLeft;
 };
 

@@ -10,8 +10,7 @@ namespace sixpoint::report {
 void Drawing::Box(Place corner, double box_width_mm, double box_height_mm, std::optional<Pen> pen,
                   std::optional<Colour> fill) {
   const double right = corner.x_mm + box_width_mm, bottom = corner.y_mm + box_height_mm;
-  shapes.emplace_back(
-      Path{{corner, {right, corner.y_mm}, {right, bottom}, {corner.x_mm, bottom}}, true, pen, fill});
+  shapes.emplace_back(Path{{corner, {right, corner.y_mm}, {right, bottom}, {corner.x_mm, bottom}}, true, pen, fill});
 }
 
 void Drawing::Arrow(Place from, Place to, const Pen& pen, double head_mm) {
@@ -21,12 +20,11 @@ void Drawing::Arrow(Place from, Place to, const Pen& pen, double head_mm) {
   const Place neck{to.x_mm - head * ux, to.y_mm - head * uy};
   const double half = 0.36 * head;
   if (length > head) Line(from, neck, pen);
-  shapes.emplace_back(Path{{to,
-                            {neck.x_mm - half * uy, neck.y_mm + half * ux},
-                            {neck.x_mm + half * uy, neck.y_mm - half * ux}},
-                           true,
-                           std::nullopt,
-                           pen.colour});
+  shapes.emplace_back(
+      Path{{to, {neck.x_mm - half * uy, neck.y_mm + half * ux}, {neck.x_mm + half * uy, neck.y_mm - half * ux}},
+           true,
+           std::nullopt,
+           pen.colour});
 }
 
 namespace {
@@ -48,8 +46,7 @@ void DrawScaleBar(Drawing* drawing, Place left, double longest_mm, double part_s
   const Place right{left.x_mm + drawn, left.y_mm};
   const Pen pen{kInk, 0.25};
   drawing->Line(left, right, pen);
-  for (const Place& end : {left, right})
-    drawing->Line({end.x_mm, end.y_mm - 0.8}, {end.x_mm, end.y_mm + 0.8}, pen);
+  for (const Place& end : {left, right}) drawing->Line({end.x_mm, end.y_mm - 0.8}, {end.x_mm, end.y_mm + 0.8}, pen);
   drawing->Text({right.x_mm + 1.4, right.y_mm + 0.8}, Shortest(length_mm) + " mm", 2.3, kInk);
 }
 

@@ -12,9 +12,6 @@
 namespace sixpoint::report {
 namespace {
 
-// To be written on.
-constexpr const char* kBlank = "\u00a0";
-
 std::string Field(const std::string& text) { return ToldOr(text, kBlank); }
 
 // Fields 1 to 4 head every form.
@@ -51,12 +48,13 @@ void TellForm1(const FirstArticle& f, Document* document) {
   Table parts;
   parts.caption = "Index of part numbers or sub-assemblies of this assembly";
   parts.empty = form.is_assembly ? "None is given." : "None: a detail.";
-  parts.columns = {{"15. Part Number", "", 60, Align::kLeft},
-                   {"16. Part Name", "", 80, Align::kLeft},
-                   {"17. Part Type", "", 50, Align::kLeft},
-                   {"18. FAIR Identifier", "", 60, Align::kLeft}};
+  parts.columns = {{"15. Part Number", "", Align::kLeft},
+                   {"16. Part Name", "", Align::kLeft},
+                   {"17. Part Type", "", Align::kLeft},
+                   {"18. FAIR Identifier", "", Align::kLeft}};
   for (const FirstArticle::Part& part : form.parts)
-    parts.rows.push_back({{Field(part.part_number)}, {Field(part.part_name)}, {Field(part.part_type)}, {Field(part.fair_identifier)}});
+    parts.rows.push_back(
+        {{Field(part.part_number)}, {Field(part.part_name)}, {Field(part.part_type)}, {Field(part.fair_identifier)}});
   document->blocks.emplace_back(std::move(parts));
   const Nonconformance found = NonconformanceOf(f);
   Fact nonconformance{"19. Does FAIR Contain a Documented Nonconformance?", "Yes", Tone::kBad};
@@ -80,20 +78,25 @@ void TellForm2(const FirstArticle& f, Document* document) {
   Table materials;
   materials.caption = "Materials and special processes";
   materials.empty = "None is given.";
-  materials.columns = {{"5. Material or Process Name", "", 60, Align::kLeft},
-                       {"6. Specification Number", "", 45, Align::kLeft},
-                       {"7. Code", "", 25, Align::kLeft},
-                       {"8. Supplier", "", 50, Align::kLeft},
-                       {"9. Customer Approval Verification", "", 35, Align::kLeft},
-                       {"10. Certificate of Conformance Number", "", 45, Align::kLeft}};
+  materials.columns = {{"5. Material or Process Name", "", Align::kLeft},
+                       {"6. Specification Number", "", Align::kLeft},
+                       {"7. Code", "", Align::kLeft},
+                       {"8. Supplier", "", Align::kLeft},
+                       {"9. Customer Approval Verification", "", Align::kLeft},
+                       {"10. Certificate of Conformance Number", "", Align::kLeft}};
   for (const FirstArticle::Material& m : f.form2.materials)
-    materials.rows.push_back({{Field(m.name)}, {Field(m.specification)}, {Field(m.code)}, {Field(m.supplier)}, {Field(m.customer_approval)}, {Field(m.certificate)}});
+    materials.rows.push_back({{Field(m.name)},
+                              {Field(m.specification)},
+                              {Field(m.code)},
+                              {Field(m.supplier)},
+                              {Field(m.customer_approval)},
+                              {Field(m.certificate)}});
   document->blocks.emplace_back(std::move(materials));
   Table tests;
   tests.caption = "Functional tests";
   tests.empty = "None is given.";
-  tests.columns = {{"11. Functional Test Procedure Number", "", 100, Align::kLeft},
-                   {"12. Acceptance Report Number", "", 100, Align::kLeft}};
+  tests.columns = {{"11. Functional Test Procedure Number", "", Align::kLeft},
+                   {"12. Acceptance Report Number", "", Align::kLeft}};
   for (const FirstArticle::FunctionalTest& test : f.form2.tests)
     tests.rows.push_back({{Field(test.procedure)}, {Field(test.acceptance_report)}});
   document->blocks.emplace_back(std::move(tests));
@@ -107,15 +110,15 @@ void TellForm3(const FirstArticle& f, Document* document) {
   Table table;
   table.caption = "Characteristics";
   table.empty = "None is given: nothing was inspected.";
-  table.columns = {{"5. Char. No.", "", 18, Align::kLeft},
-                   {"6. Reference Location", "", 28, Align::kLeft},
-                   {"7. Characteristic Designator", "", 24, Align::kLeft},
-                   {"8. Requirement", "", 50, Align::kLeft},
-                   {"9. Results", "", 48, Align::kLeft},
-                   {"Verdict", "", 26, Align::kLeft},
-                   {"10. Designed / Qualified Tooling", "", 28, Align::kLeft},
-                   {"11. Nonconformance Number", "", 30, Align::kLeft},
-                   {"12. Additional Data / Comments", "", 36, Align::kLeft}};
+  table.columns = {{"5. Char. No.", "", Align::kLeft},
+                   {"6. Reference Location", "", Align::kLeft},
+                   {"7. Characteristic Designator", "", Align::kLeft},
+                   {"8. Requirement", "", Align::kLeft},
+                   {"9. Results", "", Align::kLeft},
+                   {"Verdict", "", Align::kLeft},
+                   {"10. Designed / Qualified Tooling", "", Align::kLeft},
+                   {"11. Nonconformance Number", "", Align::kLeft},
+                   {"12. Additional Data / Comments", "", Align::kLeft}};
   for (const FirstArticle::Line& line : f.form3) {
     const Characteristic& c = line.characteristic;
     const bool lacks_number = c.verdict == Verdict::kNotConform && line.nonconformance.empty();
@@ -139,7 +142,8 @@ void TellForm3(const FirstArticle& f, Document* document) {
 Nonconformance NonconformanceOf(const FirstArticle& f) {
   bool open = f.form3.empty();
   for (const FirstArticle::Line& line : f.form3) {
-    if (line.characteristic.verdict == Verdict::kNotConform || !line.nonconformance.empty()) return Nonconformance::kYes;
+    if (line.characteristic.verdict == Verdict::kNotConform || !line.nonconformance.empty())
+      return Nonconformance::kYes;
     open = open || line.characteristic.verdict != Verdict::kConform;
   }
   return open ? Nonconformance::kOpen : Nonconformance::kNo;
@@ -159,7 +163,8 @@ absl::StatusOr<Document> Tell(const FirstArticle& f) {
   Document document;
   document.title = "First article inspection report";
   document.subtitle = "AS9102";
-  document.running = ToldOr(f.part_number) + "  \u00b7  " + ToldOr(f.serial_number) + "  \u00b7  " + ToldOr(f.fair_identifier);
+  document.running =
+      ToldOr(f.part_number) + "  \u00b7  " + ToldOr(f.serial_number) + "  \u00b7  " + ToldOr(f.fair_identifier);
   document.date = f.date;
   document.landscape = true;
   TellForm1(f, &document);

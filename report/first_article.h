@@ -21,7 +21,7 @@ struct FirstArticle {
   // On all forms.
   std::string part_number, part_name, serial_number, fair_identifier;  // 1 to 4
 
-  struct Part {  // of an assembly
+  struct Part {                                                      // of an assembly
     std::string part_number, part_name, part_type, fair_identifier;  // 15 to 18
   };
   struct Signature {
@@ -29,7 +29,7 @@ struct FirstArticle {
     std::optional<Time> date;  // none: not signed
   };
   struct Form1 {
-    std::string part_revision, drawing_number, drawing_revision, additional_changes;  // 5 to 8
+    std::string part_revision, drawing_number, drawing_revision, additional_changes;      // 5 to 8
     std::string manufacturing_process, organization_name, supplier_code, purchase_order;  // 9 to 12
     bool is_assembly = false;                                                             // 13
     bool is_partial = false;                                                              // 14

@@ -44,7 +44,8 @@ Json Form1(const FirstArticle& f) {
                              {"17_part_type", Text(part.part_type)},
                              {"18_fair_identifier", Text(part.fair_identifier)}});
   const Nonconformance found = NonconformanceOf(f);
-  json["19_contains_nonconformance"] = found == Nonconformance::kOpen ? Json(nullptr) : Json(found == Nonconformance::kYes);
+  json["19_contains_nonconformance"] =
+      found == Nonconformance::kOpen ? Json(nullptr) : Json(found == Nonconformance::kYes);
   json["20_verified_by"] = Text(form.verified.name);
   json["21_date"] = Date(form.verified.date);
   json["22_reviewed_by"] = Text(form.reviewed.name);

@@ -22,7 +22,7 @@ std::size_t SegmentsOf(const Bytes& font) {
   const std::size_t tables = font.Short(4);
   for (std::size_t t = 0; t < tables; ++t) {
     const std::size_t entry = 12 + 16 * t;
-    if (font.text.compare(entry, 4, "cmap") != 0) continue;
+    if (font.Long(entry) != 0x636d6170) continue;  // "cmap"
     const std::size_t cmap = font.Long(entry + 8), count = font.Short(cmap + 2);
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t encoding = cmap + 4 + 8 * i, begin = cmap + font.Long(encoding + 4);

@@ -18,13 +18,11 @@ struct Axes {
 Axes AxesOf(const std::vector<Hole>& holes) {
   std::array<double, 3> extent{};
   for (std::size_t i = 0; i < 3; ++i) {
-    const auto [least, greatest] = std::minmax_element(holes.begin(), holes.end(), [i](const Hole& a, const Hole& b) {
-      return a.nominal_mm[i] < b.nominal_mm[i];
-    });
+    const auto [least, greatest] = std::minmax_element(
+        holes.begin(), holes.end(), [i](const Hole& a, const Hole& b) { return a.nominal_mm[i] < b.nominal_mm[i]; });
     extent[i] = greatest->nominal_mm[i] - least->nominal_mm[i];
   }
-  const std::size_t least =
-      static_cast<std::size_t>(std::min_element(extent.begin(), extent.end()) - extent.begin());
+  const std::size_t least = static_cast<std::size_t>(std::min_element(extent.begin(), extent.end()) - extent.begin());
   const Axes axes = least == 0 ? Axes{1, 2} : least == 1 ? Axes{0, 2} : Axes{0, 1};
   // A plot is wider than it is high: so the longer axis lies along it.
   return extent[axes.up] > extent[axes.right] ? Axes{axes.up, axes.right} : axes;
@@ -137,8 +135,10 @@ HolePlot PlotHoles(const std::vector<Hole>& holes, const PlotSize& size, double 
 Figure HoleFigure(const std::vector<Hole>& holes, const PlotSize& size) {
   HolePlot plot = PlotHoles(holes, size);
   Figure figure{std::move(plot.drawing), "", ""};
-  figure.caption = "Where the holes are off their nominal places, \u00d7 " + Shortest(plot.magnification) + "; " + plot.axes;
-  figure.alt = figure.caption + ". Circles are limits about nominal places and uncertainties about arrow heads; a cross: not measured.";
+  figure.caption =
+      "Where the holes are off their nominal places, \u00d7 " + Shortest(plot.magnification) + "; " + plot.axes;
+  figure.alt = figure.caption +
+               ". Circles are limits about nominal places and uncertainties about arrow heads; a cross: not measured.";
   return figure;
 }
 

@@ -24,7 +24,7 @@ p{margin:2mm 0}
 .banner b{font-size:19pt;line-height:1.15;white-space:nowrap}
 .banner p{margin:0;color:#1c2228;font-size:9pt;font-weight:400}
 .facts{display:grid;gap:1.6mm 6mm;margin:3mm 0}.facts div{min-width:0}
-dl,dt,dd{margin:0}dd{font-size:8.8pt}dt{color:#626b74;font-size:7.5pt}
+dl,dt,dd{margin:0}dd{font-size:8.8pt}.blank{border-bottom:.15mm solid #98a0a8}dt{color:#626b74;font-size:7.5pt}
 figure{margin:0;break-inside:avoid;flex:0 1 auto}
 .figures{display:flex;flex-wrap:wrap;justify-content:space-between;gap:4mm;margin:4mm 0;break-inside:avoid}
 figcaption{color:#626b74;font-size:7.8pt;margin-top:1mm}
@@ -75,7 +75,9 @@ std::string_view BreaksOf(const std::string& text, Align align) {
 
 std::string Class(Tone tone, Align align = Align::kLeft, std::string_view third = "") {
   std::string names(ClassOf(tone));
-  const auto add = [&](std::string_view name) { names += (names.empty() || name.empty() ? "" : " ") + std::string(name); };
+  const auto add = [&](std::string_view name) {
+    names += (names.empty() || name.empty() ? "" : " ") + std::string(name);
+  };
   add(align == Align::kLeft ? "" : align == Align::kRight ? "r" : "c");
   add(third);
   return names.empty() ? "" : " class=\"" + names + "\"";
@@ -105,7 +107,9 @@ class Writer {
   absl::Status operator()(const Facts& facts) {
     html += "<dl class=\"facts\" style=\"grid-template-columns:repeat(" + std::to_string(facts.columns) + ",1fr)\">";
     for (const Fact& fact : facts.facts)
-      html += "<div><dt>" + Escaped(fact.label) + "</dt><dd" + Class(fact.tone) + ">" + Escaped(fact.value) + "</dd></div>";
+      html += "<div><dt>" + Escaped(fact.label) + "</dt><dd" +
+              Class(fact.tone, Align::kLeft, fact.value == kBlank ? "blank" : "") + ">" + Escaped(fact.value) +
+              "</dd></div>";
     html += "</dl>\n";
     return absl::OkStatus();
   }
@@ -125,7 +129,9 @@ class Writer {
       html += "<tr>";
       for (std::size_t i = 0; i < row.size(); ++i) {
         html += i == 0 ? "<th scope=\"row\"" : "<td";
-        html += Class(row[i].tone, table.columns[i].align, row[i].drawing ? "" : BreaksOf(row[i].text, table.columns[i].align)) + ">";
+        html += Class(row[i].tone, table.columns[i].align,
+                      row[i].drawing ? "" : BreaksOf(row[i].text, table.columns[i].align)) +
+                ">";
         if (row[i].drawing) {
           if (absl::Status status = AppendSvg(*row[i].drawing, row[i].text, &html); !status.ok()) return status;
         } else {
@@ -162,15 +168,14 @@ class Writer {
 
 absl::StatusOr<std::string> ToHtml(const Document& document) {
   Writer writer;
-  writer.html =
-      "<!doctype html>\n<html lang=\"en\"" + std::string(document.landscape ? " class=\"wide\"" : "") +
-      "><head><meta charset=\"utf-8\">"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "
-      "'unsafe-inline'\"><meta name=\"viewport\" content=\"width=device-width\"><title>" +
-      Escaped(document.title) + " \u00b7 " + Escaped(document.running) + "</title><style>" + std::string(kStyle) +
-      (document.landscape ? "@page{size:A4 landscape}\n" : "") + "</style></head>\n<body><main>\n<header><h1>" +
-      Escaped(document.title) + "</h1><p>" + Escaped(document.subtitle) + "<br>" + Escaped(document.running) +
-      "</p></header>\n";
+  writer.html = "<!doctype html>\n<html lang=\"en\"" + std::string(document.landscape ? " class=\"wide\"" : "") +
+                "><head><meta charset=\"utf-8\">"
+                "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "
+                "'unsafe-inline'\"><meta name=\"viewport\" content=\"width=device-width\"><title>" +
+                Escaped(document.title) + " \u00b7 " + Escaped(document.running) + "</title><style>" +
+                std::string(kStyle) + (document.landscape ? "@page{size:A4 landscape}\n" : "") +
+                "</style></head>\n<body><main>\n<header><h1>" + Escaped(document.title) + "</h1><p>" +
+                Escaped(document.subtitle) + "<br>" + Escaped(document.running) + "</p></header>\n";
   for (const Block& block : document.blocks)
     if (absl::Status status = std::visit(writer, block); !status.ok()) return status;
   writer.html += "</main></body></html>\n";

@@ -85,9 +85,7 @@ int DecimalsFor(std::string_view unit, const std::vector<std::optional<double>>&
   return decimals;
 }
 
-std::string UnitText(std::string_view unit) {
-  return unit == "um" ? "\u00b5m" : unit == "deg" ? "\u00b0" : Told(unit);
-}
+std::string UnitText(std::string_view unit) { return unit == "um" ? "\u00b5m" : Told(unit); }
 
 std::string TimeWords(std::chrono::system_clock::time_point time) {
   const std::string text = exchange::TimeText(std::chrono::floor<std::chrono::seconds>(time));

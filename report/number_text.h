@@ -21,7 +21,7 @@ std::string Grouped(std::int64_t count);  // 12 345 678
 
 // Of values in this unit: mm 4, um 1, deg 3, else 4; more, up to 6, where one of these numbers would be told as another.
 int DecimalsFor(std::string_view unit, const std::vector<std::optional<double>>& exact);
-// "µm" of um, "°" of deg.
+// "µm" of um; others as they are.
 std::string UnitText(std::string_view unit);
 
 // "2026-11-21 03:25:01 UTC".

@@ -39,7 +39,7 @@ absl::Status StatusOf(const Fault& fault) {
 struct Face {
   HPDF_Font font = nullptr;
   std::vector<bool> has;
-  std::map<char32_t, double> widths;  // parts of the size
+  std::vector<float> widths = std::vector<float>(65536, -1);  // parts of the size; below 0: not asked yet
 };
 
 HPDF_REAL Points(double mm) { return static_cast<HPDF_REAL>(mm / kPoint_mm); }
@@ -79,15 +79,18 @@ struct PdfFile::State {
     else
       HPDF_Page_EndPath(page);
   }
-  double WidthOf(const std::vector<char32_t>& codes, const Font& font) {
+  // What is shown are characters that the font has: below 65536.
+  double WidthOf(char32_t code, const Font& font) {
     Face& face = faces[font.bold ? 1 : 0];
-    double width = 0;
-    for (const char32_t code : codes) {
-      const auto [known, is_new] = face.widths.try_emplace(code, 0);
-      if (is_new) known->second = HPDF_Font_GetUnicodeWidth(face.font, static_cast<HPDF_UNICODE>(code)) / 1000.0;
-      width += known->second;
-    }
+    float& width = face.widths.at(code);
+    if (width < 0)
+      width = static_cast<float>(HPDF_Font_GetUnicodeWidth(face.font, static_cast<HPDF_UNICODE>(code))) / 1000;
     return width * font.size_pt * kPoint_mm;
+  }
+  double WidthOf(const std::vector<char32_t>& codes, const Font& font) {
+    double width_mm = 0;
+    for (const char32_t code : codes) width_mm += WidthOf(code, font);
+    return width_mm;
   }
 };
 
@@ -128,8 +131,8 @@ void PdfFile::SetInfo(const std::string& title, const std::string& subject,
   gmtime_r(&time, &utc);
   // libharu takes no year before 1900 or beyond four digits.
   if (utc.tm_year < 0 || utc.tm_year > 8000) return;
-  const HPDF_Date day{utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday, utc.tm_hour, utc.tm_min, utc.tm_sec % 60,
-                      'Z',                0,              0};
+  const HPDF_Date day{
+      utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday, utc.tm_hour, utc.tm_min, utc.tm_sec % 60, 'Z', 0, 0};
   HPDF_SetInfoDateAttr(state_->pdf, HPDF_INFO_CREATION_DATE, day);
   HPDF_SetInfoDateAttr(state_->pdf, HPDF_INFO_MOD_DATE, day);
 }
@@ -175,13 +178,13 @@ std::vector<std::string> PdfFile::Wrapped(const std::string& text, double width_
   double used_mm = 0;
   std::size_t breakable = 0;  // where a line may end: behind a blank, or a mark within a name
   for (std::size_t i = 0; i < codes.size(); ++i) {
-    const double wide_mm = state_->WidthOf({codes[i]}, font);
+    const double wide_mm = state_->WidthOf(codes[i], font);
     if (i > begin && codes[i] != U' ' && used_mm + wide_mm > width_mm) {
       const std::size_t end = breakable > begin ? breakable : i;
       put(end);
       begin = end;
       used_mm = 0;
-      for (std::size_t k = begin; k < i; ++k) used_mm += state_->WidthOf({codes[k]}, font);
+      for (std::size_t k = begin; k < i; ++k) used_mm += state_->WidthOf(codes[k], font);
     }
     used_mm += wide_mm;
     if (codes[i] == U' ' || codes[i] == U'/' || codes[i] == U'-' || codes[i] == U'_') breakable = i + 1;
@@ -272,8 +275,7 @@ void PdfFile::Draw(const Drawing& drawing, Place corner) {
 }
 
 absl::StatusOr<std::string> PdfFile::Finish() {
-  if (state_->too_many)
-    return absl::ResourceExhaustedError("more than " + std::to_string(kMostPages) + " pages");
+  if (state_->too_many) return absl::ResourceExhaustedError("more than " + std::to_string(kMostPages) + " pages");
   if (absl::Status status = StatusOf(state_->fault); !status.ok()) return status;
   HPDF_SaveToStream(state_->pdf);
   HPDF_UINT32 left = HPDF_GetStreamSize(state_->pdf);

@@ -63,8 +63,8 @@ void PdfFlow::operator()(const Banner& banner) {
   const double text_mm = left_mm() + room_mm() - 3 - text_left_mm;
   const std::vector<std::string> counts = file_.Wrapped(banner.counts, text_mm, kBody);
   const std::vector<std::string> rule = file_.Wrapped(banner.rule, text_mm, kSmall);
-  const double lines_mm = kBody.line_mm() * static_cast<double>(counts.size()) +
-                          kSmall.line_mm() * static_cast<double>(rule.size());
+  const double lines_mm =
+      kBody.line_mm() * static_cast<double>(counts.size()) + kSmall.line_mm() * static_cast<double>(rule.size());
   const double height_mm = std::max(14.0, lines_mm + 5);
   Need(height_mm + kBetween_mm);
   const double top_mm = y_mm_;
@@ -96,6 +96,8 @@ void PdfFlow::operator()(const Facts& facts) {
       y_mm_ = top_mm;
       Lines({facts.facts[i].label}, x_mm, kSmallest, kQuietInk);
       Lines(values[i - begin], x_mm, kBody, ColourOf(facts.facts[i].tone));
+      if (facts.facts[i].value == kBlank)
+        file_.Line({x_mm, y_mm_ - 0.4}, {x_mm + width_mm, y_mm_ - 0.4}, Pen{kQuietInk, 0.12});
     }
     y_mm_ = top_mm + height_mm;
   }
@@ -108,8 +110,8 @@ void PdfFlow::operator()(const Figures& figures) {
   for (const Figure& figure : figures.figures) {
     captions.push_back(file_.Wrapped(figure.caption, figure.drawing.width_mm, kSmall));
     drawn_mm += figure.drawing.width_mm;
-    height_mm = std::max(height_mm, figure.drawing.height_mm + 1 +
-                                        kSmall.line_mm() * static_cast<double>(captions.back().size()));
+    height_mm = std::max(height_mm,
+                         figure.drawing.height_mm + 1 + kSmall.line_mm() * static_cast<double>(captions.back().size()));
   }
   Need(height_mm);
   const double top_mm = y_mm_;
@@ -154,8 +156,8 @@ void PdfFlow::End() {
       file_.Line({left_mm(), kTop_mm + 1.8}, {right_mm, kTop_mm + 1.8}, Pen{kRule, 0.2});
     }
     file_.Text({left_mm(), foot_mm}, TimeWords(document_.date), kSmall, kQuietInk);
-    file_.Text({right_mm, foot_mm}, "page " + std::to_string(page + 1) + " of " + std::to_string(count), kSmall, kQuietInk,
-               Anchor::kEnd);
+    file_.Text({right_mm, foot_mm}, "page " + std::to_string(page + 1) + " of " + std::to_string(count), kSmall,
+               kQuietInk, Anchor::kEnd);
   }
 }
 

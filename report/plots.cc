@@ -86,8 +86,8 @@ Drawing PlotDeviation(const DeviationPicture& picture, double width_mm, double g
     down_px = std::max(down_px, view->height_px);
   }
   const double gaps_mm = kGap_mm * static_cast<double>(picture.views.size() - 1);
-  const double px_mm = std::min((width_mm - gaps_mm) / std::max(1, across_px),
-                                (greatest_height_mm - kLegend_mm - kName_mm) / down_px);
+  const double px_mm =
+      std::min((width_mm - gaps_mm) / std::max(1, across_px), (greatest_height_mm - kLegend_mm - kName_mm) / down_px);
   const double views_mm = down_px * px_mm;
   Drawing drawing{width_mm, views_mm + kLegend_mm + kName_mm, {}};
   // What is left over goes between the views.

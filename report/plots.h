@@ -27,7 +27,7 @@ SectionPlot PlotSection(const SectionOutlines& outlines, const PlotSize& size, d
 struct HolePlot {
   Drawing drawing;
   double magnification = 1;
-  std::string axes;  // "x to the right, z up"
+  std::string axes;      // "x to the right, z up"
   bool labelled = true;  // false: of so many holes only those that are not conform have their names
 };
 HolePlot PlotHoles(const std::vector<Hole>& holes, const PlotSize& size, double magnification = 0);

@@ -35,7 +35,8 @@ absl::Status Check(const Picture& picture) {
   const std::string wanted = "1 to " + std::to_string(kMostPixels);
   if (!fits(picture.width_px)) return Refuse("width_px", picture.width_px, wanted);
   if (!fits(picture.height_px)) return Refuse("height_px", picture.height_px, wanted);
-  const std::size_t bytes = 3 * static_cast<std::size_t>(picture.width_px) * static_cast<std::size_t>(picture.height_px);
+  const std::size_t bytes =
+      3 * static_cast<std::size_t>(picture.width_px) * static_cast<std::size_t>(picture.height_px);
   if (picture.rgb.size() != bytes)
     return Refuse("rgb", std::to_string(picture.rgb.size()) + " bytes", std::to_string(bytes));
   return absl::OkStatus();

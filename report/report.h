@@ -45,7 +45,7 @@ struct CharacteristicGroup {
 struct Hole {
   std::string id;
   std::array<double, 3> nominal_mm{};
-  std::optional<std::array<double, 3>> displacement_mm;  // of its start: measured less nominal
+  std::optional<std::array<double, 3>> displacement_mm;                       // of its start: measured less nominal
   std::optional<double> position_expanded_uncertainty_mm, position_limit_mm;  // of the displacement's length
   std::optional<double> inclination_deg, inclination_expanded_uncertainty_deg, inclination_limit_deg;
   Verdict verdict = Verdict::kNotMeasured;
@@ -57,9 +57,9 @@ struct RegionDeviation {
   std::string name, fit_state;
   double area_mm2 = 0, seen_area_mm2 = 0;
   struct Values {
-    double mean_um = 0, rms_um = 0;              // by area, of the patches' means
-    double p05_um = 0, p50_um = 0, p95_um = 0;   // of points
-    double lowest_um = 0, highest_um = 0;        // of the patches' means
+    double mean_um = 0, rms_um = 0;                 // by area, of the patches' means
+    double p05_um = 0, p50_um = 0, p95_um = 0;      // of points
+    double lowest_um = 0, highest_um = 0;           // of the patches' means
     std::optional<double> expanded_uncertainty_um;  // of a patch's mean, the greatest of lowest's and highest's
   };
   std::optional<Values> values;  // none where nothing was seen
@@ -153,7 +153,7 @@ struct Report {
   Traceability traceability;
 };
 
-inline constexpr std::size_t kMostRows = 20000;          // of all tables together
+inline constexpr std::size_t kMostRows = 20000;           // of all tables together
 inline constexpr std::size_t kMostOutlinePoints = 20000;  // of one section's outlines
 inline constexpr std::size_t kMostSections = 100;
 inline constexpr std::size_t kMostPictures = 12;

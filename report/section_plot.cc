@@ -58,7 +58,8 @@ Path Outline(const Frame& frame, const OutlinePiece& piece, double by_mm, const 
 
 void DrawBand(const Frame& frame, const SectionOutlines& outlines, double magnification, Drawing* drawing) {
   if (!outlines.lower_mm && !outlines.upper_mm) return;
-  const double lower = magnification * outlines.lower_mm.value_or(0), upper = magnification * outlines.upper_mm.value_or(0);
+  const double lower = magnification * outlines.lower_mm.value_or(0),
+               upper = magnification * outlines.upper_mm.value_or(0);
   const Pen edge{{120, 160, 134}, 0.13, 0.9};
   for (const OutlinePiece& piece : outlines.nominal) {
     const std::size_t count = piece.points.size(), last = piece.closed ? count : count - 1;
@@ -84,12 +85,13 @@ void DrawDeviations(const Frame& frame, const SectionOutlines& outlines, double 
       const long step = step_of(point(i), point(i + 1));
       std::size_t end = i + 1;
       while (end < sides && step_of(point(end), point(end + 1)) == step) ++end;
-      Path area{{}, true, std::nullopt,
+      Path area{{},
+                true,
+                std::nullopt,
                 DeviationColour(static_cast<double>(step) * scale_um / kColourSteps, scale_um, scale_um / 5)};
       for (std::size_t k = i; k <= end; ++k)
         area.places.push_back(Shifted(frame, point(k), (magnification - 1) * point(k).deviation_mm));
-      for (std::size_t k = end + 1; k-- > i;)
-        area.places.push_back(Shifted(frame, point(k), -point(k).deviation_mm));
+      for (std::size_t k = end + 1; k-- > i;) area.places.push_back(Shifted(frame, point(k), -point(k).deviation_mm));
       drawing->shapes.emplace_back(std::move(area));
       i = end;
     }
@@ -102,7 +104,8 @@ void DrawMeasured(const Frame& frame, const SectionOutlines& outlines, double ma
            (outlines.upper_mm && p.deviation_mm > *outlines.upper_mm);
   };
   for (const OutlinePiece& piece : outlines.measured) {
-    Path line{{}, piece.closed, Pen{{36, 62, 92}, 0.22}, std::nullopt}, beyond{{}, false, Pen{kBadInk, 0.6}, std::nullopt};
+    Path line{{}, piece.closed, Pen{{36, 62, 92}, 0.22}, std::nullopt},
+        beyond{{}, false, Pen{kBadInk, 0.6}, std::nullopt};
     const auto end_beyond = [&] {
       if (beyond.places.size() > 1) drawing->shapes.emplace_back(beyond);
       beyond.places.clear();
@@ -151,7 +154,8 @@ void DrawKey(const PlotSize& size, bool banded, Drawing* drawing) {
 
 SectionPlot PlotSection(const SectionOutlines& outlines, const PlotSize& size, double magnification) {
   const double deviation_mm = GreatestDeviation(outlines);
-  const double tolerance_mm = std::max(std::abs(outlines.lower_mm.value_or(0)), std::abs(outlines.upper_mm.value_or(0)));
+  const double tolerance_mm =
+      std::max(std::abs(outlines.lower_mm.value_or(0)), std::abs(outlines.upper_mm.value_or(0)));
   const double shown_mm = std::max({deviation_mm, tolerance_mm, 1e-6});
   const double room_mm = std::min(size.width_mm, size.height_mm) / 15;
   if (!(magnification > 0))

@@ -55,8 +55,9 @@ class Writer {
   }
 
   absl::Status operator()(const Label& label) {
-    const char* anchor = label.anchor == Anchor::kStart ? "" : label.anchor == Anchor::kEnd ? " text-anchor=\"end\""
-                                                                                            : " text-anchor=\"middle\"";
+    const char* anchor = label.anchor == Anchor::kStart ? ""
+                         : label.anchor == Anchor::kEnd ? " text-anchor=\"end\""
+                                                        : " text-anchor=\"middle\"";
     html_ += "<text x=\"" + Millimetres(label.at.x_mm) + "\" y=\"" + Millimetres(label.at.y_mm) + "\" font-size=\"" +
              Millimetres(label.size_mm) + "\"" + anchor + (label.bold ? " font-weight=\"700\"" : "") + " fill=\"" +
              Hex(label.colour) + "\">" + Escaped(label.text) + "</text>";

@@ -61,13 +61,13 @@ std::string CountsOf(const Report& report) {
   for (const Hole& hole : report.holes) add(hole.verdict);
   std::string text;
   for (const auto& [rank, count] : counts)
-    text += (text.empty() ? "" : " \u00b7 ") + MarkOf(count.first) + "\u00a0" + std::to_string(count.second) + "\u00a0" +
-            Joined(WordOf(count.first));
+    text += (text.empty() ? "" : " \u00b7 ") + MarkOf(count.first) + "\u00a0" + std::to_string(count.second) +
+            "\u00a0" + Joined(WordOf(count.first));
   return text.empty() ? "No characteristic was judged" : text;
 }
 
 std::string LimitsText(const Characteristic& c, int decimals) {
-  const std::string unit = c.unit == "deg" ? UnitText(c.unit) : " " + UnitText(c.unit);
+  const std::string unit = " " + UnitText(c.unit);
   if (c.lower && c.upper) return Fixed(*c.lower, decimals) + " to " + Fixed(*c.upper, decimals) + unit;
   if (c.upper) return "\u2264 " + Fixed(*c.upper, decimals) + unit;
   if (c.lower) return "\u2265 " + Fixed(*c.lower, decimals) + unit;
@@ -78,24 +78,26 @@ void TellWorst(const Report& report, Document* document) {
   const std::vector<Named> worst = WorstFirst(report);
   if (worst.empty()) return;
   Table table;
-  table.caption = worst.size() > kWorst ? "The " + std::to_string(kWorst) + " characteristics nearest to or beyond their limits, of " +
-                                              std::to_string(worst.size())
-                                        : "Characteristics, the worst first";
-  table.columns = {{"Characteristic", "", 34, Align::kLeft}, {"Limits", "", 30, Align::kRight},
-                   {"Measured", "", 44, Align::kRight},      {"Within its limits", "", 32, Align::kCentre},
-                   {"Of tolerance", "%", 14, Align::kRight}, {"Verdict", "", 24, Align::kLeft}};
+  table.caption = worst.size() > kWorst
+                      ? "The " + std::to_string(kWorst) + " characteristics nearest to or beyond their limits, of " +
+                            std::to_string(worst.size())
+                      : "Characteristics, the worst first";
+  table.columns = {{"Characteristic", "", Align::kLeft}, {"Limits", "", Align::kRight},
+                   {"Measured", "", Align::kRight},      {"Within its limits", "", Align::kCentre},
+                   {"Of tolerance", "%", Align::kRight}, {"Verdict", "", Align::kLeft}};
   for (std::size_t i = 0; i < std::min(kWorst, worst.size()); ++i) {
     const Characteristic& c = *worst[i].characteristic;
     const std::optional<double> share = ShareOfTolerance(c);
     const std::string percent = share ? Fixed(100 * *share, 0) : "\u2013";
     Cell gauge{share ? "at " + percent + " % of its tolerance" : "\u2013", Tone::kQuiet};
     gauge.drawing = PlotWithinLimits(c, 30, 3.2);
-    table.rows.push_back({{worst[i].name},
-                          {LimitsText(c, DecimalsFor(c.unit, {c.lower, c.upper}))},
-                          {c.value ? ResultText(c) : std::string(kNotMeasuredText), c.value ? Tone::kPlain : Tone::kMissing},
-                          std::move(gauge),
-                          {percent},
-                          VerdictCell(c.verdict)});
+    table.rows.push_back(
+        {{worst[i].name},
+         {LimitsText(c, DecimalsFor(c.unit, {c.lower, c.upper}))},
+         {c.value ? ResultText(c) : std::string(kNotMeasuredText), c.value ? Tone::kPlain : Tone::kMissing},
+         std::move(gauge),
+         {percent},
+         VerdictCell(c.verdict)});
   }
   document->blocks.emplace_back(std::move(table));
 }
@@ -121,10 +123,9 @@ void TellPlots(const Report& report, Document* document) {
 
 void TellPicture(const Report& report, Document* document) {
   if (!report.deviation_picture || report.deviation_picture->views.empty()) {
-    document->blocks.emplace_back(
-        Paragraph{"Deviation of the surface: " + std::string(kNotMeasuredText) + ". " +
-                      ToldOr(report.no_picture_reason, "No reason is given."),
-                  Tone::kMissing});
+    document->blocks.emplace_back(Paragraph{"Deviation of the surface: " + std::string(kNotMeasuredText) + ". " +
+                                                ToldOr(report.no_picture_reason, "No reason is given."),
+                                            Tone::kMissing});
     return;
   }
   const DeviationPicture& picture = *report.deviation_picture;
@@ -133,8 +134,8 @@ void TellPicture(const Report& report, Document* document) {
   const std::string scale = Shortest(picture.scale_um), band = Shortest(picture.band_um);
   Figure figure;
   figure.drawing = PlotDeviation(picture, kPortraitWidth_mm, 76);
-  figure.alt = "Deviation of the surface from the CAD, seen from: " + sides + ". Blue is inside, red outside, to " + scale +
-               " \u00b5m; grey within \u00b1" + band + " \u00b5m; dark and hatched where it was not seen.";
+  figure.alt = "Deviation of the surface from the CAD, seen from: " + sides + ". Blue is inside, red outside, to " +
+               scale + " \u00b5m; grey within \u00b1" + band + " \u00b5m; dark and hatched where it was not seen.";
   figure.caption = "Deviation of the surface from the CAD. Grey within \u00b1" + band + " \u00b5m.";
   document->blocks.emplace_back(Figures{{std::move(figure)}});
 }
@@ -174,9 +175,10 @@ Cell VerdictCell(Verdict verdict) { return {MarkOf(verdict) + " " + WordOf(verdi
 std::string ResultText(const Characteristic& c) {
   if (!c.value) return std::string(kNotMeasuredText) + ": " + ToldOr(c.reason, "no reason is given");
   const int decimals = DecimalsFor(c.unit, {});
-  const std::string unit = c.unit == "deg" ? UnitText(c.unit) : " " + UnitText(c.unit);
-  return Fixed(*c.value, decimals) + (c.expanded_uncertainty ? " \u00b1 " + Fixed(*c.expanded_uncertainty, decimals) + unit
-                                                             : unit + ", U not known");
+  const std::string unit = " " + UnitText(c.unit);
+  return Fixed(*c.value, decimals) + (c.expanded_uncertainty
+                                          ? " \u00b1 " + Fixed(*c.expanded_uncertainty, decimals) + unit
+                                          : unit + ", U not known");
 }
 
 void TellFirstPage(const Report& report, Document* document) {

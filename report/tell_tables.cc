@@ -50,61 +50,68 @@ std::vector<Cell> RegionRow(const RegionDeviation& region) {
 Table RegionTable(const std::vector<RegionDeviation>& regions) {
   Table table;
   table.caption = "Deviation of the surface by region";
-  table.columns = {{"Region", "", 30, Align::kLeft},     {"Area", "mm\u00b2", 16, Align::kRight},
-                   {"Seen", "%", 11, Align::kRight},     {"Mean", "\u00b5m", 13, Align::kRight},
-                   {"RMS", "\u00b5m", 12, Align::kRight}, {"5 %", "\u00b5m", 13, Align::kRight},
-                   {"50 %", "\u00b5m", 13, Align::kRight}, {"95 %", "\u00b5m", 13, Align::kRight},
-                   {"Lowest", "\u00b5m", 14, Align::kRight}, {"Highest", "\u00b5m", 14, Align::kRight},
-                   {"Remark", "", 29, Align::kLeft}};
+  table.columns = {
+      {"Region", "", Align::kLeft},          {"Area", "mm\u00b2", Align::kRight}, {"Seen", "%", Align::kRight},
+      {"Mean", "\u00b5m", Align::kRight},    {"RMS", "\u00b5m", Align::kRight},   {"5 %", "\u00b5m", Align::kRight},
+      {"50 %", "\u00b5m", Align::kRight},    {"95 %", "\u00b5m", Align::kRight},  {"Lowest", "\u00b5m", Align::kRight},
+      {"Highest", "\u00b5m", Align::kRight}, {"Remark", "", Align::kLeft}};
   for (const RegionDeviation& region : regions) table.rows.push_back(RegionRow(region));
   return table;
 }
 
-std::vector<Cell> HoleRow(const Hole& hole, int position_decimals) {
+std::vector<Cell> PositionRow(const Hole& hole, int decimals) {
   std::vector<Cell> row = {{ToldOr(hole.id)}};
   for (const double x : hole.nominal_mm) row.push_back({Fixed(x, 3)});
   for (std::size_t i = 0; i < 3; ++i)
-    row.push_back(hole.displacement_mm ? Cell{Signed(1000 * (*hole.displacement_mm)[i], 1)} : Cell{"\u2013", Tone::kQuiet});
+    row.push_back(hole.displacement_mm ? Cell{Signed(1000 * (*hole.displacement_mm)[i], 1)}
+                                       : Cell{"\u2013", Tone::kQuiet});
   std::optional<double> position_mm;
   if (const auto& d = hole.displacement_mm)
     position_mm = std::sqrt((*d)[0] * (*d)[0] + (*d)[1] * (*d)[1] + (*d)[2] * (*d)[2]);
-  row.push_back(position_mm ? NumberCell(position_mm, position_decimals) : Missing());
-  row.push_back(NumberCell(hole.position_expanded_uncertainty_mm, position_decimals));
-  row.push_back(NumberCell(hole.position_limit_mm, position_decimals));
-  row.push_back(hole.inclination_deg ? NumberCell(hole.inclination_deg, 3) : Missing());
-  row.push_back(NumberCell(hole.inclination_expanded_uncertainty_deg, 3));
-  row.push_back(NumberCell(hole.inclination_limit_deg, 3));
+  row.push_back(position_mm ? NumberCell(position_mm, decimals) : Missing());
+  row.push_back(NumberCell(hole.position_expanded_uncertainty_mm, decimals));
+  row.push_back(NumberCell(hole.position_limit_mm, decimals));
   row.push_back(VerdictCell(hole.verdict));
   return row;
 }
 
-Table HoleTable(const std::vector<Hole>& holes) {
+Table PositionTable(const std::vector<Hole>& holes) {
   std::vector<std::optional<double>> limits;
   for (const Hole& hole : holes) limits.push_back(hole.position_limit_mm);
   const int decimals = DecimalsFor("mm", limits);
   Table table;
-  table.caption = "Holes: nominal start, how far the measured start is off it, and both tolerances";
-  table.columns = {{"Hole", "", 16, Align::kLeft},
-                   {"x", "mm", 14, Align::kRight},
-                   {"y", "mm", 14, Align::kRight},
-                   {"z", "mm", 14, Align::kRight},
-                   {"\u0394x", "\u00b5m", 12, Align::kRight},
-                   {"\u0394y", "\u00b5m", 12, Align::kRight},
-                   {"\u0394z", "\u00b5m", 12, Align::kRight},
-                   {"Position", "mm", 14, Align::kRight},
-                   {"U", "mm", 12, Align::kRight},
-                   {"\u2264", "mm", 12, Align::kRight},
-                   {"Inclination", "\u00b0", 15, Align::kRight},
-                   {"U", "\u00b0", 11, Align::kRight},
-                   {"\u2264", "\u00b0", 11, Align::kRight},
-                   {"Verdict", "", 28, Align::kLeft}};
-  const bool reasons =
-      std::any_of(holes.begin(), holes.end(), [](const Hole& hole) { return !hole.reason.empty(); });
-  if (reasons) table.columns.push_back({"Reason", "", 28, Align::kLeft});
-  for (const Hole& hole : holes) {
-    table.rows.push_back(HoleRow(hole, decimals));
-    if (reasons) table.rows.back().push_back({Told(hole.reason)});
-  }
+  table.caption = "Nominal start of each hole, and how far the measured start is off it";
+  table.columns = {{"Hole", "", Align::kLeft},
+                   {"x", "mm", Align::kRight},
+                   {"y", "mm", Align::kRight},
+                   {"z", "mm", Align::kRight},
+                   {"\u0394x", "\u00b5m", Align::kRight},
+                   {"\u0394y", "\u00b5m", Align::kRight},
+                   {"\u0394z", "\u00b5m", Align::kRight},
+                   {"Position", "mm", Align::kRight},
+                   {"U (95\u00a0%)", "mm", Align::kRight},
+                   {"Limit", "mm", Align::kRight},
+                   {"Verdict of the hole", "", Align::kLeft}};
+  for (const Hole& hole : holes) table.rows.push_back(PositionRow(hole, decimals));
+  return table;
+}
+
+Table InclinationTable(const std::vector<Hole>& holes) {
+  Table table;
+  table.caption = "Inclination of each hole to its nominal axis";
+  table.columns = {{"Hole", "", Align::kLeft},
+                   {"Inclination", "deg", Align::kRight},
+                   {"U (95\u00a0%)", "deg", Align::kRight},
+                   {"Limit", "deg", Align::kRight},
+                   {"Verdict of the hole", "", Align::kLeft},
+                   {"Reason", "", Align::kLeft}};
+  for (const Hole& hole : holes)
+    table.rows.push_back({{ToldOr(hole.id)},
+                          hole.inclination_deg ? NumberCell(hole.inclination_deg, 3) : Missing(),
+                          NumberCell(hole.inclination_expanded_uncertainty_deg, 3),
+                          NumberCell(hole.inclination_limit_deg, 3),
+                          VerdictCell(hole.verdict),
+                          {Told(hole.reason)}});
   return table;
 }
 
@@ -119,10 +126,9 @@ void TellSections(const Report& report, Document* document) {
   }
   if (!row.figures.empty()) document->blocks.emplace_back(std::move(row));
   for (const Section& section : report.sections)
-    document->blocks.emplace_back(
-        CharacteristicTable(After(ToldOr(section.name, "Section") + " at " + Fixed(section.height_mm, 3) + " mm",
-                                  section.fit_state),
-                            section.parameters));
+    document->blocks.emplace_back(CharacteristicTable(
+        After(ToldOr(section.name, "Section") + " at " + Fixed(section.height_mm, 3) + " mm", section.fit_state),
+        section.parameters));
 }
 
 }  // namespace
@@ -136,20 +142,21 @@ Table CharacteristicTable(const std::string& caption, const std::vector<Characte
   Table table;
   table.caption = caption;
   table.empty = "No characteristic.";
-  table.columns.push_back({"Characteristic", "", 36, Align::kLeft});
-  if (classed) table.columns.push_back({"Class", "", 14, Align::kLeft});
-  if (required) table.columns.push_back({"Requirement", "", 34, Align::kLeft});
-  if (!unit) table.columns.push_back({"Unit", "", 9, Align::kLeft});
-  for (const char* title : {"Nominal", "Lower", "Upper"}) table.columns.push_back({title, shown, 16, Align::kRight});
-  table.columns.push_back({"Measured", shown, 20, Align::kRight});
-  table.columns.push_back({"U (95\u00a0%)", shown, 15, Align::kRight});
-  table.columns.push_back({"Verdict", "", 26, Align::kLeft});
-  if (reasons) table.columns.push_back({"Reason", "", 34, Align::kLeft});
+  table.columns.push_back({"Characteristic", "", Align::kLeft});
+  if (classed) table.columns.push_back({"Class", "", Align::kLeft});
+  if (required) table.columns.push_back({"Requirement", "", Align::kLeft});
+  if (!unit) table.columns.push_back({"Unit", "", Align::kLeft});
+  for (const char* title : {"Nominal", "Lower", "Upper"}) table.columns.push_back({title, shown, Align::kRight});
+  table.columns.push_back({"Measured", shown, Align::kRight});
+  table.columns.push_back({"U (95\u00a0%)", shown, Align::kRight});
+  table.columns.push_back({"Verdict", "", Align::kLeft});
+  if (reasons) table.columns.push_back({"Reason", "", Align::kLeft});
   // Of one unit all numbers have as many decimals, so that they stand below each other.
   std::vector<std::optional<double>> exact;
   for (const Characteristic& c : characteristics) exact.insert(exact.end(), {c.nominal, c.lower, c.upper});
+  const int common = unit ? DecimalsFor(*unit, exact) : 0;
   for (const Characteristic& c : characteristics) {
-    const int decimals = unit ? DecimalsFor(*unit, exact) : DecimalsFor(c.unit, {c.nominal, c.lower, c.upper});
+    const int decimals = unit ? common : DecimalsFor(c.unit, {c.nominal, c.lower, c.upper});
     std::vector<Cell> row = {{ToldOr(c.id)}};
     if (classed) row.push_back({Told(c.designator)});
     if (required) row.push_back({Told(c.requirement)});
@@ -172,13 +179,16 @@ void TellTables(const Report& report, Document* document) {
     document->blocks.emplace_back(
         CharacteristicTable(After(ToldOr(group.name, "Characteristics"), group.fit_state), group.characteristics));
   document->blocks.emplace_back(Heading{"Holes", 2});
-  if (report.holes.empty())
-    document->blocks.emplace_back(Paragraph{"No hole was judged.", Tone::kQuiet});
-  else
-    document->blocks.emplace_back(HoleTable(report.holes));
+  if (report.holes.empty()) {
+    document->blocks.emplace_back(Paragraph{"No hole was judged.", Tone::kMissing});
+  } else {
+    document->blocks.emplace_back(PositionTable(report.holes));
+    document->blocks.emplace_back(InclinationTable(report.holes));
+  }
   document->blocks.emplace_back(Heading{"Surface", 2});
   if (report.regions.empty())
-    document->blocks.emplace_back(Paragraph{"Deviation of the surface: " + std::string(kNotMeasuredText) + ".", Tone::kMissing});
+    document->blocks.emplace_back(
+        Paragraph{"Deviation of the surface: " + std::string(kNotMeasuredText) + ".", Tone::kMissing});
   else
     document->blocks.emplace_back(RegionTable(report.regions));
   TellSections(report, document);

@@ -10,9 +10,9 @@ namespace sixpoint::report {
 namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-constexpr double kDarkest = 0.72;     // of a face that is seen from its edge: the scale's colour stays what it is
+constexpr double kDarkest = 0.72;  // of a face that is seen from its edge: the scale's colour stays what it is
 constexpr double kEdgeShade = 0.55;
-constexpr float kStep = 12;           // samples in depth between neighbours from which on there is an edge
+constexpr float kStep = 12;  // samples in depth between neighbours from which on there is an edge
 constexpr int kHatch_px = 6;
 
 double Shade(const std::array<float, 3>& a, const std::array<float, 3>& b, const std::array<float, 3>& c) {
@@ -99,8 +99,7 @@ Picture TriangleRaster::Coloured(const std::function<float(std::uint32_t triangl
     Colour colour = DeviationColour(deviation, scale_um, band_um);
     if (std::isnan(deviation) && hatch == 0) colour = kNotSeenHatch;
     const auto& corners = triangles[t];
-    const double shade =
-        (AtEdge(x, y) ? kEdgeShade : 1) * Shade(seen[corners[0]], seen[corners[1]], seen[corners[2]]);
+    const double shade = (AtEdge(x, y) ? kEdgeShade : 1) * Shade(seen[corners[0]], seen[corners[1]], seen[corners[2]]);
     return {shade * colour.r, shade * colour.g, shade * colour.b};
   };
   for (int y = 0; y < picture.height_px; ++y)

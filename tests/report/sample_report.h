@@ -3,8 +3,8 @@
 
 #include <cmath>
 #include <limits>
-#include <utility>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "report/deviation_picture.h"
@@ -19,7 +19,8 @@ inline OutlinePoint VanePoint(double turn, double height_mm) {
   const auto at = [&](double t) -> std::pair<double, double> {
     const double angle = 2 * M_PI * t, along = 0.5 * (1 + std::cos(angle));  // 1 at the leading edge
     const double thick = 0.6 * (0.2969 * std::sqrt(1 - along) - 0.126 * (1 - along) - 0.3516 * std::pow(1 - along, 2) +
-                                0.2843 * std::pow(1 - along, 3) - 0.1015 * std::pow(1 - along, 4)) + 0.012;
+                                0.2843 * std::pow(1 - along, 3) - 0.1015 * std::pow(1 - along, 4)) +
+                         0.012;
     const double camber = 0.5 * along * (1 - along), side = std::sin(angle) >= 0 ? 1 : -1;
     const double x = size * (along - 0.5), y = size * (camber + side * thick - 0.06);
     return {x * std::cos(twist) - y * std::sin(twist), x * std::sin(twist) + y * std::cos(twist)};
@@ -32,7 +33,8 @@ inline OutlinePoint VanePoint(double turn, double height_mm) {
 }
 
 inline double VaneDeviation_um(double turn, double height_mm) {
-  return 22 * std::sin(2 * M_PI * turn + 0.05 * height_mm) + 45 * std::exp(-std::pow((turn - 0.22) / 0.05, 2) - std::pow((height_mm - 62) / 9, 2)) -
+  return 22 * std::sin(2 * M_PI * turn + 0.05 * height_mm) +
+         45 * std::exp(-std::pow((turn - 0.22) / 0.05, 2) - std::pow((height_mm - 62) / 9, 2)) -
          12 * std::cos(0.08 * height_mm);
 }
 
@@ -43,7 +45,8 @@ inline DeviationSurface VaneSurface(int around, int up) {
     for (int i = 0; i < around; ++i) {
       const double height = 90.0 * j / up;
       const OutlinePoint p = VanePoint(static_cast<double>(i) / around, height);
-      surface.vertices_mm.push_back({static_cast<float>(p.x_mm), static_cast<float>(p.y_mm), static_cast<float>(height)});
+      surface.vertices_mm.push_back(
+          {static_cast<float>(p.x_mm), static_cast<float>(p.y_mm), static_cast<float>(height)});
     }
   for (int j = 0; j < up; ++j)
     for (int i = 0; i < around; ++i) {
@@ -87,11 +90,13 @@ inline Section VaneSection(const std::string& name, double height_mm) {
   section.outlines.chord_mm = {{{leading.x_mm, leading.y_mm}, {trailing.x_mm, trailing.y_mm}}};
   section.outlines.greatest_circle = PlaneCircle{(back.x_mm + front.x_mm) / 2, (back.y_mm + front.y_mm) / 2,
                                                  std::hypot(back.x_mm - front.x_mm, back.y_mm - front.y_mm) / 2};
-  section.outlines.leading_circle = PlaneCircle{leading.x_mm - 1.4 * leading.normal_x, leading.y_mm - 1.4 * leading.normal_y, 1.4};
-  const auto parameter = [](const char* id, const char* unit, double nominal_value, double tolerance, double value, double u,
-                            Verdict verdict) {
+  section.outlines.leading_circle =
+      PlaneCircle{leading.x_mm - 1.4 * leading.normal_x, leading.y_mm - 1.4 * leading.normal_y, 1.4};
+  const auto parameter = [](const char* id, const char* unit, double nominal_value, double tolerance, double value,
+                            double u, Verdict verdict) {
     Characteristic c;
-    c.id = id, c.unit = unit, c.nominal = nominal_value, c.lower = nominal_value - tolerance, c.upper = nominal_value + tolerance;
+    c.id = id, c.unit = unit, c.nominal = nominal_value, c.lower = nominal_value - tolerance,
+    c.upper = nominal_value + tolerance;
     c.value = value, c.expanded_uncertainty = u, c.verdict = verdict;
     return c;
   };
@@ -144,13 +149,21 @@ inline Traceability VaneTraceability() {
   t.requested_by = "users/jane via services/inspection";
   t.software = {{"sixpoint", "0.1.0"}, {"schema", "V0061"}};
   const auto day = [](int days) { return Time(std::chrono::seconds(1795000000 + 86400LL * days)); };
-  t.calibrations = {{"calibrations/0198a3c0-0000-7000-8000-0000000000c1", "sensor to machine", "IN_FORCE", day(-20), day(160)},
-                    {"calibrations/0198a3c0-0000-7000-8000-0000000000c2", "rotary axes", "IN_FORCE", day(-18), std::nullopt}};
+  t.calibrations = {
+      {"calibrations/0198a3c0-0000-7000-8000-0000000000c1", "sensor to machine", "IN_FORCE", day(-20), day(160)},
+      {"calibrations/0198a3c0-0000-7000-8000-0000000000c2", "rotary axes", "IN_FORCE", day(-18), std::nullopt}};
   for (int i = 0; i < 4; ++i) {
-    ScanUsed scan{"scans/0198a3c0-0000-7000-8000-00000000005" + std::to_string(i), std::string(64, static_cast<char>('a' + i)), day(0), 1234567 + i};
+    ScanUsed scan{"scans/0198a3c0-0000-7000-8000-00000000005" + std::to_string(i),
+                  std::string(64, static_cast<char>('a' + i)), day(0), 1234567 + i};
     t.scans.push_back(scan);
   }
-  t.budgets = {{"G1/H9/position", "mm", {{"scanner's noise", 0.0008, 410.0}, {"sensor calibration", 0.0017, 38.0}, {"rotary axes", 0.0021, 24.0}, {"thermal expansion", 0.0011, std::nullopt}}, 0.0064}};
+  t.budgets = {{"G1/H9/position",
+                "mm",
+                {{"scanner's noise", 0.0008, 410.0},
+                 {"sensor calibration", 0.0017, 38.0},
+                 {"rotary axes", 0.0021, 24.0},
+                 {"thermal expansion", 0.0011, std::nullopt}},
+                0.0064}};
   return t;
 }
 
@@ -172,7 +185,8 @@ inline Report VaneReport(int around = 240, int up = 160) {
   CharacteristicGroup holes{"Holes", "six datum points A1 to C1", {}};
   for (const Hole& hole : report.holes) {
     Characteristic c;
-    c.id = hole.id + "/position", c.requirement = "\u2316 \u2300 0.2 | A | B | C", c.unit = "mm", c.nominal = 0, c.upper = 0.1;
+    c.id = hole.id + "/position", c.requirement = "\u2316 \u2300 0.2 | A | B | C", c.unit = "mm", c.nominal = 0,
+    c.upper = 0.1;
     if (hole.id == "G1/H9") c.designator = "KEY";
     if (hole.displacement_mm) {
       const auto& d = *hole.displacement_mm;
@@ -183,13 +197,16 @@ inline Report VaneReport(int around = 240, int up = 160) {
     holes.characteristics.push_back(c);
   }
   Characteristic profile;
-  profile.id = "12.1 profile of the airfoil", profile.requirement = "\u2313 0.1 | A | B | C", profile.designator = "MAJOR";
+  profile.id = "12.1 profile of the airfoil", profile.requirement = "\u2313 0.1 | A | B | C",
+  profile.designator = "MAJOR";
   profile.unit = "mm", profile.nominal = 0, profile.lower = -0.05, profile.upper = 0.05, profile.value = 0.0548;
   profile.expanded_uncertainty = 0.0041, profile.verdict = Verdict::kNotConform;
   report.groups = {holes, {"Profile", "form and location: six datum points A1 to C1", {profile}}};
-  report.regions = {{"whole", "", 5120.4, 4881.7, RegionDeviation::Values{-1.3, 17.8, -31.2, -0.9, 29.4, -33.6, 54.8, 4.1}, ""},
-                    {"leading edge", "", 412.0, 412.0, RegionDeviation::Values{4.2, 12.1, -11.0, 3.8, 22.7, -14.2, 25.0, std::nullopt}, ""},
-                    {"root fillet", "", 214.9, 0, std::nullopt, "the clamp hides it"}};
+  report.regions = {
+      {"whole", "", 5120.4, 4881.7, RegionDeviation::Values{-1.3, 17.8, -31.2, -0.9, 29.4, -33.6, 54.8, 4.1}, ""},
+      {"leading edge", "", 412.0, 412.0,
+       RegionDeviation::Values{4.2, 12.1, -11.0, 3.8, 22.7, -14.2, 25.0, std::nullopt}, ""},
+      {"root fillet", "", 214.9, 0, std::nullopt, "the clamp hides it"}};
   report.sections = {VaneSection("Section AA", 20), VaneSection("Section BB", 60)};
   PictureOptions options;
   options.scale_um = 50, options.band_um = 10;
@@ -200,7 +217,8 @@ inline Report VaneReport(int around = 240, int up = 160) {
 
 inline FirstArticle VaneFirstArticle() {
   FirstArticle f;
-  f.part_number = "vane-4711", f.part_name = "Vane, stage 2", f.serial_number = "SN-0002", f.fair_identifier = "FAIR-2026-018";
+  f.part_number = "vane-4711", f.part_name = "Vane, stage 2", f.serial_number = "SN-0002",
+  f.fair_identifier = "FAIR-2026-018";
   f.form1.part_revision = "3", f.form1.drawing_number = "DWG-4711-02", f.form1.drawing_revision = "C";
   f.form1.organization_name = "Plant A, Turbine Components", f.form1.purchase_order = "PO-88123";
   f.form1.verified = {"J. Doe", Time(std::chrono::seconds(1795100000))};
