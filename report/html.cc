@@ -9,7 +9,7 @@ namespace {
 
 // No rule names anything outside the file.
 constexpr std::string_view kStyle = R"(
-@page{size:A4;margin:14mm 16mm}
+@page{size:A4;margin:11mm 16mm}
 *{box-sizing:border-box}
 body{margin:0;background:#eef0f2;color:#1c2228;font:9.5pt/1.42 "DejaVu Sans",Verdana,"Segoe UI",Arial,sans-serif;font-variant-numeric:tabular-nums}
 main{max-width:210mm;margin:8mm auto;padding:14mm 16mm;background:#fff}
@@ -40,7 +40,7 @@ tbody th,tbody td{border-bottom:.15mm solid #ced3d8}
 .unit{display:block;color:#626b74}
 .quiet{color:#626b74}.good{color:#146838;font-weight:700}.bad{color:#aa1622;font-weight:700}.open{color:#8c5400;font-weight:700}.missing{color:#4a525c;font-style:italic}
 .break{break-before:page;border-top:.15mm solid #ced3d8;margin-top:8mm}
-@media print{body{background:#fff}main,.wide main{max-width:none;margin:0;padding:0}.break{border:0;margin:0}.scroll{overflow:visible}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}}
+@media print{body{background:#fff;font-size:8.6pt;line-height:1.35}dd{font-size:8.2pt}.banner,.facts,.figures{margin:2mm 0}.banner{padding:2mm 5mm}.scroll{margin:2mm 0 3mm}main,.wide main{max-width:none;margin:0;padding:0}.break{border:0;margin:0}.scroll{overflow:visible}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}}
 )";
 
 std::string_view ClassOf(Tone tone) {
@@ -117,7 +117,8 @@ class Writer {
   absl::Status operator()(const Table& table) {
     html += "<div class=\"scroll\"><table><caption>" + Escaped(table.caption) + "</caption><thead><tr>";
     for (const Column& column : table.columns) {
-      html += "<th scope=\"col\"" + Class(Tone::kPlain, column.align) + ">" + Escaped(column.title);
+      html += "<th scope=\"col\"" + Class(Tone::kPlain, column.align, BreaksOf(column.title, Align::kLeft)) + ">" +
+              Escaped(column.title);
       if (!column.unit.empty()) html += "<span class=\"unit\">" + Escaped(column.unit) + "</span>";
       html += "</th>";
     }
