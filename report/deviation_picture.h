@@ -2,7 +2,7 @@
 //
 // Part frame, mm. Straight views without perspective, all of one scale; what is hidden is not drawn. Shaded by how far a face is turned away:
 // one that looks at the viewer has exactly the scale's colour. What was not seen is dark and hatched, never grey like 0. The same
-// input gives the same points. Not parallel: a million triangles take about a quarter of a second a side.
+// input gives the same points. Not parallel; how fast: docs/report.md.
 #pragma once
 
 #include <absl/status/statusor.h>

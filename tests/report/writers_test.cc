@@ -241,6 +241,10 @@ TEST(Writers, TakeTenThousandRowsInBounds) {
 #endif
   EXPECT_LT(pdf->size(), 8u << 20);
   EXPECT_LT(html->size(), 8u << 20);
+  EXPECT_THAT(*html, HasSubstr("G1/H10000/position"));
+  if (HasPdfToText()) {
+    EXPECT_THAT(PdfText(*pdf), HasSubstr("G1/H10000/position"));
+  }
   report.groups.push_back(report.groups[0]);
   report.groups.push_back({"One", "", std::vector<Characteristic>(1)});
   EXPECT_THAT(std::string(WritePdf(report).status().message()), HasSubstr("rows"));
