@@ -17,6 +17,7 @@ std::size_t GreatestRequest_bytes(const google::protobuf::MethodDescriptor& meth
   static const auto* const kGreater = new std::map<std::string, std::size_t>{
       {"sixpoint.plant.v1.PlantService.CreatePart", 56 * kMib},                    // 48 MiB of CAD, 20,000 holes
       {"sixpoint.plant.v1.PlantService.CreateMachiningModel", 2 * kMib},           // a template of a program
+      {"sixpoint.plant.v1.DrawingService.CreateDrawing", 4 * kMib},                // 2000 characteristics
       {"sixpoint.ingest.v1.ScanService.UploadScan", 8 * kMib},                     // a block
       {"sixpoint.calibration.v1.CalibrationService.CharacteriseAxis", 8 * kMib},   // 200,000 readings
       {"sixpoint.calibration.v1.CalibrationService.CalibrateRotation", 2 * kMib},  // 5000 poses
