@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <random>
+#include <vector>
 
 #include "tests/services/plant/drawing_service_fixture.h"
 
@@ -265,6 +267,40 @@ TEST_F(DrawingRefusalsTest, BalloonsAndWordsAreChecked) {
                 *r->mutable_drawing()->add_characteristics() = again;
               }),
               HasSubstr("name: Ra, want another one: its import has it once"));
+}
+
+// What the checks let through and the tables do not would be an INTERNAL: every word of every enum in every characteristic, and figures at random.
+TEST_F(DrawingRefusalsTest, WhateverIsSentIsTakenOrRefused) {
+  const auto judge = [this](const v1::CreateDrawingRequest& request) {
+    const auto created = Create(request);
+    EXPECT_TRUE(created.ok() || absl::IsInvalidArgument(created.status()))
+        << created.status() << request.drawing().ShortDebugString();
+    return created.ok();
+  };
+  v1::CreateDrawingRequest sample = SampleDrawing();
+  std::mt19937 random(17);
+  const std::vector<double> figures = {-1e6, -360, -1, -0.5, 0, 1e-9, 0.44, 1, 3, 90, 360, 1000, 1e4, 1e6, 1e7};
+  int taken = 0;
+  for (int i = 0; i < sample.drawing().characteristics_size(); ++i)
+    for (int words = 0; words < 40; ++words) {
+      v1::CreateDrawingRequest request = sample;
+      v1::Characteristic& one = *request.mutable_drawing()->mutable_characteristics(i);
+      const auto& fields = *v1::Characteristic::GetReflection();
+      for (int changes = 1 + words % 3; changes > 0; --changes) {
+        const auto* const field = v1::Characteristic::descriptor()->field(
+            static_cast<int>(random() % static_cast<unsigned>(v1::Characteristic::descriptor()->field_count())));
+        if (field->enum_type() != nullptr)
+          fields.SetEnumValue(&one, field, static_cast<int>(random() % 27));
+        else if (field->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_DOUBLE)
+          fields.SetDouble(&one, field, figures[random() % figures.size()]);
+        else if (random() % 2 == 0)
+          fields.ClearField(&one, field);
+        else if (field->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_STRING)
+          fields.SetString(&one, field, random() % 2 == 0 ? "50 %" : "H1");
+      }
+      taken += judge(request) ? 1 : 0;
+    }
+  EXPECT_GT(taken, 50);
 }
 
 }  // namespace
