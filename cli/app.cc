@@ -47,6 +47,7 @@ void AddCommands(Command* root, Session* session) {
   AddMachineCommands(root, session);
   AddArtefactCommands(root, session);
   AddPartCommands(root, session);
+  AddDrawingCommands(root, session);
   AddModelCommands(root, session);
   AddBladeCommands(root, session);
   AddScanCommands(root, session);

@@ -23,6 +23,7 @@
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
 #include "sixpoint/inspection/v1/section.grpc.pb.h"
 #include "sixpoint/inspection/v1/value.grpc.pb.h"
+#include "sixpoint/plant/v1/drawing.grpc.pb.h"
 #include "sixpoint/plant/v1/event.grpc.pb.h"
 #include "sixpoint/plant/v1/fleet.grpc.pb.h"
 #include "sixpoint/plant/v1/ledger.grpc.pb.h"
@@ -44,6 +45,7 @@ absl::StatusOr<const google::protobuf::MethodDescriptor*> FindMethod(const std::
   std::string known;
   for (const auto& [name, full_name] : std::vector<std::pair<std::string, std::string>>{
            {"plant", plant::v1::PlantService::service_full_name()},
+           {"plant", plant::v1::DrawingService::service_full_name()},
            {"plant", plant::v1::RecordService::service_full_name()},
            {"plant", plant::v1::EventService::service_full_name()},
            {"plant", plant::v1::FleetService::service_full_name()},

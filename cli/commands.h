@@ -15,6 +15,7 @@ void AddMachineCommands(Command* app, Session* session);
 void AddOpenCommand(Command* app, Session* session);
 void AddFleetCommands(Command* app, Session* session);
 void AddArtefactCommands(Command* app, Session* session);
+void AddDrawingCommands(Command* app, Session* session);
 void AddModelCommands(Command* app, Session* session);
 void AddPersonCommands(Command* app, Session* session);
 void AddPartCommands(Command* app, Session* session);

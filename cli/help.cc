@@ -18,7 +18,7 @@ const std::vector<Group>& Groups() {
   static const auto* groups = new std::vector<Group>{
       {"A plant on this machine",
        {"up", "down", "status", "doctor", "logs", "certs", "accounts", "person", "clearance", "seed"}},
-      {"What there is", {"machine", "artefact", "part", "model", "blade"}},
+      {"What there is", {"machine", "artefact", "part", "drawing", "model", "blade"}},
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
       {"Blades", {"plan", "register", "registration", "correct", "correction", "inspect", "inspection", "deviation", "section"}},
@@ -78,6 +78,12 @@ constexpr Example kExamples[] = {
      "sixpoint part add docs/examples/part.yaml\n"
      "sixpoint part add docs/examples/part.yaml --customer acme\n"
      "sixpoint part add docs/examples/part.yaml --solid 2"},
+    {"drawing add",
+     "sixpoint drawing add docs/examples/drawing.yaml\n"
+     "sixpoint drawing add drawing.yaml --revises 2"},
+    {"drawing show",
+     "sixpoint drawing show block-1\n"
+     "sixpoint drawing show block-1@1 --json"},
     {"model add", "sixpoint model add docs/examples/model.yaml --template program.nc"},
     {"model show",
      "sixpoint model show block-1-edm\n"

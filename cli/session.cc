@@ -195,6 +195,7 @@ std::string NextStep(const absl::Status& status, const std::string& server) {
       if (about("machine")) return "see which there are: sixpoint machine list";
       if (about("artefact")) return "see which there are: sixpoint artefact list";
       if (about("machining_model")) return "see which there are: sixpoint model list";
+      if (about("drawing")) return "see which there are: sixpoint drawing list";
       if (about("part")) return "see which there are: sixpoint part list";
       if (about("blade")) return "see which there are: sixpoint blade list";
       if (about("scan")) return "see which there are: sixpoint scan list";

@@ -35,6 +35,8 @@ constexpr char kByArtefact[] =
 constexpr char kByModel[] =
     "JOIN public.machining_model_revisions r ON r.machining_model_id = t.machining_model_id AND r.revision = "
     "t.revision";
+constexpr char kByDrawing[] =
+    "JOIN public.drawing_revisions r ON r.drawing_id = t.drawing_id AND r.revision = t.revision";
 constexpr char kBySurface[] =
     "JOIN public.part_revisions r ON r.cad_sha256 = t.cad_sha256 AND r.tessellation_method = t.method";
 
@@ -98,6 +100,14 @@ const std::vector<LedgerTable>& LedgerTables() {
       {"deviation_profiles", "t.deviation_id", "", false},
       {"deviation_regions", "t.deviation_id", "", false},
       {"dispositions", "t.disposition_id", "", false},
+      {"drawing_characteristics", "r.record_id", kByDrawing, false},
+      {"drawing_datum_systems", "r.record_id", kByDrawing, false},
+      {"drawing_datums", "r.record_id", kByDrawing, false},
+      {"drawing_part_revisions", "r.record_id", kByDrawing, false},
+      {"drawing_product_requirements", "r.record_id", kByDrawing, false},
+      {"drawing_regions", "r.record_id", kByDrawing, false},
+      {"drawing_revisions", "t.record_id", "", false},
+      {"drawing_sections", "r.record_id", kByDrawing, false},
       {"inspection_hole_values", "t.inspection_id", "", false},
       {"inspection_holes", "t.inspection_id", "", false},
       {"inspection_pitches", "t.inspection_id", "", false},

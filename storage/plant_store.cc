@@ -4,72 +4,11 @@
 
 #include "storage/blobs.h"
 #include "storage/one_read.h"
-#include "storage/requests.h"
+#include "storage/postgres_revisions.h"
 #include "storage/work_orders.h"
 
 namespace sixpoint::storage {
 namespace {
-
-// The row that insert gives may be one of before.
-template <typename Row, typename Find>
-absl::StatusOr<Row> RecordRow(Database& database, const RecordedRequest& request, const Row& row,
-                              const RecordEntry& entry, Deadline deadline, const Find& find,
-                              absl::StatusOr<Row> (*insert)(Transaction&, Row, RecordEntry)) {
-  RecordEntry kept = entry;
-  kept.request = KeptRequestOf(request);
-  return RecordOnce<Row>(database, request, deadline, find, [&](Transaction& t) { return insert(t, row, kept); });
-}
-
-template <typename Row>
-class PostgresRevisions final : public RevisionStore<Row> {
- public:
-  // Each in a transaction of the caller's.
-  struct Statements {
-    absl::StatusOr<Row> (*insert)(Transaction&, Row, RecordEntry);
-    absl::StatusOr<std::optional<Row>> (*find)(Transaction&, const std::string& id, int revision);
-    Registered what;
-    // As find, of what a list has of it; none: find.
-    absl::StatusOr<std::optional<Row>> (*find_listed)(Transaction&, const std::string& id, int revision) = nullptr;
-  };
-  PostgresRevisions(Database* database, const Statements& statements) : database_(database), statements_(statements) {}
-
-  absl::StatusOr<std::optional<Row>> Find(const std::string& id, int revision, Deadline deadline) const override {
-    return OneRead(*database_, deadline, [&](Transaction& t) { return statements_.find(t, id, revision); });
-  }
-  absl::StatusOr<std::vector<Row>> List(const RegisteredFilter& filter, const std::string& after, int limit,
-                                        Deadline deadline) const override {
-    return OneRead(*database_, deadline, [&](Transaction& t) -> absl::StatusOr<std::vector<Row>> {
-      const absl::StatusOr<std::vector<std::string>> ids = ListRegistered(t, statements_.what, filter, after, limit);
-      if (!ids.ok()) return ids.status();
-      std::vector<Row> rows;
-      for (const std::string& id : *ids) {
-        absl::StatusOr<std::optional<Row>> row =
-            (statements_.find_listed == nullptr ? statements_.find : statements_.find_listed)(t, id, 0);
-        if (!row.ok()) return row.status();
-        if (!row->has_value()) return absl::DataLossError(CollectionOf(statements_.what) + "/" + id + ": no revision");
-        rows.push_back(**std::move(row));
-      }
-      return rows;
-    });
-  }
-  absl::StatusOr<std::optional<Row>> FindRecorded(const RecordedRequest& request, Deadline deadline) const override {
-    return storage::FindRecorded<Row>(*database_, request, deadline, finder());
-  }
-  absl::StatusOr<Row> Record(const RecordedRequest& request, Row row, const RecordEntry& entry,
-                             Deadline deadline) override {
-    return RecordRow(*database_, request, row, entry, deadline, finder(), statements_.insert);
-  }
-
- private:
-  auto finder() const {
-    return [find = statements_.find](Transaction& t, const std::string& name) {
-      const NamedId named = IdOfName(name);
-      return find(t, named.id, named.revision);
-    };
-  }
-  Database* const database_;
-  const Statements statements_;
-};
 
 class PostgresBlades final : public BladeStore {
  public:
@@ -179,6 +118,12 @@ class PostgresJournal final : public JournalReader {
   Database* const database_;
 };
 
+template <Registered what>
+absl::StatusOr<std::vector<std::string>> ListIds(Transaction& transaction, const RegisteredFilter& filter,
+                                                 const std::string& after, int limit) {
+  return ListRegistered(transaction, what, filter, after, limit);
+}
+
 }  // namespace
 
 PlantStores PlantIn(Database* database) {
@@ -187,13 +132,14 @@ PlantStores PlantIn(Database* database) {
   using Parts = PostgresRevisions<PartRow>;
   using Models = PostgresRevisions<MachiningModelRow>;
   PlantStores stores;
-  stores.machines =
-      std::make_shared<Machines>(database, Machines::Statements{InsertMachine, FindMachine, Registered::kMachines});
+  stores.machines = std::make_shared<Machines>(
+      database, Machines::Statements{InsertMachine, FindMachine, ListIds<Registered::kMachines>});
   stores.artefacts = std::make_shared<Artefacts>(
-      database, Artefacts::Statements{InsertArtefact, FindArtefact, Registered::kArtefacts});
-  stores.parts = std::make_shared<Parts>(database, Parts::Statements{InsertPart, FindPart, Registered::kParts});
+      database, Artefacts::Statements{InsertArtefact, FindArtefact, ListIds<Registered::kArtefacts>});
+  stores.parts =
+      std::make_shared<Parts>(database, Parts::Statements{InsertPart, FindPart, ListIds<Registered::kParts>});
   stores.machining_models = std::make_shared<Models>(
-      database, Models::Statements{InsertMachiningModel, FindMachiningModel, Registered::kMachiningModels,
+      database, Models::Statements{InsertMachiningModel, FindMachiningModel, ListIds<Registered::kMachiningModels>,
                                    FindMachiningModelWithoutTemplate});
   stores.blades = std::make_shared<PostgresBlades>(database);
   stores.surfaces = std::make_shared<PostgresSurfaces>(database);

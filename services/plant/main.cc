@@ -10,6 +10,7 @@
 #include "services/plant/account_service.h"
 #include "services/plant/clearance_service.h"
 #include "services/plant/credentials_service.h"
+#include "services/plant/drawing_service.h"
 #include "services/plant/event_service.h"
 #include "services/plant/fleet_service.h"
 #include "services/plant/ledger_service.h"
@@ -80,6 +81,8 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   const storage::PlantStores stores = storage::PlantIn(database);
   services.push_back(
       {v1::PlantService::service_full_name(), std::make_unique<PlantService>(std::move(plant_options), stores)});
+  services.push_back({v1::DrawingService::service_full_name(),
+                      std::make_unique<DrawingService>(storage::DrawingsIn(database), stores.parts)});
   services.push_back({v1::RecordService::service_full_name(),
                       std::make_unique<RecordService>(stores.journal, stores.blades), RecordSampled()});
   // Whoever listens takes no connection from calls.

@@ -5,9 +5,11 @@
 
 #include <string>
 
+#include "sixpoint/plant/v1/drawing.pb.h"
 #include "sixpoint/plant/v1/event.pb.h"
 #include "sixpoint/plant/v1/plant.pb.h"
 #include "sixpoint/plant/v1/record.pb.h"
+#include "storage/drawings.h"
 #include "storage/events.h"
 #include "storage/machining_models.h"
 #include "storage/plant_registry.h"
@@ -19,6 +21,7 @@ v1::Machine ToProto(const storage::MachineRow& row);
 v1::Artefact ToProto(const storage::ArtefactRow& row);
 v1::Part ToProto(const storage::PartRow& row);
 v1::MachiningModel ToProto(const storage::MachiningModelRow& row);
+v1::Drawing ToProto(const storage::DrawingRow& row);
 // What a list's BASIC view has of them.
 void LeaveBasic(v1::Machine* machine);
 void LeaveBasic(v1::Artefact* artefact);

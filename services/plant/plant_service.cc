@@ -5,7 +5,7 @@
 #include <tuple>
 #include <utility>
 
-#include "services/plant/messages.h"
+#include "services/plant/registry_calls.h"
 #include "services/plant/validate.h"
 #include "services/runtime/call.h"
 #include "services/runtime/caller_identity.h"
@@ -24,85 +24,6 @@ namespace {
 using runtime::ToGrpc;
 
 constexpr std::size_t kChunkBytes = std::size_t{1} << 20;
-
-storage::RecordEntry NewEntry() {
-  storage::RecordEntry entry;
-  entry.software_version = runtime::SoftwareVersion();
-  return entry;
-}
-
-// Done once for each request_id. Names the call as plant.CreateMachine, ...; make() gives the row and its journal entry.
-template <typename Response, typename Request, typename Row, typename Make>
-grpc::Status Once(grpc::ServerContext* context, storage::ResultWriter<Row>* store, const std::string& call,
-                  const Request& request, Response* response, const Make& make) {
-  if (absl::Status status = runtime::CheckUuid("request_id", request.request_id()); !status.ok()) return ToGrpc(status);
-  return runtime::Answer(runtime::RecordedResult<Response>(store, "plant." + call, request, runtime::CallerOf(*context),
-                                                           make, [](const Row& row) { return ToProto(row); }),
-                         response);
-}
-
-// NOT_FOUND with a reason where `found` holds nothing.
-template <typename Row>
-absl::StatusOr<Row> Require(absl::StatusOr<std::optional<Row>> found, runtime::ErrorReason reason,
-                            const std::string& name, int revision = 0) {
-  if (!found.ok()) return found.status();
-  if (*found) return **std::move(found);
-  runtime::Metadata about = {{"resource", name}};
-  if (revision != 0) about.emplace("revision", std::to_string(revision));
-  return runtime::Failure(reason, "name: " + name + ", want one that is registered", about);
-}
-
-// What has revisions, by its name with or without one.
-template <typename Row>
-absl::StatusOr<Row> Require(const storage::RevisionReader<Row>& reader, const std::string& collection,
-                            const std::string& name, runtime::ErrorReason reason, storage::Deadline deadline) {
-  const absl::StatusOr<runtime::RevisedId> of = runtime::RevisedIdOf("name", collection, name);
-  if (!of.ok()) return of.status();
-  return Require(reader.Find(of->id, of->revision, deadline), reason, name, of->revision);
-}
-
-template <typename Response, typename Row>
-grpc::Status Get(absl::StatusOr<Row> row, Response* response) {
-  if (row.ok()) *response = ToProto(*row);
-  return ToGrpc(row.status());
-}
-
-// A page of rows by id, of which one more than its size was read.
-template <typename Row, typename Message>
-void AddIdPage(const std::vector<Row>& rows, int size, const std::string& filters,
-               google::protobuf::RepeatedPtrField<Message>* out, std::string* next_page_token) {
-  if (runtime::AddPage(
-          rows, size, [](const Row& row) { return ToProto(row); }, out))
-    *next_page_token = runtime::TokenAfterId(filters, runtime::LastSegment(out->Get(size - 1).name()));
-}
-
-// A page of what has revisions, by id, each with its newest one.
-template <typename Request, typename Message, typename Row>
-absl::Status ListNewest(const storage::RevisionReader<Row>& reader, const grpc::ServerContext& context,
-                        const Request& request, google::protobuf::RepeatedPtrField<Message>* out,
-                        std::string* next_page_token) {
-  const absl::StatusOr<bool> full = runtime::WantsFull(request.view());
-  if (!full.ok()) return full.status();
-  const absl::StatusOr<storage::TimeSpan> recorded = runtime::SpanOf("recorded", request.recorded());
-  if (!recorded.ok()) return recorded.status();
-  const std::string filters = runtime::FiltersOf(request);
-  absl::StatusOr<runtime::IdPage> page = runtime::IdPageOf(filters, request.page_size(), request.page_token());
-  if (!page.ok()) return page.status();
-  if (*full) page->size = std::min(page->size, runtime::kGreatestFullPageSize);
-  storage::RegisteredFilter filter{*recorded, runtime::ReaderOf(context)};
-  if constexpr (std::is_same_v<Request, v1::ListMachiningModelsRequest>) {
-    absl::StatusOr<std::string> part_id = runtime::FilterIdOf("part", "parts", request.part());
-    if (!part_id.ok()) return part_id.status();
-    filter.part_id = *std::move(part_id);
-  }
-  const absl::StatusOr<std::vector<Row>> rows =
-      reader.List(filter, page->after_id, page->size + 1, runtime::DeadlineOf(context));
-  if (!rows.ok()) return rows.status();
-  AddIdPage(*rows, page->size, filters, out, next_page_token);
-  if (!*full)
-    for (Message& message : *out) LeaveBasic(&message);
-  return absl::OkStatus();
-}
 
 absl::Status ListBladesOf(const storage::BladeReader& reader, const grpc::ServerContext& context,
                           const v1::ListBladesRequest& request, v1::ListBladesResponse* response) {

@@ -15,8 +15,10 @@ constexpr std::size_t kUsual_bytes = 256 * kKib;
 std::size_t GreatestRequest_bytes(const google::protobuf::MethodDescriptor& method) {
   // Where the bounds of the fields (each service's validate.cc) let a request be greater.
   static const auto* const kGreater = new std::map<std::string, std::size_t>{
-      {"sixpoint.plant.v1.PlantService.CreatePart", 56 * kMib},                    // 48 MiB of CAD, 20,000 holes
-      {"sixpoint.plant.v1.PlantService.CreateMachiningModel", 2 * kMib},           // a template of a program
+      {"sixpoint.plant.v1.PlantService.CreatePart", 56 * kMib},           // 48 MiB of CAD, 20,000 holes
+      {"sixpoint.plant.v1.PlantService.CreateMachiningModel", 2 * kMib},  // a template of a program
+      {"sixpoint.plant.v1.DrawingService.CreateDrawing",
+       3 * kMib},  // 2000 characteristics, and an answer of them under 4 MiB
       {"sixpoint.ingest.v1.ScanService.UploadScan", 8 * kMib},                     // a block
       {"sixpoint.calibration.v1.CalibrationService.CharacteriseAxis", 8 * kMib},   // 200,000 readings
       {"sixpoint.calibration.v1.CalibrationService.CalibrateRotation", 2 * kMib},  // 5000 poses

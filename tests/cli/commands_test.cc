@@ -270,9 +270,8 @@ TEST_F(CommandsTest, RecallsWhatRestsOnAThing) {
 TEST_F(CommandsTest, CallsAnyMethod) {
   EXPECT_EQ(Run("call ScanService/PreviewScan").json()["point_count"], 1);
   EXPECT_EQ(Run("call sixpoint.plant.v1.RecordService/Recall").json()["entries"].size(), 1u);
-  EXPECT_THAT(
-      Run("call Nothing/AtAll").err,
-      HasSubstr("PlantService, RecordService, EventService, FleetService, LedgerService, WebhookService, ScanService"));
+  EXPECT_THAT(Run("call Nothing/AtAll").err, HasSubstr("PlantService, DrawingService, RecordService, EventService, "
+                                                       "FleetService, LedgerService, WebhookService, ScanService"));
 }
 
 TEST_F(CommandsTest, WritesAFileOrStandardOutput) {

@@ -51,6 +51,7 @@ std::vector<Names> NamesOf(const CustomersPart& of) {
                     {"scan_id", of.scan.substr(6)},
                     {"registration", of.registration},
                     {"machining_model", of.machining_model},
+                    {"drawing_id", of.drawing.substr(9)},
                     {"inspections", of.inspection},
                     {"serial", of.blade.substr(7)},
                     {"part_id", of.part.substr(6)}};
@@ -63,7 +64,8 @@ std::vector<Names> NamesOf(const CustomersPart& of) {
 
 // Every field that can name something, and of_machine (empty: none) where one is asked for.
 void Fill(Message* message, const Names& names, const std::string& of_machine, int depth = 0) {
-  static const std::set<std::string> kInside = {"requests", "header", "machining_model", "registration", "correction"};
+  static const std::set<std::string> kInside = {"requests", "header",       "machining_model",
+                                                "drawing",  "registration", "correction"};
   const auto& reflection = *message->GetReflection();
   for (int i = 0; i < message->GetDescriptor()->field_count(); ++i) {
     const FieldDescriptor* field = message->GetDescriptor()->field(i);
@@ -94,6 +96,8 @@ class ClearanceTest : public Door {
     open_ = PutCustomersPart(database(), "overt", false, calibrations_);
     PutMachiningModel(database(), &kappa_);
     PutMachiningModel(database(), &sigma_);
+    PutDrawing(database(), &kappa_);
+    PutDrawing(database(), &sigma_);
   }
   storage::Database* database() { return database_.database(); }
 
@@ -242,7 +246,8 @@ TEST_F(ClearanceTest, WhatIsHiddenAnswersAsWhatIsNotRecorded) {
         std::string said = std::to_string(status.error_code()) + " " + ReasonOf(status) + " " + status.error_message();
         for (const std::string& each :
              {names.name, names.by_field["part"], names.by_field["blade"], names.by_field["scans"],
-              names.by_field["registration"], names.by_field["inspections"], names.by_field["machining_model"]})
+              names.by_field["registration"], names.by_field["inspections"], names.by_field["machining_model"],
+              "drawings/" + names.by_field["drawing_id"]})
           if (const std::size_t at = said.find(each); !each.empty() && at != std::string::npos)
             said.replace(at, each.size(), "NAME");
         return said;

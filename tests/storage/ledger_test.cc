@@ -271,7 +271,7 @@ TEST_F(LedgerTest, EveryTableOfTheRecordIsInTheLedger) {
   // from the calibrations; the others are not of the journal.
   std::set<std::string> without;
   std::istringstream words(
-      "record_names machines artefacts parts machining_models requests blobs blob_damages plant_identity "
+      "record_names machines artefacts parts machining_models drawings requests blobs blob_damages plant_identity "
       "calibration_drifts denials "
       "account_events clearance_events webhooks webhook_withdrawals ledger_leaves ledger_contents ledger_nodes "
       "ledger_heads");

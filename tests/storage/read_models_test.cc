@@ -79,6 +79,7 @@ class ReadModelsTest : public ::testing::Test {
     PutHoles();
     PutDispositions();
     PutDeviations(calibrations);
+    PutDrawings();
     Clear(plant_->database(), "readers/bi_cleared", "customers/acme");
   }
   // The customers' results have none.
@@ -146,6 +147,15 @@ class ReadModelsTest : public ::testing::Test {
                                     calibrations);
     sixpoint::testing::PutSections(*transaction, seeded->Text(0, 0), seeded->Text(0, 1), seeded->Text(0, 2), "50 %",
                                    calibrations);
+    ASSERT_TRUE(transaction->Commit().ok());
+  }
+  // Of a part that everybody sees, too.
+  static void PutDrawings() {
+    for (auto* const part : {&acme_, &zeta_}) sixpoint::testing::PutDrawing(plant_->database(), part);
+    auto transaction = plant_->database()->Begin(Soon());
+    const auto seeded = transaction->Execute("SELECT part_id FROM parts WHERE part_id LIKE 'SEED-%' LIMIT 1");
+    ASSERT_TRUE(seeded.ok() && seeded->count() == 1) << seeded.status();
+    sixpoint::testing::PutDrawingOf(*transaction, seeded->Text(0, 0), "SEED-drawing");
     ASSERT_TRUE(transaction->Commit().ok());
   }
   static void TearDownTestSuite() { plant_.reset(); }
@@ -291,6 +301,7 @@ TEST_F(ReadModelsTest, AFunctionOfTheReadersSeesNoHiddenRow) {
         "scans WHERE pg_temp.leak(scan_id)", "registrations WHERE pg_temp.leak(blade_serial)",
         "corrections WHERE pg_temp.leak(blade_serial)", "correction_holes WHERE pg_temp.leak(blade_serial)",
         "inspections WHERE pg_temp.leak(blade_serial)", "characteristics WHERE pg_temp.leak(blade_serial)",
+        "drawings WHERE pg_temp.leak(drawing_id)", "drawing_characteristics WHERE pg_temp.leak(drawing_id)",
         "events WHERE pg_temp.leak(name)", "edges WHERE pg_temp.leak(input_name)", "edges WHERE pg_temp.leak(name)",
         "recall('machines/m1') WHERE pg_temp.leak(name)", "events_after(0, 100000) WHERE pg_temp.leak(name)"})
     EXPECT_EQ(Ask(*reader, std::string("SELECT 1 FROM read_v1.") + of, leak).refusal, "") << of;

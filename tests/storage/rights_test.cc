@@ -12,6 +12,7 @@
 #include "storage/correction_events.h"
 #include "storage/corrections.h"
 #include "storage/database.h"
+#include "storage/drawing_store.h"
 #include "storage/inspections.h"
 #include "storage/months.h"
 #include "storage/plant_store.h"
@@ -187,6 +188,8 @@ TEST_F(RightsTest, EachReadsItsOwnLists) {
   EXPECT_TRUE(PlantIn(plant.get()).blades->List({}, "", 10, Soon()).ok());
   EXPECT_TRUE(PlantIn(plant.get()).parts->List({}, "", 10, Soon()).ok());
   EXPECT_TRUE(PlantIn(plant.get()).machining_models->List({}, "", 10, Soon()).ok());
+  EXPECT_TRUE(DrawingsIn(plant.get())->List({}, "", 10, Soon()).ok());
+  EXPECT_TRUE(DrawingsIn(plant.get())->Find("none", 0, Soon()).ok());
   EXPECT_TRUE(PlantIn(plant.get()).journal->DerivedFrom("machines/m1", {}, {}, Soon()).ok());
 }
 

@@ -7,6 +7,7 @@
 #include "storage/clearances.h"
 #include "storage/corrections.h"
 #include "storage/deviations.h"
+#include "storage/drawings.h"
 #include "storage/inspections.h"
 #include "storage/machining_models.h"
 #include "storage/plant_registry.h"
@@ -213,6 +214,54 @@ void PutMachiningModel(storage::Database* database, CustomersPart* part) {
   entry.machine.reset();
   Decided(database,
           [&](storage::Transaction& transaction) { Must(storage::InsertMachiningModel(transaction, model, entry)); });
+}
+
+std::string PutDrawingOf(storage::Transaction& transaction, const std::string& part_id, const std::string& drawing_id) {
+  storage::DrawingRow row;
+  row.drawing_id = drawing_id;
+  row.content_sha256 = std::string(64, '0');
+  row.part_id = part_id;
+  row.part_revisions = {1};
+  row.drawing_number = "number of " + drawing_id;
+  row.drawing_revision = "C";
+  row.part_number = "part number of " + drawing_id;
+  row.part_name = "vane";
+  row.additional_changes = {"ECN 1"};
+  row.decision_rule = {"ISO_14253_1", "2017", std::nullopt};
+  row.regions = {{"root", {-1, -1, -1}, {1, 1, 1}, {}, std::nullopt}};
+  row.datum_systems = {{"A|B", "LOCAL", "root", {{"A", {}}, {"B", {}}}}};
+  storage::DrawingSectionRow section;
+  section.section = "50 %";
+  section.height_mm = 5;
+  section.half_width_mm = 0.1;
+  row.sections = {section};
+  storage::CharacteristicRow chord;
+  chord.characteristic = "1";
+  chord.name = "chord of " + drawing_id;
+  chord.requirement = "30 +-0.1";
+  chord.reference_location = "sheet 1";
+  chord.characteristic_class = "MAJOR";
+  chord.quantity = "SECTION_CHORD";
+  chord.algorithm = "CALIPER";
+  chord.section = "50 %";
+  chord.unit = "MM";
+  chord.nominal = 30;
+  chord.lower_limit = 29.9;
+  chord.upper_limit = 30.1;
+  chord.datum_system = "A|B";
+  row.characteristics = {chord};
+  row.product_requirements = {{"MATERIAL", "alloy of " + drawing_id, "AMS 5663", "", false}};
+  row.requested_by = "users/maker";
+  storage::RecordEntry entry = EntryOfM1("", {"parts/" + part_id + "@1"}, "");
+  entry.machine.reset();
+  Must(storage::InsertDrawing(transaction, row, entry));
+  return "drawings/" + drawing_id;
+}
+
+void PutDrawing(storage::Database* database, CustomersPart* part) {
+  Decided(database, [&](storage::Transaction& transaction) {
+    part->drawing = PutDrawingOf(transaction, IdOf(part->part), part->word + "-drawing");
+  });
 }
 
 CustomersPart PutCustomersPart(storage::Database* database, const std::string& word, bool has_customer,

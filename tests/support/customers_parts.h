@@ -12,11 +12,13 @@ namespace sixpoint::testing {
 struct CustomersPart {
   std::string word, part, blade, scan, registration, correction, inspection, deviation, sections, study, deletion;
   std::string machining_model;  // by PutMachiningModel alone
+  std::string drawing;          // by PutDrawing alone
 
   std::vector<std::string> names() const {
     std::vector<std::string> all = {part,       blade,     scan,     registration, correction,
                                     inspection, deviation, sections, study,        deletion};
     if (!machining_model.empty()) all.push_back(machining_model);
+    if (!drawing.empty()) all.push_back(drawing);
     return all;
   }
 };
@@ -32,6 +34,10 @@ CustomersPart PutCustomersPart(storage::Database* database, const std::string& w
                                const MachinesCalibrations& calibrations);
 // WORD-edm of that part.
 void PutMachiningModel(storage::Database* database, CustomersPart* part);
+// WORD-drawing of that part, as PutDrawingOf makes it.
+void PutDrawing(storage::Database* database, CustomersPart* part);
+// A drawing of the part's first revision: something of everything that one consists of. Gives its name.
+std::string PutDrawingOf(storage::Transaction& transaction, const std::string& part_id, const std::string& drawing_id);
 // A deviation map of a blade: of one patch, which was seen and is within its profile tolerance, CHARACTERISTIC. Gives its name.
 std::string PutDeviation(storage::Transaction& transaction, const std::string& part_id, const std::string& blade_serial,
                          const std::string& registration, const std::string& characteristic,

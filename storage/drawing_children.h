@@ -1,0 +1,22 @@
+// What a drawing's revision consists of, in tables of its own.
+#pragma once
+
+#include <absl/status/status.h>
+
+#include "storage/drawings.h"
+
+namespace sixpoint::storage {
+
+// Regions before the datum systems and characteristics that name them.
+absl::Status InsertDrawingChildren(Transaction& transaction, const DrawingRow& drawing);
+// Of drawing->drawing_id and its revision.
+absl::Status ReadDrawingChildren(Transaction& transaction, DrawingRow* drawing);
+
+// Columns of a rule: kind, edition, factor.
+void Add(const DecisionRuleRow& rule, Params* params);
+DecisionRuleRow DecisionRuleAt(const Rows& rows, int row, int column);
+// NULL of an empty one.
+void AddVector(const std::vector<double>& values, Params* params);
+std::vector<double> VectorAt(const Rows& rows, int row, int column);
+
+}  // namespace sixpoint::storage
