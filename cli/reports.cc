@@ -264,6 +264,43 @@ void AddInspectionRows(const inspection::v1::Inspection& inspection, Table* tabl
   }
 }
 
+// Where holes lie in the surface, and how wide they are; empty of inspections from before it was kept.
+std::string HoleValuesText(const inspection::v1::Inspection& inspection) {
+  Table table({"group", "hole", "by", ">along um", ">U95 um", ">across um", ">U95 um", ">leans along deg", ">U95 deg",
+               ">across deg", ">U95 deg", ">diameter mm", ">U95 um", "no diameter because"});
+  bool any = false;
+  for (const auto& hole : inspection.holes()) {
+    if (!hole.has_displacement()) continue;
+    any = true;
+    const auto& lies = hole.displacement();
+    Cells cells = {hole.group(), hole.hole(),
+                   EnumText(inspection::v1::HoleMeasuredBy_Name(hole.measured_by()), "HOLE_MEASURED_BY_")};
+    for (const auto* of : {&lies.along_um(), &lies.across_um()})
+      cells.insert(cells.end(), {Fixed(of->value(), 2), Fixed(of->expanded_uncertainty(), 2)});
+    for (const auto* of : {&lies.inclination_along_deg(), &lies.inclination_across_deg()})
+      cells.insert(cells.end(), {Fixed(of->value(), 4), Fixed(of->expanded_uncertainty(), 4)});
+    cells.insert(cells.end(), {hole.has_diameter() ? Fixed(hole.diameter().diameter_mm(), 4) : "-",
+                               hole.has_diameter() ? Fixed(hole.diameter().expanded_uncertainty_um(), 1) : "-",
+                               hole.diameter_reason()});
+    table.AddRow(std::move(cells));
+  }
+  return any ? table.ToText() : "";
+}
+
+std::string PitchesText(const inspection::v1::Inspection& inspection) {
+  if (inspection.pitches().empty()) return "";
+  Table table({"group", "from", "to", ">drawn mm", ">pitch mm", ">U95 um", ">P/D", ">U95", "reason"});
+  for (const auto& pitch : inspection.pitches()) {
+    const bool measured = pitch.has_pitch_mm();
+    table.AddRow({pitch.group(), pitch.from(), pitch.to(), Fixed(pitch.nominal_pitch_mm(), 4),
+                  measured ? Fixed(pitch.pitch_mm(), 4) : "-",
+                  measured ? Fixed(pitch.expanded_uncertainty_um(), 2) : "-",
+                  measured ? Fixed(pitch.pitch_over_diameter(), 4) : "-",
+                  measured ? Fixed(pitch.pitch_over_diameter_expanded_uncertainty(), 4) : "-", pitch.reason()});
+  }
+  return table.ToText();
+}
+
 std::string InspectionText(const inspection::v1::Inspection& inspection) {
   Table table = InspectionTable();
   AddInspectionRows(inspection, &table);
@@ -280,10 +317,10 @@ std::string InspectionText(const inspection::v1::Inspection& inspection) {
                        ? "U95 is about this positioning alone"
                        : "U95 may be too small, for another positioning could not be made");
   return inspection.name() + " of " + inspection.blade() + ": " + VerdictName(inspection.verdict()) + " (" +
-         inspection.decision_rule() + ")\n" + table.ToText() + positioned + "\n" +
-         "deviation from CAD: " + Fixed(deviation.minimum_um(), 1) + " to " + Fixed(deviation.maximum_um(), 1) +
-         " um, rms " + Fixed(deviation.rms_um(), 2) + " um over " + Grouped(deviation.point_count()) + " points (" +
-         Grouped(deviation.excluded_count()) + " set aside)\n";
+         inspection.decision_rule() + ")\n" + table.ToText() + HoleValuesText(inspection) + PitchesText(inspection) +
+         positioned + "\n" + "deviation from CAD: " + Fixed(deviation.minimum_um(), 1) + " to " +
+         Fixed(deviation.maximum_um(), 1) + " um, rms " + Fixed(deviation.rms_um(), 2) + " um over " +
+         Grouped(deviation.point_count()) + " points (" + Grouped(deviation.excluded_count()) + " set aside)\n";
 }
 
 }  // namespace sixpoint::cli

@@ -100,6 +100,40 @@ TEST_F(InspectionServiceTest, JudgesTheBladeAndReadsBackTheSame) {
 }
 
 // A drawing's "diameter 0.06" is 0.03 to either side, and a pin that is thinner than its hole says less of it.
+// The pins stand 20 and 80 um along X and 10 um along Y off; their drawn axis leans towards (0.3, 0.2).
+TEST_F(InspectionServiceTest, TellsWhereHolesLieInTheSurfaceAndHowFarApartTheyAre) {
+  const auto inspection = Inspect(Request());
+  ASSERT_TRUE(inspection.ok()) << inspection.status();
+  const Eigen::Vector2d along = Eigen::Vector2d(0.3, 0.2).normalized(), across(-along.y(), along.x());
+  for (int i = 0; i < 2; ++i) {
+    const v1::HoleResult& hole = inspection->holes(i);
+    EXPECT_EQ(hole.measured_by(), v1::HOLE_MEASURED_BY_PIN);
+    ASSERT_TRUE(hole.has_displacement());
+    const v1::HoleDisplacement& lies = hole.displacement();
+    EXPECT_EQ(lies.along_is(), v1::ALONG_IS_AXIS_IN_SURFACE);
+    EXPECT_NEAR(lies.along_in_part().x(), along.x(), 1e-9);
+    EXPECT_NEAR(lies.across_in_part().x(), across.x(), 1e-9);
+    const Eigen::Vector2d off_um(20 + 60 * i, 10);
+    // Twice U: by chance beyond in 1 of 16,000.
+    EXPECT_NEAR(lies.along_um().value(), along.dot(off_um), 2 * lies.along_um().expanded_uncertainty());
+    EXPECT_NEAR(lies.across_um().value(), across.dot(off_um), 2 * lies.across_um().expanded_uncertainty());
+    EXPECT_LT(lies.along_um().expanded_uncertainty(), 5);
+    EXPECT_FALSE(lies.along_um().budget().empty());
+    // 0.44 mm wide, without play.
+    ASSERT_TRUE(hole.has_diameter()) << hole.diameter_reason();
+    EXPECT_NEAR(hole.diameter().diameter_mm(), 0.44, 1e-3 * hole.diameter().expanded_uncertainty_um());
+    EXPECT_TRUE(hole.has_pin_diameter_expanded_uncertainty_um());
+  }
+  ASSERT_EQ(inspection->pitches_size(), 1);
+  const v1::HolePitch& pitch = inspection->pitches(0);
+  EXPECT_EQ(pitch.from(), "H1");
+  EXPECT_EQ(pitch.to(), "H2");
+  EXPECT_NEAR(pitch.nominal_pitch_mm(), 6, 1e-9);
+  EXPECT_NEAR(pitch.pitch_mm(), 6.06, 2e-3 * pitch.expanded_uncertainty_um());
+  EXPECT_NEAR(pitch.pitch_over_diameter(), pitch.pitch_mm() / 0.44, 1e-9);
+  EXPECT_LT(pitch.expanded_uncertainty_um(), 5);
+}
+
 TEST_F(InspectionServiceTest, JudgesByTheZonesKindAndByThePinsPlay) {
   plant::v1::HoleGroup& group = *plant_.plant.part.mutable_hole_groups(0);
   group.set_position_tolerance_mm(0.04);
