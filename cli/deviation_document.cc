@@ -11,9 +11,12 @@ constexpr std::size_t kMost = 64;
 void ReadRegion(const Field& region, inspection::v1::SurfaceRegion* out) {
   region.OnlyKeys({"region", "minimum_in_part_mm", "maximum_in_part_mm", "facing_in_part", "facing_within_deg"});
   out->set_region(region.At("region").Text());
-  if (const auto corner = region.Find("minimum_in_part_mm")) runtime::ToProto(corner->Vector3(), out->mutable_minimum_in_part_mm());
-  if (const auto corner = region.Find("maximum_in_part_mm")) runtime::ToProto(corner->Vector3(), out->mutable_maximum_in_part_mm());
-  if (const auto facing = region.Find("facing_in_part")) runtime::ToProto(facing->DirectionOfAnyLength(), out->mutable_facing_in_part());
+  if (const auto corner = region.Find("minimum_in_part_mm"))
+    runtime::ToProto(corner->Vector3(), out->mutable_minimum_in_part_mm());
+  if (const auto corner = region.Find("maximum_in_part_mm"))
+    runtime::ToProto(corner->Vector3(), out->mutable_maximum_in_part_mm());
+  if (const auto facing = region.Find("facing_in_part"))
+    runtime::ToProto(facing->DirectionOfAnyLength(), out->mutable_facing_in_part());
   if (const auto within = region.Find("facing_within_deg")) out->set_facing_within_deg(within->Positive(180));
 }
 

@@ -64,7 +64,8 @@ absl::StatusOr<Replay> ReplayOf(Session* session, const std::string& name) {
   if (collection == "sections")
     return ReplayBy<inspection::v1::SectionService>(
         session, "inspection", &inspection::v1::SectionService::Stub::ReplaySectionMeasurement, name);
-  return runtime::Refuse("NAME", name, "registrations/ID, corrections/ID, inspections/ID, deviations/ID or sections/ID");
+  return runtime::Refuse("NAME", name,
+                         "registrations/ID, corrections/ID, inspections/ID, deviations/ID or sections/ID");
 }
 
 }  // namespace
@@ -73,7 +74,8 @@ void AddReplayCommand(Command* app, Session* session) {
   const auto name = std::make_shared<std::string>();
   Command* replay =
       app->AddCommand("replay", "Computes a recorded result again from what it was computed from; 4: it differs");
-  replay->AddOption("NAME", name.get(), "registrations/ID, corrections/ID, inspections/ID, deviations/ID or sections/ID")
+  replay
+      ->AddOption("NAME", name.get(), "registrations/ID, corrections/ID, inspections/ID, deviations/ID or sections/ID")
       ->Required();
   session->OnCommand(replay, [session, name]() -> absl::Status {
     const absl::StatusOr<Replay> answer = ReplayOf(session, *name);

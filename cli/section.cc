@@ -34,8 +34,8 @@ std::string EndText(inspection::v1::SectionEnd end) {
 }
 
 std::string SectionText(const Section& section) {
-  std::string head = "\nsection " + section.plane().section() + " at " +
-                     PointText(section.plane().origin_in_part_mm(), 3) + ": ";
+  std::string head =
+      "\nsection " + section.plane().section() + " at " + PointText(section.plane().origin_in_part_mm(), 3) + ": ";
   if (!section.reason().empty()) return head + "not measured: " + section.reason() + "\n";
   head += Grouped(section.point_count()) + " points, noise " + Fixed(section.noise_um(), 2) + " um, wavers by " +
           Fixed(section.waver_um(), 2) + " um over " + Fixed(section.waver_length_mm(), 1) + " mm; leading end " +
@@ -79,7 +79,8 @@ void AddMeasureCommand(Command* section, Session* session) {
   measure->AddOption("REGISTRATION", &arguments->registration, "The registration that says how the blade stands")
       ->Required();
   measure->AddOption("--heights", &arguments->heights_mm, "Z,Z,...: across the part's Z at these heights, mm")->List();
-  measure->AddOption("--planes", &arguments->planes, "YAML or JSON file of planes, and of the neighbour for the throat");
+  measure->AddOption("--planes", &arguments->planes,
+                     "YAML or JSON file of planes, and of the neighbour for the throat");
   measure->AddOption("--half-width-mm", &arguments->half_width_mm,
                      "Points so far from a plane are taken; without it 0.1");
   measure->AddOption("--reference", &arguments->reference, "Section that twist is told from; without it the first");
@@ -154,12 +155,9 @@ void AddSectionCommands(Command* app, Session* session) {
       &inspection::v1::ListSectionMeasurementsResponse::sections, [](const SectionMeasurement& measurement) {
         int measured = 0;
         for (const Section& one : measurement.sections()) measured += one.reason().empty() ? 1 : 0;
-        return Cells{IdText(measurement.name()),
-                     IdText(measurement.blade()),
-                     MethodText(measurement.method()),
-                     std::to_string(measurement.sections_size()),
-                     std::to_string(measured),
-                     measurement.requested_by(),
+        return Cells{IdText(measurement.name()),         IdText(measurement.blade()),
+                     MethodText(measurement.method()),   std::to_string(measurement.sections_size()),
+                     std::to_string(measured),           measurement.requested_by(),
                      TimeText(measurement.recorded_at())};
       });
   const auto id = std::make_shared<std::string>();

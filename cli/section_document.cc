@@ -9,15 +9,18 @@ namespace {
 constexpr std::size_t kMost = 32;
 
 void ReadPlane(const Field& plane, inspection::v1::SectionPlane* out) {
-  plane.OnlyKeys({"section", "origin_in_part_mm", "normal_in_part", "reference_in_part", "leading_in_part_mm",
-                  "near_in_part_mm"});
+  plane.OnlyKeys(
+      {"section", "origin_in_part_mm", "normal_in_part", "reference_in_part", "leading_in_part_mm", "near_in_part_mm"});
   out->set_section(plane.At("section").Text());
   runtime::ToProto(plane.At("origin_in_part_mm").Vector3(), out->mutable_origin_in_part_mm());
-  if (const auto normal = plane.Find("normal_in_part")) runtime::ToProto(normal->DirectionOfAnyLength(), out->mutable_normal_in_part());
+  if (const auto normal = plane.Find("normal_in_part"))
+    runtime::ToProto(normal->DirectionOfAnyLength(), out->mutable_normal_in_part());
   if (const auto reference = plane.Find("reference_in_part"))
     runtime::ToProto(reference->DirectionOfAnyLength(), out->mutable_reference_in_part());
-  if (const auto point = plane.Find("leading_in_part_mm")) runtime::ToProto(point->Vector3(), out->mutable_leading_in_part_mm());
-  if (const auto point = plane.Find("near_in_part_mm")) runtime::ToProto(point->Vector3(), out->mutable_near_in_part_mm());
+  if (const auto point = plane.Find("leading_in_part_mm"))
+    runtime::ToProto(point->Vector3(), out->mutable_leading_in_part_mm());
+  if (const auto point = plane.Find("near_in_part_mm"))
+    runtime::ToProto(point->Vector3(), out->mutable_near_in_part_mm());
 }
 
 }  // namespace

@@ -131,9 +131,8 @@ HolePitchRow ReadPitch(const Rows& rows, int row) {
   pitch.reason = rows.Text(row, 3);
   pitch.nominal_pitch_mm = rows.Real(row, 4);
   if (!rows.IsNull(row, 5))
-    pitch.measured = HolePitchRow::Measured{{rows.Real(row, 5), rows.Real(row, 6), BudgetAt(rows, row, 9)},
-                                            rows.Real(row, 7),
-                                            rows.Real(row, 8)};
+    pitch.measured = HolePitchRow::Measured{
+        {rows.Real(row, 5), rows.Real(row, 6), BudgetAt(rows, row, 9)}, rows.Real(row, 7), rows.Real(row, 8)};
   return pitch;
 }
 

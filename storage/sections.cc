@@ -11,17 +11,17 @@
 namespace sixpoint::storage {
 namespace {
 
-#define SIXPOINT_MEASUREMENT_COLUMNS                                                                            \
-  "section_measurement_id, blade_serial, registration_id, machine_id, machine_revision, part_id, "              \
-  "part_revision, sensor_calibration_id, rotation_calibration_id, method, half_width_mm, reference_section, "   \
-  "neighbour_offset_in_part_mm, neighbour_standard_uncertainty_um, outlines_sha256, requested_by, "             \
+#define SIXPOINT_MEASUREMENT_COLUMNS                                                                          \
+  "section_measurement_id, blade_serial, registration_id, machine_id, machine_revision, part_id, "            \
+  "part_revision, sensor_calibration_id, rotation_calibration_id, method, half_width_mm, reference_section, " \
+  "neighbour_offset_in_part_mm, neighbour_standard_uncertainty_um, outlines_sha256, requested_by, "           \
   "software_version, computed_on"
 constexpr char kInsertMeasurement[] =
     "INSERT INTO section_measurements (" SIXPOINT_MEASUREMENT_COLUMNS
     ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18)";
-#define SIXPOINT_SELECT_MEASUREMENTS                                                                     \
-  "SELECT " SIXPOINT_MEASUREMENT_COLUMNS                                                                 \
-  ", record_sequence, recorded_at, name_of(requested_by), entry_order, entry_operation FROM "            \
+#define SIXPOINT_SELECT_MEASUREMENTS                                                          \
+  "SELECT " SIXPOINT_MEASUREMENT_COLUMNS                                                      \
+  ", record_sequence, recorded_at, name_of(requested_by), entry_order, entry_operation FROM " \
   "section_measurements JOIN recorded r ON r.record_id = section_measurement_id WHERE "
 constexpr char kSelectMeasurement[] = SIXPOINT_SELECT_MEASUREMENTS "section_measurement_id = $1";
 constexpr char kListMeasurements[] = SIXPOINT_SELECT_MEASUREMENTS SIXPOINT_RESULT_FILTER(
@@ -118,7 +118,9 @@ Params SectionParams(const std::string& id, std::size_t index, const SectionRow&
   else
     params.Null().Null().Int(row.point_count).Int(row.outlier_count);
   if (row.found)
-    params.Real(row.found->noise_um).Real(row.found->waver_um).Real(row.found->waver_length_mm)
+    params.Real(row.found->noise_um)
+        .Real(row.found->waver_um)
+        .Real(row.found->waver_length_mm)
         .Real(row.found->gap_share);
   else
     params.Null().Null().Null().Null();

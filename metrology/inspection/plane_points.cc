@@ -47,8 +47,7 @@ void PlanePoints::Begin(const LineScan& scan) {
 
 absl::Status PlanePoints::AddPoints(const Points& points_mm) {
   seen_count_ += static_cast<std::int64_t>(points_mm.size());
-  if (seen_count_ > options_.greatest_point_count)
-    return TooMany("in all", seen_count_, options_.greatest_point_count);
+  if (seen_count_ > options_.greatest_point_count) return TooMany("in all", seen_count_, options_.greatest_point_count);
   const ScanPlace& place = scans_.back();
   KeepGoing keep_going(options_.keep_going);
   const auto pieces = OfEachChunk<std::vector<Kept>>(

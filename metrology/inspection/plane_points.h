@@ -20,7 +20,7 @@ namespace sixpoint::metrology {
 
 struct PlanePointsOptions {
   double half_width_mm = 0.1;
-  std::int64_t greatest_kept_count = 4'000'000;   // of all planes; beyond it the call is refused
+  std::int64_t greatest_kept_count = 4'000'000;    // of all planes; beyond it the call is refused
   std::int64_t greatest_point_count = 60'000'000;  // of all scans
   int threads = 2;
   std::vector<HoleRegion> set_aside = {};  // pins stand there
@@ -57,7 +57,7 @@ class PlanePoints {
   PlanePointsOptions options_;
   HoleRegions set_aside_;
   std::vector<ScanPlace> scans_;
-  std::vector<Points> in_part_mm_, in_sensor_mm_;  // of each plane
+  std::vector<Points> in_part_mm_, in_sensor_mm_;        // of each plane
   std::vector<std::vector<std::size_t>> first_of_scan_;  // [scan][plane]: how many points there were before
   std::int64_t seen_count_ = 0, kept_count_ = 0;
 };

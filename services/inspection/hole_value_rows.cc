@@ -156,8 +156,7 @@ void SetHoleValues(const metrology::BladeFindings& findings, storage::Inspection
 absl::Status HoleValuesToProto(const storage::InspectionRow& row, v1::Inspection* inspection) {
   for (std::size_t i = 0; i < row.holes.size(); ++i)
     if (row.holes[i].values)
-      if (absl::Status status =
-              ToProto(row, *row.holes[i].values, inspection->mutable_holes(static_cast<int>(i)));
+      if (absl::Status status = ToProto(row, *row.holes[i].values, inspection->mutable_holes(static_cast<int>(i)));
           !status.ok())
         return status;
   for (const storage::HolePitchRow& pitch_row : row.pitches) {

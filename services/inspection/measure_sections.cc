@@ -58,8 +58,7 @@ absl::StatusOr<metrology::PlanePoints> PointsNear(const clients::ScanClient& sca
 
 absl::Status SetNominal(const metrology::Surface& surface, const SectionOrder::Section& section,
                         SectionFinding* finding) {
-  auto nominal =
-      metrology::SurfaceOutline(surface, section.plane, section.near_mm ? &*section.near_mm : nullptr);
+  auto nominal = metrology::SurfaceOutline(surface, section.plane, section.near_mm ? &*section.near_mm : nullptr);
   if (!nominal.ok()) return nominal.status();
   finding->nominal = *std::move(nominal);
   const metrology::Outline& outline = finding->nominal.fitted.outline;
@@ -173,9 +172,9 @@ SpanFinding ThroatOf(const SectionOrder& order, std::size_t i, const SectionFind
     throat.reason = "where the passage is least a gap lies beside it";
   } else {
     throat.value = found->width_mm;
-    throat.expanded = 2 * metrology::ThroatStandardUncertainty(*found, fitted, finding.values.form, fitted,
-                                                               finding.values.form,
-                                                               order.neighbour->standard_uncertainty_mm);
+    throat.expanded =
+        2 * metrology::ThroatStandardUncertainty(*found, fitted, finding.values.form, fitted, finding.values.form,
+                                                 order.neighbour->standard_uncertainty_mm);
   }
   return throat;
 }
@@ -209,7 +208,8 @@ absl::StatusOr<std::vector<SectionFinding>> MeasureSections(const clients::ScanC
   const Found found = FoundOf(findings);
   SetTwist(order, found, &findings);
   SetBow(found, &findings);
-  for (std::size_t i = 0; order.neighbour && i < findings.size(); ++i) findings[i].throat = ThroatOf(order, i, findings[i]);
+  for (std::size_t i = 0; order.neighbour && i < findings.size(); ++i)
+    findings[i].throat = ThroatOf(order, i, findings[i]);
   for (SectionFinding& finding : findings)
     for (std::optional<SpanFinding>* one : {&finding.twist, &finding.bow_x, &finding.bow_y, &finding.throat})
       if (*one && !finding.measured) (*one)->reason = "no outline was found";

@@ -27,7 +27,7 @@ struct SectionFinding {
   metrology::OutlineEvidence evidence;
   std::string reason;  // why there is no outline; else empty
   std::optional<metrology::SectionOutline> measured;
-  metrology::MeasuredSection values;  // of it
+  metrology::MeasuredSection values;                       // of it
   std::optional<SpanFinding> twist, bow_x, bow_y, throat;  // of what was asked for
 };
 

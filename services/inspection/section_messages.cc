@@ -12,8 +12,7 @@ namespace sixpoint::inspection {
 namespace {
 
 absl::Status ToProto(const storage::SectionValueRow& row, const std::string& what, v1::SectionValue* out) {
-  const auto parameter =
-      runtime::StoredEnum(v1::SectionParameter_Parse, "SECTION_PARAMETER_" + row.parameter, what);
+  const auto parameter = runtime::StoredEnum(v1::SectionParameter_Parse, "SECTION_PARAMETER_" + row.parameter, what);
   if (!parameter.ok()) return parameter.status();
   const auto unit = runtime::StoredEnum(v1::SectionUnit_Parse, "SECTION_UNIT_" + row.unit, what);
   if (!unit.ok()) return unit.status();
@@ -76,8 +75,7 @@ absl::StatusOr<v1::SectionMeasurement> ToProto(const storage::SectionMeasurement
   measurement.set_half_width_mm(row.half_width_mm);
   measurement.set_reference_section(row.reference_section);
   if (row.neighbour_standard_uncertainty_um) {
-    runtime::SetPoint(row.neighbour_offset_in_part_mm,
-                      measurement.mutable_neighbour()->mutable_offset_in_part_mm());
+    runtime::SetPoint(row.neighbour_offset_in_part_mm, measurement.mutable_neighbour()->mutable_offset_in_part_mm());
     measurement.mutable_neighbour()->set_standard_uncertainty_um(*row.neighbour_standard_uncertainty_um);
   }
   for (const storage::SectionRow& section : row.sections)

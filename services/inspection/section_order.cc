@@ -57,8 +57,7 @@ absl::StatusOr<SectionOrder::Neighbour> NeighbourOf(const v1::Neighbour& in) {
   if (!in.has_standard_uncertainty_um())
     refusals.Add(runtime::Refuse("neighbour.standard_uncertainty_um", "not stated", "0 or more"));
   else if (!(in.standard_uncertainty_um() >= 0 && in.standard_uncertainty_um() <= kGreatestPitchUncertainty_um))
-    refusals.Add(
-        runtime::Refuse("neighbour.standard_uncertainty_um", in.standard_uncertainty_um(), "0 to 1000000 um"));
+    refusals.Add(runtime::Refuse("neighbour.standard_uncertainty_um", in.standard_uncertainty_um(), "0 to 1000000 um"));
   if (!refusals.status().ok()) return refusals.status();
   return SectionOrder::Neighbour{*offset, 1e-3 * in.standard_uncertainty_um()};
 }

@@ -28,28 +28,17 @@ struct Told {
   const char* unit;
 };
 constexpr std::array<Told, metrology::kSectionParameterCount> kTold = {{
-    {"CHORD_NOSE_TAIL", "MM"},
-    {"CHORD_CALIPER", "MM"},
-    {"CHORD_TANGENT", "MM"},
-    {"STAGGER_NOSE_TAIL", "DEG"},
-    {"STAGGER_CALIPER", "DEG"},
-    {"STAGGER_TANGENT", "DEG"},
-    {"THICKNESS_INSCRIBED", "MM"},
-    {"THICKNESS_INSCRIBED_PLACE", "RATIO"},
-    {"THICKNESS_TWO_POINT", "MM"},
-    {"THICKNESS_TWO_POINT_PLACE", "RATIO"},
-    {"INSCRIBED_X", "MM"},
-    {"INSCRIBED_Y", "MM"},
-    {"LEADING_RADIUS", "MM"},
-    {"LEADING_FORM", "MM"},
-    {"TRAILING_RADIUS", "MM"},
-    {"TRAILING_FORM", "MM"},
-    {"CAMBER_HEIGHT", "MM"},
-    {"CAMBER_HEIGHT_PLACE", "RATIO"},
-    {"LEADING_X", "MM"},
-    {"LEADING_Y", "MM"},
-    {"TRAILING_X", "MM"},
-    {"TRAILING_Y", "MM"},
+    {"CHORD_NOSE_TAIL", "MM"},     {"CHORD_CALIPER", "MM"},
+    {"CHORD_TANGENT", "MM"},       {"STAGGER_NOSE_TAIL", "DEG"},
+    {"STAGGER_CALIPER", "DEG"},    {"STAGGER_TANGENT", "DEG"},
+    {"THICKNESS_INSCRIBED", "MM"}, {"THICKNESS_INSCRIBED_PLACE", "RATIO"},
+    {"THICKNESS_TWO_POINT", "MM"}, {"THICKNESS_TWO_POINT_PLACE", "RATIO"},
+    {"INSCRIBED_X", "MM"},         {"INSCRIBED_Y", "MM"},
+    {"LEADING_RADIUS", "MM"},      {"LEADING_FORM", "MM"},
+    {"TRAILING_RADIUS", "MM"},     {"TRAILING_FORM", "MM"},
+    {"CAMBER_HEIGHT", "MM"},       {"CAMBER_HEIGHT_PLACE", "RATIO"},
+    {"LEADING_X", "MM"},           {"LEADING_Y", "MM"},
+    {"TRAILING_X", "MM"},          {"TRAILING_Y", "MM"},
 }};
 
 const char* TextOf(metrology::EndKind kind) {
@@ -134,12 +123,10 @@ storage::SectionRow SectionRowOf(const SectionOrder::Section& section, const Sec
   row.reason = finding.reason;
   if (finding.measured) {
     const metrology::FittedOutline& fitted = finding.measured->fitted;
-    row.found = storage::SectionRow::Found{TextOf(finding.values.values.leading),
-                                           TextOf(finding.values.values.trailing),
-                                           kTo_um * fitted.sample_sigma_mm,
-                                           kTo_um * finding.values.form.sigma_mm,
-                                           finding.values.form.length_mm,
-                                           fitted.outline.gap_length_mm() / fitted.outline.length_mm()};
+    row.found = storage::SectionRow::Found{
+        TextOf(finding.values.values.leading), TextOf(finding.values.values.trailing),
+        kTo_um * fitted.sample_sigma_mm,       kTo_um * finding.values.form.sigma_mm,
+        finding.values.form.length_mm,         fitted.outline.gap_length_mm() / fitted.outline.length_mm()};
   }
   for (std::size_t i = 0; i < kTold.size(); ++i) row.values.push_back(ValueRowOf(finding, i));
   AddProfile(finding, &row.values);

@@ -19,9 +19,7 @@ namespace {
 
 using runtime::ToGrpc;
 
-absl::StatusOr<v1::SectionMeasurement> MeasurementOf(const storage::SectionMeasurementRow& row) {
-  return ToProto(row);
-}
+absl::StatusOr<v1::SectionMeasurement> MeasurementOf(const storage::SectionMeasurementRow& row) { return ToProto(row); }
 
 }  // namespace
 
@@ -53,8 +51,7 @@ absl::StatusOr<runtime::Made<storage::SectionMeasurementRow>> SectionService::Ma
   if (!status.ok()) return status;
   const auto with_pins = PinsStand(*peers_, blade.registration, caller);
   if (!with_pins.ok()) return with_pins.status();
-  const auto findings =
-      inspection::MeasureSections(peers_->scans, blade, *with_pins, *order, options_.threads, caller);
+  const auto findings = inspection::MeasureSections(peers_->scans, blade, *with_pins, *order, options_.threads, caller);
   if (!findings.ok()) return findings.status();
   return RecordOf(blade, *order, *findings);
 }
@@ -83,9 +80,8 @@ grpc::Status SectionService::DownloadSectionOutlines(grpc::ServerContext* contex
                                                      const v1::DownloadSectionOutlinesRequest* request,
                                                      grpc::ServerWriter<v1::SectionOutline>* writer) {
   const storage::Deadline deadline = runtime::DeadlineOf(*context);
-  const auto measurement =
-      runtime::GetResult<v1::SectionMeasurement>(*store_, deadline, "sections", request->name(),
-                                                 errors::v1::SECTION_MEASUREMENT_NOT_FOUND, MeasurementOf);
+  const auto measurement = runtime::GetResult<v1::SectionMeasurement>(
+      *store_, deadline, "sections", request->name(), errors::v1::SECTION_MEASUREMENT_NOT_FOUND, MeasurementOf);
   if (!measurement.ok()) return ToGrpc(measurement.status());
   const auto outlines = store_->Outlines(runtime::LastSegment(measurement->name()), deadline);
   if (!outlines.ok()) return ToGrpc(outlines.status());
@@ -93,8 +89,7 @@ grpc::Status SectionService::DownloadSectionOutlines(grpc::ServerContext* contex
     return ToGrpc(absl::DataLossError(measurement->name() + ": outlines of " + std::to_string(outlines->size()) +
                                       " sections, want " + std::to_string(measurement->sections_size())));
   for (int i = 0; i < measurement->sections_size(); ++i)
-    if (!writer->Write(
-            ToProto(measurement->sections(i).plane().section(), (*outlines)[static_cast<std::size_t>(i)])))
+    if (!writer->Write(ToProto(measurement->sections(i).plane().section(), (*outlines)[static_cast<std::size_t>(i)])))
       return ToGrpc(absl::CancelledError("outlines: the client went away"));
   return grpc::Status::OK;
 }
@@ -103,9 +98,8 @@ grpc::Status SectionService::ReplaySectionMeasurement(grpc::ServerContext* conte
                                                       const v1::ReplaySectionMeasurementRequest* request,
                                                       replay::v1::Replay* response) {
   const runtime::Caller caller = runtime::CallerOf(*context);
-  const auto recorded =
-      runtime::GetResult<v1::SectionMeasurement>(*store_, caller.deadline, "sections", request->name(),
-                                                 errors::v1::SECTION_MEASUREMENT_NOT_FOUND, MeasurementOf);
+  const auto recorded = runtime::GetResult<v1::SectionMeasurement>(
+      *store_, caller.deadline, "sections", request->name(), errors::v1::SECTION_MEASUREMENT_NOT_FOUND, MeasurementOf);
   if (!recorded.ok()) return ToGrpc(recorded.status());
   const auto slot = running_.Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());

@@ -53,9 +53,9 @@ grpc::Status DrawingService::CreateDrawing(grpc::ServerContext* context, const v
 
 grpc::Status DrawingService::GetDrawing(grpc::ServerContext* context, const v1::GetDrawingRequest* request,
                                         v1::Drawing* response) {
-  return Get(Require(*drawings_, "drawings", request->name(), errors::v1::DRAWING_NOT_FOUND,
-                     runtime::DeadlineOf(*context)),
-             response);
+  return Get(
+      Require(*drawings_, "drawings", request->name(), errors::v1::DRAWING_NOT_FOUND, runtime::DeadlineOf(*context)),
+      response);
 }
 
 grpc::Status DrawingService::ListDrawings(grpc::ServerContext* context, const v1::ListDrawingsRequest* request,

@@ -196,7 +196,8 @@ TEST_F(ClearanceTest, NothingOfAHiddenPartComesOutOfAnyMethodToAnybody) {
     for (const char* method :
          {"ListParts", "ListBlades", "GetPart", "GetBlade", "GetScan", "ListScans", "ListRegistrations",
           "GetRegistration", "ListCorrections", "GetCorrection", "ListInspections", "GetInspection",
-          "ListDeviationMaps", "GetDeviationMap", "ListSectionMeasurements", "GetSectionMeasurement", "ListMachiningModels", "GetMachiningModel"})
+          "ListDeviationMaps", "GetDeviationMap", "ListSectionMeasurements", "GetSectionMeasurement",
+          "ListMachiningModels", "GetMachiningModel"})
       EXPECT_EQ(cleared.methods_that_told.count(std::string(method) + " by " + by.who), 1u) << method;
     if (by.role != access::v1::ROLE_MACHINE) {
       for (const char* method :

@@ -95,10 +95,9 @@ class ClearancesTest : public ::testing::Test {
   std::set<std::string> AllOf(const std::set<std::string>& words, int studies) {
     std::set<std::string> all;
     for (const std::string& word : words)
-      for (const char* list :
-           {"part", "blade", "scan", "registration", "correction", "inspection", "deviation", "section", "study",
-            "recall of registration", "recall of correction", "recall of inspection", "recall of deviation",
-            "recall of section"})
+      for (const char* list : {"part", "blade", "scan", "registration", "correction", "inspection", "deviation",
+                               "section", "study", "recall of registration", "recall of correction",
+                               "recall of inspection", "recall of deviation", "recall of section"})
         all.insert(std::string(list) + " " + word);
     if (studies > 0) all.insert("recall study");
     return all;

@@ -115,9 +115,10 @@ class SectionServiceTest : public ::testing::Test {
   metrology::Blade blade_;  // 40 mm of arc, both ends round
   std::vector<Eigen::Vector2d> polygon_;
   testing::JudgedPlant plant_;
-  SectionService service_{storage::SectionsIn(plant_.database.database()),
-                          std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),
-                          {}};
+  SectionService service_{
+      storage::SectionsIn(plant_.database.database()),
+      std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),
+      {}};
   testing::InProcessServer server_{{&service_}};
   std::unique_ptr<v1::SectionService::Stub> stub_ = v1::SectionService::NewStub(server_.Connect());
 };
