@@ -53,7 +53,7 @@ Params HolesParams(const InspectionRow& inspection) {
   std::vector<Numbers> numbers(kHoleNumbers);
   for (std::size_t i = 0; i < inspection.holes.size(); ++i) {
     if (!inspection.holes[i].values) continue;
-    const HoleValuesRow& values = *inspection.holes[i].values;
+    const HoleDetailRow& values = *inspection.holes[i].values;
     places.push_back(static_cast<double>(i));
     measured_by.push_back(values.measured_by);
     along_is.push_back(values.along_is);
@@ -82,8 +82,8 @@ std::vector<double> BudgetAt(const Rows& rows, int row, int column) {
   return rows.IsNull(row, column) ? std::vector<double>() : rows.Reals(row, column);
 }
 
-HoleValuesRow ReadHole(const Rows& rows, int row) {
-  HoleValuesRow values;
+HoleDetailRow ReadHole(const Rows& rows, int row) {
+  HoleDetailRow values;
   values.measured_by = rows.Text(row, 2);
   values.along_is = rows.Text(row, 3);
   values.diameter_reason = rows.Text(row, 4);

@@ -21,7 +21,7 @@ struct StatedValueRow {
   std::vector<double> budget_um = {};          // of an angle empty
 };
 
-struct HoleValuesRow {
+struct HoleDetailRow {
   std::string measured_by;  // PIN, BORE
   std::string along_is;     // AXIS_IN_SURFACE, PART_Z, PART_X
   std::array<double, 3> along_in_part{}, across_in_part{};

@@ -45,7 +45,7 @@ struct InspectionHoleRow {
   std::optional<double> pin_half_play_um = std::nullopt;
   std::vector<double> budget_um =
       {};  // by InspectionRow::budget_sources; empty: not measured, or made before it was kept
-  std::optional<HoleValuesRow> values = std::nullopt;  // none: not measured, or made before they were kept
+  std::optional<HoleDetailRow> values = std::nullopt;  // none: not measured, or made before they were kept
 };
 
 struct InspectionRow {

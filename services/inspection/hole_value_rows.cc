@@ -37,9 +37,9 @@ StatedValueRow Degrees(const metrology::StatedAngle& angle) {
   return {kTo_deg * angle.value_rad, kTo_deg * angle.expanded_uncertainty_rad};
 }
 
-storage::HoleValuesRow ValuesRowOf(const metrology::HoleFinding& finding) {
+storage::HoleDetailRow ValuesRowOf(const metrology::HoleFinding& finding) {
   const metrology::HoleDisplacement& displacement = *finding.displacement;
-  storage::HoleValuesRow row;
+  storage::HoleDetailRow row;
   row.measured_by = finding.instrument == metrology::HoleInstrument::kBore ? "BORE" : "PIN";
   row.along_is = TextOf(displacement.directions.reference);
   row.along_in_part = ThreeOf(displacement.directions.along);
@@ -88,7 +88,7 @@ absl::Status AddBudget(const storage::InspectionRow& row, const std::vector<doub
   return absl::OkStatus();
 }
 
-absl::Status ToProto(const storage::InspectionRow& inspection, const storage::HoleValuesRow& row,
+absl::Status ToProto(const storage::InspectionRow& inspection, const storage::HoleDetailRow& row,
                      v1::HoleResult* hole) {
   const std::string what = "inspection " + inspection.inspection_id;
   const auto by = runtime::StoredEnum(v1::HoleMeasuredBy_Parse, "HOLE_MEASURED_BY_" + row.measured_by, what);
@@ -143,7 +143,7 @@ void SetHoleValues(const metrology::BladeFindings& findings, storage::Inspection
     ++budget;
   }
   for (storage::InspectionHoleRow& hole : row->holes)
-    for (const auto value : {&storage::HoleValuesRow::along_um, &storage::HoleValuesRow::across_um}) {
+    for (const auto value : {&storage::HoleDetailRow::along_um, &storage::HoleDetailRow::across_um}) {
       if (hole.values) ((*hole.values).*value).budget_um = std::move(*budget);
       ++budget;
     }
