@@ -1,5 +1,5 @@
 // A CAD file that becomes a part's next revision, described as the one before or by a file; or a new part. The plant reads it in a limited worker.
-import { useEffect, useId, useRef, useState } from 'preact/hooks';
+import { useLayoutEffect, useId, useRef, useState } from 'preact/hooks';
 import { fromJson, type JsonValue } from '@bufbuild/protobuf';
 import { CadFormat, PartSchema, type Part } from '#proto/sixpoint/plant/v1/part_pb';
 import { PlantService } from '#proto/sixpoint/plant/v1/plant_pb';
@@ -29,7 +29,8 @@ export function UploadPart({ part }: { part: Part | undefined }) {
   const [refusal, setRefusal] = useState<Refusal>(), [problem, setProblem] = useState('');
   const dialog = useRef<HTMLDialogElement>(null), cad = useRef<HTMLInputElement>(null), description = useRef<HTMLInputElement>(null), newId = useRef<HTMLInputElement>(null), unit = useRef<HTMLSelectElement>(null);
   const requestId = useRef(''), title = useId();
-  useEffect(() => { if (isOpen) { requestId.current = newRequestId(); setRefusal(undefined); setProblem(''); setFormat(undefined); dialog.current!.showModal(); } }, [isOpen]);
+  // Before anything can be chosen in it.
+  useLayoutEffect(() => { if (isOpen) { requestId.current = newRequestId(); setRefusal(undefined); setProblem(''); setFormat(undefined); dialog.current!.showModal(); } }, [isOpen]);
   if (!may) return null;
   const send = async (event: Event) => {
     event.preventDefault();

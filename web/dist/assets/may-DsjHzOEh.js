@@ -1,1 +1,0 @@
-import{P as a,X as n,Y as l,Z as r,$ as i}from"./index-DvGJeZhr.js";function u(e,s){const t=l(s,i).roles.map(o=>r[o]);return e.some(o=>t.includes(o))}function m(e){const s=a(n);return s.is==="in"&&u(s.session.roles,e)}export{m as u};
